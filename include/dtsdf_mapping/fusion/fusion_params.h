@@ -1,0 +1,37 @@
+/// Settings of fusion: which samples a pixel updates, and with what weight.
+#pragma once
+
+#include "dtsdf_mapping/params/param_set.h"
+
+namespace dtsdf {
+
+/// The paper's fusion modes (Sec. IV); each works on the directional and the undirected map.
+enum class FusionMode {
+  kVoxelProjection,   ///< Each voxel takes the projective distance of the pixel that it falls on.
+  kRayCasting,        ///< Samples along the view ray, point-to-plane distance.
+  kNormalRayCasting,  ///< Samples along the surface normal, point-to-plane distance.
+};
+
+struct FusionParams {
+  FusionMode mode = FusionMode::kNormalRayCasting;  ///< How a frame is fused.
+  float min_depth_m = 0.1f;    ///< Nearer measurements are ignored.
+  float max_depth_m = 10.0f;   ///< Farther measurements are ignored.
+  int normal_radius_px = 5;    ///< Half width of the window a normal is fitted in, in pixels.
+  float depth_jump = 0.03f;    ///< Neighbours whose depths differ by a larger share are apart.
+  float max_weight = 1.0e6f;   ///< Cap of a voxel's weight; lower values follow changes faster.
+};
+
+template <class Visitor>
+void visitParams(FusionParams& p, Visitor& visit) {
+  visit("fusion/mode", p.mode,
+        EnumNames<FusionMode>{{"voxel_projection", FusionMode::kVoxelProjection},
+                              {"ray_casting", FusionMode::kRayCasting},
+                              {"normal_ray_casting", FusionMode::kNormalRayCasting}});
+  visit("fusion/min_depth_m", p.min_depth_m, Range{0.01, 100.0});
+  visit("fusion/max_depth_m", p.max_depth_m, Range{0.01, 100.0});
+  visit("fusion/normal_radius_px", p.normal_radius_px, Range{1, 16});
+  visit("fusion/depth_jump", p.depth_jump, Range{0.001, 1.0});
+  visit("fusion/max_weight", p.max_weight, Range{1.0, 1.0e9});
+}
+
+}  // namespace dtsdf

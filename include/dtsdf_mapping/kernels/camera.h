@@ -1,0 +1,39 @@
+/// The pinhole camera, the depth encodings, and the local frame in which one image is fused.
+#pragma once
+
+#include "dtsdf_mapping/kernels/vec.h"
+
+namespace dtsdf {
+
+/// Pinhole intrinsics in pixels; pixel centres lie at whole numbers.
+struct Intrinsics {
+  float fx, fy, cx, cy;
+};
+
+enum class DepthEncoding : int32_t {
+  kUint16,   ///< Whole units of `unit_m`; 0 is no measurement.
+  kFloat32,  ///< Multiples of `unit_m`; NaN, infinity and values <= 0 are no measurement.
+};
+
+/// What the rules need to know of one frame. Lengths inside the rules are in voxels, relative to
+/// `origin_voxel`, so that single precision suffices anywhere in a map of kilometres.
+struct FrameView {
+  int32_t width, height;
+  Intrinsics intrinsics;
+  RigidTransform T_L_C;  ///< Camera to the local frame L: axes of W, origin at `origin_voxel`, voxels.
+  Vec3i origin_voxel;    ///< Origin of L, a multiple of the block's side.
+  float voxel_size_m;
+};
+
+/// Depth of a raw value in metres, or 0 where it is no measurement within (min, max).
+DTSDF_HD float depthFromRaw(float raw, float unit_m, float min_depth_m, float max_depth_m) {
+  const float depth_m = raw * unit_m;
+  return depth_m >= min_depth_m && depth_m <= max_depth_m ? depth_m : 0.0f;  // NaN fails both
+}
+
+/// The point at depth z_m of a pixel, in the camera's optical frame, in metres.
+DTSDF_HD Vec3f backProject(const Intrinsics& K, float u_px, float v_px, float z_m) {
+  return {(u_px - K.cx) / K.fx * z_m, (v_px - K.cy) / K.fy * z_m, z_m};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,57 @@
+/// One sample of a directional signed distance field and how a frame's sums are folded into it.
+#pragma once
+
+#include "dtsdf_mapping/kernels/vec.h"
+
+namespace dtsdf {
+
+/// Signed distance in voxels, positive in front of the surface; weight 0 means never observed.
+struct Voxel {
+  float sdf;
+  float weight;
+};
+
+/// Sums of one voxel over one frame, in fixed point so that they do not depend on the order.
+///
+/// A weight counts in units of 2^-20 and is at most 2^20; a distance counts in units of
+/// truncation / 2^15 and is at most 2^15 in magnitude. A pixel adds to a voxel at most once, and an
+/// image has at most kMaxPixels = 2^23 pixels, so |weighted_sdf| <= 2^(20+15+23) = 2^58 and
+/// weight <= 2^43: neither can overflow 64 bits at any image size, range or voxel size.
+struct VoxelSums {
+  int64_t weighted_sdf;
+  int64_t weight;
+};
+
+constexpr int kMaxPixels = 1 << 23;
+constexpr float kWeightScale = 1048576.0f;  // 2^20
+constexpr float kSdfScale = 32768.0f;       // 2^15
+
+/// Rounds a weight in [0, 1] to fixed point.
+DTSDF_HD int32_t quantiseWeight(float weight) {
+  return static_cast<int32_t>(weight * kWeightScale + 0.5f);
+}
+
+/// Rounds a distance, given as a share of the truncation distance and clamped to [-1, 1].
+DTSDF_HD int32_t quantiseSdf(float sdf_share) {
+  const float clamped = fminf(fmaxf(sdf_share, -1.0f), 1.0f);
+  return static_cast<int32_t>(floorf(clamped * kSdfScale + 0.5f));
+}
+
+DTSDF_HD void addToSums(VoxelSums& sums, int32_t weight, int32_t sdf) {
+  sums.weighted_sdf += static_cast<int64_t>(weight) * sdf;
+  sums.weight += weight;
+}
+
+/// D = (W D + S_d) / (W + S_w), W = min(W + S_w, max): the fold of the paper's two-pass scheme.
+/// The truncation is in voxels; sums of weight 0 leave the voxel alone.
+DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, float truncation_voxels,
+                        float max_weight) {
+  if (sums.weight == 0) return voxel;
+  const float weight = static_cast<float>(sums.weight) / kWeightScale;
+  const float weighted_sdf = static_cast<float>(sums.weighted_sdf) / (kWeightScale * kSdfScale);
+  const float total = voxel.weight + weight;
+  const float sdf = (voxel.weight * voxel.sdf + weighted_sdf * truncation_voxels) / total;
+  return {sdf, fminf(total, max_weight)};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,23 @@
+/// Settings of the map.
+#pragma once
+
+#include "dtsdf_mapping/params/param_set.h"
+
+namespace dtsdf {
+
+struct MapParams {
+  float voxel_size_m = 0.02f;      ///< Edge of a voxel.
+  float truncation_voxels = 4.0f;  ///< Truncation distance, in voxels.
+  bool directional = true;         ///< Six directional volumes; false: one ordinary TSDF.
+  int max_memory_mb = 4096;        ///< Byte budget of the map in MiB; new blocks beyond are refused.
+};
+
+template <class Visitor>
+void visitParams(MapParams& p, Visitor& visit) {
+  visit("map/voxel_size_m", p.voxel_size_m, Range{0.001, 1.0});
+  visit("map/truncation_voxels", p.truncation_voxels, Range{1.0, 16.0});
+  visit("map/directional", p.directional);
+  visit("map/max_memory_mb", p.max_memory_mb, Range{1, 1 << 22});
+}
+
+}  // namespace dtsdf

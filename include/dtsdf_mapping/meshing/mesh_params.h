@@ -1,0 +1,26 @@
+/// Settings of the mesh.
+#pragma once
+
+#include "dtsdf_mapping/params/param_set.h"
+
+namespace dtsdf {
+
+enum class MeshColour {
+  kNormal,  ///< Direction of the surface normal as red, green and blue.
+  kHeight,  ///< z in the map frame, as a repeating rainbow.
+  kPlain,   ///< One light grey.
+};
+
+struct MeshParams {
+  MeshColour colour = MeshColour::kNormal;  ///< Colour of the vertices, in RViz and in saved files.
+};
+
+template <class Visitor>
+void visitParams(MeshParams& p, Visitor& visit) {
+  visit("mesh/colour", p.colour,
+        EnumNames<MeshColour>{{"normal", MeshColour::kNormal},
+                              {"height", MeshColour::kHeight},
+                              {"plain", MeshColour::kPlain}});
+}
+
+}  // namespace dtsdf

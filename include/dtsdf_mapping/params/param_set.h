@@ -1,0 +1,106 @@
+/// Strict reading of settings: a flat tree of keys is read into structs, or refused as a whole.
+///
+/// Each settings struct has one visitParams() overload that names its keys and rules once; reading,
+/// writing and the tests of config/ all go through it. The command-line programs fill the tree from
+/// YAML files, the node from the ROS parameter server.
+#pragma once
+
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace dtsdf {
+
+using ParamValue = std::variant<bool, int, double, std::string>;
+
+/// Full key, as in "map/voxel_size_m", to value.
+using ParamTree = std::map<std::string, ParamValue>;
+
+std::string toString(const ParamValue& value);
+
+/// Thrown with every violation found: full key, its value and the rule it breaks.
+class ParamError : public std::runtime_error {
+ public:
+  explicit ParamError(std::vector<std::string> violations);
+  const std::vector<std::string>& violations() const { return violations_; }
+
+ private:
+  std::vector<std::string> violations_;
+};
+
+/// Closed interval of allowed numbers.
+struct Range {
+  double min, max;
+};
+
+/// Names of an enum's values, in the spelling of the YAML files.
+template <class Enum>
+using EnumNames = std::vector<std::pair<std::string, Enum>>;
+
+/// Visitor that sets members from a tree. A missing key keeps the default; an unknown key, a wrong
+/// type or a broken rule is a violation. A whole number may stand for a floating-point one.
+class ParamReader {
+ public:
+  explicit ParamReader(ParamTree tree);
+
+  void operator()(const std::string& key, bool& member);
+  void operator()(const std::string& key, int& member, Range range);
+  void operator()(const std::string& key, float& member, Range range);
+  void operator()(const std::string& key, double& member, Range range);
+  void operator()(const std::string& key, std::string& member);
+
+  template <class Enum>
+  void operator()(const std::string& key, Enum& member, const EnumNames<Enum>& names) {
+    std::string text;
+    if (!readString(key, text)) return;
+    std::string choices;
+    for (const auto& [name, value] : names) {
+      if (name == text) {
+        member = value;
+        return;
+      }
+      choices += (choices.empty() ? "" : ", ") + name;
+    }
+    addViolation(key, "must be one of: " + choices);
+  }
+
+  /// Adds a violation that concerns a key, for rules between several settings.
+  void addViolation(const std::string& key, const std::string& rule);
+
+  /// @throws ParamError if anything was wrong, unknown keys included.
+  void finish();
+
+ private:
+  bool readString(const std::string& key, std::string& text);
+  bool readNumber(const std::string& key, double& number, bool whole, Range range);
+  const ParamValue* find(const std::string& key);
+
+  ParamTree tree_;
+  std::set<std::string> known_;
+  std::vector<std::string> violations_;
+};
+
+/// Visitor that writes every member into a tree: the struct's values by key.
+class ParamWriter {
+ public:
+  void operator()(const std::string& key, bool& member) { tree[key] = member; }
+  void operator()(const std::string& key, int& member, Range) { tree[key] = member; }
+  void operator()(const std::string& key, float& member, Range);
+  void operator()(const std::string& key, double& member, Range) { tree[key] = member; }
+  void operator()(const std::string& key, std::string& member) { tree[key] = member; }
+
+  template <class Enum>
+  void operator()(const std::string& key, Enum& member, const EnumNames<Enum>& names) {
+    for (const auto& [name, value] : names) {
+      if (value == member) tree[key] = name;
+    }
+  }
+
+  ParamTree tree;
+};
+
+}  // namespace dtsdf

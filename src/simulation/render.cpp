@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <cmath>
+
+#include "shapes.h"
+
+namespace dtsdf {
+
+namespace {
+
+/// Pixels [u_begin, u_end) x [v_begin, v_end).
+struct PixelRect {
+  int u_begin, u_end, v_begin, v_end;
+};
+
+/// Range of the image coordinate of points within `radius` of (x, z), for one axis of a pinhole.
+/// Widened by a pixel; the exact tangents are not needed, as each pixel is tested anyway.
+void boundAxis(double x, double z, double radius, double f, double c, int size, int& begin,
+               int& end) {
+  const double near = z - radius, far = z + radius;  // near > 0
+  const double low = x - radius, high = x + radius;
+  const double first = low / (low < 0.0 ? near : far), last = high / (high < 0.0 ? far : near);
+  const double limit = static_cast<double>(size);
+  begin = static_cast<int>(std::clamp(std::floor(f * first + c), 0.0, limit));
+  end = static_cast<int>(std::clamp(std::ceil(f * last + c) + 1.0, 0.0, limit));
+}
+
+/// The pixels that a shape can be seen in.
+PixelRect projectedRect(const Shape& shape, const Intrinsics& K, int width, int height,
+                        const Eigen::Isometry3d& T_C_W) {
+  PixelRect rect{0, width, 0, height};
+  const std::optional<BoundingSphere> bound = boundingSphere(shape);
+  if (!bound) return rect;
+  const Eigen::Vector3d centre_C = T_C_W * bound->centre_W;
+  if (centre_C.z() + bound->radius_m <= 0.0) return {0, 0, 0, 0};
+  if (centre_C.z() - bound->radius_m <= 0.0) return rect;
+  boundAxis(centre_C.x(), centre_C.z(), bound->radius_m, K.fx, K.cx, width, rect.u_begin,
+            rect.u_end);
+  boundAxis(centre_C.y(), centre_C.z(), bound->radius_m, K.fy, K.cy, height, rect.v_begin,
+            rect.v_end);
+  return rect;
+}
+
+}  // namespace
+
+std::vector<float> renderDepth(const Scene& scene, const Intrinsics& intrinsics, int width,
+                               int height, const Eigen::Isometry3d& T_W_C) {
+  const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
+  std::vector<float> depth_m(pixels, std::numeric_limits<float>::infinity());
+  const Eigen::Isometry3d T_C_W = T_W_C.inverse();
+  const Eigen::Matrix3d& R_W_C = T_W_C.linear();
+  for (const Shape& shape : scene.shapes()) {
+    const PixelRect rect = projectedRect(shape, intrinsics, width, height, T_C_W);
+    const auto draw = [&](const auto& s) {
+      for (int v = rect.v_begin; v < rect.v_end; ++v) {
+        for (int u = rect.u_begin; u < rect.u_end; ++u) {
+          // A direction with z = 1 in the optical frame: its parameter is the depth.
+          const Eigen::Vector3d direction_C((u - static_cast<double>(intrinsics.cx)) / intrinsics.fx,
+                                            (v - static_cast<double>(intrinsics.cy)) / intrinsics.fy,
+                                            1.0);
+          const double z_m = intersect(s, Ray{T_W_C.translation(), R_W_C * direction_C});
+          float& nearest = depth_m[static_cast<size_t>(v) * static_cast<size_t>(width) +
+                                   static_cast<size_t>(u)];
+          nearest = std::min(nearest, static_cast<float>(z_m));
+        }
+      }
+    };
+    std::visit(draw, shape);
+  }
+  for (float& z : depth_m) {
+    if (!std::isfinite(z)) z = 0.0f;
+  }
+  return depth_m;
+}
+
+Eigen::Isometry3d lookAt(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& target_W,
+                         const Eigen::Vector3d& up_W) {
+  const Eigen::Vector3d forward = (target_W - eye_W).normalized();
+  const Eigen::Vector3d right = forward.cross(up_W).normalized();
+  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
+  T_W_C.linear().col(0) = right;
+  T_W_C.linear().col(1) = forward.cross(right);
+  T_W_C.linear().col(2) = forward;
+  T_W_C.translation() = eye_W;
+  return T_W_C;
+}
+
+}  // namespace dtsdf

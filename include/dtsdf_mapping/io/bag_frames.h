@@ -1,0 +1,24 @@
+/// Depth frames of a ROS bag behind the FrameSource seam. Free of ROS headers: the implementation
+/// (target dtsdf_bag, under src/ros/bag) is only there in a build with ROS.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "dtsdf_mapping/io/frame_source.h"
+
+namespace dtsdf {
+
+struct BagOptions {
+  std::string path;
+  std::string depth_topic;        ///< Empty: the bag's only topic with depth images.
+  std::string info_topic;         ///< Empty: camera_info beside the depth topic.
+  std::string map_frame = "map";  ///< Frame W; the optical frame is the depth images' frame_id.
+  FrameSelection selection;
+};
+
+/// Opens a bag and reads its transforms; images are read one by one.
+/// @throws std::runtime_error if it cannot be read or has no such topic.
+std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options);
+
+}  // namespace dtsdf

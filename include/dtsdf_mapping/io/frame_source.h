@@ -1,0 +1,56 @@
+/// The seam for recorded input: a sequence of depth images with poses, from a folder or a bag.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "dtsdf_mapping/mapper/mapper.h"
+
+namespace dtsdf {
+
+/// A depth image with the memory it lies in.
+struct SourceFrame {
+  DepthFrame depth;  ///< Its `data` points into what `pixels` owns.
+  std::shared_ptr<const void> pixels;  ///< Keeps the image alive, whatever library it came from.
+  double stamp_s = 0.0;                ///< Stamp of the depth image.
+};
+
+/// Which depth images of a recording are used, by their index in it: first, first + step, ... up to
+/// and including last. Images without a pose count too, so an index always means the same image.
+struct FrameSelection {
+  size_t first = 0;
+  size_t last = std::numeric_limits<size_t>::max();
+  size_t step = 1;  ///< At least 1.
+
+  bool contains(size_t index) const {
+    return index >= first && index <= last && (index - first) % step == 0;
+  }
+  /// How many of a recording's `total` images are selected.
+  size_t countIn(size_t total) const {
+    if (total == 0 || first > last || first >= total) return 0;
+    return ((last < total ? last : total - 1) - first) / step + 1;
+  }
+};
+
+/// Hands out the selected frames of a recording in order, without loss. One thread at a time.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  /// Number of selected depth images, skipped ones included, if it is known before reading them.
+  virtual std::optional<size_t> size() const = 0;
+
+  /// The next frame that has a pose, or nothing at the end. A frame that cannot be used (no pose,
+  /// wrong encoding) is passed over and counted.
+  /// @throws std::runtime_error if the recording is broken: file, place and what to do.
+  virtual std::optional<SourceFrame> next() = 0;
+
+  /// Frames passed over so far, by reason ("no pose within 20 ms").
+  virtual const std::map<std::string, size_t>& skipped() const = 0;
+};
+
+}  // namespace dtsdf

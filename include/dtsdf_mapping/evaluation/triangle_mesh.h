@@ -1,0 +1,43 @@
+/// A plain triangle mesh as the evaluation programs read, scale and write it.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace dtsdf {
+
+/// Positions in metres; triangles counter-clockwise seen from outside.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> vertices;
+  std::vector<std::array<uint32_t, 3>> triangles;
+  std::vector<std::array<uint8_t, 3>> colours;  ///< RGB per vertex, or empty.
+};
+
+/// Reads a .ply file, ASCII or binary of either byte order; polygons are split into fans. Elements
+/// and properties other than positions, colours and faces are passed over.
+/// @throws std::runtime_error with the file and what is wrong with it.
+TriangleMesh readPly(const std::string& path);
+
+/// Writes binary little-endian .ply, with colours where there are some.
+/// @throws std::runtime_error if the file cannot be written.
+void writePly(const std::string& path, const TriangleMesh& mesh);
+
+/// Moves the centre of the bounding box to the origin and scales its longest side.
+void centreAndScale(TriangleMesh& mesh, float longest_side_m);
+
+/// Area of each triangle in m^2.
+std::vector<double> triangleAreas(const TriangleMesh& mesh);
+
+/// Points drawn uniformly by area, with the triangle each lies in.
+struct SurfaceSamples {
+  std::vector<Eigen::Vector3f> points;
+  std::vector<uint32_t> triangles;
+};
+
+/// The same seed gives the same samples on every machine. Empty for a mesh without area.
+SurfaceSamples sampleSurface(const TriangleMesh& mesh, size_t count, uint64_t seed);
+
+}  // namespace dtsdf

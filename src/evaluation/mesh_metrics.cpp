@@ -1,0 +1,220 @@
+#include "dtsdf_mapping/evaluation/mesh_metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "parallel.h"
+
+namespace dtsdf {
+
+namespace {
+
+constexpr size_t kPointsPerChunk = 4096;
+
+/// Number of equal neighbours in a sorted sequence, group by group.
+template <class Visitor>
+void visitGroups(const std::vector<uint64_t>& sorted, Visitor visit) {
+  for (size_t begin = 0; begin < sorted.size();) {
+    size_t end = begin;
+    while (end < sorted.size() && sorted[end] == sorted[begin]) ++end;
+    visit(end - begin);
+    begin = end;
+  }
+}
+
+/// Each undirected edge of each triangle, packed and sorted.
+std::vector<uint64_t> sortedEdges(const TriangleMesh& mesh) {
+  std::vector<uint64_t> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    for (size_t i = 0; i < 3; ++i) {
+      const uint64_t a = triangle[i], b = triangle[(i + 1) % 3];
+      if (a != b) edges.push_back(std::min(a, b) << 32 | std::max(a, b));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+/// Disjoint sets of vertices, joined by triangles.
+class VertexSets {
+ public:
+  explicit VertexSets(size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+  uint32_t find(uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(uint32_t a, uint32_t b) { parent_[find(a)] = find(b); }
+
+ private:
+  std::vector<uint32_t> parent_;
+};
+
+size_t countComponents(const TriangleMesh& mesh) {
+  VertexSets sets(mesh.vertices.size());
+  for (const auto& triangle : mesh.triangles) {
+    sets.join(triangle[0], triangle[1]);
+    sets.join(triangle[0], triangle[2]);
+  }
+  std::vector<bool> counted(mesh.vertices.size(), false);
+  size_t components = 0;
+  for (const auto& triangle : mesh.triangles) {
+    const uint32_t root = sets.find(triangle[0]);
+    if (!counted[root]) ++components;
+    counted[root] = true;
+  }
+  return components;
+}
+
+double shareWithin(const std::vector<double>& distances_m, double threshold_m) {
+  if (distances_m.empty()) return 0.0;
+  const auto near = std::count_if(distances_m.begin(), distances_m.end(),
+                                  [&](double d) { return d <= threshold_m; });
+  return static_cast<double>(near) / static_cast<double>(distances_m.size());
+}
+
+std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
+                                    const std::vector<bool>& selected) {
+  std::vector<Eigen::Vector3f> result;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (selected[i]) result.push_back(points[i]);
+  }
+  return result;
+}
+
+/// Tests views in an order that soon covers all sides, since most points are seen by some.
+bool isSeen(const MeshScene& scene, const Eigen::Vector3f& p_W, const Eigen::Vector3f& normal_W,
+            const Views& views, const std::vector<Eigen::Isometry3f>& poses_C_W,
+            const std::vector<size_t>& order) {
+  // The sample itself must not hide itself; a slanted surface needs a wider margin than this only
+  // where it is seen so flat that no camera measures it.
+  constexpr float kMargin = 1.0e-4f;
+  constexpr float kFlattestCosine = 0.05f;
+  for (const size_t index : order) {
+    const Eigen::Vector3f p_C = poses_C_W[index] * p_W;
+    if (p_C.z() <= 0.0f) continue;
+    const Intrinsics& K = views.camera.intrinsics;
+    const float u = K.fx * p_C.x() / p_C.z() + K.cx, v = K.fy * p_C.y() / p_C.z() + K.cy;
+    if (!(u >= -0.5f && v >= -0.5f && u < static_cast<float>(views.camera.width) - 0.5f &&
+          v < static_cast<float>(views.camera.height) - 0.5f)) {
+      continue;
+    }
+    const Eigen::Vector3f eye_W = views.poses_W_C[index].translation().cast<float>();
+    const Eigen::Vector3f view_W = eye_W - p_W;
+    if (std::abs(view_W.dot(normal_W)) < kFlattestCosine * view_W.norm()) continue;
+    if (scene.isFree(eye_W, p_W, kMargin)) return true;
+  }
+  return false;
+}
+
+/// 0 .. count-1 in steps of about the golden section: every prefix is spread over the whole.
+std::vector<size_t> spreadOrder(size_t count) {
+  size_t step = std::max<size_t>(1, static_cast<size_t>(0.618034 * static_cast<double>(count)));
+  while (std::gcd(step, count) != 1) ++step;
+  std::vector<size_t> order(count);
+  for (size_t i = 0; i < count; ++i) order[i] = i * step % count;
+  return order;
+}
+
+}  // namespace
+
+DistanceStats distanceStats(std::vector<double> distances_m) {
+  DistanceStats stats;
+  stats.count = distances_m.size();
+  if (distances_m.empty()) return stats;
+  std::sort(distances_m.begin(), distances_m.end());
+  const double count = static_cast<double>(distances_m.size());
+  double sum = 0.0, squares = 0.0;
+  for (const double d : distances_m) {
+    sum += d;
+    squares += d * d;
+  }
+  stats.rmse_m = std::sqrt(squares / count);
+  stats.mean_m = sum / count;
+  stats.median_m = distances_m[distances_m.size() / 2];
+  stats.p95_m = distances_m[std::min(distances_m.size() - 1, static_cast<size_t>(0.95 * count))];
+  stats.max_m = distances_m.back();
+  return stats;
+}
+
+MeshTopology meshTopology(const TriangleMesh& mesh) {
+  MeshTopology topology;
+  topology.vertices = mesh.vertices.size();
+  topology.triangles = mesh.triangles.size();
+  topology.components = countComponents(mesh);
+  for (const double area_m2 : triangleAreas(mesh)) {
+    topology.area_m2 += area_m2;
+    if (!(area_m2 > 0.0)) ++topology.degenerate_triangles;
+  }
+  visitGroups(sortedEdges(mesh), [&](size_t triangles) {
+    if (triangles == 1) ++topology.boundary_edges;
+    if (triangles > 2) ++topology.non_manifold_edges;
+  });
+  return topology;
+}
+
+std::vector<double> distancesTo(const MeshScene& surface,
+                                const std::vector<Eigen::Vector3f>& points) {
+  std::vector<double> distances_m(points.size());
+  parallelFor(points.size(), kPointsPerChunk, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      distances_m[i] = surface.closestPoint(points[i]).distance_m;
+    }
+  });
+  return distances_m;
+}
+
+std::vector<bool> seenByViews(const TriangleMesh& mesh, const MeshScene& scene,
+                              const SurfaceSamples& samples, const Views& views) {
+  std::vector<Eigen::Isometry3f> poses_C_W;
+  for (const auto& T_W_C : views.poses_W_C) poses_C_W.push_back(T_W_C.inverse().cast<float>());
+  const std::vector<size_t> order = spreadOrder(views.poses_W_C.size());
+  std::vector<uint8_t> seen(samples.points.size());  // bytes, as threads write neighbours
+  parallelFor(samples.points.size(), kPointsPerChunk, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto& triangle = mesh.triangles[samples.triangles[i]];
+      const Eigen::Vector3f a = mesh.vertices[triangle[0]];
+      const Eigen::Vector3f normal_W = (mesh.vertices[triangle[1]] - a)
+                                           .cross(mesh.vertices[triangle[2]] - a)
+                                           .normalized();
+      seen[i] = isSeen(scene, samples.points[i], normal_W, views, poses_C_W, order) ? 1 : 0;
+    }
+  });
+  return {seen.begin(), seen.end()};
+}
+
+Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& ground_truth,
+                        const Views* views, const EvaluationOptions& options) {
+  if (reconstruction.triangles.empty()) throw std::runtime_error("the reconstruction is empty");
+  if (ground_truth.triangles.empty()) throw std::runtime_error("the ground truth is empty");
+  const MeshScene reconstruction_scene(reconstruction), truth_scene(ground_truth);
+  Evaluation evaluation;
+  evaluation.topology = meshTopology(reconstruction);
+  evaluation.vertices = distanceStats(distancesTo(truth_scene, reconstruction.vertices));
+  const std::vector<double> surface = distancesTo(
+      truth_scene, sampleSurface(reconstruction, options.samples, options.seed).points);
+  evaluation.surface = distanceStats(surface);
+  const SurfaceSamples truth = sampleSurface(ground_truth, options.samples, options.seed + 1);
+  std::vector<Eigen::Vector3f> seen = truth.points;
+  if (views != nullptr) {
+    seen = select(truth.points, seenByViews(ground_truth, truth_scene, truth, *views));
+    evaluation.seen_share =
+        static_cast<double>(seen.size()) / static_cast<double>(truth.points.size());
+  }
+  const std::vector<double> completeness = distancesTo(reconstruction_scene, seen);
+  evaluation.completeness = distanceStats(completeness);
+  for (const double threshold_m : options.thresholds_m) {
+    const double precision = shareWithin(surface, threshold_m);
+    const double recall = shareWithin(completeness, threshold_m);
+    const double sum = precision + recall;
+    evaluation.f_scores.push_back(
+        {threshold_m, precision, recall, sum > 0.0 ? 2.0 * precision * recall / sum : 0.0});
+  }
+  return evaluation;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,159 @@
+#include "dtsdf_mapping/evaluation/mesh_scene.h"
+
+#include <embree3/rtcore.h>
+
+#include <Eigen/Geometry>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+namespace dtsdf {
+
+namespace {
+
+/// Closest point of a triangle (Ericson 2004, "Real-Time Collision Detection", Sec. 5.1.5).
+Eigen::Vector3d closestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                  const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return a;
+  const Eigen::Vector3d bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
+  const Eigen::Vector3d cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  }
+  const double total = va + vb + vc;
+  return a + vb / total * ab + vc / total * ac;
+}
+
+}  // namespace
+
+struct MeshScene::Implementation {
+  explicit Implementation(const TriangleMesh& source) : mesh(source) {}
+  ~Implementation() {
+    if (scene != nullptr) rtcReleaseScene(scene);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+
+  /// State of one closest-point query, narrowed triangle by triangle.
+  struct Query {
+    const TriangleMesh* mesh;
+    Eigen::Vector3d p;
+    double squared_distance;
+    uint32_t triangle;
+  };
+
+  static bool visitTriangle(RTCPointQueryFunctionArguments* arguments) {
+    Query& query = *static_cast<Query*>(arguments->userPtr);
+    const auto& triangle = query.mesh->triangles[arguments->primID];
+    const auto corner = [&](int i) -> Eigen::Vector3d {
+      return query.mesh->vertices[triangle[static_cast<size_t>(i)]].cast<double>();
+    };
+    const Eigen::Vector3d nearest = closestOnTriangle(query.p, corner(0), corner(1), corner(2));
+    const double squared_distance = (nearest - query.p).squaredNorm();
+    if (!(squared_distance < query.squared_distance)) return false;
+    query.squared_distance = squared_distance;
+    query.triangle = arguments->primID;
+    // Rounded up, so that nothing nearer is culled.
+    arguments->query->radius = static_cast<float>(std::sqrt(squared_distance)) * 1.00001f;
+    return true;
+  }
+
+  TriangleMesh mesh;
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+};
+
+MeshScene::MeshScene(const TriangleMesh& mesh)
+    : implementation_(std::make_unique<Implementation>(mesh)) {
+  if (mesh.triangles.empty()) throw std::runtime_error("the mesh has no triangles");
+  Implementation& self = *implementation_;
+  self.device = rtcNewDevice(nullptr);
+  if (self.device == nullptr) throw std::runtime_error("Embree found no device");
+  self.scene = rtcNewScene(self.device);
+  // Robust: no ray slips through between two triangles.
+  rtcSetSceneFlags(self.scene, RTC_SCENE_FLAG_ROBUST);
+  RTCGeometry geometry = rtcNewGeometry(self.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                           3 * sizeof(float), mesh.vertices.size());
+  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                          3 * sizeof(uint32_t), mesh.triangles.size());
+  if (vertices == nullptr || indices == nullptr) throw std::runtime_error("Embree: out of memory");
+  std::memcpy(vertices, mesh.vertices.data(), mesh.vertices.size() * 3 * sizeof(float));
+  std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(self.scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(self.scene);
+  if (rtcGetDeviceError(self.device) != RTC_ERROR_NONE) {
+    throw std::runtime_error("Embree cannot build its tree over the mesh");
+  }
+}
+
+MeshScene::~MeshScene() = default;
+
+std::optional<RayHit> MeshScene::intersect(const Eigen::Vector3f& origin,
+                                           const Eigen::Vector3f& direction) const {
+  RTCRayHit query{};
+  query.ray.org_x = origin.x();
+  query.ray.org_y = origin.y();
+  query.ray.org_z = origin.z();
+  query.ray.dir_x = direction.x();
+  query.ray.dir_y = direction.y();
+  query.ray.dir_z = direction.z();
+  query.ray.tfar = std::numeric_limits<float>::infinity();
+  query.ray.mask = ~0u;
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(implementation_->scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const auto& triangle = implementation_->mesh.triangles[query.hit.primID];
+  const auto& vertices = implementation_->mesh.vertices;
+  const Eigen::Vector3f ab = vertices[triangle[1]] - vertices[triangle[0]];
+  const Eigen::Vector3f ac = vertices[triangle[2]] - vertices[triangle[0]];
+  return RayHit{query.ray.tfar, query.hit.primID, ab.cross(ac).normalized(),
+                {query.hit.u, query.hit.v}};
+}
+
+bool MeshScene::isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to,
+                       float margin) const {
+  RTCRay ray{};
+  ray.org_x = from.x();
+  ray.org_y = from.y();
+  ray.org_z = from.z();
+  ray.dir_x = to.x() - from.x();
+  ray.dir_y = to.y() - from.y();
+  ray.dir_z = to.z() - from.z();
+  ray.tfar = 1.0f - margin;
+  ray.mask = ~0u;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(implementation_->scene, &context, &ray);
+  return ray.tfar >= 0.0f;  // Embree sets it to minus infinity where something is in the way.
+}
+
+ClosestPoint MeshScene::closestPoint(const Eigen::Vector3f& p) const {
+  Implementation::Query found{&implementation_->mesh, p.cast<double>(),
+                              std::numeric_limits<double>::infinity(), 0};
+  RTCPointQuery query{};
+  query.x = p.x();
+  query.y = p.y();
+  query.z = p.z();
+  query.radius = std::numeric_limits<float>::infinity();
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(implementation_->scene, &query, &context, &Implementation::visitTriangle, &found);
+  return {std::sqrt(found.squared_distance), found.triangle};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,15 @@
+/// A loop over indices on all cores, with progress told to one callback.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace dtsdf {
+
+/// Calls body(begin, end) for chunks that cover [0, count), from several threads. `progress`, if
+/// given, is called by one thread at a time with the number of indices done. The first exception
+/// of a body is thrown again here.
+void parallelFor(size_t count, size_t chunk, const std::function<void(size_t, size_t)>& body,
+                 const std::function<void(size_t)>& progress = {});
+
+}  // namespace dtsdf

@@ -1,0 +1,26 @@
+/// Saves a mesh as .ply, .obj or .stl.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "dtsdf_mapping/meshing/mesh.h"
+
+namespace dtsdf {
+
+enum class MeshFormat {
+  kPly,  ///< Binary little-endian, with normals and colours.
+  kObj,  ///< Text, with normals; colours follow the positions, as many programs read them.
+  kStl,  ///< Binary, triangles and their normals only.
+};
+
+/// Format by the extension of a file name, in any case; nothing if it is not one of ours.
+std::optional<MeshFormat> meshFormatOf(const std::string& path);
+
+/// Saves a mesh in the format of the extension. Equal meshes give equal bytes. The file is written
+/// beside the old one and renamed; missing folders are made.
+/// @throws std::runtime_error for an unknown extension, an empty mesh (no triangles), or a file
+/// that cannot be written; the text names the path and says what to do.
+void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path);
+
+}  // namespace dtsdf

@@ -1,0 +1,32 @@
+/// Poses by time, and the rule by which a depth image gets its pose.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+namespace dtsdf {
+
+struct StampedPose {
+  double stamp_s;
+  Eigen::Isometry3d T_W_C;  ///< Camera's optical frame to map frame, metres.
+};
+
+/// Poses sorted by stamp; of several with the same stamp the first counts.
+class Trajectory {
+ public:
+  explicit Trajectory(std::vector<StampedPose> poses);
+
+  /// The pose at a stamp, if the pose nearest in time is at most `tolerance_s` away. Between two
+  /// poses it is interpolated: positions linearly, rotations by slerp. A pose at the very stamp is
+  /// taken as it is; before the first and after the last the end itself is taken, as nothing is
+  /// extrapolated.
+  std::optional<Eigen::Isometry3d> poseAt(double stamp_s, double tolerance_s) const;
+
+  const std::vector<StampedPose>& poses() const { return poses_; }
+
+ private:
+  std::vector<StampedPose> poses_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,22 @@
+/// Depth frames of a TUM RGB-D folder behind the FrameSource seam.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "dtsdf_mapping/io/frame_source.h"
+
+namespace dtsdf {
+
+struct TumOptions {
+  std::string folder;
+  double units_per_metre = 5000.0;     ///< Of the 16-bit depth images; > 0.
+  double pose_tolerance_s = 0.02;      ///< See Trajectory::poseAt().
+  FrameSelection selection;
+};
+
+/// Reads the folder's lists; images are decoded one by one.
+/// @throws std::runtime_error for what is missing or malformed, with file and line.
+std::unique_ptr<FrameSource> openTumFrames(const TumOptions& options);
+
+}  // namespace dtsdf

@@ -1,0 +1,143 @@
+#include "dtsdf_mapping/io/atomic_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kBufferBytes = 1 << 20;
+
+std::string adviceFor(int error_number) {
+  switch (error_number) {
+    case ENOSPC:
+    case EDQUOT:
+    case EFBIG:
+      return "; free some space or choose another folder";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "; choose a folder that you may write to";
+    case ENOTDIR:
+    case EEXIST:
+      return "; a part of its path is a file, choose another folder";
+    default:
+      return "; choose another file name or folder";
+  }
+}
+
+[[noreturn]] void throwCannotWrite(const std::string& path, int error_number) {
+  throw std::runtime_error("cannot write '" + path +
+                           "': " + std::generic_category().message(error_number) +
+                           adviceFor(error_number));
+}
+
+fs::path folderOf(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  return folder.empty() ? fs::path(".") : folder;
+}
+
+/// Unique in this process and, by the process id, among others that write to the same folder.
+std::string temporaryPathFor(const std::string& path) {
+  static std::atomic<unsigned> counter{0};
+  const std::string name = "." + fs::path(path).filename().string() + "." +
+                           std::to_string(getpid()) + "." + std::to_string(counter++) + ".tmp";
+  return (folderOf(path) / name).string();
+}
+
+/// The rename is on the disk only once its folder is. Some file systems cannot sync a folder; the
+/// file itself is whole either way, so that is no failure.
+void syncFolder(const fs::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  fsync(descriptor);
+  close(descriptor);
+}
+
+}  // namespace
+
+void prepareOutputFile(const std::string& path) {
+  if (path.empty() || fs::path(path).filename().empty()) {
+    throw std::runtime_error("cannot write '" + path + "': give the name of a file");
+  }
+  std::error_code error;
+  fs::create_directories(folderOf(path), error);
+  if (error) throwCannotWrite(path, error.value());
+  const fs::file_status status = fs::status(path, error);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw std::runtime_error("cannot write '" + path +
+                             "': it exists and is not a regular file; choose another name");
+  }
+  if (access(folderOf(path).c_str(), W_OK | X_OK) != 0) throwCannotWrite(path, errno);
+}
+
+AtomicFile::AtomicFile(const std::string& path) : path_(path) {
+  prepareOutputFile(path_);
+  temporary_path_ = temporaryPathFor(path_);
+  descriptor_ = open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) throwCannotWrite(path_, errno);
+  buffer_.reserve(kBufferBytes);
+}
+
+AtomicFile::~AtomicFile() { closeAndRemove(); }
+
+void AtomicFile::closeAndRemove() noexcept {
+  if (descriptor_ < 0) return;
+  close(descriptor_);
+  unlink(temporary_path_.c_str());
+  descriptor_ = -1;
+}
+
+void AtomicFile::fail(int error_number) {
+  closeAndRemove();
+  throwCannotWrite(path_, error_number);
+}
+
+void AtomicFile::write(const void* data, size_t bytes) {
+  buffer_.append(static_cast<const char*>(data), bytes);
+  if (buffer_.size() >= kBufferBytes) flush();
+}
+
+void AtomicFile::flush() {
+  const char* next = buffer_.data();
+  size_t left = buffer_.size();
+  while (left > 0) {
+    const ssize_t written = ::write(descriptor_, next, left);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(errno);
+    next += written;
+    left -= static_cast<size_t>(written);
+  }
+  buffer_.clear();
+}
+
+void AtomicFile::commit() {
+  flush();
+  if (fsync(descriptor_) != 0) fail(errno);
+  const int descriptor = descriptor_;
+  descriptor_ = -1;
+  if (close(descriptor) != 0 || rename(temporary_path_.c_str(), path_.c_str()) != 0) {
+    const int error_number = errno;
+    unlink(temporary_path_.c_str());
+    throwCannotWrite(path_, error_number);
+  }
+  syncFolder(folderOf(path_));
+}
+
+void writeFileAtomically(const std::string& path, const std::string& content) {
+  AtomicFile file(path);
+  file.write(content);
+  file.commit();
+}
+
+}  // namespace dtsdf

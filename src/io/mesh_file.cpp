@@ -1,0 +1,190 @@
+#include "dtsdf_mapping/io/mesh_file.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <locale>
+#include <sstream>
+#include <stdexcept>
+
+#include "dtsdf_mapping/io/atomic_file.h"
+
+namespace dtsdf {
+namespace {
+
+/// Appends numbers in little-endian order, on any machine.
+class LittleEndianWriter {
+ public:
+  explicit LittleEndianWriter(AtomicFile& file) : file_(file) {}
+
+  void writeUint8(uint8_t value) { file_.write(&value, 1); }
+  void writeUint16(uint16_t value) { writeBytes<2>(value); }
+  void writeUint32(uint32_t value) { writeBytes<4>(value); }
+  void writeFloat(float value) {
+    static_assert(sizeof(float) == sizeof(uint32_t) && std::numeric_limits<float>::is_iec559);
+    uint32_t bits;
+    std::memcpy(&bits, &value, sizeof(bits));
+    writeUint32(bits);
+  }
+  void writeVector(const Vec3f& v) {
+    writeFloat(v.x);
+    writeFloat(v.y);
+    writeFloat(v.z);
+  }
+
+ private:
+  template <int kBytes>
+  void writeBytes(uint32_t value) {
+    uint8_t bytes[kBytes];
+    for (int i = 0; i < kBytes; ++i) bytes[i] = static_cast<uint8_t>(value >> (8 * i));
+    file_.write(bytes, kBytes);
+  }
+
+  AtomicFile& file_;
+};
+
+std::string plyHeader(const Mesh& mesh) {
+  return "ply\n"
+         "format binary_little_endian 1.0\n"
+         "comment metres, map frame\n"
+         "element vertex " + std::to_string(mesh.vertices_m.size()) + "\n"
+         "property float x\n"
+         "property float y\n"
+         "property float z\n"
+         "property float nx\n"
+         "property float ny\n"
+         "property float nz\n"
+         "property uchar red\n"
+         "property uchar green\n"
+         "property uchar blue\n"
+         "element face " + std::to_string(mesh.triangles.size()) + "\n"
+         "property list uchar int vertex_indices\n"
+         "end_header\n";
+}
+
+void writePly(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
+  file.write(plyHeader(mesh));
+  LittleEndianWriter out(file);
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+    out.writeVector(mesh.vertices_m[i]);
+    out.writeVector(mesh.normals[i]);
+    for (uint8_t channel : vertexColour(colour, mesh.vertices_m[i], mesh.normals[i])) {
+      out.writeUint8(channel);
+    }
+  }
+  for (const auto& triangle : mesh.triangles) {
+    out.writeUint8(3);
+    for (uint32_t index : triangle) out.writeUint32(index);
+  }
+}
+
+std::ostream& operator<<(std::ostream& out, const Vec3f& v) {
+  return out << v.x << ' ' << v.y << ' ' << v.z;
+}
+
+void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());  // a host program's locale may write commas
+  out.precision(std::numeric_limits<float>::max_digits10);
+  const auto hand_over = [&] {
+    file.write(out.str());
+    out.str("");
+  };
+  out << "# metres, map frame\n";
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+    out << "v " << mesh.vertices_m[i];
+    for (uint8_t channel : vertexColour(colour, mesh.vertices_m[i], mesh.normals[i])) {
+      out << ' ' << static_cast<int>(channel) / 255.0f;
+    }
+    out << '\n';
+    hand_over();
+  }
+  for (const Vec3f& normal : mesh.normals) {
+    out << "vn " << normal << '\n';
+    hand_over();
+  }
+  for (const auto& triangle : mesh.triangles) {
+    out << 'f';
+    for (uint32_t index : triangle) out << ' ' << index + 1 << "//" << index + 1;  // from 1 on
+    out << '\n';
+    hand_over();
+  }
+}
+
+/// Unit normal of a triangle; zero, as the format allows, where it has no area.
+Vec3f triangleNormal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
+  const Vec3f u = b - a, v = c - a;
+  const Vec3f n{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
+  const float length = norm(n);
+  return length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 0.0f};
+}
+
+void writeStl(const Mesh& mesh, AtomicFile& file) {
+  std::string header = "binary STL, metres, map frame";  // must not begin with "solid"
+  header.resize(80, ' ');
+  file.write(header);
+  LittleEndianWriter out(file);
+  out.writeUint32(static_cast<uint32_t>(mesh.triangles.size()));
+  for (const auto& triangle : mesh.triangles) {
+    const Vec3f& a = mesh.vertices_m[triangle[0]];
+    const Vec3f& b = mesh.vertices_m[triangle[1]];
+    const Vec3f& c = mesh.vertices_m[triangle[2]];
+    out.writeVector(triangleNormal(a, b, c));
+    out.writeVector(a);
+    out.writeVector(b);
+    out.writeVector(c);
+    out.writeUint16(0);
+  }
+}
+
+/// What the formats can hold: .ply readers take indices as signed 32-bit numbers.
+void checkSize(const Mesh& mesh, const std::string& path) {
+  constexpr size_t kMaxCount = std::numeric_limits<int32_t>::max();
+  if (mesh.triangles.empty()) {
+    throw std::runtime_error("cannot save '" + path +
+                             "': the mesh is empty; fuse frames that see a surface first");
+  }
+  if (mesh.vertices_m.size() > kMaxCount || mesh.triangles.size() > kMaxCount) {
+    throw std::runtime_error("cannot save '" + path +
+                             "': the mesh has more than 2^31 - 1 vertices or triangles; "
+                             "use larger voxels");
+  }
+}
+
+}  // namespace
+
+std::optional<MeshFormat> meshFormatOf(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".ply") return MeshFormat::kPly;
+  if (extension == ".obj") return MeshFormat::kObj;
+  if (extension == ".stl") return MeshFormat::kStl;
+  return std::nullopt;
+}
+
+void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {
+  const std::optional<MeshFormat> format = meshFormatOf(path);
+  if (!format) {
+    throw std::runtime_error("cannot save '" + path +
+                             "': unknown format; give a name that ends in .ply, .obj or .stl");
+  }
+  checkSize(mesh, path);
+  AtomicFile file(path);
+  switch (*format) {
+    case MeshFormat::kPly:
+      writePly(mesh, colour, file);
+      break;
+    case MeshFormat::kObj:
+      writeObj(mesh, colour, file);
+      break;
+    case MeshFormat::kStl:
+      writeStl(mesh, file);
+      break;
+  }
+  file.commit();
+}
+
+}  // namespace dtsdf

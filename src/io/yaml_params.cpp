@@ -1,0 +1,96 @@
+#include "dtsdf_mapping/io/yaml_params.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <stdexcept>
+
+#include "io/text_file.h"
+
+namespace dtsdf {
+namespace {
+
+std::string placeOf(const std::string& name, const YAML::Mark& mark) {
+  return mark.is_null() ? name : name + ":" + std::to_string(mark.line + 1);
+}
+
+[[noreturn]] void throwAt(const std::string& name, const YAML::Mark& mark,
+                          const std::string& problem) {
+  throw std::runtime_error(placeOf(name, mark) + ": " + problem);
+}
+
+ParamValue valueOfPlainText(const std::string& text) {
+  for (const char* word : {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON"}) {
+    if (text == word) return true;
+  }
+  for (const char* word : {"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF"}) {
+    if (text == word) return false;
+  }
+  int whole = 0;
+  if (parseNumber(text, whole)) return whole;
+  double number = 0.0;
+  if (parseNumber(text, number)) return number;
+  return text;
+}
+
+ParamValue valueOf(const YAML::Node& scalar) {
+  const bool quoted = scalar.Tag() == "!" || scalar.Tag() == "tag:yaml.org,2002:str";
+  if (quoted) return scalar.Scalar();
+  return valueOfPlainText(scalar.Scalar());
+}
+
+/// Adds what a node holds under `prefix` ("" or "section/").
+void flatten(const YAML::Node& node, const std::string& prefix, const std::string& name,
+             ParamTree& tree) {
+  for (const auto& entry : node) {
+    if (!entry.first.IsScalar()) throwAt(name, entry.first.Mark(), "a key must be a text");
+    const std::string key = prefix + entry.first.Scalar();
+    const YAML::Node& value = entry.second;
+    if (value.IsMap()) {
+      flatten(value, key + "/", name, tree);
+    } else if (value.IsSequence()) {
+      throwAt(name, entry.first.Mark(), key + ": a list is not a setting");
+    } else if (!value.IsScalar()) {
+      throwAt(name, entry.first.Mark(), key + " has no value; give one or remove the key");
+    } else if (!tree.emplace(key, valueOf(value)).second) {
+      throwAt(name, entry.first.Mark(), key + " is given twice; remove one");
+    }
+  }
+}
+
+}  // namespace
+
+ParamTree parseYamlParams(const std::string& text, const std::string& name) {
+  ParamTree tree;
+  try {
+    const YAML::Node root = YAML::Load(text);
+    if (root.IsNull()) return tree;
+    if (!root.IsMap()) throwAt(name, root.Mark(), "settings must be written as 'key: value'");
+    flatten(root, "", name, tree);
+  } catch (const YAML::Exception& e) {
+    throwAt(name, e.mark, "not valid YAML: " + e.msg);
+  }
+  return tree;
+}
+
+ParamTree loadYamlParams(const std::string& path) {
+  return parseYamlParams(readTextFile(path, "give the name of a YAML file with settings"), path);
+}
+
+void setParam(const std::string& assignment, ParamTree& tree) {
+  const size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == assignment.size()) {
+    throw std::runtime_error("'" + assignment +
+                             "' is not of the form key=value, as in map/voxel_size_m=0.01");
+  }
+  const std::string key = assignment.substr(0, equals);
+  const std::string value = assignment.substr(equals + 1);
+  try {
+    const YAML::Node node = YAML::Load(value);
+    if (!node.IsScalar()) throw std::runtime_error(key + ": '" + value + "' is not one value");
+    tree[key] = valueOf(node);
+  } catch (const YAML::Exception&) {
+    throw std::runtime_error(key + ": '" + value + "' is not one value");
+  }
+}
+
+}  // namespace dtsdf

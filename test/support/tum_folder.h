@@ -1,0 +1,34 @@
+/// Writes a small TUM folder for tests.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+
+constexpr int kTumWidth = 8, kTumHeight = 6;
+
+/// `count` images, 0.1 s apart from stamp 100 on; image i has all pixels 1000 * (i + 1) and the
+/// camera stands at x = i.
+inline void writeTumFolder(const TemporaryFolder& folder, int count) {
+  std::string depth = "# stamp file\n", poses = "# stamp tx ty tz qx qy qz qw\n";
+  std::filesystem::create_directories(folder / "depth");
+  for (int i = 0; i < count; ++i) {
+    const std::string stamp = std::to_string(100.0 + 0.1 * i);
+    const std::string file = "depth/" + std::to_string(i) + ".png";
+    depth += stamp + " " + file + "\n";
+    poses += stamp + " " + std::to_string(i) + " 0 0 0 0 0 1\n";
+    const cv::Mat image(kTumHeight, kTumWidth, CV_16UC1, cv::Scalar(1000 * (i + 1)));
+    cv::imwrite(folder / file, image);
+  }
+  writeBytes(folder / "depth.txt", depth);
+  writeBytes(folder / "groundtruth.txt", poses);
+  writeBytes(folder / "camera_info.yaml",
+             "image_width: 8\nimage_height: 6\nprojection_matrix:\n"
+             "  data: [10, 0, 3.5, 0, 0, 11, 2.5, 0, 0, 0, 1, 0]\n");
+}
+
+}  // namespace dtsdf

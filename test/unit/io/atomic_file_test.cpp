@@ -1,0 +1,98 @@
+#include "dtsdf_mapping/io/atomic_file.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Makes writes beyond a size fail with EFBIG, as a full disk fails with ENOSPC.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limited{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limited);
+  }
+  ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST(AtomicFile, ReplacesTheOldFileOnCommit) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "a.txt", "old");
+  AtomicFile file(folder / "a.txt");
+  file.write("new");
+  EXPECT_EQ(readBytes(folder / "a.txt"), "old");
+  file.commit();
+  EXPECT_EQ(readBytes(folder / "a.txt"), "new");
+  EXPECT_EQ(folder.entryCount(), 1u);
+}
+
+TEST(AtomicFile, LeavesNothingWithoutCommit) {
+  const TemporaryFolder folder;
+  {
+    AtomicFile file(folder / "a.txt");
+    file.write("new");
+  }
+  EXPECT_EQ(folder.entryCount(), 0u);
+}
+
+TEST(AtomicFile, LeavesTheOldFileWholeWhenTheDiskIsFull) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "a.bin", "old");
+  std::string error;
+  {
+    const FileSizeLimit limit(1 << 20);
+    error = errorOf([&] { writeFileAtomically(folder / "a.bin", std::string(4 << 20, 'x')); });
+  }
+  EXPECT_TRUE(contains(error, folder / "a.bin")) << error;
+  EXPECT_TRUE(contains(error, "free some space")) << error;
+  EXPECT_EQ(readBytes(folder / "a.bin"), "old");
+  EXPECT_EQ(folder.entryCount(), 1u);
+}
+
+TEST(AtomicFile, WritesMoreThanItsBuffer) {
+  const TemporaryFolder folder;
+  std::string content;
+  AtomicFile file(folder / "a.bin");
+  for (int i = 0; i < 300000; ++i) {
+    const std::string piece = std::to_string(i) + " ";
+    content += piece;
+    file.write(piece);
+  }
+  file.commit();
+  EXPECT_EQ(readBytes(folder / "a.bin"), content);
+}
+
+TEST(AtomicFile, MakesMissingFolders) {
+  const TemporaryFolder folder;
+  writeFileAtomically(folder / "one/two/a.txt", "text");
+  EXPECT_EQ(readBytes(folder / "one/two/a.txt"), "text");
+}
+
+TEST(AtomicFile, RefusesWhatIsNoRegularFile) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "sub");
+  writeBytes(folder / "file", "text");
+  for (const std::string& path : {folder / "sub", std::string("/dev/null"), std::string(),
+                                  folder / "file/below.txt", folder / "sub/"}) {
+    const std::string error = errorOf([&] { prepareOutputFile(path); });
+    EXPECT_TRUE(contains(error, "cannot write '" + path + "'")) << path << ": " << error;
+    EXPECT_NE(errorOf([&] { AtomicFile file(path); }), "") << path;
+  }
+  EXPECT_FALSE(std::filesystem::is_regular_file("/dev/null"));
+}
+
+}  // namespace
+}  // namespace dtsdf

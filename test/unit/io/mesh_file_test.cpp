@@ -1,0 +1,168 @@
+#include "dtsdf_mapping/io/mesh_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <sstream>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+/// Two triangles that share an edge, in the planes z = 0 and x = 0.
+Mesh makeMesh() {
+  Mesh mesh;
+  mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, -0.1f}};
+  mesh.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {1, 0, 0}};
+  mesh.triangles = {{{0, 1, 2}}, {{0, 2, 3}}};
+  return mesh;
+}
+
+/// Takes little-endian numbers off the front of a text.
+class Bytes {
+ public:
+  explicit Bytes(std::string bytes) : bytes_(std::move(bytes)) {}
+
+  std::string text(size_t count) {
+    next_ += count;
+    return bytes_.substr(next_ - count, count);
+  }
+  uint32_t number(size_t count) {
+    uint32_t value = 0;
+    const std::string part = text(count);
+    for (size_t i = 0; i < part.size(); ++i) {
+      value |= static_cast<uint32_t>(static_cast<uint8_t>(part[i])) << (8 * i);
+    }
+    return value;
+  }
+  float real() {
+    const uint32_t bits = number(4);
+    float value;
+    std::memcpy(&value, &bits, 4);
+    return value;
+  }
+  Vec3f vector() {
+    const float x = real(), y = real(), z = real();
+    return {x, y, z};
+  }
+  size_t left() const { return bytes_.size() - next_; }
+
+ private:
+  std::string bytes_;
+  size_t next_ = 0;
+};
+
+void expectEqual(const Vec3f& actual, const Vec3f& expected) {
+  EXPECT_EQ(actual.x, expected.x);
+  EXPECT_EQ(actual.y, expected.y);
+  EXPECT_EQ(actual.z, expected.z);
+}
+
+class MeshFile : public testing::Test {
+ protected:
+  std::string save(const std::string& name) {
+    saveMesh(mesh_, MeshColour::kNormal, folder_ / name);
+    return readBytes(folder_ / name);
+  }
+
+  TemporaryFolder folder_;
+  Mesh mesh_ = makeMesh();
+};
+
+TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
+  const std::string content = save("mesh.ply");
+  const std::string end = "end_header\n";
+  const size_t body_at = content.find(end) + end.size();
+  const std::string header = content.substr(0, body_at);
+  EXPECT_EQ(header.find("ply\nformat binary_little_endian 1.0\n"), 0u);
+  EXPECT_NE(header.find("element vertex 4\n"), std::string::npos);
+  EXPECT_NE(header.find("element face 2\n"), std::string::npos);
+  Bytes body(content.substr(body_at));
+  for (size_t i = 0; i < mesh_.vertices_m.size(); ++i) {
+    expectEqual(body.vector(), mesh_.vertices_m[i]);
+    expectEqual(body.vector(), mesh_.normals[i]);
+    for (uint8_t channel :
+         vertexColour(MeshColour::kNormal, mesh_.vertices_m[i], mesh_.normals[i])) {
+      EXPECT_EQ(body.number(1), channel);
+    }
+  }
+  for (const auto& triangle : mesh_.triangles) {
+    EXPECT_EQ(body.number(1), 3u);
+    for (uint32_t index : triangle) EXPECT_EQ(body.number(4), index);
+  }
+  EXPECT_EQ(body.left(), 0u);
+}
+
+TEST_F(MeshFile, ObjHoldsPositionsNormalsAndFaces) {
+  std::istringstream in(save("mesh.obj"));
+  std::vector<Vec3f> positions, normals;
+  std::vector<std::string> faces;
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    Vec3f v;
+    words >> kind;
+    if (kind == "f") faces.push_back(line);
+    if (kind != "v" && kind != "vn") continue;
+    ASSERT_TRUE(words >> v.x >> v.y >> v.z) << line;
+    (kind == "v" ? positions : normals).push_back(v);
+  }
+  ASSERT_EQ(positions.size(), mesh_.vertices_m.size());
+  ASSERT_EQ(normals.size(), mesh_.normals.size());
+  for (size_t i = 0; i < positions.size(); ++i) {
+    expectEqual(positions[i], mesh_.vertices_m[i]);  // digits enough for the same float
+    expectEqual(normals[i], mesh_.normals[i]);
+  }
+  EXPECT_EQ(faces, (std::vector<std::string>{"f 1//1 2//2 3//3", "f 1//1 3//3 4//4"}));
+}
+
+TEST_F(MeshFile, StlHoldsTrianglesAndTheirNormals) {
+  Bytes bytes(save("mesh.stl"));
+  EXPECT_NE(bytes.text(80).substr(0, 5), "solid");
+  ASSERT_EQ(bytes.number(4), 2u);
+  const Vec3f normals[] = {{0, 0, 1}, {-1, 0, 0}};
+  for (size_t i = 0; i < 2; ++i) {
+    expectEqual(bytes.vector(), normals[i]);
+    for (uint32_t index : mesh_.triangles[i]) {
+      expectEqual(bytes.vector(), mesh_.vertices_m[index]);
+    }
+    EXPECT_EQ(bytes.number(2), 0u);
+  }
+  EXPECT_EQ(bytes.left(), 0u);
+}
+
+TEST_F(MeshFile, StlNormalOfATriangleWithoutAreaIsZero) {
+  mesh_.triangles = {{{0, 0, 1}}};
+  Bytes bytes(save("mesh.stl"));
+  bytes.text(84);
+  expectEqual(bytes.vector(), {0, 0, 0});
+}
+
+TEST_F(MeshFile, SavesTheSameBytesAgain) {
+  for (const std::string extension : {".ply", ".obj", ".stl"}) {
+    EXPECT_EQ(save("a" + extension), save("b" + extension)) << extension;
+  }
+}
+
+TEST_F(MeshFile, ExtensionChoosesTheFormatInAnyCase) {
+  EXPECT_EQ(meshFormatOf("a/b.PLY"), MeshFormat::kPly);
+  EXPECT_EQ(meshFormatOf("b.Obj"), MeshFormat::kObj);
+  EXPECT_EQ(meshFormatOf("x.ply.stl"), MeshFormat::kStl);
+  for (const char* path : {"", "ply", ".ply", "a.ply/b", "a.plyx", "a."}) {
+    EXPECT_EQ(meshFormatOf(path), std::nullopt) << path;
+  }
+}
+
+TEST_F(MeshFile, RefusesUnknownFormatsAndEmptyMeshes) {
+  const std::string unknown = errorOf([&] { save("mesh.xyz"); });
+  EXPECT_NE(unknown.find(".ply, .obj or .stl"), std::string::npos) << unknown;
+  writeBytes(folder_ / "mesh.ply", "old");
+  mesh_.triangles.clear();
+  const std::string empty = errorOf([&] { save("mesh.ply"); });
+  EXPECT_NE(empty.find("the mesh is empty"), std::string::npos) << empty;
+  EXPECT_EQ(readBytes(folder_ / "mesh.ply"), "old");
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,62 @@
+#include "dtsdf_mapping/io/trajectory.h"
+
+#include <gtest/gtest.h>
+
+namespace dtsdf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// At a stamp, x metres along the x axis and turned about z.
+StampedPose makePose(double stamp_s, double x, double angle) {
+  StampedPose pose{stamp_s, Eigen::Isometry3d::Identity()};
+  pose.T_W_C.translate(Eigen::Vector3d(x, 0, 0));
+  pose.T_W_C.rotate(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()));
+  return pose;
+}
+
+double angleOf(const Eigen::Isometry3d& T) { return Eigen::AngleAxisd(T.rotation()).angle(); }
+
+TEST(Trajectory, TakesAPoseAtTheVeryStampAsItIs) {
+  const Trajectory trajectory({makePose(1.0, 1, 0.1), makePose(2.0, 2, 0.2)});
+  EXPECT_TRUE(trajectory.poseAt(2.0, 0.0)->matrix() == trajectory.poses()[1].T_W_C.matrix());
+}
+
+TEST(Trajectory, InterpolatesBetweenNeighbours) {
+  const Trajectory trajectory({makePose(1.0, 1, 0.0), makePose(1.04, 5, kPi / 2)});
+  const auto T = trajectory.poseAt(1.01, 0.02);
+  ASSERT_TRUE(T);
+  EXPECT_NEAR(T->translation().x(), 2.0, 1e-9);
+  EXPECT_NEAR(angleOf(*T), kPi / 8, 1e-9);
+}
+
+TEST(Trajectory, TurnsTheShortWay) {
+  const Trajectory trajectory({makePose(0.0, 0, -3.0), makePose(1.0, 0, 3.0)});
+  EXPECT_NEAR(angleOf(*trajectory.poseAt(0.5, 1.0)), kPi, 1e-9);
+}
+
+TEST(Trajectory, HasNoPoseWhereNoneIsNear) {
+  const Trajectory trajectory({makePose(1.0, 1, 0), makePose(2.0, 2, 0)});
+  EXPECT_FALSE(trajectory.poseAt(1.5, 0.02));
+  EXPECT_FALSE(trajectory.poseAt(0.9, 0.02));
+  EXPECT_FALSE(trajectory.poseAt(2.1, 0.02));
+  EXPECT_TRUE(trajectory.poseAt(1.02, 0.02));  // also where rounding puts it beyond
+  EXPECT_TRUE(trajectory.poseAt(1.98, 0.02));
+}
+
+TEST(Trajectory, DoesNotExtrapolate) {
+  const Trajectory trajectory({makePose(1.0, 1, 0), makePose(2.0, 2, 0)});
+  EXPECT_EQ(trajectory.poseAt(0.99, 0.02)->translation().x(), 1.0);
+  EXPECT_EQ(trajectory.poseAt(2.01, 0.02)->translation().x(), 2.0);
+}
+
+TEST(Trajectory, SortsAndKeepsTheFirstOfEqualStamps) {
+  const Trajectory trajectory({makePose(2.0, 2, 0), makePose(1.0, 1, 0), makePose(2.0, 9, 0)});
+  ASSERT_EQ(trajectory.poses().size(), 2u);
+  EXPECT_EQ(trajectory.poseAt(2.0, 0.0)->translation().x(), 2.0);
+}
+
+TEST(Trajectory, MayBeEmpty) { EXPECT_FALSE(Trajectory({}).poseAt(0.0, 1e9)); }
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,143 @@
+#include "dtsdf_mapping/params/param_set.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace dtsdf {
+namespace {
+
+enum class Fruit { kApple, kPear };
+
+struct Params {
+  bool flag = true;
+  int count = 3;
+  float size = 0.02f;
+  double precise = 0.1;
+  std::string name = "none";
+  Fruit fruit = Fruit::kApple;
+};
+
+template <class Visitor>
+void visitParams(Params& p, Visitor& visit) {
+  visit("part/flag", p.flag);
+  visit("part/count", p.count, Range{1, 10});
+  visit("part/size", p.size, Range{0.001, 1.0});
+  visit("part/precise", p.precise, Range{-1.0, 1.0});
+  visit("part/name", p.name);
+  visit("part/fruit", p.fruit,
+        EnumNames<Fruit>{{"apple", Fruit::kApple}, {"pear", Fruit::kPear}});
+}
+
+Params read(const ParamTree& tree) {
+  Params params;
+  ParamReader reader(tree);
+  visitParams(params, reader);
+  reader.finish();
+  return params;
+}
+
+std::vector<std::string> violationsOf(const ParamTree& tree) {
+  try {
+    read(tree);
+  } catch (const ParamError& e) {
+    return e.violations();
+  }
+  return {};
+}
+
+TEST(ParamSet, KeepsDefaultsOfMissingKeys) {
+  const Params params = read({});
+  EXPECT_TRUE(params.flag);
+  EXPECT_EQ(params.count, 3);
+  EXPECT_EQ(params.size, 0.02f);
+}
+
+TEST(ParamSet, ReadsEveryType) {
+  const Params params = read({{"part/flag", false},
+                              {"part/count", 7},
+                              {"part/size", 0.5},
+                              {"part/precise", -0.25},
+                              {"part/name", std::string("some")},
+                              {"part/fruit", std::string("pear")}});
+  EXPECT_FALSE(params.flag);
+  EXPECT_EQ(params.count, 7);
+  EXPECT_EQ(params.size, 0.5f);
+  EXPECT_EQ(params.precise, -0.25);
+  EXPECT_EQ(params.name, "some");
+  EXPECT_EQ(params.fruit, Fruit::kPear);
+}
+
+TEST(ParamSet, AWholeNumberMayStandForAFloat) { EXPECT_EQ(read({{"part/size", 1}}).size, 1.0f); }
+
+TEST(ParamSet, RefusesWrongTypes) {
+  const std::pair<std::string, ParamValue> wrong[] = {
+      {"part/flag", 1},        {"part/flag", std::string("true")},
+      {"part/count", 3.0},     {"part/count", std::string("3")},
+      {"part/count", true},    {"part/size", std::string("0.1")},
+      {"part/size", true},     {"part/name", 5},
+      {"part/fruit", 1},       {"part/fruit", std::string("Apple")}};
+  for (const auto& [key, value] : wrong) {
+    const auto violations = violationsOf({{key, value}});
+    ASSERT_EQ(violations.size(), 1u) << key << " = " << toString(value);
+    EXPECT_EQ(violations[0].find(key + " = " + toString(value) + ": "), 0u) << violations[0];
+  }
+}
+
+TEST(ParamSet, KeepsRangesClosed) {
+  for (int count : {1, 10}) EXPECT_EQ(read({{"part/count", count}}).count, count);
+  for (int count : {0, 11, -2147483647}) {
+    EXPECT_EQ(violationsOf({{"part/count", count}}).size(), 1u) << count;
+  }
+  for (double size : {0.001, 1.0}) EXPECT_NO_THROW(read({{"part/size", size}})) << size;
+  for (double size : {0.0009, 1.001, std::numeric_limits<double>::infinity(),
+                      std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_EQ(violationsOf({{"part/size", size}}).size(), 1u) << size;
+  }
+}
+
+TEST(ParamSet, RefusesUnknownKeys) {
+  const auto violations = violationsOf({{"part/cuont", 5}});
+  ASSERT_EQ(violations.size(), 1u);
+  EXPECT_EQ(violations[0], "part/cuont = 5: no such parameter");
+}
+
+TEST(ParamSet, ReportsEverythingTogether) {
+  const ParamTree tree = {{"part/count", 99}, {"part/size", std::string("big")}, {"x", true}};
+  EXPECT_EQ(violationsOf(tree).size(), 3u);
+  try {
+    read(tree);
+  } catch (const ParamError& e) {
+    for (const auto& [key, value] : tree) {
+      EXPECT_NE(std::string(e.what()).find(key + " = "), std::string::npos) << e.what();
+    }
+  }
+}
+
+TEST(ParamSet, TakesRulesBetweenSettings) {
+  Params params;
+  ParamReader reader({{"part/count", 4}});
+  visitParams(params, reader);
+  reader.addViolation("part/count", "must be odd");
+  try {
+    reader.finish();
+    FAIL() << "the violation was lost";
+  } catch (const ParamError& e) {
+    EXPECT_EQ(e.violations(), std::vector<std::string>{"part/count = 4: must be odd"});
+  }
+}
+
+TEST(ParamSet, WritesWhatItReads) {
+  Params params;
+  params.fruit = Fruit::kPear;
+  params.size = 0.3f;
+  ParamWriter writer;
+  visitParams(params, writer);
+  EXPECT_EQ(writer.tree.size(), 6u);
+  EXPECT_EQ(writer.tree.at("part/size"), ParamValue(0.3));  // not 0.300000012
+  EXPECT_EQ(writer.tree.at("part/fruit"), ParamValue(std::string("pear")));
+  EXPECT_EQ(read(writer.tree).size, 0.3f);
+}
+
+}  // namespace
+}  // namespace dtsdf

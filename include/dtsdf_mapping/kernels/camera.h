@@ -25,10 +25,11 @@ struct FrameView {
   float voxel_size_m;
 };
 
-/// Depth of a raw value in metres, or 0 where it is no measurement within (min, max).
-DTSDF_HD float depthFromRaw(float raw, float unit_m, float min_depth_m, float max_depth_m) {
+/// Inverse depth of a raw value in 1/m, or 0 where it is no measurement in [min, max].
+DTSDF_HD float inverseDepth(float raw, float unit_m, float min_depth_m, float max_depth_m) {
   const float depth_m = raw * unit_m;
-  return depth_m >= min_depth_m && depth_m <= max_depth_m ? depth_m : 0.0f;  // NaN fails both
+  const bool usable = depth_m >= min_depth_m && depth_m <= max_depth_m;  // false for NaN
+  return usable ? 1.0f / depth_m : 0.0f;
 }
 
 /// The point at depth z_m of a pixel, in the camera's optical frame, in metres.

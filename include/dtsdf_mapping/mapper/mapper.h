@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/kernels/camera.h"
+#include "dtsdf_mapping/kernels/direction.h"
 #include "dtsdf_mapping/kernels/grid.h"
 #include "dtsdf_mapping/kernels/voxel.h"
 #include "dtsdf_mapping/mapper/mapper_params.h"

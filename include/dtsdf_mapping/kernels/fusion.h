@@ -1,0 +1,81 @@
+/// Fusion of one surfel, or of one voxel, into the sums of a frame: the paper's modes in one place.
+#pragma once
+
+#include "dtsdf_mapping/kernels/ray_casting.h"
+
+namespace dtsdf {
+
+/// What the rules need to know of the settings.
+struct FusionView {
+  int32_t cast_along_normal;  ///< Else along the view ray.
+  int32_t directional;
+  float truncation_voxels;
+  float max_weight;
+};
+
+/// The line that a surfel is cast along.
+DTSDF_HD SampleLine castSurfel(const FrameView& frame, const FusionView& fusion,
+                               const Surfel& surfel) {
+  Vec3f direction = surfel.normal_L;
+  if (!fusion.cast_along_normal) {
+    const Vec3f ray = surfel.p_L - frame.T_L_C.t;
+    direction = (1.0f / norm(ray)) * ray;
+  }
+  return makeSampleLine(surfel.p_L, surfel.normal_L, direction, fusion.truncation_voxels);
+}
+
+/// Adds the part of a surfel that lies inside one block to the block's sums. `add(direction, voxel
+/// index, weight, sdf)` takes fixed-point values.
+template <class Add>
+DTSDF_HD void castIntoBlock(const SampleLine& line, const DirectionSet& directions,
+                            const FusionView& fusion, float surfel_weight, const Vec3i& block_L,
+                            Add& add) {
+  const Vec3i first = firstVoxelOfBlock(block_L);
+  const int k0 = component(first, line.axis);
+  const int u_axis = line.axis == 2 ? 0 : line.axis + 1, v_axis = u_axis == 2 ? 0 : u_axis + 1;
+  const int u0 = component(first, u_axis), v0 = component(first, v_axis);
+  const int begin = line.first_plane > k0 ? line.first_plane : k0;
+  const int end = line.last_plane < k0 + kBlockSide - 1 ? line.last_plane : k0 + kBlockSide - 1;
+  const auto inside = [&](int u, int v) {
+    return u >= u0 && u < u0 + kBlockSide && v >= v0 && v < v0 + kBlockSide;
+  };
+  auto visit = [&](const Vec3i& voxel, float lateral, float distance) {
+    const int index = voxelIndex(voxel.x - first.x, voxel.y - first.y, voxel.z - first.z);
+    const int32_t sdf = quantiseSdf(distance / fusion.truncation_voxels);
+    for (int i = 0; i < directions.count; ++i) {
+      const int32_t weight = quantiseWeight(surfel_weight * lateral * directions.weight[i]);
+      if (weight > 0) add(directions.direction[i], index, weight, sdf);
+    }
+  };
+  for (int plane = begin; plane <= end; ++plane) {
+    visitPlane(line, plane, fusion.truncation_voxels, inside, visit);
+  }
+}
+
+/// Voxel projection: the projective distance of a voxel to the pixel that it falls on (Curless and
+/// Levoy 1996; the paper's VP). `add(direction, weight, sdf)` takes fixed-point values.
+template <class Add>
+DTSDF_HD void projectVoxel(const FrameView& frame, const FusionView& fusion, const Surfel* surfels,
+                           const Vec3i& voxel_L, Add& add) {
+  const Vec3f p_C = frame.voxel_size_m *
+                    rotateInverse(frame.T_L_C, toFloat(voxel_L) - frame.T_L_C.t);
+  if (!(p_C.z > 0.0f)) return;
+  const float u = frame.intrinsics.fx * p_C.x / p_C.z + frame.intrinsics.cx + 0.5f;
+  const float v = frame.intrinsics.fy * p_C.y / p_C.z + frame.intrinsics.cy + 0.5f;
+  if (!(u >= 0.0f && v >= 0.0f && u < static_cast<float>(frame.width) &&
+        v < static_cast<float>(frame.height))) {
+    return;
+  }
+  const Surfel& surfel = surfels[static_cast<int64_t>(v) * frame.width + static_cast<int64_t>(u)];
+  if (!(surfel.weight > 0.0f)) return;
+  const float distance = (surfel.depth_m - p_C.z) / frame.voxel_size_m;
+  if (distance < -fusion.truncation_voxels) return;
+  const int32_t sdf = quantiseSdf(distance / fusion.truncation_voxels);
+  const DirectionSet directions = directionsOf(surfel.normal_L, fusion.directional != 0);
+  for (int i = 0; i < directions.count; ++i) {
+    const int32_t weight = quantiseWeight(surfel.weight * directions.weight[i]);
+    if (weight > 0) add(directions.direction[i], weight, sdf);
+  }
+}
+
+}  // namespace dtsdf

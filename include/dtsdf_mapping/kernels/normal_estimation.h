@@ -1,0 +1,103 @@
+/// Surface normals from a depth image, by edge-stopped plane fits in inverse depth.
+///
+/// The inverse depth of a plane is an affine function of the pixel: with n^T P = delta and
+/// P = z ((u - cx) / fx, (v - cy) / fy, 1),
+///   1 / z = (n_x (u - cx) / fx + n_y (v - cy) / fy + n_z) / delta.
+/// Fitting value and slopes of 1 / z in a window around a pixel therefore gives the normal of a
+/// plane without bias, and the noise of triangulating sensors is uniform in this quantity. The
+/// least-squares fit over a rectangle separates into a fit along the row and one along the column.
+/// Each walk ends where neighbouring depths jump, so that nothing is mixed across a discontinuity.
+#pragma once
+
+#include "dtsdf_mapping/kernels/camera.h"
+
+namespace dtsdf {
+
+struct NormalFitSettings {
+  int32_t radius_px;  ///< Half width of the window.
+  float depth_jump;   ///< Largest share by which neighbouring depths on one surface may differ.
+};
+
+/// A straight line through samples of inverse depth, at the centre of the walk.
+struct LineFit {
+  float value;
+  float slope;  ///< Per pixel.
+  float mean_attached;  ///< Mean of the attached samples over the walk.
+  int32_t count;        ///< Samples used, the centre included; a slope needs two.
+};
+
+DTSDF_HD bool depthsConnected(float a, float b, float depth_jump) {
+  const float difference = a < b ? b - a : a - b;
+  return difference <= depth_jump * (a < b ? b : a);
+}
+
+/// Fits a line to `values` at offsets -before..after around `centre`, ending at invalid samples and
+/// jumps of `inverse_depth`. `attached` is averaged over the same samples.
+DTSDF_HD LineFit fitLine(const float* inverse_depth, const float* values, const float* attached,
+                         int64_t centre, int64_t stride, int before, int after, float depth_jump) {
+  const float origin = values[centre];
+  float n = 1.0f, sum_k = 0.0f, sum_kk = 0.0f, sum_y = 0.0f, sum_ky = 0.0f;
+  float sum_attached = attached[centre];
+  for (int side = -1; side <= 1; side += 2) {
+    const int steps = side < 0 ? before : after;
+    float previous = inverse_depth[centre];
+    for (int step = 1; step <= steps; ++step) {
+      const int64_t at = centre + side * step * stride;
+      const float current = inverse_depth[at];
+      if (!(current > 0.0f) || !depthsConnected(previous, current, depth_jump)) break;
+      previous = current;
+      const float k = static_cast<float>(side * step);
+      const float y = values[at] - origin;
+      n += 1.0f;
+      sum_k += k;
+      sum_kk += k * k;
+      sum_y += y;
+      sum_ky += k * y;
+      sum_attached += attached[at];
+    }
+  }
+  LineFit fit{origin, 0.0f, sum_attached / n, static_cast<int32_t>(n)};
+  if (fit.count < 2) return fit;
+  fit.slope = (n * sum_ky - sum_k * sum_y) / (n * sum_kk - sum_k * sum_k);
+  fit.value = origin + (sum_y - fit.slope * sum_k) / n;
+  return fit;
+}
+
+/// What the row pass leaves for the column pass, one image each.
+struct RowFit {
+  float value;  ///< Fitted inverse depth; 0 where there is none, or no slope.
+  float slope;
+};
+
+DTSDF_HD RowFit fitRow(const float* inverse_depth, int width, int u, int v,
+                       const NormalFitSettings& settings) {
+  const int64_t centre = static_cast<int64_t>(v) * width + u;
+  if (!(inverse_depth[centre] > 0.0f)) return {0.0f, 0.0f};
+  const int before = u < settings.radius_px ? u : settings.radius_px;
+  const int after = width - 1 - u < settings.radius_px ? width - 1 - u : settings.radius_px;
+  const LineFit fit = fitLine(inverse_depth, inverse_depth, inverse_depth, centre, 1, before, after,
+                              settings.depth_jump);
+  if (fit.count < 2) return {0.0f, 0.0f};
+  return {fit.value, fit.slope};
+}
+
+/// Unit normal in the camera frame, facing the camera; zero where none can be fitted.
+DTSDF_HD Vec3f fitNormal(const float* row_value, const float* row_slope, int width, int height,
+                         int u, int v, const Intrinsics& K, const NormalFitSettings& settings) {
+  const int64_t centre = static_cast<int64_t>(v) * width + u;
+  if (!(row_value[centre] > 0.0f)) return {0.0f, 0.0f, 0.0f};
+  const int before = v < settings.radius_px ? v : settings.radius_px;
+  const int after = height - 1 - v < settings.radius_px ? height - 1 - v : settings.radius_px;
+  const LineFit fit = fitLine(row_value, row_value, row_slope, centre, width, before, after,
+                              settings.depth_jump);
+  if (fit.count < 2) return {0.0f, 0.0f, 0.0f};
+  const float du = fit.mean_attached, dv = fit.slope;
+  const Vec3f n{-(K.fx * du), -(K.fy * dv),
+                (static_cast<float>(u) - K.cx) * du + (static_cast<float>(v) - K.cy) * dv -
+                    fit.value};
+  const float length = norm(n);
+  if (!(length > 0.0f)) return {0.0f, 0.0f, 0.0f};
+  return (1.0f / length) * n;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,87 @@
+#include "cpu/block_bins.h"
+
+#include <omp.h>
+
+namespace dtsdf {
+
+void BlockBins::Share::reset() {
+  bins.clear();
+  entries.clear();
+  index.clear();
+  for (CacheLine& line : cache_) line = {{INT32_MAX, 0, 0}, 0};
+}
+
+uint32_t BlockBins::Share::findBin(const Vec3i& block_L, const Vec3i& origin_block) {
+  CacheLine& line = cache_[(block_L.x & 3) | (block_L.y & 3) << 2 | (block_L.z & 3) << 4];
+  if (line.block_L == block_L) return line.bin;
+  const PackedKey key = packKey(block_L + origin_block);
+  const auto [it, is_new] = index.emplace(key, static_cast<uint32_t>(bins.size()));
+  if (is_new) bins.push_back({block_L, key, 0, 0, UINT32_MAX});
+  line = {block_L, it->second};
+  return it->second;
+}
+
+void BlockBins::Share::add(const Vec3i& block_L, const Vec3i& origin_block, uint32_t directions,
+                           uint32_t surfel) {
+  const uint32_t at = findBin(block_L, origin_block);
+  Bin& bin = bins[at];
+  if (bin.last_surfel == surfel) return;
+  bin.last_surfel = surfel;
+  bin.directions |= directions;
+  ++bin.count;
+  entries.push_back({at, surfel});
+}
+
+void BlockBins::Share::order() {
+  begin.assign(bins.size() + 1, 0);
+  for (size_t b = 0; b < bins.size(); ++b) begin[b + 1] = begin[b] + bins[b].count;
+  ordered.resize(entries.size());
+  std::vector<uint32_t> next(begin.begin(), begin.end());
+  for (const Entry& entry : entries) ordered[next[entry.bin]++] = entry.surfel;
+}
+
+const std::vector<TouchedBlock>& BlockBins::sort(const std::vector<Surfel>& surfels,
+                                                 const FrameView& frame, const FusionView& fusion,
+                                                 int threads) {
+  const Vec3i origin_block = blockOfVoxel(frame.origin_voxel);
+  shares_.resize(threads);
+#pragma omp parallel num_threads(threads)
+  {
+    Share& share = shares_[omp_get_thread_num()];
+    share.reset();
+#pragma omp for schedule(static)
+    for (int v = 0; v < frame.height; ++v) {
+      for (int u = 0; u < frame.width; ++u) {
+        const uint32_t i = static_cast<uint32_t>(v) * frame.width + u;
+        const Surfel& surfel = surfels[i];
+        if (!(surfel.weight > 0.0f)) continue;
+        const uint32_t directions =
+            directionMask(directionsOf(surfel.normal_L, fusion.directional != 0));
+        const SampleLine line = castSurfel(frame, fusion, surfel);
+        auto visit = [&](const Vec3i& block) { share.add(block, origin_block, directions, i); };
+        visitBlocks(line, visit);
+      }
+    }
+    share.order();
+  }
+  merge();
+  return touched_;
+}
+
+void BlockBins::merge() {
+  touched_.clear();
+  std::unordered_map<PackedKey, size_t, KeyHash> index;
+  for (const Share& share : shares_) {
+    for (size_t b = 0; b < share.bins.size(); ++b) {
+      const Bin& bin = share.bins[b];
+      const auto [it, is_new] = index.emplace(bin.key, touched_.size());
+      if (is_new) touched_.push_back({bin.block_L, bin.key, 0, {}});
+      TouchedBlock& block = touched_[it->second];
+      block.directions |= bin.directions;
+      block.surfels.push_back({share.ordered.data() + share.begin[b],
+                               share.ordered.data() + share.begin[b + 1]});
+    }
+  }
+}
+
+}  // namespace dtsdf

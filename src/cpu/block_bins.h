@@ -1,0 +1,73 @@
+/// Sorts the surfels of a frame by the blocks they touch, so that each block is then processed by
+/// one thread on its own: no atomics, and sums that stay in the cache.
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "dtsdf_mapping/kernels/fusion.h"
+#include "dtsdf_mapping/map/block_table.h"
+
+namespace dtsdf {
+
+/// A stretch of surfel indices.
+struct SurfelRange {
+  const uint32_t* begin;
+  const uint32_t* end;
+};
+
+/// A block that a frame touches.
+struct TouchedBlock {
+  Vec3i block_L;        ///< Coordinates relative to the frame's origin.
+  PackedKey key;        ///< Coordinates in the map.
+  uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
+  std::vector<SurfelRange> surfels;
+};
+
+class BlockBins {
+ public:
+  /// Finds the touched blocks; the ranges stay valid until the next call.
+  const std::vector<TouchedBlock>& sort(const std::vector<Surfel>& surfels, const FrameView& frame,
+                                        const FusionView& fusion, int threads);
+
+ private:
+  struct KeyHash {
+    size_t operator()(PackedKey key) const { return static_cast<size_t>(hashKey(key)); }
+  };
+  struct Bin {
+    Vec3i block_L;
+    PackedKey key;
+    uint32_t directions, count, last_surfel;
+  };
+  struct Entry {
+    uint32_t bin, surfel;
+  };
+  /// One thread's share; the buffers are kept from frame to frame.
+  struct Share {
+    std::vector<Bin> bins;
+    std::vector<Entry> entries;
+    std::vector<uint32_t> ordered, begin;
+    std::unordered_map<PackedKey, uint32_t, KeyHash> index;
+
+    void add(const Vec3i& block_L, const Vec3i& origin_block, uint32_t directions, uint32_t surfel);
+    void order();
+
+   private:
+    uint32_t findBin(const Vec3i& block_L, const Vec3i& origin_block);
+    static constexpr int kCacheSize = 64;
+    struct CacheLine {
+      Vec3i block_L;
+      uint32_t bin;
+    };
+    CacheLine cache_[kCacheSize];
+    friend class BlockBins;
+    void reset();
+  };
+
+  void merge();
+
+  std::vector<Share> shares_;
+  std::vector<TouchedBlock> touched_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,247 @@
+#include "cpu/block_mesher.h"
+
+#include <algorithm>
+
+namespace dtsdf {
+namespace {
+
+/// The samples at the corners of a block's units, collected from the block and its neighbours.
+struct BlockLattice {
+  Voxel corner[kDirectionCount][kLatticeCorners];
+  uint32_t present;  ///< Bit d: some of the blocks has an array of direction d.
+};
+
+void collectLattice(const BlockTable& table, VoxelStore& voxels, const BlockKey& key,
+                    BlockLattice& lattice) {
+  const Voxel* arrays[8][kDirectionCount] = {};
+  lattice.present = 0;
+  for (int n = 0; n < 8; ++n) {
+    const int32_t slot = table.find(packKey(key + Vec3i{n & 1, n >> 1 & 1, n >> 2 & 1}));
+    if (slot < 0) continue;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      const int32_t array = table.block(slot).array[d];
+      if (array == kNoArray) continue;
+      arrays[n][d] = voxels.array(array);
+      lattice.present |= 1u << d;
+    }
+  }
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!(lattice.present >> d & 1)) continue;
+    for (int i = 0; i < kLatticeCorners; ++i) {
+      const Vec3i c = latticeCorner(i);
+      const int n = (c.x >> kBlockSideLog2) | (c.y >> kBlockSideLog2) << 1 |
+                    (c.z >> kBlockSideLog2) << 2;
+      constexpr int kMask = kBlockSide - 1;
+      lattice.corner[d][i] = arrays[n][d] == nullptr
+                                 ? Voxel{0.0f, 0.0f}
+                                 : arrays[n][d][voxelIndex(c.x & kMask, c.y & kMask, c.z & kMask)];
+    }
+  }
+}
+
+std::vector<UnitIndices> indexUnits(const BlockLattice& lattice, bool directional) {
+  std::vector<UnitIndices> indices(kVoxelsPerBlock);
+  UnitSamples samples = {};
+  bool any = false;
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    const Vec3i unit = voxelOffset(i);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (!(lattice.present >> d & 1)) continue;
+      for (int c = 0; c < kCubeCorners; ++c) {
+        samples.corner[d][c] = lattice.corner[d][latticeIndex(
+            unit.x + (c & 1), unit.y + (c >> 1 & 1), unit.z + (c >> 2 & 1))];
+      }
+    }
+    indices[i] = indexUnit(kMeshTables, samples, directional);
+    any |= indices[i].sheet[0] != 0;
+  }
+  if (!any) indices.clear();
+  return indices;
+}
+
+bool sameIndices(const std::vector<UnitIndices>& a, const std::vector<UnitIndices>& b) {
+  return a.size() == b.size() &&
+         std::equal(a.begin(), a.end(), b.begin(), [](const UnitIndices& x, const UnitIndices& y) {
+           return x.sheet[0] == y.sheet[0] && x.sheet[1] == y.sheet[1];
+         });
+}
+
+/// Indices of the units in a block and in its six face neighbours.
+struct IndexNeighbourhood {
+  const UnitIndices* own;
+  const UnitIndices* face[6];  ///< -x, +x, -y, +y, -z, +z; null where there is no surface.
+
+  UnitIndices at(const Vec3i& unit) const {
+    const UnitIndices* block = own;
+    Vec3i u = unit;
+    for (int axis = 0; axis < 3; ++axis) {
+      int32_t& x = axis == 0 ? u.x : (axis == 1 ? u.y : u.z);
+      if (x >= 0 && x < kBlockSide) continue;
+      block = face[2 * axis + (x < 0 ? 0 : 1)];
+      x &= kBlockSide - 1;
+    }
+    return block == nullptr ? UnitIndices{{0, 0}} : block[voxelIndex(u.x, u.y, u.z)];
+  }
+};
+
+UnitIndices settle(const IndexNeighbourhood& indices, const Vec3i& unit) {
+  const UnitIndices own = indices.at(unit);
+  if (own.sheet[0] == 0) return own;
+  UnitIndices neighbours[6];
+  for (int face = 0; face < 6; ++face) {
+    neighbours[face] = indices.at(unit + faceOffset(face));
+  }
+  return regulariseUnit(own, neighbours);
+}
+
+float vertexOffset(const BlockLattice& lattice, int edge) {
+  const int lower = edgeCorner(edge), axis = edgeAxis(edge);
+  const int stride = axis == 0 ? 1 : (axis == 1 ? kLatticeSide : kLatticeSide * kLatticeSide);
+  EdgeSamples samples = {};
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!(lattice.present >> d & 1)) continue;
+    samples.lower[d] = lattice.corner[d][lower];
+    samples.upper[d] = lattice.corner[d][lower + stride];
+  }
+  return edgeOffset(samples, axis, edgeFacing(edge));
+}
+
+/// Turns lattice edges into indices of a sorted vertex list, and places the vertices.
+void placeVertices(const BlockLattice& lattice, const std::vector<int>& triangle_edges,
+                   BlockMesh& mesh) {
+  std::vector<int> edges = triangle_edges;
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  std::vector<uint16_t> number(kLatticeEdges);
+  for (const int edge : edges) {
+    number[edge] = static_cast<uint16_t>(mesh.vertices.size());
+    mesh.vertices.push_back(
+        {vertexPosition(edge, vertexOffset(lattice, edge)), static_cast<uint32_t>(edge)});
+  }
+  for (const int edge : triangle_edges) mesh.triangles.push_back(number[edge]);
+}
+
+BlockMesh emitBlock(const BlockLattice& lattice, const IndexNeighbourhood& indices,
+                    const BlockKey& key) {
+  BlockMesh mesh;
+  mesh.key = key;
+  if (indices.own == nullptr) return mesh;
+  std::vector<int> triangle_edges;
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    const Vec3i unit = voxelOffset(i);
+    const UnitIndices settled = settle(indices, unit);
+    for (const uint8_t index : settled.sheet) {
+      for (int k = 0; k < 3 * kMeshTables.triangle_count[index]; ++k) {
+        triangle_edges.push_back(unitEdge(unit, kMeshTables.triangle_edge[index][k], index));
+      }
+    }
+  }
+  placeVertices(lattice, triangle_edges, mesh);
+  return mesh;
+}
+
+/// {-1, 0}^3: the blocks whose units reach into a block, itself included.
+std::vector<Vec3i> unitReach() {
+  std::vector<Vec3i> offsets;
+  for (int n = 0; n < 8; ++n) offsets.push_back({-(n & 1), -(n >> 1 & 1), -(n >> 2 & 1)});
+  return offsets;
+}
+
+/// A block and its face neighbours: the blocks whose units are regularised against a block's.
+std::vector<Vec3i> regularisationReach() {
+  std::vector<Vec3i> offsets = {{0, 0, 0}};
+  for (int face = 0; face < 6; ++face) offsets.push_back(faceOffset(face));
+  return offsets;
+}
+
+}  // namespace
+
+BlockMesher::BlockMesher(const BlockTable& table, VoxelStore& voxels, bool directional, int threads)
+    : table_(table), voxels_(voxels), directional_(directional), threads_(threads) {}
+
+void BlockMesher::resize() {
+  if (state_.size() < table_.slotCount()) state_.resize(table_.slotCount());
+}
+
+void BlockMesher::clear() { state_.clear(); }
+
+std::vector<int32_t> BlockMesher::takeDirty() {
+  std::vector<int32_t> dirty;
+  for (size_t slot = 0; slot < state_.size(); ++slot) {
+    if (state_[slot].dirty) dirty.push_back(static_cast<int32_t>(slot));
+    state_[slot].dirty = false;
+  }
+  return dirty;
+}
+
+std::vector<int32_t> BlockMesher::withNeighbours(const std::vector<int32_t>& slots,
+                                                 const std::vector<Vec3i>& offsets) const {
+  std::vector<int32_t> result;
+  for (const int32_t slot : slots) {
+    for (const Vec3i& offset : offsets) {
+      const int32_t neighbour = table_.find(packKey(table_.block(slot).key + offset));
+      if (neighbour >= 0) result.push_back(neighbour);
+    }
+  }
+  std::sort(result.begin(), result.end());
+  result.erase(std::unique(result.begin(), result.end()), result.end());
+  return result;
+}
+
+std::vector<BlockMesh> BlockMesher::update() {
+  const std::vector<int32_t> reached = withNeighbours(takeDirty(), unitReach());
+  std::vector<uint8_t> changed(reached.size(), 0);
+#pragma omp parallel num_threads(threads_)
+  {
+    auto lattice = std::make_unique<BlockLattice>();
+#pragma omp for schedule(dynamic, 4)
+    for (size_t i = 0; i < reached.size(); ++i) {
+      collectLattice(table_, voxels_, table_.block(reached[i]).key, *lattice);
+      std::vector<UnitIndices> indices = indexUnits(*lattice, directional_);
+      std::vector<UnitIndices>& previous = state_[reached[i]].indices;
+      changed[i] = !sameIndices(indices, previous);
+      previous = std::move(indices);
+    }
+  }
+  std::vector<int32_t> emitted;
+  for (size_t i = 0; i < reached.size(); ++i) {
+    if (changed[i]) emitted.push_back(reached[i]);
+  }
+  emitted = withNeighbours(emitted, regularisationReach());
+  std::vector<int32_t> all;
+  std::set_union(emitted.begin(), emitted.end(), reached.begin(), reached.end(),
+                 std::back_inserter(all));
+
+  std::vector<BlockMesh> meshes(all.size());
+#pragma omp parallel num_threads(threads_)
+  {
+    auto lattice = std::make_unique<BlockLattice>();
+#pragma omp for schedule(dynamic, 4)
+    for (size_t i = 0; i < all.size(); ++i) {
+      const BlockKey key = table_.block(all[i]).key;
+      const auto indicesOf = [&](int32_t slot) {
+        return slot < 0 || state_[slot].indices.empty() ? nullptr : state_[slot].indices.data();
+      };
+      IndexNeighbourhood indices{indicesOf(all[i]), {}};
+      for (int face = 0; face < 6; ++face) {
+        indices.face[face] = indicesOf(table_.find(packKey(key + faceOffset(face))));
+      }
+      if (indices.own != nullptr) collectLattice(table_, voxels_, key, *lattice);
+      meshes[i] = emitBlock(*lattice, indices, key);
+    }
+  }
+
+  std::vector<BlockMesh> result;
+  for (size_t i = 0; i < all.size(); ++i) {
+    SlotState& state = state_[all[i]];
+    const bool has_mesh = !meshes[i].triangles.empty();
+    if (has_mesh || state.has_mesh) result.push_back(std::move(meshes[i]));
+    state.has_mesh = has_mesh;
+  }
+  std::sort(result.begin(), result.end(), [](const BlockMesh& a, const BlockMesh& b) {
+    return packKey(a.key) < packKey(b.key);
+  });
+  return result;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,193 @@
+#include "cpu/cpu_mapper.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include "mapper/frame_check.h"
+#include "mapper/fusion_view.h"
+
+namespace dtsdf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double millisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// The sums of one block over one frame; one per thread.
+struct BlockSums {
+  VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
+};
+
+void castSurfels(const TouchedBlock& block, const std::vector<Surfel>& surfels,
+                 const FrameView& view, const FusionView& fusion, BlockSums& sums) {
+  auto add = [&](int direction, int index, int32_t weight, int32_t sdf) {
+    addToSums(sums.voxel[direction][index], weight, sdf);
+  };
+  for (const SurfelRange& range : block.surfels) {
+    for (const uint32_t* i = range.begin; i != range.end; ++i) {
+      const Surfel& surfel = surfels[*i];
+      castIntoBlock(castSurfel(view, fusion, surfel),
+                    directionsOf(surfel.normal_L, fusion.directional != 0), fusion, surfel.weight,
+                    block.block_L, add);
+    }
+  }
+}
+
+void projectVoxels(const TouchedBlock& block, const std::vector<Surfel>& surfels,
+                   const FrameView& view, const FusionView& fusion, BlockSums& sums) {
+  for (int index = 0; index < kVoxelsPerBlock; ++index) {
+    auto add = [&](int direction, int32_t weight, int32_t sdf) {
+      addToSums(sums.voxel[direction][index], weight, sdf);
+    };
+    projectVoxel(view, fusion, surfels.data(), firstVoxelOfBlock(block.block_L) + voxelOffset(index),
+                 add);
+  }
+}
+
+/// Folds the sums of one array. @return whether the array holds anything.
+bool foldArray(const VoxelSums* sums, const FusionView& fusion, Voxel* voxels) {
+  bool observed = false;
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    voxels[i] = foldSums(voxels[i], sums[i], fusion.truncation_voxels, fusion.max_weight);
+    observed |= voxels[i].weight > 0.0f;
+  }
+  return observed;
+}
+
+}  // namespace
+
+CpuMapper::CpuMapper(const MapperParams& params)
+    : params_(params),
+      fusion_(makeFusionView(params)),
+      threads_(params.threads > 0 ? params.threads : omp_get_num_procs()),
+      table_(static_cast<size_t>(params.map.max_memory_mb) << 20),
+      mesher_(table_, voxels_, params.map.directional, threads_) {}
+
+IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
+  const Clock::time_point start = Clock::now();
+  IntegrationResult result;
+  if (const auto problem = findProblem(frame, params_)) {
+    result.status = problem->status;
+    result.message = problem->message;
+    return result;
+  }
+  const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
+  if (surfels_.compute(frame, view, params_.fusion, threads_) == 0) {
+    result.status = FrameStatus::kNoMeasurement;
+    result.message = noMeasurementMessage(params_);
+    return result;
+  }
+  const std::vector<TouchedBlock>& touched =
+      bins_.sort(surfels_.surfels(), view, fusion_, threads_);
+  admit(touched, result);
+  fuse(touched, view);
+  result.duration_ms = millisecondsSince(start);
+  return result;
+}
+
+void CpuMapper::admit(const std::vector<TouchedBlock>& touched, IntegrationResult& result) {
+  std::vector<BlockRequest> requests;
+  for (const TouchedBlock& block : touched) requests.push_back({block.key, block.directions});
+  const Admission admission = table_.admit(std::move(requests));
+  voxels_.resize(table_.arrayCount());
+  for (const int32_t array : admission.new_arrays) {
+    std::memset(voxels_.array(array), 0, BlockTable::kArrayBytes);
+  }
+  mesher_.resize();
+  result.refused_blocks = admission.refused;
+  refused_ += admission.refused;
+}
+
+void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& view) {
+  std::vector<uint32_t> empty_directions(touched.size(), 0);
+  const bool project = params_.fusion.mode == FusionMode::kVoxelProjection;
+#pragma omp parallel num_threads(threads_)
+  {
+    auto sums = std::make_unique<BlockSums>();
+#pragma omp for schedule(dynamic, 4)
+    for (size_t i = 0; i < touched.size(); ++i) {
+      const TouchedBlock& block = touched[i];
+      const int32_t slot = table_.find(block.key);
+      if (slot < 0) continue;
+      std::memset(sums.get(), 0, sizeof(BlockSums));
+      const auto accumulate = project ? projectVoxels : castSurfels;
+      accumulate(block, surfels_.surfels(), view, fusion_, *sums);
+      for (int d = 0; d < kDirectionCount; ++d) {
+        const int32_t array = table_.block(slot).array[d];
+        if (array == kNoArray) continue;
+        if (!foldArray(sums->voxel[d], fusion_, voxels_.array(array))) {
+          empty_directions[i] |= 1u << d;
+        }
+      }
+      mesher_.markDirty(slot);
+    }
+  }
+  recycleEmpty(touched, empty_directions);
+}
+
+void CpuMapper::recycleEmpty(const std::vector<TouchedBlock>& touched,
+                             const std::vector<uint32_t>& empty_directions) {
+  for (size_t i = 0; i < touched.size(); ++i) {
+    if (empty_directions[i] == 0) continue;
+    const int32_t slot = table_.find(touched[i].key);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (empty_directions[i] >> d & 1) table_.releaseArray(slot, d);
+    }
+    const auto& arrays = table_.block(slot).array;
+    if (std::all_of(arrays, arrays + kDirectionCount, [](int32_t a) { return a == kNoArray; })) {
+      mesher_.forget(slot);
+      table_.releaseBlock(slot);
+    }
+  }
+}
+
+void CpuMapper::beginMeshUpdate() {
+  const Clock::time_point start = Clock::now();
+  mesh_update_.blocks = mesher_.update();
+  mesh_update_.duration_ms = millisecondsSince(start);
+}
+
+MeshUpdate CpuMapper::finishMeshUpdate() {
+  MeshUpdate update = std::move(mesh_update_);
+  mesh_update_ = MeshUpdate();
+  return update;
+}
+
+void CpuMapper::clear() {
+  table_.clear();
+  voxels_.clear();
+  mesher_.clear();
+  mesh_update_ = MeshUpdate();
+  refused_ = 0;
+}
+
+MapStats CpuMapper::stats() const {
+  return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_};
+}
+
+std::vector<BlockSnapshot> CpuMapper::snapshot() {
+  std::vector<BlockSnapshot> blocks;
+  for (const int32_t slot : table_.sortedSlots()) {
+    const BlockEntry& entry = table_.block(slot);
+    BlockSnapshot copy;
+    copy.key = entry.key;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (entry.array[d] == kNoArray) continue;
+      const Voxel* voxels = voxels_.array(entry.array[d]);
+      copy.voxels[d].assign(voxels, voxels + kVoxelsPerBlock);
+    }
+    blocks.push_back(std::move(copy));
+  }
+  return blocks;
+}
+
+std::string CpuMapper::backendName() const {
+  return "cpu (" + std::to_string(threads_) + (threads_ == 1 ? " thread)" : " threads)");
+}
+
+}  // namespace dtsdf

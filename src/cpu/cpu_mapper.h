@@ -1,0 +1,43 @@
+/// The mapper on the CPU, with all cores.
+#pragma once
+
+#include "cpu/block_bins.h"
+#include "cpu/block_mesher.h"
+#include "cpu/frame_surfels.h"
+#include "cpu/voxel_store.h"
+#include "dtsdf_mapping/map/block_table.h"
+#include "dtsdf_mapping/mapper/mapper.h"
+
+namespace dtsdf {
+
+class CpuMapper : public Mapper {
+ public:
+  explicit CpuMapper(const MapperParams& params);
+
+  IntegrationResult integrate(const DepthFrame& frame) override;
+  void beginMeshUpdate() override;
+  MeshUpdate finishMeshUpdate() override;
+  void clear() override;
+  MapStats stats() const override;
+  std::vector<BlockSnapshot> snapshot() override;
+  std::string backendName() const override;
+
+ private:
+  void admit(const std::vector<TouchedBlock>& touched, IntegrationResult& result);
+  void fuse(const std::vector<TouchedBlock>& touched, const FrameView& view);
+  void recycleEmpty(const std::vector<TouchedBlock>& touched,
+                    const std::vector<uint32_t>& empty_directions);
+
+  MapperParams params_;
+  FusionView fusion_;
+  int threads_;
+  BlockTable table_;
+  VoxelStore voxels_;
+  FrameSurfels surfels_;
+  BlockBins bins_;
+  BlockMesher mesher_;
+  MeshUpdate mesh_update_;
+  uint64_t refused_ = 0;
+};
+
+}  // namespace dtsdf

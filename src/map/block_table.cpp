@@ -1,0 +1,106 @@
+#include "dtsdf_mapping/map/block_table.h"
+
+#include <algorithm>
+
+namespace dtsdf {
+
+BlockTable::BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
+
+int32_t BlockTable::find(PackedKey key) const {
+  const auto it = slots_.find(key);
+  return it == slots_.end() ? -1 : it->second;
+}
+
+size_t BlockTable::cost(const BlockRequest& request, int32_t slot) const {
+  size_t bytes = slot < 0 ? kBlockBytes : 0;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    const bool wanted = request.directions >> d & 1;
+    if (wanted && (slot < 0 || blocks_[slot].array[d] == kNoArray)) bytes += kArrayBytes;
+  }
+  return bytes;
+}
+
+int32_t BlockTable::makeBlock(PackedKey key) {
+  int32_t slot;
+  if (free_slots_.empty()) {
+    slot = static_cast<int32_t>(blocks_.size());
+    blocks_.emplace_back();
+  } else {
+    slot = free_slots_.back();
+    free_slots_.pop_back();
+  }
+  BlockEntry& entry = blocks_[slot];
+  entry.key = unpackKey(key);
+  for (int32_t& array : entry.array) array = kNoArray;
+  entry.in_use = true;
+  slots_.emplace(key, slot);
+  return slot;
+}
+
+Admission BlockTable::admit(std::vector<BlockRequest> requests) {
+  std::sort(requests.begin(), requests.end(),
+            [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
+  Admission admission;
+  for (size_t i = 0; i < requests.size(); ++i) {
+    BlockRequest request = requests[i];
+    while (i + 1 < requests.size() && requests[i + 1].key == request.key) {
+      request.directions |= requests[++i].directions;
+    }
+    int32_t slot = find(request.key);
+    const size_t bytes = cost(request, slot);
+    if (bytes == 0) continue;
+    if (bytesInUse() + bytes > budget_bytes_) {
+      ++admission.refused;
+      continue;
+    }
+    if (slot < 0) slot = makeBlock(request.key);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      int32_t& array = blocks_[slot].array[d];
+      if (!(request.directions >> d & 1) || array != kNoArray) continue;
+      if (free_arrays_.empty()) {
+        array = static_cast<int32_t>(array_count_++);
+      } else {
+        array = free_arrays_.back();
+        free_arrays_.pop_back();
+      }
+      ++arrays_in_use_;
+      admission.new_arrays.push_back(array);
+    }
+    admission.changed_slots.push_back(slot);
+  }
+  return admission;
+}
+
+void BlockTable::releaseArray(int32_t slot, int direction) {
+  int32_t& array = blocks_[slot].array[direction];
+  if (array == kNoArray) return;
+  free_arrays_.push_back(array);
+  array = kNoArray;
+  --arrays_in_use_;
+}
+
+void BlockTable::releaseBlock(int32_t slot) {
+  slots_.erase(packKey(blocks_[slot].key));
+  blocks_[slot].in_use = false;
+  free_slots_.push_back(slot);
+}
+
+void BlockTable::clear() {
+  slots_.clear();
+  blocks_.clear();
+  free_slots_.clear();
+  free_arrays_.clear();
+  array_count_ = 0;
+  arrays_in_use_ = 0;
+}
+
+std::vector<int32_t> BlockTable::sortedSlots() const {
+  std::vector<std::pair<PackedKey, int32_t>> entries(slots_.begin(), slots_.end());
+  std::sort(entries.begin(), entries.end());
+  std::vector<int32_t> slots;
+  slots.reserve(entries.size());
+  for (const auto& [key, slot] : entries) slots.push_back(slot);
+  return slots;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,42 @@
+#include <stdexcept>
+
+#include "cpu/cpu_mapper.h"
+#include "dtsdf_mapping/mapper/mapper.h"
+#ifdef DTSDF_WITH_CUDA
+#include "cuda_mapper.h"
+#endif
+
+namespace dtsdf {
+
+const char* toString(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::kFused: return "fused";
+    case FrameStatus::kBadImage: return "bad image";
+    case FrameStatus::kBadIntrinsics: return "bad intrinsics";
+    case FrameStatus::kBadPose: return "bad pose";
+    case FrameStatus::kNoMeasurement: return "no measurement";
+  }
+  return "unknown";
+}
+
+#ifdef DTSDF_WITH_CUDA
+std::string cudaUnavailableReason() { return findCudaProblem(); }
+static std::unique_ptr<Mapper> makeCuda(const MapperParams& params) {
+  return makeCudaMapper(params);
+}
+#else
+std::string cudaUnavailableReason() {
+  return "this build has no CUDA backend; build with -DWITH_CUDA=ON and the CUDA Toolkit installed";
+}
+static std::unique_ptr<Mapper> makeCuda(const MapperParams&) { return nullptr; }
+#endif
+
+std::unique_ptr<Mapper> makeMapper(const MapperParams& params) {
+  if (params.backend == Backend::kCpu) return std::make_unique<CpuMapper>(params);
+  const std::string reason = cudaUnavailableReason();
+  if (reason.empty()) return makeCuda(params);
+  if (params.backend == Backend::kAuto) return std::make_unique<CpuMapper>(params);
+  throw std::runtime_error("backend 'cuda' cannot be used: " + reason);
+}
+
+}  // namespace dtsdf

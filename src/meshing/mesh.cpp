@@ -1,0 +1,162 @@
+#include "dtsdf_mapping/meshing/mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "dtsdf_mapping/kernels/mesh_emit.h"
+
+namespace dtsdf {
+namespace {
+
+/// An edge of the whole grid: the block that owns it and the edge's number in there.
+struct GlobalEdge {
+  PackedKey block;
+  uint32_t edge;
+  bool operator==(const GlobalEdge& other) const {
+    return block == other.block && edge == other.edge;
+  }
+};
+
+struct GlobalEdgeHash {
+  size_t operator()(const GlobalEdge& e) const {
+    return static_cast<size_t>(hashKey(e.block * kLatticeEdges + e.edge));
+  }
+};
+
+/// The owner of an edge is the block of its lower corner: corners on a far face of the lattice
+/// belong to the neighbour.
+GlobalEdge ownerOf(const BlockKey& key, uint32_t edge) {
+  const Vec3i corner = latticeCorner(edgeCorner(static_cast<int>(edge)));
+  const Vec3i step{corner.x >> kBlockSideLog2, corner.y >> kBlockSideLog2,
+                   corner.z >> kBlockSideLog2};
+  constexpr int kMask = kBlockSide - 1;
+  const int own = latticeEdge(latticeIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask),
+                              edgeAxis(static_cast<int>(edge)), edgeFacing(static_cast<int>(edge)));
+  return {packKey(key + step), static_cast<uint32_t>(own)};
+}
+
+/// Joins block meshes; the order of the blocks decides the order of everything.
+class Assembler {
+ public:
+  explicit Assembler(const MeshStore& store) : store_(store) {}
+
+  void add(const BlockMesh& block) {
+    std::vector<uint32_t> number(block.vertices.size());
+    for (size_t i = 0; i < block.vertices.size(); ++i) {
+      const BlockVertex& vertex = block.vertices[i];
+      const auto [it, is_new] = index_.emplace(ownerOf(block.key, vertex.edge),
+                                               static_cast<uint32_t>(mesh_.vertices_m.size()));
+      if (is_new) mesh_.vertices_m.push_back(store_.positionInMap(block.key, vertex));
+      number[i] = it->second;
+    }
+    for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
+      mesh_.triangles.push_back({number[block.triangles[t]], number[block.triangles[t + 1]],
+                                 number[block.triangles[t + 2]]});
+    }
+  }
+
+  Mesh finish() {
+    computeNormals();
+    return std::move(mesh_);
+  }
+
+ private:
+  /// Area-weighted mean of the normals of the triangles around each vertex.
+  void computeNormals() {
+    mesh_.normals.assign(mesh_.vertices_m.size(), Vec3f{0.0f, 0.0f, 0.0f});
+    for (const auto& t : mesh_.triangles) {
+      const Vec3f a = mesh_.vertices_m[t[1]] - mesh_.vertices_m[t[0]];
+      const Vec3f b = mesh_.vertices_m[t[2]] - mesh_.vertices_m[t[0]];
+      const Vec3f n{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+      for (const uint32_t v : t) mesh_.normals[v] = mesh_.normals[v] + n;
+    }
+    for (Vec3f& n : mesh_.normals) {
+      const float length = norm(n);
+      n = length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 1.0f};
+    }
+  }
+
+  const MeshStore& store_;
+  Mesh mesh_;
+  std::unordered_map<GlobalEdge, uint32_t, GlobalEdgeHash> index_;
+};
+
+uint8_t toByte(float share) {
+  return static_cast<uint8_t>(std::lround(255.0f * std::min(std::max(share, 0.0f), 1.0f)));
+}
+
+/// Fully saturated colour of a hue in [0, 1).
+std::array<uint8_t, 3> hueToRgb(float hue) {
+  const auto ramp = [hue](float shift) {
+    const float h = hue + shift - std::floor(hue + shift);
+    return toByte(std::abs(6.0f * h - 3.0f) - 1.0f);
+  };
+  return {ramp(0.0f), ramp(2.0f / 3.0f), ramp(1.0f / 3.0f)};
+}
+
+}  // namespace
+
+MeshStore::MeshStore(float voxel_size_m) : voxel_size_m_(voxel_size_m) {}
+
+void MeshStore::apply(const MeshUpdate& update) {
+  for (const BlockMesh& block : update.blocks) {
+    const PackedKey key = packKey(block.key);
+    const auto it = blocks_.find(key);
+    if (it != blocks_.end()) triangle_count_ -= it->second.triangles.size() / 3;
+    triangle_count_ += block.triangles.size() / 3;
+    if (block.triangles.empty()) {
+      if (it != blocks_.end()) blocks_.erase(it);
+    } else if (it != blocks_.end()) {
+      it->second = block;
+    } else {
+      blocks_.emplace(key, block);
+    }
+  }
+}
+
+void MeshStore::clear() {
+  blocks_.clear();
+  triangle_count_ = 0;
+}
+
+Vec3f MeshStore::positionInMap(const BlockKey& key, const BlockVertex& vertex) const {
+  const double h = voxel_size_m_;
+  const Vec3i first = firstVoxelOfBlock(key);
+  return {static_cast<float>((first.x + static_cast<double>(vertex.position.x)) * h),
+          static_cast<float>((first.y + static_cast<double>(vertex.position.y)) * h),
+          static_cast<float>((first.z + static_cast<double>(vertex.position.z)) * h)};
+}
+
+Mesh MeshStore::assemble() const {
+  Assembler assembler(*this);
+  for (const auto& [key, block] : blocks_) assembler.add(block);
+  return assembler.finish();
+}
+
+Mesh MeshStore::assemble(const std::vector<PackedKey>& keys) const {
+  Assembler assembler(*this);
+  for (const PackedKey key : keys) {
+    const auto it = blocks_.find(key);
+    if (it != blocks_.end()) assembler.add(it->second);
+  }
+  return assembler.finish();
+}
+
+std::array<uint8_t, 3> vertexColour(MeshColour mode, const Vec3f& p_W, const Vec3f& normal_W) {
+  constexpr float kRainbowPeriod_m = 3.0f;
+  switch (mode) {
+    case MeshColour::kNormal:
+      return {toByte(0.5f + 0.5f * normal_W.x), toByte(0.5f + 0.5f * normal_W.y),
+              toByte(0.5f + 0.5f * normal_W.z)};
+    case MeshColour::kHeight: {
+      const float turns = p_W.z / kRainbowPeriod_m;
+      return hueToRgb(turns - std::floor(turns));
+    }
+    case MeshColour::kPlain:
+      break;
+  }
+  return {200, 200, 200};
+}
+
+}  // namespace dtsdf

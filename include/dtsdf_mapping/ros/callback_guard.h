@@ -1,0 +1,24 @@
+/// Keeps exceptions inside a ROS callback: one that leaves it ends every nodelet of the process.
+#pragma once
+
+#include <ros/console.h>
+
+#include <exception>
+
+namespace dtsdf {
+
+/// Runs `body`; what it throws is logged with the callback's name. True if nothing was thrown.
+template <class Body>
+bool guarded(const char* callback, Body&& body) noexcept {
+  try {
+    body();
+    return true;
+  } catch (const std::exception& error) {
+    ROS_ERROR_STREAM_NAMED("dtsdf_mapping", callback << ": " << error.what());
+  } catch (...) {
+    ROS_ERROR_STREAM_NAMED("dtsdf_mapping", callback << ": unknown error");
+  }
+  return false;
+}
+
+}  // namespace dtsdf

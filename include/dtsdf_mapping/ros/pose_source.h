@@ -1,0 +1,45 @@
+/// The camera's pose in the map frame at an image's stamp, from tf2.
+#pragma once
+
+#include <ros/node_handle.h>
+#include <tf2/buffer_core.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <Eigen/Geometry>
+#include <string>
+
+namespace dtsdf {
+
+struct PoseAnswer {
+  enum class Kind {
+    kKnown,
+    kNotYet,  ///< It may still come.
+    kNever,   ///< The transforms known are all newer than the stamp.
+  };
+  Kind kind = Kind::kNotYet;
+  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Only if known.
+  std::string text;  ///< Unless known: what is missing, and what the newest transform is.
+};
+
+/// Thread safe. Listens to /tf and /tf_static on a thread of its own.
+class PoseSource {
+ public:
+  PoseSource(const ros::NodeHandle& nh, const std::string& map_frame);
+
+  PoseAnswer lookUp(const std::string& camera_frame, const ros::Time& stamp) const;
+
+  /// Forgets all transforms that are not static, after a jump of time.
+  void clear() { buffer_.clear(); }
+
+  const std::string& mapFrame() const { return map_frame_; }
+
+ private:
+  PoseAnswer explainFailure(const std::string& camera_frame, const ros::Time& stamp,
+                            const std::string& error) const;
+
+  std::string map_frame_;
+  tf2::BufferCore buffer_;
+  tf2_ros::TransformListener listener_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,54 @@
+/// One thread for the heavy work: it repeats a step, and runs tasks of other threads in between.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+namespace dtsdf {
+
+class WorkerThread {
+ public:
+  /// Does some work and says how long to wait before the next call, unless woken.
+  using Step = std::function<std::chrono::milliseconds()>;
+
+  /// `step` must not throw.
+  explicit WorkerThread(Step step);
+  ~WorkerThread() { stop(); }
+
+  /// There may be work: calls the step without more delay.
+  void wake();
+
+  /// Runs `task` on the thread, between two steps, and hands its result or exception over.
+  template <class Task>
+  auto run(Task task) -> std::future<decltype(task())> {
+    auto packaged = std::make_shared<std::packaged_task<decltype(task())()>>(std::move(task));
+    auto result = packaged->get_future();
+    post([packaged] { (*packaged)(); });
+    return result;
+  }
+
+  /// Ends the thread. Tasks that were not run fail with std::future_error.
+  void stop();
+
+ private:
+  void post(std::function<void()> task);
+  void loop();
+  void runTasks();
+  bool waitFor(std::chrono::milliseconds delay);
+
+  Step step_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> tasks_;
+  bool woken_ = false;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace dtsdf

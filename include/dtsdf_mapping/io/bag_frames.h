@@ -13,7 +13,10 @@ struct BagOptions {
   std::string path;
   std::string depth_topic;        ///< Empty: the bag's only topic with depth images.
   std::string info_topic;         ///< Empty: camera_info beside the depth topic.
-  std::string map_frame = "map";  ///< Frame W; the optical frame is the depth images' frame_id.
+  std::string map_frame = "map";  ///< Frame W.
+  std::string camera_frame;       ///< Camera's optical frame; empty: the images' frame_id.
+  float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
+  float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
   FrameSelection selection;
 };
 

@@ -22,15 +22,13 @@ struct PixelRect {
 };
 
 /// Bounds of the mesh in the image, or the whole image where part of it lies beside the camera.
-PixelRect imageBounds(const TriangleMesh& mesh, const ViewCamera& camera,
+PixelRect imageBounds(const Eigen::AlignedBox3f& bounds, const ViewCamera& camera,
                       const Eigen::Isometry3d& T_W_C) {
-  Eigen::AlignedBox3d bounds;
-  for (const Eigen::Vector3f& p : mesh.vertices) bounds.extend(p.cast<double>());
   const Eigen::Isometry3d T_C_W = T_W_C.inverse();
   double u_min = camera.width, u_max = -1.0, v_min = camera.height, v_max = -1.0;
   for (int i = 0; i < 8; ++i) {
-    const auto corner = static_cast<Eigen::AlignedBox3d::CornerType>(i);
-    const Eigen::Vector3d p_C = T_C_W * bounds.corner(corner);
+    const auto corner = static_cast<Eigen::AlignedBox3f::CornerType>(i);
+    const Eigen::Vector3d p_C = T_C_W * bounds.corner(corner).cast<double>();
     if (p_C.z() <= 1e-3) return {0, camera.width, 0, camera.height};
     const double u = camera.intrinsics.fx * p_C.x() / p_C.z() + camera.intrinsics.cx;
     const double v = camera.intrinsics.fy * p_C.y() / p_C.z() + camera.intrinsics.cy;
@@ -48,7 +46,8 @@ PixelRect imageBounds(const TriangleMesh& mesh, const ViewCamera& camera,
 
 std::string stampText(size_t index) {
   char text[32];
-  std::snprintf(text, sizeof(text), "%.6f", kFirstStamp_s + kFramePeriod_s * static_cast<double>(index));
+  std::snprintf(text, sizeof(text), "%.6f",
+                kFirstStamp_s + kFramePeriod_s * static_cast<double>(index));
   return text;
 }
 
@@ -73,11 +72,11 @@ void writeText(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-RenderedView renderView(const MeshScene& scene, const TriangleMesh& mesh,
-                        const ViewCamera& camera, const Eigen::Isometry3d& T_W_C) {
+RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
+                        const Eigen::Isometry3d& T_W_C) {
   const size_t pixels = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
   RenderedView view{std::vector<float>(pixels, 0.0f), std::vector<float>(pixels, 0.0f)};
-  const PixelRect rect = imageBounds(mesh, camera, T_W_C);
+  const PixelRect rect = imageBounds(scene.bounds(), camera, T_W_C);
   const Eigen::Matrix3f R_W_C = T_W_C.linear().cast<float>();
   const Eigen::Vector3f origin_W = T_W_C.translation().cast<float>();
   for (int v = rect.v_begin; v < rect.v_end; ++v) {

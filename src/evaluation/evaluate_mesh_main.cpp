@@ -6,8 +6,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "command_line.h"
 #include "dtsdf_mapping/evaluation/mesh_metrics.h"
+#include "picture_options.h"
 
 namespace {
 
@@ -23,35 +23,70 @@ and the mesh's topology. Vertices are taken as they are indexed; none are welded
   --seed N           seed of the samples (1)
   --threshold M,...  distances for the F-score in metres (0.005,0.01,0.025)
   --json OUT.json    write the figures there as well
+  --heatmap OUT.ply  the reconstruction, coloured by its vertices' distance to the ground truth
+  --picture OUT.png  a picture of that with a scale; the view is chosen by:
 )";
 
-void evaluate(const dtsdf::CommandLine& arguments) {
-  const dtsdf::TriangleMesh reconstruction = dtsdf::readPly(arguments.positional()[0]);
-  const dtsdf::TriangleMesh ground_truth = dtsdf::readPly(arguments.positional()[1]);
+constexpr char kScaleUsage[] =
+    "  --scale-mm S       full scale of the colours (a round number above the 95th percentile)\n";
+
+dtsdf::Evaluation measure(const dtsdf::CommandLine& arguments,
+                          const dtsdf::TriangleMesh& reconstruction,
+                          const dtsdf::TriangleMesh& ground_truth) {
   std::optional<dtsdf::Views> views;
   if (arguments.has("views")) views = dtsdf::readViews(arguments.text("views", ""));
   dtsdf::EvaluationOptions options;
   options.samples = static_cast<size_t>(arguments.number("samples", 1e6, 1, 1e9));
   options.seed = static_cast<uint64_t>(arguments.number("seed", 1, 0, 1e15));
   options.thresholds_m = arguments.numbers("threshold", options.thresholds_m);
-  const std::string json = dtsdf::toJson(
-      dtsdf::evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options));
-  std::fputs(json.c_str(), stdout);
-  if (!arguments.has("json")) return;
-  std::ofstream out(arguments.text("json", ""));
+  options.show_progress = true;
+  return dtsdf::evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options);
+}
+
+void writeJson(const std::string& path, const std::string& json) {
+  std::ofstream out(path);
   out << json;
   out.close();
-  if (!out) throw std::runtime_error(arguments.text("json", "") + ": cannot be written");
+  if (!out) throw std::runtime_error(path + ": cannot be written");
+}
+
+void writeErrorColours(const dtsdf::CommandLine& arguments, dtsdf::TriangleMesh reconstruction,
+                       const dtsdf::TriangleMesh& ground_truth) {
+  const std::vector<double> errors_m =
+      dtsdf::distancesTo(dtsdf::MeshScene(ground_truth), reconstruction.vertices);
+  const double automatic_mm = 1e3 * dtsdf::niceErrorScale(errors_m);
+  const double scale_mm = arguments.number("scale-mm", automatic_mm, 1e-6, 1e6);
+  dtsdf::colourByError(reconstruction, errors_m, 1e-3 * scale_mm);
+  if (arguments.has("heatmap")) dtsdf::writePly(arguments.text("heatmap", ""), reconstruction);
+  if (!arguments.has("picture")) return;
+  const dtsdf::MeshScene scene(reconstruction);
+  dtsdf::PictureOptions options = dtsdf::readPictureOptions(arguments, scene.bounds());
+  options.legend = dtsdf::Legend{"error, mm", scale_mm};
+  dtsdf::writePicture(arguments.text("picture", ""), scene, options);
+}
+
+void evaluate(const dtsdf::CommandLine& arguments) {
+  const dtsdf::TriangleMesh reconstruction = dtsdf::readPly(arguments.positional()[0]);
+  const dtsdf::TriangleMesh ground_truth = dtsdf::readPly(arguments.positional()[1]);
+  const std::string json = dtsdf::toJson(measure(arguments, reconstruction, ground_truth));
+  std::fputs(json.c_str(), stdout);
+  if (arguments.has("json")) writeJson(arguments.text("json", ""), json);
+  if (arguments.has("heatmap") || arguments.has("picture")) {
+    writeErrorColours(arguments, reconstruction, ground_truth);
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
-    const dtsdf::CommandLine arguments(argc, argv,
-                                       {"views", "samples", "seed", "threshold", "json"}, {"help"});
+    std::set<std::string> options = dtsdf::pictureOptionNames();
+    options.insert({"views", "samples", "seed", "threshold", "json", "heatmap", "picture",
+                    "scale-mm"});
+    const dtsdf::CommandLine arguments(argc, argv, options, {"help"});
     if (arguments.has("help") || arguments.positional().size() != 2) {
-      std::fputs(kUsage, arguments.has("help") ? stdout : stderr);
+      const std::string usage = kUsage + dtsdf::pictureUsage() + kScaleUsage;
+      std::fputs(usage.c_str(), arguments.has("help") ? stdout : stderr);
       return arguments.has("help") ? 0 : 2;
     }
     evaluate(arguments);

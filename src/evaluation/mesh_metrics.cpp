@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "parallel.h"
+#include "progress.h"
 
 namespace dtsdf {
 
@@ -13,7 +14,7 @@ namespace {
 
 constexpr size_t kPointsPerChunk = 4096;
 
-/// Number of equal neighbours in a sorted sequence, group by group.
+/// Hands the size of each group of equal numbers in a sorted sequence to `visit`.
 template <class Visitor>
 void visitGroups(const std::vector<uint64_t>& sorted, Visitor visit) {
   for (size_t begin = 0; begin < sorted.size();) {
@@ -86,31 +87,6 @@ std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
   return result;
 }
 
-/// Tests views in an order that soon covers all sides, since most points are seen by some.
-bool isSeen(const MeshScene& scene, const Eigen::Vector3f& p_W, const Eigen::Vector3f& normal_W,
-            const Views& views, const std::vector<Eigen::Isometry3f>& poses_C_W,
-            const std::vector<size_t>& order) {
-  // The sample itself must not hide itself; a slanted surface needs a wider margin than this only
-  // where it is seen so flat that no camera measures it.
-  constexpr float kMargin = 1.0e-4f;
-  constexpr float kFlattestCosine = 0.05f;
-  for (const size_t index : order) {
-    const Eigen::Vector3f p_C = poses_C_W[index] * p_W;
-    if (p_C.z() <= 0.0f) continue;
-    const Intrinsics& K = views.camera.intrinsics;
-    const float u = K.fx * p_C.x() / p_C.z() + K.cx, v = K.fy * p_C.y() / p_C.z() + K.cy;
-    if (!(u >= -0.5f && v >= -0.5f && u < static_cast<float>(views.camera.width) - 0.5f &&
-          v < static_cast<float>(views.camera.height) - 0.5f)) {
-      continue;
-    }
-    const Eigen::Vector3f eye_W = views.poses_W_C[index].translation().cast<float>();
-    const Eigen::Vector3f view_W = eye_W - p_W;
-    if (std::abs(view_W.dot(normal_W)) < kFlattestCosine * view_W.norm()) continue;
-    if (scene.isFree(eye_W, p_W, kMargin)) return true;
-  }
-  return false;
-}
-
 /// 0 .. count-1 in steps of about the golden section: every prefix is spread over the whole.
 std::vector<size_t> spreadOrder(size_t count) {
   size_t step = std::max<size_t>(1, static_cast<size_t>(0.618034 * static_cast<double>(count)));
@@ -118,6 +94,52 @@ std::vector<size_t> spreadOrder(size_t count) {
   std::vector<size_t> order(count);
   for (size_t i = 0; i < count; ++i) order[i] = i * step % count;
   return order;
+}
+
+/// The views in an order that soon covers all sides, as most points are seen by some.
+class SpreadViews {
+ public:
+  explicit SpreadViews(const Views& views) : camera_(views.camera) {
+    for (const size_t index : spreadOrder(views.poses_W_C.size())) {
+      const Eigen::Isometry3d& T_W_C = views.poses_W_C[index];
+      poses_C_W_.push_back(T_W_C.inverse().cast<float>());
+      eyes_W_.push_back(T_W_C.translation().cast<float>());
+    }
+  }
+
+  bool see(const MeshScene& surface, const Eigen::Vector3f& p_W,
+           const Eigen::Vector3f& normal_W) const {
+    // The sample must not hide itself: the rays end this share before it.
+    constexpr float kMargin = 1.0e-4f;
+    constexpr float kFlattestCosine = 0.05f;
+    for (size_t i = 0; i < eyes_W_.size(); ++i) {
+      const Eigen::Vector3f view_W = eyes_W_[i] - p_W;
+      if (std::abs(view_W.dot(normal_W)) < kFlattestCosine * view_W.norm()) continue;
+      if (isInImage(poses_C_W_[i] * p_W) && surface.isFree(eyes_W_[i], p_W, kMargin)) return true;
+    }
+    return false;
+  }
+
+ private:
+  bool isInImage(const Eigen::Vector3f& p_C) const {
+    if (p_C.z() <= 0.0f) return false;
+    const Intrinsics& K = camera_.intrinsics;
+    const float u = K.fx * p_C.x() / p_C.z() + K.cx, v = K.fy * p_C.y() / p_C.z() + K.cy;
+    return u >= -0.5f && v >= -0.5f && u < static_cast<float>(camera_.width) - 0.5f &&
+           v < static_cast<float>(camera_.height) - 0.5f;
+  }
+
+  ViewCamera camera_;
+  std::vector<Eigen::Isometry3f> poses_C_W_;
+  std::vector<Eigen::Vector3f> eyes_W_;
+};
+
+FScore fScore(const std::vector<double>& surface_m, const std::vector<double>& completeness_m,
+              double threshold_m) {
+  const double precision = shareWithin(surface_m, threshold_m);
+  const double recall = shareWithin(completeness_m, threshold_m);
+  const double sum = precision + recall;
+  return {threshold_m, precision, recall, sum > 0.0 ? 2.0 * precision * recall / sum : 0.0};
 }
 
 }  // namespace
@@ -158,32 +180,29 @@ MeshTopology meshTopology(const TriangleMesh& mesh) {
 }
 
 std::vector<double> distancesTo(const MeshScene& surface,
-                                const std::vector<Eigen::Vector3f>& points) {
+                                const std::vector<Eigen::Vector3f>& points,
+                                const Progress& progress) {
   std::vector<double> distances_m(points.size());
-  parallelFor(points.size(), kPointsPerChunk, [&](size_t begin, size_t end) {
+  const auto measure = [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       distances_m[i] = surface.closestPoint(points[i]).distance_m;
     }
-  });
+  };
+  parallelFor(points.size(), kPointsPerChunk, measure, progress);
   return distances_m;
 }
 
-std::vector<bool> seenByViews(const TriangleMesh& mesh, const MeshScene& scene,
-                              const SurfaceSamples& samples, const Views& views) {
-  std::vector<Eigen::Isometry3f> poses_C_W;
-  for (const auto& T_W_C : views.poses_W_C) poses_C_W.push_back(T_W_C.inverse().cast<float>());
-  const std::vector<size_t> order = spreadOrder(views.poses_W_C.size());
+std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
+                              const Views& views, const Progress& progress) {
+  const SpreadViews spread(views);
   std::vector<uint8_t> seen(samples.points.size());  // bytes, as threads write neighbours
-  parallelFor(samples.points.size(), kPointsPerChunk, [&](size_t begin, size_t end) {
+  const auto look = [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const auto& triangle = mesh.triangles[samples.triangles[i]];
-      const Eigen::Vector3f a = mesh.vertices[triangle[0]];
-      const Eigen::Vector3f normal_W = (mesh.vertices[triangle[1]] - a)
-                                           .cross(mesh.vertices[triangle[2]] - a)
-                                           .normalized();
-      seen[i] = isSeen(scene, samples.points[i], normal_W, views, poses_C_W, order) ? 1 : 0;
+      const Eigen::Vector3f normal_W = surface.triangleNormal(samples.triangles[i]);
+      seen[i] = spread.see(surface, samples.points[i], normal_W) ? 1 : 0;
     }
-  });
+  };
+  parallelFor(samples.points.size(), kPointsPerChunk, look, progress);
   return {seen.begin(), seen.end()};
 }
 
@@ -191,28 +210,32 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
                         const Views* views, const EvaluationOptions& options) {
   if (reconstruction.triangles.empty()) throw std::runtime_error("the reconstruction is empty");
   if (ground_truth.triangles.empty()) throw std::runtime_error("the ground truth is empty");
+  const auto progress = [&](const char* what, size_t count) {
+    return options.show_progress ? progressLine(what, count) : Progress{};
+  };
   const MeshScene reconstruction_scene(reconstruction), truth_scene(ground_truth);
   Evaluation evaluation;
   evaluation.topology = meshTopology(reconstruction);
-  evaluation.vertices = distanceStats(distancesTo(truth_scene, reconstruction.vertices));
-  const std::vector<double> surface = distancesTo(
-      truth_scene, sampleSurface(reconstruction, options.samples, options.seed).points);
-  evaluation.surface = distanceStats(surface);
+  evaluation.vertices = distanceStats(
+      distancesTo(truth_scene, reconstruction.vertices,
+                  progress("vertices", reconstruction.vertices.size())));
+  const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, options.seed);
+  const std::vector<double> surface_m =
+      distancesTo(truth_scene, samples.points, progress("surface", samples.points.size()));
+  evaluation.surface = distanceStats(surface_m);
   const SurfaceSamples truth = sampleSurface(ground_truth, options.samples, options.seed + 1);
   std::vector<Eigen::Vector3f> seen = truth.points;
   if (views != nullptr) {
-    seen = select(truth.points, seenByViews(ground_truth, truth_scene, truth, *views));
+    seen = select(truth.points, seenByViews(truth_scene, truth, *views,
+                                            progress("visibility", truth.points.size())));
     evaluation.seen_share =
         static_cast<double>(seen.size()) / static_cast<double>(truth.points.size());
   }
-  const std::vector<double> completeness = distancesTo(reconstruction_scene, seen);
-  evaluation.completeness = distanceStats(completeness);
+  const std::vector<double> completeness_m =
+      distancesTo(reconstruction_scene, seen, progress("completeness", seen.size()));
+  evaluation.completeness = distanceStats(completeness_m);
   for (const double threshold_m : options.thresholds_m) {
-    const double precision = shareWithin(surface, threshold_m);
-    const double recall = shareWithin(completeness, threshold_m);
-    const double sum = precision + recall;
-    evaluation.f_scores.push_back(
-        {threshold_m, precision, recall, sum > 0.0 ? 2.0 * precision * recall / sum : 0.0});
+    evaluation.f_scores.push_back(fScore(surface_m, completeness_m, threshold_m));
   }
   return evaluation;
 }

@@ -2,7 +2,7 @@
 
 #include <embree3/rtcore.h>
 
-#include <Eigen/Geometry>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -38,7 +38,9 @@ Eigen::Vector3d closestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3
 }  // namespace
 
 struct MeshScene::Implementation {
-  explicit Implementation(const TriangleMesh& source) : mesh(source) {}
+  explicit Implementation(const TriangleMesh& source) : mesh(source) {
+    for (const Eigen::Vector3f& p : mesh.vertices) bounds.extend(p);
+  }
   ~Implementation() {
     if (scene != nullptr) rtcReleaseScene(scene);
     if (device != nullptr) rtcReleaseDevice(device);
@@ -69,6 +71,7 @@ struct MeshScene::Implementation {
   }
 
   TriangleMesh mesh;
+  Eigen::AlignedBox3f bounds;
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
 };
@@ -101,6 +104,18 @@ MeshScene::MeshScene(const TriangleMesh& mesh)
 
 MeshScene::~MeshScene() = default;
 
+const TriangleMesh& MeshScene::mesh() const { return implementation_->mesh; }
+
+const Eigen::AlignedBox3f& MeshScene::bounds() const { return implementation_->bounds; }
+
+Eigen::Vector3f MeshScene::triangleNormal(uint32_t triangle) const {
+  const auto& corners = implementation_->mesh.triangles[triangle];
+  const auto& vertices = implementation_->mesh.vertices;
+  return (vertices[corners[1]] - vertices[corners[0]])
+      .cross(vertices[corners[2]] - vertices[corners[0]])
+      .normalized();
+}
+
 std::optional<RayHit> MeshScene::intersect(const Eigen::Vector3f& origin,
                                            const Eigen::Vector3f& direction) const {
   RTCRayHit query{};
@@ -117,11 +132,7 @@ std::optional<RayHit> MeshScene::intersect(const Eigen::Vector3f& origin,
   rtcInitIntersectContext(&context);
   rtcIntersect1(implementation_->scene, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  const auto& triangle = implementation_->mesh.triangles[query.hit.primID];
-  const auto& vertices = implementation_->mesh.vertices;
-  const Eigen::Vector3f ab = vertices[triangle[1]] - vertices[triangle[0]];
-  const Eigen::Vector3f ac = vertices[triangle[2]] - vertices[triangle[0]];
-  return RayHit{query.ray.tfar, query.hit.primID, ab.cross(ac).normalized(),
+  return RayHit{query.ray.tfar, query.hit.primID, triangleNormal(query.hit.primID),
                 {query.hit.u, query.hit.v}};
 }
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "command_line.h"
-#include "dtsdf_mapping/evaluation/depth_renderer.h"
+#include "dtsdf_mapping/evaluation/depth_noise.h"
 #include "parallel.h"
 #include "progress.h"
 
@@ -23,20 +23,29 @@ mesh, as it was placed, to OUT/gt.ply. The defaults are the set-up of the Direct
   --longest-side M    size the object is scaled to, centred at the origin (1); 0: left as it is
   --width, --height   image size in pixels (640, 480)
   --focal F           focal length in pixels (525); the principal point is the image's middle
+  --noise NAMES       none, kinect (all of the following), or a list of axial, lateral, quantisation
+                      and loss with commas (none)
+  --seed N            seed of the noise (1)
 )";
+
+dtsdf::ViewCamera readCamera(const dtsdf::CommandLine& arguments) {
+  dtsdf::ViewCamera camera;
+  camera.width = static_cast<int>(arguments.number("width", 640, 2, 4096));
+  camera.height = static_cast<int>(arguments.number("height", 480, 2, 4096));
+  const float focal_px = static_cast<float>(arguments.number("focal", 525.0, 1.0, 1e5));
+  camera.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(camera.width - 1),
+                       0.5f * static_cast<float>(camera.height - 1)};
+  return camera;
+}
 
 void renderOrbit(const dtsdf::CommandLine& arguments) {
   const std::string directory = arguments.positional()[1];
   dtsdf::TriangleMesh mesh = dtsdf::readPly(arguments.positional()[0]);
   const double side_m = arguments.number("longest-side", 1.0, 0.0, 1000.0);
   if (side_m > 0.0) dtsdf::centreAndScale(mesh, static_cast<float>(side_m));
-  dtsdf::ViewCamera camera;
-  camera.width = static_cast<int>(arguments.number("width", 640, 2, 4096));
-  camera.height = static_cast<int>(arguments.number("height", 480, 2, 4096));
-  camera.intrinsics.fx = static_cast<float>(arguments.number("focal", 525.0, 1.0, 1e5));
-  camera.intrinsics.fy = camera.intrinsics.fx;
-  camera.intrinsics.cx = 0.5f * static_cast<float>(camera.width - 1);
-  camera.intrinsics.cy = 0.5f * static_cast<float>(camera.height - 1);
+  const dtsdf::ViewCamera camera = readCamera(arguments);
+  const dtsdf::DepthNoise noise = dtsdf::depthNoiseFromName(arguments.text("noise", "none"));
+  const auto seed = static_cast<uint64_t>(arguments.number("seed", 1, 0, 1e9));
   const auto poses_W_C = dtsdf::orbitPoses(
       dtsdf::trajectoryFromName(arguments.text("trajectory", "circle")),
       static_cast<size_t>(arguments.number("frames", 1000, 1, 1e6)),
@@ -47,8 +56,9 @@ void renderOrbit(const dtsdf::CommandLine& arguments) {
   dtsdf::writePly(directory + "/gt.ply", mesh);
   const auto renderFrames = [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const dtsdf::RenderedView view = dtsdf::renderView(scene, mesh, camera, poses_W_C[i]);
-      writer.write(i, dtsdf::toTumDepth(view.depth_m));
+      const dtsdf::RenderedView view = dtsdf::renderView(scene, camera, poses_W_C[i]);
+      const uint64_t frame_seed = seed << 32 | i;
+      writer.write(i, dtsdf::toTumDepth(dtsdf::addNoise(view, camera, noise, frame_seed)));
     }
   };
   dtsdf::parallelFor(poses_W_C.size(), 1, renderFrames,
@@ -62,7 +72,9 @@ int main(int argc, char** argv) {
   try {
     const dtsdf::CommandLine arguments(
         argc, argv,
-        {"frames", "radius", "trajectory", "longest-side", "width", "height", "focal"}, {"help"});
+        {"frames", "radius", "trajectory", "longest-side", "width", "height", "focal", "noise",
+         "seed"},
+        {"help"});
     if (arguments.has("help") || arguments.positional().size() != 2) {
       std::fputs(kUsage, arguments.has("help") ? stdout : stderr);
       return arguments.has("help") ? 0 : 2;

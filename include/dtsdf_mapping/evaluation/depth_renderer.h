@@ -8,14 +8,14 @@
 
 namespace dtsdf {
 
-/// What a camera sees, row-major; depth 0 and a zero normal where there is nothing.
+/// What a camera sees, row-major.
 struct RenderedView {
-  std::vector<float> depth_m;             ///< z in the optical frame.
-  std::vector<float> incidence_cosine;    ///< |cos| between view ray and surface normal.
+  std::vector<float> depth_m;           ///< z in the optical frame; 0 where there is nothing.
+  std::vector<float> incidence_cosine;  ///< |cos| between view ray and surface normal.
 };
 
-RenderedView renderView(const MeshScene& scene, const TriangleMesh& mesh,
-                        const ViewCamera& camera, const Eigen::Isometry3d& T_W_C);
+RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
+                        const Eigen::Isometry3d& T_W_C);
 
 /// Depth in units of 1/5000 m as the TUM format keeps it; 0 where it is missing or too far.
 std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);

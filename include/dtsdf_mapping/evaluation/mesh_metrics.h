@@ -1,6 +1,7 @@
 /// Figures that compare a reconstructed mesh with the ground truth.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct EvaluationOptions {
   size_t samples = 1000000;               ///< Of each surface.
   uint64_t seed = 1;
   std::vector<double> thresholds_m{0.005, 0.01, 0.025};
+  bool show_progress = false;             ///< On standard error, if that is a terminal.
 };
 
 struct Evaluation {
@@ -52,12 +54,18 @@ struct Evaluation {
   MeshTopology topology;
 };
 
-/// Distances of points to a surface, in metres, on all cores.
-std::vector<double> distancesTo(const MeshScene& surface, const std::vector<Eigen::Vector3f>& points);
+/// Told the number of points done, by one thread at a time.
+using Progress = std::function<void(size_t)>;
 
-/// Whether each sample lies in some view with nothing in front of it.
-std::vector<bool> seenByViews(const TriangleMesh& mesh, const MeshScene& scene,
-                              const SurfaceSamples& samples, const Views& views);
+/// Distances of points to a surface, in metres, on all cores.
+std::vector<double> distancesTo(const MeshScene& surface,
+                                const std::vector<Eigen::Vector3f>& points,
+                                const Progress& progress = {});
+
+/// Whether each sample of the surface lies in some view with nothing in front of it. A surface that
+/// is seen at less than 3 degrees from its plane is not counted: no camera measures that.
+std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
+                              const Views& views, const Progress& progress = {});
 
 /// Compares two meshes; without views (nullptr) all of the ground truth counts as seen.
 /// @throws std::runtime_error if one of the meshes has no triangles.

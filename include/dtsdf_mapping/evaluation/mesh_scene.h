@@ -1,6 +1,7 @@
 /// Ray casting and closest-point queries against a triangle mesh, by Embree.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
 #include <optional>
 
@@ -11,7 +12,7 @@ namespace dtsdf {
 struct RayHit {
   float distance;  ///< In multiples of the direction's length.
   uint32_t triangle;
-  Eigen::Vector3f normal;  ///< Of the triangle, unit; against its winding order never turned.
+  Eigen::Vector3f normal;  ///< Of the triangle by its winding order, unit; zero without area.
   Eigen::Vector2f barycentric;  ///< Weights of the triangle's second and third corner.
 };
 
@@ -28,6 +29,12 @@ class MeshScene {
   ~MeshScene();
   MeshScene(const MeshScene&) = delete;
   MeshScene& operator=(const MeshScene&) = delete;
+
+  const TriangleMesh& mesh() const;
+  const Eigen::AlignedBox3f& bounds() const;
+
+  /// Unit, by the winding order; zero for a triangle without area.
+  Eigen::Vector3f triangleNormal(uint32_t triangle) const;
 
   /// First hit of either side of the surface; the direction need not be a unit vector.
   std::optional<RayHit> intersect(const Eigen::Vector3f& origin,

@@ -1,0 +1,142 @@
+#include "dtsdf_mapping/evaluation/depth_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "random.h"
+
+namespace dtsdf {
+
+namespace {
+
+constexpr double kRightAngle_rad = 1.5707963267948966;
+constexpr double kBaseline_m = 0.075;
+constexpr double kDisparityStep_px = 0.125;
+
+/// Neighbours whose depths differ by a larger share lie on different surfaces.
+constexpr float kEdgeDepthShare = 0.03f;
+constexpr double kLossAtEdge = 0.5;
+
+/// No pixel is lost below the first angle, every one beyond the second, and linearly between.
+constexpr double kFirstLostAngle_rad = 1.22;  // 70 degrees
+constexpr double kLastSeenAngle_rad = 1.45;   // 83 degrees
+
+/// The formulas have a pole at a right angle; beyond this the pixel is lost anyway.
+double boundedAngle(double angle_rad) { return std::min(angle_rad, 1.5); }
+
+/// Applies the noise model to the pixels of one view.
+class Sensor {
+ public:
+  Sensor(const RenderedView& view, const ViewCamera& camera, const DepthNoise& noise)
+      : view_(view), camera_(camera), noise_(noise) {}
+
+  float measure(int u, int v, Random& random) const {
+    // Every pixel draws the same number of times, so that its noise does not depend on the others'.
+    const double step_u = random.normal(), step_v = random.normal(), along = random.normal();
+    const double luck = random.uniform();
+    if (noise_.lateral) {
+      const double sigma_px = lateralSigma(angleAt(u, v));
+      u = std::clamp(static_cast<int>(std::lround(u + sigma_px * step_u)), 0, camera_.width - 1);
+      v = std::clamp(static_cast<int>(std::lround(v + sigma_px * step_v)), 0, camera_.height - 1);
+    }
+    double z_m = depthAt(u, v);
+    if (z_m <= 0.0) return 0.0f;
+    if (noise_.loss && luck < lossProbability(u, v)) return 0.0f;
+    if (noise_.axial) z_m += axialSigma(z_m, angleAt(u, v)) * along;
+    if (noise_.quantisation) z_m = quantise(z_m);
+    return static_cast<float>(std::max(z_m, 0.0));
+  }
+
+ private:
+  size_t index(int u, int v) const {
+    return static_cast<size_t>(v) * static_cast<size_t>(camera_.width) + static_cast<size_t>(u);
+  }
+  float depthAt(int u, int v) const { return view_.depth_m[index(u, v)]; }
+  double angleAt(int u, int v) const {
+    if (depthAt(u, v) <= 0.0f) return 0.0;
+    return std::acos(std::min(1.0, static_cast<double>(view_.incidence_cosine[index(u, v)])));
+  }
+
+  double lossProbability(int u, int v) const {
+    const double flat = (angleAt(u, v) - kFirstLostAngle_rad) /
+                        (kLastSeenAngle_rad - kFirstLostAngle_rad);
+    return std::max(std::clamp(flat, 0.0, 1.0), isAtEdge(u, v) ? kLossAtEdge : 0.0);
+  }
+
+  bool isAtEdge(int u, int v) const {
+    const float z_m = depthAt(u, v);
+    for (int dv = -1; dv <= 1; ++dv) {
+      for (int du = -1; du <= 1; ++du) {
+        const int nu = std::clamp(u + du, 0, camera_.width - 1);
+        const int nv = std::clamp(v + dv, 0, camera_.height - 1);
+        if (std::abs(depthAt(nu, nv) - z_m) > kEdgeDepthShare * z_m) return true;
+      }
+    }
+    return false;
+  }
+
+  double quantise(double z_m) const {
+    const double scale = static_cast<double>(camera_.intrinsics.fx) * kBaseline_m;
+    const double steps = std::round(scale / z_m / kDisparityStep_px);
+    return steps >= 1.0 ? scale / (steps * kDisparityStep_px) : 0.0;
+  }
+
+  const RenderedView& view_;
+  const ViewCamera& camera_;
+  DepthNoise noise_;
+};
+
+}  // namespace
+
+DepthNoise depthNoiseFromName(const std::string& names) {
+  if (names == "none") return {};
+  if (names == "kinect") return {true, true, true, true};
+  DepthNoise noise;
+  std::istringstream list(names);
+  std::string name;
+  while (std::getline(list, name, ',')) {
+    if (name == "axial") {
+      noise.axial = true;
+    } else if (name == "lateral") {
+      noise.lateral = true;
+    } else if (name == "quantisation") {
+      noise.quantisation = true;
+    } else if (name == "loss") {
+      noise.loss = true;
+    } else {
+      throw std::invalid_argument("unknown noise '" + name +
+                                  "': none, kinect, axial, lateral, quantisation or loss");
+    }
+  }
+  return noise;
+}
+
+double axialSigma(double z_m, double angle_rad) {
+  const double frontal_m = 0.0012 + 0.0019 * (z_m - 0.4) * (z_m - 0.4);
+  constexpr double kSlanted_rad = kRightAngle_rad * 2.0 / 3.0;  // 60 degrees
+  if (angle_rad <= kSlanted_rad) return frontal_m;
+  const double angle = boundedAngle(angle_rad), rest = kRightAngle_rad - angle;
+  return frontal_m + 0.0001 / std::sqrt(z_m) * angle * angle / (rest * rest);
+}
+
+double lateralSigma(double angle_rad) {
+  const double angle = boundedAngle(angle_rad);
+  return 0.8 + 0.035 * angle / (kRightAngle_rad - angle);
+}
+
+std::vector<float> addNoise(const RenderedView& view, const ViewCamera& camera,
+                            const DepthNoise& noise, uint64_t seed) {
+  if (!noise.any()) return view.depth_m;
+  const Sensor sensor(view, camera, noise);
+  Random random(seed);
+  std::vector<float> depth_m(view.depth_m.size());
+  size_t pixel = 0;
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) depth_m[pixel++] = sensor.measure(u, v, random);
+  }
+  return depth_m;
+}
+
+}  // namespace dtsdf

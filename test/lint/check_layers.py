@@ -27,6 +27,8 @@ ROS_HEADER = re.compile(
 FATAL_CALL = re.compile(
     r"(?<![\w.>])(?:std\s*::\s*|::\s*)?"
     r"(exit|_exit|_Exit|quick_exit|abort|terminate|cudaDeviceReset)\s*\(")
+# Plain data without a ROS header: programs accept the node's settings files.
+ROS_FREE = OWN + "ros/node_params.h"
 INCLUDE = re.compile(r'\s*#\s*include\s*[<"]([^>"]+)[>"]')
 
 
@@ -48,15 +50,17 @@ def include_violation(path, header):
     is_kernel = is_under(path, "include/dtsdf_mapping/kernels", "src/kernels")
     if is_kernel and not (header.startswith(OWN + "kernels/") or header in KERNELS_MAY_INCLUDE):
         return "kernels/ may include only kernels/ and the C maths headers"
-    if is_under(path, "include", "src") and CUDA_HEADER.match(header):
-        is_own_backend = header.startswith("cuda/")
-        is_factory = path.startswith("src/mapper/mapper_factory")
-        if not (is_own_backend and is_factory):
-            return "no CUDA header outside cuda/; only the factory knows the backend"
-    if is_under(path, "include", "src") and re.search(r"(^|/)cuda/", header):
-        if not path.startswith("src/mapper/mapper_factory"):
+    if is_under(path, "include", "src"):
+        is_backend = re.search(r"(^|/)cuda/|^cuda_(mapper|backend)\w*\.h$", header)
+        if is_backend and not path.startswith("src/mapper/mapper_factory"):
             return "only the factory and the tests know cuda/"
+        if CUDA_HEADER.match(header) and not is_backend:
+            return "no CUDA header outside cuda/"
     knows_ros = is_under(path, "include/dtsdf_mapping/ros", "src/ros", "test/ros")
+    if path == "include/" + ROS_FREE:
+        knows_ros = False
+    if header == ROS_FREE and is_under(path, "src/tools", "test"):
+        return None
     if not knows_ros and ROS_HEADER.match(header):
         return "only ros/ knows ROS"
     inner = is_under(path, *[part + layer for layer in ("map", "fusion", "meshing", "params", "cpu")

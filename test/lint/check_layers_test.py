@@ -28,11 +28,12 @@ class CheckLayers(unittest.TestCase):
             self.assert_kept("cuda/a.cu", f"#include <{header}>")
 
     def test_only_factory_and_tests_know_the_backend(self):
-        code = '#include "cuda/cuda_mapper.h"'
-        self.assert_broken("src/ros/node.cpp", code)
-        self.assert_broken("src/ros/node.cpp", '#include "../../cuda/cuda_mapper.h"')
-        self.assert_kept("src/mapper/mapper_factory.cpp", code)
-        self.assert_kept("test/parity/a.cpp", code)
+        for header in ("cuda/cuda_mapper.h", "cuda_mapper.h", "../../cuda/cuda_mapper.h"):
+            code = f'#include "{header}"'
+            self.assert_broken("src/ros/node.cpp", code)
+            self.assert_kept("src/mapper/mapper_factory.cpp", code)
+            self.assert_kept("test/parity/a.cpp", code)
+        self.assert_broken("src/mapper/mapper_factory.cpp", "#include <cuda_runtime.h>")
 
     def test_only_ros_knows_ros(self):
         for header in ("ros/ros.h", "tf2_ros/buffer.h", "sensor_msgs/Image.h",
@@ -40,6 +41,12 @@ class CheckLayers(unittest.TestCase):
             self.assert_broken("src/io/a.cpp", f"#include <{header}>")
             self.assert_kept("src/ros/a.cpp", f"#include <{header}>")
         self.assert_kept("src/io/a.cpp", '#include "dtsdf_mapping/io/trajectory.h"')
+
+    def test_programs_know_the_settings_of_the_node_which_know_no_ros(self):
+        code = '#include "dtsdf_mapping/ros/node_params.h"'
+        self.assert_kept("src/tools/a.cpp", code)
+        self.assert_broken("src/map/a.cpp", code)
+        self.assert_broken("include/dtsdf_mapping/ros/node_params.h", "#include <ros/ros.h>")
 
     def test_core_does_not_know_io(self):
         self.assert_broken("src/map/a.cpp", '#include "dtsdf_mapping/io/mesh_file.h"')

@@ -1,0 +1,52 @@
+#include "tools/progress_bar.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace dtsdf {
+namespace {
+
+constexpr size_t kBarWidth = 30;
+constexpr std::chrono::milliseconds kRedrawInterval{100};
+
+}  // namespace
+
+std::string progressLine(size_t done, std::optional<size_t> total, double elapsed_s) {
+  const double rate = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
+  char text[160];
+  if (!total || *total == 0) {
+    std::snprintf(text, sizeof(text), "%zu frames, %.1f/s", done, rate);
+    return text;
+  }
+  const size_t shown = std::min(done, *total);
+  const size_t filled = kBarWidth * shown / *total;
+  const std::string bar = std::string(filled, '=') + std::string(kBarWidth - filled, ' ');
+  const double left_s = rate > 0.0 ? static_cast<double>(*total - shown) / rate : 0.0;
+  std::snprintf(text, sizeof(text), "[%s] %3zu %%  %zu/%zu frames, %.1f/s, %.0f s left",
+                bar.c_str(), 100 * shown / *total, done, *total, rate, left_s);
+  return text;
+}
+
+ProgressBar::ProgressBar(std::optional<size_t> total)
+    : enabled_(isatty(STDERR_FILENO) == 1), total_(total), start_(Clock::now()) {}
+
+ProgressBar::~ProgressBar() {
+  if (drawn_length_ > 0) std::fprintf(stderr, "\r%*s\r", static_cast<int>(drawn_length_), "");
+}
+
+void ProgressBar::show(size_t done) {
+  const Clock::time_point now = Clock::now();
+  if (!enabled_ || now - last_drawn_ < kRedrawInterval) return;
+  last_drawn_ = now;
+  const std::string line =
+      progressLine(done, total_, std::chrono::duration<double>(now - start_).count());
+  // Blanks cover what a longer line before left behind.
+  const int width = static_cast<int>(std::max(drawn_length_, line.size()));
+  std::fprintf(stderr, "\r%-*s", width, line.c_str());
+  std::fflush(stderr);
+  drawn_length_ = std::max(drawn_length_, line.size());
+}
+
+}  // namespace dtsdf

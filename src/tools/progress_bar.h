@@ -1,0 +1,35 @@
+/// A progress bar on standard error; nothing where that is not a terminal.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <optional>
+#include <string>
+
+namespace dtsdf {
+
+class ProgressBar {
+ public:
+  /// `total` is unknown for some recordings.
+  explicit ProgressBar(std::optional<size_t> total);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// Shows that `done` frames are done; redraws a few times a second at most.
+  void show(size_t done);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  const bool enabled_;
+  const std::optional<size_t> total_;
+  const Clock::time_point start_;
+  Clock::time_point last_drawn_;
+  size_t drawn_length_ = 0;
+};
+
+/// One line: the bar, counts, rate and time left, as far as the total is known.
+std::string progressLine(size_t done, std::optional<size_t> total, double elapsed_s);
+
+}  // namespace dtsdf

@@ -1,0 +1,34 @@
+/// Fuses a recording frame by frame and keeps account of it: the work of `reconstruct`.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/io/frame_source.h"
+#include "dtsdf_mapping/mapper/mapper.h"
+#include "dtsdf_mapping/meshing/mesh.h"
+
+namespace dtsdf {
+
+struct ReconstructionResult {
+  size_t frames = 0;                      ///< Fused.
+  std::map<std::string, size_t> skipped;  ///< Not fused, by reason.
+  std::vector<double> integrate_ms;       ///< Wall time of each call, fused or refused.
+  std::vector<double> mesh_ms;            ///< Wall time of each extraction.
+  MapStats map;
+  Mesh mesh;
+};
+
+/// Fuses all frames of a source. The mesh is extracted each `mesh_every` frames (0: never) and, of
+/// what is left, at the end. `show_progress` is called with the number of frames done.
+/// @throws std::runtime_error if the source or the backend fails, or if no frame was fused.
+ReconstructionResult reconstruct(FrameSource& source, Mapper& mapper, float voxel_size_m,
+                                 size_t mesh_every,
+                                 const std::function<void(size_t)>& show_progress);
+
+/// "12 no pose within 20 ms, 3 no measurement"; empty if nothing was skipped.
+std::string describeSkipped(const std::map<std::string, size_t>& skipped);
+
+}  // namespace dtsdf

@@ -1,0 +1,48 @@
+#include "tools/reconstruction_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+namespace dtsdf {
+namespace {
+
+nlohmann::json toJson(const TimeSummary& times) {
+  return {{"mean", times.mean}, {"median", times.median}, {"p95", times.p95}};
+}
+
+}  // namespace
+
+TimeSummary summarise(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const size_t count = values.size();
+  TimeSummary summary;
+  summary.mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(count);
+  summary.median = 0.5 * (values[(count - 1) / 2] + values[count / 2]);
+  const size_t rank = (95 * count + 99) / 100;  // rounded up, from 1 on
+  summary.p95 = values[rank - 1];
+  return summary;
+}
+
+std::string reportJson(const ReconstructionResult& result, const std::string& backend_name) {
+  nlohmann::json report;
+  report["backend"] = backend_name.substr(0, backend_name.find(' '));  // "cpu" or "cuda"
+  report["device"] = backend_name;
+  report["frames"] = result.frames;
+  report["frames_skipped"] = nlohmann::json(result.skipped);
+  report["integrate_ms"] = toJson(summarise(result.integrate_ms));
+  report["mesh_ms"] = toJson(summarise(result.mesh_ms));
+  report["mesh_updates"] = result.mesh_ms.size();
+  report["blocks"] = result.map.blocks;
+  report["voxel_arrays"] = result.map.voxel_arrays;
+  report["map_bytes"] = result.map.map_bytes;
+  report["refused_blocks"] = result.map.refused_blocks;
+  report["vertices"] = result.mesh.vertices_m.size();
+  report["triangles"] = result.mesh.triangles.size();
+  // A reason or a device may hold bytes that are not UTF-8.
+  return report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace dtsdf

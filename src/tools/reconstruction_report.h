@@ -1,0 +1,22 @@
+/// The report of `reconstruct`, as JSON.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/reconstruction.h"
+
+namespace dtsdf {
+
+struct TimeSummary {
+  double mean = 0.0, median = 0.0, p95 = 0.0;
+};
+
+/// Median: the middle, or the mean of the two middle ones. p95: the smallest value that at least
+/// 95 % of the values do not exceed. All 0 for no values.
+TimeSummary summarise(std::vector<double> values);
+
+/// `backend_name` as Mapper::backendName() gives it.
+std::string reportJson(const ReconstructionResult& result, const std::string& backend_name);
+
+}  // namespace dtsdf

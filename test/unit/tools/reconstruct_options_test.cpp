@@ -1,0 +1,122 @@
+#include "tools/reconstruct_options.h"
+
+#include <gtest/gtest.h>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+using Arguments = std::vector<std::string>;
+
+/// Whether the parser calls it a usage error, and with what text.
+std::string usageErrorOf(const Arguments& arguments) {
+  try {
+    parseReconstructOptions(arguments);
+  } catch (const UsageError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(ReconstructOptions, ReadsEveryOption) {
+  const ReconstructOptions options = parseReconstructOptions(
+      {"--tum", "dir", "--depth-scale", "1000", "--pose-tolerance=0.1", "--config", "c.yaml",
+       "--set", "map/voxel_size_m=0.01", "mesh/colour=plain", "--set=backend=cpu", "--backend",
+       "cuda", "--threads", "2", "--frames", "1:9:2", "--mesh-every", "10", "--mesh", "out.ply",
+       "--report=r.json"});
+  EXPECT_EQ(options.tum_folder, "dir");
+  EXPECT_EQ(options.units_per_metre, 1000.0);
+  EXPECT_EQ(options.pose_tolerance_s, 0.1);
+  EXPECT_EQ(options.config_path, "c.yaml");
+  EXPECT_EQ(options.settings,
+            (Arguments{"map/voxel_size_m=0.01", "mesh/colour=plain", "backend=cpu"}));
+  EXPECT_EQ(options.backend, "cuda");
+  EXPECT_EQ(options.threads, 2);
+  EXPECT_EQ(options.frames.last, 9u);
+  EXPECT_EQ(options.mesh_every, 10u);
+  EXPECT_EQ(options.mesh_path, "out.ply");
+  EXPECT_EQ(options.report_path, "r.json");
+}
+
+TEST(ReconstructOptions, ReadsBagOptions) {
+  const ReconstructOptions options = parseReconstructOptions(
+      {"--bag", "a.bag", "--depth-topic", "/d", "--info-topic", "/i", "--mesh", "o.stl"});
+  EXPECT_EQ(options.bag_path, "a.bag");
+  EXPECT_EQ(options.depth_topic, "/d");
+  EXPECT_EQ(options.info_topic, "/i");
+  EXPECT_FALSE(options.backend);
+  EXPECT_FALSE(options.threads);
+}
+
+TEST(ReconstructOptions, HelpNeedsNothingElse) {
+  EXPECT_TRUE(parseReconstructOptions({"--help"}).help);
+  EXPECT_TRUE(parseReconstructOptions({"-h"}).help);
+  EXPECT_NE(reconstructHelp().find("FIRST:LAST:STEP"), std::string::npos);
+}
+
+TEST(ReconstructOptions, NamesWhatIsWrong) {
+  const Arguments good = {"--tum", "dir", "--mesh", "o.ply"};
+  const std::pair<Arguments, std::string> additions[] = {
+      {{"--unknown"}, "--unknown"},
+      {{"-x"}, "-x"},
+      {{"stray"}, "stray"},
+      {{""}, "''"},
+      {{"--report"}, "--report needs a value"},
+      {{"--report", "--threads", "2"}, "--report needs a value"},
+      {{"--report="}, "--report needs a value"},
+      {{"--help=yes"}, "--help takes no value"},
+      {{"--mesh", "p.ply"}, "--mesh is given twice"},
+      {{"--threads", "two"}, "--threads"},
+      {{"--threads", "-1"}, "--threads"},
+      {{"--threads", "99999999999"}, "--threads"},
+      {{"--backend", "gpu"}, "--backend"},
+      {{"--mesh-every", "0"}, "--mesh-every"},
+      {{"--mesh-every", "1.5"}, "--mesh-every"},
+      {{"--depth-scale", "0"}, "--depth-scale"},
+      {{"--depth-scale", "nan"}, "--depth-scale"},
+      {{"--frames", "5:1"}, "--frames"},
+      {{"--bag", "a.bag"}, "either --tum DIR or --bag FILE"},
+      {{"--depth-topic", "/d"}, "only for --bag"},
+      {{"--report", "o.ply"}, "same file"},
+  };
+  EXPECT_EQ(usageErrorOf(good), "");
+  for (const auto& [addition, expected] : additions) {
+    Arguments arguments = good;
+    arguments.insert(arguments.end(), addition.begin(), addition.end());
+    EXPECT_NE(usageErrorOf(arguments).find(expected), std::string::npos)
+        << addition[0] << " -> " << usageErrorOf(arguments);
+  }
+  EXPECT_NE(usageErrorOf({}), "");
+  EXPECT_NE(usageErrorOf({"--tum", "dir"}).find("--mesh"), std::string::npos);
+  EXPECT_NE(usageErrorOf({"--tum", "dir", "--mesh", "o.xyz"}).find(".ply, .obj or .stl"),
+            std::string::npos);
+  EXPECT_NE(usageErrorOf({"--bag", "b", "--mesh", "o.ply", "--depth-scale", "1"}).find("--tum"),
+            std::string::npos);
+}
+
+TEST(FrameSelectionText, MayLeaveOutParts) {
+  const std::tuple<std::string, size_t, size_t, size_t> cases[] = {
+      {"1:9:2", 1, 9, 2},
+      {"1:9", 1, 9, 1},
+      {"5:", 5, FrameSelection{}.last, 1},
+      {":7", 0, 7, 1},
+      {"::3", 0, FrameSelection{}.last, 3},
+      {"4::", 4, FrameSelection{}.last, 1},
+      {"3:3", 3, 3, 1}};
+  for (const auto& [text, first, last, step] : cases) {
+    const FrameSelection selection = parseFrameSelection(text);
+    EXPECT_EQ(selection.first, first) << text;
+    EXPECT_EQ(selection.last, last) << text;
+    EXPECT_EQ(selection.step, step) << text;
+  }
+}
+
+TEST(FrameSelectionText, RefusesOtherForms) {
+  for (const char* text : {"", "5", "a:b", "1:2:0", "1:2:3:4", "-1:5", "9:1", "1.5:2", "1 :2"}) {
+    EXPECT_NE(errorOf([&] { parseFrameSelection(text); }), "") << text;
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,145 @@
+#include "tools/reconstruction.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/temporary_folder.h"
+#include "tools/progress_bar.h"
+#include "tools/reconstruction_report.h"
+
+namespace dtsdf {
+namespace {
+
+/// Fuses frames with a positive width and counts its calls.
+class FakeMapper : public Mapper {
+ public:
+  IntegrationResult integrate(const DepthFrame& frame) override {
+    calls += 'i';
+    IntegrationResult result;
+    if (frame.width <= 0) result.status = FrameStatus::kBadImage;
+    return result;
+  }
+  void beginMeshUpdate() override { calls += 'm'; }
+  MeshUpdate finishMeshUpdate() override { return {}; }
+  void clear() override {}
+  MapStats stats() const override { return {3, 7, 4096, 2}; }
+  std::vector<BlockSnapshot> snapshot() override { return {}; }
+  std::string backendName() const override { return "fake (0 threads)"; }
+
+  std::string calls;  ///< 'i' for each frame, 'm' for each extraction.
+};
+
+/// `widths` are the widths of its frames; counts three more as skipped.
+class FakeSource : public FrameSource {
+ public:
+  explicit FakeSource(std::vector<int> widths) : widths_(std::move(widths)) {}
+  std::optional<size_t> size() const override { return widths_.size() + 3; }
+  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
+  std::optional<SourceFrame> next() override {
+    if (next_ == widths_.size()) return std::nullopt;
+    SourceFrame frame;
+    frame.depth.width = widths_[next_++];
+    return frame;
+  }
+
+ private:
+  std::vector<int> widths_;
+  size_t next_ = 0;
+  std::map<std::string, size_t> skipped_{{"no pose", 3}};
+};
+
+class ReconstructionTest : public testing::Test {
+ protected:
+  ReconstructionResult run(const std::vector<int>& widths, size_t mesh_every) {
+    FakeSource source(widths);
+    return reconstruct(source, mapper_, 0.02f, mesh_every,
+                       [this](size_t done) { progress_.push_back(done); });
+  }
+
+  FakeMapper mapper_;
+  std::vector<size_t> progress_;
+};
+
+TEST_F(ReconstructionTest, MeshesOnceAtTheEndByDefault) {
+  const ReconstructionResult result = run({1, 1, 1}, 0);
+  EXPECT_EQ(mapper_.calls, "iiim");
+  EXPECT_EQ(result.frames, 3u);
+  EXPECT_EQ(result.integrate_ms.size(), 3u);
+  EXPECT_EQ(result.mesh_ms.size(), 1u);
+  EXPECT_EQ(progress_, (std::vector<size_t>{4, 5, 6}));
+}
+
+TEST_F(ReconstructionTest, MeshesEachSoManyFramesAndWhatIsLeft) {
+  EXPECT_EQ(run({1, 1, 1, 1, 1}, 2).mesh_ms.size(), 3u);
+  EXPECT_EQ(mapper_.calls, "iimiimim");
+}
+
+TEST_F(ReconstructionTest, DoesNotMeshAgainWhereNothingIsLeft) {
+  EXPECT_EQ(run({1, 1, 1, 1}, 2).mesh_ms.size(), 2u);
+  EXPECT_EQ(mapper_.calls, "iimiim");
+}
+
+TEST_F(ReconstructionTest, CountsWhatWasNotFusedByReason) {
+  const ReconstructionResult result = run({1, 0, 1}, 0);
+  EXPECT_EQ(result.frames, 2u);
+  EXPECT_EQ(result.skipped.at("no pose"), 3u);
+  EXPECT_EQ(result.skipped.at(toString(FrameStatus::kBadImage)), 1u);
+  EXPECT_NE(describeSkipped(result.skipped).find("3 no pose"), std::string::npos);
+}
+
+TEST_F(ReconstructionTest, SaysWhyNoFrameWasFused) {
+  const std::string error = errorOf([&] { run({0, 0}, 0); });
+  EXPECT_NE(error.find("no frame was fused"), std::string::npos) << error;
+  EXPECT_NE(error.find("3 no pose"), std::string::npos) << error;
+}
+
+TEST(TimeSummary, IsMeanMedianAndP95) {
+  std::vector<double> values;
+  for (int i = 100; i >= 1; --i) values.push_back(i);
+  EXPECT_DOUBLE_EQ(summarise(values).mean, 50.5);
+  EXPECT_DOUBLE_EQ(summarise(values).median, 50.5);
+  EXPECT_DOUBLE_EQ(summarise(values).p95, 95.0);
+  EXPECT_DOUBLE_EQ(summarise({3.0, 1.0, 2.0}).median, 2.0);
+  EXPECT_DOUBLE_EQ(summarise({3.0, 1.0, 2.0}).p95, 3.0);
+  EXPECT_DOUBLE_EQ(summarise({5.0}).p95, 5.0);
+  EXPECT_DOUBLE_EQ(summarise({}).mean, 0.0);
+}
+
+TEST(ReportJson, HasEveryKey) {
+  ReconstructionResult result;
+  result.frames = 2;
+  result.skipped = {{"no pose \xff", 1}};  // not UTF-8
+  result.integrate_ms = {1.0, 3.0};
+  result.mesh_ms = {10.0};
+  result.map = {3, 7, 4096, 2};
+  result.mesh.vertices_m.resize(4);
+  result.mesh.triangles.resize(2);
+  const auto report = nlohmann::json::parse(reportJson(result, "cpu (2 threads)"));
+  EXPECT_EQ(report["backend"], "cpu");
+  EXPECT_EQ(report["device"], "cpu (2 threads)");
+  EXPECT_EQ(report["frames"], 2);
+  EXPECT_EQ(report["frames_skipped"].size(), 1u);
+  EXPECT_EQ(report["integrate_ms"]["mean"], 2.0);
+  EXPECT_EQ(report["integrate_ms"]["median"], 2.0);
+  EXPECT_EQ(report["mesh_ms"]["p95"], 10.0);
+  EXPECT_EQ(report["blocks"], 3);
+  EXPECT_EQ(report["voxel_arrays"], 7);
+  EXPECT_EQ(report["map_bytes"], 4096);
+  EXPECT_EQ(report["refused_blocks"], 2);
+  EXPECT_EQ(report["vertices"], 4);
+  EXPECT_EQ(report["triangles"], 2);
+}
+
+TEST(ProgressLine, ShowsWhatIsKnown) {
+  const std::string line = progressLine(25, 100, 5.0);
+  EXPECT_NE(line.find("25 %"), std::string::npos) << line;
+  EXPECT_NE(line.find("25/100 frames, 5.0/s, 15 s left"), std::string::npos) << line;
+  EXPECT_EQ(progressLine(7, std::nullopt, 2.0), "7 frames, 3.5/s");
+  EXPECT_NE(progressLine(0, 10, 0.0), "");
+  EXPECT_NE(progressLine(0, 0, 0.0), "");
+  EXPECT_NE(progressLine(11, 10, 1.0).find("100 %"), std::string::npos);  // not beyond the bar
+}
+
+}  // namespace
+}  // namespace dtsdf

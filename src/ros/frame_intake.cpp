@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "dtsdf_mapping/ros/depth_image.h"
+#include "dtsdf_mapping/ros/transform_conversions.h"
 
 namespace dtsdf {
 namespace {

@@ -90,7 +90,8 @@ void MappingNode::onNewcomer(const ros::SingleSubscriberPublisher& newcomer) {
   worker_.run([&] { session_.publishAll(newcomer); }).get();
 }
 
-bool MappingNode::onSaveMesh(SaveMesh::Request& request, SaveMesh::Response& response) {
+bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
+                             dtsdf_mapping::SaveMesh::Response& response) {
   try {
     const std::string path = resolveMeshPath(params_.node.output_directory, request.file_name);
     const Mesh mesh = worker_.run([this] { return session_.currentMesh(); }).get();

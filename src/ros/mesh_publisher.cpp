@@ -1,5 +1,7 @@
 #include "dtsdf_mapping/ros/mesh_publisher.h"
 
+#include <ros/single_subscriber_publisher.h>
+
 #include <boost/make_shared.hpp>
 
 #include <utility>

@@ -1,10 +1,8 @@
 #include "dtsdf_mapping/ros/node_params.h"
 
-namespace dtsdf {
+#include "dtsdf_mapping/ros/transform_conversions.h"
 
-std::string stripLeadingSlash(const std::string& frame) {
-  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
-}
+namespace dtsdf {
 
 MappingParams readMappingParams(const ParamTree& tree,
                                 const std::vector<ParamViolation>& violations) {

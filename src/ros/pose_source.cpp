@@ -1,25 +1,11 @@
 #include "dtsdf_mapping/ros/pose_source.h"
 
-#include <geometry_msgs/TransformStamped.h>
-
 #include <cmath>
 #include <sstream>
 
-#include "dtsdf_mapping/ros/node_params.h"
+#include "dtsdf_mapping/ros/transform_conversions.h"
 
 namespace dtsdf {
-namespace {
-
-Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform) {
-  const geometry_msgs::Quaternion& q = transform.rotation;
-  const geometry_msgs::Vector3& t = transform.translation;
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
-  T.translation() << t.x, t.y, t.z;
-  return T;
-}
-
-}  // namespace
 
 PoseSource::PoseSource(const ros::NodeHandle& nh, const std::string& map_frame)
     : map_frame_(stripLeadingSlash(map_frame)), listener_(buffer_, nh, true) {}

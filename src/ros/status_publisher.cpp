@@ -6,6 +6,10 @@
 
 namespace dtsdf {
 
+using dtsdf_mapping::DropCount;
+using dtsdf_mapping::MapStatus;
+
+
 StatusPublisher::StatusPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
                                  const Options& options, std::function<StatusInput()> collect)
     : options_(options),

@@ -1,8 +1,13 @@
 #include "dtsdf_mapping/ros/status_report.h"
 
+#include <tuple>
 #include <utility>
 
 namespace dtsdf {
+
+using dtsdf_mapping::DropCount;
+using dtsdf_mapping::MapStatus;
+
 namespace {
 
 using Verdict = std::pair<uint8_t, std::string>;
@@ -59,7 +64,7 @@ Verdict judge(const StatusInput& in) {
 
 }  // namespace
 
-MapStatus makeStatus(const StatusInput& in) {
+dtsdf_mapping::MapStatus makeStatus(const StatusInput& in) {
   MapStatus status;
   std::tie(status.level, status.message) = judge(in);
   status.backend = in.map.backend;

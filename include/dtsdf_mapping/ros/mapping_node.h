@@ -30,7 +30,8 @@ class MappingNode {
   void advertiseServices();
   StatusInput collectStatus() const;
   void onNewcomer(const ros::SingleSubscriberPublisher& newcomer);
-  bool onSaveMesh(SaveMesh::Request& request, SaveMesh::Response& response);
+  bool onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
+                  dtsdf_mapping::SaveMesh::Response& response);
   bool onClearMap(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 

@@ -70,7 +70,4 @@ using ParamViolation = std::pair<std::string, std::string>;
 MappingParams readMappingParams(const ParamTree& tree,
                                 const std::vector<ParamViolation>& violations = {});
 
-/// A frame's name without the leading slash of old tf, which tf2 does not know.
-std::string stripLeadingSlash(const std::string& frame);
-
 }  // namespace dtsdf

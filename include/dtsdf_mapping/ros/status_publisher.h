@@ -29,7 +29,7 @@ class StatusPublisher {
 
   Options options_;
   std::function<StatusInput()> collect_;
-  MapStatus status_;
+  dtsdf_mapping::MapStatus status_;
   uint64_t last_dropped_ = 0, last_fused_ = 0;
   diagnostic_updater::Updater updater_;
   ros::Publisher publisher_;

@@ -25,6 +25,6 @@ struct StatusInput {
   uint64_t max_map_bytes = 0;
 };
 
-MapStatus makeStatus(const StatusInput& input);
+dtsdf_mapping::MapStatus makeStatus(const StatusInput& input);
 
 }  // namespace dtsdf

@@ -1,0 +1,38 @@
+/// Between the transforms and frame names of ROS and ours.
+#pragma once
+
+#include <geometry_msgs/Transform.h>
+
+#include <Eigen/Geometry>
+#include <string>
+
+namespace dtsdf {
+
+inline Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform) {
+  const geometry_msgs::Quaternion& q = transform.rotation;
+  const geometry_msgs::Vector3& t = transform.translation;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
+  T.translation() << t.x, t.y, t.z;
+  return T;
+}
+
+/// A frame's name without the leading slash of old tf, which tf2 does not know.
+inline std::string stripLeadingSlash(const std::string& frame) {
+  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
+}
+
+inline geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T) {
+  const Eigen::Quaterniond q(T.linear());
+  geometry_msgs::Transform transform;
+  transform.rotation.w = q.w();
+  transform.rotation.x = q.x();
+  transform.rotation.y = q.y();
+  transform.rotation.z = q.z();
+  transform.translation.x = T.translation().x();
+  transform.translation.y = T.translation().y();
+  transform.translation.z = T.translation().z();
+  return transform;
+}
+
+}  // namespace dtsdf

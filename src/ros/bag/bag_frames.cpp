@@ -1,0 +1,199 @@
+#include <geometry_msgs/TransformStamped.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/image_encodings.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+#include "dtsdf_mapping/io/bag_frames.h"
+#include "dtsdf_mapping/ros/depth_image.h"
+#include "dtsdf_mapping/ros/transform_conversions.h"
+
+namespace dtsdf {
+namespace {
+
+namespace enc = sensor_msgs::image_encodings;
+
+/// Longer than any recording: no transform is forgotten.
+const ros::Duration kKeepAll(1.0e8);
+
+bool isDepth(const sensor_msgs::Image& image) {
+  return image.encoding == enc::TYPE_16UC1 || image.encoding == enc::MONO16 ||
+         image.encoding == enc::TYPE_32FC1;
+}
+
+/// The topics of a bag whose first image is a depth image.
+std::set<std::string> findDepthTopics(const rosbag::Bag& bag) {
+  std::set<std::string> topics;
+  rosbag::View all(bag);
+  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
+    if (connection->datatype != "sensor_msgs/Image") continue;
+    rosbag::View images(bag, rosbag::TopicQuery(connection->topic));
+    const auto image = images.begin()->instantiate<sensor_msgs::Image>();
+    if (image && isDepth(*image)) topics.insert(connection->topic);
+  }
+  return topics;
+}
+
+std::string chooseDepthTopic(const rosbag::Bag& bag, const std::string& path) {
+  const std::set<std::string> topics = findDepthTopics(bag);
+  if (topics.size() == 1) return *topics.begin();
+  if (topics.empty()) throw std::runtime_error("'" + path + "' has no topic with depth images");
+  std::string list;
+  for (const std::string& topic : topics) list += " " + topic;
+  throw std::runtime_error("'" + path + "' has several topics with depth images:" + list +
+                           "; choose one by --depth-topic");
+}
+
+std::string topicBeside(const std::string& topic, const std::string& name) {
+  return topic.substr(0, topic.rfind('/') + 1) + name;
+}
+
+/// The pixels of a frame, whoever holds them.
+struct Pixels {
+  sensor_msgs::ImageConstPtr image;
+  std::vector<uint8_t> repacked;
+};
+
+class BagFrames : public FrameSource {
+ public:
+  explicit BagFrames(const BagOptions& options)
+      : options_(options), map_frame_(stripLeadingSlash(options.map_frame)), transforms_(kKeepAll) {
+    try {
+      bag_.open(options.path, rosbag::bagmode::Read);
+      chooseTopics();
+      readTransforms();
+      readCameraInfos();
+    } catch (const rosbag::BagException& error) {
+      throw std::runtime_error("cannot read the bag '" + options.path + "': " + error.what());
+    }
+    images_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(options_.depth_topic));
+    next_ = images_->begin();
+  }
+
+  std::optional<size_t> size() const override {
+    return options_.selection.countIn(images_->size());
+  }
+
+  std::optional<SourceFrame> next() override {
+    try {
+      for (; next_ != images_->end(); ++index_) {
+        const rosbag::View::iterator current = next_++;
+        if (!options_.selection.contains(index_)) continue;
+        if (auto frame = makeFrame(current->instantiate<sensor_msgs::Image>())) {
+          ++index_;
+          return frame;
+        }
+      }
+      return std::nullopt;
+    } catch (const rosbag::BagException& error) {
+      throw std::runtime_error("cannot read the bag '" + options_.path + "' on: " + error.what() +
+                               "; try rosbag reindex, or rosbag fix");
+    }
+  }
+
+  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
+
+ private:
+  void chooseTopics() {
+    if (options_.depth_topic.empty()) {
+      options_.depth_topic = chooseDepthTopic(bag_, options_.path);
+    }
+    if (options_.info_topic.empty()) {
+      options_.info_topic = topicBeside(options_.depth_topic, "camera_info");
+    }
+    requireMessages(options_.depth_topic);
+    requireMessages(options_.info_topic);
+  }
+
+  void requireMessages(const std::string& topic) const {
+    rosbag::View view(bag_, rosbag::TopicQuery(topic));
+    if (view.size() > 0) return;
+    throw std::runtime_error("'" + options_.path + "' has no messages on '" + topic +
+                             "'; rosbag info lists its topics");
+  }
+
+  void readTransforms() {
+    const std::vector<std::string> topics{"/tf", "/tf_static", "tf", "tf_static"};
+    rosbag::View view(bag_, rosbag::TopicQuery(topics));
+    for (const rosbag::MessageInstance& message : view) {
+      const auto tf = message.instantiate<tf2_msgs::TFMessage>();
+      if (!tf) continue;
+      const bool is_static = message.getTopic().find("tf_static") != std::string::npos;
+      for (geometry_msgs::TransformStamped transform : tf->transforms) {
+        transform.header.frame_id = stripLeadingSlash(transform.header.frame_id);
+        transform.child_frame_id = stripLeadingSlash(transform.child_frame_id);
+        transforms_.setTransform(transform, "bag", is_static);
+      }
+    }
+  }
+
+  /// All of them, small as they are: an image may be recorded before its camera_info.
+  void readCameraInfos() {
+    rosbag::View view(bag_, rosbag::TopicQuery(options_.info_topic));
+    for (const rosbag::MessageInstance& message : view) {
+      const auto info = message.instantiate<sensor_msgs::CameraInfo>();
+      if (info) infos_[info->header.stamp] = info;
+    }
+  }
+
+  std::optional<SourceFrame> skip(const std::string& reason) {
+    ++skipped_[reason];
+    return std::nullopt;
+  }
+
+  std::optional<SourceFrame> makeFrame(const sensor_msgs::ImageConstPtr& image) {
+    if (!image) return skip("not a sensor_msgs/Image");
+    const auto info = infos_.find(image->header.stamp);
+    if (info == infos_.end()) return skip(toString(DropReason::kNoCameraInfo));
+    if (const auto rejection = checkDepthImage(*image, *info->second)) {
+      return skip(toString(rejection->reason));
+    }
+    const std::optional<Eigen::Isometry3d> T_W_C = poseOf(*image);
+    if (!T_W_C) return skip(toString(DropReason::kNoTransform));
+
+    auto pixels = std::make_shared<Pixels>();
+    pixels->image = image;
+    SourceFrame frame;
+    frame.depth = makeDepthFrame(*image, *info->second, DepthUnits{}, pixels->repacked);
+    frame.depth.T_W_C = *T_W_C;
+    frame.pixels = pixels;
+    frame.stamp_s = image->header.stamp.toSec();
+    return frame;
+  }
+
+  std::optional<Eigen::Isometry3d> poseOf(const sensor_msgs::Image& image) const {
+    try {
+      return toIsometry(transforms_
+                            .lookupTransform(map_frame_, stripLeadingSlash(image.header.frame_id),
+                                             image.header.stamp)
+                            .transform);
+    } catch (const tf2::TransformException&) {
+      return std::nullopt;
+    }
+  }
+
+  BagOptions options_;
+  std::string map_frame_;
+  rosbag::Bag bag_;
+  tf2::BufferCore transforms_;
+  std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
+  std::unique_ptr<rosbag::View> images_;
+  rosbag::View::iterator next_;
+  size_t index_ = 0;  ///< Of the image at `next_`.
+  std::map<std::string, size_t> skipped_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options) {
+  return std::make_unique<BagFrames>(options);
+}
+
+}  // namespace dtsdf

@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <set>
+#include <sstream>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/text_file.h"
@@ -60,6 +61,31 @@ std::string parseMeshPath(const std::string& path) {
   return path;
 }
 
+/// The form only: what the keys and values mean is told with the settings of the file.
+std::string parseSetting(const std::string& text) {
+  const size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+    throw UsageError("--set: '" + text + "' is not of the form KEY=VALUE");
+  }
+  return text;
+}
+
+/// Breaks a text into indented lines for a terminal.
+std::string wrap(const std::string& text) {
+  constexpr size_t kColumns = 80;
+  const std::string indent = "      ";
+  std::istringstream words(text);
+  std::string wrapped, line = indent;
+  for (std::string word; words >> word;) {
+    if (line.size() + word.size() > kColumns) {
+      wrapped += line + "\n";
+      line = indent;
+    }
+    line += (line == indent ? "" : " ") + word;
+  }
+  return wrapped + line + "\n";
+}
+
 std::vector<Option> inputOptions() {
   return {
       {"--tum", "DIR",
@@ -68,8 +94,8 @@ std::vector<Option> inputOptions() {
       {"--depth-scale", "UNITS", "units per metre of the folder's 16-bit images (default 5000)",
        [](auto& o, const auto& v) { o.units_per_metre = parsePositive("--depth-scale", v); }},
       {"--pose-tolerance", "SECONDS",
-       "a frame is skipped if no pose is so near in time (default 0.02); between two poses the "
-       "camera's pose is interpolated",
+       "a frame is skipped if no pose is so near its stamp (default 0.02); between two poses it "
+       "gets an interpolated one",
        [](auto& o, const auto& v) { o.pose_tolerance_s = parsePositive("--pose-tolerance", v); }},
       {"--bag", "FILE", "ROS bag with depth images, camera_info and TF",
        [](auto& o, const auto& v) { o.bag_path = v; }},
@@ -88,7 +114,7 @@ std::vector<Option> otherOptions() {
       {"--config", "FILE", "settings as in config/default.yaml (default: the built-in defaults)",
        [](auto& o, const auto& v) { o.config_path = v; }},
       {"--set", "KEY=VALUE ...", "single settings, over those of the file; may be repeated",
-       [](auto& o, const auto& v) { o.settings.push_back(v); }},
+       [](auto& o, const auto& v) { o.settings.push_back(parseSetting(v)); }},
       {"--backend", "auto|cpu|cuda", "where to compute, over the setting `backend`",
        [](auto& o, const auto& v) { o.backend = parseBackend(v); }},
       {"--threads", "N", "CPU threads (0: all cores), over the setting `threads`",
@@ -210,8 +236,8 @@ std::string reconstructHelp() {
       "Fuses every depth image of a recording, without loss and with the same result each time,\n"
       "and saves the mesh.\n\n";
   for (const Option& option : allOptions()) {
-    text += "  " + option.name + (option.value.empty() ? "" : " " + option.value) + "\n      " +
-            option.help + "\n";
+    text += "  " + option.name + (option.value.empty() ? "" : " " + option.value) + "\n" +
+            wrap(option.help);
   }
   return text + "\nExit code: 0 the mesh is saved, 1 an error, 2 a wrong command line.\n";
 }

@@ -11,9 +11,10 @@ namespace dtsdf {
 
 constexpr int kTumWidth = 8, kTumHeight = 6;
 
-/// `count` images, 0.1 s apart from stamp 100 on; image i has all pixels 1000 * (i + 1) and the
-/// camera stands at x = i.
-inline void writeTumFolder(const TemporaryFolder& folder, int count) {
+/// `count` images, 0.1 s apart from stamp 100 on; image i shows a wall at 0.2 (i + 1) m, that is
+/// 1000 (i + 1) units, and the camera stands at x = i.
+inline void writeTumFolder(const TemporaryFolder& folder, int count, int width = kTumWidth,
+                           int height = kTumHeight) {
   std::string depth = "# stamp file\n", poses = "# stamp tx ty tz qx qy qz qw\n";
   std::filesystem::create_directories(folder / "depth");
   for (int i = 0; i < count; ++i) {
@@ -21,14 +22,15 @@ inline void writeTumFolder(const TemporaryFolder& folder, int count) {
     const std::string file = "depth/" + std::to_string(i) + ".png";
     depth += stamp + " " + file + "\n";
     poses += stamp + " " + std::to_string(i) + " 0 0 0 0 0 1\n";
-    const cv::Mat image(kTumHeight, kTumWidth, CV_16UC1, cv::Scalar(1000 * (i + 1)));
+    const cv::Mat image(height, width, CV_16UC1, cv::Scalar(1000 * (i + 1)));
     cv::imwrite(folder / file, image);
   }
   writeBytes(folder / "depth.txt", depth);
   writeBytes(folder / "groundtruth.txt", poses);
   writeBytes(folder / "camera_info.yaml",
-             "image_width: 8\nimage_height: 6\nprojection_matrix:\n"
-             "  data: [10, 0, 3.5, 0, 0, 11, 2.5, 0, 0, 0, 1, 0]\n");
+             "image_width: " + std::to_string(width) + "\nimage_height: " +
+                 std::to_string(height) +
+                 "\nprojection_matrix:\n  data: [10, 0, 3.5, 0, 0, 11, 2.5, 0, 0, 0, 1, 0]\n");
 }
 
 }  // namespace dtsdf

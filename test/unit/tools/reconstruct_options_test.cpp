@@ -76,6 +76,8 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
       {{"--depth-scale", "0"}, "--depth-scale"},
       {{"--depth-scale", "nan"}, "--depth-scale"},
       {{"--frames", "5:1"}, "--frames"},
+      {{"--set", "key"}, "--set"},
+      {{"--set", "key=1", "stray"}, "--set"},
       {{"--bag", "a.bag"}, "either --tum DIR or --bag FILE"},
       {{"--depth-topic", "/d"}, "only for --bag"},
       {{"--report", "o.ply"}, "same file"},

@@ -1,0 +1,124 @@
+/// Runs the program `reconstruct` as a user does: exit codes, error lines and files.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "support/tum_folder.h"
+
+namespace dtsdf {
+namespace {
+
+class ReconstructProgram : public testing::Test {
+ protected:
+  struct Outcome {
+    int exit_code;
+    std::string out, err;
+  };
+
+  void SetUp() override {
+    writeTumFolder(tum_, 6, 80, 60);
+    tum_option_ = "--tum " + tum_.path() + " ";
+  }
+
+  Outcome run(const std::string& arguments) const {
+    const std::string command = std::string(DTSDF_RECONSTRUCT) + " " + arguments + " > " +
+                                (out_ / "stdout") + " 2> " + (out_ / "stderr");
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(out_ / "stdout"),
+            readBytes(out_ / "stderr")};
+  }
+
+  /// The bytes of the mesh that a run saves.
+  std::string meshOf(const std::string& arguments) const {
+    const Outcome outcome = run(tum_option_ + "--mesh " + (out_ / "mesh.ply") + " " + arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return readBytes(out_ / "mesh.ply");
+  }
+
+  void expectError(const std::string& arguments, int exit_code, const std::string& text) const {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, exit_code) << arguments << "\n" << outcome.err;
+    EXPECT_EQ(outcome.err.find("reconstruct: error: "), 0u) << outcome.err;
+    EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+
+  TemporaryFolder tum_, out_;
+  std::string tum_option_;
+};
+
+TEST_F(ReconstructProgram, SavesMeshAndReport) {
+  const Outcome outcome = run(tum_option_ + "--backend cpu --threads 1 --mesh-every 2 --mesh " +
+                              (out_ / "new/mesh.ply") + " --report " + (out_ / "report.json"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");  // no progress bar without a terminal
+  const auto report = nlohmann::json::parse(readBytes(out_ / "report.json"));
+  EXPECT_EQ(report["backend"], "cpu");
+  EXPECT_EQ(report["frames"], 6);
+  EXPECT_GT(report["integrate_ms"]["median"], 0.0);
+  EXPECT_GE(report["integrate_ms"]["p95"], report["integrate_ms"]["median"]);
+  EXPECT_GT(report["mesh_ms"]["mean"], 0.0);
+  EXPECT_GT(report["blocks"], 0);
+  EXPECT_GE(report["voxel_arrays"], report["blocks"]);
+  EXPECT_GT(report["map_bytes"], 0);
+  const std::string ply = readBytes(out_ / "new/mesh.ply");
+  const auto has = [&](const std::string& line) { return ply.find(line) != std::string::npos; };
+  EXPECT_TRUE(has("element vertex " + report["vertices"].dump() + "\n"));
+  EXPECT_TRUE(has("element face " + report["triangles"].dump() + "\n"));
+  EXPECT_GT(report["triangles"], 100);
+}
+
+TEST_F(ReconstructProgram, SavesTheSameBytesHoweverItIsRun) {
+  const std::string mesh = meshOf("--threads 1");
+  EXPECT_EQ(meshOf("--threads 1"), mesh);
+  EXPECT_EQ(meshOf("--threads 2"), mesh);
+  EXPECT_EQ(meshOf("--mesh-every 1"), mesh);
+  EXPECT_EQ(meshOf("--mesh-every 4"), mesh);
+  EXPECT_NE(meshOf("--set map/voxel_size_m=0.05"), mesh);
+  EXPECT_NE(meshOf("--set mesh/colour=plain"), mesh);
+}
+
+TEST_F(ReconstructProgram, TakesSettingsFromTheFileThenFromTheCommandLine) {
+  writeBytes(out_ / "a.yaml", "backend: cuda\nthreads: 1\nmap:\n  voxel_size_m: 0.05\n");
+  const std::string config = "--config " + (out_ / "a.yaml") + " --backend cpu ";
+  EXPECT_EQ(meshOf(config), meshOf("--set map/voxel_size_m=0.05"));
+  EXPECT_EQ(meshOf(config + "--set map/voxel_size_m=0.04"), meshOf("--set map/voxel_size_m=0.04"));
+}
+
+TEST_F(ReconstructProgram, TakesTheNodesSettingsFile) {
+  writeBytes(out_ / "a.yaml", "map_frame: odom\nmap:\n  voxel_size_m: 0.05\n");
+  EXPECT_EQ(meshOf("--config " + (out_ / "a.yaml")), meshOf("--set map/voxel_size_m=0.05"));
+}
+
+TEST_F(ReconstructProgram, ACommandLineThatIsWrongEndsWith2) {
+  const std::string mesh = "--mesh " + (out_ / "mesh.ply") + " ";
+  expectError("", 2, "--tum DIR or --bag FILE");
+  expectError(tum_option_, 2, "--mesh");
+  expectError(tum_option_ + mesh + "--unknown", 2, "--unknown");
+  expectError(tum_option_ + mesh + "--report", 2, "--report");
+  expectError(tum_option_ + "--mesh a.xyz", 2, ".ply, .obj or .stl");
+  EXPECT_EQ(run("--help").exit_code, 0);
+}
+
+TEST_F(ReconstructProgram, AnErrorEndsWith1AndLeavesTheOldMesh) {
+  const std::string mesh = "--mesh " + (out_ / "mesh.ply") + " ";
+  writeBytes(out_ / "mesh.ply", "old");
+  expectError("--tum /nowhere " + mesh, 1, "/nowhere");
+  expectError(tum_option_ + mesh + "--config /nowhere.yaml", 1, "/nowhere.yaml");
+  expectError(tum_option_ + mesh + "--set map/voxel_sise_m=1 map/voxel_size_m=x", 1,
+              "map/voxel_sise_m");
+  expectError(tum_option_ + mesh + "--frames 6:", 1, "no frame was fused");
+  expectError(tum_option_ + "--mesh /dev/null/mesh.ply", 1, "/dev/null");
+  expectError("--bag /nowhere.bag " + mesh, 1, "");
+  writeBytes(tum_ / "depth/3.png", "damaged");
+  expectError(tum_option_ + mesh, 1, "depth/3.png");
+  std::filesystem::remove(tum_ / "camera_info.yaml");
+  expectError(tum_option_ + mesh, 1, "camera_info.yaml");
+  EXPECT_EQ(readBytes(out_ / "mesh.ply"), "old");
+}
+
+}  // namespace
+}  // namespace dtsdf

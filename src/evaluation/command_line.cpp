@@ -1,4 +1,4 @@
-#include "command_line.h"
+#include "evaluation/command_line.h"
 
 #include <cmath>
 #include <sstream>

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "random.h"
+#include "evaluation/random.h"
 
 namespace dtsdf {
 

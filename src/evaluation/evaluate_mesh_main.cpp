@@ -7,9 +7,11 @@
 #include <stdexcept>
 
 #include "dtsdf_mapping/evaluation/mesh_metrics.h"
-#include "picture_options.h"
+#include "evaluation/picture_options.h"
 
+namespace dtsdf {
 namespace {
+
 
 constexpr char kUsage[] =
     R"(usage: evaluate_mesh RECONSTRUCTION.ply GROUNDTRUTH.ply [options]
@@ -30,17 +32,17 @@ and the mesh's topology. Vertices are taken as they are indexed; none are welded
 constexpr char kScaleUsage[] =
     "  --scale-mm S       full scale of the colours (a round number above the 95th percentile)\n";
 
-dtsdf::Evaluation measure(const dtsdf::CommandLine& arguments,
-                          const dtsdf::TriangleMesh& reconstruction,
-                          const dtsdf::TriangleMesh& ground_truth) {
-  std::optional<dtsdf::Views> views;
-  if (arguments.has("views")) views = dtsdf::readViews(arguments.text("views", ""));
-  dtsdf::EvaluationOptions options;
+Evaluation measure(const CommandLine& arguments,
+                          const TriangleMesh& reconstruction,
+                          const TriangleMesh& ground_truth) {
+  std::optional<Views> views;
+  if (arguments.has("views")) views = readViews(arguments.text("views", ""));
+  EvaluationOptions options;
   options.samples = static_cast<size_t>(arguments.number("samples", 1e6, 1, 1e9));
   options.seed = static_cast<uint64_t>(arguments.number("seed", 1, 0, 1e15));
   options.thresholds_m = arguments.numbers("threshold", options.thresholds_m);
   options.show_progress = true;
-  return dtsdf::evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options);
+  return evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options);
 }
 
 void writeJson(const std::string& path, const std::string& json) {
@@ -50,25 +52,25 @@ void writeJson(const std::string& path, const std::string& json) {
   if (!out) throw std::runtime_error(path + ": cannot be written");
 }
 
-void writeErrorColours(const dtsdf::CommandLine& arguments, dtsdf::TriangleMesh reconstruction,
-                       const dtsdf::TriangleMesh& ground_truth) {
+void writeErrorColours(const CommandLine& arguments, TriangleMesh reconstruction,
+                       const TriangleMesh& ground_truth) {
   const std::vector<double> errors_m =
-      dtsdf::distancesTo(dtsdf::MeshScene(ground_truth), reconstruction.vertices);
-  const double automatic_mm = 1e3 * dtsdf::niceErrorScale(errors_m);
+      distancesTo(MeshScene(ground_truth), reconstruction.vertices);
+  const double automatic_mm = 1e3 * niceErrorScale(errors_m);
   const double scale_mm = arguments.number("scale-mm", automatic_mm, 1e-6, 1e6);
-  dtsdf::colourByError(reconstruction, errors_m, 1e-3 * scale_mm);
-  if (arguments.has("heatmap")) dtsdf::writePly(arguments.text("heatmap", ""), reconstruction);
+  colourByError(reconstruction, errors_m, 1e-3 * scale_mm);
+  if (arguments.has("heatmap")) writePly(arguments.text("heatmap", ""), reconstruction);
   if (!arguments.has("picture")) return;
-  const dtsdf::MeshScene scene(reconstruction);
-  dtsdf::PictureOptions options = dtsdf::readPictureOptions(arguments, scene.bounds());
-  options.legend = dtsdf::Legend{"error, mm", scale_mm};
-  dtsdf::writePicture(arguments.text("picture", ""), scene, options);
+  const MeshScene scene(reconstruction);
+  PictureOptions options = readPictureOptions(arguments, scene.bounds());
+  options.legend = Legend{"error, mm", scale_mm};
+  writePicture(arguments.text("picture", ""), scene, options);
 }
 
-void evaluate(const dtsdf::CommandLine& arguments) {
-  const dtsdf::TriangleMesh reconstruction = dtsdf::readPly(arguments.positional()[0]);
-  const dtsdf::TriangleMesh ground_truth = dtsdf::readPly(arguments.positional()[1]);
-  const std::string json = dtsdf::toJson(measure(arguments, reconstruction, ground_truth));
+void evaluate(const CommandLine& arguments) {
+  const TriangleMesh reconstruction = readPly(arguments.positional()[0]);
+  const TriangleMesh ground_truth = readPly(arguments.positional()[1]);
+  const std::string json = toJson(measure(arguments, reconstruction, ground_truth));
   std::fputs(json.c_str(), stdout);
   if (arguments.has("json")) writeJson(arguments.text("json", ""), json);
   if (arguments.has("heatmap") || arguments.has("picture")) {
@@ -77,6 +79,7 @@ void evaluate(const dtsdf::CommandLine& arguments) {
 }
 
 }  // namespace
+}  // namespace dtsdf
 
 int main(int argc, char** argv) {
   try {
@@ -85,12 +88,15 @@ int main(int argc, char** argv) {
                     "scale-mm"});
     const dtsdf::CommandLine arguments(argc, argv, options, {"help"});
     if (arguments.has("help") || arguments.positional().size() != 2) {
-      const std::string usage = kUsage + dtsdf::pictureUsage() + kScaleUsage;
+      const std::string usage = dtsdf::kUsage + dtsdf::pictureUsage() + dtsdf::kScaleUsage;
       std::fputs(usage.c_str(), arguments.has("help") ? stdout : stderr);
       return arguments.has("help") ? 0 : 2;
     }
-    evaluate(arguments);
+    dtsdf::evaluate(arguments);
     return 0;
+  } catch (const std::invalid_argument& error) {
+    std::fprintf(stderr, "evaluate_mesh: %s (see --help)\n", error.what());
+    return 2;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "evaluate_mesh: %s\n", error.what());
     return 1;

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "parallel.h"
-#include "progress.h"
+#include "evaluation/parallel.h"
+#include "evaluation/progress.h"
 
 namespace dtsdf {
 
@@ -211,7 +211,7 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
   if (reconstruction.triangles.empty()) throw std::runtime_error("the reconstruction is empty");
   if (ground_truth.triangles.empty()) throw std::runtime_error("the ground truth is empty");
   const auto progress = [&](const char* what, size_t count) {
-    return options.show_progress ? progressLine(what, count) : Progress{};
+    return options.show_progress ? terminalProgress(what, count) : Progress{};
   };
   const MeshScene reconstruction_scene(reconstruction), truth_scene(ground_truth);
   Evaluation evaluation;

@@ -1,4 +1,4 @@
-#include "parallel.h"
+#include "evaluation/parallel.h"
 
 #include <algorithm>
 #include <atomic>

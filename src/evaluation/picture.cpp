@@ -9,7 +9,7 @@
 
 #include "dtsdf_mapping/evaluation/mesh_metrics.h"
 #include "dtsdf_mapping/simulation/scene.h"
-#include "parallel.h"
+#include "evaluation/parallel.h"
 
 namespace dtsdf {
 

@@ -1,4 +1,4 @@
-#include "picture_options.h"
+#include "evaluation/picture_options.h"
 
 #include <stdexcept>
 

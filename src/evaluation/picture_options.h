@@ -4,7 +4,7 @@
 #include <set>
 #include <string>
 
-#include "command_line.h"
+#include "evaluation/command_line.h"
 #include "dtsdf_mapping/evaluation/picture.h"
 
 namespace dtsdf {

@@ -1,4 +1,4 @@
-#include "progress.h"
+#include "evaluation/progress.h"
 
 #include <unistd.h>
 
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-std::function<void(size_t)> progressLine(const std::string& what, size_t total) {
+std::function<void(size_t)> terminalProgress(const std::string& what, size_t total) {
   if (isatty(STDERR_FILENO) == 0) return {};
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();

@@ -8,6 +8,6 @@
 namespace dtsdf {
 
 /// To be called with the number of items done; ends its line at `total`.
-std::function<void(size_t)> progressLine(const std::string& what, size_t total);
+std::function<void(size_t)> terminalProgress(const std::string& what, size_t total);
 
 }  // namespace dtsdf

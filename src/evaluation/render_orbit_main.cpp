@@ -3,13 +3,16 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <stdexcept>
 
-#include "command_line.h"
+#include "evaluation/command_line.h"
 #include "dtsdf_mapping/evaluation/depth_noise.h"
-#include "parallel.h"
-#include "progress.h"
+#include "evaluation/parallel.h"
+#include "evaluation/progress.h"
 
+namespace dtsdf {
 namespace {
+
 
 constexpr char kUsage[] =
     R"(usage: render_orbit MODEL.ply OUT [options]
@@ -28,8 +31,8 @@ mesh, as it was placed, to OUT/gt.ply. The defaults are the set-up of the Direct
   --seed N            seed of the noise (1)
 )";
 
-dtsdf::ViewCamera readCamera(const dtsdf::CommandLine& arguments) {
-  dtsdf::ViewCamera camera;
+ViewCamera readCamera(const CommandLine& arguments) {
+  ViewCamera camera;
   camera.width = static_cast<int>(arguments.number("width", 640, 2, 4096));
   camera.height = static_cast<int>(arguments.number("height", 480, 2, 4096));
   const float focal_px = static_cast<float>(arguments.number("focal", 525.0, 1.0, 1e5));
@@ -38,35 +41,36 @@ dtsdf::ViewCamera readCamera(const dtsdf::CommandLine& arguments) {
   return camera;
 }
 
-void renderOrbit(const dtsdf::CommandLine& arguments) {
+void renderOrbit(const CommandLine& arguments) {
   const std::string directory = arguments.positional()[1];
-  dtsdf::TriangleMesh mesh = dtsdf::readPly(arguments.positional()[0]);
+  TriangleMesh mesh = readPly(arguments.positional()[0]);
   const double side_m = arguments.number("longest-side", 1.0, 0.0, 1000.0);
-  if (side_m > 0.0) dtsdf::centreAndScale(mesh, static_cast<float>(side_m));
-  const dtsdf::ViewCamera camera = readCamera(arguments);
-  const dtsdf::DepthNoise noise = dtsdf::depthNoiseFromName(arguments.text("noise", "none"));
+  if (side_m > 0.0) centreAndScale(mesh, static_cast<float>(side_m));
+  const ViewCamera camera = readCamera(arguments);
+  const DepthNoise noise = depthNoiseFromName(arguments.text("noise", "none"));
   const auto seed = static_cast<uint64_t>(arguments.number("seed", 1, 0, 1e9));
-  const auto poses_W_C = dtsdf::orbitPoses(
-      dtsdf::trajectoryFromName(arguments.text("trajectory", "circle")),
+  const auto poses_W_C = orbitPoses(
+      orbitShapeFromName(arguments.text("trajectory", "circle")),
       static_cast<size_t>(arguments.number("frames", 1000, 1, 1e6)),
       arguments.number("radius", 2.0, 0.01, 1000.0));
 
-  const dtsdf::MeshScene scene(mesh);
-  const dtsdf::TumWriter writer(directory, camera, poses_W_C);
-  dtsdf::writePly(directory + "/gt.ply", mesh);
+  const MeshScene scene(mesh);
+  const TumWriter writer(directory, camera, poses_W_C);
+  writePly(directory + "/gt.ply", mesh);
   const auto renderFrames = [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const dtsdf::RenderedView view = dtsdf::renderView(scene, camera, poses_W_C[i]);
+      const RenderedView view = renderView(scene, camera, poses_W_C[i]);
       const uint64_t frame_seed = seed << 32 | i;
-      writer.write(i, dtsdf::toTumDepth(dtsdf::addNoise(view, camera, noise, frame_seed)));
+      writer.write(i, toTumDepth(addNoise(view, camera, noise, frame_seed)));
     }
   };
-  dtsdf::parallelFor(poses_W_C.size(), 1, renderFrames,
-                     dtsdf::progressLine("rendering", poses_W_C.size()));
+  parallelFor(poses_W_C.size(), 1, renderFrames,
+                     terminalProgress("rendering", poses_W_C.size()));
   writer.finish(std::filesystem::path(arguments.positional()[0]).stem().string());
 }
 
 }  // namespace
+}  // namespace dtsdf
 
 int main(int argc, char** argv) {
   try {
@@ -76,11 +80,14 @@ int main(int argc, char** argv) {
          "seed"},
         {"help"});
     if (arguments.has("help") || arguments.positional().size() != 2) {
-      std::fputs(kUsage, arguments.has("help") ? stdout : stderr);
+      std::fputs(dtsdf::kUsage, arguments.has("help") ? stdout : stderr);
       return arguments.has("help") ? 0 : 2;
     }
-    renderOrbit(arguments);
+    dtsdf::renderOrbit(arguments);
     return 0;
+  } catch (const std::invalid_argument& error) {
+    std::fprintf(stderr, "render_orbit: %s (see --help)\n", error.what());
+    return 2;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "render_orbit: %s\n", error.what());
     return 1;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "random.h"
+#include "evaluation/random.h"
 
 namespace dtsdf {
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shapes.h"
+#include "simulation/shapes.h"
 
 namespace dtsdf {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "shapes.h"
+#include "simulation/shapes.h"
 
 namespace dtsdf {
 

@@ -16,18 +16,18 @@ struct ViewCamera {
   int height = 480;
 };
 
-enum class Trajectory {
+enum class OrbitShape {
   kCircle,  ///< In the plane y = 0 (the paper's set-up).
   kHelix,   ///< Five turns from 60 degrees below the plane y = 0 to 60 above, at one distance.
   kSphere,  ///< A spiral from pole to pole with views spread evenly over the sphere.
 };
 
 /// @throws std::invalid_argument for an unknown name.
-Trajectory trajectoryFromName(const std::string& name);
+OrbitShape orbitShapeFromName(const std::string& name);
 
 /// Poses of the optical frame (x right, y down, z forward) on the trajectory, y up in W, all of
 /// them looking at the origin from `radius_m`.
-std::vector<Eigen::Isometry3d> orbitPoses(Trajectory trajectory, size_t count, double radius_m);
+std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double radius_m);
 
 /// The views of a recording.
 struct Views {
@@ -35,8 +35,8 @@ struct Views {
   std::vector<Eigen::Isometry3d> poses_W_C;
 };
 
-/// Reads camera_info.yaml and the poses of a TUM folder's depth images.
-/// @throws std::runtime_error with the file and what is wrong with it.
-Views readViews(const std::string& tum_directory);
+/// Reads the camera and the poses of a TUM folder's depth images.
+/// @throws std::runtime_error with the file and what is wrong with it, or if no image has a pose.
+Views readViews(const std::string& tum_folder);
 
 }  // namespace dtsdf

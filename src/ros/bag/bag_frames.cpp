@@ -64,7 +64,10 @@ struct Pixels {
 class BagFrames : public FrameSource {
  public:
   explicit BagFrames(const BagOptions& options)
-      : options_(options), map_frame_(stripLeadingSlash(options.map_frame)), transforms_(kKeepAll) {
+      : options_(options),
+        map_frame_(stripLeadingSlash(options.map_frame)),
+        units_{options.unit_16uc1_m, options.unit_32fc1_m},
+        transforms_(kKeepAll) {
     try {
       bag_.open(options.path, rosbag::bagmode::Read);
       chooseTopics();
@@ -161,7 +164,7 @@ class BagFrames : public FrameSource {
     auto pixels = std::make_shared<Pixels>();
     pixels->image = image;
     SourceFrame frame;
-    frame.depth = makeDepthFrame(*image, *info->second, DepthUnits{}, pixels->repacked);
+    frame.depth = makeDepthFrame(*image, *info->second, units_, pixels->repacked);
     frame.depth.T_W_C = *T_W_C;
     frame.pixels = pixels;
     frame.stamp_s = image->header.stamp.toSec();
@@ -169,11 +172,11 @@ class BagFrames : public FrameSource {
   }
 
   std::optional<Eigen::Isometry3d> poseOf(const sensor_msgs::Image& image) const {
+    const std::string camera_frame = stripLeadingSlash(
+        options_.camera_frame.empty() ? image.header.frame_id : options_.camera_frame);
     try {
-      return toIsometry(transforms_
-                            .lookupTransform(map_frame_, stripLeadingSlash(image.header.frame_id),
-                                             image.header.stamp)
-                            .transform);
+      return toIsometry(
+          transforms_.lookupTransform(map_frame_, camera_frame, image.header.stamp).transform);
     } catch (const tf2::TransformException&) {
       return std::nullopt;
     }
@@ -181,6 +184,7 @@ class BagFrames : public FrameSource {
 
   BagOptions options_;
   std::string map_frame_;
+  DepthUnits units_;
   rosbag::Bag bag_;
   tf2::BufferCore transforms_;
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;

@@ -37,9 +37,8 @@ std::string adviceFor(int error_number) {
 }
 
 [[noreturn]] void throwCannotWrite(const std::string& path, int error_number) {
-  throw std::runtime_error("cannot write '" + path +
-                           "': " + std::generic_category().message(error_number) +
-                           adviceFor(error_number));
+  throw std::runtime_error("cannot write '" + path + "': " +
+                           std::generic_category().message(error_number) + adviceFor(error_number));
 }
 
 fs::path folderOf(const std::string& path) {

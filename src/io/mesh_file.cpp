@@ -46,22 +46,18 @@ class LittleEndianWriter {
 };
 
 std::string plyHeader(const Mesh& mesh) {
-  return "ply\n"
-         "format binary_little_endian 1.0\n"
-         "comment metres, map frame\n"
-         "element vertex " + std::to_string(mesh.vertices_m.size()) + "\n"
-         "property float x\n"
-         "property float y\n"
-         "property float z\n"
-         "property float nx\n"
-         "property float ny\n"
-         "property float nz\n"
-         "property uchar red\n"
-         "property uchar green\n"
-         "property uchar blue\n"
-         "element face " + std::to_string(mesh.triangles.size()) + "\n"
-         "property list uchar int vertex_indices\n"
-         "end_header\n";
+  const std::string vertex_count = std::to_string(mesh.vertices_m.size());
+  const std::string face_count = std::to_string(mesh.triangles.size());
+  std::string header = "ply\nformat binary_little_endian 1.0\ncomment metres, map frame\n";
+  header += "element vertex " + vertex_count + "\n";
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) {
+    header += std::string("property float ") + name + "\n";
+  }
+  for (const char* name : {"red", "green", "blue"}) {
+    header += std::string("property uchar ") + name + "\n";
+  }
+  header += "element face " + face_count + "\n";
+  return header + "property list uchar int vertex_indices\nend_header\n";
 }
 
 void writePly(const Mesh& mesh, MeshColour colour, AtomicFile& file) {

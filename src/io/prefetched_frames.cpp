@@ -32,7 +32,7 @@ class PrefetchedFrames : public FrameSource {
   std::optional<SourceFrame> next() override {
     std::unique_lock<std::mutex> lock(mutex_);
     changed_.wait(lock, [this] { return !waiting_.empty(); });
-    Item item = waiting_.front();  // cheap: the pixels are shared
+    Item item = waiting_.front();          // cheap: the pixels are shared
     if (item.frame) waiting_.pop_front();  // the end stays, for whoever asks again
     lock.unlock();
     changed_.notify_all();

@@ -8,10 +8,9 @@ namespace {
 /// Today's stamps in seconds are good to a quarter of a microsecond as doubles.
 constexpr double kStampResolution_s = 1e-6;
 
-Eigen::Isometry3d interpolate(const StampedPose& before, const StampedPose& after,
-                              double stamp_s) {
+Eigen::Isometry3d interpolate(const StampedPose& before, const StampedPose& after, double stamp_s) {
   const double share = (stamp_s - before.stamp_s) / (after.stamp_s - before.stamp_s);
-  const Eigen::Quaterniond from(before.T_W_C.rotation()), to(after.T_W_C.rotation());
+  const Eigen::Quaterniond from(before.T_W_C.linear()), to(after.T_W_C.linear());
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   T_W_C.linear() = from.slerp(share, to).normalized().toRotationMatrix();
   T_W_C.translation() =
@@ -22,9 +21,8 @@ Eigen::Isometry3d interpolate(const StampedPose& before, const StampedPose& afte
 }  // namespace
 
 Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
-  std::stable_sort(poses_.begin(), poses_.end(), [](const auto& a, const auto& b) {
-    return a.stamp_s < b.stamp_s;
-  });
+  std::stable_sort(poses_.begin(), poses_.end(),
+                   [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });
   poses_.erase(std::unique(poses_.begin(), poses_.end(),
                            [](const auto& a, const auto& b) { return a.stamp_s == b.stamp_s; }),
                poses_.end());
@@ -32,9 +30,9 @@ Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)
 
 std::optional<Eigen::Isometry3d> Trajectory::poseAt(double stamp_s, double tolerance_s) const {
   const double reach_s = tolerance_s + kStampResolution_s;
-  const auto after = std::lower_bound(
-      poses_.begin(), poses_.end(), stamp_s,
-      [](const StampedPose& pose, double stamp) { return pose.stamp_s < stamp; });
+  const auto after =
+      std::lower_bound(poses_.begin(), poses_.end(), stamp_s,
+                       [](const StampedPose& pose, double stamp) { return pose.stamp_s < stamp; });
   const bool has_after = after != poses_.end(), has_before = after != poses_.begin();
   const bool after_is_near = has_after && after->stamp_s - stamp_s <= reach_s;
   const bool before_is_near = has_before && stamp_s - std::prev(after)->stamp_s <= reach_s;

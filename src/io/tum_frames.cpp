@@ -32,8 +32,7 @@ std::shared_ptr<cv::Mat> readDepthImage(const std::string& path, const CameraInf
   if (image->cols != camera.width || image->rows != camera.height) {
     throw std::runtime_error("'" + path + "' is " + std::to_string(image->cols) + " x " +
                              std::to_string(image->rows) + " pixels, but camera_info.yaml says " +
-                             std::to_string(camera.width) + " x " +
-                             std::to_string(camera.height));
+                             std::to_string(camera.width) + " x " + std::to_string(camera.height));
   }
   return image;
 }
@@ -55,8 +54,7 @@ class TumFrames : public FrameSource {
       const size_t index = next_index_++;
       if (!options_.selection.contains(index)) continue;
       const StampedImage& listed = sequence_.depth[index];
-      const auto T_W_C =
-          sequence_.trajectory.poseAt(listed.stamp_s, options_.pose_tolerance_s);
+      const auto T_W_C = sequence_.trajectory.poseAt(listed.stamp_s, options_.pose_tolerance_s);
       if (T_W_C) return makeFrame(listed, *T_W_C);
       ++skipped_[no_pose_reason_];
     }

@@ -29,9 +29,9 @@ std::vector<std::string> splitWords(const std::string& text) {
 }
 
 std::vector<ListLine> readList(const fs::path& path) {
-  std::istringstream text(
-      readTextFile(path.string(), "a TUM folder has depth.txt, groundtruth.txt and "
-                                  "camera_info.yaml"));
+  std::istringstream text(readTextFile(path.string(),
+                                       "a TUM folder has depth.txt, groundtruth.txt and "
+                                       "camera_info.yaml"));
   std::vector<ListLine> lines;
   int number = 0;
   for (std::string line; std::getline(text, line);) {
@@ -55,8 +55,7 @@ std::vector<StampedImage> readImageList(const fs::path& path) {
   std::vector<StampedImage> images;
   for (const ListLine& line : readList(path)) {
     if (line.words.size() != 2) throwAt(line, "expected 'stamp file'");
-    images.push_back(
-        {readNumber(line, 0), (path.parent_path() / line.words[1]).string()});
+    images.push_back({readNumber(line, 0), (path.parent_path() / line.words[1]).string()});
   }
   return images;
 }

@@ -57,8 +57,7 @@ std::unique_ptr<FrameSource> openBag(const ReconstructOptions&, const NodeParams
 }
 #endif
 
-std::unique_ptr<FrameSource> openSource(const ReconstructOptions& options,
-                                        const NodeParams& node) {
+std::unique_ptr<FrameSource> openSource(const ReconstructOptions& options, const NodeParams& node) {
   if (!options.bag_path.empty()) return openBag(options, node);
   TumOptions tum;
   tum.folder = options.tum_folder;

@@ -25,8 +25,8 @@ struct Option {
 size_t parseCount(const std::string& name, const std::string& text, size_t min) {
   long long number = 0;
   if (!parseNumber(text, number) || number < static_cast<long long>(min)) {
-    throw UsageError(name + ": '" + text + "' is not a whole number from " +
-                     std::to_string(min) + " on");
+    throw UsageError(name + ": '" + text + "' is not a whole number from " + std::to_string(min) +
+                     " on");
   }
   return static_cast<size_t>(number);
 }
@@ -125,8 +125,7 @@ std::vector<Option> otherOptions() {
        [](auto& o, const auto& v) { o.mesh_path = parseMeshPath(v); }},
       {"--report", "OUT.json", "times and counts",
        [](auto& o, const auto& v) { o.report_path = v; }},
-      {"--help", "", "show this and end",
-       [](auto& o, const auto&) { o.help = true; }}};
+      {"--help", "", "show this and end", [](auto& o, const auto&) { o.help = true; }}};
 }
 
 const std::vector<Option>& allOptions() {

@@ -14,7 +14,7 @@ namespace dtsdf {
 
 /// A depth image with the memory it lies in.
 struct SourceFrame {
-  DepthFrame depth;  ///< Its `data` points into what `pixels` owns.
+  DepthFrame depth;                    ///< Its `data` points into what `pixels` owns.
   std::shared_ptr<const void> pixels;  ///< Keeps the image alive, whatever library it came from.
   double stamp_s = 0.0;                ///< Stamp of the depth image.
 };

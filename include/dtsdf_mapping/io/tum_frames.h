@@ -10,8 +10,8 @@ namespace dtsdf {
 
 struct TumOptions {
   std::string folder;
-  double units_per_metre = 5000.0;     ///< Of the 16-bit depth images; > 0.
-  double pose_tolerance_s = 0.02;      ///< See Trajectory::poseAt().
+  double units_per_metre = 5000.0;  ///< Of the 16-bit depth images; > 0.
+  double pose_tolerance_s = 0.02;   ///< See Trajectory::poseAt().
   FrameSelection selection;
 };
 

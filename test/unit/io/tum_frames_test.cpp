@@ -72,8 +72,7 @@ TEST_F(TumFramesTest, PassesOverFramesWithoutPoseAndCountsThem) {
              "100.0 0 0 0 0 0 0 1\n100.31 3 0 0 0 0 0 1\n100.45 3 0 0 0 0 0 1\n");
   const auto source = openTumFrames(options_);
   EXPECT_EQ(readIndices(*source), (std::vector<int>{0, 3}));
-  EXPECT_EQ(source->skipped(),
-            (std::map<std::string, size_t>{{"no pose within 20 ms", 3}}));
+  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{{"no pose within 20 ms", 3}}));
 }
 
 TEST_F(TumFramesTest, AppliesTheDepthScale) {

@@ -33,8 +33,7 @@ TEST_F(TumSequenceTest, ReadsPosesAsCameraToWorldWithTheScalarLast) {
   // A quarter turn about z takes the camera's x axis to the map's y axis.
   writeBytes(folder_ / "groundtruth.txt", "100.0 1 2 3 0 0 0.7071 0.7071\r\n");
   const TumSequence sequence = readTumSequence(folder_.path());
-  const Eigen::Vector3d p_W =
-      sequence.trajectory.poses().at(0).T_W_C * Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d p_W = sequence.trajectory.poses().at(0).T_W_C * Eigen::Vector3d::UnitX();
   EXPECT_TRUE(p_W.isApprox(Eigen::Vector3d(1, 3, 3), 1e-9)) << p_W;
 }
 
@@ -56,8 +55,8 @@ TEST_F(TumSequenceTest, NamesWhatIsMissing) {
 
 TEST_F(TumSequenceTest, NamesFileAndLineOfMalformedPoses) {
   for (const char* line :
-       {"100.0 0 0 0 0 0 0", "100.0 0 0 0 0 0 0 1 9", "100.0 x 0 0 0 0 0 1",
-        "nan 0 0 0 0 0 0 1", "100.0 0 0 0 0 0 0 0", "100.0 0 0 0 0 0 0 2", "100.0 1e999 0 0 0 0 0 1"}) {
+       {"100.0 0 0 0 0 0 0", "100.0 0 0 0 0 0 0 1 9", "100.0 x 0 0 0 0 0 1", "nan 0 0 0 0 0 0 1",
+        "100.0 0 0 0 0 0 0 0", "100.0 0 0 0 0 0 0 2", "100.0 1e999 0 0 0 0 0 1"}) {
     writeBytes(folder_ / "groundtruth.txt", std::string("# comment\n\n") + line + "\n");
     EXPECT_NE(error().find(folder_ / "groundtruth.txt:3: "), std::string::npos)
         << line << " -> " << error();

@@ -21,13 +21,11 @@ TEST(YamlParams, FlattensSectionsAndKeepsTypes) {
       "fusion: {mode: ray_casting, max_weight: 1.0e+4}\n"
       "map/truncation_voxels: 4\n",
       "file.yaml");
-  const ParamTree expected = {{"backend", std::string("cpu")},
-                              {"map/voxel_size_m", 0.01},
-                              {"map/directional", true},
-                              {"map/max_memory_mb", 512},
-                              {"map/truncation_voxels", 4},
-                              {"fusion/mode", std::string("ray_casting")},
-                              {"fusion/max_weight", 1.0e4}};
+  const ParamTree expected = {
+      {"backend", std::string("cpu")}, {"map/voxel_size_m", 0.01},
+      {"map/directional", true},       {"map/max_memory_mb", 512},
+      {"map/truncation_voxels", 4},    {"fusion/mode", std::string("ray_casting")},
+      {"fusion/max_weight", 1.0e4}};
   EXPECT_EQ(tree, expected);
 }
 

@@ -25,8 +25,7 @@ void visitParams(Params& p, Visitor& visit) {
   visit("part/size", p.size, Range{0.001, 1.0});
   visit("part/precise", p.precise, Range{-1.0, 1.0});
   visit("part/name", p.name);
-  visit("part/fruit", p.fruit,
-        EnumNames<Fruit>{{"apple", Fruit::kApple}, {"pear", Fruit::kPear}});
+  visit("part/fruit", p.fruit, EnumNames<Fruit>{{"apple", Fruit::kApple}, {"pear", Fruit::kPear}});
 }
 
 Params read(const ParamTree& tree) {
@@ -72,11 +71,11 @@ TEST(ParamSet, AWholeNumberMayStandForAFloat) { EXPECT_EQ(read({{"part/size", 1}
 
 TEST(ParamSet, RefusesWrongTypes) {
   const std::pair<std::string, ParamValue> wrong[] = {
-      {"part/flag", 1},        {"part/flag", std::string("true")},
-      {"part/count", 3.0},     {"part/count", std::string("3")},
-      {"part/count", true},    {"part/size", std::string("0.1")},
-      {"part/size", true},     {"part/name", 5},
-      {"part/fruit", 1},       {"part/fruit", std::string("Apple")}};
+      {"part/flag", 1},     {"part/flag", std::string("true")},
+      {"part/count", 3.0},  {"part/count", std::string("3")},
+      {"part/count", true}, {"part/size", std::string("0.1")},
+      {"part/size", true},  {"part/name", 5},
+      {"part/fruit", 1},    {"part/fruit", std::string("Apple")}};
   for (const auto& [key, value] : wrong) {
     const auto violations = violationsOf({{key, value}});
     ASSERT_EQ(violations.size(), 1u) << key << " = " << toString(value);

@@ -20,11 +20,28 @@ std::string usageErrorOf(const Arguments& arguments) {
 }
 
 TEST(ReconstructOptions, ReadsEveryOption) {
-  const ReconstructOptions options = parseReconstructOptions(
-      {"--tum", "dir", "--depth-scale", "1000", "--pose-tolerance=0.1", "--config", "c.yaml",
-       "--set", "map/voxel_size_m=0.01", "mesh/colour=plain", "--set=backend=cpu", "--backend",
-       "cuda", "--threads", "2", "--frames", "1:9:2", "--mesh-every", "10", "--mesh", "out.ply",
-       "--report=r.json"});
+  const ReconstructOptions options = parseReconstructOptions({"--tum",
+                                                              "dir",
+                                                              "--depth-scale",
+                                                              "1000",
+                                                              "--pose-tolerance=0.1",
+                                                              "--config",
+                                                              "c.yaml",
+                                                              "--set",
+                                                              "map/voxel_size_m=0.01",
+                                                              "mesh/colour=plain",
+                                                              "--set=backend=cpu",
+                                                              "--backend",
+                                                              "cuda",
+                                                              "--threads",
+                                                              "2",
+                                                              "--frames",
+                                                              "1:9:2",
+                                                              "--mesh-every",
+                                                              "10",
+                                                              "--mesh",
+                                                              "out.ply",
+                                                              "--report=r.json"});
   EXPECT_EQ(options.tum_folder, "dir");
   EXPECT_EQ(options.units_per_metre, 1000.0);
   EXPECT_EQ(options.pose_tolerance_s, 0.1);

@@ -110,7 +110,7 @@ class SpreadViews {
   bool see(const MeshScene& surface, const Eigen::Vector3f& p_W,
            const Eigen::Vector3f& normal_W) const {
     // The sample must not hide itself: the rays end this share before it.
-    constexpr float kMargin = 1.0e-4f;
+    constexpr float kMargin = 5.0e-5f;
     constexpr float kFlattestCosine = 0.05f;
     for (size_t i = 0; i < eyes_W_.size(); ++i) {
       const Eigen::Vector3f view_W = eyes_W_[i] - p_W;

@@ -1,0 +1,185 @@
+#include "dtsdf_mapping/evaluation/mesh_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "dtsdf_mapping/simulation/scene.h"
+#include "unit/evaluation/test_meshes.h"
+
+namespace dtsdf {
+namespace {
+
+EvaluationOptions quickOptions() {
+  EvaluationOptions options;
+  options.samples = 100000;
+  return options;
+}
+
+TEST(MeshScene, ClosestPointMatchesTheAnalyticDistance) {
+  const MeshScene scene(makeCube(0.5f));
+  Scene truth;
+  truth.add(makeBox(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()));
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3f p = 1.5f * Eigen::Vector3f::Random();
+    ASSERT_NEAR(scene.closestPoint(p).distance_m, truth.distanceToSurface(p.cast<double>()), 1e-7);
+  }
+}
+
+TEST(MeshScene, RaysMatchTheAnalyticScene) {
+  const MeshScene scene(makeCube(0.5f));
+  const auto hit = scene.intersect({2, 0.1f, 0.2f}, {-2, 0, 0});
+  ASSERT_TRUE(hit);
+  EXPECT_FLOAT_EQ(hit->distance, 0.75f) << "in multiples of the direction";
+  EXPECT_TRUE(hit->normal.isApprox(Eigen::Vector3f::UnitX()));
+  EXPECT_FALSE(scene.intersect({2, 0, 0}, {1, 0, 0}));
+  EXPECT_TRUE(scene.isFree({2, 0, 0}, {0.5f, 0, 0}, 1e-4f));
+  EXPECT_FALSE(scene.isFree({2, 0, 0}, {-0.5f, 0, 0}, 1e-4f));
+  EXPECT_THROW(MeshScene(TriangleMesh{}), std::runtime_error);
+}
+
+TEST(DistanceStats, KnownAnswers) {
+  const DistanceStats stats = distanceStats({3.0, 0.0, 4.0, 1.0});
+  EXPECT_EQ(stats.count, 4u);
+  EXPECT_DOUBLE_EQ(stats.rmse_m, std::sqrt(26.0 / 4.0));
+  EXPECT_DOUBLE_EQ(stats.mean_m, 2.0);
+  EXPECT_DOUBLE_EQ(stats.median_m, 3.0) << "the upper of the two in the middle";
+  EXPECT_DOUBLE_EQ(stats.max_m, 4.0);
+  std::vector<double> ramp;
+  for (int i = 0; i < 100; ++i) ramp.push_back(i);
+  EXPECT_DOUBLE_EQ(distanceStats(ramp).p95_m, 95.0);
+  EXPECT_EQ(distanceStats({}).count, 0u);
+}
+
+TEST(Evaluation, AMeshEqualsItself) {
+  const TriangleMesh sphere = makeSphere(0.5f, 40);
+  const Evaluation evaluation = evaluateMesh(sphere, sphere, nullptr, quickOptions());
+  EXPECT_LT(evaluation.vertices.max_m, 1e-7);
+  EXPECT_LT(evaluation.surface.max_m, 1e-6);
+  EXPECT_LT(evaluation.completeness.max_m, 1e-6);
+  EXPECT_DOUBLE_EQ(evaluation.f_scores[0].f_score, 1.0);
+}
+
+TEST(Evaluation, PlaneShiftedByAKnownDistance) {
+  const Evaluation evaluation =
+      evaluateMesh(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0.007f), makeRectangle(-1, -1, 1, 1, 0),
+                   nullptr, quickOptions());
+  EXPECT_NEAR(evaluation.vertices.rmse_m, 0.007, 1e-8);
+  EXPECT_NEAR(evaluation.surface.rmse_m, 0.007, 1e-8);
+  EXPECT_NEAR(evaluation.surface.median_m, 0.007, 1e-8);
+  EXPECT_NEAR(evaluation.surface.max_m, 0.007, 1e-8);
+  EXPECT_DOUBLE_EQ(evaluation.f_scores[0].precision, 0.0) << "beyond 5 mm";
+  EXPECT_DOUBLE_EQ(evaluation.f_scores[1].precision, 1.0) << "within 10 mm";
+}
+
+/// The missing half lies 0 to 1 m from the rest: the mean square is 1/2 * 1/3.
+TEST(Evaluation, HalfMissingPlane) {
+  const Evaluation evaluation = evaluateMesh(
+      makeRectangle(0, 0, 1, 1, 0), makeRectangle(0, 0, 2, 1, 0), nullptr, quickOptions());
+  EXPECT_NEAR(evaluation.surface.rmse_m, 0.0, 1e-7);
+  EXPECT_NEAR(evaluation.completeness.rmse_m, std::sqrt(1.0 / 6.0), 3e-3);
+  EXPECT_NEAR(evaluation.completeness.mean_m, 0.25, 3e-3);
+  EXPECT_NEAR(evaluation.completeness.max_m, 1.0, 1e-3);
+  const FScore& score = evaluation.f_scores[0];
+  EXPECT_DOUBLE_EQ(score.precision, 1.0);
+  EXPECT_NEAR(score.recall, 0.5 + 0.005 / 2.0, 2e-3);
+  EXPECT_NEAR(score.f_score, 2.0 * score.recall / (1.0 + score.recall), 1e-12);
+}
+
+/// Seen from a shifted sphere, distances are | |p + d| - r |: to first order d cos(angle).
+TEST(Evaluation, OffsetSphere) {
+  constexpr double kOffset_m = 0.004;
+  const TriangleMesh sphere = makeSphere(0.5f, 200);
+  const Evaluation evaluation =
+      evaluateMesh(moved(sphere, {0, 0, static_cast<float>(kOffset_m)}), sphere, nullptr,
+                   quickOptions());
+  EXPECT_NEAR(evaluation.surface.rmse_m, kOffset_m / std::sqrt(3.0), 3e-5);
+  EXPECT_NEAR(evaluation.surface.mean_m, kOffset_m / 2.0, 3e-5);
+  EXPECT_NEAR(evaluation.surface.max_m, kOffset_m, 3e-5);
+  EXPECT_NEAR(evaluation.completeness.rmse_m, kOffset_m / std::sqrt(3.0), 3e-5);
+}
+
+TEST(Evaluation, IsTheSameEachTime) {
+  const TriangleMesh a = makeSphere(0.5f, 30), b = makeSphere(0.49f, 20);
+  EXPECT_EQ(toJson(evaluateMesh(a, b, nullptr, quickOptions())),
+            toJson(evaluateMesh(a, b, nullptr, quickOptions())));
+}
+
+TEST(Evaluation, EmptyMeshesAreRefused) {
+  EXPECT_THROW(evaluateMesh({}, makeCube(1), nullptr, quickOptions()), std::runtime_error);
+  EXPECT_THROW(evaluateMesh(makeCube(1), {}, nullptr, quickOptions()), std::runtime_error);
+}
+
+TEST(Evaluation, JsonIsInMillimetres) {
+  const auto json = nlohmann::json::parse(
+      toJson(evaluateMesh(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0.007f),
+                          makeRectangle(-1, -1, 1, 1, 0), nullptr, quickOptions())));
+  EXPECT_NEAR(json["surface"]["rmse_mm"].get<double>(), 7.0, 1e-5);
+  EXPECT_EQ(json["topology"]["boundary_edges"].get<int>(), 4);
+  EXPECT_EQ(json["f_scores"][2]["threshold_mm"].get<double>(), 25.0);
+}
+
+/// One camera at z = 3 looks down on a cube: its top is seen, a sixth of its area.
+TEST(SeenByViews, OnlyWhatFacesTheCamera) {
+  const MeshScene cube(makeCube(0.5f));
+  const SurfaceSamples samples = sampleSurface(cube.mesh(), 60000, 1);
+  Views views;
+  views.poses_W_C = {lookAt({0, 0, 3}, {0, 0, 0}, Eigen::Vector3d::UnitY())};
+  const std::vector<bool> seen = seenByViews(cube, samples, views);
+  for (size_t i = 0; i < seen.size(); ++i) {
+    const bool on_top = samples.triangles[i] / 2 == 1;
+    if (!on_top && samples.points[i].z() > 0.499f) continue;  // the edge belongs to both
+    ASSERT_EQ(seen[i], on_top) << samples.points[i].transpose();
+  }
+}
+
+TEST(SeenByViews, NotWhatIsHiddenOrOutsideTheImage) {
+  // A sheet from x = -1 to 1, its right half hidden from above by another.
+  const MeshScene sheets(
+      joined(makeRectangle(-1, -1, 1, 1, 0), makeRectangle(0, -2, 2, 2, 0.001f)));
+  const SurfaceSamples samples = sampleSurface(sheets.mesh(), 20000, 1);
+  Views views;
+  views.poses_W_C = {lookAt({0, 0, 2}, {0, 0, 0}, Eigen::Vector3d::UnitY())};
+  views.camera.width = 525;  // half a metre to either side at a distance of 2 m
+  views.camera.height = 525;
+  views.camera.intrinsics = {1050, 1050, 262, 262};
+  const std::vector<bool> seen = seenByViews(sheets, samples, views);
+  size_t count = 0;
+  for (size_t i = 0; i < seen.size(); ++i) {
+    if (!seen[i]) continue;
+    ++count;
+    const Eigen::Vector3f& p = samples.points[i];
+    EXPECT_LT(p.head<2>().cwiseAbs().maxCoeff(), 0.501f);
+    EXPECT_TRUE(p.z() > 0.0f || p.x() < 0.002f);
+  }
+  EXPECT_NEAR(static_cast<double>(count), 20000.0 * 1.0 / 12.0, 100.0);
+}
+
+TEST(MeshTopology, ClosedAndOpen) {
+  TriangleMesh cube = makeCube(0.5f);
+  EXPECT_EQ(meshTopology(cube).boundary_edges, 0u);
+  EXPECT_EQ(meshTopology(cube).non_manifold_edges, 0u);
+  EXPECT_EQ(meshTopology(cube).components, 1u);
+  EXPECT_NEAR(meshTopology(cube).area_m2, 6.0, 1e-6);
+  cube.triangles.pop_back();
+  EXPECT_EQ(meshTopology(cube).boundary_edges, 3u);
+  EXPECT_EQ(meshTopology(makeSphere(0.5f, 12)).boundary_edges, 0u);
+}
+
+TEST(MeshTopology, ComponentsNonManifoldAndDegenerate) {
+  TriangleMesh mesh = joined(makeCube(0.5f), makeCube(0.5f));
+  EXPECT_EQ(meshTopology(mesh).components, 2u) << "touching vertices are not welded";
+  mesh.triangles.push_back({0, 1, 12});  // a third triangle at an edge of the cube, and a bridge
+  const MeshTopology topology = meshTopology(mesh);
+  EXPECT_EQ(topology.components, 1u);
+  EXPECT_EQ(topology.non_manifold_edges, 1u);
+  EXPECT_EQ(topology.boundary_edges, 2u);
+  EXPECT_EQ(topology.degenerate_triangles, 0u);
+  mesh.triangles.push_back({0, 0, 1});
+  mesh.triangles.push_back({0, 8, 1});  // 0 and 8 are at the same place
+  EXPECT_EQ(meshTopology(mesh).degenerate_triangles, 2u);
+}
+
+}  // namespace
+}  // namespace dtsdf

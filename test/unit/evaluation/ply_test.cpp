@@ -1,0 +1,132 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+
+#include "dtsdf_mapping/evaluation/triangle_mesh.h"
+#include "support/temporary_folder.h"
+#include "unit/evaluation/test_meshes.h"
+
+namespace dtsdf {
+namespace {
+
+class Ply : public testing::Test {
+ protected:
+  std::string write(const std::string& bytes) {
+    const std::string path = folder_ / "mesh.ply";
+    std::ofstream(path, std::ios::binary) << bytes;
+    return path;
+  }
+
+  std::string errorOf(const std::string& bytes) {
+    const std::string path = write(bytes);
+    try {
+      readPly(path);
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(path), std::string::npos) << "the file is named";
+      return error.what();
+    }
+    return "";
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Ply, ReadsAsciiWithPolygonsAndWhatItDoesNotNeed) {
+  const TriangleMesh mesh = readPly(write(
+      "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement vertex 4\r\nproperty float nx\r\n"
+      "property double x\r\nproperty float y\r\nproperty float z\r\nproperty uchar red\r\n"
+      "property uchar green\r\nproperty uchar blue\r\nelement edge 1\r\nproperty int vertex1\r\n"
+      "property list uchar float weights\r\nelement face 1\r\nproperty uchar flags\r\n"
+      "property list uchar int vertex_index\r\nend_header\r\n"
+      "9 0 0 0 1 2 3\r\n9 1 0 0 4 5 6\r\n9 1 1 0 7 8 9\r\n9 0 1 0.5 10 11 12\r\n"
+      "3 2 0.5 0.5\r\n7 4 0 1 2 3\r\n"));
+  ASSERT_EQ(mesh.vertices.size(), 4u);
+  EXPECT_EQ(mesh.vertices[3], Eigen::Vector3f(0, 1, 0.5f));
+  ASSERT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_EQ(mesh.triangles[1], (std::array<uint32_t, 3>{0, 2, 3}));
+  EXPECT_EQ(mesh.colours[2], (std::array<uint8_t, 3>{7, 8, 9}));
+}
+
+TEST_F(Ply, ReadsBothByteOrders) {
+  for (const bool big : {false, true}) {
+    std::string bytes = std::string("ply\nformat ") +
+                        (big ? "binary_big_endian" : "binary_little_endian") +
+                        " 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+                        "float z\nelement face 1\nproperty list uchar uint vertex_indices\n"
+                        "end_header\n";
+    const auto append = [&](auto number) {
+      char raw[sizeof(number)];
+      std::memcpy(raw, &number, sizeof(number));
+      if (big) std::reverse(raw, raw + sizeof(number));
+      bytes.append(raw, sizeof(number));
+    };
+    for (const float x : {0.f, 0.f, 0.f, 1.5f, 0.f, 0.f, 0.f, -2.25f, 0.f}) append(x);
+    append(uint8_t{3});
+    for (const uint32_t i : {0u, 1u, 2u}) append(i);
+    const TriangleMesh mesh = readPly(write(bytes));
+    EXPECT_EQ(mesh.vertices[1].x(), 1.5f);
+    EXPECT_EQ(mesh.vertices[2].y(), -2.25f);
+    EXPECT_EQ(mesh.triangles.at(0)[2], 2u);
+  }
+}
+
+TEST_F(Ply, KeepsWhatItWrites) {
+  TriangleMesh mesh = makeSphere(0.3f, 10);
+  mesh.colours.assign(mesh.vertices.size(), {1, 2, 3});
+  const std::string path = folder_ / "sphere.ply";
+  writePly(path, mesh);
+  const TriangleMesh again = readPly(path);
+  EXPECT_EQ(again.vertices, mesh.vertices);
+  EXPECT_EQ(again.triangles, mesh.triangles);
+  EXPECT_EQ(again.colours, mesh.colours);
+}
+
+TEST_F(Ply, NamesWhatIsWrong) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
+      "z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  EXPECT_NE(errorOf("solid\n").find("not a PLY"), std::string::npos);
+  EXPECT_NE(errorOf("ply\nformat ascii 1.0\n").find("no end"), std::string::npos);
+  EXPECT_NE(errorOf(header + "0 0").find("too early"), std::string::npos);
+  EXPECT_NE(errorOf(header + "0 0 0\n3 0 0 1\n").find("face 0"), std::string::npos);
+  EXPECT_NE(errorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0")
+                .find("x, y and z"),
+            std::string::npos);
+  EXPECT_THROW(readPly(folder_ / "absent.ply"), std::runtime_error);
+}
+
+TEST(TriangleMesh, IsCentredAndScaled) {
+  TriangleMesh mesh = moved(makeCube(2.0f), {5, 6, 7});
+  mesh.vertices[0].x() -= 4.0f;  // longest side 8 along x
+  centreAndScale(mesh, 1.0f);
+  Eigen::Vector3f low = mesh.vertices[0], high = low;
+  for (const auto& p : mesh.vertices) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  EXPECT_TRUE(low.isApprox(Eigen::Vector3f(-0.5f, -0.25f, -0.25f), 1e-6f));
+  EXPECT_TRUE(high.isApprox(Eigen::Vector3f(0.5f, 0.25f, 0.25f), 1e-6f));
+}
+
+TEST(TriangleMesh, SamplesAreUniformByArea) {
+  // A large and a small rectangle, 9 to 1.
+  const TriangleMesh mesh =
+      joined(makeRectangle(0, 0, 3, 3, 0), makeRectangle(0, 0, 1, 1, 1));
+  const SurfaceSamples samples = sampleSurface(mesh, 100000, 3);
+  ASSERT_EQ(samples.points.size(), 100000u);
+  size_t small = 0, left = 0;
+  for (const Eigen::Vector3f& p : samples.points) {
+    if (p.z() > 0.5f) ++small;
+    if (p.z() < 0.5f && p.x() < 1.0f) ++left;
+  }
+  EXPECT_NEAR(small, 10000, 10);
+  EXPECT_NEAR(left, 30000, 500);
+  EXPECT_EQ(sampleSurface(mesh, 100, 3).points, sampleSurface(mesh, 100, 3).points);
+  EXPECT_NE(sampleSurface(mesh, 100, 3).points, sampleSurface(mesh, 100, 4).points);
+  EXPECT_TRUE(sampleSurface(TriangleMesh{}, 100, 3).points.empty());
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,252 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "dtsdf_mapping/evaluation/depth_noise.h"
+#include "dtsdf_mapping/evaluation/picture.h"
+#include "dtsdf_mapping/io/tum_frames.h"
+#include "dtsdf_mapping/simulation/scene.h"
+#include "support/temporary_folder.h"
+#include "unit/evaluation/test_meshes.h"
+
+namespace dtsdf {
+namespace {
+
+/// Mean and deviation of the pixels that are there.
+struct DepthStats {
+  double mean_m = 0.0, sigma_m = 0.0, share = 0.0;
+};
+
+DepthStats statsOf(const std::vector<float>& depth_m) {
+  double sum = 0.0, squares = 0.0, count = 0.0;
+  for (const float z : depth_m) {
+    if (z <= 0.0f) continue;
+    count += 1.0;
+    sum += static_cast<double>(z);
+    squares += static_cast<double>(z) * static_cast<double>(z);
+  }
+  const double mean = sum / count;
+  return {mean, std::sqrt(std::max(0.0, squares / count - mean * mean)),
+          count / static_cast<double>(depth_m.size())};
+}
+
+/// A view straight down on a large rectangle, two metres below.
+RenderedView frontalView() {
+  return renderView(MeshScene(makeRectangle(-5, -5, 5, 5, 0)), ViewCamera{},
+                    lookAt({0, 0, 2}, {0, 0, 0}, Eigen::Vector3d::UnitY()));
+}
+
+TEST(Orbit, PosesLookAtTheOrigin) {
+  for (const OrbitShape shape : {OrbitShape::kCircle, OrbitShape::kHelix, OrbitShape::kSphere}) {
+    for (const Eigen::Isometry3d& T_W_C : orbitPoses(shape, 97, 2.0)) {
+      EXPECT_TRUE(T_W_C.linear().isUnitary(1e-9));
+      EXPECT_NEAR(T_W_C.linear().determinant(), 1.0, 1e-9);
+      EXPECT_LT((T_W_C * Eigen::Vector3d(0, 0, 2)).norm(), 1e-9);
+      EXPECT_LE(T_W_C.linear()(1, 1), 1e-9) << "the image's down is not up in the world";
+    }
+  }
+}
+
+TEST(Orbit, ShapesCoverWhatTheySay) {
+  for (const auto& T : orbitPoses(OrbitShape::kCircle, 8, 2.0)) {
+    EXPECT_NEAR(T.translation().y(), 0.0, 1e-12);
+  }
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int octants[8] = {};
+  for (const auto& T : orbitPoses(OrbitShape::kSphere, 800, 1.0)) {
+    const Eigen::Vector3d& p = T.translation();
+    sum += p;
+    ++octants[(p.x() > 0) + 2 * (p.y() > 0) + 4 * (p.z() > 0)];
+  }
+  EXPECT_LT(sum.norm() / 800.0, 0.02);
+  for (const int count : octants) EXPECT_NEAR(count, 100, 12);
+  const auto helix = orbitPoses(OrbitShape::kHelix, 100, 2.0);
+  EXPECT_NEAR(helix.back().translation().y(), -helix.front().translation().y(), 1e-9);
+  EXPECT_GT(helix.back().translation().y(), 1.6);
+  EXPECT_THROW(orbitShapeFromName("square"), std::invalid_argument);
+}
+
+TEST(RenderView, MatchesTheAnalyticScene) {
+  const TriangleMesh cube = makeCube(0.4f);
+  Scene truth;
+  truth.add(makeBox(Eigen::Vector3d::Zero(), 2.0 * 0.4f * Eigen::Vector3d::Ones()));
+  const MeshScene scene(cube);
+  const ViewCamera camera;
+  for (const Eigen::Isometry3d& T_W_C : orbitPoses(OrbitShape::kSphere, 5, 2.0)) {
+    const auto depth_m = renderView(scene, camera, T_W_C).depth_m;
+    const auto expected_m =
+        renderDepth(truth, camera.intrinsics, camera.width, camera.height, T_W_C);
+    size_t different = 0;
+    for (size_t i = 0; i < depth_m.size(); ++i) {
+      if (std::abs(depth_m[i] - expected_m[i]) > 1e-5f) ++different;
+    }
+    EXPECT_LT(different, 20u) << "only pixels on the silhouette may round differently";
+  }
+}
+
+TEST(RenderView, ToldTheAngleOfIncidence) {
+  const RenderedView view = frontalView();
+  const size_t centre = 240 * 640 + 320;
+  EXPECT_NEAR(view.depth_m[centre], 2.0f, 1e-6f);
+  EXPECT_NEAR(view.incidence_cosine[centre], 1.0f, 1e-5f);
+  EXPECT_NEAR(view.incidence_cosine[240 * 640], std::cos(std::atan(319.5f / 525.0f)), 1e-4f);
+}
+
+TEST(TumWriter, TheReaderFindsWhatWasWritten) {
+  const TemporaryFolder folder;
+  const auto poses = orbitPoses(OrbitShape::kHelix, 3, 1.5);
+  const ViewCamera camera;
+  const TumWriter writer(folder.path(), camera, poses);
+  const MeshScene scene(makeCube(0.4f));
+  std::vector<std::vector<uint16_t>> images;
+  for (size_t i = 0; i < poses.size(); ++i) {
+    images.push_back(toTumDepth(renderView(scene, camera, poses[i]).depth_m));
+    writer.write(i, images.back());
+  }
+  writer.finish("cube");
+
+  const Views views = readViews(folder.path());
+  ASSERT_EQ(views.poses_W_C.size(), poses.size());
+  EXPECT_FLOAT_EQ(views.camera.intrinsics.cy, 239.5f);
+  TumOptions options;
+  options.folder = folder.path();
+  const auto frames = openTumFrames(options);
+  for (size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_TRUE(views.poses_W_C[i].isApprox(poses[i], 1e-8));
+    const auto frame = frames->next();
+    ASSERT_TRUE(frame);
+    EXPECT_TRUE(frame->depth.T_W_C.isApprox(poses[i], 1e-8));
+    ASSERT_EQ(frame->depth.width, camera.width);
+    for (int v = 0; v < camera.height; ++v) {
+      const auto* row = reinterpret_cast<const uint16_t*>(
+          static_cast<const char*>(frame->depth.data) +
+          static_cast<size_t>(v) * frame->depth.row_bytes);
+      for (int u = 0; u < camera.width; ++u) {
+        ASSERT_EQ(row[u], images[i][static_cast<size_t>(v * camera.width + u)]);
+      }
+    }
+  }
+}
+
+TEST(TumDepth, RoundsAndRefusesWhatDoesNotFit) {
+  EXPECT_EQ(toTumDepth({0.0f, 1.0f, 1.00011f, 13.2f, -1.0f}),
+            (std::vector<uint16_t>{0, 5000, 5001, 0, 0}));
+}
+
+TEST(DepthNoise, NoneLeavesTheDepthAlone) {
+  const RenderedView view = frontalView();
+  EXPECT_EQ(addNoise(view, {}, depthNoiseFromName("none"), 1), view.depth_m);
+}
+
+TEST(DepthNoise, IsTheSameForTheSameSeed) {
+  const RenderedView view = frontalView();
+  const DepthNoise noise = depthNoiseFromName("kinect");
+  EXPECT_EQ(addNoise(view, {}, noise, 5), addNoise(view, {}, noise, 5));
+  EXPECT_NE(addNoise(view, {}, noise, 5), addNoise(view, {}, noise, 6));
+}
+
+/// The paper's figures: 1.2 mm at 0.4 m, 6.1 mm at 2 m, both frontal; 0.8 pixels to the side.
+TEST(DepthNoise, FollowsTheCitedFormulas) {
+  EXPECT_NEAR(axialSigma(0.4, 0.0), 0.0012, 1e-12);
+  EXPECT_NEAR(axialSigma(2.0, 0.5), 0.0012 + 0.0019 * 2.56, 1e-12);
+  EXPECT_GT(axialSigma(2.0, 1.3), axialSigma(2.0, 1.0));
+  EXPECT_NEAR(lateralSigma(0.0), 0.8, 1e-12);
+  EXPECT_TRUE(std::isfinite(axialSigma(2.0, 1.5707963)));
+  const DepthStats stats = statsOf(addNoise(frontalView(), {}, depthNoiseFromName("axial"), 1));
+  EXPECT_NEAR(stats.mean_m, 2.0, 1e-4);
+  EXPECT_NEAR(stats.sigma_m, axialSigma(2.0, 0.0), 1e-4);
+  EXPECT_DOUBLE_EQ(stats.share, 1.0);
+}
+
+TEST(DepthNoise, QuantisesTheDisparity) {
+  RenderedView view = frontalView();
+  for (size_t i = 0; i < view.depth_m.size(); ++i) {
+    view.depth_m[i] = 1.0f + 3.0f * static_cast<float>(i) / static_cast<float>(view.depth_m.size());
+  }
+  const auto depth_m = addNoise(view, {}, depthNoiseFromName("quantisation"), 1);
+  for (size_t i = 0; i < depth_m.size(); i += 97) {
+    const double steps = 525.0 * 0.075 / static_cast<double>(depth_m[i]) / 0.125;
+    ASSERT_NEAR(steps, std::round(steps), 1e-3);
+    const double z_m = static_cast<double>(view.depth_m[i]);
+    ASSERT_LE(std::abs(static_cast<double>(depth_m[i]) - z_m), 0.52 * z_m * z_m / 315.0);
+  }
+}
+
+TEST(DepthNoise, LosesFlatAnglesAndEdges) {
+  const DepthNoise loss = depthNoiseFromName("loss");
+  EXPECT_DOUBLE_EQ(statsOf(addNoise(frontalView(), {}, loss, 1)).share, 1.0);
+  RenderedView flat = frontalView();
+  std::fill(flat.incidence_cosine.begin(), flat.incidence_cosine.end(), 0.1f);  // 84 degrees
+  for (const float z_m : addNoise(flat, {}, loss, 1)) ASSERT_EQ(z_m, 0.0f);
+  RenderedView step = frontalView();
+  for (size_t i = 0; i < step.depth_m.size(); ++i) {
+    if (i % 640 < 320) step.depth_m[i] = 1.0f;
+  }
+  const auto depth_m = addNoise(step, {}, loss, 1);
+  size_t lost = 0;
+  for (size_t i = 0; i < depth_m.size(); ++i) {
+    if (depth_m[i] > 0.0f) continue;
+    ++lost;
+    ASSERT_TRUE(i % 640 == 319 || i % 640 == 320);
+  }
+  EXPECT_NEAR(lost, 480, 60) << "about half of both columns";
+}
+
+TEST(DepthNoise, UnknownNamesAreRefused) {
+  EXPECT_TRUE(depthNoiseFromName("axial,loss").loss);
+  EXPECT_FALSE(depthNoiseFromName("axial,loss").lateral);
+  EXPECT_THROW(depthNoiseFromName("axial,fog"), std::invalid_argument);
+}
+
+TEST(Picture, ErrorsHaveARoundScale) {
+  EXPECT_NEAR(niceErrorScale(std::vector<double>(100, 0.0033)), 0.005, 1e-12);
+  EXPECT_NEAR(niceErrorScale(std::vector<double>(100, 0.0011)), 0.002, 1e-12);
+  EXPECT_NEAR(niceErrorScale(std::vector<double>(100, 0.07)), 0.1, 1e-12);
+  EXPECT_GT(niceErrorScale({}), 0.0);
+  EXPECT_EQ(errorColour(5.0, 1.0), errorColour(1.0, 1.0));
+  EXPECT_NE(errorColour(0.0, 1.0), errorColour(1.0, 1.0));
+}
+
+TEST(Picture, ShowsColoursBacksAndBackground) {
+  const TemporaryFolder folder;
+  TriangleMesh mesh = makeRectangle(-1, -1, 1, 1, 0);
+  mesh.colours.assign(4, {10, 200, 30});
+  const MeshScene scene(mesh);
+  PictureOptions options;
+  options.camera = {{100, 100, 49.5f, 49.5f}, 100, 100};
+  for (const double side : {1.0, -1.0}) {
+    options.T_W_C = lookAt({0, 0, 4 * side}, {0, 0, 0}, Eigen::Vector3d::UnitY());
+    const std::string path = folder / "picture.png";
+    writePicture(path, scene, options);
+    const cv::Mat image = cv::imread(path);
+    ASSERT_EQ(image.cols, 100);
+    EXPECT_EQ(image.at<cv::Vec3b>(2, 2), cv::Vec3b(255, 255, 255));
+    const cv::Vec3b centre = image.at<cv::Vec3b>(50, 50);
+    if (side > 0.0) {
+      EXPECT_GT(centre[1], 4 * centre[2]) << "green, as the mesh is coloured";
+    } else {
+      EXPECT_GT(centre[2], centre[1]) << "brown, as it is the back";
+    }
+  }
+  EXPECT_THROW(writePicture(folder / "none" + "/x.png", scene, options), std::runtime_error);
+}
+
+TEST(Picture, TheWholeMeshIsInTheFrame) {
+  const ViewCamera camera;
+  const Eigen::AlignedBox3f bounds(Eigen::Vector3f(3, 4, 5), Eigen::Vector3f(5, 5, 5.5f));
+  for (const char up : {'x', 'y', 'z'}) {
+    const Eigen::Isometry3d T_C_W = framingPose(bounds, camera, 70, 35, up).inverse();
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d p_C =
+          T_C_W * bounds.corner(static_cast<Eigen::AlignedBox3f::CornerType>(i)).cast<double>();
+      EXPECT_LT(std::abs(p_C.x() / p_C.z()) * 525.0, 320.0);
+      EXPECT_LT(std::abs(p_C.y() / p_C.z()) * 525.0, 240.0);
+    }
+  }
+  EXPECT_THROW(framingPose(bounds, camera, 0, 0, 'w'), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,41 +1,14 @@
 #include "dtsdf_mapping/io/tum_frames.h"
 
 #include <cmath>
-#include <filesystem>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
+#include <vector>
 
 #include "dtsdf_mapping/io/tum_sequence.h"
+#include "io/depth_png.h"
 
 namespace dtsdf {
 namespace {
-
-/// A decoded depth image of the expected type and size.
-std::shared_ptr<cv::Mat> readDepthImage(const std::string& path, const CameraInfo& camera) {
-  if (!std::filesystem::is_regular_file(path)) {
-    throw std::runtime_error("cannot read '" + path +
-                             "': there is no such file; depth.txt names it");
-  }
-  auto image = std::make_shared<cv::Mat>();
-  try {
-    *image = cv::imread(path, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception& e) {
-    throw std::runtime_error("cannot decode '" + path + "': " + e.err);
-  }
-  if (image->empty()) {
-    throw std::runtime_error("cannot decode '" + path + "': not an image, or damaged");
-  }
-  if (image->type() != CV_16UC1) {
-    throw std::runtime_error("'" + path + "' is not a 16-bit grey image, so it holds no depth");
-  }
-  if (image->cols != camera.width || image->rows != camera.height) {
-    throw std::runtime_error("'" + path + "' is " + std::to_string(image->cols) + " x " +
-                             std::to_string(image->rows) + " pixels, but camera_info.yaml says " +
-                             std::to_string(camera.width) + " x " + std::to_string(camera.height));
-  }
-  return image;
-}
 
 class TumFrames : public FrameSource {
  public:
@@ -65,17 +38,19 @@ class TumFrames : public FrameSource {
 
  private:
   SourceFrame makeFrame(const StampedImage& listed, const Eigen::Isometry3d& T_W_C) const {
-    const std::shared_ptr<cv::Mat> image = readDepthImage(listed.path, sequence_.camera);
+    const CameraInfo& camera = sequence_.camera;
+    const auto pixels = std::make_shared<std::vector<uint16_t>>(
+        readDepthPng(listed.path, camera.width, camera.height));
     SourceFrame frame;
     frame.stamp_s = listed.stamp_s;
-    frame.pixels = image;
-    frame.depth.data = image->data;
-    frame.depth.row_bytes = image->step[0];
-    frame.depth.width = image->cols;
-    frame.depth.height = image->rows;
+    frame.pixels = pixels;
+    frame.depth.data = pixels->data();
+    frame.depth.row_bytes = static_cast<size_t>(camera.width) * sizeof(uint16_t);
+    frame.depth.width = camera.width;
+    frame.depth.height = camera.height;
     frame.depth.encoding = DepthEncoding::kUint16;
     frame.depth.unit_m = static_cast<float>(1.0 / options_.units_per_metre);
-    frame.depth.intrinsics = sequence_.camera.intrinsics;
+    frame.depth.intrinsics = camera.intrinsics;
     frame.depth.T_W_C = T_W_C;
     return frame;
   }

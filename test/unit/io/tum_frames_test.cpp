@@ -52,6 +52,18 @@ TEST_F(TumFramesTest, HandsOutWholeFrames) {
   }
 }
 
+TEST_F(TumFramesTest, ReadsEveryPixelValueAsItIs) {
+  cv::Mat image(256, 256, CV_16UC1);
+  for (int i = 0; i < 65536; ++i) image.at<uint16_t>(i / 256, i % 256) = static_cast<uint16_t>(i);
+  cv::imwrite(folder_ / "depth/0.png", image);
+  writeBytes(folder_ / "camera_info.yaml",
+             "image_width: 256\nimage_height: 256\n"
+             "camera_matrix: {data: [9, 0, 5, 0, 9, 5, 0, 0, 1]}\n");
+  const auto frame = openTumFrames(options_)->next();
+  const auto* pixels = static_cast<const uint16_t*>(frame->depth.data);
+  for (int i = 0; i < 65536; ++i) ASSERT_EQ(pixels[i], i);
+}
+
 TEST_F(TumFramesTest, FramesOutliveTheirSource) {
   auto source = openTumFrames(options_);
   const auto first = source->next(), second = source->next();
@@ -91,12 +103,16 @@ TEST_F(TumFramesTest, NamesTheImageThatIsWrong) {
   const std::string whole = readBytes(path);
   cv::imwrite(path, cv::Mat(kTumHeight, kTumWidth, CV_8UC1, cv::Scalar(7)));
   expectError("not a 16-bit grey image");
+  cv::imwrite(path, cv::Mat(kTumHeight, kTumWidth, CV_16UC3, cv::Scalar(7, 8, 9)));
+  expectError("not a 16-bit grey image");
   cv::imwrite(path, cv::Mat(kTumHeight, kTumWidth + 1, CV_16UC1, cv::Scalar(7)));
   expectError("9 x 6 pixels");
   writeBytes(path, "this is no image");
   expectError("cannot decode");
-  writeBytes(path, whole.substr(0, whole.size() / 2));
-  expectError("cannot decode");
+  for (size_t bytes = 0; bytes + 12 < whole.size(); ++bytes) {  // 12: the end mark is no loss
+    writeBytes(path, whole.substr(0, bytes));
+    expectError("cannot decode");
+  }
   std::filesystem::remove(path);
   expectError("no such file");
 }

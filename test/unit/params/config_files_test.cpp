@@ -1,0 +1,45 @@
+/// Keeps config/ true: default.yaml is what the structs say, and every other file can be loaded.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "dtsdf_mapping/io/yaml_params.h"
+#include "dtsdf_mapping/ros/node_params.h"
+
+namespace dtsdf {
+namespace {
+
+ParamTree defaults() {
+  MappingParams params;
+  ParamWriter writer;
+  visitParams(params, writer);
+  return writer.tree;
+}
+
+TEST(ConfigFiles, DefaultFileHasEveryDefault) {
+  const ParamTree file = loadYamlParams(std::string(DTSDF_CONFIG_FOLDER) + "/default.yaml");
+  const ParamTree expected = defaults();
+  for (const auto& [key, value] : expected) {
+    ASSERT_EQ(file.count(key), 1u) << key << " is missing";
+    EXPECT_EQ(file.at(key), value) << key << ": " << toString(file.at(key)) << " in the file, "
+                                   << toString(value) << " in the struct";
+  }
+  for (const auto& [key, value] : file) EXPECT_EQ(expected.count(key), 1u) << key;
+}
+
+TEST(ConfigFiles, EveryFileCanBeLoaded) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(DTSDF_CONFIG_FOLDER)) {
+    if (entry.path().extension() != ".yaml") continue;
+    MappingParams params;
+    ParamReader reader(loadYamlParams(entry.path().string()));
+    visitParams(params, reader);
+    checkParams(params.mapper, reader);
+    EXPECT_NO_THROW(reader.finish()) << entry.path();
+    ++count;
+  }
+  EXPECT_GT(count, 0);
+}
+
+}  // namespace
+}  // namespace dtsdf

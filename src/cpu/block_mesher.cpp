@@ -13,10 +13,10 @@ struct BlockLattice {
 
 void collectLattice(const BlockTable& table, VoxelStore& voxels, const BlockKey& key,
                     BlockLattice& lattice) {
-  const Voxel* arrays[8][kDirectionCount] = {};
+  const Voxel* arrays[kLatticeBlocks][kDirectionCount] = {};
   lattice.present = 0;
-  for (int n = 0; n < 8; ++n) {
-    const int32_t slot = table.find(packKey(key + Vec3i{n & 1, n >> 1 & 1, n >> 2 & 1}));
+  for (int n = 0; n < kLatticeBlocks; ++n) {
+    const int32_t slot = table.find(packKey(key + latticeBlockOffset(n)));
     if (slot < 0) continue;
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = table.block(slot).array[d];
@@ -28,13 +28,10 @@ void collectLattice(const BlockTable& table, VoxelStore& voxels, const BlockKey&
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(lattice.present >> d & 1)) continue;
     for (int i = 0; i < kLatticeCorners; ++i) {
-      const Vec3i c = latticeCorner(i);
-      const int n = (c.x >> kBlockSideLog2) | (c.y >> kBlockSideLog2) << 1 |
-                    (c.z >> kBlockSideLog2) << 2;
-      constexpr int kMask = kBlockSide - 1;
-      lattice.corner[d][i] = arrays[n][d] == nullptr
-                                 ? Voxel{0.0f, 0.0f}
-                                 : arrays[n][d][voxelIndex(c.x & kMask, c.y & kMask, c.z & kMask)];
+      const LatticeSource source = latticeSource(i);
+      const Voxel* voxels_of_block = arrays[source.block][d];
+      lattice.corner[d][i] =
+          voxels_of_block == nullptr ? Voxel{0.0f, 0.0f} : voxels_of_block[source.voxel];
     }
   }
 }
@@ -68,35 +65,19 @@ bool sameIndices(const std::vector<UnitIndices>& a, const std::vector<UnitIndice
 
 /// Indices of the units in a block and in its six face neighbours.
 struct IndexNeighbourhood {
-  const UnitIndices* own;
-  const UnitIndices* face[6];  ///< -x, +x, -y, +y, -z, +z; null where there is no surface.
+  /// By regularisationOffset(); null where there is no surface.
+  const UnitIndices* block[kRegularisationReach];
 
-  UnitIndices at(const Vec3i& unit) const {
-    const UnitIndices* block = own;
-    Vec3i u = unit;
-    for (int axis = 0; axis < 3; ++axis) {
-      int32_t& x = axis == 0 ? u.x : (axis == 1 ? u.y : u.z);
-      if (x >= 0 && x < kBlockSide) continue;
-      block = face[2 * axis + (x < 0 ? 0 : 1)];
-      x &= kBlockSide - 1;
-    }
-    return block == nullptr ? UnitIndices{{0, 0}} : block[voxelIndex(u.x, u.y, u.z)];
+  UnitIndices operator()(const Vec3i& unit) const {
+    const UnitSource source = unitSource(unit);
+    const UnitIndices* indices = block[source.block];
+    return indices == nullptr ? UnitIndices{{0, 0}} : indices[source.unit];
   }
 };
 
-UnitIndices settle(const IndexNeighbourhood& indices, const Vec3i& unit) {
-  const UnitIndices own = indices.at(unit);
-  if (own.sheet[0] == 0) return own;
-  UnitIndices neighbours[6];
-  for (int face = 0; face < 6; ++face) {
-    neighbours[face] = indices.at(unit + faceOffset(face));
-  }
-  return regulariseUnit(own, neighbours);
-}
-
 float vertexOffset(const BlockLattice& lattice, int edge) {
   const int lower = edgeCorner(edge), axis = edgeAxis(edge);
-  const int stride = axis == 0 ? 1 : (axis == 1 ? kLatticeSide : kLatticeSide * kLatticeSide);
+  const int stride = latticeStride(axis);
   EdgeSamples samples = {};
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(lattice.present >> d & 1)) continue;
@@ -125,11 +106,11 @@ BlockMesh emitBlock(const BlockLattice& lattice, const IndexNeighbourhood& indic
                     const BlockKey& key) {
   BlockMesh mesh;
   mesh.key = key;
-  if (indices.own == nullptr) return mesh;
+  if (indices.block[0] == nullptr) return mesh;
   std::vector<int> triangle_edges;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     const Vec3i unit = voxelOffset(i);
-    const UnitIndices settled = settle(indices, unit);
+    const UnitIndices settled = settleUnit(indices, unit);
     for (const uint8_t index : settled.sheet) {
       for (int k = 0; k < 3 * kMeshTables.triangle_count[index]; ++k) {
         triangle_edges.push_back(unitEdge(unit, kMeshTables.triangle_edge[index][k], index));
@@ -140,17 +121,15 @@ BlockMesh emitBlock(const BlockLattice& lattice, const IndexNeighbourhood& indic
   return mesh;
 }
 
-/// {-1, 0}^3: the blocks whose units reach into a block, itself included.
 std::vector<Vec3i> unitReach() {
   std::vector<Vec3i> offsets;
-  for (int n = 0; n < 8; ++n) offsets.push_back({-(n & 1), -(n >> 1 & 1), -(n >> 2 & 1)});
+  for (int n = 0; n < kUnitReach; ++n) offsets.push_back(unitReachOffset(n));
   return offsets;
 }
 
-/// A block and its face neighbours: the blocks whose units are regularised against a block's.
 std::vector<Vec3i> regularisationReach() {
-  std::vector<Vec3i> offsets = {{0, 0, 0}};
-  for (int face = 0; face < 6; ++face) offsets.push_back(faceOffset(face));
+  std::vector<Vec3i> offsets;
+  for (int n = 0; n < kRegularisationReach; ++n) offsets.push_back(regularisationOffset(n));
   return offsets;
 }
 
@@ -222,11 +201,11 @@ std::vector<BlockMesh> BlockMesher::update() {
       const auto indicesOf = [&](int32_t slot) {
         return slot < 0 || state_[slot].indices.empty() ? nullptr : state_[slot].indices.data();
       };
-      IndexNeighbourhood indices{indicesOf(all[i]), {}};
-      for (int face = 0; face < 6; ++face) {
-        indices.face[face] = indicesOf(table_.find(packKey(key + faceOffset(face))));
+      IndexNeighbourhood indices;
+      for (int n = 0; n < kRegularisationReach; ++n) {
+        indices.block[n] = indicesOf(table_.find(packKey(key + regularisationOffset(n))));
       }
-      if (indices.own != nullptr) collectLattice(table_, voxels_, key, *lattice);
+      if (indices.block[0] != nullptr) collectLattice(table_, voxels_, key, *lattice);
       meshes[i] = emitBlock(*lattice, indices, key);
     }
   }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "cpu/voxel_store.h"
-#include "dtsdf_mapping/kernels/mesh_emit.h"
+#include "dtsdf_mapping/kernels/mesh_block.h"
 #include "dtsdf_mapping/map/block_table.h"
 #include "dtsdf_mapping/meshing/block_mesh.h"
 

@@ -31,7 +31,7 @@ DTSDF_HD int edgeFacing(int edge) { return edge & 1; }
 /// Lattice edge of edge e (0 to 11) of a unit for a given index of the unit: the index tells the
 /// facing.
 DTSDF_HD int unitEdge(const Vec3i& unit, int e, uint8_t index) {
-  const int lower = kEdgeLowerCorner[e];
+  const int lower = edgeLowerCorner(e);
   const int corner = latticeIndex(unit.x + (lower & 1), unit.y + (lower >> 1 & 1),
                                   unit.z + (lower >> 2 & 1));
   return latticeEdge(corner, e / 4, (index >> lower & 1) ? 0 : 1);

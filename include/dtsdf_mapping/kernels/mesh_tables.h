@@ -21,6 +21,12 @@ constexpr int kMaxTriangles = 5;
 /// Corner at the lower end of an edge; the upper end is that corner with bit (e / 4) set.
 constexpr int kEdgeLowerCorner[kCubeEdges] = {0, 2, 4, 6, 0, 1, 4, 5, 0, 1, 2, 3};
 
+/// The same without memory, for device code: bits i of the edge's number within its axis, with a 0
+/// put in at the axis.
+DTSDF_HD constexpr int edgeLowerCorner(int e) {
+  return e < 4 ? (e & 3) << 1 : (e < 8 ? (e & 1) | (e & 2) << 1 : e & 3);
+}
+
 struct MeshTables {
   /// Triangles of an index: three edges each, counter-clockwise seen from the front.
   uint8_t triangle_count[256];

@@ -1,14 +1,24 @@
 #include "dtsdf_mapping/ros/pose_source.h"
 
+#include <tf2/exceptions.h>
+
 #include <cmath>
 #include <sstream>
 
 #include "dtsdf_mapping/ros/transform_conversions.h"
 
 namespace dtsdf {
+namespace {
+
+/// Longer than any frame waits in a queue that keeps up.
+constexpr double kKept_s = 30.0;
+
+}  // namespace
 
 PoseSource::PoseSource(const ros::NodeHandle& nh, const std::string& map_frame)
-    : map_frame_(stripLeadingSlash(map_frame)), listener_(buffer_, nh, true) {}
+    : map_frame_(stripLeadingSlash(map_frame)),
+      buffer_(ros::Duration(kKept_s)),
+      listener_(buffer_, nh, true) {}
 
 PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& stamp) const {
   try {

@@ -1,0 +1,52 @@
+/// One map on the device with all that is needed to fuse frames into it and to mesh it.
+#pragma once
+
+#include <vector>
+
+#include "block_mesher.h"
+#include "dtsdf_mapping/mapper/mapper.h"
+#include "frame_surfels.h"
+#include "fusion.h"
+#include "touched_blocks.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// Does the work behind Mapper; the host's table decides what is admitted, the device does the rest.
+class CudaMap {
+ public:
+  explicit CudaMap(const MapperParams& params);
+  ~CudaMap() { stream_.drain(); }
+
+  /// @pre The frame is valid. @return when the frame's last kernel is enqueued.
+  IntegrationResult integrate(const DepthFrame& frame);
+  void beginMeshUpdate();
+  MeshUpdate finishMeshUpdate() { return mesher_.finish(); }
+  MapStats stats();
+  std::vector<BlockSnapshot> snapshot();
+
+ private:
+  FusionInput computeSurfels(const DepthFrame& frame);
+  void findTouchedBlocks(const FusionInput& input);
+  Admission admit();
+  void fuse(const FusionInput& input, const Admission& admission);
+  void recycleEmpty();
+  MapDemand demandOfFrame() const;
+
+  MapperParams params_;
+  FusionView fusion_view_;
+  size_t budget_bytes_;
+  BlockTable table_;
+  Stream stream_;  ///< Of the frames; the mesher has its own.
+  Event map_ready_;
+  DeviceMap map_;
+  FrameSurfels surfels_;
+  TouchedBlocks touched_;
+  Fusion fusion_;
+  BlockMesher mesher_;
+  FrameCounters counters_ = {};  ///< Of the frame being fused.
+  uint64_t refused_ = 0;
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

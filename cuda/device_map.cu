@@ -1,0 +1,142 @@
+#include <algorithm>
+
+#include "device_map.cuh"
+#include "launch.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+constexpr size_t kSmallestHash = 4096;
+
+/// Enters a key, or finds it where a released block has left it.
+__device__ void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
+  uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
+  while (true) {
+    const PackedKey found = atomicCAS(reinterpret_cast<unsigned long long*>(&map.hash_keys[at]),
+                                      kNoKey, key);
+    if (found == kNoKey || found == key) break;
+    at = (at + 1) & map.hash_mask;
+  }
+  map.hash_slots[at] = slot;
+}
+
+__global__ void updateSlotsKernel(MapView map, const SlotUpdate* updates, uint32_t count) {
+  const size_t i = globalThread();
+  if (i >= count) return;
+  const SlotUpdate update = updates[i];
+  SlotEntry entry = update.entry;
+  if (!update.in_use) entry.key = kNoKey;
+  map.slots[update.slot] = entry;
+  insertSlot(map, update.entry.key, update.in_use ? update.slot : -1);
+}
+
+__global__ void rehashSlotsKernel(MapView map) {
+  const size_t slot = globalThread();
+  if (slot >= map.slot_count || map.slots[slot].key == kNoKey) return;
+  insertSlot(map, map.slots[slot].key, static_cast<int32_t>(slot));
+}
+
+/// One block of threads per voxel array.
+__global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
+  Voxel* voxels = map.voxels.record(arrays[blockIdx.x]);
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = {0.0f, 0.0f};
+}
+
+}  // namespace
+
+const void* anyKernel() { return reinterpret_cast<const void*>(&updateSlotsKernel); }
+
+SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot) {
+  SlotUpdate update;
+  update.entry.key = packKey(entry.key);
+  std::copy(entry.array, entry.array + kDirectionCount, update.entry.array);
+  update.slot = slot;
+  update.in_use = entry.in_use;
+  return update;
+}
+
+DeviceMap::DeviceMap(const Stream& stream) : stream_(stream), dirty_count_(1) {
+  dirty_count_.zero(stream);
+  reserveHash(0, 0);
+}
+
+MapView DeviceMap::view() const {
+  return {hash_keys_.data(),      hash_slots_.data(),
+          static_cast<uint32_t>(hash_size_ - 1), static_cast<uint32_t>(slot_count_),
+          slots_.data(),          voxels_.view(),
+          unit_indices_.view(),   dirty_.data(),
+          dirty_slots_.data(),    dirty_count_.data(),
+          mesh_stamp_.data()};
+}
+
+void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
+  slots_.growZeroed(demand.slots, stream_);
+  dirty_.growZeroed(demand.slots, stream_);
+  dirty_slots_.growZeroed(demand.slots, stream_);
+  mesh_stamp_.growZeroed(demand.slots, stream_);
+  unit_indices_.reserve(demand.slots, stream_);
+  voxels_.reserve(demand.arrays, stream_);
+  pinned_updates_.reserve(demand.new_blocks);
+  updates_.reserve(demand.new_blocks, stream_);
+  pinned_arrays_.reserve(demand.new_arrays);
+  new_arrays_.reserve(demand.new_arrays, stream_);
+  reserveHash(demand.new_blocks, table.blocksInUse());
+}
+
+/// Released blocks leave their keys behind, so a new table is made when keys, not blocks, fill half.
+void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
+  if (hash_size_ != 0 && 2 * (hash_used_ + new_blocks) <= hash_size_) return;
+  size_t size = kSmallestHash;
+  while (size < 4 * (live_blocks + new_blocks)) size *= 2;
+  // Both tables exist before the old ones go, so that a lack of memory changes nothing.
+  DeviceBuffer<PackedKey> keys(size);
+  DeviceBuffer<int32_t> slots(size);
+  keys.fill(0xff, stream_);
+  slots.fill(0xff, stream_);
+  stream_.synchronize();
+  hash_keys_ = std::move(keys);
+  hash_slots_ = std::move(slots);
+  hash_size_ = size;
+  hash_used_ = live_blocks;
+  if (slot_count_ == 0) return;
+  rehashSlotsKernel<<<blocksFor(slot_count_), kThreads, 0, stream_.get()>>>(view());
+  DTSDF_CHECK_LAUNCH("rehashSlotsKernel");
+}
+
+void DeviceMap::enqueueUpdates(size_t count) {
+  updates_.upload(pinned_updates_.data(), count, stream_);
+  updateSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(
+      view(), updates_.data(), static_cast<uint32_t>(count));
+  DTSDF_CHECK_LAUNCH("updateSlotsKernel");
+}
+
+void DeviceMap::apply(const BlockTable& table, const Admission& admission) {
+  const size_t count = admission.changed_slots.size();
+  if (count == 0) return;
+  hash_used_ += count;
+  slot_count_ = table.slotCount();
+  for (size_t i = 0; i < count; ++i) {
+    const int32_t slot = admission.changed_slots[i];
+    pinned_updates_[i] = makeSlotUpdate(table.block(slot), slot);
+  }
+  enqueueUpdates(count);
+
+  const size_t arrays = admission.new_arrays.size();
+  std::copy(admission.new_arrays.begin(), admission.new_arrays.end(), pinned_arrays_.data());
+  new_arrays_.upload(pinned_arrays_.data(), arrays, stream_);
+  clearArraysKernel<<<static_cast<unsigned>(arrays), kThreads, 0, stream_.get()>>>(
+      view(), new_arrays_.data());
+  DTSDF_CHECK_LAUNCH("clearArraysKernel");
+}
+
+void DeviceMap::apply(const std::vector<SlotUpdate>& updates) {
+  if (updates.empty()) return;
+  pinned_updates_.reserve(updates.size());
+  updates_.reserve(updates.size(), stream_);
+  std::copy(updates.begin(), updates.end(), pinned_updates_.data());
+  enqueueUpdates(updates.size());
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

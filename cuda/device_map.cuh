@@ -1,0 +1,28 @@
+/// Look-ups in the device's map. For .cu files.
+#pragma once
+
+#include "device_map.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// Slot of a block, or -1. The table is at most half full, so the walk is short.
+__device__ __forceinline__ int32_t findSlot(const MapView& map, PackedKey key) {
+  uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
+  while (true) {
+    const PackedKey found = map.hash_keys[at];
+    if (found == key) return map.hash_slots[at];
+    if (found == kNoKey) return -1;
+    at = (at + 1) & map.hash_mask;
+  }
+}
+
+/// Directions that a slot has arrays of, one bit each.
+__device__ __forceinline__ uint32_t directionsOfSlot(const SlotEntry& entry) {
+  uint32_t mask = 0;
+  for (int d = 0; d < kDirectionCount; ++d) mask |= (entry.array[d] != kNoArray ? 1u : 0u) << d;
+  return mask;
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

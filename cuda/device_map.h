@@ -1,0 +1,105 @@
+/// The map on the device: a mirror of the host's BlockTable, and the memory of voxels and mesh
+/// indices.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dtsdf_mapping/kernels/mesh_unit.h"
+#include "dtsdf_mapping/map/block_table.h"
+#include "runtime/slab_pool.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// A key that no block can have: marks empty places of the hash tables.
+constexpr PackedKey kNoKey = ~PackedKey{0};
+
+/// 512 voxel arrays of 4 KiB, and 1024 sets of unit indices of 1 KiB, a slab.
+using VoxelPool = SlabPool<Voxel, kVoxelsPerBlock, 9>;
+using IndexPool = SlabPool<UnitIndices, kVoxelsPerBlock, 10>;
+
+/// What the device knows of a block; key is kNoKey while the slot is free.
+struct SlotEntry {
+  PackedKey key;
+  int32_t array[kDirectionCount];
+};
+
+/// A slot's new contents, or its release.
+struct SlotUpdate {
+  SlotEntry entry;
+  int32_t slot;
+  int32_t in_use;
+};
+
+/// Everything that kernels need of the map, by value.
+struct MapView {
+  PackedKey* hash_keys;
+  int32_t* hash_slots;  ///< -1 where the key's block was released.
+  uint32_t hash_mask;
+  uint32_t slot_count;
+  SlotEntry* slots;
+  VoxelPool::View voxels;
+  IndexPool::View unit_indices;
+  /// Blocks whose voxels changed since the last extraction: a flag per slot, and their list.
+  uint32_t* dirty;
+  int32_t* dirty_slots;
+  uint32_t* dirty_count;
+  /// Number of the last extraction that took up a slot.
+  uint32_t* mesh_stamp;
+};
+
+/// Upper bounds of what an admission may take.
+struct MapDemand {
+  size_t new_blocks, new_arrays;
+  size_t slots, arrays;  ///< Sizes of the pools after it.
+};
+
+class DeviceMap {
+ public:
+  explicit DeviceMap(const Stream& stream);
+
+  /// Makes room for an admission; nothing that follows it can then fail for want of memory.
+  /// @throws CudaError without device memory; what is mapped stays intact.
+  void reserve(const BlockTable& table, const MapDemand& demand);
+
+  /// Follows an admission: new blocks appear, new arrays are zeroed.
+  /// @pre reserve() made the room.
+  void apply(const BlockTable& table, const Admission& admission);
+
+  /// Follows the release of arrays or whole blocks.
+  void apply(const std::vector<SlotUpdate>& updates);
+
+  MapView view() const;
+
+  const VoxelPool& voxels() const { return voxels_; }
+
+ private:
+  void enqueueUpdates(size_t count);
+  void reserveHash(size_t new_blocks, size_t live_blocks);
+
+  const Stream& stream_;
+  size_t slot_count_ = 0;    ///< Slots that hold, or held, a block.
+  size_t hash_used_ = 0;     ///< Upper bound of the table's places in use, released ones included.
+  DeviceBuffer<PackedKey> hash_keys_;
+  DeviceBuffer<int32_t> hash_slots_;
+  size_t hash_size_ = 0;     ///< A power of two.
+  DeviceBuffer<SlotEntry> slots_;
+  DeviceBuffer<uint32_t> dirty_, mesh_stamp_, dirty_count_;
+  DeviceBuffer<int32_t> dirty_slots_;
+  VoxelPool voxels_;
+  IndexPool unit_indices_;
+  PinnedBuffer<SlotUpdate> pinned_updates_;
+  DeviceBuffer<SlotUpdate> updates_;
+  PinnedBuffer<int32_t> pinned_arrays_;
+  DeviceBuffer<int32_t> new_arrays_;
+};
+
+/// Some kernel of this binary, to find out whether the device can run its code.
+const void* anyKernel();
+
+/// The slot update that mirrors a block of the table.
+SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot);
+
+}  // namespace gpu
+}  // namespace dtsdf

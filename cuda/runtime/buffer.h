@@ -1,0 +1,136 @@
+/// Memory on the device and page-locked memory on the host, typed and freed by their owner.
+#pragma once
+
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
+#include "runtime/stream.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// Page-locked host memory: copies to and from the device run beside the host.
+template <class T>
+class PinnedBuffer {
+  static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
+
+ public:
+  PinnedBuffer() = default;
+  explicit PinnedBuffer(size_t count) { reserve(count); }
+  ~PinnedBuffer() {
+    if (data_ != nullptr) cudaFreeHost(data_);
+  }
+  PinnedBuffer(PinnedBuffer&& other) noexcept { swap(other); }
+  PinnedBuffer& operator=(PinnedBuffer&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+
+  T* data() { return data_; }
+  const T* data() const { return data_; }
+  size_t capacity() const { return capacity_; }
+  T& operator[](size_t i) { return data_[i]; }
+  const T& operator[](size_t i) const { return data_[i]; }
+
+  /// Makes room; the contents are lost when it has to grow. No copy may be using the buffer.
+  void reserve(size_t count) {
+    if (count <= capacity_) return;
+    PinnedBuffer larger;
+    const size_t capacity = count + count / 2;
+    void* memory = nullptr;
+    DTSDF_CHECK_CUDA(cudaHostAlloc(&memory, capacity * sizeof(T), cudaHostAllocDefault));
+    larger.data_ = static_cast<T*>(memory);
+    larger.capacity_ = capacity;
+    swap(larger);
+  }
+
+ private:
+  void swap(PinnedBuffer& other) {
+    std::swap(data_, other.data_);
+    std::swap(capacity_, other.capacity_);
+  }
+
+  T* data_ = nullptr;
+  size_t capacity_ = 0;
+};
+
+/// Device memory. Growing replaces it, so take pointers anew for every launch.
+template <class T>
+class DeviceBuffer {
+  static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
+
+ public:
+  DeviceBuffer() = default;
+  explicit DeviceBuffer(size_t count) { allocate(count); }
+  ~DeviceBuffer() {
+    if (data_ != nullptr) cudaFree(data_);
+  }
+  DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }
+  DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+
+  T* data() const { return data_; }
+  size_t capacity() const { return capacity_; }
+  size_t bytes() const { return capacity_ * sizeof(T); }
+
+  /// Makes room and some more; the contents are lost when it has to grow. Enqueued work that uses
+  /// the old memory is waited for. @throws CudaError without memory; then nothing has changed.
+  void reserve(size_t count, const Stream& stream) {
+    if (count <= capacity_) return;
+    DeviceBuffer larger(count + count / 2);
+    stream.synchronize();
+    swap(larger);
+  }
+
+  /// Makes room and some more, keeps the contents, and zeroes what is new.
+  void growZeroed(size_t count, const Stream& stream) {
+    if (count <= capacity_) return;
+    DeviceBuffer larger(count + count / 2);
+    larger.zero(stream);
+    if (data_ != nullptr) {
+      DTSDF_CHECK_CUDA(cudaMemcpyAsync(larger.data_, data_, bytes(), cudaMemcpyDeviceToDevice,
+                                       stream.get()));
+    }
+    stream.synchronize();
+    swap(larger);
+  }
+
+  void zero(const Stream& stream) { fill(0, stream); }
+  void fill(int byte, const Stream& stream) {
+    if (data_ != nullptr) {
+      DTSDF_CHECK_CUDA(cudaMemsetAsync(data_, byte, bytes(), stream.get()));
+    }
+  }
+
+  void upload(const T* pinned, size_t count, const Stream& stream) {
+    if (count == 0) return;
+    DTSDF_CHECK_CUDA(cudaMemcpyAsync(data_, pinned, count * sizeof(T), cudaMemcpyHostToDevice,
+                                     stream.get()));
+  }
+  void download(T* pinned, size_t count, const Stream& stream) const {
+    if (count == 0) return;
+    DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned, data_, count * sizeof(T), cudaMemcpyDeviceToHost,
+                                     stream.get()));
+  }
+
+ private:
+  void allocate(size_t count) {
+    void* memory = nullptr;
+    DTSDF_CHECK_CUDA(cudaMalloc(&memory, count * sizeof(T)));
+    data_ = static_cast<T*>(memory);
+    capacity_ = count;
+  }
+  void swap(DeviceBuffer& other) {
+    std::swap(data_, other.data_);
+    std::swap(capacity_, other.capacity_);
+  }
+
+  T* data_ = nullptr;
+  size_t capacity_ = 0;
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,32 @@
+/// The one check of CUDA calls and the one of kernel launches.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <stdexcept>
+#include <string>
+
+namespace dtsdf {
+namespace gpu {
+
+/// A CUDA call that failed: its text, file and line, and what CUDA says.
+class CudaError : public std::runtime_error {
+ public:
+  CudaError(cudaError_t code, const std::string& text) : std::runtime_error(text), code_(code) {}
+  cudaError_t code() const { return code_; }
+
+ private:
+  cudaError_t code_;
+};
+
+/// @throws CudaError unless `code` is success.
+void checkCall(cudaError_t code, const char* call, const char* file, int line);
+
+}  // namespace gpu
+}  // namespace dtsdf
+
+#define DTSDF_CHECK_CUDA(call) ::dtsdf::gpu::checkCall((call), #call, __FILE__, __LINE__)
+/// Put after a launch: tells a launch that was refused. What goes wrong inside the kernel is told by
+/// a later call, since nothing waits here.
+#define DTSDF_CHECK_LAUNCH(kernel) \
+  ::dtsdf::gpu::checkCall(cudaGetLastError(), "launch of " kernel, __FILE__, __LINE__)

@@ -1,0 +1,21 @@
+/// The device that this process can use.
+#pragma once
+
+#include <string>
+
+namespace dtsdf {
+namespace gpu {
+
+int currentDevice();
+std::string deviceName();
+int multiprocessorCount();
+
+/// Makes a device the calling thread's current one: a mapper may be used from any thread.
+void useDevice(int device);
+
+/// Why no kernel of this binary can run on the current device; empty if they can. `kernel` is any
+/// of the binary's kernels.
+std::string findDeviceProblem(const void* kernel);
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,78 @@
+/// Streams and events that free themselves.
+#pragma once
+
+#include <utility>
+
+#include "runtime/check.h"
+
+namespace dtsdf {
+namespace gpu {
+
+enum class Timing { kOff, kOn };
+
+/// A point in a stream's work. Waiting for an event that was never recorded returns at once.
+class Event {
+ public:
+  explicit Event(Timing timing = Timing::kOff) {
+    DTSDF_CHECK_CUDA(cudaEventCreateWithFlags(
+        &event_, timing == Timing::kOn ? cudaEventDefault : cudaEventDisableTiming));
+  }
+  ~Event() {
+    if (event_ != nullptr) cudaEventDestroy(event_);
+  }
+  Event(Event&& other) noexcept : event_(other.event_) { other.event_ = nullptr; }
+  Event& operator=(Event&& other) noexcept {
+    std::swap(event_, other.event_);
+    return *this;
+  }
+
+  cudaEvent_t get() const { return event_; }
+
+  /// Blocks the calling thread until the work before the event is done.
+  void wait() const { DTSDF_CHECK_CUDA(cudaEventSynchronize(event_)); }
+
+  /// Time between two events that are done and have timing on.
+  float millisecondsSince(const Event& start) const {
+    float elapsed_ms = 0.0f;
+    DTSDF_CHECK_CUDA(cudaEventElapsedTime(&elapsed_ms, start.event_, event_));
+    return elapsed_ms;
+  }
+
+ private:
+  cudaEvent_t event_ = nullptr;
+};
+
+/// A stream of its own; it never synchronises with the default stream.
+class Stream {
+ public:
+  Stream() { DTSDF_CHECK_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); }
+  ~Stream() {
+    if (stream_ != nullptr) cudaStreamDestroy(stream_);
+  }
+  Stream(Stream&& other) noexcept : stream_(other.stream_) { other.stream_ = nullptr; }
+  Stream& operator=(Stream&& other) noexcept {
+    std::swap(stream_, other.stream_);
+    return *this;
+  }
+
+  cudaStream_t get() const { return stream_; }
+
+  void record(Event& event) const { DTSDF_CHECK_CUDA(cudaEventRecord(event.get(), stream_)); }
+
+  /// Work enqueued from now on starts after the event; the calling thread goes on.
+  void waitFor(const Event& event) const {
+    DTSDF_CHECK_CUDA(cudaStreamWaitEvent(stream_, event.get(), 0));
+  }
+
+  /// Blocks the calling thread until all enqueued work is done.
+  void synchronize() const { DTSDF_CHECK_CUDA(cudaStreamSynchronize(stream_)); }
+
+  /// The same for destructors, before memory goes that the work may use.
+  void drain() const noexcept { cudaStreamSynchronize(stream_); }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,167 @@
+#include <algorithm>
+
+#include "device_map.cuh"
+#include "touched_blocks.cuh"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+constexpr size_t kFirstCapacity = 8192;
+/// In a table that is at most half full, a longer walk means that it is overfull.
+constexpr int kMaxProbes = 1024;
+
+__device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t directions) {
+  uint32_t at = static_cast<uint32_t>(hashKey(key)) & touched.mask;
+  for (int probe = 0; probe < kMaxProbes; ++probe, at = (at + 1) & touched.mask) {
+    PackedKey found = readShared(&touched.keys[at]);
+    if (found == kNoKey) {
+      found = atomicCAS(reinterpret_cast<unsigned long long*>(&touched.keys[at]), kNoKey, key);
+      if (found == kNoKey) {
+        const uint32_t n = atomicAdd(&touched.counters->touched, 1u);
+        if (n < touched.capacity) touched.places[n] = at;
+        if (n >= touched.capacity) touched.counters->table_full = 1;
+        found = key;
+      }
+    }
+    if (found == key) {
+      // Most surfels find their directions there already: reading is far cheaper than an atomic.
+      if (directions & ~readShared(&touched.directions[at])) {
+        atomicOr(&touched.directions[at], directions);
+      }
+      return;
+    }
+  }
+  touched.counters->table_full = 1;
+}
+
+/// One thread per pixel.
+__global__ void markTouchedBlocksKernel(FusionInput input, TouchedView touched) {
+  const size_t i = globalThread();
+  if (i >= input.pixels()) return;
+  const Surfel surfel = input.surfels[i];
+  if (!(surfel.weight > 0.0f) || readShared(&touched.counters->table_full)) return;
+  const uint32_t directions =
+      directionMask(directionsOf(surfel.normal_L, input.fusion.directional != 0));
+  const SampleLine line = castSurfel(input.frame, input.fusion, surfel);
+  const Vec3i origin_block = blockOfVoxel(input.frame.origin_voxel);
+  auto visit = [&](const Vec3i& block_L) {
+    touchBlock(touched, packKey(block_L + origin_block), directions);
+  };
+  visitBlocks(line, visit);
+}
+
+/// Gives a block its arrays of sums, one per direction in ascending order.
+__device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t place,
+                            uint32_t directions) {
+  uint32_t sum = atomicAdd(&touched.counters->touched_arrays,
+                           static_cast<uint32_t>(__popc(directions)));
+  touched.first_sums[place] = sum;
+  for (uint32_t d = 0; d < kDirectionCount; ++d) {
+    if (directions >> d & 1) touched.sum_owners[sum++] = 8 * block + d;
+  }
+}
+
+/// One thread per touched block, in strides: their number is known on the device only.
+__global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched) {
+  if (touched.counters->table_full) return;
+  const uint32_t count = touched.counters->touched;
+  for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
+    const uint32_t place = touched.places[i];
+    const PackedKey key = touched.keys[place];
+    const uint32_t directions = touched.directions[place];
+    const int32_t slot = findSlot(map, key);
+    touched.blocks[i] = {key, unpackKey(key) - origin_block, directions, slot, 0};
+    reserveSums(touched, static_cast<uint32_t>(i), place, directions);
+    const uint32_t missing = slot < 0 ? directions : directions & ~directionsOfSlot(map.slots[slot]);
+    if (missing == 0) continue;
+    touched.requests[atomicAdd(&touched.counters->requests, 1u)] = {key, directions};
+    atomicAdd(&touched.counters->requested_arrays, static_cast<uint32_t>(__popc(missing)));
+  }
+}
+
+__global__ void refreshSlotsKernel(MapView map, TouchedView touched, uint32_t count) {
+  const size_t i = globalThread();
+  if (i >= count || touched.blocks[i].slot >= 0) return;
+  touched.blocks[i].slot = findSlot(map, touched.blocks[i].key);
+}
+
+}  // namespace
+
+TouchedBlocks::TouchedBlocks(const Stream& stream)
+    : stream_(stream), counters_(1), pinned_counters_(1) {
+  allocate(kFirstCapacity);
+}
+
+void TouchedBlocks::allocate(size_t capacity) {
+  keys_ = DeviceBuffer<PackedKey>(2 * capacity);
+  directions_ = DeviceBuffer<uint32_t>(2 * capacity);
+  first_sums_ = DeviceBuffer<uint32_t>(2 * capacity);
+  places_ = DeviceBuffer<uint32_t>(capacity);
+  blocks_ = DeviceBuffer<TouchedBlock>(capacity);
+  sum_owners_ = DeviceBuffer<uint32_t>(kDirectionCount * capacity);
+  requests_ = DeviceBuffer<BlockRequest>(capacity);
+  capacity_ = capacity;
+}
+
+TouchedView TouchedBlocks::view() const {
+  return {keys_.data(),
+          directions_.data(),
+          first_sums_.data(),
+          static_cast<uint32_t>(2 * capacity_ - 1),
+          static_cast<uint32_t>(capacity_),
+          places_.data(),
+          blocks_.data(),
+          sum_owners_.data(),
+          requests_.data(),
+          counters_.data()};
+}
+
+void TouchedBlocks::begin() { counters_.zero(stream_); }
+
+void TouchedBlocks::mark(const FusionInput& input) {
+  keys_.fill(0xff, stream_);
+  directions_.zero(stream_);
+  markTouchedBlocksKernel<<<blocksFor(input.pixels()), kThreads, 0, stream_.get()>>>(input, view());
+  DTSDF_CHECK_LAUNCH("markTouchedBlocksKernel");
+}
+
+void TouchedBlocks::compare(const FusionInput& input, const MapView& map) {
+  compareWithMapKernel<<<blocksFor(capacity_), kThreads, 0, stream_.get()>>>(
+      blockOfVoxel(input.frame.origin_voxel), map, view());
+  DTSDF_CHECK_LAUNCH("compareWithMapKernel");
+  counters_.download(pinned_counters_.data(), 1, stream_);
+  stream_.record(counted_);
+}
+
+const FrameCounters& TouchedBlocks::waitForCounters() {
+  counted_.wait();
+  return pinned_counters_[0];
+}
+
+void TouchedBlocks::grow() {
+  // What was counted before the table was full is a lower bound.
+  size_t capacity = 2 * capacity_;
+  while (capacity < pinned_counters_[0].touched) capacity *= 2;
+  stream_.synchronize();
+  allocate(capacity);
+  counters_.zero(stream_);
+}
+
+std::vector<BlockRequest> TouchedBlocks::fetchRequests() {
+  const size_t count = pinned_counters_[0].requests;
+  if (count == 0) return {};
+  pinned_requests_.reserve(count);
+  requests_.download(pinned_requests_.data(), count, stream_);
+  stream_.synchronize();
+  return std::vector<BlockRequest>(pinned_requests_.data(), pinned_requests_.data() + count);
+}
+
+void TouchedBlocks::refresh(const MapView& map) {
+  const uint32_t count = pinned_counters_[0].touched;
+  refreshSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(map, view(), count);
+  DTSDF_CHECK_LAUNCH("refreshSlotsKernel");
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

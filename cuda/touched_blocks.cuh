@@ -1,0 +1,22 @@
+/// Look-ups in a frame's table of touched blocks. For .cu files.
+#pragma once
+
+#include "launch.h"
+#include "touched_blocks.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// Place of a touched block in the frame's table, or -1.
+__device__ __forceinline__ int32_t findTouched(const TouchedView& touched, PackedKey key) {
+  uint32_t at = static_cast<uint32_t>(hashKey(key)) & touched.mask;
+  while (true) {
+    const PackedKey found = touched.keys[at];
+    if (found == key) return static_cast<int32_t>(at);
+    if (found == kNoKey) return -1;
+    at = (at + 1) & touched.mask;
+  }
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,104 @@
+/// The set of blocks that a frame touches: found on the device, compared with the map, and turned
+/// into requests for what is missing.
+#pragma once
+
+#include "device_map.h"
+#include "dtsdf_mapping/kernels/fusion.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// Counts of one frame; all that the host has to know of it.
+struct FrameCounters {
+  uint32_t usable_surfels;    ///< 0: no surfel has a weight.
+  uint32_t touched;           ///< Blocks.
+  uint32_t touched_arrays;    ///< Arrays that the frame's surfels belong to, over all blocks.
+  uint32_t requests;          ///< Blocks that are missing or miss arrays.
+  uint32_t requested_arrays;
+  uint32_t table_full;        ///< Not 0: the table was too small, and the counts are not valid.
+  uint32_t empty_blocks;      ///< Blocks with new arrays that hold nothing.
+};
+
+struct TouchedBlock {
+  PackedKey key;
+  Vec3i block_L;          ///< Coordinates relative to the frame's origin.
+  uint32_t directions;    ///< Bit d: some surfel belongs to direction d.
+  int32_t slot;           ///< -1: not in the map, because it was refused.
+  uint32_t empty;         ///< Bit d: after the fold, the array of direction d holds nothing.
+};
+
+/// The frame's hash table (key to directions and to the block's first array of sums), and the list
+/// of what is in it. The table has two places per block.
+struct TouchedView {
+  PackedKey* keys;
+  uint32_t* directions;
+  uint32_t* first_sums;
+  uint32_t mask;
+  uint32_t capacity;      ///< Blocks.
+  uint32_t* places;       ///< Place in the table, per block.
+  TouchedBlock* blocks;
+  uint32_t* sum_owners;   ///< Per array of sums: 8 * block + direction.
+  BlockRequest* requests;
+  FrameCounters* counters;
+};
+
+/// A frame as the stages after the surfels need it.
+struct FusionInput {
+  FrameView frame;
+  FusionView fusion;
+  const Surfel* surfels;
+
+  DTSDF_HD size_t pixels() const {
+    return static_cast<size_t>(frame.width) * frame.height;
+  }
+};
+
+class TouchedBlocks {
+ public:
+  explicit TouchedBlocks(const Stream& stream);
+
+  /// Begins a frame: zeroes the counters.
+  void begin();
+  uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
+
+  /// Enqueues the search for touched blocks.
+  void mark(const FusionInput& input);
+
+  /// Enqueues the comparison with the map, and the read-back of the counters.
+  void compare(const FusionInput& input, const MapView& map);
+
+  /// Waits for the counters.
+  const FrameCounters& waitForCounters();
+
+  /// After counters with `table_full`: makes the table larger and zeroes the counters, for the steps
+  /// from mark() on.
+  void grow();
+
+  /// Fetches the requests; waits.
+  std::vector<BlockRequest> fetchRequests();
+
+  /// Enqueues a new look-up of the blocks that were missing, after an admission.
+  void refresh(const MapView& map);
+
+  TouchedView view() const;
+
+  /// The counters on the device.
+  const DeviceBuffer<FrameCounters>& counters() const { return counters_; }
+
+ private:
+  void allocate(size_t capacity);
+
+  const Stream& stream_;
+  Event counted_;
+  size_t capacity_ = 0;
+  DeviceBuffer<PackedKey> keys_;
+  DeviceBuffer<uint32_t> directions_, first_sums_, places_, sum_owners_;
+  DeviceBuffer<TouchedBlock> blocks_;
+  DeviceBuffer<BlockRequest> requests_;
+  DeviceBuffer<FrameCounters> counters_;
+  PinnedBuffer<FrameCounters> pinned_counters_;
+  PinnedBuffer<BlockRequest> pinned_requests_;
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,101 @@
+/// A bag played in a loop under simulated time, against the same bag read offline.
+#include <dtsdf_mapping/SaveMesh.h>
+#include <gtest/gtest.h>
+#include <std_srvs/SetBool.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "dtsdf_mapping/io/bag_frames.h"
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "dtsdf_mapping/io/yaml_params.h"
+#include "dtsdf_mapping/ros/node_params.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr uint64_t kFrames = 30;
+
+std::string readFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+std::unique_ptr<FrameSource> openBag() {
+  BagOptions options;
+  EXPECT_TRUE(ros::param::get("~bag", options.path));
+  return openBagFrames(options);
+}
+
+std::string pathOf(const std::string& name) {
+  dtsdf_mapping::SaveMesh call;
+  call.request.file_name = name;
+  EXPECT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  EXPECT_TRUE(call.response.success) << call.response.message;
+  return call.response.path;
+}
+
+/// The mesh of the first `count` frames, made offline and saved.
+std::string bytesOfflineAfter(uint64_t count) {
+  const MappingParams params = readMappingParams(loadYamlParams(DTSDF_TEST_CONFIG));
+  const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
+  const std::unique_ptr<FrameSource> frames = openBag();
+  for (uint64_t i = 0; i < count; ++i) mapper->integrate(frames->next()->depth);
+  MeshStore store(params.mapper.map.voxel_size_m);
+  store.apply(mapper->updateMesh());
+  const TemporaryFolder folder;
+  saveMesh(store.assemble(), params.mapper.mesh.colour, folder / "mesh.ply");
+  return readFile(folder / "mesh.ply");
+}
+
+TEST(Bag, IsReadOfflineWithoutLoss) {
+  const std::unique_ptr<FrameSource> frames = openBag();
+  EXPECT_EQ(frames->size(), kFrames);
+  double last_stamp_s = 0.0;
+  uint64_t count = 0;
+  while (const auto frame = frames->next()) {
+    EXPECT_GT(frame->stamp_s, last_stamp_s);
+    last_stamp_s = frame->stamp_s;
+    ++count;
+  }
+  EXPECT_EQ(count, kFrames);
+  EXPECT_TRUE(frames->skipped().empty());
+}
+
+// The player loops: while it has not begun anew, the node's map is the offline one, bit for bit.
+TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
+  ros::NodeHandle nh;
+  const StatusWatcher status(nh);
+  ASSERT_TRUE(status.waitForFused(kFrames / 2)) << status.status().message;
+  std_srvs::SetBool pause;
+  pause.request.data = true;
+  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  ASSERT_TRUE(waitUntil([&] { return status.status().paused; }));
+  const std::string path = pathOf("bag.ply");
+  // What was in the worker's hands at the pause is in the mesh, and in the next status.
+  const ros::Time seen = status.status().header.stamp;
+  ASSERT_TRUE(waitUntil([&] { return status.status().header.stamp > seen; }));
+  const uint64_t fused = status.status().frames_fused;
+  ASSERT_LE(fused, kFrames) << "the machine was too slow to pause before the loop";
+  EXPECT_EQ(readFile(path), bytesOfflineAfter(fused));
+  std::filesystem::remove_all(std::filesystem::path(path).parent_path());
+
+  pause.request.data = false;
+  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+}
+
+TEST(Bag, NextLoopIsFusedToo) {
+  ros::NodeHandle nh;
+  const StatusWatcher status(nh);
+  ASSERT_TRUE(status.waitForFused(3 * kFrames)) << status.status().message;
+  EXPECT_EQ(status.dropped("no_transform"), 0u);
+  EXPECT_EQ(status.dropped("pose_jump"), 0u);
+  EXPECT_EQ(status.dropped("queue_full"), 0u);
+}
+
+}  // namespace
+}  // namespace dtsdf

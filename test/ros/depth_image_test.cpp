@@ -1,0 +1,150 @@
+#include "dtsdf_mapping/ros/depth_image.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+
+namespace dtsdf {
+namespace {
+
+sensor_msgs::CameraInfo makeInfo() {
+  sensor_msgs::CameraInfo info;
+  info.width = 3;
+  info.height = 2;
+  info.K = {100.0, 0.0, 1.0, 0.0, 110.0, 0.5, 0.0, 0.0, 1.0};
+  info.P = {200.0, 0.0, 1.5, 0.0, 0.0, 210.0, 0.75, 0.0, 0.0, 0.0, 1.0, 0.0};
+  return info;
+}
+
+/// 3 x 2 pixels with the values 1000 to 1005, with `padding` bytes after each row.
+sensor_msgs::Image makeImage(bool big_endian = false, uint32_t padding = 0) {
+  sensor_msgs::Image image;
+  image.header.stamp = ros::Time(1.0);
+  image.width = 3;
+  image.height = 2;
+  image.encoding = "16UC1";
+  image.is_bigendian = big_endian;
+  image.step = 6 + padding;
+  image.data.assign(2 * image.step, 0xee);
+  for (uint32_t i = 0; i < 6; ++i) {
+    const uint16_t value = static_cast<uint16_t>(1000 + i);
+    uint8_t* pixel = &image.data[i / 3 * image.step + i % 3 * 2];
+    pixel[big_endian ? 1 : 0] = static_cast<uint8_t>(value & 0xff);
+    pixel[big_endian ? 0 : 1] = static_cast<uint8_t>(value >> 8);
+  }
+  return image;
+}
+
+std::vector<uint16_t> pixelsOf(const DepthFrame& frame) {
+  std::vector<uint16_t> pixels(6);
+  for (size_t i = 0; i < 6; ++i) {
+    const auto* row = static_cast<const uint8_t*>(frame.data) + i / 3 * frame.row_bytes;
+    std::memcpy(&pixels[i], row + i % 3 * 2, 2);
+  }
+  return pixels;
+}
+
+const std::vector<uint16_t> kPixels{1000, 1001, 1002, 1003, 1004, 1005};
+
+DropReason reasonAgainst(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
+  const auto rejection = checkDepthImage(image, info);
+  EXPECT_TRUE(rejection.has_value());
+  return rejection ? rejection->reason : DropReason::kPaused;
+}
+
+TEST(DepthImage, TakesEveryByteOrderAndPadding) {
+  for (const bool big_endian : {false, true}) {
+    for (const uint32_t padding : {0u, 2u, 3u}) {
+      const sensor_msgs::Image image = makeImage(big_endian, padding);
+      ASSERT_FALSE(checkDepthImage(image, makeInfo())) << big_endian << " " << padding;
+      std::vector<uint8_t> repacked;
+      EXPECT_EQ(pixelsOf(makeDepthFrame(image, makeInfo(), {}, repacked)), kPixels)
+          << big_endian << " " << padding;
+    }
+  }
+}
+
+TEST(DepthImage, DoesNotCopyWhatIsFineAsItIs) {
+  const sensor_msgs::Image image = makeImage(false, 2);
+  std::vector<uint8_t> repacked;
+  const DepthFrame frame = makeDepthFrame(image, makeInfo(), {}, repacked);
+  EXPECT_EQ(frame.data, image.data.data());
+  EXPECT_EQ(frame.row_bytes, 8u);
+  EXPECT_TRUE(repacked.empty());
+}
+
+TEST(DepthImage, UnitFollowsTheEncoding) {
+  std::vector<uint8_t> repacked;
+  sensor_msgs::Image image = makeImage();
+  EXPECT_FLOAT_EQ(makeDepthFrame(image, makeInfo(), {0.0002f, 1.0f}, repacked).unit_m, 0.0002f);
+  image.encoding = "32FC1";
+  image.step = 12;
+  image.data.assign(24, 0);
+  const DepthFrame frame = makeDepthFrame(image, makeInfo(), {0.0002f, 1.0f}, repacked);
+  EXPECT_FLOAT_EQ(frame.unit_m, 1.0f);
+  EXPECT_EQ(frame.encoding, DepthEncoding::kFloat32);
+}
+
+TEST(DepthImage, RefusesWhatItCannotUse) {
+  const sensor_msgs::CameraInfo info = makeInfo();
+  sensor_msgs::Image image = makeImage();
+  image.encoding = "bgr8";
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadEncoding);
+
+  image = makeImage();
+  image.data.pop_back();
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  image = makeImage();
+  image.step = 5;
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  image = makeImage();
+  image.width = 0;
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  image = makeImage();
+  image.height = 0;
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+
+  image = makeImage();
+  image.header.stamp = ros::Time();
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kNoStamp);
+}
+
+TEST(DepthImage, RefusesForeignCameraInfo) {
+  sensor_msgs::CameraInfo info = makeInfo();
+  info.width = 4;
+  EXPECT_EQ(reasonAgainst(makeImage(), info), DropReason::kSizeMismatch);
+  info = makeInfo();
+  info.P[0] = info.K[0] = 0.0;
+  EXPECT_EQ(reasonAgainst(makeImage(), info), DropReason::kBadIntrinsics);
+  info = makeInfo();
+  info.P[6] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(reasonAgainst(makeImage(), info), DropReason::kBadIntrinsics);
+}
+
+TEST(Intrinsics, AreThoseOfTheRectifiedImage) {
+  EXPECT_FLOAT_EQ(intrinsicsOf(makeInfo()).fx, 200.0f);
+  EXPECT_FLOAT_EQ(intrinsicsOf(makeInfo()).cy, 0.75f);
+  sensor_msgs::CameraInfo info = makeInfo();
+  info.P.fill(0.0);
+  EXPECT_FLOAT_EQ(intrinsicsOf(info).fx, 100.0f);
+  EXPECT_FLOAT_EQ(intrinsicsOf(info).fy, 110.0f);
+  EXPECT_FLOAT_EQ(intrinsicsOf(info).cx, 1.0f);
+}
+
+TEST(Intrinsics, FollowBinningAndRegionOfInterest) {
+  sensor_msgs::CameraInfo info = makeInfo();
+  info.width = 16;
+  info.height = 16;
+  info.roi.width = 6;
+  info.roi.height = 4;
+  info.roi.x_offset = 1;
+  info.binning_x = 2;
+  info.binning_y = 2;
+  EXPECT_FALSE(checkDepthImage(makeImage(), info));
+  EXPECT_FLOAT_EQ(intrinsicsOf(info).fx, 100.0f);
+  EXPECT_FLOAT_EQ(intrinsicsOf(info).cx, 0.25f);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,86 @@
+/// Wrong settings: neither door opens, and the log names every key.
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <string>
+
+namespace dtsdf {
+namespace {
+
+struct Outcome {
+  int exit_code = -1;
+  std::string output;
+};
+
+Outcome run(const std::string& command) {
+  Outcome outcome;
+  FILE* pipe = popen(("timeout 20 " + command + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) return outcome;
+  char buffer[4096];
+  while (std::fgets(buffer, sizeof(buffer), pipe) != nullptr) outcome.output += buffer;
+  const int status = pclose(pipe);
+  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return outcome;
+}
+
+bool isLoaded(const std::string& name) {
+  return ros::service::exists(name + "/save_mesh", false);
+}
+
+class FailingStart : public testing::TestWithParam<std::string> {
+ protected:
+  Outcome start(const std::string& name) {
+    return run("rosrun " + GetParam() + " __name:=" + name);
+  }
+};
+
+TEST_P(FailingStart, NamesEveryWrongKeyInTheLog) {
+  ros::param::set("/wrong/map/voxel_size_m", -1.0);
+  ros::param::set("/wrong/fusion/mode", "guess");
+  ros::param::set("/wrong/mesh/color", "normal");
+  ros::param::set("/wrong/input/queue_size", "many");
+  ros::param::set("/wrong/publish/mesh_rate_hz", std::vector<double>{1.0, 2.0});
+  const Outcome outcome = start("wrong");
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_FALSE(isLoaded("/wrong"));
+  EXPECT_NE(outcome.output.find("FATAL"), std::string::npos) << outcome.output;
+  for (const char* key : {"map/voxel_size_m", "fusion/mode", "mesh/color", "input/queue_size",
+                          "publish/mesh_rate_hz", "/wrong"}) {
+    EXPECT_NE(outcome.output.find(key), std::string::npos) << key << " is not in:\n"
+                                                           << outcome.output;
+  }
+  ros::param::del("/wrong");
+}
+
+TEST_P(FailingStart, DoesNotMindWhatRosKeepsThere) {
+  ros::param::set("/fine/image_transport", "raw");
+  ros::param::set("/fine/diagnostic_period", 1.0);
+  ros::param::set("/fine/compressedDepth/depth_max", 10.0);
+  ros::param::set("/fine/map/voxel_size_m", 1);  // a whole number may stand for a float
+  ros::param::set("/fine/map/max_memory_mb", 1.5);
+  const Outcome outcome = start("fine");
+  EXPECT_NE(outcome.output.find("map/max_memory_mb"), std::string::npos) << outcome.output;
+  for (const char* key : {"image_transport", "diagnostic_period", "depth_max", "voxel_size_m"}) {
+    EXPECT_EQ(outcome.output.find(std::string(key) + " ="), std::string::npos) << outcome.output;
+  }
+  ros::param::del("/fine");
+}
+
+TEST_P(FailingStart, CudaThatIsNotThereIsAnError) {
+  ros::param::set("/cuda/backend", "cuda");
+  ros::param::set("/cuda/output_directory", "");  // fails on a machine with a GPU, too
+  const Outcome outcome = start("cuda");
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_FALSE(isLoaded("/cuda"));
+  ros::param::del("/cuda");
+}
+
+INSTANTIATE_TEST_SUITE_P(Doors, FailingStart,
+                         testing::Values("dtsdf_mapping mapping_node",
+                                         "nodelet nodelet standalone dtsdf_mapping/MappingNodelet"),
+                         [](const auto& info) { return info.index == 0 ? "Node" : "Nodelet"; });
+
+}  // namespace
+}  // namespace dtsdf

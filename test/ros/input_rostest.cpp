@@ -1,0 +1,245 @@
+/// Every way in which a frame can be wrong, late or alone: it is fused with its true pose, or
+/// dropped and counted under the right reason.
+#include <gtest/gtest.h>
+#include <std_srvs/SetBool.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "ros/support/fake_camera.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+
+namespace dtsdf {
+namespace {
+
+class Input : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+  }
+
+  /// Sends a frame that has a transform, but may be spoilt, and waits for it to be dropped.
+  void expectDrop(const std::string& reason, const sensor_msgs::Image& image,
+                  const sensor_msgs::CameraInfo& info) {
+    const uint64_t dropped = status_.dropped(reason);
+    const uint64_t fused = status_.status().frames_fused;
+    camera_.sendTransform(image.header.stamp);
+    camera_.send(image, info);
+    EXPECT_TRUE(status_.waitForDrop(reason, dropped)) << reason;
+    EXPECT_EQ(status_.status().frames_fused, fused);
+  }
+
+  void expectFused(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
+    const uint64_t fused = status_.status().frames_fused;
+    camera_.sendTransform(image.header.stamp);
+    camera_.send(image, info);
+    EXPECT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
+  }
+
+  void expectGoodFrameFused() {
+    const ros::Time stamp = camera_.nextStamp();
+    expectFused(camera_.image(stamp), camera_.info(stamp));
+    EXPECT_TRUE(waitUntil([&] { return status_.status().last_fused_stamp == stamp; }));
+  }
+
+  ros::NodeHandle nh_;
+  FakeCamera camera_{nh_};
+  StatusWatcher status_{nh_};
+};
+
+// Before any frame was fused, the status has to say what is missing.
+TEST_F(Input, StatusSaysThatImagesAreMissing) {
+  EXPECT_TRUE(waitUntil([&] {
+    return status_.status().message.find("no depth image received on '/camera/depth/image_rect'") !=
+           std::string::npos;
+  })) << status_.status().message;
+  EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::WARN);
+}
+
+TEST_F(Input, MissingTransformIsWaitedForAndSaid) {
+  const uint64_t dropped = status_.dropped("no_transform");
+  const ros::Time stamp = camera_.nextStamp();
+  sensor_msgs::Image image = camera_.image(stamp);
+  image.header.frame_id = "nowhere";
+  camera_.send(image, camera_.info(stamp));
+  EXPECT_TRUE(waitUntil([&] {
+    return status_.status().frames_waiting == 1 &&
+           status_.status().message.find("'nowhere' to 'map'") != std::string::npos;
+  })) << status_.status().message;
+  EXPECT_TRUE(status_.waitForDrop("no_transform", dropped));
+  EXPECT_EQ(status_.status().frames_fused, 0u);
+  EXPECT_NE(status_.status().message.find("'nowhere' to 'map'"), std::string::npos);
+}
+
+TEST_F(Input, LateTransformIsGoodEnough) {
+  const ros::Time before = camera_.nextStamp();
+  camera_.sendTransform(before);
+  const ros::Time stamp = camera_.nextStamp();
+  camera_.send(camera_.image(stamp), camera_.info(stamp));
+  ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 1; }));
+  const uint64_t fused = status_.status().frames_fused;
+  camera_.sendTransform(stamp);
+  EXPECT_TRUE(status_.waitForFused(fused + 1));
+  EXPECT_EQ(status_.status().last_fused_stamp, stamp);
+}
+
+TEST_F(Input, NewestTransformIsNoSubstitute) {
+  const uint64_t dropped = status_.dropped("no_transform");
+  const ros::Time before = camera_.nextStamp();
+  camera_.sendTransform(before);
+  const ros::Time stamp = camera_.nextStamp();
+  camera_.send(camera_.image(stamp), camera_.info(stamp));
+  EXPECT_TRUE(status_.waitForDrop("no_transform", dropped));
+}
+
+TEST_F(Input, FrameBeforeTheFirstTransformIsDroppedAtOnce) {
+  const uint64_t dropped = status_.dropped("before_transforms");
+  const ros::Time stamp = camera_.nextStamp();
+  camera_.sendTransform(stamp + ros::Duration(0.1), {0.0, 0.0, 0.0}, "late_camera");
+  sensor_msgs::Image image = camera_.image(stamp);
+  image.header.frame_id = "late_camera";
+  camera_.send(image, camera_.info(stamp));
+  EXPECT_TRUE(status_.waitForDrop("before_transforms", dropped));
+}
+
+TEST_F(Input, LeadingSlashOfTheFrameDoesNotMatter) {
+  const ros::Time stamp = camera_.nextStamp();
+  sensor_msgs::Image image = camera_.image(stamp);
+  image.header.frame_id = "/camera";
+  expectFused(image, camera_.info(stamp));
+}
+
+TEST_F(Input, JumpingPoseCostsOneFrame) {
+  expectGoodFrameFused();
+  const uint64_t dropped = status_.dropped("pose_jump");
+  const uint64_t fused = status_.status().frames_fused;
+  const Eigen::Vector3d elsewhere(50.0, 0.0, 0.0);
+  for (int i = 0; i < 2; ++i) {
+    const ros::Time stamp = camera_.nextStamp();
+    camera_.sendTransform(stamp, elsewhere);
+    camera_.send(camera_.image(stamp), camera_.info(stamp));
+  }
+  EXPECT_TRUE(status_.waitForFused(fused + 1));
+  EXPECT_EQ(status_.dropped("pose_jump"), dropped + 1);
+  // And back again: the next frame of the other tests must not be the one that is dropped.
+  camera_.sendFrame();
+  EXPECT_TRUE(status_.waitForDrop("pose_jump", dropped + 1));
+}
+
+TEST_F(Input, WrongEncoding) {
+  const ros::Time stamp = camera_.nextStamp();
+  sensor_msgs::Image image = camera_.image(stamp);
+  image.encoding = "rgba8";
+  expectDrop("bad_encoding", image, camera_.info(stamp));
+  expectGoodFrameFused();
+}
+
+TEST_F(Input, TruncatedData) {
+  const ros::Time stamp = camera_.nextStamp();
+  sensor_msgs::Image image = camera_.image(stamp);
+  image.data.resize(image.data.size() / 2);
+  expectDrop("bad_image", image, camera_.info(stamp));
+}
+
+TEST_F(Input, SizeMismatch) {
+  const ros::Time stamp = camera_.nextStamp();
+  sensor_msgs::CameraInfo info = camera_.info(stamp);
+  info.width *= 2;
+  expectDrop("size_mismatch", camera_.image(stamp), info);
+}
+
+TEST_F(Input, ZeroIntrinsics) {
+  const ros::Time stamp = camera_.nextStamp();
+  sensor_msgs::CameraInfo info = camera_.info(stamp);
+  info.P.fill(0.0);
+  expectDrop("bad_intrinsics", camera_.image(stamp), info);
+}
+
+TEST_F(Input, NoMeasurementAtAll) {
+  const float nothing[] = {NAN, 0.0f, -1.0f, INFINITY, 1e6f};
+  for (const float value : nothing) {
+    const ros::Time stamp = camera_.nextStamp();
+    sensor_msgs::Image image = camera_.image(stamp);
+    for (size_t i = 0; i < image.data.size(); i += sizeof(float)) {
+      std::memcpy(&image.data[i], &value, sizeof(float));
+    }
+    expectDrop("no_measurement", image, camera_.info(stamp));
+  }
+  expectGoodFrameFused();
+}
+
+TEST_F(Input, ZeroStamp) {
+  // TF takes stamp 0 as "the newest", which would be a guess.
+  expectDrop("no_stamp", camera_.image(ros::Time()), camera_.info(ros::Time()));
+}
+
+TEST_F(Input, ImageWithoutCameraInfo) {
+  const uint64_t dropped = status_.dropped("no_camera_info");
+  const ros::Time stamp = camera_.nextStamp();
+  camera_.send(camera_.image(stamp), camera_.info(stamp - ros::Duration(0.005)));
+  camera_.sendFrame();
+  EXPECT_TRUE(status_.waitForDrop("no_camera_info", dropped));
+}
+
+TEST_F(Input, SixteenBitsInMillimetresOfForeignByteOrder) {
+  const ros::Time stamp = camera_.nextStamp();
+  sensor_msgs::Image image = camera_.image(stamp);
+  image.encoding = "16UC1";
+  image.is_bigendian = 1;
+  image.step = FakeCamera::kWidth * 2 + 5;
+  image.data.assign(image.step * FakeCamera::kHeight, 0xff);
+  for (int v = 0; v < FakeCamera::kHeight; ++v) {
+    for (int u = 0; u < FakeCamera::kWidth; ++u) {
+      image.data[v * image.step + 2 * u] = 1000 >> 8;
+      image.data[v * image.step + 2 * u + 1] = 1000 & 0xff;
+    }
+  }
+  expectFused(image, camera_.info(stamp));
+}
+
+TEST_F(Input, OldestIsDroppedWhenTheQueueIsFull) {
+  const uint64_t dropped = status_.dropped("queue_full");
+  camera_.sendTransform(camera_.nextStamp());
+  for (int i = 0; i < 25; ++i) {  // 20 have room; none can be fused without its transform
+    const ros::Time stamp = camera_.nextStamp();
+    camera_.send(camera_.image(stamp), camera_.info(stamp));
+  }
+  EXPECT_TRUE(waitUntil([&] { return status_.dropped("queue_full") == dropped + 5; }));
+  EXPECT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
+}
+
+TEST_F(Input, PauseDropsFramesUntilItIsOver) {
+  std_srvs::SetBool pause;
+  pause.request.data = true;
+  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  EXPECT_TRUE(pause.response.success);
+  const ros::Time stamp = camera_.nextStamp();
+  expectDrop("paused", camera_.image(stamp), camera_.info(stamp));
+  EXPECT_EQ(status_.status().message, "paused");
+  pause.request.data = false;
+  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  expectGoodFrameFused();
+}
+
+// Last, as the stamps go back by more than the other tests take.
+TEST_F(Input, StampsGoingBackStartAnew) {
+  expectGoodFrameFused();
+  const uint64_t dropped = status_.dropped("time_jump");
+  const ros::Time waiting = camera_.nextStamp();
+  camera_.send(camera_.image(waiting), camera_.info(waiting));
+  ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 1; }));
+
+  const uint64_t fused = status_.status().frames_fused;
+  ros::Time stamp = waiting - ros::Duration(1000.0);
+  camera_.send(camera_.image(stamp), camera_.info(stamp));
+  EXPECT_TRUE(status_.waitForDrop("time_jump", dropped));
+  // The transforms of the future are forgotten, so those of the past count from now on.
+  camera_.sendTransform(stamp);
+  EXPECT_TRUE(status_.waitForFused(fused + 1));
+  EXPECT_EQ(status_.status().last_fused_stamp, stamp);
+}
+
+}  // namespace
+}  // namespace dtsdf

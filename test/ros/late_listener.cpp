@@ -1,0 +1,20 @@
+/// Listens to the mesh until it has as many triangles as asked for, then says what came:
+/// "TRIANGLES MARKERS ADDED". Exit code 1 if they do not come in time.
+#include <ros/ros.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "ros/support/mesh_watcher.h"
+#include "ros/support/wait.h"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "late_listener", ros::init_options::AnonymousName);
+  const size_t expected = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 1;
+  const dtsdf::MeshWatcher mesh{ros::NodeHandle()};
+  const bool complete =
+      dtsdf::waitUntil([&] { return mesh.triangles() >= expected; }, 15.0);
+  std::printf("%zu %zu %zu\n", mesh.triangles(), mesh.shown().size(),
+              static_cast<size_t>(mesh.addedMarkers()));
+  return complete ? 0 : 1;
+}

@@ -1,0 +1,222 @@
+/// The mesh on its topic and on disk: chunks, late subscribers, surface points, services.
+#include <dtsdf_mapping/SaveMesh.h>
+#include <gtest/gtest.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <std_srvs/Trigger.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+#include "ros/support/fake_camera.h"
+#include "ros/support/mesh_watcher.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+using visualization_msgs::Marker;
+
+std::string readFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+dtsdf_mapping::SaveMesh::Response save(const std::string& file_name) {
+  dtsdf_mapping::SaveMesh call;
+  call.request.file_name = file_name;
+  EXPECT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  return call.response;
+}
+
+class MeshTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
+  }
+  static void TearDownTestSuite() {
+    std::string folder;
+    if (ros::param::get("/mapping/output_directory", folder)) fs::remove_all(folder);
+  }
+
+  void fuseFrames(int count) {
+    const uint64_t fused = status_.status().frames_fused;
+    for (int i = 0; i < count; ++i) {
+      camera_.sendFrame();
+      ASSERT_TRUE(status_.waitForFused(fused + i + 1)) << status_.status().message;
+    }
+  }
+
+  /// Until all frames are in the mesh that is on display.
+  bool waitForMesh(const MeshWatcher& mesh) {
+    return waitUntil([&] {
+      return mesh.triangles() > 0 && mesh.triangles() == status_.status().triangles;
+    });
+  }
+
+  ros::NodeHandle nh_;
+  FakeCamera camera_{nh_};
+  StatusWatcher status_{nh_};
+  std::string folder_;
+};
+
+TEST_F(MeshTest, EmptyMeshIsNotSaved) {
+  const auto response = save("empty.ply");
+  EXPECT_FALSE(response.success);
+  EXPECT_NE(response.message.find("no triangles"), std::string::npos) << response.message;
+  EXPECT_FALSE(fs::exists(folder_ + "/empty.ply"));
+}
+
+TEST_F(MeshTest, NothingIsMeshedWhileNobodyListens) {
+  fuseFrames(3);
+  EXPECT_TRUE(waitUntil([&] {
+    return status_.status().message.find("nobody listens") != std::string::npos;
+  })) << status_.status().message;
+  EXPECT_EQ(status_.status().triangles, 0u);
+  EXPECT_GT(status_.status().blocks, 0u);
+}
+
+TEST_F(MeshTest, MarkersShowTheWallWhereItIs) {
+  const MeshWatcher mesh(nh_);  // late already: what was fused before must not be lost
+  ASSERT_TRUE(waitForMesh(mesh));
+  EXPECT_GT(mesh.shown().size(), 1u);
+  for (const auto& [id, marker] : mesh.shown()) {
+    EXPECT_EQ(marker.type, Marker::TRIANGLE_LIST);
+    EXPECT_EQ(marker.ns, "mesh");
+    EXPECT_EQ(marker.header.frame_id, "map");
+    EXPECT_EQ(marker.pose.orientation.w, 1.0);
+    EXPECT_EQ(marker.scale.x, 1.0);
+    EXPECT_FALSE(marker.frame_locked);
+    ASSERT_EQ(marker.points.size() % 3, 0u);
+    ASSERT_EQ(marker.colors.size(), marker.points.size());
+    for (const geometry_msgs::Point& point : marker.points) {
+      EXPECT_NEAR(point.z, 1.0, 0.005);
+      EXPECT_LT(std::abs(point.x), 0.7);
+    }
+  }
+}
+
+TEST_F(MeshTest, LateSubscriberGetsTheWholeMeshAndOthersNothingAgain) {
+  const MeshWatcher early(nh_);
+  ASSERT_TRUE(waitForMesh(early));
+  const uint64_t added_before = early.addedMarkers();
+
+  std::ostringstream command;
+  command << DTSDF_LATE_LISTENER << " " << early.triangles();
+  FILE* pipe = popen(command.str().c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  size_t triangles = 0, markers = 0, added = 0;
+  EXPECT_EQ(std::fscanf(pipe, "%zu %zu %zu", &triangles, &markers, &added), 3);
+  EXPECT_EQ(pclose(pipe), 0);
+  EXPECT_EQ(triangles, early.triangles());
+  EXPECT_EQ(markers, early.shown().size());
+  EXPECT_EQ(added, markers) << "each chunk is sent once";
+
+  // A change after it, which everyone gets: whatever was sent to the early one has come by then.
+  std_srvs::Trigger clear;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  EXPECT_TRUE(clear.response.success);
+  EXPECT_TRUE(waitUntil([&] { return early.shown().empty(); }));
+  EXPECT_EQ(early.addedMarkers(), added_before);
+  EXPECT_EQ(early.deletedMarkers(), markers);
+}
+
+TEST_F(MeshTest, OnlyChunksThatChangedAreSent) {
+  const MeshWatcher mesh(nh_);
+  fuseFrames(2);
+  ASSERT_TRUE(waitForMesh(mesh));
+  const size_t chunks = mesh.shown().size();
+  std::set<int> old_ids;
+  for (const auto& [id, marker] : mesh.shown()) old_ids.insert(id);
+  const uint64_t added = mesh.addedMarkers();
+
+  // The same camera elsewhere sees other chunks only. The first frame after the jump is dropped.
+  const uint64_t fused = status_.status().frames_fused;
+  for (int i = 0; i < 2; ++i) {
+    const ros::Time stamp = camera_.nextStamp();
+    camera_.sendTransform(stamp, {20.0, 0.0, 0.0});
+    camera_.send(camera_.image(stamp), camera_.info(stamp));
+  }
+  ASSERT_TRUE(status_.waitForFused(fused + 1));
+  ASSERT_TRUE(waitUntil([&] { return mesh.shown().size() > chunks; }));
+  ASSERT_TRUE(waitForMesh(mesh));
+  EXPECT_EQ(mesh.addedMarkers() - added, mesh.shown().size() - chunks);
+  for (const int id : old_ids) EXPECT_EQ(mesh.shown().count(id), 1u);
+}
+
+TEST_F(MeshTest, SurfacePointsAreTheVerticesWithNormals) {
+  sensor_msgs::PointCloud2 cloud;
+  const ros::Subscriber subscriber = nh_.subscribe<sensor_msgs::PointCloud2>(
+      "/mapping/surface_points", 1,
+      [&](const sensor_msgs::PointCloud2::ConstPtr& message) { cloud = *message; });
+  const auto saved = save("points.ply");
+  ASSERT_TRUE(waitUntil([&] { return cloud.width * cloud.height == saved.vertices; }));
+  EXPECT_EQ(cloud.header.frame_id, "map");
+  std::set<std::string> fields;
+  for (const sensor_msgs::PointField& field : cloud.fields) fields.insert(field.name);
+  for (const char* name : {"x", "y", "z", "rgb", "normal_x", "normal_y", "normal_z"}) {
+    EXPECT_EQ(fields.count(name), 1u) << name;
+  }
+}
+
+TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
+  const auto ply = save("folder/mesh.ply");
+  ASSERT_TRUE(ply.success) << ply.message;
+  EXPECT_EQ(ply.path, fs::weakly_canonical(folder_ + "/folder/mesh.ply").string());
+  EXPECT_GT(ply.triangles, 0u);
+  const std::string bytes = readFile(ply.path);
+  EXPECT_EQ(bytes.rfind("ply\nformat binary_little_endian 1.0\n", 0), 0u);
+  EXPECT_NE(bytes.find("element vertex " + std::to_string(ply.vertices) + "\n"),
+            std::string::npos);
+  EXPECT_NE(bytes.find("element face " + std::to_string(ply.triangles) + "\n"), std::string::npos);
+
+  const auto stl = save("mesh.stl");
+  ASSERT_TRUE(stl.success) << stl.message;
+  EXPECT_EQ(fs::file_size(stl.path), 84 + 50 * stl.triangles);
+
+  const auto obj = save("mesh.obj");
+  ASSERT_TRUE(obj.success) << obj.message;
+  std::istringstream lines(readFile(obj.path));
+  size_t vertices = 0, faces = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("v ", 0) == 0) ++vertices;
+    if (line.rfind("f ", 0) == 0) ++faces;
+  }
+  EXPECT_EQ(vertices, obj.vertices);
+  EXPECT_EQ(faces, obj.triangles);
+
+  const auto again = save("again.ply");
+  EXPECT_EQ(readFile(again.path), bytes) << "the same map gives the same bytes";
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    EXPECT_TRUE(entry.is_directory() || entry.path().extension() == ".ply" ||
+                entry.path().extension() == ".stl" || entry.path().extension() == ".obj")
+        << "left behind: " << entry.path();
+  }
+}
+
+TEST_F(MeshTest, RefusesToSaveElsewhere) {
+  const auto expectRefused = [&](const std::string& name, const std::string& word) {
+    const auto response = save(name);
+    EXPECT_FALSE(response.success) << name;
+    EXPECT_NE(response.message.find(word), std::string::npos) << response.message;
+    EXPECT_TRUE(response.path.empty());
+  };
+  expectRefused("../outside.ply", "output_directory");
+  expectRefused("/tmp/outside.ply", "output_directory");
+  expectRefused("mesh.xyz", "extension");
+  expectRefused("mesh", "extension");
+  expectRefused("", "file_name");
+  EXPECT_FALSE(fs::exists(fs::path(folder_).parent_path() / "outside.ply"));
+  EXPECT_FALSE(fs::exists("/tmp/outside.ply"));
+}
+
+}  // namespace
+}  // namespace dtsdf

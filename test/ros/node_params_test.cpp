@@ -1,0 +1,82 @@
+#include "dtsdf_mapping/ros/node_params.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "dtsdf_mapping/io/yaml_params.h"
+
+namespace dtsdf {
+namespace {
+
+ParamTree defaults() {
+  MappingParams params;
+  ParamWriter writer;
+  visitParams(params, writer);
+  return writer.tree;
+}
+
+double asNumber(const ParamValue& value) {
+  if (const int* whole = std::get_if<int>(&value)) return *whole;
+  const double* number = std::get_if<double>(&value);
+  return number != nullptr ? *number : NAN;
+}
+
+bool sameValue(const ParamValue& a, const ParamValue& b) {
+  return a == b || asNumber(a) == asNumber(b);  // 10 in the file may stand for 10.0
+}
+
+std::vector<std::string> violationsOf(const ParamTree& tree,
+                                      const std::vector<ParamViolation>& found = {}) {
+  try {
+    readMappingParams(tree, found);
+  } catch (const ParamError& error) {
+    return error.violations();
+  }
+  return {};
+}
+
+TEST(NodeParams, DefaultYamlNamesEveryKeyWithItsDefault) {
+  const ParamTree file = loadYamlParams(DTSDF_CONFIG_FOLDER "/default.yaml");
+  const ParamTree expected = defaults();
+  for (const auto& [key, value] : expected) {
+    ASSERT_EQ(file.count(key), 1u) << "config/default.yaml lacks " << key;
+    EXPECT_TRUE(sameValue(file.at(key), value))
+        << key << ": " << toString(file.at(key)) << " in the file, " << toString(value)
+        << " in the struct";
+  }
+  for (const auto& [key, value] : file) EXPECT_EQ(expected.count(key), 1u) << key;
+}
+
+TEST(NodeParams, EveryConfigFileLoads) {
+  for (const auto& entry : std::filesystem::directory_iterator(DTSDF_CONFIG_FOLDER)) {
+    const ParamTree tree = loadYamlParams(entry.path().string());
+    EXPECT_TRUE(violationsOf(tree).empty()) << entry.path() << ": " << violationsOf(tree).front();
+  }
+}
+
+TEST(NodeParams, ReportsAllViolationsTogether) {
+  const ParamTree tree{{"map/voxel_size", 0.02},
+                       {"input/queue_size", std::string("many")},
+                       {"publish/mesh_rate_hz", -1.0},
+                       {"map_frame", std::string("/")}};
+  const auto violations = violationsOf(tree, {{"input/list", "must be a single value"}});
+  EXPECT_EQ(violations.size(), 5u);
+  std::string all;
+  for (const std::string& violation : violations) all += violation + "\n";
+  for (const char* key : {"map/voxel_size", "input/queue_size", "publish/mesh_rate_hz",
+                          "map_frame", "input/list"}) {
+    EXPECT_NE(all.find(key), std::string::npos) << key << " is not in:\n" << all;
+  }
+}
+
+TEST(NodeParams, StripsTheSlashOfOldFrames) {
+  const MappingParams params = readMappingParams(
+      {{"map_frame", std::string("/odom")}, {"input/camera_frame", std::string("/cam")}});
+  EXPECT_EQ(params.node.map_frame, "odom");
+  EXPECT_EQ(params.node.input.camera_frame, "cam");
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,65 @@
+/// The demo without RViz: the simulated camera goes round its room, and the mesh is that room.
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <dtsdf_mapping/SaveMesh.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "dtsdf_mapping/simulation/scene.h"
+#include "ros/support/mesh_watcher.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr uint64_t kFrames = 60;
+constexpr double kVoxel_m = 0.05;
+
+TEST(SimulatedCamera, RoomBecomesAMesh) {
+  ros::NodeHandle nh;
+  const MeshWatcher mesh(nh);
+  const StatusWatcher status(nh);
+  bool diagnosed = false;
+  const ros::Subscriber diagnostics = nh.subscribe<diagnostic_msgs::DiagnosticArray>(
+      "/diagnostics", 10, [&](const diagnostic_msgs::DiagnosticArray::ConstPtr& message) {
+        for (const auto& entry : message->status) {
+          diagnosed |= entry.name.find("mapping") != std::string::npos && !entry.values.empty();
+        }
+      });
+  ASSERT_TRUE(waitUntil(
+      [&] { return status.status().frames_fused + status.status().frames_dropped >= kFrames; },
+      60.0))
+      << status.status().message;
+  EXPECT_EQ(status.status().images_received, kFrames);
+  EXPECT_GE(status.status().frames_fused, kFrames / 2) << status.status().message;
+  ASSERT_TRUE(waitUntil([&] {
+    return mesh.triangles() > 0 && mesh.triangles() == status.status().triangles;
+  }));
+  EXPECT_TRUE(waitUntil([&] { return diagnosed; }));
+  EXPECT_EQ(status.status().message, "mapping");
+  EXPECT_GT(status.status().integrate_ms, 0.0f);
+
+  const Scene room = makeRoomScene();
+  size_t points = 0, far_off = 0;
+  for (const auto& [id, marker] : mesh.shown()) {
+    for (const geometry_msgs::Point& p : marker.points) {
+      ++points;
+      if (room.distanceToSurface({p.x, p.y, p.z}) > kVoxel_m) ++far_off;
+    }
+  }
+  EXPECT_GT(points, 10000u);
+  EXPECT_LT(far_off, points / 50);
+}
+
+TEST(SimulatedCamera, MeshIsSaved) {
+  dtsdf_mapping::SaveMesh call;
+  call.request.file_name = "room.ply";
+  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  EXPECT_TRUE(call.response.success) << call.response.message;
+  EXPECT_GT(call.response.triangles, 1000u);
+  std::filesystem::remove_all(std::filesystem::path(call.response.path).parent_path());
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,43 @@
+/// A camera whose every message a test can spoil: it looks at a wall one metre ahead.
+#pragma once
+
+#include <ros/node_handle.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <Eigen/Geometry>
+#include <string>
+
+namespace dtsdf {
+
+class FakeCamera {
+ public:
+  static constexpr int kWidth = 64;
+  static constexpr int kHeight = 48;
+
+  explicit FakeCamera(ros::NodeHandle nh);
+
+  /// Waits until the mapper listens.
+  bool connect() const;
+
+  /// A stamp of now, later than the one before.
+  ros::Time nextStamp();
+
+  sensor_msgs::Image image(const ros::Time& stamp) const;
+  sensor_msgs::CameraInfo info(const ros::Time& stamp) const;
+
+  void send(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) const;
+  void sendTransform(const ros::Time& stamp, const Eigen::Vector3d& t_W = {0.0, 0.0, 0.0},
+                     const std::string& frame = "camera");
+
+  /// A good frame with its transform. Returns its stamp.
+  ros::Time sendFrame();
+
+ private:
+  ros::Publisher images_, infos_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  ros::Time last_stamp_;
+};
+
+}  // namespace dtsdf

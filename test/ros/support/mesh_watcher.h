@@ -1,0 +1,31 @@
+/// What RViz would show of the mesh topic, and how much came over it.
+#pragma once
+
+#include <ros/node_handle.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <cstdint>
+#include <map>
+
+namespace dtsdf {
+
+class MeshWatcher {
+ public:
+  explicit MeshWatcher(ros::NodeHandle nh);
+
+  /// The markers on display, by id.
+  const std::map<int, visualization_msgs::Marker>& shown() const { return shown_; }
+  size_t triangles() const;
+
+  uint64_t addedMarkers() const { return added_; }
+  uint64_t deletedMarkers() const { return deleted_; }
+
+ private:
+  void onMarkers(const visualization_msgs::MarkerArray::ConstPtr& message);
+
+  std::map<int, visualization_msgs::Marker> shown_;
+  uint64_t added_ = 0, deleted_ = 0;
+  ros::Subscriber subscriber_;
+};
+
+}  // namespace dtsdf

@@ -39,16 +39,16 @@ DTSDF_HD void castIntoBlock(const SampleLine& line, const DirectionSet& directio
   const auto inside = [&](int u, int v) {
     return u >= u0 && u < u0 + kBlockSide && v >= v0 && v < v0 + kBlockSide;
   };
-  auto visit = [&](const Vec3i& voxel, float lateral, float distance) {
+  auto visit = [&](const Vec3i& voxel, float share, float distance) {
     const int index = voxelIndex(voxel.x - first.x, voxel.y - first.y, voxel.z - first.z);
     const int32_t sdf = quantiseSdf(distance / fusion.truncation_voxels);
     for (int i = 0; i < directions.count; ++i) {
-      const int32_t weight = quantiseWeight(surfel_weight * lateral * directions.weight[i]);
+      const int32_t weight = quantiseWeight(surfel_weight * share * directions.weight[i]);
       if (weight > 0) add(directions.direction[i], index, weight, sdf);
     }
   };
   for (int plane = begin; plane <= end; ++plane) {
-    visitPlane(line, plane, fusion.truncation_voxels, inside, visit);
+    visitPlane(line, plane, inside, visit);
   }
 }
 

@@ -1,11 +1,15 @@
 /// Directional marching cubes: what happens to one mesh unit, and to one edge.
 ///
-/// The stages are those of the paper's Sec. V. For each direction the unit's marching cubes index is
-/// formed and its impossible components removed (intra-directional filter); directions vote on what
-/// remains (inter-directional filter); the survivors are combined into at most two indices, one per
-/// facing sheet; and disagreements with the neighbouring units are settled (regularisation).
-/// Vertices belong to (edge, facing) and depend on the edge's two samples alone, so all units
-/// around an edge share them.
+/// The stages follow the paper's Sec. V. A direction speaks for a surface in the unit if its own
+/// samples cross zero the way it faces. The strongest direction leads a first sheet; if the opposite
+/// one speaks as well, it leads a second: the two sides of something thin. For each sheet the
+/// directions vote on every corner (all but the one opposite to the leader take part), the labels
+/// give a marching cubes index, and components that no direction of the sheet can see are removed.
+/// Disagreements with the neighbouring units are settled last (regularisation). Vertices belong to
+/// (edge, facing) and depend on the edge's two samples alone, so all units around an edge share them.
+///
+/// Departure from the paper, measured in docs/results: it votes and intersects whole indices per
+/// unit; voting per corner makes neighbouring units agree on the corners they share.
 #pragma once
 
 #include "dtsdf_mapping/kernels/direction.h"
@@ -26,128 +30,126 @@ struct UnitIndices {
   uint8_t sheet[kMaxSheets];
 };
 
-DTSDF_HD bool isObserved(const Voxel (&corner)[kCubeCorners]) {
-  for (int c = 0; c < kCubeCorners; ++c) {
-    if (!(corner[c].weight > 0.0f)) return false;
+/// A unit is meshed if each corner has at least this share of the greatest weight in the unit. It
+/// keeps out corners that only the far fringe of a measurement reached, and counts no frames.
+constexpr float kWeightShare = 0.02f;
+
+/// Distances smaller than this, in voxels, count as equally near in the vote.
+constexpr float kNearness = 0.2f;
+
+DTSDF_HD float greatestWeight(const UnitSamples& samples) {
+  float greatest = 0.0f;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    for (int c = 0; c < kCubeCorners; ++c) {
+      greatest = fmaxf(greatest, samples.corner[d][c].weight);
+    }
   }
-  return true;
+  return greatest;
 }
 
-DTSDF_HD uint8_t marchingCubesIndex(const Voxel (&corner)[kCubeCorners]) {
-  unsigned index = 0;
-  for (int c = 0; c < kCubeCorners; ++c) index |= (corner[c].sdf < 0.0f ? 1u : 0u) << c;
-  return static_cast<uint8_t>(index);
-}
-
-/// Gradient of the trilinear interpolation at the unit's centre, per voxel.
-DTSDF_HD Vec3f unitGradient(const Voxel (&corner)[kCubeCorners]) {
-  Vec3f g{0.0f, 0.0f, 0.0f};
+/// How strongly a direction speaks for a surface in the unit; 0 if it does not. It has to see both
+/// sides of the surface, and its distance has to rise along its axis as it does for normals within
+/// its range (the gradient check of the paper's intra-directional filter).
+DTSDF_HD float directionConfidence(const Voxel (&corner)[kCubeCorners], int direction,
+                                   float least_weight) {
+  const int axis = directionAxis(direction);
+  float total = 0.0f, rise = 0.0f, rise_weight = 0.0f;
+  bool in_front = false, behind = false;
   for (int c = 0; c < kCubeCorners; ++c) {
-    const float s = corner[c].sdf;
-    g.x += (c & 1) ? s : -s;
-    g.y += (c & 2) ? s : -s;
-    g.z += (c & 4) ? s : -s;
+    const Voxel& lower = corner[c];
+    if (!(lower.weight > least_weight)) continue;
+    total += lower.weight;
+    (lower.sdf < 0.0f ? behind : in_front) = true;
+    const Voxel& upper = corner[c | 1 << axis];
+    if ((c >> axis & 1) || !(upper.weight > least_weight)) continue;
+    rise += (lower.weight + upper.weight) * (upper.sdf - lower.sdf);
+    rise_weight += lower.weight + upper.weight;
   }
-  return 0.25f * g;
+  if (!in_front || !behind || !(rise_weight > 0.0f)) return 0.0f;
+  const float slope = directionSign(direction) * rise / rise_weight;
+  return slope > kDirectionThreshold ? total * slope : 0.0f;
 }
 
-DTSDF_HD float meanWeight(const Voxel (&corner)[kCubeCorners]) {
-  float sum = 0.0f;
-  for (int c = 0; c < kCubeCorners; ++c) sum += corner[c].weight;
-  return 0.125f * sum;
-}
-
-/// What one direction says about a unit.
-struct DirectionalIndex {
-  bool observed;
-  uint8_t index;      ///< After the intra-directional filter; 0 if nothing is left.
-  float confidence;   ///< Weight times compliance of the gradient with the direction; >= 0.
+/// The vote on one corner: weighted mean of the distances of all directions but one. Each counts by
+/// its squared weight and by how near its surface is, since the nearest surface decides the sign.
+struct CornerVote {
+  float sdf;     ///< The sign is what matters; 0 weight: meaningless.
+  float weight;  ///< Sum of the weights.
 };
 
-/// Marching cubes index of one direction without the components that cannot belong to it.
-DTSDF_HD DirectionalIndex filterDirection(const MeshTables& tables,
-                                          const Voxel (&corner)[kCubeCorners], int direction,
-                                          bool directional) {
-  DirectionalIndex result{isObserved(corner), 0, 0.0f};
-  if (!result.observed) return result;
-  const uint8_t index = marchingCubesIndex(corner);
-  const Vec3f gradient = unitGradient(corner);
-  const float length = norm(gradient);
-  const float cosine = length > 0.0f ? directionCosine(gradient, direction) / length : 0.0f;
-  result.confidence = meanWeight(corner) * (directional ? fmaxf(cosine, 0.0f) : 1.0f);
-  result.index = index == 255 ? 0 : index;
-  if (!directional) return result;
-  for (int i = 0; i < tables.component_count[index]; ++i) {
-    const uint8_t component = tables.component[index][i];
-    const Verdict verdict = judgeComponent(component, direction);
-    if (verdict == Verdict::kReject ||
-        (verdict == Verdict::kAskGradient && cosine < kDirectionThreshold)) {
-      result.index = removeComponent(result.index, component);
-    }
-  }
-  if (result.index == 255) result.index = 0;
-  return result;
-}
-
-/// Inter-directional vote on the surface that `candidate` sees in a unit: the directions that may
-/// see the same surface (all but the opposite one) speak for it with a compatible index of their
-/// own, and against it with an empty or a contradicting one.
-DTSDF_HD bool survivesVote(const DirectionalIndex (&directions)[kDirectionCount], int candidate) {
-  float balance = 0.0f;
+DTSDF_HD CornerVote voteOnCorner(const UnitSamples& samples, int corner, int excluded_direction) {
+  float sum = 0.0f, sum_votes = 0.0f, sum_weight = 0.0f;
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (d == (candidate ^ 1) || !directions[d].observed) continue;
-    const bool agrees = directions[d].index != 0 &&
-                        areCompatible(directions[d].index, directions[candidate].index);
-    balance += agrees ? directions[d].confidence : -directions[d].confidence;
+    const Voxel& voxel = samples.corner[d][corner];
+    if (d == excluded_direction || !(voxel.weight > 0.0f)) continue;
+    const float strength = voxel.weight / (kNearness + fabsf(voxel.sdf));
+    const float votes = strength * strength;
+    sum += votes * voxel.sdf;
+    sum_votes += votes;
+    sum_weight += voxel.weight;
   }
-  return balance >= 0.0f;
+  return {sum_votes > 0.0f ? sum / sum_votes : 0.0f, sum_weight};
 }
 
-/// Joins the surviving indices into at most two sheets, most confident first. Compatible ones are
-/// joined by a bitwise AND: a corner is behind where all of the sheet's directions say so.
-DTSDF_HD UnitIndices combineDirections(DirectionalIndex (&directions)[kDirectionCount]) {
-  UnitIndices result{{0, 0}};
-  int sheets = 0;
-  for (int round = 0; round < kDirectionCount; ++round) {
-    int best = -1;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (directions[d].index != 0 &&
-          (best < 0 || directions[d].confidence > directions[best].confidence)) {
-        best = d;
-      }
-    }
-    if (best < 0) break;
-    const uint8_t index = directions[best].index;
-    directions[best].index = 0;
-    bool joined = false;
-    for (int s = 0; s < sheets && !joined; ++s) {
-      const uint8_t both = result.sheet[s] & index;
-      if (!areCompatible(result.sheet[s], index)) continue;
-      // An AND of nothing would delete a surface that both directions see: keep the better one.
-      if (both != 0) result.sheet[s] = both;
-      joined = true;
-    }
-    if (!joined && sheets < kMaxSheets) result.sheet[sheets++] = index;
+/// Whether some speaking direction of a sheet can see a component; where no parallel edge is
+/// crossed, the direction's own gradient has already spoken.
+DTSDF_HD bool isVisible(uint8_t component, const float (&confidence)[kDirectionCount],
+                        int excluded_direction) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (d == excluded_direction || !(confidence[d] > 0.0f)) continue;
+    if (judgeComponent(component, d) != Verdict::kReject) return true;
   }
-  return result;
+  return false;
 }
 
-/// All stages up to the combination, for one unit.
+/// Marching cubes index of the sheet that `leader` leads; 0 where there is none.
+DTSDF_HD uint8_t sheetIndex(const MeshTables& tables, const UnitSamples& samples,
+                            const float (&confidence)[kDirectionCount], int leader,
+                            float least_weight) {
+  const int opposite = leader ^ 1;
+  unsigned labels = 0;
+  for (int c = 0; c < kCubeCorners; ++c) {
+    const CornerVote vote = voteOnCorner(samples, c, opposite);
+    if (!(vote.weight > least_weight)) return 0;
+    labels |= (vote.sdf < 0.0f ? 1u : 0u) << c;
+  }
+  uint8_t index = static_cast<uint8_t>(labels);
+  for (int i = 0; i < tables.component_count[labels]; ++i) {
+    const uint8_t component = tables.component[labels][i];
+    if (!isVisible(component, confidence, opposite)) index = removeComponent(index, component);
+  }
+  return index == 255 ? 0 : index;
+}
+
+/// Plain marching cubes of the undirected map.
+DTSDF_HD uint8_t undirectedIndex(const Voxel (&corner)[kCubeCorners]) {
+  unsigned index = 0;
+  for (int c = 0; c < kCubeCorners; ++c) {
+    if (!(corner[c].weight > 0.0f)) return 0;
+    index |= (corner[c].sdf < 0.0f ? 1u : 0u) << c;
+  }
+  return index == 255u ? 0 : static_cast<uint8_t>(index);
+}
+
+/// All stages up to the regularisation, for one unit.
 DTSDF_HD UnitIndices indexUnit(const MeshTables& tables, const UnitSamples& samples,
                                bool directional) {
-  DirectionalIndex directions[kDirectionCount];
+  if (!directional) return {{undirectedIndex(samples.corner[0]), 0}};
+  const float least_weight = kWeightShare * greatestWeight(samples);
+  float confidence[kDirectionCount];
+  int leader = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
-    directions[d] = filterDirection(tables, samples.corner[d], d, directional);
-    if (!directional) return {{directions[0].index, 0}};
+    confidence[d] = directionConfidence(samples.corner[d], d, least_weight);
+    if (confidence[d] > confidence[leader]) leader = d;
   }
-  bool survives[kDirectionCount];
-  for (int d = 0; d < kDirectionCount; ++d) {
-    survives[d] = directions[d].index != 0 && survivesVote(directions, d);
+  UnitIndices result{{0, 0}};
+  if (!(confidence[leader] > 0.0f)) return result;
+  result.sheet[0] = sheetIndex(tables, samples, confidence, leader, least_weight);
+  if (confidence[leader ^ 1] > 0.0f) {
+    const uint8_t other = sheetIndex(tables, samples, confidence, leader ^ 1, least_weight);
+    if (other != result.sheet[0]) result.sheet[result.sheet[0] == 0 ? 0 : 1] = other;
   }
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (!survives[d]) directions[d].index = 0;
-  }
-  return combineDirections(directions);
+  return result;
 }
 
 /// The unit across face 0 to 5: -x, +x, -y, +y, -z, +z.
@@ -218,8 +220,8 @@ struct EdgeSamples {
 constexpr float kVertexMargin = 1.0f / 1024.0f;
 
 /// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of the
-/// zero crossings of the directions with the given facing (paper, Sec. V-D). Facing 0 is behind at
-/// the lower end.
+/// zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction counts
+/// by the product of its two weights. Facing 0 is behind at the lower end.
 DTSDF_HD float edgeOffset(const EdgeSamples& edge, int axis, int facing) {
   float sum = 0.0f, sum_weight = 0.0f;      // crossings with the right facing
   float lower = 0.0f, upper = 0.0f, all = 0.0f;  // weighted distances, to fall back on
@@ -228,7 +230,7 @@ DTSDF_HD float edgeOffset(const EdgeSamples& edge, int axis, int facing) {
     const Voxel& b = edge.upper[d];
     if (!(a.weight > 0.0f && b.weight > 0.0f)) continue;
     if (directionAxis(d) == axis && (d & 1) != facing) continue;
-    const float weight = a.weight + b.weight;
+    const float weight = a.weight * b.weight;
     lower += weight * a.sdf;
     upper += weight * b.sdf;
     all += weight;

@@ -71,7 +71,7 @@ bool ParamReader::readNumber(const std::string& key, double& number, bool whole,
   }
   // The float that is stored, not the double that was written, may lie a rounding outside.
   const double slack = 1e-6 * std::abs(number);
-  if (!(number >= range.min - slack && number <= range.max + slack)) {
+  if (!std::isfinite(number) || number < range.min - slack || number > range.max + slack) {
     addViolation(key, "must be in [" + formatNumber(range.min) + ", " + formatNumber(range.max) +
                           "]");
     return false;

@@ -1,0 +1,162 @@
+#include "parity/backend_comparison.h"
+
+#include <cstring>
+#include <sstream>
+
+namespace dtsdf {
+namespace {
+
+MapperParams paramsOf(const MapperParams& params, Candidate candidate) {
+  MapperParams result = params;
+  result.backend = candidate == Candidate::kCuda ? Backend::kCuda : Backend::kCpu;
+  result.threads = candidate == Candidate::kCpuTwoThreads ? 2 : 1;
+  return result;
+}
+
+std::string nameStart(Candidate candidate) {
+  switch (candidate) {
+    case Candidate::kCpuAgain: return "cpu (1 thread)";
+    case Candidate::kCpuTwoThreads: return "cpu (2 threads)";
+    case Candidate::kCuda: return "cuda (";
+  }
+  return "";
+}
+
+template <class T>
+bool sameBytes(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+std::string describe(const BlockKey& key) {
+  std::ostringstream text;
+  text << "block (" << key.x << ", " << key.y << ", " << key.z << ")";
+  return text.str();
+}
+
+/// The first voxel that differs, for a message that helps.
+std::string firstDifference(const std::vector<Voxel>& a, const std::vector<Voxel>& b) {
+  std::ostringstream text;
+  text.precision(9);
+  if (a.size() != b.size()) {
+    text << a.size() << " voxels and " << b.size();
+    return text.str();
+  }
+  for (size_t i = 0; i < a.size(); ++i) {
+    if (std::memcmp(&a[i], &b[i], sizeof(Voxel)) == 0) continue;
+    text << "voxel " << i << ": (" << a[i].sdf << ", " << a[i].weight << ") and (" << b[i].sdf
+         << ", " << b[i].weight << ")";
+    break;
+  }
+  return text.str();
+}
+
+bool sameBlockMesh(const BlockMesh& a, const BlockMesh& b) {
+  return a.key == b.key && sameBytes(a.vertices, b.vertices) && sameBytes(a.triangles, b.triangles);
+}
+
+}  // namespace
+
+std::string toString(Candidate candidate) {
+  switch (candidate) {
+    case Candidate::kCpuAgain: return "CpuAgain";
+    case Candidate::kCpuTwoThreads: return "CpuTwoThreads";
+    case Candidate::kCuda: return "Cuda";
+  }
+  return "";
+}
+
+std::string reasonToSkip(Candidate candidate) {
+  return candidate == Candidate::kCuda ? cudaUnavailableReason() : "";
+}
+
+BackendPair::BackendPair(const MapperParams& params, Candidate candidate)
+    : reference_(makeMapper(paramsOf(params, Candidate::kCpuAgain))),
+      candidate_(makeMapper(paramsOf(params, candidate))),
+      reference_mesh_(params.map.voxel_size_m),
+      candidate_mesh_(params.map.voxel_size_m) {
+  EXPECT_EQ(reference_->backendName(), "cpu (1 thread)");
+  EXPECT_EQ(candidate_->backendName().rfind(nameStart(candidate), 0), 0u)
+      << candidate_->backendName();
+}
+
+void BackendPair::integrateOnly(const DepthFrame& frame) {
+  const IntegrationResult expected = reference_->integrate(frame);
+  const IntegrationResult actual = candidate_->integrate(frame);
+  ASSERT_EQ(actual.status, expected.status) << actual.message << " / " << expected.message;
+  ASSERT_EQ(actual.message, expected.message);
+  ASSERT_EQ(actual.refused_blocks, expected.refused_blocks);
+}
+
+void BackendPair::integrate(const DepthFrame& frame) {
+  ASSERT_NO_FATAL_FAILURE(integrateOnly(frame));
+  const MapStats expected_stats = reference_->stats(), actual_stats = candidate_->stats();
+  ASSERT_EQ(actual_stats.blocks, expected_stats.blocks);
+  ASSERT_EQ(actual_stats.voxel_arrays, expected_stats.voxel_arrays);
+  ASSERT_EQ(actual_stats.map_bytes, expected_stats.map_bytes);
+  ASSERT_EQ(actual_stats.refused_blocks, expected_stats.refused_blocks);
+}
+
+void BackendPair::updateMesh() {
+  beginMeshUpdate();
+  finishMeshUpdate();
+}
+
+void BackendPair::beginMeshUpdate() {
+  reference_->beginMeshUpdate();
+  candidate_->beginMeshUpdate();
+}
+
+void BackendPair::finishMeshUpdate() {
+  const MeshUpdate expected = reference_->finishMeshUpdate();
+  const MeshUpdate actual = candidate_->finishMeshUpdate();
+  expectEqualUpdates(expected, actual);
+  reference_mesh_.apply(expected);
+  candidate_mesh_.apply(actual);
+}
+
+void BackendPair::clear() {
+  reference_->clear();
+  candidate_->clear();
+  reference_mesh_.clear();
+  candidate_mesh_.clear();
+}
+
+void BackendPair::compareMaps() {
+  expectEqualMaps(*reference_, *candidate_);
+  expectEqualMeshes(reference_mesh_.assemble(), candidate_mesh_.assemble());
+}
+
+void expectEqualUpdates(const MeshUpdate& expected, const MeshUpdate& actual) {
+  ASSERT_EQ(actual.blocks.size(), expected.blocks.size());
+  for (size_t i = 0; i < expected.blocks.size(); ++i) {
+    ASSERT_TRUE(sameBlockMesh(expected.blocks[i], actual.blocks[i]))
+        << describe(expected.blocks[i].key) << " and " << describe(actual.blocks[i].key) << ": "
+        << expected.blocks[i].vertices.size() << " vertices and "
+        << actual.blocks[i].vertices.size() << ", " << expected.blocks[i].triangles.size() / 3
+        << " triangles and " << actual.blocks[i].triangles.size() / 3;
+  }
+}
+
+void expectEqualMeshes(const Mesh& expected, const Mesh& actual) {
+  EXPECT_EQ(actual.vertices_m.size(), expected.vertices_m.size());
+  EXPECT_EQ(actual.triangles.size(), expected.triangles.size());
+  EXPECT_TRUE(sameBytes(expected.vertices_m, actual.vertices_m));
+  EXPECT_TRUE(sameBytes(expected.normals, actual.normals));
+  EXPECT_TRUE(sameBytes(expected.triangles, actual.triangles));
+}
+
+void expectEqualMaps(Mapper& expected, Mapper& actual) {
+  const std::vector<BlockSnapshot> a = expected.snapshot(), b = actual.snapshot();
+  ASSERT_EQ(b.size(), a.size());
+  for (size_t i = 0; i < a.size(); ++i) {
+    ASSERT_TRUE(a[i].key == b[i].key) << describe(a[i].key) << " and " << describe(b[i].key);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      ASSERT_TRUE(sameBytes(a[i].voxels[d], b[i].voxels[d]))
+          << describe(a[i].key) << ", direction " << d << ": "
+          << firstDifference(a[i].voxels[d], b[i].voxels[d]);
+    }
+  }
+}
+
+}  // namespace dtsdf

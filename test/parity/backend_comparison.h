@@ -1,0 +1,52 @@
+/// Runs the same work on two mappers and compares everything they hand out, bit for bit.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "dtsdf_mapping/mapper/mapper.h"
+#include "dtsdf_mapping/meshing/mesh.h"
+
+namespace dtsdf {
+
+/// What is compared with the CPU on one thread.
+enum class Candidate { kCpuAgain, kCpuTwoThreads, kCuda };
+
+std::string toString(Candidate candidate);
+
+/// Empty if the candidate can run here, else why not.
+std::string reasonToSkip(Candidate candidate);
+
+/// The reference and a candidate with the same settings, each fed the same.
+class BackendPair {
+ public:
+  /// Also checks that both run where they should.
+  BackendPair(const MapperParams& params, Candidate candidate);
+
+  /// Compares the outcome, and the counts of the map too.
+  void integrate(const DepthFrame& frame);
+  /// Without a look at the map, which would make a GPU finish the frame.
+  void integrateOnly(const DepthFrame& frame);
+  void updateMesh();
+  void beginMeshUpdate();
+  void finishMeshUpdate();
+  void clear();
+
+  /// Compares all voxels, and the meshes put together from all updates.
+  void compareMaps();
+
+  Mapper& reference() { return *reference_; }
+  Mapper& candidate() { return *candidate_; }
+
+ private:
+  std::unique_ptr<Mapper> reference_, candidate_;
+  MeshStore reference_mesh_, candidate_mesh_;
+};
+
+void expectEqualUpdates(const MeshUpdate& expected, const MeshUpdate& actual);
+void expectEqualMeshes(const Mesh& expected, const Mesh& actual);
+void expectEqualMaps(Mapper& expected, Mapper& actual);
+
+}  // namespace dtsdf

@@ -1,0 +1,231 @@
+// Every candidate (the CPU again, the CPU on two threads, the GPU) gives what the CPU on one thread
+// gives: the same counts after every frame, the same mesh updates, the same voxels.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "parity/backend_comparison.h"
+#include "parity/test_frames.h"
+
+namespace dtsdf {
+namespace {
+
+MapperParams makeParams(FusionMode mode, bool directional, float voxel_size_m) {
+  MapperParams params;
+  params.fusion.mode = mode;
+  params.map.directional = directional;
+  params.map.voxel_size_m = voxel_size_m;
+  return params;
+}
+
+void integrateAll(BackendPair& pair, const std::vector<TestFrame>& frames, int mesh_every) {
+  for (size_t i = 0; i < frames.size(); ++i) {
+    SCOPED_TRACE("frame " + std::to_string(i));
+    ASSERT_NO_FATAL_FAILURE(pair.integrate(frames[i].view()));
+    if (mesh_every > 0 && (i + 1) % mesh_every == 0) {
+      ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+    }
+  }
+}
+
+/// Both maps hold something, so that equal does not just mean empty.
+void expectSurface(Mapper& mapper) { EXPECT_GT(mapper.stats().voxel_arrays, 50u); }
+
+class BackendParity : public testing::TestWithParam<Candidate> {
+ protected:
+  void SetUp() override {
+    const std::string reason = reasonToSkip(GetParam());
+    if (!reason.empty()) GTEST_SKIP() << reason;
+  }
+};
+
+using ModeCase = std::tuple<Candidate, FusionMode, bool>;
+
+class FusionModeParity : public testing::TestWithParam<ModeCase> {
+ protected:
+  void SetUp() override {
+    const std::string reason = reasonToSkip(std::get<0>(GetParam()));
+    if (!reason.empty()) GTEST_SKIP() << reason;
+  }
+};
+
+TEST_P(FusionModeParity, MovingCameraMeshedEveryFrame) {
+  const auto [candidate, mode, directional] = GetParam();
+  BackendPair pair(makeParams(mode, directional, 0.04f), candidate);
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames({}), 1));
+  expectSurface(pair.candidate());
+  pair.compareMaps();
+}
+
+TEST_P(FusionModeParity, NoisyFloatsMeshedAtTheEnd) {
+  const auto [candidate, mode, directional] = GetParam();
+  BackendPair pair(makeParams(mode, directional, 0.03f), candidate);
+  TestFrameSettings settings;
+  settings.encoding = DepthEncoding::kFloat32;
+  settings.noise = true;
+  settings.width = 200;  // not a multiple of the threads of a GPU's block
+  settings.height = 150;
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 0));
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+  expectSurface(pair.candidate());
+  pair.compareMaps();
+}
+
+TEST_P(FusionModeParity, BudgetReached) {
+  const auto [candidate, mode, directional] = GetParam();
+  MapperParams params = makeParams(mode, directional, 0.02f);
+  params.map.max_memory_mb = 6;
+  BackendPair pair(params, candidate);
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames({}), 1));
+  EXPECT_GT(pair.candidate().stats().refused_blocks, 0u);
+  EXPECT_LE(pair.candidate().stats().map_bytes, size_t(6) << 20);
+  pair.compareMaps();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, FusionModeParity,
+    testing::Combine(testing::Values(Candidate::kCpuAgain, Candidate::kCpuTwoThreads,
+                                     Candidate::kCuda),
+                     testing::Values(FusionMode::kVoxelProjection, FusionMode::kRayCasting,
+                                     FusionMode::kNormalRayCasting),
+                     testing::Bool()),
+    [](const testing::TestParamInfo<ModeCase>& info) {
+      const FusionMode mode = std::get<1>(info.param);
+      return toString(std::get<0>(info.param)) +
+             (mode == FusionMode::kVoxelProjection
+                  ? "VoxelProjection"
+                  : (mode == FusionMode::kRayCasting ? "RayCasting" : "NormalRayCasting")) +
+             (std::get<2>(info.param) ? "Directional" : "Undirected");
+    });
+
+/// A frame that outgrows every first allocation of the GPU: the table of touched blocks, the sums
+/// (in several passes), the pools, the hash table and the room for the mesh.
+TEST_P(BackendParity, FineVoxelsOutgrowEveryBuffer) {
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.006f), GetParam());
+  TestFrameSettings settings;
+  settings.width = 640;
+  settings.height = 480;
+  settings.count = 2;
+  settings.noise = true;
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 1));
+  EXPECT_GT(pair.candidate().stats().voxel_arrays, 16384u);
+  pair.compareMaps();
+}
+
+/// The mesh must show the map as it was at beginMeshUpdate(), whatever is integrated meanwhile.
+TEST_P(BackendParity, FramesIntegratedWhileTheMeshIsFetched) {
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.02f), GetParam());
+  TestFrameSettings settings;
+  settings.width = 320;
+  settings.height = 240;
+  settings.count = 6;
+  for (const TestFrame& frame : makeTestFrames(settings)) {
+    ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+    ASSERT_NO_FATAL_FAILURE(pair.finishMeshUpdate());
+    pair.beginMeshUpdate();
+  }
+  ASSERT_NO_FATAL_FAILURE(pair.finishMeshUpdate());
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());  // of a map that has not changed
+  pair.compareMaps();
+}
+
+TEST_P(BackendParity, MeshEveryFrameEqualsMeshAtTheEnd) {
+  const MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
+  BackendPair often(params, GetParam()), once(params, GetParam());
+  MeshStore often_mesh(params.map.voxel_size_m), once_mesh(params.map.voxel_size_m);
+  TestFrameSettings settings;
+  settings.noise = true;
+  for (const TestFrame& frame : makeTestFrames(settings)) {
+    often.candidate().integrate(frame.view());
+    often_mesh.apply(often.candidate().updateMesh());
+    once.candidate().integrate(frame.view());
+  }
+  once_mesh.apply(once.candidate().updateMesh());
+  EXPECT_GT(once_mesh.triangleCount(), 100u);
+  expectEqualMeshes(once_mesh.assemble(), often_mesh.assemble());
+}
+
+TEST_P(BackendParity, TwoRunsAreEqual) {
+  const MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.02f);
+  BackendPair first(params, GetParam()), second(params, GetParam());
+  TestFrameSettings settings;
+  settings.noise = true;
+  for (const TestFrame& frame : makeTestFrames(settings)) {
+    first.candidate().integrate(frame.view());
+    second.candidate().integrate(frame.view());
+  }
+  expectEqualMaps(first.candidate(), second.candidate());
+  expectEqualUpdates(first.candidate().updateMesh(), second.candidate().updateMesh());
+}
+
+TEST_P(BackendParity, ClearForgetsEverything) {
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
+  TestFrameSettings settings;
+  const std::vector<TestFrame> before = makeTestFrames(settings);
+  settings.first_s = 10.0;
+  const std::vector<TestFrame> after = makeTestFrames(settings);
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, before, 2));
+  pair.beginMeshUpdate();
+  pair.clear();
+  EXPECT_EQ(pair.candidate().stats().blocks, 0u);
+  EXPECT_TRUE(pair.candidate().finishMeshUpdate().blocks.empty());
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, after, 2));
+  pair.compareMaps();
+}
+
+TEST_P(BackendParity, FarFromTheOrigin) {
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
+  TestFrameSettings settings;
+  settings.count = 2;
+  settings.offset_W = {2000.0, -3000.0, 150.0};
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 1));
+  expectSurface(pair.candidate());
+  pair.compareMaps();
+}
+
+TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
+  BackendPair pair(makeParams(FusionMode::kRayCasting, true, 0.03f), GetParam());
+  std::vector<TestFrame> frames;
+  for (const int width : {64, 200, 33, 1}) {
+    TestFrameSettings settings;
+    settings.width = width;
+    settings.height = width == 1 ? 70000 : width;
+    settings.count = 1;
+    if (width > 1) frames.push_back(makeTestFrames(settings)[0]);
+    TestFrame empty;
+    empty.frame = makeTestFrames(TestFrameSettings{})[0].frame;
+    empty.frame.width = width;
+    empty.frame.height = settings.height;
+    empty.frame.row_bytes = width * sizeof(uint16_t);
+    empty.pixels.assign(empty.frame.row_bytes * empty.frame.height, 0);
+    frames.push_back(empty);  // no measurement at all
+  }
+  TestFrame bad = frames[0];
+  bad.frame.intrinsics.fx = 0.0f;
+  frames.push_back(bad);
+  bad = frames[0];
+  bad.frame.T_W_C.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  frames.push_back(bad);
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, frames, 1));
+  expectSurface(pair.candidate());
+  pair.compareMaps();
+}
+
+TEST_P(BackendParity, EmptyMap) {
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+  EXPECT_TRUE(pair.candidate().snapshot().empty());
+  EXPECT_TRUE(pair.candidate().finishMeshUpdate().blocks.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BackendParity,
+                         testing::Values(Candidate::kCpuAgain, Candidate::kCpuTwoThreads,
+                                         Candidate::kCuda),
+                         [](const testing::TestParamInfo<Candidate>& info) {
+                           return toString(info.param);
+                         });
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,77 @@
+#include "parity/test_frames.h"
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include "dtsdf_mapping/simulation/scene.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr float kUint16Unit_m = 0.001f;
+
+/// Noise of a triangulating camera, and every 97th pixel or so without a measurement.
+void addNoise(std::vector<float>& depth_m, std::mt19937& random) {
+  for (float& z : depth_m) {
+    const double share = random() / 4294967296.0 - 0.5;
+    z += static_cast<float>(0.005 * share) * z * z;
+    if (random() % 97 == 0) z = 0.0f;
+  }
+}
+
+template <class T>
+void store(const std::vector<T>& values, TestFrame& frame, size_t row_bytes) {
+  const size_t row = frame.frame.width * sizeof(T);
+  frame.frame.row_bytes = row_bytes;
+  frame.pixels.assign(row_bytes * frame.frame.height, 0xab);
+  for (int v = 0; v < frame.frame.height; ++v) {
+    std::memcpy(&frame.pixels[v * row_bytes], &values[static_cast<size_t>(v) * frame.frame.width],
+                row);
+  }
+}
+
+void encode(const std::vector<float>& depth_m, bool noise, TestFrame& frame) {
+  if (frame.frame.encoding == DepthEncoding::kUint16) {
+    std::vector<uint16_t> units;
+    for (const float z : depth_m) {
+      units.push_back(static_cast<uint16_t>(std::lround(z / kUint16Unit_m)));
+    }
+    frame.frame.unit_m = kUint16Unit_m;
+    store(units, frame, frame.frame.width * sizeof(uint16_t) + 6);  // rows need not be packed
+    return;
+  }
+  std::vector<float> metres = depth_m;
+  for (float& z : metres) {
+    if (noise && !(z > 0.0f)) z = std::numeric_limits<float>::quiet_NaN();
+  }
+  frame.frame.unit_m = 1.0f;
+  store(metres, frame, frame.frame.width * sizeof(float));
+}
+
+}  // namespace
+
+std::vector<TestFrame> makeTestFrames(const TestFrameSettings& settings) {
+  const Scene scene = makeRoomScene();
+  std::mt19937 random(7);
+  std::vector<TestFrame> frames(settings.count);
+  for (int i = 0; i < settings.count; ++i) {
+    DepthFrame& frame = frames[i].frame;
+    frame.width = settings.width;
+    frame.height = settings.height;
+    frame.encoding = settings.encoding;
+    const float focal_px = 0.85f * static_cast<float>(settings.width);
+    frame.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(settings.width - 1),
+                        0.5f * static_cast<float>(settings.height - 1)};
+    frame.T_W_C = roomCameraPose(settings.first_s + i * settings.step_s);
+    std::vector<float> depth_m =
+        renderDepth(scene, frame.intrinsics, frame.width, frame.height, frame.T_W_C);
+    frame.T_W_C.pretranslate(settings.offset_W);
+    if (settings.noise) addNoise(depth_m, random);
+    encode(depth_m, settings.noise, frames[i]);
+  }
+  return frames;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,34 @@
+/// Frames for comparing backends: an analytic room from a moving camera, with what real depth has.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dtsdf_mapping/mapper/mapper.h"
+
+namespace dtsdf {
+
+/// A depth image that owns its pixels.
+struct TestFrame {
+  DepthFrame frame;  ///< Its `data` points into `pixels`, which a copy of this does not share.
+  std::vector<unsigned char> pixels;
+
+  DepthFrame view() const {
+    DepthFrame copy = frame;
+    copy.data = pixels.data();
+    return copy;
+  }
+};
+
+struct TestFrameSettings {
+  int width = 160, height = 120;
+  int count = 4;
+  DepthEncoding encoding = DepthEncoding::kUint16;
+  bool noise = false;  ///< Noise that grows with the square of depth, holes, and for floats NaN.
+  double first_s = 0.0, step_s = 0.4;  ///< Times along roomCameraPose().
+  Eigen::Vector3d offset_W = Eigen::Vector3d::Zero();  ///< Moves room and camera.
+};
+
+std::vector<TestFrame> makeTestFrames(const TestFrameSettings& settings);
+
+}  // namespace dtsdf

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/tum_sequence.h"
@@ -60,10 +62,28 @@ Views readViews(const std::string& tum_folder) {
   views.camera = {sequence.camera.intrinsics, sequence.camera.width, sequence.camera.height};
   for (const StampedImage& image : sequence.depth) {
     const auto T_W_C = sequence.trajectory.poseAt(image.stamp_s, kPoseTolerance_s);
-    if (T_W_C) views.poses_W_C.push_back(*T_W_C);
+    if (!T_W_C) continue;
+    views.poses_W_C.push_back(*T_W_C);
+    views.depth_paths.push_back(image.path);
   }
   if (views.poses_W_C.empty()) throw std::runtime_error(tum_folder + ": no view has a pose");
   return views;
+}
+
+std::vector<float> readTumDepth(const std::string& path, const ViewCamera& camera) {
+  constexpr float kTumUnit_m = 1.0f / 5000.0f;
+  const cv::Mat image = cv::imread(path, cv::IMREAD_UNCHANGED);
+  if (image.type() != CV_16UC1 || image.cols != camera.width || image.rows != camera.height) {
+    throw std::runtime_error(path + ": not a 16-bit depth image of the camera's size");
+  }
+  std::vector<float> depth_m;
+  depth_m.reserve(image.total());
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      depth_m.push_back(kTumUnit_m * static_cast<float>(image.at<uint16_t>(v, u)));
+    }
+  }
+  return depth_m;
 }
 
 }  // namespace dtsdf

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <stdexcept>
 
@@ -96,43 +97,81 @@ std::vector<size_t> spreadOrder(size_t count) {
   return order;
 }
 
-/// The views in an order that soon covers all sides, as most points are seen by some.
-class SpreadViews {
+/// One view: where the points of a surface fall in its image, and whether they were measured.
+class View {
  public:
-  explicit SpreadViews(const Views& views) : camera_(views.camera) {
-    for (const size_t index : spreadOrder(views.poses_W_C.size())) {
-      const Eigen::Isometry3d& T_W_C = views.poses_W_C[index];
-      poses_C_W_.push_back(T_W_C.inverse().cast<float>());
-      eyes_W_.push_back(T_W_C.translation().cast<float>());
+  View(const Views& views, size_t index)
+      : camera_(views.camera),
+        pose_C_W_(views.poses_W_C[index].inverse().cast<float>()),
+        eye_W_(views.poses_W_C[index].translation().cast<float>()) {
+    if (!views.depth_paths.empty()) {
+      depth_m_ = readTumDepth(views.depth_paths[index], views.camera);
     }
   }
 
-  bool see(const MeshScene& surface, const Eigen::Vector3f& p_W,
-           const Eigen::Vector3f& normal_W) const {
-    // The sample must not hide itself: the rays end this share before it.
+  bool sees(const MeshScene& surface, const Eigen::Vector3f& p_W,
+            const Eigen::Vector3f& normal_W) const {
+    // The point must not hide itself: the rays end this share before it.
     constexpr float kMargin = 5.0e-5f;
     constexpr float kFlattestCosine = 0.05f;
-    for (size_t i = 0; i < eyes_W_.size(); ++i) {
-      const Eigen::Vector3f view_W = eyes_W_[i] - p_W;
-      if (std::abs(view_W.dot(normal_W)) < kFlattestCosine * view_W.norm()) continue;
-      if (isInImage(poses_C_W_[i] * p_W) && surface.isFree(eyes_W_[i], p_W, kMargin)) return true;
-    }
-    return false;
+    const Eigen::Vector3f view_W = eye_W_ - p_W;
+    if (std::abs(view_W.dot(normal_W)) < kFlattestCosine * view_W.norm()) return false;
+    return isMeasured(pose_C_W_ * p_W) && surface.isFree(eye_W_, p_W, kMargin);
   }
 
  private:
-  bool isInImage(const Eigen::Vector3f& p_C) const {
+  /// Whether the point lies in the image, and on a pixel of about its own depth.
+  bool isMeasured(const Eigen::Vector3f& p_C) const {
+    // Wide enough for noise and for the slant within a pixel: the ray tests what is in front.
+    constexpr float kDepthShare = 0.05f;
     if (p_C.z() <= 0.0f) return false;
     const Intrinsics& K = camera_.intrinsics;
     const float u = K.fx * p_C.x() / p_C.z() + K.cx, v = K.fy * p_C.y() / p_C.z() + K.cy;
-    return u >= -0.5f && v >= -0.5f && u < static_cast<float>(camera_.width) - 0.5f &&
-           v < static_cast<float>(camera_.height) - 0.5f;
+    if (!(u >= -0.5f && v >= -0.5f && u < static_cast<float>(camera_.width) - 0.5f &&
+          v < static_cast<float>(camera_.height) - 0.5f)) {
+      return false;
+    }
+    if (depth_m_.empty()) return true;
+    const auto column = static_cast<size_t>(u + 0.5f), row = static_cast<size_t>(v + 0.5f);
+    const float depth_m = depth_m_[row * static_cast<size_t>(camera_.width) + column];
+    return std::abs(depth_m - p_C.z()) <= kDepthShare * p_C.z();
   }
 
   ViewCamera camera_;
-  std::vector<Eigen::Isometry3f> poses_C_W_;
-  std::vector<Eigen::Vector3f> eyes_W_;
+  Eigen::Isometry3f pose_C_W_;
+  Eigen::Vector3f eye_W_;
+  std::vector<float> depth_m_;  ///< Empty: no depth images.
 };
+
+std::vector<std::unique_ptr<View>> loadViews(const Views& views, const size_t* indices,
+                                             size_t count) {
+  std::vector<std::unique_ptr<View>> loaded(count);
+  parallelFor(count, 1, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) loaded[i] = std::make_unique<View>(views, indices[i]);
+  });
+  return loaded;
+}
+
+/// Those of `candidates` that none of the views sees.
+std::vector<uint32_t> unseenBy(const std::vector<std::unique_ptr<View>>& views,
+                               const MeshScene& surface, const SurfaceSamples& samples,
+                               const std::vector<uint32_t>& candidates) {
+  std::vector<uint8_t> seen(candidates.size());  // bytes, as threads write neighbours
+  parallelFor(candidates.size(), kPointsPerChunk, [&](size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k) {
+      const uint32_t i = candidates[k];
+      const Eigen::Vector3f normal_W = surface.triangleNormal(samples.triangles[i]);
+      seen[k] = std::any_of(views.begin(), views.end(), [&](const auto& view) {
+        return view->sees(surface, samples.points[i], normal_W);
+      });
+    }
+  });
+  std::vector<uint32_t> unseen;
+  for (size_t k = 0; k < candidates.size(); ++k) {
+    if (seen[k] == 0) unseen.push_back(candidates[k]);
+  }
+  return unseen;
+}
 
 FScore fScore(const std::vector<double>& surface_m, const std::vector<double>& completeness_m,
               double threshold_m) {
@@ -194,16 +233,20 @@ std::vector<double> distancesTo(const MeshScene& surface,
 
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
                               const Views& views, const Progress& progress) {
-  const SpreadViews spread(views);
-  std::vector<uint8_t> seen(samples.points.size());  // bytes, as threads write neighbours
-  const auto look = [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const Eigen::Vector3f normal_W = surface.triangleNormal(samples.triangles[i]);
-      seen[i] = spread.see(surface, samples.points[i], normal_W) ? 1 : 0;
-    }
-  };
-  parallelFor(samples.points.size(), kPointsPerChunk, look, progress);
-  return {seen.begin(), seen.end()};
+  // Views come in batches spread over all sides: the first few leave little to be tested by the
+  // others, and only one batch of images is in memory.
+  constexpr size_t kViewsPerBatch = 16;
+  const std::vector<size_t> order = spreadOrder(views.poses_W_C.size());
+  std::vector<uint32_t> unseen(samples.points.size());
+  std::iota(unseen.begin(), unseen.end(), 0u);
+  for (size_t first = 0; first < order.size(); first += kViewsPerBatch) {
+    const size_t count = std::min(kViewsPerBatch, order.size() - first);
+    unseen = unseenBy(loadViews(views, &order[first], count), surface, samples, unseen);
+    if (progress) progress(first + count);
+  }
+  std::vector<bool> seen(samples.points.size(), true);
+  for (const uint32_t i : unseen) seen[i] = false;
+  return seen;
 }
 
 Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& ground_truth,
@@ -227,7 +270,7 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
   std::vector<Eigen::Vector3f> seen = truth.points;
   if (views != nullptr) {
     seen = select(truth.points, seenByViews(truth_scene, truth, *views,
-                                            progress("visibility", truth.points.size())));
+                                            progress("views", views->poses_W_C.size())));
     evaluation.seen_share =
         static_cast<double>(seen.size()) / static_cast<double>(truth.points.size());
   }

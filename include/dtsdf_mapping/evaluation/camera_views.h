@@ -33,10 +33,15 @@ std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double
 struct Views {
   ViewCamera camera;
   std::vector<Eigen::Isometry3d> poses_W_C;
+  std::vector<std::string> depth_paths;  ///< By view; empty where there are no depth images.
 };
 
 /// Reads the camera and the poses of a TUM folder's depth images.
 /// @throws std::runtime_error with the file and what is wrong with it, or if no image has a pose.
 Views readViews(const std::string& tum_folder);
+
+/// Reads a depth image with 5000 units per metre, row-major, in metres; 0: no measurement.
+/// @throws std::runtime_error if it is no 16-bit image of the camera's size.
+std::vector<float> readTumDepth(const std::string& path, const ViewCamera& camera);
 
 }  // namespace dtsdf

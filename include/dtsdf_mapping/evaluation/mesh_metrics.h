@@ -54,7 +54,7 @@ struct Evaluation {
   MeshTopology topology;
 };
 
-/// Told the number of points done, by one thread at a time.
+/// Told the number of points or views done, by one thread at a time.
 using Progress = std::function<void(size_t)>;
 
 /// Distances of points to a surface, in metres, on all cores.
@@ -62,8 +62,9 @@ std::vector<double> distancesTo(const MeshScene& surface,
                                 const std::vector<Eigen::Vector3f>& points,
                                 const Progress& progress = {});
 
-/// Whether each sample of the surface lies in some view with nothing in front of it. A surface that
-/// is seen at less than 3 degrees from its plane is not counted: no camera measures that.
+/// Whether each sample of the surface lies in some view with nothing in front of it and, where there
+/// are depth images, on a pixel of about its own depth: what is out of the sensor's range or was
+/// lost in every view is not seen. A surface at less than 3 degrees to the view ray does not count.
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
                               const Views& views, const Progress& progress = {});
 

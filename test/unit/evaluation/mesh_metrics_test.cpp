@@ -5,7 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "dtsdf_mapping/evaluation/depth_renderer.h"
 #include "dtsdf_mapping/simulation/scene.h"
+#include "support/temporary_folder.h"
 #include "unit/evaluation/test_meshes.h"
 
 namespace dtsdf {
@@ -154,6 +156,29 @@ TEST(SeenByViews, NotWhatIsHiddenOrOutsideTheImage) {
     EXPECT_TRUE(p.z() > 0.0f || p.x() < 0.002f);
   }
   EXPECT_NEAR(static_cast<double>(count), 20000.0 * 1.0 / 12.0, 100.0);
+}
+
+/// What lies out of the sensor's range or was lost is not held against the reconstruction.
+TEST(SeenByViews, NotWhereNothingWasMeasured) {
+  const TemporaryFolder folder;
+  const MeshScene sheet(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0));
+  const std::vector<Eigen::Isometry3d> poses_W_C = {
+      lookAt({0, 0, 2}, {0, 0, 0}, Eigen::Vector3d::UnitY())};
+  std::vector<float> depth_m;  // nothing to the left, something else to the right
+  for (int i = 0; i < 640 * 480; ++i) {
+    const int u = i % 640;
+    depth_m.push_back(u < 280 ? 0.0f : u < 360 ? 2.03f : 1.5f);
+  }
+  const TumWriter writer(folder.path(), ViewCamera{}, poses_W_C);
+  writer.write(0, toTumDepth(depth_m));
+  writer.finish("test");
+  const SurfaceSamples samples = sampleSurface(sheet.mesh(), 2000, 1);
+  const std::vector<bool> seen = seenByViews(sheet, samples, readViews(folder.path()));
+  for (size_t i = 0; i < seen.size(); ++i) {
+    const float u = 525.0f * samples.points[i].x() / 2.0f + 319.5f;
+    if (std::abs(u - 279.5f) < 0.1f || std::abs(u - 359.5f) < 0.1f) continue;
+    ASSERT_EQ(seen[i], u > 279.5f && u < 359.5f) << u;
+  }
 }
 
 TEST(MeshTopology, ClosedAndOpen) {

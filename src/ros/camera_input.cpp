@@ -7,9 +7,10 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kSubscriberQueue = 10;
+/// What overflows here is lost without a word, so this is more than a busy process needs.
+constexpr int kSubscriberQueue = 50;
 /// Pairs that may be incomplete at a time; beyond, the oldest image is given up.
-constexpr int kPairingQueue = 20;
+constexpr int kPairingQueue = 50;
 
 std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& image_topic) {
   const std::string name = "depth/camera_info";

@@ -21,34 +21,42 @@ PoseSource::PoseSource(const ros::NodeHandle& nh, const std::string& map_frame)
       listener_(buffer_, nh, true) {}
 
 PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& stamp) const {
+  // Before the look-up itself: a transform that arrives in between may not count as one that has
+  // gone past the image.
+  const NewestTransform newest = findNewest(camera_frame);
+  PoseAnswer answer;
   try {
-    PoseAnswer answer;
     answer.T_W_C = toIsometry(buffer_.lookupTransform(map_frame_, camera_frame, stamp).transform);
     answer.kind = PoseAnswer::Kind::kKnown;
     return answer;
+  } catch (const tf2::TransformException&) {
+  }
+  // The newest of a chain is the oldest of its links' newest: all links have gone past the image.
+  if (newest.stamp && *newest.stamp >= stamp) answer.kind = PoseAnswer::Kind::kNever;
+  answer.text = describe(newest, camera_frame, stamp);
+  return answer;
+}
+
+PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_frame) const {
+  try {
+    return {buffer_.lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp, ""};
   } catch (const tf2::TransformException& error) {
-    return explainFailure(camera_frame, stamp, error.what());
+    return {std::nullopt, error.what()};
   }
 }
 
-PoseAnswer PoseSource::explainFailure(const std::string& camera_frame, const ros::Time& stamp,
-                                      const std::string& error) const {
-  PoseAnswer answer;
+std::string PoseSource::describe(const NewestTransform& newest, const std::string& camera_frame,
+                                 const ros::Time& stamp) const {
   std::ostringstream text;
   text << "no transform from '" << camera_frame << "' to '" << map_frame_ << "': ";
-  try {
-    const ros::Time newest =
-        buffer_.lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp;
-    const double ahead_s = (stamp - newest).toSec();
-    text << "the newest one is of " << newest << ", " << std::abs(ahead_s) << " s "
-         << (ahead_s > 0.0 ? "before" : "after") << " the image of " << stamp;
-    // The newest one is the oldest of the chain's newest links: all have gone past the image.
-    if (ahead_s <= 0.0) answer.kind = PoseAnswer::Kind::kNever;
-  } catch (const tf2::TransformException&) {
-    text << "there is none of any time (" << error << ")";
+  if (!newest.stamp) {
+    text << "there is none of any time (" << newest.error << ")";
+    return text.str();
   }
-  answer.text = text.str();
-  return answer;
+  const double ahead_s = (stamp - *newest.stamp).toSec();
+  text << "the newest one is of " << *newest.stamp << ", " << std::abs(ahead_s) << " s "
+       << (ahead_s > 0.0 ? "before" : "after") << " the image of " << stamp;
+  return text.str();
 }
 
 }  // namespace dtsdf

@@ -71,7 +71,7 @@ class MeshTest : public testing::Test {
 TEST_F(MeshTest, EmptyMeshIsNotSaved) {
   const auto response = save("empty.ply");
   EXPECT_FALSE(response.success);
-  EXPECT_NE(response.message.find("no triangles"), std::string::npos) << response.message;
+  EXPECT_NE(response.message.find("empty"), std::string::npos) << response.message;
   EXPECT_FALSE(fs::exists(folder_ + "/empty.ply"));
 }
 
@@ -194,7 +194,7 @@ TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
   EXPECT_EQ(faces, obj.triangles);
 
   const auto again = save("again.ply");
-  EXPECT_EQ(readFile(again.path), bytes) << "the same map gives the same bytes";
+  EXPECT_TRUE(readFile(again.path) == bytes) << "the same map gives the same bytes";
   for (const auto& entry : fs::directory_iterator(folder_)) {
     EXPECT_TRUE(entry.is_directory() || entry.path().extension() == ".ply" ||
                 entry.path().extension() == ".stl" || entry.path().extension() == ".obj")

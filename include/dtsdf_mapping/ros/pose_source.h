@@ -6,6 +6,7 @@
 #include <tf2_ros/transform_listener.h>
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 
 namespace dtsdf {
@@ -34,8 +35,14 @@ class PoseSource {
   const std::string& mapFrame() const { return map_frame_; }
 
  private:
-  PoseAnswer explainFailure(const std::string& camera_frame, const ros::Time& stamp,
-                            const std::string& error) const;
+  struct NewestTransform {
+    std::optional<ros::Time> stamp;
+    std::string error;  ///< Why there is none.
+  };
+
+  NewestTransform findNewest(const std::string& camera_frame) const;
+  std::string describe(const NewestTransform& newest, const std::string& camera_frame,
+                       const ros::Time& stamp) const;
 
   std::string map_frame_;
   tf2::BufferCore buffer_;

@@ -43,7 +43,7 @@ def hash_of(path):
 
 
 class Runner:
-    """Runs the steps of cells; a step whose command, programs and inputs are unchanged is skipped."""
+    """Runs the steps of cells; skips those whose command, program and inputs are unchanged."""
 
     def __init__(self, options):
         self.options = options

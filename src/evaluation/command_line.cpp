@@ -52,8 +52,7 @@ std::string CommandLine::text(const std::string& name, const std::string& fallba
   return found == values_.end() ? fallback : found->second;
 }
 
-double CommandLine::number(const std::string& name, double fallback, double min,
-                           double max) const {
+double CommandLine::number(const std::string& name, double fallback, double min, double max) const {
   const auto found = values_.find(name);
   if (found == values_.end()) return fallback;
   const double number = parseNumber(name, found->second);

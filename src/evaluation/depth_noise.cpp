@@ -60,8 +60,8 @@ class Sensor {
   }
 
   double lossProbability(int u, int v) const {
-    const double flat = (angleAt(u, v) - kFirstLostAngle_rad) /
-                        (kLastSeenAngle_rad - kFirstLostAngle_rad);
+    const double flat =
+        (angleAt(u, v) - kFirstLostAngle_rad) / (kLastSeenAngle_rad - kFirstLostAngle_rad);
     return std::max(std::clamp(flat, 0.0, 1.0), isAtEdge(u, v) ? kLossAtEdge : 0.0);
   }
 

@@ -52,8 +52,8 @@ std::string stampText(size_t index) {
 }
 
 std::string matrixText(const char* name, int cols, const std::vector<double>& data) {
-  std::string text = std::string(name) + ":\n  rows: " +
-                     std::to_string(data.size() / static_cast<size_t>(cols)) +
+  std::string text = std::string(name) +
+                     ":\n  rows: " + std::to_string(data.size() / static_cast<size_t>(cols)) +
                      "\n  cols: " + std::to_string(cols) + "\n  data: [";
   for (size_t i = 0; i < data.size(); ++i) {
     char number[32];
@@ -82,16 +82,15 @@ RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
   for (int v = rect.v_begin; v < rect.v_end; ++v) {
     for (int u = rect.u_begin; u < rect.u_end; ++u) {
       // A direction with z = 1 in the optical frame: its parameter at the hit is the depth.
-      const Vec3f ray_C = backProject(camera.intrinsics, static_cast<float>(u),
-                                      static_cast<float>(v), 1.0f);
+      const Vec3f ray_C =
+          backProject(camera.intrinsics, static_cast<float>(u), static_cast<float>(v), 1.0f);
       const Eigen::Vector3f direction_W = R_W_C * Eigen::Vector3f(ray_C.x, ray_C.y, ray_C.z);
       const auto hit = scene.intersect(origin_W, direction_W);
       if (!hit) continue;
-      const size_t pixel = static_cast<size_t>(v) * static_cast<size_t>(camera.width) +
-                           static_cast<size_t>(u);
+      const size_t pixel =
+          static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u);
       view.depth_m[pixel] = hit->distance;
-      view.incidence_cosine[pixel] =
-          std::abs(hit->normal.dot(direction_W)) / direction_W.norm();
+      view.incidence_cosine[pixel] = std::abs(hit->normal.dot(direction_W)) / direction_W.norm();
     }
   }
   return view;
@@ -124,8 +123,9 @@ void TumWriter::write(size_t index, const std::vector<uint16_t>& depth) const {
 
 void TumWriter::finish(const std::string& camera_name) const {
   std::string depth = "# timestamp filename\n";
-  std::string poses = "# timestamp tx ty tz qx qy qz qw  (camera to world; optical frame: "
-                      "x right, y down, z forward)\n";
+  std::string poses =
+      "# timestamp tx ty tz qx qy qz qw  (camera to world; optical frame: "
+      "x right, y down, z forward)\n";
   for (size_t i = 0; i < poses_W_C_.size(); ++i) {
     depth += stampText(i) + " depth/" + stampText(i) + ".png\n";
     const Eigen::Vector3d& t = poses_W_C_[i].translation();
@@ -138,8 +138,8 @@ void TumWriter::finish(const std::string& camera_name) const {
   const Intrinsics& K = camera_.intrinsics;
   const std::string info =
       "image_width: " + std::to_string(camera_.width) +
-      "\nimage_height: " + std::to_string(camera_.height) + "\ncamera_name: " + camera_name +
-      "\n" + matrixText("camera_matrix", 3, {K.fx, 0, K.cx, 0, K.fy, K.cy, 0, 0, 1}) +
+      "\nimage_height: " + std::to_string(camera_.height) + "\ncamera_name: " + camera_name + "\n" +
+      matrixText("camera_matrix", 3, {K.fx, 0, K.cx, 0, K.fy, K.cy, 0, 0, 1}) +
       "distortion_model: plumb_bob\n" + matrixText("distortion_coefficients", 5, {0, 0, 0, 0, 0}) +
       matrixText("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
       matrixText("projection_matrix", 4, {K.fx, 0, K.cx, 0, 0, K.fy, K.cy, 0, 0, 0, 1, 0});

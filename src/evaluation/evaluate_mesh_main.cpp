@@ -12,7 +12,6 @@
 namespace dtsdf {
 namespace {
 
-
 constexpr char kUsage[] =
     R"(usage: evaluate_mesh RECONSTRUCTION.ply GROUNDTRUTH.ply [options]
 
@@ -32,9 +31,8 @@ and the mesh's topology. Vertices are taken as they are indexed; none are welded
 constexpr char kScaleUsage[] =
     "  --scale-mm S       full scale of the colours (a round number above the 95th percentile)\n";
 
-Evaluation measure(const CommandLine& arguments,
-                          const TriangleMesh& reconstruction,
-                          const TriangleMesh& ground_truth) {
+Evaluation measure(const CommandLine& arguments, const TriangleMesh& reconstruction,
+                   const TriangleMesh& ground_truth) {
   std::optional<Views> views;
   if (arguments.has("views")) views = readViews(arguments.text("views", ""));
   EvaluationOptions options;
@@ -64,6 +62,8 @@ void writeErrorColours(const CommandLine& arguments, TriangleMesh reconstruction
   const MeshScene scene(reconstruction);
   PictureOptions options = readPictureOptions(arguments, scene.bounds());
   options.legend = Legend{"error, mm", scale_mm};
+  // Room for the scale at the right.
+  options.camera.intrinsics.cx -= 0.06f * static_cast<float>(options.camera.width);
   writePicture(arguments.text("picture", ""), scene, options);
 }
 
@@ -84,8 +84,8 @@ void evaluate(const CommandLine& arguments) {
 int main(int argc, char** argv) {
   try {
     std::set<std::string> options = dtsdf::pictureOptionNames();
-    options.insert({"views", "samples", "seed", "threshold", "json", "heatmap", "picture",
-                    "scale-mm"});
+    options.insert(
+        {"views", "samples", "seed", "threshold", "json", "heatmap", "picture", "scale-mm"});
     const dtsdf::CommandLine arguments(argc, argv, options, {"help"});
     if (arguments.has("help") || arguments.positional().size() != 2) {
       const std::string usage = dtsdf::kUsage + dtsdf::pictureUsage() + dtsdf::kScaleUsage;

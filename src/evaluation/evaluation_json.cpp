@@ -9,12 +9,9 @@ namespace {
 using Json = nlohmann::json;
 
 Json toJsonValue(const DistanceStats& stats) {
-  return {{"count", stats.count},
-          {"rmse_mm", 1e3 * stats.rmse_m},
-          {"mean_mm", 1e3 * stats.mean_m},
-          {"median_mm", 1e3 * stats.median_m},
-          {"p95_mm", 1e3 * stats.p95_m},
-          {"max_mm", 1e3 * stats.max_m}};
+  return {{"count", stats.count},          {"rmse_mm", 1e3 * stats.rmse_m},
+          {"mean_mm", 1e3 * stats.mean_m}, {"median_mm", 1e3 * stats.median_m},
+          {"p95_mm", 1e3 * stats.p95_m},   {"max_mm", 1e3 * stats.max_m}};
 }
 
 Json toJsonValue(const FScore& score) {

@@ -259,9 +259,8 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
   const MeshScene reconstruction_scene(reconstruction), truth_scene(ground_truth);
   Evaluation evaluation;
   evaluation.topology = meshTopology(reconstruction);
-  evaluation.vertices = distanceStats(
-      distancesTo(truth_scene, reconstruction.vertices,
-                  progress("vertices", reconstruction.vertices.size())));
+  evaluation.vertices = distanceStats(distancesTo(
+      truth_scene, reconstruction.vertices, progress("vertices", reconstruction.vertices.size())));
   const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, options.seed);
   const std::vector<double> surface_m =
       distancesTo(truth_scene, samples.points, progress("surface", samples.points.size()));

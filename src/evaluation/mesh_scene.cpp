@@ -132,12 +132,13 @@ std::optional<RayHit> MeshScene::intersect(const Eigen::Vector3f& origin,
   rtcInitIntersectContext(&context);
   rtcIntersect1(implementation_->scene, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return RayHit{query.ray.tfar, query.hit.primID, triangleNormal(query.hit.primID),
+  return RayHit{query.ray.tfar,
+                query.hit.primID,
+                triangleNormal(query.hit.primID),
                 {query.hit.u, query.hit.v}};
 }
 
-bool MeshScene::isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to,
-                       float margin) const {
+bool MeshScene::isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin) const {
   RTCRay ray{};
   ray.org_x = from.x();
   ray.org_y = from.y();

@@ -29,8 +29,7 @@ std::string pictureUsage() {
 )";
 }
 
-PictureOptions readPictureOptions(const CommandLine& arguments,
-                                  const Eigen::AlignedBox3f& bounds) {
+PictureOptions readPictureOptions(const CommandLine& arguments, const Eigen::AlignedBox3f& bounds) {
   PictureOptions options;
   ViewCamera& camera = options.camera;
   camera.width = static_cast<int>(arguments.number("width", 1000, 64, 8192));

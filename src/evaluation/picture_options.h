@@ -4,8 +4,8 @@
 #include <set>
 #include <string>
 
-#include "evaluation/command_line.h"
 #include "dtsdf_mapping/evaluation/picture.h"
+#include "evaluation/command_line.h"
 
 namespace dtsdf {
 

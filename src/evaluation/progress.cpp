@@ -20,7 +20,8 @@ std::function<void(size_t)> terminalProgress(const std::string& what, size_t tot
     const double spent_s = std::chrono::duration<double>(now - start).count();
     const double left_s = spent_s * static_cast<double>(total - done) / static_cast<double>(done);
     std::fprintf(stderr, "\r%s: %zu of %zu, %.0f s left ", what.c_str(), done, total, left_s);
-    if (done >= total) std::fprintf(stderr, "\r%s: %zu in %.1f s        \n", what.c_str(), total, spent_s);
+    if (done >= total)
+      std::fprintf(stderr, "\r%s: %zu in %.1f s        \n", what.c_str(), total, spent_s);
   };
 }
 

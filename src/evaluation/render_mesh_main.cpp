@@ -9,7 +9,6 @@
 namespace dtsdf {
 namespace {
 
-
 constexpr char kUsage[] =
     R"(usage: render_mesh MESH.ply OUT.png [options]
 

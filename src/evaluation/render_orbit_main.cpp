@@ -5,14 +5,13 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "evaluation/command_line.h"
 #include "dtsdf_mapping/evaluation/depth_noise.h"
+#include "evaluation/command_line.h"
 #include "evaluation/parallel.h"
 #include "evaluation/progress.h"
 
 namespace dtsdf {
 namespace {
-
 
 constexpr char kUsage[] =
     R"(usage: render_orbit MODEL.ply OUT [options]
@@ -49,10 +48,9 @@ void renderOrbit(const CommandLine& arguments) {
   const ViewCamera camera = readCamera(arguments);
   const DepthNoise noise = depthNoiseFromName(arguments.text("noise", "none"));
   const auto seed = static_cast<uint64_t>(arguments.number("seed", 1, 0, 1e9));
-  const auto poses_W_C = orbitPoses(
-      orbitShapeFromName(arguments.text("trajectory", "circle")),
-      static_cast<size_t>(arguments.number("frames", 1000, 1, 1e6)),
-      arguments.number("radius", 2.0, 0.01, 1000.0));
+  const auto poses_W_C = orbitPoses(orbitShapeFromName(arguments.text("trajectory", "circle")),
+                                    static_cast<size_t>(arguments.number("frames", 1000, 1, 1e6)),
+                                    arguments.number("radius", 2.0, 0.01, 1000.0));
 
   const MeshScene scene(mesh);
   const TumWriter writer(directory, camera, poses_W_C);
@@ -64,8 +62,7 @@ void renderOrbit(const CommandLine& arguments) {
       writer.write(i, toTumDepth(addNoise(view, camera, noise, frame_seed)));
     }
   };
-  parallelFor(poses_W_C.size(), 1, renderFrames,
-                     terminalProgress("rendering", poses_W_C.size()));
+  parallelFor(poses_W_C.size(), 1, renderFrames, terminalProgress("rendering", poses_W_C.size()));
   writer.finish(std::filesystem::path(arguments.positional()[0]).stem().string());
 }
 
@@ -74,11 +71,10 @@ void renderOrbit(const CommandLine& arguments) {
 
 int main(int argc, char** argv) {
   try {
-    const dtsdf::CommandLine arguments(
-        argc, argv,
-        {"frames", "radius", "trajectory", "longest-side", "width", "height", "focal", "noise",
-         "seed"},
-        {"help"});
+    const dtsdf::CommandLine arguments(argc, argv,
+                                       {"frames", "radius", "trajectory", "longest-side", "width",
+                                        "height", "focal", "noise", "seed"},
+                                       {"help"});
     if (arguments.has("help") || arguments.positional().size() != 2) {
       std::fputs(dtsdf::kUsage, arguments.has("help") ? stdout : stderr);
       return arguments.has("help") ? 0 : 2;

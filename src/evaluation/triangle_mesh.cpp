@@ -40,8 +40,8 @@ SurfaceSamples sampleSurface(const TriangleMesh& mesh, size_t count, uint64_t se
     // One sample per stratum of equal area: less scatter than independent draws, no bias.
     const double at = (static_cast<double>(i) + random.uniform()) / static_cast<double>(count);
     const auto found = std::upper_bound(cumulative.begin(), cumulative.end(), at * total);
-    const size_t index = std::min<size_t>(static_cast<size_t>(found - cumulative.begin()),
-                                          cumulative.size() - 1);
+    const size_t index =
+        std::min<size_t>(static_cast<size_t>(found - cumulative.begin()), cumulative.size() - 1);
     const auto& triangle = mesh.triangles[index];
     const float root = static_cast<float>(std::sqrt(random.uniform()));
     const float share = static_cast<float>(random.uniform());

@@ -42,24 +42,23 @@ PixelRect projectedRect(const Shape& shape, const Intrinsics& K, int width, int 
 
 }  // namespace
 
-std::vector<float> renderDepth(const Scene& scene, const Intrinsics& intrinsics, int width,
-                               int height, const Eigen::Isometry3d& T_W_C) {
+std::vector<float> renderDepth(const Scene& scene, const Intrinsics& K, int width, int height,
+                               const Eigen::Isometry3d& T_W_C) {
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   std::vector<float> depth_m(pixels, std::numeric_limits<float>::infinity());
   const Eigen::Isometry3d T_C_W = T_W_C.inverse();
   const Eigen::Matrix3d& R_W_C = T_W_C.linear();
   for (const Shape& shape : scene.shapes()) {
-    const PixelRect rect = projectedRect(shape, intrinsics, width, height, T_C_W);
+    const PixelRect rect = projectedRect(shape, K, width, height, T_C_W);
     const auto draw = [&](const auto& s) {
       for (int v = rect.v_begin; v < rect.v_end; ++v) {
         for (int u = rect.u_begin; u < rect.u_end; ++u) {
           // A direction with z = 1 in the optical frame: its parameter is the depth.
-          const Eigen::Vector3d direction_C((u - static_cast<double>(intrinsics.cx)) / intrinsics.fx,
-                                            (v - static_cast<double>(intrinsics.cy)) / intrinsics.fy,
-                                            1.0);
+          const Eigen::Vector3d direction_C((u - static_cast<double>(K.cx)) / K.fx,
+                                            (v - static_cast<double>(K.cy)) / K.fy, 1.0);
           const double z_m = intersect(s, Ray{T_W_C.translation(), R_W_C * direction_C});
-          float& nearest = depth_m[static_cast<size_t>(v) * static_cast<size_t>(width) +
-                                   static_cast<size_t>(u)];
+          float& nearest =
+              depth_m[static_cast<size_t>(v) * static_cast<size_t>(width) + static_cast<size_t>(u)];
           nearest = std::min(nearest, static_cast<float>(z_m));
         }
       }

@@ -111,8 +111,7 @@ double signedDistance(const Sphere& sphere, const Eigen::Vector3d& p_W) {
 }
 
 double signedDistance(const Box& box, const Eigen::Vector3d& p_W) {
-  const Eigen::Vector3d p_B =
-      box.T_W_B.linear().transpose() * (p_W - box.T_W_B.translation());
+  const Eigen::Vector3d p_B = box.T_W_B.linear().transpose() * (p_W - box.T_W_B.translation());
   return boxDistance(p_B.cwiseAbs() - box.half_size_m);
 }
 

@@ -1,10 +1,10 @@
 /// A noise model of the first Kinect for rendered depth images.
 ///
-/// Axial and lateral noise after Nguyen, Izadi and Lovell, "Modeling Kinect sensor noise for improved
-/// 3D reconstruction and tracking", 3DIMPVT 2012, Sec. 3; quantisation of the disparity after
-/// Khoshelham and Oude Elberink, "Accuracy and resolution of Kinect depth data for indoor mapping
-/// applications", Sensors 2012. Pixels are lost at random where the surface is seen flat and beside
-/// depth edges. Real noise is also correlated between neighbours; this one is not.
+/// Axial and lateral noise after Nguyen, Izadi and Lovell, "Modeling Kinect sensor noise for
+/// improved 3D reconstruction and tracking", 3DIMPVT 2012, Sec. 3; quantisation of the disparity
+/// after Khoshelham and Oude Elberink, "Accuracy and resolution of Kinect depth data for indoor
+/// mapping applications", Sensors 2012. Pixels are lost at random where the surface is seen flat
+/// and beside depth edges. Real noise is also correlated between neighbours; this one is not.
 #pragma once
 
 #include <cstdint>

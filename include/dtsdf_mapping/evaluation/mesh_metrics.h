@@ -21,10 +21,10 @@ DistanceStats distanceStats(std::vector<double> distances_m);
 /// Connectivity by shared vertex indices: nothing is welded, so two sheets that touch stay apart.
 struct MeshTopology {
   size_t vertices = 0, triangles = 0;
-  size_t boundary_edges = 0;       ///< Edges of one triangle.
-  size_t non_manifold_edges = 0;   ///< Edges of three triangles or more.
-  size_t components = 0;           ///< Sets of triangles joined by vertices.
-  size_t degenerate_triangles = 0; ///< Without area: two corners the same, or all in a line.
+  size_t boundary_edges = 0;        ///< Edges of one triangle.
+  size_t non_manifold_edges = 0;    ///< Edges of three triangles or more.
+  size_t components = 0;            ///< Sets of triangles joined by vertices.
+  size_t degenerate_triangles = 0;  ///< Without area: two corners the same, or all in a line.
   double area_m2 = 0.0;
 };
 
@@ -39,10 +39,10 @@ struct FScore {
 };
 
 struct EvaluationOptions {
-  size_t samples = 1000000;               ///< Of each surface.
+  size_t samples = 1000000;  ///< Of each surface.
   uint64_t seed = 1;
   std::vector<double> thresholds_m{0.005, 0.01, 0.025};
-  bool show_progress = false;             ///< On standard error, if that is a terminal.
+  bool show_progress = false;  ///< On standard error, if that is a terminal.
 };
 
 struct Evaluation {
@@ -62,9 +62,10 @@ std::vector<double> distancesTo(const MeshScene& surface,
                                 const std::vector<Eigen::Vector3f>& points,
                                 const Progress& progress = {});
 
-/// Whether each sample of the surface lies in some view with nothing in front of it and, where there
-/// are depth images, on a pixel of about its own depth: what is out of the sensor's range or was
-/// lost in every view is not seen. A surface at less than 3 degrees to the view ray does not count.
+/// Whether each sample of the surface lies in some view with nothing in front of it and, where
+/// there are depth images, on a pixel of about its own depth: what is out of the sensor's range or
+/// was lost in every view is not seen. A surface at less than 3 degrees to the view ray does not
+/// count.
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
                               const Views& views, const Progress& progress = {});
 

@@ -29,8 +29,8 @@ struct Legend {
 struct PictureOptions {
   ViewCamera camera;
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
-  bool smooth = true;      ///< Shade by interpolated vertex normals, else triangle by triangle.
-  bool own_colours = true; ///< Use the mesh's colours, if it has some.
+  bool smooth = true;       ///< Shade by interpolated vertex normals, else triangle by triangle.
+  bool own_colours = true;  ///< Use the mesh's colours, if it has some.
   std::optional<Legend> legend;
 };
 

@@ -77,8 +77,8 @@ TEST(Evaluation, PlaneShiftedByAKnownDistance) {
 
 /// The missing half lies 0 to 1 m from the rest: the mean square is 1/2 * 1/3.
 TEST(Evaluation, HalfMissingPlane) {
-  const Evaluation evaluation = evaluateMesh(
-      makeRectangle(0, 0, 1, 1, 0), makeRectangle(0, 0, 2, 1, 0), nullptr, quickOptions());
+  const Evaluation evaluation = evaluateMesh(makeRectangle(0, 0, 1, 1, 0),
+                                             makeRectangle(0, 0, 2, 1, 0), nullptr, quickOptions());
   EXPECT_NEAR(evaluation.surface.rmse_m, 0.0, 1e-7);
   EXPECT_NEAR(evaluation.completeness.rmse_m, std::sqrt(1.0 / 6.0), 3e-3);
   EXPECT_NEAR(evaluation.completeness.mean_m, 0.25, 3e-3);
@@ -93,9 +93,8 @@ TEST(Evaluation, HalfMissingPlane) {
 TEST(Evaluation, OffsetSphere) {
   constexpr double kOffset_m = 0.004;
   const TriangleMesh sphere = makeSphere(0.5f, 200);
-  const Evaluation evaluation =
-      evaluateMesh(moved(sphere, {0, 0, static_cast<float>(kOffset_m)}), sphere, nullptr,
-                   quickOptions());
+  const Evaluation evaluation = evaluateMesh(moved(sphere, {0, 0, static_cast<float>(kOffset_m)}),
+                                             sphere, nullptr, quickOptions());
   EXPECT_NEAR(evaluation.surface.rmse_m, kOffset_m / std::sqrt(3.0), 3e-5);
   EXPECT_NEAR(evaluation.surface.mean_m, kOffset_m / 2.0, 3e-5);
   EXPECT_NEAR(evaluation.surface.max_m, kOffset_m, 3e-5);

@@ -120,9 +120,9 @@ TEST(TumWriter, TheReaderFindsWhatWasWritten) {
     EXPECT_TRUE(frame->depth.T_W_C.isApprox(poses[i], 1e-8));
     ASSERT_EQ(frame->depth.width, camera.width);
     for (int v = 0; v < camera.height; ++v) {
-      const auto* row = reinterpret_cast<const uint16_t*>(
-          static_cast<const char*>(frame->depth.data) +
-          static_cast<size_t>(v) * frame->depth.row_bytes);
+      const auto* row =
+          reinterpret_cast<const uint16_t*>(static_cast<const char*>(frame->depth.data) +
+                                            static_cast<size_t>(v) * frame->depth.row_bytes);
       for (int u = 0; u < camera.width; ++u) {
         ASSERT_EQ(row[u], images[i][static_cast<size_t>(v * camera.width + u)]);
       }

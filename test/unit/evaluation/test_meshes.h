@@ -47,10 +47,10 @@ inline TriangleMesh makeSphere(float radius_m, uint32_t rings) {
   for (uint32_t i = 0; i <= rings; ++i) {
     for (uint32_t k = 0; k < columns; ++k) {
       const double polar = kPi * i / rings, azimuth = 2.0 * kPi * k / columns;
-      mesh.vertices.push_back(
-          radius_m * Eigen::Vector3d(std::sin(polar) * std::cos(azimuth),
-                                     std::sin(polar) * std::sin(azimuth), std::cos(polar))
-                         .cast<float>());
+      mesh.vertices.push_back(radius_m * Eigen::Vector3d(std::sin(polar) * std::cos(azimuth),
+                                                         std::sin(polar) * std::sin(azimuth),
+                                                         std::cos(polar))
+                                             .cast<float>());
     }
   }
   const auto index = [&](uint32_t i, uint32_t k) {

@@ -128,8 +128,7 @@ TEST(SceneProperty, DistancesAreTight) {
 }
 
 TEST(SceneRender, LookAtFollowsTheOpticalFrame) {
-  const Eigen::Isometry3d T_W_C =
-      lookAt(Vector3d(1, 2, 3), Vector3d(4, 2, 3), Vector3d::UnitZ());
+  const Eigen::Isometry3d T_W_C = lookAt(Vector3d(1, 2, 3), Vector3d(4, 2, 3), Vector3d::UnitZ());
   EXPECT_TRUE(T_W_C.linear().isUnitary(1e-12));
   EXPECT_NEAR(T_W_C.linear().determinant(), 1.0, 1e-12);
   EXPECT_TRUE((T_W_C * Vector3d(0, 0, 2)).isApprox(Vector3d(3, 2, 3))) << "z is forward";
@@ -138,8 +137,8 @@ TEST(SceneRender, LookAtFollowsTheOpticalFrame) {
 
 TEST(SceneRender, DepthIsAlongTheOpticalAxis) {
   const Scene scene = sceneOf(Plane{Vector3d(0, 0, 1.5), -Vector3d::UnitZ()});
-  const auto depth_m = renderDepth(scene, {50, 50, 19.5f, 14.5f}, 40, 30,
-                                   Eigen::Isometry3d::Identity());
+  const auto depth_m =
+      renderDepth(scene, {50, 50, 19.5f, 14.5f}, 40, 30, Eigen::Isometry3d::Identity());
   ASSERT_EQ(depth_m.size(), 1200u);
   for (const float z_m : depth_m) EXPECT_FLOAT_EQ(z_m, 1.5f);
 }

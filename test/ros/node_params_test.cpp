@@ -4,8 +4,11 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "dtsdf_mapping/io/yaml_params.h"
+#include "dtsdf_mapping/ros/drop_reason.h"
 
 namespace dtsdf {
 namespace {
@@ -53,6 +56,18 @@ TEST(NodeParams, EveryConfigFileLoads) {
   for (const auto& entry : std::filesystem::directory_iterator(DTSDF_CONFIG_FOLDER)) {
     const ParamTree tree = loadYamlParams(entry.path().string());
     EXPECT_TRUE(violationsOf(tree).empty()) << entry.path() << ": " << violationsOf(tree).front();
+  }
+}
+
+TEST(NodeParams, DocumentationNamesEveryKeyAndDropReason) {
+  std::ifstream file(DTSDF_DOCS_FOLDER "/ros.md");
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  for (const auto& [key, value] : defaults()) {
+    EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key << " is not in docs/ros.md";
+  }
+  for (int i = 0; i < kDropReasonCount; ++i) {
+    const std::string reason = toString(static_cast<DropReason>(i));
+    EXPECT_NE(text.find("`" + reason + "`"), std::string::npos) << reason;
   }
 }
 

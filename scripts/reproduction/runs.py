@@ -77,8 +77,10 @@ class Runner:
         options, folder = self.options, self.folder(cell)
         directional, fusion = MODES[cell.mode]
         command = [self._program("reconstruct"), "--tum", self.views(cell),
-                   "--backend", options.backend, "--mesh-every", options.mesh_every,
+                   "--backend", options.backend,
                    "--mesh", folder / "mesh.ply", "--report", folder / "report.json"]
+        if options.mesh_every > 0:
+            command += ["--mesh-every", options.mesh_every]
         if options.config:
             command += ["--config", options.config]
         settings = [f"map/voxel_size_m={cell.voxel_mm / 1000:g}", f"map/directional={directional}",

@@ -110,6 +110,8 @@ void MapSession::finishMesh() {
   mesh_.apply(update);
   parts_.mesh_publisher.noteChanges(update);
   if (!update.blocks.empty()) parts_.points_publisher.noteChanges();
+  // Where the mesh takes long, frames get at least as much of the worker's time as it does.
+  next_mesh_ = std::max(next_mesh_, afterPeriod(1000.0 / std::max(update.duration_ms, 1.0)));
   {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.mesh_ms = update.duration_ms;

@@ -265,6 +265,7 @@ __global__ void __launch_bounds__(kThreads) makeMeshesKernel(MapView map, MeshVi
     if (threadIdx.x == 0) {
       shared.record.key = map.slots[slot].key;
       shared.record.slot = slot;
+      shared.record.unused = 0;
       mesh.records[b] = shared.record;
     }
     if (record.first_vertex + record.vertices <= mesh.capacity.vertices &&

@@ -26,7 +26,7 @@ class CudaMapper : public Mapper {
       return result;
     }
     gpu::useDevice(device_);
-    result = map_->integrate(frame);
+    result = integrateOnDevice(frame);
     result.duration_ms = std::chrono::duration<double, std::milli>(
                              std::chrono::steady_clock::now() - start).count();
     return result;
@@ -61,6 +61,17 @@ class CudaMapper : public Mapper {
   std::string backendName() const override { return "cuda (" + name_ + ")"; }
 
  private:
+  IntegrationResult integrateOnDevice(const DepthFrame& frame) {
+    try {
+      return map_->integrate(frame);
+    } catch (const gpu::CudaError& error) {
+      if (error.code() != cudaErrorMemoryAllocation) throw;
+      throw std::runtime_error(std::string("the GPU has too little memory for this frame, which was "
+                                           "not fused; lower map/max_memory_mb or use larger "
+                                           "voxels. ") + error.what());
+    }
+  }
+
   MapperParams params_;
   int device_;
   std::string name_;

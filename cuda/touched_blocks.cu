@@ -100,7 +100,7 @@ void TouchedBlocks::allocate(size_t capacity) {
   places_ = DeviceBuffer<uint32_t>(capacity);
   blocks_ = DeviceBuffer<TouchedBlock>(capacity);
   sum_owners_ = DeviceBuffer<uint32_t>(kDirectionCount * capacity);
-  requests_ = DeviceBuffer<BlockRequest>(capacity);
+  requests_ = DeviceBuffer<PackedRequest>(capacity);
   capacity_ = capacity;
 }
 
@@ -154,7 +154,11 @@ std::vector<BlockRequest> TouchedBlocks::fetchRequests() {
   pinned_requests_.reserve(count);
   requests_.download(pinned_requests_.data(), count, stream_);
   stream_.synchronize();
-  return std::vector<BlockRequest>(pinned_requests_.data(), pinned_requests_.data() + count);
+  std::vector<BlockRequest> requests(count);
+  for (size_t i = 0; i < count; ++i) {
+    requests[i] = {pinned_requests_[i].key, static_cast<uint32_t>(pinned_requests_[i].directions)};
+  }
+  return requests;
 }
 
 void TouchedBlocks::refresh(const MapView& map) {

@@ -19,6 +19,12 @@ struct FrameCounters {
   uint32_t empty_blocks;      ///< Blocks with new arrays that hold nothing.
 };
 
+/// A BlockRequest without padding, whose bytes nothing would write.
+struct PackedRequest {
+  PackedKey key;
+  uint64_t directions;
+};
+
 struct TouchedBlock {
   PackedKey key;
   Vec3i block_L;          ///< Coordinates relative to the frame's origin.
@@ -38,7 +44,7 @@ struct TouchedView {
   uint32_t* places;       ///< Place in the table, per block.
   TouchedBlock* blocks;
   uint32_t* sum_owners;   ///< Per array of sums: 8 * block + direction.
-  BlockRequest* requests;
+  PackedRequest* requests;
   FrameCounters* counters;
 };
 
@@ -94,10 +100,10 @@ class TouchedBlocks {
   DeviceBuffer<PackedKey> keys_;
   DeviceBuffer<uint32_t> directions_, first_sums_, places_, sum_owners_;
   DeviceBuffer<TouchedBlock> blocks_;
-  DeviceBuffer<BlockRequest> requests_;
+  DeviceBuffer<PackedRequest> requests_;
   DeviceBuffer<FrameCounters> counters_;
   PinnedBuffer<FrameCounters> pinned_counters_;
-  PinnedBuffer<BlockRequest> pinned_requests_;
+  PinnedBuffer<PackedRequest> pinned_requests_;
 };
 
 }  // namespace gpu

@@ -1,0 +1,71 @@
+// A frame that the GPU has no memory for fails as a whole: what was mapped stays, and mapping goes on
+// once there is memory. Fills the GPU's memory, so it runs only if DTSDF_TEST_OUT_OF_MEMORY is set.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <stdexcept>
+
+#include "parity/backend_comparison.h"
+#include "parity/test_frames.h"
+#include "runtime/buffer.h"
+
+namespace dtsdf {
+namespace {
+
+/// Takes the device's free memory in ever smaller pieces, down to what small allocations share.
+std::vector<gpu::DeviceBuffer<char>> takeDeviceMemory() {
+  std::vector<gpu::DeviceBuffer<char>> pieces;
+  for (size_t bytes = size_t(1) << 36; bytes >= (size_t(1) << 16); bytes /= 2) {
+    try {
+      while (true) pieces.emplace_back(bytes);
+    } catch (const gpu::CudaError& error) {
+      EXPECT_EQ(error.code(), cudaErrorMemoryAllocation);
+    }
+  }
+  return pieces;
+}
+
+TEST(OutOfDeviceMemory, FrameFailsMapStays) {
+  if (std::getenv("DTSDF_TEST_OUT_OF_MEMORY") == nullptr) {
+    GTEST_SKIP() << "DTSDF_TEST_OUT_OF_MEMORY is not set";
+  }
+  const std::string reason = reasonToSkip(Candidate::kCuda);
+  if (!reason.empty()) GTEST_SKIP() << reason;
+
+  TestFrameSettings settings;
+  settings.width = 640;
+  settings.height = 480;
+  settings.count = 3;
+  const std::vector<TestFrame> frames = makeTestFrames(settings);
+  MapperParams params;
+  params.map.voxel_size_m = 0.01f;
+  BackendPair pair(params, Candidate::kCuda);
+  ASSERT_NO_FATAL_FAILURE(pair.integrate(frames[0].view()));
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+  {
+    const std::vector<gpu::DeviceBuffer<char>> taken = takeDeviceMemory();
+    bool failed = false;
+    for (int i = 0; i < 4 && !failed; ++i) {  // room left over may do for a frame or two
+      DepthFrame elsewhere = frames[1].view();
+      elsewhere.T_W_C.pretranslate(Eigen::Vector3d(50.0 * (i + 1), 0.0, 0.0));
+      const MapStats before = pair.candidate().stats();
+      try {
+        pair.candidate().integrate(elsewhere);
+        pair.reference().integrate(elsewhere);
+      } catch (const std::runtime_error& error) {
+        failed = true;
+        EXPECT_NE(std::string(error.what()).find("map/max_memory_mb"), std::string::npos)
+            << error.what();
+        EXPECT_EQ(pair.candidate().stats().blocks, before.blocks);
+      }
+    }
+    EXPECT_TRUE(failed);
+    expectEqualMaps(pair.reference(), pair.candidate());
+  }
+  ASSERT_NO_FATAL_FAILURE(pair.integrate(frames[2].view()));
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+  pair.compareMaps();
+}
+
+}  // namespace
+}  // namespace dtsdf

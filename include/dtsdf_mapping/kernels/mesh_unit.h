@@ -70,25 +70,31 @@ DTSDF_HD float directionConfidence(const Voxel (&corner)[kCubeCorners], int dire
   return slope > kDirectionThreshold ? total * slope : 0.0f;
 }
 
-/// The vote on one corner: weighted mean of the distances of all directions but one. Each counts by
-/// its squared weight and by how near its surface is, since the nearest surface decides the sign.
+/// The vote on one corner: weighted mean of the distances of several directions. Each counts by its
+/// squared weight and by how near its surface is, since the nearest surface decides the sign.
 struct CornerVote {
-  float sdf;     ///< The sign is what matters; 0 weight: meaningless.
-  float weight;  ///< Sum of the weights.
+  float sum, votes, weight;
 };
 
+DTSDF_HD void castVote(CornerVote& vote, const Voxel& voxel) {
+  if (!(voxel.weight > 0.0f)) return;
+  const float strength = voxel.weight / (kNearness + fabsf(voxel.sdf));
+  vote.sum += strength * strength * voxel.sdf;
+  vote.votes += strength * strength;
+  vote.weight += voxel.weight;
+}
+
+/// In voxels; 0 where nobody voted.
+DTSDF_HD float votedSdf(const CornerVote& vote) {
+  return vote.votes > 0.0f ? vote.sum / vote.votes : 0.0f;
+}
+
 DTSDF_HD CornerVote voteOnCorner(const UnitSamples& samples, int corner, int excluded_direction) {
-  float sum = 0.0f, sum_votes = 0.0f, sum_weight = 0.0f;
+  CornerVote vote{0.0f, 0.0f, 0.0f};
   for (int d = 0; d < kDirectionCount; ++d) {
-    const Voxel& voxel = samples.corner[d][corner];
-    if (d == excluded_direction || !(voxel.weight > 0.0f)) continue;
-    const float strength = voxel.weight / (kNearness + fabsf(voxel.sdf));
-    const float votes = strength * strength;
-    sum += votes * voxel.sdf;
-    sum_votes += votes;
-    sum_weight += voxel.weight;
+    if (d != excluded_direction) castVote(vote, samples.corner[d][corner]);
   }
-  return {sum_votes > 0.0f ? sum / sum_votes : 0.0f, sum_weight};
+  return vote;
 }
 
 /// Whether some speaking direction of a sheet can see a component; where no parallel edge is
@@ -111,7 +117,7 @@ DTSDF_HD uint8_t sheetIndex(const MeshTables& tables, const UnitSamples& samples
   for (int c = 0; c < kCubeCorners; ++c) {
     const CornerVote vote = voteOnCorner(samples, c, opposite);
     if (!(vote.weight > least_weight)) return 0;
-    labels |= (vote.sdf < 0.0f ? 1u : 0u) << c;
+    labels |= (votedSdf(vote) < 0.0f ? 1u : 0u) << c;
   }
   uint8_t index = static_cast<uint8_t>(labels);
   for (int i = 0; i < tables.component_count[labels]; ++i) {
@@ -173,6 +179,30 @@ DTSDF_HD unsigned faceCorners(int face) {
   return (face & 1) ? lower_corners << (1 << axis) : lower_corners;
 }
 
+/// Whether two labellings of a face are traces of one surface: some edge of the face is crossed by
+/// both in the same way, and none in opposite ways.
+DTSDF_HD bool continueAcross(uint8_t a, uint8_t b, int face) {
+  const unsigned shared = faceCorners(face);
+  unsigned same = 0, opposite = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis == face >> 1) continue;
+    const ParallelCrossings in_a = parallelCrossings(a, axis), in_b = parallelCrossings(b, axis);
+    same |= (in_a.rising & in_b.rising) | (in_a.falling & in_b.falling);
+    opposite |= (in_a.rising & in_b.falling) | (in_a.falling & in_b.rising);
+  }
+  return (same & shared) != 0 && (opposite & shared) == 0;
+}
+
+/// The labels that a neighbour gives the corners on a face, from whichever of its sheets continues
+/// the surface of `index`; -1 if none does.
+DTSDF_HD int labelsAcross(uint8_t index, const UnitIndices& neighbour, int face) {
+  for (int s = 0; s < kMaxSheets; ++s) {
+    const uint8_t labels = mirrorFace(neighbour.sheet[s], face >> 1);
+    if (neighbour.sheet[s] != 0 && continueAcross(index, labels, face)) return labels;
+  }
+  return -1;
+}
+
 /// Regularisation (paper, Sec. V-F): a corner takes the side that most of the units around it give
 /// it, among the face neighbours whose surface continues this one. Reads the indices as they were
 /// before regularisation, so the result does not depend on any order.
@@ -181,24 +211,13 @@ DTSDF_HD UnitIndices regulariseUnit(const UnitIndices& own, const UnitIndices (&
   for (int s = 0; s < kMaxSheets; ++s) {
     const uint8_t index = own.sheet[s];
     if (index == 0) continue;
-    int votes[kCubeCorners];
+    int votes[kCubeCorners];  // of the unit itself and of up to three neighbours
     for (int c = 0; c < kCubeCorners; ++c) votes[c] = (index >> c & 1) ? 1 : -1;
     for (int face = 0; face < 6; ++face) {
-      const unsigned shared = faceCorners(face);
-      int best = -1, best_difference = 3;  // a face that differs in three corners is another surface
-      for (int t = 0; t < kMaxSheets; ++t) {
-        if (neighbours[face].sheet[t] == 0) continue;
-        const unsigned label = mirrorFace(neighbours[face].sheet[t], face >> 1);
-        int difference = 0;
-        for (unsigned bits = (label ^ index) & shared; bits != 0; bits &= bits - 1) ++difference;
-        if (difference < best_difference) {
-          best_difference = difference;
-          best = static_cast<int>(label);
-        }
-      }
-      if (best < 0) continue;
+      const int labels = labelsAcross(index, neighbours[face], face);
+      if (labels < 0) continue;
       for (int c = 0; c < kCubeCorners; ++c) {
-        if (shared >> c & 1) votes[c] += (best >> c & 1) ? 1 : -1;
+        if (faceCorners(face) >> c & 1) votes[c] += (labels >> c & 1) ? 1 : -1;
       }
     }
     unsigned settled = 0;
@@ -223,28 +242,28 @@ constexpr float kVertexMargin = 1.0f / 1024.0f;
 /// zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction counts
 /// by the product of its two weights. Facing 0 is behind at the lower end.
 DTSDF_HD float edgeOffset(const EdgeSamples& edge, int axis, int facing) {
-  float sum = 0.0f, sum_weight = 0.0f;      // crossings with the right facing
-  float lower = 0.0f, upper = 0.0f, all = 0.0f;  // weighted distances, to fall back on
+  float sum = 0.0f, sum_weight = 0.0f;
+  CornerVote lower{0.0f, 0.0f, 0.0f}, upper{0.0f, 0.0f, 0.0f};
   for (int d = 0; d < kDirectionCount; ++d) {
+    if (directionAxis(d) == axis && (d & 1) != facing) continue;
     const Voxel& a = edge.lower[d];
     const Voxel& b = edge.upper[d];
-    if (!(a.weight > 0.0f && b.weight > 0.0f)) continue;
-    if (directionAxis(d) == axis && (d & 1) != facing) continue;
-    const float weight = a.weight * b.weight;
-    lower += weight * a.sdf;
-    upper += weight * b.sdf;
-    all += weight;
+    castVote(lower, a);
+    castVote(upper, b);
     const bool crosses = facing == 0 ? a.sdf < 0.0f && !(b.sdf < 0.0f)
                                      : !(a.sdf < 0.0f) && b.sdf < 0.0f;
-    if (!crosses) continue;
+    const float weight = a.weight * b.weight;
+    if (!crosses || !(weight > 0.0f)) continue;
     sum += weight * (a.sdf / (a.sdf - b.sdf));
     sum_weight += weight;
   }
+  // Where no direction on its own crosses, the vertex goes to the end that is nearer to the surface.
+  const float from_lower = fabsf(votedSdf(lower)), from_upper = fabsf(votedSdf(upper));
   float offset = 0.5f;
   if (sum_weight > 0.0f) {
     offset = sum / sum_weight;
-  } else if (all > 0.0f && (lower < 0.0f) != (upper < 0.0f)) {
-    offset = lower / (lower - upper);
+  } else if (from_lower + from_upper > 0.0f) {
+    offset = from_lower / (from_lower + from_upper);
   }
   return fminf(fmaxf(offset, kVertexMargin), 1.0f - kVertexMargin);
 }

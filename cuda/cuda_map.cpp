@@ -79,7 +79,7 @@ MapDemand CudaMap::demandOfFrame() const {
 /// All device memory is taken before the table changes: without it, the frame fails as a whole and
 /// the map stays as it was.
 Admission CudaMap::admit() {
-  fusion_.reserve(counters_);
+  fusion_.reserve(counters_, params_.fusion.mode);
   if (counters_.requests == 0) return Admission();
   map_.reserve(table_, demandOfFrame());
   Admission admission = table_.admit(touched_.fetchRequests());

@@ -14,8 +14,9 @@ class CudaMapper : public Mapper {
   explicit CudaMapper(const MapperParams& params)
       : params_(params),
         device_(gpu::currentDevice()),
-        name_(gpu::deviceName()),
-        map_(std::make_unique<gpu::CudaMap>(params)) {}
+        name_(gpu::deviceName()) {
+    map();  // what the device lacks is to be told at start
+  }
 
   IntegrationResult integrate(const DepthFrame& frame) override {
     const auto start = std::chrono::steady_clock::now();
@@ -25,45 +26,36 @@ class CudaMapper : public Mapper {
       result.message = problem->message;
       return result;
     }
-    gpu::useDevice(device_);
     result = integrateOnDevice(frame);
     result.duration_ms = std::chrono::duration<double, std::milli>(
                              std::chrono::steady_clock::now() - start).count();
     return result;
   }
 
-  void beginMeshUpdate() override {
-    gpu::useDevice(device_);
-    map_->beginMeshUpdate();
-  }
-
-  MeshUpdate finishMeshUpdate() override {
-    gpu::useDevice(device_);
-    return map_->finishMeshUpdate();
-  }
+  void beginMeshUpdate() override { map().beginMeshUpdate(); }
+  MeshUpdate finishMeshUpdate() override { return map().finishMeshUpdate(); }
 
   void clear() override {
     gpu::useDevice(device_);
-    map_.reset();  // first, so that the device never holds two maps
-    map_ = std::make_unique<gpu::CudaMap>(params_);
+    map_.reset();  // map() makes a new one, so that the device never holds two
   }
 
-  MapStats stats() const override {
-    gpu::useDevice(device_);
-    return map_->stats();
-  }
-
-  std::vector<BlockSnapshot> snapshot() override {
-    gpu::useDevice(device_);
-    return map_->snapshot();
-  }
+  MapStats stats() const override { return map().stats(); }
+  std::vector<BlockSnapshot> snapshot() override { return map().snapshot(); }
 
   std::string backendName() const override { return "cuda (" + name_ + ")"; }
 
  private:
+  /// The map, on the calling thread's device from here on.
+  gpu::CudaMap& map() const {
+    gpu::useDevice(device_);
+    if (map_ == nullptr) map_ = std::make_unique<gpu::CudaMap>(params_);
+    return *map_;
+  }
+
   IntegrationResult integrateOnDevice(const DepthFrame& frame) {
     try {
-      return map_->integrate(frame);
+      return map().integrate(frame);
     } catch (const gpu::CudaError& error) {
       if (error.code() != cudaErrorMemoryAllocation) throw;
       throw std::runtime_error(std::string("the GPU has too little memory for this frame, which was "
@@ -75,7 +67,7 @@ class CudaMapper : public Mapper {
   MapperParams params_;
   int device_;
   std::string name_;
-  std::unique_ptr<gpu::CudaMap> map_;
+  mutable std::unique_ptr<gpu::CudaMap> map_;  ///< Null only after clear(), until it is used.
 };
 
 }  // namespace

@@ -142,9 +142,11 @@ __global__ void finishBlocksKernel(MapView map, TouchedView touched, uint32_t co
 
 }  // namespace
 
-void Fusion::reserve(const FrameCounters& counters) {
-  const uint32_t arrays = std::min(counters.touched_arrays, kMaxSumArrays);
-  sums_.growZeroed(static_cast<size_t>(arrays) * kVoxelsPerBlock, stream_);
+void Fusion::reserve(const FrameCounters& counters, FusionMode mode) {
+  if (mode != FusionMode::kVoxelProjection) {
+    const uint32_t arrays = std::min(counters.touched_arrays, kMaxSumArrays);
+    sums_.growZeroed(static_cast<size_t>(arrays) * kVoxelsPerBlock, stream_);
+  }
   empty_blocks_.growZeroed(counters.requests, stream_);
   pinned_empty_blocks_.reserve(counters.requests);
 }

@@ -1,6 +1,7 @@
 /// Fusion of a frame into the voxels of the blocks that it touches.
 #pragma once
 
+#include "dtsdf_mapping/fusion/fusion_params.h"
 #include "touched_blocks.h"
 
 namespace dtsdf {
@@ -23,7 +24,7 @@ class Fusion {
   explicit Fusion(const Stream& stream) : stream_(stream) {}
 
   /// Makes room for a frame. @throws CudaError without memory; the map is untouched.
-  void reserve(const FrameCounters& counters);
+  void reserve(const FrameCounters& counters, FusionMode mode);
 
   /// Casts all surfels into the frame's sums, and folds those into the voxels.
   void castSurfels(const FusionInput& input, const MapView& map, const TouchedView& touched,

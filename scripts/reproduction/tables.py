@@ -37,6 +37,13 @@ def verdict(ours, authors):
     return " / ".join(words)
 
 
+def deviation(ours, authors):
+    """How far each figure is from that of the authors' code, in per cent."""
+    if not authors:
+        return "–"
+    return " / ".join(f"{100 * (mine / theirs - 1):+.0f} %" for mine, theirs in zip(ours, authors))
+
+
 class Tables:
     """Draws the tables of the cells that have a result."""
 
@@ -64,7 +71,20 @@ class Tables:
                 header = ["model", "voxel mm", "ours", "authors' code", "ours against it",
                           "nvblox", "floor", "paper (vertex)"]
                 parts.append(f"## {mode}\n\n" + markdown_table(header, rows))
-        return "\n".join(parts)
+        return "\n".join(parts + [self._summary()])
+
+    def _summary(self):
+        """How many of the figures of the proposed mode meet the marks set by the authors' code."""
+        ratios = []
+        for cell, result in self.results.items():
+            authors = published.AUTHORS_CODE[PROPOSED].get((cell.model, cell.voxel_mm))
+            if cell.mode == PROPOSED and authors:
+                ratios += [mine / theirs for mine, theirs in zip(rmse(result), authors)]
+        if not ratios:
+            return ""
+        return (f"{len(ratios)} figures of {PROPOSED} have one of the authors' code beside them: "
+                f"{sum(r <= 1 for r in ratios)} are no worse, {sum(r <= 0.5 for r in ratios)} at "
+                f"most half.\n")
 
     @staticmethod
     def _table_1_row(model, voxel, mode, result):
@@ -72,8 +92,9 @@ class Tables:
         authors = published.AUTHORS_CODE[mode].get(key)
         paper = published.PAPER_TABLE_1.get(key)
         paper_rmse = paper[0 if mode == PROPOSED else 1] if paper else None
+        compare = verdict if mode == PROPOSED else deviation
         return [model, f"{voxel:g}", triple(rmse(result)), triple(authors),
-                verdict(rmse(result), authors), triple(published.NVBLOX.get(key)),
+                compare(rmse(result), authors), triple(published.NVBLOX.get(key)),
                 triple(published.FLOOR.get(key)), number(paper_rmse)]
 
     def table_2(self):

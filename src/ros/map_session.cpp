@@ -92,7 +92,8 @@ void MapSession::fuse(const PosedFrame& frame) {
 void MapSession::updateMeshWhenDue(bool idle) {
   // On a GPU the extraction runs beside the next frame; it is fetched after that, or when idle.
   if (mesh_begun_ && (idle || frames_since_begin_ > 0)) finishMesh();
-  const bool wanted = parts_.mesh_publisher.hasListeners() || parts_.points_publisher.hasListeners();
+  const bool wanted =
+      parts_.mesh_publisher.hasListeners() || parts_.points_publisher.hasListeners();
   if (mesh_begun_ || !wanted || !map_changed_ || !report_.failure.empty()) return;
   if (Clock::now() < next_mesh_) return;
   next_mesh_ = afterPeriod(

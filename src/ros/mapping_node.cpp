@@ -111,7 +111,8 @@ bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
 }
 
 bool MappingNode::onClearMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  response.success = guarded("clear_map", [this] { worker_.run([this] { session_.clear(); }).get(); });
+  response.success =
+      guarded("clear_map", [this] { worker_.run([this] { session_.clear(); }).get(); });
   response.message = response.success ? "the map is empty" : "failed; the log says why";
   return true;
 }

@@ -30,8 +30,8 @@ std::optional<std::string> MotionGate::check(double stamp_s, const Eigen::Isomet
   if (!too_fast && !turns_too_fast) return std::nullopt;
 
   std::ostringstream text;
-  text << "the pose jumped by " << distance_m << " m and " << turn_deg << " degrees in " << interval_s
-       << " s (limits: input/max_speed_m_s = " << max_speed_m_s_
+  text << "the pose jumped by " << distance_m << " m and " << turn_deg << " degrees in "
+       << interval_s << " s (limits: input/max_speed_m_s = " << max_speed_m_s_
        << ", input/max_turn_deg_s = " << max_turn_deg_s_ << ")";
   return text.str();
 }

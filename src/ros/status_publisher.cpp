@@ -48,7 +48,9 @@ void StatusPublisher::fillDiagnostics(
   diagnostics.add("images received", status_.images_received);
   diagnostics.add("frames fused", status_.frames_fused);
   diagnostics.add("frames dropped", status_.frames_dropped);
-  for (const DropCount& drop : status_.dropped) diagnostics.add("dropped: " + drop.reason, drop.count);
+  for (const DropCount& drop : status_.dropped) {
+    diagnostics.add("dropped: " + drop.reason, drop.count);
+  }
   diagnostics.add("frames waiting", status_.frames_waiting);
   diagnostics.add("blocks", status_.blocks);
   diagnostics.add("voxel arrays", status_.voxel_arrays);

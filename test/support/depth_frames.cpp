@@ -1,0 +1,91 @@
+#include "support/depth_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace dtsdf {
+
+SceneFrame renderFrame(const Scene& scene, const Eigen::Isometry3d& T_W_C, int width, int height) {
+  SceneFrame result;
+  DepthFrame& frame = result.frame;
+  const float focal_px = 0.785f * static_cast<float>(width);
+  frame.width = width;
+  frame.height = height;
+  frame.row_bytes = static_cast<size_t>(width) * sizeof(float);
+  frame.encoding = DepthEncoding::kFloat32;
+  frame.unit_m = 1.0f;
+  frame.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
+                      0.5f * static_cast<float>(height - 1)};
+  frame.T_W_C = T_W_C;
+  result.depth_m = renderDepth(scene, frame.intrinsics, width, height, T_W_C);
+  return result;
+}
+
+std::vector<SceneFrame> renderFrames(const Scene& scene,
+                                     const std::vector<Eigen::Isometry3d>& T_W_C, int width,
+                                     int height) {
+  std::vector<SceneFrame> frames;
+  for (const Eigen::Isometry3d& pose : T_W_C) {
+    frames.push_back(renderFrame(scene, pose, width, height));
+  }
+  return frames;
+}
+
+std::vector<Eigen::Isometry3d> sphereOfPoses(const Eigen::Vector3d& centre_W, double distance_m,
+                                             int count) {
+  const double golden_angle = 3.14159265358979323846 * (3.0 - std::sqrt(5.0));
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / count;
+    const double radius = std::sqrt(1.0 - z * z), angle = golden_angle * i;
+    const Eigen::Vector3d direction(radius * std::cos(angle), radius * std::sin(angle), z);
+    poses.push_back(lookAt(centre_W + distance_m * direction, centre_W,
+                           Eigen::Vector3d(0.31, 0.17, 0.93).normalized()));
+  }
+  return poses;
+}
+
+MapperParams makeCpuParams(FusionMode mode, bool directional, float voxel_size_m, int threads) {
+  MapperParams params;
+  params.backend = Backend::kCpu;
+  params.threads = threads;
+  params.fusion.mode = mode;
+  params.map.directional = directional;
+  params.map.voxel_size_m = voxel_size_m;
+  return params;
+}
+
+std::string modeName(FusionMode mode, bool directional) {
+  const std::string fusion = mode == FusionMode::kVoxelProjection
+                                 ? "VoxelProjection"
+                                 : (mode == FusionMode::kRayCasting ? "RayCasting"
+                                                                    : "NormalRayCasting");
+  return fusion + (directional ? "Directional" : "Undirected");
+}
+
+Mesh reconstruct(const MapperParams& params, const std::vector<SceneFrame>& frames) {
+  const std::unique_ptr<Mapper> mapper = makeMapper(params);
+  for (const SceneFrame& frame : frames) {
+    const IntegrationResult result = mapper->integrate(frame.view());
+    EXPECT_EQ(result.status, FrameStatus::kFused) << result.message;
+  }
+  MeshStore store(params.map.voxel_size_m);
+  store.apply(mapper->updateMesh());
+  return store.assemble();
+}
+
+SurfaceError measureError(const Mesh& mesh, const Scene& scene) {
+  SurfaceError error;
+  for (const Vec3f& p : mesh.vertices_m) {
+    const double distance = scene.distanceToSurface(Eigen::Vector3d(p.x, p.y, p.z));
+    error.rms_m += distance * distance;
+    error.max_m = std::max(error.max_m, distance);
+  }
+  error.vertices = mesh.vertices_m.size();
+  if (error.vertices > 0) error.rms_m = std::sqrt(error.rms_m / static_cast<double>(error.vertices));
+  return error;
+}
+
+}  // namespace dtsdf

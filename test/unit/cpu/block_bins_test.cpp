@@ -1,0 +1,79 @@
+// Sorting surfels by block against a plain loop over all pairs.
+#include "cpu/block_bins.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <set>
+#include <utility>
+
+namespace dtsdf {
+namespace {
+
+struct Expected {
+  uint32_t directions = 0;
+  std::set<uint32_t> surfels;
+};
+
+class BlockBinsTest : public testing::TestWithParam<int> {};
+
+std::vector<Surfel> randomSurfels(std::mt19937& random, const FrameView& frame) {
+  std::uniform_real_distribution<float> position(-60.0f, 60.0f);
+  std::normal_distribution<float> normal;
+  std::vector<Surfel> surfels;
+  for (int i = 0; i < frame.width * frame.height; ++i) {
+    const Vec3f n{normal(random), normal(random), normal(random)};
+    surfels.push_back({{position(random), position(random), position(random)},
+                       random() % 5 == 0 ? 0.0f : 1.0f, (1.0f / norm(n)) * n, 1.0f});
+  }
+  return surfels;
+}
+
+std::map<PackedKey, Expected> binOneByOne(const std::vector<Surfel>& surfels,
+                                          const FrameView& frame, const FusionView& fusion) {
+  std::map<PackedKey, Expected> bins;
+  for (uint32_t i = 0; i < surfels.size(); ++i) {
+    if (!(surfels[i].weight > 0.0f)) continue;
+    auto visit = [&](const Vec3i& block) {
+      Expected& bin = bins[packKey(block + blockOfVoxel(frame.origin_voxel))];
+      bin.directions |= directionMask(directionsOf(surfels[i].normal_L, true));
+      bin.surfels.insert(i);
+    };
+    visitBlocks(castSurfel(frame, fusion, surfels[i]), visit);
+  }
+  return bins;
+}
+
+TEST_P(BlockBinsTest, EverySurfelIsOnceInEachBlockThatItTouches) {
+  FrameView frame{};
+  frame.width = 61;
+  frame.height = 47;
+  frame.T_L_C = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {100.0f, 90.0f, 80.0f}};
+  frame.origin_voxel = {-4000, 800, 16};
+  std::mt19937 random(25);
+  BlockBins bins;
+  for (const int cast_along_normal : {0, 1}) {
+    const FusionView fusion{cast_along_normal, 1, 4.0f, 1e6f};
+    const std::vector<Surfel> surfels = randomSurfels(random, frame);
+    const std::map<PackedKey, Expected> expected = binOneByOne(surfels, frame, fusion);
+    const std::vector<TouchedBlock>& touched = bins.sort(surfels, frame, fusion, GetParam());
+    std::set<PackedKey> keys;
+    for (const TouchedBlock& block : touched) {
+      ASSERT_TRUE(keys.insert(block.key).second) << "a block appears twice";
+      ASSERT_EQ(expected.count(block.key), 1u);
+      EXPECT_EQ(packKey(block.block_L + blockOfVoxel(frame.origin_voxel)), block.key);
+      EXPECT_EQ(block.directions, expected.at(block.key).directions);
+      std::multiset<uint32_t> members;
+      for (const SurfelRange& range : block.surfels) members.insert(range.begin, range.end);
+      const std::set<uint32_t>& wanted = expected.at(block.key).surfels;
+      EXPECT_EQ(members, std::multiset<uint32_t>(wanted.begin(), wanted.end()));
+    }
+    EXPECT_EQ(keys.size(), expected.size());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, BlockBinsTest, testing::Values(1, 2, 3, 8));
+
+}  // namespace
+}  // namespace dtsdf

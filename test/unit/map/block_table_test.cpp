@@ -1,0 +1,194 @@
+#include "dtsdf_mapping/map/block_table.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+#include <vector>
+
+namespace dtsdf {
+namespace {
+
+constexpr size_t kArray = BlockTable::kArrayBytes, kBlock = BlockTable::kBlockBytes;
+constexpr size_t kPlenty = size_t(1) << 30;
+
+PackedKey keyOf(int x, int y = 0, int z = 0) { return packKey({x, y, z}); }
+
+std::vector<BlockRequest> randomRequests(std::mt19937& random, int count) {
+  std::uniform_int_distribution<int> coordinate(-4, 4);
+  std::vector<BlockRequest> requests;
+  for (int i = 0; i < count; ++i) {
+    requests.push_back({keyOf(coordinate(random), coordinate(random), coordinate(random)),
+                        static_cast<uint32_t>(1 + random() % 63)});
+  }
+  return requests;
+}
+
+/// What the rest of the package relies on: books that add up, and no index given out twice.
+void expectConsistent(const BlockTable& table) {
+  std::set<int32_t> arrays, slots;
+  PackedKey previous = 0;
+  for (const int32_t slot : table.sortedSlots()) {
+    const BlockEntry& entry = table.block(slot);
+    EXPECT_TRUE(entry.in_use);
+    EXPECT_TRUE(slots.insert(slot).second);
+    EXPECT_LT(static_cast<size_t>(slot), table.slotCount());
+    const PackedKey key = packKey(entry.key);
+    EXPECT_GT(key, previous);
+    previous = key;
+    EXPECT_EQ(table.find(key), slot);
+    for (const int32_t array : entry.array) {
+      if (array == kNoArray) continue;
+      EXPECT_TRUE(arrays.insert(array).second) << "array " << array << " is used twice";
+      EXPECT_LT(static_cast<size_t>(array), table.arrayCount());
+    }
+  }
+  EXPECT_EQ(table.blocksInUse(), slots.size());
+  EXPECT_EQ(table.arraysInUse(), arrays.size());
+  EXPECT_EQ(table.bytesInUse(), slots.size() * kBlock + arrays.size() * kArray);
+}
+
+void expectEqual(const BlockTable& a, const BlockTable& b) {
+  ASSERT_EQ(a.sortedSlots(), b.sortedSlots());
+  for (const int32_t slot : a.sortedSlots()) {
+    EXPECT_TRUE(a.block(slot).key == b.block(slot).key);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      EXPECT_EQ(a.block(slot).array[d], b.block(slot).array[d]);
+    }
+  }
+}
+
+TEST(BlockTable, MakesWhatIsAskedFor) {
+  BlockTable table(kPlenty);
+  EXPECT_EQ(table.find(keyOf(1)), -1);
+  const Admission admission = table.admit({{keyOf(1, -2, 3), 0x05}});
+  const int32_t slot = table.find(keyOf(1, -2, 3));
+  ASSERT_GE(slot, 0);
+  EXPECT_EQ(admission.changed_slots, std::vector<int32_t>{slot});
+  EXPECT_EQ(admission.new_arrays.size(), 2u);
+  EXPECT_EQ(admission.refused, 0u);
+  for (int d = 0; d < kDirectionCount; ++d) {
+    EXPECT_EQ(table.block(slot).array[d] != kNoArray, d == 0 || d == 2);
+  }
+  expectConsistent(table);
+}
+
+TEST(BlockTable, AddsOnlyWhatIsMissing) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x03}});
+  EXPECT_TRUE(table.admit({{keyOf(1), 0x01}}).changed_slots.empty());
+  const Admission admission = table.admit({{keyOf(1), 0x06}});
+  EXPECT_EQ(admission.new_arrays.size(), 1u);
+  EXPECT_EQ(admission.changed_slots.size(), 1u);
+  EXPECT_EQ(table.blocksInUse(), 1u);
+  EXPECT_EQ(table.arraysInUse(), 3u);
+}
+
+/// Threads find blocks in any order and several times: slots and arrays must not depend on it.
+TEST(BlockTable, OrderAndRepetitionOfRequestsDoNotMatter) {
+  std::mt19937 random(22);
+  for (const size_t budget : {kPlenty, 40 * (kBlock + 2 * kArray)}) {
+    BlockTable first(budget), second(budget);
+    for (int frame = 0; frame < 20; ++frame) {
+      std::vector<BlockRequest> requests = randomRequests(random, 40);
+      const Admission a = first.admit(requests);
+      // The same once more in pieces: every direction on its own, shuffled.
+      std::vector<BlockRequest> pieces;
+      for (const BlockRequest& request : requests) {
+        for (int d = 0; d < kDirectionCount; ++d) {
+          if (request.directions >> d & 1) pieces.push_back({request.key, 1u << d});
+        }
+      }
+      std::shuffle(pieces.begin(), pieces.end(), random);
+      const Admission b = second.admit(pieces);
+      EXPECT_EQ(a.changed_slots, b.changed_slots);
+      EXPECT_EQ(a.new_arrays, b.new_arrays);
+      EXPECT_EQ(a.refused, b.refused);
+    }
+    expectEqual(first, second);
+    expectConsistent(first);
+  }
+}
+
+TEST(BlockTable, TheBudgetIsExact) {
+  BlockTable table(2 * (kBlock + 3 * kArray));
+  EXPECT_EQ(table.admit({{keyOf(1), 0x07}, {keyOf(2), 0x38}}).refused, 0u);
+  EXPECT_EQ(table.bytesInUse(), 2 * (kBlock + 3 * kArray));
+  EXPECT_EQ(table.admit({{keyOf(3), 0x01}}).refused, 1u);
+  BlockTable smaller(2 * (kBlock + 3 * kArray) - 1);
+  EXPECT_EQ(smaller.admit({{keyOf(1), 0x07}, {keyOf(2), 0x38}}).refused, 1u);
+  EXPECT_GE(smaller.find(keyOf(1)), 0);
+  EXPECT_EQ(smaller.find(keyOf(2)), -1);
+}
+
+TEST(BlockTable, ARefusedRequestLeavesNothingBehind) {
+  BlockTable table(kBlock + 2 * kArray);
+  table.admit({{keyOf(1), 0x01}});
+  const Admission admission = table.admit({{keyOf(1), 0x07}, {keyOf(2), 0x01}});
+  EXPECT_EQ(admission.refused, 2u);
+  EXPECT_TRUE(admission.changed_slots.empty());
+  EXPECT_TRUE(admission.new_arrays.empty());
+  EXPECT_EQ(table.arraysInUse(), 1u);
+  EXPECT_EQ(table.find(keyOf(2)), -1);
+  // What there is can still be asked for, and what fits is still made.
+  EXPECT_EQ(table.admit({{keyOf(1), 0x01}}).refused, 0u);
+  EXPECT_EQ(table.admit({{keyOf(1), 0x03}}).refused, 0u);
+  expectConsistent(table);
+}
+
+TEST(BlockTable, TheBudgetHoldsUnderRandomLoad) {
+  std::mt19937 random(23);
+  const size_t budget = 50 * (kBlock + 2 * kArray) + 1234;
+  BlockTable table(budget);
+  for (int frame = 0; frame < 100; ++frame) {
+    const size_t before = table.bytesInUse();
+    table.admit(randomRequests(random, 10));
+    EXPECT_LE(table.bytesInUse(), budget);
+    EXPECT_GE(table.bytesInUse(), before);
+    for (const int32_t slot : table.sortedSlots()) {
+      if (random() % 4 != 0) continue;
+      for (int d = 0; d < kDirectionCount; ++d) table.releaseArray(slot, d);
+      table.releaseBlock(slot);
+    }
+    expectConsistent(table);
+  }
+}
+
+TEST(BlockTable, ReleasedSlotsAndArraysAreUsedAgain) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x3f}, {keyOf(2), 0x3f}, {keyOf(3), 0x3f}});
+  const size_t slots = table.slotCount(), arrays = table.arrayCount();
+  for (int round = 0; round < 10; ++round) {
+    const int32_t slot = table.find(keyOf(1 + round));
+    for (int d = 0; d < kDirectionCount; ++d) table.releaseArray(slot, d);
+    table.releaseArray(slot, 0);  // twice is once
+    table.releaseBlock(slot);
+    EXPECT_EQ(table.find(keyOf(1 + round)), -1);
+    EXPECT_EQ(table.blocksInUse(), 2u);
+    EXPECT_EQ(table.arraysInUse(), 12u);
+    const Admission admission = table.admit({{keyOf(4 + round), 0x3f}});
+    EXPECT_EQ(admission.new_arrays.size(), 6u);  // to be zeroed, used before or not
+    expectConsistent(table);
+  }
+  EXPECT_EQ(table.slotCount(), slots);
+  EXPECT_EQ(table.arrayCount(), arrays);
+}
+
+TEST(BlockTable, ClearForgetsEverything) {
+  BlockTable used(kPlenty), fresh(kPlenty);
+  std::mt19937 random(24);
+  used.admit(randomRequests(random, 100));
+  used.clear();
+  EXPECT_EQ(used.bytesInUse(), 0u);
+  EXPECT_EQ(used.slotCount(), 0u);
+  EXPECT_EQ(used.arrayCount(), 0u);
+  EXPECT_TRUE(used.sortedSlots().empty());
+  const std::vector<BlockRequest> requests = randomRequests(random, 50);
+  used.admit(requests);
+  fresh.admit(requests);
+  expectEqual(used, fresh);
+}
+
+}  // namespace
+}  // namespace dtsdf

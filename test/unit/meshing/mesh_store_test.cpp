@@ -1,0 +1,205 @@
+#include "dtsdf_mapping/meshing/mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "dtsdf_mapping/kernels/mesh_emit.h"
+#include "support/mesh_topology.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr float kVoxelSize = 0.05f;
+
+/// The part of the plane z = height that a block meshes, free above; `height` in voxels from the
+/// block's first voxel, not on the grid.
+BlockMesh planeBlock(const BlockKey& key, float height) {
+  BlockMesh mesh;
+  mesh.key = key;
+  const int layer = floorToInt(height);
+  for (int y = 0; y < kLatticeSide; ++y) {
+    for (int x = 0; x < kLatticeSide; ++x) {
+      const int edge = latticeEdge(latticeIndex(x, y, layer), 2, 0);
+      mesh.vertices.push_back({vertexPosition(edge, height - static_cast<float>(layer)),
+                               static_cast<uint32_t>(edge)});
+    }
+  }
+  const auto number = [](int x, int y) { return static_cast<uint16_t>(x + kLatticeSide * y); };
+  for (int y = 0; y < kBlockSide; ++y) {
+    for (int x = 0; x < kBlockSide; ++x) {
+      for (const uint16_t v : {number(x, y), number(x + 1, y), number(x + 1, y + 1), number(x, y),
+                               number(x + 1, y + 1), number(x, y + 1)}) {
+        mesh.triangles.push_back(v);
+      }
+    }
+  }
+  return mesh;
+}
+
+MeshUpdate updateOf(std::vector<BlockMesh> blocks) {
+  MeshUpdate update;
+  update.blocks = std::move(blocks);
+  return update;
+}
+
+constexpr size_t kTriangles = 2 * kBlockSide * kBlockSide;
+
+TEST(MeshStore, AddsReplacesAndDeletes) {
+  MeshStore store(kVoxelSize);
+  EXPECT_EQ(store.triangleCount(), 0u);
+  EXPECT_TRUE(store.assemble().triangles.empty());
+  store.apply(updateOf({planeBlock({0, 0, 0}, 2.5f), planeBlock({5, 0, -1}, 2.5f)}));
+  EXPECT_EQ(store.blocks().size(), 2u);
+  EXPECT_EQ(store.triangleCount(), 2 * kTriangles);
+
+  BlockMesh half = planeBlock({0, 0, 0}, 6.25f);
+  half.triangles.resize(kTriangles / 2 * 3);
+  store.apply(updateOf({half}));
+  EXPECT_EQ(store.blocks().size(), 2u);
+  EXPECT_EQ(store.triangleCount(), kTriangles + kTriangles / 2);
+  EXPECT_EQ(store.blocks().at(packKey({0, 0, 0})).vertices[0].position.z, 6.25f);
+
+  BlockMesh vanished;
+  vanished.key = {0, 0, 0};
+  store.apply(updateOf({vanished}));
+  EXPECT_EQ(store.blocks().size(), 1u);
+  EXPECT_EQ(store.triangleCount(), kTriangles);
+  store.apply(updateOf({vanished}));  // unknown by now
+  EXPECT_EQ(store.triangleCount(), kTriangles);
+
+  store.clear();
+  EXPECT_TRUE(store.blocks().empty());
+  EXPECT_EQ(store.triangleCount(), 0u);
+}
+
+/// 2 x 2 blocks round the origin: one sheet, each vertex once.
+TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
+  MeshStore store(kVoxelSize);
+  for (const int y : {-1, 0}) {
+    for (const int x : {-1, 0}) store.apply(updateOf({planeBlock({x, y, -1}, 3.5f)}));
+  }
+  const Mesh mesh = store.assemble();
+  constexpr size_t kSide = 2 * kBlockSide;
+  EXPECT_EQ(mesh.vertices_m.size(), (kSide + 1) * (kSide + 1));
+  EXPECT_EQ(mesh.triangles.size(), 4 * kTriangles);
+  const MeshTopology topology = measureTopology(mesh);
+  EXPECT_EQ(topology.boundary_edges, 4 * kSide) << topology;
+  EXPECT_EQ(topology.crowded_edges + topology.inconsistent_edges, 0u) << topology;
+  EXPECT_EQ(topology.coincident_vertices + topology.unused_vertices, 0u) << topology;
+  for (const Vec3f& p : mesh.vertices_m) {
+    EXPECT_FLOAT_EQ(p.z, (-8.0f + 3.5f) * kVoxelSize);
+    EXPECT_LE(std::max(std::abs(p.x), std::abs(p.y)), 8 * kVoxelSize);
+  }
+}
+
+/// The two sides of a wall cross the same grid edges and must stay apart.
+TEST(MeshStore, AssemblyKeepsTheTwoFacingsApart) {
+  BlockMesh block = planeBlock({0, 0, 0}, 3.5f);
+  const size_t one_side = block.vertices.size(), corners = block.triangles.size();
+  for (size_t i = 0; i < one_side; ++i) {
+    BlockVertex vertex = block.vertices[i];
+    vertex.edge += 1;
+    block.vertices.push_back(vertex);
+  }
+  for (size_t i = 0; i < corners; i += 3) {
+    for (const size_t k : {i, i + 2, i + 1}) {
+      block.triangles.push_back(static_cast<uint16_t>(block.triangles[k] + one_side));
+    }
+  }
+  MeshStore store(kVoxelSize);
+  store.apply(updateOf({block}));
+  const Mesh mesh = store.assemble();
+  ASSERT_EQ(mesh.vertices_m.size(), 2 * one_side);
+  for (size_t i = 0; i < mesh.normals.size(); ++i) {
+    EXPECT_FLOAT_EQ(mesh.normals[i].z, i < one_side ? 1.0f : -1.0f);
+  }
+}
+
+TEST(MeshStore, NormalsPointToTheFreeSide) {
+  MeshStore store(kVoxelSize);
+  store.apply(updateOf({planeBlock({0, 0, 0}, 2.5f)}));
+  const Mesh mesh = store.assemble();
+  ASSERT_EQ(mesh.normals.size(), mesh.vertices_m.size());
+  for (const Vec3f& n : mesh.normals) {
+    EXPECT_FLOAT_EQ(n.x, 0.0f);
+    EXPECT_FLOAT_EQ(n.y, 0.0f);
+    EXPECT_FLOAT_EQ(n.z, 1.0f);
+  }
+}
+
+TEST(MeshStore, AssemblesASelection) {
+  MeshStore store(kVoxelSize);
+  store.apply(updateOf({planeBlock({0, 0, 0}, 2.5f), planeBlock({1, 0, 0}, 2.5f),
+                        planeBlock({2, 0, 0}, 2.5f)}));
+  const Mesh two = store.assemble({packKey({0, 0, 0}), packKey({1, 0, 0}), packKey({9, 9, 9})});
+  EXPECT_EQ(two.triangles.size(), 2 * kTriangles);
+  EXPECT_EQ(two.vertices_m.size(), static_cast<size_t>(17 * 9));
+}
+
+TEST(MeshStore, HistoryDoesNotShow) {
+  MeshStore direct(kVoxelSize), eventful(kVoxelSize);
+  const BlockMesh a = planeBlock({0, 0, 0}, 2.5f), b = planeBlock({1, 0, 0}, 2.5f);
+  BlockMesh gone;
+  gone.key = {7, 7, 7};
+  direct.apply(updateOf({a, b}));
+  eventful.apply(updateOf({planeBlock({7, 7, 7}, 1.5f)}));
+  eventful.apply(updateOf({b}));
+  eventful.apply(updateOf({planeBlock({0, 0, 0}, 4.5f)}));
+  eventful.apply(updateOf({a, gone}));
+  const Mesh x = direct.assemble(), y = eventful.assemble();
+  ASSERT_EQ(x.vertices_m.size(), y.vertices_m.size());
+  EXPECT_EQ(x.triangles, y.triangles);
+  for (size_t i = 0; i < x.vertices_m.size(); ++i) {
+    EXPECT_EQ(norm(x.vertices_m[i] - y.vertices_m[i]), 0.0f);
+  }
+}
+
+/// One kilometre away a float holds steps of 0.06 mm; the vertex must be the nearest of them.
+TEST(MeshStore, FarPositionsAreRoundedOnce) {
+  const MeshStore store(0.02f);
+  const BlockKey key{6250, -6250, 0};
+  const Vec3f p = store.positionInMap(key, {{0.7f, 7.3f, 2.0f}, 0});
+  const double h = 0.02f;
+  EXPECT_EQ(p.x, static_cast<float>((50000.0 + double(0.7f)) * h));
+  EXPECT_EQ(p.y, static_cast<float>((-50000.0 + double(7.3f)) * h));
+  EXPECT_EQ(p.z, static_cast<float>(2.0 * h));
+}
+
+TEST(VertexColour, NormalsAreRedGreenBlue) {
+  using Rgb = std::array<uint8_t, 3>;
+  const Vec3f origin{0, 0, 0};
+  EXPECT_EQ(vertexColour(MeshColour::kNormal, origin, {1, 0, 0}), (Rgb{255, 128, 128}));
+  EXPECT_EQ(vertexColour(MeshColour::kNormal, origin, {0, -1, 0}), (Rgb{128, 0, 128}));
+  EXPECT_EQ(vertexColour(MeshColour::kNormal, origin, {0, 0, 1}), (Rgb{128, 128, 255}));
+}
+
+/// A saturated hue for every height, without steps between neighbouring heights and with as many
+/// different ones as a user needs to tell floor from table.
+TEST(VertexColour, HeightsAreAContinuousRainbow) {
+  std::set<std::array<uint8_t, 3>> colours;
+  auto previous = vertexColour(MeshColour::kHeight, {0, 0, -5.0f}, {0, 0, 1});
+  for (float z = -5.0f; z < 5.0f; z += 0.001f) {
+    const auto colour = vertexColour(MeshColour::kHeight, {3.0f, -2.0f, z}, {1, 0, 0});
+    EXPECT_EQ(*std::max_element(colour.begin(), colour.end()), 255);
+    EXPECT_EQ(*std::min_element(colour.begin(), colour.end()), 0);
+    for (size_t i = 0; i < 3; ++i) EXPECT_LE(std::abs(colour[i] - previous[i]), 2) << "z = " << z;
+    colours.insert(colour);
+    previous = colour;
+  }
+  EXPECT_GT(colours.size(), 1000u);
+}
+
+TEST(VertexColour, PlainIsOneGrey) {
+  const auto a = vertexColour(MeshColour::kPlain, {0, 0, 0}, {1, 0, 0});
+  const auto b = vertexColour(MeshColour::kPlain, {1, 2, 3}, {0, 0, -1});
+  EXPECT_EQ(a, b);
+  EXPECT_EQ(a[0], a[1]);
+  EXPECT_EQ(a[1], a[2]);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -166,15 +166,15 @@ __device__ void visitTriangleEdges(const MeshTables& tables, const UnitIndices& 
   }
 }
 
-__device__ BlockVertex makeVertex(const LatticeArrays& arrays, int edge) {
-  const int lower = edgeCorner(edge), axis = edgeAxis(edge);
-  EdgeSamples samples;
-  for (int d = 0; d < kDirectionCount; ++d) {
-    samples.lower[d] = arrays.sample(lower, d);
-    samples.upper[d] = arrays.sample(lower + latticeStride(axis), d);
+__device__ BlockVertex makeVertex(const LatticeArrays& arrays, int edge, bool directional) {
+  const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  EdgeSamples samples = {};
+  for (int d = 0; d < (directional ? kDirectionCount : 1); ++d) {
+    const int direction = directionOnEdge(d, axis, facing, directional);
+    samples.lower[direction] = arrays.sample(lower, d);
+    samples.upper[direction] = arrays.sample(lower + latticeStride(axis), d);
   }
-  return {vertexPosition(edge, edgeOffset(samples, axis, edgeFacing(edge))),
-          static_cast<uint32_t>(edge)};
+  return {vertexPosition(edge, edgeOffset(samples, axis, facing)), static_cast<uint32_t>(edge)};
 }
 
 struct MeshBlockShared {
@@ -241,7 +241,7 @@ __device__ void writeMesh(const MeshView& mesh, const UnitIndices (&settled)[kUn
   for (int edge = threadIdx.x; edge < kLatticeEdges; edge += blockDim.x) {
     if (!shared.edges.contains(edge)) continue;
     mesh.vertices[record.first_vertex + shared.edges.vertexOf(edge)] =
-        makeVertex(shared.arrays, edge);
+        makeVertex(shared.arrays, edge, mesh.directional != 0);
   }
   uint16_t* corner = mesh.triangles[record.first_triangle + first_triangle].vertex;
   for (int k = 0; k < kUnitsPerThread; ++k) {

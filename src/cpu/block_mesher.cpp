@@ -9,6 +9,7 @@ namespace {
 struct BlockLattice {
   Voxel corner[kDirectionCount][kLatticeCorners];
   uint32_t present;  ///< Bit d: some of the blocks has an array of direction d.
+  bool directional;
 };
 
 void collectLattice(const BlockTable& table, VoxelStore& voxels, const BlockKey& key,
@@ -76,15 +77,16 @@ struct IndexNeighbourhood {
 };
 
 float vertexOffset(const BlockLattice& lattice, int edge) {
-  const int lower = edgeCorner(edge), axis = edgeAxis(edge);
+  const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const int stride = latticeStride(axis);
   EdgeSamples samples = {};
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(lattice.present >> d & 1)) continue;
-    samples.lower[d] = lattice.corner[d][lower];
-    samples.upper[d] = lattice.corner[d][lower + stride];
+    const int direction = directionOnEdge(d, axis, facing, lattice.directional);
+    samples.lower[direction] = lattice.corner[d][lower];
+    samples.upper[direction] = lattice.corner[d][lower + stride];
   }
-  return edgeOffset(samples, axis, edgeFacing(edge));
+  return edgeOffset(samples, axis, facing);
 }
 
 /// Turns lattice edges into indices of a sorted vertex list, and places the vertices.
@@ -195,6 +197,7 @@ std::vector<BlockMesh> BlockMesher::update() {
 #pragma omp parallel num_threads(threads_)
   {
     auto lattice = std::make_unique<BlockLattice>();
+    lattice->directional = directional_;
 #pragma omp for schedule(dynamic, 4)
     for (size_t i = 0; i < all.size(); ++i) {
       const BlockKey key = table_.block(all[i]).key;

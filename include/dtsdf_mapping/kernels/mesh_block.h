@@ -59,6 +59,13 @@ DTSDF_HD UnitIndices settleUnit(const At& at, const Vec3i& unit) {
   return regulariseUnit(own, neighbours);
 }
 
+/// As which direction's a voxel array's samples count on an edge of the given axis and facing. The
+/// undirected map's only array (0) holds surfaces of any facing, so there it counts as the direction
+/// that faces the way the edge does.
+DTSDF_HD int directionOnEdge(int array_direction, int axis, int facing, bool directional) {
+  return directional ? array_direction : 2 * axis + facing;
+}
+
 /// Steps from a lattice corner to the next one along an axis.
 DTSDF_HD int latticeStride(int axis) {
   return axis == 0 ? 1 : (axis == 1 ? kLatticeSide : kLatticeSide * kLatticeSide);

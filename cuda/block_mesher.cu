@@ -213,8 +213,8 @@ __device__ uint32_t settleUnits(const MeshView& mesh, MeshBlockShared& shared,
   return triangles;
 }
 
-/// Counts a block's vertices and triangles, and takes room for them; the order of the blocks in that
-/// room is free. @return this thread's first triangle in the block.
+/// Counts a block's vertices and triangles, and takes room for them; the order of the blocks in
+/// that room is free. @return this thread's first triangle in the block.
 __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles,
                              MeshBlockShared& shared) {
   uint32_t first_triangle, triangles, rank, vertices;

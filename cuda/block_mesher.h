@@ -50,8 +50,8 @@ struct MeshView {
 };
 
 /// One extraction at a time, on a stream of its own beside the frames: begin() enqueues everything
-/// up to the meshes on the device, settle() makes sure that they are complete and enqueues their way
-/// to the host, finish() waits for them there.
+/// up to the meshes on the device, settle() makes sure that they are complete and enqueues their
+/// way to the host, finish() waits for them there.
 class BlockMesher {
  public:
   explicit BlockMesher(bool directional);

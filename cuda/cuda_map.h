@@ -12,7 +12,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Does the work behind Mapper; the host's table decides what is admitted, the device does the rest.
+/// Does the work behind Mapper: the host's table decides what is admitted, the device does the
+/// rest.
 class CudaMap {
  public:
   explicit CudaMap(const MapperParams& params);

@@ -58,9 +58,9 @@ class CudaMapper : public Mapper {
       return map().integrate(frame);
     } catch (const gpu::CudaError& error) {
       if (error.code() != cudaErrorMemoryAllocation) throw;
-      throw std::runtime_error(std::string("the GPU has too little memory for this frame, which was "
-                                           "not fused; lower map/max_memory_mb or use larger "
-                                           "voxels. ") + error.what());
+      throw std::runtime_error(
+          "the GPU has too little memory for this frame, which was not fused; lower "
+          "map/max_memory_mb or use larger voxels. " + std::string(error.what()));
     }
   }
 

@@ -84,7 +84,7 @@ void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
   reserveHash(demand.new_blocks, table.blocksInUse());
 }
 
-/// Released blocks leave their keys behind, so a new table is made when keys, not blocks, fill half.
+/// Released blocks leave their keys behind: a new table is made when keys, not blocks, fill half.
 void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   if (hash_size_ != 0 && 2 * (hash_used_ + new_blocks) <= hash_size_) return;
   size_t size = kSmallestHash;

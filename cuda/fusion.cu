@@ -97,7 +97,7 @@ __global__ void foldSumsKernel(FusionView fusion, MapView map, TouchedView touch
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);
 }
 
-/// One block of threads per touched block. A voxel takes a single pixel, so its sums need no memory.
+/// One block of threads per touched block. A voxel takes a single pixel: its sums need no memory.
 __global__ void projectVoxelsKernel(FusionInput input, MapView map, TouchedView touched) {
   __shared__ uint32_t observed;
   TouchedBlock& block = touched.blocks[blockIdx.x];

@@ -73,7 +73,8 @@ __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedVie
     const int32_t slot = findSlot(map, key);
     touched.blocks[i] = {key, unpackKey(key) - origin_block, directions, slot, 0};
     reserveSums(touched, static_cast<uint32_t>(i), place, directions);
-    const uint32_t missing = slot < 0 ? directions : directions & ~directionsOfSlot(map.slots[slot]);
+    const uint32_t existing = slot < 0 ? 0 : directionsOfSlot(map.slots[slot]);
+    const uint32_t missing = directions & ~existing;
     if (missing == 0) continue;
     touched.requests[atomicAdd(&touched.counters->requests, 1u)] = {key, directions};
     atomicAdd(&touched.counters->requested_arrays, static_cast<uint32_t>(__popc(missing)));

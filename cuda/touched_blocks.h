@@ -76,8 +76,8 @@ class TouchedBlocks {
   /// Waits for the counters.
   const FrameCounters& waitForCounters();
 
-  /// After counters with `table_full`: makes the table larger and zeroes the counters, for the steps
-  /// from mark() on.
+  /// After counters with `table_full`: makes the table larger and zeroes the counters, for the
+  /// steps from mark() on.
   void grow();
 
   /// Fetches the requests; waits.

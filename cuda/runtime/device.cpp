@@ -25,7 +25,8 @@ std::string findDriverProblem() {
   if (error == cudaErrorNoDevice || (error == cudaSuccess && devices == 0)) {
     return "the driver sees no CUDA device";
   }
-  return error == cudaSuccess ? "" : std::string("CUDA does not start: ") + cudaGetErrorString(error);
+  if (error == cudaSuccess) return "";
+  return std::string("CUDA does not start: ") + cudaGetErrorString(error);
 }
 
 }  // namespace

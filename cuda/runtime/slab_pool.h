@@ -27,8 +27,8 @@ class SlabPool {
  public:
   using View = SlabView<T, kRecordSize, kRecordsPerSlabLog2>;
 
-  /// Makes room for `count` records, new memory zeroed. Waits for the stream only if it has to grow.
-  /// @throws CudaError without memory; the pool is then as large as it was.
+  /// Makes room for `count` records, new memory zeroed. Waits for the stream only if it has to
+  /// grow. @throws CudaError without memory; the pool is then as large as it was.
   void reserve(size_t count, const Stream& stream) {
     const size_t wanted = (count + kSlabRecords - 1) / kSlabRecords;
     if (wanted <= slabs_.size()) return;

@@ -42,7 +42,8 @@ int pack(const dtsdf::TumOptions& options, const std::string& out) {
 
 int main(int argc, char** argv) {
   if (argc < 6) {
-    std::cerr << "usage: pack_frames TUM_DIR FIRST LAST STEP OUT_WITHOUT_SUFFIX [UNITS_PER_METRE]\n";
+    std::cerr << "usage: pack_frames TUM_DIR FIRST LAST STEP OUT_WITHOUT_SUFFIX "
+                 "[UNITS_PER_METRE]\n";
     return 2;
   }
   dtsdf::TumOptions options;

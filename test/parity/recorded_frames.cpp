@@ -24,7 +24,9 @@ std::vector<TestFrame> readRecordedFrames(const std::string& path_without_suffix
   DepthFrame& depth = frame.frame;
   Intrinsics& K = depth.intrinsics;
   list >> depth.width >> depth.height >> K.fx >> K.fy >> K.cx >> K.cy >> depth.unit_m;
-  if (!list || !images) throw std::runtime_error("cannot read " + path_without_suffix + ".txt/.raw");
+  if (!list || !images) {
+    throw std::runtime_error("cannot read " + path_without_suffix + ".txt and .raw");
+  }
   depth.row_bytes = depth.width * sizeof(uint16_t);
   frame.pixels.resize(depth.row_bytes * depth.height);
   std::vector<TestFrame> frames;

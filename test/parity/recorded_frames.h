@@ -1,7 +1,7 @@
 /// Recorded depth frames in one raw file each, for machines without the package's image libraries.
 ///
-/// NAME.raw holds the images, NAME.txt a line `width height fx fy cx cy unit_m` for 16-bit depth and
-/// then a line per frame with the first three rows of T_W_C.
+/// NAME.raw holds the 16-bit images; NAME.txt a line `width height fx fy cx cy unit_m`, and then a
+/// line per frame with the first three rows of T_W_C.
 #pragma once
 
 #include <string>

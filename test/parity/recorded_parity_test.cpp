@@ -1,6 +1,6 @@
 // The GPU gives the CPU's mesh on recorded frames, byte for byte. The folder of recordings is named
-// by DTSDF_PARITY_FRAMES (see recorded_frames.h; pack_frames writes them), the voxel sizes in metres
-// by DTSDF_PARITY_VOXELS, by default "0.02 0.01".
+// by DTSDF_PARITY_FRAMES (see recorded_frames.h; pack_frames writes them), the voxel sizes in
+// metres by DTSDF_PARITY_VOXELS, by default "0.02 0.01".
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -47,27 +47,41 @@ DTSDF_HD float greatestWeight(const UnitSamples& samples) {
   return greatest;
 }
 
+/// Rise of a direction's distance along one axis: weighted mean over the unit's edges that it has
+/// observed; 0 where there is none.
+DTSDF_HD float riseAlong(const Voxel (&corner)[kCubeCorners], int axis, float least_weight) {
+  float rise = 0.0f, total = 0.0f;
+  for (int c = 0; c < kCubeCorners; ++c) {
+    if (c >> axis & 1) continue;
+    const Voxel& lower = corner[c];
+    const Voxel& upper = corner[c | 1 << axis];
+    if (!(lower.weight > least_weight && upper.weight > least_weight)) continue;
+    rise += (lower.weight + upper.weight) * (upper.sdf - lower.sdf);
+    total += lower.weight + upper.weight;
+  }
+  return total > 0.0f ? rise / total : 0.0f;
+}
+
 /// How strongly a direction speaks for a surface in the unit; 0 if it does not. It has to see both
-/// sides of the surface, and its distance has to rise along its axis as it does for normals within
-/// its range (the gradient check of the paper's intra-directional filter).
+/// sides of the surface, and the gradient of its distance has to lie in its range (the gradient check
+/// of the paper's intra-directional filter). Only the gradient's direction counts: noise makes it
+/// shorter.
 DTSDF_HD float directionConfidence(const Voxel (&corner)[kCubeCorners], int direction,
                                    float least_weight) {
-  const int axis = directionAxis(direction);
-  float total = 0.0f, rise = 0.0f, rise_weight = 0.0f;
+  float weight = 0.0f;
   bool in_front = false, behind = false;
   for (int c = 0; c < kCubeCorners; ++c) {
-    const Voxel& lower = corner[c];
-    if (!(lower.weight > least_weight)) continue;
-    total += lower.weight;
-    (lower.sdf < 0.0f ? behind : in_front) = true;
-    const Voxel& upper = corner[c | 1 << axis];
-    if ((c >> axis & 1) || !(upper.weight > least_weight)) continue;
-    rise += (lower.weight + upper.weight) * (upper.sdf - lower.sdf);
-    rise_weight += lower.weight + upper.weight;
+    if (!(corner[c].weight > least_weight)) continue;
+    weight += corner[c].weight;
+    (corner[c].sdf < 0.0f ? behind : in_front) = true;
   }
-  if (!in_front || !behind || !(rise_weight > 0.0f)) return 0.0f;
-  const float slope = directionSign(direction) * rise / rise_weight;
-  return slope > kDirectionThreshold ? total * slope : 0.0f;
+  if (!in_front || !behind) return 0.0f;
+  const Vec3f gradient{riseAlong(corner, 0, least_weight), riseAlong(corner, 1, least_weight),
+                       riseAlong(corner, 2, least_weight)};
+  const float length = norm(gradient);
+  if (!(length > 0.0f)) return 0.0f;
+  const float cosine = directionCosine(gradient, direction) / length;
+  return cosine > kDirectionThreshold ? weight * cosine : 0.0f;
 }
 
 /// The vote on one corner: weighted mean of the distances of several directions. Each counts by its

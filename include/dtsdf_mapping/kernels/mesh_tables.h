@@ -4,7 +4,9 @@
 /// the corner is behind the surface (negative distance). Edge e runs along axis e / 4. On each face
 /// the contour cuts off every run of behind corners on its own, which depends on the face alone, so
 /// neighbouring units agree; following the contours over the faces gives closed loops, the surface
-/// components of an index, and each loop is triangulated as a fan.
+/// components of an index, and each loop is triangulated as a fan. The fan starts where none of its
+/// diagonals lies on a face of the cube: there it could meet a neighbour's side or diagonal, and four
+/// triangles would share it.
 #pragma once
 
 #include <cstdint>
@@ -78,6 +80,43 @@ constexpr Contours traceContours(int index) {
   return contours;
 }
 
+struct Loop {
+  int length;
+  int edge[kCubeEdges];
+};
+
+constexpr Loop followLoop(const Contours& contours, int start) {
+  Loop loop{};
+  int e = start;
+  do {
+    loop.edge[loop.length++] = e;
+    e = contours.next[e];
+  } while (e != start);
+  return loop;
+}
+
+/// Bit f for each face (as in kernels/mesh_unit.h, faceOffset) that an edge lies on.
+constexpr unsigned facesOfEdge(int e) {
+  unsigned faces = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis != e / 4) faces |= 1u << (2 * axis + (kEdgeLowerCorner[e] >> axis & 1));
+  }
+  return faces;
+}
+
+/// First position in a loop from where a fan has no diagonal on a face of the cube.
+constexpr int fanStart(const Loop& loop) {
+  for (int start = 0; start < loop.length; ++start) {
+    bool on_face = false;
+    for (int i = 2; i + 1 < loop.length; ++i) {
+      const int other = loop.edge[(start + i) % loop.length];
+      on_face = on_face || (facesOfEdge(loop.edge[start]) & facesOfEdge(other)) != 0;
+    }
+    if (!on_face) return start;
+  }
+  return 0;
+}
+
 /// The index of a single loop: corners on its behind side, found by a flood over the cube's edges
 /// that crosses none of the loop's.
 constexpr int componentIndex(int index, unsigned loop_edges) {
@@ -103,18 +142,15 @@ constexpr MeshTables make() {
     unsigned done = 0;
     for (int start = 0; start < kCubeEdges; ++start) {
       if (contours.next[start] < 0 || (done >> start & 1)) continue;
+      const Loop loop = followLoop(contours, start);
+      const int fan = fanStart(loop);
       unsigned loop_edges = 0;
-      int previous = -1;
-      for (int e = start; !(loop_edges >> e & 1); e = contours.next[e]) {
-        loop_edges |= 1u << e;
-        if (e != start) {
-          if (previous >= 0) {
-            uint8_t* triangle = &tables.triangle_edge[index][3 * tables.triangle_count[index]++];
-            triangle[0] = static_cast<uint8_t>(start);
-            triangle[1] = static_cast<uint8_t>(previous);
-            triangle[2] = static_cast<uint8_t>(e);
-          }
-          previous = e;
+      for (int i = 0; i < loop.length; ++i) loop_edges |= 1u << loop.edge[i];
+      for (int i = 1; i + 1 < loop.length; ++i) {
+        uint8_t* triangle = &tables.triangle_edge[index][3 * tables.triangle_count[index]++];
+        for (int k = 0; k < 3; ++k) {
+          const int at = k == 0 ? fan : fan + i + k - 1;
+          triangle[k] = static_cast<uint8_t>(loop.edge[at % loop.length]);
         }
       }
       done |= loop_edges;

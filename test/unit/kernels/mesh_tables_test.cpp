@@ -63,6 +63,19 @@ TEST(MeshTables, EveryLoopIsClosedAndLiesOnTheFacesOfTheCube) {
   }
 }
 
+/// A side inside the cube that ran on a face could coincide with a side of the unit across it.
+TEST(MeshTables, DiagonalsKeepOffTheFaces) {
+  for (int index = 0; index < 256; ++index) {
+    const std::set<Segment> rim = rimOf(index);
+    for (const auto& t : trianglesOf(index)) {
+      for (size_t i = 0; i < 3; ++i) {
+        const Segment side{t[i], t[(i + 1) % 3]};
+        EXPECT_EQ(facesOf(side).empty(), rim.count(side) == 0) << "index " << index;
+      }
+    }
+  }
+}
+
 /// Seen from the front, a counter-clockwise surface has its inside on the left of its rim.
 TEST(MeshTables, RimsRunCounterClockwiseSeenFromTheFront) {
   for (int index = 0; index < 256; ++index) {

@@ -1,0 +1,155 @@
+// Random scenes, cameras and settings: what must hold for any of them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "support/depth_frames.h"
+#include "support/map_equality.h"
+#include "support/mesh_topology.h"
+#include "support/random_seed.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+struct RandomCase {
+  Scene scene;
+  MapperParams params;
+  std::vector<SceneFrame> frames;
+};
+
+class Draw {
+ public:
+  explicit Draw(uint32_t seed) : random_(seed) {}
+
+  double number(double low, double high) {
+    return low + (high - low) * (random_() / 4294967296.0);
+  }
+  int whole(int count) { return static_cast<int>(random_() % static_cast<uint32_t>(count)); }
+  Vector3d point(double reach) {
+    const double x = number(-reach, reach), y = number(-reach, reach);
+    return Vector3d(x, y, number(-reach, reach));
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+Scene drawScene(Draw& draw, const Vector3d& centre) {
+  Scene scene;
+  const int count = 1 + draw.whole(4);
+  for (int i = 0; i < count; ++i) {
+    const Vector3d at = centre + draw.point(0.4);
+    switch (draw.whole(3)) {
+      case 0:
+        scene.add(Sphere{at, draw.number(0.1, 0.4)});
+        break;
+      case 1:
+        scene.add(makeBox(at, Vector3d::Constant(0.05) + draw.point(0.5).cwiseAbs(),
+                          draw.number(0.0, 3.0)));
+        break;
+      default:
+        scene.add(Rod{at, at + Vector3d::Constant(0.1) + draw.point(0.5).cwiseAbs(),
+                      draw.number(0.02, 0.2)});
+    }
+  }
+  return scene;
+}
+
+/// Noise that grows with the square of depth, and holes.
+void spoil(Draw& draw, SceneFrame& frame) {
+  for (float& z : frame.depth_m) {
+    z += static_cast<float>(draw.number(-0.002, 0.002)) * z * z;
+    if (draw.whole(50) == 0) z = std::nanf("");
+  }
+}
+
+RandomCase drawCase(uint32_t seed) {
+  Draw draw(seed);
+  RandomCase result;
+  const FusionMode modes[] = {FusionMode::kVoxelProjection, FusionMode::kRayCasting,
+                              FusionMode::kNormalRayCasting};
+  result.params = makeCpuParams(modes[draw.whole(3)], draw.whole(2) == 0,
+                                static_cast<float>(draw.number(0.02, 0.06)), 2);
+  result.params.map.truncation_voxels = static_cast<float>(draw.number(1.0, 6.0));
+  const Vector3d centre = draw.point(draw.whole(2) == 0 ? 1.0 : 500.0);
+  result.scene = drawScene(draw, centre);
+  for (int i = 0; i < 5; ++i) {
+    const Vector3d eye = centre + draw.number(1.2, 2.5) * (draw.point(1.0).normalized());
+    const auto pose = lookAt(eye, centre + draw.point(0.2), Vector3d(0.1, 0.9, 0.3));
+    result.frames.push_back(renderFrame(result.scene, pose, 64 + draw.whole(64), 48 + draw.whole(48)));
+    spoil(draw, result.frames.back());
+  }
+  return result;
+}
+
+class RandomScenes : public testing::TestWithParam<int> {
+ protected:
+  uint32_t seed() const { return caseSeed(GetParam()); }
+};
+
+/// Meshing as the frames come in on one thread equals meshing at the end on several; clearing in
+/// between changes nothing.
+TEST_P(RandomScenes, WorkMayBeCutUpAnyWay) {
+  SCOPED_TRACE(describeSeed(seed()));
+  RandomCase c = drawCase(seed());
+  const std::unique_ptr<Mapper> whole = makeMapper(c.params);
+  c.params.threads = 1;
+  const std::unique_ptr<Mapper> pieces = makeMapper(c.params);
+  pieces->integrate(c.frames.back().view());
+  pieces->updateMesh();
+  pieces->clear();
+  MeshStore whole_mesh(c.params.map.voxel_size_m), pieces_mesh(c.params.map.voxel_size_m);
+  Draw draw(seed() + 1000000);
+  for (const SceneFrame& frame : c.frames) {
+    EXPECT_EQ(whole->integrate(frame.view()).status, pieces->integrate(frame.view()).status);
+    if (draw.whole(3) > 0) pieces_mesh.apply(pieces->updateMesh());
+  }
+  pieces_mesh.apply(pieces->updateMesh());
+  whole_mesh.apply(whole->updateMesh());
+  EXPECT_TRUE(sameMaps(*whole, *pieces));
+  EXPECT_TRUE(sameMeshes(whole_mesh.assemble(), pieces_mesh.assemble()));
+}
+
+TEST_P(RandomScenes, MeshesAreSound) {
+  SCOPED_TRACE(describeSeed(seed()));
+  const RandomCase c = drawCase(seed());
+  const std::unique_ptr<Mapper> mapper = makeMapper(c.params);
+  for (const SceneFrame& frame : c.frames) mapper->integrate(frame.view());
+  MeshStore store(c.params.map.voxel_size_m);
+  store.apply(mapper->updateMesh());
+  const Mesh mesh = store.assemble();
+  const MeshTopology topology = measureTopology(mesh);
+  EXPECT_GT(topology.triangles, 0u);
+  EXPECT_EQ(topology.triangles, store.triangleCount());
+  EXPECT_EQ(topology.repeated_corners, 0u) << topology;
+  EXPECT_EQ(topology.unused_vertices, 0u) << topology;
+  for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
+}
+
+/// Every sample holds a finite distance within the truncation and a weight that its frames can give.
+TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
+  SCOPED_TRACE(describeSeed(seed()));
+  const RandomCase c = drawCase(seed());
+  const std::unique_ptr<Mapper> mapper = makeMapper(c.params);
+  for (const SceneFrame& frame : c.frames) mapper->integrate(frame.view());
+  const float truncation = c.params.map.truncation_voxels;
+  for (const BlockSnapshot& block : mapper->snapshot()) {
+    for (const auto& voxels : block.voxels) {
+      for (const Voxel& voxel : voxels) {
+        ASSERT_LE(std::abs(voxel.sdf), truncation * 1.00001f);
+        ASSERT_GE(voxel.weight, 0.0f);
+        ASSERT_LT(voxel.weight, 128.0f * 96.0f * 5.0f);
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomScenes, testing::Range(0, 20));
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,49 @@
+#include "support/map_equality.h"
+
+#include <cstring>
+#include <vector>
+
+namespace dtsdf {
+namespace {
+
+template <class T>
+bool sameBytes(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+}  // namespace
+
+testing::AssertionResult sameMaps(Mapper& a, Mapper& b) {
+  const std::vector<BlockSnapshot> x = a.snapshot(), y = b.snapshot();
+  if (x.size() != y.size()) {
+    return testing::AssertionFailure() << x.size() << " blocks and " << y.size();
+  }
+  for (size_t i = 0; i < x.size(); ++i) {
+    const BlockKey& key = x[i].key;
+    const auto place = [&] {
+      return testing::AssertionFailure()
+             << "block (" << key.x << ", " << key.y << ", " << key.z << ") ";
+    };
+    if (key != y[i].key) return place() << "is in one map only";
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (!sameBytes(x[i].voxels[d], y[i].voxels[d])) return place() << "differs in direction " << d;
+    }
+  }
+  return testing::AssertionSuccess();
+}
+
+testing::AssertionResult sameMeshes(const Mesh& a, const Mesh& b) {
+  if (!sameBytes(a.triangles, b.triangles)) {
+    return testing::AssertionFailure() << "triangles differ: " << a.triangles.size() << " and "
+                                       << b.triangles.size();
+  }
+  if (!sameBytes(a.vertices_m, b.vertices_m)) {
+    return testing::AssertionFailure() << "vertices differ: " << a.vertices_m.size() << " and "
+                                       << b.vertices_m.size();
+  }
+  if (!sameBytes(a.normals, b.normals)) return testing::AssertionFailure() << "normals differ";
+  return testing::AssertionSuccess();
+}
+
+}  // namespace dtsdf

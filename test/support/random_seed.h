@@ -1,0 +1,20 @@
+/// Seeds of the property tests: the same every time, unless DTSDF_TEST_SEED gives another start.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+namespace dtsdf {
+
+/// Seed of the n-th case.
+inline uint32_t caseSeed(int n) {
+  const char* start = std::getenv("DTSDF_TEST_SEED");
+  return (start == nullptr ? 1u : static_cast<uint32_t>(std::strtoul(start, nullptr, 10))) +
+         static_cast<uint32_t>(n);
+}
+
+/// For SCOPED_TRACE: how to get this case again, as the first one.
+inline std::string describeSeed(uint32_t seed) { return "DTSDF_TEST_SEED=" + std::to_string(seed); }
+
+}  // namespace dtsdf

@@ -85,7 +85,7 @@ void FrameSurfels::compute(const RawDepth& raw, const FrameView& view, const Fus
 
   const DepthImage image{raw_.data(),  raw, view.width, view.height, params.min_depth_m,
                          params.max_depth_m};
-  const NormalFitSettings settings{params.normal_radius_px, params.depth_jump};
+  const NormalFitSettings settings = makeNormalFitSettings(params, view);
   constexpr int kMaxGridRows = 65535;
   const dim3 grid(blocksFor(view.width), std::min(view.height, kMaxGridRows));
   fitRowsKernel<<<grid, kThreads, 0, stream.get()>>>(image, settings, inverse_depth_.data(),

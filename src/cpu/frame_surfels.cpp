@@ -1,6 +1,6 @@
 #include "cpu/frame_surfels.h"
 
-#include "dtsdf_mapping/kernels/normal_estimation.h"
+#include "mapper/fusion_view.h"
 
 namespace dtsdf {
 namespace {
@@ -23,7 +23,7 @@ size_t FrameSurfels::compute(const DepthFrame& frame, const FrameView& view,
   row_value_.resize(pixels);
   row_slope_.resize(pixels);
   surfels_.resize(pixels);
-  const NormalFitSettings settings{params.normal_radius_px, params.depth_jump};
+  const NormalFitSettings settings = makeNormalFitSettings(params, view);
   size_t count = 0;
 
 #pragma omp parallel num_threads(threads)

@@ -13,6 +13,10 @@ inline FusionView makeFusionView(const MapperParams& params) {
           params.map.truncation_voxels, params.fusion.max_weight};
 }
 
+inline NormalFitSettings makeNormalFitSettings(const FusionParams& params, const FrameView& view) {
+  return {params.normal_radius_px, params.depth_jump, view.intrinsics.fx * view.voxel_size_m};
+}
+
 inline std::string noMeasurementMessage(const MapperParams& params) {
   return "no pixel has a usable depth: all are empty, isolated, or outside [" +
          std::to_string(params.fusion.min_depth_m) + ", " +

@@ -14,9 +14,20 @@
 namespace dtsdf {
 
 struct NormalFitSettings {
-  int32_t radius_px;  ///< Half width of the window.
+  int32_t radius_px;  ///< Largest half width of the window.
   float depth_jump;   ///< Largest share by which neighbouring depths on one surface may differ.
+  float voxel_px_m;   ///< Width of a voxel in pixels at 1 m: focal length times voxel size.
 };
+
+/// The window spans one and a half voxels: finer detail is lost in the map anyhow, and more samples
+/// mean less noise. Below two pixels to each side noise would rule.
+DTSDF_HD int windowRadius(float inverse_depth, const NormalFitSettings& settings) {
+  constexpr float kVoxelsToEachSide = 0.75f, kLeastRadius = 2.0f;
+  const float radius =
+      fmaxf(kVoxelsToEachSide * settings.voxel_px_m * inverse_depth, kLeastRadius);
+  const float largest = static_cast<float>(settings.radius_px);
+  return static_cast<int>(fminf(radius, largest) + 0.5f);
+}
 
 /// A straight line through samples of inverse depth, at the centre of the walk.
 struct LineFit {
@@ -73,8 +84,9 @@ DTSDF_HD RowFit fitRow(const float* inverse_depth, int width, int u, int v,
                        const NormalFitSettings& settings) {
   const int64_t centre = static_cast<int64_t>(v) * width + u;
   if (!(inverse_depth[centre] > 0.0f)) return {0.0f, 0.0f};
-  const int before = u < settings.radius_px ? u : settings.radius_px;
-  const int after = width - 1 - u < settings.radius_px ? width - 1 - u : settings.radius_px;
+  const int radius = windowRadius(inverse_depth[centre], settings);
+  const int before = u < radius ? u : radius;
+  const int after = width - 1 - u < radius ? width - 1 - u : radius;
   const LineFit fit = fitLine(inverse_depth, inverse_depth, inverse_depth, centre, 1, before, after,
                               settings.depth_jump);
   if (fit.count < 2) return {0.0f, 0.0f};
@@ -86,8 +98,9 @@ DTSDF_HD Vec3f fitNormal(const float* row_value, const float* row_slope, int wid
                          int u, int v, const Intrinsics& K, const NormalFitSettings& settings) {
   const int64_t centre = static_cast<int64_t>(v) * width + u;
   if (!(row_value[centre] > 0.0f)) return {0.0f, 0.0f, 0.0f};
-  const int before = v < settings.radius_px ? v : settings.radius_px;
-  const int after = height - 1 - v < settings.radius_px ? height - 1 - v : settings.radius_px;
+  const int radius = windowRadius(row_value[centre], settings);
+  const int before = v < radius ? v : radius;
+  const int after = height - 1 - v < radius ? height - 1 - v : radius;
   const LineFit fit = fitLine(row_value, row_value, row_slope, centre, width, before, after,
                               settings.depth_jump);
   if (fit.count < 2) return {0.0f, 0.0f, 0.0f};

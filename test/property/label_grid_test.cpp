@@ -47,7 +47,8 @@ std::vector<Triangle> meshLabels(const Labels& labels) {
         int index = 0;
         for (int c = 0; c < 8; ++c) index |= (labels.behind[corner(c)] ? 1 : 0) << c;
         const auto vertex = [&](int e) {
-          return static_cast<uint32_t>(3 * corner(kEdgeLowerCorner[e]) + static_cast<size_t>(e / 4));
+          return static_cast<uint32_t>(3 * corner(kEdgeLowerCorner[e]) +
+                                       static_cast<size_t>(e / 4));
         };
         const uint8_t* edges = kMeshTables.triangle_edge[index];
         for (int t = 0; t < kMeshTables.triangle_count[index]; ++t) {
@@ -60,8 +61,8 @@ std::vector<Triangle> meshLabels(const Labels& labels) {
   return triangles;
 }
 
-/// Six times the volume that the surface encloses, in sixths of a voxel at vertices in the middle of
-/// the edges: positive if it is seen from the front.
+/// Six times the volume that the surface encloses, in sixths of a voxel at vertices in the middle
+/// of the edges: positive if it is seen from the front.
 double enclosedVolume(const std::vector<Triangle>& triangles) {
   const auto position = [](uint32_t vertex) {
     const int corner = static_cast<int>(vertex / 3), axis = static_cast<int>(vertex % 3);

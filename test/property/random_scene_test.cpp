@@ -26,9 +26,7 @@ class Draw {
  public:
   explicit Draw(uint32_t seed) : random_(seed) {}
 
-  double number(double low, double high) {
-    return low + (high - low) * (random_() / 4294967296.0);
-  }
+  double number(double low, double high) { return low + (high - low) * (random_() / 4294967296.0); }
   int whole(int count) { return static_cast<int>(random_() % static_cast<uint32_t>(count)); }
   Vector3d point(double reach) {
     const double x = number(-reach, reach), y = number(-reach, reach);
@@ -81,7 +79,8 @@ RandomCase drawCase(uint32_t seed) {
   for (int i = 0; i < 5; ++i) {
     const Vector3d eye = centre + draw.number(1.2, 2.5) * (draw.point(1.0).normalized());
     const auto pose = lookAt(eye, centre + draw.point(0.2), Vector3d(0.1, 0.9, 0.3));
-    result.frames.push_back(renderFrame(result.scene, pose, 64 + draw.whole(64), 48 + draw.whole(48)));
+    result.frames.push_back(
+        renderFrame(result.scene, pose, 64 + draw.whole(64), 48 + draw.whole(48)));
     spoil(draw, result.frames.back());
   }
   return result;
@@ -131,7 +130,8 @@ TEST_P(RandomScenes, MeshesAreSound) {
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
 }
 
-/// Every sample holds a finite distance within the truncation and a weight that its frames can give.
+/// Every sample holds a finite distance within the truncation and a weight that its frames can
+/// give.
 TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());

@@ -58,10 +58,10 @@ MapperParams makeCpuParams(FusionMode mode, bool directional, float voxel_size_m
 }
 
 std::string modeName(FusionMode mode, bool directional) {
-  const std::string fusion = mode == FusionMode::kVoxelProjection
-                                 ? "VoxelProjection"
-                                 : (mode == FusionMode::kRayCasting ? "RayCasting"
-                                                                    : "NormalRayCasting");
+  const std::string fusion =
+      mode == FusionMode::kVoxelProjection
+          ? "VoxelProjection"
+          : (mode == FusionMode::kRayCasting ? "RayCasting" : "NormalRayCasting");
   return fusion + (directional ? "Directional" : "Undirected");
 }
 
@@ -84,7 +84,8 @@ SurfaceError measureError(const Mesh& mesh, const Scene& scene) {
     error.max_m = std::max(error.max_m, distance);
   }
   error.vertices = mesh.vertices_m.size();
-  if (error.vertices > 0) error.rms_m = std::sqrt(error.rms_m / static_cast<double>(error.vertices));
+  if (error.vertices > 0)
+    error.rms_m = std::sqrt(error.rms_m / static_cast<double>(error.vertices));
   return error;
 }
 

@@ -37,8 +37,8 @@ std::vector<Eigen::Isometry3d> sphereOfPoses(const Eigen::Vector3d& centre_W, do
                                              int count);
 
 /// A CPU mapper's settings.
-MapperParams makeCpuParams(FusionMode mode = FusionMode::kNormalRayCasting,
-                           bool directional = true, float voxel_size_m = 0.02f, int threads = 2);
+MapperParams makeCpuParams(FusionMode mode = FusionMode::kNormalRayCasting, bool directional = true,
+                           float voxel_size_m = 0.02f, int threads = 2);
 
 /// "NormalRayCastingDirectional" and so on.
 std::string modeName(FusionMode mode, bool directional);

@@ -27,7 +27,8 @@ testing::AssertionResult sameMaps(Mapper& a, Mapper& b) {
     };
     if (key != y[i].key) return place() << "is in one map only";
     for (int d = 0; d < kDirectionCount; ++d) {
-      if (!sameBytes(x[i].voxels[d], y[i].voxels[d])) return place() << "differs in direction " << d;
+      if (!sameBytes(x[i].voxels[d], y[i].voxels[d]))
+        return place() << "differs in direction " << d;
     }
   }
   return testing::AssertionSuccess();
@@ -35,12 +36,12 @@ testing::AssertionResult sameMaps(Mapper& a, Mapper& b) {
 
 testing::AssertionResult sameMeshes(const Mesh& a, const Mesh& b) {
   if (!sameBytes(a.triangles, b.triangles)) {
-    return testing::AssertionFailure() << "triangles differ: " << a.triangles.size() << " and "
-                                       << b.triangles.size();
+    return testing::AssertionFailure()
+           << "triangles differ: " << a.triangles.size() << " and " << b.triangles.size();
   }
   if (!sameBytes(a.vertices_m, b.vertices_m)) {
-    return testing::AssertionFailure() << "vertices differ: " << a.vertices_m.size() << " and "
-                                       << b.vertices_m.size();
+    return testing::AssertionFailure()
+           << "vertices differ: " << a.vertices_m.size() << " and " << b.vertices_m.size();
   }
   if (!sameBytes(a.normals, b.normals)) return testing::AssertionFailure() << "normals differ";
   return testing::AssertionSuccess();

@@ -37,8 +37,7 @@ std::ostream& operator<<(std::ostream& out, const MeshTopology& t) {
   return out << t.triangles << " triangles, " << t.boundary_edges << " boundary edges, "
              << t.crowded_edges << " crowded, " << t.inconsistent_edges << " inconsistent, "
              << t.repeated_corners << " repeated corners, " << t.zero_areas << " zero areas, "
-             << t.unused_vertices << " unused vertices, " << t.coincident_vertices
-             << " coincident";
+             << t.unused_vertices << " unused vertices, " << t.coincident_vertices << " coincident";
 }
 
 MeshTopology measureTopology(const std::vector<Triangle>& triangles) {
@@ -69,8 +68,7 @@ MeshTopology measureTopology(const Mesh& mesh) {
     topology.zero_areas += !(areaTwice(mesh, t) > 0.0);
     for (const uint32_t v : t) used[v] = true;
   }
-  topology.unused_vertices =
-      static_cast<size_t>(std::count(used.begin(), used.end(), false));
+  topology.unused_vertices = static_cast<size_t>(std::count(used.begin(), used.end(), false));
   topology.coincident_vertices = countCoincident(mesh);
   return topology;
 }

@@ -25,7 +25,9 @@ std::vector<Surfel> randomSurfels(std::mt19937& random, const FrameView& frame) 
   for (int i = 0; i < frame.width * frame.height; ++i) {
     const Vec3f n{normal(random), normal(random), normal(random)};
     surfels.push_back({{position(random), position(random), position(random)},
-                       random() % 5 == 0 ? 0.0f : 1.0f, (1.0f / norm(n)) * n, 1.0f});
+                       random() % 5 == 0 ? 0.0f : 1.0f,
+                       (1.0f / norm(n)) * n,
+                       1.0f});
   }
   return surfels;
 }

@@ -21,7 +21,8 @@ std::vector<BlockKey> someKeys() {
   }
   std::mt19937 random(3);
   std::uniform_int_distribution<int32_t> uniform(-limit, limit);
-  for (int i = 0; i < 1000; ++i) keys.push_back({uniform(random), uniform(random), uniform(random)});
+  for (int i = 0; i < 1000; ++i)
+    keys.push_back({uniform(random), uniform(random), uniform(random)});
   return keys;
 }
 

@@ -105,8 +105,8 @@ TEST(MeshTables, TrianglesOfAPlaneFaceItsFront) {
       return Eigen::Vector3d(cornerPoint(a) + share * (cornerPoint(b) - cornerPoint(a)));
     };
     for (const auto& t : trianglesOf(index)) {
-      const Eigen::Vector3d area = (crossing(t[1]) - crossing(t[0]))
-                                       .cross(crossing(t[2]) - crossing(t[0]));
+      const Eigen::Vector3d area =
+          (crossing(t[1]) - crossing(t[0])).cross(crossing(t[2]) - crossing(t[0]));
       EXPECT_GT(area.dot(n), 0.0) << "trial " << trial << ", index " << index;
     }
   }

@@ -41,8 +41,8 @@ int labelsOf(const UnitPlane& plane) {
 UnitPlane randomPlane(std::mt19937& random) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(-0.6, 0.6);
-  const Eigen::Vector3d n = Eigen::Vector3d(normal(random), normal(random), normal(random))
-                                .normalized();
+  const Eigen::Vector3d n =
+      Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
   return {n, n.dot(Eigen::Vector3d::Constant(0.5)) + uniform(random)};
 }
 
@@ -119,7 +119,8 @@ TEST(MeshUnit, ScalingAllWeightsChangesNothing) {
     for (int d = 0; d < kDirectionCount; ++d) {
       for (int c = 0; c < kCubeCorners; ++c) {
         const float slope = (c >> (d / 2) & 1) ? directionSign(d) : -directionSign(d);
-        samples.corner[d][c] = {0.5f * slope + uniform(random), random() % 8 ? weight(random) : 0.0f};
+        samples.corner[d][c] = {0.5f * slope + uniform(random),
+                                random() % 8 ? weight(random) : 0.0f};
         scaled.corner[d][c] = samples.corner[d][c];
         scaled.corner[d][c].weight *= 64.0f;  // a power of two, so that no rounding differs
       }
@@ -246,8 +247,8 @@ TEST(MeshBlock, EdgesOfUnitsComeBack) {
         EXPECT_EQ(edgeFacing(edge), behind == a ? 0 : 1);
         EXPECT_EQ(edgeAxis(edge), e / 4);
         const Vec3f p = vertexPosition(edge, 0.25f);
-        const Eigen::Vector3d expected = Eigen::Vector3d(unit.x, unit.y, unit.z) +
-                                         cornerPoint(a) + 0.25 * Eigen::Vector3d::Unit(e / 4);
+        const Eigen::Vector3d expected = Eigen::Vector3d(unit.x, unit.y, unit.z) + cornerPoint(a) +
+                                         0.25 * Eigen::Vector3d::Unit(e / 4);
         EXPECT_EQ(Eigen::Vector3d(p.x, p.y, p.z), expected);
       }
     }

@@ -57,8 +57,8 @@ std::vector<Vec3f> fitAll(const Image& image, const NormalFitSettings& settings 
   std::vector<Vec3f> normals;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      normals.push_back(fitNormal(value.data(), slope.data(), kWidth, kHeight, u, v, kIntrinsics,
-                                  settings));
+      normals.push_back(
+          fitNormal(value.data(), slope.data(), kWidth, kHeight, u, v, kIntrinsics, settings));
     }
   }
   return normals;
@@ -153,7 +153,8 @@ TEST(NormalFit, FacesTheCamera) {
   const std::vector<Vec3f> normals = fitAll(image);
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      const Vec3f ray = backProject(kIntrinsics, static_cast<float>(u), static_cast<float>(v), 1.0f);
+      const Vec3f ray =
+          backProject(kIntrinsics, static_cast<float>(u), static_cast<float>(v), 1.0f);
       const Vec3f& n = normals[static_cast<size_t>(v) * kWidth + u];
       EXPECT_NEAR(norm(n), 1.0f, 1e-5f);
       EXPECT_LT(dot(n, ray), 0.0f);

@@ -161,7 +161,8 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
       for (int k = 0; k < directions.count; ++k) {
         const int32_t w = quantiseWeight(weight * sample.share * directions.weight[k]);
         if (w == 0) continue;
-        expected[{id, directions.direction[k]}] = {w, quantiseSdf(sample.distance / cast.truncation)};
+        expected[{id, directions.direction[k]}] = {w,
+                                                   quantiseSdf(sample.distance / cast.truncation)};
       }
     }
     const BlockKey centre =
@@ -170,8 +171,8 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
       const Vec3i block = centre + Vec3i{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
       auto add = [&](int direction, int index, int32_t w, int32_t sdf) {
         const Vec3i voxel = firstVoxelOfBlock(block) + voxelOffset(index);
-        EXPECT_TRUE(actual.emplace(std::make_pair(idOf(voxel), direction),
-                                   std::make_pair(w, sdf)).second);
+        EXPECT_TRUE(
+            actual.emplace(std::make_pair(idOf(voxel), direction), std::make_pair(w, sdf)).second);
       };
       castIntoBlock(line, directions, fusion, weight, block, add);
     }

@@ -59,8 +59,8 @@ void expectFreeSide(const Mesh& mesh, const Scene& scene) {
 }
 
 /// Six views of a tilted plane, nothing farther than 1.6 m. Point-to-plane distances of a plane are
-/// exact, so what remains is rounding. The projective distance to the pixel that a voxel falls on is
-/// off by up to half a pixel's depth step: 6 mm wide pixels at 1.6 m, half of it along two axes,
+/// exact, so what remains is rounding. The projective distance to the pixel that a voxel falls on
+/// is off by up to half a pixel's depth step: 6 mm wide pixels at 1.6 m, half of it along two axes,
 /// times the tangent of a view as oblique as 60 degrees, is 8 mm; 0.5 voxels leave room for the
 /// interpolation.
 TEST_P(AnalyticScenes, TiltedPlane) {
@@ -92,8 +92,8 @@ TEST_P(AnalyticScenes, Ball) {
   expectFreeSide(mesh, scene);
 }
 
-/// A box that is turned in the grid. Its faces are flat, but for what is within one and a half times
-/// the truncation distance of an edge, where projective distances from other views reach.
+/// A box that is turned in the grid. Its faces are flat, but for what is within one and a half
+/// times the truncation distance of an edge, where projective distances from other views reach.
 TEST_P(AnalyticScenes, TurnedBoxFaces) {
   const Vector3d centre(0.1, 0.02, 0.03);
   Scene scene;
@@ -104,8 +104,8 @@ TEST_P(AnalyticScenes, TurnedBoxFaces) {
   double worst = 0.0;
   size_t on_faces = 0;
   for (const Vec3f& p : mesh.vertices_m) {
-    Vector3d inside = Vector3d(0.25, 0.2, 0.3) -
-                      (R_B_W * (Vector3d(p.x, p.y, p.z) - centre)).cwiseAbs();
+    Vector3d inside =
+        Vector3d(0.25, 0.2, 0.3) - (R_B_W * (Vector3d(p.x, p.y, p.z) - centre)).cwiseAbs();
     std::sort(inside.data(), inside.data() + 3);
     if (inside[1] < 6.0 * kVoxel_m) continue;  // a second face is near
     worst = std::max(worst, std::abs(inside[0]) / kVoxel_m);
@@ -130,14 +130,14 @@ TEST_P(AnalyticScenes, BallOneKilometreAway) {
       << topology;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, AnalyticScenes,
-    testing::Combine(testing::Values(FusionMode::kVoxelProjection, FusionMode::kRayCasting,
-                                     FusionMode::kNormalRayCasting),
-                     testing::Bool()),
-    [](const testing::TestParamInfo<Mode>& info) {
-      return modeName(std::get<0>(info.param), std::get<1>(info.param));
-    });
+INSTANTIATE_TEST_SUITE_P(All, AnalyticScenes,
+                         testing::Combine(testing::Values(FusionMode::kVoxelProjection,
+                                                          FusionMode::kRayCasting,
+                                                          FusionMode::kNormalRayCasting),
+                                          testing::Bool()),
+                         [](const testing::TestParamInfo<Mode>& info) {
+                           return modeName(std::get<0>(info.param), std::get<1>(info.param));
+                         });
 
 /// Seen from all round, the surface of a ball is closed: no hole, and every side of a triangle
 /// between two that agree about the free side.
@@ -156,18 +156,17 @@ TEST_P(ClosedBall, HasNoBoundary) {
   EXPECT_EQ(mesh.vertices_m.size() - mesh.triangles.size() / 2, 2u);
 }
 
-/// Ray casting along the view ray into the directional map is not among them: it leaves out some 0.6
-/// per cent of the triangles, however many views there are.
-INSTANTIATE_TEST_SUITE_P(
-    Modes, ClosedBall,
-    testing::Values(Mode{FusionMode::kVoxelProjection, true},
-                    Mode{FusionMode::kVoxelProjection, false},
-                    Mode{FusionMode::kRayCasting, false},
-                    Mode{FusionMode::kNormalRayCasting, true},
-                    Mode{FusionMode::kNormalRayCasting, false}),
-    [](const testing::TestParamInfo<Mode>& info) {
-      return modeName(std::get<0>(info.param), std::get<1>(info.param));
-    });
+/// Ray casting along the view ray into the directional map is not among them: it leaves out some
+/// 0.6 per cent of the triangles, however many views there are.
+INSTANTIATE_TEST_SUITE_P(Modes, ClosedBall,
+                         testing::Values(Mode{FusionMode::kVoxelProjection, true},
+                                         Mode{FusionMode::kVoxelProjection, false},
+                                         Mode{FusionMode::kRayCasting, false},
+                                         Mode{FusionMode::kNormalRayCasting, true},
+                                         Mode{FusionMode::kNormalRayCasting, false}),
+                         [](const testing::TestParamInfo<Mode>& info) {
+                           return modeName(std::get<0>(info.param), std::get<1>(info.param));
+                         });
 
 }  // namespace
 }  // namespace dtsdf

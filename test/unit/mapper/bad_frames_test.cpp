@@ -157,7 +157,8 @@ TEST(OddFrames, PaddedRowsAreSkipped) {
   constexpr size_t kPadding = 24;
   DepthFrame wide = frame.view();
   wide.row_bytes += kPadding;
-  std::vector<float> pixels(wide.row_bytes / sizeof(float) * static_cast<size_t>(wide.height), 1.0f);
+  std::vector<float> pixels(wide.row_bytes / sizeof(float) * static_cast<size_t>(wide.height),
+                            1.0f);
   for (int v = 0; v < wide.height; ++v) {
     std::memcpy(reinterpret_cast<char*>(pixels.data()) + static_cast<size_t>(v) * wide.row_bytes,
                 &frame.depth_m[static_cast<size_t>(v * wide.width)], wide.row_bytes - kPadding);

@@ -110,8 +110,8 @@ INSTANTIATE_TEST_SUITE_P(Maps, Budget, testing::Bool(),
 
 /// Blocks that a frame only brushes, without leaving a sample, do not stay in the map.
 TEST(Recycling, NoArrayIsEmpty) {
-  for (const FusionMode mode : {FusionMode::kVoxelProjection, FusionMode::kRayCasting,
-                                FusionMode::kNormalRayCasting}) {
+  for (const FusionMode mode :
+       {FusionMode::kVoxelProjection, FusionMode::kRayCasting, FusionMode::kNormalRayCasting}) {
     const std::unique_ptr<Mapper> mapper = makeMapper(makeCpuParams(mode, true, 0.04f));
     size_t arrays = 0;
     for (const SceneFrame& frame : lap()) mapper->integrate(frame.view());

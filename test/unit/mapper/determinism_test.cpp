@@ -108,14 +108,14 @@ TEST_P(Determinism, AClearedMapIsLikeNew) {
   EXPECT_TRUE(sameMeshes(used.mesh(), fresh.mesh()));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, Determinism,
-    testing::Combine(testing::Values(FusionMode::kVoxelProjection, FusionMode::kRayCasting,
-                                     FusionMode::kNormalRayCasting),
-                     testing::Bool()),
-    [](const testing::TestParamInfo<Mode>& info) {
-      return modeName(std::get<0>(info.param), std::get<1>(info.param));
-    });
+INSTANTIATE_TEST_SUITE_P(All, Determinism,
+                         testing::Combine(testing::Values(FusionMode::kVoxelProjection,
+                                                          FusionMode::kRayCasting,
+                                                          FusionMode::kNormalRayCasting),
+                                          testing::Bool()),
+                         [](const testing::TestParamInfo<Mode>& info) {
+                           return modeName(std::get<0>(info.param), std::get<1>(info.param));
+                         });
 
 TEST(CpuMapper, SaysItsNameAndIsMadeWhenAskedFor) {
   EXPECT_EQ(makeMapper(makeCpuParams())->backendName(), "cpu (2 threads)");

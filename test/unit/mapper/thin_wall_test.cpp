@@ -38,9 +38,9 @@ std::vector<Eigen::Isometry3d> wallPoses() {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < 8; ++i) {
     const double angle = -0.6 + 0.4 * (i / 2);
-    poses.push_back(lookAt(Vector3d(std::sin(angle), (i % 2 ? 1 : -1) * std::cos(angle),
-                                    0.1 * std::sin(i)),
-                           Vector3d::Zero(), Vector3d::UnitZ()));
+    poses.push_back(
+        lookAt(Vector3d(std::sin(angle), (i % 2 ? 1 : -1) * std::cos(angle), 0.1 * std::sin(i)),
+               Vector3d::Zero(), Vector3d::UnitZ()));
   }
   return poses;
 }

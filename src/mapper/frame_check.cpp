@@ -48,8 +48,10 @@ std::optional<FrameProblem> findPoseProblem(const DepthFrame& frame, const Mappe
     return problem(FrameStatus::kBadPose, "the camera pose is not a rotation and a translation");
   }
   // Everything a frame can touch has to have representable block coordinates.
-  const double reach_m = params.fusion.max_depth_m * (1.0 + frame.width / frame.intrinsics.fx +
-                                                      frame.height / frame.intrinsics.fy) +
+  const Intrinsics& K = frame.intrinsics;
+  const double tangent_u = (frame.width + std::abs(static_cast<double>(K.cx))) / K.fx;
+  const double tangent_v = (frame.height + std::abs(static_cast<double>(K.cy))) / K.fy;
+  const double reach_m = params.fusion.max_depth_m * (1.0 + tangent_u + tangent_v) +
                          2.0 * params.map.truncation_voxels * params.map.voxel_size_m;
   const double limit_m =
       static_cast<double>(kMaxBlockCoordinate - 2) * kBlockSide * params.map.voxel_size_m;

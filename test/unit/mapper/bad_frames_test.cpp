@@ -89,6 +89,10 @@ std::vector<BadFrame> badPoses() {
       badPose("Mirrored", [](DepthFrame& f) { f.T_W_C.linear().col(0) *= -1.0; }),
       badPose("Sheared", [](DepthFrame& f) { f.T_W_C.linear()(0, 1) += 0.2; }),
       badPose("BeyondTheMap", [](DepthFrame& f) { f.T_W_C.translation().y() = 1e9; }),
+      // Not the pose's fault, but what the camera would see is beyond the map.
+      badPose("TinyFx", [](DepthFrame& f) { f.intrinsics.fx = 1e-30f; }),
+      badPose("HugeCx", [](DepthFrame& f) { f.intrinsics.cx = 1e30f; }),
+      badPose("HugeCy", [](DepthFrame& f) { f.intrinsics.cy = -1e12f; }),
       badPose("FarBeyondTheMap", [](DepthFrame& f) { f.T_W_C.translation().y() = -1e300; }),
   };
 }

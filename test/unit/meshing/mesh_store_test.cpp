@@ -24,8 +24,8 @@ BlockMesh planeBlock(const BlockKey& key, float height) {
   for (int y = 0; y < kLatticeSide; ++y) {
     for (int x = 0; x < kLatticeSide; ++x) {
       const int edge = latticeEdge(latticeIndex(x, y, layer), 2, 0);
-      mesh.vertices.push_back({vertexPosition(edge, height - static_cast<float>(layer)),
-                               static_cast<uint32_t>(edge)});
+      mesh.vertices.push_back(
+          {vertexPosition(edge, height - static_cast<float>(layer)), static_cast<uint32_t>(edge)});
     }
   }
   const auto number = [](int x, int y) { return static_cast<uint16_t>(x + kLatticeSide * y); };
@@ -133,8 +133,8 @@ TEST(MeshStore, NormalsPointToTheFreeSide) {
 
 TEST(MeshStore, AssemblesASelection) {
   MeshStore store(kVoxelSize);
-  store.apply(updateOf({planeBlock({0, 0, 0}, 2.5f), planeBlock({1, 0, 0}, 2.5f),
-                        planeBlock({2, 0, 0}, 2.5f)}));
+  store.apply(updateOf(
+      {planeBlock({0, 0, 0}, 2.5f), planeBlock({1, 0, 0}, 2.5f), planeBlock({2, 0, 0}, 2.5f)}));
   const Mesh two = store.assemble({packKey({0, 0, 0}), packKey({1, 0, 0}), packKey({9, 9, 9})});
   EXPECT_EQ(two.triangles.size(), 2 * kTriangles);
   EXPECT_EQ(two.vertices_m.size(), static_cast<size_t>(17 * 9));

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "launch.h"
+#include "mapper/fusion_view.h"
 
 namespace dtsdf {
 namespace gpu {

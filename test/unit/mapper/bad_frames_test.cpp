@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,9 @@ struct BadFrame {
   FrameStatus status;
   std::function<void(DepthFrame&)> spoil;
 };
+
+/// For GoogleTest, which would print the bytes.
+std::ostream& operator<<(std::ostream& out, const BadFrame& frame) { return out << frame.name; }
 
 BadFrame badPose(const std::string& name, const std::function<void(DepthFrame&)>& spoil) {
   return {name, FrameStatus::kBadPose, spoil};

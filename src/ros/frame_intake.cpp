@@ -62,7 +62,7 @@ std::string FrameIntake::cameraFrame(const sensor_msgs::Image& image) const {
 
 void FrameIntake::handleTimeJump(const ros::Time& stamp) {
   const ros::Time last = std::exchange(last_stamp_, stamp);
-  if (last.isZero() || (last - stamp).toSec() < kTimeJump_s) {
+  if (last.isZero() || last.toSec() - stamp.toSec() < kTimeJump_s) {
     if (last > stamp) last_stamp_ = last;
     return;
   }

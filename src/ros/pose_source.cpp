@@ -1,9 +1,8 @@
 #include "dtsdf_mapping/ros/pose_source.h"
 
-#include <tf2/exceptions.h>
-
 #include <cmath>
 #include <sstream>
+#include <stdexcept>
 
 #include "dtsdf_mapping/ros/transform_conversions.h"
 
@@ -29,7 +28,8 @@ PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& 
     answer.T_W_C = toIsometry(buffer_.lookupTransform(map_frame_, camera_frame, stamp).transform);
     answer.kind = PoseAnswer::Kind::kKnown;
     return answer;
-  } catch (const tf2::TransformException&) {
+  } catch (const std::runtime_error&) {
+    // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
   }
   // The newest of a chain is the oldest of its links' newest: all links have gone past the image.
   if (newest.stamp && *newest.stamp >= stamp) answer.kind = PoseAnswer::Kind::kNever;
@@ -40,7 +40,7 @@ PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& 
 PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_frame) const {
   try {
     return {buffer_.lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp, ""};
-  } catch (const tf2::TransformException& error) {
+  } catch (const std::runtime_error& error) {
     return {std::nullopt, error.what()};
   }
 }
@@ -53,7 +53,7 @@ std::string PoseSource::describe(const NewestTransform& newest, const std::strin
     text << "there is none of any time (" << newest.error << ")";
     return text.str();
   }
-  const double ahead_s = (stamp - *newest.stamp).toSec();
+  const double ahead_s = stamp.toSec() - newest.stamp->toSec();
   text << "the newest one is of " << *newest.stamp << ", " << std::abs(ahead_s) << " s "
        << (ahead_s > 0.0 ? "before" : "after") << " the image of " << stamp;
   return text.str();

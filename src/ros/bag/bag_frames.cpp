@@ -5,7 +5,6 @@
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/image_encodings.h>
 #include <tf2/buffer_core.h>
-#include <tf2/exceptions.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <set>
@@ -178,7 +177,8 @@ class BagFrames : public FrameSource {
     try {
       return toIsometry(
           transforms_.lookupTransform(map_frame_, camera_frame, image.header.stamp).transform);
-    } catch (const tf2::TransformException&) {
+    } catch (const std::runtime_error&) {
+      // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
       return std::nullopt;
     }
   }

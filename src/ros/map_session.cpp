@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <stdexcept>
 
 #include "dtsdf_mapping/ros/depth_image.h"
 
@@ -107,8 +108,10 @@ void MapSession::updateMeshWhenDue(bool idle) {
 
 void MapSession::finishMesh() {
   mesh_begun_ = false;
+  mesh_whole_ = false;  // should the next lines fail
   const MeshUpdate update = mapper_->finishMeshUpdate();
   mesh_.apply(update);
+  mesh_whole_ = true;
   parts_.mesh_publisher.noteChanges(update);
   if (!update.blocks.empty()) parts_.points_publisher.noteChanges();
   // Where the mesh takes long, frames get at least as much of the worker's time as it does.
@@ -123,8 +126,8 @@ void MapSession::finishMesh() {
 void MapSession::updateMesh() {
   if (mesh_begun_) finishMesh();
   if (!map_changed_) return;
-  map_changed_ = false;
   mapper_->beginMeshUpdate();
+  map_changed_ = false;
   finishMesh();
 }
 
@@ -155,7 +158,11 @@ void MapSession::publishAll(const ros::SingleSubscriberPublisher& newcomer) {
 }
 
 Mesh MapSession::currentMesh() {
-  if (!report_.failure.empty()) throw std::runtime_error(report_.failure);
+  if (!mesh_whole_) {
+    throw std::runtime_error("the backend failed while it extracted the mesh, which is incomplete "
+                             "now; clear_map, or restart the node");
+  }
+  // A backend that failed may still have its map, as a GPU does that has run out of memory.
   updateMesh();
   return mesh_.assemble();
 }
@@ -164,6 +171,7 @@ void MapSession::clear() {
   mapper_->clear();
   mesh_.clear();
   mesh_begun_ = map_changed_ = false;
+  mesh_whole_ = true;
   parts_.mesh_publisher.noteCleared();
   parts_.points_publisher.noteChanges();
   updateReport();

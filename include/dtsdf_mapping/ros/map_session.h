@@ -50,7 +50,8 @@ class MapSession {
   /// Sends the whole mesh, brought up to date, to one subscriber.
   void publishAll(const ros::SingleSubscriberPublisher& newcomer);
 
-  /// The whole mesh, brought up to date.
+  /// The whole mesh, brought up to date, also after a failure that has left the map usable.
+  /// @throws std::runtime_error if it has not.
   Mesh currentMesh();
 
   void clear();
@@ -77,6 +78,7 @@ class MapSession {
 
   bool map_changed_ = false;    ///< Since the last extraction was begun.
   bool mesh_begun_ = false;
+  bool mesh_whole_ = true;      ///< False once an extraction was lost.
   int frames_since_begin_ = 0;
   ros::Time mesh_stamp_;        ///< Of the newest frame in the map.
   Clock::time_point next_mesh_, next_publish_, next_points_;

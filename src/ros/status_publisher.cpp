@@ -9,7 +9,6 @@ namespace dtsdf {
 using dtsdf_mapping::DropCount;
 using dtsdf_mapping::MapStatus;
 
-
 StatusPublisher::StatusPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
                                  const Options& options, std::function<StatusInput()> collect)
     : options_(options),
@@ -21,10 +20,10 @@ StatusPublisher::StatusPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
   });
   // Latched: a tool that asks once gets the answer at once.
   publisher_ = private_nh.advertise<MapStatus>("status", 1, true);
+  publish();  // before the timer, which another thread may serve
   timer_ = private_nh.createWallTimer(
       ros::WallDuration(1.0 / options.rate_hz),
       [this](const ros::WallTimerEvent&) { guarded("status", [this] { publish(); }); });
-  publish();
 }
 
 void StatusPublisher::publish() {

@@ -65,10 +65,10 @@ class FrameIntake {
   PoseSource& poses_;
   FrameAccounting& accounting_;
   MotionGate motion_gate_;  ///< Worker's thread only.
+  ros::Time last_stamp_;    ///< Callbacks' thread only.
 
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::deque<WaitingFrame> queue_;
-  ros::Time last_stamp_;
   bool paused_ = false;
   std::string waiting_for_;
 };

@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// Worker's thread only, but for hasListeners() and the callback, which is called by the queue of
+/// Worker's thread only, but for hasListeners(), listeners() and the callback, which is called by the queue of
 /// the node handle.
 class MeshPublisher {
  public:

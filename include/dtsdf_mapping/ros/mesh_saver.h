@@ -1,9 +1,7 @@
-/// Decides where a mesh that a service call asks for is saved, and saves it.
+/// Decides where a mesh that a service call asks for is saved.
 #pragma once
 
 #include <string>
-
-#include "dtsdf_mapping/meshing/mesh.h"
 
 namespace dtsdf {
 

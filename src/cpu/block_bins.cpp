@@ -45,6 +45,7 @@ const std::vector<TouchedBlock>& BlockBins::sort(const std::vector<Surfel>& surf
                                                  int threads) {
   const Vec3i origin_block = blockOfVoxel(frame.origin_voxel);
   shares_.resize(threads);
+  for (Share& share : shares_) share.bins.clear();  // the team may be smaller than asked for
 #pragma omp parallel num_threads(threads)
   {
     Share& share = shares_[omp_get_thread_num()];

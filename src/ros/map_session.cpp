@@ -17,6 +17,9 @@ constexpr milliseconds kAgain{0};
 /// How often a waiting frame asks for its transform.
 constexpr milliseconds kTransformPoll{5};
 constexpr milliseconds kIdle{50};
+/// How old the report may be while frames come one after the other: to ask for the map's counts is
+/// to wait for the GPU.
+constexpr milliseconds kReportPeriod{100};
 
 /// The next time something with a bounded rate may happen again.
 std::chrono::steady_clock::time_point afterPeriod(double rate_hz) {
@@ -40,6 +43,7 @@ std::chrono::milliseconds MapSession::step() noexcept {
     const bool fused = fuseNext();
     updateMeshWhenDue(!fused);
     publishWhenDue();
+    if (report_outdated_ && (!fused || Clock::now() >= next_report_)) updateReport();
     if (fused) return kAgain;
     return parts_.intake.size() > 0 ? kTransformPoll : kIdle;
   } catch (const std::exception& error) {
@@ -87,7 +91,7 @@ void MapSession::fuse(const PosedFrame& frame) {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.integrate_ms = result.duration_ms;
   }
-  updateReport();
+  report_outdated_ = true;
 }
 
 void MapSession::updateMeshWhenDue(bool idle) {
@@ -120,7 +124,7 @@ void MapSession::finishMesh() {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.mesh_ms = update.duration_ms;
   }
-  updateReport();
+  report_outdated_ = true;
 }
 
 void MapSession::updateMesh() {
@@ -178,6 +182,8 @@ void MapSession::clear() {
 }
 
 void MapSession::updateReport() {
+  report_outdated_ = false;
+  next_report_ = Clock::now() + kReportPeriod;
   const MapStats stats = mapper_->stats();
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.stats = stats;

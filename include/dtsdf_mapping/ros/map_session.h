@@ -81,7 +81,8 @@ class MapSession {
   bool mesh_whole_ = true;      ///< False once an extraction was lost.
   int frames_since_begin_ = 0;
   ros::Time mesh_stamp_;        ///< Of the newest frame in the map.
-  Clock::time_point next_mesh_, next_publish_, next_points_;
+  bool report_outdated_ = false;
+  Clock::time_point next_mesh_, next_publish_, next_points_, next_report_;
 
   mutable std::mutex report_mutex_;
   MapReport report_;

@@ -5,6 +5,7 @@ import json
 import pathlib
 import subprocess
 import sys
+import threading
 
 MODES = {
     "undirected-vp": ("false", "voxel_projection"),
@@ -49,6 +50,7 @@ class Runner:
         self.options = options
         self.work = pathlib.Path(options.work) / options.setup_name()
         self._hashes = {}
+        self._lock = threading.Lock()  # guards _hashes
 
     def views(self, cell):
         """The TUM folder of a cell's frames."""
@@ -63,6 +65,10 @@ class Runner:
 
     def folder(self, cell):
         return self.work / "cells" / cell.name()
+
+    def is_timed(self, cell):
+        """Whether the cell's updates are timed: run by itself, meshed every few frames."""
+        return cell.model in self.options.timed
 
     def render(self, cell):
         if cell.model == HOUSE:
@@ -79,7 +85,7 @@ class Runner:
         command = [self._program("reconstruct"), "--tum", self.views(cell),
                    "--backend", options.backend,
                    "--mesh", folder / "mesh.ply", "--report", folder / "report.json"]
-        if options.mesh_every > 0:
+        if self.is_timed(cell):
             command += ["--mesh-every", options.mesh_every]
         if options.config:
             command += ["--config", options.config]
@@ -104,7 +110,7 @@ class Runner:
                    "--samples", self.options.samples, "--json", folder / "evaluation.json",
                    "--heatmap", folder / "error.ply", "--picture", picture,
                    # One scale for all modes of a voxel size, so that the pictures compare.
-                   "--scale-mm", f"{cell.voxel_mm / 5:g}", "--width", 800, "--height", 640] + view
+                   "--scale-mm", f"{cell.voxel_mm / 5:g}", "--width", 640, "--height", 512] + view
         self._step(folder / "evaluate.json", command,
                    [folder / "mesh.ply", self.ground_truth(cell),
                     self.views(cell) / "groundtruth.txt"],
@@ -126,9 +132,10 @@ class Runner:
         path = pathlib.Path(path)
         stat = path.stat()
         key = (str(path), stat.st_mtime_ns, stat.st_size)
-        if key not in self._hashes:
-            self._hashes[key] = hash_of(path)
-        return self._hashes[key]
+        with self._lock:
+            if key not in self._hashes:
+                self._hashes[key] = hash_of(path)
+            return self._hashes[key]
 
     def _step(self, record_path, command, inputs, outputs, quiet=False):
         """Runs a command unless the record says that this very step gave these outputs."""
@@ -141,7 +148,9 @@ class Runner:
                 return
         record_path.parent.mkdir(parents=True, exist_ok=True)
         record_path.unlink(missing_ok=True)  # half a step must not pass for a whole one
-        done = subprocess.run(command, stdout=subprocess.DEVNULL if quiet else sys.stderr,
+        # Several at a time would write their progress over one another's.
+        silent = quiet or self.options.jobs > 1
+        done = subprocess.run(command, stdout=subprocess.DEVNULL if silent else sys.stderr,
                               check=False)
         if done.returncode != 0:
             raise StepFailed(f"{' '.join(command)}: exit code {done.returncode}")

@@ -1,4 +1,8 @@
 """Tables in Markdown from the results of the runs."""
+import datetime
+import shlex
+import sys
+
 from . import published
 from .runs import HOUSE, MODES, Cell
 
@@ -10,6 +14,12 @@ def markdown_table(header, rows):
     lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
     lines += ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows]
     return "\n".join(lines) + "\n"
+
+
+def made_by(script, device):
+    """The command line of this run, where it ran and when."""
+    command = shlex.join([f"scripts/{script}"] + sys.argv[1:])
+    return f"Made by `{command}` on {device}, {datetime.date.today().isoformat()}.\n"
 
 
 def number(value):
@@ -54,6 +64,12 @@ class Tables:
     def _get(self, model, voxel_mm, mode):
         return self.results.get(Cell(model, voxel_mm, mode))
 
+    def _in_order(self):
+        """(cell, result) by model, voxel size and mode."""
+        modes = list(MODES)
+        return sorted(self.results.items(),
+                      key=lambda item: (item[0].model, item[0].voxel_mm, modes.index(item[0].mode)))
+
     def _voxels(self, models):
         return sorted({cell.voxel_mm for cell in self.results if cell.model in models})
 
@@ -71,20 +87,31 @@ class Tables:
                 header = ["model", "voxel mm", "ours", "authors' code", "ours against it",
                           "nvblox", "floor", "paper (vertex)"]
                 parts.append(f"## {mode}\n\n" + markdown_table(header, rows))
-        return "\n".join(parts + [self._summary()])
+        return "\n".join(parts)
 
-    def _summary(self):
-        """How many of the figures of the proposed mode meet the marks set by the authors' code."""
-        ratios = []
-        for cell, result in self.results.items():
-            authors = published.AUTHORS_CODE[PROPOSED].get((cell.model, cell.voxel_mm))
-            if cell.mode == PROPOSED and authors:
-                ratios += [mine / theirs for mine, theirs in zip(rmse(result), authors)]
-        if not ratios:
+    def verdicts(self):
+        """Each cell of the proposed mode as a share of the figures of the authors' code."""
+        rows, ratios = [], []
+        for cell, result in self._in_order():
+            key = (cell.model, cell.voxel_mm)
+            authors = published.AUTHORS_CODE[PROPOSED].get(key)
+            if cell.mode != PROPOSED or not authors:
+                continue
+            shares = [mine / theirs for mine, theirs in zip(rmse(result), authors)]
+            ratios += shares
+            slits = result["evaluation"]["topology"]["boundary_edges"]
+            theirs = published.AUTHORS_TOPOLOGY.get(key)
+            rows.append([cell.model, f"{cell.voxel_mm:g}", *(f"{share:.0%}" for share in shares),
+                         "no worse" if max(shares) <= 1 else "**worse**",
+                         f"{sum(share <= 0.5 for share in shares)} of 3", slits,
+                         f"{theirs[0]} ({slits / theirs[0]:.0%})" if theirs else "–"])
+        if not rows:
             return ""
-        return (f"{len(ratios)} figures of {PROPOSED} have one of the authors' code beside them: "
-                f"{sum(r <= 1 for r in ratios)} are no worse, {sum(r <= 0.5 for r in ratios)} at "
-                f"most half.\n")
+        header = ["model", "voxel mm", *METRICS, "all three", "at most half", "boundary edges",
+                  "authors' code: boundary edges (ours of theirs)"]
+        return (markdown_table(header, rows) +
+                f"\n{len(ratios)} figures: {sum(r <= 1 for r in ratios)} are no worse, "
+                f"{sum(r <= 0.5 for r in ratios)} at most half.\n")
 
     @staticmethod
     def _table_1_row(model, voxel, mode, result):
@@ -127,12 +154,13 @@ class Tables:
                 if result:
                     paper = published.PAPER_TABLE_3.get(model, {}).get(mode)
                     rows.append([model, mode, triple(rmse(result)), number(paper)])
-        return markdown_table(["model", "mode", "ours", "paper (vertex)"], rows) if rows else ""
+        compares = len({cell.mode for cell in self.results if cell.voxel_mm == 10}) > 2
+        return markdown_table(["model", "mode", "ours", "paper (vertex)"], rows) if compares else ""
 
     def topology(self):
         """Slits and pieces: a closed surface seen from all sides should have neither."""
         rows = []
-        for cell, result in sorted(self.results.items(), key=lambda item: str(item[0])):
+        for cell, result in self._in_order():
             topology = result["evaluation"]["topology"]
             authors = None
             if cell.mode == PROPOSED:
@@ -148,23 +176,27 @@ class Tables:
     def cost(self):
         """Voxel arrays per block, and update time split into integration and meshing."""
         rows = []
-        for cell, result in sorted(self.results.items(), key=lambda item: str(item[0])):
+        for cell, result in self._in_order():
             rows.append([cell.model, f"{cell.voxel_mm:g}", cell.mode] +
                         self._cost_of(cell, result["report"]))
         header = ["model", "voxel mm", "mode", "blocks", "arrays per block", "MiB",
                   "integration ms", "meshing ms", "share of meshing", "paper: ms (share)",
                   "authors' code: ms"]
-        return markdown_table(header, rows) if rows else ""
+        timed = any(result["report"]["mesh_updates"] > 1 for result in self.results.values())
+        return markdown_table(header, rows) if timed else ""
 
     @staticmethod
     def _cost_of(cell, report):
+        size = [report["blocks"], f"{report['voxel_arrays'] / max(1, report['blocks']):.2f}",
+                f"{report['map_bytes'] / 2**20:.1f}"]
+        if report["mesh_updates"] <= 1:  # not timed
+            return size + ["–"] * 5
         integrate, mesh = report["integrate_ms"]["mean"], report["mesh_ms"]["mean"]
         paper = authors = None
         if cell.model == "asian_dragon":
             paper = published.PAPER_TIMES.get(cell.mode, {}).get(cell.voxel_mm)
             authors = published.AUTHORS_TIMES.get(cell.mode, {}).get(cell.voxel_mm)
-        return [report["blocks"], f"{report['voxel_arrays'] / max(1, report['blocks']):.2f}",
-                f"{report['map_bytes'] / 2**20:.1f}", number(integrate), number(mesh),
-                f"{mesh / max(1e-9, integrate + mesh):.0%}",
-                f"{paper[0]} ({paper[1]:.0%})" if paper else "–",
-                f"{authors[0]} + {authors[1]}" if authors else "–"]
+        return size + [number(integrate), number(mesh),
+                       f"{mesh / max(1e-9, integrate + mesh):.0%}",
+                       f"{paper[0]} ({paper[1]:.0%})" if paper else "–",
+                       f"{authors[0]} + {authors[1]}" if authors else "–"]

@@ -110,7 +110,7 @@ class Runner:
                    "--samples", self.options.samples, "--json", folder / "evaluation.json",
                    "--heatmap", folder / "error.ply", "--picture", picture,
                    # One scale for all modes of a voxel size, so that the pictures compare.
-                   "--scale-mm", f"{cell.voxel_mm / 5:g}", "--width", 640, "--height", 512] + view
+                   "--scale-mm", f"{cell.voxel_mm / 5:g}", "--width", 720, "--height", 560] + view
         self._step(folder / "evaluate.json", command,
                    [folder / "mesh.ply", self.ground_truth(cell),
                     self.views(cell) / "groundtruth.txt"],

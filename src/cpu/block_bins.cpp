@@ -1,6 +1,6 @@
 #include "cpu/block_bins.h"
 
-#include <omp.h>
+#include "cpu/parallel_for.h"
 
 namespace dtsdf {
 
@@ -45,26 +45,24 @@ const std::vector<TouchedBlock>& BlockBins::sort(const std::vector<Surfel>& surf
                                                  int threads) {
   const Vec3i origin_block = blockOfVoxel(frame.origin_voxel);
   shares_.resize(threads);
-  for (Share& share : shares_) share.bins.clear();  // the team may be smaller than asked for
-#pragma omp parallel num_threads(threads)
-  {
-    Share& share = shares_[omp_get_thread_num()];
+  struct NoScratch {};
+  parallelFor<NoScratch>(shares_.size(), threads, [&](size_t part, NoScratch&) {
+    Share& share = shares_[part];
     share.reset();
-#pragma omp for schedule(static)
-    for (int v = 0; v < frame.height; ++v) {
-      for (int u = 0; u < frame.width; ++u) {
-        const uint32_t i = static_cast<uint32_t>(v) * frame.width + u;
-        const Surfel& surfel = surfels[i];
-        if (!(surfel.weight > 0.0f)) continue;
-        const uint32_t directions =
-            directionMask(directionsOf(surfel.normal_L, fusion.directional != 0));
-        const SampleLine line = castSurfel(frame, fusion, surfel);
-        auto visit = [&](const Vec3i& block) { share.add(block, origin_block, directions, i); };
-        visitBlocks(line, visit);
-      }
+    const int rows = frame.height, parts = static_cast<int>(shares_.size());
+    const int first = static_cast<int>(static_cast<int64_t>(rows) * part / parts);
+    const int last = static_cast<int>(static_cast<int64_t>(rows) * (part + 1) / parts);
+    for (uint32_t i = static_cast<uint32_t>(first) * frame.width;
+         i < static_cast<uint32_t>(last) * frame.width; ++i) {
+      const Surfel& surfel = surfels[i];
+      if (!(surfel.weight > 0.0f)) continue;
+      const uint32_t directions =
+          directionMask(directionsOf(surfel.normal_L, fusion.directional != 0));
+      auto visit = [&](const Vec3i& block) { share.add(block, origin_block, directions, i); };
+      visitBlocks(castSurfel(frame, fusion, surfel), visit);
     }
     share.order();
-  }
+  });
   merge();
   return touched_;
 }

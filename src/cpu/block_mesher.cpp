@@ -1,6 +1,9 @@
 #include "cpu/block_mesher.h"
 
 #include <algorithm>
+#include <iterator>
+
+#include "cpu/parallel_for.h"
 
 namespace dtsdf {
 namespace {
@@ -37,17 +40,39 @@ void collectLattice(const BlockTable& table, VoxelStore& voxels, const BlockKey&
   }
 }
 
+/// For each corner of a lattice the directions that see it in front (bit d) and behind (bit 8 + d).
+void markSides(const BlockLattice& lattice, uint16_t (&sides)[kLatticeCorners]) {
+  std::fill(std::begin(sides), std::end(sides), uint16_t{0});
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!(lattice.present >> d & 1)) continue;
+    for (int i = 0; i < kLatticeCorners; ++i) {
+      const Voxel& voxel = lattice.corner[d][i];
+      if (voxel.weight > 0.0f) sides[i] |= 1u << (voxel.sdf < 0.0f ? 8 + d : d);
+    }
+  }
+}
+
+/// Position of corner c of a unit in the lattice.
+int unitCorner(const Vec3i& unit, int c) {
+  return latticeIndex(unit.x + (c & 1), unit.y + (c >> 1 & 1), unit.z + (c >> 2 & 1));
+}
+
 std::vector<UnitIndices> indexUnits(const BlockLattice& lattice, bool directional) {
-  std::vector<UnitIndices> indices(kVoxelsPerBlock);
+  uint16_t sides[kLatticeCorners];
+  markSides(lattice, sides);
+  std::vector<UnitIndices> indices(kVoxelsPerBlock, UnitIndices{{0, 0}});
   UnitSamples samples = {};
   bool any = false;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     const Vec3i unit = voxelOffset(i);
+    // No surface can be where no direction sees both sides of one; most units end here.
+    unsigned seen = 0;
+    for (int c = 0; c < kCubeCorners; ++c) seen |= sides[unitCorner(unit, c)];
+    if ((seen & seen >> 8) == 0) continue;
     for (int d = 0; d < kDirectionCount; ++d) {
       if (!(lattice.present >> d & 1)) continue;
       for (int c = 0; c < kCubeCorners; ++c) {
-        samples.corner[d][c] = lattice.corner[d][latticeIndex(
-            unit.x + (c & 1), unit.y + (c >> 1 & 1), unit.z + (c >> 2 & 1))];
+        samples.corner[d][c] = lattice.corner[d][unitCorner(unit, c)];
       }
     }
     indices[i] = indexUnit(kMeshTables, samples, directional);
@@ -169,61 +194,59 @@ std::vector<int32_t> BlockMesher::withNeighbours(const std::vector<int32_t>& slo
   return result;
 }
 
+std::vector<int32_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots) {
+  std::vector<uint8_t> changed(slots.size(), 0);
+  parallelFor<BlockLattice>(slots.size(), threads_, [&](size_t i, BlockLattice& lattice) {
+    collectLattice(table_, voxels_, table_.block(slots[i]).key, lattice);
+    std::vector<UnitIndices> indices = indexUnits(lattice, directional_);
+    std::vector<UnitIndices>& previous = state_[slots[i]].indices;
+    changed[i] = !sameIndices(indices, previous);
+    previous = std::move(indices);
+  });
+  std::vector<int32_t> result;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    if (changed[i]) result.push_back(slots[i]);
+  }
+  return result;
+}
+
+std::vector<BlockMesh> BlockMesher::emitBlocks(const std::vector<int32_t>& slots) const {
+  std::vector<BlockMesh> meshes(slots.size());
+  const auto indicesOf = [&](int32_t slot) {
+    return slot < 0 || state_[slot].indices.empty() ? nullptr : state_[slot].indices.data();
+  };
+  parallelFor<BlockLattice>(slots.size(), threads_, [&](size_t i, BlockLattice& lattice) {
+    const BlockKey key = table_.block(slots[i]).key;
+    IndexNeighbourhood indices;
+    for (int n = 0; n < kRegularisationReach; ++n) {
+      indices.block[n] = indicesOf(table_.find(packKey(key + regularisationOffset(n))));
+    }
+    lattice.directional = directional_;
+    if (indices.block[0] != nullptr) collectLattice(table_, voxels_, key, lattice);
+    meshes[i] = emitBlock(lattice, indices, key);
+  });
+  return meshes;
+}
+
 std::vector<BlockMesh> BlockMesher::update() {
   const std::vector<int32_t> reached = withNeighbours(takeDirty(), unitReach());
-  std::vector<uint8_t> changed(reached.size(), 0);
-#pragma omp parallel num_threads(threads_)
-  {
-    auto lattice = std::make_unique<BlockLattice>();
-#pragma omp for schedule(dynamic, 4)
-    for (size_t i = 0; i < reached.size(); ++i) {
-      collectLattice(table_, voxels_, table_.block(reached[i]).key, *lattice);
-      std::vector<UnitIndices> indices = indexUnits(*lattice, directional_);
-      std::vector<UnitIndices>& previous = state_[reached[i]].indices;
-      changed[i] = !sameIndices(indices, previous);
-      previous = std::move(indices);
-    }
-  }
-  std::vector<int32_t> emitted;
-  for (size_t i = 0; i < reached.size(); ++i) {
-    if (changed[i]) emitted.push_back(reached[i]);
-  }
-  emitted = withNeighbours(emitted, regularisationReach());
-  std::vector<int32_t> all;
-  std::set_union(emitted.begin(), emitted.end(), reached.begin(), reached.end(),
-                 std::back_inserter(all));
+  const std::vector<int32_t> settled = withNeighbours(indexBlocks(reached), regularisationReach());
+  std::vector<int32_t> slots;
+  std::set_union(settled.begin(), settled.end(), reached.begin(), reached.end(),
+                 std::back_inserter(slots));
 
-  std::vector<BlockMesh> meshes(all.size());
-#pragma omp parallel num_threads(threads_)
-  {
-    auto lattice = std::make_unique<BlockLattice>();
-    lattice->directional = directional_;
-#pragma omp for schedule(dynamic, 4)
-    for (size_t i = 0; i < all.size(); ++i) {
-      const BlockKey key = table_.block(all[i]).key;
-      const auto indicesOf = [&](int32_t slot) {
-        return slot < 0 || state_[slot].indices.empty() ? nullptr : state_[slot].indices.data();
-      };
-      IndexNeighbourhood indices;
-      for (int n = 0; n < kRegularisationReach; ++n) {
-        indices.block[n] = indicesOf(table_.find(packKey(key + regularisationOffset(n))));
-      }
-      if (indices.block[0] != nullptr) collectLattice(table_, voxels_, key, *lattice);
-      meshes[i] = emitBlock(*lattice, indices, key);
-    }
-  }
-
-  std::vector<BlockMesh> result;
-  for (size_t i = 0; i < all.size(); ++i) {
-    SlotState& state = state_[all[i]];
+  std::vector<BlockMesh> meshes = emitBlocks(slots);
+  std::vector<BlockMesh> changes;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    SlotState& state = state_[slots[i]];
     const bool has_mesh = !meshes[i].triangles.empty();
-    if (has_mesh || state.has_mesh) result.push_back(std::move(meshes[i]));
+    if (has_mesh || state.has_mesh) changes.push_back(std::move(meshes[i]));
     state.has_mesh = has_mesh;
   }
-  std::sort(result.begin(), result.end(), [](const BlockMesh& a, const BlockMesh& b) {
+  std::sort(changes.begin(), changes.end(), [](const BlockMesh& a, const BlockMesh& b) {
     return packKey(a.key) < packKey(b.key);
   });
-  return result;
+  return changes;
 }
 
 }  // namespace dtsdf

@@ -36,6 +36,13 @@ class BlockMesher {
   };
 
   std::vector<int32_t> takeDirty();
+
+  /// Forms the blocks' unit indices anew. @return the slots whose indices changed.
+  std::vector<int32_t> indexBlocks(const std::vector<int32_t>& slots);
+
+  /// The meshes of blocks, from indices that are up to date around them.
+  std::vector<BlockMesh> emitBlocks(const std::vector<int32_t>& slots) const;
+
   std::vector<int32_t> withNeighbours(const std::vector<int32_t>& slots,
                                       const std::vector<Vec3i>& offsets) const;
 

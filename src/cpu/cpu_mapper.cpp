@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "cpu/parallel_for.h"
 #include "mapper/frame_check.h"
 #include "mapper/fusion_view.h"
 
@@ -106,27 +107,20 @@ void CpuMapper::admit(const std::vector<TouchedBlock>& touched, IntegrationResul
 void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& view) {
   std::vector<uint32_t> empty_directions(touched.size(), 0);
   const bool project = params_.fusion.mode == FusionMode::kVoxelProjection;
-#pragma omp parallel num_threads(threads_)
-  {
-    auto sums = std::make_unique<BlockSums>();
-#pragma omp for schedule(dynamic, 4)
-    for (size_t i = 0; i < touched.size(); ++i) {
-      const TouchedBlock& block = touched[i];
-      const int32_t slot = table_.find(block.key);
-      if (slot < 0) continue;
-      std::memset(sums.get(), 0, sizeof(BlockSums));
-      const auto accumulate = project ? projectVoxels : castSurfels;
-      accumulate(block, surfels_.surfels(), view, fusion_, *sums);
-      for (int d = 0; d < kDirectionCount; ++d) {
-        const int32_t array = table_.block(slot).array[d];
-        if (array == kNoArray) continue;
-        if (!foldArray(sums->voxel[d], fusion_, voxels_.array(array))) {
-          empty_directions[i] |= 1u << d;
-        }
-      }
-      mesher_.markDirty(slot);
+  parallelFor<BlockSums>(touched.size(), threads_, [&](size_t i, BlockSums& sums) {
+    const TouchedBlock& block = touched[i];
+    const int32_t slot = table_.find(block.key);
+    if (slot < 0) return;
+    std::memset(&sums, 0, sizeof(sums));
+    const auto accumulate = project ? projectVoxels : castSurfels;
+    accumulate(block, surfels_.surfels(), view, fusion_, sums);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      const int32_t array = table_.block(slot).array[d];
+      if (array == kNoArray) continue;
+      if (!foldArray(sums.voxel[d], fusion_, voxels_.array(array))) empty_directions[i] |= 1u << d;
     }
-  }
+    mesher_.markDirty(slot);
+  });
   recycleEmpty(touched, empty_directions);
 }
 

@@ -17,7 +17,10 @@ CudaMap::CudaMap(const MapperParams& params)
       map_(stream_),
       touched_(stream_),
       fusion_(stream_),
-      mesher_(params.map.directional) {}
+      mesher_(params.map.directional) {
+  stream_.setClock(&clock_);
+  mesher_.setClock(&clock_);
+}
 
 IntegrationResult CudaMap::integrate(const DepthFrame& frame) {
   IntegrationResult result;
@@ -38,16 +41,22 @@ IntegrationResult CudaMap::integrate(const DepthFrame& frame) {
 
 FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
+  stage(frame);
+  touched_.begin();
+  surfels_.compute({frame.encoding, frame.unit_m}, view, params_.fusion, touched_.usableSurfels(),
+                   stream_);
+  return {view, fusion_view_, surfels_.surfels()};
+}
+
+/// Copies the image to pinned memory, its rows packed.
+void CudaMap::stage(const DepthFrame& frame) {
+  const StageTimer timer(clock_.profile(), Stage::kCopy);
   const size_t row = static_cast<size_t>(frame.width) *
                      (frame.encoding == DepthEncoding::kUint16 ? sizeof(uint16_t) : sizeof(float));
   char* staged = static_cast<char*>(surfels_.stage(row * frame.height));
   for (int v = 0; v < frame.height; ++v) {
     std::memcpy(staged + v * row, static_cast<const char*>(frame.data) + v * frame.row_bytes, row);
   }
-  touched_.begin();
-  surfels_.compute({frame.encoding, frame.unit_m}, view, params_.fusion, touched_.usableSurfels(),
-                   stream_);
-  return {view, fusion_view_, surfels_.surfels()};
 }
 
 void CudaMap::findTouchedBlocks(const FusionInput& input) {
@@ -79,6 +88,7 @@ MapDemand CudaMap::demandOfFrame() const {
 /// All device memory is taken before the table changes: without it, the frame fails as a whole and
 /// the map stays as it was.
 Admission CudaMap::admit() {
+  const StageTimer timer(clock_.profile(), Stage::kAdmit);
   fusion_.reserve(counters_, params_.fusion.mode);
   if (counters_.requests == 0) return Admission();
   map_.reserve(table_, demandOfFrame());
@@ -89,6 +99,8 @@ Admission CudaMap::admit() {
 }
 
 void CudaMap::fuse(const FusionInput& input, const Admission& admission) {
+  countWork(input, admission);
+  holdForProfile(stream_);
   const MapView map = map_.view();
   if (params_.fusion.mode == FusionMode::kVoxelProjection) {
     fusion_.projectVoxels(input, map, touched_.view(), counters_);
@@ -121,6 +133,46 @@ void CudaMap::beginMeshUpdate() {
   recycleEmpty();
   stream_.record(map_ready_);
   mesher_.begin(map_.view(), map_ready_);
+}
+
+MeshUpdate CudaMap::finishMeshUpdate() {
+  MeshUpdate update = mesher_.finish();
+  if (clock_.profile() != nullptr) {
+    stream_.synchronize();
+    clock_.collect();
+  }
+  return update;
+}
+
+void CudaMap::countWork(const FusionInput& input, const Admission& admission) {
+  if (clock_.profile() == nullptr) return;
+  WorkCounts& work = clock_.profile()->work;
+  work.pixels += input.pixels();
+  work.raw_bytes += surfels_.rawBytes();
+  work.surfels += counters_.usable_surfels;
+  work.touched_blocks += counters_.touched;
+  work.touched_arrays += counters_.touched_arrays;
+  work.new_blocks += admission.changed_slots.size();
+  work.new_arrays += admission.new_arrays.size();
+}
+
+void CudaMap::profileTo(Profile* profile) {
+  stream_.synchronize();
+  mesher_.settle();
+  clock_.profileTo(profile);
+}
+
+std::vector<MemoryPart> CudaMap::memory() {
+  recycleEmpty();
+  std::vector<MemoryPart> parts;
+  map_.addMemory(table_, parts);
+  mesher_.addMemory(parts);
+  surfels_.addMemory(parts);
+  touched_.addMemory(parts);
+  fusion_.addMemory(parts);
+  parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),
+                   table_.memoryBytes()});
+  return parts;
 }
 
 MapStats CudaMap::stats() {

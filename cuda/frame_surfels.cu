@@ -3,7 +3,9 @@
 #include <algorithm>
 
 #include "launch.h"
+#include "named_kernels.h"
 #include "mapper/fusion_view.h"
+#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -77,25 +79,44 @@ void* FrameSurfels::stage(size_t bytes) {
 void FrameSurfels::compute(const RawDepth& raw, const FrameView& view, const FusionParams& params,
                            uint32_t* usable, const Stream& stream) {
   const size_t pixels = static_cast<size_t>(view.width) * view.height;
-  raw_.reserve(raw_bytes_, stream);
-  inverse_depth_.reserve(pixels, stream);
-  row_value_.reserve(pixels, stream);
-  row_slope_.reserve(pixels, stream);
-  surfels_.reserve(pixels, stream);
-  raw_.upload(pinned_raw_.data(), raw_bytes_, stream);
+  raw_.reserveExactly(raw_bytes_, stream);
+  inverse_depth_.reserveExactly(pixels, stream);
+  row_value_.reserveExactly(pixels, stream);
+  row_slope_.reserveExactly(pixels, stream);
+  surfels_.reserveExactly(pixels, stream);
+  holdForProfile(stream);
+  {
+    const StageSpan span(stream, Stage::kUpload);
+    raw_.upload(pinned_raw_.data(), raw_bytes_, stream);
+  }
 
   const DepthImage image{raw_.data(),  raw, view.width, view.height, params.min_depth_m,
                          params.max_depth_m};
   const NormalFitSettings settings = makeNormalFitSettings(params, view);
   constexpr int kMaxGridRows = 65535;
   const dim3 grid(blocksFor(view.width), std::min(view.height, kMaxGridRows));
-  fitRowsKernel<<<grid, kThreads, 0, stream.get()>>>(image, settings, inverse_depth_.data(),
-                                                     row_value_.data(), row_slope_.data());
-  DTSDF_CHECK_LAUNCH("fitRowsKernel");
+  {
+    const StageSpan span(stream, Stage::kRowFits);
+    fitRowsKernel<<<grid, kThreads, 0, stream.get()>>>(image, settings, inverse_depth_.data(),
+                                                       row_value_.data(), row_slope_.data());
+    DTSDF_CHECK_LAUNCH("fitRowsKernel");
+  }
+  const StageSpan span(stream, Stage::kSurfels);
   computeSurfelsKernel<<<grid, kThreads, 0, stream.get()>>>(
       view, settings, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
       surfels_.data(), usable);
   DTSDF_CHECK_LAUNCH("computeSurfelsKernel");
+}
+
+void FrameSurfels::addMemory(std::vector<MemoryPart>& parts) const {
+  const size_t bytes = raw_.bytes() + inverse_depth_.bytes() + row_value_.bytes() +
+                       row_slope_.bytes() + surfels_.bytes();
+  parts.push_back({"images and surfels", MemoryKind::kScratch, bytes, bytes});
+  parts.push_back({"raw image", MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});
+}
+
+std::vector<NamedKernel> surfelKernels() {
+  return {DTSDF_NAMED_KERNEL(fitRowsKernel, 0), DTSDF_NAMED_KERNEL(computeSurfelsKernel, 0)};
 }
 
 }  // namespace gpu

@@ -3,6 +3,7 @@
 
 #include "dtsdf_mapping/fusion/fusion_params.h"
 #include "dtsdf_mapping/kernels/surfel.h"
+#include "dtsdf_mapping/mapper/profile.h"
 #include "runtime/buffer.h"
 
 namespace dtsdf {
@@ -26,6 +27,8 @@ class FrameSurfels {
                uint32_t* usable, const Stream& stream);
 
   const Surfel* surfels() const { return surfels_.data(); }
+  size_t rawBytes() const { return raw_bytes_; }
+  void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
   PinnedBuffer<unsigned char> pinned_raw_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "device_map.cuh"
+#include "named_kernels.h"
+#include "runtime/stage_clock.h"
 #include "touched_blocks.cuh"
 
 namespace dtsdf {
@@ -156,9 +158,13 @@ void Fusion::castSurfels(const FusionInput& input, const MapView& map, const Tou
   const uint32_t room = static_cast<uint32_t>(sums_.capacity() / kVoxelsPerBlock);
   for (uint32_t first = 0; first < counters.touched_arrays; first += room) {
     const SumsView part{sums_.data(), first, std::min(room, counters.touched_arrays - first)};
-    castSurfelsKernel<<<blocksFor(input.pixels()), kThreads, 0, stream_.get()>>>(input, touched,
-                                                                                 part);
-    DTSDF_CHECK_LAUNCH("castSurfelsKernel");
+    {
+      const StageSpan span(stream_, Stage::kCast);
+      castSurfelsKernel<<<blocksFor(input.pixels()), kThreads, 0, stream_.get()>>>(input, touched,
+                                                                                   part);
+      DTSDF_CHECK_LAUNCH("castSurfelsKernel");
+    }
+    const StageSpan span(stream_, Stage::kFold);
     foldSumsKernel<<<part.count, kThreads, 0, stream_.get()>>>(input.fusion, map, touched, part);
     DTSDF_CHECK_LAUNCH("foldSumsKernel");
   }
@@ -166,12 +172,14 @@ void Fusion::castSurfels(const FusionInput& input, const MapView& map, const Tou
 
 void Fusion::projectVoxels(const FusionInput& input, const MapView& map,
                            const TouchedView& touched, const FrameCounters& counters) {
+  const StageSpan span(stream_, Stage::kFold);
   projectVoxelsKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(input, map, touched);
   DTSDF_CHECK_LAUNCH("projectVoxelsKernel");
 }
 
 void Fusion::finish(const MapView& map, const TouchedBlocks& touched,
                     const FrameCounters& counters, size_t new_blocks) {
+  const StageSpan span(stream_, Stage::kFinish);
   finishBlocksKernel<<<blocksFor(counters.touched), kThreads, 0, stream_.get()>>>(
       map, touched.view(), counters.touched, empty_blocks_.data());
   DTSDF_CHECK_LAUNCH("finishBlocksKernel");
@@ -192,6 +200,19 @@ std::vector<EmptyBlock> Fusion::takeEmptyBlocks() {
   std::sort(blocks.begin(), blocks.end(),
             [](const EmptyBlock& a, const EmptyBlock& b) { return a.slot < b.slot; });
   return blocks;
+}
+
+void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
+  parts.push_back({"sums", MemoryKind::kScratch, sums_.bytes(), sums_.bytes()});
+  parts.push_back({"empty blocks", MemoryKind::kScratch, empty_blocks_.bytes(),
+                   empty_blocks_.bytes()});
+  parts.push_back({"empty blocks", MemoryKind::kStaging, pinned_empty_blocks_.bytes(),
+                   pinned_empty_blocks_.bytes()});
+}
+
+std::vector<NamedKernel> fusionKernels() {
+  return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
+          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(finishBlocksKernel, 0)};
 }
 
 }  // namespace gpu

@@ -42,6 +42,8 @@ class Fusion {
   /// Waits for the frame, and tells its empty blocks, by slot. Tells them once.
   std::vector<EmptyBlock> takeEmptyBlocks();
 
+  void addMemory(std::vector<MemoryPart>& parts) const;
+
  private:
   const Stream& stream_;
   Event finished_;

@@ -30,6 +30,9 @@ class BlockBins {
   const std::vector<TouchedBlock>& sort(const std::vector<Surfel>& surfels, const FrameView& frame,
                                         const FusionView& fusion, int threads);
 
+  /// Of the lists of surfels, which are by far the most of it.
+  size_t bytes() const;
+
  private:
   struct KeyHash {
     size_t operator()(PackedKey key) const { return static_cast<size_t>(hashKey(key)); }

@@ -195,6 +195,7 @@ std::vector<int32_t> BlockMesher::withNeighbours(const std::vector<int32_t>& slo
 }
 
 std::vector<int32_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots) {
+  const StageTimer timer(profile_, Stage::kIndex);
   std::vector<uint8_t> changed(slots.size(), 0);
   parallelFor<BlockLattice>(slots.size(), threads_, [&](size_t i, BlockLattice& lattice) {
     collectLattice(table_, voxels_, table_.block(slots[i]).key, lattice);
@@ -211,6 +212,7 @@ std::vector<int32_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots)
 }
 
 std::vector<BlockMesh> BlockMesher::emitBlocks(const std::vector<int32_t>& slots) const {
+  const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
   const auto indicesOf = [&](int32_t slot) {
     return slot < 0 || state_[slot].indices.empty() ? nullptr : state_[slot].indices.data();
@@ -228,14 +230,26 @@ std::vector<BlockMesh> BlockMesher::emitBlocks(const std::vector<int32_t>& slots
   return meshes;
 }
 
+std::vector<int32_t> BlockMesher::reachBlocks() {
+  const StageTimer timer(profile_, Stage::kReach);
+  return withNeighbours(takeDirty(), unitReach());
+}
+
+size_t BlockMesher::bytes() const {
+  size_t bytes = state_.capacity() * sizeof(SlotState);
+  for (const SlotState& state : state_) bytes += state.indices.capacity() * sizeof(UnitIndices);
+  return bytes;
+}
+
 std::vector<BlockMesh> BlockMesher::update() {
-  const std::vector<int32_t> reached = withNeighbours(takeDirty(), unitReach());
+  const std::vector<int32_t> reached = reachBlocks();
   const std::vector<int32_t> settled = withNeighbours(indexBlocks(reached), regularisationReach());
   std::vector<int32_t> slots;
   std::set_union(settled.begin(), settled.end(), reached.begin(), reached.end(),
                  std::back_inserter(slots));
 
   std::vector<BlockMesh> meshes = emitBlocks(slots);
+  const StageTimer timer(profile_, Stage::kHandOut);
   std::vector<BlockMesh> changes;
   for (size_t i = 0; i < slots.size(); ++i) {
     SlotState& state = state_[slots[i]];
@@ -246,6 +260,14 @@ std::vector<BlockMesh> BlockMesher::update() {
   std::sort(changes.begin(), changes.end(), [](const BlockMesh& a, const BlockMesh& b) {
     return packKey(a.key) < packKey(b.key);
   });
+  if (profile_ != nullptr) {
+    profile_->work.indexed_blocks += reached.size();
+    profile_->work.meshed_blocks += slots.size();
+    for (const BlockMesh& mesh : changes) {
+      profile_->work.vertices += mesh.vertices.size();
+      profile_->work.triangles += mesh.triangles.size() / 3;
+    }
+  }
   return changes;
 }
 

@@ -6,6 +6,7 @@
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/kernels/mesh_block.h"
 #include "dtsdf_mapping/map/block_table.h"
+#include "dtsdf_mapping/mapper/profile.h"
 #include "dtsdf_mapping/meshing/block_mesh.h"
 
 namespace dtsdf {
@@ -25,6 +26,11 @@ class BlockMesher {
 
   void clear();
 
+  void profileTo(Profile* profile) { profile_ = profile; }
+
+  /// Memory of the unit indices and of what is kept for each slot.
+  size_t bytes() const;
+
   /// Meshes what changed since the last call. @return the changed blocks, by packed key.
   std::vector<BlockMesh> update();
 
@@ -36,6 +42,9 @@ class BlockMesher {
   };
 
   std::vector<int32_t> takeDirty();
+
+  /// The blocks whose units have a corner in one that changed.
+  std::vector<int32_t> reachBlocks();
 
   /// Forms the blocks' unit indices anew. @return the slots whose indices changed.
   std::vector<int32_t> indexBlocks(const std::vector<int32_t>& slots);
@@ -51,6 +60,7 @@ class BlockMesher {
   bool directional_;
   int threads_;
   std::vector<SlotState> state_;
+  Profile* profile_ = nullptr;
 };
 
 }  // namespace dtsdf

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "cpu/block_times.h"
 #include "cpu/parallel_for.h"
 #include "mapper/frame_check.h"
 #include "mapper/fusion_view.h"
@@ -78,20 +79,36 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
     return result;
   }
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  if (surfels_.compute(frame, view, params_.fusion, threads_) == 0) {
+  if (computeSurfels(frame, view) == 0) {
     result.status = FrameStatus::kNoMeasurement;
     result.message = noMeasurementMessage(params_);
     return result;
   }
-  const std::vector<TouchedBlock>& touched =
-      bins_.sort(surfels_.surfels(), view, fusion_, threads_);
+  const std::vector<TouchedBlock>& touched = findTouchedBlocks(view);
   admit(touched, result);
   fuse(touched, view);
   result.duration_ms = millisecondsSince(start);
   return result;
 }
 
+size_t CpuMapper::computeSurfels(const DepthFrame& frame, const FrameView& view) {
+  const StageTimer timer(profile_, Stage::kSurfels);
+  const size_t count = surfels_.compute(frame, view, params_.fusion, threads_);
+  if (profile_ != nullptr) {
+    profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
+    profile_->work.raw_bytes += static_cast<uint64_t>(frame.row_bytes) * frame.height;
+    profile_->work.surfels += count;
+  }
+  return count;
+}
+
+const std::vector<TouchedBlock>& CpuMapper::findTouchedBlocks(const FrameView& view) {
+  const StageTimer timer(profile_, Stage::kTouch);
+  return bins_.sort(surfels_.surfels(), view, fusion_, threads_);
+}
+
 void CpuMapper::admit(const std::vector<TouchedBlock>& touched, IntegrationResult& result) {
+  const StageTimer timer(profile_, Stage::kAdmit);
   std::vector<BlockRequest> requests;
   for (const TouchedBlock& block : touched) requests.push_back({block.key, block.directions});
   const Admission admission = table_.admit(std::move(requests));
@@ -100,6 +117,11 @@ void CpuMapper::admit(const std::vector<TouchedBlock>& touched, IntegrationResul
     std::memset(voxels_.array(array), 0, BlockTable::kArrayBytes);
   }
   mesher_.resize();
+  if (profile_ != nullptr) {
+    profile_->work.touched_blocks += touched.size();
+    profile_->work.new_blocks += admission.changed_slots.size();
+    profile_->work.new_arrays += admission.new_arrays.size();
+  }
   result.refused_blocks = admission.refused;
   refused_ += admission.refused;
 }
@@ -107,20 +129,26 @@ void CpuMapper::admit(const std::vector<TouchedBlock>& touched, IntegrationResul
 void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& view) {
   std::vector<uint32_t> empty_directions(touched.size(), 0);
   const bool project = params_.fusion.mode == FusionMode::kVoxelProjection;
+  BlockTimes times(profile_);
   parallelFor<BlockSums>(touched.size(), threads_, [&](size_t i, BlockSums& sums) {
     const TouchedBlock& block = touched[i];
     const int32_t slot = table_.find(block.key);
     if (slot < 0) return;
+    BlockTimes::Lap lap(times);
     std::memset(&sums, 0, sizeof(sums));
     const auto accumulate = project ? projectVoxels : castSurfels;
     accumulate(block, surfels_.surfels(), view, fusion_, sums);
+    lap.endCast();
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = table_.block(slot).array[d];
       if (array == kNoArray) continue;
       if (!foldArray(sums.voxel[d], fusion_, voxels_.array(array))) empty_directions[i] |= 1u << d;
     }
     mesher_.markDirty(slot);
+    lap.endFold(table_.block(slot));
   });
+  times.addTo(profile_);
+  const StageTimer timer(profile_, Stage::kFinish);
   recycleEmpty(touched, empty_directions);
 }
 
@@ -150,6 +178,22 @@ MeshUpdate CpuMapper::finishMeshUpdate() {
   MeshUpdate update = std::move(mesh_update_);
   mesh_update_ = MeshUpdate();
   return update;
+}
+
+void CpuMapper::profileTo(Profile* profile) {
+  profile_ = profile;
+  mesher_.profileTo(profile);
+}
+
+std::vector<MemoryPart> CpuMapper::memory() const {
+  constexpr auto kMap = MemoryKind::kMap, kScratch = MemoryKind::kScratch;
+  std::vector<MemoryPart> parts = {
+      {"voxels", kMap, table_.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()},
+      {"block table", kMap, table_.memoryBytes(), table_.memoryBytes()},
+      {"surfels", kScratch, surfels_.bytes(), surfels_.bytes()},
+      {"bins", kScratch, bins_.bytes(), bins_.bytes()}};
+  parts.push_back({"unit indices", kMap, mesher_.bytes(), mesher_.bytes()});
+  return parts;
 }
 
 void CpuMapper::clear() {

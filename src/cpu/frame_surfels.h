@@ -16,6 +16,10 @@ class FrameSurfels {
                  int threads);
 
   const std::vector<Surfel>& surfels() const { return surfels_; }
+  size_t bytes() const {
+    return (inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity()) *
+               sizeof(float) + surfels_.capacity() * sizeof(Surfel);
+  }
 
  private:
   std::vector<float> inverse_depth_, row_value_, row_slope_;

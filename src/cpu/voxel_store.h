@@ -18,6 +18,7 @@ class VoxelStore {
     }
   }
   void clear() { slabs_.clear(); }
+  size_t bytes() const { return slabs_.size() * kArraysPerSlab * kVoxelsPerBlock * sizeof(Voxel); }
 
   Voxel* array(int32_t index) {
     return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kVoxelsPerBlock];

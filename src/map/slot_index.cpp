@@ -1,0 +1,85 @@
+#include "dtsdf_mapping/map/slot_index.h"
+
+#include <algorithm>
+#include <new>
+
+namespace dtsdf {
+namespace {
+
+constexpr size_t kSmallestTable = 1024;
+
+/// Places of the old table that each insertion is done with. A new table of `size` places has room
+/// for size / 4 insertions at least, and the old one is not larger: 4 would be enough.
+constexpr size_t kPlacesPerStep = 8;
+
+}  // namespace
+
+SlotIndex::Place& SlotIndex::Table::placeOf(PackedKey key) const {
+  const size_t mask = size - 1;
+  size_t at = static_cast<size_t>(hashKey(key)) & mask;
+  while (places[at].mark != kEmpty && places[at].key != key) at = (at + 1) & mask;
+  return places[at];
+}
+
+SlotIndex::Place* SlotIndex::Table::findLive(PackedKey key) const {
+  if (size == 0) return nullptr;
+  Place& place = placeOf(key);
+  return place.mark > 0 ? &place : nullptr;
+}
+
+SlotIndex::Table SlotIndex::makeTable(size_t size) {
+  Table table;
+  table.places.reset(static_cast<Place*>(std::calloc(size, sizeof(Place))));
+  if (table.places == nullptr) throw std::bad_alloc();
+  table.size = size;
+  return table;
+}
+
+int32_t SlotIndex::find(PackedKey key) const {
+  const Place* place = current_.findLive(key);
+  if (place == nullptr) place = old_.findLive(key);
+  return place == nullptr ? -1 : place->mark - 1;
+}
+
+void SlotIndex::put(PackedKey key, int32_t mark) {
+  Place& place = current_.placeOf(key);
+  if (place.mark == kEmpty) ++current_.used;
+  place = {key, mark};
+}
+
+void SlotIndex::insert(PackedKey key, int32_t slot) {
+  if (2 * current_.used >= current_.size) beginGrowth();
+  moveSome();
+  put(key, slot + 1);
+  ++size_;
+}
+
+void SlotIndex::erase(PackedKey key) {
+  Place* place = current_.findLive(key);
+  if (place == nullptr) place = old_.findLive(key);
+  place->mark = kErased;
+  --size_;
+}
+
+/// The table before must have been emptied by now, see kPlacesPerStep.
+void SlotIndex::beginGrowth() {
+  size_t size = std::max(kSmallestTable, current_.size);
+  while (size < 4 * (size_ + 1)) size *= 2;
+  Table larger = makeTable(size);
+  old_ = std::move(current_);
+  current_ = std::move(larger);
+  moved_ = 0;
+}
+
+void SlotIndex::moveSome() {
+  const size_t end = std::min(moved_ + kPlacesPerStep, old_.size);
+  for (; moved_ < end; ++moved_) {
+    Place& place = old_.places[moved_];
+    if (place.mark <= 0) continue;
+    put(place.key, place.mark);
+    place.mark = kErased;  // so that it is not found again once it is erased from current_
+  }
+  if (moved_ == old_.size) old_ = Table();
+}
+
+}  // namespace dtsdf

@@ -315,12 +315,14 @@ MeshView BlockMesher::view() const {
   return view;
 }
 
-void BlockMesher::begin(const MapView& map, const Event& map_ready) {
+void BlockMesher::begin(const MapView& map, const Event& map_ready, size_t most_dirty) {
   map_ = map;
   stream_.waitFor(map_ready);
   stream_.record(begun_);
-  slots_.reserve(map.slot_count, stream_);
-  records_.reserve(map.slot_count, stream_);
+  const size_t most_blocks =
+      std::min<size_t>(map.slot_count, most_dirty * kUnitReach * kRegularisationReach);
+  slots_.reserve(most_blocks, stream_);
+  records_.reserve(most_blocks, stream_);
   counters_.zero(stream_);
   ++stamp_;
   holdForProfile(stream_);

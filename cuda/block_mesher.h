@@ -58,8 +58,8 @@ class BlockMesher {
   explicit BlockMesher(bool directional);
   ~BlockMesher() { stream_.drain(); }
 
-  /// Enqueues an extraction of what changed up to the event.
-  void begin(const MapView& map, const Event& map_ready);
+  /// Enqueues an extraction of what changed up to the event: `most_dirty` blocks at most.
+  void begin(const MapView& map, const Event& map_ready, size_t most_dirty);
   bool isUnderWay() const { return state_ != State::kIdle; }
   void setClock(StageClock* clock) { stream_.setClock(clock); }
   void addMemory(std::vector<MemoryPart>& parts) const;

@@ -107,6 +107,7 @@ void CudaMap::fuse(const FusionInput& input, const Admission& admission) {
   } else {
     fusion_.castSurfels(input, map, touched_.view(), counters_);
   }
+  dirty_bound_ += counters_.touched;
   fusion_.finish(map, touched_, counters_, admission.changed_slots.size());
 }
 
@@ -132,7 +133,8 @@ void CudaMap::beginMeshUpdate() {
   if (mesher_.isUnderWay()) mesher_.finish();  // as on the CPU, its changes are lost
   recycleEmpty();
   stream_.record(map_ready_);
-  mesher_.begin(map_.view(), map_ready_);
+  mesher_.begin(map_.view(), map_ready_, dirty_bound_);
+  dirty_bound_ = 0;
 }
 
 MeshUpdate CudaMap::finishMeshUpdate() {

@@ -54,6 +54,7 @@ class CudaMap {
   BlockMesher mesher_;
   FrameCounters counters_ = {};  ///< Of the frame being fused.
   uint64_t refused_ = 0;
+  size_t dirty_bound_ = 0;  ///< Blocks touched since the last extraction, each as often as it was.
 };
 
 }  // namespace gpu

@@ -144,10 +144,18 @@ __global__ void finishBlocksKernel(MapView map, TouchedView touched, uint32_t co
 
 }  // namespace
 
+/// With an eighth to spare rather than half: this is the most of what a frame needs.
+void Fusion::reserveSums(uint32_t arrays) {
+  if (static_cast<size_t>(arrays) * kVoxelsPerBlock <= sums_.capacity()) return;
+  const size_t with_spare = std::min(arrays + arrays / 8, kMaxSumArrays);
+  sums_.reserveExactly(with_spare * kVoxelsPerBlock, stream_);
+  sums_.zero(stream_);
+}
+
 void Fusion::reserve(const FrameCounters& counters, FusionMode mode) {
   if (mode != FusionMode::kVoxelProjection) {
     const uint32_t arrays = std::min(counters.touched_arrays, kMaxSumArrays);
-    sums_.growZeroed(static_cast<size_t>(arrays) * kVoxelsPerBlock, stream_);
+    reserveSums(arrays);
   }
   empty_blocks_.growZeroed(counters.requests, stream_);
   pinned_empty_blocks_.reserve(counters.requests);

@@ -45,6 +45,8 @@ class Fusion {
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
+  void reserveSums(uint32_t arrays);
+
   const Stream& stream_;
   Event finished_;
   bool has_new_blocks_ = false;

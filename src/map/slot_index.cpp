@@ -15,9 +15,8 @@ constexpr size_t kPlacesPerStep = 8;
 }  // namespace
 
 SlotIndex::Place& SlotIndex::Table::placeOf(PackedKey key) const {
-  const size_t mask = size - 1;
-  size_t at = static_cast<size_t>(hashKey(key)) & mask;
-  while (places[at].mark != kEmpty && places[at].key != key) at = (at + 1) & mask;
+  size_t at = homeOf(key);
+  while (places[at].mark != kEmpty && places[at].key != key) at = (at + 1) & (size - 1);
   return places[at];
 }
 
@@ -50,8 +49,19 @@ void SlotIndex::put(PackedKey key, int32_t mark) {
 void SlotIndex::insert(PackedKey key, int32_t slot) {
   if (2 * current_.used >= current_.size) beginGrowth();
   moveSome();
-  put(key, slot + 1);
+  if (!putWhereItWillMove(key, slot + 1)) put(key, slot + 1);
   ++size_;
+}
+
+/// While entries move, a new one whose turn is still to come goes into the old table. The new table
+/// is then written in the order in which the old one is read, so that its memory is first touched
+/// page by page, and not all over the place within a few frames.
+bool SlotIndex::putWhereItWillMove(PackedKey key, int32_t mark) {
+  if (old_.size == 0 || old_.homeOf(key) < moved_) return false;
+  Place& place = old_.placeOf(key);
+  if (static_cast<size_t>(&place - old_.places.get()) < moved_) return false;  // came round the end
+  place = {key, mark};
+  return true;
 }
 
 void SlotIndex::erase(PackedKey key) {
@@ -64,7 +74,7 @@ void SlotIndex::erase(PackedKey key) {
 /// The table before must have been emptied by now, see kPlacesPerStep.
 void SlotIndex::beginGrowth() {
   size_t size = std::max(kSmallestTable, current_.size);
-  while (size < 4 * (size_ + 1)) size *= 2;
+  while (size < 4 * size_) size *= 2;
   Table larger = makeTable(size);
   old_ = std::move(current_);
   current_ = std::move(larger);

@@ -4,7 +4,7 @@
 #include "dtsdf_mapping/mapper/mapper.h"
 #ifdef DTSDF_WITH_CUDA
 #include "cuda_mapper.h"
-#include "cuda_report.h"
+#include "cuda_mapper_report.h"
 #endif
 
 namespace dtsdf {

@@ -44,6 +44,8 @@ class SlotIndex {
     size_t size = 0;  ///< A power of two, or 0.
     size_t used = 0;  ///< Places that are not empty, erased ones included.
 
+    /// Where the search for a key begins. @pre size is not 0.
+    size_t homeOf(PackedKey key) const { return static_cast<size_t>(hashKey(key)) & (size - 1); }
     /// The key's place, or the empty one where it would go. @pre size is not 0.
     Place& placeOf(PackedKey key) const;
     Place* findLive(PackedKey key) const;
@@ -51,6 +53,7 @@ class SlotIndex {
 
   static Table makeTable(size_t size);
   void put(PackedKey key, int32_t mark);
+  bool putWhereItWillMove(PackedKey key, int32_t mark);
   void beginGrowth();
   void moveSome();
 

@@ -9,8 +9,8 @@ namespace {
 constexpr size_t kSmallestTable = 1024;
 
 /// Places of the old table that each insertion is done with. A new table of `size` places has room
-/// for size / 4 insertions at least, and the old one is not larger: 4 would be enough.
-constexpr size_t kPlacesPerStep = 8;
+/// for size / 4 insertions at least, and the old one is not larger.
+constexpr size_t kPlacesPerStep = 4;
 
 }  // namespace
 
@@ -71,8 +71,8 @@ void SlotIndex::erase(PackedKey key) {
   --size_;
 }
 
-/// The table before must have been emptied by now, see kPlacesPerStep.
 void SlotIndex::beginGrowth() {
+  while (old_.size != 0) moveSome();  // a place or two at most, see kPlacesPerStep
   size_t size = std::max(kSmallestTable, current_.size);
   while (size < 4 * size_) size *= 2;
   Table larger = makeTable(size);

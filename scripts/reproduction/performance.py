@@ -83,13 +83,13 @@ class Performance:
             "they are timed, a mesh update after each. Times are milliseconds. All figures are in "
             "[performance.json](performance.json).\n",
             self._section("On the GPU: from upload to updated mesh", (
-                "From the call of integrate() until the changed meshes are made on the device, with "
-                "nothing else going on; median / 95th percentile / worst but for the first frame. "
+                "From the call of integrate() until the changed meshes are made on the device, "
+                "with nothing else going on; median / 95th percentile / worst but for the first frame. "
                 "Fetch: from there until the host has them. Overlapped: mean per frame where the "
                 "fetch runs beside the next frame."), self._totals()),
             self._section("Memory on the GPU", (
-                "MiB after the last frame: held by data / taken in slabs and buffers. Process: what "
-                "the device lost since the mapper was made, where each buffer takes whole "
+                "MiB after the last frame: held by data / taken in slabs and buffers. Process: "
+                "what the device lost since the mapper was made, where each buffer takes whole "
                 "2 MiB pages. Mesh buffers hold what changed last; the whole mesh is on the host. "
                 "The targets are for map and mesh, taken."), self._memory()),
             self._section("Stages on the GPU", (
@@ -134,7 +134,9 @@ class Performance:
             memory = result["memory"]
 
             def both(kind, memory=memory):
-                return " / ".join(f"{memory[kind][what] / MIB:.1f}" for what in ("used", "reserved"))
+                used, reserved = (memory[kind][what] / MIB for what in ("used", "reserved"))
+                return f"{used:.1f} / {reserved:.1f}"
+
             taken = (memory["map"]["reserved"] + memory["mesh"]["reserved"]) / MIB
             target = None
             if cell.recording == "asian_dragon":
@@ -220,8 +222,8 @@ class Performance:
             blocks = result["map"]["blocks"]
             parts.append(
                 "## A map that grows\n\n"
-                f"A synthetic flight at {cell.voxel_mm:g} mm voxels, {FLIGHT_SPEED_M} m a frame, until the map has "
-                f"{result['map']['bytes'] / 2**30:.1f} GiB: {result['frames']} frames, {blocks} "
+                f"A synthetic flight at {cell.voxel_mm:g} mm voxels, {FLIGHT_SPEED_M} m a frame, "
+                f"until the map has {result['map']['bytes'] / 2**30:.1f} GiB: {result['frames']} frames, {blocks} "
                 f"blocks, {blocks / result['frames']:.0f} new ones a frame. Median / 95th "
                 "percentile / worst while the map is in its n-th GiB.\n\n" +
                 markdown_table(["map from GiB", "frames", "total", "fetch"], rows) +

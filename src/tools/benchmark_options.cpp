@@ -9,8 +9,8 @@ std::vector<BenchmarkOption> inputOptions() {
   return {{"--raw", "NAME", "NAME.raw and NAME.txt, as pack_frames writes them, in place of --tum",
            [](auto& o, const auto& v) { o.raw_name = v; }},
           {"--flight", "",
-           "a synthetic flight over hilly ground, in place of a recording: does the time of a frame "
-           "stay the same while the map grows?",
+           "a synthetic flight over hilly ground, in place of a recording: does the time of a "
+           "frame stay the same while the map grows?",
            [](auto& o, const auto&) { o.flight = true; }},
           {"--grow-to-gib", "GIB", "size of the map at which the flight ends (default 1)",
            [](auto& o, const auto& v) { o.grow_to_gib = parsePositive("--grow-to-gib", v); }},
@@ -58,8 +58,8 @@ BenchmarkOptions parseBenchmarkOptions(const std::vector<std::string>& arguments
 
 std::string benchmarkHelp() {
   return "usage: benchmark (--tum DIR | --raw NAME | --flight | --gpu) [options]\n\n"
-         "Measures what a frame takes, from its upload to the updated mesh, stage by stage. Frames\n"
-         "are read or made before they are timed.\n\n" +
+         "Measures what a frame takes, from its upload to the updated mesh, stage by stage.\n"
+         "Frames are read or made before they are timed.\n\n" +
          describeOptions(allOptions()) +
          "\nExit code: 0 measured, 1 an error, 2 a wrong command line.\n";
 }

@@ -46,7 +46,8 @@ size_t firstCounted(size_t frames) { return frames > 1 ? 1 : 0; }
 json totalsOf(const Measurement& m) {
   const size_t first = firstCounted(m.frames.size());
   const auto summary = [&](double FrameTime::*time) {
-    return toJson(summarise(valuesOf(m.frames, first, [&](const FrameTime& f) { return f.*time; })));
+    const auto value = [&](const FrameTime& frame) { return frame.*time; };
+    return toJson(summarise(valuesOf(m.frames, first, value)));
   };
   json totals = backendOf(m);
   totals["frames"] = m.frames.size();
@@ -92,7 +93,9 @@ json stagesOf(const Measurement& m, const CopyRates& rates) {
 }
 
 json memoryOf(const Measurement& m) {
-  json memory = {{"parts", json::array()}, {"device", m.device_bytes}, {"whole_mesh", m.mesh_bytes}};
+  json memory = {{"parts", json::array()},
+                 {"device", m.device_bytes},
+                 {"whole_mesh", m.mesh_bytes}};
   for (const MemoryPart& part : m.memory) {
     memory["parts"].push_back({{"name", part.name}, {"kind", toString(part.kind)},
                                {"used", part.used_bytes}, {"reserved", part.reserved_bytes}});
@@ -160,7 +163,9 @@ json flightByGib(const std::vector<FrameTime>& times) {
       total_ms.push_back(times[end].total_ms);
       fetch_ms.push_back(times[end].fetch_ms);
     }
-    rows.push_back({{"gib", gib}, {"frames", end - begin}, {"total_ms", toJson(summarise(total_ms))},
+    rows.push_back({{"gib", gib},
+                    {"frames", end - begin},
+                    {"total_ms", toJson(summarise(total_ms))},
                     {"fetch_ms", toJson(summarise(fetch_ms))}});
     begin = end;
   }

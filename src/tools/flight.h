@@ -1,5 +1,5 @@
-/// A synthetic flight over hilly ground without end: every frame brings new blocks, so the map grows
-/// as far as memory goes.
+/// A synthetic flight over hilly ground without end: every frame brings new blocks, so the map
+/// grows as far as memory goes.
 #pragma once
 
 #include <functional>

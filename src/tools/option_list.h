@@ -1,4 +1,4 @@
-/// Command lines of the programs that fuse frames: a list of options, and those that all of them have.
+/// Command lines of the programs that fuse frames: a list of options, and those that all share.
 #pragma once
 
 #include <functional>

@@ -70,8 +70,8 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
 
 std::string reconstructHelp() {
   return "usage: reconstruct (--tum DIR | --bag FILE) [options] --mesh OUT.ply\n\n"
-         "Fuses every depth image of a recording, without loss and with the same result each time,\n"
-         "and saves the mesh.\n\n" +
+         "Fuses every depth image of a recording, without loss and with the same result each\n"
+         "time, and saves the mesh.\n\n" +
          describeOptions(allOptions()) +
          "\nExit code: 0 the mesh is saved, 1 an error, 2 a wrong command line.\n";
 }

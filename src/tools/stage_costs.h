@@ -15,8 +15,8 @@ struct StageCost {
 /// `arrays_per_block` is the mean over the map.
 StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block);
 
-/// Share of a multiprocessor of compute capability 7.5 that a kernel of these needs would fill: 1024
-/// threads, 65536 registers, 64 KiB of shared memory.
+/// Share of a multiprocessor of compute capability 7.5 that a kernel of these needs would fill:
+/// 1024 threads, 65536 registers, 64 KiB of shared memory.
 double occupancyOnTuring(int threads, int registers, size_t shared_bytes);
 
 }  // namespace dtsdf

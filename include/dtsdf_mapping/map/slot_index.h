@@ -27,7 +27,7 @@ class SlotIndex {
   size_t memoryBytes() const { return (current_.size + old_.size) * sizeof(Place); }
 
  private:
-  /// All bits zero, as calloc() gives them page by page when they are first touched: an empty place.
+  /// All bits zero, as calloc() gives pages when they are first touched: an empty place.
   struct Place {
     PackedKey key;
     int32_t mark;  ///< Slot + 1, or kEmpty, or kErased.

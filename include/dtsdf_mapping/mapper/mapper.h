@@ -75,8 +75,9 @@ class Mapper {
   /// the work is done, and frames may be integrated meanwhile. At most one extraction is under way.
   virtual void beginMeshUpdate() = 0;
 
-  /// Waits until the meshes of the extraction that was begun are made, where the map lives; on a GPU
-  /// they are on their way to the host then. For measurements: finishMeshUpdate() waits by itself.
+  /// Waits until the meshes of the extraction that was begun are made, where the map lives; on a
+  /// GPU they are on their way to the host then. For measurements: finishMeshUpdate() waits by
+  /// itself.
   virtual void waitForMeshes() = 0;
 
   /// Waits for the extraction that was begun and returns its changes; empty if none was begun.

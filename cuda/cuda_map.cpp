@@ -45,7 +45,7 @@ FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
     std::memcpy(staged + v * row, static_cast<const char*>(frame.data) + v * frame.row_bytes, row);
   }
   touched_.begin();
-  surfels_.compute({frame.encoding, frame.unit_m}, view, params_.fusion, touched_.usableSurfels(),
+  surfels_.compute({frame.encoding, frame.unit_m}, view, params_, touched_.usableSurfels(),
                    stream_);
   return {view, fusion_view_, surfels_.surfels()};
 }

@@ -74,7 +74,7 @@ void* FrameSurfels::stage(size_t bytes) {
   return pinned_raw_.data();
 }
 
-void FrameSurfels::compute(const RawDepth& raw, const FrameView& view, const FusionParams& params,
+void FrameSurfels::compute(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                            uint32_t* usable, const Stream& stream) {
   const size_t pixels = static_cast<size_t>(view.width) * view.height;
   raw_.reserve(raw_bytes_, stream);
@@ -84,8 +84,8 @@ void FrameSurfels::compute(const RawDepth& raw, const FrameView& view, const Fus
   surfels_.reserve(pixels, stream);
   raw_.upload(pinned_raw_.data(), raw_bytes_, stream);
 
-  const DepthImage image{raw_.data(),  raw, view.width, view.height, params.min_depth_m,
-                         params.max_depth_m};
+  const DepthImage image{raw_.data(),  raw, view.width, view.height, params.fusion.min_depth_m,
+                         params.fusion.max_depth_m};
   const NormalFitSettings settings = makeNormalFitSettings(params, view);
   constexpr int kMaxGridRows = 65535;
   const dim3 grid(blocksFor(view.width), std::min(view.height, kMaxGridRows));

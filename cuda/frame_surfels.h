@@ -1,8 +1,8 @@
 /// Depth image to surfels on the device.
 #pragma once
 
-#include "dtsdf_mapping/fusion/fusion_params.h"
 #include "dtsdf_mapping/kernels/surfel.h"
+#include "dtsdf_mapping/mapper/mapper_params.h"
 #include "runtime/buffer.h"
 
 namespace dtsdf {
@@ -22,7 +22,7 @@ class FrameSurfels {
 
   /// Enqueues the upload of what was staged and the computation; `usable` (on the device) stays 0
   /// if no surfel has a weight.
-  void compute(const RawDepth& raw, const FrameView& view, const FusionParams& params,
+  void compute(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                uint32_t* usable, const Stream& stream);
 
   const Surfel* surfels() const { return surfels_.data(); }

@@ -78,7 +78,7 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
     return result;
   }
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  if (surfels_.compute(frame, view, params_.fusion, threads_) == 0) {
+  if (surfels_.compute(frame, view, params_, threads_) == 0) {
     result.status = FrameStatus::kNoMeasurement;
     result.message = noMeasurementMessage(params_);
     return result;

@@ -16,7 +16,7 @@ float rawValue(const DepthFrame& frame, int u, int v) {
 }  // namespace
 
 size_t FrameSurfels::compute(const DepthFrame& frame, const FrameView& view,
-                             const FusionParams& params, int threads) {
+                             const MapperParams& params, int threads) {
   const int width = view.width, height = view.height;
   const size_t pixels = static_cast<size_t>(width) * height;
   inverse_depth_.resize(pixels);
@@ -32,8 +32,8 @@ size_t FrameSurfels::compute(const DepthFrame& frame, const FrameView& view,
     for (int v = 0; v < height; ++v) {
       float* row = &inverse_depth_[static_cast<size_t>(v) * width];
       for (int u = 0; u < width; ++u) {
-        row[u] = inverseDepth(rawValue(frame, u, v), frame.unit_m, params.min_depth_m,
-                              params.max_depth_m);
+        row[u] = inverseDepth(rawValue(frame, u, v), frame.unit_m, params.fusion.min_depth_m,
+                              params.fusion.max_depth_m);
       }
       for (int u = 0; u < width; ++u) {
         const RowFit fit = fitRow(inverse_depth_.data(), width, u, v, settings);

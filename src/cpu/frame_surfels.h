@@ -12,7 +12,7 @@ namespace dtsdf {
 class FrameSurfels {
  public:
   /// @return number of surfels with a weight.
-  size_t compute(const DepthFrame& frame, const FrameView& view, const FusionParams& params,
+  size_t compute(const DepthFrame& frame, const FrameView& view, const MapperParams& params,
                  int threads);
 
   const std::vector<Surfel>& surfels() const { return surfels_; }

@@ -36,6 +36,14 @@ DTSDF_HD Surfel makeSurfel(const FrameView& frame, int u, int v, float depth_m,
           rotate(frame.T_L_C, normal_C), depth_m};
 }
 
+/// A measurement without a normal: all that the undirected map needs for voxel projection.
+DTSDF_HD Surfel makePoint(const FrameView& frame, int u, int v, float depth_m) {
+  const Vec3f p_C = backProject(frame.intrinsics, static_cast<float>(u), static_cast<float>(v),
+                                depth_m);
+  return {transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), depthWeight(depth_m),
+          {0.0f, 0.0f, 0.0f}, depth_m};
+}
+
 /// The surfel of a pixel, from the images of inverse depth and of the row fits.
 DTSDF_HD Surfel computeSurfel(const FrameView& frame, const float* inverse_depth,
                               const float* row_value, const float* row_slope, int u, int v,
@@ -43,6 +51,7 @@ DTSDF_HD Surfel computeSurfel(const FrameView& frame, const float* inverse_depth
   const int64_t i = static_cast<int64_t>(v) * frame.width + u;
   const Surfel none{{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f};
   if (!(inverse_depth[i] > 0.0f)) return none;
+  if (settings.radius_px == 0) return makePoint(frame, u, v, 1.0f / inverse_depth[i]);
   const Vec3f normal_C = fitNormal(row_value, row_slope, frame.width, frame.height, u, v,
                                    frame.intrinsics, settings);
   if (!(dot(normal_C, normal_C) > 0.0f)) return none;

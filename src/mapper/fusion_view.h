@@ -17,6 +17,10 @@ inline NormalFitSettings makeNormalFitSettings(const FusionParams& params, const
   return {params.normal_radius_px, params.depth_jump, view.intrinsics.fx * view.voxel_size_m};
 }
 
+inline GroupSettings makeGroupSettings(const FusionParams& params, const FrameView& view) {
+  return makeGroupSettings(params.depth_jump, view.intrinsics.fx, view.voxel_size_m);
+}
+
 inline std::string noMeasurementMessage(const MapperParams& params) {
   return "no pixel has a usable depth: all are empty, isolated, or outside [" +
          std::to_string(params.fusion.min_depth_m) + ", " +

@@ -24,9 +24,9 @@ struct NormalFitSettings {
 DTSDF_HD int windowRadius(float inverse_depth, const NormalFitSettings& settings) {
   constexpr float kVoxelsToEachSide = 0.75f, kLeastRadius = 2.0f;
   const float radius =
-      fmaxf(kVoxelsToEachSide * settings.voxel_px_m * inverse_depth, kLeastRadius);
+      greater(kVoxelsToEachSide * settings.voxel_px_m * inverse_depth, kLeastRadius);
   const float largest = static_cast<float>(settings.radius_px);
-  return static_cast<int>(fminf(radius, largest) + 0.5f);
+  return static_cast<int>(lesser(radius, largest) + 0.5f);
 }
 
 /// A straight line through samples of inverse depth, at the centre of the walk.
@@ -93,6 +93,16 @@ DTSDF_HD RowFit fitRow(const float* inverse_depth, int width, int u, int v,
   return {fit.value, fit.slope};
 }
 
+/// The unit normal of the plane with the given 1 / z and slopes of it at (u, v), facing the camera;
+/// zero where there is none.
+DTSDF_HD Vec3f planeNormal(float u, float v, float value, float du, float dv,
+                           const Intrinsics& K) {
+  const Vec3f n{-(K.fx * du), -(K.fy * dv), (u - K.cx) * du + (v - K.cy) * dv - value};
+  const float length = norm(n);
+  if (!(length > 0.0f)) return {0.0f, 0.0f, 0.0f};
+  return (1.0f / length) * n;
+}
+
 /// Unit normal in the camera frame, facing the camera; zero where none can be fitted.
 DTSDF_HD Vec3f fitNormal(const float* row_value, const float* row_slope, int width, int height,
                          int u, int v, const Intrinsics& K, const NormalFitSettings& settings) {
@@ -104,13 +114,48 @@ DTSDF_HD Vec3f fitNormal(const float* row_value, const float* row_slope, int wid
   const LineFit fit = fitLine(row_value, row_value, row_slope, centre, width, before, after,
                               settings.depth_jump);
   if (fit.count < 2) return {0.0f, 0.0f, 0.0f};
-  const float du = fit.mean_attached, dv = fit.slope;
-  const Vec3f n{-(K.fx * du), -(K.fy * dv),
-                (static_cast<float>(u) - K.cx) * du + (static_cast<float>(v) - K.cy) * dv -
-                    fit.value};
-  const float length = norm(n);
-  if (!(length > 0.0f)) return {0.0f, 0.0f, 0.0f};
-  return (1.0f / length) * n;
+  return planeNormal(static_cast<float>(u), static_cast<float>(v), fit.value, fit.mean_attached,
+                     fit.slope, K);
+}
+
+/// The same at the point between the four pixels from (u, v) to (u + 1, v + 1): along the column
+/// between the two that the pixels lie on, whose row fits are averaged.
+DTSDF_HD Vec3f fitNormalBetween(const float* row_value, const float* row_slope, int width,
+                                int height, int u, int v, const Intrinsics& K,
+                                const NormalFitSettings& settings) {
+  const int64_t first = static_cast<int64_t>(v) * width + u;
+  const float origin = row_value[first];
+  if (!(origin > 0.0f)) return {0.0f, 0.0f, 0.0f};
+  const int radius = windowRadius(origin, settings);
+  const int before = v + 1 < radius ? v + 1 : radius;
+  const int after = height - 1 - v < radius ? height - 1 - v : radius;
+  float n = 0.0f, sum_k = 0.0f, sum_kk = 0.0f, sum_y = 0.0f, sum_ky = 0.0f, sum_slope = 0.0f;
+  for (int side = 0; side < 2; ++side) {
+    const int steps = side == 0 ? before : after;
+    float previous = origin;
+    for (int step = 0; step < steps; ++step) {
+      const int64_t at = first + static_cast<int64_t>(side == 0 ? -step : step + 1) * width;
+      const float left = row_value[at], right = row_value[at + 1];
+      if (!(left > 0.0f && right > 0.0f) || !depthsConnected(left, right, settings.depth_jump) ||
+          !depthsConnected(previous, left, settings.depth_jump)) {
+        break;
+      }
+      previous = left;
+      const float k = static_cast<float>(step) + 0.5f, offset = side == 0 ? -k : k;
+      const float y = 0.5f * ((left - origin) + (right - origin));
+      n += 1.0f;
+      sum_k += offset;
+      sum_kk += k * k;
+      sum_y += y;
+      sum_ky += offset * y;
+      sum_slope += 0.5f * (row_slope[at] + row_slope[at + 1]);
+    }
+  }
+  if (n < 2.0f) return {0.0f, 0.0f, 0.0f};
+  const float slope = (n * sum_ky - sum_k * sum_y) / (n * sum_kk - sum_k * sum_k);
+  const float value = origin + (sum_y - slope * sum_k) / n;
+  return planeNormal(static_cast<float>(u) + 0.5f, static_cast<float>(v) + 0.5f, value,
+                     sum_slope / n, slope, K);
 }
 
 }  // namespace dtsdf

@@ -19,6 +19,8 @@ double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
+
 /// The sums of one block over one frame; one per thread.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
@@ -111,8 +113,10 @@ void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& 
     const TouchedBlock& block = touched[i];
     const int32_t slot = table_.find(block.key);
     if (slot < 0) return;
+    // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
+    const uint32_t directions = project ? kAllDirections : block.directions;
     for (int d = 0; d < kDirectionCount; ++d) {
-      if (block.directions >> d & 1) std::memset(sums.voxel[d], 0, sizeof(sums.voxel[d]));
+      if (directions >> d & 1) std::memset(sums.voxel[d], 0, sizeof(sums.voxel[d]));
     }
     if (project) {
       projectVoxels(block, surfels_.surfels(), view, fusion_, sums);
@@ -121,7 +125,7 @@ void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& 
     }
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = table_.block(slot).array[d];
-      if (array == kNoArray || !(block.directions >> d & 1)) continue;
+      if (array == kNoArray || !(directions >> d & 1)) continue;
       if (!foldArray(sums.voxel[d], fusion_, voxels_.array(array))) empty_directions[i] |= 1u << d;
     }
     mesher_.markDirty(slot);

@@ -26,6 +26,12 @@ class FrameSurfels {
  private:
   void fitRows(const DepthFrame& frame, const FrameView& view, const FusionParams& params,
                int threads);
+  template <class IsSingle, class Emit>
+  void visitPixels(const FrameView& view, const NormalFitSettings& settings, int u, int v,
+                   const IsSingle& is_single, const Emit& emit) const;
+  /// Appends the surfels of the tiles whose first row is `first_v`.
+  void computeTiles(const FrameView& view, const FusionParams& params, int first_v,
+                    std::vector<TileGroups>& tiles, std::vector<Surfel>& surfels) const;
   FitImages images() const {
     return {inverse_depth_.data(), row_value_.data(), row_slope_.data()};
   }

@@ -6,7 +6,7 @@
 /// 2 x 2 pixels is one, or else the quad's pixels stay single.
 #pragma once
 
-#include "dtsdf_mapping/kernels/camera.h"
+#include "dtsdf_mapping/kernels/normal_estimation.h"
 
 namespace dtsdf {
 
@@ -87,7 +87,7 @@ DTSDF_HD bool isGroup(const FitImages& images, int width, int height, int u, int
   }
   const float range = most - least;  // the range of z is this by least * most
   if (!(static_cast<float>(side) <= settings.width_px_m * least) ||
-      !(range <= settings.depth_jump * least) || !(range <= settings.range_m * least * most)) {
+      !depthsConnected(least, most, settings.depth_jump) || !(range <= settings.range_m * least * most)) {
     return false;
   }
   const float radian = most / settings.focal_px;  // as a slope of 1 / z, for a frontal surface

@@ -2,8 +2,6 @@
 /// of pixels.
 #pragma once
 
-#include "dtsdf_mapping/kernels/camera.h"
-#include "dtsdf_mapping/kernels/normal_estimation.h"
 #include "dtsdf_mapping/kernels/pixel_group.h"
 
 namespace dtsdf {
@@ -42,6 +40,13 @@ DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth
           rotate(frame.T_L_C, normal_C), depth_m};
 }
 
+/// The surfel of a measured pixel with its normal.
+DTSDF_HD Surfel makePixelSurfel(const FrameView& frame, int u, int v, float inverse_depth,
+                                const Vec3f& normal_C) {
+  return makeSurfel(frame, static_cast<float>(u), static_cast<float>(v), 1.0f / inverse_depth,
+                    normal_C, 1.0f);
+}
+
 /// The surfel of a pixel.
 DTSDF_HD Surfel computeSurfel(const FrameView& frame, const FitImages& images, int u, int v,
                               const NormalFitSettings& settings) {
@@ -49,8 +54,7 @@ DTSDF_HD Surfel computeSurfel(const FrameView& frame, const FitImages& images, i
   if (!(images.inverse_depth[i] > 0.0f)) return noSurfel();
   const Vec3f normal_C = fitNormal(images.row_value, images.row_slope, frame.width, frame.height, u,
                                    v, frame.intrinsics, settings);
-  return makeSurfel(frame, static_cast<float>(u), static_cast<float>(v),
-                    1.0f / images.inverse_depth[i], normal_C, 1.0f);
+  return makePixelSurfel(frame, u, v, images.inverse_depth[i], normal_C);
 }
 
 /// The surfel of a group of side x side pixels with its first corner at (u, v). The mean of 1 / z is

@@ -30,6 +30,9 @@ class BlockBins {
   const std::vector<TouchedBlock>& sort(const std::vector<Surfel>& surfels, const FrameView& frame,
                                         const FusionView& fusion, int threads);
 
+  /// Line of a surfel; those of surfels without a weight hold nothing.
+  const CastLine& line(uint32_t surfel) const { return lines_[surfel]; }
+
  private:
   struct KeyHash {
     size_t operator()(PackedKey key) const { return static_cast<size_t>(hashKey(key)); }
@@ -66,6 +69,7 @@ class BlockBins {
 
   void merge();
 
+  std::vector<CastLine> lines_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;
 };

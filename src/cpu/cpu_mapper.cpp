@@ -19,22 +19,21 @@ double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
+
 /// The sums of one block over one frame; one per thread.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
 };
 
-void castSurfels(const TouchedBlock& block, const std::vector<Surfel>& surfels,
-                 const FrameView& view, const FusionView& fusion, BlockSums& sums) {
+void castSurfels(const TouchedBlock& block, const BlockBins& bins, const FusionView& fusion,
+                 BlockSums& sums) {
   auto add = [&](int direction, int index, int32_t weight, int32_t sdf) {
     addToSums(sums.voxel[direction][index], weight, sdf);
   };
   for (const SurfelRange& range : block.surfels) {
     for (const uint32_t* i = range.begin; i != range.end; ++i) {
-      const Surfel& surfel = surfels[*i];
-      castIntoBlock(castSurfel(view, fusion, surfel),
-                    directionsOf(surfel.normal_L, fusion.directional != 0), fusion, surfel.weight,
-                    block.block_L, add);
+      castIntoBlock<kMostPlanes>(bins.line(*i), fusion, block.block_L, add);
     }
   }
 }
@@ -78,7 +77,10 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
     return result;
   }
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  if (surfels_.compute(frame, view, params_, threads_) == 0) {
+  const bool project = params_.fusion.mode == FusionMode::kVoxelProjection;
+  const size_t count = project ? surfels_.computePixels(frame, view, params_, threads_)
+                               : surfels_.computeGroups(frame, view, params_, threads_);
+  if (count == 0) {
     result.status = FrameStatus::kNoMeasurement;
     result.message = noMeasurementMessage(params_);
     return result;
@@ -111,12 +113,19 @@ void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& 
     const TouchedBlock& block = touched[i];
     const int32_t slot = table_.find(block.key);
     if (slot < 0) return;
-    std::memset(&sums, 0, sizeof(sums));
-    const auto accumulate = project ? projectVoxels : castSurfels;
-    accumulate(block, surfels_.surfels(), view, fusion_, sums);
+    // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
+    const uint32_t directions = project ? kAllDirections : block.directions;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (directions >> d & 1) std::memset(sums.voxel[d], 0, sizeof(sums.voxel[d]));
+    }
+    if (project) {
+      projectVoxels(block, surfels_.surfels(), view, fusion_, sums);
+    } else {
+      castSurfels(block, bins_, fusion_, sums);
+    }
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = table_.block(slot).array[d];
-      if (array == kNoArray) continue;
+      if (array == kNoArray || !(directions >> d & 1)) continue;
       if (!foldArray(sums.voxel[d], fusion_, voxels_.array(array))) empty_directions[i] |= 1u << d;
     }
     mesher_.markDirty(slot);

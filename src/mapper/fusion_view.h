@@ -23,6 +23,10 @@ inline NormalFitSettings makeNormalFitSettings(const MapperParams& params, const
           view.intrinsics.fx * view.voxel_size_m};
 }
 
+inline GroupSettings makeGroupSettings(const MapperParams& params, const FrameView& view) {
+  return makeGroupSettings(params.fusion.depth_jump, view.intrinsics.fx, view.voxel_size_m);
+}
+
 inline std::string noMeasurementMessage(const MapperParams& params) {
   return "no pixel has a usable depth: all are empty, isolated, or outside [" +
          std::to_string(params.fusion.min_depth_m) + ", " +

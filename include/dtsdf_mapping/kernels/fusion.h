@@ -83,10 +83,12 @@ DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionView& fusion, cons
     for (int i = 0; i < kLanes && plane + i <= end; ++i) {
       const int u = samples.u[i] - u0, v = samples.v[i] - v0;
       const int index = (plane + i - k0) * strides.k + u * strides.u + v * strides.v;
+      constexpr uint32_t kLast = kBlockSide - 1;
+      const bool all_inside = static_cast<uint32_t>(u) < kLast && static_cast<uint32_t>(v) < kLast;
       for (int corner = 0; corner < 4; ++corner) {
         const int du = corner & 1, dv = corner >> 1;
-        const bool inside = static_cast<uint32_t>(u + du) < kBlockSide &&
-                            static_cast<uint32_t>(v + dv) < kBlockSide;
+        const bool inside = all_inside || (static_cast<uint32_t>(u + du) <= kLast &&
+                                           static_cast<uint32_t>(v + dv) <= kLast);
         if (!inside) continue;
         for (int d = 0; d < cast.directions.count; ++d) {
           add(cast.directions.direction[d], index + du * strides.u + dv * strides.v,

@@ -27,7 +27,7 @@ constexpr float kSampleReach = 1.75f;
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
   int axis;
-  float reach;                         ///< In voxels, measured across the surface.
+  float reach, per_reach;              ///< In voxels, measured across the surface; its inverse.
   int first_plane, last_plane;         ///< Grid planes of axis k it crosses within reach.
   float p_k, p_u, p_v;                 ///< Measured point.
   float slope_u, slope_v;              ///< Change of u and v per plane.
@@ -51,6 +51,7 @@ DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Ve
   line.normal_u = component(normal, u);
   line.normal_v = component(normal, v);
   line.reach = reach;
+  line.per_reach = 1.0f / reach;
   line.first_plane = ceilToInt(line.p_k - reach * fabsf(dk));
   line.last_plane = floorToInt(line.p_k + reach * fabsf(dk));
   return line;
@@ -90,7 +91,6 @@ struct PlaneSamples {
 
 template <int kPlanes>
 DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane, PlaneSamples<kPlanes>& samples) {
-  const float per_reach = 1.0f / line.reach;
   for (int i = 0; i < kPlanes; ++i) {
     const PlaneCrossing at = crossPlane(line, first_plane + i);
     samples.u[i] = at.u;
@@ -104,7 +104,7 @@ DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane, PlaneSamples
       const float bilinear = (du ? at.fraction_u : low_u) * (dv ? at.fraction_v : low_v);
       const float distance =
           base + ((du ? line.normal_u : 0.0f) + (dv ? line.normal_v : 0.0f));
-      const float nearness = 1.0f - fabsf(distance) * per_reach;
+      const float nearness = 1.0f - fabsf(distance) * line.per_reach;
       samples.share[corner][i] = (bilinear * bilinear) * greater(nearness, 0.0f);
       samples.distance[corner][i] = distance;
     }

@@ -43,9 +43,14 @@ FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   stage(frame);
   touched_.begin();
-  surfels_.compute({frame.encoding, frame.unit_m}, view, params_.fusion, touched_.usableSurfels(),
-                   stream_);
-  return {view, fusion_view_, surfels_.surfels()};
+  const RawDepth raw{frame.encoding, frame.unit_m};
+  uint32_t* count = touched_.usableSurfels();
+  if (params_.fusion.mode == FusionMode::kVoxelProjection) {
+    surfels_.computePixels(raw, view, params_, count, stream_);
+    return {view, fusion_view_, surfels_.surfels(), nullptr};
+  }
+  surfels_.computeGroups(raw, view, params_, count, stream_);
+  return {view, fusion_view_, surfels_.surfels(), count};
 }
 
 /// Copies the image to pinned memory, its rows packed.
@@ -64,14 +69,12 @@ void CudaMap::findTouchedBlocks(const FusionInput& input) {
   recycleEmpty();  // of the frame before, whose last kernels may have run until now
   touched_.compare(input, map_.view());
   counters_ = touched_.waitForCounters();
-  const uint32_t usable_surfels = counters_.usable_surfels;
   while (counters_.table_full) {
     touched_.grow();
     touched_.mark(input);
     touched_.compare(input, map_.view());
     counters_ = touched_.waitForCounters();
   }
-  counters_.usable_surfels = usable_surfels;
 }
 
 MapDemand CudaMap::demandOfFrame() const {

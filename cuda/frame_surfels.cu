@@ -52,20 +52,67 @@ __global__ void fitRowsKernel(DepthImage image, NormalFitSettings settings, floa
   }
 }
 
-/// Adds to `usable` where there are surfels with a weight; only whether it stays 0 has a meaning.
-__global__ void computeSurfelsKernel(FrameView frame, NormalFitSettings settings,
-                                     const float* inverse_depth, const float* row_value,
-                                     const float* row_slope, Surfel* surfels, uint32_t* usable) {
+/// One thread per tile of pixels.
+__global__ void groupTilesKernel(FrameView frame, GroupSettings settings, FitImages images,
+                                 uint8_t* groups) {
+  const int tiles_across = tilesAlong(frame.width);
+  const size_t tile = globalThread();
+  if (tile >= static_cast<size_t>(tiles_across) * tilesAlong(frame.height)) return;
+  const int u = static_cast<int>(tile % tiles_across) * kTileSide;
+  const int v = static_cast<int>(tile / tiles_across) * kTileSide;
+  groups[tile] =
+      static_cast<uint8_t>(groupTile(images, frame.width, frame.height, u, v, settings));
+}
+
+/// One surfel per pixel. `count` takes the number of those with a weight.
+__global__ void computePixelsKernel(FrameView frame, NormalFitSettings settings, FitImages images,
+                                    Surfel* surfels, uint32_t* count) {
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   int found = 0;
   for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
-    const Surfel surfel =
-        computeSurfel(frame, inverse_depth, row_value, row_slope, u, v, settings);
+    const Surfel surfel = computeSurfel(frame, images, u, v, settings);
     surfels[static_cast<int64_t>(v) * frame.width + u] = surfel;
-    found |= surfel.weight > 0.0f;
+    found += surfel.weight > 0.0f;
   }
-  const int found_here = __syncthreads_count(found);
-  if (threadIdx.x == 0 && found_here > 0) atomicAdd(usable, static_cast<uint32_t>(found_here));
+  if (found > 0) atomicAdd(count, static_cast<uint32_t>(found));
+}
+
+/// Appends `surfel` of those lanes of a full warp where it has a weight, with one atomic.
+__device__ void append(const Surfel& surfel, Surfel* surfels, uint32_t* count) {
+  constexpr uint32_t kAllLanes = 0xffffffffu;
+  const bool has_weight = surfel.weight > 0.0f;
+  const uint32_t lanes = __ballot_sync(kAllLanes, has_weight);
+  if (lanes == 0) return;
+  const int lane = threadIdx.x % 32;
+  uint32_t first = 0;
+  if (lane == 0) first = atomicAdd(count, static_cast<uint32_t>(__popc(lanes)));
+  first = __shfl_sync(kAllLanes, first, 0);
+  if (has_weight) surfels[first + __popc(lanes & ((1u << lane) - 1u))] = surfel;
+}
+
+/// One surfel per group, without gaps; their order does not matter, since sums are integers.
+__global__ void computeGroupsKernel(FrameView frame, NormalFitSettings settings, FitImages images,
+                                    const uint8_t* groups, Surfel* surfels, uint32_t* count) {
+  const int u = blockIdx.x * blockDim.x + threadIdx.x;
+  for (int v = blockIdx.y; v < frame.height; v += gridDim.y) {
+    Surfel surfel = noSurfel();
+    if (u < frame.width) {
+      const size_t tile =
+          static_cast<size_t>(v / kTileSide) * tilesAlong(frame.width) + u / kTileSide;
+      surfel = computeLeadSurfel(frame, images, groups[tile], u, v, settings);
+    }
+    append(surfel, surfels, count);
+  }
+}
+
+/// A grid of stretches of rows.
+dim3 rowGrid(const FrameView& view) {
+  constexpr int kMaxGridRows = 65535;
+  return dim3(blocksFor(view.width), std::min(view.height, kMaxGridRows));
+}
+
+size_t tilesOf(const FrameView& view) {
+  return static_cast<size_t>(tilesAlong(view.width)) * tilesAlong(view.height);
 }
 
 }  // namespace
@@ -76,47 +123,65 @@ void* FrameSurfels::stage(size_t bytes) {
   return pinned_raw_.data();
 }
 
-void FrameSurfels::compute(const RawDepth& raw, const FrameView& view, const FusionParams& params,
-                           uint32_t* usable, const Stream& stream) {
+void FrameSurfels::fitRows(const RawDepth& raw, const FrameView& view, const MapperParams& params,
+                           const Stream& stream) {
   const size_t pixels = static_cast<size_t>(view.width) * view.height;
   raw_.reserveExactly(raw_bytes_, stream);
   inverse_depth_.reserveExactly(pixels, stream);
   row_value_.reserveExactly(pixels, stream);
   row_slope_.reserveExactly(pixels, stream);
+  groups_.reserveExactly(tilesOf(view), stream);
   surfels_.reserveExactly(pixels, stream);
   holdForProfile(stream);
   {
     const StageSpan span(stream, Stage::kUpload);
     raw_.upload(pinned_raw_.data(), raw_bytes_, stream);
   }
+  const DepthImage image{raw_.data(),  raw, view.width, view.height, params.fusion.min_depth_m,
+                         params.fusion.max_depth_m};
+  const StageSpan span(stream, Stage::kRowFits);
+  fitRowsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
+      image, makeNormalFitSettings(params, view), inverse_depth_.data(), row_value_.data(),
+      row_slope_.data());
+  DTSDF_CHECK_LAUNCH("fitRowsKernel");
+}
 
-  const DepthImage image{raw_.data(),  raw, view.width, view.height, params.min_depth_m,
-                         params.max_depth_m};
-  const NormalFitSettings settings = makeNormalFitSettings(params, view);
-  constexpr int kMaxGridRows = 65535;
-  const dim3 grid(blocksFor(view.width), std::min(view.height, kMaxGridRows));
+void FrameSurfels::computePixels(const RawDepth& raw, const FrameView& view,
+                                 const MapperParams& params, uint32_t* count,
+                                 const Stream& stream) {
+  fitRows(raw, view, params, stream);
+  const StageSpan span(stream, Stage::kSurfels);
+  computePixelsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
+      view, makeNormalFitSettings(params, view), images(), surfels_.data(), count);
+  DTSDF_CHECK_LAUNCH("computePixelsKernel");
+}
+
+void FrameSurfels::computeGroups(const RawDepth& raw, const FrameView& view,
+                                 const MapperParams& params, uint32_t* count,
+                                 const Stream& stream) {
+  fitRows(raw, view, params, stream);
   {
-    const StageSpan span(stream, Stage::kRowFits);
-    fitRowsKernel<<<grid, kThreads, 0, stream.get()>>>(image, settings, inverse_depth_.data(),
-                                                       row_value_.data(), row_slope_.data());
-    DTSDF_CHECK_LAUNCH("fitRowsKernel");
+    const StageSpan span(stream, Stage::kGroups);
+    groupTilesKernel<<<blocksFor(tilesOf(view)), kThreads, 0, stream.get()>>>(
+        view, makeGroupSettings(params, view), images(), groups_.data());
+    DTSDF_CHECK_LAUNCH("groupTilesKernel");
   }
   const StageSpan span(stream, Stage::kSurfels);
-  computeSurfelsKernel<<<grid, kThreads, 0, stream.get()>>>(
-      view, settings, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
-      surfels_.data(), usable);
-  DTSDF_CHECK_LAUNCH("computeSurfelsKernel");
+  computeGroupsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
+      view, makeNormalFitSettings(params, view), images(), groups_.data(), surfels_.data(), count);
+  DTSDF_CHECK_LAUNCH("computeGroupsKernel");
 }
 
 void FrameSurfels::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = raw_.bytes() + inverse_depth_.bytes() + row_value_.bytes() +
-                       row_slope_.bytes() + surfels_.bytes();
+                       row_slope_.bytes() + groups_.bytes() + surfels_.bytes();
   parts.push_back({"images and surfels", MemoryKind::kScratch, bytes, bytes});
   parts.push_back({"raw image", MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});
 }
 
 std::vector<NamedKernel> surfelKernels() {
-  return {DTSDF_NAMED_KERNEL(fitRowsKernel, 0), DTSDF_NAMED_KERNEL(computeSurfelsKernel, 0)};
+  return {DTSDF_NAMED_KERNEL(fitRowsKernel, 0), DTSDF_NAMED_KERNEL(groupTilesKernel, 0),
+          DTSDF_NAMED_KERNEL(computeGroupsKernel, 0), DTSDF_NAMED_KERNEL(computePixelsKernel, 0)};
 }
 
 }  // namespace gpu

@@ -1,8 +1,8 @@
 /// Depth image to surfels on the device.
 #pragma once
 
-#include "dtsdf_mapping/fusion/fusion_params.h"
 #include "dtsdf_mapping/kernels/surfel.h"
+#include "dtsdf_mapping/mapper/mapper_params.h"
 #include "dtsdf_mapping/mapper/profile.h"
 #include "runtime/buffer.h"
 
@@ -15,26 +15,37 @@ struct RawDepth {
   float unit_m;
 };
 
-/// One surfel per pixel; the buffers are kept from frame to frame.
+/// The surfels of a frame; the buffers are kept from frame to frame.
 class FrameSurfels {
  public:
   /// Pinned memory for the raw image of the next frame. The last upload must be done.
   void* stage(size_t bytes);
 
-  /// Enqueues the upload of what was staged and the computation; `usable` (on the device) stays 0
-  /// if no surfel has a weight.
-  void compute(const RawDepth& raw, const FrameView& view, const FusionParams& params,
-               uint32_t* usable, const Stream& stream);
+  /// Enqueues the upload of what was staged and the computation of one surfel per pixel, in the
+  /// image's order. `count` (on the device, 0 before) takes the number of those with a weight.
+  void computePixels(const RawDepth& raw, const FrameView& view, const MapperParams& params,
+                     uint32_t* count, const Stream& stream);
+
+  /// The same for one surfel per group of pixels: those with a weight, without gaps.
+  void computeGroups(const RawDepth& raw, const FrameView& view, const MapperParams& params,
+                     uint32_t* count, const Stream& stream);
 
   const Surfel* surfels() const { return surfels_.data(); }
   size_t rawBytes() const { return raw_bytes_; }
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
+  void fitRows(const RawDepth& raw, const FrameView& view, const MapperParams& params,
+               const Stream& stream);
+  FitImages images() const {
+    return {inverse_depth_.data(), row_value_.data(), row_slope_.data()};
+  }
+
   PinnedBuffer<unsigned char> pinned_raw_;
   DeviceBuffer<unsigned char> raw_;
   size_t raw_bytes_ = 0;
   DeviceBuffer<float> inverse_depth_, row_value_, row_slope_;
+  DeviceBuffer<uint8_t> groups_;  ///< TileGroups per tile.
   DeviceBuffer<Surfel> surfels_;
 };
 

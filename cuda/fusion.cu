@@ -54,26 +54,25 @@ __device__ void visitBlocksOnce(const SampleLine& line, const Visit& visit) {
   }
 }
 
-/// One thread per pixel.
-__global__ void castSurfelsKernel(FusionInput input, TouchedView touched, SumsView part) {
+/// One thread per surfel.
+__global__ void castSurfelsKernel(FusionInput input, uint32_t count, TouchedView touched,
+                                  SumsView part) {
   const size_t i = globalThread();
-  if (i >= input.pixels()) return;
-  const Surfel surfel = input.surfels[i];
-  if (!(surfel.weight > 0.0f)) return;
-  const SampleLine line = castSurfel(input.frame, input.fusion, surfel);
-  const DirectionSet directions = directionsOf(surfel.normal_L, input.fusion.directional != 0);
+  if (i >= count) return;
+  const CastLine cast = makeCastLine(input.frame, input.fusion, input.surfels[i]);
   const Vec3i origin_block = blockOfVoxel(input.frame.origin_voxel);
-  visitBlocksOnce(line, [&](const Vec3i& block_L) {
+  visitBlocksOnce(cast.line, [&](const Vec3i& block_L) {
     const int32_t place = findTouched(touched, packKey(block_L + origin_block));
     if (place < 0) return;
     const uint32_t present = touched.directions[place];
     const uint32_t first_sum = touched.first_sums[place] - part.first;
     auto add = [&](int direction, int index, int32_t weight, int32_t sdf) {
+      if (weight == 0) return;
       const uint32_t sum = first_sum + __popc(present & ((1u << direction) - 1u));
       if (sum >= part.count) return;
       addAtomically(&part.sums[static_cast<size_t>(sum) * kVoxelsPerBlock + index], weight, sdf);
     };
-    castIntoBlock(line, directions, input.fusion, surfel.weight, block_L, add);
+    castIntoBlock<1>(cast, input.fusion, block_L, add);
   });
 }
 
@@ -168,8 +167,8 @@ void Fusion::castSurfels(const FusionInput& input, const MapView& map, const Tou
     const SumsView part{sums_.data(), first, std::min(room, counters.touched_arrays - first)};
     {
       const StageSpan span(stream_, Stage::kCast);
-      castSurfelsKernel<<<blocksFor(input.pixels()), kThreads, 0, stream_.get()>>>(input, touched,
-                                                                                   part);
+      castSurfelsKernel<<<blocksFor(counters.usable_surfels), kThreads, 0, stream_.get()>>>(
+          input, counters.usable_surfels, touched, part);
       DTSDF_CHECK_LAUNCH("castSurfelsKernel");
     }
     const StageSpan span(stream_, Stage::kFold);

@@ -37,10 +37,10 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
   touched.counters->table_full = 1;
 }
 
-/// One thread per pixel.
+/// One thread per pixel, for as many surfels as there are.
 __global__ void markTouchedBlocksKernel(FusionInput input, TouchedView touched) {
   const size_t i = globalThread();
-  if (i >= input.pixels()) return;
+  if (i >= (input.count == nullptr ? input.pixels() : *input.count)) return;
   const Surfel surfel = input.surfels[i];
   if (!(surfel.weight > 0.0f) || readShared(&touched.counters->table_full)) return;
   const uint32_t directions =
@@ -150,7 +150,9 @@ void TouchedBlocks::grow() {
   while (capacity < pinned_counters_[0].touched) capacity *= 2;
   stream_.synchronize();
   allocate(capacity);
-  counters_.zero(stream_);
+  constexpr size_t kKept = offsetof(FrameCounters, usable_surfels) + sizeof(uint32_t);
+  DTSDF_CHECK_CUDA(cudaMemsetAsync(reinterpret_cast<char*>(counters_.data()) + kKept, 0,
+                                   sizeof(FrameCounters) - kKept, stream_.get()));
 }
 
 std::vector<BlockRequest> TouchedBlocks::fetchRequests() {

@@ -11,7 +11,8 @@ namespace gpu {
 
 /// Counts of one frame; all that the host has to know of it.
 struct FrameCounters {
-  uint32_t usable_surfels;    ///< 0: no surfel has a weight.
+  // Comes first: the others are zeroed apart from it.
+  uint32_t usable_surfels;    ///< Surfels with a weight.
   uint32_t touched;           ///< Blocks.
   uint32_t touched_arrays;    ///< Arrays that the frame's surfels belong to, over all blocks.
   uint32_t requests;          ///< Blocks that are missing or miss arrays.
@@ -54,6 +55,8 @@ struct FusionInput {
   FrameView frame;
   FusionView fusion;
   const Surfel* surfels;
+  /// Number of surfels, on the device; null: one per pixel, some without a weight.
+  const uint32_t* count;
 
   DTSDF_HD size_t pixels() const {
     return static_cast<size_t>(frame.width) * frame.height;
@@ -77,8 +80,8 @@ class TouchedBlocks {
   /// Waits for the counters.
   const FrameCounters& waitForCounters();
 
-  /// After counters with `table_full`: makes the table larger and zeroes the counters, for the
-  /// steps from mark() on.
+  /// After counters with `table_full`: makes the table larger and zeroes the counters except
+  /// that of surfels, for the steps from mark() on.
   void grow();
 
   /// Fetches the requests; waits.

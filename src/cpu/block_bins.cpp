@@ -45,21 +45,21 @@ const std::vector<TouchedBlock>& BlockBins::sort(const std::vector<Surfel>& surf
                                                  int threads) {
   const Vec3i origin_block = blockOfVoxel(frame.origin_voxel);
   shares_.resize(threads);
+  lines_.resize(surfels.size());
   struct NoScratch {};
   parallelFor<NoScratch>(shares_.size(), threads, [&](size_t part, NoScratch&) {
     Share& share = shares_[part];
     share.reset();
-    const int rows = frame.height, parts = static_cast<int>(shares_.size());
-    const int first = static_cast<int>(static_cast<int64_t>(rows) * part / parts);
-    const int last = static_cast<int>(static_cast<int64_t>(rows) * (part + 1) / parts);
-    for (uint32_t i = static_cast<uint32_t>(first) * frame.width;
-         i < static_cast<uint32_t>(last) * frame.width; ++i) {
+    const size_t parts = shares_.size();
+    const auto first = static_cast<uint32_t>(surfels.size() * part / parts);
+    const auto last = static_cast<uint32_t>(surfels.size() * (part + 1) / parts);
+    for (uint32_t i = first; i < last; ++i) {
       const Surfel& surfel = surfels[i];
       if (!(surfel.weight > 0.0f)) continue;
-      const uint32_t directions =
-          directionMask(directionsOf(surfel.normal_L, fusion.directional != 0));
+      lines_[i] = makeCastLine(frame, fusion, surfel);
+      const uint32_t directions = directionMask(lines_[i].directions);
       auto visit = [&](const Vec3i& block) { share.add(block, origin_block, directions, i); };
-      visitBlocks(castSurfel(frame, fusion, surfel), visit);
+      visitBlocks(lines_[i].line, visit);
     }
     share.order();
   });
@@ -68,7 +68,7 @@ const std::vector<TouchedBlock>& BlockBins::sort(const std::vector<Surfel>& surf
 }
 
 size_t BlockBins::bytes() const {
-  size_t bytes = 0;
+  size_t bytes = lines_.capacity() * sizeof(CastLine);
   for (const Share& share : shares_) {
     bytes += share.entries.capacity() * sizeof(Entry) + share.ordered.capacity() * sizeof(uint32_t);
   }

@@ -30,7 +30,10 @@ class BlockBins {
   const std::vector<TouchedBlock>& sort(const std::vector<Surfel>& surfels, const FrameView& frame,
                                         const FusionView& fusion, int threads);
 
-  /// Of the lists of surfels, which are by far the most of it.
+  /// Line of a surfel; those of surfels without a weight hold nothing.
+  const CastLine& line(uint32_t surfel) const { return lines_[surfel]; }
+
+  /// Of the lists of surfels and their lines, which are by far the most of it.
   size_t bytes() const;
 
  private:
@@ -69,6 +72,7 @@ class BlockBins {
 
   void merge();
 
+  std::vector<CastLine> lines_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;
 };

@@ -37,10 +37,12 @@ class BlockTimes {
     void endCast() {
       if (times_.enabled_) times_.cast_ns_ += split();
     }
-    void endFold(const BlockEntry& block) {
+    void endFold(const BlockEntry& block, uint32_t directions) {
       if (!times_.enabled_) return;
       times_.fold_ns_ += split();
-      for (const int32_t array : block.array) times_.arrays_ += array != kNoArray;
+      for (int d = 0; d < kDirectionCount; ++d) {
+        times_.arrays_ += block.array[d] != kNoArray && (directions >> d & 1);
+      }
     }
 
    private:

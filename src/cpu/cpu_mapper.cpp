@@ -20,22 +20,21 @@ double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
+
 /// The sums of one block over one frame; one per thread.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
 };
 
-void castSurfels(const TouchedBlock& block, const std::vector<Surfel>& surfels,
-                 const FrameView& view, const FusionView& fusion, BlockSums& sums) {
+void castSurfels(const TouchedBlock& block, const BlockBins& bins, const FusionView& fusion,
+                 BlockSums& sums) {
   auto add = [&](int direction, int index, int32_t weight, int32_t sdf) {
     addToSums(sums.voxel[direction][index], weight, sdf);
   };
   for (const SurfelRange& range : block.surfels) {
     for (const uint32_t* i = range.begin; i != range.end; ++i) {
-      const Surfel& surfel = surfels[*i];
-      castIntoBlock(castSurfel(view, fusion, surfel),
-                    directionsOf(surfel.normal_L, fusion.directional != 0), fusion, surfel.weight,
-                    block.block_L, add);
+      castIntoBlock<kMostPlanes>(bins.line(*i), fusion, block.block_L, add);
     }
   }
 }
@@ -93,7 +92,9 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
 
 size_t CpuMapper::computeSurfels(const DepthFrame& frame, const FrameView& view) {
   const StageTimer timer(profile_, Stage::kSurfels);
-  const size_t count = surfels_.compute(frame, view, params_.fusion, threads_);
+  const bool project = params_.fusion.mode == FusionMode::kVoxelProjection;
+  const size_t count = project ? surfels_.computePixels(frame, view, params_, threads_)
+                               : surfels_.computeGroups(frame, view, params_, threads_);
   if (profile_ != nullptr) {
     profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
     profile_->work.raw_bytes += static_cast<uint64_t>(frame.row_bytes) * frame.height;
@@ -135,17 +136,24 @@ void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& 
     const int32_t slot = table_.find(block.key);
     if (slot < 0) return;
     BlockTimes::Lap lap(times);
-    std::memset(&sums, 0, sizeof(sums));
-    const auto accumulate = project ? projectVoxels : castSurfels;
-    accumulate(block, surfels_.surfels(), view, fusion_, sums);
+    // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
+    const uint32_t directions = project ? kAllDirections : block.directions;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (directions >> d & 1) std::memset(sums.voxel[d], 0, sizeof(sums.voxel[d]));
+    }
+    if (project) {
+      projectVoxels(block, surfels_.surfels(), view, fusion_, sums);
+    } else {
+      castSurfels(block, bins_, fusion_, sums);
+    }
     lap.endCast();
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = table_.block(slot).array[d];
-      if (array == kNoArray) continue;
+      if (array == kNoArray || !(directions >> d & 1)) continue;
       if (!foldArray(sums.voxel[d], fusion_, voxels_.array(array))) empty_directions[i] |= 1u << d;
     }
     mesher_.markDirty(slot);
-    lap.endFold(table_.block(slot));
+    lap.endFold(table_.block(slot), directions);
   });
   times.addTo(profile_);
   const StageTimer timer(profile_, Stage::kFinish);

@@ -1,5 +1,10 @@
 #include "cpu/frame_surfels.h"
 
+#include <algorithm>
+#include <numeric>
+
+#include "cpu/line_fits.h"
+#include "cpu/parallel_for.h"
 #include "mapper/fusion_view.h"
 
 namespace dtsdf {
@@ -13,45 +18,137 @@ float rawValue(const DepthFrame& frame, int u, int v) {
   return reinterpret_cast<const float*>(row)[u];
 }
 
+/// A row with a margin in which pixels count as unmeasured, which ends a walk just as the image's
+/// border does.
+struct PaddedRow {
+  std::vector<float> values;
+};
+
 }  // namespace
 
-size_t FrameSurfels::compute(const DepthFrame& frame, const FrameView& view,
-                             const FusionParams& params, int threads) {
-  const int width = view.width, height = view.height;
-  const size_t pixels = static_cast<size_t>(width) * height;
+void FrameSurfels::fitRows(const DepthFrame& frame, const FrameView& view,
+                           const MapperParams& params, int threads) {
+  const int width = view.width;
+  const size_t pixels = static_cast<size_t>(width) * view.height;
   inverse_depth_.resize(pixels);
   row_value_.resize(pixels);
   row_slope_.resize(pixels);
-  surfels_.resize(pixels);
   const NormalFitSettings settings = makeNormalFitSettings(params, view);
-  size_t count = 0;
-
-#pragma omp parallel num_threads(threads)
-  {
-#pragma omp for schedule(static)
-    for (int v = 0; v < height; ++v) {
-      float* row = &inverse_depth_[static_cast<size_t>(v) * width];
-      for (int u = 0; u < width; ++u) {
-        row[u] = inverseDepth(rawValue(frame, u, v), frame.unit_m, params.min_depth_m,
-                              params.max_depth_m);
-      }
-      for (int u = 0; u < width; ++u) {
-        const RowFit fit = fitRow(inverse_depth_.data(), width, u, v, settings);
-        row_value_[static_cast<size_t>(v) * width + u] = fit.value;
-        row_slope_[static_cast<size_t>(v) * width + u] = fit.slope;
+  const int margin = settings.radius_px;
+  parallelFor<PaddedRow>(view.height, threads, [&](size_t v, PaddedRow& row) {
+    row.values.assign(width + 2 * margin, 0.0f);
+    float* values = row.values.data() + margin;
+    for (int u = 0; u < width; ++u) {
+      values[u] = inverseDepth(rawValue(frame, u, static_cast<int>(v)), frame.unit_m,
+                               params.fusion.min_depth_m, params.fusion.max_depth_m);
+    }
+    std::copy(values, values + width, &inverse_depth_[v * width]);
+    StretchFit fits;
+    for (int first = 0; first < width; first += kStretch) {
+      const int count = std::min(kStretch, width - first);
+      fits.compute(count, values + first, values + first, 1, margin, margin, settings);
+      for (int i = 0; i < count; ++i) {
+        const RowFit fit = rowFitOf(fits.fit(i));
+        row_value_[v * width + first + i] = fit.value;
+        row_slope_[v * width + first + i] = fit.slope;
       }
     }
-#pragma omp for schedule(static) reduction(+ : count)
-    for (int v = 0; v < height; ++v) {
-      for (int u = 0; u < width; ++u) {
-        const size_t i = static_cast<size_t>(v) * width + u;
-        surfels_[i] = computeSurfel(view, inverse_depth_.data(), row_value_.data(),
-                                    row_slope_.data(), u, v, settings);
-        count += surfels_[i].weight > 0.0f;
-      }
+  });
+}
+
+/// Calls emit(surfel) for the single pixels among those from (u, v) on, with or without a weight.
+template <class IsSingle, class Emit>
+void FrameSurfels::visitPixels(const FrameView& view, const NormalFitSettings& settings, int u,
+                               int v, const IsSingle& is_single, const Emit& emit) const {
+  const int count = std::min(kStretch, view.width - u);
+  bool any = false;
+  for (int i = 0; i < count; ++i) any |= is_single(u + i);
+  if (!any) return;
+  const size_t first = static_cast<size_t>(v) * view.width + u;
+  StretchFit fits;
+  fits.compute(count, &row_value_[first], &row_slope_[first], view.width,
+               std::min(v, settings.radius_px), std::min(view.height - 1 - v, settings.radius_px),
+               settings);
+  for (int i = 0; i < count; ++i) {
+    if (!is_single(u + i)) continue;
+    if (settings.radius_px == 0) {
+      emit(u + i, makePoint(view, u + i, v, inverse_depth_[first + i]));
+      continue;
+    }
+    const bool fitted = inverse_depth_[first + i] > 0.0f && row_value_[first + i] > 0.0f;
+    emit(u + i, fitted ? makePixelSurfel(view, u + i, v, inverse_depth_[first + i],
+                                         columnNormal(u + i, v, fits.fit(i), view.intrinsics))
+                       : noSurfel());
+  }
+}
+
+size_t FrameSurfels::computePixels(const DepthFrame& frame, const FrameView& view,
+                                   const MapperParams& params, int threads) {
+  fitRows(frame, view, params, threads);
+  surfels_.resize(inverse_depth_.size());
+  const NormalFitSettings settings = makeNormalFitSettings(params, view);
+  std::vector<size_t> counts(view.height, 0);
+  struct NoScratch {};
+  parallelFor<NoScratch>(view.height, threads, [&](size_t v, NoScratch&) {
+    const auto everywhere = [](int) { return true; };
+    const auto store = [&](int u, const Surfel& surfel) {
+      surfels_[v * view.width + u] = surfel;
+      counts[v] += surfel.weight > 0.0f;
+    };
+    for (int u = 0; u < view.width; u += kStretch) {
+      visitPixels(view, settings, u, static_cast<int>(v), everywhere, store);
+    }
+  });
+  return std::accumulate(counts.begin(), counts.end(), size_t{0});
+}
+
+size_t FrameSurfels::computeGroups(const DepthFrame& frame, const FrameView& view,
+                                   const MapperParams& params, int threads) {
+  fitRows(frame, view, params, threads);
+  rows_of_tiles_.resize(tilesAlong(view.height));
+  parallelFor<std::vector<TileGroups>>(
+      rows_of_tiles_.size(), threads, [&](size_t row, std::vector<TileGroups>& tiles) {
+        rows_of_tiles_[row].clear();
+        computeTiles(view, params, static_cast<int>(row) * kTileSide, tiles, rows_of_tiles_[row]);
+      });
+  surfels_.clear();
+  for (const std::vector<Surfel>& row : rows_of_tiles_) {
+    surfels_.insert(surfels_.end(), row.begin(), row.end());
+  }
+  return surfels_.size();
+}
+
+size_t FrameSurfels::bytes() const {
+  size_t surfels = surfels_.capacity();
+  for (const std::vector<Surfel>& row : rows_of_tiles_) surfels += row.capacity();
+  return (inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity()) *
+             sizeof(float) + surfels * sizeof(Surfel);
+}
+
+void FrameSurfels::computeTiles(const FrameView& view, const MapperParams& params, int first_v,
+                                std::vector<TileGroups>& tiles,
+                                std::vector<Surfel>& surfels) const {
+  const NormalFitSettings settings = makeNormalFitSettings(params, view);
+  const GroupSettings groups = makeGroupSettings(params, view);
+  tiles.resize(tilesAlong(view.width));
+  for (size_t i = 0; i < tiles.size(); ++i) {
+    tiles[i] = groupTile(images(), view.width, view.height, static_cast<int>(i) * kTileSide,
+                         first_v, groups);
+  }
+  const auto keep = [&](int, const Surfel& surfel) {
+    if (surfel.weight > 0.0f) surfels.push_back(surfel);
+  };
+  for (int v = first_v; v < std::min(first_v + kTileSide, view.height); ++v) {
+    const auto sideAt = [&](int u) { return groupSide(tiles[u / kTileSide], u, v); };
+    const auto isSingle = [&](int u) { return sideAt(u) == 1; };
+    for (int u = 0; u < view.width; u += kStretch) {
+      visitPixels(view, settings, u, v, isSingle, keep);
+    }
+    for (int u = 0; u < view.width; u += kQuadSide) {
+      const int side = sideAt(u);
+      if (side > 1) keep(u, computeGroupSurfel(view, images(), u, v, side, settings));
     }
   }
-  return count;
 }
 
 }  // namespace dtsdf

@@ -8,22 +8,38 @@
 
 namespace dtsdf {
 
-/// Computes one surfel per pixel; the buffers are kept from frame to frame.
+/// Computes the surfels of a frame; the buffers are kept from frame to frame.
 class FrameSurfels {
  public:
-  /// @return number of surfels with a weight.
-  size_t compute(const DepthFrame& frame, const FrameView& view, const FusionParams& params,
-                 int threads);
+  /// One surfel per pixel, in the image's order, as voxel projection looks them up; weight 0 where
+  /// there is none. @return number of surfels with a weight.
+  size_t computePixels(const DepthFrame& frame, const FrameView& view, const MapperParams& params,
+                       int threads);
+
+  /// One surfel per group of pixels, for casting: those with a weight, in no order that matters.
+  /// @return their number.
+  size_t computeGroups(const DepthFrame& frame, const FrameView& view, const MapperParams& params,
+                       int threads);
 
   const std::vector<Surfel>& surfels() const { return surfels_; }
-  size_t bytes() const {
-    return (inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity()) *
-               sizeof(float) + surfels_.capacity() * sizeof(Surfel);
-  }
+  size_t bytes() const;
 
  private:
+  void fitRows(const DepthFrame& frame, const FrameView& view, const MapperParams& params,
+               int threads);
+  template <class IsSingle, class Emit>
+  void visitPixels(const FrameView& view, const NormalFitSettings& settings, int u, int v,
+                   const IsSingle& is_single, const Emit& emit) const;
+  /// Appends the surfels of the tiles whose first row is `first_v`.
+  void computeTiles(const FrameView& view, const MapperParams& params, int first_v,
+                    std::vector<TileGroups>& tiles, std::vector<Surfel>& surfels) const;
+  FitImages images() const {
+    return {inverse_depth_.data(), row_value_.data(), row_slope_.data()};
+  }
+
   std::vector<float> inverse_depth_, row_value_, row_slope_;
   std::vector<Surfel> surfels_;
+  std::vector<std::vector<Surfel>> rows_of_tiles_;
 };
 
 }  // namespace dtsdf

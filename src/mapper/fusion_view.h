@@ -13,8 +13,18 @@ inline FusionView makeFusionView(const MapperParams& params) {
           params.map.truncation_voxels, params.fusion.max_weight};
 }
 
-inline NormalFitSettings makeNormalFitSettings(const FusionParams& params, const FrameView& view) {
-  return {params.normal_radius_px, params.depth_jump, view.intrinsics.fx * view.voxel_size_m};
+/// Projecting voxels into an undirected map takes no normals: pixels without one count there too.
+inline bool needsNormals(const MapperParams& params) {
+  return params.map.directional || params.fusion.mode != FusionMode::kVoxelProjection;
+}
+
+inline NormalFitSettings makeNormalFitSettings(const MapperParams& params, const FrameView& view) {
+  return {needsNormals(params) ? params.fusion.normal_radius_px : 0, params.fusion.depth_jump,
+          view.intrinsics.fx * view.voxel_size_m};
+}
+
+inline GroupSettings makeGroupSettings(const MapperParams& params, const FrameView& view) {
+  return makeGroupSettings(params.fusion.depth_jump, view.intrinsics.fx, view.voxel_size_m);
 }
 
 inline std::string noMeasurementMessage(const MapperParams& params) {

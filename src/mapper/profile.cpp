@@ -7,6 +7,7 @@ const char* toString(Stage stage) {
     case Stage::kCopy: return "copy";
     case Stage::kUpload: return "upload";
     case Stage::kRowFits: return "row_fits";
+    case Stage::kGroups: return "groups";
     case Stage::kSurfels: return "surfels";
     case Stage::kTouch: return "touch";
     case Stage::kCompare: return "compare";

@@ -13,6 +13,7 @@ namespace {
 
 // Operations, counted in the rules in kernels/ for the usual case.
 constexpr double kFitOperations = 60;      // of a pixel's row or column: a window of 5, 12 each
+constexpr double kGroupOperations = 10;    // of a pixel: least and most of depth and slope, twice
 constexpr double kSurfelOperations = 60;   // back-projection, normalisation, rotation, weights
 constexpr double kTouchOperations = 80;    // the line, and the one or two blocks that it meets
 constexpr double kSamplesOfSurfel = 3.5 * 4 * 1.7;  // planes in reach, corners, directions
@@ -24,6 +25,8 @@ constexpr double kVertexOperations = 150;
 constexpr double kArrayBytes = BlockTable::kArrayBytes;
 constexpr double kSumsBytes = kVoxelsPerBlock * sizeof(VoxelSums);
 constexpr double kIndicesBytes = kVoxelsPerBlock * sizeof(UnitIndices);
+constexpr double kTileBytes = 1;
+constexpr double kTilePixels = kTileSide * kTileSide;
 constexpr double kPixelFits = 3 * sizeof(float);  // inverse depth, value and slope of the row
 constexpr double kTriangleBytes = 3 * sizeof(uint16_t);
 
@@ -41,14 +44,16 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
   const double arrays = static_cast<double>(work.touched_arrays);
   const double indexed = static_cast<double>(work.indexed_blocks);
   const double meshed = static_cast<double>(work.meshed_blocks);
-  const double surfel_bytes = pixels * sizeof(Surfel);
+  const double surfel_bytes = surfels * sizeof(Surfel);
   switch (stage) {
     case Stage::kCopy: return {2 * raw, 0};
     case Stage::kUpload: return {raw, 0, true};
     case Stage::kRowFits: return {raw + pixels * kPixelFits, pixels * kFitOperations};
-    case Stage::kSurfels:
-      return {pixels * kPixelFits + surfel_bytes,
-              pixels * kFitOperations + surfels * kSurfelOperations};
+    case Stage::kGroups:
+      return {pixels * (kPixelFits + kTileBytes / kTilePixels), pixels * kGroupOperations};
+    case Stage::kSurfels:  // the images are read in full: pixels around a surfel take part in it
+      return {pixels * (kPixelFits + kTileBytes / kTilePixels) + surfel_bytes,
+              surfels * (kFitOperations + kSurfelOperations)};
     case Stage::kTouch: return {surfel_bytes, surfels * kTouchOperations};
     case Stage::kCompare:  // entry of the frame's table, of the map's table, slot, result
       return {static_cast<double>(work.touched_blocks) * (12 + 12 + 32 + 40), 0};

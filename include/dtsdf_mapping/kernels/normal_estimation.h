@@ -14,7 +14,7 @@
 namespace dtsdf {
 
 struct NormalFitSettings {
-  int32_t radius_px;  ///< Largest half width of the window.
+  int32_t radius_px;  ///< Largest half width of the window; 0 where no normals are needed.
   float depth_jump;   ///< Largest share by which neighbouring depths on one surface may differ.
   float voxel_px_m;   ///< Width of a voxel in pixels at 1 m: focal length times voxel size.
 };
@@ -24,9 +24,9 @@ struct NormalFitSettings {
 DTSDF_HD int windowRadius(float inverse_depth, const NormalFitSettings& settings) {
   constexpr float kVoxelsToEachSide = 0.75f, kLeastRadius = 2.0f;
   const float radius =
-      fmaxf(kVoxelsToEachSide * settings.voxel_px_m * inverse_depth, kLeastRadius);
+      greater(kVoxelsToEachSide * settings.voxel_px_m * inverse_depth, kLeastRadius);
   const float largest = static_cast<float>(settings.radius_px);
-  return static_cast<int>(fminf(radius, largest) + 0.5f);
+  return static_cast<int>(lesser(radius, largest) + 0.5f);
 }
 
 /// A straight line through samples of inverse depth, at the centre of the walk.
@@ -37,9 +37,41 @@ struct LineFit {
   int32_t count;        ///< Samples used, the centre included; a slope needs two.
 };
 
+/// Inverse depths that differ by no more than this, in 1/m, may lie on one surface: five standard
+/// deviations of the difference of two measurements by a Kinect (noise of 1.9 mm at 1 m, growing with
+/// z^2). Beyond 2 m, where noise and slant reach the share `depth_jump`, this limit rules.
+constexpr float kNoiseLimit = 0.015f;
+
 DTSDF_HD bool depthsConnected(float a, float b, float depth_jump) {
-  const float difference = a < b ? b - a : a - b;
-  return difference <= depth_jump * (a < b ? b : a);
+  return fabsf(b - a) <= greater(depth_jump * greater(a, b), kNoiseLimit);
+}
+
+/// Takes the sample at offset k, `step` steps from the centre, unless the walk ends at it: beyond
+/// `radius`, without a measurement, or at a jump. Branch-free, so that the CPU can walk from
+/// several pixels at once.
+DTSDF_HD void takeSample(float step, float radius, float k, float previous, float current, float y,
+                         float attached, float depth_jump, int32_t& open, float& steps,
+                         float& sum_y, float& sum_ky, float& sum_attached) {
+  open &= static_cast<int32_t>(step <= radius) & static_cast<int32_t>(current > 0.0f) &
+          static_cast<int32_t>(depthsConnected(previous, current, depth_jump));
+  const float taken = static_cast<float>(open);
+  steps += taken;
+  sum_y += taken * y;
+  sum_ky += taken * (k * y);
+  sum_attached += taken * attached;
+}
+
+/// The line through the samples at offsets -before..after; `y` is relative to `origin`.
+DTSDF_HD LineFit finishLine(float origin, float before, float after, float sum_y, float sum_ky,
+                            float sum_attached) {
+  const float n = 1.0f + before + after;
+  const float sum_k = 0.5f * (after * (after + 1.0f) - before * (before + 1.0f));
+  const float sum_kk = (after * (after + 1.0f) * (2.0f * after + 1.0f) +
+                        before * (before + 1.0f) * (2.0f * before + 1.0f)) / 6.0f;
+  const float spread = n * sum_kk - sum_k * sum_k;
+  const float slope = (n * sum_ky - sum_k * sum_y) / (n > 1.0f ? spread : 1.0f);
+  const float value = origin + (sum_y - slope * sum_k) / n;
+  return {value, slope, sum_attached / n, static_cast<int32_t>(n)};
 }
 
 /// Fits a line to `values` at offsets -before..after around `centre`, ending at invalid samples and
@@ -47,31 +79,22 @@ DTSDF_HD bool depthsConnected(float a, float b, float depth_jump) {
 DTSDF_HD LineFit fitLine(const float* inverse_depth, const float* values, const float* attached,
                          int64_t centre, int64_t stride, int before, int after, float depth_jump) {
   const float origin = values[centre];
-  float n = 1.0f, sum_k = 0.0f, sum_kk = 0.0f, sum_y = 0.0f, sum_ky = 0.0f;
-  float sum_attached = attached[centre];
-  for (int side = -1; side <= 1; side += 2) {
-    const int steps = side < 0 ? before : after;
+  float sum_y = 0.0f, sum_ky = 0.0f, sum_attached = attached[centre];
+  float taken[2] = {0.0f, 0.0f};
+  for (int side = 0; side < 2; ++side) {
+    const int steps = side == 0 ? before : after;
     float previous = inverse_depth[centre];
-    for (int step = 1; step <= steps; ++step) {
-      const int64_t at = centre + side * step * stride;
+    int32_t open = 1;
+    for (int step = 1; step <= steps && open != 0; ++step) {
+      const int k = side == 0 ? -step : step;
+      const int64_t at = centre + k * stride;
       const float current = inverse_depth[at];
-      if (!(current > 0.0f) || !depthsConnected(previous, current, depth_jump)) break;
+      takeSample(1.0f, 1.0f, static_cast<float>(k), previous, current, values[at] - origin,
+                 attached[at], depth_jump, open, taken[side], sum_y, sum_ky, sum_attached);
       previous = current;
-      const float k = static_cast<float>(side * step);
-      const float y = values[at] - origin;
-      n += 1.0f;
-      sum_k += k;
-      sum_kk += k * k;
-      sum_y += y;
-      sum_ky += k * y;
-      sum_attached += attached[at];
     }
   }
-  LineFit fit{origin, 0.0f, sum_attached / n, static_cast<int32_t>(n)};
-  if (fit.count < 2) return fit;
-  fit.slope = (n * sum_ky - sum_k * sum_y) / (n * sum_kk - sum_k * sum_k);
-  fit.value = origin + (sum_y - fit.slope * sum_k) / n;
-  return fit;
+  return finishLine(origin, taken[0], taken[1], sum_y, sum_ky, sum_attached);
 }
 
 /// What the row pass leaves for the column pass, one image each.
@@ -79,6 +102,10 @@ struct RowFit {
   float value;  ///< Fitted inverse depth; 0 where there is none, or no slope.
   float slope;
 };
+
+DTSDF_HD RowFit rowFitOf(const LineFit& fit) {
+  return fit.count < 2 ? RowFit{0.0f, 0.0f} : RowFit{fit.value, fit.slope};
+}
 
 DTSDF_HD RowFit fitRow(const float* inverse_depth, int width, int u, int v,
                        const NormalFitSettings& settings) {
@@ -89,8 +116,24 @@ DTSDF_HD RowFit fitRow(const float* inverse_depth, int width, int u, int v,
   const int after = width - 1 - u < radius ? width - 1 - u : radius;
   const LineFit fit = fitLine(inverse_depth, inverse_depth, inverse_depth, centre, 1, before, after,
                               settings.depth_jump);
-  if (fit.count < 2) return {0.0f, 0.0f};
-  return {fit.value, fit.slope};
+  return rowFitOf(fit);
+}
+
+/// The unit normal of the plane with the given 1 / z and slopes of it at (u, v), facing the camera;
+/// zero where there is none.
+DTSDF_HD Vec3f planeNormal(float u, float v, float value, float du, float dv,
+                           const Intrinsics& K) {
+  const Vec3f n{-(K.fx * du), -(K.fy * dv), (u - K.cx) * du + (v - K.cy) * dv - value};
+  const float length = norm(n);
+  if (!(length > 0.0f)) return {0.0f, 0.0f, 0.0f};
+  return (1.0f / length) * n;
+}
+
+/// The normal of a pixel from the fit along its column.
+DTSDF_HD Vec3f columnNormal(int u, int v, const LineFit& fit, const Intrinsics& K) {
+  if (fit.count < 2) return {0.0f, 0.0f, 0.0f};
+  return planeNormal(static_cast<float>(u), static_cast<float>(v), fit.value, fit.mean_attached,
+                     fit.slope, K);
 }
 
 /// Unit normal in the camera frame, facing the camera; zero where none can be fitted.
@@ -103,14 +146,47 @@ DTSDF_HD Vec3f fitNormal(const float* row_value, const float* row_slope, int wid
   const int after = height - 1 - v < radius ? height - 1 - v : radius;
   const LineFit fit = fitLine(row_value, row_value, row_slope, centre, width, before, after,
                               settings.depth_jump);
-  if (fit.count < 2) return {0.0f, 0.0f, 0.0f};
-  const float du = fit.mean_attached, dv = fit.slope;
-  const Vec3f n{-(K.fx * du), -(K.fy * dv),
-                (static_cast<float>(u) - K.cx) * du + (static_cast<float>(v) - K.cy) * dv -
-                    fit.value};
-  const float length = norm(n);
-  if (!(length > 0.0f)) return {0.0f, 0.0f, 0.0f};
-  return (1.0f / length) * n;
+  return columnNormal(u, v, fit, K);
+}
+
+/// The same at the point between the four pixels from (u, v) to (u + 1, v + 1): along the column
+/// between the two that the pixels lie on, whose row fits are averaged.
+DTSDF_HD Vec3f fitNormalBetween(const float* row_value, const float* row_slope, int width,
+                                int height, int u, int v, const Intrinsics& K,
+                                const NormalFitSettings& settings) {
+  const int64_t first = static_cast<int64_t>(v) * width + u;
+  const float origin = row_value[first];
+  if (!(origin > 0.0f)) return {0.0f, 0.0f, 0.0f};
+  const int radius = windowRadius(origin, settings);
+  const int before = v + 1 < radius ? v + 1 : radius;
+  const int after = height - 1 - v < radius ? height - 1 - v : radius;
+  float n = 0.0f, sum_k = 0.0f, sum_kk = 0.0f, sum_y = 0.0f, sum_ky = 0.0f, sum_slope = 0.0f;
+  for (int side = 0; side < 2; ++side) {
+    const int steps = side == 0 ? before : after;
+    float previous = origin;
+    for (int step = 0; step < steps; ++step) {
+      const int64_t at = first + static_cast<int64_t>(side == 0 ? -step : step + 1) * width;
+      const float left = row_value[at], right = row_value[at + 1];
+      if (!(left > 0.0f && right > 0.0f) || !depthsConnected(left, right, settings.depth_jump) ||
+          !depthsConnected(previous, left, settings.depth_jump)) {
+        break;
+      }
+      previous = left;
+      const float k = static_cast<float>(step) + 0.5f, offset = side == 0 ? -k : k;
+      const float y = 0.5f * ((left - origin) + (right - origin));
+      n += 1.0f;
+      sum_k += offset;
+      sum_kk += k * k;
+      sum_y += y;
+      sum_ky += offset * y;
+      sum_slope += 0.5f * (row_slope[at] + row_slope[at + 1]);
+    }
+  }
+  if (n < 2.0f) return {0.0f, 0.0f, 0.0f};
+  const float slope = (n * sum_ky - sum_k * sum_y) / (n * sum_kk - sum_k * sum_k);
+  const float value = origin + (sum_y - slope * sum_k) / n;
+  return planeNormal(static_cast<float>(u) + 0.5f, static_cast<float>(v) + 0.5f, value,
+                     sum_slope / n, slope, K);
 }
 
 }  // namespace dtsdf

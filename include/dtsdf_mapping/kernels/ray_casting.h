@@ -27,7 +27,7 @@ constexpr float kSampleReach = 1.75f;
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
   int axis;
-  float reach;                         ///< In voxels, measured across the surface.
+  float reach, per_reach;              ///< In voxels, measured across the surface; its inverse.
   int first_plane, last_plane;         ///< Grid planes of axis k it crosses within reach.
   float p_k, p_u, p_v;                 ///< Measured point.
   float slope_u, slope_v;              ///< Change of u and v per plane.
@@ -36,7 +36,7 @@ struct SampleLine {
 
 DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Vec3f& direction,
                                    float truncation_voxels) {
-  const float reach = fminf(truncation_voxels, kSampleReach);
+  const float reach = lesser(truncation_voxels, kSampleReach);
   const float ax = fabsf(direction.x), ay = fabsf(direction.y), az = fabsf(direction.z);
   SampleLine line;
   line.axis = ax >= ay && ax >= az ? 0 : (ay >= az ? 1 : 2);
@@ -51,8 +51,9 @@ DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Ve
   line.normal_u = component(normal, u);
   line.normal_v = component(normal, v);
   line.reach = reach;
-  line.first_plane = static_cast<int>(ceilf(line.p_k - reach * fabsf(dk)));
-  line.last_plane = static_cast<int>(floorf(line.p_k + reach * fabsf(dk)));
+  line.per_reach = 1.0f / reach;
+  line.first_plane = ceilToInt(line.p_k - reach * fabsf(dk));
+  line.last_plane = floorToInt(line.p_k + reach * fabsf(dk));
   return line;
 }
 
@@ -72,32 +73,41 @@ DTSDF_HD PlaneCrossing crossPlane(const SampleLine& line, int plane) {
   const float step = static_cast<float>(plane) - line.p_k;
   const float u = line.p_u + step * line.slope_u;
   const float v = line.p_v + step * line.slope_v;
-  const float floor_u = floorf(u), floor_v = floorf(v);
-  return {static_cast<int>(floor_u), static_cast<int>(floor_v), u - floor_u, v - floor_v};
+  const int floor_u = floorToInt(u), floor_v = floorToInt(v);
+  return {floor_u, floor_v, u - static_cast<float>(floor_u), v - static_cast<float>(floor_v)};
 }
 
-/// Point-to-plane distance of a sample in voxels: (x - p)^T n, positive in front of the surface.
-DTSDF_HD float pointToPlane(const SampleLine& line, int k, int u, int v) {
-  return (static_cast<float>(k) - line.p_k) * line.normal_k +
-         (static_cast<float>(u) - line.p_u) * line.normal_u +
-         (static_cast<float>(v) - line.p_v) * line.normal_v;
-}
+/// The planes of a line are never more than this: it reaches 1.75 voxels to either side.
+constexpr int kMostPlanes = 4;
 
-/// Calls visit(voxel, weight in (0, 1], distance in voxels) for the samples of one plane that
-/// `accept(u, v)` lets through, in local grid coordinates.
-template <class Accept, class Visit>
-DTSDF_HD void visitPlane(const SampleLine& line, int plane, const Accept& accept, Visit& visit) {
-  const PlaneCrossing at = crossPlane(line, plane);
-  for (int corner = 0; corner < 4; ++corner) {
-    const int du = corner & 1, dv = corner >> 1;
-    const float bilinear = (du ? at.fraction_u : 1.0f - at.fraction_u) *
-                           (dv ? at.fraction_v : 1.0f - at.fraction_v);
-    if (!(bilinear > 0.0f) || !accept(at.u + du, at.v + dv)) continue;
-    const float distance = pointToPlane(line, plane, at.u + du, at.v + dv);
-    const float nearness = 1.0f - fabsf(distance) / line.reach;
-    if (!(nearness > 0.0f)) continue;
-    visit(unpermute(line.axis, plane, at.u + du, at.v + dv), bilinear * bilinear * nearness,
-          distance);
+/// The samples of `kPlanes` successive planes: per plane the lower corner of the cell, per corner
+/// (number du + 2 dv) and plane the share of the weight, in [0, 1], and the point-to-plane distance
+/// in voxels, positive in front of the surface. Planes lie side by side for the CPU's vector units.
+template <int kPlanes>
+struct PlaneSamples {
+  int32_t u[kPlanes], v[kPlanes];
+  float share[4][kPlanes], distance[4][kPlanes];
+};
+
+template <int kPlanes>
+DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane, PlaneSamples<kPlanes>& samples) {
+  for (int i = 0; i < kPlanes; ++i) {
+    const PlaneCrossing at = crossPlane(line, first_plane + i);
+    samples.u[i] = at.u;
+    samples.v[i] = at.v;
+    const float base = (static_cast<float>(first_plane + i) - line.p_k) * line.normal_k +
+                       (static_cast<float>(at.u) - line.p_u) * line.normal_u +
+                       (static_cast<float>(at.v) - line.p_v) * line.normal_v;
+    const float low_u = 1.0f - at.fraction_u, low_v = 1.0f - at.fraction_v;
+    for (int corner = 0; corner < 4; ++corner) {
+      const int du = corner & 1, dv = corner >> 1;
+      const float bilinear = (du ? at.fraction_u : low_u) * (dv ? at.fraction_v : low_v);
+      const float distance =
+          base + ((du ? line.normal_u : 0.0f) + (dv ? line.normal_v : 0.0f));
+      const float nearness = 1.0f - fabsf(distance) * line.per_reach;
+      samples.share[corner][i] = (bilinear * bilinear) * greater(nearness, 0.0f);
+      samples.distance[corner][i] = distance;
+    }
   }
 }
 
@@ -105,16 +115,32 @@ DTSDF_HD void visitPlane(const SampleLine& line, int plane, const Accept& accept
 /// block may come up more than once, never twice in a row.
 template <class Visit>
 DTSDF_HD void visitBlocks(const SampleLine& line, Visit& visit) {
+  if (line.first_plane > line.last_plane) return;
+  const auto upper = [](int corner, float fraction) { return corner + (fraction > 0.0f ? 1 : 0); };
+  // A line moves steadily across its planes: where its ends are in one block, all of it is.
+  const PlaneCrossing a = crossPlane(line, line.first_plane);
+  const PlaneCrossing b = crossPlane(line, line.last_plane);
+  const int au = upper(a.u, a.fraction_u), av = upper(a.v, a.fraction_v);
+  const int bu = upper(b.u, b.fraction_u), bv = upper(b.v, b.fraction_v);
+  const Vec3i low = blockOfVoxel({line.first_plane, a.u < b.u ? a.u : b.u, a.v < b.v ? a.v : b.v});
+  const Vec3i high = blockOfVoxel({line.last_plane, au > bu ? au : bu, av > bv ? av : bv});
+  if (low == high) {
+    visit(unpermute(line.axis, low.x, low.y, low.z));
+    return;
+  }
   Vec3i last{INT32_MAX, 0, 0};
   for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
     const PlaneCrossing at = crossPlane(line, plane);
-    for (int corner = 0; corner < 4; ++corner) {
-      const int du = corner & 1, dv = corner >> 1;
-      if ((du && at.fraction_u == 0.0f) || (dv && at.fraction_v == 0.0f)) continue;
-      const Vec3i block = blockOfVoxel(unpermute(line.axis, plane, at.u + du, at.v + dv));
-      if (block == last) continue;
-      visit(block);
-      last = block;
+    const Vec3i from = blockOfVoxel({plane, at.u, at.v});
+    const Vec3i to =
+        blockOfVoxel({plane, upper(at.u, at.fraction_u), upper(at.v, at.fraction_v)});
+    for (int u = from.y; u <= to.y; ++u) {
+      for (int v = from.z; v <= to.z; ++v) {
+        const Vec3i block{from.x, u, v};
+        if (block == last) continue;
+        visit(unpermute(line.axis, block.x, block.y, block.z));
+        last = block;
+      }
     }
   }
 }

@@ -1,8 +1,8 @@
-/// A measured surface point with its normal and weight: what fusion knows of a pixel.
+/// A measured surface point with its normal and weight: what fusion knows of a pixel, or of a group
+/// of pixels.
 #pragma once
 
-#include "dtsdf_mapping/kernels/camera.h"
-#include "dtsdf_mapping/kernels/normal_estimation.h"
+#include "dtsdf_mapping/kernels/pixel_group.h"
 
 namespace dtsdf {
 
@@ -27,26 +27,75 @@ DTSDF_HD float angleWeight(const Vec3f& p_C, const Vec3f& normal_C) {
   return cosine > 0.0f ? cosine : 0.0f;
 }
 
-DTSDF_HD Surfel makeSurfel(const FrameView& frame, int u, int v, float depth_m,
-                           const Vec3f& normal_C) {
-  const Vec3f p_C = backProject(frame.intrinsics, static_cast<float>(u), static_cast<float>(v),
-                                depth_m);
+DTSDF_HD Surfel noSurfel() { return {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f}; }
+
+/// The surfel of `pixels` pixels with their centre at (u, v).
+DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth_m,
+                           const Vec3f& normal_C, float pixels) {
+  if (!(dot(normal_C, normal_C) > 0.0f)) return noSurfel();
+  const Vec3f p_C = backProject(frame.intrinsics, u, v, depth_m);
   const Vec3f p_voxels = (1.0f / frame.voxel_size_m) * p_C;
-  return {transform(frame.T_L_C, p_voxels), depthWeight(depth_m) * angleWeight(p_C, normal_C),
+  return {transform(frame.T_L_C, p_voxels),
+          pixels * (depthWeight(depth_m) * angleWeight(p_C, normal_C)),
           rotate(frame.T_L_C, normal_C), depth_m};
 }
 
-/// The surfel of a pixel, from the images of inverse depth and of the row fits.
-DTSDF_HD Surfel computeSurfel(const FrameView& frame, const float* inverse_depth,
-                              const float* row_value, const float* row_slope, int u, int v,
+/// The surfel of a measured pixel with its normal.
+DTSDF_HD Surfel makePixelSurfel(const FrameView& frame, int u, int v, float inverse_depth,
+                                const Vec3f& normal_C) {
+  return makeSurfel(frame, static_cast<float>(u), static_cast<float>(v), 1.0f / inverse_depth,
+                    normal_C, 1.0f);
+}
+
+/// A measurement without a normal: all that the undirected map needs for voxel projection.
+DTSDF_HD Surfel makePoint(const FrameView& frame, int u, int v, float inverse_depth) {
+  if (!(inverse_depth > 0.0f)) return noSurfel();
+  const float depth_m = 1.0f / inverse_depth;
+  const Vec3f p_C = backProject(frame.intrinsics, static_cast<float>(u), static_cast<float>(v),
+                                depth_m);
+  return {transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), depthWeight(depth_m),
+          {0.0f, 0.0f, 0.0f}, depth_m};
+}
+
+/// The surfel of a pixel.
+DTSDF_HD Surfel computeSurfel(const FrameView& frame, const FitImages& images, int u, int v,
                               const NormalFitSettings& settings) {
   const int64_t i = static_cast<int64_t>(v) * frame.width + u;
-  const Surfel none{{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f};
-  if (!(inverse_depth[i] > 0.0f)) return none;
-  const Vec3f normal_C = fitNormal(row_value, row_slope, frame.width, frame.height, u, v,
-                                   frame.intrinsics, settings);
-  if (!(dot(normal_C, normal_C) > 0.0f)) return none;
-  return makeSurfel(frame, u, v, 1.0f / inverse_depth[i], normal_C);
+  if (settings.radius_px == 0) return makePoint(frame, u, v, images.inverse_depth[i]);
+  if (!(images.inverse_depth[i] > 0.0f)) return noSurfel();
+  const Vec3f normal_C = fitNormal(images.row_value, images.row_slope, frame.width, frame.height, u,
+                                   v, frame.intrinsics, settings);
+  return makePixelSurfel(frame, u, v, images.inverse_depth[i], normal_C);
+}
+
+/// The surfel of a group of side x side pixels with its first corner at (u, v). The mean of 1 / z is
+/// that of a plane at the group's centre.
+DTSDF_HD Surfel computeGroupSurfel(const FrameView& frame, const FitImages& images, int u, int v,
+                                   int side, const NormalFitSettings& settings) {
+  float sum = 0.0f;
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      sum += images.inverse_depth[static_cast<int64_t>(v + y) * frame.width + u + x];
+    }
+  }
+  const float pixels = static_cast<float>(side * side);
+  const float to_centre = 0.5f * static_cast<float>(side - 1);
+  const int half = side / 2 - 1;
+  const Vec3f normal_C = fitNormalBetween(images.row_value, images.row_slope, frame.width,
+                                          frame.height, u + half, v + half, frame.intrinsics,
+                                          settings);
+  return makeSurfel(frame, static_cast<float>(u) + to_centre, static_cast<float>(v) + to_centre,
+                    pixels / sum, normal_C, pixels);
+}
+
+/// The surfel that is led by a pixel of a tile: its group's, or its own. None for the others.
+DTSDF_HD Surfel computeLeadSurfel(const FrameView& frame, const FitImages& images,
+                                  TileGroups groups, int u, int v,
+                                  const NormalFitSettings& settings) {
+  const int side = groupSide(groups, u, v);
+  if (side == 0) return noSurfel();
+  return side == 1 ? computeSurfel(frame, images, u, v, settings)
+                   : computeGroupSurfel(frame, images, u, v, side, settings);
 }
 
 }  // namespace dtsdf

@@ -49,7 +49,17 @@ DTSDF_HD Vec3f toFloat(const Vec3i& a) {
   return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
 }
 
-DTSDF_HD int32_t floorToInt(float a) { return static_cast<int32_t>(floorf(a)); }
+/// Without a call of the C library, which fminf and fmaxf are on some targets. Not for NaN.
+DTSDF_HD float lesser(float a, float b) { return a < b ? a : b; }
+DTSDF_HD float greater(float a, float b) { return a > b ? a : b; }
+
+/// The floor of a number that an int32_t can hold. The conversion rounds towards zero; targets such
+/// as x86-64 without SSE 4.1 have no instruction for floorf.
+DTSDF_HD int32_t floorToInt(float a) {
+  const auto truncated = static_cast<int32_t>(a);
+  return truncated - (static_cast<float>(truncated) > a ? 1 : 0);
+}
+DTSDF_HD int32_t ceilToInt(float a) { return -floorToInt(-a); }
 
 /// A rotation and a translation; `R` is row-major.
 struct RigidTransform {

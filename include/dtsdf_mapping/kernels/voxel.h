@@ -14,9 +14,10 @@ struct Voxel {
 /// Sums of one voxel over one frame, in fixed point so that they do not depend on the order.
 ///
 /// A weight counts in units of 2^-20 and is at most 2^20; a distance counts in units of
-/// truncation / 2^15 and is at most 2^15 in magnitude. A pixel adds to a voxel at most once, and an
-/// image has at most kMaxPixels = 2^23 pixels, so |weighted_sdf| <= 2^(20+15+23) = 2^58 and
-/// weight <= 2^43: neither can overflow 64 bits at any image size, range or voxel size.
+/// truncation / 2^15 and is at most 2^15 in magnitude. A pixel adds to a voxel at most once (a group
+/// of n pixels once, with at most n times the weight), and an image has at most kMaxPixels = 2^23
+/// pixels, so |weighted_sdf| <= 2^(20+15+23) = 2^58 and weight <= 2^43: neither can overflow 64 bits
+/// at any image size, range or voxel size.
 struct VoxelSums {
   int64_t weighted_sdf;
   int64_t weight;
@@ -26,15 +27,20 @@ constexpr int kMaxPixels = 1 << 23;
 constexpr float kWeightScale = 1048576.0f;  // 2^20
 constexpr float kSdfScale = 32768.0f;       // 2^15
 
-/// Rounds a weight in [0, 1] to fixed point.
-DTSDF_HD int32_t quantiseWeight(float weight) {
-  return static_cast<int32_t>(weight * kWeightScale + 0.5f);
+/// Rounds a weight in units of 2^-20 that is not negative.
+DTSDF_HD int32_t roundWeight(float weight_units) {
+  return static_cast<int32_t>(weight_units + 0.5f);
 }
+
+/// Rounds a weight in [0, 1] to fixed point.
+DTSDF_HD int32_t quantiseWeight(float weight) { return roundWeight(weight * kWeightScale); }
+
+/// Rounds a distance in units of truncation / 2^15.
+DTSDF_HD int32_t roundSdf(float sdf_units) { return floorToInt(sdf_units + 0.5f); }
 
 /// Rounds a distance, given as a share of the truncation distance and clamped to [-1, 1].
 DTSDF_HD int32_t quantiseSdf(float sdf_share) {
-  const float clamped = fminf(fmaxf(sdf_share, -1.0f), 1.0f);
-  return static_cast<int32_t>(floorf(clamped * kSdfScale + 0.5f));
+  return roundSdf(lesser(greater(sdf_share, -1.0f), 1.0f) * kSdfScale);
 }
 
 DTSDF_HD void addToSums(VoxelSums& sums, int32_t weight, int32_t sdf) {
@@ -51,7 +57,7 @@ DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, float truncat
   const float weighted_sdf = static_cast<float>(sums.weighted_sdf) / (kWeightScale * kSdfScale);
   const float total = voxel.weight + weight;
   const float sdf = (voxel.weight * voxel.sdf + weighted_sdf * truncation_voxels) / total;
-  return {sdf, fminf(total, max_weight)};
+  return {sdf, lesser(total, max_weight)};
 }
 
 }  // namespace dtsdf

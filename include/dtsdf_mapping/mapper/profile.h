@@ -15,7 +15,8 @@ enum class Stage {
   kCopy,     ///< Raw image to pinned memory (host).
   kUpload,   ///< Raw image to the device.
   kRowFits,  ///< Inverse depth and row fits of the normals.
-  kSurfels,  ///< Column fits and surfels; on the CPU with the row fits.
+  kGroups,   ///< Which pixels are one surfel.
+  kSurfels,  ///< Column fits and surfels; on the CPU with the row fits and the groups.
   kTouch,    ///< Blocks that surfels touch.
   kCompare,  ///< Comparison with the map.
   kAdmit,    ///< New blocks and arrays, and their memory (host, waiting for the device included).
@@ -35,7 +36,7 @@ const char* toString(Stage stage);
 /// What there was to do, as far as the backend counts it; 0 otherwise.
 struct WorkCounts {
   uint64_t pixels = 0, raw_bytes = 0;
-  uint64_t surfels = 0;  ///< With a weight.
+  uint64_t surfels = 0;  ///< Of groups or single pixels, with a weight.
   uint64_t touched_blocks = 0, touched_arrays = 0;
   uint64_t new_blocks = 0, new_arrays = 0;
   uint64_t indexed_blocks = 0, meshed_blocks = 0;

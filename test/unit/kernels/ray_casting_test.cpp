@@ -53,13 +53,17 @@ Cast randomCast(std::mt19937& random, int i) {
 
 std::map<VoxelId, Sample> samplesOf(const SampleLine& line) {
   std::map<VoxelId, Sample> samples;
-  auto visit = [&](const Vec3i& voxel, float share, float distance) {
-    EXPECT_TRUE(samples.emplace(idOf(voxel), Sample{share, distance}).second)
-        << "visited twice: " << voxel.x << " " << voxel.y << " " << voxel.z;
-  };
-  const auto everywhere = [](int, int) { return true; };
   for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
-    visitPlane(line, plane, everywhere, visit);
+    PlaneSamples<1> at;
+    samplePlanes(line, plane, at);
+    for (int corner = 0; corner < 4; ++corner) {
+      if (!(at.share[corner][0] > 0.0f)) continue;
+      const Vec3i voxel =
+          unpermute(line.axis, plane, at.u[0] + (corner & 1), at.v[0] + (corner >> 1));
+      const Sample sample{at.share[corner][0], at.distance[corner][0]};
+      EXPECT_TRUE(samples.emplace(idOf(voxel), sample).second)
+          << "visited twice: " << voxel.x << " " << voxel.y << " " << voxel.z;
+    }
   }
   return samples;
 }
@@ -112,6 +116,27 @@ TEST(SampleLine, VisitsEachSampleOnceWithItsShareAndDistance) {
   }
 }
 
+/// Planes worked out side by side give the same bits as one by one, and there are not more of them.
+TEST(SampleLine, PlanesSideBySideAreThoseOneByOne) {
+  std::mt19937 random(18);
+  for (int i = 0; i < 2000; ++i) {
+    const SampleLine line = lineOf(randomCast(random, i));
+    ASSERT_LE(line.last_plane - line.first_plane + 1, kMostPlanes);
+    PlaneSamples<kMostPlanes> all;
+    samplePlanes(line, line.first_plane, all);
+    for (int k = 0; k < kMostPlanes; ++k) {
+      PlaneSamples<1> one;
+      samplePlanes(line, line.first_plane + k, one);
+      ASSERT_EQ(all.u[k], one.u[0]);
+      ASSERT_EQ(all.v[k], one.v[0]);
+      for (int corner = 0; corner < 4; ++corner) {
+        ASSERT_EQ(all.share[corner][k], one.share[corner][0]);
+        ASSERT_EQ(all.distance[corner][k], one.distance[corner][0]);
+      }
+    }
+  }
+}
+
 TEST(SampleLine, SamplesLieWithinReachOfTheMeasuredPlane) {
   std::mt19937 random(15);
   for (int i = 0; i < 2000; ++i) {
@@ -154,15 +179,16 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
     const Cast cast = randomCast(random, i);
     const SampleLine line = lineOf(cast);
     const FusionView fusion{1, 1, cast.truncation, 1e6f};
-    const DirectionSet directions = directionsOf(cast.normal, true);
-    const float weight = 0.7f;
+    CastLine whole{line, directionsOf(cast.normal, true)};
+    const DirectionSet& directions = whole.directions;
+    for (float& weight : whole.directions.weight) weight *= 0.7f * kWeightScale;
     std::map<std::pair<VoxelId, int>, std::pair<int32_t, int32_t>> expected, actual;
     for (const auto& [id, sample] : samplesOf(line)) {
       for (int k = 0; k < directions.count; ++k) {
-        const int32_t w = quantiseWeight(weight * sample.share * directions.weight[k]);
+        const int32_t w = roundWeight(sample.share * directions.weight[k]);
         if (w == 0) continue;
-        expected[{id, directions.direction[k]}] = {w,
-                                                   quantiseSdf(sample.distance / cast.truncation)};
+        expected[{id, directions.direction[k]}] = {
+            w, roundSdf(sample.distance * (kSdfScale / cast.truncation))};
       }
     }
     const BlockKey centre =
@@ -170,11 +196,16 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
     for (int n = 0; n < 27; ++n) {
       const Vec3i block = centre + Vec3i{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
       auto add = [&](int direction, int index, int32_t w, int32_t sdf) {
+        if (w == 0) return;
         const Vec3i voxel = firstVoxelOfBlock(block) + voxelOffset(index);
         EXPECT_TRUE(
             actual.emplace(std::make_pair(idOf(voxel), direction), std::make_pair(w, sdf)).second);
       };
-      castIntoBlock(line, directions, fusion, weight, block, add);
+      if (i % 2 == 0) {
+        castIntoBlock<1>(whole, fusion, block, add);
+      } else {
+        castIntoBlock<kMostPlanes>(whole, fusion, block, add);
+      }
     }
     EXPECT_EQ(actual, expected);
   }

@@ -81,13 +81,15 @@ TEST_P(AnalyticScenes, TiltedPlane) {
 }
 
 /// A ball of 20 voxels radius from all round. A tangent plane is off by r^2 / (2 R) at r beside its
-/// point: 0.05 at sqrt(2) voxels, where the weight has fallen to nothing.
+/// point: 0.05 at sqrt(2) voxels, where the weight has fallen to nothing. Projective distances grow
+/// without bound where rays graze the ball; all views count alike in the undirected map, as it takes
+/// no normals, so of 24 views the oblique ones show.
 TEST_P(AnalyticScenes, Ball) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
   scene.add(Sphere{centre, 0.4});
   const Mesh mesh = reconstruct(params(), renderFrames(scene, sphereOfPoses(centre, 1.1, 24)));
-  expectWithin(measureError(mesh, scene), projective() ? Bounds{0.1, 0.5} : Bounds{0.02, 0.05});
+  expectWithin(measureError(mesh, scene), projective() ? Bounds{0.15, 0.75} : Bounds{0.02, 0.05});
   expectSound(mesh);
   expectFreeSide(mesh, scene);
 }
@@ -123,7 +125,7 @@ TEST_P(AnalyticScenes, BallOneKilometreAway) {
   scene.add(Sphere{centre, 0.4});
   const Mesh mesh = reconstruct(params(), renderFrames(scene, sphereOfPoses(centre, 1.1, 24)));
   const double rounding = std::sqrt(3.0) * 0.5 / 16384.0 / kVoxel_m;
-  const Bounds near = projective() ? Bounds{0.1, 0.5} : Bounds{0.02, 0.05};
+  const Bounds near = projective() ? Bounds{0.15, 0.75} : Bounds{0.02, 0.05};
   expectWithin(measureError(mesh, scene), {near.rms + rounding, near.max + rounding});
   const MeshTopology topology = measureTopology(mesh);
   EXPECT_EQ(topology.repeated_corners + topology.crowded_edges + topology.inconsistent_edges, 0u)

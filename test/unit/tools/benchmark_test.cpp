@@ -64,6 +64,21 @@ TEST(StageCosts, CountWhatMustMove) {
   }
 }
 
+TEST(StageCosts, FollowSurfelsWhereTheWorkIsTheirs) {
+  WorkCounts pixels, groups;
+  pixels.pixels = pixels.surfels = groups.pixels = 640 * 480;
+  groups.surfels = pixels.surfels / 10;
+  for (const Stage stage : {Stage::kRowFits, Stage::kGroups}) {
+    EXPECT_EQ(costOf(stage, groups, 1.0).operations, costOf(stage, pixels, 1.0).operations);
+    EXPECT_EQ(costOf(stage, groups, 1.0).bytes, costOf(stage, pixels, 1.0).bytes);
+  }
+  for (const Stage stage : {Stage::kSurfels, Stage::kTouch, Stage::kCast}) {
+    EXPECT_NEAR(10 * costOf(stage, groups, 1.0).operations, costOf(stage, pixels, 1.0).operations,
+                1e-3);
+    EXPECT_LT(costOf(stage, groups, 1.0).bytes, costOf(stage, pixels, 1.0).bytes);
+  }
+}
+
 TEST(StageCosts, OccupancyOnTuring) {
   EXPECT_EQ(occupancyOnTuring(256, 32, 0), 1.0);
   EXPECT_EQ(occupancyOnTuring(256, 64, 0), 1.0);    // 4 x 256 x 64 = 65536

@@ -12,7 +12,7 @@ namespace dtsdf {
 
 class BlockMesher {
  public:
-  BlockMesher(const BlockTable& table, VoxelStore& voxels, bool directional, int threads);
+  BlockMesher(const BlockTable& table, const VoxelStore& voxels, bool directional, int threads);
 
   /// Follows the growth of the table.
   void resize();
@@ -32,25 +32,29 @@ class BlockMesher {
   struct SlotState {
     bool dirty = false;
     bool has_mesh = false;
+    uint32_t update = 0;               ///< The latest that the block was taken up by.
     std::vector<UnitIndices> indices;  ///< Before regularisation, one per unit; empty: none.
   };
 
   std::vector<int32_t> takeDirty();
 
-  /// Forms the blocks' unit indices anew. @return the slots whose indices changed.
-  std::vector<int32_t> indexBlocks(const std::vector<int32_t>& slots);
+  /// Enters the block, if there is one, into this update's slots, unless it is there.
+  void takeUp(const BlockKey& key, std::vector<int32_t>& slots);
+
+  /// Forms the blocks' unit indices anew. @return for each whether they changed.
+  std::vector<uint8_t> indexBlocks(const std::vector<int32_t>& slots);
+
+  void sortByKey(std::vector<int32_t>& slots) const;
 
   /// The meshes of blocks, from indices that are up to date around them.
-  std::vector<BlockMesh> emitBlocks(const std::vector<int32_t>& slots) const;
-
-  std::vector<int32_t> withNeighbours(const std::vector<int32_t>& slots,
-                                      const std::vector<Vec3i>& offsets) const;
+  std::vector<BlockMesh> meshBlocks(const std::vector<int32_t>& slots) const;
 
   const BlockTable& table_;
-  VoxelStore& voxels_;
+  const VoxelStore& voxels_;
   bool directional_;
   int threads_;
   std::vector<SlotState> state_;
+  uint32_t update_ = 0;  ///< Number of the latest.
 };
 
 }  // namespace dtsdf

@@ -19,6 +19,9 @@ class VoxelStore {
   }
   void clear() { slabs_.clear(); }
 
+  const Voxel* array(int32_t index) const {
+    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kVoxelsPerBlock];
+  }
   Voxel* array(int32_t index) {
     return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kVoxelsPerBlock];
   }

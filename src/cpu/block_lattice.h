@@ -16,12 +16,6 @@ struct LatticeArrays {
   uint32_t present;  ///< Bit d: some of the blocks has an array of direction d.
 
   void find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key);
-
-  Voxel sample(int lattice_index, int direction) const {
-    const LatticeSource source = latticeSource(lattice_index);
-    const Voxel* voxels_of_block = array[source.block][direction];
-    return voxels_of_block == nullptr ? Voxel{0.0f, 0.0f} : voxels_of_block[source.voxel];
-  }
 };
 
 /// Room for indexing one block after the other; one per thread.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "cpu/block_lattice.h"
 #include "cpu/block_surface.h"
@@ -76,9 +77,11 @@ std::vector<BlockMesh> BlockMesher::meshBlocks(const std::vector<int32_t>& slots
 }
 
 void BlockMesher::sortByKey(std::vector<int32_t>& slots) const {
-  std::sort(slots.begin(), slots.end(), [this](int32_t a, int32_t b) {
-    return packKey(table_.block(a).key) < packKey(table_.block(b).key);
-  });
+  std::vector<std::pair<PackedKey, int32_t>> by_key;
+  by_key.reserve(slots.size());
+  for (const int32_t slot : slots) by_key.push_back({packKey(table_.block(slot).key), slot});
+  std::sort(by_key.begin(), by_key.end());
+  for (size_t i = 0; i < slots.size(); ++i) slots[i] = by_key[i].second;
 }
 
 std::vector<BlockMesh> BlockMesher::update() {
@@ -87,6 +90,7 @@ std::vector<BlockMesh> BlockMesher::update() {
   for (const int32_t slot : takeDirty()) {
     for (int n = 0; n < kUnitReach; ++n) takeUp(table_.block(slot).key + unitReachOffset(n), slots);
   }
+  sortByKey(slots);  // what neighbours read is likely to be in the cache then
   const std::vector<uint8_t> changed = indexBlocks(slots);
   for (size_t i = 0; i < changed.size(); ++i) {
     if (!changed[i]) continue;

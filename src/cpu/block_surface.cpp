@@ -18,18 +18,30 @@ bool hasSurface(const UnitIndices* row) {
   return (words[0] | words[1]) != 0;
 }
 
-BlockVertex makeVertex(const LatticeArrays& arrays, int edge, bool directional) {
-  const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const LatticeSource at_lower = latticeSource(lower);
-  const LatticeSource at_upper = latticeSource(lower + latticeStride(axis));
-  EdgeSamples samples = {};
-  for (int d = 0; d < kDirectionCount; ++d) {
-    const Voxel* lower_voxels = arrays.array[at_lower.block][d];
-    const Voxel* upper_voxels = arrays.array[at_upper.block][d];
-    const int direction = directionOnEdge(d, axis, facing, directional);
-    if (lower_voxels != nullptr) samples.lower[direction] = lower_voxels[at_lower.voxel];
-    if (upper_voxels != nullptr) samples.upper[direction] = upper_voxels[at_upper.voxel];
+/// The samples of one end of an edge, by direction.
+struct EdgeEnd {
+  const Voxel* const* arrays;
+  int voxel;
+  int direction;  ///< That the undirected map's only array counts as; -1 in the directional map.
+
+  Voxel operator[](int d) const {
+    if (direction >= 0 && d != direction) return {0.0f, 0.0f};
+    const Voxel* voxels = arrays[direction >= 0 ? 0 : d];
+    return voxels == nullptr ? Voxel{0.0f, 0.0f} : voxels[voxel];
   }
+};
+
+struct LatticeEdge {
+  EdgeEnd lower, upper;
+};
+
+BlockVertex makeVertex(const LatticeArrays& arrays, int edge, bool directional) {
+  const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const LatticeSource lower = latticeSource(corner);
+  const LatticeSource upper = latticeSource(corner + latticeStride(axis));
+  const int direction = directional ? -1 : directionOnEdge(0, axis, facing, false);
+  const LatticeEdge samples{{arrays.array[lower.block], lower.voxel, direction},
+                            {arrays.array[upper.block], upper.voxel, direction}};
   return {vertexPosition(edge, edgeOffset(samples, axis, facing)), static_cast<uint32_t>(edge)};
 }
 

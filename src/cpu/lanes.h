@@ -41,6 +41,7 @@ struct LaneFloats {
 
 inline LaneInts operator&(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v & b.v); }
 inline LaneInts operator|(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v | b.v); }
+inline LaneInts operator^(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v ^ b.v); }
 inline LaneInts operator==(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v == b.v); }
 inline LaneInts operator!=(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v != b.v); }
 
@@ -94,6 +95,5 @@ inline LaneFloats squareRoot(const LaneFloats& a) {
 
 inline float lane(const LaneFloats& value, int k) { return value.v[k]; }
 inline int32_t lane(const LaneInts& value, int k) { return value.v[k]; }
-inline void setLane(LaneInts& value, int k, int32_t to) { value.v[k] = to; }
 
 }  // namespace dtsdf

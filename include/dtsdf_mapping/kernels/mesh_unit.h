@@ -159,31 +159,39 @@ DTSDF_HD Bits voteOnCorners(const Samples& samples, const Bits& excluded_directi
 }
 
 /// Which directions speak (bit d), and which lead the unit's sheets; -1 for no sheet.
+template <class Bits>
 struct Leaders {
-  unsigned speaking;
-  int direction[kMaxSheets];
+  Bits speaking{0};
+  Bits direction[kMaxSheets] = {Bits{-1}, Bits{-1}};
 };
 
-DTSDF_HD Leaders chooseLeaders(const float (&confidence)[kDirectionCount]) {
-  Leaders leaders{0, {-1, -1}};
-  float greatest = 0.0f;
+/// The strongest direction leads, of equal ones the first; the second sheet is for its opposite.
+template <class Bits, class Real>
+DTSDF_HD Leaders<Bits> chooseLeaders(const Real (&confidence)[kDirectionCount]) {
+  const Real zero{0.0f};
+  const Bits none{0};
+  Leaders<Bits> leaders;
+  Real greatest = zero;
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (confidence[d] > 0.0f) leaders.speaking |= 1u << d;
-    if (confidence[d] > greatest) {
-      greatest = confidence[d];
-      leaders.direction[0] = d;
-    }
+    const auto leads = confidence[d] > greatest;
+    leaders.speaking = leaders.speaking | select(confidence[d] > zero, Bits{1 << d}, none);
+    leaders.direction[0] = select(leads, Bits{d}, leaders.direction[0]);
+    greatest = select(leads, confidence[d], greatest);
   }
-  const int opposite = leaders.direction[0] ^ 1;
-  if (leaders.speaking != 0 && (leaders.speaking >> opposite & 1)) leaders.direction[1] = opposite;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    const auto opposes = (confidence[d] > zero) & (leaders.direction[0] == Bits{d ^ 1});
+    leaders.direction[1] = select(opposes, Bits{d}, leaders.direction[1]);
+  }
   return leaders;
 }
 
 /// Whether some speaking direction of a sheet can see a component; where no parallel edge is
 /// crossed, the direction's own gradient has already spoken.
 DTSDF_HD bool isVisible(uint8_t component, unsigned speaking) {
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if ((speaking >> d & 1) && judgeComponent(component, d) != Verdict::kReject) return true;
+  for (unsigned d = 0, rest = speaking; rest != 0; ++d, rest >>= 1) {
+    if ((rest & 1) && judgeComponent(component, static_cast<int>(d)) != Verdict::kReject) {
+      return true;
+    }
   }
   return false;
 }
@@ -217,26 +225,23 @@ DTSDF_HD void undirectedIndices(const Samples& samples, UnitIndices (&result)[Sa
   }
 }
 
-/// Indices of the sheets that `leaders` lead, first or second ones; 0 where there is no leader.
-template <class Samples, class Real>
+/// Indices of the first or second sheets; 0 where there is no leader.
+template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const Samples& samples, int sheet,
-                           const Leaders (&leaders)[Samples::kUnits], const Real& least_weight,
+                           const Leaders<Bits>& leaders, const Real& least_weight,
                            uint8_t (&result)[Samples::kUnits]) {
-  using Bits = typename Samples::Bits;
-  Bits excluded{0};
-  bool any_leader = false;
+  for (uint8_t& index : result) index = 0;
+  const Bits leader = leaders.direction[sheet], none{0};
+  const auto has_leader = leader != Bits{-1};
+  if (!any(has_leader)) return;
+  const Bits opposite = leader ^ Bits{1};
+  const Bits labels =
+      select(has_leader, voteOnCorners(samples, opposite, least_weight), none);
+  if (!any(labels != none)) return;
   for (int k = 0; k < Samples::kUnits; ++k) {
-    setLane(excluded, k, leaders[k].direction[sheet] ^ 1);
-    any_leader = any_leader || leaders[k].direction[sheet] >= 0;
-    result[k] = 0;
-  }
-  if (!any_leader) return;
-  const Bits labels = voteOnCorners(samples, excluded, least_weight);
-  for (int k = 0; k < Samples::kUnits; ++k) {
-    const int leader = leaders[k].direction[sheet];
-    if (leader < 0) continue;
+    const unsigned speaking = static_cast<unsigned>(lane(leaders.speaking, k));
     result[k] = sheetIndex(tables, static_cast<unsigned>(lane(labels, k)),
-                           leaders[k].speaking & ~(1u << (leader ^ 1)));
+                           speaking & ~(1u << (lane(opposite, k) & 7)));
   }
 }
 
@@ -247,15 +252,13 @@ DTSDF_HD void indexUnits(const MeshTables& tables, const Samples& samples, bool 
   using Real = typename Samples::Real;
   constexpr int kUnits = Samples::kUnits;
   if (!directional) return undirectedIndices(samples, result);
+  const Real zero{0.0f};
   const Real least_weight = Real{kWeightShare} * greatestWeight(samples);
-  float confidence[kUnits][kDirectionCount];
+  Real confidence[kDirectionCount];
   for (int d = 0; d < kDirectionCount; ++d) {
-    Real of_direction{0.0f};
-    if (samples.maySpeak(d)) of_direction = directionConfidence(samples, d, least_weight);
-    for (int k = 0; k < kUnits; ++k) confidence[k][d] = lane(of_direction, k);
+    confidence[d] = samples.maySpeak(d) ? directionConfidence(samples, d, least_weight) : zero;
   }
-  Leaders leaders[kUnits];
-  for (int k = 0; k < kUnits; ++k) leaders[k] = chooseLeaders(confidence[k]);
+  const auto leaders = chooseLeaders<typename Samples::Bits>(confidence);
   uint8_t first[kUnits], second[kUnits];
   sheetIndices(tables, samples, 0, leaders, least_weight, first);
   sheetIndices(tables, samples, 1, leaders, least_weight, second);
@@ -360,7 +363,8 @@ DTSDF_HD UnitIndices regulariseUnit(const UnitIndices& own, const UnitIndices (&
   return result;
 }
 
-/// The two samples of an edge, per direction.
+/// The two samples of an edge, per direction. The rules below take any other type with the same
+/// members, too.
 struct EdgeSamples {
   Voxel lower[kDirectionCount], upper[kDirectionCount];
 };
@@ -375,12 +379,14 @@ DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
 
 /// Where no direction on its own crosses an edge, its vertex goes to the end that is nearer to the
 /// voted surface.
-DTSDF_HD float votedOffset(const EdgeSamples& edge, int axis, int facing) {
+template <class Edge>
+DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing) {
   CornerVote<float> lower, upper;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!speaksOnEdge(d, axis, facing)) continue;
-    castVote(lower, edge.lower[d].sdf, edge.lower[d].weight, true);
-    castVote(upper, edge.upper[d].sdf, edge.upper[d].weight, true);
+    const Voxel a = edge.lower[d], b = edge.upper[d];
+    castVote(lower, a.sdf, a.weight, true);
+    castVote(upper, b.sdf, b.weight, true);
   }
   const float from_lower = fabsf(votedSdf(lower)), from_upper = fabsf(votedSdf(upper));
   return from_lower + from_upper > 0.0f ? from_lower / (from_lower + from_upper) : 0.5f;
@@ -389,12 +395,12 @@ DTSDF_HD float votedOffset(const EdgeSamples& edge, int axis, int facing) {
 /// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of the
 /// zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction counts
 /// by the product of its two weights. Facing 0 is behind at the lower end.
-DTSDF_HD float edgeOffset(const EdgeSamples& edge, int axis, int facing) {
+template <class Edge>
+DTSDF_HD float edgeOffset(const Edge& edge, int axis, int facing) {
   float sum = 0.0f, sum_weight = 0.0f;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!speaksOnEdge(d, axis, facing)) continue;
-    const Voxel& a = edge.lower[d];
-    const Voxel& b = edge.upper[d];
+    const Voxel a = edge.lower[d], b = edge.upper[d];
     const bool crosses = facing == 0 ? a.sdf < 0.0f && !(b.sdf < 0.0f)
                                      : !(a.sdf < 0.0f) && b.sdf < 0.0f;
     const float weight = a.weight * b.weight;

@@ -19,6 +19,5 @@ DTSDF_HD float squareRoot(float a) { return sqrtf(a); }
 /// The value of the k-th unit.
 DTSDF_HD float lane(float value, int) { return value; }
 DTSDF_HD int32_t lane(int32_t value, int) { return value; }
-DTSDF_HD void setLane(int32_t& value, int, int32_t to) { value = to; }
 
 }  // namespace dtsdf

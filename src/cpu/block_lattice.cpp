@@ -50,6 +50,14 @@ struct LatticeUnits {
   bool maySpeak(int d) const { return speaking >> d & 1; }
 };
 
+/// Takes a row of voxels apart. Nothing overlaps, which the compiler has to know to use vectors.
+void copyRow(const Voxel* __restrict__ from, float* __restrict__ sdf, float* __restrict__ weight) {
+  for (int x = 0; x < kBlockSide; ++x) {
+    sdf[x] = from[x].sdf;
+    weight[x] = from[x].weight;
+  }
+}
+
 /// Copies the part of a voxel array that lies in the lattice's n-th block.
 void copyPart(const Voxel* voxels, int n, float* sdf, float* weight) {
   const Vec3i at = latticeBlockOffset(n);
@@ -61,11 +69,8 @@ void copyPart(const Voxel* voxels, int n, float* sdf, float* weight) {
       if (at.x) {
         sdf[to] = from->sdf;
         weight[to] = from->weight;
-        continue;
-      }
-      for (int x = 0; x < kBlockSide; ++x) {
-        sdf[to + x] = from[x].sdf;
-        weight[to + x] = from[x].weight;
+      } else {
+        copyRow(from, sdf + to, weight + to);
       }
     }
   }
@@ -125,9 +130,9 @@ void BlockIndexer::findCandidates() {
   }
 }
 
-/// Indexes the units of a row that can hold a surface, four at a time. @return whether any does.
-bool BlockIndexer::indexRow(int first_corner, bool directional, UnitIndices* row) {
-  bool found = false;
+/// Indexes the units of a row that can hold a surface, four at a time.
+void BlockIndexer::indexRow(const Vec3i& first_unit, bool directional, UnitIndices* row) {
+  const int first_corner = latticeIndex(first_unit.x, first_unit.y, first_unit.z);
   for (int x = 0; x < kBlockSide; ++x) {
     if (!candidate_[first_corner + x]) continue;
     x = std::min(x, kBlockSide - kLanes);
@@ -138,35 +143,38 @@ bool BlockIndexer::indexRow(int first_corner, bool directional, UnitIndices* row
     }
     UnitIndices indices[kLanes];
     indexUnits(kMeshTables, units, directional, indices);
-    for (int k = 0; k < kLanes; ++k) {
-      row[x + k] = indices[k];
-      found |= indices[k].sheet[0] != 0;
-    }
+    for (int k = 0; k < kLanes; ++k) row[x + k] = indices[k];
     x += kLanes - 1;
   }
-  return found;
+  for (int x = 0; x < kBlockSide; ++x) {
+    if (row[x].sheet[0] != 0) edges_.addUnit(row[x], {x, first_unit.y, first_unit.z});
+  }
 }
 
-std::vector<UnitIndices> BlockIndexer::index(const BlockTable& table, const VoxelStore& voxels,
-                                             const BlockKey& key, bool directional) {
+IndexedBlock BlockIndexer::index(const BlockTable& table, const VoxelStore& voxels,
+                                 const BlockKey& key, bool directional) {
   LatticeArrays arrays;
   arrays.find(table, voxels, key);
   collect(arrays);
   markSides();
   findCandidates();
-  std::vector<UnitIndices> indices(kVoxelsPerBlock, UnitIndices{{0, 0}});
-  bool found = false;
+  edges_.clear();
+  IndexedBlock result;
   for (int z = 0; z < kBlockSide; ++z) {
     for (int y = 0; y < kBlockSide; ++y) {
-      const int corner = latticeIndex(0, y, z);
       uint64_t candidates;
-      std::memcpy(&candidates, candidate_ + corner, sizeof(candidates));
+      std::memcpy(&candidates, candidate_ + latticeIndex(0, y, z), sizeof(candidates));
       if (candidates == 0) continue;
-      found |= indexRow(corner, directional, &indices[voxelIndex(0, y, z)]);
+      if (result.indices.empty()) result.indices.resize(kVoxelsPerBlock, UnitIndices{{0, 0}});
+      indexRow({0, y, z}, directional, &result.indices[voxelIndex(0, y, z)]);
     }
   }
-  if (!found) indices.clear();
-  return indices;
+  result.vertices.reserve(edges_.count());
+  edges_.forEach([&](int edge) {
+    result.vertices.push_back(makeVertex(*this, edge, directional));
+  });
+  if (result.vertices.empty()) result.indices.clear();
+  return result;
 }
 
 }  // namespace dtsdf

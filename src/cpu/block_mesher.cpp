@@ -44,24 +44,36 @@ void BlockMesher::takeUp(const BlockKey& key, std::vector<int32_t>& slots) {
   slots.push_back(slot);
 }
 
+void BlockMesher::prefetch(int32_t slot) const {
+  constexpr int kVoxelsPerCacheLine = 64 / sizeof(Voxel);
+  for (const int32_t array : table_.block(slot).array) {
+    if (array == kNoArray) continue;
+    const Voxel* voxels = voxels_.array(array);
+    for (int i = 0; i < kVoxelsPerBlock; i += kVoxelsPerCacheLine) __builtin_prefetch(voxels + i);
+  }
+}
+
 std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots) {
   std::vector<uint8_t> changed(slots.size(), 0);
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
-    std::vector<UnitIndices> indices =
+    if (i + threads_ < slots.size()) prefetch(slots[i + threads_]);
+    SlotState& state = state_[slots[i]];
+    IndexedBlock block =
         indexer.index(table_, voxels_, table_.block(slots[i]).key, directional_);
-    std::vector<UnitIndices>& previous = state_[slots[i]].indices;
-    changed[i] = !sameIndices(indices, previous);
-    previous = std::move(indices);
+    changed[i] = !sameIndices(block.indices, state.indices);
+    state.indices = std::move(block.indices);
+    state.vertices = std::move(block.vertices);
   });
   return changed;
 }
 
-std::vector<BlockMesh> BlockMesher::meshBlocks(const std::vector<int32_t>& slots) const {
+std::vector<BlockMesh> BlockMesher::meshBlocks(const std::vector<int32_t>& slots) {
   std::vector<BlockMesh> meshes(slots.size());
   parallelFor<BlockSurface>(slots.size(), threads_, [&](size_t i, BlockSurface& surface) {
     BlockMesh& mesh = meshes[i];
+    SlotState& state = state_[slots[i]];
     mesh.key = table_.block(slots[i]).key;
-    if (state_[slots[i]].indices.empty()) return;
+    if (state.indices.empty()) return;
     IndexNeighbourhood indices;
     for (int n = 0; n < kRegularisationReach; ++n) {
       const int32_t slot = table_.find(packKey(mesh.key + regularisationOffset(n)));
@@ -71,7 +83,8 @@ std::vector<BlockMesh> BlockMesher::meshBlocks(const std::vector<int32_t>& slots
     LatticeArrays arrays;
     arrays.find(table_, voxels_, mesh.key);
     surface.settle(indices);
-    surface.emit(arrays, directional_, mesh);
+    surface.emit(arrays, state.vertices, directional_, mesh);
+    state.vertices = std::vector<BlockVertex>();
   });
   return meshes;
 }

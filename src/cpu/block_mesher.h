@@ -34,6 +34,7 @@ class BlockMesher {
     bool has_mesh = false;
     uint32_t update = 0;               ///< The latest that the block was taken up by.
     std::vector<UnitIndices> indices;  ///< Before regularisation, one per unit; empty: none.
+    std::vector<BlockVertex> vertices; ///< Of these indices, during an update only.
   };
 
   std::vector<int32_t> takeDirty();
@@ -47,7 +48,10 @@ class BlockMesher {
   void sortByKey(std::vector<int32_t>& slots) const;
 
   /// The meshes of blocks, from indices that are up to date around them.
-  std::vector<BlockMesh> meshBlocks(const std::vector<int32_t>& slots) const;
+  std::vector<BlockMesh> meshBlocks(const std::vector<int32_t>& slots);
+
+  /// Brings a block's voxels nearer, to be read soon.
+  void prefetch(int32_t slot) const;
 
   const BlockTable& table_;
   const VoxelStore& voxels_;

@@ -19,13 +19,13 @@ class BlockSurface {
   /// Regularises the block's units and enters the edges of their triangles. The block has a surface.
   void settle(const IndexNeighbourhood& indices);
 
-  /// The mesh of what was settled.
-  void emit(const LatticeArrays& arrays, bool directional, BlockMesh& mesh);
+  /// The mesh of what was settled. Few edges differ from those before: `known` holds the vertices of
+  /// some, sorted by edge.
+  void emit(const LatticeArrays& arrays, const std::vector<BlockVertex>& known, bool directional,
+            BlockMesh& mesh);
 
  private:
   static constexpr int kGridSide = kBlockSide + 2;
-  static constexpr int kWordBits = 64;
-  static constexpr int kEdgeWords = (kLatticeEdges + kWordBits - 1) / kWordBits;
 
   static int gridIndex(int x, int y, int z) {
     return x + 1 + kGridSide * (y + 1 + kGridSide * (z + 1));
@@ -36,7 +36,7 @@ class BlockSurface {
 
   /// The block's units and a layer around them, of which edges and corners are never read.
   UnitIndices grid_[kGridSide * kGridSide * kGridSide] = {};
-  uint64_t edge_bits_[kEdgeWords] = {};  ///< Edges that carry a vertex.
+  EdgeSet edges_;  ///< That carry a vertex.
   uint16_t vertex_of_edge_[kLatticeEdges];
   std::vector<uint16_t> triangle_edges_;
 };

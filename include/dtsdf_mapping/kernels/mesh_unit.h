@@ -409,7 +409,7 @@ DTSDF_HD float edgeOffset(const Edge& edge, int axis, int facing) {
     sum_weight += weight;
   }
   const float offset = sum_weight > 0.0f ? sum / sum_weight : votedOffset(edge, axis, facing);
-  return fminf(fmaxf(offset, kVertexMargin), 1.0f - kVertexMargin);
+  return smaller(larger(offset, kVertexMargin), 1.0f - kVertexMargin);
 }
 
 }  // namespace dtsdf

@@ -31,6 +31,9 @@ class FrameSurfels {
 
   const Surfel* surfels() const { return surfels_.data(); }
 
+  /// Standard deviation of the frame's inverse depth in 1/m, on the device.
+  const float* noise() const { return noise_.data(); }
+
  private:
   void fitRows(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                const Stream& stream);
@@ -42,6 +45,7 @@ class FrameSurfels {
   DeviceBuffer<unsigned char> raw_;
   size_t raw_bytes_ = 0;
   DeviceBuffer<float> inverse_depth_, row_value_, row_slope_;
+  DeviceBuffer<float> noise_;
   DeviceBuffer<uint8_t> groups_;  ///< TileGroups per tile.
   DeviceBuffer<Surfel> surfels_;
 };

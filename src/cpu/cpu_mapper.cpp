@@ -85,6 +85,7 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
     result.message = noMeasurementMessage(params_);
     return result;
   }
+  fusion_.noise = surfels_.noise();
   const std::vector<TouchedBlock>& touched =
       bins_.sort(surfels_.surfels(), view, fusion_, threads_);
   admit(touched, result);

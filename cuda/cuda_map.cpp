@@ -47,10 +47,10 @@ FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
   uint32_t* count = touched_.usableSurfels();
   if (params_.fusion.mode == FusionMode::kVoxelProjection) {
     surfels_.computePixels(raw, view, params_, count, stream_);
-    return {view, fusion_view_, surfels_.surfels(), nullptr};
+    return {view, fusion_view_, surfels_.surfels(), nullptr, surfels_.noise()};
   }
   surfels_.computeGroups(raw, view, params_, count, stream_);
-  return {view, fusion_view_, surfels_.surfels(), count};
+  return {view, fusion_view_, surfels_.surfels(), count, surfels_.noise()};
 }
 
 /// Copies the image to pinned memory, its rows packed.

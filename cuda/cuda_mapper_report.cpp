@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "launch.h"
 #include "named_kernels.h"
 #include "runtime/buffer.h"
 #include "runtime/device.h"
@@ -52,7 +51,7 @@ KernelUse describe(const gpu::NamedKernel& kernel) {
   DTSDF_CHECK_CUDA(cudaFuncGetAttributes(&attributes, kernel.function));
   KernelUse use;
   use.name = kernel.name;
-  use.threads = gpu::kThreads;
+  use.threads = kernel.threads;
   use.registers = attributes.numRegs;
   use.shared_bytes = attributes.sharedSizeBytes + kernel.dynamic_shared_bytes;
   use.local_bytes = attributes.localSizeBytes;

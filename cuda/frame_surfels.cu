@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "dtsdf_mapping/kernels/depth_noise.h"
 #include "launch.h"
 #include "named_kernels.h"
 #include "mapper/fusion_view.h"
@@ -29,11 +30,52 @@ __device__ float inverseDepthAt(const DepthImage& image, int u, int v) {
   return inverseDepth(value, image.raw.unit_m, image.min_depth_m, image.max_depth_m);
 }
 
+/// Counts the variances of a frame's lines by bins, with the threads of one block.
+__device__ void countNoiseLines(const DepthImage& image, float depth_jump,
+                                    uint32_t (&bins)[kNoiseBins]) {
+  for (int i = threadIdx.x; i < kNoisePoints; i += blockDim.x) {
+    const NoisePoint at = noisePoint(i, image.width, image.height);
+    if (at.u < kNoiseRadius || at.u + kNoiseRadius >= image.width) continue;
+    float line[kNoiseLength];
+    for (int k = 0; k < kNoiseLength; ++k) {
+      line[k] = inverseDepthAt(image, at.u + k - kNoiseRadius, at.v);
+    }
+    const float variance = varianceAboutLine(line, depth_jump);
+    if (variance >= 0.0f) atomicAdd(&bins[noiseBin(variance)], 1u);
+  }
+}
+
+/// One block with a thread for each bin.
+__global__ void estimateNoiseKernel(DepthImage image, float depth_jump, float* noise) {
+  __shared__ uint32_t bins[kNoiseBins], upto[kNoiseBins];
+  const int bin = threadIdx.x;
+  bins[bin] = 0;
+  __syncthreads();
+  countNoiseLines(image, depth_jump, bins);
+  __syncthreads();
+  upto[bin] = bins[bin];
+  __syncthreads();
+  for (int step = 1; step < kNoiseBins; step *= 2) {
+    const uint32_t lower = bin >= step ? upto[bin - step] : 0;
+    __syncthreads();
+    upto[bin] += lower;
+    __syncthreads();
+  }
+  const uint32_t lines = upto[kNoiseBins - 1], rank = medianRank(lines);
+  if (lines < kLeastNoiseLines) {
+    if (bin == 0) *noise = 0.0f;
+  } else if (upto[bin] > rank && upto[bin] - bins[bin] <= rank) {
+    *noise = noiseOfBin(bin);
+  }
+}
+
 /// A block of threads fits a stretch of one row. The tile has a margin in which pixels outside the
 /// image count as unmeasured, which ends a walk just as the image's border does.
-__global__ void fitRowsKernel(DepthImage image, NormalFitSettings settings, float* inverse_depth,
+__global__ void fitRowsKernel(DepthImage image, NormalFitSettings settings, const float* noise,
+                              float* inverse_depth,
                               float* row_value, float* row_slope) {
   __shared__ float tile[kTileWidth];
+  settings.noise = *noise;
   const int first_u = blockIdx.x * blockDim.x, u = first_u + threadIdx.x;
   for (int v = blockIdx.y; v < image.height; v += gridDim.y) {
     for (int i = threadIdx.x; i < kTileWidth; i += blockDim.x) {
@@ -65,8 +107,9 @@ __global__ void groupTilesKernel(FrameView frame, GroupSettings settings, FitIma
 }
 
 /// One surfel per pixel. `count` takes the number of those with a weight.
-__global__ void computePixelsKernel(FrameView frame, NormalFitSettings settings, FitImages images,
-                                    Surfel* surfels, uint32_t* count) {
+__global__ void computePixelsKernel(FrameView frame, NormalFitSettings settings, const float* noise,
+                                    FitImages images, Surfel* surfels, uint32_t* count) {
+  settings.noise = *noise;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   int found = 0;
   for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
@@ -91,8 +134,10 @@ __device__ void append(const Surfel& surfel, Surfel* surfels, uint32_t* count) {
 }
 
 /// One surfel per group, without gaps; their order does not matter, since sums are integers.
-__global__ void computeGroupsKernel(FrameView frame, NormalFitSettings settings, FitImages images,
-                                    const uint8_t* groups, Surfel* surfels, uint32_t* count) {
+__global__ void computeGroupsKernel(FrameView frame, NormalFitSettings settings, const float* noise,
+                                    FitImages images, const uint8_t* groups, Surfel* surfels,
+                                    uint32_t* count) {
+  settings.noise = *noise;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; v < frame.height; v += gridDim.y) {
     Surfel surfel = noSurfel();
@@ -103,6 +148,11 @@ __global__ void computeGroupsKernel(FrameView frame, NormalFitSettings settings,
     }
     append(surfel, surfels, count);
   }
+}
+
+/// Without the noise, which only the device knows.
+NormalFitSettings normalFitSettings(const MapperParams& params, const FrameView& view) {
+  return makeNormalFitSettings(params, view, 0.0f);
 }
 
 /// A grid of stretches of rows.
@@ -127,6 +177,7 @@ void FrameSurfels::fitRows(const RawDepth& raw, const FrameView& view, const Map
                            const Stream& stream) {
   const size_t pixels = static_cast<size_t>(view.width) * view.height;
   raw_.reserveExactly(raw_bytes_, stream);
+  noise_.reserveExactly(1, stream);
   inverse_depth_.reserveExactly(pixels, stream);
   row_value_.reserveExactly(pixels, stream);
   row_slope_.reserveExactly(pixels, stream);
@@ -139,10 +190,16 @@ void FrameSurfels::fitRows(const RawDepth& raw, const FrameView& view, const Map
   }
   const DepthImage image{raw_.data(),  raw, view.width, view.height, params.fusion.min_depth_m,
                          params.fusion.max_depth_m};
+  {
+    const StageSpan span(stream, Stage::kNoise);
+    estimateNoiseKernel<<<1, kNoiseBins, 0, stream.get()>>>(image, params.fusion.depth_jump,
+                                                            noise_.data());
+    DTSDF_CHECK_LAUNCH("estimateNoiseKernel");
+  }
   const StageSpan span(stream, Stage::kRowFits);
   fitRowsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
-      image, makeNormalFitSettings(params, view), inverse_depth_.data(), row_value_.data(),
-      row_slope_.data());
+      image, normalFitSettings(params, view), noise_.data(), inverse_depth_.data(),
+      row_value_.data(), row_slope_.data());
   DTSDF_CHECK_LAUNCH("fitRowsKernel");
 }
 
@@ -152,7 +209,7 @@ void FrameSurfels::computePixels(const RawDepth& raw, const FrameView& view,
   fitRows(raw, view, params, stream);
   const StageSpan span(stream, Stage::kSurfels);
   computePixelsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
-      view, makeNormalFitSettings(params, view), images(), surfels_.data(), count);
+      view, normalFitSettings(params, view), noise_.data(), images(), surfels_.data(), count);
   DTSDF_CHECK_LAUNCH("computePixelsKernel");
 }
 
@@ -168,7 +225,8 @@ void FrameSurfels::computeGroups(const RawDepth& raw, const FrameView& view,
   }
   const StageSpan span(stream, Stage::kSurfels);
   computeGroupsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
-      view, makeNormalFitSettings(params, view), images(), groups_.data(), surfels_.data(), count);
+      view, normalFitSettings(params, view), noise_.data(), images(), groups_.data(),
+      surfels_.data(), count);
   DTSDF_CHECK_LAUNCH("computeGroupsKernel");
 }
 
@@ -180,7 +238,8 @@ void FrameSurfels::addMemory(std::vector<MemoryPart>& parts) const {
 }
 
 std::vector<NamedKernel> surfelKernels() {
-  return {DTSDF_NAMED_KERNEL(fitRowsKernel, 0), DTSDF_NAMED_KERNEL(groupTilesKernel, 0),
+  return {DTSDF_NAMED_KERNEL(estimateNoiseKernel, 0, kNoiseBins),
+          DTSDF_NAMED_KERNEL(fitRowsKernel, 0), DTSDF_NAMED_KERNEL(groupTilesKernel, 0),
           DTSDF_NAMED_KERNEL(computeGroupsKernel, 0), DTSDF_NAMED_KERNEL(computePixelsKernel, 0)};
 }
 

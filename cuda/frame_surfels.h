@@ -34,6 +34,9 @@ class FrameSurfels {
   size_t rawBytes() const { return raw_bytes_; }
   void addMemory(std::vector<MemoryPart>& parts) const;
 
+  /// Standard deviation of the frame's inverse depth in 1/m, on the device.
+  const float* noise() const { return noise_.data(); }
+
  private:
   void fitRows(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                const Stream& stream);
@@ -45,6 +48,7 @@ class FrameSurfels {
   DeviceBuffer<unsigned char> raw_;
   size_t raw_bytes_ = 0;
   DeviceBuffer<float> inverse_depth_, row_value_, row_slope_;
+  DeviceBuffer<float> noise_;
   DeviceBuffer<uint8_t> groups_;  ///< TileGroups per tile.
   DeviceBuffer<Surfel> surfels_;
 };

@@ -59,7 +59,7 @@ __global__ void castSurfelsKernel(FusionInput input, uint32_t count, TouchedView
                                   SumsView part) {
   const size_t i = globalThread();
   if (i >= count) return;
-  const CastLine cast = makeCastLine(input.frame, input.fusion, input.surfels[i]);
+  const CastLine cast = makeCastLine(input.frame, input.fusionOfFrame(), input.surfels[i]);
   const Vec3i origin_block = blockOfVoxel(input.frame.origin_voxel);
   visitBlocksOnce(cast.line, [&](const Vec3i& block_L) {
     const int32_t place = findTouched(touched, packKey(block_L + origin_block));

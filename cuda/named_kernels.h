@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "launch.h"
+
 namespace dtsdf {
 namespace gpu {
 
@@ -11,10 +13,12 @@ struct NamedKernel {
   const char* name;
   const void* function;
   size_t dynamic_shared_bytes;  ///< Of a launch.
+  int threads = kThreads;       ///< Of a block of threads.
 };
 
-#define DTSDF_NAMED_KERNEL(kernel, dynamic_shared_bytes) \
-  ::dtsdf::gpu::NamedKernel{#kernel, reinterpret_cast<const void*>(&kernel), dynamic_shared_bytes}
+/// The kernel, its dynamic shared memory, and its threads where they are not kThreads.
+#define DTSDF_NAMED_KERNEL(kernel, ...) \
+  ::dtsdf::gpu::NamedKernel{#kernel, reinterpret_cast<const void*>(&kernel), __VA_ARGS__}
 
 std::vector<NamedKernel> surfelKernels();
 std::vector<NamedKernel> touchKernels();

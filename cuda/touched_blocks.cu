@@ -45,7 +45,7 @@ __global__ void markTouchedBlocksKernel(FusionInput input, TouchedView touched) 
   if (!(surfel.weight > 0.0f) || readShared(&touched.counters->table_full)) return;
   const uint32_t directions =
       directionMask(directionsOf(surfel.normal_L, input.fusion.directional != 0));
-  const SampleLine line = castSurfel(input.frame, input.fusion, surfel);
+  const SampleLine line = castSurfel(input.frame, input.fusionOfFrame(), surfel);
   const Vec3i origin_block = blockOfVoxel(input.frame.origin_voxel);
   auto visit = [&](const Vec3i& block_L) {
     touchBlock(touched, packKey(block_L + origin_block), directions);

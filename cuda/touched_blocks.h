@@ -57,6 +57,14 @@ struct FusionInput {
   const Surfel* surfels;
   /// Number of surfels, on the device; null: one per pixel, some without a weight.
   const uint32_t* count;
+  /// Standard deviation of the frame's inverse depth in 1/m, on the device.
+  const float* noise;
+
+  DTSDF_HD FusionView fusionOfFrame() const {
+    FusionView of_frame = fusion;
+    of_frame.noise = *noise;
+    return of_frame;
+  }
 
   DTSDF_HD size_t pixels() const {
     return static_cast<size_t>(frame.width) * frame.height;

@@ -83,6 +83,7 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
     result.message = noMeasurementMessage(params_);
     return result;
   }
+  fusion_.noise = surfels_.noise();
   const std::vector<TouchedBlock>& touched = findTouchedBlocks(view);
   admit(touched, result);
   fuse(touched, view);

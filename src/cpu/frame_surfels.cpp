@@ -1,10 +1,12 @@
 #include "cpu/frame_surfels.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "cpu/line_fits.h"
 #include "cpu/parallel_for.h"
+#include "dtsdf_mapping/kernels/depth_noise.h"
 #include "mapper/fusion_view.h"
 
 namespace dtsdf {
@@ -16,6 +18,33 @@ float rawValue(const DepthFrame& frame, int u, int v) {
     return static_cast<float>(reinterpret_cast<const uint16_t*>(row)[u]);
   }
   return reinterpret_cast<const float*>(row)[u];
+}
+
+float inverseDepthAt(const DepthFrame& frame, const FusionParams& params, int u, int v) {
+  return inverseDepth(rawValue(frame, u, v), frame.unit_m, params.min_depth_m, params.max_depth_m);
+}
+
+/// Standard deviation of a frame's inverse depth, in 1/m.
+float estimateNoise(const DepthFrame& frame, const FusionParams& params) {
+  std::array<uint32_t, kNoiseBins> bins{};
+  uint32_t lines = 0;
+  for (int i = 0; i < kNoisePoints; ++i) {
+    const NoisePoint at = noisePoint(i, frame.width, frame.height);
+    if (at.u < kNoiseRadius || at.u + kNoiseRadius >= frame.width) continue;
+    float line[kNoiseLength];
+    for (int k = 0; k < kNoiseLength; ++k) {
+      line[k] = inverseDepthAt(frame, params, at.u + k - kNoiseRadius, at.v);
+    }
+    const float variance = varianceAboutLine(line, params.depth_jump);
+    if (variance < 0.0f) continue;
+    ++bins[noiseBin(variance)];
+    ++lines;
+  }
+  if (lines < kLeastNoiseLines) return 0.0f;
+  uint32_t below = 0;
+  int bin = 0;
+  while ((below += bins[bin]) <= medianRank(lines)) ++bin;
+  return noiseOfBin(bin);
 }
 
 /// A row with a margin in which pixels count as unmeasured, which ends a walk just as the image's
@@ -33,14 +62,14 @@ void FrameSurfels::fitRows(const DepthFrame& frame, const FrameView& view,
   inverse_depth_.resize(pixels);
   row_value_.resize(pixels);
   row_slope_.resize(pixels);
-  const NormalFitSettings settings = makeNormalFitSettings(params, view);
+  noise_ = estimateNoise(frame, params.fusion);
+  const NormalFitSettings settings = makeNormalFitSettings(params, view, noise_);
   const int margin = settings.radius_px;
   parallelFor<PaddedRow>(view.height, threads, [&](size_t v, PaddedRow& row) {
     row.values.assign(width + 2 * margin, 0.0f);
     float* values = row.values.data() + margin;
     for (int u = 0; u < width; ++u) {
-      values[u] = inverseDepth(rawValue(frame, u, static_cast<int>(v)), frame.unit_m,
-                               params.fusion.min_depth_m, params.fusion.max_depth_m);
+      values[u] = inverseDepthAt(frame, params.fusion, u, static_cast<int>(v));
     }
     std::copy(values, values + width, &inverse_depth_[v * width]);
     StretchFit fits;
@@ -86,7 +115,7 @@ size_t FrameSurfels::computePixels(const DepthFrame& frame, const FrameView& vie
                                    const MapperParams& params, int threads) {
   fitRows(frame, view, params, threads);
   surfels_.resize(inverse_depth_.size());
-  const NormalFitSettings settings = makeNormalFitSettings(params, view);
+  const NormalFitSettings settings = makeNormalFitSettings(params, view, noise_);
   std::vector<size_t> counts(view.height, 0);
   struct NoScratch {};
   parallelFor<NoScratch>(view.height, threads, [&](size_t v, NoScratch&) {
@@ -128,7 +157,7 @@ size_t FrameSurfels::bytes() const {
 void FrameSurfels::computeTiles(const FrameView& view, const MapperParams& params, int first_v,
                                 std::vector<TileGroups>& tiles,
                                 std::vector<Surfel>& surfels) const {
-  const NormalFitSettings settings = makeNormalFitSettings(params, view);
+  const NormalFitSettings settings = makeNormalFitSettings(params, view, noise_);
   const GroupSettings groups = makeGroupSettings(params, view);
   tiles.resize(tilesAlong(view.width));
   for (size_t i = 0; i < tiles.size(); ++i) {

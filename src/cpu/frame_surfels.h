@@ -24,6 +24,9 @@ class FrameSurfels {
   const std::vector<Surfel>& surfels() const { return surfels_; }
   size_t bytes() const;
 
+  /// Standard deviation of the last frame's inverse depth, in 1/m.
+  float noise() const { return noise_; }
+
  private:
   void fitRows(const DepthFrame& frame, const FrameView& view, const MapperParams& params,
                int threads);
@@ -37,6 +40,7 @@ class FrameSurfels {
     return {inverse_depth_.data(), row_value_.data(), row_slope_.data()};
   }
 
+  float noise_ = 0.0f;
   std::vector<float> inverse_depth_, row_value_, row_slope_;
   std::vector<Surfel> surfels_;
   std::vector<std::vector<Surfel>> rows_of_tiles_;

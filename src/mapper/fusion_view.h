@@ -10,7 +10,7 @@ namespace dtsdf {
 
 inline FusionView makeFusionView(const MapperParams& params) {
   return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
-          params.map.truncation_voxels, params.fusion.max_weight};
+          params.map.truncation_voxels, params.fusion.max_weight, 0.0f};
 }
 
 /// Projecting voxels into an undirected map takes no normals: pixels without one count there too.
@@ -18,9 +18,11 @@ inline bool needsNormals(const MapperParams& params) {
   return params.map.directional || params.fusion.mode != FusionMode::kVoxelProjection;
 }
 
-inline NormalFitSettings makeNormalFitSettings(const MapperParams& params, const FrameView& view) {
+/// `noise`: standard deviation of the frame's inverse depth, in 1/m.
+inline NormalFitSettings makeNormalFitSettings(const MapperParams& params, const FrameView& view,
+                                               float noise) {
   return {needsNormals(params) ? params.fusion.normal_radius_px : 0, params.fusion.depth_jump,
-          view.intrinsics.fx * view.voxel_size_m};
+          view.intrinsics.fx * view.voxel_size_m, view.intrinsics.fx, noise};
 }
 
 inline GroupSettings makeGroupSettings(const MapperParams& params, const FrameView& view) {

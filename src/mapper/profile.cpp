@@ -6,6 +6,7 @@ const char* toString(Stage stage) {
   switch (stage) {
     case Stage::kCopy: return "copy";
     case Stage::kUpload: return "upload";
+    case Stage::kNoise: return "noise";
     case Stage::kRowFits: return "row_fits";
     case Stage::kGroups: return "groups";
     case Stage::kSurfels: return "surfels";

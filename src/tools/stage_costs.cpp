@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "dtsdf_mapping/kernels/depth_noise.h"
 #include "dtsdf_mapping/kernels/mesh_block.h"
 #include "dtsdf_mapping/kernels/surfel.h"
 #include "dtsdf_mapping/kernels/voxel.h"
@@ -13,6 +14,7 @@ namespace {
 
 // Operations, counted in the rules in kernels/ for the usual case.
 constexpr double kFitOperations = 60;      // of a pixel's row or column: a window of 5, 12 each
+constexpr double kNoiseOperations = 10;    // of a pixel on a line
 constexpr double kGroupOperations = 10;    // of a pixel: least and most of depth and slope, twice
 constexpr double kSurfelOperations = 60;   // back-projection, normalisation, rotation, weights
 constexpr double kTouchOperations = 80;    // the line, and the one or two blocks that it meets
@@ -29,6 +31,11 @@ constexpr double kTileBytes = 1;
 constexpr double kTilePixels = kTileSide * kTileSide;
 constexpr double kPixelFits = 3 * sizeof(float);  // inverse depth, value and slope of the row
 constexpr double kTriangleBytes = 3 * sizeof(uint16_t);
+
+/// Pixels that an image's noise is estimated from.
+double noisePixels(double pixels) {
+  return std::min(pixels, static_cast<double>(kNoisePoints) * kNoiseLength);
+}
 
 double meshBytes(const WorkCounts& work) {
   return static_cast<double>(work.vertices) * sizeof(BlockVertex) +
@@ -48,6 +55,9 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
   switch (stage) {
     case Stage::kCopy: return {2 * raw, 0};
     case Stage::kUpload: return {raw, 0, true};
+    case Stage::kNoise:
+      return {pixels > 0.0 ? raw * (noisePixels(pixels) / pixels) : 0.0,
+              noisePixels(pixels) * kNoiseOperations};
     case Stage::kRowFits: return {raw + pixels * kPixelFits, pixels * kFitOperations};
     case Stage::kGroups:
       return {pixels * (kPixelFits + kTileBytes / kTilePixels), pixels * kGroupOperations};

@@ -11,7 +11,7 @@ SOURCE_SUFFIXES = {".h", ".hpp", ".cpp", ".cc", ".cu", ".cuh"}
 FOLDERS = ("include", "src", "cuda", "test")
 
 OWN = "dtsdf_mapping/"
-KERNELS_MAY_INCLUDE = {"cmath", "math.h", "cstdint", "stdint.h", "cfloat", "float.h",
+KERNELS_MAY_INCLUDE = {"cmath", "cstring", "math.h", "cstdint", "stdint.h", "cfloat", "float.h",
                        "climits", "limits.h", "cstddef", "stddef.h"}
 CUDA_HEADER = re.compile(
     r"(cuda\w*|cub|thrust|nvtx3?|curand\w*|device_launch_parameters|cooperative_groups\w*)"
@@ -49,7 +49,7 @@ def include_violation(path, header):
     """The rule that `path` breaks by including `header`, or None."""
     is_kernel = is_under(path, "include/dtsdf_mapping/kernels", "src/kernels")
     if is_kernel and not (header.startswith(OWN + "kernels/") or header in KERNELS_MAY_INCLUDE):
-        return "kernels/ may include only kernels/ and the C maths headers"
+        return "kernels/ may include only kernels/ and the C headers of maths and memory"
     if is_under(path, "include", "src"):
         is_backend = re.search(r"(^|/)cuda/|^cuda_(mapper|backend)\w*\.h$", header)
         if is_backend and not path.startswith("src/mapper/mapper_factory"):

@@ -11,6 +11,7 @@ struct FusionView {
   int32_t directional;
   float truncation_voxels;
   float max_weight;
+  float noise;  ///< Standard deviation of the frame's inverse depth, in 1/m.
 };
 
 /// The line that a surfel is cast along.
@@ -21,7 +22,9 @@ DTSDF_HD SampleLine castSurfel(const FrameView& frame, const FusionView& fusion,
     const Vec3f ray = surfel.p_L - frame.T_L_C.t;
     direction = (1.0f / norm(ray)) * ray;
   }
-  return makeSampleLine(surfel.p_L, surfel.normal_L, direction, fusion.truncation_voxels);
+  const float noise_voxels = fusion.noise * surfel.depth_m * surfel.depth_m / frame.voxel_size_m;
+  return makeSampleLine(surfel.p_L, surfel.normal_L, direction,
+                        sampleReach(fusion.truncation_voxels, noise_voxels));
 }
 
 /// A surfel ready to be cast: its line, its directions, and the fixed-point weight in each.

@@ -17,14 +17,27 @@ struct NormalFitSettings {
   int32_t radius_px;  ///< Largest half width of the window; 0 where no normals are needed.
   float depth_jump;   ///< Largest share by which neighbouring depths on one surface may differ.
   float voxel_px_m;   ///< Width of a voxel in pixels at 1 m: focal length times voxel size.
+  float focal_px;
+  float noise;        ///< Standard deviation of the image's inverse depth, in 1/m.
 };
 
+/// Noise turns a normal by about this many radians at most, as far as the window may grow.
+constexpr float kLargestTurn = 0.15f;
+
+/// The least window that keeps noise below kLargestTurn. The slope of a plane fitted over a square
+/// window of half width r has the standard deviation of a sample divided by sqrt(sum of k^2), which
+/// is 1.155 (r + 1/2)^2; times focal length and depth this is an angle.
+DTSDF_HD float noiseRadius(float inverse_depth, const NormalFitSettings& settings) {
+  return sqrtf(settings.noise * settings.focal_px / (1.155f * kLargestTurn * inverse_depth));
+}
+
 /// The window spans one and a half voxels: finer detail is lost in the map anyhow, and more samples
-/// mean less noise. Below two pixels to each side noise would rule.
+/// mean less noise.
 DTSDF_HD int windowRadius(float inverse_depth, const NormalFitSettings& settings) {
   constexpr float kVoxelsToEachSide = 0.75f, kLeastRadius = 2.0f;
   const float radius =
-      greater(kVoxelsToEachSide * settings.voxel_px_m * inverse_depth, kLeastRadius);
+      greater(greater(kVoxelsToEachSide * settings.voxel_px_m * inverse_depth, kLeastRadius),
+              noiseRadius(inverse_depth, settings));
   const float largest = static_cast<float>(settings.radius_px);
   return static_cast<int>(lesser(radius, largest) + 0.5f);
 }

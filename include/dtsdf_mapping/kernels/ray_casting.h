@@ -23,6 +23,14 @@ namespace dtsdf {
 /// no farther than sqrt(3) voxels from a surface in it, and more would only blur other surfaces.
 constexpr float kSampleReach = 1.75f;
 
+/// Where noise is wider than that, measurements have to reach farther, or outliers do not average
+/// with the surface but form shells of their own. In standard deviations.
+constexpr float kNoiseReach = 2.5f;
+
+DTSDF_HD float sampleReach(float truncation_voxels, float noise_voxels) {
+  return lesser(truncation_voxels, greater(kSampleReach, kNoiseReach * noise_voxels));
+}
+
 /// A line in the grid, its axes permuted so that k is the dominant one: (k, u, v) = (x, y, z),
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
@@ -35,8 +43,7 @@ struct SampleLine {
 };
 
 DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Vec3f& direction,
-                                   float truncation_voxels) {
-  const float reach = lesser(truncation_voxels, kSampleReach);
+                                   float reach) {
   const float ax = fabsf(direction.x), ay = fabsf(direction.y), az = fabsf(direction.z);
   SampleLine line;
   line.axis = ax >= ay && ax >= az ? 0 : (ay >= az ? 1 : 2);

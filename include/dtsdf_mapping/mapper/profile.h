@@ -14,9 +14,10 @@ namespace dtsdf {
 enum class Stage {
   kCopy,     ///< Raw image to pinned memory (host).
   kUpload,   ///< Raw image to the device.
+  kNoise,    ///< Noise of the image.
   kRowFits,  ///< Inverse depth and row fits of the normals.
   kGroups,   ///< Which pixels are one surfel.
-  kSurfels,  ///< Column fits and surfels; on the CPU with the row fits and the groups.
+  kSurfels,  ///< Column fits and surfels; on the CPU with noise, row fits and groups.
   kTouch,    ///< Blocks that surfels touch.
   kCompare,  ///< Comparison with the map.
   kAdmit,    ///< New blocks and arrays, and their memory (host, waiting for the device included).

@@ -56,7 +56,7 @@ TEST_P(BlockBinsTest, EverySurfelIsOnceInEachBlockThatItTouches) {
   std::mt19937 random(25);
   BlockBins bins;
   for (const int cast_along_normal : {0, 1}) {
-    const FusionView fusion{cast_along_normal, 1, 4.0f, 1e6f};
+    const FusionView fusion{cast_along_normal, 1, 4.0f, 1e6f, 0.0f};
     const std::vector<Surfel> surfels = randomSurfels(random, frame);
     const std::map<PackedKey, Expected> expected = binOneByOne(surfels, frame, fusion);
     const std::vector<TouchedBlock>& touched = bins.sort(surfels, frame, fusion, GetParam());

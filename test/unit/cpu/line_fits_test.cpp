@@ -19,7 +19,7 @@ TEST(StretchFit, HasTheBitsOfTheFitsOneByOne) {
     values.push_back(random() % 8 == 0 ? 0.0f : 0.5f + step + noise(random));
     attached.push_back(noise(random));
   }
-  const NormalFitSettings settings{5, 0.04f, 10.0f};
+  const NormalFitSettings settings{5, 0.04f, 10.0f, 525.0f, 0.0f};
   for (const int pixels : {1, 3, kWidth}) {
     for (int v = 0; v < kHeight; ++v) {
       const int64_t first = v * kWidth;

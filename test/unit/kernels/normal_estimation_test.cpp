@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kWidth = 40, kHeight = 30;
 constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
-constexpr NormalFitSettings kSettings{2, 0.03f, 10.0f};
+constexpr NormalFitSettings kSettings{2, 0.03f, 10.0f, 525.0f, 0.0f};
 
 /// A rounding error of a share of 6e-8 of 1 / z, over slopes of the order of 1 / (f z) per pixel,
 /// turns the normal by about f * 6e-8; some ten times that.
@@ -83,7 +83,7 @@ TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
     const FreePlane plane = makePlane(tilt(random), tilt(random), -1.0, -distance(random));
     Image image;
     draw(image, plane, [](int, int) { return true; });
-    const std::vector<Vec3f> normals = fitAll(image, {4, 1.0f, 10.0f});
+    const std::vector<Vec3f> normals = fitAll(image, {4, 1.0f, 10.0f, 525.0f, 0.0f});
     for (int v = 0; v < kHeight; ++v) {
       for (int u = 0; u < kWidth; ++u) {
         ASSERT_LT(distanceTo(normals[static_cast<size_t>(v) * kWidth + u], plane), kExact)
@@ -166,7 +166,7 @@ TEST(NormalFit, FacesTheCamera) {
 /// than it.
 TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
   const auto radius = [](float voxel_px_m, float depth_m, int largest) {
-    return windowRadius(1.0f / depth_m, {largest, 0.03f, voxel_px_m});
+    return windowRadius(1.0f / depth_m, {largest, 0.03f, voxel_px_m, 525.0f, 0.0f});
   };
   EXPECT_EQ(radius(12.0f, 1.0f, 16), 9);
   EXPECT_EQ(radius(12.0f, 2.0f, 16), 5);  // 4.5 rounded

@@ -15,7 +15,7 @@ namespace {
 constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{500.0f, 500.0f, 31.5f, 23.5f};
 constexpr float kDepthJump = 0.03f;
-constexpr NormalFitSettings kFit{5, kDepthJump, 10.0f};
+constexpr NormalFitSettings kFit{5, kDepthJump, 10.0f, 525.0f, 0.0f};
 
 /// Depth along the optical axis of a surface at a viewing direction (x, y, 1), in metres.
 using Surface = std::function<double(double x, double y)>;

@@ -90,7 +90,8 @@ double expectedShare(const Cast& cast, const Vec3i& voxel) {
 }
 
 SampleLine lineOf(const Cast& cast) {
-  return makeSampleLine(cast.p, cast.normal, cast.direction, cast.truncation);
+  return makeSampleLine(cast.p, cast.normal, cast.direction,
+                        sampleReach(cast.truncation, 0.0f));
 }
 
 TEST(SampleLine, VisitsEachSampleOnceWithItsShareAndDistance) {
@@ -178,7 +179,7 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
     SCOPED_TRACE("cast " + std::to_string(i));
     const Cast cast = randomCast(random, i);
     const SampleLine line = lineOf(cast);
-    const FusionView fusion{1, 1, cast.truncation, 1e6f};
+    const FusionView fusion{1, 1, cast.truncation, 1e6f, 0.0f};
     CastLine whole{line, directionsOf(cast.normal, true)};
     const DirectionSet& directions = whole.directions;
     for (float& weight : whole.directions.weight) weight *= 0.7f * kWeightScale;
@@ -223,7 +224,7 @@ FrameView frontalView() {
 
 TEST(ProjectVoxel, TakesTheDistanceAlongTheOpticalAxis) {
   const FrameView frame = frontalView();
-  const FusionView fusion{0, 1, 4.0f, 1e6f};
+  const FusionView fusion{0, 1, 4.0f, 1e6f, 0.0f};
   const std::vector<Surfel> surfels(81, Surfel{{0, 0, 0}, 0.5f, {0.0f, 0.0f, -1.0f}, 1.0f});
   for (int z = 1; z <= 20; ++z) {
     int calls = 0;
@@ -240,7 +241,7 @@ TEST(ProjectVoxel, TakesTheDistanceAlongTheOpticalAxis) {
 
 TEST(ProjectVoxel, LeavesOutWhatTheCameraDoesNotSee) {
   const FrameView frame = frontalView();
-  const FusionView fusion{0, 1, 4.0f, 1e6f};
+  const FusionView fusion{0, 1, 4.0f, 1e6f, 0.0f};
   std::vector<Surfel> surfels(81, Surfel{{0, 0, 0}, 0.5f, {0.0f, 0.0f, -1.0f}, 1.0f});
   surfels[4 * 9 + 4].weight = 0.0f;
   auto add = [](int, int32_t, int32_t) { ADD_FAILURE() << "a voxel that is not seen"; };

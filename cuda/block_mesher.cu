@@ -5,7 +5,9 @@
 
 #include "device_map.cuh"
 #include "launch.h"
+#include "named_kernels.h"
 #include "runtime/device.h"
+#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -313,28 +315,42 @@ MeshView BlockMesher::view() const {
   return view;
 }
 
-void BlockMesher::begin(const MapView& map, const Event& map_ready) {
+void BlockMesher::begin(const MapView& map, const Event& map_ready, size_t most_dirty) {
   map_ = map;
   stream_.waitFor(map_ready);
   stream_.record(begun_);
-  slots_.reserve(map.slot_count, stream_);
-  records_.reserve(map.slot_count, stream_);
+  const size_t most_blocks =
+      std::min<size_t>(map.slot_count, most_dirty * kUnitReach * kRegularisationReach);
+  slots_.reserve(most_blocks, stream_);
+  records_.reserve(most_blocks, stream_);
   counters_.zero(stream_);
   ++stamp_;
-  reachBlocksKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(map_, view());
-  DTSDF_CHECK_LAUNCH("reachBlocksKernel");
-  const size_t lattice_bytes =
-      (directional_ ? kDirectionCount : 1) * kLatticeCorners * sizeof(Voxel);
-  indexBlocksKernel<<<thread_blocks_, kThreads, lattice_bytes, stream_.get()>>>(map_, view());
-  DTSDF_CHECK_LAUNCH("indexBlocksKernel");
+  holdForProfile(stream_);
+  {
+    const StageSpan span(stream_, Stage::kReach);
+    reachBlocksKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(map_, view());
+    DTSDF_CHECK_LAUNCH("reachBlocksKernel");
+  }
+  indexBlocks();
   enqueueMeshes();
   state_ = State::kBegun;
 }
 
+void BlockMesher::indexBlocks() {
+  const StageSpan span(stream_, Stage::kIndex);
+  const size_t lattice_bytes =
+      (directional_ ? kDirectionCount : 1) * kLatticeCorners * sizeof(Voxel);
+  indexBlocksKernel<<<thread_blocks_, kThreads, lattice_bytes, stream_.get()>>>(map_, view());
+  DTSDF_CHECK_LAUNCH("indexBlocksKernel");
+}
+
 void BlockMesher::enqueueMeshes() {
-  size_.zero(stream_);
-  makeMeshesKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(map_, view());
-  DTSDF_CHECK_LAUNCH("makeMeshesKernel");
+  {
+    const StageSpan span(stream_, Stage::kMake);
+    size_.zero(stream_);
+    makeMeshesKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(map_, view());
+    DTSDF_CHECK_LAUNCH("makeMeshesKernel");
+  }
   counters_.download(pinned_counters_.data(), 1, stream_);
   size_.download(pinned_size_.data(), 1, stream_);
   stream_.record(counted_);
@@ -359,6 +375,7 @@ void BlockMesher::fetch() {
   pinned_records_.reserve(recordCount());
   pinned_vertices_.reserve(size.vertices);
   pinned_triangles_.reserve(size.triangles);
+  const StageSpan span(stream_, Stage::kFetch);
   records_.download(pinned_records_.data(), recordCount(), stream_);
   vertices_.download(pinned_vertices_.data(), size.vertices, stream_);
   triangles_.download(pinned_triangles_.data(), size.triangles, stream_);
@@ -389,12 +406,45 @@ BlockMesh BlockMesher::copyBlock(const MeshRecord& record) const {
   return mesh;
 }
 
+void BlockMesher::count() const {
+  Profile* profile = profileOf(stream_);
+  if (profile == nullptr) return;
+  profile->work.indexed_blocks += pinned_counters_[0].reached;
+  profile->work.meshed_blocks += recordCount();
+  profile->work.vertices += pinned_size_[0].vertices;
+  profile->work.triangles += pinned_size_[0].triangles;
+}
+
+void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
+  const MeshSize size = pinned_size_[0];
+  parts.push_back({"vertices and triangles", MemoryKind::kMesh,
+                   size.vertices * sizeof(BlockVertex) + size.triangles * sizeof(BlockTriangle),
+                   vertices_.bytes() + triangles_.bytes()});
+  parts.push_back({"mesh lists", MemoryKind::kMesh,
+                   recordCount() * (sizeof(int32_t) + sizeof(MeshRecord)),
+                   slots_.bytes() + records_.bytes()});
+  parts.push_back({"mesh tables", MemoryKind::kScratch, tables_.bytes(), tables_.bytes()});
+  const size_t staging = pinned_records_.bytes() + pinned_vertices_.bytes() +
+                         pinned_triangles_.bytes();
+  parts.push_back({"mesh", MemoryKind::kStaging, staging, staging});
+}
+
+std::vector<NamedKernel> mesherKernels(bool directional) {
+  const size_t lattice_bytes =
+      (directional ? kDirectionCount : 1) * kLatticeCorners * sizeof(Voxel);
+  return {DTSDF_NAMED_KERNEL(reachBlocksKernel, 0),
+          DTSDF_NAMED_KERNEL(indexBlocksKernel, lattice_bytes),
+          DTSDF_NAMED_KERNEL(makeMeshesKernel, 0)};
+}
+
 MeshUpdate BlockMesher::finish() {
   MeshUpdate update;
   if (state_ == State::kIdle) return update;
   settle();
   fetched_.wait();
   state_ = State::kIdle;
+  count();
+  const StageTimer timer(profileOf(stream_), Stage::kHandOut);
   for (const MeshRecord& record : changedRecords()) update.blocks.push_back(copyBlock(record));
   update.duration_ms = fetched_.millisecondsSince(begun_);
   return update;

@@ -5,6 +5,7 @@
 
 #include "device_map.h"
 #include "dtsdf_mapping/kernels/mesh_block.h"
+#include "dtsdf_mapping/mapper/profile.h"
 #include "dtsdf_mapping/meshing/block_mesh.h"
 
 namespace dtsdf {
@@ -57,9 +58,11 @@ class BlockMesher {
   explicit BlockMesher(bool directional);
   ~BlockMesher() { stream_.drain(); }
 
-  /// Enqueues an extraction of what changed up to the event.
-  void begin(const MapView& map, const Event& map_ready);
+  /// Enqueues an extraction of what changed up to the event: `most_dirty` blocks at most.
+  void begin(const MapView& map, const Event& map_ready, size_t most_dirty);
   bool isUnderWay() const { return state_ != State::kIdle; }
+  void setClock(StageClock* clock) { stream_.setClock(clock); }
+  void addMemory(std::vector<MemoryPart>& parts) const;
 
   /// To be called before the map changes: waits until an extraction under way has read what it
   /// needs. Fetching the meshes goes on beside what follows.
@@ -72,7 +75,9 @@ class BlockMesher {
   enum class State { kIdle, kBegun, kSettled };
 
   MeshView view() const;
+  void indexBlocks();
   void enqueueMeshes();
+  void count() const;
   void fetch();
   size_t recordCount() const { return pinned_counters_[0].reached + pinned_counters_[0].adjoining; }
   std::vector<MeshRecord> changedRecords();

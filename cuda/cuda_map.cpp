@@ -17,7 +17,10 @@ CudaMap::CudaMap(const MapperParams& params)
       map_(stream_),
       touched_(stream_),
       fusion_(stream_),
-      mesher_(params.map.directional) {}
+      mesher_(params.map.directional) {
+  stream_.setClock(&clock_);
+  mesher_.setClock(&clock_);
+}
 
 IntegrationResult CudaMap::integrate(const DepthFrame& frame) {
   IntegrationResult result;
@@ -38,12 +41,7 @@ IntegrationResult CudaMap::integrate(const DepthFrame& frame) {
 
 FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  const size_t row = static_cast<size_t>(frame.width) *
-                     (frame.encoding == DepthEncoding::kUint16 ? sizeof(uint16_t) : sizeof(float));
-  char* staged = static_cast<char*>(surfels_.stage(row * frame.height));
-  for (int v = 0; v < frame.height; ++v) {
-    std::memcpy(staged + v * row, static_cast<const char*>(frame.data) + v * frame.row_bytes, row);
-  }
+  stage(frame);
   touched_.begin();
   const RawDepth raw{frame.encoding, frame.unit_m};
   uint32_t* count = touched_.usableSurfels();
@@ -53,6 +51,17 @@ FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
   }
   surfels_.computeGroups(raw, view, params_, count, stream_);
   return {view, fusion_view_, surfels_.surfels(), count, surfels_.noise()};
+}
+
+/// Copies the image to pinned memory, its rows packed.
+void CudaMap::stage(const DepthFrame& frame) {
+  const StageTimer timer(clock_.profile(), Stage::kCopy);
+  const size_t row = static_cast<size_t>(frame.width) *
+                     (frame.encoding == DepthEncoding::kUint16 ? sizeof(uint16_t) : sizeof(float));
+  char* staged = static_cast<char*>(surfels_.stage(row * frame.height));
+  for (int v = 0; v < frame.height; ++v) {
+    std::memcpy(staged + v * row, static_cast<const char*>(frame.data) + v * frame.row_bytes, row);
+  }
 }
 
 void CudaMap::findTouchedBlocks(const FusionInput& input) {
@@ -82,6 +91,7 @@ MapDemand CudaMap::demandOfFrame() const {
 /// All device memory is taken before the table changes: without it, the frame fails as a whole and
 /// the map stays as it was.
 Admission CudaMap::admit() {
+  const StageTimer timer(clock_.profile(), Stage::kAdmit);
   fusion_.reserve(counters_, params_.fusion.mode);
   if (counters_.requests == 0) return Admission();
   map_.reserve(table_, demandOfFrame());
@@ -92,12 +102,15 @@ Admission CudaMap::admit() {
 }
 
 void CudaMap::fuse(const FusionInput& input, const Admission& admission) {
+  countWork(input, admission);
+  holdForProfile(stream_);
   const MapView map = map_.view();
   if (params_.fusion.mode == FusionMode::kVoxelProjection) {
     fusion_.projectVoxels(input, map, touched_.view(), counters_);
   } else {
     fusion_.castSurfels(input, map, touched_.view(), counters_);
   }
+  dirty_bound_ += counters_.touched;
   fusion_.finish(map, touched_, counters_, admission.changed_slots.size());
 }
 
@@ -123,7 +136,48 @@ void CudaMap::beginMeshUpdate() {
   if (mesher_.isUnderWay()) mesher_.finish();  // as on the CPU, its changes are lost
   recycleEmpty();
   stream_.record(map_ready_);
-  mesher_.begin(map_.view(), map_ready_);
+  mesher_.begin(map_.view(), map_ready_, dirty_bound_);
+  dirty_bound_ = 0;
+}
+
+MeshUpdate CudaMap::finishMeshUpdate() {
+  MeshUpdate update = mesher_.finish();
+  if (clock_.profile() != nullptr) {
+    stream_.synchronize();
+    clock_.collect();
+  }
+  return update;
+}
+
+void CudaMap::countWork(const FusionInput& input, const Admission& admission) {
+  if (clock_.profile() == nullptr) return;
+  WorkCounts& work = clock_.profile()->work;
+  work.pixels += input.pixels();
+  work.raw_bytes += surfels_.rawBytes();
+  work.surfels += counters_.usable_surfels;
+  work.touched_blocks += counters_.touched;
+  work.touched_arrays += counters_.touched_arrays;
+  work.new_blocks += admission.changed_slots.size();
+  work.new_arrays += admission.new_arrays.size();
+}
+
+void CudaMap::profileTo(Profile* profile) {
+  stream_.synchronize();
+  mesher_.settle();
+  clock_.profileTo(profile);
+}
+
+std::vector<MemoryPart> CudaMap::memory() {
+  recycleEmpty();
+  std::vector<MemoryPart> parts;
+  map_.addMemory(table_, parts);
+  mesher_.addMemory(parts);
+  surfels_.addMemory(parts);
+  touched_.addMemory(parts);
+  fusion_.addMemory(parts);
+  parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),
+                   table_.memoryBytes()});
+  return parts;
 }
 
 MapStats CudaMap::stats() {

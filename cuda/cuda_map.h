@@ -7,6 +7,7 @@
 #include "dtsdf_mapping/mapper/mapper.h"
 #include "frame_surfels.h"
 #include "fusion.h"
+#include "runtime/stage_clock.h"
 #include "touched_blocks.h"
 
 namespace dtsdf {
@@ -22,22 +23,28 @@ class CudaMap {
   /// @pre The frame is valid. @return when the frame's last kernel is enqueued.
   IntegrationResult integrate(const DepthFrame& frame);
   void beginMeshUpdate();
-  MeshUpdate finishMeshUpdate() { return mesher_.finish(); }
+  void waitForMeshes() { mesher_.settle(); }
+  MeshUpdate finishMeshUpdate();
   MapStats stats();
   std::vector<BlockSnapshot> snapshot();
+  void profileTo(Profile* profile);
+  std::vector<MemoryPart> memory();
 
  private:
   FusionInput computeSurfels(const DepthFrame& frame);
+  void stage(const DepthFrame& frame);
   void findTouchedBlocks(const FusionInput& input);
   Admission admit();
   void fuse(const FusionInput& input, const Admission& admission);
   void recycleEmpty();
   MapDemand demandOfFrame() const;
+  void countWork(const FusionInput& input, const Admission& admission);
 
   MapperParams params_;
   FusionView fusion_view_;
   size_t budget_bytes_;
   BlockTable table_;
+  StageClock clock_;
   Stream stream_;  ///< Of the frames; the mesher has its own.
   Event map_ready_;
   DeviceMap map_;
@@ -47,6 +54,7 @@ class CudaMap {
   BlockMesher mesher_;
   FrameCounters counters_ = {};  ///< Of the frame being fused.
   uint64_t refused_ = 0;
+  size_t dirty_bound_ = 0;  ///< Blocks touched since the last extraction, each as often as it was.
 };
 
 }  // namespace gpu

@@ -33,6 +33,7 @@ class CudaMapper : public Mapper {
   }
 
   void beginMeshUpdate() override { map().beginMeshUpdate(); }
+  void waitForMeshes() override { map().waitForMeshes(); }
   MeshUpdate finishMeshUpdate() override { return map().finishMeshUpdate(); }
 
   void clear() override {
@@ -43,13 +44,22 @@ class CudaMapper : public Mapper {
   MapStats stats() const override { return map().stats(); }
   std::vector<BlockSnapshot> snapshot() override { return map().snapshot(); }
 
+  void profileTo(Profile* profile) override {
+    profile_ = profile;
+    map().profileTo(profile);
+  }
+  std::vector<MemoryPart> memory() const override { return map().memory(); }
+
   std::string backendName() const override { return "cuda (" + name_ + ")"; }
 
  private:
   /// The map, on the calling thread's device from here on.
   gpu::CudaMap& map() const {
     gpu::useDevice(device_);
-    if (map_ == nullptr) map_ = std::make_unique<gpu::CudaMap>(params_);
+    if (map_ == nullptr) {
+      map_ = std::make_unique<gpu::CudaMap>(params_);
+      map_->profileTo(profile_);
+    }
     return *map_;
   }
 
@@ -67,6 +77,7 @@ class CudaMapper : public Mapper {
   MapperParams params_;
   int device_;
   std::string name_;
+  Profile* profile_ = nullptr;
   mutable std::unique_ptr<gpu::CudaMap> map_;  ///< Null only after clear(), until it is used.
 };
 

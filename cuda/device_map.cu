@@ -2,6 +2,7 @@
 
 #include "device_map.cuh"
 #include "launch.h"
+#include "named_kernels.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -136,6 +137,28 @@ void DeviceMap::apply(const std::vector<SlotUpdate>& updates) {
   updates_.reserve(updates.size(), stream_);
   std::copy(updates.begin(), updates.end(), pinned_updates_.data());
   enqueueUpdates(updates.size());
+}
+
+void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const {
+  constexpr auto kMap = MemoryKind::kMap;
+  const size_t blocks = table.blocksInUse();
+  parts.push_back({"voxels", kMap, table.arraysInUse() * BlockTable::kArrayBytes,
+                   voxels_.bytes()});
+  parts.push_back({"unit indices", kMap, blocks * kVoxelsPerBlock * sizeof(UnitIndices),
+                   unit_indices_.bytes()});
+  parts.push_back({"slots", kMap, blocks * (sizeof(SlotEntry) + 3 * sizeof(uint32_t)),
+                   slots_.bytes() + dirty_.bytes() + dirty_slots_.bytes() + mesh_stamp_.bytes()});
+  const size_t hash = hash_keys_.bytes() + hash_slots_.bytes();
+  parts.push_back({"hash table", kMap, hash, hash});
+  const size_t updates = updates_.bytes() + new_arrays_.bytes();
+  parts.push_back({"map updates", MemoryKind::kScratch, updates, updates});
+  const size_t staging = pinned_updates_.bytes() + pinned_arrays_.bytes();
+  parts.push_back({"map updates", MemoryKind::kStaging, staging, staging});
+}
+
+std::vector<NamedKernel> mapKernels() {
+  return {DTSDF_NAMED_KERNEL(updateSlotsKernel, 0), DTSDF_NAMED_KERNEL(rehashSlotsKernel, 0),
+          DTSDF_NAMED_KERNEL(clearArraysKernel, 0)};
 }
 
 }  // namespace gpu

@@ -7,6 +7,7 @@
 
 #include "dtsdf_mapping/kernels/mesh_unit.h"
 #include "dtsdf_mapping/map/block_table.h"
+#include "dtsdf_mapping/mapper/profile.h"
 #include "runtime/slab_pool.h"
 
 namespace dtsdf {
@@ -73,6 +74,7 @@ class DeviceMap {
   MapView view() const;
 
   const VoxelPool& voxels() const { return voxels_; }
+  void addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const;
 
  private:
   void enqueueUpdates(size_t count);

@@ -4,7 +4,9 @@
 
 #include "dtsdf_mapping/kernels/depth_noise.h"
 #include "launch.h"
+#include "named_kernels.h"
 #include "mapper/fusion_view.h"
+#include "runtime/stage_clock.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -159,6 +161,10 @@ dim3 rowGrid(const FrameView& view) {
   return dim3(blocksFor(view.width), std::min(view.height, kMaxGridRows));
 }
 
+size_t tilesOf(const FrameView& view) {
+  return static_cast<size_t>(tilesAlong(view.width)) * tilesAlong(view.height);
+}
+
 }  // namespace
 
 void* FrameSurfels::stage(size_t bytes) {
@@ -170,18 +176,27 @@ void* FrameSurfels::stage(size_t bytes) {
 void FrameSurfels::fitRows(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                            const Stream& stream) {
   const size_t pixels = static_cast<size_t>(view.width) * view.height;
-  raw_.reserve(raw_bytes_, stream);
-  inverse_depth_.reserve(pixels, stream);
-  row_value_.reserve(pixels, stream);
-  row_slope_.reserve(pixels, stream);
-  surfels_.reserve(pixels, stream);
-  raw_.upload(pinned_raw_.data(), raw_bytes_, stream);
+  raw_.reserveExactly(raw_bytes_, stream);
+  inverse_depth_.reserveExactly(pixels, stream);
+  row_value_.reserveExactly(pixels, stream);
+  row_slope_.reserveExactly(pixels, stream);
+  groups_.reserveExactly(tilesOf(view), stream);
+  surfels_.reserveExactly(pixels, stream);
+  holdForProfile(stream);
+  {
+    const StageSpan span(stream, Stage::kUpload);
+    raw_.upload(pinned_raw_.data(), raw_bytes_, stream);
+  }
   const DepthImage image{raw_.data(),  raw, view.width, view.height, params.fusion.min_depth_m,
                          params.fusion.max_depth_m};
-  noise_.reserve(1, stream);
-  estimateNoiseKernel<<<1, kNoiseBins, 0, stream.get()>>>(image, params.fusion.depth_jump,
-                                                          noise_.data());
-  DTSDF_CHECK_LAUNCH("estimateNoiseKernel");
+  noise_.reserveExactly(1, stream);
+  {
+    const StageSpan span(stream, Stage::kNoise);
+    estimateNoiseKernel<<<1, kNoiseBins, 0, stream.get()>>>(image, params.fusion.depth_jump,
+                                                            noise_.data());
+    DTSDF_CHECK_LAUNCH("estimateNoiseKernel");
+  }
+  const StageSpan span(stream, Stage::kRowFits);
   fitRowsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
       image, normalFitSettings(params, view), noise_.data(), inverse_depth_.data(),
       row_value_.data(), row_slope_.data());
@@ -192,6 +207,7 @@ void FrameSurfels::computePixels(const RawDepth& raw, const FrameView& view,
                                  const MapperParams& params, uint32_t* count,
                                  const Stream& stream) {
   fitRows(raw, view, params, stream);
+  const StageSpan span(stream, Stage::kSurfels);
   computePixelsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
       view, normalFitSettings(params, view), noise_.data(), images(), surfels_.data(), count);
   DTSDF_CHECK_LAUNCH("computePixelsKernel");
@@ -201,15 +217,30 @@ void FrameSurfels::computeGroups(const RawDepth& raw, const FrameView& view,
                                  const MapperParams& params, uint32_t* count,
                                  const Stream& stream) {
   fitRows(raw, view, params, stream);
-  const size_t tiles = static_cast<size_t>(tilesAlong(view.width)) * tilesAlong(view.height);
-  groups_.reserve(tiles, stream);
-  groupTilesKernel<<<blocksFor(tiles), kThreads, 0, stream.get()>>>(
-      view, makeGroupSettings(params, view), images(), groups_.data());
-  DTSDF_CHECK_LAUNCH("groupTilesKernel");
+  {
+    const StageSpan span(stream, Stage::kGroups);
+    groupTilesKernel<<<blocksFor(tilesOf(view)), kThreads, 0, stream.get()>>>(
+        view, makeGroupSettings(params, view), images(), groups_.data());
+    DTSDF_CHECK_LAUNCH("groupTilesKernel");
+  }
+  const StageSpan span(stream, Stage::kSurfels);
   computeGroupsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
       view, normalFitSettings(params, view), noise_.data(), images(), groups_.data(),
       surfels_.data(), count);
   DTSDF_CHECK_LAUNCH("computeGroupsKernel");
+}
+
+void FrameSurfels::addMemory(std::vector<MemoryPart>& parts) const {
+  const size_t bytes = raw_.bytes() + inverse_depth_.bytes() + row_value_.bytes() +
+                       row_slope_.bytes() + groups_.bytes() + surfels_.bytes();
+  parts.push_back({"images and surfels", MemoryKind::kScratch, bytes, bytes});
+  parts.push_back({"raw image", MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});
+}
+
+std::vector<NamedKernel> surfelKernels() {
+  return {DTSDF_NAMED_KERNEL(estimateNoiseKernel, 0), DTSDF_NAMED_KERNEL(fitRowsKernel, 0),
+          DTSDF_NAMED_KERNEL(groupTilesKernel, 0), DTSDF_NAMED_KERNEL(computeGroupsKernel, 0),
+          DTSDF_NAMED_KERNEL(computePixelsKernel, 0)};
 }
 
 }  // namespace gpu

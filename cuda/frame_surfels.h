@@ -3,6 +3,7 @@
 
 #include "dtsdf_mapping/kernels/surfel.h"
 #include "dtsdf_mapping/mapper/mapper_params.h"
+#include "dtsdf_mapping/mapper/profile.h"
 #include "runtime/buffer.h"
 
 namespace dtsdf {
@@ -30,6 +31,8 @@ class FrameSurfels {
                      uint32_t* count, const Stream& stream);
 
   const Surfel* surfels() const { return surfels_.data(); }
+  size_t rawBytes() const { return raw_bytes_; }
+  void addMemory(std::vector<MemoryPart>& parts) const;
 
   /// Standard deviation of the frame's inverse depth in 1/m, on the device.
   const float* noise() const { return noise_.data(); }

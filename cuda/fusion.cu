@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "device_map.cuh"
+#include "named_kernels.h"
+#include "runtime/stage_clock.h"
 #include "touched_blocks.cuh"
 
 namespace dtsdf {
@@ -141,10 +143,18 @@ __global__ void finishBlocksKernel(MapView map, TouchedView touched, uint32_t co
 
 }  // namespace
 
+/// With an eighth to spare rather than half: this is the most of what a frame needs.
+void Fusion::reserveSums(uint32_t arrays) {
+  if (static_cast<size_t>(arrays) * kVoxelsPerBlock <= sums_.capacity()) return;
+  const size_t with_spare = std::min(arrays + arrays / 8, kMaxSumArrays);
+  sums_.reserveExactly(with_spare * kVoxelsPerBlock, stream_);
+  sums_.zero(stream_);
+}
+
 void Fusion::reserve(const FrameCounters& counters, FusionMode mode) {
   if (mode != FusionMode::kVoxelProjection) {
     const uint32_t arrays = std::min(counters.touched_arrays, kMaxSumArrays);
-    sums_.growZeroed(static_cast<size_t>(arrays) * kVoxelsPerBlock, stream_);
+    reserveSums(arrays);
   }
   empty_blocks_.growZeroed(counters.requests, stream_);
   pinned_empty_blocks_.reserve(counters.requests);
@@ -155,9 +165,13 @@ void Fusion::castSurfels(const FusionInput& input, const MapView& map, const Tou
   const uint32_t room = static_cast<uint32_t>(sums_.capacity() / kVoxelsPerBlock);
   for (uint32_t first = 0; first < counters.touched_arrays; first += room) {
     const SumsView part{sums_.data(), first, std::min(room, counters.touched_arrays - first)};
-    castSurfelsKernel<<<blocksFor(counters.usable_surfels), kThreads, 0, stream_.get()>>>(
-        input, counters.usable_surfels, touched, part);
-    DTSDF_CHECK_LAUNCH("castSurfelsKernel");
+    {
+      const StageSpan span(stream_, Stage::kCast);
+      castSurfelsKernel<<<blocksFor(counters.usable_surfels), kThreads, 0, stream_.get()>>>(
+          input, counters.usable_surfels, touched, part);
+      DTSDF_CHECK_LAUNCH("castSurfelsKernel");
+    }
+    const StageSpan span(stream_, Stage::kFold);
     foldSumsKernel<<<part.count, kThreads, 0, stream_.get()>>>(input.fusion, map, touched, part);
     DTSDF_CHECK_LAUNCH("foldSumsKernel");
   }
@@ -165,12 +179,14 @@ void Fusion::castSurfels(const FusionInput& input, const MapView& map, const Tou
 
 void Fusion::projectVoxels(const FusionInput& input, const MapView& map,
                            const TouchedView& touched, const FrameCounters& counters) {
+  const StageSpan span(stream_, Stage::kFold);
   projectVoxelsKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(input, map, touched);
   DTSDF_CHECK_LAUNCH("projectVoxelsKernel");
 }
 
 void Fusion::finish(const MapView& map, const TouchedBlocks& touched,
                     const FrameCounters& counters, size_t new_blocks) {
+  const StageSpan span(stream_, Stage::kFinish);
   finishBlocksKernel<<<blocksFor(counters.touched), kThreads, 0, stream_.get()>>>(
       map, touched.view(), counters.touched, empty_blocks_.data());
   DTSDF_CHECK_LAUNCH("finishBlocksKernel");
@@ -191,6 +207,19 @@ std::vector<EmptyBlock> Fusion::takeEmptyBlocks() {
   std::sort(blocks.begin(), blocks.end(),
             [](const EmptyBlock& a, const EmptyBlock& b) { return a.slot < b.slot; });
   return blocks;
+}
+
+void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
+  parts.push_back({"sums", MemoryKind::kScratch, sums_.bytes(), sums_.bytes()});
+  parts.push_back({"empty blocks", MemoryKind::kScratch, empty_blocks_.bytes(),
+                   empty_blocks_.bytes()});
+  parts.push_back({"empty blocks", MemoryKind::kStaging, pinned_empty_blocks_.bytes(),
+                   pinned_empty_blocks_.bytes()});
+}
+
+std::vector<NamedKernel> fusionKernels() {
+  return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
+          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(finishBlocksKernel, 0)};
 }
 
 }  // namespace gpu

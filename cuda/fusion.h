@@ -42,7 +42,11 @@ class Fusion {
   /// Waits for the frame, and tells its empty blocks, by slot. Tells them once.
   std::vector<EmptyBlock> takeEmptyBlocks();
 
+  void addMemory(std::vector<MemoryPart>& parts) const;
+
  private:
+  void reserveSums(uint32_t arrays);
+
   const Stream& stream_;
   Event finished_;
   bool has_new_blocks_ = false;

@@ -1,6 +1,8 @@
 #include <algorithm>
 
 #include "device_map.cuh"
+#include "named_kernels.h"
+#include "runtime/stage_clock.h"
 #include "touched_blocks.cuh"
 
 namespace dtsdf {
@@ -121,6 +123,7 @@ TouchedView TouchedBlocks::view() const {
 void TouchedBlocks::begin() { counters_.zero(stream_); }
 
 void TouchedBlocks::mark(const FusionInput& input) {
+  const StageSpan span(stream_, Stage::kTouch);
   keys_.fill(0xff, stream_);
   directions_.zero(stream_);
   markTouchedBlocksKernel<<<blocksFor(input.pixels()), kThreads, 0, stream_.get()>>>(input, view());
@@ -128,6 +131,7 @@ void TouchedBlocks::mark(const FusionInput& input) {
 }
 
 void TouchedBlocks::compare(const FusionInput& input, const MapView& map) {
+  const StageSpan span(stream_, Stage::kCompare);
   compareWithMapKernel<<<blocksFor(capacity_), kThreads, 0, stream_.get()>>>(
       blockOfVoxel(input.frame.origin_voxel), map, view());
   DTSDF_CHECK_LAUNCH("compareWithMapKernel");
@@ -168,6 +172,20 @@ void TouchedBlocks::refresh(const MapView& map) {
   const uint32_t count = pinned_counters_[0].touched;
   refreshSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(map, view(), count);
   DTSDF_CHECK_LAUNCH("refreshSlotsKernel");
+}
+
+void TouchedBlocks::addMemory(std::vector<MemoryPart>& parts) const {
+  const size_t bytes = keys_.bytes() + directions_.bytes() + first_sums_.bytes() +
+                       places_.bytes() + sum_owners_.bytes() + blocks_.bytes() +
+                       requests_.bytes();
+  parts.push_back({"touched blocks", MemoryKind::kScratch, bytes, bytes});
+  parts.push_back({"requests", MemoryKind::kStaging, pinned_requests_.bytes(),
+                   pinned_requests_.bytes()});
+}
+
+std::vector<NamedKernel> touchKernels() {
+  return {DTSDF_NAMED_KERNEL(markTouchedBlocksKernel, 0),
+          DTSDF_NAMED_KERNEL(compareWithMapKernel, 0), DTSDF_NAMED_KERNEL(refreshSlotsKernel, 0)};
 }
 
 }  // namespace gpu

@@ -4,6 +4,7 @@
 
 #include "device_map.h"
 #include "dtsdf_mapping/kernels/fusion.h"
+#include "dtsdf_mapping/mapper/profile.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -98,6 +99,7 @@ class TouchedBlocks {
   void refresh(const MapView& map);
 
   TouchedView view() const;
+  void addMemory(std::vector<MemoryPart>& parts) const;
 
   /// The counters on the device.
   const DeviceBuffer<FrameCounters>& counters() const { return counters_; }

@@ -30,6 +30,7 @@ class PinnedBuffer {
   T* data() { return data_; }
   const T* data() const { return data_; }
   size_t capacity() const { return capacity_; }
+  size_t bytes() const { return capacity_ * sizeof(T); }
   T& operator[](size_t i) { return data_[i]; }
   const T& operator[](size_t i) const { return data_[i]; }
 
@@ -81,6 +82,14 @@ class DeviceBuffer {
   void reserve(size_t count, const Stream& stream) {
     if (count <= capacity_) return;
     DeviceBuffer larger(count + count / 2);
+    stream.synchronize();
+    swap(larger);
+  }
+
+  /// Makes room for just so many, for sizes that do not creep up: images.
+  void reserveExactly(size_t count, const Stream& stream) {
+    if (count <= capacity_) return;
+    DeviceBuffer larger(count);
     stream.synchronize();
     swap(larger);
   }

@@ -52,6 +52,7 @@ class SlabPool {
   View view() const { return {table_.data()}; }
 
   size_t slabCount() const { return slabs_.size(); }
+  size_t bytes() const { return slabs_.size() * kSlabElements * sizeof(T); }
 
   /// Enqueues the copy of a slab, kSlabElements, to pinned memory.
   void downloadSlab(size_t slab, T* pinned, const Stream& stream) const {

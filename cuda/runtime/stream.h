@@ -10,6 +10,8 @@ namespace gpu {
 
 enum class Timing { kOff, kOn };
 
+class StageClock;
+
 /// A point in a stream's work. Waiting for an event that was never recorded returns at once.
 class Event {
  public:
@@ -49,13 +51,14 @@ class Stream {
   ~Stream() {
     if (stream_ != nullptr) cudaStreamDestroy(stream_);
   }
-  Stream(Stream&& other) noexcept : stream_(other.stream_) { other.stream_ = nullptr; }
-  Stream& operator=(Stream&& other) noexcept {
-    std::swap(stream_, other.stream_);
-    return *this;
-  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
 
   cudaStream_t get() const { return stream_; }
+
+  /// The clock that times what is enqueued here; none at first. See stage_clock.h.
+  void setClock(StageClock* clock) { clock_ = clock; }
+  StageClock* clock() const { return clock_; }
 
   void record(Event& event) const { DTSDF_CHECK_CUDA(cudaEventRecord(event.get(), stream_)); }
 
@@ -72,6 +75,7 @@ class Stream {
 
  private:
   cudaStream_t stream_ = nullptr;
+  StageClock* clock_ = nullptr;
 };
 
 }  // namespace gpu

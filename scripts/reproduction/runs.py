@@ -35,6 +35,14 @@ class StepFailed(Exception):
     """A program gave an error, which it has printed."""
 
 
+def find_programs(root):
+    """The folder of this checkout's programs, with or without ROS; --programs overrides it."""
+    for folder in ("build/devel/lib/dtsdf_mapping", "build/bin"):
+        if (root / folder / "reconstruct").exists():
+            return str(root / folder)
+    return str(root / "build/bin")
+
+
 def hash_of(path):
     digest = hashlib.sha256()
     with open(path, "rb") as file:
@@ -43,14 +51,52 @@ def hash_of(path):
     return digest.hexdigest()
 
 
-class Runner:
-    """Runs the steps of cells; skips those whose command, program and inputs are unchanged."""
+class Steps:
+    """Runs programs; skips those whose command, program and inputs are unchanged."""
 
     def __init__(self, options):
         self.options = options
-        self.work = pathlib.Path(options.work) / options.setup_name()
         self._hashes = {}
         self._lock = threading.Lock()  # guards _hashes
+
+    def _program(self, name):
+        return pathlib.Path(self.options.programs).resolve() / name
+
+    def _hash(self, path):
+        path = pathlib.Path(path)
+        stat = path.stat()
+        key = (str(path), stat.st_mtime_ns, stat.st_size)
+        with self._lock:
+            if key not in self._hashes:
+                self._hashes[key] = hash_of(path)
+            return self._hashes[key]
+
+    def _step(self, record_path, command, inputs, outputs, quiet=False):
+        """Runs a command unless the record says that this very step gave these outputs."""
+        command = [str(part) for part in command]
+        record = {"command": command[1:],
+                  "program": self._hash(command[0]),
+                  "inputs": {str(path): self._hash(path) for path in inputs}}
+        if all(path.exists() for path in outputs) and record_path.exists():
+            if json.loads(record_path.read_text()) == record:
+                return
+        record_path.parent.mkdir(parents=True, exist_ok=True)
+        record_path.unlink(missing_ok=True)  # half a step must not pass for a whole one
+        # Several at a time would write their progress over one another's.
+        silent = quiet or self.options.jobs > 1
+        done = subprocess.run(command, stdout=subprocess.DEVNULL if silent else sys.stderr,
+                              check=False)
+        if done.returncode != 0:
+            raise StepFailed(f"{' '.join(command)}: exit code {done.returncode}")
+        record_path.write_text(json.dumps(record, indent=2) + "\n")
+
+
+class Runner(Steps):
+    """Runs the steps of cells."""
+
+    def __init__(self, options):
+        super().__init__(options)
+        self.work = pathlib.Path(options.work) / options.setup_name()
 
     def views(self, cell):
         """The TUM folder of a cell's frames."""
@@ -124,34 +170,3 @@ class Runner:
                     for name in ("report", "evaluation")}
         except FileNotFoundError:
             return None
-
-    def _program(self, name):
-        return pathlib.Path(self.options.programs) / name
-
-    def _hash(self, path):
-        path = pathlib.Path(path)
-        stat = path.stat()
-        key = (str(path), stat.st_mtime_ns, stat.st_size)
-        with self._lock:
-            if key not in self._hashes:
-                self._hashes[key] = hash_of(path)
-            return self._hashes[key]
-
-    def _step(self, record_path, command, inputs, outputs, quiet=False):
-        """Runs a command unless the record says that this very step gave these outputs."""
-        command = [str(part) for part in command]
-        record = {"command": command[1:],
-                  "program": self._hash(command[0]),
-                  "inputs": {str(path): self._hash(path) for path in inputs}}
-        if all(path.exists() for path in outputs) and record_path.exists():
-            if json.loads(record_path.read_text()) == record:
-                return
-        record_path.parent.mkdir(parents=True, exist_ok=True)
-        record_path.unlink(missing_ok=True)  # half a step must not pass for a whole one
-        # Several at a time would write their progress over one another's.
-        silent = quiet or self.options.jobs > 1
-        done = subprocess.run(command, stdout=subprocess.DEVNULL if silent else sys.stderr,
-                              check=False)
-        if done.returncode != 0:
-            raise StepFailed(f"{' '.join(command)}: exit code {done.returncode}")
-        record_path.write_text(json.dumps(record, indent=2) + "\n")

@@ -67,6 +67,14 @@ const std::vector<TouchedBlock>& BlockBins::sort(const std::vector<Surfel>& surf
   return touched_;
 }
 
+size_t BlockBins::bytes() const {
+  size_t bytes = lines_.capacity() * sizeof(CastLine);
+  for (const Share& share : shares_) {
+    bytes += share.entries.capacity() * sizeof(Entry) + share.ordered.capacity() * sizeof(uint32_t);
+  }
+  return bytes;
+}
+
 void BlockBins::merge() {
   touched_.clear();
   std::unordered_map<PackedKey, size_t, KeyHash> index;

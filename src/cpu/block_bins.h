@@ -33,6 +33,9 @@ class BlockBins {
   /// Line of a surfel; those of surfels without a weight hold nothing.
   const CastLine& line(uint32_t surfel) const { return lines_[surfel]; }
 
+  /// Of the lists of surfels and their lines, which are by far the most of it.
+  size_t bytes() const;
+
  private:
   struct KeyHash {
     size_t operator()(PackedKey key) const { return static_cast<size_t>(hashKey(key)); }

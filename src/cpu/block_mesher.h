@@ -6,13 +6,14 @@
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/kernels/mesh_block.h"
 #include "dtsdf_mapping/map/block_table.h"
+#include "dtsdf_mapping/mapper/profile.h"
 #include "dtsdf_mapping/meshing/block_mesh.h"
 
 namespace dtsdf {
 
 class BlockMesher {
  public:
-  BlockMesher(const BlockTable& table, VoxelStore& voxels, bool directional, int threads);
+  BlockMesher(const BlockTable& table, const VoxelStore& voxels, bool directional, int threads);
 
   /// Follows the growth of the table.
   void resize();
@@ -25,6 +26,11 @@ class BlockMesher {
 
   void clear();
 
+  void profileTo(Profile* profile) { profile_ = profile; }
+
+  /// Memory of the unit indices and of what is kept for each slot.
+  size_t bytes() const;
+
   /// Meshes what changed since the last call. @return the changed blocks, by packed key.
   std::vector<BlockMesh> update();
 
@@ -32,25 +38,40 @@ class BlockMesher {
   struct SlotState {
     bool dirty = false;
     bool has_mesh = false;
+    uint32_t update = 0;               ///< The latest that the block was taken up by.
     std::vector<UnitIndices> indices;  ///< Before regularisation, one per unit; empty: none.
+    std::vector<BlockVertex> vertices; ///< Of these indices, during an update only.
   };
 
   std::vector<int32_t> takeDirty();
 
-  /// Forms the blocks' unit indices anew. @return the slots whose indices changed.
-  std::vector<int32_t> indexBlocks(const std::vector<int32_t>& slots);
+  /// The blocks whose units have a corner in one that changed.
+  std::vector<int32_t> reachBlocks();
+
+  /// Enters the block, if there is one, into this update's slots, unless it is there.
+  void takeUp(const BlockKey& key, std::vector<int32_t>& slots);
+
+  /// Forms the blocks' unit indices anew. @return for each whether they changed.
+  std::vector<uint8_t> indexBlocks(const std::vector<int32_t>& slots);
+
+  /// Enters the blocks whose surface depends on the indices that changed.
+  void takeUpAround(const std::vector<uint8_t>& changed, std::vector<int32_t>& slots);
+
+  void sortByKey(std::vector<int32_t>& slots) const;
 
   /// The meshes of blocks, from indices that are up to date around them.
-  std::vector<BlockMesh> emitBlocks(const std::vector<int32_t>& slots) const;
+  std::vector<BlockMesh> meshBlocks(const std::vector<int32_t>& slots);
 
-  std::vector<int32_t> withNeighbours(const std::vector<int32_t>& slots,
-                                      const std::vector<Vec3i>& offsets) const;
+  /// Brings a block's voxels nearer, to be read soon.
+  void prefetch(int32_t slot) const;
 
   const BlockTable& table_;
-  VoxelStore& voxels_;
+  const VoxelStore& voxels_;
   bool directional_;
   int threads_;
   std::vector<SlotState> state_;
+  uint32_t update_ = 0;  ///< Number of the latest.
+  Profile* profile_ = nullptr;
 };
 
 }  // namespace dtsdf

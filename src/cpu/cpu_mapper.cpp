@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "cpu/block_times.h"
 #include "cpu/parallel_for.h"
 #include "mapper/frame_check.h"
 #include "mapper/fusion_view.h"
@@ -77,24 +78,39 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
     return result;
   }
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  const bool project = params_.fusion.mode == FusionMode::kVoxelProjection;
-  const size_t count = project ? surfels_.computePixels(frame, view, params_, threads_)
-                               : surfels_.computeGroups(frame, view, params_, threads_);
-  if (count == 0) {
+  if (computeSurfels(frame, view) == 0) {
     result.status = FrameStatus::kNoMeasurement;
     result.message = noMeasurementMessage(params_);
     return result;
   }
   fusion_.noise = surfels_.noise();
-  const std::vector<TouchedBlock>& touched =
-      bins_.sort(surfels_.surfels(), view, fusion_, threads_);
+  const std::vector<TouchedBlock>& touched = findTouchedBlocks(view);
   admit(touched, result);
   fuse(touched, view);
   result.duration_ms = millisecondsSince(start);
   return result;
 }
 
+size_t CpuMapper::computeSurfels(const DepthFrame& frame, const FrameView& view) {
+  const StageTimer timer(profile_, Stage::kSurfels);
+  const bool project = params_.fusion.mode == FusionMode::kVoxelProjection;
+  const size_t count = project ? surfels_.computePixels(frame, view, params_, threads_)
+                               : surfels_.computeGroups(frame, view, params_, threads_);
+  if (profile_ != nullptr) {
+    profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
+    profile_->work.raw_bytes += static_cast<uint64_t>(frame.row_bytes) * frame.height;
+    profile_->work.surfels += count;
+  }
+  return count;
+}
+
+const std::vector<TouchedBlock>& CpuMapper::findTouchedBlocks(const FrameView& view) {
+  const StageTimer timer(profile_, Stage::kTouch);
+  return bins_.sort(surfels_.surfels(), view, fusion_, threads_);
+}
+
 void CpuMapper::admit(const std::vector<TouchedBlock>& touched, IntegrationResult& result) {
+  const StageTimer timer(profile_, Stage::kAdmit);
   std::vector<BlockRequest> requests;
   for (const TouchedBlock& block : touched) requests.push_back({block.key, block.directions});
   const Admission admission = table_.admit(std::move(requests));
@@ -103,6 +119,11 @@ void CpuMapper::admit(const std::vector<TouchedBlock>& touched, IntegrationResul
     std::memset(voxels_.array(array), 0, BlockTable::kArrayBytes);
   }
   mesher_.resize();
+  if (profile_ != nullptr) {
+    profile_->work.touched_blocks += touched.size();
+    profile_->work.new_blocks += admission.changed_slots.size();
+    profile_->work.new_arrays += admission.new_arrays.size();
+  }
   result.refused_blocks = admission.refused;
   refused_ += admission.refused;
 }
@@ -110,10 +131,12 @@ void CpuMapper::admit(const std::vector<TouchedBlock>& touched, IntegrationResul
 void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& view) {
   std::vector<uint32_t> empty_directions(touched.size(), 0);
   const bool project = params_.fusion.mode == FusionMode::kVoxelProjection;
+  BlockTimes times(profile_);
   parallelFor<BlockSums>(touched.size(), threads_, [&](size_t i, BlockSums& sums) {
     const TouchedBlock& block = touched[i];
     const int32_t slot = table_.find(block.key);
     if (slot < 0) return;
+    BlockTimes::Lap lap(times);
     // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
     const uint32_t directions = project ? kAllDirections : block.directions;
     for (int d = 0; d < kDirectionCount; ++d) {
@@ -124,13 +147,17 @@ void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& 
     } else {
       castSurfels(block, bins_, fusion_, sums);
     }
+    lap.endCast();
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = table_.block(slot).array[d];
       if (array == kNoArray || !(directions >> d & 1)) continue;
       if (!foldArray(sums.voxel[d], fusion_, voxels_.array(array))) empty_directions[i] |= 1u << d;
     }
     mesher_.markDirty(slot);
+    lap.endFold(table_.block(slot), directions);
   });
+  times.addTo(profile_);
+  const StageTimer timer(profile_, Stage::kFinish);
   recycleEmpty(touched, empty_directions);
 }
 
@@ -160,6 +187,22 @@ MeshUpdate CpuMapper::finishMeshUpdate() {
   MeshUpdate update = std::move(mesh_update_);
   mesh_update_ = MeshUpdate();
   return update;
+}
+
+void CpuMapper::profileTo(Profile* profile) {
+  profile_ = profile;
+  mesher_.profileTo(profile);
+}
+
+std::vector<MemoryPart> CpuMapper::memory() const {
+  constexpr auto kMap = MemoryKind::kMap, kScratch = MemoryKind::kScratch;
+  std::vector<MemoryPart> parts = {
+      {"voxels", kMap, table_.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()},
+      {"block table", kMap, table_.memoryBytes(), table_.memoryBytes()},
+      {"surfels", kScratch, surfels_.bytes(), surfels_.bytes()},
+      {"bins", kScratch, bins_.bytes(), bins_.bytes()}};
+  parts.push_back({"unit indices", kMap, mesher_.bytes(), mesher_.bytes()});
+  return parts;
 }
 
 void CpuMapper::clear() {

@@ -16,13 +16,18 @@ class CpuMapper : public Mapper {
 
   IntegrationResult integrate(const DepthFrame& frame) override;
   void beginMeshUpdate() override;
+  void waitForMeshes() override {}
   MeshUpdate finishMeshUpdate() override;
   void clear() override;
   MapStats stats() const override;
   std::vector<BlockSnapshot> snapshot() override;
+  void profileTo(Profile* profile) override;
+  std::vector<MemoryPart> memory() const override;
   std::string backendName() const override;
 
  private:
+  size_t computeSurfels(const DepthFrame& frame, const FrameView& view);
+  const std::vector<TouchedBlock>& findTouchedBlocks(const FrameView& view);
   void admit(const std::vector<TouchedBlock>& touched, IntegrationResult& result);
   void fuse(const std::vector<TouchedBlock>& touched, const FrameView& view);
   void recycleEmpty(const std::vector<TouchedBlock>& touched,
@@ -38,6 +43,7 @@ class CpuMapper : public Mapper {
   BlockMesher mesher_;
   MeshUpdate mesh_update_;
   uint64_t refused_ = 0;
+  Profile* profile_ = nullptr;
 };
 
 }  // namespace dtsdf

@@ -147,6 +147,13 @@ size_t FrameSurfels::computeGroups(const DepthFrame& frame, const FrameView& vie
   return surfels_.size();
 }
 
+size_t FrameSurfels::bytes() const {
+  size_t surfels = surfels_.capacity();
+  for (const std::vector<Surfel>& row : rows_of_tiles_) surfels += row.capacity();
+  return (inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity()) *
+             sizeof(float) + surfels * sizeof(Surfel);
+}
+
 void FrameSurfels::computeTiles(const FrameView& view, const MapperParams& params, int first_v,
                                 std::vector<TileGroups>& tiles,
                                 std::vector<Surfel>& surfels) const {

@@ -22,6 +22,7 @@ class FrameSurfels {
                        int threads);
 
   const std::vector<Surfel>& surfels() const { return surfels_; }
+  size_t bytes() const;
 
   /// Standard deviation of the last frame's inverse depth, in 1/m.
   float noise() const { return noise_; }

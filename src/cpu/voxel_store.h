@@ -18,7 +18,11 @@ class VoxelStore {
     }
   }
   void clear() { slabs_.clear(); }
+  size_t bytes() const { return slabs_.size() * kArraysPerSlab * kVoxelsPerBlock * sizeof(Voxel); }
 
+  const Voxel* array(int32_t index) const {
+    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kVoxelsPerBlock];
+  }
   Voxel* array(int32_t index) {
     return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kVoxelsPerBlock];
   }

@@ -1,15 +1,13 @@
 #include "dtsdf_mapping/map/block_table.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace dtsdf {
 
 BlockTable::BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
-int32_t BlockTable::find(PackedKey key) const {
-  const auto it = slots_.find(key);
-  return it == slots_.end() ? -1 : it->second;
-}
+int32_t BlockTable::find(PackedKey key) const { return slots_.find(key); }
 
 size_t BlockTable::cost(const BlockRequest& request, int32_t slot) const {
   size_t bytes = slot < 0 ? kBlockBytes : 0;
@@ -33,7 +31,7 @@ int32_t BlockTable::makeBlock(PackedKey key) {
   entry.key = unpackKey(key);
   for (int32_t& array : entry.array) array = kNoArray;
   entry.in_use = true;
-  slots_.emplace(key, slot);
+  slots_.insert(key, slot);
   return slot;
 }
 
@@ -95,7 +93,12 @@ void BlockTable::clear() {
 }
 
 std::vector<int32_t> BlockTable::sortedSlots() const {
-  std::vector<std::pair<PackedKey, int32_t>> entries(slots_.begin(), slots_.end());
+  std::vector<std::pair<PackedKey, int32_t>> entries;
+  entries.reserve(slots_.size());
+  for (size_t slot = 0; slot < blocks_.size(); ++slot) {
+    if (!blocks_[slot].in_use) continue;
+    entries.emplace_back(packKey(blocks_[slot].key), static_cast<int32_t>(slot));
+  }
   std::sort(entries.begin(), entries.end());
   std::vector<int32_t> slots;
   slots.reserve(entries.size());

@@ -4,6 +4,7 @@
 #include "dtsdf_mapping/mapper/mapper.h"
 #ifdef DTSDF_WITH_CUDA
 #include "cuda_mapper.h"
+#include "cuda_mapper_report.h"
 #endif
 
 namespace dtsdf {
@@ -29,7 +30,17 @@ std::string cudaUnavailableReason() {
   return "this build has no CUDA backend; build with -DWITH_CUDA=ON and the CUDA Toolkit installed";
 }
 static std::unique_ptr<Mapper> makeCuda(const MapperParams&) { return nullptr; }
+static GpuReport reportCudaDevice() { return {}; }
+static size_t cudaMemoryTaken() { return 0; }
 #endif
+
+GpuReport reportGpu() {
+  const std::string reason = cudaUnavailableReason();
+  if (!reason.empty()) throw std::runtime_error("there is no GPU to report on: " + reason);
+  return reportCudaDevice();
+}
+
+size_t gpuMemoryTaken() { return cudaUnavailableReason().empty() ? cudaMemoryTaken() : 0; }
 
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params) {
   if (params.backend == Backend::kCpu) return std::make_unique<CpuMapper>(params);

@@ -1,42 +1,23 @@
 /// reconstruct: a mesh from a recording, offline, without loss and with the same result each time.
-#include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <new>
 
 #include "dtsdf_mapping/io/atomic_file.h"
 #include "dtsdf_mapping/io/bag_frames.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
-#include "dtsdf_mapping/io/tum_frames.h"
-#include "dtsdf_mapping/io/yaml_params.h"
 #include "dtsdf_mapping/mapper/mapper.h"
-#include "dtsdf_mapping/ros/node_params.h"
 #include "tools/progress_bar.h"
 #include "tools/reconstruct_options.h"
 #include "tools/reconstruction.h"
 #include "tools/reconstruction_report.h"
+#include "tools/run_program.h"
 
 namespace dtsdf {
 namespace {
 
 /// Enough to hide that a frame takes longer than others to decode, at a few MB each.
 constexpr size_t kFramesAhead = 4;
-
-/// The node's settings belong to the same files; of those, bags use the frames and units.
-MappingParams readParams(const ReconstructOptions& options) {
-  ParamTree tree;
-  if (!options.config_path.empty()) tree = loadYamlParams(options.config_path);
-  for (const std::string& setting : options.settings) setParam(setting, tree);
-  if (options.backend) tree["backend"] = *options.backend;
-  if (options.threads) tree["threads"] = *options.threads;
-  MappingParams params;
-  ParamReader reader(tree);
-  visitParams(params, reader);
-  checkParams(params.mapper, reader);
-  reader.finish();
-  return params;
-}
 
 #ifdef DTSDF_WITH_BAG
 std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const NodeParams& node) {
@@ -59,12 +40,7 @@ std::unique_ptr<FrameSource> openBag(const ReconstructOptions&, const NodeParams
 
 std::unique_ptr<FrameSource> openSource(const ReconstructOptions& options, const NodeParams& node) {
   if (!options.bag_path.empty()) return openBag(options, node);
-  TumOptions tum;
-  tum.folder = options.tum_folder;
-  tum.units_per_metre = options.units_per_metre;
-  tum.pose_tolerance_s = options.pose_tolerance_s;
-  tum.selection = options.frames;
-  return openTumFrames(tum);
+  return openTumSource(options);
 }
 
 void printSummary(const ReconstructionResult& result, const std::string& backend_name,
@@ -84,7 +60,7 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
 }
 
 void run(const ReconstructOptions& options) {
-  const MappingParams params = readParams(options);
+  const MappingParams params = readSettings(options);
   // Found out now rather than after an hour of work.
   prepareOutputFile(options.mesh_path);
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
@@ -105,42 +81,17 @@ void run(const ReconstructOptions& options) {
   printSummary(result, backend_name, options.mesh_path);
 }
 
-/// One line, whatever the text.
-int reportError(std::string text, int exit_code) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  std::fprintf(stderr, "reconstruct: error: %s\n", text.c_str());
-  return exit_code;
-}
-
-std::string joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
-  return text;
-}
-
-int runProgram(const std::vector<std::string>& arguments) {
-  try {
-    const ReconstructOptions options = parseReconstructOptions(arguments);
-    if (options.help) {
-      std::fputs(reconstructHelp().c_str(), stdout);
-      return 0;
-    }
-    run(options);
-    return 0;
-  } catch (const UsageError& e) {
-    return reportError(std::string(e.what()) + "; see reconstruct --help", 2);
-  } catch (const ParamError& e) {
-    return reportError("invalid settings: " + joined(e.violations()), 1);
-  } catch (const std::bad_alloc&) {
-    return reportError("out of memory; lower map/max_memory_mb or raise map/voxel_size_m", 1);
-  } catch (const std::exception& e) {
-    return reportError(e.what(), 1);
-  }
-}
-
 }  // namespace
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  return dtsdf::runProgram(std::vector<std::string>(argv + (argc > 0 ? 1 : 0), argv + argc));
+  using namespace dtsdf;
+  return runProgram("reconstruct", argc, argv, [](const std::vector<std::string>& arguments) {
+    const ReconstructOptions options = parseReconstructOptions(arguments);
+    if (options.help) {
+      std::fputs(reconstructHelp().c_str(), stdout);
+    } else {
+      run(options);
+    }
+  });
 }

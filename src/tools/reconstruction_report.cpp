@@ -23,6 +23,7 @@ TimeSummary summarise(std::vector<double> values) {
   summary.median = 0.5 * (values[(count - 1) / 2] + values[count / 2]);
   const size_t rank = (95 * count + 99) / 100;  // rounded up, from 1 on
   summary.p95 = values[rank - 1];
+  summary.worst = values.back();
   return summary;
 }
 

@@ -9,7 +9,7 @@
 namespace dtsdf {
 
 struct TimeSummary {
-  double mean = 0.0, median = 0.0, p95 = 0.0;
+  double mean = 0.0, median = 0.0, p95 = 0.0, worst = 0.0;
 };
 
 /// Median: the middle, or the mean of the two middle ones. p95: the smallest value that at least

@@ -1,4 +1,4 @@
-// Writes frames of a TUM folder in the form of parity/recorded_frames.h:
+// Writes frames of a TUM folder in the form of io/raw_frames.h:
 //   pack_frames TUM_DIR FIRST LAST STEP OUT_WITHOUT_SUFFIX [UNITS_PER_METRE]
 #include <cstdlib>
 #include <fstream>

@@ -1,7 +1,4 @@
-/// Recorded depth frames in one raw file each, for machines without the package's image libraries.
-///
-/// NAME.raw holds the 16-bit images; NAME.txt a line `width height fx fy cx cy unit_m`, and then a
-/// line per frame with the first three rows of T_W_C.
+/// Recorded depth frames, in the form of io/raw_frames.h.
 #pragma once
 
 #include <string>

@@ -4,12 +4,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
+#include <deque>
 #include <vector>
 
 #include "dtsdf_mapping/kernels/direction.h"
 #include "dtsdf_mapping/kernels/grid.h"
 #include "dtsdf_mapping/kernels/voxel.h"
+#include "dtsdf_mapping/map/slot_index.h"
 
 namespace dtsdf {
 
@@ -71,17 +72,19 @@ class BlockTable {
     return slots_.size() * kBlockBytes + arrays_in_use_ * kArrayBytes;
   }
 
- private:
-  struct KeyHash {
-    size_t operator()(PackedKey key) const { return static_cast<size_t>(hashKey(key)); }
-  };
+  /// Memory of the table itself.
+  size_t memoryBytes() const {
+    return slots_.memoryBytes() + blocks_.size() * sizeof(BlockEntry) +
+           (free_slots_.capacity() + free_arrays_.capacity()) * sizeof(int32_t);
+  }
 
+ private:
   size_t cost(const BlockRequest& request, int32_t slot) const;
   int32_t makeBlock(PackedKey key);
 
   size_t budget_bytes_;
-  std::unordered_map<PackedKey, int32_t, KeyHash> slots_;
-  std::vector<BlockEntry> blocks_;
+  SlotIndex slots_;
+  std::deque<BlockEntry> blocks_;  ///< By slot; grows without moving what is there.
   std::vector<int32_t> free_slots_, free_arrays_;
   size_t array_count_ = 0, arrays_in_use_ = 0;
 };

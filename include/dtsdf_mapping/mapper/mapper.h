@@ -13,6 +13,7 @@
 #include "dtsdf_mapping/kernels/grid.h"
 #include "dtsdf_mapping/kernels/voxel.h"
 #include "dtsdf_mapping/mapper/mapper_params.h"
+#include "dtsdf_mapping/mapper/profile.h"
 #include "dtsdf_mapping/meshing/block_mesh.h"
 
 namespace dtsdf {
@@ -74,6 +75,11 @@ class Mapper {
   /// the work is done, and frames may be integrated meanwhile. At most one extraction is under way.
   virtual void beginMeshUpdate() = 0;
 
+  /// Waits until the meshes of the extraction that was begun are made, where the map lives; on a
+  /// GPU they are on their way to the host then. For measurements: finishMeshUpdate() waits by
+  /// itself.
+  virtual void waitForMeshes() = 0;
+
   /// Waits for the extraction that was begun and returns its changes; empty if none was begun.
   virtual MeshUpdate finishMeshUpdate() = 0;
 
@@ -89,6 +95,14 @@ class Mapper {
 
   /// All blocks by packed key; waits for the work under way.
   virtual std::vector<BlockSnapshot> snapshot() = 0;
+
+  /// Adds the time of each stage to a profile from now on, until another or nullptr is given. On a
+  /// GPU the times of a frame are there once the next mesh update is finished, and measuring keeps
+  /// host and device from overlapping: what a frame takes in all is to be measured without.
+  virtual void profileTo(Profile* profile) = 0;
+
+  /// What holds how much memory now; the parts of a GPU's map are on the GPU, but for staging.
+  virtual std::vector<MemoryPart> memory() const = 0;
 
   /// "cpu (2 threads)" or "cuda (name of the device)".
   virtual std::string backendName() const = 0;

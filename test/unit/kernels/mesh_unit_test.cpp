@@ -209,6 +209,36 @@ TEST(Regularisation, TheMajorityDecidesACorner) {
   EXPECT_EQ(settled.sheet[1], 0);
 }
 
+/// Votes of the unit and of the neighbours that continue its surface, counted one by one.
+TEST(Regularisation, CountsTheVotesOfAllNeighbours) {
+  std::mt19937 random(21);
+  int changed = 0;
+  for (int trial = 0; trial < 100000; ++trial) {
+    const uint8_t index = static_cast<uint8_t>(1 + random() % 254);
+    UnitIndices neighbours[6] = {};
+    int votes[8];
+    for (int c = 0; c < 8; ++c) votes[c] = isBehind(index, c) ? 1 : -1;
+    for (int face = 0; face < 6; ++face) {
+      // Mostly what continues the unit, with a corner that differs.
+      const uint8_t like = static_cast<uint8_t>(mirrorFace(index, face / 2) ^ 1u << random() % 8);
+      neighbours[face].sheet[0] = random() % 4 == 0 ? static_cast<uint8_t>(random()) : like;
+      neighbours[face].sheet[1] = random() % 4 == 0 ? static_cast<uint8_t>(random()) : 0;
+      const int labels = labelsAcross(index, neighbours[face], face);
+      for (int c = 0; c < 8; ++c) {
+        if (labels >= 0 && (faceCorners(face) >> c & 1)) votes[c] += isBehind(labels, c) ? 1 : -1;
+      }
+    }
+    int expected = 0;
+    for (int c = 0; c < 8; ++c) {
+      expected |= (votes[c] > 0 || (votes[c] == 0 && isBehind(index, c)) ? 1 : 0) << c;
+    }
+    if (expected == 255) expected = 0;
+    ASSERT_EQ(regulariseUnit({{index, 0}}, neighbours).sheet[0], expected) << "trial " << trial;
+    changed += expected != index;
+  }
+  EXPECT_GT(changed, 100);
+}
+
 TEST(Regularisation, UnitsWithoutNeighboursStay) {
   const UnitIndices none[6] = {};
   for (int index = 0; index < 255; ++index) {

@@ -1,0 +1,18 @@
+/// Recorded depth frames in one raw file, for machines without the package's image libraries.
+///
+/// NAME.raw holds the 16-bit images; NAME.txt a line `width height fx fy cx cy unit_m`, and then a
+/// line per frame with the first three rows of T_W_C. The test program pack_frames writes them.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "dtsdf_mapping/io/frame_source.h"
+
+namespace dtsdf {
+
+/// @throws std::runtime_error if the files cannot be read.
+std::unique_ptr<FrameSource> openRawFrames(const std::string& path_without_suffix,
+                                           const FrameSelection& selection);
+
+}  // namespace dtsdf

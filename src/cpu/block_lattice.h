@@ -1,0 +1,91 @@
+/// The samples at the corners of a block's mesh units, and the units' indices.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cpu/edge_set.h"
+#include "cpu/voxel_store.h"
+#include "dtsdf_mapping/kernels/mesh_block.h"
+#include "dtsdf_mapping/map/block_table.h"
+#include "dtsdf_mapping/meshing/block_mesh.h"
+
+namespace dtsdf {
+
+/// The samples at one end of an edge, by direction.
+template <class Samples>
+struct EdgeEnd {
+  const Samples& samples;
+  int corner;
+  int only_direction;  ///< That the undirected map's array counts as; -1 in the directional map.
+
+  Voxel operator[](int d) const {
+    if (only_direction < 0) return samples.sample(corner, d);
+    return d == only_direction ? samples.sample(corner, 0) : Voxel{0.0f, 0.0f};
+  }
+};
+
+template <class Samples>
+struct LatticeEdge {
+  EdgeEnd<Samples> lower, upper;
+};
+
+template <class Samples>
+BlockVertex makeVertex(const Samples& samples, int edge, bool directional) {
+  const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const int only_direction = directional ? -1 : directionOnEdge(0, axis, facing, false);
+  const LatticeEdge<Samples> ends{{samples, corner, only_direction},
+                                  {samples, corner + latticeStride(axis), only_direction}};
+  return {vertexPosition(edge, edgeOffset(ends, axis, facing)), static_cast<uint32_t>(edge)};
+}
+
+/// The voxel arrays that the corners of a block's units lie in; null where there is none.
+struct LatticeArrays {
+  const Voxel* array[kLatticeBlocks][kDirectionCount];
+  uint32_t present;  ///< Bit d: some of the blocks has an array of direction d.
+
+  void find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key);
+
+  Voxel sample(int corner, int direction) const {
+    const LatticeSource source = latticeSource(corner);
+    const Voxel* voxels_of_block = array[source.block][direction];
+    return voxels_of_block == nullptr ? Voxel{0.0f, 0.0f} : voxels_of_block[source.voxel];
+  }
+};
+
+/// A block's units before regularisation; both empty where there is no surface.
+struct IndexedBlock {
+  std::vector<UnitIndices> indices;   ///< One per unit.
+  std::vector<BlockVertex> vertices;  ///< On the edges of these indices, sorted by edge.
+};
+
+/// Room for indexing one block after the other; one per thread.
+class BlockIndexer {
+ public:
+  IndexedBlock index(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key,
+                     bool directional);
+
+  Voxel sample(int corner, int direction) const {
+    if (!(present_ >> direction & 1)) return {0.0f, 0.0f};
+    return {sdf_[direction][corner], weight_[direction][corner]};
+  }
+
+ private:
+  /// With room behind the last corner for the last one's neighbours, so that loops need no cases.
+  static constexpr int kRoom = kLatticeCorners + kLatticeSide * kLatticeSide;
+
+  void collect(const LatticeArrays& arrays);
+  void markSides();
+  void findCandidates();
+  void indexRow(const Vec3i& first_unit, bool directional, UnitIndices* row);
+
+  uint32_t present_ = 0;
+  float sdf_[kDirectionCount][kLatticeCorners] = {};
+  float weight_[kDirectionCount][kLatticeCorners] = {};
+  uint32_t sides_[kRoom] = {};          ///< Per corner, see sidesOf().
+  uint32_t unit_sides_[kRoom] = {};     ///< Of all corners of the unit that starts at a corner.
+  uint8_t candidate_[kLatticeCorners];  ///< Whether that unit can hold a surface.
+  EdgeSet edges_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,49 @@
+/// A set of a block's lattice edges, visited in ascending order.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "dtsdf_mapping/kernels/mesh_emit.h"
+
+namespace dtsdf {
+
+class EdgeSet {
+ public:
+  void clear() {
+    for (uint64_t& word : bits_) word = 0;
+  }
+
+  void add(int edge) { bits_[edge / kWordBits] |= uint64_t{1} << edge % kWordBits; }
+
+  /// Enters the edges that a unit's triangles have their corners on.
+  void addUnit(const UnitIndices& indices, const Vec3i& unit) {
+    for (const uint8_t index : indices.sheet) {
+      for (int k = 0; k < 3 * kMeshTables.triangle_count[index]; ++k) {
+        add(unitEdge(unit, kMeshTables.triangle_edge[index][k], index));
+      }
+    }
+  }
+
+  template <class Visit>
+  void forEach(const Visit& visit) const {
+    for (int word = 0; word < kWords; ++word) {
+      for (uint64_t rest = bits_[word]; rest != 0; rest &= rest - 1) {
+        visit(word * kWordBits + __builtin_ctzll(rest));
+      }
+    }
+  }
+
+  size_t count() const {
+    size_t edges = 0;
+    forEach([&](int) { ++edges; });
+    return edges;
+  }
+
+ private:
+  static constexpr int kWordBits = 64;
+  static constexpr int kWords = (kLatticeEdges + kWordBits - 1) / kWordBits;
+  uint64_t bits_[kWords] = {};
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,95 @@
+#include "dtsdf_mapping/map/slot_index.h"
+
+#include <algorithm>
+#include <new>
+
+namespace dtsdf {
+namespace {
+
+constexpr size_t kSmallestTable = 1024;
+
+/// Places of the old table that each insertion is done with. A new table of `size` places has room
+/// for size / 4 insertions at least, and the old one is not larger.
+constexpr size_t kPlacesPerStep = 4;
+
+}  // namespace
+
+SlotIndex::Place& SlotIndex::Table::placeOf(PackedKey key) const {
+  size_t at = homeOf(key);
+  while (places[at].mark != kEmpty && places[at].key != key) at = (at + 1) & (size - 1);
+  return places[at];
+}
+
+SlotIndex::Place* SlotIndex::Table::findLive(PackedKey key) const {
+  if (size == 0) return nullptr;
+  Place& place = placeOf(key);
+  return place.mark > 0 ? &place : nullptr;
+}
+
+SlotIndex::Table SlotIndex::makeTable(size_t size) {
+  Table table;
+  table.places.reset(static_cast<Place*>(std::calloc(size, sizeof(Place))));
+  if (table.places == nullptr) throw std::bad_alloc();
+  table.size = size;
+  return table;
+}
+
+int32_t SlotIndex::find(PackedKey key) const {
+  const Place* place = current_.findLive(key);
+  if (place == nullptr) place = old_.findLive(key);
+  return place == nullptr ? -1 : place->mark - 1;
+}
+
+void SlotIndex::put(PackedKey key, int32_t mark) {
+  Place& place = current_.placeOf(key);
+  if (place.mark == kEmpty) ++current_.used;
+  place = {key, mark};
+}
+
+void SlotIndex::insert(PackedKey key, int32_t slot) {
+  if (2 * current_.used >= current_.size) beginGrowth();
+  moveSome();
+  if (!putWhereItWillMove(key, slot + 1)) put(key, slot + 1);
+  ++size_;
+}
+
+/// While entries move, a new one whose turn is still to come goes into the old table. The new table
+/// is then written in the order in which the old one is read, so that its memory is first touched
+/// page by page, and not all over the place within a few frames.
+bool SlotIndex::putWhereItWillMove(PackedKey key, int32_t mark) {
+  if (old_.size == 0 || old_.homeOf(key) < moved_) return false;
+  Place& place = old_.placeOf(key);
+  if (static_cast<size_t>(&place - old_.places.get()) < moved_) return false;  // came round the end
+  place = {key, mark};
+  return true;
+}
+
+void SlotIndex::erase(PackedKey key) {
+  Place* place = current_.findLive(key);
+  if (place == nullptr) place = old_.findLive(key);
+  place->mark = kErased;
+  --size_;
+}
+
+void SlotIndex::beginGrowth() {
+  while (old_.size != 0) moveSome();  // a place or two at most, see kPlacesPerStep
+  size_t size = std::max(kSmallestTable, current_.size);
+  while (size < 4 * size_) size *= 2;
+  Table larger = makeTable(size);
+  old_ = std::move(current_);
+  current_ = std::move(larger);
+  moved_ = 0;
+}
+
+void SlotIndex::moveSome() {
+  const size_t end = std::min(moved_ + kPlacesPerStep, old_.size);
+  for (; moved_ < end; ++moved_) {
+    Place& place = old_.places[moved_];
+    if (place.mark <= 0) continue;
+    put(place.key, place.mark);
+    place.mark = kErased;  // so that it is not found again once it is erased from current_
+  }
+  if (moved_ == old_.size) old_ = Table();
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,110 @@
+/// benchmark: what a frame takes, from its upload to the updated mesh, stage by stage.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+
+#include "dtsdf_mapping/io/atomic_file.h"
+#include "dtsdf_mapping/io/raw_frames.h"
+#include "tools/benchmark_options.h"
+#include "tools/benchmark_report.h"
+#include "tools/flight.h"
+#include "tools/progress_bar.h"
+#include "tools/run_program.h"
+
+namespace dtsdf {
+namespace {
+
+std::vector<SourceFrame> readFrames(const BenchmarkOptions& options) {
+  const auto source = options.raw_name.empty() ? openTumSource(options)
+                                               : openRawFrames(options.raw_name, options.frames);
+  std::vector<SourceFrame> frames;
+  while (std::optional<SourceFrame> frame = source->next()) frames.push_back(std::move(*frame));
+  return frames;
+}
+
+/// Rate of large copies on one core, in GB/s, each byte read and written.
+double measureHostCopies() {
+  constexpr size_t kBytes = size_t(1) << 27;
+  const std::vector<char> from(kBytes, 1);
+  std::vector<char> to(kBytes, 2);
+  double best_s = 1e9;
+  for (int i = 0; i < 3; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    std::memcpy(to.data(), from.data(), kBytes);
+    best_s = std::min(best_s, std::chrono::duration<double>(
+                                  std::chrono::steady_clock::now() - start).count());
+  }
+  return 2.0 * kBytes / best_s / 1e9;
+}
+
+CopyRates ratesOf(const std::string& backend_name) {
+  CopyRates rates;
+  if (backend_name.rfind("cuda", 0) != 0) {
+    rates.memory_gb_s = measureHostCopies();
+    return rates;
+  }
+  const GpuReport gpu = reportGpu();
+  rates.memory_gb_s = gpu.copy_gb_s;
+  rates.upload_gb_s = gpu.upload_gb_s;
+  rates.download_gb_s = gpu.download_gb_s;
+  return rates;
+}
+
+Report measureFrames(const BenchmarkOptions& options, const MapperParams& params) {
+  const std::vector<SourceFrame> frames = readFrames(options);
+  Measurement measurement;
+  {
+    ProgressBar progress(2 * frames.size());
+    measurement = measure(frames, params, [&](size_t done) { progress.show(done); });
+  }
+  return reportMeasurement(measurement, ratesOf(measurement.backend_name));
+}
+
+Report measureFlight(const BenchmarkOptions& options, MapperParams params) {
+  constexpr double kMiB = 1024.0 * 1024.0;
+  const FlightPlan plan{static_cast<size_t>(options.grow_to_gib * 1024.0 * kMiB), options.speed_m};
+  // Room for the last frame too.
+  params.map.max_memory_mb =
+      std::max(params.map.max_memory_mb, static_cast<int>(options.grow_to_gib * 1024.0) + 1024);
+  Measurement end;
+  const size_t taken = gpuMemoryTaken();
+  const auto mapper = makeMapper(params);
+  std::vector<FrameTime> times;
+  {
+    ProgressBar progress(static_cast<size_t>(static_cast<double>(plan.map_bytes) / kMiB));
+    times = fly(*mapper, plan, [&](size_t bytes) {
+      progress.show(static_cast<size_t>(static_cast<double>(bytes) / kMiB));
+    });
+  }
+  end.backend_name = mapper->backendName();
+  end.map = mapper->stats();
+  end.memory = mapper->memory();
+  end.device_bytes = gpuMemoryTaken() - taken;
+  return reportFlight(times, end);
+}
+
+void run(const BenchmarkOptions& options) {
+  if (!options.report_path.empty()) prepareOutputFile(options.report_path);
+  const MapperParams params = readSettings(options).mapper;
+  const Report report = options.gpu_report ? reportGpuAndKernels(reportGpu())
+                        : options.flight   ? measureFlight(options, params)
+                                           : measureFrames(options, params);
+  if (!options.report_path.empty()) writeFileAtomically(options.report_path, report.json);
+  std::fputs(report.text.c_str(), stdout);
+}
+
+}  // namespace
+}  // namespace dtsdf
+
+int main(int argc, char** argv) {
+  using namespace dtsdf;
+  return runProgram("benchmark", argc, argv, [](const std::vector<std::string>& arguments) {
+    const BenchmarkOptions options = parseBenchmarkOptions(arguments);
+    if (options.help) {
+      std::fputs(benchmarkHelp().c_str(), stdout);
+    } else {
+      run(options);
+    }
+  });
+}

@@ -1,0 +1,24 @@
+/// The command line of `benchmark`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/option_list.h"
+
+namespace dtsdf {
+
+struct BenchmarkOptions : RunOptions {
+  std::string raw_name;      ///< Raw frames, as io/raw_frames.h has them.
+  bool flight = false;       ///< A synthetic flight instead of recorded frames.
+  double grow_to_gib = 1.0;  ///< Size of the map at which the flight ends.
+  double speed_m = 1.0;      ///< Way of the flight from frame to frame.
+  bool gpu_report = false;   ///< Only what the GPU is, and its kernels.
+};
+
+/// @throws UsageError that names the option.
+BenchmarkOptions parseBenchmarkOptions(const std::vector<std::string>& arguments);
+
+std::string benchmarkHelp();
+
+}  // namespace dtsdf

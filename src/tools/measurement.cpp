@@ -1,0 +1,106 @@
+#include "tools/measurement.h"
+
+#include <chrono>
+#include <stdexcept>
+
+#include "dtsdf_mapping/meshing/mesh.h"
+
+namespace dtsdf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double millisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+void integrateOrThrow(Mapper& mapper, const DepthFrame& frame) {
+  const IntegrationResult result = mapper.integrate(frame);
+  if (result.status != FrameStatus::kFused) {
+    throw std::runtime_error("a frame cannot be fused: " + result.message);
+  }
+  if (result.refused_blocks > 0) {
+    throw std::runtime_error("the map is full; raise map/max_memory_mb");
+  }
+}
+
+/// What a frame takes in all, and what the map takes in the end.
+void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                   const std::function<void(size_t)>& show_progress, Measurement& result) {
+  const size_t taken = gpuMemoryTaken();
+  const auto mapper = makeMapper(params);
+  MeshStore store(params.map.voxel_size_m);
+  for (const SourceFrame& frame : frames) {
+    result.frames.push_back(timeFrame(*mapper, frame.depth,
+                                      [&](const MeshUpdate& update) { store.apply(update); }));
+    show_progress(result.frames.size());
+  }
+  result.backend_name = mapper->backendName();
+  result.map = mapper->stats();
+  result.memory = mapper->memory();
+  result.device_bytes = gpuMemoryTaken() - taken;
+  result.triangles = store.triangleCount();
+  for (const auto& [key, mesh] : store.blocks()) {
+    result.mesh_bytes += mesh.vertices.size() * sizeof(BlockVertex) +
+                         mesh.triangles.size() * sizeof(uint16_t);
+  }
+}
+
+void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                   const std::function<void(size_t)>& show_progress, Measurement& result) {
+  const auto mapper = makeMapper(params);
+  Profile profile;
+  mapper->profileTo(&profile);
+  for (const SourceFrame& frame : frames) {
+    profile = Profile();
+    integrateOrThrow(*mapper, frame.depth);
+    mapper->updateMesh();
+    result.stages.push_back(profile);
+    show_progress(frames.size() + result.stages.size());
+  }
+  mapper->profileTo(nullptr);
+}
+
+/// As a live map works: the meshes of a frame are fetched while the next frame is fused.
+void measureOverlapped(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                       Measurement& result) {
+  const auto mapper = makeMapper(params);
+  const auto start = Clock::now();
+  for (const SourceFrame& frame : frames) {
+    integrateOrThrow(*mapper, frame.depth);
+    mapper->finishMeshUpdate();
+    mapper->beginMeshUpdate();
+  }
+  mapper->finishMeshUpdate();
+  result.overlapped_ms = millisecondsSince(start) / static_cast<double>(frames.size());
+}
+
+}  // namespace
+
+FrameTime timeFrame(Mapper& mapper, const DepthFrame& frame,
+                    const std::function<void(const MeshUpdate&)>& use) {
+  FrameTime time;
+  const auto start = Clock::now();
+  integrateOrThrow(mapper, frame);
+  time.call_ms = millisecondsSince(start);
+  mapper.beginMeshUpdate();
+  mapper.waitForMeshes();
+  time.total_ms = millisecondsSince(start);
+  const MeshUpdate update = mapper.finishMeshUpdate();
+  time.fetch_ms = millisecondsSince(start) - time.total_ms;
+  use(update);
+  time.map_bytes = mapper.stats().map_bytes;
+  return time;
+}
+
+Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                    const std::function<void(size_t)>& show_progress) {
+  if (frames.empty()) throw std::runtime_error("there are no frames to measure with");
+  Measurement result;
+  measureTotals(frames, params, show_progress, result);
+  measureStages(frames, params, show_progress, result);
+  if (result.backend_name.rfind("cuda", 0) == 0) measureOverlapped(frames, params, result);
+  return result;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,41 @@
+/// The runs of `benchmark`: what a frame takes in all, by stages, and with the fetch beside it.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "dtsdf_mapping/io/frame_source.h"
+#include "dtsdf_mapping/mapper/mapper.h"
+
+namespace dtsdf {
+
+/// Wall time of one frame, with nothing else going on.
+struct FrameTime {
+  double call_ms = 0.0;   ///< integrate() alone; on a GPU most of the work is still to come then.
+  double total_ms = 0.0;  ///< From the call until the updated mesh is made, on the device.
+  double fetch_ms = 0.0;  ///< From there until the changed meshes are handed out.
+  size_t map_bytes = 0;   ///< Of the map after the frame.
+};
+
+struct Measurement {
+  std::string backend_name;
+  std::vector<FrameTime> frames;  ///< Without a profile.
+  std::vector<Profile> stages;    ///< Of each frame, from a run of its own.
+  double overlapped_ms = 0.0;     ///< Mean per frame where a mesh is fetched beside the next frame.
+  MapStats map;
+  std::vector<MemoryPart> memory;
+  size_t device_bytes = 0;  ///< Taken from the GPU from the mapper's making to the last frame.
+  size_t mesh_bytes = 0;    ///< Of the whole mesh by blocks, on the host.
+  size_t triangles = 0;
+};
+
+/// Times one frame and the mesh update after it; the update is given to `use`.
+FrameTime timeFrame(Mapper& mapper, const DepthFrame& frame,
+                    const std::function<void(const MeshUpdate&)>& use);
+
+/// Measures with frames that lie in memory, with a mesh update after each. Each run has a map of
+/// its own. @throws std::runtime_error if a frame cannot be fused.
+Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                    const std::function<void(size_t)>& show_progress);
+
+}  // namespace dtsdf

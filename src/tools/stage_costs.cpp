@@ -1,0 +1,105 @@
+#include "tools/stage_costs.h"
+
+#include <algorithm>
+
+#include "dtsdf_mapping/kernels/depth_noise.h"
+#include "dtsdf_mapping/kernels/mesh_block.h"
+#include "dtsdf_mapping/kernels/surfel.h"
+#include "dtsdf_mapping/kernels/voxel.h"
+#include "dtsdf_mapping/map/block_table.h"
+#include "dtsdf_mapping/meshing/block_mesh.h"
+
+namespace dtsdf {
+namespace {
+
+// Operations, counted in the rules in kernels/ for the usual case.
+constexpr double kFitOperations = 60;      // of a pixel's row or column: a window of 5, 12 each
+constexpr double kGroupOperations = 10;    // of a pixel: least and most of depth and slope, twice
+constexpr double kSurfelOperations = 60;   // back-projection, normalisation, rotation, weights
+constexpr double kTouchOperations = 80;    // the line, and the one or two blocks that it meets
+constexpr double kSamplesOfSurfel = 3.5 * 4 * 1.7;  // planes in reach, corners, directions
+constexpr double kSampleOperations = 25;   // crossing, weights, distance, rounding, two sums
+constexpr double kFoldOperations = 8;      // of a voxel
+constexpr double kIndexOperations = 100;   // of a mesh unit; far more where a surface is
+constexpr double kVertexOperations = 150;
+
+constexpr double kNoiseOperations = 10;    // of a sample of a line
+// Of lines far apart, memory is read in sectors of 32 bytes.
+constexpr double kNoiseBytes = 32.0 * kNoisePoints;
+
+constexpr double kArrayBytes = BlockTable::kArrayBytes;
+constexpr double kSumsBytes = kVoxelsPerBlock * sizeof(VoxelSums);
+constexpr double kIndicesBytes = kVoxelsPerBlock * sizeof(UnitIndices);
+constexpr double kTileBytes = 1;
+constexpr double kTilePixels = kTileSide * kTileSide;
+constexpr double kPixelFits = 3 * sizeof(float);  // inverse depth, value and slope of the row
+constexpr double kTriangleBytes = 3 * sizeof(uint16_t);
+
+double meshBytes(const WorkCounts& work) {
+  return static_cast<double>(work.vertices) * sizeof(BlockVertex) +
+         static_cast<double>(work.triangles) * kTriangleBytes;
+}
+
+}  // namespace
+
+StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
+  const double pixels = static_cast<double>(work.pixels);
+  const double surfels = static_cast<double>(work.surfels);
+  const double raw = static_cast<double>(work.raw_bytes);
+  const double arrays = static_cast<double>(work.touched_arrays);
+  const double indexed = static_cast<double>(work.indexed_blocks);
+  const double meshed = static_cast<double>(work.meshed_blocks);
+  const double surfel_bytes = surfels * sizeof(Surfel);
+  switch (stage) {
+    case Stage::kCopy: return {2 * raw, 0};
+    case Stage::kUpload: return {raw, 0, true};
+    case Stage::kNoise:
+      return {std::min(raw, kNoiseBytes), kNoisePoints * kNoiseLength * kNoiseOperations};
+    case Stage::kRowFits: return {raw + pixels * kPixelFits, pixels * kFitOperations};
+    case Stage::kGroups:
+      return {pixels * (kPixelFits + kTileBytes / kTilePixels), pixels * kGroupOperations};
+    case Stage::kSurfels:  // the images are read in full: pixels around a surfel take part in it
+      return {pixels * (kPixelFits + kTileBytes / kTilePixels) + surfel_bytes,
+              surfels * (kFitOperations + kSurfelOperations)};
+    case Stage::kTouch: return {surfel_bytes, surfels * kTouchOperations};
+    case Stage::kCompare:  // entry of the frame's table, of the map's table, slot, result
+      return {static_cast<double>(work.touched_blocks) * (12 + 12 + 32 + 40), 0};
+    case Stage::kAdmit:
+      return {static_cast<double>(work.new_arrays) * kArrayBytes, 0};
+    case Stage::kCast:
+      return {surfel_bytes + arrays * kSumsBytes,
+              surfels * kSamplesOfSurfel * kSampleOperations};
+    case Stage::kFold:
+      return {arrays * (2 * kSumsBytes + 2 * kArrayBytes),
+              arrays * kVoxelsPerBlock * kFoldOperations};
+    case Stage::kFinish: return {static_cast<double>(work.touched_blocks) * (40 + 32 + 8), 0};
+    case Stage::kReach: return {static_cast<double>(work.touched_blocks) * kUnitReach * 24, 0};
+    case Stage::kIndex:
+      return {indexed * (arrays_per_block * kLatticeCorners * sizeof(Voxel) + 2 * kIndicesBytes),
+              indexed * kVoxelsPerBlock * kIndexOperations};
+    case Stage::kMake:  // the indices, those across six faces, both ends of each vertex, the mesh
+      return {meshed * kIndicesBytes * (1 + 6.0 / kBlockSide) +
+                  static_cast<double>(work.vertices) * arrays_per_block * 2 * sizeof(Voxel) +
+                  meshBytes(work),
+              static_cast<double>(work.vertices) * kVertexOperations};
+    case Stage::kFetch: return {meshBytes(work), 0, true};
+    case Stage::kHandOut: return {2 * meshBytes(work), 0};
+  }
+  return {};
+}
+
+double occupancyOnTuring(int threads, int registers, size_t shared_bytes) {
+  constexpr int kMaxThreads = 1024, kMaxRegisters = 65536, kWarp = 32;
+  constexpr int kRegisterUnit = 256;  // registers are given out to warps in these steps
+  constexpr size_t kMaxShared = 65536, kSharedUnit = 256;
+  const int warps = (threads + kWarp - 1) / kWarp;
+  const int warp_registers = (registers * kWarp + kRegisterUnit - 1) / kRegisterUnit *
+                             kRegisterUnit;
+  int blocks = std::min(kMaxThreads / threads,
+                        kMaxRegisters / std::max(1, warp_registers * warps));
+  const size_t shared = (shared_bytes + kSharedUnit - 1) / kSharedUnit * kSharedUnit;
+  if (shared > 0) blocks = std::min(blocks, static_cast<int>(kMaxShared / shared));
+  return static_cast<double>(blocks * threads) / kMaxThreads;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,64 @@
+#include "dtsdf_mapping/map/slot_index.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <unordered_map>
+#include <vector>
+
+namespace dtsdf {
+namespace {
+
+TEST(SlotIndex, KnowsNothingAtFirst) {
+  const SlotIndex index;
+  EXPECT_EQ(index.find(0), -1);
+  EXPECT_EQ(index.size(), 0u);
+}
+
+TEST(SlotIndex, FindsTheKeyWhoseBitsAreAllZero) {
+  SlotIndex index;
+  index.insert(0, 0);
+  EXPECT_EQ(index.find(0), 0);
+  index.erase(0);
+  EXPECT_EQ(index.find(0), -1);
+}
+
+void expectEqual(const SlotIndex& index, const std::unordered_map<PackedKey, int32_t>& truth,
+                 PackedKey last_key) {
+  ASSERT_EQ(index.size(), truth.size());
+  for (PackedKey key = 0; key <= last_key; ++key) {
+    const auto it = truth.find(key);
+    ASSERT_EQ(index.find(key), it == truth.end() ? -1 : it->second) << key;
+  }
+}
+
+/// Against a table of the standard library, also while entries are moving, and with more erased
+/// than kept.
+TEST(SlotIndex, FollowsInsertionsAndErasures) {
+  constexpr PackedKey kLastKey = 6000;
+  std::mt19937 random(7);
+  for (const unsigned erase_percent : {5u, 45u, 55u}) {
+    SlotIndex index;
+    std::unordered_map<PackedKey, int32_t> truth;
+    for (int step = 0; step < 60000; ++step) {
+      const PackedKey key = random() % (kLastKey + 1);
+      const bool is_there = truth.count(key) > 0;
+      ASSERT_EQ(index.find(key), is_there ? truth[key] : -1);
+      if (is_there && random() % 100 < 2 * erase_percent) {
+        index.erase(key);
+        truth.erase(key);
+      } else if (!is_there) {
+        index.insert(key, step);
+        truth[key] = step;
+      }
+      if (step % 5000 == 0) expectEqual(index, truth, kLastKey);
+    }
+    expectEqual(index, truth, kLastKey);
+    index.clear();
+    EXPECT_EQ(index.find(1), -1);
+    EXPECT_EQ(index.size(), 0u);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,177 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/benchmark_options.h"
+#include "tools/benchmark_report.h"
+#include "tools/flight.h"
+#include "tools/reconstruction_report.h"
+#include "tools/stage_costs.h"
+
+namespace dtsdf {
+namespace {
+
+std::string usageErrorOf(const std::vector<std::string>& arguments) {
+  try {
+    parseBenchmarkOptions(arguments);
+  } catch (const UsageError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(BenchmarkOptions, ReadsWhatReconstructReads) {
+  const BenchmarkOptions options = parseBenchmarkOptions(
+      {"--raw", "frames/kitchen", "--frames", "::4", "--backend", "cpu", "--threads=2", "--set",
+       "map/voxel_size_m=0.01", "mesh/colour=plain", "--report", "out.json"});
+  EXPECT_EQ(options.raw_name, "frames/kitchen");
+  EXPECT_EQ(options.frames.step, 4u);
+  EXPECT_EQ(*options.backend, "cpu");
+  EXPECT_EQ(*options.threads, 2);
+  EXPECT_EQ(options.settings.size(), 2u);
+  EXPECT_EQ(options.report_path, "out.json");
+}
+
+TEST(BenchmarkOptions, WantsOneInput) {
+  EXPECT_NE(usageErrorOf({}), "");
+  EXPECT_NE(usageErrorOf({"--flight", "--tum", "dir"}), "");
+  EXPECT_NE(usageErrorOf({"--tum", "dir", "--speed", "1"}), "");
+  EXPECT_NE(usageErrorOf({"--flight", "--grow-to-gib", "0"}), "");
+  EXPECT_EQ(usageErrorOf({"--flight", "--grow-to-gib", "0.5"}), "");
+  EXPECT_EQ(usageErrorOf({"--gpu"}), "");
+}
+
+TEST(TimeSummary, TellsTheWorst) {
+  const TimeSummary summary = summarise({3.0, 1.0, 2.0, 10.0});
+  EXPECT_EQ(summary.median, 2.5);
+  EXPECT_EQ(summary.p95, 10.0);
+  EXPECT_EQ(summary.worst, 10.0);
+}
+
+TEST(StageCosts, CountWhatMustMove) {
+  WorkCounts work;
+  work.pixels = 640 * 480;
+  work.raw_bytes = 2 * work.pixels;
+  work.touched_arrays = 10;
+  EXPECT_EQ(costOf(Stage::kUpload, work, 1.0).bytes, 614400.0);
+  EXPECT_TRUE(costOf(Stage::kUpload, work, 1.0).over_bus);
+  // Sums and voxels, both read and written: 512 * (16 + 8) * 2 bytes an array.
+  EXPECT_EQ(costOf(Stage::kFold, work, 1.0).bytes, 10 * 512 * 48.0);
+  EXPECT_FALSE(costOf(Stage::kFold, work, 1.0).over_bus);
+  for (int s = 0; s < kStageCount; ++s) {
+    const StageCost nothing = costOf(static_cast<Stage>(s), WorkCounts(), 1.0);
+    EXPECT_EQ(nothing.bytes, 0.0) << toString(static_cast<Stage>(s));
+  }
+}
+
+TEST(StageCosts, FollowSurfelsWhereTheWorkIsTheirs) {
+  WorkCounts pixels, groups;
+  pixels.pixels = pixels.surfels = groups.pixels = 640 * 480;
+  groups.surfels = pixels.surfels / 10;
+  for (const Stage stage : {Stage::kRowFits, Stage::kGroups}) {
+    EXPECT_EQ(costOf(stage, groups, 1.0).operations, costOf(stage, pixels, 1.0).operations);
+    EXPECT_EQ(costOf(stage, groups, 1.0).bytes, costOf(stage, pixels, 1.0).bytes);
+  }
+  for (const Stage stage : {Stage::kSurfels, Stage::kTouch, Stage::kCast}) {
+    EXPECT_NEAR(10 * costOf(stage, groups, 1.0).operations, costOf(stage, pixels, 1.0).operations,
+                1e-3);
+    EXPECT_LT(costOf(stage, groups, 1.0).bytes, costOf(stage, pixels, 1.0).bytes);
+  }
+}
+
+TEST(StageCosts, OccupancyOnTuring) {
+  EXPECT_EQ(occupancyOnTuring(256, 32, 0), 1.0);
+  EXPECT_EQ(occupancyOnTuring(256, 64, 0), 1.0);    // 4 x 256 x 64 = 65536
+  EXPECT_EQ(occupancyOnTuring(256, 65, 0), 0.75);   // given out in eights: 72
+  EXPECT_EQ(occupancyOnTuring(256, 128, 0), 0.5);
+  EXPECT_EQ(occupancyOnTuring(256, 32, 33000), 0.25);
+}
+
+Measurement someMeasurement() {
+  Measurement m;
+  m.backend_name = "cpu (1 thread)";
+  for (int i = 0; i < 4; ++i) {
+    FrameTime time;
+    time.total_ms = i == 0 ? 100.0 : i;
+    m.frames.push_back(time);
+    Profile profile;
+    profile.add(Stage::kFold, 2.0);
+    profile.work.touched_arrays = 10;
+    m.stages.push_back(profile);
+  }
+  m.memory = {{"voxels", MemoryKind::kMap, 10, 20}, {"hash", MemoryKind::kMap, 1, 2}};
+  return m;
+}
+
+TEST(BenchmarkReport, LeavesTheFirstFrameOut) {
+  const Report report = reportMeasurement(someMeasurement(), {10.0, 0.0, 0.0});
+  const auto json = nlohmann::json::parse(report.json);
+  EXPECT_EQ(json["first_frame_ms"], 100.0);
+  EXPECT_EQ(json["total_ms"]["median"], 2.0);
+  EXPECT_EQ(json["total_ms"]["worst"], 3.0);
+}
+
+TEST(BenchmarkReport, GivesStagesWithTheirShareOfBandwidth) {
+  const auto json = nlohmann::json::parse(
+      reportMeasurement(someMeasurement(), {10.0, 0.0, 0.0}).json);
+  ASSERT_EQ(json["stages"].size(), 1u);  // of those that took any time
+  const auto& fold = json["stages"][0];
+  EXPECT_EQ(fold["stage"], "fold");
+  const double bytes = 10 * 512 * 48.0;
+  EXPECT_EQ(fold["bytes"], bytes);
+  EXPECT_DOUBLE_EQ(fold["floor_ms"], bytes / 10e6);
+  EXPECT_DOUBLE_EQ(fold["share_of_bandwidth"], bytes / 10e6 / 2.0);
+}
+
+TEST(BenchmarkReport, AddsMemoryUpByKind) {
+  const auto memory = nlohmann::json::parse(
+      reportMeasurement(someMeasurement(), {10.0, 0.0, 0.0}).json)["memory"];
+  EXPECT_EQ(memory["map"]["used"], 11);
+  EXPECT_EQ(memory["map"]["reserved"], 22);
+}
+
+TEST(BenchmarkReport, GroupsAFlightByTheSizeOfItsMap) {
+  std::vector<FrameTime> times(5);
+  const double gib[] = {0.0, 0.2, 0.9, 1.1, 2.5};
+  for (int i = 0; i < 5; ++i) {
+    times[i].map_bytes = static_cast<size_t>(gib[i] * 1024 * 1024 * 1024);
+    times[i].total_ms = 10.0 * i;
+  }
+  const auto json = nlohmann::json::parse(reportFlight(times, someMeasurement()).json);
+  ASSERT_EQ(json["by_gib"].size(), 3u);
+  EXPECT_EQ(json["by_gib"][0]["frames"], 2);
+  EXPECT_EQ(json["by_gib"][0]["total_ms"]["median"], 15.0);
+  EXPECT_EQ(json["by_gib"][2]["gib"], 2);
+  EXPECT_EQ(json["slowest"][0]["frame"], 4);
+}
+
+TEST(Flight, DepthLeadsToTheGround) {
+  const SourceFrame frame = renderFlightFrame(3.0);
+  const DepthFrame& depth = frame.depth;
+  for (const int u : {0, 100, 320, 639}) {
+    for (const int v : {0, 240, 479}) {
+      const double z = static_cast<const uint16_t*>(depth.data)[v * depth.width + u] *
+                       static_cast<double>(depth.unit_m);
+      const Eigen::Vector3d p_C((u - depth.intrinsics.cx) / depth.intrinsics.fx * z,
+                                (v - depth.intrinsics.cy) / depth.intrinsics.fy * z, z);
+      const Eigen::Vector3d p_W = depth.T_W_C * p_C;
+      EXPECT_NEAR(p_W.z(), groundHeight(p_W.x(), p_W.y()), 1e-3);
+    }
+  }
+}
+
+TEST(Flight, GrowsTheMapToItsSize) {
+  MapperParams params;
+  params.backend = Backend::kCpu;
+  params.threads = 1;
+  params.map.voxel_size_m = 0.2f;
+  const auto mapper = makeMapper(params);
+  const FlightPlan plan{size_t(1) << 20, 2.0};
+  const std::vector<FrameTime> times = fly(*mapper, plan, [](size_t) {});
+  ASSERT_GT(times.size(), 1u);
+  EXPECT_GE(times.back().map_bytes, plan.map_bytes);
+  EXPECT_LT(times[times.size() - 2].map_bytes, plan.map_bytes);
+}
+
+}  // namespace
+}  // namespace dtsdf

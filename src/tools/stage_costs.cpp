@@ -14,7 +14,6 @@ namespace {
 
 // Operations, counted in the rules in kernels/ for the usual case.
 constexpr double kFitOperations = 60;      // of a pixel's row or column: a window of 5, 12 each
-constexpr double kNoiseOperations = 10;    // of a pixel on a line
 constexpr double kGroupOperations = 10;    // of a pixel: least and most of depth and slope, twice
 constexpr double kSurfelOperations = 60;   // back-projection, normalisation, rotation, weights
 constexpr double kTouchOperations = 80;    // the line, and the one or two blocks that it meets
@@ -24,6 +23,10 @@ constexpr double kFoldOperations = 8;      // of a voxel
 constexpr double kIndexOperations = 100;   // of a mesh unit; far more where a surface is
 constexpr double kVertexOperations = 150;
 
+constexpr double kNoiseOperations = 10;    // of a sample of a line
+// Of lines far apart, memory is read in sectors of 32 bytes.
+constexpr double kNoiseBytes = 32.0 * kNoisePoints;
+
 constexpr double kArrayBytes = BlockTable::kArrayBytes;
 constexpr double kSumsBytes = kVoxelsPerBlock * sizeof(VoxelSums);
 constexpr double kIndicesBytes = kVoxelsPerBlock * sizeof(UnitIndices);
@@ -31,11 +34,6 @@ constexpr double kTileBytes = 1;
 constexpr double kTilePixels = kTileSide * kTileSide;
 constexpr double kPixelFits = 3 * sizeof(float);  // inverse depth, value and slope of the row
 constexpr double kTriangleBytes = 3 * sizeof(uint16_t);
-
-/// Pixels that an image's noise is estimated from.
-double noisePixels(double pixels) {
-  return std::min(pixels, static_cast<double>(kNoisePoints) * kNoiseLength);
-}
 
 double meshBytes(const WorkCounts& work) {
   return static_cast<double>(work.vertices) * sizeof(BlockVertex) +
@@ -56,8 +54,7 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
     case Stage::kCopy: return {2 * raw, 0};
     case Stage::kUpload: return {raw, 0, true};
     case Stage::kNoise:
-      return {pixels > 0.0 ? raw * (noisePixels(pixels) / pixels) : 0.0,
-              noisePixels(pixels) * kNoiseOperations};
+      return {std::min(raw, kNoiseBytes), kNoisePoints * kNoiseLength * kNoiseOperations};
     case Stage::kRowFits: return {raw + pixels * kPixelFits, pixels * kFitOperations};
     case Stage::kGroups:
       return {pixels * (kPixelFits + kTileBytes / kTilePixels), pixels * kGroupOperations};

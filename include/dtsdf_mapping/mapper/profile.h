@@ -14,7 +14,7 @@ namespace dtsdf {
 enum class Stage {
   kCopy,     ///< Raw image to pinned memory (host).
   kUpload,   ///< Raw image to the device.
-  kNoise,    ///< Noise of the image.
+  kNoise,    ///< Estimate of the image's noise.
   kRowFits,  ///< Inverse depth and row fits of the normals.
   kGroups,   ///< Which pixels are one surfel.
   kSurfels,  ///< Column fits and surfels; on the CPU with noise, row fits and groups.

@@ -150,7 +150,6 @@ struct EdgeSet {
   uint32_t rank[kEdgeWords];  ///< Vertices before each word.
 
   __device__ void add(int edge) { atomicOr(&bits[edge / 32], 1u << (edge % 32)); }
-  __device__ bool contains(int edge) const { return bits[edge / 32] >> (edge % 32) & 1; }
   __device__ uint32_t vertexOf(int edge) const {
     return rank[edge / 32] + __popc(bits[edge / 32] & ((1u << (edge % 32)) - 1u));
   }
@@ -170,11 +169,13 @@ __device__ void visitTriangleEdges(const MeshTables& tables, const UnitIndices& 
 
 __device__ BlockVertex makeVertex(const LatticeArrays& arrays, int edge, bool directional) {
   const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const int only = directionOnEdge(0, axis, facing, directional);  // of an undirected map
   EdgeSamples samples = {};
-  for (int d = 0; d < (directional ? kDirectionCount : 1); ++d) {
-    const int direction = directionOnEdge(d, axis, facing, directional);
-    samples.lower[direction] = arrays.sample(lower, d);
-    samples.upper[direction] = arrays.sample(lower + latticeStride(axis), d);
+#pragma unroll  // so that the samples are in registers, and read all at once
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!directional && d != only) continue;
+    samples.lower[d] = arrays.sample(lower, directional ? d : 0);
+    samples.upper[d] = arrays.sample(lower + latticeStride(axis), directional ? d : 0);
   }
   return {vertexPosition(edge, edgeOffset(samples, axis, facing)), static_cast<uint32_t>(edge)};
 }
@@ -183,6 +184,7 @@ struct MeshBlockShared {
   LatticeArrays arrays;
   IndexNeighbourhood indices;
   EdgeSet edges;
+  uint16_t vertex_edge[kLatticeEdges];  ///< Edge of each vertex.
   MeshRecord record;
   typename Scan::TempStorage scan;
 };
@@ -215,35 +217,45 @@ __device__ uint32_t settleUnits(const MeshView& mesh, MeshBlockShared& shared,
   return triangles;
 }
 
+/// Numbers the vertices on the edges of one word of bits.
+__device__ void listEdges(int word, uint32_t rank, MeshBlockShared& shared) {
+  shared.edges.rank[word] = rank;
+  for (uint32_t bits = shared.edges.bits[word]; bits != 0; bits &= bits - 1) {
+    shared.vertex_edge[rank++] = static_cast<uint16_t>(32 * word + __ffs(bits) - 1);
+  }
+}
+
 /// Counts a block's vertices and triangles, and takes room for them; the order of the blocks in
 /// that room is free. @return this thread's first triangle in the block.
 __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles,
                              MeshBlockShared& shared) {
-  uint32_t first_triangle, triangles, rank, vertices;
-  Scan(shared.scan).ExclusiveSum(own_triangles, first_triangle, triangles);
-  __syncthreads();  // of the edges' bits, and of the scan's memory
+  constexpr uint32_t kLow = 0xffff;
+  static_assert(kLatticeEdges <= kLow && kVoxelsPerBlock * kMaxSheets * kMaxTriangles <= kLow,
+                "one scan counts both, in half a word each");
+  __syncthreads();  // of the edges' bits
   const int t = threadIdx.x;
   const uint32_t in_word = t < kEdgeWords ? __popc(shared.edges.bits[t]) : 0;
-  Scan(shared.scan).ExclusiveSum(in_word, rank, vertices);
-  if (t < kEdgeWords) shared.edges.rank[t] = rank;
-  if (t == 0) {
+  uint32_t before, total;
+  Scan(shared.scan).ExclusiveSum(in_word << 16 | own_triangles, before, total);
+  if (t == kThreads - 1) {  // of a warp without words
+    const uint32_t vertices = total >> 16, triangles = total & kLow;
     MeshRecord& record = shared.record;
     record.vertices = vertices;
     record.triangles = triangles;
     record.first_vertex = vertices == 0 ? 0 : atomicAdd(&mesh.size->vertices, vertices);
     record.first_triangle = triangles == 0 ? 0 : atomicAdd(&mesh.size->triangles, triangles);
   }
+  if (t < kEdgeWords) listEdges(t, before >> 16, shared);
   __syncthreads();
-  return first_triangle;
+  return before & kLow;
 }
 
 __device__ void writeMesh(const MeshView& mesh, const UnitIndices (&settled)[kUnitsPerThread],
                           uint32_t first_triangle, const MeshBlockShared& shared) {
   const MeshRecord& record = shared.record;
-  for (int edge = threadIdx.x; edge < kLatticeEdges; edge += blockDim.x) {
-    if (!shared.edges.contains(edge)) continue;
-    mesh.vertices[record.first_vertex + shared.edges.vertexOf(edge)] =
-        makeVertex(shared.arrays, edge, mesh.directional != 0);
+  for (uint32_t i = threadIdx.x; i < record.vertices; i += blockDim.x) {
+    mesh.vertices[record.first_vertex + i] =
+        makeVertex(shared.arrays, shared.vertex_edge[i], mesh.directional != 0);
   }
   uint16_t* corner = mesh.triangles[record.first_triangle + first_triangle].vertex;
   for (int k = 0; k < kUnitsPerThread; ++k) {
@@ -287,10 +299,8 @@ BlockMesher::BlockMesher(bool directional)
     : directional_(directional),
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
       tables_(1),
-      counters_(1),
-      size_(1),
-      pinned_counters_(1),
-      pinned_size_(1),
+      totals_(1),
+      pinned_totals_(1),
       vertices_(kFirstVertices),
       triangles_(kFirstTriangles) {
   PinnedBuffer<MeshTables> tables(1);
@@ -302,8 +312,8 @@ BlockMesher::BlockMesher(bool directional)
 MeshView BlockMesher::view() const {
   MeshView view;
   view.tables = tables_.data();
-  view.counters = counters_.data();
-  view.size = size_.data();
+  view.counters = &totals_.data()->blocks;
+  view.size = &totals_.data()->size;
   view.slots = slots_.data();
   view.records = records_.data();
   view.vertices = vertices_.data();
@@ -323,7 +333,7 @@ void BlockMesher::begin(const MapView& map, const Event& map_ready, size_t most_
       std::min<size_t>(map.slot_count, most_dirty * kUnitReach * kRegularisationReach);
   slots_.reserve(most_blocks, stream_);
   records_.reserve(most_blocks, stream_);
-  counters_.zero(stream_);
+  totals_.zero(stream_);
   ++stamp_;
   holdForProfile(stream_);
   {
@@ -347,22 +357,21 @@ void BlockMesher::indexBlocks() {
 void BlockMesher::enqueueMeshes() {
   {
     const StageSpan span(stream_, Stage::kMake);
-    size_.zero(stream_);
     makeMeshesKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(map_, view());
     DTSDF_CHECK_LAUNCH("makeMeshesKernel");
   }
-  counters_.download(pinned_counters_.data(), 1, stream_);
-  size_.download(pinned_size_.data(), 1, stream_);
+  totals_.download(pinned_totals_.data(), 1, stream_);
   stream_.record(counted_);
 }
 
 void BlockMesher::settle() {
   if (state_ != State::kBegun) return;
   counted_.wait();
-  const MeshSize size = pinned_size_[0];
+  const MeshSize size = pinned_totals_[0].size;
   if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
     vertices_.reserve(size.vertices, stream_);
     triangles_.reserve(size.triangles, stream_);
+    DTSDF_CHECK_CUDA(cudaMemsetAsync(&totals_.data()->size, 0, sizeof(MeshSize), stream_.get()));
     enqueueMeshes();
     counted_.wait();
   }
@@ -371,7 +380,7 @@ void BlockMesher::settle() {
 }
 
 void BlockMesher::fetch() {
-  const MeshSize size = pinned_size_[0];
+  const MeshSize size = pinned_totals_[0].size;
   pinned_records_.reserve(recordCount());
   pinned_vertices_.reserve(size.vertices);
   pinned_triangles_.reserve(size.triangles);
@@ -409,14 +418,14 @@ BlockMesh BlockMesher::copyBlock(const MeshRecord& record) const {
 void BlockMesher::count() const {
   Profile* profile = profileOf(stream_);
   if (profile == nullptr) return;
-  profile->work.indexed_blocks += pinned_counters_[0].reached;
+  profile->work.indexed_blocks += pinned_totals_[0].blocks.reached;
   profile->work.meshed_blocks += recordCount();
-  profile->work.vertices += pinned_size_[0].vertices;
-  profile->work.triangles += pinned_size_[0].triangles;
+  profile->work.vertices += pinned_totals_[0].size.vertices;
+  profile->work.triangles += pinned_totals_[0].size.triangles;
 }
 
 void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
-  const MeshSize size = pinned_size_[0];
+  const MeshSize size = pinned_totals_[0].size;
   parts.push_back({"vertices and triangles", MemoryKind::kMesh,
                    size.vertices * sizeof(BlockVertex) + size.triangles * sizeof(BlockTriangle),
                    vertices_.bytes() + triangles_.bytes()});

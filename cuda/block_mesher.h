@@ -22,6 +22,12 @@ struct MeshSize {
   uint32_t vertices, triangles;
 };
 
+/// All that the host has to know of an extraction.
+struct MeshTotals {
+  MeshCounters blocks;
+  MeshSize size;
+};
+
 /// Where the mesh of one block lies.
 struct MeshRecord {
   PackedKey key;
@@ -79,7 +85,9 @@ class BlockMesher {
   void enqueueMeshes();
   void count() const;
   void fetch();
-  size_t recordCount() const { return pinned_counters_[0].reached + pinned_counters_[0].adjoining; }
+  size_t recordCount() const {
+    return pinned_totals_[0].blocks.reached + pinned_totals_[0].blocks.adjoining;
+  }
   std::vector<MeshRecord> changedRecords();
   BlockMesh copyBlock(const MeshRecord& record) const;
 
@@ -91,10 +99,8 @@ class BlockMesher {
   MapView map_ = {};
   uint32_t stamp_ = 0;
   DeviceBuffer<MeshTables> tables_;
-  DeviceBuffer<MeshCounters> counters_;
-  DeviceBuffer<MeshSize> size_;
-  PinnedBuffer<MeshCounters> pinned_counters_;
-  PinnedBuffer<MeshSize> pinned_size_;
+  DeviceBuffer<MeshTotals> totals_;
+  PinnedBuffer<MeshTotals> pinned_totals_;
   DeviceBuffer<int32_t> slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;

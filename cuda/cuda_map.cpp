@@ -1,7 +1,6 @@
 #include "cuda_map.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "mapper/frame_check.h"
 #include "mapper/fusion_view.h"
@@ -41,8 +40,8 @@ IntegrationResult CudaMap::integrate(const DepthFrame& frame) {
 
 FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  stage(frame);
-  touched_.begin();
+  touched_.begin();  // before the upload, which it runs beside
+  surfels_.upload(frame, stream_);
   const RawDepth raw{frame.encoding, frame.unit_m};
   uint32_t* count = touched_.usableSurfels();
   if (params_.fusion.mode == FusionMode::kVoxelProjection) {
@@ -51,17 +50,6 @@ FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
   }
   surfels_.computeGroups(raw, view, params_, count, stream_);
   return {view, fusion_view_, surfels_.surfels(), count, surfels_.noise()};
-}
-
-/// Copies the image to pinned memory, its rows packed.
-void CudaMap::stage(const DepthFrame& frame) {
-  const StageTimer timer(clock_.profile(), Stage::kCopy);
-  const size_t row = static_cast<size_t>(frame.width) *
-                     (frame.encoding == DepthEncoding::kUint16 ? sizeof(uint16_t) : sizeof(float));
-  char* staged = static_cast<char*>(surfels_.stage(row * frame.height));
-  for (int v = 0; v < frame.height; ++v) {
-    std::memcpy(staged + v * row, static_cast<const char*>(frame.data) + v * frame.row_bytes, row);
-  }
 }
 
 void CudaMap::findTouchedBlocks(const FusionInput& input) {

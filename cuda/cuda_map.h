@@ -32,7 +32,6 @@ class CudaMap {
 
  private:
   FusionInput computeSurfels(const DepthFrame& frame);
-  void stage(const DepthFrame& frame);
   void findTouchedBlocks(const FusionInput& input);
   Admission admit();
   void fuse(const FusionInput& input, const Admission& admission);

@@ -1,6 +1,7 @@
 #include "frame_surfels.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "dtsdf_mapping/kernels/depth_noise.h"
 #include "launch.h"
@@ -13,6 +14,7 @@ namespace gpu {
 namespace {
 
 constexpr int kMaxRadius = 16;  // of fusion/normal_radius_px
+constexpr int kUploadBands = 4;
 constexpr int kTileWidth = kThreads + 2 * kMaxRadius;
 
 struct DepthImage {
@@ -161,33 +163,59 @@ dim3 rowGrid(const FrameView& view) {
   return dim3(blocksFor(view.width), std::min(view.height, kMaxGridRows));
 }
 
+size_t rowBytes(const DepthFrame& frame) {
+  return static_cast<size_t>(frame.width) *
+         (frame.encoding == DepthEncoding::kUint16 ? sizeof(uint16_t) : sizeof(float));
+}
+
 size_t tilesOf(const FrameView& view) {
   return static_cast<size_t>(tilesAlong(view.width)) * tilesAlong(view.height);
 }
 
 }  // namespace
 
-void* FrameSurfels::stage(size_t bytes) {
-  pinned_raw_.reserve(bytes);
-  raw_bytes_ = bytes;
-  return pinned_raw_.data();
+/// Copies rows of the image to pinned memory, packed.
+void FrameSurfels::copyRows(const DepthFrame& frame, int begin, int end) {
+  const size_t row = rowBytes(frame);
+  const char* from = static_cast<const char*>(frame.data);
+  if (frame.row_bytes == row) {
+    std::memcpy(pinned_raw_.data() + begin * row, from + begin * row, (end - begin) * row);
+    return;
+  }
+  for (int v = begin; v < end; ++v) {
+    std::memcpy(pinned_raw_.data() + v * row, from + v * frame.row_bytes, row);
+  }
+}
+
+/// In bands, so that each is on its way while the host copies the next. A profile tells the two
+/// apart: with it, the image is one band.
+void FrameSurfels::upload(const DepthFrame& frame, const Stream& stream) {
+  const size_t row = rowBytes(frame);
+  raw_bytes_ = row * frame.height;
+  pinned_raw_.reserve(raw_bytes_);
+  raw_.reserveExactly(raw_bytes_, stream);
+  const int bands = profileOf(stream) == nullptr ? kUploadBands : 1;
+  for (int i = 0; i < bands; ++i) {
+    const int begin = frame.height * i / bands, end = frame.height * (i + 1) / bands;
+    {
+      const StageTimer timer(profileOf(stream), Stage::kCopy);
+      copyRows(frame, begin, end);
+    }
+    holdForProfile(stream);
+    const StageSpan span(stream, Stage::kUpload);
+    raw_.uploadPart(pinned_raw_.data(), begin * row, end * row, stream);
+  }
 }
 
 void FrameSurfels::fitRows(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                            const Stream& stream) {
   const size_t pixels = static_cast<size_t>(view.width) * view.height;
-  raw_.reserveExactly(raw_bytes_, stream);
   noise_.reserveExactly(1, stream);
   inverse_depth_.reserveExactly(pixels, stream);
   row_value_.reserveExactly(pixels, stream);
   row_slope_.reserveExactly(pixels, stream);
   groups_.reserveExactly(tilesOf(view), stream);
   surfels_.reserveExactly(pixels, stream);
-  holdForProfile(stream);
-  {
-    const StageSpan span(stream, Stage::kUpload);
-    raw_.upload(pinned_raw_.data(), raw_bytes_, stream);
-  }
   const DepthImage image{raw_.data(),  raw, view.width, view.height, params.fusion.min_depth_m,
                          params.fusion.max_depth_m};
   {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dtsdf_mapping/kernels/surfel.h"
+#include "dtsdf_mapping/mapper/mapper.h"
 #include "dtsdf_mapping/mapper/mapper_params.h"
 #include "dtsdf_mapping/mapper/profile.h"
 #include "runtime/buffer.h"
@@ -18,11 +19,12 @@ struct RawDepth {
 /// The surfels of a frame; the buffers are kept from frame to frame.
 class FrameSurfels {
  public:
-  /// Pinned memory for the raw image of the next frame. The last upload must be done.
-  void* stage(size_t bytes);
+  /// Enqueues the upload of a frame's raw image, whose data is not needed any more on return. The
+  /// last upload must be done.
+  void upload(const DepthFrame& frame, const Stream& stream);
 
-  /// Enqueues the upload of what was staged and the computation of one surfel per pixel, in the
-  /// image's order. `count` (on the device, 0 before) takes the number of those with a weight.
+  /// Enqueues the computation of one surfel per pixel of what was uploaded, in the image's order.
+  /// `count` (on the device, 0 before) takes the number of those with a weight.
   void computePixels(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                      uint32_t* count, const Stream& stream);
 
@@ -43,6 +45,8 @@ class FrameSurfels {
   FitImages images() const {
     return {inverse_depth_.data(), row_value_.data(), row_slope_.data()};
   }
+
+  void copyRows(const DepthFrame& frame, int begin, int end);
 
   PinnedBuffer<unsigned char> pinned_raw_;
   DeviceBuffer<unsigned char> raw_;

@@ -10,6 +10,9 @@ namespace gpu {
 namespace {
 
 constexpr size_t kFirstCapacity = 8192;
+/// So many requests come with the counters: hardly a frame has more, and to wait again for more is
+/// dear. Fewer than the table's capacity.
+constexpr size_t kEarlyRequests = 1024;
 /// In a table that is at most half full, a longer walk means that it is overfull.
 constexpr int kMaxProbes = 1024;
 
@@ -92,7 +95,7 @@ __global__ void refreshSlotsKernel(MapView map, TouchedView touched, uint32_t co
 }  // namespace
 
 TouchedBlocks::TouchedBlocks(const Stream& stream)
-    : stream_(stream), counters_(1), pinned_counters_(1) {
+    : stream_(stream), counters_(1), pinned_counters_(1), pinned_requests_(kEarlyRequests) {
   allocate(kFirstCapacity);
 }
 
@@ -104,6 +107,7 @@ void TouchedBlocks::allocate(size_t capacity) {
   blocks_ = DeviceBuffer<TouchedBlock>(capacity);
   sum_owners_ = DeviceBuffer<uint32_t>(kDirectionCount * capacity);
   requests_ = DeviceBuffer<PackedRequest>(capacity);
+  requests_.zero(stream_);  // what no kernel has written is read back too
   capacity_ = capacity;
 }
 
@@ -120,12 +124,20 @@ TouchedView TouchedBlocks::view() const {
           counters_.data()};
 }
 
-void TouchedBlocks::begin() { counters_.zero(stream_); }
+void TouchedBlocks::begin() {
+  counters_.zero(stream_);
+  emptyTable();
+}
 
-void TouchedBlocks::mark(const FusionInput& input) {
+void TouchedBlocks::emptyTable() {
+  holdForProfile(stream_);
   const StageSpan span(stream_, Stage::kTouch);
   keys_.fill(0xff, stream_);
   directions_.zero(stream_);
+}
+
+void TouchedBlocks::mark(const FusionInput& input) {
+  const StageSpan span(stream_, Stage::kTouch);
   markTouchedBlocksKernel<<<blocksFor(input.pixels()), kThreads, 0, stream_.get()>>>(input, view());
   DTSDF_CHECK_LAUNCH("markTouchedBlocksKernel");
 }
@@ -136,6 +148,7 @@ void TouchedBlocks::compare(const FusionInput& input, const MapView& map) {
       blockOfVoxel(input.frame.origin_voxel), map, view());
   DTSDF_CHECK_LAUNCH("compareWithMapKernel");
   counters_.download(pinned_counters_.data(), 1, stream_);
+  requests_.download(pinned_requests_.data(), kEarlyRequests, stream_);
   stream_.record(counted_);
 }
 
@@ -150,6 +163,7 @@ void TouchedBlocks::grow() {
   while (capacity < pinned_counters_[0].touched) capacity *= 2;
   stream_.synchronize();
   allocate(capacity);
+  emptyTable();
   constexpr size_t kKept = offsetof(FrameCounters, usable_surfels) + sizeof(uint32_t);
   DTSDF_CHECK_CUDA(cudaMemsetAsync(reinterpret_cast<char*>(counters_.data()) + kKept, 0,
                                    sizeof(FrameCounters) - kKept, stream_.get()));
@@ -158,9 +172,11 @@ void TouchedBlocks::grow() {
 std::vector<BlockRequest> TouchedBlocks::fetchRequests() {
   const size_t count = pinned_counters_[0].requests;
   if (count == 0) return {};
-  pinned_requests_.reserve(count);
-  requests_.download(pinned_requests_.data(), count, stream_);
-  stream_.synchronize();
+  if (count > kEarlyRequests) {
+    pinned_requests_.reserve(count);
+    requests_.download(pinned_requests_.data(), count, stream_);
+    stream_.synchronize();
+  }
   std::vector<BlockRequest> requests(count);
   for (size_t i = 0; i < count; ++i) {
     requests[i] = {pinned_requests_[i].key, static_cast<uint32_t>(pinned_requests_[i].directions)};

@@ -75,7 +75,7 @@ class TouchedBlocks {
  public:
   explicit TouchedBlocks(const Stream& stream);
 
-  /// Begins a frame: zeroes the counters.
+  /// Begins a frame: zeroes the counters, empties the table.
   void begin();
   uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
 
@@ -92,7 +92,7 @@ class TouchedBlocks {
   /// that of surfels, for the steps from mark() on.
   void grow();
 
-  /// Fetches the requests; waits.
+  /// Fetches the requests; waits if they are many.
   std::vector<BlockRequest> fetchRequests();
 
   /// Enqueues a new look-up of the blocks that were missing, after an admission.
@@ -106,6 +106,7 @@ class TouchedBlocks {
 
  private:
   void allocate(size_t capacity);
+  void emptyTable();
 
   const Stream& stream_;
   Event counted_;

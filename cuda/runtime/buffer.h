@@ -119,6 +119,12 @@ class DeviceBuffer {
     DTSDF_CHECK_CUDA(cudaMemcpyAsync(data_, pinned, count * sizeof(T), cudaMemcpyHostToDevice,
                                      stream.get()));
   }
+  /// Elements `begin` to `end`, from the same place in pinned memory.
+  void uploadPart(const T* pinned, size_t begin, size_t end, const Stream& stream) {
+    if (begin == end) return;
+    DTSDF_CHECK_CUDA(cudaMemcpyAsync(data_ + begin, pinned + begin, (end - begin) * sizeof(T),
+                                     cudaMemcpyHostToDevice, stream.get()));
+  }
   void download(T* pinned, size_t count, const Stream& stream) const {
     if (count == 0) return;
     DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned, data_, count * sizeof(T), cudaMemcpyDeviceToHost,

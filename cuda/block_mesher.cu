@@ -72,8 +72,14 @@ struct SharedLattice {
 
   __device__ void collect(const LatticeArrays& arrays) {
     for (int i = threadIdx.x; i < kLatticeCorners; i += blockDim.x) {
+      Voxel sample[kDirectionCount];
+#pragma unroll  // reads all before it waits for any
       for (int d = 0; d < kDirectionCount; ++d) {
-        if (present >> d & 1) samples[d * kLatticeCorners + i] = arrays.sample(i, d);
+        if (present >> d & 1) sample[d] = arrays.sample(i, d);
+      }
+#pragma unroll
+      for (int d = 0; d < kDirectionCount; ++d) {
+        if (present >> d & 1) samples[d * kLatticeCorners + i] = sample[d];
       }
     }
   }

@@ -14,6 +14,7 @@ CudaMap::CudaMap(const MapperParams& params)
       budget_bytes_(static_cast<size_t>(params.map.max_memory_mb) << 20),
       table_(budget_bytes_),
       map_(stream_),
+      surfels_(stream_),
       touched_(stream_),
       fusion_(stream_),
       mesher_(params.map.directional) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <cub/block/block_scan.cuh>
 
 #include "dtsdf_mapping/kernels/depth_noise.h"
 #include "launch.h"
@@ -32,43 +33,56 @@ __device__ float inverseDepthAt(const DepthImage& image, int u, int v) {
   return inverseDepth(value, image.raw.unit_m, image.min_depth_m, image.max_depth_m);
 }
 
-/// Counts the variances of a frame's lines by bins, with the threads of one block.
-__device__ void countNoiseLines(const DepthImage& image, float depth_jump,
-                                    uint32_t (&bins)[kNoiseBins]) {
-  for (int i = threadIdx.x; i < kNoisePoints; i += blockDim.x) {
-    const NoisePoint at = noisePoint(i, image.width, image.height);
-    if (at.u < kNoiseRadius || at.u + kNoiseRadius >= image.width) continue;
-    float line[kNoiseLength];
-    for (int k = 0; k < kNoiseLength; ++k) {
-      line[k] = inverseDepthAt(image, at.u + k - kNoiseRadius, at.v);
-    }
-    const float variance = varianceAboutLine(line, depth_jump);
-    if (variance >= 0.0f) atomicAdd(&bins[noiseBin(variance)], 1u);
+/// Counts a line of the frame, if it lies in the image, by the bin of its variance.
+__device__ void countNoiseLine(const DepthImage& image, float depth_jump, int i, uint32_t* bins) {
+  const NoisePoint at = noisePoint(i, image.width, image.height);
+  if (at.u < kNoiseRadius || at.u + kNoiseRadius >= image.width) return;
+  float line[kNoiseLength];
+  for (int k = 0; k < kNoiseLength; ++k) {
+    line[k] = inverseDepthAt(image, at.u + k - kNoiseRadius, at.v);
+  }
+  const float variance = varianceAboutLine(line, depth_jump);
+  if (variance >= 0.0f) atomicAdd(&bins[noiseBin(variance)], 1u);
+}
+
+/// Takes the median out of the counts and leaves them zeroed, with the threads of one block.
+__device__ void takeMedian(NoiseCounts& counts, float* noise) {
+  using Scan = cub::BlockScan<uint32_t, kThreads>;
+  __shared__ typename Scan::TempStorage scan;
+  constexpr int kBinsPerThread = kNoiseBins / kThreads;
+  static_assert(kNoiseBins % kThreads == 0, "each thread has as many bins");
+  const int first_bin = threadIdx.x * kBinsPerThread;
+  uint32_t in_bin[kBinsPerThread], own = 0, before, lines;
+  for (int k = 0; k < kBinsPerThread; ++k) {
+    in_bin[k] = readShared(&counts.bins[first_bin + k]);
+    counts.bins[first_bin + k] = 0;
+    own += in_bin[k];
+  }
+  if (threadIdx.x == 0) counts.finished = 0;
+  Scan(scan).ExclusiveSum(own, before, lines);
+  if (lines < kLeastNoiseLines) {
+    if (threadIdx.x == 0) *noise = 0.0f;
+    return;
+  }
+  const uint32_t rank = medianRank(lines);
+  for (int k = 0; k < kBinsPerThread; before += in_bin[k++]) {
+    if (before <= rank && rank < before + in_bin[k]) *noise = noiseOfBin(first_bin + k);
   }
 }
 
-/// One block with a thread for each bin.
-__global__ void estimateNoiseKernel(DepthImage image, float depth_jump, float* noise) {
-  __shared__ uint32_t bins[kNoiseBins], upto[kNoiseBins];
-  const int bin = threadIdx.x;
-  bins[bin] = 0;
+/// One thread per line; the block of threads that finishes last takes the median.
+__global__ void __launch_bounds__(kThreads) estimateNoiseKernel(DepthImage image, float depth_jump,
+                                                               NoiseCounts* counts, float* noise) {
+  __shared__ bool is_last;
+  const size_t i = globalThread();
+  if (i < kNoisePoints) countNoiseLine(image, depth_jump, static_cast<int>(i), counts->bins);
+  __threadfence();
   __syncthreads();
-  countNoiseLines(image, depth_jump, bins);
+  if (threadIdx.x == 0) is_last = atomicAdd(&counts->finished, 1u) == gridDim.x - 1;
   __syncthreads();
-  upto[bin] = bins[bin];
-  __syncthreads();
-  for (int step = 1; step < kNoiseBins; step *= 2) {
-    const uint32_t lower = bin >= step ? upto[bin - step] : 0;
-    __syncthreads();
-    upto[bin] += lower;
-    __syncthreads();
-  }
-  const uint32_t lines = upto[kNoiseBins - 1], rank = medianRank(lines);
-  if (lines < kLeastNoiseLines) {
-    if (bin == 0) *noise = 0.0f;
-  } else if (upto[bin] > rank && upto[bin] - bins[bin] <= rank) {
-    *noise = noiseOfBin(bin);
-  }
+  if (!is_last) return;
+  __threadfence();
+  takeMedian(*counts, noise);
 }
 
 /// A block of threads fits a stretch of one row. The tile has a margin in which pixels outside the
@@ -174,6 +188,10 @@ size_t tilesOf(const FrameView& view) {
 
 }  // namespace
 
+FrameSurfels::FrameSurfels(const Stream& stream) : noise_(1), noise_counts_(1) {
+  noise_counts_.zero(stream);
+}
+
 /// Copies rows of the image to pinned memory, packed.
 void FrameSurfels::copyRows(const DepthFrame& frame, int begin, int end) {
   const size_t row = rowBytes(frame);
@@ -210,7 +228,6 @@ void FrameSurfels::upload(const DepthFrame& frame, const Stream& stream) {
 void FrameSurfels::fitRows(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                            const Stream& stream) {
   const size_t pixels = static_cast<size_t>(view.width) * view.height;
-  noise_.reserveExactly(1, stream);
   inverse_depth_.reserveExactly(pixels, stream);
   row_value_.reserveExactly(pixels, stream);
   row_slope_.reserveExactly(pixels, stream);
@@ -220,8 +237,8 @@ void FrameSurfels::fitRows(const RawDepth& raw, const FrameView& view, const Map
                          params.fusion.max_depth_m};
   {
     const StageSpan span(stream, Stage::kNoise);
-    estimateNoiseKernel<<<1, kNoiseBins, 0, stream.get()>>>(image, params.fusion.depth_jump,
-                                                            noise_.data());
+    estimateNoiseKernel<<<blocksFor(kNoisePoints), kThreads, 0, stream.get()>>>(
+        image, params.fusion.depth_jump, noise_counts_.data(), noise_.data());
     DTSDF_CHECK_LAUNCH("estimateNoiseKernel");
   }
   const StageSpan span(stream, Stage::kRowFits);
@@ -260,13 +277,13 @@ void FrameSurfels::computeGroups(const RawDepth& raw, const FrameView& view,
 
 void FrameSurfels::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = raw_.bytes() + inverse_depth_.bytes() + row_value_.bytes() +
-                       row_slope_.bytes() + groups_.bytes() + surfels_.bytes();
+                       row_slope_.bytes() + groups_.bytes() + surfels_.bytes() + noise_counts_.bytes();
   parts.push_back({"images and surfels", MemoryKind::kScratch, bytes, bytes});
   parts.push_back({"raw image", MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});
 }
 
 std::vector<NamedKernel> surfelKernels() {
-  return {DTSDF_NAMED_KERNEL(estimateNoiseKernel, 0, kNoiseBins),
+  return {DTSDF_NAMED_KERNEL(estimateNoiseKernel, 0),
           DTSDF_NAMED_KERNEL(fitRowsKernel, 0), DTSDF_NAMED_KERNEL(groupTilesKernel, 0),
           DTSDF_NAMED_KERNEL(computeGroupsKernel, 0), DTSDF_NAMED_KERNEL(computePixelsKernel, 0)};
 }

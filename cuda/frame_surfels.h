@@ -1,6 +1,7 @@
 /// Depth image to surfels on the device.
 #pragma once
 
+#include "dtsdf_mapping/kernels/depth_noise.h"
 #include "dtsdf_mapping/kernels/surfel.h"
 #include "dtsdf_mapping/mapper/mapper.h"
 #include "dtsdf_mapping/mapper/mapper_params.h"
@@ -16,9 +17,17 @@ struct RawDepth {
   float unit_m;
 };
 
+/// Lines of a frame by bins of their variance; all 0 between frames.
+struct NoiseCounts {
+  uint32_t bins[kNoiseBins];
+  uint32_t finished;  ///< Blocks of threads that have counted theirs.
+};
+
 /// The surfels of a frame; the buffers are kept from frame to frame.
 class FrameSurfels {
  public:
+  explicit FrameSurfels(const Stream& stream);
+
   /// Enqueues the upload of a frame's raw image, whose data is not needed any more on return. The
   /// last upload must be done.
   void upload(const DepthFrame& frame, const Stream& stream);
@@ -53,6 +62,7 @@ class FrameSurfels {
   size_t raw_bytes_ = 0;
   DeviceBuffer<float> inverse_depth_, row_value_, row_slope_;
   DeviceBuffer<float> noise_;
+  DeviceBuffer<NoiseCounts> noise_counts_;
   DeviceBuffer<uint8_t> groups_;  ///< TileGroups per tile.
   DeviceBuffer<Surfel> surfels_;
 };

@@ -309,6 +309,7 @@ BlockMesher::BlockMesher(bool directional)
       pinned_totals_(1),
       vertices_(kFirstVertices),
       triangles_(kFirstTriangles) {
+  pinned_totals_[0] = {};
   PinnedBuffer<MeshTables> tables(1);
   tables[0] = kMeshTables;
   tables_.upload(tables.data(), 1, stream_);

@@ -277,7 +277,8 @@ void FrameSurfels::computeGroups(const RawDepth& raw, const FrameView& view,
 
 void FrameSurfels::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = raw_.bytes() + inverse_depth_.bytes() + row_value_.bytes() +
-                       row_slope_.bytes() + groups_.bytes() + surfels_.bytes() + noise_counts_.bytes();
+                       row_slope_.bytes() + groups_.bytes() + surfels_.bytes() +
+                       noise_counts_.bytes();
   parts.push_back({"images and surfels", MemoryKind::kScratch, bytes, bytes});
   parts.push_back({"raw image", MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});
 }

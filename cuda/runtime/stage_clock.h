@@ -1,6 +1,7 @@
 /// Times stages on the device by events, for a profile; nothing is recorded without one.
 #pragma once
 
+#include <exception>
 #include <vector>
 
 #include "dtsdf_mapping/mapper/profile.h"
@@ -36,14 +37,18 @@ class StageClock {
   size_t used_ = 0;
 };
 
-/// Times what is enqueued on a stream during its life, if the stream has a clock with a profile.
+/// Times what is enqueued on a stream during its life, if the stream has a clock with a profile. Spans
+/// do not nest.
 class StageSpan {
  public:
   StageSpan(const Stream& stream, Stage stage) : stream_(stream) {
     if (isOn()) stream_.clock()->begin(stage, stream_.get());
   }
-  ~StageSpan() noexcept(false) {
-    if (isOn()) stream_.clock()->end(stream_.get());
+  ~StageSpan() {
+    try {
+      if (isOn()) stream_.clock()->end(stream_.get());
+    } catch (const std::exception&) {  // shows in the next call of CUDA, outside of a destructor
+    }
   }
   StageSpan(const StageSpan&) = delete;
   StageSpan& operator=(const StageSpan&) = delete;

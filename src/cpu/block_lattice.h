@@ -82,7 +82,7 @@ class BlockIndexer {
   uint32_t present_ = 0;
   float sdf_[kDirectionCount][kLatticeCorners] = {};
   float weight_[kDirectionCount][kLatticeCorners] = {};
-  uint32_t sides_[kRoom] = {};          ///< Per corner, see sidesOf().
+  uint32_t sides_[kRoom] = {};          ///< Per corner, see markSides().
   uint32_t unit_sides_[kRoom] = {};     ///< Of all corners of the unit that starts at a corner.
   uint8_t candidate_[kLatticeCorners];  ///< Whether that unit can hold a surface.
   EdgeSet edges_;

@@ -34,7 +34,7 @@ void castSurfels(const TouchedBlock& block, const BlockBins& bins, const FusionV
   };
   for (const SurfelRange& range : block.surfels) {
     for (const uint32_t* i = range.begin; i != range.end; ++i) {
-      castIntoBlock<kMostPlanes>(bins.line(*i), fusion, block.block_L, add);
+      castIntoBlock<kPlanesAtOnce>(bins.line(*i), fusion, block.block_L, add);
     }
   }
 }

@@ -42,6 +42,11 @@ GpuReport reportGpu() {
 
 size_t gpuMemoryTaken() { return cudaUnavailableReason().empty() ? cudaMemoryTaken() : 0; }
 
+size_t gpuMemoryTakenSince(size_t before) {
+  const size_t now = gpuMemoryTaken();
+  return now > before ? now - before : 0;
+}
+
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params) {
   if (params.backend == Backend::kCpu) return std::make_unique<CpuMapper>(params);
   const std::string reason = cudaUnavailableReason();

@@ -80,7 +80,7 @@ Report measureFlight(const BenchmarkOptions& options, MapperParams params) {
   end.backend_name = mapper->backendName();
   end.map = mapper->stats();
   end.memory = mapper->memory();
-  end.device_bytes = gpuMemoryTaken() - taken;
+  end.device_bytes = gpuMemoryTakenSince(taken);
   return reportFlight(times, end);
 }
 

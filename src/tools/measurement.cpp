@@ -38,7 +38,7 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
   result.backend_name = mapper->backendName();
   result.map = mapper->stats();
   result.memory = mapper->memory();
-  result.device_bytes = gpuMemoryTaken() - taken;
+  result.device_bytes = gpuMemoryTakenSince(taken);
   result.triangles = store.triangleCount();
   for (const auto& [key, mesh] : store.blocks()) {
     result.mesh_bytes += mesh.vertices.size() * sizeof(BlockVertex) +

@@ -18,7 +18,8 @@ constexpr int kNoisePoints = kNoiseColumns * kNoiseRows;
 constexpr int kNoiseRadius = 3;                       ///< Half length of a line, in pixels.
 constexpr int kNoiseLength = 2 * kNoiseRadius + 1;
 constexpr int kNoiseBins = 1 << 10;
-/// With fewer usable lines than this there is no telling: the noise counts as 0.
+/// With fewer usable lines than this there is no telling: the noise counts as 0. (In images smaller
+/// than the grid lines count as often as they come up.)
 constexpr uint32_t kLeastNoiseLines = 32;
 
 struct NoisePoint {

@@ -53,8 +53,8 @@ DTSDF_HD VoxelStrides stridesOf(int axis) {
 }
 
 /// Adds the part of a surfel that lies inside one block to the block's sums. `add(direction, voxel
-/// index, weight, sdf)` takes fixed-point values. kLanes planes are worked out at a time.
-template <int kLanes, class Add>
+/// index, weight, sdf)` takes fixed-point values. kPlanes planes are worked out at a time.
+template <int kPlanes, class Add>
 DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionView& fusion, const Vec3i& block_L,
                             Add& add) {
   const SampleLine& line = cast.line;
@@ -66,24 +66,24 @@ DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionView& fusion, cons
   const int end = line.last_plane < k0 + kBlockSide - 1 ? line.last_plane : k0 + kBlockSide - 1;
   const VoxelStrides strides = stridesOf(line.axis);
   const float sdf_scale = kSdfScale / fusion.truncation_voxels;
-  for (int plane = begin; plane <= end; plane += kLanes) {
-    PlaneSamples<kLanes> samples;
+  for (int plane = begin; plane <= end; plane += kPlanes) {
+    PlaneSamples<kPlanes> samples;
     samplePlanes(line, plane, samples);
-    int32_t sdf[4][kLanes], weight[3][4][kLanes];
+    int32_t sdf[4][kPlanes], weight[3][4][kPlanes];
     for (int corner = 0; corner < 4; ++corner) {
-      for (int i = 0; i < kLanes; ++i) {
+      for (int i = 0; i < kPlanes; ++i) {
         sdf[corner][i] = roundSdf(samples.distance[corner][i] * sdf_scale);
       }
     }
     for (int d = 0; d < cast.directions.count; ++d) {
       for (int corner = 0; corner < 4; ++corner) {
-        for (int i = 0; i < kLanes; ++i) {
+        for (int i = 0; i < kPlanes; ++i) {
           weight[d][corner][i] =
               roundWeight(samples.share[corner][i] * cast.directions.weight[d]);
         }
       }
     }
-    for (int i = 0; i < kLanes && plane + i <= end; ++i) {
+    for (int i = 0; i < kPlanes && plane + i <= end; ++i) {
       const int u = samples.u[i] - u0, v = samples.v[i] - v0;
       const int index = (plane + i - k0) * strides.k + u * strides.u + v * strides.v;
       constexpr uint32_t kLast = kBlockSide - 1;

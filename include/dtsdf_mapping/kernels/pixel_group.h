@@ -87,7 +87,8 @@ DTSDF_HD bool isGroup(const FitImages& images, int width, int height, int u, int
   }
   const float range = most - least;  // the range of z is this by least * most
   if (!(static_cast<float>(side) <= settings.width_px_m * least) ||
-      !depthsConnected(least, most, settings.depth_jump) || !(range <= settings.range_m * least * most)) {
+      !depthsConnected(least, most, settings.depth_jump) ||
+      !(range <= settings.range_m * least * most)) {
     return false;
   }
   const float radian = most / settings.focal_px;  // as a slope of 1 / z, for a frontal surface

@@ -84,8 +84,8 @@ DTSDF_HD PlaneCrossing crossPlane(const SampleLine& line, int plane) {
   return {floor_u, floor_v, u - static_cast<float>(floor_u), v - static_cast<float>(floor_v)};
 }
 
-/// The planes of a line are never more than this: it reaches 1.75 voxels to either side.
-constexpr int kMostPlanes = 4;
+/// As many planes as a line has that reaches 1.75 voxels to either side; longer ones take more rounds.
+constexpr int kPlanesAtOnce = 4;
 
 /// The samples of `kPlanes` successive planes: per plane the lower corner of the cell, per corner
 /// (number du + 2 dv) and plane the share of the weight, in [0, 1], and the point-to-plane distance

@@ -38,7 +38,7 @@ class SlotIndex {
     void operator()(Place* places) const { std::free(places); }
   };
 
-  /// Open addressing, at most half full.
+  /// Open addressing, at most half full; three quarters while its keys move to a larger one.
   struct Table {
     std::unique_ptr<Place[], Free> places;
     size_t size = 0;  ///< A power of two, or 0.

@@ -116,4 +116,7 @@ GpuReport reportGpu();
 /// Memory of the GPU that is taken at present, by whatever process. 0 without CUDA.
 size_t gpuMemoryTaken();
 
+/// How much more that is than it was; 0 where others gave back more meanwhile.
+size_t gpuMemoryTakenSince(size_t before);
+
 }  // namespace dtsdf

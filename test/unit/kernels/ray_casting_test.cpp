@@ -122,10 +122,10 @@ TEST(SampleLine, PlanesSideBySideAreThoseOneByOne) {
   std::mt19937 random(18);
   for (int i = 0; i < 2000; ++i) {
     const SampleLine line = lineOf(randomCast(random, i));
-    ASSERT_LE(line.last_plane - line.first_plane + 1, kMostPlanes);
-    PlaneSamples<kMostPlanes> all;
+    ASSERT_LE(line.last_plane - line.first_plane + 1, kPlanesAtOnce);
+    PlaneSamples<kPlanesAtOnce> all;
     samplePlanes(line, line.first_plane, all);
-    for (int k = 0; k < kMostPlanes; ++k) {
+    for (int k = 0; k < kPlanesAtOnce; ++k) {
       PlaneSamples<1> one;
       samplePlanes(line, line.first_plane + k, one);
       ASSERT_EQ(all.u[k], one.u[0]);
@@ -205,7 +205,7 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
       if (i % 2 == 0) {
         castIntoBlock<1>(whole, fusion, block, add);
       } else {
-        castIntoBlock<kMostPlanes>(whole, fusion, block, add);
+        castIntoBlock<kPlanesAtOnce>(whole, fusion, block, add);
       }
     }
     EXPECT_EQ(actual, expected);

@@ -47,12 +47,6 @@ float estimateNoise(const DepthFrame& frame, const FusionParams& params) {
   return noiseOfBin(bin);
 }
 
-/// A row with a margin in which pixels count as unmeasured, which ends a walk just as the image's
-/// border does.
-struct PaddedRow {
-  std::vector<float> values;
-};
-
 }  // namespace
 
 void FrameSurfels::fitRows(const DepthFrame& frame, const FrameView& view,
@@ -65,9 +59,11 @@ void FrameSurfels::fitRows(const DepthFrame& frame, const FrameView& view,
   noise_ = estimateNoise(frame, params.fusion);
   const NormalFitSettings settings = makeNormalFitSettings(params, view, noise_);
   const int margin = settings.radius_px;
+  // In the margin pixels count as unmeasured, which ends a walk just as the image's border does.
+  using PaddedRow = std::vector<float>;
   parallelFor<PaddedRow>(view.height, threads, [&](size_t v, PaddedRow& row) {
-    row.values.assign(width + 2 * margin, 0.0f);
-    float* values = row.values.data() + margin;
+    row.assign(width + 2 * margin, 0.0f);
+    float* values = row.data() + margin;
     for (int u = 0; u < width; ++u) {
       values[u] = inverseDepthAt(frame, params.fusion, u, static_cast<int>(v));
     }
@@ -94,16 +90,18 @@ void FrameSurfels::visitPixels(const FrameView& view, const NormalFitSettings& s
   for (int i = 0; i < count; ++i) any |= is_single(u + i);
   if (!any) return;
   const size_t first = static_cast<size_t>(v) * view.width + u;
+  if (settings.radius_px == 0) {
+    for (int i = 0; i < count; ++i) {
+      if (is_single(u + i)) emit(u + i, makePoint(view, u + i, v, inverse_depth_[first + i]));
+    }
+    return;
+  }
   StretchFit fits;
   fits.compute(count, &row_value_[first], &row_slope_[first], view.width,
                std::min(v, settings.radius_px), std::min(view.height - 1 - v, settings.radius_px),
                settings);
   for (int i = 0; i < count; ++i) {
     if (!is_single(u + i)) continue;
-    if (settings.radius_px == 0) {
-      emit(u + i, makePoint(view, u + i, v, inverse_depth_[first + i]));
-      continue;
-    }
     const bool fitted = inverse_depth_[first + i] > 0.0f && row_value_[first + i] > 0.0f;
     emit(u + i, fitted ? makePixelSurfel(view, u + i, v, inverse_depth_[first + i],
                                          columnNormal(u + i, v, fits.fit(i), view.intrinsics))

@@ -53,6 +53,14 @@ TEST(DepthNoise, GapsAndJumpsAreNoNoise) {
   EXPECT_LT(varianceAboutLine(jump.inverse_depth, kDepthJump), 0.0f);
 }
 
+/// Beyond 2 m noise rules, below the share of the depth.
+TEST(DepthNoise, NoiseAloneDisconnectsNothing) {
+  EXPECT_TRUE(depthsConnected(1.0f / 5.0f, 1.0f / 5.0f - 0.014f, kDepthJump));   // 0.38 m at 5 m
+  EXPECT_FALSE(depthsConnected(1.0f / 5.0f, 1.0f / 5.0f - 0.016f, kDepthJump));
+  EXPECT_TRUE(depthsConnected(1.0f, 0.971f, kDepthJump));
+  EXPECT_FALSE(depthsConnected(1.0f, 0.969f, kDepthJump));
+}
+
 TEST(DepthNoise, BinsKeepAnEighthOfTheDeviation) {
   for (float noise = 1e-6f; noise < 1.0f; noise *= 1.07f) {
     const int bin = noiseBin(noise * noise);

@@ -204,5 +204,27 @@ TEST(OddFrames, AnAlmostRotationIsTaken) {
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 
+/// A pixel without a measured neighbour has no normal. Projecting voxels into the undirected map needs
+/// none and counts it; everything else does need one.
+TEST(LonelyPixels, CountWhereNoNormalIsNeeded) {
+  SceneFrame frame = goodFrame();
+  for (int v = 0; v < frame.frame.height; ++v) {
+    for (int u = 0; u < frame.frame.width; ++u) {
+      if (u % 2 != 0 || v % 2 != 0) frame.depth_m[v * frame.frame.width + u] = 0.0f;
+    }
+  }
+  for (const bool directional : {false, true}) {
+    for (const FusionMode mode : {FusionMode::kVoxelProjection, FusionMode::kRayCasting,
+                                  FusionMode::kNormalRayCasting}) {
+      const auto mapper = makeMapper(makeCpuParams(mode, directional, 0.04f));
+      const bool counts = !directional && mode == FusionMode::kVoxelProjection;
+      EXPECT_EQ(mapper->integrate(frame.view()).status,
+                counts ? FrameStatus::kFused : FrameStatus::kNoMeasurement)
+          << modeName(mode, directional);
+      EXPECT_EQ(mapper->stats().blocks > 0, counts);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dtsdf

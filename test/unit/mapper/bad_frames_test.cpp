@@ -204,8 +204,8 @@ TEST(OddFrames, AnAlmostRotationIsTaken) {
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 
-/// A pixel without a measured neighbour has no normal. Projecting voxels into the undirected map needs
-/// none and counts it; everything else does need one.
+/// A pixel without a measured neighbour has no normal. Projecting voxels into the undirected map
+/// takes none, so it counts there and nowhere else.
 TEST(LonelyPixels, CountWhereNoNormalIsNeeded) {
   SceneFrame frame = goodFrame();
   for (int v = 0; v < frame.frame.height; ++v) {

@@ -24,7 +24,7 @@ CudaMap::CudaMap(const MapperParams& params)
 
 IntegrationResult CudaMap::integrate(const DepthFrame& frame) {
   IntegrationResult result;
-  const FusionInput input = computeSurfels(frame);
+  FusionInput input = computeSurfels(frame);
   findTouchedBlocks(input);
   if (counters_.usable_surfels == 0) {
     result.status = FrameStatus::kNoMeasurement;
@@ -47,19 +47,27 @@ FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
   uint32_t* count = touched_.usableSurfels();
   if (params_.fusion.mode == FusionMode::kVoxelProjection) {
     surfels_.computePixels(raw, view, params_, count, stream_);
-    return {view, fusion_view_, surfels_.surfels(), nullptr, surfels_.noise()};
+    return {view, fusion_view_, surfels_.surfels(), surfels_.room(), nullptr, surfels_.noise()};
   }
   surfels_.computeGroups(raw, view, params_, count, stream_);
-  return {view, fusion_view_, surfels_.surfels(), count, surfels_.noise()};
+  return {view, fusion_view_, surfels_.surfels(), surfels_.room(), count, surfels_.noise()};
 }
 
-void CudaMap::findTouchedBlocks(const FusionInput& input) {
+void CudaMap::findTouchedBlocks(FusionInput& input) {
   touched_.mark(input);
   recycleEmpty();  // of the frame before, whose last kernels may have run until now
   touched_.compare(input, map_.view());
   counters_ = touched_.waitForCounters();
-  while (counters_.table_full) {
-    touched_.grow();
+  while (counters_.table_full || counters_.usable_surfels > input.room) {
+    if (counters_.usable_surfels > input.room) {
+      touched_.begin();
+      surfels_.makeRoom(counters_.usable_surfels, input.frame, params_, touched_.usableSurfels(),
+                        stream_);
+      input.surfels = surfels_.surfels();
+      input.room = surfels_.room();
+    } else {
+      touched_.grow();
+    }
     touched_.mark(input);
     touched_.compare(input, map_.view());
     counters_ = touched_.waitForCounters();

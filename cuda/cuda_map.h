@@ -32,7 +32,7 @@ class CudaMap {
 
  private:
   FusionInput computeSurfels(const DepthFrame& frame);
-  void findTouchedBlocks(const FusionInput& input);
+  void findTouchedBlocks(FusionInput& input);
   Admission admit();
   void fuse(const FusionInput& input, const Admission& admission);
   void recycleEmpty();

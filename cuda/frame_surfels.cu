@@ -14,9 +14,8 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-constexpr int kMaxRadius = 16;  // of fusion/normal_radius_px
 constexpr int kUploadBands = 4;
-constexpr int kTileWidth = kThreads + 2 * kMaxRadius;
+constexpr int kTileWidth = kThreads + 2 * kMaxNormalRadius_px;
 
 struct DepthImage {
   const void* data;
@@ -95,14 +94,14 @@ __global__ void fitRowsKernel(DepthImage image, NormalFitSettings settings, cons
   const int first_u = blockIdx.x * blockDim.x, u = first_u + threadIdx.x;
   for (int v = blockIdx.y; v < image.height; v += gridDim.y) {
     for (int i = threadIdx.x; i < kTileWidth; i += blockDim.x) {
-      const int tile_u = first_u + i - kMaxRadius;
+      const int tile_u = first_u + i - kMaxNormalRadius_px;
       tile[i] = tile_u >= 0 && tile_u < image.width ? inverseDepthAt(image, tile_u, v) : 0.0f;
     }
     __syncthreads();
     if (u < image.width) {
       const int64_t at = static_cast<int64_t>(v) * image.width + u;
-      const RowFit fit = fitRow(tile, kTileWidth, threadIdx.x + kMaxRadius, 0, settings);
-      inverse_depth[at] = tile[threadIdx.x + kMaxRadius];
+      const RowFit fit = fitRow(tile, kTileWidth, threadIdx.x + kMaxNormalRadius_px, 0, settings);
+      inverse_depth[at] = tile[threadIdx.x + kMaxNormalRadius_px];
       row_value[at] = fit.value;
       row_slope[at] = fit.slope;
     }
@@ -136,33 +135,53 @@ __global__ void computePixelsKernel(FrameView frame, NormalFitSettings settings,
   if (found > 0) atomicAdd(count, static_cast<uint32_t>(found));
 }
 
+/// A list of surfels that may find no room in it; `count` takes how many there are.
+struct SurfelList {
+  Surfel* surfels;
+  uint32_t room;
+  uint32_t* count;
+};
+
 /// Appends `surfel` of those lanes of a full warp where it has a weight, with one atomic.
-__device__ void append(const Surfel& surfel, Surfel* surfels, uint32_t* count) {
+__device__ void append(const Surfel& surfel, const SurfelList& list) {
   constexpr uint32_t kAllLanes = 0xffffffffu;
   const bool has_weight = surfel.weight > 0.0f;
   const uint32_t lanes = __ballot_sync(kAllLanes, has_weight);
   if (lanes == 0) return;
   const int lane = threadIdx.x % 32;
   uint32_t first = 0;
-  if (lane == 0) first = atomicAdd(count, static_cast<uint32_t>(__popc(lanes)));
+  if (lane == 0) first = atomicAdd(list.count, static_cast<uint32_t>(__popc(lanes)));
   first = __shfl_sync(kAllLanes, first, 0);
-  if (has_weight) surfels[first + __popc(lanes & ((1u << lane) - 1u))] = surfel;
+  const uint32_t at = first + __popc(lanes & ((1u << lane) - 1u));
+  if (has_weight && at < list.room) list.surfels[at] = surfel;
 }
 
-/// One surfel per group, without gaps; their order does not matter, since sums are integers.
+/// One surfel per group, pixel, or part of a pixel, without gaps; their order does not matter, since
+/// sums are integers.
 __global__ void computeGroupsKernel(FrameView frame, NormalFitSettings settings, const float* noise,
-                                    FitImages images, const uint8_t* groups, Surfel* surfels,
-                                    uint32_t* count) {
+                                    FitImages images, const uint8_t* groups, SurfelList list) {
+  constexpr uint32_t kAllLanes = 0xffffffffu;
   settings.noise = *noise;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; v < frame.height; v += gridDim.y) {
     Surfel surfel = noSurfel();
+    PixelMeasurement pixel{};
     if (u < frame.width) {
       const size_t tile =
           static_cast<size_t>(v / kTileSide) * tilesAlong(frame.width) + u / kTileSide;
-      surfel = computeLeadSurfel(frame, images, groups[tile], u, v, settings);
+      const int side = groupSide(groups[tile], u, v);
+      if (side > 1) surfel = computeGroupSurfel(frame, images, u, v, side, settings);
+      if (side == 1) {
+        const LineFit column = fitColumn(images, frame.width, frame.height, u, v, settings);
+        pixel = dividedPixel(frame, images, u, v, column, settings);
+        surfel = makePartSurfel(frame, images, pixel, 0);
+      }
     }
-    append(surfel, surfels, count);
+    append(surfel, list);
+    const int parts = partCount(pixel.parts);
+    for (int part = 1; __any_sync(kAllLanes, part < parts); ++part) {
+      append(part < parts ? makePartSurfel(frame, images, pixel, part) : noSurfel(), list);
+    }
   }
 }
 
@@ -268,10 +287,21 @@ void FrameSurfels::computeGroups(const RawDepth& raw, const FrameView& view,
         view, makeGroupSettings(params, view), images(), groups_.data());
     DTSDF_CHECK_LAUNCH("groupTilesKernel");
   }
+  listSurfels(view, params, count, stream);
+}
+
+void FrameSurfels::makeRoom(uint32_t surfels, const FrameView& view, const MapperParams& params,
+                            uint32_t* count, const Stream& stream) {
+  surfels_.reserve(surfels, stream);
+  listSurfels(view, params, count, stream);
+}
+
+void FrameSurfels::listSurfels(const FrameView& view, const MapperParams& params, uint32_t* count,
+                               const Stream& stream) {
   const StageSpan span(stream, Stage::kSurfels);
+  const SurfelList list{surfels_.data(), room(), count};
   computeGroupsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
-      view, normalFitSettings(params, view), noise_.data(), images(), groups_.data(),
-      surfels_.data(), count);
+      view, normalFitSettings(params, view), noise_.data(), images(), groups_.data(), list);
   DTSDF_CHECK_LAUNCH("computeGroupsKernel");
 }
 

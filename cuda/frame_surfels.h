@@ -37,11 +37,17 @@ class FrameSurfels {
   void computePixels(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                      uint32_t* count, const Stream& stream);
 
-  /// The same for one surfel per group of pixels: those with a weight, without gaps.
+  /// The same for one surfel per group, pixel, or part of a pixel: those with a weight, without gaps.
+  /// If `count` comes out above room(), those beyond are missing.
   void computeGroups(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                      uint32_t* count, const Stream& stream);
 
+  /// Makes room for more surfels of the same frame, and enqueues their computation once more.
+  void makeRoom(uint32_t surfels, const FrameView& view, const MapperParams& params,
+                uint32_t* count, const Stream& stream);
+
   const Surfel* surfels() const { return surfels_.data(); }
+  uint32_t room() const { return static_cast<uint32_t>(surfels_.capacity()); }
   size_t rawBytes() const { return raw_bytes_; }
   void addMemory(std::vector<MemoryPart>& parts) const;
 
@@ -51,6 +57,8 @@ class FrameSurfels {
  private:
   void fitRows(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                const Stream& stream);
+  void listSurfels(const FrameView& view, const MapperParams& params, uint32_t* count,
+                   const Stream& stream);
   FitImages images() const {
     return {inverse_depth_.data(), row_value_.data(), row_slope_.data()};
   }

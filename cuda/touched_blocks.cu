@@ -40,10 +40,10 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
   touched.counters->table_full = 1;
 }
 
-/// One thread per pixel, for as many surfels as there are.
+/// One thread per surfel that there is room for, for as many as there are.
 __global__ void markTouchedBlocksKernel(FusionInput input, TouchedView touched) {
   const size_t i = globalThread();
-  if (i >= (input.count == nullptr ? input.pixels() : *input.count)) return;
+  if (i >= input.surfelCount()) return;
   const Surfel surfel = input.surfels[i];
   if (!(surfel.weight > 0.0f) || readShared(&touched.counters->table_full)) return;
   const uint32_t directions =
@@ -138,7 +138,7 @@ void TouchedBlocks::emptyTable() {
 
 void TouchedBlocks::mark(const FusionInput& input) {
   const StageSpan span(stream_, Stage::kTouch);
-  markTouchedBlocksKernel<<<blocksFor(input.pixels()), kThreads, 0, stream_.get()>>>(input, view());
+  markTouchedBlocksKernel<<<blocksFor(input.room), kThreads, 0, stream_.get()>>>(input, view());
   DTSDF_CHECK_LAUNCH("markTouchedBlocksKernel");
 }
 

@@ -55,6 +55,7 @@ struct FusionInput {
   FrameView frame;
   FusionView fusion;
   const Surfel* surfels;
+  uint32_t room;  ///< Surfels that are there at most.
   /// Number of surfels, on the device; null: one per pixel, some without a weight.
   const uint32_t* count;
   /// Standard deviation of the frame's inverse depth in 1/m, on the device.
@@ -64,6 +65,12 @@ struct FusionInput {
     FusionView of_frame = fusion;
     of_frame.noise = *noise;
     return of_frame;
+  }
+
+  /// Surfels to be looked at.
+  DTSDF_HD size_t surfelCount() const {
+    if (count == nullptr) return pixels();
+    return *count < room ? *count : room;
   }
 
   DTSDF_HD size_t pixels() const {

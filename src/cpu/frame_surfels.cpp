@@ -81,31 +81,21 @@ void FrameSurfels::fitRows(const DepthFrame& frame, const FrameView& view,
   });
 }
 
-/// Calls emit(surfel) for the single pixels among those from (u, v) on, with or without a weight.
-template <class IsSingle, class Emit>
-void FrameSurfels::visitPixels(const FrameView& view, const NormalFitSettings& settings, int u,
-                               int v, const IsSingle& is_single, const Emit& emit) const {
+/// Calls visit(u, fit along the column) for those pixels of a stretch of row v that are wanted.
+template <class IsWanted, class Visit>
+void FrameSurfels::visitColumnFits(const FrameView& view, const NormalFitSettings& settings, int u,
+                                   int v, const IsWanted& is_wanted, const Visit& visit) const {
   const int count = std::min(kStretch, view.width - u);
   bool any = false;
-  for (int i = 0; i < count; ++i) any |= is_single(u + i);
+  for (int i = 0; i < count; ++i) any |= is_wanted(u + i);
   if (!any) return;
   const size_t first = static_cast<size_t>(v) * view.width + u;
-  if (settings.radius_px == 0) {
-    for (int i = 0; i < count; ++i) {
-      if (is_single(u + i)) emit(u + i, makePoint(view, u + i, v, inverse_depth_[first + i]));
-    }
-    return;
-  }
   StretchFit fits;
   fits.compute(count, &row_value_[first], &row_slope_[first], view.width,
                std::min(v, settings.radius_px), std::min(view.height - 1 - v, settings.radius_px),
                settings);
   for (int i = 0; i < count; ++i) {
-    if (!is_single(u + i)) continue;
-    const bool fitted = inverse_depth_[first + i] > 0.0f && row_value_[first + i] > 0.0f;
-    emit(u + i, fitted ? makePixelSurfel(view, u + i, v, inverse_depth_[first + i],
-                                         columnNormal(u + i, v, fits.fit(i), view.intrinsics))
-                       : noSurfel());
+    if (is_wanted(u + i)) visit(u + i, fits.fit(i));
   }
 }
 
@@ -116,14 +106,24 @@ size_t FrameSurfels::computePixels(const DepthFrame& frame, const FrameView& vie
   const NormalFitSettings settings = makeNormalFitSettings(params, view, noise_);
   std::vector<size_t> counts(view.height, 0);
   struct NoScratch {};
-  parallelFor<NoScratch>(view.height, threads, [&](size_t v, NoScratch&) {
-    const auto everywhere = [](int) { return true; };
+  parallelFor<NoScratch>(view.height, threads, [&](size_t row, NoScratch&) {
+    const int v = static_cast<int>(row);
     const auto store = [&](int u, const Surfel& surfel) {
-      surfels_[v * view.width + u] = surfel;
-      counts[v] += surfel.weight > 0.0f;
+      surfels_[row * view.width + u] = surfel;
+      counts[row] += surfel.weight > 0.0f;
     };
-    for (int u = 0; u < view.width; u += kStretch) {
-      visitPixels(view, settings, u, static_cast<int>(v), everywhere, store);
+    if (settings.radius_px == 0) {
+      for (int u = 0; u < view.width; ++u) {
+        store(u, makePoint(view, u, v, inverse_depth_[row * view.width + u]));
+      }
+      return;
+    }
+    const auto everywhere = [](int) { return true; };
+    for (int first = 0; first < view.width; first += kStretch) {
+      visitColumnFits(view, settings, first, v, everywhere, [&](int u, const LineFit& column) {
+        const PixelMeasurement pixel = wholePixel(view, images(), u, v, column, settings);
+        store(u, makePartSurfel(view, images(), pixel, 0));
+      });
     }
   });
   return std::accumulate(counts.begin(), counts.end(), size_t{0});
@@ -162,18 +162,23 @@ void FrameSurfels::computeTiles(const FrameView& view, const MapperParams& param
     tiles[i] = groupTile(images(), view.width, view.height, static_cast<int>(i) * kTileSide,
                          first_v, groups);
   }
-  const auto keep = [&](int, const Surfel& surfel) {
+  const auto keep = [&](const Surfel& surfel) {
     if (surfel.weight > 0.0f) surfels.push_back(surfel);
   };
   for (int v = first_v; v < std::min(first_v + kTileSide, view.height); ++v) {
     const auto sideAt = [&](int u) { return groupSide(tiles[u / kTileSide], u, v); };
     const auto isSingle = [&](int u) { return sideAt(u) == 1; };
+    const auto keepParts = [&](int u, const LineFit& column) {
+      const PixelMeasurement pixel = dividedPixel(view, images(), u, v, column, settings);
+      const int parts = partCount(pixel.parts);
+      for (int i = 0; i < parts; ++i) keep(makePartSurfel(view, images(), pixel, i));
+    };
     for (int u = 0; u < view.width; u += kStretch) {
-      visitPixels(view, settings, u, v, isSingle, keep);
+      visitColumnFits(view, settings, u, v, isSingle, keepParts);
     }
     for (int u = 0; u < view.width; u += kQuadSide) {
       const int side = sideAt(u);
-      if (side > 1) keep(u, computeGroupSurfel(view, images(), u, v, side, settings));
+      if (side > 1) keep(computeGroupSurfel(view, images(), u, v, side, settings));
     }
   }
 }

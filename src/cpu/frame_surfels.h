@@ -16,8 +16,8 @@ class FrameSurfels {
   size_t computePixels(const DepthFrame& frame, const FrameView& view, const MapperParams& params,
                        int threads);
 
-  /// One surfel per group of pixels, for casting: those with a weight, in no order that matters.
-  /// @return their number.
+  /// One surfel per group, pixel, or part of a pixel, for casting: those with a weight, in no order
+  /// that matters. @return their number.
   size_t computeGroups(const DepthFrame& frame, const FrameView& view, const MapperParams& params,
                        int threads);
 
@@ -30,9 +30,9 @@ class FrameSurfels {
  private:
   void fitRows(const DepthFrame& frame, const FrameView& view, const MapperParams& params,
                int threads);
-  template <class IsSingle, class Emit>
-  void visitPixels(const FrameView& view, const NormalFitSettings& settings, int u, int v,
-                   const IsSingle& is_single, const Emit& emit) const;
+  template <class IsWanted, class Visit>
+  void visitColumnFits(const FrameView& view, const NormalFitSettings& settings, int u, int v,
+                       const IsWanted& is_wanted, const Visit& visit) const;
   /// Appends the surfels of the tiles whose first row is `first_v`.
   void computeTiles(const FrameView& view, const MapperParams& params, int first_v,
                     std::vector<TileGroups>& tiles, std::vector<Surfel>& surfels) const;

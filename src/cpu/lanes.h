@@ -83,7 +83,7 @@ inline bool any(const LaneInts& mask) {
   return (halves[0] | halves[1]) != 0;
 }
 
-inline LaneFloats larger(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }
+inline LaneFloats greater(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }
 inline LaneFloats magnitude(const LaneFloats& a) {
   return floatsOf(bitsOf(a) & LaneInts(0x7fffffff));
 }

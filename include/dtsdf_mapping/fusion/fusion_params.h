@@ -12,6 +12,8 @@ enum class FusionMode {
   kNormalRayCasting,  ///< Samples along the surface normal, point-to-plane distance.
 };
 
+constexpr int kMaxNormalRadius_px = 16;
+
 struct FusionParams {
   FusionMode mode = FusionMode::kNormalRayCasting;  ///< How a frame is fused.
   float min_depth_m = 0.1f;    ///< Nearer measurements are ignored.
@@ -29,7 +31,7 @@ void visitParams(FusionParams& p, Visitor& visit) {
                               {"normal_ray_casting", FusionMode::kNormalRayCasting}});
   visit("fusion/min_depth_m", p.min_depth_m, Range{0.01, 100.0});
   visit("fusion/max_depth_m", p.max_depth_m, Range{0.01, 100.0});
-  visit("fusion/normal_radius_px", p.normal_radius_px, Range{1, 16});
+  visit("fusion/normal_radius_px", p.normal_radius_px, Range{1, kMaxNormalRadius_px});
   visit("fusion/depth_jump", p.depth_jump, Range{0.001, 1.0});
   visit("fusion/max_weight", p.max_weight, Range{1.0, 1.0e9});
 }

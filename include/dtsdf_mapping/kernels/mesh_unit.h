@@ -56,7 +56,7 @@ DTSDF_HD typename Samples::Real greatestWeight(const Samples& samples) {
   typename Samples::Real greatest{0.0f};
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!samples.isObserved(d)) continue;
-    for (int c = 0; c < kCubeCorners; ++c) greatest = larger(greatest, samples.weight(d, c));
+    for (int c = 0; c < kCubeCorners; ++c) greatest = greater(greatest, samples.weight(d, c));
   }
   return greatest;
 }
@@ -409,7 +409,7 @@ DTSDF_HD float edgeOffset(const Edge& edge, int axis, int facing) {
     sum_weight += weight;
   }
   const float offset = sum_weight > 0.0f ? sum / sum_weight : votedOffset(edge, axis, facing);
-  return smaller(larger(offset, kVertexMargin), 1.0f - kVertexMargin);
+  return lesser(greater(offset, kVertexMargin), 1.0f - kVertexMargin);
 }
 
 }  // namespace dtsdf

@@ -7,11 +7,21 @@
 /// plane without bias, and the noise of triangulating sensors is uniform in this quantity. The
 /// least-squares fit over a rectangle separates into a fit along the row and one along the column.
 /// Each walk ends where neighbouring depths jump, so that nothing is mixed across a discontinuity.
+///
+/// In a strip that is a single pixel wide only one of the two fits is there: a rod, a wire, or what
+/// shows through a slit. If that line is long enough, the strip counts as facing the camera across it.
 #pragma once
 
 #include "dtsdf_mapping/kernels/camera.h"
 
 namespace dtsdf {
+
+/// The images that surfels are made from, row by row without gaps.
+struct FitImages {
+  const float* inverse_depth;  ///< In 1/m, 0 where nothing is measured.
+  const float* row_value;      ///< Of the row fits.
+  const float* row_slope;
+};
 
 struct NormalFitSettings {
   int32_t radius_px;  ///< Largest half width of the window; 0 where no normals are needed.
@@ -142,28 +152,77 @@ DTSDF_HD Vec3f planeNormal(float u, float v, float value, float du, float dv,
   return (1.0f / length) * n;
 }
 
-/// The normal of a pixel from the fit along its column.
-DTSDF_HD Vec3f columnNormal(int u, int v, const LineFit& fit, const Intrinsics& K) {
-  if (fit.count < 2) return {0.0f, 0.0f, 0.0f};
-  return planeNormal(static_cast<float>(u), static_cast<float>(v), fit.value, fit.mean_attached,
-                     fit.slope, K);
-}
+/// The plane that stands for the surface at a pixel.
+struct PixelPlane {
+  Vec3f normal_C;          ///< Unit, facing the camera; zero: there is none.
+  float slope_u, slope_v;  ///< Of its inverse depth, per pixel.
+  float trust;             ///< Share of the weight that it deserves.
+};
 
-/// Unit normal in the camera frame, facing the camera; zero where none can be fitted.
-DTSDF_HD Vec3f fitNormal(const float* row_value, const float* row_slope, int width, int height,
-                         int u, int v, const Intrinsics& K, const NormalFitSettings& settings) {
+/// The fit along a pixel's column, through the values of the row fits; count 0 if it has none.
+DTSDF_HD LineFit fitColumn(const FitImages& images, int width, int height, int u, int v,
+                           const NormalFitSettings& settings) {
   const int64_t centre = static_cast<int64_t>(v) * width + u;
-  if (!(row_value[centre] > 0.0f)) return {0.0f, 0.0f, 0.0f};
-  const int radius = windowRadius(row_value[centre], settings);
+  if (!(images.row_value[centre] > 0.0f)) return {0.0f, 0.0f, 0.0f, 0};
+  const int radius = windowRadius(images.row_value[centre], settings);
   const int before = v < radius ? v : radius;
   const int after = height - 1 - v < radius ? height - 1 - v : radius;
-  const LineFit fit = fitLine(row_value, row_value, row_slope, centre, width, before, after,
-                              settings.depth_jump);
-  return columnNormal(u, v, fit, K);
+  return fitLine(images.row_value, images.row_value, images.row_slope, centre, width, before, after,
+                 settings.depth_jump);
 }
 
-/// The same at the point between the four pixels from (u, v) to (u + 1, v + 1): along the column
-/// between the two that the pixels lie on, whose row fits are averaged.
+/// A normal that rests on a single line of pixels needs this many of them, and counts for so much:
+/// enough where nothing else was measured, too little to disturb what was.
+constexpr int kLeastLine = 3;
+constexpr float kLineTrust = 0.05f;
+
+/// Whether a pixel is measured in front of the two beside it, or behind both, as through a slit. In
+/// between lie pixels that mix the two sides of a step, and rows of a floor that is seen at too flat
+/// an angle; beside pixels without a measurement (0) there is no telling.
+DTSDF_HD bool standsAlone(float before, float inverse_depth, float after) {
+  return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
+}
+
+/// The plane of a strip one pixel wide, along the row or down the column; across it, it faces the
+/// camera.
+DTSDF_HD PixelPlane stripPlane(const FitImages& images, int width, int height, int u, int v,
+                               bool along_row, const Intrinsics& K,
+                               const NormalFitSettings& settings) {
+  const int64_t centre = static_cast<int64_t>(v) * width + u;
+  const int radius = windowRadius(images.inverse_depth[centre], settings);
+  const int at = along_row ? u : v, last = (along_row ? width : height) - 1;
+  const int before = at < radius ? at : radius;
+  const int after = last - at < radius ? last - at : radius;
+  const float* values = images.inverse_depth;
+  const LineFit fit = fitLine(values, values, values, centre, along_row ? 1 : width, before, after,
+                              settings.depth_jump);
+  const int across = along_row ? v : u, last_across = (along_row ? height : width) - 1;
+  const int64_t step = along_row ? width : 1;
+  const float beside[2] = {across > 0 ? values[centre - step] : 0.0f,
+                           across < last_across ? values[centre + step] : 0.0f};
+  if (fit.count < kLeastLine || !standsAlone(beside[0], values[centre], beside[1])) {
+    return {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f};
+  }
+  const float slope_u = along_row ? fit.slope : 0.0f, slope_v = along_row ? 0.0f : fit.slope;
+  return {planeNormal(static_cast<float>(u), static_cast<float>(v), fit.value, slope_u, slope_v, K),
+          slope_u, slope_v, kLineTrust};
+}
+
+/// The plane at a measured pixel, given the fit along its column.
+DTSDF_HD PixelPlane pixelPlane(const FitImages& images, int width, int height, int u, int v,
+                               const LineFit& column, const Intrinsics& K,
+                               const NormalFitSettings& settings) {
+  const bool has_row = images.row_value[static_cast<int64_t>(v) * width + u] > 0.0f;
+  if (!has_row || column.count < 2) {
+    return stripPlane(images, width, height, u, v, has_row, K, settings);
+  }
+  return {planeNormal(static_cast<float>(u), static_cast<float>(v), column.value,
+                      column.mean_attached, column.slope, K),
+          column.mean_attached, column.slope, 1.0f};
+}
+
+/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1): along the column
+/// between the two that the pixels lie on, whose row fits are averaged. Zero where there is none.
 DTSDF_HD Vec3f fitNormalBetween(const float* row_value, const float* row_slope, int width,
                                 int height, int u, int v, const Intrinsics& K,
                                 const NormalFitSettings& settings) {

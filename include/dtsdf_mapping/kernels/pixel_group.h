@@ -16,13 +16,6 @@ constexpr int kQuadSide = 2;
 /// Tiles along a side of the image; the last may reach beyond it.
 DTSDF_HD int tilesAlong(int pixels) { return (pixels + kTileSide - 1) / kTileSide; }
 
-/// The images that surfels are made from, row by row without gaps.
-struct FitImages {
-  const float* inverse_depth;  ///< In 1/m, 0 where nothing is measured.
-  const float* row_value;      ///< Of the row fits.
-  const float* row_slope;
-};
-
 struct GroupSettings {
   float depth_jump;   ///< Largest share by which depths on one surface may differ.
   float focal_px;

@@ -5,15 +5,13 @@
 #include <cmath>
 #include <cstdint>
 
-#include "dtsdf_mapping/kernels/host_device.h"
+#include "dtsdf_mapping/kernels/vec.h"
 
 namespace dtsdf {
 
 DTSDF_HD float select(bool condition, float yes, float no) { return condition ? yes : no; }
 DTSDF_HD int32_t select(bool condition, int32_t yes, int32_t no) { return condition ? yes : no; }
 DTSDF_HD bool any(bool condition) { return condition; }
-DTSDF_HD float larger(float a, float b) { return a > b ? a : b; }
-DTSDF_HD float smaller(float a, float b) { return a < b ? a : b; }
 DTSDF_HD float magnitude(float a) { return fabsf(a); }
 DTSDF_HD float squareRoot(float a) { return sqrtf(a); }
 

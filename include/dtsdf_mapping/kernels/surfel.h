@@ -1,8 +1,9 @@
-/// A measured surface point with its normal and weight: what fusion knows of a pixel, or of a group
-/// of pixels.
+/// A measured surface point with its normal and weight: what fusion knows of a pixel, of a group of
+/// pixels, or of a part of one.
 #pragma once
 
 #include "dtsdf_mapping/kernels/pixel_group.h"
+#include "dtsdf_mapping/kernels/pixel_parts.h"
 
 namespace dtsdf {
 
@@ -40,13 +41,6 @@ DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth
           rotate(frame.T_L_C, normal_C), depth_m};
 }
 
-/// The surfel of a measured pixel with its normal.
-DTSDF_HD Surfel makePixelSurfel(const FrameView& frame, int u, int v, float inverse_depth,
-                                const Vec3f& normal_C) {
-  return makeSurfel(frame, static_cast<float>(u), static_cast<float>(v), 1.0f / inverse_depth,
-                    normal_C, 1.0f);
-}
-
 /// A measurement without a normal: all that the undirected map needs for voxel projection.
 DTSDF_HD Surfel makePoint(const FrameView& frame, int u, int v, float inverse_depth) {
   if (!(inverse_depth > 0.0f)) return noSurfel();
@@ -57,15 +51,55 @@ DTSDF_HD Surfel makePoint(const FrameView& frame, int u, int v, float inverse_de
           {0.0f, 0.0f, 0.0f}, depth_m};
 }
 
-/// The surfel of a pixel.
+/// A measured pixel, ready to become a surfel, or several.
+struct PixelMeasurement {
+  int32_t u, v;
+  PixelPlane plane;
+  PixelParts parts;
+};
+
+/// A pixel in one part, without a normal where it is not measured, given the fit along its column.
+DTSDF_HD PixelMeasurement wholePixel(const FrameView& frame, const FitImages& images, int u, int v,
+                                     const LineFit& column, const NormalFitSettings& settings) {
+  PixelMeasurement pixel{u, v, {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f}, {0, 0}};
+  if (images.inverse_depth[static_cast<int64_t>(v) * frame.width + u] > 0.0f) {
+    pixel.plane = pixelPlane(images, frame.width, frame.height, u, v, column, frame.intrinsics,
+                             settings);
+  }
+  return pixel;
+}
+
+/// The same, divided where it is wide.
+DTSDF_HD PixelMeasurement dividedPixel(const FrameView& frame, const FitImages& images, int u,
+                                       int v, const LineFit& column,
+                                       const NormalFitSettings& settings) {
+  PixelMeasurement pixel = wholePixel(frame, images, u, v, column, settings);
+  if (pixel.plane.trust > 0.0f) {
+    pixel.parts = dividePixel(frame, images, u, v, pixel.plane, settings.depth_jump);
+  }
+  return pixel;
+}
+
+/// The surfel of a part of a pixel.
+DTSDF_HD Surfel makePartSurfel(const FrameView& frame, const FitImages& images,
+                               const PixelMeasurement& pixel, int part) {
+  const PartOffset offset = partOffset(pixel.parts, part);
+  const float inverse_depth =
+      inverseDepthBeside(images, frame.width, pixel.u, pixel.v, pixel.plane, offset);
+  return makeSurfel(frame, static_cast<float>(pixel.u) + offset.u,
+                    static_cast<float>(pixel.v) + offset.v, 1.0f / inverse_depth,
+                    pixel.plane.normal_C,
+                    pixel.plane.trust / static_cast<float>(partCount(pixel.parts)));
+}
+
+/// The one surfel of a whole pixel.
 DTSDF_HD Surfel computeSurfel(const FrameView& frame, const FitImages& images, int u, int v,
                               const NormalFitSettings& settings) {
-  const int64_t i = static_cast<int64_t>(v) * frame.width + u;
-  if (settings.radius_px == 0) return makePoint(frame, u, v, images.inverse_depth[i]);
-  if (!(images.inverse_depth[i] > 0.0f)) return noSurfel();
-  const Vec3f normal_C = fitNormal(images.row_value, images.row_slope, frame.width, frame.height, u,
-                                   v, frame.intrinsics, settings);
-  return makePixelSurfel(frame, u, v, images.inverse_depth[i], normal_C);
+  if (settings.radius_px == 0) {
+    return makePoint(frame, u, v, images.inverse_depth[static_cast<int64_t>(v) * frame.width + u]);
+  }
+  const LineFit column = fitColumn(images, frame.width, frame.height, u, v, settings);
+  return makePartSurfel(frame, images, wholePixel(frame, images, u, v, column, settings), 0);
 }
 
 /// The surfel of a group of side x side pixels with its first corner at (u, v). The mean of 1 / z is
@@ -86,16 +120,6 @@ DTSDF_HD Surfel computeGroupSurfel(const FrameView& frame, const FitImages& imag
                                           settings);
   return makeSurfel(frame, static_cast<float>(u) + to_centre, static_cast<float>(v) + to_centre,
                     pixels / sum, normal_C, pixels);
-}
-
-/// The surfel that is led by a pixel of a tile: its group's, or its own. None for the others.
-DTSDF_HD Surfel computeLeadSurfel(const FrameView& frame, const FitImages& images,
-                                  TileGroups groups, int u, int v,
-                                  const NormalFitSettings& settings) {
-  const int side = groupSide(groups, u, v);
-  if (side == 0) return noSurfel();
-  return side == 1 ? computeSurfel(frame, images, u, v, settings)
-                   : computeGroupSurfel(frame, images, u, v, side, settings);
 }
 
 }  // namespace dtsdf

@@ -14,10 +14,11 @@ struct Voxel {
 /// Sums of one voxel over one frame, in fixed point so that they do not depend on the order.
 ///
 /// A weight counts in units of 2^-20 and is at most 2^20; a distance counts in units of
-/// truncation / 2^15 and is at most 2^15 in magnitude. A pixel adds to a voxel at most once (a group
-/// of n pixels once, with at most n times the weight), and an image has at most kMaxPixels = 2^23
-/// pixels, so |weighted_sdf| <= 2^(20+15+23) = 2^58 and weight <= 2^43: neither can overflow 64 bits
-/// at any image size, range or voxel size.
+/// truncation / 2^15 and is at most 2^15 in magnitude. A pixel adds less than 2^21 to a voxel's
+/// weight: once 2^20 at most, or with its parts together as much, each rounded; a group of n pixels
+/// adds n times as much at most. An image has at most kMaxPixels = 2^23 pixels, so |weighted_sdf| <
+/// 2^(21+15+23) = 2^59 and weight < 2^44: neither can overflow 64 bits at any image size, range or
+/// voxel size.
 struct VoxelSums {
   int64_t weighted_sdf;
   int64_t weight;

@@ -45,7 +45,7 @@ void draw(Image& image, const FreePlane& plane, const std::function<bool(int, in
   }
 }
 
-std::vector<Vec3f> fitAll(const Image& image, const NormalFitSettings& settings = kSettings) {
+std::vector<PixelPlane> planesOf(const Image& image, const NormalFitSettings& settings) {
   std::vector<float> value, slope;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
@@ -54,12 +54,26 @@ std::vector<Vec3f> fitAll(const Image& image, const NormalFitSettings& settings 
       slope.push_back(fit.slope);
     }
   }
-  std::vector<Vec3f> normals;
+  const FitImages images{image.inverse_depth.data(), value.data(), slope.data()};
+  std::vector<PixelPlane> planes;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      normals.push_back(
-          fitNormal(value.data(), slope.data(), kWidth, kHeight, u, v, kIntrinsics, settings));
+      PixelPlane plane{{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f};
+      if (image.inverse_depth[static_cast<size_t>(v) * kWidth + u] > 0.0f) {
+        const LineFit column = fitColumn(images, kWidth, kHeight, u, v, settings);
+        plane = pixelPlane(images, kWidth, kHeight, u, v, column, kIntrinsics, settings);
+      }
+      planes.push_back(plane);
     }
+  }
+  return planes;
+}
+
+/// Normals of those pixels that have both fits.
+std::vector<Vec3f> fitAll(const Image& image, const NormalFitSettings& settings = kSettings) {
+  std::vector<Vec3f> normals;
+  for (const PixelPlane& plane : planesOf(image, settings)) {
+    normals.push_back(plane.trust == 1.0f ? plane.normal_C : Vec3f{0.0f, 0.0f, 0.0f});
   }
   return normals;
 }
@@ -131,17 +145,73 @@ TEST(NormalFit, IsOneSidedBesideHoles) {
   }
 }
 
-TEST(NormalFit, NeedsNeighboursInBothWays) {
-  const FreePlane plane = makePlane(0.0, 0.0, -1.0, -1.0);
-  const auto isolated = [](int u, int v) { return u == 5 && v == 5; };
-  const auto row = [](int, int v) { return v == 12; };
-  const auto column = [](int u, int) { return u == 20; };
-  for (const std::function<bool(int, int)>& shape :
-       {std::function<bool(int, int)>(isolated), std::function<bool(int, int)>(row),
-        std::function<bool(int, int)>(column)}) {
+/// An image of one column, or row, of a plane with others to both sides of it at half the distance.
+Image slitImage(const FreePlane& plane, bool is_row) {
+  Image image;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const bool in_slit = is_row ? v == 12 : u == 20;
+      image.at(u, v) = static_cast<float>((in_slit ? 1.0 : 2.0) * plane.inverseDepth(u, v));
+    }
+  }
+  return image;
+}
+
+/// What shows through a slit one pixel wide: the normal is square to the line in space, square to the
+/// image's other axis, faces the camera, and is trusted little.
+TEST(NormalFit, FollowsAStripOnePixelWide) {
+  const FreePlane plane = makePlane(0.5, -0.4, -1.0, -1.0);
+  const auto point = [&](int u, int v) {
+    return backProject(kIntrinsics, static_cast<float>(u), static_cast<float>(v),
+                       static_cast<float>(1.0 / plane.inverseDepth(u, v)));
+  };
+  for (const bool is_row : {true, false}) {
+    const std::vector<PixelPlane> planes =
+        planesOf(slitImage(plane, is_row), {4, 0.3f, 10.0f, 525.0f, 0.0f});
+    const Vec3f along = is_row ? point(30, 12) - point(5, 12) : point(20, 25) - point(20, 3);
+    for (int i = 0; i < (is_row ? kWidth : kHeight); ++i) {
+      const int u = is_row ? i : 20, v = is_row ? 12 : i;
+      const PixelPlane& found = planes[static_cast<size_t>(v) * kWidth + u];
+      EXPECT_NEAR(norm(found.normal_C), 1.0f, 1e-5f);
+      EXPECT_NEAR(dot(found.normal_C, along) / norm(along), 0.0f, 1e-4f);
+      EXPECT_LT(dot(found.normal_C, point(u, v)), 0.0f);
+      EXPECT_EQ(is_row ? found.slope_v : found.slope_u, 0.0f);
+      EXPECT_EQ(found.trust, kLineTrust);
+    }
+  }
+}
+
+/// A column in front of both its neighbours, or behind both, is a strip; one that lies between them
+/// is a mixture of the two, and where one of them is not measured there is no telling.
+TEST(NormalFit, TellsStripsFromMixedPixels) {
+  const auto trustIn = [](double left_m, double middle_m, double right_m) {
     Image image;
-    draw(image, plane, shape);
-    for (const Vec3f& n : fitAll(image)) EXPECT_EQ(norm(n), 0.0f);
+    for (int v = 0; v < kHeight; ++v) {
+      for (int u = 0; u < kWidth; ++u) {
+        const double depth_m = u < 20 ? left_m : (u == 20 ? middle_m : right_m);
+        image.at(u, v) = depth_m > 0.0 ? static_cast<float>(1.0 / depth_m) : 0.0f;
+      }
+    }
+    return planesOf(image, kSettings)[12 * kWidth + 20].trust;
+  };
+  EXPECT_EQ(trustIn(2.0, 1.0, 3.0), kLineTrust);
+  EXPECT_EQ(trustIn(1.0, 3.0, 2.0), kLineTrust);
+  EXPECT_EQ(trustIn(1.0, 2.0, 3.0), 0.0f);
+  EXPECT_EQ(trustIn(3.0, 2.0, 1.0), 0.0f);
+  EXPECT_EQ(trustIn(1.0, 3.0, 0.0), 0.0f);
+  EXPECT_EQ(trustIn(0.0, 3.0, 0.0), 0.0f);
+}
+
+/// A pixel alone, and two side by side, tell no direction.
+TEST(NormalFit, NeedsALineOfThree) {
+  for (const int length : {1, 2, 3}) {
+    Image image;
+    for (float& value : image.inverse_depth) value = 0.5f;
+    for (int u = 20; u < 20 + length; ++u) image.at(u, 12) = 1.0f;
+    const std::vector<PixelPlane> planes = planesOf(image, kSettings);
+    for (int u = 20; u < 20 + length; ++u) {
+      EXPECT_EQ(norm(planes[12 * kWidth + u].normal_C) > 0.0f, length == 3) << length;
+    }
   }
 }
 

@@ -53,8 +53,12 @@ class GroupedImage {
     return groups >> quad & 1 ? kQuadSide : 1;
   }
 
+  /// The surfel of the group that the pixel is the first of.
   Surfel surfelAt(int u, int v) const {
-    return computeLeadSurfel(frame_, images(), groupsAt(u, v), u, v, kFit);
+    const int side = groupSide(groupsAt(u, v), u, v);
+    if (side == 0) return noSurfel();
+    return side == 1 ? computeSurfel(frame_, images(), u, v, kFit)
+                     : computeGroupSurfel(frame_, images(), u, v, side, kFit);
   }
 
  private:

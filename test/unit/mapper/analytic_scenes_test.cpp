@@ -132,6 +132,52 @@ TEST_P(AnalyticScenes, BallOneKilometreAway) {
       << topology;
 }
 
+double areaWithin(const Mesh& mesh, const Eigen::AlignedBox3d& box) {
+  double area = 0.0;
+  for (const auto& triangle : mesh.triangles) {
+    Vector3d corner[3];
+    for (int i = 0; i < 3; ++i) {
+      const Vec3f& p = mesh.vertices_m[triangle[i]];
+      corner[i] = Vector3d(p.x, p.y, p.z);
+    }
+    const Vector3d centre = (corner[0] + corner[1] + corner[2]) / 3.0;
+    if (!box.contains(centre)) continue;
+    area += 0.5 * (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm();
+  }
+  return area;
+}
+
+/// A floor in a single image, 0.15 m below the camera and 2 to 3 m ahead of it: pixels are 4 to 6 mm
+/// wide, but 53 to 120 mm long on the floor, which is 3 to 6 voxels.
+TEST(GrazingView, LeavesNoHolesInAFloor) {
+  Scene scene;
+  scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
+  const auto T_W_C = lookAt(Vector3d(0.013, 0.007, 0.15), Vector3d(2.5, 0.0, 0.1), Vector3d::UnitZ());
+  MapperParams params = makeCpuParams();
+  params.fusion.max_depth_m = 3.5f;
+  const Mesh mesh = reconstruct(params, renderFrames(scene, {T_W_C}, 640, 480));
+  const Eigen::AlignedBox3d part(Vector3d(2.0, -0.4, -0.1), Vector3d(3.0, 0.4, 0.1));
+  EXPECT_NEAR(areaWithin(mesh, part), 0.8, 0.04);
+}
+
+/// A wire that is a single column of pixels wide, in front of a wall.
+TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
+  const double wire_m = 0.008;
+  Scene scene;
+  scene.add(makeBox(Vector3d(1.5, 0.006, 0.0), Vector3d(wire_m, wire_m, 1.0), 0.0));
+  scene.add(Plane{Vector3d(2.5, 0.0, 0.0), -Vector3d::UnitX()});
+  const auto T_W_C = lookAt(Vector3d(0.0, 0.0, 0.0), Vector3d(1.5, 0.0, 0.0), Vector3d::UnitZ());
+  const std::vector<SceneFrame> frames = renderFrames(scene, {T_W_C});
+  const auto& depth_m = frames[0].depth_m;
+  const auto hits = std::count_if(depth_m.begin(), depth_m.end(), [](float z) { return z < 2; });
+  ASSERT_GT(hits, 60);
+  ASSERT_LT(hits, 120);  // rows of the image
+  const Mesh mesh = reconstruct(makeCpuParams(), frames);
+  const Eigen::AlignedBox3d around(Vector3d(1.4, -0.05, -0.25), Vector3d(1.6, 0.05, 0.25));
+  EXPECT_GT(areaWithin(mesh, around), 0.5 * wire_m);
+  EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kVoxel_m);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, AnalyticScenes,
                          testing::Combine(testing::Values(FusionMode::kVoxelProjection,
                                                           FusionMode::kRayCasting,

@@ -47,10 +47,12 @@ FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
   uint32_t* count = touched_.usableSurfels();
   if (params_.fusion.mode == FusionMode::kVoxelProjection) {
     surfels_.computePixels(raw, view, params_, count, stream_);
-    return {view, fusion_view_, surfels_.surfels(), surfels_.room(), nullptr, surfels_.noise()};
+    return {view, fusion_view_, surfels_.surfels(), surfels_.room(), nullptr, nullptr,
+            surfels_.noise()};
   }
   surfels_.computeGroups(raw, view, params_, count, stream_);
-  return {view, fusion_view_, surfels_.surfels(), surfels_.room(), count, surfels_.noise()};
+  return {view, fusion_view_, surfels_.surfels(), surfels_.room(), count, surfels_.freeDepth(),
+          surfels_.noise()};
 }
 
 void CudaMap::findTouchedBlocks(FusionInput& input) {

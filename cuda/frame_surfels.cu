@@ -157,16 +157,20 @@ __device__ void append(const Surfel& surfel, const SurfelList& list) {
 }
 
 /// One surfel per group, pixel, or part of a pixel, without gaps; their order does not matter, since
-/// sums are integers.
-__global__ void computeGroupsKernel(FrameView frame, NormalFitSettings settings, const float* noise,
-                                    FitImages images, const uint8_t* groups, SurfelList list) {
+/// sums are integers. And how far each pixel saw free space.
+__global__ void computeGroupsKernel(FrameView frame, NormalFitSettings settings,
+                                    FreeSpaceSettings free_space, const float* noise,
+                                    FitImages images, const uint8_t* groups, SurfelList list,
+                                    float* free_depth) {
   constexpr uint32_t kAllLanes = 0xffffffffu;
-  settings.noise = *noise;
+  settings.noise = free_space.noise = *noise;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; v < frame.height; v += gridDim.y) {
     Surfel surfel = noSurfel();
     PixelMeasurement pixel{};
     if (u < frame.width) {
+      free_depth[static_cast<int64_t>(v) * frame.width + u] =
+          freeDepth(frame, images, u, v, free_space);
       const size_t tile =
           static_cast<size_t>(v / kTileSide) * tilesAlong(frame.width) + u / kTileSide;
       const int side = groupSide(groups[tile], u, v);
@@ -250,6 +254,7 @@ void FrameSurfels::fitRows(const RawDepth& raw, const FrameView& view, const Map
   inverse_depth_.reserveExactly(pixels, stream);
   row_value_.reserveExactly(pixels, stream);
   row_slope_.reserveExactly(pixels, stream);
+  free_depth_.reserveExactly(pixels, stream);
   groups_.reserveExactly(tilesOf(view), stream);
   surfels_.reserveExactly(pixels, stream);
   const DepthImage image{raw_.data(),  raw, view.width, view.height, params.fusion.min_depth_m,
@@ -301,13 +306,14 @@ void FrameSurfels::listSurfels(const FrameView& view, const MapperParams& params
   const StageSpan span(stream, Stage::kSurfels);
   const SurfelList list{surfels_.data(), room(), count};
   computeGroupsKernel<<<rowGrid(view), kThreads, 0, stream.get()>>>(
-      view, normalFitSettings(params, view), noise_.data(), images(), groups_.data(), list);
+      view, normalFitSettings(params, view), makeFreeSpaceSettings(params, 0.0f), noise_.data(),
+      images(), groups_.data(), list, free_depth_.data());
   DTSDF_CHECK_LAUNCH("computeGroupsKernel");
 }
 
 void FrameSurfels::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = raw_.bytes() + inverse_depth_.bytes() + row_value_.bytes() +
-                       row_slope_.bytes() + groups_.bytes() + surfels_.bytes() +
+                       row_slope_.bytes() + free_depth_.bytes() + groups_.bytes() + surfels_.bytes() +
                        noise_counts_.bytes();
   parts.push_back({"images and surfels", MemoryKind::kScratch, bytes, bytes});
   parts.push_back({"raw image", MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});

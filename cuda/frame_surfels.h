@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dtsdf_mapping/kernels/depth_noise.h"
-#include "dtsdf_mapping/kernels/surfel.h"
+#include "dtsdf_mapping/kernels/free_space.h"
 #include "dtsdf_mapping/mapper/mapper.h"
 #include "dtsdf_mapping/mapper/mapper_params.h"
 #include "dtsdf_mapping/mapper/profile.h"
@@ -47,6 +47,8 @@ class FrameSurfels {
                 uint32_t* count, const Stream& stream);
 
   const Surfel* surfels() const { return surfels_.data(); }
+  /// freeDepth() per pixel, on the device; after computeGroups().
+  const float* freeDepth() const { return free_depth_.data(); }
   uint32_t room() const { return static_cast<uint32_t>(surfels_.capacity()); }
   size_t rawBytes() const { return raw_bytes_; }
   void addMemory(std::vector<MemoryPart>& parts) const;
@@ -68,7 +70,7 @@ class FrameSurfels {
   PinnedBuffer<unsigned char> pinned_raw_;
   DeviceBuffer<unsigned char> raw_;
   size_t raw_bytes_ = 0;
-  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_;
+  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_depth_;
   DeviceBuffer<float> noise_;
   DeviceBuffer<NoiseCounts> noise_counts_;
   DeviceBuffer<uint8_t> groups_;  ///< TileGroups per tile.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "device_map.cuh"
+#include "dtsdf_mapping/kernels/free_space.h"
 #include "named_kernels.h"
 #include "runtime/stage_clock.h"
 #include "touched_blocks.cuh"
@@ -90,12 +91,30 @@ __global__ void foldSumsKernel(FusionView fusion, MapView map, TouchedView touch
       const Voxel folded =
           foldSums(voxels[i], sums[i], fusion.truncation_voxels, fusion.max_weight);
       voxels[i] = folded;
-      observed |= folded.weight > 0.0f;
+      observed |= folded.weight != 0.0f;
     }
     sums[i] = {0, 0};
   }
   const bool empty = !__syncthreads_or(observed) && voxels != nullptr;
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);
+}
+
+/// One block of threads per touched block: takes weight from the voxels that the frame saw as free.
+__global__ void clearFreeSpaceKernel(FusionInput input, MapView map, TouchedView touched) {
+  const TouchedBlock& block = touched.blocks[blockIdx.x];
+  if (block.slot < 0) return;
+  const SlotEntry& entry = map.slots[block.slot];
+  const Vec3i first = firstVoxelOfBlock(block.block_L);
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
+    const VoxelInImage at = projectToImage(input.frame, first + voxelOffset(i));
+    const float evidence = freeEvidence(input.frame, input.free_depth, at);
+    if (!(evidence > 0.0f)) continue;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (entry.array[d] == kNoArray) continue;
+      Voxel& voxel = map.voxels.record(entry.array[d])[i];
+      voxel = clearedVoxel(voxel, evidence);
+    }
+  }
 }
 
 /// One block of threads per touched block. A voxel takes a single pixel: its sums need no memory.
@@ -117,7 +136,7 @@ __global__ void projectVoxelsKernel(FusionInput input, MapView map, TouchedView 
       if (entry.array[d] == kNoArray) continue;
       Voxel& voxel = map.voxels.record(entry.array[d])[i];
       voxel = foldSums(voxel, sums[d], input.fusion.truncation_voxels, input.fusion.max_weight);
-      if (voxel.weight > 0.0f) atomicOr(&observed, 1u << d);
+      if (voxel.weight != 0.0f) atomicOr(&observed, 1u << d);
     }
   }
   __syncthreads();
@@ -175,6 +194,9 @@ void Fusion::castSurfels(const FusionInput& input, const MapView& map, const Tou
     foldSumsKernel<<<part.count, kThreads, 0, stream_.get()>>>(input.fusion, map, touched, part);
     DTSDF_CHECK_LAUNCH("foldSumsKernel");
   }
+  const StageSpan span(stream_, Stage::kClear);
+  clearFreeSpaceKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(input, map, touched);
+  DTSDF_CHECK_LAUNCH("clearFreeSpaceKernel");
 }
 
 void Fusion::projectVoxels(const FusionInput& input, const MapView& map,
@@ -219,6 +241,7 @@ void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
 
 std::vector<NamedKernel> fusionKernels() {
   return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
+          DTSDF_NAMED_KERNEL(clearFreeSpaceKernel, 0),
           DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(finishBlocksKernel, 0)};
 }
 

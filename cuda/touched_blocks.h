@@ -58,6 +58,7 @@ struct FusionInput {
   uint32_t room;  ///< Surfels that are there at most.
   /// Number of surfels, on the device; null: one per pixel, some without a weight.
   const uint32_t* count;
+  const float* free_depth;  ///< freeDepth() per pixel, on the device; null where it is not needed.
   /// Standard deviation of the frame's inverse depth in 1/m, on the device.
   const float* noise;
 

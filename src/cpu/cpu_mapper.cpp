@@ -55,9 +55,30 @@ bool foldArray(const VoxelSums* sums, const FusionView& fusion, Voxel* voxels) {
   bool observed = false;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     voxels[i] = foldSums(voxels[i], sums[i], fusion.truncation_voxels, fusion.max_weight);
-    observed |= voxels[i].weight > 0.0f;
+    observed |= voxels[i].weight != 0.0f;
   }
   return observed;
+}
+
+/// Takes weight from those voxels of a block that the frame saw as free.
+void clearFreeSpace(const TouchedBlock& block, const BlockEntry& entry, const FrameView& view,
+                    const float* free_depth, VoxelStore& voxels) {
+  const Vec3i first = firstVoxelOfBlock(block.block_L);
+  for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
+    VoxelInImage at[kBlockSide];  // apart from the rest, for the vector units
+    for (int x = 0; x < kBlockSide; ++x) {
+      at[x] = projectToImage(view, first + voxelOffset(row + x));
+    }
+    for (int x = 0; x < kBlockSide; ++x) {
+      const float evidence = freeEvidence(view, free_depth, at[x]);
+      if (!(evidence > 0.0f)) continue;
+      for (const int32_t array : entry.array) {
+        if (array == kNoArray) continue;
+        Voxel& voxel = voxels.array(array)[row + x];
+        voxel = clearedVoxel(voxel, evidence);
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -152,6 +173,9 @@ void CpuMapper::fuse(const std::vector<TouchedBlock>& touched, const FrameView& 
       const int32_t array = table_.block(slot).array[d];
       if (array == kNoArray || !(directions >> d & 1)) continue;
       if (!foldArray(sums.voxel[d], fusion_, voxels_.array(array))) empty_directions[i] |= 1u << d;
+    }
+    if (!project) {
+      clearFreeSpace(block, table_.block(slot), view, surfels_.freeDepth(), voxels_);
     }
     mesher_.markDirty(slot);
     lap.endFold(table_.block(slot), directions);

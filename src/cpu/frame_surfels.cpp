@@ -132,6 +132,7 @@ size_t FrameSurfels::computePixels(const DepthFrame& frame, const FrameView& vie
 size_t FrameSurfels::computeGroups(const DepthFrame& frame, const FrameView& view,
                                    const MapperParams& params, int threads) {
   fitRows(frame, view, params, threads);
+  computeFreeDepth(view, params, threads);
   rows_of_tiles_.resize(tilesAlong(view.height));
   parallelFor<std::vector<TileGroups>>(
       rows_of_tiles_.size(), threads, [&](size_t row, std::vector<TileGroups>& tiles) {
@@ -145,10 +146,24 @@ size_t FrameSurfels::computeGroups(const DepthFrame& frame, const FrameView& vie
   return surfels_.size();
 }
 
+void FrameSurfels::computeFreeDepth(const FrameView& view, const MapperParams& params,
+                                    int threads) {
+  free_depth_.resize(inverse_depth_.size());
+  const FreeSpaceSettings settings = makeFreeSpaceSettings(params, noise_);
+  struct NoScratch {};
+  parallelFor<NoScratch>(view.height, threads, [&](size_t row, NoScratch&) {
+    for (int u = 0; u < view.width; ++u) {
+      free_depth_[row * view.width + u] =
+          dtsdf::freeDepth(view, images(), u, static_cast<int>(row), settings);
+    }
+  });
+}
+
 size_t FrameSurfels::bytes() const {
   size_t surfels = surfels_.capacity();
   for (const std::vector<Surfel>& row : rows_of_tiles_) surfels += row.capacity();
-  return (inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity()) *
+  return (inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity() +
+          free_depth_.capacity()) *
              sizeof(float) + surfels * sizeof(Surfel);
 }
 

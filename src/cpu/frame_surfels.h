@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "dtsdf_mapping/kernels/surfel.h"
+#include "dtsdf_mapping/kernels/free_space.h"
 #include "dtsdf_mapping/mapper/mapper.h"
 
 namespace dtsdf {
@@ -22,6 +22,8 @@ class FrameSurfels {
                        int threads);
 
   const std::vector<Surfel>& surfels() const { return surfels_; }
+  /// freeDepth() per pixel; after computeGroups().
+  const float* freeDepth() const { return free_depth_.data(); }
   size_t bytes() const;
 
   /// Standard deviation of the last frame's inverse depth, in 1/m.
@@ -33,6 +35,7 @@ class FrameSurfels {
   template <class IsWanted, class Visit>
   void visitColumnFits(const FrameView& view, const NormalFitSettings& settings, int u, int v,
                        const IsWanted& is_wanted, const Visit& visit) const;
+  void computeFreeDepth(const FrameView& view, const MapperParams& params, int threads);
   /// Appends the surfels of the tiles whose first row is `first_v`.
   void computeTiles(const FrameView& view, const MapperParams& params, int first_v,
                     std::vector<TileGroups>& tiles, std::vector<Surfel>& surfels) const;
@@ -41,7 +44,7 @@ class FrameSurfels {
   }
 
   float noise_ = 0.0f;
-  std::vector<float> inverse_depth_, row_value_, row_slope_;
+  std::vector<float> inverse_depth_, row_value_, row_slope_, free_depth_;
   std::vector<Surfel> surfels_;
   std::vector<std::vector<Surfel>> rows_of_tiles_;
 };

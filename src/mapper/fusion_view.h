@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "dtsdf_mapping/kernels/free_space.h"
 #include "dtsdf_mapping/kernels/fusion.h"
 #include "dtsdf_mapping/mapper/mapper_params.h"
 
@@ -23,6 +24,10 @@ inline NormalFitSettings makeNormalFitSettings(const MapperParams& params, const
                                                float noise) {
   return {needsNormals(params) ? params.fusion.normal_radius_px : 0, params.fusion.depth_jump,
           view.intrinsics.fx * view.voxel_size_m, view.intrinsics.fx, noise};
+}
+
+inline FreeSpaceSettings makeFreeSpaceSettings(const MapperParams& params, float noise) {
+  return {params.fusion.depth_jump, params.map.truncation_voxels, noise};
 }
 
 inline GroupSettings makeGroupSettings(const MapperParams& params, const FrameView& view) {

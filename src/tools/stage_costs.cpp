@@ -20,6 +20,8 @@ constexpr double kTouchOperations = 80;    // the line, and the one or two block
 constexpr double kSamplesOfSurfel = 3.5 * 4 * 1.7;  // planes in reach, corners, directions
 constexpr double kSampleOperations = 25;   // crossing, weights, distance, rounding, two sums
 constexpr double kFoldOperations = 8;      // of a voxel
+constexpr double kClearOperations = 40;     // of a voxel: projection, comparison with nine pixels
+constexpr double kFreeOperations = 40;      // of a pixel: its plane, how far its ray is free
 constexpr double kIndexOperations = 100;   // of a mesh unit; far more where a surface is
 constexpr double kVertexOperations = 150;
 
@@ -59,8 +61,8 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
     case Stage::kGroups:
       return {pixels * (kPixelFits + kTileBytes / kTilePixels), pixels * kGroupOperations};
     case Stage::kSurfels:  // the images are read in full: pixels around a surfel take part in it
-      return {pixels * (kPixelFits + kTileBytes / kTilePixels) + surfel_bytes,
-              surfels * (kFitOperations + kSurfelOperations)};
+      return {pixels * (kPixelFits + kTileBytes / kTilePixels + sizeof(float)) + surfel_bytes,
+              surfels * (kFitOperations + kSurfelOperations) + pixels * kFreeOperations};
     case Stage::kTouch: return {surfel_bytes, surfels * kTouchOperations};
     case Stage::kCompare:  // entry of the frame's table, of the map's table, slot, result
       return {static_cast<double>(work.touched_blocks) * (12 + 12 + 32 + 40), 0};
@@ -72,6 +74,9 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
     case Stage::kFold:
       return {arrays * (2 * kSumsBytes + 2 * kArrayBytes),
               arrays * kVoxelsPerBlock * kFoldOperations};
+    case Stage::kClear:  // hardly a voxel changes
+      return {static_cast<double>(work.touched_blocks) * kVoxelsPerBlock * sizeof(float),
+              static_cast<double>(work.touched_blocks) * kVoxelsPerBlock * kClearOperations};
     case Stage::kFinish: return {static_cast<double>(work.touched_blocks) * (40 + 32 + 8), 0};
     case Stage::kReach: return {static_cast<double>(work.touched_blocks) * kUnitReach * 24, 0};
     case Stage::kIndex:

@@ -403,8 +403,8 @@ DTSDF_HD float edgeOffset(const Edge& edge, int axis, int facing) {
     const Voxel a = edge.lower[d], b = edge.upper[d];
     const bool crosses = facing == 0 ? a.sdf < 0.0f && !(b.sdf < 0.0f)
                                      : !(a.sdf < 0.0f) && b.sdf < 0.0f;
+    if (!crosses || !(a.weight > 0.0f && b.weight > 0.0f)) continue;
     const float weight = a.weight * b.weight;
-    if (!crosses || !(weight > 0.0f)) continue;
     sum += weight * (a.sdf / (a.sdf - b.sdf));
     sum_weight += weight;
   }

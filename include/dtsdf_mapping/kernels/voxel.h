@@ -5,7 +5,8 @@
 
 namespace dtsdf {
 
-/// Signed distance in voxels, positive in front of the surface; weight 0 means never observed.
+/// Signed distance in voxels, positive in front of the surface. Weight 0: never observed; below 0:
+/// not observed, but seen as free so often (free_space.h).
 struct Voxel {
   float sdf;
   float weight;
@@ -23,6 +24,9 @@ struct VoxelSums {
   int64_t weighted_sdf;
   int64_t weight;
 };
+
+/// A voxel in debt keeps a weight below 0, since 0 is for those that never had a sample.
+constexpr float kLeastDebt = 1.0e-6f;
 
 constexpr int kMaxPixels = 1 << 23;
 constexpr float kWeightScale = 1048576.0f;  // 2^20
@@ -50,13 +54,19 @@ DTSDF_HD void addToSums(VoxelSums& sums, int32_t weight, int32_t sdf) {
 }
 
 /// D = (W D + S_d) / (W + S_w), W = min(W + S_w, max): the fold of the paper's two-pass scheme.
-/// The truncation is in voxels; sums of weight 0 leave the voxel alone.
+/// The truncation is in voxels; sums of weight 0 leave the voxel alone, and a debt of free space is
+/// paid off first.
 DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, float truncation_voxels,
                         float max_weight) {
   if (sums.weight == 0) return voxel;
   const float weight = static_cast<float>(sums.weight) / kWeightScale;
   const float weighted_sdf = static_cast<float>(sums.weighted_sdf) / (kWeightScale * kSdfScale);
   const float total = voxel.weight + weight;
+  if (voxel.weight < 0.0f) {
+    const float kept = weighted_sdf < 0.0f ? total : weight;
+    if (!(kept > 0.0f)) return {0.0f, lesser(kept, -kLeastDebt)};
+    return {weighted_sdf * truncation_voxels / weight, lesser(kept, max_weight)};
+  }
   const float sdf = (voxel.weight * voxel.sdf + weighted_sdf * truncation_voxels) / total;
   return {sdf, lesser(total, max_weight)};
 }

@@ -22,7 +22,8 @@ enum class Stage {
   kCompare,  ///< Comparison with the map.
   kAdmit,    ///< New blocks and arrays, and their memory (host, waiting for the device included).
   kCast,     ///< Surfels into sums.
-  kFold,     ///< Sums into voxels.
+  kFold,     ///< Sums into voxels; on the CPU with what follows.
+  kClear,    ///< Voxels that were seen as free.
   kFinish,   ///< What changed, and what is empty.
   kReach,    ///< Blocks to mesh again.
   kIndex,    ///< Marching cubes indices.

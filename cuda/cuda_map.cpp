@@ -110,7 +110,7 @@ void CudaMap::fuse(const FusionInput& input, const Admission& admission) {
     fusion_.castSurfels(input, map, touched_.view(), counters_);
   }
   dirty_bound_ += counters_.touched;
-  fusion_.finish(map, touched_, counters_, admission.changed_slots.size());
+  fusion_.finish(input, map, touched_, counters_, admission.changed_slots.size());
 }
 
 /// Puts off the release of what the last frame left empty until the map is looked at again, so that

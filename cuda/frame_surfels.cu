@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <cub/block/block_scan.cuh>
+#include <cub/warp/warp_scan.cuh>
 
 #include "dtsdf_mapping/kernels/depth_noise.h"
 #include "launch.h"
@@ -142,49 +143,49 @@ struct SurfelList {
   uint32_t* count;
 };
 
-/// Appends `surfel` of those lanes of a full warp where it has a weight, with one atomic.
-__device__ void append(const Surfel& surfel, const SurfelList& list) {
-  constexpr uint32_t kAllLanes = 0xffffffffu;
-  const bool has_weight = surfel.weight > 0.0f;
-  const uint32_t lanes = __ballot_sync(kAllLanes, has_weight);
-  if (lanes == 0) return;
-  const int lane = threadIdx.x % 32;
-  uint32_t first = 0;
-  if (lane == 0) first = atomicAdd(list.count, static_cast<uint32_t>(__popc(lanes)));
-  first = __shfl_sync(kAllLanes, first, 0);
-  const uint32_t at = first + __popc(lanes & ((1u << lane) - 1u));
-  if (has_weight && at < list.room) list.surfels[at] = surfel;
+/// The place of each lane's `wanted` surfels in the list, taken by a full warp with one atomic.
+__device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
+  using Scan = cub::WarpScan<uint32_t>;
+  __shared__ typename Scan::TempStorage scan[kThreads / 32];
+  uint32_t before, total, first = 0;
+  Scan(scan[threadIdx.x / 32]).ExclusiveSum(wanted, before, total);
+  if (threadIdx.x % 32 == 0 && total > 0) first = atomicAdd(count, total);
+  return __shfl_sync(0xffffffffu, first, 0) + before;
 }
 
-/// One surfel per group, pixel, or part of a pixel, without gaps; their order does not matter, since
-/// sums are integers. And how far each pixel saw free space.
+/// One surfel per group, pixel, or part of a pixel; their order does not matter, since sums are
+/// integers. And how far each pixel saw free space.
 __global__ void computeGroupsKernel(FrameView frame, NormalFitSettings settings,
                                     FreeSpaceSettings free_space, const float* noise,
                                     FitImages images, const uint8_t* groups, SurfelList list,
                                     float* free_depth) {
-  constexpr uint32_t kAllLanes = 0xffffffffu;
   settings.noise = free_space.noise = *noise;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; v < frame.height; v += gridDim.y) {
-    Surfel surfel = noSurfel();
+    Surfel group = noSurfel();
     PixelMeasurement pixel{};
+    uint32_t surfels = 0;
     if (u < frame.width) {
       free_depth[static_cast<int64_t>(v) * frame.width + u] =
           freeDepth(frame, images, u, v, free_space);
       const size_t tile =
           static_cast<size_t>(v / kTileSide) * tilesAlong(frame.width) + u / kTileSide;
       const int side = groupSide(groups[tile], u, v);
-      if (side > 1) surfel = computeGroupSurfel(frame, images, u, v, side, settings);
+      if (side > 1) {
+        group = computeGroupSurfel(frame, images, u, v, side, settings);
+        surfels = group.weight > 0.0f;
+      }
       if (side == 1) {
         const LineFit column = fitColumn(images, frame.width, frame.height, u, v, settings);
         pixel = dividedPixel(frame, images, u, v, column, settings);
-        surfel = makePartSurfel(frame, images, pixel, 0);
+        surfels = pixel.plane.trust > 0.0f ? partCount(pixel.parts) : 0;
       }
     }
-    append(surfel, list);
-    const int parts = partCount(pixel.parts);
-    for (int part = 1; __any_sync(kAllLanes, part < parts); ++part) {
-      append(part < parts ? makePartSurfel(frame, images, pixel, part) : noSurfel(), list);
+    const uint32_t place = takePlaces(surfels, list.count);
+    for (uint32_t i = 0; i < surfels && place + i < list.room; ++i) {
+      list.surfels[place + i] = group.weight > 0.0f
+                                    ? group
+                                    : makePartSurfel(frame, images, pixel, static_cast<int>(i));
     }
   }
 }

@@ -99,24 +99,6 @@ __global__ void foldSumsKernel(FusionView fusion, MapView map, TouchedView touch
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);
 }
 
-/// One block of threads per touched block: takes weight from the voxels that the frame saw as free.
-__global__ void clearFreeSpaceKernel(FusionInput input, MapView map, TouchedView touched) {
-  const TouchedBlock& block = touched.blocks[blockIdx.x];
-  if (block.slot < 0) return;
-  const SlotEntry& entry = map.slots[block.slot];
-  const Vec3i first = firstVoxelOfBlock(block.block_L);
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
-    const VoxelInImage at = projectToImage(input.frame, first + voxelOffset(i));
-    const float evidence = freeEvidence(input.frame, input.free_depth, at);
-    if (!(evidence > 0.0f)) continue;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (entry.array[d] == kNoArray) continue;
-      Voxel& voxel = map.voxels.record(entry.array[d])[i];
-      voxel = clearedVoxel(voxel, evidence);
-    }
-  }
-}
-
 /// One block of threads per touched block. A voxel takes a single pixel: its sums need no memory.
 __global__ void projectVoxelsKernel(FusionInput input, MapView map, TouchedView touched) {
   __shared__ uint32_t observed;
@@ -143,18 +125,35 @@ __global__ void projectVoxelsKernel(FusionInput input, MapView map, TouchedView 
   if (threadIdx.x == 0) block.empty = directionsOfSlot(entry) & ~observed;
 }
 
-/// One thread per touched block. A block without anything in it is about to be released: it is not
-/// meshed.
-__global__ void finishBlocksKernel(MapView map, TouchedView touched, uint32_t count,
+/// Takes weight from the voxels of a block that the frame saw as free, with a block of threads.
+__device__ void clearFreeSpace(const FusionInput& input, const MapView& map, const SlotEntry& entry,
+                               const Vec3i& block_L) {
+  const Vec3i first = firstVoxelOfBlock(block_L);
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
+    const VoxelInImage at = projectToImage(input.frame, first + voxelOffset(i));
+    const float evidence = freeEvidence(input.frame, input.free_depth, at);
+    if (!(evidence > 0.0f)) continue;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (entry.array[d] == kNoArray) continue;
+      Voxel& voxel = map.voxels.record(entry.array[d])[i];
+      voxel = clearedVoxel(voxel, evidence);
+    }
+  }
+}
+
+/// One block of threads per touched block. A block without anything in it is about to be released:
+/// it is not meshed.
+__global__ void finishBlocksKernel(FusionInput input, MapView map, TouchedView touched,
                                    EmptyBlock* empty_blocks) {
-  const size_t i = globalThread();
-  if (i >= count) return;
-  const TouchedBlock block = touched.blocks[i];
+  const TouchedBlock& block = touched.blocks[blockIdx.x];
   if (block.slot < 0) return;
+  const SlotEntry& entry = map.slots[block.slot];
+  if (input.free_depth != nullptr) clearFreeSpace(input, map, entry, block.block_L);
+  if (threadIdx.x != 0) return;
   if (block.empty != 0) {
     empty_blocks[atomicAdd(&touched.counters->empty_blocks, 1u)] = {block.slot, block.empty};
   }
-  if ((directionsOfSlot(map.slots[block.slot]) & ~block.empty) == 0) return;
+  if ((directionsOfSlot(entry) & ~block.empty) == 0) return;
   if (atomicExch(&map.dirty[block.slot], 1u) == 0) {
     map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = block.slot;
   }
@@ -194,9 +193,6 @@ void Fusion::castSurfels(const FusionInput& input, const MapView& map, const Tou
     foldSumsKernel<<<part.count, kThreads, 0, stream_.get()>>>(input.fusion, map, touched, part);
     DTSDF_CHECK_LAUNCH("foldSumsKernel");
   }
-  const StageSpan span(stream_, Stage::kClear);
-  clearFreeSpaceKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(input, map, touched);
-  DTSDF_CHECK_LAUNCH("clearFreeSpaceKernel");
 }
 
 void Fusion::projectVoxels(const FusionInput& input, const MapView& map,
@@ -206,11 +202,11 @@ void Fusion::projectVoxels(const FusionInput& input, const MapView& map,
   DTSDF_CHECK_LAUNCH("projectVoxelsKernel");
 }
 
-void Fusion::finish(const MapView& map, const TouchedBlocks& touched,
+void Fusion::finish(const FusionInput& input, const MapView& map, const TouchedBlocks& touched,
                     const FrameCounters& counters, size_t new_blocks) {
   const StageSpan span(stream_, Stage::kFinish);
-  finishBlocksKernel<<<blocksFor(counters.touched), kThreads, 0, stream_.get()>>>(
-      map, touched.view(), counters.touched, empty_blocks_.data());
+  finishBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
+      input, map, touched.view(), empty_blocks_.data());
   DTSDF_CHECK_LAUNCH("finishBlocksKernel");
   has_new_blocks_ = new_blocks > 0;
   if (!has_new_blocks_) return;
@@ -241,7 +237,7 @@ void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
 
 std::vector<NamedKernel> fusionKernels() {
   return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
-          DTSDF_NAMED_KERNEL(clearFreeSpaceKernel, 0),
+
           DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(finishBlocksKernel, 0)};
 }
 

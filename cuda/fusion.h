@@ -34,10 +34,10 @@ class Fusion {
   void projectVoxels(const FusionInput& input, const MapView& map, const TouchedView& touched,
                      const FrameCounters& counters);
 
-  /// Marks what has changed for the mesh and lists new arrays that hold nothing. `new_blocks` is
+  /// Takes weight from what the frame saw as free, marks what has changed for the mesh, and lists new arrays that hold nothing. `new_blocks` is
   /// the number of blocks that were given arrays for this frame.
-  void finish(const MapView& map, const TouchedBlocks& touched, const FrameCounters& counters,
-              size_t new_blocks);
+  void finish(const FusionInput& input, const MapView& map, const TouchedBlocks& touched,
+              const FrameCounters& counters, size_t new_blocks);
 
   /// Waits for the frame, and tells its empty blocks, by slot. Tells them once.
   std::vector<EmptyBlock> takeEmptyBlocks();

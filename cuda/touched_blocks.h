@@ -12,7 +12,7 @@ namespace gpu {
 /// Counts of one frame; all that the host has to know of it.
 struct FrameCounters {
   // Comes first: the others are zeroed apart from it.
-  uint32_t usable_surfels;    ///< Surfels with a weight.
+  uint32_t usable_surfels;    ///< Surfels, but for those that have no weight for want of a normal.
   uint32_t touched;           ///< Blocks.
   uint32_t touched_arrays;    ///< Arrays that the frame's surfels belong to, over all blocks.
   uint32_t requests;          ///< Blocks that are missing or miss arrays.

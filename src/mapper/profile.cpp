@@ -15,7 +15,6 @@ const char* toString(Stage stage) {
     case Stage::kAdmit: return "admit";
     case Stage::kCast: return "cast";
     case Stage::kFold: return "fold";
-    case Stage::kClear: return "clear";
     case Stage::kFinish: return "finish";
     case Stage::kReach: return "reach";
     case Stage::kIndex: return "index";

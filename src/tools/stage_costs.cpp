@@ -74,10 +74,10 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
     case Stage::kFold:
       return {arrays * (2 * kSumsBytes + 2 * kArrayBytes),
               arrays * kVoxelsPerBlock * kFoldOperations};
-    case Stage::kClear:  // hardly a voxel changes
-      return {static_cast<double>(work.touched_blocks) * kVoxelsPerBlock * sizeof(float),
+    case Stage::kFinish:  // the block, its slot, the depth that each voxel is compared with
+      return {static_cast<double>(work.touched_blocks) *
+                  (40 + 32 + 8 + kVoxelsPerBlock * sizeof(float)),
               static_cast<double>(work.touched_blocks) * kVoxelsPerBlock * kClearOperations};
-    case Stage::kFinish: return {static_cast<double>(work.touched_blocks) * (40 + 32 + 8), 0};
     case Stage::kReach: return {static_cast<double>(work.touched_blocks) * kUnitReach * 24, 0};
     case Stage::kIndex:
       return {indexed * (arrays_per_block * kLatticeCorners * sizeof(Voxel) + 2 * kIndicesBytes),

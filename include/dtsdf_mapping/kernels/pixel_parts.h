@@ -2,31 +2,27 @@
 ///
 /// Far away, or at a grazing angle, a pixel covers more of the surface than a voxel. One surfel at
 /// its centre would leave the voxels between neighbouring pixels without samples, and so holes. Such
-/// a pixel is divided into equal parts of about a voxel, which lie on its plane.
+/// a pixel is divided into thirds, along one axis of the image or both, which lie on its plane.
 #pragma once
 
 #include "dtsdf_mapping/kernels/normal_estimation.h"
 
 namespace dtsdf {
 
-/// The pixel is divided into 2 steps + 1 parts along each axis of the image.
+/// Parts along the rows and along the columns of the image: 1 or kThirds.
 struct PixelParts {
-  int32_t steps_u, steps_v;
+  int32_t across, down;
 };
 
-constexpr int kMostSteps = 2;
+/// A surfel updates the samples to both sides of it, so thirds leave none out in a pixel as wide as
+/// six voxels.
+constexpr int kThirds = 3;
 /// A pixel is divided along an axis if its neighbours to both sides lie no farther than this from its
 /// plane, in voxels: one surface, not the step from one to another.
 constexpr float kNeighbourDistance = 0.5f;
 
 DTSDF_HD int partCount(const PixelParts& parts) {
-  return (2 * parts.steps_u + 1) * (2 * parts.steps_v + 1);
-}
-
-/// Steps to either side so that parts of a pixel of this width are no wider than a voxel.
-DTSDF_HD int32_t stepsFor(float width_voxels) {
-  const int32_t steps = ceilToInt(0.5f * (lesser(width_voxels, 1.0e3f) - 1.0f));
-  return steps < kMostSteps ? steps : kMostSteps;
+  return parts.across * parts.down;
 }
 
 /// Whether the neighbour at (u, v) continues the surface of a pixel at `p_C` with this plane.
@@ -62,14 +58,14 @@ DTSDF_HD PixelParts dividePixel(const FrameView& frame, const FitImages& images,
   across.x += depth_m / frame.intrinsics.fx;
   down.y += depth_m / frame.intrinsics.fy;
   const float voxel_m2 = frame.voxel_size_m * frame.voxel_size_m;
-  PixelParts parts{0, 0};
+  PixelParts parts{1, 1};
   if (dot(across, across) > voxel_m2 &&
       continuesToBothSides(frame, images, u, v, 1, 0, p_C, plane, depth_jump)) {
-    parts.steps_u = stepsFor(norm(across) / frame.voxel_size_m);
+    parts.across = kThirds;
   }
   if (dot(down, down) > voxel_m2 &&
       continuesToBothSides(frame, images, u, v, 0, 1, p_C, plane, depth_jump)) {
-    parts.steps_v = stepsFor(norm(down) / frame.voxel_size_m);
+    parts.down = kThirds;
   }
   return parts;
 }
@@ -80,9 +76,10 @@ struct PartOffset {
 };
 
 DTSDF_HD PartOffset partOffset(const PixelParts& parts, int part) {
-  const int across = 2 * parts.steps_u + 1, down = 2 * parts.steps_v + 1;
-  return {static_cast<float>(part % across - parts.steps_u) / static_cast<float>(across),
-          static_cast<float>(part / across - parts.steps_v) / static_cast<float>(down)};
+  return {static_cast<float>(part % parts.across - parts.across / 2) /
+              static_cast<float>(parts.across),
+          static_cast<float>(part / parts.across - parts.down / 2) /
+              static_cast<float>(parts.down)};
 }
 
 /// Inverse depth of a pixel's plane at an offset, but no farther away than the pixel and its

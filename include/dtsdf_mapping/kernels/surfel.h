@@ -61,7 +61,7 @@ struct PixelMeasurement {
 /// A pixel in one part, without a normal where it is not measured, given the fit along its column.
 DTSDF_HD PixelMeasurement wholePixel(const FrameView& frame, const FitImages& images, int u, int v,
                                      const LineFit& column, const NormalFitSettings& settings) {
-  PixelMeasurement pixel{u, v, {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f}, {0, 0}};
+  PixelMeasurement pixel{u, v, {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f}, {1, 1}};
   if (images.inverse_depth[static_cast<int64_t>(v) * frame.width + u] > 0.0f) {
     pixel.plane = pixelPlane(images, frame.width, frame.height, u, v, column, frame.intrinsics,
                              settings);

@@ -22,9 +22,8 @@ enum class Stage {
   kCompare,  ///< Comparison with the map.
   kAdmit,    ///< New blocks and arrays, and their memory (host, waiting for the device included).
   kCast,     ///< Surfels into sums.
-  kFold,     ///< Sums into voxels; on the CPU with what follows.
-  kClear,    ///< Voxels that were seen as free.
-  kFinish,   ///< What changed, and what is empty.
+  kFold,     ///< Sums into voxels; on the CPU with the voxels that were seen as free.
+  kFinish,   ///< Voxels that were seen as free, what changed, and what is empty.
   kReach,    ///< Blocks to mesh again.
   kIndex,    ///< Marching cubes indices.
   kMake,     ///< Vertices and triangles.

@@ -72,13 +72,13 @@ Surface plane(double nx, double ny, double nz, double delta) {
 }
 
 /// At 2 m a pixel is 4 mm wide.
-TEST(PixelParts, GrowInNumberWithThePixel) {
-  for (const auto& [voxel_m, steps] : {std::pair<float, int>{0.005f, 0}, {0.0041f, 0},
-                                       {0.0039f, 1}, {0.0014f, 1}, {0.0013f, 2}, {0.0001f, 2}}) {
+TEST(PixelParts, AreThirdsOfPixelsWiderThanAVoxel) {
+  for (const auto& [voxel_m, count] : {std::pair<float, int>{0.005f, 1}, {0.0041f, 1},
+                                       {0.0039f, 3}, {0.0001f, 3}}) {
     const PixelParts parts =
         DividedImage(plane(0, 0, 1, 2), voxel_m).pixelAt(kMiddleU, kMiddleV).parts;
-    EXPECT_EQ(parts.steps_u, steps) << voxel_m;
-    EXPECT_EQ(parts.steps_v, steps) << voxel_m;
+    EXPECT_EQ(parts.across, count) << voxel_m;
+    EXPECT_EQ(parts.down, count) << voxel_m;
   }
 }
 
@@ -88,11 +88,11 @@ TEST(PixelParts, FollowTheSlant) {
   const Surface across = plane(std::sin(slant), 0, std::cos(slant), 2.0 * std::cos(slant));
   const Surface down = plane(0, std::sin(slant), std::cos(slant), 2.0 * std::cos(slant));
   const PixelParts wall = DividedImage(across, 0.005f).pixelAt(kMiddleU, kMiddleV).parts;
-  EXPECT_EQ(wall.steps_u, 1);
-  EXPECT_EQ(wall.steps_v, 0);
+  EXPECT_EQ(wall.across, 3);
+  EXPECT_EQ(wall.down, 1);
   const PixelParts floor = DividedImage(down, 0.005f).pixelAt(kMiddleU, kMiddleV).parts;
-  EXPECT_EQ(floor.steps_u, 0);
-  EXPECT_EQ(floor.steps_v, 1);
+  EXPECT_EQ(floor.across, 1);
+  EXPECT_EQ(floor.down, 3);
 }
 
 /// The parts lie on the plane, evenly over the pixel, and together weigh what the whole does.
@@ -138,9 +138,9 @@ TEST(PixelParts, StopAtStepsAndHoles) {
   const double x_edge = (kMiddleU + 0.5 - kIntrinsics.cx) / kIntrinsics.fx;
   for (const double beyond_m : {2.03, 2.5, 0.0}) {
     const DividedImage image([&](double x, double) { return x < x_edge ? 2.0 : beyond_m; }, 0.003f);
-    EXPECT_EQ(image.pixelAt(kMiddleU, kMiddleV).parts.steps_u, 0) << beyond_m;
-    EXPECT_EQ(image.pixelAt(kMiddleU, kMiddleV).parts.steps_v, 1) << beyond_m;
-    EXPECT_EQ(image.pixelAt(kMiddleU - 6, kMiddleV).parts.steps_u, 1) << beyond_m;
+    EXPECT_EQ(image.pixelAt(kMiddleU, kMiddleV).parts.across, 1) << beyond_m;
+    EXPECT_EQ(image.pixelAt(kMiddleU, kMiddleV).parts.down, 3) << beyond_m;
+    EXPECT_EQ(image.pixelAt(kMiddleU - 6, kMiddleV).parts.across, 3) << beyond_m;
   }
 }
 
@@ -148,12 +148,12 @@ TEST(PixelParts, StopAtStepsAndHoles) {
 TEST(PixelParts, NeedBothNeighbours) {
   const DividedImage image(plane(0, 0, 1, 2), 0.003f);
   for (const int u : {0, kWidth - 1}) {
-    EXPECT_EQ(image.pixelAt(u, kMiddleV).parts.steps_u, 0);
-    EXPECT_EQ(image.pixelAt(u, kMiddleV).parts.steps_v, 1);
+    EXPECT_EQ(image.pixelAt(u, kMiddleV).parts.across, 1);
+    EXPECT_EQ(image.pixelAt(u, kMiddleV).parts.down, 3);
   }
   for (const int v : {0, kHeight - 1}) {
-    EXPECT_EQ(image.pixelAt(kMiddleU, v).parts.steps_u, 1);
-    EXPECT_EQ(image.pixelAt(kMiddleU, v).parts.steps_v, 0);
+    EXPECT_EQ(image.pixelAt(kMiddleU, v).parts.across, 3);
+    EXPECT_EQ(image.pixelAt(kMiddleU, v).parts.down, 1);
   }
 }
 

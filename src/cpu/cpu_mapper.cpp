@@ -65,12 +65,15 @@ void clearFreeSpace(const TouchedBlock& block, const BlockEntry& entry, const Fr
                     const float* free_depth, VoxelStore& voxels) {
   const Vec3i first = firstVoxelOfBlock(block.block_L);
   for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
-    VoxelInImage at[kBlockSide];  // apart from the rest, for the vector units
+    float depth_m[kBlockSide], u[kBlockSide], v[kBlockSide];  // apart, for the vector units
     for (int x = 0; x < kBlockSide; ++x) {
-      at[x] = projectToImage(view, first + voxelOffset(row + x));
+      const VoxelInImage at = projectToImage(view, first + voxelOffset(row) + Vec3i{x, 0, 0});
+      depth_m[x] = at.depth_m;
+      u[x] = at.u;
+      v[x] = at.v;
     }
     for (int x = 0; x < kBlockSide; ++x) {
-      const float evidence = freeEvidence(view, free_depth, at[x]);
+      const float evidence = freeEvidence(view, free_depth, {depth_m[x], u[x], v[x]});
       if (!(evidence > 0.0f)) continue;
       for (const int32_t array : entry.array) {
         if (array == kNoArray) continue;

@@ -182,7 +182,8 @@ void FrameSurfels::computeTiles(const FrameView& view, const MapperParams& param
   };
   for (int v = first_v; v < std::min(first_v + kTileSide, view.height); ++v) {
     const auto sideAt = [&](int u) { return groupSide(tiles[u / kTileSide], u, v); };
-    const auto isSingle = [&](int u) { return sideAt(u) == 1; };
+    const float* measured = &inverse_depth_[static_cast<size_t>(v) * view.width];
+    const auto isSingle = [&](int u) { return measured[u] > 0.0f && sideAt(u) == 1; };
     const auto keepParts = [&](int u, const LineFit& column) {
       const PixelMeasurement pixel = dividedPixel(view, images(), u, v, column, settings);
       const int parts = partCount(pixel.parts);

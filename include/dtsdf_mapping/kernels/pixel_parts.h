@@ -15,7 +15,7 @@ struct PixelParts {
 };
 
 /// A surfel updates the samples to both sides of it, so thirds leave none out in a pixel as wide as
-/// six voxels.
+/// five voxels.
 constexpr int kThirds = 3;
 /// A pixel is divided along an axis if its neighbours to both sides lie no farther than this from its
 /// plane, in voxels: one surface, not the step from one to another.

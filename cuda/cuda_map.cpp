@@ -26,7 +26,7 @@ IntegrationResult CudaMap::integrate(const DepthFrame& frame) {
   IntegrationResult result;
   FusionInput input = computeSurfels(frame);
   findTouchedBlocks(input);
-  if (counters_.usable_surfels == 0) {
+  if (counters_.usable_surfels == 0 || counters_.touched == 0) {
     result.status = FrameStatus::kNoMeasurement;
     result.message = noMeasurementMessage(params_);
     return result;

@@ -150,6 +150,7 @@ __device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
   uint32_t before, total, first = 0;
   Scan(scan[threadIdx.x / 32]).ExclusiveSum(wanted, before, total);
   if (threadIdx.x % 32 == 0 && total > 0) first = atomicAdd(count, total);
+  __syncwarp();  // the scan's memory is used again for the next row
   return __shfl_sync(0xffffffffu, first, 0) + before;
 }
 
@@ -314,8 +315,8 @@ void FrameSurfels::listSurfels(const FrameView& view, const MapperParams& params
 
 void FrameSurfels::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = raw_.bytes() + inverse_depth_.bytes() + row_value_.bytes() +
-                       row_slope_.bytes() + free_depth_.bytes() + groups_.bytes() + surfels_.bytes() +
-                       noise_counts_.bytes();
+                       row_slope_.bytes() + free_depth_.bytes() + groups_.bytes() +
+                       surfels_.bytes() + noise_counts_.bytes();
   parts.push_back({"images and surfels", MemoryKind::kScratch, bytes, bytes});
   parts.push_back({"raw image", MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});
 }

@@ -38,8 +38,7 @@ class FrameSurfels {
                      uint32_t* count, const Stream& stream);
 
   /// The same for one surfel per group, pixel, or part of a pixel, without gaps; a few may have no
-  /// weight.
-  /// If `count` comes out above room(), those beyond are missing.
+  /// weight. If `count` comes out above room(), those beyond are missing.
   void computeGroups(const RawDepth& raw, const FrameView& view, const MapperParams& params,
                      uint32_t* count, const Stream& stream);
 

@@ -210,7 +210,7 @@ void Fusion::finish(const FusionInput& input, const MapView& map, const TouchedB
   DTSDF_CHECK_LAUNCH("finishBlocksKernel");
   has_new_blocks_ = new_blocks > 0;
   if (!has_new_blocks_) return;
-  // Only new arrays can be empty, so there are no more of them to fetch.
+  // Only new arrays can be empty (kLeastDebt), so there are no more of them to fetch.
   touched.counters().download(pinned_counters_.data(), 1, stream_);
   empty_blocks_.download(pinned_empty_blocks_.data(), new_blocks, stream_);
   stream_.record(finished_);

@@ -34,8 +34,9 @@ class Fusion {
   void projectVoxels(const FusionInput& input, const MapView& map, const TouchedView& touched,
                      const FrameCounters& counters);
 
-  /// Takes weight from what the frame saw as free, marks what has changed for the mesh, and lists new arrays that hold nothing. `new_blocks` is
-  /// the number of blocks that were given arrays for this frame.
+  /// Takes weight from what the frame saw as free, marks what has changed for the mesh, and lists new
+  /// arrays that hold nothing. `new_blocks` is the number of blocks that were given arrays for this
+  /// frame.
   void finish(const FusionInput& input, const MapView& map, const TouchedBlocks& touched,
               const FrameCounters& counters, size_t new_blocks);
 

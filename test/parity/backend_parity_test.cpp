@@ -99,8 +99,8 @@ INSTANTIATE_TEST_SUITE_P(
              (std::get<2>(info.param) ? "Directional" : "Undirected");
     });
 
-/// A frame that outgrows every first allocation of the GPU: the table of touched blocks, the sums
-/// (in several passes), the pools, the hash table and the room for the mesh.
+/// A frame that outgrows every first allocation of the GPU: the list of surfels, the table of touched
+/// blocks, the sums (in several passes), the pools, the hash table and the room for the mesh.
 TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
@@ -110,8 +110,11 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   settings.height = 480;
   settings.count = 2;
   settings.noise = true;
+  Profile profile;
+  pair.candidate().profileTo(&profile);
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 1));
   EXPECT_GT(pair.candidate().stats().voxel_arrays, 16384u);
+  EXPECT_GT(profile.work.surfels, profile.work.pixels);
   pair.compareMaps();
 }
 

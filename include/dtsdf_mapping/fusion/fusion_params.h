@@ -12,6 +12,7 @@ enum class FusionMode {
   kNormalRayCasting,  ///< Samples along the surface normal, point-to-plane distance.
 };
 
+/// Bound of FusionParams::normal_radius_px; margins of images on the GPU are as wide.
 constexpr int kMaxNormalRadius_px = 16;
 
 struct FusionParams {

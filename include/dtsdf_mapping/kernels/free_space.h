@@ -4,8 +4,8 @@
 /// beside silhouettes the surface overhangs by a voxel or two, and stray measurements stay. Voxel
 /// projection clears such places by itself; the paper's other modes do not.
 ///
-/// A voxel is seen as free if it lies in front of the surface, by more than any sample may, in all of
-/// the 3 x 3 pixels around its own. It then loses weight, if it is behind a surface: that is where
+/// A voxel is seen as free if it lies in front of the surface, by more than any sample may, in all
+/// of the 3 x 3 pixels around its own. It then loses weight, if it is behind a surface: that is where
 /// overhang and strays have their inside. Distances are left alone, and so are voxels in front. A
 /// weight may fall below 0, to a debt that later strays have to pay off before they show.
 #pragma once
@@ -14,11 +14,15 @@
 
 namespace dtsdf {
 
-/// What a frame says for free space, against what it gives a voxel on a surface: a fraction of it.
+/// What a frame says for free space, as a share of the weight of the pixels that cover the voxel. A
+/// surface there would give it some three times as much.
 constexpr float kFreeShare = 0.1f;
 /// The debt is so many times what one frame adds to it at most: a thing that is put where space was
-/// free appears after some frames.
+/// free appears after some frames, if it is seen from about as near.
 constexpr float kLargestDebt = 10.0f;
+/// Depth in metres below which a voxel is not covered by more and more pixels: near the camera their
+/// number has no bound.
+constexpr float kNearestFree = 0.5f;
 /// Beyond the reach of samples, in standard deviations of the noise.
 constexpr float kFreeNoise = 3.0f;
 
@@ -94,7 +98,8 @@ DTSDF_HD float freeEvidence(const FrameView& frame, const float* free_depth,
     const float* row = centre + static_cast<int64_t>(dv) * frame.width;
     if (!(at.depth_m < row[-1] && at.depth_m < row[0] && at.depth_m < row[1])) return 0.0f;
   }
-  const float voxel_px = frame.intrinsics.fx * frame.voxel_size_m / at.depth_m;
+  const float voxel_px =
+      frame.intrinsics.fx * frame.voxel_size_m / greater(at.depth_m, kNearestFree);
   return kFreeShare * depthWeight(at.depth_m) * (voxel_px * voxel_px);
 }
 

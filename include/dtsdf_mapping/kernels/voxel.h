@@ -25,7 +25,8 @@ struct VoxelSums {
   int64_t weight;
 };
 
-/// A voxel in debt keeps a weight below 0, since 0 is for those that never had a sample.
+/// A voxel whose weight was spent keeps a debt of at least this: an array that has once held a sample
+/// must not read as empty, since only new arrays may be reported so (cuda/fusion.cu).
 constexpr float kLeastDebt = 1.0e-6f;
 
 constexpr int kMaxPixels = 1 << 23;

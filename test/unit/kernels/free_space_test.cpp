@@ -109,6 +109,16 @@ TEST(FreeEvidence, StartsAPixelBesideAnOutline) {
   EXPECT_TRUE(seenFree(39.5));
 }
 
+/// A tenth of the pixels that cover the voxel, by their weight at its depth: at 1 m, (100 px / m times
+/// 0.02 m)^2 = 4 pixels of weight 1. Near the camera it does not grow without bound.
+TEST(FreeEvidence, CountsThePixelsOfTheVoxel) {
+  const FreeSpaceImage image(plane(0, 0, 1, 3.0));
+  EXPECT_NEAR(image.evidenceAt({0, 0, 50}), 0.4f, 1e-5f);
+  EXPECT_NEAR(image.evidenceAt({0, 0, 100}), 0.4f / 16.0f, 1e-5f);
+  EXPECT_NEAR(image.evidenceAt({0, 0, 25}), 1.6f, 1e-5f);
+  EXPECT_NEAR(image.evidenceAt({0, 0, 1}), 1.6f, 1e-5f);
+}
+
 TEST(FreeEvidence, NeedsMeasurementsAllAround) {
   const FreeSpaceImage image([](double x, double y) {
     return std::abs(x) < 0.006 && std::abs(y) < 0.006 ? 0.0 : 2.0;  // 2 x 2 pixels

@@ -4,8 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <vector>
+
+#include "support/surface_image.h"
 
 namespace dtsdf {
 namespace {
@@ -15,32 +16,14 @@ constexpr Intrinsics kIntrinsics{100.0f, 100.0f, 31.5f, 23.5f};
 constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
 constexpr NormalFitSettings kFit{5, 0.1f, 2.0f, 100.0f, 0.0f};
 
-/// Depth along the optical axis of a surface at a viewing direction (x, y, 1), in metres; 0: none.
-using Surface = std::function<double(double x, double y)>;
-
-/// Points with n^T P = delta.
-Surface plane(double nx, double ny, double nz, double delta) {
-  return [=](double x, double y) { return delta / (nx * x + ny * y + nz); };
-}
-
 class FreeSpaceImage {
  public:
   explicit FreeSpaceImage(const Surface& surface, float noise = 0.0f)
       : frame_{kWidth, kHeight, kIntrinsics, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0},
                kVoxel_m} {
+    const SurfaceImage image(surface, kWidth, kHeight, kIntrinsics, kFit);
     for (int i = 0; i < kWidth * kHeight; ++i) {
-      const double z = surface((i % kWidth - double(kIntrinsics.cx)) / kIntrinsics.fx,
-                               (i / kWidth - double(kIntrinsics.cy)) / kIntrinsics.fy);
-      inverse_depth_.push_back(z > 0.0 ? static_cast<float>(1.0 / z) : 0.0f);
-    }
-    for (int i = 0; i < kWidth * kHeight; ++i) {
-      const RowFit fit = fitRow(inverse_depth_.data(), kWidth, i % kWidth, i / kWidth, kFit);
-      row_value_.push_back(fit.value);
-      row_slope_.push_back(fit.slope);
-    }
-    const FitImages images{inverse_depth_.data(), row_value_.data(), row_slope_.data()};
-    for (int i = 0; i < kWidth * kHeight; ++i) {
-      free_depth_.push_back(freeDepth(frame_, images, i % kWidth, i / kWidth,
+      free_depth_.push_back(freeDepth(frame_, image.images(), i % kWidth, i / kWidth,
                                       {kFit.depth_jump, kTruncation, noise}));
     }
   }
@@ -52,7 +35,7 @@ class FreeSpaceImage {
 
  private:
   FrameView frame_;
-  std::vector<float> inverse_depth_, row_value_, row_slope_, free_depth_;
+  std::vector<float> free_depth_;
 };
 
 /// The point of a pixel's ray from which on nothing is free is as far from the plane as samples

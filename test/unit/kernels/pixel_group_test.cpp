@@ -4,10 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
-#include <vector>
 
 #include "dtsdf_mapping/kernels/surfel.h"
+#include "support/surface_image.h"
 
 namespace dtsdf {
 namespace {
@@ -17,33 +16,11 @@ constexpr Intrinsics kIntrinsics{500.0f, 500.0f, 31.5f, 23.5f};
 constexpr float kDepthJump = 0.03f;
 constexpr NormalFitSettings kFit{5, kDepthJump, 10.0f, 525.0f, 0.0f};
 
-/// Depth along the optical axis of a surface at a viewing direction (x, y, 1), in metres.
-using Surface = std::function<double(double x, double y)>;
-
-/// Points with n^T P = delta.
-Surface plane(double nx, double ny, double nz, double delta) {
-  return [=](double x, double y) { return delta / (nx * x + ny * y + nz); };
-}
-
 /// An image of a surface with its row fits, and the groups in it.
 class GroupedImage {
  public:
-  GroupedImage(const Surface& surface, float voxel_m) : frame_(viewOf(voxel_m)) {
-    for (int v = 0; v < kHeight; ++v) {
-      for (int u = 0; u < kWidth; ++u) {
-        const double z = surface((u - double(kIntrinsics.cx)) / kIntrinsics.fx,
-                                 (v - double(kIntrinsics.cy)) / kIntrinsics.fy);
-        inverse_depth_.push_back(z > 0.0 ? static_cast<float>(1.0 / z) : 0.0f);
-      }
-    }
-    for (int v = 0; v < kHeight; ++v) {
-      for (int u = 0; u < kWidth; ++u) {
-        const RowFit fit = fitRow(inverse_depth_.data(), kWidth, u, v, kFit);
-        row_value_.push_back(fit.value);
-        row_slope_.push_back(fit.slope);
-      }
-    }
-  }
+  GroupedImage(const Surface& surface, float voxel_m)
+      : frame_(viewOf(voxel_m)), image_(surface, kWidth, kHeight, kIntrinsics, kFit) {}
 
   /// Side of the group that a pixel belongs to.
   int sideAt(int u, int v) const {
@@ -67,9 +44,7 @@ class GroupedImage {
             voxel_m};
   }
 
-  FitImages images() const {
-    return {inverse_depth_.data(), row_value_.data(), row_slope_.data()};
-  }
+  FitImages images() const { return image_.images(); }
 
   TileGroups groupsAt(int u, int v) const {
     return groupTile(images(), kWidth, kHeight, u - u % kTileSide, v - v % kTileSide,
@@ -77,7 +52,7 @@ class GroupedImage {
   }
 
   FrameView frame_;
-  std::vector<float> inverse_depth_, row_value_, row_slope_;
+  SurfaceImage image_;
 };
 
 bool nearBorder(int v) { return v < kTileSide || v >= kHeight - kTileSide; }

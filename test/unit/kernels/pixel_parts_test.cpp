@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <vector>
 
 #include "dtsdf_mapping/kernels/surfel.h"
+#include "support/surface_image.h"
 
 namespace dtsdf {
 namespace {
@@ -17,29 +17,12 @@ constexpr Intrinsics kIntrinsics{500.0f, 500.0f, 31.5f, 23.5f};
 constexpr NormalFitSettings kFit{5, 0.03f, 1.0f, 500.0f, 0.0f};
 constexpr int kMiddleU = 30, kMiddleV = 24;
 
-/// Depth along the optical axis of a surface at a viewing direction (x, y, 1), in metres; 0: none.
-using Surface = std::function<double(double x, double y)>;
-
 class DividedImage {
  public:
   DividedImage(const Surface& surface, float voxel_m)
       : frame_{kWidth, kHeight, kIntrinsics, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0},
-               voxel_m} {
-    for (int v = 0; v < kHeight; ++v) {
-      for (int u = 0; u < kWidth; ++u) {
-        const double z = surface((u - double(kIntrinsics.cx)) / kIntrinsics.fx,
-                                 (v - double(kIntrinsics.cy)) / kIntrinsics.fy);
-        inverse_depth_.push_back(z > 0.0 ? static_cast<float>(1.0 / z) : 0.0f);
-      }
-    }
-    for (int v = 0; v < kHeight; ++v) {
-      for (int u = 0; u < kWidth; ++u) {
-        const RowFit fit = fitRow(inverse_depth_.data(), kWidth, u, v, kFit);
-        row_value_.push_back(fit.value);
-        row_slope_.push_back(fit.slope);
-      }
-    }
-  }
+               voxel_m},
+        image_(surface, kWidth, kHeight, kIntrinsics, kFit) {}
 
   PixelMeasurement pixelAt(int u, int v) const {
     const LineFit column = fitColumn(images(), kWidth, kHeight, u, v, kFit);
@@ -58,18 +41,11 @@ class DividedImage {
   Surfel wholeAt(int u, int v) const { return computeSurfel(frame_, images(), u, v, kFit); }
 
  private:
-  FitImages images() const {
-    return {inverse_depth_.data(), row_value_.data(), row_slope_.data()};
-  }
+  FitImages images() const { return image_.images(); }
 
   FrameView frame_;
-  std::vector<float> inverse_depth_, row_value_, row_slope_;
+  SurfaceImage image_;
 };
-
-/// Points with n^T P = delta.
-Surface plane(double nx, double ny, double nz, double delta) {
-  return [=](double x, double y) { return delta / (nx * x + ny * y + nz); };
-}
 
 /// At 2 m a pixel is 4 mm wide.
 TEST(PixelParts, AreThirdsOfPixelsWiderThanAVoxel) {

@@ -1,4 +1,4 @@
-/// Depth image to surfels on the device.
+/// Depth image to surfels, and to how far it saw free space, on the device.
 #pragma once
 
 #include "dtsdf_mapping/kernels/depth_noise.h"

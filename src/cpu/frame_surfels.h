@@ -1,4 +1,4 @@
-/// Depth image to surfels on the CPU.
+/// Depth image to surfels, and to how far it saw free space, on the CPU.
 #pragma once
 
 #include <vector>

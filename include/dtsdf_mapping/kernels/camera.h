@@ -37,4 +37,16 @@ DTSDF_HD Vec3f backProject(const Intrinsics& K, float u_px, float v_px, float z_
   return {(u_px - K.cx) / K.fx * z_m, (v_px - K.cy) / K.fy * z_m, z_m};
 }
 
+/// Where a voxel is seen. Of use only if the depth is above 0.
+struct VoxelInImage {
+  float depth_m, u, v;  ///< Pixel coordinates, from the corner of the first pixel.
+};
+
+DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3i& voxel_L) {
+  const Vec3f p_C = frame.voxel_size_m *
+                    rotateInverse(frame.T_L_C, toFloat(voxel_L) - frame.T_L_C.t);
+  const Intrinsics& K = frame.intrinsics;
+  return {p_C.z, K.fx * p_C.x / p_C.z + K.cx + 0.5f, K.fy * p_C.y / p_C.z + K.cy + 0.5f};
+}
+
 }  // namespace dtsdf

@@ -71,18 +71,6 @@ DTSDF_HD float freeDepth(const FrameView& frame, const FitImages& images, int u,
   return depth_m - margin_voxels * frame.voxel_size_m * norm(n) * depth_m;
 }
 
-/// Where a voxel is seen in an image.
-struct VoxelInImage {
-  float depth_m, u, v;  ///< Pixel coordinates, from the corner of the first pixel.
-};
-
-DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3i& voxel_L) {
-  const Vec3f p_C = frame.voxel_size_m *
-                    rotateInverse(frame.T_L_C, toFloat(voxel_L) - frame.T_L_C.t);
-  const Intrinsics& K = frame.intrinsics;
-  return {p_C.z, K.fx * p_C.x / p_C.z + K.cx + 0.5f, K.fy * p_C.y / p_C.z + K.cy + 0.5f};
-}
-
 /// Weight that speaks for a voxel to be free; 0 if it was not seen so. `free_depth` is an image.
 DTSDF_HD float freeEvidence(const FrameView& frame, const float* free_depth,
                             const VoxelInImage& at) {

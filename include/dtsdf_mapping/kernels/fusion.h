@@ -107,18 +107,15 @@ DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionView& fusion, cons
 template <class Add>
 DTSDF_HD void projectVoxel(const FrameView& frame, const FusionView& fusion, const Surfel* surfels,
                            const Vec3i& voxel_L, Add& add) {
-  const Vec3f p_C = frame.voxel_size_m *
-                    rotateInverse(frame.T_L_C, toFloat(voxel_L) - frame.T_L_C.t);
-  if (!(p_C.z > 0.0f)) return;
-  const float u = frame.intrinsics.fx * p_C.x / p_C.z + frame.intrinsics.cx + 0.5f;
-  const float v = frame.intrinsics.fy * p_C.y / p_C.z + frame.intrinsics.cy + 0.5f;
-  if (!(u >= 0.0f && v >= 0.0f && u < static_cast<float>(frame.width) &&
-        v < static_cast<float>(frame.height))) {
+  const VoxelInImage at = projectToImage(frame, voxel_L);
+  if (!(at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f &&
+        at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height))) {
     return;
   }
-  const Surfel& surfel = surfels[static_cast<int64_t>(v) * frame.width + static_cast<int64_t>(u)];
+  const Surfel& surfel =
+      surfels[static_cast<int64_t>(at.v) * frame.width + static_cast<int64_t>(at.u)];
   if (!(surfel.weight > 0.0f)) return;
-  const float distance = (surfel.depth_m - p_C.z) / frame.voxel_size_m;
+  const float distance = (surfel.depth_m - at.depth_m) / frame.voxel_size_m;
   if (distance < -fusion.truncation_voxels) return;
   const int32_t sdf = quantiseSdf(distance / fusion.truncation_voxels);
   const DirectionSet directions = directionsOf(surfel.normal_L, fusion.directional != 0);

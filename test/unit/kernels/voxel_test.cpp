@@ -23,16 +23,17 @@ TEST(VoxelSums, FixedPointStaysWithinItsBounds) {
   }
 }
 
-/// The greatest image, every pixel with the greatest weight and distance, in one voxel.
+/// The greatest image, every pixel with the greatest distance and the weight that a pixel's rounded
+/// parts stay below, in one voxel.
 TEST(VoxelSums, TheWorstFrameFits) {
-  const int64_t weight = quantiseWeight(1.0f), sdf = quantiseSdf(1.0f);
+  const int64_t weight = 2 * quantiseWeight(1.0f), sdf = quantiseSdf(1.0f);
   const int64_t limit = std::numeric_limits<int64_t>::max();
   EXPECT_LT(weight * sdf, limit / kMaxPixels);
   VoxelSums sums{weight * sdf * (kMaxPixels - 1), weight * (kMaxPixels - 1)};
   addToSums(sums, static_cast<int32_t>(weight), static_cast<int32_t>(sdf));
   const Voxel voxel = foldSums({0.0f, 0.0f}, sums, kTruncation, kNoCap);
   EXPECT_FLOAT_EQ(voxel.sdf, kTruncation);
-  EXPECT_FLOAT_EQ(voxel.weight, static_cast<float>(kMaxPixels));
+  EXPECT_FLOAT_EQ(voxel.weight, 2.0f * static_cast<float>(kMaxPixels));
 }
 
 TEST(VoxelSums, QuantisingRoundsToTheNearest) {

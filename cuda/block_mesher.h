@@ -3,10 +3,10 @@
 
 #include <vector>
 
+#include "backend/profile.h"
 #include "device_map.h"
-#include "dtsdf_mapping/kernels/mesh_block.h"
-#include "dtsdf_mapping/mapper/profile.h"
-#include "dtsdf_mapping/meshing/block_mesh.h"
+#include "dtsdf_mapping/block_mesh.h"
+#include "kernels/meshing/mesh_block.h"
 
 namespace dtsdf {
 namespace gpu {

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 
-#include "mapper/frame_check.h"
-#include "mapper/fusion_view.h"
+#include "backend/frame_check.h"
+#include "backend/fusion_view.h"
 
 namespace dtsdf {
 namespace gpu {
 
-CudaMap::CudaMap(const MapperParams& params)
+CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
     : params_(params),
+      rules_(rules),
       fusion_view_(makeFusionView(params)),
       budget_bytes_(static_cast<size_t>(params.map.max_memory_mb) << 20),
       table_(budget_bytes_),

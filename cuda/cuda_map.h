@@ -3,8 +3,9 @@
 
 #include <vector>
 
+#include "backend/mapper_probe.h"
+#include "backend/rules.h"
 #include "block_mesher.h"
-#include "dtsdf_mapping/mapper/mapper.h"
 #include "frame_surfels.h"
 #include "fusion.h"
 #include "runtime/stage_clock.h"
@@ -17,7 +18,7 @@ namespace gpu {
 /// rest.
 class CudaMap {
  public:
-  explicit CudaMap(const MapperParams& params);
+  CudaMap(const MapperParams& params, const Rules& rules);
   ~CudaMap() { stream_.drain(); }
 
   /// @pre The frame is valid. @return when the frame's last kernel is enqueued.
@@ -40,6 +41,7 @@ class CudaMap {
   void countWork(const FusionInput& input, const Admission& admission);
 
   MapperParams params_;
+  Rules rules_;
   FusionView fusion_view_;
   size_t budget_bytes_;
   BlockTable table_;

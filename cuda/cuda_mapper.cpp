@@ -2,17 +2,18 @@
 
 #include <chrono>
 
+#include "backend/frame_check.h"
 #include "cuda_map.h"
-#include "mapper/frame_check.h"
 #include "runtime/device.h"
 
 namespace dtsdf {
 namespace {
 
-class CudaMapper : public Mapper {
+class CudaMapper : public ProbedMapper {
  public:
-  explicit CudaMapper(const MapperParams& params)
+  CudaMapper(const MapperParams& params, const Rules& rules)
       : params_(params),
+        rules_(rules),
         device_(gpu::currentDevice()),
         name_(gpu::deviceName()) {
     map();  // what the device lacks is to be told at start
@@ -57,7 +58,7 @@ class CudaMapper : public Mapper {
   gpu::CudaMap& map() const {
     gpu::useDevice(device_);
     if (map_ == nullptr) {
-      map_ = std::make_unique<gpu::CudaMap>(params_);
+      map_ = std::make_unique<gpu::CudaMap>(params_, rules_);
       map_->profileTo(profile_);
     }
     return *map_;
@@ -75,6 +76,7 @@ class CudaMapper : public Mapper {
   }
 
   MapperParams params_;
+  Rules rules_;
   int device_;
   std::string name_;
   Profile* profile_ = nullptr;
@@ -85,8 +87,8 @@ class CudaMapper : public Mapper {
 
 std::string findCudaProblem() { return gpu::findDeviceProblem(gpu::anyKernel()); }
 
-std::unique_ptr<Mapper> makeCudaMapper(const MapperParams& params) {
-  return std::make_unique<CudaMapper>(params);
+std::unique_ptr<ProbedMapper> makeCudaMapper(const MapperParams& params, const Rules& rules) {
+  return std::make_unique<CudaMapper>(params, rules);
 }
 
 }  // namespace dtsdf

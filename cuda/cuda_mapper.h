@@ -4,7 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "dtsdf_mapping/mapper/mapper.h"
+#include "backend/mapper_probe.h"
+#include "backend/rules.h"
 
 namespace dtsdf {
 
@@ -13,6 +14,6 @@ std::string findCudaProblem();
 
 /// @pre findCudaProblem() is empty.
 /// @throws std::runtime_error if CUDA fails.
-std::unique_ptr<Mapper> makeCudaMapper(const MapperParams& params);
+std::unique_ptr<ProbedMapper> makeCudaMapper(const MapperParams& params, const Rules& rules);
 
 }  // namespace dtsdf

@@ -1,7 +1,7 @@
 /// What a report on the GPU needs: its name, the rates of its memory, its kernels.
 #pragma once
 
-#include "dtsdf_mapping/mapper/profile.h"
+#include "backend/gpu_report.h"
 
 namespace dtsdf {
 

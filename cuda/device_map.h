@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "dtsdf_mapping/kernels/mesh_unit.h"
-#include "dtsdf_mapping/map/block_table.h"
-#include "dtsdf_mapping/mapper/profile.h"
+#include "backend/profile.h"
+#include "kernels/meshing/mesh_unit.h"
+#include "map/block_table.h"
 #include "runtime/slab_pool.h"
 
 namespace dtsdf {

@@ -5,10 +5,10 @@
 #include <cub/block/block_scan.cuh>
 #include <cub/warp/warp_scan.cuh>
 
-#include "dtsdf_mapping/kernels/depth_noise.h"
+#include "backend/fusion_view.h"
+#include "kernels/surfels/depth_noise.h"
 #include "launch.h"
 #include "named_kernels.h"
-#include "mapper/fusion_view.h"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {

@@ -1,11 +1,11 @@
 /// Depth image to surfels, and to how far it saw free space, on the device.
 #pragma once
 
-#include "dtsdf_mapping/kernels/depth_noise.h"
-#include "dtsdf_mapping/kernels/free_space.h"
-#include "dtsdf_mapping/mapper/mapper.h"
-#include "dtsdf_mapping/mapper/mapper_params.h"
-#include "dtsdf_mapping/mapper/profile.h"
+#include "backend/profile.h"
+#include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/params/mapper_params.h"
+#include "kernels/fusion/free_space.h"
+#include "kernels/surfels/depth_noise.h"
 #include "runtime/buffer.h"
 
 namespace dtsdf {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "device_map.cuh"
-#include "dtsdf_mapping/kernels/free_space.h"
+#include "kernels/fusion/free_space.h"
 #include "named_kernels.h"
 #include "runtime/stage_clock.h"
 #include "touched_blocks.cuh"

@@ -1,7 +1,7 @@
 /// Fusion of a frame into the voxels of the blocks that it touches.
 #pragma once
 
-#include "dtsdf_mapping/fusion/fusion_params.h"
+#include "dtsdf_mapping/params/fusion_params.h"
 #include "touched_blocks.h"
 
 namespace dtsdf {

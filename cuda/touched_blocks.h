@@ -2,9 +2,9 @@
 /// into requests for what is missing.
 #pragma once
 
+#include "backend/profile.h"
 #include "device_map.h"
-#include "dtsdf_mapping/kernels/fusion.h"
-#include "dtsdf_mapping/mapper/profile.h"
+#include "kernels/fusion/fusion.h"
 
 namespace dtsdf {
 namespace gpu {

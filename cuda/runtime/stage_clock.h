@@ -4,7 +4,7 @@
 #include <exception>
 #include <vector>
 
-#include "dtsdf_mapping/mapper/profile.h"
+#include "backend/profile.h"
 #include "runtime/stream.h"
 
 namespace dtsdf {

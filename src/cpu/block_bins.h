@@ -5,8 +5,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "dtsdf_mapping/kernels/fusion.h"
-#include "dtsdf_mapping/map/block_table.h"
+#include "kernels/fusion/fusion.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 

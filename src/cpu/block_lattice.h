@@ -6,9 +6,9 @@
 
 #include "cpu/edge_set.h"
 #include "cpu/voxel_store.h"
-#include "dtsdf_mapping/kernels/mesh_block.h"
-#include "dtsdf_mapping/map/block_table.h"
-#include "dtsdf_mapping/meshing/block_mesh.h"
+#include "dtsdf_mapping/block_mesh.h"
+#include "kernels/meshing/mesh_block.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 

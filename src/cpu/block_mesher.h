@@ -3,11 +3,11 @@
 
 #include <vector>
 
+#include "backend/profile.h"
 #include "cpu/voxel_store.h"
-#include "dtsdf_mapping/kernels/mesh_block.h"
-#include "dtsdf_mapping/map/block_table.h"
-#include "dtsdf_mapping/mapper/profile.h"
-#include "dtsdf_mapping/meshing/block_mesh.h"
+#include "dtsdf_mapping/block_mesh.h"
+#include "kernels/meshing/mesh_block.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 

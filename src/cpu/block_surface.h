@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cpu/block_lattice.h"
-#include "dtsdf_mapping/meshing/block_mesh.h"
+#include "dtsdf_mapping/block_mesh.h"
 
 namespace dtsdf {
 

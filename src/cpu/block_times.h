@@ -4,8 +4,8 @@
 #include <atomic>
 #include <chrono>
 
-#include "dtsdf_mapping/map/block_table.h"
-#include "dtsdf_mapping/mapper/profile.h"
+#include "backend/profile.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 

@@ -6,10 +6,10 @@
 #include <chrono>
 #include <cstring>
 
+#include "backend/frame_check.h"
+#include "backend/fusion_view.h"
 #include "cpu/block_times.h"
 #include "cpu/parallel_for.h"
-#include "mapper/frame_check.h"
-#include "mapper/fusion_view.h"
 
 namespace dtsdf {
 namespace {
@@ -86,8 +86,9 @@ void clearFreeSpace(const TouchedBlock& block, const BlockEntry& entry, const Fr
 
 }  // namespace
 
-CpuMapper::CpuMapper(const MapperParams& params)
+CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
     : params_(params),
+      rules_(rules),
       fusion_(makeFusionView(params)),
       threads_(params.threads > 0 ? params.threads : omp_get_num_procs()),
       table_(static_cast<size_t>(params.map.max_memory_mb) << 20),

@@ -1,18 +1,19 @@
 /// The mapper on the CPU, with all cores.
 #pragma once
 
+#include "backend/mapper_probe.h"
+#include "backend/rules.h"
 #include "cpu/block_bins.h"
 #include "cpu/block_mesher.h"
 #include "cpu/frame_surfels.h"
 #include "cpu/voxel_store.h"
-#include "dtsdf_mapping/map/block_table.h"
-#include "dtsdf_mapping/mapper/mapper.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 
-class CpuMapper : public Mapper {
+class CpuMapper : public ProbedMapper {
  public:
-  explicit CpuMapper(const MapperParams& params);
+  CpuMapper(const MapperParams& params, const Rules& rules);
 
   IntegrationResult integrate(const DepthFrame& frame) override;
   void beginMeshUpdate() override;
@@ -34,6 +35,7 @@ class CpuMapper : public Mapper {
                     const std::vector<uint32_t>& empty_directions);
 
   MapperParams params_;
+  Rules rules_;
   FusionView fusion_;
   int threads_;
   BlockTable table_;

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "dtsdf_mapping/kernels/mesh_emit.h"
+#include "kernels/meshing/mesh_emit.h"
 
 namespace dtsdf {
 

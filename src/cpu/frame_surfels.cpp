@@ -4,10 +4,10 @@
 #include <array>
 #include <numeric>
 
+#include "backend/fusion_view.h"
 #include "cpu/line_fits.h"
 #include "cpu/parallel_for.h"
-#include "dtsdf_mapping/kernels/depth_noise.h"
-#include "mapper/fusion_view.h"
+#include "kernels/surfels/depth_noise.h"
 
 namespace dtsdf {
 namespace {

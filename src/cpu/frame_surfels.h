@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "dtsdf_mapping/kernels/free_space.h"
-#include "dtsdf_mapping/mapper/mapper.h"
+#include "dtsdf_mapping/mapper.h"
+#include "kernels/fusion/free_space.h"
 
 namespace dtsdf {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "dtsdf_mapping/kernels/select.h"
+#include "kernels/core/select.h"
 
 namespace dtsdf {
 
@@ -83,7 +83,7 @@ inline bool any(const LaneInts& mask) {
   return (halves[0] | halves[1]) != 0;
 }
 
-inline LaneFloats greater(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }
+inline LaneFloats maximum(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }
 inline LaneFloats magnitude(const LaneFloats& a) {
   return floatsOf(bitsOf(a) & LaneInts(0x7fffffff));
 }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "dtsdf_mapping/kernels/normal_estimation.h"
+#include "kernels/surfels/normal_estimation.h"
 
 namespace dtsdf {
 
@@ -43,7 +43,7 @@ class StretchFit {
     for (int i = 0; i < pixels; ++i) {
       radius_[i] =
           values[i] > 0.0f ? static_cast<float>(windowRadius(values[i], settings)) : 0.0f;
-      widest = greater(widest, radius_[i]);
+      widest = maximum(widest, radius_[i]);
       before_[i] = after_[i] = sum_y_[i] = sum_ky_[i] = 0.0f;
       sum_attached_[i] = attached[i];
     }

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "dtsdf_mapping/kernels/grid.h"
-#include "dtsdf_mapping/kernels/voxel.h"
+#include "kernels/core/grid.h"
+#include "kernels/core/voxel.h"
 
 namespace dtsdf {
 

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/evaluation/camera_views.h"
+#include "evaluation/camera_views.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-#include "dtsdf_mapping/io/tum_sequence.h"
-#include "dtsdf_mapping/simulation/scene.h"
+#include "io/tum_sequence.h"
+#include "simulation/scene.h"
 
 namespace dtsdf {
 

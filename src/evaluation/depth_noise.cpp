@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/evaluation/depth_noise.h"
+#include "evaluation/depth_noise.h"
 
 #include <algorithm>
 #include <cmath>

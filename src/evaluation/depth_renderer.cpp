@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/evaluation/depth_renderer.h"
+#include "evaluation/depth_renderer.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "dtsdf_mapping/evaluation/depth_comparison.h"
 #include "evaluation/command_line.h"
+#include "evaluation/depth_comparison.h"
 #include "evaluation/parallel.h"
 #include "evaluation/progress.h"
 

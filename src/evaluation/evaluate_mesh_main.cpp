@@ -6,7 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "dtsdf_mapping/evaluation/mesh_metrics.h"
+#include "evaluation/mesh_metrics.h"
 #include "evaluation/picture_options.h"
 
 namespace dtsdf {

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "dtsdf_mapping/evaluation/mesh_metrics.h"
+#include "evaluation/mesh_metrics.h"
 
 namespace dtsdf {
 

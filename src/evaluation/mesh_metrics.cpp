@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/evaluation/mesh_metrics.h"
+#include "evaluation/mesh_metrics.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/evaluation/mesh_scene.h"
+#include "evaluation/mesh_scene.h"
 
 #include <embree3/rtcore.h>
 

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/evaluation/picture.h"
+#include "evaluation/picture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "dtsdf_mapping/evaluation/mesh_metrics.h"
-#include "dtsdf_mapping/simulation/scene.h"
+#include "evaluation/mesh_metrics.h"
 #include "evaluation/parallel.h"
+#include "simulation/scene.h"
 
 namespace dtsdf {
 

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "dtsdf_mapping/simulation/scene.h"
+#include "simulation/scene.h"
 
 namespace dtsdf {
 

@@ -4,8 +4,8 @@
 #include <set>
 #include <string>
 
-#include "dtsdf_mapping/evaluation/picture.h"
 #include "evaluation/command_line.h"
+#include "evaluation/picture.h"
 
 namespace dtsdf {
 

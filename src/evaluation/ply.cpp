@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "dtsdf_mapping/evaluation/triangle_mesh.h"
+#include "evaluation/triangle_mesh.h"
 
 namespace dtsdf {
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "dtsdf_mapping/evaluation/depth_noise.h"
 #include "evaluation/command_line.h"
+#include "evaluation/depth_noise.h"
 #include "evaluation/parallel.h"
 #include "evaluation/progress.h"
 

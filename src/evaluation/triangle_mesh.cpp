@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/evaluation/triangle_mesh.h"
+#include "evaluation/triangle_mesh.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

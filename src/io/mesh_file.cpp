@@ -9,7 +9,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "dtsdf_mapping/io/atomic_file.h"
+#include "io/atomic_file.h"
+#include "kernels/core/vec.h"
 
 namespace dtsdf {
 namespace {

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/io/raw_frames.h"
+#include "io/raw_frames.h"
 
 #include <fstream>
 #include <sstream>

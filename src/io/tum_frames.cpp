@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "dtsdf_mapping/io/tum_sequence.h"
 #include "io/depth_png.h"
+#include "io/tum_sequence.h"
 
 namespace dtsdf {
 namespace {

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/map/slot_index.h"
+#include "map/slot_index.h"
 
 #include <algorithm>
 #include <new>

@@ -1,7 +1,8 @@
 #include <stdexcept>
 
 #include "cpu/cpu_mapper.h"
-#include "dtsdf_mapping/mapper/mapper.h"
+#include "mapper/gpu.h"
+#include "mapper/probed_mapper.h"
 #ifdef DTSDF_WITH_CUDA
 #include "cuda_mapper.h"
 #include "cuda_mapper_report.h"
@@ -9,27 +10,18 @@
 
 namespace dtsdf {
 
-const char* toString(FrameStatus status) {
-  switch (status) {
-    case FrameStatus::kFused: return "fused";
-    case FrameStatus::kBadImage: return "bad image";
-    case FrameStatus::kBadIntrinsics: return "bad intrinsics";
-    case FrameStatus::kBadPose: return "bad pose";
-    case FrameStatus::kNoMeasurement: return "no measurement";
-  }
-  return "unknown";
-}
-
 #ifdef DTSDF_WITH_CUDA
 std::string cudaUnavailableReason() { return findCudaProblem(); }
-static std::unique_ptr<Mapper> makeCuda(const MapperParams& params) {
-  return makeCudaMapper(params);
+static std::unique_ptr<ProbedMapper> makeCuda(const MapperParams& params, const Rules& rules) {
+  return makeCudaMapper(params, rules);
 }
 #else
 std::string cudaUnavailableReason() {
   return "this build has no CUDA backend; build with -DWITH_CUDA=ON and the CUDA Toolkit installed";
 }
-static std::unique_ptr<Mapper> makeCuda(const MapperParams&) { return nullptr; }
+static std::unique_ptr<ProbedMapper> makeCuda(const MapperParams&, const Rules&) {
+  return nullptr;
+}
 static GpuReport reportCudaDevice() { return {}; }
 static size_t cudaMemoryTaken() { return 0; }
 #endif
@@ -47,12 +39,14 @@ size_t gpuMemoryTakenSince(size_t before) {
   return now > before ? now - before : 0;
 }
 
-std::unique_ptr<Mapper> makeMapper(const MapperParams& params) {
-  if (params.backend == Backend::kCpu) return std::make_unique<CpuMapper>(params);
+std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules) {
+  if (params.backend == Backend::kCpu) return std::make_unique<CpuMapper>(params, rules);
   const std::string reason = cudaUnavailableReason();
-  if (reason.empty()) return makeCuda(params);
-  if (params.backend == Backend::kAuto) return std::make_unique<CpuMapper>(params);
+  if (reason.empty()) return makeCuda(params, rules);
+  if (params.backend == Backend::kAuto) return std::make_unique<CpuMapper>(params, rules);
   throw std::runtime_error("backend 'cuda' cannot be used: " + reason);
 }
+
+std::unique_ptr<Mapper> makeMapper(const MapperParams& params) { return makeProbedMapper(params); }
 
 }  // namespace dtsdf

@@ -1,10 +1,10 @@
-#include "dtsdf_mapping/meshing/mesh.h"
+#include "dtsdf_mapping/mesh.h"
 
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
 
-#include "dtsdf_mapping/kernels/mesh_emit.h"
+#include "kernels/meshing/mesh_emit.h"
 
 namespace dtsdf {
 namespace {

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "dtsdf_mapping/simulation/scene.h"
+#include "simulation/scene.h"
 
 namespace dtsdf {
 

@@ -4,8 +4,10 @@
 #include <cstdio>
 #include <cstring>
 
-#include "dtsdf_mapping/io/atomic_file.h"
-#include "dtsdf_mapping/io/raw_frames.h"
+#include "io/atomic_file.h"
+#include "io/raw_frames.h"
+#include "mapper/gpu.h"
+#include "mapper/probed_mapper.h"
 #include "tools/benchmark_options.h"
 #include "tools/benchmark_report.h"
 #include "tools/flight.h"
@@ -69,7 +71,7 @@ Report measureFlight(const BenchmarkOptions& options, MapperParams params) {
       std::max(params.map.max_memory_mb, static_cast<int>(options.grow_to_gib * 1024.0) + 1024);
   Measurement end;
   const size_t taken = gpuMemoryTaken();
-  const auto mapper = makeMapper(params);
+  const auto mapper = makeProbedMapper(params);
   std::vector<FrameTime> times;
   {
     ProgressBar progress(static_cast<size_t>(static_cast<double>(plan.map_bytes) / kMiB));

@@ -1,3 +1,4 @@
+#include "mapper/gpu.h"
 #include "tools/benchmark_report.h"
 
 #include <algorithm>

@@ -3,7 +3,8 @@
 
 #include <string>
 
-#include "dtsdf_mapping/mapper/profile.h"
+#include "backend/profile.h"
+#include "mapper/gpu.h"
 #include "tools/measurement.h"
 
 namespace dtsdf {

@@ -55,7 +55,7 @@ SourceFrame renderFlightFrame(double x_m) {
   return frame;
 }
 
-std::vector<FrameTime> fly(Mapper& mapper, const FlightPlan& plan,
+std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
                            const std::function<void(size_t)>& show_progress) {
   std::vector<FrameTime> times;
   do {

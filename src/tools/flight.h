@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "mapper/probed_mapper.h"
 #include "tools/measurement.h"
 
 namespace dtsdf {
@@ -22,7 +23,7 @@ struct FlightPlan {
 
 /// Flies until the map has its size; frames are made between the timed ones. `show_progress` gets
 /// the size of the map.
-std::vector<FrameTime> fly(Mapper& mapper, const FlightPlan& plan,
+std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
                            const std::function<void(size_t)>& show_progress);
 
 }  // namespace dtsdf

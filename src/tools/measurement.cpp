@@ -1,9 +1,11 @@
+#include "mapper/gpu.h"
+#include "mapper/probed_mapper.h"
 #include "tools/measurement.h"
 
 #include <chrono>
 #include <stdexcept>
 
-#include "dtsdf_mapping/meshing/mesh.h"
+#include "dtsdf_mapping/mesh.h"
 
 namespace dtsdf {
 namespace {
@@ -14,7 +16,7 @@ double millisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-void integrateOrThrow(Mapper& mapper, const DepthFrame& frame) {
+void integrateOrThrow(ProbedMapper& mapper, const DepthFrame& frame) {
   const IntegrationResult result = mapper.integrate(frame);
   if (result.status != FrameStatus::kFused) {
     throw std::runtime_error("a frame cannot be fused: " + result.message);
@@ -28,7 +30,7 @@ void integrateOrThrow(Mapper& mapper, const DepthFrame& frame) {
 void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& params,
                    const std::function<void(size_t)>& show_progress, Measurement& result) {
   const size_t taken = gpuMemoryTaken();
-  const auto mapper = makeMapper(params);
+  const auto mapper = makeProbedMapper(params);
   MeshStore store(params.map.voxel_size_m);
   for (const SourceFrame& frame : frames) {
     result.frames.push_back(timeFrame(*mapper, frame.depth,
@@ -48,7 +50,7 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
 
 void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& params,
                    const std::function<void(size_t)>& show_progress, Measurement& result) {
-  const auto mapper = makeMapper(params);
+  const auto mapper = makeProbedMapper(params);
   Profile profile;
   mapper->profileTo(&profile);
   for (const SourceFrame& frame : frames) {
@@ -64,7 +66,7 @@ void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& p
 /// As a live map works: the meshes of a frame are fetched while the next frame is fused.
 void measureOverlapped(const std::vector<SourceFrame>& frames, const MapperParams& params,
                        Measurement& result) {
-  const auto mapper = makeMapper(params);
+  const auto mapper = makeProbedMapper(params);
   const auto start = Clock::now();
   for (const SourceFrame& frame : frames) {
     integrateOrThrow(*mapper, frame.depth);
@@ -77,7 +79,7 @@ void measureOverlapped(const std::vector<SourceFrame>& frames, const MapperParam
 
 }  // namespace
 
-FrameTime timeFrame(Mapper& mapper, const DepthFrame& frame,
+FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
                     const std::function<void(const MeshUpdate&)>& use) {
   FrameTime time;
   const auto start = Clock::now();

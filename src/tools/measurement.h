@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/io/frame_source.h"
-#include "dtsdf_mapping/mapper/mapper.h"
+#include "mapper/probed_mapper.h"
 
 namespace dtsdf {
 
@@ -30,7 +30,7 @@ struct Measurement {
 };
 
 /// Times one frame and the mesh update after it; the update is given to `use`.
-FrameTime timeFrame(Mapper& mapper, const DepthFrame& frame,
+FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
                     const std::function<void(const MeshUpdate&)>& use);
 
 /// Measures with frames that lie in memory, with a mesh update after each. Each run has a map of

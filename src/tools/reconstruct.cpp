@@ -2,11 +2,11 @@
 #include <cstdio>
 #include <memory>
 
-#include "dtsdf_mapping/io/atomic_file.h"
-#include "dtsdf_mapping/io/bag_frames.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
-#include "dtsdf_mapping/mapper/mapper.h"
+#include "dtsdf_mapping/mapper.h"
+#include "io/atomic_file.h"
+#include "io/bag_frames.h"
 #include "tools/progress_bar.h"
 #include "tools/reconstruct_options.h"
 #include "tools/reconstruction.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "dtsdf_mapping/io/frame_source.h"
-#include "dtsdf_mapping/mapper/mapper.h"
-#include "dtsdf_mapping/meshing/mesh.h"
+#include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/mesh.h"
 
 namespace dtsdf {
 

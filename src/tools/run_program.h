@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/io/frame_source.h"
-#include "dtsdf_mapping/ros/node_params.h"
+#include "ros/session/node_params.h"
 #include "tools/option_list.h"
 
 namespace dtsdf {

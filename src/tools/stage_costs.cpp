@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "dtsdf_mapping/kernels/depth_noise.h"
-#include "dtsdf_mapping/kernels/mesh_block.h"
-#include "dtsdf_mapping/kernels/surfel.h"
-#include "dtsdf_mapping/kernels/voxel.h"
-#include "dtsdf_mapping/map/block_table.h"
-#include "dtsdf_mapping/meshing/block_mesh.h"
+#include "dtsdf_mapping/block_mesh.h"
+#include "kernels/core/voxel.h"
+#include "kernels/meshing/mesh_block.h"
+#include "kernels/surfels/depth_noise.h"
+#include "kernels/surfels/surfel.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 namespace {

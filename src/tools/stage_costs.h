@@ -2,7 +2,7 @@
 /// counts. What an implementation moves beyond that is its own doing.
 #pragma once
 
-#include "dtsdf_mapping/mapper/profile.h"
+#include "backend/profile.h"
 
 namespace dtsdf {
 

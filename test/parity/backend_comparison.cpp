@@ -71,8 +71,8 @@ std::string reasonToSkip(Candidate candidate) {
 }
 
 BackendPair::BackendPair(const MapperParams& params, Candidate candidate)
-    : reference_(makeMapper(paramsOf(params, Candidate::kCpuAgain))),
-      candidate_(makeMapper(paramsOf(params, candidate))),
+    : reference_(makeProbedMapper(paramsOf(params, Candidate::kCpuAgain))),
+      candidate_(makeProbedMapper(paramsOf(params, candidate))),
       reference_mesh_(params.map.voxel_size_m),
       candidate_mesh_(params.map.voxel_size_m) {
   EXPECT_EQ(reference_->backendName(), "cpu (1 thread)");
@@ -146,7 +146,7 @@ void expectEqualMeshes(const Mesh& expected, const Mesh& actual) {
   EXPECT_TRUE(sameBytes(expected.triangles, actual.triangles));
 }
 
-void expectEqualMaps(Mapper& expected, Mapper& actual) {
+void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual) {
   const std::vector<BlockSnapshot> a = expected.snapshot(), b = actual.snapshot();
   ASSERT_EQ(b.size(), a.size());
   for (size_t i = 0; i < a.size(); ++i) {

@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "dtsdf_mapping/mapper/mapper.h"
-#include "dtsdf_mapping/meshing/mesh.h"
+#include "dtsdf_mapping/mesh.h"
+#include "mapper/probed_mapper.h"
 
 namespace dtsdf {
 
@@ -37,16 +37,16 @@ class BackendPair {
   /// Compares all voxels, and the meshes put together from all updates.
   void compareMaps();
 
-  Mapper& reference() { return *reference_; }
-  Mapper& candidate() { return *candidate_; }
+  ProbedMapper& reference() { return *reference_; }
+  ProbedMapper& candidate() { return *candidate_; }
 
  private:
-  std::unique_ptr<Mapper> reference_, candidate_;
+  std::unique_ptr<ProbedMapper> reference_, candidate_;
   MeshStore reference_mesh_, candidate_mesh_;
 };
 
 void expectEqualUpdates(const MeshUpdate& expected, const MeshUpdate& actual);
 void expectEqualMeshes(const Mesh& expected, const Mesh& actual);
-void expectEqualMaps(Mapper& expected, Mapper& actual);
+void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual);
 
 }  // namespace dtsdf

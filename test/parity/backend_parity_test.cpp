@@ -6,6 +6,7 @@
 #include <limits>
 #include <tuple>
 
+#include "mapper/probed_mapper.h"
 #include "parity/backend_comparison.h"
 #include "parity/test_frames.h"
 
@@ -31,7 +32,7 @@ void integrateAll(BackendPair& pair, const std::vector<TestFrame>& frames, int m
 }
 
 /// Both maps hold something, so that equal does not just mean empty.
-void expectSurface(Mapper& mapper) { EXPECT_GT(mapper.stats().voxel_arrays, 50u); }
+void expectSurface(ProbedMapper& mapper) { EXPECT_GT(mapper.stats().voxel_arrays, 50u); }
 
 class BackendParity : public testing::TestWithParam<Candidate> {
  protected:

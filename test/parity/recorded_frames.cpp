@@ -1,6 +1,6 @@
 #include "parity/recorded_frames.h"
 
-#include "dtsdf_mapping/io/raw_frames.h"
+#include "io/raw_frames.h"
 
 namespace dtsdf {
 

@@ -11,6 +11,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "mapper/probed_mapper.h"
 #include "parity/backend_comparison.h"
 #include "parity/recorded_frames.h"
 
@@ -40,7 +41,7 @@ std::vector<float> voxelSizes() {
 }
 
 struct Reconstruction {
-  std::unique_ptr<Mapper> mapper;
+  std::unique_ptr<ProbedMapper> mapper;
   Mesh mesh;
   std::vector<double> frame_ms, mesh_ms;
 };
@@ -62,7 +63,7 @@ Reconstruction reconstruct(const std::vector<TestFrame>& frames, MapperParams pa
                            Backend backend) {
   params.backend = backend;
   Reconstruction run;
-  run.mapper = makeMapper(params);
+  run.mapper = makeProbedMapper(params);
   MeshStore store(params.map.voxel_size_m);
   double total_ms = 0.0;
   for (size_t i = 0; i < frames.size(); ++i) {

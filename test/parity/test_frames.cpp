@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "dtsdf_mapping/simulation/scene.h"
+#include "simulation/scene.h"
 
 namespace dtsdf {
 namespace {

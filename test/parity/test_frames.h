@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "dtsdf_mapping/mapper/mapper.h"
+#include "dtsdf_mapping/mapper.h"
 
 namespace dtsdf {
 

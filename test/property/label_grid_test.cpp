@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "dtsdf_mapping/kernels/mesh_tables.h"
+#include "kernels/meshing/mesh_tables.h"
 #include "support/mesh_topology.h"
 #include "support/random_seed.h"
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <random>
 
+#include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
 #include "support/mesh_topology.h"
@@ -96,9 +97,9 @@ class RandomScenes : public testing::TestWithParam<int> {
 TEST_P(RandomScenes, WorkMayBeCutUpAnyWay) {
   SCOPED_TRACE(describeSeed(seed()));
   RandomCase c = drawCase(seed());
-  const std::unique_ptr<Mapper> whole = makeMapper(c.params);
+  const std::unique_ptr<ProbedMapper> whole = makeProbedMapper(c.params);
   c.params.threads = 1;
-  const std::unique_ptr<Mapper> pieces = makeMapper(c.params);
+  const std::unique_ptr<ProbedMapper> pieces = makeProbedMapper(c.params);
   pieces->integrate(c.frames.back().view());
   pieces->updateMesh();
   pieces->clear();
@@ -117,7 +118,7 @@ TEST_P(RandomScenes, WorkMayBeCutUpAnyWay) {
 TEST_P(RandomScenes, MeshesAreSound) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());
-  const std::unique_ptr<Mapper> mapper = makeMapper(c.params);
+  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(c.params);
   for (const SceneFrame& frame : c.frames) mapper->integrate(frame.view());
   MeshStore store(c.params.map.voxel_size_m);
   store.apply(mapper->updateMesh());
@@ -135,7 +136,7 @@ TEST_P(RandomScenes, MeshesAreSound) {
 TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());
-  const std::unique_ptr<Mapper> mapper = makeMapper(c.params);
+  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(c.params);
   for (const SceneFrame& frame : c.frames) mapper->integrate(frame.view());
   const float truncation = c.params.map.truncation_voxels;
   for (const BlockSnapshot& block : mapper->snapshot()) {

@@ -7,10 +7,10 @@
 #include <fstream>
 #include <iterator>
 
-#include "dtsdf_mapping/io/bag_frames.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/yaml_params.h"
-#include "dtsdf_mapping/ros/node_params.h"
+#include "io/bag_frames.h"
+#include "ros/session/node_params.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 #include "support/temporary_folder.h"

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/ros/depth_image.h"
+#include "ros/input/depth_image.h"
 
 #include <gtest/gtest.h>
 

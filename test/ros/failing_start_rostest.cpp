@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "dtsdf_mapping/mapper/mapper.h"
+#include "dtsdf_mapping/mapper.h"
 
 namespace dtsdf {
 namespace {

@@ -10,8 +10,8 @@
 #include <exception>
 #include <iostream>
 
-#include "dtsdf_mapping/ros/transform_conversions.h"
-#include "dtsdf_mapping/simulation/scene.h"
+#include "ros/input/transform_conversions.h"
+#include "simulation/scene.h"
 
 namespace {
 

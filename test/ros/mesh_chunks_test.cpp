@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/ros/mesh_chunks.h"
+#include "ros/output/mesh_chunks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/ros/mesh_saver.h"
+#include "ros/output/mesh_saver.h"
 
 #include <gtest/gtest.h>
 

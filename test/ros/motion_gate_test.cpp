@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/ros/motion_gate.h"
+#include "ros/input/motion_gate.h"
 
 #include <gtest/gtest.h>
 

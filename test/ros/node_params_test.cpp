@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/ros/node_params.h"
+#include "ros/session/node_params.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <iterator>
 
 #include "dtsdf_mapping/io/yaml_params.h"
-#include "dtsdf_mapping/ros/drop_reason.h"
+#include "ros/input/drop_reason.h"
 
 namespace dtsdf {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <filesystem>
 
-#include "dtsdf_mapping/simulation/scene.h"
 #include "ros/support/mesh_watcher.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
+#include "simulation/scene.h"
 
 namespace dtsdf {
 namespace {

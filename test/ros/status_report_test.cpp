@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/ros/status_report.h"
+#include "ros/output/status_report.h"
 
 #include <gtest/gtest.h>
 

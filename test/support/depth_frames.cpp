@@ -1,3 +1,4 @@
+#include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +67,7 @@ std::string modeName(FusionMode mode, bool directional) {
 }
 
 Mesh reconstruct(const MapperParams& params, const std::vector<SceneFrame>& frames) {
-  const std::unique_ptr<Mapper> mapper = makeMapper(params);
+  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(params);
   for (const SceneFrame& frame : frames) {
     const IntegrationResult result = mapper->integrate(frame.view());
     EXPECT_EQ(result.status, FrameStatus::kFused) << result.message;

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "dtsdf_mapping/mapper/mapper.h"
-#include "dtsdf_mapping/meshing/mesh.h"
-#include "dtsdf_mapping/simulation/scene.h"
+#include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/mesh.h"
+#include "simulation/scene.h"
 
 namespace dtsdf {
 

@@ -14,7 +14,7 @@ bool sameBytes(const std::vector<T>& a, const std::vector<T>& b) {
 
 }  // namespace
 
-testing::AssertionResult sameMaps(Mapper& a, Mapper& b) {
+testing::AssertionResult sameMaps(ProbedMapper& a, ProbedMapper& b) {
   const std::vector<BlockSnapshot> x = a.snapshot(), y = b.snapshot();
   if (x.size() != y.size()) {
     return testing::AssertionFailure() << x.size() << " blocks and " << y.size();

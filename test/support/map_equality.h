@@ -3,12 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include "dtsdf_mapping/mapper/mapper.h"
-#include "dtsdf_mapping/meshing/mesh.h"
+#include "dtsdf_mapping/mesh.h"
+#include "mapper/probed_mapper.h"
 
 namespace dtsdf {
 
-testing::AssertionResult sameMaps(Mapper& a, Mapper& b);
+testing::AssertionResult sameMaps(ProbedMapper& a, ProbedMapper& b);
 testing::AssertionResult sameMeshes(const Mesh& a, const Mesh& b);
 
 }  // namespace dtsdf

@@ -6,7 +6,7 @@
 #include <ostream>
 #include <vector>
 
-#include "dtsdf_mapping/meshing/mesh.h"
+#include "dtsdf_mapping/mesh.h"
 
 namespace dtsdf {
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "dtsdf_mapping/kernels/normal_estimation.h"
+#include "kernels/surfels/normal_estimation.h"
 
 namespace dtsdf {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "dtsdf_mapping/meshing/mesh.h"
+#include "dtsdf_mapping/mesh.h"
 
 namespace dtsdf {
 

@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "dtsdf_mapping/io/bag_frames.h"
-#include "dtsdf_mapping/ros/depth_image.h"
-#include "dtsdf_mapping/ros/transform_conversions.h"
+#include "io/bag_frames.h"
+#include "ros/input/depth_image.h"
+#include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
 namespace {

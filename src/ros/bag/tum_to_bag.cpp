@@ -15,8 +15,8 @@
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/tum_frames.h"
-#include "dtsdf_mapping/io/tum_sequence.h"
-#include "dtsdf_mapping/ros/transform_conversions.h"
+#include "io/tum_sequence.h"
+#include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-#include "dtsdf_mapping/ros/transform_conversions.h"
+#include "ros/input/transform_conversions.h"
 #include "ros/support/wait.h"
 
 namespace dtsdf {

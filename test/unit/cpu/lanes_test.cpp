@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "dtsdf_mapping/kernels/mesh_unit.h"
+#include "kernels/meshing/mesh_unit.h"
 
 namespace dtsdf {
 namespace {

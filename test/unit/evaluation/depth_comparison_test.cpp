@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/evaluation/depth_comparison.h"
+#include "evaluation/depth_comparison.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "dtsdf_mapping/evaluation/mesh_metrics.h"
+#include "evaluation/mesh_metrics.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "dtsdf_mapping/evaluation/depth_renderer.h"
-#include "dtsdf_mapping/simulation/scene.h"
+#include "evaluation/depth_renderer.h"
+#include "simulation/scene.h"
 #include "support/temporary_folder.h"
 #include "unit/evaluation/test_meshes.h"
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "dtsdf_mapping/evaluation/triangle_mesh.h"
+#include "evaluation/triangle_mesh.h"
 #include "support/temporary_folder.h"
 #include "unit/evaluation/test_meshes.h"
 

@@ -4,10 +4,10 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "dtsdf_mapping/evaluation/depth_noise.h"
-#include "dtsdf_mapping/evaluation/picture.h"
 #include "dtsdf_mapping/io/tum_frames.h"
-#include "dtsdf_mapping/simulation/scene.h"
+#include "evaluation/depth_noise.h"
+#include "evaluation/picture.h"
+#include "simulation/scene.h"
 #include "support/temporary_folder.h"
 #include "unit/evaluation/test_meshes.h"
 

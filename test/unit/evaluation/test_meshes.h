@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "dtsdf_mapping/evaluation/triangle_mesh.h"
+#include "evaluation/triangle_mesh.h"
 
 namespace dtsdf {
 

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/io/atomic_file.h"
+#include "io/atomic_file.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/io/camera_info_file.h"
+#include "io/camera_info_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/io/trajectory.h"
+#include "io/trajectory.h"
 
 #include <gtest/gtest.h>
 

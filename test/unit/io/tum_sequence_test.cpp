@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/io/tum_sequence.h"
+#include "io/tum_sequence.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/map/block_table.h"
+#include "map/block_table.h"
 
 #include <gtest/gtest.h>
 

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
 
@@ -104,8 +105,8 @@ std::vector<BadFrame> badPoses() {
 class BadFrames : public testing::TestWithParam<BadFrame> {};
 
 TEST_P(BadFrames, LeaveTheMapUntouched) {
-  const std::unique_ptr<Mapper> mapper = makeMapper(testParams());
-  const std::unique_ptr<Mapper> reference = makeMapper(testParams());
+  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
+  const std::unique_ptr<ProbedMapper> reference = makeProbedMapper(testParams());
   const SceneFrame first = goodFrame(), second = goodFrame(true);
   mapper->integrate(first.view());
   reference->integrate(first.view());
@@ -129,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(Pose, BadFrames, testing::ValuesIn(badPoses()), nameOf)
 
 TEST(EmptyDepth, IsNoMeasurement) {
   for (const float value : {0.0f, -1.0f, kNan, kInfinity, 0.05f, 50.0f}) {
-    const std::unique_ptr<Mapper> mapper = makeMapper(testParams());
+    const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
     SceneFrame frame = goodFrame();
     std::fill(frame.depth_m.begin(), frame.depth_m.end(), value);
     const IntegrationResult result = mapper->integrate(frame.view());
@@ -140,7 +141,7 @@ TEST(EmptyDepth, IsNoMeasurement) {
 }
 
 TEST(EmptyDepth, OnePixelHasNoNormal) {
-  const std::unique_ptr<Mapper> mapper = makeMapper(testParams());
+  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
   frame.frame.width = frame.frame.height = 1;
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kNoMeasurement);
@@ -148,7 +149,7 @@ TEST(EmptyDepth, OnePixelHasNoNormal) {
 
 /// NaN, infinity and nonsense count as no measurement, like 0.
 TEST(OddFrames, InvalidPixelsAreHoles) {
-  const std::unique_ptr<Mapper> odd = makeMapper(testParams()), plain = makeMapper(testParams());
+  const std::unique_ptr<ProbedMapper> odd = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());
   SceneFrame holes = goodFrame();
   for (size_t i = 0; i < holes.depth_m.size(); i += 7) holes.depth_m[i] = 0.0f;
   SceneFrame nonsense = holes;
@@ -160,7 +161,7 @@ TEST(OddFrames, InvalidPixelsAreHoles) {
 }
 
 TEST(OddFrames, PaddedRowsAreSkipped) {
-  const std::unique_ptr<Mapper> padded = makeMapper(testParams()), plain = makeMapper(testParams());
+  const std::unique_ptr<ProbedMapper> padded = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());
   const SceneFrame frame = goodFrame();
   constexpr size_t kPadding = 24;
   DepthFrame wide = frame.view();
@@ -179,7 +180,7 @@ TEST(OddFrames, PaddedRowsAreSkipped) {
 
 /// 16 bits in units of 1 / 4096 m hold a depth image rounded to it, exactly.
 TEST(OddFrames, EncodingsAgree) {
-  const std::unique_ptr<Mapper> whole = makeMapper(testParams()), metres = makeMapper(testParams());
+  const std::unique_ptr<ProbedMapper> whole = makeProbedMapper(testParams()), metres = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
   constexpr float kUnit_m = 1.0f / 4096.0f;  // a power of two, so that both products are exact
   std::vector<uint16_t> units;
@@ -198,7 +199,7 @@ TEST(OddFrames, EncodingsAgree) {
 }
 
 TEST(OddFrames, AnAlmostRotationIsTaken) {
-  const std::unique_ptr<Mapper> mapper = makeMapper(testParams());
+  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
   frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // a quaternion that was rounded on its way
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
@@ -216,7 +217,7 @@ TEST(LonelyPixels, CountWhereNoNormalIsNeeded) {
   for (const bool directional : {false, true}) {
     for (const FusionMode mode : {FusionMode::kVoxelProjection, FusionMode::kRayCasting,
                                   FusionMode::kNormalRayCasting}) {
-      const auto mapper = makeMapper(makeCpuParams(mode, directional, 0.04f));
+      const auto mapper = makeProbedMapper(makeCpuParams(mode, directional, 0.04f));
       const bool counts = !directional && mode == FusionMode::kVoxelProjection;
       EXPECT_EQ(mapper->integrate(frame.view()).status,
                 counts ? FrameStatus::kFused : FrameStatus::kNoMeasurement)

@@ -6,6 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "kernels/core/grid.h"
+#include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
 #include "support/mesh_topology.h"
@@ -33,7 +35,7 @@ const std::vector<SceneFrame>& lap() {
 class Budget : public testing::TestWithParam<bool> {};
 
 TEST_P(Budget, IsKeptAndRefusalsAreCounted) {
-  const std::unique_ptr<Mapper> mapper = makeMapper(smallParams(GetParam()));
+  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(smallParams(GetParam()));
   uint64_t refused = 0;
   for (const SceneFrame& frame : lap()) {
     const IntegrationResult result = mapper->integrate(frame.view());
@@ -52,8 +54,8 @@ TEST_P(Budget, IsKeptAndRefusalsAreCounted) {
 TEST_P(Budget, WhatIsMappedIsRight) {
   MapperParams plenty_params = smallParams(GetParam());
   plenty_params.map.max_memory_mb = 1024;
-  const std::unique_ptr<Mapper> small = makeMapper(smallParams(GetParam()));
-  const std::unique_ptr<Mapper> plenty = makeMapper(plenty_params);
+  const std::unique_ptr<ProbedMapper> small = makeProbedMapper(smallParams(GetParam()));
+  const std::unique_ptr<ProbedMapper> plenty = makeProbedMapper(plenty_params);
   const SceneFrame& frame = lap()[0];
   EXPECT_GT(small->integrate(frame.view()).refused_blocks, 0u);
   EXPECT_EQ(plenty->integrate(frame.view()).refused_blocks, 0u);
@@ -76,7 +78,7 @@ TEST_P(Budget, WhatIsMappedIsRight) {
 }
 
 TEST_P(Budget, AFullMapIsStillUpdatedAndMeshed) {
-  const std::unique_ptr<Mapper> mapper = makeMapper(smallParams(GetParam()));
+  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(smallParams(GetParam()));
   const SceneFrame& frame = lap()[0];
   mapper->integrate(frame.view());
   MeshStore store(0.02f);
@@ -112,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(Maps, Budget, testing::Bool(),
 TEST(Recycling, NoArrayIsEmpty) {
   for (const FusionMode mode :
        {FusionMode::kVoxelProjection, FusionMode::kRayCasting, FusionMode::kNormalRayCasting}) {
-    const std::unique_ptr<Mapper> mapper = makeMapper(makeCpuParams(mode, true, 0.04f));
+    const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(makeCpuParams(mode, true, 0.04f));
     size_t arrays = 0;
     for (const SceneFrame& frame : lap()) mapper->integrate(frame.view());
     for (const BlockSnapshot& block : mapper->snapshot()) {

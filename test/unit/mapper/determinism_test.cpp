@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
 
@@ -19,7 +20,7 @@ using Mode = std::tuple<FusionMode, bool>;
 class Session {
  public:
   explicit Session(const MapperParams& params)
-      : mapper_(makeMapper(params)), store_(params.map.voxel_size_m) {}
+      : mapper_(makeProbedMapper(params)), store_(params.map.voxel_size_m) {}
 
   void integrate(const SceneFrame& frame) {
     EXPECT_EQ(mapper_->integrate(frame.view()).status, FrameStatus::kFused);
@@ -29,11 +30,11 @@ class Session {
     mapper_->clear();
     store_.clear();
   }
-  Mapper& mapper() { return *mapper_; }
+  ProbedMapper& mapper() { return *mapper_; }
   Mesh mesh() const { return store_.assemble(); }
 
  private:
-  std::unique_ptr<Mapper> mapper_;
+  std::unique_ptr<ProbedMapper> mapper_;
   MeshStore store_;
 };
 
@@ -118,10 +119,10 @@ INSTANTIATE_TEST_SUITE_P(All, Determinism,
                          });
 
 TEST(CpuMapper, SaysItsNameAndIsMadeWhenAskedFor) {
-  EXPECT_EQ(makeMapper(makeCpuParams())->backendName(), "cpu (2 threads)");
+  EXPECT_EQ(makeProbedMapper(makeCpuParams())->backendName(), "cpu (2 threads)");
   MapperParams params = makeCpuParams();
   params.threads = 1;
-  EXPECT_EQ(makeMapper(params)->backendName(), "cpu (1 thread)");
+  EXPECT_EQ(makeProbedMapper(params)->backendName(), "cpu (1 thread)");
 }
 
 TEST(CpuMapper, AnExtractionIsHandedOutOnce) {

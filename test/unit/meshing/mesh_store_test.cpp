@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/meshing/mesh.h"
+#include "dtsdf_mapping/mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "dtsdf_mapping/kernels/mesh_emit.h"
+#include "kernels/meshing/mesh_emit.h"
 #include "support/mesh_topology.h"
 
 namespace dtsdf {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dtsdf_mapping/simulation/scene.h"
+#include "simulation/scene.h"
 
 namespace dtsdf {
 namespace {

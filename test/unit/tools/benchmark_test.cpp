@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "mapper/probed_mapper.h"
 #include "tools/benchmark_options.h"
 #include "tools/benchmark_report.h"
 #include "tools/flight.h"
@@ -167,7 +168,7 @@ TEST(Flight, GrowsTheMapToItsSize) {
   params.backend = Backend::kCpu;
   params.threads = 1;
   params.map.voxel_size_m = 0.2f;
-  const auto mapper = makeMapper(params);
+  const auto mapper = makeProbedMapper(params);
   const FlightPlan plan{size_t(1) << 20, 2.0};
   const std::vector<FrameTime> times = fly(*mapper, plan, [](size_t) {});
   ASSERT_GT(times.size(), 1u);

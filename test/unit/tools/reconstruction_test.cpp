@@ -21,13 +21,9 @@ class FakeMapper : public Mapper {
     return result;
   }
   void beginMeshUpdate() override { calls += 'm'; }
-  void waitForMeshes() override {}
   MeshUpdate finishMeshUpdate() override { return {}; }
   void clear() override {}
   MapStats stats() const override { return {3, 7, 4096, 2}; }
-  std::vector<BlockSnapshot> snapshot() override { return {}; }
-  void profileTo(Profile*) override {}
-  std::vector<MemoryPart> memory() const override { return {}; }
   std::string backendName() const override { return "fake (0 threads)"; }
 
   std::string calls;  ///< 'i' for each frame, 'm' for each extraction.

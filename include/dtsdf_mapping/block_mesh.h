@@ -1,0 +1,33 @@
+/// The mesh of one block: what the backends hand out, and what a consumer keeps per block.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dtsdf_mapping/geometry.h"
+
+namespace dtsdf {
+
+/// A vertex lies on an edge of the grid. `edge` identifies it inside the block:
+/// ((lattice index of the edge's lower corner) * 3 + axis) * 2 + facing, the lattice being the
+/// 9 x 9 x 9 corners of the block's mesh units; facing 0 has its behind side at the lower end.
+struct BlockVertex {
+  Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [0, 8].
+  uint32_t edge;
+};
+
+/// Triangles of the mesh units of one block, counter-clockwise seen from the front. Vertices on the
+/// block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
+struct BlockMesh {
+  BlockKey key;
+  std::vector<BlockVertex> vertices;  ///< Sorted by `edge`, each edge at most once.
+  std::vector<uint16_t> triangles;    ///< Three indices into `vertices` each, in canonical order.
+};
+
+/// Changes since the last extraction; a mesh without triangles replaces one that vanished.
+struct MeshUpdate {
+  std::vector<BlockMesh> blocks;  ///< Sorted by packed key.
+  double duration_ms = 0.0;       ///< Time the extraction took.
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,78 @@
+/// The seam of the package: everything outside drives a map through this interface.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "dtsdf_mapping/block_mesh.h"
+#include "dtsdf_mapping/depth_frame.h"
+#include "dtsdf_mapping/params/mapper_params.h"
+
+namespace dtsdf {
+
+enum class FrameStatus {
+  kFused,
+  kBadImage,       ///< No data, no pixels, too many pixels, or rows that overlap.
+  kBadIntrinsics,  ///< Focal length not positive, or a value that is not finite.
+  kBadPose,        ///< Not finite, not a rotation, or outside the coordinates a map can hold.
+  kNoMeasurement,  ///< No pixel with a depth in range and a normal.
+};
+
+const char* toString(FrameStatus status);
+
+struct IntegrationResult {
+  FrameStatus status = FrameStatus::kFused;
+  std::string message;          ///< What was wrong with a frame that was not fused.
+  size_t refused_blocks = 0;    ///< Blocks and voxel arrays this frame wanted beyond the budget.
+  double duration_ms = 0.0;     ///< Wall time of the call.
+};
+
+struct MapStats {
+  size_t blocks = 0;
+  size_t voxel_arrays = 0;  ///< Directional arrays in use, over all blocks.
+  size_t map_bytes = 0;     ///< Bytes in use by blocks and voxel arrays; never above the budget.
+  uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
+};
+
+/// A map that depth frames are fused into and meshes are extracted from. Not thread safe: one
+/// thread at a time. Equal frames in equal order give equal maps and meshes, bit for bit, on every
+/// backend and with any number of threads.
+class Mapper {
+ public:
+  virtual ~Mapper() = default;
+
+  /// Fuses a frame. A bad frame leaves the map untouched and is told by the result's status.
+  /// @throws std::runtime_error when the backend fails (a CUDA error, out of host memory).
+  virtual IntegrationResult integrate(const DepthFrame& frame) = 0;
+
+  /// Starts to mesh the blocks that changed since the last extraction. On a GPU this returns before
+  /// the work is done, and frames may be integrated meanwhile. At most one extraction is under way.
+  virtual void beginMeshUpdate() = 0;
+
+  /// Waits for the extraction that was begun and returns its changes; empty if none was begun.
+  virtual MeshUpdate finishMeshUpdate() = 0;
+
+  MeshUpdate updateMesh() {
+    beginMeshUpdate();
+    return finishMeshUpdate();
+  }
+
+  /// Forgets everything, an extraction under way included. A MeshStore has to be cleared with it.
+  virtual void clear() = 0;
+
+  virtual MapStats stats() const = 0;
+
+  /// "cpu (2 threads)" or "cuda (name of the device)".
+  virtual std::string backendName() const = 0;
+};
+
+/// Makes a mapper on the backend that `params.backend` asks for.
+/// @throws std::runtime_error if CUDA is asked for and cannot be used; the text says why.
+std::unique_ptr<Mapper> makeMapper(const MapperParams& params);
+
+/// Empty if a CUDA mapper can be made on this machine, else the reason why not.
+std::string cudaUnavailableReason();
+
+}  // namespace dtsdf

@@ -1,0 +1,53 @@
+/// A whole triangle mesh with shared vertices, and the store that keeps it up to date by blocks.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "dtsdf_mapping/block_mesh.h"
+#include "dtsdf_mapping/params/mesh_params.h"
+
+namespace dtsdf {
+
+/// Triangle mesh in the map frame W, in metres. Canonical: equal maps give equal bytes.
+struct Mesh {
+  std::vector<Vec3f> vertices_m;                  ///< Positions in W.
+  std::vector<Vec3f> normals;                     ///< Unit, per vertex, pointing to the free side.
+  std::vector<std::array<uint32_t, 3>> triangles; ///< Counter-clockwise seen from the free side.
+};
+
+/// The latest mesh of every block. Feed it each MeshUpdate of a mapper, in order.
+class MeshStore {
+ public:
+  explicit MeshStore(float voxel_size_m);
+
+  void apply(const MeshUpdate& update);
+  void clear();
+
+  /// The blocks' meshes in canonical order (by packed key); none of them is empty.
+  const std::map<PackedKey, BlockMesh>& blocks() const { return blocks_; }
+
+  float voxelSize() const { return voxel_size_m_; }
+  size_t triangleCount() const { return triangle_count_; }
+
+  /// Position of a block's vertex in W, in metres.
+  Vec3f positionInMap(const BlockKey& key, const BlockVertex& vertex) const;
+
+  /// Joins all blocks into one mesh: vertices that neighbouring blocks share appear once.
+  Mesh assemble() const;
+
+  /// The same for a selection of blocks (by packed key; unknown ones are skipped).
+  Mesh assemble(const std::vector<PackedKey>& keys) const;
+
+ private:
+  float voxel_size_m_;
+  std::map<PackedKey, BlockMesh> blocks_;
+  size_t triangle_count_ = 0;
+};
+
+/// 8-bit RGB colour of a vertex at p_W (metres) with a unit normal.
+std::array<uint8_t, 3> vertexColour(MeshColour mode, const Vec3f& p_W, const Vec3f& normal_W);
+
+}  // namespace dtsdf

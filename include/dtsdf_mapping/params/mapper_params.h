@@ -1,0 +1,42 @@
+/// All settings of a mapper.
+#pragma once
+
+#include "dtsdf_mapping/params/fusion_params.h"
+#include "dtsdf_mapping/params/map_params.h"
+#include "dtsdf_mapping/params/mesh_params.h"
+
+namespace dtsdf {
+
+enum class Backend {
+  kAuto,  ///< CUDA where a usable GPU is found, else the CPU.
+  kCuda,
+  kCpu,
+};
+
+struct MapperParams {
+  Backend backend = Backend::kAuto;  ///< Where the work is done.
+  int threads = 0;                   ///< CPU threads; 0: all cores.
+  MapParams map;
+  FusionParams fusion;
+  MeshParams mesh;
+};
+
+template <class Visitor>
+void visitParams(MapperParams& p, Visitor& visit) {
+  visit("backend", p.backend,
+        EnumNames<Backend>{
+            {"auto", Backend::kAuto}, {"cuda", Backend::kCuda}, {"cpu", Backend::kCpu}});
+  visit("threads", p.threads, Range{0, 1024});
+  visitParams(p.map, visit);
+  visitParams(p.fusion, visit);
+  visitParams(p.mesh, visit);
+}
+
+/// Rules between settings, added to the reader's violations before its finish().
+void checkParams(const MapperParams& params, ParamReader& reader);
+
+/// Reads a tree that holds mapper settings only.
+/// @throws ParamError with every violation.
+MapperParams readMapperParams(const ParamTree& tree);
+
+}  // namespace dtsdf

@@ -1,0 +1,18 @@
+/// The pinhole camera and the depth encodings.
+#pragma once
+
+#include <cstdint>
+
+namespace dtsdf {
+
+/// Pinhole intrinsics in pixels; pixel centres lie at whole numbers.
+struct Intrinsics {
+  float fx, fy, cx, cy;
+};
+
+enum class DepthEncoding : int32_t {
+  kUint16,   ///< Whole units of `unit_m`; 0 is no measurement.
+  kFloat32,  ///< Multiples of `unit_m`; NaN, infinity and values <= 0 are no measurement.
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,115 @@
+#include "backend/frame_check.h"
+
+#include <cmath>
+#include <sstream>
+
+#include "kernels/core/grid.h"
+#include "kernels/core/voxel.h"
+
+namespace dtsdf {
+namespace {
+
+size_t bytesPerPixel(DepthEncoding encoding) {
+  return encoding == DepthEncoding::kUint16 ? sizeof(uint16_t) : sizeof(float);
+}
+
+std::optional<FrameProblem> problem(FrameStatus status, const std::string& message) {
+  return FrameProblem{status, message};
+}
+
+std::optional<FrameProblem> findImageProblem(const DepthFrame& frame) {
+  std::ostringstream text;
+  if (frame.data == nullptr || frame.width <= 0 || frame.height <= 0) {
+    return problem(FrameStatus::kBadImage, "the depth image is empty");
+  }
+  if (static_cast<int64_t>(frame.width) * frame.height > kMaxPixels) {
+    text << "the depth image has " << frame.width << " x " << frame.height
+         << " pixels; at most " << kMaxPixels << " are supported";
+    return problem(FrameStatus::kBadImage, text.str());
+  }
+  const size_t row = static_cast<size_t>(frame.width) * bytesPerPixel(frame.encoding);
+  if (frame.row_bytes < row) {
+    text << "rows of " << frame.row_bytes << " bytes are too short for " << frame.width
+         << " pixels, which take " << row;
+    return problem(FrameStatus::kBadImage, text.str());
+  }
+  if (!(frame.unit_m > 0.0f) || !std::isfinite(frame.unit_m)) {
+    return problem(FrameStatus::kBadImage, "the unit of depth is not a positive number");
+  }
+  return std::nullopt;
+}
+
+std::optional<FrameProblem> findPoseProblem(const DepthFrame& frame, const MapperParams& params) {
+  const Eigen::Matrix4d& T = frame.T_W_C.matrix();
+  if (!T.allFinite()) return problem(FrameStatus::kBadPose, "the camera pose is not finite");
+  const Eigen::Matrix3d R = frame.T_W_C.linear();
+  constexpr double kRotationTolerance = 1e-3;
+  if (!(R * R.transpose()).isIdentity(kRotationTolerance) || R.determinant() < 0.0) {
+    return problem(FrameStatus::kBadPose, "the camera pose is not a rotation and a translation");
+  }
+  // Everything a frame can touch has to have representable block coordinates.
+  const Intrinsics& K = frame.intrinsics;
+  const double tangent_u = (frame.width + std::abs(static_cast<double>(K.cx))) / K.fx;
+  const double tangent_v = (frame.height + std::abs(static_cast<double>(K.cy))) / K.fy;
+  const double reach_m = params.fusion.max_depth_m * (1.0 + tangent_u + tangent_v) +
+                         2.0 * params.map.truncation_voxels * params.map.voxel_size_m;
+  const double limit_m =
+      static_cast<double>(kMaxBlockCoordinate - 2) * kBlockSide * params.map.voxel_size_m;
+  if (frame.T_W_C.translation().cwiseAbs().maxCoeff() + reach_m > limit_m) {
+    std::ostringstream text;
+    text << "the camera is outside the " << limit_m << " m around the map frame's origin that "
+         << params.map.voxel_size_m << " m voxels can cover";
+    return problem(FrameStatus::kBadPose, text.str());
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+const char* toString(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::kFused: return "fused";
+    case FrameStatus::kBadImage: return "bad image";
+    case FrameStatus::kBadIntrinsics: return "bad intrinsics";
+    case FrameStatus::kBadPose: return "bad pose";
+    case FrameStatus::kNoMeasurement: return "no measurement";
+  }
+  return "unknown";
+}
+
+std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperParams& params) {
+  if (auto image_problem = findImageProblem(frame)) return image_problem;
+  const Intrinsics& K = frame.intrinsics;
+  const bool finite = std::isfinite(K.fx) && std::isfinite(K.fy) && std::isfinite(K.cx) &&
+                      std::isfinite(K.cy);
+  if (!finite || !(K.fx > 0.0f) || !(K.fy > 0.0f)) {
+    return problem(FrameStatus::kBadIntrinsics,
+                   "the camera intrinsics need finite values and positive focal lengths; is the "
+                   "camera calibrated?");
+  }
+  return findPoseProblem(frame, params);
+}
+
+FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m) {
+  const Eigen::Vector3d t_voxels = frame.T_W_C.translation() / static_cast<double>(voxel_size_m);
+  FrameView view;
+  view.width = frame.width;
+  view.height = frame.height;
+  view.intrinsics = frame.intrinsics;
+  view.voxel_size_m = voxel_size_m;
+  const auto origin = [&](int axis) {
+    return static_cast<int32_t>(std::floor(t_voxels[axis] / kBlockSide)) * kBlockSide;
+  };
+  view.origin_voxel = {origin(0), origin(1), origin(2)};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      view.T_L_C.R[3 * row + column] = static_cast<float>(frame.T_W_C.linear()(row, column));
+    }
+  }
+  view.T_L_C.t = {static_cast<float>(t_voxels[0] - view.origin_voxel.x),
+                  static_cast<float>(t_voxels[1] - view.origin_voxel.y),
+                  static_cast<float>(t_voxels[2] - view.origin_voxel.z)};
+  return view;
+}
+
+}  // namespace dtsdf

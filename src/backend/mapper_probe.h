@@ -1,0 +1,43 @@
+/// A mapper from inside, for benchmarks and tests: what it holds, and where its time goes.
+#pragma once
+
+#include <vector>
+
+#include "backend/profile.h"
+#include "dtsdf_mapping/mapper.h"
+#include "kernels/core/direction.h"
+#include "kernels/core/voxel.h"
+
+namespace dtsdf {
+
+/// A copy of one block's voxels.
+struct BlockSnapshot {
+  BlockKey key;
+  /// kVoxelsPerBlock voxels per direction in use, empty otherwise.
+  std::vector<Voxel> voxels[kDirectionCount];
+};
+
+class MapperProbe {
+ public:
+  virtual ~MapperProbe() = default;
+
+  /// Waits until the meshes of the extraction that was begun are made, where the map lives; on a
+  /// GPU they are on their way to the host then. finishMeshUpdate() waits by itself.
+  virtual void waitForMeshes() = 0;
+
+  /// All blocks by packed key; waits for the work under way.
+  virtual std::vector<BlockSnapshot> snapshot() = 0;
+
+  /// Adds the time of each stage to a profile from now on, until another or nullptr is given. On a
+  /// GPU the times of a frame are there once the next mesh update is finished, and measuring keeps
+  /// host and device from overlapping: what a frame takes in all is to be measured without.
+  virtual void profileTo(Profile* profile) = 0;
+
+  /// What holds how much memory now; the parts of a GPU's map are on the GPU, but for staging.
+  virtual std::vector<MemoryPart> memory() const = 0;
+};
+
+/// What each backend is.
+class ProbedMapper : public Mapper, public MapperProbe {};
+
+}  // namespace dtsdf

@@ -1,0 +1,38 @@
+#include "backend/profile.h"
+
+namespace dtsdf {
+
+const char* toString(Stage stage) {
+  switch (stage) {
+    case Stage::kCopy: return "copy";
+    case Stage::kUpload: return "upload";
+    case Stage::kNoise: return "noise";
+    case Stage::kRowFits: return "row_fits";
+    case Stage::kGroups: return "groups";
+    case Stage::kSurfels: return "surfels";
+    case Stage::kTouch: return "touch";
+    case Stage::kCompare: return "compare";
+    case Stage::kAdmit: return "admit";
+    case Stage::kCast: return "cast";
+    case Stage::kFold: return "fold";
+    case Stage::kFinish: return "finish";
+    case Stage::kReach: return "reach";
+    case Stage::kIndex: return "index";
+    case Stage::kMake: return "make";
+    case Stage::kFetch: return "fetch";
+    case Stage::kHandOut: return "hand_out";
+  }
+  return "unknown";
+}
+
+const char* toString(MemoryKind kind) {
+  switch (kind) {
+    case MemoryKind::kMap: return "map";
+    case MemoryKind::kMesh: return "mesh";
+    case MemoryKind::kScratch: return "scratch";
+    case MemoryKind::kStaging: return "staging";
+  }
+  return "unknown";
+}
+
+}  // namespace dtsdf

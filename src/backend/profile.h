@@ -1,0 +1,91 @@
+/// Where time and memory go: what a mapper tells those who ask. Nobody else pays for it.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace dtsdf {
+
+/// Parts of integrate() and of a mesh update, in their order. On a GPU each part with a kernel is
+/// one kernel, with what belongs to it.
+enum class Stage {
+  kCopy,     ///< Raw image to pinned memory (host).
+  kUpload,   ///< Raw image to the device.
+  kNoise,    ///< Estimate of the image's noise.
+  kRowFits,  ///< Inverse depth and row fits of the normals.
+  kGroups,   ///< Which pixels are one surfel.
+  kSurfels,  ///< Column fits and surfels; on the CPU with noise, row fits and groups.
+  kTouch,    ///< Blocks that surfels touch.
+  kCompare,  ///< Comparison with the map.
+  kAdmit,    ///< New blocks and arrays, and their memory (host, waiting for the device included).
+  kCast,     ///< Surfels into sums.
+  kFold,     ///< Sums into voxels; on the CPU with the voxels that were seen as free.
+  kFinish,   ///< Voxels that were seen as free, what changed, and what is empty.
+  kReach,    ///< Blocks to mesh again.
+  kIndex,    ///< Marching cubes indices.
+  kMake,     ///< Vertices and triangles.
+  kFetch,    ///< Meshes to the host.
+  kHandOut,  ///< Meshes into blocks (host).
+};
+constexpr int kStageCount = static_cast<int>(Stage::kHandOut) + 1;
+
+const char* toString(Stage stage);
+
+/// What there was to do, as far as the backend counts it; 0 otherwise.
+struct WorkCounts {
+  uint64_t pixels = 0, raw_bytes = 0;
+  uint64_t surfels = 0;  ///< Of groups or single pixels, with a weight.
+  uint64_t touched_blocks = 0, touched_arrays = 0;
+  uint64_t new_blocks = 0, new_arrays = 0;
+  uint64_t indexed_blocks = 0, meshed_blocks = 0;
+  uint64_t vertices = 0, triangles = 0;
+};
+
+/// Times and counts, added up until whoever asked for them sets them back.
+struct Profile {
+  double ms[kStageCount] = {};
+  WorkCounts work;
+
+  void add(Stage stage, double duration_ms) { ms[static_cast<int>(stage)] += duration_ms; }
+  double of(Stage stage) const { return ms[static_cast<int>(stage)]; }
+};
+
+/// Adds the wall time of its life to a stage; does nothing without a profile.
+class StageTimer {
+ public:
+  StageTimer(Profile* profile, Stage stage) : profile_(profile), stage_(stage) {
+    if (profile_ != nullptr) start_ = Clock::now();
+  }
+  ~StageTimer() {
+    if (profile_ == nullptr) return;
+    profile_->add(stage_, std::chrono::duration<double, std::milli>(Clock::now() - start_).count());
+  }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Profile* profile_;
+  Stage stage_;
+  Clock::time_point start_;
+};
+
+enum class MemoryKind {
+  kMap,      ///< Voxels, indices of mesh units, and the books.
+  kMesh,     ///< Meshes that were made last, where they are made.
+  kScratch,  ///< What a frame needs while it is fused.
+  kStaging,  ///< Host memory that copies to and from a GPU go through.
+};
+const char* toString(MemoryKind kind);
+
+struct MemoryPart {
+  std::string name;
+  MemoryKind kind;
+  size_t used_bytes;      ///< By what the map holds now, or the last frame needed.
+  size_t reserved_bytes;  ///< Taken from the system.
+};
+
+}  // namespace dtsdf

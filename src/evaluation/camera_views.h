@@ -1,0 +1,47 @@
+/// Cameras on a trajectory round an object, and the views kept in a TUM folder.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "kernels/core/camera.h"
+
+namespace dtsdf {
+
+/// A pinhole camera and its image size.
+struct ViewCamera {
+  Intrinsics intrinsics{525.0f, 525.0f, 319.5f, 239.5f};
+  int width = 640;
+  int height = 480;
+};
+
+enum class OrbitShape {
+  kCircle,  ///< In the plane y = 0 (the paper's set-up).
+  kHelix,   ///< Five turns from 60 degrees below the plane y = 0 to 60 above, at one distance.
+  kSphere,  ///< A spiral from pole to pole with views spread evenly over the sphere.
+};
+
+/// @throws std::invalid_argument for an unknown name.
+OrbitShape orbitShapeFromName(const std::string& name);
+
+/// Poses of the optical frame (x right, y down, z forward) on the trajectory, y up in W, all of
+/// them looking at the origin from `radius_m`.
+std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double radius_m);
+
+/// The views of a recording.
+struct Views {
+  ViewCamera camera;
+  std::vector<Eigen::Isometry3d> poses_W_C;
+  std::vector<std::string> depth_paths;  ///< By view; empty where there are no depth images.
+};
+
+/// Reads the camera and the poses of a TUM folder's depth images.
+/// @throws std::runtime_error with the file and what is wrong with it, or if no image has a pose.
+Views readViews(const std::string& tum_folder);
+
+/// Reads a depth image with 5000 units per metre, row-major, in metres; 0: no measurement.
+/// @throws std::runtime_error if it is no 16-bit image of the camera's size.
+std::vector<float> readTumDepth(const std::string& path, const ViewCamera& camera);
+
+}  // namespace dtsdf

@@ -1,0 +1,40 @@
+/// Depth images of a triangle mesh, and the TUM folder they are written to.
+#pragma once
+
+#include <vector>
+
+#include "evaluation/camera_views.h"
+#include "evaluation/mesh_scene.h"
+
+namespace dtsdf {
+
+/// What a camera sees, row-major.
+struct RenderedView {
+  std::vector<float> depth_m;           ///< z in the optical frame; 0 where there is nothing.
+  std::vector<float> incidence_cosine;  ///< |cos| between view ray and surface normal.
+};
+
+RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
+                        const Eigen::Isometry3d& T_W_C);
+
+/// Depth in units of 1/5000 m as the TUM format keeps it; 0 where it is missing or too far.
+std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);
+
+/// Writes a TUM folder image by image; the lists are written by finish(). write() may be called
+/// from several threads at once.
+class TumWriter {
+ public:
+  /// Makes the folder. @throws std::runtime_error if that fails.
+  TumWriter(const std::string& directory, const ViewCamera& camera,
+            const std::vector<Eigen::Isometry3d>& poses_W_C);
+
+  void write(size_t index, const std::vector<uint16_t>& depth) const;
+  void finish(const std::string& camera_name) const;
+
+ private:
+  std::string directory_;
+  ViewCamera camera_;
+  std::vector<Eigen::Isometry3d> poses_W_C_;
+};
+
+}  // namespace dtsdf

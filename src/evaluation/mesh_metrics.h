@@ -1,0 +1,80 @@
+/// Figures that compare a reconstructed mesh with the ground truth.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "evaluation/camera_views.h"
+#include "evaluation/mesh_scene.h"
+
+namespace dtsdf {
+
+/// Of a set of distances, in metres; all zero for an empty set.
+struct DistanceStats {
+  size_t count = 0;
+  double rmse_m = 0.0, mean_m = 0.0, median_m = 0.0, p95_m = 0.0, max_m = 0.0;
+};
+
+DistanceStats distanceStats(std::vector<double> distances_m);
+
+/// Connectivity by shared vertex indices: nothing is welded, so two sheets that touch stay apart.
+struct MeshTopology {
+  size_t vertices = 0, triangles = 0;
+  size_t boundary_edges = 0;        ///< Edges of one triangle.
+  size_t non_manifold_edges = 0;    ///< Edges of three triangles or more.
+  size_t components = 0;            ///< Sets of triangles joined by vertices.
+  size_t degenerate_triangles = 0;  ///< Without area: two corners the same, or all in a line.
+  double area_m2 = 0.0;
+};
+
+MeshTopology meshTopology(const TriangleMesh& mesh);
+
+/// F-score at a distance (harmonic mean of precision and recall).
+struct FScore {
+  double threshold_m;
+  double precision;  ///< Share of the reconstruction's samples near the ground truth.
+  double recall;     ///< Share of the seen ground truth's samples near the reconstruction.
+  double f_score;
+};
+
+struct EvaluationOptions {
+  size_t samples = 1000000;  ///< Of each surface.
+  uint64_t seed = 1;
+  std::vector<double> thresholds_m{0.005, 0.01, 0.025};
+  bool show_progress = false;  ///< On standard error, if that is a terminal.
+};
+
+struct Evaluation {
+  DistanceStats vertices;      ///< Vertices of the reconstruction to the ground truth.
+  DistanceStats surface;       ///< Area-uniform samples of the reconstruction to the ground truth.
+  DistanceStats completeness;  ///< Samples of the seen ground truth to the reconstruction.
+  double seen_share = 1.0;     ///< Share of the ground truth's area that some view sees.
+  std::vector<FScore> f_scores;
+  MeshTopology topology;
+};
+
+/// Told the number of points or views done, by one thread at a time.
+using Progress = std::function<void(size_t)>;
+
+/// Distances of points to a surface, in metres, on all cores.
+std::vector<double> distancesTo(const MeshScene& surface,
+                                const std::vector<Eigen::Vector3f>& points,
+                                const Progress& progress = {});
+
+/// Whether each sample of the surface lies in some view with nothing in front of it and, where
+/// there are depth images, on a pixel of about its own depth: what is out of the sensor's range or
+/// was lost in every view is not seen. A surface at less than 3 degrees to the view ray does not
+/// count.
+std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
+                              const Views& views, const Progress& progress = {});
+
+/// Compares two meshes; without views (nullptr) all of the ground truth counts as seen.
+/// @throws std::runtime_error if one of the meshes has no triangles.
+Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& ground_truth,
+                        const Views* views, const EvaluationOptions& options);
+
+/// The figures as a JSON object; distances in millimetres, as the keys say.
+std::string toJson(const Evaluation& evaluation);
+
+}  // namespace dtsdf

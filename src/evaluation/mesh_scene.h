@@ -1,0 +1,54 @@
+/// Ray casting and closest-point queries against a triangle mesh, by Embree.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <optional>
+
+#include "evaluation/triangle_mesh.h"
+
+namespace dtsdf {
+
+struct RayHit {
+  float distance;  ///< In multiples of the direction's length.
+  uint32_t triangle;
+  Eigen::Vector3f normal;       ///< Of the triangle by its winding order, unit; zero without area.
+  Eigen::Vector2f barycentric;  ///< Weights of the triangle's second and third corner.
+};
+
+struct ClosestPoint {
+  double distance_m;
+  uint32_t triangle;
+};
+
+/// The queries may be called from several threads at once.
+class MeshScene {
+ public:
+  /// @throws std::runtime_error if the mesh has no triangles or Embree fails.
+  explicit MeshScene(const TriangleMesh& mesh);
+  ~MeshScene();
+  MeshScene(const MeshScene&) = delete;
+  MeshScene& operator=(const MeshScene&) = delete;
+
+  const TriangleMesh& mesh() const;
+  const Eigen::AlignedBox3f& bounds() const;
+
+  /// Unit, by the winding order; zero for a triangle without area.
+  Eigen::Vector3f triangleNormal(uint32_t triangle) const;
+
+  /// First hit of either side of the surface; the direction need not be a unit vector.
+  std::optional<RayHit> intersect(const Eigen::Vector3f& origin,
+                                  const Eigen::Vector3f& direction) const;
+
+  /// Whether the open segment between two points is free of surface; `margin` is the share of its
+  /// length that is left out at the end.
+  bool isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin) const;
+
+  ClosestPoint closestPoint(const Eigen::Vector3f& p) const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace dtsdf

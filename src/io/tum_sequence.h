@@ -1,0 +1,28 @@
+/// The lists of a TUM RGB-D folder: depth images, colour images and poses. Decodes no image.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/camera_info_file.h"
+#include "io/trajectory.h"
+
+namespace dtsdf {
+
+struct StampedImage {
+  double stamp_s;
+  std::string path;
+};
+
+struct TumSequence {
+  std::vector<StampedImage> depth;   ///< In the order of depth.txt.
+  std::vector<StampedImage> colour;  ///< In the order of rgb.txt; empty where there is none.
+  Trajectory trajectory{{}};         ///< groundtruth.txt: optical frame to map frame.
+  CameraInfo camera;                 ///< camera_info.yaml, for the depth images.
+};
+
+/// Reads the lists of a folder. Lines that begin with # are comments.
+/// @throws std::runtime_error for a missing file or a malformed line, with file and line.
+TumSequence readTumSequence(const std::string& folder);
+
+}  // namespace dtsdf

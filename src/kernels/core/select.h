@@ -1,0 +1,22 @@
+/// Branches and functions as operations on values, so that a rule that is written with them works on
+/// one unit (here, with float and bool) or on several at once (src/cpu/lanes.h).
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "kernels/core/vec.h"
+
+namespace dtsdf {
+
+DTSDF_HD float select(bool condition, float yes, float no) { return condition ? yes : no; }
+DTSDF_HD int32_t select(bool condition, int32_t yes, int32_t no) { return condition ? yes : no; }
+DTSDF_HD bool any(bool condition) { return condition; }
+DTSDF_HD float magnitude(float a) { return fabsf(a); }
+DTSDF_HD float squareRoot(float a) { return sqrtf(a); }
+
+/// The value of the k-th unit.
+DTSDF_HD float lane(float value, int) { return value; }
+DTSDF_HD int32_t lane(int32_t value, int) { return value; }
+
+}  // namespace dtsdf

@@ -1,0 +1,211 @@
+/// Marching-cubes tables, derived at compile time from the geometry of the cube.
+///
+/// Corner c of a mesh unit lies at (c & 1, c >> 1 & 1, c >> 2 & 1). Bit c of an index is set where
+/// the corner is behind the surface (negative distance). Edge e runs along axis e / 4. On each face
+/// the contour cuts off every run of behind corners on its own, which depends on the face alone, so
+/// neighbouring units agree; following the contours over the faces gives closed loops, the surface
+/// components of an index, and each loop is triangulated as a fan. The fan starts where none of its
+/// diagonals lies on a face of the cube: there it could meet a neighbour's side or diagonal, and four
+/// triangles would share it.
+#pragma once
+
+#include <cstdint>
+
+#include "kernels/core/host_device.h"
+
+namespace dtsdf {
+
+constexpr int kCubeCorners = 8;
+constexpr int kCubeEdges = 12;
+constexpr int kMaxComponents = 4;
+constexpr int kMaxTriangles = 5;
+
+/// Corner at the lower end of an edge; the upper end is that corner with bit (e / 4) set.
+constexpr int kEdgeLowerCorner[kCubeEdges] = {0, 2, 4, 6, 0, 1, 4, 5, 0, 1, 2, 3};
+
+/// The same without memory, for device code: bits i of the edge's number within its axis, with a 0
+/// put in at the axis.
+DTSDF_HD constexpr int edgeLowerCorner(int e) {
+  return e < 4 ? (e & 3) << 1 : (e < 8 ? (e & 1) | (e & 2) << 1 : e & 3);
+}
+
+struct MeshTables {
+  /// Triangles of an index: three edges each, counter-clockwise seen from the front.
+  uint8_t triangle_count[256];
+  uint8_t triangle_edge[256][3 * kMaxTriangles];
+  /// Unconnected surface components of an index: for each, the index that has this component only.
+  uint8_t component_count[256];
+  uint8_t component[256][kMaxComponents];
+};
+
+namespace mesh_tables_detail {
+
+constexpr int edgeBetween(int a, int b) {
+  const int axis = (a ^ b) == 1 ? 0 : ((a ^ b) == 2 ? 1 : 2);
+  const int lower = a < b ? a : b;
+  for (int e = 4 * axis; e < 4 * axis + 4; ++e) {
+    if (kEdgeLowerCorner[e] == lower) return e;
+  }
+  return -1;
+}
+
+/// Corner i (0 to 3) of the face across `axis` at its low or high end, counter-clockwise from
+/// outside.
+constexpr int faceCorner(int axis, int high, int i) {
+  const int u = 1 << ((axis + 1) % 3), v = 1 << ((axis + 2) % 3);
+  const int turn = high ? i : (4 - i) % 4;  // the far side of a face runs the other way round
+  const int in_plane = turn == 0 ? 0 : (turn == 1 ? u : (turn == 2 ? u + v : v));
+  return in_plane + (high ? 1 << axis : 0);
+}
+
+/// For each crossed edge of an index the next edge of its contour loop, or -1.
+struct Contours {
+  int next[kCubeEdges];
+};
+
+constexpr Contours traceContours(int index) {
+  Contours contours{{-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1}};
+  for (int face = 0; face < 6; ++face) {
+    int corner[4] = {};
+    for (int i = 0; i < 4; ++i) corner[i] = faceCorner(face / 2, face % 2, i);
+    for (int i = 0; i < 4; ++i) {
+      const bool enters = !(index >> corner[i] & 1) && (index >> corner[(i + 1) % 4] & 1);
+      if (!enters) continue;
+      int last = (i + 1) % 4;  // last corner of this run of behind corners
+      while (index >> corner[(last + 1) % 4] & 1) last = (last + 1) % 4;
+      contours.next[edgeBetween(corner[i], corner[(i + 1) % 4])] =
+          edgeBetween(corner[last], corner[(last + 1) % 4]);
+    }
+  }
+  return contours;
+}
+
+struct Loop {
+  int length;
+  int edge[kCubeEdges];
+};
+
+constexpr Loop followLoop(const Contours& contours, int start) {
+  Loop loop{};
+  int e = start;
+  do {
+    loop.edge[loop.length++] = e;
+    e = contours.next[e];
+  } while (e != start);
+  return loop;
+}
+
+/// Bit f for each face (as in kernels/mesh_unit.h, faceOffset) that an edge lies on.
+constexpr unsigned facesOfEdge(int e) {
+  unsigned faces = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis != e / 4) faces |= 1u << (2 * axis + (kEdgeLowerCorner[e] >> axis & 1));
+  }
+  return faces;
+}
+
+/// First position in a loop from where a fan has no diagonal on a face of the cube.
+constexpr int fanStart(const Loop& loop) {
+  for (int start = 0; start < loop.length; ++start) {
+    bool on_face = false;
+    for (int i = 2; i + 1 < loop.length; ++i) {
+      const int other = loop.edge[(start + i) % loop.length];
+      on_face = on_face || (facesOfEdge(loop.edge[start]) & facesOfEdge(other)) != 0;
+    }
+    if (!on_face) return start;
+  }
+  return 0;
+}
+
+/// The index of a single loop: corners on its behind side, found by a flood over the cube's edges
+/// that crosses none of the loop's.
+constexpr int componentIndex(int index, unsigned loop_edges) {
+  int behind = 0;
+  for (int e = 0; e < kCubeEdges; ++e) {
+    const int lower = kEdgeLowerCorner[e], upper = lower | 1 << (e / 4);
+    if (loop_edges >> e & 1) behind |= (index >> lower & 1) ? 1 << lower : 1 << upper;
+  }
+  for (int pass = 0; pass < kCubeCorners; ++pass) {
+    for (int e = 0; e < kCubeEdges; ++e) {
+      if (loop_edges >> e & 1) continue;
+      const int both = 1 << kEdgeLowerCorner[e] | 1 << (kEdgeLowerCorner[e] | 1 << (e / 4));
+      if (behind & both) behind |= both;
+    }
+  }
+  return behind;
+}
+
+constexpr MeshTables make() {
+  MeshTables tables{};
+  for (int index = 0; index < 256; ++index) {
+    const Contours contours = traceContours(index);
+    unsigned done = 0;
+    for (int start = 0; start < kCubeEdges; ++start) {
+      if (contours.next[start] < 0 || (done >> start & 1)) continue;
+      const Loop loop = followLoop(contours, start);
+      const int fan = fanStart(loop);
+      unsigned loop_edges = 0;
+      for (int i = 0; i < loop.length; ++i) loop_edges |= 1u << loop.edge[i];
+      for (int i = 1; i + 1 < loop.length; ++i) {
+        uint8_t* triangle = &tables.triangle_edge[index][3 * tables.triangle_count[index]++];
+        for (int k = 0; k < 3; ++k) {
+          const int at = k == 0 ? fan : fan + i + k - 1;
+          triangle[k] = static_cast<uint8_t>(loop.edge[at % loop.length]);
+        }
+      }
+      done |= loop_edges;
+      tables.component[index][tables.component_count[index]++] =
+          static_cast<uint8_t>(componentIndex(index, loop_edges));
+    }
+  }
+  return tables;
+}
+
+}  // namespace mesh_tables_detail
+
+inline constexpr MeshTables kMeshTables = mesh_tables_detail::make();
+
+/// An index without one of its components: the corners that only this component sets apart change
+/// sides.
+DTSDF_HD uint8_t removeComponent(uint8_t index, uint8_t component) {
+  const uint8_t behind_side = component, front_side = static_cast<uint8_t>(~component);
+  const bool behind_uniform = (behind_side & static_cast<uint8_t>(~index)) == 0;
+  return index ^ (behind_uniform ? behind_side : front_side);
+}
+
+/// Edges parallel to an axis that an index crosses: bit i for the edge at the i-th lower corner.
+/// `rising` are behind at the lower end (they face +axis), `falling` at the upper end.
+struct ParallelCrossings {
+  uint8_t rising, falling;
+};
+
+DTSDF_HD ParallelCrossings parallelCrossings(uint8_t index, int axis) {
+  const unsigned lower_corners = axis == 0 ? 0x55u : (axis == 1 ? 0x33u : 0x0Fu);
+  const unsigned lower = index & lower_corners;
+  const unsigned upper = (index >> (1 << axis)) & lower_corners;
+  return {static_cast<uint8_t>(lower & ~upper), static_cast<uint8_t>(upper & ~lower)};
+}
+
+enum class Verdict { kReject, kAccept, kAskGradient };
+
+/// Intra-directional filter (paper, Sec. V-B): a component is impossible in direction D if an edge
+/// along D is behind at its +D end and in front at its -D end; if no edge along D is crossed, the
+/// gradient has to decide.
+DTSDF_HD Verdict judgeComponent(uint8_t component, int direction) {
+  const ParallelCrossings crossings = parallelCrossings(component, direction >> 1);
+  const uint8_t right = (direction & 1) ? crossings.falling : crossings.rising;
+  const uint8_t wrong = (direction & 1) ? crossings.rising : crossings.falling;
+  if (wrong) return Verdict::kReject;
+  return right ? Verdict::kAccept : Verdict::kAskGradient;
+}
+
+/// Two indices are compatible if no edge is crossed by both in opposite ways (paper, Sec. V-E).
+DTSDF_HD bool areCompatible(uint8_t a, uint8_t b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const ParallelCrossings in_a = parallelCrossings(a, axis), in_b = parallelCrossings(b, axis);
+    if ((in_a.rising & in_b.falling) | (in_a.falling & in_b.rising)) return false;
+  }
+  return true;
+}
+
+}  // namespace dtsdf

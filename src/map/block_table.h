@@ -1,0 +1,92 @@
+/// The index of the map: which blocks and voxel arrays exist, where they live, and what they may
+/// cost. Both backends keep their books here, so that both admit and recycle the same blocks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "kernels/core/direction.h"
+#include "kernels/core/grid.h"
+#include "kernels/core/voxel.h"
+#include "map/slot_index.h"
+
+namespace dtsdf {
+
+constexpr int32_t kNoArray = -1;
+
+/// A block: its key and the index of its voxel array per direction, or kNoArray.
+struct BlockEntry {
+  BlockKey key;
+  int32_t array[kDirectionCount];
+  bool in_use;
+};
+
+/// A block that a frame wants to write to, and in which directions (bit d for direction d).
+struct BlockRequest {
+  PackedKey key;
+  uint32_t directions;
+};
+
+/// Outcome of BlockTable::admit().
+struct Admission {
+  std::vector<int32_t> changed_slots;  ///< Blocks that are new or got new arrays, in key order.
+  std::vector<int32_t> new_arrays;     ///< Arrays that were assigned; their memory is to be zeroed.
+  size_t refused = 0;                  ///< Requests beyond the budget.
+};
+
+class BlockTable {
+ public:
+  /// Bytes that a voxel array and a block count towards the budget.
+  static constexpr size_t kArrayBytes = kVoxelsPerBlock * sizeof(Voxel);
+  static constexpr size_t kBlockBytes = 2 * kVoxelsPerBlock + 64;  // unit indices, entry, hash
+
+  explicit BlockTable(size_t budget_bytes);
+
+  /// Slot of a block, or -1.
+  int32_t find(PackedKey key) const;
+  const BlockEntry& block(int32_t slot) const { return blocks_[slot]; }
+
+  /// One more than the largest slot or array index in use so far: the size that pools must have.
+  size_t slotCount() const { return blocks_.size(); }
+  size_t arrayCount() const { return array_count_; }
+
+  /// Makes the requested blocks and arrays, smallest key first whatever the order given, as long as
+  /// the budget lasts. A request is admitted whole or refused whole.
+  Admission admit(std::vector<BlockRequest> requests);
+
+  void releaseArray(int32_t slot, int direction);
+
+  /// Releases a block that has no arrays left.
+  void releaseBlock(int32_t slot);
+
+  void clear();
+
+  /// Slots of all blocks, by packed key.
+  std::vector<int32_t> sortedSlots() const;
+
+  size_t blocksInUse() const { return slots_.size(); }
+  size_t arraysInUse() const { return arrays_in_use_; }
+  size_t bytesInUse() const {
+    return slots_.size() * kBlockBytes + arrays_in_use_ * kArrayBytes;
+  }
+
+  /// Memory of the table itself.
+  size_t memoryBytes() const {
+    return slots_.memoryBytes() + blocks_.size() * sizeof(BlockEntry) +
+           (free_slots_.capacity() + free_arrays_.capacity()) * sizeof(int32_t);
+  }
+
+ private:
+  size_t cost(const BlockRequest& request, int32_t slot) const;
+  int32_t makeBlock(PackedKey key);
+
+  size_t budget_bytes_;
+  SlotIndex slots_;
+  std::deque<BlockEntry> blocks_;  ///< By slot; grows without moving what is there.
+  std::vector<int32_t> free_slots_, free_arrays_;
+  size_t array_count_ = 0, arrays_in_use_ = 0;
+};
+
+}  // namespace dtsdf

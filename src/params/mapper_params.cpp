@@ -1,0 +1,20 @@
+#include "dtsdf_mapping/params/mapper_params.h"
+
+namespace dtsdf {
+
+void checkParams(const MapperParams& params, ParamReader& reader) {
+  if (params.fusion.min_depth_m >= params.fusion.max_depth_m) {
+    reader.addViolation("fusion/min_depth_m", "must be less than fusion/max_depth_m");
+  }
+}
+
+MapperParams readMapperParams(const ParamTree& tree) {
+  MapperParams params;
+  ParamReader reader(tree);
+  visitParams(params, reader);
+  checkParams(params, reader);
+  reader.finish();
+  return params;
+}
+
+}  // namespace dtsdf

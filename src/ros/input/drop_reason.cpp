@@ -1,0 +1,37 @@
+#include "ros/input/drop_reason.h"
+
+namespace dtsdf {
+
+const char* toString(DropReason reason) {
+  switch (reason) {
+    case DropReason::kNoCameraInfo: return "no_camera_info";
+    case DropReason::kBadEncoding: return "bad_encoding";
+    case DropReason::kBadImage: return "bad_image";
+    case DropReason::kSizeMismatch: return "size_mismatch";
+    case DropReason::kBadIntrinsics: return "bad_intrinsics";
+    case DropReason::kNoStamp: return "no_stamp";
+    case DropReason::kNoTransform: return "no_transform";
+    case DropReason::kBeforeTransforms: return "before_transforms";
+    case DropReason::kQueueFull: return "queue_full";
+    case DropReason::kTimeJump: return "time_jump";
+    case DropReason::kPoseJump: return "pose_jump";
+    case DropReason::kBadPose: return "bad_pose";
+    case DropReason::kNoMeasurement: return "no_measurement";
+    case DropReason::kPaused: return "paused";
+    case DropReason::kBackendError: return "backend_error";
+  }
+  return "unknown";
+}
+
+DropReason dropReasonOf(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::kBadIntrinsics: return DropReason::kBadIntrinsics;
+    case FrameStatus::kBadPose: return DropReason::kBadPose;
+    case FrameStatus::kNoMeasurement: return DropReason::kNoMeasurement;
+    case FrameStatus::kBadImage:
+    case FrameStatus::kFused: break;
+  }
+  return DropReason::kBadImage;
+}
+
+}  // namespace dtsdf

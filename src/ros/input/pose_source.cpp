@@ -1,0 +1,62 @@
+#include "ros/input/pose_source.h"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "ros/input/transform_conversions.h"
+
+namespace dtsdf {
+namespace {
+
+/// Longer than any frame waits in a queue that keeps up.
+constexpr double kKept_s = 30.0;
+
+}  // namespace
+
+PoseSource::PoseSource(const ros::NodeHandle& nh, const std::string& map_frame)
+    : map_frame_(stripLeadingSlash(map_frame)),
+      buffer_(ros::Duration(kKept_s)),
+      listener_(buffer_, nh, true) {}
+
+PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& stamp) const {
+  // Before the look-up itself: a transform that arrives in between may not count as one that has
+  // gone past the image.
+  const NewestTransform newest = findNewest(camera_frame);
+  PoseAnswer answer;
+  try {
+    answer.T_W_C = toIsometry(buffer_.lookupTransform(map_frame_, camera_frame, stamp).transform);
+    answer.kind = PoseAnswer::Kind::kKnown;
+    return answer;
+  } catch (const std::runtime_error&) {
+    // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
+  }
+  // The newest of a chain is the oldest of its links' newest: all links have gone past the image.
+  if (newest.stamp && *newest.stamp >= stamp) answer.kind = PoseAnswer::Kind::kNever;
+  answer.text = describe(newest, camera_frame, stamp);
+  return answer;
+}
+
+PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_frame) const {
+  try {
+    return {buffer_.lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp, ""};
+  } catch (const std::runtime_error& error) {
+    return {std::nullopt, error.what()};
+  }
+}
+
+std::string PoseSource::describe(const NewestTransform& newest, const std::string& camera_frame,
+                                 const ros::Time& stamp) const {
+  std::ostringstream text;
+  text << "no transform from '" << camera_frame << "' to '" << map_frame_ << "': ";
+  if (!newest.stamp) {
+    text << "there is none of any time (" << newest.error << ")";
+    return text.str();
+  }
+  const double ahead_s = stamp.toSec() - newest.stamp->toSec();
+  text << "the newest one is of " << *newest.stamp << ", " << std::abs(ahead_s) << " s "
+       << (ahead_s > 0.0 ? "before" : "after") << " the image of " << stamp;
+  return text.str();
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,29 @@
+/// The door for nodelet managers.
+#include <nodelet/nodelet.h>
+#include <pluginlib/class_list_macros.hpp>
+
+#include <exception>
+#include <memory>
+
+#include "ros/session/mapping_node.h"
+
+namespace dtsdf {
+
+class MappingNodelet : public nodelet::Nodelet {
+ private:
+  void onInit() override {
+    try {
+      node_ = std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle());
+    } catch (const std::exception& error) {
+      // The manager refuses the nodelet, but prints this text nowhere.
+      NODELET_FATAL_STREAM(getName() << " cannot start: " << error.what());
+      throw;
+    }
+  }
+
+  std::unique_ptr<MappingNode> node_;
+};
+
+}  // namespace dtsdf
+
+PLUGINLIB_EXPORT_CLASS(dtsdf::MappingNodelet, nodelet::Nodelet)

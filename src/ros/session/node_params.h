@@ -1,0 +1,73 @@
+/// Settings of the node around the mapper: frames, input, what is published, where files go.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dtsdf_mapping/params/mapper_params.h"
+#include "dtsdf_mapping/params/param_set.h"
+
+namespace dtsdf {
+
+struct InputParams {
+  std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
+  int queue_size = 30;          ///< Frames that may wait for their transform or their turn.
+  double tf_timeout_s = 1.0;    ///< Wall time that a frame waits for its transform at most.
+  float unit_16uc1_m = 0.001f;  ///< Metres per unit of a 16UC1 image.
+  float unit_32fc1_m = 1.0f;    ///< Metres per unit of a 32FC1 image.
+  double max_speed_m_s = 10.0;  ///< A faster camera is a jump of its pose; 0: any speed is fine.
+  double max_turn_deg_s = 720.0;  ///< The same for its rotation.
+};
+
+struct PublishParams {
+  int chunk_blocks = 4;         ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
+  double mesh_rate_hz = 2.0;    ///< Bound of the rate of `mesh`, in wall time.
+  double points_rate_hz = 1.0;  ///< Bound of the rate of `surface_points`, in wall time.
+  double status_rate_hz = 1.0;  ///< Rate of `status` and the diagnostics, in wall time.
+};
+
+struct NodeParams {
+  std::string map_frame = "map";  ///< Frame W of the map; fixed in the world.
+  std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
+  InputParams input;
+  PublishParams publish;
+};
+
+struct MappingParams {
+  MapperParams mapper;
+  NodeParams node;
+};
+
+template <class Visitor>
+void visitParams(NodeParams& p, Visitor& visit) {
+  visit("map_frame", p.map_frame);
+  visit("output_directory", p.output_directory);
+  visit("input/camera_frame", p.input.camera_frame);
+  visit("input/queue_size", p.input.queue_size, Range{1, 10000});
+  visit("input/tf_timeout_s", p.input.tf_timeout_s, Range{0.0, 3600.0});
+  visit("input/unit_16uc1_m", p.input.unit_16uc1_m, Range{1e-6, 1.0});
+  visit("input/unit_32fc1_m", p.input.unit_32fc1_m, Range{1e-6, 1000.0});
+  visit("input/max_speed_m_s", p.input.max_speed_m_s, Range{0.0, 1e6});
+  visit("input/max_turn_deg_s", p.input.max_turn_deg_s, Range{0.0, 1e6});
+  visit("publish/chunk_blocks", p.publish.chunk_blocks, Range{1, 64});
+  visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
+  visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});
+  visit("publish/status_rate_hz", p.publish.status_rate_hz, Range{0.01, 100.0});
+}
+
+template <class Visitor>
+void visitParams(MappingParams& p, Visitor& visit) {
+  visitParams(p.mapper, visit);
+  visitParams(p.node, visit);
+}
+
+/// A key and the rule it breaks.
+using ParamViolation = std::pair<std::string, std::string>;
+
+/// Reads the node's settings strictly. `violations` are found before, by whoever made the tree.
+/// @throws ParamError with every violation.
+MappingParams readMappingParams(const ParamTree& tree,
+                                const std::vector<ParamViolation>& violations = {});
+
+}  // namespace dtsdf

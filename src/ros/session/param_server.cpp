@@ -1,0 +1,59 @@
+#include "ros/session/param_server.h"
+
+#include <ros/param.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <algorithm>
+#include <array>
+
+namespace dtsdf {
+namespace {
+
+/// Read by image_transport and its plugins, diagnostic_updater and a standalone nodelet manager.
+bool belongsToRos(const std::string& key) {
+  static const std::array<const char*, 3> kKeys = {"image_transport", "diagnostic_period",
+                                                   "num_worker_threads"};
+  static const std::array<const char*, 3> kSections = {"compressed/", "compressedDepth/",
+                                                       "theora/"};
+  return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end() ||
+         std::any_of(kSections.begin(), kSections.end(),
+                     [&](const std::string& section) { return key.rfind(section, 0) == 0; });
+}
+
+void flatten(const std::string& key, XmlRpc::XmlRpcValue& value, ServerParams& params) {
+  using XmlRpc::XmlRpcValue;
+  switch (value.getType()) {
+    case XmlRpcValue::TypeStruct:
+      for (auto& [name, child] : value) {
+        flatten(key.empty() ? name : key + "/" + name, child, params);
+      }
+      return;
+    case XmlRpcValue::TypeBoolean:
+      params.tree[key] = static_cast<bool>(value);
+      break;
+    case XmlRpcValue::TypeInt:
+      params.tree[key] = static_cast<int>(value);
+      break;
+    case XmlRpcValue::TypeDouble:
+      params.tree[key] = static_cast<double>(value);
+      break;
+    case XmlRpcValue::TypeString:
+      params.tree[key] = static_cast<std::string>(value);
+      break;
+    default:
+      if (!belongsToRos(key)) params.violations.emplace_back(key, "must be a single value");
+  }
+  if (belongsToRos(key)) params.tree.erase(key);
+}
+
+}  // namespace
+
+ServerParams readParamServer(const ros::NodeHandle& private_nh) {
+  ServerParams params;
+  XmlRpc::XmlRpcValue value;
+  if (!ros::param::get(private_nh.getNamespace(), value)) return params;  // nothing is set
+  flatten("", value, params);
+  return params;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,60 @@
+#include "ros/session/worker_thread.h"
+
+#include <utility>
+
+namespace dtsdf {
+
+WorkerThread::WorkerThread(Step step) : step_(std::move(step)), thread_([this] { loop(); }) {}
+
+void WorkerThread::wake() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    woken_ = true;
+  }
+  changed_.notify_one();
+}
+
+void WorkerThread::post(std::function<void()> task) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (stopping_) return;  // its future fails, as it is destroyed without being run
+    tasks_.push_back(std::move(task));
+  }
+  changed_.notify_one();
+}
+
+void WorkerThread::stop() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopping_ = true;
+    tasks_.clear();
+  }
+  changed_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void WorkerThread::loop() {
+  do {
+    runTasks();
+  } while (waitFor(step_()));
+}
+
+void WorkerThread::runTasks() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!tasks_.empty()) {
+    const std::function<void()> task = std::move(tasks_.front());
+    tasks_.pop_front();
+    lock.unlock();
+    task();
+    lock.lock();
+  }
+}
+
+bool WorkerThread::waitFor(std::chrono::milliseconds delay) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait_for(lock, delay, [this] { return woken_ || stopping_ || !tasks_.empty(); });
+  woken_ = false;
+  return !stopping_;
+}
+
+}  // namespace dtsdf

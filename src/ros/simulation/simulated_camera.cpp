@@ -1,0 +1,115 @@
+#include "ros/simulation/simulated_camera.h"
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/ros.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "ros/input/transform_conversions.h"
+
+namespace dtsdf {
+namespace {
+
+namespace enc = sensor_msgs::image_encodings;
+
+/// Copies pixels into an image, each converted by `convert`.
+template <class Pixel, class Convert>
+void fillPixels(const std::vector<float>& depth_m, sensor_msgs::Image& image, Convert convert) {
+  image.step = image.width * sizeof(Pixel);
+  image.data.resize(depth_m.size() * sizeof(Pixel));
+  for (size_t i = 0; i < depth_m.size(); ++i) {
+    const Pixel pixel = convert(depth_m[i]);
+    std::memcpy(&image.data[i * sizeof(Pixel)], &pixel, sizeof(Pixel));
+  }
+}
+
+uint16_t toMillimetres(float depth_m) {
+  const long depth_mm = std::lround(1000.0f * depth_m);
+  return depth_mm > 65535 ? 0 : static_cast<uint16_t>(depth_mm);  // too far is no measurement
+}
+
+}  // namespace
+
+SimulatedCamera::SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params)
+    : params_(params),
+      scene_(makeRoomScene()),
+      transport_(nh),
+      publisher_(transport_.advertiseCamera("depth/image_rect", 5)) {}
+
+void SimulatedCamera::run() {
+  if (params_.wait_for_subscriber && !waitForSubscriber()) return;
+  ros::WallRate rate(params_.rate_hz);
+  for (int i = 0; ros::ok() && (params_.frames == 0 || i < params_.frames); ++i) {
+    publishFrame(i);
+    ros::spinOnce();
+    rate.sleep();
+  }
+}
+
+bool SimulatedCamera::waitForSubscriber() const {
+  while (ros::ok() && publisher_.getNumSubscribers() == 0) {
+    ros::spinOnce();
+    ros::WallDuration(0.02).sleep();
+  }
+  return ros::ok();
+}
+
+void SimulatedCamera::publishFrame(int index) {
+  const ros::Time stamp = ros::Time::now();
+  const Eigen::Isometry3d T_W_C = roomCameraPose(index / params_.rate_hz, params_.lap_s);
+  publishPose(T_W_C, stamp);
+  const std::vector<float> depth_m =
+      renderDepth(scene_, intrinsics(), params_.width_px, params_.height_px, T_W_C);
+  publisher_.publish(makeImage(depth_m, stamp), makeInfo(stamp));
+}
+
+void SimulatedCamera::publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp) {
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = stamp;
+  transform.header.frame_id = params_.map_frame;
+  transform.child_frame_id = params_.camera_frame;
+  transform.transform = toTransform(T_W_C);
+  broadcaster_.sendTransform(transform);
+}
+
+Intrinsics SimulatedCamera::intrinsics() const {
+  const float focal_px = static_cast<float>(params_.focal_px);
+  return {focal_px, focal_px, 0.5f * static_cast<float>(params_.width_px - 1),
+          0.5f * static_cast<float>(params_.height_px - 1)};
+}
+
+sensor_msgs::Image SimulatedCamera::makeImage(const std::vector<float>& depth_m,
+                                              const ros::Time& stamp) const {
+  sensor_msgs::Image image;
+  image.header.stamp = stamp;
+  image.header.frame_id = params_.camera_frame;
+  image.width = static_cast<uint32_t>(params_.width_px);
+  image.height = static_cast<uint32_t>(params_.height_px);
+  if (params_.encoding == DepthFormat::k16UC1) {
+    image.encoding = enc::TYPE_16UC1;
+    fillPixels<uint16_t>(depth_m, image, toMillimetres);
+  } else {
+    image.encoding = enc::TYPE_32FC1;
+    fillPixels<float>(depth_m, image, [](float depth) { return depth > 0.0f ? depth : NAN; });
+  }
+  return image;
+}
+
+sensor_msgs::CameraInfo SimulatedCamera::makeInfo(const ros::Time& stamp) const {
+  const Intrinsics K = intrinsics();
+  sensor_msgs::CameraInfo info;
+  info.header.stamp = stamp;
+  info.header.frame_id = params_.camera_frame;
+  info.width = static_cast<uint32_t>(params_.width_px);
+  info.height = static_cast<uint32_t>(params_.height_px);
+  info.distortion_model = "plumb_bob";
+  info.D.assign(5, 0.0);
+  info.K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
+  info.R = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
+  return info;
+}
+
+}  // namespace dtsdf

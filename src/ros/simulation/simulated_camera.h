@@ -1,0 +1,69 @@
+/// A depth camera that moves through an analytic room: input for the demo and the tests.
+#pragma once
+
+#include <image_transport/image_transport.h>
+#include <ros/node_handle.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/params/param_set.h"
+#include "simulation/scene.h"
+
+namespace dtsdf {
+
+enum class DepthFormat { k32FC1, k16UC1 };
+
+struct SimulatedCameraParams {
+  std::string map_frame = "map";
+  std::string camera_frame = "camera_depth_optical_frame";
+  DepthFormat encoding = DepthFormat::k16UC1;  ///< 16UC1 in millimetres, or 32FC1 in metres.
+  int width_px = 320;
+  int height_px = 240;
+  double focal_px = 277.0;  ///< 60 degrees across at 320 pixels.
+  double rate_hz = 10.0;    ///< Frames per second of wall time.
+  double lap_s = 24.0;      ///< Time of one lap round the room.
+  int frames = 0;           ///< Ends after so many; 0: goes on for ever.
+  bool wait_for_subscriber = false;  ///< The first frame waits until someone listens.
+};
+
+template <class Visitor>
+void visitParams(SimulatedCameraParams& p, Visitor& visit) {
+  visit("map_frame", p.map_frame);
+  visit("camera_frame", p.camera_frame);
+  visit("encoding", p.encoding,
+        EnumNames<DepthFormat>{{"16UC1", DepthFormat::k16UC1}, {"32FC1", DepthFormat::k32FC1}});
+  visit("width_px", p.width_px, Range{8, 4096});
+  visit("height_px", p.height_px, Range{8, 4096});
+  visit("focal_px", p.focal_px, Range{1.0, 1e5});
+  visit("rate_hz", p.rate_hz, Range{0.1, 1000.0});
+  visit("lap_s", p.lap_s, Range{0.1, 1e6});
+  visit("frames", p.frames, Range{0, 1 << 30});
+  visit("wait_for_subscriber", p.wait_for_subscriber);
+}
+
+/// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame.
+class SimulatedCamera {
+ public:
+  SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params);
+
+  /// Publishes until the frames are used up or ROS ends.
+  void run();
+
+ private:
+  bool waitForSubscriber() const;
+  void publishFrame(int index);
+  void publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp);
+  sensor_msgs::Image makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const;
+  sensor_msgs::CameraInfo makeInfo(const ros::Time& stamp) const;
+  Intrinsics intrinsics() const;
+
+  SimulatedCameraParams params_;
+  Scene scene_;
+  image_transport::ImageTransport transport_;
+  image_transport::CameraPublisher publisher_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,86 @@
+/// Analytic scenes: shapes with exact ray intersections and exact distances, for tests and demos.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <limits>
+#include <variant>
+#include <vector>
+
+#include "kernels/core/camera.h"
+
+namespace dtsdf {
+
+/// The half space behind an infinite plane is solid; `normal_W` points to the free side.
+struct Plane {
+  Eigen::Vector3d point_W;
+  Eigen::Vector3d normal_W;  ///< Unit.
+};
+
+struct Sphere {
+  Eigen::Vector3d centre_W;
+  double radius_m;
+};
+
+/// A box with its own frame B at its centre; a thin plate is a box with one small side.
+struct Box {
+  Eigen::Isometry3d T_W_B;
+  Eigen::Vector3d half_size_m;
+};
+
+/// A cylinder with flat ends.
+struct Rod {
+  Eigen::Vector3d start_W;
+  Eigen::Vector3d end_W;
+  double radius_m;
+};
+
+/// A box seen from inside: free within, solid without. Its faces are aligned with W.
+struct Room {
+  Eigen::Vector3d min_W;
+  Eigen::Vector3d max_W;
+};
+
+using Shape = std::variant<Plane, Sphere, Box, Rod, Room>;
+
+/// An axis-aligned box, or a plate, turned by `yaw_rad` about the vertical through its centre.
+Box makeBox(const Eigen::Vector3d& centre_W, const Eigen::Vector3d& size_m, double yaw_rad = 0.0);
+
+/// A union of solid shapes. Metres, map frame W.
+class Scene {
+ public:
+  void add(const Shape& shape) { shapes_.push_back(shape); }
+  const std::vector<Shape>& shapes() const { return shapes_; }
+
+  /// Smallest s > 0 at which origin + s * direction enters a shape's surface, or infinity. The
+  /// direction need not be a unit vector.
+  double intersect(const Eigen::Vector3d& origin_W, const Eigen::Vector3d& direction_W) const;
+
+  /// Positive in free space, negative inside a solid. Exact, but for points that lie in two
+  /// overlapping solids, and infinity in an empty scene.
+  double signedDistance(const Eigen::Vector3d& p_W) const;
+
+  /// |signedDistance|: the distance to the nearest surface.
+  double distanceToSurface(const Eigen::Vector3d& p_W) const;
+
+ private:
+  std::vector<Shape> shapes_;
+};
+
+/// Exact depth (z in the optical frame, metres, row-major) of every pixel; 0 where nothing is hit.
+std::vector<float> renderDepth(const Scene& scene, const Intrinsics& intrinsics, int width,
+                               int height, const Eigen::Isometry3d& T_W_C);
+
+/// The pose of a camera (x right, y down, z forward) at `eye_W` that looks at `target_W`; `up_W`
+/// must not be parallel to the view.
+Eigen::Isometry3d lookAt(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& target_W,
+                         const Eigen::Vector3d& up_W);
+
+/// A room of 6 x 5 x 2.6 m, z up, floor at z = 0: in its middle a wall to be seen from both sides,
+/// round it thin plates of 10, 20 and 40 mm and rods of 20 to 60 mm.
+Scene makeRoomScene();
+
+/// A smooth closed lap round the middle of makeRoomScene(), in `lap_s` seconds, that sees both
+/// sides of its wall and plates. Every pose looks into the room, so every pixel has a depth.
+Eigen::Isometry3d roomCameraPose(double time_s, double lap_s = 24.0);
+
+}  // namespace dtsdf

@@ -1,0 +1,107 @@
+#include "kernels/core/grid.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <set>
+#include <tuple>
+#include <vector>
+
+namespace dtsdf {
+namespace {
+
+std::vector<BlockKey> someKeys() {
+  std::vector<BlockKey> keys;
+  const int32_t limit = kMaxBlockCoordinate;
+  for (const int32_t x : {-limit, -1, 0, 1, limit}) {
+    for (const int32_t y : {-limit, -1, 0, 1, limit}) {
+      for (const int32_t z : {-limit, -1, 0, 1, limit}) keys.push_back({x, y, z});
+    }
+  }
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int32_t> uniform(-limit, limit);
+  for (int i = 0; i < 1000; ++i)
+    keys.push_back({uniform(random), uniform(random), uniform(random)});
+  return keys;
+}
+
+TEST(Grid, PackingComesBack) {
+  for (const BlockKey& key : someKeys()) {
+    ASSERT_TRUE(isRepresentable(key));
+    EXPECT_TRUE(unpackKey(packKey(key)) == key) << key.x << " " << key.y << " " << key.z;
+  }
+}
+
+TEST(Grid, PackedKeysSortByZThenYThenX) {
+  const std::vector<BlockKey> keys = someKeys();
+  for (size_t i = 1; i < keys.size(); ++i) {
+    const BlockKey &a = keys[i - 1], &b = keys[i];
+    EXPECT_EQ(packKey(a) < packKey(b), std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x));
+  }
+}
+
+TEST(Grid, LimitsAreToldApart) {
+  const int32_t limit = kMaxBlockCoordinate;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int32_t outside : {-limit - 1, limit + 1, INT32_MIN, INT32_MAX}) {
+      BlockKey key{0, 0, 0};
+      (axis == 0 ? key.x : (axis == 1 ? key.y : key.z)) = outside;
+      EXPECT_FALSE(isRepresentable(key)) << outside << " on axis " << axis;
+    }
+  }
+}
+
+/// Meshing looks one block further than fusion writes, which keeps off the limit for that.
+TEST(Grid, NeighboursOfBlocksNearTheLimitAreToldApart) {
+  const int32_t last = kMaxBlockCoordinate - 1;
+  std::set<PackedKey> packed;
+  for (int n = 0; n < 27 * 8; ++n) {
+    const int c = n / 27;
+    const BlockKey corner{c & 1 ? last : -last, c & 2 ? last : -last, c & 4 ? last : -last};
+    packed.insert(packKey(corner + Vec3i{n % 3 - 1, n / 3 % 3 - 1, n / 9 % 3 - 1}));
+  }
+  EXPECT_EQ(packed.size(), size_t(27 * 8));
+}
+
+TEST(Grid, VoxelsBelongToTheBlockBelowThem) {
+  std::mt19937 random(4);
+  std::uniform_int_distribution<int32_t> uniform(-8000000, 8000000);
+  const auto below = [](int32_t x) { return static_cast<int32_t>(std::floor(x / 8.0)); };
+  std::vector<int32_t> coordinates{-17, -16, -9, -8, -7, -1, 0, 1, 7, 8, 9, 16};
+  for (int i = 0; i < 1000; ++i) coordinates.push_back(uniform(random));
+  for (const int32_t x : coordinates) {
+    const BlockKey block = blockOfVoxel({x, -x, x / 3});
+    EXPECT_TRUE(block == (BlockKey{below(x), below(-x), below(x / 3)})) << x;
+    const Vec3i inside = Vec3i{x, -x, x / 3} - firstVoxelOfBlock(block);
+    EXPECT_TRUE(voxelOffset(voxelIndex(inside.x, inside.y, inside.z)) == inside);
+  }
+}
+
+TEST(Grid, VoxelIndicesCoverTheBlock) {
+  std::set<int> indices;
+  for (int z = 0; z < kBlockSide; ++z) {
+    for (int y = 0; y < kBlockSide; ++y) {
+      for (int x = 0; x < kBlockSide; ++x) indices.insert(voxelIndex(x, y, z));
+    }
+  }
+  EXPECT_EQ(indices.size(), size_t(kVoxelsPerBlock));
+  EXPECT_EQ(*indices.begin(), 0);
+  EXPECT_EQ(*indices.rbegin(), kVoxelsPerBlock - 1);
+}
+
+/// A room's worth of neighbouring keys lands evenly in a table of any power of two.
+TEST(Grid, HashSpreadsNeighbouringKeys) {
+  constexpr int kBuckets = 1 << 12, kSide = 32;
+  std::vector<int> load(kBuckets, 0);
+  for (int z = 0; z < kSide; ++z) {
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) ++load[hashKey(packKey({x - 16, y - 16, z - 16})) % kBuckets];
+    }
+  }
+  // 8 keys a bucket on average; 30 would be 8 standard deviations off for a random placement.
+  for (const int keys : load) EXPECT_LT(keys, 30);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,256 @@
+// The line of samples of a surfel, against the same rule applied to every voxel around it.
+#include "kernels/fusion/ray_casting.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+#include <tuple>
+
+#include "kernels/fusion/fusion.h"
+
+namespace dtsdf {
+namespace {
+
+using VoxelId = std::tuple<int, int, int>;
+
+VoxelId idOf(const Vec3i& v) { return {v.x, v.y, v.z}; }
+
+struct Sample {
+  float share, distance;
+};
+
+struct Cast {
+  Vec3f p, normal, direction;
+  float truncation;
+};
+
+Vec3f randomUnit(std::mt19937& random) {
+  std::normal_distribution<float> normal;
+  const Vec3f v{normal(random), normal(random), normal(random)};
+  return (1.0f / norm(v)) * v;
+}
+
+/// Casts along the normal and along slanted rays, every tenth through exact grid points.
+Cast randomCast(std::mt19937& random, int i) {
+  std::uniform_real_distribution<float> uniform(-20.0f, 20.0f);
+  Cast cast{{uniform(random), uniform(random), uniform(random)}, randomUnit(random), {}, 4.0f};
+  if (i % 10 == 0) {
+    cast.p = {std::floor(cast.p.x), std::floor(cast.p.y), std::floor(cast.p.z)};
+    cast.normal = {0.0f, i % 20 == 0 ? 1.0f : -1.0f, 0.0f};
+  }
+  cast.direction = cast.normal;
+  if (i % 2 == 1) {
+    do {
+      cast.direction = randomUnit(random);
+    } while (dot(cast.direction, cast.normal) > -0.1f);
+  }
+  if (i % 5 == 0) cast.truncation = 1.0f;
+  return cast;
+}
+
+std::map<VoxelId, Sample> samplesOf(const SampleLine& line) {
+  std::map<VoxelId, Sample> samples;
+  for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
+    PlaneSamples<1> at;
+    samplePlanes(line, plane, at);
+    for (int corner = 0; corner < 4; ++corner) {
+      if (!(at.share[corner][0] > 0.0f)) continue;
+      const Vec3i voxel =
+          unpermute(line.axis, plane, at.u[0] + (corner & 1), at.v[0] + (corner >> 1));
+      const Sample sample{at.share[corner][0], at.distance[corner][0]};
+      EXPECT_TRUE(samples.emplace(idOf(voxel), sample).second)
+          << "visited twice: " << voxel.x << " " << voxel.y << " " << voxel.z;
+    }
+  }
+  return samples;
+}
+
+/// The rule in double precision, for any voxel: where the line passes the voxel's plane across its
+/// dominant axis, the voxel's bilinear share, times how near it is to the measured plane.
+double expectedShare(const Cast& cast, const Vec3i& voxel) {
+  const double d[3] = {cast.direction.x, cast.direction.y, cast.direction.z};
+  const double offset[3] = {voxel.x - double(cast.p.x), voxel.y - double(cast.p.y),
+                            voxel.z - double(cast.p.z)};
+  int k = 0;
+  for (int axis = 1; axis < 3; ++axis) k = std::abs(d[axis]) > std::abs(d[k]) ? axis : k;
+  const double reach = std::min(cast.truncation, kSampleReach), along = offset[k] / d[k];
+  if (std::abs(along) > reach) return 0.0;
+  double share = 1.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis == k) continue;
+    const double apart = std::abs(offset[axis] - along * d[axis]);
+    share *= std::max(0.0, 1.0 - apart);
+  }
+  const double distance =
+      offset[0] * cast.normal.x + offset[1] * cast.normal.y + offset[2] * cast.normal.z;
+  return share * share * std::max(0.0, 1.0 - std::abs(distance) / reach);
+}
+
+SampleLine lineOf(const Cast& cast) {
+  return makeSampleLine(cast.p, cast.normal, cast.direction,
+                        sampleReach(cast.truncation, 0.0f));
+}
+
+TEST(SampleLine, VisitsEachSampleOnceWithItsShareAndDistance) {
+  std::mt19937 random(14);
+  for (int i = 0; i < 500; ++i) {
+    SCOPED_TRACE("cast " + std::to_string(i));
+    const Cast cast = randomCast(random, i);
+    const std::map<VoxelId, Sample> samples = samplesOf(lineOf(cast));
+    const Vec3i centre{floorToInt(cast.p.x), floorToInt(cast.p.y), floorToInt(cast.p.z)};
+    size_t found = 0;
+    for (int z = -4; z <= 5; ++z) {
+      for (int y = -4; y <= 5; ++y) {
+        for (int x = -4; x <= 5; ++x) {
+          const Vec3i voxel = centre + Vec3i{x, y, z};
+          const double share = expectedShare(cast, voxel);
+          const auto it = samples.find(idOf(voxel));
+          found += it != samples.end();
+          EXPECT_NEAR(it == samples.end() ? 0.0 : it->second.share, share, 2e-4);
+        }
+      }
+    }
+    EXPECT_EQ(found, samples.size()) << "samples far from the point";
+  }
+}
+
+/// Planes worked out side by side give the same bits as one by one, and there are not more of them.
+TEST(SampleLine, PlanesSideBySideAreThoseOneByOne) {
+  std::mt19937 random(18);
+  for (int i = 0; i < 2000; ++i) {
+    const SampleLine line = lineOf(randomCast(random, i));
+    ASSERT_LE(line.last_plane - line.first_plane + 1, kPlanesAtOnce);
+    PlaneSamples<kPlanesAtOnce> all;
+    samplePlanes(line, line.first_plane, all);
+    for (int k = 0; k < kPlanesAtOnce; ++k) {
+      PlaneSamples<1> one;
+      samplePlanes(line, line.first_plane + k, one);
+      ASSERT_EQ(all.u[k], one.u[0]);
+      ASSERT_EQ(all.v[k], one.v[0]);
+      for (int corner = 0; corner < 4; ++corner) {
+        ASSERT_EQ(all.share[corner][k], one.share[corner][0]);
+        ASSERT_EQ(all.distance[corner][k], one.distance[corner][0]);
+      }
+    }
+  }
+}
+
+TEST(SampleLine, SamplesLieWithinReachOfTheMeasuredPlane) {
+  std::mt19937 random(15);
+  for (int i = 0; i < 2000; ++i) {
+    const Cast cast = randomCast(random, i);
+    const SampleLine line = lineOf(cast);
+    for (const auto& [id, sample] : samplesOf(line)) {
+      const auto [x, y, z] = id;
+      const double distance = (x - double(cast.p.x)) * cast.normal.x +
+                              (y - double(cast.p.y)) * cast.normal.y +
+                              (z - double(cast.p.z)) * cast.normal.z;
+      EXPECT_NEAR(sample.distance, distance, 2e-5);
+      EXPECT_LT(std::abs(sample.distance), line.reach);
+      EXPECT_GT(sample.share, 0.0f);
+      EXPECT_LE(sample.share, 1.0f);
+    }
+  }
+}
+
+TEST(SampleLine, BlocksVisitedHoldAllSamples) {
+  std::mt19937 random(16);
+  for (int i = 0; i < 2000; ++i) {
+    const Cast cast = randomCast(random, i);
+    const SampleLine line = lineOf(cast);
+    std::set<VoxelId> blocks;
+    auto visit = [&](const Vec3i& block) { blocks.insert(idOf(block)); };
+    visitBlocks(line, visit);
+    EXPECT_LE(blocks.size(), 8u);
+    for (const auto& [id, sample] : samplesOf(line)) {
+      const auto [x, y, z] = id;
+      EXPECT_EQ(blocks.count(idOf(blockOfVoxel({x, y, z}))), 1u) << "cast " << i;
+    }
+  }
+}
+
+/// What a block on its own takes from the line, over all blocks, is what the whole line gives.
+TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
+  std::mt19937 random(17);
+  for (int i = 0; i < 1000; ++i) {
+    SCOPED_TRACE("cast " + std::to_string(i));
+    const Cast cast = randomCast(random, i);
+    const SampleLine line = lineOf(cast);
+    const FusionView fusion{1, 1, cast.truncation, 1e6f, 0.0f};
+    CastLine whole{line, directionsOf(cast.normal, true)};
+    const DirectionSet& directions = whole.directions;
+    for (float& weight : whole.directions.weight) weight *= 0.7f * kWeightScale;
+    std::map<std::pair<VoxelId, int>, std::pair<int32_t, int32_t>> expected, actual;
+    for (const auto& [id, sample] : samplesOf(line)) {
+      for (int k = 0; k < directions.count; ++k) {
+        const int32_t w = roundWeight(sample.share * directions.weight[k]);
+        if (w == 0) continue;
+        expected[{id, directions.direction[k]}] = {
+            w, roundSdf(sample.distance * (kSdfScale / cast.truncation))};
+      }
+    }
+    const BlockKey centre =
+        blockOfVoxel({floorToInt(cast.p.x), floorToInt(cast.p.y), floorToInt(cast.p.z)});
+    for (int n = 0; n < 27; ++n) {
+      const Vec3i block = centre + Vec3i{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+      auto add = [&](int direction, int index, int32_t w, int32_t sdf) {
+        if (w == 0) return;
+        const Vec3i voxel = firstVoxelOfBlock(block) + voxelOffset(index);
+        EXPECT_TRUE(
+            actual.emplace(std::make_pair(idOf(voxel), direction), std::make_pair(w, sdf)).second);
+      };
+      if (i % 2 == 0) {
+        castIntoBlock<1>(whole, fusion, block, add);
+      } else {
+        castIntoBlock<kPlanesAtOnce>(whole, fusion, block, add);
+      }
+    }
+    EXPECT_EQ(actual, expected);
+  }
+}
+
+/// A camera on the z axis of an unturned local frame, looking along z; one voxel is 0.1 m.
+FrameView frontalView() {
+  FrameView frame{};
+  frame.width = frame.height = 9;
+  frame.intrinsics = {10.0f, 10.0f, 4.0f, 4.0f};
+  frame.T_L_C = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.0f, 0.0f, 0.0f}};
+  frame.voxel_size_m = 0.1f;
+  return frame;
+}
+
+TEST(ProjectVoxel, TakesTheDistanceAlongTheOpticalAxis) {
+  const FrameView frame = frontalView();
+  const FusionView fusion{0, 1, 4.0f, 1e6f, 0.0f};
+  const std::vector<Surfel> surfels(81, Surfel{{0, 0, 0}, 0.5f, {0.0f, 0.0f, -1.0f}, 1.0f});
+  for (int z = 1; z <= 20; ++z) {
+    int calls = 0;
+    auto add = [&](int direction, int32_t weight, int32_t sdf) {
+      ++calls;
+      EXPECT_EQ(direction, 5);
+      EXPECT_EQ(weight, quantiseWeight(0.5f));
+      EXPECT_NEAR(sdf, quantiseSdf((10.0f - static_cast<float>(z)) / 4.0f), 1);
+    };
+    projectVoxel(frame, fusion, surfels.data(), {0, 0, z}, add);
+    EXPECT_EQ(calls, z <= 14 ? 1 : 0) << "voxel at " << z;  // nothing beyond the truncation
+  }
+}
+
+TEST(ProjectVoxel, LeavesOutWhatTheCameraDoesNotSee) {
+  const FrameView frame = frontalView();
+  const FusionView fusion{0, 1, 4.0f, 1e6f, 0.0f};
+  std::vector<Surfel> surfels(81, Surfel{{0, 0, 0}, 0.5f, {0.0f, 0.0f, -1.0f}, 1.0f});
+  surfels[4 * 9 + 4].weight = 0.0f;
+  auto add = [](int, int32_t, int32_t) { ADD_FAILURE() << "a voxel that is not seen"; };
+  // Behind, in the camera's plane, on a pixel without measurement, and outside the image.
+  for (const Vec3i& voxel : {Vec3i{0, 0, -9}, Vec3i{3, 0, 0}, Vec3i{0, 0, 9}, Vec3i{5, 0, 9},
+                             Vec3i{-5, 0, 9}, Vec3i{0, 5, 9}, Vec3i{0, -5, 9}}) {
+    projectVoxel(frame, fusion, surfels.data(), voxel, add);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -18,7 +18,7 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
       surfels_(stream_),
       touched_(stream_),
       fusion_(stream_),
-      mesher_(params.map.directional) {
+      mesher_(rules.mesh, params.map.directional) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
 }
@@ -32,7 +32,7 @@ IntegrationResult CudaMap::integrate(const DepthFrame& frame) {
     result.message = noMeasurementMessage(params_);
     return result;
   }
-  mesher_.settle();
+  mesher_.complete();
   const Admission admission = admit();
   result.refused_blocks = admission.refused;
   refused_ += admission.refused;
@@ -163,7 +163,7 @@ void CudaMap::countWork(const FusionInput& input, const Admission& admission) {
 
 void CudaMap::profileTo(Profile* profile) {
   stream_.synchronize();
-  mesher_.settle();
+  mesher_.complete();
   clock_.profileTo(profile);
 }
 

@@ -24,7 +24,7 @@ class CudaMap {
   /// @pre The frame is valid. @return when the frame's last kernel is enqueued.
   IntegrationResult integrate(const DepthFrame& frame);
   void beginMeshUpdate();
-  void waitForMeshes() { mesher_.settle(); }
+  void waitForMeshes() { mesher_.complete(); }
   MeshUpdate finishMeshUpdate();
   MapStats stats();
   std::vector<BlockSnapshot> snapshot();

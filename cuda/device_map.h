@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "backend/profile.h"
-#include "kernels/meshing/mesh_unit.h"
+#include "kernels/meshing/unit_samples.h"
 #include "map/block_table.h"
 #include "runtime/slab_pool.h"
 
@@ -46,7 +46,7 @@ struct MapView {
   uint32_t* dirty;
   int32_t* dirty_slots;
   uint32_t* dirty_count;
-  /// Number of the last extraction that took up a slot.
+  /// Number of the last extraction that selected a slot.
   uint32_t* mesh_stamp;
 };
 

@@ -9,8 +9,8 @@
 namespace dtsdf {
 
 /// A vertex lies on an edge of the grid. `edge` identifies it inside the block:
-/// ((lattice index of the edge's lower corner) * 3 + axis) * 2 + facing, the lattice being the
-/// 9 x 9 x 9 corners of the block's mesh units; facing 0 has its behind side at the lower end.
+/// ((index of the edge's lower corner) * 3 + axis) * 2 + facing, the index being that in the 9 x 9 x 9
+/// corners of the block's mesh units, x fastest; facing 0 has its behind side at the lower end.
 struct BlockVertex {
   Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [0, 8].
   uint32_t edge;

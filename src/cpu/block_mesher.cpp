@@ -4,9 +4,11 @@
 #include <cstring>
 #include <utility>
 
-#include "cpu/block_lattice.h"
+#include "cpu/block_indexer.h"
 #include "cpu/block_surface.h"
 #include "cpu/parallel_for.h"
+#include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/regularisation.h"
 
 namespace dtsdf {
 namespace {
@@ -18,9 +20,13 @@ bool sameIndices(const std::vector<UnitIndices>& a, const std::vector<UnitIndice
 
 }  // namespace
 
-BlockMesher::BlockMesher(const BlockTable& table, const VoxelStore& voxels, bool directional,
-                         int threads)
-    : table_(table), voxels_(voxels), directional_(directional), threads_(threads) {}
+BlockMesher::BlockMesher(const BlockTable& table, const VoxelStore& voxels, const MeshRules& rules,
+                         bool directional, int threads)
+    : table_(table),
+      voxels_(voxels),
+      rules_(rules),
+      directional_(directional),
+      threads_(threads) {}
 
 void BlockMesher::resize() {
   if (state_.size() < table_.slotCount()) state_.resize(table_.slotCount());
@@ -37,7 +43,7 @@ std::vector<int32_t> BlockMesher::takeDirty() {
   return dirty;
 }
 
-void BlockMesher::takeUp(const BlockKey& key, std::vector<int32_t>& slots) {
+void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
   const int32_t slot = table_.find(packKey(key));
   if (slot < 0 || state_[slot].update == update_) return;
   state_[slot].update = update_;
@@ -59,8 +65,9 @@ std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots)
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
     if (i + threads_ < slots.size()) prefetch(slots[i + threads_]);
     SlotState& state = state_[slots[i]];
-    IndexedBlock block =
-        indexer.index(table_, voxels_, table_.block(slots[i]).key, directional_);
+    CornerArrays arrays;
+    arrays.find(table_, voxels_, table_.block(slots[i]).key);
+    IndexedBlock block = indexer.index(rules_, arrays, directional_);
     changed[i] = !sameIndices(block.indices, state.indices);
     state.indices = std::move(block.indices);
     state.vertices = std::move(block.vertices);
@@ -68,7 +75,7 @@ std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots)
   return changed;
 }
 
-std::vector<BlockMesh> BlockMesher::meshBlocks(const std::vector<int32_t>& slots) {
+std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
   parallelFor<BlockSurface>(slots.size(), threads_, [&](size_t i, BlockSurface& surface) {
@@ -82,10 +89,10 @@ std::vector<BlockMesh> BlockMesher::meshBlocks(const std::vector<int32_t>& slots
       const bool empty = slot < 0 || state_[slot].indices.empty();
       indices[n] = empty ? nullptr : state_[slot].indices.data();
     }
-    LatticeArrays arrays;
+    CornerArrays arrays;
     arrays.find(table_, voxels_, mesh.key);
-    surface.settle(indices);
-    surface.emit(arrays, state.vertices, directional_, mesh);
+    surface.regularise(indices);
+    surface.emit(rules_, arrays, state.vertices, directional_, mesh);
     state.vertices = std::vector<BlockVertex>();
   });
   return meshes;
@@ -103,18 +110,18 @@ std::vector<int32_t> BlockMesher::reachBlocks() {
   const StageTimer timer(profile_, Stage::kReach);
   std::vector<int32_t> slots;
   for (const int32_t slot : takeDirty()) {
-    for (int n = 0; n < kUnitReach; ++n) takeUp(table_.block(slot).key + unitReachOffset(n), slots);
+    for (int n = 0; n < kUnitReach; ++n) select(table_.block(slot).key + unitReachOffset(n), slots);
   }
   sortByKey(slots);  // what neighbours read is likely to be in the cache then
   return slots;
 }
 
-void BlockMesher::takeUpAround(const std::vector<uint8_t>& changed, std::vector<int32_t>& slots) {
+void BlockMesher::selectAround(const std::vector<uint8_t>& changed, std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kReach);
   for (size_t i = 0; i < changed.size(); ++i) {
     if (!changed[i]) continue;
     const BlockKey key = table_.block(slots[i]).key;
-    for (int n = 0; n < kRegularisationReach; ++n) takeUp(key + regularisationOffset(n), slots);
+    for (int n = 0; n < kRegularisationReach; ++n) select(key + regularisationOffset(n), slots);
   }
   sortByKey(slots);
 }
@@ -125,12 +132,8 @@ size_t BlockMesher::bytes() const {
   return bytes;
 }
 
-std::vector<BlockMesh> BlockMesher::update() {
-  ++update_;
-  std::vector<int32_t> slots = reachBlocks();
-  const size_t indexed = slots.size();
-  takeUpAround(indexBlocks(slots), slots);
-  std::vector<BlockMesh> meshes = meshBlocks(slots);
+std::vector<BlockMesh> BlockMesher::takeChanges(const std::vector<int32_t>& slots,
+                                                std::vector<BlockMesh>& meshes) {
   const StageTimer timer(profile_, Stage::kHandOut);
   std::vector<BlockMesh> changes;
   changes.reserve(slots.size());
@@ -140,14 +143,28 @@ std::vector<BlockMesh> BlockMesher::update() {
     if (has_mesh || state.has_mesh) changes.push_back(std::move(meshes[i]));
     state.has_mesh = has_mesh;
   }
-  if (profile_ != nullptr) {
-    profile_->work.indexed_blocks += indexed;
-    profile_->work.meshed_blocks += slots.size();
-    for (const BlockMesh& mesh : changes) {
-      profile_->work.vertices += mesh.vertices.size();
-      profile_->work.triangles += mesh.triangles.size() / 3;
-    }
+  return changes;
+}
+
+void BlockMesher::countWork(size_t indexed, size_t meshed,
+                            const std::vector<BlockMesh>& changes) const {
+  if (profile_ == nullptr) return;
+  profile_->work.indexed_blocks += indexed;
+  profile_->work.meshed_blocks += meshed;
+  for (const BlockMesh& mesh : changes) {
+    profile_->work.vertices += mesh.vertices.size();
+    profile_->work.triangles += mesh.triangles.size() / 3;
   }
+}
+
+std::vector<BlockMesh> BlockMesher::update() {
+  ++update_;
+  std::vector<int32_t> slots = reachBlocks();
+  const size_t indexed = slots.size();
+  selectAround(indexBlocks(slots), slots);
+  std::vector<BlockMesh> meshes = makeMeshes(slots);
+  std::vector<BlockMesh> changes = takeChanges(slots, meshes);
+  countWork(indexed, slots.size(), changes);
   return changes;
 }
 

@@ -6,14 +6,16 @@
 #include "backend/profile.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/block_mesh.h"
-#include "kernels/meshing/mesh_block.h"
+#include "kernels/meshing/mesh_rules.h"
+#include "kernels/meshing/unit_samples.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
 
 class BlockMesher {
  public:
-  BlockMesher(const BlockTable& table, const VoxelStore& voxels, bool directional, int threads);
+  BlockMesher(const BlockTable& table, const VoxelStore& voxels, const MeshRules& rules,
+              bool directional, int threads);
 
   /// Follows the growth of the table.
   void resize();
@@ -38,7 +40,7 @@ class BlockMesher {
   struct SlotState {
     bool dirty = false;
     bool has_mesh = false;
-    uint32_t update = 0;               ///< The latest that the block was taken up by.
+    uint32_t update = 0;               ///< The latest that selected the block.
     std::vector<UnitIndices> indices;  ///< Before regularisation, one per unit; empty: none.
     std::vector<BlockVertex> vertices; ///< Of these indices, during an update only.
   };
@@ -49,24 +51,31 @@ class BlockMesher {
   std::vector<int32_t> reachBlocks();
 
   /// Enters the block, if there is one, into this update's slots, unless it is there.
-  void takeUp(const BlockKey& key, std::vector<int32_t>& slots);
+  void select(const BlockKey& key, std::vector<int32_t>& slots);
 
-  /// Forms the blocks' unit indices anew. @return for each whether they changed.
+  /// The index stage. @return for each block whether its units' indices changed.
   std::vector<uint8_t> indexBlocks(const std::vector<int32_t>& slots);
 
   /// Enters the blocks whose surface depends on the indices that changed.
-  void takeUpAround(const std::vector<uint8_t>& changed, std::vector<int32_t>& slots);
+  void selectAround(const std::vector<uint8_t>& changed, std::vector<int32_t>& slots);
+
+  /// What of the meshes is new: all but those that were empty and still are.
+  std::vector<BlockMesh> takeChanges(const std::vector<int32_t>& slots,
+                                     std::vector<BlockMesh>& meshes);
+
+  void countWork(size_t indexed, size_t meshed, const std::vector<BlockMesh>& changes) const;
 
   void sortByKey(std::vector<int32_t>& slots) const;
 
-  /// The meshes of blocks, from indices that are up to date around them.
-  std::vector<BlockMesh> meshBlocks(const std::vector<int32_t>& slots);
+  /// The make stage, from indices that are up to date around the blocks.
+  std::vector<BlockMesh> makeMeshes(const std::vector<int32_t>& slots);
 
   /// Brings a block's voxels nearer, to be read soon.
   void prefetch(int32_t slot) const;
 
   const BlockTable& table_;
   const VoxelStore& voxels_;
+  MeshRules rules_;
   bool directional_;
   int threads_;
   std::vector<SlotState> state_;

@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-static_assert(kLatticeEdges <= 65536, "edges are kept in 16 bits");
+static_assert(kGridEdges <= 65536, "edges are kept in 16 bits");
 
 bool hasSurface(const UnitIndices* row) {
   uint64_t words[2];
@@ -29,7 +29,7 @@ void BlockSurface::collect(const IndexNeighbourhood& indices) {
     for (int z = first.z; z < first.z + count.z; ++z) {
       for (int y = first.y; y < first.y + count.y; ++y) {
         const UnitIndices* row = from + voxelIndex(first.x, y, z);
-        UnitIndices* to = grid_ + gridIndex(first.x + kBlockSide * at.x, y + kBlockSide * at.y,
+        UnitIndices* to = unit_grid_ + unitGridIndex(first.x + kBlockSide * at.x, y + kBlockSide * at.y,
                                             z + kBlockSide * at.z);
         if (at.x == 0) {
           std::copy(row, row + kBlockSide, to);
@@ -41,21 +41,18 @@ void BlockSurface::collect(const IndexNeighbourhood& indices) {
   }
 }
 
-void BlockSurface::addTriangles(const UnitIndices& settled, const Vec3i& unit) {
-  for (const uint8_t index : settled.sheet) {
-    for (int k = 0; k < 3 * kMeshTables.triangle_count[index]; ++k) {
-      const int edge = unitEdge(unit, kMeshTables.triangle_edge[index][k], index);
-      edges_.add(edge);
-      triangle_edges_.push_back(static_cast<uint16_t>(edge));
-    }
-  }
+void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
+  visitTriangleEdges(kMeshTables, regular, unit, [this](int edge) {
+    edges_.add(edge);
+    triangle_edges_.push_back(static_cast<uint16_t>(edge));
+  });
 }
 
-void BlockSurface::settle(const IndexNeighbourhood& indices) {
+void BlockSurface::regularise(const IndexNeighbourhood& indices) {
   collect(indices);
   edges_.clear();
   triangle_edges_.clear();
-  const auto at = [this](const Vec3i& unit) { return grid_[gridIndex(unit.x, unit.y, unit.z)]; };
+  const auto at = [this](const Vec3i& unit) { return unit_grid_[unitGridIndex(unit.x, unit.y, unit.z)]; };
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     if (i % kBlockSide == 0 && !hasSurface(indices[0] + i)) {
       i += kBlockSide - 1;
@@ -63,19 +60,20 @@ void BlockSurface::settle(const IndexNeighbourhood& indices) {
     }
     if (indices[0][i].sheet[0] == 0) continue;
     const Vec3i unit = voxelOffset(i);
-    addTriangles(settleUnit(at, unit), unit);
+    addTriangles(regulariseUnit(at, unit), unit);
   }
 }
 
-void BlockSurface::emit(const LatticeArrays& arrays, const std::vector<BlockVertex>& known,
-                        bool directional, BlockMesh& mesh) {
+void BlockSurface::emit(const MeshRules& rules, const CornerArrays& arrays,
+                        const std::vector<BlockVertex>& known, bool directional,
+                        BlockMesh& mesh) {
   mesh.vertices.reserve(edges_.count());
   auto next = known.begin();
   edges_.forEach([&](int edge) {
     vertex_of_edge_[edge] = static_cast<uint16_t>(mesh.vertices.size());
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
-    mesh.vertices.push_back(is_known ? *next : makeVertex(arrays, edge, directional));
+    mesh.vertices.push_back(is_known ? *next : makeVertex(rules, arrays, edge, directional));
   });
   mesh.triangles.resize(triangle_edges_.size());
   std::transform(triangle_edges_.begin(), triangle_edges_.end(), mesh.triangles.begin(),

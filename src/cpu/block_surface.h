@@ -1,11 +1,12 @@
-/// The mesh of one block, from the indices of its units and of those across its faces.
+/// The make stage of a block on the CPU: its mesh, from the indices of its units and of those across its faces.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "cpu/block_lattice.h"
+#include "cpu/block_indexer.h"
 #include "dtsdf_mapping/block_mesh.h"
+#include "kernels/meshing/regularisation.h"
 
 namespace dtsdf {
 
@@ -17,27 +18,27 @@ using IndexNeighbourhood = const UnitIndices* [kRegularisationReach];
 class BlockSurface {
  public:
   /// Regularises the block's units and enters the edges of their triangles. The block has a surface.
-  void settle(const IndexNeighbourhood& indices);
+  void regularise(const IndexNeighbourhood& indices);
 
-  /// The mesh of what was settled. Few edges differ from those before: `known` holds the vertices of
-  /// some, sorted by edge.
-  void emit(const LatticeArrays& arrays, const std::vector<BlockVertex>& known, bool directional,
-            BlockMesh& mesh);
+  /// Vertices and triangles of what was regularised. Few edges differ from those before: `known`
+  /// holds the vertices of some, sorted by edge.
+  void emit(const MeshRules& rules, const CornerArrays& arrays,
+            const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
  private:
-  static constexpr int kGridSide = kBlockSide + 2;
+  static constexpr int kUnitGridSide = kBlockSide + 2;
 
-  static int gridIndex(int x, int y, int z) {
-    return x + 1 + kGridSide * (y + 1 + kGridSide * (z + 1));
+  static int unitGridIndex(int x, int y, int z) {
+    return x + 1 + kUnitGridSide * (y + 1 + kUnitGridSide * (z + 1));
   }
 
   void collect(const IndexNeighbourhood& indices);
-  void addTriangles(const UnitIndices& settled, const Vec3i& unit);
+  void addTriangles(const UnitIndices& regular, const Vec3i& unit);
 
   /// The block's units and a layer around them, of which edges and corners are never read.
-  UnitIndices grid_[kGridSide * kGridSide * kGridSide] = {};
+  UnitIndices unit_grid_[kUnitGridSide * kUnitGridSide * kUnitGridSide] = {};
   EdgeSet edges_;  ///< That carry a vertex.
-  uint16_t vertex_of_edge_[kLatticeEdges];
+  uint16_t vertex_of_edge_[kGridEdges];
   std::vector<uint16_t> triangle_edges_;
 };
 

@@ -92,7 +92,7 @@ CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
       fusion_(makeFusionView(params)),
       threads_(params.threads > 0 ? params.threads : omp_get_num_procs()),
       table_(static_cast<size_t>(params.map.max_memory_mb) << 20),
-      mesher_(table_, voxels_, params.map.directional, threads_) {}
+      mesher_(table_, voxels_, rules.mesh, params.map.directional, threads_) {}
 
 IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
   const Clock::time_point start = Clock::now();

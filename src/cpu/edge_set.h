@@ -1,10 +1,10 @@
-/// A set of a block's lattice edges, visited in ascending order.
+/// A set of edges of a block's corner grid, visited in ascending order.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-#include "kernels/meshing/mesh_emit.h"
+#include "kernels/meshing/emit.h"
 
 namespace dtsdf {
 
@@ -18,11 +18,7 @@ class EdgeSet {
 
   /// Enters the edges that a unit's triangles have their corners on.
   void addUnit(const UnitIndices& indices, const Vec3i& unit) {
-    for (const uint8_t index : indices.sheet) {
-      for (int k = 0; k < 3 * kMeshTables.triangle_count[index]; ++k) {
-        add(unitEdge(unit, kMeshTables.triangle_edge[index][k], index));
-      }
-    }
+    visitTriangleEdges(kMeshTables, indices, unit, [this](int edge) { add(edge); });
   }
 
   template <class Visit>
@@ -42,7 +38,7 @@ class EdgeSet {
 
  private:
   static constexpr int kWordBits = 64;
-  static constexpr int kWords = (kLatticeEdges + kWordBits - 1) / kWordBits;
+  static constexpr int kWords = (kGridEdges + kWordBits - 1) / kWordBits;
   uint64_t bits_[kWords] = {};
 };
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "kernels/meshing/mesh_emit.h"
+#include "kernels/meshing/corner_grid.h"
 
 namespace dtsdf {
 namespace {
@@ -20,18 +20,18 @@ struct GlobalEdge {
 
 struct GlobalEdgeHash {
   size_t operator()(const GlobalEdge& e) const {
-    return static_cast<size_t>(hashKey(e.block * kLatticeEdges + e.edge));
+    return static_cast<size_t>(hashKey(e.block * kGridEdges + e.edge));
   }
 };
 
-/// The owner of an edge is the block of its lower corner: corners on a far face of the lattice
+/// The owner of an edge is the block of its lower corner: corners on a far face of the corner grid
 /// belong to the neighbour.
 GlobalEdge ownerOf(const BlockKey& key, uint32_t edge) {
-  const Vec3i corner = latticeCorner(edgeCorner(static_cast<int>(edge)));
+  const Vec3i corner = cornerAt(edgeCorner(static_cast<int>(edge)));
   const Vec3i step{corner.x >> kBlockSideLog2, corner.y >> kBlockSideLog2,
                    corner.z >> kBlockSideLog2};
   constexpr int kMask = kBlockSide - 1;
-  const int own = latticeEdge(latticeIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask),
+  const int own = edgeNumber(cornerIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask),
                               edgeAxis(static_cast<int>(edge)), edgeFacing(static_cast<int>(edge)));
   return {packKey(key + step), static_cast<uint32_t>(own)};
 }

@@ -4,7 +4,8 @@
 
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/core/voxel.h"
-#include "kernels/meshing/mesh_block.h"
+#include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/unit_samples.h"
 #include "kernels/surfels/depth_noise.h"
 #include "kernels/surfels/surfel.h"
 #include "map/block_table.h"
@@ -80,7 +81,7 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
               static_cast<double>(work.touched_blocks) * kVoxelsPerBlock * kClearOperations};
     case Stage::kReach: return {static_cast<double>(work.touched_blocks) * kUnitReach * 24, 0};
     case Stage::kIndex:
-      return {indexed * (arrays_per_block * kLatticeCorners * sizeof(Voxel) + 2 * kIndicesBytes),
+      return {indexed * (arrays_per_block * kGridCorners * sizeof(Voxel) + 2 * kIndicesBytes),
               indexed * kVoxelsPerBlock * kIndexOperations};
     case Stage::kMake:  // the indices, those across six faces, both ends of each vertex, the mesh
       return {meshed * kIndicesBytes * (1 + 6.0 / kBlockSide) +

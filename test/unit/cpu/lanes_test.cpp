@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "kernels/meshing/mesh_unit.h"
+#include "kernels/meshing/sheets.h"
 
 namespace dtsdf {
 namespace {
@@ -62,9 +62,9 @@ TEST(Lanes, FourUnitsAreIndexedAsEachOnItsOwn) {
       FourUnits four;
       for (UnitSamples& unit : four.unit) unit = randomUnit(random);
       UnitIndices together[kLanes];
-      indexUnits(kMeshTables, four, directional, together);
+      indexUnits(kMeshTables, MeshRules(), four, directional, together);
       for (int k = 0; k < kLanes; ++k) {
-        const UnitIndices alone = indexUnit(kMeshTables, four.unit[k], directional);
+        const UnitIndices alone = indexUnit(kMeshTables, MeshRules(), four.unit[k], directional);
         ASSERT_EQ(together[k].sheet[0], alone.sheet[0]) << "trial " << trial;
         ASSERT_EQ(together[k].sheet[1], alone.sheet[1]) << "trial " << trial;
         surfaces += alone.sheet[0] != 0;

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "kernels/meshing/mesh_emit.h"
+#include "kernels/meshing/edge_vertex.h"
 #include "support/mesh_topology.h"
 
 namespace dtsdf {
@@ -21,14 +21,14 @@ BlockMesh planeBlock(const BlockKey& key, float height) {
   BlockMesh mesh;
   mesh.key = key;
   const int layer = floorToInt(height);
-  for (int y = 0; y < kLatticeSide; ++y) {
-    for (int x = 0; x < kLatticeSide; ++x) {
-      const int edge = latticeEdge(latticeIndex(x, y, layer), 2, 0);
+  for (int y = 0; y < kCornerGridSide; ++y) {
+    for (int x = 0; x < kCornerGridSide; ++x) {
+      const int edge = edgeNumber(cornerIndex(x, y, layer), 2, 0);
       mesh.vertices.push_back(
           {vertexPosition(edge, height - static_cast<float>(layer)), static_cast<uint32_t>(edge)});
     }
   }
-  const auto number = [](int x, int y) { return static_cast<uint16_t>(x + kLatticeSide * y); };
+  const auto number = [](int x, int y) { return static_cast<uint16_t>(x + kCornerGridSide * y); };
   for (int y = 0; y < kBlockSide; ++y) {
     for (int x = 0; x < kBlockSide; ++x) {
       for (const uint16_t v : {number(x, y), number(x + 1, y), number(x + 1, y + 1), number(x, y),

@@ -241,5 +241,9 @@ TEST(MeshTables, CompatibleUnlessAnEdgeIsCrossedBothWays) {
   }
 }
 
+TEST(MeshTables, EdgeLowerCornerEqualsTheTable) {
+  for (int e = 0; e < kCubeEdges; ++e) EXPECT_EQ(edgeLowerCorner(e), kEdgeLowerCorner[e]);
+}
+
 }  // namespace
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// The samples at the corners of a block's mesh units, and the units' indices.
+/// The index stage of a block on the CPU: its samples, and its units' indices.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 #include "cpu/edge_set.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/block_mesh.h"
-#include "kernels/meshing/mesh_block.h"
+#include "kernels/meshing/edge_vertex.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
@@ -26,28 +26,28 @@ struct EdgeEnd {
 };
 
 template <class Samples>
-struct LatticeEdge {
+struct EdgeOfGrid {
   EdgeEnd<Samples> lower, upper;
 };
 
 template <class Samples>
-BlockVertex makeVertex(const Samples& samples, int edge, bool directional) {
+BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const int only_direction = directional ? -1 : directionOnEdge(0, axis, facing, false);
-  const LatticeEdge<Samples> ends{{samples, corner, only_direction},
-                                  {samples, corner + latticeStride(axis), only_direction}};
-  return {vertexPosition(edge, edgeOffset(ends, axis, facing)), static_cast<uint32_t>(edge)};
+  const int only_direction = directional ? -1 : undirectedDirection(axis, facing);
+  const EdgeOfGrid<Samples> ends{{samples, corner, only_direction},
+                                 {samples, corner + cornerStride(axis), only_direction}};
+  return {vertexPosition(edge, edgeOffset(rules, ends, axis, facing)), static_cast<uint32_t>(edge)};
 }
 
 /// The voxel arrays that the corners of a block's units lie in; null where there is none.
-struct LatticeArrays {
-  const Voxel* array[kLatticeBlocks][kDirectionCount];
+struct CornerArrays {
+  const Voxel* array[kCornerBlocks][kDirectionCount];
   uint32_t present;  ///< Bit d: some of the blocks has an array of direction d.
 
   void find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key);
 
   Voxel sample(int corner, int direction) const {
-    const LatticeSource source = latticeSource(corner);
+    const CornerSource source = cornerSource(corner);
     const Voxel* voxels_of_block = array[source.block][direction];
     return voxels_of_block == nullptr ? Voxel{0.0f, 0.0f} : voxels_of_block[source.voxel];
   }
@@ -62,8 +62,7 @@ struct IndexedBlock {
 /// Room for indexing one block after the other; one per thread.
 class BlockIndexer {
  public:
-  IndexedBlock index(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key,
-                     bool directional);
+  IndexedBlock index(const MeshRules& rules, const CornerArrays& arrays, bool directional);
 
   Voxel sample(int corner, int direction) const {
     if (!(present_ >> direction & 1)) return {0.0f, 0.0f};
@@ -72,19 +71,20 @@ class BlockIndexer {
 
  private:
   /// With room behind the last corner for the last one's neighbours, so that loops need no cases.
-  static constexpr int kRoom = kLatticeCorners + kLatticeSide * kLatticeSide;
+  static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
 
-  void collect(const LatticeArrays& arrays);
+  void collect(const CornerArrays& arrays);
   void markSides();
   void findCandidates();
-  void indexRow(const Vec3i& first_unit, bool directional, UnitIndices* row);
+  void indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,
+                UnitIndices* row);
 
   uint32_t present_ = 0;
-  float sdf_[kDirectionCount][kLatticeCorners] = {};
-  float weight_[kDirectionCount][kLatticeCorners] = {};
-  uint32_t sides_[kRoom] = {};          ///< Per corner, see markSides().
+  float sdf_[kDirectionCount][kGridCorners] = {};
+  float weight_[kDirectionCount][kGridCorners] = {};
+  uint32_t sides_[kRoom] = {};          ///< Per corner, see sidesOfCorner().
   uint32_t unit_sides_[kRoom] = {};     ///< Of all corners of the unit that starts at a corner.
-  uint8_t candidate_[kLatticeCorners];  ///< Whether that unit can hold a surface.
+  uint8_t candidate_[kGridCorners];     ///< Whether that unit can hold a surface.
   EdgeSet edges_;
 };
 

@@ -1,0 +1,180 @@
+#include "block_mesher.h"
+
+#include <algorithm>
+
+#include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/regularisation.h"
+#include "runtime/device.h"
+#include "runtime/stage_clock.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+constexpr size_t kFirstVertices = 1 << 16, kFirstTriangles = 1 << 17;
+constexpr int kThreadBlocksPerProcessor = 8;
+
+}  // namespace
+
+BlockMesher::BlockMesher(const MeshRules& rules, bool directional)
+    : rules_(rules),
+      directional_(directional),
+      thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
+      tables_(1),
+      totals_(1),
+      pinned_totals_(1),
+      vertices_(kFirstVertices),
+      triangles_(kFirstTriangles) {
+  pinned_totals_[0] = {};
+  PinnedBuffer<MeshTables> tables(1);
+  tables[0] = kMeshTables;
+  tables_.upload(tables.data(), 1, stream_);
+  stream_.synchronize();
+}
+
+MeshView BlockMesher::view() const {
+  MeshView view;
+  view.tables = tables_.data();
+  view.counters = &totals_.data()->blocks;
+  view.size = &totals_.data()->size;
+  view.slots = slots_.data();
+  view.records = records_.data();
+  view.vertices = vertices_.data();
+  view.triangles = triangles_.data();
+  view.capacity = {static_cast<uint32_t>(vertices_.capacity()),
+                   static_cast<uint32_t>(triangles_.capacity())};
+  view.stamp = stamp_;
+  view.directional = directional_;
+  view.rules = rules_;
+  return view;
+}
+
+void BlockMesher::begin(const MapView& map, const Event& map_ready, size_t most_dirty) {
+  map_ = map;
+  stream_.waitFor(map_ready);
+  stream_.record(begun_);
+  const size_t most_blocks =
+      std::min<size_t>(map.slot_count, most_dirty * kUnitReach * kRegularisationReach);
+  slots_.reserve(most_blocks, stream_);
+  records_.reserve(most_blocks, stream_);
+  totals_.zero(stream_);
+  ++stamp_;
+  holdForProfile(stream_);
+  enqueueIndices();
+  enqueueMeshes();
+  state_ = State::kBegun;
+}
+
+void BlockMesher::enqueueIndices() {
+  {
+    const StageSpan span(stream_, Stage::kReach);
+    reachBlocks(map_, view(), thread_blocks_, stream_);
+  }
+  const StageSpan span(stream_, Stage::kIndex);
+  indexBlocks(map_, view(), thread_blocks_, stream_);
+}
+
+void BlockMesher::enqueueMeshes() {
+  {
+    const StageSpan span(stream_, Stage::kMake);
+    makeMeshes(map_, view(), thread_blocks_, stream_);
+  }
+  totals_.download(pinned_totals_.data(), 1, stream_);
+  stream_.record(counted_);
+}
+
+void BlockMesher::complete() {
+  if (state_ != State::kBegun) return;
+  counted_.wait();
+  const MeshSize size = pinned_totals_[0].size;
+  if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
+    vertices_.reserve(size.vertices, stream_);
+    triangles_.reserve(size.triangles, stream_);
+    DTSDF_CHECK_CUDA(cudaMemsetAsync(&totals_.data()->size, 0, sizeof(MeshSize), stream_.get()));
+    enqueueMeshes();
+    counted_.wait();
+  }
+  fetch();
+  state_ = State::kComplete;
+}
+
+void BlockMesher::fetch() {
+  const MeshSize size = pinned_totals_[0].size;
+  pinned_records_.reserve(recordCount());
+  pinned_vertices_.reserve(size.vertices);
+  pinned_triangles_.reserve(size.triangles);
+  const StageSpan span(stream_, Stage::kFetch);
+  records_.download(pinned_records_.data(), recordCount(), stream_);
+  vertices_.download(pinned_vertices_.data(), size.vertices, stream_);
+  triangles_.download(pinned_triangles_.data(), size.triangles, stream_);
+  stream_.record(fetched_);
+}
+
+std::vector<MeshRecord> BlockMesher::changedRecords() {
+  std::vector<MeshRecord> changed;
+  if (has_mesh_.size() < map_.slot_count) has_mesh_.resize(map_.slot_count, 0);
+  for (size_t i = 0; i < recordCount(); ++i) {
+    const MeshRecord& record = pinned_records_[i];
+    uint8_t& has_mesh = has_mesh_[record.slot];
+    if (record.triangles > 0 || has_mesh) changed.push_back(record);
+    has_mesh = record.triangles > 0;
+  }
+  std::sort(changed.begin(), changed.end(),
+            [](const MeshRecord& a, const MeshRecord& b) { return a.key < b.key; });
+  return changed;
+}
+
+BlockMesh BlockMesher::copyBlock(const MeshRecord& record) const {
+  BlockMesh mesh;
+  mesh.key = unpackKey(record.key);
+  const BlockVertex* vertex = pinned_vertices_.data() + record.first_vertex;
+  mesh.vertices.assign(vertex, vertex + record.vertices);
+  const uint16_t* corner = pinned_triangles_[record.first_triangle].vertex;
+  mesh.triangles.assign(corner, corner + 3 * static_cast<size_t>(record.triangles));
+  return mesh;
+}
+
+void BlockMesher::countWork() const {
+  Profile* profile = profileOf(stream_);
+  if (profile == nullptr) return;
+  profile->work.indexed_blocks += pinned_totals_[0].blocks.reached;
+  profile->work.meshed_blocks += recordCount();
+  profile->work.vertices += pinned_totals_[0].size.vertices;
+  profile->work.triangles += pinned_totals_[0].size.triangles;
+}
+
+void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
+  const MeshSize size = pinned_totals_[0].size;
+  parts.push_back({"vertices and triangles", MemoryKind::kMesh,
+                   size.vertices * sizeof(BlockVertex) + size.triangles * sizeof(BlockTriangle),
+                   vertices_.bytes() + triangles_.bytes()});
+  parts.push_back({"mesh lists", MemoryKind::kMesh,
+                   recordCount() * (sizeof(int32_t) + sizeof(MeshRecord)),
+                   slots_.bytes() + records_.bytes()});
+  parts.push_back({"mesh tables", MemoryKind::kScratch, tables_.bytes(), tables_.bytes()});
+  const size_t staging = pinned_records_.bytes() + pinned_vertices_.bytes() +
+                         pinned_triangles_.bytes();
+  parts.push_back({"mesh", MemoryKind::kStaging, staging, staging});
+}
+
+MeshUpdate BlockMesher::finish() {
+  MeshUpdate update;
+  if (state_ == State::kIdle) return update;
+  complete();
+  fetched_.wait();
+  state_ = State::kIdle;
+  countWork();
+  const StageTimer timer(profileOf(stream_), Stage::kHandOut);
+  for (const MeshRecord& record : changedRecords()) update.blocks.push_back(copyBlock(record));
+  update.duration_ms = fetched_.millisecondsSince(begun_);
+  return update;
+}
+
+std::vector<NamedKernel> mesherKernels(bool directional) {
+  std::vector<NamedKernel> kernels = indexKernels(directional);
+  for (const NamedKernel& kernel : makeKernels()) kernels.push_back(kernel);
+  return kernels;
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,129 @@
+// The index stage on the device: which blocks to mesh again, and the indices of their units.
+#include "corner_arrays.cuh"
+#include "kernels/meshing/regularisation.h"
+#include "kernels/meshing/sheets.h"
+#include "launch.h"
+#include "mesh_kernels.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+/// Enters a block into the extraction, unless it is there. @return whether it is new.
+__device__ bool select(const MapView& map, const MeshView& mesh, int32_t slot) {
+  return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
+}
+
+/// One thread per dirty block and reach, in strides: their number is known on the device only.
+__global__ void reachBlocksKernel(MapView map, MeshView mesh) {
+  const size_t count = static_cast<size_t>(*map.dirty_count) * kUnitReach;
+  for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
+    const int32_t dirty = map.dirty_slots[i / kUnitReach];
+    const int n = static_cast<int>(i % kUnitReach);
+    if (n == 0) map.dirty[dirty] = 0;
+    const int32_t slot = findSlot(map, packKey(keyOfSlot(map, dirty) + unitReachOffset(n)));
+    if (slot < 0 || !select(map, mesh, slot)) continue;
+    mesh.slots[atomicAdd(&mesh.counters->reached, 1u)] = slot;
+  }
+}
+
+/// The samples at a block's corner grid, in shared memory, direction by direction.
+struct SharedCorners {
+  Voxel* samples;
+  uint32_t present;
+
+  __device__ void collect(const CornerArrays& arrays) {
+    for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
+      Voxel sample[kDirectionCount];
+#pragma unroll  // reads all before it waits for any
+      for (int d = 0; d < kDirectionCount; ++d) {
+        if (present >> d & 1) sample[d] = arrays.sample(i, d);
+      }
+#pragma unroll
+      for (int d = 0; d < kDirectionCount; ++d) {
+        if (present >> d & 1) samples[d * kGridCorners + i] = sample[d];
+      }
+    }
+  }
+
+  __device__ UnitSamples unit(const Vec3i& unit) const {
+    UnitSamples result = {};
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (!(present >> d & 1)) continue;
+      for (int c = 0; c < kCubeCorners; ++c) {
+        result.corner[d][c] = samples[d * kGridCorners +
+                                      cornerIndex(unit.x + (c & 1), unit.y + (c >> 1 & 1),
+                                                   unit.z + (c >> 2 & 1))];
+      }
+    }
+    return result;
+  }
+};
+
+/// Indexes this thread's units of a block. @return whether any index changed.
+__device__ int updateIndices(const MeshView& mesh, const SharedCorners& corners,
+                             UnitIndices* stored) {
+  int changed = 0;
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
+    const UnitSamples samples = corners.unit(voxelOffset(i));
+    const UnitIndices indices = indexUnit(*mesh.tables, mesh.rules, samples, mesh.directional != 0);
+    changed |= indices.sheet[0] != stored[i].sheet[0] || indices.sheet[1] != stored[i].sheet[1];
+    stored[i] = indices;
+  }
+  return changed;
+}
+
+/// One block of threads per reached block, in strides.
+__global__ void __launch_bounds__(kThreads) indexBlocksKernel(MapView map, MeshView mesh) {
+  extern __shared__ Voxel samples[];
+  __shared__ CornerArrays arrays;
+  __shared__ uint32_t present;
+  if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty_count = 0;  // all selected by now
+  const uint32_t reached = mesh.counters->reached;
+  for (uint32_t b = blockIdx.x; b < reached; b += gridDim.x) {
+    const int32_t slot = mesh.slots[b];
+    const BlockKey key = keyOfSlot(map, slot);
+    if (threadIdx.x == 0) present = 0;
+    __syncthreads();
+    if (threadIdx.x < kCornerBlocks) {
+      atomicOr(&present, findCornerArrays(map, key, threadIdx.x, arrays));
+    }
+    __syncthreads();
+    SharedCorners corners{samples, present};
+    corners.collect(arrays);
+    __syncthreads();
+    const int changed =
+        __syncthreads_or(updateIndices(mesh, corners, map.unit_indices.record(slot)));
+    if (!changed || threadIdx.x >= kRegularisationReach) continue;
+    const int32_t adjoining = findSlot(map, packKey(key + regularisationOffset(threadIdx.x)));
+    if (adjoining < 0 || !select(map, mesh, adjoining)) continue;
+    mesh.slots[reached + atomicAdd(&mesh.counters->adjoining, 1u)] = adjoining;
+  }
+}
+
+size_t cornerGridBytes(bool directional) {
+  return (directional ? kDirectionCount : 1) * kGridCorners * sizeof(Voxel);
+}
+
+}  // namespace
+
+void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
+                 const Stream& stream) {
+  reachBlocksKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+  DTSDF_CHECK_LAUNCH("reachBlocksKernel");
+}
+
+void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
+                 const Stream& stream) {
+  const size_t shared_bytes = cornerGridBytes(mesh.directional != 0);
+  indexBlocksKernel<<<thread_blocks, kThreads, shared_bytes, stream.get()>>>(map, mesh);
+  DTSDF_CHECK_LAUNCH("indexBlocksKernel");
+}
+
+std::vector<NamedKernel> indexKernels(bool directional) {
+  return {DTSDF_NAMED_KERNEL(reachBlocksKernel, 0),
+          DTSDF_NAMED_KERNEL(indexBlocksKernel, cornerGridBytes(directional))};
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

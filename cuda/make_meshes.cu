@@ -1,0 +1,178 @@
+// The make stage on the device: regularisation, vertices and triangles of the blocks' meshes.
+#include <cub/block/block_scan.cuh>
+
+#include "corner_arrays.cuh"
+#include "kernels/meshing/edge_vertex.h"
+#include "kernels/meshing/emit.h"
+#include "kernels/meshing/regularisation.h"
+#include "launch.h"
+#include "mesh_kernels.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+constexpr int kUnitsPerThread = kVoxelsPerBlock / kThreads;
+constexpr int kEdgeWords = (kGridEdges + 31) / 32;
+static_assert(kEdgeWords <= kThreads, "one thread per word of edge bits");
+
+using Scan = cub::BlockScan<uint32_t, kThreads>;
+
+/// Indices of the units in a block and across its faces; null where there is no block.
+struct IndexNeighbourhood {
+  const UnitIndices* block[kRegularisationReach];
+
+  __device__ UnitIndices operator()(const Vec3i& unit) const {
+    const UnitSource source = unitSource(unit);
+    const UnitIndices* indices = block[source.block];
+    return indices == nullptr ? UnitIndices{{0, 0}} : indices[source.unit];
+  }
+};
+
+/// Which of the edges of a block's corner grid carry a vertex: the vertices in order of their edges.
+struct EdgeSet {
+  uint32_t bits[kEdgeWords];
+  uint32_t rank[kEdgeWords];  ///< Vertices before each word.
+
+  __device__ void add(int edge) { atomicOr(&bits[edge / 32], 1u << (edge % 32)); }
+  __device__ uint32_t vertexOf(int edge) const {
+    return rank[edge / 32] + __popc(bits[edge / 32] & ((1u << (edge % 32)) - 1u));
+  }
+};
+
+__device__ BlockVertex makeVertex(const MeshView& mesh, const CornerArrays& arrays, int edge) {
+  const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const bool directional = mesh.directional != 0;
+  EdgeSamples samples = {};
+#pragma unroll  // so that the samples are in registers, and read all at once
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!directional && d != undirectedDirection(axis, facing)) continue;
+    samples.lower[d] = arrays.sample(lower, directional ? d : 0);
+    samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
+  }
+  const float offset = edgeOffset(mesh.rules, samples, axis, facing);
+  return {vertexPosition(edge, offset), static_cast<uint32_t>(edge)};
+}
+
+struct MeshBlockShared {
+  CornerArrays arrays;
+  IndexNeighbourhood indices;
+  EdgeSet edges;
+  uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
+  MeshRecord record;
+  typename Scan::TempStorage scan;
+};
+
+__device__ void gatherBlock(const MapView& map, const BlockKey& key, MeshBlockShared& shared) {
+  const int t = threadIdx.x;
+  if (t < kCornerBlocks) findCornerArrays(map, key, t, shared.arrays);
+  const int n = t - 32;  // by another warp
+  if (n >= 0 && n < kRegularisationReach) {
+    const int32_t slot = findSlot(map, packKey(key + regularisationOffset(n)));
+    shared.indices.block[n] = slot < 0 ? nullptr : map.unit_indices.record(slot);
+  }
+  if (t < kEdgeWords) shared.edges.bits[t] = 0;
+  __syncthreads();
+}
+
+/// Regularises this thread's units and enters their edges. @return their number of triangles.
+__device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& shared,
+                                    UnitIndices (&regular)[kUnitsPerThread]) {
+  uint32_t triangles = 0;
+  for (int k = 0; k < kUnitsPerThread; ++k) {
+    const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
+    regular[k] = regulariseUnit(shared.indices, unit);
+    for (int s = 0; s < kMaxSheets; ++s) {
+      triangles += mesh.tables->triangle_count[regular[k].sheet[s]];
+    }
+    visitTriangleEdges(*mesh.tables, regular[k], unit,
+                       [&](int edge) { shared.edges.add(edge); });
+  }
+  return triangles;
+}
+
+/// Numbers the vertices on the edges of one word of bits.
+__device__ void listEdges(int word, uint32_t rank, MeshBlockShared& shared) {
+  shared.edges.rank[word] = rank;
+  for (uint32_t bits = shared.edges.bits[word]; bits != 0; bits &= bits - 1) {
+    shared.vertex_edge[rank++] = static_cast<uint16_t>(32 * word + __ffs(bits) - 1);
+  }
+}
+
+/// Counts a block's vertices and triangles, and takes room for them; the order of the blocks in
+/// that room is free. @return this thread's first triangle in the block.
+__device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles,
+                             MeshBlockShared& shared) {
+  constexpr uint32_t kLow = 0xffff;
+  static_assert(kGridEdges <= kLow && kVoxelsPerBlock * kMaxSheets * kMaxTriangles <= kLow,
+                "one scan counts both, in half a word each");
+  __syncthreads();  // of the edges' bits
+  const int t = threadIdx.x;
+  const uint32_t in_word = t < kEdgeWords ? __popc(shared.edges.bits[t]) : 0;
+  uint32_t before, total;
+  Scan(shared.scan).ExclusiveSum(in_word << 16 | own_triangles, before, total);
+  if (t == kThreads - 1) {  // of a warp without words
+    const uint32_t vertices = total >> 16, triangles = total & kLow;
+    MeshRecord& record = shared.record;
+    record.vertices = vertices;
+    record.triangles = triangles;
+    record.first_vertex = vertices == 0 ? 0 : atomicAdd(&mesh.size->vertices, vertices);
+    record.first_triangle = triangles == 0 ? 0 : atomicAdd(&mesh.size->triangles, triangles);
+  }
+  if (t < kEdgeWords) listEdges(t, before >> 16, shared);
+  __syncthreads();
+  return before & kLow;
+}
+
+__device__ void writeMesh(const MeshView& mesh, const UnitIndices (&regular)[kUnitsPerThread],
+                          uint32_t first_triangle, const MeshBlockShared& shared) {
+  const MeshRecord& record = shared.record;
+  for (uint32_t i = threadIdx.x; i < record.vertices; i += blockDim.x) {
+    mesh.vertices[record.first_vertex + i] =
+        makeVertex(mesh, shared.arrays, shared.vertex_edge[i]);
+  }
+  uint16_t* corner = mesh.triangles[record.first_triangle + first_triangle].vertex;
+  for (int k = 0; k < kUnitsPerThread; ++k) {
+    const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
+    visitTriangleEdges(*mesh.tables, regular[k], unit, [&](int edge) {
+      *corner++ = static_cast<uint16_t>(shared.edges.vertexOf(edge));
+    });
+  }
+}
+
+/// One block of threads per block to mesh, in strides. What does not fit is counted, not written.
+__global__ void __launch_bounds__(kThreads) makeMeshesKernel(MapView map, MeshView mesh) {
+  __shared__ MeshBlockShared shared;
+  const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
+  for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
+    const int32_t slot = mesh.slots[b];
+    gatherBlock(map, keyOfSlot(map, slot), shared);
+    UnitIndices regular[kUnitsPerThread];
+    const uint32_t first_triangle = takeRoom(mesh, regulariseUnits(mesh, shared, regular), shared);
+    const MeshRecord& record = shared.record;
+    if (threadIdx.x == 0) {
+      shared.record.key = map.slots[slot].key;
+      shared.record.slot = slot;
+      shared.record.unused = 0;
+      mesh.records[b] = shared.record;
+    }
+    if (record.first_vertex + record.vertices <= mesh.capacity.vertices &&
+        record.first_triangle + record.triangles <= mesh.capacity.triangles) {
+      writeMesh(mesh, regular, first_triangle, shared);
+    }
+    __syncthreads();
+  }
+}
+
+}  // namespace
+
+void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks,
+                const Stream& stream) {
+  makeMeshesKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+  DTSDF_CHECK_LAUNCH("makeMeshesKernel");
+}
+
+std::vector<NamedKernel> makeKernels() { return {DTSDF_NAMED_KERNEL(makeMeshesKernel, 0)}; }
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,77 @@
+/// The stages of meshing on the device: what they read and write, and their launches.
+#pragma once
+
+#include "device_map.h"
+#include "dtsdf_mapping/block_mesh.h"
+#include "kernels/meshing/mesh_rules.h"
+#include "kernels/meshing/mesh_tables.h"
+#include "named_kernels.h"
+#include "runtime/stream.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// Counts of one extraction.
+struct MeshCounters {
+  uint32_t reached;    ///< Blocks whose units have a corner in a changed block.
+  uint32_t adjoining;  ///< Further blocks, across a face of one whose indices changed.
+};
+
+/// Space that the meshes take, whether they could be written or not.
+struct MeshSize {
+  uint32_t vertices, triangles;
+};
+
+/// All that the host has to know of an extraction.
+struct MeshTotals {
+  MeshCounters blocks;
+  MeshSize size;
+};
+
+/// Where the mesh of one block lies.
+struct MeshRecord {
+  PackedKey key;
+  int32_t slot;
+  uint32_t first_vertex, vertices;
+  uint32_t first_triangle, triangles;
+  uint32_t unused;  ///< In place of padding, whose bytes nothing would write.
+};
+
+/// Triangle of three 16-bit indices into the block's vertices.
+struct BlockTriangle {
+  uint16_t vertex[3];
+};
+
+/// What kernels need of an extraction, by value.
+struct MeshView {
+  const MeshTables* tables;
+  MeshCounters* counters;
+  MeshSize* size;
+  int32_t* slots;  ///< First the reached blocks, then the adjoining ones.
+  MeshRecord* records;  ///< One per block of `slots`.
+  BlockVertex* vertices;
+  BlockTriangle* triangles;
+  MeshSize capacity;
+  uint32_t stamp;  ///< Number of this extraction.
+  int32_t directional;
+  MeshRules rules;
+};
+
+// Each enqueues one stage; `thread_blocks` fill the device, since how much there is to do is known
+// there only.
+
+/// Selects the blocks whose units have a corner in a changed block.
+void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
+
+/// Indices of the units of these blocks; selects those that their changes adjoin.
+void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
+
+/// Meshes of all selected blocks. What there is no room for is counted, not written.
+void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
+
+/// The kernels of reachBlocks() and indexBlocks(), and of makeMeshes().
+std::vector<NamedKernel> indexKernels(bool directional);
+std::vector<NamedKernel> makeKernels();
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,154 @@
+#include "cpu/block_indexer.h"
+
+#include <algorithm>
+#include <cstring>
+#include <iterator>
+
+#include "cpu/lanes.h"
+#include "kernels/meshing/possible_leaders.h"
+#include "kernels/meshing/sheets.h"
+
+namespace dtsdf {
+namespace {
+
+/// Four neighbouring units of a row, from the one that starts at a corner on.
+struct UnitsOfRow {
+  using Real = LaneFloats;
+  using Bits = LaneInts;
+  static constexpr int kUnits = kLanes;
+
+  const float (*sdf_at)[kGridCorners];
+  const float (*weight_at)[kGridCorners];
+  int first_corner;
+  uint32_t observed, speaking;  ///< In some of the units, bit d for direction d.
+
+  static int offset(int c) { return cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1); }
+  LaneFloats sdf(int d, int c) const {
+    return LaneFloats::load(&sdf_at[d][first_corner + offset(c)]);
+  }
+  LaneFloats weight(int d, int c) const {
+    return LaneFloats::load(&weight_at[d][first_corner + offset(c)]);
+  }
+  bool isObserved(int d) const { return observed >> d & 1; }
+  bool maySpeak(int d) const { return speaking >> d & 1; }
+};
+
+/// Takes a row of voxels apart. Nothing overlaps, which the compiler has to know to use vectors.
+void copyRow(const Voxel* __restrict__ from, float* __restrict__ sdf, float* __restrict__ weight) {
+  for (int x = 0; x < kBlockSide; ++x) {
+    sdf[x] = from[x].sdf;
+    weight[x] = from[x].weight;
+  }
+}
+
+/// Copies the part of a voxel array that lies in the corner grid's n-th block.
+void copyPart(const Voxel* voxels, int n, float* sdf, float* weight) {
+  const Vec3i at = cornerBlockOffset(n);
+  const int rows = at.y ? 1 : kBlockSide, layers = at.z ? 1 : kBlockSide;
+  for (int z = 0; z < layers; ++z) {
+    for (int y = 0; y < rows; ++y) {
+      const int to = cornerIndex(kBlockSide * at.x, kBlockSide * at.y + y, kBlockSide * at.z + z);
+      const Voxel* from = voxels + voxelIndex(0, y, z);
+      if (at.x) {
+        sdf[to] = from->sdf;
+        weight[to] = from->weight;
+      } else {
+        copyRow(from, sdf + to, weight + to);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void CornerArrays::find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key) {
+  present = 0;
+  for (int n = 0; n < kCornerBlocks; ++n) {
+    const int32_t slot = table.find(packKey(key + cornerBlockOffset(n)));
+    for (int d = 0; d < kDirectionCount; ++d) {
+      const int32_t index = slot < 0 ? kNoArray : table.block(slot).array[d];
+      array[n][d] = index == kNoArray ? nullptr : voxels.array(index);
+      if (index != kNoArray) present |= 1u << d;
+    }
+  }
+}
+
+void BlockIndexer::collect(const CornerArrays& arrays) {
+  static const Voxel kNothing[kVoxelsPerBlock] = {};
+  present_ = arrays.present;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!(present_ >> d & 1)) continue;
+    for (int n = 0; n < kCornerBlocks; ++n) {
+      const Voxel* voxels = arrays.array[n][d];
+      copyPart(voxels == nullptr ? kNothing : voxels, n, sdf_[d], weight_[d]);
+    }
+  }
+}
+
+void BlockIndexer::markSides() {
+  std::fill(sides_, sides_ + kGridCorners, 0u);
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!(present_ >> d & 1)) continue;
+    const float* sdf = sdf_[d];
+    const float* weight = weight_[d];
+    for (int i = 0; i < kGridCorners; ++i) sides_[i] |= sidesOfSample(d, sdf[i], weight[i]);
+  }
+  for (int i = 0; i < kGridCorners; ++i) sides_[i] = sidesOfCorner(sides_[i]);
+}
+
+void BlockIndexer::findCandidates() {
+  uint32_t* unit = unit_sides_;
+  for (int i = 0; i < kGridCorners; ++i) unit[i] = sides_[i] | sides_[i + 1];
+  for (const int stride : {cornerStride(1), cornerStride(2)}) {
+    for (int i = 0; i < kGridCorners; ++i) unit[i] |= unit[i + stride];
+  }
+  for (int i = 0; i < kGridCorners; ++i) candidate_[i] = possibleLeaders(unit[i]) != 0;
+}
+
+/// Indexes the units of a row that can hold a surface, four at a time.
+void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,
+                            UnitIndices* row) {
+  const int first_corner = cornerIndex(first_unit.x, first_unit.y, first_unit.z);
+  for (int x = 0; x < kBlockSide; ++x) {
+    if (!candidate_[first_corner + x]) continue;
+    x = std::min(x, kBlockSide - kLanes);
+    UnitsOfRow units{sdf_, weight_, first_corner + x, 0, 0};
+    for (int k = 0; k < kLanes; ++k) {
+      units.observed |= observedDirections(unit_sides_[units.first_corner + k]);
+      units.speaking |= mayBeSpeaking(unit_sides_[units.first_corner + k]);
+    }
+    UnitIndices indices[kLanes];
+    indexUnits(kMeshTables, rules, units, directional, indices);
+    for (int k = 0; k < kLanes; ++k) row[x + k] = indices[k];
+    x += kLanes - 1;
+  }
+  for (int x = 0; x < kBlockSide; ++x) {
+    if (row[x].sheet[0] != 0) edges_.addUnit(row[x], {x, first_unit.y, first_unit.z});
+  }
+}
+
+IndexedBlock BlockIndexer::index(const MeshRules& rules, const CornerArrays& arrays,
+                                 bool directional) {
+  collect(arrays);
+  markSides();
+  findCandidates();
+  edges_.clear();
+  IndexedBlock result;
+  for (int z = 0; z < kBlockSide; ++z) {
+    for (int y = 0; y < kBlockSide; ++y) {
+      uint64_t candidates;
+      std::memcpy(&candidates, candidate_ + cornerIndex(0, y, z), sizeof(candidates));
+      if (candidates == 0) continue;
+      if (result.indices.empty()) result.indices.resize(kVoxelsPerBlock, UnitIndices{{0, 0}});
+      indexRow(rules, {0, y, z}, directional, &result.indices[voxelIndex(0, y, z)]);
+    }
+  }
+  result.vertices.reserve(edges_.count());
+  edges_.forEach([&](int edge) {
+    result.vertices.push_back(makeVertex(rules, *this, edge, directional));
+  });
+  if (result.vertices.empty()) result.indices.clear();
+  return result;
+}
+
+}  // namespace dtsdf

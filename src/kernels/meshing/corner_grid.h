@@ -1,0 +1,57 @@
+/// The corner grid of a block: the corners and edges of its mesh units, numbered, and where in the
+/// block and around it their samples lie.
+#pragma once
+
+#include "kernels/core/grid.h"
+
+namespace dtsdf {
+
+/// The corners of a block's 8 x 8 x 8 units form its corner grid, 9 x 9 x 9.
+constexpr int kCornerGridSide = kBlockSide + 1;
+constexpr int kGridCorners = kCornerGridSide * kCornerGridSide * kCornerGridSide;
+constexpr int kGridEdges = kGridCorners * 3 * 2;
+
+DTSDF_HD int cornerIndex(int x, int y, int z) {
+  return x + kCornerGridSide * (y + kCornerGridSide * z);
+}
+
+DTSDF_HD Vec3i cornerAt(int index) {
+  return {index % kCornerGridSide, index / kCornerGridSide % kCornerGridSide,
+          index / (kCornerGridSide * kCornerGridSide)};
+}
+
+/// BlockVertex::edge from the edge's lower corner, its axis and its facing (0: behind at the lower end);
+/// and back.
+DTSDF_HD int edgeNumber(int corner, int axis, int facing) {
+  return (corner * 3 + axis) * 2 + facing;
+}
+DTSDF_HD int edgeCorner(int edge) { return edge / 6; }
+DTSDF_HD int edgeAxis(int edge) { return edge / 2 % 3; }
+DTSDF_HD int edgeFacing(int edge) { return edge & 1; }
+
+/// Steps from a corner to the next one along an axis.
+DTSDF_HD int cornerStride(int axis) {
+  return axis == 0 ? 1 : (axis == 1 ? kCornerGridSide : kCornerGridSide * kCornerGridSide);
+}
+
+/// {-1, 0}^3: the blocks whose units have a corner in a block, itself included.
+constexpr int kUnitReach = 8;
+DTSDF_HD Vec3i unitReachOffset(int n) { return {-(n & 1), -(n >> 1 & 1), -(n >> 2 & 1)}; }
+
+/// {0, 1}^3: the blocks that the corners of a block's units lie in; 0 is the block itself.
+constexpr int kCornerBlocks = 8;
+DTSDF_HD Vec3i cornerBlockOffset(int n) { return {n & 1, n >> 1 & 1, n >> 2 & 1}; }
+
+/// Where the sample of a corner lies: in which of the grid's blocks, at which voxel.
+struct CornerSource {
+  int block, voxel;
+};
+
+DTSDF_HD CornerSource cornerSource(int corner) {
+  constexpr int kMask = kBlockSide - 1;
+  const Vec3i c = cornerAt(corner);
+  return {(c.x >> kBlockSideLog2) | (c.y >> kBlockSideLog2) << 1 | (c.z >> kBlockSideLog2) << 2,
+          voxelIndex(c.x & kMask, c.y & kMask, c.z & kMask)};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,73 @@
+/// Edge vertices, the second step of the make stage: where the surface crosses an edge of the corner
+/// grid.
+#pragma once
+
+#include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/vote.h"
+
+namespace dtsdf {
+
+/// The undirected map's only array (0) holds surfaces of any facing; on an edge it counts as the
+/// direction that faces the way the edge does.
+DTSDF_HD int undirectedDirection(int axis, int facing) { return 2 * axis + facing; }
+
+/// The two samples of an edge, per direction. The rules below take any other type with the same
+/// members, too.
+struct EdgeSamples {
+  Voxel lower[kDirectionCount], upper[kDirectionCount];
+};
+
+/// Whether a direction has a say on an edge: all but the one that faces against it.
+DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
+  return directionAxis(direction) != axis || (direction & 1) == facing;
+}
+
+/// Where no direction on its own crosses an edge, its vertex divides it as the voted distances of its
+/// ends do; in the middle where both are 0.
+template <class Edge>
+DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearness) {
+  CornerVote<float> lower, upper;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!speaksOnEdge(d, axis, facing)) continue;
+    const Voxel a = edge.lower[d], b = edge.upper[d];
+    castVote(lower, a.sdf, a.weight, true, nearness);
+    castVote(upper, b.sdf, b.weight, true, nearness);
+  }
+  const float from_lower = fabsf(votedSdf(lower)), from_upper = fabsf(votedSdf(upper));
+  return from_lower + from_upper > 0.0f ? from_lower / (from_lower + from_upper) : 0.5f;
+}
+
+/// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of the
+/// zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction counts
+/// by the product of its two weights. Facing 0 is behind at the lower end.
+template <class Edge>
+DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, int facing) {
+  float sum = 0.0f, sum_weight = 0.0f;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!speaksOnEdge(d, axis, facing)) continue;
+    const Voxel a = edge.lower[d], b = edge.upper[d];
+    const bool crosses = facing == 0 ? a.sdf < 0.0f && !(b.sdf < 0.0f)
+                                     : !(a.sdf < 0.0f) && b.sdf < 0.0f;
+    if (!crosses || !(a.weight > 0.0f && b.weight > 0.0f)) continue;
+    const float weight = a.weight * b.weight;
+    sum += weight * (a.sdf / (a.sdf - b.sdf));
+    sum_weight += weight;
+  }
+  const float offset = sum_weight > 0.0f
+                           ? sum / sum_weight
+                           : votedOffset(edge, axis, facing, rules.nearness_voxels);
+  return minimum(maximum(offset, rules.vertex_margin), 1.0f - rules.vertex_margin);
+}
+
+/// Position of an edge's vertex in voxels, relative to the block's first voxel.
+DTSDF_HD Vec3f vertexPosition(int edge, float offset) {
+  const Vec3i corner = cornerAt(edgeCorner(edge));
+  const int axis = edgeAxis(edge);
+  Vec3f p = toFloat(corner);
+  if (axis == 0) p.x += offset;
+  if (axis == 1) p.y += offset;
+  if (axis == 2) p.z += offset;
+  return p;
+}
+
+}  // namespace dtsdf

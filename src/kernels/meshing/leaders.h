@@ -1,0 +1,96 @@
+/// Which directions speak for a surface in a unit, and which of them lead its sheets.
+#pragma once
+
+#include "kernels/meshing/unit_samples.h"
+
+namespace dtsdf {
+
+/// Rise of a direction's distance along one axis: weighted mean over the unit's edges that it has
+/// observed; 0 where there is none.
+template <class Samples, class Real>
+DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const Real& least_weight) {
+  const Real zero{0.0f};
+  Real rise = zero, total = zero;
+  for (int c = 0; c < kCubeCorners; ++c) {
+    if (c >> axis & 1) continue;
+    const int upper = c | 1 << axis;
+    const Real weight_c = samples.weight(direction, c);
+    const Real weight_upper = samples.weight(direction, upper);
+    const auto known = (weight_c > least_weight) & (weight_upper > least_weight);
+    const Real weight = weight_c + weight_upper;
+    const Real step = samples.sdf(direction, upper) - samples.sdf(direction, c);
+    rise = rise + select(known, weight * step, zero);
+    total = total + select(known, weight, zero);
+  }
+  return select(total > zero, rise / total, zero);
+}
+
+/// How strongly a direction speaks for a surface in the unit; 0 if it does not. It has to see both
+/// sides of the surface, and the gradient of its distance has to lie in its range (the gradient check
+/// of the paper's intra-directional filter). Only the gradient's direction counts: noise makes it
+/// shorter.
+template <class Samples, class Real>
+DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& least_weight) {
+  const Real zero{0.0f};
+  Real weight = zero;
+  auto in_front = zero > zero, behind = in_front;
+  for (int c = 0; c < kCubeCorners; ++c) {
+    const Real corner_weight = samples.weight(direction, c), sdf = samples.sdf(direction, c);
+    const auto known = corner_weight > least_weight;
+    weight = weight + select(known, corner_weight, zero);
+    behind = behind | (known & (sdf < zero));
+    in_front = in_front | (known & (sdf >= zero));
+  }
+  const auto sees_both = in_front & behind;
+  if (!any(sees_both)) return zero;
+  const Real rise[3] = {riseAlong(samples, direction, 0, least_weight),
+                        riseAlong(samples, direction, 1, least_weight),
+                        riseAlong(samples, direction, 2, least_weight)};
+  const Real length = squareRoot(rise[0] * rise[0] + rise[1] * rise[1] + rise[2] * rise[2]);
+  const Real along = rise[directionAxis(direction)] * Real{directionSign(direction)};
+  const Real cosine = along / length;
+  return select(sees_both & (length > zero) & (cosine > Real{kDirectionThreshold}),
+                weight * cosine, zero);
+}
+
+/// Which directions speak (bit d), and which lead the unit's sheets; -1 for no sheet.
+template <class Bits>
+struct Leaders {
+  Bits speaking{0};
+  Bits direction[kMaxSheets] = {Bits{-1}, Bits{-1}};
+};
+
+/// The strongest direction leads, of equal ones the first; the second sheet is for its opposite, if
+/// that speaks as well.
+template <class Bits, class Real>
+DTSDF_HD Leaders<Bits> chooseLeaders(const Real (&confidence)[kDirectionCount]) {
+  const Real zero{0.0f};
+  const Bits none{0};
+  Leaders<Bits> leaders;
+  Real greatest = zero;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    const auto leads = confidence[d] > greatest;
+    leaders.speaking = leaders.speaking | select(confidence[d] > zero, Bits{1 << d}, none);
+    leaders.direction[0] = select(leads, Bits{d}, leaders.direction[0]);
+    greatest = select(leads, confidence[d], greatest);
+  }
+  for (int d = 0; d < kDirectionCount; ++d) {
+    const auto opposes = (confidence[d] > zero) & (leaders.direction[0] == Bits{d ^ 1});
+    leaders.direction[1] = select(opposes, Bits{d}, leaders.direction[1]);
+  }
+  return leaders;
+}
+
+/// The leaders of a unit's sheets.
+template <class Samples, class Real>
+DTSDF_HD Leaders<typename Samples::Bits> findLeaders(const Samples& samples,
+                                                     const Real& least_weight) {
+  Real confidence[kDirectionCount];
+  for (int d = 0; d < kDirectionCount; ++d) {
+    confidence[d] =
+        samples.maySpeak(d) ? directionConfidence(samples, d, least_weight) : Real{0.0f};
+  }
+  return chooseLeaders<typename Samples::Bits>(confidence);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,66 @@
+/// What a mesh unit is made of, and what becomes of it.
+///
+/// A mesh unit is a cell of marching cubes: a cube with a voxel's sample on each of its corners. The
+/// files of this folder are the stages of directional marching cubes, in the paper's order (Sec. V):
+///
+///   index       possible_leaders.h   which units can hold a surface at all
+///               leaders.h            which directions speak for a surface, and which lead its sheets
+///               vote.h               on which side of a sheet each corner is
+///               sheets.h             marching cubes indices, without what no direction can see
+///   make        regularisation.h     corners that the units around them disagree about
+///               edge_vertex.h        where the surface crosses an edge
+///               emit.h               triangles, as references to edges
+///
+/// corner_grid.h says where a block's samples lie, mesh_tables.h holds marching cubes, and
+/// mesh_rules.h the numbers. Vertices belong to (edge, facing) and depend on the edge's two samples
+/// alone, so all units around an edge share them.
+///
+/// Departure from the paper, measured in docs/results: it votes and intersects whole indices per
+/// unit; voting per corner makes neighbouring units agree on the corners they share.
+#pragma once
+
+#include "kernels/core/direction.h"
+#include "kernels/core/select.h"
+#include "kernels/core/voxel.h"
+#include "kernels/meshing/mesh_tables.h"
+
+namespace dtsdf {
+
+/// The surface in a unit has one sheet, or two: the sides of something thinner than the unit.
+constexpr int kMaxSheets = 2;
+
+/// The indices of a unit, one per sheet; 0 where there is no surface.
+struct UnitIndices {
+  uint8_t sheet[kMaxSheets];
+};
+
+/// Distances and weights at the eight corners of a unit, per direction. A sample counts as observed
+/// if its weight is above 0.
+///
+/// The rules take this or any other `Samples` with the same members: one whose Real holds the values
+/// of several neighbouring units works on all of them at once.
+struct UnitSamples {
+  using Real = float;    ///< A value per unit.
+  using Bits = int32_t;  ///< An integer per unit.
+  static constexpr int kUnits = 1;
+
+  Voxel corner[kDirectionCount][kCubeCorners];
+
+  DTSDF_HD float sdf(int direction, int c) const { return corner[direction][c].sdf; }
+  DTSDF_HD float weight(int direction, int c) const { return corner[direction][c].weight; }
+  /// May be false where the direction has no weight, or does not see both sides of a surface.
+  DTSDF_HD bool isObserved(int) const { return true; }
+  DTSDF_HD bool maySpeak(int) const { return true; }
+};
+
+template <class Samples>
+DTSDF_HD typename Samples::Real greatestWeight(const Samples& samples) {
+  typename Samples::Real greatest{0.0f};
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!samples.isObserved(d)) continue;
+    for (int c = 0; c < kCubeCorners; ++c) greatest = maximum(greatest, samples.weight(d, c));
+  }
+  return greatest;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,74 @@
+/// On which side of a sheet the corners of a unit are: by the vote of several directions.
+#pragma once
+
+#include "kernels/meshing/mesh_rules.h"
+#include "kernels/meshing/unit_samples.h"
+
+namespace dtsdf {
+
+/// The vote on one corner: weighted mean of the distances of several directions. Each counts by its
+/// squared weight and by how near its surface is, since the nearest surface decides the sign:
+///   sdf = sum(v_d sdf_d) / sum(v_d),  v_d = (weight_d / (nearness + |sdf_d|))^2.
+template <class Real>
+struct CornerVote {
+  Real sum{0.0f}, votes{0.0f}, weight{0.0f};
+};
+
+/// One direction's vote; only where `takes_part` and where the weight is above 0.
+template <class Real, class Mask>
+DTSDF_HD void castVote(CornerVote<Real>& vote, const Real& sdf, const Real& weight,
+                       const Mask& takes_part, const Real& nearness) {
+  const Real zero{0.0f};
+  const auto counts = takes_part & (weight > zero);
+  if (!any(counts)) return;
+  const Real strength = weight / (nearness + magnitude(sdf));
+  const Real squared = strength * strength;
+  vote.sum = vote.sum + select(counts, squared * sdf, zero);
+  vote.votes = vote.votes + select(counts, squared, zero);
+  vote.weight = vote.weight + select(counts, weight, zero);
+}
+
+/// In voxels; 0 where nobody voted.
+template <class Real>
+DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
+  const Real zero{0.0f};
+  return select(vote.votes > zero, vote.sum / vote.votes, zero);
+}
+
+/// The rules' numbers as they are in a unit.
+template <class Real>
+struct VoteLimits {
+  Real least_weight;  ///< What a corner needs more than.
+  Real nearness;
+};
+
+template <class Samples>
+DTSDF_HD VoteLimits<typename Samples::Real> makeVoteLimits(const MeshRules& rules,
+                                                           const Samples& samples) {
+  using Real = typename Samples::Real;
+  return {Real{rules.least_weight_share} * greatestWeight(samples), Real{rules.nearness_voxels}};
+}
+
+/// Marching cubes labels of a sheet (bit c: corner c is behind), by the vote of all directions but
+/// one; 0 where some corner has too little weight.
+template <class Samples, class Real, class Bits>
+DTSDF_HD Bits voteOnCorners(const Samples& samples, const Bits& excluded_direction,
+                            const VoteLimits<Real>& limits) {
+  const Bits none{0};
+  Bits labels = none;
+  auto known = none == none;
+  for (int c = 0; c < kCubeCorners; ++c) {
+    CornerVote<Real> vote;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (!samples.isObserved(d)) continue;
+      castVote(vote, samples.sdf(d, c), samples.weight(d, c), excluded_direction != Bits{d},
+               limits.nearness);
+    }
+    known = known & (vote.weight > limits.least_weight);
+    if (!any(known)) return none;
+    labels = labels | select(votedSdf(vote) < Real{0.0f}, Bits{1 << c}, none);
+  }
+  return select(known, labels, none);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,129 @@
+#include "kernels/meshing/edge_vertex.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "unit/kernels/meshing/unit_planes.h"
+
+namespace dtsdf {
+namespace {
+
+TEST(EdgeVertex, IsExactOnAPlane) {
+  std::mt19937 random(21);
+  int crossed = 0;
+  for (int trial = 0; trial < 5000; ++trial) {
+    const UnitPlane plane = randomPlane(random);
+    UnitSamples samples = {};
+    addPlane(samples, plane);
+    for (int e = 0; e < kCubeEdges; ++e) {
+      const auto [a, b] = cubeEdges()[static_cast<size_t>(e)];
+      if ((plane.at(a) < 0.0f) == (plane.at(b) < 0.0f)) continue;
+      EdgeSamples edge = {};
+      for (int d = 0; d < kDirectionCount; ++d) {
+        edge.lower[d] = samples.corner[d][a];
+        edge.upper[d] = samples.corner[d][b];
+      }
+      const double expected = plane.at(a) / (double(plane.at(a)) - plane.at(b));
+      const float offset = edgeOffset(MeshRules(), edge, e / 4, plane.at(a) < 0.0f ? 0 : 1);
+      EXPECT_NEAR(offset, expected, MeshRules().vertex_margin + 1e-5);
+      ++crossed;
+    }
+  }
+  EXPECT_GT(crossed, 10000);
+}
+
+/// A wall that an edge passes through: each side by its own facing.
+TEST(EdgeVertex, TellsTheTwoSidesOfAWallApart) {
+  EdgeSamples edge = {};
+  edge.lower[0] = {-0.7f, 2.0f};  // x+ sees the side at 0.7
+  edge.upper[0] = {0.3f, 2.0f};
+  edge.lower[1] = {0.4f, 5.0f};  // x- sees the side at 0.4
+  edge.upper[1] = {-0.6f, 5.0f};
+  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 0, 0), 0.7f, 1e-6f);
+  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 0, 1), 0.4f, 1e-6f);
+}
+
+TEST(EdgeVertex, KeepsOffTheCorners) {
+  EdgeSamples edge = {};
+  edge.lower[4] = {-1e-9f, 1.0f};
+  edge.upper[4] = {1.0f, 1.0f};
+  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), MeshRules().vertex_margin);
+  edge.lower[4] = {-1.0f, 1.0f};
+  edge.upper[4] = {0.0f, 1.0f};
+  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), 1.0f - MeshRules().vertex_margin);
+  MeshRules wide;
+  wide.vertex_margin = 0.125f;
+  EXPECT_EQ(edgeOffset(wide, edge, 2, 0), 0.875f);
+}
+
+/// Z+ crosses at 0.5 / (0.5 + 0.5) = 0.5 and counts 1 * 9 = 9; X+ crosses at 0.2 and counts 3 * 3 = 9:
+/// in all 0.35. By the sum of their weights, 10 and 6, it would be 0.3875, by the lesser one 0.275.
+TEST(EdgeVertex, CrossingsCountByTheProductOfTheirWeights) {
+  EdgeSamples edge = {};
+  edge.lower[4] = {-0.5f, 1.0f};
+  edge.upper[4] = {0.5f, 9.0f};
+  edge.lower[0] = {-0.2f, 3.0f};
+  edge.upper[0] = {0.8f, 3.0f};
+  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 2, 0), 0.35f, 1e-6f);
+}
+
+/// Along z and facing up, all directions have a say but Z-; facing down, all but Z+.
+TEST(EdgeVertex, TheDirectionThatFacesAgainstAnEdgeHasNoSay) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    EXPECT_EQ(speaksOnEdge(d, 2, 0), d != 5);
+    EXPECT_EQ(speaksOnEdge(d, 2, 1), d != 4);
+    EXPECT_EQ(speaksOnEdge(d, 0, 0), d != 1);
+  }
+  EdgeSamples edge = {};
+  edge.lower[4] = {-0.25f, 1.0f};
+  edge.upper[4] = {0.75f, 1.0f};
+  edge.lower[5] = {-0.75f, 100.0f};
+  edge.upper[5] = {0.25f, 100.0f};
+  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), 0.25f);
+}
+
+/// A sample without weight, or one that free space took more from than it had, crosses nothing.
+TEST(EdgeVertex, UnobservedEndsCrossNothing) {
+  for (const float weight : {0.0f, -1.0f}) {
+    EdgeSamples edge = {};
+    edge.lower[4] = {-0.25f, 1.0f};
+    edge.upper[4] = {0.75f, 1.0f};
+    edge.lower[0] = {-0.75f, 100.0f};
+    edge.upper[0] = {0.25f, weight};
+    EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), 0.25f);
+  }
+}
+
+/// X+ is behind at both ends, 0.6 and 0.2 deep: the vertex divides the edge as 0.6 / (0.6 + 0.2).
+TEST(EdgeVertex, WithoutACrossingTheVoteDividesTheEdge) {
+  EdgeSamples edge = {};
+  edge.lower[0] = {-0.6f, 1.0f};
+  edge.upper[0] = {-0.2f, 1.0f};
+  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 2, 0), 0.75f, 1e-6f);
+  EXPECT_EQ(edgeOffset(MeshRules(), EdgeSamples{}, 2, 0), 0.5f);  // nothing is known at all
+}
+
+/// With a nearness of 0.2, by (weight / (0.2 + |sdf|))^2:
+///   lower end: X+ -0.3 counts (1 / 0.5)^2 = 4, Y+ 0.8 counts (2 / 1)^2 = 4:  (-1.2 + 3.2) / 8 = 0.25
+///   upper end: X+ -0.05 counts (1 / 0.25)^2 = 16, Y+ 0.8 counts 4:           (-0.8 + 3.2) / 20 = 0.12
+/// so the vertex lies at 0.25 / 0.37.
+TEST(EdgeVertex, WithoutACrossingAllDirectionsVote) {
+  EdgeSamples edge = {};
+  edge.lower[0] = {-0.3f, 1.0f};
+  edge.upper[0] = {-0.05f, 1.0f};
+  edge.lower[2] = edge.upper[2] = {0.8f, 2.0f};
+  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 2, 0), 0.25f / 0.37f, 1e-6f);
+}
+
+TEST(EdgeVertex, TheUndirectedArrayFacesAsTheEdgeDoes) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int facing = 0; facing < 2; ++facing) {
+      EXPECT_EQ(directionAxis(undirectedDirection(axis, facing)), axis);
+      EXPECT_EQ(directionSign(undirectedDirection(axis, facing)), facing == 0 ? 1.0f : -1.0f);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,135 @@
+// One mesh unit at a time, from samples of known surfaces.
+#include "kernels/meshing/sheets.h"
+
+#include <gtest/gtest.h>
+
+#include "unit/kernels/meshing/unit_planes.h"
+
+namespace dtsdf {
+namespace {
+
+TEST(Sheets, APlaneGivesItsLabels) {
+  std::mt19937 random(18);
+  for (int trial = 0; trial < 5000; ++trial) {
+    const UnitPlane plane = randomPlane(random);
+    UnitSamples samples = {};
+    addPlane(samples, plane);
+    const int labels = labelsOf(plane);
+    const UnitIndices indices = indexUnit(kMeshTables, MeshRules(), samples, true);
+    EXPECT_EQ(indices.sheet[0], labels == 255 ? 0 : labels) << "trial " << trial;
+    EXPECT_EQ(indices.sheet[1], 0) << "trial " << trial;
+  }
+}
+
+TEST(Sheets, TheUndirectedMapMeshesLabels) {
+  std::mt19937 random(19);
+  for (int index = 0; index < 256; ++index) {
+    UnitSamples samples = {};
+    for (int c = 0; c < kCubeCorners; ++c) {
+      samples.corner[0][c] = {isBehind(index, c) ? -0.5f : 0.5f, 0.01f};
+    }
+    EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, false).sheet[0], index == 255 ? 0 : index);
+    if (index == 0 || index == 255) continue;
+    samples.corner[0][random() % 8].weight = 0.0f;
+    EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, false).sheet[0], 0);
+  }
+}
+
+/// Both sides of a wall thinner than the unit, each by the direction that sees it.
+TEST(Sheets, AThinWallHasTwoSheets) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d n = Eigen::Vector3d::Unit(axis);
+    for (const double thickness : {0.05, 0.3, 0.8}) {
+      const UnitPlane front{n, 0.5 + 0.5 * thickness}, back{-n, -(0.5 - 0.5 * thickness)};
+      UnitSamples samples = {};
+      addPlane(samples, front);
+      addPlane(samples, back);
+      const UnitIndices indices = indexUnit(kMeshTables, MeshRules(), samples, true);
+      const std::set<int> sheets{indices.sheet[0], indices.sheet[1]};
+      EXPECT_EQ(sheets, (std::set<int>{labelsOf(front), labelsOf(back)}))
+          << "axis " << axis << ", thickness " << thickness;
+    }
+  }
+}
+
+TEST(Sheets, UnobservedCornersHaveNoSurface) {
+  const UnitPlane plane{Eigen::Vector3d::UnitZ(), 0.4};
+  for (int c = 0; c < kCubeCorners; ++c) {
+    UnitSamples samples = {};
+    addPlane(samples, plane);
+    samples.corner[4][c].weight = 0.0f;
+    EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
+  }
+  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), UnitSamples{}, true).sheet[0], 0);
+  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), UnitSamples{}, false).sheet[0], 0);
+}
+
+/// Distances that rise against their own direction, as at the back of something seen from the front
+/// only, are no surface.
+TEST(Sheets, ADirectionDoesNotSpeakForASurfaceThatFacesAway) {
+  const UnitPlane away{-Eigen::Vector3d::UnitX(), -0.5};
+  UnitSamples samples = {};
+  for (int c = 0; c < kCubeCorners; ++c) samples.corner[0][c] = {away.at(c), 1.0f};
+  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
+}
+
+TEST(Sheets, ScalingAllWeightsChangesNothing) {
+  std::mt19937 random(20);
+  std::uniform_real_distribution<float> uniform(-0.5f, 0.5f), weight(0.0f, 1.0f);
+  for (int trial = 0; trial < 2000; ++trial) {
+    UnitSamples samples = {}, scaled = {};
+    for (int d = 0; d < kDirectionCount; ++d) {
+      for (int c = 0; c < kCubeCorners; ++c) {
+        const float slope = (c >> (d / 2) & 1) ? directionSign(d) : -directionSign(d);
+        samples.corner[d][c] = {0.5f * slope + uniform(random),
+                                random() % 8 ? weight(random) : 0.0f};
+        scaled.corner[d][c] = samples.corner[d][c];
+        scaled.corner[d][c].weight *= 64.0f;  // a power of two, so that no rounding differs
+      }
+    }
+    const UnitIndices a = indexUnit(kMeshTables, MeshRules(), samples, true);
+    const UnitIndices b = indexUnit(kMeshTables, MeshRules(), scaled, true);
+    EXPECT_EQ(a.sheet[0], b.sheet[0]);
+    EXPECT_EQ(a.sheet[1], b.sheet[1]);
+  }
+}
+
+/// The greatest weight is 50, and 2 % of it are 1: a corner of 0.98 is too little, one of 1.02 will do.
+TEST(Sheets, ACornerNeedsTwoPercentOfTheGreatestWeight) {
+  UnitSamples samples = {};
+  addPlaneTo(samples, 4, {Eigen::Vector3d::UnitZ(), 0.4}, 50.0f);
+  samples.corner[4][0].weight = 0.98f;
+  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
+  samples.corner[4][0].weight = 1.02f;
+  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0x0F);
+  MeshRules any_weight;
+  any_weight.least_weight_share = 0.0f;
+  samples.corner[4][0].weight = 0.001f;
+  EXPECT_EQ(indexUnit(kMeshTables, any_weight, samples, true).sheet[0], 0x0F);
+}
+
+/// Behind above is what Z- (bit 5) sees and Z+ (bit 4) cannot; X+ (bit 0) has no edge to object to.
+TEST(Sheets, KeepsWhatSomeSpeakingDirectionCanSee) {
+  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 1u << 4), 0);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 1u << 5), 0xF0);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 1u << 4 | 1u << 0), 0xF0);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 0), 0);
+}
+
+/// Corner 0 and corner 7, each cut off alone: X+ sees corner 0 only, X- corner 7 only.
+TEST(Sheets, RemovesTheUnseenComponentOnly) {
+  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 1u << 0), 0x01);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 1u << 1), 0x80);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 3), 0x81);
+}
+
+TEST(Sheets, ALoneSheetIsTheFirst) {
+  EXPECT_EQ(orderSheets(3, 5).sheet[0], 3);
+  EXPECT_EQ(orderSheets(3, 5).sheet[1], 5);
+  EXPECT_EQ(orderSheets(0, 5).sheet[0], 5);
+  EXPECT_EQ(orderSheets(0, 5).sheet[1], 0);
+  EXPECT_EQ(orderSheets(3, 3).sheet[1], 0);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -9,17 +9,17 @@
 namespace dtsdf {
 
 /// A vertex lies on an edge of the grid. `edge` identifies it inside the block:
-/// ((index of the edge's lower corner) * 3 + axis) * 2 + facing, the index being that in the 9 x 9 x 9
-/// corners of the block's mesh units, x fastest; facing 0 has its behind side at the lower end.
+/// ((index of the edge's lower corner) * 3 + axis) * 2 + facing. The corners are the 9 x 9 x 9 ones
+/// of the block's mesh units, x fastest; facing 0 has its behind side at the lower end.
 struct BlockVertex {
   Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [0, 8].
-  uint32_t edge;
+  uint32_t edge;   ///< Which edge of the block, as said above.
 };
 
 /// Triangles of the mesh units of one block, counter-clockwise seen from the front. Vertices on the
 /// block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
 struct BlockMesh {
-  BlockKey key;
+  BlockKey key;                       ///< Which block.
   std::vector<BlockVertex> vertices;  ///< Sorted by `edge`, each edge at most once.
   std::vector<uint16_t> triangles;    ///< Three indices into `vertices` each, in canonical order.
 };

@@ -5,19 +5,27 @@
 
 namespace dtsdf {
 
+/// Three numbers; name and comment of whoever holds them say the frame and the unit.
 struct Vec3f {
-  float x, y, z;
+  float x;  ///< First component.
+  float y;  ///< Second component.
+  float z;  ///< Third component.
 };
 
+/// Three whole numbers, as for Vec3f.
 struct Vec3i {
-  int32_t x, y, z;
+  int32_t x;  ///< First component.
+  int32_t y;  ///< Second component.
+  int32_t z;  ///< Third component.
 };
 
 /// A map is made of blocks of kBlockSide voxels an axis; block (i, j, k) begins at voxel
 /// (8 i, 8 j, 8 k), that is at (8 i, 8 j, 8 k) * voxel size in the map frame W.
 constexpr int kBlockSideLog2 = 3;
+/// Voxels along an edge of a block.
 constexpr int kBlockSide = 1 << kBlockSideLog2;
 
+/// Coordinates of a block, counted in blocks from the origin of W.
 using BlockKey = Vec3i;
 
 /// A block's coordinates in one number, which sorts by z, then y, then x.

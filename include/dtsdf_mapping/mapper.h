@@ -10,50 +10,59 @@
 #include "dtsdf_mapping/depth_frame.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 
+/// Everything of the library.
 namespace dtsdf {
 
+/// What became of a frame.
 enum class FrameStatus {
-  kFused,
+  kFused,          ///< It is part of the map.
   kBadImage,       ///< No data, no pixels, too many pixels, or rows that overlap.
   kBadIntrinsics,  ///< Focal length not positive, or a value that is not finite.
   kBadPose,        ///< Not finite, not a rotation, or outside the coordinates a map can hold.
   kNoMeasurement,  ///< No pixel with a depth in range and a normal.
 };
 
+/// A word for messages ("bad pose").
 const char* toString(FrameStatus status);
 
+/// What a call of integrate() did.
 struct IntegrationResult {
-  FrameStatus status = FrameStatus::kFused;
+  FrameStatus status = FrameStatus::kFused;  ///< All but kFused left the map as it was.
   std::string message;          ///< What was wrong with a frame that was not fused.
   size_t refused_blocks = 0;    ///< Blocks and voxel arrays this frame wanted beyond the budget.
   double duration_ms = 0.0;     ///< Wall time of the call.
 };
 
+/// How large a map is.
 struct MapStats {
-  size_t blocks = 0;
+  size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
   size_t voxel_arrays = 0;  ///< Directional arrays in use, over all blocks.
   size_t map_bytes = 0;     ///< Bytes in use by blocks and voxel arrays; never above the budget.
   uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
 };
 
 /// A map that depth frames are fused into and meshes are extracted from. Not thread safe: one
-/// thread at a time. Equal frames in equal order give equal maps and meshes, bit for bit, on every
-/// backend and with any number of threads.
+/// thread at a time, not always the same one; two mappers know nothing of each other. Equal frames
+/// in equal order give equal maps and meshes, bit for bit, on every backend and with any number of
+/// threads.
 class Mapper {
  public:
   virtual ~Mapper() = default;
 
   /// Fuses a frame. A bad frame leaves the map untouched and is told by the result's status.
-  /// @throws std::runtime_error when the backend fails (a CUDA error, out of host memory).
+  /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual IntegrationResult integrate(const DepthFrame& frame) = 0;
 
   /// Starts to mesh the blocks that changed since the last extraction. On a GPU this returns before
   /// the work is done, and frames may be integrated meanwhile. At most one extraction is under way.
+  /// @throws std::exception when the backend fails.
   virtual void beginMeshUpdate() = 0;
 
   /// Waits for the extraction that was begun and returns its changes; empty if none was begun.
+  /// @throws std::exception when the backend fails.
   virtual MeshUpdate finishMeshUpdate() = 0;
 
+  /// Both at once: meshes the blocks that changed, and returns when that is done.
   MeshUpdate updateMesh() {
     beginMeshUpdate();
     return finishMeshUpdate();
@@ -62,6 +71,7 @@ class Mapper {
   /// Forgets everything, an extraction under way included. A MeshStore has to be cleared with it.
   virtual void clear() = 0;
 
+  /// Sizes of the map as it is now.
   virtual MapStats stats() const = 0;
 
   /// "cpu (2 threads)" or "cuda (name of the device)".

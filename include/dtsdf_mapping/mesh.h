@@ -21,15 +21,22 @@ struct Mesh {
 /// The latest mesh of every block. Feed it each MeshUpdate of a mapper, in order.
 class MeshStore {
  public:
+  /// A store without blocks, for a mapper with voxels of this size.
   explicit MeshStore(float voxel_size_m);
 
+  /// Takes over what has changed.
   void apply(const MeshUpdate& update);
+
+  /// Forgets all blocks; goes with Mapper::clear().
   void clear();
 
   /// The blocks' meshes in canonical order (by packed key); none of them is empty.
   const std::map<PackedKey, BlockMesh>& blocks() const { return blocks_; }
 
+  /// Edge of a voxel in metres.
   float voxelSize() const { return voxel_size_m_; }
+
+  /// Triangles of all blocks.
   size_t triangleCount() const { return triangle_count_; }
 
   /// Position of a block's vertex in W, in metres.
@@ -46,6 +53,9 @@ class MeshStore {
   std::map<PackedKey, BlockMesh> blocks_;
   size_t triangle_count_ = 0;
 };
+
+/// A block's key in a store: the key of its mesh, packed.
+PackedKey packedKeyOf(const BlockKey& key);
 
 /// 8-bit RGB colour of a vertex at p_W (metres) with a unit normal.
 std::array<uint8_t, 3> vertexColour(MeshColour mode, const Vec3f& p_W, const Vec3f& normal_W);

@@ -7,9 +7,13 @@ namespace dtsdf {
 
 /// Pinhole intrinsics in pixels; pixel centres lie at whole numbers.
 struct Intrinsics {
-  float fx, fy, cx, cy;
+  float fx;  ///< Focal length along u (to the right); > 0.
+  float fy;  ///< Focal length along v (downwards); > 0.
+  float cx;  ///< Principal point, u.
+  float cy;  ///< Principal point, v.
 };
 
+/// What the pixels of a depth image are.
 enum class DepthEncoding : int32_t {
   kUint16,   ///< Whole units of `unit_m`; 0 is no measurement.
   kFloat32,  ///< Multiples of `unit_m`; NaN, infinity and values <= 0 are no measurement.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/core/camera.h"
+#include "dtsdf_mapping/pinhole.h"
 
 namespace dtsdf {
 

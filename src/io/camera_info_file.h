@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "kernels/core/camera.h"
+#include "dtsdf_mapping/pinhole.h"
 
 namespace dtsdf {
 

@@ -143,6 +143,8 @@ Mesh MeshStore::assemble(const std::vector<PackedKey>& keys) const {
   return assembler.finish();
 }
 
+PackedKey packedKeyOf(const BlockKey& key) { return packKey(key); }
+
 std::array<uint8_t, 3> vertexColour(MeshColour mode, const Vec3f& p_W, const Vec3f& normal_W) {
   constexpr float kRainbowPeriod_m = 3.0f;
   switch (mode) {

@@ -16,5 +16,11 @@ add_message_files(FILES DropCount.msg MapStatus.msg)
 add_service_files(FILES SaveMesh.srv)
 generate_messages(DEPENDENCIES std_msgs)
 
-# What other packages use are the messages; they come with the generated headers by themselves.
-catkin_package(CATKIN_DEPENDS message_runtime std_msgs)
+# For other packages: the messages, whose headers come by themselves, and the library, as a target
+# by the extras and in catkin's variables as well.
+catkin_package(
+  INCLUDE_DIRS include
+  LIBRARIES dtsdf_mapping
+  CATKIN_DEPENDS message_runtime std_msgs
+  DEPENDS EIGEN3
+  CFG_EXTRAS dtsdf_mapping-extras.cmake)

@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-#include "kernels/core/camera.h"
+#include "dtsdf_mapping/pinhole.h"
 
 namespace dtsdf {
 

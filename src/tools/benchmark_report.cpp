@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "backend/stage_costs.h"
 #include "tools/reconstruction_report.h"
-#include "tools/stage_costs.h"
 
 namespace dtsdf {
 namespace {

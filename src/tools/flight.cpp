@@ -3,8 +3,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "cpu/parallel_for.h"
-
 namespace dtsdf {
 namespace {
 
@@ -33,15 +31,15 @@ double groundHeight(double x_m, double y_m) {
 
 SourceFrame renderFlightFrame(double x_m) {
   const auto image = std::make_shared<std::vector<uint16_t>>(kWidth * kHeight);
-  struct NoScratch {};
-  parallelFor<NoScratch>(kHeight, omp_get_num_procs(), [&](size_t v, NoScratch&) {
-    const double slope_y = -(static_cast<double>(v) - kIntrinsics.cy) / kIntrinsics.fy;
+#pragma omp parallel for
+  for (int v = 0; v < kHeight; ++v) {
+    const double slope_y = -(v - static_cast<double>(kIntrinsics.cy)) / kIntrinsics.fy;
     for (int u = 0; u < kWidth; ++u) {
       const double slope_x = (u - kIntrinsics.cx) / kIntrinsics.fx;
       (*image)[v * kWidth + u] =
           static_cast<uint16_t>(std::lround(depthOf(x_m, slope_x, slope_y) / kUnit_m));
     }
-  });
+  }
   SourceFrame frame;
   frame.depth.data = image->data();
   frame.depth.row_bytes = kWidth * sizeof(uint16_t);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/io/frame_source.h"
-#include "ros/session/node_params.h"
+#include "params/node_params.h"
 #include "tools/option_list.h"
 
 namespace dtsdf {

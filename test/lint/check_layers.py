@@ -1,16 +1,20 @@
 #!/usr/bin/env python3
-"""Checks the rules between the package's layers; prints file:line of each violation.
+"""Checks who includes whom, by the table in layers.txt; prints file:line of each violation.
 
 Usage: check_layers.py ROOT
 """
 import pathlib
+import posixpath
 import re
 import sys
 
 SOURCE_SUFFIXES = {".h", ".hpp", ".cpp", ".cc", ".cu", ".cuh"}
-FOLDERS = ("include", "src", "cuda", "test")
+FOLDERS = ("include", "src", "cuda", "examples", "test")
+INCLUDE_ROOTS = ("include", "src", "cuda", "test")  # as the build has them
+TABLE = pathlib.Path(__file__).resolve().with_name("layers.txt")
+GUIDE = "CONTRIBUTING.md"
 
-OWN = "dtsdf_mapping/"
+# Kernels run on a GPU as well.
 KERNELS_MAY_INCLUDE = {"cmath", "cstring", "math.h", "cstdint", "stdint.h", "cfloat", "float.h",
                        "climits", "limits.h", "cstddef", "stddef.h"}
 CUDA_HEADER = re.compile(
@@ -22,14 +26,50 @@ ROS_HEADER = re.compile(
     r"|std_msgs|std_srvs|sensor_msgs|geometry_msgs|visualization_msgs|diagnostic_msgs"
     r"|diagnostic_updater|image_transport|image_geometry|cv_bridge|message_filters|pcl_ros"
     r"|pcl_conversions|eigen_conversions|dynamic_reconfigure|xmlrpcpp|rosconsole)/"
-    r"|XmlRpc\w*\.h$|dtsdf_mapping/[A-Z]\w*\.h$|dtsdf_mapping/ros/)")
+    r"|XmlRpc\w*\.h$|dtsdf_mapping/[A-Z]\w*\.h$)")
+KNOW_CUDA = ("cuda", "test/parity")
+KNOW_ROS = ("src/ros", "test/ros")
 # Calls that end the process or reset the device under every other nodelet's feet.
 FATAL_CALL = re.compile(
     r"(?<![\w.>])(?:std\s*::\s*|::\s*)?"
     r"(exit|_exit|_Exit|quick_exit|abort|terminate|cudaDeviceReset)\s*\(")
-# Plain data without a ROS header: programs accept the node's settings files.
-ROS_FREE = OWN + "ros/node_params.h"
 INCLUDE = re.compile(r'\s*#\s*include\s*[<"]([^>"]+)[>"]')
+
+
+def is_under(path, *folders):
+    return any(path.startswith(folder + "/") for folder in folders)
+
+
+def read_table(text):
+    """{room: rooms it may include}, from the lines after the head of the table."""
+    table = {}
+    for line in text.splitlines()[1:]:
+        room, wanted = line.split(None, 1)
+        table[room] = () if wanted == "-" else tuple(re.split(r",\s*", wanted))
+    return table
+
+
+def room_of(path, table):
+    """The room that a file lies in: the innermost one, or None."""
+    return max((room for room in table if is_under(path, room)), key=len, default=None)
+
+
+def may_include(room, other, table):
+    """Whether the list of a room has another room, or a folder of rooms that it lies in."""
+    return any(other == wanted or wanted not in table and is_under(other, wanted)
+               for wanted in table[room])
+
+
+def find_circle(table):
+    """Rooms that include each other in a circle, or None."""
+    def below(room):
+        return {r for r in table if may_include(room, r, table)} - {room}
+
+    def search(room, trail):
+        if room in trail:
+            return trail[trail.index(room):] + [room]
+        return next(filter(None, (search(r, trail + [room]) for r in sorted(below(room)))), None)
+    return next(filter(None, (search(room, []) for room in table)), None)
 
 
 def strip_comments_and_texts(code):
@@ -41,32 +81,29 @@ def strip_comments_and_texts(code):
                   flags=re.S)
 
 
-def is_under(path, *folders):
-    return any(path.startswith(folder + "/") for folder in folders)
+def resolve(path, header, files):
+    """The package's own file that a header's name stands for, or None."""
+    places = [posixpath.dirname(path)] + list(INCLUDE_ROOTS)
+    names = (posixpath.normpath(posixpath.join(place, header)) for place in places)
+    return next((name for name in names if name in files), None)
 
 
-def include_violation(path, header):
-    """The rule that `path` breaks by including `header`, or None."""
-    is_kernel = is_under(path, "include/dtsdf_mapping/kernels", "src/kernels")
-    if is_kernel and not (header.startswith(OWN + "kernels/") or header in KERNELS_MAY_INCLUDE):
-        return "kernels/ may include only kernels/ and the C headers of maths and memory"
-    if is_under(path, "include", "src"):
-        is_backend = re.search(r"(^|/)cuda/|^cuda_(mapper|backend)\w*\.h$", header)
-        if is_backend and not path.startswith("src/mapper/mapper_factory"):
-            return "only the factory and the tests know cuda/"
-        if CUDA_HEADER.match(header) and not is_backend:
-            return "no CUDA header outside cuda/"
-    knows_ros = is_under(path, "include/dtsdf_mapping/ros", "src/ros", "test/ros")
-    if path == "include/" + ROS_FREE:
-        knows_ros = False
-    if header == ROS_FREE and is_under(path, "src/tools", "test"):
+def own_include_violation(path, target, table):
+    """The rule that `path` breaks by including the package's own file `target`, or None."""
+    room, target_room = room_of(path, table), room_of(target, table)
+    if None in (room, target_room) or target_room == room or may_include(room, target_room, table):
         return None
-    if not knows_ros and ROS_HEADER.match(header):
-        return "only ros/ knows ROS"
-    inner = is_under(path, *[part + layer for layer in ("map", "fusion", "meshing", "params", "cpu")
-                             for part in ("include/dtsdf_mapping/", "src/")])
-    if inner and re.match(OWN + r"(io|ros|simulation)/", header):
-        return "the core does not know io/, simulation/ and ros/"
+    return f"{room} may not include {target_room}"
+
+
+def other_include_violation(path, header):
+    """The same for a header that is not the package's own, as far as there is a rule."""
+    if is_under(path, "src/kernels") and header not in KERNELS_MAY_INCLUDE:
+        return "kernels may include only the C headers of maths and memory"
+    if CUDA_HEADER.match(header) and not is_under(path, *KNOW_CUDA):
+        return "no CUDA header outside cuda/"
+    if ROS_HEADER.match(header) and not is_under(path, *KNOW_ROS):
+        return "only src/ros knows ROS"
     return None
 
 
@@ -78,30 +115,54 @@ def line_violation(path, line):
     return None
 
 
-def violations_in(path, code):
-    """(line number, rule) of each violation in a file; `path` is relative to the root."""
+def violations_in(path, code, table, files):
+    """(line number, rule) of each violation in a file; `path` and `files` are relative to the
+    root, and `files` are all that the package has."""
     found = []
     for number, line in enumerate(strip_comments_and_texts(code).split("\n"), start=1):
         include = INCLUDE.match(line)
-        rule = include_violation(path, include.group(1)) if include else line_violation(path, line)
+        if include is None:
+            rule = line_violation(path, line)
+        else:
+            target = resolve(path, include.group(1), files)
+            rule = (own_include_violation(path, target, table) if target
+                    else other_include_violation(path, include.group(1)))
         if rule:
             found.append((number, rule))
     return found
 
 
+def table_violations(table_text, table, files, guide):
+    """What is wrong with the table itself, or with its copy in the guide."""
+    circle = find_circle(table)
+    if circle:
+        yield "rooms in a circle: " + " -> ".join(circle)
+    for file in sorted(files):
+        if room_of(file, table) is None:
+            yield f"{file} is in no room"
+    for room in table:
+        if not any(is_under(file, room) for file in files):
+            yield f"no file in {room}"
+        for wanted in table[room]:
+            if wanted not in table and not any(is_under(known, wanted) for known in table):
+                yield f"{wanted}, which {room} may include, is no room"
+    if table_text not in guide:
+        yield f"{GUIDE} has another table; copy this one into it"
+
+
 def main(root):
-    count = files = 0
-    for folder in FOLDERS:
-        for file in sorted((root / folder).rglob("*")):
-            if file.suffix not in SOURCE_SUFFIXES:
-                continue
-            files += 1
-            path = file.relative_to(root).as_posix()
-            for number, rule in violations_in(path, file.read_text(encoding="utf-8")):
-                print(f"{path}:{number}: {rule}")
-                count += 1
-    print(f"{files} files checked, {count} violations")
-    return 1 if count or not files else 0
+    files = {file.relative_to(root).as_posix() for folder in FOLDERS
+             for file in (root / folder).rglob("*") if file.suffix in SOURCE_SUFFIXES}
+    table_text = TABLE.read_text(encoding="utf-8")
+    table = read_table(table_text)
+    guide = (root / GUIDE).read_text(encoding="utf-8")
+    lines = [f"{TABLE.name}: {rule}" for rule in table_violations(table_text, table, files, guide)]
+    for path in sorted(files):
+        code = (root / path).read_text(encoding="utf-8")
+        lines += [f"{path}:{number}: {rule}"
+                  for number, rule in violations_in(path, code, table, files)]
+    print("\n".join(lines + [f"{len(files)} files checked, {len(lines)} violations"]))
+    return 1 if lines or not files else 0
 
 
 if __name__ == "__main__":

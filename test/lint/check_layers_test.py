@@ -5,60 +5,134 @@ import unittest
 
 sys.dont_write_bytecode = True  # the source folder stays as it is
 
-from check_layers import violations_in  # noqa: E402
+from check_layers import TABLE, read_table, table_violations, violations_in  # noqa: E402
 
-KERNEL = "include/dtsdf_mapping/kernels/a.h"
+TEXT = """room            may include, beside itself
+include         -
+src/kernels/core  include
+src/kernels/late  include, src/kernels/core
+src/io          include, src/kernels/core
+src/mapper      include, src/kernels, cuda
+src/tools       include, src/io
+src/ros         include
+cuda            include, src/kernels, cuda/runtime
+cuda/runtime    -
+test            include, src, cuda
+"""
+TABLE_HERE = read_table(TEXT)
+FILES = {"include/dtsdf_mapping/mesh.h", "src/kernels/core/vec.h", "src/kernels/late/cast.h",
+         "src/io/text_file.h", "src/mapper/gpu.h", "src/tools/flight.h", "src/ros/node.h",
+         "cuda/cuda_mapper.h", "cuda/runtime/stream.h", "test/parity/test_frames.h"}
 
 
-class CheckLayers(unittest.TestCase):
+def rules(path, code):
+    return violations_in(path, code, TABLE_HERE, FILES)
+
+
+class Includes(unittest.TestCase):
     def assert_broken(self, path, code):
-        self.assertEqual([number for number, _ in violations_in(path, code)], [1], code)
+        self.assertEqual([number for number, _ in rules(path, code)], [1], code)
 
     def assert_kept(self, path, code):
-        self.assertEqual(violations_in(path, code), [], code)
+        self.assertEqual(rules(path, code), [], code)
+
+    def test_a_room_includes_itself_and_what_the_table_says(self):
+        self.assert_kept("src/io/a.cpp", '#include "io/text_file.h"\n'
+                                         '#include "kernels/core/vec.h"\n'
+                                         '#include <dtsdf_mapping/mesh.h>\n#include <vector>')
+        self.assert_broken("src/io/a.cpp", '#include "kernels/late/cast.h"')
+        self.assert_broken("src/io/a.cpp", '#include "tools/flight.h"')
+        self.assert_broken("include/dtsdf_mapping/a.h", '#include "kernels/core/vec.h"')
+        self.assert_broken("src/kernels/core/a.h", '#include "kernels/late/cast.h"')
+
+    def test_a_header_is_known_by_any_way_to_write_it(self):
+        for header in ('"io/text_file.h"', "<io/text_file.h>", '"../io/text_file.h"'):
+            self.assert_broken("src/ros/a.cpp", "#include " + header)
+            self.assert_broken("src/ros/a.cpp", "  #  include " + header)
+            self.assert_kept("src/ros/a.cpp", "// #include " + header)
+        self.assert_broken("src/io/sub/a.cpp", '#include "cuda_mapper.h"')
+
+    def test_a_folder_of_rooms_stands_for_all_of_them(self):
+        self.assert_kept("src/mapper/a.cpp", '#include "kernels/late/cast.h"')
+        self.assert_kept("test/unit/a.cpp", '#include "ros/node.h"')
+
+    def test_a_room_does_not_stand_for_those_inside(self):
+        self.assert_kept("src/mapper/a.cpp", '#include "cuda_mapper.h"')
+        self.assert_broken("src/mapper/a.cpp", '#include "runtime/stream.h"')
+        self.assert_kept("cuda/a.cu", '#include "runtime/stream.h"')
+        self.assert_broken("cuda/runtime/a.h", '#include "cuda_mapper.h"')
 
     def test_kernels_include_only_themselves_and_c_maths(self):
-        self.assert_kept(KERNEL, '#include <cmath>\n#include "dtsdf_mapping/kernels/vec.h"')
-        self.assert_broken(KERNEL, "#include <vector>")
-        self.assert_broken(KERNEL, '#include "dtsdf_mapping/map/map_params.h"')
+        self.assert_kept("src/kernels/core/a.h", '#include <cmath>\n#include "kernels/core/vec.h"')
+        self.assert_broken("src/kernels/core/a.h", "#include <vector>")
+        self.assert_broken("src/kernels/late/a.h", "#include <Eigen/Core>")
 
     def test_no_cuda_header_outside_cuda(self):
         for header in ("cuda_runtime.h", "cub/cub.cuh", "thrust/sort.h", "cuda_fp16.h"):
-            self.assert_broken("include/dtsdf_mapping/map/a.h", f"#include <{header}>")
+            self.assert_broken("src/mapper/a.cpp", f"#include <{header}>")
+            self.assert_broken("include/dtsdf_mapping/a.h", f"#include <{header}>")
+            self.assert_broken("test/unit/a.cpp", f"#include <{header}>")
             self.assert_kept("cuda/a.cu", f"#include <{header}>")
-
-    def test_only_factory_and_tests_know_the_backend(self):
-        for header in ("cuda/cuda_mapper.h", "cuda_mapper.h", "../../cuda/cuda_mapper.h"):
-            code = f'#include "{header}"'
-            self.assert_broken("src/ros/node.cpp", code)
-            self.assert_kept("src/mapper/mapper_factory.cpp", code)
-            self.assert_kept("test/parity/a.cpp", code)
-        self.assert_broken("src/mapper/mapper_factory.cpp", "#include <cuda_runtime.h>")
+            self.assert_kept("test/parity/a.cpp", f"#include <{header}>")
 
     def test_only_ros_knows_ros(self):
-        for header in ("ros/ros.h", "tf2_ros/buffer.h", "sensor_msgs/Image.h",
-                       "dtsdf_mapping/MapStatus.h", "dtsdf_mapping/ros/node.h"):
+        for header in ("ros/ros.h", "tf2_ros/buffer.h", "sensor_msgs/Image.h", "XmlRpcValue.h",
+                       "cv_bridge/cv_bridge.h", "dtsdf_mapping/MapStatus.h"):
             self.assert_broken("src/io/a.cpp", f"#include <{header}>")
+            self.assert_broken("test/unit/a.cpp", f"#include <{header}>")
             self.assert_kept("src/ros/a.cpp", f"#include <{header}>")
-        self.assert_kept("src/io/a.cpp", '#include "dtsdf_mapping/io/trajectory.h"')
+            self.assert_kept("test/ros/a.cpp", f"#include <{header}>")
 
-    def test_programs_know_the_settings_of_the_node_which_know_no_ros(self):
-        code = '#include "dtsdf_mapping/ros/node_params.h"'
-        self.assert_kept("src/tools/a.cpp", code)
-        self.assert_broken("src/map/a.cpp", code)
-        self.assert_broken("include/dtsdf_mapping/ros/node_params.h", "#include <ros/ros.h>")
 
-    def test_core_does_not_know_io(self):
-        self.assert_broken("src/map/a.cpp", '#include "dtsdf_mapping/io/mesh_file.h"')
-        self.assert_kept("src/tools/a.cpp", '#include "dtsdf_mapping/io/mesh_file.h"')
-
+class Calls(unittest.TestCase):
     def test_no_call_ends_the_process(self):
         for call in ("exit(1);", "std::exit(1);", "  ::abort();", "cudaDeviceReset();",
                      "std::terminate();", "if (bad) _exit(2);"):
-            self.assert_broken("src/map/a.cpp", call)
-        self.assert_kept("src/map/a.cpp", "// never exit(1)")
-        self.assert_kept("src/map/a.cpp", 'throw Error("abort()");')
-        self.assert_kept("src/map/a.cpp", "atexit(clean); worker.exit();")
+            for path in ("src/io/a.cpp", "include/dtsdf_mapping/a.h", "cuda/a.cu"):
+                self.assertEqual(len(rules(path, call)), 1, call)
+            self.assertEqual(rules("src/tools/a.cpp", call), [], call)
+        for code in ("// never exit(1)", 'throw Error("abort()");', "atexit(clean); worker.exit();",
+                     "/* exit(1);\nabort(); */"):
+            self.assertEqual(rules("src/io/a.cpp", code), [], code)
+
+    def test_the_line_is_told(self):
+        self.assertEqual([n for n, _ in rules("src/io/a.cpp", "/* \n */ int a;\nabort();")], [3])
+
+
+class Table(unittest.TestCase):
+    def violations(self, text=TEXT, files=FILES, guide=None):
+        return list(table_violations(text, read_table(text), files,
+                                     "Rooms:\n" + text if guide is None else guide))
+
+    def test_a_sound_table(self):
+        self.assertEqual(self.violations(), [])
+
+    def test_the_guide_shows_the_same_table(self):
+        self.assertEqual(len(self.violations(guide="Rooms:\n" + TEXT.replace("src/io", "src/oi"))),
+                         1)
+
+    def test_each_file_lies_in_a_room(self):
+        self.assertEqual(len(self.violations(files=FILES | {"src/new/a.cpp"})), 1)
+
+    def test_each_room_has_a_file(self):
+        self.assertEqual(len(self.violations(files=FILES - {"src/tools/flight.h"})), 1)
+
+    def test_each_list_names_rooms(self):
+        self.assertEqual(len(self.violations(TEXT.replace("include, src/io", "include, src/oi"))),
+                         1)
+
+    def test_rooms_form_no_circle(self):
+        circle = self.violations(TEXT.replace("src/ros         include",
+                                              "src/ros         src/tools")
+                                 .replace("src/io          include", "src/io          src/ros"))
+        self.assertEqual(len(circle), 1)
+        for room in ("src/ros", "src/tools", "src/io"):
+            self.assertIn(room, circle[0])
+
+    def test_the_package_s_own_table_can_be_read(self):
+        table = read_table(TABLE.read_text(encoding="utf-8"))
+        self.assertEqual(table["include"], ())
+        self.assertIn("src/mapper", table)
 
 
 if __name__ == "__main__":

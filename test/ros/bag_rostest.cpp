@@ -10,7 +10,7 @@
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "io/bag_frames.h"
-#include "ros/session/node_params.h"
+#include "params/node_params.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 #include "support/temporary_folder.h"

@@ -1,3 +1,4 @@
+#include "kernels/core/grid.h"
 #include "ros/output/mesh_chunks.h"
 
 #include <gtest/gtest.h>

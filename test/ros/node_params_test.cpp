@@ -1,4 +1,4 @@
-#include "ros/session/node_params.h"
+#include "params/node_params.h"
 
 #include <gtest/gtest.h>
 

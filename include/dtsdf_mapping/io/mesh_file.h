@@ -8,6 +8,7 @@
 
 namespace dtsdf {
 
+/// Kinds of files that a mesh can be saved as.
 enum class MeshFormat {
   kPly,  ///< Binary little-endian, with normals and colours.
   kObj,  ///< Text, with normals; colours follow the positions, as many programs read them.

@@ -15,15 +15,18 @@ enum class FusionMode {
 /// Bound of FusionParams::normal_radius_px; margins of images on the GPU are as wide.
 constexpr int kMaxNormalRadius_px = 16;
 
+/// How a frame is fused.
 struct FusionParams {
   FusionMode mode = FusionMode::kNormalRayCasting;  ///< How a frame is fused.
   float min_depth_m = 0.1f;    ///< Nearer measurements are ignored.
   float max_depth_m = 10.0f;   ///< Farther measurements are ignored.
-  int normal_radius_px = 5;    ///< Largest half width of the window a normal is fitted in, in pixels.
+  int normal_radius_px = 5;    ///< Largest half width of the window of a normal, in pixels.
   float depth_jump = 0.03f;    ///< Neighbours whose depths differ by a larger share are apart.
   float max_weight = 1.0e6f;   ///< Cap of a voxel's weight; lower values follow changes faster.
 };
 
+/// Visits each member with its key and its rule.
+/// @relates FusionParams
 template <class Visitor>
 void visitParams(FusionParams& p, Visitor& visit) {
   visit("fusion/mode", p.mode,

@@ -5,13 +5,16 @@
 
 namespace dtsdf {
 
+/// Resolution, kind and size of a map.
 struct MapParams {
-  float voxel_size_m = 0.02f;      ///< Edge of a voxel.
+  float voxel_size_m = 0.02f;      ///< Edge of a voxel, in metres.
   float truncation_voxels = 4.0f;  ///< Truncation distance, in voxels.
   bool directional = true;         ///< Six directional volumes; false: one ordinary TSDF.
-  int max_memory_mb = 4096;        ///< Byte budget of the map in MiB; new blocks beyond are refused.
+  int max_memory_mb = 4096;        ///< Budget of the map in MiB; new blocks beyond are refused.
 };
 
+/// Visits each member with its key and its rule.
+/// @relates MapParams
 template <class Visitor>
 void visitParams(MapParams& p, Visitor& visit) {
   visit("map/voxel_size_m", p.voxel_size_m, Range{0.001, 1.0});

@@ -7,20 +7,24 @@
 
 namespace dtsdf {
 
+/// Where a map lives and is worked on.
 enum class Backend {
   kAuto,  ///< CUDA where a usable GPU is found, else the CPU.
   kCuda,
   kCpu,
 };
 
+/// What a mapper is made with. The defaults are those of config/default.yaml.
 struct MapperParams {
   Backend backend = Backend::kAuto;  ///< Where the work is done.
   int threads = 0;                   ///< CPU threads; 0: all cores.
-  MapParams map;
-  FusionParams fusion;
-  MeshParams mesh;
+  MapParams map;                     ///< Section "map" of a file.
+  FusionParams fusion;               ///< Section "fusion".
+  MeshParams mesh;                   ///< Section "mesh".
 };
 
+/// Visits each member, those of the sections too, with its key and its rule.
+/// @relates MapperParams
 template <class Visitor>
 void visitParams(MapperParams& p, Visitor& visit) {
   visit("backend", p.backend,
@@ -35,7 +39,7 @@ void visitParams(MapperParams& p, Visitor& visit) {
 /// Rules between settings, added to the reader's violations before its finish().
 void checkParams(const MapperParams& params, ParamReader& reader);
 
-/// Reads a tree that holds mapper settings only.
+/// Reads a tree that holds mapper settings only. What it leaves out keeps its default.
 /// @throws ParamError with every violation.
 MapperParams readMapperParams(const ParamTree& tree);
 

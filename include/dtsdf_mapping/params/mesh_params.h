@@ -5,16 +5,20 @@
 
 namespace dtsdf {
 
+/// What the colour of a vertex shows.
 enum class MeshColour {
   kNormal,  ///< Direction of the surface normal as red, green and blue.
   kHeight,  ///< z in the map frame, as a repeating rainbow.
   kPlain,   ///< One light grey.
 };
 
+/// How a mesh looks.
 struct MeshParams {
   MeshColour colour = MeshColour::kNormal;  ///< Colour of the vertices, in RViz and in saved files.
 };
 
+/// Visits each member with its key and its rule.
+/// @relates MeshParams
 template <class Visitor>
 void visitParams(MeshParams& p, Visitor& visit) {
   visit("mesh/colour", p.colour,

@@ -15,17 +15,21 @@
 
 namespace dtsdf {
 
+/// A setting as it stands in a file.
 using ParamValue = std::variant<bool, int, double, std::string>;
 
 /// Full key, as in "map/voxel_size_m", to value.
 using ParamTree = std::map<std::string, ParamValue>;
 
+/// The value as a file would have it, for messages.
 std::string toString(const ParamValue& value);
 
 /// Thrown with every violation found: full key, its value and the rule it breaks.
 class ParamError : public std::runtime_error {
  public:
+  /// One line each; what() joins them.
   explicit ParamError(std::vector<std::string> violations);
+  /// One line each, with key, value and rule.
   const std::vector<std::string>& violations() const { return violations_; }
 
  private:
@@ -34,7 +38,8 @@ class ParamError : public std::runtime_error {
 
 /// Closed interval of allowed numbers.
 struct Range {
-  double min, max;
+  double min;  ///< Least allowed.
+  double max;  ///< Greatest allowed.
 };
 
 /// Names of an enum's values, in the spelling of the YAML files.
@@ -45,8 +50,13 @@ using EnumNames = std::vector<std::pair<std::string, Enum>>;
 /// type or a broken rule is a violation. A whole number may stand for a floating-point one.
 class ParamReader {
  public:
+  /// Reads from this tree.
   explicit ParamReader(ParamTree tree);
 
+  /// @name Reading one member
+  /// @{
+
+  /// Sets the member to the key's value, or notes what is wrong with it.
   void operator()(const std::string& key, bool& member);
   void operator()(const std::string& key, int& member, Range range);
   void operator()(const std::string& key, float& member, Range range);
@@ -67,6 +77,7 @@ class ParamReader {
     }
     addViolation(key, "must be one of: " + choices);
   }
+  /// @}
 
   /// Adds a violation that concerns a key, for rules between several settings.
   void addViolation(const std::string& key, const std::string& rule);
@@ -87,6 +98,10 @@ class ParamReader {
 /// Visitor that writes every member into a tree: the struct's values by key.
 class ParamWriter {
  public:
+  /// @name Writing one member
+  /// @{
+
+  /// Sets the key to the member's value.
   void operator()(const std::string& key, bool& member) { tree[key] = member; }
   void operator()(const std::string& key, int& member, Range) { tree[key] = member; }
   void operator()(const std::string& key, float& member, Range);
@@ -99,8 +114,9 @@ class ParamWriter {
       if (value == member) tree[key] = name;
     }
   }
+  /// @}
 
-  ParamTree tree;
+  ParamTree tree;  ///< What was written.
 };
 
 }  // namespace dtsdf

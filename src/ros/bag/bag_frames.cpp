@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/bag_frames.h"
+#include "params/frame_name.h"
 #include "ros/input/depth_image.h"
 #include "ros/input/transform_conversions.h"
 

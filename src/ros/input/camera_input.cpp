@@ -2,7 +2,7 @@
 
 #include <image_transport/camera_common.h>
 
-#include "ros/session/callback_guard.h"
+#include "ros/common/callback_guard.h"
 
 namespace dtsdf {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <utility>
 
+#include "params/frame_name.h"
 #include "ros/input/depth_image.h"
-#include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
 namespace {

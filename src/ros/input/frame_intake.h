@@ -11,10 +11,10 @@
 #include <optional>
 #include <string>
 
+#include "params/node_params.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/motion_gate.h"
 #include "ros/input/pose_source.h"
-#include "ros/session/node_params.h"
 
 namespace dtsdf {
 

@@ -4,6 +4,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "params/frame_name.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {

@@ -1,10 +1,9 @@
-/// Between the transforms and frame names of ROS and ours.
+/// Between the transforms of ROS and ours.
 #pragma once
 
 #include <geometry_msgs/Transform.h>
 
 #include <Eigen/Geometry>
-#include <string>
 
 namespace dtsdf {
 
@@ -15,11 +14,6 @@ inline Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform) {
   T.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
   T.translation() << t.x, t.y, t.z;
   return T;
-}
-
-/// A frame's name without the leading slash of old tf, which tf2 does not know.
-inline std::string stripLeadingSlash(const std::string& frame) {
-  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
 }
 
 inline geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "kernels/core/grid.h"
+
 namespace dtsdf {
 namespace {
 

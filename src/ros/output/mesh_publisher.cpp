@@ -6,8 +6,8 @@
 
 #include <utility>
 
+#include "ros/common/callback_guard.h"
 #include "ros/output/mesh_markers.h"
-#include "ros/session/callback_guard.h"
 
 namespace dtsdf {
 namespace {

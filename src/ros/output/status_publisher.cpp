@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "ros/session/callback_guard.h"
+#include "ros/common/callback_guard.h"
 
 namespace dtsdf {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "ros/input/frame_accounting.h"
-#include "ros/session/map_session.h"
+#include "ros/output/map_report.h"
 
 namespace dtsdf {
 

@@ -4,7 +4,7 @@
 #include <pcl_conversions/pcl_conversions.h>
 #include <pcl_ros/point_cloud.h>
 
-#include "ros/session/callback_guard.h"
+#include "ros/common/callback_guard.h"
 
 namespace dtsdf {
 namespace {

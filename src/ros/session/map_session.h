@@ -12,22 +12,14 @@
 
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
+#include "params/node_params.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/frame_intake.h"
+#include "ros/output/map_report.h"
 #include "ros/output/mesh_publisher.h"
 #include "ros/output/surface_points_publisher.h"
-#include "ros/session/node_params.h"
 
 namespace dtsdf {
-
-/// What the status tells about the map.
-struct MapReport {
-  std::string backend;
-  std::string failure;  ///< Of the backend; empty while it works.
-  MapStats stats;
-  size_t triangles = 0;
-  double integrate_ms = 0.0, mesh_ms = 0.0, publish_ms = 0.0;
-};
 
 /// Worker's thread only, but for report().
 class MapSession {

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "dtsdf_mapping/io/mesh_file.h"
+#include "ros/common/callback_guard.h"
+#include "ros/common/param_server.h"
 #include "ros/output/mesh_saver.h"
-#include "ros/session/callback_guard.h"
-#include "ros/session/param_server.h"
 
 namespace dtsdf {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <exception>
 
-#include "ros/session/param_server.h"
+#include "ros/common/param_server.h"
 #include "ros/simulation/simulated_camera.h"
 
 namespace {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "kernels/core/vec.h"
 #include "support/depth_frames.h"
 #include "support/mesh_topology.h"
 

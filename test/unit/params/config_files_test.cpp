@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "dtsdf_mapping/io/yaml_params.h"
-#include "ros/session/node_params.h"
+#include "params/node_params.h"
 
 namespace dtsdf {
 namespace {

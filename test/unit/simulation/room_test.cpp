@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/core/camera.h"
 #include "simulation/scene.h"
 
 namespace dtsdf {

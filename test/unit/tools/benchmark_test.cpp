@@ -2,12 +2,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "backend/stage_costs.h"
 #include "mapper/probed_mapper.h"
 #include "tools/benchmark_options.h"
 #include "tools/benchmark_report.h"
 #include "tools/flight.h"
 #include "tools/reconstruction_report.h"
-#include "tools/stage_costs.h"
 
 namespace dtsdf {
 namespace {

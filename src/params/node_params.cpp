@@ -1,6 +1,6 @@
-#include "ros/session/node_params.h"
+#include "params/node_params.h"
 
-#include "ros/input/transform_conversions.h"
+#include "params/frame_name.h"
 
 namespace dtsdf {
 

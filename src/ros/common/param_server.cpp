@@ -1,4 +1,4 @@
-#include "ros/session/param_server.h"
+#include "ros/common/param_server.h"
 
 #include <ros/param.h>
 #include <xmlrpcpp/XmlRpcValue.h>

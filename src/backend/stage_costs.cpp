@@ -1,4 +1,4 @@
-#include "tools/stage_costs.h"
+#include "backend/stage_costs.h"
 
 #include <algorithm>
 

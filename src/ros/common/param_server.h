@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "ros/session/node_params.h"
+#include "params/node_params.h"
 
 namespace dtsdf {
 

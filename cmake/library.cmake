@@ -1,0 +1,42 @@
+# What others link against: the public headers and one shared library with all that they declare.
+# Shared, so that who links it needs to find Eigen only, not what the files and the backends use.
+add_library(dtsdf_mapping SHARED
+  $<TARGET_OBJECTS:dtsdf_core> $<TARGET_OBJECTS:dtsdf_mapper> $<TARGET_OBJECTS:dtsdf_io>
+  $<TARGET_OBJECTS:dtsdf_datasets>)
+if(DTSDF_CUDA)
+  set_target_properties(dtsdf_mapping PROPERTIES LINKER_LANGUAGE CUDA CUDA_RUNTIME_LIBRARY Static)
+else()
+  set_target_properties(dtsdf_mapping PROPERTIES LINKER_LANGUAGE CXX)
+endif()
+add_library(dtsdf_mapping::dtsdf_mapping ALIAS dtsdf_mapping)
+target_compile_features(dtsdf_mapping INTERFACE cxx_std_17)
+target_include_directories(dtsdf_mapping INTERFACE
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+# The backends come along from their archives, as far as the mapper needs them. What comes from an
+# archive stays inside: the CUDA runtime of a program must not meet ours.
+target_link_libraries(dtsdf_mapping PUBLIC Eigen3::Eigen PRIVATE dtsdf_mapper dtsdf_datasets
+                                    -Wl,--exclude-libs,ALL)
+set_target_properties(dtsdf_mapping PROPERTIES
+  VERSION ${PROJECT_VERSION}
+  SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+
+if(WITH_ROS)
+  set(library_dir ${CATKIN_PACKAGE_LIB_DESTINATION})
+  set(config_dir ${CATKIN_PACKAGE_SHARE_DESTINATION}/cmake)
+  # The configuration itself is catkin's, which includes the extras.
+  export(TARGETS dtsdf_mapping NAMESPACE dtsdf_mapping::
+         FILE ${CATKIN_DEVEL_PREFIX}/share/${PROJECT_NAME}/cmake/dtsdf_mappingTargets.cmake)
+else()
+  set(library_dir ${CMAKE_INSTALL_LIBDIR})
+  set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/${PROJECT_NAME})
+  include(CMakePackageConfigHelpers)
+  configure_file(cmake/dtsdf_mapping-extras.cmake.in dtsdf_mappingConfig.cmake COPYONLY)
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/dtsdf_mappingConfigVersion.cmake
+                                   COMPATIBILITY SameMinorVersion)
+  install(FILES ${PROJECT_BINARY_DIR}/dtsdf_mappingConfig.cmake
+                ${PROJECT_BINARY_DIR}/dtsdf_mappingConfigVersion.cmake
+          DESTINATION ${config_dir})
+endif()
+install(TARGETS dtsdf_mapping EXPORT dtsdf_mappingTargets LIBRARY DESTINATION ${library_dir})
+install(EXPORT dtsdf_mappingTargets NAMESPACE dtsdf_mapping:: DESTINATION ${config_dir})
+install(DIRECTORY include/dtsdf_mapping DESTINATION include FILES_MATCHING PATTERN "*.h")

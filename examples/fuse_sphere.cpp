@@ -1,0 +1,52 @@
+// Fuses depth images of a sphere, seen from all sides, and saves its mesh: fuse_sphere sphere.ply
+#include <dtsdf_mapping/io/mesh_file.h>
+#include <dtsdf_mapping/mapper.h>
+#include <dtsdf_mapping/mesh.h>
+
+#include <cmath>
+#include <iostream>
+#include <vector>
+
+/// Depth in metres of each pixel, 0 beside the sphere (radius 0.5 m, its centre 2 m ahead).
+std::vector<float> renderSphere(const dtsdf::DepthFrame& frame) {
+  std::vector<float> depth_m;
+  for (int v = 0; v < frame.height; ++v) {
+    for (int u = 0; u < frame.width; ++u) {
+      const dtsdf::Intrinsics& K = frame.intrinsics;
+      const Eigen::Vector3d ray((u - K.cx) / K.fx, (v - K.cy) / K.fy, 1.0);
+      const double a = ray.squaredNorm(), b = 2.0, c = 2.0 * 2.0 - 0.5 * 0.5;
+      const double root = b * b - a * c;  // a z^2 - 2 b z + c = 0
+      depth_m.push_back(root > 0.0 ? static_cast<float>((b - std::sqrt(root)) / a) : 0.0f);
+    }
+  }
+  return depth_m;
+}
+
+int main(int argc, char** argv) try {
+  dtsdf::DepthFrame frame;
+  frame.width = 320;
+  frame.height = 240;
+  frame.row_bytes = frame.width * sizeof(float);
+  frame.encoding = dtsdf::DepthEncoding::kFloat32;
+  frame.unit_m = 1.0f;
+  frame.intrinsics = {260.0f, 260.0f, 159.5f, 119.5f};
+  const std::vector<float> depth_m = renderSphere(frame);
+  frame.data = depth_m.data();
+
+  dtsdf::MapperParams params;  // each setting has a default; CUDA where it can be used
+  const auto mapper = dtsdf::makeMapper(params);
+  dtsdf::MeshStore meshes(params.map.voxel_size_m);
+  for (int i = 0; i < 12; ++i) {  // the camera goes round the sphere, which lies at the origin
+    frame.T_W_C = Eigen::AngleAxisd(i * M_PI / 6.0, Eigen::Vector3d::UnitY()) *
+                  Eigen::Translation3d(0.0, 0.0, -2.0);
+    const dtsdf::IntegrationResult result = mapper->integrate(frame);
+    if (result.status != dtsdf::FrameStatus::kFused) std::cerr << result.message << "\n";
+    meshes.apply(mapper->updateMesh());
+  }
+  const char* path = argc > 1 ? argv[1] : "sphere.ply";
+  dtsdf::saveMesh(meshes.assemble(), dtsdf::MeshColour::kNormal, path);
+  std::cout << path << ": " << meshes.triangleCount() << " triangles\n";
+} catch (const std::exception& error) {
+  std::cerr << "fuse_sphere: " << error.what() << "\n";
+  return 1;
+}

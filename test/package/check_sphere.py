@@ -1,0 +1,28 @@
+#!/usr/bin/env python3
+"""Checks that a mesh is the sphere of examples/fuse_sphere.cpp: radius 0.5 m round the origin."""
+import math
+import pathlib
+import sys
+
+sys.dont_write_bytecode = True  # the source folder stays as it is
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+
+from reproduction.ply import read_ply  # noqa: E402
+
+RADIUS_M = 0.5
+VOXEL_M = 0.02
+
+
+def main(path):
+    vertices, triangles = read_ply(path)
+    errors = [abs(math.hypot(v["x"], v["y"], v["z"]) - RADIUS_M) for v in vertices]
+    mean_m = sum(errors) / max(1, len(errors))
+    worst_m = max(errors, default=math.inf)
+    print(f"{len(triangles)} triangles, error {1000 * mean_m:.2f} mm, worst {1000 * worst_m:.1f} mm")
+    # Two triangles or more for each square voxel of the seen part, which is all but the poles.
+    least = 2 * math.pi * RADIUS_M ** 2 / VOXEL_M ** 2
+    return 0 if len(triangles) > least and mean_m < 0.1 * VOXEL_M and worst_m < VOXEL_M else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

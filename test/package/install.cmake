@@ -1,0 +1,7 @@
+# Installs the build folder BUILD into PREFIX, which holds nothing else then.
+file(REMOVE_RECURSE ${PREFIX})
+execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX}
+                RESULT_VARIABLE result)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "installing ${BUILD} failed")
+endif()

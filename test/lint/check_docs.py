@@ -2,7 +2,7 @@
 """Checks that the documentation agrees with the code: check_docs.py ROOT.
 
 - Relative links of the Markdown files lead to files that exist, and to headings that exist.
-- Source files and scripts that are named in them exist.
+- Source files, scripts and kernels that are named in them exist.
 - The table of docs/method.md names every number of the rules, with its default, and no other.
 - Its table of stages has those of the profile.
 - docs/ros.md names every key of config/default.yaml.
@@ -54,6 +54,15 @@ def check_named_files(path, root):
     for name in sorted(names):
         if not any((root / base / name).exists() for base in BASES):
             yield f"names {name}, which does not exist"
+
+
+def check_kernels(root):
+    """Pages of results may name what was measured at the time."""
+    code = "".join(path.read_text(encoding="utf-8") for path in (root / "cuda").glob("*.cu"))
+    for path in sorted((root / "docs").glob("*.md")):
+        for name in sorted(set(re.findall(r"`(\w+Kernel)`", path.read_text(encoding="utf-8")))):
+            if name not in code:
+                yield f"docs/{path.name}: names {name}, which does not exist"
 
 
 def value_of(text):
@@ -130,6 +139,7 @@ def problems(root):
         name = path.relative_to(root)
         yield from (f"{name}: {text}" for text in check_links(path))
         yield from (f"{name}: {text}" for text in check_named_files(path, root))
+    yield from check_kernels(root)
     yield from (f"docs/method.md: {text}" for text in check_rules(root))
     yield from (f"docs/method.md: {text}" for text in check_stages(root))
     yield from (f"docs/ros.md: {text}" for text in check_settings(root))

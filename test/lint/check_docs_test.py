@@ -47,6 +47,9 @@ class CheckDocs(unittest.TestCase):
         self.expect_one("names fusion/gone.h", README="{}`fusion/gone.h`\n")
         self.expect_one("names scripts/gone", README="{}Run scripts/gone now.\n")
 
+    def test_finds_kernels_that_are_gone(self):
+        self.expect_one("names foldKernel", ros="{}`foldKernel`\n")
+
     def test_finds_numbers_that_differ(self):
         self.expect_one("is missing", method="# The numbers\n\n| stage | x |\n|---|---|\n"
                                              "| make surfels | y |\n\n")

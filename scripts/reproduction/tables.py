@@ -37,28 +37,23 @@ def rmse(result):
     return tuple(result["evaluation"][metric]["rmse_mm"] for metric in METRICS)
 
 
-def verdict(ours, authors):
-    """How each of our three figures compares with that of the authors' code."""
-    if not authors:
+def shares(ours, others):
+    """Each of our figures as a share of another mapper's."""
+    if not ours or not others:
         return "–"
-    words = []
-    for mine, theirs in zip(ours, authors):
-        words.append("half" if mine <= theirs / 2 else "better" if mine <= theirs else "**worse**")
-    return " / ".join(words)
-
-
-def deviation(ours, authors):
-    """How far each figure is from that of the authors' code, in per cent."""
-    if not authors:
-        return "–"
-    return " / ".join(f"{100 * (mine / theirs - 1):+.0f} %" for mine, theirs in zip(ours, authors))
+    return " / ".join(f"{mine / theirs:.0%}" for mine, theirs in zip(ours, others))
 
 
 class Tables:
-    """Draws the tables of the cells that have a result."""
+    """Draws the tables of the cells that have a result.
 
-    def __init__(self, results):
+    With `comparable` beside them the figures of others, which are of the paper's set-up: clean
+    images of a circle.
+    """
+
+    def __init__(self, results, comparable=True):
         self.results = results  # Cell -> result
+        self.comparable = comparable
         self.models = sorted({cell.model for cell in results if cell.model != HOUSE})
 
     def _get(self, model, voxel_mm, mode):
@@ -73,58 +68,61 @@ class Tables:
     def _voxels(self, models):
         return sorted({cell.voxel_mm for cell in self.results if cell.model in models})
 
-    def table_1(self):
-        """Voxel sizes: the undirected baseline against the directional map."""
+    def _rmse(self, model, voxel_mm, mode):
+        result = self._get(model, voxel_mm, mode)
+        return rmse(result) if result else None
+
+    def _cells(self, mode):
+        """(model, voxel size) of all models that were reconstructed in a mode."""
+        return [(model, voxel) for model in self.models for voxel in self._voxels([model])
+                if self._get(model, voxel, mode)]
+
+    def accuracy(self):
+        """Voxel sizes: the directional map, and an ordinary TSDF."""
         parts = []
-        for mode in (BASELINE, PROPOSED):
-            rows = []
-            for model in self.models:
-                for voxel in self._voxels([model]):
-                    result = self._get(model, voxel, mode)
-                    if result:
-                        rows.append(self._table_1_row(model, voxel, mode, result))
+        for title, header, rows in (
+                ("Directional map, cast along normals", *self._directional_rows()),
+                ("Undirected map, voxel projection", *self._undirected_rows())):
             if rows:
-                header = ["model", "voxel mm", "ours", "authors' code", "ours against it",
-                          "nvblox", "floor", "paper (vertex)"]
-                parts.append(f"## {mode}\n\n" + markdown_table(header, rows))
+                parts.append(f"## {title}\n\n" + markdown_table(header, rows))
         return "\n".join(parts)
 
-    def verdicts(self):
-        """Each cell of the proposed mode as a share of the figures of the authors' code."""
-        rows, ratios = [], []
-        for cell, result in self._in_order():
-            key = (cell.model, cell.voxel_mm)
-            authors = published.AUTHORS_CODE[PROPOSED].get(key)
-            if cell.mode != PROPOSED or not authors:
-                continue
-            shares = [mine / theirs for mine, theirs in zip(rmse(result), authors)]
-            ratios += shares
-            slits = result["evaluation"]["topology"]["boundary_edges"]
-            theirs = published.AUTHORS_TOPOLOGY.get(key)
-            rows.append([cell.model, f"{cell.voxel_mm:g}", *(f"{share:.0%}" for share in shares),
-                         "no worse" if max(shares) <= 1 else "**worse**",
-                         f"{sum(share <= 0.5 for share in shares)} of 3", slits,
-                         f"{theirs[0]} ({slits / theirs[0]:.0%})" if theirs else "–"])
-        if not rows:
-            return ""
-        header = ["model", "voxel mm", *METRICS, "all three", "at most half", "boundary edges",
-                  "authors' code: boundary edges (ours of theirs)"]
-        return (markdown_table(header, rows) +
-                f"\n{len(ratios)} figures: {sum(r <= 1 for r in ratios)} are no worse, "
-                f"{sum(r <= 0.5 for r in ratios)} at most half.\n")
+    def _directional_rows(self):
+        both = bool(self._cells(BASELINE))
+        header = ["model", "voxel mm", "this package", "exact distances"]
+        if both:
+            header.insert(3, "its undirected map")
+        if self.comparable:
+            header += ["authors' code", "of authors'", "nvblox", "paper (V)"]
+        rows = []
+        for key in self._cells(PROPOSED):
+            ours = self._rmse(*key, PROPOSED)
+            row = [key[0], f"{key[1]:g}", triple(ours), triple(published.FLOOR.get(key))]
+            if both:
+                row.insert(3, triple(self._rmse(*key, BASELINE)))
+            if self.comparable:
+                authors = published.AUTHORS_CODE[PROPOSED].get(key)
+                paper = published.PAPER_TABLE_1.get(key)
+                row += [triple(authors), shares(ours, authors),
+                        triple(published.NVBLOX.get(key)), number(paper and paper[0])]
+            rows.append(row)
+        return header, rows
 
-    @staticmethod
-    def _table_1_row(model, voxel, mode, result):
-        key = (model, voxel)
-        authors = published.AUTHORS_CODE[mode].get(key)
-        paper = published.PAPER_TABLE_1.get(key)
-        paper_rmse = paper[0 if mode == PROPOSED else 1] if paper else None
-        compare = verdict if mode == PROPOSED else deviation
-        return [model, f"{voxel:g}", triple(rmse(result)), triple(authors),
-                compare(rmse(result), authors), triple(published.NVBLOX.get(key)),
-                triple(published.FLOOR.get(key)), number(paper_rmse)]
+    def _undirected_rows(self):
+        header = ["model", "voxel mm", "this package"]
+        if not self.comparable:
+            return header, []  # stands beside the directional map
+        header += ["authors' code", "of authors'", "nvblox", "paper (V)"]
+        rows = []
+        for key in self._cells(BASELINE):
+            ours, authors = self._rmse(*key, BASELINE), published.AUTHORS_CODE[BASELINE].get(key)
+            paper = published.PAPER_TABLE_1.get(key)
+            rows.append([key[0], f"{key[1]:g}", triple(ours), triple(authors),
+                         shares(ours, authors), triple(published.NVBLOX.get(key)),
+                         number(paper and paper[1])])
+        return header, rows
 
-    def table_2(self):
+    def house(self):
         """The house that stands in for the paper's room scenes."""
         rows = []
         for voxel in self._voxels([HOUSE]):
@@ -141,11 +139,11 @@ class Tables:
                              f"{f_score:.3f}",
                              f"{nvblox[0]} / {nvblox[1]} / {nvblox[2]}" if nvblox else "–",
                              f"{authors[2]}" if authors else "–"])
-        header = ["voxel mm", "mode", "surface RMSE", "completeness RMSE", "F at 25 mm",
-                  "nvblox: surface / completeness / F", "authors' code: F"]
+        header = ["voxel mm", "mode", "S", "C", "F at 25 mm", "nvblox: S / C / F",
+                  "authors' code: F"]
         return markdown_table(header, rows) if rows else ""
 
-    def table_3(self):
+    def modes(self):
         """The six fusion modes at 10 mm."""
         rows = []
         for model in self.models:
@@ -155,7 +153,8 @@ class Tables:
                     paper = published.PAPER_TABLE_3.get(model, {}).get(mode)
                     rows.append([model, mode, triple(rmse(result)), number(paper)])
         compares = len({cell.mode for cell in self.results if cell.voxel_mm == 10}) > 2
-        return markdown_table(["model", "mode", "ours", "paper (vertex)"], rows) if compares else ""
+        header = ["model", "mode", "this package", "paper (V)"]
+        return markdown_table(header, rows) if compares else ""
 
     def topology(self):
         """Slits and pieces: a closed surface seen from all sides should have neither."""
@@ -163,14 +162,17 @@ class Tables:
         for cell, result in self._in_order():
             topology = result["evaluation"]["topology"]
             authors = None
-            if cell.mode == PROPOSED:
+            if cell.mode == PROPOSED and self.comparable:
                 authors = published.AUTHORS_TOPOLOGY.get((cell.model, cell.voxel_mm))
             rows.append([cell.model, f"{cell.voxel_mm:g}", cell.mode, topology["triangles"],
                          topology["boundary_edges"], topology["non_manifold_edges"],
-                         topology["components"], topology["degenerate_triangles"],
-                         f"{authors[0]} / {authors[1]}" if authors else "–"])
+                         topology["components"], topology["degenerate_triangles"]] +
+                        ([f"{authors[0]} / {authors[1]}" if authors else "–"]
+                         if self.comparable else []))
         header = ["model", "voxel mm", "mode", "triangles", "boundary edges", "non-manifold edges",
-                  "components", "degenerate", "authors' code: boundary edges / components"]
+                  "components", "degenerate"]
+        if self.comparable:
+            header.append("authors' code: boundary edges / components")
         return markdown_table(header, rows) if rows else ""
 
     def cost(self):

@@ -1,0 +1,156 @@
+#!/usr/bin/env python3
+"""Checks that the documentation agrees with the code: check_docs.py ROOT.
+
+- Relative links of the Markdown files lead to files that exist, and to headings that exist.
+- Source files, scripts and kernels that are named in them exist.
+- The table of docs/method.md names every number of the rules, with its default, and no other.
+- Its table of stages has those of the profile.
+- docs/ros.md names every key of config/default.yaml.
+"""
+import pathlib
+import re
+import sys
+
+RULES = {"SurfelRules": "surfels", "FusionRules": "fusion", "MeshRules": "mesh"}
+# Named files may be given from the root, or from one of these.
+BASES = ("", "src", "src/kernels", "include/dtsdf_mapping", "cuda", "docs")
+
+
+def pages(root):
+    return [*sorted(root.glob("*.md")), *sorted((root / "docs").rglob("*.md"))]
+
+
+def without_code(text):
+    return re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
+
+
+def anchors(path):
+    """The anchors that GitHub makes of a page's headings."""
+    found = set()
+    for heading in re.findall(r"^#+ +(.*)$", without_code(path.read_text(encoding="utf-8")),
+                              flags=re.MULTILINE):
+        plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).replace("`", "")
+        found.add(re.sub(r"[^\w\- ]", "", plain.strip().lower()).replace(" ", "-"))
+    return found
+
+
+def check_links(path):
+    text = without_code(path.read_text(encoding="utf-8"))
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match(r"[a-z]+:", link):
+            continue
+        name, _, anchor = link.partition("#")
+        target = (path.parent / name) if name else path
+        if not target.exists():
+            yield f"link to {link}: no such file"
+        elif anchor and target.suffix == ".md" and anchor not in anchors(target):
+            yield f"link to {link}: no such heading"
+
+
+def check_named_files(path, root):
+    text = path.read_text(encoding="utf-8")
+    names = set(re.findall(r"`([\w./-]+/[\w.-]+\.(?:h|cuh|cu|cpp|py|yaml|launch))`", text))
+    names |= set(re.findall(r"(?<![\w/.-])(scripts/\w+)", text))
+    for name in sorted(names):
+        if not any((root / base / name).exists() for base in BASES):
+            yield f"names {name}, which does not exist"
+
+
+def check_kernels(root):
+    """Pages of results may name what was measured at the time."""
+    code = "".join(path.read_text(encoding="utf-8") for path in (root / "cuda").glob("*.cu"))
+    for path in sorted((root / "docs").glob("*.md")):
+        for name in sorted(set(re.findall(r"`(\w+Kernel)`", path.read_text(encoding="utf-8")))):
+            if name not in code:
+                yield f"docs/{path.name}: names {name}, which does not exist"
+
+
+def value_of(text):
+    """A number, or a quotient of two, as C++ or as the table writes it."""
+    parts = [float(part.strip().rstrip("f")) for part in text.split("/")]
+    return parts[0] / parts[1] if len(parts) == 2 else parts[0]
+
+
+def rules_in_code(root):
+    """Key -> default of every number of the rules."""
+    found = {}
+    for path in sorted((root / "src" / "kernels").rglob("*_rules.h")):
+        text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
+        for name, body in re.findall(r"struct (\w+Rules) \{(.*?)^\};", text,
+                                     flags=re.DOTALL | re.MULTILINE):
+            for member, default in re.findall(r"^\s*\w+ (\w+) = ([^;]+);", body, flags=re.MULTILINE):
+                found[f"rules/{RULES[name]}/{member}"] = value_of(default)
+    return found
+
+
+def rules_in_docs(root):
+    text = (root / "docs" / "method.md").read_text(encoding="utf-8")
+    return {key: value_of(default)
+            for key, default in re.findall(r"^\| `(rules/[\w/]+)` \| ([^|]+) \|", text, re.MULTILINE)}
+
+
+def check_rules(root):
+    code, docs = rules_in_code(root), rules_in_docs(root)
+    for key in sorted(code.keys() - docs.keys()):
+        yield f"{key} is missing"
+    for key in sorted(docs.keys() - code.keys()):
+        yield f"{key} is not in the code"
+    for key in sorted(code.keys() & docs.keys()):
+        if abs(code[key] - docs[key]) > 1e-9:
+            yield f"{key} is {code[key]:g}, not {docs[key]:g}"
+
+
+def check_stages(root):
+    code = (root / "src" / "backend" / "profile.cpp").read_text(encoding="utf-8")
+    docs = (root / "docs" / "method.md").read_text(encoding="utf-8")
+    table = re.search(r"^\| stage \|.*?\n\n", docs, flags=re.DOTALL | re.MULTILINE)
+    named = re.findall(r"^\| ([\w ,]+) \|", table.group(0), flags=re.MULTILINE)[1:]
+    stages = {stage for cell in named for stage in cell.split(", ")}
+    profile = {stage.replace("_", " ") for stage in re.findall(r'Stage::\w+: return "(\w+)"', code)}
+    for stage in sorted(stages ^ profile):
+        yield f"the stage '{stage}' is {'not in the code' if stage in stages else 'missing'}"
+
+
+def settings_in(config):
+    """The keys of a settings file: sections and their members."""
+    section = ""
+    for line in config.read_text(encoding="utf-8").splitlines():
+        match = re.match(r"( *)(\w+):(.*)", line)
+        if not match:
+            continue
+        indent, key, value = match.groups()
+        if indent:
+            yield f"{section}/{key}"
+        elif value.split("#")[0].strip():
+            yield key
+        else:
+            section = key
+
+
+def check_settings(root):
+    text = (root / "docs" / "ros.md").read_text(encoding="utf-8")
+    for key in settings_in(root / "config" / "default.yaml"):
+        if f"`{key}`" not in text:
+            yield f"{key} of config/default.yaml is missing"
+
+
+def problems(root):
+    for path in pages(root):
+        name = path.relative_to(root)
+        yield from (f"{name}: {text}" for text in check_links(path))
+        yield from (f"{name}: {text}" for text in check_named_files(path, root))
+    yield from check_kernels(root)
+    yield from (f"docs/method.md: {text}" for text in check_rules(root))
+    yield from (f"docs/method.md: {text}" for text in check_stages(root))
+    yield from (f"docs/ros.md: {text}" for text in check_settings(root))
+
+
+def main():
+    found = list(problems(pathlib.Path(sys.argv[1]).resolve()))
+    for problem in found:
+        print(problem)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

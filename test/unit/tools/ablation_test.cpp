@@ -15,9 +15,9 @@ namespace {
 SceneFrame renderNoisyFrame(double x_m, bool with_ball) {
   Scene scene;
   scene.add(Plane{{0.0, 0.0, 2.2}, Eigen::Vector3d(0.2, -0.1, -1.0).normalized()});
-  scene.add(makeBox({-0.2, 0.1, 0.8}, {0.3, 0.3, 0.4}, 0.4));
+  scene.add(makeBox({-0.1, 0.1, 0.6}, {0.3, 0.3, 0.4}, 0.4));
   scene.add(Rod{{0.3, -1.0, 1.0}, {0.3, 1.0, 1.0}, 0.004});
-  if (with_ball) scene.add(Sphere{{0.1, -0.2, 0.7}, 0.1});
+  if (with_ball) scene.add(Sphere{{0.1, -0.15, 0.5}, 0.08});
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   T_W_C.translation().x() = x_m;
   SceneFrame frame = renderFrame(scene, T_W_C);

@@ -8,8 +8,8 @@
 
 #include "backend/rules.h"
 #include "dtsdf_mapping/io/frame_source.h"
-#include "program/command_line.h"
 #include "params/node_params.h"
+#include "program/command_line.h"
 
 namespace dtsdf {
 

@@ -1,45 +1,64 @@
 /// evaluate_depth: compares a mesh with depth images, where there is no ground truth.
 
 #include <cstdio>
-#include <exception>
 #include <mutex>
-#include <stdexcept>
 
-#include "evaluation/command_line.h"
+#include "dtsdf_mapping/io/frame_source.h"
 #include "evaluation/depth_comparison.h"
 #include "evaluation/parallel.h"
-#include "evaluation/progress.h"
+#include "program/command_line.h"
+#include "program/progress_bar.h"
+#include "program/run_program.h"
 
 namespace dtsdf {
 namespace {
 
-constexpr char kUsage[] =
-    R"(usage: evaluate_depth MESH.ply TUM_DIR [options]
+struct EvaluateDepthOptions {
+  std::string mesh_path, tum_folder;
+  FrameSelection frames;
+  int stride = 2;
+};
 
-Renders the mesh from the poses of a TUM folder and compares with the measured depth: the share of
-measured pixels where the mesh is, and the differences there. Meant for frames that the mesh was not
-made from: reconstruct --frames ::2, evaluate_depth --first 1 --step 2.
+EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
+  EvaluateDepthOptions options;
+  CommandLine line("evaluate_depth", "MESH.ply TUM_DIR [options]",
+                   "Renders the mesh from the poses of a TUM folder and compares with the measured "
+                   "depth: the share of measured pixels where the mesh is, and the differences "
+                   "there, as JSON. Meant for frames that the mesh was not made from: reconstruct "
+                   "--frames ::2, evaluate_depth --first 1 --step 2.",
+                   kExitCodes);
+  line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
+  line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
+  line.addWhole({"--first", "N", "the first image to use"}, options.frames.first, {0, kUnbounded});
+  line.add({"--last", "N", "the last one (default: the last there is)"},
+           [&](const std::string& text) {
+             options.frames.last = static_cast<size_t>(readWhole(text, {0, kUnbounded}));
+           });
+  line.addWhole({"--step", "N", "the way from one to the next"}, options.frames.step,
+                {1, kUnbounded});
+  line.addWhole({"--stride", "N", "every N-th pixel of each row and column"}, options.stride,
+                {1, 64});
+  line.parse(arguments);
+  return options;
+}
 
-  --first N, --last N, --step N   which images (0, all, 1)
-  --stride N                      every N-th pixel of each row and column (2)
-)";
-
-void evaluateDepth(const CommandLine& arguments) {
-  constexpr double kMany = 1e9;
-  const MeshScene scene(readPly(arguments.positional()[0]));
-  const Views views = readViews(arguments.positional()[1]);
-  const auto first = static_cast<size_t>(arguments.number("first", 0, 0, kMany));
-  const auto last = static_cast<size_t>(arguments.number("last", kMany, 0, kMany));
-  const auto step = static_cast<size_t>(arguments.number("step", 1, 1, kMany));
+std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
   std::vector<size_t> chosen;
-  for (size_t i = first; i < views.poses_W_C.size() && i <= last; i += step) chosen.push_back(i);
-  if (chosen.empty()) throw std::invalid_argument("no image is chosen");
+  for (size_t i = frames.first; i < count && i <= frames.last; i += frames.step) {
+    chosen.push_back(i);
+  }
+  if (chosen.empty()) throw UsageError("no image is chosen; there are " + std::to_string(count));
+  return chosen;
+}
 
-  const int stride = static_cast<int>(arguments.number("stride", 2, 1, 64));
-  DepthComparison comparison(stride);
+void evaluateDepth(const EvaluateDepthOptions& options) {
+  const MeshScene scene(readPly(options.mesh_path));
+  const Views views = readViews(options.tum_folder);
+  const std::vector<size_t> chosen = selectViews(options.frames, views.poses_W_C.size());
+  DepthComparison comparison(options.stride);
   std::mutex mutex;  // guards `comparison`
   const auto compare = [&](size_t begin, size_t end) {
-    DepthComparison part(stride);
+    DepthComparison part(options.stride);
     for (size_t k = begin; k < end; ++k) {
       const RenderedView view = renderView(scene, views.camera, views.poses_W_C[chosen[k]]);
       part.add(readTumDepth(views.depth_paths[chosen[k]], views.camera), view.depth_m,
@@ -48,7 +67,10 @@ void evaluateDepth(const CommandLine& arguments) {
     const std::lock_guard<std::mutex> lock(mutex);
     comparison.merge(part);
   };
-  parallelFor(chosen.size(), 1, compare, terminalProgress("images", chosen.size()));
+  {
+    ProgressBar progress("images", chosen.size());
+    parallelFor(chosen.size(), 1, compare, [&](size_t done) { progress.show(done); });
+  }
   std::fputs(comparison.toJson().c_str(), stdout);
 }
 
@@ -56,19 +78,8 @@ void evaluateDepth(const CommandLine& arguments) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  try {
-    const dtsdf::CommandLine arguments(argc, argv, {"first", "last", "step", "stride"}, {"help"});
-    if (arguments.has("help") || arguments.positional().size() != 2) {
-      std::fputs(dtsdf::kUsage, arguments.has("help") ? stdout : stderr);
-      return arguments.has("help") ? 0 : 2;
-    }
-    dtsdf::evaluateDepth(arguments);
-    return 0;
-  } catch (const std::invalid_argument& error) {
-    std::fprintf(stderr, "evaluate_depth: %s (see --help)\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "evaluate_depth: %s\n", error.what());
-    return 1;
-  }
+  using namespace dtsdf;
+  return runProgram("evaluate_depth", argc, argv, [](const std::vector<std::string>& arguments) {
+    evaluateDepth(readOptions(arguments));
+  });
 }

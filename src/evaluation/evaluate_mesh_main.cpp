@@ -1,46 +1,65 @@
 /// evaluate_mesh: compares a reconstructed mesh with the ground truth.
 
 #include <cstdio>
-#include <exception>
 #include <fstream>
 #include <optional>
 #include <stdexcept>
 
 #include "evaluation/mesh_metrics.h"
 #include "evaluation/picture_options.h"
+#include "program/run_program.h"
 
 namespace dtsdf {
 namespace {
 
-constexpr char kUsage[] =
-    R"(usage: evaluate_mesh RECONSTRUCTION.ply GROUNDTRUTH.ply [options]
+struct EvaluateMeshOptions {
+  std::string reconstruction_path, ground_truth_path;
+  std::string views_folder, json_path, heatmap_path, picture_path;  ///< Empty: none.
+  EvaluationOptions evaluation;
+  std::optional<double> scale_mm;
+  PictureRequest picture;
+};
 
-Prints, as JSON: distances of the reconstruction's vertices and of area-uniform samples of it to the
-ground truth, distances of the ground truth's samples to the reconstruction (completeness), F-scores
-and the mesh's topology. Vertices are taken as they are indexed; none are welded.
+void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
+  line.addText({"--views", "DIR",
+                "count only the ground truth that some view of this TUM folder sees"},
+               options.views_folder);
+  line.addWhole({"--samples", "N", "samples of each surface"}, options.evaluation.samples,
+                {1, 1e9});
+  line.addWhole({"--seed", "N", "seed of the samples"}, options.evaluation.seed, {0, 1e15});
+  line.add({"--threshold", "M,...",
+            "distances for the F-score in metres (default 0.005,0.01,0.025)"},
+           [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
+}
 
-  --views DIR        count only the ground truth that some view of this TUM folder sees
-  --samples N        samples of each surface (1000000)
-  --seed N           seed of the samples (1)
-  --threshold M,...  distances for the F-score in metres (0.005,0.01,0.025)
-  --json OUT.json    write the figures there as well
-  --heatmap OUT.ply  the reconstruction, coloured by its vertices' distance to the ground truth
-  --picture OUT.png  a picture of that with a scale; the view is chosen by:
-)";
+void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
+  line.addText({"--json", "OUT.json", "write the figures there as well"}, options.json_path);
+  line.addText({"--heatmap", "OUT.ply",
+                "the reconstruction, coloured by its vertices' distance to the ground truth"},
+               options.heatmap_path);
+  line.addText({"--picture", "OUT.png", "a picture of that with a scale"}, options.picture_path);
+  line.addNumber({"--scale-mm", "S",
+                  "full scale of the colours (default: a round number above the 95th percentile)"},
+                 options.scale_mm, {1e-6, 1e6});
+}
 
-constexpr char kScaleUsage[] =
-    "  --scale-mm S       full scale of the colours (a round number above the 95th percentile)\n";
-
-Evaluation measure(const CommandLine& arguments, const TriangleMesh& reconstruction,
-                   const TriangleMesh& ground_truth) {
-  std::optional<Views> views;
-  if (arguments.has("views")) views = readViews(arguments.text("views", ""));
-  EvaluationOptions options;
-  options.samples = static_cast<size_t>(arguments.number("samples", 1e6, 1, 1e9));
-  options.seed = static_cast<uint64_t>(arguments.number("seed", 1, 0, 1e15));
-  options.thresholds_m = arguments.numbers("threshold", options.thresholds_m);
-  options.show_progress = true;
-  return evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options);
+EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
+  EvaluateMeshOptions options;
+  options.evaluation.show_progress = true;
+  CommandLine line("evaluate_mesh", "RECONSTRUCTION.ply GROUNDTRUTH.ply [options]",
+                   "Prints, as JSON: distances of the reconstruction's vertices and of "
+                   "area-uniform samples of it to the ground truth, distances of the ground "
+                   "truth's samples to the reconstruction (completeness), F-scores and the mesh's "
+                   "topology. Vertices are taken as they are indexed; none are welded.",
+                   kExitCodes);
+  line.addText({"RECONSTRUCTION.ply", "", "the mesh to measure"}, options.reconstruction_path);
+  line.addText({"GROUNDTRUTH.ply", "", "what it should be"}, options.ground_truth_path);
+  addMeasureOptions(line, options);
+  addOutputOptions(line, options);
+  line.beginGroup("View of the picture");
+  addPictureOptions(line, options.picture);
+  line.parse(arguments);
+  return options;
 }
 
 void writeJson(const std::string& path, const std::string& json) {
@@ -50,31 +69,33 @@ void writeJson(const std::string& path, const std::string& json) {
   if (!out) throw std::runtime_error(path + ": cannot be written");
 }
 
-void writeErrorColours(const CommandLine& arguments, TriangleMesh reconstruction,
+void writeErrorColours(const EvaluateMeshOptions& options, TriangleMesh reconstruction,
                        const TriangleMesh& ground_truth) {
   const std::vector<double> errors_m =
       distancesTo(MeshScene(ground_truth), reconstruction.vertices);
-  const double automatic_mm = 1e3 * niceErrorScale(errors_m);
-  const double scale_mm = arguments.number("scale-mm", automatic_mm, 1e-6, 1e6);
+  const double scale_mm = options.scale_mm.value_or(1e3 * niceErrorScale(errors_m));
   colourByError(reconstruction, errors_m, 1e-3 * scale_mm);
-  if (arguments.has("heatmap")) writePly(arguments.text("heatmap", ""), reconstruction);
-  if (!arguments.has("picture")) return;
+  if (!options.heatmap_path.empty()) writePly(options.heatmap_path, reconstruction);
+  if (options.picture_path.empty()) return;
   const MeshScene scene(reconstruction);
-  PictureOptions options = readPictureOptions(arguments, scene.bounds());
-  options.legend = Legend{"error, mm", scale_mm};
+  PictureOptions picture = makePictureOptions(options.picture, scene.bounds());
+  picture.legend = Legend{"error, mm", scale_mm};
   // Room for the scale at the right.
-  options.camera.intrinsics.cx -= 0.06f * static_cast<float>(options.camera.width);
-  writePicture(arguments.text("picture", ""), scene, options);
+  picture.camera.intrinsics.cx -= 0.06f * static_cast<float>(picture.camera.width);
+  writePicture(options.picture_path, scene, picture);
 }
 
-void evaluate(const CommandLine& arguments) {
-  const TriangleMesh reconstruction = readPly(arguments.positional()[0]);
-  const TriangleMesh ground_truth = readPly(arguments.positional()[1]);
-  const std::string json = toJson(measure(arguments, reconstruction, ground_truth));
+void evaluate(const EvaluateMeshOptions& options) {
+  const TriangleMesh reconstruction = readPly(options.reconstruction_path);
+  const TriangleMesh ground_truth = readPly(options.ground_truth_path);
+  std::optional<Views> views;
+  if (!options.views_folder.empty()) views = readViews(options.views_folder);
+  const std::string json = toJson(evaluateMesh(reconstruction, ground_truth,
+                                               views ? &*views : nullptr, options.evaluation));
   std::fputs(json.c_str(), stdout);
-  if (arguments.has("json")) writeJson(arguments.text("json", ""), json);
-  if (arguments.has("heatmap") || arguments.has("picture")) {
-    writeErrorColours(arguments, reconstruction, ground_truth);
+  if (!options.json_path.empty()) writeJson(options.json_path, json);
+  if (!options.heatmap_path.empty() || !options.picture_path.empty()) {
+    writeErrorColours(options, reconstruction, ground_truth);
   }
 }
 
@@ -82,23 +103,8 @@ void evaluate(const CommandLine& arguments) {
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  try {
-    std::set<std::string> options = dtsdf::pictureOptionNames();
-    options.insert(
-        {"views", "samples", "seed", "threshold", "json", "heatmap", "picture", "scale-mm"});
-    const dtsdf::CommandLine arguments(argc, argv, options, {"help"});
-    if (arguments.has("help") || arguments.positional().size() != 2) {
-      const std::string usage = dtsdf::kUsage + dtsdf::pictureUsage() + dtsdf::kScaleUsage;
-      std::fputs(usage.c_str(), arguments.has("help") ? stdout : stderr);
-      return arguments.has("help") ? 0 : 2;
-    }
-    dtsdf::evaluate(arguments);
-    return 0;
-  } catch (const std::invalid_argument& error) {
-    std::fprintf(stderr, "evaluate_mesh: %s (see --help)\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "evaluate_mesh: %s\n", error.what());
-    return 1;
-  }
+  using namespace dtsdf;
+  return runProgram("evaluate_mesh", argc, argv, [](const std::vector<std::string>& arguments) {
+    evaluate(readOptions(arguments));
+  });
 }

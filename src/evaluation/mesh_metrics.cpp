@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "evaluation/parallel.h"
-#include "evaluation/progress.h"
+#include "program/progress_bar.h"
 
 namespace dtsdf {
 
@@ -254,7 +254,9 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
   if (reconstruction.triangles.empty()) throw std::runtime_error("the reconstruction is empty");
   if (ground_truth.triangles.empty()) throw std::runtime_error("the ground truth is empty");
   const auto progress = [&](const char* what, size_t count) {
-    return options.show_progress ? terminalProgress(what, count) : Progress{};
+    if (!options.show_progress) return Progress{};
+    const auto bar = std::make_shared<ProgressBar>(what, count);
+    return Progress([bar](size_t done) { bar->show(done); });
   };
   const MeshScene reconstruction_scene(reconstruction), truth_scene(ground_truth);
   Evaluation evaluation;

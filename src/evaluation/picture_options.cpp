@@ -1,53 +1,69 @@
 #include "evaluation/picture_options.h"
 
-#include <stdexcept>
-
 #include "simulation/scene.h"
 
 namespace dtsdf {
 
 namespace {
 
-Eigen::Vector3d readPoint(const CommandLine& arguments, const std::string& name) {
-  const std::vector<double> numbers = arguments.numbers(name, {});
-  if (numbers.size() != 3) throw std::invalid_argument("--" + name + " needs x,y,z in metres");
+Eigen::Vector3d readPoint(const std::string& text) {
+  const std::vector<double> numbers = readNumbers(text);
+  if (numbers.size() != 3) throw UsageError("'" + text + "' is not of the form X,Y,Z");
   return {numbers[0], numbers[1], numbers[2]};
+}
+
+char readAxis(const std::string& text) {
+  if (text != "x" && text != "y" && text != "z") {
+    throw UsageError("'" + text + "' is none of x, y and z");
+  }
+  return text[0];
+}
+
+void addViewOptions(CommandLine& line, PictureRequest& request) {
+  line.add({"--view", "AZ,EL",
+            "view of the whole mesh from azimuth and elevation in degrees (default 30,20)"},
+           [&](const std::string& text) {
+             const std::vector<double> angles = readNumbers(text);
+             if (angles.size() != 2) throw UsageError("'" + text + "' is not of the form AZ,EL");
+             request.azimuth_deg = angles[0];
+             request.elevation_deg = angles[1];
+           });
+  line.add({"--up", "x|y|z", "the axis that points up in the picture (default y)"},
+           [&](const std::string& text) { request.up = readAxis(text); });
+  line.add({"--eye", "X,Y,Z", "view from this point instead, towards --target, in metres"},
+           [&](const std::string& text) { request.eye = readPoint(text); });
+  line.add({"--target", "X,Y,Z", "the point that --eye looks at, in metres"},
+           [&](const std::string& text) { request.target = readPoint(text); });
+  line.onlyWith("--eye", "--target");
+  line.onlyWith("--target", "--eye");
 }
 
 }  // namespace
 
-std::set<std::string> pictureOptionNames() {
-  return {"view", "up", "eye", "target", "width", "height", "focal"};
+void addPictureOptions(CommandLine& line, PictureRequest& request) {
+  addViewOptions(line, request);
+  line.addWhole({"--width", "PIXELS", "width of the picture"}, request.width, {64, 8192});
+  line.addWhole({"--height", "PIXELS", "height of the picture"}, request.height, {64, 8192});
+  line.addNumber({"--focal", "PIXELS", "focal length (default: 1.2 times the width)"},
+                 request.focal_px, {1.0, 1e5});
 }
 
-std::string pictureUsage() {
-  return R"(  --view AZ,EL       view of the whole mesh from azimuth and elevation in degrees (30,20)
-  --up x|y|z         the axis that points up in the picture (y)
-  --eye X,Y,Z        view from this point instead, towards --target X,Y,Z
-  --width, --height  size of the picture in pixels (1000, 800)
-  --focal F          focal length in pixels (1.2 times the width)
-)";
-}
-
-PictureOptions readPictureOptions(const CommandLine& arguments, const Eigen::AlignedBox3f& bounds) {
+PictureOptions makePictureOptions(const PictureRequest& request,
+                                  const Eigen::AlignedBox3f& bounds) {
   PictureOptions options;
   ViewCamera& camera = options.camera;
-  camera.width = static_cast<int>(arguments.number("width", 1000, 64, 8192));
-  camera.height = static_cast<int>(arguments.number("height", 800, 64, 8192));
-  const double focal_px = arguments.number("focal", 1.2 * camera.width, 1.0, 1e5);
-  camera.intrinsics = {static_cast<float>(focal_px), static_cast<float>(focal_px),
-                       0.5f * static_cast<float>(camera.width - 1),
+  camera.width = request.width;
+  camera.height = request.height;
+  const float focal_px = static_cast<float>(request.focal_px.value_or(1.2 * camera.width));
+  camera.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(camera.width - 1),
                        0.5f * static_cast<float>(camera.height - 1)};
-  const std::string up = arguments.text("up", "y");
-  if (up != "x" && up != "y" && up != "z") throw std::invalid_argument("--up is x, y or z");
-  if (arguments.has("eye")) {
-    options.T_W_C = lookAt(readPoint(arguments, "eye"), readPoint(arguments, "target"),
-                           Eigen::Vector3d::Unit(up[0] - 'x'));
-    return options;
+  if (request.eye && request.target) {
+    options.T_W_C = lookAt(*request.eye, *request.target,
+                           Eigen::Vector3d::Unit(request.up - 'x'));
+  } else {
+    options.T_W_C = framingPose(bounds, camera, request.azimuth_deg, request.elevation_deg,
+                                request.up);
   }
-  const std::vector<double> angles = arguments.numbers("view", {30.0, 20.0});
-  if (angles.size() != 2) throw std::invalid_argument("--view needs AZIMUTH,ELEVATION");
-  options.T_W_C = framingPose(bounds, camera, angles[0], angles[1], up[0]);
   return options;
 }
 

@@ -1,21 +1,24 @@
 /// The options for pictures that render_mesh and evaluate_mesh have in common.
 #pragma once
 
-#include <set>
-#include <string>
+#include <optional>
 
-#include "evaluation/command_line.h"
 #include "evaluation/picture.h"
+#include "program/command_line.h"
 
 namespace dtsdf {
 
-/// Names of the options that take a value.
-std::set<std::string> pictureOptionNames();
+/// A picture as it is asked for; its view follows once the mesh is known.
+struct PictureRequest {
+  int width = 1000, height = 800;
+  std::optional<double> focal_px;  ///< 1.2 times the width if none is given.
+  char up = 'y';                   ///< The axis that points up in the picture.
+  double azimuth_deg = 30.0, elevation_deg = 20.0;
+  std::optional<Eigen::Vector3d> eye, target;  ///< In place of the angles.
+};
 
-/// How they are explained to the user.
-std::string pictureUsage();
+void addPictureOptions(CommandLine& line, PictureRequest& request);
 
-/// @throws std::invalid_argument for a value that makes no sense.
-PictureOptions readPictureOptions(const CommandLine& arguments, const Eigen::AlignedBox3f& bounds);
+PictureOptions makePictureOptions(const PictureRequest& request, const Eigen::AlignedBox3f& bounds);
 
 }  // namespace dtsdf

@@ -1,91 +1,107 @@
 /// render_orbit: renders depth images of a mesh from a trajectory round it into a TUM folder.
 
-#include <cstdio>
-#include <exception>
 #include <filesystem>
-#include <stdexcept>
 
-#include "evaluation/command_line.h"
 #include "evaluation/depth_noise.h"
 #include "evaluation/parallel.h"
-#include "evaluation/progress.h"
+#include "program/command_line.h"
+#include "program/progress_bar.h"
+#include "program/run_program.h"
 
 namespace dtsdf {
 namespace {
 
-constexpr char kUsage[] =
-    R"(usage: render_orbit MODEL.ply OUT [options]
+struct RenderOrbitOptions {
+  std::string model_path, folder;
+  size_t frames = 1000;
+  double radius_m = 2.0;
+  OrbitShape trajectory = OrbitShape::kCircle;
+  double longest_side_m = 1.0;  ///< 0: the model is left as it is.
+  int width = 640, height = 480;
+  double focal_px = 525.0;
+  DepthNoise noise = depthNoiseFromName("none");
+  uint64_t seed = 1;
+};
 
-Renders depth images of a mesh into the TUM folder OUT (16-bit, 5000 units per metre) and writes the
-mesh, as it was placed, to OUT/gt.ply. The defaults are the set-up of the Directional TSDF paper.
+void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
+  line.addWhole({"--frames", "N", "number of images"}, options.frames, {1, 1e6});
+  line.addNumber({"--radius", "METRES", "distance of the camera from the origin"},
+                 options.radius_m, {0.01, 1000.0});
+  line.add({"--trajectory", "NAME", "circle, helix or sphere (default circle)"},
+           [&](const std::string& text) { options.trajectory = orbitShapeFromName(text); });
+  line.addNumber({"--longest-side", "METRES",
+                  "size the object is scaled to, centred at the origin; 0: left as it is"},
+                 options.longest_side_m, {0.0, 1000.0});
+}
 
-  --frames N          number of images (1000)
-  --radius M          distance of the camera from the origin in metres (2)
-  --trajectory NAME   circle, helix or sphere (circle)
-  --longest-side M    size the object is scaled to, centred at the origin (1); 0: left as it is
-  --width, --height   image size in pixels (640, 480)
-  --focal F           focal length in pixels (525); the principal point is the image's middle
-  --noise NAMES       none, kinect (all of the following), or a list of axial, lateral, quantisation
-                      and loss with commas (none)
-  --seed N            seed of the noise (1)
-)";
+void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
+  line.addWhole({"--width", "PIXELS", "width of the images"}, options.width, {2, 4096});
+  line.addWhole({"--height", "PIXELS", "height of the images"}, options.height, {2, 4096});
+  line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image's middle"},
+                 options.focal_px, {1.0, 1e5});
+  line.add({"--noise", "NAMES",
+            "none, kinect (all of the following), or a list of axial, lateral, quantisation and "
+            "loss with commas (default none)"},
+           [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
+  line.addWhole({"--seed", "N", "seed of the noise"}, options.seed, {0, 1e9});
+}
 
-ViewCamera readCamera(const CommandLine& arguments) {
+RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
+  RenderOrbitOptions options;
+  CommandLine line("render_orbit", "MODEL.ply OUT [options]",
+                   "Renders depth images of a mesh into the TUM folder OUT (16-bit, 5000 units per "
+                   "metre) and writes the mesh, as it was placed, to OUT/gt.ply. The defaults are "
+                   "the set-up of the Directional TSDF paper.",
+                   kExitCodes);
+  line.addText({"MODEL.ply", "", "the mesh"}, options.model_path);
+  line.addText({"OUT", "", "the folder"}, options.folder);
+  addSceneOptions(line, options);
+  addCameraOptions(line, options);
+  line.parse(arguments);
+  return options;
+}
+
+ViewCamera cameraOf(const RenderOrbitOptions& options) {
   ViewCamera camera;
-  camera.width = static_cast<int>(arguments.number("width", 640, 2, 4096));
-  camera.height = static_cast<int>(arguments.number("height", 480, 2, 4096));
-  const float focal_px = static_cast<float>(arguments.number("focal", 525.0, 1.0, 1e5));
+  camera.width = options.width;
+  camera.height = options.height;
+  const float focal_px = static_cast<float>(options.focal_px);
   camera.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(camera.width - 1),
                        0.5f * static_cast<float>(camera.height - 1)};
   return camera;
 }
 
-void renderOrbit(const CommandLine& arguments) {
-  const std::string directory = arguments.positional()[1];
-  TriangleMesh mesh = readPly(arguments.positional()[0]);
-  const double side_m = arguments.number("longest-side", 1.0, 0.0, 1000.0);
-  if (side_m > 0.0) centreAndScale(mesh, static_cast<float>(side_m));
-  const ViewCamera camera = readCamera(arguments);
-  const DepthNoise noise = depthNoiseFromName(arguments.text("noise", "none"));
-  const auto seed = static_cast<uint64_t>(arguments.number("seed", 1, 0, 1e9));
-  const auto poses_W_C = orbitPoses(orbitShapeFromName(arguments.text("trajectory", "circle")),
-                                    static_cast<size_t>(arguments.number("frames", 1000, 1, 1e6)),
-                                    arguments.number("radius", 2.0, 0.01, 1000.0));
+void renderOrbit(const RenderOrbitOptions& options) {
+  TriangleMesh mesh = readPly(options.model_path);
+  if (options.longest_side_m > 0.0) {
+    centreAndScale(mesh, static_cast<float>(options.longest_side_m));
+  }
+  const ViewCamera camera = cameraOf(options);
+  const auto poses_W_C = orbitPoses(options.trajectory, options.frames, options.radius_m);
 
   const MeshScene scene(mesh);
-  const TumWriter writer(directory, camera, poses_W_C);
-  writePly(directory + "/gt.ply", mesh);
+  const TumWriter writer(options.folder, camera, poses_W_C);
+  writePly(options.folder + "/gt.ply", mesh);
   const auto renderFrames = [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const RenderedView view = renderView(scene, camera, poses_W_C[i]);
-      const uint64_t frame_seed = seed << 32 | i;
-      writer.write(i, toTumDepth(addNoise(view, camera, noise, frame_seed)));
+      const uint64_t frame_seed = options.seed << 32 | i;
+      writer.write(i, toTumDepth(addNoise(view, camera, options.noise, frame_seed)));
     }
   };
-  parallelFor(poses_W_C.size(), 1, renderFrames, terminalProgress("rendering", poses_W_C.size()));
-  writer.finish(std::filesystem::path(arguments.positional()[0]).stem().string());
+  {
+    ProgressBar progress("images", poses_W_C.size());
+    parallelFor(poses_W_C.size(), 1, renderFrames, [&](size_t done) { progress.show(done); });
+  }
+  writer.finish(std::filesystem::path(options.model_path).stem().string());
 }
 
 }  // namespace
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
-  try {
-    const dtsdf::CommandLine arguments(argc, argv,
-                                       {"frames", "radius", "trajectory", "longest-side", "width",
-                                        "height", "focal", "noise", "seed"},
-                                       {"help"});
-    if (arguments.has("help") || arguments.positional().size() != 2) {
-      std::fputs(dtsdf::kUsage, arguments.has("help") ? stdout : stderr);
-      return arguments.has("help") ? 0 : 2;
-    }
-    dtsdf::renderOrbit(arguments);
-    return 0;
-  } catch (const std::invalid_argument& error) {
-    std::fprintf(stderr, "render_orbit: %s (see --help)\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "render_orbit: %s\n", error.what());
-    return 1;
-  }
+  using namespace dtsdf;
+  return runProgram("render_orbit", argc, argv, [](const std::vector<std::string>& arguments) {
+    renderOrbit(readOptions(arguments));
+  });
 }

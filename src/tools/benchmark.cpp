@@ -8,11 +8,11 @@
 #include "io/raw_frames.h"
 #include "mapper/gpu.h"
 #include "mapper/probed_mapper.h"
+#include "program/progress_bar.h"
+#include "program/run_program.h"
 #include "tools/benchmark_options.h"
 #include "tools/benchmark_report.h"
 #include "tools/flight.h"
-#include "tools/progress_bar.h"
-#include "tools/run_program.h"
 
 namespace dtsdf {
 namespace {
@@ -53,28 +53,30 @@ CopyRates ratesOf(const std::string& backend_name) {
   return rates;
 }
 
-Report measureFrames(const BenchmarkOptions& options, const MapperParams& params) {
+Report measureFrames(const BenchmarkOptions& options, const RunSettings& settings) {
   const std::vector<SourceFrame> frames = readFrames(options);
   Measurement measurement;
   {
-    ProgressBar progress(2 * frames.size());
-    measurement = measure(frames, params, [&](size_t done) { progress.show(done); });
+    ProgressBar progress("frames", 2 * frames.size());
+    measurement = measure(frames, settings.params.mapper, settings.rules,
+                          [&](size_t done) { progress.show(done); });
   }
   return reportMeasurement(measurement, ratesOf(measurement.backend_name));
 }
 
-Report measureFlight(const BenchmarkOptions& options, MapperParams params) {
+Report measureFlight(const BenchmarkOptions& options, const RunSettings& settings) {
   constexpr double kMiB = 1024.0 * 1024.0;
   const FlightPlan plan{static_cast<size_t>(options.grow_to_gib * 1024.0 * kMiB), options.speed_m};
+  MapperParams params = settings.params.mapper;
   // Room for the last frame too.
   params.map.max_memory_mb =
       std::max(params.map.max_memory_mb, static_cast<int>(options.grow_to_gib * 1024.0) + 1024);
   Measurement end;
   const size_t taken = gpuMemoryTaken();
-  const auto mapper = makeProbedMapper(params);
+  const auto mapper = makeProbedMapper(params, settings.rules);
   std::vector<FrameTime> times;
   {
-    ProgressBar progress(static_cast<size_t>(static_cast<double>(plan.map_bytes) / kMiB));
+    ProgressBar progress("MiB", static_cast<size_t>(static_cast<double>(plan.map_bytes) / kMiB));
     times = fly(*mapper, plan, [&](size_t bytes) {
       progress.show(static_cast<size_t>(static_cast<double>(bytes) / kMiB));
     });
@@ -88,10 +90,10 @@ Report measureFlight(const BenchmarkOptions& options, MapperParams params) {
 
 void run(const BenchmarkOptions& options) {
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
-  const MapperParams params = readSettings(options).mapper;
+  const RunSettings settings = readSettings(options);
   const Report report = options.gpu_report ? reportGpuAndKernels(reportGpu())
-                        : options.flight   ? measureFlight(options, params)
-                                           : measureFrames(options, params);
+                        : options.flight   ? measureFlight(options, settings)
+                                           : measureFrames(options, settings);
   if (!options.report_path.empty()) writeFileAtomically(options.report_path, report.json);
   std::fputs(report.text.c_str(), stdout);
 }
@@ -102,11 +104,6 @@ void run(const BenchmarkOptions& options) {
 int main(int argc, char** argv) {
   using namespace dtsdf;
   return runProgram("benchmark", argc, argv, [](const std::vector<std::string>& arguments) {
-    const BenchmarkOptions options = parseBenchmarkOptions(arguments);
-    if (options.help) {
-      std::fputs(benchmarkHelp().c_str(), stdout);
-    } else {
-      run(options);
-    }
+    run(parseBenchmarkOptions(arguments));
   });
 }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/option_list.h"
+#include "tools/run_options.h"
 
 namespace dtsdf {
 
@@ -16,9 +16,7 @@ struct BenchmarkOptions : RunOptions {
   bool gpu_report = false;   ///< Only what the GPU is, and its kernels.
 };
 
-/// @throws UsageError that names the option.
+/// @throws UsageError that names the option, TextRequest for --help.
 BenchmarkOptions parseBenchmarkOptions(const std::vector<std::string>& arguments);
-
-std::string benchmarkHelp();
 
 }  // namespace dtsdf

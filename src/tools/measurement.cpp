@@ -1,11 +1,10 @@
-#include "mapper/gpu.h"
-#include "mapper/probed_mapper.h"
 #include "tools/measurement.h"
 
 #include <chrono>
 #include <stdexcept>
 
 #include "dtsdf_mapping/mesh.h"
+#include "mapper/gpu.h"
 
 namespace dtsdf {
 namespace {
@@ -28,9 +27,10 @@ void integrateOrThrow(ProbedMapper& mapper, const DepthFrame& frame) {
 
 /// What a frame takes in all, and what the map takes in the end.
 void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& params,
-                   const std::function<void(size_t)>& show_progress, Measurement& result) {
+                   const Rules& rules, const std::function<void(size_t)>& show_progress,
+                   Measurement& result) {
   const size_t taken = gpuMemoryTaken();
-  const auto mapper = makeProbedMapper(params);
+  const auto mapper = makeProbedMapper(params, rules);
   MeshStore store(params.map.voxel_size_m);
   for (const SourceFrame& frame : frames) {
     result.frames.push_back(timeFrame(*mapper, frame.depth,
@@ -49,8 +49,9 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
 }
 
 void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& params,
-                   const std::function<void(size_t)>& show_progress, Measurement& result) {
-  const auto mapper = makeProbedMapper(params);
+                   const Rules& rules, const std::function<void(size_t)>& show_progress,
+                   Measurement& result) {
+  const auto mapper = makeProbedMapper(params, rules);
   Profile profile;
   mapper->profileTo(&profile);
   for (const SourceFrame& frame : frames) {
@@ -65,8 +66,8 @@ void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& p
 
 /// As a live map works: the meshes of a frame are fetched while the next frame is fused.
 void measureOverlapped(const std::vector<SourceFrame>& frames, const MapperParams& params,
-                       Measurement& result) {
-  const auto mapper = makeProbedMapper(params);
+                       const Rules& rules, Measurement& result) {
+  const auto mapper = makeProbedMapper(params, rules);
   const auto start = Clock::now();
   for (const SourceFrame& frame : frames) {
     integrateOrThrow(*mapper, frame.depth);
@@ -96,12 +97,14 @@ FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
 }
 
 Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& params,
-                    const std::function<void(size_t)>& show_progress) {
+                    const Rules& rules, const std::function<void(size_t)>& show_progress) {
   if (frames.empty()) throw std::runtime_error("there are no frames to measure with");
   Measurement result;
-  measureTotals(frames, params, show_progress, result);
-  measureStages(frames, params, show_progress, result);
-  if (result.backend_name.rfind("cuda", 0) == 0) measureOverlapped(frames, params, result);
+  measureTotals(frames, params, rules, show_progress, result);
+  measureStages(frames, params, rules, show_progress, result);
+  if (result.backend_name.rfind("cuda", 0) == 0) {
+    measureOverlapped(frames, params, rules, result);
+  }
   return result;
 }
 

@@ -36,6 +36,6 @@ FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
 /// Measures with frames that lie in memory, with a mesh update after each. Each run has a map of
 /// its own. @throws std::runtime_error if a frame cannot be fused.
 Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& params,
-                    const std::function<void(size_t)>& show_progress);
+                    const Rules& rules, const std::function<void(size_t)>& show_progress);
 
 }  // namespace dtsdf

@@ -4,14 +4,14 @@
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
-#include "dtsdf_mapping/mapper.h"
 #include "io/atomic_file.h"
 #include "io/bag_frames.h"
-#include "tools/progress_bar.h"
+#include "mapper/probed_mapper.h"
+#include "program/progress_bar.h"
+#include "program/run_program.h"
 #include "tools/reconstruct_options.h"
 #include "tools/reconstruction.h"
 #include "tools/reconstruction_report.h"
-#include "tools/run_program.h"
 
 namespace dtsdf {
 namespace {
@@ -60,20 +60,21 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
 }
 
 void run(const ReconstructOptions& options) {
-  const MappingParams params = readSettings(options);
+  const RunSettings settings = readSettings(options);
+  const MapperParams& params = settings.params.mapper;
   // Found out now rather than after an hour of work.
   prepareOutputFile(options.mesh_path);
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
 
-  const auto source = prefetchFrames(openSource(options, params.node), kFramesAhead);
-  const auto mapper = makeMapper(params.mapper);
+  const auto source = prefetchFrames(openSource(options, settings.params.node), kFramesAhead);
+  const auto mapper = makeProbedMapper(params, settings.rules);
   ReconstructionResult result;
   {
-    ProgressBar progress(source->size());
-    result = reconstruct(*source, *mapper, params.mapper.map.voxel_size_m, options.mesh_every,
+    ProgressBar progress("frames", source->size());
+    result = reconstruct(*source, *mapper, params.map.voxel_size_m, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
-  saveMesh(result.mesh, params.mapper.mesh.colour, options.mesh_path);
+  saveMesh(result.mesh, params.mesh.colour, options.mesh_path);
   const std::string backend_name = mapper->backendName();
   if (!options.report_path.empty()) {
     writeFileAtomically(options.report_path, reportJson(result, backend_name));
@@ -87,11 +88,6 @@ void run(const ReconstructOptions& options) {
 int main(int argc, char** argv) {
   using namespace dtsdf;
   return runProgram("reconstruct", argc, argv, [](const std::vector<std::string>& arguments) {
-    const ReconstructOptions options = parseReconstructOptions(arguments);
-    if (options.help) {
-      std::fputs(reconstructHelp().c_str(), stdout);
-    } else {
-      run(options);
-    }
+    run(parseReconstructOptions(arguments));
   });
 }

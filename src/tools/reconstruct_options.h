@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/option_list.h"
+#include "tools/run_options.h"
 
 namespace dtsdf {
 
@@ -15,9 +15,7 @@ struct ReconstructOptions : RunOptions {
   std::string mesh_path;
 };
 
-/// @throws UsageError that names the option.
+/// @throws UsageError that names the option, TextRequest for --help.
 ReconstructOptions parseReconstructOptions(const std::vector<std::string>& arguments);
-
-std::string reconstructHelp();
 
 }  // namespace dtsdf

@@ -19,6 +19,16 @@ std::string usageErrorOf(const Arguments& arguments) {
   return "";
 }
 
+/// What is shown in place of work.
+std::string textAskedFor(const Arguments& arguments) {
+  try {
+    parseReconstructOptions(arguments);
+  } catch (const TextRequest& e) {
+    return e.what();
+  }
+  return "nothing was asked for";
+}
+
 TEST(ReconstructOptions, ReadsEveryOption) {
   const ReconstructOptions options = parseReconstructOptions({"--tum",
                                                               "dir",
@@ -67,9 +77,10 @@ TEST(ReconstructOptions, ReadsBagOptions) {
 }
 
 TEST(ReconstructOptions, HelpNeedsNothingElse) {
-  EXPECT_TRUE(parseReconstructOptions({"--help"}).help);
-  EXPECT_TRUE(parseReconstructOptions({"-h"}).help);
-  EXPECT_NE(reconstructHelp().find("FIRST:LAST:STEP"), std::string::npos);
+  for (const char* option : {"--help", "-h"}) {
+    EXPECT_NE(textAskedFor({option}).find("FIRST:LAST:STEP"), std::string::npos) << option;
+  }
+  EXPECT_EQ(textAskedFor({"--list-rules"}).find("usage"), std::string::npos);
 }
 
 TEST(ReconstructOptions, NamesWhatIsWrong) {
@@ -95,8 +106,8 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
       {{"--frames", "5:1"}, "--frames"},
       {{"--set", "key"}, "--set"},
       {{"--set", "key=1", "stray"}, "--set"},
-      {{"--bag", "a.bag"}, "either --tum DIR or --bag FILE"},
-      {{"--depth-topic", "/d"}, "only for --bag"},
+      {{"--bag", "a.bag"}, "one of --tum and --bag"},
+      {{"--depth-topic", "/d"}, "--depth-topic requires --bag"},
       {{"--report", "o.ply"}, "same file"},
   };
   EXPECT_EQ(usageErrorOf(good), "");

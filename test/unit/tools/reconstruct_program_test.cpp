@@ -95,7 +95,7 @@ TEST_F(ReconstructProgram, TakesTheNodesSettingsFile) {
 
 TEST_F(ReconstructProgram, ACommandLineThatIsWrongEndsWith2) {
   const std::string mesh = "--mesh " + (out_ / "mesh.ply") + " ";
-  expectError("", 2, "--tum DIR or --bag FILE");
+  expectError("", 2, "--tum and --bag");
   expectError(tum_option_, 2, "--mesh");
   expectError(tum_option_ + mesh + "--unknown", 2, "--unknown");
   expectError(tum_option_ + mesh + "--report", 2, "--report");

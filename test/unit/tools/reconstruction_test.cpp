@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "support/temporary_folder.h"
-#include "tools/progress_bar.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {
@@ -128,16 +127,6 @@ TEST(ReportJson, HasEveryKey) {
   EXPECT_EQ(report["refused_blocks"], 2);
   EXPECT_EQ(report["vertices"], 4);
   EXPECT_EQ(report["triangles"], 2);
-}
-
-TEST(ProgressLine, ShowsWhatIsKnown) {
-  const std::string line = progressLine(25, 100, 5.0);
-  EXPECT_NE(line.find("25 %"), std::string::npos) << line;
-  EXPECT_NE(line.find("25/100 frames, 5.0/s, 15 s left"), std::string::npos) << line;
-  EXPECT_EQ(progressLine(7, std::nullopt, 2.0), "7 frames, 3.5/s");
-  EXPECT_NE(progressLine(0, 10, 0.0), "");
-  EXPECT_NE(progressLine(0, 0, 0.0), "");
-  EXPECT_NE(progressLine(11, 10, 1.0).find("100 %"), std::string::npos);  // not beyond the bar
 }
 
 }  // namespace

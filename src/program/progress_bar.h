@@ -10,19 +10,20 @@ namespace dtsdf {
 
 class ProgressBar {
  public:
-  /// `total` is unknown for some recordings.
-  explicit ProgressBar(std::optional<size_t> total);
+  /// `what` is counted, as in "frames"; its `total` is unknown for some recordings.
+  ProgressBar(const std::string& what, std::optional<size_t> total);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Shows that `done` frames are done; redraws a few times a second at most.
+  /// Shows that so many are done; redraws a few times a second at most.
   void show(size_t done);
 
  private:
   using Clock = std::chrono::steady_clock;
 
   const bool enabled_;
+  const std::string what_;
   const std::optional<size_t> total_;
   const Clock::time_point start_;
   Clock::time_point last_drawn_;
@@ -30,6 +31,7 @@ class ProgressBar {
 };
 
 /// One line: the bar, counts, rate and time left, as far as the total is known.
-std::string progressLine(size_t done, std::optional<size_t> total, double elapsed_s);
+std::string progressLine(const std::string& what, size_t done, std::optional<size_t> total,
+                         double elapsed_s);
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-#include "tools/progress_bar.h"
+#include "program/progress_bar.h"
 
 #include <unistd.h>
 
@@ -13,24 +13,25 @@ constexpr std::chrono::milliseconds kRedrawInterval{100};
 
 }  // namespace
 
-std::string progressLine(size_t done, std::optional<size_t> total, double elapsed_s) {
+std::string progressLine(const std::string& what, size_t done, std::optional<size_t> total,
+                         double elapsed_s) {
   const double rate = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
   char text[160];
   if (!total || *total == 0) {
-    std::snprintf(text, sizeof(text), "%zu frames, %.1f/s", done, rate);
+    std::snprintf(text, sizeof(text), "%zu %s, %.1f/s", done, what.c_str(), rate);
     return text;
   }
   const size_t shown = std::min(done, *total);
   const size_t filled = kBarWidth * shown / *total;
   const std::string bar = std::string(filled, '=') + std::string(kBarWidth - filled, ' ');
   const double left_s = rate > 0.0 ? static_cast<double>(*total - shown) / rate : 0.0;
-  std::snprintf(text, sizeof(text), "[%s] %3zu %%  %zu/%zu frames, %.1f/s, %.0f s left",
-                bar.c_str(), 100 * shown / *total, done, *total, rate, left_s);
+  std::snprintf(text, sizeof(text), "[%s] %3zu %%  %zu/%zu %s, %.1f/s, %.0f s left", bar.c_str(),
+                100 * shown / *total, done, *total, what.c_str(), rate, left_s);
   return text;
 }
 
-ProgressBar::ProgressBar(std::optional<size_t> total)
-    : enabled_(isatty(STDERR_FILENO) == 1), total_(total), start_(Clock::now()) {}
+ProgressBar::ProgressBar(const std::string& what, std::optional<size_t> total)
+    : enabled_(isatty(STDERR_FILENO) == 1), what_(what), total_(total), start_(Clock::now()) {}
 
 ProgressBar::~ProgressBar() {
   if (drawn_length_ > 0) std::fprintf(stderr, "\r%*s\r", static_cast<int>(drawn_length_), "");
@@ -41,7 +42,7 @@ void ProgressBar::show(size_t done) {
   if (!enabled_ || now - last_drawn_ < kRedrawInterval) return;
   last_drawn_ = now;
   const std::string line =
-      progressLine(done, total_, std::chrono::duration<double>(now - start_).count());
+      progressLine(what_, done, total_, std::chrono::duration<double>(now - start_).count());
   // Blanks cover what a longer line before left behind.
   const int width = static_cast<int>(std::max(drawn_length_, line.size()));
   std::fprintf(stderr, "\r%-*s", width, line.c_str());

@@ -1,0 +1,108 @@
+/// Command lines of the programs, read by CLI11.
+///
+/// Its header takes ten seconds to compile, so that only command_line.cpp includes it; there, too,
+/// lies what differs between its versions.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/params/param_set.h"
+
+namespace dtsdf {
+
+/// The command line is wrong; the program ends with exit code 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A text was asked for in place of the program's work, as by --help.
+class TextRequest : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// How an option is called and explained. What has no dashes in its name is an argument, told from
+/// others by its place.
+struct OptionText {
+  std::string name;
+  std::string value;  ///< What stands for its value in the help.
+  std::string help;
+};
+
+/// Bounds of a Range: the least of all numbers above 0, and none.
+constexpr double kAboveZero = std::numeric_limits<double>::min();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+/// The text as a number; a whole one up to 1e15. @throws UsageError that tells the range.
+double readNumber(const std::string& text, Range range);
+double readWhole(const std::string& text, Range range);
+
+/// Numbers between commas. @throws UsageError
+std::vector<double> readNumbers(const std::string& text);
+
+/// The options of one program. Each is bound to a variable, whose value at that time is its
+/// default; none may be given twice, but for lists.
+class CommandLine {
+ public:
+  /// `usage` follows the program's name in the help, `about` says what the program does and `end`
+  /// is its last line.
+  CommandLine(const std::string& program, const std::string& usage, const std::string& about,
+              const std::string& end);
+  ~CommandLine();
+
+  /// The headline in the help of the options to come.
+  void beginGroup(const std::string& headline);
+
+  /// An option whose value is given to `read`; what that throws as UsageError or
+  /// std::invalid_argument becomes a UsageError with the option's name.
+  void add(const OptionText& text, const std::function<void(const std::string&)>& read);
+  void addText(const OptionText& text, std::string& target);
+  void addNumber(const OptionText& text, double& target, Range range);
+  void addNumber(const OptionText& text, std::optional<double>& target, Range range);
+  template <class Whole>
+  void addWhole(const OptionText& text, Whole& target, Range range);
+
+  /// Takes one value or more, and may be repeated; `read` is called for each.
+  void addList(const OptionText& text, const std::function<void(const std::string&)>& read);
+
+  void addFlag(const std::string& name, const std::string& help, bool& target);
+
+  /// A flag that shows a text and ends the program, whatever else is missing.
+  void addTextRequest(const std::string& name, const std::string& help,
+                      const std::function<std::string()>& text);
+
+  /// Rules for options that were added. Arguments are required in any case.
+  void require(const std::string& name);
+  void requireOneOf(const std::vector<std::string>& names);
+  void onlyWith(const std::string& name, const std::string& other);
+
+  /// Reads the arguments behind the program's name into the variables.
+  /// @throws UsageError that names the option, TextRequest for --help.
+  void parse(const std::vector<std::string>& arguments);
+
+  bool given(const std::string& name) const;
+
+  std::string help() const;
+
+ private:
+  struct State;
+  const std::unique_ptr<State> state_;
+};
+
+template <class Whole>
+void CommandLine::addWhole(const OptionText& text, Whole& target, Range range) {
+  OptionText with_default = text;
+  with_default.help += " (default " + std::to_string(target) + ")";
+  add(with_default, [&target, range](const std::string& value) {
+    target = static_cast<Whole>(readWhole(value, range));
+  });
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,119 @@
+#include "tools/run_options.h"
+
+#include "dtsdf_mapping/io/tum_frames.h"
+#include "dtsdf_mapping/io/yaml_params.h"
+#include "tools/rule_list.h"
+
+namespace dtsdf {
+namespace {
+
+std::string parseBackend(const std::string& text) {
+  if (text != "auto" && text != "cpu" && text != "cuda") {
+    throw UsageError("'" + text + "' is none of auto, cpu and cuda");
+  }
+  return text;
+}
+
+/// The form only: what the keys and values mean is told with the settings of the file.
+std::string parseSetting(const std::string& text) {
+  const size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+    throw UsageError("'" + text + "' is not of the form KEY=VALUE");
+  }
+  return text;
+}
+
+}  // namespace
+
+FrameSelection parseFrameSelection(const std::string& text) {
+  FrameSelection selection;
+  size_t* const parts[] = {&selection.first, &selection.last, &selection.step};
+  size_t begin = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    const size_t colon = text.find(':', begin);
+    const std::string part = text.substr(begin, colon - begin);
+    if (!part.empty()) {
+      *parts[i] = static_cast<size_t>(readWhole(part, {i == 2 ? 1.0 : 0.0, kUnbounded}));
+    }
+    if (colon == std::string::npos) {
+      if (i == 0) break;  // no colon at all
+      if (selection.first > selection.last) {
+        throw UsageError("LAST comes before FIRST in '" + text + "'");
+      }
+      return selection;
+    }
+    begin = colon + 1;
+  }
+  throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP");
+}
+
+void addTumOptions(CommandLine& line, RunOptions& options) {
+  line.addText({"--tum", "DIR",
+                "TUM RGB-D folder: depth.txt, groundtruth.txt (camera to world) and "
+                "camera_info.yaml"},
+               options.tum_folder);
+  line.addNumber({"--depth-scale", "UNITS", "units per metre of the folder's 16-bit images"},
+                 options.units_per_metre, {kAboveZero, kUnbounded});
+  line.addNumber({"--pose-tolerance", "SECONDS",
+                  "a frame is skipped if no pose is so near its stamp; between two poses it gets "
+                  "an interpolated one"},
+                 options.pose_tolerance_s, {kAboveZero, kUnbounded});
+  line.onlyWith("--depth-scale", "--tum");
+  line.onlyWith("--pose-tolerance", "--tum");
+}
+
+void addFrameOptions(CommandLine& line, RunOptions& options) {
+  line.add({"--frames", "FIRST:LAST:STEP",
+            "depth images to use, by index from 0 on: FIRST, FIRST+STEP, ... up to and with LAST; "
+            "parts may be left out, as in 100:, :99 or ::2"},
+           [&](const std::string& value) { options.frames = parseFrameSelection(value); });
+}
+
+void addMapperOptions(CommandLine& line, RunOptions& options) {
+  line.addText({"--config", "FILE",
+                "settings as in config/default.yaml (default: the built-in defaults)"},
+               options.config_path);
+  line.addList({"--set", "KEY=VALUE ...",
+                "single settings, over those of the file; may be repeated. Keys that start with "
+                "rules/ are for experiments: they change numbers that belong to the method, here "
+                "and in the file"},
+               [&](const std::string& value) { options.settings.push_back(parseSetting(value)); });
+  line.addTextRequest("--list-rules", "show the keys under rules/ with their defaults and end",
+                      [] { return listRules(); });
+  line.add({"--backend", "auto|cpu|cuda", "where to compute, over the setting `backend`"},
+           [&](const std::string& value) { options.backend = parseBackend(value); });
+  line.add({"--threads", "N", "CPU threads (0: all cores), over the setting `threads`"},
+           [&](const std::string& value) {
+             options.threads = static_cast<int>(readWhole(value, {0, 1024}));
+           });
+}
+
+void addReportOptions(CommandLine& line, RunOptions& options) {
+  line.addText({"--report", "OUT.json", "times and counts"}, options.report_path);
+}
+
+RunSettings readSettings(const RunOptions& options) {
+  ParamTree tree;
+  if (!options.config_path.empty()) tree = loadYamlParams(options.config_path);
+  for (const std::string& setting : options.settings) setParam(setting, tree);
+  if (options.backend) tree["backend"] = *options.backend;
+  if (options.threads) tree["threads"] = *options.threads;
+  RunSettings settings;
+  ParamReader reader(tree);
+  visitParams(settings.params, reader);
+  visitRules(settings.rules, reader);
+  checkParams(settings.params.mapper, reader);
+  reader.finish();
+  return settings;
+}
+
+std::unique_ptr<FrameSource> openTumSource(const RunOptions& options) {
+  TumOptions tum;
+  tum.folder = options.tum_folder;
+  tum.units_per_metre = options.units_per_metre;
+  tum.pose_tolerance_s = options.pose_tolerance_s;
+  tum.selection = options.frames;
+  return openTumFrames(tum);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,160 @@
+#include "program/command_line.h"
+
+#include <gtest/gtest.h>
+
+namespace dtsdf {
+namespace {
+
+using Arguments = std::vector<std::string>;
+
+struct Options {
+  std::string in, text = "some";
+  double size = 7.0;
+  std::optional<double> scale;
+  int count = 3;
+  std::vector<std::string> list;
+  std::vector<double> numbers;
+  bool flag = false;
+};
+
+void addAll(CommandLine& line, Options& options) {
+  line.addText({"IN.ply", "", "the input"}, options.in);
+  line.addText({"--text", "TEXT", "a text"}, options.text);
+  line.addNumber({"--size", "METRES", "a number"}, options.size, {kAboveZero, 10.0});
+  line.addNumber({"--scale", "S", "another"}, options.scale, {-1.0, kUnbounded});
+  line.addWhole({"--count", "N", "a whole number"}, options.count, {1, 9});
+  line.addList({"--list", "ITEM ...", "a list"},
+               [&](const std::string& text) { options.list.push_back(text); });
+  line.add({"--numbers", "A,B,...", "numbers"},
+           [&](const std::string& text) { options.numbers = readNumbers(text); });
+  line.add({"--odd", "ODD", "refused by another part of the program"},
+           [](const std::string&) { throw std::invalid_argument("too odd"); });
+  line.addFlag("--flag", "a flag", options.flag);
+  line.addTextRequest("--show", "show a text", [] { return std::string("shown"); });
+  line.onlyWith("--scale", "--size");
+}
+
+Options parse(const Arguments& arguments) {
+  Options options;
+  CommandLine line("program", "IN.ply [options]", "Does something.", "The end.");
+  addAll(line, options);
+  line.parse(arguments);
+  return options;
+}
+
+std::string usageErrorOf(const Arguments& arguments) {
+  try {
+    parse(arguments);
+  } catch (const UsageError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+std::string textAskedFor(const Arguments& arguments) {
+  try {
+    parse(arguments);
+  } catch (const TextRequest& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(CommandLine, ReadsOptionsAndArguments) {
+  const Options options =
+      parse({"--text", "a b", "--size=2.5", "--scale", "-0.5", "a.ply", "--count", "4", "--flag",
+             "--list", "x", "--numbers", "-1,2.5", "--list=z=1"});
+  EXPECT_EQ(options.in, "a.ply");
+  EXPECT_EQ(options.text, "a b");
+  EXPECT_EQ(options.size, 2.5);
+  EXPECT_EQ(options.scale, -0.5);
+  EXPECT_EQ(options.count, 4);
+  EXPECT_TRUE(options.flag);
+  EXPECT_EQ(options.list, Arguments({"x", "z=1"}));
+  EXPECT_EQ(options.numbers, (std::vector<double>{-1.0, 2.5}));
+}
+
+TEST(CommandLine, TakesTextsThatLookLikeOptionsBehindAnEqualsSign) {
+  EXPECT_EQ(parse({"a.ply", "--text=--flag"}).text, "--flag");
+}
+
+TEST(CommandLine, KeepsDefaults) {
+  const Options options = parse({"a.ply"});
+  EXPECT_EQ(options.text, "some");
+  EXPECT_TRUE(options.list.empty());
+  EXPECT_EQ(options.size, 7.0);
+  EXPECT_FALSE(options.scale);
+  EXPECT_EQ(options.count, 3);
+  EXPECT_FALSE(options.flag);
+}
+
+TEST(CommandLine, ListsTakeSeveralValuesAndMayBeRepeated) {
+  EXPECT_EQ(parse({"a.ply", "--list", "x", "y", "--list=z"}).list, (Arguments{"x", "y", "z"}));
+}
+
+TEST(CommandLine, NamesWhatIsWrong) {
+  const std::pair<Arguments, std::string> cases[] = {
+      {{}, "IN.ply"},
+      {{"a.ply", "b.ply"}, "'b.ply' belongs to no option"},
+      {{"a.ply", ""}, "''"},
+      {{"--unknown"}, "unknown option --unknown"},  // before what is missing
+      {{"a.ply", "-u"}, "unknown option -u"},
+      {{"a.ply", "--text"}, "--text needs a value (TEXT)"},
+      {{"a.ply", "--text="}, "--text needs a value (TEXT)"},
+      {{"a.ply", "--text", "--flag"}, "--text needs a value (TEXT)"},
+      {{"a.ply", "--text", ""}, "--text needs a value (TEXT)"},
+      {{"a.ply", "--text", "a", "--text", "b"}, "--text is given twice"},
+      {{"a.ply", "--flag", "--flag"}, "--flag is given twice"},
+      {{"--flag=yes", "a.ply"}, "--flag takes no value"},
+      {{"--help=yes"}, "--help takes no value"},
+      {{"a.ply", "--list"}, "--list needs a value (ITEM ...)"},
+      {{"a.ply", "--list", "--flag"}, "--list needs a value (ITEM ...)"},
+      {{"a.ply", "--size", "3x"}, "--size: '3x' is not a number above 0 up to 10"},
+      {{"a.ply", "--size", "0"}, "--size: '0'"},
+      {{"a.ply", "--size", "nan"}, "--size"},
+      {{"a.ply", "--size", "10.1"}, "--size"},
+      {{"a.ply", "--count", "1.5"}, "--count: '1.5' is not a whole number from 1 to 9"},
+      {{"a.ply", "--count", "0"}, "--count"},
+      {{"a.ply", "--count", "99999999999999999999"}, "--count"},
+      {{"a.ply", "--numbers", "1,,2"}, "--numbers: '' is not a number"},
+      {{"a.ply", "--numbers", "1,"}, "--numbers"},
+      {{"a.ply", "--odd", "1"}, "--odd: too odd"},
+      {{"a.ply", "--scale", "1"}, "--scale requires --size"},
+  };
+  for (const auto& [arguments, expected] : cases) {
+    EXPECT_NE(usageErrorOf(arguments).find(expected), std::string::npos)
+        << expected << " -> " << usageErrorOf(arguments);
+  }
+}
+
+TEST(CommandLine, ChoicesTakeExactlyOne) {
+  const auto errorOf = [](const Arguments& arguments) {
+    std::string a, b;
+    CommandLine line("program", "", "", "");
+    line.addText({"--a", "A", ""}, a);
+    line.addText({"--b", "B", ""}, b);
+    line.requireOneOf({"--a", "--b"});
+    try {
+      line.parse(arguments);
+    } catch (const UsageError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(errorOf({"--b", "1"}), "");
+  EXPECT_EQ(errorOf({}), "give one of --a and --b");
+  EXPECT_EQ(errorOf({"--a", "1", "--b", "1"}), "give one of --a and --b");
+}
+
+TEST(CommandLine, ShowsTextsWhateverIsMissing) {
+  EXPECT_EQ(textAskedFor({"--show"}), "shown");
+  const std::string help = textAskedFor({"--flag", "-h"});
+  for (const char* text : {"usage: program IN.ply [options]", "Does something.", "the input",
+                           "--size METRES", "a number (default 7)", "a text (default some)",
+                           "whole number (default 3)", "--help", "The end."}) {
+    EXPECT_NE(help.find(text), std::string::npos) << text << " is not in\n" << help;
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

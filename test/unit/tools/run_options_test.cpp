@@ -1,0 +1,50 @@
+#include "tools/run_options.h"
+
+#include <gtest/gtest.h>
+
+#include "support/temporary_folder.h"
+#include "tools/rule_list.h"
+
+namespace dtsdf {
+namespace {
+
+std::vector<std::string> violationsOf(const RunOptions& options) {
+  try {
+    readSettings(options);
+  } catch (const ParamError& e) {
+    return e.violations();
+  }
+  return {};
+}
+
+TEST(RunSettings, ReportsSettingsAndRulesTogether) {
+  RunOptions options;
+  options.settings = {"map/voxel_size_m=-1", "rules/none=1"};
+  const std::vector<std::string> violations = violationsOf(options);
+  ASSERT_EQ(violations.size(), 2u);
+  EXPECT_EQ(violations[0].find("map/voxel_size_m = -1"), 0u) << violations[0];
+  EXPECT_EQ(violations[1], "rules/none = 1: no such parameter");
+}
+
+/// Numbers of each kind that a rule may have.
+struct SomeRules {
+  float share = 0.02f;
+  int32_t least = 3;
+};
+
+template <class Visitor>
+void visitRules(SomeRules& rules, Visitor& visit) {
+  visit("rules/some/share", rules.share, Range{0.0, 1.0});
+  visit("rules/some/least", rules.least, Range{1, 9});
+}
+
+TEST(RuleList, HasKeyValueAndRange) {
+  SomeRules rules;
+  RuleLister lister;
+  visitRules(rules, lister);
+  EXPECT_EQ(lister.text,
+            "rules/some/share = 0.02 in [0, 1]\nrules/some/least = 3 in [1, 9]\n");
+}
+
+}  // namespace
+}  // namespace dtsdf

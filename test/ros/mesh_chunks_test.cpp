@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "kernels/core/grid.h"
+
 namespace dtsdf {
 namespace {
 

@@ -79,6 +79,44 @@ TEST(DepthImage, DoesNotCopyWhatIsFineAsItIs) {
   EXPECT_EQ(frame.row_bytes, 8u);
 }
 
+TEST(DepthImage, TakesDataThatEndEarlyOrGoOn) {
+  sensor_msgs::Image image = makeImage(false, 2);
+  image.data.resize(image.data.size() - 2);  // no padding after the last row
+  ASSERT_FALSE(checkDepthImage(image, makeInfo()));
+  cv_bridge::CvImageConstPtr pixels;
+  EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), makeInfo(), {}, pixels)), kPixels);
+  image.data.resize(1000);
+  ASSERT_FALSE(checkDepthImage(image, makeInfo()));
+  EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), makeInfo(), {}, pixels)), kPixels);
+}
+
+TEST(DepthImage, TakesMono16AsDepth) {
+  for (const bool big_endian : {false, true}) {
+    sensor_msgs::Image image = makeImage(big_endian, 1);
+    image.encoding = "mono16";
+    ASSERT_FALSE(checkDepthImage(image, makeInfo()));
+    cv_bridge::CvImageConstPtr pixels;
+    const DepthFrame frame = makeDepthFrame(share(image), makeInfo(), {}, pixels);
+    EXPECT_EQ(frame.encoding, DepthEncoding::kUint16);
+    EXPECT_EQ(pixelsOf(frame), kPixels);
+  }
+}
+
+TEST(DepthImage, SwapsFloats) {
+  const float depth_m = 1.25f;
+  sensor_msgs::Image image = makeImage(true);
+  image.encoding = "32FC1";
+  image.step = 12;
+  image.data.resize(24);
+  for (size_t i = 0; i < 24; ++i) {
+    image.data[i] = reinterpret_cast<const uint8_t*>(&depth_m)[3 - i % 4];
+  }
+  cv_bridge::CvImageConstPtr pixels;
+  const DepthFrame frame = makeDepthFrame(share(image), makeInfo(), {}, pixels);
+  EXPECT_EQ(frame.row_bytes, 12u);
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(static_cast<const float*>(frame.data)[i], depth_m);
+}
+
 TEST(DepthImage, UnitFollowsTheEncoding) {
   cv_bridge::CvImageConstPtr pixels;
   sensor_msgs::Image image = makeImage();
@@ -105,6 +143,13 @@ TEST(DepthImage, RefusesWhatItCannotUse) {
   EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
   image = makeImage();
   image.width = 0;
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  image = makeImage();
+  image.width = image.height = 0x80000000u;  // times 2 bytes: 0 in 32 bits
+  image.step = 0;
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  image = makeImage();
+  image.height = 0x40000000u;
   EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
   image = makeImage();
   image.height = 0;

@@ -59,9 +59,6 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << session_.report().backend << ", voxels of "
                                                      << params_.mapper.map.voxel_size_m << " m");
   advertiseServices(private_nh);
-  newcomers_thread_.start();
-  save_thread_.start();
-  clear_thread_.start();
   camera_ = std::make_unique<CameraInput>(
       nh, private_nh, accounting_, [this](const auto& image, const auto& info) {
         intake_.push(image, info);
@@ -71,6 +68,10 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       nh, private_nh,
       StatusPublisher::Options{params_.node.map_frame, params_.node.publish.status_rate_hz},
       [this] { return collectStatus(); });
+  // Last, so that nobody waits for a loop that a failing constructor has ended.
+  newcomers_thread_.start();
+  save_thread_.start();
+  clear_thread_.start();
 }
 
 MappingNode::~MappingNode() {

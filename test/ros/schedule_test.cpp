@@ -1,4 +1,4 @@
-#include "ros/session/schedule.h"
+#include "ros/common/schedule.h"
 
 #include <gtest/gtest.h>
 

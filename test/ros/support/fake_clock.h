@@ -1,7 +1,7 @@
 /// A clock that stands still until a test turns its hands.
 #pragma once
 
-#include "ros/session/steady_clock.h"
+#include "ros/common/steady_clock.h"
 
 namespace dtsdf {
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -18,7 +19,11 @@ struct Mesh {
   std::vector<std::array<uint32_t, 3>> triangles; ///< Counter-clockwise seen from the free side.
 };
 
-/// The latest mesh of every block. Feed it each MeshUpdate of a mapper, in order.
+/// A block's mesh, shared by whoever shows, keeps or saves it; it never changes once it is made.
+using SharedBlockMesh = std::shared_ptr<const BlockMesh>;
+
+/// The latest mesh of every block. Feed it each MeshUpdate of a mapper, in order. A copy shares the
+/// meshes, so it is cheap.
 class MeshStore {
  public:
   /// A store without blocks, for a mapper with voxels of this size.
@@ -27,11 +32,14 @@ class MeshStore {
   /// Takes over what has changed.
   void apply(const MeshUpdate& update);
 
+  /// Replaces the mesh of one block without copying it; one without triangles removes the block.
+  void put(SharedBlockMesh block);
+
   /// Forgets all blocks; goes with Mapper::clear().
   void clear();
 
   /// The blocks' meshes in canonical order (by packed key); none of them is empty.
-  const std::map<PackedKey, BlockMesh>& blocks() const { return blocks_; }
+  const std::map<PackedKey, SharedBlockMesh>& blocks() const { return blocks_; }
 
   /// Edge of a voxel in metres.
   float voxelSize() const { return voxel_size_m_; }
@@ -50,7 +58,7 @@ class MeshStore {
 
  private:
   float voxel_size_m_;
-  std::map<PackedKey, BlockMesh> blocks_;
+  std::map<PackedKey, SharedBlockMesh> blocks_;
   size_t triangle_count_ = 0;
 };
 

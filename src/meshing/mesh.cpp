@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
+#include <utility>
 
 #include "kernels/meshing/corner_grid.h"
 
@@ -100,18 +101,18 @@ std::array<uint8_t, 3> hueToRgb(float hue) {
 MeshStore::MeshStore(float voxel_size_m) : voxel_size_m_(voxel_size_m) {}
 
 void MeshStore::apply(const MeshUpdate& update) {
-  for (const BlockMesh& block : update.blocks) {
-    const PackedKey key = packKey(block.key);
-    const auto it = blocks_.find(key);
-    if (it != blocks_.end()) triangle_count_ -= it->second.triangles.size() / 3;
-    triangle_count_ += block.triangles.size() / 3;
-    if (block.triangles.empty()) {
-      if (it != blocks_.end()) blocks_.erase(it);
-    } else if (it != blocks_.end()) {
-      it->second = block;
-    } else {
-      blocks_.emplace(key, block);
-    }
+  for (const BlockMesh& block : update.blocks) put(std::make_shared<const BlockMesh>(block));
+}
+
+void MeshStore::put(SharedBlockMesh block) {
+  const PackedKey key = packKey(block->key);
+  const auto it = blocks_.find(key);
+  if (it != blocks_.end()) triangle_count_ -= it->second->triangles.size() / 3;
+  triangle_count_ += block->triangles.size() / 3;
+  if (!block->triangles.empty()) {
+    blocks_[key] = std::move(block);
+  } else if (it != blocks_.end()) {
+    blocks_.erase(it);
   }
 }
 
@@ -130,7 +131,7 @@ Vec3f MeshStore::positionInMap(const BlockKey& key, const BlockVertex& vertex) c
 
 Mesh MeshStore::assemble() const {
   Assembler assembler(*this);
-  for (const auto& [key, block] : blocks_) assembler.add(block);
+  for (const auto& [key, block] : blocks_) assembler.add(*block);
   return assembler.finish();
 }
 
@@ -138,7 +139,7 @@ Mesh MeshStore::assemble(const std::vector<PackedKey>& keys) const {
   Assembler assembler(*this);
   for (const PackedKey key : keys) {
     const auto it = blocks_.find(key);
-    if (it != blocks_.end()) assembler.add(it->second);
+    if (it != blocks_.end()) assembler.add(*it->second);
   }
   return assembler.finish();
 }

@@ -5,12 +5,18 @@ find_package(catkin REQUIRED COMPONENTS
   message_generation nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2 tf2_msgs tf2_ros
   visualization_msgs)
 
-# Not among the components above: their exported libraries (VTK, rosbag) would end up in every
-# target. Only their headers are used, but for dtsdf_bag and dtsdf_surface_points.
+# Not among the components above: their exported libraries (VTK, rosbag, with cv_bridge the whole of
+# OpenCV) would end up in every target. Only their headers are used, but for dtsdf_bag,
+# dtsdf_surface_points and dtsdf_ros_conversions.
+find_package(cv_bridge REQUIRED)
 find_package(pcl_conversions REQUIRED)
 find_package(pcl_ros REQUIRED)
 find_package(rosbag REQUIRED)
 find_package(PCL REQUIRED COMPONENTS common)
+
+# cv_bridge itself brings the parts of OpenCV that it needs.
+set(DTSDF_CV_BRIDGE_LIBRARY ${cv_bridge_LIBRARIES})
+list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 
 add_message_files(FILES DropCount.msg MapStatus.msg)
 add_service_files(FILES SaveMesh.srv)

@@ -43,8 +43,8 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
   result.device_bytes = gpuMemoryTakenSince(taken);
   result.triangles = store.triangleCount();
   for (const auto& [key, mesh] : store.blocks()) {
-    result.mesh_bytes += mesh.vertices.size() * sizeof(BlockVertex) +
-                         mesh.triangles.size() * sizeof(uint16_t);
+    result.mesh_bytes += mesh->vertices.size() * sizeof(BlockVertex) +
+                         mesh->triangles.size() * sizeof(uint16_t);
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/make_shared.hpp>
+
 #include <cstring>
 #include <limits>
 
@@ -36,6 +38,10 @@ sensor_msgs::Image makeImage(bool big_endian = false, uint32_t padding = 0) {
   return image;
 }
 
+sensor_msgs::ImageConstPtr share(const sensor_msgs::Image& image) {
+  return boost::make_shared<const sensor_msgs::Image>(image);
+}
+
 std::vector<uint16_t> pixelsOf(const DepthFrame& frame) {
   std::vector<uint16_t> pixels(6);
   for (size_t i = 0; i < 6; ++i) {
@@ -58,30 +64,67 @@ TEST(DepthImage, TakesEveryByteOrderAndPadding) {
     for (const uint32_t padding : {0u, 2u, 3u}) {
       const sensor_msgs::Image image = makeImage(big_endian, padding);
       ASSERT_FALSE(checkDepthImage(image, makeInfo())) << big_endian << " " << padding;
-      std::vector<uint8_t> repacked;
-      EXPECT_EQ(pixelsOf(makeDepthFrame(image, makeInfo(), {}, repacked)), kPixels)
+      cv_bridge::CvImageConstPtr pixels;
+      EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), makeInfo(), {}, pixels)), kPixels)
           << big_endian << " " << padding;
     }
   }
 }
 
 TEST(DepthImage, DoesNotCopyWhatIsFineAsItIs) {
-  const sensor_msgs::Image image = makeImage(false, 2);
-  std::vector<uint8_t> repacked;
-  const DepthFrame frame = makeDepthFrame(image, makeInfo(), {}, repacked);
-  EXPECT_EQ(frame.data, image.data.data());
+  const sensor_msgs::ImageConstPtr image = share(makeImage(false, 2));
+  cv_bridge::CvImageConstPtr pixels;
+  const DepthFrame frame = makeDepthFrame(image, makeInfo(), {}, pixels);
+  EXPECT_EQ(frame.data, image->data.data());
   EXPECT_EQ(frame.row_bytes, 8u);
-  EXPECT_TRUE(repacked.empty());
+}
+
+TEST(DepthImage, TakesDataThatEndEarlyOrGoOn) {
+  sensor_msgs::Image image = makeImage(false, 2);
+  image.data.resize(image.data.size() - 2);  // no padding after the last row
+  ASSERT_FALSE(checkDepthImage(image, makeInfo()));
+  cv_bridge::CvImageConstPtr pixels;
+  EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), makeInfo(), {}, pixels)), kPixels);
+  image.data.resize(1000);
+  ASSERT_FALSE(checkDepthImage(image, makeInfo()));
+  EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), makeInfo(), {}, pixels)), kPixels);
+}
+
+TEST(DepthImage, TakesMono16AsDepth) {
+  for (const bool big_endian : {false, true}) {
+    sensor_msgs::Image image = makeImage(big_endian, 1);
+    image.encoding = "mono16";
+    ASSERT_FALSE(checkDepthImage(image, makeInfo()));
+    cv_bridge::CvImageConstPtr pixels;
+    const DepthFrame frame = makeDepthFrame(share(image), makeInfo(), {}, pixels);
+    EXPECT_EQ(frame.encoding, DepthEncoding::kUint16);
+    EXPECT_EQ(pixelsOf(frame), kPixels);
+  }
+}
+
+TEST(DepthImage, SwapsFloats) {
+  const float depth_m = 1.25f;
+  sensor_msgs::Image image = makeImage(true);
+  image.encoding = "32FC1";
+  image.step = 12;
+  image.data.resize(24);
+  for (size_t i = 0; i < 24; ++i) {
+    image.data[i] = reinterpret_cast<const uint8_t*>(&depth_m)[3 - i % 4];
+  }
+  cv_bridge::CvImageConstPtr pixels;
+  const DepthFrame frame = makeDepthFrame(share(image), makeInfo(), {}, pixels);
+  EXPECT_EQ(frame.row_bytes, 12u);
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(static_cast<const float*>(frame.data)[i], depth_m);
 }
 
 TEST(DepthImage, UnitFollowsTheEncoding) {
-  std::vector<uint8_t> repacked;
+  cv_bridge::CvImageConstPtr pixels;
   sensor_msgs::Image image = makeImage();
-  EXPECT_FLOAT_EQ(makeDepthFrame(image, makeInfo(), {0.0002f, 1.0f}, repacked).unit_m, 0.0002f);
+  EXPECT_FLOAT_EQ(makeDepthFrame(share(image), makeInfo(), {0.0002f, 1.0f}, pixels).unit_m, 0.0002f);
   image.encoding = "32FC1";
   image.step = 12;
   image.data.assign(24, 0);
-  const DepthFrame frame = makeDepthFrame(image, makeInfo(), {0.0002f, 1.0f}, repacked);
+  const DepthFrame frame = makeDepthFrame(share(image), makeInfo(), {0.0002f, 1.0f}, pixels);
   EXPECT_FLOAT_EQ(frame.unit_m, 1.0f);
   EXPECT_EQ(frame.encoding, DepthEncoding::kFloat32);
 }
@@ -100,6 +143,13 @@ TEST(DepthImage, RefusesWhatItCannotUse) {
   EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
   image = makeImage();
   image.width = 0;
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  image = makeImage();
+  image.width = image.height = 0x80000000u;  // times 2 bytes: 0 in 32 bits
+  image.step = 0;
+  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  image = makeImage();
+  image.height = 0x40000000u;
   EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
   image = makeImage();
   image.height = 0;

@@ -5,20 +5,20 @@
 
 #include <algorithm>
 
+#include "kernels/core/grid.h"
+
 namespace dtsdf {
 namespace {
 
-MeshUpdate changeOf(const std::vector<BlockKey>& keys) {
-  MeshUpdate update;
-  for (const BlockKey& key : keys) update.blocks.push_back({key, {}, {}});
-  return update;
+void markChanged(MeshChunks& chunks, const std::vector<BlockKey>& blocks) {
+  for (const BlockKey& block : blocks) chunks.markChanged(block);
 }
 
 TEST(MeshChunks, EachBlockIsInTheOneChunkThatItMarks) {
   for (const BlockKey key : {BlockKey{0, 0, 0}, BlockKey{-1, 0, 3}, BlockKey{-4, -5, 4},
                              BlockKey{kMaxBlockCoordinate, -kMaxBlockCoordinate, 7}}) {
     MeshChunks chunks(4);
-    chunks.markChanged(changeOf({key}));
+    chunks.markChanged(key);
     ASSERT_EQ(chunks.changed().size(), 1u);
     const auto blocks = chunks.blocksOf(*chunks.changed().begin());
     EXPECT_EQ(std::count(blocks.begin(), blocks.end(), packKey(key)), 1);
@@ -28,7 +28,7 @@ TEST(MeshChunks, EachBlockIsInTheOneChunkThatItMarks) {
 
 TEST(MeshChunks, KeepIdsAndForgetChanges) {
   MeshChunks chunks(4);
-  chunks.markChanged(changeOf({{0, 0, 0}, {3, 3, 3}, {4, 0, 0}}));
+  markChanged(chunks, {{0, 0, 0}, {3, 3, 3}, {4, 0, 0}});
   ASSERT_EQ(chunks.all().size(), 2u);
   const PackedKey first = chunks.all()[0];
   const PackedKey second = chunks.all()[1];
@@ -37,7 +37,7 @@ TEST(MeshChunks, KeepIdsAndForgetChanges) {
 
   chunks.forgetChanges();
   EXPECT_TRUE(chunks.changed().empty());
-  chunks.markChanged(changeOf({{-9, -9, -9}, {1, 1, 1}}));
+  markChanged(chunks, {{-9, -9, -9}, {1, 1, 1}});
   EXPECT_EQ(chunks.changed().size(), 2u);
   EXPECT_EQ(chunks.idOf(first), id);
   chunks.markAllChanged();

@@ -42,14 +42,14 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
   EXPECT_TRUE(says(makeStatus(input), "nobody listens"));
   input.mesh_listeners = 1;
   EXPECT_TRUE(says(makeStatus(input), "no triangles yet"));
-  input.map.triangles = 1;
+  input.output.triangles = 1;
   EXPECT_EQ(makeStatus(input).message, "mapping");
 }
 
 TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   StatusInput input = makeInput();
   input.frames.fused = 10;
-  input.map.triangles = 1;
+  input.output.triangles = 1;
   input.newly_dropped = 3;
   input.newly_fused = 2;
   input.frames.last_drop = "the reason";

@@ -7,6 +7,7 @@
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <vector>
@@ -55,12 +56,6 @@ std::string chooseDepthTopic(const rosbag::Bag& bag, const std::string& path) {
 std::string topicBeside(const std::string& topic, const std::string& name) {
   return topic.substr(0, topic.rfind('/') + 1) + name;
 }
-
-/// The pixels of a frame, whoever holds them.
-struct Pixels {
-  sensor_msgs::ImageConstPtr image;
-  std::vector<uint8_t> repacked;
-};
 
 class BagFrames : public FrameSource {
  public:
@@ -162,10 +157,9 @@ class BagFrames : public FrameSource {
     const std::optional<Eigen::Isometry3d> T_W_C = poseOf(*image);
     if (!T_W_C) return skip(toString(DropReason::kNoTransform));
 
-    auto pixels = std::make_shared<Pixels>();
-    pixels->image = image;
+    const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     SourceFrame frame;
-    frame.depth = makeDepthFrame(*image, *info->second, units_, pixels->repacked);
+    frame.depth = makeDepthFrame(image, *info->second, units_, *pixels);
     frame.depth.T_W_C = *T_W_C;
     frame.pixels = pixels;
     frame.stamp_s = image->header.stamp.toSec();

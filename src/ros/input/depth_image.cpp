@@ -2,6 +2,8 @@
 
 #include <sensor_msgs/image_encodings.h>
 
+#include <boost/make_shared.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -24,13 +26,6 @@ std::optional<PixelFormat> pixelFormatOf(const std::string& encoding) {
   }
   if (encoding == enc::TYPE_32FC1) return PixelFormat{DepthEncoding::kFloat32, sizeof(float)};
   return std::nullopt;
-}
-
-bool machineIsBigEndian() {
-  const uint16_t one = 1;
-  uint8_t first = 0;
-  std::memcpy(&first, &one, 1);
-  return first == 0;
 }
 
 /// The region of interest counts only if it is set; all zeros mean the whole image.
@@ -85,17 +80,27 @@ std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, const Pixe
   return Rejection{DropReason::kBadImage, text.str()};
 }
 
-/// Copies the rows without padding, in the machine's byte order.
-void repack(const sensor_msgs::Image& image, size_t pixel_bytes, std::vector<uint8_t>& packed) {
-  const size_t row_bytes = image.width * pixel_bytes;
-  packed.resize(row_bytes * image.height);
+/// cv_bridge throws where the data go on after the last row or end without its padding, and OpenCV
+/// where rows do not begin on whole pixels.
+bool isTidy(const sensor_msgs::Image& image, size_t pixel_bytes) {
+  return image.step % pixel_bytes == 0 &&
+         image.data.size() == static_cast<size_t>(image.step) * image.height;
+}
+
+/// The image without padding.
+sensor_msgs::ImageConstPtr makeTidy(const sensor_msgs::Image& image, size_t pixel_bytes) {
+  const auto tidy = boost::make_shared<sensor_msgs::Image>();
+  tidy->header = image.header;
+  tidy->encoding = image.encoding;
+  tidy->is_bigendian = image.is_bigendian;
+  tidy->width = image.width;
+  tidy->height = image.height;
+  tidy->step = static_cast<uint32_t>(image.width * pixel_bytes);
+  tidy->data.resize(static_cast<size_t>(tidy->step) * image.height);
   for (size_t v = 0; v < image.height; ++v) {
-    std::memcpy(&packed[v * row_bytes], &image.data[v * image.step], row_bytes);
+    std::memcpy(&tidy->data[v * tidy->step], &image.data[v * image.step], tidy->step);
   }
-  if (static_cast<bool>(image.is_bigendian) == machineIsBigEndian()) return;
-  for (size_t i = 0; i < packed.size(); i += pixel_bytes) {
-    std::reverse(&packed[i], &packed[i] + pixel_bytes);
-  }
+  return tidy;
 }
 
 }  // namespace
@@ -127,25 +132,22 @@ std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
   return checkIntrinsics(info);
 }
 
-DepthFrame makeDepthFrame(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info,
-                          const DepthUnits& units, std::vector<uint8_t>& repacked) {
-  const PixelFormat format = *pixelFormatOf(image.encoding);
+DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
+                          const sensor_msgs::CameraInfo& info, const DepthUnits& units,
+                          cv_bridge::CvImageConstPtr& pixels) {
+  const PixelFormat format = *pixelFormatOf(image->encoding);
+  pixels = cv_bridge::toCvShare(isTidy(*image, format.bytes) ? image
+                                                             : makeTidy(*image, format.bytes));
   DepthFrame frame;
-  frame.width = static_cast<int>(image.width);
-  frame.height = static_cast<int>(image.height);
+  // Size and type by the message: cv_bridge leaves a matrix of bytes where it has swapped them.
+  frame.width = static_cast<int>(image->width);
+  frame.height = static_cast<int>(image->height);
   frame.encoding = format.encoding;
   frame.unit_m =
       format.encoding == DepthEncoding::kUint16 ? units.unit_16uc1_m : units.unit_32fc1_m;
   frame.intrinsics = intrinsicsOf(info);
-  const bool foreign = static_cast<bool>(image.is_bigendian) != machineIsBigEndian();
-  if (foreign || image.step % format.bytes != 0) {
-    repack(image, format.bytes, repacked);
-    frame.data = repacked.data();
-    frame.row_bytes = image.width * format.bytes;
-  } else {
-    frame.data = image.data.data();
-    frame.row_bytes = image.step;
-  }
+  frame.data = pixels->image.data;
+  frame.row_bytes = pixels->image.step[0];
   return frame;
 }
 

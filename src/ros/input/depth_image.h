@@ -1,12 +1,11 @@
 /// From sensor_msgs to the mapper's depth frame: what is accepted, and with what unit.
 #pragma once
 
+#include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
-#include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "ros/input/drop_reason.h"
 
@@ -25,9 +24,12 @@ Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
 std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
                                          const sensor_msgs::CameraInfo& info);
 
-/// The frame of an image that passed checkDepthImage(), without its pose. Its data points into the
-/// image, or into `repacked` where the byte order or the rows are not the machine's.
-DepthFrame makeDepthFrame(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info,
-                          const DepthUnits& units, std::vector<uint8_t>& repacked);
+/// The frame of an image that passed checkDepthImage(), without its pose. Its data live in `pixels`,
+/// which shares them with the message, or has a copy where the byte order is not the machine's or
+/// the rows are of no whole pixels.
+/// @throws cv_bridge::Exception or cv::Exception for what the check should have refused.
+DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
+                          const sensor_msgs::CameraInfo& info, const DepthUnits& units,
+                          cv_bridge::CvImageConstPtr& pixels);
 
 }  // namespace dtsdf

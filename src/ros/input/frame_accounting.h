@@ -23,7 +23,7 @@ struct FrameCounts {
   uint64_t droppedSum() const;
 };
 
-/// Used from the callbacks' and the worker's thread.
+/// Thread safe: callbacks, intake and map all count here.
 class FrameAccounting {
  public:
   void imageReceived();

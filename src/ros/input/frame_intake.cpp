@@ -2,49 +2,63 @@
 
 #include <ros/console.h>
 
+#include <exception>
 #include <utility>
 
 #include "params/frame_name.h"
+#include "ros/common/callback_guard.h"
 #include "ros/input/depth_image.h"
 
 namespace dtsdf {
 namespace {
 
+using std::chrono::milliseconds;
+
 /// Stamps that go back by more than this mean a new recording or a loop of it; less is disorder.
 constexpr double kTimeJump_s = 0.5;
+/// How often a waiting frame asks for its transform.
+constexpr milliseconds kTransformPoll{5};
+/// Until the next image, which wakes the thread.
+constexpr milliseconds kIdle{1000};
 
 }  // namespace
 
-FrameIntake::FrameIntake(const InputParams& params, PoseSource& poses, FrameAccounting& accounting)
+FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, SteadyClock clock)
     : params_(params),
-      poses_(poses),
-      accounting_(accounting),
+      parts_(parts),
+      clock_(std::move(clock)),
       motion_gate_(params.max_speed_m_s, params.max_turn_deg_s) {}
 
 void FrameIntake::push(const sensor_msgs::ImageConstPtr& image,
                        const sensor_msgs::CameraInfoConstPtr& info) {
   const ros::Time stamp = image->header.stamp;
-  if (paused()) return accounting_.dropped(DropReason::kPaused, stamp, "mapping is paused");
+  if (paused()) return parts_.accounting.dropped(DropReason::kPaused, stamp, "mapping is paused");
   if (const auto rejection = check(*image, *info)) {
-    return accounting_.dropped(rejection->reason, stamp, rejection->text);
+    return parts_.accounting.dropped(rejection->reason, stamp, rejection->text);
   }
   handleTimeJump(stamp);
-
-  std::optional<WaitingFrame> oldest;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    queue_.push_back({image, info, Clock::now()});
-    if (queue_.size() > static_cast<size_t>(params_.queue_size)) {
-      oldest = std::move(queue_.front());
-      queue_.pop_front();
-    }
+    queue_.push_back({image, info, clock_()});
   }
-  if (oldest) {
-    const std::string waited_for = waitingFor();
-    accounting_.dropped(DropReason::kQueueFull, oldest->image->header.stamp,
-                        "frames come faster than they can be fused, or wait too long (" +
-                            (waited_for.empty() ? "every transform is there" : waited_for) + ")");
+  if (size() > static_cast<size_t>(params_.queue_size)) dropOldest();
+}
+
+void FrameIntake::dropOldest() {
+  const std::string waited_for = waitingFor();
+  ros::Time stamp;
+  if (const std::optional<PosedFrame> oldest = parts_.posed_frames.take()) {
+    stamp = oldest->stamp;
+  } else {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (queue_.empty()) return;  // the map has taken some meanwhile
+    stamp = queue_.front().image->header.stamp;
+    queue_.pop_front();
   }
+  parts_.accounting.dropped(DropReason::kQueueFull, stamp,
+                            "frames come faster than they can be fused, or wait too long (" +
+                                (waited_for.empty() ? "every transform is there" : waited_for) +
+                                ")");
 }
 
 std::optional<Rejection> FrameIntake::check(const sensor_msgs::Image& image,
@@ -72,26 +86,49 @@ void FrameIntake::handleTimeJump(const ros::Time& stamp) {
                                                 "the map is kept (clear_map empties it)");
   dropAll(DropReason::kTimeJump, "stamps went back while it waited");
   // Under simulated time the listener has done so itself, and new transforms may be in by now.
-  if (!ros::Time::isSimTime()) poses_.clear();
+  if (!ros::Time::isSimTime()) parts_.poses.clear();
 }
 
-std::optional<PosedFrame> FrameIntake::next() {
-  while (const std::optional<WaitingFrame> frame = front()) {
-    const ros::Time stamp = frame->image->header.stamp;
-    const PoseAnswer pose = poses_.lookUp(cameraFrame(*frame->image), stamp);
-    if (pose.kind == PoseAnswer::Kind::kNotYet && !timedOut(*frame)) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      waiting_for_ = pose.text;
-      return std::nullopt;
+milliseconds FrameIntake::step() noexcept {
+  guarded("intake of frames", [this] {
+    while (passOnFirst()) {
     }
-    if (!popFront(*frame)) continue;  // was pushed out meanwhile
-    if (const auto rejection = judge(*frame, pose)) {
-      accounting_.dropped(rejection->reason, stamp, rejection->text);
-      continue;
-    }
-    return PosedFrame{frame->image, frame->info, pose.T_W_C};
+  });
+  return front() ? kTransformPoll : kIdle;
+}
+
+/// False if there is no frame, or the first one has to wait.
+bool FrameIntake::passOnFirst() {
+  const std::optional<WaitingFrame> frame = front();
+  if (!frame) return false;
+  const PoseAnswer pose =
+      parts_.poses.lookUp(cameraFrame(*frame->image), frame->image->header.stamp);
+  if (pose.kind == PoseAnswer::Kind::kNotYet && !timedOut(*frame)) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    waiting_for_ = pose.text;
+    return false;
   }
-  return std::nullopt;
+  if (popFront(*frame)) passOn(*frame, pose);  // else it was pushed out meanwhile
+  return true;
+}
+
+void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
+  PosedFrame posed;
+  posed.stamp = frame.image->header.stamp;
+  std::optional<Rejection> rejection = judge(frame, pose);
+  try {
+    if (!rejection) {
+      posed.depth = makeDepthFrame(frame.image, *frame.info,
+                                   {params_.unit_16uc1_m, params_.unit_32fc1_m}, posed.pixels);
+    }
+  } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
+    rejection = Rejection{DropReason::kBadImage, error.what()};
+  }
+  if (rejection) {
+    return parts_.accounting.dropped(rejection->reason, posed.stamp, rejection->text);
+  }
+  posed.depth.T_W_C = pose.T_W_C;
+  parts_.posed_frames.push(std::move(posed));
 }
 
 std::optional<Rejection> FrameIntake::judge(const WaitingFrame& frame, const PoseAnswer& pose) {
@@ -110,7 +147,7 @@ std::optional<Rejection> FrameIntake::judge(const WaitingFrame& frame, const Pos
 }
 
 bool FrameIntake::timedOut(const WaitingFrame& frame) const {
-  return Clock::now() - frame.arrival >= std::chrono::duration<double>(params_.tf_timeout_s);
+  return clock_() - frame.arrival >= toSteadyDuration(params_.tf_timeout_s);
 }
 
 std::optional<FrameIntake::WaitingFrame> FrameIntake::front() const {
@@ -128,14 +165,17 @@ bool FrameIntake::popFront(const WaitingFrame& frame) {
 }
 
 void FrameIntake::dropAll(DropReason reason, const std::string& text) {
-  std::deque<WaitingFrame> dropped;
+  std::deque<WaitingFrame> waiting;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    dropped.swap(queue_);
+    waiting.swap(queue_);
     waiting_for_.clear();
   }
-  for (const WaitingFrame& frame : dropped) {
-    accounting_.dropped(reason, frame.image->header.stamp, text);
+  for (const PosedFrame& frame : parts_.posed_frames.takeAll()) {
+    parts_.accounting.dropped(reason, frame.stamp, text);
+  }
+  for (const WaitingFrame& frame : waiting) {
+    parts_.accounting.dropped(reason, frame.image->header.stamp, text);
   }
 }
 
@@ -154,7 +194,7 @@ bool FrameIntake::paused() const {
 
 size_t FrameIntake::size() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return queue_.size();
+  return queue_.size() + parts_.posed_frames.size();
 }
 
 std::string FrameIntake::waitingFor() const {

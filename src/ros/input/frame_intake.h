@@ -1,10 +1,9 @@
-/// The bounded queue in which frames wait for their transform and their turn.
+/// Where frames wait for their transform, and in which order they go on to the map.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
-#include <Eigen/Geometry>
 #include <chrono>
 #include <deque>
 #include <mutex>
@@ -12,59 +11,71 @@
 #include <string>
 
 #include "params/node_params.h"
+#include "ros/common/steady_clock.h"
 #include "ros/input/frame_accounting.h"
+#include "ros/input/frame_queue.h"
 #include "ros/input/motion_gate.h"
 #include "ros/input/pose_source.h"
 
 namespace dtsdf {
 
-struct PosedFrame {
-  sensor_msgs::ImageConstPtr image;
-  sensor_msgs::CameraInfoConstPtr info;
-  Eigen::Isometry3d T_W_C;
-};
-
-/// Frames come in on the callbacks' thread and go out, each with its true pose, on the worker's.
+/// Frames come in on the callbacks' thread; on a thread of its own each gets its true pose and goes
+/// on to the map's queue. Both queues together are bounded.
 class FrameIntake {
  public:
-  FrameIntake(const InputParams& params, PoseSource& poses, FrameAccounting& accounting);
+  /// What the intake works with; all of it outlives it.
+  struct Parts {
+    PoseSource& poses;
+    FrameAccounting& accounting;
+    FrameQueue& posed_frames;
+  };
 
-  /// Takes a frame that passes the checks; the oldest is dropped when the queue is full.
+  FrameIntake(const InputParams& params, const Parts& parts,
+              SteadyClock clock = std::chrono::steady_clock::now);
+
+  /// Callbacks' thread: takes a frame that passes the checks; the oldest is dropped where there is
+  /// no room.
   void push(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
 
-  /// The next frame whose pose is known; drops those whose pose will not come. Does not wait.
-  std::optional<PosedFrame> next();
+  /// Intake's thread: passes on the frames whose pose is known and drops those whose pose will not
+  /// come. Returns how long there will be nothing to do.
+  std::chrono::milliseconds step() noexcept;
 
   /// While paused, frames are dropped, those that wait included.
   void setPaused(bool paused);
   bool paused() const;
+
+  /// Frames that wait for their transform or their turn.
   size_t size() const;
 
   /// What the first frame in the queue waits for; empty if it does not wait.
   std::string waitingFor() const;
 
  private:
-  using Clock = std::chrono::steady_clock;
   struct WaitingFrame {
     sensor_msgs::ImageConstPtr image;
     sensor_msgs::CameraInfoConstPtr info;
-    Clock::time_point arrival;
+    SteadyTime arrival;
   };
 
   std::string cameraFrame(const sensor_msgs::Image& image) const;
   std::optional<Rejection> check(const sensor_msgs::Image& image,
                                  const sensor_msgs::CameraInfo& info) const;
   void handleTimeJump(const ros::Time& stamp);
+  void dropOldest();
   void dropAll(DropReason reason, const std::string& text);
+
+  bool passOnFirst();
+  void passOn(const WaitingFrame& frame, const PoseAnswer& pose);
   bool timedOut(const WaitingFrame& frame) const;
   std::optional<WaitingFrame> front() const;
   bool popFront(const WaitingFrame& frame);
   std::optional<Rejection> judge(const WaitingFrame& frame, const PoseAnswer& pose);
 
   InputParams params_;
-  PoseSource& poses_;
-  FrameAccounting& accounting_;
-  MotionGate motion_gate_;  ///< Worker's thread only.
+  Parts parts_;
+  SteadyClock clock_;
+  MotionGate motion_gate_;  ///< Intake's thread only.
   ros::Time last_stamp_;    ///< Callbacks' thread only.
 
   mutable std::mutex mutex_;  ///< Guards what follows.

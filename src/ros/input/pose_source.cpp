@@ -8,17 +8,9 @@
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
-namespace {
 
-/// Longer than any frame waits in a queue that keeps up.
-constexpr double kKept_s = 30.0;
-
-}  // namespace
-
-PoseSource::PoseSource(const ros::NodeHandle& nh, const std::string& map_frame)
-    : map_frame_(stripLeadingSlash(map_frame)),
-      buffer_(ros::Duration(kKept_s)),
-      listener_(buffer_, nh, true) {}
+PoseSource::PoseSource(tf2::BufferCore& transforms, const std::string& map_frame)
+    : map_frame_(stripLeadingSlash(map_frame)), transforms_(transforms) {}
 
 PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& stamp) const {
   // Before the look-up itself: a transform that arrives in between may not count as one that has
@@ -26,7 +18,7 @@ PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& 
   const NewestTransform newest = findNewest(camera_frame);
   PoseAnswer answer;
   try {
-    answer.T_W_C = toIsometry(buffer_.lookupTransform(map_frame_, camera_frame, stamp).transform);
+    answer.T_W_C = toIsometry(transforms_.lookupTransform(map_frame_, camera_frame, stamp).transform);
     answer.kind = PoseAnswer::Kind::kKnown;
     return answer;
   } catch (const std::runtime_error&) {
@@ -40,7 +32,7 @@ PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& 
 
 PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_frame) const {
   try {
-    return {buffer_.lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp, ""};
+    return {transforms_.lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp, ""};
   } catch (const std::runtime_error& error) {
     return {std::nullopt, error.what()};
   }

@@ -1,9 +1,8 @@
 /// The camera's pose in the map frame at an image's stamp, from tf2.
 #pragma once
 
-#include <ros/node_handle.h>
+#include <ros/time.h>
 #include <tf2/buffer_core.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <Eigen/Geometry>
 #include <optional>
@@ -22,15 +21,15 @@ struct PoseAnswer {
   std::string text;  ///< Unless known: what is missing, and what the newest transform is.
 };
 
-/// Thread safe. Listens to /tf and /tf_static on a thread of its own.
+/// Thread safe, like the buffer, which somebody else fills.
 class PoseSource {
  public:
-  PoseSource(const ros::NodeHandle& nh, const std::string& map_frame);
+  PoseSource(tf2::BufferCore& transforms, const std::string& map_frame);
 
   PoseAnswer lookUp(const std::string& camera_frame, const ros::Time& stamp) const;
 
   /// Forgets all transforms that are not static, after a jump of time.
-  void clear() { buffer_.clear(); }
+  void clear() { transforms_.clear(); }
 
   const std::string& mapFrame() const { return map_frame_; }
 
@@ -45,8 +44,7 @@ class PoseSource {
                        const ros::Time& stamp) const;
 
   std::string map_frame_;
-  tf2::BufferCore buffer_;
-  tf2_ros::TransformListener listener_;
+  tf2::BufferCore& transforms_;
 };
 
 }  // namespace dtsdf

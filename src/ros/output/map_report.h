@@ -1,4 +1,4 @@
-/// What is told about the map while the node runs.
+/// What is told about map and mesh while the node runs.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,13 @@ struct MapReport {
   std::string backend;
   std::string failure;  ///< Of the backend; empty while it works.
   MapStats stats;
-  size_t triangles = 0;
-  double integrate_ms = 0.0, mesh_ms = 0.0, publish_ms = 0.0;
+  double integrate_ms = 0.0, mesh_ms = 0.0;
+};
+
+/// What the status tells about the output.
+struct OutputReport {
+  size_t triangles = 0;  ///< Of the mesh as it was handed over last.
+  double publish_ms = 0.0;
 };
 
 }  // namespace dtsdf

@@ -16,12 +16,10 @@ PackedKey MeshChunks::chunkOf(const BlockKey& block) const {
                   floorDivide(block.z, chunk_blocks_)});
 }
 
-void MeshChunks::markChanged(const MeshUpdate& update) {
-  for (const BlockMesh& block : update.blocks) {
-    const PackedKey chunk = chunkOf(block.key);
-    ids_.emplace(chunk, static_cast<int>(ids_.size()));
-    changed_.insert(chunk);
-  }
+void MeshChunks::markChanged(const BlockKey& block) {
+  const PackedKey chunk = chunkOf(block);
+  ids_.emplace(chunk, static_cast<int>(ids_.size()));
+  changed_.insert(chunk);
 }
 
 void MeshChunks::markAllChanged() {

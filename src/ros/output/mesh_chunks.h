@@ -14,8 +14,8 @@ class MeshChunks {
  public:
   explicit MeshChunks(int chunk_blocks) : chunk_blocks_(chunk_blocks) {}
 
-  /// The chunks of these blocks have changed.
-  void markChanged(const MeshUpdate& update);
+  /// The chunk of this block has changed.
+  void markChanged(const BlockKey& block);
   void markAllChanged();
 
   const std::set<PackedKey>& changed() const { return changed_; }

@@ -13,8 +13,8 @@
 
 namespace dtsdf {
 
-/// Worker's thread only, but for hasListeners(), listeners() and the callback, which is called by the queue of
-/// the node handle.
+/// Output's thread only, but for hasListeners(), listeners() and the callback, which is called by the
+/// queue of the node handle.
 class MeshPublisher {
  public:
   using OnNewcomer = std::function<void(const ros::SingleSubscriberPublisher&)>;
@@ -33,7 +33,7 @@ class MeshPublisher {
   size_t listeners() const { return publisher_.getNumSubscribers(); }
   bool hasChanges() const { return !chunks_.changed().empty(); }
 
-  void noteChanges(const MeshUpdate& update) { chunks_.markChanged(update); }
+  void noteChange(const BlockKey& block) { chunks_.markChanged(block); }
   void noteCleared() { chunks_.markAllChanged(); }
 
   void publishChanges(const MeshStore& mesh);

@@ -35,7 +35,7 @@ Verdict judgeFirstFrame(const StatusInput& in) {
 }
 
 std::string describeMesh(const StatusInput& in) {
-  if (in.map.triangles > 0) return "mapping";
+  if (in.output.triangles > 0) return "mapping";
   if (in.mesh_listeners == 0) return "mapping; no mesh yet, as nobody listens to it";
   return "mapping; no triangles yet: no surface has been seen well enough";
 }
@@ -88,11 +88,11 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in) {
   status.map_bytes = in.map.stats.map_bytes;
   status.max_map_bytes = in.max_map_bytes;
   status.refused_blocks = in.map.stats.refused_blocks;
-  status.triangles = in.map.triangles;
+  status.triangles = in.output.triangles;
 
   status.integrate_ms = static_cast<float>(in.map.integrate_ms);
   status.mesh_ms = static_cast<float>(in.map.mesh_ms);
-  status.publish_ms = static_cast<float>(in.map.publish_ms);
+  status.publish_ms = static_cast<float>(in.output.publish_ms);
   return status;
 }
 

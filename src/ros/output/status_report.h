@@ -14,6 +14,7 @@ namespace dtsdf {
 struct StatusInput {
   FrameCounts frames;
   MapReport map;
+  OutputReport output;
   bool paused = false;
   size_t frames_waiting = 0;
   std::string waiting_for;  ///< What the first frame in the queue waits for.

@@ -1,83 +1,73 @@
-/// The map at work: fuses the frames that come, keeps the mesh and feeds its publishers.
+/// The map at work: fuses the frames that come, extracts the mesh and hands over what changed.
 #pragma once
 
 #include <ros/time.h>
 
 #include <chrono>
-#include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <vector>
 
 #include "dtsdf_mapping/mapper.h"
-#include "dtsdf_mapping/mesh.h"
-#include "params/node_params.h"
+#include "ros/common/schedule.h"
 #include "ros/input/frame_accounting.h"
-#include "ros/input/frame_intake.h"
+#include "ros/input/frame_queue.h"
 #include "ros/output/map_report.h"
-#include "ros/output/mesh_publisher.h"
-#include "ros/output/surface_points_publisher.h"
+#include "ros/output/mesh_handover.h"
 
 namespace dtsdf {
 
-/// Worker's thread only, but for report().
+/// Map's thread only, but for report(). It waits for nobody: neither for transforms nor for
+/// whoever shows or saves the mesh.
 class MapSession {
  public:
   /// What the session works with; all of it outlives it.
   struct Parts {
-    FrameIntake& intake;
+    FrameQueue& frames;
     FrameAccounting& accounting;
-    MeshPublisher& mesh_publisher;
-    SurfacePointsPublisher& points_publisher;
+    MeshHandover& mesh_changes;
+    std::function<bool()> mesh_wanted;  ///< Whether anybody listens.
   };
 
-  /// @throws std::runtime_error if the backend asked for cannot be used.
-  MapSession(const MappingParams& params, const Parts& parts);
+  MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
+             SteadyClock clock = std::chrono::steady_clock::now);
 
-  /// Fuses a frame and publishes what is due. Returns how long there will be nothing to do. A
-  /// failing backend is reported, and the frames after it are dropped.
+  /// Does what is due. Returns how long there will be nothing to do. After a failure of the backend
+  /// frames are dropped until clear() has made a new start.
   std::chrono::milliseconds step() noexcept;
 
-  /// Sends the whole mesh, brought up to date, to one subscriber.
-  void publishAll(const ros::SingleSubscriberPublisher& newcomer);
-
-  /// The whole mesh, brought up to date, also after a failure that has left the map usable.
+  /// Hands over what the mesh lacks, also after a failure that has left the map usable.
   /// @throws std::runtime_error if it has not.
-  Mesh currentMesh();
+  void bringMeshUpToDate();
 
+  /// Empties map and mesh, and starts over after a failure.
+  /// @throws std::runtime_error if the backend cannot even do that.
   void clear();
 
   MapReport report() const;
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  bool fuseNext();
+  MapSchedule::Situation situation() const;
+  void act(MapSchedule::Action action);
+  void fuseNext();
   void fuse(const PosedFrame& frame);
-  void updateMeshWhenDue(bool idle);
-  void updateMesh();
+  void beginMesh();
   void finishMesh();
-  void publishWhenDue();
   void updateReport();
+  bool hasFailed() const { return !report_.failure.empty(); }
   void fail(const std::string& text);
 
-  MappingParams params_;
-  Parts parts_;
   std::unique_ptr<Mapper> mapper_;
-  MeshStore mesh_;
-  std::vector<uint8_t> repacked_;  ///< Reused for images of foreign byte order.
+  Parts parts_;
+  MapSchedule schedule_;
 
-  bool map_changed_ = false;    ///< Since the last extraction was begun.
-  bool mesh_begun_ = false;
-  bool mesh_whole_ = true;      ///< False once an extraction was lost.
-  int frames_since_begin_ = 0;
-  ros::Time mesh_stamp_;        ///< Of the newest frame in the map.
-  bool report_outdated_ = false;
-  Clock::time_point next_mesh_, next_publish_, next_points_, next_report_;
+  bool mesh_whole_ = true;  ///< False while an extraction is under way, and once one was lost.
+  ros::Time map_stamp_;     ///< Of the newest frame in the map.
+  ros::Time mesh_stamp_;    ///< The same when the last extraction was begun.
 
   mutable std::mutex report_mutex_;
-  MapReport report_;
+  MapReport report_;  ///< Only this thread writes.
 };
 
 }  // namespace dtsdf

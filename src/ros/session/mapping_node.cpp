@@ -2,9 +2,9 @@
 
 #include <ros/console.h>
 
+#include <algorithm>
 #include <utility>
 
-#include "dtsdf_mapping/io/mesh_file.h"
 #include "ros/common/callback_guard.h"
 #include "ros/common/param_server.h"
 #include "ros/output/mesh_saver.h"
@@ -12,68 +12,97 @@
 namespace dtsdf {
 namespace {
 
+/// For how long transforms are kept: longer than any frame waits in a queue that keeps up.
+constexpr double kTransformsKept_s = 30.0;
+
 MappingParams readParams(const ros::NodeHandle& private_nh) {
   const ServerParams server = readParamServer(private_nh);
   return readMappingParams(server.tree, server.violations);
 }
 
-ros::NodeHandle withQueue(ros::NodeHandle nh, ros::CallbackQueue& queue) {
-  nh.setCallbackQueue(&queue);
-  return nh;
+MeshOutput::Options outputOptions(const MappingParams& params) {
+  const PublishParams& publish = params.node.publish;
+  return {params.mapper.map.voxel_size_m, params.mapper.mesh.colour, publish.mesh_rate_hz,
+          publish.points_rate_hz};
+}
+
+/// The mesh is extracted as often as one of its two topics may need it.
+double meshRate(const PublishParams& publish) {
+  return std::max(publish.mesh_rate_hz, publish.points_rate_hz);
 }
 
 }  // namespace
 
 MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : params_(readParams(private_nh)),
-      service_nh_(withQueue(private_nh, service_queue_)),
-      poses_(nh, params_.node.map_frame),
-      intake_(params_.node.input, poses_, accounting_),
-      mesh_publisher_(service_nh_,
+      transforms_(ros::Duration(kTransformsKept_s)),
+      transform_listener_(transforms_, nh, true),
+      poses_(transforms_, params_.node.map_frame),
+      posed_frames_([this] { map_loop_.wake(); }),
+      intake_(params_.node.input, {poses_, accounting_, posed_frames_}),
+      mesh_publisher_(newcomers_thread_.serve(private_nh),
                       {params_.node.map_frame, params_.mapper.mesh.colour,
                        params_.node.publish.chunk_blocks},
                       [this](const auto& newcomer) { onNewcomer(newcomer); }),
-      points_publisher_(service_nh_, params_.node.map_frame, params_.mapper.mesh.colour),
-      session_(params_, {intake_, accounting_, mesh_publisher_, points_publisher_}),
-      worker_([this] { return session_.step(); }),
-      service_spinner_(1, &service_queue_) {
+      points_publisher_(newcomers_thread_.serve(private_nh), params_.node.map_frame,
+                        params_.mapper.mesh.colour),
+      mesh_changes_([this] { output_loop_.wake(); }),
+      output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
+      session_(makeMapper(params_.mapper), meshRate(params_.node.publish),
+               {posed_frames_, accounting_, mesh_changes_,
+                [this] {
+                  return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
+                }}),
+      output_loop_([this] { return output_.step(); }),
+      map_loop_([this] { return session_.step(); }),
+      intake_loop_([this] { return intake_.step(); }) {
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << session_.report().backend << ", voxels of "
                                                      << params_.mapper.map.voxel_size_m << " m");
-  advertiseServices();
-  service_spinner_.start();
+  advertiseServices(private_nh);
   camera_ = std::make_unique<CameraInput>(
       nh, private_nh, accounting_, [this](const auto& image, const auto& info) {
         intake_.push(image, info);
-        worker_.wake();
+        intake_loop_.wake();
       });
   status_ = std::make_unique<StatusPublisher>(
       nh, private_nh,
       StatusPublisher::Options{params_.node.map_frame, params_.node.publish.status_rate_hz},
       [this] { return collectStatus(); });
+  // Last, so that nobody waits for a loop that a failing constructor has ended.
+  newcomers_thread_.start();
+  save_thread_.start();
+  clear_thread_.start();
 }
 
 MappingNode::~MappingNode() {
-  // From the outside in: nothing may call into a part that is gone. Whoever waits for the worker
-  // is served before the worker ends.
+  // From the outside in: nothing may call into a part that is gone. Whoever waits for a loop is
+  // served before the loop ends.
   status_.reset();
   camera_.reset();
   save_mesh_.shutdown();
   clear_map_.shutdown();
   pause_.shutdown();
-  service_spinner_.stop();
-  worker_.stop();
+  newcomers_thread_.stop();
+  save_thread_.stop();
+  clear_thread_.stop();
+  intake_loop_.stop();
+  map_loop_.stop();
+  output_loop_.stop();
 }
 
-void MappingNode::advertiseServices() {
-  save_mesh_ = service_nh_.advertiseService("save_mesh", &MappingNode::onSaveMesh, this);
-  clear_map_ = service_nh_.advertiseService("clear_map", &MappingNode::onClearMap, this);
-  pause_ = service_nh_.advertiseService("pause", &MappingNode::onPause, this);
+void MappingNode::advertiseServices(ros::NodeHandle private_nh) {
+  save_mesh_ = save_thread_.serve(private_nh)
+                   .advertiseService("save_mesh", &MappingNode::onSaveMesh, this);
+  clear_map_ = clear_thread_.serve(private_nh)
+                   .advertiseService("clear_map", &MappingNode::onClearMap, this);
+  pause_ = private_nh.advertiseService("pause", &MappingNode::onPause, this);
 }
 
 StatusInput MappingNode::collectStatus() const {
   StatusInput input;
   input.frames = accounting_.counts();
   input.map = session_.report();
+  input.output = output_.report();
   input.paused = intake_.paused();
   input.frames_waiting = intake_.size();
   input.waiting_for = intake_.waitingFor();
@@ -86,20 +115,21 @@ StatusInput MappingNode::collectStatus() const {
 }
 
 void MappingNode::onNewcomer(const ros::SingleSubscriberPublisher& newcomer) {
-  // Sent by the worker, so that no change published meanwhile is overtaken by an older mesh.
-  worker_.run([&] { session_.publishAll(newcomer); }).get();
+  map_loop_.wake();  // someone listens now
+  // Sent by the output's loop, so that no change published meanwhile is overtaken by an older mesh.
+  output_loop_.run([&] { output_.publishAll(newcomer); }).get();
 }
 
 bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
                              dtsdf_mapping::SaveMesh::Response& response) {
   try {
     const std::string path = resolveMeshPath(params_.node.output_directory, request.file_name);
-    const Mesh mesh = worker_.run([this] { return session_.currentMesh(); }).get();
-    saveMesh(mesh, params_.mapper.mesh.colour, path);
+    map_loop_.run([this] { session_.bringMeshUpToDate(); }).get();
+    const SavedMesh saved = output_loop_.run([&] { return output_.save(path); }).get();
     response.success = true;
     response.path = path;
-    response.vertices = mesh.vertices_m.size();
-    response.triangles = mesh.triangles.size();
+    response.vertices = saved.vertices;
+    response.triangles = saved.triangles;
     response.message = "saved " + std::to_string(response.triangles) + " triangles to " + path;
     ROS_INFO_STREAM_NAMED("dtsdf_mapping", response.message);
   } catch (const std::exception& error) {
@@ -111,8 +141,11 @@ bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
 }
 
 bool MappingNode::onClearMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  response.success =
-      guarded("clear_map", [this] { worker_.run([this] { session_.clear(); }).get(); });
+  response.success = guarded("clear_map", [this] {
+    map_loop_.run([this] { session_.clear(); }).get();
+    // Once this has returned, nothing of the old mesh is on its way to a topic any more.
+    output_loop_.run([this] { output_.takeChanges(); }).get();
+  });
   response.message = response.success ? "the map is empty" : "failed; the log says why";
   return true;
 }

@@ -2,24 +2,29 @@
 #pragma once
 
 #include <dtsdf_mapping/SaveMesh.h>
-#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
-#include <ros/spinner.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
+#include <tf2/buffer_core.h>
+#include <tf2_ros/transform_listener.h>
 
 #include <memory>
 
+#include "params/node_params.h"
+#include "ros/common/worker_thread.h"
 #include "ros/input/camera_input.h"
+#include "ros/input/frame_intake.h"
+#include "ros/output/mesh_output.h"
 #include "ros/output/status_publisher.h"
+#include "ros/session/callback_thread.h"
 #include "ros/session/map_session.h"
-#include "ros/session/worker_thread.h"
 
 namespace dtsdf {
 
-/// The same for the nodelet and the node. Three kinds of threads: the one(s) of the caller's node
-/// handles take images and publish the status; the worker owns the map; one of our own answers
-/// services and newcomers, which wait for the worker.
+/// The same for the nodelet and the node. Three loops, each on its own thread and joined by queues:
+/// intake (transforms, order) -> map (fuse, mesh) -> output (markers, points, files). The thread(s)
+/// of the caller's node handles take images, publish the status and pause; callbacks that wait for
+/// a loop have threads of their own.
 class MappingNode {
  public:
   /// @throws ParamError or std::runtime_error if the node cannot start.
@@ -27,7 +32,7 @@ class MappingNode {
   ~MappingNode();
 
  private:
-  void advertiseServices();
+  void advertiseServices(ros::NodeHandle private_nh);
   StatusInput collectStatus() const;
   void onNewcomer(const ros::SingleSubscriberPublisher& newcomer);
   bool onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
@@ -36,20 +41,27 @@ class MappingNode {
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   MappingParams params_;
-  ros::CallbackQueue service_queue_;
-  ros::NodeHandle service_nh_;
-
   FrameAccounting accounting_;
+  CallbackThread newcomers_thread_, save_thread_, clear_thread_;
+
+  tf2::BufferCore transforms_;
+  tf2_ros::TransformListener transform_listener_;
   PoseSource poses_;
+  FrameQueue posed_frames_;
   FrameIntake intake_;
+
   MeshPublisher mesh_publisher_;
   SurfacePointsPublisher points_publisher_;
+  MeshHandover mesh_changes_;
+  MeshOutput output_;
   MapSession session_;
-  WorkerThread worker_;
+
+  // Each is begun after those that it wakes.
+  WorkerThread output_loop_, map_loop_, intake_loop_;
+
   std::unique_ptr<CameraInput> camera_;
   std::unique_ptr<StatusPublisher> status_;
   ros::ServiceServer save_mesh_, clear_map_, pause_;
-  ros::AsyncSpinner service_spinner_;
 };
 
 }  // namespace dtsdf

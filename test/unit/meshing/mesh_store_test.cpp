@@ -61,7 +61,7 @@ TEST(MeshStore, AddsReplacesAndDeletes) {
   store.apply(updateOf({half}));
   EXPECT_EQ(store.blocks().size(), 2u);
   EXPECT_EQ(store.triangleCount(), kTriangles + kTriangles / 2);
-  EXPECT_EQ(store.blocks().at(packKey({0, 0, 0})).vertices[0].position.z, 6.25f);
+  EXPECT_EQ(store.blocks().at(packKey({0, 0, 0}))->vertices[0].position.z, 6.25f);
 
   BlockMesh vanished;
   vanished.key = {0, 0, 0};
@@ -74,6 +74,17 @@ TEST(MeshStore, AddsReplacesAndDeletes) {
   store.clear();
   EXPECT_TRUE(store.blocks().empty());
   EXPECT_EQ(store.triangleCount(), 0u);
+}
+
+TEST(MeshStore, SharesWhatItIsGivenAndWhatItIsCopiedTo) {
+  MeshStore store(kVoxelSize);
+  const auto block = std::make_shared<const BlockMesh>(planeBlock({1, 2, 3}, 2.5f));
+  store.put(block);
+  EXPECT_EQ(store.blocks().at(packKey({1, 2, 3})), block);
+  const MeshStore snapshot = store;
+  store.clear();
+  EXPECT_EQ(snapshot.blocks().at(packKey({1, 2, 3})), block);
+  EXPECT_EQ(snapshot.triangleCount(), kTriangles);
 }
 
 /// 2 x 2 blocks round the origin: one sheet, each vertex once.

@@ -1,4 +1,4 @@
-/// One thread for the heavy work: it repeats a step, and runs tasks of other threads in between.
+/// The thread of a loop: it repeats a step, and runs tasks of other threads in between.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "ros/session/worker_thread.h"
+#include "ros/common/worker_thread.h"
 
 #include <utility>
 

@@ -1,0 +1,91 @@
+#include "ros/common/schedule.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace dtsdf {
+namespace {
+
+/// How long a thread without work sleeps at most: nobody wakes it for a new listener.
+constexpr std::chrono::milliseconds kIdle{50};
+/// How often the report is renewed while frames come one after the other: to ask for the map's
+/// counts is to wait for the GPU.
+constexpr double kReportRate_hz = 10.0;
+
+std::chrono::milliseconds idleUntil(SteadyTime time, SteadyTime now) {
+  return std::max(std::chrono::milliseconds(0), std::min(kIdle, toMilliseconds(time - now)));
+}
+
+}  // namespace
+
+MapSchedule::MapSchedule(double mesh_rate_hz, SteadyClock clock)
+    : clock_(std::move(clock)), mesh_pace_(mesh_rate_hz), report_pace_(kReportRate_hz) {}
+
+MapSchedule::Action MapSchedule::next(const Situation& situation) const {
+  const SteadyTime now = clock_();
+  if (mesh_under_way_ && (fused_since_mesh_ || !situation.frame_ready)) return Action::kFinishMesh;
+  if (wantsMesh(situation) && mesh_pace_.isDue(now)) return Action::kBeginMesh;
+  if (report_outdated_ && (!situation.frame_ready || report_pace_.isDue(now))) {
+    return Action::kReport;
+  }
+  return situation.frame_ready ? Action::kFuse : Action::kWait;
+}
+
+bool MapSchedule::wantsMesh(const Situation& situation) const {
+  return situation.mesh_wanted && fused_since_mesh_ && !mesh_under_way_;
+}
+
+std::chrono::milliseconds MapSchedule::idleTime(const Situation& situation) const {
+  return wantsMesh(situation) ? idleUntil(mesh_pace_.next(), clock_()) : kIdle;
+}
+
+void MapSchedule::frameFused() { fused_since_mesh_ = report_outdated_ = true; }
+
+void MapSchedule::meshBegun() {
+  mesh_pace_.begin(clock_());
+  mesh_under_way_ = true;
+  fused_since_mesh_ = false;
+}
+
+void MapSchedule::meshTook(SteadyDuration duration) {
+  mesh_pace_.restUntil(clock_() + duration);
+  report_outdated_ = true;
+}
+
+void MapSchedule::reported() {
+  report_outdated_ = false;
+  report_pace_.begin(clock_());
+}
+
+void MapSchedule::cleared() {
+  mesh_under_way_ = fused_since_mesh_ = false;
+  report_outdated_ = true;
+}
+
+OutputSchedule::OutputSchedule(double mesh_rate_hz, double points_rate_hz, SteadyClock clock)
+    : clock_(std::move(clock)), mesh_pace_(mesh_rate_hz), points_pace_(points_rate_hz) {}
+
+OutputSchedule::Action OutputSchedule::next(const Situation& situation) const {
+  const SteadyTime now = clock_();
+  if (situation.mesh_outdated && mesh_pace_.isDue(now)) return Action::kPublishMesh;
+  if (situation.points_outdated && points_pace_.isDue(now)) return Action::kPublishPoints;
+  return Action::kWait;
+}
+
+std::chrono::milliseconds OutputSchedule::idleTime(const Situation& situation) const {
+  const SteadyTime now = clock_();
+  std::chrono::milliseconds idle = kIdle;
+  if (situation.mesh_outdated) idle = std::min(idle, idleUntil(mesh_pace_.next(), now));
+  if (situation.points_outdated) idle = std::min(idle, idleUntil(points_pace_.next(), now));
+  return idle;
+}
+
+void OutputSchedule::done(Action action, SteadyTime begin) {
+  if (action == Action::kWait) return;
+  Pace& pace = action == Action::kPublishMesh ? mesh_pace_ : points_pace_;
+  const SteadyTime now = clock_();
+  pace.begin(begin);
+  pace.restUntil(now + (now - begin));
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,96 @@
+/// What the map's and the output's thread do next. No ROS and no threads in here, and the clock is
+/// given: each loop tells its schedule what happened and asks it what is due.
+#pragma once
+
+#include "ros/common/steady_clock.h"
+
+namespace dtsdf {
+
+/// Bounds how often something happens.
+class Pace {
+ public:
+  explicit Pace(double rate_hz) : period_(toSteadyDuration(1.0 / rate_hz)) {}
+
+  bool isDue(SteadyTime now) const { return now >= next_; }
+  SteadyTime next() const { return next_; }
+
+  void begin(SteadyTime now) { next_ = now + period_; }
+  void restUntil(SteadyTime time) {
+    if (time > next_) next_ = time;
+  }
+
+ private:
+  SteadyDuration period_;
+  SteadyTime next_{};
+};
+
+/// For the map's thread: frames and the mesh take turns. An extraction that is begun runs beside
+/// the next frame (on a GPU) and is finished after it, or at once while no frame is there.
+class MapSchedule {
+ public:
+  enum class Action { kFuse, kBeginMesh, kFinishMesh, kReport, kWait };
+
+  /// What the thread sees when it asks.
+  struct Situation {
+    bool frame_ready = false;
+    bool mesh_wanted = false;
+  };
+
+  MapSchedule(double mesh_rate_hz, SteadyClock clock);
+
+  Action next(const Situation& situation) const;
+
+  /// How long to wait at most when there is nothing to do.
+  std::chrono::milliseconds idleTime(const Situation& situation) const;
+
+  void frameFused();
+  void meshBegun();
+  /// Finished or lost.
+  void meshEnded() { mesh_under_way_ = false; }
+  /// Where the mesh takes long, frames get at least as much of the thread's time as it does.
+  void meshTook(SteadyDuration duration);
+  void reported();
+  void cleared();
+
+  bool meshUnderWay() const { return mesh_under_way_; }
+  /// The map has frames that no extraction, begun or finished, knows of.
+  bool meshOutdated() const { return fused_since_mesh_; }
+
+ private:
+  bool wantsMesh(const Situation& situation) const;
+
+  SteadyClock clock_;
+  Pace mesh_pace_;
+  Pace report_pace_;
+  bool mesh_under_way_ = false;
+  bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
+  bool report_outdated_ = false;
+};
+
+/// For the output's thread: bounded rates, and of its time at least half to rest or to other work,
+/// as it shares the cores with the map.
+class OutputSchedule {
+ public:
+  enum class Action { kPublishMesh, kPublishPoints, kWait };
+
+  /// What there is to publish, for someone who listens.
+  struct Situation {
+    bool mesh_outdated = false;
+    bool points_outdated = false;
+  };
+
+  OutputSchedule(double mesh_rate_hz, double points_rate_hz, SteadyClock clock);
+
+  Action next(const Situation& situation) const;
+  std::chrono::milliseconds idleTime(const Situation& situation) const;
+
+  /// What next() said was done; it was begun at `begin` and ends now.
+  void done(Action action, SteadyTime begin);
+
+ private:
+  SteadyClock clock_;
+  Pace mesh_pace_;
+  Pace points_pace_;
+};
+
+}  // namespace dtsdf

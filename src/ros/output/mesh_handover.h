@@ -1,0 +1,42 @@
+/// The queue from the map's thread to the output's: what changed in the mesh.
+#pragma once
+
+#include <ros/time.h>
+
+#include <functional>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+#include "dtsdf_mapping/mesh.h"
+
+namespace dtsdf {
+
+/// What has happened to the mesh since it was last asked for, in the order of its members.
+struct MeshChanges {
+  bool cleared = false;                 ///< First, the whole mesh was forgotten.
+  std::vector<SharedBlockMesh> blocks;  ///< Then these were replaced, in no order.
+  ros::Time stamp;  ///< Of the newest frame in them; zero if there are none.
+};
+
+/// Thread safe. Changes of one block become one, so that an output that stands still costs one mesh
+/// of the map and no more; handing over costs what changed, not what there is.
+class MeshHandover {
+ public:
+  /// `on_change` is called after each change, by the thread that made it.
+  explicit MeshHandover(std::function<void()> on_change);
+
+  void add(MeshUpdate update, const ros::Time& stamp);
+  void clear();
+
+  MeshChanges take();
+
+ private:
+  std::function<void()> on_change_;
+  std::mutex mutex_;
+  bool cleared_ = false;
+  std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
+  ros::Time stamp_;
+};
+
+}  // namespace dtsdf

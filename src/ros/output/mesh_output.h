@@ -1,0 +1,72 @@
+/// Everything that leaves: markers, surface points and files, written from the blocks' meshes that
+/// the map hands over.
+#pragma once
+
+#include <ros/time.h>
+
+#include <chrono>
+#include <mutex>
+#include <string>
+
+#include "dtsdf_mapping/mesh.h"
+#include "ros/common/schedule.h"
+#include "ros/output/map_report.h"
+#include "ros/output/mesh_handover.h"
+#include "ros/output/mesh_publisher.h"
+#include "ros/output/surface_points_publisher.h"
+
+namespace dtsdf {
+
+/// What a file holds.
+struct SavedMesh {
+  size_t vertices = 0, triangles = 0;
+};
+
+/// Output's thread only, but for report(). The map never waits for it.
+class MeshOutput {
+ public:
+  /// What the output works with; all of it outlives it.
+  struct Parts {
+    MeshHandover& mesh_changes;
+    MeshPublisher& mesh_publisher;
+    SurfacePointsPublisher& points_publisher;
+  };
+
+  struct Options {
+    float voxel_size_m;
+    MeshColour colour;
+    double mesh_rate_hz, points_rate_hz;  ///< Bounds, in wall time.
+  };
+
+  MeshOutput(const Options& options, const Parts& parts);
+
+  /// Publishes what is due. Returns how long there will be nothing to do.
+  std::chrono::milliseconds step() noexcept;
+
+  /// Sends the whole mesh, with all that was handed over, to one subscriber.
+  void publishAll(const ros::SingleSubscriberPublisher& newcomer);
+
+  /// Writes the whole mesh, with all that was handed over.
+  /// @throws std::runtime_error as saveMesh() does.
+  SavedMesh save(const std::string& path);
+
+  /// After it, nothing is published that was handed over before the map was cleared last.
+  void takeChanges();
+
+  OutputReport report() const;
+
+ private:
+  OutputSchedule::Situation situation() const;
+  void act(OutputSchedule::Action action);
+
+  MeshColour colour_;
+  Parts parts_;
+  OutputSchedule schedule_;
+  MeshStore mesh_;
+  ros::Time mesh_stamp_;  ///< Of the newest frame in the mesh.
+
+  mutable std::mutex report_mutex_;
+  OutputReport report_;
+};
+
+}  // namespace dtsdf

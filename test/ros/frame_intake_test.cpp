@@ -1,0 +1,175 @@
+#include "ros/input/frame_intake.h"
+
+#include <gtest/gtest.h>
+
+#include "ros/support/fake_clock.h"
+#include "ros/support/transforms.h"
+
+namespace dtsdf {
+namespace {
+
+class FrameIntakeTest : public testing::Test {
+ protected:
+  FrameIntakeTest() {
+    ros::Time::init();  // real time, as it is without a master
+    params_.queue_size = 3;
+    params_.tf_timeout_s = 1.0;
+    intake_ = std::make_unique<FrameIntake>(
+        params_, FrameIntake::Parts{poses_, accounting_, posed_frames_}, clock_.reader());
+  }
+
+  void push(double stamp_s) { intake_->push(makeDepthImage(stamp_s), makeCameraInfo(stamp_s)); }
+
+  uint64_t dropped(DropReason reason) const {
+    return accounting_.counts().dropped[static_cast<size_t>(reason)];
+  }
+
+  std::vector<double> posedStamps() {
+    std::vector<double> stamps;
+    for (const PosedFrame& frame : posed_frames_.takeAll()) stamps.push_back(frame.stamp.toSec());
+    return stamps;
+  }
+
+  FakeClock clock_;
+  InputParams params_;
+  tf2::BufferCore transforms_{ros::Duration(30.0)};
+  PoseSource poses_{transforms_, "map"};
+  FrameAccounting accounting_;
+  int wakes_ = 0;
+  FrameQueue posed_frames_{[this] { ++wakes_; }};
+  std::unique_ptr<FrameIntake> intake_;
+};
+
+TEST_F(FrameIntakeTest, FramesGoOnInOrderWithTheirPoses) {
+  putTransform(transforms_, 1.0, 1.0);
+  putTransform(transforms_, 2.0, 2.0);
+  push(1.25);
+  push(1.75);
+  EXPECT_EQ(posed_frames_.size(), 0u) << "the callbacks' thread looks nothing up";
+  intake_->step();
+  EXPECT_EQ(wakes_, 2);
+  EXPECT_EQ(intake_->size(), 2u) << "they wait for their turn";
+  const auto first = posed_frames_.take();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->stamp, ros::Time(1.25));
+  EXPECT_NEAR(first->depth.T_W_C.translation().x(), 1.25, 1e-9);
+  EXPECT_EQ(first->depth.width, 4);
+  EXPECT_EQ(static_cast<const uint16_t*>(first->depth.data)[3], 1000);
+  EXPECT_EQ(posedStamps(), std::vector<double>{1.75});
+  EXPECT_EQ(intake_->size(), 0u);
+}
+
+TEST_F(FrameIntakeTest, AFrameWaitsForItsTransformAndThoseBehindItToo) {
+  putTransform(transforms_, 1.0, 0.0);
+  push(1.2);
+  push(1.1);
+  intake_->step();
+  EXPECT_EQ(intake_->size(), 2u);
+  EXPECT_NE(intake_->waitingFor().find("'camera' to 'map'"), std::string::npos);
+  putTransform(transforms_, 1.15, 0.0);
+  intake_->step();
+  EXPECT_EQ(posed_frames_.size(), 0u) << "the second one has its pose, but not its turn";
+  putTransform(transforms_, 1.3, 0.0);
+  intake_->step();
+  EXPECT_EQ(intake_->waitingFor(), "");
+  EXPECT_EQ(posedStamps(), (std::vector<double>{1.2, 1.1}));
+}
+
+TEST_F(FrameIntakeTest, ATransformThatDoesNotComeIsGivenUp) {
+  push(1.0);
+  intake_->step();
+  clock_.advance(0.99);
+  intake_->step();
+  EXPECT_EQ(intake_->size(), 1u);
+  clock_.advance(0.01);
+  intake_->step();
+  EXPECT_EQ(intake_->size(), 0u);
+  EXPECT_EQ(dropped(DropReason::kNoTransform), 1u);
+}
+
+TEST_F(FrameIntakeTest, ATransformThatCannotComeIsNotWaitedFor) {
+  putTransform(transforms_, 5.0, 0.0);
+  push(4.0);
+  intake_->step();
+  EXPECT_EQ(dropped(DropReason::kBeforeTransforms), 1u);
+}
+
+TEST_F(FrameIntakeTest, BothQueuesTogetherAreBoundedAndLoseTheOldest) {
+  putTransform(transforms_, 1.0, 0.0);
+  putTransform(transforms_, 1.2, 0.0);
+  push(1.1);
+  push(1.15);
+  intake_->step();  // both have their poses now
+  push(1.3);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 0u);
+  push(1.4);
+  push(1.5);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 2u);
+  EXPECT_EQ(posed_frames_.size(), 0u);
+  push(1.6);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 3u);
+  EXPECT_EQ(intake_->size(), 3u);
+  putTransform(transforms_, 2.0, 0.0);
+  intake_->step();
+  EXPECT_EQ(posedStamps(), (std::vector<double>{1.4, 1.5, 1.6}));
+}
+
+TEST_F(FrameIntakeTest, PausingDropsWhatWaitsAndWhatComes) {
+  putTransform(transforms_, 1.0, 0.0);
+  push(1.0);
+  intake_->step();
+  push(1.1);
+  intake_->setPaused(true);
+  EXPECT_EQ(intake_->size(), 0u);
+  push(1.2);
+  EXPECT_EQ(dropped(DropReason::kPaused), 3u);
+  intake_->setPaused(false);
+  push(1.3);
+  EXPECT_EQ(intake_->size(), 1u);
+}
+
+TEST_F(FrameIntakeTest, StampsThatGoBackForgetFramesAndTransforms) {
+  putTransform(transforms_, 100.0, 7.0);
+  push(100.0);
+  intake_->step();
+  push(100.1);
+  push(50.0);
+  EXPECT_EQ(dropped(DropReason::kTimeJump), 2u);
+  intake_->step();
+  EXPECT_EQ(intake_->size(), 1u) << "the old transforms do not say that it is too late";
+  putTransform(transforms_, 50.0, 1.0);
+  intake_->step();
+  const auto frame = posed_frames_.take();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->depth.T_W_C.translation().x(), 1.0);
+}
+
+TEST_F(FrameIntakeTest, ALittleDisorderIsNoJump) {
+  push(1.0);
+  push(0.6);
+  EXPECT_EQ(dropped(DropReason::kTimeJump), 0u);
+  EXPECT_EQ(intake_->size(), 2u);
+}
+
+TEST_F(FrameIntakeTest, AJumpingPoseCostsOneFrame) {
+  putTransform(transforms_, 1.0, 0.0);
+  putTransform(transforms_, 1.1, 50.0);
+  putTransform(transforms_, 1.2, 50.0);
+  for (const double stamp_s : {1.0, 1.1, 1.2}) push(stamp_s);
+  intake_->step();
+  EXPECT_EQ(dropped(DropReason::kPoseJump), 1u);
+  EXPECT_EQ(posedStamps(), (std::vector<double>{1.0, 1.2}));
+}
+
+TEST_F(FrameIntakeTest, BadImagesDoNotGetIn) {
+  const auto image = makeDepthImage(1.0);
+  image->encoding = "bgr8";
+  intake_->push(image, makeCameraInfo(1.0));
+  EXPECT_EQ(dropped(DropReason::kBadEncoding), 1u);
+  intake_->push(makeDepthImage(1.0, ""), makeCameraInfo(1.0));
+  EXPECT_EQ(dropped(DropReason::kNoTransform), 1u);
+  EXPECT_EQ(intake_->size(), 0u);
+}
+
+}  // namespace
+}  // namespace dtsdf

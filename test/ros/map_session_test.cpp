@@ -1,0 +1,158 @@
+#include "ros/session/map_session.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "ros/support/fake_clock.h"
+#include "ros/support/fake_mapper.h"
+
+namespace dtsdf {
+namespace {
+
+class MapSessionTest : public testing::Test {
+ protected:
+  /// A frame that changes the block of this x.
+  void pushFrame(int block_x = 0) {
+    PosedFrame frame;
+    frame.stamp = ros::Time(static_cast<double>(++frames_sent_));
+    frame.depth.T_W_C.translation().x() = block_x;
+    frames_.push(std::move(frame));
+  }
+
+  /// Until there is nothing left to do.
+  void work() {
+    while (session_.step() == std::chrono::milliseconds(0)) {
+    }
+  }
+
+  uint64_t dropped() const {
+    return accounting_.counts().dropped[static_cast<size_t>(DropReason::kBackendError)];
+  }
+
+  FakeClock clock_;
+  bool mesh_wanted_ = true;
+  int frames_sent_ = 0;
+  FrameQueue frames_{[] {}};
+  FrameAccounting accounting_;
+  MeshHandover changes_{[] {}};
+  FakeMapper* mapper_ = new FakeMapper;  ///< The session owns it.
+  MapSession session_{std::unique_ptr<Mapper>(mapper_),
+                      2.0,
+                      {frames_, accounting_, changes_, [this] { return mesh_wanted_; }},
+                      clock_.reader()};
+};
+
+TEST_F(MapSessionTest, FusesInOrderAndHandsTheMeshOver) {
+  for (int i = 0; i < 3; ++i) pushFrame(i);
+  work();
+  EXPECT_EQ(mapper_->frames, 3);
+  EXPECT_EQ(accounting_.counts().fused, 3u);
+  EXPECT_EQ(accounting_.counts().last_fused_stamp, ros::Time(3.0));
+  EXPECT_EQ(session_.report().stats.blocks, 3u) << "the counts are asked for when idle";
+
+  clock_.advance(1.0);
+  work();
+  const MeshChanges changes = changes_.take();
+  EXPECT_EQ(changes.blocks.size(), 3u);
+  EXPECT_EQ(changes.stamp, ros::Time(3.0));
+}
+
+TEST_F(MapSessionTest, NothingIsMeshedForNobody) {
+  mesh_wanted_ = false;
+  pushFrame();
+  work();
+  clock_.advance(10.0);
+  work();
+  EXPECT_TRUE(changes_.take().blocks.empty());
+  session_.bringMeshUpToDate();
+  EXPECT_EQ(changes_.take().blocks.size(), 1u) << "but to save it";
+}
+
+TEST_F(MapSessionTest, FusesWhileTheOutputStandsStill) {
+  for (int i = 0; i < 1000; ++i) {
+    pushFrame(i % 4);
+    clock_.advance(1.0);  // the mesh is due after each frame
+    work();
+  }
+  EXPECT_EQ(mapper_->frames, 1000);
+  // Nobody has asked for the changes meanwhile: each block waits once, with its newest mesh.
+  const MeshChanges changes = changes_.take();
+  ASSERT_EQ(changes.blocks.size(), 4u);
+  for (const SharedBlockMesh& block : changes.blocks) {
+    EXPECT_EQ(block->vertices[0].edge, 997u + static_cast<uint32_t>(block->key.x));
+  }
+}
+
+TEST_F(MapSessionTest, ClearStartsOverAfterAFailure) {
+  pushFrame();
+  work();
+  mapper_->fails_to_integrate = true;
+  pushFrame();
+  work();
+  EXPECT_EQ(session_.report().failure, "out of memory");
+  EXPECT_EQ(dropped(), 1u);
+
+  mapper_->fails_to_integrate = false;
+  pushFrame();
+  work();
+  EXPECT_EQ(mapper_->frames, 1) << "a map that may lack a part of a frame is not added to";
+  EXPECT_EQ(dropped(), 2u);
+
+  session_.clear();
+  EXPECT_EQ(session_.report().failure, "");
+  EXPECT_EQ(session_.report().stats.blocks, 0u);
+  EXPECT_TRUE(changes_.take().cleared);
+  pushFrame(5);
+  clock_.advance(1.0);
+  work();
+  EXPECT_EQ(mapper_->frames, 1);
+  EXPECT_EQ(dropped(), 2u);
+  EXPECT_EQ(changes_.take().blocks.size(), 1u);
+}
+
+TEST_F(MapSessionTest, AMapThatHasFailedCanStillBeSaved) {
+  mesh_wanted_ = false;
+  pushFrame();
+  work();
+  mapper_->fails_to_integrate = true;
+  pushFrame();
+  work();
+  session_.bringMeshUpToDate();
+  EXPECT_EQ(changes_.take().blocks.size(), 1u);
+}
+
+TEST_F(MapSessionTest, AMeshThatWasLostIsToldUntilTheMapIsCleared) {
+  mesh_wanted_ = false;
+  pushFrame();
+  work();
+  mapper_->fails_to_mesh = true;
+  EXPECT_THROW(session_.bringMeshUpToDate(), std::runtime_error);
+  EXPECT_EQ(session_.report().failure, "out of memory");
+  mapper_->fails_to_mesh = false;
+  EXPECT_THROW(session_.bringMeshUpToDate(), std::runtime_error) << "it may have holes";
+  session_.clear();
+  EXPECT_NO_THROW(session_.bringMeshUpToDate());
+}
+
+TEST_F(MapSessionTest, ABackendThatCannotClearStaysFailed) {
+  mapper_->fails_to_integrate = mapper_->fails_to_clear = true;
+  pushFrame();
+  work();
+  EXPECT_THROW(session_.clear(), std::runtime_error);
+  EXPECT_EQ(session_.report().failure, "out of memory");
+}
+
+TEST_F(MapSessionTest, ClearingForgetsAMeshUnderWay) {
+  pushFrame();
+  session_.step();  // fuses
+  session_.step();  // begins the mesh
+  session_.clear();
+  work();
+  const MeshChanges changes = changes_.take();
+  EXPECT_TRUE(changes.cleared);
+  EXPECT_TRUE(changes.blocks.empty());
+}
+
+}  // namespace
+}  // namespace dtsdf

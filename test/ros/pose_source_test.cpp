@@ -1,0 +1,77 @@
+#include "ros/input/pose_source.h"
+
+#include <gtest/gtest.h>
+
+#include "ros/support/transforms.h"
+
+namespace dtsdf {
+namespace {
+
+using Kind = PoseAnswer::Kind;
+
+class PoseSourceTest : public testing::Test {
+ protected:
+  bool says(const PoseAnswer& answer, const std::string& text) const {
+    return answer.text.find(text) != std::string::npos;
+  }
+
+  tf2::BufferCore transforms_{ros::Duration(30.0)};
+  PoseSource poses_{transforms_, "/map"};
+};
+
+TEST_F(PoseSourceTest, MapFrameLosesItsSlash) { EXPECT_EQ(poses_.mapFrame(), "map"); }
+
+TEST_F(PoseSourceTest, InterpolatesBetweenTransforms) {
+  putTransform(transforms_, 10.0, 1.0);
+  putTransform(transforms_, 11.0, 2.0);
+  const PoseAnswer answer = poses_.lookUp("camera", ros::Time(10.25));
+  ASSERT_EQ(answer.kind, Kind::kKnown);
+  EXPECT_NEAR(answer.T_W_C.translation().x(), 1.25, 1e-9);
+}
+
+TEST_F(PoseSourceTest, NeverTakesTheNewestForTheTrueOne) {
+  putTransform(transforms_, 10.0, 1.0);
+  const PoseAnswer answer = poses_.lookUp("camera", ros::Time(10.1));
+  EXPECT_EQ(answer.kind, Kind::kNotYet);
+  EXPECT_TRUE(says(answer, "0.1 s before the image")) << answer.text;
+}
+
+TEST_F(PoseSourceTest, KnowsWhenATransformCannotComeAnyMore) {
+  putTransform(transforms_, 10.0, 1.0);
+  const PoseAnswer answer = poses_.lookUp("camera", ros::Time(9.5));
+  EXPECT_EQ(answer.kind, Kind::kNever);
+  EXPECT_TRUE(says(answer, "0.5 s after the image")) << answer.text;
+}
+
+TEST_F(PoseSourceTest, AChainIsAsNewAsItsOldestLink) {
+  putTransform(transforms_, 10.0, 1.0, "camera", "base");
+  putTransform(transforms_, 9.0, 1.0, "base", "map");
+  EXPECT_EQ(poses_.lookUp("camera", ros::Time(9.5)).kind, Kind::kNotYet);
+  putTransform(transforms_, 10.0, 2.0, "base", "map");
+  putTransform(transforms_, 9.0, 1.0, "camera", "base");
+  const PoseAnswer answer = poses_.lookUp("camera", ros::Time(9.5));
+  ASSERT_EQ(answer.kind, Kind::kKnown);
+  EXPECT_NEAR(answer.T_W_C.translation().x(), 2.5, 1e-9);
+}
+
+TEST_F(PoseSourceTest, SaysWhichFrameIsUnknown) {
+  const PoseAnswer answer = poses_.lookUp("nowhere", ros::Time(1.0));
+  EXPECT_EQ(answer.kind, Kind::kNotYet);
+  EXPECT_TRUE(says(answer, "'nowhere' to 'map'")) << answer.text;
+  EXPECT_TRUE(says(answer, "none of any time")) << answer.text;
+}
+
+TEST_F(PoseSourceTest, ForgetsOnDemand) {
+  putTransform(transforms_, 10.0, 1.0);
+  EXPECT_EQ(poses_.lookUp("camera", ros::Time(10.0)).kind, Kind::kKnown);
+  poses_.clear();
+  EXPECT_EQ(poses_.lookUp("camera", ros::Time(10.0)).kind, Kind::kNotYet);
+}
+
+TEST_F(PoseSourceTest, StampsFarApartAreNoError) {
+  putTransform(transforms_, 1.0, 1.0);
+  EXPECT_EQ(poses_.lookUp("camera", ros::Time(4.0e9)).kind, Kind::kNotYet);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,158 @@
+#include "ros/common/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include "ros/support/fake_clock.h"
+
+namespace dtsdf {
+namespace {
+
+using std::chrono::milliseconds;
+using Map = MapSchedule::Action;
+using Output = OutputSchedule::Action;
+
+constexpr MapSchedule::Situation kFrameAndListener{true, true};
+constexpr MapSchedule::Situation kListener{false, true};
+constexpr MapSchedule::Situation kFrame{true, false};
+constexpr MapSchedule::Situation kNothing{false, false};
+
+class MapScheduleTest : public testing::Test {
+ protected:
+  FakeClock clock_;
+  MapSchedule schedule_{2.0, clock_.reader()};
+};
+
+TEST_F(MapScheduleTest, WithoutFramesThereIsNothingToDo) {
+  EXPECT_EQ(schedule_.next(kNothing), Map::kWait);
+  EXPECT_EQ(schedule_.next(kListener), Map::kWait);
+  EXPECT_GT(schedule_.idleTime(kListener), milliseconds(0));
+}
+
+TEST_F(MapScheduleTest, WithoutListenersNothingIsMeshed) {
+  schedule_.frameFused();
+  schedule_.reported();
+  EXPECT_EQ(schedule_.next(kFrame), Map::kFuse);
+  EXPECT_EQ(schedule_.next(kNothing), Map::kWait);
+  EXPECT_TRUE(schedule_.meshOutdated());
+  EXPECT_EQ(schedule_.next(kListener), Map::kBeginMesh) << "what was fused before counts";
+}
+
+TEST_F(MapScheduleTest, MeshRunsBesideTheNextFrame) {
+  schedule_.frameFused();
+  EXPECT_EQ(schedule_.next(kFrameAndListener), Map::kBeginMesh);
+  schedule_.meshBegun();
+  EXPECT_FALSE(schedule_.meshOutdated());
+  schedule_.reported();
+  EXPECT_EQ(schedule_.next(kFrameAndListener), Map::kFuse);
+  schedule_.frameFused();
+  EXPECT_EQ(schedule_.next(kFrameAndListener), Map::kFinishMesh);
+}
+
+TEST_F(MapScheduleTest, MeshIsFinishedAtOnceWhenNoFrameIsThere) {
+  schedule_.frameFused();
+  schedule_.meshBegun();
+  EXPECT_EQ(schedule_.next(kListener), Map::kFinishMesh);
+  EXPECT_EQ(schedule_.next(kNothing), Map::kFinishMesh) << "also when the listener has gone";
+  schedule_.meshEnded();
+  EXPECT_FALSE(schedule_.meshUnderWay());
+}
+
+TEST_F(MapScheduleTest, MeshKeepsItsRate) {
+  schedule_.frameFused();
+  schedule_.meshBegun();
+  schedule_.meshEnded();
+  schedule_.meshTook(milliseconds(10));
+  schedule_.frameFused();
+  schedule_.reported();
+  EXPECT_EQ(schedule_.next(kFrameAndListener), Map::kFuse);
+  EXPECT_EQ(schedule_.next(kListener), Map::kWait);
+  clock_.advance(0.48);
+  EXPECT_EQ(schedule_.idleTime(kListener), milliseconds(20)) << "until the mesh is due";
+  clock_.advance(0.02);
+  EXPECT_EQ(schedule_.next(kListener), Map::kBeginMesh);
+}
+
+TEST_F(MapScheduleTest, FramesGetAsMuchTimeAsALongMesh) {
+  schedule_.frameFused();
+  schedule_.meshBegun();
+  clock_.advance(2.0);
+  schedule_.meshEnded();
+  schedule_.meshTook(milliseconds(2000));
+  schedule_.frameFused();
+  schedule_.reported();
+  clock_.advance(1.99);
+  EXPECT_EQ(schedule_.next(kFrameAndListener), Map::kFuse);
+  clock_.advance(0.01);
+  EXPECT_EQ(schedule_.next(kFrameAndListener), Map::kBeginMesh);
+}
+
+TEST_F(MapScheduleTest, ReportsAtOnceWhenIdleAndNowAndThenWhenBusy) {
+  schedule_.frameFused();
+  EXPECT_EQ(schedule_.next(kNothing), Map::kReport);
+  schedule_.reported();
+  EXPECT_EQ(schedule_.next(kNothing), Map::kWait);
+  schedule_.frameFused();
+  EXPECT_EQ(schedule_.next(kFrame), Map::kFuse);
+  EXPECT_EQ(schedule_.next(kNothing), Map::kReport);
+  clock_.advance(0.1);
+  EXPECT_EQ(schedule_.next(kFrame), Map::kReport);
+}
+
+TEST_F(MapScheduleTest, ClearingForgetsWhatWasDue) {
+  schedule_.frameFused();
+  schedule_.meshBegun();
+  schedule_.frameFused();
+  schedule_.cleared();
+  schedule_.reported();
+  EXPECT_FALSE(schedule_.meshUnderWay());
+  EXPECT_FALSE(schedule_.meshOutdated());
+  EXPECT_EQ(schedule_.next(kListener), Map::kWait);
+}
+
+class OutputScheduleTest : public testing::Test {
+ protected:
+  FakeClock clock_;
+  OutputSchedule schedule_{2.0, 1.0, clock_.reader()};
+
+  /// Does it, and takes that long.
+  void act(Output action, double seconds) {
+    const SteadyTime begin = clock_.reader()();
+    clock_.advance(seconds);
+    schedule_.done(action, begin);
+  }
+};
+
+TEST_F(OutputScheduleTest, PublishesWhatIsOutdated) {
+  EXPECT_EQ(schedule_.next({false, false}), Output::kWait);
+  EXPECT_EQ(schedule_.next({true, false}), Output::kPublishMesh);
+  EXPECT_EQ(schedule_.next({false, true}), Output::kPublishPoints);
+}
+
+TEST_F(OutputScheduleTest, EachTopicKeepsItsOwnRate) {
+  act(Output::kPublishMesh, 0.0);
+  EXPECT_EQ(schedule_.next({true, true}), Output::kPublishPoints);
+  act(Output::kPublishPoints, 0.0);
+  EXPECT_EQ(schedule_.next({true, true}), Output::kWait);
+  clock_.advance(0.499);
+  EXPECT_EQ(schedule_.next({true, true}), Output::kWait);
+  EXPECT_EQ(schedule_.idleTime({true, true}), milliseconds(1));
+  clock_.advance(0.001);
+  EXPECT_EQ(schedule_.next({true, true}), Output::kPublishMesh);
+  act(Output::kPublishMesh, 0.0);
+  clock_.advance(0.499);
+  EXPECT_EQ(schedule_.next({true, true}), Output::kWait);
+  clock_.advance(0.001);
+  EXPECT_EQ(schedule_.next({false, true}), Output::kPublishPoints);
+}
+
+TEST_F(OutputScheduleTest, WhatTakesLongRestsAsLong) {
+  act(Output::kPublishPoints, 3.0);
+  clock_.advance(2.999);
+  EXPECT_EQ(schedule_.next({false, true}), Output::kWait);
+  EXPECT_EQ(schedule_.next({true, true}), Output::kPublishMesh) << "the other one does not";
+  clock_.advance(0.001);
+  EXPECT_EQ(schedule_.next({false, true}), Output::kPublishPoints);
+}
+
+}  // namespace
+}  // namespace dtsdf

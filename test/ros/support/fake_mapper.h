@@ -1,0 +1,58 @@
+/// A map without voxels: each frame changes one block, and each call can be made to fail.
+#pragma once
+
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include "dtsdf_mapping/mapper.h"
+
+namespace dtsdf {
+
+class FakeMapper : public Mapper {
+ public:
+  IntegrationResult integrate(const DepthFrame& frame) override {
+    throwIf(fails_to_integrate);
+    ++frames;
+    changed_[static_cast<int>(frame.T_W_C.translation().x())] = frames;
+    return {};
+  }
+
+  void beginMeshUpdate() override { throwIf(fails_to_mesh); }
+
+  /// One triangle for each changed block; its first vertex has the number of the frame as its edge.
+  MeshUpdate finishMeshUpdate() override {
+    MeshUpdate update;
+    for (const auto& [x, frame] : changed_) {
+      const auto edge = static_cast<uint32_t>(frame);
+      update.blocks.push_back({{x, 0, 0},
+                               {{{0, 0, 0}, edge}, {{1, 0, 0}, edge + 1}, {{0, 1, 0}, edge + 2}},
+                               {0, 1, 2}});
+    }
+    update.duration_ms = mesh_ms;
+    changed_.clear();
+    return update;
+  }
+
+  void clear() override {
+    throwIf(fails_to_clear);
+    frames = 0;
+    changed_.clear();
+  }
+
+  MapStats stats() const override { return {static_cast<size_t>(frames), 0, 0, 0}; }
+  std::string backendName() const override { return "fake"; }
+
+  bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
+  int frames = 0;
+  double mesh_ms = 0.0;
+
+ private:
+  static void throwIf(bool fails) {
+    if (fails) throw std::runtime_error("out of memory");
+  }
+
+  std::map<int, int> changed_;  ///< Number of the frame that changed a block last, by its x.
+};
+
+}  // namespace dtsdf

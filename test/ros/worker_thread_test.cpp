@@ -1,0 +1,84 @@
+#include "ros/common/worker_thread.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <vector>
+
+namespace dtsdf {
+namespace {
+
+using std::chrono::milliseconds;
+constexpr milliseconds kForEver{3600 * 1000};
+
+TEST(WorkerThread, RepeatsItsStepUntilThereIsNothingToDo) {
+  std::atomic<int> steps{0};
+  std::promise<void> third;
+  WorkerThread worker([&] {
+    if (++steps == 3) third.set_value();
+    return steps < 3 ? milliseconds(0) : kForEver;
+  });
+  third.get_future().get();
+  worker.stop();
+  EXPECT_EQ(steps, 3);
+}
+
+TEST(WorkerThread, WakingEndsTheWait) {
+  std::atomic<int> steps{0};
+  std::promise<void> first, second;
+  WorkerThread worker([&] {
+    const int step = ++steps;
+    if (step == 1) first.set_value();
+    if (step == 2) second.set_value();
+    return kForEver;
+  });
+  first.get_future().get();
+  worker.wake();
+  second.get_future().get();
+}
+
+TEST(WorkerThread, RunsTasksInOrderOnItsThreadAndHandsTheResultsOver) {
+  WorkerThread worker([] { return kForEver; });
+  std::vector<int> order;
+  auto first = worker.run([&] {
+    order.push_back(1);
+    return std::this_thread::get_id();
+  });
+  auto second = worker.run([&] {
+    order.push_back(2);
+    return std::this_thread::get_id();
+  });
+  EXPECT_EQ(first.get(), second.get());
+  EXPECT_EQ(order, (std::vector<int>{1, 2}));
+}
+
+TEST(WorkerThread, HandsExceptionsOverAndGoesOn) {
+  WorkerThread worker([] { return kForEver; });
+  auto failing = worker.run([]() -> int { throw std::runtime_error("no"); });
+  EXPECT_THROW(failing.get(), std::runtime_error);
+  EXPECT_EQ(worker.run([] { return 7; }).get(), 7);
+}
+
+TEST(WorkerThread, TasksThatStopComesBeforeFailAndDoNotHang) {
+  std::promise<void> started, go_on;
+  WorkerThread worker([] { return kForEver; });
+  auto running = worker.run([&] {
+    started.set_value();
+    go_on.get_future().get();
+    return 1;
+  });
+  started.get_future().get();
+  auto waiting = worker.run([] { return 2; });
+  std::thread stopper([&] { worker.stop(); });
+  EXPECT_THROW(waiting.get(), std::future_error) << "given up before the running one has ended";
+  go_on.set_value();
+  stopper.join();
+  EXPECT_EQ(running.get(), 1);
+  auto late = worker.run([] { return 3; });
+  EXPECT_THROW(late.get(), std::future_error);
+  worker.stop();  // once more does no harm
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -48,6 +48,14 @@ MeshUpdate updateOf(std::vector<BlockMesh> blocks) {
 
 constexpr size_t kTriangles = 2 * kBlockSide * kBlockSide;
 
+TEST(MeshStore, HoldsABlockUnderItsPackedKey) {
+  MeshStore store(kVoxelSize);
+  store.apply(updateOf({planeBlock({-3, 2, 1}, 2.5f)}));
+  EXPECT_EQ(store.blocks().count(packedKeyOf({-3, 2, 1})), 1u);
+  EXPECT_EQ(store.assemble({packedKeyOf({-3, 2, 1})}).triangles.size(), kTriangles);
+  EXPECT_TRUE(store.assemble({packedKeyOf({3, 2, 1})}).triangles.empty());
+}
+
 TEST(MeshStore, AddsReplacesAndDeletes) {
   MeshStore store(kVoxelSize);
   EXPECT_EQ(store.triangleCount(), 0u);

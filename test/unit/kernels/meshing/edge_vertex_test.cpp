@@ -57,15 +57,16 @@ TEST(EdgeVertex, KeepsOffTheCorners) {
   EXPECT_EQ(edgeOffset(wide, edge, 2, 0), 0.875f);
 }
 
-/// Z+ crosses at 0.5 / (0.5 + 0.5) = 0.5 and counts 1 * 9 = 9; X+ crosses at 0.2 and counts 3 * 3 = 9:
-/// in all 0.35. By the sum of their weights, 10 and 6, it would be 0.3875, by the lesser one 0.275.
+/// Z+ crosses at 0.5 / (0.5 + 0.5) = 0.5 and counts 1 * 9 = 9; X+ crosses at 0.2 and counts 3 * 2 = 6:
+/// in all (4.5 + 1.2) / 15 = 0.38. By the sums of their weights, 10 and 5, it would be 0.4; by the
+/// lesser ones, 1 and 2, 0.3; all alike 0.35.
 TEST(EdgeVertex, CrossingsCountByTheProductOfTheirWeights) {
   EdgeSamples edge = {};
   edge.lower[4] = {-0.5f, 1.0f};
   edge.upper[4] = {0.5f, 9.0f};
   edge.lower[0] = {-0.2f, 3.0f};
-  edge.upper[0] = {0.8f, 3.0f};
-  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 2, 0), 0.35f, 1e-6f);
+  edge.upper[0] = {0.8f, 2.0f};
+  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 2, 0), 0.38f, 1e-6f);
 }
 
 /// Along z and facing up, all directions have a say but Z-; facing down, all but Z+.

@@ -1,0 +1,70 @@
+// The numbers of the mesh's rules reach the stages that use them.
+#include <gtest/gtest.h>
+
+#include "kernels/core/vec.h"
+#include "kernels/meshing/corner_grid.h"
+#include "mapper/probed_mapper.h"
+#include "support/depth_frames.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A box on its corner: its creases lie across the grid, so that several directions vote in a unit.
+MeshUpdate meshOfBox(const MeshRules& mesh_rules, bool directional = true) {
+  Scene scene;
+  scene.add(makeBox(Vector3d(0.013, 0.007, 0.004), Vector3d(0.3, 0.2, 0.1), 0.5));
+  Rules rules;
+  rules.mesh = mesh_rules;
+  const auto mapper =
+      makeProbedMapper(makeCpuParams(FusionMode::kNormalRayCasting, directional), rules);
+  for (const SceneFrame& frame :
+       renderFrames(scene, sphereOfPoses(Vector3d::Zero(), 0.8, 6), 96, 72)) {
+    mapper->integrate(frame.view());
+  }
+  return mapper->updateMesh();
+}
+
+size_t countTriangles(const MeshUpdate& update) {
+  size_t corners = 0;
+  for (const BlockMesh& block : update.blocks) corners += block.triangles.size();
+  return corners / 3;
+}
+
+TEST(MeshRulesInAMapper, VerticesKeepTheirMargin) {
+  MeshRules rules;
+  rules.vertex_margin = 0.375f;
+  for (const bool directional : {true, false}) {
+    size_t at_margin = 0;
+    const MeshUpdate update = meshOfBox(rules, directional);
+    for (const BlockMesh& block : update.blocks) {
+      for (const BlockVertex& vertex : block.vertices) {
+        const int edge = static_cast<int>(vertex.edge), axis = edgeAxis(edge);
+        const float along = component(vertex.position - toFloat(cornerAt(edgeCorner(edge))), axis);
+        EXPECT_GE(along, 0.375f);
+        EXPECT_LE(along, 0.625f);
+        at_margin += along == 0.375f || along == 0.625f;
+      }
+    }
+    EXPECT_GT(at_margin, 100u);
+  }
+}
+
+TEST(MeshRulesInAMapper, AGreaterShareOfWeightLeavesUnitsOut) {
+  MeshRules none, strict;
+  none.least_weight_share = 0.0f;
+  strict.least_weight_share = 0.5f;
+  const size_t by_default = countTriangles(meshOfBox(MeshRules()));
+  EXPECT_LT(countTriangles(meshOfBox(strict)), by_default);
+  EXPECT_GT(countTriangles(meshOfBox(none)), by_default);
+}
+
+TEST(MeshRulesInAMapper, NearnessTellsInTheVote) {
+  MeshRules flat;
+  flat.nearness_voxels = 16.0f;
+  EXPECT_NE(countTriangles(meshOfBox(flat)), countTriangles(meshOfBox(MeshRules())));
+}
+
+}  // namespace
+}  // namespace dtsdf

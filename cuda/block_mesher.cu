@@ -344,7 +344,7 @@ void BlockMesher::begin(const MapView& map, const Event& map_ready, size_t most_
   ++stamp_;
   holdForProfile(stream_);
   {
-    const StageSpan span(stream_, Stage::kReach);
+    const StageSpan span(stream_, Stage::kIndex);
     reachBlocksKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(map_, view());
     DTSDF_CHECK_LAUNCH("reachBlocksKernel");
   }

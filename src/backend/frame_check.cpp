@@ -77,6 +77,13 @@ const char* toString(FrameStatus status) {
   return "unknown";
 }
 
+IntegrationResult refuse(const FrameProblem& problem) {
+  IntegrationResult result;
+  result.status = problem.status;
+  result.message = problem.message;
+  return result;
+}
+
 std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperParams& params) {
   if (auto image_problem = findImageProblem(frame)) return image_problem;
   const Intrinsics& K = frame.intrinsics;

@@ -15,6 +15,9 @@ struct FrameProblem {
   std::string message;
 };
 
+/// The result of a frame with a problem.
+IntegrationResult refuse(const FrameProblem& problem);
+
 std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperParams& params);
 
 /// The frame for the rules. The local frame's origin is the block that the camera is in.

@@ -77,13 +77,6 @@ const char* toString(FrameStatus status) {
   return "unknown";
 }
 
-IntegrationResult refuse(const FrameProblem& problem) {
-  IntegrationResult result;
-  result.status = problem.status;
-  result.message = problem.message;
-  return result;
-}
-
 std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperParams& params) {
   if (auto image_problem = findImageProblem(frame)) return image_problem;
   const Intrinsics& K = frame.intrinsics;
@@ -117,6 +110,24 @@ FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m) {
                   static_cast<float>(t_voxels[1] - view.origin_voxel.y),
                   static_cast<float>(t_voxels[2] - view.origin_voxel.z)};
   return view;
+}
+
+DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
+  return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m};
+}
+
+IntegrationResult refuse(const FrameProblem& problem) {
+  IntegrationResult result;
+  result.status = problem.status;
+  result.message = problem.message;
+  return result;
+}
+
+IntegrationResult noMeasurement(const MapperParams& params) {
+  std::ostringstream text;
+  text << "no pixel has a usable depth: all are empty, isolated, or outside ["
+       << params.fusion.min_depth_m << ", " << params.fusion.max_depth_m << "] m";
+  return refuse({FrameStatus::kNoMeasurement, text.str()});
 }
 
 }  // namespace dtsdf

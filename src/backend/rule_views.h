@@ -1,13 +1,10 @@
 /// Settings in the form that the rules take, shared by both backends.
 #pragma once
 
-#include <string>
-
 #include "backend/rules.h"
-#include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/fusion/fusion_view.h"
-#include "kernels/surfels/depth.h"
+#include "kernels/surfels/sensing.h"
 
 namespace dtsdf {
 
@@ -29,20 +26,6 @@ inline SurfelView makeSurfelView(const MapperParams& params, const SurfelRules& 
 inline FusionView makeFusionView(const MapperParams& params, const FusionRules& rules) {
   return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
           params.map.truncation_voxels, params.fusion.max_weight, rules};
-}
-
-inline DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
-  return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m};
-}
-
-/// The result of a frame that shows nothing to fuse.
-inline IntegrationResult noMeasurement(const MapperParams& params) {
-  IntegrationResult result;
-  result.status = FrameStatus::kNoMeasurement;
-  result.message = "no pixel has a usable depth: all are empty, isolated, or outside [" +
-                   std::to_string(params.fusion.min_depth_m) + ", " +
-                   std::to_string(params.fusion.max_depth_m) + "] m";
-  return result;
 }
 
 }  // namespace dtsdf

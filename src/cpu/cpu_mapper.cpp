@@ -51,8 +51,10 @@ IntegrationResult CpuMapper::fuse(const DepthFrame& frame) {
   const std::vector<Surfel>& surfels = makeSurfels(sensing);
   if (surfel_maker_.count() == 0) return noMeasurement(params_);
   const std::vector<TouchedBlock>& blocks = findBlocks(surfels, sensing);
-  const IntegrationResult result = admit(blocks);
+  const Admission admission = admit(blocks);
   castFoldAndClear(blocks, surfels, sensing);
+  IntegrationResult result;
+  result.refused_blocks = admission.refused;
   return result;
 }
 
@@ -78,11 +80,11 @@ const std::vector<TouchedBlock>& CpuMapper::findBlocks(const std::vector<Surfel>
   return block_finder_.findBlocks(surfels, sensing);
 }
 
-IntegrationResult CpuMapper::admit(const std::vector<TouchedBlock>& blocks) {
+Admission CpuMapper::admit(const std::vector<TouchedBlock>& blocks) {
   const StageTimer timer(profile_, Stage::kAdmit);
   std::vector<BlockRequest> requests;
   for (const TouchedBlock& block : blocks) requests.push_back({block.key, block.directions});
-  const Admission admission = table_.admit(std::move(requests));
+  Admission admission = table_.admit(std::move(requests));
   voxels_.resize(table_.arrayCount());
   for (const int32_t array : admission.new_arrays) {
     std::memset(voxels_.array(array), 0, BlockTable::kArrayBytes);
@@ -94,9 +96,7 @@ IntegrationResult CpuMapper::admit(const std::vector<TouchedBlock>& blocks) {
     profile_->work.new_arrays += admission.new_arrays.size();
   }
   refused_ += admission.refused;
-  IntegrationResult result;
-  result.refused_blocks = admission.refused;
-  return result;
+  return admission;
 }
 
 /// Three stages in one loop over the blocks: the sums of a block stay in a thread's cache.

@@ -33,7 +33,7 @@ class CpuMapper : public ProbedMapper {
   const std::vector<Surfel>& makeSurfels(const FrameSensing& sensing);
   const std::vector<TouchedBlock>& findBlocks(const std::vector<Surfel>& surfels,
                                               const FrameSensing& sensing);
-  IntegrationResult admit(const std::vector<TouchedBlock>& blocks);
+  Admission admit(const std::vector<TouchedBlock>& blocks);
   void castFoldAndClear(const std::vector<TouchedBlock>& blocks,
                         const std::vector<Surfel>& surfels, const FrameSensing& sensing);
   void recycleEmpty(const std::vector<TouchedBlock>& blocks,

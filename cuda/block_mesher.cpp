@@ -67,7 +67,7 @@ void BlockMesher::begin(const MapView& map, const Event& map_ready, size_t most_
 
 void BlockMesher::enqueueIndices() {
   {
-    const StageSpan span(stream_, Stage::kReach);
+    const StageSpan span(stream_, Stage::kIndex);
     reachBlocks(map_, view(), thread_blocks_, stream_);
   }
   const StageSpan span(stream_, Stage::kIndex);

@@ -3,77 +3,73 @@
 #include <algorithm>
 
 #include "backend/frame_check.h"
-#include "backend/fusion_view.h"
+#include "backend/rule_views.h"
 
 namespace dtsdf {
 namespace gpu {
 
 CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
     : params_(params),
-      rules_(rules),
-      fusion_view_(makeFusionView(params)),
       budget_bytes_(static_cast<size_t>(params.map.max_memory_mb) << 20),
       table_(budget_bytes_),
       map_(stream_),
-      surfels_(stream_),
-      touched_(stream_),
-      fusion_(stream_),
+      sensor_(params, rules, stream_),
+      surfel_maker_(params, rules.surfels, stream_),
+      block_finder_(makeFusionView(params, rules.fusion), stream_),
+      fusion_(params, rules, stream_),
       mesher_(rules.mesh, params.map.directional) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
 }
 
-IntegrationResult CudaMap::integrate(const DepthFrame& frame) {
-  IntegrationResult result;
-  FusionInput input = computeSurfels(frame);
-  findTouchedBlocks(input);
-  if (counters_.usable_surfels == 0 || counters_.touched == 0) {
-    result.status = FrameStatus::kNoMeasurement;
-    result.message = noMeasurementMessage(params_);
-    return result;
-  }
-  mesher_.complete();
+/// The way of a frame; CpuMapper::fuse() is the same on the CPU.
+IntegrationResult CudaMap::fuse(const DepthFrame& frame) {
+  upload(frame);
+  const DeviceSensing sensing = sense(frame);
+  SurfelsView surfels = makeSurfels(sensing);
+  findBlocks(sensing, surfels);
+  if (counters_.usable_surfels == 0 || counters_.touched == 0) return noMeasurement(params_);
   const Admission admission = admit();
+  countWork(sensing.frame(), admission);
+  castAndFold(sensing, surfels);
+  clear(sensing, admission);
+  IntegrationResult result;
   result.refused_blocks = admission.refused;
-  refused_ += admission.refused;
-  fuse(input, admission);
   return result;
 }
 
-FusionInput CudaMap::computeSurfels(const DepthFrame& frame) {
-  const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  touched_.begin();  // before the upload, which it runs beside
-  surfels_.upload(frame, stream_);
-  const RawDepth raw{frame.encoding, frame.unit_m};
-  uint32_t* count = touched_.usableSurfels();
-  if (params_.fusion.mode == FusionMode::kVoxelProjection) {
-    surfels_.computePixels(raw, view, params_, count, stream_);
-    return {view, fusion_view_, surfels_.surfels(), surfels_.room(), nullptr, nullptr,
-            surfels_.noise()};
-  }
-  surfels_.computeGroups(raw, view, params_, count, stream_);
-  return {view, fusion_view_, surfels_.surfels(), surfels_.room(), count, surfels_.freeDepth(),
-          surfels_.noise()};
+void CudaMap::upload(const DepthFrame& frame) {
+  block_finder_.begin();  // before the upload, which it runs beside
+  raw_image_.upload(frame, stream_);
 }
 
-void CudaMap::findTouchedBlocks(FusionInput& input) {
-  touched_.mark(input);
+DeviceSensing CudaMap::sense(const DepthFrame& frame) {
+  return sensor_.sense(makeFrameView(frame, params_.map.voxel_size_m),
+                       {raw_image_.data(), frame.encoding == DepthEncoding::kUint16,
+                        depthRangeOf(frame, params_)});
+}
+
+SurfelsView CudaMap::makeSurfels(const DeviceSensing& sensing) {
+  return surfel_maker_.makeSurfels(sensing, block_finder_.usableSurfels());
+}
+
+/// Once more with larger buffers, if there were more surfels or blocks than expected.
+void CudaMap::findBlocks(const DeviceSensing& sensing, SurfelsView& surfels) {
+  block_finder_.mark(sensing, surfels);
   recycleEmpty();  // of the frame before, whose last kernels may have run until now
-  touched_.compare(input, map_.view());
-  counters_ = touched_.waitForCounters();
-  while (counters_.table_full || counters_.usable_surfels > input.room) {
-    if (counters_.usable_surfels > input.room) {
-      touched_.begin();
-      surfels_.makeRoom(counters_.usable_surfels, input.frame, params_, touched_.usableSurfels(),
-                        stream_);
-      input.surfels = surfels_.surfels();
-      input.room = surfels_.room();
+  block_finder_.compare(sensing, map_.view());
+  counters_ = block_finder_.waitForCounters();
+  while (counters_.table_full || counters_.usable_surfels > surfels.room) {
+    if (counters_.usable_surfels > surfels.room) {
+      block_finder_.begin();
+      surfels = surfel_maker_.makeMoreSurfels(sensing, counters_.usable_surfels,
+                                              block_finder_.usableSurfels());
     } else {
-      touched_.grow();
+      block_finder_.grow();
     }
-    touched_.mark(input);
-    touched_.compare(input, map_.view());
-    counters_ = touched_.waitForCounters();
+    block_finder_.mark(sensing, surfels);
+    block_finder_.compare(sensing, map_.view());
+    counters_ = block_finder_.waitForCounters();
   }
 }
 
@@ -91,27 +87,27 @@ MapDemand CudaMap::demandOfFrame() const {
 /// All device memory is taken before the table changes: without it, the frame fails as a whole and
 /// the map stays as it was.
 Admission CudaMap::admit() {
+  mesher_.complete();
   const StageTimer timer(clock_.profile(), Stage::kAdmit);
-  fusion_.reserve(counters_, params_.fusion.mode);
+  fusion_.reserve(counters_);
   if (counters_.requests == 0) return Admission();
   map_.reserve(table_, demandOfFrame());
-  Admission admission = table_.admit(touched_.fetchRequests());
+  Admission admission = table_.admit(block_finder_.fetchRequests());
   map_.apply(table_, admission);
-  if (!admission.changed_slots.empty()) touched_.refresh(map_.view());
+  if (!admission.changed_slots.empty()) block_finder_.refresh(map_.view());
+  refused_ += admission.refused;
   return admission;
 }
 
-void CudaMap::fuse(const FusionInput& input, const Admission& admission) {
-  countWork(input, admission);
+void CudaMap::castAndFold(const DeviceSensing& sensing, const SurfelsView& surfels) {
   holdForProfile(stream_);
-  const MapView map = map_.view();
-  if (params_.fusion.mode == FusionMode::kVoxelProjection) {
-    fusion_.projectVoxels(input, map, touched_.view(), counters_);
-  } else {
-    fusion_.castSurfels(input, map, touched_.view(), counters_);
-  }
+  fusion_.castAndFold(sensing, surfels, {map_.view(), block_finder_.view()}, counters_);
+}
+
+void CudaMap::clear(const DeviceSensing& sensing, const Admission& admission) {
   dirty_bound_ += counters_.touched;
-  fusion_.finish(input, map, touched_, counters_, admission.changed_slots.size());
+  fusion_.clear(sensing, {map_.view(), block_finder_.view()}, counters_,
+                admission.changed_slots.size());
 }
 
 /// Puts off the release of what the last frame left empty until the map is looked at again, so that
@@ -149,11 +145,11 @@ MeshUpdate CudaMap::finishMeshUpdate() {
   return update;
 }
 
-void CudaMap::countWork(const FusionInput& input, const Admission& admission) {
+void CudaMap::countWork(const FrameView& frame, const Admission& admission) {
   if (clock_.profile() == nullptr) return;
   WorkCounts& work = clock_.profile()->work;
-  work.pixels += input.pixels();
-  work.raw_bytes += surfels_.rawBytes();
+  work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
+  work.raw_bytes += raw_image_.bytes();
   work.surfels += counters_.usable_surfels;
   work.touched_blocks += counters_.touched;
   work.touched_arrays += counters_.touched_arrays;
@@ -172,8 +168,10 @@ std::vector<MemoryPart> CudaMap::memory() {
   std::vector<MemoryPart> parts;
   map_.addMemory(table_, parts);
   mesher_.addMemory(parts);
-  surfels_.addMemory(parts);
-  touched_.addMemory(parts);
+  raw_image_.addMemory(parts);
+  sensor_.addMemory(parts);
+  surfel_maker_.addMemory(parts);
+  block_finder_.addMemory(parts);
   fusion_.addMemory(parts);
   parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),
                    table_.memoryBytes()});

@@ -6,10 +6,9 @@
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
 #include "block_mesher.h"
-#include "frame_surfels.h"
 #include "fusion.h"
+#include "raw_image.h"
 #include "runtime/stage_clock.h"
-#include "touched_blocks.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -22,7 +21,7 @@ class CudaMap {
   ~CudaMap() { stream_.drain(); }
 
   /// @pre The frame is valid. @return when the frame's last kernel is enqueued.
-  IntegrationResult integrate(const DepthFrame& frame);
+  IntegrationResult fuse(const DepthFrame& frame);
   void beginMeshUpdate();
   void waitForMeshes() { mesher_.complete(); }
   MeshUpdate finishMeshUpdate();
@@ -32,25 +31,28 @@ class CudaMap {
   std::vector<MemoryPart> memory();
 
  private:
-  FusionInput computeSurfels(const DepthFrame& frame);
-  void findTouchedBlocks(FusionInput& input);
+  void upload(const DepthFrame& frame);
+  DeviceSensing sense(const DepthFrame& frame);
+  SurfelsView makeSurfels(const DeviceSensing& sensing);
+  void findBlocks(const DeviceSensing& sensing, SurfelsView& surfels);
   Admission admit();
-  void fuse(const FusionInput& input, const Admission& admission);
+  void castAndFold(const DeviceSensing& sensing, const SurfelsView& surfels);
+  void clear(const DeviceSensing& sensing, const Admission& admission);
   void recycleEmpty();
   MapDemand demandOfFrame() const;
-  void countWork(const FusionInput& input, const Admission& admission);
+  void countWork(const FrameView& frame, const Admission& admission);
 
-  MapperParams params_;
-  Rules rules_;
-  FusionView fusion_view_;
+  const MapperParams params_;
   size_t budget_bytes_;
   BlockTable table_;
   StageClock clock_;
   Stream stream_;  ///< Of the frames; the mesher has its own.
   Event map_ready_;
   DeviceMap map_;
-  FrameSurfels surfels_;
-  TouchedBlocks touched_;
+  RawImage raw_image_;
+  FrameSensor sensor_;
+  SurfelMaker surfel_maker_;
+  BlockFinder block_finder_;
   Fusion fusion_;
   BlockMesher mesher_;
   FrameCounters counters_ = {};  ///< Of the frame being fused.

@@ -21,13 +21,8 @@ class CudaMapper : public ProbedMapper {
 
   IntegrationResult integrate(const DepthFrame& frame) override {
     const auto start = std::chrono::steady_clock::now();
-    IntegrationResult result;
-    if (const auto problem = findProblem(frame, params_)) {
-      result.status = problem->status;
-      result.message = problem->message;
-      return result;
-    }
-    result = integrateOnDevice(frame);
+    if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
+    IntegrationResult result = fuse(frame);
     result.duration_ms = std::chrono::duration<double, std::milli>(
                              std::chrono::steady_clock::now() - start).count();
     return result;
@@ -64,9 +59,9 @@ class CudaMapper : public ProbedMapper {
     return *map_;
   }
 
-  IntegrationResult integrateOnDevice(const DepthFrame& frame) {
+  IntegrationResult fuse(const DepthFrame& frame) {
     try {
-      return map().integrate(frame);
+      return map().fuse(frame);
     } catch (const gpu::CudaError& error) {
       if (error.code() != cudaErrorMemoryAllocation) throw;
       throw std::runtime_error(

@@ -90,8 +90,9 @@ GpuReport reportCudaDevice() {
   report.driver = versionText(driver);
   report.runtime = versionText(runtime);
   measureRates(report);
-  for (const auto& kernels : {gpu::surfelKernels(), gpu::touchKernels(), gpu::mapKernels(),
-                              gpu::fusionKernels(), gpu::mesherKernels(true)}) {
+  for (const auto& kernels : {gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
+                              gpu::mapKernels(), gpu::fusionKernels(),
+                              gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }
   return report;

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 
+#include "backend/rule_views.h"
 #include "device_map.cuh"
+#include "find_blocks.cuh"
+#include "kernels/fusion/cast.h"
 #include "kernels/fusion/free_space.h"
+#include "kernels/fusion/voxel_projection.h"
 #include "named_kernels.h"
 #include "runtime/stage_clock.h"
-#include "touched_blocks.cuh"
 
 namespace dtsdf {
 namespace gpu {
@@ -28,41 +31,15 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf) {
             static_cast<unsigned long long>(sample.weight));
 }
 
-/// A stretch of blocks along one axis.
-struct BlockSpan {
-  int first, last;
-};
-
-__device__ BlockSpan spanOf(int a, int b) {
-  return {min(a, b) >> kBlockSideLog2, (max(a, b) + 1) >> kBlockSideLog2};
-}
-
-/// Calls visit(block) once for every block that may hold samples of a line. A line moves steadily
-/// across its planes, so the ends of each layer of blocks bound what lies between.
-template <class Visit>
-__device__ void visitBlocksOnce(const SampleLine& line, const Visit& visit) {
-  const int last_layer = line.last_plane >> kBlockSideLog2;
-  for (int layer = line.first_plane >> kBlockSideLog2; layer <= last_layer; ++layer) {
-    const int first = max(line.first_plane, layer * kBlockSide);
-    const int last = min(line.last_plane, layer * kBlockSide + kBlockSide - 1);
-    const PlaneCrossing a = crossPlane(line, first), b = crossPlane(line, last);
-    const BlockSpan u = spanOf(a.u, b.u), v = spanOf(a.v, b.v);
-    for (int block_u = u.first; block_u <= u.last; ++block_u) {
-      for (int block_v = v.first; block_v <= v.last; ++block_v) {
-        visit(unpermute(line.axis, layer, block_u, block_v));
-      }
-    }
-  }
-}
-
 /// One thread per surfel.
-__global__ void castSurfelsKernel(FusionInput input, uint32_t count, TouchedView touched,
-                                  SumsView part) {
+__global__ void castSurfelsKernel(DeviceSensing on_device, FusionView fusion, SurfelsView surfels,
+                                  TouchedView touched, SumsView part) {
   const size_t i = globalThread();
-  if (i >= count) return;
-  const CastLine cast = makeCastLine(input.frame, input.fusionOfFrame(), input.surfels[i]);
-  const Vec3i origin_block = blockOfVoxel(input.frame.origin_voxel);
-  visitBlocksOnce(cast.line, [&](const Vec3i& block_L) {
+  if (i >= surfels.size()) return;
+  const FrameSensing sensing = on_device.load();
+  const CastLine cast = makeCastLine(surfels.surfels[i], sensing, fusion);
+  const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
+  visitBlocks(cast.line, [&](const Vec3i& block_L) {
     const int32_t place = findTouched(touched, packKey(block_L + origin_block));
     if (place < 0) return;
     const uint32_t present = touched.directions[place];
@@ -73,14 +50,15 @@ __global__ void castSurfelsKernel(FusionInput input, uint32_t count, TouchedView
       if (sum >= part.count) return;
       addAtomically(&part.sums[static_cast<size_t>(sum) * kVoxelsPerBlock + index], weight, sdf);
     };
-    castIntoBlock<1>(cast, input.fusion, block_L, add);
+    castIntoBlock<1>(cast, fusion, block_L, add);
   });
 }
 
 /// One block of threads per array of sums, which it leaves zeroed.
-__global__ void foldSumsKernel(FusionView fusion, MapView map, TouchedView touched, SumsView part) {
-  const uint32_t owner = touched.sum_owners[part.first + blockIdx.x];
-  TouchedBlock& block = touched.blocks[owner / 8];
+__global__ void foldSumsKernel(FusionView fusion, FusionTarget target, SumsView part) {
+  const MapView& map = target.map;
+  const uint32_t owner = target.touched.sum_owners[part.first + blockIdx.x];
+  TouchedBlock& block = target.touched.blocks[owner / 8];
   const int direction = owner % 8;
   const int32_t array = block.slot < 0 ? kNoArray : map.slots[block.slot].array[direction];
   VoxelSums* sums = part.sums + static_cast<size_t>(blockIdx.x) * kVoxelsPerBlock;
@@ -88,8 +66,7 @@ __global__ void foldSumsKernel(FusionView fusion, MapView map, TouchedView touch
   int observed = 0;
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     if (voxels != nullptr) {
-      const Voxel folded =
-          foldSums(voxels[i], sums[i], fusion.truncation_voxels, fusion.max_weight);
+      const Voxel folded = foldSums(voxels[i], sums[i], fusion);
       voxels[i] = folded;
       observed |= folded.weight != 0.0f;
     }
@@ -100,9 +77,11 @@ __global__ void foldSumsKernel(FusionView fusion, MapView map, TouchedView touch
 }
 
 /// One block of threads per touched block. A voxel takes a single pixel: its sums need no memory.
-__global__ void projectVoxelsKernel(FusionInput input, MapView map, TouchedView touched) {
+__global__ void projectVoxelsKernel(FrameView frame, FusionView fusion, const Surfel* surfels,
+                                    FusionTarget target) {
   __shared__ uint32_t observed;
-  TouchedBlock& block = touched.blocks[blockIdx.x];
+  const MapView& map = target.map;
+  TouchedBlock& block = target.touched.blocks[blockIdx.x];
   if (block.slot < 0) return;
   if (threadIdx.x == 0) observed = 0;
   __syncthreads();
@@ -112,12 +91,12 @@ __global__ void projectVoxelsKernel(FusionInput input, MapView map, TouchedView 
     auto add = [&](int direction, int32_t weight, int32_t sdf) {
       addToSums(sums[direction], weight, sdf);
     };
-    projectVoxel(input.frame, input.fusion, input.surfels,
-                 firstVoxelOfBlock(block.block_L) + voxelOffset(i), add);
+    projectVoxel(frame, fusion, surfels, firstVoxelOfBlock(block.block_L) + voxelOffset(i),
+                 add);
     for (int d = 0; d < kDirectionCount; ++d) {
       if (entry.array[d] == kNoArray) continue;
       Voxel& voxel = map.voxels.record(entry.array[d])[i];
-      voxel = foldSums(voxel, sums[d], input.fusion.truncation_voxels, input.fusion.max_weight);
+      voxel = foldSums(voxel, sums[d], fusion);
       if (voxel.weight != 0.0f) atomicOr(&observed, 1u << d);
     }
   }
@@ -125,30 +104,40 @@ __global__ void projectVoxelsKernel(FusionInput input, MapView map, TouchedView 
   if (threadIdx.x == 0) block.empty = directionsOfSlot(entry) & ~observed;
 }
 
+/// The numbers of the rules on free space.
+struct FreeSpaceRules {
+  SurfelRules surfels;
+  FusionRules fusion;
+};
+
 /// Takes weight from the voxels of a block that the frame saw as free, with a block of threads.
-__device__ void clearFreeSpace(const FusionInput& input, const MapView& map, const SlotEntry& entry,
-                               const Vec3i& block_L) {
+__device__ void clearFreeSpace(const FrameSensing& sensing, const FreeSpaceRules& rules,
+                               const MapView& map, const SlotEntry& entry, const Vec3i& block_L) {
   const Vec3i first = firstVoxelOfBlock(block_L);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
-    const VoxelInImage at = projectToImage(input.frame, first + voxelOffset(i));
-    const float evidence = freeEvidence(input.frame, input.free_depth, at);
-    if (!(evidence > 0.0f)) continue;
+    const VoxelInImage at = projectToImage(sensing.image.frame, first + voxelOffset(i));
+    const float weight = freeSpaceWeight(sensing, at, rules.surfels, rules.fusion);
+    if (!(weight > 0.0f)) continue;
     for (int d = 0; d < kDirectionCount; ++d) {
       if (entry.array[d] == kNoArray) continue;
       Voxel& voxel = map.voxels.record(entry.array[d])[i];
-      voxel = clearedVoxel(voxel, evidence);
+      voxel = clearedVoxel(voxel, weight, rules.fusion);
     }
   }
 }
 
 /// One block of threads per touched block. A block without anything in it is about to be released:
 /// it is not meshed.
-__global__ void finishBlocksKernel(FusionInput input, MapView map, TouchedView touched,
-                                   EmptyBlock* empty_blocks) {
+__global__ void clearBlocksKernel(DeviceSensing on_device, FreeSpaceRules rules,
+                                  FusionTarget target, EmptyBlock* empty_blocks) {
+  const MapView& map = target.map;
+  const TouchedView& touched = target.touched;
   const TouchedBlock& block = touched.blocks[blockIdx.x];
   if (block.slot < 0) return;
   const SlotEntry& entry = map.slots[block.slot];
-  if (input.free_depth != nullptr) clearFreeSpace(input, map, entry, block.block_L);
+  if (on_device.hasFreeDepth()) {
+    clearFreeSpace(on_device.load(), rules, map, entry, block.block_L);
+  }
   if (threadIdx.x != 0) return;
   if (block.empty != 0) {
     empty_blocks[atomicAdd(&touched.counters->empty_blocks, 1u)] = {block.slot, block.empty};
@@ -161,6 +150,12 @@ __global__ void finishBlocksKernel(FusionInput input, MapView map, TouchedView t
 
 }  // namespace
 
+Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& stream)
+    : casts_(castsSurfels(params)),
+      rules_(rules),
+      fusion_(makeFusionView(params, rules.fusion)),
+      stream_(stream) {}
+
 /// With an eighth to spare rather than half: this is the most of what a frame needs.
 void Fusion::reserveSums(uint32_t arrays) {
   if (static_cast<size_t>(arrays) * kVoxelsPerBlock <= sums_.capacity()) return;
@@ -169,56 +164,65 @@ void Fusion::reserveSums(uint32_t arrays) {
   sums_.zero(stream_);
 }
 
-void Fusion::reserve(const FrameCounters& counters, FusionMode mode) {
-  if (mode != FusionMode::kVoxelProjection) {
-    const uint32_t arrays = std::min(counters.touched_arrays, kMaxSumArrays);
-    reserveSums(arrays);
-  }
+void Fusion::reserve(const FrameCounters& counters) {
+  if (casts_) reserveSums(std::min(counters.touched_arrays, kMaxSumArrays));
   empty_blocks_.growZeroed(counters.requests, stream_);
   pinned_empty_blocks_.reserve(counters.requests);
 }
 
-void Fusion::castSurfels(const FusionInput& input, const MapView& map, const TouchedView& touched,
-                         const FrameCounters& counters) {
+void Fusion::castAndFold(const DeviceSensing& sensing, const SurfelsView& surfels,
+                         const FusionTarget& target, const FrameCounters& counters) {
+  if (!casts_) return project(sensing, surfels, target, counters.touched);
+  const SurfelsView all{surfels.surfels, counters.usable_surfels, nullptr};
   const uint32_t room = static_cast<uint32_t>(sums_.capacity() / kVoxelsPerBlock);
   for (uint32_t first = 0; first < counters.touched_arrays; first += room) {
     const SumsView part{sums_.data(), first, std::min(room, counters.touched_arrays - first)};
-    {
-      const StageSpan span(stream_, Stage::kCast);
-      castSurfelsKernel<<<blocksFor(counters.usable_surfels), kThreads, 0, stream_.get()>>>(
-          input, counters.usable_surfels, touched, part);
-      DTSDF_CHECK_LAUNCH("castSurfelsKernel");
-    }
-    const StageSpan span(stream_, Stage::kFold);
-    foldSumsKernel<<<part.count, kThreads, 0, stream_.get()>>>(input.fusion, map, touched, part);
-    DTSDF_CHECK_LAUNCH("foldSumsKernel");
+    cast(sensing, all, target.touched, part);
+    fold(target, part);
   }
 }
 
-void Fusion::projectVoxels(const FusionInput& input, const MapView& map,
-                           const TouchedView& touched, const FrameCounters& counters) {
+void Fusion::cast(const DeviceSensing& sensing, const SurfelsView& surfels,
+                  const TouchedView& touched, const SumsView& part) {
+  const StageSpan span(stream_, Stage::kCast);
+  castSurfelsKernel<<<blocksFor(surfels.room), kThreads, 0, stream_.get()>>>(
+      sensing, fusion_, surfels, touched, part);
+  DTSDF_CHECK_LAUNCH("castSurfelsKernel");
+}
+
+void Fusion::fold(const FusionTarget& target, const SumsView& part) {
   const StageSpan span(stream_, Stage::kFold);
-  projectVoxelsKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(input, map, touched);
+  foldSumsKernel<<<part.count, kThreads, 0, stream_.get()>>>(fusion_, target, part);
+  DTSDF_CHECK_LAUNCH("foldSumsKernel");
+}
+
+/// Every voxel of the touched blocks takes the distance of its pixel.
+void Fusion::project(const DeviceSensing& sensing, const SurfelsView& surfels,
+                     const FusionTarget& target, uint32_t blocks) {
+  const StageSpan span(stream_, Stage::kFold);
+  projectVoxelsKernel<<<blocks, kThreads, 0, stream_.get()>>>(sensing.frame(), fusion_,
+                                                              surfels.surfels, target);
   DTSDF_CHECK_LAUNCH("projectVoxelsKernel");
 }
 
-void Fusion::finish(const FusionInput& input, const MapView& map, const TouchedBlocks& touched,
-                    const FrameCounters& counters, size_t new_blocks) {
-  const StageSpan span(stream_, Stage::kFinish);
-  finishBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
-      input, map, touched.view(), empty_blocks_.data());
-  DTSDF_CHECK_LAUNCH("finishBlocksKernel");
+void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
+                   const FrameCounters& counters, size_t new_blocks) {
+  const StageSpan span(stream_, Stage::kClear);
+  clearBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
+      sensing, {rules_.surfels, rules_.fusion}, target, empty_blocks_.data());
+  DTSDF_CHECK_LAUNCH("clearBlocksKernel");
   has_new_blocks_ = new_blocks > 0;
   if (!has_new_blocks_) return;
-  // Only new arrays can be empty (kLeastDebt), so there are no more of them to fetch.
-  touched.counters().download(pinned_counters_.data(), 1, stream_);
+  // Only new arrays can be empty (kLeastNegativeWeight), so there are no more of them to fetch.
+  DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned_counters_.data(), target.touched.counters,
+                                   sizeof(FrameCounters), cudaMemcpyDeviceToHost, stream_.get()));
   empty_blocks_.download(pinned_empty_blocks_.data(), new_blocks, stream_);
-  stream_.record(finished_);
+  stream_.record(cleared_);
 }
 
 std::vector<EmptyBlock> Fusion::takeEmptyBlocks() {
   if (!has_new_blocks_) return {};
-  finished_.wait();
+  cleared_.wait();
   has_new_blocks_ = false;
   const EmptyBlock* first = pinned_empty_blocks_.data();
   std::vector<EmptyBlock> blocks(first, first + pinned_counters_[0].empty_blocks);
@@ -237,7 +241,7 @@ void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
 
 std::vector<NamedKernel> fusionKernels() {
   return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
-          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(finishBlocksKernel, 0)};
+          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(clearBlocksKernel, 0)};
 }
 
 }  // namespace gpu

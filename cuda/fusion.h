@@ -1,8 +1,8 @@
-/// Fusion of a frame into the voxels of the blocks that it touches.
+/// The stages "cast", "fold" and "clear" on the device: a frame into the voxels of its blocks.
 #pragma once
 
-#include "dtsdf_mapping/params/fusion_params.h"
-#include "touched_blocks.h"
+#include "backend/rules.h"
+#include "find_blocks.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -19,26 +19,29 @@ struct SumsView {
   uint32_t first, count;
 };
 
+/// What the stages work on: the map, and the frame's blocks.
+struct FusionTarget {
+  MapView map;
+  TouchedView touched;
+};
+
 class Fusion {
  public:
-  explicit Fusion(const Stream& stream) : stream_(stream) {}
+  Fusion(const MapperParams& params, const Rules& rules, const Stream& stream);
 
   /// Makes room for a frame. @throws CudaError without memory; the map is untouched.
-  void reserve(const FrameCounters& counters, FusionMode mode);
+  void reserve(const FrameCounters& counters);
 
-  /// Casts all surfels into the frame's sums, and folds those into the voxels.
-  void castSurfels(const FusionInput& input, const MapView& map, const TouchedView& touched,
-                   const FrameCounters& counters);
-
-  /// Voxel projection: every voxel of the touched blocks takes the distance of its pixel.
-  void projectVoxels(const FusionInput& input, const MapView& map, const TouchedView& touched,
-                     const FrameCounters& counters);
+  /// Casts all surfels into the frame's sums, and folds those into the voxels. Voxel projection does
+  /// both at once.
+  void castAndFold(const DeviceSensing& sensing, const SurfelsView& surfels,
+                   const FusionTarget& target, const FrameCounters& counters);
 
   /// Takes weight from what the frame saw as free, marks what has changed for the mesh, and lists new
   /// arrays that hold nothing. `new_blocks` is the number of blocks that were given arrays for this
   /// frame.
-  void finish(const FusionInput& input, const MapView& map, const TouchedBlocks& touched,
-              const FrameCounters& counters, size_t new_blocks);
+  void clear(const DeviceSensing& sensing, const FusionTarget& target,
+             const FrameCounters& counters, size_t new_blocks);
 
   /// Waits for the frame, and tells its empty blocks, by slot. Tells them once.
   std::vector<EmptyBlock> takeEmptyBlocks();
@@ -47,9 +50,17 @@ class Fusion {
 
  private:
   void reserveSums(uint32_t arrays);
+  void cast(const DeviceSensing& sensing, const SurfelsView& surfels, const TouchedView& touched,
+            const SumsView& part);
+  void fold(const FusionTarget& target, const SumsView& part);
+  void project(const DeviceSensing& sensing, const SurfelsView& surfels,
+               const FusionTarget& target, uint32_t blocks);
 
+  const bool casts_;  ///< Else voxels are projected.
+  const Rules rules_;
+  const FusionView fusion_;
   const Stream& stream_;
-  Event finished_;
+  Event cleared_;
   bool has_new_blocks_ = false;
   DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames.
   DeviceBuffer<EmptyBlock> empty_blocks_;

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "kernels/core/camera.h"
+
 namespace dtsdf {
 namespace gpu {
 
@@ -14,6 +16,12 @@ inline unsigned blocksFor(size_t items, int threads = kThreads) {
 }
 
 #ifdef __CUDACC__
+/// A grid of stretches of rows of an image.
+inline dim3 rowGrid(const FrameView& frame) {
+  constexpr int kMaxGridRows = 65535;
+  return dim3(blocksFor(frame.width), frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
+}
+
 __device__ __forceinline__ size_t globalThread() {
   return static_cast<size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
 }

@@ -20,8 +20,9 @@ struct NamedKernel {
 #define DTSDF_NAMED_KERNEL(kernel, ...) \
   ::dtsdf::gpu::NamedKernel{#kernel, reinterpret_cast<const void*>(&kernel), __VA_ARGS__}
 
+std::vector<NamedKernel> senseKernels();
 std::vector<NamedKernel> surfelKernels();
-std::vector<NamedKernel> touchKernels();
+std::vector<NamedKernel> blockKernels();
 std::vector<NamedKernel> mapKernels();
 std::vector<NamedKernel> fusionKernels();
 std::vector<NamedKernel> mesherKernels(bool directional);

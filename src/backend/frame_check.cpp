@@ -112,4 +112,22 @@ FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m) {
   return view;
 }
 
+DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
+  return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m};
+}
+
+IntegrationResult refuse(const FrameProblem& problem) {
+  IntegrationResult result;
+  result.status = problem.status;
+  result.message = problem.message;
+  return result;
+}
+
+IntegrationResult noMeasurement(const MapperParams& params) {
+  std::ostringstream text;
+  text << "no pixel has a usable depth: all are empty, isolated, or outside ["
+       << params.fusion.min_depth_m << ", " << params.fusion.max_depth_m << "] m";
+  return refuse({FrameStatus::kNoMeasurement, text.str()});
+}
+
 }  // namespace dtsdf

@@ -1,11 +1,12 @@
-/// Validates a frame and turns it into what the rules work on; shared by both backends.
+/// Validates a frame and turns it into what the rules work on, or into a refusal; shared by both
+/// backends.
 #pragma once
 
 #include <optional>
 #include <string>
 
 #include "dtsdf_mapping/mapper.h"
-#include "kernels/core/camera.h"
+#include "kernels/surfels/depth.h"
 
 namespace dtsdf {
 
@@ -20,5 +21,13 @@ std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperPar
 /// The frame for the rules. The local frame's origin is the block that the camera is in.
 /// @pre findProblem() found nothing.
 FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m);
+
+DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
+
+/// The result of a frame with a problem.
+IntegrationResult refuse(const FrameProblem& problem);
+
+/// The result of a frame that shows nothing to fuse.
+IntegrationResult noMeasurement(const MapperParams& params);
 
 }  // namespace dtsdf

@@ -6,17 +6,13 @@ const char* toString(Stage stage) {
   switch (stage) {
     case Stage::kCopy: return "copy";
     case Stage::kUpload: return "upload";
-    case Stage::kNoise: return "noise";
-    case Stage::kRowFits: return "row_fits";
-    case Stage::kGroups: return "groups";
-    case Stage::kSurfels: return "surfels";
-    case Stage::kTouch: return "touch";
-    case Stage::kCompare: return "compare";
+    case Stage::kSense: return "sense";
+    case Stage::kMakeSurfels: return "make_surfels";
+    case Stage::kFindBlocks: return "find_blocks";
     case Stage::kAdmit: return "admit";
     case Stage::kCast: return "cast";
     case Stage::kFold: return "fold";
-    case Stage::kFinish: return "finish";
-    case Stage::kReach: return "reach";
+    case Stage::kClear: return "clear";
     case Stage::kIndex: return "index";
     case Stage::kMake: return "make";
     case Stage::kFetch: return "fetch";

@@ -9,26 +9,21 @@
 
 namespace dtsdf {
 
-/// Parts of integrate() and of a mesh update, in their order. On a GPU each part with a kernel is
-/// one kernel, with what belongs to it.
+/// The stages of integrate() and of a mesh update, in their order.
 enum class Stage {
-  kCopy,     ///< Raw image to pinned memory (host).
-  kUpload,   ///< Raw image to the device.
-  kNoise,    ///< Estimate of the image's noise.
-  kRowFits,  ///< Inverse depth and row fits of the normals.
-  kGroups,   ///< Which pixels are one surfel.
-  kSurfels,  ///< Column fits and surfels; on the CPU with noise, row fits and groups.
-  kTouch,    ///< Blocks that surfels touch.
-  kCompare,  ///< Comparison with the map.
-  kAdmit,    ///< New blocks and arrays, and their memory (host, waiting for the device included).
-  kCast,     ///< Surfels into sums.
-  kFold,     ///< Sums into voxels; on the CPU with the voxels that were seen as free.
-  kFinish,   ///< Voxels that were seen as free, what changed, and what is empty.
-  kReach,    ///< Blocks to mesh again.
-  kIndex,    ///< Marching cubes indices.
-  kMake,     ///< Vertices and triangles.
-  kFetch,    ///< Meshes to the host.
-  kHandOut,  ///< Meshes into blocks (host).
+  kCopy,         ///< Raw image to pinned memory (host).
+  kUpload,       ///< Raw image to the device.
+  kSense,        ///< Noise of the image, inverse depth and row fits, and how far rays are free.
+  kMakeSurfels,  ///< Which pixels are merged, column fits, and surfels.
+  kFindBlocks,   ///< Blocks that surfels touch, and what of them the map lacks.
+  kAdmit,        ///< New blocks and arrays, and their memory (host, waiting for the device included).
+  kCast,         ///< Surfels into sums.
+  kFold,         ///< Sums into voxels.
+  kClear,        ///< Voxels that were seen as free, what changed, and what is empty.
+  kIndex,        ///< Which blocks to mesh again, and the marching cubes indices in them.
+  kMake,         ///< Vertices and triangles.
+  kFetch,        ///< Meshes to the host.
+  kHandOut,      ///< Meshes into blocks (host).
 };
 constexpr int kStageCount = static_cast<int>(Stage::kHandOut) + 1;
 
@@ -37,7 +32,7 @@ const char* toString(Stage stage);
 /// What there was to do, as far as the backend counts it; 0 otherwise.
 struct WorkCounts {
   uint64_t pixels = 0, raw_bytes = 0;
-  uint64_t surfels = 0;  ///< Of groups or single pixels, with a weight.
+  uint64_t surfels = 0;  ///< With a weight.
   uint64_t touched_blocks = 0, touched_arrays = 0;
   uint64_t new_blocks = 0, new_arrays = 0;
   uint64_t indexed_blocks = 0, meshed_blocks = 0;

@@ -15,10 +15,42 @@ struct Rules {
 };
 
 template <class Visitor>
-void visitRules(MeshRules& r, Visitor& visit) {
-  visit("rules/mesh/least_weight_share", r.least_weight_share, Range{0.0, 0.99});
-  visit("rules/mesh/nearness_voxels", r.nearness_voxels, Range{0.001, 16.0});
-  visit("rules/mesh/vertex_margin", r.vertex_margin, Range{1e-6, 0.49});
+void visitRules(MeshRules& rules, Visitor& visit) {
+  const std::string section = "rules/mesh/";
+  visit(section + "least_weight_share", rules.least_weight_share, Range{0.0, 0.99});
+  visit(section + "nearness_voxels", rules.nearness_voxels, Range{0.001, 16.0});
+  visit(section + "vertex_margin", rules.vertex_margin, Range{1e-6, 0.49});
+}
+
+template <class Visitor>
+void visitRules(SurfelRules& rules, Visitor& visit) {
+  const std::string section = "rules/surfels/";
+  visit(section + "connected_noise", rules.connected_noise, Range{0.0, 10.0});
+  visit(section + "least_noise_lines", rules.least_noise_lines, Range{1, 1e9});
+  visit(section + "window_voxels", rules.window_voxels, Range{0.0, 100.0});
+  visit(section + "least_window_px", rules.least_window_px, Range{1.0, 1000.0});
+  visit(section + "largest_noise_turn", rules.largest_noise_turn, Range{0.001, 10.0});
+  visit(section + "least_strip_px", rules.least_strip_px, Range{2, 1000});
+  visit(section + "strip_weight", rules.strip_weight, Range{0.0, 1.0});
+  visit(section + "merged_width", rules.merged_width, Range{0.0, 100.0});
+  visit(section + "merged_depth_range", rules.merged_depth_range, Range{0.0, 100.0});
+  visit(section + "merged_turn_across", rules.merged_turn_across, Range{0.0, 100.0});
+  visit(section + "merged_turn_down", rules.merged_turn_down, Range{0.0, 100.0});
+  visit(section + "merged_rows_beside", rules.merged_rows_beside, Range{1, 1000});
+  visit(section + "subdivided_width", rules.subdivided_width, Range{0.0, 1e6});
+  visit(section + "subdivided_step", rules.subdivided_step, Range{0.0, 1e6});
+  visit(section + "full_weight_depth_m", rules.full_weight_depth_m, Range{0.01, 1000.0});
+}
+
+template <class Visitor>
+void visitRules(FusionRules& rules, Visitor& visit) {
+  const std::string section = "rules/fusion/";
+  visit(section + "sample_reach", rules.sample_reach, Range{0.5, 100.0});
+  visit(section + "noise_reach", rules.noise_reach, Range{0.0, 100.0});
+  visit(section + "free_share", rules.free_share, Range{0.0, 10.0});
+  visit(section + "most_free_frames", rules.most_free_frames, Range{0.0, 1e6});
+  visit(section + "nearest_free_m", rules.nearest_free_m, Range{0.01, 1000.0});
+  visit(section + "free_noise", rules.free_noise, Range{0.0, 100.0});
 }
 
 /// Visits keys such as "rules/mesh/...", in the manner of visitParams().

@@ -6,7 +6,7 @@
 #include "kernels/core/voxel.h"
 #include "kernels/meshing/corner_grid.h"
 #include "kernels/meshing/unit_samples.h"
-#include "kernels/surfels/depth_noise.h"
+#include "kernels/surfels/noise.h"
 #include "kernels/surfels/surfel.h"
 #include "map/block_table.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 // Operations, counted in the rules in kernels/ for the usual case.
 constexpr double kFitOperations = 60;      // of a pixel's row or column: a window of 5, 12 each
-constexpr double kGroupOperations = 10;    // of a pixel: least and most of depth and slope, twice
+constexpr double kMergeOperations = 10;    // of a pixel: least and most of depth and slope, twice
 constexpr double kSurfelOperations = 60;   // back-projection, normalisation, rotation, weights
 constexpr double kTouchOperations = 80;    // the line, and the one or two blocks that it meets
 constexpr double kSamplesOfSurfel = 3.5 * 4 * 1.7;  // planes in reach, corners, directions
@@ -56,17 +56,16 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
   switch (stage) {
     case Stage::kCopy: return {2 * raw, 0};
     case Stage::kUpload: return {raw, 0, true};
-    case Stage::kNoise:
-      return {std::min(raw, kNoiseBytes), kNoisePoints * kNoiseLength * kNoiseOperations};
-    case Stage::kRowFits: return {raw + pixels * kPixelFits, pixels * kFitOperations};
-    case Stage::kGroups:
-      return {pixels * (kPixelFits + kTileBytes / kTilePixels), pixels * kGroupOperations};
-    case Stage::kSurfels:  // the images are read in full: pixels around a surfel take part in it
-      return {pixels * (kPixelFits + kTileBytes / kTilePixels + sizeof(float)) + surfel_bytes,
-              surfels * (kFitOperations + kSurfelOperations) + pixels * kFreeOperations};
-    case Stage::kTouch: return {surfel_bytes, surfels * kTouchOperations};
-    case Stage::kCompare:  // entry of the frame's table, of the map's table, slot, result
-      return {static_cast<double>(work.touched_blocks) * (12 + 12 + 32 + 40), 0};
+    case Stage::kSense:  // the raw image, the images of the fits once written and once read, free depth
+      return {std::min(raw, kNoiseBytes) + raw + pixels * (2 * kPixelFits + sizeof(float)),
+              kNoisePoints * kNoiseLength * kNoiseOperations +
+                  pixels * (kFitOperations + kFreeOperations)};
+    case Stage::kMakeSurfels:  // the images are read in full: pixels around a surfel take part in it
+      return {2 * pixels * (kPixelFits + kTileBytes / kTilePixels) + surfel_bytes,
+              pixels * kMergeOperations + surfels * (kFitOperations + kSurfelOperations)};
+    case Stage::kFindBlocks:  // entry of the frame's table, of the map's table, slot, result
+      return {surfel_bytes + static_cast<double>(work.touched_blocks) * (12 + 12 + 32 + 40),
+              surfels * kTouchOperations};
     case Stage::kAdmit:
       return {static_cast<double>(work.new_arrays) * kArrayBytes, 0};
     case Stage::kCast:
@@ -75,13 +74,13 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
     case Stage::kFold:
       return {arrays * (2 * kSumsBytes + 2 * kArrayBytes),
               arrays * kVoxelsPerBlock * kFoldOperations};
-    case Stage::kFinish:  // the block, its slot, the depth that each voxel is compared with
+    case Stage::kClear:  // the block, its slot, the depth that each voxel is compared with
       return {static_cast<double>(work.touched_blocks) *
                   (40 + 32 + 8 + kVoxelsPerBlock * sizeof(float)),
               static_cast<double>(work.touched_blocks) * kVoxelsPerBlock * kClearOperations};
-    case Stage::kReach: return {static_cast<double>(work.touched_blocks) * kUnitReach * 24, 0};
-    case Stage::kIndex:
-      return {indexed * (arrays_per_block * kGridCorners * sizeof(Voxel) + 2 * kIndicesBytes),
+    case Stage::kIndex:  // which blocks to index, and them
+      return {static_cast<double>(work.touched_blocks) * kUnitReach * 24 +
+                  indexed * (arrays_per_block * kGridCorners * sizeof(Voxel) + 2 * kIndicesBytes),
               indexed * kVoxelsPerBlock * kIndexOperations};
     case Stage::kMake:  // the indices, those across six faces, both ends of each vertex, the mesh
       return {meshed * kIndicesBytes * (1 + 6.0 / kBlockSide) +

@@ -107,7 +107,7 @@ void BlockMesher::sortByKey(std::vector<int32_t>& slots) const {
 }
 
 std::vector<int32_t> BlockMesher::reachBlocks() {
-  const StageTimer timer(profile_, Stage::kReach);
+  const StageTimer timer(profile_, Stage::kIndex);
   std::vector<int32_t> slots;
   for (const int32_t slot : takeDirty()) {
     for (int n = 0; n < kUnitReach; ++n) select(table_.block(slot).key + unitReachOffset(n), slots);
@@ -117,7 +117,7 @@ std::vector<int32_t> BlockMesher::reachBlocks() {
 }
 
 void BlockMesher::selectAround(const std::vector<uint8_t>& changed, std::vector<int32_t>& slots) {
-  const StageTimer timer(profile_, Stage::kReach);
+  const StageTimer timer(profile_, Stage::kIndex);
   for (size_t i = 0; i < changed.size(); ++i) {
     if (!changed[i]) continue;
     const BlockKey key = table_.block(slots[i]).key;

@@ -1,4 +1,4 @@
-/// Time that blocks take in the parallel loop of a frame, split into casting and folding.
+/// Time that blocks take in the parallel loop of a frame, split into its stages.
 #pragma once
 
 #include <atomic>
@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// Splits the loop's wall time in the ratio of the times that its threads spend on either part.
+/// Splits the loop's wall time in the ratio of the times that its threads spend on each stage.
 /// Reads no clock without a profile.
 class BlockTimes {
  public:
@@ -21,10 +21,11 @@ class BlockTimes {
     if (!enabled_) return;
     const double wall_ms =
         std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
-    const double cast = static_cast<double>(cast_ns_), fold = static_cast<double>(fold_ns_);
-    const double share = cast + fold > 0.0 ? cast / (cast + fold) : 1.0;
-    profile->add(Stage::kCast, share * wall_ms);
-    profile->add(Stage::kFold, (1.0 - share) * wall_ms);
+    double total_ns = 0.0;
+    for (const std::atomic<int64_t>& ns : spent_ns_) total_ns += static_cast<double>(ns);
+    for (int i = 0; i < kStages && total_ns > 0.0; ++i) {
+      profile->add(static_cast<Stage>(kFirst + i), wall_ms * static_cast<double>(spent_ns_[i]) / total_ns);
+    }
     profile->work.touched_arrays += arrays_;
   }
 
@@ -34,33 +35,33 @@ class BlockTimes {
     explicit Lap(BlockTimes& times) : times_(times) {
       if (times_.enabled_) last_ = Clock::now();
     }
-    void endCast() {
-      if (times_.enabled_) times_.cast_ns_ += split();
-    }
-    void endFold(const BlockEntry& block, uint32_t directions) {
+    /// Ends one of the stages cast, fold and clear.
+    void end(Stage stage) {
       if (!times_.enabled_) return;
-      times_.fold_ns_ += split();
+      const auto now = Clock::now();
+      times_.spent_ns_[static_cast<int>(stage) - kFirst] +=
+          std::chrono::duration_cast<std::chrono::nanoseconds>(now - last_).count();
+      last_ = now;
+    }
+    void countArrays(const BlockEntry& block, uint32_t directions) {
+      if (!times_.enabled_) return;
       for (int d = 0; d < kDirectionCount; ++d) {
         times_.arrays_ += block.array[d] != kNoArray && (directions >> d & 1);
       }
     }
 
    private:
-    int64_t split() {
-      const auto now = Clock::now();
-      const auto spent = std::chrono::duration_cast<std::chrono::nanoseconds>(now - last_).count();
-      last_ = now;
-      return spent;
-    }
     BlockTimes& times_;
     std::chrono::steady_clock::time_point last_;
   };
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr int kFirst = static_cast<int>(Stage::kCast);
+  static constexpr int kStages = static_cast<int>(Stage::kClear) - kFirst + 1;
   const bool enabled_;
   Clock::time_point start_;
-  std::atomic<int64_t> cast_ns_{0}, fold_ns_{0};
+  std::atomic<int64_t> spent_ns_[kStages] = {};
   std::atomic<uint64_t> arrays_{0};
 };
 

@@ -3,9 +3,10 @@
 
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
-#include "cpu/block_bins.h"
 #include "cpu/block_mesher.h"
-#include "cpu/frame_surfels.h"
+#include "cpu/find_blocks.h"
+#include "cpu/make_surfels.h"
+#include "cpu/sense.h"
 #include "cpu/voxel_store.h"
 #include "map/block_table.h"
 
@@ -27,21 +28,26 @@ class CpuMapper : public ProbedMapper {
   std::string backendName() const override;
 
  private:
-  size_t computeSurfels(const DepthFrame& frame, const FrameView& view);
-  const std::vector<TouchedBlock>& findTouchedBlocks(const FrameView& view);
-  void admit(const std::vector<TouchedBlock>& touched, IntegrationResult& result);
-  void fuse(const std::vector<TouchedBlock>& touched, const FrameView& view);
-  void recycleEmpty(const std::vector<TouchedBlock>& touched,
+  IntegrationResult fuse(const DepthFrame& frame);
+  FrameSensing sense(const DepthFrame& frame);
+  const std::vector<Surfel>& makeSurfels(const FrameSensing& sensing);
+  const std::vector<TouchedBlock>& findBlocks(const std::vector<Surfel>& surfels,
+                                              const FrameSensing& sensing);
+  Admission admit(const std::vector<TouchedBlock>& blocks);
+  void castFoldAndClear(const std::vector<TouchedBlock>& blocks,
+                        const std::vector<Surfel>& surfels, const FrameSensing& sensing);
+  void recycleEmpty(const std::vector<TouchedBlock>& blocks,
                     const std::vector<uint32_t>& empty_directions);
 
-  MapperParams params_;
-  Rules rules_;
-  FusionView fusion_;
-  int threads_;
+  const MapperParams params_;
+  const Rules rules_;
+  const FusionView fusion_;
+  const int threads_;
   BlockTable table_;
   VoxelStore voxels_;
-  FrameSurfels surfels_;
-  BlockBins bins_;
+  FrameSensor sensor_;
+  SurfelMaker surfel_maker_;
+  BlockFinder block_finder_;
   BlockMesher mesher_;
   MeshUpdate mesh_update_;
   uint64_t refused_ = 0;

@@ -1,4 +1,4 @@
-/// The pinhole camera, the depth encodings, and the local frame in which one image is fused.
+/// The pinhole camera, and the local frame in which one image is fused.
 #pragma once
 
 #include "dtsdf_mapping/pinhole.h"
@@ -16,11 +16,13 @@ struct FrameView {
   float voxel_size_m;
 };
 
-/// Inverse depth of a raw value in 1/m, or 0 where it is no measurement in [min, max].
-DTSDF_HD float inverseDepth(float raw, float unit_m, float min_depth_m, float max_depth_m) {
-  const float depth_m = raw * unit_m;
-  const bool usable = depth_m >= min_depth_m && depth_m <= max_depth_m;  // false for NaN
-  return usable ? 1.0f / depth_m : 0.0f;
+struct Pixel {
+  int32_t u, v;
+};
+
+/// Where a pixel lies in an image, row by row without gaps.
+DTSDF_HD int64_t pixelIndex(const FrameView& frame, const Pixel& pixel) {
+  return static_cast<int64_t>(pixel.v) * frame.width + pixel.u;
 }
 
 /// The point at depth z_m of a pixel, in the camera's optical frame, in metres.
@@ -30,7 +32,8 @@ DTSDF_HD Vec3f backProject(const Intrinsics& K, float u_px, float v_px, float z_
 
 /// Where a voxel is seen. Of use only if the depth is above 0.
 struct VoxelInImage {
-  float depth_m, u, v;  ///< Pixel coordinates, from the corner of the first pixel.
+  float depth_m;
+  float u, v;  ///< In pixels from the corner of the first one, whose centre is (0.5, 0.5).
 };
 
 DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3i& voxel_L) {

@@ -1,9 +1,9 @@
-/// A measured surface point with its normal and weight: what fusion knows of a pixel, of a group of
-/// pixels, or of a part of one.
+/// A measured surface point with its normal and weight: what fusion knows of a pixel, of merged pixels,
+/// or of a subpixel.
 #pragma once
 
-#include "kernels/surfels/pixel_group.h"
-#include "kernels/surfels/pixel_parts.h"
+#include "kernels/surfels/pixel_merging.h"
+#include "kernels/surfels/pixel_subdivision.h"
 
 namespace dtsdf {
 
@@ -15,11 +15,10 @@ struct Surfel {
   float depth_m;
 };
 
-/// Depth weight: the noise of triangulating depth cameras grows with z^2, and a weight is the
-/// inverse of a standard deviation, so min(1, (1 m / z)^2). (The authors' later work uses the same
-/// shape with the sensor's nearest depth in place of 1 m.)
-DTSDF_HD float depthWeight(float depth_m) {
-  return depth_m <= 1.0f ? 1.0f : 1.0f / (depth_m * depth_m);
+/// Depth weight: min(1, (full_weight_depth_m / z)^2).
+DTSDF_HD float depthWeight(float depth_m, const SurfelRules& rules) {
+  const float full_m = rules.full_weight_depth_m;
+  return depth_m <= full_m ? 1.0f : full_m * full_m / (depth_m * depth_m);
 }
 
 /// Angle weight: cosine between the view ray and the normal (paper, Sec. IV-A).
@@ -30,96 +29,97 @@ DTSDF_HD float angleWeight(const Vec3f& p_C, const Vec3f& normal_C) {
 
 DTSDF_HD Surfel noSurfel() { return {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f}; }
 
-/// The surfel of `pixels` pixels with their centre at (u, v).
-DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth_m,
-                           const Vec3f& normal_C, float pixels) {
+/// A point in the image, in pixels from the centre of the first one, and its depth.
+struct ImagePoint {
+  float u, v, depth_m;
+};
+
+/// The surfel of a point that stands for `pixels` pixels.
+DTSDF_HD Surfel makeSurfel(const FrameView& frame, const ImagePoint& point, const Vec3f& normal_C,
+                           float pixels, const SurfelRules& rules) {
   if (!(dot(normal_C, normal_C) > 0.0f)) return noSurfel();
-  const Vec3f p_C = backProject(frame.intrinsics, u, v, depth_m);
+  const Vec3f p_C = backProject(frame.intrinsics, point.u, point.v, point.depth_m);
   const Vec3f p_voxels = (1.0f / frame.voxel_size_m) * p_C;
   return {transform(frame.T_L_C, p_voxels),
-          pixels * (depthWeight(depth_m) * angleWeight(p_C, normal_C)),
-          rotate(frame.T_L_C, normal_C), depth_m};
+          pixels * (depthWeight(point.depth_m, rules) * angleWeight(p_C, normal_C)),
+          rotate(frame.T_L_C, normal_C), point.depth_m};
 }
 
 /// A measurement without a normal: all that the undirected map needs for voxel projection.
-DTSDF_HD Surfel makePoint(const FrameView& frame, int u, int v, float inverse_depth) {
+DTSDF_HD Surfel makePointSurfel(const ImageView& image, const Pixel& pixel,
+                                const SurfelRules& rules) {
+  const FrameView& frame = image.frame;
+  const float inverse_depth = image.inverse_depth[pixelIndex(frame, pixel)];
   if (!(inverse_depth > 0.0f)) return noSurfel();
   const float depth_m = 1.0f / inverse_depth;
-  const Vec3f p_C = backProject(frame.intrinsics, static_cast<float>(u), static_cast<float>(v),
-                                depth_m);
-  return {transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), depthWeight(depth_m),
+  const Vec3f p_C = backProject(frame.intrinsics, static_cast<float>(pixel.u),
+                                static_cast<float>(pixel.v), depth_m);
+  return {transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), depthWeight(depth_m, rules),
           {0.0f, 0.0f, 0.0f}, depth_m};
 }
 
 /// A measured pixel, ready to become a surfel, or several.
 struct PixelMeasurement {
-  int32_t u, v;
+  Pixel pixel;
   PixelPlane plane;
-  PixelParts parts;
+  Subdivision subdivision;
 };
 
-/// A pixel in one part, without a normal where it is not measured, given the fit along its column.
-DTSDF_HD PixelMeasurement wholePixel(const FrameView& frame, const FitImages& images, int u, int v,
-                                     const LineFit& column, const NormalFitSettings& settings) {
-  PixelMeasurement pixel{u, v, {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f}, {1, 1}};
-  if (images.inverse_depth[static_cast<int64_t>(v) * frame.width + u] > 0.0f) {
-    pixel.plane = pixelPlane(images, frame.width, frame.height, u, v, column, frame.intrinsics,
-                             settings);
+/// A pixel in one piece, without a plane where it is not measured, given the fit along its column.
+DTSDF_HD PixelMeasurement wholePixel(const FrameSensing& sensing, const Pixel& pixel,
+                                     const LineFit& column, const SurfelView& surfels) {
+  const bool is_measured = sensing.image.inverse_depth[pixelIndex(sensing.image.frame, pixel)] > 0.0f;
+  return {pixel, is_measured ? pixelPlane(sensing, pixel, column, surfels) : noPlane(), {1, 1}};
+}
+
+/// The same, subdivided where it is wide.
+DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pixel& pixel,
+                                          const LineFit& column, const SurfelView& surfels) {
+  PixelMeasurement measured = wholePixel(sensing, pixel, column, surfels);
+  if (measured.plane.trust > 0.0f) {
+    measured.subdivision = subdividePixel(sensing.image, pixel, measured.plane, surfels);
   }
-  return pixel;
+  return measured;
 }
 
-/// The same, divided where it is wide.
-DTSDF_HD PixelMeasurement dividedPixel(const FrameView& frame, const FitImages& images, int u,
-                                       int v, const LineFit& column,
-                                       const NormalFitSettings& settings) {
-  PixelMeasurement pixel = wholePixel(frame, images, u, v, column, settings);
-  if (pixel.plane.trust > 0.0f) {
-    pixel.parts = dividePixel(frame, images, u, v, pixel.plane, settings.depth_jump);
-  }
-  return pixel;
+/// The surfel of a subpixel; number 0 of a pixel in one piece is the pixel.
+DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasurement& measured,
+                                   int subpixel, const SurfelRules& rules) {
+  const SubpixelOffset offset = subpixelOffset(measured.subdivision, subpixel);
+  const float inverse_depth = inverseDepthBeside(image, measured.pixel, measured.plane, offset);
+  const ImagePoint point{static_cast<float>(measured.pixel.u) + offset.u,
+                         static_cast<float>(measured.pixel.v) + offset.v, 1.0f / inverse_depth};
+  const float share =
+      measured.plane.trust / static_cast<float>(subpixelCount(measured.subdivision));
+  return makeSurfel(image.frame, point, measured.plane.normal_C, share, rules);
 }
 
-/// The surfel of a part of a pixel.
-DTSDF_HD Surfel makePartSurfel(const FrameView& frame, const FitImages& images,
-                               const PixelMeasurement& pixel, int part) {
-  const PartOffset offset = partOffset(pixel.parts, part);
-  const float inverse_depth =
-      inverseDepthBeside(images, frame.width, pixel.u, pixel.v, pixel.plane, offset);
-  return makeSurfel(frame, static_cast<float>(pixel.u) + offset.u,
-                    static_cast<float>(pixel.v) + offset.v, 1.0f / inverse_depth,
-                    pixel.plane.normal_C,
-                    pixel.plane.trust / static_cast<float>(partCount(pixel.parts)));
+/// The one surfel of a pixel that is neither merged nor subdivided.
+DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
+                                const SurfelView& surfels) {
+  if (surfels.normal_radius_px == 0) return makePointSurfel(sensing.image, pixel, surfels.rules);
+  const LineFit column = fitColumn(sensing, pixel, surfels);
+  return makeSubpixelSurfel(sensing.image, wholePixel(sensing, pixel, column, surfels), 0,
+                            surfels.rules);
 }
 
-/// The one surfel of a whole pixel.
-DTSDF_HD Surfel computeSurfel(const FrameView& frame, const FitImages& images, int u, int v,
-                              const NormalFitSettings& settings) {
-  if (settings.radius_px == 0) {
-    return makePoint(frame, u, v, images.inverse_depth[static_cast<int64_t>(v) * frame.width + u]);
-  }
-  const LineFit column = fitColumn(images, frame.width, frame.height, u, v, settings);
-  return makePartSurfel(frame, images, wholePixel(frame, images, u, v, column, settings), 0);
-}
-
-/// The surfel of a group of side x side pixels with its first corner at (u, v). The mean of 1 / z is
-/// that of a plane at the group's centre.
-DTSDF_HD Surfel computeGroupSurfel(const FrameView& frame, const FitImages& images, int u, int v,
-                                   int side, const NormalFitSettings& settings) {
+/// The surfel of merged pixels. The mean of 1 / z is that of a plane at the square's centre.
+DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare& square,
+                                 const SurfelView& surfels) {
+  const ImageView& image = sensing.image;
+  const float* row = image.inverse_depth + pixelIndex(image.frame, square.first);
   float sum = 0.0f;
-  for (int y = 0; y < side; ++y) {
-    for (int x = 0; x < side; ++x) {
-      sum += images.inverse_depth[static_cast<int64_t>(v + y) * frame.width + u + x];
-    }
+  for (int y = 0; y < square.side; ++y, row += image.frame.width) {
+    for (int x = 0; x < square.side; ++x) sum += row[x];
   }
-  const float pixels = static_cast<float>(side * side);
-  const float to_centre = 0.5f * static_cast<float>(side - 1);
-  const int half = side / 2 - 1;
-  const Vec3f normal_C = fitNormalBetween(images.row_value, images.row_slope, frame.width,
-                                          frame.height, u + half, v + half, frame.intrinsics,
-                                          settings);
-  return makeSurfel(frame, static_cast<float>(u) + to_centre, static_cast<float>(v) + to_centre,
-                    pixels / sum, normal_C, pixels);
+  const float pixels = static_cast<float>(square.side * square.side);
+  const float to_centre = 0.5f * static_cast<float>(square.side - 1);
+  const int half = square.side / 2 - 1;
+  const Vec3f normal_C =
+      fitNormalBetween(sensing, {square.first.u + half, square.first.v + half}, surfels);
+  const ImagePoint centre{static_cast<float>(square.first.u) + to_centre,
+                          static_cast<float>(square.first.v) + to_centre, pixels / sum};
+  return makeSurfel(image.frame, centre, normal_C, pixels, surfels.rules);
 }
 
 }  // namespace dtsdf

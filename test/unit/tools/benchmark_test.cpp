@@ -66,19 +66,18 @@ TEST(StageCosts, CountWhatMustMove) {
 }
 
 TEST(StageCosts, FollowSurfelsWhereTheWorkIsTheirs) {
-  WorkCounts pixels, groups;
-  pixels.pixels = pixels.surfels = groups.pixels = 640 * 480;
-  groups.surfels = pixels.surfels / 10;
-  for (const Stage stage : {Stage::kRowFits, Stage::kGroups}) {
-    EXPECT_EQ(costOf(stage, groups, 1.0).operations, costOf(stage, pixels, 1.0).operations);
-    EXPECT_EQ(costOf(stage, groups, 1.0).bytes, costOf(stage, pixels, 1.0).bytes);
-  }
-  EXPECT_LT(costOf(Stage::kSurfels, groups, 1.0).operations,
-            costOf(Stage::kSurfels, pixels, 1.0).operations);
-  for (const Stage stage : {Stage::kTouch, Stage::kCast}) {
-    EXPECT_NEAR(10 * costOf(stage, groups, 1.0).operations, costOf(stage, pixels, 1.0).operations,
+  WorkCounts pixels, merged;
+  pixels.pixels = pixels.surfels = merged.pixels = 640 * 480;
+  merged.surfels = pixels.surfels / 10;
+  EXPECT_EQ(costOf(Stage::kSense, merged, 1.0).operations,
+            costOf(Stage::kSense, pixels, 1.0).operations);
+  EXPECT_EQ(costOf(Stage::kSense, merged, 1.0).bytes, costOf(Stage::kSense, pixels, 1.0).bytes);
+  EXPECT_LT(costOf(Stage::kMakeSurfels, merged, 1.0).operations,
+            costOf(Stage::kMakeSurfels, pixels, 1.0).operations);
+  for (const Stage stage : {Stage::kFindBlocks, Stage::kCast}) {
+    EXPECT_NEAR(10 * costOf(stage, merged, 1.0).operations, costOf(stage, pixels, 1.0).operations,
                 1e-3);
-    EXPECT_LT(costOf(stage, groups, 1.0).bytes, costOf(stage, pixels, 1.0).bytes);
+    EXPECT_LT(costOf(stage, merged, 1.0).bytes, costOf(stage, pixels, 1.0).bytes);
   }
 }
 

@@ -1,38 +1,36 @@
-#include "cpu/block_bins.h"
+#include "cpu/find_blocks.h"
 
 #include "cpu/parallel_for.h"
 
 namespace dtsdf {
 
-void BlockBins::Share::reset() {
+void BlockFinder::Share::reset() {
   bins.clear();
   entries.clear();
   index.clear();
   for (CacheLine& line : cache_) line = {{INT32_MAX, 0, 0}, 0};
 }
 
-uint32_t BlockBins::Share::findBin(const Vec3i& block_L, const Vec3i& origin_block) {
+uint32_t BlockFinder::Share::findBin(const Vec3i& block_L, const Vec3i& origin_block) {
   CacheLine& line = cache_[(block_L.x & 3) | (block_L.y & 3) << 2 | (block_L.z & 3) << 4];
   if (line.block_L == block_L) return line.bin;
   const PackedKey key = packKey(block_L + origin_block);
   const auto [it, is_new] = index.emplace(key, static_cast<uint32_t>(bins.size()));
-  if (is_new) bins.push_back({block_L, key, 0, 0, UINT32_MAX});
+  if (is_new) bins.push_back({block_L, key, 0, 0});
   line = {block_L, it->second};
   return it->second;
 }
 
-void BlockBins::Share::add(const Vec3i& block_L, const Vec3i& origin_block, uint32_t directions,
-                           uint32_t surfel) {
+void BlockFinder::Share::add(const Vec3i& block_L, const Vec3i& origin_block, uint32_t directions,
+                             uint32_t surfel) {
   const uint32_t at = findBin(block_L, origin_block);
   Bin& bin = bins[at];
-  if (bin.last_surfel == surfel) return;
-  bin.last_surfel = surfel;
   bin.directions |= directions;
   ++bin.count;
   entries.push_back({at, surfel});
 }
 
-void BlockBins::Share::order() {
+void BlockFinder::Share::order() {
   begin.assign(bins.size() + 1, 0);
   for (size_t b = 0; b < bins.size(); ++b) begin[b + 1] = begin[b] + bins[b].count;
   ordered.resize(entries.size());
@@ -40,14 +38,13 @@ void BlockBins::Share::order() {
   for (const Entry& entry : entries) ordered[next[entry.bin]++] = entry.surfel;
 }
 
-const std::vector<TouchedBlock>& BlockBins::sort(const std::vector<Surfel>& surfels,
-                                                 const FrameView& frame, const FusionView& fusion,
-                                                 int threads) {
-  const Vec3i origin_block = blockOfVoxel(frame.origin_voxel);
-  shares_.resize(threads);
+const std::vector<TouchedBlock>& BlockFinder::findBlocks(const std::vector<Surfel>& surfels,
+                                                         const FrameSensing& sensing) {
+  const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
+  shares_.resize(threads_);
   lines_.resize(surfels.size());
   struct NoScratch {};
-  parallelFor<NoScratch>(shares_.size(), threads, [&](size_t part, NoScratch&) {
+  parallelFor<NoScratch>(shares_.size(), threads_, [&](size_t part, NoScratch&) {
     Share& share = shares_[part];
     share.reset();
     const size_t parts = shares_.size();
@@ -56,10 +53,11 @@ const std::vector<TouchedBlock>& BlockBins::sort(const std::vector<Surfel>& surf
     for (uint32_t i = first; i < last; ++i) {
       const Surfel& surfel = surfels[i];
       if (!(surfel.weight > 0.0f)) continue;
-      lines_[i] = makeCastLine(frame, fusion, surfel);
+      lines_[i] = makeCastLine(surfel, sensing, fusion_);
       const uint32_t directions = directionMask(lines_[i].directions);
-      auto visit = [&](const Vec3i& block) { share.add(block, origin_block, directions, i); };
-      visitBlocks(lines_[i].line, visit);
+      visitBlocks(lines_[i].line, [&](const Vec3i& block) {
+        share.add(block, origin_block, directions, i);
+      });
     }
     share.order();
   });
@@ -67,7 +65,7 @@ const std::vector<TouchedBlock>& BlockBins::sort(const std::vector<Surfel>& surf
   return touched_;
 }
 
-size_t BlockBins::bytes() const {
+size_t BlockFinder::bytes() const {
   size_t bytes = lines_.capacity() * sizeof(CastLine);
   for (const Share& share : shares_) {
     bytes += share.entries.capacity() * sizeof(Entry) + share.ordered.capacity() * sizeof(uint32_t);
@@ -75,7 +73,7 @@ size_t BlockBins::bytes() const {
   return bytes;
 }
 
-void BlockBins::merge() {
+void BlockFinder::merge() {
   touched_.clear();
   std::unordered_map<PackedKey, size_t, KeyHash> index;
   for (const Share& share : shares_) {

@@ -1,10 +1,11 @@
-/// The set of blocks that a frame touches: found on the device, compared with the map, and turned
-/// into requests for what is missing.
+/// The stage "find blocks" on the device: the blocks that a frame touches, compared with the map, and
+/// turned into requests for what is missing.
 #pragma once
 
 #include "backend/profile.h"
 #include "device_map.h"
-#include "kernels/fusion/fusion.h"
+#include "kernels/fusion/fusion_view.h"
+#include "make_surfels.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -50,48 +51,19 @@ struct TouchedView {
   FrameCounters* counters;
 };
 
-/// A frame as the stages after the surfels need it.
-struct FusionInput {
-  FrameView frame;
-  FusionView fusion;
-  const Surfel* surfels;
-  uint32_t room;  ///< Surfels that are there at most.
-  /// Number of surfels, on the device; null: one per pixel, some without a weight.
-  const uint32_t* count;
-  const float* free_depth;  ///< freeDepth() per pixel, on the device; null where it is not needed.
-  /// Standard deviation of the frame's inverse depth in 1/m, on the device.
-  const float* noise;
-
-  DTSDF_HD FusionView fusionOfFrame() const {
-    FusionView of_frame = fusion;
-    of_frame.noise = *noise;
-    return of_frame;
-  }
-
-  /// Surfels to be looked at.
-  DTSDF_HD size_t surfelCount() const {
-    if (count == nullptr) return pixels();
-    return *count < room ? *count : room;
-  }
-
-  DTSDF_HD size_t pixels() const {
-    return static_cast<size_t>(frame.width) * frame.height;
-  }
-};
-
-class TouchedBlocks {
+class BlockFinder {
  public:
-  explicit TouchedBlocks(const Stream& stream);
+  BlockFinder(const FusionView& fusion, const Stream& stream);
 
   /// Begins a frame: zeroes the counters, empties the table.
   void begin();
   uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
 
   /// Enqueues the search for touched blocks.
-  void mark(const FusionInput& input);
+  void mark(const DeviceSensing& sensing, const SurfelsView& surfels);
 
   /// Enqueues the comparison with the map, and the read-back of the counters.
-  void compare(const FusionInput& input, const MapView& map);
+  void compare(const DeviceSensing& sensing, const MapView& map);
 
   /// Waits for the counters.
   const FrameCounters& waitForCounters();
@@ -116,6 +88,7 @@ class TouchedBlocks {
   void allocate(size_t capacity);
   void emptyTable();
 
+  const FusionView fusion_;
   const Stream& stream_;
   Event counted_;
   size_t capacity_ = 0;

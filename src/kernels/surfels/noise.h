@@ -8,7 +8,7 @@
 
 #include <cstring>
 
-#include "kernels/surfels/normal_estimation.h"
+#include "kernels/surfels/depth.h"
 
 namespace dtsdf {
 
@@ -18,28 +18,29 @@ constexpr int kNoisePoints = kNoiseColumns * kNoiseRows;
 constexpr int kNoiseRadius = 3;                       ///< Half length of a line, in pixels.
 constexpr int kNoiseLength = 2 * kNoiseRadius + 1;
 constexpr int kNoiseBins = 1 << 10;
-/// With fewer usable lines than this there is no telling: the noise counts as 0. (In images smaller
-/// than the grid lines count as often as they come up.)
-constexpr uint32_t kLeastNoiseLines = 32;
 
-struct NoisePoint {
-  int u, v;
-};
-
-DTSDF_HD NoisePoint noisePoint(int index, int width, int height) {
+/// The middle of a line, from 0 to kNoisePoints - 1. In images smaller than the grid lines come up,
+/// and count, more than once.
+DTSDF_HD Pixel noisePoint(int index, int width, int height) {
   const int column = index % kNoiseColumns, row = index / kNoiseColumns;
   return {(2 * column + 1) * width / (2 * kNoiseColumns),
           (2 * row + 1) * height / (2 * kNoiseRows)};
 }
 
+/// Whether the line around a point lies in the image.
+DTSDF_HD bool hasNoiseLine(const Pixel& middle, int width) {
+  return middle.u >= kNoiseRadius && middle.u + kNoiseRadius < width;
+}
+
 /// Variance of inverse depths about their line, in 1/m^2; negative where they are not all measured
 /// on one surface.
-DTSDF_HD float varianceAboutLine(const float (&inverse_depth)[kNoiseLength], float depth_jump) {
+DTSDF_HD float varianceAboutLine(const float (&inverse_depth)[kNoiseLength],
+                                 const SurfelView& surfels) {
   const float origin = inverse_depth[kNoiseRadius];
   float sum_y = 0.0f, sum_yy = 0.0f, sum_ky = 0.0f, sum_kk = 0.0f;
   for (int i = 0; i < kNoiseLength; ++i) {
     if (!(inverse_depth[i] > 0.0f)) return -1.0f;
-    if (i > 0 && !depthsConnected(inverse_depth[i - 1], inverse_depth[i], depth_jump)) return -1.0f;
+    if (i > 0 && !depthsConnected(inverse_depth[i - 1], inverse_depth[i], surfels)) return -1.0f;
     const float k = static_cast<float>(i - kNoiseRadius), y = inverse_depth[i] - origin;
     sum_y += y;
     sum_yy += y * y;

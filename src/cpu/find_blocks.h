@@ -1,11 +1,12 @@
-/// Sorts the surfels of a frame by the blocks they touch, so that each block is then processed by
-/// one thread on its own: no atomics, and sums that stay in the cache.
+/// The stage "find blocks" on the CPU: the surfels of a frame sorted by the blocks that they touch, so
+/// that each block is then processed by one thread on its own: no atomics, and sums that stay in the
+/// cache.
 #pragma once
 
 #include <unordered_map>
 #include <vector>
 
-#include "kernels/fusion/fusion.h"
+#include "kernels/fusion/cast.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
@@ -24,11 +25,13 @@ struct TouchedBlock {
   std::vector<SurfelRange> surfels;
 };
 
-class BlockBins {
+class BlockFinder {
  public:
+  BlockFinder(const FusionView& fusion, int threads) : fusion_(fusion), threads_(threads) {}
+
   /// Finds the touched blocks; the ranges stay valid until the next call.
-  const std::vector<TouchedBlock>& sort(const std::vector<Surfel>& surfels, const FrameView& frame,
-                                        const FusionView& fusion, int threads);
+  const std::vector<TouchedBlock>& findBlocks(const std::vector<Surfel>& surfels,
+                                              const FrameSensing& sensing);
 
   /// Line of a surfel; those of surfels without a weight hold nothing.
   const CastLine& line(uint32_t surfel) const { return lines_[surfel]; }
@@ -43,7 +46,7 @@ class BlockBins {
   struct Bin {
     Vec3i block_L;
     PackedKey key;
-    uint32_t directions, count, last_surfel;
+    uint32_t directions, count;
   };
   struct Entry {
     uint32_t bin, surfel;
@@ -66,12 +69,14 @@ class BlockBins {
       uint32_t bin;
     };
     CacheLine cache_[kCacheSize];
-    friend class BlockBins;
+    friend class BlockFinder;
     void reset();
   };
 
   void merge();
 
+  const FusionView fusion_;
+  const int threads_;
   std::vector<CastLine> lines_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;

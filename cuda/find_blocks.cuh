@@ -2,7 +2,7 @@
 #pragma once
 
 #include "launch.h"
-#include "touched_blocks.h"
+#include "find_blocks.h"
 
 namespace dtsdf {
 namespace gpu {

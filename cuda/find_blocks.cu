@@ -1,9 +1,10 @@
 #include <algorithm>
 
 #include "device_map.cuh"
+#include "find_blocks.cuh"
+#include "kernels/fusion/cast.h"
 #include "named_kernels.h"
 #include "runtime/stage_clock.h"
-#include "touched_blocks.cuh"
 
 namespace dtsdf {
 namespace gpu {
@@ -41,19 +42,19 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
 }
 
 /// One thread per surfel that there is room for, for as many as there are.
-__global__ void markTouchedBlocksKernel(FusionInput input, TouchedView touched) {
+__global__ void __launch_bounds__(kThreads, 8)
+    markBlocksKernel(DeviceSensing on_device, FusionView fusion, SurfelsView surfels,
+                     TouchedView touched) {
   const size_t i = globalThread();
-  if (i >= input.surfelCount()) return;
-  const Surfel surfel = input.surfels[i];
+  if (i >= surfels.size()) return;
+  const Surfel surfel = surfels.surfels[i];
   if (!(surfel.weight > 0.0f) || readShared(&touched.counters->table_full)) return;
-  const uint32_t directions =
-      directionMask(directionsOf(surfel.normal_L, input.fusion.directional != 0));
-  const SampleLine line = castSurfel(input.frame, input.fusionOfFrame(), surfel);
-  const Vec3i origin_block = blockOfVoxel(input.frame.origin_voxel);
-  auto visit = [&](const Vec3i& block_L) {
+  const FrameSensing sensing = on_device.load();
+  const uint32_t directions = directionMask(directionsOf(surfel.normal_L, fusion.directional != 0));
+  const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
+  visitBlocks(sampleLineOf(surfel, sensing, fusion), [&](const Vec3i& block_L) {
     touchBlock(touched, packKey(block_L + origin_block), directions);
-  };
-  visitBlocks(line, visit);
+  });
 }
 
 /// Gives a block its arrays of sums, one per direction in ascending order.
@@ -94,12 +95,16 @@ __global__ void refreshSlotsKernel(MapView map, TouchedView touched, uint32_t co
 
 }  // namespace
 
-TouchedBlocks::TouchedBlocks(const Stream& stream)
-    : stream_(stream), counters_(1), pinned_counters_(1), pinned_requests_(kEarlyRequests) {
+BlockFinder::BlockFinder(const FusionView& fusion, const Stream& stream)
+    : fusion_(fusion),
+      stream_(stream),
+      counters_(1),
+      pinned_counters_(1),
+      pinned_requests_(kEarlyRequests) {
   allocate(kFirstCapacity);
 }
 
-void TouchedBlocks::allocate(size_t capacity) {
+void BlockFinder::allocate(size_t capacity) {
   keys_ = DeviceBuffer<PackedKey>(2 * capacity);
   directions_ = DeviceBuffer<uint32_t>(2 * capacity);
   first_sums_ = DeviceBuffer<uint32_t>(2 * capacity);
@@ -111,7 +116,7 @@ void TouchedBlocks::allocate(size_t capacity) {
   capacity_ = capacity;
 }
 
-TouchedView TouchedBlocks::view() const {
+TouchedView BlockFinder::view() const {
   return {keys_.data(),
           directions_.data(),
           first_sums_.data(),
@@ -124,40 +129,41 @@ TouchedView TouchedBlocks::view() const {
           counters_.data()};
 }
 
-void TouchedBlocks::begin() {
+void BlockFinder::begin() {
   counters_.zero(stream_);
   emptyTable();
 }
 
-void TouchedBlocks::emptyTable() {
+void BlockFinder::emptyTable() {
   holdForProfile(stream_);
-  const StageSpan span(stream_, Stage::kTouch);
+  const StageSpan span(stream_, Stage::kFindBlocks);
   keys_.fill(0xff, stream_);
   directions_.zero(stream_);
 }
 
-void TouchedBlocks::mark(const FusionInput& input) {
-  const StageSpan span(stream_, Stage::kTouch);
-  markTouchedBlocksKernel<<<blocksFor(input.room), kThreads, 0, stream_.get()>>>(input, view());
-  DTSDF_CHECK_LAUNCH("markTouchedBlocksKernel");
+void BlockFinder::mark(const DeviceSensing& sensing, const SurfelsView& surfels) {
+  const StageSpan span(stream_, Stage::kFindBlocks);
+  markBlocksKernel<<<blocksFor(surfels.room), kThreads, 0, stream_.get()>>>(sensing, fusion_,
+                                                                           surfels, view());
+  DTSDF_CHECK_LAUNCH("markBlocksKernel");
 }
 
-void TouchedBlocks::compare(const FusionInput& input, const MapView& map) {
-  const StageSpan span(stream_, Stage::kCompare);
+void BlockFinder::compare(const DeviceSensing& sensing, const MapView& map) {
+  const StageSpan span(stream_, Stage::kFindBlocks);
   compareWithMapKernel<<<blocksFor(capacity_), kThreads, 0, stream_.get()>>>(
-      blockOfVoxel(input.frame.origin_voxel), map, view());
+      blockOfVoxel(sensing.frame().origin_voxel), map, view());
   DTSDF_CHECK_LAUNCH("compareWithMapKernel");
   counters_.download(pinned_counters_.data(), 1, stream_);
   requests_.download(pinned_requests_.data(), kEarlyRequests, stream_);
   stream_.record(counted_);
 }
 
-const FrameCounters& TouchedBlocks::waitForCounters() {
+const FrameCounters& BlockFinder::waitForCounters() {
   counted_.wait();
   return pinned_counters_[0];
 }
 
-void TouchedBlocks::grow() {
+void BlockFinder::grow() {
   // What was counted before the table was full is a lower bound.
   size_t capacity = 2 * capacity_;
   while (capacity < pinned_counters_[0].touched) capacity *= 2;
@@ -169,7 +175,7 @@ void TouchedBlocks::grow() {
                                    sizeof(FrameCounters) - kKept, stream_.get()));
 }
 
-std::vector<BlockRequest> TouchedBlocks::fetchRequests() {
+std::vector<BlockRequest> BlockFinder::fetchRequests() {
   const size_t count = pinned_counters_[0].requests;
   if (count == 0) return {};
   if (count > kEarlyRequests) {
@@ -184,13 +190,13 @@ std::vector<BlockRequest> TouchedBlocks::fetchRequests() {
   return requests;
 }
 
-void TouchedBlocks::refresh(const MapView& map) {
+void BlockFinder::refresh(const MapView& map) {
   const uint32_t count = pinned_counters_[0].touched;
   refreshSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(map, view(), count);
   DTSDF_CHECK_LAUNCH("refreshSlotsKernel");
 }
 
-void TouchedBlocks::addMemory(std::vector<MemoryPart>& parts) const {
+void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = keys_.bytes() + directions_.bytes() + first_sums_.bytes() +
                        places_.bytes() + sum_owners_.bytes() + blocks_.bytes() +
                        requests_.bytes();
@@ -199,8 +205,8 @@ void TouchedBlocks::addMemory(std::vector<MemoryPart>& parts) const {
                    pinned_requests_.bytes()});
 }
 
-std::vector<NamedKernel> touchKernels() {
-  return {DTSDF_NAMED_KERNEL(markTouchedBlocksKernel, 0),
+std::vector<NamedKernel> blockKernels() {
+  return {DTSDF_NAMED_KERNEL(markBlocksKernel, 0),
           DTSDF_NAMED_KERNEL(compareWithMapKernel, 0), DTSDF_NAMED_KERNEL(refreshSlotsKernel, 0)};
 }
 

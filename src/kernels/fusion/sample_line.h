@@ -1,4 +1,5 @@
-/// Which samples a surfel updates when it is cast into the grid, and with what distance and weight.
+/// Which samples a surfel updates when it is cast into the grid, with what distance and weight, and in
+/// which blocks they lie.
 ///
 /// The line through the measured point (along the view ray, or along the normal) is followed to both
 /// sides. Instead of one nearest corner per step (Amanatides and Woo 1987, as in the paper), it is
@@ -12,23 +13,21 @@
 /// the paper, measured in docs/results.
 #pragma once
 
-#include "kernels/core/direction.h"
 #include "kernels/core/grid.h"
-#include "kernels/core/voxel.h"
+#include "kernels/fusion/fusion_view.h"
 #include "kernels/surfels/surfel.h"
 
 namespace dtsdf {
 
-/// Samples farther than this from the measured plane, in voxels, are left alone: a mesh unit reaches
-/// no farther than sqrt(3) voxels from a surface in it, and more would only blur other surfaces.
-constexpr float kSampleReach = 1.75f;
+/// How far from the measured plane samples are taken, in voxels.
+DTSDF_HD float sampleReach(float noise_voxels, const FusionView& fusion) {
+  return minimum(fusion.truncation_voxels,
+                 maximum(fusion.rules.sample_reach, fusion.rules.noise_reach * noise_voxels));
+}
 
-/// Where noise is wider than that, measurements have to reach farther, or outliers do not average
-/// with the surface but form shells of their own. In standard deviations.
-constexpr float kNoiseReach = 2.5f;
-
-DTSDF_HD float sampleReach(float truncation_voxels, float noise_voxels) {
-  return minimum(truncation_voxels, maximum(kSampleReach, kNoiseReach * noise_voxels));
+/// Standard deviation of a depth, in voxels.
+DTSDF_HD float noiseInVoxels(const FrameSensing& sensing, float depth_m) {
+  return sensing.sigma * depth_m * depth_m / sensing.image.frame.voxel_size_m;
 }
 
 /// A line in the grid, its axes permuted so that k is the dominant one: (k, u, v) = (x, y, z),
@@ -118,35 +117,54 @@ DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane, PlaneSamples
   }
 }
 
-/// Calls visit(block) for each block that holds samples of a line, in local block coordinates. A
-/// block may come up more than once, never twice in a row.
-template <class Visit>
-DTSDF_HD void visitBlocks(const SampleLine& line, Visit& visit) {
-  if (line.first_plane > line.last_plane) return;
-  const auto upper = [](int corner, float fraction) { return corner + (fraction > 0.0f ? 1 : 0); };
-  // A line moves steadily across its planes: where its ends are in one block, all of it is.
-  const PlaneCrossing a = crossPlane(line, line.first_plane);
-  const PlaneCrossing b = crossPlane(line, line.last_plane);
-  const int au = upper(a.u, a.fraction_u), av = upper(a.v, a.fraction_v);
-  const int bu = upper(b.u, b.fraction_u), bv = upper(b.v, b.fraction_v);
-  const Vec3i low = blockOfVoxel({line.first_plane, a.u < b.u ? a.u : b.u, a.v < b.v ? a.v : b.v});
-  const Vec3i high = blockOfVoxel({line.last_plane, au > bu ? au : bu, av > bv ? av : bv});
-  if (low == high) {
-    visit(unpermute(line.axis, low.x, low.y, low.z));
-    return;
-  }
-  Vec3i last{INT32_MAX, 0, 0};
-  for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
+/// A stretch of voxels, or blocks, along one axis.
+struct Span {
+  int32_t first, last;
+};
+
+/// The corners that a line's samples take along an axis where it crosses a plane between `corner` and
+/// the next.
+DTSDF_HD Span cornersOf(int corner, float fraction) {
+  return {corner, corner + (fraction > 0.0f ? 1 : 0)};
+}
+
+DTSDF_HD Span blocksOf(const Span& a, const Span& b) {
+  const int first = a.first < b.first ? a.first : b.first, last = a.last > b.last ? a.last : b.last;
+  return {first >> kBlockSideLog2, last >> kBlockSideLog2};
+}
+
+DTSDF_HD bool contains(const Span& span, int at) { return span.first <= at && at <= span.last; }
+
+/// Whether one of a stretch of planes in a layer of blocks has samples in the layer's block (u, v).
+DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block_u, int block_v) {
+  for (int plane = planes.first; plane <= planes.last; ++plane) {
     const PlaneCrossing at = crossPlane(line, plane);
-    const Vec3i from = blockOfVoxel({plane, at.u, at.v});
-    const Vec3i to =
-        blockOfVoxel({plane, upper(at.u, at.fraction_u), upper(at.v, at.fraction_v)});
-    for (int u = from.y; u <= to.y; ++u) {
-      for (int v = from.z; v <= to.z; ++v) {
-        const Vec3i block{from.x, u, v};
-        if (block == last) continue;
-        visit(unpermute(line.axis, block.x, block.y, block.z));
-        last = block;
+    const Span u = cornersOf(at.u, at.fraction_u), v = cornersOf(at.v, at.fraction_v);
+    if (contains(blocksOf(u, u), block_u) && contains(blocksOf(v, v), block_v)) return true;
+  }
+  return false;
+}
+
+/// Calls visit(block) once for each block that holds samples of a line, in local block coordinates.
+/// A line moves steadily across its planes, by a voxel each at most: the ends of each layer of blocks
+/// bound what lies between, and unless it passes diagonally to another block it leaves none out.
+template <class Visit>
+DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
+  if (line.first_plane > line.last_plane) return;
+  const int last_layer = line.last_plane >> kBlockSideLog2;
+  for (int layer = line.first_plane >> kBlockSideLog2; layer <= last_layer; ++layer) {
+    const int begin = layer * kBlockSide, end = begin + kBlockSide - 1;
+    const Span planes{line.first_plane > begin ? line.first_plane : begin,
+                      line.last_plane < end ? line.last_plane : end};
+    const PlaneCrossing a = crossPlane(line, planes.first), b = crossPlane(line, planes.last);
+    const Span u = blocksOf(cornersOf(a.u, a.fraction_u), cornersOf(b.u, b.fraction_u));
+    const Span v = blocksOf(cornersOf(a.v, a.fraction_v), cornersOf(b.v, b.fraction_v));
+    const bool is_straight = u.first == u.last || v.first == v.last;
+    for (int block_u = u.first; block_u <= u.last; ++block_u) {
+      for (int block_v = v.first; block_v <= v.last; ++block_v) {
+        if (is_straight || hasSamplesIn(line, planes, block_u, block_v)) {
+          visit(unpermute(line.axis, layer, block_u, block_v));
+        }
       }
     }
   }

@@ -1,0 +1,160 @@
+#include "make_surfels.h"
+
+#include <cub/warp/warp_scan.cuh>
+
+#include "backend/rule_views.h"
+#include "launch.h"
+#include "named_kernels.h"
+#include "runtime/stage_clock.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+/// One thread per tile of pixels.
+__global__ void mergeTilesKernel(ImageView image, SurfelView view, uint8_t* tiles) {
+  const int tiles_across = tilesAlong(image.frame.width);
+  const size_t tile = globalThread();
+  if (tile >= static_cast<size_t>(tiles_across) * tilesAlong(image.frame.height)) return;
+  const Pixel first{static_cast<int>(tile % tiles_across) * kTileSide,
+                    static_cast<int>(tile / tiles_across) * kTileSide};
+  tiles[tile] = static_cast<uint8_t>(mergeTile(image, first, view));
+}
+
+/// One surfel per pixel. `count` takes the number of those with a weight.
+__global__ void makePixelSurfelsKernel(DeviceSensing on_device, SurfelView view, Surfel* surfels,
+                                       uint32_t* count) {
+  const FrameSensing sensing = on_device.load();
+  const FrameView& frame = sensing.image.frame;
+  const int u = blockIdx.x * blockDim.x + threadIdx.x;
+  int found = 0;
+  for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
+    const Surfel surfel = makePixelSurfel(sensing, {u, v}, view);
+    surfels[pixelIndex(frame, {u, v})] = surfel;
+    found += surfel.weight > 0.0f;
+  }
+  if (found > 0) atomicAdd(count, static_cast<uint32_t>(found));
+}
+
+/// A list of surfels that may find no room in it; `count` takes how many there are.
+struct SurfelList {
+  Surfel* surfels;
+  uint32_t room;
+  uint32_t* count;
+};
+
+/// The place of each lane's `wanted` surfels in the list, taken by a full warp with one atomic.
+__device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
+  using Scan = cub::WarpScan<uint32_t>;
+  __shared__ typename Scan::TempStorage scan[kThreads / 32];
+  uint32_t before, total, first = 0;
+  Scan(scan[threadIdx.x / 32]).ExclusiveSum(wanted, before, total);
+  if (threadIdx.x % 32 == 0 && total > 0) first = atomicAdd(count, total);
+  __syncwarp();  // the scan's memory is used again for the next row
+  return __shfl_sync(0xffffffffu, first, 0) + before;
+}
+
+/// What becomes of a pixel: the surfel of the square that it is the first of, or its own.
+struct PixelSurfels {
+  Surfel merged;
+  PixelMeasurement single;
+  uint32_t count;
+};
+
+__device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing,
+                                                     const Pixel& pixel, const SurfelView& view,
+                                                     const uint8_t* tiles) {
+  PixelSurfels found{noSurfel(), {}, 0};
+  const size_t tile =
+      static_cast<size_t>(pixel.v / kTileSide) * tilesAlong(sensing.image.frame.width) +
+      pixel.u / kTileSide;
+  const int side = mergedSide(tiles[tile], pixel);
+  if (side > 1) {
+    found.merged = makeMergedSurfel(sensing, {pixel, side}, view);
+    found.count = found.merged.weight > 0.0f;
+  }
+  if (side == 1) {
+    found.single = subdividedPixel(sensing, pixel, fitColumn(sensing, pixel, view), view);
+    found.count = found.single.plane.trust > 0.0f ? subpixelCount(found.single.subdivision) : 0;
+  }
+  return found;
+}
+
+/// One surfel per square of merged pixels, per pixel, or per subpixel; their order does not matter,
+/// since sums are integers.
+__global__ void __launch_bounds__(kThreads, 4)
+    makeSurfelsKernel(DeviceSensing on_device, SurfelView view, const uint8_t* tiles,
+                      SurfelList list) {
+  const FrameSensing sensing = on_device.load();
+  const int u = blockIdx.x * blockDim.x + threadIdx.x;
+  for (int v = blockIdx.y; v < sensing.image.frame.height; v += gridDim.y) {
+    PixelSurfels found{noSurfel(), {}, 0};
+    if (u < sensing.image.frame.width) found = measurePixel(sensing, {u, v}, view, tiles);
+    const uint32_t place = takePlaces(found.count, list.count);
+    for (uint32_t i = 0; i < found.count && place + i < list.room; ++i) {
+      list.surfels[place + i] =
+          found.merged.weight > 0.0f
+              ? found.merged
+              : makeSubpixelSurfel(sensing.image, found.single, static_cast<int>(i), view.rules);
+    }
+  }
+}
+
+size_t tilesOf(const FrameView& frame) {
+  return static_cast<size_t>(tilesAlong(frame.width)) * tilesAlong(frame.height);
+}
+
+}  // namespace
+
+SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules,
+                         const Stream& stream)
+    : merges_(castsSurfels(params)),
+      surfel_view_(makeSurfelView(params, rules)),
+      stream_(stream) {}
+
+SurfelsView SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* count) {
+  const FrameView& frame = sensing.frame();
+  const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
+  surfels_.reserveExactly(pixels, stream_);
+  if (!merges_) {
+    const StageSpan span(stream_, Stage::kMakeSurfels);
+    makePixelSurfelsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
+        sensing, surfel_view_, surfels_.data(), count);
+    DTSDF_CHECK_LAUNCH("makePixelSurfelsKernel");
+    return {surfels_.data(), static_cast<uint32_t>(pixels), nullptr};
+  }
+  tiles_.reserveExactly(tilesOf(frame), stream_);
+  const StageSpan span(stream_, Stage::kMakeSurfels);
+  mergeTilesKernel<<<blocksFor(tilesOf(frame)), kThreads, 0, stream_.get()>>>(
+      sensing.image(), surfel_view_, tiles_.data());
+  DTSDF_CHECK_LAUNCH("mergeTilesKernel");
+  return listSurfels(sensing, count);
+}
+
+SurfelsView SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels,
+                                         uint32_t* count) {
+  surfels_.reserve(surfels, stream_);
+  const StageSpan span(stream_, Stage::kMakeSurfels);
+  return listSurfels(sensing, count);
+}
+
+SurfelsView SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* count) {
+  const uint32_t room = static_cast<uint32_t>(surfels_.capacity());
+  makeSurfelsKernel<<<rowGrid(sensing.frame()), kThreads, 0, stream_.get()>>>(
+      sensing, surfel_view_, tiles_.data(), {surfels_.data(), room, count});
+  DTSDF_CHECK_LAUNCH("makeSurfelsKernel");
+  return {surfels_.data(), room, count};
+}
+
+void SurfelMaker::addMemory(std::vector<MemoryPart>& parts) const {
+  const size_t bytes = tiles_.bytes() + surfels_.bytes();
+  parts.push_back({"surfels", MemoryKind::kScratch, bytes, bytes});
+}
+
+std::vector<NamedKernel> surfelKernels() {
+  return {DTSDF_NAMED_KERNEL(mergeTilesKernel, 0), DTSDF_NAMED_KERNEL(makeSurfelsKernel, 0),
+          DTSDF_NAMED_KERNEL(makePixelSurfelsKernel, 0)};
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

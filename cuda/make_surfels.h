@@ -1,0 +1,50 @@
+/// The stage "make surfels" on the device: from what is known of a frame to its surfels.
+#pragma once
+
+#include "kernels/surfels/surfel.h"
+#include "sense.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// Surfels on the device.
+struct SurfelsView {
+  const Surfel* surfels;
+  uint32_t room;          ///< There are so many at most.
+  const uint32_t* count;  ///< How many there are, or would be with room for all; null: `room`.
+
+#ifdef __CUDACC__
+  __device__ __forceinline__ uint32_t size() const {
+    return count == nullptr || *count > room ? room : *count;
+  }
+#endif
+};
+
+/// The buffers are kept from frame to frame.
+class SurfelMaker {
+ public:
+  SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
+
+  /// Enqueues the stage. To be cast: a surfel per square of merged pixels, per pixel, or per subpixel,
+  /// without gaps, a few of them without a weight; if `count` (on the device, 0 before) comes out above
+  /// their room, those beyond are missing. For voxel projection: one per pixel in the image's order,
+  /// and `count` takes the number of those with a weight.
+  SurfelsView makeSurfels(const DeviceSensing& sensing, uint32_t* count);
+
+  /// The same once more for the same frame, with room for more.
+  SurfelsView makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels, uint32_t* count);
+
+  void addMemory(std::vector<MemoryPart>& parts) const;
+
+ private:
+  SurfelsView listSurfels(const DeviceSensing& sensing, uint32_t* count);
+
+  const bool merges_;  ///< And subdivides: surfels are cast.
+  const SurfelView surfel_view_;
+  const Stream& stream_;
+  DeviceBuffer<uint8_t> tiles_;  ///< MergedTile per tile.
+  DeviceBuffer<Surfel> surfels_;
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,68 @@
+/// The stage "sense" on the device: all that is known of a frame before its surfels are made.
+#pragma once
+
+#include "backend/profile.h"
+#include "backend/rules.h"
+#include "dtsdf_mapping/params/mapper_params.h"
+#include "kernels/fusion/fusion_view.h"
+#include "kernels/surfels/noise.h"
+#include "runtime/buffer.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// FrameSensing before kernels have loaded it: the noise is known on the device alone.
+class DeviceSensing {
+ public:
+  DeviceSensing(const ImageView& image, const float* sigma, const float* free_depth)
+      : image_(image), sigma_(sigma), free_depth_(free_depth) {}
+
+  DTSDF_HD const ImageView& image() const { return image_; }
+  DTSDF_HD const FrameView& frame() const { return image_.frame; }
+  DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
+#ifdef __CUDACC__
+  __device__ __forceinline__ FrameSensing load() const { return {image_, *sigma_, free_depth_}; }
+#endif
+
+ private:
+  ImageView image_;
+  const float* sigma_;
+  const float* free_depth_;
+};
+
+/// A raw depth image on the device, with its rows packed.
+struct RawDepth {
+  const void* data;
+  bool is_uint16;  ///< Else float.
+  DepthRange range;
+};
+
+/// Lines of a frame by bins of their variance; all 0 between frames.
+struct NoiseCounts {
+  uint32_t bins[kNoiseBins];
+  uint32_t finished;  ///< Blocks of threads that have counted theirs.
+};
+
+/// The buffers are kept from frame to frame.
+class FrameSensor {
+ public:
+  FrameSensor(const MapperParams& params, const Rules& rules, const Stream& stream);
+
+  /// Enqueues the stage for an image that is uploaded.
+  DeviceSensing sense(const FrameView& frame, const RawDepth& raw);
+
+  void addMemory(std::vector<MemoryPart>& parts) const;
+
+ private:
+  void reserve(size_t pixels);
+
+  const bool casts_;  ///< Else voxels are projected, which clear free space by themselves.
+  const SurfelView surfel_view_;
+  const FusionView fusion_view_;
+  const Stream& stream_;
+  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_depth_, sigma_;
+  DeviceBuffer<NoiseCounts> noise_counts_;
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

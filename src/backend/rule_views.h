@@ -1,0 +1,31 @@
+/// Settings in the form that the rules take, shared by both backends.
+#pragma once
+
+#include "backend/rules.h"
+#include "dtsdf_mapping/params/mapper_params.h"
+#include "kernels/fusion/fusion_view.h"
+#include "kernels/surfels/sensing.h"
+
+namespace dtsdf {
+
+/// The paper's modes but voxel projection cast surfels into the grid.
+inline bool castsSurfels(const MapperParams& params) {
+  return params.fusion.mode != FusionMode::kVoxelProjection;
+}
+
+/// Projecting voxels into an undirected map takes no normals: pixels without one count there too.
+inline bool needsNormals(const MapperParams& params) {
+  return params.map.directional || castsSurfels(params);
+}
+
+inline SurfelView makeSurfelView(const MapperParams& params, const SurfelRules& rules) {
+  return {needsNormals(params) ? params.fusion.normal_radius_px : 0, params.fusion.depth_jump,
+          rules};
+}
+
+inline FusionView makeFusionView(const MapperParams& params, const FusionRules& rules) {
+  return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
+          params.map.truncation_voxels, params.fusion.max_weight, rules};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,31 @@
+#include "cpu/fold.h"
+
+#include "kernels/fusion/voxel_update.h"
+
+namespace dtsdf {
+namespace {
+
+/// @return whether the array holds anything.
+bool foldArray(const VoxelSums* sums, const FusionView& fusion, Voxel* voxels) {
+  bool observed = false;
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    voxels[i] = foldSums(voxels[i], sums[i], fusion);
+    observed |= voxels[i].weight != 0.0f;
+  }
+  return observed;
+}
+
+}  // namespace
+
+uint32_t fold(const BlockSums& sums, uint32_t directions, const BlockEntry& entry,
+              const FusionView& fusion, VoxelStore& voxels) {
+  uint32_t empty = 0;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    const int32_t array = entry.array[d];
+    if (array == kNoArray || !(directions >> d & 1)) continue;
+    if (!foldArray(sums.voxel[d], fusion, voxels.array(array))) empty |= 1u << d;
+  }
+  return empty;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,140 @@
+#include "cpu/make_surfels.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "backend/rule_views.h"
+#include "cpu/parallel_for.h"
+#include "cpu/stretch_fit.h"
+
+namespace dtsdf {
+namespace {
+
+struct NoScratch {};
+
+}  // namespace
+
+SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads)
+    : merges_(castsSurfels(params)),
+      surfel_view_(makeSurfelView(params, rules)),
+      threads_(threads) {}
+
+const std::vector<Surfel>& SurfelMaker::makeSurfels(const FrameSensing& sensing) {
+  if (merges_) {
+    makeListOfSurfels(sensing);
+  } else {
+    makePixelSurfels(sensing);
+  }
+  return surfels_;
+}
+
+/// Calls visit(u, fit along the column) for those pixels of a stretch of a row that are wanted.
+template <class IsWanted, class Visit>
+void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& first,
+                                  const IsWanted& is_wanted, const Visit& visit) const {
+  const FrameView& frame = sensing.image.frame;
+  const int count = std::min(kStretch, frame.width - first.u);
+  bool any = false;
+  for (int i = 0; i < count; ++i) any |= is_wanted(first.u + i);
+  if (!any) return;
+  const int64_t at = pixelIndex(frame, first);
+  StretchFit fits;
+  fits.compute({count, sensing.image.row_value + at, sensing.image.row_slope + at},
+               lineAround(first.v, frame.height, frame.width, surfel_view_.normal_radius_px),
+               fitWindow(frame, sensing.sigma, surfel_view_), surfel_view_);
+  for (int i = 0; i < count; ++i) {
+    if (is_wanted(first.u + i)) visit(first.u + i, fits.fit(i));
+  }
+}
+
+/// @return the number of surfels with a weight.
+size_t SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
+  const FrameView& frame = sensing.image.frame;
+  Surfel* surfels = &surfels_[static_cast<size_t>(v) * frame.width];
+  const auto everywhere = [](int) { return true; };
+  for (int first = 0; first < frame.width && surfel_view_.normal_radius_px > 0;
+       first += kStretch) {
+    visitColumnFits(sensing, {first, v}, everywhere, [&](int u, const LineFit& column) {
+      const PixelMeasurement pixel = wholePixel(sensing, {u, v}, column, surfel_view_);
+      surfels[u] = makeSubpixelSurfel(sensing.image, pixel, 0, surfel_view_.rules);
+    });
+  }
+  for (int u = 0; u < frame.width && surfel_view_.normal_radius_px == 0; ++u) {
+    surfels[u] = makePointSurfel(sensing.image, {u, v}, surfel_view_.rules);
+  }
+  return std::count_if(surfels, surfels + frame.width,
+                       [](const Surfel& surfel) { return surfel.weight > 0.0f; });
+}
+
+void SurfelMaker::makePixelSurfels(const FrameSensing& sensing) {
+  const FrameView& frame = sensing.image.frame;
+  surfels_.resize(static_cast<size_t>(frame.width) * frame.height);
+  std::vector<size_t> counts(frame.height, 0);
+  parallelFor<NoScratch>(frame.height, threads_, [&](size_t row, NoScratch&) {
+    counts[row] = makeRow(sensing, static_cast<int>(row));
+  });
+  count_ = std::accumulate(counts.begin(), counts.end(), size_t{0});
+}
+
+void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
+  rows_of_tiles_.resize(tilesAlong(sensing.image.frame.height));
+  parallelFor<std::vector<MergedTile>>(
+      rows_of_tiles_.size(), threads_, [&](size_t row, std::vector<MergedTile>& tiles) {
+        rows_of_tiles_[row].clear();
+        makeTiles(sensing, static_cast<int>(row) * kTileSide, tiles, rows_of_tiles_[row]);
+      });
+  surfels_.clear();
+  for (const std::vector<Surfel>& row : rows_of_tiles_) {
+    surfels_.insert(surfels_.end(), row.begin(), row.end());
+  }
+  count_ = surfels_.size();
+}
+
+void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v,
+                            std::vector<MergedTile>& tiles, std::vector<Surfel>& surfels) const {
+  const FrameView& frame = sensing.image.frame;
+  tiles.resize(tilesAlong(frame.width));
+  for (size_t i = 0; i < tiles.size(); ++i) {
+    const Pixel first{static_cast<int32_t>(i) * kTileSide, first_v};
+    tiles[i] = mergeTile(sensing.image, first, surfel_view_);
+  }
+  for (int v = first_v; v < std::min(first_v + kTileSide, frame.height); ++v) {
+    makeSingles(sensing, v, tiles, surfels);
+    for (int u = 0; u < frame.width; u += kQuadSide) {
+      const int side = mergedSide(tiles[u / kTileSide], {u, v});
+      if (side <= 1) continue;
+      const Surfel surfel = makeMergedSurfel(sensing, {{u, v}, side}, surfel_view_);
+      if (surfel.weight > 0.0f) surfels.push_back(surfel);
+    }
+  }
+}
+
+/// Appends the surfels of those pixels of a row that are not merged.
+void SurfelMaker::makeSingles(const FrameSensing& sensing, int v,
+                              const std::vector<MergedTile>& tiles,
+                              std::vector<Surfel>& surfels) const {
+  const FrameView& frame = sensing.image.frame;
+  const float* measured = sensing.image.inverse_depth + pixelIndex(frame, {0, v});
+  const auto isSingle = [&](int u) {
+    return measured[u] > 0.0f && mergedSide(tiles[u / kTileSide], {u, v}) == 1;
+  };
+  const auto make = [&](int u, const LineFit& column) {
+    const PixelMeasurement pixel = subdividedPixel(sensing, {u, v}, column, surfel_view_);
+    const int count = subpixelCount(pixel.subdivision);
+    for (int i = 0; i < count; ++i) {
+      const Surfel surfel = makeSubpixelSurfel(sensing.image, pixel, i, surfel_view_.rules);
+      if (surfel.weight > 0.0f) surfels.push_back(surfel);
+    }
+  };
+  for (int u = 0; u < frame.width; u += kStretch) {
+    visitColumnFits(sensing, {u, v}, isSingle, make);
+  }
+}
+
+size_t SurfelMaker::bytes() const {
+  size_t surfels = surfels_.capacity();
+  for (const std::vector<Surfel>& row : rows_of_tiles_) surfels += row.capacity();
+  return surfels * sizeof(Surfel);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,48 @@
+/// The stage "make surfels" on the CPU: from what is known of a frame to its surfels.
+#pragma once
+
+#include <vector>
+
+#include "backend/rules.h"
+#include "dtsdf_mapping/params/mapper_params.h"
+#include "kernels/surfels/surfel.h"
+
+namespace dtsdf {
+
+/// The buffers are kept from frame to frame.
+class SurfelMaker {
+ public:
+  SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads);
+
+  /// To be cast: a surfel per square of merged pixels, per pixel, or per subpixel, all with a weight,
+  /// in no order that matters. For voxel projection: one per pixel in the image's order, with weight 0
+  /// where there is none.
+  const std::vector<Surfel>& makeSurfels(const FrameSensing& sensing);
+
+  /// Surfels of the last frame with a weight.
+  size_t count() const { return count_; }
+
+  size_t bytes() const;
+
+ private:
+  void makePixelSurfels(const FrameSensing& sensing);
+  size_t makeRow(const FrameSensing& sensing, int v);
+  void makeListOfSurfels(const FrameSensing& sensing);
+  /// Appends the surfels of the tiles whose first row is `first_v`.
+  void makeTiles(const FrameSensing& sensing, int first_v, std::vector<MergedTile>& tiles,
+                 std::vector<Surfel>& surfels) const;
+  void makeSingles(const FrameSensing& sensing, int v, const std::vector<MergedTile>& tiles,
+                   std::vector<Surfel>& surfels) const;
+  template <class IsWanted, class Visit>
+  void visitColumnFits(const FrameSensing& sensing, const Pixel& first, const IsWanted& is_wanted,
+                       const Visit& visit) const;
+
+  const bool merges_;  ///< And subdivides: surfels are cast.
+  const SurfelView surfel_view_;
+  const int threads_;
+  size_t count_ = 0;
+  std::vector<Surfel> surfels_;
+  std::vector<std::vector<Surfel>> rows_of_tiles_;
+};
+
+}  // namespace dtsdf

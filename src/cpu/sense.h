@@ -1,0 +1,34 @@
+/// The stage "sense" on the CPU: all that is known of a frame before its surfels are made.
+#pragma once
+
+#include <vector>
+
+#include "backend/rules.h"
+#include "dtsdf_mapping/mapper.h"
+#include "kernels/fusion/fusion_view.h"
+#include "kernels/surfels/sensing.h"
+
+namespace dtsdf {
+
+/// The buffers are kept from frame to frame; what is sensed is valid until the next one.
+class FrameSensor {
+ public:
+  FrameSensor(const MapperParams& params, const Rules& rules, int threads);
+
+  FrameSensing sense(const DepthFrame& frame);
+
+  size_t bytes() const;
+
+ private:
+  float estimateNoise(const DepthFrame& frame) const;
+  void fitRows(const DepthFrame& frame, const FrameView& view, float sigma);
+  void findFreeDepths(const FrameSensing& sensing);
+
+  const MapperParams params_;
+  const SurfelView surfel_view_;
+  const FusionView fusion_view_;
+  const int threads_;
+  std::vector<float> inverse_depth_, row_value_, row_slope_, free_depth_;
+};
+
+}  // namespace dtsdf

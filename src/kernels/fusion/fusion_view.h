@@ -1,0 +1,18 @@
+/// What the rules of fusion need to know of the settings.
+#pragma once
+
+#include <cstdint>
+
+#include "kernels/fusion/fusion_rules.h"
+
+namespace dtsdf {
+
+struct FusionView {
+  int32_t cast_along_normal;  ///< Else along the view ray.
+  int32_t directional;
+  float truncation_voxels;
+  float max_weight;
+  FusionRules rules;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,34 @@
+/// Fusion by projecting voxels into the image: the paper's mode without rays.
+#pragma once
+
+#include "kernels/core/direction.h"
+#include "kernels/core/voxel.h"
+#include "kernels/fusion/fusion_view.h"
+#include "kernels/surfels/surfel.h"
+
+namespace dtsdf {
+
+/// Voxel projection: the projective distance of a voxel to the pixel that it falls on (Curless and
+/// Levoy 1996; the paper's VP). `add(direction, weight, sdf)` takes fixed-point values.
+template <class Add>
+DTSDF_HD void projectVoxel(const FrameView& frame, const FusionView& fusion, const Surfel* surfels,
+                           const Vec3i& voxel_L, Add& add) {
+  const VoxelInImage at = projectToImage(frame, voxel_L);
+  if (!(at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f &&
+        at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height))) {
+    return;
+  }
+  const Surfel& surfel =
+      surfels[static_cast<int64_t>(at.v) * frame.width + static_cast<int64_t>(at.u)];
+  if (!(surfel.weight > 0.0f)) return;
+  const float distance = (surfel.depth_m - at.depth_m) / frame.voxel_size_m;
+  if (distance < -fusion.truncation_voxels) return;
+  const int32_t sdf = quantiseSdf(distance / fusion.truncation_voxels);
+  const DirectionSet directions = directionsOf(surfel.normal_L, fusion.directional != 0);
+  for (int i = 0; i < directions.count; ++i) {
+    const int32_t weight = quantiseWeight(surfel.weight * directions.weight[i]);
+    if (weight > 0) add(directions.direction[i], weight, sdf);
+  }
+}
+
+}  // namespace dtsdf

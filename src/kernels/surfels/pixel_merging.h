@@ -1,0 +1,127 @@
+/// Which neighbouring pixels are fused as one surfel.
+///
+/// Where a voxel is many pixels wide, neighbouring pixels of a smooth surface update the very same
+/// voxels with almost the same plane: their mean says the same for a fraction of the work. The image
+/// is divided into tiles of 4 x 4 pixels. A tile is merged, or else each of its four quads of 2 x 2
+/// pixels, or else the quad's pixels stay single.
+#pragma once
+
+#include "kernels/surfels/depth.h"
+
+namespace dtsdf {
+
+constexpr int kTileSide = 4;  ///< In pixels.
+constexpr int kQuadSide = 2;
+
+/// Tiles along a side of the image; the last may reach beyond it.
+DTSDF_HD int tilesAlong(int pixels) { return (pixels + kTileSide - 1) / kTileSide; }
+
+/// A square of pixels.
+struct PixelSquare {
+  Pixel first;  ///< The corner with the least coordinates.
+  int32_t side;
+};
+
+/// Whether the surface turns little along the rows of a square, from the slopes of the row fits.
+DTSDF_HD bool turnsLittleAcross(const ImageView& image, const PixelSquare& square,
+                                float largest_turn) {
+  const float* row_slope = image.row_slope + pixelIndex(image.frame, square.first);
+  float least = row_slope[0], most = row_slope[0];
+  for (int y = 0; y < square.side; ++y, row_slope += image.frame.width) {
+    for (int x = 0; x < square.side; ++x) {
+      least = minimum(least, row_slope[x]);
+      most = maximum(most, row_slope[x]);
+    }
+  }
+  return most - least <= largest_turn;
+}
+
+/// The same along the columns, from the values of the row fits `beside` rows above and below.
+DTSDF_HD bool turnsLittleDown(const ImageView& image, const PixelSquare& square,
+                              float largest_turn, int beside) {
+  const float* row_value = image.row_value + pixelIndex(image.frame, square.first);
+  const int64_t to_last = static_cast<int64_t>(square.side - 1) * image.frame.width;
+  const int64_t to_beside = static_cast<int64_t>(beside) * image.frame.width;
+  for (int x = 0; x < square.side; ++x) {
+    const float* column = row_value + x;
+    const float before = column[-to_beside], first = column[0];
+    const float end = column[to_last], after = column[to_last + to_beside];
+    if (!(before > 0.0f && first > 0.0f && end > 0.0f && after > 0.0f)) return false;
+    const float turn = (first - before) - (after - end);
+    if (!(fabsf(turn) <= largest_turn * static_cast<float>(beside))) return false;
+  }
+  return true;
+}
+
+/// Least and most inverse depth.
+struct InverseDepthRange {
+  float least, most;
+};
+
+DTSDF_HD InverseDepthRange rangeOf(const ImageView& image, const PixelSquare& square) {
+  const float* row = image.inverse_depth + pixelIndex(image.frame, square.first);
+  InverseDepthRange range{row[0], row[0]};
+  for (int y = 0; y < square.side; ++y, row += image.frame.width) {
+    for (int x = 0; x < square.side; ++x) {
+      range.least = minimum(range.least, row[x]);
+      range.most = maximum(range.most, row[x]);
+    }
+  }
+  return range;
+}
+
+/// Whether a square of pixels is fused as one surfel: all are measured, in extent small against a
+/// voxel, and one smooth surface.
+DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
+                       const SurfelView& surfels) {
+  const FrameView& frame = image.frame;
+  const SurfelRules& rules = surfels.rules;
+  const auto& [u, v] = square.first;
+  if (u + square.side > frame.width || v < rules.merged_rows_beside ||
+      v + square.side + rules.merged_rows_beside > frame.height) {
+    return false;
+  }
+  const float width_px_m = rules.merged_width * frame.intrinsics.fx * frame.voxel_size_m;
+  const float side = static_cast<float>(square.side);
+  if (!(side <= width_px_m * image.inverse_depth[pixelIndex(frame, square.first)])) return false;
+  const auto [least, most] = rangeOf(image, square);
+  const float largest_range_m = rules.merged_depth_range * frame.voxel_size_m;
+  if (!(side <= width_px_m * least) || !depthsConnected(least, most, surfels) ||
+      !(most - least <= largest_range_m * least * most)) {  // that of z, times least * most
+    return false;
+  }
+  const float radian = most / frame.intrinsics.fx;  // as a slope of 1 / z, for a frontal surface
+  return turnsLittleAcross(image, square, rules.merged_turn_across * radian) &&
+         turnsLittleDown(image, square, rules.merged_turn_down * radian,
+                         rules.merged_rows_beside);
+}
+
+/// How a tile is merged: bit kTileBit if it is as a whole, else bit q for each quad that is.
+using MergedTile = uint32_t;
+constexpr int kTileBit = 4;
+
+/// What is merged in the tile with the given first pixel.
+DTSDF_HD MergedTile mergeTile(const ImageView& image, const Pixel& first,
+                              const SurfelView& surfels) {
+  if (isMerged(image, {first, kTileSide}, surfels)) return 1u << kTileBit;
+  MergedTile merged = 0;
+  for (int q = 0; q < 4; ++q) {
+    const Pixel quad{first.u + kQuadSide * (q & 1), first.v + kQuadSide * (q >> 1)};
+    if (quad.u < image.frame.width && isMerged(image, {quad, kQuadSide}, surfels)) {
+      merged |= 1u << q;
+    }
+  }
+  return merged;
+}
+
+/// Side of the square that a pixel is the first of, 1 for a single pixel; 0 for the other pixels of
+/// a square.
+DTSDF_HD int mergedSide(MergedTile tile, const Pixel& pixel) {
+  const int x = pixel.u & (kTileSide - 1), y = pixel.v & (kTileSide - 1);
+  if (tile >> kTileBit & 1) return x == 0 && y == 0 ? kTileSide : 0;
+  const int quad = (x >> 1) + 2 * (y >> 1);
+  if (tile >> quad & 1) return (x & 1) == 0 && (y & 1) == 0 ? kQuadSide : 0;
+  return 1;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,101 @@
+/// Which pixels are fused as several surfels: the counterpart of pixel_merging.h.
+///
+/// Far away, or at a grazing angle, a pixel covers more of the surface than a voxel. One surfel at
+/// its centre would leave the voxels between neighbouring pixels without samples, and so holes. Such
+/// a pixel is subdivided into thirds, along one axis of the image or both, which lie on its plane.
+#pragma once
+
+#include "kernels/surfels/plane_fit.h"
+
+namespace dtsdf {
+
+/// Subpixels along the rows and along the columns of the image: 1 or kThirds.
+struct Subdivision {
+  int32_t across, down;
+};
+
+/// A surfel updates the samples to both sides of it, so thirds leave none out in a pixel as wide as
+/// five voxels.
+constexpr int kThirds = 3;
+
+DTSDF_HD int subpixelCount(const Subdivision& subdivision) {
+  return subdivision.across * subdivision.down;
+}
+
+/// The measured point of a pixel and the plane through it.
+struct PlanePoint {
+  Vec3f p_C, normal_C;
+};
+
+/// Whether a neighbour continues the surface of a pixel.
+DTSDF_HD bool continuesPlane(const ImageView& image, const Pixel& neighbour,
+                             const PlanePoint& plane, const SurfelView& surfels) {
+  const FrameView& frame = image.frame;
+  if (neighbour.u < 0 || neighbour.v < 0 || neighbour.u >= frame.width ||
+      neighbour.v >= frame.height) {
+    return false;
+  }
+  const float inverse_depth = image.inverse_depth[pixelIndex(frame, neighbour)];
+  if (!(inverse_depth > 0.0f) ||
+      !depthsConnected(1.0f / plane.p_C.z, inverse_depth, surfels)) {
+    return false;
+  }
+  const Vec3f neighbour_C = backProject(frame.intrinsics, static_cast<float>(neighbour.u),
+                                        static_cast<float>(neighbour.v), 1.0f / inverse_depth);
+  return fabsf(dot(plane.normal_C, neighbour_C - plane.p_C)) <=
+         surfels.rules.subdivided_step * frame.voxel_size_m;
+}
+
+/// How a measured pixel with a plane is subdivided: where it is wide, and its neighbours to both sides
+/// continue its surface.
+DTSDF_HD Subdivision subdividePixel(const ImageView& image, const Pixel& pixel,
+                                    const PixelPlane& plane, const SurfelView& surfels) {
+  const FrameView& frame = image.frame;
+  const auto& [u, v] = pixel;
+  const float depth_m = 1.0f / image.inverse_depth[pixelIndex(frame, pixel)];
+  const Vec3f p_C = backProject(frame.intrinsics, static_cast<float>(u), static_cast<float>(v),
+                                depth_m);
+  // Where the plane moves to from one pixel to the next.
+  Vec3f across = (-(plane.slope_u * depth_m)) * p_C, down = (-(plane.slope_v * depth_m)) * p_C;
+  across.x += depth_m / frame.intrinsics.fx;
+  down.y += depth_m / frame.intrinsics.fy;
+  const PlanePoint point{p_C, plane.normal_C};
+  const float wide_m = surfels.rules.subdivided_width * frame.voxel_size_m;
+  Subdivision subdivision{1, 1};
+  if (dot(across, across) > wide_m * wide_m &&
+      continuesPlane(image, {u - 1, v}, point, surfels) &&
+      continuesPlane(image, {u + 1, v}, point, surfels)) {
+    subdivision.across = kThirds;
+  }
+  if (dot(down, down) > wide_m * wide_m && continuesPlane(image, {u, v - 1}, point, surfels) &&
+      continuesPlane(image, {u, v + 1}, point, surfels)) {
+    subdivision.down = kThirds;
+  }
+  return subdivision;
+}
+
+/// Centre of a subpixel relative to the pixel's, in pixels: less than half a pixel to either side.
+struct SubpixelOffset {
+  float u, v;
+};
+
+DTSDF_HD SubpixelOffset subpixelOffset(const Subdivision& subdivision, int subpixel) {
+  const int column = subpixel % subdivision.across, row = subpixel / subdivision.across;
+  return {static_cast<float>(column - subdivision.across / 2) /
+              static_cast<float>(subdivision.across),
+          static_cast<float>(row - subdivision.down / 2) / static_cast<float>(subdivision.down)};
+}
+
+/// Inverse depth of a pixel's plane at an offset, but no farther away than the pixel and its
+/// neighbours on the sides that the offset leads to, which have to be measured.
+DTSDF_HD float inverseDepthBeside(const ImageView& image, const Pixel& pixel,
+                                  const PixelPlane& plane, const SubpixelOffset& offset) {
+  const int width = image.frame.width;
+  const float* at = image.inverse_depth + pixelIndex(image.frame, pixel);
+  float least = *at;
+  if (offset.u != 0.0f) least = minimum(least, at[offset.u < 0.0f ? -1 : 1]);
+  if (offset.v != 0.0f) least = minimum(least, at[offset.v < 0.0f ? -width : width]);
+  return maximum(*at + offset.u * plane.slope_u + offset.v * plane.slope_v, least);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,165 @@
+/// Surface normals from a depth image, by edge-stopped plane fits in inverse depth.
+///
+/// The inverse depth of a plane is an affine function of the pixel: with n^T P = delta and
+/// P = z ((u - cx) / fx, (v - cy) / fy, 1),
+///   1 / z = (n_x (u - cx) / fx + n_y (v - cy) / fy + n_z) / delta.
+/// Fitting value and slopes of 1 / z in a window around a pixel therefore gives the normal of a
+/// plane without bias, and the noise of triangulating sensors is uniform in this quantity. The
+/// least-squares fit over a rectangle separates into a fit along the row and one along the column.
+/// Each walk ends where neighbouring depths jump, so that nothing is mixed across a discontinuity.
+///
+/// In a strip that is a single pixel wide only one of the two fits is there: a rod, a wire, or what
+/// shows through a slit. If that line is long enough, the strip counts as facing the camera across it.
+#pragma once
+
+#include "kernels/surfels/row_fit.h"
+
+namespace dtsdf {
+
+/// An affine function of the image: 1 / z at a point, and its slopes.
+struct InverseDepthPlane {
+  float value, slope_u, slope_v;
+};
+
+/// The unit normal of the plane with the given 1 / z at (u, v), facing the camera; zero where there
+/// is none.
+DTSDF_HD Vec3f planeNormal(float u, float v, const InverseDepthPlane& plane, const Intrinsics& K) {
+  const float du = plane.slope_u, dv = plane.slope_v;
+  const Vec3f n{-(K.fx * du), -(K.fy * dv), (u - K.cx) * du + (v - K.cy) * dv - plane.value};
+  const float length = norm(n);
+  if (!(length > 0.0f)) return {0.0f, 0.0f, 0.0f};
+  return (1.0f / length) * n;
+}
+
+/// The plane that stands for the surface at a pixel.
+struct PixelPlane {
+  Vec3f normal_C;          ///< Unit, facing the camera; zero: there is none.
+  float slope_u, slope_v;  ///< Of its inverse depth, per pixel.
+  float trust;             ///< Share of the weight that it deserves.
+};
+
+DTSDF_HD PixelPlane noPlane() { return {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f}; }
+
+DTSDF_HD PixelPlane makePixelPlane(const Pixel& pixel, const InverseDepthPlane& plane,
+                                   const Intrinsics& K, float trust) {
+  return {planeNormal(static_cast<float>(pixel.u), static_cast<float>(pixel.v), plane, K),
+          plane.slope_u, plane.slope_v, trust};
+}
+
+/// The fit along a pixel's column, through the values of the row fits, with their slopes as
+/// companions; count 0 if there is none.
+DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
+                           const SurfelView& surfels) {
+  const FrameView& frame = sensing.image.frame;
+  const int64_t at = pixelIndex(frame, pixel);
+  const float* centre = sensing.image.row_value + at;
+  if (!(*centre > 0.0f)) return {0.0f, 0.0f, 0.0f, 0};
+  const int radius = windowRadius(*centre, fitWindow(frame, sensing.sigma, surfels));
+  const PixelLine line = lineAround(pixel.v, frame.height, frame.width, radius);
+  return fitLine(centre, sensing.image.row_slope + at, line, surfels);
+}
+
+/// Whether a pixel is measured in front of the two beside it, or behind both, as through a slit. In
+/// between lie pixels that mix the two sides of a step, and rows of a floor that is seen at too flat
+/// an angle; beside pixels without a measurement (0) there is no telling.
+DTSDF_HD bool standsAlone(float before, float inverse_depth, float after) {
+  return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
+}
+
+/// The same for a pixel across the image's columns, or its rows.
+DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool across_rows) {
+  const FrameView& frame = image.frame;
+  const float* centre = image.inverse_depth + pixelIndex(frame, pixel);
+  const int at = across_rows ? pixel.v : pixel.u;
+  const int last = (across_rows ? frame.height : frame.width) - 1;
+  const int64_t step = across_rows ? frame.width : 1;
+  return standsAlone(at > 0 ? centre[-step] : 0.0f, *centre, at < last ? centre[step] : 0.0f);
+}
+
+/// The plane of a strip one pixel wide, along the row or down the column; across it, it faces the
+/// camera. A single line of pixels is trusted less.
+DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, bool along_row,
+                               const SurfelView& surfels) {
+  const FrameView& frame = sensing.image.frame;
+  const float* centre = sensing.image.inverse_depth + pixelIndex(frame, pixel);
+  const int radius = windowRadius(*centre, fitWindow(frame, sensing.sigma, surfels));
+  const PixelLine line = along_row ? lineAround(pixel.u, frame.width, 1, radius)
+                                   : lineAround(pixel.v, frame.height, frame.width, radius);
+  const LineFit fit = fitLine(centre, centre, line, surfels);
+  if (fit.count < surfels.rules.least_strip_px ||
+      !standsAloneAcross(sensing.image, pixel, along_row)) {
+    return noPlane();
+  }
+  const InverseDepthPlane plane{fit.value, along_row ? fit.slope : 0.0f,
+                                along_row ? 0.0f : fit.slope};
+  return makePixelPlane(pixel, plane, frame.intrinsics, surfels.rules.strip_weight);
+}
+
+/// The plane at a measured pixel, given the fit along its column.
+DTSDF_HD PixelPlane pixelPlane(const FrameSensing& sensing, const Pixel& pixel,
+                               const LineFit& column, const SurfelView& surfels) {
+  const FrameView& frame = sensing.image.frame;
+  const bool has_row = sensing.image.row_value[pixelIndex(frame, pixel)] > 0.0f;
+  if (!has_row || column.count < 2) return stripPlane(sensing, pixel, has_row, surfels);
+  return makePixelPlane(pixel, {column.value, column.mean_companion, column.slope},
+                        frame.intrinsics, 1.0f);
+}
+
+/// Sums of a line fit whose samples lie at any offsets, with the row's slope as companion.
+struct ColumnSums {
+  float n, k, kk, y, ky, slope;
+};
+
+DTSDF_HD void addRow(ColumnSums& sums, float offset, float y, float slope) {
+  sums.n += 1.0f;
+  sums.k += offset;
+  sums.kk += offset * offset;
+  sums.y += y;
+  sums.ky += offset * y;
+  sums.slope += slope;
+}
+
+/// Adds the rows between two columns, the one at `first` and the next, on one side of it: `steps` rows
+/// `stride` apart, half a row away from the centre and on, up to a jump or a pixel without row fits.
+DTSDF_HD void addRowsBetween(const ImageView& image, int64_t first, const PixelLine& side,
+                             const SurfelView& surfels, ColumnSums& sums) {
+  const float origin = image.row_value[first];
+  const bool is_after = side.after > 0;
+  const int steps = is_after ? side.after : side.before;
+  float previous = origin;
+  for (int step = 0; step < steps; ++step) {
+    const int64_t at = first + static_cast<int64_t>(is_after ? step + 1 : -step) * side.stride;
+    const float left = image.row_value[at], right = image.row_value[at + 1];
+    if (!(left > 0.0f && right > 0.0f) || !depthsConnected(left, right, surfels) ||
+        !depthsConnected(previous, left, surfels)) {
+      break;
+    }
+    previous = left;
+    const float k = static_cast<float>(step) + 0.5f;
+    addRow(sums, is_after ? k : -k, 0.5f * ((left - origin) + (right - origin)),
+           0.5f * (image.row_slope[at] + image.row_slope[at + 1]));
+  }
+}
+
+/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1): along the column
+/// between the two that the pixels lie on, whose row fits are averaged. Zero where there is none.
+DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
+                                const SurfelView& surfels) {
+  const ImageView& image = sensing.image;
+  const int64_t first = pixelIndex(image.frame, pixel);
+  const float origin = image.row_value[first];
+  if (!(origin > 0.0f)) return {0.0f, 0.0f, 0.0f};
+  const int radius = windowRadius(origin, fitWindow(image.frame, sensing.sigma, surfels));
+  const int before = pixel.v + 1 < radius ? pixel.v + 1 : radius;
+  const int last = image.frame.height - 1 - pixel.v, after = last < radius ? last : radius;
+  ColumnSums sums{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+  addRowsBetween(image, first, {image.frame.width, before, 0}, surfels, sums);
+  addRowsBetween(image, first, {image.frame.width, 0, after}, surfels, sums);
+  if (sums.n < 2.0f) return {0.0f, 0.0f, 0.0f};
+  const float slope = (sums.n * sums.ky - sums.k * sums.y) / (sums.n * sums.kk - sums.k * sums.k);
+  const float value = origin + (sums.y - slope * sums.k) / sums.n;
+  return planeNormal(static_cast<float>(pixel.u) + 0.5f, static_cast<float>(pixel.v) + 0.5f,
+                     {value, sums.slope / sums.n, slope}, image.frame.intrinsics);
+}
+
+}  // namespace dtsdf

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "kernels/surfels/normal_estimation.h"
+#include "kernels/surfels/row_fit.h"
 
 namespace dtsdf {
 
@@ -16,30 +16,41 @@ inline Surface plane(double nx, double ny, double nz, double delta) {
   return [=](double x, double y) { return delta / (nx * x + ny * y + nz); };
 }
 
+/// A camera at the origin of an unturned local frame.
+inline FrameView frontalFrame(int width, int height, const Intrinsics& K, float voxel_size_m) {
+  return {width, height, K, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, voxel_size_m};
+}
+
 class SurfaceImage {
  public:
-  SurfaceImage(const Surface& surface, int width, int height, const Intrinsics& K,
-               const NormalFitSettings& fit) {
-    for (int v = 0; v < height; ++v) {
-      for (int u = 0; u < width; ++u) {
+  SurfaceImage(const Surface& surface, const FrameView& frame, const SurfelView& surfels,
+               float sigma = 0.0f)
+      : frame_(frame), sigma_(sigma) {
+    const Intrinsics& K = frame.intrinsics;
+    for (int v = 0; v < frame.height; ++v) {
+      for (int u = 0; u < frame.width; ++u) {
         const double z = surface((u - double(K.cx)) / K.fx, (v - double(K.cy)) / K.fy);
         inverse_depth_.push_back(z > 0.0 ? static_cast<float>(1.0 / z) : 0.0f);
       }
     }
-    for (int v = 0; v < height; ++v) {
-      for (int u = 0; u < width; ++u) {
-        const RowFit row = fitRow(inverse_depth_.data(), width, u, v, fit);
+    const FitWindow window = fitWindow(frame, sigma, surfels);
+    for (int v = 0; v < frame.height; ++v) {
+      for (int u = 0; u < frame.width; ++u) {
+        const RowFit row =
+            fitRow(inverse_depth_.data() + v * frame.width, frame.width, u, window, surfels);
         row_value_.push_back(row.value);
         row_slope_.push_back(row.slope);
       }
     }
   }
 
-  FitImages images() const {
-    return {inverse_depth_.data(), row_value_.data(), row_slope_.data()};
+  FrameSensing sensing() const {
+    return {{frame_, inverse_depth_.data(), row_value_.data(), row_slope_.data()}, sigma_, nullptr};
   }
 
  private:
+  FrameView frame_;
+  float sigma_;
   std::vector<float> inverse_depth_, row_value_, row_slope_;
 };
 

@@ -1,5 +1,5 @@
 // Sorting surfels by block against a plain loop over all pairs.
-#include "cpu/block_bins.h"
+#include "cpu/find_blocks.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ struct Expected {
   std::set<uint32_t> surfels;
 };
 
-class BlockBinsTest : public testing::TestWithParam<int> {};
+class FindBlocks : public testing::TestWithParam<int> {};
 
 std::vector<Surfel> randomSurfels(std::mt19937& random, const FrameView& frame) {
   std::uniform_real_distribution<float> position(-60.0f, 60.0f);
@@ -33,33 +33,35 @@ std::vector<Surfel> randomSurfels(std::mt19937& random, const FrameView& frame) 
 }
 
 std::map<PackedKey, Expected> binOneByOne(const std::vector<Surfel>& surfels,
-                                          const FrameView& frame, const FusionView& fusion) {
+                                          const FrameSensing& sensing,
+                                          const FusionView& fusion) {
+  const BlockKey origin = blockOfVoxel(sensing.image.frame.origin_voxel);
   std::map<PackedKey, Expected> bins;
   for (uint32_t i = 0; i < surfels.size(); ++i) {
     if (!(surfels[i].weight > 0.0f)) continue;
-    auto visit = [&](const Vec3i& block) {
-      Expected& bin = bins[packKey(block + blockOfVoxel(frame.origin_voxel))];
+    visitBlocks(sampleLineOf(surfels[i], sensing, fusion), [&](const Vec3i& block) {
+      Expected& bin = bins[packKey(block + origin)];
       bin.directions |= directionMask(directionsOf(surfels[i].normal_L, true));
       bin.surfels.insert(i);
-    };
-    visitBlocks(castSurfel(frame, fusion, surfels[i]), visit);
+    });
   }
   return bins;
 }
 
-TEST_P(BlockBinsTest, EverySurfelIsOnceInEachBlockThatItTouches) {
+TEST_P(FindBlocks, EverySurfelIsOnceInEachBlockThatItTouches) {
   FrameView frame{};
   frame.width = 61;
   frame.height = 47;
   frame.T_L_C = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {100.0f, 90.0f, 80.0f}};
   frame.origin_voxel = {-4000, 800, 16};
   std::mt19937 random(25);
-  BlockBins bins;
+  const FrameSensing sensing{{frame, nullptr, nullptr, nullptr}, 0.0f, nullptr};
   for (const int cast_along_normal : {0, 1}) {
-    const FusionView fusion{cast_along_normal, 1, 4.0f, 1e6f, 0.0f};
+    const FusionView fusion{cast_along_normal, 1, 4.0f, 1e6f, FusionRules()};
+    BlockFinder finder(fusion, GetParam());
     const std::vector<Surfel> surfels = randomSurfels(random, frame);
-    const std::map<PackedKey, Expected> expected = binOneByOne(surfels, frame, fusion);
-    const std::vector<TouchedBlock>& touched = bins.sort(surfels, frame, fusion, GetParam());
+    const std::map<PackedKey, Expected> expected = binOneByOne(surfels, sensing, fusion);
+    const std::vector<TouchedBlock>& touched = finder.findBlocks(surfels, sensing);
     std::set<PackedKey> keys;
     for (const TouchedBlock& block : touched) {
       ASSERT_TRUE(keys.insert(block.key).second) << "a block appears twice";
@@ -75,7 +77,7 @@ TEST_P(BlockBinsTest, EverySurfelIsOnceInEachBlockThatItTouches) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Threads, BlockBinsTest, testing::Values(1, 2, 3, 8));
+INSTANTIATE_TEST_SUITE_P(Threads, FindBlocks, testing::Values(1, 2, 3, 8));
 
 }  // namespace
 }  // namespace dtsdf

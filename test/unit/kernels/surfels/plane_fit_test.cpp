@@ -1,4 +1,4 @@
-#include "kernels/surfels/normal_estimation.h"
+#include "kernels/surfels/plane_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,8 @@ namespace {
 
 constexpr int kWidth = 40, kHeight = 30;
 constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
-constexpr NormalFitSettings kSettings{2, 0.03f, 10.0f, 525.0f, 0.0f};
+constexpr float kVoxel_m = 10.0f / 35.0f;  // 10 pixels at 1 m
+const SurfelView kSurfels{2, 0.03f, SurfelRules()};
 
 /// A rounding error of a share of 6e-8 of 1 / z, over slopes of the order of 1 / (f z) per pixel,
 /// turns the normal by about f * 6e-8; some ten times that.
@@ -45,23 +46,25 @@ void draw(Image& image, const FreePlane& plane, const std::function<bool(int, in
   }
 }
 
-std::vector<PixelPlane> planesOf(const Image& image, const NormalFitSettings& settings) {
+std::vector<PixelPlane> planesOf(const Image& image, const SurfelView& surfels) {
+  const FrameView frame{kWidth, kHeight, kIntrinsics, {}, {0, 0, 0}, kVoxel_m};
+  const FitWindow window = fitWindow(frame, 0.0f, surfels);
   std::vector<float> value, slope;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      const RowFit fit = fitRow(image.inverse_depth.data(), kWidth, u, v, settings);
+      const RowFit fit = fitRow(&image.inverse_depth[v * kWidth], kWidth, u, window, surfels);
       value.push_back(fit.value);
       slope.push_back(fit.slope);
     }
   }
-  const FitImages images{image.inverse_depth.data(), value.data(), slope.data()};
+  const FrameSensing sensing{
+      {frame, image.inverse_depth.data(), value.data(), slope.data()}, 0.0f, nullptr};
   std::vector<PixelPlane> planes;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
       PixelPlane plane{{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f};
       if (image.inverse_depth[static_cast<size_t>(v) * kWidth + u] > 0.0f) {
-        const LineFit column = fitColumn(images, kWidth, kHeight, u, v, settings);
-        plane = pixelPlane(images, kWidth, kHeight, u, v, column, kIntrinsics, settings);
+        plane = pixelPlane(sensing, {u, v}, fitColumn(sensing, {u, v}, surfels), surfels);
       }
       planes.push_back(plane);
     }
@@ -70,9 +73,9 @@ std::vector<PixelPlane> planesOf(const Image& image, const NormalFitSettings& se
 }
 
 /// Normals of those pixels that have both fits.
-std::vector<Vec3f> fitAll(const Image& image, const NormalFitSettings& settings = kSettings) {
+std::vector<Vec3f> fitAll(const Image& image, const SurfelView& surfels = kSurfels) {
   std::vector<Vec3f> normals;
-  for (const PixelPlane& plane : planesOf(image, settings)) {
+  for (const PixelPlane& plane : planesOf(image, surfels)) {
     normals.push_back(plane.trust == 1.0f ? plane.normal_C : Vec3f{0.0f, 0.0f, 0.0f});
   }
   return normals;
@@ -97,7 +100,7 @@ TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
     const FreePlane plane = makePlane(tilt(random), tilt(random), -1.0, -distance(random));
     Image image;
     draw(image, plane, [](int, int) { return true; });
-    const std::vector<Vec3f> normals = fitAll(image, {4, 1.0f, 10.0f, 525.0f, 0.0f});
+    const std::vector<Vec3f> normals = fitAll(image, {4, 1.0f, SurfelRules()});
     for (int v = 0; v < kHeight; ++v) {
       for (int u = 0; u < kWidth; ++u) {
         ASSERT_LT(distanceTo(normals[static_cast<size_t>(v) * kWidth + u], plane), kExact)
@@ -167,7 +170,7 @@ TEST(NormalFit, FollowsAStripOnePixelWide) {
   };
   for (const bool is_row : {true, false}) {
     const std::vector<PixelPlane> planes =
-        planesOf(slitImage(plane, is_row), {4, 0.3f, 10.0f, 525.0f, 0.0f});
+        planesOf(slitImage(plane, is_row), {4, 0.3f, SurfelRules()});
     const Vec3f along = is_row ? point(30, 12) - point(5, 12) : point(20, 25) - point(20, 3);
     for (int i = 0; i < (is_row ? kWidth : kHeight); ++i) {
       const int u = is_row ? i : 20, v = is_row ? 12 : i;
@@ -176,7 +179,7 @@ TEST(NormalFit, FollowsAStripOnePixelWide) {
       EXPECT_NEAR(dot(found.normal_C, along) / norm(along), 0.0f, 1e-4f);
       EXPECT_LT(dot(found.normal_C, point(u, v)), 0.0f);
       EXPECT_EQ(is_row ? found.slope_v : found.slope_u, 0.0f);
-      EXPECT_EQ(found.trust, kLineTrust);
+      EXPECT_EQ(found.trust, SurfelRules().strip_weight);
     }
   }
 }
@@ -192,10 +195,10 @@ TEST(NormalFit, TellsStripsFromMixedPixels) {
         image.at(u, v) = depth_m > 0.0 ? static_cast<float>(1.0 / depth_m) : 0.0f;
       }
     }
-    return planesOf(image, kSettings)[12 * kWidth + 20].trust;
+    return planesOf(image, kSurfels)[12 * kWidth + 20].trust;
   };
-  EXPECT_EQ(trustIn(2.0, 1.0, 3.0), kLineTrust);
-  EXPECT_EQ(trustIn(1.0, 3.0, 2.0), kLineTrust);
+  EXPECT_EQ(trustIn(2.0, 1.0, 3.0), SurfelRules().strip_weight);
+  EXPECT_EQ(trustIn(1.0, 3.0, 2.0), SurfelRules().strip_weight);
   EXPECT_EQ(trustIn(1.0, 2.0, 3.0), 0.0f);
   EXPECT_EQ(trustIn(3.0, 2.0, 1.0), 0.0f);
   EXPECT_EQ(trustIn(1.0, 3.0, 0.0), 0.0f);
@@ -208,7 +211,7 @@ TEST(NormalFit, NeedsALineOfThree) {
     Image image;
     for (float& value : image.inverse_depth) value = 0.5f;
     for (int u = 20; u < 20 + length; ++u) image.at(u, 12) = 1.0f;
-    const std::vector<PixelPlane> planes = planesOf(image, kSettings);
+    const std::vector<PixelPlane> planes = planesOf(image, kSurfels);
     for (int u = 20; u < 20 + length; ++u) {
       EXPECT_EQ(norm(planes[12 * kWidth + u].normal_C) > 0.0f, length == 3) << length;
     }
@@ -236,7 +239,9 @@ TEST(NormalFit, FacesTheCamera) {
 /// than it.
 TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
   const auto radius = [](float voxel_px_m, float depth_m, int largest) {
-    return windowRadius(1.0f / depth_m, {largest, 0.03f, voxel_px_m, 525.0f, 0.0f});
+    const FrameView frame{kWidth, kHeight, {525.0f, 525.0f, 0, 0}, {}, {}, voxel_px_m / 525.0f};
+    const SurfelView surfels{largest, 0.03f, SurfelRules()};
+    return windowRadius(1.0f / depth_m, fitWindow(frame, 0.0f, surfels));
   };
   EXPECT_EQ(radius(12.0f, 1.0f, 16), 9);
   EXPECT_EQ(radius(12.0f, 2.0f, 16), 5);  // 4.5 rounded
@@ -249,9 +254,9 @@ TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
 TEST(InverseDepth, TellsWhatIsNoMeasurement) {
   const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
   for (const float raw : {0.0f, -1.0f, nan, infinity, -infinity, 99.0f, 10001.0f}) {
-    EXPECT_EQ(inverseDepth(raw, 0.001f, 0.1f, 10.0f), 0.0f) << raw;
+    EXPECT_EQ(inverseDepth(raw, {0.001f, 0.1f, 10.0f}), 0.0f) << raw;
   }
-  EXPECT_FLOAT_EQ(inverseDepth(2000.0f, 0.001f, 0.1f, 10.0f), 0.5f);
+  EXPECT_FLOAT_EQ(inverseDepth(2000.0f, {0.001f, 0.1f, 10.0f}), 0.5f);
 }
 
 }  // namespace

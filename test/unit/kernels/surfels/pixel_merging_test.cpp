@@ -1,5 +1,5 @@
-// Which pixels form a group, and what surfel a group gives, on analytic planes, steps and creases.
-#include "kernels/surfels/pixel_group.h"
+// Which pixels are merged, and what surfel they give, on analytic planes, steps and creases.
+#include "kernels/surfels/pixel_merging.h"
 
 #include <gtest/gtest.h>
 
@@ -13,55 +13,45 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{500.0f, 500.0f, 31.5f, 23.5f};
-constexpr float kDepthJump = 0.03f;
-constexpr NormalFitSettings kFit{5, kDepthJump, 10.0f, 525.0f, 0.0f};
+const SurfelView kSurfels{5, 0.03f, SurfelRules()};
 
-/// An image of a surface with its row fits, and the groups in it.
-class GroupedImage {
+/// An image of a surface, and what is merged in it.
+class MergedImage {
  public:
-  GroupedImage(const Surface& surface, float voxel_m)
-      : frame_(viewOf(voxel_m)), image_(surface, kWidth, kHeight, kIntrinsics, kFit) {}
+  MergedImage(const Surface& surface, float voxel_m)
+      : image_(surface, frontalFrame(kWidth, kHeight, kIntrinsics, voxel_m), kSurfels) {}
 
-  /// Side of the group that a pixel belongs to.
+  /// Side of the square that a pixel belongs to.
   int sideAt(int u, int v) const {
-    const TileGroups groups = groupsAt(u, v);
-    if (groups >> kTileBit & 1) return kTileSide;
+    const MergedTile tile = tileAt(u, v);
+    if (tile >> kTileBit & 1) return kTileSide;
     const int quad = (u & 3) / 2 + 2 * ((v & 3) / 2);
-    return groups >> quad & 1 ? kQuadSide : 1;
+    return tile >> quad & 1 ? kQuadSide : 1;
   }
 
-  /// The surfel of the group that the pixel is the first of.
+  /// The surfel of the square that the pixel is the first of.
   Surfel surfelAt(int u, int v) const {
-    const int side = groupSide(groupsAt(u, v), u, v);
+    const int side = mergedSide(tileAt(u, v), {u, v});
     if (side == 0) return noSurfel();
-    return side == 1 ? computeSurfel(frame_, images(), u, v, kFit)
-                     : computeGroupSurfel(frame_, images(), u, v, side, kFit);
+    return side == 1 ? makePixelSurfel(image_.sensing(), {u, v}, kSurfels)
+                     : makeMergedSurfel(image_.sensing(), {{u, v}, side}, kSurfels);
   }
 
  private:
-  static FrameView viewOf(float voxel_m) {
-    return {kWidth, kHeight, kIntrinsics, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0},
-            voxel_m};
+  MergedTile tileAt(int u, int v) const {
+    return mergeTile(image_.sensing().image, {u - u % kTileSide, v - v % kTileSide}, kSurfels);
   }
 
-  FitImages images() const { return image_.images(); }
-
-  TileGroups groupsAt(int u, int v) const {
-    return groupTile(images(), kWidth, kHeight, u - u % kTileSide, v - v % kTileSide,
-                     makeGroupSettings(kDepthJump, kIntrinsics.fx, frame_.voxel_size_m));
-  }
-
-  FrameView frame_;
   SurfaceImage image_;
 };
 
 bool nearBorder(int v) { return v < kTileSide || v >= kHeight - kTileSide; }
 
 /// At 2 m a pixel is 4 mm wide: 2 are 0.4 voxels of 20 mm, 4 are 0.32 voxels of 50 mm.
-TEST(PixelGroup, GrowsWithTheVoxel) {
+TEST(PixelMerging, GrowsWithTheVoxel) {
   for (const auto& [voxel_m, side] : {std::pair<float, int>{0.005f, 1}, {0.01f, 1}, {0.02f, 2},
                                       {0.03f, 2}, {0.05f, 4}, {0.1f, 4}}) {
-    const GroupedImage image(plane(0.1, -0.2, 1.0, 2.0), voxel_m);
+    const MergedImage image(plane(0.1, -0.2, 1.0, 2.0), voxel_m);
     for (int v = 0; v < kHeight; ++v) {
       for (int u = 0; u < kWidth; ++u) {
         if (nearBorder(v)) continue;
@@ -71,19 +61,19 @@ TEST(PixelGroup, GrowsWithTheVoxel) {
   }
 }
 
-/// The point lies on the plane at the group's centre, with the plane's normal; the weights of the
-/// groups add up to those of the pixels.
-TEST(PixelGroup, KeepsPlaneAndWeight) {
+/// The point lies on the plane at the square's centre, with the plane's normal; the weights of the
+/// squares add up to those of the pixels.
+TEST(PixelMerging, KeepsPlaneAndWeight) {
   const double n[3] = {0.3, -0.2, 1.0}, length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
   const double delta = 2.0;
   const Surface surface = plane(n[0], n[1], n[2], delta);
-  const GroupedImage single(surface, 0.005f);
+  const MergedImage single(surface, 0.005f);
   double single_weight = 0.0;
   for (int v = 4; v < kHeight - 4; ++v) {
     for (int u = 0; u < kWidth; ++u) single_weight += single.surfelAt(u, v).weight;
   }
   for (const float voxel_m : {0.02f, 0.05f}) {
-    const GroupedImage image(surface, voxel_m);
+    const MergedImage image(surface, voxel_m);
     double weight = 0.0;
     int count = 0;
     for (int v = 4; v < kHeight - 4; ++v) {
@@ -106,9 +96,9 @@ TEST(PixelGroup, KeepsPlaneAndWeight) {
   }
 }
 
-/// The first point of a group of 2 x 2 stands for its four pixels, in their middle.
-TEST(PixelGroup, LiesAtTheCentre) {
-  const GroupedImage image(plane(0.0, 0.0, 1.0, 2.0), 0.02f);
+/// The first point of a square of 2 x 2 stands for its four pixels, in their middle.
+TEST(PixelMerging, LiesAtTheCentre) {
+  const MergedImage image(plane(0.0, 0.0, 1.0, 2.0), 0.02f);
   const Surfel surfel = image.surfelAt(20, 12);
   const double per_px = 2.0 / kIntrinsics.fx / 0.02;
   EXPECT_NEAR(surfel.p_L.x, (20.5 - kIntrinsics.cx) * per_px, 1e-5);
@@ -119,12 +109,12 @@ TEST(PixelGroup, LiesAtTheCentre) {
 }
 
 /// A step that runs through tiles and quads, smaller and larger than the limit of the jump: what
-/// lies across it is not grouped, what does not reach it is.
-TEST(PixelGroup, DoesNotSpanAStep) {
+/// lies across it is not merged, what does not reach it is.
+TEST(PixelMerging, DoesNotSpanAStep) {
   const int edge = 27;  // first column on the far side
   const double x_edge = (edge - 0.5 - kIntrinsics.cx) / kIntrinsics.fx;
   for (const double far_m : {1.045, 1.3}) {
-    const GroupedImage image([&](double x, double) { return x < x_edge ? 1.0 : far_m; }, 0.02f);
+    const MergedImage image([&](double x, double) { return x < x_edge ? 1.0 : far_m; }, 0.02f);
     for (int v = 8; v < kHeight - 8; ++v) {
       EXPECT_EQ(image.sideAt(26, v), 1) << far_m;
       EXPECT_EQ(image.sideAt(27, v), 1) << far_m;
@@ -134,8 +124,8 @@ TEST(PixelGroup, DoesNotSpanAStep) {
   }
 }
 
-TEST(PixelGroup, NeedsAllPixels) {
-  const GroupedImage image(
+TEST(PixelMerging, NeedsAllPixels) {
+  const MergedImage image(
       [&](double x, double y) {
         const bool hole = std::abs(x * kIntrinsics.fx + kIntrinsics.cx - 22) < 0.5 &&
                           std::abs(y * kIntrinsics.fy + kIntrinsics.cy - 21) < 0.5;
@@ -150,10 +140,10 @@ TEST(PixelGroup, NeedsAllPixels) {
 
 /// Two walls that meet at a right angle, across and along the rows, in front of the camera and
 /// behind: pixels at the crease keep their own normals.
-TEST(PixelGroup, LeavesCreasesAlone) {
+TEST(PixelMerging, LeavesCreasesAlone) {
   for (const bool across : {true, false}) {
     for (const double sign : {1.0, -1.0}) {
-      const GroupedImage image(
+      const MergedImage image(
           [&](double x, double y) {
             const double t = sign * std::abs(across ? x : y);  // z = 2 + t z
             return 2.0 / (1.0 - t);
@@ -169,17 +159,17 @@ TEST(PixelGroup, LeavesCreasesAlone) {
   }
 }
 
-/// Every pixel of an image of any size is in exactly one group, borders included.
-TEST(PixelGroup, CoversEachPixelOnce) {
-  for (TileGroups groups : {0u, 1u, 6u, 9u, 15u, 16u}) {
+/// Every pixel of an image of any size is in exactly one square, borders included.
+TEST(PixelMerging, CoversEachPixelOnce) {
+  for (MergedTile tile : {0u, 1u, 6u, 9u, 15u, 16u}) {
     int covered = 0;
     for (int v = 0; v < kTileSide; ++v) {
       for (int u = 0; u < kTileSide; ++u) {
-        const int side = groupSide(groups, u, v);
+        const int side = mergedSide(tile, {u, v});
         covered += side * side;
       }
     }
-    EXPECT_EQ(covered, kTileSide * kTileSide) << groups;
+    EXPECT_EQ(covered, kTileSide * kTileSide) << tile;
   }
 }
 

@@ -1,0 +1,60 @@
+// The weight and the place of a surfel, against values worked out by hand.
+#include "kernels/surfels/surfel.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace dtsdf {
+namespace {
+
+const SurfelRules kRules;
+
+/// 1 up to 1 m, then a quarter at twice and a ninth at three times the distance.
+TEST(DepthWeight, FallsWithTheSquareOfTheDepth) {
+  EXPECT_EQ(depthWeight(0.3f, kRules), 1.0f);
+  EXPECT_EQ(depthWeight(1.0f, kRules), 1.0f);
+  EXPECT_FLOAT_EQ(depthWeight(2.0f, kRules), 0.25f);
+  EXPECT_FLOAT_EQ(depthWeight(3.0f, kRules), 1.0f / 9.0f);
+  SurfelRules other;
+  other.full_weight_depth_m = 2.0f;
+  EXPECT_EQ(depthWeight(2.0f, other), 1.0f);
+  EXPECT_FLOAT_EQ(depthWeight(4.0f, other), 0.25f);
+}
+
+TEST(AngleWeight, IsTheCosineToTheViewRay) {
+  EXPECT_FLOAT_EQ(angleWeight({0, 0, 2}, {0, 0, -1}), 1.0f);
+  EXPECT_FLOAT_EQ(angleWeight({0, 0, 2}, {0, 0.8f, -0.6f}), 0.6f);
+  EXPECT_FLOAT_EQ(angleWeight({3, 0, 4}, {0, 0, -1}), 0.8f);  // a frontal wall, seen from aside
+  EXPECT_FLOAT_EQ(angleWeight({3, 0, 4}, {-0.6f, 0, -0.8f}), 1.0f);
+  EXPECT_EQ(angleWeight({0, 0, 2}, {1, 0, 0}), 0.0f);
+  EXPECT_EQ(angleWeight({0, 0, 2}, {0, 0, 1}), 0.0f);  // from behind
+}
+
+/// A camera turned by 90 degrees about its x axis, at voxel (1, 2, 3); voxels of 0.5 m.
+FrameView turnedFrame() {
+  FrameView frame{};
+  frame.intrinsics = {500.0f, 400.0f, 320.0f, 240.0f};
+  frame.T_L_C = {{1, 0, 0, 0, 0, -1, 0, 1, 0}, {1, 2, 3}};
+  frame.voxel_size_m = 0.5f;
+  return frame;
+}
+
+/// At 2 m, 250 pixels right of the centre: (1, 0, 2) m, seen with a cosine of 2 / sqrt(5). Four pixels
+/// of a depth weight of a quarter.
+TEST(Surfel, StandsWhereItsPixelsAre) {
+  const Surfel surfel = makeSurfel(turnedFrame(), {570.0f, 240.0f, 2.0f}, {0, 0, -1}, 4.0f, kRules);
+  EXPECT_FLOAT_EQ(surfel.p_L.x, 1.0f + 2.0f);
+  EXPECT_FLOAT_EQ(surfel.p_L.y, 2.0f - 4.0f);
+  EXPECT_FLOAT_EQ(surfel.p_L.z, 3.0f);
+  EXPECT_FLOAT_EQ(surfel.normal_L.y, 1.0f);
+  EXPECT_FLOAT_EQ(surfel.weight, 2.0f / std::sqrt(5.0f));
+  EXPECT_EQ(surfel.depth_m, 2.0f);
+}
+
+TEST(Surfel, WithoutANormalIsNone) {
+  EXPECT_EQ(makeSurfel(turnedFrame(), {320.0f, 240.0f, 2.0f}, {0, 0, 0}, 1.0f, kRules).weight, 0.0f);
+}
+
+}  // namespace
+}  // namespace dtsdf

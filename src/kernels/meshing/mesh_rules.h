@@ -12,11 +12,11 @@ struct MeshRules {
   /// mm, and completeness at 0.68 instead of 0.80.
   float least_weight_share = 0.02f;
 
-  /// Distances smaller than this count as equally near in the vote; in voxels, above 0. Large
-  /// values make it a vote by weight alone. A fifth of a voxel is more than what noise and rounding
-  /// move a surface by, and less than what the sides of a plate lie apart that needs two
-  /// directions. A vote by plain weight, without nearness, puts vertices at 0.66 instead of 0.57
-  /// mm, and opens a fifth more boundary edges.
+  /// Distances smaller than this count as equally near in the vote; in voxels, above 0, so that no
+  /// distance of 0 outvotes all others. A vote by plain weight, without nearness, puts vertices at
+  /// 0.66 instead of 0.57 mm and opens a fifth more boundary edges. The value matters little:
+  /// on an orbit of 40 images at voxels of 10 mm, 0.1, 0.2 and 0.4 put vertices at 1.00, 1.01 and
+  /// 1.02 mm.
   float nearness_voxels = 0.2f;
 
   /// Vertices keep off the corners by this share of an edge, in (0, 0.5), so that no triangle is

@@ -29,7 +29,8 @@ struct IndexNeighbourhood {
   }
 };
 
-/// Which of the edges of a block's corner grid carry a vertex: the vertices in order of their edges.
+/// Which of the edges of a block's corner grid carry a vertex: the vertices in order of their
+/// edges.
 struct EdgeSet {
   uint32_t bits[kEdgeWords];
   uint32_t rank[kEdgeWords];  ///< Vertices before each word.

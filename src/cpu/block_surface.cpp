@@ -29,8 +29,8 @@ void BlockSurface::collect(const IndexNeighbourhood& indices) {
     for (int z = first.z; z < first.z + count.z; ++z) {
       for (int y = first.y; y < first.y + count.y; ++y) {
         const UnitIndices* row = from + voxelIndex(first.x, y, z);
-        UnitIndices* to = unit_grid_ + unitGridIndex(first.x + kBlockSide * at.x, y + kBlockSide * at.y,
-                                            z + kBlockSide * at.z);
+        UnitIndices* to = units_ + unitIndex(first.x + kBlockSide * at.x, y + kBlockSide * at.y,
+                                             z + kBlockSide * at.z);
         if (at.x == 0) {
           std::copy(row, row + kBlockSide, to);
         } else {
@@ -52,7 +52,7 @@ void BlockSurface::regularise(const IndexNeighbourhood& indices) {
   collect(indices);
   edges_.clear();
   triangle_edges_.clear();
-  const auto at = [this](const Vec3i& unit) { return unit_grid_[unitGridIndex(unit.x, unit.y, unit.z)]; };
+  const auto at = [this](const Vec3i& unit) { return units_[unitIndex(unit.x, unit.y, unit.z)]; };
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     if (i % kBlockSide == 0 && !hasSurface(indices[0] + i)) {
       i += kBlockSide - 1;

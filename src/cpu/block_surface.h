@@ -1,4 +1,5 @@
-/// The make stage of a block on the CPU: its mesh, from the indices of its units and of those across its faces.
+/// The make stage of a block on the CPU: its mesh, from the indices of its units and of those
+/// across its faces.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,8 @@ using IndexNeighbourhood = const UnitIndices* [kRegularisationReach];
 /// Room for meshing one block after the other; one per thread.
 class BlockSurface {
  public:
-  /// Regularises the block's units and enters the edges of their triangles. The block has a surface.
+  /// Regularises the block's units and enters the edges of their triangles. The block has a
+  /// surface.
   void regularise(const IndexNeighbourhood& indices);
 
   /// Vertices and triangles of what was regularised. Few edges differ from those before: `known`
@@ -28,7 +30,7 @@ class BlockSurface {
  private:
   static constexpr int kUnitGridSide = kBlockSide + 2;
 
-  static int unitGridIndex(int x, int y, int z) {
+  static int unitIndex(int x, int y, int z) {
     return x + 1 + kUnitGridSide * (y + 1 + kUnitGridSide * (z + 1));
   }
 
@@ -36,7 +38,7 @@ class BlockSurface {
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
 
   /// The block's units and a layer around them, of which edges and corners are never read.
-  UnitIndices unit_grid_[kUnitGridSide * kUnitGridSide * kUnitGridSide] = {};
+  UnitIndices units_[kUnitGridSide * kUnitGridSide * kUnitGridSide] = {};
   EdgeSet edges_;  ///< That carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
   std::vector<uint16_t> triangle_edges_;

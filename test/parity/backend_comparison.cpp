@@ -70,9 +70,9 @@ std::string reasonToSkip(Candidate candidate) {
   return candidate == Candidate::kCuda ? cudaUnavailableReason() : "";
 }
 
-BackendPair::BackendPair(const MapperParams& params, Candidate candidate)
-    : reference_(makeProbedMapper(paramsOf(params, Candidate::kCpuAgain))),
-      candidate_(makeProbedMapper(paramsOf(params, candidate))),
+BackendPair::BackendPair(const MapperParams& params, Candidate candidate, const Rules& rules)
+    : reference_(makeProbedMapper(paramsOf(params, Candidate::kCpuAgain), rules)),
+      candidate_(makeProbedMapper(paramsOf(params, candidate), rules)),
       reference_mesh_(params.map.voxel_size_m),
       candidate_mesh_(params.map.voxel_size_m) {
   EXPECT_EQ(reference_->backendName(), "cpu (1 thread)");

@@ -23,7 +23,7 @@ std::string reasonToSkip(Candidate candidate);
 class BackendPair {
  public:
   /// Also checks that both run where they should.
-  BackendPair(const MapperParams& params, Candidate candidate);
+  BackendPair(const MapperParams& params, Candidate candidate, const Rules& rules = Rules());
 
   /// Compares the outcome, and the counts of the map too.
   void integrate(const DepthFrame& frame);

@@ -60,6 +60,19 @@ TEST_P(FusionModeParity, MovingCameraMeshedEveryFrame) {
   pair.compareMaps();
 }
 
+/// Other numbers in the rules reach both backends.
+TEST_P(FusionModeParity, OtherMeshRules) {
+  const auto [candidate, mode, directional] = GetParam();
+  Rules rules;
+  rules.mesh.least_weight_share = 0.2f;
+  rules.mesh.nearness_voxels = 1.0f;
+  rules.mesh.vertex_margin = 0.25f;
+  BackendPair pair(makeParams(mode, directional, 0.04f), candidate, rules);
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames({}), 2));
+  expectSurface(pair.candidate());
+  pair.compareMaps();
+}
+
 TEST_P(FusionModeParity, NoisyFloatsMeshedAtTheEnd) {
   const auto [candidate, mode, directional] = GetParam();
   BackendPair pair(makeParams(mode, directional, 0.03f), candidate);

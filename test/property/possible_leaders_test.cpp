@@ -12,7 +12,8 @@ namespace dtsdf {
 namespace {
 
 /// Mostly what fusion leaves of a plane through the unit, with gaps in each direction, so that many
-/// corners have one observer or none; now and then a direction with the plane's back, or with noise.
+/// corners have one observer or none; now and then a direction with the plane's back, or with
+/// noise.
 UnitSamples drawUnit(std::mt19937& random) {
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
@@ -118,8 +119,8 @@ TEST_P(PossibleLeaders, ADirectionThatMayNotSpeakDoesNot) {
 }
 
 TEST_P(PossibleLeaders, AnUndirectedUnitWithoutOneIsEmpty) {
-  const Counts counts =
-      checkUnits(false, rules(), [](const UnitSamples&, uint32_t sides, const UnitIndices& indices) {
+  const Counts counts = checkUnits(
+      false, rules(), [](const UnitSamples&, uint32_t sides, const UnitIndices& indices) {
         EXPECT_TRUE(possibleLeaders(sides) != 0 || isEmpty(indices));
       });
   EXPECT_GT(counts.surfaces, 100);

@@ -20,8 +20,8 @@ DTSDF_HD Vec3i cornerAt(int index) {
           index / (kCornerGridSide * kCornerGridSide)};
 }
 
-/// BlockVertex::edge from the edge's lower corner, its axis and its facing (0: behind at the lower end);
-/// and back.
+/// BlockVertex::edge from the edge's lower corner, its axis and its facing (0: behind at the lower
+/// end); and back.
 DTSDF_HD int edgeNumber(int corner, int axis, int facing) {
   return (corner * 3 + axis) * 2 + facing;
 }

@@ -1,5 +1,5 @@
-/// Edge vertices, the second step of the make stage: where the surface crosses an edge of the corner
-/// grid.
+/// Edge vertices, the second step of the make stage: where the surface crosses an edge of the
+/// corner grid.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
@@ -22,8 +22,8 @@ DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
   return directionAxis(direction) != axis || (direction & 1) == facing;
 }
 
-/// Where no direction on its own crosses an edge, its vertex divides it as the voted distances of its
-/// ends do; in the middle where both are 0.
+/// Where no direction on its own crosses an edge, its vertex divides it as the voted distances of
+/// its ends do; in the middle where both are 0.
 template <class Edge>
 DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearness) {
   CornerVote<float> lower, upper;
@@ -37,9 +37,9 @@ DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearnes
   return from_lower + from_upper > 0.0f ? from_lower / (from_lower + from_upper) : 0.5f;
 }
 
-/// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of the
-/// zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction counts
-/// by the product of its two weights. Facing 0 is behind at the lower end.
+/// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of
+/// the zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction
+/// counts by the product of its two weights. Facing 0 is behind at the lower end.
 template <class Edge>
 DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, int facing) {
   float sum = 0.0f, sum_weight = 0.0f;

@@ -6,8 +6,8 @@
 
 namespace dtsdf {
 
-/// Edge of the corner grid that is edge e (0 to 11) of a unit with a given index: the index tells the
-/// facing.
+/// Edge of the corner grid that is edge e (0 to 11) of a unit with a given index: the index tells
+/// the facing.
 DTSDF_HD int unitEdge(const Vec3i& unit, int e, uint8_t index) {
   const int lower = edgeLowerCorner(e);
   const int corner = cornerIndex(unit.x + (lower & 1), unit.y + (lower >> 1 & 1),

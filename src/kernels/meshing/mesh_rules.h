@@ -6,23 +6,23 @@ namespace dtsdf {
 /// The measurements are of docs/results/ablation.md: vertex / surface / completeness RMSE in mm on
 /// the armadillo's orbit at voxels of 10 mm.
 struct MeshRules {
-  /// A unit is meshed if each corner has more than this share of the greatest weight in the unit; in
-  /// [0, 1). A share, so that the number of frames does not matter. It keeps out corners that only
-  /// the far fringe of a measurement reached: without it, vertices are at 0.88 instead of 0.57 mm,
-  /// and completeness at 0.68 instead of 0.80.
+  /// A unit is meshed if each corner has more than this share of the greatest weight in the unit;
+  /// in [0, 1). A share, so that the number of frames does not matter. It keeps out corners that
+  /// only the far fringe of a measurement reached: without it, vertices are at 0.88 instead of 0.57
+  /// mm, and completeness at 0.68 instead of 0.80.
   float least_weight_share = 0.02f;
 
-  /// Distances smaller than this count as equally near in the vote; in voxels, above 0. Large values
-  /// make it a vote by weight alone. A fifth of a voxel is more than what noise and rounding move a
-  /// surface by, and less than what the sides of a plate lie apart that needs two directions. A vote
-  /// by plain weight, without nearness, puts vertices at 0.66 instead of 0.57 mm, and opens a fifth
-  /// more boundary edges.
+  /// Distances smaller than this count as equally near in the vote; in voxels, above 0, so that no
+  /// distance of 0 outvotes all others. A vote by plain weight, without nearness, puts vertices at
+  /// 0.66 instead of 0.57 mm and opens a fifth more boundary edges. The value matters little:
+  /// on an orbit of 40 images at voxels of 10 mm, 0.1, 0.2 and 0.4 put vertices at 1.00, 1.01 and
+  /// 1.02 mm.
   float nearness_voxels = 0.2f;
 
   /// Vertices keep off the corners by this share of an edge, in (0, 0.5), so that no triangle is
   /// degenerate: triangles that meet at a corner keep sides of 2^-10 voxels, which single precision
-  /// still resolves to one in 2000 at the far end of a block (8 voxels, spaced by 2^-21). The surface
-  /// moves by a thousandth of a voxel at most.
+  /// still resolves to one in 2000 at the far end of a block (8 voxels, spaced by 2^-21). The
+  /// surface moves by a thousandth of a voxel at most.
   float vertex_margin = 1.0f / 1024.0f;
 };
 

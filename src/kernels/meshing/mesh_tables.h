@@ -5,8 +5,8 @@
 /// the contour cuts off every run of behind corners on its own, which depends on the face alone, so
 /// neighbouring units agree; following the contours over the faces gives closed loops, the surface
 /// components of an index, and each loop is triangulated as a fan. The fan starts where none of its
-/// diagonals lies on a face of the cube: there it could meet a neighbour's side or diagonal, and four
-/// triangles would share it.
+/// diagonals lies on a face of the cube: there it could meet a neighbour's side or diagonal, and
+/// four triangles would share it.
 #pragma once
 
 #include <cstdint>

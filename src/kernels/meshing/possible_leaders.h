@@ -1,23 +1,23 @@
 /// Which directions can lead a sheet in a unit, from the sides of its corners alone: so that the
 /// index stage need not look at units that hold no surface.
 ///
-/// The rule only rejects what the others would reject. A sheet that is not empty has a leader L such
-/// that, for any MeshRules (a share of weight is never negative):
+/// The rule only rejects what the others would reject. A sheet that is not empty has a leader L
+/// such that, for any MeshRules (a share of weight is never negative):
 /// - L speaks: it has observed corners on both sides of a surface (directionConfidence).
-/// - On each corner there is a vote of some direction other than the opposite of L, the one that does
-///   not take part (voteOnCorners). So L is no leader if some corner was observed by no direction, or
-///   by the opposite of L only.
-/// A unit without such a direction has the indices 0. The same holds of the undirected map: its only
-/// direction has to have observed all corners, and both sides.
+/// - On each corner there is a vote of some direction other than the opposite of L, the one that
+///   does not take part (voteOnCorners). So L is no leader if some corner was observed by no
+///   direction, or by the opposite of L only.
+/// A unit without such a direction has the indices 0. The same holds of the undirected map: its
+/// only direction has to have observed all corners, and both sides.
 #pragma once
 
 #include "kernels/meshing/unit_samples.h"
 
 namespace dtsdf {
 
-/// How a corner is seen: in front (bit d) and behind (bit 8 + d) by direction d; and which directions
-/// can lead no sheet around it (bit 16 + d). The sides of a unit are those of its corners, joined by
-/// a bitwise or.
+/// How a corner is seen: in front (bit d) and behind (bit 8 + d) by direction d; and which
+/// directions can lead no sheet around it (bit 16 + d). The sides of a unit are those of its
+/// corners, joined by a bitwise or.
 constexpr int kBehindBit = 8, kBarredBit = 16;
 constexpr uint32_t kDirectionBits = (1u << kDirectionCount) - 1;
 

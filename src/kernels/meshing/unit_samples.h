@@ -1,15 +1,16 @@
 /// What a mesh unit is made of, and what becomes of it.
 ///
-/// A mesh unit is a cell of marching cubes: a cube with a voxel's sample on each of its corners. The
-/// files of this folder are the stages of directional marching cubes, in the paper's order (Sec. V):
+/// A mesh unit is a cell of marching cubes: a cube with a voxel's sample on each of its corners.
+/// The files of this folder are the stages of directional marching cubes, in the paper's order
+/// (Sec. V):
 ///
-///   index       possible_leaders.h   which units can hold a surface at all
-///               leaders.h            which directions speak for a surface, and which lead its sheets
-///               vote.h               on which side of a sheet each corner is
-///               sheets.h             marching cubes indices, without what no direction can see
-///   make        regularisation.h     corners that the units around them disagree about
-///               edge_vertex.h        where the surface crosses an edge
-///               emit.h               triangles, as references to edges
+///   index   possible_leaders.h   which units can hold a surface at all
+///           leaders.h            which directions speak for a surface, and which lead its sheets
+///           vote.h               on which side of a sheet each corner is
+///           sheets.h             marching cubes indices, without what no direction can see
+///   make    regularisation.h     corners that the units around them disagree about
+///           edge_vertex.h        where the surface crosses an edge
+///           emit.h               triangles, as references to edges
 ///
 /// corner_grid.h says where a block's samples lie, mesh_tables.h holds marching cubes, and
 /// mesh_rules.h the numbers. Vertices belong to (edge, facing) and depend on the edge's two samples
@@ -37,8 +38,8 @@ struct UnitIndices {
 /// Distances and weights at the eight corners of a unit, per direction. A sample counts as observed
 /// if its weight is above 0.
 ///
-/// The rules take this or any other `Samples` with the same members: one whose Real holds the values
-/// of several neighbouring units works on all of them at once.
+/// The rules take this or any other `Samples` with the same members: one whose Real holds the
+/// values of several neighbouring units works on all of them at once.
 struct UnitSamples {
   using Real = float;    ///< A value per unit.
   using Bits = int32_t;  ///< An integer per unit.

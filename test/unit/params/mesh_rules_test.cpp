@@ -31,8 +31,8 @@ TEST(MeshRules, DefaultsAreWithinTheirRanges) {
   EXPECT_NO_THROW(readMeshRules(writer.tree));
 }
 
-/// A nearness of 0 would divide by 0, a negative share would mesh what nobody saw, and from a margin
-/// of a half on vertices would pass each other.
+/// A nearness of 0 would divide by 0, a negative share would mesh what nobody saw, and from a
+/// margin of a half on vertices would pass each other.
 TEST(MeshRules, WhatNoRuleCouldWorkWithIsRefused) {
   for (const ParamTree& tree : {ParamTree{{"rules/mesh/least_weight_share", -0.1}},
                                 ParamTree{{"rules/mesh/least_weight_share", 1.0}},

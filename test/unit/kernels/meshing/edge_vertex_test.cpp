@@ -57,9 +57,9 @@ TEST(EdgeVertex, KeepsOffTheCorners) {
   EXPECT_EQ(edgeOffset(wide, edge, 2, 0), 0.875f);
 }
 
-/// Z+ crosses at 0.5 / (0.5 + 0.5) = 0.5 and counts 1 * 9 = 9; X+ crosses at 0.2 and counts 3 * 2 = 6:
-/// in all (4.5 + 1.2) / 15 = 0.38. By the sums of their weights, 10 and 5, it would be 0.4; by the
-/// lesser ones, 1 and 2, 0.3; all alike 0.35.
+/// Z+ crosses at 0.5 and counts 1 * 9 = 9, X+ crosses at 0.2 and counts 3 * 2 = 6: in all
+/// (4.5 + 1.2) / 15 = 0.38. By the sums of their weights, 10 and 5, it would be 0.4; by
+/// the lesser ones, 1 and 2, 0.3; all alike 0.35.
 TEST(EdgeVertex, CrossingsCountByTheProductOfTheirWeights) {
   EdgeSamples edge = {};
   edge.lower[4] = {-0.5f, 1.0f};
@@ -106,8 +106,10 @@ TEST(EdgeVertex, WithoutACrossingTheVoteDividesTheEdge) {
 }
 
 /// With a nearness of 0.2, by (weight / (0.2 + |sdf|))^2:
-///   lower end: X+ -0.3 counts (1 / 0.5)^2 = 4, Y+ 0.8 counts (2 / 1)^2 = 4:  (-1.2 + 3.2) / 8 = 0.25
-///   upper end: X+ -0.05 counts (1 / 0.25)^2 = 16, Y+ 0.8 counts 4:           (-0.8 + 3.2) / 20 = 0.12
+///   lower end: X+ -0.3 counts (1 / 0.5)^2 = 4, Y+ 0.8 counts (2 / 1)^2 = 4:
+///              (-1.2 + 3.2) / 8 = 0.25
+///   upper end: X+ -0.05 counts (1 / 0.25)^2 = 16, Y+ 0.8 counts 4:
+///              (-0.8 + 3.2) / 20 = 0.12
 /// so the vertex lies at 0.25 / 0.37.
 TEST(EdgeVertex, WithoutACrossingAllDirectionsVote) {
   EdgeSamples edge = {};

@@ -29,8 +29,8 @@ TEST(Emit, EdgesOfUnitsComeBack) {
   }
 }
 
-/// A level surface is two triangles on the unit's four upright edges, which face up: their lower ends
-/// are behind.
+/// A level surface is two triangles on the unit's four upright edges, which face up: their lower
+/// ends are behind.
 TEST(Emit, ALevelUnitHasTwoTrianglesOnItsUprightEdges) {
   const Vec3i unit{2, 3, 4};
   std::vector<int> edges;

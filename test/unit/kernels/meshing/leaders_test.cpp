@@ -9,8 +9,8 @@
 namespace dtsdf {
 namespace {
 
-/// Two edges along x: a rise of 0.5 by weights of 1 + 3, and one of 1 by 2 + 2: 0.75 on average. Where
-/// a weight of 1 is too little, only the second counts.
+/// Two edges along x: a rise of 0.5 by weights of 1 + 3, and one of 1 by 2 + 2: 0.75 on average.
+/// Where a weight of 1 is too little, only the second counts.
 TEST(Leaders, RiseIsTheWeightedMeanOverEdges) {
   UnitSamples samples = {};
   samples.corner[3][0] = {-0.25f, 1.0f};
@@ -22,8 +22,8 @@ TEST(Leaders, RiseIsTheWeightedMeanOverEdges) {
   EXPECT_EQ(riseAlong(samples, 3, 2, 0.0f), 0.0f);  // no edge along z is known
 }
 
-/// n = (0.6, 0, 0.8), eight corners of weight 2: X+ is confident by 16 * 0.6, Z+ by 16 * 0.8, and the
-/// others are not, whatever the length of the gradient.
+/// n = (0.6, 0, 0.8), eight corners of weight 2: X+ is confident by 16 * 0.6, Z+ by 16 * 0.8, and
+/// the others are not, whatever the length of the gradient.
 TEST(Leaders, ConfidenceIsWeightTimesCosine) {
   for (const double length : {1.0, 0.5}) {
     const UnitPlane plane{length * Eigen::Vector3d(0.6, 0.0, 0.8), length * 0.5};
@@ -55,7 +55,8 @@ TEST(Leaders, WhoSeesOneSideOnlyDoesNotSpeak) {
   }
 }
 
-/// Of Y+ and Z+, equally strong, the first leads; Y- speaks and leads the second sheet, X+ only speaks.
+/// Of Y+ and Z+, equally strong, the first leads; Y- speaks and leads the second sheet, X+ only
+/// speaks.
 TEST(Leaders, TheStrongestLeadsAndItsOppositeTheSecondSheet) {
   const float confidence[kDirectionCount] = {1.0f, 0.0f, 3.0f, 2.0f, 3.0f, 0.0f};
   const auto leaders = chooseLeaders<int32_t>(confidence);

@@ -50,13 +50,14 @@ TEST(Regularisation, TheMajorityDecidesACorner) {
   for (int face = 0; face < 4; ++face) neighbours[face].sheet[0] = flat;
   const UnitIndices calm = regulariseSheets({{flat, 0}}, neighbours);
   EXPECT_EQ(calm.sheet[0], flat);
-  const UnitIndices regular = regulariseSheets({{static_cast<uint8_t>(flat ^ 0x10), 0}}, neighbours);
+  const uint8_t odd = static_cast<uint8_t>(flat ^ 0x10);
+  const UnitIndices regular = regulariseSheets({{odd, 0}}, neighbours);
   EXPECT_EQ(regular.sheet[0], flat);
   EXPECT_EQ(regular.sheet[1], 0);
 }
 
-/// A corner that one neighbour denies stays, since the unit's own label counts; a second one turns it;
-/// a third neighbour's consent keeps it.
+/// A corner that one neighbour denies stays, since the unit's own label counts as well; a second
+/// one turns it, unless that one agrees with the unit.
 TEST(Regularisation, OwnLabelAndNeighboursCountTheSame) {
   const uint8_t flat = 0x0F, odd = 0x1F;  // behind below; and corner 4, at (0, 0, 1), as well
   UnitIndices neighbours[6] = {};

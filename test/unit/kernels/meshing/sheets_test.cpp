@@ -28,7 +28,8 @@ TEST(Sheets, TheUndirectedMapMeshesLabels) {
     for (int c = 0; c < kCubeCorners; ++c) {
       samples.corner[0][c] = {isBehind(index, c) ? -0.5f : 0.5f, 0.01f};
     }
-    EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, false).sheet[0], index == 255 ? 0 : index);
+    EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, false).sheet[0],
+              index == 255 ? 0 : index);
     if (index == 0 || index == 255) continue;
     samples.corner[0][random() % 8].weight = 0.0f;
     EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, false).sheet[0], 0);
@@ -94,7 +95,8 @@ TEST(Sheets, ScalingAllWeightsChangesNothing) {
   }
 }
 
-/// The greatest weight is 50, and 2 % of it are 1: a corner of 0.98 is too little, one of 1.02 will do.
+/// The greatest weight is 50, and 2 % of it are 1: a corner of 0.98 is too little, one of 1.02 will
+/// do.
 TEST(Sheets, ACornerNeedsTwoPercentOfTheGreatestWeight) {
   UnitSamples samples = {};
   addPlaneTo(samples, 4, {Eigen::Vector3d::UnitZ(), 0.4}, 50.0f);

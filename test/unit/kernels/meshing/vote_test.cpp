@@ -36,8 +36,9 @@ TEST(Vote, WhoTakesNoPartOrHasNoWeightDoesNotCount) {
   EXPECT_EQ(vote.weight, 1.0f);
 }
 
-/// With the default nearness of 0.2, 0.3 by a weight of 1 counts (1 / 0.5)^2 = 4, and -0.05 by half of
-/// it counts (0.5 / 0.25)^2 = 4: together (1.2 - 0.2) / 8. Without it, -0.05 would count 100 to 11.
+/// With the default nearness of 0.2, 0.3 by a weight of 1 counts (1 / 0.5)^2 = 4, and -0.05 by half
+/// of it counts (0.5 / 0.25)^2 = 4: together (1.2 - 0.2) / 8. Without it, -0.05 would count 100 to
+/// 11.
 TEST(Vote, SmallDistancesAreEquallyNear) {
   const float nearness = MeshRules().nearness_voxels;
   CornerVote<float> vote;
@@ -46,8 +47,9 @@ TEST(Vote, SmallDistancesAreEquallyNear) {
   EXPECT_FLOAT_EQ(votedSdf(vote), 0.125f);
 }
 
-/// 0.8 by a weight of 4 has the strength 4 / 1 = 4, -0.3 by 5 has 5 / 0.5 = 10. By squares, 16 to 100,
-/// the corners are behind (12.8 - 30 < 0); by the strengths alone they were in front (3.2 - 3 > 0).
+/// 0.8 by a weight of 4 has the strength 4 / 1 = 4, -0.3 by 5 has 5 / 0.5 = 10. By squares, 16 to
+/// 100, the corners are behind (12.8 - 30 < 0); by the strengths alone they would be in front
+/// (3.2 - 3 > 0).
 TEST(Vote, StrengthsAreSquared) {
   UnitSamples samples = {};
   setAll(samples, 0, {0.8f, 4.0f});

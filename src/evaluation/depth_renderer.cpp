@@ -9,6 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "kernels/core/camera.h"
+
 namespace dtsdf {
 
 namespace {

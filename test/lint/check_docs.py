@@ -57,9 +57,9 @@ def check_named_files(path, root):
 
 
 def check_named_pages(root):
-    for folder in ("include", "src", "cuda", "scripts"):
+    for folder in ("include", "src", "cuda"):
         for path in sorted((root / folder).rglob("*")):
-            if not path.is_file() or path.suffix == ".pyc":
+            if not path.is_file():
                 continue
             text = path.read_text(encoding="utf-8", errors="replace")
             for name in sorted(set(re.findall(r"\bdocs/[\w/]+\.md\b", text))):

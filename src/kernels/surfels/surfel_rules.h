@@ -23,8 +23,8 @@ struct SurfelRules {
   /// But no less than this, in pixels: by judgement, the least that has samples to average.
   float least_window_px = 2.0f;
   /// Noise turns a normal by about this at most, in radians, as far as the window may grow.
-  /// (docs/results/ablation.md: vertices with a Kinect's noise 4.43 mm without the estimate of noise,
-  /// 2.06 mm with it and this limit.)
+  /// (docs/results/ablation.md: vertices with a Kinect's noise 4.43 mm without the estimate of
+  /// noise, 2.06 mm with it and this limit.)
   float largest_noise_turn = 0.15f;
 
   /// A normal that rests on a single line of pixels needs this many: any two lie on a line, so that a

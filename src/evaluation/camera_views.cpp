@@ -39,6 +39,10 @@ ViewAngles viewAngles(OrbitShape shape, size_t i, size_t count) {
 
 }  // namespace
 
+Eigen::Vector3f rayOf(const Intrinsics& K, float u_px, float v_px) {
+  return {(u_px - K.cx) / K.fx, (v_px - K.cy) / K.fy, 1.0f};
+}
+
 OrbitShape orbitShapeFromName(const std::string& name) {
   if (name == "circle") return OrbitShape::kCircle;
   if (name == "helix") return OrbitShape::kHelix;

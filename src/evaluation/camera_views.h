@@ -16,6 +16,9 @@ struct ViewCamera {
   int height = 480;
 };
 
+/// Direction of a pixel's ray in the optical frame, with z = 1.
+Eigen::Vector3f rayOf(const Intrinsics& K, float u_px, float v_px);
+
 enum class OrbitShape {
   kCircle,  ///< In the plane y = 0 (the paper's set-up).
   kHelix,   ///< Five turns from 60 degrees below the plane y = 0 to 60 above, at one distance.

@@ -84,9 +84,8 @@ RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
   for (int v = rect.v_begin; v < rect.v_end; ++v) {
     for (int u = rect.u_begin; u < rect.u_end; ++u) {
       // A direction with z = 1 in the optical frame: its parameter at the hit is the depth.
-      const Vec3f ray_C =
-          backProject(camera.intrinsics, static_cast<float>(u), static_cast<float>(v), 1.0f);
-      const Eigen::Vector3f direction_W = R_W_C * Eigen::Vector3f(ray_C.x, ray_C.y, ray_C.z);
+      const Eigen::Vector3f direction_W =
+          R_W_C * rayOf(camera.intrinsics, static_cast<float>(u), static_cast<float>(v));
       const auto hit = scene.intersect(origin_W, direction_W);
       if (!hit) continue;
       const size_t pixel =

@@ -45,9 +45,8 @@ class Shader {
   }
 
   Eigen::Vector3f colourAt(float u, float v) const {
-    const Vec3f ray = backProject(options_.camera.intrinsics, u, v, 1.0f);
     const Eigen::Vector3f direction_W =
-        options_.T_W_C.linear().cast<float>() * Eigen::Vector3f(ray.x, ray.y, ray.z);
+        options_.T_W_C.linear().cast<float>() * rayOf(options_.camera.intrinsics, u, v);
     const auto hit = scene_.intersect(options_.T_W_C.translation().cast<float>(), direction_W);
     if (!hit) return kBackground;
     const bool back = hit->normal.dot(direction_W) > 0.0f;

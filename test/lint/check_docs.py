@@ -2,7 +2,7 @@
 """Checks that the documentation agrees with the code: check_docs.py ROOT.
 
 - Relative links of the Markdown files lead to files that exist, and to headings that exist.
-- Source files, scripts and kernels that are named in them exist.
+- Source files, scripts and kernels that are named in them exist, and pages that the code names.
 - The table of docs/method.md names every number of the rules, with its default, and no other.
 - Its table of stages has those of the profile.
 - docs/ros.md names every key of config/default.yaml.
@@ -54,6 +54,17 @@ def check_named_files(path, root):
     for name in sorted(names):
         if not any((root / base / name).exists() for base in BASES):
             yield f"names {name}, which does not exist"
+
+
+def check_named_pages(root):
+    for folder in ("include", "src", "cuda"):
+        for path in sorted((root / folder).rglob("*")):
+            if not path.is_file():
+                continue
+            text = path.read_text(encoding="utf-8", errors="replace")
+            for name in sorted(set(re.findall(r"\bdocs/[\w/]+\.md\b", text))):
+                if not (root / name).exists():
+                    yield f"{path.relative_to(root)}: names {name}, which does not exist"
 
 
 def check_kernels(root):
@@ -139,6 +150,7 @@ def problems(root):
         name = path.relative_to(root)
         yield from (f"{name}: {text}" for text in check_links(path))
         yield from (f"{name}: {text}" for text in check_named_files(path, root))
+    yield from check_named_pages(root)
     yield from check_kernels(root)
     yield from (f"docs/method.md: {text}" for text in check_rules(root))
     yield from (f"docs/method.md: {text}" for text in check_stages(root))

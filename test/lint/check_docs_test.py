@@ -50,6 +50,9 @@ class CheckDocs(unittest.TestCase):
     def test_finds_kernels_that_are_gone(self):
         self.expect_one("names foldKernel", ros="{}`foldKernel`\n")
 
+    def test_finds_pages_that_are_gone(self):
+        self.expect_one("names docs/gone.md", profile="{}// docs/gone.md\n")
+
     def test_finds_numbers_that_differ(self):
         self.expect_one("is missing", method="# The numbers\n\n| stage | x |\n|---|---|\n"
                                              "| make surfels | y |\n\n")

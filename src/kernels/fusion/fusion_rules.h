@@ -6,18 +6,18 @@ namespace dtsdf {
 struct FusionRules {
   /// Samples farther than this from the measured plane, in voxels, are left alone: a mesh unit reaches
   /// no farther than sqrt(3) voxels from a surface in it, and more would only blur other surfaces.
-  /// (docs/results/ablation.md: with the truncation of 4 voxels and equal
-  /// weights the errors of vertices are four to five times as large.)
+  /// (docs/results/ablation.md: with the truncation of 4 voxels and equal weights the errors of
+  /// vertices are four to five times as large.)
   float sample_reach = 1.75f;
   /// Where noise is wider than that, in standard deviations: measurements have to reach farther, or
   /// outliers do not average with the surface but form shells of their own. 2.5 deviations hold all
-  /// but 1.2 % of the measurements. (docs/method.md: armadillo with a Kinect's noise at 5 mm, vertices
-  /// 4.43 mm without, 2.06 with.)
+  /// but 1.2 % of the measurements. (docs/results/ablation.md: armadillo with a Kinect's noise at
+  /// 5 mm, vertices 4.43 mm without, 2.06 with.)
   float noise_reach = 2.5f;
 
   /// What a frame says for free space, as a share of the weight of the pixels that cover the voxel: a
   /// surface there would give it some three times as much, so that what is taken away wrongly
-  /// comes back. (docs/method.md has what it brings; the share itself is by judgement.)
+  /// comes back. (docs/results/ablation.md has what it brings; the share is by judgement.)
   float free_share = 0.1f;
   /// A weight falls below 0 by so many times what one frame says at most: a thing that is put where
   /// space was free appears after some frames, if it is seen from about as near. By judgement.

@@ -22,8 +22,9 @@ struct SurfelRules {
   float window_voxels = 0.75f;
   /// But no less than this, in pixels: by judgement, the least that has samples to average.
   float least_window_px = 2.0f;
-  /// Noise turns a normal by about this at most, in radians, as far as the window may grow. (docs/method.md: vertices with a
-  /// Kinect's noise 4.43 mm without the estimate of noise, 2.06 mm with it and this limit.)
+  /// Noise turns a normal by about this at most, in radians, as far as the window may grow.
+  /// (docs/results/ablation.md: vertices with a Kinect's noise 4.43 mm without the estimate of
+  /// noise, 2.06 mm with it and this limit.)
   float largest_noise_turn = 0.15f;
 
   /// A normal that rests on a single line of pixels needs this many: any two lie on a line, so that a
@@ -34,7 +35,7 @@ struct SurfelRules {
   float strip_weight = 0.05f;
 
   /// Widest square of merged pixels, in voxels: less than half, so that their samples are nearly
-  /// those of one. (docs/method.md: errors as with single pixels, for a fraction of the work.)
+  /// those of one. (docs/results/ablation.md: errors as with single pixels, for less work.)
   float merged_width = 0.45f;
   /// Largest difference of the depths of merged pixels, in voxels: by judgement.
   float merged_depth_range = 1.0f;

@@ -76,7 +76,7 @@ TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
   ASSERT_TRUE(waitUntil([&] { return status.status().paused; }));
   const std::string path = pathOf("bag.ply");
-  // What was in the worker's hands at the pause is in the mesh, and in the next status.
+  // What was in the map's hands at the pause is in the mesh, and in the next status.
   const ros::Time seen = status.status().header.stamp;
   ASSERT_TRUE(waitUntil([&] { return status.status().header.stamp > seen; }));
   const uint64_t fused = status.status().frames_fused;

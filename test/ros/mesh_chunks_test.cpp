@@ -1,4 +1,3 @@
-#include "kernels/core/grid.h"
 #include "ros/output/mesh_chunks.h"
 
 #include <gtest/gtest.h>

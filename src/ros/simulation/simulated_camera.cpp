@@ -36,7 +36,8 @@ SimulatedCamera::SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams
     : params_(params),
       scene_(makeRoomScene()),
       transport_(nh),
-      publisher_(transport_.advertiseCamera("depth/image_rect", 5)) {}
+      images_(transport_.advertise("depth/image_rect", 5)),
+      infos_(nh.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5)) {}
 
 void SimulatedCamera::run() {
   if (params_.wait_for_subscriber && !waitForSubscriber()) return;
@@ -49,7 +50,8 @@ void SimulatedCamera::run() {
 }
 
 bool SimulatedCamera::waitForSubscriber() const {
-  while (ros::ok() && publisher_.getNumSubscribers() == 0) {
+  // Of both: a mapper's two connections come one after the other.
+  while (ros::ok() && (images_.getNumSubscribers() == 0 || infos_.getNumSubscribers() == 0)) {
     ros::spinOnce();
     ros::WallDuration(0.02).sleep();
   }
@@ -62,7 +64,8 @@ void SimulatedCamera::publishFrame(int index) {
   publishPose(T_W_C, stamp);
   const std::vector<float> depth_m =
       renderDepth(scene_, intrinsics(), params_.width_px, params_.height_px, T_W_C);
-  publisher_.publish(makeImage(depth_m, stamp), makeInfo(stamp));
+  images_.publish(makeImage(depth_m, stamp));
+  infos_.publish(makeInfo(stamp));
 }
 
 void SimulatedCamera::publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp) {

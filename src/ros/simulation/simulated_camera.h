@@ -62,7 +62,8 @@ class SimulatedCamera {
   SimulatedCameraParams params_;
   Scene scene_;
   image_transport::ImageTransport transport_;
-  image_transport::CameraPublisher publisher_;
+  image_transport::Publisher images_;
+  ros::Publisher infos_;
   tf2_ros::TransformBroadcaster broadcaster_;
 };
 

@@ -24,7 +24,7 @@ __device__ __forceinline__ BlockKey keyOfSlot(const MapView& map, int32_t slot) 
 
 /// Done by one thread for each n. @return the directions that the n-th block has.
 __device__ inline uint32_t findCornerArrays(const MapView& map, const BlockKey& key, int n,
-                                      CornerArrays& arrays) {
+                                            CornerArrays& arrays) {
   const int32_t slot = findSlot(map, packKey(key + cornerBlockOffset(n)));
   uint32_t present = 0;
   for (int d = 0; d < kDirectionCount; ++d) {

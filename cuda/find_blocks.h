@@ -1,5 +1,5 @@
-/// The stage "find blocks" on the device: the blocks that a frame touches, compared with the map, and
-/// turned into requests for what is missing.
+/// The stage "find blocks" on the device: the blocks that a frame touches, compared with the map,
+/// and turned into requests for what is missing.
 #pragma once
 
 #include "backend/profile.h"

@@ -32,14 +32,14 @@ class Fusion {
   /// Makes room for a frame. @throws CudaError without memory; the map is untouched.
   void reserve(const FrameCounters& counters);
 
-  /// Casts all surfels into the frame's sums, and folds those into the voxels. Voxel projection does
-  /// both at once.
+  /// Casts all surfels into the frame's sums, and folds those into the voxels. Voxel projection
+  /// does both at once.
   void castAndFold(const DeviceSensing& sensing, const SurfelsView& surfels,
                    const FusionTarget& target, const FrameCounters& counters);
 
-  /// Takes weight from what the frame saw as free, marks what has changed for the mesh, and lists new
-  /// arrays that hold nothing. `new_blocks` is the number of blocks that were given arrays for this
-  /// frame.
+  /// Takes weight from what the frame saw as free, marks what has changed for the mesh, and lists
+  /// new arrays that hold nothing. `new_blocks` is the number of blocks that were given arrays for
+  /// this frame.
   void clear(const DeviceSensing& sensing, const FusionTarget& target,
              const FrameCounters& counters, size_t new_blocks);
 

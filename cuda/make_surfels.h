@@ -25,10 +25,10 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
 
-  /// Enqueues the stage. To be cast: a surfel per square of merged pixels, per pixel, or per subpixel,
-  /// without gaps, a few of them without a weight; if `count` (on the device, 0 before) comes out above
-  /// their room, those beyond are missing. For voxel projection: one per pixel in the image's order,
-  /// and `count` takes the number of those with a weight.
+  /// Enqueues the stage. To be cast: a surfel per square of merged pixels, per pixel, or per
+  /// subpixel, without gaps, a few of them without a weight; if `count` (on the device, 0 before)
+  /// comes out above their room, those beyond are missing. For voxel projection: one per pixel in
+  /// the image's order, and `count` takes the number of those with a weight.
   SurfelsView makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 
   /// The same once more for the same frame, with room for more.

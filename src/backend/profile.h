@@ -16,7 +16,7 @@ enum class Stage {
   kSense,        ///< Noise of the image, inverse depth and row fits, and how far rays are free.
   kMakeSurfels,  ///< Which pixels are merged, column fits, and surfels.
   kFindBlocks,   ///< Blocks that surfels touch, and what of them the map lacks.
-  kAdmit,        ///< New blocks and arrays, and their memory (host, waiting for the device included).
+  kAdmit,        ///< New blocks and arrays, and their memory (host, with waiting for the device).
   kCast,         ///< Surfels into sums.
   kFold,         ///< Sums into voxels.
   kClear,        ///< Voxels that were seen as free, what changed, and what is empty.

@@ -56,11 +56,11 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
   switch (stage) {
     case Stage::kCopy: return {2 * raw, 0};
     case Stage::kUpload: return {raw, 0, true};
-    case Stage::kSense:  // the raw image, the images of the fits once written and once read, free depth
+    case Stage::kSense:  // images of the fits are written and read once, free depth written
       return {std::min(raw, kNoiseBytes) + raw + pixels * (2 * kPixelFits + sizeof(float)),
               kNoisePoints * kNoiseLength * kNoiseOperations +
                   pixels * (kFitOperations + kFreeOperations)};
-    case Stage::kMakeSurfels:  // the images are read in full: pixels around a surfel take part in it
+    case Stage::kMakeSurfels:  // the images are read in full, for what is around a surfel
       return {2 * pixels * (kPixelFits + kTileBytes / kTilePixels) + surfel_bytes,
               pixels * kMergeOperations + surfels * (kFitOperations + kSurfelOperations)};
     case Stage::kFindBlocks:  // entry of the frame's table, of the map's table, slot, result

@@ -24,7 +24,8 @@ class BlockTimes {
     double total_ns = 0.0;
     for (const std::atomic<int64_t>& ns : spent_ns_) total_ns += static_cast<double>(ns);
     for (int i = 0; i < kStages && total_ns > 0.0; ++i) {
-      profile->add(static_cast<Stage>(kFirst + i), wall_ms * static_cast<double>(spent_ns_[i]) / total_ns);
+      const double share = static_cast<double>(spent_ns_[i]) / total_ns;
+      profile->add(static_cast<Stage>(kFirst + i), share * wall_ms);
     }
     profile->work.touched_arrays += arrays_;
   }

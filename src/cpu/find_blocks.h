@@ -1,6 +1,6 @@
-/// The stage "find blocks" on the CPU: the surfels of a frame sorted by the blocks that they touch, so
-/// that each block is then processed by one thread on its own: no atomics, and sums that stay in the
-/// cache.
+/// The stage "find blocks" on the CPU: the surfels of a frame sorted by the blocks that they touch,
+/// so that each block is then processed by one thread on its own: no atomics, and sums that stay in
+/// the cache.
 #pragma once
 
 #include <unordered_map>

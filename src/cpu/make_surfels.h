@@ -14,9 +14,9 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads);
 
-  /// To be cast: a surfel per square of merged pixels, per pixel, or per subpixel, all with a weight,
-  /// in no order that matters. For voxel projection: one per pixel in the image's order, with weight 0
-  /// where there is none.
+  /// To be cast: a surfel per square of merged pixels, per pixel, or per subpixel, all with a
+  /// weight, in no order that matters. For voxel projection: one per pixel in the image's order,
+  /// with weight 0 where there is none.
   const std::vector<Surfel>& makeSurfels(const FrameSensing& sensing);
 
   /// Surfels of the last frame with a weight.

@@ -1,5 +1,5 @@
-/// The line fits of many neighbouring pixels at once: fitLine()'s walk, taken step by step for all of
-/// them, which compilers turn into vector instructions. Same bits.
+/// The line fits of many neighbouring pixels at once: fitLine()'s walk, taken step by step for all
+/// of them, which compilers turn into vector instructions. Same bits.
 #pragma once
 
 #include <algorithm>

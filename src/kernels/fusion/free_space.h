@@ -5,9 +5,9 @@
 /// projection clears such places by itself; the paper's other modes do not.
 ///
 /// A voxel is seen as free if it lies in front of the surface, by more than any sample may, in all
-/// of the 3 x 3 pixels around its own. It then loses weight, if it is behind a surface: that is where
-/// overhang and strays have their inside. Distances are left alone, and so are voxels in front. A
-/// weight may fall below 0: later strays have to make up for that before they show.
+/// of the 3 x 3 pixels around its own. It then loses weight, if it is behind a surface: that is
+/// where overhang and strays have their inside. Distances are left alone, and so are voxels in
+/// front. A weight may fall below 0: later strays have to make up for that before they show.
 #pragma once
 
 #include "kernels/fusion/sample_line.h"

@@ -1,12 +1,12 @@
-/// Which samples a surfel updates when it is cast into the grid, with what distance and weight, and in
-/// which blocks they lie.
+/// Which samples a surfel updates when it is cast into the grid, with what distance and weight, and
+/// in which blocks they lie.
 ///
-/// The line through the measured point (along the view ray, or along the normal) is followed to both
-/// sides. Instead of one nearest corner per step (Amanatides and Woo 1987, as in the paper), it is
-/// intersected with each grid plane across its dominant axis, and the four corners around the
-/// intersection are updated: samples close to the line count most, both sides of it are covered, and
-/// no corner is visited twice. Any plane can be computed on its own, so that a block can process
-/// just the part of the line inside it.
+/// The line through the measured point (along the view ray, or along the normal) is followed to
+/// both sides. Instead of one nearest corner per step (Amanatides and Woo 1987, as in the paper),
+/// it is intersected with each grid plane across its dominant axis, and the four corners around the
+/// intersection are updated: samples close to the line count most, both sides of it are covered,
+/// and no corner is visited twice. Any plane can be computed on its own, so that a block can
+/// process just the part of the line inside it.
 ///
 /// Weights fall with the distance from the line (squared bilinear) and from the measured plane
 /// (linear), since the plane stands for the surface near the point only. Both are departures from
@@ -83,7 +83,8 @@ DTSDF_HD PlaneCrossing crossPlane(const SampleLine& line, int plane) {
   return {floor_u, floor_v, u - static_cast<float>(floor_u), v - static_cast<float>(floor_v)};
 }
 
-/// As many planes as a line has that reaches 1.75 voxels to either side; longer ones take more rounds.
+/// As many planes as a line has that reaches 1.75 voxels to either side; longer ones take more
+/// rounds.
 constexpr int kPlanesAtOnce = 4;
 
 /// The samples of `kPlanes` successive planes: per plane the lower corner of the cell, per corner
@@ -96,7 +97,8 @@ struct PlaneSamples {
 };
 
 template <int kPlanes>
-DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane, PlaneSamples<kPlanes>& samples) {
+DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane,
+                           PlaneSamples<kPlanes>& samples) {
   for (int i = 0; i < kPlanes; ++i) {
     const PlaneCrossing at = crossPlane(line, first_plane + i);
     samples.u[i] = at.u;
@@ -122,8 +124,8 @@ struct Span {
   int32_t first, last;
 };
 
-/// The corners that a line's samples take along an axis where it crosses a plane between `corner` and
-/// the next.
+/// The corners that a line's samples take along an axis where it crosses a plane between `corner`
+/// and the next.
 DTSDF_HD Span cornersOf(int corner, float fraction) {
   return {corner, corner + (fraction > 0.0f ? 1 : 0)};
 }
@@ -146,8 +148,9 @@ DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block
 }
 
 /// Calls visit(block) once for each block that holds samples of a line, in local block coordinates.
-/// A line moves steadily across its planes, by a voxel each at most: the ends of each layer of blocks
-/// bound what lies between, and unless it passes diagonally to another block it leaves none out.
+/// A line moves steadily across its planes, by a voxel each at most: the ends of each layer of
+/// blocks bound what lies between, and unless it passes diagonally to another block it leaves none
+/// out.
 template <class Visit>
 DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
   if (line.first_plane > line.last_plane) return;

@@ -6,9 +6,10 @@
 
 namespace dtsdf {
 
-/// D = (W D + S_d) / (W + S_w), W = min(W + S_w, max): the fold of the paper's two-pass scheme. Sums of
-/// weight 0 leave the voxel alone. A negative weight, which free space has left, is made up for first
-/// by samples behind a surface; samples in front agree with the free space, and count at once.
+/// D = (W D + S_d) / (W + S_w), W = min(W + S_w, max): the fold of the paper's two-pass scheme.
+/// Sums of weight 0 leave the voxel alone. A negative weight, which free space has left, is made up
+/// for first by samples behind a surface; samples in front agree with the free space, and count at
+/// once.
 DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, const FusionView& fusion) {
   if (sums.weight == 0) return voxel;
   const float weight = static_cast<float>(sums.weight) / kWeightScale;

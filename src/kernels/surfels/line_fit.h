@@ -14,8 +14,8 @@ struct FitWindow {
 };
 
 /// The slope of a plane fitted over a square window of half width r has the standard deviation of a
-/// sample divided by sqrt(sum of k^2), which is 1.155 (r + 1/2)^2; times focal length and depth this
-/// is an angle.
+/// sample divided by sqrt(sum of k^2), which is 1.155 (r + 1/2)^2; times focal length and depth
+/// this is an angle.
 DTSDF_HD FitWindow fitWindow(const FrameView& frame, float sigma, const SurfelView& surfels) {
   const SurfelRules& rules = surfels.rules;
   const float voxel_px_m = frame.intrinsics.fx * frame.voxel_size_m;
@@ -65,8 +65,8 @@ struct LineWalk {
   LineSums sums;
 };
 
-/// Takes a sample unless the walk has ended, or ends here since the sample does not continue it (0).
-/// Branch-free, so that the CPU can walk from several pixels at once.
+/// Takes a sample unless the walk has ended, or ends here since the sample does not continue it
+/// (0). Branch-free, so that the CPU can walk from several pixels at once.
 DTSDF_HD void takeSample(LineWalk& walk, int32_t continues, float k, float y, float companion) {
   walk.open &= continues;
   const float taken = static_cast<float>(walk.open);

@@ -1,9 +1,9 @@
 /// The noise of a depth image, estimated from the image itself.
 ///
-/// Fusion has to know it: where noise exceeds the reach of a measurement, outliers no longer average
-/// with the surface but form shells of their own, and normals from few pixels scatter. The estimate
-/// is robust because it is a median over the image, as the variance about short straight lines in
-/// inverse depth: edges are few, and surfaces hardly bend over a few pixels.
+/// Fusion has to know it: where noise exceeds the reach of a measurement, outliers no longer
+/// average with the surface but form shells of their own, and normals from few pixels scatter. The
+/// estimate is robust because it is a median over the image, as the variance about short straight
+/// lines in inverse depth: edges are few, and surfaces hardly bend over a few pixels.
 #pragma once
 
 #include <cstring>

@@ -1,9 +1,9 @@
 /// Which neighbouring pixels are fused as one surfel.
 ///
 /// Where a voxel is many pixels wide, neighbouring pixels of a smooth surface update the very same
-/// voxels with almost the same plane: their mean says the same for a fraction of the work. The image
-/// is divided into tiles of 4 x 4 pixels. A tile is merged, or else each of its four quads of 2 x 2
-/// pixels, or else the quad's pixels stay single.
+/// voxels with almost the same plane: their mean says the same for a fraction of the work. The
+/// image is divided into tiles of 4 x 4 pixels. A tile is merged, or else each of its four quads of
+/// 2 x 2 pixels, or else the quad's pixels stay single.
 #pragma once
 
 #include "kernels/surfels/depth.h"

@@ -1,8 +1,9 @@
 /// Which pixels are fused as several surfels: the counterpart of pixel_merging.h.
 ///
 /// Far away, or at a grazing angle, a pixel covers more of the surface than a voxel. One surfel at
-/// its centre would leave the voxels between neighbouring pixels without samples, and so holes. Such
-/// a pixel is subdivided into thirds, along one axis of the image or both, which lie on its plane.
+/// its centre would leave the voxels between neighbouring pixels without samples, and so holes.
+/// Such a pixel is subdivided into thirds, along one axis of the image or both, which lie on its
+/// plane.
 #pragma once
 
 #include "kernels/surfels/plane_fit.h"
@@ -46,8 +47,8 @@ DTSDF_HD bool continuesPlane(const ImageView& image, const Pixel& neighbour,
          surfels.rules.subdivided_step * frame.voxel_size_m;
 }
 
-/// How a measured pixel with a plane is subdivided: where it is wide, and its neighbours to both sides
-/// continue its surface.
+/// How a measured pixel with a plane is subdivided: where it is wide, and its neighbours to both
+/// sides continue its surface.
 DTSDF_HD Subdivision subdividePixel(const ImageView& image, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelView& surfels) {
   const FrameView& frame = image.frame;

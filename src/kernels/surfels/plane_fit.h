@@ -9,7 +9,8 @@
 /// Each walk ends where neighbouring depths jump, so that nothing is mixed across a discontinuity.
 ///
 /// In a strip that is a single pixel wide only one of the two fits is there: a rod, a wire, or what
-/// shows through a slit. If that line is long enough, the strip counts as facing the camera across it.
+/// shows through a slit. If that line is long enough, the strip counts as facing the camera across
+/// it.
 #pragma once
 
 #include "kernels/surfels/row_fit.h"
@@ -60,8 +61,8 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// Whether a pixel is measured in front of the two beside it, or behind both, as through a slit. In
-/// between lie pixels that mix the two sides of a step, and rows of a floor that is seen at too flat
-/// an angle; beside pixels without a measurement (0) there is no telling.
+/// between lie pixels that mix the two sides of a step, and rows of a floor that is seen at too
+/// flat an angle; beside pixels without a measurement (0) there is no telling.
 DTSDF_HD bool standsAlone(float before, float inverse_depth, float after) {
   return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
 }
@@ -119,8 +120,9 @@ DTSDF_HD void addRow(ColumnSums& sums, float offset, float y, float slope) {
   sums.slope += slope;
 }
 
-/// Adds the rows between two columns, the one at `first` and the next, on one side of it: `steps` rows
-/// `stride` apart, half a row away from the centre and on, up to a jump or a pixel without row fits.
+/// Adds the rows between two columns, the one at `first` and the next, on one side of it: `steps`
+/// rows `stride` apart, half a row away from the centre and on, up to a jump or a pixel without row
+/// fits.
 DTSDF_HD void addRowsBetween(const ImageView& image, int64_t first, const PixelLine& side,
                              const SurfelView& surfels, ColumnSums& sums) {
   const float origin = image.row_value[first];

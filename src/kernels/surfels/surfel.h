@@ -1,5 +1,5 @@
-/// A measured surface point with its normal and weight: what fusion knows of a pixel, of merged pixels,
-/// or of a subpixel.
+/// A measured surface point with its normal and weight: what fusion knows of a pixel, of merged
+/// pixels, or of a subpixel.
 #pragma once
 
 #include "kernels/surfels/pixel_merging.h"
@@ -68,7 +68,8 @@ struct PixelMeasurement {
 /// A pixel in one piece, without a plane where it is not measured, given the fit along its column.
 DTSDF_HD PixelMeasurement wholePixel(const FrameSensing& sensing, const Pixel& pixel,
                                      const LineFit& column, const SurfelView& surfels) {
-  const bool is_measured = sensing.image.inverse_depth[pixelIndex(sensing.image.frame, pixel)] > 0.0f;
+  const ImageView& image = sensing.image;
+  const bool is_measured = image.inverse_depth[pixelIndex(image.frame, pixel)] > 0.0f;
   return {pixel, is_measured ? pixelPlane(sensing, pixel, column, surfels) : noPlane(), {1, 1}};
 }
 

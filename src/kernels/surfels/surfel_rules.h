@@ -1,5 +1,5 @@
 /// The numbers of the rules that turn an image into surfels: defaults, units, and why they are so.
-/// What a measurement chose names it (pages are those in docs/); "by judgement" says that none did.
+/// What a measurement chose names it; "by judgement" says that none did.
 #pragma once
 
 #include <cstdint>
@@ -7,17 +7,18 @@
 namespace dtsdf {
 
 struct SurfelRules {
-  /// Inverse depths that differ by no more, in 1/m, may lie on one surface: five standard deviations
-  /// of the difference of two measurements by a Kinect (noise of 1.9 mm at 1 m, growing with z^2).
-  /// Rules beyond 2 m, where noise and slant reach the share fusion/depth_jump of the depth.
+  /// Inverse depths that differ by no more, in 1/m, may lie on one surface: five standard
+  /// deviations of the difference of two measurements by a Kinect (noise of 1.9 mm at 1 m, growing
+  /// with z^2). Rules beyond 2 m, where noise and slant reach the share fusion/depth_jump of the
+  /// depth.
   float connected_noise = 0.015f;
 
-  /// With fewer usable lines than this there is no telling an image's noise, and it counts as 0. The
-  /// median of 32 variances with five degrees of freedom tells a deviation to some 15 %.
+  /// With fewer usable lines than this there is no telling an image's noise, and it counts as 0.
+  /// The median of 32 variances with five degrees of freedom tells a deviation to some 15 %.
   int32_t least_noise_lines = 32;
 
-  /// Half width of the window that normals are fitted in, in voxels: finer detail is lost in the map
-  /// anyhow, and more samples mean less noise. (docs/results/ablation.md: 11 pixels everywhere
+  /// Half width of the window that normals are fitted in, in voxels: finer detail is lost in the
+  /// map anyhow, and more samples mean less noise. (docs/results/ablation.md: 11 pixels everywhere
   /// instead raise the error of vertices by a quarter at 10 mm voxels.)
   float window_voxels = 0.75f;
   /// But no less than this, in pixels: by judgement, the least that has samples to average.
@@ -27,21 +28,21 @@ struct SurfelRules {
   /// noise, 2.06 mm with it and this limit.)
   float largest_noise_turn = 0.15f;
 
-  /// A normal that rests on a single line of pixels needs this many: any two lie on a line, so that a
-  /// third is the first to confirm it.
+  /// A normal that rests on a single line of pixels needs this many: any two lie on a line, so that
+  /// a third is the first to confirm it.
   int32_t least_strip_px = 3;
   /// Share of the weight of such a surfel: enough where nothing else was measured, too little to
   /// disturb what was. (Completeness of house_noisy at 25 mm 5.69 mm without strips, 5.37 with.)
   float strip_weight = 0.05f;
 
   /// Widest square of merged pixels, in voxels: less than half, so that their samples are nearly
-  /// those of one. (docs/results/ablation.md: errors as with single pixels, for less work.)
+  /// those of one. (docs/results/ablation.md: errors as with single pixels, less work.)
   float merged_width = 0.45f;
   /// Largest difference of the depths of merged pixels, in voxels: by judgement.
   float merged_depth_range = 1.0f;
-  /// Largest turn of the surface from one side of the square to the other, along the rows, in radians:
-  /// at a crease the pixels have to keep their own normals. (Without it, completeness of the thin
-  /// plates is 1.58 instead of 1.33 mm.)
+  /// Largest turn of the surface from one side of the square to the other, along the rows, in
+  /// radians: at a crease the pixels have to keep their own normals. (Without it, completeness of
+  /// the thin plates is 1.58 instead of 1.33 mm.)
   float merged_turn_across = 0.6f;
   /// The same down the columns, between single rows, where noise counts for more.
   float merged_turn_down = 1.2f;
@@ -49,17 +50,17 @@ struct SurfelRules {
   /// noise, and few enough not to reach creases farther away.
   int32_t merged_rows_beside = 3;
 
-  /// A pixel that covers more of the surface than this, in voxels, is subdivided: its neighbours then
-  /// leave samples between them out.
+  /// A pixel that covers more of the surface than this, in voxels, is subdivided: its neighbours
+  /// then leave samples between them out.
   float subdivided_width = 1.0f;
-  /// It is subdivided only if its neighbours lie no farther from its plane than this, in voxels: one
-  /// surface, not the step from one to another. (Without, vertices of the armadillo at 5 mm are off by
-  /// 0.50 instead of 0.22 mm.)
+  /// It is subdivided only if its neighbours lie no farther from its plane than this, in voxels:
+  /// one surface, not the step from one to another. (Without, vertices of the armadillo at 5 mm are
+  /// off by 0.50 instead of 0.22 mm.)
   float subdivided_step = 0.5f;
 
-  /// Depth in metres up to which a measurement has the full weight; beyond, its weight falls as z^-2.
-  /// The noise of triangulation grows with z^2, and a weight is the inverse of a standard deviation.
-  /// (The authors' later work has the sensor's nearest depth in place of 1 m.)
+  /// Depth in metres up to which a measurement has the full weight; beyond, its weight falls as
+  /// z^-2. The noise of triangulation grows with z^2, and a weight is the inverse of a standard
+  /// deviation. (The authors' later work has the sensor's nearest depth in place of 1 m.)
   float full_weight_depth_m = 1.0f;
 };
 

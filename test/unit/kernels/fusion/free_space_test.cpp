@@ -53,7 +53,8 @@ TEST(FreeDepth, EndsAtTheReachOfSamples) {
         if (!(depth_m > 0.0f)) continue;
         const Vec3f p = backProject(kIntrinsics, static_cast<float>(u), static_cast<float>(v),
                                     depth_m);
-        EXPECT_NEAR((delta - dot(n, p)) / kVoxel_m, kFusion.rules.sample_reach, 0.02) << u << ", " << v;
+        EXPECT_NEAR((delta - dot(n, p)) / kVoxel_m, kFusion.rules.sample_reach, 0.02)
+            << u << ", " << v;
       }
     }
     EXPECT_GT(image.freeDepthAt(kWidth / 2, kHeight / 2), 0.0f);
@@ -95,8 +96,8 @@ TEST(FreeSpaceWeight, StartsAPixelBesideAnOutline) {
   EXPECT_TRUE(seenFree(39.5));
 }
 
-/// A tenth of the pixels that cover the voxel, by their weight at its depth: at 1 m, (100 px / m times
-/// 0.02 m)^2 = 4 pixels of weight 1. Near the camera it does not grow without bound.
+/// A tenth of the pixels that cover the voxel, by their weight at its depth: at 1 m, (100 px / m
+/// times 0.02 m)^2 = 4 pixels of weight 1. Near the camera it does not grow without bound.
 TEST(FreeSpaceWeight, CountsThePixelsOfTheVoxel) {
   const FreeSpaceImage image(plane(0, 0, 1, 3.0));
   EXPECT_NEAR(image.weightAt({0, 0, 50}), 0.4f, 1e-5f);
@@ -122,7 +123,8 @@ TEST(ClearedVoxel, LosesWeightBehindASurfaceOnly) {
   EXPECT_EQ(behind.sdf, -0.5f);
 }
 
-/// What has no weight left, or never had any, gets a negative weight that does not grow without end.
+/// What has no weight left, or never had any, gets a negative weight that does not grow without
+/// end.
 TEST(ClearedVoxel, FallsBelowZeroByALimit) {
   EXPECT_LT(clearedVoxel({-0.5f, 1.0f}, 1.0f, kFusion.rules).weight, 0.0f);
   Voxel voxel{0.0f, 0.0f};

@@ -76,7 +76,8 @@ double expectedShare(const Cast& cast, const Vec3i& voxel) {
                             voxel.z - double(cast.p.z)};
   int k = 0;
   for (int axis = 1; axis < 3; ++axis) k = std::abs(d[axis]) > std::abs(d[k]) ? axis : k;
-  const double reach = std::min(cast.truncation, FusionRules().sample_reach), along = offset[k] / d[k];
+  const double reach = std::min(cast.truncation, FusionRules().sample_reach);
+  const double along = offset[k] / d[k];
   if (std::abs(along) > reach) return 0.0;
   double share = 1.0;
   for (int axis = 0; axis < 3; ++axis) {

@@ -109,7 +109,8 @@ TEST(PixelSubdivision, JoinThoseOfTheNeighbours) {
 TEST(PixelSubdivision, StopAtStepsAndHoles) {
   const double x_edge = (kMiddleU + 0.5 - kIntrinsics.cx) / kIntrinsics.fx;
   for (const double beyond_m : {2.03, 2.5, 0.0}) {
-    const SubdividedImage image([&](double x, double) { return x < x_edge ? 2.0 : beyond_m; }, 0.003f);
+    const SubdividedImage image([&](double x, double) { return x < x_edge ? 2.0 : beyond_m; },
+                                0.003f);
     EXPECT_EQ(image.subdivisionAt(kMiddleU, kMiddleV).across, 1) << beyond_m;
     EXPECT_EQ(image.subdivisionAt(kMiddleU, kMiddleV).down, 3) << beyond_m;
     EXPECT_EQ(image.subdivisionAt(kMiddleU - 6, kMiddleV).across, 3) << beyond_m;

@@ -40,8 +40,8 @@ FrameView turnedFrame() {
   return frame;
 }
 
-/// At 2 m, 250 pixels right of the centre: (1, 0, 2) m, seen with a cosine of 2 / sqrt(5). Four pixels
-/// of a depth weight of a quarter.
+/// At 2 m, 250 pixels right of the centre: (1, 0, 2) m, seen with a cosine of 2 / sqrt(5). Four
+/// pixels of a depth weight of a quarter.
 TEST(Surfel, StandsWhereItsPixelsAre) {
   const Surfel surfel = makeSurfel(turnedFrame(), {570.0f, 240.0f, 2.0f}, {0, 0, -1}, 4.0f, kRules);
   EXPECT_FLOAT_EQ(surfel.p_L.x, 1.0f + 2.0f);
@@ -53,7 +53,8 @@ TEST(Surfel, StandsWhereItsPixelsAre) {
 }
 
 TEST(Surfel, WithoutANormalIsNone) {
-  EXPECT_EQ(makeSurfel(turnedFrame(), {320.0f, 240.0f, 2.0f}, {0, 0, 0}, 1.0f, kRules).weight, 0.0f);
+  const ImagePoint centre{320.0f, 240.0f, 2.0f};
+  EXPECT_EQ(makeSurfel(turnedFrame(), centre, {0, 0, 0}, 1.0f, kRules).weight, 0.0f);
 }
 
 }  // namespace

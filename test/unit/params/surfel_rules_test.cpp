@@ -1,0 +1,57 @@
+// The numbers of the rules on surfels and fusion by key.
+#include <gtest/gtest.h>
+
+#include "backend/rules.h"
+
+namespace dtsdf {
+namespace {
+
+template <class StageRules>
+StageRules readRules(const ParamTree& tree) {
+  StageRules rules;
+  ParamReader reader(tree);
+  visitRules(rules, reader);
+  reader.finish();
+  return rules;
+}
+
+template <class StageRules>
+ParamTree treeOf(StageRules rules) {
+  ParamWriter writer;
+  visitRules(rules, writer);
+  return writer.tree;
+}
+
+/// Each key sets a number of its own: after a change of one, one differs from the defaults.
+template <class StageRules>
+void expectEachKeySetsItsOwn(size_t count) {
+  const ParamTree defaults = treeOf(StageRules());
+  EXPECT_EQ(defaults.size(), count);
+  EXPECT_EQ(treeOf(readRules<StageRules>(defaults)), defaults);
+  for (const auto& [key, value] : defaults) {
+    ParamTree changed = defaults;
+    if (const int* whole = std::get_if<int>(&value)) {
+      changed[key] = *whole + 1;
+    } else {
+      changed[key] = 0.5 * std::get<double>(value);
+    }
+    if (key == "rules/surfels/least_window_px") changed[key] = 3.0;
+    EXPECT_EQ(treeOf(readRules<StageRules>(changed)), changed) << key;
+  }
+}
+
+TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(15); }
+TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(6); }
+
+/// A slope needs two pixels; with a depth or a turn of 0 a rule would divide by 0.
+TEST(SurfelRules, WhatNoRuleCouldWorkWithIsRefused) {
+  EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/least_strip_px", 1}}), ParamError);
+  EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/full_weight_depth_m", 0.0}}), ParamError);
+  EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
+  EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/merged_rows_beside", 0}}), ParamError);
+  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/sample_reach", 0.0}}), ParamError);
+  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/nearest_free_m", 0.0}}), ParamError);
+}
+
+}  // namespace
+}  // namespace dtsdf

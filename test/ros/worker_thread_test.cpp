@@ -1,6 +1,7 @@
 #include "ros/common/worker_thread.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <stdexcept>
@@ -51,6 +52,16 @@ TEST(WorkerThread, RunsTasksInOrderOnItsThreadAndHandsTheResultsOver) {
   });
   EXPECT_EQ(first.get(), second.get());
   EXPECT_EQ(order, (std::vector<int>{1, 2}));
+}
+
+TEST(WorkerThread, LowPriorityIsThatOfTheThreadAlone) {
+  const auto niceness = [] { return getpriority(PRIO_PROCESS, 0); };
+  const int before = niceness();
+  WorkerThread normal([] { return kForEver; });
+  WorkerThread low([] { return kForEver; }, WorkerThread::Priority::kLow);
+  EXPECT_GT(low.run(niceness).get(), before);
+  EXPECT_EQ(normal.run(niceness).get(), before);
+  EXPECT_EQ(niceness(), before);
 }
 
 TEST(WorkerThread, HandsExceptionsOverAndGoesOn) {

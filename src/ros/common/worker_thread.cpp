@@ -1,10 +1,22 @@
 #include "ros/common/worker_thread.h"
 
+#include <sys/resource.h>
+
 #include <utility>
 
 namespace dtsdf {
+namespace {
 
-WorkerThread::WorkerThread(Step step) : step_(std::move(step)), thread_([this] { loop(); }) {}
+/// A tenth of a core that others want as well; all of one that nobody wants.
+constexpr int kLowNiceness = 10;
+
+/// Linux keeps a niceness for each thread. Where it cannot be set, nothing is lost but the order.
+void lowerPriorityOfThisThread() { setpriority(PRIO_PROCESS, 0, kLowNiceness); }
+
+}  // namespace
+
+WorkerThread::WorkerThread(Step step, Priority priority)
+    : step_(std::move(step)), thread_([this, priority] { loop(priority); }) {}
 
 void WorkerThread::wake() {
   {
@@ -33,7 +45,8 @@ void WorkerThread::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void WorkerThread::loop() {
+void WorkerThread::loop(Priority priority) {
+  if (priority == Priority::kLow) lowerPriorityOfThisThread();
   do {
     runTasks();
   } while (waitFor(step_()));

@@ -17,8 +17,11 @@ class WorkerThread {
   /// Does some work and says how long to wait before the next call, unless woken.
   using Step = std::function<std::chrono::milliseconds()>;
 
+  /// A thread of low priority leaves the cores to the others where they are short.
+  enum class Priority { kNormal, kLow };
+
   /// `step` must not throw.
-  explicit WorkerThread(Step step);
+  explicit WorkerThread(Step step, Priority priority = Priority::kNormal);
   ~WorkerThread() { stop(); }
 
   /// There may be work: calls the step without more delay.
@@ -38,7 +41,7 @@ class WorkerThread {
 
  private:
   void post(std::function<void()> task);
-  void loop();
+  void loop(Priority priority);
   void runTasks();
   bool waitFor(std::chrono::milliseconds delay);
 

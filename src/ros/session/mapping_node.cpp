@@ -53,7 +53,7 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
                 [this] {
                   return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
                 }}),
-      output_loop_([this] { return output_.step(); }),
+      output_loop_([this] { return output_.step(); }, WorkerThread::Priority::kLow),
       map_loop_([this] { return session_.step(); }),
       intake_loop_([this] { return intake_.step(); }) {
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << session_.report().backend << ", voxels of "

@@ -52,7 +52,7 @@ __global__ void __launch_bounds__(kThreads, 8)
   const FrameSensing sensing = on_device.load();
   const uint32_t directions = directionMask(directionsOf(surfel.normal_L, fusion.directional != 0));
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
-  visitBlocks(sampleLineOf(surfel, sensing, fusion), [&](const Vec3i& block_L) {
+  visitBlocks<BlockWalk::kExact>(sampleLineOf(surfel, sensing, fusion), [&](const Vec3i& block_L) {
     touchBlock(touched, packKey(block_L + origin_block), directions);
   });
 }

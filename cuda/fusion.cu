@@ -39,7 +39,7 @@ __global__ void castSurfelsKernel(DeviceSensing on_device, FusionView fusion, Su
   const FrameSensing sensing = on_device.load();
   const CastLine cast = makeCastLine(surfels.surfels[i], sensing, fusion);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
-  visitBlocks(cast.line, [&](const Vec3i& block_L) {
+  visitBlocks<BlockWalk::kQuick>(cast.line, [&](const Vec3i& block_L) {
     const int32_t place = findTouched(touched, packKey(block_L + origin_block));
     if (place < 0) return;
     const uint32_t present = touched.directions[place];

@@ -55,7 +55,7 @@ const std::vector<TouchedBlock>& BlockFinder::findBlocks(const std::vector<Surfe
       if (!(surfel.weight > 0.0f)) continue;
       lines_[i] = makeCastLine(surfel, sensing, fusion_);
       const uint32_t directions = directionMask(lines_[i].directions);
-      visitBlocks(lines_[i].line, [&](const Vec3i& block) {
+      visitBlocks<BlockWalk::kExact>(lines_[i].line, [&](const Vec3i& block) {
         share.add(block, origin_block, directions, i);
       });
     }

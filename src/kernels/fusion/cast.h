@@ -63,25 +63,25 @@ DTSDF_HD BlockFrame blockFrameOf(const SampleLine& line, const Vec3i& block_L) {
           stridesOf(line.axis)};
 }
 
-/// The samples of some planes in fixed point, by corner and plane, weights by direction as well.
+/// Distances of some planes' samples in fixed point, by corner and plane.
 template <int kPlanes>
-struct FixedPointSamples {
-  int32_t sdf[4][kPlanes], weight[3][4][kPlanes];
-};
-
-template <int kPlanes>
-DTSDF_HD void roundSamples(const PlaneSamples<kPlanes>& samples, const DirectionSet& directions,
-                           float sdf_scale, FixedPointSamples<kPlanes>& rounded) {
+DTSDF_HD void roundDistances(const PlaneSamples<kPlanes>& samples, float sdf_scale,
+                             int32_t (&sdf)[4][kPlanes]) {
   for (int corner = 0; corner < 4; ++corner) {
     for (int i = 0; i < kPlanes; ++i) {
-      rounded.sdf[corner][i] = roundSdf(samples.distance[corner][i] * sdf_scale);
+      sdf[corner][i] = roundSdf(samples.distance[corner][i] * sdf_scale);
     }
   }
+}
+
+/// Their weights by direction as well.
+template <int kPlanes>
+DTSDF_HD void roundWeights(const PlaneSamples<kPlanes>& samples, const DirectionSet& directions,
+                           int32_t (&weight)[3][4][kPlanes]) {
   for (int d = 0; d < directions.count; ++d) {
     for (int corner = 0; corner < 4; ++corner) {
       for (int i = 0; i < kPlanes; ++i) {
-        rounded.weight[d][corner][i] =
-            roundWeight(samples.share[corner][i] * directions.weight[d]);
+        weight[d][corner][i] = roundWeight(samples.share[corner][i] * directions.weight[d]);
       }
     }
   }
@@ -98,8 +98,9 @@ DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionView& fusion, cons
   for (int plane = block.planes.first; plane <= block.planes.last; plane += kPlanes) {
     PlaneSamples<kPlanes> samples;
     samplePlanes(cast.line, plane, samples);
-    FixedPointSamples<kPlanes> rounded;
-    roundSamples(samples, cast.directions, sdf_scale, rounded);
+    int32_t sdf[4][kPlanes], weight[3][4][kPlanes];
+    roundDistances(samples, sdf_scale, sdf);
+    roundWeights(samples, cast.directions, weight);
     for (int i = 0; i < kPlanes && plane + i <= block.planes.last; ++i) {
       const int u = samples.u[i] - block.u0, v = samples.v[i] - block.v0;
       const int index = (plane + i - block.k0) * strides.k + u * strides.u + v * strides.v;
@@ -112,7 +113,7 @@ DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionView& fusion, cons
         if (!inside) continue;
         for (int d = 0; d < cast.directions.count; ++d) {
           add(cast.directions.direction[d], index + du * strides.u + dv * strides.v,
-              rounded.weight[d][corner][i], rounded.sdf[corner][i]);
+              weight[d][corner][i], sdf[corner][i]);
         }
       }
     }

@@ -39,7 +39,7 @@ std::map<PackedKey, Expected> binOneByOne(const std::vector<Surfel>& surfels,
   std::map<PackedKey, Expected> bins;
   for (uint32_t i = 0; i < surfels.size(); ++i) {
     if (!(surfels[i].weight > 0.0f)) continue;
-    visitBlocks(sampleLineOf(surfels[i], sensing, fusion), [&](const Vec3i& block) {
+    visitBlocks<BlockWalk::kExact>(sampleLineOf(surfels[i], sensing, fusion), [&](const Vec3i& block) {
       Expected& bin = bins[packKey(block + origin)];
       bin.directions |= directionMask(directionsOf(surfels[i].normal_L, true));
       bin.surfels.insert(i);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
@@ -179,10 +180,16 @@ TEST(SampleLine, BlocksVisitedHoldAllSamplesAndComeUpOnce) {
     const SampleLine line =
         i % 3 == 0 ? makeSampleLine(cast.p, cast.normal, cast.direction, 9.0f) : lineOf(cast);
     std::set<VoxelId> blocks;
-    visitBlocks(line, [&](const Vec3i& block) {
+    visitBlocks<BlockWalk::kExact>(line, [&](const Vec3i& block) {
       EXPECT_TRUE(blocks.insert(idOf(block)).second) << "twice in cast " << i;
     });
     EXPECT_EQ(blocks, blocksOfCorners(line)) << "cast " << i;
+    std::set<VoxelId> quick;
+    visitBlocks<BlockWalk::kQuick>(line, [&](const Vec3i& block) {
+      EXPECT_TRUE(quick.insert(idOf(block)).second) << "twice in cast " << i;
+    });
+    EXPECT_TRUE(std::includes(quick.begin(), quick.end(), blocks.begin(), blocks.end()))
+        << "cast " << i;
     for (const auto& [id, sample] : samplesOf(line)) {
       const auto [x, y, z] = id;
       EXPECT_EQ(blocks.count(idOf(blockOfVoxel({x, y, z}))), 1u) << "cast " << i;

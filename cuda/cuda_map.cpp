@@ -28,7 +28,7 @@ IntegrationResult CudaMap::fuse(const DepthFrame& frame) {
   const DeviceSensing sensing = sense(frame);
   SurfelsView surfels = makeSurfels(sensing);
   findBlocks(sensing, surfels);
-  if (counters_.usable_surfels == 0 || counters_.touched == 0) return noMeasurement(params_);
+  if (counters_.touched == 0) return noMeasurement(params_);
   const Admission admission = admit();
   countWork(sensing.frame(), admission);
   castAndFold(sensing, surfels);

@@ -1,7 +1,5 @@
 #include "cuda_mapper_report.h"
 
-#include <algorithm>
-
 #include "named_kernels.h"
 #include "runtime/buffer.h"
 #include "runtime/device.h"

@@ -1,8 +1,7 @@
-#include <algorithm>
-
 #include "device_map.cuh"
 #include "find_blocks.cuh"
 #include "kernels/fusion/cast.h"
+#include "launch.h"
 #include "named_kernels.h"
 #include "runtime/stage_clock.h"
 

@@ -1,7 +1,6 @@
 /// Look-ups in a frame's table of touched blocks. For .cu files.
 #pragma once
 
-#include "launch.h"
 #include "find_blocks.h"
 
 namespace dtsdf {

@@ -81,9 +81,6 @@ class BlockFinder {
   TouchedView view() const;
   void addMemory(std::vector<MemoryPart>& parts) const;
 
-  /// The counters on the device.
-  const DeviceBuffer<FrameCounters>& counters() const { return counters_; }
-
  private:
   void allocate(size_t capacity);
   void emptyTable();

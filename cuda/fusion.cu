@@ -8,6 +8,7 @@
 #include "kernels/fusion/cast.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_projection.h"
+#include "launch.h"
 #include "named_kernels.h"
 #include "runtime/stage_clock.h"
 

@@ -1,18 +1,18 @@
-/// Grid sizes, and small helpers that all stages' kernels share. For .cu files.
+/// Grid sizes, and small helpers that all stages' kernels share.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 
 #include "kernels/core/camera.h"
 
 namespace dtsdf {
 namespace gpu {
 
-constexpr int kThreads = 256;
+constexpr int kThreads = 256;  ///< Of a block of threads.
 
-inline unsigned blocksFor(size_t items, int threads = kThreads) {
-  return static_cast<unsigned>((items + threads - 1) / threads);
+/// Blocks of threads for so many items, one thread each.
+inline unsigned blocksFor(size_t items) {
+  return static_cast<unsigned>((items + kThreads - 1) / kThreads);
 }
 
 #ifdef __CUDACC__

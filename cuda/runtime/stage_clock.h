@@ -37,8 +37,8 @@ class StageClock {
   size_t used_ = 0;
 };
 
-/// Times what is enqueued on a stream during its life, if the stream has a clock with a profile. Spans
-/// do not nest.
+/// Times what is enqueued on a stream during its life, if the stream has a clock with a profile.
+/// Spans do not nest.
 class StageSpan {
  public:
   StageSpan(const Stream& stream, Stage stage) : stream_(stream) {

@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
-#include <cstdint>
 
 #include "dtsdf_mapping/pinhole.h"
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <iterator>
 
 #include "cpu/lanes.h"
 #include "kernels/meshing/possible_leaders.h"

@@ -49,8 +49,8 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
 IntegrationResult CpuMapper::fuse(const DepthFrame& frame) {
   const FrameSensing sensing = sense(frame);
   const std::vector<Surfel>& surfels = makeSurfels(sensing);
-  if (surfel_maker_.count() == 0) return noMeasurement(params_);
   const std::vector<TouchedBlock>& blocks = findBlocks(surfels, sensing);
+  if (blocks.empty()) return noMeasurement(params_);
   const Admission admission = admit(blocks);
   castFoldAndClear(blocks, surfels, sensing);
   IntegrationResult result;

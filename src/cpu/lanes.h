@@ -1,7 +1,8 @@
-/// Four values in one vector register: the operations of kernels/select.h for four units at once.
+/// Four values in one vector register: the operations of kernels/core/select.h for four units at
+/// once.
 ///
-/// Each lane gives the same bits as the operation on a single value. GCC's vector types become SSE2,
-/// NEON or what else there is, without code for any of them.
+/// Each lane gives the same bits as the operation on a single value. GCC's vector types become
+/// SSE2, NEON or what else there is, without code for any of them.
 #pragma once
 
 #include <cmath>

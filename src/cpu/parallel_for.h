@@ -1,4 +1,5 @@
-/// A parallel loop that lets exceptions through: one that left an OpenMP region would end the process.
+/// A parallel loop that lets exceptions through: one that left an OpenMP region would end the
+/// process.
 #pragma once
 
 #include <omp.h>

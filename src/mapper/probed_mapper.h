@@ -8,7 +8,8 @@
 
 namespace dtsdf {
 
-/// A mapper with a view inside, and with other numbers in its rules where an experiment asks for it.
+/// A mapper with a view inside, and with other numbers in its rules where an experiment asks for
+/// it.
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params,
                                                const Rules& rules = Rules());

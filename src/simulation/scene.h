@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <limits>
 #include <variant>
 #include <vector>
 

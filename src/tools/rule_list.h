@@ -10,8 +10,6 @@ namespace dtsdf {
 /// Visitor that writes one line for each number: key, value and range.
 class RuleLister {
  public:
-  void operator()(const std::string& key, bool& member) { addLine(key, member, ""); }
-
   template <class Number>
   void operator()(const std::string& key, Number& member, Range range) {
     ParamWriter writer;

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks who includes whom, by the table in layers.txt; prints file:line of each violation.
+"""Checks who includes whom, by the table in layers.txt, what is called, and the length of lines;
+prints file:line of each violation.
 
 Usage: check_layers.py ROOT
 """
@@ -11,6 +12,7 @@ import sys
 SOURCE_SUFFIXES = {".h", ".hpp", ".cpp", ".cc", ".cu", ".cuh"}
 FOLDERS = ("include", "src", "cuda", "examples", "test")
 INCLUDE_ROOTS = ("include", "src", "cuda", "test")  # as the build has them
+MAX_COLUMNS = 100
 TABLE = pathlib.Path(__file__).resolve().with_name("layers.txt")
 GUIDE = "CONTRIBUTING.md"
 
@@ -129,6 +131,8 @@ def violations_in(path, code, table, files):
                     else other_include_violation(path, include.group(1)))
         if rule:
             found.append((number, rule))
+        if len(line) > MAX_COLUMNS:
+            found.append((number, f"a line of more than {MAX_COLUMNS} columns"))
     return found
 
 

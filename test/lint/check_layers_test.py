@@ -99,6 +99,14 @@ class Calls(unittest.TestCase):
         self.assertEqual([n for n, _ in rules("src/io/a.cpp", "/* \n */ int a;\nabort();")], [3])
 
 
+class Columns(unittest.TestCase):
+    def test_lines_end_by_column_100(self):
+        for long in ("int " + 97 * "a", "// " + 98 * "a", 'f("' + 98 * "a"):
+            self.assertEqual(len(rules("src/io/a.cpp", long)), 1, long)
+            self.assertEqual(rules("src/io/a.cpp", long[:100]), [], long)
+        self.assertEqual(rules("src/io/a.cpp", "// " + 97 * "\u00e4"), [])
+
+
 class Table(unittest.TestCase):
     def violations(self, text=TEXT, files=FILES, guide=None):
         return list(table_violations(text, read_table(text), files,

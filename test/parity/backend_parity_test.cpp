@@ -113,8 +113,9 @@ INSTANTIATE_TEST_SUITE_P(
              (std::get<2>(info.param) ? "Directional" : "Undirected");
     });
 
-/// A frame that outgrows every first allocation of the GPU: the list of surfels, the table of touched
-/// blocks, the sums (in several passes), the pools, the hash table and the room for the mesh.
+/// A frame that outgrows every first allocation of the GPU: the list of surfels, the table of
+/// touched blocks, the sums (in several passes), the pools, the hash table and the room for the
+/// mesh.
 TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;

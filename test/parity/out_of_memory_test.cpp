@@ -1,5 +1,6 @@
 // A frame that the GPU has no memory for fails as a whole: what was mapped stays, and mapping goes
-// on once there is memory. Fills the GPU's memory, so it runs only if DTSDF_TEST_OUT_OF_MEMORY is set.
+// on once there is memory. Fills the GPU's memory, so it runs only if DTSDF_TEST_OUT_OF_MEMORY is
+// set.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -9,6 +9,8 @@
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/yaml_params.h"
+#include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/mesh.h"
 #include "io/bag_frames.h"
 #include "params/node_params.h"
 #include "ros/support/status_watcher.h"

@@ -120,7 +120,8 @@ TEST(DepthImage, SwapsFloats) {
 TEST(DepthImage, UnitFollowsTheEncoding) {
   cv_bridge::CvImageConstPtr pixels;
   sensor_msgs::Image image = makeImage();
-  EXPECT_FLOAT_EQ(makeDepthFrame(share(image), makeInfo(), {0.0002f, 1.0f}, pixels).unit_m, 0.0002f);
+  EXPECT_FLOAT_EQ(makeDepthFrame(share(image), makeInfo(), {0.0002f, 1.0f}, pixels).unit_m,
+                  0.0002f);
   image.encoding = "32FC1";
   image.step = 12;
   image.data.assign(24, 0);

@@ -1,4 +1,5 @@
-/// An exact depth image of an analytic surface, with its row fits: what the rules on pixels work on.
+/// An exact depth image of an analytic surface, with its row fits: what the rules on pixels work
+/// on.
 #pragma once
 
 #include <functional>

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/depth_frame.h"
 
 namespace dtsdf {
 

@@ -10,8 +10,8 @@ namespace dtsdf {
 /// Where a map lives and is worked on.
 enum class Backend {
   kAuto,  ///< CUDA where a usable GPU is found, else the CPU.
-  kCuda,
-  kCpu,
+  kCuda,  ///< The current CUDA device; makeMapper() throws where it cannot be used.
+  kCpu,   ///< The CPU, on `threads` threads.
 };
 
 /// What a mapper is made with. The defaults are those of config/default.yaml.

@@ -11,8 +11,8 @@ namespace dtsdf {
 struct FrameView {
   int32_t width, height;
   Intrinsics intrinsics;
-  RigidTransform T_L_C;  ///< Camera to the local frame L: axes of W, origin at `origin_voxel`, voxels.
-  Vec3i origin_voxel;    ///< Origin of L, a multiple of the block's side.
+  RigidTransform T_L_C;  ///< Camera to the local frame L: axes of W, in voxels.
+  Vec3i origin_voxel;    ///< Origin of L in W, a multiple of the block's side.
   float voxel_size_m;
 };
 

@@ -8,8 +8,8 @@ namespace dtsdf {
 /// X+, X-, Y+, Y-, Z+, Z-: directions 0 to 5. The undirected map keeps everything in direction 0.
 constexpr int kDirectionCount = 6;
 
-/// sin(pi/8): a normal belongs to direction D where its cosine to v_D exceeds this (paper, Sec. III).
-/// An axis-aligned normal then has one direction, and none has more than three.
+/// sin(pi/8): a normal belongs to direction D where its cosine to v_D exceeds this (paper,
+/// Sec. III). An axis-aligned normal then has one direction, and none has more than three.
 constexpr float kDirectionThreshold = 0.38268343f;
 
 DTSDF_HD int directionAxis(int direction) { return direction >> 1; }

@@ -1,5 +1,5 @@
-/// Branches and functions as operations on values, so that a rule that is written with them works on
-/// one unit (here, with float and bool) or on several at once (src/cpu/lanes.h).
+/// Branches and functions as operations on values, so that a rule that is written with them works
+/// on one unit (here, with float and bool) or on several at once (src/cpu/lanes.h).
 #pragma once
 
 #include <cmath>

@@ -199,13 +199,4 @@ DTSDF_HD Verdict judgeComponent(uint8_t component, int direction) {
   return right ? Verdict::kAccept : Verdict::kAskGradient;
 }
 
-/// Two indices are compatible if no edge is crossed by both in opposite ways (paper, Sec. V-E).
-DTSDF_HD bool areCompatible(uint8_t a, uint8_t b) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const ParallelCrossings in_a = parallelCrossings(a, axis), in_b = parallelCrossings(b, axis);
-    if ((in_a.rising & in_b.falling) | (in_a.falling & in_b.rising)) return false;
-  }
-  return true;
-}
-
 }  // namespace dtsdf

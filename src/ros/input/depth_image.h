@@ -24,9 +24,9 @@ Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
 std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
                                          const sensor_msgs::CameraInfo& info);
 
-/// The frame of an image that passed checkDepthImage(), without its pose. Its data live in `pixels`,
-/// which shares them with the message, or has a copy where the byte order is not the machine's or
-/// the rows are of no whole pixels.
+/// The frame of an image that passed checkDepthImage(), without its pose. Its data live in
+/// `pixels`, which shares them with the message, or has a copy where the byte order is not the
+/// machine's or the rows are of no whole pixels.
 /// @throws cv_bridge::Exception or cv::Exception for what the check should have refused.
 DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           const sensor_msgs::CameraInfo& info, const DepthUnits& units,

@@ -18,7 +18,8 @@ PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& 
   const NewestTransform newest = findNewest(camera_frame);
   PoseAnswer answer;
   try {
-    answer.T_W_C = toIsometry(transforms_.lookupTransform(map_frame_, camera_frame, stamp).transform);
+    answer.T_W_C =
+        toIsometry(transforms_.lookupTransform(map_frame_, camera_frame, stamp).transform);
     answer.kind = PoseAnswer::Kind::kKnown;
     return answer;
   } catch (const std::runtime_error&) {

@@ -13,8 +13,8 @@
 
 namespace dtsdf {
 
-/// Output's thread only, but for hasListeners(), listeners() and the callback, which is called by the
-/// queue of the node handle.
+/// Output's thread only, but for hasListeners(), listeners() and the callback, which is called by
+/// the queue of the node handle.
 class MeshPublisher {
  public:
   using OnNewcomer = std::function<void(const ros::SingleSubscriberPublisher&)>;

@@ -10,7 +10,8 @@
 
 namespace dtsdf {
 
-/// Output's thread only, but for hasListeners(); subscriptions are noticed on the queue of the node handle.
+/// Output's thread only, but for hasListeners(); subscriptions are noticed on the queue of the node
+/// handle.
 class SurfacePointsPublisher {
  public:
   SurfacePointsPublisher(ros::NodeHandle nh, const std::string& map_frame, MeshColour colour);

@@ -83,8 +83,8 @@ TEST_P(AnalyticScenes, TiltedPlane) {
 
 /// A ball of 20 voxels radius from all round. A tangent plane is off by r^2 / (2 R) at r beside its
 /// point: 0.05 at sqrt(2) voxels, where the weight has fallen to nothing. Projective distances grow
-/// without bound where rays graze the ball; all views count alike in the undirected map, as it takes
-/// no normals, so of 24 views the oblique ones show.
+/// without bound where rays graze the ball; all views count alike in the undirected map, as it
+/// takes no normals, so of 24 views the oblique ones show.
 TEST_P(AnalyticScenes, Ball) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
@@ -148,13 +148,14 @@ double areaWithin(const Mesh& mesh, const Eigen::AlignedBox3d& box) {
   return area;
 }
 
-/// A floor in a single image, 0.15 m below the camera and 2 to 2.7 m ahead of it: pixels are 4 to 5 mm
-/// wide, but 53 to 97 mm long on the floor, which is 3 to 5 voxels. Undivided, they leave four fifths
-/// of it open.
+/// A floor in a single image, 0.15 m below the camera and 2 to 2.7 m ahead of it: pixels are 4 to
+/// 5 mm wide, but 53 to 97 mm long on the floor, which is 3 to 5 voxels. Undivided, they leave four
+/// fifths of it open.
 TEST(GrazingView, LeavesNoHolesInAFloor) {
   Scene scene;
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
-  const auto T_W_C = lookAt(Vector3d(0.013, 0.007, 0.15), Vector3d(2.5, 0.0, 0.1), Vector3d::UnitZ());
+  const auto T_W_C =
+      lookAt(Vector3d(0.013, 0.007, 0.15), Vector3d(2.5, 0.0, 0.1), Vector3d::UnitZ());
   MapperParams params = makeCpuParams();
   params.fusion.max_depth_m = 3.5f;
   const Mesh mesh = reconstruct(params, renderFrames(scene, {T_W_C}, 640, 480));
@@ -202,8 +203,8 @@ TEST(FreeSpace, TrimsTheOverhangOfOutlines) {
   EXPECT_GT(overhang_m, -1.0 * kVoxel_m);  // and no more than that
 }
 
-/// A board that is put where space was free all the time, in blocks of the map that the wall behind it
-/// has, appears after a few frames.
+/// A board that is put where space was free all the time, in blocks of the map that the wall behind
+/// it has, appears after a few frames.
 TEST(FreeSpace, GivesWayToWhatIsPutThere) {
   Scene wall, both;
   for (Scene* scene : {&wall, &both}) {

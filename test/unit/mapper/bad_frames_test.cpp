@@ -149,7 +149,7 @@ TEST(EmptyDepth, OnePixelHasNoNormal) {
 
 /// NaN, infinity and nonsense count as no measurement, like 0.
 TEST(OddFrames, InvalidPixelsAreHoles) {
-  const std::unique_ptr<ProbedMapper> odd = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());
+  const auto odd = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());
   SceneFrame holes = goodFrame();
   for (size_t i = 0; i < holes.depth_m.size(); i += 7) holes.depth_m[i] = 0.0f;
   SceneFrame nonsense = holes;
@@ -161,7 +161,7 @@ TEST(OddFrames, InvalidPixelsAreHoles) {
 }
 
 TEST(OddFrames, PaddedRowsAreSkipped) {
-  const std::unique_ptr<ProbedMapper> padded = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());
+  const auto padded = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());
   const SceneFrame frame = goodFrame();
   constexpr size_t kPadding = 24;
   DepthFrame wide = frame.view();
@@ -180,7 +180,7 @@ TEST(OddFrames, PaddedRowsAreSkipped) {
 
 /// 16 bits in units of 1 / 4096 m hold a depth image rounded to it, exactly.
 TEST(OddFrames, EncodingsAgree) {
-  const std::unique_ptr<ProbedMapper> whole = makeProbedMapper(testParams()), metres = makeProbedMapper(testParams());
+  const auto whole = makeProbedMapper(testParams()), metres = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
   constexpr float kUnit_m = 1.0f / 4096.0f;  // a power of two, so that both products are exact
   std::vector<uint16_t> units;

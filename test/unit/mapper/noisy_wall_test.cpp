@@ -11,8 +11,8 @@ namespace {
 using Eigen::Vector3d;
 
 /// Noise of 6 mm at 1 m that grows with z^2, on voxels of 5 mm. Of samples that far apart, those
-/// beyond the reach of 1.75 voxels would stand for themselves: 15 % of all, and vertices were off by
-/// 0.85 voxels RMS. The few beyond the truncation of four voxels still do.
+/// beyond the reach of 1.75 voxels would stand for themselves: 15 % of all, and vertices were off
+/// by 0.85 voxels RMS. The few beyond the truncation of four voxels still do.
 TEST(NoisyWall, AveragesToOneSurface) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.006f;
   Scene scene;

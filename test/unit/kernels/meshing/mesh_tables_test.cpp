@@ -226,21 +226,6 @@ TEST(MeshTables, VerdictsFollowTheEdgesAlongTheDirection) {
   }
 }
 
-TEST(MeshTables, CompatibleUnlessAnEdgeIsCrossedBothWays) {
-  for (int a = 0; a < 256; ++a) {
-    for (int b = 0; b < 256; ++b) {
-      bool opposed = false;
-      for (const auto& [lower, upper] : cubeEdges()) {
-        const int in_a = int(isBehind(a, lower)) - int(isBehind(a, upper));
-        const int in_b = int(isBehind(b, lower)) - int(isBehind(b, upper));
-        opposed |= in_a * in_b < 0;
-      }
-      ASSERT_EQ(areCompatible(static_cast<uint8_t>(a), static_cast<uint8_t>(b)), !opposed)
-          << a << " and " << b;
-    }
-  }
-}
-
 TEST(MeshTables, EdgeLowerCornerEqualsTheTable) {
   for (int e = 0; e < kCubeEdges; ++e) EXPECT_EQ(edgeLowerCorner(e), kEdgeLowerCorner[e]);
 }

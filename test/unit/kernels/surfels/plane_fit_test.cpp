@@ -160,8 +160,8 @@ Image slitImage(const FreePlane& plane, bool is_row) {
   return image;
 }
 
-/// What shows through a slit one pixel wide: the normal is square to the line in space, square to the
-/// image's other axis, faces the camera, and is trusted little.
+/// What shows through a slit one pixel wide: the normal is square to the line in space, square to
+/// the image's other axis, faces the camera, and is trusted little.
 TEST(NormalFit, FollowsAStripOnePixelWide) {
   const FreePlane plane = makePlane(0.5, -0.4, -1.0, -1.0);
   const auto point = [&](int u, int v) {

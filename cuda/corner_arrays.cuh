@@ -7,17 +7,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The voxel arrays that the corners of a block's units lie in; null where there is none.
-struct CornerArrays {
-  const Voxel* array[kCornerBlocks][kDirectionCount];
-
-  __device__ Voxel sample(int corner, int direction) const {
-    const CornerSource source = cornerSource(corner);
-    const Voxel* voxels = array[source.block][direction];
-    return voxels == nullptr ? Voxel{0.0f, 0.0f} : voxels[source.voxel];
-  }
-};
-
 __device__ __forceinline__ BlockKey keyOfSlot(const MapView& map, int32_t slot) {
   return unpackKey(map.slots[slot].key);
 }

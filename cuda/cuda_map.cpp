@@ -1,21 +1,19 @@
 #include "cuda_map.h"
 
-#include <algorithm>
 
 #include "backend/frame_check.h"
-#include "backend/rule_views.h"
+#include "backend/rule_settings.h"
 
 namespace dtsdf {
 namespace gpu {
 
 CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
     : params_(params),
-      budget_bytes_(static_cast<size_t>(params.map.max_memory_mb) << 20),
-      table_(budget_bytes_),
+      table_(static_cast<size_t>(params.map.max_memory_mb) << 20),
       map_(stream_),
       sensor_(params, rules, stream_),
       surfel_maker_(params, rules.surfels, stream_),
-      block_finder_(makeFusionView(params, rules.fusion), stream_),
+      block_finder_(makeFusionSettings(params, rules.fusion), stream_),
       fusion_(params, rules, stream_),
       mesher_(rules.mesh, params.map.directional) {
   stream_.setClock(&clock_);
@@ -26,7 +24,7 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
 IntegrationResult CudaMap::fuse(const DepthFrame& frame) {
   upload(frame);
   const DeviceSensing sensing = sense(frame);
-  SurfelsView surfels = makeSurfels(sensing);
+  DeviceSurfels surfels = makeSurfels(sensing);
   findBlocks(sensing, surfels);
   if (counters_.touched == 0) return noMeasurement(params_);
   const Admission admission = admit();
@@ -49,12 +47,12 @@ DeviceSensing CudaMap::sense(const DepthFrame& frame) {
                         depthRangeOf(frame, params_)});
 }
 
-SurfelsView CudaMap::makeSurfels(const DeviceSensing& sensing) {
+DeviceSurfels CudaMap::makeSurfels(const DeviceSensing& sensing) {
   return surfel_maker_.makeSurfels(sensing, block_finder_.usableSurfels());
 }
 
 /// Once more with larger buffers, if there were more surfels or blocks than expected.
-void CudaMap::findBlocks(const DeviceSensing& sensing, SurfelsView& surfels) {
+void CudaMap::findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels) {
   block_finder_.mark(sensing, surfels);
   recycleEmpty();  // of the frame before, whose last kernels may have run until now
   block_finder_.compare(sensing, map_.view());
@@ -73,17 +71,6 @@ void CudaMap::findBlocks(const DeviceSensing& sensing, SurfelsView& surfels) {
   }
 }
 
-MapDemand CudaMap::demandOfFrame() const {
-  const auto within = [this](size_t wanted, size_t bytes_each, size_t at_least) {
-    return std::max(std::min(wanted, budget_bytes_ / bytes_each), at_least);
-  };
-  return {counters_.requests, counters_.requested_arrays,
-          within(table_.blocksInUse() + counters_.requests, BlockTable::kBlockBytes,
-                 table_.slotCount()),
-          within(table_.arraysInUse() + counters_.requested_arrays, BlockTable::kArrayBytes,
-                 table_.arrayCount())};
-}
-
 /// All device memory is taken before the table changes: without it, the frame fails as a whole and
 /// the map stays as it was.
 Admission CudaMap::admit() {
@@ -91,7 +78,8 @@ Admission CudaMap::admit() {
   const StageTimer timer(clock_.profile(), Stage::kAdmit);
   fusion_.reserve(counters_);
   if (counters_.requests == 0) return Admission();
-  map_.reserve(table_, demandOfFrame());
+  map_.reserve(table_, {counters_.requests, counters_.requested_arrays,
+                        table_.sizesAfter(counters_.requests, counters_.requested_arrays)});
   Admission admission = table_.admit(block_finder_.fetchRequests());
   map_.apply(table_, admission);
   if (!admission.changed_slots.empty()) block_finder_.refresh(map_.view());
@@ -99,7 +87,7 @@ Admission CudaMap::admit() {
   return admission;
 }
 
-void CudaMap::castAndFold(const DeviceSensing& sensing, const SurfelsView& surfels) {
+void CudaMap::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
   holdForProfile(stream_);
   fusion_.castAndFold(sensing, surfels, {map_.view(), block_finder_.view()}, counters_);
 }
@@ -115,15 +103,8 @@ void CudaMap::clear(const DeviceSensing& sensing, const Admission& admission) {
 void CudaMap::recycleEmpty() {
   std::vector<SlotUpdate> updates;
   for (const EmptyBlock& empty : fusion_.takeEmptyBlocks()) {
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (empty.directions >> d & 1) table_.releaseArray(empty.slot, d);
-    }
-    SlotUpdate update = makeSlotUpdate(table_.block(empty.slot), empty.slot);
-    const auto& arrays = update.entry.array;
-    update.in_use = std::any_of(arrays, arrays + kDirectionCount,
-                                [](int32_t array) { return array != kNoArray; });
-    if (!update.in_use) table_.releaseBlock(empty.slot);
-    updates.push_back(update);
+    table_.release(empty.slot, empty.directions);
+    updates.push_back(makeSlotUpdate(table_.block(empty.slot), empty.slot));
   }
   map_.apply(updates);
 }

@@ -33,17 +33,15 @@ class CudaMap {
  private:
   void upload(const DepthFrame& frame);
   DeviceSensing sense(const DepthFrame& frame);
-  SurfelsView makeSurfels(const DeviceSensing& sensing);
-  void findBlocks(const DeviceSensing& sensing, SurfelsView& surfels);
+  DeviceSurfels makeSurfels(const DeviceSensing& sensing);
+  void findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels);
   Admission admit();
-  void castAndFold(const DeviceSensing& sensing, const SurfelsView& surfels);
+  void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels);
   void clear(const DeviceSensing& sensing, const Admission& admission);
   void recycleEmpty();
-  MapDemand demandOfFrame() const;
   void countWork(const FrameView& frame, const Admission& admission);
 
   const MapperParams params_;
-  size_t budget_bytes_;
   BlockTable table_;
   StageClock clock_;
   Stream stream_;  ///< Of the frames; the mesher has its own.

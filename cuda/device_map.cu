@@ -72,12 +72,12 @@ MapView DeviceMap::view() const {
 }
 
 void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
-  slots_.growZeroed(demand.slots, stream_);
-  dirty_.growZeroed(demand.slots, stream_);
-  dirty_slots_.growZeroed(demand.slots, stream_);
-  mesh_stamp_.growZeroed(demand.slots, stream_);
-  unit_indices_.reserve(demand.slots, stream_);
-  voxels_.reserve(demand.arrays, stream_);
+  slots_.growZeroed(demand.after.slots, stream_);
+  dirty_.growZeroed(demand.after.slots, stream_);
+  dirty_slots_.growZeroed(demand.after.slots, stream_);
+  mesh_stamp_.growZeroed(demand.after.slots, stream_);
+  unit_indices_.reserve(demand.after.slots, stream_);
+  voxels_.reserve(demand.after.arrays, stream_);
   pinned_updates_.reserve(demand.new_blocks);
   updates_.reserve(demand.new_blocks, stream_);
   pinned_arrays_.reserve(demand.new_arrays);

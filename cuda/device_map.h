@@ -53,7 +53,7 @@ struct MapView {
 /// Upper bounds of what an admission may take.
 struct MapDemand {
   size_t new_blocks, new_arrays;
-  size_t slots, arrays;  ///< Sizes of the pools after it.
+  PoolSizes after;  ///< BlockTable::sizesAfter() it.
 };
 
 class DeviceMap {

@@ -42,7 +42,7 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
 
 /// One thread per surfel that there is room for, for as many as there are.
 __global__ void __launch_bounds__(kThreads, 8)
-    markBlocksKernel(DeviceSensing on_device, FusionView fusion, SurfelsView surfels,
+    markBlocksKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                      TouchedView touched) {
   const size_t i = globalThread();
   if (i >= surfels.size()) return;
@@ -94,7 +94,7 @@ __global__ void refreshSlotsKernel(MapView map, TouchedView touched, uint32_t co
 
 }  // namespace
 
-BlockFinder::BlockFinder(const FusionView& fusion, const Stream& stream)
+BlockFinder::BlockFinder(const FusionSettings& fusion, const Stream& stream)
     : fusion_(fusion),
       stream_(stream),
       counters_(1),
@@ -140,7 +140,7 @@ void BlockFinder::emptyTable() {
   directions_.zero(stream_);
 }
 
-void BlockFinder::mark(const DeviceSensing& sensing, const SurfelsView& surfels) {
+void BlockFinder::mark(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
   const StageSpan span(stream_, Stage::kFindBlocks);
   markBlocksKernel<<<blocksFor(surfels.room), kThreads, 0, stream_.get()>>>(sensing, fusion_,
                                                                            surfels, view());

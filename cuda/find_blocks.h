@@ -4,7 +4,7 @@
 
 #include "backend/profile.h"
 #include "device_map.h"
-#include "kernels/fusion/fusion_view.h"
+#include "kernels/fusion/fusion_settings.h"
 #include "make_surfels.h"
 
 namespace dtsdf {
@@ -53,14 +53,14 @@ struct TouchedView {
 
 class BlockFinder {
  public:
-  BlockFinder(const FusionView& fusion, const Stream& stream);
+  BlockFinder(const FusionSettings& fusion, const Stream& stream);
 
   /// Begins a frame: zeroes the counters, empties the table.
   void begin();
   uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
 
   /// Enqueues the search for touched blocks.
-  void mark(const DeviceSensing& sensing, const SurfelsView& surfels);
+  void mark(const DeviceSensing& sensing, const DeviceSurfels& surfels);
 
   /// Enqueues the comparison with the map, and the read-back of the counters.
   void compare(const DeviceSensing& sensing, const MapView& map);
@@ -85,7 +85,7 @@ class BlockFinder {
   void allocate(size_t capacity);
   void emptyTable();
 
-  const FusionView fusion_;
+  const FusionSettings fusion_;
   const Stream& stream_;
   Event counted_;
   size_t capacity_ = 0;

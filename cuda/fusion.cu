@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "backend/rule_views.h"
+#include "backend/rule_settings.h"
 #include "device_map.cuh"
 #include "find_blocks.cuh"
 #include "kernels/fusion/cast.h"
@@ -33,8 +33,8 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf) {
 }
 
 /// One thread per surfel.
-__global__ void castSurfelsKernel(DeviceSensing on_device, FusionView fusion, SurfelsView surfels,
-                                  TouchedView touched, SumsView part) {
+__global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion,
+                                  DeviceSurfels surfels, TouchedView touched, SumsView part) {
   const size_t i = globalThread();
   if (i >= surfels.size()) return;
   const FrameSensing sensing = on_device.load();
@@ -56,7 +56,7 @@ __global__ void castSurfelsKernel(DeviceSensing on_device, FusionView fusion, Su
 }
 
 /// One block of threads per array of sums, which it leaves zeroed.
-__global__ void foldSumsKernel(FusionView fusion, FusionTarget target, SumsView part) {
+__global__ void foldSumsKernel(FusionSettings fusion, FusionTarget target, SumsView part) {
   const MapView& map = target.map;
   const uint32_t owner = target.touched.sum_owners[part.first + blockIdx.x];
   TouchedBlock& block = target.touched.blocks[owner / 8];
@@ -78,7 +78,7 @@ __global__ void foldSumsKernel(FusionView fusion, FusionTarget target, SumsView 
 }
 
 /// One block of threads per touched block. A voxel takes a single pixel: its sums need no memory.
-__global__ void projectVoxelsKernel(FrameView frame, FusionView fusion, const Surfel* surfels,
+__global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, const Surfel* surfels,
                                     FusionTarget target) {
   __shared__ uint32_t observed;
   const MapView& map = target.map;
@@ -154,7 +154,7 @@ __global__ void clearBlocksKernel(DeviceSensing on_device, FreeSpaceRules rules,
 Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& stream)
     : casts_(castsSurfels(params)),
       rules_(rules),
-      fusion_(makeFusionView(params, rules.fusion)),
+      fusion_(makeFusionSettings(params, rules.fusion)),
       stream_(stream) {}
 
 /// With an eighth to spare rather than half: this is the most of what a frame needs.
@@ -171,10 +171,10 @@ void Fusion::reserve(const FrameCounters& counters) {
   pinned_empty_blocks_.reserve(counters.requests);
 }
 
-void Fusion::castAndFold(const DeviceSensing& sensing, const SurfelsView& surfels,
+void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                          const FusionTarget& target, const FrameCounters& counters) {
   if (!casts_) return project(sensing, surfels, target, counters.touched);
-  const SurfelsView all{surfels.surfels, counters.usable_surfels, nullptr};
+  const DeviceSurfels all{surfels.surfels, counters.usable_surfels, nullptr};
   const uint32_t room = static_cast<uint32_t>(sums_.capacity() / kVoxelsPerBlock);
   for (uint32_t first = 0; first < counters.touched_arrays; first += room) {
     const SumsView part{sums_.data(), first, std::min(room, counters.touched_arrays - first)};
@@ -183,7 +183,7 @@ void Fusion::castAndFold(const DeviceSensing& sensing, const SurfelsView& surfel
   }
 }
 
-void Fusion::cast(const DeviceSensing& sensing, const SurfelsView& surfels,
+void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                   const TouchedView& touched, const SumsView& part) {
   const StageSpan span(stream_, Stage::kCast);
   castSurfelsKernel<<<blocksFor(surfels.room), kThreads, 0, stream_.get()>>>(
@@ -198,9 +198,9 @@ void Fusion::fold(const FusionTarget& target, const SumsView& part) {
 }
 
 /// Every voxel of the touched blocks takes the distance of its pixel.
-void Fusion::project(const DeviceSensing& sensing, const SurfelsView& surfels,
+void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                      const FusionTarget& target, uint32_t blocks) {
-  const StageSpan span(stream_, Stage::kFold);
+  const StageSpan span(stream_, Stage::kCast);
   projectVoxelsKernel<<<blocks, kThreads, 0, stream_.get()>>>(sensing.frame(), fusion_,
                                                               surfels.surfels, target);
   DTSDF_CHECK_LAUNCH("projectVoxelsKernel");

@@ -34,7 +34,7 @@ class Fusion {
 
   /// Casts all surfels into the frame's sums, and folds those into the voxels. Voxel projection
   /// does both at once.
-  void castAndFold(const DeviceSensing& sensing, const SurfelsView& surfels,
+  void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                    const FusionTarget& target, const FrameCounters& counters);
 
   /// Takes weight from what the frame saw as free, marks what has changed for the mesh, and lists
@@ -50,15 +50,15 @@ class Fusion {
 
  private:
   void reserveSums(uint32_t arrays);
-  void cast(const DeviceSensing& sensing, const SurfelsView& surfels, const TouchedView& touched,
+  void cast(const DeviceSensing& sensing, const DeviceSurfels& surfels, const TouchedView& touched,
             const SumsView& part);
   void fold(const FusionTarget& target, const SumsView& part);
-  void project(const DeviceSensing& sensing, const SurfelsView& surfels,
+  void project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                const FusionTarget& target, uint32_t blocks);
 
   const bool casts_;  ///< Else voxels are projected.
   const Rules rules_;
-  const FusionView fusion_;
+  const FusionSettings fusion_;
   const Stream& stream_;
   Event cleared_;
   bool has_new_blocks_ = false;

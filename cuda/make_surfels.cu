@@ -2,7 +2,7 @@
 
 #include <cub/warp/warp_scan.cuh>
 
-#include "backend/rule_views.h"
+#include "backend/rule_settings.h"
 #include "launch.h"
 #include "named_kernels.h"
 #include "runtime/stage_clock.h"
@@ -12,24 +12,24 @@ namespace gpu {
 namespace {
 
 /// One thread per tile of pixels.
-__global__ void mergeTilesKernel(ImageView image, SurfelView view, uint8_t* tiles) {
+__global__ void mergeTilesKernel(ImageView image, SurfelSettings settings, uint8_t* tiles) {
   const int tiles_across = tilesAlong(image.frame.width);
   const size_t tile = globalThread();
   if (tile >= static_cast<size_t>(tiles_across) * tilesAlong(image.frame.height)) return;
   const Pixel first{static_cast<int>(tile % tiles_across) * kTileSide,
                     static_cast<int>(tile / tiles_across) * kTileSide};
-  tiles[tile] = static_cast<uint8_t>(mergeTile(image, first, view));
+  tiles[tile] = static_cast<uint8_t>(mergeTile(image, first, settings));
 }
 
 /// One surfel per pixel. `count` takes the number of those with a weight.
-__global__ void makePixelSurfelsKernel(DeviceSensing on_device, SurfelView view, Surfel* surfels,
-                                       uint32_t* count) {
+__global__ void makePixelSurfelsKernel(DeviceSensing on_device, SurfelSettings settings,
+                                       Surfel* surfels, uint32_t* count) {
   const FrameSensing sensing = on_device.load();
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   int found = 0;
   for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
-    const Surfel surfel = makePixelSurfel(sensing, {u, v}, view);
+    const Surfel surfel = makePixelSurfel(sensing, {u, v}, settings);
     surfels[pixelIndex(frame, {u, v})] = surfel;
     found += surfel.weight > 0.0f;
   }
@@ -62,7 +62,8 @@ struct PixelSurfels {
 };
 
 __device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing,
-                                                     const Pixel& pixel, const SurfelView& view,
+                                                     const Pixel& pixel,
+                                                     const SurfelSettings& settings,
                                                      const uint8_t* tiles) {
   PixelSurfels found{noSurfel(), {}, 0};
   const size_t tile =
@@ -70,11 +71,11 @@ __device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing
       pixel.u / kTileSide;
   const int side = mergedSide(tiles[tile], pixel);
   if (side > 1) {
-    found.merged = makeMergedSurfel(sensing, {pixel, side}, view);
+    found.merged = makeMergedSurfel(sensing, {pixel, side}, settings);
     found.count = found.merged.weight > 0.0f;
   }
   if (side == 1) {
-    found.single = subdividedPixel(sensing, pixel, fitColumn(sensing, pixel, view), view);
+    found.single = subdividedPixel(sensing, pixel, fitColumn(sensing, pixel, settings), settings);
     found.count = found.single.plane.trust > 0.0f ? subpixelCount(found.single.subdivision) : 0;
   }
   return found;
@@ -83,19 +84,20 @@ __device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing
 /// One surfel per square of merged pixels, per pixel, or per subpixel; their order does not matter,
 /// since sums are integers.
 __global__ void __launch_bounds__(kThreads, 4)
-    makeSurfelsKernel(DeviceSensing on_device, SurfelView view, const uint8_t* tiles,
+    makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* tiles,
                       SurfelList list) {
   const FrameSensing sensing = on_device.load();
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; v < sensing.image.frame.height; v += gridDim.y) {
     PixelSurfels found{noSurfel(), {}, 0};
-    if (u < sensing.image.frame.width) found = measurePixel(sensing, {u, v}, view, tiles);
+    if (u < sensing.image.frame.width) found = measurePixel(sensing, {u, v}, settings, tiles);
     const uint32_t place = takePlaces(found.count, list.count);
     for (uint32_t i = 0; i < found.count && place + i < list.room; ++i) {
       list.surfels[place + i] =
           found.merged.weight > 0.0f
               ? found.merged
-              : makeSubpixelSurfel(sensing.image, found.single, static_cast<int>(i), view.rules);
+              : makeSubpixelSurfel(sensing.image, found.single, static_cast<int>(i),
+                                   settings.rules);
     }
   }
 }
@@ -109,39 +111,39 @@ size_t tilesOf(const FrameView& frame) {
 SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules,
                          const Stream& stream)
     : merges_(castsSurfels(params)),
-      surfel_view_(makeSurfelView(params, rules)),
+      surfel_settings_(makeSurfelSettings(params, rules)),
       stream_(stream) {}
 
-SurfelsView SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* count) {
+DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* count) {
   const FrameView& frame = sensing.frame();
   const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
   surfels_.reserveExactly(pixels, stream_);
   if (!merges_) {
     const StageSpan span(stream_, Stage::kMakeSurfels);
     makePixelSurfelsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-        sensing, surfel_view_, surfels_.data(), count);
+        sensing, surfel_settings_, surfels_.data(), count);
     DTSDF_CHECK_LAUNCH("makePixelSurfelsKernel");
     return {surfels_.data(), static_cast<uint32_t>(pixels), nullptr};
   }
   tiles_.reserveExactly(tilesOf(frame), stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
   mergeTilesKernel<<<blocksFor(tilesOf(frame)), kThreads, 0, stream_.get()>>>(
-      sensing.image(), surfel_view_, tiles_.data());
+      sensing.image(), surfel_settings_, tiles_.data());
   DTSDF_CHECK_LAUNCH("mergeTilesKernel");
   return listSurfels(sensing, count);
 }
 
-SurfelsView SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels,
+DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels,
                                          uint32_t* count) {
   surfels_.reserve(surfels, stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
   return listSurfels(sensing, count);
 }
 
-SurfelsView SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* count) {
+DeviceSurfels SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* count) {
   const uint32_t room = static_cast<uint32_t>(surfels_.capacity());
   makeSurfelsKernel<<<rowGrid(sensing.frame()), kThreads, 0, stream_.get()>>>(
-      sensing, surfel_view_, tiles_.data(), {surfels_.data(), room, count});
+      sensing, surfel_settings_, tiles_.data(), {surfels_.data(), room, count});
   DTSDF_CHECK_LAUNCH("makeSurfelsKernel");
   return {surfels_.data(), room, count};
 }

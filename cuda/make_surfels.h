@@ -8,7 +8,7 @@ namespace dtsdf {
 namespace gpu {
 
 /// Surfels on the device.
-struct SurfelsView {
+struct DeviceSurfels {
   const Surfel* surfels;
   uint32_t room;          ///< There are so many at most.
   const uint32_t* count;  ///< How many there are, or would be with room for all; null: `room`.
@@ -29,18 +29,18 @@ class SurfelMaker {
   /// subpixel, without gaps, a few of them without a weight; if `count` (on the device, 0 before)
   /// comes out above their room, those beyond are missing. For voxel projection: one per pixel in
   /// the image's order, and `count` takes the number of those with a weight.
-  SurfelsView makeSurfels(const DeviceSensing& sensing, uint32_t* count);
+  DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 
   /// The same once more for the same frame, with room for more.
-  SurfelsView makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels, uint32_t* count);
+  DeviceSurfels makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels, uint32_t* count);
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
-  SurfelsView listSurfels(const DeviceSensing& sensing, uint32_t* count);
+  DeviceSurfels listSurfels(const DeviceSensing& sensing, uint32_t* count);
 
   const bool merges_;  ///< And subdivides: surfels are cast.
-  const SurfelView surfel_view_;
+  const SurfelSettings surfel_settings_;
   const Stream& stream_;
   DeviceBuffer<uint8_t> tiles_;  ///< MergedTile per tile.
   DeviceBuffer<Surfel> surfels_;

@@ -2,7 +2,7 @@
 
 #include <cub/block/block_scan.cuh>
 
-#include "backend/rule_views.h"
+#include "backend/rule_settings.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/surfels/row_fit.h"
 #include "launch.h"
@@ -29,7 +29,7 @@ __device__ float inverseDepthAt(const DepthImage& image, int u, int v) {
 }
 
 /// Counts a line of the frame, if it lies in the image, by the bin of its variance.
-__device__ void countNoiseLine(const DepthImage& image, const SurfelView& surfels, int i,
+__device__ void countNoiseLine(const DepthImage& image, const SurfelSettings& surfels, int i,
                                uint32_t* bins) {
   const Pixel middle = noisePoint(i, image.width, image.height);
   if (!hasNoiseLine(middle, image.width)) return;
@@ -68,7 +68,8 @@ __device__ void takeMedian(NoiseCounts& counts, uint32_t least_lines, float* sig
 
 /// One thread per line; the block of threads that finishes last takes the median.
 __global__ void __launch_bounds__(kThreads)
-    estimateNoiseKernel(DepthImage image, SurfelView surfels, NoiseCounts* counts, float* sigma) {
+    estimateNoiseKernel(DepthImage image, SurfelSettings surfels, NoiseCounts* counts,
+                        float* sigma) {
   __shared__ bool is_last;
   const size_t i = globalThread();
   if (i < kNoisePoints) countNoiseLine(image, surfels, static_cast<int>(i), counts->bins);
@@ -90,7 +91,7 @@ struct RowImages {
 
 /// A block of threads fits a stretch of one row. The tile has a margin in which pixels outside the
 /// image count as unmeasured, which ends a walk just as the image's border does.
-__global__ void fitRowsKernel(DepthImage image, FrameView frame, SurfelView surfels,
+__global__ void fitRowsKernel(DepthImage image, FrameView frame, SurfelSettings surfels,
                               const float* sigma, RowImages rows) {
   __shared__ float tile[kTileWidth];
   const FitWindow window = fitWindow(frame, *sigma, surfels);
@@ -114,8 +115,8 @@ __global__ void fitRowsKernel(DepthImage image, FrameView frame, SurfelView surf
 }
 
 /// How far each pixel sees free space.
-__global__ void findFreeDepthsKernel(DeviceSensing on_device, SurfelView surfels, FusionView fusion,
-                                     float* free_depth) {
+__global__ void findFreeDepthsKernel(DeviceSensing on_device, SurfelSettings surfels,
+                                     FusionSettings fusion, float* free_depth) {
   const FrameSensing sensing = on_device.load();
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
@@ -128,8 +129,8 @@ __global__ void findFreeDepthsKernel(DeviceSensing on_device, SurfelView surfels
 
 FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, const Stream& stream)
     : casts_(castsSurfels(params)),
-      surfel_view_(makeSurfelView(params, rules.surfels)),
-      fusion_view_(makeFusionView(params, rules.fusion)),
+      surfel_settings_(makeSurfelSettings(params, rules.surfels)),
+      fusion_settings_(makeFusionSettings(params, rules.fusion)),
       stream_(stream),
       sigma_(1),
       noise_counts_(1) {
@@ -148,17 +149,17 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
   const DepthImage depth{raw, frame.width, frame.height};
   const StageSpan span(stream_, Stage::kSense);
   estimateNoiseKernel<<<blocksFor(kNoisePoints), kThreads, 0, stream_.get()>>>(
-      depth, surfel_view_, noise_counts_.data(), sigma_.data());
+      depth, surfel_settings_, noise_counts_.data(), sigma_.data());
   DTSDF_CHECK_LAUNCH("estimateNoiseKernel");
   fitRowsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      depth, frame, surfel_view_, sigma_.data(),
+      depth, frame, surfel_settings_, sigma_.data(),
       {inverse_depth_.data(), row_value_.data(), row_slope_.data()});
   DTSDF_CHECK_LAUNCH("fitRowsKernel");
   const ImageView image{frame, inverse_depth_.data(), row_value_.data(), row_slope_.data()};
   if (!casts_) return {image, sigma_.data(), nullptr};
   const DeviceSensing sensing(image, sigma_.data(), free_depth_.data());
   findFreeDepthsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      sensing, surfel_view_, fusion_view_, free_depth_.data());
+      sensing, surfel_settings_, fusion_settings_, free_depth_.data());
   DTSDF_CHECK_LAUNCH("findFreeDepthsKernel");
   return sensing;
 }

@@ -4,7 +4,7 @@
 #include "backend/profile.h"
 #include "backend/rules.h"
 #include "dtsdf_mapping/params/mapper_params.h"
-#include "kernels/fusion/fusion_view.h"
+#include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/noise.h"
 #include "runtime/buffer.h"
 
@@ -57,8 +57,8 @@ class FrameSensor {
   void reserve(size_t pixels);
 
   const bool casts_;  ///< Else voxels are projected, which clear free space by themselves.
-  const SurfelView surfel_view_;
-  const FusionView fusion_view_;
+  const SurfelSettings surfel_settings_;
+  const FusionSettings fusion_settings_;
   const Stream& stream_;
   DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_depth_, sigma_;
   DeviceBuffer<NoiseCounts> noise_counts_;

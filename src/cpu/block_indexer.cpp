@@ -60,7 +60,8 @@ void copyPart(const Voxel* voxels, int n, float* sdf, float* weight) {
 
 }  // namespace
 
-void CornerArrays::find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key) {
+void FoundCornerArrays::find(const BlockTable& table, const VoxelStore& voxels,
+                             const BlockKey& key) {
   present = 0;
   for (int n = 0; n < kCornerBlocks; ++n) {
     const int32_t slot = table.find(packKey(key + cornerBlockOffset(n)));
@@ -72,7 +73,7 @@ void CornerArrays::find(const BlockTable& table, const VoxelStore& voxels, const
   }
 }
 
-void BlockIndexer::collect(const CornerArrays& arrays) {
+void BlockIndexer::collect(const FoundCornerArrays& arrays) {
   static const Voxel kNothing[kVoxelsPerBlock] = {};
   present_ = arrays.present;
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -126,7 +127,7 @@ void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, boo
   }
 }
 
-IndexedBlock BlockIndexer::index(const MeshRules& rules, const CornerArrays& arrays,
+IndexedBlock BlockIndexer::index(const MeshRules& rules, const FoundCornerArrays& arrays,
                                  bool directional) {
   collect(arrays);
   markSides();

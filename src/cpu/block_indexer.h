@@ -39,18 +39,11 @@ BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge,
   return {vertexPosition(edge, edgeOffset(rules, ends, axis, facing)), static_cast<uint32_t>(edge)};
 }
 
-/// The voxel arrays that the corners of a block's units lie in; null where there is none.
-struct CornerArrays {
-  const Voxel* array[kCornerBlocks][kDirectionCount];
+/// Those of a block of the map.
+struct FoundCornerArrays : CornerArrays {
   uint32_t present;  ///< Bit d: some of the blocks has an array of direction d.
 
   void find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key);
-
-  Voxel sample(int corner, int direction) const {
-    const CornerSource source = cornerSource(corner);
-    const Voxel* voxels_of_block = array[source.block][direction];
-    return voxels_of_block == nullptr ? Voxel{0.0f, 0.0f} : voxels_of_block[source.voxel];
-  }
 };
 
 /// A block's units before regularisation; both empty where there is no surface.
@@ -62,7 +55,7 @@ struct IndexedBlock {
 /// Room for indexing one block after the other; one per thread.
 class BlockIndexer {
  public:
-  IndexedBlock index(const MeshRules& rules, const CornerArrays& arrays, bool directional);
+  IndexedBlock index(const MeshRules& rules, const FoundCornerArrays& arrays, bool directional);
 
   Voxel sample(int corner, int direction) const {
     if (!(present_ >> direction & 1)) return {0.0f, 0.0f};
@@ -73,7 +66,7 @@ class BlockIndexer {
   /// With room behind the last corner for the last one's neighbours, so that loops need no cases.
   static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
 
-  void collect(const CornerArrays& arrays);
+  void collect(const FoundCornerArrays& arrays);
   void markSides();
   void findCandidates();
   void indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,

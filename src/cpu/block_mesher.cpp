@@ -28,8 +28,8 @@ BlockMesher::BlockMesher(const BlockTable& table, const VoxelStore& voxels, cons
       directional_(directional),
       threads_(threads) {}
 
-void BlockMesher::resize() {
-  if (state_.size() < table_.slotCount()) state_.resize(table_.slotCount());
+void BlockMesher::resize(size_t slots) {
+  if (state_.size() < slots) state_.resize(slots);
 }
 
 void BlockMesher::clear() { state_.clear(); }
@@ -65,7 +65,7 @@ std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots)
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
     if (i + threads_ < slots.size()) prefetch(slots[i + threads_]);
     SlotState& state = state_[slots[i]];
-    CornerArrays arrays;
+    FoundCornerArrays arrays;
     arrays.find(table_, voxels_, table_.block(slots[i]).key);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
     changed[i] = !sameIndices(block.indices, state.indices);
@@ -89,7 +89,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
       const bool empty = slot < 0 || state_[slot].indices.empty();
       indices[n] = empty ? nullptr : state_[slot].indices.data();
     }
-    CornerArrays arrays;
+    FoundCornerArrays arrays;
     arrays.find(table_, voxels_, mesh.key);
     surface.regularise(indices);
     surface.emit(rules_, arrays, state.vertices, directional_, mesh);

@@ -17,8 +17,8 @@ class BlockMesher {
   BlockMesher(const BlockTable& table, const VoxelStore& voxels, const MeshRules& rules,
               bool directional, int threads);
 
-  /// Follows the growth of the table.
-  void resize();
+  /// Makes room for the states of so many slots. @throws std::bad_alloc
+  void resize(size_t slots);
 
   /// The block's voxels changed. Safe to call for different slots from different threads.
   void markDirty(int32_t slot) { state_[slot].dirty = true; }

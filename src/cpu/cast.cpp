@@ -12,7 +12,7 @@ void clearSums(BlockSums& sums, uint32_t directions) {
   }
 }
 
-void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionView& fusion,
+void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {
   auto add = [&](int direction, int index, int32_t weight, int32_t sdf) {
     addToSums(sums.voxel[direction][index], weight, sdf);
@@ -25,7 +25,7 @@ void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionView
 }
 
 void project(const TouchedBlock& block, const std::vector<Surfel>& surfels, const FrameView& frame,
-             const FusionView& fusion, BlockSums& sums) {
+             const FusionSettings& fusion, BlockSums& sums) {
   for (int index = 0; index < kVoxelsPerBlock; ++index) {
     auto add = [&](int direction, int32_t weight, int32_t sdf) {
       addToSums(sums.voxel[direction][index], weight, sdf);

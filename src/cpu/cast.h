@@ -14,11 +14,11 @@ struct BlockSums {
 void clearSums(BlockSums& sums, uint32_t directions);
 
 /// Adds those parts of surfels that lie in the block.
-void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionView& fusion,
+void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums);
 
 /// Voxel projection: each voxel takes the pixel that it falls on.
 void project(const TouchedBlock& block, const std::vector<Surfel>& surfels, const FrameView& frame,
-             const FusionView& fusion, BlockSums& sums);
+             const FusionSettings& fusion, BlockSums& sums);
 
 }  // namespace dtsdf

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "backend/frame_check.h"
-#include "backend/rule_views.h"
+#include "backend/rule_settings.h"
 #include "cpu/block_times.h"
 #include "cpu/clear.h"
 #include "cpu/fold.h"
@@ -29,7 +29,7 @@ constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
     : params_(params),
       rules_(rules),
-      fusion_(makeFusionView(params, rules.fusion)),
+      fusion_(makeFusionSettings(params, rules.fusion)),
       threads_(params.threads > 0 ? params.threads : omp_get_num_procs()),
       table_(static_cast<size_t>(params.map.max_memory_mb) << 20),
       sensor_(params, rules, threads_),
@@ -84,12 +84,15 @@ Admission CpuMapper::admit(const std::vector<TouchedBlock>& blocks) {
   const StageTimer timer(profile_, Stage::kAdmit);
   std::vector<BlockRequest> requests;
   for (const TouchedBlock& block : blocks) requests.push_back({block.key, block.directions});
+  // All memory is taken before the table changes: without it, the map stays as it was.
+  const PoolSizes added = table_.countNew(requests);
+  const PoolSizes sizes = table_.sizesAfter(added.slots, added.arrays);
+  voxels_.resize(sizes.arrays);
+  mesher_.resize(sizes.slots);
   Admission admission = table_.admit(std::move(requests));
-  voxels_.resize(table_.arrayCount());
   for (const int32_t array : admission.new_arrays) {
     std::memset(voxels_.array(array), 0, BlockTable::kArrayBytes);
   }
-  mesher_.resize();
   if (profile_ != nullptr) {
     profile_->work.touched_blocks += blocks.size();
     profile_->work.new_blocks += admission.changed_slots.size();
@@ -140,14 +143,7 @@ void CpuMapper::recycleEmpty(const std::vector<TouchedBlock>& blocks,
   for (size_t i = 0; i < blocks.size(); ++i) {
     if (empty_directions[i] == 0) continue;
     const int32_t slot = table_.find(blocks[i].key);
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (empty_directions[i] >> d & 1) table_.releaseArray(slot, d);
-    }
-    const auto& arrays = table_.block(slot).array;
-    if (std::all_of(arrays, arrays + kDirectionCount, [](int32_t a) { return a == kNoArray; })) {
-      mesher_.forget(slot);
-      table_.releaseBlock(slot);
-    }
+    if (table_.release(slot, empty_directions[i])) mesher_.forget(slot);
   }
 }
 

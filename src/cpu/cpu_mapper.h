@@ -41,7 +41,7 @@ class CpuMapper : public ProbedMapper {
 
   const MapperParams params_;
   const Rules rules_;
-  const FusionView fusion_;
+  const FusionSettings fusion_;
   const int threads_;
   BlockTable table_;
   VoxelStore voxels_;

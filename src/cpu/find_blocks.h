@@ -27,7 +27,7 @@ struct TouchedBlock {
 
 class BlockFinder {
  public:
-  BlockFinder(const FusionView& fusion, int threads) : fusion_(fusion), threads_(threads) {}
+  BlockFinder(const FusionSettings& fusion, int threads) : fusion_(fusion), threads_(threads) {}
 
   /// Finds the touched blocks; the ranges stay valid until the next call.
   const std::vector<TouchedBlock>& findBlocks(const std::vector<Surfel>& surfels,
@@ -75,7 +75,7 @@ class BlockFinder {
 
   void merge();
 
-  const FusionView fusion_;
+  const FusionSettings fusion_;
   const int threads_;
   std::vector<CastLine> lines_;
   std::vector<Share> shares_;

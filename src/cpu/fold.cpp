@@ -6,7 +6,7 @@ namespace dtsdf {
 namespace {
 
 /// @return whether the array holds anything.
-bool foldArray(const VoxelSums* sums, const FusionView& fusion, Voxel* voxels) {
+bool foldArray(const VoxelSums* sums, const FusionSettings& fusion, Voxel* voxels) {
   bool observed = false;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     voxels[i] = foldSums(voxels[i], sums[i], fusion);
@@ -18,7 +18,7 @@ bool foldArray(const VoxelSums* sums, const FusionView& fusion, Voxel* voxels) {
 }  // namespace
 
 uint32_t fold(const BlockSums& sums, uint32_t directions, const BlockEntry& entry,
-              const FusionView& fusion, VoxelStore& voxels) {
+              const FusionSettings& fusion, VoxelStore& voxels) {
   uint32_t empty = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
     const int32_t array = entry.array[d];

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "backend/rule_views.h"
+#include "backend/rule_settings.h"
 #include "cpu/parallel_for.h"
 #include "cpu/stretch_fit.h"
 
@@ -16,7 +16,7 @@ struct NoScratch {};
 
 SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads)
     : merges_(castsSurfels(params)),
-      surfel_view_(makeSurfelView(params, rules)),
+      surfel_settings_(makeSurfelSettings(params, rules)),
       threads_(threads) {}
 
 const std::vector<Surfel>& SurfelMaker::makeSurfels(const FrameSensing& sensing) {
@@ -40,8 +40,8 @@ void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& firs
   const int64_t at = pixelIndex(frame, first);
   StretchFit fits;
   fits.compute({count, sensing.image.row_value + at, sensing.image.row_slope + at},
-               lineAround(first.v, frame.height, frame.width, surfel_view_.normal_radius_px),
-               fitWindow(frame, sensing.sigma, surfel_view_), surfel_view_);
+               lineAround(first.v, frame.height, frame.width, surfel_settings_.normal_radius_px),
+               fitWindow(frame, sensing.sigma, surfel_settings_), surfel_settings_);
   for (int i = 0; i < count; ++i) {
     if (is_wanted(first.u + i)) visit(first.u + i, fits.fit(i));
   }
@@ -52,15 +52,15 @@ size_t SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
   const FrameView& frame = sensing.image.frame;
   Surfel* surfels = &surfels_[static_cast<size_t>(v) * frame.width];
   const auto everywhere = [](int) { return true; };
-  for (int first = 0; first < frame.width && surfel_view_.normal_radius_px > 0;
+  for (int first = 0; first < frame.width && surfel_settings_.normal_radius_px > 0;
        first += kStretch) {
     visitColumnFits(sensing, {first, v}, everywhere, [&](int u, const LineFit& column) {
-      const PixelMeasurement pixel = wholePixel(sensing, {u, v}, column, surfel_view_);
-      surfels[u] = makeSubpixelSurfel(sensing.image, pixel, 0, surfel_view_.rules);
+      const PixelMeasurement pixel = wholePixel(sensing, {u, v}, column, surfel_settings_);
+      surfels[u] = makeSubpixelSurfel(sensing.image, pixel, 0, surfel_settings_.rules);
     });
   }
-  for (int u = 0; u < frame.width && surfel_view_.normal_radius_px == 0; ++u) {
-    surfels[u] = makePointSurfel(sensing.image, {u, v}, surfel_view_.rules);
+  for (int u = 0; u < frame.width && surfel_settings_.normal_radius_px == 0; ++u) {
+    surfels[u] = makePointSurfel(sensing.image, {u, v}, surfel_settings_.rules);
   }
   return std::count_if(surfels, surfels + frame.width,
                        [](const Surfel& surfel) { return surfel.weight > 0.0f; });
@@ -96,14 +96,14 @@ void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v,
   tiles.resize(tilesAlong(frame.width));
   for (size_t i = 0; i < tiles.size(); ++i) {
     const Pixel first{static_cast<int32_t>(i) * kTileSide, first_v};
-    tiles[i] = mergeTile(sensing.image, first, surfel_view_);
+    tiles[i] = mergeTile(sensing.image, first, surfel_settings_);
   }
   for (int v = first_v; v < std::min(first_v + kTileSide, frame.height); ++v) {
     makeSingles(sensing, v, tiles, surfels);
     for (int u = 0; u < frame.width; u += kQuadSide) {
       const int side = mergedSide(tiles[u / kTileSide], {u, v});
       if (side <= 1) continue;
-      const Surfel surfel = makeMergedSurfel(sensing, {{u, v}, side}, surfel_view_);
+      const Surfel surfel = makeMergedSurfel(sensing, {{u, v}, side}, surfel_settings_);
       if (surfel.weight > 0.0f) surfels.push_back(surfel);
     }
   }
@@ -119,10 +119,10 @@ void SurfelMaker::makeSingles(const FrameSensing& sensing, int v,
     return measured[u] > 0.0f && mergedSide(tiles[u / kTileSide], {u, v}) == 1;
   };
   const auto make = [&](int u, const LineFit& column) {
-    const PixelMeasurement pixel = subdividedPixel(sensing, {u, v}, column, surfel_view_);
+    const PixelMeasurement pixel = subdividedPixel(sensing, {u, v}, column, surfel_settings_);
     const int count = subpixelCount(pixel.subdivision);
     for (int i = 0; i < count; ++i) {
-      const Surfel surfel = makeSubpixelSurfel(sensing.image, pixel, i, surfel_view_.rules);
+      const Surfel surfel = makeSubpixelSurfel(sensing.image, pixel, i, surfel_settings_.rules);
       if (surfel.weight > 0.0f) surfels.push_back(surfel);
     }
   };

@@ -38,7 +38,7 @@ class SurfelMaker {
                        const Visit& visit) const;
 
   const bool merges_;  ///< And subdivides: surfels are cast.
-  const SurfelView surfel_view_;
+  const SurfelSettings surfel_settings_;
   const int threads_;
   size_t count_ = 0;
   std::vector<Surfel> surfels_;

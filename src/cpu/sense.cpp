@@ -4,7 +4,7 @@
 #include <array>
 
 #include "backend/frame_check.h"
-#include "backend/rule_views.h"
+#include "backend/rule_settings.h"
 #include "cpu/parallel_for.h"
 #include "cpu/stretch_fit.h"
 #include "kernels/fusion/free_space.h"
@@ -25,8 +25,8 @@ float rawValue(const DepthFrame& frame, int u, int v) {
 
 FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, int threads)
     : params_(params),
-      surfel_view_(makeSurfelView(params, rules.surfels)),
-      fusion_view_(makeFusionView(params, rules.fusion)),
+      surfel_settings_(makeSurfelSettings(params, rules.surfels)),
+      fusion_settings_(makeFusionSettings(params, rules.fusion)),
       threads_(threads) {}
 
 FrameSensing FrameSensor::sense(const DepthFrame& frame) {
@@ -54,12 +54,12 @@ float FrameSensor::estimateNoise(const DepthFrame& frame) const {
     for (int k = 0; k < kNoiseLength; ++k) {
       line[k] = inverseDepth(rawValue(frame, middle.u + k - kNoiseRadius, middle.v), range);
     }
-    const float variance = varianceAboutLine(line, surfel_view_);
+    const float variance = varianceAboutLine(line, surfel_settings_);
     if (variance < 0.0f) continue;
     ++bins[noiseBin(variance)];
     ++lines;
   }
-  if (lines < surfel_view_.rules.least_noise_lines) return 0.0f;
+  if (lines < surfel_settings_.rules.least_noise_lines) return 0.0f;
   uint32_t below = 0;
   int bin = 0;
   while ((below += bins[bin]) <= medianRank(lines)) ++bin;
@@ -73,8 +73,8 @@ void FrameSensor::fitRows(const DepthFrame& frame, const FrameView& view, float 
   row_value_.resize(pixels);
   row_slope_.resize(pixels);
   const DepthRange range = depthRangeOf(frame, params_);
-  const FitWindow window = fitWindow(view, sigma, surfel_view_);
-  const int margin = surfel_view_.normal_radius_px;
+  const FitWindow window = fitWindow(view, sigma, surfel_settings_);
+  const int margin = surfel_settings_.normal_radius_px;
   // In the margin pixels count as unmeasured, which ends a walk just as the image's border does.
   using PaddedRow = std::vector<float>;
   parallelFor<PaddedRow>(view.height, threads_, [&](size_t v, PaddedRow& row) {
@@ -88,7 +88,7 @@ void FrameSensor::fitRows(const DepthFrame& frame, const FrameView& view, float 
     for (int first = 0; first < width; first += kStretch) {
       const int count = std::min(kStretch, width - first);
       const float* centres = values + first;
-      fits.compute({count, centres, centres}, {1, margin, margin}, window, surfel_view_);
+      fits.compute({count, centres, centres}, {1, margin, margin}, window, surfel_settings_);
       for (int i = 0; i < count; ++i) {
         const RowFit fit = rowFitOf(fits.fit(i));
         row_value_[v * width + first + i] = fit.value;
@@ -105,7 +105,7 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
     for (int u = 0; u < view.width; ++u) {
       free_depth_[row * view.width + u] =
-          freeDepth(sensing, {u, static_cast<int32_t>(row)}, surfel_view_, fusion_view_);
+          freeDepth(sensing, {u, static_cast<int32_t>(row)}, surfel_settings_, fusion_settings_);
     }
   });
 }

@@ -5,7 +5,7 @@
 
 #include "backend/rules.h"
 #include "dtsdf_mapping/mapper.h"
-#include "kernels/fusion/fusion_view.h"
+#include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/sensing.h"
 
 namespace dtsdf {
@@ -25,8 +25,8 @@ class FrameSensor {
   void findFreeDepths(const FrameSensing& sensing);
 
   const MapperParams params_;
-  const SurfelView surfel_view_;
-  const FusionView fusion_view_;
+  const SurfelSettings surfel_settings_;
+  const FusionSettings fusion_settings_;
   const int threads_;
   std::vector<float> inverse_depth_, row_value_, row_slope_, free_depth_;
 };

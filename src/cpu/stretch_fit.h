@@ -27,7 +27,7 @@ class StretchFit {
 
   /// Fits lines around the pixels, along lines that reach as far as `line` says at most.
   void compute(const PixelStretch& stretch, const PixelLine& line, const FitWindow& window,
-               const SurfelView& surfels) {
+               const SurfelSettings& surfels) {
     const int widest = begin(stretch, window);
     walk(stretch, {-line.stride, std::min(line.before, widest)}, surfels, before_);
     walk(stretch, {line.stride, std::min(line.after, widest)}, surfels, after_);
@@ -61,7 +61,7 @@ class StretchFit {
     return static_cast<int>(widest);
   }
 
-  void walk(const PixelStretch& stretch, const Side& side, const SurfelView& surfels,
+  void walk(const PixelStretch& stretch, const Side& side, const SurfelSettings& surfels,
             float* taken) {
     const float* values = stretch.values;
     for (int i = 0; i < stretch.pixels; ++i) open_[i] = 1;

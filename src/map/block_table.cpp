@@ -69,6 +69,38 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
   return admission;
 }
 
+PoolSizes BlockTable::sizesAfter(size_t new_blocks, size_t new_arrays) const {
+  const auto within = [this](size_t wanted, size_t bytes_each, size_t at_least) {
+    return std::max(std::min(wanted, budget_bytes_ / bytes_each), at_least);
+  };
+  return {within(blocksInUse() + new_blocks, kBlockBytes, slotCount()),
+          within(arraysInUse() + new_arrays, kArrayBytes, arrayCount())};
+}
+
+PoolSizes BlockTable::countNew(const std::vector<BlockRequest>& requests) const {
+  PoolSizes count{0, 0};
+  for (const BlockRequest& request : requests) {
+    const int32_t slot = find(request.key);
+    count.slots += slot < 0;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      const bool wanted = request.directions >> d & 1;
+      count.arrays += wanted && (slot < 0 || blocks_[slot].array[d] == kNoArray);
+    }
+  }
+  return count;
+}
+
+bool BlockTable::release(int32_t slot, uint32_t directions) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (directions >> d & 1) releaseArray(slot, d);
+  }
+  const auto& arrays = blocks_[slot].array;
+  const bool is_empty = std::all_of(arrays, arrays + kDirectionCount,
+                                    [](int32_t array) { return array == kNoArray; });
+  if (is_empty) releaseBlock(slot);
+  return is_empty;
+}
+
 void BlockTable::releaseArray(int32_t slot, int direction) {
   int32_t& array = blocks_[slot].array[direction];
   if (array == kNoArray) return;

@@ -36,6 +36,11 @@ struct Admission {
   size_t refused = 0;                  ///< Requests beyond the budget.
 };
 
+/// Sizes of the pools of slots and arrays.
+struct PoolSizes {
+  size_t slots, arrays;
+};
+
 class BlockTable {
  public:
   /// Bytes that a voxel array and a block count towards the budget.
@@ -55,6 +60,17 @@ class BlockTable {
   /// Makes the requested blocks and arrays, smallest key first whatever the order given, as long as
   /// the budget lasts. A request is admitted whole or refused whole.
   Admission admit(std::vector<BlockRequest> requests);
+
+  /// What the pools will not exceed after an admission of so many blocks and arrays. To be taken
+  /// before it, so that nothing that follows the admission can fail for want of memory.
+  PoolSizes sizesAfter(size_t new_blocks, size_t new_arrays) const;
+
+  /// Blocks and arrays that requests want beyond what is there; those that come twice count twice.
+  PoolSizes countNew(const std::vector<BlockRequest>& requests) const;
+
+  /// Releases arrays of a block (bit d for direction d), and with the last of them the block.
+  /// @return whether the block has gone.
+  bool release(int32_t slot, uint32_t directions);
 
   void releaseArray(int32_t slot, int direction);
 

@@ -24,7 +24,7 @@ inline FrameView frontalFrame(int width, int height, const Intrinsics& K, float 
 
 class SurfaceImage {
  public:
-  SurfaceImage(const Surface& surface, const FrameView& frame, const SurfelView& surfels,
+  SurfaceImage(const Surface& surface, const FrameView& frame, const SurfelSettings& surfels,
                float sigma = 0.0f)
       : frame_(frame), sigma_(sigma) {
     const Intrinsics& K = frame.intrinsics;

@@ -15,7 +15,7 @@ struct CastLine {
 
 /// The line that a surfel is cast along.
 DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensing,
-                                 const FusionView& fusion) {
+                                 const FusionSettings& fusion) {
   Vec3f direction = surfel.normal_L;
   if (!fusion.cast_along_normal) {
     const Vec3f ray = surfel.p_L - sensing.image.frame.T_L_C.t;
@@ -26,7 +26,7 @@ DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensi
 }
 
 DTSDF_HD CastLine makeCastLine(const Surfel& surfel, const FrameSensing& sensing,
-                               const FusionView& fusion) {
+                               const FusionSettings& fusion) {
   CastLine cast{sampleLineOf(surfel, sensing, fusion),
                 directionsOf(surfel.normal_L, fusion.directional != 0)};
   for (int i = 0; i < 3; ++i) cast.directions.weight[i] *= surfel.weight * kWeightScale;
@@ -90,8 +90,8 @@ DTSDF_HD void roundWeights(const PlaneSamples<kPlanes>& samples, const Direction
 /// Adds the part of a surfel that lies inside one block to the block's sums. `add(direction, voxel
 /// index, weight, sdf)` takes fixed-point values. kPlanes planes are worked out at a time.
 template <int kPlanes, class Add>
-DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionView& fusion, const Vec3i& block_L,
-                            Add& add) {
+DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
+                            const Vec3i& block_L, Add& add) {
   const BlockFrame block = blockFrameOf(cast.line, block_L);
   const VoxelStrides& strides = block.strides;
   const float sdf_scale = kSdfScale / fusion.truncation_voxels;

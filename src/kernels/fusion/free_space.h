@@ -23,7 +23,7 @@ struct MaybeSlope {
 
 /// Slope of inverse depth down a column, between the row fits on the sides that are connected.
 DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel,
-                              const SurfelView& surfels) {
+                              const SurfelSettings& surfels) {
   const int width = image.frame.width;
   const float* value = image.row_value + pixelIndex(image.frame, pixel);
   const float above = pixel.v > 0 ? value[-width] : 0.0f;
@@ -37,7 +37,7 @@ DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel,
 /// Depth in metres up to which the ray of a pixel is free: from there on a point is nearer to the
 /// plane of what was measured than samples reach. 0 or less where nothing is known.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
-                         const SurfelView& surfels, const FusionView& fusion) {
+                         const SurfelSettings& surfels, const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
   const float inverse_depth = sensing.image.inverse_depth[at];

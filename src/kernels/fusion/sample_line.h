@@ -14,13 +14,13 @@
 #pragma once
 
 #include "kernels/core/grid.h"
-#include "kernels/fusion/fusion_view.h"
+#include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/surfel.h"
 
 namespace dtsdf {
 
 /// How far from the measured plane samples are taken, in voxels.
-DTSDF_HD float sampleReach(float noise_voxels, const FusionView& fusion) {
+DTSDF_HD float sampleReach(float noise_voxels, const FusionSettings& fusion) {
   return minimum(fusion.truncation_voxels,
                  maximum(fusion.rules.sample_reach, fusion.rules.noise_reach * noise_voxels));
 }

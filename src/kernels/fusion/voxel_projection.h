@@ -3,7 +3,7 @@
 
 #include "kernels/core/direction.h"
 #include "kernels/core/voxel.h"
-#include "kernels/fusion/fusion_view.h"
+#include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/surfel.h"
 
 namespace dtsdf {
@@ -11,8 +11,8 @@ namespace dtsdf {
 /// Voxel projection: the projective distance of a voxel to the pixel that it falls on (Curless and
 /// Levoy 1996; the paper's VP). `add(direction, weight, sdf)` takes fixed-point values.
 template <class Add>
-DTSDF_HD void projectVoxel(const FrameView& frame, const FusionView& fusion, const Surfel* surfels,
-                           const Vec3i& voxel_L, Add& add) {
+DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,
+                           const Surfel* surfels, const Vec3i& voxel_L, Add& add) {
   const VoxelInImage at = projectToImage(frame, voxel_L);
   if (!(at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f &&
         at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height))) {

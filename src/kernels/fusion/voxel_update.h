@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/core/voxel.h"
-#include "kernels/fusion/fusion_view.h"
+#include "kernels/fusion/fusion_settings.h"
 
 namespace dtsdf {
 
@@ -10,7 +10,7 @@ namespace dtsdf {
 /// Sums of weight 0 leave the voxel alone. A negative weight, which free space has left, is made up
 /// for first by samples behind a surface; samples in front agree with the free space, and count at
 /// once.
-DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, const FusionView& fusion) {
+DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, const FusionSettings& fusion) {
   if (sums.weight == 0) return voxel;
   const float weight = static_cast<float>(sums.weight) / kWeightScale;
   const float weighted_sdf = static_cast<float>(sums.weighted_sdf) / (kWeightScale * kSdfScale);

@@ -2,7 +2,9 @@
 /// block and around it their samples lie.
 #pragma once
 
+#include "kernels/core/direction.h"
 #include "kernels/core/grid.h"
+#include "kernels/core/voxel.h"
 
 namespace dtsdf {
 
@@ -53,5 +55,16 @@ DTSDF_HD CornerSource cornerSource(int corner) {
   return {(c.x >> kBlockSideLog2) | (c.y >> kBlockSideLog2) << 1 | (c.z >> kBlockSideLog2) << 2,
           voxelIndex(c.x & kMask, c.y & kMask, c.z & kMask)};
 }
+
+/// The voxel arrays that the corners of a block's units lie in; null where there is none.
+struct CornerArrays {
+  const Voxel* array[kCornerBlocks][kDirectionCount];
+
+  DTSDF_HD Voxel sample(int corner, int direction) const {
+    const CornerSource source = cornerSource(corner);
+    const Voxel* voxels = array[source.block][direction];
+    return voxels == nullptr ? Voxel{0.0f, 0.0f} : voxels[source.voxel];
+  }
+};
 
 }  // namespace dtsdf

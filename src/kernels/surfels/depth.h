@@ -18,7 +18,7 @@ DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
 }
 
 /// Whether two neighbouring inverse depths may lie on one surface.
-DTSDF_HD bool depthsConnected(float a, float b, const SurfelView& surfels) {
+DTSDF_HD bool depthsConnected(float a, float b, const SurfelSettings& surfels) {
   return fabsf(b - a) <= maximum(surfels.depth_jump * maximum(a, b), surfels.rules.connected_noise);
 }
 

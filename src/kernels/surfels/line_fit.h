@@ -16,7 +16,7 @@ struct FitWindow {
 /// The slope of a plane fitted over a square window of half width r has the standard deviation of a
 /// sample divided by sqrt(sum of k^2), which is 1.155 (r + 1/2)^2; times focal length and depth
 /// this is an angle.
-DTSDF_HD FitWindow fitWindow(const FrameView& frame, float sigma, const SurfelView& surfels) {
+DTSDF_HD FitWindow fitWindow(const FrameView& frame, float sigma, const SurfelSettings& surfels) {
   const SurfelRules& rules = surfels.rules;
   const float voxel_px_m = frame.intrinsics.fx * frame.voxel_size_m;
   return {rules.window_voxels * voxel_px_m, rules.least_window_px,
@@ -77,7 +77,7 @@ DTSDF_HD void takeSample(LineWalk& walk, int32_t continues, float k, float y, fl
 }
 
 /// 1 where a walk goes on from one inverse depth to the next: both are measured, without a jump.
-DTSDF_HD int32_t continuesWalk(float previous, float current, const SurfelView& surfels) {
+DTSDF_HD int32_t continuesWalk(float previous, float current, const SurfelSettings& surfels) {
   return static_cast<int32_t>(current > 0.0f) &
          static_cast<int32_t>(depthsConnected(previous, current, surfels));
 }
@@ -97,7 +97,7 @@ DTSDF_HD LineFit finishLine(float origin, float before, float after, const LineS
 /// Fits a line to the inverse depths around `centre`, ending at pixels without one and at jumps.
 /// `companion` are the companions, likewise around the centre.
 DTSDF_HD LineFit fitLine(const float* centre, const float* companion, const PixelLine& line,
-                         const SurfelView& surfels) {
+                         const SurfelSettings& surfels) {
   LineSums sums{0.0f, 0.0f, *companion};
   float taken[2];
   for (int side = 0; side < 2; ++side) {

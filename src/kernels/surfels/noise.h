@@ -35,7 +35,7 @@ DTSDF_HD bool hasNoiseLine(const Pixel& middle, int width) {
 /// Variance of inverse depths about their line, in 1/m^2; negative where they are not all measured
 /// on one surface.
 DTSDF_HD float varianceAboutLine(const float (&inverse_depth)[kNoiseLength],
-                                 const SurfelView& surfels) {
+                                 const SurfelSettings& surfels) {
   const float origin = inverse_depth[kNoiseRadius];
   float sum_y = 0.0f, sum_yy = 0.0f, sum_ky = 0.0f, sum_kk = 0.0f;
   for (int i = 0; i < kNoiseLength; ++i) {

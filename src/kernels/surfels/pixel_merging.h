@@ -73,7 +73,7 @@ DTSDF_HD InverseDepthRange rangeOf(const ImageView& image, const PixelSquare& sq
 /// Whether a square of pixels is fused as one surfel: all are measured, in extent small against a
 /// voxel, and one smooth surface.
 DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
-                       const SurfelView& surfels) {
+                       const SurfelSettings& surfels) {
   const FrameView& frame = image.frame;
   const SurfelRules& rules = surfels.rules;
   const auto& [u, v] = square.first;
@@ -102,7 +102,7 @@ constexpr int kTileBit = 4;
 
 /// What is merged in the tile with the given first pixel.
 DTSDF_HD MergedTile mergeTile(const ImageView& image, const Pixel& first,
-                              const SurfelView& surfels) {
+                              const SurfelSettings& surfels) {
   if (isMerged(image, {first, kTileSide}, surfels)) return 1u << kTileBit;
   MergedTile merged = 0;
   for (int q = 0; q < 4; ++q) {

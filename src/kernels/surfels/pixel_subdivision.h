@@ -30,7 +30,7 @@ struct PlanePoint {
 
 /// Whether a neighbour continues the surface of a pixel.
 DTSDF_HD bool continuesPlane(const ImageView& image, const Pixel& neighbour,
-                             const PlanePoint& plane, const SurfelView& surfels) {
+                             const PlanePoint& plane, const SurfelSettings& surfels) {
   const FrameView& frame = image.frame;
   if (neighbour.u < 0 || neighbour.v < 0 || neighbour.u >= frame.width ||
       neighbour.v >= frame.height) {
@@ -50,7 +50,7 @@ DTSDF_HD bool continuesPlane(const ImageView& image, const Pixel& neighbour,
 /// How a measured pixel with a plane is subdivided: where it is wide, and its neighbours to both
 /// sides continue its surface.
 DTSDF_HD Subdivision subdividePixel(const ImageView& image, const Pixel& pixel,
-                                    const PixelPlane& plane, const SurfelView& surfels) {
+                                    const PixelPlane& plane, const SurfelSettings& surfels) {
   const FrameView& frame = image.frame;
   const auto& [u, v] = pixel;
   const float depth_m = 1.0f / image.inverse_depth[pixelIndex(frame, pixel)];

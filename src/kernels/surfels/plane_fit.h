@@ -50,7 +50,7 @@ DTSDF_HD PixelPlane makePixelPlane(const Pixel& pixel, const InverseDepthPlane& 
 /// The fit along a pixel's column, through the values of the row fits, with their slopes as
 /// companions; count 0 if there is none.
 DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
-                           const SurfelView& surfels) {
+                           const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
   const float* centre = sensing.image.row_value + at;
@@ -80,7 +80,7 @@ DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool
 /// The plane of a strip one pixel wide, along the row or down the column; across it, it faces the
 /// camera. A single line of pixels is trusted less.
 DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, bool along_row,
-                               const SurfelView& surfels) {
+                               const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
   const float* centre = sensing.image.inverse_depth + pixelIndex(frame, pixel);
   const int radius = windowRadius(*centre, fitWindow(frame, sensing.sigma, surfels));
@@ -98,7 +98,7 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
 
 /// The plane at a measured pixel, given the fit along its column.
 DTSDF_HD PixelPlane pixelPlane(const FrameSensing& sensing, const Pixel& pixel,
-                               const LineFit& column, const SurfelView& surfels) {
+                               const LineFit& column, const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
   const bool has_row = sensing.image.row_value[pixelIndex(frame, pixel)] > 0.0f;
   if (!has_row || column.count < 2) return stripPlane(sensing, pixel, has_row, surfels);
@@ -124,7 +124,7 @@ DTSDF_HD void addRow(ColumnSums& sums, float offset, float y, float slope) {
 /// rows `stride` apart, half a row away from the centre and on, up to a jump or a pixel without row
 /// fits.
 DTSDF_HD void addRowsBetween(const ImageView& image, int64_t first, const PixelLine& side,
-                             const SurfelView& surfels, ColumnSums& sums) {
+                             const SurfelSettings& surfels, ColumnSums& sums) {
   const float origin = image.row_value[first];
   const bool is_after = side.after > 0;
   const int steps = is_after ? side.after : side.before;
@@ -146,7 +146,7 @@ DTSDF_HD void addRowsBetween(const ImageView& image, int64_t first, const PixelL
 /// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1): along the column
 /// between the two that the pixels lie on, whose row fits are averaged. Zero where there is none.
 DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
-                                const SurfelView& surfels) {
+                                const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
   const int64_t first = pixelIndex(image.frame, pixel);
   const float origin = image.row_value[first];

@@ -17,7 +17,7 @@ DTSDF_HD RowFit rowFitOf(const LineFit& fit) {
 
 /// The fit around pixel u of a row of inverse depths.
 DTSDF_HD RowFit fitRow(const float* row, int width, int u, const FitWindow& window,
-                       const SurfelView& surfels) {
+                       const SurfelSettings& surfels) {
   const float* centre = row + u;
   if (!(*centre > 0.0f)) return {0.0f, 0.0f};
   const PixelLine line = lineAround(u, width, 1, windowRadius(*centre, window));

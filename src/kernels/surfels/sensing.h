@@ -22,7 +22,7 @@ struct FrameSensing {
 };
 
 /// What the rules that make surfels need to know of the settings.
-struct SurfelView {
+struct SurfelSettings {
   int32_t normal_radius_px;  ///< Largest half width of a window; 0 where no normals are needed.
   float depth_jump;  ///< Largest share by which neighbouring depths on one surface may differ.
   SurfelRules rules;

@@ -67,7 +67,7 @@ struct PixelMeasurement {
 
 /// A pixel in one piece, without a plane where it is not measured, given the fit along its column.
 DTSDF_HD PixelMeasurement wholePixel(const FrameSensing& sensing, const Pixel& pixel,
-                                     const LineFit& column, const SurfelView& surfels) {
+                                     const LineFit& column, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
   const bool is_measured = image.inverse_depth[pixelIndex(image.frame, pixel)] > 0.0f;
   return {pixel, is_measured ? pixelPlane(sensing, pixel, column, surfels) : noPlane(), {1, 1}};
@@ -75,7 +75,7 @@ DTSDF_HD PixelMeasurement wholePixel(const FrameSensing& sensing, const Pixel& p
 
 /// The same, subdivided where it is wide.
 DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pixel& pixel,
-                                          const LineFit& column, const SurfelView& surfels) {
+                                          const LineFit& column, const SurfelSettings& surfels) {
   PixelMeasurement measured = wholePixel(sensing, pixel, column, surfels);
   if (measured.plane.trust > 0.0f) {
     measured.subdivision = subdividePixel(sensing.image, pixel, measured.plane, surfels);
@@ -97,7 +97,7 @@ DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasuremen
 
 /// The one surfel of a pixel that is neither merged nor subdivided.
 DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
-                                const SurfelView& surfels) {
+                                const SurfelSettings& surfels) {
   if (surfels.normal_radius_px == 0) return makePointSurfel(sensing.image, pixel, surfels.rules);
   const LineFit column = fitColumn(sensing, pixel, surfels);
   return makeSubpixelSurfel(sensing.image, wholePixel(sensing, pixel, column, surfels), 0,
@@ -106,7 +106,7 @@ DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
 
 /// The surfel of merged pixels. The mean of 1 / z is that of a plane at the square's centre.
 DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare& square,
-                                 const SurfelView& surfels) {
+                                 const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
   const float* row = image.inverse_depth + pixelIndex(image.frame, square.first);
   float sum = 0.0f;

@@ -34,12 +34,13 @@ std::vector<Surfel> randomSurfels(std::mt19937& random, const FrameView& frame) 
 
 std::map<PackedKey, Expected> binOneByOne(const std::vector<Surfel>& surfels,
                                           const FrameSensing& sensing,
-                                          const FusionView& fusion) {
+                                          const FusionSettings& fusion) {
   const BlockKey origin = blockOfVoxel(sensing.image.frame.origin_voxel);
   std::map<PackedKey, Expected> bins;
   for (uint32_t i = 0; i < surfels.size(); ++i) {
     if (!(surfels[i].weight > 0.0f)) continue;
-    visitBlocks<BlockWalk::kExact>(sampleLineOf(surfels[i], sensing, fusion), [&](const Vec3i& block) {
+    const SampleLine line = sampleLineOf(surfels[i], sensing, fusion);
+    visitBlocks<BlockWalk::kExact>(line, [&](const Vec3i& block) {
       Expected& bin = bins[packKey(block + origin)];
       bin.directions |= directionMask(directionsOf(surfels[i].normal_L, true));
       bin.surfels.insert(i);
@@ -57,7 +58,7 @@ TEST_P(FindBlocks, EverySurfelIsOnceInEachBlockThatItTouches) {
   std::mt19937 random(25);
   const FrameSensing sensing{{frame, nullptr, nullptr, nullptr}, 0.0f, nullptr};
   for (const int cast_along_normal : {0, 1}) {
-    const FusionView fusion{cast_along_normal, 1, 4.0f, 1e6f, FusionRules()};
+    const FusionSettings fusion{cast_along_normal, 1, 4.0f, 1e6f, FusionRules()};
     BlockFinder finder(fusion, GetParam());
     const std::vector<Surfel> surfels = randomSurfels(random, frame);
     const std::map<PackedKey, Expected> expected = binOneByOne(surfels, sensing, fusion);

@@ -19,7 +19,7 @@ TEST(StretchFit, HasTheBitsOfTheFitsOneByOne) {
     values.push_back(random() % 8 == 0 ? 0.0f : 0.5f + step + noise(random));
     companions.push_back(noise(random));
   }
-  const SurfelView surfels{5, 0.04f, SurfelRules()};
+  const SurfelSettings surfels{5, 0.04f, SurfelRules()};
   FrameView frame{};
   frame.intrinsics.fx = 525.0f;
   frame.voxel_size_m = 10.0f / 525.0f;

@@ -175,6 +175,45 @@ TEST(BlockTable, ReleasedSlotsAndArraysAreUsedAgain) {
   EXPECT_EQ(table.arrayCount(), arrays);
 }
 
+TEST(BlockTable, ReleasesABlockWithItsLastArray) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x23}});
+  const int32_t slot = table.find(keyOf(1));
+  EXPECT_FALSE(table.release(slot, 0x21));
+  EXPECT_EQ(table.arraysInUse(), 1u);
+  EXPECT_EQ(table.find(keyOf(1)), slot);
+  EXPECT_TRUE(table.release(slot, 0x3f));
+  EXPECT_EQ(table.find(keyOf(1)), -1);
+  EXPECT_EQ(table.bytesInUse(), 0u);
+}
+
+TEST(BlockTable, CountsWhatRequestsWantBeyondWhatIsThere) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x03}});
+  const PoolSizes count = table.countNew({{keyOf(1), 0x06}, {keyOf(2), 0x31}});
+  EXPECT_EQ(count.slots, 1u);
+  EXPECT_EQ(count.arrays, 4u);  // direction 2 of the first, three of the second
+}
+
+/// Memory that is taken by these sizes has to suffice, whatever the budget refuses.
+TEST(BlockTable, PoolsStayWithinTheSizesToldBefore) {
+  std::mt19937 random(25);
+  for (const size_t budget : {kPlenty, 40 * BlockTable::kArrayBytes}) {
+    BlockTable table(budget);
+    for (int round = 0; round < 50; ++round) {
+      const std::vector<BlockRequest> requests = randomRequests(random, 10);
+      const PoolSizes added = table.countNew(requests);
+      const PoolSizes sizes = table.sizesAfter(added.slots, added.arrays);
+      const Admission admission = table.admit(requests);
+      EXPECT_LE(table.slotCount(), sizes.slots);
+      EXPECT_LE(table.arrayCount(), sizes.arrays);
+      for (const int32_t slot : admission.changed_slots) {
+        if (slot % 3 == 0) table.release(slot, 0x3f);
+      }
+    }
+  }
+}
+
 TEST(BlockTable, ClearForgetsEverything) {
   BlockTable used(kPlenty), fresh(kPlenty);
   std::mt19937 random(24);

@@ -14,8 +14,8 @@ namespace {
 constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{100.0f, 100.0f, 31.5f, 23.5f};
 constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
-const SurfelView kSurfels{5, 0.1f, SurfelRules()};
-const FusionView kFusion{1, 1, kTruncation, 1e6f, FusionRules()};
+const SurfelSettings kSurfels{5, 0.1f, SurfelRules()};
+const FusionSettings kFusion{1, 1, kTruncation, 1e6f, FusionRules()};
 
 class FreeSpaceImage {
  public:

@@ -204,7 +204,7 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
     SCOPED_TRACE("cast " + std::to_string(i));
     const Cast cast = randomCast(random, i);
     const SampleLine line = lineOf(cast);
-    const FusionView fusion{1, 1, cast.truncation, 1e6f, FusionRules()};
+    const FusionSettings fusion{1, 1, cast.truncation, 1e6f, FusionRules()};
     CastLine whole{line, directionsOf(cast.normal, true)};
     const DirectionSet& directions = whole.directions;
     for (float& weight : whole.directions.weight) weight *= 0.7f * kWeightScale;

@@ -9,7 +9,7 @@ namespace dtsdf {
 namespace {
 
 constexpr float kTruncation = 4.0f;
-const FusionView kUncapped{1, 1, kTruncation, 1e9f, FusionRules()};
+const FusionSettings kUncapped{1, 1, kTruncation, 1e9f, FusionRules()};
 
 /// The worst frame of all: kMaxPixels pixels of twice the greatest weight, at the truncation.
 TEST(FoldSums, TheWorstFrameFits) {
@@ -50,7 +50,7 @@ TEST(FoldSums, IsTheWeightedMean) {
 TEST(FoldSums, TheCapLetsNewMeasurementsThrough) {
   VoxelSums near{0, 0};
   addToSums(near, quantiseWeight(1.0f), quantiseSdf(0.5f));
-  const FusionView capped{1, 1, kTruncation, 3.0f, FusionRules()};
+  const FusionSettings capped{1, 1, kTruncation, 3.0f, FusionRules()};
   Voxel voxel{-2.0f, 100.0f};
   voxel = foldSums(voxel, near, capped);
   EXPECT_EQ(voxel.weight, 3.0f);

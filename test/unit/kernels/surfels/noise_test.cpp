@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-const SurfelView kSurfels{16, 0.03f, SurfelRules()};
+const SurfelSettings kSurfels{16, 0.03f, SurfelRules()};
 
 struct Line {
   float inverse_depth[kNoiseLength];
@@ -100,7 +100,7 @@ TEST(Noise, WindowsKeepNormalsStill) {
 
 TEST(Noise, ReachGrowsWithNoiseUpToTheTruncation) {
   const FusionRules rules;
-  const FusionView fusion{1, 1, 4.0f, 1e6f, rules}, narrow{1, 1, 1.0f, 1e6f, rules};
+  const FusionSettings fusion{1, 1, 4.0f, 1e6f, rules}, narrow{1, 1, 1.0f, 1e6f, rules};
   EXPECT_EQ(sampleReach(0.0f, fusion), rules.sample_reach);
   EXPECT_FLOAT_EQ(sampleReach(1.0f, fusion), rules.noise_reach);
   EXPECT_EQ(sampleReach(100.0f, fusion), 4.0f);

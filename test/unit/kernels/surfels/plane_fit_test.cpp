@@ -14,7 +14,7 @@ namespace {
 constexpr int kWidth = 40, kHeight = 30;
 constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
 constexpr float kVoxel_m = 10.0f / 35.0f;  // 10 pixels at 1 m
-const SurfelView kSurfels{2, 0.03f, SurfelRules()};
+const SurfelSettings kSurfels{2, 0.03f, SurfelRules()};
 
 /// A rounding error of a share of 6e-8 of 1 / z, over slopes of the order of 1 / (f z) per pixel,
 /// turns the normal by about f * 6e-8; some ten times that.
@@ -46,7 +46,7 @@ void draw(Image& image, const FreePlane& plane, const std::function<bool(int, in
   }
 }
 
-std::vector<PixelPlane> planesOf(const Image& image, const SurfelView& surfels) {
+std::vector<PixelPlane> planesOf(const Image& image, const SurfelSettings& surfels) {
   const FrameView frame{kWidth, kHeight, kIntrinsics, {}, {0, 0, 0}, kVoxel_m};
   const FitWindow window = fitWindow(frame, 0.0f, surfels);
   std::vector<float> value, slope;
@@ -73,7 +73,7 @@ std::vector<PixelPlane> planesOf(const Image& image, const SurfelView& surfels) 
 }
 
 /// Normals of those pixels that have both fits.
-std::vector<Vec3f> fitAll(const Image& image, const SurfelView& surfels = kSurfels) {
+std::vector<Vec3f> fitAll(const Image& image, const SurfelSettings& surfels = kSurfels) {
   std::vector<Vec3f> normals;
   for (const PixelPlane& plane : planesOf(image, surfels)) {
     normals.push_back(plane.trust == 1.0f ? plane.normal_C : Vec3f{0.0f, 0.0f, 0.0f});
@@ -240,7 +240,7 @@ TEST(NormalFit, FacesTheCamera) {
 TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
   const auto radius = [](float voxel_px_m, float depth_m, int largest) {
     const FrameView frame{kWidth, kHeight, {525.0f, 525.0f, 0, 0}, {}, {}, voxel_px_m / 525.0f};
-    const SurfelView surfels{largest, 0.03f, SurfelRules()};
+    const SurfelSettings surfels{largest, 0.03f, SurfelRules()};
     return windowRadius(1.0f / depth_m, fitWindow(frame, 0.0f, surfels));
   };
   EXPECT_EQ(radius(12.0f, 1.0f, 16), 9);

@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-struct FusionView {
+struct FusionSettings {
   int32_t cast_along_normal;  ///< Else along the view ray.
   int32_t directional;
   float truncation_voxels;

@@ -3,7 +3,7 @@
 
 #include "backend/rules.h"
 #include "dtsdf_mapping/params/mapper_params.h"
-#include "kernels/fusion/fusion_view.h"
+#include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/sensing.h"
 
 namespace dtsdf {
@@ -18,12 +18,12 @@ inline bool needsNormals(const MapperParams& params) {
   return params.map.directional || castsSurfels(params);
 }
 
-inline SurfelView makeSurfelView(const MapperParams& params, const SurfelRules& rules) {
+inline SurfelSettings makeSurfelSettings(const MapperParams& params, const SurfelRules& rules) {
   return {needsNormals(params) ? params.fusion.normal_radius_px : 0, params.fusion.depth_jump,
           rules};
 }
 
-inline FusionView makeFusionView(const MapperParams& params, const FusionRules& rules) {
+inline FusionSettings makeFusionSettings(const MapperParams& params, const FusionRules& rules) {
   return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
           params.map.truncation_voxels, params.fusion.max_weight, rules};
 }

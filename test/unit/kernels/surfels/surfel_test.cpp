@@ -29,6 +29,7 @@ TEST(AngleWeight, IsTheCosineToTheViewRay) {
   EXPECT_FLOAT_EQ(angleWeight({3, 0, 4}, {-0.6f, 0, -0.8f}), 1.0f);
   EXPECT_EQ(angleWeight({0, 0, 2}, {1, 0, 0}), 0.0f);
   EXPECT_EQ(angleWeight({0, 0, 2}, {0, 0, 1}), 0.0f);  // from behind
+  EXPECT_EQ(angleWeight({0, 0, 2}, {0, 0.8f, 0.6f}), 0.0f);
 }
 
 /// A camera turned by 90 degrees about its x axis, at voxel (1, 2, 3); voxels of 0.5 m.

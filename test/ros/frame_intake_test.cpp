@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <thread>
+
 #include "ros/support/fake_clock.h"
 #include "ros/support/transforms.h"
 
@@ -126,6 +129,28 @@ TEST_F(FrameIntakeTest, PausingDropsWhatWaitsAndWhatComes) {
   intake_->setPaused(false);
   push(1.3);
   EXPECT_EQ(intake_->size(), 1u);
+}
+
+/// Also not a frame that was on its way from one queue to the other.
+TEST_F(FrameIntakeTest, NothingIsPassedOnOnceItIsPaused) {
+  putTransform(transforms_, 1.0, 0.0);
+  putTransform(transforms_, 9.0, 0.0);
+  constexpr int kRounds = 3000;
+  for (int i = 0; i < kRounds; ++i) {
+    intake_->setPaused(false);
+    push(1.0 + 1e-3 * i);
+    std::atomic<bool> stepping{false};
+    std::thread stepper([&] {
+      stepping = true;
+      intake_->step();
+    });
+    while (!stepping) {
+    }
+    intake_->setPaused(true);
+    stepper.join();
+    ASSERT_EQ(intake_->size(), 0u) << "round " << i;
+  }
+  EXPECT_EQ(dropped(DropReason::kPaused), static_cast<uint64_t>(kRounds));
 }
 
 TEST_F(FrameIntakeTest, StampsThatGoBackForgetFramesAndTransforms) {

@@ -32,16 +32,24 @@ FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, SteadyCl
 void FrameIntake::push(const sensor_msgs::ImageConstPtr& image,
                        const sensor_msgs::CameraInfoConstPtr& info) {
   const ros::Time stamp = image->header.stamp;
-  if (paused()) return parts_.accounting.dropped(DropReason::kPaused, stamp, "mapping is paused");
+  if (paused()) return dropPaused(stamp);
   if (const auto rejection = check(*image, *info)) {
     return parts_.accounting.dropped(rejection->reason, stamp, rejection->text);
   }
   handleTimeJump(stamp);
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    queue_.push_back({image, info, clock_()});
-  }
+  if (!enqueue({image, info, clock_()})) return dropPaused(stamp);  // paused meanwhile
   if (size() > static_cast<size_t>(params_.queue_size)) dropOldest();
+}
+
+void FrameIntake::dropPaused(const ros::Time& stamp) {
+  parts_.accounting.dropped(DropReason::kPaused, stamp, "mapping is paused");
+}
+
+bool FrameIntake::enqueue(WaitingFrame frame) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (paused_) return false;
+  queue_.push_back(std::move(frame));
+  return true;
 }
 
 void FrameIntake::dropOldest() {
@@ -108,6 +116,7 @@ bool FrameIntake::passOnFirst() {
     waiting_for_ = pose.text;
     return false;
   }
+  const std::lock_guard<std::mutex> lock(passing_);
   if (popFront(*frame)) passOn(*frame, pose);  // else it was pushed out meanwhile
   return true;
 }
@@ -166,6 +175,7 @@ bool FrameIntake::popFront(const WaitingFrame& frame) {
 
 void FrameIntake::dropAll(DropReason reason, const std::string& text) {
   std::deque<WaitingFrame> waiting;
+  const std::lock_guard<std::mutex> passing(passing_);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     waiting.swap(queue_);

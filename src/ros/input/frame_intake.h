@@ -41,7 +41,8 @@ class FrameIntake {
   /// come. Returns how long there will be nothing to do.
   std::chrono::milliseconds step() noexcept;
 
-  /// While paused, frames are dropped, those that wait included.
+  /// While paused, frames are dropped, those that wait included: once this has returned, none is
+  /// passed on any more.
   void setPaused(bool paused);
   bool paused() const;
 
@@ -62,6 +63,9 @@ class FrameIntake {
   std::optional<Rejection> check(const sensor_msgs::Image& image,
                                  const sensor_msgs::CameraInfo& info) const;
   void handleTimeJump(const ros::Time& stamp);
+  void dropPaused(const ros::Time& stamp);
+  /// False while paused.
+  bool enqueue(WaitingFrame frame);
   void dropOldest();
   void dropAll(DropReason reason, const std::string& text);
 
@@ -78,6 +82,9 @@ class FrameIntake {
   MotionGate motion_gate_;  ///< Intake's thread only.
   ros::Time last_stamp_;    ///< Callbacks' thread only.
 
+  /// Held while a frame goes from one queue to the other, where dropAll() would miss it. Before
+  /// mutex_, if both are.
+  std::mutex passing_;
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::deque<WaitingFrame> queue_;
   bool paused_ = false;

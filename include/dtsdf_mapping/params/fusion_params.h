@@ -23,6 +23,7 @@ struct FusionParams {
   int normal_radius_px = 5;    ///< Largest half width of the window of a normal, in pixels.
   float depth_jump = 0.03f;    ///< Neighbours whose depths differ by a larger share are apart.
   float max_weight = 1.0e6f;   ///< Cap of a voxel's weight; lower values follow changes faster.
+  bool clearing = true;        ///< Whether what is looked through goes away.
 };
 
 /// Visits each member with its key and its rule.
@@ -38,6 +39,7 @@ void visitParams(FusionParams& p, Visitor& visit) {
   visit("fusion/normal_radius_px", p.normal_radius_px, Range{1, kMaxNormalRadius_px});
   visit("fusion/depth_jump", p.depth_jump, Range{0.001, 1.0});
   visit("fusion/max_weight", p.max_weight, Range{1.0, 1.0e9});
+  visit("fusion/clearing", p.clearing);
 }
 
 }  // namespace dtsdf

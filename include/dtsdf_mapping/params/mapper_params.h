@@ -4,6 +4,7 @@
 #include "dtsdf_mapping/params/fusion_params.h"
 #include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/params/mesh_params.h"
+#include "dtsdf_mapping/params/sensor_params.h"
 
 namespace dtsdf {
 
@@ -18,6 +19,7 @@ enum class Backend {
 struct MapperParams {
   Backend backend = Backend::kAuto;  ///< Where the work is done.
   int threads = 0;                   ///< CPU threads; 0: all cores.
+  SensorParams sensor;               ///< "input/sensor" of a file.
   MapParams map;                     ///< Section "map" of a file.
   FusionParams fusion;               ///< Section "fusion".
   MeshParams mesh;                   ///< Section "mesh".
@@ -31,6 +33,7 @@ void visitParams(MapperParams& p, Visitor& visit) {
         EnumNames<Backend>{
             {"auto", Backend::kAuto}, {"cuda", Backend::kCuda}, {"cpu", Backend::kCpu}});
   visit("threads", p.threads, Range{0, 1024});
+  visitParams(p.sensor, visit);
   visitParams(p.map, visit);
   visitParams(p.fusion, visit);
   visitParams(p.mesh, visit);

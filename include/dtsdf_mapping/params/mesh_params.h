@@ -15,6 +15,7 @@ enum class MeshColour {
 /// How a mesh looks.
 struct MeshParams {
   MeshColour colour = MeshColour::kNormal;  ///< Colour of the vertices, in RViz and in saved files.
+  int min_support = 2;  ///< Frames that a surface needs, but no more than were fused.
 };
 
 /// Visits each member with its key and its rule.
@@ -25,6 +26,7 @@ void visitParams(MeshParams& p, Visitor& visit) {
         EnumNames<MeshColour>{{"normal", MeshColour::kNormal},
                               {"height", MeshColour::kHeight},
                               {"plain", MeshColour::kPlain}});
+  visit("mesh/min_support", p.min_support, Range{1, 10});
 }
 
 }  // namespace dtsdf

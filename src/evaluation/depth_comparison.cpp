@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace dtsdf {
 
@@ -18,8 +19,8 @@ void DepthComparison::add(const std::vector<float>& measured_m,
       if (measured <= 0.0) continue;
       ++measured_;
       if (predicted <= 0.0) continue;
-      errors_m_.push_back(std::abs(measured - predicted));
-      depth_shares_.push_back(errors_m_.back() / measured);
+      behind_m_.push_back(predicted - measured);
+      behind_shares_.push_back(behind_m_.back() / measured);
     }
   }
 }
@@ -27,21 +28,48 @@ void DepthComparison::add(const std::vector<float>& measured_m,
 void DepthComparison::merge(const DepthComparison& other) {
   images_ += other.images_;
   measured_ += other.measured_;
-  errors_m_.insert(errors_m_.end(), other.errors_m_.begin(), other.errors_m_.end());
-  depth_shares_.insert(depth_shares_.end(), other.depth_shares_.begin(),
-                       other.depth_shares_.end());
+  behind_m_.insert(behind_m_.end(), other.behind_m_.begin(), other.behind_m_.end());
+  behind_shares_.insert(behind_shares_.end(), other.behind_shares_.begin(),
+                        other.behind_shares_.end());
 }
 
 double DepthComparison::coveredShare() const {
+  return shareOfMeasured(behind_m_, [](double) { return true; });
+}
+
+DistanceStats DepthComparison::errors() const {
+  std::vector<double> errors_m = behind_m_;
+  for (double& error_m : errors_m) error_m = std::abs(error_m);
+  return distanceStats(std::move(errors_m));
+}
+
+template <class Predicate>
+double DepthComparison::shareOfMeasured(const std::vector<double>& values,
+                                        Predicate predicate) const {
   if (measured_ == 0) return 0.0;
-  return static_cast<double>(errors_m_.size()) / static_cast<double>(measured_);
+  const auto count = std::count_if(values.begin(), values.end(), predicate);
+  return static_cast<double>(count) / static_cast<double>(measured_);
 }
 
 double DepthComparison::shareWithin(double depth_share) const {
-  if (measured_ == 0) return 0.0;
-  const auto within = std::count_if(depth_shares_.begin(), depth_shares_.end(),
-                                    [&](double share) { return share <= depth_share; });
-  return static_cast<double>(within) / static_cast<double>(measured_);
+  return shareOfMeasured(behind_shares_,
+                         [&](double share) { return std::abs(share) <= depth_share; });
+}
+
+double DepthComparison::shareInFront(double depth_share) const {
+  return shareOfMeasured(behind_shares_, [&](double share) { return share < -depth_share; });
+}
+
+double DepthComparison::shareBehind(double depth_share) const {
+  return shareOfMeasured(behind_shares_, [&](double share) { return share > depth_share; });
+}
+
+double DepthComparison::shareInFrontBy(double distance_m) const {
+  return shareOfMeasured(behind_m_, [&](double behind_m) { return behind_m < -distance_m; });
+}
+
+double DepthComparison::shareBehindBy(double distance_m) const {
+  return shareOfMeasured(behind_m_, [&](double behind_m) { return behind_m > distance_m; });
 }
 
 std::string DepthComparison::toJson() const {
@@ -52,6 +80,10 @@ std::string DepthComparison::toJson() const {
                                {"share_within_1_percent", shareWithin(0.01)},
                                {"share_within_2_percent", shareWithin(0.02)},
                                {"share_within_5_percent", shareWithin(0.05)},
+                               {"share_in_front_5_percent", shareInFront(0.05)},
+                               {"share_in_front_65_mm", shareInFrontBy(0.065)},
+                               {"share_behind_5_percent", shareBehind(0.05)},
+                               {"share_behind_65_mm", shareBehindBy(0.065)},
                                {"rmse_mm", 1e3 * stats.rmse_m},
                                {"mean_mm", 1e3 * stats.mean_m},
                                {"median_mm", 1e3 * stats.median_m},

@@ -29,19 +29,30 @@ class DepthComparison {
   double coveredShare() const;
 
   /// |measured - predicted| in metres over the covered pixels.
-  DistanceStats errors() const { return distanceStats(errors_m_); }
+  DistanceStats errors() const;
 
   /// Share of the measured pixels at which the mesh is within this share of the depth.
   double shareWithin(double depth_share) const;
+
+  /// Shares of the measured pixels at which the mesh hangs in front of what was measured, or lies
+  /// behind it, by more than a share of the measured depth or than a distance. In front are skirts
+  /// and floaters: a hole in the mesh shows what is behind it, or nothing.
+  double shareInFront(double depth_share) const;
+  double shareBehind(double depth_share) const;
+  double shareInFrontBy(double distance_m) const;
+  double shareBehindBy(double distance_m) const;
 
   /// The figures as a JSON object; distances in millimetres, as the keys say.
   std::string toJson() const;
 
  private:
+  template <class Predicate>
+  double shareOfMeasured(const std::vector<double>& values, Predicate predicate) const;
+
   int stride_;
   size_t images_ = 0, measured_ = 0;
-  std::vector<double> errors_m_;
-  std::vector<double> depth_shares_;  ///< The errors as shares of the depth.
+  std::vector<double> behind_m_;       ///< Predicted - measured, of each covered pixel.
+  std::vector<double> behind_shares_;  ///< The same as shares of the measured depth.
 };
 
 }  // namespace dtsdf

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 namespace dtsdf {
 namespace {
 
@@ -30,9 +32,41 @@ TEST(DepthComparison, SkipsPixelsAndMerges) {
   EXPECT_DOUBLE_EQ(a.errors().max_m, 1.0);
 }
 
+/// Of eight pixels one is not measured and one shows a hole. The mesh is off by -70 and -40 mm at
+/// 1 m, by -70 and +70 at 2 m, by +60 at 1 m and by +300 at 10 m, which is 3 %.
+TEST(DepthComparison, TellsInFrontFromBehind) {
+  DepthComparison comparison(1);
+  comparison.add({1, 1, 2, 2, 1, 10, 1, 0}, {0.93f, 0.96f, 1.93f, 2.07f, 1.06f, 10.3f, 0, 1},
+                 smallCamera());
+  EXPECT_EQ(comparison.measuredPixels(), 7u);
+  EXPECT_DOUBLE_EQ(comparison.shareInFront(0.05), 1.0 / 7.0);
+  EXPECT_DOUBLE_EQ(comparison.shareInFront(0.039), 2.0 / 7.0);
+  EXPECT_DOUBLE_EQ(comparison.shareInFrontBy(0.065), 2.0 / 7.0);
+  EXPECT_DOUBLE_EQ(comparison.shareBehind(0.05), 1.0 / 7.0);
+  EXPECT_DOUBLE_EQ(comparison.shareBehindBy(0.065), 2.0 / 7.0);
+  const double outside = comparison.shareInFront(0.05) + comparison.shareBehind(0.05);
+  EXPECT_NEAR(comparison.shareWithin(0.05) + outside, comparison.coveredShare(), 1e-12);
+}
+
+/// What a merged comparison tells in front stays in front.
+TEST(DepthComparison, TellsThemByKeyAfterMerging) {
+  DepthComparison a(1), b(1);
+  a.add({1, 1, 1, 1, 0, 0, 0, 0}, {0.5f, 1, 1, 1, 0, 0, 0, 0}, smallCamera());
+  b.add({1, 1, 1, 1, 0, 0, 0, 0}, {1.5f, 1.5f, 1, 1, 0, 0, 0, 0}, smallCamera());
+  a.merge(b);
+  const nlohmann::json json = nlohmann::json::parse(a.toJson());
+  EXPECT_EQ(json.at("share_in_front_5_percent"), 0.125);
+  EXPECT_EQ(json.at("share_in_front_65_mm"), 0.125);
+  EXPECT_EQ(json.at("share_behind_5_percent"), 0.25);
+  EXPECT_EQ(json.at("share_behind_65_mm"), 0.25);
+  EXPECT_EQ(json.at("share_within_5_percent"), 0.625);
+  EXPECT_EQ(json.at("max_mm"), 500.0);
+}
+
 TEST(DepthComparison, NothingMeasured) {
   const DepthComparison comparison(1);
   EXPECT_EQ(comparison.coveredShare(), 0.0);
+  EXPECT_EQ(comparison.shareInFront(0.05), 0.0);
   EXPECT_EQ(comparison.errors().count, 0u);
 }
 

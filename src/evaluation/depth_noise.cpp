@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 
+#include "evaluation/depth_edges.h"
+#include "evaluation/mixed_pixels.h"
 #include "evaluation/random.h"
+#include "evaluation/stereo_noise.h"
 
 namespace dtsdf {
 
@@ -15,8 +19,6 @@ constexpr double kRightAngle_rad = 1.5707963267948966;
 constexpr double kBaseline_m = 0.075;
 constexpr double kDisparityStep_px = 0.125;
 
-/// Neighbours whose depths differ by a larger share lie on different surfaces.
-constexpr float kEdgeDepthShare = 0.03f;
 constexpr double kLossAtEdge = 0.5;
 
 /// No pixel is lost below the first angle, every one beyond the second, and linearly between.
@@ -45,6 +47,7 @@ class Sensor {
     if (z_m <= 0.0) return 0.0f;
     if (noise_.loss && luck < lossProbability(u, v)) return 0.0f;
     if (noise_.axial) z_m += axialSigma(z_m, angleAt(u, v)) * along;
+    if (noise_.tof_axial) z_m += tofAxialSigma(z_m, angleAt(u, v)) * along;
     if (noise_.quantisation) z_m = quantise(z_m);
     return static_cast<float>(std::max(z_m, 0.0));
   }
@@ -71,7 +74,7 @@ class Sensor {
       for (int du = -1; du <= 1; ++du) {
         const int nu = std::clamp(u + du, 0, camera_.width - 1);
         const int nv = std::clamp(v + dv, 0, camera_.height - 1);
-        if (std::abs(depthAt(nu, nv) - z_m) > kEdgeDepthShare * z_m) return true;
+        if (isDepthEdge(z_m, depthAt(nu, nv))) return true;
       }
     }
     return false;
@@ -90,25 +93,38 @@ class Sensor {
 
 }  // namespace
 
+bool DepthNoise::any() const {
+  return axial || lateral || quantisation || loss || tof_axial || mixed || anyStereo();
+}
+
 DepthNoise depthNoiseFromName(const std::string& names) {
-  if (names == "none") return {};
-  if (names == "kinect") return {true, true, true, true};
+  using Parts = std::vector<bool DepthNoise::*>;
+  using N = DepthNoise;
+  static const std::map<std::string, Parts> known{
+      {"none", {}},
+      {"kinect", {&N::axial, &N::lateral, &N::quantisation, &N::loss}},
+      {"tof", {&N::tof_axial, &N::mixed}},
+      {"stereo", {&N::disparity, &N::subpixel, &N::occlusion, &N::texture, &N::loss}},
+      {"axial", {&N::axial}},
+      {"lateral", {&N::lateral}},
+      {"quantisation", {&N::quantisation}},
+      {"loss", {&N::loss}},
+      {"tof_axial", {&N::tof_axial}},
+      {"mixed", {&N::mixed}},
+      {"disparity", {&N::disparity}},
+      {"subpixel", {&N::subpixel}},
+      {"occlusion", {&N::occlusion}},
+      {"texture", {&N::texture}}};
   DepthNoise noise;
   std::istringstream list(names);
   std::string name;
   while (std::getline(list, name, ',')) {
-    if (name == "axial") {
-      noise.axial = true;
-    } else if (name == "lateral") {
-      noise.lateral = true;
-    } else if (name == "quantisation") {
-      noise.quantisation = true;
-    } else if (name == "loss") {
-      noise.loss = true;
-    } else {
+    const auto parts = known.find(name);
+    if (parts == known.end()) {
       throw std::invalid_argument("unknown noise '" + name +
-                                  "': none, kinect, axial, lateral, quantisation or loss");
+                                  "': none, kinect, tof, stereo, or one of their parts");
     }
+    for (bool DepthNoise::*part : parts->second) noise.*part = true;
   }
   return noise;
 }
@@ -121,14 +137,22 @@ double axialSigma(double z_m, double angle_rad) {
   return frontal_m + 0.0001 / std::sqrt(z_m) * angle * angle / (rest * rest);
 }
 
+double tofAxialSigma(double z_m, double angle_rad) {
+  const double angle = boundedAngle(angle_rad), rest = kRightAngle_rad - angle;
+  const double slant = angle * angle / (rest * rest);
+  return 1e-3 * (1.5 - 0.5 * z_m + 0.3 * z_m * z_m + 0.1 * z_m * std::sqrt(z_m) * slant);
+}
+
 double lateralSigma(double angle_rad) {
   const double angle = boundedAngle(angle_rad);
   return 0.8 + 0.035 * angle / (kRightAngle_rad - angle);
 }
 
-std::vector<float> addNoise(const RenderedView& view, const ViewCamera& camera,
-                            const DepthNoise& noise, uint64_t seed) {
-  if (!noise.any()) return view.depth_m;
+namespace {
+
+/// What a pixel sees comes first, then what the sensor makes of it, pixel by pixel.
+std::vector<float> addPixelNoise(const RenderedView& view, const ViewCamera& camera,
+                                 const DepthNoise& noise, uint64_t seed) {
   const Sensor sensor(view, camera, noise);
   Random random(seed);
   std::vector<float> depth_m(view.depth_m.size());
@@ -136,6 +160,18 @@ std::vector<float> addNoise(const RenderedView& view, const ViewCamera& camera,
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) depth_m[pixel++] = sensor.measure(u, v, random);
   }
+  return depth_m;
+}
+
+}  // namespace
+
+std::vector<float> addNoise(const RenderedView& view, const ViewCamera& camera,
+                            const DepthNoise& noise, uint64_t seed) {
+  if (!noise.any()) return view.depth_m;
+  RenderedView seen = view;
+  if (noise.mixed) seen.depth_m = mixPixels(view.depth_m, camera, seed);
+  std::vector<float> depth_m = addPixelNoise(seen, camera, noise, seed);
+  if (noise.anyStereo()) addStereoNoise(view.depth_m, camera, noise, seed, depth_m);
   return depth_m;
 }
 

@@ -1,10 +1,18 @@
-/// A noise model of the first Kinect for rendered depth images.
+/// Noise models of three kinds of depth camera for rendered depth images.
 ///
-/// Axial and lateral noise after Nguyen, Izadi and Lovell, "Modeling Kinect sensor noise for
-/// improved 3D reconstruction and tracking", 3DIMPVT 2012, Sec. 3; quantisation of the disparity
-/// after Khoshelham and Oude Elberink, "Accuracy and resolution of Kinect depth data for indoor
-/// mapping applications", Sensors 2012. Pixels are lost at random where the surface is seen flat
-/// and beside depth edges. Real noise is also correlated between neighbours; this one is not.
+/// `kinect`, the first Kinect: axial and lateral noise after Nguyen, Izadi and Lovell, "Modeling
+/// Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012, Sec. 3;
+/// quantisation of the disparity after Khoshelham and Oude Elberink, "Accuracy and resolution of
+/// Kinect depth data for indoor mapping applications", Sensors 2012. Pixels are lost at random where
+/// the surface is seen flat and beside depth edges. Real noise of such a sensor is also correlated
+/// between neighbours; this one is not.
+///
+/// `tof`, a time-of-flight camera: axial noise of the second Kinect after Fankhauser, Bloesch,
+/// Rodriguez, Kaestner, Hutter and Siegwart, "Kinect v2 for mobile robot navigation: evaluation and
+/// modeling", ICAR 2015, and mixed pixels (mixed_pixels.h).
+///
+/// `stereo`, an active stereo camera: correlated disparity noise, its quantisation, and what one of
+/// the two cameras does not see (stereo_noise.h).
 #pragma once
 
 #include <cstdint>
@@ -21,19 +29,33 @@ struct DepthNoise {
   bool quantisation = false;  ///< Disparity in steps of 1/8 pixel at a baseline of 75 mm.
   bool loss = false;          ///< No measurement at flat angles and beside depth edges.
 
-  bool any() const { return axial || lateral || quantisation || loss; }
+  bool tof_axial = false;  ///< Gaussian along the optical axis, as a time-of-flight camera has it.
+  bool mixed = false;      ///< Depths in between at depth edges.
+
+  bool disparity = false;  ///< Gaussian in the disparity, alike within a matching window.
+  bool subpixel = false;   ///< Disparity in steps of 1/32 pixel at a baseline of 50 mm.
+  bool occlusion = false;  ///< No measurement where the second camera sees nothing of it.
+  bool texture = false;    ///< No measurement in patches without texture.
+
+  bool any() const;
+  bool anyStereo() const { return disparity || subpixel || occlusion || texture; }
 };
 
-/// "none", "kinect" (all four), or a list of axial, lateral, quantisation and loss with commas.
+/// "none", or names with commas, each a camera or a part: kinect (axial, lateral, quantisation,
+/// loss), tof (tof_axial, mixed), stereo (disparity, subpixel, occlusion, texture, loss).
 /// @throws std::invalid_argument for an unknown name.
 DepthNoise depthNoiseFromName(const std::string& names);
 
-/// Standard deviation along the optical axis in metres, for a surface whose normal is `angle_rad`
-/// away from the view ray.
+/// Of the first Kinect: standard deviation along the optical axis in metres, for a surface whose
+/// normal is `angle_rad` away from the view ray.
 double axialSigma(double z_m, double angle_rad);
 
-/// Standard deviation across the optical axis in pixels.
+/// Of the first Kinect: standard deviation across the optical axis in pixels.
 double lateralSigma(double angle_rad);
+
+/// Of a time-of-flight camera: standard deviation along the optical axis in metres. It grows with
+/// the distance and the slant, both of which take light from the signal.
+double tofAxialSigma(double z_m, double angle_rad);
 
 /// The depth that the sensor would give for a view; the same seed gives the same noise.
 std::vector<float> addNoise(const RenderedView& view, const ViewCamera& camera,

@@ -1,0 +1,168 @@
+/// The parts of the noise models of time-of-flight and stereo cameras, by hand-computed cases.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "evaluation/depth_noise.h"
+#include "evaluation/mixed_pixels.h"
+#include "evaluation/stereo_noise.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kWidth = 300, kHeight = 40;
+
+/// 525 pixels of focal length and 50 mm of baseline: the disparity is 26.25 / z.
+ViewCamera camera() { return {{525.0f, 525.0f, 149.5f, 19.5f}, kWidth, kHeight}; }
+
+/// Seen frontally, with a depth by column.
+template <class DepthOfColumn>
+RenderedView viewOf(DepthOfColumn depth) {
+  RenderedView view;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) view.depth_m.push_back(depth(u));
+  }
+  view.incidence_cosine.assign(view.depth_m.size(), 1.0f);
+  return view;
+}
+
+RenderedView wall(float z_m) {
+  return viewOf([=](int) { return z_m; });
+}
+
+double sigmaOf(const std::vector<float>& depth_m, double mean_m) {
+  double squares = 0.0;
+  for (const float z : depth_m) squares += std::pow(static_cast<double>(z) - mean_m, 2);
+  return std::sqrt(squares / static_cast<double>(depth_m.size()));
+}
+
+std::vector<float> noisy(const RenderedView& view, const char* names, uint64_t seed = 1) {
+  return addNoise(view, camera(), depthNoiseFromName(names), seed);
+}
+
+TEST(DepthNoiseModels, NamesOfCamerasAndParts) {
+  const DepthNoise tof = depthNoiseFromName("tof");
+  EXPECT_TRUE(tof.tof_axial && tof.mixed);
+  EXPECT_FALSE(tof.axial || tof.anyStereo() || tof.loss);
+  const DepthNoise stereo = depthNoiseFromName("stereo");
+  EXPECT_TRUE(stereo.disparity && stereo.subpixel && stereo.occlusion && stereo.texture);
+  EXPECT_TRUE(stereo.loss);
+  EXPECT_FALSE(stereo.axial || stereo.mixed);
+  const DepthNoise both = depthNoiseFromName("tof,loss");
+  EXPECT_TRUE(both.mixed && both.loss);
+  EXPECT_FALSE(depthNoiseFromName("none").any());
+}
+
+TEST(DepthNoiseModels, SameSeedSameNoise) {
+  const RenderedView view = viewOf([](int u) { return u < 150 ? 1.0f : 2.0f; });
+  for (const char* name : {"tof", "mixed", "stereo", "disparity", "texture"}) {
+    EXPECT_EQ(noisy(view, name, 5), noisy(view, name, 5)) << name;
+    EXPECT_NE(noisy(view, name, 5), noisy(view, name, 6)) << name;
+  }
+}
+
+/// The figures of the source: 1.3 mm at 1 m, 1.7 mm at 2 m, 4.3 mm at 4 m, all frontal.
+TEST(DepthNoiseModels, TimeOfFlightFollowsTheCitedFormula) {
+  EXPECT_NEAR(tofAxialSigma(1.0, 0.0), 0.0013, 1e-12);
+  EXPECT_NEAR(tofAxialSigma(2.0, 0.0), 0.0017, 1e-12);
+  EXPECT_NEAR(tofAxialSigma(4.0, 0.0), 0.0043, 1e-12);
+  const double eighth_turn = std::atan(1.0);  // half of a right angle: the slant's quotient is 1
+  EXPECT_NEAR(tofAxialSigma(4.0, eighth_turn), 0.0043 + 0.0008, 1e-12);
+  EXPECT_TRUE(std::isfinite(tofAxialSigma(4.0, 1.5707963)));
+  EXPECT_NEAR(sigmaOf(noisy(wall(2.0f), "tof_axial"), 2.0), 0.0017, 5e-5);
+}
+
+/// Half of 1 m and half of 3 m: the far one returns a ninth of the light, (1 + 3 / 9) / (1 + 1 / 9).
+TEST(DepthNoiseModels, MixedDepthsAreWeightedByAmplitude) {
+  EXPECT_NEAR(mixDepths(1.0f, 3.0f, 0.5f), 1.2f, 1e-6f);
+  EXPECT_NEAR(mixDepths(3.0f, 1.0f, 0.5f), 1.2f, 1e-6f);
+  EXPECT_FLOAT_EQ(mixDepths(1.0f, 3.0f, 0.0f), 1.0f);
+}
+
+TEST(DepthNoiseModels, PixelsMixAtEdgesOnly) {
+  const RenderedView view = viewOf([](int u) { return u < 100 ? 0.0f : u < 150 ? 1.0f : 3.0f; });
+  const auto mixed_m = noisy(view, "mixed");
+  size_t in_between = 0;
+  for (size_t i = 0; i < mixed_m.size(); ++i) {
+    const size_t u = i % kWidth;
+    if (u == 149 || u == 150) {
+      ASSERT_GE(mixed_m[i], u == 149 ? 1.0f : 1.2f) << "no pixel sees more than half of the other";
+      ASSERT_LE(mixed_m[i], u == 149 ? 1.2f : 3.0f);
+      if (mixed_m[i] > 1.02f && mixed_m[i] < 2.98f) ++in_between;
+    } else {
+      ASSERT_EQ(mixed_m[i], view.depth_m[i]) << "column " << u;
+    }
+  }
+  EXPECT_GT(in_between, 40u) << "of 80";
+}
+
+TEST(DepthNoiseModels, ASlantedSurfaceDoesNotMix) {
+  const RenderedView view = viewOf([](int u) { return 1.0f + 0.01f * static_cast<float>(u); });
+  EXPECT_EQ(noisy(view, "mixed"), view.depth_m);
+}
+
+/// Means over overlapping windows: six of seven columns are common to neighbours, none at seven.
+TEST(DepthNoiseModels, CorrelatedNormalsAreAlikeWithinTheWindow) {
+  constexpr int kSide = 400;
+  const auto normals = correlatedNormals(kSide, kSide, 7, 3);
+  const auto correlation = [&](size_t lag) {
+    double sum = 0.0, count = 0.0;
+    for (size_t v = 0; v < kSide; ++v) {
+      for (size_t u = 0; u + lag < kSide; ++u, count += 1.0) {
+        sum += normals[v * kSide + u] * normals[v * kSide + u + lag];
+      }
+    }
+    return sum / count;
+  };
+  EXPECT_NEAR(correlation(0), 1.0, 0.06);
+  EXPECT_NEAR(correlation(1), 6.0 / 7.0, 0.06);
+  EXPECT_NEAR(correlation(4), 3.0 / 7.0, 0.06);
+  EXPECT_NEAR(correlation(7), 0.0, 0.06);
+}
+
+/// 0.08 pixels at 2 m: 4 * 0.08 / 26.25 = 12.2 mm.
+TEST(DepthNoiseModels, DisparityNoiseGrowsWithTheSquareOfTheDepth) {
+  EXPECT_NEAR(sigmaOf(noisy(wall(2.0f), "disparity"), 2.0), 0.0122, 0.0015);
+  EXPECT_NEAR(sigmaOf(noisy(wall(1.0f), "disparity"), 1.0), 0.00305, 0.0004);
+}
+
+TEST(DepthNoiseModels, SubpixelsAreStepsOfTheDisparity) {
+  const RenderedView view = viewOf([](int u) { return 1.0f + 0.01f * static_cast<float>(u); });
+  for (const float z_m : noisy(view, "subpixel")) {
+    const double steps = 26.25 / static_cast<double>(z_m) * 32.0;
+    ASSERT_NEAR(steps, std::round(steps), 1e-3);
+  }
+}
+
+/// A thing with a disparity of 20 pixels at columns 100 to 199 before a wall with 5: the right camera
+/// has it at 80 to 179, where the wall's columns 85 to 184 would be. Those left of the thing are
+/// hidden, 85 to 99; and the wall's first five lie beside the right image.
+TEST(DepthNoiseModels, WhatTheSecondCameraDoesNotSeeIsLost) {
+  const float near_m = 26.25f / 20.0f, far_m = 26.25f / 5.0f;
+  const RenderedView view = viewOf([=](int u) { return u >= 100 && u < 200 ? near_m : far_m; });
+  const auto depth_m = noisy(view, "occlusion");
+  for (size_t i = 0; i < depth_m.size(); ++i) {
+    const size_t u = i % kWidth;
+    const bool lost = u < 5 || (u >= 85 && u < 100);
+    ASSERT_EQ(depth_m[i] <= 0.0f, lost) << "column " << u;
+    if (!lost) {
+      ASSERT_NEAR(depth_m[i], view.depth_m[i], 1e-5f);
+    }
+  }
+}
+
+TEST(DepthNoiseModels, PatchesWithoutTextureAreLost) {
+  const auto depth_m = noisy(wall(2.0f), "texture");
+  size_t lost = 0, alone = 0;
+  for (size_t i = 1; i + 1 < depth_m.size(); ++i) {
+    if (depth_m[i] > 0.0f) continue;
+    ++lost;
+    if (depth_m[i - 1] > 0.0f && depth_m[i + 1] > 0.0f) ++alone;
+  }
+  EXPECT_GT(lost, depth_m.size() / 400);
+  EXPECT_LT(lost, depth_m.size() / 10);
+  EXPECT_LT(alone, lost / 4) << "patches, not single pixels";
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -3,9 +3,9 @@
 /// `kinect`, the first Kinect: axial and lateral noise after Nguyen, Izadi and Lovell, "Modeling
 /// Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012, Sec. 3;
 /// quantisation of the disparity after Khoshelham and Oude Elberink, "Accuracy and resolution of
-/// Kinect depth data for indoor mapping applications", Sensors 2012. Pixels are lost at random where
-/// the surface is seen flat and beside depth edges. Real noise of such a sensor is also correlated
-/// between neighbours; this one is not.
+/// Kinect depth data for indoor mapping applications", Sensors 2012. Pixels are lost at random
+/// where the surface is seen flat and beside depth edges. Real noise of such a sensor is also
+/// correlated between neighbours; this one is not.
 ///
 /// `tof`, a time-of-flight camera: axial noise of the second Kinect after Fankhauser, Bloesch,
 /// Rodriguez, Kaestner, Hutter and Siegwart, "Kinect v2 for mobile robot navigation: evaluation and

@@ -3,10 +3,9 @@
 #include <cstdio>
 #include <mutex>
 
-#include "dtsdf_mapping/io/frame_source.h"
 #include "evaluation/depth_comparison.h"
 #include "evaluation/parallel.h"
-#include "program/command_line.h"
+#include "evaluation/view_selection.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 
@@ -29,26 +28,11 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
                    kExitCodes);
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
-  line.addWhole({"--first", "N", "the first image to use"}, options.frames.first, {0, kUnbounded});
-  line.add({"--last", "N", "the last one (default: the last there is)"},
-           [&](const std::string& text) {
-             options.frames.last = static_cast<size_t>(readWhole(text, {0, kUnbounded}));
-           });
-  line.addWhole({"--step", "N", "the way from one to the next"}, options.frames.step,
-                {1, kUnbounded});
+  addSelectionOptions(line, options.frames);
   line.addWhole({"--stride", "N", "every N-th pixel of each row and column"}, options.stride,
                 {1, 64});
   line.parse(arguments);
   return options;
-}
-
-std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
-  std::vector<size_t> chosen;
-  for (size_t i = frames.first; i < count && i <= frames.last; i += frames.step) {
-    chosen.push_back(i);
-  }
-  if (chosen.empty()) throw UsageError("no image is chosen; there are " + std::to_string(count));
-  return chosen;
 }
 
 void evaluateDepth(const EvaluateDepthOptions& options) {

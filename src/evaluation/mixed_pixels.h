@@ -2,11 +2,12 @@
 /// surfaces and returns a depth between them.
 ///
 /// The phase of the sum of both signals is, for depths well within the unambiguous range, the mean
-/// of the two depths weighted by amplitude, which falls with the square of the distance (Sarbolandi,
-/// Lefloch and Kolb, "Kinect range sensing: structured-light versus time-of-flight Kinect", CVIU
-/// 2015, on inhomogeneous depth; Toelgyessy et al., "Evaluation of the Azure Kinect and its
-/// comparison to Kinect V1 and Kinect V2", Sensors 2021, show the pixels of a newer sensor). How much
-/// of a pixel lies beyond the edge is drawn uniformly: a rendered image does not tell.
+/// of the two depths weighted by amplitude, which falls with the square of the distance
+/// (Sarbolandi, Lefloch and Kolb, "Kinect range sensing: structured-light versus time-of-flight
+/// Kinect", CVIU 2015, on inhomogeneous depth; Toelgyessy et al., "Evaluation of the Azure Kinect
+/// and its comparison to Kinect V1 and Kinect V2", Sensors 2021, show the pixels of a newer
+/// sensor). How much of a pixel lies beyond the edge is drawn uniformly: a rendered image does not
+/// tell.
 #pragma once
 
 #include <cstdint>
@@ -20,9 +21,9 @@ namespace dtsdf {
 /// area sees the second.
 float mixDepths(float own_m, float other_m, float other_share);
 
-/// The depth image with mixed pixels: up to half of each pixel at an edge sees the neighbour, of the
-/// four beside it, whose depth differs most. Pixels without a surface, and those beside them, keep
-/// what they have: nothing comes back from there.
+/// The depth image with mixed pixels: up to half of each pixel at an edge sees the neighbour, of
+/// the four beside it, whose depth differs most. Pixels without a surface, and those beside them,
+/// keep what they have: nothing comes back from there.
 std::vector<float> mixPixels(const std::vector<float>& depth_m, const ViewCamera& camera,
                              uint64_t seed);
 

@@ -4,13 +4,13 @@
 
 namespace dtsdf {
 
-namespace {
-
 Eigen::Vector3d readPoint(const std::string& text) {
   const std::vector<double> numbers = readNumbers(text);
   if (numbers.size() != 3) throw UsageError("'" + text + "' is not of the form X,Y,Z");
   return {numbers[0], numbers[1], numbers[2]};
 }
+
+namespace {
 
 char readAxis(const std::string& text) {
   if (text != "x" && text != "y" && text != "z") {

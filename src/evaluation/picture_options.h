@@ -8,6 +8,9 @@
 
 namespace dtsdf {
 
+/// A point as options have it, X,Y,Z. @throws UsageError
+Eigen::Vector3d readPoint(const std::string& text);
+
 /// A picture as it is asked for; its view follows once the mesh is known.
 struct PictureRequest {
   int width = 1000, height = 800;

@@ -40,9 +40,9 @@ void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image's middle"},
                  options.focal_px, {1.0, 1e5});
   line.add({"--noise", "NAMES",
-            "none, or a list with commas of cameras and parts: kinect (axial, lateral, quantisation, "
-            "loss), tof (tof_axial, mixed), stereo (disparity, subpixel, occlusion, texture, loss) "
-            "(default none)"},
+            "none, or a list with commas of cameras and parts: kinect (axial, lateral, "
+            "quantisation, loss), tof (tof_axial, mixed), stereo (disparity, subpixel, occlusion, "
+            "texture, loss) (default none)"},
            [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
   line.addWhole({"--seed", "N", "seed of the noise"}, options.seed, {0, 1e9});
 }

@@ -29,8 +29,8 @@ TsdfFusionFolder readTsdfFusionFolder(const std::string& folder);
 /// @throws std::runtime_error if it is no 16-bit grey image.
 ViewCamera cameraForImage(const std::string& depth_path, const Intrinsics& intrinsics);
 
-/// Depth in metres, row-major; 0 where nothing was measured, and for 65535, 7-Scenes' mark for that.
-/// @throws std::runtime_error if it is no 16-bit image of the camera's size.
+/// Depth in metres, row-major; 0 where nothing was measured, and for 65535, 7-Scenes' mark for
+/// that. @throws std::runtime_error if it is no 16-bit image of the camera's size.
 std::vector<float> readMillimetres(const std::string& depth_path, const ViewCamera& camera);
 
 }  // namespace dtsdf

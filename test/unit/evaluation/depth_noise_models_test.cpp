@@ -72,7 +72,7 @@ TEST(DepthNoiseModels, TimeOfFlightFollowsTheCitedFormula) {
   EXPECT_NEAR(sigmaOf(noisy(wall(2.0f), "tof_axial"), 2.0), 0.0017, 5e-5);
 }
 
-/// Half of 1 m and half of 3 m: the far one returns a ninth of the light, (1 + 3 / 9) / (1 + 1 / 9).
+/// Half of 1 m, half of 3 m, which returns a ninth of the light: (1 + 3 / 9) / (1 + 1 / 9).
 TEST(DepthNoiseModels, MixedDepthsAreWeightedByAmplitude) {
   EXPECT_NEAR(mixDepths(1.0f, 3.0f, 0.5f), 1.2f, 1e-6f);
   EXPECT_NEAR(mixDepths(3.0f, 1.0f, 0.5f), 1.2f, 1e-6f);
@@ -134,9 +134,9 @@ TEST(DepthNoiseModels, SubpixelsAreStepsOfTheDisparity) {
   }
 }
 
-/// A thing with a disparity of 20 pixels at columns 100 to 199 before a wall with 5: the right camera
-/// has it at 80 to 179, where the wall's columns 85 to 184 would be. Those left of the thing are
-/// hidden, 85 to 99; and the wall's first five lie beside the right image.
+/// A thing with a disparity of 20 pixels at columns 100 to 199 before a wall with 5: the right
+/// camera has it at 80 to 179, where the wall's columns 85 to 184 would be. Those left of the thing
+/// are hidden, 85 to 99; and the wall's first five lie beside the right image.
 TEST(DepthNoiseModels, WhatTheSecondCameraDoesNotSeeIsLost) {
   const float near_m = 26.25f / 20.0f, far_m = 26.25f / 5.0f;
   const RenderedView view = viewOf([=](int u) { return u >= 100 && u < 200 ? near_m : far_m; });

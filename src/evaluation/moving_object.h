@@ -1,0 +1,58 @@
+/// A thing that is put into a recording: a box or a ball that moves along a straight line.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evaluation/camera_views.h"
+#include "evaluation/triangle_mesh.h"
+
+namespace dtsdf {
+
+/// Lengths in metres in the map frame; the box's sides are parallel to its axes.
+struct MovingObject {
+  enum class Shape { kBox, kBall };
+
+  Shape shape = Shape::kBox;
+  Eigen::Vector3d size_m{0.3, 0.3, 0.3};  ///< Sides of the box; diameters of the ball along them.
+  Eigen::Vector3d from_W{0, 0, 0};        ///< Centre at the beginning of the way,
+  Eigen::Vector3d to_W{0, 0, 0};          ///< and at its end.
+
+  /// The centre after a share of the way, from 0 to 1.
+  Eigen::Vector3d centreAt(double share) const { return from_W + share * (to_W - from_W); }
+};
+
+/// @throws std::invalid_argument for an unknown name.
+MovingObject::Shape objectShapeFromName(const std::string& name);
+
+/// Where a ray meets the object first, in multiples of the direction's length; nothing if it misses
+/// it or begins inside.
+std::optional<double> intersect(const MovingObject& object, const Eigen::Vector3d& centre_W,
+                                const Eigen::Vector3d& origin_W,
+                                const Eigen::Vector3d& direction_W);
+
+/// Whether the object, moved from the beginning to the end of its way, passes through a point; a
+/// ball is taken as the box round it. `margin_m` is added on all sides.
+bool sweeps(const MovingObject& object, const Eigen::Vector3d& p_W, double margin_m);
+
+/// Puts the object into a depth image (row-major, metres, 0: nothing measured), in front of what is
+/// farther away and where nothing was measured. Returns how many pixels show it.
+size_t composite(const MovingObject& object, const Eigen::Vector3d& centre_W,
+                 const ViewCamera& camera, const Eigen::Isometry3d& T_W_C,
+                 std::vector<float>& depth_m);
+
+/// What of a mesh is left of the object.
+struct TrailArea {
+  double swept_m2 = 0.0;  ///< Area of the mesh within the volume that the object passed through.
+  double trail_m2 = 0.0;  ///< As far as it is not beside the mesh without the object.
+};
+
+/// What is nearer than `distance_m` to `reference`, the mesh of the recording without the object, is
+/// none of its trail. Areas are estimated from `samples` points of the mesh.
+TrailArea trailArea(const TriangleMesh& mesh, const TriangleMesh& reference,
+                    const MovingObject& object, double margin_m, double distance_m,
+                    size_t samples);
+
+}  // namespace dtsdf

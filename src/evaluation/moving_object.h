@@ -49,8 +49,8 @@ struct TrailArea {
   double trail_m2 = 0.0;  ///< As far as it is not beside the mesh without the object.
 };
 
-/// What is nearer than `distance_m` to `reference`, the mesh of the recording without the object, is
-/// none of its trail. Areas are estimated from `samples` points of the mesh.
+/// What is nearer than `distance_m` to `reference`, the mesh of the recording without the object,
+/// is none of its trail. Areas are estimated from `samples` points of the mesh.
 TrailArea trailArea(const TriangleMesh& mesh, const TriangleMesh& reference,
                     const MovingObject& object, double margin_m, double distance_m,
                     size_t samples);

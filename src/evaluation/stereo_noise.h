@@ -5,11 +5,13 @@
 /// RealSense documentation: RMS = z^2 * subpixel / (focal length * baseline)), and told in steps of
 /// 1/32 pixel (Grunnet-Jepsen, Sweetser, Khuong, Tong and Woodfill, "Subpixel linearity improvement
 /// for Intel RealSense depth camera D400 series"). Neighbours err alike, as their windows of 7 x 7
-/// pixels overlap (the R200 sums matching costs over that size: Keselman, Woodfill, Grunnet-Jepsen and Bhowmik,
-/// "Intel RealSense stereoscopic depth cameras", CVPR workshops 2017). What the second camera does
-/// not see is lost, as by a check of left against right. How often a patch has too little texture
-/// is not published but chosen: about 3 % of the image, in patches of some ten pixels; unlike real
-/// ones they do not stay on the surface from frame to frame.
+/// pixels overlap (the R200 sums matching costs over that size: Keselman, Woodfill, Grunnet-Jepsen
+/// and Bhowmik, "Intel RealSense stereoscopic depth cameras", CVPR workshops 2017; later cameras of
+/// the maker smooth in other ways). What the second camera does not see is lost, as by a check of
+/// left against right. How often a patch has too little texture is not published but chosen: about
+/// 3 % of the image, in patches of some ten pixels; unlike real ones they do not stay on the
+/// surface from frame to frame. Edges of things are where they are: their depth does not spread
+/// beyond them by half a window, as it may with block matching.
 #pragma once
 
 #include <cstdint>

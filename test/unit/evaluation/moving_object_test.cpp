@@ -20,7 +20,8 @@ MovingObject objectOf(MovingObject::Shape shape, const Vector3d& size_m, const V
   return object;
 }
 
-const MovingObject kBox = objectOf(MovingObject::Shape::kBox, {0.2, 0.4, 0.6}, {0, 0, 0}, {1, 0, 0});
+const MovingObject kBox =
+    objectOf(MovingObject::Shape::kBox, {0.2, 0.4, 0.6}, {0, 0, 0}, {1, 0, 0});
 const MovingObject kBall =
     objectOf(MovingObject::Shape::kBall, {0.2, 0.2, 0.2}, {0, 0, 0}, {1, 0, 0});
 

@@ -1,9 +1,11 @@
 /// evaluate_trail: how much of a moved object is left in a mesh.
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "evaluation/moving_object_options.h"
+#include "evaluation/view_selection.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -14,6 +16,9 @@ struct EvaluateTrailOptions {
   MovingObject object;
   double margin_m = 0.0, distance_m = 0.05;
   size_t samples = 2000000;
+  std::string views_folder;
+  FrameSelection frames;
+  size_t least_images = 5;
 };
 
 EvaluateTrailOptions readOptions(const std::vector<std::string>& arguments) {
@@ -31,16 +36,38 @@ EvaluateTrailOptions readOptions(const std::vector<std::string>& arguments) {
   line.addNumber({"--distance", "METRES", "what is nearer to the reference is no trail"},
                  options.distance_m, {0.0, 10.0});
   line.addWhole({"--samples", "N", "points of the mesh to look at"}, options.samples, {1000, 1e8});
+  line.addText({"--views", "TUM_DIR",
+                "tell also what these images see through: they measured something farther behind"},
+               options.views_folder);
+  addSelectionOptions(line, options.frames);
+  line.addWhole({"--least-images", "N", "so many of them have to"}, options.least_images, {1, 1e6});
+  for (const char* name : {"--first", "--last", "--step", "--least-images"}) {
+    line.onlyWith(name, "--views");
+  }
   line.parse(arguments);
   return options;
 }
 
+/// Area of what enough images of the recording see through.
+double seenThrough(const Trail& trail, const EvaluateTrailOptions& options) {
+  const Views views = readViews(options.views_folder);
+  const std::vector<size_t> counts =
+      countSeenThrough(trail.points, views, selectViews(options.frames, views.poses_W_C.size()),
+                       options.distance_m);
+  const auto seen = std::count_if(counts.begin(), counts.end(),
+                                  [&](size_t count) { return count >= options.least_images; });
+  return trail.sample_m2 * static_cast<double>(seen);
+}
+
 void evaluateTrail(const EvaluateTrailOptions& options) {
-  const TrailArea area =
-      trailArea(readPly(options.mesh_path), readPly(options.reference_path), options.object,
+  const Trail trail =
+      findTrail(readPly(options.mesh_path), readPly(options.reference_path), options.object,
                 options.margin_m, options.distance_m, options.samples);
-  const nlohmann::json json = {{"swept_cm2", 1e4 * area.swept_m2},
-                               {"trail_cm2", 1e4 * area.trail_m2}};
+  constexpr double kCm2 = 1e4;
+  const double sample_cm2 = kCm2 * trail.sample_m2;
+  nlohmann::json json = {{"swept_cm2", sample_cm2 * static_cast<double>(trail.swept)},
+                         {"trail_cm2", sample_cm2 * static_cast<double>(trail.points.size())}};
+  if (!options.views_folder.empty()) json["seen_through_cm2"] = kCm2 * seenThrough(trail, options);
   std::printf("%s\n", json.dump(2).c_str());
 }
 

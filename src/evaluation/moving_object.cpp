@@ -1,20 +1,18 @@
 #include "evaluation/moving_object.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
 #include "evaluation/mesh_scene.h"
-#include "evaluation/parallel.h"
 
 namespace dtsdf {
 
 namespace {
 
 constexpr uint64_t kSampleSeed = 1;
-constexpr size_t kSamplesAtOnce = 4096;
 
 /// An interval of a line's parameter.
 struct Interval {
@@ -97,23 +95,48 @@ size_t composite(const MovingObject& object, const Eigen::Vector3d& centre_W,
   return shown;
 }
 
-TrailArea trailArea(const TriangleMesh& mesh, const TriangleMesh& reference,
-                    const MovingObject& object, double margin_m, double distance_m,
-                    size_t samples) {
+Trail findTrail(const TriangleMesh& mesh, const TriangleMesh& reference,
+                const MovingObject& object, double margin_m, double distance_m, size_t samples) {
   const std::vector<double> areas = triangleAreas(mesh);
-  const double per_sample_m2 =
-      std::accumulate(areas.begin(), areas.end(), 0.0) / static_cast<double>(samples);
   const SurfaceSamples surface = sampleSurface(mesh, samples, kSampleSeed);
   const MeshScene scene(reference);
-  std::atomic<size_t> swept{0}, trail{0};
-  parallelFor(surface.points.size(), kSamplesAtOnce, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      if (!sweeps(object, surface.points[i].cast<double>(), margin_m)) continue;
-      ++swept;
-      if (scene.closestPoint(surface.points[i]).distance_m > distance_m) ++trail;
+  Trail trail;
+  trail.sample_m2 =
+      std::accumulate(areas.begin(), areas.end(), 0.0) / static_cast<double>(samples);
+  for (const Eigen::Vector3f& p_W : surface.points) {
+    if (!sweeps(object, p_W.cast<double>(), margin_m)) continue;
+    ++trail.swept;
+    if (scene.closestPoint(p_W).distance_m > distance_m) trail.points.push_back(p_W);
+  }
+  return trail;
+}
+
+bool seesThrough(const std::vector<float>& depth_m, const ViewCamera& camera,
+                 const Eigen::Isometry3d& T_W_C, const Eigen::Vector3d& p_W, double distance_m) {
+  const Eigen::Vector3d p_C = T_W_C.inverse() * p_W;
+  if (p_C.z() <= 0.0) return false;
+  const Intrinsics& K = camera.intrinsics;
+  const double u = std::round(static_cast<double>(K.fx) * p_C.x() / p_C.z() + K.cx);
+  const double v = std::round(static_cast<double>(K.fy) * p_C.y() / p_C.z() + K.cy);
+  if (u < 0.0 || v < 0.0 || u >= camera.width || v >= camera.height) return false;
+  const float z_m = depth_m[static_cast<size_t>(v) * static_cast<size_t>(camera.width) +
+                            static_cast<size_t>(u)];
+  return static_cast<double>(z_m) > p_C.z() + distance_m;
+}
+
+std::vector<size_t> countSeenThrough(const std::vector<Eigen::Vector3f>& points, const Views& views,
+                                     const std::vector<size_t>& chosen, double distance_m) {
+  std::vector<size_t> counts(points.size(), 0);
+  for (const size_t view : chosen) {
+    const std::vector<float> depth_m = readTumDepth(views.depth_paths[view], views.camera);
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (seesThrough(depth_m, views.camera, views.poses_W_C[view], points[i].cast<double>(),
+                      distance_m)) {
+        ++counts[i];
+      }
     }
-  });
-  return {per_sample_m2 * static_cast<double>(swept), per_sample_m2 * static_cast<double>(trail)};
+  }
+  return counts;
 }
 
 }  // namespace dtsdf

@@ -43,16 +43,25 @@ size_t composite(const MovingObject& object, const Eigen::Vector3d& centre_W,
                  const ViewCamera& camera, const Eigen::Isometry3d& T_W_C,
                  std::vector<float>& depth_m);
 
-/// What of a mesh is left of the object.
-struct TrailArea {
-  double swept_m2 = 0.0;  ///< Area of the mesh within the volume that the object passed through.
-  double trail_m2 = 0.0;  ///< As far as it is not beside the mesh without the object.
+/// What of a mesh is left of the object, as points of the mesh that stand for an area each.
+struct Trail {
+  double sample_m2 = 0.0;               ///< The area of each point.
+  size_t swept = 0;                     ///< Points in the volume that the object passed through.
+  std::vector<Eigen::Vector3f> points;  ///< Those not beside the mesh without the object, in W.
 };
 
 /// What is nearer than `distance_m` to `reference`, the mesh of the recording without the object,
-/// is none of its trail. Areas are estimated from `samples` points of the mesh.
-TrailArea trailArea(const TriangleMesh& mesh, const TriangleMesh& reference,
-                    const MovingObject& object, double margin_m, double distance_m,
-                    size_t samples);
+/// is none of its trail. `samples` points of the mesh are looked at.
+Trail findTrail(const TriangleMesh& mesh, const TriangleMesh& reference,
+                const MovingObject& object, double margin_m, double distance_m, size_t samples);
+
+/// Whether a depth image measured something more than `distance_m` behind a point, by the depth of
+/// both: what is there cannot be.
+bool seesThrough(const std::vector<float>& depth_m, const ViewCamera& camera,
+                 const Eigen::Isometry3d& T_W_C, const Eigen::Vector3d& p_W, double distance_m);
+
+/// How many images of a recording see through each point.
+std::vector<size_t> countSeenThrough(const std::vector<Eigen::Vector3f>& points, const Views& views,
+                                     const std::vector<size_t>& chosen, double distance_m);
 
 }  // namespace dtsdf

@@ -95,10 +95,30 @@ TEST(MovingObject, IsSeenFromThePose) {
 TEST(MovingObject, TheTrailIsWhatTheReferenceHasNot) {
   const MovingObject object =
       objectOf(MovingObject::Shape::kBox, {0.2, 0.2, 0.2}, {-0.2, 0, 0}, {0.2, 0, 0});
-  const TrailArea area = trailArea(makeRectangle(-1, -1, 1, 1, 0), makeRectangle(-5, -5, 0, 5, 0),
-                                   object, 0.0, 0.05, 400000);
-  EXPECT_NEAR(area.swept_m2, 0.12, 0.003);
-  EXPECT_NEAR(area.trail_m2, 0.05, 0.002);
+  const Trail trail = findTrail(makeRectangle(-1, -1, 1, 1, 0), makeRectangle(-5, -5, 0, 5, 0),
+                                object, 0.0, 0.05, 400000);
+  EXPECT_NEAR(trail.sample_m2, 4.0 / 400000, 1e-9);
+  EXPECT_NEAR(trail.sample_m2 * static_cast<double>(trail.swept), 0.12, 0.003);
+  EXPECT_NEAR(trail.sample_m2 * static_cast<double>(trail.points.size()), 0.05, 0.002);
+  for (const auto& p_W : trail.points) EXPECT_GT(p_W.x(), 0.05f);
+}
+
+/// A camera at (0, 0, -1) with three pixels, of which the middle one measured 2 m, one nothing.
+TEST(MovingObject, ImagesSeeThroughWhatIsFarBeforeTheirDepth) {
+  const ViewCamera camera{{10, 10, 1, 0}, 3, 1};
+  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
+  T_W_C.translation() = Vector3d(0, 0, -1);
+  const std::vector<float> depth_m{3, 2, 0};
+  const auto sees = [&](double x, double z) {
+    return seesThrough(depth_m, camera, T_W_C, {x, 0, z}, 0.05);
+  };
+  EXPECT_TRUE(sees(0.0, 0.94));
+  EXPECT_FALSE(sees(0.0, 0.96)) << "beside the surface";
+  EXPECT_FALSE(sees(0.0, 1.5)) << "behind it";
+  EXPECT_TRUE(sees(-0.1, 0.0)) << "by the pixel to the left";
+  EXPECT_FALSE(sees(0.1, 0.0)) << "nothing measured";
+  EXPECT_FALSE(sees(0.2, 0.0)) << "beside the image";
+  EXPECT_FALSE(sees(0.0, -2.0)) << "behind the camera";
 }
 
 TEST(ViewSelection, TakesFirstToLastByStep) {

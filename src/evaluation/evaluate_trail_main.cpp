@@ -14,8 +14,7 @@ namespace {
 struct EvaluateTrailOptions {
   std::string mesh_path, reference_path;
   MovingObject object;
-  double margin_m = 0.0, distance_m = 0.05;
-  size_t samples = 2000000;
+  TrailRule rule;
   std::string views_folder;
   FrameSelection frames;
   size_t least_images = 5;
@@ -31,11 +30,12 @@ EvaluateTrailOptions readOptions(const std::vector<std::string>& arguments) {
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"REFERENCE.ply", "", "the mesh without the object"}, options.reference_path);
   addObjectOptions(line, options.object);
-  line.addNumber({"--margin", "METRES", "added to the volume on all sides"}, options.margin_m,
+  line.addNumber({"--margin", "METRES", "added to the volume on all sides"}, options.rule.margin_m,
                  {0.0, 1.0});
   line.addNumber({"--distance", "METRES", "what is nearer to the reference is no trail"},
-                 options.distance_m, {0.0, 10.0});
-  line.addWhole({"--samples", "N", "points of the mesh to look at"}, options.samples, {1000, 1e8});
+                 options.rule.distance_m, {0.0, 10.0});
+  line.addWhole({"--samples", "N", "points of the mesh to look at"}, options.rule.samples,
+                {1000, 1e8});
   line.addText({"--views", "TUM_DIR",
                 "tell also what these images see through: they measured something farther behind"},
                options.views_folder);
@@ -53,16 +53,15 @@ double seenThrough(const Trail& trail, const EvaluateTrailOptions& options) {
   const Views views = readViews(options.views_folder);
   const std::vector<size_t> counts =
       countSeenThrough(trail.points, views, selectViews(options.frames, views.poses_W_C.size()),
-                       options.distance_m);
+                       options.rule.distance_m);
   const auto seen = std::count_if(counts.begin(), counts.end(),
                                   [&](size_t count) { return count >= options.least_images; });
   return trail.sample_m2 * static_cast<double>(seen);
 }
 
 void evaluateTrail(const EvaluateTrailOptions& options) {
-  const Trail trail =
-      findTrail(readPly(options.mesh_path), readPly(options.reference_path), options.object,
-                options.margin_m, options.distance_m, options.samples);
+  const Trail trail = findTrail(readPly(options.mesh_path), readPly(options.reference_path),
+                                options.object, options.rule);
   constexpr double kCm2 = 1e4;
   const double sample_cm2 = kCm2 * trail.sample_m2;
   nlohmann::json json = {{"swept_cm2", sample_cm2 * static_cast<double>(trail.swept)},

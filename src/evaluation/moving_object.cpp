@@ -96,17 +96,17 @@ size_t composite(const MovingObject& object, const Eigen::Vector3d& centre_W,
 }
 
 Trail findTrail(const TriangleMesh& mesh, const TriangleMesh& reference,
-                const MovingObject& object, double margin_m, double distance_m, size_t samples) {
+                const MovingObject& object, const TrailRule& rule) {
   const std::vector<double> areas = triangleAreas(mesh);
-  const SurfaceSamples surface = sampleSurface(mesh, samples, kSampleSeed);
+  const SurfaceSamples surface = sampleSurface(mesh, rule.samples, kSampleSeed);
   const MeshScene scene(reference);
   Trail trail;
   trail.sample_m2 =
-      std::accumulate(areas.begin(), areas.end(), 0.0) / static_cast<double>(samples);
+      std::accumulate(areas.begin(), areas.end(), 0.0) / static_cast<double>(rule.samples);
   for (const Eigen::Vector3f& p_W : surface.points) {
-    if (!sweeps(object, p_W.cast<double>(), margin_m)) continue;
+    if (!sweeps(object, p_W.cast<double>(), rule.margin_m)) continue;
     ++trail.swept;
-    if (scene.closestPoint(p_W).distance_m > distance_m) trail.points.push_back(p_W);
+    if (scene.closestPoint(p_W).distance_m > rule.distance_m) trail.points.push_back(p_W);
   }
   return trail;
 }

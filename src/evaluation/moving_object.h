@@ -50,10 +50,16 @@ struct Trail {
   std::vector<Eigen::Vector3f> points;  ///< Those not beside the mesh without the object, in W.
 };
 
-/// What is nearer than `distance_m` to `reference`, the mesh of the recording without the object,
-/// is none of its trail. `samples` points of the mesh are looked at.
+/// What counts as the object's trail.
+struct TrailRule {
+  double margin_m = 0.0;     ///< Added on all sides to the volume that it passed through.
+  double distance_m = 0.05;  ///< What is nearer to the mesh without the object is no trail.
+  size_t samples = 2000000;  ///< Points of the mesh to look at.
+};
+
+/// `reference` is the mesh of the recording without the object.
 Trail findTrail(const TriangleMesh& mesh, const TriangleMesh& reference,
-                const MovingObject& object, double margin_m, double distance_m, size_t samples);
+                const MovingObject& object, const TrailRule& rule);
 
 /// Whether a depth image measured something more than `distance_m` behind a point, by the depth of
 /// both: what is there cannot be.

@@ -96,7 +96,7 @@ TEST(MovingObject, TheTrailIsWhatTheReferenceHasNot) {
   const MovingObject object =
       objectOf(MovingObject::Shape::kBox, {0.2, 0.2, 0.2}, {-0.2, 0, 0}, {0.2, 0, 0});
   const Trail trail = findTrail(makeRectangle(-1, -1, 1, 1, 0), makeRectangle(-5, -5, 0, 5, 0),
-                                object, 0.0, 0.05, 400000);
+                                object, {0.0, 0.05, 400000});
   EXPECT_NEAR(trail.sample_m2, 4.0 / 400000, 1e-9);
   EXPECT_NEAR(trail.sample_m2 * static_cast<double>(trail.swept), 0.12, 0.003);
   EXPECT_NEAR(trail.sample_m2 * static_cast<double>(trail.points.size()), 0.05, 0.002);

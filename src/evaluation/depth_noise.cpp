@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "evaluation/random.h"
+#include "simulation/random.h"
 
 namespace dtsdf {
 

@@ -25,7 +25,9 @@ struct Step {
 };
 
 /// Pixels of 4 mm at 1 m, 5 mm at 2.5 m and 10 mm at 5 m: the board fits into the image.
-SceneCamera stepCamera(const Step& step) { return {320, 240, step.distance_m < 2.0 ? 262.5 : 525.0}; }
+SceneCamera stepCamera(const Step& step) {
+  return {320, 240, step.distance_m < 2.0 ? 262.5 : 525.0};
+}
 
 /// Each pixel behind an edge, in a ring one pixel wide, gets a depth between both sides.
 void mixPixels(SceneView& view, double gap_m, Random& random) {
@@ -84,8 +86,8 @@ bool hasMiddle(const SceneSetup& setup, const Step& step) {
   return step.gap_m > 4.0 * setup.voxel() + noise_m + 1e-9;
 }
 
-/// A side that goes from the board's right or left edge back to the wall, and is so many pixels wide
-/// for a camera in the middle: a thin plate.
+/// A side that goes from the board's right or left edge back to the wall, and is so many pixels
+/// wide for a camera in the middle: a thin plate.
 struct Side {
   Vector3d start, end;  // at y = 0
 

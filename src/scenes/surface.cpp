@@ -105,7 +105,9 @@ Surface surfaceOf(const Mesh& mesh) {
   };
   Surface surface;
   surface.reserve(mesh.triangles.size());
-  for (const auto& t : mesh.triangles) surface.push_back({corner(t[0]), corner(t[1]), corner(t[2])});
+  for (const auto& t : mesh.triangles) {
+    surface.push_back({corner(t[0]), corner(t[1]), corner(t[2])});
+  }
   return surface;
 }
 
@@ -133,7 +135,8 @@ double areaOf(const Surface& surface, const Region& region) {
 }
 
 double areaAwayFrom(const Scene& truth, double distance_m, const Surface& surface) {
-  return areaOf(surface, [&](const Vector3d& p) { return truth.distanceToSurface(p) > distance_m; });
+  return areaOf(surface,
+                [&](const Vector3d& p) { return truth.distanceToSurface(p) > distance_m; });
 }
 
 size_t countOpenEdges(const Mesh& mesh, const Region& region) {

@@ -117,8 +117,8 @@ std::string cellOf(const std::vector<Figure>& figures, const Figure& wanted) {
   });
   if (found == figures.end()) return "–";
   const double size = std::abs(found->value);
-  const std::string text =
-      format(size == 0.0 || size >= 99.95 ? "%.0f" : (size >= 9.95 ? "%.1f" : "%.2f"), found->value);
+  const char* pattern = size == 0.0 || size >= 99.95 ? "%.0f" : (size >= 9.95 ? "%.1f" : "%.2f");
+  const std::string text = format(pattern, found->value);
   return found->holds() ? text : "**" + text + "**";
 }
 

@@ -7,7 +7,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kWall_m = 0.0037, kEye_m = -3.0;
-constexpr double kSide_m = 0.4;
+constexpr double kSide_m = 0.25;
 
 /// A board whose front is put where 60 frames saw free space, then seen in ten.
 std::vector<Figure> measure(const SceneSetup& setup, double front_m) {

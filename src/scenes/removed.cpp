@@ -42,7 +42,7 @@ SceneMap showBoard(const SceneSetup& setup, const Scene& wall, double distance_m
   if (frames <= 30) {
     map.watch(scene, camera, eye, frames);
   } else {
-    camera = {camera.width / 4, camera.height / 4, camera.focal_px / 4.0};
+    camera = {80, 60, 0.5 * camera.focal_px};  // a part of the board, so that it does not take long
     map.fuse(look(scene, camera, lookAlongZ(eye)), frames);
   }
   return map;
@@ -52,8 +52,7 @@ std::vector<Figure> measureBoard(const SceneSetup& setup, double distance_m, int
   Scene wall;
   wall.add(wallAt(kOff_m));
   SceneMap map = showBoard(setup, wall, distance_m, frames);
-  const double was_m2 = kBoardSide_m * kBoardSide_m;
-  const Figure before = reported("there before", "%", leftPercent(wall, setup, map, was_m2));
+  const double was_m2 = areaAwayFrom(wall, 2.0 * setup.voxel(), map.surface());
   std::vector<Figure> figures =
       watchItGo(map, setup, wall, was_m2, [&](int begin, int end) {
         for (int i = begin; i < end; ++i) {
@@ -61,7 +60,7 @@ std::vector<Figure> measureBoard(const SceneSetup& setup, double distance_m, int
           map.fuse(look(wall, roomCamera(setup), lookAlongZ(eye)));
         }
       });
-  figures.insert(figures.begin(), before);
+  figures.insert(figures.begin(), reported("there before", "cm2", 1.0e4 * was_m2));
   return figures;
 }
 

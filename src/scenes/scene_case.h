@@ -18,7 +18,7 @@ namespace dtsdf {
 struct SceneSetup {
   MapperParams params;
   Rules rules;
-  int image_width = 320;  ///< Of a camera with a horizontal field of view of 63 degrees.
+  int image_width = 320;  ///< Of the room camera; smaller ones see less, pixels are the same.
 
   double voxel() const { return static_cast<double>(params.map.voxel_size_m); }
   std::unique_ptr<ProbedMapper> makeMapper() const { return makeProbedMapper(params, rules); }

@@ -8,8 +8,10 @@ namespace dtsdf {
 using Eigen::Vector3d;
 
 SceneCamera roomCamera(const SceneSetup& setup) {
-  return {setup.image_width, setup.image_width * 3 / 4, 525.0 / 640.0 * setup.image_width};
+  return {setup.image_width, setup.image_width * 3 / 4, 262.5};
 }
+
+SceneCamera coarseCamera() { return {160, 120, 131.25}; }
 
 Intrinsics SceneView::intrinsics() const {
   const float focal_px = static_cast<float>(camera.focal_px);

@@ -17,8 +17,12 @@ struct SceneCamera {
   double focal_px;
 };
 
-/// The camera of most scenes: 63 x 49 degrees, as of a Kinect.
+/// The camera of most scenes: 63 x 49 degrees at its default width, as of a Kinect, with half as
+/// many pixels across.
 SceneCamera roomCamera(const SceneSetup& setup);
+
+/// The same view in a quarter of the pixels, whatever the setup, for long runs.
+SceneCamera coarseCamera();
 
 /// A depth image in metres with its camera and pose.
 struct SceneView {

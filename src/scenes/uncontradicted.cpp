@@ -120,8 +120,7 @@ ByteComparison compareOutside(const std::vector<BlockSnapshot>& before,
 std::vector<Figure> measureBytes(const SceneSetup& setup) {
   Scene scene;
   scene.add(Room{Vector3d(-1.5037, -1.0037, -1.5037), Vector3d(1.5037, 1.0037, 1.5037)});
-  SceneCamera camera = roomCamera(setup);
-  camera = {camera.width / 2, camera.height / 2, 0.5 * camera.focal_px};
+  const SceneCamera camera = coarseCamera();
   SceneMap map(setup);
   for (int i = 0; i < 24; ++i) {
     const Vector3d eye = sway(i, 0.02), ahead(std::sin(0.5236 * i), 0.1, std::cos(0.5236 * i));

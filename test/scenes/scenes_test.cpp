@@ -35,6 +35,7 @@ TEST_P(Scenes, KeepTheirBounds) {
   SceneSetup setup;
   setup.params.backend = Backend::kCpu;
   setup.params.threads = 1;  // ctest runs the two voxel sizes beside each other
+  setup.image_width = 160;  // to be quick
   setup.params.map.voxel_size_m = 0.001f * static_cast<float>(voxel_mm);
   for (const Figure& figure : scene_case.measure(setup)) {
     EXPECT_TRUE(figure.holds()) << figure.name << ": " << figure.value << " " << figure.unit

@@ -105,7 +105,7 @@ std::vector<Figure> measureOutOfRange(SceneSetup setup, bool floor) {
   setup.params.fusion.max_depth_m = 3.0f;
   Scene background;
   background.add(wallAt(4.0));
-  if (floor) background.add(Plane{Vector3d(0.0, 0.8037, 0.0), -Vector3d::UnitY()});
+  if (floor) background.add(Plane{Vector3d(0.0, 0.5037, 0.0), -Vector3d::UnitY()});
   Scene scene = background;
   scene.add(boardAt(0.0, 0.0, kOff_m, kBoardSide_m, kBoardSide_m));
   SceneMap map(setup);

@@ -86,8 +86,8 @@ void runTasks(size_t count, int jobs, const Task& task) {
   if (failure) std::rethrow_exception(failure);
 }
 
-Results measureCases(const ProveOptions& options, const std::vector<SceneCase>& cases) {
-  const RunSettings settings = readSettings(options.run);
+Results measureCases(const ProveOptions& options, const RunSettings& settings,
+                     const std::vector<SceneCase>& cases) {
   const size_t voxels = options.voxels_mm.size(), count = cases.size() * voxels;
   Results results(cases.size(), std::vector<std::vector<Figure>>(voxels));
   ProgressBar progress("cases", count);
@@ -172,7 +172,7 @@ void printTable(const ProveOptions& options, const std::vector<SceneCase>& cases
   }
 }
 
-/// "12 of 30 at 20 mm"
+/// How many bounds are kept at each voxel size.
 void printKept(const ProveOptions& options, const Results& results) {
   std::string text;
   for (size_t v = 0; v < options.voxels_mm.size(); ++v) {
@@ -195,9 +195,12 @@ void run(const ProveOptions& options) {
     for (const SceneCase& c : cases) std::printf("%s\n", c.name().c_str());
     return;
   }
-  const Results results = measureCases(options, cases);
+  const RunSettings settings = readSettings(options.run);
+  const Results results = measureCases(options, settings, cases);
   printTable(options, cases, results);
   printKept(options, results);
+  std::printf("Device: %s\n",
+              makeProbedMapper(settings.params.mapper, settings.rules)->backendName().c_str());
 }
 
 }  // namespace

@@ -148,7 +148,9 @@ std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, doub
       }
     }
   }
-  const double there = coveredPercent(between, map.surface(), 1.5 * setup.voxel());
+  const double pixel_m = (step.distance_m + step.gap_m) / stepCamera(step).focal_px;
+  const double within_m = std::max(1.5 * setup.voxel(), pixel_m);
+  const double there = coveredPercent(between, map.surface(), within_m);
   // What is one pixel wide has no slope of its own: not every view can tell it from a mixed pixel.
   const bool isBounded = width_px > 1.5 && !step.noisy;
   return {isBounded ? atLeast("side that is there", 90.0, "%", there)

@@ -81,11 +81,12 @@ class SlatMesh {
     for (const double area : area_m2_) longest = std::max(longest, run = area > 0.0 ? 0 : run + 1);
     return longest;
   }
+  bool isThere() const { return sum() > 0.0; }
   /// Area per length, where anything is there.
   double meanWidth_mm() const {
     const auto there = std::count_if(area_m2_.begin(), area_m2_.end(),
                                      [](double area) { return area > 0.0; });
-    return there == 0 ? 0.0 : 1.0e6 * sum() / static_cast<double>(there);
+    return 1.0e6 * sum() / static_cast<double>(there);
   }
 
  private:
@@ -120,6 +121,7 @@ std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
     figures.push_back(fine ? within("area" + of, 85.0, 115.0, "%", mesh.areaPercent())
                            : reported("area" + of, "%", mesh.areaPercent()));
     figures.push_back(atMost("longest gap" + of, 1.0, "mm", mesh.longestGap_mm()));
+    if (!mesh.isThere()) continue;
     // A mesh is never quite flat, so its area exceeds that of its outline a little.
     figures.push_back(atMost("mean width" + of, 1.02 * widest_mm, "mm", mesh.meanWidth_mm()));
   }

@@ -36,7 +36,8 @@ ProveOptions parseOptions(const std::vector<std::string>& arguments) {
                [&](const std::string& text) { options.scenes.push_back(text); });
   line.addFlag("--quick", "only the cases that are tests", options.quick);
   line.addFlag("--list", "only list the cases", options.list);
-  line.addWhole({"--width", "PIXELS", "width of images of rooms; wider ones see more"}, options.image_width, {64, 4096});
+  line.addWhole({"--width", "PIXELS", "width of images of rooms; wider ones see more"},
+                options.image_width, {64, 4096});
   line.addWhole({"--jobs", "N", "cases at the same time"}, options.jobs, {1, 1024});
   line.beginGroup("Settings");
   addMapperOptions(line, options.run);

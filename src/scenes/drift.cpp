@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFrames = 60;
+constexpr int kFrames = 40;
 
 /// A corner with a floor (down is +y), a board and boxes.
 Scene makeCorner() {

@@ -52,9 +52,9 @@ std::vector<Figure> measure(const SceneSetup& setup, int frames) {
 }  // namespace
 
 void addMemoryCases(std::vector<SceneCase>& cases) {
-  for (const int frames : {600, 2000}) {
+  for (const int frames : {400, 2000}) {
     cases.push_back({"memory", "a box moves about for " + std::to_string(frames) + " frames",
-                     frames == 600,
+                     frames == 400,
                      [frames](const SceneSetup& setup) { return measure(setup, frames); }});
   }
 }

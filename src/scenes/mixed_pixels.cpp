@@ -26,7 +26,7 @@ struct Step {
 
 /// Pixels of 4 mm at 1 m, 5 mm at 2.5 m and 10 mm at 5 m: the board fits into the image.
 SceneCamera stepCamera(const Step& step) {
-  return {320, 240, step.distance_m < 2.0 ? 262.5 : 525.0};
+  return {240, 180, step.distance_m < 2.0 ? 262.5 : 525.0};
 }
 
 /// Each pixel behind an edge, in a ring one pixel wide, gets a depth between both sides.

@@ -34,7 +34,7 @@ TEST_P(Scenes, KeepTheirBounds) {
   const auto& [scene_case, voxel_mm] = GetParam();
   SceneSetup setup;
   setup.params.backend = Backend::kCpu;
-  setup.params.threads = 1;  // ctest runs the two voxel sizes beside each other
+  setup.params.threads = 1;  // ctest runs the parts beside each other
   setup.image_width = 160;  // to be quick
   setup.params.map.voxel_size_m = 0.001f * static_cast<float>(voxel_mm);
   for (const Figure& figure : scene_case.measure(setup)) {

@@ -8,8 +8,8 @@
 
 #include "evaluation/depth_edges.h"
 #include "evaluation/mixed_pixels.h"
-#include "evaluation/random.h"
 #include "evaluation/stereo_noise.h"
+#include "simulation/random.h"
 
 namespace dtsdf {
 

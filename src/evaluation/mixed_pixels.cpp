@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "evaluation/depth_edges.h"
-#include "evaluation/random.h"
+#include "simulation/random.h"
 
 namespace dtsdf {
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "evaluation/depth_noise.h"
-#include "evaluation/random.h"
+#include "simulation/random.h"
 
 namespace dtsdf {
 

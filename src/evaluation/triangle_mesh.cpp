@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evaluation/random.h"
+#include "simulation/random.h"
 
 namespace dtsdf {
 

@@ -1,0 +1,83 @@
+/// Views of analytic scenes, and a map that they are fused into.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dtsdf_mapping/mesh.h"
+#include "scenes/scene_case.h"
+#include "scenes/surface.h"
+#include "simulation/scene.h"
+
+namespace dtsdf {
+
+/// A camera with square pixels and its principal point in the image's middle.
+struct SceneCamera {
+  int width, height;
+  double focal_px;
+};
+
+/// The camera of most scenes: 63 x 49 degrees at its default width, as of a Kinect, with half as
+/// many pixels across.
+SceneCamera roomCamera(const SceneSetup& setup);
+
+/// The same view in a quarter of the pixels, whatever the setup, for long runs.
+SceneCamera coarseCamera();
+
+/// A depth image in metres with its camera and pose.
+struct SceneView {
+  SceneCamera camera;
+  Eigen::Isometry3d T_W_C;
+  std::vector<float> depth_m;
+
+  Intrinsics intrinsics() const;
+  DepthFrame frame() const;  ///< Valid as long as this object is where it is.
+  float& at(int u, int v);
+  float at(int u, int v) const;
+  /// The point that a pixel measures, given its depth.
+  Eigen::Vector3d point(int u, int v, double z_m) const;
+};
+
+SceneView look(const Scene& scene, const SceneCamera& camera, const Eigen::Isometry3d& T_W_C);
+
+/// A pose at `eye_W` that looks at `target_W`; up is -y, as in the camera's own frame, so that the
+/// map's axes are the camera's where it looks along z.
+Eigen::Isometry3d lookFrom(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& target_W);
+
+/// A pose that looks along z.
+Eigen::Isometry3d lookAlongZ(const Eigen::Vector3d& eye_W);
+
+/// The i-th offset of a hand-held camera that keeps its place, `reach_m` to each side at most.
+Eigen::Vector3d sway(int i, double reach_m);
+
+/// A plane z = `z_m` that is seen from below, with its back to +z.
+Plane wallAt(double z_m);
+
+/// A board that faces -z with its front in the plane z = `front_z_m`.
+Box boardAt(double x_m, double y_m, double front_z_m, double width_m, double height_m,
+            double thickness_m = 0.01);
+
+/// A mapper together with the mesh it has handed out.
+class SceneMap {
+ public:
+  explicit SceneMap(const SceneSetup& setup);
+
+  /// Fuses a view so many times. A frame without anything in range is no error here.
+  void fuse(const SceneView& view, int times = 1);
+
+  /// `count` views of a scene along z from `eye_W`, swaying.
+  void watch(const Scene& scene, const SceneCamera& camera, const Eigen::Vector3d& eye_W, int count,
+             double reach_m = 0.01);
+
+  /// The surface as it is now.
+  Surface surface();
+  Mesh mesh();
+
+  ProbedMapper& mapper() { return *mapper_; }
+
+ private:
+  std::unique_ptr<ProbedMapper> mapper_;
+  MeshStore store_;
+};
+
+}  // namespace dtsdf

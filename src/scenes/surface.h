@@ -1,0 +1,52 @@
+/// A mesh as loose triangles, and how much of it lies where.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <vector>
+
+#include "dtsdf_mapping/mesh.h"
+#include "simulation/scene.h"
+
+namespace dtsdf {
+
+struct FlatTriangle {
+  Eigen::Vector3d a, b, c;
+
+  Eigen::Vector3d centroid() const { return (a + b + c) / 3.0; }
+  double area() const { return 0.5 * (b - a).cross(c - a).norm(); }
+};
+
+using Surface = std::vector<FlatTriangle>;
+using Region = std::function<bool(const Eigen::Vector3d&)>;
+
+Surface surfaceOf(const Mesh& mesh);
+
+/// Triangles whose centroid lies in a region.
+Surface partOf(const Surface& surface, const Region& region);
+
+/// Splits triangles until no side is longer.
+Surface refine(const Surface& surface, double longest_side_m);
+
+double areaOf(const Surface& surface);
+double areaOf(const Surface& surface, const Region& region);
+
+/// Area farther than that from every surface of the scene.
+double areaAwayFrom(const Scene& truth, double distance_m, const Surface& surface);
+
+/// Sides of one triangle only, with both ends in the region.
+size_t countOpenEdges(const Mesh& mesh, const Region& region);
+
+using Points = std::vector<Eigen::Vector3d>;
+
+/// A grid of points on the rectangle centre +- half_u +- half_v, on its rim too.
+Points pointsOnRectangle(const Eigen::Vector3d& centre, const Eigen::Vector3d& half_u,
+                         const Eigen::Vector3d& half_v, double spacing_m);
+
+/// One of the points in each cube of a grid, so that they are spread evenly.
+Points thinOut(const Points& points, double side_m);
+
+/// Share of the points, in percent, that have a triangle so near.
+double coveredPercent(const Points& points, const Surface& surface, double within_m);
+
+}  // namespace dtsdf

@@ -1,5 +1,6 @@
 #include "backend/frame_check.h"
 
+#include <limits>
 #include <cmath>
 #include <sstream>
 
@@ -113,7 +114,10 @@ FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m) {
 }
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
-  return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m};
+  const float overflow = frame.encoding == DepthEncoding::kUint16
+                             ? 65535.0f
+                             : std::numeric_limits<float>::infinity();
+  return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m, overflow};
 }
 
 IntegrationResult refuse(const FrameProblem& problem) {

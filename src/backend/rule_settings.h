@@ -13,6 +13,11 @@ inline bool castsSurfels(const MapperParams& params) {
   return params.fusion.mode != FusionMode::kVoxelProjection;
 }
 
+/// Voxel projection clears by itself.
+inline bool clearsFreeSpace(const MapperParams& params) {
+  return params.fusion.clearing && castsSurfels(params);
+}
+
 /// Projecting voxels into an undirected map takes no normals: pixels without one count there too.
 inline bool needsNormals(const MapperParams& params) {
   return params.map.directional || castsSurfels(params);

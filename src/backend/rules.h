@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
+#include "kernels/core/voxel.h"
 #include "kernels/fusion/fusion_rules.h"
 #include "kernels/meshing/mesh_rules.h"
 #include "kernels/surfels/surfel_rules.h"
@@ -39,7 +40,6 @@ void visitRules(SurfelRules& rules, Visitor& visit) {
   visit(section + "merged_rows_beside", rules.merged_rows_beside, Range{1, 1000});
   visit(section + "subdivided_width", rules.subdivided_width, Range{0.0, 1e6});
   visit(section + "subdivided_step", rules.subdivided_step, Range{0.0, 1e6});
-  visit(section + "full_weight_depth_m", rules.full_weight_depth_m, Range{0.01, 1000.0});
 }
 
 template <class Visitor>
@@ -47,10 +47,14 @@ void visitRules(FusionRules& rules, Visitor& visit) {
   const std::string section = "rules/fusion/";
   visit(section + "sample_reach", rules.sample_reach, Range{0.5, 100.0});
   visit(section + "noise_reach", rules.noise_reach, Range{0.0, 100.0});
-  visit(section + "free_share", rules.free_share, Range{0.0, 10.0});
-  visit(section + "most_free_frames", rules.most_free_frames, Range{0.0, 1e6});
-  visit(section + "nearest_free_m", rules.nearest_free_m, Range{0.01, 1000.0});
+  visit(section + "full_weight_depth_m", rules.full_weight_depth_m, Range{0.01, 1000.0});
+  visit(section + "support_share", rules.support_share, Range{0.0, 1.0});
+  visit(section + "support_gain", rules.support_gain, Range{1, 100});
+  visit(section + "contradiction_cost", rules.contradiction_cost, Range{0, 100});
+  visit(section + "most_evidence", rules.most_evidence, Range{1, kMostEvidence});
+  visit(section + "free_margin", rules.free_margin, Range{0.0, 100.0});
   visit(section + "free_noise", rules.free_noise, Range{0.0, 100.0});
+  visit(section + "look_turns", rules.look_turns, Range{1, 1000});
 }
 
 /// Visits keys such as "rules/mesh/...", in the manner of visitParams().

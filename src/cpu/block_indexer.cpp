@@ -33,15 +33,17 @@ struct UnitsOfRow {
 };
 
 /// Takes a row of voxels apart. Nothing overlaps, which the compiler has to know to use vectors.
-void copyRow(const Voxel* __restrict__ from, float* __restrict__ sdf, float* __restrict__ weight) {
+void copyRow(const Voxel* __restrict__ from, int32_t least_evidence, float* __restrict__ sdf,
+             float* __restrict__ weight) {
   for (int x = 0; x < kBlockSide; ++x) {
-    sdf[x] = from[x].sdf;
-    weight[x] = from[x].weight;
+    const Sample sample = sampleOf(from[x], least_evidence);
+    sdf[x] = sample.sdf;
+    weight[x] = sample.weight;
   }
 }
 
 /// Copies the part of a voxel array that lies in the corner grid's n-th block.
-void copyPart(const Voxel* voxels, int n, float* sdf, float* weight) {
+void copyPart(const Voxel* voxels, int n, int32_t least_evidence, float* sdf, float* weight) {
   const Vec3i at = cornerBlockOffset(n);
   const int rows = at.y ? 1 : kBlockSide, layers = at.z ? 1 : kBlockSide;
   for (int z = 0; z < layers; ++z) {
@@ -49,10 +51,11 @@ void copyPart(const Voxel* voxels, int n, float* sdf, float* weight) {
       const int to = cornerIndex(kBlockSide * at.x, kBlockSide * at.y + y, kBlockSide * at.z + z);
       const Voxel* from = voxels + voxelIndex(0, y, z);
       if (at.x) {
-        sdf[to] = from->sdf;
-        weight[to] = from->weight;
+        const Sample sample = sampleOf(*from, least_evidence);
+        sdf[to] = sample.sdf;
+        weight[to] = sample.weight;
       } else {
-        copyRow(from, sdf + to, weight + to);
+        copyRow(from, least_evidence, sdf + to, weight + to);
       }
     }
   }
@@ -61,8 +64,9 @@ void copyPart(const Voxel* voxels, int n, float* sdf, float* weight) {
 }  // namespace
 
 void FoundCornerArrays::find(const BlockTable& table, const VoxelStore& voxels,
-                             const BlockKey& key) {
+                             const BlockKey& key, int32_t least) {
   present = 0;
+  least_evidence = least;
   for (int n = 0; n < kCornerBlocks; ++n) {
     const int32_t slot = table.find(packKey(key + cornerBlockOffset(n)));
     for (int d = 0; d < kDirectionCount; ++d) {
@@ -80,7 +84,7 @@ void BlockIndexer::collect(const FoundCornerArrays& arrays) {
     if (!(present_ >> d & 1)) continue;
     for (int n = 0; n < kCornerBlocks; ++n) {
       const Voxel* voxels = arrays.array[n][d];
-      copyPart(voxels == nullptr ? kNothing : voxels, n, sdf_[d], weight_[d]);
+      copyPart(voxels == nullptr ? kNothing : voxels, n, arrays.least_evidence, sdf_[d], weight_[d]);
     }
   }
 }

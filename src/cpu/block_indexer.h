@@ -19,9 +19,9 @@ struct EdgeEnd {
   int corner;
   int only_direction;  ///< That the undirected map's array counts as; -1 in the directional map.
 
-  Voxel operator[](int d) const {
+  Sample operator[](int d) const {
     if (only_direction < 0) return samples.sample(corner, d);
-    return d == only_direction ? samples.sample(corner, 0) : Voxel{0.0f, 0.0f};
+    return d == only_direction ? samples.sample(corner, 0) : Sample{0.0f, 0.0f};
   }
 };
 
@@ -43,7 +43,8 @@ BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge,
 struct FoundCornerArrays : CornerArrays {
   uint32_t present;  ///< Bit d: some of the blocks has an array of direction d.
 
-  void find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key);
+  void find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key,
+            int32_t least_evidence);
 };
 
 /// A block's units before regularisation; both empty where there is no surface.
@@ -57,7 +58,7 @@ class BlockIndexer {
  public:
   IndexedBlock index(const MeshRules& rules, const FoundCornerArrays& arrays, bool directional);
 
-  Voxel sample(int corner, int direction) const {
+  Sample sample(int corner, int direction) const {
     if (!(present_ >> direction & 1)) return {0.0f, 0.0f};
     return {sdf_[direction][corner], weight_[direction][corner]};
   }

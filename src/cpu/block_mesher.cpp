@@ -66,7 +66,7 @@ std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots)
     if (i + threads_ < slots.size()) prefetch(slots[i + threads_]);
     SlotState& state = state_[slots[i]];
     FoundCornerArrays arrays;
-    arrays.find(table_, voxels_, table_.block(slots[i]).key);
+    arrays.find(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
     changed[i] = !sameIndices(block.indices, state.indices);
     state.indices = std::move(block.indices);
@@ -90,7 +90,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
       indices[n] = empty ? nullptr : state_[slot].indices.data();
     }
     FoundCornerArrays arrays;
-    arrays.find(table_, voxels_, mesh.key);
+    arrays.find(table_, voxels_, mesh.key, least_evidence_);
     surface.regularise(indices);
     surface.emit(rules_, arrays, state.vertices, directional_, mesh);
     state.vertices = std::vector<BlockVertex>();
@@ -157,8 +157,14 @@ void BlockMesher::countWork(size_t indexed, size_t meshed,
   }
 }
 
-std::vector<BlockMesh> BlockMesher::update() {
+std::vector<BlockMesh> BlockMesher::update(int32_t least_evidence) {
   ++update_;
+  if (least_evidence != least_evidence_) {
+    for (size_t slot = 0; slot < state_.size(); ++slot) {
+      state_[slot].dirty = slot < table_.slotCount() && table_.block(slot).in_use;
+    }
+  }
+  least_evidence_ = least_evidence;
   std::vector<int32_t> slots = reachBlocks();
   const size_t indexed = slots.size();
   selectAround(indexBlocks(slots), slots);

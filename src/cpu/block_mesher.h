@@ -34,7 +34,9 @@ class BlockMesher {
   size_t bytes() const;
 
   /// Meshes what changed since the last call. @return the changed blocks, by packed key.
-  std::vector<BlockMesh> update();
+  /// `least_evidence` is what a voxel needs to be known; where it differs from that of the last call,
+  /// all blocks are meshed again.
+  std::vector<BlockMesh> update(int32_t least_evidence);
 
  private:
   struct SlotState {
@@ -80,6 +82,7 @@ class BlockMesher {
   int threads_;
   std::vector<SlotState> state_;
   uint32_t update_ = 0;  ///< Number of the latest.
+  int32_t least_evidence_ = 0;
   Profile* profile_ = nullptr;
 };
 

@@ -1,32 +1,46 @@
 #include "cpu/clear.h"
 
+#include <algorithm>
+
 #include "kernels/fusion/free_space.h"
 
 namespace dtsdf {
+namespace {
 
-void clearFreeSpace(const Vec3i& block_L, const BlockEntry& entry, const FrameSensing& sensing,
-                    const Rules& rules, VoxelStore& voxels) {
-  const Vec3i first = firstVoxelOfBlock(block_L);
-  for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
-    float depth_m[kBlockSide], u[kBlockSide], v[kBlockSide];  // apart, for the vector units
-    for (int x = 0; x < kBlockSide; ++x) {
-      const VoxelInImage at =
-          projectToImage(sensing.image.frame, first + voxelOffset(row) + Vec3i{x, 0, 0});
-      depth_m[x] = at.depth_m;
-      u[x] = at.u;
-      v[x] = at.v;
-    }
-    for (int x = 0; x < kBlockSide; ++x) {
-      const float weight =
-          freeSpaceWeight(sensing, {depth_m[x], u[x], v[x]}, rules.surfels, rules.fusion);
-      if (!(weight > 0.0f)) continue;
-      for (const int32_t array : entry.array) {
-        if (array == kNoArray) continue;
-        Voxel& voxel = voxels.array(array)[row + x];
-        voxel = clearedVoxel(voxel, weight, rules.fusion);
-      }
-    }
+/// All voxels are judged before the first one changes: they look at their neighbours.
+/// @return the number of voxels that are contradicted.
+int findContradicted(const BlockLook& look, int direction, const FrameSensing& sensing,
+                     const Voxel* voxels, int (&found)[kVoxelsPerBlock]) {
+  const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
+  const VoxelSums* sums = has_sums ? look.sums->voxel[direction] : nullptr;
+  const Vec3f first = toFloat(firstVoxelOfBlock(look.block_L));
+  int count = 0;
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    const bool is_supported = sums != nullptr && sums[i].weight != 0;
+    if (isEmpty(voxels[i]) || is_supported) continue;
+    if (isContradicted(sensing, first, voxels, i, direction)) found[count++] = i;
   }
+  return count;
+}
+
+}  // namespace
+
+ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,
+                        const FusionRules& rules, VoxelStore& voxels) {
+  ClearedBlock result{false, 0};
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] == kNoArray) continue;
+    Voxel* array = voxels.array(entry.array[d]);
+    int found[kVoxelsPerBlock];
+    const int count = findContradicted(look, d, sensing, array, found);
+    if (count == 0) continue;
+    result.changed = true;
+    for (int i = 0; i < count; ++i) {
+      array[found[i]] = contradictedVoxel(array[found[i]], look.frames, rules);
+    }
+    if (std::all_of(array, array + kVoxelsPerBlock, isEmpty)) result.empty_directions |= 1u << d;
+  }
+  return result;
 }
 
 }  // namespace dtsdf

@@ -1,15 +1,29 @@
-/// The stage "clear" on the CPU: voxels of one block that the frame saw as free lose weight.
+/// The stage "clear" on the CPU: what the frame contradicts loses evidence.
 #pragma once
 
-#include "backend/rules.h"
+#include "cpu/cast.h"
 #include "cpu/voxel_store.h"
+#include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/sensing.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
 
-/// `block_L` are the block's coordinates relative to the frame's origin.
-void clearFreeSpace(const Vec3i& block_L, const BlockEntry& entry, const FrameSensing& sensing,
-                    const Rules& rules, VoxelStore& voxels);
+/// A frame's look at a block.
+struct BlockLook {
+  Vec3i block_L;         ///< Its coordinates relative to the frame's origin.
+  int32_t frames;        ///< As many frames the look counts for.
+  const BlockSums* sums; ///< Of the frame; null if it does not touch the block.
+  uint32_t directions;   ///< Bit d: the frame has sums of direction d.
+};
+
+/// What became of a block.
+struct ClearedBlock {
+  bool changed;              ///< Some voxel lost evidence.
+  uint32_t empty_directions; ///< Bit d: the array of direction d was emptied.
+};
+
+ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,
+                        const FusionRules& rules, VoxelStore& voxels);
 
 }  // namespace dtsdf

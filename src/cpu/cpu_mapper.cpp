@@ -12,6 +12,8 @@
 #include "cpu/clear.h"
 #include "cpu/fold.h"
 #include "cpu/parallel_for.h"
+#include "kernels/fusion/free_space.h"
+#include "kernels/fusion/voxel_update.h"
 
 namespace dtsdf {
 namespace {
@@ -108,6 +110,10 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
                                  const FrameSensing& sensing) {
   std::vector<uint32_t> empty_directions(blocks.size(), 0);
   const bool casts = castsSurfels(params_);
+  const bool clears = sensing.free_depth != nullptr;
+  const FrameView& frame = sensing.image.frame;
+  ++frames_;
+  last_touched_.resize(table_.slotCount(), 0);
   BlockTimes times(profile_);
   parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
     const TouchedBlock& block = blocks[i];
@@ -121,41 +127,75 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
     if (casts) {
       cast(block, block_finder_, fusion_, sums);
     } else {
-      project(block, surfels, sensing.image.frame, fusion_, sums);
+      project(block, surfels, frame, fusion_, sums);
     }
     lap.end(Stage::kCast);
-    empty_directions[i] = fold(sums, directions, entry, fusion_, voxels_);
+    empty_directions[i] = fold(sums, directions, entry,
+                               blockDepthWeight(frame, block.block_L, rules_.fusion), fusion_,
+                               voxels_);
     lap.end(Stage::kFold);
-    if (sensing.free_depth != nullptr) {
-      clearFreeSpace(block.block_L, entry, sensing, rules_, voxels_);
+    if (clears) {
+      const BlockLook look{block.block_L, 1, &sums, directions};
+      empty_directions[i] |=
+          clearBlock(look, entry, sensing, rules_.fusion, voxels_).empty_directions;
     }
+    last_touched_[slot] = frames_;
     mesher_.markDirty(slot);
     lap.end(Stage::kClear);
     lap.countArrays(entry, directions);
   });
   times.addTo(profile_);
   const StageTimer timer(profile_, Stage::kClear);
-  recycleEmpty(blocks, empty_directions);
-}
-
-void CpuMapper::recycleEmpty(const std::vector<TouchedBlock>& blocks,
-                             const std::vector<uint32_t>& empty_directions) {
   for (size_t i = 0; i < blocks.size(); ++i) {
     if (empty_directions[i] == 0) continue;
-    const int32_t slot = table_.find(blocks[i].key);
-    if (table_.release(slot, empty_directions[i])) mesher_.forget(slot);
+    table_.vacate(table_.find(blocks[i].key), empty_directions[i]);
   }
+  if (clears) lookAround(sensing);
+}
+
+/// Clears blocks that the frame does not touch, those whose turn it is.
+void CpuMapper::lookAround(const FrameSensing& sensing) {
+  const std::vector<int32_t> slots = blocksInTurn(sensing.image.frame);
+  std::vector<ClearedBlock> cleared(slots.size());
+  const BlockKey origin = blockOfVoxel(sensing.image.frame.origin_voxel);
+  struct NoScratch {};
+  parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
+    const BlockEntry& entry = table_.block(slots[i]);
+    const BlockLook look{entry.key - origin, rules_.fusion.look_turns, nullptr, 0};
+    cleared[i] = clearBlock(look, entry, sensing, rules_.fusion, voxels_);
+  });
+  for (size_t i = 0; i < slots.size(); ++i) {
+    if (cleared[i].changed) mesher_.markDirty(slots[i]);
+    if (cleared[i].empty_directions != 0) table_.vacate(slots[i], cleared[i].empty_directions);
+  }
+}
+
+std::vector<int32_t> CpuMapper::blocksInTurn(const FrameView& frame) const {
+  const BlockKey origin = blockOfVoxel(frame.origin_voxel);
+  std::vector<int32_t> slots;
+  for (size_t slot = 0; slot < table_.slotCount(); ++slot) {
+    if (last_touched_[slot] == frames_) continue;
+    const BlockEntry& entry = table_.block(static_cast<int32_t>(slot));
+    if (!entry.in_use || !isLookedAt(packKey(entry.key), frames_, rules_.fusion)) continue;
+    if (mayBeInView(frame, entry.key - origin)) slots.push_back(static_cast<int32_t>(slot));
+  }
+  return slots;
 }
 
 void CpuMapper::beginMeshUpdate() {
   const Clock::time_point start = Clock::now();
-  mesh_update_.blocks = mesher_.update();
+  const std::vector<int32_t> vacant = table_.takeVacant();
+  vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
+  mesh_update_.blocks =
+      mesher_.update(leastEvidence(params_.mesh.min_support, frames_, rules_.fusion));
   mesh_update_.duration_ms = millisecondsSince(start);
 }
 
 MeshUpdate CpuMapper::finishMeshUpdate() {
   MeshUpdate update = std::move(mesh_update_);
   mesh_update_ = MeshUpdate();
+  for (const int32_t slot : table_.releaseVacant(vacant_)) mesher_.forget(slot);
+  vacant_.clear();
   return update;
 }
 
@@ -181,7 +221,9 @@ void CpuMapper::clear() {
   voxels_.clear();
   mesher_.clear();
   mesh_update_ = MeshUpdate();
-  refused_ = 0;
+  refused_ = frames_ = 0;
+  last_touched_.clear();
+  vacant_.clear();
 }
 
 MapStats CpuMapper::stats() const {
@@ -194,12 +236,14 @@ std::vector<BlockSnapshot> CpuMapper::snapshot() {
     const BlockEntry& entry = table_.block(slot);
     BlockSnapshot copy;
     copy.key = entry.key;
+    bool holds_voxels = false;
     for (int d = 0; d < kDirectionCount; ++d) {
       if (entry.array[d] == kNoArray) continue;
       const Voxel* voxels = voxels_.array(entry.array[d]);
       copy.voxels[d].assign(voxels, voxels + kVoxelsPerBlock);
+      holds_voxels = true;
     }
-    blocks.push_back(std::move(copy));
+    if (holds_voxels) blocks.push_back(std::move(copy));
   }
   return blocks;
 }

@@ -36,8 +36,8 @@ class CpuMapper : public ProbedMapper {
   Admission admit(const std::vector<TouchedBlock>& blocks);
   void castFoldAndClear(const std::vector<TouchedBlock>& blocks,
                         const std::vector<Surfel>& surfels, const FrameSensing& sensing);
-  void recycleEmpty(const std::vector<TouchedBlock>& blocks,
-                    const std::vector<uint32_t>& empty_directions);
+  void lookAround(const FrameSensing& sensing);
+  std::vector<int32_t> blocksInTurn(const FrameView& frame) const;
 
   const MapperParams params_;
   const Rules rules_;
@@ -51,6 +51,9 @@ class CpuMapper : public ProbedMapper {
   BlockMesher mesher_;
   MeshUpdate mesh_update_;
   uint64_t refused_ = 0;
+  uint64_t frames_ = 0;                 ///< Fused.
+  std::vector<uint64_t> last_touched_;  ///< Frame, by slot; 0: none.
+  std::vector<int32_t> vacant_;         ///< Released when the mesh update under way is fetched.
   Profile* profile_ = nullptr;
 };
 

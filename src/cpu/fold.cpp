@@ -6,11 +6,12 @@ namespace dtsdf {
 namespace {
 
 /// @return whether the array holds anything.
-bool foldArray(const VoxelSums* sums, const FusionSettings& fusion, Voxel* voxels) {
+bool foldArray(const VoxelSums* sums, float depth_weight, const FusionSettings& fusion,
+               Voxel* voxels) {
   bool observed = false;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    voxels[i] = foldSums(voxels[i], sums[i], fusion);
-    observed |= voxels[i].weight != 0.0f;
+    voxels[i] = foldSums(voxels[i], sums[i], depth_weight, fusion);
+    observed |= !isEmpty(voxels[i]);
   }
   return observed;
 }
@@ -18,12 +19,12 @@ bool foldArray(const VoxelSums* sums, const FusionSettings& fusion, Voxel* voxel
 }  // namespace
 
 uint32_t fold(const BlockSums& sums, uint32_t directions, const BlockEntry& entry,
-              const FusionSettings& fusion, VoxelStore& voxels) {
+              float depth_weight, const FusionSettings& fusion, VoxelStore& voxels) {
   uint32_t empty = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
     const int32_t array = entry.array[d];
     if (array == kNoArray || !(directions >> d & 1)) continue;
-    if (!foldArray(sums.voxel[d], fusion, voxels.array(array))) empty |= 1u << d;
+    if (!foldArray(sums.voxel[d], depth_weight, fusion, voxels.array(array))) empty |= 1u << d;
   }
   return empty;
 }

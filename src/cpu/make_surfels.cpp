@@ -56,11 +56,11 @@ size_t SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
        first += kStretch) {
     visitColumnFits(sensing, {first, v}, everywhere, [&](int u, const LineFit& column) {
       const PixelMeasurement pixel = wholePixel(sensing, {u, v}, column, surfel_settings_);
-      surfels[u] = makeSubpixelSurfel(sensing.image, pixel, 0, surfel_settings_.rules);
+      surfels[u] = makeWholePixelSurfel(sensing.image, pixel);
     });
   }
   for (int u = 0; u < frame.width && surfel_settings_.normal_radius_px == 0; ++u) {
-    surfels[u] = makePointSurfel(sensing.image, {u, v}, surfel_settings_.rules);
+    surfels[u] = makePointSurfel(sensing.image, {u, v});
   }
   return std::count_if(surfels, surfels + frame.width,
                        [](const Surfel& surfel) { return surfel.weight > 0.0f; });
@@ -122,7 +122,7 @@ void SurfelMaker::makeSingles(const FrameSensing& sensing, int v,
     const PixelMeasurement pixel = subdividedPixel(sensing, {u, v}, column, surfel_settings_);
     const int count = subpixelCount(pixel.subdivision);
     for (int i = 0; i < count; ++i) {
-      const Surfel surfel = makeSubpixelSurfel(sensing.image, pixel, i, surfel_settings_.rules);
+      const Surfel surfel = makeSubpixelSurfel(sensing.image, pixel, i);
       if (surfel.weight > 0.0f) surfels.push_back(surfel);
     }
   };

@@ -35,7 +35,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   fitRows(frame, view, sigma);
   const ImageView image{view, inverse_depth_.data(), row_value_.data(), row_slope_.data()};
   FrameSensing sensing{image, sigma, nullptr};
-  if (castsSurfels(params_)) {
+  if (clearsFreeSpace(params_)) {
     findFreeDepths(sensing);
     sensing.free_depth = free_depth_.data();
   }

@@ -94,11 +94,38 @@ bool BlockTable::release(int32_t slot, uint32_t directions) {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (directions >> d & 1) releaseArray(slot, d);
   }
+  if (hasArrays(slot)) return false;
+  releaseBlock(slot);
+  return true;
+}
+
+bool BlockTable::hasArrays(int32_t slot) const {
   const auto& arrays = blocks_[slot].array;
-  const bool is_empty = std::all_of(arrays, arrays + kDirectionCount,
-                                    [](int32_t array) { return array == kNoArray; });
-  if (is_empty) releaseBlock(slot);
-  return is_empty;
+  return std::any_of(arrays, arrays + kDirectionCount,
+                     [](int32_t array) { return array != kNoArray; });
+}
+
+void BlockTable::vacate(int32_t slot, uint32_t directions) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (directions >> d & 1) releaseArray(slot, d);
+  }
+  if (!hasArrays(slot)) vacant_.push_back(slot);
+}
+
+std::vector<int32_t> BlockTable::takeVacant() {
+  std::vector<int32_t> slots;
+  slots.swap(vacant_);
+  return slots;
+}
+
+std::vector<int32_t> BlockTable::releaseVacant(const std::vector<int32_t>& slots) {
+  std::vector<int32_t> released;
+  for (const int32_t slot : slots) {
+    if (!blocks_[slot].in_use || hasArrays(slot)) continue;  // or a second time in the list
+    releaseBlock(slot);
+    released.push_back(slot);
+  }
+  return released;
 }
 
 void BlockTable::releaseArray(int32_t slot, int direction) {
@@ -120,6 +147,7 @@ void BlockTable::clear() {
   blocks_.clear();
   free_slots_.clear();
   free_arrays_.clear();
+  vacant_.clear();
   array_count_ = 0;
   arrays_in_use_ = 0;
 }

@@ -72,6 +72,17 @@ class BlockTable {
   /// @return whether the block has gone.
   bool release(int32_t slot, uint32_t directions);
 
+  /// Releases arrays of a block that held something. The block itself stays, since a mesh of it may
+  /// be shown; takeVacant() tells it then.
+  void vacate(int32_t slot, uint32_t directions);
+
+  /// Blocks that have lost their last array since the last call. They are still in the table: what
+  /// shows a mesh of them has to learn first that it is gone.
+  std::vector<int32_t> takeVacant();
+
+  /// Releases those blocks of a list that have no arrays. @return them.
+  std::vector<int32_t> releaseVacant(const std::vector<int32_t>& slots);
+
   void releaseArray(int32_t slot, int direction);
 
   /// Releases a block that has no arrays left.
@@ -95,6 +106,7 @@ class BlockTable {
   }
 
  private:
+  bool hasArrays(int32_t slot) const;
   size_t cost(const BlockRequest& request, int32_t slot) const;
   int32_t makeBlock(PackedKey key);
 
@@ -102,6 +114,7 @@ class BlockTable {
   SlotIndex slots_;
   std::deque<BlockEntry> blocks_;  ///< By slot; grows without moving what is there.
   std::vector<int32_t> free_slots_, free_arrays_;
+  std::vector<int32_t> vacant_;  ///< May have got arrays again since.
   size_t array_count_ = 0, arrays_in_use_ = 0;
 };
 

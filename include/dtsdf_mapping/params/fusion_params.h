@@ -22,7 +22,7 @@ struct FusionParams {
   float max_depth_m = 10.0f;   ///< Farther measurements are ignored.
   int normal_radius_px = 5;    ///< Largest half width of the window of a normal, in pixels.
   float depth_jump = 0.03f;    ///< Neighbours whose depths differ by a larger share are apart.
-  float max_weight = 1.0e6f;   ///< Cap of a voxel's weight; lower values follow changes faster.
+  float max_weight = 64.0f;    ///< Cap of a voxel's weight; a frame adds 1 at most.
   bool clearing = true;        ///< Whether what is looked through goes away.
 };
 
@@ -38,7 +38,7 @@ void visitParams(FusionParams& p, Visitor& visit) {
   visit("fusion/max_depth_m", p.max_depth_m, Range{0.01, 100.0});
   visit("fusion/normal_radius_px", p.normal_radius_px, Range{1, kMaxNormalRadius_px});
   visit("fusion/depth_jump", p.depth_jump, Range{0.001, 1.0});
-  visit("fusion/max_weight", p.max_weight, Range{1.0, 1.0e9});
+  visit("fusion/max_weight", p.max_weight, Range{1.0, 255.0});
   visit("fusion/clearing", p.clearing);
 }
 

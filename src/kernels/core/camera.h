@@ -36,9 +36,9 @@ struct VoxelInImage {
   float u, v;  ///< In pixels from the corner of the first one, whose centre is (0.5, 0.5).
 };
 
-DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3i& voxel_L) {
-  const Vec3f p_C = frame.voxel_size_m *
-                    rotateInverse(frame.T_L_C, toFloat(voxel_L) - frame.T_L_C.t);
+/// Of a point in the local frame, in voxels.
+DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3f& p_L) {
+  const Vec3f p_C = frame.voxel_size_m * rotateInverse(frame.T_L_C, p_L - frame.T_L_C.t);
   const Intrinsics& K = frame.intrinsics;
   return {p_C.z, K.fx * p_C.x / p_C.z + K.cx + 0.5f, K.fy * p_C.y / p_C.z + K.cy + 0.5f};
 }

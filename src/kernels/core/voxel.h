@@ -1,33 +1,58 @@
-/// One sample of a directional signed distance field, and the fixed-point sums of a frame for it.
+/// One voxel of a directional signed distance field, and the fixed-point sums of a frame for it.
 #pragma once
 
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
 
-/// Signed distance in voxels, positive in front of the surface. Weight 0: never observed; below 0:
-/// not observed, but seen as free (fusion/free_space.h).
+/// What the map knows at one corner of the grid, of the surfaces of one direction. All zero: nothing.
+///
+/// The weight only averages; whether there is a surface, the evidence decides: a counter of frames
+/// that supported it less those that contradicted it (fusion/evidence.h). Weights count in units of
+/// 2^-16 and fit 24 bits: a frame adds 1 at most, and the cap, fusion/max_weight, is below 256.
 struct Voxel {
+  float sdf;       ///< Signed distance in voxels, positive in front of the surface.
+  uint32_t state;  ///< 256 times the weight's units, plus the evidence.
+};
+
+constexpr float kStoredWeightScale = 65536.0f;  // 2^16
+constexpr int32_t kMostEvidence = 255;
+
+DTSDF_HD Voxel makeVoxel(float sdf, uint32_t weight_units, int32_t evidence) {
+  return {sdf, weight_units << 8 | static_cast<uint32_t>(evidence)};
+}
+
+/// In units of 2^-16.
+DTSDF_HD uint32_t weightUnits(const Voxel& voxel) { return voxel.state >> 8; }
+DTSDF_HD float weightOf(const Voxel& voxel) {
+  return static_cast<float>(weightUnits(voxel)) * (1.0f / kStoredWeightScale);
+}
+DTSDF_HD int32_t evidenceOf(const Voxel& voxel) { return static_cast<int32_t>(voxel.state & 255u); }
+DTSDF_HD bool isEmpty(const Voxel& voxel) { return voxel.state == 0; }
+
+/// What the mesh is made of: distance and weight of a voxel; weight 0 where nothing is known.
+struct Sample {
   float sdf;
   float weight;
 };
+
+/// A voxel as the mesh sees it: known from so much evidence on.
+DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t least_evidence) {
+  return {voxel.sdf, evidenceOf(voxel) >= least_evidence ? weightOf(voxel) : 0.0f};
+}
 
 /// Sums of one voxel over one frame, in fixed point so that they do not depend on the order.
 ///
 /// A weight counts in units of 2^-20 and is at most 2^20; a distance counts in units of
 /// truncation / 2^15 and is at most 2^15 in magnitude. A pixel adds less than 2^21 to a voxel's
-/// weight: once 2^20 at most, or with its subpixels together as much, each rounded; n merged pixels
-/// add n times as much at most. An image has at most kMaxPixels = 2^23 pixels, so |weighted_sdf| <
+/// weight: once 2^20 at most, or with its subpixels together as much, each rounded; merged pixels
+/// add no more than one. An image has at most kMaxPixels = 2^23 pixels, so |weighted_sdf| <
 /// 2^(21+15+23) = 2^59 and weight < 2^44: neither can overflow 64 bits at any image size, range or
 /// voxel size.
 struct VoxelSums {
   int64_t weighted_sdf;
   int64_t weight;
 };
-
-/// A voxel whose weight was spent keeps a negative weight of at least this magnitude: an array that
-/// has once held a sample must not read as empty, since only new arrays may be reported so.
-constexpr float kLeastNegativeWeight = 1.0e-6f;
 
 constexpr int kMaxPixels = 1 << 23;
 constexpr float kWeightScale = 1048576.0f;  // 2^20

@@ -1,17 +1,18 @@
-/// Which voxels an image saw as free, and what that does to them.
+/// Where an image sees through a surface of the map.
 ///
 /// Casting along normals writes near surfaces only, so nothing it has written is ever taken back:
-/// beside silhouettes the surface overhangs by a voxel or two, and stray measurements stay. Voxel
-/// projection clears such places by itself; the paper's other modes do not.
+/// stray measurements stay, and so does what has gone away. Voxel projection clears such places by
+/// itself; the paper's other modes do not.
 ///
-/// A voxel is seen as free if it lies in front of the surface, by more than any sample may, in all
-/// of the 3 x 3 pixels around its own. It then loses weight, if it is behind a surface: that is
-/// where overhang and strays have their inside. Distances are left alone, and so are voxels in
-/// front. A weight may fall below 0: later strays have to make up for that before they show.
+/// A voxel claims that there is a surface at its foot: the nearest point of that surface, by the
+/// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
+/// there, in all of the 3 x 3 pixels around: each of them was measured farther away. So a voxel
+/// beside or behind something thin is not held against it.
 #pragma once
 
+#include "kernels/core/direction.h"
+#include "kernels/fusion/evidence.h"
 #include "kernels/fusion/sample_line.h"
-#include "kernels/fusion/voxel_update.h"
 
 namespace dtsdf {
 
@@ -34,16 +35,22 @@ DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel,
   return {to_above ? (to_below ? 0.5f * (upper + lower) : upper) : lower, to_above || to_below};
 }
 
-/// Depth in metres up to which the ray of a pixel is free: from there on a point is nearer to the
-/// plane of what was measured than samples reach. 0 or less where nothing is known.
+/// Depth in metres up to which the ray of a pixel is free: up to what was measured, less a margin
+/// across its plane. Measurements beyond the range that is fused tell free space as well. 0 where
+/// nothing is measured.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
                          const SurfelSettings& surfels, const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
-  const float inverse_depth = sensing.image.inverse_depth[at];
-  if (!(inverse_depth > 0.0f) || !(sensing.image.row_value[at] > 0.0f)) return 0.0f;
+  const float inverse_depth = fabsf(sensing.image.inverse_depth[at]);
+  if (!(inverse_depth > 0.0f)) return 0.0f;
+  const float depth_m = 1.0f / inverse_depth;
+  const float margin_m =
+      frame.voxel_size_m * (fusion.rules.free_margin +
+                            fusion.rules.free_noise * noiseInVoxels(sensing, depth_m));
+  if (!(sensing.image.row_value[at] > 0.0f)) return depth_m - margin_m;
   const MaybeSlope down = slopeDown(sensing.image, pixel, surfels);
-  if (!down.known) return 0.0f;
+  if (!down.known) return depth_m - margin_m;
   // With the plane 1 / z = n^T (x, y, 1), a point at depth z on the pixel's ray is
   // (1 - z / depth) / |n| off.
   const Intrinsics& K = frame.intrinsics;
@@ -51,41 +58,90 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
   const Vec3f n{K.fx * slope_u, K.fy * slope_v,
                 inverse_depth - (static_cast<float>(pixel.u) - K.cx) * slope_u -
                     (static_cast<float>(pixel.v) - K.cy) * slope_v};
-  const float depth_m = 1.0f / inverse_depth;
-  const float noise_voxels = noiseInVoxels(sensing, depth_m);
-  const float margin_voxels =
-      sampleReach(noise_voxels, fusion) + fusion.rules.free_noise * noise_voxels;
-  return depth_m - margin_voxels * frame.voxel_size_m * norm(n) * depth_m;
+  return depth_m - margin_m * norm(n) * depth_m;
 }
 
-/// Weight that a frame gives to a voxel for being free; 0 if it was not seen so.
-DTSDF_HD float freeSpaceWeight(const FrameSensing& sensing, const VoxelInImage& at,
-                               const SurfelRules& surfel_rules, const FusionRules& rules) {
+/// Difference of a voxel's distance from those of its neighbours along an axis of its block, per
+/// voxel; 0 where the block holds none.
+DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
+  const int at = component(voxelOffset(index), axis);
+  const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);
+  const bool has_upper = at < kBlockSide - 1 && !isEmpty(voxels[index + step]);
+  const bool has_lower = at > 0 && !isEmpty(voxels[index - step]);
+  const float own = voxels[index].sdf;
+  const float upper = has_upper ? voxels[index + step].sdf - own : 0.0f;
+  const float lower = has_lower ? own - voxels[index - step].sdf : 0.0f;
+  return has_upper && has_lower ? 0.5f * (upper + lower) : upper + lower;
+}
+
+/// The direction in which a voxel's distance rises, a unit vector; the direction's axis where its
+/// neighbours do not tell, or tell what no surface of that direction has.
+DTSDF_HD Vec3f gradientAt(const Voxel* voxels, int index, int direction) {
+  const Vec3f slope{slopeAlong(voxels, index, 0), slopeAlong(voxels, index, 1),
+                    slopeAlong(voxels, index, 2)};
+  const float length = norm(slope);
+  const float along = component(slope, directionAxis(direction)) * directionSign(direction);
+  constexpr float kLeastLength = 0.3f, kLeastCosine = 0.3f;
+  if (along > kLeastCosine * length && length > kLeastLength) return (1.0f / length) * slope;
+  const float sign = directionSign(direction);
+  const int axis = directionAxis(direction);
+  return {axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f};
+}
+
+/// The foot of a voxel, in voxels from the block's first one.
+DTSDF_HD Vec3f footOf(const Voxel* voxels, int index, int direction) {
+  return toFloat(voxelOffset(index)) - voxels[index].sdf * gradientAt(voxels, index, direction);
+}
+
+/// Whether the frame sees through a point, in the local frame in voxels.
+DTSDF_HD bool seesThrough(const FrameSensing& sensing, const Vec3f& p_L) {
   const FrameView& frame = sensing.image.frame;
+  const VoxelInImage at = projectToImage(frame, p_L);
   if (!(at.depth_m > 0.0f && at.u >= 1.0f && at.v >= 1.0f &&
         at.u < static_cast<float>(frame.width - 1) &&
         at.v < static_cast<float>(frame.height - 1))) {
-    return 0.0f;
+    return false;
   }
   const float* centre = sensing.free_depth + static_cast<int64_t>(at.v) * frame.width +
                         static_cast<int64_t>(at.u);
-  if (!(at.depth_m < *centre)) return 0.0f;
+  if (!(at.depth_m < *centre)) return false;
+  bool free = true;
   for (int dv = -1; dv <= 1; ++dv) {
     const float* row = centre + static_cast<int64_t>(dv) * frame.width;
-    if (!(at.depth_m < row[-1] && at.depth_m < row[0] && at.depth_m < row[1])) return 0.0f;
+    for (int du = -1; du <= 1; ++du) free = free && (at.depth_m < row[du] || !(row[du] > 0.0f));
   }
-  const float voxel_px =
-      frame.intrinsics.fx * frame.voxel_size_m / maximum(at.depth_m, rules.nearest_free_m);
-  return rules.free_share * depthWeight(at.depth_m, surfel_rules) * (voxel_px * voxel_px);
+  return free;
 }
 
-/// A voxel after a frame gave it that weight for being free.
-DTSDF_HD Voxel clearedVoxel(const Voxel& voxel, float free_weight, const FusionRules& rules) {
-  if (voxel.weight > 0.0f && voxel.sdf >= 0.0f) return voxel;
-  const float least = minimum(-(rules.most_free_frames * free_weight), voxel.weight);
-  const float weight = maximum(voxel.weight - free_weight, least);
-  return weight > 0.0f ? Voxel{voxel.sdf, weight}
-                       : Voxel{0.0f, minimum(weight, -kLeastNegativeWeight)};
+/// Whether a frame that does not support the voxel contradicts it.
+DTSDF_HD bool isContradicted(const FrameSensing& sensing, const Vec3f& first_voxel_L,
+                             const Voxel* voxels, int index, int direction) {
+  return !isEmpty(voxels[index]) &&
+         seesThrough(sensing, first_voxel_L + footOf(voxels, index, direction));
+}
+
+/// Whether a frame looks at a block that it does not touch: each comes up once in so many frames.
+DTSDF_HD bool isLookedAt(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
+  const auto turns = static_cast<uint64_t>(rules.look_turns);
+  return (hashKey(key) >> 32) % turns == frame_number % turns;
+}
+
+/// Whether a frame may see anything of a block: false only if all of it is outside the image.
+DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L) {
+  constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
+  constexpr float kRadius = 2.0f * static_cast<float>(kBlockSide);  // of the feet of its voxels
+  const Vec3f middle = toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kHalf, kHalf, kHalf};
+  const Vec3f p = rotateInverse(frame.T_L_C, middle - frame.T_L_C.t);
+  const float z = p.z + kRadius;
+  if (!(z > 0.0f)) return false;
+  const Intrinsics& K = frame.intrinsics;
+  const float left = (-1.0f - K.cx) / K.fx, right = (static_cast<float>(frame.width) - K.cx) / K.fx;
+  const float top = (-1.0f - K.cy) / K.fy, bottom = (static_cast<float>(frame.height) - K.cy) / K.fy;
+  const auto reaches = [&](float at, float low, float high) {
+    // A ray at slope `low` is leftmost at depth z if low < 0, else at the nearest depth, 0.
+    return at + kRadius >= minimum(low, 0.0f) * z && at - kRadius <= maximum(high, 0.0f) * z;
+  };
+  return reaches(p.x, left, right) && reaches(p.y, top, bottom);
 }
 
 }  // namespace dtsdf

@@ -13,7 +13,7 @@ namespace dtsdf {
 template <class Add>
 DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,
                            const Surfel* surfels, const Vec3i& voxel_L, Add& add) {
-  const VoxelInImage at = projectToImage(frame, voxel_L);
+  const VoxelInImage at = projectToImage(frame, toFloat(voxel_L));
   if (!(at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f &&
         at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height))) {
     return;

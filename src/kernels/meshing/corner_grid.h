@@ -60,10 +60,12 @@ DTSDF_HD CornerSource cornerSource(int corner) {
 struct CornerArrays {
   const Voxel* array[kCornerBlocks][kDirectionCount];
 
-  DTSDF_HD Voxel sample(int corner, int direction) const {
+  int32_t least_evidence;  ///< That a voxel needs to be known.
+
+  DTSDF_HD Sample sample(int corner, int direction) const {
     const CornerSource source = cornerSource(corner);
     const Voxel* voxels = array[source.block][direction];
-    return voxels == nullptr ? Voxel{0.0f, 0.0f} : voxels[source.voxel];
+    return voxels == nullptr ? Sample{0.0f, 0.0f} : sampleOf(voxels[source.voxel], least_evidence);
   }
 };
 

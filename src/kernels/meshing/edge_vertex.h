@@ -14,7 +14,7 @@ DTSDF_HD int undirectedDirection(int axis, int facing) { return 2 * axis + facin
 /// The two samples of an edge, per direction. The rules below take any other type with the same
 /// members, too.
 struct EdgeSamples {
-  Voxel lower[kDirectionCount], upper[kDirectionCount];
+  Sample lower[kDirectionCount], upper[kDirectionCount];
 };
 
 /// Whether a direction has a say on an edge: all but the one that faces against it.
@@ -29,7 +29,7 @@ DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearnes
   CornerVote<float> lower, upper;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!speaksOnEdge(d, axis, facing)) continue;
-    const Voxel a = edge.lower[d], b = edge.upper[d];
+    const Sample a = edge.lower[d], b = edge.upper[d];
     castVote(lower, a.sdf, a.weight, true, nearness);
     castVote(upper, b.sdf, b.weight, true, nearness);
   }
@@ -45,7 +45,7 @@ DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, in
   float sum = 0.0f, sum_weight = 0.0f;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!speaksOnEdge(d, axis, facing)) continue;
-    const Voxel a = edge.lower[d], b = edge.upper[d];
+    const Sample a = edge.lower[d], b = edge.upper[d];
     const bool crosses = facing == 0 ? a.sdf < 0.0f && !(b.sdf < 0.0f)
                                      : !(a.sdf < 0.0f) && b.sdf < 0.0f;
     if (!crosses || !(a.weight > 0.0f && b.weight > 0.0f)) continue;

@@ -10,7 +10,7 @@ struct MeshRules {
   /// in [0, 1). A share, so that the number of frames does not matter. It keeps out corners that
   /// only the far fringe of a measurement reached: without it, vertices are at 0.88 instead of 0.57
   /// mm, and completeness at 0.68 instead of 0.80.
-  float least_weight_share = 0.02f;
+  float least_weight_share = 0.01f;
 
   /// Distances smaller than this count as equally near in the vote; in voxels, above 0, so that no
   /// distance of 0 outvotes all others. A vote by plain weight, without nearness, puts vertices at

@@ -45,7 +45,7 @@ struct UnitSamples {
   using Bits = int32_t;  ///< An integer per unit.
   static constexpr int kUnits = 1;
 
-  Voxel corner[kDirectionCount][kCubeCorners];
+  Sample corner[kDirectionCount][kCubeCorners];
 
   DTSDF_HD float sdf(int direction, int c) const { return corner[direction][c].sdf; }
   DTSDF_HD float weight(int direction, int c) const { return corner[direction][c].weight; }

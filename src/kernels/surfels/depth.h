@@ -5,16 +5,19 @@
 
 namespace dtsdf {
 
-/// A sensor's values: the length of their unit, and the depths that count as measured.
+/// A sensor's values: the length of their unit, the depths that are fused, and the value from which
+/// on there is none: the largest of 16 bits, which drivers use for "out of range".
 struct DepthRange {
-  float unit_m, min_m, max_m;
+  float unit_m, min_m, max_m, overflow;
 };
 
-/// Inverse depth of a raw value in 1/m, or 0 where it is no measurement in range.
+/// Inverse depth of a raw value in 1/m; 0 where nothing is measured, or too near. Negative where it
+/// is measured beyond the range that is fused: no surface is made of it, but what lies before it is
+/// free. So are all tests for "above 0" tests for a measurement to fuse.
 DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   const float depth_m = raw * range.unit_m;
-  const bool usable = depth_m >= range.min_m && depth_m <= range.max_m;  // false for NaN
-  return usable ? 1.0f / depth_m : 0.0f;
+  if (!(depth_m >= range.min_m && raw < range.overflow)) return 0.0f;  // also for NaN
+  return depth_m <= range.max_m ? 1.0f / depth_m : -1.0f / depth_m;
 }
 
 /// Whether two neighbouring inverse depths may lie on one surface.

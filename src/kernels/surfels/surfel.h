@@ -15,10 +15,11 @@ struct Surfel {
   float depth_m;
 };
 
-/// Depth weight: min(1, (full_weight_depth_m / z)^2).
-DTSDF_HD float depthWeight(float depth_m, const SurfelRules& rules) {
-  const float full_m = rules.full_weight_depth_m;
-  return depth_m <= full_m ? 1.0f : full_m * full_m / (depth_m * depth_m);
+/// Share of a voxel's face that a pixel covers at a depth, seen face on: so that what a frame says
+/// of a voxel does not depend on how many pixels it took to say it.
+DTSDF_HD float coveredShare(const FrameView& frame, float depth_m) {
+  const float width = depth_m / (frame.intrinsics.fx * frame.voxel_size_m);
+  return width * width;
 }
 
 /// Angle weight: cosine between the view ray and the normal (paper, Sec. IV-A).
@@ -34,28 +35,26 @@ struct ImagePoint {
   float u, v, depth_m;
 };
 
-/// The surfel of a point that stands for `pixels` pixels.
+/// The surfel of a point that covers so much of a voxel.
 DTSDF_HD Surfel makeSurfel(const FrameView& frame, const ImagePoint& point, const Vec3f& normal_C,
-                           float pixels, const SurfelRules& rules) {
+                           float share) {
   if (!(dot(normal_C, normal_C) > 0.0f)) return noSurfel();
   const Vec3f p_C = backProject(frame.intrinsics, point.u, point.v, point.depth_m);
   const Vec3f p_voxels = (1.0f / frame.voxel_size_m) * p_C;
   return {transform(frame.T_L_C, p_voxels),
-          pixels * (depthWeight(point.depth_m, rules) * angleWeight(p_C, normal_C)),
-          rotate(frame.T_L_C, normal_C), point.depth_m};
+          share * angleWeight(p_C, normal_C), rotate(frame.T_L_C, normal_C), point.depth_m};
 }
 
 /// A measurement without a normal: all that the undirected map needs for voxel projection.
-DTSDF_HD Surfel makePointSurfel(const ImageView& image, const Pixel& pixel,
-                                const SurfelRules& rules) {
+DTSDF_HD Surfel makePointSurfel(const ImageView& image, const Pixel& pixel) {
   const FrameView& frame = image.frame;
   const float inverse_depth = image.inverse_depth[pixelIndex(frame, pixel)];
   if (!(inverse_depth > 0.0f)) return noSurfel();
   const float depth_m = 1.0f / inverse_depth;
   const Vec3f p_C = backProject(frame.intrinsics, static_cast<float>(pixel.u),
                                 static_cast<float>(pixel.v), depth_m);
-  return {transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), depthWeight(depth_m, rules),
-          {0.0f, 0.0f, 0.0f}, depth_m};
+  return {transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), 1.0f, {0.0f, 0.0f, 0.0f},
+          depth_m};
 }
 
 /// A measured pixel, ready to become a surfel, or several.
@@ -85,23 +84,30 @@ DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pix
 
 /// The surfel of a subpixel; number 0 of a pixel in one piece is the pixel.
 DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasurement& measured,
-                                   int subpixel, const SurfelRules& rules) {
+                                   int subpixel) {
   const SubpixelOffset offset = subpixelOffset(measured.subdivision, subpixel);
   const float inverse_depth = inverseDepthBeside(image, measured.pixel, measured.plane, offset);
   const ImagePoint point{static_cast<float>(measured.pixel.u) + offset.u,
                          static_cast<float>(measured.pixel.v) + offset.v, 1.0f / inverse_depth};
-  const float share =
-      measured.plane.trust / static_cast<float>(subpixelCount(measured.subdivision));
-  return makeSurfel(image.frame, point, measured.plane.normal_C, share, rules);
+  const float count = static_cast<float>(subpixelCount(measured.subdivision));
+  const float share = minimum(coveredShare(image.frame, point.depth_m) / count, 1.0f);
+  return makeSurfel(image.frame, point, measured.plane.normal_C, share * measured.plane.trust);
+}
+
+/// The surfel of a pixel for voxel projection, where each voxel takes one pixel and no more.
+DTSDF_HD Surfel makeWholePixelSurfel(const ImageView& image, const PixelMeasurement& measured) {
+  const float inverse_depth = image.inverse_depth[pixelIndex(image.frame, measured.pixel)];
+  const ImagePoint point{static_cast<float>(measured.pixel.u),
+                         static_cast<float>(measured.pixel.v), 1.0f / inverse_depth};
+  return makeSurfel(image.frame, point, measured.plane.normal_C, measured.plane.trust);
 }
 
 /// The one surfel of a pixel that is neither merged nor subdivided.
 DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
                                 const SurfelSettings& surfels) {
-  if (surfels.normal_radius_px == 0) return makePointSurfel(sensing.image, pixel, surfels.rules);
+  if (surfels.normal_radius_px == 0) return makePointSurfel(sensing.image, pixel);
   const LineFit column = fitColumn(sensing, pixel, surfels);
-  return makeSubpixelSurfel(sensing.image, wholePixel(sensing, pixel, column, surfels), 0,
-                            surfels.rules);
+  return makeWholePixelSurfel(sensing.image, wholePixel(sensing, pixel, column, surfels));
 }
 
 /// The surfel of merged pixels. The mean of 1 / z is that of a plane at the square's centre.
@@ -120,7 +126,8 @@ DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare&
       fitNormalBetween(sensing, {square.first.u + half, square.first.v + half}, surfels);
   const ImagePoint centre{static_cast<float>(square.first.u) + to_centre,
                           static_cast<float>(square.first.v) + to_centre, pixels / sum};
-  return makeSurfel(image.frame, centre, normal_C, pixels, surfels.rules);
+  const float share = minimum(pixels * coveredShare(image.frame, centre.depth_m), 1.0f);
+  return makeSurfel(image.frame, centre, normal_C, share);
 }
 
 }  // namespace dtsdf

@@ -57,11 +57,6 @@ struct SurfelRules {
   /// one surface, not the step from one to another. (Without, vertices of the armadillo at 5 mm are
   /// off by 0.50 instead of 0.22 mm.)
   float subdivided_step = 0.5f;
-
-  /// Depth in metres up to which a measurement has the full weight; beyond, its weight falls as
-  /// z^-2. The noise of triangulation grows with z^2, and a weight is the inverse of a standard
-  /// deviation. (The authors' later work has the sensor's nearest depth in place of 1 m.)
-  float full_weight_depth_m = 1.0f;
 };
 
 }  // namespace dtsdf

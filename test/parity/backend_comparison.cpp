@@ -44,8 +44,8 @@ std::string firstDifference(const std::vector<Voxel>& a, const std::vector<Voxel
   }
   for (size_t i = 0; i < a.size(); ++i) {
     if (std::memcmp(&a[i], &b[i], sizeof(Voxel)) == 0) continue;
-    text << "voxel " << i << ": (" << a[i].sdf << ", " << a[i].weight << ") and (" << b[i].sdf
-         << ", " << b[i].weight << ")";
+    text << "voxel " << i << ": (" << a[i].sdf << ", " << weightOf(a[i]) << ") and (" << b[i].sdf
+         << ", " << weightOf(b[i]) << ")";
     break;
   }
   return text.str();

@@ -44,17 +44,20 @@ MeshView BlockMesher::view() const {
   view.capacity = {static_cast<uint32_t>(vertices_.capacity()),
                    static_cast<uint32_t>(triangles_.capacity())};
   view.stamp = stamp_;
+  view.least_evidence = least_evidence_;
   view.directional = directional_;
   view.rules = rules_;
   return view;
 }
 
-void BlockMesher::begin(const MapView& map, const Event& map_ready, size_t most_dirty) {
+void BlockMesher::begin(const MapView& map, const Event& map_ready,
+                        const Extraction& extraction) {
   map_ = map;
+  least_evidence_ = extraction.least_evidence;
   stream_.waitFor(map_ready);
   stream_.record(begun_);
   const size_t most_blocks =
-      std::min<size_t>(map.slot_count, most_dirty * kUnitReach * kRegularisationReach);
+      std::min<size_t>(map.slot_count, extraction.most_dirty * kUnitReach * kRegularisationReach);
   slots_.reserve(most_blocks, stream_);
   records_.reserve(most_blocks, stream_);
   totals_.zero(stream_);

@@ -11,6 +11,12 @@
 namespace dtsdf {
 namespace gpu {
 
+/// What the host says of an extraction.
+struct Extraction {
+  size_t most_dirty;       ///< Blocks that may have changed, at most.
+  int32_t least_evidence;  ///< That a voxel needs to be known.
+};
+
 /// One extraction at a time, on a stream of its own beside the frames: begin() enqueues everything
 /// up to the meshes on the device, complete() waits for them and enqueues their way to the host,
 /// finish() waits for them there.
@@ -19,8 +25,8 @@ class BlockMesher {
   BlockMesher(const MeshRules& rules, bool directional);
   ~BlockMesher() { stream_.drain(); }
 
-  /// Enqueues an extraction of what changed up to the event: `most_dirty` blocks at most.
-  void begin(const MapView& map, const Event& map_ready, size_t most_dirty);
+  /// Enqueues an extraction of what changed up to the event.
+  void begin(const MapView& map, const Event& map_ready, const Extraction& extraction);
   bool isUnderWay() const { return state_ != State::kIdle; }
   void setClock(StageClock* clock) { stream_.setClock(clock); }
   void addMemory(std::vector<MemoryPart>& parts) const;
@@ -54,6 +60,7 @@ class BlockMesher {
   State state_ = State::kIdle;
   MapView map_ = {};
   uint32_t stamp_ = 0;
+  int32_t least_evidence_ = 0;
   DeviceBuffer<MeshTables> tables_;
   DeviceBuffer<MeshTotals> totals_;
   PinnedBuffer<MeshTotals> pinned_totals_;

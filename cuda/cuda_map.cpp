@@ -1,14 +1,15 @@
 #include "cuda_map.h"
 
-
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
+#include "kernels/fusion/evidence.h"
 
 namespace dtsdf {
 namespace gpu {
 
 CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
     : params_(params),
+      rules_(rules),
       table_(static_cast<size_t>(params.map.max_memory_mb) << 20),
       map_(stream_),
       sensor_(params, rules, stream_),
@@ -30,7 +31,7 @@ IntegrationResult CudaMap::fuse(const DepthFrame& frame) {
   const Admission admission = admit();
   countWork(sensing.frame(), admission);
   castAndFold(sensing, surfels);
-  clear(sensing, admission);
+  clear(sensing);
   IntegrationResult result;
   result.refused_blocks = admission.refused;
   return result;
@@ -76,10 +77,11 @@ void CudaMap::findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels) {
 Admission CudaMap::admit() {
   mesher_.complete();
   const StageTimer timer(clock_.profile(), Stage::kAdmit);
-  fusion_.reserve(counters_);
+  const PoolSizes after =
+      table_.sizesAfter(counters_.requests, counters_.requested_arrays);
+  fusion_.reserve(counters_, after.slots);
   if (counters_.requests == 0) return Admission();
-  map_.reserve(table_, {counters_.requests, counters_.requested_arrays,
-                        table_.sizesAfter(counters_.requests, counters_.requested_arrays)});
+  map_.reserve(table_, {counters_.requests, counters_.requested_arrays, after});
   Admission admission = table_.admit(block_finder_.fetchRequests());
   map_.apply(table_, admission);
   if (!admission.changed_slots.empty()) block_finder_.refresh(map_.view());
@@ -92,10 +94,10 @@ void CudaMap::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& sur
   fusion_.castAndFold(sensing, surfels, {map_.view(), block_finder_.view()}, counters_);
 }
 
-void CudaMap::clear(const DeviceSensing& sensing, const Admission& admission) {
-  dirty_bound_ += counters_.touched;
-  fusion_.clear(sensing, {map_.view(), block_finder_.view()}, counters_,
-                admission.changed_slots.size());
+void CudaMap::clear(const DeviceSensing& sensing) {
+  ++frames_;
+  dirty_bound_ += sensing.hasFreeDepth() ? table_.slotCount() : counters_.touched;
+  fusion_.clear(sensing, {map_.view(), block_finder_.view()}, counters_, frames_);
 }
 
 /// Puts off the release of what the last frame left empty until the map is looked at again, so that
@@ -103,7 +105,7 @@ void CudaMap::clear(const DeviceSensing& sensing, const Admission& admission) {
 void CudaMap::recycleEmpty() {
   std::vector<SlotUpdate> updates;
   for (const EmptyBlock& empty : fusion_.takeEmptyBlocks()) {
-    table_.release(empty.slot, empty.directions);
+    table_.vacate(empty.slot, empty.directions);
     updates.push_back(makeSlotUpdate(table_.block(empty.slot), empty.slot));
   }
   map_.apply(updates);
@@ -112,13 +114,33 @@ void CudaMap::recycleEmpty() {
 void CudaMap::beginMeshUpdate() {
   if (mesher_.isUnderWay()) mesher_.finish();  // as on the CPU, its changes are lost
   recycleEmpty();
+  const std::vector<int32_t> vacant = table_.takeVacant();
+  vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
+  const int32_t least =
+      leastEvidence(params_.mesh.min_support, frames_, rules_.fusion);
+  if (least != least_evidence_) {
+    map_.markAllDirty();
+    dirty_bound_ += table_.slotCount();
+    least_evidence_ = least;
+  }
   stream_.record(map_ready_);
-  mesher_.begin(map_.view(), map_ready_, dirty_bound_);
+  mesher_.begin(map_.view(), map_ready_, {dirty_bound_, least});
   dirty_bound_ = 0;
+}
+
+/// What shows the mesh learns here that these blocks have none.
+void CudaMap::releaseVacant() {
+  std::vector<SlotUpdate> updates;
+  for (const int32_t slot : table_.releaseVacant(vacant_)) {
+    updates.push_back(makeSlotUpdate(table_.block(slot), slot));
+  }
+  vacant_.clear();
+  map_.apply(updates);
 }
 
 MeshUpdate CudaMap::finishMeshUpdate() {
   MeshUpdate update = mesher_.finish();
+  releaseVacant();
   if (clock_.profile() != nullptr) {
     stream_.synchronize();
     clock_.collect();
@@ -179,14 +201,16 @@ std::vector<BlockSnapshot> CudaMap::snapshot() {
     const BlockEntry& entry = table_.block(slot);
     BlockSnapshot copy;
     copy.key = entry.key;
+    bool holds_voxels = false;
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = entry.array[d];
       if (array == kNoArray) continue;
       const Voxel* voxels = &slabs[array / VoxelPool::kSlabRecords]
                                   [array % VoxelPool::kSlabRecords * kVoxelsPerBlock];
       copy.voxels[d].assign(voxels, voxels + kVoxelsPerBlock);
+      holds_voxels = true;
     }
-    blocks.push_back(std::move(copy));
+    if (holds_voxels) blocks.push_back(std::move(copy));
   }
   return blocks;
 }

@@ -37,11 +37,13 @@ class CudaMap {
   void findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels);
   Admission admit();
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels);
-  void clear(const DeviceSensing& sensing, const Admission& admission);
+  void clear(const DeviceSensing& sensing);
   void recycleEmpty();
+  void releaseVacant();
   void countWork(const FrameView& frame, const Admission& admission);
 
   const MapperParams params_;
+  const Rules rules_;
   BlockTable table_;
   StageClock clock_;
   Stream stream_;  ///< Of the frames; the mesher has its own.
@@ -55,6 +57,9 @@ class CudaMap {
   BlockMesher mesher_;
   FrameCounters counters_ = {};  ///< Of the frame being fused.
   uint64_t refused_ = 0;
+  uint64_t frames_ = 0;           ///< Fused.
+  int32_t least_evidence_ = 0;    ///< Of the last extraction.
+  std::vector<int32_t> vacant_;   ///< Released when the extraction under way is fetched.
   size_t dirty_bound_ = 0;  ///< Blocks touched since the last extraction, each as often as it was.
 };
 

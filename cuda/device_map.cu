@@ -38,10 +38,19 @@ __global__ void rehashSlotsKernel(MapView map) {
   insertSlot(map, map.slots[slot].key, static_cast<int32_t>(slot));
 }
 
+/// One thread per slot.
+__global__ void markAllDirtyKernel(MapView map) {
+  const size_t slot = globalThread();
+  if (slot >= map.slot_count || map.slots[slot].key == kNoKey) return;
+  if (atomicExch(&map.dirty[slot], 1u) == 0) {
+    map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = static_cast<int32_t>(slot);
+  }
+}
+
 /// One block of threads per voxel array.
 __global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
   Voxel* voxels = map.voxels.record(arrays[blockIdx.x]);
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = {0.0f, 0.0f};
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = {0.0f, 0};
 }
 
 }  // namespace
@@ -139,6 +148,12 @@ void DeviceMap::apply(const std::vector<SlotUpdate>& updates) {
   enqueueUpdates(updates.size());
 }
 
+void DeviceMap::markAllDirty() {
+  if (slot_count_ == 0) return;
+  markAllDirtyKernel<<<blocksFor(slot_count_), kThreads, 0, stream_.get()>>>(view());
+  DTSDF_CHECK_LAUNCH("markAllDirtyKernel");
+}
+
 void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const {
   constexpr auto kMap = MemoryKind::kMap;
   const size_t blocks = table.blocksInUse();
@@ -158,6 +173,7 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
 
 std::vector<NamedKernel> mapKernels() {
   return {DTSDF_NAMED_KERNEL(updateSlotsKernel, 0), DTSDF_NAMED_KERNEL(rehashSlotsKernel, 0),
+          DTSDF_NAMED_KERNEL(markAllDirtyKernel, 0),
           DTSDF_NAMED_KERNEL(clearArraysKernel, 0)};
 }
 

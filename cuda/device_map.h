@@ -71,6 +71,9 @@ class DeviceMap {
   /// Follows the release of arrays or whole blocks.
   void apply(const std::vector<SlotUpdate>& updates);
 
+  /// Has every block meshed again.
+  void markAllDirty();
+
   MapView view() const;
 
   const VoxelPool& voxels() const { return voxels_; }

@@ -8,8 +8,10 @@
 #include "kernels/fusion/cast.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_projection.h"
+#include "kernels/fusion/voxel_update.h"
 #include "launch.h"
 #include "named_kernels.h"
+#include "runtime/device.h"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -19,6 +21,10 @@ namespace {
 /// Arrays of sums held at a time, 8 KiB each: a frame that touches more is fused in several passes,
 /// so that a small GPU can fuse any frame.
 constexpr uint32_t kMaxSumArrays = 16384;
+
+/// Fetched with the counters of a frame; more take a second step.
+constexpr size_t kEmptyBlocksAtOnce = 1024;
+constexpr int kThreadBlocksPerProcessor = 8;
 
 static_assert(sizeof(VoxelSums) == 2 * sizeof(unsigned long long), "summed by 64-bit atomics");
 
@@ -55,8 +61,12 @@ __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion
   });
 }
 
+/// Which voxels of the arrays of sums the frame supports, a bit each.
+constexpr int kSupportWords = kVoxelsPerBlock / 32;
+
 /// One block of threads per array of sums, which it leaves zeroed.
-__global__ void foldSumsKernel(FusionSettings fusion, FusionTarget target, SumsView part) {
+__global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTarget target,
+                               SumsView part, uint32_t* supported) {
   const MapView& map = target.map;
   const uint32_t owner = target.touched.sum_owners[part.first + blockIdx.x];
   TouchedBlock& block = target.touched.blocks[owner / 8];
@@ -64,13 +74,17 @@ __global__ void foldSumsKernel(FusionSettings fusion, FusionTarget target, SumsV
   const int32_t array = block.slot < 0 ? kNoArray : map.slots[block.slot].array[direction];
   VoxelSums* sums = part.sums + static_cast<size_t>(blockIdx.x) * kVoxelsPerBlock;
   Voxel* voxels = array == kNoArray ? nullptr : map.voxels.record(array);
+  const float depth_weight = blockDepthWeight(frame, block.block_L, fusion.rules);
+  uint32_t* words = supported + static_cast<size_t>(part.first + blockIdx.x) * kSupportWords;
   int observed = 0;
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     if (voxels != nullptr) {
-      const Voxel folded = foldSums(voxels[i], sums[i], fusion);
+      const Voxel folded = foldSums(voxels[i], sums[i], depth_weight, fusion);
       voxels[i] = folded;
-      observed |= folded.weight != 0.0f;
+      observed |= !isEmpty(folded);
     }
+    const uint32_t word = __ballot_sync(~0u, sums[i].weight != 0);
+    if (i % 32 == 0) words[i / 32] = word;
     sums[i] = {0, 0};
   }
   const bool empty = !__syncthreads_or(observed) && voxels != nullptr;
@@ -87,6 +101,7 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
   if (threadIdx.x == 0) observed = 0;
   __syncthreads();
   const SlotEntry entry = map.slots[block.slot];
+  const float depth_weight = blockDepthWeight(frame, block.block_L, fusion.rules);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     VoxelSums sums[kDirectionCount] = {};
     auto add = [&](int direction, int32_t weight, int32_t sdf) {
@@ -97,55 +112,142 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
     for (int d = 0; d < kDirectionCount; ++d) {
       if (entry.array[d] == kNoArray) continue;
       Voxel& voxel = map.voxels.record(entry.array[d])[i];
-      voxel = foldSums(voxel, sums[d], fusion);
-      if (voxel.weight != 0.0f) atomicOr(&observed, 1u << d);
+      voxel = foldSums(voxel, sums[d], depth_weight, fusion);
+      if (!isEmpty(voxel)) atomicOr(&observed, 1u << d);
     }
   }
   __syncthreads();
   if (threadIdx.x == 0) block.empty = directionsOfSlot(entry) & ~observed;
 }
 
-/// The numbers of the rules on free space.
-struct FreeSpaceRules {
-  SurfelRules surfels;
-  FusionRules fusion;
+/// A frame's look at an array of voxels.
+struct ArrayLook {
+  Vec3f first_voxel_L;
+  int direction;
+  int32_t frames;             ///< As many frames the look counts for.
+  const uint32_t* supported;  ///< Bits of the voxels that the frame supports; null: none.
 };
 
-/// Takes weight from the voxels of a block that the frame saw as free, with a block of threads.
-__device__ void clearFreeSpace(const FrameSensing& sensing, const FreeSpaceRules& rules,
-                               const MapView& map, const SlotEntry& entry, const Vec3i& block_L) {
-  const Vec3i first = firstVoxelOfBlock(block_L);
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
-    const VoxelInImage at = projectToImage(sensing.image.frame, first + voxelOffset(i));
-    const float weight = freeSpaceWeight(sensing, at, rules.surfels, rules.fusion);
-    if (!(weight > 0.0f)) continue;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (entry.array[d] == kNoArray) continue;
-      Voxel& voxel = map.voxels.record(entry.array[d])[i];
-      voxel = clearedVoxel(voxel, weight, rules.fusion);
-    }
+/// Takes evidence from the voxels that the frame contradicts, with a block of threads: all are
+/// judged before the first one changes. @return for each thread whether the array was changed
+/// (bit 0) and whether it still holds something (bit 1).
+__device__ int clearArray(const FrameSensing& sensing, const FusionRules& rules,
+                          const ArrayLook& look, Voxel* voxels) {
+  constexpr int kVoxelsPerThread = kVoxelsPerBlock / kThreads;
+  bool contradicted[kVoxelsPerThread];
+  for (int k = 0; k < kVoxelsPerThread; ++k) {
+    const int i = threadIdx.x + k * kThreads;
+    const bool is_supported =
+        look.supported != nullptr && (look.supported[i / 32] >> (i % 32) & 1u) != 0;
+    contradicted[k] = !is_supported && isContradicted(sensing, look.first_voxel_L, voxels, i,
+                                                      look.direction);
+  }
+  __syncthreads();
+  int changed = 0, holds = 0;
+  for (int k = 0; k < kVoxelsPerThread; ++k) {
+    Voxel& voxel = voxels[threadIdx.x + k * kThreads];
+    if (contradicted[k]) voxel = contradictedVoxel(voxel, look.frames, rules);
+    changed |= contradicted[k];
+    holds |= !isEmpty(voxel);
+  }
+  return __syncthreads_or(changed) | __syncthreads_or(holds) << 1;
+}
+
+/// What became of a block.
+struct ClearedBlock {
+  bool changed;
+  uint32_t empty_directions;
+};
+
+/// The support of a touched block's voxels, for the directions that it has sums of.
+struct BlockSupport {
+  const uint32_t* words;  ///< Of its first array of sums; null: the frame does not touch it.
+  uint32_t directions;
+
+  __device__ const uint32_t* of(int direction) const {
+    if (words == nullptr || !(directions >> direction & 1)) return nullptr;
+    return words + __popc(directions & ((1u << direction) - 1u)) * kSupportWords;
+  }
+};
+
+__device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionRules& rules,
+                                   const MapView& map, const SlotEntry& entry,
+                                   const Vec3i& block_L, const BlockSupport& support,
+                                   int32_t frames) {
+  ClearedBlock result{false, 0};
+  const Vec3f first = toFloat(firstVoxelOfBlock(block_L));
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] == kNoArray) continue;
+    const int state = clearArray(sensing, rules, {first, d, frames, support.of(d)},
+                                 map.voxels.record(entry.array[d]));
+    if (!(state & 1)) continue;
+    result.changed = true;
+    if (!(state & 2)) result.empty_directions |= 1u << d;
+  }
+  return result;
+}
+
+/// Enters a block into the list of what has to be meshed again, unless it is there.
+__device__ void markDirty(const MapView& map, int32_t slot) {
+  if (atomicExch(&map.dirty[slot], 1u) == 0) {
+    map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = slot;
   }
 }
 
-/// One block of threads per touched block. A block without anything in it is about to be released:
-/// it is not meshed.
-__global__ void clearBlocksKernel(DeviceSensing on_device, FreeSpaceRules rules,
-                                  FusionTarget target, EmptyBlock* empty_blocks) {
+__device__ void listEmpty(const TouchedView& touched, EmptyBlock* empty_blocks, int32_t slot,
+                          uint32_t directions) {
+  if (directions == 0) return;
+  empty_blocks[atomicAdd(&touched.counters->empty_blocks, 1u)] = {slot, directions};
+}
+
+/// One block of threads per touched block.
+__global__ void clearBlocksKernel(DeviceSensing on_device, FusionRules rules, FusionTarget target,
+                                  const uint32_t* supported, EmptyBlock* empty_blocks) {
   const MapView& map = target.map;
   const TouchedView& touched = target.touched;
   const TouchedBlock& block = touched.blocks[blockIdx.x];
   if (block.slot < 0) return;
-  const SlotEntry& entry = map.slots[block.slot];
+  uint32_t empty = block.empty;
   if (on_device.hasFreeDepth()) {
-    clearFreeSpace(on_device.load(), rules, map, entry, block.block_L);
+    const uint32_t first_sum = touched.first_sums[touched.places[blockIdx.x]];
+    const BlockSupport support{supported + static_cast<size_t>(first_sum) * kSupportWords,
+                               block.directions};
+    empty |= clearBlock(on_device.load(), rules, map, map.slots[block.slot], block.block_L,
+                        support, 1).empty_directions;
   }
   if (threadIdx.x != 0) return;
-  if (block.empty != 0) {
-    empty_blocks[atomicAdd(&touched.counters->empty_blocks, 1u)] = {block.slot, block.empty};
-  }
-  if ((directionsOfSlot(entry) & ~block.empty) == 0) return;
-  if (atomicExch(&map.dirty[block.slot], 1u) == 0) {
-    map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = block.slot;
+  listEmpty(touched, empty_blocks, block.slot, empty);
+  markDirty(map, block.slot);
+}
+
+/// One thread per slot: lists the blocks that the frame does not touch, and looks at.
+__global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
+                                uint64_t frame_number, LookList looks) {
+  const size_t slot = globalThread();
+  if (slot >= target.map.slot_count) return;
+  const PackedKey key = target.map.slots[slot].key;
+  if (key == kNoKey || !isLookedAt(key, frame_number, rules)) return;
+  if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
+  if (findTouched(target.touched, key) >= 0) return;
+  looks.slots[atomicAdd(looks.count, 1u)] = static_cast<int32_t>(slot);
+}
+
+/// One block of threads per block of the list, in strides.
+__global__ void lookAroundKernel(DeviceSensing on_device, FusionRules rules, FusionTarget target,
+                                 LookList looks, EmptyBlock* empty_blocks) {
+  const MapView& map = target.map;
+  const FrameSensing sensing = on_device.load();
+  const BlockKey origin = blockOfVoxel(sensing.image.frame.origin_voxel);
+  const uint32_t count = *looks.count;
+  for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
+    const int32_t slot = looks.slots[i];
+    const SlotEntry& entry = map.slots[slot];
+    const ClearedBlock cleared = clearBlock(sensing, rules, map, entry,
+                                            unpackKey(entry.key) - origin, {nullptr, 0},
+                                            rules.look_turns);
+    if (threadIdx.x != 0) continue;
+    if (cleared.changed) markDirty(map, slot);
+    listEmpty(target.touched, empty_blocks, slot, cleared.empty_directions);
   }
 }
 
@@ -153,9 +255,10 @@ __global__ void clearBlocksKernel(DeviceSensing on_device, FreeSpaceRules rules,
 
 Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& stream)
     : casts_(castsSurfels(params)),
-      rules_(rules),
       fusion_(makeFusionSettings(params, rules.fusion)),
-      stream_(stream) {}
+      stream_(stream),
+      thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
+      look_count_(1) {}
 
 /// With an eighth to spare rather than half: this is the most of what a frame needs.
 void Fusion::reserveSums(uint32_t arrays) {
@@ -165,10 +268,14 @@ void Fusion::reserveSums(uint32_t arrays) {
   sums_.zero(stream_);
 }
 
-void Fusion::reserve(const FrameCounters& counters) {
-  if (casts_) reserveSums(std::min(counters.touched_arrays, kMaxSumArrays));
-  empty_blocks_.growZeroed(counters.requests, stream_);
-  pinned_empty_blocks_.reserve(counters.requests);
+void Fusion::reserve(const FrameCounters& counters, size_t slots) {
+  if (casts_) {
+    reserveSums(std::min(counters.touched_arrays, kMaxSumArrays));
+    supported_.reserve(static_cast<size_t>(counters.touched_arrays) * kSupportWords, stream_);
+    looks_.reserve(slots, stream_);
+  }
+  empty_blocks_.reserve(counters.touched + slots, stream_);
+  pinned_empty_blocks_.reserve(kEmptyBlocksAtOnce);
 }
 
 void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
@@ -179,7 +286,7 @@ void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surf
   for (uint32_t first = 0; first < counters.touched_arrays; first += room) {
     const SumsView part{sums_.data(), first, std::min(room, counters.touched_arrays - first)};
     cast(sensing, all, target.touched, part);
-    fold(target, part);
+    fold(sensing.frame(), target, part);
   }
 }
 
@@ -191,9 +298,10 @@ void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,
   DTSDF_CHECK_LAUNCH("castSurfelsKernel");
 }
 
-void Fusion::fold(const FusionTarget& target, const SumsView& part) {
+void Fusion::fold(const FrameView& frame, const FusionTarget& target, const SumsView& part) {
   const StageSpan span(stream_, Stage::kFold);
-  foldSumsKernel<<<part.count, kThreads, 0, stream_.get()>>>(fusion_, target, part);
+  foldSumsKernel<<<part.count, kThreads, 0, stream_.get()>>>(frame, fusion_, target, part,
+                                                             supported_.data());
   DTSDF_CHECK_LAUNCH("foldSumsKernel");
 }
 
@@ -207,26 +315,44 @@ void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
 }
 
 void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
-                   const FrameCounters& counters, size_t new_blocks) {
+                   const FrameCounters& counters, uint64_t frame_number) {
   const StageSpan span(stream_, Stage::kClear);
   clearBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
-      sensing, {rules_.surfels, rules_.fusion}, target, empty_blocks_.data());
+      sensing, fusion_.rules, target, supported_.data(), empty_blocks_.data());
   DTSDF_CHECK_LAUNCH("clearBlocksKernel");
-  has_new_blocks_ = new_blocks > 0;
-  if (!has_new_blocks_) return;
-  // Only new arrays can be empty (kLeastNegativeWeight), so there are no more of them to fetch.
+  if (sensing.hasFreeDepth()) lookAround(sensing, target, frame_number);
   DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned_counters_.data(), target.touched.counters,
                                    sizeof(FrameCounters), cudaMemcpyDeviceToHost, stream_.get()));
-  empty_blocks_.download(pinned_empty_blocks_.data(), new_blocks, stream_);
+  empty_blocks_.download(pinned_empty_blocks_.data(),
+                         std::min(kEmptyBlocksAtOnce, empty_blocks_.capacity()), stream_);
   stream_.record(cleared_);
+  is_cleared_ = true;
+}
+
+void Fusion::lookAround(const DeviceSensing& sensing, const FusionTarget& target,
+                        uint64_t frame_number) {
+  const LookList looks{looks_.data(), look_count_.data()};
+  look_count_.zero(stream_);
+  findLooksKernel<<<blocksFor(target.map.slot_count), kThreads, 0, stream_.get()>>>(
+      sensing.frame(), fusion_.rules, target, frame_number, looks);
+  DTSDF_CHECK_LAUNCH("findLooksKernel");
+  lookAroundKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(
+      sensing, fusion_.rules, target, looks, empty_blocks_.data());
+  DTSDF_CHECK_LAUNCH("lookAroundKernel");
 }
 
 std::vector<EmptyBlock> Fusion::takeEmptyBlocks() {
-  if (!has_new_blocks_) return {};
+  if (!is_cleared_) return {};
   cleared_.wait();
-  has_new_blocks_ = false;
+  is_cleared_ = false;
+  const size_t count = pinned_counters_[0].empty_blocks;
+  if (count > kEmptyBlocksAtOnce) {  // rare: most of them come with the counters
+    pinned_empty_blocks_.reserve(count);
+    empty_blocks_.download(pinned_empty_blocks_.data(), count, stream_);
+    stream_.synchronize();
+  }
   const EmptyBlock* first = pinned_empty_blocks_.data();
-  std::vector<EmptyBlock> blocks(first, first + pinned_counters_[0].empty_blocks);
+  std::vector<EmptyBlock> blocks(first, first + count);
   std::sort(blocks.begin(), blocks.end(),
             [](const EmptyBlock& a, const EmptyBlock& b) { return a.slot < b.slot; });
   return blocks;
@@ -234,15 +360,16 @@ std::vector<EmptyBlock> Fusion::takeEmptyBlocks() {
 
 void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"sums", MemoryKind::kScratch, sums_.bytes(), sums_.bytes()});
-  parts.push_back({"empty blocks", MemoryKind::kScratch, empty_blocks_.bytes(),
-                   empty_blocks_.bytes()});
+  const size_t lists = empty_blocks_.bytes() + supported_.bytes() + looks_.bytes();
+  parts.push_back({"support and looks", MemoryKind::kScratch, lists, lists});
   parts.push_back({"empty blocks", MemoryKind::kStaging, pinned_empty_blocks_.bytes(),
                    pinned_empty_blocks_.bytes()});
 }
 
 std::vector<NamedKernel> fusionKernels() {
   return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
-          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(clearBlocksKernel, 0)};
+          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(clearBlocksKernel, 0),
+          DTSDF_NAMED_KERNEL(findLooksKernel, 0), DTSDF_NAMED_KERNEL(lookAroundKernel, 0)};
 }
 
 }  // namespace gpu

@@ -7,7 +7,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// A block whose new arrays (bit d for direction d) turned out to hold nothing.
+/// A block of which arrays (bit d for direction d) hold nothing: new ones that turned out so, and
+/// those that the frame emptied.
 struct EmptyBlock {
   int32_t slot;
   uint32_t directions;
@@ -25,23 +26,29 @@ struct FusionTarget {
   TouchedView touched;
 };
 
+/// The blocks that a frame looks at besides those that it touches.
+struct LookList {
+  int32_t* slots;
+  uint32_t* count;
+};
+
 class Fusion {
  public:
   Fusion(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Makes room for a frame. @throws CudaError without memory; the map is untouched.
-  void reserve(const FrameCounters& counters);
+  /// Makes room for a frame, in a map of so many slots. @throws CudaError without memory; the map is
+  /// untouched.
+  void reserve(const FrameCounters& counters, size_t slots);
 
   /// Casts all surfels into the frame's sums, and folds those into the voxels. Voxel projection
   /// does both at once.
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                    const FusionTarget& target, const FrameCounters& counters);
 
-  /// Takes weight from what the frame saw as free, marks what has changed for the mesh, and lists
-  /// new arrays that hold nothing. `new_blocks` is the number of blocks that were given arrays for
-  /// this frame.
+  /// Takes evidence from what the frame contradicts, marks what has changed for the mesh, and lists
+  /// arrays that hold nothing.
   void clear(const DeviceSensing& sensing, const FusionTarget& target,
-             const FrameCounters& counters, size_t new_blocks);
+             const FrameCounters& counters, uint64_t frame_number);
 
   /// Waits for the frame, and tells its empty blocks, by slot. Tells them once.
   std::vector<EmptyBlock> takeEmptyBlocks();
@@ -52,17 +59,21 @@ class Fusion {
   void reserveSums(uint32_t arrays);
   void cast(const DeviceSensing& sensing, const DeviceSurfels& surfels, const TouchedView& touched,
             const SumsView& part);
-  void fold(const FusionTarget& target, const SumsView& part);
+  void fold(const FrameView& frame, const FusionTarget& target, const SumsView& part);
+  void lookAround(const DeviceSensing& sensing, const FusionTarget& target, uint64_t frame_number);
   void project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                const FusionTarget& target, uint32_t blocks);
 
   const bool casts_;  ///< Else voxels are projected.
-  const Rules rules_;
   const FusionSettings fusion_;
   const Stream& stream_;
   Event cleared_;
-  bool has_new_blocks_ = false;
+  const int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
+  bool is_cleared_ = false;  ///< A frame's empty blocks have not been taken yet.
   DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames.
+  DeviceBuffer<uint32_t> supported_;  ///< Bits of the voxels that the frame supports, by its sums.
+  DeviceBuffer<int32_t> looks_;
+  DeviceBuffer<uint32_t> look_count_;
   DeviceBuffer<EmptyBlock> empty_blocks_;
   PinnedBuffer<EmptyBlock> pinned_empty_blocks_;
   PinnedBuffer<FrameCounters> pinned_counters_{1};

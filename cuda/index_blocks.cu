@@ -29,12 +29,12 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
 
 /// The samples at a block's corner grid, in shared memory, direction by direction.
 struct SharedCorners {
-  Voxel* samples;
+  Sample* samples;
   uint32_t present;
 
   __device__ void collect(const CornerArrays& arrays) {
     for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
-      Voxel sample[kDirectionCount];
+      Sample sample[kDirectionCount];
 #pragma unroll  // reads all before it waits for any
       for (int d = 0; d < kDirectionCount; ++d) {
         if (present >> d & 1) sample[d] = arrays.sample(i, d);
@@ -75,7 +75,7 @@ __device__ int updateIndices(const MeshView& mesh, const SharedCorners& corners,
 
 /// One block of threads per reached block, in strides.
 __global__ void __launch_bounds__(kThreads) indexBlocksKernel(MapView map, MeshView mesh) {
-  extern __shared__ Voxel samples[];
+  extern __shared__ Sample samples[];
   __shared__ CornerArrays arrays;
   __shared__ uint32_t present;
   if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty_count = 0;  // all selected by now
@@ -83,7 +83,10 @@ __global__ void __launch_bounds__(kThreads) indexBlocksKernel(MapView map, MeshV
   for (uint32_t b = blockIdx.x; b < reached; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
     const BlockKey key = keyOfSlot(map, slot);
-    if (threadIdx.x == 0) present = 0;
+    if (threadIdx.x == 0) {
+      present = 0;
+      arrays.least_evidence = mesh.least_evidence;
+    }
     __syncthreads();
     if (threadIdx.x < kCornerBlocks) {
       atomicOr(&present, findCornerArrays(map, key, threadIdx.x, arrays));
@@ -102,7 +105,7 @@ __global__ void __launch_bounds__(kThreads) indexBlocksKernel(MapView map, MeshV
 }
 
 size_t cornerGridBytes(bool directional) {
-  return (directional ? kDirectionCount : 1) * kGridCorners * sizeof(Voxel);
+  return (directional ? kDirectionCount : 1) * kGridCorners * sizeof(Sample);
 }
 
 }  // namespace

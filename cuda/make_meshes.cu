@@ -64,8 +64,10 @@ struct MeshBlockShared {
   typename Scan::TempStorage scan;
 };
 
-__device__ void gatherBlock(const MapView& map, const BlockKey& key, MeshBlockShared& shared) {
+__device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t least_evidence,
+                            MeshBlockShared& shared) {
   const int t = threadIdx.x;
+  if (t == 0) shared.arrays.least_evidence = least_evidence;
   if (t < kCornerBlocks) findCornerArrays(map, key, t, shared.arrays);
   const int n = t - 32;  // by another warp
   if (n >= 0 && n < kRegularisationReach) {
@@ -147,7 +149,7 @@ __global__ void __launch_bounds__(kThreads) makeMeshesKernel(MapView map, MeshVi
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
-    gatherBlock(map, keyOfSlot(map, slot), shared);
+    gatherBlock(map, keyOfSlot(map, slot), mesh.least_evidence, shared);
     UnitIndices regular[kUnitsPerThread];
     const uint32_t first_triangle = takeRoom(mesh, regulariseUnits(mesh, shared, regular), shared);
     const MeshRecord& record = shared.record;

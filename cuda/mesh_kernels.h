@@ -53,6 +53,7 @@ struct MeshView {
   BlockTriangle* triangles;
   MeshSize capacity;
   uint32_t stamp;  ///< Number of this extraction.
+  int32_t least_evidence;  ///< That a voxel needs to be known.
   int32_t directional;
   MeshRules rules;
 };

@@ -128,7 +128,7 @@ __global__ void findFreeDepthsKernel(DeviceSensing on_device, SurfelSettings sur
 }  // namespace
 
 FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, const Stream& stream)
-    : casts_(castsSurfels(params)),
+    : clears_(clearsFreeSpace(params)),
       surfel_settings_(makeSurfelSettings(params, rules.surfels)),
       fusion_settings_(makeFusionSettings(params, rules.fusion)),
       stream_(stream),
@@ -156,7 +156,7 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
       {inverse_depth_.data(), row_value_.data(), row_slope_.data()});
   DTSDF_CHECK_LAUNCH("fitRowsKernel");
   const ImageView image{frame, inverse_depth_.data(), row_value_.data(), row_slope_.data()};
-  if (!casts_) return {image, sigma_.data(), nullptr};
+  if (!clears_) return {image, sigma_.data(), nullptr};
   const DeviceSensing sensing(image, sigma_.data(), free_depth_.data());
   findFreeDepthsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
       sensing, surfel_settings_, fusion_settings_, free_depth_.data());

@@ -56,7 +56,7 @@ class FrameSensor {
  private:
   void reserve(size_t pixels);
 
-  const bool casts_;  ///< Else voxels are projected, which clear free space by themselves.
+  const bool clears_;  ///< Free space is looked for.
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const Stream& stream_;

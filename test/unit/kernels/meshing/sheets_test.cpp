@@ -95,7 +95,7 @@ TEST(Sheets, ScalingAllWeightsChangesNothing) {
   }
 }
 
-/// The greatest weight is 100, and 1 % of it are 1: a corner of 0.98 is too little, one of 1.02 will
+/// The greatest weight is 100, and 1 % of it is 1: a corner of 0.98 is too little, one of 1.02 will
 /// do.
 TEST(Sheets, ACornerNeedsOnePercentOfTheGreatestWeight) {
   UnitSamples samples = {};

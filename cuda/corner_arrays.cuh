@@ -24,5 +24,15 @@ __device__ inline uint32_t findCornerArrays(const MapView& map, const BlockKey& 
   return present;
 }
 
+/// The same for the blocks around one.
+__device__ inline void findArraysAround(const MapView& map, const BlockKey& key, int n,
+                                        ArraysAround& arrays) {
+  const int32_t slot = findSlot(map, packKey(key + aroundOffset(n)));
+  for (int d = 0; d < kDirectionCount; ++d) {
+    const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[d];
+    arrays.array[n][d] = array == kNoArray ? nullptr : map.voxels.record(array);
+  }
+}
+
 }  // namespace gpu
 }  // namespace dtsdf

@@ -73,7 +73,17 @@ __device__ int updateIndices(const MeshView& mesh, const SharedCorners& corners,
   return changed;
 }
 
-/// One block of threads per reached block, in strides.
+/// Enters a block to be meshed, if there is one and it is not there, behind those that are reached.
+__device__ void selectAdjoining(const MapView& map, const MeshView& mesh, uint32_t reached,
+                                const BlockKey& key) {
+  const int32_t slot = findSlot(map, packKey(key));
+  if (slot < 0 || !select(map, mesh, slot)) return;
+  mesh.slots[reached + atomicAdd(&mesh.counters->adjoining, 1u)] = slot;
+}
+
+/// One block of threads per reached block, in strides. Besides what adjoins changed indices, all
+/// blocks whose vertices depend on changed voxels are entered: the reached ones lie beside those on
+/// the lower sides, so these are the rest.
 __global__ void __launch_bounds__(kThreads) indexBlocksKernel(MapView map, MeshView mesh) {
   extern __shared__ Sample samples[];
   __shared__ CornerArrays arrays;
@@ -97,10 +107,11 @@ __global__ void __launch_bounds__(kThreads) indexBlocksKernel(MapView map, MeshV
     __syncthreads();
     const int changed =
         __syncthreads_or(updateIndices(mesh, corners, map.unit_indices.record(slot)));
-    if (!changed || threadIdx.x >= kRegularisationReach) continue;
-    const int32_t adjoining = findSlot(map, packKey(key + regularisationOffset(threadIdx.x)));
-    if (adjoining < 0 || !select(map, mesh, adjoining)) continue;
-    mesh.slots[reached + atomicAdd(&mesh.counters->adjoining, 1u)] = adjoining;
+    const int t = threadIdx.x;
+    if (t < kCornerBlocks) selectAdjoining(map, mesh, reached, key + cornerBlockOffset(t));
+    const int n = t - 32;  // by another warp
+    if (!changed || n < 0 || n >= kRegularisationReach) continue;
+    selectAdjoining(map, mesh, reached, key + regularisationOffset(n));
   }
 }
 

@@ -2,7 +2,7 @@
 #include <cub/block/block_scan.cuh>
 
 #include "corner_arrays.cuh"
-#include "kernels/meshing/edge_vertex.h"
+#include "kernels/meshing/border.h"
 #include "kernels/meshing/emit.h"
 #include "kernels/meshing/regularisation.h"
 #include "launch.h"
@@ -41,7 +41,7 @@ struct EdgeSet {
   }
 };
 
-__device__ BlockVertex makeVertex(const MeshView& mesh, const CornerArrays& arrays, int edge) {
+__device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays, int edge) {
   const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const bool directional = mesh.directional != 0;
   EdgeSamples samples = {};
@@ -52,11 +52,13 @@ __device__ BlockVertex makeVertex(const MeshView& mesh, const CornerArrays& arra
     samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
   }
   const float offset = edgeOffset(mesh.rules, samples, axis, facing);
-  return {vertexPosition(edge, offset), static_cast<uint32_t>(edge)};
+  const Vec3f vertex = vertexPosition(edge, offset);
+  return {directional ? heldToBorder(mesh.rules, arrays, edge, vertex) : vertex,
+          static_cast<uint32_t>(edge)};
 }
 
 struct MeshBlockShared {
-  CornerArrays arrays;
+  ArraysAround arrays;
   IndexNeighbourhood indices;
   EdgeSet edges;
   uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
@@ -68,7 +70,7 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t lea
                             MeshBlockShared& shared) {
   const int t = threadIdx.x;
   if (t == 0) shared.arrays.least_evidence = least_evidence;
-  if (t < kCornerBlocks) findCornerArrays(map, key, t, shared.arrays);
+  if (t < kBlocksAround) findArraysAround(map, key, t, shared.arrays);
   const int n = t - 32;  // by another warp
   if (n >= 0 && n < kRegularisationReach) {
     const int32_t slot = findSlot(map, packKey(key + regularisationOffset(n)));

@@ -14,7 +14,7 @@ namespace gpu {
 /// Counts of one extraction.
 struct MeshCounters {
   uint32_t reached;    ///< Blocks whose units have a corner in a changed block.
-  uint32_t adjoining;  ///< Further blocks, across a face of one whose indices changed.
+  uint32_t adjoining;  ///< Further blocks that depend on changed voxels, or on changed indices.
 };
 
 /// Space that the meshes take, whether they could be written or not.

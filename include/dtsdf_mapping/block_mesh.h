@@ -12,7 +12,7 @@ namespace dtsdf {
 /// ((index of the edge's lower corner) * 3 + axis) * 2 + facing. The corners are the 9 x 9 x 9 ones
 /// of the block's mesh units, x fastest; facing 0 has its behind side at the lower end.
 struct BlockVertex {
-  Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [0, 8].
+  Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [-1, 9].
   uint32_t edge;   ///< Which edge of the block, as said above.
 };
 

@@ -77,6 +77,18 @@ void FoundCornerArrays::find(const BlockTable& table, const VoxelStore& voxels,
   }
 }
 
+void FoundArraysAround::find(const BlockTable& table, const VoxelStore& voxels,
+                             const BlockKey& key, int32_t least) {
+  least_evidence = least;
+  for (int n = 0; n < kBlocksAround; ++n) {
+    const int32_t slot = table.find(packKey(key + aroundOffset(n)));
+    for (int d = 0; d < kDirectionCount; ++d) {
+      const int32_t index = slot < 0 ? kNoArray : table.block(slot).array[d];
+      array[n][d] = index == kNoArray ? nullptr : voxels.array(index);
+    }
+  }
+}
+
 void BlockIndexer::collect(const FoundCornerArrays& arrays) {
   static const Voxel kNothing[kVoxelsPerBlock] = {};
   present_ = arrays.present;

@@ -47,6 +47,12 @@ struct FoundCornerArrays : CornerArrays {
             int32_t least_evidence);
 };
 
+/// Those around a block of the map.
+struct FoundArraysAround : ArraysAround {
+  void find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key,
+            int32_t least_evidence);
+};
+
 /// A block's units before regularisation; both empty where there is no surface.
 struct IndexedBlock {
   std::vector<UnitIndices> indices;   ///< One per unit.

@@ -89,7 +89,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
       const bool empty = slot < 0 || state_[slot].indices.empty();
       indices[n] = empty ? nullptr : state_[slot].indices.data();
     }
-    FoundCornerArrays arrays;
+    FoundArraysAround arrays;
     arrays.find(table_, voxels_, mesh.key, least_evidence_);
     surface.regularise(indices);
     surface.emit(rules_, arrays, state.vertices, directional_, mesh);
@@ -106,18 +106,22 @@ void BlockMesher::sortByKey(std::vector<int32_t>& slots) const {
   for (size_t i = 0; i < slots.size(); ++i) slots[i] = by_key[i].second;
 }
 
-std::vector<int32_t> BlockMesher::reachBlocks() {
+std::vector<int32_t> BlockMesher::reachBlocks(const std::vector<int32_t>& dirty) {
   const StageTimer timer(profile_, Stage::kIndex);
   std::vector<int32_t> slots;
-  for (const int32_t slot : takeDirty()) {
+  for (const int32_t slot : dirty) {
     for (int n = 0; n < kUnitReach; ++n) select(table_.block(slot).key + unitReachOffset(n), slots);
   }
   sortByKey(slots);  // what neighbours read is likely to be in the cache then
   return slots;
 }
 
-void BlockMesher::selectAround(const std::vector<uint8_t>& changed, std::vector<int32_t>& slots) {
+void BlockMesher::selectAround(const std::vector<int32_t>& dirty,
+                               const std::vector<uint8_t>& changed, std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kIndex);
+  for (const int32_t slot : dirty) {
+    for (int n = 0; n < kBlocksAround; ++n) select(table_.block(slot).key + aroundOffset(n), slots);
+  }
   for (size_t i = 0; i < changed.size(); ++i) {
     if (!changed[i]) continue;
     const BlockKey key = table_.block(slots[i]).key;
@@ -165,9 +169,10 @@ std::vector<BlockMesh> BlockMesher::update(int32_t least_evidence) {
     }
   }
   least_evidence_ = least_evidence;
-  std::vector<int32_t> slots = reachBlocks();
+  const std::vector<int32_t> dirty = takeDirty();
+  std::vector<int32_t> slots = reachBlocks(dirty);
   const size_t indexed = slots.size();
-  selectAround(indexBlocks(slots), slots);
+  selectAround(dirty, indexBlocks(slots), slots);
   std::vector<BlockMesh> meshes = makeMeshes(slots);
   std::vector<BlockMesh> changes = takeChanges(slots, meshes);
   countWork(indexed, slots.size(), changes);

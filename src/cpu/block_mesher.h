@@ -50,7 +50,7 @@ class BlockMesher {
   std::vector<int32_t> takeDirty();
 
   /// The blocks whose units have a corner in one that changed.
-  std::vector<int32_t> reachBlocks();
+  std::vector<int32_t> reachBlocks(const std::vector<int32_t>& dirty);
 
   /// Enters the block, if there is one, into this update's slots, unless it is there.
   void select(const BlockKey& key, std::vector<int32_t>& slots);
@@ -58,8 +58,10 @@ class BlockMesher {
   /// The index stage. @return for each block whether its units' indices changed.
   std::vector<uint8_t> indexBlocks(const std::vector<int32_t>& slots);
 
-  /// Enters the blocks whose surface depends on the indices that changed.
-  void selectAround(const std::vector<uint8_t>& changed, std::vector<int32_t>& slots);
+  /// Enters the blocks whose vertices depend on voxels, or whose surface depends on indices, that
+  /// changed.
+  void selectAround(const std::vector<int32_t>& dirty, const std::vector<uint8_t>& changed,
+                    std::vector<int32_t>& slots);
 
   /// What of the meshes is new: all but those that were empty and still are.
   std::vector<BlockMesh> takeChanges(const std::vector<int32_t>& slots,

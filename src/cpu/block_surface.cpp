@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "kernels/meshing/border.h"
+
 namespace dtsdf {
 namespace {
 
@@ -64,7 +66,7 @@ void BlockSurface::regularise(const IndexNeighbourhood& indices) {
   }
 }
 
-void BlockSurface::emit(const MeshRules& rules, const CornerArrays& arrays,
+void BlockSurface::emit(const MeshRules& rules, const ArraysAround& arrays,
                         const std::vector<BlockVertex>& known, bool directional,
                         BlockMesh& mesh) {
   mesh.vertices.reserve(edges_.count());
@@ -73,7 +75,9 @@ void BlockSurface::emit(const MeshRules& rules, const CornerArrays& arrays,
     vertex_of_edge_[edge] = static_cast<uint16_t>(mesh.vertices.size());
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
-    mesh.vertices.push_back(is_known ? *next : makeVertex(rules, arrays, edge, directional));
+    BlockVertex vertex = is_known ? *next : makeVertex(rules, arrays, edge, directional);
+    if (directional) vertex.position = heldToBorder(rules, arrays, edge, vertex.position);
+    mesh.vertices.push_back(vertex);
   });
   mesh.triangles.resize(triangle_edges_.size());
   std::transform(triangle_edges_.begin(), triangle_edges_.end(), mesh.triangles.begin(),

@@ -56,6 +56,34 @@ DTSDF_HD CornerSource cornerSource(int corner) {
           voxelIndex(c.x & kMask, c.y & kMask, c.z & kMask)};
 }
 
+/// {-1, 0, 1}^3: the blocks that a corner grid with one more layer around it lies in; and those
+/// whose vertices depend on a block's voxels (border.h).
+constexpr int kBlocksAround = 27;
+DTSDF_HD Vec3i aroundOffset(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
+
+/// Which of those blocks a corner lies in; each coordinate is in [-8, 16).
+DTSDF_HD int blockAround(const Vec3i& corner) {
+  return (corner.x >> kBlockSideLog2) + 1 + 3 * ((corner.y >> kBlockSideLog2) + 1) +
+         9 * ((corner.z >> kBlockSideLog2) + 1);
+}
+
+/// The voxel arrays around a block; null where there is none.
+struct ArraysAround {
+  const Voxel* array[kBlocksAround][kDirectionCount];
+  int32_t least_evidence;  ///< That a voxel needs to be known.
+
+  DTSDF_HD Sample sample(const Vec3i& corner, int direction) const {
+    constexpr int kMask = kBlockSide - 1;
+    const Voxel* voxels = array[blockAround(corner)][direction];
+    if (voxels == nullptr) return {0.0f, 0.0f};
+    const int voxel = voxelIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask);
+    return sampleOf(voxels[voxel], least_evidence);
+  }
+  DTSDF_HD Sample sample(int corner, int direction) const {
+    return sample(cornerAt(corner), direction);
+  }
+};
+
 /// The voxel arrays that the corners of a block's units lie in; null where there is none.
 struct CornerArrays {
   const Voxel* array[kCornerBlocks][kDirectionCount];

@@ -37,6 +37,14 @@ DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearnes
   return from_lower + from_upper > 0.0f ? from_lower / (from_lower + from_upper) : 0.5f;
 }
 
+/// Whether a direction's surface with the given facing crosses between two samples. Facing 0 is
+/// behind at the lower end.
+DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
+  const bool crossed = facing == 0 ? lower.sdf < 0.0f && !(upper.sdf < 0.0f)
+                                   : !(lower.sdf < 0.0f) && upper.sdf < 0.0f;
+  return crossed && lower.weight > 0.0f && upper.weight > 0.0f;
+}
+
 /// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of
 /// the zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction
 /// counts by the product of its two weights. Facing 0 is behind at the lower end.
@@ -46,9 +54,7 @@ DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, in
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!speaksOnEdge(d, axis, facing)) continue;
     const Sample a = edge.lower[d], b = edge.upper[d];
-    const bool crosses = facing == 0 ? a.sdf < 0.0f && !(b.sdf < 0.0f)
-                                     : !(a.sdf < 0.0f) && b.sdf < 0.0f;
-    if (!crosses || !(a.weight > 0.0f && b.weight > 0.0f)) continue;
+    if (!crosses(a, b, facing)) continue;
     const float weight = a.weight * b.weight;
     sum += weight * (a.sdf / (a.sdf - b.sdf));
     sum_weight += weight;

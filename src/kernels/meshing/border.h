@@ -1,0 +1,117 @@
+/// The border of what was measured: vertices there are moved to where it ends.
+///
+/// A surfel updates the samples on the corners around it, so a surface that ends inside a cell has
+/// vertices on the cell's far side, up to a voxel beyond its end. How far the measurements reached
+/// into the cell shows in the weights: a surfel at u between two corners counts for them with
+/// (1 - u)^2 and u^2. Where all up to u = x is covered, on the inner corner's other side too,
+///
+///   far weight / near weight = x^3 / (2 - (1 - x)^3), which is (2 x)^3 / 16 to within 5 %,
+///
+/// so x = (2 r)^(1/3) for a ratio r below 1/2. Vertices are moved along the surface, towards the one
+/// on the neighbouring edge, so that they stay on it. Added across the two ends of an edge, weights
+/// do not depend on where the surface crosses it: they fall linearly with the distance.
+#pragma once
+
+#include <cstring>
+
+#include "kernels/meshing/edge_vertex.h"
+#include "kernels/meshing/mesh_rules.h"
+
+namespace dtsdf {
+
+/// An edge of the grid around a block, by its lower corner. Facing 0 is behind at the lower end.
+struct GridEdge {
+  Vec3i corner;
+  int axis, facing;
+};
+
+DTSDF_HD Vec3i unitStep(int axis) {
+  return {axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
+}
+
+DTSDF_HD GridEdge moved(const GridEdge& edge, const Vec3i& by) {
+  return {edge.corner + by, edge.axis, edge.facing};
+}
+
+/// Cube root by Newton's method, from a guess that is right to a few per cent: 0 for 0.
+DTSDF_HD float cubeRoot(float a) {
+  if (!(a > 0.0f)) return 0.0f;
+  uint32_t bits;
+  memcpy(&bits, &a, sizeof(bits));
+  bits = bits / 3 + 0x2a514067u;  // a third of the exponent
+  float x;
+  memcpy(&x, &bits, sizeof(x));
+  for (int i = 0; i < 3; ++i) x = (x + x + a / (x * x)) / 3.0f;
+  return x;
+}
+
+/// Weight of the directions that have a say on an edge, at both its ends.
+template <class Corners>
+DTSDF_HD float edgeWeight(const Corners& corners, const GridEdge& edge) {
+  const Vec3i upper = edge.corner + unitStep(edge.axis);
+  float weight = 0.0f;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!speaksOnEdge(d, edge.axis, edge.facing)) continue;
+    weight += corners.sample(edge.corner, d).weight + corners.sample(upper, d).weight;
+  }
+  return weight;
+}
+
+/// Where a surface crosses an edge, from its lower end; negative where none does.
+template <class Corners>
+DTSDF_HD float crossingOf(const MeshRules& rules, const Corners& corners, const GridEdge& edge) {
+  const Vec3i upper = edge.corner + unitStep(edge.axis);
+  EdgeSamples samples;
+  bool is_crossed = false;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    const Sample a = samples.lower[d] = corners.sample(edge.corner, d);
+    const Sample b = samples.upper[d] = corners.sample(upper, d);
+    is_crossed = is_crossed || (speaksOnEdge(d, edge.axis, edge.facing) &&
+                                crosses(a, b, edge.facing));
+  }
+  return is_crossed ? edgeOffset(rules, samples, edge.axis, edge.facing) : -1.0f;
+}
+
+/// How far a vertex moves across its edge, and along it, in voxels.
+struct BorderShift {
+  float across, along;
+};
+
+/// The shift of the vertex at `offset` on an edge along another axis. The part across is a multiple
+/// of 2^-12, so that blocks on both sides of a face come to the very same place.
+template <class Corners>
+DTSDF_HD BorderShift borderShift(const MeshRules& rules, const Corners& corners,
+                                 const GridEdge& edge, float offset, int across) {
+  const Vec3i step = unitStep(across);
+  const GridEdge lower = moved(edge, Vec3i{0, 0, 0} - step), upper = moved(edge, step);
+  const float own = edgeWeight(corners, edge);
+  const float at_lower = edgeWeight(corners, lower), at_upper = edgeWeight(corners, upper);
+  const bool to_lower = at_lower > at_upper;
+  const float inner = to_lower ? at_lower : at_upper, outer = to_lower ? at_upper : at_lower;
+  if (!(2.0f * own < inner) || outer > own) return {0.0f, 0.0f};
+  const float next = crossingOf(rules, corners, to_lower ? lower : upper);
+  if (next < 0.0f) return {0.0f, 0.0f};
+  constexpr float kSteps = 4096.0f;
+  const float covered = cubeRoot(2.0f * own / inner);
+  const float share =
+      static_cast<float>(floorToInt((1.0f - minimum(covered, 1.0f)) * kSteps)) / kSteps;
+  return {to_lower ? -share : share, share * (next - offset)};
+}
+
+/// The vertex of an edge, held to what was measured. Where the border passes between both axes
+/// across the edge, either shift alone would reach it: half of each is taken.
+template <class Corners>
+DTSDF_HD Vec3f heldToBorder(const MeshRules& rules, const Corners& corners, int edge,
+                            const Vec3f& vertex) {
+  const GridEdge at{cornerAt(edgeCorner(edge)), edgeAxis(edge), edgeFacing(edge)};
+  const float offset = component(vertex, at.axis) - component(toFloat(at.corner), at.axis);
+  const int first = at.axis == 0 ? 1 : 0, second = at.axis == 2 ? 1 : 2;
+  const BorderShift a = borderShift(rules, corners, at, offset, first);
+  const BorderShift b = borderShift(rules, corners, at, offset, second);
+  const float share = a.across != 0.0f && b.across != 0.0f ? 0.5f : 1.0f;
+  return vertex + (share * a.across) * toFloat(unitStep(first)) +
+         (share * b.across) * toFloat(unitStep(second)) +
+         (share * (a.along + b.along)) * toFloat(unitStep(at.axis));
+}
+
+}  // namespace dtsdf

@@ -44,8 +44,14 @@ std::string firstDifference(const std::vector<Voxel>& a, const std::vector<Voxel
   }
   for (size_t i = 0; i < a.size(); ++i) {
     if (std::memcmp(&a[i], &b[i], sizeof(Voxel)) == 0) continue;
-    text << "voxel " << i << ": (" << a[i].sdf << ", " << weightOf(a[i]) << ") and (" << b[i].sdf
-         << ", " << weightOf(b[i]) << ")";
+    const auto write = [&](const Voxel& voxel) {
+      text << "(" << voxel.sdf << ", weight " << weightOf(voxel) << ", evidence "
+           << evidenceOf(voxel) << ")";
+    };
+    text << "voxel " << i << ": ";
+    write(a[i]);
+    text << " and ";
+    write(b[i]);
     break;
   }
   return text.str();

@@ -131,8 +131,8 @@ TEST_P(RandomScenes, MeshesAreSound) {
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
 }
 
-/// Every sample holds a finite distance within the truncation and a weight that its frames can
-/// give, or take where they saw free space.
+/// Every sample holds a finite distance within the truncation, and the weight and evidence that its
+/// five frames can give; one without weight holds nothing at all.
 TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());
@@ -143,8 +143,13 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
     for (const auto& voxels : block.voxels) {
       for (const Voxel& voxel : voxels) {
         ASSERT_LE(std::abs(voxel.sdf), truncation * 1.00001f);
-        ASSERT_GT(voxel.weight, -128.0f * 96.0f * 5.0f);
-        ASSERT_LT(voxel.weight, 128.0f * 96.0f * 5.0f);
+        ASSERT_LE(weightOf(voxel), 5.0f);  // frames
+        ASSERT_LE(evidenceOf(voxel), 15);
+        if (isEmpty(voxel)) {
+          ASSERT_EQ(voxel.sdf, 0.0f);
+        } else {
+          ASSERT_GT(weightUnits(voxel), 0u);
+        }
       }
     }
   }

@@ -129,7 +129,7 @@ DTSDF_HD bool isLookedAt(PackedKey key, uint64_t frame_number, const FusionRules
 /// Whether a frame may see anything of a block: false only if all of it is outside the image.
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
-  constexpr float kRadius = 2.0f * static_cast<float>(kBlockSide);  // of the feet of its voxels
+  constexpr float kRadius = 3.0f * static_cast<float>(kBlockSide);  // of the feet: 7 + 16 voxels
   const Vec3f middle = toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kHalf, kHalf, kHalf};
   const Vec3f p = rotateInverse(frame.T_L_C, middle - frame.T_L_C.t);
   const float z = p.z + kRadius;

@@ -69,7 +69,7 @@ TEST_P(Budget, WhatIsMappedIsRight) {
       ASSERT_EQ(whole.voxels[d].size(), block.voxels[d].size());
       for (size_t i = 0; i < block.voxels[d].size(); ++i) {
         ASSERT_EQ(whole.voxels[d][i].sdf, block.voxels[d][i].sdf);
-        ASSERT_EQ(whole.voxels[d][i].weight, block.voxels[d][i].weight);
+        ASSERT_EQ(whole.voxels[d][i].state, block.voxels[d][i].state);
       }
       ++compared;
     }
@@ -89,7 +89,7 @@ TEST_P(Budget, AFullMapIsStillUpdatedAndMeshed) {
     double sum = 0.0;
     for (const BlockSnapshot& block : mapper->snapshot()) {
       for (const auto& voxels : block.voxels) {
-        for (const Voxel& voxel : voxels) sum += voxel.weight;
+        for (const Voxel& voxel : voxels) sum += weightOf(voxel);
       }
     }
     return sum;
@@ -122,7 +122,7 @@ TEST(Recycling, NoArrayIsEmpty) {
         if (voxels.empty()) continue;
         ++arrays;
         bool observed = false;
-        for (const Voxel& voxel : voxels) observed |= voxel.weight != 0.0f;  // or cleared since
+        for (const Voxel& voxel : voxels) observed |= !isEmpty(voxel);
         EXPECT_TRUE(observed);
       }
     }

@@ -2,41 +2,18 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <memory>
 #include <tuple>
 #include <utility>
 #include <vector>
 
-#include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
 #include "support/map_equality.h"
+#include "support/session.h"
 
 namespace dtsdf {
 namespace {
 
 using Mode = std::tuple<FusionMode, bool>;
-
-/// A mapper and the mesh put together from all its updates.
-class Session {
- public:
-  explicit Session(const MapperParams& params)
-      : mapper_(makeProbedMapper(params)), store_(params.map.voxel_size_m) {}
-
-  void integrate(const SceneFrame& frame) {
-    EXPECT_EQ(mapper_->integrate(frame.view()).status, FrameStatus::kFused);
-  }
-  void updateMesh() { store_.apply(mapper_->updateMesh()); }
-  void clear() {
-    mapper_->clear();
-    store_.clear();
-  }
-  ProbedMapper& mapper() { return *mapper_; }
-  Mesh mesh() const { return store_.assemble(); }
-
- private:
-  std::unique_ptr<ProbedMapper> mapper_;
-  MeshStore store_;
-};
 
 /// Frames of the room from a time on; rendered once.
 const std::vector<SceneFrame>& roomFrames(double first_s, int count) {
@@ -46,6 +23,23 @@ const std::vector<SceneFrame>& roomFrames(double first_s, int count) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < count; ++i) poses.push_back(roomCameraPose(first_s + 0.5 * i));
   frames = renderFrames(makeRoomScene(), poses, 120, 90);
+  return frames;
+}
+
+/// A box that moves along a wall and goes, and a camera that moves a little; rendered once.
+const std::vector<SceneFrame>& movingFrames() {
+  static const std::vector<SceneFrame> frames = [] {
+    std::vector<SceneFrame> rendered;
+    for (int i = 0; i < 32; ++i) {
+      Scene scene;
+      scene.add(Plane{{1.6, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});
+      if (i < 12) scene.add(makeBox({1.1, 0.06 * (i - 6), 0.0}, {0.2, 0.3, 0.3}, 0.3));
+      const Eigen::Vector3d eye(0.0, 0.01 * (i % 5), 0.01 * (i % 3));
+      rendered.push_back(renderFrame(
+          scene, lookAt(eye, eye + Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()), 120, 90));
+    }
+    return rendered;
+  }();
   return frames;
 }
 
@@ -69,6 +63,31 @@ TEST_P(Determinism, MeshingEveryFrameEqualsMeshingOnce) {
   EXPECT_TRUE(often.mapper().updateMesh().blocks.empty()) << "nothing has changed since";
 }
 
+/// Also where meshes shrink, blocks go, and others take their places.
+TEST_P(Determinism, MeshingEveryFrameEqualsMeshingOnceWhenThingsMove) {
+  for (const int min_support : {1, 2}) {
+    MapperParams settings = params(2);
+    settings.mesh.min_support = min_support;
+    Session often(settings), late(settings), once(settings);
+    for (const SceneFrame& frame : movingFrames()) {
+      for (Session* session : {&often, &late, &once}) session->integrate(frame);
+      often.updateMesh();
+      late.finishMeshUpdate();  // of what the frame before left
+      late.mapper().beginMeshUpdate();
+    }
+    once.updateMesh();
+    late.finishMeshUpdate();
+    late.updateMesh();
+    EXPECT_GT(once.mesh().triangles.size(), 500u);
+    for (Session* session : {&often, &late}) {
+      EXPECT_TRUE(sameMaps(session->mapper(), once.mapper()));
+      EXPECT_TRUE(sameMeshes(session->mesh(), once.mesh()));
+      EXPECT_EQ(session->mapper().stats().map_bytes, once.mapper().stats().map_bytes);
+      EXPECT_TRUE(session->mapper().updateMesh().blocks.empty()) << "nothing has changed since";
+    }
+  }
+}
+
 TEST_P(Determinism, ThreadsDoNotShow) {
   Session one(params(1));
   for (const SceneFrame& frame : roomFrames(3.0, 4)) one.integrate(frame);
@@ -80,6 +99,16 @@ TEST_P(Determinism, ThreadsDoNotShow) {
     EXPECT_TRUE(sameMaps(one.mapper(), several.mapper())) << threads << " threads";
     EXPECT_TRUE(sameMeshes(one.mesh(), several.mesh())) << threads << " threads";
   }
+}
+
+TEST_P(Determinism, ThreadsDoNotShowWhenThingsMove) {
+  Session one(params(1)), three(params(3));
+  for (Session* session : {&one, &three}) {
+    for (const SceneFrame& frame : movingFrames()) session->integrate(frame);
+    session->updateMesh();
+  }
+  EXPECT_TRUE(sameMaps(one.mapper(), three.mapper()));
+  EXPECT_TRUE(sameMeshes(one.mesh(), three.mesh()));
 }
 
 TEST_P(Determinism, RunsAreEqual) {

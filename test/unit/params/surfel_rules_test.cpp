@@ -40,17 +40,21 @@ void expectEachKeySetsItsOwn(size_t count) {
   }
 }
 
-TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(15); }
-TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(6); }
+TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(14); }
+TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(10); }
 
-/// A slope needs two pixels; with a depth or a turn of 0 a rule would divide by 0.
+/// A slope needs two pixels; with a depth, a turn or turns of 0 a rule would
+/// divide by 0; evidence has eight bits, and a surface that gains none is never shown.
 TEST(SurfelRules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/least_strip_px", 1}}), ParamError);
-  EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/full_weight_depth_m", 0.0}}), ParamError);
   EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
   EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/merged_rows_beside", 0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/sample_reach", 0.0}}), ParamError);
-  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/nearest_free_m", 0.0}}), ParamError);
+  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/full_weight_depth_m", 0.0}}), ParamError);
+  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/look_turns", 0}}), ParamError);
+  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/support_gain", 0}}), ParamError);
+  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/most_evidence", 0}}), ParamError);
+  EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/most_evidence", 256}}), ParamError);
 }
 
 }  // namespace

@@ -11,6 +11,30 @@
 namespace dtsdf {
 namespace {
 
+/// Weight and evidence share one word, and neither spills into the other.
+TEST(Voxel, HoldsDistanceWeightAndEvidence) {
+  for (const uint32_t units : {0u, 1u, 98304u, (1u << 24) - 1u}) {
+    for (const int32_t evidence : {0, 1, 24, 255}) {
+      const Voxel voxel = makeVoxel(-1.25f, units, evidence);
+      EXPECT_EQ(voxel.sdf, -1.25f);
+      EXPECT_EQ(weightUnits(voxel), units);
+      EXPECT_EQ(evidenceOf(voxel), evidence);
+      EXPECT_EQ(isEmpty(voxel), units == 0 && evidence == 0);
+    }
+  }
+  EXPECT_EQ(weightOf(makeVoxel(0.0f, 98304, 7)), 1.5f);
+  EXPECT_EQ(sizeof(Voxel), 8u);
+}
+
+/// The mesh sees a voxel with too little evidence as it sees one without a measurement.
+TEST(Voxel, IsKnownFromItsEvidenceOn) {
+  const Voxel voxel = makeVoxel(-1.25f, 98304, 4);
+  EXPECT_EQ(sampleOf(voxel, 4).sdf, -1.25f);
+  EXPECT_EQ(sampleOf(voxel, 4).weight, 1.5f);
+  EXPECT_EQ(sampleOf(voxel, 5).weight, 0.0f);
+  EXPECT_EQ(sampleOf(makeVoxel(0.0f, 0, 0), 1).weight, 0.0f);
+}
+
 TEST(VoxelSums, FixedPointStaysWithinItsBounds) {
   EXPECT_EQ(quantiseWeight(0.0f), 0);
   EXPECT_EQ(quantiseWeight(1.0f), 1 << 20);

@@ -1,9 +1,11 @@
-// Which voxels count as seen free, and what that does to them, on analytic planes and steps.
+// What an image sees through, on analytic surfaces and on images made pixel by pixel.
 #include "kernels/fusion/free_space.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <random>
 #include <vector>
 
 #include "support/surface_image.h"
@@ -15,8 +17,9 @@ constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{100.0f, 100.0f, 31.5f, 23.5f};
 constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
 const SurfelSettings kSurfels{5, 0.1f, SurfelRules()};
-const FusionSettings kFusion{1, 1, kTruncation, 1e6f, FusionRules()};
+const FusionSettings kFusion{1, 1, kTruncation, 64.0f, FusionRules()};
 
+/// An image of a surface, and how far its pixels see.
 class FreeSpaceImage {
  public:
   explicit FreeSpaceImage(const Surface& surface, float sigma = 0.0f)
@@ -28,11 +31,10 @@ class FreeSpaceImage {
   }
 
   float freeDepthAt(int u, int v) const { return free_depth_[v * kWidth + u]; }
-  float weightAt(const Vec3i& voxel) const {
+  FrameSensing sensing() const {
     FrameSensing sensing = image_.sensing();
     sensing.free_depth = free_depth_.data();
-    return freeSpaceWeight(sensing, projectToImage(sensing.image.frame, voxel), kSurfels.rules,
-                           kFusion.rules);
+    return sensing;
   }
 
  private:
@@ -40,120 +42,338 @@ class FreeSpaceImage {
   std::vector<float> free_depth_;
 };
 
-/// The point of a pixel's ray from which on nothing is free is as far from the plane as samples
-/// reach, whatever the plane's tilt.
-TEST(FreeDepth, EndsAtTheReachOfSamples) {
-  for (const auto& n : {Vec3f{0, 0, 1}, Vec3f{0.6f, 0, 0.8f}, Vec3f{0, -0.8f, 0.6f},
-                        Vec3f{0.48f, 0.64f, 0.6f}}) {
-    const double delta = 1.2;
-    const FreeSpaceImage image(plane(n.x, n.y, n.z, delta));
-    for (int v = 8; v < kHeight - 8; ++v) {
-      for (int u = 8; u < kWidth - 8; ++u) {
-        const float depth_m = image.freeDepthAt(u, v);
-        if (!(depth_m > 0.0f)) continue;
-        const Vec3f p = backProject(kIntrinsics, static_cast<float>(u), static_cast<float>(v),
-                                    depth_m);
-        EXPECT_NEAR((delta - dot(n, p)) / kVoxel_m, kFusion.rules.sample_reach, 0.02)
-            << u << ", " << v;
+/// The margin is kept across the plane, whatever its tilt: half a voxel and three deviations.
+TEST(FreeDepth, EndsAMarginBeforeThePlane) {
+  for (const float sigma : {0.0f, 0.005f}) {
+    for (const auto& n : {Vec3f{0, 0, 1}, Vec3f{0.6f, 0, 0.8f}, Vec3f{0, -0.8f, 0.6f},
+                          Vec3f{0.48f, 0.64f, 0.6f}}) {
+      const double delta = 1.2;
+      const FreeSpaceImage image(plane(n.x, n.y, n.z, delta), sigma);
+      for (int v = 8; v < kHeight - 8; ++v) {
+        for (int u = 8; u < kWidth - 8; ++u) {
+          const float free_m = image.freeDepthAt(u, v);
+          const double x = (u - 31.5) / 100.0, y = (v - 23.5) / 100.0;
+          const double depth_m = delta / (n.x * x + n.y * y + n.z);
+          if (!(depth_m > 0.0 && depth_m < 4.0)) continue;
+          const Vec3f p = backProject(kIntrinsics, static_cast<float>(u), static_cast<float>(v),
+                                      free_m);
+          const double margin = 0.5 + 3.0 * sigma * depth_m * depth_m / kVoxel_m;
+          EXPECT_NEAR((delta - dot(n, p)) / kVoxel_m, margin, 0.02) << u << ", " << v;
+        }
       }
     }
-    EXPECT_GT(image.freeDepthAt(kWidth / 2, kHeight / 2), 0.0f);
   }
 }
 
-TEST(FreeDepth, KeepsAwayFromNoise) {
-  const float noise = 0.005f, depth_m = 2.0f;
-  const FreeSpaceImage image(plane(0, 0, 1, depth_m), noise);
-  const float noise_m = noise * depth_m * depth_m;
-  EXPECT_NEAR(depth_m - image.freeDepthAt(30, 20),
-              (kFusion.rules.noise_reach + kFusion.rules.free_noise) * noise_m, 1e-3);
+/// Two images of one pixel, 12 m away and not measured; a negative inverse depth is one that is
+/// measured beyond what is fused. Without a plane the margin is kept along the ray.
+TEST(FreeDepth, ReachesBeyondWhatIsFused) {
+  const float row[] = {0.0f, 0.0f};
+  for (const float sigma : {0.0f, 0.001f}) {
+    const float inverse_depth[] = {-1.0f / 12.0f, 0.0f};
+    const FrameSensing sensing{
+        {frontalFrame(2, 1, kIntrinsics, kVoxel_m), inverse_depth, row, row}, sigma, nullptr};
+    EXPECT_NEAR(freeDepth(sensing, {0, 0}, kSurfels, kFusion), 12.0f - 0.01f - 432.0f * sigma,
+                1e-4f);
+    EXPECT_EQ(freeDepth(sensing, {1, 0}, kSurfels, kFusion), 0.0f);
+  }
 }
 
-/// A wall at 2 m with the camera at the origin: voxels up to its band are free, in the band and
-/// behind they are not, nor what the image does not show.
-TEST(FreeSpaceWeight, EndsBeforeTheBand) {
-  const FreeSpaceImage image(plane(0, 0, 1, 2.0));
-  EXPECT_GT(image.weightAt({0, 0, 50}), 0.0f);
-  EXPECT_GT(image.weightAt({5, -5, 98}), 0.0f);
-  EXPECT_EQ(image.weightAt({5, -5, 99}), 0.0f);
-  EXPECT_EQ(image.weightAt({0, 0, 110}), 0.0f);
-  EXPECT_EQ(image.weightAt({60, 0, 98}), 0.0f);
-  EXPECT_EQ(image.weightAt({0, 0, 0}), 0.0f);
-  EXPECT_EQ(image.weightAt({0, 0, -50}), 0.0f);
+TEST(FreeDepth, MarginAndNoiseAreRules) {
+  const float row[] = {0.0f}, inverse_depth[] = {0.5f};
+  const FrameSensing sensing{
+      {frontalFrame(1, 1, kIntrinsics, kVoxel_m), inverse_depth, row, row}, 0.01f, nullptr};
+  FusionSettings fusion = kFusion;
+  fusion.rules.free_margin = 2.0f;  // 0.04 m
+  fusion.rules.free_noise = 1.0f;   // 0.01 * 2^2 = 0.04 m
+  EXPECT_NEAR(freeDepth(sensing, {0, 0}, kSurfels, fusion), 2.0f - 0.08f, 1e-5f);
 }
 
-/// A box in front of a wall: beside it the wall tells what is free, but not within a pixel of its
-/// outline, which may be off by that much.
-TEST(FreeSpaceWeight, StartsAPixelBesideAnOutline) {
-  const FreeSpaceImage image([](double x, double) { return x < 0.0 ? 1.0 : 2.0; });
-  const auto seenFree = [&](double u) {
-    const double x = (u - kIntrinsics.cx) / kIntrinsics.fx;  // at 1 m, which is 50 voxels
-    return image.weightAt({static_cast<int32_t>(std::lround(x / kVoxel_m)), 0, 50}) > 0.0f;
+/// The voxels of one block and direction.
+struct Array {
+  Voxel voxel[kVoxelsPerBlock] = {};
+
+  Array() = default;
+  explicit Array(const std::function<double(const Vec3f&)>& sdf) {
+    for (int i = 0; i < kVoxelsPerBlock; ++i) set(i, static_cast<float>(sdf(at(i))));
+  }
+  static Vec3f at(int index) { return toFloat(voxelOffset(index)); }
+  void set(int index, float sdf) { voxel[index] = makeVoxel(sdf, 1 << 16, 3); }
+  Voxel& operator()(int x, int y, int z) { return voxel[voxelIndex(x, y, z)]; }
+  Vec3f foot(int x, int y, int z, int direction) const {
+    return footOf(voxel, voxelIndex(x, y, z), direction);
+  }
+};
+
+void expectNear(const Vec3f& a, const Vec3f& b) {
+  EXPECT_LT(norm(a - b), 1e-4f) << a.x << " " << a.y << " " << a.z << ", not " << b.x << " "
+                                << b.y << " " << b.z;
+}
+
+/// By hand: the plane x = 3.25, free above it, seen from the voxels to both sides and at the ends
+/// of the block.
+TEST(Foot, OfAnAlignedPlane) {
+  const Array array([](const Vec3f& p) { return p.x - 3.25; });
+  expectNear(array.foot(0, 2, 7, 0), {3.25f, 2, 7});
+  expectNear(array.foot(3, 0, 0, 0), {3.25f, 0, 0});
+  expectNear(array.foot(7, 7, 3, 0), {3.25f, 7, 3});
+}
+
+/// In each direction, at each voxel, the corners of the block included: the perpendicular's foot.
+TEST(Foot, OfRandomPlanes) {
+  std::mt19937 random(31);
+  std::normal_distribution<float> normal;
+  std::uniform_real_distribution<double> offset(-3.0, 12.0);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Vec3f v{normal(random), normal(random), normal(random)}, n = (1.0f / norm(v)) * v;
+    const double d = offset(random);
+    const Array array([&](const Vec3f& p) { return dot(n, p) - d; });
+    const DirectionSet directions = directionsOf(n, true);
+    for (int k = 0; k < directions.count; ++k) {
+      for (int i = 0; i < kVoxelsPerBlock; i += 7) {
+        const Vec3f foot = footOf(array.voxel, i, directions.direction[k]);
+        expectNear(foot, Array::at(i) - array.voxel[i].sdf * n);
+      }
+    }
+  }
+}
+
+/// One neighbour on an axis is enough; without any the axis of the direction has to do.
+TEST(Foot, WithNeighboursMissing) {
+  Array array([](const Vec3f& p) { return 0.6 * p.x + 0.8 * p.y - 6.0; });
+  const Vec3f foot{3.6f, 4.8f, 4.0f};  // 1.8 + 3.2 - 6 = -1 at (3, 4)
+  expectNear(array.foot(3, 4, 4, 2), foot);
+  for (const Vec3i& gone : {Vec3i{4, 4, 4}, Vec3i{3, 5, 4}, Vec3i{3, 4, 5}}) {
+    array(gone.x, gone.y, gone.z) = makeVoxel(0.0f, 0, 0);
+    expectNear(array.foot(3, 4, 4, 2), foot);
+  }
+  Array lonely;
+  lonely.set(voxelIndex(3, 4, 5), -1.5f);
+  expectNear(lonely.foot(3, 4, 5, 0), {4.5f, 4, 5});
+  expectNear(lonely.foot(3, 4, 5, 1), {1.5f, 4, 5});
+  expectNear(lonely.foot(3, 4, 5, 5), {3, 4, 3.5f});
+}
+
+/// Between two neighbours the slope is their mean: distances -0.5, 1 and 0.5 along x rise by 0.5 a
+/// voxel; with a rise of 0.5 along y that is a gradient of 45 degrees.
+TEST(Foot, TakesTheMeanSlopeOfBothSides) {
+  Array array;
+  array.set(voxelIndex(2, 4, 4), -0.5f);
+  array.set(voxelIndex(3, 4, 4), 1.0f);
+  array.set(voxelIndex(4, 4, 4), 0.5f);
+  array.set(voxelIndex(3, 5, 4), 1.5f);
+  const float half = std::sqrt(0.5f);
+  expectNear(array.foot(3, 4, 4, 0), {3.0f - half, 4.0f - half, 4.0f});
+}
+
+Array ramp(const Vec3f& slope) {
+  return Array([=](const Vec3f& p) { return dot(slope, p - Vec3f{3, 3, 3}) + 1.0f; });
+}
+
+/// Noise may turn the distances of a few voxels any way: then they tell no gradient.
+TEST(Foot, IgnoresSlopesThatNoSurfaceOfTheDirectionHas) {
+  const Vec3f along_axis{2, 3, 3};
+  expectNear(ramp({-1, 0, 0}).foot(3, 3, 3, 0), along_axis);            // faces the other way
+  expectNear(ramp({0.28f, 0.96f, 0}).foot(3, 3, 3, 0), along_axis);     // too far off
+  expectNear(ramp({0.17f, 0.24f, 0}).foot(3, 3, 3, 0), along_axis);     // too flat: 0.294
+  for (const Vec3f& slope : {Vec3f{0.35f, 0.94f, 0}, Vec3f{0.24f, 0.18f, 0.144f}}) {  // 0.333
+    expectNear(ramp(slope).foot(3, 3, 3, 0), Vec3f{3, 3, 3} - (1.0f / norm(slope)) * slope);
+  }
+}
+
+/// 9 x 9 pixels, all of which see 2 m; a point straight ahead at 1 m falls on the middle one.
+class SeesThrough : public testing::Test {
+ protected:
+  bool sees(const Vec3f& p_L) const {
+    const FrameView frame = frontalFrame(9, 9, {10.0f, 10.0f, 4.0f, 4.0f}, 0.1f);
+    return seesThrough({{frame, nullptr, nullptr, nullptr}, 0.0f, free_.data()}, p_L);
+  }
+  float& at(int u, int v) { return free_[static_cast<size_t>(9 * v + u)]; }
+
+  std::vector<float> free_ = std::vector<float>(81, 2.0f);
+  const Vec3f ahead_{0, 0, 10};
+};
+
+TEST_F(SeesThrough, EndsWhereTheFreeDepthDoes) {
+  EXPECT_TRUE(sees(ahead_));
+  EXPECT_TRUE(sees({0, 0, 19.9f}));
+  EXPECT_FALSE(sees({0, 0, 20}));
+  EXPECT_FALSE(sees({0, 0, -10}));
+  EXPECT_FALSE(sees({0, 0, 0}));
+}
+
+/// A thin thing in any of the 3 x 3 pixels around the point is enough to doubt, one beside is not.
+TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
+  for (int i = 0; i < 81; ++i) {
+    const int u = i % 9, v = i / 9;
+    at(u, v) = 0.9f;
+    EXPECT_EQ(sees(ahead_), std::abs(u - 4) > 1 || std::abs(v - 4) > 1) << u << ", " << v;
+    at(u, v) = 2.0f;
+  }
+}
+
+/// What is not measured beside the point says nothing, also if nothing around is; but what falls
+/// on a pixel without measurement is not seen.
+TEST_F(SeesThrough, UnknownNeighboursAreNeutral) {
+  for (int v = 3; v <= 5; ++v) {
+    for (int u = 3; u <= 5; ++u) {
+      if (u != 4 || v != 4) at(u, v) = 0.0f;
+    }
+  }
+  EXPECT_TRUE(sees(ahead_));
+  at(5, 5) = 0.9f;
+  EXPECT_FALSE(sees(ahead_));
+  free_.assign(81, 2.0f);
+  at(4, 4) = 0.0f;
+  EXPECT_FALSE(sees(ahead_));
+}
+
+/// At 1 m a voxel is a pixel wide: the outermost ring has no neighbours all around.
+TEST_F(SeesThrough, LeavesOutTheRimOfTheImage) {
+  for (int offset = -6; offset <= 6; ++offset) {
+    const auto along = static_cast<float>(offset);
+    EXPECT_EQ(sees({along, 0, 10}), std::abs(offset) <= 3) << offset;
+    EXPECT_EQ(sees({0, along, 10}), std::abs(offset) <= 3) << offset;
+  }
+}
+
+/// A wall at 51.2 voxels, 1.024 m, in block (0, 0, 6), seen from the front.
+constexpr int kZMinus = 5;
+size_t contradicted(const FreeSpaceImage& image, const Array& array) {
+  size_t count = 0;
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    count += isContradicted(image.sensing(), {0, 0, 48}, array.voxel, i, kZMinus);
+  }
+  return count;
+}
+const Array kWall([](const Vec3f& p) { return 3.2 - p.z; });
+
+/// All of its voxels or none, before it and behind it: they stand for the same surface. (Behind
+/// them, up to 1.1 m, an image of 1.05 m sees nothing free.)
+TEST(IsContradicted, WhereTheSurfaceIsSeenThrough) {
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), kWall), 512u);
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.05)), kWall), 512u);
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.037)), kWall), 512u);  // 13 mm off
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.031)), kWall), 0u);    // 7 mm off
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.024)), kWall), 0u);
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.5)), kWall), 0u);  // hidden
+}
+
+/// Noise of 5 mm at 1 m: the image has to see 10 + 15 mm farther.
+TEST(IsContradicted, KeepsAwayFromNoise) {
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.045), 0.005f), kWall), 0u);
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.056), 0.005f), kWall), 512u);
+}
+
+TEST(IsContradicted, NotWhereNothingIs) {
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 0u);
+}
+
+/// A rod three pixels wide before a wall: its voxels reach over its outline, but their feet on the
+/// outline's pixels or one beside them are not held against it.
+TEST(IsContradicted, NotBesideSomethingThin) {
+  const FreeSpaceImage image(
+      [](double x, double) { return std::abs(x - 0.05) < 0.016 ? 1.0 : 2.0; });
+  // The rod's face at 50 voxels is 1.7 to 3.3 voxels right of the middle, 2 pixels a voxel.
+  const Array face([](const Vec3f& p) { return 2.0 - p.z; });
+  const auto seen = [&](int x) {
+    return isContradicted(image.sensing(), {0, 0, 48}, face.voxel, voxelIndex(x, 0, 4), kZMinus);
   };
-  EXPECT_FALSE(seenFree(29.5));
-  EXPECT_FALSE(seenFree(31.5));
-  EXPECT_TRUE(seenFree(33.5));
-  EXPECT_TRUE(seenFree(39.5));
+  EXPECT_FALSE(seen(2));
+  EXPECT_FALSE(seen(3));
+  EXPECT_TRUE(seen(0));
+  EXPECT_TRUE(seen(6));
 }
 
-/// A tenth of the pixels that cover the voxel, by their weight at its depth: at 1 m, (100 px / m
-/// times 0.02 m)^2 = 4 pixels of weight 1. Near the camera it does not grow without bound.
-TEST(FreeSpaceWeight, CountsThePixelsOfTheVoxel) {
-  const FreeSpaceImage image(plane(0, 0, 1, 3.0));
-  EXPECT_NEAR(image.weightAt({0, 0, 50}), 0.4f, 1e-5f);
-  EXPECT_NEAR(image.weightAt({0, 0, 100}), 0.4f / 16.0f, 1e-5f);
-  EXPECT_NEAR(image.weightAt({0, 0, 25}), 1.6f, 1e-5f);
-  EXPECT_NEAR(image.weightAt({0, 0, 1}), 1.6f, 1e-5f);
+Vec3f randomUnit(std::mt19937& random) {
+  std::normal_distribution<float> normal;
+  const Vec3f v{normal(random), normal(random), normal(random)};
+  return (1.0f / norm(v)) * v;
 }
 
-TEST(FreeSpaceWeight, NeedsMeasurementsAllAround) {
-  const FreeSpaceImage image([](double x, double y) {
-    return std::abs(x) < 0.006 && std::abs(y) < 0.006 ? 0.0 : 2.0;  // 2 x 2 pixels
-  });
-  EXPECT_EQ(image.weightAt({0, 0, 50}), 0.0f);
-  EXPECT_GT(image.weightAt({4, 0, 50}), 0.0f);
+Vec3f cross(const Vec3f& a, const Vec3f& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-TEST(ClearedVoxel, LosesWeightBehindASurfaceOnly) {
-  const Voxel in_front = clearedVoxel({0.25f, 3.0f}, 1.0f, kFusion.rules);
-  EXPECT_EQ(in_front.weight, 3.0f);
-  EXPECT_EQ(in_front.sdf, 0.25f);
-  const Voxel behind = clearedVoxel({-0.5f, 3.0f}, 1.0f, kFusion.rules);
-  EXPECT_EQ(behind.weight, 2.0f);
-  EXPECT_EQ(behind.sdf, -0.5f);
+/// Some camera: turned any way, its middle anywhere in the image or beside it.
+FrameView randomFrame(std::mt19937& random) {
+  std::uniform_real_distribution<float> centre(-40.0f, 100.0f), focal(20.0f, 400.0f),
+      offset(-8.0f, 8.0f);
+  FrameView frame = frontalFrame(kWidth, kHeight,
+                                 {focal(random), focal(random), centre(random), centre(random)},
+                                 kVoxel_m);
+  const Vec3f z = randomUnit(random), a = cross(z, randomUnit(random)), x = (1.0f / norm(a)) * a;
+  const Vec3f y = cross(z, x);
+  frame.T_L_C = {{x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z},
+                 {offset(random), offset(random), offset(random)}};
+  return frame;
 }
 
-/// What has no weight left, or never had any, gets a negative weight that does not grow without
-/// end.
-TEST(ClearedVoxel, FallsBelowZeroByALimit) {
-  EXPECT_LT(clearedVoxel({-0.5f, 1.0f}, 1.0f, kFusion.rules).weight, 0.0f);
-  Voxel voxel{0.0f, 0.0f};
-  for (int frame = 0; frame < 100; ++frame) voxel = clearedVoxel(voxel, 0.5f, kFusion.rules);
-  EXPECT_EQ(voxel.weight, -kFusion.rules.most_free_frames * 0.5f);
-  // A frame that says less of it takes nothing back.
-  EXPECT_EQ(clearedVoxel(voxel, 0.01f, kFusion.rules).weight, voxel.weight);
+/// A foot is as far from its voxel as distances may be, 16 voxels at the greatest truncation. Most
+/// cases put it at the very rim of the image.
+TEST(MayBeInView, NeverLosesAFootInTheImage) {
+  std::mt19937 random(32);
+  std::uniform_real_distribution<float> share(0.0f, 1.0f);
+  int in_image = 0;
+  for (int trial = 0; trial < 100000; ++trial) {
+    const FrameView frame = randomFrame(random);
+    const float depth_m = trial % 2 ? 0.02f + 0.3f * share(random) : 4.0f * share(random);
+    float u = share(random) * kWidth - 0.5f, v = share(random) * kHeight - 0.5f;
+    if (trial % 3 == 0) u = trial % 2 ? -0.499f : kWidth - 0.501f;
+    if (trial % 3 == 1) v = trial % 4 < 2 ? -0.499f : kHeight - 0.501f;
+    const Vec3f p_C = backProject(frame.intrinsics, u, v, depth_m);
+    const Vec3f at_L = transform(frame.T_L_C, (1.0f / kVoxel_m) * p_C);
+    const Vec3f away = 16.0f * std::sqrt(share(random)) * randomUnit(random);
+    const Vec3f from = at_L + away;
+    const Vec3i voxel{floorToInt(from.x), floorToInt(from.y), floorToInt(from.z)};
+    const VoxelInImage at = projectToImage(frame, toFloat(voxel) - away);
+    const bool is_seen = at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f && at.u < kWidth &&
+                         at.v < kHeight;
+    if (!is_seen) continue;
+    ++in_image;
+    ASSERT_TRUE(mayBeInView(frame, blockOfVoxel(voxel)))
+        << "trial " << trial << ", pixel " << at.u << " " << at.v << ", depth " << at.depth_m
+        << ", distance " << norm(away);
+  }
+  EXPECT_GT(in_image, 30000);
 }
 
-VoxelSums sumsOf(float sdf_voxels, float weight) {
-  VoxelSums sums{0, 0};
-  addToSums(sums, quantiseWeight(weight), quantiseSdf(sdf_voxels / kTruncation));
-  return sums;
+/// The image is 64 voxels wide at 100 voxels' distance: most blocks are left out.
+TEST(MayBeInView, LeavesOutWhatIsFarOutside) {
+  const FrameView frame = frontalFrame(kWidth, kHeight, kIntrinsics, kVoxel_m);
+  EXPECT_TRUE(mayBeInView(frame, {0, 0, 12}));
+  EXPECT_TRUE(mayBeInView(frame, {0, 0, 1000}));
+  EXPECT_FALSE(mayBeInView(frame, {0, 0, -5}));
+  for (const int beside : {-12, 11}) {
+    EXPECT_FALSE(mayBeInView(frame, {beside, 0, 12})) << beside;
+    EXPECT_FALSE(mayBeInView(frame, {0, beside, 12})) << beside;
+  }
 }
 
-/// Samples behind a surface make up for a negative weight first; one in front agrees with the free
-/// space.
-TEST(FoldSums, MakesUpForFreeSpaceWithSamplesBehind) {
-  const Voxel free{0.0f, -1.0f};
-  const Voxel less = foldSums(free, sumsOf(-0.5f, 0.75f), kFusion);
-  EXPECT_FLOAT_EQ(less.weight, -0.25f);
-  const Voxel more = foldSums(less, sumsOf(-0.5f, 0.75f), kFusion);
-  EXPECT_FLOAT_EQ(more.weight, 0.5f);
-  EXPECT_NEAR(more.sdf, -0.5f, 1e-3f);
-  const Voxel even = foldSums(free, sumsOf(-0.5f, 1.0f), kFusion);
-  EXPECT_LT(even.weight, 0.0f);  // 0 would mean that nothing was ever there
-  const Voxel in_front = foldSums(free, sumsOf(0.5f, 0.75f), kFusion);
-  EXPECT_FLOAT_EQ(in_front.weight, 0.75f);
-  EXPECT_NEAR(in_front.sdf, 0.5f, 1e-3f);
+TEST(IsLookedAt, EachBlockOnceInSoManyFrames) {
+  for (const int32_t turns : {1, 3, 8}) {
+    FusionRules rules;
+    rules.look_turns = turns;
+    for (int i = 0; i < 500; ++i) {
+      const PackedKey key = packKey({i % 8 - 4, i / 8 % 8 - 4, i / 64});
+      for (const uint64_t first : {uint64_t{1}, uint64_t{6}, uint64_t{1} << 33}) {
+        int looks = 0;
+        for (int frame = 0; frame < turns; ++frame) looks += isLookedAt(key, first + frame, rules);
+        ASSERT_EQ(looks, 1) << turns << " turns, block " << i << ", from frame " << first;
+      }
+    }
+  }
+}
+
+/// Blocks side by side come up in different frames, or one frame would do the work of all.
+TEST(IsLookedAt, SpreadsTheWork) {
+  for (uint64_t frame = 0; frame < 8; ++frame) {
+    int looks = 0;
+    for (int i = 0; i < 4096; ++i) {
+      looks += isLookedAt(packKey({i % 16, i / 16 % 16, i / 256}), frame, FusionRules());
+    }
+    EXPECT_NEAR(looks, 512, 100) << "frame " << frame;
+  }
 }
 
 }  // namespace

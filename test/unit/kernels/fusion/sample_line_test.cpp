@@ -19,7 +19,7 @@ using VoxelId = std::tuple<int, int, int>;
 
 VoxelId idOf(const Vec3i& v) { return {v.x, v.y, v.z}; }
 
-struct Sample {
+struct LineSample {
   float share, distance;
 };
 
@@ -52,8 +52,8 @@ Cast randomCast(std::mt19937& random, int i) {
   return cast;
 }
 
-std::map<VoxelId, Sample> samplesOf(const SampleLine& line) {
-  std::map<VoxelId, Sample> samples;
+std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
+  std::map<VoxelId, LineSample> samples;
   for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
     PlaneSamples<1> at;
     samplePlanes(line, plane, at);
@@ -61,7 +61,7 @@ std::map<VoxelId, Sample> samplesOf(const SampleLine& line) {
       if (!(at.share[corner][0] > 0.0f)) continue;
       const Vec3i voxel =
           unpermute(line.axis, plane, at.u[0] + (corner & 1), at.v[0] + (corner >> 1));
-      const Sample sample{at.share[corner][0], at.distance[corner][0]};
+      const LineSample sample{at.share[corner][0], at.distance[corner][0]};
       EXPECT_TRUE(samples.emplace(idOf(voxel), sample).second)
           << "visited twice: " << voxel.x << " " << voxel.y << " " << voxel.z;
     }
@@ -93,7 +93,7 @@ double expectedShare(const Cast& cast, const Vec3i& voxel) {
 
 SampleLine lineOf(const Cast& cast) {
   return makeSampleLine(cast.p, cast.normal, cast.direction,
-                        sampleReach(0.0f, {1, 1, cast.truncation, 1e6f, FusionRules()}));
+                        sampleReach(0.0f, {1, 1, cast.truncation, 64.0f, FusionRules()}));
 }
 
 TEST(SampleLine, VisitsEachSampleOnceWithItsShareAndDistance) {
@@ -101,7 +101,7 @@ TEST(SampleLine, VisitsEachSampleOnceWithItsShareAndDistance) {
   for (int i = 0; i < 500; ++i) {
     SCOPED_TRACE("cast " + std::to_string(i));
     const Cast cast = randomCast(random, i);
-    const std::map<VoxelId, Sample> samples = samplesOf(lineOf(cast));
+    const std::map<VoxelId, LineSample> samples = samplesOf(lineOf(cast));
     const Vec3i centre{floorToInt(cast.p.x), floorToInt(cast.p.y), floorToInt(cast.p.z)};
     size_t found = 0;
     for (int z = -4; z <= 5; ++z) {
@@ -204,7 +204,7 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
     SCOPED_TRACE("cast " + std::to_string(i));
     const Cast cast = randomCast(random, i);
     const SampleLine line = lineOf(cast);
-    const FusionSettings fusion{1, 1, cast.truncation, 1e6f, FusionRules()};
+    const FusionSettings fusion{1, 1, cast.truncation, 64.0f, FusionRules()};
     CastLine whole{line, directionsOf(cast.normal, true)};
     const DirectionSet& directions = whole.directions;
     for (float& weight : whole.directions.weight) weight *= 0.7f * kWeightScale;

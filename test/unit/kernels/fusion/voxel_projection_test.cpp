@@ -20,7 +20,7 @@ FrameView frontalView() {
 
 TEST(ProjectVoxel, TakesTheDistanceAlongTheOpticalAxis) {
   const FrameView frame = frontalView();
-  const FusionSettings fusion{0, 1, 4.0f, 1e6f, FusionRules()};
+  const FusionSettings fusion{0, 1, 4.0f, 64.0f, FusionRules()};
   const std::vector<Surfel> surfels(81, Surfel{{0, 0, 0}, 0.5f, {0.0f, 0.0f, -1.0f}, 1.0f});
   for (int z = 1; z <= 20; ++z) {
     int calls = 0;
@@ -37,7 +37,7 @@ TEST(ProjectVoxel, TakesTheDistanceAlongTheOpticalAxis) {
 
 TEST(ProjectVoxel, LeavesOutWhatTheCameraDoesNotSee) {
   const FrameView frame = frontalView();
-  const FusionSettings fusion{0, 1, 4.0f, 1e6f, FusionRules()};
+  const FusionSettings fusion{0, 1, 4.0f, 64.0f, FusionRules()};
   std::vector<Surfel> surfels(81, Surfel{{0, 0, 0}, 0.5f, {0.0f, 0.0f, -1.0f}, 1.0f});
   surfels[4 * 9 + 4].weight = 0.0f;
   auto add = [](int, int32_t, int32_t) { ADD_FAILURE() << "a voxel that is not seen"; };

@@ -3,60 +3,156 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 namespace dtsdf {
 namespace {
 
-constexpr float kTruncation = 4.0f;
-const FusionSettings kUncapped{1, 1, kTruncation, 1e9f, FusionRules()};
+constexpr float kTruncation = 4.0f, kMaxWeight = 64.0f;
+constexpr uint32_t kOne = 1 << 16;  // weight 1 in units
+const FusionSettings kFusion{1, 1, kTruncation, kMaxWeight, FusionRules()};
+const Voxel kEmpty = makeVoxel(0.0f, 0, 0);
+
+VoxelSums sumsOf(float sdf_voxels, float weight) {
+  VoxelSums sums{0, 0};
+  addToSums(sums, quantiseWeight(weight), quantiseSdf(sdf_voxels / kTruncation));
+  return sums;
+}
+
+Voxel fold(const Voxel& voxel, float sdf_voxels, float weight, float depth_weight = 1.0f) {
+  return foldSums(voxel, sumsOf(sdf_voxels, weight), depth_weight, kFusion);
+}
 
 /// The worst frame of all: kMaxPixels pixels of twice the greatest weight, at the truncation.
 TEST(FoldSums, TheWorstFrameFits) {
   const int64_t weight = int64_t{2} * kMaxPixels << 20;
-  const Voxel voxel = foldSums({0.0f, 0.0f}, {weight << 15, weight}, kUncapped);
+  const Voxel voxel = foldSums(kEmpty, {weight << 15, weight}, 1.0f, kFusion);
   EXPECT_FLOAT_EQ(voxel.sdf, kTruncation);
-  EXPECT_FLOAT_EQ(voxel.weight, 2.0f * static_cast<float>(kMaxPixels));
+  EXPECT_EQ(weightUnits(voxel), kOne);
+  EXPECT_EQ(evidenceOf(voxel), 3);
 }
 
 TEST(FoldSums, WithoutAMeasurementTheVoxelStays) {
-  const Voxel before{-1.25f, 3.5f};
-  const Voxel after = foldSums(before, {0, 0}, kUncapped);
+  const Voxel before = makeVoxel(-1.25f, 54321, 6);
+  const Voxel after = foldSums(before, {0, 0}, 1.0f, kFusion);
   EXPECT_EQ(after.sdf, before.sdf);
-  EXPECT_EQ(after.weight, before.weight);
-  EXPECT_EQ(foldSums({0.0f, 0.0f}, {0, 0}, kUncapped).weight, 0.0f);
+  EXPECT_EQ(after.state, before.state);
+  EXPECT_TRUE(isEmpty(foldSums(kEmpty, {0, 0}, 1.0f, kFusion)));
 }
 
-/// Frames one by one give the weighted mean of all their measurements.
+/// Frames one by one give the mean of their means, each by the share that it covered.
 TEST(FoldSums, IsTheWeightedMean) {
   std::mt19937 random(9);
-  std::uniform_real_distribution<float> distance(-1.0f, 1.0f), weight(0.01f, 1.0f);
-  Voxel voxel{0.0f, 0.0f};
+  std::uniform_real_distribution<float> distance(-1.0f, 1.0f), weight(0.01f, 0.1f);
+  Voxel voxel = kEmpty;
   double sum = 0.0, sum_weight = 0.0;
   for (int frame = 0; frame < 50; ++frame) {
     VoxelSums sums{0, 0};
-    for (int pixel = 0; pixel < 20; ++pixel) {
+    double frame_sum = 0.0, covered = 0.0;
+    for (int pixel = 0; pixel < 30; ++pixel) {
       const float w = weight(random), d = distance(random);
       addToSums(sums, quantiseWeight(w), quantiseSdf(d));
-      sum += static_cast<double>(w) * d * kTruncation;
-      sum_weight += w;
+      frame_sum += static_cast<double>(w) * d * kTruncation;
+      covered += w;
     }
-    voxel = foldSums(voxel, sums, kUncapped);
+    voxel = foldSums(voxel, sums, 1.0f, kFusion);
+    sum += std::min(covered, 1.0) * frame_sum / covered;
+    sum_weight += std::min(covered, 1.0);
   }
-  EXPECT_NEAR(voxel.weight, sum_weight, 1e-4 * sum_weight);
-  EXPECT_NEAR(voxel.sdf, sum / sum_weight, 1e-4 * kTruncation);
+  EXPECT_NEAR(weightOf(voxel), sum_weight, 1e-3);
+  EXPECT_NEAR(voxel.sdf, sum / sum_weight, 1e-3);
+}
+
+/// A frame that has ten pixels on a voxel says no more than one that covers it with a single one.
+TEST(FoldSums, AFrameAddsOneAtMost) {
+  EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 0.25f)), kOne / 4);
+  EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 1.0f)), kOne);
+  EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 10.0f)), kOne);
+  EXPECT_EQ(weightUnits(fold(fold(kEmpty, 0.5f, 10.0f), 0.5f, 10.0f)), 2 * kOne);
+}
+
+/// After the limit of 1, or a far frame with much cover would count as much as a near one.
+TEST(FoldSums, TheDepthWeightCountsOnTop) {
+  EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 10.0f, 0.25f)), kOne / 4);
+  EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 0.5f, 0.25f)), kOne / 8);
+  const Voxel mixed = fold(makeVoxel(1.0f, kOne, 3), -1.0f, 10.0f, 0.25f);
+  EXPECT_NEAR(mixed.sdf, (1.0 - 0.25) / 1.25, 1e-4);
 }
 
 TEST(FoldSums, TheCapLetsNewMeasurementsThrough) {
-  VoxelSums near{0, 0};
-  addToSums(near, quantiseWeight(1.0f), quantiseSdf(0.5f));
   const FusionSettings capped{1, 1, kTruncation, 3.0f, FusionRules()};
-  Voxel voxel{-2.0f, 100.0f};
-  voxel = foldSums(voxel, near, capped);
-  EXPECT_EQ(voxel.weight, 3.0f);
-  for (int i = 0; i < 40; ++i) voxel = foldSums(voxel, near, capped);
-  EXPECT_EQ(voxel.weight, 3.0f);
-  EXPECT_NEAR(voxel.sdf, 0.5f * kTruncation, 1e-3);
+  Voxel voxel = makeVoxel(-2.0f, 3 * kOne, 24);
+  voxel = foldSums(voxel, sumsOf(2.0f, 1.0f), 1.0f, capped);
+  EXPECT_EQ(weightUnits(voxel), 3 * kOne);
+  EXPECT_NEAR(voxel.sdf, (3 * -2.0 + 2.0) / 4.0, 1e-4);
+  for (int i = 0; i < 40; ++i) voxel = foldSums(voxel, sumsOf(2.0f, 1.0f), 1.0f, capped);
+  EXPECT_NEAR(voxel.sdf, 2.0f, 1e-3f);
+}
+
+/// The greatest cap fits 24 bits, with the evidence beside it.
+TEST(FoldSums, TheGreatestCapFits) {
+  const FusionSettings capped{1, 1, kTruncation, 255.0f, FusionRules()};
+  Voxel voxel = makeVoxel(0.5f, 255 * kOne - 1, 7);
+  voxel = foldSums(voxel, sumsOf(0.5f, 1.0f), 1.0f, capped);
+  EXPECT_EQ(weightUnits(voxel), 255 * kOne);
+  EXPECT_EQ(evidenceOf(voxel), 10);
+  EXPECT_NEAR(voxel.sdf, 0.5f, 1e-4f);
+}
+
+/// What is measured weighs at least a unit: weight 0 would mean that nothing was.
+TEST(FoldSums, TheLeastMeasurementIsAUnit) {
+  const Voxel voxel = foldSums(kEmpty, {-(1 << 15), 1}, 1e-3f, kFusion);
+  EXPECT_EQ(weightUnits(voxel), 1u);
+  EXPECT_EQ(voxel.sdf, -kTruncation);
+  EXPECT_FALSE(isEmpty(voxel));
+}
+
+/// The far fringe of a surfel averages with the rest, but is no surface on its own.
+TEST(FoldSums, LittleCoverAveragesButSupportsNothing) {
+  const float least = kFusion.rules.support_share;
+  const Voxel fringe = fold(kEmpty, 0.5f, 0.9f * least);
+  EXPECT_EQ(evidenceOf(fringe), 0);
+  EXPECT_GT(weightUnits(fringe), 0u);
+  EXPECT_NEAR(fringe.sdf, 0.5f, 1e-3f);
+  EXPECT_EQ(evidenceOf(fold(kEmpty, 0.5f, 1.1f * least)), 3);
+  const Voxel before = makeVoxel(1.0f, kOne, 6);
+  EXPECT_EQ(evidenceOf(fold(before, 0.5f, 0.9f * least)), 6);
+  EXPECT_EQ(evidenceOf(fold(before, 0.5f, 1.1f * least)), 9);
+}
+
+/// By the share alone: what is far away is as much there as what is near.
+TEST(FoldSums, DepthTakesNoEvidence) {
+  const float least = kFusion.rules.support_share;
+  EXPECT_EQ(evidenceOf(fold(kEmpty, 0.5f, 1.1f * least, 0.01f)), 3);
+}
+
+TEST(FoldSums, EvidenceDoesNotGrowBeyondItsLimit) {
+  EXPECT_EQ(evidenceOf(fold(makeVoxel(0.0f, kOne, 23), 0.0f, 1.0f)), 24);
+}
+
+TEST(DepthWeight, FallsWithTheSquareFromOneMetreOn) {
+  const FusionRules rules;
+  EXPECT_EQ(depthWeight(0.2f, rules), 1.0f);
+  EXPECT_EQ(depthWeight(1.0f, rules), 1.0f);
+  EXPECT_FLOAT_EQ(depthWeight(2.0f, rules), 0.25f);
+  EXPECT_FLOAT_EQ(depthWeight(3.0f, rules), 1.0f / 9.0f);
+  FusionRules farther;
+  farther.full_weight_depth_m = 2.0f;
+  EXPECT_FLOAT_EQ(depthWeight(4.0f, farther), 0.25f);
+}
+
+/// A camera at x = 20 that looks along -x: the middle of block (-10, 3, 5) is at x = -76, that is
+/// 96 voxels of 2 cm away, 1.92 m; its other coordinates do not matter. What is behind the camera
+/// is not near to it, but nothing is measured there.
+TEST(DepthWeight, OfABlockIsThatOfItsMiddle) {
+  FrameView frame{};
+  frame.voxel_size_m = 0.02f;
+  frame.T_L_C = {{0, 0, -1, 1, 0, 0, 0, -1, 0}, {20.0f, 1.0f, 2.0f}};
+  const float expected = 1.0f / (1.92f * 1.92f);
+  EXPECT_FLOAT_EQ(blockDepthWeight(frame, {-10, 3, 5}, FusionRules()), expected);
+  EXPECT_FLOAT_EQ(blockDepthWeight(frame, {-10, -2, 0}, FusionRules()), expected);
+  EXPECT_EQ(blockDepthWeight(frame, {1, 0, 0}, FusionRules()), 1.0f);
 }
 
 }  // namespace

@@ -95,11 +95,11 @@ TEST(Sheets, ScalingAllWeightsChangesNothing) {
   }
 }
 
-/// The greatest weight is 50, and 2 % of it are 1: a corner of 0.98 is too little, one of 1.02 will
+/// The greatest weight is 100, and 1 % of it is 1: a corner of 0.98 is too little, one of 1.02 will
 /// do.
-TEST(Sheets, ACornerNeedsTwoPercentOfTheGreatestWeight) {
+TEST(Sheets, ACornerNeedsOnePercentOfTheGreatestWeight) {
   UnitSamples samples = {};
-  addPlaneTo(samples, 4, {Eigen::Vector3d::UnitZ(), 0.4}, 50.0f);
+  addPlaneTo(samples, 4, {Eigen::Vector3d::UnitZ(), 0.4}, 100.0f);
   samples.corner[4][0].weight = 0.98f;
   EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
   samples.corner[4][0].weight = 1.02f;

@@ -8,8 +8,8 @@ namespace {
 constexpr int kNobody = -1;
 
 /// A unit whose corners are all the same to a direction.
-void setAll(UnitSamples& samples, int direction, const Voxel& voxel) {
-  for (Voxel& corner : samples.corner[direction]) corner = voxel;
+void setAll(UnitSamples& samples, int direction, const Sample& voxel) {
+  for (Sample& corner : samples.corner[direction]) corner = voxel;
 }
 
 /// With a nearness of 0.25:
@@ -87,7 +87,7 @@ TEST(Vote, TheLeastWeightIsAShareOfTheGreatest) {
   const VoteLimits<float> limits = makeVoteLimits(rules, samples);
   EXPECT_EQ(limits.least_weight, 2.0f);
   EXPECT_EQ(limits.nearness, 0.5f);
-  EXPECT_FLOAT_EQ(makeVoteLimits(MeshRules(), samples).least_weight, 0.16f);
+  EXPECT_FLOAT_EQ(makeVoteLimits(MeshRules(), samples).least_weight, 0.08f);
 }
 
 }  // namespace

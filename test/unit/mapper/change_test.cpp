@@ -1,0 +1,266 @@
+// Scenes that change: what goes away, moves, comes back, or was seen but once.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "support/depth_frames.h"
+#include "support/map_equality.h"
+#include "support/session.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+const Vector3d kBall(1.1, 0.0, 0.0);
+constexpr double kRadius_m = 0.15;
+
+Scene wall() {
+  Scene scene;
+  scene.add(Plane{{1.6, 0.0, 0.0}, -Vector3d::UnitX()});
+  return scene;
+}
+
+Scene wallAndBall() {
+  Scene scene = wall();
+  scene.add(Sphere{kBall, kRadius_m});
+  return scene;
+}
+
+/// From the origin, turned about the vertical.
+SceneFrame look(const Scene& scene, double yaw_rad = 0.0) {
+  const Vector3d ahead(std::cos(yaw_rad), std::sin(yaw_rad), 0.0);
+  return renderFrame(scene, lookAt(Vector3d::Zero(), ahead, Vector3d::UnitZ()));
+}
+
+void see(Session& session, const SceneFrame& frame, int times) {
+  for (int i = 0; i < times; ++i) session.integrate(frame);
+}
+
+/// Triangles of the mesh on the ball, or near to it.
+size_t trianglesOfBall(Session& session) {
+  const Mesh mesh = session.mesh();
+  return static_cast<size_t>(
+      std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
+        const Vec3f& p = mesh.vertices_m[t[0]];
+        return (Vector3d(p.x, p.y, p.z) - kBall).norm() < 2.0 * kRadius_m;
+      }));
+}
+
+size_t trianglesOfBallNow(Session& session) {
+  session.updateMesh();
+  return trianglesOfBall(session);
+}
+
+/// A map of what was never any different, after as many frames.
+MapStats statsOfWall(const MapperParams& params, int frames) {
+  Session session(params);
+  see(session, look(wall()), frames);
+  session.updateMesh();
+  return session.mapper().stats();
+}
+
+class Change : public testing::TestWithParam<bool> {
+ protected:
+  MapperParams params() const {
+    return makeCpuParams(FusionMode::kNormalRayCasting, GetParam());
+  }
+};
+
+/// However long it was there, it takes three rounds of looks in turn at most.
+TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
+  for (const int frames : {2, 60}) {
+    Session session(params());
+    see(session, look(wallAndBall()), frames);
+    ASSERT_GT(trianglesOfBallNow(session), 300u);
+    see(session, look(wall()), 24);
+    EXPECT_EQ(trianglesOfBallNow(session), 0u) << "seen in " << frames << " frames";
+  }
+}
+
+TEST_P(Change, WithoutClearingNothingIsTakenBack) {
+  MapperParams settings = params();
+  settings.fusion.clearing = false;
+  Session session(settings);
+  see(session, look(wallAndBall()), 3);
+  const size_t before = trianglesOfBallNow(session);
+  const MapStats stats = session.mapper().stats();
+  ASSERT_GT(before, 300u);
+  see(session, look(wall()), 60);
+  EXPECT_EQ(trianglesOfBallNow(session), before);
+  EXPECT_GE(session.mapper().stats().voxel_arrays, stats.voxel_arrays);
+}
+
+TEST_P(Change, WhatStaysKeepsItsSurface) {
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i < 15; ++i) {
+    const Vector3d eye(0.0, 0.03 * (i % 5 - 2), 0.03 * (i % 3 - 1));
+    poses.push_back(lookAt(eye, eye + Vector3d::UnitX(), Vector3d::UnitZ()));
+  }
+  const std::vector<SceneFrame> frames = renderFrames(wallAndBall(), poses);
+  Session session(params());
+  for (const SceneFrame& frame : frames) session.integrate(frame);
+  const auto before = static_cast<double>(trianglesOfBallNow(session));
+  for (int round = 0; round < 3; ++round) {
+    for (const SceneFrame& frame : frames) session.integrate(frame);
+  }
+  EXPECT_NEAR(static_cast<double>(trianglesOfBallNow(session)) / before, 1.0, 0.02);
+}
+
+/// What is out of view is not doubted.
+TEST_P(Change, WhatIsNotLookedAtStays) {
+  Session session(params());
+  see(session, look(wallAndBall()), 3);
+  const size_t before = trianglesOfBallNow(session);
+  Scene other;
+  other.add(Plane{{0.0, 1.5, 0.0}, -Vector3d::UnitY()});
+  see(session, look(other, 1.57), 60);
+  EXPECT_EQ(trianglesOfBallNow(session), before);
+}
+
+/// Nor what is hidden behind something nearer.
+TEST_P(Change, WhatIsHiddenStays) {
+  Session session(params());
+  see(session, look(wallAndBall()), 3);
+  const size_t before = trianglesOfBallNow(session);
+  Scene nearer;
+  nearer.add(Plane{{0.6, 0.0, 0.0}, -Vector3d::UnitX()});
+  see(session, look(nearer), 60);
+  EXPECT_EQ(trianglesOfBallNow(session), before);
+}
+
+TEST_P(Change, AnEmptiedArrayIsReleased) {
+  Session session(params());
+  see(session, look(wallAndBall()), 3);
+  const MapStats with_ball = session.mapper().stats();
+  see(session, look(wall()), 24);
+  session.updateMesh();
+  const MapStats after = session.mapper().stats(), wall_only = statsOfWall(params(), 27);
+  EXPECT_LT(after.voxel_arrays, with_ball.voxel_arrays);
+  EXPECT_LE(after.voxel_arrays, wall_only.voxel_arrays + wall_only.voxel_arrays / 50);
+  EXPECT_LE(after.blocks, wall_only.blocks + wall_only.blocks / 50);
+  for (const BlockSnapshot& block : session.mapper().snapshot()) {
+    for (const auto& voxels : block.voxels) {
+      EXPECT_FALSE(!voxels.empty() && std::all_of(voxels.begin(), voxels.end(), isEmpty));
+    }
+  }
+}
+
+/// A block stays until its mesh is known to be gone, and no longer.
+TEST_P(Change, AMeshUpdateReleasesTheBlocksThatLostTheirLastArray) {
+  Session session(params());
+  see(session, look(wallAndBall()), 3);
+  session.updateMesh();
+  see(session, look(wall()), 24);
+  const size_t with_voxels = session.mapper().snapshot().size();
+  EXPECT_GT(session.mapper().stats().blocks, with_voxels);
+  session.updateMesh();
+  EXPECT_EQ(session.mapper().stats().blocks, with_voxels);
+}
+
+/// It comes back while the update that tells of its going is on its way.
+TEST_P(Change, WhatComesBackMeanwhileIsNotLost) {
+  Session session(params()), fresh(params());
+  see(session, look(wallAndBall()), 3);
+  session.updateMesh();
+  see(session, look(wall()), 24);
+  session.mapper().beginMeshUpdate();
+  see(session, look(wallAndBall()), 3);
+  session.finishMeshUpdate();
+  EXPECT_EQ(trianglesOfBall(session), 0u);
+  see(fresh, look(wallAndBall()), 3);
+  const auto expected = static_cast<double>(trianglesOfBallNow(fresh));
+  EXPECT_NEAR(static_cast<double>(trianglesOfBallNow(session)) / expected, 1.0, 0.02);
+}
+
+/// A box goes to and fro before a wall, meshed after every frame: no more memory after the fifth
+/// time than after the second.
+TEST_P(Change, MemoryHoldsWhereABoxMoves) {
+  std::vector<SceneFrame> frames;
+  for (int phase = 0; phase < 20; ++phase) {
+    Scene scene = wall();
+    const double y = 0.06 * ((phase < 10 ? phase : 20 - phase) - 5);
+    scene.add(makeBox({1.1, y, 0.0}, {0.2, 0.2, 0.3}, 0.2));
+    frames.push_back(look(scene));
+  }
+  Session session(params());
+  size_t early = 0, most = 0;
+  for (size_t i = 0; i < 100; ++i) {
+    session.integrate(frames[i % frames.size()]);
+    session.updateMesh();
+    size_t& greatest = i < 40 ? early : most;
+    greatest = std::max(greatest, session.mapper().stats().map_bytes);
+  }
+  EXPECT_LE(most, early + early / 50);
+  see(session, look(wall()), 24);
+  session.updateMesh();
+  const size_t wall_bytes = statsOfWall(params(), 20).map_bytes;
+  EXPECT_LE(session.mapper().stats().map_bytes, wall_bytes + wall_bytes / 20);
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps, Change, testing::Bool(),
+                         [](const testing::TestParamInfo<bool>& info) {
+                           return info.param ? "Directional" : "Undirected";
+                         });
+
+/// To the left and right of the origin; neither is in view of the other.
+Scene twoBalls() {
+  Scene scene;
+  scene.add(Sphere{{0.0, 1.0, 0.0}, 0.3});
+  scene.add(Sphere{{0.0, -1.0, 0.0}, 0.3});
+  return scene;
+}
+
+class MinSupport : public testing::TestWithParam<int> {
+ protected:
+  MinSupport() : session_([] {
+    MapperParams params = makeCpuParams();
+    params.mesh.min_support = GetParam();
+    return params;
+  }()) {}
+
+  /// Whether the mesh shows the left ball, or the right one, after one more look at one of them.
+  void see(bool left) {
+    session_.integrate(look(twoBalls(), left ? 1.5708 : -1.5708));
+    session_.updateMesh();
+    const Mesh mesh = session_.mesh();
+    shows_left_ = shows_right_ = false;
+    for (const Vec3f& p : mesh.vertices_m) (p.y > 0.0f ? shows_left_ : shows_right_) = true;
+  }
+
+  Session session_;
+  bool shows_left_ = false, shows_right_ = false;
+};
+
+/// The first frame shows at once what it saw. With the second, what only one of them saw goes
+/// where two are asked for, and is back when it is seen again.
+TEST_P(MinSupport, IsThatManyFramesButNoMoreThanWereFused) {
+  const bool one_is_enough = GetParam() == 1;
+  see(true);
+  EXPECT_TRUE(shows_left_);
+  see(false);
+  EXPECT_EQ(shows_left_, one_is_enough);
+  EXPECT_EQ(shows_right_, one_is_enough);
+  see(true);
+  EXPECT_TRUE(shows_left_);
+  EXPECT_EQ(shows_right_, one_is_enough);
+  see(false);
+  EXPECT_TRUE(shows_left_);
+  EXPECT_TRUE(shows_right_);
+}
+
+TEST_P(MinSupport, StartsAnewAfterClearing) {
+  see(true);
+  see(false);
+  session_.clear();
+  see(true);
+  EXPECT_TRUE(shows_left_);
+  EXPECT_FALSE(shows_right_);
+}
+
+INSTANTIATE_TEST_SUITE_P(Frames, MinSupport, testing::Values(1, 2));
+
+}  // namespace
+}  // namespace dtsdf

@@ -32,7 +32,7 @@ class SubdividedImage {
     const PixelMeasurement pixel = pixelAt(u, v);
     std::vector<Surfel> surfels;
     for (int i = 0; i < subpixelCount(pixel.subdivision); ++i) {
-      surfels.push_back(makeSubpixelSurfel(image_.sensing().image, pixel, i, kSurfels.rules));
+      surfels.push_back(makeSubpixelSurfel(image_.sensing().image, pixel, i));
     }
     return surfels;
   }

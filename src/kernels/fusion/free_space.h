@@ -74,14 +74,21 @@ DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   return has_upper && has_lower ? 0.5f * (upper + lower) : upper + lower;
 }
 
+/// The undirected map's array holds surfaces of any direction.
+constexpr int kAnyDirection = -1;
+
 /// The direction in which a voxel's distance rises, a unit vector; the direction's axis where its
-/// neighbours do not tell, or tell what no surface of that direction has.
+/// neighbours do not tell, or tell what no surface of that direction has. Of any direction there is
+/// no axis: 0, so that a voxel is its own foot.
 DTSDF_HD Vec3f gradientAt(const Voxel* voxels, int index, int direction) {
   const Vec3f slope{slopeAlong(voxels, index, 0), slopeAlong(voxels, index, 1),
                     slopeAlong(voxels, index, 2)};
   const float length = norm(slope);
-  const float along = component(slope, directionAxis(direction)) * directionSign(direction);
   constexpr float kLeastLength = 0.3f, kLeastCosine = 0.3f;
+  if (direction == kAnyDirection) {
+    return (length > kLeastLength ? 1.0f / length : 0.0f) * slope;
+  }
+  const float along = component(slope, directionAxis(direction)) * directionSign(direction);
   if (along > kLeastCosine * length && length > kLeastLength) return (1.0f / length) * slope;
   const float sign = directionSign(direction);
   const int axis = directionAxis(direction);

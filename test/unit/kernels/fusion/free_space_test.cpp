@@ -181,6 +181,20 @@ TEST(Foot, IgnoresSlopesThatNoSurfaceOfTheDirectionHas) {
   }
 }
 
+/// The undirected map holds surfaces of any direction in one array: none of them is held to an
+/// axis, nor made up where the gradient is not known.
+TEST(Foot, OfAnyDirection) {
+  for (const Vec3f& n : {Vec3f{-1, 0, 0}, Vec3f{0, 0, 1}, Vec3f{-0.6f, 0.48f, -0.64f}}) {
+    const Array array([&](const Vec3f& p) { return dot(n, p) - 2.25; });
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      expectNear(footOf(array.voxel, i, kAnyDirection), Array::at(i) - array.voxel[i].sdf * n);
+    }
+  }
+  Array lonely;
+  lonely.set(voxelIndex(3, 4, 5), -1.5f);
+  expectNear(lonely.foot(3, 4, 5, kAnyDirection), {3, 4, 5});
+}
+
 /// 9 x 9 pixels, all of which see 2 m; a point straight ahead at 1 m falls on the middle one.
 class SeesThrough : public testing::Test {
  protected:

@@ -57,8 +57,9 @@ void BlockMesher::begin(const MapView& map, const Event& map_ready,
   stream_.waitFor(map_ready);
   stream_.record(begun_);
   const size_t most_blocks =
-      std::min<size_t>(map.slot_count, extraction.most_dirty * kUnitReach *
-                                           (kCornerBlocks + kRegularisationReach));
+      std::min<size_t>(map.slot_count,
+                       extraction.most_dirty *
+                           (kUnitReach * kRegularisationReach + kBlocksAround));
   slots_.reserve(most_blocks, stream_);
   records_.reserve(most_blocks, stream_);
   totals_.zero(stream_);

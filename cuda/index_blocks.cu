@@ -27,6 +27,23 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   }
 }
 
+/// Enters a block to be meshed, if there is one and it is not there, behind those that are reached.
+__device__ void selectAdjoining(const MapView& map, const MeshView& mesh, const BlockKey& key) {
+  const int32_t slot = findSlot(map, packKey(key));
+  if (slot < 0 || !select(map, mesh, slot)) return;
+  mesh.slots[mesh.counters->reached + atomicAdd(&mesh.counters->adjoining, 1u)] = slot;
+}
+
+/// One thread per dirty block and block around it, in strides: vertices depend on voxels there.
+__global__ void selectAroundKernel(MapView map, MeshView mesh) {
+  const size_t count = static_cast<size_t>(*map.dirty_count) * kBlocksAround;
+  for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
+    const int32_t dirty = map.dirty_slots[i / kBlocksAround];
+    selectAdjoining(map, mesh,
+                    keyOfSlot(map, dirty) + aroundOffset(static_cast<int>(i % kBlocksAround)));
+  }
+}
+
 /// The samples at a block's corner grid, in shared memory, direction by direction.
 struct SharedCorners {
   Sample* samples;
@@ -73,17 +90,7 @@ __device__ int updateIndices(const MeshView& mesh, const SharedCorners& corners,
   return changed;
 }
 
-/// Enters a block to be meshed, if there is one and it is not there, behind those that are reached.
-__device__ void selectAdjoining(const MapView& map, const MeshView& mesh, uint32_t reached,
-                                const BlockKey& key) {
-  const int32_t slot = findSlot(map, packKey(key));
-  if (slot < 0 || !select(map, mesh, slot)) return;
-  mesh.slots[reached + atomicAdd(&mesh.counters->adjoining, 1u)] = slot;
-}
-
-/// One block of threads per reached block, in strides. Besides what adjoins changed indices, all
-/// blocks whose vertices depend on changed voxels are entered: the reached ones lie beside those on
-/// the lower sides, so these are the rest.
+/// One block of threads per reached block, in strides.
 __global__ void __launch_bounds__(kThreads) indexBlocksKernel(MapView map, MeshView mesh) {
   extern __shared__ Sample samples[];
   __shared__ CornerArrays arrays;
@@ -107,11 +114,8 @@ __global__ void __launch_bounds__(kThreads) indexBlocksKernel(MapView map, MeshV
     __syncthreads();
     const int changed =
         __syncthreads_or(updateIndices(mesh, corners, map.unit_indices.record(slot)));
-    const int t = threadIdx.x;
-    if (t < kCornerBlocks) selectAdjoining(map, mesh, reached, key + cornerBlockOffset(t));
-    const int n = t - 32;  // by another warp
-    if (!changed || n < 0 || n >= kRegularisationReach) continue;
-    selectAdjoining(map, mesh, reached, key + regularisationOffset(n));
+    if (!changed || threadIdx.x >= kRegularisationReach) continue;
+    selectAdjoining(map, mesh, key + regularisationOffset(threadIdx.x));
   }
 }
 
@@ -125,6 +129,8 @@ void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
                  const Stream& stream) {
   reachBlocksKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
   DTSDF_CHECK_LAUNCH("reachBlocksKernel");
+  selectAroundKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+  DTSDF_CHECK_LAUNCH("selectAroundKernel");
 }
 
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
@@ -135,7 +141,7 @@ void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
 }
 
 std::vector<NamedKernel> indexKernels(bool directional) {
-  return {DTSDF_NAMED_KERNEL(reachBlocksKernel, 0),
+  return {DTSDF_NAMED_KERNEL(reachBlocksKernel, 0), DTSDF_NAMED_KERNEL(selectAroundKernel, 0),
           DTSDF_NAMED_KERNEL(indexBlocksKernel, cornerGridBytes(directional))};
 }
 

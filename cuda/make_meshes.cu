@@ -47,7 +47,7 @@ __device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arra
   EdgeSamples samples = {};
 #pragma unroll  // so that the samples are in registers, and read all at once
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (!directional && d != undirectedDirection(axis, facing)) continue;
+    if (!directional && d != facedDirection(axis, facing)) continue;
     samples.lower[d] = arrays.sample(lower, directional ? d : 0);
     samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
   }

@@ -33,7 +33,7 @@ struct EdgeOfGrid {
 template <class Samples>
 BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const int only_direction = directional ? -1 : undirectedDirection(axis, facing);
+  const int only_direction = directional ? -1 : facedDirection(axis, facing);
   const EdgeOfGrid<Samples> ends{{samples, corner, only_direction},
                                  {samples, corner + cornerStride(axis), only_direction}};
   return {vertexPosition(edge, edgeOffset(rules, ends, axis, facing)), static_cast<uint32_t>(edge)};

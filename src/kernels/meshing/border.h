@@ -45,16 +45,12 @@ DTSDF_HD float cubeRoot(float a) {
   return x;
 }
 
-/// Weight of the directions that have a say on an edge, at both its ends.
+/// Weight at both ends of an edge, of the direction that its surface faces.
 template <class Corners>
 DTSDF_HD float edgeWeight(const Corners& corners, const GridEdge& edge) {
-  const Vec3i upper = edge.corner + unitStep(edge.axis);
-  float weight = 0.0f;
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (!speaksOnEdge(d, edge.axis, edge.facing)) continue;
-    weight += corners.sample(edge.corner, d).weight + corners.sample(upper, d).weight;
-  }
-  return weight;
+  const int direction = facedDirection(edge.axis, edge.facing);
+  return corners.sample(edge.corner, direction).weight +
+         corners.sample(edge.corner + unitStep(edge.axis), direction).weight;
 }
 
 /// Where a surface crosses an edge, from its lower end; negative where none does.

@@ -122,8 +122,8 @@ TEST(EdgeVertex, WithoutACrossingAllDirectionsVote) {
 TEST(EdgeVertex, TheUndirectedArrayFacesAsTheEdgeDoes) {
   for (int axis = 0; axis < 3; ++axis) {
     for (int facing = 0; facing < 2; ++facing) {
-      EXPECT_EQ(directionAxis(undirectedDirection(axis, facing)), axis);
-      EXPECT_EQ(directionSign(undirectedDirection(axis, facing)), facing == 0 ? 1.0f : -1.0f);
+      EXPECT_EQ(directionAxis(facedDirection(axis, facing)), axis);
+      EXPECT_EQ(directionSign(facedDirection(axis, facing)), facing == 0 ? 1.0f : -1.0f);
     }
   }
 }

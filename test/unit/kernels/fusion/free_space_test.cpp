@@ -79,6 +79,17 @@ TEST(FreeDepth, ReachesBeyondWhatIsFused) {
   }
 }
 
+/// A plane 5 mm beside the camera, nearer than the margin: nothing is free there. That is not the
+/// same as nothing measured, which would leave the neighbours to decide.
+TEST(FreeDepth, WhatLeavesNothingFreeIsNotUnknown) {
+  const FreeSpaceImage image(plane(0, 1, 0, 0.005));
+  for (const int v : {40, 43, 46}) {
+    EXPECT_GT(image.freeDepthAt(30, v), 0.0f);
+    EXPECT_LT(image.freeDepthAt(30, v), 1e-3f);
+  }
+  EXPECT_EQ(image.freeDepthAt(30, 10), 0.0f);
+}
+
 TEST(FreeDepth, MarginAndNoiseAreRules) {
   const float row[] = {0.0f}, inverse_depth[] = {0.5f};
   const FrameSensing sensing{

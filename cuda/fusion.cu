@@ -123,7 +123,7 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
 /// A frame's look at an array of voxels.
 struct ArrayLook {
   Vec3f first_voxel_L;
-  int direction;
+  int direction;              ///< That its surfaces face, or kAnyDirection.
   int32_t frames;             ///< As many frames the look counts for.
   const uint32_t* supported;  ///< Bits of the voxels that the frame supports; null: none.
 };
@@ -170,7 +170,7 @@ struct BlockSupport {
   }
 };
 
-__device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionRules& rules,
+__device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
                                    const MapView& map, const SlotEntry& entry,
                                    const Vec3i& block_L, const BlockSupport& support,
                                    int32_t frames) {
@@ -178,7 +178,8 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionRule
   const Vec3f first = toFloat(firstVoxelOfBlock(block_L));
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
-    const int state = clearArray(sensing, rules, {first, d, frames, support.of(d)},
+    const int facing = fusion.directional ? d : kAnyDirection;
+    const int state = clearArray(sensing, fusion.rules, {first, facing, frames, support.of(d)},
                                  map.voxels.record(entry.array[d]));
     if (!(state & 1)) continue;
     result.changed = true;
@@ -201,8 +202,9 @@ __device__ void listEmpty(const TouchedView& touched, EmptyBlock* empty_blocks, 
 }
 
 /// One block of threads per touched block.
-__global__ void clearBlocksKernel(DeviceSensing on_device, FusionRules rules, FusionTarget target,
-                                  const uint32_t* supported, EmptyBlock* empty_blocks) {
+__global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
+                                  FusionTarget target, const uint32_t* supported,
+                                  EmptyBlock* empty_blocks) {
   const MapView& map = target.map;
   const TouchedView& touched = target.touched;
   const TouchedBlock& block = touched.blocks[blockIdx.x];
@@ -212,7 +214,7 @@ __global__ void clearBlocksKernel(DeviceSensing on_device, FusionRules rules, Fu
     const uint32_t first_sum = touched.first_sums[touched.places[blockIdx.x]];
     const BlockSupport support{supported + static_cast<size_t>(first_sum) * kSupportWords,
                                block.directions};
-    empty |= clearBlock(on_device.load(), rules, map, map.slots[block.slot], block.block_L,
+    empty |= clearBlock(on_device.load(), fusion, map, map.slots[block.slot], block.block_L,
                         support, 1).empty_directions;
   }
   if (threadIdx.x != 0) return;
@@ -233,8 +235,8 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget
 }
 
 /// One block of threads per block of the list, in strides.
-__global__ void lookAroundKernel(DeviceSensing on_device, FusionRules rules, FusionTarget target,
-                                 LookList looks, EmptyBlock* empty_blocks) {
+__global__ void lookAroundKernel(DeviceSensing on_device, FusionSettings fusion,
+                                 FusionTarget target, LookList looks, EmptyBlock* empty_blocks) {
   const MapView& map = target.map;
   const FrameSensing sensing = on_device.load();
   const BlockKey origin = blockOfVoxel(sensing.image.frame.origin_voxel);
@@ -242,9 +244,9 @@ __global__ void lookAroundKernel(DeviceSensing on_device, FusionRules rules, Fus
   for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
     const int32_t slot = looks.slots[i];
     const SlotEntry& entry = map.slots[slot];
-    const ClearedBlock cleared = clearBlock(sensing, rules, map, entry,
+    const ClearedBlock cleared = clearBlock(sensing, fusion, map, entry,
                                             unpackKey(entry.key) - origin, {nullptr, 0},
-                                            rules.look_turns);
+                                            fusion.rules.look_turns);
     if (threadIdx.x != 0) continue;
     if (cleared.changed) markDirty(map, slot);
     listEmpty(target.touched, empty_blocks, slot, cleared.empty_directions);
@@ -318,7 +320,7 @@ void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
                    const FrameCounters& counters, uint64_t frame_number) {
   const StageSpan span(stream_, Stage::kClear);
   clearBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
-      sensing, fusion_.rules, target, supported_.data(), empty_blocks_.data());
+      sensing, fusion_, target, supported_.data(), empty_blocks_.data());
   DTSDF_CHECK_LAUNCH("clearBlocksKernel");
   if (sensing.hasFreeDepth()) lookAround(sensing, target, frame_number);
   DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned_counters_.data(), target.touched.counters,
@@ -337,7 +339,7 @@ void Fusion::lookAround(const DeviceSensing& sensing, const FusionTarget& target
       sensing.frame(), fusion_.rules, target, frame_number, looks);
   DTSDF_CHECK_LAUNCH("findLooksKernel");
   lookAroundKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(
-      sensing, fusion_.rules, target, looks, empty_blocks_.data());
+      sensing, fusion_, target, looks, empty_blocks_.data());
   DTSDF_CHECK_LAUNCH("lookAroundKernel");
 }
 

@@ -13,12 +13,13 @@ int findContradicted(const BlockLook& look, int direction, const FrameSensing& s
                      const Voxel* voxels, int (&found)[kVoxelsPerBlock]) {
   const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
   const VoxelSums* sums = has_sums ? look.sums->voxel[direction] : nullptr;
+  const int facing = look.directional ? direction : kAnyDirection;
   const Vec3f first = toFloat(firstVoxelOfBlock(look.block_L));
   int count = 0;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     const bool is_supported = sums != nullptr && sums[i].weight != 0;
     if (isEmpty(voxels[i]) || is_supported) continue;
-    if (isContradicted(sensing, first, voxels, i, direction)) found[count++] = i;
+    if (isContradicted(sensing, first, voxels, i, facing)) found[count++] = i;
   }
   return count;
 }

@@ -15,6 +15,7 @@ struct BlockLook {
   int32_t frames;        ///< As many frames the look counts for.
   const BlockSums* sums; ///< Of the frame; null if it does not touch the block.
   uint32_t directions;   ///< Bit d: the frame has sums of direction d.
+  bool directional;      ///< Else the only array holds surfaces of any direction.
 };
 
 /// What became of a block.

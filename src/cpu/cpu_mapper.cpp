@@ -135,7 +135,7 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
                                voxels_);
     lap.end(Stage::kFold);
     if (clears) {
-      const BlockLook look{block.block_L, 1, &sums, directions};
+      const BlockLook look{block.block_L, 1, &sums, directions, params_.map.directional};
       empty_directions[i] |=
           clearBlock(look, entry, sensing, rules_.fusion, voxels_).empty_directions;
     }
@@ -161,7 +161,8 @@ void CpuMapper::lookAround(const FrameSensing& sensing) {
   struct NoScratch {};
   parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
     const BlockEntry& entry = table_.block(slots[i]);
-    const BlockLook look{entry.key - origin, rules_.fusion.look_turns, nullptr, 0};
+    const BlockLook look{entry.key - origin, rules_.fusion.look_turns, nullptr, 0,
+                         params_.map.directional};
     cleared[i] = clearBlock(look, entry, sensing, rules_.fusion, voxels_);
   });
   for (size_t i = 0; i < slots.size(); ++i) {

@@ -37,7 +37,7 @@ DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel,
 
 /// Depth in metres up to which the ray of a pixel is free: up to what was measured, less a margin
 /// across its plane. Measurements beyond the range that is fused tell free space as well. 0 where
-/// nothing is measured.
+/// nothing is measured, and only there: what leaves nothing free is not unknown.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
                          const SurfelSettings& surfels, const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
@@ -48,9 +48,11 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
   const float margin_m =
       frame.voxel_size_m * (fusion.rules.free_margin +
                             fusion.rules.free_noise * noiseInVoxels(sensing, depth_m));
-  if (!(sensing.image.row_value[at] > 0.0f)) return depth_m - margin_m;
+  constexpr float kNothingFree_m = 1e-6f;
+  const float free_m = maximum(depth_m - margin_m, kNothingFree_m);
+  if (!(sensing.image.row_value[at] > 0.0f)) return free_m;
   const MaybeSlope down = slopeDown(sensing.image, pixel, surfels);
-  if (!down.known) return depth_m - margin_m;
+  if (!down.known) return free_m;
   // With the plane 1 / z = n^T (x, y, 1), a point at depth z on the pixel's ray is
   // (1 - z / depth) / |n| off.
   const Intrinsics& K = frame.intrinsics;
@@ -58,7 +60,7 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
   const Vec3f n{K.fx * slope_u, K.fy * slope_v,
                 inverse_depth - (static_cast<float>(pixel.u) - K.cx) * slope_u -
                     (static_cast<float>(pixel.v) - K.cy) * slope_v};
-  return depth_m - margin_m * norm(n) * depth_m;
+  return maximum(depth_m - margin_m * norm(n) * depth_m, kNothingFree_m);
 }
 
 /// Difference of a voxel's distance from those of its neighbours along an axis of its block, per
@@ -74,14 +76,21 @@ DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   return has_upper && has_lower ? 0.5f * (upper + lower) : upper + lower;
 }
 
+/// The undirected map's array holds surfaces of any direction.
+constexpr int kAnyDirection = -1;
+
 /// The direction in which a voxel's distance rises, a unit vector; the direction's axis where its
-/// neighbours do not tell, or tell what no surface of that direction has.
+/// neighbours do not tell, or tell what no surface of that direction has. Of any direction there is
+/// no axis: 0, so that a voxel is its own foot.
 DTSDF_HD Vec3f gradientAt(const Voxel* voxels, int index, int direction) {
   const Vec3f slope{slopeAlong(voxels, index, 0), slopeAlong(voxels, index, 1),
                     slopeAlong(voxels, index, 2)};
   const float length = norm(slope);
-  const float along = component(slope, directionAxis(direction)) * directionSign(direction);
   constexpr float kLeastLength = 0.3f, kLeastCosine = 0.3f;
+  if (direction == kAnyDirection) {
+    return (length > kLeastLength ? 1.0f / length : 0.0f) * slope;
+  }
+  const float along = component(slope, directionAxis(direction)) * directionSign(direction);
   if (along > kLeastCosine * length && length > kLeastLength) return (1.0f / length) * slope;
   const float sign = directionSign(direction);
   const int axis = directionAxis(direction);

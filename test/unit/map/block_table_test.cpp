@@ -187,6 +187,85 @@ TEST(BlockTable, ReleasesABlockWithItsLastArray) {
   EXPECT_EQ(table.bytesInUse(), 0u);
 }
 
+/// The arrays go at once, the block when whoever shows a mesh of it has learnt that it is gone.
+TEST(BlockTable, AVacatedBlockStaysUntilItIsReleased) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x23}, {keyOf(2), 0x01}});
+  const int32_t slot = table.find(keyOf(1));
+  table.vacate(slot, 0x21);
+  EXPECT_EQ(table.arraysInUse(), 2u);
+  EXPECT_TRUE(table.takeVacant().empty()) << "an array is left";
+  table.vacate(slot, 0x02);
+  EXPECT_EQ(table.arraysInUse(), 1u);
+  EXPECT_EQ(table.find(keyOf(1)), slot);
+  EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{slot});
+  EXPECT_TRUE(table.takeVacant().empty()) << "told once";
+  EXPECT_EQ(table.releaseVacant({slot}), std::vector<int32_t>{slot});
+  EXPECT_EQ(table.find(keyOf(1)), -1);
+  EXPECT_EQ(table.bytesInUse(), kBlock + kArray);
+  expectConsistent(table);
+}
+
+TEST(BlockTable, WhatGotArraysAgainIsNotReleased) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x01}});
+  const int32_t slot = table.find(keyOf(1));
+  table.vacate(slot, 0x01);
+  const std::vector<int32_t> vacant = table.takeVacant();
+  table.admit({{keyOf(1), 0x10}});
+  EXPECT_EQ(table.find(keyOf(1)), slot);
+  EXPECT_TRUE(table.releaseVacant(vacant).empty());
+  EXPECT_EQ(table.find(keyOf(1)), slot);
+  table.vacate(slot, 0x10);
+  EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{slot});
+}
+
+/// A slot may come up twice, or belong to another block by then.
+TEST(BlockTable, ReleasesAVacantBlockOnce) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x01}});
+  const int32_t slot = table.find(keyOf(1));
+  table.vacate(slot, 0x01);
+  table.admit({{keyOf(1), 0x01}});
+  table.vacate(slot, 0x01);
+  std::vector<int32_t> vacant = table.takeVacant();
+  vacant.push_back(slot);
+  EXPECT_EQ(table.releaseVacant(vacant), std::vector<int32_t>{slot});
+  table.admit({{keyOf(2), 0x01}});
+  ASSERT_EQ(table.find(keyOf(2)), slot);
+  EXPECT_TRUE(table.releaseVacant(vacant).empty());
+  table.admit({{keyOf(3), 0x01}});
+  EXPECT_NE(table.find(keyOf(3)), slot);
+  expectConsistent(table);
+}
+
+TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
+  std::mt19937 random(26);
+  BlockTable table(50 * (kBlock + 2 * kArray));
+  for (int round = 0; round < 200; ++round) {
+    const std::vector<int32_t> vacant = table.takeVacant();
+    table.admit(randomRequests(random, 10));
+    for (const int32_t slot : table.sortedSlots()) {
+      if (random() % 3 == 0) table.vacate(slot, random() % 64);
+    }
+    for (const int32_t slot : table.releaseVacant(vacant)) {
+      EXPECT_FALSE(table.block(slot).in_use);
+    }
+    expectConsistent(table);
+  }
+  for (const int32_t slot : table.sortedSlots()) table.vacate(slot, 0x3f);
+  table.releaseVacant(table.takeVacant());
+  EXPECT_EQ(table.bytesInUse(), 0u);
+}
+
+TEST(BlockTable, ClearForgetsVacantBlocks) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x01}});
+  table.vacate(table.find(keyOf(1)), 0x01);
+  table.clear();
+  EXPECT_TRUE(table.takeVacant().empty());
+}
+
 TEST(BlockTable, CountsWhatRequestsWantBeyondWhatIsThere) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x03}});

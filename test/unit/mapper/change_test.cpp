@@ -101,12 +101,15 @@ TEST_P(Change, WhatStaysKeepsItsSurface) {
   }
   const std::vector<SceneFrame> frames = renderFrames(wallAndBall(), poses);
   Session session(params());
-  for (const SceneFrame& frame : frames) session.integrate(frame);
-  const auto before = static_cast<double>(trianglesOfBallNow(session));
-  for (int round = 0; round < 3; ++round) {
+  const auto round = [&] {
     for (const SceneFrame& frame : frames) session.integrate(frame);
-  }
-  EXPECT_NEAR(static_cast<double>(trianglesOfBallNow(session)) / before, 1.0, 0.02);
+  };
+  round();
+  round();  // what a single view showed is supported twice now
+  const auto before = static_cast<double>(trianglesOfBallNow(session));
+  round();
+  round();
+  EXPECT_NEAR(static_cast<double>(trianglesOfBallNow(session)) / before, 1.0, 0.01);
 }
 
 /// What is out of view is not doubted.

@@ -20,7 +20,8 @@ class ReconstructProgram : public testing::Test {
 
   void SetUp() override {
     writeTumFolder(tum_, 6, 80, 60);
-    tum_option_ = "--tum " + tum_.path() + " ";
+    // Each image shows another place, and only it.
+    tum_option_ = "--tum " + tum_.path() + " --set mesh/min_support=1 ";
   }
 
   Outcome run(const std::string& arguments) const {

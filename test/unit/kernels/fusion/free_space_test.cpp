@@ -79,6 +79,17 @@ TEST(FreeDepth, ReachesBeyondWhatIsFused) {
   }
 }
 
+/// A plane 5 mm beside the camera, nearer than the margin: nothing is free there. That is not the
+/// same as nothing measured, which would leave the neighbours to decide.
+TEST(FreeDepth, WhatLeavesNothingFreeIsNotUnknown) {
+  const FreeSpaceImage image(plane(0, 1, 0, 0.005));
+  for (const int v : {40, 43, 46}) {
+    EXPECT_GT(image.freeDepthAt(30, v), 0.0f);
+    EXPECT_LT(image.freeDepthAt(30, v), 1e-3f);
+  }
+  EXPECT_EQ(image.freeDepthAt(30, 10), 0.0f);
+}
+
 TEST(FreeDepth, MarginAndNoiseAreRules) {
   const float row[] = {0.0f}, inverse_depth[] = {0.5f};
   const FrameSensing sensing{
@@ -179,6 +190,20 @@ TEST(Foot, IgnoresSlopesThatNoSurfaceOfTheDirectionHas) {
   for (const Vec3f& slope : {Vec3f{0.35f, 0.94f, 0}, Vec3f{0.24f, 0.18f, 0.144f}}) {  // 0.333
     expectNear(ramp(slope).foot(3, 3, 3, 0), Vec3f{3, 3, 3} - (1.0f / norm(slope)) * slope);
   }
+}
+
+/// The undirected map holds surfaces of any direction in one array: none of them is held to an
+/// axis, nor made up where the gradient is not known.
+TEST(Foot, OfAnyDirection) {
+  for (const Vec3f& n : {Vec3f{-1, 0, 0}, Vec3f{0, 0, 1}, Vec3f{-0.6f, 0.48f, -0.64f}}) {
+    const Array array([&](const Vec3f& p) { return dot(n, p) - 2.25; });
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      expectNear(footOf(array.voxel, i, kAnyDirection), Array::at(i) - array.voxel[i].sdf * n);
+    }
+  }
+  Array lonely;
+  lonely.set(voxelIndex(3, 4, 5), -1.5f);
+  expectNear(lonely.foot(3, 4, 5, kAnyDirection), {3, 4, 5});
 }
 
 /// 9 x 9 pixels, all of which see 2 m; a point straight ahead at 1 m falls on the middle one.

@@ -36,8 +36,8 @@ class Fusion {
  public:
   Fusion(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Makes room for a frame, in a map of so many slots. @throws CudaError without memory; the map is
-  /// untouched.
+  /// Makes room for a frame, in a map of so many slots. @throws CudaError without memory; the map
+  /// is untouched.
   void reserve(const FrameCounters& counters, size_t slots);
 
   /// Casts all surfels into the frame's sums, and folds those into the voxels. Voxel projection

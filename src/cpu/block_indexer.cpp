@@ -96,7 +96,8 @@ void BlockIndexer::collect(const FoundCornerArrays& arrays) {
     if (!(present_ >> d & 1)) continue;
     for (int n = 0; n < kCornerBlocks; ++n) {
       const Voxel* voxels = arrays.array[n][d];
-      copyPart(voxels == nullptr ? kNothing : voxels, n, arrays.least_evidence, sdf_[d], weight_[d]);
+      copyPart(voxels == nullptr ? kNothing : voxels, n, arrays.least_evidence, sdf_[d],
+               weight_[d]);
     }
   }
 }

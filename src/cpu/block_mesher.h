@@ -34,8 +34,8 @@ class BlockMesher {
   size_t bytes() const;
 
   /// Meshes what changed since the last call. @return the changed blocks, by packed key.
-  /// `least_evidence` is what a voxel needs to be known; where it differs from that of the last call,
-  /// all blocks are meshed again.
+  /// `least_evidence` is what a voxel needs to be known; where it differs from that of the last
+  /// call, all blocks are meshed again.
   std::vector<BlockMesh> update(int32_t least_evidence);
 
  private:

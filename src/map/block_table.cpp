@@ -31,6 +31,7 @@ int32_t BlockTable::makeBlock(PackedKey key) {
   entry.key = unpackKey(key);
   for (int32_t& array : entry.array) array = kNoArray;
   entry.in_use = true;
+  entry.is_vacant = false;
   slots_.insert(key, slot);
   return slot;
 }
@@ -109,7 +110,9 @@ void BlockTable::vacate(int32_t slot, uint32_t directions) {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (directions >> d & 1) releaseArray(slot, d);
   }
-  if (!hasArrays(slot)) vacant_.push_back(slot);
+  if (hasArrays(slot) || blocks_[slot].is_vacant) return;
+  blocks_[slot].is_vacant = true;
+  vacant_.push_back(slot);
 }
 
 std::vector<int32_t> BlockTable::takeVacant() {
@@ -121,7 +124,8 @@ std::vector<int32_t> BlockTable::takeVacant() {
 std::vector<int32_t> BlockTable::releaseVacant(const std::vector<int32_t>& slots) {
   std::vector<int32_t> released;
   for (const int32_t slot : slots) {
-    if (!blocks_[slot].in_use || hasArrays(slot)) continue;  // or a second time in the list
+    blocks_[slot].is_vacant = false;
+    if (!blocks_[slot].in_use || hasArrays(slot)) continue;
     releaseBlock(slot);
     released.push_back(slot);
   }

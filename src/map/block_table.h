@@ -21,6 +21,7 @@ struct BlockEntry {
   BlockKey key;
   int32_t array[kDirectionCount];
   bool in_use;
+  bool is_vacant;  ///< Told by the next takeVacant(), or being told.
 };
 
 /// A block that a frame wants to write to, and in which directions (bit d for direction d).

@@ -5,7 +5,8 @@
 
 namespace dtsdf {
 
-/// What the map knows at one corner of the grid, of the surfaces of one direction. All zero: nothing.
+/// What the map knows at one corner of the grid, of the surfaces of one direction. All zero:
+/// nothing.
 ///
 /// The weight only averages; whether there is a surface, the evidence decides: a counter of frames
 /// that supported it less those that contradicted it (fusion/evidence.h). Weights count in units of

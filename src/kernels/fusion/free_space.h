@@ -145,7 +145,8 @@ DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L) {
   if (!(z > 0.0f)) return false;
   const Intrinsics& K = frame.intrinsics;
   const float left = (-1.0f - K.cx) / K.fx, right = (static_cast<float>(frame.width) - K.cx) / K.fx;
-  const float top = (-1.0f - K.cy) / K.fy, bottom = (static_cast<float>(frame.height) - K.cy) / K.fy;
+  const float top = (-1.0f - K.cy) / K.fy;
+  const float bottom = (static_cast<float>(frame.height) - K.cy) / K.fy;
   const auto reaches = [&](float at, float low, float high) {
     // A ray at slope `low` is leftmost at depth z if low < 0, else at the nearest depth, 0.
     return at + kRadius >= minimum(low, 0.0f) * z && at - kRadius <= maximum(high, 0.0f) * z;

@@ -5,11 +5,11 @@
 /// into the cell shows in the weights: a surfel at u between two corners counts for them with
 /// (1 - u)^2 and u^2. Where all up to u = x is covered, on the inner corner's other side too,
 ///
-///   far weight / near weight = x^3 / (2 - (1 - x)^3), which is (2 x)^3 / 16 to within 5 %,
+///   far weight / near weight = x^3 / (2 - (1 - x)^3), which is x^3 / 2 to within a few per cent
 ///
-/// so x = (2 r)^(1/3) for a ratio r below 1/2. Vertices are moved along the surface, towards the one
-/// on the neighbouring edge, so that they stay on it. Added across the two ends of an edge, weights
-/// do not depend on where the surface crosses it: they fall linearly with the distance.
+/// of x, so x = (2 r)^(1/3) for a ratio r below 1/2. Vertices are moved along the surface, towards
+/// the one on the neighbouring edge, so that they stay on it. Added across the two ends of an edge,
+/// weights do not depend on where the surface crosses it: they fall linearly with the distance.
 #pragma once
 
 #include <cstring>
@@ -89,8 +89,9 @@ DTSDF_HD BorderShift borderShift(const MeshRules& rules, const Corners& corners,
   if (next < 0.0f) return {0.0f, 0.0f};
   constexpr float kSteps = 4096.0f;
   const float covered = cubeRoot(2.0f * own / inner);
-  const float share =
-      static_cast<float>(floorToInt((1.0f - minimum(covered, 1.0f)) * kSteps)) / kSteps;
+  constexpr float kMostShare = 15.0f / 16.0f;  // so that triangles keep an area
+  const float share = static_cast<float>(floorToInt(
+                          minimum(maximum(1.0f - covered, 0.0f), kMostShare) * kSteps)) / kSteps;
   return {to_lower ? -share : share, share * (next - offset)};
 }
 

@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// The direction that a surface faces which crosses an edge straight. The undirected map's only array
-/// (0) holds surfaces of any facing; on an edge it counts as this one.
+/// The direction that a surface faces which crosses an edge straight. The undirected map's only
+/// array (0) holds surfaces of any facing; on an edge it counts as this one.
 DTSDF_HD int facedDirection(int axis, int facing) { return 2 * axis + facing; }
 
 /// The two samples of an edge, per direction. The rules below take any other type with the same

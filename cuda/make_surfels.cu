@@ -96,8 +96,7 @@ __global__ void __launch_bounds__(kThreads, 4)
       list.surfels[place + i] =
           found.merged.weight > 0.0f
               ? found.merged
-              : makeSubpixelSurfel(sensing.image, found.single, static_cast<int>(i),
-                                   settings.rules);
+              : makeSubpixelSurfel(sensing.image, found.single, static_cast<int>(i));
     }
   }
 }

@@ -28,6 +28,7 @@ void visitRules(SurfelRules& rules, Visitor& visit) {
   const std::string section = "rules/surfels/";
   visit(section + "linked_noise", rules.linked_noise, Range{0.0, 100.0});
   visit(section + "linked_slope", rules.linked_slope, Range{0.0, 1000.0});
+  visit(section + "linked_step", rules.linked_step, Range{0.0, 100.0});
   visit(section + "linked_turn", rules.linked_turn, Range{0.0, 10.0});
   visit(section + "linked_turn_beside", rules.linked_turn_beside, Range{0.0, 10.0});
   visit(section + "noise_jump", rules.noise_jump, Range{0.0, 1.0});

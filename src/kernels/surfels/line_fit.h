@@ -90,8 +90,8 @@ DTSDF_HD void takeSample(LineWalk& walk, int32_t continues, float k, float y, fl
   walk.sums.companion += taken * companion;
 }
 
-/// 1 where a walk goes on to a pixel: it has a value, and is linked to the one before, where `links`
-/// are those of whichever of the two comes first in the image.
+/// 1 where a walk goes on to a pixel: it has a value, and is linked to the one before. `links` are
+/// those of whichever of the two comes first in the image.
 DTSDF_HD int32_t continuesWalk(float current, PixelLinks links, PixelLinks link) {
   return static_cast<int32_t>(current > 0.0f) & static_cast<int32_t>((links & link) != 0);
 }
@@ -108,8 +108,8 @@ DTSDF_HD LineFit finishLine(float origin, float before, float after, const LineS
   return {value, slope, sums.companion / n, static_cast<int32_t>(n)};
 }
 
-/// What a line is fitted to: pointers to the centre's in images of inverse depth, of companions, and
-/// of links.
+/// What a line is fitted to: pointers to the centre's in images of inverse depth, of companions,
+/// and of links.
 struct LineSamples {
   const float* value;
   const float* companion;

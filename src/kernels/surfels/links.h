@@ -1,9 +1,10 @@
 /// Which neighbouring pixels lie on one surface.
 ///
 /// Two surfaces, one in front of the other, are told from one surface by the step between two
-/// neighbours and by what lies beside them. What noise and an ordinary slope explain is one surface.
-/// A larger step is one only if it goes on: past a depth edge there is no such step, and a pixel
-/// that mixes both sides of an edge has another depth than the next one along the edge.
+/// neighbours and by what lies beside them. What noise and an ordinary slope explain is one
+/// surface, and so is what the map cannot tell apart. A larger step is one only if it goes on: past
+/// a depth edge there is no such step, and a pixel that mixes both sides of an edge has another
+/// depth than the next one along the edge.
 #pragma once
 
 #include "kernels/surfels/depth.h"
@@ -15,6 +16,7 @@ struct LinkLimits {
   DepthNoise noise;
   float noise_factor;  ///< So many deviations are explained by noise.
   float slope;         ///< Share of inverse depth that an ordinary slope makes from pixel to pixel.
+  float step_m;        ///< Difference of depth that does not matter.
   float turn;          ///< Share of a step by which the next one in line may differ.
   float turn_beside;   ///< The same of those beside it.
 };
@@ -23,8 +25,8 @@ DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
                                const SurfelSettings& surfels) {
   const SurfelRules& rules = surfels.rules;
   const float slope = rules.linked_slope / frame.intrinsics.fx;
-  return {noise, rules.linked_noise, minimum(slope, surfels.depth_jump), rules.linked_turn,
-          rules.linked_turn_beside};
+  return {noise, rules.linked_noise, minimum(slope, surfels.depth_jump),
+          rules.linked_step * frame.voxel_size_m, rules.linked_turn, rules.linked_turn_beside};
 }
 
 /// Inverse depths along a line, and where it runs: pixel number `at` of `count` in line, and number
@@ -59,7 +61,8 @@ DTSDF_HD bool areLinked(const LineInImage& line, const LinkLimits& limits) {
   if (!(a > 0.0f && b > 0.0f)) return false;
   const float nearer = maximum(a, b), step = b - a;
   const float noise = limits.noise_factor * noiseAt(limits.noise, nearer);
-  return fabsf(step) <= noise + limits.slope * nearer || goesOn(line, step, limits);
+  const float slope = maximum(limits.slope * nearer, limits.step_m * (a * b));
+  return fabsf(step) <= noise + slope || goesOn(line, step, limits);
 }
 
 /// The links of a pixel of an image of inverse depths.

@@ -78,6 +78,21 @@ TEST(Links, StepsThatTheRowsBesideDoNotShareAreNone) {
   EXPECT_EQ(linksAlong({side, side, other}), parted);
 }
 
+/// Up to a voxel is one surface: from 1 m to 0.98 of inverse depth are 20.4 mm.
+TEST(Links, DifferencesWithinAVoxelDoNotMatter) {
+  const LineInImage line = [] {
+    static const float row[] = {1.0f, 0.98f};
+    return LineInImage{row, 1, 2, 0, 2, 0, 1};
+  }();
+  const SurfelSettings surfels{5, 0.03f, SurfelRules(), 0};
+  FrameView frame{};
+  frame.intrinsics.fx = kFocal;
+  frame.voxel_size_m = 0.0205f / SurfelRules().linked_step;
+  EXPECT_TRUE(areLinked(line, linkLimits(frame, {0.0f, 0}, surfels)));
+  frame.voxel_size_m = 0.0203f / SurfelRules().linked_step;
+  EXPECT_FALSE(areLinked(line, linkLimits(frame, {0.0f, 0}, surfels)));
+}
+
 /// A depth in between is linked to neither side, unless it lies in the middle in all three rows.
 TEST(Links, MixedPixelsBelongToNeitherSide) {
   const auto row = [](float mixed) { return std::vector<float>{1, 1, mixed, 0.8f, 0.8f}; };

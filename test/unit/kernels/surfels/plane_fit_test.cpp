@@ -56,7 +56,8 @@ std::vector<PixelPlane> planesOf(const Image& image, const SurfelSettings& surfe
   std::vector<float> value, slope;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      const RowFit fit = fitRow(&image.inverse_depth[v * kWidth], &links[v * kWidth], kWidth, u, window);
+      const RowFit fit =
+          fitRow(&image.inverse_depth[v * kWidth], &links[v * kWidth], kWidth, u, window);
       value.push_back(fit.value);
       slope.push_back(fit.slope);
     }
@@ -258,10 +259,11 @@ TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
 
 TEST(InverseDepth, TellsWhatIsNoMeasurement) {
   const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
-  for (const float raw : {0.0f, -1.0f, nan, infinity, -infinity, 99.0f, 10001.0f}) {
+  for (const float raw : {0.0f, -1.0f, nan, infinity, -infinity, 99.0f, 65535.0f}) {
     EXPECT_EQ(inverseDepth(raw, {0.001f, 0.1f, 10.0f, 65535.0f}), 0.0f) << raw;
   }
   EXPECT_FLOAT_EQ(inverseDepth(2000.0f, {0.001f, 0.1f, 10.0f, 65535.0f}), 0.5f);
+  EXPECT_FLOAT_EQ(inverseDepth(20000.0f, {0.001f, 0.1f, 10.0f, 65535.0f}), -0.05f);
 }
 
 }  // namespace

@@ -28,21 +28,34 @@ __device__ float inverseDepthAt(const DepthImage& image, int u, int v) {
   return inverseDepth(value, image.raw.range);
 }
 
-/// Counts a line of the frame, if it lies in the image, by the bin of its variance.
-__device__ void countNoiseLine(const DepthImage& image, const SurfelSettings& surfels, int i,
-                               uint32_t* bins) {
-  const Pixel middle = noisePoint(i, image.width, image.height);
-  if (!hasNoiseLine(middle, image.width)) return;
-  float line[kNoiseLength];
-  for (int k = 0; k < kNoiseLength; ++k) {
-    line[k] = inverseDepthAt(image, middle.u + k - kNoiseRadius, middle.v);
+/// One thread per pixel.
+__global__ void invertDepthsKernel(DepthImage image, float* inverse_depth) {
+  const int u = blockIdx.x * blockDim.x + threadIdx.x;
+  for (int v = blockIdx.y; u < image.width && v < image.height; v += gridDim.y) {
+    inverse_depth[static_cast<int64_t>(v) * image.width + u] = inverseDepthAt(image, u, v);
   }
-  const float variance = varianceAboutLine(line, surfels);
-  if (variance >= 0.0f) atomicAdd(&bins[noiseBin(variance)], 1u);
 }
 
-/// Takes the median out of the counts and leaves them zeroed, with the threads of one block.
-__device__ void takeMedian(NoiseCounts& counts, uint32_t least_lines, float* sigma) {
+/// An image of inverse depths.
+struct InverseDepths {
+  const float* values;
+  int32_t width, height;
+};
+
+/// Counts the lines around a point, if they lie in the image, by the bins of their variance.
+__device__ void countNoiseLines(const InverseDepths& image, const SurfelSettings& surfels, int i,
+                                NoiseCounts& counts) {
+  const Pixel middle = noisePoint(i, image.width, image.height);
+  for (int kind = 0; kind < kNoiseKinds; ++kind) {
+    const NoiseLine line = noiseLine(image.values, image.width, image.height, middle, kind);
+    const float variance = noiseVariance(line, kind, surfels);
+    if (variance >= 0.0f) atomicAdd(&counts.bins[kind][noiseBin(variance)], 1u);
+  }
+}
+
+/// Takes the deviation at the median out of counts and leaves them zeroed, with the threads of one
+/// block; 0 where there are too few lines to tell.
+__device__ void takeMedian(uint32_t* bins, uint32_t least_lines, float* sigma) {
   using Scan = cub::BlockScan<uint32_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
@@ -50,63 +63,81 @@ __device__ void takeMedian(NoiseCounts& counts, uint32_t least_lines, float* sig
   const int first_bin = threadIdx.x * kBinsPerThread;
   uint32_t in_bin[kBinsPerThread], own = 0, before, lines;
   for (int k = 0; k < kBinsPerThread; ++k) {
-    in_bin[k] = readShared(&counts.bins[first_bin + k]);
-    counts.bins[first_bin + k] = 0;
+    in_bin[k] = readShared(&bins[first_bin + k]);
+    bins[first_bin + k] = 0;
     own += in_bin[k];
   }
-  if (threadIdx.x == 0) counts.finished = 0;
+  if (threadIdx.x == 0) *sigma = 0.0f;
   Scan(scan).ExclusiveSum(own, before, lines);
-  if (lines < least_lines) {
-    if (threadIdx.x == 0) *sigma = 0.0f;
-    return;
-  }
+  __syncthreads();  // the scan's memory is used again for the next kind of line
+  if (lines < least_lines) return;
   const uint32_t rank = medianRank(lines);
   for (int k = 0; k < kBinsPerThread; before += in_bin[k++]) {
     if (before <= rank && rank < before + in_bin[k]) *sigma = noiseOfBin(first_bin + k);
   }
 }
 
-/// One thread per line; the block of threads that finishes last takes the median.
+/// One thread per point; the block of threads that finishes last takes the medians.
 __global__ void __launch_bounds__(kThreads)
-    estimateNoiseKernel(DepthImage image, SurfelSettings surfels, NoiseCounts* counts,
-                        float* sigma) {
+    estimateNoiseKernel(InverseDepths image, SurfelSettings surfels, NoiseCounts* counts,
+                        DepthNoise* noise) {
   __shared__ bool is_last;
+  __shared__ float sigma[kNoiseKinds];
   const size_t i = globalThread();
-  if (i < kNoisePoints) countNoiseLine(image, surfels, static_cast<int>(i), counts->bins);
+  if (i < kNoisePoints) countNoiseLines(image, surfels, static_cast<int>(i), *counts);
   __threadfence();
   __syncthreads();
   if (threadIdx.x == 0) is_last = atomicAdd(&counts->finished, 1u) == gridDim.x - 1;
   __syncthreads();
   if (!is_last) return;
   __threadfence();
-  takeMedian(*counts, static_cast<uint32_t>(surfels.rules.least_noise_lines), sigma);
+  for (int kind = 0; kind < kNoiseKinds; ++kind) {
+    takeMedian(counts->bins[kind], static_cast<uint32_t>(surfels.rules.least_noise_lines),
+               &sigma[kind]);
+  }
+  __syncthreads();
+  if (threadIdx.x != 0) return;
+  counts->finished = 0;
+  *noise = {combinedNoise(sigma, surfels.rules), surfels.noise_in_depth};
+}
+
+/// One thread per pixel.
+__global__ void findLinksKernel(FrameView frame, SurfelSettings surfels, const DepthNoise* noise,
+                                const float* inverse_depth, PixelLinks* links) {
+  const LinkLimits limits = linkLimits(frame, *noise, surfels);
+  const int u = blockIdx.x * blockDim.x + threadIdx.x;
+  for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
+    links[pixelIndex(frame, {u, v})] = linksOf(frame, inverse_depth, {u, v}, limits);
+  }
 }
 
 /// The images that the row pass writes.
 struct RowImages {
-  float* inverse_depth;
   float* row_value;
   float* row_slope;
 };
 
 /// A block of threads fits a stretch of one row. The tile has a margin in which pixels outside the
 /// image count as unmeasured, which ends a walk just as the image's border does.
-__global__ void fitRowsKernel(DepthImage image, FrameView frame, SurfelSettings surfels,
-                              const float* sigma, RowImages rows) {
+__global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
+                              RowImages rows) {
   __shared__ float tile[kTileWidth];
-  const FitWindow window = fitWindow(frame, *sigma, surfels);
+  __shared__ PixelLinks links[kTileWidth];
+  const FrameView& frame = image.frame;
+  const FitWindow window = fitWindow(frame, *noise, surfels);
   const int first_u = blockIdx.x * blockDim.x, u = first_u + threadIdx.x;
-  for (int v = blockIdx.y; v < image.height; v += gridDim.y) {
+  for (int v = blockIdx.y; v < frame.height; v += gridDim.y) {
     for (int i = threadIdx.x; i < kTileWidth; i += blockDim.x) {
       const int tile_u = first_u + i - kMaxNormalRadius_px;
-      tile[i] = tile_u >= 0 && tile_u < image.width ? inverseDepthAt(image, tile_u, v) : 0.0f;
+      const bool is_inside = tile_u >= 0 && tile_u < frame.width;
+      tile[i] = is_inside ? image.inverse_depth[pixelIndex(frame, {tile_u, v})] : 0.0f;
+      links[i] = is_inside ? image.links[pixelIndex(frame, {tile_u, v})] : PixelLinks{0};
     }
     __syncthreads();
-    if (u < image.width) {
-      const int64_t at = static_cast<int64_t>(v) * image.width + u;
+    if (u < frame.width) {
       const int in_tile = threadIdx.x + kMaxNormalRadius_px;
-      const RowFit fit = fitRow(tile, kTileWidth, in_tile, window, surfels);
-      rows.inverse_depth[at] = tile[in_tile];
+      const RowFit fit = fitRow(tile, links, kTileWidth, in_tile, window);
+      const int64_t at = pixelIndex(frame, {u, v});
       rows.row_value[at] = fit.value;
       rows.row_slope[at] = fit.slope;
     }
@@ -115,13 +146,13 @@ __global__ void fitRowsKernel(DepthImage image, FrameView frame, SurfelSettings 
 }
 
 /// How far each pixel sees free space.
-__global__ void findFreeDepthsKernel(DeviceSensing on_device, SurfelSettings surfels,
-                                     FusionSettings fusion, float* free_depth) {
+__global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
+                                     float* free_depth) {
   const FrameSensing sensing = on_device.load();
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
-    free_depth[pixelIndex(frame, {u, v})] = freeDepth(sensing, {u, v}, surfels, fusion);
+    free_depth[pixelIndex(frame, {u, v})] = freeDepth(sensing, {u, v}, fusion);
   }
 }
 
@@ -132,7 +163,7 @@ FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, const S
       surfel_settings_(makeSurfelSettings(params, rules.surfels)),
       fusion_settings_(makeFusionSettings(params, rules.fusion)),
       stream_(stream),
-      sigma_(1),
+      noise_(1),
       noise_counts_(1) {
   noise_counts_.zero(stream);
 }
@@ -142,36 +173,44 @@ void FrameSensor::reserve(size_t pixels) {
   row_value_.reserveExactly(pixels, stream_);
   row_slope_.reserveExactly(pixels, stream_);
   free_depth_.reserveExactly(pixels, stream_);
+  links_.reserveExactly(pixels, stream_);
 }
 
 DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
   reserve(static_cast<size_t>(frame.width) * frame.height);
-  const DepthImage depth{raw, frame.width, frame.height};
+  const ImageView image{frame, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
+                        links_.data()};
   const StageSpan span(stream_, Stage::kSense);
+  invertDepthsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
+      {raw, frame.width, frame.height}, inverse_depth_.data());
+  DTSDF_CHECK_LAUNCH("invertDepthsKernel");
   estimateNoiseKernel<<<blocksFor(kNoisePoints), kThreads, 0, stream_.get()>>>(
-      depth, surfel_settings_, noise_counts_.data(), sigma_.data());
+      {inverse_depth_.data(), frame.width, frame.height}, surfel_settings_, noise_counts_.data(),
+      noise_.data());
   DTSDF_CHECK_LAUNCH("estimateNoiseKernel");
+  findLinksKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
+      frame, surfel_settings_, noise_.data(), inverse_depth_.data(), links_.data());
+  DTSDF_CHECK_LAUNCH("findLinksKernel");
   fitRowsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      depth, frame, surfel_settings_, sigma_.data(),
-      {inverse_depth_.data(), row_value_.data(), row_slope_.data()});
+      image, surfel_settings_, noise_.data(), {row_value_.data(), row_slope_.data()});
   DTSDF_CHECK_LAUNCH("fitRowsKernel");
-  const ImageView image{frame, inverse_depth_.data(), row_value_.data(), row_slope_.data()};
-  if (!clears_) return {image, sigma_.data(), nullptr};
-  const DeviceSensing sensing(image, sigma_.data(), free_depth_.data());
+  if (!clears_) return {image, noise_.data(), nullptr};
+  const DeviceSensing sensing(image, noise_.data(), free_depth_.data());
   findFreeDepthsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      sensing, surfel_settings_, fusion_settings_, free_depth_.data());
+      sensing, fusion_settings_, free_depth_.data());
   DTSDF_CHECK_LAUNCH("findFreeDepthsKernel");
   return sensing;
 }
 
 void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = inverse_depth_.bytes() + row_value_.bytes() + row_slope_.bytes() +
-                       free_depth_.bytes() + noise_counts_.bytes();
+                       free_depth_.bytes() + links_.bytes() + noise_counts_.bytes();
   parts.push_back({"images", MemoryKind::kScratch, bytes, bytes});
 }
 
 std::vector<NamedKernel> senseKernels() {
-  return {DTSDF_NAMED_KERNEL(estimateNoiseKernel, 0), DTSDF_NAMED_KERNEL(fitRowsKernel, 0),
+  return {DTSDF_NAMED_KERNEL(invertDepthsKernel, 0), DTSDF_NAMED_KERNEL(estimateNoiseKernel, 0),
+          DTSDF_NAMED_KERNEL(findLinksKernel, 0), DTSDF_NAMED_KERNEL(fitRowsKernel, 0),
           DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0)};
 }
 

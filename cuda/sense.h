@@ -14,19 +14,19 @@ namespace gpu {
 /// FrameSensing before kernels have loaded it: the noise is known on the device alone.
 class DeviceSensing {
  public:
-  DeviceSensing(const ImageView& image, const float* sigma, const float* free_depth)
-      : image_(image), sigma_(sigma), free_depth_(free_depth) {}
+  DeviceSensing(const ImageView& image, const DepthNoise* noise, const float* free_depth)
+      : image_(image), noise_(noise), free_depth_(free_depth) {}
 
   DTSDF_HD const ImageView& image() const { return image_; }
   DTSDF_HD const FrameView& frame() const { return image_.frame; }
   DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
 #ifdef __CUDACC__
-  __device__ __forceinline__ FrameSensing load() const { return {image_, *sigma_, free_depth_}; }
+  __device__ __forceinline__ FrameSensing load() const { return {image_, *noise_, free_depth_}; }
 #endif
 
  private:
   ImageView image_;
-  const float* sigma_;
+  const DepthNoise* noise_;
   const float* free_depth_;
 };
 
@@ -37,9 +37,9 @@ struct RawDepth {
   DepthRange range;
 };
 
-/// Lines of a frame by bins of their variance; all 0 between frames.
+/// Lines of a frame by kinds and bins of their variance; all 0 between frames.
 struct NoiseCounts {
-  uint32_t bins[kNoiseBins];
+  uint32_t bins[kNoiseKinds][kNoiseBins];
   uint32_t finished;  ///< Blocks of threads that have counted theirs.
 };
 
@@ -60,7 +60,9 @@ class FrameSensor {
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const Stream& stream_;
-  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_depth_, sigma_;
+  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_depth_;
+  DeviceBuffer<PixelLinks> links_;
+  DeviceBuffer<DepthNoise> noise_;
   DeviceBuffer<NoiseCounts> noise_counts_;
 };
 

@@ -25,7 +25,7 @@ inline bool needsNormals(const MapperParams& params) {
 
 inline SurfelSettings makeSurfelSettings(const MapperParams& params, const SurfelRules& rules) {
   return {needsNormals(params) ? params.fusion.normal_radius_px : 0, params.fusion.depth_jump,
-          rules};
+          rules, params.sensor.kind == Sensor::kTimeOfFlight ? 1 : 0};
 }
 
 inline FusionSettings makeFusionSettings(const MapperParams& params, const FusionRules& rules) {

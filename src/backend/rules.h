@@ -26,7 +26,13 @@ void visitRules(MeshRules& rules, Visitor& visit) {
 template <class Visitor>
 void visitRules(SurfelRules& rules, Visitor& visit) {
   const std::string section = "rules/surfels/";
-  visit(section + "connected_noise", rules.connected_noise, Range{0.0, 10.0});
+  visit(section + "linked_noise", rules.linked_noise, Range{0.0, 100.0});
+  visit(section + "linked_slope", rules.linked_slope, Range{0.0, 1000.0});
+  visit(section + "linked_step", rules.linked_step, Range{0.0, 100.0});
+  visit(section + "linked_turn", rules.linked_turn, Range{0.0, 10.0});
+  visit(section + "linked_turn_beside", rules.linked_turn_beside, Range{0.0, 10.0});
+  visit(section + "noise_jump", rules.noise_jump, Range{0.0, 1.0});
+  visit(section + "largest_shared_noise", rules.largest_shared_noise, Range{1.0, 100.0});
   visit(section + "least_noise_lines", rules.least_noise_lines, Range{1, 1e9});
   visit(section + "window_voxels", rules.window_voxels, Range{0.0, 100.0});
   visit(section + "least_window_px", rules.least_window_px, Range{1.0, 1000.0});

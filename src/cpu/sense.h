@@ -20,8 +20,11 @@ class FrameSensor {
   size_t bytes() const;
 
  private:
-  float estimateNoise(const DepthFrame& frame) const;
-  void fitRows(const DepthFrame& frame, const FrameView& view, float sigma);
+  void invertDepths(const DepthFrame& frame);
+  DepthNoise estimateNoise(const FrameView& view) const;
+  float medianNoise(const FrameView& view, int kind) const;
+  void findLinks(const FrameView& view, const DepthNoise& noise);
+  void fitRows(const FrameView& view, const DepthNoise& noise);
   void findFreeDepths(const FrameSensing& sensing);
 
   const MapperParams params_;
@@ -29,6 +32,7 @@ class FrameSensor {
   const FusionSettings fusion_settings_;
   const int threads_;
   std::vector<float> inverse_depth_, row_value_, row_slope_, free_depth_;
+  std::vector<PixelLinks> links_;
 };
 
 }  // namespace dtsdf

@@ -11,11 +11,10 @@ namespace dtsdf {
 /// Pixels that are fitted at once, at most.
 constexpr int kStretch = 64;
 
-/// Neighbouring pixels: the inverse depths to fit to, and their companions, from the first one on.
+/// Neighbouring pixels, and what lines are fitted to, from the first one on.
 struct PixelStretch {
   int pixels;  ///< kStretch at most.
-  const float* values;
-  const float* companions;
+  LineSamples first;
 };
 
 /// The fits of the pixels of a stretch.
@@ -26,13 +25,12 @@ class StretchFit {
   }
 
   /// Fits lines around the pixels, along lines that reach as far as `line` says at most.
-  void compute(const PixelStretch& stretch, const PixelLine& line, const FitWindow& window,
-               const SurfelSettings& surfels) {
+  void compute(const PixelStretch& stretch, const PixelLine& line, const FitWindow& window) {
     const int widest = begin(stretch, window);
-    walk(stretch, {-line.stride, std::min(line.before, widest)}, surfels, before_);
-    walk(stretch, {line.stride, std::min(line.after, widest)}, surfels, after_);
+    walk(stretch, {-line.stride, line.link, std::min(line.before, widest)}, before_);
+    walk(stretch, {line.stride, line.link, std::min(line.after, widest)}, after_);
     for (int i = 0; i < stretch.pixels; ++i) {
-      const LineFit fit = finishLine(stretch.values[i], before_[i], after_[i],
+      const LineFit fit = finishLine(stretch.first.value[i], before_[i], after_[i],
                                      {sum_y_[i], sum_ky_[i], sum_companion_[i]});
       value_[i] = fit.value;
       slope_[i] = fit.slope;
@@ -45,6 +43,7 @@ class StretchFit {
   /// The side that a walk takes.
   struct Side {
     int64_t stride;
+    PixelLinks link;
     int steps;
   };
 
@@ -52,29 +51,29 @@ class StretchFit {
   int begin(const PixelStretch& stretch, const FitWindow& window) {
     float widest = 0.0f;
     for (int i = 0; i < stretch.pixels; ++i) {
-      const float value = stretch.values[i];
+      const float value = stretch.first.value[i];
       radius_[i] = value > 0.0f ? static_cast<float>(windowRadius(value, window)) : 0.0f;
       widest = maximum(widest, radius_[i]);
       before_[i] = after_[i] = sum_y_[i] = sum_ky_[i] = 0.0f;
-      sum_companion_[i] = stretch.companions[i];
+      sum_companion_[i] = stretch.first.companion[i];
     }
     return static_cast<int>(widest);
   }
 
-  void walk(const PixelStretch& stretch, const Side& side, const SurfelSettings& surfels,
-            float* taken) {
-    const float* values = stretch.values;
+  void walk(const PixelStretch& stretch, const Side& side, float* taken) {
+    const float* values = stretch.first.value;
     for (int i = 0; i < stretch.pixels; ++i) open_[i] = 1;
     for (int step = 1; step <= side.steps; ++step) {
       const float* current = values + step * side.stride;
-      const float* previous = current - side.stride;
-      const float* companions = stretch.companions + step * side.stride;
+      const float* companions = stretch.first.companion + step * side.stride;
+      const PixelLinks* links =
+          stretch.first.links + (side.stride < 0 ? step : step - 1) * side.stride;
       const float distance = static_cast<float>(step);
       const float k = side.stride < 0 ? -distance : distance;
       for (int i = 0; i < stretch.pixels; ++i) {
         LineWalk walk{open_[i], taken[i], {sum_y_[i], sum_ky_[i], sum_companion_[i]}};
         const int32_t in_reach = static_cast<int32_t>(distance <= radius_[i]);
-        takeSample(walk, in_reach & continuesWalk(previous[i], current[i], surfels), k,
+        takeSample(walk, in_reach & continuesWalk(current[i], links[i], side.link), k,
                    current[i] - values[i], companions[i]);
         open_[i] = walk.open;
         taken[i] = walk.steps;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kernels/surfels/row_fit.h"
+#include "support/links_of_image.h"
 
 namespace dtsdf {
 
@@ -26,7 +27,7 @@ class SurfaceImage {
  public:
   SurfaceImage(const Surface& surface, const FrameView& frame, const SurfelSettings& surfels,
                float sigma = 0.0f)
-      : frame_(frame), sigma_(sigma) {
+      : frame_(frame), noise_{sigma, surfels.noise_in_depth} {
     const Intrinsics& K = frame.intrinsics;
     for (int v = 0; v < frame.height; ++v) {
       for (int u = 0; u < frame.width; ++u) {
@@ -34,11 +35,12 @@ class SurfaceImage {
         inverse_depth_.push_back(z > 0.0 ? static_cast<float>(1.0 / z) : 0.0f);
       }
     }
-    const FitWindow window = fitWindow(frame, sigma, surfels);
+    links_ = linksOfImage(frame, inverse_depth_, noise_, surfels);
+    const FitWindow window = fitWindow(frame, noise_, surfels);
     for (int v = 0; v < frame.height; ++v) {
       for (int u = 0; u < frame.width; ++u) {
-        const RowFit row =
-            fitRow(inverse_depth_.data() + v * frame.width, frame.width, u, window, surfels);
+        const RowFit row = fitRow(inverse_depth_.data() + v * frame.width,
+                                  links_.data() + v * frame.width, frame.width, u, window);
         row_value_.push_back(row.value);
         row_slope_.push_back(row.slope);
       }
@@ -46,13 +48,15 @@ class SurfaceImage {
   }
 
   FrameSensing sensing() const {
-    return {{frame_, inverse_depth_.data(), row_value_.data(), row_slope_.data()}, sigma_, nullptr};
+    return {{frame_, inverse_depth_.data(), row_value_.data(), row_slope_.data(), links_.data()},
+            noise_, nullptr};
   }
 
  private:
   FrameView frame_;
-  float sigma_;
+  DepthNoise noise_;
   std::vector<float> inverse_depth_, row_value_, row_slope_;
+  std::vector<PixelLinks> links_;
 };
 
 }  // namespace dtsdf

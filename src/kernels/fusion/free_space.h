@@ -22,15 +22,15 @@ struct MaybeSlope {
   bool known;
 };
 
-/// Slope of inverse depth down a column, between the row fits on the sides that are connected.
-DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel,
-                              const SurfelSettings& surfels) {
+/// Slope of inverse depth down a column, between the row fits on the sides that are linked.
+DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel) {
   const int width = image.frame.width;
-  const float* value = image.row_value + pixelIndex(image.frame, pixel);
+  const int64_t at = pixelIndex(image.frame, pixel);
+  const float* value = image.row_value + at;
   const float above = pixel.v > 0 ? value[-width] : 0.0f;
   const float below = pixel.v < image.frame.height - 1 ? value[width] : 0.0f;
-  const bool to_above = above > 0.0f && depthsConnected(above, *value, surfels);
-  const bool to_below = below > 0.0f && depthsConnected(below, *value, surfels);
+  const bool to_above = above > 0.0f && (image.links[at - width] & kLinkDown) != 0;
+  const bool to_below = below > 0.0f && (image.links[at] & kLinkDown) != 0;
   const float upper = *value - above, lower = below - *value;
   return {to_above ? (to_below ? 0.5f * (upper + lower) : upper) : lower, to_above || to_below};
 }
@@ -39,7 +39,7 @@ DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel,
 /// across its plane. Measurements beyond the range that is fused tell free space as well. 0 where
 /// nothing is measured, and only there: what leaves nothing free is not unknown.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
-                         const SurfelSettings& surfels, const FusionSettings& fusion) {
+                         const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
   const float inverse_depth = fabsf(sensing.image.inverse_depth[at]);
@@ -51,7 +51,7 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
   constexpr float kNothingFree_m = 1e-6f;
   const float free_m = maximum(depth_m - margin_m, kNothingFree_m);
   if (!(sensing.image.row_value[at] > 0.0f)) return free_m;
-  const MaybeSlope down = slopeDown(sensing.image, pixel, surfels);
+  const MaybeSlope down = slopeDown(sensing.image, pixel);
   if (!down.known) return free_m;
   // With the plane 1 / z = n^T (x, y, 1), a point at depth z on the pixel's ray is
   // (1 - z / depth) / |n| off.

@@ -27,7 +27,8 @@ DTSDF_HD float sampleReach(float noise_voxels, const FusionSettings& fusion) {
 
 /// Standard deviation of a depth, in voxels.
 DTSDF_HD float noiseInVoxels(const FrameSensing& sensing, float depth_m) {
-  return sensing.sigma * depth_m * depth_m / sensing.image.frame.voxel_size_m;
+  const float noise = noiseAt(sensing.noise, 1.0f / depth_m);
+  return noise * depth_m * depth_m / sensing.image.frame.voxel_size_m;
 }
 
 /// A line in the grid, its axes permuted so that k is the dominant one: (k, u, v) = (x, y, z),

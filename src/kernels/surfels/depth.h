@@ -1,4 +1,4 @@
-/// From raw depths to inverse depths, and which of them may lie on one surface.
+/// From raw depths to inverse depths.
 #pragma once
 
 #include "kernels/surfels/sensing.h"
@@ -18,11 +18,6 @@ DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   const float depth_m = raw * range.unit_m;
   if (!(depth_m >= range.min_m && raw < range.overflow)) return 0.0f;  // also for NaN
   return depth_m <= range.max_m ? 1.0f / depth_m : -1.0f / depth_m;
-}
-
-/// Whether two neighbouring inverse depths may lie on one surface.
-DTSDF_HD bool depthsConnected(float a, float b, const SurfelSettings& surfels) {
-  return fabsf(b - a) <= maximum(surfels.depth_jump * maximum(a, b), surfels.rules.connected_noise);
 }
 
 }  // namespace dtsdf

@@ -3,7 +3,8 @@
 /// Fusion has to know it: where noise exceeds the reach of a measurement, outliers no longer
 /// average with the surface but form shells of their own, and normals from few pixels scatter. The
 /// estimate is robust because it is a median over the image, as the variance about short straight
-/// lines in inverse depth: edges are few, and surfaces hardly bend over a few pixels.
+/// lines in inverse depth: edges are few, and surfaces hardly bend over a few pixels. Noise that
+/// neighbours share moves all of a short line; so lines of every third pixel are looked at as well.
 #pragma once
 
 #include <cstring>
@@ -15,9 +16,15 @@ namespace dtsdf {
 /// Lines are laid at the points of a grid of this size over the image.
 constexpr int kNoiseColumns = 96, kNoiseRows = 64;
 constexpr int kNoisePoints = kNoiseColumns * kNoiseRows;
-constexpr int kNoiseRadius = 3;                       ///< Half length of a line, in pixels.
+constexpr int kNoiseRadius = 3;                       ///< Half length of a line, in samples.
 constexpr int kNoiseLength = 2 * kNoiseRadius + 1;
 constexpr int kNoiseBins = 1 << 10;
+
+/// The lines at each point: along the row, then wide ones along the row and down the column.
+constexpr int kNoiseKinds = 3;
+constexpr int kWideStride = 3;  ///< Pixels from sample to sample of a wide line.
+
+DTSDF_HD bool isWide(int kind) { return kind > 0; }
 
 /// The middle of a line, from 0 to kNoisePoints - 1. In images smaller than the grid lines come up,
 /// and count, more than once.
@@ -27,29 +34,60 @@ DTSDF_HD Pixel noisePoint(int index, int width, int height) {
           (2 * row + 1) * height / (2 * kNoiseRows)};
 }
 
-/// Whether the line around a point lies in the image.
-DTSDF_HD bool hasNoiseLine(const Pixel& middle, int width) {
-  return middle.u >= kNoiseRadius && middle.u + kNoiseRadius < width;
+/// Whether two samples are so far apart that an edge lies between them, whatever the noise.
+DTSDF_HD bool isJump(float a, float b, const SurfelSettings& surfels) {
+  return fabsf(b - a) > surfels.rules.noise_jump * maximum(a, b);
 }
 
-/// Variance of inverse depths about their line, in 1/m^2; negative where they are not all measured
-/// on one surface.
-DTSDF_HD float varianceAboutLine(const float (&inverse_depth)[kNoiseLength],
-                                 const SurfelSettings& surfels) {
+constexpr float kMeanSquare = kNoiseRadius * (kNoiseRadius + 1) / 3.0f;  ///< Of k in a line.
+
+/// Samples of a line.
+struct NoiseLine {
+  float inverse_depth[kNoiseLength];
+};
+
+/// The line of a kind around a point, of zeros where it does not lie in the image.
+DTSDF_HD NoiseLine noiseLine(const float* inverse_depth, int width, int height,
+                             const Pixel& middle, int kind) {
+  const bool is_column = kind == 2;
+  const int step_px = isWide(kind) ? kWideStride : 1, reach_px = step_px * kNoiseRadius;
+  const int at = is_column ? middle.v : middle.u, count = is_column ? height : width;
+  NoiseLine line{};
+  if (at < reach_px || at + reach_px >= count) return line;
+  const int64_t stride = is_column ? static_cast<int64_t>(step_px) * width : step_px;
+  const float* centre = inverse_depth + static_cast<int64_t>(middle.v) * width + middle.u;
+  for (int i = 0; i < kNoiseLength; ++i) {
+    line.inverse_depth[i] = centre[(i - kNoiseRadius) * stride];
+  }
+  return line;
+}
+
+/// Variance of a line's samples at 1 m (DepthNoise), about a straight line, or for a wide one about
+/// a parabola, since surfaces bend over its length; negative where they are not all measured on one
+/// surface.
+DTSDF_HD float noiseVariance(const NoiseLine& line, int kind, const SurfelSettings& surfels) {
+  const auto& inverse_depth = line.inverse_depth;
   const float origin = inverse_depth[kNoiseRadius];
-  float sum_y = 0.0f, sum_yy = 0.0f, sum_ky = 0.0f, sum_kk = 0.0f;
+  float sum_y = 0.0f, sum_yy = 0.0f, sum_ky = 0.0f, sum_kk = 0.0f, sum_py = 0.0f, sum_pp = 0.0f;
   for (int i = 0; i < kNoiseLength; ++i) {
     if (!(inverse_depth[i] > 0.0f)) return -1.0f;
-    if (i > 0 && !depthsConnected(inverse_depth[i - 1], inverse_depth[i], surfels)) return -1.0f;
+    if (i > 0 && isJump(inverse_depth[i - 1], inverse_depth[i], surfels)) return -1.0f;
     const float k = static_cast<float>(i - kNoiseRadius), y = inverse_depth[i] - origin;
     sum_y += y;
     sum_yy += y * y;
     sum_ky += k * y;
     sum_kk += k * k;
+    const float p = k * k - kMeanSquare;  // orthogonal to 1 and k
+    sum_py += p * y;
+    sum_pp += p * p;
   }
   constexpr float kCount = static_cast<float>(kNoiseLength);
   const float about_line = sum_yy - sum_y * sum_y / kCount - sum_ky * sum_ky / sum_kk;
-  return maximum(about_line, 0.0f) / (kCount - 2.0f);
+  const float about_parabola = about_line - sum_py * sum_py / sum_pp;
+  const float variance = isWide(kind) ? maximum(about_parabola, 0.0f) / (kCount - 3.0f)
+                                      : maximum(about_line, 0.0f) / (kCount - 2.0f);
+  const float square = origin * origin;
+  return surfels.noise_in_depth != 0 ? variance / (square * square) : variance;
 }
 
 /// Bins of a quarter of an octave: the exponent of a float and two bits of its fraction.
@@ -59,12 +97,19 @@ DTSDF_HD int noiseBin(float variance) {
   return static_cast<int>(bits >> 21);
 }
 
-/// Standard deviation of inverse depth at the lower end of a bin, in 1/m.
+/// Standard deviation at the lower end of a bin.
 DTSDF_HD float noiseOfBin(int bin) {
   const uint32_t bits = static_cast<uint32_t>(bin) << 21;
   float variance;
   memcpy(&variance, &bits, sizeof(variance));
   return sqrtf(variance);
+}
+
+/// The noise of an image, from the median deviations of each kind of line. Wide lines see noise
+/// that neighbours share, but also detail, so that they may only raise it so far.
+DTSDF_HD float combinedNoise(const float (&sigma)[kNoiseKinds], const SurfelRules& rules) {
+  const float wide = maximum(sigma[1], sigma[2]);
+  return maximum(sigma[0], minimum(wide, rules.largest_shared_noise * sigma[0]));
 }
 
 /// The median of so many lines is the one of this rank.

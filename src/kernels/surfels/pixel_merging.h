@@ -6,7 +6,7 @@
 /// 2 x 2 pixels, or else the quad's pixels stay single.
 #pragma once
 
-#include "kernels/surfels/depth.h"
+#include "kernels/surfels/links.h"
 
 namespace dtsdf {
 
@@ -70,6 +70,19 @@ DTSDF_HD InverseDepthRange rangeOf(const ImageView& image, const PixelSquare& sq
   return range;
 }
 
+/// Whether all neighbours in a square are linked.
+DTSDF_HD bool isLinked(const ImageView& image, const PixelSquare& square) {
+  const PixelLinks* row = image.links + pixelIndex(image.frame, square.first);
+  for (int y = 0; y < square.side; ++y, row += image.frame.width) {
+    for (int x = 0; x < square.side; ++x) {
+      const PixelLinks needed = static_cast<PixelLinks>((x < square.side - 1 ? kLinkRight : 0) |
+                                                        (y < square.side - 1 ? kLinkDown : 0));
+      if ((row[x] & needed) != needed) return false;
+    }
+  }
+  return true;
+}
+
 /// Whether a square of pixels is fused as one surfel: all are measured, in extent small against a
 /// voxel, and one smooth surface.
 DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
@@ -86,7 +99,7 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
   if (!(side <= width_px_m * image.inverse_depth[pixelIndex(frame, square.first)])) return false;
   const auto [least, most] = rangeOf(image, square);
   const float largest_range_m = rules.merged_depth_range * frame.voxel_size_m;
-  if (!(side <= width_px_m * least) || !depthsConnected(least, most, surfels) ||
+  if (!(side <= width_px_m * least) || !isLinked(image, square) ||
       !(most - least <= largest_range_m * least * most)) {  // that of z, times least * most
     return false;
   }

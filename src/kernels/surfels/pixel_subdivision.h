@@ -28,19 +28,18 @@ struct PlanePoint {
   Vec3f p_C, normal_C;
 };
 
-/// Whether a neighbour continues the surface of a pixel.
-DTSDF_HD bool continuesPlane(const ImageView& image, const Pixel& neighbour,
-                             const PlanePoint& plane, const SurfelSettings& surfels) {
+/// Whether a neighbour continues the surface of a pixel. `linked` are the links of whichever of the
+/// two comes first, of which it takes the one given.
+DTSDF_HD bool continuesPlane(const ImageView& image, const Pixel& neighbour, const Pixel& linked,
+                             PixelLinks link, const PlanePoint& plane,
+                             const SurfelSettings& surfels) {
   const FrameView& frame = image.frame;
   if (neighbour.u < 0 || neighbour.v < 0 || neighbour.u >= frame.width ||
       neighbour.v >= frame.height) {
     return false;
   }
   const float inverse_depth = image.inverse_depth[pixelIndex(frame, neighbour)];
-  if (!(inverse_depth > 0.0f) ||
-      !depthsConnected(1.0f / plane.p_C.z, inverse_depth, surfels)) {
-    return false;
-  }
+  if ((image.links[pixelIndex(frame, linked)] & link) == 0) return false;
   const Vec3f neighbour_C = backProject(frame.intrinsics, static_cast<float>(neighbour.u),
                                         static_cast<float>(neighbour.v), 1.0f / inverse_depth);
   return fabsf(dot(plane.normal_C, neighbour_C - plane.p_C)) <=
@@ -64,12 +63,13 @@ DTSDF_HD Subdivision subdividePixel(const ImageView& image, const Pixel& pixel,
   const float wide_m = surfels.rules.subdivided_width * frame.voxel_size_m;
   Subdivision subdivision{1, 1};
   if (dot(across, across) > wide_m * wide_m &&
-      continuesPlane(image, {u - 1, v}, point, surfels) &&
-      continuesPlane(image, {u + 1, v}, point, surfels)) {
+      continuesPlane(image, {u - 1, v}, {u - 1, v}, kLinkRight, point, surfels) &&
+      continuesPlane(image, {u + 1, v}, pixel, kLinkRight, point, surfels)) {
     subdivision.across = kThirds;
   }
-  if (dot(down, down) > wide_m * wide_m && continuesPlane(image, {u, v - 1}, point, surfels) &&
-      continuesPlane(image, {u, v + 1}, point, surfels)) {
+  if (dot(down, down) > wide_m * wide_m &&
+      continuesPlane(image, {u, v - 1}, {u, v - 1}, kLinkDown, point, surfels) &&
+      continuesPlane(image, {u, v + 1}, pixel, kLinkDown, point, surfels)) {
     subdivision.down = kThirds;
   }
   return subdivision;

@@ -6,7 +6,7 @@
 /// Fitting value and slopes of 1 / z in a window around a pixel therefore gives the normal of a
 /// plane without bias, and the noise of triangulating sensors is uniform in this quantity. The
 /// least-squares fit over a rectangle separates into a fit along the row and one along the column.
-/// Each walk ends where neighbouring depths jump, so that nothing is mixed across a discontinuity.
+/// Each walk ends where pixels are not linked, so that nothing is mixed across a discontinuity.
 ///
 /// In a strip that is a single pixel wide only one of the two fits is there: a rod, a wire, or what
 /// shows through a slit. If that line is long enough, the strip counts as facing the camera across
@@ -55,9 +55,9 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
   const int64_t at = pixelIndex(frame, pixel);
   const float* centre = sensing.image.row_value + at;
   if (!(*centre > 0.0f)) return {0.0f, 0.0f, 0.0f, 0};
-  const int radius = windowRadius(*centre, fitWindow(frame, sensing.sigma, surfels));
-  const PixelLine line = lineAround(pixel.v, frame.height, frame.width, radius);
-  return fitLine(centre, sensing.image.row_slope + at, line, surfels);
+  const int radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
+  return fitLine({centre, sensing.image.row_slope + at, sensing.image.links + at},
+                 columnAround(pixel.v, frame, radius));
 }
 
 /// Whether a pixel is measured in front of the two beside it, or behind both, as through a slit. In
@@ -82,11 +82,12 @@ DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool
 DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, bool along_row,
                                const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
-  const float* centre = sensing.image.inverse_depth + pixelIndex(frame, pixel);
-  const int radius = windowRadius(*centre, fitWindow(frame, sensing.sigma, surfels));
-  const PixelLine line = along_row ? lineAround(pixel.u, frame.width, 1, radius)
-                                   : lineAround(pixel.v, frame.height, frame.width, radius);
-  const LineFit fit = fitLine(centre, centre, line, surfels);
+  const int64_t at = pixelIndex(frame, pixel);
+  const float* centre = sensing.image.inverse_depth + at;
+  const int radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
+  const PixelLine line = along_row ? rowAround(pixel.u, frame.width, radius)
+                                   : columnAround(pixel.v, frame, radius);
+  const LineFit fit = fitLine({centre, centre, sensing.image.links + at}, line);
   if (fit.count < surfels.rules.least_strip_px ||
       !standsAloneAcross(sensing.image, pixel, along_row)) {
     return noPlane();
@@ -121,22 +122,18 @@ DTSDF_HD void addRow(ColumnSums& sums, float offset, float y, float slope) {
 }
 
 /// Adds the rows between two columns, the one at `first` and the next, on one side of it: `steps`
-/// rows `stride` apart, half a row away from the centre and on, up to a jump or a pixel without row
-/// fits.
+/// rows, half a row away from the centre and on, as far as the pixels are linked and have row fits.
 DTSDF_HD void addRowsBetween(const ImageView& image, int64_t first, const PixelLine& side,
-                             const SurfelSettings& surfels, ColumnSums& sums) {
+                             ColumnSums& sums) {
   const float origin = image.row_value[first];
   const bool is_after = side.after > 0;
   const int steps = is_after ? side.after : side.before;
-  float previous = origin;
   for (int step = 0; step < steps; ++step) {
     const int64_t at = first + static_cast<int64_t>(is_after ? step + 1 : -step) * side.stride;
+    const bool goes_on = is_after ? (image.links[at - side.stride] & side.link) != 0
+                                  : step == 0 || (image.links[at] & side.link) != 0;
     const float left = image.row_value[at], right = image.row_value[at + 1];
-    if (!(left > 0.0f && right > 0.0f) || !depthsConnected(left, right, surfels) ||
-        !depthsConnected(previous, left, surfels)) {
-      break;
-    }
-    previous = left;
+    if (!(left > 0.0f && right > 0.0f) || !goes_on || (image.links[at] & kLinkRight) == 0) break;
     const float k = static_cast<float>(step) + 0.5f;
     addRow(sums, is_after ? k : -k, 0.5f * ((left - origin) + (right - origin)),
            0.5f * (image.row_slope[at] + image.row_slope[at + 1]));
@@ -151,12 +148,12 @@ DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
   const int64_t first = pixelIndex(image.frame, pixel);
   const float origin = image.row_value[first];
   if (!(origin > 0.0f)) return {0.0f, 0.0f, 0.0f};
-  const int radius = windowRadius(origin, fitWindow(image.frame, sensing.sigma, surfels));
+  const int radius = windowRadius(origin, fitWindow(image.frame, sensing.noise, surfels));
   const int before = pixel.v + 1 < radius ? pixel.v + 1 : radius;
   const int last = image.frame.height - 1 - pixel.v, after = last < radius ? last : radius;
   ColumnSums sums{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-  addRowsBetween(image, first, {image.frame.width, before, 0}, surfels, sums);
-  addRowsBetween(image, first, {image.frame.width, 0, after}, surfels, sums);
+  addRowsBetween(image, first, {image.frame.width, kLinkDown, before, 0}, sums);
+  addRowsBetween(image, first, {image.frame.width, kLinkDown, 0, after}, sums);
   if (sums.n < 2.0f) return {0.0f, 0.0f, 0.0f};
   const float slope = (sums.n * sums.ky - sums.k * sums.y) / (sums.n * sums.kk - sums.k * sums.k);
   const float value = origin + (sums.y - slope * sums.k) / sums.n;

@@ -16,12 +16,12 @@ DTSDF_HD RowFit rowFitOf(const LineFit& fit) {
 }
 
 /// The fit around pixel u of a row of inverse depths.
-DTSDF_HD RowFit fitRow(const float* row, int width, int u, const FitWindow& window,
-                       const SurfelSettings& surfels) {
+DTSDF_HD RowFit fitRow(const float* row, const PixelLinks* links, int width, int u,
+                       const FitWindow& window) {
   const float* centre = row + u;
   if (!(*centre > 0.0f)) return {0.0f, 0.0f};
-  const PixelLine line = lineAround(u, width, 1, windowRadius(*centre, window));
-  return rowFitOf(fitLine(centre, centre, line, surfels));
+  const PixelLine line = rowAround(u, width, windowRadius(*centre, window));
+  return rowFitOf(fitLine({centre, centre, links + u}, line));
 }
 
 }  // namespace dtsdf

@@ -6,18 +6,35 @@
 
 namespace dtsdf {
 
-/// A depth image and its row fits, row by row without gaps.
+/// Which of a pixel's neighbours lie on one surface with it, as bits.
+using PixelLinks = uint8_t;
+constexpr PixelLinks kLinkRight = 1, kLinkDown = 2;
+
+/// A depth image, its row fits and its links, row by row without gaps.
 struct ImageView {
   FrameView frame;
   const float* inverse_depth;  ///< In 1/m, 0 where nothing is measured.
   const float* row_value;      ///< Inverse depth by the row fits, 0 where there is none.
   const float* row_slope;
+  const PixelLinks* links;  ///< Which neighbours lie on one surface.
 };
+
+/// The noise of an image. A sensor that triangulates has the same everywhere in inverse depth, one
+/// that measures the time of flight in depth.
+struct DepthNoise {
+  float sigma;       ///< Standard deviation at 1 m, of inverse depth in 1/m and of depth in m.
+  int32_t in_depth;  ///< 1: uniform in depth, 0: uniform in inverse depth.
+};
+
+/// Standard deviation of an inverse depth, in 1/m.
+DTSDF_HD float noiseAt(const DepthNoise& noise, float inverse_depth) {
+  return noise.in_depth != 0 ? noise.sigma * (inverse_depth * inverse_depth) : noise.sigma;
+}
 
 /// All that is known of a frame; passed by value to the stages that follow.
 struct FrameSensing {
   ImageView image;
-  float sigma;              ///< Noise: standard deviation of inverse depth, in 1/m.
+  DepthNoise noise;
   const float* free_depth;  ///< freeDepth() per pixel; null where voxels are projected.
 };
 
@@ -26,6 +43,7 @@ struct SurfelSettings {
   int32_t normal_radius_px;  ///< Largest half width of a window; 0 where no normals are needed.
   float depth_jump;  ///< Largest share by which neighbouring depths on one surface may differ.
   SurfelRules rules;
+  int32_t noise_in_depth;  ///< As in DepthNoise.
 };
 
 }  // namespace dtsdf

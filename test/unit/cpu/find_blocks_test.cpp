@@ -56,7 +56,7 @@ TEST_P(FindBlocks, EverySurfelIsOnceInEachBlockThatItTouches) {
   frame.T_L_C = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {100.0f, 90.0f, 80.0f}};
   frame.origin_voxel = {-4000, 800, 16};
   std::mt19937 random(25);
-  const FrameSensing sensing{{frame, nullptr, nullptr, nullptr}, 0.0f, nullptr};
+  const FrameSensing sensing{{frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, nullptr};
   for (const int cast_along_normal : {0, 1}) {
     const FusionSettings fusion{cast_along_normal, 1, 4.0f, 1e6f, FusionRules()};
     BlockFinder finder(fusion, GetParam());

@@ -16,7 +16,7 @@ namespace {
 constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{100.0f, 100.0f, 31.5f, 23.5f};
 constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
-const SurfelSettings kSurfels{5, 0.1f, SurfelRules()};
+const SurfelSettings kSurfels{5, 0.1f, SurfelRules(), 0};
 const FusionSettings kFusion{1, 1, kTruncation, 64.0f, FusionRules()};
 
 /// An image of a surface, and how far its pixels see.
@@ -26,7 +26,7 @@ class FreeSpaceImage {
       : image_(surface, frontalFrame(kWidth, kHeight, kIntrinsics, kVoxel_m), kSurfels, sigma) {
     for (int i = 0; i < kWidth * kHeight; ++i) {
       const Pixel pixel{i % kWidth, i / kWidth};
-      free_depth_.push_back(freeDepth(image_.sensing(), pixel, kSurfels, kFusion));
+      free_depth_.push_back(freeDepth(image_.sensing(), pixel, kFusion));
     }
   }
 

@@ -5,60 +5,109 @@
 
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "kernels/fusion/sample_line.h"
 
 namespace dtsdf {
 namespace {
 
-const SurfelSettings kSurfels{16, 0.03f, SurfelRules()};
+const SurfelSettings kSurfels{16, 0.03f, SurfelRules(), 0};
 
-struct Line {
-  float inverse_depth[kNoiseLength];
-};
-
-Line slantedLine() {
-  Line line;
+NoiseLine slantedLine() {
+  NoiseLine line;
   for (int i = 0; i < kNoiseLength; ++i) line.inverse_depth[i] = 0.5f + 0.002f * i;
   return line;
 }
 
 TEST(Noise, AStraightLineHasNone) {
-  EXPECT_LT(varianceAboutLine(slantedLine().inverse_depth, kSurfels), 1e-13f);
+  EXPECT_LT(noiseVariance(slantedLine(), 0, kSurfels), 1e-13f);
+}
+
+/// 0.001 k^2 about its mean of 4: deviations 5, 0, -3, -4, -3, 0, 5, whose squares add up to 84.
+TEST(Noise, OnlyWideLinesMayBend) {
+  NoiseLine line;
+  for (int i = 0; i < kNoiseLength; ++i) {
+    line.inverse_depth[i] = 0.5f + 0.001f * static_cast<float>((i - 3) * (i - 3));
+  }
+  EXPECT_NEAR(noiseVariance(line, 0, kSurfels), 84e-6f / 5.0f, 1e-10f);
+  for (const int wide : {1, 2}) EXPECT_LT(noiseVariance(line, wide, kSurfels), 1e-11f);
 }
 
 TEST(Noise, MeanVarianceIsThatOfTheSamples) {
   std::mt19937 generator(1);
   for (const float noise : {0.0005f, 0.002f}) {
     std::normal_distribution<float> error(0.0f, noise);
-    double sum = 0.0;
-    constexpr int kLines = 4000;
-    for (int n = 0; n < kLines; ++n) {
-      Line line = slantedLine();
-      for (float& sample : line.inverse_depth) sample += error(generator);
-      const float variance = varianceAboutLine(line.inverse_depth, {16, 1.0f, SurfelRules()});
-      ASSERT_GE(variance, 0.0f);
-      sum += variance;
+    for (int kind = 0; kind < kNoiseKinds; ++kind) {
+      double sum = 0.0;
+      constexpr int kLines = 4000;
+      for (int n = 0; n < kLines; ++n) {
+        NoiseLine line = slantedLine();
+        for (float& sample : line.inverse_depth) sample += error(generator);
+        const float variance = noiseVariance(line, kind, kSurfels);
+        ASSERT_GE(variance, 0.0f);
+        sum += variance;
+      }
+      // The mean of 4000 variances with four degrees of freedom scatters by 1.1 %.
+      EXPECT_NEAR(std::sqrt(sum / kLines) / noise, 1.0, 0.03);
     }
-    // The mean of 4000 variances with five degrees of freedom scatters by 1 %.
-    EXPECT_NEAR(std::sqrt(sum / kLines) / noise, 1.0, 0.03);
   }
 }
 
-TEST(Noise, GapsAndJumpsAreNoNoise) {
-  Line gap = slantedLine(), jump = slantedLine();
-  gap.inverse_depth[5] = 0.0f;
-  for (int i = 4; i < kNoiseLength; ++i) jump.inverse_depth[i] += 0.1f;
-  EXPECT_LT(varianceAboutLine(gap.inverse_depth, kSurfels), 0.0f);
-  EXPECT_LT(varianceAboutLine(jump.inverse_depth, kSurfels), 0.0f);
+/// Time of flight: 3 mm at 2 m is a deviation of 3 mm * (0.5 1/m)^2 of inverse depth there.
+TEST(Noise, IsThatOfDepthForTimeOfFlight) {
+  const SurfelSettings flight{16, 0.03f, SurfelRules(), 1};
+  NoiseLine line = slantedLine();
+  for (float& sample : line.inverse_depth) sample -= 0.006f;  // 0.5 in the middle
+  line.inverse_depth[2] += 1e-3f;
+  line.inverse_depth[4] -= 1e-3f;
+  EXPECT_FLOAT_EQ(noiseVariance(line, 0, flight), 16.0f * noiseVariance(line, 0, kSurfels));
+  EXPECT_FLOAT_EQ(noiseAt({0.003f, 1}, 0.5f), 0.00075f);
+  EXPECT_FLOAT_EQ(noiseAt({0.003f, 0}, 0.5f), 0.003f);
+  FrameSensing sensing{};
+  sensing.image.frame.voxel_size_m = 0.01f;
+  sensing.noise = {0.003f, 1};
+  EXPECT_FLOAT_EQ(noiseInVoxels(sensing, 1.0f), 0.3f);
+  EXPECT_FLOAT_EQ(noiseInVoxels(sensing, 4.0f), 0.3f);
+  sensing.noise.in_depth = 0;
+  EXPECT_FLOAT_EQ(noiseInVoxels(sensing, 4.0f), 4.8f);
 }
 
-/// Beyond 2 m noise rules, below the share of the depth.
-TEST(Noise, NoiseAloneDisconnectsNothing) {
-  EXPECT_TRUE(depthsConnected(1.0f / 5.0f, 1.0f / 5.0f - 0.014f, kSurfels));   // 0.38 m at 5 m
-  EXPECT_FALSE(depthsConnected(1.0f / 5.0f, 1.0f / 5.0f - 0.016f, kSurfels));
-  EXPECT_TRUE(depthsConnected(1.0f, 0.971f, kSurfels));
-  EXPECT_FALSE(depthsConnected(1.0f, 0.969f, kSurfels));
+TEST(Noise, GapsAndJumpsAreNoNoise) {
+  NoiseLine gap = slantedLine(), jump = slantedLine();
+  gap.inverse_depth[5] = 0.0f;
+  for (int i = 4; i < kNoiseLength; ++i) jump.inverse_depth[i] += 0.1f;
+  EXPECT_LT(noiseVariance(gap, 0, kSurfels), 0.0f);
+  EXPECT_LT(noiseVariance(jump, 0, kSurfels), 0.0f);
+}
+
+/// The wider lines raise the estimate, as far as the limit of three times allows; alone they say
+/// nothing.
+TEST(Noise, ThatNeighboursShareCounts) {
+  const SurfelRules rules;
+  EXPECT_EQ(combinedNoise({1.0f, 0.5f, 0.75f}, rules), 1.0f);
+  EXPECT_EQ(combinedNoise({1.0f, 2.0f, 0.5f}, rules), 2.0f);
+  EXPECT_EQ(combinedNoise({1.0f, 0.5f, 2.5f}, rules), 2.5f);
+  EXPECT_EQ(combinedNoise({1.0f, 8.0f, 9.0f}, rules), rules.largest_shared_noise);
+  EXPECT_EQ(combinedNoise({0.0f, 8.0f, 9.0f}, rules), 0.0f);
+}
+
+/// In an image of 20 x 20 whose value tells the pixel, about its pixel (10, 10).
+TEST(Noise, LinesLieInRowsAndColumns) {
+  std::vector<float> image(400);
+  for (int i = 0; i < 400; ++i) image[i] = static_cast<float>(i + 1);
+  const auto first = [&](const Pixel& middle, int kind) {
+    return noiseLine(image.data(), 20, 20, middle, kind).inverse_depth[0];
+  };
+  EXPECT_EQ(first({10, 10}, 0), 208.0f);
+  EXPECT_EQ(first({10, 10}, 1), 202.0f);
+  EXPECT_EQ(first({10, 10}, 2), 31.0f);
+  EXPECT_EQ(first({2, 10}, 0), 0.0f);
+  EXPECT_EQ(first({17, 10}, 0), 0.0f);
+  EXPECT_EQ(first({8, 10}, 1), 0.0f);
+  EXPECT_EQ(first({11, 10}, 1), 0.0f);
+  EXPECT_EQ(first({10, 8}, 2), 0.0f);
+  EXPECT_EQ(first({10, 11}, 2), 0.0f);
 }
 
 TEST(Noise, BinsKeepAnEighthOfTheDeviation) {
@@ -86,7 +135,7 @@ TEST(Noise, WindowsKeepNormalsStill) {
   constexpr float kNoise = 0.0019f, kDepth_m = 2.0f, kFocal = 525.0f;
   FrameView frame{};
   frame.intrinsics.fx = kFocal;
-  const FitWindow window = fitWindow(frame, kNoise, kSurfels);
+  const FitWindow window = fitWindow(frame, {kNoise, 0}, kSurfels);
   const int radius = windowRadius(1.0f / kDepth_m, window);
   const auto slopeDeviation = [](int r) {  // of a plane's slope along the row, per unit of noise
     double spread = 0.0;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{500.0f, 500.0f, 31.5f, 23.5f};
-const SurfelSettings kSurfels{5, 0.03f, SurfelRules()};
+const SurfelSettings kSurfels{5, 0.03f, SurfelRules(), 0};
 
 /// An image of a surface, and what is merged in it.
 class MergedImage {

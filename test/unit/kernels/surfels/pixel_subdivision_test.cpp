@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{500.0f, 500.0f, 31.5f, 23.5f};
-const SurfelSettings kSurfels{5, 0.03f, SurfelRules()};
+const SurfelSettings kSurfels{5, 0.03f, SurfelRules(), 0};
 constexpr int kMiddleU = 30, kMiddleV = 24;
 
 class SubdividedImage {
@@ -133,7 +133,8 @@ TEST(PixelSubdivision, NeedBothNeighbours) {
 /// Whatever plane noise makes up, no subpixel is farther away than what was measured beside it.
 TEST(PixelSubdivision, LieNoFartherThanTheMeasurements) {
   const float inverse_depth[9] = {0.5f, 0.5f, 0.5f, 0.4f, 0.5f, 0.5f, 0.5f, 0.45f, 0.5f};
-  const ImageView image{frontalFrame(3, 3, kIntrinsics, 0.01f), inverse_depth, nullptr, nullptr};
+  const ImageView image{frontalFrame(3, 3, kIntrinsics, 0.01f), inverse_depth, nullptr, nullptr,
+                        nullptr};
   const PixelPlane steep{{0.0f, 0.0f, -1.0f}, 3.0f, -2.0f, 1.0f};
   EXPECT_EQ(inverseDepthBeside(image, {1, 1}, steep, {-0.4f, 0.0f}), 0.4f);
   EXPECT_EQ(inverseDepthBeside(image, {1, 1}, steep, {0.0f, 0.4f}), 0.45f);

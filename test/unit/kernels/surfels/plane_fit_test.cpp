@@ -8,13 +8,15 @@
 #include <random>
 #include <vector>
 
+#include "support/links_of_image.h"
+
 namespace dtsdf {
 namespace {
 
 constexpr int kWidth = 40, kHeight = 30;
 constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
 constexpr float kVoxel_m = 10.0f / 35.0f;  // 10 pixels at 1 m
-const SurfelSettings kSurfels{2, 0.03f, SurfelRules()};
+const SurfelSettings kSurfels{2, 0.03f, SurfelRules(), 0};
 
 /// A rounding error of a share of 6e-8 of 1 / z, over slopes of the order of 1 / (f z) per pixel,
 /// turns the normal by about f * 6e-8; some ten times that.
@@ -48,17 +50,21 @@ void draw(Image& image, const FreePlane& plane, const std::function<bool(int, in
 
 std::vector<PixelPlane> planesOf(const Image& image, const SurfelSettings& surfels) {
   const FrameView frame{kWidth, kHeight, kIntrinsics, {}, {0, 0, 0}, kVoxel_m};
-  const FitWindow window = fitWindow(frame, 0.0f, surfels);
+  const FitWindow window = fitWindow(frame, {0.0f, 0}, surfels);
+  const std::vector<PixelLinks> links =
+      linksOfImage(frame, image.inverse_depth, {0.0f, 0}, surfels);
   std::vector<float> value, slope;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      const RowFit fit = fitRow(&image.inverse_depth[v * kWidth], kWidth, u, window, surfels);
+      const RowFit fit =
+          fitRow(&image.inverse_depth[v * kWidth], &links[v * kWidth], kWidth, u, window);
       value.push_back(fit.value);
       slope.push_back(fit.slope);
     }
   }
   const FrameSensing sensing{
-      {frame, image.inverse_depth.data(), value.data(), slope.data()}, 0.0f, nullptr};
+      {frame, image.inverse_depth.data(), value.data(), slope.data(), links.data()},
+      {0.0f, 0}, nullptr};
   std::vector<PixelPlane> planes;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
@@ -100,7 +106,7 @@ TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
     const FreePlane plane = makePlane(tilt(random), tilt(random), -1.0, -distance(random));
     Image image;
     draw(image, plane, [](int, int) { return true; });
-    const std::vector<Vec3f> normals = fitAll(image, {4, 1.0f, SurfelRules()});
+    const std::vector<Vec3f> normals = fitAll(image, {4, 1.0f, SurfelRules(), 0});
     for (int v = 0; v < kHeight; ++v) {
       for (int u = 0; u < kWidth; ++u) {
         ASSERT_LT(distanceTo(normals[static_cast<size_t>(v) * kWidth + u], plane), kExact)
@@ -170,7 +176,7 @@ TEST(NormalFit, FollowsAStripOnePixelWide) {
   };
   for (const bool is_row : {true, false}) {
     const std::vector<PixelPlane> planes =
-        planesOf(slitImage(plane, is_row), {4, 0.3f, SurfelRules()});
+        planesOf(slitImage(plane, is_row), {4, 0.3f, SurfelRules(), 0});
     const Vec3f along = is_row ? point(30, 12) - point(5, 12) : point(20, 25) - point(20, 3);
     for (int i = 0; i < (is_row ? kWidth : kHeight); ++i) {
       const int u = is_row ? i : 20, v = is_row ? 12 : i;
@@ -240,8 +246,8 @@ TEST(NormalFit, FacesTheCamera) {
 TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
   const auto radius = [](float voxel_px_m, float depth_m, int largest) {
     const FrameView frame{kWidth, kHeight, {525.0f, 525.0f, 0, 0}, {}, {}, voxel_px_m / 525.0f};
-    const SurfelSettings surfels{largest, 0.03f, SurfelRules()};
-    return windowRadius(1.0f / depth_m, fitWindow(frame, 0.0f, surfels));
+    const SurfelSettings surfels{largest, 0.03f, SurfelRules(), 0};
+    return windowRadius(1.0f / depth_m, fitWindow(frame, {0.0f, 0}, surfels));
   };
   EXPECT_EQ(radius(12.0f, 1.0f, 16), 9);
   EXPECT_EQ(radius(12.0f, 2.0f, 16), 5);  // 4.5 rounded
@@ -253,10 +259,11 @@ TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
 
 TEST(InverseDepth, TellsWhatIsNoMeasurement) {
   const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
-  for (const float raw : {0.0f, -1.0f, nan, infinity, -infinity, 99.0f, 10001.0f}) {
-    EXPECT_EQ(inverseDepth(raw, {0.001f, 0.1f, 10.0f}), 0.0f) << raw;
+  for (const float raw : {0.0f, -1.0f, nan, infinity, -infinity, 99.0f, 65535.0f}) {
+    EXPECT_EQ(inverseDepth(raw, {0.001f, 0.1f, 10.0f, 65535.0f}), 0.0f) << raw;
   }
-  EXPECT_FLOAT_EQ(inverseDepth(2000.0f, {0.001f, 0.1f, 10.0f}), 0.5f);
+  EXPECT_FLOAT_EQ(inverseDepth(2000.0f, {0.001f, 0.1f, 10.0f, 65535.0f}), 0.5f);
+  EXPECT_FLOAT_EQ(inverseDepth(20000.0f, {0.001f, 0.1f, 10.0f, 65535.0f}), -0.05f);
 }
 
 }  // namespace

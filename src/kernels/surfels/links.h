@@ -1,0 +1,79 @@
+/// Which neighbouring pixels lie on one surface.
+///
+/// Two surfaces, one in front of the other, are told from one surface by the step between two
+/// neighbours and by what lies beside them. What noise and an ordinary slope explain is one
+/// surface, and so is what the map cannot tell apart. A larger step is one only if it goes on: past
+/// a depth edge there is no such step, and a pixel that mixes both sides of an edge has another
+/// depth than the next one along the edge.
+#pragma once
+
+#include "kernels/surfels/depth.h"
+
+namespace dtsdf {
+
+/// What a step between neighbours is measured against.
+struct LinkLimits {
+  DepthNoise noise;
+  float noise_factor;  ///< So many deviations are explained by noise.
+  float slope;         ///< Share of inverse depth that an ordinary slope makes from pixel to pixel.
+  float step_m;        ///< Difference of depth that does not matter.
+  float turn;          ///< Share of a step by which the next one in line may differ.
+  float turn_beside;   ///< The same of those beside it.
+};
+
+DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
+                               const SurfelSettings& surfels) {
+  const SurfelRules& rules = surfels.rules;
+  const float slope = rules.linked_slope / frame.intrinsics.fx;
+  return {noise, rules.linked_noise, minimum(slope, surfels.depth_jump),
+          rules.linked_step * frame.voxel_size_m, rules.linked_turn, rules.linked_turn_beside};
+}
+
+/// Inverse depths along a line, and where it runs: pixel number `at` of `count` in line, and number
+/// `beside` of `lines` beside each other.
+struct LineInImage {
+  const float* inverse_depth;  ///< Of the pixel.
+  int64_t stride, to_beside;
+  int at, count, beside, lines;
+};
+
+/// Step from one inverse depth to the next that differs from another step by a share of it at most.
+DTSDF_HD bool isSameStep(float from, float to, float step, float largest_difference) {
+  return from > 0.0f && to > 0.0f && fabsf((to - from) - step) <= largest_difference;
+}
+
+/// Whether a step goes on in line to one side at least, and is the same in both lines beside it.
+DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limits) {
+  const float *a = line.inverse_depth, *b = a + line.stride;
+  const float turn = limits.turn * fabsf(step), turn_beside = limits.turn_beside * fabsf(step);
+  const bool before = line.at > 0 && isSameStep(a[-line.stride], *a, step, turn);
+  const bool after = line.at + 2 < line.count && isSameStep(*b, b[line.stride], step, turn);
+  if (!before && !after) return false;
+  const int64_t d = line.to_beside;
+  return (line.beside == 0 || isSameStep(a[-d], b[-d], step, turn_beside)) &&
+         (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, turn_beside));
+}
+
+/// Whether a pixel and the next in line lie on one surface.
+DTSDF_HD bool areLinked(const LineInImage& line, const LinkLimits& limits) {
+  if (line.at + 1 >= line.count) return false;
+  const float a = *line.inverse_depth, b = line.inverse_depth[line.stride];
+  if (!(a > 0.0f && b > 0.0f)) return false;
+  const float nearer = maximum(a, b), step = b - a;
+  const float noise = limits.noise_factor * noiseAt(limits.noise, nearer);
+  const float slope = maximum(limits.slope * nearer, limits.step_m * (a * b));
+  return fabsf(step) <= noise + slope || goesOn(line, step, limits);
+}
+
+/// The links of a pixel of an image of inverse depths.
+DTSDF_HD PixelLinks linksOf(const FrameView& frame, const float* inverse_depth, const Pixel& pixel,
+                            const LinkLimits& limits) {
+  const float* centre = inverse_depth + pixelIndex(frame, pixel);
+  const int64_t width = frame.width;
+  const LineInImage row{centre, 1, width, pixel.u, frame.width, pixel.v, frame.height};
+  const LineInImage column{centre, width, 1, pixel.v, frame.height, pixel.u, frame.width};
+  return static_cast<PixelLinks>((areLinked(row, limits) ? kLinkRight : 0) |
+                                 (areLinked(column, limits) ? kLinkDown : 0));
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,116 @@
+// Which neighbours are linked, on steps, sides and mixed pixels worked out by hand.
+#include "kernels/surfels/links.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "support/links_of_image.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr float kFocal = 500.0f;
+
+/// Links to the right of each pixel in the middle one of rows, which are given turn by turn.
+std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float sigma = 0.0f,
+                             int32_t in_depth = 0, bool down = false) {
+  const int length = static_cast<int>(rows[0].size()), lines = static_cast<int>(rows.size());
+  FrameView frame{};
+  frame.width = down ? lines : length;
+  frame.height = down ? length : lines;
+  frame.intrinsics.fx = kFocal;
+  std::vector<float> image(static_cast<size_t>(length) * lines);
+  for (int line = 0; line < lines; ++line) {
+    for (int i = 0; i < length; ++i) {
+      image[down ? i * lines + line : line * length + i] = rows[line][i];
+    }
+  }
+  const SurfelSettings surfels{5, 0.03f, SurfelRules(), in_depth};
+  const std::vector<PixelLinks> links = linksOfImage(frame, image, {sigma, in_depth}, surfels);
+  std::vector<bool> linked;
+  for (int i = 0; i < length; ++i) {
+    const int at = down ? i * lines + lines / 2 : lines / 2 * length + i;
+    linked.push_back((links[at] & (down ? kLinkDown : kLinkRight)) != 0);
+  }
+  return linked;
+}
+
+using Links = std::vector<bool>;
+
+/// An ordinary slope makes linked_slope / 500 of the inverse depth from pixel to pixel.
+TEST(Links, OrdinarySlopesAreOneSurface) {
+  const float most = SurfelRules().linked_slope / kFocal;
+  for (const bool down : {false, true}) {
+    const std::vector<float> gentle{1.0f, 1.0f - 0.99f * most, 1.0f - 0.99f * most};
+    const std::vector<float> steep{1.0f, 1.0f - 1.01f * most, 1.0f - 1.01f * most};
+    EXPECT_EQ(linksAlong({gentle}, 0.0f, 0, down), Links({true, true, false}));
+    EXPECT_EQ(linksAlong({steep}, 0.0f, 0, down), Links({false, true, false}));
+  }
+}
+
+/// A step of 0.02 1/m at 2 m is far beyond the slope, but not beyond a noise of 0.005 1/m; for time
+/// of flight that is 5 mm at 1 m, and a quarter of it in inverse depth at 2 m.
+TEST(Links, NoisePartsNothing) {
+  const std::vector<float> step{0.5f, 0.5f, 0.48f, 0.48f};
+  EXPECT_EQ(linksAlong({step}), Links({true, false, true, false}));
+  EXPECT_EQ(linksAlong({step}, 0.005f), Links({true, true, true, false}));
+  EXPECT_EQ(linksAlong({step}, 0.005f, 1), Links({true, false, true, false}));
+  EXPECT_EQ(linksAlong({step}, 0.02f, 1), Links({true, true, true, false}));
+}
+
+/// Steps of 0.05 1/m from pixel to pixel, as the same in each row: a real side, however steep. Its
+/// ends are steps of less than half of that, which do not belong to it.
+TEST(Links, SteepSidesAreOneSurface) {
+  const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
+  for (const bool down : {false, true}) {
+    EXPECT_EQ(linksAlong({side, side, side}, 0.0f, 0, down),
+              Links({true, false, true, true, false, true, false}));
+  }
+}
+
+/// The same side once where the next rows have other depths, above or below.
+TEST(Links, StepsThatTheRowsBesideDoNotShareAreNone) {
+  const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
+  const std::vector<float> other{1.0f, 1.0f, 0.99f, 0.90f, 0.875f, 0.87f, 0.87f};
+  const Links parted{true, false, false, false, false, true, false};
+  EXPECT_EQ(linksAlong({other, side, side}), parted);
+  EXPECT_EQ(linksAlong({side, side, other}), parted);
+}
+
+/// Up to a voxel is one surface: from 1 m to 0.98 of inverse depth are 20.4 mm.
+TEST(Links, DifferencesWithinAVoxelDoNotMatter) {
+  const LineInImage line = [] {
+    static const float row[] = {1.0f, 0.98f};
+    return LineInImage{row, 1, 2, 0, 2, 0, 1};
+  }();
+  const SurfelSettings surfels{5, 0.03f, SurfelRules(), 0};
+  FrameView frame{};
+  frame.intrinsics.fx = kFocal;
+  frame.voxel_size_m = 0.0205f / SurfelRules().linked_step;
+  EXPECT_TRUE(areLinked(line, linkLimits(frame, {0.0f, 0}, surfels)));
+  frame.voxel_size_m = 0.0203f / SurfelRules().linked_step;
+  EXPECT_FALSE(areLinked(line, linkLimits(frame, {0.0f, 0}, surfels)));
+}
+
+/// A depth in between is linked to neither side, unless it lies in the middle in all three rows.
+TEST(Links, MixedPixelsBelongToNeitherSide) {
+  const auto row = [](float mixed) { return std::vector<float>{1, 1, mixed, 0.8f, 0.8f}; };
+  EXPECT_EQ(linksAlong({row(0.95f), row(0.87f), row(0.82f)}),
+            Links({true, false, false, true, false}));
+  EXPECT_EQ(linksAlong({row(0.95f), row(0.9f), row(0.82f)}),
+            Links({true, false, false, true, false}));
+  EXPECT_EQ(linksAlong({row(0.9f), row(0.9f), row(0.9f)}),
+            Links({true, true, true, true, false}));
+}
+
+/// Nothing is linked to what is not measured, nor to what is beyond the range that is fused.
+TEST(Links, NeedMeasurements) {
+  for (const float none : {0.0f, -0.5f}) {
+    const std::vector<float> row{0.5f, none, 0.5f, 0.5f};
+    EXPECT_EQ(linksAlong({row, row, row}), Links({false, false, true, false}));
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

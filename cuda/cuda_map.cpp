@@ -109,11 +109,13 @@ void CudaMap::recycleEmpty() {
     updates.push_back(makeSlotUpdate(table_.block(empty.slot), empty.slot));
   }
   map_.apply(updates);
+  if (!is_meshed_) releaseVacant(table_.takeVacant());
 }
 
 void CudaMap::beginMeshUpdate() {
   if (mesher_.isUnderWay()) mesher_.finish();  // as on the CPU, its changes are lost
   recycleEmpty();
+  is_meshed_ = true;
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
   const int32_t least =
@@ -128,19 +130,19 @@ void CudaMap::beginMeshUpdate() {
   dirty_bound_ = 0;
 }
 
-/// What shows the mesh learns here that these blocks have none.
-void CudaMap::releaseVacant() {
+/// As CpuMapper::releaseVacant().
+void CudaMap::releaseVacant(const std::vector<int32_t>& slots) {
   std::vector<SlotUpdate> updates;
-  for (const int32_t slot : table_.releaseVacant(vacant_)) {
+  for (const int32_t slot : table_.releaseVacant(slots)) {
     updates.push_back(makeSlotUpdate(table_.block(slot), slot));
   }
-  vacant_.clear();
   map_.apply(updates);
 }
 
 MeshUpdate CudaMap::finishMeshUpdate() {
   MeshUpdate update = mesher_.finish();
-  releaseVacant();
+  releaseVacant(vacant_);
+  vacant_.clear();
   if (clock_.profile() != nullptr) {
     stream_.synchronize();
     clock_.collect();

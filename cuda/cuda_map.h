@@ -39,7 +39,7 @@ class CudaMap {
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels);
   void clear(const DeviceSensing& sensing);
   void recycleEmpty();
-  void releaseVacant();
+  void releaseVacant(const std::vector<int32_t>& slots);
   void countWork(const FrameView& frame, const Admission& admission);
 
   const MapperParams params_;
@@ -59,6 +59,7 @@ class CudaMap {
   uint64_t refused_ = 0;
   uint64_t frames_ = 0;           ///< Fused.
   int32_t least_evidence_ = 0;    ///< Of the last extraction.
+  bool is_meshed_ = false;        ///< Somebody has asked for a mesh.
   std::vector<int32_t> vacant_;   ///< Released when the extraction under way is fetched.
   size_t dirty_bound_ = 0;  ///< Blocks touched since the last extraction, each as often as it was.
 };

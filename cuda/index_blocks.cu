@@ -21,6 +21,7 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
     const int32_t dirty = map.dirty_slots[i / kUnitReach];
     const int n = static_cast<int>(i % kUnitReach);
     if (n == 0) map.dirty[dirty] = 0;
+    if (map.slots[dirty].key == kNoKey) continue;  // released before anybody asked for a mesh
     const int32_t slot = findSlot(map, packKey(keyOfSlot(map, dirty) + unitReachOffset(n)));
     if (slot < 0 || !select(map, mesh, slot)) continue;
     mesh.slots[atomicAdd(&mesh.counters->reached, 1u)] = slot;
@@ -39,6 +40,7 @@ __global__ void selectAroundKernel(MapView map, MeshView mesh) {
   const size_t count = static_cast<size_t>(*map.dirty_count) * kBlocksAround;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
     const int32_t dirty = map.dirty_slots[i / kBlocksAround];
+    if (map.slots[dirty].key == kNoKey) continue;
     selectAdjoining(map, mesh,
                     keyOfSlot(map, dirty) + aroundOffset(static_cast<int>(i % kBlocksAround)));
   }

@@ -151,6 +151,13 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
     table_.vacate(table_.find(blocks[i].key), empty_directions[i]);
   }
   if (clears) lookAround(sensing);
+  if (!is_meshed_) releaseVacant(table_.takeVacant());
+}
+
+/// Blocks without arrays go when what shows their mesh has learnt that they have none; at once,
+/// while nobody has asked for a mesh.
+void CpuMapper::releaseVacant(const std::vector<int32_t>& slots) {
+  for (const int32_t slot : table_.releaseVacant(slots)) mesher_.forget(slot);
 }
 
 /// Clears blocks that the frame does not touch, those whose turn it is.
@@ -185,6 +192,7 @@ std::vector<int32_t> CpuMapper::blocksInTurn(const FrameView& frame) const {
 
 void CpuMapper::beginMeshUpdate() {
   const Clock::time_point start = Clock::now();
+  is_meshed_ = true;
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
   mesh_update_.blocks =
@@ -195,7 +203,7 @@ void CpuMapper::beginMeshUpdate() {
 MeshUpdate CpuMapper::finishMeshUpdate() {
   MeshUpdate update = std::move(mesh_update_);
   mesh_update_ = MeshUpdate();
-  for (const int32_t slot : table_.releaseVacant(vacant_)) mesher_.forget(slot);
+  releaseVacant(vacant_);
   vacant_.clear();
   return update;
 }
@@ -223,6 +231,7 @@ void CpuMapper::clear() {
   mesher_.clear();
   mesh_update_ = MeshUpdate();
   refused_ = frames_ = 0;
+  is_meshed_ = false;
   last_touched_.clear();
   vacant_.clear();
 }

@@ -37,6 +37,7 @@ class CpuMapper : public ProbedMapper {
   void castFoldAndClear(const std::vector<TouchedBlock>& blocks,
                         const std::vector<Surfel>& surfels, const FrameSensing& sensing);
   void lookAround(const FrameSensing& sensing);
+  void releaseVacant(const std::vector<int32_t>& slots);
   std::vector<int32_t> blocksInTurn(const FrameView& frame) const;
 
   const MapperParams params_;
@@ -53,6 +54,7 @@ class CpuMapper : public ProbedMapper {
   uint64_t refused_ = 0;
   uint64_t frames_ = 0;                 ///< Fused.
   std::vector<uint64_t> last_touched_;  ///< Frame, by slot; 0: none.
+  bool is_meshed_ = false;              ///< Somebody has asked for a mesh.
   std::vector<int32_t> vacant_;         ///< Released when the mesh update under way is fetched.
   Profile* profile_ = nullptr;
 };

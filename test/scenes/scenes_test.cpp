@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <set>
+#include <string>
 #include <tuple>
+#include <utility>
 
 #include "scenes/scene_case.h"
 
@@ -28,6 +31,15 @@ std::string testName(const testing::TestParamInfo<std::tuple<SceneCase, int>>& i
   return name + "_at_" + std::to_string(std::get<1>(info.param)) + "mm";
 }
 
+/// What the map does not do yet, by case and figure, and voxel size in mm. The list can only become
+/// shorter: what is on it has to be missed.
+const std::set<std::pair<std::string, int>>& knownMisses() {
+  static const std::set<std::pair<std::string, int>> misses = {
+#include "known_misses.inc"
+  };
+  return misses;
+}
+
 class Scenes : public testing::TestWithParam<std::tuple<SceneCase, int>> {};
 
 TEST_P(Scenes, KeepTheirBounds) {
@@ -38,8 +50,11 @@ TEST_P(Scenes, KeepTheirBounds) {
   setup.image_width = 160;  // to be quick
   setup.params.map.voxel_size_m = 0.001f * static_cast<float>(voxel_mm);
   for (const Figure& figure : scene_case.measure(setup)) {
-    EXPECT_TRUE(figure.holds()) << figure.name << ": " << figure.value << " " << figure.unit
-                                << ", wanted " << describeBound(figure);
+    const std::string what = scene_case.name() + ", " + figure.name;
+    const bool is_missed = knownMisses().count({what, voxel_mm}) != 0;
+    EXPECT_NE(figure.holds(), is_missed)
+        << what << ": " << figure.value << " " << figure.unit << ", wanted "
+        << describeBound(figure) << (is_missed ? "; no longer missed: take it off the list" : "");
   }
 }
 

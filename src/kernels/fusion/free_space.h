@@ -6,8 +6,9 @@
 ///
 /// A voxel claims that there is a surface at its foot: the nearest point of that surface, by the
 /// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
-/// there, in all of the 3 x 3 pixels around: each of them was measured farther away. So a voxel
-/// beside or behind something thin is not held against it.
+/// there, in all of the 3 x 3 pixels around: each of them was measured, and farther away. So a
+/// voxel beside or behind something thin is not held against it, and where nothing is measured
+/// nothing is contradicted.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -117,7 +118,7 @@ DTSDF_HD bool seesThrough(const FrameSensing& sensing, const Vec3f& p_L) {
   bool free = true;
   for (int dv = -1; dv <= 1; ++dv) {
     const float* row = centre + static_cast<int64_t>(dv) * frame.width;
-    for (int du = -1; du <= 1; ++du) free = free && (at.depth_m < row[du] || !(row[du] > 0.0f));
+    free = free && at.depth_m < row[-1] && at.depth_m < row[0] && at.depth_m < row[1];
   }
   return free;
 }

@@ -40,7 +40,7 @@ void expectEachKeySetsItsOwn(size_t count) {
   }
 }
 
-TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(14); }
+TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(20); }
 TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(10); }
 
 /// A slope needs two pixels; with a depth, a turn or turns of 0 a rule would

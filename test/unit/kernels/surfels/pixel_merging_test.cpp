@@ -70,7 +70,10 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   const MergedImage single(surface, 0.005f);
   double single_weight = 0.0;
   for (int v = 4; v < kHeight - 4; ++v) {
-    for (int u = 0; u < kWidth; ++u) single_weight += single.surfelAt(u, v).weight;
+    for (int u = 0; u < kWidth; ++u) {
+      const Surfel surfel = single.surfelAt(u, v);
+      single_weight += surfel.weight * surfel.depth_m * surfel.depth_m;  // without its share
+    }
   }
   for (const float voxel_m : {0.02f, 0.05f}) {
     const MergedImage image(surface, voxel_m);
@@ -92,7 +95,9 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
     }
     const int side = voxel_m > 0.03f ? 4 : 2;
     EXPECT_EQ(count, kWidth * (kHeight - 8) / (side * side));
-    EXPECT_NEAR(weight, single_weight, 1e-3 * single_weight);
+    const double voxel_px_m = kIntrinsics.fx * voxel_m;  // in pixels at 1 m
+    const double expected = single_weight / (voxel_px_m * voxel_px_m);
+    EXPECT_NEAR(weight, expected, 1e-3 * expected);
   }
 }
 

@@ -86,7 +86,10 @@ TEST(PixelSubdivision, ShareOutPlaneAndWeight) {
             voxel_m * (n[0] * part.p_L.x + n[1] * part.p_L.y + n[2] * part.p_L.z) - delta;
         EXPECT_NEAR(off, 0.0, 5e-6);
       }
-      EXPECT_NEAR(weight, whole.weight, 0.01 * whole.weight);
+      // A whole one has no share: voxels that look up their pixel take one each.
+      const double width = whole.depth_m / (kIntrinsics.fx * voxel_m);
+      const double expected = width * width * whole.weight;
+      EXPECT_NEAR(weight, expected, 0.01 * expected);
       EXPECT_NEAR(mean_u / 9.0, u, 1e-3);
       EXPECT_NEAR(mean_v / 9.0, v, 1e-3);
     }

@@ -16,7 +16,14 @@ namespace {
 constexpr int kWidth = 40, kHeight = 30;
 constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
 constexpr float kVoxel_m = 10.0f / 35.0f;  // 10 pixels at 1 m
-const SurfelSettings kSurfels{2, 0.03f, SurfelRules(), 0};
+/// The steps in these images are between one and two voxels.
+SurfelRules rulesOfSteps() {
+  SurfelRules rules;
+  rules.linked_step = 1.0f;
+  return rules;
+}
+
+const SurfelSettings kSurfels{2, 0.03f, rulesOfSteps(), 0};
 
 /// A rounding error of a share of 6e-8 of 1 / z, over slopes of the order of 1 / (f z) per pixel,
 /// turns the normal by about f * 6e-8; some ten times that.

@@ -8,18 +8,13 @@
 namespace dtsdf {
 namespace {
 
-const SurfelRules kRules;
-
-/// 1 up to 1 m, then a quarter at twice and a ninth at three times the distance.
-TEST(DepthWeight, FallsWithTheSquareOfTheDepth) {
-  EXPECT_EQ(depthWeight(0.3f, kRules), 1.0f);
-  EXPECT_EQ(depthWeight(1.0f, kRules), 1.0f);
-  EXPECT_FLOAT_EQ(depthWeight(2.0f, kRules), 0.25f);
-  EXPECT_FLOAT_EQ(depthWeight(3.0f, kRules), 1.0f / 9.0f);
-  SurfelRules other;
-  other.full_weight_depth_m = 2.0f;
-  EXPECT_EQ(depthWeight(2.0f, other), 1.0f);
-  EXPECT_FLOAT_EQ(depthWeight(4.0f, other), 0.25f);
+/// A pixel of 1/500 at 2 m is 4 mm wide: of voxels of 20 mm it covers a fifth by a fifth.
+TEST(CoveredShare, IsThatOfAFaceOfAVoxel) {
+  FrameView frame{};
+  frame.intrinsics = {500.0f, 500.0f, 320.0f, 240.0f};
+  frame.voxel_size_m = 0.02f;
+  EXPECT_FLOAT_EQ(coveredShare(frame, 2.0f), 0.04f);
+  EXPECT_FLOAT_EQ(coveredShare(frame, 4.0f), 0.16f);
 }
 
 TEST(AngleWeight, IsTheCosineToTheViewRay) {
@@ -41,21 +36,20 @@ FrameView turnedFrame() {
   return frame;
 }
 
-/// At 2 m, 250 pixels right of the centre: (1, 0, 2) m, seen with a cosine of 2 / sqrt(5). Four
-/// pixels of a depth weight of a quarter.
+/// At 2 m, 250 pixels right of the centre: (1, 0, 2) m, seen with a cosine of 2 / sqrt(5).
 TEST(Surfel, StandsWhereItsPixelsAre) {
-  const Surfel surfel = makeSurfel(turnedFrame(), {570.0f, 240.0f, 2.0f}, {0, 0, -1}, 4.0f, kRules);
+  const Surfel surfel = makeSurfel(turnedFrame(), {570.0f, 240.0f, 2.0f}, {0, 0, -1}, 0.5f);
   EXPECT_FLOAT_EQ(surfel.p_L.x, 1.0f + 2.0f);
   EXPECT_FLOAT_EQ(surfel.p_L.y, 2.0f - 4.0f);
   EXPECT_FLOAT_EQ(surfel.p_L.z, 3.0f);
   EXPECT_FLOAT_EQ(surfel.normal_L.y, 1.0f);
-  EXPECT_FLOAT_EQ(surfel.weight, 2.0f / std::sqrt(5.0f));
+  EXPECT_FLOAT_EQ(surfel.weight, 1.0f / std::sqrt(5.0f));
   EXPECT_EQ(surfel.depth_m, 2.0f);
 }
 
 TEST(Surfel, WithoutANormalIsNone) {
   const ImagePoint centre{320.0f, 240.0f, 2.0f};
-  EXPECT_EQ(makeSurfel(turnedFrame(), centre, {0, 0, 0}, 1.0f, kRules).weight, 0.0f);
+  EXPECT_EQ(makeSurfel(turnedFrame(), centre, {0, 0, 0}, 1.0f).weight, 0.0f);
 }
 
 }  // namespace

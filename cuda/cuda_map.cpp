@@ -103,13 +103,15 @@ void CudaMap::clear(const DeviceSensing& sensing) {
 /// Puts off the release of what the last frame left empty until the map is looked at again, so that
 /// integrate() need not wait for the frame.
 void CudaMap::recycleEmpty() {
+  const std::vector<EmptyBlock> empty_blocks = fusion_.takeEmptyBlocks();
+  for (const EmptyBlock& empty : empty_blocks) table_.vacate(empty.slot, empty.directions);
+  if (!is_meshed_) table_.releaseVacant(table_.takeVacant());
+  // One update for all: the buffer that they are sent from is not free before the next frame.
   std::vector<SlotUpdate> updates;
-  for (const EmptyBlock& empty : fusion_.takeEmptyBlocks()) {
-    table_.vacate(empty.slot, empty.directions);
+  for (const EmptyBlock& empty : empty_blocks) {
     updates.push_back(makeSlotUpdate(table_.block(empty.slot), empty.slot));
   }
   map_.apply(updates);
-  if (!is_meshed_) releaseVacant(table_.takeVacant());
 }
 
 void CudaMap::beginMeshUpdate() {

@@ -87,6 +87,7 @@ void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
   mesh_stamp_.growZeroed(demand.after.slots, stream_);
   unit_indices_.reserve(demand.after.slots, stream_);
   voxels_.reserve(demand.after.arrays, stream_);
+  updates_sent_.wait();
   pinned_updates_.reserve(demand.new_blocks);
   updates_.reserve(demand.new_blocks, stream_);
   pinned_arrays_.reserve(demand.new_arrays);
@@ -116,6 +117,7 @@ void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
 
 void DeviceMap::enqueueUpdates(size_t count) {
   updates_.upload(pinned_updates_.data(), count, stream_);
+  stream_.record(updates_sent_);
   updateSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(
       view(), updates_.data(), static_cast<uint32_t>(count));
   DTSDF_CHECK_LAUNCH("updateSlotsKernel");
@@ -124,6 +126,7 @@ void DeviceMap::enqueueUpdates(size_t count) {
 void DeviceMap::apply(const BlockTable& table, const Admission& admission) {
   const size_t count = admission.changed_slots.size();
   if (count == 0) return;
+  updates_sent_.wait();
   hash_used_ += count;
   slot_count_ = table.slotCount();
   for (size_t i = 0; i < count; ++i) {
@@ -142,6 +145,7 @@ void DeviceMap::apply(const BlockTable& table, const Admission& admission) {
 
 void DeviceMap::apply(const std::vector<SlotUpdate>& updates) {
   if (updates.empty()) return;
+  updates_sent_.wait();
   pinned_updates_.reserve(updates.size());
   updates_.reserve(updates.size(), stream_);
   std::copy(updates.begin(), updates.end(), pinned_updates_.data());

@@ -94,6 +94,7 @@ class DeviceMap {
   DeviceBuffer<int32_t> dirty_slots_;
   VoxelPool voxels_;
   IndexPool unit_indices_;
+  Event updates_sent_;  ///< The host may write new updates from there on.
   PinnedBuffer<SlotUpdate> pinned_updates_;
   DeviceBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> pinned_arrays_;

@@ -138,8 +138,8 @@ TEST_F(MeshTest, OnlyChunksThatChangedAreSent) {
   for (const auto& [id, marker] : mesh.shown()) old_ids.insert(id);
   const uint64_t added = mesh.addedMarkers();
 
-  // The same camera elsewhere sees other chunks only. The first frame after the jump is dropped, and
-  // a surface is shown when two have seen it.
+  // The same camera elsewhere sees other chunks only. The first frame after the jump is dropped,
+  // and a surface is shown when two have seen it.
   const uint64_t fused = status_.status().frames_fused;
   for (int i = 0; i < 3; ++i) {
     const ros::Time stamp = camera_.nextStamp();

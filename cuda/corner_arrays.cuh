@@ -11,27 +11,29 @@ __device__ __forceinline__ BlockKey keyOfSlot(const MapView& map, int32_t slot) 
   return unpackKey(map.slots[slot].key);
 }
 
-/// Done by one thread for each n. @return the directions that the n-th block has.
-__device__ inline uint32_t findCornerArrays(const MapView& map, const BlockKey& key, int n,
-                                            CornerArrays& arrays) {
-  const int32_t slot = findSlot(map, packKey(key + cornerBlockOffset(n)));
+/// The voxel arrays of a block by direction; null where there is none. @return those it has.
+__device__ inline uint32_t findArrays(const MapView& map, const BlockKey& key,
+                                      const Voxel* (&arrays)[kDirectionCount]) {
+  const int32_t slot = findSlot(map, packKey(key));
   uint32_t present = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
     const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[d];
-    arrays.array[n][d] = array == kNoArray ? nullptr : map.voxels.record(array);
+    arrays[d] = array == kNoArray ? nullptr : map.voxels.record(array);
     present |= (array == kNoArray ? 0u : 1u) << d;
   }
   return present;
 }
 
+/// Done by one thread for each n. @return the directions that the n-th block has.
+__device__ inline uint32_t findCornerArrays(const MapView& map, const BlockKey& key, int n,
+                                            CornerArrays& arrays) {
+  return findArrays(map, key + cornerBlockOffset(n), arrays.array[n]);
+}
+
 /// The same for the blocks around one.
 __device__ inline void findArraysAround(const MapView& map, const BlockKey& key, int n,
                                         ArraysAround& arrays) {
-  const int32_t slot = findSlot(map, packKey(key + aroundOffset(n)));
-  for (int d = 0; d < kDirectionCount; ++d) {
-    const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[d];
-    arrays.array[n][d] = array == kNoArray ? nullptr : map.voxels.record(array);
-  }
+  findArrays(map, key + aroundOffset(n), arrays.array[n]);
 }
 
 }  // namespace gpu

@@ -40,9 +40,9 @@ __global__ void selectAroundKernel(MapView map, MeshView mesh) {
   const size_t count = static_cast<size_t>(*map.dirty_count) * kBlocksAround;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
     const int32_t dirty = map.dirty_slots[i / kBlocksAround];
-    if (map.slots[dirty].key == kNoKey) continue;
-    selectAdjoining(map, mesh,
-                    keyOfSlot(map, dirty) + aroundOffset(static_cast<int>(i % kBlocksAround)));
+    const Vec3i offset = aroundOffset(static_cast<int>(i % kBlocksAround));
+    if (map.slots[dirty].key == kNoKey || !hasVerticesOn(offset)) continue;
+    selectAdjoining(map, mesh, keyOfSlot(map, dirty) + offset);
   }
 }
 

@@ -63,40 +63,19 @@ void copyPart(const Voxel* voxels, int n, int32_t least_evidence, float* sdf, fl
 
 }  // namespace
 
-void FoundCornerArrays::find(const BlockTable& table, const VoxelStore& voxels,
-                             const BlockKey& key, int32_t least) {
-  present = 0;
-  least_evidence = least;
-  for (int n = 0; n < kCornerBlocks; ++n) {
-    const int32_t slot = table.find(packKey(key + cornerBlockOffset(n)));
-    for (int d = 0; d < kDirectionCount; ++d) {
-      const int32_t index = slot < 0 ? kNoArray : table.block(slot).array[d];
-      array[n][d] = index == kNoArray ? nullptr : voxels.array(index);
-      if (index != kNoArray) present |= 1u << d;
-    }
-  }
-}
-
-void FoundArraysAround::find(const BlockTable& table, const VoxelStore& voxels,
-                             const BlockKey& key, int32_t least) {
-  least_evidence = least;
-  for (int n = 0; n < kBlocksAround; ++n) {
-    const int32_t slot = table.find(packKey(key + aroundOffset(n)));
-    for (int d = 0; d < kDirectionCount; ++d) {
-      const int32_t index = slot < 0 ? kNoArray : table.block(slot).array[d];
-      array[n][d] = index == kNoArray ? nullptr : voxels.array(index);
-    }
-  }
-}
-
-void BlockIndexer::collect(const FoundCornerArrays& arrays) {
+void BlockIndexer::collect() {
   static const Voxel kNothing[kVoxelsPerBlock] = {};
-  present_ = arrays.present;
+  const Voxel* const* arrays[kCornerBlocks];
+  present_ = 0;
+  for (int n = 0; n < kCornerBlocks; ++n) {
+    arrays[n] = arrays_->at(cornerBlockOffset(n));
+    for (int d = 0; d < kDirectionCount; ++d) present_ |= (arrays[n][d] != nullptr ? 1u : 0u) << d;
+  }
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(present_ >> d & 1)) continue;
     for (int n = 0; n < kCornerBlocks; ++n) {
-      const Voxel* voxels = arrays.array[n][d];
-      copyPart(voxels == nullptr ? kNothing : voxels, n, arrays.least_evidence, sdf_[d],
+      const Voxel* voxels = arrays[n][d];
+      copyPart(voxels == nullptr ? kNothing : voxels, n, arrays_->leastEvidence(), sdf_[d],
                weight_[d]);
     }
   }
@@ -144,9 +123,38 @@ void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, boo
   }
 }
 
-IndexedBlock BlockIndexer::index(const MeshRules& rules, const FoundCornerArrays& arrays,
+/// Whether no border passes by an edge of the inner corners: the same as heldToBorder() finds, from
+/// samples that lie in order.
+bool BlockIndexer::isInside(int edge) const {
+  const int corner = edgeCorner(edge), axis = edgeAxis(edge);
+  const int direction = facedDirection(axis, edgeFacing(edge));
+  if (!(present_ >> direction & 1)) return false;
+  const Vec3i at = cornerAt(corner);
+  const float* weight = weight_[direction] + corner;
+  const auto weightAt = [&](int step) { return weight[step] + weight[step + cornerStride(axis)]; };
+  const float own = weightAt(0);
+  for (int across = 0; across < 3; ++across) {
+    if (across == axis) continue;
+    const int stride = cornerStride(across);
+    if (component(at, across) == 0 || component(at, across) == kBlockSide) return false;
+    if (isAtBorder(own, weightAt(-stride), weightAt(stride))) return false;
+  }
+  return true;
+}
+
+/// The vertex of an edge, in the directional map held to the border.
+BlockVertex BlockIndexer::vertexOn(const MeshRules& rules, int edge, bool directional) const {
+  BlockVertex vertex = makeVertex(rules, *this, edge, directional);
+  if (directional && !isInside(edge)) {
+    vertex.position = heldToBorder(rules, *this, edge, vertex.position);
+  }
+  return vertex;
+}
+
+IndexedBlock BlockIndexer::index(const MeshRules& rules, const NearbyArrays& arrays,
                                  bool directional) {
-  collect(arrays);
+  arrays_ = &arrays;
+  collect();
   markSides();
   findCandidates();
   edges_.clear();
@@ -162,7 +170,7 @@ IndexedBlock BlockIndexer::index(const MeshRules& rules, const FoundCornerArrays
   }
   result.vertices.reserve(edges_.count());
   edges_.forEach([&](int edge) {
-    result.vertices.push_back(makeVertex(rules, *this, edge, directional));
+    result.vertices.push_back(vertexOn(rules, edge, directional));
   });
   if (result.vertices.empty()) result.indices.clear();
   return result;

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "cpu/edge_set.h"
-#include "cpu/voxel_store.h"
+#include "cpu/nearby_arrays.h"
 #include "dtsdf_mapping/block_mesh.h"
-#include "kernels/meshing/edge_vertex.h"
-#include "map/block_table.h"
+#include "kernels/meshing/border.h"
+#include "kernels/meshing/unit_samples.h"
 
 namespace dtsdf {
 
@@ -39,20 +39,6 @@ BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge,
   return {vertexPosition(edge, edgeOffset(rules, ends, axis, facing)), static_cast<uint32_t>(edge)};
 }
 
-/// Those of a block of the map.
-struct FoundCornerArrays : CornerArrays {
-  uint32_t present;  ///< Bit d: some of the blocks has an array of direction d.
-
-  void find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key,
-            int32_t least_evidence);
-};
-
-/// Those around a block of the map.
-struct FoundArraysAround : ArraysAround {
-  void find(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key,
-            int32_t least_evidence);
-};
-
 /// A block's units before regularisation; both empty where there is no surface.
 struct IndexedBlock {
   std::vector<UnitIndices> indices;   ///< One per unit.
@@ -62,24 +48,36 @@ struct IndexedBlock {
 /// Room for indexing one block after the other; one per thread.
 class BlockIndexer {
  public:
-  IndexedBlock index(const MeshRules& rules, const FoundCornerArrays& arrays, bool directional);
+  IndexedBlock index(const MeshRules& rules, const NearbyArrays& arrays, bool directional);
 
   Sample sample(int corner, int direction) const {
     if (!(present_ >> direction & 1)) return {0.0f, 0.0f};
     return {sdf_[direction][corner], weight_[direction][corner]};
   }
 
+  /// Of the corner grid or one more layer around it.
+  Sample sample(const Vec3i& corner, int direction) const {
+    const auto in_grid = [](int at) { return static_cast<unsigned>(at) < kCornerGridSide; };
+    if (in_grid(corner.x) && in_grid(corner.y) && in_grid(corner.z)) {
+      return sample(cornerIndex(corner.x, corner.y, corner.z), direction);
+    }
+    return arrays_->sample(corner, direction);
+  }
+
  private:
   /// With room behind the last corner for the last one's neighbours, so that loops need no cases.
   static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
 
-  void collect(const FoundCornerArrays& arrays);
+  void collect();
+  BlockVertex vertexOn(const MeshRules& rules, int edge, bool directional) const;
+  bool isInside(int edge) const;
   void markSides();
   void findCandidates();
   void indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,
                 UnitIndices* row);
 
-  uint32_t present_ = 0;
+  const NearbyArrays* arrays_ = nullptr;  ///< Of the block, while it is indexed.
+  uint32_t present_ = 0;                  ///< Bit d: some corner has samples of direction d.
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
   uint32_t sides_[kRoom] = {};          ///< Per corner, see sidesOfCorner().

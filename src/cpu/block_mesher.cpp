@@ -7,7 +7,6 @@
 #include "cpu/block_indexer.h"
 #include "cpu/block_surface.h"
 #include "cpu/parallel_for.h"
-#include "kernels/meshing/corner_grid.h"
 #include "kernels/meshing/regularisation.h"
 
 namespace dtsdf {
@@ -65,8 +64,7 @@ std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots)
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
     if (i + threads_ < slots.size()) prefetch(slots[i + threads_]);
     SlotState& state = state_[slots[i]];
-    FoundCornerArrays arrays;
-    arrays.find(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
+    const NearbyArrays arrays(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
     changed[i] = !sameIndices(block.indices, state.indices);
     state.indices = std::move(block.indices);
@@ -89,8 +87,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
       const bool empty = slot < 0 || state_[slot].indices.empty();
       indices[n] = empty ? nullptr : state_[slot].indices.data();
     }
-    FoundArraysAround arrays;
-    arrays.find(table_, voxels_, mesh.key, least_evidence_);
+    const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
     surface.regularise(indices);
     surface.emit(rules_, arrays, state.vertices, directional_, mesh);
     state.vertices = std::vector<BlockVertex>();
@@ -120,7 +117,10 @@ void BlockMesher::selectAround(const std::vector<int32_t>& dirty,
                                const std::vector<uint8_t>& changed, std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kIndex);
   for (const int32_t slot : dirty) {
-    for (int n = 0; n < kBlocksAround; ++n) select(table_.block(slot).key + aroundOffset(n), slots);
+    for (int n = 0; n < kBlocksAround; ++n) {
+      const Vec3i offset = aroundOffset(n);
+      if (hasVerticesOn(offset)) select(table_.block(slot).key + offset, slots);
+    }
   }
   for (size_t i = 0; i < changed.size(); ++i) {
     if (!changed[i]) continue;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "kernels/meshing/border.h"
-
 namespace dtsdf {
 namespace {
 
@@ -15,6 +13,13 @@ bool hasSurface(const UnitIndices* row) {
   static_assert(sizeof(words) == kBlockSide * sizeof(UnitIndices), "");
   std::memcpy(words, row, sizeof(words));
   return (words[0] | words[1]) != 0;
+}
+
+BlockVertex vertexOn(const MeshRules& rules, const NearbyArrays& arrays, int edge,
+                     bool directional) {
+  BlockVertex vertex = makeVertex(rules, arrays, edge, directional);
+  if (directional) vertex.position = heldToBorder(rules, arrays, edge, vertex.position);
+  return vertex;
 }
 
 }  // namespace
@@ -66,7 +71,7 @@ void BlockSurface::regularise(const IndexNeighbourhood& indices) {
   }
 }
 
-void BlockSurface::emit(const MeshRules& rules, const ArraysAround& arrays,
+void BlockSurface::emit(const MeshRules& rules, const NearbyArrays& arrays,
                         const std::vector<BlockVertex>& known, bool directional,
                         BlockMesh& mesh) {
   mesh.vertices.reserve(edges_.count());
@@ -75,9 +80,7 @@ void BlockSurface::emit(const MeshRules& rules, const ArraysAround& arrays,
     vertex_of_edge_[edge] = static_cast<uint16_t>(mesh.vertices.size());
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
-    BlockVertex vertex = is_known ? *next : makeVertex(rules, arrays, edge, directional);
-    if (directional) vertex.position = heldToBorder(rules, arrays, edge, vertex.position);
-    mesh.vertices.push_back(vertex);
+    mesh.vertices.push_back(is_known ? *next : vertexOn(rules, arrays, edge, directional));
   });
   mesh.triangles.resize(triangle_edges_.size());
   std::transform(triangle_edges_.begin(), triangle_edges_.end(), mesh.triangles.begin(),

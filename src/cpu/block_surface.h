@@ -24,7 +24,7 @@ class BlockSurface {
 
   /// Vertices and triangles of what was regularised. Few edges differ from those before: `known`
   /// holds the vertices of some, sorted by edge.
-  void emit(const MeshRules& rules, const ArraysAround& arrays,
+  void emit(const MeshRules& rules, const NearbyArrays& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
  private:

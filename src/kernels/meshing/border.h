@@ -73,22 +73,27 @@ struct BorderShift {
   float across, along;
 };
 
-/// The shift of the vertex at `offset` on an edge along another axis. The part across is a multiple
+/// Whether a border passes between edges side by side, by the weights of an edge and of those below
+/// and above it.
+DTSDF_HD bool isAtBorder(float own, float lower, float upper) {
+  const float inner = maximum(lower, upper), outer = minimum(lower, upper);
+  return 2.0f * own < inner && outer <= own;
+}
+
+/// The shift of the vertex at `offset` on an edge of weight `own`, along another axis. The part across is a multiple
 /// of 2^-12, so that blocks on both sides of a face come to the very same place.
 template <class Corners>
 DTSDF_HD BorderShift borderShift(const MeshRules& rules, const Corners& corners,
-                                 const GridEdge& edge, float offset, int across) {
+                                 const GridEdge& edge, float own, float offset, int across) {
   const Vec3i step = unitStep(across);
   const GridEdge lower = moved(edge, Vec3i{0, 0, 0} - step), upper = moved(edge, step);
-  const float own = edgeWeight(corners, edge);
   const float at_lower = edgeWeight(corners, lower), at_upper = edgeWeight(corners, upper);
+  if (!isAtBorder(own, at_lower, at_upper)) return {0.0f, 0.0f};
   const bool to_lower = at_lower > at_upper;
-  const float inner = to_lower ? at_lower : at_upper, outer = to_lower ? at_upper : at_lower;
-  if (!(2.0f * own < inner) || outer > own) return {0.0f, 0.0f};
   const float next = crossingOf(rules, corners, to_lower ? lower : upper);
   if (next < 0.0f) return {0.0f, 0.0f};
   constexpr float kSteps = 4096.0f;
-  const float covered = cubeRoot(2.0f * own / inner);
+  const float covered = cubeRoot(2.0f * own / maximum(at_lower, at_upper));
   constexpr float kMostShare = 15.0f / 16.0f;  // so that triangles keep an area
   const float share = static_cast<float>(floorToInt(
                           minimum(maximum(1.0f - covered, 0.0f), kMostShare) * kSteps)) / kSteps;
@@ -102,9 +107,11 @@ DTSDF_HD Vec3f heldToBorder(const MeshRules& rules, const Corners& corners, int 
                             const Vec3f& vertex) {
   const GridEdge at{cornerAt(edgeCorner(edge)), edgeAxis(edge), edgeFacing(edge)};
   const float offset = component(vertex, at.axis) - component(toFloat(at.corner), at.axis);
+  const float own = edgeWeight(corners, at);
   const int first = at.axis == 0 ? 1 : 0, second = at.axis == 2 ? 1 : 2;
-  const BorderShift a = borderShift(rules, corners, at, offset, first);
-  const BorderShift b = borderShift(rules, corners, at, offset, second);
+  const BorderShift a = borderShift(rules, corners, at, own, offset, first);
+  const BorderShift b = borderShift(rules, corners, at, own, offset, second);
+  if (a.across == 0.0f && b.across == 0.0f) return vertex;  // as nearly all
   const float share = a.across != 0.0f && b.across != 0.0f ? 0.5f : 1.0f;
   return vertex + (share * a.across) * toFloat(unitStep(first)) +
          (share * b.across) * toFloat(unitStep(second)) +

@@ -56,15 +56,21 @@ DTSDF_HD CornerSource cornerSource(int corner) {
           voxelIndex(c.x & kMask, c.y & kMask, c.z & kMask)};
 }
 
-/// {-1, 0, 1}^3: the blocks that a corner grid with one more layer around it lies in; and those
-/// whose vertices depend on a block's voxels (border.h).
+/// {-1, 0, 1}^3: the blocks that a corner grid with one more layer around it lies in; and back.
 constexpr int kBlocksAround = 27;
 DTSDF_HD Vec3i aroundOffset(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
+DTSDF_HD int aroundNumber(const Vec3i& offset) {
+  return offset.x + 1 + 3 * (offset.y + 1) + 9 * (offset.z + 1);
+}
 
 /// Which of those blocks a corner lies in; each coordinate is in [-8, 16).
-DTSDF_HD int blockAround(const Vec3i& corner) {
-  return (corner.x >> kBlockSideLog2) + 1 + 3 * ((corner.y >> kBlockSideLog2) + 1) +
-         9 * ((corner.z >> kBlockSideLog2) + 1);
+DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel(corner)); }
+
+/// Whether vertices of the block at such an offset from another depend on that one's voxels. What
+/// holds a vertex to the border (border.h) looks one corner farther, but along one axis at a time:
+/// not at blocks that lie diagonally below.
+DTSDF_HD bool hasVerticesOn(const Vec3i& offset) {
+  return (offset.x > 0) + (offset.y > 0) + (offset.z > 0) <= 1;
 }
 
 /// The voxel arrays around a block; null where there is none.

@@ -1,0 +1,43 @@
+/// The voxel arrays of a block of the map and of those around it, as the mesher's rules ask for them.
+#pragma once
+
+#include "cpu/voxel_store.h"
+#include "kernels/meshing/corner_grid.h"
+#include "map/block_table.h"
+
+namespace dtsdf {
+
+/// Blocks are looked up when they are first asked for: only vertices at a border (border.h) ask for
+/// those below. For one thread, while the map does not change.
+class NearbyArrays {
+ public:
+  NearbyArrays(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key,
+               int32_t least_evidence);
+
+  /// By direction, null where there is none; of the block at an offset in {-1, 0, 1}^3.
+  const Voxel* const* at(const Vec3i& offset) const { return find(aroundNumber(offset)); }
+
+  int32_t leastEvidence() const { return arrays_.least_evidence; }
+
+  /// The sample at a corner, each coordinate in [-8, 16).
+  Sample sample(const Vec3i& corner, int direction) const {
+    find(blockAround(corner));
+    return arrays_.sample(corner, direction);
+  }
+  Sample sample(int corner, int direction) const { return sample(cornerAt(corner), direction); }
+
+ private:
+  const Voxel* const* find(int n) const {
+    if (!(found_ >> n & 1)) lookUp(n);
+    return arrays_.array[n];
+  }
+  void lookUp(int n) const;
+
+  const BlockTable& table_;
+  const VoxelStore& voxels_;
+  const BlockKey key_;
+  mutable uint32_t found_ = 0;  ///< Bit n: block number n has been looked up.
+  mutable ArraysAround arrays_;
+};
+
+}  // namespace dtsdf

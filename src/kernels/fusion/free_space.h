@@ -65,48 +65,66 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// Difference of a voxel's distance from those of its neighbours along an axis of its block, per
-/// voxel; 0 where the block holds none.
+/// voxel; 0 where the block holds none. Branch-free: which neighbours there are is anybody's guess.
 DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   const int at = component(voxelOffset(index), axis);
   const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);
-  const bool has_upper = at < kBlockSide - 1 && !isEmpty(voxels[index + step]);
-  const bool has_lower = at > 0 && !isEmpty(voxels[index - step]);
+  const int32_t to_upper = at < kBlockSide - 1, to_lower = at > 0;
+  const Voxel upper = voxels[index + to_upper * step], lower = voxels[index - to_lower * step];
+  const auto has_upper = static_cast<float>(to_upper & static_cast<int32_t>(!isEmpty(upper)));
+  const auto has_lower = static_cast<float>(to_lower & static_cast<int32_t>(!isEmpty(lower)));
   const float own = voxels[index].sdf;
-  const float upper = has_upper ? voxels[index + step].sdf - own : 0.0f;
-  const float lower = has_lower ? own - voxels[index - step].sdf : 0.0f;
-  return has_upper && has_lower ? 0.5f * (upper + lower) : upper + lower;
+  return (1.0f - 0.5f * (has_upper * has_lower)) *
+         (has_upper * (upper.sdf - own) + has_lower * (own - lower.sdf));
+}
+
+DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
+  return {slopeAlong(voxels, index, 0), slopeAlong(voxels, index, 1), slopeAlong(voxels, index, 2)};
 }
 
 /// The undirected map's array holds surfaces of any direction.
 constexpr int kAnyDirection = -1;
 
+/// Where the surfaces of an array face: along an axis, by a least cosine.
+struct Facing {
+  Vec3f axis;
+  float least_cosine;
+};
+
+DTSDF_HD Facing facingOf(int direction) {
+  constexpr float kLeastCosine = 0.3f;
+  if (direction == kAnyDirection) return {{0.0f, 0.0f, 0.0f}, -1.0f};
+  const float sign = directionSign(direction);
+  const int axis = directionAxis(direction);
+  return {{axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f},
+          kLeastCosine};
+}
+
 /// The direction in which a voxel's distance rises, a unit vector; the direction's axis where its
 /// neighbours do not tell, or tell what no surface of that direction has. Of any direction there is
 /// no axis: 0, so that a voxel is its own foot.
-DTSDF_HD Vec3f gradientAt(const Voxel* voxels, int index, int direction) {
-  const Vec3f slope{slopeAlong(voxels, index, 0), slopeAlong(voxels, index, 1),
-                    slopeAlong(voxels, index, 2)};
+DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
+  constexpr float kLeastLength = 0.3f;
   const float length = norm(slope);
-  constexpr float kLeastLength = 0.3f, kLeastCosine = 0.3f;
-  if (direction == kAnyDirection) {
-    return (length > kLeastLength ? 1.0f / length : 0.0f) * slope;
-  }
-  const float along = component(slope, directionAxis(direction)) * directionSign(direction);
-  if (along > kLeastCosine * length && length > kLeastLength) return (1.0f / length) * slope;
-  const float sign = directionSign(direction);
-  const int axis = directionAxis(direction);
-  return {axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f};
+  const auto told = static_cast<float>(
+      static_cast<int32_t>(length > kLeastLength) &
+      static_cast<int32_t>(dot(slope, facing.axis) > facing.least_cosine * length));
+  const float untold = 1.0f - told, scale = told / (told * length + untold);
+  return scale * slope + untold * facing.axis;
 }
 
 /// The foot of a voxel, in voxels from the block's first one.
+DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const Facing& facing) {
+  return voxel - sdf * gradientOf(slope, facing);
+}
 DTSDF_HD Vec3f footOf(const Voxel* voxels, int index, int direction) {
-  return toFloat(voxelOffset(index)) - voxels[index].sdf * gradientAt(voxels, index, direction);
+  return footOf(toFloat(voxelOffset(index)), voxels[index].sdf, slopeAt(voxels, index),
+                facingOf(direction));
 }
 
-/// Whether the frame sees through a point, in the local frame in voxels.
-DTSDF_HD bool seesThrough(const FrameSensing& sensing, const Vec3f& p_L) {
+/// Whether the frame sees through a point that it sees there.
+DTSDF_HD bool seesThrough(const FrameSensing& sensing, const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
-  const VoxelInImage at = projectToImage(frame, p_L);
   if (!(at.depth_m > 0.0f && at.u >= 1.0f && at.v >= 1.0f &&
         at.u < static_cast<float>(frame.width - 1) &&
         at.v < static_cast<float>(frame.height - 1))) {
@@ -121,6 +139,11 @@ DTSDF_HD bool seesThrough(const FrameSensing& sensing, const Vec3f& p_L) {
     free = free && at.depth_m < row[-1] && at.depth_m < row[0] && at.depth_m < row[1];
   }
   return free;
+}
+
+/// Whether the frame sees through a point, in the local frame in voxels.
+DTSDF_HD bool seesThrough(const FrameSensing& sensing, const Vec3f& p_L) {
+  return seesThrough(sensing, projectToImage(sensing.image.frame, p_L));
 }
 
 /// Whether a frame that does not support the voxel contradicts it.

@@ -13,12 +13,46 @@
 namespace dtsdf {
 namespace {
 
-float rawValue(const DepthFrame& frame, int u, int v) {
-  const char* row = static_cast<const char*>(frame.data) + static_cast<size_t>(v) * frame.row_bytes;
-  if (frame.encoding == DepthEncoding::kUint16) {
-    return static_cast<float>(reinterpret_cast<const uint16_t*>(row)[u]);
+template <class Raw>
+void invertRow(const void* __restrict__ row, int width, const DepthRange& depth_range,
+               float* __restrict__ inverse_depth) {
+  const Raw* raw = static_cast<const Raw*>(row);
+  const DepthRange range = depth_range;
+  for (int u = 0; u < width; ++u) inverse_depth[u] = inverseDepth(static_cast<float>(raw[u]), range);
+}
+
+/// What the steps of neighbouring pixels to the next ones tell.
+struct StretchSteps {
+  int32_t link[kStretch];
+
+  void compute(const float* pixels, int64_t stride, int count, const LinkLimits& limits) {
+    for (int i = 0; i < count; ++i) link[i] = linkByStep(pixels[i], pixels[i + stride], limits);
   }
-  return reinterpret_cast<const float*>(row)[u];
+};
+
+/// The links of a row, by linksOf() only where the steps alone do not tell.
+void linkRow(const FrameView& frame, const float* inverse_depth, int v, const LinkLimits& limits,
+             PixelLinks* links) {
+  const float* row = inverse_depth + pixelIndex(frame, {0, v});
+  const int last = frame.width - 1;
+  StretchSteps right{}, down{};
+  for (int first = 0; first < last; first += kStretch) {
+    const int count = std::min(kStretch, last - first);
+    right.compute(row + first, 1, count, limits);
+    if (v + 1 < frame.height) down.compute(row + first, frame.width, count, limits);
+    int32_t told = 0;
+    for (int i = 0; i < count; ++i) {
+      told |= right.link[i] | down.link[i];
+      links[first + i] = static_cast<PixelLinks>((right.link[i] & kLinked) * kLinkRight |
+                                                 (down.link[i] & kLinked) * kLinkDown);
+    }
+    if (!(told & kOpenStep)) continue;
+    for (int i = 0; i < count; ++i) {
+      if (!((right.link[i] | down.link[i]) & kOpenStep)) continue;
+      links[first + i] = linksOf(frame, inverse_depth, {first + i, v}, limits);
+    }
+  }
+  links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
 }
 
 struct NoScratch {};
@@ -52,10 +86,10 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   inverse_depth_.resize(static_cast<size_t>(width) * frame.height);
   const DepthRange range = depthRangeOf(frame, params_);
   parallelFor<NoScratch>(frame.height, threads_, [&](size_t v, NoScratch&) {
-    for (int u = 0; u < width; ++u) {
-      inverse_depth_[v * width + u] =
-          inverseDepth(rawValue(frame, u, static_cast<int>(v)), range);
-    }
+    const char* row = static_cast<const char*>(frame.data) + v * frame.row_bytes;
+    const bool is_whole = frame.encoding == DepthEncoding::kUint16;
+    const auto invert = is_whole ? invertRow<uint16_t> : invertRow<float>;
+    invert(row, width, range, &inverse_depth_[v * width]);
   });
 }
 
@@ -88,10 +122,7 @@ void FrameSensor::findLinks(const FrameView& view, const DepthNoise& noise) {
   links_.resize(inverse_depth_.size());
   const LinkLimits limits = linkLimits(view, noise, surfel_settings_);
   parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
-    const int v = static_cast<int>(row);
-    for (int u = 0; u < view.width; ++u) {
-      links_[row * view.width + u] = linksOf(view, inverse_depth_.data(), {u, v}, limits);
-    }
+    linkRow(view, inverse_depth_.data(), static_cast<int>(row), limits, &links_[row * view.width]);
   });
 }
 

@@ -16,8 +16,12 @@ struct DepthRange {
 /// free. So are all tests for "above 0" tests for a measurement to fuse.
 DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   const float depth_m = raw * range.unit_m;
-  if (!(depth_m >= range.min_m && raw < range.overflow)) return 0.0f;  // also for NaN
-  return depth_m <= range.max_m ? 1.0f / depth_m : -1.0f / depth_m;
+  // Without branches, for vector instructions. No comparison holds for NaN.
+  const auto measured = static_cast<float>(static_cast<int32_t>(depth_m >= range.min_m) &
+                                           static_cast<int32_t>(raw < range.overflow));
+  const auto fused = static_cast<float>(depth_m <= range.max_m);
+  const float sign = measured * (fused + fused) - measured;  // 1, -1 or 0
+  return sign / maximum(depth_m, range.min_m);
 }
 
 }  // namespace dtsdf

@@ -28,7 +28,8 @@ struct DepthNoise {
 
 /// Standard deviation of an inverse depth, in 1/m.
 DTSDF_HD float noiseAt(const DepthNoise& noise, float inverse_depth) {
-  return noise.in_depth != 0 ? noise.sigma * (inverse_depth * inverse_depth) : noise.sigma;
+  const auto in_depth = static_cast<float>(noise.in_depth);  // no branch, for vector instructions
+  return noise.sigma * (in_depth * (inverse_depth * inverse_depth) + (1.0f - in_depth));
 }
 
 /// All that is known of a frame; passed by value to the stages that follow.

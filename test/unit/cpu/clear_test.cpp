@@ -1,0 +1,63 @@
+// Clearing of a block on the CPU, many voxels at once, against the rule for each on its own.
+#include "cpu/clear.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+#include "kernels/fusion/free_space.h"
+
+namespace dtsdf {
+namespace {
+
+/// Voxels in front of a camera with random distances, gaps and support, under random free depths:
+/// those lose evidence that the rule contradicts, and no others.
+TEST(Clear, TakesWhatTheRuleContradicts) {
+  constexpr int kWidth = 64, kHeight = 48;
+  constexpr float kVoxel_m = 0.02f;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> sdf(-2.0f, 2.0f), free_m(0.9f, 1.4f);
+  const FusionRules rules;
+  BlockSums sums;
+  VoxelStore store;
+  store.resize(1);
+  Voxel* voxels = store.array(0);
+  int contradicted = 0, kept = 0;
+  for (int round = 0; round < 60; ++round) {
+    std::vector<float> free_depth(kWidth * kHeight);
+    for (float& depth : free_depth) depth = random() % 50 == 0 ? 0.0f : free_m(random);
+    const FrameView frame{kWidth, kHeight, {60.0f, 60.0f, 31.5f, 23.5f},
+                          {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, kVoxel_m};
+    const FrameSensing sensing{
+        {frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, free_depth.data()};
+    const int direction = round % 7 - 1;  // of the undirected map first
+    const int array = direction == kAnyDirection ? 0 : direction;
+    BlockEntry entry{};
+    std::fill(entry.array, entry.array + kDirectionCount, kNoArray);
+    entry.array[array] = 0;
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      const bool is_empty = random() % 3 == 0;
+      voxels[i] = is_empty ? Voxel{0.0f, 0} : makeVoxel(sdf(random), 1 << 16, 20);
+      sums.voxel[array][i] = {0, random() % 3 == 0 ? 1 << 20 : 0};
+    }
+    const bool has_sums = round % 2 == 0;
+    const std::vector<Voxel> before(voxels, voxels + kVoxelsPerBlock);
+    const BlockLook look{{0, 0, 6}, 1, has_sums ? &sums : nullptr, 1u << array,
+                         direction != kAnyDirection};
+    clearBlock(look, entry, sensing, rules, store);
+    const Vec3f first = toFloat(firstVoxelOfBlock(look.block_L));
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      const bool is_supported = has_sums && sums.voxel[array][i].weight != 0;
+      const bool expected =
+          !is_supported && isContradicted(sensing, first, before.data(), i, direction);
+      ASSERT_EQ(voxels[i].state != before[i].state, expected) << round << " " << i;
+      ++(expected ? contradicted : kept);
+    }
+  }
+  EXPECT_GT(contradicted, 100);
+  EXPECT_GT(kept, 100);
+}
+
+}  // namespace
+}  // namespace dtsdf

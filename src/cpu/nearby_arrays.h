@@ -1,4 +1,5 @@
-/// The voxel arrays of a block of the map and of those around it, as the mesher's rules ask for them.
+/// The voxel arrays of a block of the map and of those around it, as the rules of the mesh ask for
+/// them.
 #pragma once
 
 #include "cpu/voxel_store.h"

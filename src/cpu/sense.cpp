@@ -17,8 +17,10 @@ template <class Raw>
 void invertRow(const void* __restrict__ row, int width, const DepthRange& depth_range,
                float* __restrict__ inverse_depth) {
   const Raw* raw = static_cast<const Raw*>(row);
-  const DepthRange range = depth_range;
-  for (int u = 0; u < width; ++u) inverse_depth[u] = inverseDepth(static_cast<float>(raw[u]), range);
+  const DepthRange range = depth_range;  // a copy of its own, which no result can overlap
+  for (int u = 0; u < width; ++u) {
+    inverse_depth[u] = inverseDepth(static_cast<float>(raw[u]), range);
+  }
 }
 
 /// What the steps of neighbouring pixels to the next ones tell.

@@ -80,8 +80,9 @@ DTSDF_HD bool isAtBorder(float own, float lower, float upper) {
   return 2.0f * own < inner && outer <= own;
 }
 
-/// The shift of the vertex at `offset` on an edge of weight `own`, along another axis. The part across is a multiple
-/// of 2^-12, so that blocks on both sides of a face come to the very same place.
+/// The shift of the vertex at `offset` on an edge of weight `own`, along another axis. The part
+/// across is a multiple of 2^-12, so that blocks on both sides of a face come to the very same
+/// place.
 template <class Corners>
 DTSDF_HD BorderShift borderShift(const MeshRules& rules, const Corners& corners,
                                  const GridEdge& edge, float own, float offset, int across) {

@@ -8,8 +8,8 @@
 namespace dtsdf {
 namespace {
 
-/// A block and those around it, with random voxels: weights that differ by magnitudes from corner to
-/// corner make borders everywhere. @return the number of vertices that are moved.
+/// A block and those around it, with random voxels: weights that differ by magnitudes from corner
+/// to corner make borders everywhere. @return the number of vertices that are moved.
 int compareVertices(uint32_t seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> sdf(-1.0f, 1.0f);

@@ -123,30 +123,37 @@ void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, boo
   }
 }
 
-/// Whether no border passes by an edge of the inner corners: the same as heldToBorder() finds, from
-/// samples that lie in order.
-bool BlockIndexer::isInside(int edge) const {
-  const int corner = edgeCorner(edge), axis = edgeAxis(edge);
-  const int direction = facedDirection(axis, edgeFacing(edge));
-  if (!(present_ >> direction & 1)) return false;
-  const Vec3i at = cornerAt(corner);
-  const float* weight = weight_[direction] + corner;
-  const auto weightAt = [&](int step) { return weight[step] + weight[step + cornerStride(axis)]; };
-  const float own = weightAt(0);
-  for (int across = 0; across < 3; ++across) {
-    if (across == axis) continue;
-    const int stride = cornerStride(across);
-    if (component(at, across) == 0 || component(at, across) == kBlockSide) return false;
-    if (isAtBorder(own, weightAt(-stride), weightAt(stride))) return false;
+/// Whether what holds an edge's vertex to the border looks beyond the corner grid.
+bool BlockIndexer::reachesOut(int edge) const {
+  const Vec3i at = cornerAt(edgeCorner(edge));
+  for (int axis = 0; axis < 3; ++axis) {
+    const int last = axis == edgeAxis(edge) ? kBlockSide - 2 : kBlockSide - 1;
+    if (component(at, axis) < 1 || component(at, axis) > last) return true;
   }
-  return true;
+  return false;
+}
+
+/// heldToBorder() for an edge that does not reach out, from samples that lie in order. Same bits.
+Vec3f BlockIndexer::heldInGrid(int edge, const Vec3f& vertex) const {
+  const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const int direction = facedDirection(axis, facing);
+  if (!(present_ >> direction & 1)) return vertex;
+  const auto line = [&](int across, int side) {
+    const int first = corner + side * cornerStride(across), stride = cornerStride(axis);
+    const float* sdf = sdf_[direction] + first;
+    const float* weight = weight_[direction] + first;
+    return [=](int i) { return Sample{sdf[i * stride], weight[i * stride]}; };
+  };
+  const float offset = component(vertex, axis) - component(toFloat(cornerAt(corner)), axis);
+  return shifted(vertex, borderShifts(line, axis, facing, offset), axis);
 }
 
 /// The vertex of an edge, in the directional map held to the border.
 BlockVertex BlockIndexer::vertexOn(const MeshRules& rules, int edge, bool directional) const {
   BlockVertex vertex = makeVertex(rules, *this, edge, directional);
-  if (directional && !isInside(edge)) {
-    vertex.position = heldToBorder(rules, *this, edge, vertex.position);
+  if (directional) {
+    vertex.position = reachesOut(edge) ? heldToBorder(*this, edge, vertex.position)
+                                       : heldInGrid(edge, vertex.position);
   }
   return vertex;
 }

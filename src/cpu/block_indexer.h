@@ -70,7 +70,8 @@ class BlockIndexer {
 
   void collect();
   BlockVertex vertexOn(const MeshRules& rules, int edge, bool directional) const;
-  bool isInside(int edge) const;
+  bool reachesOut(int edge) const;
+  Vec3f heldInGrid(int edge, const Vec3f& vertex) const;
   void markSides();
   void findCandidates();
   void indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,

@@ -36,32 +36,68 @@ DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel) {
   return {to_above ? (to_below ? 0.5f * (upper + lower) : upper) : lower, to_above || to_below};
 }
 
-/// Depth in metres up to which the ray of a pixel is free: up to what was measured, less a margin
-/// across its plane. Measurements beyond the range that is fused tell free space as well. 0 where
-/// nothing is measured, and only there: what leaves nothing free is not unknown.
-DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
-                         const FusionSettings& fusion) {
+/// Depth in metres up to which the ray of a pixel is free that measures `depth_m`: up to there, less
+/// a margin across its plane.
+DTSDF_HD float freeBefore(const FrameSensing& sensing, const Pixel& pixel, float depth_m,
+                          const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
-  const float inverse_depth = fabsf(sensing.image.inverse_depth[at]);
-  if (!(inverse_depth > 0.0f)) return 0.0f;
-  const float depth_m = 1.0f / inverse_depth;
   const float margin_m =
       frame.voxel_size_m * (fusion.rules.free_margin +
                             fusion.rules.free_noise * noiseInVoxels(sensing, depth_m));
-  constexpr float kNothingFree_m = 1e-6f;
-  const float free_m = maximum(depth_m - margin_m, kNothingFree_m);
-  if (!(sensing.image.row_value[at] > 0.0f)) return free_m;
+  if (!(sensing.image.row_value[at] > 0.0f)) return depth_m - margin_m;
   const MaybeSlope down = slopeDown(sensing.image, pixel);
-  if (!down.known) return free_m;
+  if (!down.known) return depth_m - margin_m;
   // With the plane 1 / z = n^T (x, y, 1), a point at depth z on the pixel's ray is
   // (1 - z / depth) / |n| off.
   const Intrinsics& K = frame.intrinsics;
   const float slope_u = sensing.image.row_slope[at], slope_v = down.slope;
   const Vec3f n{K.fx * slope_u, K.fy * slope_v,
-                inverse_depth - (static_cast<float>(pixel.u) - K.cx) * slope_u -
+                1.0f / depth_m - (static_cast<float>(pixel.u) - K.cx) * slope_u -
                     (static_cast<float>(pixel.v) - K.cy) * slope_v};
-  return maximum(depth_m - margin_m * norm(n) * depth_m, kNothingFree_m);
+  return depth_m - margin_m * norm(n) * depth_m;
+}
+
+/// The same where it is not known whether the pixel is measured: 0 if not. What lies before a
+/// measurement beyond the range that is fused is free as well.
+DTSDF_HD float freeIfMeasured(const FrameSensing& sensing, const Pixel& pixel,
+                              const FusionSettings& fusion) {
+  const FrameView& frame = sensing.image.frame;
+  const float inverse_depth = fabsf(sensing.image.inverse_depth[pixelIndex(frame, pixel)]);
+  if (!(inverse_depth > 0.0f)) return 0.0f;
+  return maximum(freeBefore(sensing, pixel, 1.0f / inverse_depth, fusion), 0.0f);
+}
+
+/// Free depth of a pixel that is not measured: between two that are, it is as free as the nearest
+/// of them. Rectified and registered images have lines of such pixels all over.
+DTSDF_HD float freeInGap(const FrameSensing& sensing, const Pixel& pixel,
+                         const FusionSettings& fusion) {
+  const FrameView& frame = sensing.image.frame;
+  if (pixel.u == 0 || pixel.v == 0 || pixel.u + 1 == frame.width ||
+      pixel.v + 1 == frame.height) {
+    return 0.0f;
+  }
+  constexpr int kPairs = 4;
+  constexpr int kRight[kPairs] = {1, 0, 1, 1}, kDown[kPairs] = {0, 1, 1, -1};
+  float free_m = 0.0f;
+  for (int i = 0; i < kPairs; ++i) {
+    const int u = kRight[i], v = kDown[i];
+    const float a = freeIfMeasured(sensing, {pixel.u - u, pixel.v - v}, fusion);
+    const float b = freeIfMeasured(sensing, {pixel.u + u, pixel.v + v}, fusion);
+    const float nearer = minimum(a, b);
+    if (!(nearer > 0.0f)) continue;
+    free_m = free_m > 0.0f ? minimum(free_m, nearer) : nearer;
+  }
+  return free_m;
+}
+
+/// Depth in metres up to which the ray of a pixel is free; 0 where nothing tells.
+DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
+                         const FusionSettings& fusion) {
+  const bool is_measured =
+      sensing.image.inverse_depth[pixelIndex(sensing.image.frame, pixel)] != 0.0f;
+  return is_measured ? freeIfMeasured(sensing, pixel, fusion)
+                     : freeInGap(sensing, pixel, fusion);
 }
 
 /// Difference of a voxel's distance from those of its neighbours along an axis of its block, per

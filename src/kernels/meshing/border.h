@@ -8,8 +8,10 @@
 ///   far weight / near weight = x^3 / (2 - (1 - x)^3), which is x^3 / 2 to within a few per cent
 ///
 /// of x, so x = (2 r)^(1/3) for a ratio r below 1/2. Vertices are moved along the surface, towards
-/// the one on the neighbouring edge, so that they stay on it. Added across the two ends of an edge,
-/// weights do not depend on where the surface crosses it: they fall linearly with the distance.
+/// where it crosses the neighbouring line of edges, so that they stay on it: on the edge beside
+/// theirs, or on the one before or after that where the surface is slanted. Added across the two
+/// ends of an edge, weights do not depend on where the surface crosses it: they fall linearly with
+/// the distance.
 #pragma once
 
 #include <cstring>
@@ -45,78 +47,105 @@ DTSDF_HD float cubeRoot(float a) {
   return x;
 }
 
-/// Weight at both ends of an edge, of the direction that its surface faces.
-template <class Corners>
-DTSDF_HD float edgeWeight(const Corners& corners, const GridEdge& edge) {
-  const int direction = facedDirection(edge.axis, edge.facing);
-  return corners.sample(edge.corner, direction).weight +
-         corners.sample(edge.corner + unitStep(edge.axis), direction).weight;
+/// Where a surface crosses a line of edges: how far from the lower end of the edge that was asked
+/// for, in voxels, and the weight at both ends of the edge that it crosses.
+struct LineCrossing {
+  float offset;
+  float weight;
+};
+constexpr float kNoCrossing = -9.0f;  ///< An offset that is far from any.
+
+/// The crossing of the edge between samples 0 and 1 of a line, or of the one before or after it;
+/// sample(i) is that of the direction which the surface faces. The weight is the edge's own if none
+/// is crossed.
+template <class Line>
+DTSDF_HD LineCrossing crossingNear(const Line& sample, int facing) {
+  const Sample lower = sample(0), upper = sample(1);
+  const auto between = [](const Sample& a, const Sample& b, float from) {
+    return LineCrossing{from + a.sdf / (a.sdf - b.sdf), a.weight + b.weight};
+  };
+  if (crosses(lower, upper, facing)) return between(lower, upper, 0.0f);
+  const Sample before = sample(-1);
+  if (crosses(before, lower, facing)) return between(before, lower, -1.0f);
+  const Sample after = sample(2);
+  if (crosses(upper, after, facing)) return between(upper, after, 1.0f);
+  return {kNoCrossing, lower.weight + upper.weight};
 }
 
-/// Where a surface crosses an edge, from its lower end; negative where none does.
+/// A line of corners through an edge.
 template <class Corners>
-DTSDF_HD float crossingOf(const MeshRules& rules, const Corners& corners, const GridEdge& edge) {
-  const Vec3i upper = edge.corner + unitStep(edge.axis);
-  EdgeSamples samples;
-  bool is_crossed = false;
-  for (int d = 0; d < kDirectionCount; ++d) {
-    const Sample a = samples.lower[d] = corners.sample(edge.corner, d);
-    const Sample b = samples.upper[d] = corners.sample(upper, d);
-    is_crossed = is_crossed || (speaksOnEdge(d, edge.axis, edge.facing) &&
-                                crosses(a, b, edge.facing));
+struct CornerLine {
+  const Corners& corners;
+  GridEdge edge;
+
+  DTSDF_HD Sample operator()(int i) const {
+    Vec3i at = edge.corner;
+    (edge.axis == 0 ? at.x : edge.axis == 1 ? at.y : at.z) += i;
+    return corners.sample(at, facedDirection(edge.axis, edge.facing));
   }
-  return is_crossed ? edgeOffset(rules, samples, edge.axis, edge.facing) : -1.0f;
-}
+};
 
 /// How far a vertex moves across its edge, and along it, in voxels.
 struct BorderShift {
   float across, along;
 };
 
-/// Whether a border passes between edges side by side, by the weights of an edge and of those below
-/// and above it.
-DTSDF_HD bool isAtBorder(float own, float lower, float upper) {
-  const float inner = maximum(lower, upper), outer = minimum(lower, upper);
-  return 2.0f * own < inner && outer <= own;
-}
-
-/// The shift of the vertex at `offset` on an edge of weight `own`, along another axis. The part
-/// across is a multiple of 2^-12, so that blocks on both sides of a face come to the very same
-/// place.
-template <class Corners>
-DTSDF_HD BorderShift borderShift(const MeshRules& rules, const Corners& corners,
-                                 const GridEdge& edge, float own, float offset, int across) {
-  const Vec3i step = unitStep(across);
-  const GridEdge lower = moved(edge, Vec3i{0, 0, 0} - step), upper = moved(edge, step);
-  const float at_lower = edgeWeight(corners, lower), at_upper = edgeWeight(corners, upper);
-  if (!isAtBorder(own, at_lower, at_upper)) return {0.0f, 0.0f};
-  const bool to_lower = at_lower > at_upper;
-  const float next = crossingOf(rules, corners, to_lower ? lower : upper);
-  if (next < 0.0f) return {0.0f, 0.0f};
+/// The shift of a vertex between two lines of edges. A surface that rises by more than a voxel from
+/// the one to the other is not the vertex's own. The part across is a multiple of 2^-12, so that
+/// blocks on both sides of a face come to the very same place.
+DTSDF_HD BorderShift borderShift(const LineCrossing& own, const LineCrossing& lower,
+                                 const LineCrossing& upper) {
+  const bool to_lower = lower.weight > upper.weight;
+  const LineCrossing inner = to_lower ? lower : upper, outer = to_lower ? upper : lower;
+  const bool is_border = 2.0f * own.weight < inner.weight && outer.weight <= own.weight;
+  if (!is_border || fabsf(inner.offset - own.offset) > 1.0f) return {0.0f, 0.0f};
   constexpr float kSteps = 4096.0f;
-  const float covered = cubeRoot(2.0f * own / maximum(at_lower, at_upper));
+  const float covered = cubeRoot(2.0f * own.weight / inner.weight);
   constexpr float kMostShare = 15.0f / 16.0f;  // so that triangles keep an area
   const float share = static_cast<float>(floorToInt(
                           minimum(maximum(1.0f - covered, 0.0f), kMostShare) * kSteps)) / kSteps;
-  return {to_lower ? -share : share, share * (next - offset)};
+  return {to_lower ? -share : share, share * (inner.offset - own.offset)};
 }
 
-/// The vertex of an edge, held to what was measured. Where the border passes between both axes
+/// The shifts of the vertex at `offset` on an edge along the two other axes, in their order.
+struct BorderShifts {
+  BorderShift first, second;
+};
+
+/// `line(across, side)` is the line of samples through an edge (0, 0), and beside it along another
+/// axis (side -1 or 1).
+template <class LineAt>
+DTSDF_HD BorderShifts borderShifts(const LineAt& line, int axis, int facing, float offset) {
+  const auto own_line = line(0, 0);
+  const LineCrossing own{offset, own_line(0).weight + own_line(1).weight};
+  const auto shift = [&](int across) {
+    return borderShift(own, crossingNear(line(across, -1), facing),
+                       crossingNear(line(across, 1), facing));
+  };
+  return {shift(axis == 0 ? 1 : 0), shift(axis == 2 ? 1 : 2)};
+}
+
+/// A vertex on an edge along an axis, after its shifts. Where the border passes between both axes
 /// across the edge, either shift alone would reach it: half of each is taken.
-template <class Corners>
-DTSDF_HD Vec3f heldToBorder(const MeshRules& rules, const Corners& corners, int edge,
-                            const Vec3f& vertex) {
-  const GridEdge at{cornerAt(edgeCorner(edge)), edgeAxis(edge), edgeFacing(edge)};
-  const float offset = component(vertex, at.axis) - component(toFloat(at.corner), at.axis);
-  const float own = edgeWeight(corners, at);
-  const int first = at.axis == 0 ? 1 : 0, second = at.axis == 2 ? 1 : 2;
-  const BorderShift a = borderShift(rules, corners, at, own, offset, first);
-  const BorderShift b = borderShift(rules, corners, at, own, offset, second);
+DTSDF_HD Vec3f shifted(const Vec3f& vertex, const BorderShifts& shifts, int axis) {
+  const BorderShift a = shifts.first, b = shifts.second;
   if (a.across == 0.0f && b.across == 0.0f) return vertex;  // as nearly all
   const float share = a.across != 0.0f && b.across != 0.0f ? 0.5f : 1.0f;
-  return vertex + (share * a.across) * toFloat(unitStep(first)) +
-         (share * b.across) * toFloat(unitStep(second)) +
-         (share * (a.along + b.along)) * toFloat(unitStep(at.axis));
+  return vertex + (share * a.across) * toFloat(unitStep(axis == 0 ? 1 : 0)) +
+         (share * b.across) * toFloat(unitStep(axis == 2 ? 1 : 2)) +
+         (share * (a.along + b.along)) * toFloat(unitStep(axis));
+}
+
+/// The vertex of an edge, held to what was measured.
+template <class Corners>
+DTSDF_HD Vec3f heldToBorder(const Corners& corners, int edge, const Vec3f& vertex) {
+  const GridEdge at{cornerAt(edgeCorner(edge)), edgeAxis(edge), edgeFacing(edge)};
+  const float offset = component(vertex, at.axis) - component(toFloat(at.corner), at.axis);
+  const auto line = [&](int across, int side) {
+    const Vec3i step = unitStep(across);
+    return CornerLine<Corners>{corners, moved(at, {side * step.x, side * step.y, side * step.z})};
+  };
+  return shifted(vertex, borderShifts(line, at.axis, at.facing, offset), at.axis);
 }
 
 }  // namespace dtsdf

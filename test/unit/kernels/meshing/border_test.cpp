@@ -29,7 +29,7 @@ TEST(Border, ReadsTheBlocksThatItsVerticesAreSaidToDependOn) {
     const Vec3i lower = cornerAt(edgeCorner(edge));
     if (component(lower, edgeAxis(edge)) == kBlockSide) continue;  // it leaves the grid
     for (int round = 0; round < 8; ++round) {
-      heldToBorder(MeshRules(), RandomCorners{&random, &blocks}, edge, vertexPosition(edge, 0.5f));
+      heldToBorder(RandomCorners{&random, &blocks}, edge, vertexPosition(edge, 0.5f));
     }
   }
   for (int n = 0; n < kBlocksAround; ++n) {

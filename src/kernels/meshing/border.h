@@ -45,12 +45,17 @@ DTSDF_HD float cubeRoot(float a) {
   return x;
 }
 
-/// Weight at both ends of an edge, of the direction that its surface faces.
+/// Weight at both ends of an edge, of all directions that have a say on it: its own alone has none
+/// where the edge runs nearly along the surface, border or not.
 template <class Corners>
 DTSDF_HD float edgeWeight(const Corners& corners, const GridEdge& edge) {
-  const int direction = facedDirection(edge.axis, edge.facing);
-  return corners.sample(edge.corner, direction).weight +
-         corners.sample(edge.corner + unitStep(edge.axis), direction).weight;
+  const Vec3i upper = edge.corner + unitStep(edge.axis);
+  float weight = 0.0f;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!speaksOnEdge(d, edge.axis, edge.facing)) continue;
+    weight += corners.sample(edge.corner, d).weight + corners.sample(upper, d).weight;
+  }
+  return weight;
 }
 
 /// Where a surface crosses an edge, from its lower end; negative where none does.

@@ -126,9 +126,7 @@ TEST_P(AnalyticScenes, BallOneKilometreAway) {
   scene.add(Sphere{centre, 0.4});
   const Mesh mesh = reconstruct(params(), renderFrames(scene, sphereOfPoses(centre, 1.1, 24)));
   const double rounding = std::sqrt(3.0) * 0.5 / 16384.0 / kVoxel_m;
-  // Along view rays, pixels at the ball's outline are cast far beside their surface.
-  const double most = mode() == FusionMode::kRayCasting ? 0.1 : 0.05;
-  const Bounds near = projective() ? Bounds{0.15, 0.75} : Bounds{0.02, most};
+  const Bounds near = projective() ? Bounds{0.15, 0.75} : Bounds{0.02, 0.05};
   expectWithin(measureError(mesh, scene), {near.rms + rounding, near.max + rounding});
   const MeshTopology topology = measureTopology(mesh);
   EXPECT_EQ(topology.repeated_corners + topology.crowded_edges + topology.inconsistent_edges, 0u)

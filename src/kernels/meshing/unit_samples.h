@@ -54,6 +54,12 @@ struct UnitSamples {
   DTSDF_HD bool maySpeak(int) const { return true; }
 };
 
+/// A surface nearer to a corner than this, in voxels, touches it: its direction has seen both of its
+/// sides there. On which side the corner is decides the vote (vote.h), in which another direction
+/// of the same weight can turn what is as near as a quarter of `nearness_voxels`. Otherwise a unit
+/// whose only corner behind the surface was turned had no direction that speaks, and left a hole.
+constexpr float kTouching = 0.05f;
+
 template <class Samples>
 DTSDF_HD typename Samples::Real greatestWeight(const Samples& samples) {
   typename Samples::Real greatest{0.0f};

@@ -13,14 +13,6 @@
 namespace dtsdf {
 namespace {
 
-float rawValue(const DepthFrame& frame, int u, int v) {
-  const char* row = static_cast<const char*>(frame.data) + static_cast<size_t>(v) * frame.row_bytes;
-  if (frame.encoding == DepthEncoding::kUint16) {
-    return static_cast<float>(reinterpret_cast<const uint16_t*>(row)[u]);
-  }
-  return reinterpret_cast<const float*>(row)[u];
-}
-
 struct NoScratch {};
 
 }  // namespace
@@ -54,7 +46,7 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   parallelFor<NoScratch>(frame.height, threads_, [&](size_t v, NoScratch&) {
     for (int u = 0; u < width; ++u) {
       inverse_depth_[v * width + u] =
-          inverseDepth(rawValue(frame, u, static_cast<int>(v)), range);
+          inverseDepth(rawDepth(frame, u, static_cast<int>(v)), range);
     }
   });
 }

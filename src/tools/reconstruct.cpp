@@ -66,8 +66,8 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
   const int min_support = params.mesh.min_support;
   if (!result.mesh.triangles.empty() || result.map.voxel_arrays == 0 || min_support < 2) return;
   throw std::runtime_error(
-      "the mesh is empty: " + std::to_string(result.frames) + " frames were fused, but no place has "
-      "the support of " + std::to_string(min_support) + " of them, as mesh/min_support asks; "
+      "the mesh is empty: " + std::to_string(result.frames) + " frames were fused, but no place "
+      "has the support of " + std::to_string(min_support) + " of them, as mesh/min_support asks; "
       "with --set mesh/min_support=1 a single frame is enough");
 }
 

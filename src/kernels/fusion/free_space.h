@@ -37,8 +37,8 @@ DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel) {
 }
 
 /// Depth in metres up to which the ray of a pixel is free: up to what was measured, less a margin
-/// across its plane. Measurements beyond the range that is fused tell free space as well. 0 where
-/// nothing is measured, and only there: what leaves nothing free is not unknown.
+/// across its plane. Measurements beyond the range that is fused tell free space as well. 0 stands
+/// for no measurement alone: a pixel that is measured nearer than its margin has next to nothing.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
                          const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;

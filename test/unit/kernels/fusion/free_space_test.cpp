@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "support/random_vectors.h"
 #include "support/surface_image.h"
 
 namespace dtsdf {
@@ -137,10 +138,9 @@ TEST(Foot, OfAnAlignedPlane) {
 /// In each direction, at each voxel, the corners of the block included: the perpendicular's foot.
 TEST(Foot, OfRandomPlanes) {
   std::mt19937 random(31);
-  std::normal_distribution<float> normal;
   std::uniform_real_distribution<double> offset(-3.0, 12.0);
   for (int trial = 0; trial < 200; ++trial) {
-    const Vec3f v{normal(random), normal(random), normal(random)}, n = (1.0f / norm(v)) * v;
+    const Vec3f n = randomUnit(random);
     const double d = offset(random);
     const Array array([&](const Vec3f& p) { return dot(n, p) - d; });
     const DirectionSet directions = directionsOf(n, true);
@@ -309,12 +309,6 @@ TEST(IsContradicted, NotBesideSomethingThin) {
   EXPECT_FALSE(seen(3));
   EXPECT_TRUE(seen(0));
   EXPECT_TRUE(seen(6));
-}
-
-Vec3f randomUnit(std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  const Vec3f v{normal(random), normal(random), normal(random)};
-  return (1.0f / norm(v)) * v;
 }
 
 Vec3f cross(const Vec3f& a, const Vec3f& b) {

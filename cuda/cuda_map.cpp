@@ -27,7 +27,7 @@ IntegrationResult CudaMap::fuse(const DepthFrame& frame) {
   const DeviceSensing sensing = sense(frame);
   DeviceSurfels surfels = makeSurfels(sensing);
   findBlocks(sensing, surfels);
-  if (counters_.touched == 0) return noMeasurement(params_);
+  if (counters_.touched == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
   const Admission admission = admit();
   countWork(sensing.frame(), admission);
   castAndFold(sensing, surfels);
@@ -96,6 +96,7 @@ void CudaMap::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& sur
 
 void CudaMap::clear(const DeviceSensing& sensing) {
   ++frames_;
+  if (counters_.touched > 0) ++supporting_frames_;
   dirty_bound_ += sensing.hasFreeDepth() ? table_.slotCount() : counters_.touched;
   fusion_.clear(sensing, {map_.view(), block_finder_.view()}, counters_, frames_);
 }
@@ -121,7 +122,7 @@ void CudaMap::beginMeshUpdate() {
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
   const int32_t least =
-      leastEvidence(params_.mesh.min_support, frames_, rules_.fusion);
+      leastEvidence(params_.mesh.min_support, supporting_frames_, rules_.fusion);
   if (least != least_evidence_) {
     map_.markAllDirty();
     dirty_bound_ += table_.slotCount();

@@ -57,7 +57,8 @@ class CudaMap {
   BlockMesher mesher_;
   FrameCounters counters_ = {};  ///< Of the frame being fused.
   uint64_t refused_ = 0;
-  uint64_t frames_ = 0;           ///< Fused.
+  uint64_t frames_ = 0;           ///< Fused, those included that only clear.
+  uint64_t supporting_frames_ = 0;  ///< Those that touched a block.
   int32_t least_evidence_ = 0;    ///< Of the last extraction.
   bool is_meshed_ = false;        ///< Somebody has asked for a mesh.
   std::vector<int32_t> vacant_;   ///< Released when the extraction under way is fetched.

@@ -319,10 +319,14 @@ void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
 void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
                    const FrameCounters& counters, uint64_t frame_number) {
   const StageSpan span(stream_, Stage::kClear);
-  clearBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
-      sensing, fusion_, target, supported_.data(), empty_blocks_.data());
-  DTSDF_CHECK_LAUNCH("clearBlocksKernel");
-  if (sensing.hasFreeDepth()) lookAround(sensing, target, frame_number);
+  if (counters.touched > 0) {  // else the frame only looks around
+    clearBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
+        sensing, fusion_, target, supported_.data(), empty_blocks_.data());
+    DTSDF_CHECK_LAUNCH("clearBlocksKernel");
+  }
+  if (sensing.hasFreeDepth() && target.map.slot_count > 0) {
+    lookAround(sensing, target, frame_number);
+  }
   DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned_counters_.data(), target.touched.counters,
                                    sizeof(FrameCounters), cudaMemcpyDeviceToHost, stream_.get()));
   empty_blocks_.download(pinned_empty_blocks_.data(),

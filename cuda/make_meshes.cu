@@ -53,7 +53,7 @@ __device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arra
   }
   const float offset = edgeOffset(mesh.rules, samples, axis, facing);
   const Vec3f vertex = vertexPosition(edge, offset);
-  return {directional ? heldToBorder(arrays, edge, vertex) : vertex,
+  return {directional ? heldToBorder(mesh.rules, arrays, edge, vertex) : vertex,
           static_cast<uint32_t>(edge)};
 }
 

@@ -15,11 +15,11 @@ namespace dtsdf {
 
 /// What became of a frame.
 enum class FrameStatus {
-  kFused,          ///< It is part of the map.
+  kFused,          ///< It is part of the map, or cleared what it saw through.
   kBadImage,       ///< No data, no pixels, too many pixels, or rows that overlap.
   kBadIntrinsics,  ///< Focal length not positive, or a value that is not finite.
   kBadPose,        ///< Not finite, not a rotation, or outside the coordinates a map can hold.
-  kNoMeasurement,  ///< No pixel with a depth in range and a normal.
+  kNoMeasurement,  ///< No pixel with a depth in range and a normal, nor beyond to clear with.
 };
 
 /// A word for messages ("bad pose").

@@ -1,9 +1,10 @@
 #include "backend/frame_check.h"
 
-#include <limits>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
+#include "backend/rule_settings.h"
 #include "kernels/core/grid.h"
 #include "kernels/core/voxel.h"
 
@@ -118,6 +119,25 @@ DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
                              ? 65535.0f
                              : std::numeric_limits<float>::infinity();
   return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m, overflow};
+}
+
+float rawDepth(const DepthFrame& frame, int u, int v) {
+  const char* row = static_cast<const char*>(frame.data) + static_cast<size_t>(v) * frame.row_bytes;
+  if (frame.encoding == DepthEncoding::kUint16) {
+    return static_cast<float>(reinterpret_cast<const uint16_t*>(row)[u]);
+  }
+  return reinterpret_cast<const float*>(row)[u];
+}
+
+bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params) {
+  if (!clearsFreeSpace(params)) return false;
+  const DepthRange range = depthRangeOf(frame, params);
+  for (int v = 0; v < frame.height; ++v) {
+    for (int u = 0; u < frame.width; ++u) {
+      if (inverseDepth(rawDepth(frame, u, v), range) < 0.0f) return true;
+    }
+  }
+  return false;
 }
 
 IntegrationResult refuse(const FrameProblem& problem) {

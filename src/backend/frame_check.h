@@ -24,6 +24,13 @@ FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
+/// A pixel's value, in units of the frame.
+float rawDepth(const DepthFrame& frame, int u, int v);
+
+/// Whether a frame that touches no block clears: it measures something beyond the range that is
+/// fused, which tells what is free before it.
+bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params);
+
 /// The result of a frame with a problem.
 IntegrationResult refuse(const FrameProblem& problem);
 

@@ -21,21 +21,25 @@ constexpr double kTouchOperations = 80;    // the line, and the one or two block
 constexpr double kSamplesOfSurfel = 3.5 * 4 * 1.7;  // planes in reach, corners, directions
 constexpr double kSampleOperations = 25;   // crossing, weights, distance, rounding, two sums
 constexpr double kFoldOperations = 8;      // of a voxel
-constexpr double kClearOperations = 40;     // of a voxel: projection, comparison with nine pixels
-constexpr double kFreeOperations = 40;      // of a pixel: its plane, how far its ray is free
+constexpr double kClearOperations = 70;    // of a voxel: foot, projection, comparison with nine
+constexpr double kLinkOperations = 40;     // of a pixel: two steps, and what lies around them
+constexpr double kFreeOperations = 40;     // of a pixel: its plane, how far its ray is free
 constexpr double kIndexOperations = 100;   // of a mesh unit; far more where a surface is
-constexpr double kVertexOperations = 150;
+constexpr double kVertexOperations = 250;  // its own edge, and the weights of four beside it
 
 constexpr double kNoiseOperations = 10;    // of a sample of a line
-// Of lines far apart, memory is read in sectors of 32 bytes.
-constexpr double kNoiseBytes = 32.0 * kNoisePoints;
+// Of lines far apart, memory is read in sectors of 32 bytes: one of a short line, three of a wide
+// one along the row, and as many as it has samples of one down the column.
+constexpr double kNoiseBytes = 32.0 * (1 + 3 + kNoiseLength) * kNoisePoints;
 
 constexpr double kArrayBytes = BlockTable::kArrayBytes;
 constexpr double kSumsBytes = kVoxelsPerBlock * sizeof(VoxelSums);
 constexpr double kIndicesBytes = kVoxelsPerBlock * sizeof(UnitIndices);
 constexpr double kTileBytes = 1;
 constexpr double kTilePixels = kTileSide * kTileSide;
-constexpr double kPixelFits = 3 * sizeof(float);  // inverse depth, value and slope of the row
+// Inverse depth, value and slope of the row, links.
+constexpr double kPixelFits = 3 * sizeof(float) + sizeof(PixelLinks);
+constexpr double kVertexEdges = 5;
 constexpr double kTriangleBytes = 3 * sizeof(uint16_t);
 
 double meshBytes(const WorkCounts& work) {
@@ -58,8 +62,8 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
     case Stage::kUpload: return {raw, 0, true};
     case Stage::kSense:  // images of the fits are written and read once, free depth written
       return {std::min(raw, kNoiseBytes) + raw + pixels * (2 * kPixelFits + sizeof(float)),
-              kNoisePoints * kNoiseLength * kNoiseOperations +
-                  pixels * (kFitOperations + kFreeOperations)};
+              kNoiseKinds * kNoisePoints * kNoiseLength * kNoiseOperations +
+                  pixels * (kLinkOperations + kFitOperations + kFreeOperations)};
     case Stage::kMakeSurfels:  // the images are read in full, for what is around a surfel
       return {2 * pixels * (kPixelFits + kTileBytes / kTilePixels) + surfel_bytes,
               pixels * kMergeOperations + surfels * (kFitOperations + kSurfelOperations)};
@@ -74,17 +78,19 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
     case Stage::kFold:
       return {arrays * (2 * kSumsBytes + 2 * kArrayBytes),
               arrays * kVoxelsPerBlock * kFoldOperations};
-    case Stage::kClear:  // the block, its slot, the depth that each voxel is compared with
-      return {static_cast<double>(work.touched_blocks) *
-                  (40 + 32 + 8 + kVoxelsPerBlock * sizeof(float)),
-              static_cast<double>(work.touched_blocks) * kVoxelsPerBlock * kClearOperations};
+    case Stage::kClear:
+      // The voxels of the frame's arrays, and the depth that each is compared with. What is looked
+      // at in turn is not counted, so this is the least that there is to do.
+      return {arrays * (kArrayBytes + kVoxelsPerBlock * sizeof(float)),
+              arrays * kVoxelsPerBlock * kClearOperations};
     case Stage::kIndex:  // which blocks to index, and them
       return {static_cast<double>(work.touched_blocks) * kUnitReach * 24 +
                   indexed * (arrays_per_block * kGridCorners * sizeof(Voxel) + 2 * kIndicesBytes),
               indexed * kVoxelsPerBlock * kIndexOperations};
-    case Stage::kMake:  // the indices, those across six faces, both ends of each vertex, the mesh
+    case Stage::kMake:  // the indices, those across six faces, ends of each vertex' edges, the mesh
       return {meshed * kIndicesBytes * (1 + 6.0 / kBlockSide) +
-                  static_cast<double>(work.vertices) * arrays_per_block * 2 * sizeof(Voxel) +
+                  static_cast<double>(work.vertices) * arrays_per_block * 2 * kVertexEdges *
+                      sizeof(Voxel) +
                   meshBytes(work),
               static_cast<double>(work.vertices) * kVertexOperations};
     case Stage::kFetch: return {meshBytes(work), 0, true};

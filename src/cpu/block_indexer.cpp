@@ -134,26 +134,23 @@ bool BlockIndexer::reachesOut(int edge) const {
 }
 
 /// heldToBorder() for an edge that does not reach out, from samples that lie in order. Same bits.
-Vec3f BlockIndexer::heldInGrid(int edge, const Vec3f& vertex) const {
+Vec3f BlockIndexer::heldInGrid(const MeshRules& rules, int edge, const Vec3f& vertex) const {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const int direction = facedDirection(axis, facing);
-  if (!(present_ >> direction & 1)) return vertex;
-  const auto line = [&](int across, int side) {
-    const int first = corner + side * cornerStride(across), stride = cornerStride(axis);
-    const float* sdf = sdf_[direction] + first;
-    const float* weight = weight_[direction] + first;
-    return [=](int i) { return Sample{sdf[i * stride], weight[i * stride]}; };
+  const int stride = cornerStride(axis);
+  const auto line = [&](int direction, int across, int side) {
+    const int first = corner + side * cornerStride(across);
+    return [=](int i) { return sample(first + i * stride, direction); };
   };
   const float offset = component(vertex, axis) - component(toFloat(cornerAt(corner)), axis);
-  return shifted(vertex, borderShifts(line, axis, facing, offset), axis);
+  return shifted(vertex, borderShifts(rules, line, axis, facing, offset), axis);
 }
 
 /// The vertex of an edge, in the directional map held to the border.
 BlockVertex BlockIndexer::vertexOn(const MeshRules& rules, int edge, bool directional) const {
   BlockVertex vertex = makeVertex(rules, *this, edge, directional);
   if (directional) {
-    vertex.position = reachesOut(edge) ? heldToBorder(*this, edge, vertex.position)
-                                       : heldInGrid(edge, vertex.position);
+    vertex.position = reachesOut(edge) ? heldToBorder(rules, *this, edge, vertex.position)
+                                       : heldInGrid(rules, edge, vertex.position);
   }
   return vertex;
 }

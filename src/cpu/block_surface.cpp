@@ -18,7 +18,7 @@ bool hasSurface(const UnitIndices* row) {
 BlockVertex vertexOn(const MeshRules& rules, const NearbyArrays& arrays, int edge,
                      bool directional) {
   BlockVertex vertex = makeVertex(rules, arrays, edge, directional);
-  if (directional) vertex.position = heldToBorder(arrays, edge, vertex.position);
+  if (directional) vertex.position = heldToBorder(rules, arrays, edge, vertex.position);
   return vertex;
 }
 

@@ -52,7 +52,7 @@ IntegrationResult CpuMapper::fuse(const DepthFrame& frame) {
   const FrameSensing sensing = sense(frame);
   const std::vector<Surfel>& surfels = makeSurfels(sensing);
   const std::vector<TouchedBlock>& blocks = findBlocks(surfels, sensing);
-  if (blocks.empty()) return noMeasurement(params_);
+  if (blocks.empty() && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
   const Admission admission = admit(blocks);
   castFoldAndClear(blocks, surfels, sensing);
   IntegrationResult result;
@@ -113,6 +113,7 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
   const bool clears = sensing.free_depth != nullptr;
   const FrameView& frame = sensing.image.frame;
   ++frames_;
+  if (!blocks.empty()) ++supporting_frames_;
   last_touched_.resize(table_.slotCount(), 0);
   BlockTimes times(profile_);
   parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
@@ -196,7 +197,7 @@ void CpuMapper::beginMeshUpdate() {
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
   mesh_update_.blocks =
-      mesher_.update(leastEvidence(params_.mesh.min_support, frames_, rules_.fusion));
+      mesher_.update(leastEvidence(params_.mesh.min_support, supporting_frames_, rules_.fusion));
   mesh_update_.duration_ms = millisecondsSince(start);
 }
 
@@ -230,7 +231,7 @@ void CpuMapper::clear() {
   voxels_.clear();
   mesher_.clear();
   mesh_update_ = MeshUpdate();
-  refused_ = frames_ = 0;
+  refused_ = frames_ = supporting_frames_ = 0;
   is_meshed_ = false;
   last_touched_.clear();
   vacant_.clear();

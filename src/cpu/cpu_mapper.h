@@ -52,7 +52,8 @@ class CpuMapper : public ProbedMapper {
   BlockMesher mesher_;
   MeshUpdate mesh_update_;
   uint64_t refused_ = 0;
-  uint64_t frames_ = 0;                 ///< Fused.
+  uint64_t frames_ = 0;                 ///< Fused, those included that only clear.
+  uint64_t supporting_frames_ = 0;      ///< Those that touched a block.
   std::vector<uint64_t> last_touched_;  ///< Frame, by slot; 0: none.
   bool is_meshed_ = false;              ///< Somebody has asked for a mesh.
   std::vector<int32_t> vacant_;         ///< Released when the mesh update under way is fetched.

@@ -7,7 +7,6 @@
 #include "evaluation/parallel.h"
 #include "evaluation/tsdf_fusion_folder.h"
 #include "program/command_line.h"
-#include "program/progress_bar.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -49,15 +48,9 @@ void convert(const ConvertOptions& options) {
   std::vector<Eigen::Isometry3d> poses_W_C;
   for (const TsdfFusionFrame& frame : folder.frames) poses_W_C.push_back(frame.T_W_C);
   const TumWriter writer(options.output, camera, poses_W_C);
-  const auto convertFrames = [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      writer.write(i, toTumDepth(readMillimetres(folder.frames[i].depth_path, camera)));
-    }
-  };
-  {
-    ProgressBar progress("images", poses_W_C.size());
-    parallelFor(poses_W_C.size(), 1, convertFrames, [&](size_t done) { progress.show(done); });
-  }
+  forEachImage(poses_W_C.size(), [&](size_t i) {
+    writer.write(i, toTumDepth(readMillimetres(folder.frames[i].depth_path, camera)));
+  });
   writer.finish(std::filesystem::path(options.input).filename().string());
   std::printf("%zu frames, %zu without a pose left out\n", folder.frames.size(),
               folder.without_pose);

@@ -6,7 +6,6 @@
 #include "evaluation/depth_comparison.h"
 #include "evaluation/parallel.h"
 #include "evaluation/view_selection.h"
-#include "program/progress_bar.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -41,20 +40,14 @@ void evaluateDepth(const EvaluateDepthOptions& options) {
   const std::vector<size_t> chosen = selectViews(options.frames, views.poses_W_C.size());
   DepthComparison comparison(options.stride);
   std::mutex mutex;  // guards `comparison`
-  const auto compare = [&](size_t begin, size_t end) {
+  forEachImage(chosen.size(), [&](size_t k) {
     DepthComparison part(options.stride);
-    for (size_t k = begin; k < end; ++k) {
-      const RenderedView view = renderView(scene, views.camera, views.poses_W_C[chosen[k]]);
-      part.add(readTumDepth(views.depth_paths[chosen[k]], views.camera), view.depth_m,
-               views.camera);
-    }
+    const RenderedView view = renderView(scene, views.camera, views.poses_W_C[chosen[k]]);
+    part.add(readTumDepth(views.depth_paths[chosen[k]], views.camera), view.depth_m,
+             views.camera);
     const std::lock_guard<std::mutex> lock(mutex);
     comparison.merge(part);
-  };
-  {
-    ProgressBar progress("images", chosen.size());
-    parallelFor(chosen.size(), 1, compare, [&](size_t done) { progress.show(done); });
-  }
+  });
   std::fputs(comparison.toJson().c_str(), stdout);
 }
 

@@ -8,7 +8,6 @@
 #include "evaluation/moving_object_options.h"
 #include "evaluation/parallel.h"
 #include "evaluation/view_selection.h"
-#include "program/progress_bar.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -87,13 +86,7 @@ class Insertion {
 
 void insertObject(const InsertOptions& options) {
   Insertion insertion(options);
-  const auto writeImages = [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) insertion.write(i);
-  };
-  {
-    ProgressBar progress("images", insertion.size());
-    parallelFor(insertion.size(), 1, writeImages, [&](size_t done) { progress.show(done); });
-  }
+  forEachImage(insertion.size(), [&](size_t i) { insertion.write(i); });
   insertion.finish();
 }
 

@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "program/progress_bar.h"
+
 namespace dtsdf {
 
 void parallelFor(size_t count, size_t chunk, const std::function<void(size_t, size_t)>& body,
@@ -38,6 +40,12 @@ void parallelFor(size_t count, size_t chunk, const std::function<void(size_t, si
   work();
   for (std::thread& helper : helpers) helper.join();
   if (failure) std::rethrow_exception(failure);
+}
+
+void forEachImage(size_t count, const std::function<void(size_t)>& body) {
+  ProgressBar progress("images", count);
+  parallelFor(count, 1, [&](size_t index, size_t) { body(index); },
+              [&](size_t done) { progress.show(done); });
 }
 
 }  // namespace dtsdf

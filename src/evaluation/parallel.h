@@ -12,4 +12,7 @@ namespace dtsdf {
 void parallelFor(size_t count, size_t chunk, const std::function<void(size_t, size_t)>& body,
                  const std::function<void(size_t)>& progress = {});
 
+/// Calls body(index) for the images of a recording, from several threads, behind a progress bar.
+void forEachImage(size_t count, const std::function<void(size_t)>& body);
+
 }  // namespace dtsdf

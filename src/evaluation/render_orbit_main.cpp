@@ -5,7 +5,6 @@
 #include "evaluation/depth_noise.h"
 #include "evaluation/parallel.h"
 #include "program/command_line.h"
-#include "program/progress_bar.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -83,17 +82,11 @@ void renderOrbit(const RenderOrbitOptions& options) {
   const MeshScene scene(mesh);
   const TumWriter writer(options.folder, camera, poses_W_C);
   writePly(options.folder + "/gt.ply", mesh);
-  const auto renderFrames = [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const RenderedView view = renderView(scene, camera, poses_W_C[i]);
-      const uint64_t frame_seed = options.seed << 32 | i;
-      writer.write(i, toTumDepth(addNoise(view, camera, options.noise, frame_seed)));
-    }
-  };
-  {
-    ProgressBar progress("images", poses_W_C.size());
-    parallelFor(poses_W_C.size(), 1, renderFrames, [&](size_t done) { progress.show(done); });
-  }
+  forEachImage(poses_W_C.size(), [&](size_t i) {
+    const RenderedView view = renderView(scene, camera, poses_W_C[i]);
+    const uint64_t frame_seed = options.seed << 32 | i;
+    writer.write(i, toTumDepth(addNoise(view, camera, options.noise, frame_seed)));
+  });
   writer.finish(std::filesystem::path(options.model_path).stem().string());
 }
 

@@ -11,7 +11,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOff_m = 0.0037;  // off the planes of the grid at any voxel size
 constexpr double kBoardSide_m = 0.5;
 constexpr int kViews = 40;
 constexpr double kNoise = 1.5e-3;  // standard deviation at 1 m, which grows with z^2

@@ -10,7 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOff_m = 0.0037;  // off the planes of the grid at any voxel size
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr double kBoardSide_m = 0.4;
 constexpr double kBoardFront_m = kOff_m - 0.11;  // 0.1 m of space between board and wall

@@ -11,6 +11,9 @@
 
 namespace dtsdf {
 
+/// Shapes stand off the planes of the grid by this, at any voxel size.
+constexpr double kOff_m = 0.0037;
+
 /// A camera with square pixels and its principal point in the image's middle.
 struct SceneCamera {
   int width, height;

@@ -10,7 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOff_m = 0.0037;  // off the planes of the grid at any voxel size
 constexpr int kFrames = 100;
 /// Ten good frames follow the last bad one.
 constexpr int kLastBad = 89;

@@ -11,8 +11,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOff_m = 0.0037;  // off the planes of the grid at any voxel size
-
 /// Tells which voxels a frame can have to do with: those in its view that do not lie behind what it
 /// measured. Widened in the image and in depth, as samples lie beside the pixels they come from.
 class Reach {

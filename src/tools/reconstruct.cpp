@@ -1,6 +1,8 @@
 /// reconstruct: a mesh from a recording, offline, without loss and with the same result each time.
 #include <cstdio>
 #include <memory>
+#include <stdexcept>
+#include <string>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
@@ -59,6 +61,16 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   }
 }
 
+/// Frames that each see another place leave a map, and no mesh. @throws std::runtime_error
+void checkSupport(const ReconstructionResult& result, const MapperParams& params) {
+  const int min_support = params.mesh.min_support;
+  if (!result.mesh.triangles.empty() || result.map.voxel_arrays == 0 || min_support < 2) return;
+  throw std::runtime_error(
+      "the mesh is empty: " + std::to_string(result.frames) + " frames were fused, but no place "
+      "has the support of " + std::to_string(min_support) + " of them, as mesh/min_support asks; "
+      "with --set mesh/min_support=1 a single frame is enough");
+}
+
 void run(const ReconstructOptions& options) {
   const RunSettings settings = readSettings(options);
   const MapperParams& params = settings.params.mapper;
@@ -74,6 +86,7 @@ void run(const ReconstructOptions& options) {
     result = reconstruct(*source, *mapper, params.map.voxel_size_m, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
+  checkSupport(result, params);
   saveMesh(result.mesh, params.mesh.colour, options.mesh_path);
   const std::string backend_name = mapper->backendName();
   if (!options.report_path.empty()) {

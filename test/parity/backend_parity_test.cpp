@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <tuple>
 
@@ -229,6 +230,26 @@ TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   frames.push_back(bad);
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, frames, 1));
   expectSurface(pair.candidate());
+  pair.compareMaps();
+}
+
+/// All pixels beyond the range: the frame touches no block, and clears. Before anything is mapped,
+/// then more often than evidence lasts.
+TEST_P(BackendParity, FramesWithNothingInRange) {
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
+  TestFrameSettings settings;
+  settings.count = 1;
+  settings.encoding = DepthEncoding::kFloat32;
+  const TestFrame room = makeTestFrames(settings)[0];
+  TestFrame far = room;
+  const float far_m = 50.0f;
+  for (size_t i = 0; i < far.pixels.size(); i += sizeof(float)) {
+    std::memcpy(&far.pixels[i], &far_m, sizeof(float));
+  }
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, {far, room}, 1));
+  const size_t before = pair.candidate().stats().voxel_arrays;
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, std::vector<TestFrame>(8, far), 1));
+  EXPECT_LT(pair.candidate().stats().voxel_arrays, before / 2);
   pair.compareMaps();
 }
 

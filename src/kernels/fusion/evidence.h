@@ -1,8 +1,9 @@
 /// Whether there is a surface: evidence, a counter of frames.
 ///
-/// A frame that covers a voxel supports the surface there. One that does not, but looks through the
-/// place where the voxel says the surface is, contradicts it (free_space.h). All others say
-/// nothing.
+/// A frame that covers enough of a voxel supports the surface there. One that does not cover it,
+/// but looks through the place where the voxel says the surface is, contradicts it (free_space.h).
+/// All others say nothing.
+///
 /// The counter saturates: how near, and how long, a thing was seen does not matter to how fast it
 /// goes when it is gone. (As the inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the
 /// clamped log-odds of Hornung et al., "OctoMap", 2013, but in whole frames.)

@@ -36,8 +36,8 @@ DTSDF_HD MaybeSlope slopeDown(const ImageView& image, const Pixel& pixel) {
   return {to_above ? (to_below ? 0.5f * (upper + lower) : upper) : lower, to_above || to_below};
 }
 
-/// Depth in metres up to which the ray of a pixel is free that measures `depth_m`: up to there, less
-/// a margin across its plane.
+/// Depth in metres up to which the ray of a pixel is free that measures `depth_m`: up to there,
+/// less a margin across its plane.
 DTSDF_HD float freeBefore(const FrameSensing& sensing, const Pixel& pixel, float depth_m,
                           const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;

@@ -55,9 +55,8 @@ struct LineCrossing {
 };
 constexpr float kNoCrossing = -9.0f;  ///< An offset that is far from any.
 
-/// The crossing of the edge between samples 0 and 1 of a line, or of the one before or after it;
-/// sample(i) is that of the direction which the surface faces. The weight is the edge's own if none
-/// is crossed.
+/// The crossing of the edge between samples 0 and 1 of a line, or of the one before or after it.
+/// The weight is the edge's own if none is crossed.
 template <class Line>
 DTSDF_HD LineCrossing crossingNear(const Line& sample, int facing) {
   const Sample lower = sample(0), upper = sample(1);
@@ -77,11 +76,12 @@ template <class Corners>
 struct CornerLine {
   const Corners& corners;
   GridEdge edge;
+  int direction;
 
   DTSDF_HD Sample operator()(int i) const {
     Vec3i at = edge.corner;
     (edge.axis == 0 ? at.x : edge.axis == 1 ? at.y : at.z) += i;
-    return corners.sample(at, facedDirection(edge.axis, edge.facing));
+    return corners.sample(at, direction);
   }
 };
 
@@ -90,39 +90,88 @@ struct BorderShift {
   float across, along;
 };
 
-/// The shift of a vertex between two lines of edges. A surface that rises by more than a voxel from
-/// the one to the other is not the vertex's own. The part across is a multiple of 2^-12, so that
-/// blocks on both sides of a face come to the very same place.
-DTSDF_HD BorderShift borderShift(const LineCrossing& own, const LineCrossing& lower,
-                                 const LineCrossing& upper) {
-  const bool to_lower = lower.weight > upper.weight;
-  const LineCrossing inner = to_lower ? lower : upper, outer = to_lower ? upper : lower;
-  const bool is_border = 2.0f * own.weight < inner.weight && outer.weight <= own.weight;
-  if (!is_border || fabsf(inner.offset - own.offset) > 1.0f) return {0.0f, 0.0f};
-  constexpr float kSteps = 4096.0f;
-  const float covered = cubeRoot(2.0f * own.weight / inner.weight);
-  constexpr float kMostShare = 15.0f / 16.0f;  // so that triangles keep an area
-  const float share = static_cast<float>(floorToInt(
-                          minimum(maximum(1.0f - covered, 0.0f), kMostShare) * kSteps)) / kSteps;
-  return {to_lower ? -share : share, share * (inner.offset - own.offset)};
+/// A line of edges and those beside it along another axis.
+struct LinesAcross {
+  LineCrossing own, lower, upper;
+};
+
+/// Whether what was measured ends between the lines.
+DTSDF_HD bool isBorder(const LinesAcross& lines) {
+  const float own = lines.own.weight, lower = lines.lower.weight, upper = lines.upper.weight;
+  return 2.0f * own < maximum(lower, upper) && minimum(lower, upper) <= own;
 }
 
-/// The shifts of the vertex at `offset` on an edge along the two other axes, in their order.
+/// The shift of a vertex where it does. It stays on its edge's stretch: beyond, the surface crosses
+/// other edges, and triangles would fold. A surface that rises by more than a voxel from one line
+/// to the next is not the vertex's own. The part across is a multiple of 2^-12, so that blocks on
+/// both sides of a face come to the very same place.
+DTSDF_HD BorderShift borderShift(const MeshRules& rules, const LinesAcross& lines) {
+  const bool to_lower = lines.lower.weight > lines.upper.weight;
+  const LineCrossing inner = to_lower ? lines.lower : lines.upper;
+  const float rise = inner.offset - lines.own.offset, steepness = fabsf(rise);
+  if (steepness > 1.0f) return {0.0f, 0.0f};
+  const float from_end = rise < 0.0f ? lines.own.offset : 1.0f - lines.own.offset;
+  const float room = maximum(from_end - rules.vertex_margin, 0.0f);
+  constexpr float kMostShare = 15.0f / 16.0f;  // so that triangles keep an area
+  const float most = steepness > room ? kMostShare * room / steepness : kMostShare;
+  const float covered = cubeRoot(2.0f * lines.own.weight / inner.weight);
+  constexpr float kSteps = 4096.0f;
+  const float share = static_cast<float>(floorToInt(
+                          minimum(maximum(1.0f - covered, 0.0f), most) * kSteps)) / kSteps;
+  return {to_lower ? -share : share, share * rise};
+}
+
+/// A vertex at `offset` on an edge, and the samples around: `line(direction, across, side)` is the
+/// line through the edge (side 0), or beside it along the axis `across` (side -1 or 1).
+template <class LineAt>
+struct BorderVertex {
+  const MeshRules& rules;
+  const LineAt& line;
+  int axis, facing;
+  float offset;
+
+  DTSDF_HD float weight(int direction) const {
+    const auto own = line(direction, axis, 0);
+    return own(0).weight + own(1).weight;
+  }
+
+  /// The direction that knows most of the edge, of those that have a say on it.
+  DTSDF_HD int strongestDirection() const {
+    int strongest = facedDirection(axis, facing);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (speaksOnEdge(d, axis, facing) && weight(d) > weight(strongest)) strongest = d;
+    }
+    return strongest;
+  }
+
+  DTSDF_HD LinesAcross linesAcross(int direction, int across) const {
+    return {{offset, weight(direction)},
+            crossingNear(line(direction, across, -1), facing),
+            crossingNear(line(direction, across, 1), facing)};
+  }
+
+  /// What the direction knows that the surface faces, decides; but it knows little where the edge
+  /// runs along the surface, border or not: there the strongest direction has to end as well.
+  DTSDF_HD BorderShift shift(int across) const {
+    const int faced = facedDirection(axis, facing);
+    const LinesAcross lines = linesAcross(faced, across);
+    if (!isBorder(lines)) return {0.0f, 0.0f};
+    const int strongest = strongestDirection();
+    if (strongest != faced && !isBorder(linesAcross(strongest, across))) return {0.0f, 0.0f};
+    return borderShift(rules, lines);
+  }
+};
+
+/// The shifts of a vertex along the two axes across its edge, in their order.
 struct BorderShifts {
   BorderShift first, second;
 };
 
-/// `line(across, side)` is the line of samples through an edge (0, 0), and beside it along another
-/// axis (side -1 or 1).
 template <class LineAt>
-DTSDF_HD BorderShifts borderShifts(const LineAt& line, int axis, int facing, float offset) {
-  const auto own_line = line(0, 0);
-  const LineCrossing own{offset, own_line(0).weight + own_line(1).weight};
-  const auto shift = [&](int across) {
-    return borderShift(own, crossingNear(line(across, -1), facing),
-                       crossingNear(line(across, 1), facing));
-  };
-  return {shift(axis == 0 ? 1 : 0), shift(axis == 2 ? 1 : 2)};
+DTSDF_HD BorderShifts borderShifts(const MeshRules& rules, const LineAt& line, int axis, int facing,
+                                   float offset) {
+  const BorderVertex<LineAt> vertex{rules, line, axis, facing, offset};
+  return {vertex.shift(axis == 0 ? 1 : 0), vertex.shift(axis == 2 ? 1 : 2)};
 }
 
 /// A vertex on an edge along an axis, after its shifts. Where the border passes between both axes
@@ -138,14 +187,16 @@ DTSDF_HD Vec3f shifted(const Vec3f& vertex, const BorderShifts& shifts, int axis
 
 /// The vertex of an edge, held to what was measured.
 template <class Corners>
-DTSDF_HD Vec3f heldToBorder(const Corners& corners, int edge, const Vec3f& vertex) {
+DTSDF_HD Vec3f heldToBorder(const MeshRules& rules, const Corners& corners, int edge,
+                            const Vec3f& vertex) {
   const GridEdge at{cornerAt(edgeCorner(edge)), edgeAxis(edge), edgeFacing(edge)};
   const float offset = component(vertex, at.axis) - component(toFloat(at.corner), at.axis);
-  const auto line = [&](int across, int side) {
+  const auto line = [&](int direction, int across, int side) {
     const Vec3i step = unitStep(across);
-    return CornerLine<Corners>{corners, moved(at, {side * step.x, side * step.y, side * step.z})};
+    return CornerLine<Corners>{
+        corners, moved(at, {side * step.x, side * step.y, side * step.z}), direction};
   };
-  return shifted(vertex, borderShifts(line, at.axis, at.facing, offset), at.axis);
+  return shifted(vertex, borderShifts(rules, line, at.axis, at.facing, offset), at.axis);
 }
 
 }  // namespace dtsdf

@@ -26,9 +26,9 @@ DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const R
 }
 
 /// How strongly a direction speaks for a surface in the unit; 0 if it does not. It has to see both
-/// sides of the surface, and the gradient of its distance has to lie in its range (the gradient
-/// check of the paper's intra-directional filter). Only the gradient's direction counts: noise
-/// makes it shorter.
+/// sides of the surface (or that it touches a corner), and the gradient of its distance has to lie
+/// in its range (the gradient check of the paper's intra-directional filter). Only the gradient's
+/// direction counts: noise makes it shorter.
 template <class Samples, class Real>
 DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& least_weight) {
   const Real zero{0.0f};
@@ -38,8 +38,8 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
     const Real corner_weight = samples.weight(direction, c), sdf = samples.sdf(direction, c);
     const auto known = corner_weight > least_weight;
     weight = weight + select(known, corner_weight, zero);
-    behind = behind | (known & (sdf < zero));
-    in_front = in_front | (known & (sdf >= zero));
+    behind = behind | (known & (sdf < Real{kTouching}));
+    in_front = in_front | (known & (sdf >= Real{-kTouching}));
   }
   const auto sees_both = in_front & behind;
   if (!any(sees_both)) return zero;

@@ -21,10 +21,11 @@ namespace dtsdf {
 constexpr int kBehindBit = 8, kBarredBit = 16;
 constexpr uint32_t kDirectionBits = (1u << kDirectionCount) - 1;
 
-/// Of one direction's sample.
+/// Of one direction's sample; both sides where the surface touches the corner.
 DTSDF_HD uint32_t sidesOfSample(int direction, float sdf, float weight) {
-  const uint32_t side = sdf < 0.0f ? 1u << (kBehindBit + direction) : 1u << direction;
-  return weight > 0.0f ? side : 0u;
+  const uint32_t in_front = sdf >= -kTouching ? 1u << direction : 0u;
+  const uint32_t behind = sdf < kTouching ? 1u << (kBehindBit + direction) : 0u;
+  return weight > 0.0f ? in_front | behind : 0u;
 }
 
 DTSDF_HD uint32_t observedDirections(uint32_t sides) {

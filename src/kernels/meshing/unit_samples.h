@@ -10,11 +10,12 @@
 ///           sheets.h             marching cubes indices, without what no direction can see
 ///   make    regularisation.h     corners that the units around them disagree about
 ///           edge_vertex.h        where the surface crosses an edge
+///           border.h             vertices where the measurements end
 ///           emit.h               triangles, as references to edges
 ///
 /// corner_grid.h says where a block's samples lie, mesh_tables.h holds marching cubes, and
-/// mesh_rules.h the numbers. Vertices belong to (edge, facing) and depend on the edge's two samples
-/// alone, so all units around an edge share them.
+/// mesh_rules.h the numbers. Vertices belong to (edge, facing) and depend on the samples of the
+/// edge and, on a border (border.h), of the edges beside it, so all units around it share them.
 ///
 /// Departure from the paper, measured in docs/results: it votes and intersects whole indices per
 /// unit; voting per corner makes neighbouring units agree on the corners they share.
@@ -53,6 +54,13 @@ struct UnitSamples {
   DTSDF_HD bool isObserved(int) const { return true; }
   DTSDF_HD bool maySpeak(int) const { return true; }
 };
+
+/// A surface nearer to a corner than this, in voxels, touches it: its direction has seen both of
+/// its sides there. On which side the corner is, the vote decides (vote.h), in which another
+/// direction of the same weight can turn what is nearer than a quarter of `nearness_voxels`. (A
+/// unit whose only corner behind the surface was turned would have no direction that speaks, and
+/// leave a hole.)
+constexpr float kTouching = 0.05f;
 
 template <class Samples>
 DTSDF_HD typename Samples::Real greatestWeight(const Samples& samples) {

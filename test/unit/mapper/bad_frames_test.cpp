@@ -129,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(Intrinsics, BadFrames, testing::ValuesIn(badIntrinsics(
 INSTANTIATE_TEST_SUITE_P(Pose, BadFrames, testing::ValuesIn(badPoses()), nameOf);
 
 TEST(EmptyDepth, IsNoMeasurement) {
-  for (const float value : {0.0f, -1.0f, kNan, kInfinity, 0.05f, 50.0f}) {
+  for (const float value : {0.0f, -1.0f, kNan, kInfinity, 0.05f}) {
     const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
     SceneFrame frame = goodFrame();
     std::fill(frame.depth_m.begin(), frame.depth_m.end(), value);
@@ -137,6 +137,24 @@ TEST(EmptyDepth, IsNoMeasurement) {
     EXPECT_EQ(result.status, FrameStatus::kNoMeasurement) << value;
     EXPECT_FALSE(result.message.empty());
     EXPECT_EQ(mapper->stats().blocks, 0u);
+  }
+}
+
+/// 50 m are beyond the range: such a frame clears, and is none only where nothing is cleared.
+TEST(EmptyDepth, BeyondTheRangeIsNoMeasurementWithoutClearing) {
+  SceneFrame frame = goodFrame();
+  std::fill(frame.depth_m.begin(), frame.depth_m.end(), 50.0f);
+  for (const bool clearing : {false, true}) {
+    for (const FusionMode mode : {FusionMode::kVoxelProjection, FusionMode::kNormalRayCasting}) {
+      MapperParams params = makeCpuParams(mode, true, 0.04f);
+      params.fusion.clearing = clearing;
+      const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(params);
+      const bool clears = clearing && mode != FusionMode::kVoxelProjection;
+      EXPECT_EQ(mapper->integrate(frame.view()).status,
+                clears ? FrameStatus::kFused : FrameStatus::kNoMeasurement)
+          << modeName(mode, true) << ", clearing " << clearing;
+      EXPECT_EQ(mapper->stats().blocks, 0u);
+    }
   }
 }
 

@@ -80,6 +80,27 @@ TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
   }
 }
 
+/// Nothing is in range any more: only frames that see farther than the map reaches.
+TEST_P(Change, WhatIsSeenThroughFromAfarGoes) {
+  Session session(params());
+  see(session, look(wallAndBall()), 3);
+  ASSERT_GT(trianglesOfBallNow(session), 300u);
+  Scene far;
+  far.add(Plane{{30.0, 0.0, 0.0}, -Vector3d::UnitX()});
+  see(session, look(far), 24);
+  EXPECT_EQ(trianglesOfBallNow(session), 0u);
+}
+
+/// A frame that only clears is none of those whose support is asked for.
+TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
+  Session session(params());
+  Scene far;
+  far.add(Plane{{30.0, 0.0, 0.0}, -Vector3d::UnitX()});
+  see(session, look(far), 2);
+  see(session, look(wallAndBall()), 1);
+  EXPECT_GT(trianglesOfBallNow(session), 300u);
+}
+
 TEST_P(Change, WithoutClearingNothingIsTakenBack) {
   MapperParams settings = params();
   settings.fusion.clearing = false;

@@ -43,8 +43,8 @@ void expectEachKeySetsItsOwn(size_t count) {
 TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(20); }
 TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(10); }
 
-/// A slope needs two pixels; with a depth, a turn or turns of 0 a rule would
-/// divide by 0; evidence has eight bits, and a surface that gains none is never shown.
+/// A slope needs two pixels; with a depth, a turn, or a number of turns of 0 a rule would divide by
+/// 0; evidence has eight bits, and a surface that gains none is never shown.
 TEST(SurfelRules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/least_strip_px", 1}}), ParamError);
   EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);

@@ -51,6 +51,13 @@ class ReconstructProgram : public testing::Test {
   std::string tum_option_;
 };
 
+TEST_F(ReconstructProgram, TellsWhatLeavesTheMeshEmpty) {
+  expectError("--tum " + tum_.path() + " --frames 0:5:5 --set backend=cpu --mesh " +
+                  (out_ / "mesh.ply"),
+              1, "2 frames were fused, but no place has the support of 2 of them, as "
+              "mesh/min_support asks");
+}
+
 TEST_F(ReconstructProgram, SavesMeshAndReport) {
   const Outcome outcome = run(tum_option_ + "--backend cpu --threads 1 --mesh-every 2 --mesh " +
                               (out_ / "new/mesh.ply") + " --report " + (out_ / "report.json"));

@@ -6,14 +6,10 @@
 #include <random>
 #include <set>
 
+#include "support/random_vectors.h"
+
 namespace dtsdf {
 namespace {
-
-Vec3f randomUnit(std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  const Vec3f v{normal(random), normal(random), normal(random)};
-  return (1.0f / norm(v)) * v;
-}
 
 TEST(Direction, ThresholdIsTheSineOfAnEighthOfPi) {
   EXPECT_NEAR(kDirectionThreshold, std::sin(3.14159265358979 / 8.0), 1e-7);

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "support/random_vectors.h"
 #include "support/surface_image.h"
 
 namespace dtsdf {
@@ -81,15 +82,37 @@ TEST(FreeDepth, ReachesBeyondWhatIsFused) {
   }
 }
 
-/// A plane 5 mm beside the camera, nearer than the margin: nothing is free there. That is not the
-/// same as nothing measured, which would leave the neighbours to decide.
-TEST(FreeDepth, WhatLeavesNothingFreeIsNotUnknown) {
+/// A plane 5 mm beside the camera, nearer than the margin: nothing is free there.
+TEST(FreeDepth, IsZeroWhereTheMarginLeavesNothing) {
   const FreeSpaceImage image(plane(0, 1, 0, 0.005));
-  for (const int v : {40, 43, 46}) {
-    EXPECT_GT(image.freeDepthAt(30, v), 0.0f);
-    EXPECT_LT(image.freeDepthAt(30, v), 1e-3f);
-  }
-  EXPECT_EQ(image.freeDepthAt(30, 10), 0.0f);
+  for (const int v : {40, 43, 46}) EXPECT_EQ(image.freeDepthAt(30, v), 0.0f);
+}
+
+/// Inverse depths of 5 x 5 pixels, each a surface of its own, and the free depth of their middle.
+float freeDepthOfMiddle(const std::vector<float>& inverse_depth) {
+  const std::vector<float> nothing(25, 0.0f);
+  const std::vector<PixelLinks> links(25, 0);
+  const FrameSensing sensing{{frontalFrame(5, 5, kIntrinsics, kVoxel_m), inverse_depth.data(),
+                              nothing.data(), nothing.data(), links.data()},
+                             {0.0f, 0},
+                             nullptr};
+  return freeDepth(sensing, {2, 2}, kFusion);
+}
+
+/// Rectified images have lines of pixels without a measurement.
+TEST(FreeDepth, GapsOfAPixelAreAsFreeAsTheNearestBesideThem) {
+  const float margin_m = 0.5f * static_cast<float>(kVoxel_m);
+  std::vector<float> image(25, 0.5f);
+  for (int i = 0; i < 5; ++i) image[10 + i] = image[5 * i + 2] = 0.0f;  // a row and a column
+  EXPECT_NEAR(freeDepthOfMiddle(image), 2.0f - margin_m, 1e-5f);
+  image[6] = 1.0f;  // the pixel above to the left
+  EXPECT_NEAR(freeDepthOfMiddle(image), 1.0f - margin_m, 1e-5f);
+}
+
+TEST(FreeDepth, IsNotKnownInWiderGaps) {
+  std::vector<float> image(25, 0.5f);
+  for (const int i : {6, 7, 8, 11, 12}) image[i] = 0.0f;  // of each pair across one at least
+  EXPECT_EQ(freeDepthOfMiddle(image), 0.0f);
 }
 
 TEST(FreeDepth, MarginAndNoiseAreRules) {
@@ -137,10 +160,9 @@ TEST(Foot, OfAnAlignedPlane) {
 /// In each direction, at each voxel, the corners of the block included: the perpendicular's foot.
 TEST(Foot, OfRandomPlanes) {
   std::mt19937 random(31);
-  std::normal_distribution<float> normal;
   std::uniform_real_distribution<double> offset(-3.0, 12.0);
   for (int trial = 0; trial < 200; ++trial) {
-    const Vec3f v{normal(random), normal(random), normal(random)}, n = (1.0f / norm(v)) * v;
+    const Vec3f n = randomUnit(random);
     const double d = offset(random);
     const Array array([&](const Vec3f& p) { return dot(n, p) - d; });
     const DirectionSet directions = directionsOf(n, true);
@@ -309,12 +331,6 @@ TEST(IsContradicted, NotBesideSomethingThin) {
   EXPECT_FALSE(seen(3));
   EXPECT_TRUE(seen(0));
   EXPECT_TRUE(seen(6));
-}
-
-Vec3f randomUnit(std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  const Vec3f v{normal(random), normal(random), normal(random)};
-  return (1.0f / norm(v)) * v;
 }
 
 Vec3f cross(const Vec3f& a, const Vec3f& b) {

@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "kernels/fusion/cast.h"
+#include "support/random_vectors.h"
 
 namespace dtsdf {
 namespace {
@@ -27,12 +28,6 @@ struct Cast {
   Vec3f p, normal, direction;
   float truncation;
 };
-
-Vec3f randomUnit(std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  const Vec3f v{normal(random), normal(random), normal(random)};
-  return (1.0f / norm(v)) * v;
-}
 
 /// Casts along the normal and along slanted rays, every tenth through exact grid points.
 Cast randomCast(std::mt19937& random, int i) {

@@ -55,6 +55,15 @@ TEST(Leaders, WhoSeesOneSideOnlyDoesNotSpeak) {
   }
 }
 
+/// All corners in front, the nearest by 0.04, or behind by that.
+TEST(Leaders, WhoTouchesACornerSpeaks) {
+  for (const double offset : {-0.04, 1.04}) {
+    UnitSamples samples = {};
+    addPlaneTo(samples, 4, {Eigen::Vector3d::UnitZ(), offset});
+    EXPECT_GT(directionConfidence(samples, 4, 0.0f), 0.0f);
+  }
+}
+
 /// Of Y+ and Z+, equally strong, the first leads; Y- speaks and leads the second sheet, X+ only
 /// speaks.
 TEST(Leaders, TheStrongestLeadsAndItsOppositeTheSecondSheet) {

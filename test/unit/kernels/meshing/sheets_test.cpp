@@ -53,6 +53,20 @@ TEST(Sheets, AThinWallHasTwoSheets) {
   }
 }
 
+/// X+ with a weight of 3 touches corner 0, in front of it by 0.0003; Y+, seen at that corner only,
+/// has it 0.3 behind with a weight of 0.3. Their votes are (3 / 0.2003)^2 = 224.3 and
+/// (0.3 / 0.5)^2 = 0.36, and 224.3 * 0.0003 - 0.36 * 0.3 is below 0: the corner is behind for all
+/// units around it, so that this one must have its triangle, though neither saw both sides.
+TEST(Sheets, ACornerThatTheVoteTurnedHasItsTriangle) {
+  UnitSamples samples = {};
+  for (int c = 0; c < kCubeCorners; ++c) {
+    const auto x = static_cast<float>(c & 1), yz = static_cast<float>((c >> 1 & 1) + (c >> 2 & 1));
+    samples.corner[0][c] = {0.0003f + x + 0.1f * yz, 3.0f};
+  }
+  samples.corner[2][0] = {-0.3f, 0.3f};
+  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 1);
+}
+
 TEST(Sheets, UnobservedCornersHaveNoSurface) {
   const UnitPlane plane{Eigen::Vector3d::UnitZ(), 0.4};
   for (int c = 0; c < kCubeCorners; ++c) {

@@ -62,10 +62,14 @@ TEST(Links, NoisePartsNothing) {
 /// Steps of 0.05 1/m from pixel to pixel, as the same in each row: a real side, however steep. Its
 /// ends are steps of less than half of that, which do not belong to it.
 TEST(Links, SteepSidesAreOneSurface) {
-  const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
-  for (const bool down : {false, true}) {
-    EXPECT_EQ(linksAlong({side, side, side}, 0.0f, 0, down),
-              Links({true, false, true, true, false, true, false}));
+  for (const float nearest : {1.0f, 0.05f}) {  // also 20 m away
+    std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
+    for (float& inverse_depth : side) inverse_depth *= nearest;
+    for (const bool down : {false, true}) {
+      EXPECT_EQ(linksAlong({side, side, side}, 0.0f, 0, down),
+                Links({true, false, true, true, false, true, false}))
+          << nearest;
+    }
   }
 }
 

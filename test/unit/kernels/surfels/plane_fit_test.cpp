@@ -16,14 +16,7 @@ namespace {
 constexpr int kWidth = 40, kHeight = 30;
 constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
 constexpr float kVoxel_m = 10.0f / 35.0f;  // 10 pixels at 1 m
-/// The steps in these images are between one and two voxels.
-SurfelRules rulesOfSteps() {
-  SurfelRules rules;
-  rules.linked_step = 1.0f;
-  return rules;
-}
-
-const SurfelSettings kSurfels{2, 0.03f, rulesOfSteps(), 0};
+const SurfelSettings kSurfels{2, 0.03f, SurfelRules(), 0};
 
 /// A rounding error of a share of 6e-8 of 1 / z, over slopes of the order of 1 / (f z) per pixel,
 /// turns the normal by about f * 6e-8; some ten times that.
@@ -125,7 +118,7 @@ TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
 
 /// Two planes with a gap in depth: no pixel's normal is a mixture, whichever way the border runs.
 TEST(NormalFit, DoesNotMixAcrossADepthJump) {
-  const FreePlane near = makePlane(0.2, -0.1, -1.0, -1.0), far = makePlane(-0.4, 0.3, -1.0, -1.9);
+  const FreePlane near = makePlane(0.2, -0.1, -1.0, -2.0), far = makePlane(-0.4, 0.3, -1.0, -3.8);
   const auto onNear = [](int u, int v) { return 3 * u + 5 * v < 120; };
   Image image;
   draw(image, near, onNear);

@@ -1,0 +1,17 @@
+/// Random vectors for tests.
+#pragma once
+
+#include <random>
+
+#include "kernels/core/vec.h"
+
+namespace dtsdf {
+
+/// A unit vector, of any direction alike.
+inline Vec3f randomUnit(std::mt19937& random) {
+  std::normal_distribution<float> normal;
+  const Vec3f v{normal(random), normal(random), normal(random)};
+  return (1.0f / norm(v)) * v;
+}
+
+}  // namespace dtsdf

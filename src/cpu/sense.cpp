@@ -57,6 +57,21 @@ void linkRow(const FrameView& frame, const float* inverse_depth, int v, const Li
   links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
 }
 
+/// Free depths of a row that has one above and one below.
+void fillGaps(const float* __restrict__ inverse_depth, const float* __restrict__ free_if_measured,
+              int width, float* __restrict__ free_depth) {
+  const int last = width - 1;
+  free_depth[0] = free_if_measured[0];
+  for (int u = 1; u < last; ++u) {
+    const float in_gap = freeInGap([&](int du, int dv) {
+      return free_if_measured[u + du + static_cast<int64_t>(dv) * width];
+    });
+    const float own = free_if_measured[u];
+    free_depth[u] = inverse_depth[u] != 0.0f ? own : in_gap;
+  }
+  free_depth[last] = free_if_measured[last];
+}
+
 struct NoScratch {};
 
 }  // namespace
@@ -159,20 +174,31 @@ void FrameSensor::fitRows(const FrameView& view, const DepthNoise& noise) {
   });
 }
 
+/// freeDepth() of all pixels, measured ones first: the others look at those beside them.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
+  free_if_measured_.resize(inverse_depth_.size());
   free_depth_.resize(inverse_depth_.size());
   parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
     for (int u = 0; u < view.width; ++u) {
-      free_depth_[row * view.width + u] =
-          freeDepth(sensing, {u, static_cast<int32_t>(row)}, fusion_settings_);
+      free_if_measured_[row * view.width + u] =
+          freeIfMeasured(sensing, {u, static_cast<int32_t>(row)}, fusion_settings_);
+    }
+  });
+  parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
+    const size_t first = row * view.width;
+    const bool is_inside = row > 0 && row + 1 < static_cast<size_t>(view.height);
+    if (is_inside) {
+      fillGaps(&inverse_depth_[first], &free_if_measured_[first], view.width, &free_depth_[first]);
+    } else {
+      std::copy_n(&free_if_measured_[first], view.width, &free_depth_[first]);
     }
   });
 }
 
 size_t FrameSensor::bytes() const {
   return (inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity() +
-          free_depth_.capacity()) * sizeof(float) + links_.capacity() * sizeof(PixelLinks);
+          free_if_measured_.capacity() + free_depth_.capacity()) * sizeof(float) + links_.capacity() * sizeof(PixelLinks);
 }
 
 }  // namespace dtsdf

@@ -31,7 +31,7 @@ class FrameSensor {
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const int threads_;
-  std::vector<float> inverse_depth_, row_value_, row_slope_, free_depth_;
+  std::vector<float> inverse_depth_, row_value_, row_slope_, free_if_measured_, free_depth_;
   std::vector<PixelLinks> links_;
 };
 

@@ -69,35 +69,36 @@ DTSDF_HD float freeIfMeasured(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// Free depth of a pixel that is not measured: between two that are, it is as free as the nearest
-/// of them. Rectified and registered images have lines of such pixels all over.
-DTSDF_HD float freeInGap(const FrameSensing& sensing, const Pixel& pixel,
-                         const FusionSettings& fusion) {
-  const FrameView& frame = sensing.image.frame;
-  if (pixel.u == 0 || pixel.v == 0 || pixel.u + 1 == frame.width ||
-      pixel.v + 1 == frame.height) {
-    return 0.0f;
-  }
+/// of them. Rectified and registered images have lines of such pixels all over. `free(du, dv)` is
+/// freeIfMeasured() of the pixels beside it.
+template <class FreeBeside>
+DTSDF_HD float freeInGap(const FreeBeside& free) {
   constexpr int kPairs = 4;
   constexpr int kRight[kPairs] = {1, 0, 1, 1}, kDown[kPairs] = {0, 1, 1, -1};
-  float free_m = 0.0f;
+  constexpr float kNothing_m = 1e30f;
+  float nearest = kNothing_m;
   for (int i = 0; i < kPairs; ++i) {
-    const int u = kRight[i], v = kDown[i];
-    const float a = freeIfMeasured(sensing, {pixel.u - u, pixel.v - v}, fusion);
-    const float b = freeIfMeasured(sensing, {pixel.u + u, pixel.v + v}, fusion);
-    const float nearer = minimum(a, b);
-    if (!(nearer > 0.0f)) continue;
-    free_m = free_m > 0.0f ? minimum(free_m, nearer) : nearer;
+    const float free_m =
+        minimum(free(-kRight[i], -kDown[i]), free(kRight[i], kDown[i]));
+    nearest = minimum(nearest, free_m > 0.0f ? free_m : kNothing_m);
   }
-  return free_m;
+  return nearest < kNothing_m ? nearest : 0.0f;
+}
+
+DTSDF_HD bool isAtImageBorder(const FrameView& frame, const Pixel& pixel) {
+  return pixel.u == 0 || pixel.v == 0 || pixel.u + 1 == frame.width ||
+         pixel.v + 1 == frame.height;
 }
 
 /// Depth in metres up to which the ray of a pixel is free; 0 where nothing tells.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
                          const FusionSettings& fusion) {
-  const bool is_measured =
-      sensing.image.inverse_depth[pixelIndex(sensing.image.frame, pixel)] != 0.0f;
-  return is_measured ? freeIfMeasured(sensing, pixel, fusion)
-                     : freeInGap(sensing, pixel, fusion);
+  const FrameView& frame = sensing.image.frame;
+  const bool is_measured = sensing.image.inverse_depth[pixelIndex(frame, pixel)] != 0.0f;
+  if (is_measured || isAtImageBorder(frame, pixel)) return freeIfMeasured(sensing, pixel, fusion);
+  return freeInGap([&](int du, int dv) {
+    return freeIfMeasured(sensing, {pixel.u + du, pixel.v + dv}, fusion);
+  });
 }
 
 /// Difference of a voxel's distance from those of its neighbours along an axis of its block, per

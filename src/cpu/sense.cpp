@@ -86,8 +86,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   invertDepths(frame);
   const DepthNoise noise = estimateNoise(view);
-  findLinks(view, noise);
-  fitRows(view, noise);
+  linkAndFitRows(view, noise);
   const ImageView image{view, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
                         links_.data()};
   FrameSensing sensing{image, noise, nullptr};
@@ -135,16 +134,11 @@ float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   return noiseOfBin(bin);
 }
 
-void FrameSensor::findLinks(const FrameView& view, const DepthNoise& noise) {
+/// Both in one loop over the rows: the fit of a row needs none but its own links.
+void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise) {
+  const int width = view.width;
   links_.resize(inverse_depth_.size());
   const LinkLimits limits = linkLimits(view, noise, surfel_settings_);
-  parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
-    linkRow(view, inverse_depth_.data(), static_cast<int>(row), limits, &links_[row * view.width]);
-  });
-}
-
-void FrameSensor::fitRows(const FrameView& view, const DepthNoise& noise) {
-  const int width = view.width;
   row_value_.resize(inverse_depth_.size());
   row_slope_.resize(inverse_depth_.size());
   const FitWindow window = fitWindow(view, noise, surfel_settings_);
@@ -155,6 +149,7 @@ void FrameSensor::fitRows(const FrameView& view, const DepthNoise& noise) {
     std::vector<PixelLinks> links;
   };
   parallelFor<PaddedRow>(view.height, threads_, [&](size_t v, PaddedRow& padded) {
+    linkRow(view, inverse_depth_.data(), static_cast<int>(v), limits, &links_[v * width]);
     padded.values.assign(width + 2 * margin, 0.0f);
     padded.links.assign(width + 2 * margin, 0);
     std::copy_n(&inverse_depth_[v * width], width, padded.values.data() + margin);

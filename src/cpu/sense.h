@@ -23,8 +23,7 @@ class FrameSensor {
   void invertDepths(const DepthFrame& frame);
   DepthNoise estimateNoise(const FrameView& view) const;
   float medianNoise(const FrameView& view, int kind) const;
-  void findLinks(const FrameView& view, const DepthNoise& noise);
-  void fitRows(const FrameView& view, const DepthNoise& noise);
+  void linkAndFitRows(const FrameView& view, const DepthNoise& noise);
   void findFreeDepths(const FrameSensing& sensing);
 
   const MapperParams params_;

@@ -123,34 +123,30 @@ void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, boo
   }
 }
 
-/// Whether what holds an edge's vertex to the border looks beyond the corner grid.
-bool BlockIndexer::reachesOut(int edge) const {
-  const Vec3i at = cornerAt(edgeCorner(edge));
-  for (int axis = 0; axis < 3; ++axis) {
-    const int last = axis == edgeAxis(edge) ? kBlockSide - 2 : kBlockSide - 1;
-    if (component(at, axis) < 1 || component(at, axis) > last) return true;
+/// Whether no border passes by an edge of the inner corners: the same as heldToBorder() finds, from
+/// samples that lie in order.
+bool BlockIndexer::isInside(int edge) const {
+  const int corner = edgeCorner(edge), axis = edgeAxis(edge);
+  const int direction = facedDirection(axis, edgeFacing(edge));
+  if (!(present_ >> direction & 1)) return false;
+  const Vec3i at = cornerAt(corner);
+  const float* weight = weight_[direction] + corner;
+  const auto weightAt = [&](int step) { return weight[step] + weight[step + cornerStride(axis)]; };
+  const float own = weightAt(0);
+  for (int across = 0; across < 3; ++across) {
+    if (across == axis) continue;
+    const int stride = cornerStride(across);
+    if (component(at, across) == 0 || component(at, across) == kBlockSide) return false;
+    if (isAtBorder(own, weightAt(-stride), weightAt(stride))) return false;
   }
-  return false;
-}
-
-/// heldToBorder() for an edge that does not reach out, from samples that lie in order. Same bits.
-Vec3f BlockIndexer::heldInGrid(const MeshRules& rules, int edge, const Vec3f& vertex) const {
-  const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const int stride = cornerStride(axis);
-  const auto line = [&](int direction, int across, int side) {
-    const int first = corner + side * cornerStride(across);
-    return [=](int i) { return sample(first + i * stride, direction); };
-  };
-  const float offset = component(vertex, axis) - component(toFloat(cornerAt(corner)), axis);
-  return shifted(vertex, borderShifts(rules, line, axis, facing, offset), axis);
+  return true;
 }
 
 /// The vertex of an edge, in the directional map held to the border.
 BlockVertex BlockIndexer::vertexOn(const MeshRules& rules, int edge, bool directional) const {
   BlockVertex vertex = makeVertex(rules, *this, edge, directional);
-  if (directional) {
-    vertex.position = reachesOut(edge) ? heldToBorder(rules, *this, edge, vertex.position)
-                                       : heldInGrid(rules, edge, vertex.position);
+  if (directional && !isInside(edge)) {
+    vertex.position = heldToBorder(rules, *this, edge, vertex.position);
   }
   return vertex;
 }

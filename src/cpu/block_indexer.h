@@ -70,8 +70,7 @@ class BlockIndexer {
 
   void collect();
   BlockVertex vertexOn(const MeshRules& rules, int edge, bool directional) const;
-  bool reachesOut(int edge) const;
-  Vec3f heldInGrid(const MeshRules& rules, int edge, const Vec3f& vertex) const;
+  bool isInside(int edge) const;
   void markSides();
   void findCandidates();
   void indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,

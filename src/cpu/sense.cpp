@@ -192,8 +192,10 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
 }
 
 size_t FrameSensor::bytes() const {
-  return (inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity() +
-          free_if_measured_.capacity() + free_depth_.capacity()) * sizeof(float) + links_.capacity() * sizeof(PixelLinks);
+  const size_t floats = inverse_depth_.capacity() + row_value_.capacity() +
+                        row_slope_.capacity() + free_if_measured_.capacity() +
+                        free_depth_.capacity();
+  return floats * sizeof(float) + links_.capacity() * sizeof(PixelLinks);
 }
 
 }  // namespace dtsdf

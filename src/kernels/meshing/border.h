@@ -8,10 +8,8 @@
 ///   far weight / near weight = x^3 / (2 - (1 - x)^3), which is x^3 / 2 to within a few per cent
 ///
 /// of x, so x = (2 r)^(1/3) for a ratio r below 1/2. Vertices are moved along the surface, towards
-/// where it crosses the neighbouring line of edges, so that they stay on it: on the edge beside
-/// theirs, or on the one before or after that where the surface is slanted. Added across the two
-/// ends of an edge, weights do not depend on where the surface crosses it: they fall linearly with
-/// the distance.
+/// the one on the neighbouring edge, so that they stay on it. Added across the two ends of an edge,
+/// weights do not depend on where the surface crosses it: they fall linearly with the distance.
 #pragma once
 
 #include <cstring>
@@ -47,156 +45,113 @@ DTSDF_HD float cubeRoot(float a) {
   return x;
 }
 
-/// Where a surface crosses a line of edges: how far from the lower end of the edge that was asked
-/// for, in voxels, and the weight at both ends of the edge that it crosses.
-struct LineCrossing {
-  float offset;
-  float weight;
-};
-constexpr float kNoCrossing = -9.0f;  ///< An offset that is far from any.
-
-/// The crossing of the edge between samples 0 and 1 of a line, or of the one before or after it.
-/// The weight is the edge's own if none is crossed.
-template <class Line>
-DTSDF_HD LineCrossing crossingNear(const Line& sample, int facing) {
-  const Sample lower = sample(0), upper = sample(1);
-  const auto between = [](const Sample& a, const Sample& b, float from) {
-    return LineCrossing{from + a.sdf / (a.sdf - b.sdf), a.weight + b.weight};
-  };
-  if (crosses(lower, upper, facing)) return between(lower, upper, 0.0f);
-  const Sample before = sample(-1);
-  if (crosses(before, lower, facing)) return between(before, lower, -1.0f);
-  const Sample after = sample(2);
-  if (crosses(upper, after, facing)) return between(upper, after, 1.0f);
-  return {kNoCrossing, lower.weight + upper.weight};
+/// Weight of a direction at both ends of an edge.
+template <class Corners>
+DTSDF_HD float edgeWeight(const Corners& corners, const GridEdge& edge, int direction) {
+  return corners.sample(edge.corner, direction).weight +
+         corners.sample(edge.corner + unitStep(edge.axis), direction).weight;
 }
 
-/// A line of corners through an edge.
+/// The direction that knows most of an edge, of those that have a say on it.
 template <class Corners>
-struct CornerLine {
-  const Corners& corners;
-  GridEdge edge;
-  int direction;
-
-  DTSDF_HD Sample operator()(int i) const {
-    Vec3i at = edge.corner;
-    (edge.axis == 0 ? at.x : edge.axis == 1 ? at.y : at.z) += i;
-    return corners.sample(at, direction);
+DTSDF_HD int strongestDirection(const Corners& corners, const GridEdge& edge) {
+  int strongest = facedDirection(edge.axis, edge.facing);
+  float most = edgeWeight(corners, edge, strongest);
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!speaksOnEdge(d, edge.axis, edge.facing)) continue;
+    const float weight = edgeWeight(corners, edge, d);
+    if (weight > most) strongest = d;
+    most = maximum(most, weight);
   }
-};
+  return strongest;
+}
+
+/// Where a surface crosses an edge, from its lower end; negative where none does.
+template <class Corners>
+DTSDF_HD float crossingOf(const MeshRules& rules, const Corners& corners, const GridEdge& edge) {
+  const Vec3i upper = edge.corner + unitStep(edge.axis);
+  EdgeSamples samples;
+  bool is_crossed = false;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    const Sample a = samples.lower[d] = corners.sample(edge.corner, d);
+    const Sample b = samples.upper[d] = corners.sample(upper, d);
+    is_crossed = is_crossed || (speaksOnEdge(d, edge.axis, edge.facing) &&
+                                crosses(a, b, edge.facing));
+  }
+  return is_crossed ? edgeOffset(rules, samples, edge.axis, edge.facing) : -1.0f;
+}
 
 /// How far a vertex moves across its edge, and along it, in voxels.
 struct BorderShift {
   float across, along;
 };
 
-/// A line of edges and those beside it along another axis.
-struct LinesAcross {
-  LineCrossing own, lower, upper;
-};
-
-/// Whether what was measured ends between the lines.
-DTSDF_HD bool isBorder(const LinesAcross& lines) {
-  const float own = lines.own.weight, lower = lines.lower.weight, upper = lines.upper.weight;
-  return 2.0f * own < maximum(lower, upper) && minimum(lower, upper) <= own;
+/// Whether a border passes between edges side by side, by the weights of an edge and of those below
+/// and above it.
+DTSDF_HD bool isAtBorder(float own, float lower, float upper) {
+  const float inner = maximum(lower, upper), outer = minimum(lower, upper);
+  return 2.0f * own < inner && outer <= own;
 }
 
-/// The shift of a vertex where it does. It stays on its edge's stretch: beyond, the surface crosses
-/// other edges, and triangles would fold. A surface that rises by more than a voxel from one line
-/// to the next is not the vertex's own. The part across is a multiple of 2^-12, so that blocks on
-/// both sides of a face come to the very same place.
-DTSDF_HD BorderShift borderShift(const MeshRules& rules, const LinesAcross& lines) {
-  const bool to_lower = lines.lower.weight > lines.upper.weight;
-  const LineCrossing inner = to_lower ? lines.lower : lines.upper;
-  const float rise = inner.offset - lines.own.offset, steepness = fabsf(rise);
-  if (steepness > 1.0f) return {0.0f, 0.0f};
-  const float from_end = rise < 0.0f ? lines.own.offset : 1.0f - lines.own.offset;
-  const float room = maximum(from_end - rules.vertex_margin, 0.0f);
-  constexpr float kMostShare = 15.0f / 16.0f;  // so that triangles keep an area
-  const float most = steepness > room ? kMostShare * room / steepness : kMostShare;
-  const float covered = cubeRoot(2.0f * lines.own.weight / inner.weight);
+/// The weights of an edge and of those beside it along another axis.
+struct WeightsAcross {
+  float own, lower, upper;
+};
+
+template <class Corners>
+DTSDF_HD WeightsAcross weightsAcross(const Corners& corners, const GridEdge& edge, int across,
+                                     int direction) {
+  const Vec3i step = unitStep(across);
+  return {edgeWeight(corners, edge, direction),
+          edgeWeight(corners, moved(edge, Vec3i{0, 0, 0} - step), direction),
+          edgeWeight(corners, moved(edge, step), direction)};
+}
+
+DTSDF_HD bool isAtBorder(const WeightsAcross& weights) {
+  return isAtBorder(weights.own, weights.lower, weights.upper);
+}
+
+/// The shift of the vertex at `offset` on an edge along another axis. What the direction knows that
+/// the surface faces, decides; but it knows little where the edge runs along the surface, border or
+/// not: there what the strongest direction knows has to end as well. The part across is a multiple
+/// of 2^-12, so that blocks on both sides of a face come to the very same place.
+template <class Corners>
+DTSDF_HD BorderShift borderShift(const MeshRules& rules, const Corners& corners,
+                                 const GridEdge& edge, float offset, int across) {
+  const int faced = facedDirection(edge.axis, edge.facing);
+  const WeightsAcross weights = weightsAcross(corners, edge, across, faced);
+  if (!isAtBorder(weights)) return {0.0f, 0.0f};  // as nearly all
+  const int strongest = strongestDirection(corners, edge);
+  if (strongest != faced && !isAtBorder(weightsAcross(corners, edge, across, strongest))) {
+    return {0.0f, 0.0f};
+  }
+  const bool to_lower = weights.lower > weights.upper;
+  const Vec3i step = unitStep(across), inward = to_lower ? Vec3i{0, 0, 0} - step : step;
+  const float next = crossingOf(rules, corners, moved(edge, inward));
+  if (next < 0.0f) return {0.0f, 0.0f};
   constexpr float kSteps = 4096.0f;
+  const float covered = cubeRoot(2.0f * weights.own / maximum(weights.lower, weights.upper));
+  constexpr float kMostShare = 15.0f / 16.0f;  // so that triangles keep an area
   const float share = static_cast<float>(floorToInt(
-                          minimum(maximum(1.0f - covered, 0.0f), most) * kSteps)) / kSteps;
-  return {to_lower ? -share : share, share * rise};
+                          minimum(maximum(1.0f - covered, 0.0f), kMostShare) * kSteps)) / kSteps;
+  return {to_lower ? -share : share, share * (next - offset)};
 }
 
-/// A vertex at `offset` on an edge, and the samples around: `line(direction, across, side)` is the
-/// line through the edge (side 0), or beside it along the axis `across` (side -1 or 1).
-template <class LineAt>
-struct BorderVertex {
-  const MeshRules& rules;
-  const LineAt& line;
-  int axis, facing;
-  float offset;
-
-  DTSDF_HD float weight(int direction) const {
-    const auto own = line(direction, axis, 0);
-    return own(0).weight + own(1).weight;
-  }
-
-  /// The direction that knows most of the edge, of those that have a say on it.
-  DTSDF_HD int strongestDirection() const {
-    int strongest = facedDirection(axis, facing);
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (speaksOnEdge(d, axis, facing) && weight(d) > weight(strongest)) strongest = d;
-    }
-    return strongest;
-  }
-
-  DTSDF_HD LinesAcross linesAcross(int direction, int across) const {
-    return {{offset, weight(direction)},
-            crossingNear(line(direction, across, -1), facing),
-            crossingNear(line(direction, across, 1), facing)};
-  }
-
-  /// What the direction knows that the surface faces, decides; but it knows little where the edge
-  /// runs along the surface, border or not: there the strongest direction has to end as well.
-  DTSDF_HD BorderShift shift(int across) const {
-    const int faced = facedDirection(axis, facing);
-    const LinesAcross lines = linesAcross(faced, across);
-    if (!isBorder(lines)) return {0.0f, 0.0f};
-    const int strongest = strongestDirection();
-    if (strongest != faced && !isBorder(linesAcross(strongest, across))) return {0.0f, 0.0f};
-    return borderShift(rules, lines);
-  }
-};
-
-/// The shifts of a vertex along the two axes across its edge, in their order.
-struct BorderShifts {
-  BorderShift first, second;
-};
-
-template <class LineAt>
-DTSDF_HD BorderShifts borderShifts(const MeshRules& rules, const LineAt& line, int axis, int facing,
-                                   float offset) {
-  const BorderVertex<LineAt> vertex{rules, line, axis, facing, offset};
-  return {vertex.shift(axis == 0 ? 1 : 0), vertex.shift(axis == 2 ? 1 : 2)};
-}
-
-/// A vertex on an edge along an axis, after its shifts. Where the border passes between both axes
+/// The vertex of an edge, held to what was measured. Where the border passes between both axes
 /// across the edge, either shift alone would reach it: half of each is taken.
-DTSDF_HD Vec3f shifted(const Vec3f& vertex, const BorderShifts& shifts, int axis) {
-  const BorderShift a = shifts.first, b = shifts.second;
-  if (a.across == 0.0f && b.across == 0.0f) return vertex;  // as nearly all
-  const float share = a.across != 0.0f && b.across != 0.0f ? 0.5f : 1.0f;
-  return vertex + (share * a.across) * toFloat(unitStep(axis == 0 ? 1 : 0)) +
-         (share * b.across) * toFloat(unitStep(axis == 2 ? 1 : 2)) +
-         (share * (a.along + b.along)) * toFloat(unitStep(axis));
-}
-
-/// The vertex of an edge, held to what was measured.
 template <class Corners>
 DTSDF_HD Vec3f heldToBorder(const MeshRules& rules, const Corners& corners, int edge,
                             const Vec3f& vertex) {
   const GridEdge at{cornerAt(edgeCorner(edge)), edgeAxis(edge), edgeFacing(edge)};
   const float offset = component(vertex, at.axis) - component(toFloat(at.corner), at.axis);
-  const auto line = [&](int direction, int across, int side) {
-    const Vec3i step = unitStep(across);
-    return CornerLine<Corners>{
-        corners, moved(at, {side * step.x, side * step.y, side * step.z}), direction};
-  };
-  return shifted(vertex, borderShifts(rules, line, at.axis, at.facing, offset), at.axis);
+  const int first = at.axis == 0 ? 1 : 0, second = at.axis == 2 ? 1 : 2;
+  const BorderShift a = borderShift(rules, corners, at, offset, first);
+  const BorderShift b = borderShift(rules, corners, at, offset, second);
+  if (a.across == 0.0f && b.across == 0.0f) return vertex;
+  const float share = a.across != 0.0f && b.across != 0.0f ? 0.5f : 1.0f;
+  return vertex + (share * a.across) * toFloat(unitStep(first)) +
+         (share * b.across) * toFloat(unitStep(second)) +
+         (share * (a.along + b.along)) * toFloat(unitStep(at.axis));
 }
 
 }  // namespace dtsdf

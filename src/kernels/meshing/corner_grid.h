@@ -67,10 +67,10 @@ DTSDF_HD int aroundNumber(const Vec3i& offset) {
 DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel(corner)); }
 
 /// Whether vertices of the block at such an offset from another depend on that one's voxels. What
-/// holds a vertex to the border (border.h) looks one corner farther across its edge, and one along
-/// it: not at the block that lies below along all three axes.
+/// holds a vertex to the border (border.h) looks one corner farther, but along one axis at a time:
+/// not at blocks that lie diagonally below.
 DTSDF_HD bool hasVerticesOn(const Vec3i& offset) {
-  return (offset.x > 0) + (offset.y > 0) + (offset.z > 0) <= 2;
+  return (offset.x > 0) + (offset.y > 0) + (offset.z > 0) <= 1;
 }
 
 /// The voxel arrays around a block; null where there is none.

@@ -4,7 +4,7 @@
 /// average with the surface but form shells of their own, and normals from few pixels scatter. The
 /// estimate is robust because it is a median over the image, as the variance about short straight
 /// lines in inverse depth: edges are few, and surfaces hardly bend over a few pixels. Noise that
-/// neighbours share moves all of a short line; so lines of every third pixel are looked at as well.
+/// neighbours share moves all of a short line; so lines of every seventh pixel are looked at too.
 #pragma once
 
 #include <cstring>
@@ -22,7 +22,10 @@ constexpr int kNoiseBins = 1 << 10;
 
 /// The lines at each point: along the row, then wide ones along the row and down the column.
 constexpr int kNoiseKinds = 3;
-constexpr int kWideStride = 3;  ///< Pixels from sample to sample of a wide line.
+/// Pixels from sample to sample of a wide line: as far apart as the windows are wide that stereo
+/// cameras match, whose noise neighbours share. (Vertices of the armadillo with a stereo camera's
+/// noise, 10 mm: 5.4 mm with every third pixel, 3.8 mm with every seventh.)
+constexpr int kWideStride = 7;
 
 DTSDF_HD bool isWide(int kind) { return kind > 0; }
 

@@ -92,22 +92,23 @@ TEST(Noise, ThatNeighboursShareCounts) {
   EXPECT_EQ(combinedNoise({0.0f, 8.0f, 9.0f}, rules), 0.0f);
 }
 
-/// In an image of 20 x 20 whose value tells the pixel, about its pixel (10, 10).
+/// In an image of 50 x 50 whose value tells the pixel, about its pixel (25, 25): three samples to
+/// each side, one pixel apart or seven.
 TEST(Noise, LinesLieInRowsAndColumns) {
-  std::vector<float> image(400);
-  for (int i = 0; i < 400; ++i) image[i] = static_cast<float>(i + 1);
+  std::vector<float> image(2500);
+  for (int i = 0; i < 2500; ++i) image[i] = static_cast<float>(i + 1);
   const auto first = [&](const Pixel& middle, int kind) {
-    return noiseLine(image.data(), 20, 20, middle, kind).inverse_depth[0];
+    return noiseLine(image.data(), 50, 50, middle, kind).inverse_depth[0];
   };
-  EXPECT_EQ(first({10, 10}, 0), 208.0f);
-  EXPECT_EQ(first({10, 10}, 1), 202.0f);
-  EXPECT_EQ(first({10, 10}, 2), 31.0f);
-  EXPECT_EQ(first({2, 10}, 0), 0.0f);
-  EXPECT_EQ(first({17, 10}, 0), 0.0f);
-  EXPECT_EQ(first({8, 10}, 1), 0.0f);
-  EXPECT_EQ(first({11, 10}, 1), 0.0f);
-  EXPECT_EQ(first({10, 8}, 2), 0.0f);
-  EXPECT_EQ(first({10, 11}, 2), 0.0f);
+  EXPECT_EQ(first({25, 25}, 0), 1273.0f);
+  EXPECT_EQ(first({25, 25}, 1), 1255.0f);
+  EXPECT_EQ(first({25, 25}, 2), 226.0f);
+  EXPECT_EQ(first({2, 25}, 0), 0.0f);
+  EXPECT_EQ(first({47, 25}, 0), 0.0f);
+  EXPECT_EQ(first({20, 25}, 1), 0.0f);
+  EXPECT_EQ(first({29, 25}, 1), 0.0f);
+  EXPECT_EQ(first({25, 20}, 2), 0.0f);
+  EXPECT_EQ(first({25, 29}, 2), 0.0f);
 }
 
 TEST(Noise, BinsKeepAnEighthOfTheDeviation) {

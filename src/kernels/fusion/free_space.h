@@ -6,9 +6,9 @@
 ///
 /// A voxel claims that there is a surface at its foot: the nearest point of that surface, by the
 /// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
-/// there, in all of the 3 x 3 pixels around: each of them was measured, and farther away. So a
-/// voxel beside or behind something thin is not held against it, and where nothing is measured
-/// nothing is contradicted.
+/// there, in all of the 3 x 3 pixels around: each was measured, or lies in a gap of a pixel, and is
+/// farther away. So a voxel beside or behind something thin is not held against it, and where
+/// nothing is measured nothing is contradicted.
 #pragma once
 
 #include "kernels/core/direction.h"

@@ -25,8 +25,9 @@ struct SurfelRules {
   float linked_turn_beside = 0.2f;
 
   /// Between samples whose inverse depths differ by more than this share there is an edge, which is
-  /// no noise.
-  float noise_jump = 0.1f;
+  /// no noise. (Bridge of mixed pixels 0.2 m before a wall at 2.5 m, noise, 20 mm voxels: 12.9 % of
+  /// a skirt with 0.1, 9.6 % with 0.07.)
+  float noise_jump = 0.07f;
   /// Noise that neighbours share may raise the estimate to so many times what differs from pixel to
   /// pixel. (Completeness of the dragon at 10 mm 1.15 mm with 1, 1.00 with 3, with a slope of 4.)
   float largest_shared_noise = 3.0f;

@@ -117,6 +117,7 @@ void BlockMesher::fetch() {
 
 std::vector<MeshRecord> BlockMesher::changedRecords() {
   std::vector<MeshRecord> changed;
+  changed.reserve(recordCount());
   if (has_mesh_.size() < map_.slot_count) has_mesh_.resize(map_.slot_count, 0);
   for (size_t i = 0; i < recordCount(); ++i) {
     const MeshRecord& record = pinned_records_[i];
@@ -170,7 +171,9 @@ MeshUpdate BlockMesher::finish() {
   state_ = State::kIdle;
   countWork();
   const StageTimer timer(profileOf(stream_), Stage::kHandOut);
-  for (const MeshRecord& record : changedRecords()) update.blocks.push_back(copyBlock(record));
+  const std::vector<MeshRecord> records = changedRecords();
+  update.blocks.reserve(records.size());
+  for (const MeshRecord& record : records) update.blocks.push_back(copyBlock(record));
   update.duration_ms = fetched_.millisecondsSince(begun_);
   return update;
 }

@@ -120,39 +120,6 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
   if (threadIdx.x == 0) block.empty = directionsOfSlot(entry) & ~observed;
 }
 
-/// A frame's look at an array of voxels.
-struct ArrayLook {
-  Vec3f first_voxel_L;
-  int direction;              ///< That its surfaces face, or kAnyDirection.
-  int32_t frames;             ///< As many frames the look counts for.
-  const uint32_t* supported;  ///< Bits of the voxels that the frame supports; null: none.
-};
-
-/// Takes evidence from the voxels that the frame contradicts, with a block of threads: all are
-/// judged before the first one changes. @return for each thread whether the array was changed
-/// (bit 0) and whether it still holds something (bit 1).
-__device__ int clearArray(const FrameSensing& sensing, const FusionRules& rules,
-                          const ArrayLook& look, Voxel* voxels) {
-  constexpr int kVoxelsPerThread = kVoxelsPerBlock / kThreads;
-  bool contradicted[kVoxelsPerThread];
-  for (int k = 0; k < kVoxelsPerThread; ++k) {
-    const int i = threadIdx.x + k * kThreads;
-    const bool is_supported =
-        look.supported != nullptr && (look.supported[i / 32] >> (i % 32) & 1u) != 0;
-    contradicted[k] = !is_supported && isContradicted(sensing, look.first_voxel_L, voxels, i,
-                                                      look.direction);
-  }
-  __syncthreads();
-  int changed = 0, holds = 0;
-  for (int k = 0; k < kVoxelsPerThread; ++k) {
-    Voxel& voxel = voxels[threadIdx.x + k * kThreads];
-    if (contradicted[k]) voxel = contradictedVoxel(voxel, look.frames, rules);
-    changed |= contradicted[k];
-    holds |= !isEmpty(voxel);
-  }
-  return __syncthreads_or(changed) | __syncthreads_or(holds) << 1;
-}
-
 /// What became of a block.
 struct ClearedBlock {
   bool changed;
@@ -170,20 +137,90 @@ struct BlockSupport {
   }
 };
 
-__device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
-                                   const MapView& map, const SlotEntry& entry,
-                                   const Vec3i& block_L, const BlockSupport& support,
-                                   int32_t frames) {
-  ClearedBlock result{false, 0};
-  const Vec3f first = toFloat(firstVoxelOfBlock(block_L));
+/// A frame's look at a block.
+struct BlockLook {
+  Vec3f first_voxel_L;
+  int32_t frames;  ///< As many the look counts for.
+  BlockSupport support;
+};
+
+/// The voxels of a block that claim a surface which the frame, by its sums, does not support.
+struct Unsupported {
+  uint32_t count;
+  uint32_t changed_directions;  ///< That a contradicted voxel is of.
+  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< Direction times kVoxelsPerBlock + voxel.
+};
+constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kThreads;
+static_assert(kMostPerThread <= 32, "a bit for each voxel that a thread judges");
+
+/// They are few, and a warp takes as long for one of them as for 32: so they are listed first.
+__device__ void listUnsupported(const MapView& map, const SlotEntry& entry,
+                                const BlockSupport& support, Unsupported& list) {
+  __syncthreads();  // of the block before
+  if (threadIdx.x == 0) list.count = list.changed_directions = 0;
+  __syncthreads();
+  const uint32_t lane = threadIdx.x % 32, before = (1u << lane) - 1u;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
-    const int facing = fusion.directional ? d : kAnyDirection;
-    const int state = clearArray(sensing, fusion.rules, {first, facing, frames, support.of(d)},
-                                 map.voxels.record(entry.array[d]));
-    if (!(state & 1)) continue;
-    result.changed = true;
-    if (!(state & 2)) result.empty_directions |= 1u << d;
+    const Voxel* voxels = map.voxels.record(entry.array[d]);
+    const uint32_t* supported = support.of(d);
+    for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
+      const bool claims = !isEmpty(voxels[i]) &&
+                          (supported == nullptr || !(supported[i / 32] >> lane & 1u));
+      const uint32_t claiming = __ballot_sync(~0u, claims);
+      uint32_t first = 0;
+      if (lane == 0 && claiming != 0) first = atomicAdd(&list.count, __popc(claiming));
+      first = __shfl_sync(~0u, first, 0);
+      if (!claims) continue;
+      list.voxel[first + __popc(claiming & before)] =
+          static_cast<uint16_t>(d * kVoxelsPerBlock + i);
+    }
+  }
+  __syncthreads();
+}
+
+/// Which of the voxels on this thread's turn the frame contradicts, a bit each.
+__device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
+                                const MapView& map, const SlotEntry& entry,
+                                const Vec3f& first_voxel_L, const Unsupported& list) {
+  uint32_t contradicted = 0;
+  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
+    const int d = list.voxel[k] / kVoxelsPerBlock, i = list.voxel[k] % kVoxelsPerBlock;
+    const bool is = isContradicted(sensing, first_voxel_L, map.voxels.record(entry.array[d]), i,
+                                   fusion.directional ? d : kAnyDirection);
+    contradicted |= static_cast<uint32_t>(is) << turn;
+  }
+  return contradicted;
+}
+
+/// Whether an array holds nothing. By all threads of a block.
+__device__ bool isArrayEmpty(const Voxel* voxels) {
+  int holds = 0;
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) holds |= !isEmpty(voxels[i]);
+  return !__syncthreads_or(holds);
+}
+
+/// Takes evidence from the voxels that the frame contradicts, with a block of threads: all are
+/// judged before the first one changes.
+__device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
+                                   const MapView& map, const SlotEntry& entry,
+                                   const BlockLook& look, Unsupported& list) {
+  listUnsupported(map, entry, look.support, list);
+  const uint32_t contradicted =
+      judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
+  if (!__syncthreads_or(contradicted != 0)) return {false, 0};  // as most
+  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
+    if (!(contradicted >> turn & 1u)) continue;
+    const int d = list.voxel[k] / kVoxelsPerBlock, i = list.voxel[k] % kVoxelsPerBlock;
+    Voxel& voxel = map.voxels.record(entry.array[d])[i];
+    voxel = contradictedVoxel(voxel, look.frames, fusion.rules);
+    atomicOr(&list.changed_directions, 1u << d);
+  }
+  __syncthreads();
+  ClearedBlock result{true, 0};
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!(list.changed_directions >> d & 1u)) continue;
+    if (isArrayEmpty(map.voxels.record(entry.array[d]))) result.empty_directions |= 1u << d;
   }
   return result;
 }
@@ -205,6 +242,7 @@ __device__ void listEmpty(const TouchedView& touched, EmptyBlock* empty_blocks, 
 __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
                                   FusionTarget target, const uint32_t* supported,
                                   EmptyBlock* empty_blocks) {
+  __shared__ Unsupported list;
   const MapView& map = target.map;
   const TouchedView& touched = target.touched;
   const TouchedBlock& block = touched.blocks[blockIdx.x];
@@ -212,10 +250,11 @@ __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion
   uint32_t empty = block.empty;
   if (on_device.hasFreeDepth()) {
     const uint32_t first_sum = touched.first_sums[touched.places[blockIdx.x]];
-    const BlockSupport support{supported + static_cast<size_t>(first_sum) * kSupportWords,
-                               block.directions};
-    empty |= clearBlock(on_device.load(), fusion, map, map.slots[block.slot], block.block_L,
-                        support, 1).empty_directions;
+    const BlockLook look{toFloat(firstVoxelOfBlock(block.block_L)), 1,
+                         {supported + static_cast<size_t>(first_sum) * kSupportWords,
+                          block.directions}};
+    empty |= clearBlock(on_device.load(), fusion, map, map.slots[block.slot], look, list)
+                 .empty_directions;
   }
   if (threadIdx.x != 0) return;
   listEmpty(touched, empty_blocks, block.slot, empty);
@@ -237,6 +276,7 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget
 /// One block of threads per block of the list, in strides.
 __global__ void lookAroundKernel(DeviceSensing on_device, FusionSettings fusion,
                                  FusionTarget target, LookList looks, EmptyBlock* empty_blocks) {
+  __shared__ Unsupported list;
   const MapView& map = target.map;
   const FrameSensing sensing = on_device.load();
   const BlockKey origin = blockOfVoxel(sensing.image.frame.origin_voxel);
@@ -244,9 +284,9 @@ __global__ void lookAroundKernel(DeviceSensing on_device, FusionSettings fusion,
   for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
     const int32_t slot = looks.slots[i];
     const SlotEntry& entry = map.slots[slot];
-    const ClearedBlock cleared = clearBlock(sensing, fusion, map, entry,
-                                            unpackKey(entry.key) - origin, {nullptr, 0},
-                                            fusion.rules.look_turns);
+    const BlockLook look{toFloat(firstVoxelOfBlock(unpackKey(entry.key) - origin)),
+                         fusion.rules.look_turns, {nullptr, 0}};
+    const ClearedBlock cleared = clearBlock(sensing, fusion, map, entry, look, list);
     if (threadIdx.x != 0) continue;
     if (cleared.changed) markDirty(map, slot);
     listEmpty(target.touched, empty_blocks, slot, cleared.empty_directions);

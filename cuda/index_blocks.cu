@@ -92,8 +92,9 @@ __device__ int updateIndices(const MeshView& mesh, const SharedCorners& corners,
   return changed;
 }
 
-/// One block of threads per reached block, in strides.
-__global__ void __launch_bounds__(kThreads) indexBlocksKernel(MapView map, MeshView mesh) {
+/// One block of threads per reached block, in strides. Two at a time on a multiprocessor, at the
+/// price of a few registers: each waits for memory most of the time.
+__global__ void __launch_bounds__(kThreads, 2) indexBlocksKernel(MapView map, MeshView mesh) {
   extern __shared__ Sample samples[];
   __shared__ CornerArrays arrays;
   __shared__ uint32_t present;

@@ -52,16 +52,16 @@ __device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arra
     samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
   }
   const float offset = edgeOffset(mesh.rules, samples, axis, facing);
-  const Vec3f vertex = vertexPosition(edge, offset);
-  return {directional ? heldToBorder(mesh.rules, arrays, edge, vertex) : vertex,
-          static_cast<uint32_t>(edge)};
+  return {vertexPosition(edge, offset), static_cast<uint32_t>(edge)};
 }
 
 struct MeshBlockShared {
   ArraysAround arrays;
   IndexNeighbourhood indices;
   EdgeSet edges;
-  uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
+  uint16_t vertex_edge[kGridEdges];    ///< Edge of each vertex.
+  uint16_t border_vertex[kGridEdges];  ///< Vertices that a border may pass by, in any order.
+  uint32_t border_vertices;
   MeshRecord record;
   typename Scan::TempStorage scan;
 };
@@ -69,7 +69,10 @@ struct MeshBlockShared {
 __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t least_evidence,
                             MeshBlockShared& shared) {
   const int t = threadIdx.x;
-  if (t == 0) shared.arrays.least_evidence = least_evidence;
+  if (t == 0) {
+    shared.arrays.least_evidence = least_evidence;
+    shared.border_vertices = 0;
+  }
   if (t < kBlocksAround) findArraysAround(map, key, t, shared.arrays);
   const int n = t - 32;  // by another warp
   if (n >= 0 && n < kRegularisationReach) {
@@ -129,14 +132,29 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles,
   return before & kLow;
 }
 
-__device__ void writeMesh(const MeshView& mesh, const UnitIndices (&regular)[kUnitsPerThread],
-                          uint32_t first_triangle, const MeshBlockShared& shared) {
-  const MeshRecord& record = shared.record;
-  for (uint32_t i = threadIdx.x; i < record.vertices; i += blockDim.x) {
-    mesh.vertices[record.first_vertex + i] =
-        makeVertex(mesh, shared.arrays, shared.vertex_edge[i]);
+/// Vertices at borders take many times as long as others, which warps would wait for: they are
+/// listed, and held to the border together.
+__device__ void writeVertices(const MeshView& mesh, MeshBlockShared& shared) {
+  const uint32_t count = shared.record.vertices;
+  BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
+  for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
+    const int edge = shared.vertex_edge[i];
+    vertices[i] = makeVertex(mesh, shared.arrays, edge);
+    if (mesh.directional != 0 && mayBeAtBorder(shared.arrays, edge)) {
+      shared.border_vertex[atomicAdd(&shared.border_vertices, 1u)] = static_cast<uint16_t>(i);
+    }
   }
-  uint16_t* corner = mesh.triangles[record.first_triangle + first_triangle].vertex;
+  __syncthreads();
+  for (uint32_t k = threadIdx.x; k < shared.border_vertices; k += blockDim.x) {
+    BlockVertex& vertex = vertices[shared.border_vertex[k]];
+    vertex.position = heldToBorder(mesh.rules, shared.arrays, static_cast<int>(vertex.edge),
+                                   vertex.position);
+  }
+}
+
+__device__ void writeTriangles(const MeshView& mesh, const UnitIndices (&regular)[kUnitsPerThread],
+                               uint32_t first_triangle, const MeshBlockShared& shared) {
+  uint16_t* corner = mesh.triangles[shared.record.first_triangle + first_triangle].vertex;
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
     visitTriangleEdges(*mesh.tables, regular[k], unit, [&](int edge) {
@@ -146,7 +164,8 @@ __device__ void writeMesh(const MeshView& mesh, const UnitIndices (&regular)[kUn
 }
 
 /// One block of threads per block to mesh, in strides. What does not fit is counted, not written.
-__global__ void __launch_bounds__(kThreads) makeMeshesKernel(MapView map, MeshView mesh) {
+/// Four at a time on a multiprocessor: the registers that borders take would leave room for two.
+__global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   __shared__ MeshBlockShared shared;
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
@@ -163,7 +182,8 @@ __global__ void __launch_bounds__(kThreads) makeMeshesKernel(MapView map, MeshVi
     }
     if (record.first_vertex + record.vertices <= mesh.capacity.vertices &&
         record.first_triangle + record.triangles <= mesh.capacity.triangles) {
-      writeMesh(mesh, regular, first_triangle, shared);
+      writeVertices(mesh, shared);
+      writeTriangles(mesh, regular, first_triangle, shared);
     }
     __syncthreads();
   }

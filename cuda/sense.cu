@@ -145,14 +145,25 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
   }
 }
 
-/// How far each pixel sees free space.
+/// How far each measured pixel sees free space.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
-                                     float* free_depth) {
+                                     float* free_if_measured) {
   const FrameSensing sensing = on_device.load();
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
-    free_depth[pixelIndex(frame, {u, v})] = freeDepth(sensing, {u, v}, fusion);
+    free_if_measured[pixelIndex(frame, {u, v})] = freeIfMeasured(sensing, {u, v}, fusion);
+  }
+}
+
+/// The same for all pixels: those that are not measured look at the others beside them.
+__global__ void fillGapsKernel(ImageView image, const float* free_if_measured, float* free_depth) {
+  const FrameView& frame = image.frame;
+  const int u = blockIdx.x * blockDim.x + threadIdx.x;
+  for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
+    free_depth[pixelIndex(frame, {u, v})] = freeDepth(image, {u, v}, [&](int du, int dv) {
+      return free_if_measured[pixelIndex(frame, {u + du, v + dv})];
+    });
   }
 }
 
@@ -172,6 +183,7 @@ void FrameSensor::reserve(size_t pixels) {
   inverse_depth_.reserveExactly(pixels, stream_);
   row_value_.reserveExactly(pixels, stream_);
   row_slope_.reserveExactly(pixels, stream_);
+  free_if_measured_.reserveExactly(pixels, stream_);
   free_depth_.reserveExactly(pixels, stream_);
   links_.reserveExactly(pixels, stream_);
 }
@@ -197,21 +209,25 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
   if (!clears_) return {image, noise_.data(), nullptr};
   const DeviceSensing sensing(image, noise_.data(), free_depth_.data());
   findFreeDepthsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      sensing, fusion_settings_, free_depth_.data());
+      sensing, fusion_settings_, free_if_measured_.data());
   DTSDF_CHECK_LAUNCH("findFreeDepthsKernel");
+  fillGapsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(image, free_if_measured_.data(),
+                                                                 free_depth_.data());
+  DTSDF_CHECK_LAUNCH("fillGapsKernel");
   return sensing;
 }
 
 void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = inverse_depth_.bytes() + row_value_.bytes() + row_slope_.bytes() +
-                       free_depth_.bytes() + links_.bytes() + noise_counts_.bytes();
+                       free_if_measured_.bytes() + free_depth_.bytes() + links_.bytes() +
+                       noise_counts_.bytes();
   parts.push_back({"images", MemoryKind::kScratch, bytes, bytes});
 }
 
 std::vector<NamedKernel> senseKernels() {
   return {DTSDF_NAMED_KERNEL(invertDepthsKernel, 0), DTSDF_NAMED_KERNEL(estimateNoiseKernel, 0),
           DTSDF_NAMED_KERNEL(findLinksKernel, 0), DTSDF_NAMED_KERNEL(fitRowsKernel, 0),
-          DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0)};
+          DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0), DTSDF_NAMED_KERNEL(fillGapsKernel, 0)};
 }
 
 }  // namespace gpu

@@ -90,15 +90,12 @@ DTSDF_HD bool isAtImageBorder(const FrameView& frame, const Pixel& pixel) {
          pixel.v + 1 == frame.height;
 }
 
-/// Depth in metres up to which the ray of a pixel is free; 0 where nothing tells.
-DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
-                         const FusionSettings& fusion) {
-  const FrameView& frame = sensing.image.frame;
-  const bool is_measured = sensing.image.inverse_depth[pixelIndex(frame, pixel)] != 0.0f;
-  if (is_measured || isAtImageBorder(frame, pixel)) return freeIfMeasured(sensing, pixel, fusion);
-  return freeInGap([&](int du, int dv) {
-    return freeIfMeasured(sensing, {pixel.u + du, pixel.v + dv}, fusion);
-  });
+/// Depth in metres up to which the ray of a pixel is free; 0 where nothing tells. `free(du, dv)` is
+/// freeIfMeasured() of the pixel and of those beside it.
+template <class FreeBeside>
+DTSDF_HD float freeDepth(const ImageView& image, const Pixel& pixel, const FreeBeside& free) {
+  const bool is_measured = image.inverse_depth[pixelIndex(image.frame, pixel)] != 0.0f;
+  return is_measured || isAtImageBorder(image.frame, pixel) ? free(0, 0) : freeInGap(free);
 }
 
 /// Difference of a voxel's distance from those of its neighbours along an axis of its block, per

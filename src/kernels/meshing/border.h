@@ -111,6 +111,17 @@ DTSDF_HD bool isAtBorder(const WeightsAcross& weights) {
   return isAtBorder(weights.own, weights.lower, weights.upper);
 }
 
+/// Whether a border may pass by an edge, by what the direction knows that the surface faces: nearly
+/// all vertices are done with that.
+template <class Corners>
+DTSDF_HD bool mayBeAtBorder(const Corners& corners, int edge) {
+  const GridEdge at{cornerAt(edgeCorner(edge)), edgeAxis(edge), edgeFacing(edge)};
+  const int faced = facedDirection(at.axis, at.facing);
+  const int first = at.axis == 0 ? 1 : 0, second = at.axis == 2 ? 1 : 2;
+  return isAtBorder(weightsAcross(corners, at, first, faced)) ||
+         isAtBorder(weightsAcross(corners, at, second, faced));
+}
+
 /// The shift of the vertex at `offset` on an edge along another axis. What the direction knows that
 /// the surface faces, decides; but it knows little where the edge runs along the surface, border or
 /// not: there what the strongest direction knows has to end as well. The part across is a multiple

@@ -20,6 +20,12 @@ constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
 const SurfelSettings kSurfels{5, 0.1f, SurfelRules(), 0};
 const FusionSettings kFusion{1, 1, kTruncation, 64.0f, FusionRules()};
 
+float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const FusionSettings& fusion) {
+  return freeDepth(sensing.image, pixel, [&](int du, int dv) {
+    return freeIfMeasured(sensing, {pixel.u + du, pixel.v + dv}, fusion);
+  });
+}
+
 /// An image of a surface, and how far its pixels see.
 class FreeSpaceImage {
  public:

@@ -19,6 +19,8 @@ template <class Visitor>
 void visitRules(MeshRules& rules, Visitor& visit) {
   const std::string section = "rules/mesh/";
   visit(section + "least_weight_share", rules.least_weight_share, Range{0.0, 0.99});
+  visit(section + "least_crossing_share", rules.least_crossing_share, Range{0.0, 0.99});
+  visit(section + "voted_crossing_share", rules.voted_crossing_share, Range{0.0, 1.0});
   visit(section + "nearness_voxels", rules.nearness_voxels, Range{0.001, 16.0});
   visit(section + "vertex_margin", rules.vertex_margin, Range{1e-6, 0.49});
 }

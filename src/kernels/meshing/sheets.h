@@ -2,9 +2,11 @@
 ///
 /// The strongest direction that speaks leads a first sheet; if the opposite one speaks as well, it
 /// leads a second. All directions but the one opposite to the leader vote on a sheet's corners; of
-/// the components of the labels, those are kept that some speaking direction can see.
+/// the components of the labels, those are kept that some speaking direction can see, and that
+/// cross no edge where too little is known.
 #pragma once
 
+#include "kernels/meshing/crossings.h"
 #include "kernels/meshing/leaders.h"
 #include "kernels/meshing/vote.h"
 
@@ -22,12 +24,14 @@ DTSDF_HD bool isVisible(uint8_t component, unsigned speaking) {
 }
 
 /// Marching cubes index of a sheet: its labels without the components that none of the sheet's
-/// speaking directions can see.
-DTSDF_HD uint8_t sheetIndex(const MeshTables& tables, unsigned labels, unsigned speaking) {
+/// speaking directions can see, and without those that have a weak crossing.
+DTSDF_HD uint8_t sheetIndex(const MeshTables& tables, unsigned labels, unsigned speaking,
+                            unsigned weak_crossings) {
   uint8_t index = static_cast<uint8_t>(labels);
   for (int i = 0; i < tables.component_count[labels]; ++i) {
     const uint8_t component = tables.component[labels][i];
-    if (!isVisible(component, speaking)) index = removeComponent(index, component);
+    const bool is_kept = isVisible(component, speaking) && !crossesAny(component, weak_crossings);
+    if (!is_kept) index = removeComponent(index, component);
   }
   return index == 255 ? 0 : index;
 }
@@ -60,17 +64,22 @@ DTSDF_HD Bits sheetLabels(const Samples& samples, const Bits& leader,
   return select(has_leader, voteOnCorners(samples, leader ^ Bits{1}, limits), none);
 }
 
-/// Indices of the units' sheets with the given labels and leaders, one per unit.
-template <int kUnits, class Bits>
-DTSDF_HD void sheetIndices(const MeshTables& tables, const Bits& labels, const Bits& leader,
-                           const Bits& speaking, uint8_t (&result)[kUnits]) {
+/// Indices of the units' sheets with the given leaders, one per unit.
+template <class Samples, class Real, class Bits>
+DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules,
+                           const Samples& samples, const VoteLimits<Real>& limits,
+                           const Bits& leader, const Bits& speaking,
+                           uint8_t (&result)[Samples::kUnits]) {
   for (uint8_t& index : result) index = 0;
+  const Bits labels = sheetLabels(samples, leader, limits);
   if (!any(labels != Bits{0})) return;
+  const Bits weak = weakCrossings(rules, samples, labels, limits.greatest_weight);
   const Bits opposite = leader ^ Bits{1};
-  for (int k = 0; k < kUnits; ++k) {
+  for (int k = 0; k < Samples::kUnits; ++k) {
     const unsigned all = static_cast<unsigned>(lane(speaking, k));
     result[k] = sheetIndex(tables, static_cast<unsigned>(lane(labels, k)),
-                           all & ~(1u << (lane(opposite, k) & 7)));
+                           all & ~(1u << (lane(opposite, k) & 7)),
+                           static_cast<unsigned>(lane(weak, k)));
   }
 }
 
@@ -89,10 +98,8 @@ DTSDF_HD void indexUnits(const MeshTables& tables, const MeshRules& rules, const
   const auto limits = makeVoteLimits(rules, samples);
   const auto leaders = findLeaders(samples, limits.least_weight);
   uint8_t first[kUnits], second[kUnits];
-  auto leader = leaders.direction[0];
-  sheetIndices(tables, sheetLabels(samples, leader, limits), leader, leaders.speaking, first);
-  leader = leaders.direction[1];
-  sheetIndices(tables, sheetLabels(samples, leader, limits), leader, leaders.speaking, second);
+  sheetIndices(tables, rules, samples, limits, leaders.direction[0], leaders.speaking, first);
+  sheetIndices(tables, rules, samples, limits, leaders.direction[1], leaders.speaking, second);
   for (int k = 0; k < kUnits; ++k) result[k] = orderSheets(first[k], second[k]);
 }
 

@@ -7,6 +7,7 @@
 ///   index   possible_leaders.h   which units can hold a surface at all
 ///           leaders.h            which directions speak for a surface, and which lead its sheets
 ///           vote.h               on which side of a sheet each corner is
+///           crossings.h          which crossings of edges are known too little
 ///           sheets.h             marching cubes indices, without what no direction can see
 ///   make    regularisation.h     corners that the units around them disagree about
 ///           edge_vertex.h        where the surface crosses an edge

@@ -38,7 +38,8 @@ DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
 /// The rules' numbers as they are in a unit.
 template <class Real>
 struct VoteLimits {
-  Real least_weight;  ///< What a corner needs more than.
+  Real greatest_weight;  ///< Of any direction, at any corner.
+  Real least_weight;     ///< What a corner needs more than.
   Real nearness;
 };
 
@@ -46,7 +47,8 @@ template <class Samples>
 DTSDF_HD VoteLimits<typename Samples::Real> makeVoteLimits(const MeshRules& rules,
                                                            const Samples& samples) {
   using Real = typename Samples::Real;
-  return {Real{rules.least_weight_share} * greatestWeight(samples), Real{rules.nearness_voxels}};
+  const Real greatest = greatestWeight(samples);
+  return {greatest, Real{rules.least_weight_share} * greatest, Real{rules.nearness_voxels}};
 }
 
 /// Marching cubes labels of a sheet (bit c: corner c is behind), by the vote of all directions but

@@ -109,34 +109,50 @@ TEST(Sheets, ScalingAllWeightsChangesNothing) {
   }
 }
 
-/// The greatest weight is 100, and 1 % of it is 1: a corner of 0.98 is too little, one of 1.02 will
-/// do.
-TEST(Sheets, ACornerNeedsOnePercentOfTheGreatestWeight) {
+/// The greatest weight is 100, and 0.3 % of it is 0.3: a corner of 0.29 is too little, one of 0.31
+/// will do.
+TEST(Sheets, ACornerNeedsAShareOfTheGreatestWeight) {
   UnitSamples samples = {};
   addPlaneTo(samples, 4, {Eigen::Vector3d::UnitZ(), 0.4}, 100.0f);
-  samples.corner[4][0].weight = 0.98f;
+  samples.corner[4][0].weight = 0.29f;
   EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
-  samples.corner[4][0].weight = 1.02f;
+  samples.corner[4][0].weight = 0.31f;
   EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0x0F);
   MeshRules any_weight;
-  any_weight.least_weight_share = 0.0f;
+  any_weight.least_weight_share = any_weight.least_crossing_share = 0.0f;
   samples.corner[4][0].weight = 0.001f;
   EXPECT_EQ(indexUnit(kMeshTables, any_weight, samples, true).sheet[0], 0x0F);
 }
 
 /// Behind above is what Z- (bit 5) sees and Z+ (bit 4) cannot; X+ (bit 0) has no edge to object to.
 TEST(Sheets, KeepsWhatSomeSpeakingDirectionCanSee) {
-  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 1u << 4), 0);
-  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 1u << 5), 0xF0);
-  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 1u << 4 | 1u << 0), 0xF0);
-  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 0), 0);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 1u << 4, 0), 0);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 1u << 5, 0), 0xF0);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 1u << 4 | 1u << 0, 0), 0xF0);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0xF0, 0, 0), 0);
 }
 
 /// Corner 0 and corner 7, each cut off alone: X+ sees corner 0 only, X- corner 7 only.
 TEST(Sheets, RemovesTheUnseenComponentOnly) {
-  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 1u << 0), 0x01);
-  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 1u << 1), 0x80);
-  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 3), 0x81);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 1u << 0, 0), 0x01);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 1u << 1, 0), 0x80);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 3, 0), 0x81);
+}
+
+/// The crossing of the edge from corner 0 along x is weak: corner 0 goes, corner 7 stays.
+TEST(Sheets, RemovesTheComponentWithAWeakCrossingOnly) {
+  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 3, 1u << 0), 0x80);
+  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 3, 1u << 3), 0x81);  // not crossed
+}
+
+/// Both ends of the edge at corner 0 have 1.4 % of the greatest weight; with 1.6 % it is known.
+TEST(Sheets, ACrossingNeedsAShareOfTheGreatestWeight) {
+  UnitSamples samples = {};
+  addPlaneTo(samples, 4, {Eigen::Vector3d::UnitZ(), 0.4}, 100.0f);
+  samples.corner[4][0].weight = samples.corner[4][4].weight = 1.4f;
+  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
+  samples.corner[4][0].weight = samples.corner[4][4].weight = 1.6f;
+  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0x0F);
 }
 
 TEST(Sheets, ALoneSheetIsTheFirst) {

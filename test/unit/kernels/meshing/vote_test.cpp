@@ -54,14 +54,14 @@ TEST(Vote, StrengthsAreSquared) {
   UnitSamples samples = {};
   setAll(samples, 0, {0.8f, 4.0f});
   setAll(samples, 2, {-0.3f, 5.0f});
-  EXPECT_EQ(voteOnCorners(samples, kNobody, VoteLimits<float>{0.0f, 0.2f}), 255);
+  EXPECT_EQ(voteOnCorners(samples, kNobody, VoteLimits<float>{9.0f, 0.0f, 0.2f}), 255);
 }
 
 TEST(Vote, TheExcludedDirectionHasNoVote) {
   UnitSamples samples = {};
   setAll(samples, 0, {0.4f, 1.0f});
   setAll(samples, 1, {-0.1f, 9.0f});
-  const VoteLimits<float> limits{0.0f, 0.2f};
+  const VoteLimits<float> limits{9.0f, 0.0f, 0.2f};
   EXPECT_EQ(voteOnCorners(samples, 1, limits), 0);
   EXPECT_EQ(voteOnCorners(samples, 0, limits), 255);
 }
@@ -71,7 +71,7 @@ TEST(Vote, ACornerNeedsMoreThanTheLeastWeight) {
   UnitSamples samples = {};
   setAll(samples, 0, {-0.4f, 0.6f});
   setAll(samples, 2, {-0.4f, 0.6f});
-  const VoteLimits<float> limits{1.0f, 0.2f};
+  const VoteLimits<float> limits{9.0f, 1.0f, 0.2f};
   EXPECT_EQ(voteOnCorners(samples, kNobody, limits), 255);
   samples.corner[2][5].weight = 0.4f;
   EXPECT_EQ(voteOnCorners(samples, kNobody, limits), 0);
@@ -85,9 +85,10 @@ TEST(Vote, TheLeastWeightIsAShareOfTheGreatest) {
   rules.least_weight_share = 0.25f;
   rules.nearness_voxels = 0.5f;
   const VoteLimits<float> limits = makeVoteLimits(rules, samples);
+  EXPECT_EQ(limits.greatest_weight, 8.0f);
   EXPECT_EQ(limits.least_weight, 2.0f);
   EXPECT_EQ(limits.nearness, 0.5f);
-  EXPECT_FLOAT_EQ(makeVoteLimits(MeshRules(), samples).least_weight, 0.08f);
+  EXPECT_FLOAT_EQ(makeVoteLimits(MeshRules(), samples).least_weight, 0.024f);
 }
 
 }  // namespace

@@ -41,7 +41,13 @@ struct EdgeSet {
   }
 };
 
-__device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays, int edge) {
+/// A vertex before it is held to a border that may pass by it.
+struct NewVertex {
+  BlockVertex vertex;
+  bool by_border;
+};
+
+__device__ NewVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays, int edge) {
   const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const bool directional = mesh.directional != 0;
   EdgeSamples samples = {};
@@ -52,7 +58,10 @@ __device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arra
     samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
   }
   const float offset = edgeOffset(mesh.rules, samples, axis, facing);
-  return {vertexPosition(edge, offset), static_cast<uint32_t>(edge)};
+  const bool by_border =
+      directional && isByBorder(arrays, {cornerAt(lower), axis, facing},
+                                tellingDirection(samples, axis, facing));
+  return {{vertexPosition(edge, offset), static_cast<uint32_t>(edge)}, by_border};
 }
 
 struct MeshBlockShared {
@@ -60,7 +69,7 @@ struct MeshBlockShared {
   IndexNeighbourhood indices;
   EdgeSet edges;
   uint16_t vertex_edge[kGridEdges];    ///< Edge of each vertex.
-  uint16_t border_vertex[kGridEdges];  ///< Vertices that a border may pass by, in any order.
+  uint16_t border_vertex[kGridEdges];  ///< Vertices that a border passes by, in any order.
   uint32_t border_vertices;
   MeshRecord record;
   typename Scan::TempStorage scan;
@@ -138,9 +147,9 @@ __device__ void writeVertices(const MeshView& mesh, MeshBlockShared& shared) {
   const uint32_t count = shared.record.vertices;
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
-    const int edge = shared.vertex_edge[i];
-    vertices[i] = makeVertex(mesh, shared.arrays, edge);
-    if (mesh.directional != 0 && mayBeAtBorder(shared.arrays, edge)) {
+    const NewVertex made = makeVertex(mesh, shared.arrays, shared.vertex_edge[i]);
+    vertices[i] = made.vertex;
+    if (made.by_border) {
       shared.border_vertex[atomicAdd(&shared.border_vertices, 1u)] = static_cast<uint16_t>(i);
     }
   }

@@ -126,8 +126,10 @@ void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, boo
 /// Whether no border passes by an edge of the inner corners: the same as heldToBorder() finds, from
 /// samples that lie in order.
 bool BlockIndexer::isInside(int edge) const {
-  const int corner = edgeCorner(edge), axis = edgeAxis(edge);
-  const int direction = facedDirection(axis, edgeFacing(edge));
+  const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const EdgeOfGrid<BlockIndexer> ends{{*this, corner, -1},
+                                      {*this, corner + cornerStride(axis), -1}};
+  const int direction = tellingDirection(ends, axis, facing);
   if (!(present_ >> direction & 1)) return false;
   const Vec3i at = cornerAt(corner);
   const float* weight = weight_[direction] + corner;

@@ -10,6 +10,7 @@
 /// of x, so x = (2 r)^(1/3) for a ratio r below 1/2. Vertices are moved along the surface, towards
 /// the one on the neighbouring edge, so that they stay on it. Added across the two ends of an edge,
 /// weights do not depend on where the surface crosses it: they fall linearly with the distance.
+/// They are those of the direction that tells the crossing: another one may end there, or go on.
 #pragma once
 
 #include <cstring>
@@ -52,31 +53,42 @@ DTSDF_HD float edgeWeight(const Corners& corners, const GridEdge& edge, int dire
          corners.sample(edge.corner + unitStep(edge.axis), direction).weight;
 }
 
-/// The direction that knows most of an edge, of those that have a say on it.
 template <class Corners>
-DTSDF_HD int strongestDirection(const Corners& corners, const GridEdge& edge) {
-  int strongest = facedDirection(edge.axis, edge.facing);
-  float most = edgeWeight(corners, edge, strongest);
+DTSDF_HD EdgeSamples edgeSamples(const Corners& corners, const GridEdge& edge) {
+  EdgeSamples samples;
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (!speaksOnEdge(d, edge.axis, edge.facing)) continue;
-    const float weight = edgeWeight(corners, edge, d);
-    if (weight > most) strongest = d;
-    most = maximum(most, weight);
+    samples.lower[d] = corners.sample(edge.corner, d);
+    samples.upper[d] = corners.sample(edge.corner + unitStep(edge.axis), d);
   }
-  return strongest;
+  return samples;
+}
+
+/// The direction that tells a crossing: of those that cross the edge, the one with the greatest
+/// product of its weights at the two ends; where none does, the one that the surface faces.
+template <class Edge>
+DTSDF_HD int tellingDirection(const Edge& samples, int axis, int facing) {
+  int telling = facedDirection(axis, facing);
+  float most = 0.0f;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!speaksOnEdge(d, axis, facing)) continue;
+    const Sample a = samples.lower[d], b = samples.upper[d];
+    const float product = a.weight * b.weight;
+    if (crosses(a, b, facing) && product > most) {
+      telling = d;
+      most = product;
+    }
+  }
+  return telling;
 }
 
 /// Where a surface crosses an edge, from its lower end; negative where none does.
 template <class Corners>
 DTSDF_HD float crossingOf(const MeshRules& rules, const Corners& corners, const GridEdge& edge) {
-  const Vec3i upper = edge.corner + unitStep(edge.axis);
-  EdgeSamples samples;
+  const EdgeSamples samples = edgeSamples(corners, edge);
   bool is_crossed = false;
   for (int d = 0; d < kDirectionCount; ++d) {
-    const Sample a = samples.lower[d] = corners.sample(edge.corner, d);
-    const Sample b = samples.upper[d] = corners.sample(upper, d);
     is_crossed = is_crossed || (speaksOnEdge(d, edge.axis, edge.facing) &&
-                                crosses(a, b, edge.facing));
+                                crosses(samples.lower[d], samples.upper[d], edge.facing));
   }
   return is_crossed ? edgeOffset(rules, samples, edge.axis, edge.facing) : -1.0f;
 }
@@ -111,41 +123,56 @@ DTSDF_HD bool isAtBorder(const WeightsAcross& weights) {
   return isAtBorder(weights.own, weights.lower, weights.upper);
 }
 
-/// Whether a border may pass by an edge, by what the direction knows that the surface faces: nearly
-/// all vertices are done with that.
+/// The axes across an edge, the first and the second one.
+DTSDF_HD int firstAcross(int axis) { return axis == 0 ? 1 : 0; }
+DTSDF_HD int secondAcross(int axis) { return axis == 2 ? 1 : 2; }
+
+/// Whether a border passes by an edge, as the direction knows that tells its crossing: nearly all
+/// vertices are done with that.
 template <class Corners>
-DTSDF_HD bool mayBeAtBorder(const Corners& corners, int edge) {
-  const GridEdge at{cornerAt(edgeCorner(edge)), edgeAxis(edge), edgeFacing(edge)};
-  const int faced = facedDirection(at.axis, at.facing);
-  const int first = at.axis == 0 ? 1 : 0, second = at.axis == 2 ? 1 : 2;
-  return isAtBorder(weightsAcross(corners, at, first, faced)) ||
-         isAtBorder(weightsAcross(corners, at, second, faced));
+DTSDF_HD bool isByBorder(const Corners& corners, const GridEdge& edge, int telling) {
+  return isAtBorder(weightsAcross(corners, edge, firstAcross(edge.axis), telling)) ||
+         isAtBorder(weightsAcross(corners, edge, secondAcross(edge.axis), telling));
 }
 
-/// The shift of the vertex at `offset` on an edge along another axis. What the direction knows that
-/// the surface faces, decides; but it knows little where the edge runs along the surface, border or
-/// not: there what the strongest direction knows has to end as well. The part across is a multiple
-/// of 2^-12, so that blocks on both sides of a face come to the very same place.
+/// Where the surface goes on inwards from a vertex at `offset` on an edge, from there, in voxels;
+/// `across` is 0 where it does not. It crosses the edge beside, or, where it is too steep for that,
+/// leads to one of the edges between the two.
+template <class Corners>
+DTSDF_HD BorderShift wayInward(const MeshRules& rules, const Corners& corners,
+                               const GridEdge& edge, float offset, const Vec3i& inward,
+                               int telling) {
+  const float next = crossingOf(rules, corners, moved(edge, inward));
+  if (!(next < 0.0f)) return {1.0f, next - offset};
+  BorderShift way{0.0f, 0.0f};
+  for (int end = 0; end < 2; ++end) {
+    const Vec3i from = end == 0 ? edge.corner : edge.corner + unitStep(edge.axis);
+    const Sample a = corners.sample(from, telling), b = corners.sample(from + inward, telling);
+    if (!(crosses(a, b, 0) || crosses(a, b, 1))) continue;
+    const float at = a.sdf / (a.sdf - b.sdf);
+    if (way.across == 0.0f || at < way.across) way = {at, static_cast<float>(end) - offset};
+  }
+  return way;
+}
+
+/// The shift of the vertex at `offset` on an edge along another axis, to where the measurements of
+/// the direction end that tells the crossing. The part across is a multiple of 2^-12, so that
+/// blocks on both sides of a face come to the very same place.
 template <class Corners>
 DTSDF_HD BorderShift borderShift(const MeshRules& rules, const Corners& corners,
-                                 const GridEdge& edge, float offset, int across) {
-  const int faced = facedDirection(edge.axis, edge.facing);
-  const WeightsAcross weights = weightsAcross(corners, edge, across, faced);
-  if (!isAtBorder(weights)) return {0.0f, 0.0f};  // as nearly all
-  const int strongest = strongestDirection(corners, edge);
-  if (strongest != faced && !isAtBorder(weightsAcross(corners, edge, across, strongest))) {
-    return {0.0f, 0.0f};
-  }
+                                 const GridEdge& edge, float offset, int telling, int across) {
+  const WeightsAcross weights = weightsAcross(corners, edge, across, telling);
+  if (!isAtBorder(weights)) return {0.0f, 0.0f};
   const bool to_lower = weights.lower > weights.upper;
   const Vec3i step = unitStep(across), inward = to_lower ? Vec3i{0, 0, 0} - step : step;
-  const float next = crossingOf(rules, corners, moved(edge, inward));
-  if (next < 0.0f) return {0.0f, 0.0f};
+  const BorderShift way = wayInward(rules, corners, edge, offset, inward, telling);
+  if (!(way.across > 0.0f)) return {0.0f, 0.0f};
   constexpr float kSteps = 4096.0f;
+  constexpr float kMostShare = 15.0f / 16.0f;  // of the way, so that triangles keep an area
   const float covered = cubeRoot(2.0f * weights.own / maximum(weights.lower, weights.upper));
-  constexpr float kMostShare = 15.0f / 16.0f;  // so that triangles keep an area
-  const float share = static_cast<float>(floorToInt(
-                          minimum(maximum(1.0f - covered, 0.0f), kMostShare) * kSteps)) / kSteps;
-  return {to_lower ? -share : share, share * (next - offset)};
+  const float wanted = minimum(maximum(1.0f - covered, 0.0f), kMostShare * way.across);
+  const float shift = static_cast<float>(floorToInt(wanted * kSteps)) / kSteps;
+  return {to_lower ? -shift : shift, shift / way.across * way.along};
 }
 
 /// The vertex of an edge, held to what was measured. Where the border passes between both axes
@@ -154,10 +181,11 @@ template <class Corners>
 DTSDF_HD Vec3f heldToBorder(const MeshRules& rules, const Corners& corners, int edge,
                             const Vec3f& vertex) {
   const GridEdge at{cornerAt(edgeCorner(edge)), edgeAxis(edge), edgeFacing(edge)};
+  const int telling = tellingDirection(edgeSamples(corners, at), at.axis, at.facing);
   const float offset = component(vertex, at.axis) - component(toFloat(at.corner), at.axis);
-  const int first = at.axis == 0 ? 1 : 0, second = at.axis == 2 ? 1 : 2;
-  const BorderShift a = borderShift(rules, corners, at, offset, first);
-  const BorderShift b = borderShift(rules, corners, at, offset, second);
+  const int first = firstAcross(at.axis), second = secondAcross(at.axis);
+  const BorderShift a = borderShift(rules, corners, at, offset, telling, first);
+  const BorderShift b = borderShift(rules, corners, at, offset, telling, second);
   if (a.across == 0.0f && b.across == 0.0f) return vertex;
   const float share = a.across != 0.0f && b.across != 0.0f ? 0.5f : 1.0f;
   return vertex + (share * a.across) * toFloat(unitStep(first)) +

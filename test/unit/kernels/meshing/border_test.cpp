@@ -84,10 +84,48 @@ TEST(Border, IsWhereTheWeightFallsBelowHalf) {
   EXPECT_EQ(heldX(0.01f, 0.02f), 4.0f);
 }
 
-/// Without a vertex on the neighbouring edge there is nowhere to move to.
-TEST(Border, NeedsAVertexToMoveTowards) {
+/// The plane rises by 3 a voxel, so that it misses the edge beside and crosses the one between the
+/// lower ends, 0.4 / 3 away: 15/16 of the way there is less than the half that is not covered.
+TEST(Border, FollowsASteepSurface) {
   const auto weight = [](int x) { return x < 4 ? 16.0f : (x == 4 ? 1.0f : 0.0f); };
-  EXPECT_EQ(held(planeOf(weight, 3.0f)).x, 4.0f);
+  const Vec3f p = held(planeOf(weight, 3.0f));
+  EXPECT_NEAR(p.x, 4.0f - 0.125f, 1e-3f);
+  EXPECT_NEAR(p.z, 4.4f - 3.0f * 0.125f, 1e-3f);
+}
+
+/// The same falling: it crosses the edge between the upper ends, 0.6 / 3 away.
+TEST(Border, FollowsASteepSurfaceUpwards) {
+  const auto weight = [](int x) { return x < 4 ? 16.0f : (x == 4 ? 1.0f : 0.0f); };
+  const Vec3f p = held(planeOf(weight, -3.0f));
+  EXPECT_NEAR(p.x, 4.0f - 0.1875f, 1e-3f);
+  EXPECT_NEAR(p.z, 4.4f + 3.0f * 0.1875f, 1e-3f);
+}
+
+/// Beside the vertex nothing is behind the surface: there is nowhere to move to.
+TEST(Border, NeedsASurfaceToMoveAlong) {
+  const Corners corners{[](const Vec3i& c, int direction) -> Sample {
+    if (direction != kZPlus) return {0.0f, 0.0f};
+    return {c.x < 4 ? (c.z <= 4 ? -0.4f : -0.6f) : static_cast<float>(c.z) - 4.4f,
+            c.x < 4 && c.z <= 4 ? 16.0f : (c.x == 4 ? 1.0f : 0.0f)};
+  }};
+  EXPECT_EQ(held(corners).x, 4.0f);
+}
+
+/// The direction decides that tells the crossing, though the one that the surface faces ends.
+TEST(Border, IsThatOfTheDirectionThatTellsTheCrossing) {
+  const auto weightOf = [](int telling, const Sample& lower, const Sample& upper) {
+    EdgeSamples samples = {};
+    samples.lower[telling] = lower;
+    samples.upper[telling] = upper;
+    samples.lower[kZPlus] = {-0.4f, 1.0f};
+    samples.upper[kZPlus] = {0.6f, 1.0f};
+    return tellingDirection(samples, 2, 0);
+  };
+  EXPECT_EQ(weightOf(kXPlus, {-0.1f, 2.0f}, {0.1f, 2.0f}), kXPlus);
+  EXPECT_EQ(weightOf(kXPlus, {-0.1f, 2.0f}, {0.1f, 0.4f}), kZPlus);      // 0.8 is less than 1
+  EXPECT_EQ(weightOf(kXPlus, {0.1f, 2.0f}, {0.2f, 2.0f}), kZPlus);       // does not cross
+  EXPECT_EQ(weightOf(kZPlus + 1, {-0.1f, 2.0f}, {0.1f, 2.0f}), kZPlus);  // faces against it
+  EXPECT_EQ(tellingDirection(EdgeSamples{}, 2, 1), kZPlus + 1);
 }
 
 /// A corner of what was measured: both axes would move by a half, so each moves by a quarter.

@@ -33,6 +33,7 @@ void visitRules(SurfelRules& rules, Visitor& visit) {
   visit(section + "linked_step", rules.linked_step, Range{0.0, 100.0});
   visit(section + "linked_turn", rules.linked_turn, Range{0.0, 10.0});
   visit(section + "linked_turn_beside", rules.linked_turn_beside, Range{0.0, 10.0});
+  visit(section + "linked_rim_share", rules.linked_rim_share, Range{0.0, 1.0});
   visit(section + "noise_jump", rules.noise_jump, Range{0.0, 1.0});
   visit(section + "largest_shared_noise", rules.largest_shared_noise, Range{1.0, 100.0});
   visit(section + "least_noise_lines", rules.least_noise_lines, Range{1, 1e9});

@@ -4,7 +4,8 @@
 /// neighbours and by what lies beside them. What noise and an ordinary slope explain is one
 /// surface, and so is what the map cannot tell apart. A larger step is one only if it goes on: past
 /// a depth edge there is no such step, and a pixel that mixes both sides of an edge has another
-/// depth than the next one along the edge.
+/// depth than the next one along the edge. Or if the surface ends there, curving out of sight: a
+/// mixed pixel lies anywhere between both sides, hardly ever that near to the front one.
 #pragma once
 
 #include "kernels/surfels/depth.h"
@@ -16,6 +17,8 @@ struct LinkLimits {
   DepthNoise noise;
   float noise_factor;  ///< So many deviations are explained by noise.
   float slope;         ///< Share of inverse depth that an ordinary slope makes from pixel to pixel.
+  float rim_slope;     ///< The same where a surface curves out of sight.
+  float rim_share;     ///< Of the jump behind it, what a step there may be.
   float step_m;        ///< Difference of depth that does not matter.
   float turn;          ///< Share of a step by which the next one in line may differ.
   float turn_beside;   ///< The same of those beside it.
@@ -25,8 +28,14 @@ DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
                                const SurfelSettings& surfels) {
   const SurfelRules& rules = surfels.rules;
   const float slope = rules.linked_slope / frame.intrinsics.fx;
-  return {noise, rules.linked_noise, minimum(slope, surfels.depth_jump),
-          rules.linked_step * frame.voxel_size_m, rules.linked_turn, rules.linked_turn_beside};
+  return {noise,
+          rules.linked_noise,
+          minimum(slope, surfels.depth_jump),
+          surfels.depth_jump,
+          rules.linked_rim_share,
+          rules.linked_step * frame.voxel_size_m,
+          rules.linked_turn,
+          rules.linked_turn_beside};
 }
 
 /// Inverse depths along a line, and where it runs: pixel number `at` of `count` in line, and number
@@ -54,6 +63,17 @@ DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limi
          (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, turn_beside));
 }
 
+/// Whether a surface ends with a step, curving out of sight: behind it there is nothing, or a much
+/// larger step away from the camera.
+DTSDF_HD bool endsThere(const LineInImage& line, float step, const LinkLimits& limits) {
+  const float *a = line.inverse_depth, *b = a + line.stride;
+  if (fabsf(step) > limits.rim_slope * maximum(*a, *b)) return false;
+  const bool ends_at_a = step > 0.0f;
+  if (ends_at_a ? line.at == 0 : line.at + 2 == line.count) return false;
+  const float behind = ends_at_a ? a[-line.stride] : b[line.stride];
+  return fabsf(step) <= limits.rim_share * (minimum(*a, *b) - fabsf(behind));
+}
+
 /// What a step alone tells: no link, a link, or that it takes a look at what lies beside it.
 constexpr int32_t kNoLink = 0, kLinked = 1, kOpenStep = 2;
 
@@ -73,7 +93,8 @@ DTSDF_HD bool areLinked(const LineInImage& line, const LinkLimits& limits) {
   if (line.at + 1 >= line.count) return false;
   const float a = *line.inverse_depth, b = line.inverse_depth[line.stride];
   const int32_t link = linkByStep(a, b, limits);
-  return link == kLinked || (link == kOpenStep && goesOn(line, b - a, limits));
+  return link == kLinked ||
+         (link == kOpenStep && (goesOn(line, b - a, limits) || endsThere(line, b - a, limits)));
 }
 
 /// The links of a pixel of an image of inverse depths.

@@ -23,6 +23,11 @@ struct SurfelRules {
   /// And with steps in the lines to both sides that differ by no more than this share. (Bridge of
   /// mixed pixels 0.1 m before a wall at 5 m, 20 mm voxels: 9.1 % with 0.3, 3.7 % with 0.2.)
   float linked_turn_beside = 0.2f;
+  /// Or it ends there: a surface that curves out of sight does so by a step of at most this share
+  /// of the jump behind it. One in ten mixed pixels lies that near to the front, and makes a tenth
+  /// of the bridge. (Completeness at 5 mm, 100 images: bunny 0.74 mm without, 0.31 with; dragon
+  /// 1.15 and 0.81.)
+  float linked_rim_share = 0.1f;
 
   /// Between samples whose inverse depths differ by more than this share there is an edge, which is
   /// no noise. (Bridge of mixed pixels 0.2 m before a wall at 2.5 m, noise, 20 mm voxels: 12.9 % of

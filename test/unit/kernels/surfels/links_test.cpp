@@ -108,6 +108,34 @@ TEST(Links, MixedPixelsBelongToNeitherSide) {
             Links({true, true, true, true, false}));
 }
 
+/// Before an empty background, before one that is too far to be fused, and before one ten times as
+/// far behind as the surface's last step.
+TEST(Links, SurfacesThatCurveOutOfSightEndWithASteepStep) {
+  for (const float behind : {0.0f, -0.2f, 0.77f}) {
+    for (const bool down : {false, true}) {
+      EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.98f, behind, behind}}, 0.0f, 0, down),
+                Links({true, true, false, behind > 0.0f, false}))
+          << behind;
+      EXPECT_EQ(linksAlong({{behind, behind, 0.98f, 1.0f, 1.0f}}, 0.0f, 0, down),
+                Links({behind > 0.0f, false, true, true, false}))
+          << behind;
+    }
+  }
+}
+
+/// What is nearer to the back, in the middle of a row that the image cuts off, or a step wider than
+/// depth_jump may be anything.
+TEST(Links, MixedPixelsAreNoSurfaceThatCurvesOutOfSight) {
+  EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.98f, 0.79f, 0.79f}}),
+            Links({true, false, false, true, false}));
+  EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.78f, 0.77f, 0.77f}}),
+            Links({true, false, false, true, false}));
+  EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.96f, 0.0f, 0.0f}}),
+            Links({true, false, false, false, false}));
+  EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.98f}}), Links({true, false, false}));
+  EXPECT_EQ(linksAlong({{0.98f, 1.0f, 1.0f}}), Links({false, true, false}));
+}
+
 /// Nothing is linked to what is not measured, nor to what is beyond the range that is fused.
 TEST(Links, NeedMeasurements) {
   for (const float none : {0.0f, -0.5f}) {

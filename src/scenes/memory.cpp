@@ -12,9 +12,11 @@ using Eigen::Vector3d;
 /// Small images: what counts is the number of frames.
 SceneCamera watchingCamera() { return {80, 60, 65.0}; }
 
-/// A way through the room that does not come back to where it was.
+/// A way through the room that does not come back to where it was, and does not leave the view:
+/// what no frame looks through again would rightly stay.
 Vector3d placeOf(int i) {
-  return {0.7 * std::sin(0.0311 * i), 0.4 * std::sin(0.0173 * i), 0.6 * std::sin(0.0233 * i)};
+  return {0.3 + 0.45 * std::sin(0.0311 * i), 0.15 + 0.2 * std::sin(0.0173 * i),
+          0.3 + 0.4 * std::sin(0.0233 * i)};
 }
 
 /// A camera in a corner of a room watches a box move about. The first quarter of the frames is

@@ -6,9 +6,9 @@
 ///
 /// A voxel claims that there is a surface at its foot: the nearest point of that surface, by the
 /// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
-/// there, in all of the 3 x 3 pixels around: each was measured, or lies in a gap of a pixel, and is
-/// farther away. So a voxel beside or behind something thin is not held against it, and where
-/// nothing is measured nothing is contradicted.
+/// there, in all of the 3 x 3 pixels around that the image has: each was measured, or lies in a gap
+/// of a pixel, and is farther away. So a voxel beside or behind something thin is not held against
+/// it, and where nothing is measured nothing is contradicted.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -156,21 +156,25 @@ DTSDF_HD Vec3f footOf(const Voxel* voxels, int index, int direction) {
                 facingOf(direction));
 }
 
-/// Whether the frame sees through a point that it sees there.
+/// Whether the frame sees through a point that it sees there: in the 3 x 3 pixels around, as far as
+/// the image has them.
 DTSDF_HD bool seesThrough(const FrameSensing& sensing, const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
-  if (!(at.depth_m > 0.0f && at.u >= 1.0f && at.v >= 1.0f &&
-        at.u < static_cast<float>(frame.width - 1) &&
-        at.v < static_cast<float>(frame.height - 1))) {
+  if (!(at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f &&
+        at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height))) {
     return false;
   }
-  const float* centre = sensing.free_depth + static_cast<int64_t>(at.v) * frame.width +
-                        static_cast<int64_t>(at.u);
-  if (!(at.depth_m < *centre)) return false;
+  const Pixel centre{static_cast<int>(at.u), static_cast<int>(at.v)};
+  if (!(at.depth_m < sensing.free_depth[pixelIndex(frame, centre)])) return false;
+  const int left = centre.u > 0 ? centre.u - 1 : 0;
+  const int right = centre.u + 1 < frame.width ? centre.u + 1 : centre.u;
   bool free = true;
   for (int dv = -1; dv <= 1; ++dv) {
-    const float* row = centre + static_cast<int64_t>(dv) * frame.width;
-    free = free && at.depth_m < row[-1] && at.depth_m < row[0] && at.depth_m < row[1];
+    const int v = centre.v + dv;
+    if (v < 0 || v >= frame.height) continue;
+    const float* row = sensing.free_depth + static_cast<int64_t>(v) * frame.width;
+    free = free && at.depth_m < row[left] && at.depth_m < row[centre.u] &&
+           at.depth_m < row[right];
   }
   return free;
 }

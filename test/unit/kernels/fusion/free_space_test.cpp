@@ -263,8 +263,10 @@ TEST_F(SeesThrough, EndsWhereTheFreeDepthDoes) {
 TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
   for (int i = 0; i < 81; ++i) {
     const int u = i % 9, v = i / 9;
-    at(u, v) = 0.9f;
-    EXPECT_EQ(sees(ahead_), std::abs(u - 4) > 1 || std::abs(v - 4) > 1) << u << ", " << v;
+    for (const float free_m : {0.9f, 1.0f}) {
+      at(u, v) = free_m;
+      EXPECT_EQ(sees(ahead_), std::abs(u - 4) > 1 || std::abs(v - 4) > 1) << u << ", " << v;
+    }
     at(u, v) = 2.0f;
   }
 }
@@ -282,12 +284,22 @@ TEST_F(SeesThrough, NothingWhereAPixelIsNotMeasured) {
   }
 }
 
-/// At 1 m a voxel is a pixel wide: the outermost ring has no neighbours all around.
-TEST_F(SeesThrough, LeavesOutTheRimOfTheImage) {
+/// At 1 m a voxel is a pixel wide. In the outermost ring the pixels around that there are decide,
+/// and none of those that follow in memory.
+TEST_F(SeesThrough, GoesByWhatIsInTheImageAtItsRim) {
   for (int offset = -6; offset <= 6; ++offset) {
     const auto along = static_cast<float>(offset);
-    EXPECT_EQ(sees({along, 0, 10}), std::abs(offset) <= 3) << offset;
-    EXPECT_EQ(sees({0, along, 10}), std::abs(offset) <= 3) << offset;
+    EXPECT_EQ(sees({along, 0, 10}), std::abs(offset) <= 4) << offset;
+    EXPECT_EQ(sees({0, along, 10}), std::abs(offset) <= 4) << offset;
+  }
+  for (int i = 0; i < 81; ++i) {
+    const int u = i % 9, v = i / 9;
+    at(u, v) = 0.9f;
+    EXPECT_EQ(sees({4, 0, 10}), u < 7 || std::abs(v - 4) > 1) << u << ", " << v;
+    EXPECT_EQ(sees({-4, 0, 10}), u > 1 || std::abs(v - 4) > 1) << u << ", " << v;
+    EXPECT_EQ(sees({0, 4, 10}), v < 7 || std::abs(u - 4) > 1) << u << ", " << v;
+    EXPECT_EQ(sees({0, -4, 10}), v > 1 || std::abs(u - 4) > 1) << u << ", " << v;
+    at(u, v) = 2.0f;
   }
 }
 

@@ -11,13 +11,14 @@
 namespace dtsdf {
 namespace {
 
-/// A wall 2.2 m away, a box before it, a rod that is one pixel wide, and noise.
-SceneFrame renderNoisyFrame(double x_m, bool with_ball) {
+/// A wall 2.2 m away, a box and a ball before it, a rod that is one pixel wide, and noise.
+SceneFrame renderNoisyFrame(double x_m, bool with_small_ball, double noise) {
   Scene scene;
   scene.add(Plane{{0.0, 0.0, 2.2}, Eigen::Vector3d(0.2, -0.1, -1.0).normalized()});
   scene.add(makeBox({-0.1, 0.1, 0.6}, {0.3, 0.3, 0.4}, 0.4));
   scene.add(Rod{{0.3, -1.0, 1.0}, {0.3, 1.0, 1.0}, 0.004});
-  if (with_ball) scene.add(Sphere{{0.1, -0.15, 0.5}, 0.08});
+  scene.add(Sphere{{-0.5, -0.3, 1.5}, 0.3});
+  if (with_small_ball) scene.add(Sphere{{0.1, -0.15, 0.5}, 0.08});
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   T_W_C.translation().x() = x_m;
   SceneFrame frame = renderFrame(scene, T_W_C);
@@ -25,7 +26,7 @@ SceneFrame renderNoisyFrame(double x_m, bool with_ball) {
   for (float& depth_m : frame.depth_m) {
     // Without std::normal_distribution, whose numbers are not the same everywhere.
     const double unit = static_cast<double>(random()) / 4294967296.0 - 0.5;
-    depth_m += static_cast<float>(0.01 * unit) * depth_m * depth_m;
+    depth_m += static_cast<float>(noise * unit) * depth_m * depth_m;
   }
   return frame;
 }
@@ -33,7 +34,9 @@ SceneFrame renderNoisyFrame(double x_m, bool with_ball) {
 const std::vector<SceneFrame>& frames() {
   static const std::vector<SceneFrame> rendered = [] {
     std::vector<SceneFrame> all;
-    for (int i = 0; i < 8; ++i) all.push_back(renderNoisyFrame(0.01 * i, i < 2));
+    for (int i = 0; i < 8; ++i) {
+      all.push_back(renderNoisyFrame(0.01 * i, i < 2, i % 2 == 0 ? 0.0 : 0.01));
+    }
     return all;
   }();
   return rendered;

@@ -31,7 +31,7 @@ struct FusionRules {
   int32_t support_gain = 3;
   /// ... and takes away by contradicting it: a surface that is seen through as often as not stays,
   /// one that is seen through in two frames of three goes. (Held-back images, in front of what was
-  /// measured, with 1 / 2 / 3: phone_lidar 11.7 / 8.1 / 6.4 %, covered 98.7 / 97.6 / 95.6 %.)
+  /// measured, with 1 / 2 / 3: cabinet at 20 mm 1.76 / 1.66 / 1.50 %, behind 1.03 / 1.15 / 1.44 %.)
   int32_t contradiction_cost = 2;
   /// The most evidence: eight frames of support. What is taken away is gone after twelve frames
   /// that see through it, however long it was there.

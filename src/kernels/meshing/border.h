@@ -53,6 +53,7 @@ DTSDF_HD float edgeWeight(const Corners& corners, const GridEdge& edge, int dire
          corners.sample(edge.corner + unitStep(edge.axis), direction).weight;
 }
 
+/// The samples at both ends of an edge.
 template <class Corners>
 DTSDF_HD EdgeSamples edgeSamples(const Corners& corners, const GridEdge& edge) {
   EdgeSamples samples;

@@ -63,9 +63,9 @@ DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limi
          (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, turn_beside));
 }
 
-/// Whether a surface ends with a step, curving out of sight: behind it there is nothing, or a much
-/// larger step away from the camera.
-DTSDF_HD bool endsThere(const LineInImage& line, float step, const LinkLimits& limits) {
+/// Whether a surface ends with a step: behind it nothing is measured, or something much farther
+/// away.
+DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
   if (fabsf(step) > limits.rim_slope * maximum(*a, *b)) return false;
   const bool ends_at_a = step > 0.0f;
@@ -94,7 +94,8 @@ DTSDF_HD bool areLinked(const LineInImage& line, const LinkLimits& limits) {
   const float a = *line.inverse_depth, b = line.inverse_depth[line.stride];
   const int32_t link = linkByStep(a, b, limits);
   return link == kLinked ||
-         (link == kOpenStep && (goesOn(line, b - a, limits) || endsThere(line, b - a, limits)));
+         (link == kOpenStep &&
+          (goesOn(line, b - a, limits) || curvesOutOfSight(line, b - a, limits)));
 }
 
 /// The links of a pixel of an image of inverse depths.

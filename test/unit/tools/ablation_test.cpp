@@ -12,7 +12,7 @@ namespace dtsdf {
 namespace {
 
 /// A wall 2.2 m away, a box and a ball before it, a rod that is one pixel wide, and noise.
-SceneFrame renderNoisyFrame(double x_m, bool with_small_ball, double noise) {
+SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   Scene scene;
   scene.add(Plane{{0.0, 0.0, 2.2}, Eigen::Vector3d(0.2, -0.1, -1.0).normalized()});
   scene.add(makeBox({-0.1, 0.1, 0.6}, {0.3, 0.3, 0.4}, 0.4));
@@ -35,7 +35,7 @@ const std::vector<SceneFrame>& frames() {
   static const std::vector<SceneFrame> rendered = [] {
     std::vector<SceneFrame> all;
     for (int i = 0; i < 8; ++i) {
-      all.push_back(renderNoisyFrame(0.01 * i, i < 2, i % 2 == 0 ? 0.0 : 0.01));
+      all.push_back(renderView(0.01 * i, i < 2, i % 2 == 0 ? 0.0 : 0.01));
     }
     return all;
   }();

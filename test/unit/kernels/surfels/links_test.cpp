@@ -123,8 +123,8 @@ TEST(Links, SurfacesThatCurveOutOfSightEndWithASteepStep) {
   }
 }
 
-/// What is nearer to the back, in the middle of a row that the image cuts off, or a step wider than
-/// depth_jump may be anything.
+/// A step of more than a tenth of the jump, one that is nearer to the back, one wider than
+/// depth_jump, and one at the image's border, behind which nobody knows what there is.
 TEST(Links, MixedPixelsAreNoSurfaceThatCurvesOutOfSight) {
   EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.98f, 0.79f, 0.79f}}),
             Links({true, false, false, true, false}));

@@ -39,10 +39,11 @@ void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& firs
   if (!any) return;
   const int64_t at = pixelIndex(frame, first);
   StretchFit fits;
+  const int32_t largest = surfel_settings_.normal_radius_px;
   const LineSamples samples{sensing.image.row_value + at, sensing.image.row_slope + at,
                             sensing.image.links + at};
   fits.compute({count, samples},
-               columnAround(first.v, frame, surfel_settings_.normal_radius_px),
+               columnAround(first.v, frame, {largest, largest}),
                fitWindow(frame, sensing.noise, surfel_settings_));
   for (int i = 0; i < count; ++i) {
     if (is_wanted(first.u + i)) visit(first.u + i, fits.fit(i));

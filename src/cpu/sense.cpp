@@ -159,7 +159,7 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
       const int count = std::min(kStretch, width - first);
       const float* centres = padded.values.data() + margin + first;
       fits.compute({count, {centres, centres, padded.links.data() + margin + first}},
-                   {1, kLinkRight, margin, margin}, window);
+                   {1, kLinkRight, margin, margin, margin}, window);
       for (int i = 0; i < count; ++i) {
         const RowFit fit = rowFitOf(fits.fit(i));
         row_value_[v * width + first + i] = fit.value;

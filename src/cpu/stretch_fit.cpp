@@ -9,45 +9,55 @@ inline int StretchFit::begin(const PixelStretch& stretch, const FitWindow& windo
   int32_t widest = 0;              // whole numbers: the largest of several is found at once
   for (int i = 0; i < stretch.pixels; ++i) {
     const float value = stretch.first.value[i];
-    const int32_t radius = windowRadius(maximum(value, kLeast), window) *
-                           static_cast<int32_t>(value > 0.0f);
-    radius_[i] = static_cast<float>(radius);
-    widest = widest > radius ? widest : radius;
+    const WindowRadius radius = windowRadius(maximum(value, kLeast), window);
+    const int32_t both = radius.both * static_cast<int32_t>(value > 0.0f);
+    radius_[i] = both;
+    one_side_[i] = radius.one_side;
+    widest = widest > both ? widest : both;
+    before_open_[i] = after_open_[i] = 1;
     before_[i] = after_[i] = sum_y_[i] = sum_ky_[i] = 0.0f;
     sum_companion_[i] = stretch.first.companion[i];
   }
   return widest;
 }
 
-inline void StretchFit::walk(const PixelStretch& stretch, const Side& side, float* taken) {
+inline StretchFit::Side StretchFit::sideAt(const PixelStretch& stretch, const PixelLine& line,
+                                           int offset) {
+  const bool is_there = -line.before <= offset && offset <= line.after;
+  const int64_t at = is_there ? offset * line.stride : 0;
+  return {is_there ? 1 : 0, stretch.first.value + at, stretch.first.companion + at,
+          stretch.first.links + (offset > 0 && is_there ? at - line.stride : at)};
+}
+
+inline void StretchFit::takeStep(const PixelStretch& stretch, const PixelLine& line, int step) {
+  const Side before = sideAt(stretch, line, -step), after = sideAt(stretch, line, step);
   const float* values = stretch.first.value;
-  for (int i = 0; i < stretch.pixels; ++i) open_[i] = 1;
-  for (int step = 1; step <= side.steps; ++step) {
-    const float* current = values + step * side.stride;
-    const float* companions = stretch.first.companion + step * side.stride;
-    const PixelLinks* links =
-        stretch.first.links + (side.stride < 0 ? step : step - 1) * side.stride;
-    const float distance = static_cast<float>(step);
-    const float k = side.stride < 0 ? -distance : distance;
-    for (int i = 0; i < stretch.pixels; ++i) {
-      LineWalk walk{open_[i], taken[i], {sum_y_[i], sum_ky_[i], sum_companion_[i]}};
-      const int32_t in_reach = static_cast<int32_t>(distance <= radius_[i]);
-      takeSample(walk, in_reach & continuesWalk(current[i], links[i], side.link), k,
-                 current[i] - values[i], companions[i]);
-      open_[i] = walk.open;
-      taken[i] = walk.steps;
-      sum_y_[i] = walk.sums.y;
-      sum_ky_[i] = walk.sums.ky;
-      sum_companion_[i] = walk.sums.companion;
-    }
+  const PixelLinks link = line.link;
+  for (int i = 0; i < stretch.pixels; ++i) {
+    LineWalk walk{before_open_[i], after_open_[i], before_[i], after_[i],
+                  {sum_y_[i], sum_ky_[i], sum_companion_[i]}};
+    const auto in_reach = static_cast<int32_t>(step <= radius_[i]);
+    const auto sample = [&](const Side& side) {
+      const int32_t continues = in_reach & side.is_there &
+                                continuesWalk(side.value[i], side.links[i], link);
+      return SideSample{continues, side.value[i] - values[i], side.companion[i]};
+    };
+    dtsdf::takeStep(walk, static_cast<float>(step), static_cast<int32_t>(step <= one_side_[i]),
+                    sample(before), sample(after));
+    before_open_[i] = walk.before_open;
+    after_open_[i] = walk.after_open;
+    before_[i] = walk.before;
+    after_[i] = walk.after;
+    sum_y_[i] = walk.sums.y;
+    sum_ky_[i] = walk.sums.ky;
+    sum_companion_[i] = walk.sums.companion;
   }
 }
 
 void StretchFit::compute(const PixelStretch& stretch, const PixelLine& line,
                          const FitWindow& window) {
   const int widest = begin(stretch, window);
-  walk(stretch, {-line.stride, line.link, std::min(line.before, widest)}, before_);
-  walk(stretch, {line.stride, line.link, std::min(line.after, widest)}, after_);
+  for (int step = 1; step <= widest; ++step) takeStep(stretch, line, step);
   for (int i = 0; i < stretch.pixels; ++i) {
     const LineFit fit = finishLine(stretch.first.value[i], before_[i], after_[i],
                                    {sum_y_[i], sum_ky_[i], sum_companion_[i]});

@@ -26,20 +26,23 @@ class StretchFit {
   void compute(const PixelStretch& stretch, const PixelLine& line, const FitWindow& window);
 
  private:
-  /// The side that a walk takes.
+  /// The samples of all pixels at an offset, and the links that lead there.
   struct Side {
-    int64_t stride;
-    PixelLinks link;
-    int steps;
+    int32_t is_there;  ///< 0 beyond the end of the line; the pointers are the centres' then.
+    const float* value;
+    const float* companion;
+    const PixelLinks* links;
   };
 
   /// @return the largest radius.
   int begin(const PixelStretch& stretch, const FitWindow& window);
-  void walk(const PixelStretch& stretch, const Side& side, float* taken);
+  static Side sideAt(const PixelStretch& stretch, const PixelLine& line, int offset);
+  void takeStep(const PixelStretch& stretch, const PixelLine& line, int step);
 
   float value_[kStretch], slope_[kStretch], mean_companion_[kStretch], count_[kStretch];
-  int32_t open_[kStretch];
-  float radius_[kStretch], before_[kStretch], after_[kStretch];
+  int32_t radius_[kStretch], one_side_[kStretch];
+  int32_t before_open_[kStretch], after_open_[kStretch];
+  float before_[kStretch], after_[kStretch];
   float sum_y_[kStretch], sum_ky_[kStretch], sum_companion_[kStretch];
 };
 

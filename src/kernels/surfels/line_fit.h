@@ -1,4 +1,7 @@
 /// Straight lines through inverse depths along a row or down a column, as far as pixels are linked.
+///
+/// A line over one side only has the slope of that side's middle, which on a curved surface turns
+/// the normal away. So where one side ends the other one does, too, but for what the noise needs.
 #pragma once
 
 #include "kernels/surfels/links.h"
@@ -26,35 +29,45 @@ DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
           1.155f * rules.largest_noise_turn};
 }
 
-/// As wide as the voxels or the noise ask for, within the limits.
-DTSDF_HD int windowRadius(float inverse_depth, const FitWindow& window) {
+/// Half widths of a window, in pixels.
+struct WindowRadius {
+  int32_t both;      ///< To both sides: what the voxels or the noise ask for, within the limits.
+  int32_t one_side;  ///< Where the other side has ended: what the noise asks for.
+};
+
+DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window) {
   const float noise_px = noiseAt(window.noise, inverse_depth) * window.focal_px;
-  const float for_noise = sqrtf(noise_px / (window.turn * inverse_depth));
-  const float radius =
-      maximum(maximum(window.voxels_px_m * inverse_depth, window.least_px), for_noise);
-  return static_cast<int>(minimum(radius, window.most_px) + 0.5f);
+  const float for_noise =
+      minimum(sqrtf(noise_px / (window.turn * inverse_depth)), window.most_px);
+  const float for_voxels =
+      minimum(maximum(window.voxels_px_m * inverse_depth, window.least_px), window.most_px);
+  return {static_cast<int32_t>(maximum(for_voxels, for_noise) + 0.5f),
+          static_cast<int32_t>(maximum(for_noise, 1.0f))};
 }
 
 /// A line of pixels around a centre.
 struct PixelLine {
   int64_t stride;     ///< From one to the next.
   PixelLinks link;    ///< The link that a pixel has to the next: kLinkRight or kLinkDown.
-  int before, after;  ///< So many to either side.
+  int before, after;  ///< So many to either side at most, ...
+  int one_side;       ///< ... and so many where the other side has ended.
 };
 
-/// The pixels around number `at` of `count`, `radius` to either side where the image has them.
-DTSDF_HD PixelLine lineAround(int at, int count, int64_t stride, PixelLinks link, int radius) {
+/// The pixels around number `at` of `count`, as far as the image has them.
+DTSDF_HD PixelLine lineAround(int at, int count, int64_t stride, PixelLinks link,
+                              const WindowRadius& radius) {
   const int last = count - 1 - at;
-  return {stride, link, at < radius ? at : radius, last < radius ? last : radius};
+  return {stride, link, at < radius.both ? at : radius.both,
+          last < radius.both ? last : radius.both, radius.one_side};
 }
 
 /// The pixels of a row around column u.
-DTSDF_HD PixelLine rowAround(int u, int width, int radius) {
+DTSDF_HD PixelLine rowAround(int u, int width, const WindowRadius& radius) {
   return lineAround(u, width, 1, kLinkRight, radius);
 }
 
 /// The pixels of a column around row v.
-DTSDF_HD PixelLine columnAround(int v, const FrameView& frame, int radius) {
+DTSDF_HD PixelLine columnAround(int v, const FrameView& frame, const WindowRadius& radius) {
   return lineAround(v, frame.height, frame.width, kLinkDown, radius);
 }
 
@@ -72,22 +85,38 @@ struct LineSums {
   float y, ky, companion;
 };
 
-/// A walk from the centre to one side.
+/// A walk from the centre to both sides.
 struct LineWalk {
-  int32_t open;  ///< 1 until the walk ends, then 0.
-  float steps;   ///< Samples taken.
+  int32_t before_open, after_open;  ///< 1 until that side ends, then 0.
+  float before, after;              ///< Samples taken.
   LineSums sums;
 };
 
-/// Takes a sample unless the walk has ended, or ends here since the sample does not continue it
-/// (0). Branch-free, so that the CPU can walk from several pixels at once.
-DTSDF_HD void takeSample(LineWalk& walk, int32_t continues, float k, float y, float companion) {
-  walk.open &= continues;
-  const float taken = static_cast<float>(walk.open);
-  walk.steps += taken;
-  walk.sums.y += taken * y;
-  walk.sums.ky += taken * (k * y);
-  walk.sums.companion += taken * companion;
+/// A sample on one side: whether the walk goes on to it (1 or 0), its value relative to the
+/// centre's, and its companion.
+struct SideSample {
+  int32_t continues;
+  float y, companion;
+};
+
+/// Takes the samples `step` pixels to either side, unless the walk has ended there. `may_part` is 1
+/// where one side goes on without the other. Branch-free, so that the CPU can walk from several
+/// pixels at once.
+DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_part, const SideSample& before,
+                       const SideSample& after) {
+  walk.before_open &= before.continues;
+  walk.after_open &= after.continues;
+  const int32_t goes_on = may_part | (walk.before_open & walk.after_open);
+  walk.before_open &= goes_on;
+  walk.after_open &= goes_on;
+  const auto takes_before = static_cast<float>(walk.before_open);
+  const auto takes_after = static_cast<float>(walk.after_open);
+  walk.before += takes_before;
+  walk.after += takes_after;
+  const float y_before = takes_before * before.y, y_after = takes_after * after.y;
+  walk.sums.y += y_before + y_after;
+  walk.sums.ky += step * (y_after - y_before);
+  walk.sums.companion += takes_before * before.companion + takes_after * after.companion;
 }
 
 /// 1 where a walk goes on to a pixel: it has a value, and is linked to the one before. `links` are
@@ -116,26 +145,29 @@ struct LineSamples {
   const PixelLinks* links;
 };
 
+/// The sample at an offset from the centre, if it is wanted.
+DTSDF_HD SideSample sideSample(const LineSamples& centre, const PixelLine& line, int offset,
+                               bool wanted) {
+  if (!wanted) return {0, 0.0f, 0.0f};
+  const int64_t at = offset * line.stride;
+  const PixelLinks links = centre.links[offset < 0 ? at : at - line.stride];
+  const float current = centre.value[at];
+  return {continuesWalk(current, links, line.link), current - *centre.value, centre.companion[at]};
+}
+
 /// Fits a line to the inverse depths around a centre, ending at pixels without one and where pixels
 /// are not linked.
 DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
-  LineSums sums{0.0f, 0.0f, *centre.companion};
-  float taken[2];
-  for (int side = 0; side < 2; ++side) {
-    const int steps = side == 0 ? line.before : line.after;
-    LineWalk walk{1, 0.0f, sums};
-    for (int step = 1; step <= steps && walk.open != 0; ++step) {
-      const int k = side == 0 ? -step : step;
-      const int64_t at = k * line.stride;
-      const float current = centre.value[at];
-      const PixelLinks links = centre.links[side == 0 ? at : at - line.stride];
-      takeSample(walk, continuesWalk(current, links, line.link), static_cast<float>(k),
-                 current - *centre.value, centre.companion[at]);
-    }
-    taken[side] = walk.steps;
-    sums = walk.sums;
+  LineWalk walk{1, 1, 0.0f, 0.0f, {0.0f, 0.0f, *centre.companion}};
+  for (int step = 1; (walk.before_open | walk.after_open) != 0; ++step) {
+    const SideSample before =
+        sideSample(centre, line, -step, walk.before_open != 0 && step <= line.before);
+    const SideSample after =
+        sideSample(centre, line, step, walk.after_open != 0 && step <= line.after);
+    takeStep(walk, static_cast<float>(step), static_cast<int32_t>(step <= line.one_side), before,
+             after);
   }
-  return finishLine(*centre.value, taken[0], taken[1], sums);
+  return finishLine(*centre.value, walk.before, walk.after, walk.sums);
 }
 
 }  // namespace dtsdf

@@ -55,7 +55,7 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
   const int64_t at = pixelIndex(frame, pixel);
   const float* centre = sensing.image.row_value + at;
   if (!(*centre > 0.0f)) return {0.0f, 0.0f, 0.0f, 0};
-  const int radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
+  const WindowRadius radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
   return fitLine({centre, sensing.image.row_slope + at, sensing.image.links + at},
                  columnAround(pixel.v, frame, radius));
 }
@@ -84,7 +84,8 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
   const float* centre = sensing.image.inverse_depth + at;
-  const int radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
+  WindowRadius radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
+  radius.one_side = radius.both;  // there are few pixels as it is
   const PixelLine line = along_row ? rowAround(pixel.u, frame.width, radius)
                                    : columnAround(pixel.v, frame, radius);
   const LineFit fit = fitLine({centre, centre, sensing.image.links + at}, line);
@@ -121,23 +122,18 @@ DTSDF_HD void addRow(ColumnSums& sums, float offset, float y, float slope) {
   sums.slope += slope;
 }
 
-/// Adds the rows between two columns, the one at `first` and the next, on one side of it: `steps`
-/// rows, half a row away from the centre and on, as far as the pixels are linked and have row fits.
-DTSDF_HD void addRowsBetween(const ImageView& image, int64_t first, const PixelLine& side,
-                             ColumnSums& sums) {
-  const float origin = image.row_value[first];
-  const bool is_after = side.after > 0;
-  const int steps = is_after ? side.after : side.before;
-  for (int step = 0; step < steps; ++step) {
-    const int64_t at = first + static_cast<int64_t>(is_after ? step + 1 : -step) * side.stride;
-    const bool goes_on = is_after ? (image.links[at - side.stride] & side.link) != 0
-                                  : step == 0 || (image.links[at] & side.link) != 0;
-    const float left = image.row_value[at], right = image.row_value[at + 1];
-    if (!(left > 0.0f && right > 0.0f) || !goes_on || (image.links[at] & kLinkRight) == 0) break;
-    const float k = static_cast<float>(step) + 0.5f;
-    addRow(sums, is_after ? k : -k, 0.5f * ((left - origin) + (right - origin)),
-           0.5f * (image.row_slope[at] + image.row_slope[at + 1]));
-  }
+/// Adds the mean of two row fits side by side, so many rows from the centre.
+DTSDF_HD void addRowBetween(const ImageView& image, int64_t at, float offset, float origin,
+                            ColumnSums& sums) {
+  const float left = image.row_value[at], right = image.row_value[at + 1];
+  addRow(sums, offset, 0.5f * ((left - origin) + (right - origin)),
+         0.5f * (image.row_slope[at] + image.row_slope[at + 1]));
+}
+
+/// Whether two pixels side by side have row fits and are linked.
+DTSDF_HD bool hasRowBetween(const ImageView& image, int64_t at) {
+  return image.row_value[at] > 0.0f && image.row_value[at + 1] > 0.0f &&
+         (image.links[at] & kLinkRight) != 0;
 }
 
 /// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1): along the column
@@ -145,15 +141,24 @@ DTSDF_HD void addRowsBetween(const ImageView& image, int64_t first, const PixelL
 DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
                                 const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
-  const int64_t first = pixelIndex(image.frame, pixel);
+  const int64_t first = pixelIndex(image.frame, pixel), stride = image.frame.width;
   const float origin = image.row_value[first];
   if (!(origin > 0.0f)) return {0.0f, 0.0f, 0.0f};
-  const int radius = windowRadius(origin, fitWindow(image.frame, sensing.noise, surfels));
-  const int before = pixel.v + 1 < radius ? pixel.v + 1 : radius;
-  const int last = image.frame.height - 1 - pixel.v, after = last < radius ? last : radius;
+  const WindowRadius radius = windowRadius(origin, fitWindow(image.frame, sensing.noise, surfels));
+  const int rows_above = pixel.v + 1, rows_below = image.frame.height - 1 - pixel.v;
   ColumnSums sums{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-  addRowsBetween(image, first, {image.frame.width, kLinkDown, before, 0}, sums);
-  addRowsBetween(image, first, {image.frame.width, kLinkDown, 0, after}, sums);
+  bool above = true, below = true;
+  for (int row = 0; row < radius.both && (above || below); ++row) {
+    const int64_t up = first - row * stride, down = first + (row + 1) * stride;
+    above = above && row < rows_above && (row == 0 || (image.links[up] & kLinkDown) != 0) &&
+            hasRowBetween(image, up);
+    below = below && row < rows_below && (image.links[down - stride] & kLinkDown) != 0 &&
+            hasRowBetween(image, down);
+    if (row >= radius.one_side && !(above && below)) break;
+    const float offset = static_cast<float>(row) + 0.5f;
+    if (above) addRowBetween(image, up, -offset, origin, sums);
+    if (below) addRowBetween(image, down, offset, origin, sums);
+  }
   if (sums.n < 2.0f) return {0.0f, 0.0f, 0.0f};
   const float slope = (sums.n * sums.ky - sums.k * sums.y) / (sums.n * sums.kk - sums.k * sums.k);
   const float value = origin + (sums.y - slope * sums.k) / sums.n;

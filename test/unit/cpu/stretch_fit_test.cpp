@@ -32,11 +32,12 @@ TEST(StretchFit, HasTheBitsOfTheFitsOneByOne) {
       const int before = std::min(v, 5), after = std::min(kHeight - 1 - v, 5);
       StretchFit fits;
       fits.compute({pixels, {&values[first], &companions[first], &links[first]}},
-                   {kWidth, kLinkDown, before, after}, window);
+                   {kWidth, kLinkDown, before, after, 5}, window);
       for (int u = 0; u < pixels; ++u) {
         if (!(values[first + u] > 0.0f)) continue;
-        const int radius = windowRadius(values[first + u], window);
-        const PixelLine line{kWidth, kLinkDown, std::min(before, radius), std::min(after, radius)};
+        const WindowRadius radius = windowRadius(values[first + u], window);
+        const PixelLine line{kWidth, kLinkDown, std::min(before, radius.both),
+                             std::min(after, radius.both), radius.one_side};
         const LineFit one = fitLine(
             {&values[first + u], &companions[first + u], &links[first + u]}, line);
         const LineFit fit = fits.fit(u);

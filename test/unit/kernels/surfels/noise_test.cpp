@@ -137,7 +137,9 @@ TEST(Noise, WindowsKeepNormalsStill) {
   FrameView frame{};
   frame.intrinsics.fx = kFocal;
   const FitWindow window = fitWindow(frame, {kNoise, 0}, kSurfels);
-  const int radius = windowRadius(1.0f / kDepth_m, window);
+  const WindowRadius found = windowRadius(1.0f / kDepth_m, window);
+  const int radius = found.both;
+  EXPECT_EQ(found.one_side, radius);
   const auto slopeDeviation = [](int r) {  // of a plane's slope along the row, per unit of noise
     double spread = 0.0;
     for (int k = -r; k <= r; ++k) spread += static_cast<double>(k) * k * (2 * r + 1);

@@ -247,7 +247,7 @@ TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
   const auto radius = [](float voxel_px_m, float depth_m, int largest) {
     const FrameView frame{kWidth, kHeight, {525.0f, 525.0f, 0, 0}, {}, {}, voxel_px_m / 525.0f};
     const SurfelSettings surfels{largest, 0.03f, SurfelRules(), 0};
-    return windowRadius(1.0f / depth_m, fitWindow(frame, {0.0f, 0}, surfels));
+    return windowRadius(1.0f / depth_m, fitWindow(frame, {0.0f, 0}, surfels)).both;
   };
   EXPECT_EQ(radius(12.0f, 1.0f, 16), 9);
   EXPECT_EQ(radius(12.0f, 2.0f, 16), 5);  // 4.5 rounded

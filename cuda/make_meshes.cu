@@ -47,10 +47,28 @@ struct NewVertex {
   bool by_border;
 };
 
+/// Samples beyond an end of an edge, of which few are asked for: read then.
+struct SamplesBeyond {
+  const ArraysAround& arrays;
+  Vec3i corner;
+  bool directional;
+
+  __device__ Sample operator[](int d) const { return arrays.sample(corner, directional ? d : 0); }
+};
+
+struct EdgeOnDevice {
+  Sample lower[kDirectionCount], upper[kDirectionCount];
+  SamplesBeyond below, above;
+};
+
 __device__ NewVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays, int edge) {
   const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const bool directional = mesh.directional != 0;
-  EdgeSamples samples = {};
+  const Vec3i corner = cornerAt(lower), step = unitStep(axis);
+  EdgeOnDevice samples{{},
+                       {},
+                       {arrays, corner - step, directional},
+                       {arrays, corner + step + step, directional}};
 #pragma unroll  // so that the samples are in registers, and read all at once
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!directional && d != facedDirection(axis, facing)) continue;
@@ -59,7 +77,7 @@ __device__ NewVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays
   }
   const float offset = edgeOffset(mesh.rules, samples, axis, facing);
   const bool by_border =
-      directional && isByBorder(arrays, {cornerAt(lower), axis, facing},
+      directional && isByBorder(arrays, {corner, axis, facing},
                                 tellingDirection(samples, axis, facing));
   return {{vertexPosition(edge, offset), static_cast<uint32_t>(edge)}, by_border};
 }

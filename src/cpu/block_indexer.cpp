@@ -127,9 +127,8 @@ void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, boo
 /// samples that lie in order.
 bool BlockIndexer::isInside(int edge) const {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const EdgeOfGrid<BlockIndexer> ends{{*this, corner, -1},
-                                      {*this, corner + cornerStride(axis), -1}};
-  const int direction = tellingDirection(ends, axis, facing);
+  const EdgeOfGrid<BlockIndexer> samples(*this, corner, axis, -1);
+  const int direction = tellingDirection(samples, axis, facing);
   if (!(present_ >> direction & 1)) return false;
   const Vec3i at = cornerAt(corner);
   const float* weight = weight_[direction] + corner;

@@ -12,11 +12,12 @@
 
 namespace dtsdf {
 
-/// The samples at one end of an edge, by direction.
-template <class Samples>
+/// The samples at a corner, by direction: its number in the corner grid, or where it is, which may
+/// be beyond.
+template <class Samples, class Corner>
 struct EdgeEnd {
   const Samples& samples;
-  int corner;
+  Corner corner;
   int only_direction;  ///< That the undirected map's array counts as; -1 in the directional map.
 
   Sample operator[](int d) const {
@@ -25,18 +26,26 @@ struct EdgeEnd {
   }
 };
 
+/// An edge as the rules want it (EdgeSamples), which looks up what it is asked for.
 template <class Samples>
 struct EdgeOfGrid {
-  EdgeEnd<Samples> lower, upper;
+  EdgeEnd<Samples, int> lower, upper;
+  EdgeEnd<Samples, Vec3i> below, above;
+
+  EdgeOfGrid(const Samples& samples, int corner, int axis, int only_direction)
+      : lower{samples, corner, only_direction},
+        upper{samples, corner + cornerStride(axis), only_direction},
+        below{samples, cornerAt(corner) - unitStep(axis), only_direction},
+        above{samples, cornerAt(corner) + unitStep(axis) + unitStep(axis), only_direction} {}
 };
 
 template <class Samples>
 BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const int only_direction = directional ? -1 : facedDirection(axis, facing);
-  const EdgeOfGrid<Samples> ends{{samples, corner, only_direction},
-                                 {samples, corner + cornerStride(axis), only_direction}};
-  return {vertexPosition(edge, edgeOffset(rules, ends, axis, facing)), static_cast<uint32_t>(edge)};
+  const EdgeOfGrid<Samples> samples_on(samples, corner, axis, only_direction);
+  return {vertexPosition(edge, edgeOffset(rules, samples_on, axis, facing)),
+          static_cast<uint32_t>(edge)};
 }
 
 /// A block's units before regularisation; both empty where there is no surface.

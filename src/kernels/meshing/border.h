@@ -53,10 +53,11 @@ DTSDF_HD float edgeWeight(const Corners& corners, const GridEdge& edge, int dire
          corners.sample(edge.corner + unitStep(edge.axis), direction).weight;
 }
 
-/// The samples at both ends of an edge.
+/// The samples at an edge's two ends. Those beyond count as unknown: the bend of the surface moves
+/// a border hardly, and its vertices would depend on blocks farther away.
 template <class Corners>
 DTSDF_HD EdgeSamples edgeSamples(const Corners& corners, const GridEdge& edge) {
-  EdgeSamples samples;
+  EdgeSamples samples = {};
   for (int d = 0; d < kDirectionCount; ++d) {
     samples.lower[d] = corners.sample(edge.corner, d);
     samples.upper[d] = corners.sample(edge.corner + unitStep(edge.axis), d);

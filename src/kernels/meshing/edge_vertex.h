@@ -1,5 +1,11 @@
 /// Edge vertices, the second step of the make stage: where the surface crosses an edge of the
 /// corner grid.
+///
+/// Between the two samples of an edge the distance is taken for a parabola, not for a line: with
+/// the gradients g at its ends, f(t) = (1 - t) (a + g_a t / 2) + t (b + g_b (t - 1) / 2) is exact
+/// for distances that are quadratic, and its root needs a square root only. The errors of linear
+/// interpolation and of Taylor's cancel. The gradients are central differences, for which samples
+/// one voxel beyond the ends are needed.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
@@ -11,10 +17,11 @@ namespace dtsdf {
 /// array (0) holds surfaces of any facing; on an edge it counts as this one.
 DTSDF_HD int facedDirection(int axis, int facing) { return 2 * axis + facing; }
 
-/// The two samples of an edge, per direction. The rules below take any other type with the same
-/// members, too.
+/// The samples of an edge, per direction: at its two ends, and one voxel beyond each. The rules
+/// below take any other type with the same members, too.
 struct EdgeSamples {
   Sample lower[kDirectionCount], upper[kDirectionCount];
+  Sample below[kDirectionCount], above[kDirectionCount];
 };
 
 /// Whether a direction has a say on an edge: all but the one that faces against it.
@@ -45,6 +52,28 @@ DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
   return crossed && lower.weight > 0.0f && upper.weight > 0.0f;
 }
 
+/// Change of the slope along an edge, per voxel: the mean second difference at its two ends, of
+/// those where it is known; 0 where neither is. Limited to that of a ball of two voxels, as what
+/// bends more is noise, or the fringe of another surface.
+DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample& upper,
+                          const Sample& above) {
+  constexpr float kMostBend = 0.5f;
+  const float at_lower = below.sdf - 2.0f * lower.sdf + upper.sdf;
+  const float at_upper = lower.sdf - 2.0f * upper.sdf + above.sdf;
+  const bool knows_lower = below.weight > 0.0f, knows_upper = above.weight > 0.0f;
+  float bend = knows_lower ? at_lower : 0.0f;
+  if (knows_upper) bend = knows_lower ? 0.5f * (bend + at_upper) : at_upper;
+  return minimum(maximum(bend, -kMostBend), kMostBend);
+}
+
+/// Where a parabola that goes from a to b, of different signs, and bends so much is zero:
+///   a + (b - a) t - bend t (1 - t) / 2 = 0
+DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
+  const float slope = b - a - 0.5f * bend;
+  const float root = sqrtf(maximum(slope * slope - 2.0f * bend * a, 0.0f));
+  return 2.0f * a / (a < 0.0f ? -slope - root : root - slope);
+}
+
 /// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of
 /// the zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction
 /// counts by the product of its two weights. Facing 0 is behind at the lower end.
@@ -56,7 +85,8 @@ DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, in
     const Sample a = edge.lower[d], b = edge.upper[d];
     if (!crosses(a, b, facing)) continue;
     const float weight = a.weight * b.weight;
-    sum += weight * (a.sdf / (a.sdf - b.sdf));
+    const float bend = bendOnEdge(edge.below[d], a, b, edge.above[d]);
+    sum += weight * zeroOfParabola(a.sdf, b.sdf, bend);
     sum_weight += weight;
   }
   const float offset = sum_weight > 0.0f

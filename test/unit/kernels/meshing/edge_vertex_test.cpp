@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "unit/kernels/meshing/unit_planes.h"
@@ -31,6 +32,79 @@ TEST(EdgeVertex, IsExactOnAPlane) {
     }
   }
   EXPECT_GT(crossed, 10000);
+}
+
+/// Distances that are quadratic along the edge, by hand: 0.25 t^2 + t - 0.5 at t = -1, 0, 1, 2 is
+/// -1.25, -0.5, 0.75, 2.5, and 0 at sqrt(6) - 2 = 0.4495; a line between the two ends says 0.4.
+TEST(EdgeVertex, IsExactWhereDistancesAreQuadratic) {
+  const float exact = std::sqrt(6.0f) - 2.0f;
+  for (const float sign : {1.0f, -1.0f}) {
+    const int facing = sign > 0.0f ? 0 : 1;
+    EdgeSamples edge = {};
+    edge.lower[0] = {-0.5f * sign, 1.0f};
+    edge.upper[0] = {0.75f * sign, 1.0f};
+    EXPECT_NEAR(edgeOffset(MeshRules(), edge, 1, facing), 0.4f, 1e-6f);
+    edge.below[0] = {-1.25f * sign, 1.0f};  // one second difference is enough
+    EXPECT_NEAR(edgeOffset(MeshRules(), edge, 1, facing), exact, 1e-6f);
+    edge.above[0] = {2.5f * sign, 1.0f};
+    EXPECT_NEAR(edgeOffset(MeshRules(), edge, 1, facing), exact, 1e-6f);
+    edge.below[0] = {9.0f, 0.0f};
+    EXPECT_NEAR(edgeOffset(MeshRules(), edge, 1, facing), exact, 1e-6f);
+  }
+}
+
+/// A ball of 4 voxels and a saddle z = x y / 5, whose distances are not quadratic: nearer than a
+/// line.
+TEST(EdgeVertex, IsNearerThanALineOnABallAndASaddle) {
+  const auto distance_to_ball = [](const Vec3f& p) { return norm(p) - 4.0f; };
+  const auto distance_to_saddle = [](const Vec3f& p) {  // to second order
+    const Vec3f gradient{-0.2f * p.y, -0.2f * p.x, 1.0f};
+    return (p.z - 0.2f * p.x * p.y) / norm(gradient);
+  };
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> at(-4.0f, 4.0f);
+  double of_line = 0.0, of_parabola = 0.0;
+  int crossed = 0;
+  const auto tryEdge = [&](const auto& distance, const Vec3f& corner, int axis) {
+    const auto sampleAt = [&](float along) {
+      Vec3f p = corner;
+      (axis == 0 ? p.x : (axis == 1 ? p.y : p.z)) += along;
+      return Sample{distance(p), 1.0f};
+    };
+    EdgeSamples edge = {};
+    const int d = 2 * axis;
+    edge.lower[d] = sampleAt(0.0f);
+    edge.upper[d] = sampleAt(1.0f);
+    if (!(edge.lower[d].sdf < 0.0f && edge.upper[d].sdf > 0.3f)) return;
+    float low = 0.0f, high = 1.0f;  // the crossing by bisection
+    for (int i = 0; i < 30; ++i) {
+      const float middle = 0.5f * (low + high);
+      (sampleAt(middle).sdf < 0.0f ? low : high) = middle;
+    }
+    const double line = edgeOffset(MeshRules(), edge, axis, 0) - low;
+    edge.below[d] = sampleAt(-1.0f);
+    edge.above[d] = sampleAt(2.0f);
+    const double parabola = edgeOffset(MeshRules(), edge, axis, 0) - low;
+    of_line += line * line;
+    of_parabola += parabola * parabola;
+    ++crossed;
+  };
+  for (int trial = 0; trial < 20000; ++trial) {
+    const Vec3f corner{at(random), at(random), at(random)};
+    tryEdge(distance_to_ball, corner, trial % 3);
+    tryEdge(distance_to_saddle, corner, trial % 3);
+  }
+  EXPECT_GT(crossed, 1000);
+  EXPECT_LT(std::sqrt(of_parabola), 0.25 * std::sqrt(of_line));
+}
+
+/// What bends more than a ball of two voxels is limited to that.
+TEST(EdgeVertex, BendsNoMoreThanASmallBall) {
+  const Sample none{0.0f, 0.0f}, low{-0.5f, 1.0f}, high{0.5f, 1.0f};
+  EXPECT_EQ(bendOnEdge(none, low, high, none), 0.0f);
+  EXPECT_NEAR(bendOnEdge({-1.4f, 1.0f}, low, high, none), 0.1f, 1e-6f);
+  EXPECT_EQ(bendOnEdge({9.0f, 1.0f}, low, high, none), 0.5f);
+  EXPECT_EQ(bendOnEdge(none, low, high, {-9.0f, 1.0f}), -0.5f);
 }
 
 /// A wall that an edge passes through: each side by its own facing.

@@ -18,7 +18,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Arrays of sums held at a time, 8 KiB each: a frame that touches more is fused in several passes,
+/// Arrays of sums held at a time, 12 KiB each: a frame that touches more is fused in several passes,
 /// so that a small GPU can fuse any frame.
 constexpr uint32_t kMaxSumArrays = 16384;
 
@@ -26,16 +26,17 @@ constexpr uint32_t kMaxSumArrays = 16384;
 constexpr size_t kEmptyBlocksAtOnce = 1024;
 constexpr int kThreadBlocksPerProcessor = 8;
 
-static_assert(sizeof(VoxelSums) == 2 * sizeof(unsigned long long), "summed by 64-bit atomics");
+static_assert(sizeof(VoxelSums) == 3 * sizeof(unsigned long long), "summed by 64-bit atomics");
 
 /// Adds a sample to the sums by integer atomics: the result does not depend on their order.
-__device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf) {
-  VoxelSums sample{0, 0};
-  addToSums(sample, weight, sdf);
+__device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint32_t point_key) {
+  VoxelSums sample{};
+  addToSums(sample, weight, sdf, point_key);
   atomicAdd(reinterpret_cast<unsigned long long*>(&sums->weighted_sdf),
             static_cast<unsigned long long>(sample.weighted_sdf));
   atomicAdd(reinterpret_cast<unsigned long long*>(&sums->weight),
             static_cast<unsigned long long>(sample.weight));
+  if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
 /// One thread per surfel.
@@ -51,11 +52,12 @@ __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion
     if (place < 0) return;
     const uint32_t present = touched.directions[place];
     const uint32_t first_sum = touched.first_sums[place] - part.first;
-    auto add = [&](int direction, int index, int32_t weight, int32_t sdf) {
+    auto add = [&](int direction, int index, int32_t weight, int32_t sdf, uint32_t point_key) {
       if (weight == 0) return;
       const uint32_t sum = first_sum + __popc(present & ((1u << direction) - 1u));
       if (sum >= part.count) return;
-      addAtomically(&part.sums[static_cast<size_t>(sum) * kVoxelsPerBlock + index], weight, sdf);
+      addAtomically(&part.sums[static_cast<size_t>(sum) * kVoxelsPerBlock + index], weight, sdf,
+                    point_key);
     };
     castIntoBlock<1>(cast, fusion, block_L, add);
   });
@@ -85,7 +87,7 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTar
     }
     const uint32_t word = __ballot_sync(~0u, sums[i].weight != 0);
     if (i % 32 == 0) words[i / 32] = word;
-    sums[i] = {0, 0};
+    sums[i] = VoxelSums{};
   }
   const bool empty = !__syncthreads_or(observed) && voxels != nullptr;
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);
@@ -104,8 +106,8 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
   const float depth_weight = blockDepthWeight(frame, block.block_L, fusion.rules);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     VoxelSums sums[kDirectionCount] = {};
-    auto add = [&](int direction, int32_t weight, int32_t sdf) {
-      addToSums(sums[direction], weight, sdf);
+    auto add = [&](int direction, int32_t weight, int32_t sdf, uint32_t point_key) {
+      addToSums(sums[direction], weight, sdf, point_key);
     };
     projectVoxel(frame, fusion, surfels, firstVoxelOfBlock(block.block_L) + voxelOffset(i),
                  add);

@@ -2,7 +2,7 @@
 #include <cub/block/block_scan.cuh>
 
 #include "corner_arrays.cuh"
-#include "kernels/meshing/border.h"
+#include "kernels/meshing/anchoring.h"
 #include "kernels/meshing/emit.h"
 #include "kernels/meshing/regularisation.h"
 #include "launch.h"
@@ -41,12 +41,6 @@ struct EdgeSet {
   }
 };
 
-/// A vertex before it is held to a border that may pass by it.
-struct NewVertex {
-  BlockVertex vertex;
-  bool by_border;
-};
-
 /// Samples beyond an end of an edge, of which few are asked for: read then.
 struct SamplesBeyond {
   const ArraysAround& arrays;
@@ -61,7 +55,7 @@ struct EdgeOnDevice {
   SamplesBeyond below, above;
 };
 
-__device__ NewVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays, int edge) {
+__device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays, int edge) {
   const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const bool directional = mesh.directional != 0;
   const Vec3i corner = cornerAt(lower), step = unitStep(axis);
@@ -76,19 +70,20 @@ __device__ NewVertex makeVertex(const MeshView& mesh, const ArraysAround& arrays
     samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
   }
   const float offset = edgeOffset(mesh.rules, samples, axis, facing);
-  const bool by_border =
-      directional && isByBorder(arrays, {corner, axis, facing},
-                                tellingDirection(samples, axis, facing));
-  return {{vertexPosition(edge, offset), static_cast<uint32_t>(edge)}, by_border};
+  const Vec3f position = vertexPosition(edge, offset);
+  if (!directional) return {position, static_cast<uint32_t>(edge)};
+  const auto anchors = [&](int end, int d) {
+    return arrays.voxel(end == 0 ? corner : corner + step, d).anchor;
+  };
+  return {position + anchoringShift(mesh.rules, samples, anchors, axis, facing, offset),
+          static_cast<uint32_t>(edge)};
 }
 
 struct MeshBlockShared {
   ArraysAround arrays;
   IndexNeighbourhood indices;
   EdgeSet edges;
-  uint16_t vertex_edge[kGridEdges];    ///< Edge of each vertex.
-  uint16_t border_vertex[kGridEdges];  ///< Vertices that a border passes by, in any order.
-  uint32_t border_vertices;
+  uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
   MeshRecord record;
   typename Scan::TempStorage scan;
 };
@@ -96,10 +91,7 @@ struct MeshBlockShared {
 __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t least_evidence,
                             MeshBlockShared& shared) {
   const int t = threadIdx.x;
-  if (t == 0) {
-    shared.arrays.least_evidence = least_evidence;
-    shared.border_vertices = 0;
-  }
+  if (t == 0) shared.arrays.least_evidence = least_evidence;
   if (t < kBlocksAround) findArraysAround(map, key, t, shared.arrays);
   const int n = t - 32;  // by another warp
   if (n >= 0 && n < kRegularisationReach) {
@@ -159,23 +151,10 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles,
   return before & kLow;
 }
 
-/// Vertices at borders take many times as long as others, which warps would wait for: they are
-/// listed, and held to the border together.
-__device__ void writeVertices(const MeshView& mesh, MeshBlockShared& shared) {
-  const uint32_t count = shared.record.vertices;
+__device__ void writeVertices(const MeshView& mesh, const MeshBlockShared& shared) {
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
-  for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
-    const NewVertex made = makeVertex(mesh, shared.arrays, shared.vertex_edge[i]);
-    vertices[i] = made.vertex;
-    if (made.by_border) {
-      shared.border_vertex[atomicAdd(&shared.border_vertices, 1u)] = static_cast<uint16_t>(i);
-    }
-  }
-  __syncthreads();
-  for (uint32_t k = threadIdx.x; k < shared.border_vertices; k += blockDim.x) {
-    BlockVertex& vertex = vertices[shared.border_vertex[k]];
-    vertex.position = heldToBorder(mesh.rules, shared.arrays, static_cast<int>(vertex.edge),
-                                   vertex.position);
+  for (uint32_t i = threadIdx.x; i < shared.record.vertices; i += blockDim.x) {
+    vertices[i] = makeVertex(mesh, shared.arrays, shared.vertex_edge[i]);
   }
 }
 
@@ -191,7 +170,7 @@ __device__ void writeTriangles(const MeshView& mesh, const UnitIndices (&regular
 }
 
 /// One block of threads per block to mesh, in strides. What does not fit is counted, not written.
-/// Four at a time on a multiprocessor: the registers that borders take would leave room for two.
+/// Four at a time on a multiprocessor, at the price of a few registers.
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   __shared__ MeshBlockShared shared;
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;

@@ -123,35 +123,6 @@ void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, boo
   }
 }
 
-/// Whether no border passes by an edge of the inner corners: the same as heldToBorder() finds, from
-/// samples that lie in order.
-bool BlockIndexer::isInside(int edge) const {
-  const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
-  const EdgeOfGrid<BlockIndexer> samples(*this, corner, axis, -1);
-  const int direction = tellingDirection(samples, axis, facing);
-  if (!(present_ >> direction & 1)) return false;
-  const Vec3i at = cornerAt(corner);
-  const float* weight = weight_[direction] + corner;
-  const auto weightAt = [&](int step) { return weight[step] + weight[step + cornerStride(axis)]; };
-  const float own = weightAt(0);
-  for (int across = 0; across < 3; ++across) {
-    if (across == axis) continue;
-    const int stride = cornerStride(across);
-    if (component(at, across) == 0 || component(at, across) == kBlockSide) return false;
-    if (isAtBorder(own, weightAt(-stride), weightAt(stride))) return false;
-  }
-  return true;
-}
-
-/// The vertex of an edge, in the directional map held to the border.
-BlockVertex BlockIndexer::vertexOn(const MeshRules& rules, int edge, bool directional) const {
-  BlockVertex vertex = makeVertex(rules, *this, edge, directional);
-  if (directional && !isInside(edge)) {
-    vertex.position = heldToBorder(rules, *this, edge, vertex.position);
-  }
-  return vertex;
-}
-
 IndexedBlock BlockIndexer::index(const MeshRules& rules, const NearbyArrays& arrays,
                                  bool directional) {
   arrays_ = &arrays;
@@ -171,7 +142,7 @@ IndexedBlock BlockIndexer::index(const MeshRules& rules, const NearbyArrays& arr
   }
   result.vertices.reserve(edges_.count());
   edges_.forEach([&](int edge) {
-    result.vertices.push_back(vertexOn(rules, edge, directional));
+    result.vertices.push_back(makeVertex(rules, *this, edge, directional));
   });
   if (result.vertices.empty()) result.indices.clear();
   return result;

@@ -7,7 +7,7 @@
 #include "cpu/edge_set.h"
 #include "cpu/nearby_arrays.h"
 #include "dtsdf_mapping/block_mesh.h"
-#include "kernels/meshing/border.h"
+#include "kernels/meshing/anchoring.h"
 #include "kernels/meshing/unit_samples.h"
 
 namespace dtsdf {
@@ -39,12 +39,20 @@ struct EdgeOfGrid {
         above{samples, cornerAt(corner) + unitStep(axis) + unitStep(axis), only_direction} {}
 };
 
+/// The vertex of an edge; in the directional map held to what was measured.
 template <class Samples>
 BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const int only_direction = directional ? -1 : facedDirection(axis, facing);
-  const EdgeOfGrid<Samples> samples_on(samples, corner, axis, only_direction);
-  return {vertexPosition(edge, edgeOffset(rules, samples_on, axis, facing)),
+  const EdgeOfGrid<Samples> on_edge(samples, corner, axis, only_direction);
+  const float offset = edgeOffset(rules, on_edge, axis, facing);
+  const Vec3f position = vertexPosition(edge, offset);
+  if (!directional) return {position, static_cast<uint32_t>(edge)};
+  const auto anchors = [&](int end, int direction) {
+    const Vec3i lower = cornerAt(corner);
+    return samples.anchor(end == 0 ? lower : lower + unitStep(axis), direction);
+  };
+  return {position + anchoringShift(rules, on_edge, anchors, axis, facing, offset),
           static_cast<uint32_t>(edge)};
 }
 
@@ -64,6 +72,10 @@ class BlockIndexer {
     return {sdf_[direction][corner], weight_[direction][corner]};
   }
 
+  uint16_t anchor(const Vec3i& corner, int direction) const {
+    return arrays_->anchor(corner, direction);
+  }
+
   /// Of the corner grid or one more layer around it.
   Sample sample(const Vec3i& corner, int direction) const {
     const auto in_grid = [](int at) { return static_cast<unsigned>(at) < kCornerGridSide; };
@@ -78,8 +90,6 @@ class BlockIndexer {
   static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
 
   void collect();
-  BlockVertex vertexOn(const MeshRules& rules, int edge, bool directional) const;
-  bool isInside(int edge) const;
   void markSides();
   void findCandidates();
   void indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,

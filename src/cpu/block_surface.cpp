@@ -15,13 +15,6 @@ bool hasSurface(const UnitIndices* row) {
   return (words[0] | words[1]) != 0;
 }
 
-BlockVertex vertexOn(const MeshRules& rules, const NearbyArrays& arrays, int edge,
-                     bool directional) {
-  BlockVertex vertex = makeVertex(rules, arrays, edge, directional);
-  if (directional) vertex.position = heldToBorder(rules, arrays, edge, vertex.position);
-  return vertex;
-}
-
 }  // namespace
 
 void BlockSurface::collect(const IndexNeighbourhood& indices) {
@@ -80,7 +73,7 @@ void BlockSurface::emit(const MeshRules& rules, const NearbyArrays& arrays,
     vertex_of_edge_[edge] = static_cast<uint16_t>(mesh.vertices.size());
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
-    mesh.vertices.push_back(is_known ? *next : vertexOn(rules, arrays, edge, directional));
+    mesh.vertices.push_back(is_known ? *next : makeVertex(rules, arrays, edge, directional));
   });
   mesh.triangles.resize(triangle_edges_.size());
   std::transform(triangle_edges_.begin(), triangle_edges_.end(), mesh.triangles.begin(),

@@ -14,8 +14,8 @@ void clearSums(BlockSums& sums, uint32_t directions) {
 
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {
-  auto add = [&](int direction, int index, int32_t weight, int32_t sdf) {
-    addToSums(sums.voxel[direction][index], weight, sdf);
+  auto add = [&](int direction, int index, int32_t weight, int32_t sdf, uint32_t point_key) {
+    addToSums(sums.voxel[direction][index], weight, sdf, point_key);
   };
   for (const SurfelRange& range : block.surfels) {
     for (const uint32_t* i = range.begin; i != range.end; ++i) {
@@ -27,8 +27,8 @@ void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSett
 void project(const TouchedBlock& block, const std::vector<Surfel>& surfels, const FrameView& frame,
              const FusionSettings& fusion, BlockSums& sums) {
   for (int index = 0; index < kVoxelsPerBlock; ++index) {
-    auto add = [&](int direction, int32_t weight, int32_t sdf) {
-      addToSums(sums.voxel[direction][index], weight, sdf);
+    auto add = [&](int direction, int32_t weight, int32_t sdf, uint32_t point_key) {
+      addToSums(sums.voxel[direction][index], weight, sdf, point_key);
     };
     projectVoxel(frame, fusion, surfels.data(),
                  firstVoxelOfBlock(block.block_L) + voxelOffset(index), add);

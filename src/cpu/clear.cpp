@@ -36,7 +36,7 @@ class FootBatch {
     x_[i] = voxel.x;
     y_[i] = voxel.y;
     z_[i] = voxel.z;
-    sdf_[i] = voxels[index].sdf;
+    sdf_[i] = sdfOf(voxels[index]);
     slope_x_[i] = slope.x;
     slope_y_[i] = slope.y;
     slope_z_[i] = slope.z;

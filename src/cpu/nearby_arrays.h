@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Blocks are looked up when they are first asked for: only vertices at a border (border.h) ask for
+/// Blocks are looked up when they are first asked for: only edges at the block's lower faces ask for
 /// those below. For one thread, while the map does not change.
 class NearbyArrays {
  public:
@@ -24,6 +24,10 @@ class NearbyArrays {
   Sample sample(const Vec3i& corner, int direction) const {
     find(blockAround(corner));
     return arrays_.sample(corner, direction);
+  }
+  uint16_t anchor(const Vec3i& corner, int direction) const {
+    find(blockAround(corner));
+    return arrays_.voxel(corner, direction).anchor;
   }
   Sample sample(int corner, int direction) const { return sample(cornerAt(corner), direction); }
 

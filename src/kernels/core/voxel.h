@@ -1,6 +1,7 @@
 /// One voxel of a directional signed distance field, and the fixed-point sums of a frame for it.
 #pragma once
 
+#include "kernels/core/anchor.h"
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -12,15 +13,36 @@ namespace dtsdf {
 /// that supported it less those that contradicted it (fusion/evidence.h). Weights count in units of
 /// 2^-16 and fit 24 bits: a frame adds 1 at most, and the cap, fusion/max_weight, is below 256.
 struct Voxel {
-  float sdf;       ///< Signed distance in voxels, positive in front of the surface.
-  uint32_t state;  ///< 256 times the weight's units, plus the evidence.
+  int16_t sdf_units;  ///< Signed distance, positive in front of the surface: 2^-11 voxels each.
+  uint16_t anchor;    ///< Where the surface was measured nearby (anchor.h).
+  uint32_t state;     ///< 256 times the weight's units, plus the evidence.
 };
 
+constexpr float kStoredSdfScale = 2048.0f;      // 2^11; the longest truncation is 16 voxels
 constexpr float kStoredWeightScale = 65536.0f;  // 2^16
 constexpr int32_t kMostEvidence = 255;
 
+/// Rounds a distance in voxels to the units in which it is stored: `dither` in [0, 1) is 0.5 to
+/// round to the nearest.
+DTSDF_HD int16_t storedSdf(float sdf, float dither = 0.5f) {
+  constexpr float kMost = 32767.0f;
+  const float units = minimum(maximum(sdf * kStoredSdfScale, -kMost), kMost);
+  return static_cast<int16_t>(floorToInt(minimum(units + dither, kMost)));
+}
+
+DTSDF_HD Voxel makeVoxel(int16_t sdf_units, uint16_t anchor, uint32_t weight_units,
+                         int32_t evidence) {
+  return {sdf_units, anchor, weight_units << 8 | static_cast<uint32_t>(evidence)};
+}
+
+/// A voxel without an anchor, by its distance in voxels.
 DTSDF_HD Voxel makeVoxel(float sdf, uint32_t weight_units, int32_t evidence) {
-  return {sdf, weight_units << 8 | static_cast<uint32_t>(evidence)};
+  return makeVoxel(storedSdf(sdf), kNoAnchor, weight_units, evidence);
+}
+
+/// Signed distance in voxels, positive in front of the surface.
+DTSDF_HD float sdfOf(const Voxel& voxel) {
+  return static_cast<float>(voxel.sdf_units) * (1.0f / kStoredSdfScale);
 }
 
 /// In units of 2^-16.
@@ -39,10 +61,11 @@ struct Sample {
 
 /// A voxel as the mesh sees it: known from so much evidence on.
 DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t least_evidence) {
-  return {voxel.sdf, evidenceOf(voxel) >= least_evidence ? weightOf(voxel) : 0.0f};
+  return {sdfOf(voxel), evidenceOf(voxel) >= least_evidence ? weightOf(voxel) : 0.0f};
 }
 
-/// Sums of one voxel over one frame, in fixed point so that they do not depend on the order.
+/// Sums of one voxel over one frame, in fixed point so that they do not depend on the order, and
+/// the measured point that is nearest to it.
 ///
 /// A weight counts in units of 2^-20 and is at most 2^20; a distance counts in units of
 /// truncation / 2^15 and is at most 2^15 in magnitude. A pixel adds less than 2^21 to a voxel's
@@ -53,6 +76,8 @@ DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t least_evidence) {
 struct VoxelSums {
   int64_t weighted_sdf;
   int64_t weight;
+  uint32_t nearest;  ///< The greatest of the points' keys (anchor.h); 0: none.
+  uint32_t unused;   ///< In place of padding.
 };
 
 constexpr int kMaxPixels = 1 << 23;
@@ -75,9 +100,12 @@ DTSDF_HD int32_t quantiseSdf(float sdf_share) {
   return roundSdf(minimum(maximum(sdf_share, -1.0f), 1.0f) * kSdfScale);
 }
 
-DTSDF_HD void addToSums(VoxelSums& sums, int32_t weight, int32_t sdf) {
+/// Adds a sample of a measured point with the given key (anchor.h). One of weight 0 adds nothing.
+DTSDF_HD void addToSums(VoxelSums& sums, int32_t weight, int32_t sdf, uint32_t point_key) {
   sums.weighted_sdf += static_cast<int64_t>(weight) * sdf;
   sums.weight += weight;
+  const uint32_t key = weight > 0 ? point_key : 0u;
+  sums.nearest = sums.nearest > key ? sums.nearest : key;
 }
 
 }  // namespace dtsdf

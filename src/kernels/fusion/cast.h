@@ -88,7 +88,7 @@ DTSDF_HD void roundWeights(const PlaneSamples<kPlanes>& samples, const Direction
 }
 
 /// Adds the part of a surfel that lies inside one block to the block's sums. `add(direction, voxel
-/// index, weight, sdf)` takes fixed-point values. kPlanes planes are worked out at a time.
+/// index, weight, sdf, point key)` takes fixed-point values. kPlanes planes are worked out at a time.
 template <int kPlanes, class Add>
 DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
                             const Vec3i& block_L, Add& add) {
@@ -113,7 +113,7 @@ DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
         if (!inside) continue;
         for (int d = 0; d < cast.directions.count; ++d) {
           add(cast.directions.direction[d], index + du * strides.u + dv * strides.v,
-              weight[d][corner][i], sdf[corner][i]);
+              weight[d][corner][i], sdf[corner][i], samples.point_key[corner][i]);
         }
       }
     }

@@ -24,7 +24,7 @@ DTSDF_HD int32_t supportedEvidence(int32_t evidence, const FusionRules& rules) {
 DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, const FusionRules& rules) {
   const int32_t evidence = evidenceOf(voxel) - frames * rules.contradiction_cost;
   if (evidence <= 0) return makeVoxel(0.0f, 0, 0);
-  return makeVoxel(voxel.sdf, weightUnits(voxel), evidence);
+  return makeVoxel(voxel.sdf_units, voxel.anchor, weightUnits(voxel), evidence);
 }
 
 /// The least evidence of a surface that so many frames have supported, but for one that contradicts

@@ -107,9 +107,9 @@ DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   const Voxel upper = voxels[index + to_upper * step], lower = voxels[index - to_lower * step];
   const auto has_upper = static_cast<float>(to_upper & static_cast<int32_t>(!isEmpty(upper)));
   const auto has_lower = static_cast<float>(to_lower & static_cast<int32_t>(!isEmpty(lower)));
-  const float own = voxels[index].sdf;
+  const float own = sdfOf(voxels[index]);
   return (1.0f - 0.5f * (has_upper * has_lower)) *
-         (has_upper * (upper.sdf - own) + has_lower * (own - lower.sdf));
+         (has_upper * (sdfOf(upper) - own) + has_lower * (own - sdfOf(lower)));
 }
 
 DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
@@ -152,7 +152,7 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
   return voxel - sdf * gradientOf(slope, facing);
 }
 DTSDF_HD Vec3f footOf(const Voxel* voxels, int index, int direction) {
-  return footOf(toFloat(voxelOffset(index)), voxels[index].sdf, slopeAt(voxels, index),
+  return footOf(toFloat(voxelOffset(index)), sdfOf(voxels[index]), slopeAt(voxels, index),
                 facingOf(direction));
 }
 

@@ -89,24 +89,34 @@ DTSDF_HD PlaneCrossing crossPlane(const SampleLine& line, int plane) {
 constexpr int kPlanesAtOnce = 4;
 
 /// The samples of `kPlanes` successive planes: per plane the lower corner of the cell, per corner
-/// (number du + 2 dv) and plane the share of the weight, in [0, 1], and the point-to-plane distance
-/// in voxels, positive in front of the surface. Planes lie side by side for the CPU's vector units.
+/// (number du + 2 dv) and plane the share of the weight, in [0, 1], the point-to-plane distance in
+/// voxels, positive in front of the surface, and the key of the measured point (core/anchor.h).
+/// Planes lie side by side for the CPU's vector units.
 template <int kPlanes>
 struct PlaneSamples {
   int32_t u[kPlanes], v[kPlanes];
   float share[4][kPlanes], distance[4][kPlanes];
+  uint32_t point_key[4][kPlanes];
 };
+
+/// Where in a point's key the parts along a line's axes k, u and v lie.
+DTSDF_HD Vec3i pointShifts(const SampleLine& line) {
+  const int u = line.axis == 2 ? 0 : line.axis + 1, v = u == 2 ? 0 : u + 1;
+  return {pointShift(line.axis), pointShift(u), pointShift(v)};
+}
 
 template <int kPlanes>
 DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane,
                            PlaneSamples<kPlanes>& samples) {
+  const Vec3i shifts = pointShifts(line);
   for (int i = 0; i < kPlanes; ++i) {
     const PlaneCrossing at = crossPlane(line, first_plane + i);
     samples.u[i] = at.u;
     samples.v[i] = at.v;
-    const float base = (static_cast<float>(first_plane + i) - line.p_k) * line.normal_k +
-                       (static_cast<float>(at.u) - line.p_u) * line.normal_u +
-                       (static_cast<float>(at.v) - line.p_v) * line.normal_v;
+    const Vec3f point{line.p_k - static_cast<float>(first_plane + i),
+                      line.p_u - static_cast<float>(at.u), line.p_v - static_cast<float>(at.v)};
+    const float base = -(point.x * line.normal_k + point.y * line.normal_u +
+                         point.z * line.normal_v);
     const float low_u = 1.0f - at.fraction_u, low_v = 1.0f - at.fraction_v;
     for (int corner = 0; corner < 4; ++corner) {
       const int du = corner & 1, dv = corner >> 1;
@@ -116,6 +126,8 @@ DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane,
       const float nearness = 1.0f - fabsf(distance) * line.per_reach;
       samples.share[corner][i] = (bilinear * bilinear) * maximum(nearness, 0.0f);
       samples.distance[corner][i] = distance;
+      const Vec3f offset{point.x, du ? point.y - 1.0f : point.y, dv ? point.z - 1.0f : point.z};
+      samples.point_key[corner][i] = pointKey(offset, shifts, distance);
     }
   }
 }

@@ -9,7 +9,7 @@
 namespace dtsdf {
 
 /// Voxel projection: the projective distance of a voxel to the pixel that it falls on (Curless and
-/// Levoy 1996; the paper's VP). `add(direction, weight, sdf)` takes fixed-point values.
+/// Levoy 1996; the paper's VP). `add(direction, weight, sdf, point key)` takes fixed-point values.
 template <class Add>
 DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,
                            const Surfel* surfels, const Vec3i& voxel_L, Add& add) {
@@ -24,10 +24,13 @@ DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,
   const float distance = (surfel.depth_m - at.depth_m) / frame.voxel_size_m;
   if (distance < -fusion.truncation_voxels) return;
   const int32_t sdf = quantiseSdf(distance / fusion.truncation_voxels);
+  const Vec3f offset = surfel.p_L - toFloat(voxel_L);
+  const uint32_t point_key = pointKey(offset, {pointShift(0), pointShift(1), pointShift(2)},
+                                      dot(surfel.normal_L, offset));
   const DirectionSet directions = directionsOf(surfel.normal_L, fusion.directional != 0);
   for (int i = 0; i < directions.count; ++i) {
     const int32_t weight = quantiseWeight(surfel.weight * directions.weight[i]);
-    if (weight > 0) add(directions.direction[i], weight, sdf);
+    if (weight > 0) add(directions.direction[i], weight, sdf, point_key);
   }
 }
 

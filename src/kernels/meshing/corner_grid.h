@@ -31,6 +31,10 @@ DTSDF_HD int edgeCorner(int edge) { return edge / 6; }
 DTSDF_HD int edgeAxis(int edge) { return edge / 2 % 3; }
 DTSDF_HD int edgeFacing(int edge) { return edge & 1; }
 
+DTSDF_HD Vec3i unitStep(int axis) {
+  return {axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
+}
+
 /// Steps from a corner to the next one along an axis.
 DTSDF_HD int cornerStride(int axis) {
   return axis == 0 ? 1 : (axis == 1 ? kCornerGridSide : kCornerGridSide * kCornerGridSide);
@@ -66,9 +70,9 @@ DTSDF_HD int aroundNumber(const Vec3i& offset) {
 /// Which of those blocks a corner lies in; each coordinate is in [-8, 16).
 DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel(corner)); }
 
-/// Whether vertices of the block at such an offset from another depend on that one's voxels. What
-/// holds a vertex to the border (border.h) looks one corner farther, but along one axis at a time:
-/// not at blocks that lie diagonally below.
+/// Whether vertices of the block at such an offset from another depend on that one's voxels. The
+/// bend of the surface on an edge (edge_vertex.h) needs the corner before it, but along one axis at
+/// a time: none of blocks that lie diagonally below.
 DTSDF_HD bool hasVerticesOn(const Vec3i& offset) {
   return (offset.x > 0) + (offset.y > 0) + (offset.z > 0) <= 1;
 }
@@ -78,12 +82,14 @@ struct ArraysAround {
   const Voxel* array[kBlocksAround][kDirectionCount];
   int32_t least_evidence;  ///< That a voxel needs to be known.
 
-  DTSDF_HD Sample sample(const Vec3i& corner, int direction) const {
+  DTSDF_HD Voxel voxel(const Vec3i& corner, int direction) const {
     constexpr int kMask = kBlockSide - 1;
     const Voxel* voxels = array[blockAround(corner)][direction];
-    if (voxels == nullptr) return {0.0f, 0.0f};
-    const int voxel = voxelIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask);
-    return sampleOf(voxels[voxel], least_evidence);
+    if (voxels == nullptr) return {0, kNoAnchor, 0};
+    return voxels[voxelIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask)];
+  }
+  DTSDF_HD Sample sample(const Vec3i& corner, int direction) const {
+    return sampleOf(voxel(corner, direction), least_evidence);
   }
   DTSDF_HD Sample sample(int corner, int direction) const {
     return sample(cornerAt(corner), direction);

@@ -52,6 +52,18 @@ DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
   return crossed && lower.weight > 0.0f && upper.weight > 0.0f;
 }
 
+/// Whether a direction tells an edge's crossing. Where none does on its own, the vote of all that
+/// have a say decides: then each of them does.
+template <class Edge>
+DTSDF_HD bool isCrossedByAny(const Edge& edge, int axis, int facing) {
+  bool crossed = false;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    crossed = crossed || (speaksOnEdge(d, axis, facing) &&
+                          crosses(edge.lower[d], edge.upper[d], facing));
+  }
+  return crossed;
+}
+
 /// Change of the slope along an edge, per voxel: the mean second difference at its two ends, of
 /// those where it is known; 0 where neither is. Limited to that of a ball of two voxels, as what
 /// bends more is noise, or the fringe of another surface.

@@ -30,6 +30,11 @@ struct MeshRules {
   /// 1.02 mm.
   float nearness_voxels = 0.2f;
 
+  /// Vertices lie within this distance of where their surface was measured, in voxels: those beyond
+  /// are drawn to the nearest measured point as far. Less would draw what lies between measured
+  /// points to their noise.
+  float measured_reach = 0.2f;
+
   /// Vertices keep off the corners by this share of an edge, in (0, 0.5), so that no triangle is
   /// degenerate: triangles that meet at a corner keep sides of 2^-10 voxels, which single precision
   /// still resolves to one in 2000 at the far end of a block (8 voxels, spaced by 2^-21). The

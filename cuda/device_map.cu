@@ -50,7 +50,7 @@ __global__ void markAllDirtyKernel(MapView map) {
 /// One block of threads per voxel array.
 __global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
   Voxel* voxels = map.voxels.record(arrays[blockIdx.x]);
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = {0.0f, 0};
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
 }
 
 }  // namespace

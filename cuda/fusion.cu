@@ -18,8 +18,8 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Arrays of sums held at a time, 12 KiB each: a frame that touches more is fused in several passes,
-/// so that a small GPU can fuse any frame.
+/// Arrays of sums held at a time, 12 KiB each: a frame that touches more is fused in several
+/// passes, so that a small GPU can fuse any frame.
 constexpr uint32_t kMaxSumArrays = 16384;
 
 /// Fetched with the counters of a frame; more take a second step.

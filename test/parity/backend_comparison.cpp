@@ -45,7 +45,7 @@ std::string firstDifference(const std::vector<Voxel>& a, const std::vector<Voxel
   for (size_t i = 0; i < a.size(); ++i) {
     if (std::memcmp(&a[i], &b[i], sizeof(Voxel)) == 0) continue;
     const auto write = [&](const Voxel& voxel) {
-      text << "(" << voxel.sdf << ", weight " << weightOf(voxel) << ", evidence "
+      text << "(" << sdfOf(voxel) << ", weight " << weightOf(voxel) << ", evidence "
            << evidenceOf(voxel) << ")";
     };
     text << "voxel " << i << ": ";

@@ -142,11 +142,11 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   for (const BlockSnapshot& block : mapper->snapshot()) {
     for (const auto& voxels : block.voxels) {
       for (const Voxel& voxel : voxels) {
-        ASSERT_LE(std::abs(voxel.sdf), truncation * 1.00001f);
+        ASSERT_LE(std::abs(sdfOf(voxel)), truncation * 1.00001f);
         ASSERT_LE(weightOf(voxel), 5.0f);  // frames
         ASSERT_LE(evidenceOf(voxel), 15);
         if (isEmpty(voxel)) {
-          ASSERT_EQ(voxel.sdf, 0.0f);
+          ASSERT_EQ(sdfOf(voxel), 0.0f);
         } else {
           ASSERT_GT(weightUnits(voxel), 0u);
         }

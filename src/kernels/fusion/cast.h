@@ -88,7 +88,8 @@ DTSDF_HD void roundWeights(const PlaneSamples<kPlanes>& samples, const Direction
 }
 
 /// Adds the part of a surfel that lies inside one block to the block's sums. `add(direction, voxel
-/// index, weight, sdf, point key)` takes fixed-point values. kPlanes planes are worked out at a time.
+/// index, weight, sdf, point key)` takes fixed-point values. kPlanes planes are worked out at a
+/// time.
 template <int kPlanes, class Add>
 DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
                             const Vec3i& block_L, Add& add) {

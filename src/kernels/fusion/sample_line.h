@@ -13,6 +13,7 @@
 /// the paper, measured in docs/results.
 #pragma once
 
+#include "kernels/core/anchor.h"
 #include "kernels/core/grid.h"
 #include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/surfel.h"

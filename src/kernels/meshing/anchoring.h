@@ -3,9 +3,9 @@
 /// A surfel updates the samples on the corners around it, and its plane goes on past the end of
 /// what was seen: a surface that ends inside a cell has vertices up to a voxel beyond its end, and
 /// where it curves out of sight they are off it. The anchors of an edge's ends (core/anchor.h) tell
-/// where the surface was measured nearby: a vertex farther from there than MeshRules::measured_reach
-/// is drawn to the nearest anchor, up to that distance. Inside a surface anchors are near, and
-/// vertices stay where the distances put them.
+/// where the surface was measured nearby: a vertex farther from there than
+/// MeshRules::measured_reach is drawn to the nearest anchor, up to that distance. Inside a surface
+/// anchors are near, and vertices stay where the distances put them.
 ///
 /// Only the samples at the edge's two ends have a say, so all blocks that share an edge come to the
 /// same vertex.

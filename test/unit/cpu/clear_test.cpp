@@ -38,8 +38,8 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     entry.array[array] = 0;
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const bool is_empty = random() % 3 == 0;
-      voxels[i] = is_empty ? Voxel{0.0f, 0} : makeVoxel(sdf(random), 1 << 16, 20);
-      sums.voxel[array][i] = {0, random() % 3 == 0 ? 1 << 20 : 0};
+      voxels[i] = is_empty ? Voxel{0, kNoAnchor, 0} : makeVoxel(sdf(random), 1 << 16, 20);
+      sums.voxel[array][i] = {0, random() % 3 == 0 ? 1 << 20 : 0, 0, 0};
     }
     const bool has_sums = round % 2 == 0;
     const std::vector<Voxel> before(voxels, voxels + kVoxelsPerBlock);

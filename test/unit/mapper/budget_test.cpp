@@ -68,7 +68,7 @@ TEST_P(Budget, WhatIsMappedIsRight) {
       if (block.voxels[d].empty()) continue;
       ASSERT_EQ(whole.voxels[d].size(), block.voxels[d].size());
       for (size_t i = 0; i < block.voxels[d].size(); ++i) {
-        ASSERT_EQ(whole.voxels[d][i].sdf, block.voxels[d][i].sdf);
+        ASSERT_EQ(whole.voxels[d][i].sdf_units, block.voxels[d][i].sdf_units);
         ASSERT_EQ(whole.voxels[d][i].state, block.voxels[d][i].state);
       }
       ++compared;

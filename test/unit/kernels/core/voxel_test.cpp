@@ -16,7 +16,7 @@ TEST(Voxel, HoldsDistanceWeightAndEvidence) {
   for (const uint32_t units : {0u, 1u, 98304u, (1u << 24) - 1u}) {
     for (const int32_t evidence : {0, 1, 24, 255}) {
       const Voxel voxel = makeVoxel(-1.25f, units, evidence);
-      EXPECT_EQ(voxel.sdf, -1.25f);
+      EXPECT_EQ(sdfOf(voxel), -1.25f);
       EXPECT_EQ(weightUnits(voxel), units);
       EXPECT_EQ(evidenceOf(voxel), evidence);
       EXPECT_EQ(isEmpty(voxel), units == 0 && evidence == 0);
@@ -50,8 +50,8 @@ TEST(VoxelSums, TheWorstFrameFits) {
   const int64_t weight = 2 * quantiseWeight(1.0f), sdf = quantiseSdf(1.0f);
   const int64_t limit = std::numeric_limits<int64_t>::max();
   EXPECT_LT(weight * sdf, limit / kMaxPixels);
-  VoxelSums sums{weight * sdf * (kMaxPixels - 1), weight * (kMaxPixels - 1)};
-  addToSums(sums, static_cast<int32_t>(weight), static_cast<int32_t>(sdf));
+  VoxelSums sums{weight * sdf * (kMaxPixels - 1), weight * (kMaxPixels - 1), 0, 0};
+  addToSums(sums, static_cast<int32_t>(weight), static_cast<int32_t>(sdf), 0);
   EXPECT_EQ(sums.weight, weight * kMaxPixels);
   EXPECT_EQ(sums.weighted_sdf, weight * sdf * kMaxPixels);
 }
@@ -66,6 +66,16 @@ TEST(VoxelSums, QuantisingRoundsToTheNearest) {
   }
 }
 
+/// The greatest key stays, but for samples of weight 0, which add nothing.
+TEST(VoxelSums, KeepTheNearestPoint) {
+  VoxelSums sums{};
+  addToSums(sums, 5, 0, 700);
+  addToSums(sums, 5, 0, 900);
+  addToSums(sums, 5, 0, 800);
+  addToSums(sums, 0, 0, 1000);
+  EXPECT_EQ(sums.nearest, 900u);
+}
+
 TEST(VoxelSums, OrderOfTheMeasurementsDoesNotMatter) {
   std::mt19937 random(10);
   std::uniform_real_distribution<float> distance(-1.0f, 1.0f), weight(0.0f, 1.0f);
@@ -74,8 +84,8 @@ TEST(VoxelSums, OrderOfTheMeasurementsDoesNotMatter) {
     measurements.emplace_back(quantiseWeight(weight(random)), quantiseSdf(distance(random)));
   }
   const auto sumUp = [&] {
-    VoxelSums sums{0, 0};
-    for (const auto& [w, d] : measurements) addToSums(sums, w, d);
+    VoxelSums sums{};
+    for (const auto& [w, d] : measurements) addToSums(sums, w, d, 0);
     return sums;
   };
   const VoxelSums first = sumUp();

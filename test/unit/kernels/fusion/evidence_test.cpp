@@ -30,7 +30,7 @@ TEST(Evidence, AContradictionCostsEvidenceOnly) {
   const Voxel after = contradictedVoxel(makeVoxel(-0.75f, 12345, 9), 1, kRules);
   EXPECT_EQ(evidenceOf(after), 7);
   EXPECT_EQ(weightUnits(after), 12345u);
-  EXPECT_EQ(after.sdf, -0.75f);
+  EXPECT_EQ(sdfOf(after), -0.75f);
   FusionRules dear;
   dear.contradiction_cost = 4;
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 9), 1, dear)), 5);
@@ -46,7 +46,7 @@ TEST(Evidence, WithoutItTheVoxelIsEmpty) {
   for (const int32_t evidence : {0, 1, 2}) {
     const Voxel voxel = contradictedVoxel(makeVoxel(-0.75f, 12345, evidence), 1, kRules);
     EXPECT_TRUE(isEmpty(voxel)) << evidence;
-    EXPECT_EQ(voxel.sdf, 0.0f);
+    EXPECT_EQ(sdfOf(voxel), 0.0f);
   }
   EXPECT_FALSE(isEmpty(contradictedVoxel(makeVoxel(-0.75f, 12345, 3), 1, kRules)));
 }
@@ -55,7 +55,8 @@ TEST(Evidence, WithoutItTheVoxelIsEmpty) {
 TEST(Evidence, WhatIsTakenAwayIsGoneAfterTwelveFrames) {
   Voxel voxel = makeVoxel(0.25f, 64 << 16, 0);
   for (int frame = 0; frame < 1000; ++frame) {
-    voxel = makeVoxel(voxel.sdf, weightUnits(voxel), supportedEvidence(evidenceOf(voxel), kRules));
+    voxel = makeVoxel(sdfOf(voxel), weightUnits(voxel),
+                      supportedEvidence(evidenceOf(voxel), kRules));
   }
   int frames = 0;
   for (; !isEmpty(voxel); ++frames) voxel = contradictedVoxel(voxel, 1, kRules);

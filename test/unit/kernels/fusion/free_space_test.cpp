@@ -175,7 +175,7 @@ TEST(Foot, OfRandomPlanes) {
     for (int k = 0; k < directions.count; ++k) {
       for (int i = 0; i < kVoxelsPerBlock; i += 7) {
         const Vec3f foot = footOf(array.voxel, i, directions.direction[k]);
-        expectNear(foot, Array::at(i) - array.voxel[i].sdf * n);
+        expectNear(foot, Array::at(i) - sdfOf(array.voxel[i]) * n);
       }
     }
   }
@@ -230,7 +230,7 @@ TEST(Foot, OfAnyDirection) {
   for (const Vec3f& n : {Vec3f{-1, 0, 0}, Vec3f{0, 0, 1}, Vec3f{-0.6f, 0.48f, -0.64f}}) {
     const Array array([&](const Vec3f& p) { return dot(n, p) - 2.25; });
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      expectNear(footOf(array.voxel, i, kAnyDirection), Array::at(i) - array.voxel[i].sdf * n);
+      expectNear(footOf(array.voxel, i, kAnyDirection), Array::at(i) - sdfOf(array.voxel[i]) * n);
     }
   }
   Array lonely;

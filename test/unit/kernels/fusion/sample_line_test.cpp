@@ -216,7 +216,7 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
         blockOfVoxel({floorToInt(cast.p.x), floorToInt(cast.p.y), floorToInt(cast.p.z)});
     for (int n = 0; n < 27; ++n) {
       const Vec3i block = centre + Vec3i{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-      auto add = [&](int direction, int index, int32_t w, int32_t sdf) {
+      auto add = [&](int direction, int index, int32_t w, int32_t sdf, uint32_t) {
         if (w == 0) return;
         const Vec3i voxel = firstVoxelOfBlock(block) + voxelOffset(index);
         EXPECT_TRUE(

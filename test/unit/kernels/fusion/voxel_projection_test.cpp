@@ -24,7 +24,7 @@ TEST(ProjectVoxel, TakesTheDistanceAlongTheOpticalAxis) {
   const std::vector<Surfel> surfels(81, Surfel{{0, 0, 0}, 0.5f, {0.0f, 0.0f, -1.0f}, 1.0f});
   for (int z = 1; z <= 20; ++z) {
     int calls = 0;
-    auto add = [&](int direction, int32_t weight, int32_t sdf) {
+    auto add = [&](int direction, int32_t weight, int32_t sdf, uint32_t) {
       ++calls;
       EXPECT_EQ(direction, 5);
       EXPECT_EQ(weight, quantiseWeight(0.5f));
@@ -40,7 +40,7 @@ TEST(ProjectVoxel, LeavesOutWhatTheCameraDoesNotSee) {
   const FusionSettings fusion{0, 1, 4.0f, 64.0f, FusionRules()};
   std::vector<Surfel> surfels(81, Surfel{{0, 0, 0}, 0.5f, {0.0f, 0.0f, -1.0f}, 1.0f});
   surfels[4 * 9 + 4].weight = 0.0f;
-  auto add = [](int, int32_t, int32_t) { ADD_FAILURE() << "a voxel that is not seen"; };
+  auto add = [](int, int32_t, int32_t, uint32_t) { ADD_FAILURE() << "a voxel that is not seen"; };
   // Behind, in the camera's plane, on a pixel without measurement, and outside the image.
   for (const Vec3i& voxel : {Vec3i{0, 0, -9}, Vec3i{3, 0, 0}, Vec3i{0, 0, 9}, Vec3i{5, 0, 9},
                              Vec3i{-5, 0, 9}, Vec3i{0, 5, 9}, Vec3i{0, -5, 9}}) {

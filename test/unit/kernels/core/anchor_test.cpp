@@ -1,0 +1,99 @@
+// Anchors and keys of measured points, against their offsets and distances in double precision.
+#include "kernels/core/anchor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace dtsdf {
+namespace {
+
+constexpr float kToNearest = 0.5f;
+
+Vec3f randomOffset(std::mt19937& random, float most) {
+  std::uniform_real_distribution<float> uniform(-most, most);
+  return {uniform(random), uniform(random), uniform(random)};
+}
+
+uint32_t keyOf(const Vec3f& offset, float plane_distance) {
+  return pointKey(offset, {pointShift(0), pointShift(1), pointShift(2)}, plane_distance);
+}
+
+TEST(Anchor, IsKeptToHalfAStep) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 10000; ++i) {
+    const Vec3f offset = randomOffset(random, 0.975f);
+    const uint16_t anchor = packAnchor(offset, kToNearest);
+    ASSERT_NE(anchor, kNoAnchor);
+    const Vec3f kept = anchorOffset(anchor);
+    for (int axis = 0; axis < 3; ++axis) {
+      ASSERT_NEAR(component(kept, axis), component(offset, axis), 0.025f + 1e-6f);
+    }
+  }
+}
+
+TEST(Anchor, StaysWithinReach) {
+  for (const float end : {-1.0f, 1.0f, -1.2f, 1.2f}) {
+    const Vec3f kept = anchorOffset(packAnchor({end, -end, end}, end > 0 ? 0.999f : 0.0f));
+    EXPECT_NEAR(kept.x, end > 0 ? 0.975f : -0.975f, 1e-6f);
+    EXPECT_NEAR(kept.y, end > 0 ? -0.975f : 0.975f, 1e-6f);
+  }
+}
+
+/// Rounded with dithers that are spread evenly, an anchor is right on average.
+TEST(Anchor, DitheredIsRightOnAverage) {
+  for (const float offset : {-0.51f, -0.013f, 0.3f, 0.862f}) {
+    double sum = 0.0;
+    for (int i = 0; i < 256; ++i) {
+      sum += anchorOffset(packAnchor({offset, 0.0f, 0.0f}, static_cast<float>(i) / 256.0f)).x;
+    }
+    EXPECT_NEAR(sum / 256.0, offset, 3e-4);
+  }
+}
+
+TEST(PointKey, TellsTheOffset) {
+  std::mt19937 random(4);
+  for (int i = 0; i < 10000; ++i) {
+    const Vec3f offset = randomOffset(random, 1.0f);
+    const uint32_t key = keyOf(offset, 0.1f);
+    ASSERT_NE(key, 0u);
+    const Vec3f kept = pointOffset(key);
+    for (int axis = 0; axis < 3; ++axis) {
+      ASSERT_NEAR(component(kept, axis), component(offset, axis), 0.5f / 127.0f + 1e-6f);
+    }
+  }
+}
+
+/// The parts may come in another order, each with its shift.
+TEST(PointKey, TheOrderOfTheAxesDoesNotMatter) {
+  const Vec3f offset{0.25f, -0.5f, 0.75f};
+  EXPECT_EQ(pointKey({offset.y, offset.z, offset.x},
+                     {pointShift(1), pointShift(2), pointShift(0)}, 0.2f),
+            keyOf(offset, 0.2f));
+}
+
+TEST(PointKey, BeyondReachThereIsNone) {
+  EXPECT_NE(keyOf({1.0f, -1.0f, 1.0f}, 0.0f), 0u);
+  EXPECT_EQ(keyOf({1.01f, 0.0f, 0.0f}, 0.0f), 0u);
+  EXPECT_EQ(keyOf({0.0f, -1.01f, 0.0f}, 0.0f), 0u);
+  EXPECT_EQ(keyOf({0.0f, 0.0f, 1.5f}, 0.0f), 0u);
+}
+
+/// The distance along the surface decides, not the one across it: a corner half a voxel in front of
+/// a plane is nearer to its own foot there than to a point that is beside it on the plane.
+TEST(PointKey, TheGreatestIsNearestToTheFoot) {
+  const uint32_t foot = keyOf({0.0f, 0.0f, -0.9f}, 0.9f), beside = keyOf({0.4f, 0.0f, 0.0f}, 0.0f);
+  EXPECT_GT(foot, beside);
+  std::mt19937 random(5);
+  for (int i = 0; i < 10000; ++i) {
+    const Vec3f a = randomOffset(random, 1.0f), b = randomOffset(random, 1.0f);
+    const float d = 0.3f * a.x;
+    const float of_a = dot(a, a) - d * d, of_b = dot(b, b);
+    if (std::abs(of_a - of_b) < 1.0f / 84.0f) continue;
+    ASSERT_EQ(keyOf(a, d) > keyOf(b, 0.0f), of_a < of_b);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,129 @@
+// Vertices held to what was measured, with shifts worked out by hand.
+#include "kernels/meshing/anchoring.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <utility>
+
+namespace dtsdf {
+namespace {
+
+constexpr int kXPlus = 0, kZPlus = 4, kZMinus = 5;
+constexpr int kAxis = 2, kFacing = 0;  // along z, the surface faces Z+
+constexpr float kOffset = 0.4f;
+constexpr float kStep = 0.026f;  // half a step of an anchor's offset, and rounding
+
+/// An edge whose crossing is told by some directions, with anchors.
+struct AnchoredEdge {
+  EdgeSamples samples = {};
+  std::map<std::pair<int, int>, uint16_t> anchor;  ///< By end and direction.
+
+  void cross(int direction, float weight = 1.0f) {
+    samples.lower[direction] = {-kOffset, weight};
+    samples.upper[direction] = {1.0f - kOffset, weight};
+  }
+  void put(int end, int direction, const Vec3f& offset) {
+    anchor[{end, direction}] = packAnchor(offset, 0.5f);
+  }
+  Vec3f shift(const MeshRules& rules = MeshRules()) const {
+    const auto anchors = [this](int end, int direction) {
+      const auto at = anchor.find({end, direction});
+      return at == anchor.end() ? kNoAnchor : at->second;
+    };
+    return anchoringShift(rules, samples, anchors, kAxis, kFacing, kOffset);
+  }
+};
+
+void expectNear(const Vec3f& a, const Vec3f& b, float tolerance) {
+  EXPECT_NEAR(a.x, b.x, tolerance);
+  EXPECT_NEAR(a.y, b.y, tolerance);
+  EXPECT_NEAR(a.z, b.z, tolerance);
+}
+
+/// The point is 0.7 away in x, at the height of the vertex: 0.5 of that is more than 0.2.
+TEST(Anchoring, DrawsAVertexToWhereItsSurfaceWasMeasured) {
+  AnchoredEdge edge;
+  edge.cross(kZPlus);
+  edge.put(0, kZPlus, {-0.7f, 0.0f, 0.4f});
+  expectNear(edge.shift(), {-0.5f, 0.0f, 0.0f}, kStep);
+}
+
+/// The same point, as the upper end tells it.
+TEST(Anchoring, BothEndsTellOfTheSamePlace) {
+  AnchoredEdge edge;
+  edge.cross(kZPlus);
+  edge.put(1, kZPlus, {-0.7f, 0.0f, -0.6f});
+  expectNear(edge.shift(), {-0.5f, 0.0f, 0.0f}, kStep);
+}
+
+/// Where the surface curves out of sight, the point lies below its extrapolated plane: 0.3, 0, -0.4
+/// from the vertex, of which 3 / 5 are left.
+TEST(Anchoring, LeavesThePlaneWithTheSurface) {
+  AnchoredEdge edge;
+  edge.cross(kZPlus);
+  edge.put(0, kZPlus, {0.3f, 0.0f, 0.0f});
+  expectNear(edge.shift(), {0.18f, 0.0f, -0.24f}, 2.0f * kStep);
+}
+
+TEST(Anchoring, WithinReachNothingMoves) {
+  AnchoredEdge edge;
+  edge.cross(kZPlus);
+  edge.put(0, kZPlus, {0.125f, 0.0f, 0.475f});
+  expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
+  MeshRules rules;
+  rules.measured_reach = 0.1f;
+  EXPECT_GT(edge.shift(rules).x, 0.0f);
+}
+
+TEST(Anchoring, TheNearestOfBothEndsCounts) {
+  AnchoredEdge edge;
+  edge.cross(kZPlus);
+  edge.put(0, kZPlus, {-0.9f, 0.0f, 0.4f});
+  edge.put(1, kZPlus, {0.5f, 0.0f, -0.6f});
+  expectNear(edge.shift(), {0.3f, 0.0f, 0.0f}, kStep);
+}
+
+/// Neither that which does not cross, nor the one that faces against the surface, nor an end that
+/// is unknown.
+TEST(Anchoring, OnlyDirectionsThatTellTheCrossingCount) {
+  AnchoredEdge edge;
+  edge.cross(kZPlus);
+  edge.put(0, kZPlus, {-0.7f, 0.0f, 0.4f});
+  edge.samples.lower[kXPlus] = {0.3f, 5.0f};
+  edge.samples.upper[kXPlus] = {0.5f, 5.0f};
+  edge.put(0, kXPlus, {0.0f, 0.0f, 0.4f});
+  edge.cross(kZMinus, 5.0f);
+  edge.put(0, kZMinus, {0.0f, 0.0f, 0.4f});
+  expectNear(edge.shift(), {-0.5f, 0.0f, 0.0f}, kStep);
+  edge.samples.lower[kZPlus].weight = 0.0f;  // then nothing crosses on its own
+  edge.put(1, kZPlus, {0.0f, 0.9f, -0.6f});
+  edge.anchor.erase({0, kXPlus});
+  expectNear(edge.shift(), {0.0f, 0.7f, 0.0f}, kStep);
+}
+
+TEST(Anchoring, WithoutAnAnchorNothingMoves) {
+  AnchoredEdge edge;
+  expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
+  edge.cross(kZPlus);
+  expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
+}
+
+/// Blocks on both sides of a face give the vertex other coordinates, 8 and 0, and the same shift.
+TEST(Anchoring, BlocksAgreeAboutVerticesOnTheirFaces) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> uniform(-0.97f, 0.97f);
+  for (int i = 0; i < 10000; ++i) {
+    AnchoredEdge edge;
+    edge.cross(kZPlus);
+    edge.put(0, kZPlus, {uniform(random), uniform(random), uniform(random)});
+    const Vec3f shift = edge.shift();
+    ASSERT_EQ((8.0f + shift.x) - 8.0f, 0.0f + shift.x);
+    ASSERT_EQ((8.0f + shift.y) - 8.0f, 0.0f + shift.y);
+    ASSERT_EQ((8.0f + shift.z) - 8.0f, 0.0f + shift.z);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

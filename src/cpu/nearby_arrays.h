@@ -8,8 +8,8 @@
 
 namespace dtsdf {
 
-/// Blocks are looked up when they are first asked for: only vertices at a border (border.h) ask for
-/// those below. For one thread, while the map does not change.
+/// Blocks are looked up when they are first asked for: only vertices at a border (border.h) and
+/// normals ask for those below. For one thread, while the map does not change.
 class NearbyArrays {
  public:
   NearbyArrays(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key,

@@ -94,7 +94,7 @@ DTSDF_HD void visitFour(const uint32_t (&corner)[3], const uint32_t (&middle)[3]
 }
 
 /// Calls visit(vertex) for the corners of a unit's refined triangles, three each, in canonical
-/// order. `vertexOf` gives the vertex of an edge; the unit's middles are those from first_middle on.
+/// order. `vertexOf` gives the vertex of an edge; the unit's middles begin at first_middle.
 template <class VertexOf, class Visit>
 DTSDF_HD void visitRefinedTriangles(const MeshTables& tables, const RefineTables& refine_tables,
                                     const UnitIndices& indices, const Vec3i& unit,

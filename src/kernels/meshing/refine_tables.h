@@ -11,7 +11,7 @@ namespace dtsdf {
 constexpr int kMaxSides = 12;
 
 struct RefineTables {
-  /// Sides of an index, in the order in which its triangles have them: two of the unit's edges each.
+  /// Sides of an index, in the order of its triangles: two of the unit's edges each.
   uint8_t side_count[256];
   uint8_t side_edge[256][2 * kMaxSides];
   /// For each triangle the sides from its first corner to the second one, and on.

@@ -151,7 +151,9 @@ TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainOne) {
 TEST_P(RefinedMesh, HasOnePlaceForEachVertex) {
   const MapperParams settings = params(1);
   std::vector<SceneFrame> frames;
-  for (int i = 0; i < 4; ++i) frames.push_back(renderFrame(makeRoomScene(), roomCameraPose(0.5 * i)));
+  for (int i = 0; i < 4; ++i) {
+    frames.push_back(renderFrame(makeRoomScene(), roomCameraPose(0.5 * i)));
+  }
   const MeshUpdate update = fuseAndMesh(settings, frames);
   const MeshStore store = storeOf(settings, update);
   std::set<Position> places;

@@ -42,7 +42,7 @@ TEST(VertexNormal, OfAPlaneIsItsNormalOnEveryEdge) {
     const Vec3f normal = randomUnit(random);
     const Vec3f p = vertexPosition(edge, share(random));
     const Vec3i corner = cornerAt(edgeCorner(edge));
-    if (component(corner, edgeAxis(edge)) == kCornerGridSide - 1) continue;  // leads out of the grid
+    if (component(corner, edgeAxis(edge)) == kBlockSide) continue;  // leads out of the grid
     const Fields fields{[&](const Vec3f& at, int) { return dot(normal, at - p); }, everywhere};
     const bool faces = (component(normal, edgeAxis(edge)) > 0.0f) == (edgeFacing(edge) == 0);
     const Vec3f expected = faces ? normal : Vec3f{0.0f, 0.0f, 0.0f};

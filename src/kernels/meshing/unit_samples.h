@@ -13,6 +13,8 @@
 ///           edge_vertex.h        where the surface crosses an edge
 ///           border.h             vertices where the measurements end
 ///           emit.h               triangles, as references to edges
+///   refine  vertex_normal.h      normals of vertices, from the fields around them
+///           refine.h             four triangles for each, with vertices on the curved surface
 ///
 /// corner_grid.h says where a block's samples lie, mesh_tables.h holds marching cubes, and
 /// mesh_rules.h the numbers. Vertices belong to (edge, facing) and depend on the samples of the

@@ -57,14 +57,14 @@ TEST(Middle, IsIdentifiedByItsTwoEdges) {
   }
 }
 
-/// By hand: normals (-0.6, 0.8) and (0.6, 0.8) at (0, 0) and (1, 0) give 1/8 of
-/// 0.6 (0.6, 0.8) + 0.6 (-0.6, 0.8) = (0, 0.96), that is 0.12, rounded to 2^-16.
+/// By hand: normals (-0.6, 0.8) and (0.6, 0.8) at (0, 0) and (2.5, 0) give 1/8 of
+/// 1.5 (0.6, 0.8) + 1.5 (-0.6, 0.8) = (0, 2.4), that is 0.3: 19660.8 steps of 2^-16, rounded.
 TEST(Middle, IsThatOfTheCubicWithTheseNormals) {
   const SideEnd a{{2.0f, 3.0f, 4.0f}, {-0.6f, 0.8f, 0.0f}};
-  const SideEnd b{{3.0f, 3.0f, 4.0f}, {0.6f, 0.8f, 0.0f}};
+  const SideEnd b{{4.5f, 3.0f, 4.0f}, {0.6f, 0.8f, 0.0f}};
   const Vec3f middle = middleOfSide(a, b);
-  EXPECT_EQ(middle.x, 2.5f);
-  EXPECT_EQ(middle.y, 3.0f + 7864.0f / 65536.0f);
+  EXPECT_EQ(middle.x, 3.25f);
+  EXPECT_EQ(middle.y, 3.0f + 19661.0f / 65536.0f);
   EXPECT_EQ(middle.z, 4.0f);
 }
 

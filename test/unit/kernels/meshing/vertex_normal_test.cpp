@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <random>
 
@@ -53,8 +54,8 @@ TEST(VertexNormal, OfAPlaneIsItsNormalOnEveryEdge) {
   EXPECT_GT(found, 1500);
 }
 
-/// Exact where the field is quadratic: gradient (x / 8, y / 4 + 0.25, 1 + z / 4 + x / 8 ...) of
-/// f = z + x^2 / 16 + y^2 / 8 + z^2 / 8 + y / 4, taken at x, y, z from corner (4, 4, 4).
+/// Exact where the field is quadratic: z + x^2 / 16 + y^2 / 8 + z^2 / 8 + y / 4 has the gradient
+/// (x / 8, y / 4 + 1 / 4, 1 + z / 4), here at (2, -1, t - 1 / 2).
 TEST(VertexNormal, OfAQuadraticFieldIsExact) {
   const Fields fields{[](const Vec3f& p, int) {
                         const float x = p.x - 4.0f, y = p.y - 4.0f, z = p.z - 4.5f;
@@ -70,6 +71,17 @@ TEST(VertexNormal, OfAQuadraticFieldIsExact) {
     expectNear(vertexNormal(crossed, edge, vertexPosition(edge, t), false),
                (1.0f / norm(gradient)) * gradient, 1e-5f);
   }
+}
+
+/// By hand: slopes of 0 and 1/2 along x at the two ends, a quarter of the way between them.
+TEST(VertexNormal, TurnsAlongTheEdge) {
+  const Fields twisted{[](const Vec3f& p, int) {
+                         return p.z - 4.25f + 0.5f * (p.z - 4.0f) * (p.x - 4.0f);
+                       },
+                       everywhere};
+  const int edge = edgeNumber(cornerIndex(4, 4, 4), 2, 0);
+  expectNear(vertexNormal(twisted, edge, {4.0f, 4.0f, 4.25f}, false),
+             (1.0f / std::sqrt(1.015625f)) * Vec3f{0.125f, 0.0f, 1.0f}, 1e-5f);
 }
 
 const int kEdge = edgeNumber(cornerIndex(4, 4, 4), 2, 0);

@@ -15,7 +15,7 @@ namespace dtsdf {
 class BlockMesher {
  public:
   BlockMesher(const BlockTable& table, const VoxelStore& voxels, const MeshRules& rules,
-              bool directional, int threads, bool refined = false);
+              bool directional, int threads, bool refined);
 
   /// Makes room for the states of so many slots. @throws std::bad_alloc
   void resize(size_t slots);

@@ -73,10 +73,12 @@ TEST(VertexNormal, OfAQuadraticFieldIsExact) {
   }
 }
 
-/// By hand: slopes of 0 and 1/2 along x at the two ends, a quarter of the way between them.
+/// By hand: slopes of 0 and 1/2 along x at the two ends, a quarter of the way between them. The
+/// undirected map has one array.
 TEST(VertexNormal, TurnsAlongTheEdge) {
-  const Fields twisted{[](const Vec3f& p, int) {
-                         return p.z - 4.25f + 0.5f * (p.z - 4.0f) * (p.x - 4.0f);
+  const Fields twisted{[](const Vec3f& p, int array) {
+                         const float slope = array == 0 ? 0.5f * (p.z - 4.0f) : 9.0f;
+                         return p.z - 4.25f + slope * (p.x - 4.0f);
                        },
                        everywhere};
   const int edge = edgeNumber(cornerIndex(4, 4, 4), 2, 0);

@@ -14,32 +14,48 @@ namespace {
 constexpr size_t kFirstVertices = 1 << 16, kFirstTriangles = 1 << 17;
 constexpr int kThreadBlocksPerProcessor = 8;
 
+/// A copy of a table on the device, made by the time the stream is synchronised.
+template <class Table>
+void uploadTable(const Table& table, PinnedBuffer<Table>& staging, DeviceBuffer<Table>& buffer,
+                 const Stream& stream) {
+  staging.reserve(1);
+  staging[0] = table;
+  buffer.reserveExactly(1, stream);
+  buffer.upload(staging.data(), 1, stream);
+}
+
 }  // namespace
 
-BlockMesher::BlockMesher(const MeshRules& rules, bool directional)
+BlockMesher::BlockMesher(const MeshRules& rules, bool directional, bool refined)
     : rules_(rules),
       directional_(directional),
+      refined_(refined),
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
-      tables_(1),
       totals_(1),
       pinned_totals_(1),
       vertices_(kFirstVertices),
       triangles_(kFirstTriangles) {
   pinned_totals_[0] = {};
-  PinnedBuffer<MeshTables> tables(1);
-  tables[0] = kMeshTables;
-  tables_.upload(tables.data(), 1, stream_);
+  PinnedBuffer<MeshTables> tables;
+  PinnedBuffer<RefineTables> refine_tables;
+  uploadTable(kMeshTables, tables, tables_, stream_);
+  if (refined_) {
+    uploadTable(kRefineTables, refine_tables, refine_tables_, stream_);
+    normals_.reserveExactly(vertices_.capacity(), stream_);
+  }
   stream_.synchronize();
 }
 
 MeshView BlockMesher::view() const {
   MeshView view;
   view.tables = tables_.data();
+  view.refine_tables = refine_tables_.data();
   view.counters = &totals_.data()->blocks;
   view.size = &totals_.data()->size;
   view.slots = slots_.data();
   view.records = records_.data();
   view.vertices = vertices_.data();
+  view.normals = normals_.data();
   view.triangles = triangles_.data();
   view.capacity = {static_cast<uint32_t>(vertices_.capacity()),
                    static_cast<uint32_t>(triangles_.capacity())};
@@ -95,6 +111,7 @@ void BlockMesher::complete() {
   if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
     vertices_.reserve(size.vertices, stream_);
     triangles_.reserve(size.triangles, stream_);
+    if (refined_) normals_.reserveExactly(vertices_.capacity(), stream_);
     DTSDF_CHECK_CUDA(cudaMemsetAsync(&totals_.data()->size, 0, sizeof(MeshSize), stream_.get()));
     enqueueMeshes();
     counted_.wait();
@@ -157,7 +174,12 @@ void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"mesh lists", MemoryKind::kMesh,
                    recordCount() * (sizeof(int32_t) + sizeof(MeshRecord)),
                    slots_.bytes() + records_.bytes()});
-  parts.push_back({"mesh tables", MemoryKind::kScratch, tables_.bytes(), tables_.bytes()});
+  const size_t tables = tables_.bytes() + refine_tables_.bytes();
+  parts.push_back({"mesh tables", MemoryKind::kScratch, tables, tables});
+  if (refined_) {
+    parts.push_back({"vertex normals", MemoryKind::kScratch, size.vertices * sizeof(Vec3f),
+                     normals_.bytes()});
+  }
   const size_t staging = pinned_records_.bytes() + pinned_vertices_.bytes() +
                          pinned_triangles_.bytes();
   parts.push_back({"mesh", MemoryKind::kStaging, staging, staging});

@@ -22,7 +22,7 @@ struct Extraction {
 /// finish() waits for them there.
 class BlockMesher {
  public:
-  BlockMesher(const MeshRules& rules, bool directional);
+  BlockMesher(const MeshRules& rules, bool directional, bool refined);
   ~BlockMesher() { stream_.drain(); }
 
   /// Enqueues an extraction of what changed up to the event.
@@ -53,7 +53,7 @@ class BlockMesher {
   BlockMesh copyBlock(const MeshRecord& record) const;
 
   MeshRules rules_;
-  bool directional_;
+  bool directional_, refined_;
   int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
   Stream stream_;
   Event begun_{Timing::kOn}, fetched_{Timing::kOn}, counted_;
@@ -62,11 +62,13 @@ class BlockMesher {
   uint32_t stamp_ = 0;
   int32_t least_evidence_ = 0;
   DeviceBuffer<MeshTables> tables_;
+  DeviceBuffer<RefineTables> refine_tables_;
   DeviceBuffer<MeshTotals> totals_;
   PinnedBuffer<MeshTotals> pinned_totals_;
   DeviceBuffer<int32_t> slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;
+  DeviceBuffer<Vec3f> normals_;  ///< As many as vertices, where meshes are refined.
   DeviceBuffer<BlockTriangle> triangles_;
   PinnedBuffer<MeshRecord> pinned_records_;
   PinnedBuffer<BlockVertex> pinned_vertices_;

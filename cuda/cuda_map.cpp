@@ -16,7 +16,7 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
       surfel_maker_(params, rules.surfels, stream_),
       block_finder_(makeFusionSettings(params, rules.fusion), stream_),
       fusion_(params, rules, stream_),
-      mesher_(rules.mesh, params.map.directional) {
+      mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
 }

@@ -4,7 +4,9 @@
 #include "corner_arrays.cuh"
 #include "kernels/meshing/anchoring.h"
 #include "kernels/meshing/emit.h"
+#include "kernels/meshing/refine.h"
 #include "kernels/meshing/regularisation.h"
+#include "kernels/meshing/vertex_normal.h"
 #include "launch.h"
 #include "mesh_kernels.h"
 
@@ -126,10 +128,28 @@ __device__ void listEdges(int word, uint32_t rank, MeshBlockShared& shared) {
   }
 }
 
-/// Counts a block's vertices and triangles, and takes room for them; the order of the blocks in
-/// that room is free. @return this thread's first triangle in the block.
-__device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles,
-                             MeshBlockShared& shared) {
+/// Middles of refined triangles' sides: those of a block, and how many of them are before those of
+/// this thread's units.
+struct Middles {
+  uint32_t count, before;
+};
+
+/// All threads of the block have to call it.
+__device__ Middles countMiddles(const MeshView& mesh,
+                                const UnitIndices (&regular)[kUnitsPerThread],
+                                MeshBlockShared& shared) {
+  uint32_t own = 0;
+  for (const UnitIndices& indices : regular) own += sidesOfUnit(*mesh.refine_tables, indices);
+  Middles middles;
+  Scan(shared.scan).ExclusiveSum(own, middles.before, middles.count);
+  return middles;
+}
+
+/// Counts a block's vertices on edges and triangles, and takes room for them, for the middles that
+/// it has, and for so many refined triangles each; the order of the blocks in that room is free.
+/// @return this thread's first triangle in the block, before refinement.
+__device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint32_t middles,
+                             uint32_t refined_triangles, MeshBlockShared& shared) {
   constexpr uint32_t kLow = 0xffff;
   static_assert(kGridEdges <= kLow && kVoxelsPerBlock * kMaxSheets * kMaxTriangles <= kLow,
                 "one scan counts both, in half a word each");
@@ -139,7 +159,8 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles,
   uint32_t before, total;
   Scan(shared.scan).ExclusiveSum(in_word << 16 | own_triangles, before, total);
   if (t == kThreads - 1) {  // of a warp without words
-    const uint32_t vertices = total >> 16, triangles = total & kLow;
+    const uint32_t vertices = (total >> 16) + middles;
+    const uint32_t triangles = (total & kLow) * refined_triangles;
     MeshRecord& record = shared.record;
     record.vertices = vertices;
     record.triangles = triangles;
@@ -151,9 +172,11 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles,
   return before & kLow;
 }
 
-__device__ void writeVertices(const MeshView& mesh, const MeshBlockShared& shared) {
+/// The first `count` vertices: those on edges.
+__device__ void writeVertices(const MeshView& mesh, uint32_t count,
+                              const MeshBlockShared& shared) {
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
-  for (uint32_t i = threadIdx.x; i < shared.record.vertices; i += blockDim.x) {
+  for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
     vertices[i] = makeVertex(mesh, shared.arrays, shared.vertex_edge[i]);
   }
 }
@@ -169,8 +192,46 @@ __device__ void writeTriangles(const MeshView& mesh, const UnitIndices (&regular
   }
 }
 
+/// Normals of the first `count` vertices, which are where they stay by now.
+__device__ void writeNormals(const MeshView& mesh, uint32_t count, const MeshBlockShared& shared) {
+  const BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
+  Vec3f* normals = mesh.normals + shared.record.first_vertex;
+  for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
+    normals[i] = vertexNormal(shared.arrays, static_cast<int>(vertices[i].edge),
+                              vertices[i].position, mesh.directional != 0);
+  }
+}
+
+/// Where the refined mesh of a thread's units begins in that of the block.
+struct RefinedPlace {
+  uint32_t middle, triangle;
+};
+
+/// The middles and the refined triangles of this thread's units.
+__device__ void writeRefined(const MeshView& mesh, const UnitIndices (&regular)[kUnitsPerThread],
+                             const RefinedPlace& first, const MeshBlockShared& shared) {
+  BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
+  const Vec3f* normals = mesh.normals + shared.record.first_vertex;
+  const auto vertexOf = [&](int edge) { return shared.edges.vertexOf(edge); };
+  const auto endOn = [&](int edge) {
+    const uint32_t vertex = vertexOf(edge);
+    return SideEnd{vertices[vertex].position, normals[vertex]};
+  };
+  uint16_t* corner = mesh.triangles[shared.record.first_triangle + first.triangle].vertex;
+  uint32_t middle = first.middle;
+  for (int k = 0; k < kUnitsPerThread; ++k) {
+    const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
+    visitRefinedTriangles(*mesh.tables, *mesh.refine_tables, regular[k], unit, middle, vertexOf,
+                          [&](uint32_t vertex) { *corner++ = static_cast<uint16_t>(vertex); });
+    visitSides(*mesh.refine_tables, regular[k], unit, [&](int a, int b) {
+      vertices[middle++] = {middleOfSide(endOn(a), endOn(b)), middleNumber(a, b)};
+    });
+  }
+}
+
 /// One block of threads per block to mesh, in strides. What does not fit is counted, not written.
 /// Four at a time on a multiprocessor, at the price of a few registers.
+template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   __shared__ MeshBlockShared shared;
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
@@ -178,7 +239,11 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     const int32_t slot = mesh.slots[b];
     gatherBlock(map, keyOfSlot(map, slot), mesh.least_evidence, shared);
     UnitIndices regular[kUnitsPerThread];
-    const uint32_t first_triangle = takeRoom(mesh, regulariseUnits(mesh, shared, regular), shared);
+    const uint32_t own_triangles = regulariseUnits(mesh, shared, regular);
+    Middles middles = {};
+    if (kRefined) middles = countMiddles(mesh, regular, shared);
+    const uint32_t first_triangle = takeRoom(mesh, own_triangles, middles.count,
+                                             kRefined ? kRefinedTriangles : 1, shared);
     const MeshRecord& record = shared.record;
     if (threadIdx.x == 0) {
       shared.record.key = map.slots[slot].key;
@@ -188,8 +253,17 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     }
     if (record.first_vertex + record.vertices <= mesh.capacity.vertices &&
         record.first_triangle + record.triangles <= mesh.capacity.triangles) {
-      writeVertices(mesh, shared);
-      writeTriangles(mesh, regular, first_triangle, shared);
+      const uint32_t on_edges = record.vertices - middles.count;
+      writeVertices(mesh, on_edges, shared);
+      if (kRefined) {
+        __syncthreads();  // of the vertices, which other threads have written
+        writeNormals(mesh, on_edges, shared);
+        __syncthreads();
+        writeRefined(mesh, regular,
+                     {on_edges + middles.before, kRefinedTriangles * first_triangle}, shared);
+      } else {
+        writeTriangles(mesh, regular, first_triangle, shared);
+      }
     }
     __syncthreads();
   }
@@ -199,11 +273,18 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
 
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks,
                 const Stream& stream) {
-  makeMeshesKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+  if (mesh.refine_tables != nullptr) {
+    makeMeshesKernel<true><<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+  } else {
+    makeMeshesKernel<false><<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+  }
   DTSDF_CHECK_LAUNCH("makeMeshesKernel");
 }
 
-std::vector<NamedKernel> makeKernels() { return {DTSDF_NAMED_KERNEL(makeMeshesKernel, 0)}; }
+std::vector<NamedKernel> makeKernels() {
+  return {DTSDF_NAMED_KERNEL(makeMeshesKernel<false>, 0),
+          DTSDF_NAMED_KERNEL(makeMeshesKernel<true>, 0)};
+}
 
 }  // namespace gpu
 }  // namespace dtsdf

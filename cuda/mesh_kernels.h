@@ -5,6 +5,7 @@
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/meshing/mesh_rules.h"
 #include "kernels/meshing/mesh_tables.h"
+#include "kernels/meshing/refine_tables.h"
 #include "named_kernels.h"
 #include "runtime/stream.h"
 
@@ -45,11 +46,13 @@ struct BlockTriangle {
 /// What kernels need of an extraction, by value.
 struct MeshView {
   const MeshTables* tables;
+  const RefineTables* refine_tables;  ///< Null: no refinement.
   MeshCounters* counters;
   MeshSize* size;
   int32_t* slots;  ///< First the reached blocks, then the adjoining ones.
   MeshRecord* records;  ///< One per block of `slots`.
   BlockVertex* vertices;
+  Vec3f* normals;  ///< Of the vertices on edges, at their places; null: no refinement.
   BlockTriangle* triangles;
   MeshSize capacity;
   uint32_t stamp;  ///< Number of this extraction.

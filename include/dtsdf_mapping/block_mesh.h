@@ -11,16 +11,22 @@ namespace dtsdf {
 /// A vertex lies on an edge of the grid. `edge` identifies it inside the block:
 /// ((index of the edge's lower corner) * 3 + axis) * 2 + facing. The corners are the 9 x 9 x 9 ones
 /// of the block's mesh units, x fastest; facing 0 has its behind side at the lower end.
+///
+/// In a refined mesh (mesh/refine) there are vertices at the middles of the sides between two of
+/// these as well. A middle's `edge` is 4374 + 4374 * a + b, from those of its two ends, a < b.
 struct BlockVertex {
-  Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [-1, 9].
+  Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [-2, 10].
   uint32_t edge;   ///< Which edge of the block, as said above.
 };
 
 /// Triangles of the mesh units of one block, counter-clockwise seen from the front. Vertices on the
 /// block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
+///
+/// The middles of a refined mesh follow the vertices on edges in the order of their units. Units
+/// side by side both list the middles on the face between them, with the same `edge` and bits.
 struct BlockMesh {
   BlockKey key;                       ///< Which block.
-  std::vector<BlockVertex> vertices;  ///< Sorted by `edge`, each edge at most once.
+  std::vector<BlockVertex> vertices;  ///< Those on edges first, sorted by `edge`, each once.
   std::vector<uint16_t> triangles;    ///< Three indices into `vertices` each, in canonical order.
 };
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "cpu/block_indexer.h"
+#include "cpu/block_refiner.h"
 #include "cpu/block_surface.h"
 #include "cpu/parallel_for.h"
 #include "kernels/meshing/regularisation.h"
@@ -17,15 +18,22 @@ bool sameIndices(const std::vector<UnitIndices>& a, const std::vector<UnitIndice
          std::memcmp(a.data(), b.data(), a.size() * sizeof(UnitIndices)) == 0;
 }
 
+/// Room of the make stage; one per thread.
+struct MeshRoom {
+  BlockSurface surface;
+  BlockRefiner refiner;
+};
+
 }  // namespace
 
 BlockMesher::BlockMesher(const BlockTable& table, const VoxelStore& voxels, const MeshRules& rules,
-                         bool directional, int threads)
+                         bool directional, int threads, bool refined)
     : table_(table),
       voxels_(voxels),
       rules_(rules),
       directional_(directional),
-      threads_(threads) {}
+      threads_(threads),
+      refined_(refined) {}
 
 void BlockMesher::resize(size_t slots) {
   if (state_.size() < slots) state_.resize(slots);
@@ -66,6 +74,7 @@ std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots)
     SlotState& state = state_[slots[i]];
     const NearbyArrays arrays(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
+    if (refined_) state.normals = vertexNormals(indexer, block.vertices, directional_);
     changed[i] = !sameIndices(block.indices, state.indices);
     state.indices = std::move(block.indices);
     state.vertices = std::move(block.vertices);
@@ -76,7 +85,8 @@ std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots)
 std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
-  parallelFor<BlockSurface>(slots.size(), threads_, [&](size_t i, BlockSurface& surface) {
+  parallelFor<MeshRoom>(slots.size(), threads_, [&](size_t i, MeshRoom& room) {
+    BlockSurface& surface = room.surface;
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];
     mesh.key = table_.block(slots[i]).key;
@@ -90,7 +100,11 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
     surface.regularise(indices);
     surface.emit(rules_, arrays, state.vertices, directional_, mesh);
+    if (refined_) {
+      room.refiner.refine(arrays, surface, {state.vertices, state.normals}, directional_, mesh);
+    }
     state.vertices = std::vector<BlockVertex>();
+    state.normals = std::vector<Vec3f>();
   });
   return meshes;
 }

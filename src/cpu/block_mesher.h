@@ -15,7 +15,7 @@ namespace dtsdf {
 class BlockMesher {
  public:
   BlockMesher(const BlockTable& table, const VoxelStore& voxels, const MeshRules& rules,
-              bool directional, int threads);
+              bool directional, int threads, bool refined);
 
   /// Makes room for the states of so many slots. @throws std::bad_alloc
   void resize(size_t slots);
@@ -45,6 +45,7 @@ class BlockMesher {
     uint32_t update = 0;               ///< The latest that selected the block.
     std::vector<UnitIndices> indices;  ///< Before regularisation, one per unit; empty: none.
     std::vector<BlockVertex> vertices; ///< Of these indices, during an update only.
+    std::vector<Vec3f> normals;        ///< Of these vertices, where meshes are refined.
   };
 
   std::vector<int32_t> takeDirty();
@@ -82,6 +83,7 @@ class BlockMesher {
   MeshRules rules_;
   bool directional_;
   int threads_;
+  bool refined_;
   std::vector<SlotState> state_;
   uint32_t update_ = 0;  ///< Number of the latest.
   int32_t least_evidence_ = 0;

@@ -42,6 +42,7 @@ void BlockSurface::collect(const IndexNeighbourhood& indices) {
 }
 
 void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
+  surface_units_.push_back({unit, regular});
   visitTriangleEdges(kMeshTables, regular, unit, [this](int edge) {
     edges_.add(edge);
     triangle_edges_.push_back(static_cast<uint16_t>(edge));
@@ -52,6 +53,7 @@ void BlockSurface::regularise(const IndexNeighbourhood& indices) {
   collect(indices);
   edges_.clear();
   triangle_edges_.clear();
+  surface_units_.clear();
   const auto at = [this](const Vec3i& unit) { return units_[unitIndex(unit.x, unit.y, unit.z)]; };
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     if (i % kBlockSide == 0 && !hasSurface(indices[0] + i)) {

@@ -15,6 +15,12 @@ namespace dtsdf {
 /// where there is no surface.
 using IndexNeighbourhood = const UnitIndices* [kRegularisationReach];
 
+/// A unit that holds a part of the surface, and its indices after regularisation.
+struct SurfaceUnit {
+  Vec3i at;
+  UnitIndices indices;
+};
+
 /// Room for meshing one block after the other; one per thread.
 class BlockSurface {
  public:
@@ -26,6 +32,10 @@ class BlockSurface {
   /// holds the vertices of some, sorted by edge.
   void emit(const MeshRules& rules, const NearbyArrays& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
+
+  /// Of what was regularised: its units, and, once it is emitted, the vertices of its edges.
+  const std::vector<SurfaceUnit>& units() const { return surface_units_; }
+  uint16_t vertexOf(int edge) const { return vertex_of_edge_[edge]; }
 
  private:
   static constexpr int kUnitGridSide = kBlockSide + 2;
@@ -39,6 +49,7 @@ class BlockSurface {
 
   /// The block's units and a layer around them, of which edges and corners are never read.
   UnitIndices units_[kUnitGridSide * kUnitGridSide * kUnitGridSide] = {};
+  std::vector<SurfaceUnit> surface_units_;
   EdgeSet edges_;  ///< That carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
   std::vector<uint16_t> triangle_edges_;

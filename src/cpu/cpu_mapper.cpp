@@ -37,7 +37,8 @@ CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
       sensor_(params, rules, threads_),
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),
-      mesher_(table_, voxels_, rules.mesh, params.map.directional, threads_) {}
+      mesher_(table_, voxels_, rules.mesh, params.map.directional, threads_,
+              params.mesh.refine != 0) {}
 
 IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
   const Clock::time_point start = Clock::now();

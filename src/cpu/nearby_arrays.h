@@ -8,8 +8,8 @@
 
 namespace dtsdf {
 
-/// Blocks are looked up when they are first asked for: only edges at the block's lower faces ask
-/// for those below. For one thread, while the map does not change.
+/// Blocks are looked up when they are first asked for: only edges and normals at the block's lower
+/// faces ask for those below. For one thread, while the map does not change.
 class NearbyArrays {
  public:
   NearbyArrays(const BlockTable& table, const VoxelStore& voxels, const BlockKey& key,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/refine.h"
 
 namespace dtsdf {
 namespace {
@@ -37,6 +38,20 @@ GlobalEdge ownerOf(const BlockKey& key, uint32_t edge) {
   return {packKey(key + step), static_cast<uint32_t>(own)};
 }
 
+/// The middle of a side: the numbers of its two ends in the whole mesh, the lower one first.
+struct GlobalSide {
+  uint32_t first, second;
+  bool operator==(const GlobalSide& other) const {
+    return first == other.first && second == other.second;
+  }
+};
+
+struct GlobalSideHash {
+  size_t operator()(const GlobalSide& s) const {
+    return static_cast<size_t>(hashKey(uint64_t{s.first} << 32 | s.second));
+  }
+};
+
 /// Joins block meshes; the order of the blocks decides the order of everything.
 class Assembler {
  public:
@@ -46,10 +61,12 @@ class Assembler {
     std::vector<uint32_t> number(block.vertices.size());
     for (size_t i = 0; i < block.vertices.size(); ++i) {
       const BlockVertex& vertex = block.vertices[i];
-      const auto [it, is_new] = index_.emplace(ownerOf(block.key, vertex.edge),
-                                               static_cast<uint32_t>(mesh_.vertices_m.size()));
-      if (is_new) mesh_.vertices_m.push_back(store_.positionInMap(block.key, vertex));
-      number[i] = it->second;
+      const auto next = static_cast<uint32_t>(mesh_.vertices_m.size());
+      number[i] = isMiddle(vertex.edge)
+                      ? sides_.emplace(sideOf(vertex.edge), next).first->second
+                      : index_.emplace(ownerOf(block.key, vertex.edge), next).first->second;
+      if (number[i] == next) mesh_.vertices_m.push_back(store_.positionInMap(block.key, vertex));
+      if (!isMiddle(vertex.edge)) number_of_edge_[vertex.edge] = number[i];
     }
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
       mesh_.triangles.push_back({number[block.triangles[t]], number[block.triangles[t + 1]],
@@ -63,6 +80,13 @@ class Assembler {
   }
 
  private:
+  /// Of a middle in the block that is being added, both of whose ends are known by now.
+  GlobalSide sideOf(uint32_t middle) const {
+    const auto [first, second] = std::minmax(number_of_edge_[middleFirst(middle)],
+                                             number_of_edge_[middleSecond(middle)]);
+    return {first, second};
+  }
+
   /// Area-weighted mean of the normals of the triangles around each vertex.
   void computeNormals() {
     mesh_.normals.assign(mesh_.vertices_m.size(), Vec3f{0.0f, 0.0f, 0.0f});
@@ -81,6 +105,9 @@ class Assembler {
   const MeshStore& store_;
   Mesh mesh_;
   std::unordered_map<GlobalEdge, uint32_t, GlobalEdgeHash> index_;
+  std::unordered_map<GlobalSide, uint32_t, GlobalSideHash> sides_;
+  /// Of those in the block that is being added.
+  std::array<uint32_t, kGridEdges> number_of_edge_ = {};
 };
 
 uint8_t toByte(float share) {

@@ -74,6 +74,20 @@ TEST_P(FusionModeParity, OtherMeshRules) {
   pair.compareMaps();
 }
 
+/// Meshes of four triangles each, meshed on the way and at the end.
+TEST_P(FusionModeParity, RefinedMeshes) {
+  const auto [candidate, mode, directional] = GetParam();
+  MapperParams params = makeParams(mode, directional, 0.03f);
+  params.mesh.refine = 1;
+  BackendPair pair(params, candidate);
+  TestFrameSettings settings;
+  settings.noise = true;
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 2));
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+  expectSurface(pair.candidate());
+  pair.compareMaps();
+}
+
 TEST_P(FusionModeParity, NoisyFloatsMeshedAtTheEnd) {
   const auto [candidate, mode, directional] = GetParam();
   BackendPair pair(makeParams(mode, directional, 0.03f), candidate);
@@ -120,18 +134,22 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
-  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.006f), Candidate::kCuda);
   TestFrameSettings settings;
   settings.width = 640;
   settings.height = 480;
   settings.count = 2;
   settings.noise = true;
-  Profile profile;
-  pair.candidate().profileTo(&profile);
-  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 1));
-  EXPECT_GT(pair.candidate().stats().voxel_arrays, 16384u);
-  EXPECT_GT(profile.work.surfels, profile.work.pixels);
-  pair.compareMaps();
+  for (const int refine : {0, 1}) {
+    MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.006f);
+    params.mesh.refine = refine;
+    BackendPair pair(params, Candidate::kCuda);
+    Profile profile;
+    pair.candidate().profileTo(&profile);
+    ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 1));
+    EXPECT_GT(pair.candidate().stats().voxel_arrays, 16384u);
+    EXPECT_GT(profile.work.surfels, profile.work.pixels);
+    pair.compareMaps();
+  }
 }
 
 /// The mesh must show the map as it was at beginMeshUpdate(), whatever is integrated meanwhile.

@@ -16,6 +16,7 @@ enum class MeshColour {
 struct MeshParams {
   MeshColour colour = MeshColour::kNormal;  ///< Colour of the vertices, in RViz and in saved files.
   int min_support = 2;  ///< Frames that a surface needs, but no more than were fused.
+  int refine = 0;       ///< 1: each triangle in four, on the curved surface.
 };
 
 /// Visits each member with its key and its rule.
@@ -27,6 +28,7 @@ void visitParams(MeshParams& p, Visitor& visit) {
                               {"height", MeshColour::kHeight},
                               {"plain", MeshColour::kPlain}});
   visit("mesh/min_support", p.min_support, Range{1, 10});
+  visit("mesh/refine", p.refine, Range{0, 1});
 }
 
 }  // namespace dtsdf

@@ -31,9 +31,11 @@ DTSDF_HD int edgeCorner(int edge) { return edge / 6; }
 DTSDF_HD int edgeAxis(int edge) { return edge / 2 % 3; }
 DTSDF_HD int edgeFacing(int edge) { return edge & 1; }
 
-DTSDF_HD Vec3i unitStep(int axis) {
-  return {axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
+/// A step along an axis of the grid.
+DTSDF_HD Vec3i gridStep(int axis, int32_t length) {
+  return {axis == 0 ? length : 0, axis == 1 ? length : 0, axis == 2 ? length : 0};
 }
+DTSDF_HD Vec3i unitStep(int axis) { return gridStep(axis, 1); }
 
 /// Steps from a corner to the next one along an axis.
 DTSDF_HD int cornerStride(int axis) {

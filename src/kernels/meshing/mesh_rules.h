@@ -33,7 +33,7 @@ struct MeshRules {
   /// Vertices lie within this distance of where their surface was measured, in voxels: those beyond
   /// are drawn to the nearest measured point as far. Less would draw what lies between measured
   /// points to their noise.
-  float measured_reach = 0.2f;
+  float measured_reach = 0.15f;
 
   /// Vertices keep off the corners by this share of an edge, in (0, 0.5), so that no triangle is
   /// degenerate: triangles that meet at a corner keep sides of 2^-10 voxels, which single precision

@@ -11,12 +11,14 @@
 ///           sheets.h             marching cubes indices, without what no direction can see
 ///   make    regularisation.h     corners that the units around them disagree about
 ///           edge_vertex.h        where the surface crosses an edge
-///           border.h             vertices where the measurements end
+///           anchoring.h          vertices held to where the surface was measured
 ///           emit.h               triangles, as references to edges
+///   refine  vertex_normal.h      normals of vertices, from the fields around them
+///           refine.h             four triangles for each, with vertices on the curved surface
 ///
 /// corner_grid.h says where a block's samples lie, mesh_tables.h holds marching cubes, and
 /// mesh_rules.h the numbers. Vertices belong to (edge, facing) and depend on the samples of the
-/// edge and, on a border (border.h), of the edges beside it, so all units around it share them.
+/// edge, so all units around it share them.
 ///
 /// Departure from the paper, measured in docs/results: it votes and intersects whole indices per
 /// unit; voting per corner makes neighbouring units agree on the corners they share.

@@ -1,0 +1,117 @@
+/// Refinement, the last step of the make stage where it is asked for: each triangle becomes four,
+/// with new vertices at the middles of its sides, on the curved surface.
+///
+/// A middle is that of a PN triangle's side (Vlachos et al., Curved PN Triangles, 2001): of the
+/// cubic that leaves both ends of the side in their tangent planes. It depends on the two ends and
+/// their normals alone, so all triangles that have the side share it, in units and blocks alike.
+///
+/// A side of a triangle is identified by the edges of its two ends, like a vertex by its edge.
+#pragma once
+
+#include "kernels/core/grid.h"
+#include "kernels/meshing/emit.h"
+#include "kernels/meshing/refine_tables.h"
+
+namespace dtsdf {
+
+/// Triangles of a refined mesh for each one of a plain mesh.
+constexpr int kRefinedTriangles = 4;
+
+static_assert(kGridEdges + kVoxelsPerBlock * kMaxSheets * kMaxSides <= 65536,
+              "triangles name a block's vertices in 16 bits");
+
+/// BlockVertex::edge of the middle of a side between the vertices of two edges, in either order.
+constexpr uint32_t kFirstMiddle = kGridEdges;
+DTSDF_HD uint32_t middleNumber(int edge_a, int edge_b) {
+  const uint32_t a = static_cast<uint32_t>(edge_a < edge_b ? edge_a : edge_b);
+  const uint32_t b = static_cast<uint32_t>(edge_a < edge_b ? edge_b : edge_a);
+  return kFirstMiddle + a * kGridEdges + b;
+}
+DTSDF_HD bool isMiddle(uint32_t number) { return number >= kFirstMiddle; }
+
+/// The edges at both ends of the middle's side, the lower one first.
+DTSDF_HD int middleFirst(uint32_t number) {
+  return static_cast<int>((number - kFirstMiddle) / kGridEdges);
+}
+DTSDF_HD int middleSecond(uint32_t number) {
+  return static_cast<int>((number - kFirstMiddle) % kGridEdges);
+}
+
+/// A vertex of a side, with its unit normal: 0 where that is not known.
+struct SideEnd {
+  Vec3f position, normal;
+};
+
+/// A multiple of 2^-16, so that blocks on both sides of a face, whose positions differ by whole
+/// blocks, come to the very same place.
+DTSDF_HD float roundedShift(float shift) {
+  constexpr float kSteps = 65536.0f;
+  return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
+}
+
+/// The middle of the curved side between two vertices; an end without a normal counts as straight.
+/// Swapping the ends changes nothing, not even a bit. The way from the straight side is at most a
+/// quarter of it.
+DTSDF_HD Vec3f middleOfSide(const SideEnd& a, const SideEnd& b) {
+  const Vec3f way = b.position - a.position;
+  const Vec3f at_a = dot(way, a.normal) * a.normal, at_b = dot(way, b.normal) * b.normal;
+  const Vec3f shift = 0.125f * (at_b - at_a);
+  return 0.5f * (a.position + b.position) +
+         Vec3f{roundedShift(shift.x), roundedShift(shift.y), roundedShift(shift.z)};
+}
+
+/// Sides of a unit's triangles: those of each sheet once.
+DTSDF_HD uint32_t sidesOfUnit(const RefineTables& tables, const UnitIndices& indices) {
+  uint32_t sides = 0;
+  for (int s = 0; s < kMaxSheets; ++s) sides += tables.side_count[indices.sheet[s]];
+  return sides;
+}
+
+/// Calls visit(a, b) for these, with the edges that their ends are on, in canonical order.
+template <class Visit>
+DTSDF_HD void visitSides(const RefineTables& tables, const UnitIndices& indices, const Vec3i& unit,
+                         const Visit& visit) {
+  for (int s = 0; s < kMaxSheets; ++s) {
+    const uint8_t index = indices.sheet[s];
+    for (int i = 0; i < tables.side_count[index]; ++i) {
+      const uint8_t* edge = tables.side_edge[index] + 2 * i;
+      visit(unitEdge(unit, edge[0], index), unitEdge(unit, edge[1], index));
+    }
+  }
+}
+
+/// Calls visit(vertex) for the corners of the four triangles with the given corners and middles,
+/// where middle i is that behind corner i.
+template <class Visit>
+DTSDF_HD void visitFour(const uint32_t (&corner)[3], const uint32_t (&middle)[3],
+                        const Visit& visit) {
+  for (int k = 0; k < 3; ++k) {
+    visit(corner[k]);
+    visit(middle[k]);
+    visit(middle[(k + 2) % 3]);
+  }
+  for (int k = 0; k < 3; ++k) visit(middle[k]);
+}
+
+/// Calls visit(vertex) for the corners of a unit's refined triangles, three each, in canonical
+/// order. `vertexOf` gives the vertex of an edge; the unit's middles begin at first_middle.
+template <class VertexOf, class Visit>
+DTSDF_HD void visitRefinedTriangles(const MeshTables& tables, const RefineTables& refine_tables,
+                                    const UnitIndices& indices, const Vec3i& unit,
+                                    uint32_t first_middle, const VertexOf& vertexOf,
+                                    const Visit& visit) {
+  for (int s = 0; s < kMaxSheets; ++s) {
+    const uint8_t index = indices.sheet[s];
+    for (int t = 0; t < tables.triangle_count[index]; ++t) {
+      uint32_t corner[3], middle[3];
+      for (int k = 0; k < 3; ++k) {
+        corner[k] = vertexOf(unitEdge(unit, tables.triangle_edge[index][3 * t + k], index));
+        middle[k] = first_middle + refine_tables.triangle_side[index][3 * t + k];
+      }
+      visitFour(corner, middle, visit);
+    }
+    first_middle += refine_tables.side_count[index];
+  }
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,105 @@
+/// Unit normals of edge vertices, for refined meshes (refine.h): gradients of the fields that tell
+/// their crossings.
+///
+/// Across an edge the slope of a field is the central difference at each of the edge's two ends,
+/// interpolated between them; along it, that of the parabola that gave the vertex (edge_vertex.h).
+/// Samples are read one corner beyond the ends along one axis at a time, which is as far as
+/// vertices may depend on their block's surroundings (hasVerticesOn() in corner_grid.h).
+#pragma once
+
+#include "kernels/meshing/edge_vertex.h"
+
+namespace dtsdf {
+
+/// A rate of change per voxel, if it is known.
+struct Slope {
+  float value;
+  bool is_known;
+};
+
+/// Slope of a field at a known sample from those one voxel before and behind it: from one side
+/// where only that one is known.
+DTSDF_HD Slope slopeAt(const Sample& below, const Sample& own, const Sample& above) {
+  const bool knows_below = below.weight > 0.0f, knows_above = above.weight > 0.0f;
+  const float low = knows_below ? below.sdf : own.sdf, high = knows_above ? above.sdf : own.sdf;
+  return {(knows_below && knows_above ? 0.5f : 1.0f) * (high - low), knows_below || knows_above};
+}
+
+/// Slope between two corners, at a share t of the way: that of one where the other's is not known.
+DTSDF_HD Slope slopeBetween(const Slope& lower, const Slope& upper, float t) {
+  if (!lower.is_known || !upper.is_known) return lower.is_known ? lower : upper;
+  return {(1.0f - t) * lower.value + t * upper.value, true};
+}
+
+/// An edge of the grid around a block, from its lower corner, and where on it a vertex is.
+struct PlaceOnEdge {
+  Vec3i corner;
+  int axis;
+  float t;  ///< Share of the edge from its lower end.
+};
+
+/// The samples of a direction at the two ends of the edge.
+struct EndSamples {
+  Sample lower, upper;
+};
+
+template <class Corners>
+DTSDF_HD Slope slopeAcross(const Corners& corners, int direction, const PlaceOnEdge& at,
+                           const EndSamples& ends, int across) {
+  const Vec3i upper = at.corner + gridStep(at.axis, 1);
+  const Vec3i down = gridStep(across, -1), up = gridStep(across, 1);
+  return slopeBetween(slopeAt(corners.sample(at.corner + down, direction), ends.lower,
+                              corners.sample(at.corner + up, direction)),
+                      slopeAt(corners.sample(upper + down, direction), ends.upper,
+                              corners.sample(upper + up, direction)),
+                      at.t);
+}
+
+template <class Corners>
+DTSDF_HD float slopeAlong(const Corners& corners, int direction, const PlaceOnEdge& at,
+                          const EndSamples& ends) {
+  const float bend = bendOnEdge(corners.sample(at.corner + gridStep(at.axis, -1), direction),
+                                ends.lower, ends.upper,
+                                corners.sample(at.corner + gridStep(at.axis, 2), direction));
+  return ends.upper.sdf - ends.lower.sdf + bend * (at.t - 0.5f);
+}
+
+/// Gradient of a direction's field at a place on an edge; 0 where a component is not known.
+template <class Corners>
+DTSDF_HD Vec3f gradientOnEdge(const Corners& corners, int direction, const PlaceOnEdge& at,
+                              const EndSamples& ends) {
+  Vec3f gradient{0.0f, 0.0f, 0.0f};
+  for (int axis = 0; axis < 3; ++axis) {
+    const Slope slope = axis == at.axis
+                            ? Slope{slopeAlong(corners, direction, at, ends), true}
+                            : slopeAcross(corners, direction, at, ends, axis);
+    if (!slope.is_known) return {0.0f, 0.0f, 0.0f};
+    gradient = gradient + slope.value * toFloat(gridStep(axis, 1));
+  }
+  return gradient;
+}
+
+/// Unit normal of an edge's vertex, towards the free side: the gradients of those directions that
+/// tell its crossing, each with the weight that edgeOffset() gives it. 0 where none is known. Of
+/// blocks that share the vertex, each finds the same bits.
+template <class Corners>
+DTSDF_HD Vec3f vertexNormal(const Corners& corners, int edge, const Vec3f& position,
+                            bool directional) {
+  const Vec3i corner = cornerAt(edgeCorner(edge));
+  const int axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const float offset = component(position, axis) - component(toFloat(corner), axis);
+  const PlaceOnEdge at{corner, axis, minimum(maximum(offset, 0.0f), 1.0f)};
+  Vec3f sum{0.0f, 0.0f, 0.0f};
+  for (int d = 0; d < (directional ? kDirectionCount : 1); ++d) {
+    if (directional && !speaksOnEdge(d, axis, facing)) continue;
+    const EndSamples ends{corners.sample(corner, d),
+                          corners.sample(corner + gridStep(axis, 1), d)};
+    if (!crosses(ends.lower, ends.upper, facing)) continue;
+    const float weight = ends.lower.weight * ends.upper.weight;
+    sum = sum + weight * gradientOnEdge(corners, d, at, ends);
+  }
+  const float length = norm(sum);
+  return length > 0.0f ? (1.0f / length) * sum : Vec3f{0.0f, 0.0f, 0.0f};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,139 @@
+#include "kernels/meshing/vertex_normal.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "support/random_vectors.h"
+
+namespace dtsdf {
+namespace {
+
+/// Fields of all directions, known where it says so; the reads are checked.
+struct Fields {
+  std::function<float(const Vec3f&, int direction)> distance;
+  std::function<float(const Vec3i&, int direction)> weight;
+
+  Sample sample(const Vec3i& corner, int direction) const {
+    int beyond = 0;  // by one corner, along one axis: as far as incremental meshing looks
+    for (int axis = 0; axis < 3; ++axis) {
+      const int at = component(corner, axis);
+      EXPECT_TRUE(at >= -1 && at <= kCornerGridSide);
+      beyond += at < 0 || at >= kCornerGridSide;
+    }
+    EXPECT_LE(beyond, 1);
+    return {distance(toFloat(corner), direction), weight(corner, direction)};
+  }
+};
+
+float everywhere(const Vec3i&, int) { return 1.0f; }
+
+void expectNear(const Vec3f& a, const Vec3f& b, float tolerance) {
+  EXPECT_LT(norm(a - b), tolerance) << a.x << " " << a.y << " " << a.z << ", not " << b.x << " "
+                                    << b.y << " " << b.z;
+}
+
+TEST(VertexNormal, OfAPlaneIsItsNormalOnEveryEdge) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> share(0.0f, 1.0f);
+  int found = 0;
+  for (int edge = 0; edge < kGridEdges; ++edge) {
+    const Vec3f normal = randomUnit(random);
+    const Vec3f p = vertexPosition(edge, share(random));
+    const Vec3i corner = cornerAt(edgeCorner(edge));
+    if (component(corner, edgeAxis(edge)) == kBlockSide) continue;  // leads out of the grid
+    const Fields fields{[&](const Vec3f& at, int) { return dot(normal, at - p); }, everywhere};
+    const bool faces = (component(normal, edgeAxis(edge)) > 0.0f) == (edgeFacing(edge) == 0);
+    const Vec3f expected = faces ? normal : Vec3f{0.0f, 0.0f, 0.0f};
+    expectNear(vertexNormal(fields, edge, p, false), expected, 1e-5f);
+    expectNear(vertexNormal(fields, edge, p, true), expected, 1e-5f);
+    found += faces;
+  }
+  EXPECT_GT(found, 1500);
+}
+
+/// Exact where the field is quadratic: z + x^2 / 16 + y^2 / 8 + z^2 / 8 + y / 4 has the gradient
+/// (x / 8, y / 4 + 1 / 4, 1 + z / 4), here at (2, -1, t - 1 / 2).
+TEST(VertexNormal, OfAQuadraticFieldIsExact) {
+  const Fields fields{[](const Vec3f& p, int) {
+                        const float x = p.x - 4.0f, y = p.y - 4.0f, z = p.z - 4.5f;
+                        return z + x * x / 16.0f + y * y / 8.0f + z * z / 8.0f + y / 4.0f;
+                      },
+                      everywhere};
+  for (const float t : {0.25f, 0.5f, 0.875f}) {
+    const Vec3f gradient{2.0f / 8.0f, 0.25f - 1.0f / 4.0f, 1.0f + (t - 0.5f) / 4.0f};
+    const int edge = edgeNumber(cornerIndex(6, 3, 4), 2, 0);
+    // The field is moved down, so that this edge is crossed.
+    const Fields crossed{[&](const Vec3f& p, int d) { return fields.distance(p, d) - 0.125f; },
+                         everywhere};
+    expectNear(vertexNormal(crossed, edge, vertexPosition(edge, t), false),
+               (1.0f / norm(gradient)) * gradient, 1e-5f);
+  }
+}
+
+/// By hand: slopes of 0 and 1/2 along x at the two ends, a quarter of the way between them. The
+/// undirected map has one array.
+TEST(VertexNormal, TurnsAlongTheEdge) {
+  const Fields twisted{[](const Vec3f& p, int array) {
+                         const float slope = array == 0 ? 0.5f * (p.z - 4.0f) : 9.0f;
+                         return p.z - 4.25f + slope * (p.x - 4.0f);
+                       },
+                       everywhere};
+  const int edge = edgeNumber(cornerIndex(4, 4, 4), 2, 0);
+  expectNear(vertexNormal(twisted, edge, {4.0f, 4.0f, 4.25f}, false),
+             (1.0f / std::sqrt(1.015625f)) * Vec3f{0.125f, 0.0f, 1.0f}, 1e-5f);
+}
+
+const int kEdge = edgeNumber(cornerIndex(4, 4, 4), 2, 0);
+const Vec3f kVertex{4.0f, 4.0f, 4.25f};
+
+/// Slopes of -1/2 along x and 0 along y, but for a bend on the far side of x.
+float bentAlongX(const Vec3f& p, int) {
+  return p.z - 4.25f - 0.5f * (p.x - 4.0f) + (p.x > 4.5f ? 3.0f : 0.0f);
+}
+
+TEST(VertexNormal, IsOfOneSideWhereTheOtherIsNotKnown) {
+  Fields fields{bentAlongX, [](const Vec3i& c, int) { return c.x > 4 ? 0.0f : 1.0f; }};
+  const Vec3f expected = (1.0f / std::sqrt(1.25f)) * Vec3f{-0.5f, 0.0f, 1.0f};
+  expectNear(vertexNormal(fields, kEdge, kVertex, false), expected, 1e-5f);
+  fields.weight = [](const Vec3i& c, int) { return c.x != 4 && c.z == 4 ? 0.0f : 1.0f; };
+  expectNear(vertexNormal(fields, kEdge, kVertex, false),  // of the upper end: slope -0.5 + 1.5
+             (1.0f / std::sqrt(2.0f)) * Vec3f{1.0f, 0.0f, 1.0f}, 1e-5f);
+}
+
+TEST(VertexNormal, IsNotKnownWithoutASlope) {
+  const Fields fields{bentAlongX, [](const Vec3i& c, int) { return c.x != 4 ? 0.0f : 1.0f; }};
+  expectNear(vertexNormal(fields, kEdge, kVertex, false), {0.0f, 0.0f, 0.0f}, 1e-9f);
+}
+
+/// Directions +x, +y, +z and -z with a slope of their own: those that cross the edge tell, by the
+/// product of their weights at its ends; -z has no say.
+TEST(VertexNormal, IsOfTheDirectionsThatTellTheCrossing) {
+  const Fields fields{[](const Vec3f& p, int d) {
+                        const float above = p.z - 4.25f;
+                        if (d == 0) return above - (p.x - 4.0f);
+                        if (d == 2) return above + 5.0f;  // crosses nothing here
+                        return d == 4 ? above : above + 3.0f * (p.y - 4.0f);
+                      },
+                      [](const Vec3i& c, int d) {
+                        if (d == 0) return c.z == 4 ? 2.0f : 0.5f;
+                        return d == 4 ? (c.z == 4 ? 1.5f : 2.0f) : (d == 1 || d == 3 ? 0.0f : 1.0f);
+                      }};
+  expectNear(vertexNormal(fields, kEdge, kVertex, true),
+             (1.0f / std::sqrt(17.0f)) * Vec3f{-1.0f, 0.0f, 4.0f}, 1e-5f);
+}
+
+/// Borders move vertices along their edges, at most to an end.
+TEST(VertexNormal, IsTakenOnTheEdge) {
+  const Fields ball{[](const Vec3f& p, int) { return norm(p - Vec3f{2.0f, 4.0f, 1.0f}) - 4.0f; },
+                    everywhere};
+  const Vec3f at_end = vertexNormal(ball, kEdge, {4.0f, 4.0f, 5.0f}, false);
+  const Vec3f beyond = vertexNormal(ball, kEdge, {4.0f, 4.0f, 5.75f}, false);
+  EXPECT_GT(norm(at_end), 0.9f);
+  EXPECT_EQ(norm(at_end - beyond), 0.0f);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,221 @@
+// Refined meshes of whole maps: where their vertices are, how they hang together, and that nothing
+// shows in them but the map.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <tuple>
+#include <vector>
+
+#include "support/depth_frames.h"
+#include "support/map_equality.h"
+#include "support/mesh_topology.h"
+#include "support/session.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+using Position = std::tuple<float, float, float>;
+
+constexpr uint32_t kFirstMiddle = 4374;  // as dtsdf_mapping/block_mesh.h says
+
+Position asTuple(const Vec3f& p) { return {p.x, p.y, p.z}; }
+
+std::vector<SceneFrame> framesAround(const Scene& scene, const Vector3d& centre) {
+  return renderFrames(scene, sphereOfPoses(centre, 1.1, 24));
+}
+
+/// In the directional map and in the undirected one.
+class RefinedMesh : public testing::TestWithParam<bool> {
+ protected:
+  MapperParams params(int refine, int threads = 2, float voxel_size_m = 0.02f) const {
+    MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), voxel_size_m,
+                                        threads);
+    params.mesh.refine = refine;
+    params.mesh.min_support = 1;
+    return params;
+  }
+};
+
+MeshUpdate fuseAndMesh(const MapperParams& params, const std::vector<SceneFrame>& frames) {
+  const auto mapper = makeProbedMapper(params);
+  for (const SceneFrame& frame : frames) mapper->integrate(frame.view());
+  return mapper->updateMesh();
+}
+
+MeshStore storeOf(const MapperParams& params, const MeshUpdate& update) {
+  MeshStore store(params.map.voxel_size_m);
+  store.apply(update);
+  return store;
+}
+
+/// The middles of the straight sides of a mesh, or the vertices that only the first one has.
+Mesh straightMiddles(const Mesh& mesh) {
+  Mesh middles;
+  for (const Triangle& t : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const Vec3f &a = mesh.vertices_m[t[i]], &b = mesh.vertices_m[t[(i + 1) % 3]];
+      middles.vertices_m.push_back({0.5f * (a.x + b.x), 0.5f * (a.y + b.y), 0.5f * (a.z + b.z)});
+    }
+  }
+  return middles;
+}
+
+Mesh verticesBeside(const Mesh& mesh, const Mesh& other) {
+  std::set<Position> known;
+  for (const Vec3f& p : other.vertices_m) known.insert(asTuple(p));
+  Mesh beside;
+  for (const Vec3f& p : mesh.vertices_m) {
+    if (known.count(asTuple(p)) == 0) beside.vertices_m.push_back(p);
+  }
+  return beside;
+}
+
+/// Closed across units and blocks, also a kilometre away, where positions are rounded to 2^-14 m.
+TEST_P(RefinedMesh, OfABallIsClosed) {
+  for (const Vector3d& centre : {Vector3d(0.13, -0.07, 0.21), Vector3d(1000.13, -700.07, 30.21)}) {
+    const std::vector<SceneFrame> frames = framesAround([&] {
+      Scene scene;
+      scene.add(Sphere{centre, 0.4});
+      return scene;
+    }(), centre);
+    const Mesh plain = reconstruct(params(0), frames), mesh = reconstruct(params(1), frames);
+    const MeshTopology topology = measureTopology(mesh);
+    EXPECT_TRUE(topology.isClosedManifold()) << topology;
+    EXPECT_EQ(topology.repeated_corners + topology.unused_vertices, 0u) << topology;
+    EXPECT_EQ(mesh.triangles.size(), 4 * plain.triangles.size());
+    // Euler: V - E + F = 2 for one closed surface without handles, and 3 F = 2 E.
+    EXPECT_EQ(mesh.vertices_m.size() - mesh.triangles.size() / 2, 2u);
+  }
+}
+
+double meanRadius(const Mesh& mesh, const Vector3d& centre) {
+  double sum = 0.0;
+  for (const Vec3f& p : mesh.vertices_m) sum += (Vector3d(p.x, p.y, p.z) - centre).norm();
+  return sum / static_cast<double>(mesh.vertices_m.size());
+}
+
+/// Middles lie as far out as the vertices, which straight ones do not.
+TEST_P(RefinedMesh, OfABallIsAsRoundBetweenItsVertices) {
+  const Vector3d centre(0.13, -0.07, 0.21);
+  Scene scene;
+  scene.add(Sphere{centre, 0.2});
+  const std::vector<SceneFrame> frames = framesAround(scene, centre);
+  const Mesh plain = reconstruct(params(0), frames), mesh = reconstruct(params(1), frames);
+  const double vertices_m = meanRadius(plain, centre);
+  const double sagitta_m = vertices_m - meanRadius(straightMiddles(plain), centre);
+  const double rest_m = vertices_m - meanRadius(verticesBeside(mesh, plain), centre);
+  EXPECT_GT(sagitta_m, 1e-4);
+  EXPECT_LT(std::abs(rest_m), 0.2 * sagitta_m);
+}
+
+TEST_P(RefinedMesh, OfAPlaneLiesOnIt) {
+  Scene scene;
+  scene.add(Plane{{1.2, 0.0, 0.0}, Vector3d(-0.9, 0.3, 0.2).normalized()});
+  const std::vector<SceneFrame> frames = {
+      renderFrame(scene, lookAt(Vector3d::Zero(), Vector3d::UnitX(), Vector3d::UnitZ()))};
+  const Mesh mesh = reconstruct(params(1), frames);
+  EXPECT_GT(mesh.triangles.size(), 4000u);
+  const SurfaceError plain = measureError(reconstruct(params(0), frames), scene);
+  const SurfaceError refined = measureError(mesh, scene);
+  EXPECT_LT(refined.rms_m, 1.05 * plain.rms_m + 1e-6);
+}
+
+/// Vertices on edges come first and are those of the plain mesh; middles name two of them.
+TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainOne) {
+  const std::vector<SceneFrame> frames = {renderFrame(makeRoomScene(), roomCameraPose(2.0))};
+  const MeshUpdate plain = fuseAndMesh(params(0), frames), mesh = fuseAndMesh(params(1), frames);
+  ASSERT_GT(plain.blocks.size(), 100u);
+  ASSERT_EQ(mesh.blocks.size(), plain.blocks.size());
+  for (size_t i = 0; i < mesh.blocks.size(); ++i) {
+    const BlockMesh &coarse = plain.blocks[i], &fine = mesh.blocks[i];
+    ASSERT_EQ(packedKeyOf(fine.key), packedKeyOf(coarse.key));
+    ASSERT_EQ(fine.triangles.size(), 4 * coarse.triangles.size());
+    ASSERT_GT(fine.vertices.size(), coarse.vertices.size());
+    ASSERT_EQ(std::memcmp(fine.vertices.data(), coarse.vertices.data(),
+                          coarse.vertices.size() * sizeof(BlockVertex)), 0);
+    std::set<uint32_t> edges;
+    for (const BlockVertex& vertex : coarse.vertices) edges.insert(vertex.edge);
+    for (size_t v = coarse.vertices.size(); v < fine.vertices.size(); ++v) {
+      ASSERT_GE(fine.vertices[v].edge, kFirstMiddle);
+      const uint32_t ends = fine.vertices[v].edge - kFirstMiddle;
+      ASSERT_TRUE(edges.count(ends / kFirstMiddle) && edges.count(ends % kFirstMiddle));
+      ASSERT_LT(ends / kFirstMiddle, ends % kFirstMiddle);
+    }
+  }
+}
+
+/// Blocks that share a side repeat its middle bit for bit: no vertex gets a second place.
+TEST_P(RefinedMesh, HasOnePlaceForEachVertex) {
+  const MapperParams settings = params(1);
+  std::vector<SceneFrame> frames;
+  for (int i = 0; i < 4; ++i) {
+    frames.push_back(renderFrame(makeRoomScene(), roomCameraPose(0.5 * i)));
+  }
+  const MeshUpdate update = fuseAndMesh(settings, frames);
+  const MeshStore store = storeOf(settings, update);
+  std::set<Position> places;
+  for (const BlockMesh& block : update.blocks) {
+    for (const BlockVertex& vertex : block.vertices) {
+      places.insert(asTuple(store.positionInMap(block.key, vertex)));
+    }
+  }
+  const Mesh mesh = store.assemble();
+  EXPECT_GT(mesh.vertices_m.size(), 10000u);
+  const size_t shared_places = measureTopology(mesh).coincident_vertices;
+  EXPECT_LE(shared_places, 2u);  // of two sheets that meet
+  EXPECT_EQ(places.size(), mesh.vertices_m.size() - shared_places);
+}
+
+/// A box that moves along a wall and goes.
+std::vector<SceneFrame> movingFrames() {
+  std::vector<SceneFrame> frames;
+  for (int i = 0; i < 24; ++i) {
+    Scene scene;
+    scene.add(Plane{{1.6, 0.0, 0.0}, -Vector3d::UnitX()});
+    if (i < 12) scene.add(makeBox({1.1, 0.06 * (i - 6), 0.0}, {0.2, 0.3, 0.3}, 0.3));
+    const Vector3d eye(0.0, 0.01 * (i % 5), 0.01 * (i % 3));
+    frames.push_back(
+        renderFrame(scene, lookAt(eye, eye + Vector3d::UnitX(), Vector3d::UnitZ()), 120, 90));
+  }
+  return frames;
+}
+
+TEST_P(RefinedMesh, HistoryAndThreadsDoNotShow) {
+  Session often(params(1, 2, 0.04f)), once(params(1, 1, 0.04f)), threads(params(1, 3, 0.04f));
+  for (const SceneFrame& frame : movingFrames()) {
+    for (Session* session : {&often, &once, &threads}) session->integrate(frame);
+    often.updateMesh();
+  }
+  once.updateMesh();
+  threads.updateMesh();
+  EXPECT_GT(once.mesh().triangles.size(), 2000u);
+  EXPECT_TRUE(sameMeshes(often.mesh(), once.mesh()));
+  EXPECT_TRUE(sameMeshes(threads.mesh(), once.mesh()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps, RefinedMesh, testing::Bool(),
+                         [](const testing::TestParamInfo<bool>& info) {
+                           return info.param ? "Directional" : "Undirected";
+                         });
+
+TEST(RefineSetting, IsZeroOrOne) {
+  EXPECT_EQ(MapperParams().mesh.refine, 0);
+  for (const int refused : {-1, 2}) {
+    MapperParams params;
+    ParamReader reader({{"mesh/refine", refused}});
+    visitParams(params, reader);
+    try {
+      reader.finish();
+      ADD_FAILURE() << refused;
+    } catch (const ParamError& error) {
+      ASSERT_EQ(error.violations().size(), 1u);
+      EXPECT_NE(error.violations()[0].find("mesh/refine"), std::string::npos);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

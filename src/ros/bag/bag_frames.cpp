@@ -7,12 +7,14 @@
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <boost/make_shared.hpp>
 #include <memory>
 #include <set>
 #include <stdexcept>
 #include <vector>
 
 #include "io/bag_frames.h"
+#include "io/trajectory_file.h"
 #include "params/frame_name.h"
 #include "ros/input/depth_image.h"
 #include "ros/input/transform_conversions.h"
@@ -57,6 +59,15 @@ std::string topicBeside(const std::string& topic, const std::string& name) {
   return topic.substr(0, topic.rfind('/') + 1) + name;
 }
 
+sensor_msgs::CameraInfoConstPtr makeInfo(const sensor_msgs::Image& image, const Intrinsics& K) {
+  const auto info = boost::make_shared<sensor_msgs::CameraInfo>();
+  info->header = image.header;
+  info->width = image.width;
+  info->height = image.height;
+  info->K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
+  return info;
+}
+
 class BagFrames : public FrameSource {
  public:
   explicit BagFrames(const BagOptions& options)
@@ -67,8 +78,8 @@ class BagFrames : public FrameSource {
     try {
       bag_.open(options.path, rosbag::bagmode::Read);
       chooseTopics();
-      readTransforms();
-      readCameraInfos();
+      readPoses();
+      if (!options_.intrinsics) readCameraInfos();
     } catch (const rosbag::BagException& error) {
       throw std::runtime_error("cannot read the bag '" + options.path + "': " + error.what());
     }
@@ -108,7 +119,7 @@ class BagFrames : public FrameSource {
       options_.info_topic = topicBeside(options_.depth_topic, "camera_info");
     }
     requireMessages(options_.depth_topic);
-    requireMessages(options_.info_topic);
+    if (!options_.intrinsics) requireMessages(options_.info_topic);
   }
 
   void requireMessages(const std::string& topic) const {
@@ -116,6 +127,14 @@ class BagFrames : public FrameSource {
     if (view.size() > 0) return;
     throw std::runtime_error("'" + options_.path + "' has no messages on '" + topic +
                              "'; rosbag info lists its topics");
+  }
+
+  void readPoses() {
+    if (options_.poses_path.empty()) {
+      readTransforms();
+    } else {
+      trajectory_ = readTrajectory(options_.poses_path, "poses are expected there");
+    }
   }
 
   void readTransforms() {
@@ -149,24 +168,38 @@ class BagFrames : public FrameSource {
 
   std::optional<SourceFrame> makeFrame(const sensor_msgs::ImageConstPtr& image) {
     if (!image) return skip("not a sensor_msgs/Image");
-    const auto info = infos_.find(image->header.stamp);
-    if (info == infos_.end()) return skip(toString(DropReason::kNoCameraInfo));
-    if (const auto rejection = checkDepthImage(*image, *info->second)) {
+    const sensor_msgs::CameraInfoConstPtr info = infoOf(*image);
+    if (!info) return skip(toString(DropReason::kNoCameraInfo));
+    if (const auto rejection = checkDepthImage(*image, *info)) {
       return skip(toString(rejection->reason));
     }
     const std::optional<Eigen::Isometry3d> T_W_C = poseOf(*image);
-    if (!T_W_C) return skip(toString(DropReason::kNoTransform));
+    if (!T_W_C) return skip(whyNoPose());
 
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     SourceFrame frame;
-    frame.depth = makeDepthFrame(image, *info->second, units_, *pixels);
+    frame.depth = makeDepthFrame(image, *info, units_, *pixels);
     frame.depth.T_W_C = *T_W_C;
     frame.pixels = pixels;
     frame.stamp_s = image->header.stamp.toSec();
     return frame;
   }
 
+  sensor_msgs::CameraInfoConstPtr infoOf(const sensor_msgs::Image& image) const {
+    if (options_.intrinsics) return makeInfo(image, *options_.intrinsics);
+    const auto info = infos_.find(image.header.stamp);
+    return info == infos_.end() ? nullptr : info->second;
+  }
+
+  std::string whyNoPose() const {
+    return trajectory_ ? noPoseWithin(options_.pose_tolerance_s)
+                       : toString(DropReason::kNoTransform);
+  }
+
   std::optional<Eigen::Isometry3d> poseOf(const sensor_msgs::Image& image) const {
+    if (trajectory_) {
+      return trajectory_->poseAt(image.header.stamp.toSec(), options_.pose_tolerance_s);
+    }
     const std::string camera_frame = stripLeadingSlash(
         options_.camera_frame.empty() ? image.header.frame_id : options_.camera_frame);
     try {
@@ -183,6 +216,7 @@ class BagFrames : public FrameSource {
   DepthUnits units_;
   rosbag::Bag bag_;
   tf2::BufferCore transforms_;
+  std::optional<Trajectory> trajectory_;  ///< In place of the transforms.
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
   std::unique_ptr<rosbag::View> images_;
   rosbag::View::iterator next_;

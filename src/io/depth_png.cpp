@@ -8,15 +8,12 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "io/byte_order.h"
+
 namespace dtsdf {
 namespace {
 
 constexpr size_t kSignatureBytes = 8;
-
-bool hostIsLittleEndian() {
-  const uint16_t probe = 1;
-  return *reinterpret_cast<const uint8_t*>(&probe) == 1;
-}
 
 /// Where the bytes of an image come from, in order.
 class ByteSource {

@@ -2,12 +2,13 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
-#include <sensor_msgs/image_encodings.h>
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <boost/make_shared.hpp>
+#include <iterator>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -16,31 +17,45 @@
 #include "io/bag_frames.h"
 #include "io/trajectory_file.h"
 #include "params/frame_name.h"
+#include "ros/input/compressed_image.h"
 #include "ros/input/depth_image.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
 namespace {
 
-namespace enc = sensor_msgs::image_encodings;
-
 /// Longer than any recording: no transform is forgotten.
 const ros::Duration kKeepAll(1.0e8);
 
-bool isDepth(const sensor_msgs::Image& image) {
-  return image.encoding == enc::TYPE_16UC1 || image.encoding == enc::MONO16 ||
-         image.encoding == enc::TYPE_32FC1;
+bool isDepth(const rosbag::MessageInstance& message) {
+  if (const auto image = message.instantiate<sensor_msgs::Image>()) {
+    return isDepthEncoding(image->encoding);
+  }
+  const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+  return compressed && holdsDepth(*compressed);
 }
 
-/// The topics of a bag whose first image is a depth image.
+/// The image's own topic, if `topic` is its topic of compressed depth.
+std::string uncompressedTopic(const std::string& topic) {
+  const std::string end = kCompressedDepthTopic;
+  const bool is_compressed = topic.size() > end.size() &&
+                             topic.compare(topic.size() - end.size(), end.size(), end) == 0;
+  return is_compressed ? topic.substr(0, topic.size() - end.size()) : topic;
+}
+
+/// The topics of a bag whose first image is a depth image. An image that was recorded both ways
+/// counts once, as it was before it was compressed.
 std::set<std::string> findDepthTopics(const rosbag::Bag& bag) {
   std::set<std::string> topics;
   rosbag::View all(bag);
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
-    if (connection->datatype != "sensor_msgs/Image") continue;
     rosbag::View images(bag, rosbag::TopicQuery(connection->topic));
-    const auto image = images.begin()->instantiate<sensor_msgs::Image>();
-    if (image && isDepth(*image)) topics.insert(connection->topic);
+    if (images.size() > 0 && isDepth(*images.begin())) topics.insert(connection->topic);
+  }
+  for (auto topic = topics.begin(); topic != topics.end();) {
+    const std::string uncompressed = uncompressedTopic(*topic);
+    const bool twice = uncompressed != *topic && topics.count(uncompressed) > 0;
+    topic = twice ? topics.erase(topic) : std::next(topic);
   }
   return topics;
 }
@@ -96,7 +111,7 @@ class BagFrames : public FrameSource {
       for (; next_ != images_->end(); ++index_) {
         const rosbag::View::iterator current = next_++;
         if (!options_.selection.contains(index_)) continue;
-        if (auto frame = makeFrame(current->instantiate<sensor_msgs::Image>())) {
+        if (auto frame = makeFrame(imageOf(*current))) {
           ++index_;
           return frame;
         }
@@ -116,15 +131,22 @@ class BagFrames : public FrameSource {
       options_.depth_topic = chooseDepthTopic(bag_, options_.path);
     }
     if (options_.info_topic.empty()) {
-      options_.info_topic = topicBeside(options_.depth_topic, "camera_info");
+      options_.info_topic = topicBeside(uncompressedTopic(options_.depth_topic), "camera_info");
+    }
+    const std::string compressed = options_.depth_topic + kCompressedDepthTopic;
+    if (!hasMessages(options_.depth_topic) && hasMessages(compressed)) {
+      options_.depth_topic = compressed;
     }
     requireMessages(options_.depth_topic);
     if (!options_.intrinsics) requireMessages(options_.info_topic);
   }
 
+  bool hasMessages(const std::string& topic) const {
+    return rosbag::View(bag_, rosbag::TopicQuery(topic)).size() > 0;
+  }
+
   void requireMessages(const std::string& topic) const {
-    rosbag::View view(bag_, rosbag::TopicQuery(topic));
-    if (view.size() > 0) return;
+    if (hasMessages(topic)) return;
     throw std::runtime_error("'" + options_.path + "' has no messages on '" + topic +
                              "'; rosbag info lists its topics");
   }
@@ -166,8 +188,19 @@ class BagFrames : public FrameSource {
     return std::nullopt;
   }
 
+  /// Nothing for what is no image, or a damaged one.
+  static sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
+    const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+    if (!compressed) return message.instantiate<sensor_msgs::Image>();
+    try {
+      return decodeDepth(*compressed);
+    } catch (const std::runtime_error&) {
+      return nullptr;
+    }
+  }
+
   std::optional<SourceFrame> makeFrame(const sensor_msgs::ImageConstPtr& image) {
-    if (!image) return skip("not a sensor_msgs/Image");
+    if (!image) return skip(toString(DropReason::kBadImage));
     const sensor_msgs::CameraInfoConstPtr info = infoOf(*image);
     if (!info) return skip(toString(DropReason::kNoCameraInfo));
     if (const auto rejection = checkDepthImage(*image, *info)) {

@@ -2,7 +2,11 @@
 
 #include <image_transport/camera_common.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "ros/common/callback_guard.h"
+#include "ros/input/compressed_image.h"
 
 namespace dtsdf {
 namespace {
@@ -26,17 +30,59 @@ CameraInput::CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& priva
     : accounting_(accounting),
       on_frame_(std::move(on_frame)),
       transport_(nh),
-      pairing_(Policy(kPairingQueue), image_, info_) {
+      pairing_(Policy(kPairingQueue), images_, info_) {
   pairing_.registerCallback(&CameraInput::onPair, this);
   pairing_.getPolicy()->registerDropCallback(&CameraInput::onUnpaired, this);
-  image_.registerCallback(&CameraInput::onImage, this);
+  images_.registerCallback(&CameraInput::onImage, this);
   info_.registerCallback(&CameraInput::onInfo, this);
 
   const std::string image_topic = nh.resolveName("depth/image_rect");
   ros::NodeHandle info_nh(nh);
   info_.subscribe(info_nh, infoTopicFor(nh, image_topic), kSubscriberQueue);
-  image_.subscribe(transport_, image_topic, kSubscriberQueue,
-                   image_transport::TransportHints("raw", ros::TransportHints(), private_nh));
+  subscribeImages(nh, image_transport::TransportHints("raw", ros::TransportHints(), private_nh),
+                  image_topic);
+}
+
+void CameraInput::subscribeImages(ros::NodeHandle nh, const image_transport::TransportHints& hints,
+                                  const std::string& topic) {
+  if (decodesItself(hints.getTransport())) {
+    ROS_INFO_NAMED("dtsdf_mapping",
+                   "image_transport has no plugin for compressedDepth: decoded by this node");
+    compressed_ = nh.subscribe(topic + kCompressedDepthTopic, kSubscriberQueue,
+                               &CameraInput::onCompressed, this);
+    return;
+  }
+  images_.connectInput(by_transport_);
+  by_transport_.subscribe(transport_, topic, kSubscriberQueue, hints);
+}
+
+bool CameraInput::decodesItself(const std::string& transport) const {
+  if (transport != "compressedDepth") return false;
+  const std::vector<std::string> plugins = transport_.getLoadableTransports();
+  return std::find(plugins.begin(), plugins.end(), "image_transport/compressedDepth") ==
+         plugins.end();
+}
+
+std::string CameraInput::imageTopic() const {
+  return compressed_ ? compressed_.getTopic() : by_transport_.getTopic();
+}
+
+size_t CameraInput::imagePublishers() const {
+  return compressed_ ? compressed_.getNumPublishers() : by_transport_.getNumPublishers();
+}
+
+void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& message) {
+  sensor_msgs::ImageConstPtr image;
+  try {
+    image = decodeDepth(*message);
+  } catch (const std::exception& error) {
+    guarded("compressed image", [&] {
+      accounting_.imageReceived();
+      accounting_.dropped(DropReason::kBadImage, message->header.stamp, error.what());
+    });
+    return;
+  }
+  images_.add(image);
 }
 
 void CameraInput::onImage(const sensor_msgs::ImageConstPtr&) { accounting_.imageReceived(); }

@@ -3,6 +3,7 @@
 #include <image_transport/camera_common.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "ros/common/callback_guard.h"
@@ -13,8 +14,6 @@ namespace {
 
 /// What overflows here is lost without a word, so this is more than a busy process needs.
 constexpr int kSubscriberQueue = 50;
-/// Pairs that may be incomplete at a time; beyond, the oldest image is given up.
-constexpr int kPairingQueue = 50;
 
 std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& image_topic) {
   const std::string name = "depth/camera_info";
@@ -25,35 +24,33 @@ std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& image_top
 
 }  // namespace
 
-CameraInput::CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
-                         FrameAccounting& accounting, OnFrame on_frame)
-    : accounting_(accounting),
-      on_frame_(std::move(on_frame)),
-      transport_(nh),
-      pairing_(Policy(kPairingQueue), images_, info_) {
-  pairing_.registerCallback(&CameraInput::onPair, this);
-  pairing_.getPolicy()->registerDropCallback(&CameraInput::onUnpaired, this);
-  images_.registerCallback(&CameraInput::onImage, this);
-  info_.registerCallback(&CameraInput::onInfo, this);
-
-  const std::string image_topic = nh.resolveName("depth/image_rect");
-  ros::NodeHandle info_nh(nh);
-  info_.subscribe(info_nh, infoTopicFor(nh, image_topic), kSubscriberQueue);
-  subscribeImages(nh, image_transport::TransportHints("raw", ros::TransportHints(), private_nh),
-                  image_topic);
+CameraInput::CameraInput(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
+                         const InputParams& params, FrameAccounting& accounting, OnFrame on_frame)
+    : info_choice_(params.camera_info),
+      accounting_(accounting),
+      assembly_({params.camera_info, params.mask}, std::move(on_frame),
+                [this](const auto& depth, DropReason reason) { onIncomplete(depth, reason); }),
+      transport_(nh) {
+  const std::string topic = nh.resolveName("depth/image_rect");
+  info_ = nh.subscribe(infoTopicFor(nh, topic), kSubscriberQueue, &CameraInput::onInfo, this);
+  if (params.mask) {
+    mask_ = nh.subscribe("mask/image", kSubscriberQueue, &CameraInput::onMask, this);
+  }
+  subscribeDepth(nh, private_nh, topic);
 }
 
-void CameraInput::subscribeImages(ros::NodeHandle nh, const image_transport::TransportHints& hints,
-                                  const std::string& topic) {
-  if (decodesItself(hints.getTransport())) {
-    ROS_INFO_NAMED("dtsdf_mapping",
-                   "image_transport has no plugin for compressedDepth: decoded by this node");
-    compressed_ = nh.subscribe(topic + kCompressedDepthTopic, kSubscriberQueue,
-                               &CameraInput::onCompressed, this);
+void CameraInput::subscribeDepth(ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                                 const std::string& topic) {
+  const image_transport::TransportHints hints("raw", ros::TransportHints(), private_nh);
+  if (!decodesItself(hints.getTransport())) {
+    by_transport_ =
+        transport_.subscribe(topic, kSubscriberQueue, &CameraInput::onDepth, this, hints);
     return;
   }
-  images_.connectInput(by_transport_);
-  by_transport_.subscribe(transport_, topic, kSubscriberQueue, hints);
+  ROS_INFO_NAMED("dtsdf_mapping",
+                 "image_transport has no plugin for compressedDepth: decoded by this node");
+  compressed_ = nh.subscribe(topic + kCompressedDepthTopic, kSubscriberQueue,
+                             &CameraInput::onCompressed, this);
 }
 
 bool CameraInput::decodesItself(const std::string& transport) const {
@@ -72,9 +69,9 @@ size_t CameraInput::imagePublishers() const {
 }
 
 void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& message) {
-  sensor_msgs::ImageConstPtr image;
+  sensor_msgs::ImageConstPtr depth;
   try {
-    image = decodeDepth(*message);
+    depth = decodeDepth(*message);
   } catch (const std::exception& error) {
     guarded("compressed image", [&] {
       accounting_.imageReceived();
@@ -82,27 +79,34 @@ void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& messa
     });
     return;
   }
-  images_.add(image);
+  onDepth(depth);
 }
 
-void CameraInput::onImage(const sensor_msgs::ImageConstPtr&) { accounting_.imageReceived(); }
-
-void CameraInput::onInfo(const sensor_msgs::CameraInfoConstPtr&) {
-  accounting_.cameraInfoReceived();
-}
-
-void CameraInput::onPair(const sensor_msgs::ImageConstPtr& image,
-                         const sensor_msgs::CameraInfoConstPtr& info) {
-  guarded("depth image", [&] { on_frame_(image, info); });
-}
-
-void CameraInput::onUnpaired(const sensor_msgs::ImageConstPtr& image,
-                             const sensor_msgs::CameraInfoConstPtr&) {
-  if (!image) return;  // a camera_info alone is no frame
-  guarded("unpaired image", [&] {
-    accounting_.dropped(DropReason::kNoCameraInfo, image->header.stamp,
-                        "no camera_info with the same stamp on '" + info_.getTopic() + "'");
+void CameraInput::onDepth(const sensor_msgs::ImageConstPtr& depth) {
+  guarded("depth image", [&] {
+    accounting_.imageReceived();
+    assembly_.addDepth(depth);
   });
+}
+
+void CameraInput::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
+  guarded("camera_info", [&] {
+    accounting_.cameraInfoReceived();
+    assembly_.addInfo(info);
+  });
+}
+
+void CameraInput::onMask(const sensor_msgs::ImageConstPtr& mask) {
+  guarded("mask", [&] { assembly_.addMask(mask); });
+}
+
+void CameraInput::onIncomplete(const sensor_msgs::Image& depth, DropReason reason) {
+  const bool of_any_stamp =
+      reason == DropReason::kNoCameraInfo && info_choice_ == CameraInfoChoice::kLatest;
+  const std::string what = reason == DropReason::kNoMask ? "no mask" : "no camera_info";
+  const std::string topic = reason == DropReason::kNoMask ? mask_.getTopic() : info_.getTopic();
+  accounting_.dropped(reason, depth.header.stamp,
+                      what + (of_any_stamp ? "" : " with the same stamp") + " on '" + topic + "'");
 }
 
 }  // namespace dtsdf

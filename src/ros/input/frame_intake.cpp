@@ -8,6 +8,7 @@
 #include "params/frame_name.h"
 #include "ros/common/callback_guard.h"
 #include "ros/input/depth_image.h"
+#include "ros/input/mask.h"
 
 namespace dtsdf {
 namespace {
@@ -29,15 +30,15 @@ FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, SteadyCl
       clock_(std::move(clock)),
       motion_gate_(params.max_speed_m_s, params.max_turn_deg_s) {}
 
-void FrameIntake::push(const sensor_msgs::ImageConstPtr& image,
-                       const sensor_msgs::CameraInfoConstPtr& info) {
-  const ros::Time stamp = image->header.stamp;
+void FrameIntake::push(const FrameMessages& frame) {
+  const ros::Time stamp = frame.depth->header.stamp;
   if (paused()) return dropPaused(stamp);
-  if (const auto rejection = check(*image, *info)) {
+  if (const auto rejection = check(frame)) {
     return parts_.accounting.dropped(rejection->reason, stamp, rejection->text);
   }
   handleTimeJump(stamp);
-  if (!enqueue({image, info, clock_()})) return dropPaused(stamp);  // paused meanwhile
+  const auto image = frame.mask ? applyMask(*frame.mask, *frame.depth) : frame.depth;
+  if (!enqueue({image, frame.info, clock_()})) return dropPaused(stamp);  // paused meanwhile
   if (size() > static_cast<size_t>(params_.queue_size)) dropOldest();
 }
 
@@ -69,10 +70,12 @@ void FrameIntake::dropOldest() {
                                 ")");
 }
 
-std::optional<Rejection> FrameIntake::check(const sensor_msgs::Image& image,
-                                            const sensor_msgs::CameraInfo& info) const {
-  if (auto rejection = checkDepthImage(image, info)) return rejection;
-  if (!cameraFrame(image).empty()) return std::nullopt;
+std::optional<Rejection> FrameIntake::check(const FrameMessages& frame) const {
+  if (auto rejection = checkDepthImage(*frame.depth, *frame.info)) return rejection;
+  if (frame.mask) {
+    if (auto rejection = checkMask(*frame.mask, *frame.depth)) return rejection;
+  }
+  if (!cameraFrame(*frame.depth).empty()) return std::nullopt;
   return Rejection{DropReason::kNoTransform,
                    "the image has no frame_id; set it in the driver, or input/camera_frame"};
 }

@@ -13,6 +13,7 @@
 #include "params/node_params.h"
 #include "ros/common/steady_clock.h"
 #include "ros/input/frame_accounting.h"
+#include "ros/input/frame_assembly.h"
 #include "ros/input/frame_queue.h"
 #include "ros/input/motion_gate.h"
 #include "ros/input/pose_source.h"
@@ -35,7 +36,7 @@ class FrameIntake {
 
   /// Callbacks' thread: takes a frame that passes the checks; the oldest is dropped where there is
   /// no room.
-  void push(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
+  void push(const FrameMessages& frame);
 
   /// Intake's thread: passes on the frames whose pose is known and drops those whose pose will not
   /// come. Returns how long there will be nothing to do.
@@ -60,8 +61,7 @@ class FrameIntake {
   };
 
   std::string cameraFrame(const sensor_msgs::Image& image) const;
-  std::optional<Rejection> check(const sensor_msgs::Image& image,
-                                 const sensor_msgs::CameraInfo& info) const;
+  std::optional<Rejection> check(const FrameMessages& frame) const;
   void handleTimeJump(const ros::Time& stamp);
   void dropPaused(const ros::Time& stamp);
   /// False while paused.

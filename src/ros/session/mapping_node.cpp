@@ -60,8 +60,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
                                                      << params_.mapper.map.voxel_size_m << " m");
   advertiseServices(private_nh);
   camera_ = std::make_unique<CameraInput>(
-      nh, private_nh, accounting_, [this](const auto& image, const auto& info) {
-        intake_.push(image, info);
+      nh, private_nh, params_.node.input, accounting_, [this](const FrameMessages& frame) {
+        intake_.push(frame);
         intake_loop_.wake();
       });
   status_ = std::make_unique<StatusPublisher>(

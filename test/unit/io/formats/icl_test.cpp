@@ -49,7 +49,8 @@ TEST_F(IclArchive, MatchesByNumberAndImage0HasNoPose) {
 
 // With the published intrinsics, a pixel's y is (v - 239.5) z / -480: upwards.
 TEST_F(IclArchive, FlippedRowsLeaveEveryPointWhereItIs) {
-  const DepthFrame frame = openRecording(options_)->next()->depth;
+  const auto image1 = openRecording(options_)->next();
+  const DepthFrame& frame = image1->depth;
   EXPECT_EQ(frame.intrinsics.fx, 481.2f);
   EXPECT_EQ(frame.intrinsics.fy, 480.0f);
   EXPECT_EQ(frame.intrinsics.cy, 239.5f);
@@ -63,8 +64,7 @@ TEST_F(IclArchive, FlippedRowsLeaveEveryPointWhereItIs) {
 // A principal point off the middle moves with the rows.
 TEST_F(IclArchive, AnotherPrincipalPointIsFlippedToo) {
   options_.intrinsics = Intrinsics{481.2f, -480.0f, 319.5f, 200.0f};
-  const DepthFrame frame = openRecording(options_)->next()->depth;
-  EXPECT_EQ(frame.intrinsics.cy, 279.0f);
+  EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cy, 279.0f);
   options_.intrinsics = Intrinsics{481.2f, 480.0f, 319.5f, 200.0f};
   EXPECT_EQ(rawAt(openRecording(options_)->next()->depth, 0, 0), 2);  // as it lies there
 }

@@ -1,0 +1,58 @@
+/// Puts together what belongs to one depth image: its camera_info and, where there are masks, its
+/// mask.
+#pragma once
+
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+#include <functional>
+#include <map>
+#include <optional>
+
+#include "params/node_params.h"
+#include "ros/input/drop_reason.h"
+
+namespace dtsdf {
+
+struct FrameMessages {
+  sensor_msgs::ImageConstPtr depth;
+  sensor_msgs::CameraInfoConstPtr info;
+  sensor_msgs::ImageConstPtr mask;  ///< Only where masks are wanted.
+};
+
+/// Messages with one stamp make a frame, in any order of arrival. A frame that is complete gives up
+/// those before it that are not. Where the latest camera_info will do, images before the first one
+/// wait for it. On one thread at a time.
+class FrameAssembly {
+ public:
+  struct Wanted {
+    CameraInfoChoice info = CameraInfoChoice::kExact;
+    bool mask = false;
+  };
+  using OnComplete = std::function<void(const FrameMessages&)>;
+  /// Of a depth image that is given up, and why.
+  using OnIncomplete = std::function<void(const sensor_msgs::Image&, DropReason)>;
+
+  FrameAssembly(Wanted wanted, OnComplete on_complete, OnIncomplete on_incomplete);
+
+  void addDepth(const sensor_msgs::ImageConstPtr& depth);
+  void addInfo(const sensor_msgs::CameraInfoConstPtr& info);
+  void addMask(const sensor_msgs::ImageConstPtr& mask);
+
+ private:
+  using Waiting = std::map<ros::Time, FrameMessages>;
+
+  void takeLatest(const sensor_msgs::CameraInfoConstPtr& info);
+  void complete(const ros::Time& stamp);
+  /// What keeps a frame from being complete; kNoCameraInfo before kNoMask.
+  std::optional<DropReason> missingOf(const FrameMessages& frame) const;
+  void giveUp(Waiting::iterator frame);
+
+  Wanted wanted_;
+  OnComplete on_complete_;
+  OnIncomplete on_incomplete_;
+  Waiting waiting_;
+  sensor_msgs::CameraInfoConstPtr latest_info_;
+};
+
+}  // namespace dtsdf

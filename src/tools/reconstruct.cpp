@@ -35,6 +35,11 @@ std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const No
   bag.camera_frame = node.input.camera_frame;
   bag.unit_16uc1_m = node.input.unit_16uc1_m;
   bag.unit_32fc1_m = node.input.unit_32fc1_m;
+  bag.latest_camera_info = node.input.camera_info == CameraInfoChoice::kLatest;
+  bag.mask_topic = options.mask_topic;
+  if (node.input.mask && bag.mask_topic.empty()) {
+    throw UsageError("the settings ask for masks (input/mask); --mask-topic names the bag's");
+  }
   bag.intrinsics = options.recording.intrinsics;
   bag.poses_path = options.recording.poses_path;
   bag.pose_tolerance_s = options.recording.pose_tolerance_s;

@@ -74,6 +74,9 @@ void addReadingOptions(CommandLine& line, ReconstructOptions& options) {
                options.depth_topic);
   line.addText({"--info-topic", "T", "their camera_info (default: beside the depth topic)"},
                options.info_topic);
+  line.addText({"--mask-topic", "T",
+                "a bag's masks: mono8, not 0 where the image shows what is no part of the scene"},
+               options.mask_topic);
 }
 
 void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
@@ -127,6 +130,9 @@ void checkReadingOptions(const ReconstructOptions& options) {
   }
   if (!is_bag && !options.info_topic.empty()) {
     throw UsageError("--info-topic is for bags, and " + read_as);
+  }
+  if (!is_bag && !options.mask_topic.empty()) {
+    throw UsageError("--mask-topic is for bags, and " + read_as);
   }
 }
 

@@ -11,6 +11,7 @@ namespace dtsdf {
 /// What is read is RunOptions::recording, whose format may also be "bag".
 struct ReconstructOptions : RunOptions {
   std::string depth_topic, info_topic;  ///< Empty: chosen from the bag.
+  std::string mask_topic;               ///< Of a bag; empty: no masks.
   size_t mesh_every = 0;  ///< Extract a mesh each so many frames; 0: only at the end.
   std::string mesh_path;
 };

@@ -138,6 +138,49 @@ TEST_F(CompressedBag, TopicMayBeNamedEitherWay) {
   expectFrames(read());
 }
 
+TEST_F(CompressedBag, MasksTakeMeasurementsAway) {
+  writeCompressed();
+  for (int i = 0; i < 2; ++i) {  // the last image has none
+    sensor_msgs::Image mask;
+    mask.header = headerOf(i);
+    mask.encoding = "mono8";
+    mask.width = mask.step = kWidth;
+    mask.height = i == 0 ? kHeight : kHeight + 1;
+    mask.data.assign(mask.step * mask.height, 0);
+    mask.data[9] = 255;
+    bag_.write("/mask", headerOf(i).stamp + ros::Duration(0.3), mask);
+  }
+  options_.mask_topic = "/mask";
+  const std::vector<SourceFrame> frames = read();
+  ASSERT_EQ(frames.size(), 1u);
+  const auto* pixels = static_cast<const uint16_t*>(frames[0].depth.data);
+  EXPECT_EQ(pixels[8], depthOf(0).at<uint16_t>(1, 0));
+  EXPECT_EQ(pixels[9], 0);
+  EXPECT_EQ(source_->skipped(),
+            (std::map<std::string, size_t>{{"no_mask", 1}, {"size_mismatch", 1}}));
+  options_.mask_topic = "/none";
+  EXPECT_NE(errorOf([&] { openBagFrames(options_); }).find("'/none'"), std::string::npos);
+}
+
+TEST_F(CompressedBag, LatestCameraInfoMayBeAsked) {
+  writeCompressed();
+  sensor_msgs::CompressedImage later = compressedOf(2);
+  later.header.stamp += ros::Duration(0.5);
+  bag_.write(kCompressedTopic, later.header.stamp, later);
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = ros::Time(200.0);
+  transform.header.frame_id = "map";
+  transform.child_frame_id = "camera";
+  transform.transform.rotation.w = 1.0;
+  tf2_msgs::TFMessage message;
+  message.transforms.push_back(transform);
+  bag_.write("/tf", ros::Time(200.0), message);
+  EXPECT_EQ(read().size(), 3u);
+  EXPECT_EQ(source_->skipped(), (std::map<std::string, size_t>{{"no_camera_info", 1}}));
+  options_.latest_camera_info = true;
+  EXPECT_EQ(read().size(), 4u);
+}
+
 TEST_F(CompressedBag, DamagedImagesAreCounted) {
   writeCompressed();
   sensor_msgs::CompressedImage damaged = compressedOf(1);

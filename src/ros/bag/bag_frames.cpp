@@ -7,6 +7,7 @@
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <iterator>
 #include <memory>
@@ -19,6 +20,7 @@
 #include "params/frame_name.h"
 #include "ros/input/compressed_image.h"
 #include "ros/input/depth_image.h"
+#include "ros/input/mask.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
@@ -26,6 +28,9 @@ namespace {
 
 /// Longer than any recording: no transform is forgotten.
 const ros::Duration kKeepAll(1.0e8);
+
+/// How much earlier or later than its image a mask may have been recorded.
+constexpr double kMaskRecordedNear_s = 5.0;
 
 bool isDepth(const rosbag::MessageInstance& message) {
   if (const auto image = message.instantiate<sensor_msgs::Image>()) {
@@ -111,7 +116,7 @@ class BagFrames : public FrameSource {
       for (; next_ != images_->end(); ++index_) {
         const rosbag::View::iterator current = next_++;
         if (!options_.selection.contains(index_)) continue;
-        if (auto frame = makeFrame(imageOf(*current))) {
+        if (auto frame = makeFrame(imageOf(*current), current->getTime())) {
           ++index_;
           return frame;
         }
@@ -139,6 +144,7 @@ class BagFrames : public FrameSource {
     }
     requireMessages(options_.depth_topic);
     if (!options_.intrinsics) requireMessages(options_.info_topic);
+    if (!options_.mask_topic.empty()) requireMessages(options_.mask_topic);
   }
 
   bool hasMessages(const std::string& topic) const {
@@ -199,13 +205,39 @@ class BagFrames : public FrameSource {
     }
   }
 
-  std::optional<SourceFrame> makeFrame(const sensor_msgs::ImageConstPtr& image) {
+  /// The mask of an image's stamp, recorded near it.
+  sensor_msgs::ImageConstPtr maskOf(const sensor_msgs::Image& image,
+                                    const ros::Time& recorded) const {
+    const ros::Duration reach(std::min(kMaskRecordedNear_s, recorded.toSec()));
+    rosbag::View masks(bag_, rosbag::TopicQuery(options_.mask_topic), recorded - reach,
+                       recorded + reach);
+    for (const rosbag::MessageInstance& message : masks) {
+      const auto mask = message.instantiate<sensor_msgs::Image>();
+      if (mask && mask->header.stamp == image.header.stamp) return mask;
+    }
+    return nullptr;
+  }
+
+  /// The image without what its mask hides, or why it cannot be had.
+  std::optional<DropReason> hideMasked(sensor_msgs::ImageConstPtr& image,
+                                       const ros::Time& recorded) const {
+    if (options_.mask_topic.empty()) return std::nullopt;
+    const sensor_msgs::ImageConstPtr mask = maskOf(*image, recorded);
+    if (!mask) return DropReason::kNoMask;
+    if (const auto rejection = checkMask(*mask, *image)) return rejection->reason;
+    image = applyMask(*mask, *image);
+    return std::nullopt;
+  }
+
+  std::optional<SourceFrame> makeFrame(sensor_msgs::ImageConstPtr image,
+                                       const ros::Time& recorded) {
     if (!image) return skip(toString(DropReason::kBadImage));
     const sensor_msgs::CameraInfoConstPtr info = infoOf(*image);
     if (!info) return skip(toString(DropReason::kNoCameraInfo));
     if (const auto rejection = checkDepthImage(*image, *info)) {
       return skip(toString(rejection->reason));
     }
+    if (const auto reason = hideMasked(image, recorded)) return skip(toString(*reason));
     const std::optional<Eigen::Isometry3d> T_W_C = poseOf(*image);
     if (!T_W_C) return skip(whyNoPose());
 
@@ -221,7 +253,10 @@ class BagFrames : public FrameSource {
   sensor_msgs::CameraInfoConstPtr infoOf(const sensor_msgs::Image& image) const {
     if (options_.intrinsics) return makeInfo(image, *options_.intrinsics);
     const auto info = infos_.find(image.header.stamp);
-    return info == infos_.end() ? nullptr : info->second;
+    if (info != infos_.end()) return info->second;
+    if (!options_.latest_camera_info || infos_.empty()) return nullptr;
+    const auto after = infos_.upper_bound(image.header.stamp);
+    return after == infos_.begin() ? after->second : std::prev(after)->second;
   }
 
   std::string whyNoPose() const {

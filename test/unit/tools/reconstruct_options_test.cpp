@@ -108,6 +108,8 @@ TEST(ReconstructOptions, OptionsOfAnotherKindOfInputAreRefused) {
                 .find("--depth-topic is for bags, and 'd' is read as tum"), std::string::npos);
   EXPECT_NE(errorFor({"d", "--format", "icl", "--mesh", "o.ply", "--info-topic", "/d"})
                 .find("--info-topic is for bags"), std::string::npos);
+  EXPECT_NE(errorFor({"--tum", "d", "--mesh", "o.ply", "--mask-topic", "/m"})
+                .find("--mask-topic is for bags"), std::string::npos);
 }
 
 TEST(ReconstructOptions, HelpNeedsNothingElse) {

@@ -36,6 +36,9 @@ std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const No
   bag.unit_16uc1_m = node.input.unit_16uc1_m;
   bag.unit_32fc1_m = node.input.unit_32fc1_m;
   bag.latest_camera_info = node.input.camera_info == CameraInfoChoice::kLatest;
+  if (node.input.rectify != RectifyChoice::kAuto) {
+    bag.rectify = node.input.rectify == RectifyChoice::kAlways;
+  }
   bag.mask_topic = options.mask_topic;
   if (node.input.mask && bag.mask_topic.empty()) {
     throw UsageError("the settings ask for masks (input/mask); --mask-topic names the bag's");

@@ -73,6 +73,8 @@ class CompressedBag : public testing::Test {
     info.width = kWidth;
     info.height = kHeight;
     info.K = {10.0, 0.0, 3.5, 0.0, 10.0, 2.5, 0.0, 0.0, 1.0};
+    info.distortion_model = "plumb_bob";  // of the camera; the topic says that it is undone
+    info.D = {0.9, 0.0, 0.0, 0.0, 0.0};
     bag_.write("/camera/depth/camera_info", stamp, info);
     geometry_msgs::TransformStamped transform;
     transform.header = headerOf(i);
@@ -160,6 +162,18 @@ TEST_F(CompressedBag, MasksTakeMeasurementsAway) {
             (std::map<std::string, size_t>{{"no_mask", 1}, {"size_mismatch", 1}}));
   options_.mask_topic = "/none";
   EXPECT_NE(errorOf([&] { openBagFrames(options_); }).find("'/none'"), std::string::npos);
+}
+
+TEST_F(CompressedBag, ImagesAreRectifiedWhereThatIsAsked) {
+  writeCompressed();
+  options_.rectify = true;
+  const std::vector<SourceFrame> frames = read();
+  ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
+  const DepthFrame& depth = frames[1].depth;
+  EXPECT_EQ(depth.intrinsics.fx, 10.0f);
+  EXPECT_NE(std::memcmp(depth.data, depthOf(1).data, 2 * kWidth * kHeight), 0);
+  const auto* pixels = static_cast<const uint16_t*>(depth.data);
+  EXPECT_EQ(pixels[2 * kWidth + 3], depthOf(1).at<uint16_t>(2, 3)) << "the middle stays";
 }
 
 TEST_F(CompressedBag, LatestCameraInfoMayBeAsked) {

@@ -211,6 +211,20 @@ TEST_F(FrameIntakeTest, MasksTakeMeasurementsAway) {
   EXPECT_EQ(image->data, makeDepthImage(1.0)->data) << "the message belongs to others, too";
 }
 
+TEST_F(FrameIntakeTest, RawImagesAreRectified) {
+  putTransform(transforms_, 1.0, 0.0);
+  const auto info = makeCameraInfo(1.0);
+  info->K = {4.0, 0.0, 1.5, 0.0, 4.0, 0.5, 0.0, 0.0, 1.0};
+  info->distortion_model = "plumb_bob";
+  info->D = {-0.1, 0.01, 0.0, 0.0, 0.0};
+  intake_->push({makeDepthImage(1.0), info, nullptr});
+  intake_->step();
+  const auto frame = posed_frames_.take();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->depth.intrinsics.fx, 5.0f);
+  EXPECT_EQ(static_cast<const uint16_t*>(frame->depth.data)[0], 1000);
+}
+
 TEST_F(FrameIntakeTest, BadMasksDropTheirFrames) {
   const auto pushWith = [&](const sensor_msgs::ImagePtr& mask) {
     intake_->push({makeDepthImage(1.0), makeCameraInfo(1.0), mask});

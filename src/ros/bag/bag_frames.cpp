@@ -1,4 +1,5 @@
 #include <geometry_msgs/TransformStamped.h>
+#include <ros/console.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -21,6 +22,7 @@
 #include "ros/input/compressed_image.h"
 #include "ros/input/depth_image.h"
 #include "ros/input/mask.h"
+#include "ros/input/rectification.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
@@ -86,6 +88,11 @@ sensor_msgs::CameraInfoConstPtr makeInfo(const sensor_msgs::Image& image, const 
   info->height = image.height;
   info->K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
   return info;
+}
+
+RectifyChoice rectifyChoice(const BagOptions& options) {
+  if (!options.rectify) return RectifyChoice::kAuto;
+  return *options.rectify ? RectifyChoice::kAlways : RectifyChoice::kNever;
 }
 
 class BagFrames : public FrameSource {
@@ -205,6 +212,14 @@ class BagFrames : public FrameSource {
     }
   }
 
+  CameraImage rectified(const CameraImage& raw) {
+    if (!rectification_) rectification_.emplace(rectifyChoice(options_), options_.depth_topic);
+    CameraImage camera = rectification_->apply(raw);
+    const std::string warning = rectification_->takeWarning();
+    if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
+    return camera;
+  }
+
   /// The mask of an image's stamp, recorded near it.
   sensor_msgs::ImageConstPtr maskOf(const sensor_msgs::Image& image,
                                     const ros::Time& recorded) const {
@@ -243,7 +258,8 @@ class BagFrames : public FrameSource {
 
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     SourceFrame frame;
-    frame.depth = makeDepthFrame(image, *info, units_, *pixels);
+    const CameraImage camera = rectified({image, info});
+    frame.depth = makeDepthFrame(camera.image, *camera.info, units_, *pixels);
     frame.depth.T_W_C = *T_W_C;
     frame.pixels = pixels;
     frame.stamp_s = image->header.stamp.toSec();
@@ -285,6 +301,7 @@ class BagFrames : public FrameSource {
   rosbag::Bag bag_;
   tf2::BufferCore transforms_;
   std::optional<Trajectory> trajectory_;  ///< In place of the transforms.
+  std::optional<Rectification> rectification_;  ///< Once the topic is known.
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
   std::unique_ptr<rosbag::View> images_;
   rosbag::View::iterator next_;

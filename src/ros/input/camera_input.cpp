@@ -31,7 +31,7 @@ CameraInput::CameraInput(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
       assembly_({params.camera_info, params.mask}, std::move(on_frame),
                 [this](const auto& depth, DropReason reason) { onIncomplete(depth, reason); }),
       transport_(nh) {
-  const std::string topic = nh.resolveName("depth/image_rect");
+  const std::string topic = depthTopic(nh);
   info_ = nh.subscribe(infoTopicFor(nh, topic), kSubscriberQueue, &CameraInput::onInfo, this);
   if (params.mask) {
     mask_ = nh.subscribe("mask/image", kSubscriberQueue, &CameraInput::onMask, this);
@@ -58,6 +58,10 @@ bool CameraInput::decodesItself(const std::string& transport) const {
   const std::vector<std::string> plugins = transport_.getLoadableTransports();
   return std::find(plugins.begin(), plugins.end(), "image_transport/compressedDepth") ==
          plugins.end();
+}
+
+std::string CameraInput::depthTopic(const ros::NodeHandle& nh) {
+  return nh.resolveName("depth/image_rect");
 }
 
 std::string CameraInput::imageTopic() const {

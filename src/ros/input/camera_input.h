@@ -24,6 +24,9 @@ class CameraInput {
   CameraInput(ros::NodeHandle nh, const ros::NodeHandle& private_nh, const InputParams& params,
               FrameAccounting& accounting, OnFrame on_frame);
 
+  /// What `depth/image_rect` is remapped to.
+  static std::string depthTopic(const ros::NodeHandle& nh);
+
   std::string imageTopic() const;
   std::string infoTopic() const { return info_.getTopic(); }
   size_t imagePublishers() const;

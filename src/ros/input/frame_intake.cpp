@@ -28,7 +28,8 @@ FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, SteadyCl
     : params_(params),
       parts_(parts),
       clock_(std::move(clock)),
-      motion_gate_(params.max_speed_m_s, params.max_turn_deg_s) {}
+      motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
+      rectification_(params.rectify, parts.image_topic) {}
 
 void FrameIntake::push(const FrameMessages& frame) {
   const ros::Time stamp = frame.depth->header.stamp;
@@ -130,7 +131,8 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   std::optional<Rejection> rejection = judge(frame, pose);
   try {
     if (!rejection) {
-      posed.depth = makeDepthFrame(frame.image, *frame.info,
+      const CameraImage camera = rectified(frame);
+      posed.depth = makeDepthFrame(camera.image, *camera.info,
                                    {params_.unit_16uc1_m, params_.unit_32fc1_m}, posed.pixels);
     }
   } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
@@ -141,6 +143,13 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   }
   posed.depth.T_W_C = pose.T_W_C;
   parts_.posed_frames.push(std::move(posed));
+}
+
+CameraImage FrameIntake::rectified(const WaitingFrame& frame) {
+  CameraImage camera = rectification_.apply({frame.image, frame.info});
+  const std::string warning = rectification_.takeWarning();
+  if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
+  return camera;
 }
 
 std::optional<Rejection> FrameIntake::judge(const WaitingFrame& frame, const PoseAnswer& pose) {

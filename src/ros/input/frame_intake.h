@@ -17,6 +17,7 @@
 #include "ros/input/frame_queue.h"
 #include "ros/input/motion_gate.h"
 #include "ros/input/pose_source.h"
+#include "ros/input/rectification.h"
 
 namespace dtsdf {
 
@@ -29,6 +30,7 @@ class FrameIntake {
     PoseSource& poses;
     FrameAccounting& accounting;
     FrameQueue& posed_frames;
+    std::string image_topic{};  ///< Its name tells raw images.
   };
 
   FrameIntake(const InputParams& params, const Parts& parts,
@@ -74,12 +76,14 @@ class FrameIntake {
   bool timedOut(const WaitingFrame& frame) const;
   std::optional<WaitingFrame> front() const;
   bool popFront(const WaitingFrame& frame);
+  CameraImage rectified(const WaitingFrame& frame);
   std::optional<Rejection> judge(const WaitingFrame& frame, const PoseAnswer& pose);
 
   InputParams params_;
   Parts parts_;
   SteadyClock clock_;
-  MotionGate motion_gate_;  ///< Intake's thread only.
+  MotionGate motion_gate_;        ///< Intake's thread only.
+  Rectification rectification_;  ///< Intake's thread only.
   ros::Time last_stamp_;    ///< Callbacks' thread only.
 
   /// Held while a frame goes from one queue to the other, where dropAll() would miss it. Before

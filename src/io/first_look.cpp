@@ -125,9 +125,11 @@ std::string imagesInWords(const FirstLook& look) {
   return std::to_string(*look.images) + (*look.images == 1 ? " image" : " images");
 }
 
+/// ", 298 with a pose"; empty where nothing is known against them.
 std::string describePoses(const FirstLook& look) {
-  if (look.posed) return std::to_string(*look.posed) + " with a pose";
-  return std::to_string(look.images_passed_over) + " of the first " +
+  if (look.posed) return ", " + std::to_string(*look.posed) + " with a pose";
+  if (look.images_passed_over == 0) return "";
+  return ", " + std::to_string(look.images_passed_over) + " of the first " +
          std::to_string(look.frames + look.images_passed_over) + " passed over";
 }
 
@@ -147,7 +149,7 @@ LookedAt lookAt(std::unique_ptr<FrameSource> source, size_t frames) {
 std::string describe(const FirstLook& look) {
   if (look.frames == 0) return "no image that can be fused";
   return imagesInWords(look) + " of " + std::to_string(look.width) + " x " +
-         std::to_string(look.height) + " (" + inWords(look.intrinsics) + "), " +
+         std::to_string(look.height) + " (" + inWords(look.intrinsics) + ")" +
          describePoses(look) + "; median depth " +
          (look.median_depth_m ? inWords(*look.median_depth_m) : "unknown") + ", " +
          std::to_string(std::lround(100.0 * look.measured_share)) + " % of the pixels measured";

@@ -14,9 +14,9 @@ namespace fs = std::filesystem;
 
 const char* const kAdvice = "a TUM folder has depth.txt, groundtruth.txt and camera_info.yaml";
 
-/// The benchmark's depth images are registered to colour by the driver's own model of the camera,
-/// and not rectified by a calibration; for that model it gives these numbers, for all its cameras
-/// (cvg.cit.tum.de/data/datasets/rgbd-dataset, "File Formats" and "Intrinsic Camera Calibration").
+/// The benchmark's depth images are registered to colour by the driver, not rectified; it advises
+/// the driver's own default numbers for that, without undistortion, for all its cameras
+/// (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats).
 const CameraInfo kFreiburgCamera{640, 480, {525.0f, 525.0f, 319.5f, 239.5f}};
 
 std::vector<StampedImage> readImageList(const fs::path& path) {

@@ -7,6 +7,7 @@
 
 #include "ros/common/callback_guard.h"
 #include "ros/common/param_server.h"
+#include "ros/input/depth_topics.h"
 #include "ros/output/mesh_saver.h"
 
 namespace dtsdf {
@@ -110,6 +111,9 @@ StatusInput MappingNode::collectStatus() const {
   input.image_topic = camera_->imageTopic();
   input.info_topic = camera_->infoTopic();
   input.image_publishers = camera_->imagePublishers();
+  if (input.frames.images == 0 && input.image_publishers == 0) {
+    input.depth_topics = findDepthTopics();
+  }
   input.mesh_listeners = mesh_publisher_.listeners();
   input.max_map_bytes = static_cast<uint64_t>(params_.mapper.map.max_memory_mb) << 20;
   return input;

@@ -84,6 +84,15 @@ TEST(FirstLook, SixteenBitsHaveAMarkForNothing) {
             "17 % of the pixels measured");
 }
 
+TEST(FirstLook, TellsWhatWasPassedOver) {
+  EXPECT_EQ(describe(lookAtImages({{1}, {1}}).look),
+            "images of 1 x 1 (fx 525, fy 525, cx 319.5, cy 239.5); median depth 1 m, 100 % of the "
+            "pixels measured");
+  EXPECT_NE(describe(lookAtImages({{1}, {1}}, 3).look).find("), 3 of the first 5 passed over;"),
+            std::string::npos);
+  EXPECT_EQ(describe(lookAtImages({}).look), "no image that can be fused");
+}
+
 TEST(FirstLook, NothingIsDoubtedOfAGoodRecording) {
   EXPECT_EQ(doubts(lookAtImages({{1, 2, 3}, {2, 2, 2}}).look), "");
   EXPECT_EQ(doubts(lookAtImages({}).look), "");

@@ -87,6 +87,16 @@ TEST_F(FrameAssemblyTest, NoMoreThanSomeWait) {
   EXPECT_EQ(incomplete_[0], std::make_pair(2000.0, DropReason::kNoCameraInfo));
 }
 
+TEST_F(FrameAssemblyTest, WhatWaitsInTheFutureIsInNobodysWay) {
+  want(CameraInfoChoice::kExact, false);
+  for (int i = 0; i < 100; ++i) addInfo(1000.0 + i);  // then the recording begins anew
+  for (const double stamp_s : {1.0, 2.0, 3.0}) {
+    addDepth(stamp_s);
+    addInfo(stamp_s);
+  }
+  EXPECT_EQ(complete_, (Stamps{1.0, 2.0, 3.0}));
+}
+
 TEST_F(FrameAssemblyTest, LatestCameraInfoIsForAllImages) {
   want(CameraInfoChoice::kLatest, false);
   addDepth(1.0);

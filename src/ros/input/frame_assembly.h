@@ -5,6 +5,7 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
@@ -40,18 +41,27 @@ class FrameAssembly {
   void addMask(const sensor_msgs::ImageConstPtr& mask);
 
  private:
-  using Waiting = std::map<ros::Time, FrameMessages>;
+  struct Incomplete {
+    FrameMessages messages;
+    uint64_t arrival = 0;  ///< Of its first message; 0: none has come yet.
+  };
+  using Waiting = std::map<ros::Time, Incomplete>;
+
+  /// The messages of a stamp, to which one more is added.
+  FrameMessages& at(const ros::Time& stamp);
 
   void takeLatest(const sensor_msgs::CameraInfoConstPtr& info);
   void complete(const ros::Time& stamp);
   /// What keeps a frame from being complete; kNoCameraInfo before kNoMask.
   std::optional<DropReason> missingOf(const FrameMessages& frame) const;
   void giveUp(Waiting::iterator frame);
+  void giveUpFirstArrived();
 
   Wanted wanted_;
   OnComplete on_complete_;
   OnIncomplete on_incomplete_;
   Waiting waiting_;
+  uint64_t arrivals_ = 0;
   sensor_msgs::CameraInfoConstPtr latest_info_;
 };
 

@@ -3,9 +3,9 @@
 /// A surfel updates the samples on the corners around it, and its plane goes on past the end of
 /// what was seen: a surface that ends inside a cell has vertices up to a voxel beyond its end, and
 /// where it curves out of sight they are off it. The anchors of an edge's ends (core/anchor.h) tell
-/// where the surface was measured nearby: a vertex farther from there than
-/// MeshRules::measured_reach is drawn to the nearest anchor, up to that distance. Inside a surface
-/// anchors are near, and vertices stay where the distances put them.
+/// where the surface was measured nearby. Where it was not measured at the foot of one of the two
+/// corners, the vertex is drawn to the nearest anchor, up to MeshRules::measured_reach from there.
+/// Between feet that were measured, vertices stay where the distances put them.
 ///
 /// Only the samples at the edge's two ends have a say, so all blocks that share an edge come to the
 /// same vertex.
@@ -30,22 +30,39 @@ DTSDF_HD void considerAnchor(NearestAnchor& nearest, uint16_t anchor,
   if (nearest.distance < 0.0f || distance < nearest.distance) nearest = {offset, distance};
 }
 
-/// The nearest of the anchors of those directions that tell an edge's crossing. `anchors(end,
-/// direction)` gives that of the lower (0) or the upper end.
+/// How far a corner's foot lies from where the surface was measured, in voxels; that of a corner
+/// without an anchor is as far as can be.
+DTSDF_HD float footGap(uint16_t anchor, const Sample& sample) {
+  if (anchor == kNoAnchor) return 2.0f * kAnchorReach;
+  const Vec3f offset = anchorOffset(anchor);
+  return sqrtf(maximum(dot(offset, offset) - sample.sdf * sample.sdf, 0.0f));
+}
+
+/// What the directions that tell an edge's crossing know of where it was measured.
+struct MeasuredNearby {
+  NearestAnchor nearest;
+  float gap = 2.0f * kAnchorReach;  ///< Of the end whose foot is farther from it, in voxels.
+};
+
+/// `anchors(end, direction)` gives that of the lower (0) or the upper end.
 template <class Edge, class Anchors>
-DTSDF_HD NearestAnchor nearestAnchor(const Edge& edge, const Anchors& anchors, int axis,
-                                     int facing, float edge_offset) {
+DTSDF_HD MeasuredNearby measuredNearby(const Edge& edge, const Anchors& anchors, int axis,
+                                       int facing, float edge_offset) {
   const Vec3f along = toFloat(unitStep(axis));
   const bool is_crossed = isCrossedByAny(edge, axis, facing);
-  NearestAnchor nearest;
+  MeasuredNearby found;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!speaksOnEdge(d, axis, facing)) continue;
     const Sample lower = edge.lower[d], upper = edge.upper[d];
     if (is_crossed && !crosses(lower, upper, facing)) continue;
-    if (lower.weight > 0.0f) considerAnchor(nearest, anchors(0, d), -edge_offset * along);
-    if (upper.weight > 0.0f) considerAnchor(nearest, anchors(1, d), (1.0f - edge_offset) * along);
+    const uint16_t at_lower = lower.weight > 0.0f ? anchors(0, d) : kNoAnchor;
+    const uint16_t at_upper = upper.weight > 0.0f ? anchors(1, d) : kNoAnchor;
+    considerAnchor(found.nearest, at_lower, -edge_offset * along);
+    considerAnchor(found.nearest, at_upper, (1.0f - edge_offset) * along);
+    const float gap = maximum(footGap(at_lower, lower), footGap(at_upper, upper));
+    found.gap = minimum(found.gap, gap);
   }
-  return nearest;
+  return found;
 }
 
 /// A multiple of 2^-12 voxels, so that blocks on both sides of a face come to the very same place.
@@ -54,13 +71,15 @@ DTSDF_HD float roundShift(float shift) {
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
-/// How a vertex is moved that lies at `edge_offset` on an edge, in voxels.
+/// How a vertex at `edge_offset` on an edge is moved, in voxels: gradually from a gap of one reach
+/// on to one of two.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, const Anchors& anchors,
                               int axis, int facing, float edge_offset) {
-  const NearestAnchor nearest = nearestAnchor(edge, anchors, axis, facing, edge_offset);
-  if (!(nearest.distance > rules.measured_reach)) return {0.0f, 0.0f, 0.0f};
-  const float share = (nearest.distance - rules.measured_reach) / nearest.distance;
+  const auto [nearest, gap] = measuredNearby(edge, anchors, axis, facing, edge_offset);
+  const float reach = rules.measured_reach;
+  if (!(nearest.distance > reach && gap > reach)) return {0.0f, 0.0f, 0.0f};
+  const float share = (1.0f - reach / nearest.distance) * minimum(gap / reach - 1.0f, 1.0f);
   return {roundShift(share * nearest.offset.x), roundShift(share * nearest.offset.y),
           roundShift(share * nearest.offset.z)};
 }

@@ -24,8 +24,9 @@ int compareVertices(uint32_t seed) {
   voxels.resize(table.arrayCount());
   for (const int32_t array : admission.new_arrays) {
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      voxels.array(array)[i] = makeVoxel(storedSdf(sdf(random)), static_cast<uint16_t>(random() % 64001),
-                                          1u << random() % 22, random() % 4);
+      voxels.array(array)[i] =
+          makeVoxel(storedSdf(sdf(random)), static_cast<uint16_t>(random() % 64001),
+                    1u << random() % 22, random() % 4);
     }
   }
   const NearbyArrays arrays(table, voxels, key, 1);

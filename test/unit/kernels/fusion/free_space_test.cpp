@@ -150,7 +150,7 @@ struct Array {
 };
 
 void expectNear(const Vec3f& a, const Vec3f& b) {
-  EXPECT_LT(norm(a - b), 1e-4f) << a.x << " " << a.y << " " << a.z << ", not " << b.x << " "
+  EXPECT_LT(norm(a - b), 4e-3f) << a.x << " " << a.y << " " << a.z << ", not " << b.x << " "
                                 << b.y << " " << b.z;
 }
 

@@ -78,8 +78,10 @@ DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, const An
                               int axis, int facing, float edge_offset) {
   const auto [nearest, gap] = measuredNearby(edge, anchors, axis, facing, edge_offset);
   const float reach = rules.measured_reach;
-  if (!(nearest.distance > reach && gap > reach)) return {0.0f, 0.0f, 0.0f};
-  const float share = (1.0f - reach / nearest.distance) * minimum(gap / reach - 1.0f, 1.0f);
+  if (!(nearest.distance > reach && gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};
+  constexpr float kMostShare = 15.0f / 16.0f;  // of the way, so that no two come to one place
+  const float ramp = minimum(gap / rules.measured_gap - 1.0f, 1.0f);
+  const float share = kMostShare * ramp * (1.0f - reach / nearest.distance);
   return {roundShift(share * nearest.offset.x), roundShift(share * nearest.offset.y),
           roundShift(share * nearest.offset.z)};
 }

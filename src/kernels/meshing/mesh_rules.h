@@ -35,6 +35,7 @@ struct MeshRules {
   /// 100 images, vertices with 0.1 / 0.15 / without: Asian Dragon at 20 mm 1.73 / 1.95 / 2.91 mm;
   /// with a Kinect's noise at 10 mm 1.36 / 1.35 / 1.39.)
   float measured_reach = 0.1f;
+  float measured_gap = 0.25f;
 
   /// Vertices keep off the corners by this share of an edge, in (0, 0.5), so that no triangle is
   /// degenerate: triangles that meet at a corner keep sides of 2^-10 voxels, which single precision

@@ -56,8 +56,8 @@ TEST(StageCosts, CountWhatMustMove) {
   work.touched_arrays = 10;
   EXPECT_EQ(costOf(Stage::kUpload, work, 1.0).bytes, 614400.0);
   EXPECT_TRUE(costOf(Stage::kUpload, work, 1.0).over_bus);
-  // Sums and voxels, both read and written: 512 * (16 + 8) * 2 bytes an array.
-  EXPECT_EQ(costOf(Stage::kFold, work, 1.0).bytes, 10 * 512 * 48.0);
+  // Sums and voxels, both read and written: 512 * (24 + 8) * 2 bytes an array.
+  EXPECT_EQ(costOf(Stage::kFold, work, 1.0).bytes, 10 * 512 * 64.0);
   EXPECT_FALSE(costOf(Stage::kFold, work, 1.0).over_bus);
   for (int s = 0; s < kStageCount; ++s) {
     const StageCost nothing = costOf(static_cast<Stage>(s), WorkCounts(), 1.0);
@@ -119,7 +119,7 @@ TEST(BenchmarkReport, GivesStagesWithTheirShareOfBandwidth) {
   ASSERT_EQ(json["stages"].size(), 1u);  // of those that took any time
   const auto& fold = json["stages"][0];
   EXPECT_EQ(fold["stage"], "fold");
-  const double bytes = 10 * 512 * 48.0;
+  const double bytes = 10 * 512 * 64.0;
   EXPECT_EQ(fold["bytes"], bytes);
   EXPECT_DOUBLE_EQ(fold["floor_ms"], bytes / 10e6);
   EXPECT_DOUBLE_EQ(fold["share_of_bandwidth"], bytes / 10e6 / 2.0);

@@ -65,7 +65,10 @@ class Assembler {
       number[i] = isMiddle(vertex.edge)
                       ? sides_.emplace(sideOf(vertex.edge), next).first->second
                       : index_.emplace(ownerOf(block.key, vertex.edge), next).first->second;
-      if (number[i] == next) mesh_.vertices_m.push_back(store_.positionInMap(block.key, vertex));
+      if (number[i] == next) {
+        mesh_.vertices_m.push_back(store_.positionInMap(block.key, vertex));
+        faced_ways_.push_back(facedWays(vertex.edge));
+      }
       if (!isMiddle(vertex.edge)) number_of_edge_[vertex.edge] = number[i];
     }
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
@@ -87,14 +90,18 @@ class Assembler {
     return {first, second};
   }
 
-  /// Area-weighted mean of the normals of the triangles around each vertex.
+  /// Area-weighted mean of the normals of the triangles around each vertex. At the rim of what was
+  /// seen anchoring may fold a triangle: it faces against what its edges face, which no triangle
+  /// does whose vertices are on their edges. Its normal counts turned round.
   void computeNormals() {
     mesh_.normals.assign(mesh_.vertices_m.size(), Vec3f{0.0f, 0.0f, 0.0f});
     for (const auto& t : mesh_.triangles) {
       const Vec3f a = mesh_.vertices_m[t[1]] - mesh_.vertices_m[t[0]];
       const Vec3f b = mesh_.vertices_m[t[2]] - mesh_.vertices_m[t[0]];
-      const Vec3f n{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-      for (const uint32_t v : t) mesh_.normals[v] = mesh_.normals[v] + n;
+      const Vec3f n = cross(a, b);
+      const Vec3f faced = toFloat(faced_ways_[t[0]] + faced_ways_[t[1]] + faced_ways_[t[2]]);
+      const float turn = dot(n, faced) < 0.0f ? -1.0f : 1.0f;
+      for (const uint32_t v : t) mesh_.normals[v] = mesh_.normals[v] + turn * n;
     }
     for (Vec3f& n : mesh_.normals) {
       const float length = norm(n);
@@ -104,6 +111,7 @@ class Assembler {
 
   const MeshStore& store_;
   Mesh mesh_;
+  std::vector<Vec3i> faced_ways_;  ///< Of each vertex.
   std::unordered_map<GlobalEdge, uint32_t, GlobalEdgeHash> index_;
   std::unordered_map<GlobalSide, uint32_t, GlobalSideHash> sides_;
   /// Of those in the block that is being added.

@@ -142,7 +142,7 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   for (const BlockSnapshot& block : mapper->snapshot()) {
     for (const auto& voxels : block.voxels) {
       for (const Voxel& voxel : voxels) {
-        ASSERT_LE(std::abs(sdfOf(voxel)), truncation + 0.5f / 2048.0f);
+        ASSERT_LE(std::abs(sdfOf(voxel)), truncation + 1.0f / 2048.0f);
         ASSERT_LE(weightOf(voxel), 5.0f);  // frames
         ASSERT_LE(evidenceOf(voxel), 15);
         if (isEmpty(voxel)) {

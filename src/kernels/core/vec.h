@@ -16,6 +16,10 @@ DTSDF_HD Vec3f operator-(const Vec3f& a, const Vec3f& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 DTSDF_HD Vec3f operator*(float s, const Vec3f& a) { return {s * a.x, s * a.y, s * a.z}; }
+DTSDF_HD Vec3f cross(const Vec3f& a, const Vec3f& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
 DTSDF_HD float dot(const Vec3f& a, const Vec3f& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 DTSDF_HD float norm(const Vec3f& a) { return sqrtf(dot(a, a)); }
 

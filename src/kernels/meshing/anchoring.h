@@ -4,8 +4,8 @@
 /// what was seen: a surface that ends inside a cell has vertices up to a voxel beyond its end, and
 /// where it curves out of sight they are off it. The anchors of an edge's ends (core/anchor.h) tell
 /// where the surface was measured nearby. Where it was not measured at the foot of one of the two
-/// corners, the vertex is drawn to the nearest anchor, up to MeshRules::measured_reach from there.
-/// Between feet that were measured, vertices stay where the distances put them.
+/// corners, the vertex is drawn to the nearest anchor, most of the way. Between feet that were
+/// measured, vertices stay where the distances put them.
 ///
 /// Only the samples at the edge's two ends have a say, so all blocks that share an edge come to the
 /// same vertex.
@@ -71,17 +71,15 @@ DTSDF_HD float roundShift(float shift) {
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
-/// How a vertex at `edge_offset` on an edge is moved, in voxels: gradually from a gap of one reach
-/// on to one of two.
+/// How a vertex at `edge_offset` on an edge is moved, in voxels.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, const Anchors& anchors,
                               int axis, int facing, float edge_offset) {
   const auto [nearest, gap] = measuredNearby(edge, anchors, axis, facing, edge_offset);
-  const float reach = rules.measured_reach;
-  if (!(nearest.distance > reach && gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};
-  constexpr float kMostShare = 15.0f / 16.0f;  // of the way, so that no two come to one place
+  const float beyond = nearest.distance - rules.measured_reach;
+  if (!(beyond > 0.0f && gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};
   const float ramp = minimum(gap / rules.measured_gap - 1.0f, 1.0f);
-  const float share = kMostShare * ramp * (1.0f - reach / nearest.distance);
+  const float share = rules.measured_pull * ramp * beyond / nearest.distance;
   return {roundShift(share * nearest.offset.x), roundShift(share * nearest.offset.y),
           roundShift(share * nearest.offset.z)};
 }

@@ -37,6 +37,11 @@ DTSDF_HD Vec3i gridStep(int axis, int32_t length) {
 }
 DTSDF_HD Vec3i unitStep(int axis) { return gridStep(axis, 1); }
 
+/// The way that an edge's facing looks: from its end behind the surface to that in front.
+DTSDF_HD Vec3i facedWay(int edge) {
+  return gridStep(edgeAxis(edge), edgeFacing(edge) == 0 ? 1 : -1);
+}
+
 /// Steps from a corner to the next one along an axis.
 DTSDF_HD int cornerStride(int axis) {
   return axis == 0 ? 1 : (axis == 1 ? kCornerGridSide : kCornerGridSide * kCornerGridSide);

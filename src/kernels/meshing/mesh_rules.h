@@ -36,8 +36,11 @@ struct MeshRules {
   /// surface, and fold triangles. (Orbits of 100 images, vertices with 0.2 / 0.3 / without: Asian
   /// Dragon at 20 mm 2.01 / 2.25 / 2.91 mm, with a Kinect's noise at 10 mm 1.35 / 1.36 / 1.39.)
   float measured_gap = 0.25f;
-  /// So near it comes to the anchor, in voxels.
+  /// So near it may be to the anchor anyway, in voxels.
   float measured_reach = 0.1f;
+  /// The share of the way until there that it is drawn at most; in [0, 1), so that no two vertices
+  /// of one anchor come to one place.
+  float measured_pull = 0.875f;
 
   /// Vertices keep off the corners by this share of an edge, in (0, 0.5), so that no triangle is
   /// degenerate: triangles that meet at a corner keep sides of 2^-10 voxels, which single precision

@@ -37,6 +37,12 @@ DTSDF_HD int middleSecond(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) % kGridEdges);
 }
 
+/// The way that a vertex's edge faces, or the sum of those of a middle's two.
+DTSDF_HD Vec3i facedWays(uint32_t number) {
+  if (!isMiddle(number)) return facedWay(static_cast<int>(number));
+  return facedWay(middleFirst(number)) + facedWay(middleSecond(number));
+}
+
 /// A vertex of a side, with its unit normal: 0 where that is not known.
 struct SideEnd {
   Vec3f position, normal;

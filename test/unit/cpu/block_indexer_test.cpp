@@ -32,7 +32,7 @@ int compareVertices(uint32_t seed) {
   const NearbyArrays arrays(table, voxels, key, 1);
   const MeshRules rules;
   MeshRules unheld;
-  unheld.measured_reach = 100.0f;
+  unheld.measured_pull = 0.0f;
   BlockIndexer indexer;
   int moved = 0;
   for (const BlockVertex& vertex : indexer.index(rules, arrays, true).vertices) {

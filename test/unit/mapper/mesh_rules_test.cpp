@@ -35,7 +35,7 @@ size_t countTriangles(const MeshUpdate& update) {
 TEST(MeshRulesInAMapper, VerticesKeepTheirMargin) {
   MeshRules rules;
   rules.vertex_margin = 0.375f;
-  rules.measured_reach = 100.0f;  // vertices stay on their edges
+  rules.measured_pull = 0.0f;  // vertices stay on their edges
   for (const bool directional : {true, false}) {
     size_t at_margin = 0;
     const MeshUpdate update = meshOfBox(rules, directional);

@@ -138,6 +138,16 @@ TEST(MeshStore, AssemblyKeepsTheTwoFacingsApart) {
   }
 }
 
+/// At a rim anchoring may draw a vertex past the side across from it; its facing tells the front.
+TEST(MeshStore, NormalsOfFoldedTrianglesCountTurnedRound) {
+  BlockMesh block = planeBlock({0, 0, 0}, 3.5f);
+  ASSERT_FLOAT_EQ(block.vertices[0].position.x, 0.0f);
+  block.vertices[0].position = block.vertices[0].position + Vec3f{1.5f, 0.9f, 0.0f};
+  MeshStore store(kVoxelSize);
+  store.apply(updateOf({block}));
+  for (const Vec3f& n : store.assemble().normals) EXPECT_FLOAT_EQ(n.z, 1.0f);
+}
+
 TEST(MeshStore, NormalsPointToTheFreeSide) {
   MeshStore store(kVoxelSize);
   store.apply(updateOf({planeBlock({0, 0, 0}, 2.5f)}));

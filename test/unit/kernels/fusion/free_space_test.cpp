@@ -356,10 +356,6 @@ TEST(IsContradicted, NotBesideSomethingThin) {
   EXPECT_TRUE(seen(6));
 }
 
-Vec3f cross(const Vec3f& a, const Vec3f& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 /// Some camera: turned any way, its middle anywhere in the image or beside it.
 FrameView randomFrame(std::mt19937& random) {
   std::uniform_real_distribution<float> centre(-40.0f, 100.0f), focal(20.0f, 400.0f),

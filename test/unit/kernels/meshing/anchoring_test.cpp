@@ -43,35 +43,51 @@ void expectNear(const Vec3f& a, const Vec3f& b, float tolerance) {
   EXPECT_NEAR(a.z, b.z, tolerance);
 }
 
-/// The point is 0.7 away in x, at the height of the vertex: 0.6 of that is more than 0.1.
+/// The point is 0.9 away in x, at the height of the vertex; of 0.8 of that, 7 / 8.
 TEST(Anchoring, DrawsAVertexToWhereItsSurfaceWasMeasured) {
   AnchoredEdge edge;
   edge.cross(kZPlus);
-  edge.put(0, kZPlus, {-0.7f, 0.0f, 0.4f});
-  expectNear(edge.shift(), {-0.6f, 0.0f, 0.0f}, kStep);
+  edge.put(0, kZPlus, {-0.9f, 0.0f, 0.4f});
+  expectNear(edge.shift(), {-0.7f, 0.0f, 0.0f}, kStep);
+  MeshRules rules;
+  rules.measured_pull = 0.5f;
+  expectNear(edge.shift(rules), {-0.4f, 0.0f, 0.0f}, kStep);
 }
 
 /// The same point, as the upper end tells it.
 TEST(Anchoring, BothEndsTellOfTheSamePlace) {
   AnchoredEdge edge;
   edge.cross(kZPlus);
-  edge.put(1, kZPlus, {-0.7f, 0.0f, -0.6f});
-  expectNear(edge.shift(), {-0.6f, 0.0f, 0.0f}, kStep);
+  edge.put(1, kZPlus, {-0.9f, 0.0f, -0.6f});
+  expectNear(edge.shift(), {-0.7f, 0.0f, 0.0f}, kStep);
 }
 
 /// Where the surface curves out of sight, the point lies below its extrapolated plane: 0.3, 0, -0.4
-/// from the vertex, of which 4 / 5 are left.
+/// from the vertex, of which 7 / 8 of 4 / 5 are left.
 TEST(Anchoring, LeavesThePlaneWithTheSurface) {
   AnchoredEdge edge;
   edge.cross(kZPlus);
   edge.put(0, kZPlus, {0.3f, 0.0f, 0.0f});
-  expectNear(edge.shift(), {0.24f, 0.0f, -0.32f}, 2.0f * kStep);
+  expectNear(edge.shift(), {0.21f, 0.0f, -0.28f}, 2.0f * kStep);
+}
+
+/// Feet up to a quarter beside their points count as measured, from a half on as not: at 0.375 the
+/// vertex goes half of 7 / 8 of the way up to 0.1.
+TEST(Anchoring, BeginsGradually) {
+  AnchoredEdge edge;
+  edge.cross(kZPlus);
+  edge.put(0, kZPlus, {0.175f, 0.0f, 0.425f});
+  edge.put(1, kZPlus, {0.175f, 0.0f, -0.575f});
+  expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
+  edge.put(0, kZPlus, {0.375f, 0.0f, 0.425f});
+  edge.put(1, kZPlus, {0.375f, 0.0f, -0.575f});
+  expectNear(edge.shift(), {0.275f * 0.5f * 0.875f, 0.0f, 0.0f}, 2.0f * kStep);
 }
 
 TEST(Anchoring, WithinReachNothingMoves) {
   AnchoredEdge edge;
   edge.cross(kZPlus);
-  edge.put(0, kZPlus, {0.025f, 0.0f, 0.425f});
+  edge.put(0, kZPlus, {0.025f, 0.0f, 0.425f});  // the upper end's foot was not measured
   expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
   MeshRules rules;
   rules.measured_reach = 0.02f;
@@ -96,7 +112,7 @@ TEST(Anchoring, TheNearestOfBothEndsCounts) {
   edge.cross(kZPlus);
   edge.put(0, kZPlus, {-0.9f, 0.0f, 0.4f});
   edge.put(1, kZPlus, {0.5f, 0.0f, -0.6f});
-  expectNear(edge.shift(), {0.4f, 0.0f, 0.0f}, kStep);
+  expectNear(edge.shift(), {0.35f, 0.0f, 0.0f}, kStep);
 }
 
 /// Neither that which does not cross, nor the one that faces against the surface, nor an end that
@@ -104,17 +120,17 @@ TEST(Anchoring, TheNearestOfBothEndsCounts) {
 TEST(Anchoring, OnlyDirectionsThatTellTheCrossingCount) {
   AnchoredEdge edge;
   edge.cross(kZPlus);
-  edge.put(0, kZPlus, {-0.7f, 0.0f, 0.4f});
+  edge.put(0, kZPlus, {-0.9f, 0.0f, 0.4f});
   edge.samples.lower[kXPlus] = {0.3f, 5.0f};
   edge.samples.upper[kXPlus] = {0.5f, 5.0f};
   edge.put(0, kXPlus, {0.0f, 0.0f, 0.4f});
   edge.cross(kZMinus, 5.0f);
   edge.put(0, kZMinus, {0.0f, 0.0f, 0.4f});
-  expectNear(edge.shift(), {-0.6f, 0.0f, 0.0f}, kStep);
+  expectNear(edge.shift(), {-0.7f, 0.0f, 0.0f}, kStep);
   edge.samples.lower[kZPlus].weight = 0.0f;  // then nothing crosses on its own
   edge.put(1, kZPlus, {0.0f, 0.9f, -0.6f});
   edge.anchor.erase({0, kXPlus});
-  expectNear(edge.shift(), {0.0f, 0.8f, 0.0f}, kStep);
+  expectNear(edge.shift(), {0.0f, 0.7f, 0.0f}, kStep);
 }
 
 TEST(Anchoring, WithoutAnAnchorNothingMoves) {

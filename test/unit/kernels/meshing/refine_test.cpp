@@ -132,8 +132,7 @@ TEST(Refinement, CutsEveryTriangleIntoQuarters) {
         [&](uint32_t vertex) { fine.push_back(position[vertex]); });
     ASSERT_EQ(fine.size(), 4 * coarse.size());
     const auto area = [](const Vec3f* t) {
-      const Vec3f u = t[1] - t[0], v = t[2] - t[0];
-      return Vec3f{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
+      return cross(t[1] - t[0], t[2] - t[0]);
     };
     for (size_t i = 0; i < fine.size(); i += 3) {
       const Vec3f quarter = 0.25f * area(&coarse[i / 12 * 3]);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
 #include <cstring>
@@ -141,6 +142,16 @@ TEST(Rectification, TurnedCamerasKeepTheirPoints) {
     }
   }
   EXPECT_GT(measured, kWidth * kHeight / 2);
+}
+
+/// Whatever a camera_info says: what lies behind the raw camera was not measured by it.
+TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
+  const auto info = makeInfo("plumb_bob", kPlumbBob);
+  info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
+  const CameraImage camera =
+      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeImage(), info});
+  const auto& bytes = camera.image->data;
+  EXPECT_EQ(std::count(bytes.begin(), bytes.end(), 0), static_cast<std::ptrdiff_t>(bytes.size()));
 }
 
 TEST(Rectification, LeavesAloneWhatIsRectified) {

@@ -68,16 +68,17 @@ std::pair<cv::Mat, cv::Mat> sourcesOf(const sensor_msgs::CameraInfo& info, cv::S
 }
 
 /// By how much depth along the rectified axis differs from that along the raw one, for each pixel;
-/// empty where the axes are the same.
+/// 0, no measurement, for rays that the raw camera has behind it. Empty where the axes are equal.
 std::vector<float> scalesOf(const sensor_msgs::CameraInfo& info, cv::Size size) {
-  const Matrix R = rotationOf(info), P = matrixOf(intrinsicsOf(info));
+  const Matrix R = rotationOf(info);
   if (R == Matrix::eye()) return {};
+  const Matrix ray_of_pixel = R.t() * matrixOf(intrinsicsOf(info)).inv();
   std::vector<float> scales;
   scales.reserve(static_cast<size_t>(size.area()));
   for (int v = 0; v < size.height; ++v) {
     for (int u = 0; u < size.width; ++u) {
-      const cv::Vec3d ray = R.t() * (P.inv() * cv::Vec3d(u, v, 1.0));
-      scales.push_back(static_cast<float>(1.0 / ray[2]));
+      const double along_axis = (ray_of_pixel * cv::Vec3d(u, v, 1.0))[2];
+      scales.push_back(along_axis > 0.0 ? static_cast<float>(1.0 / along_axis) : 0.0f);
     }
   }
   return scales;

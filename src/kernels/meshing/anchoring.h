@@ -30,12 +30,14 @@ DTSDF_HD void considerAnchor(NearestAnchor& nearest, uint16_t anchor,
   if (nearest.distance < 0.0f || distance < nearest.distance) nearest = {offset, distance};
 }
 
-/// How far a corner's foot lies from where the surface was measured, in voxels; that of a corner
-/// without an anchor is as far as can be.
+/// How far a corner's foot lies from where the surface was measured, in voxels: the least that it
+/// can be, with an anchor that is a step higher than it says, since the root makes much of that.
+/// Without an anchor it is as far as can be.
 DTSDF_HD float footGap(uint16_t anchor, const Sample& sample) {
   if (anchor == kNoAnchor) return 2.0f * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);
-  return sqrtf(maximum(dot(offset, offset) - sample.sdf * sample.sdf, 0.0f));
+  const float height = fabsf(sample.sdf) + 1.0f / kStepsPerVoxel;
+  return sqrtf(maximum(dot(offset, offset) - height * height, 0.0f));
 }
 
 /// What the directions that tell an edge's crossing know of where it was measured.

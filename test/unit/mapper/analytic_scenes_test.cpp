@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
 #include <tuple>
-#include <utility>
 
 #include "kernels/core/vec.h"
 #include "support/depth_frames.h"
@@ -39,31 +36,6 @@ void expectWithin(const SurfaceError& error, const Bounds& bounds) {
   EXPECT_LT(error.max_m / kVoxel_m, bounds.max) << error.vertices << " vertices";
 }
 
-/// The vertices that are more than two triangles away from the rim of a mesh.
-Mesh innerVertices(const Mesh& mesh) {
-  std::map<std::pair<uint32_t, uint32_t>, int> sides;
-  for (const Triangle& t : mesh.triangles) {
-    for (int i = 0; i < 3; ++i) ++sides[std::minmax(t[i], t[(i + 1) % 3])];
-  }
-  std::set<uint32_t> near_rim;
-  for (const auto& [side, triangles] : sides) {
-    if (triangles == 1) near_rim.insert({side.first, side.second});
-  }
-  for (int step = 0; step < 2; ++step) {
-    const std::set<uint32_t> reached = near_rim;
-    for (const Triangle& t : mesh.triangles) {
-      const auto is_reached = [&](uint32_t v) { return reached.count(v) > 0; };
-      if (std::any_of(t.begin(), t.end(), is_reached)) near_rim.insert(t.begin(), t.end());
-    }
-  }
-  Mesh inner;
-  for (uint32_t v = 0; v < mesh.vertices_m.size(); ++v) {
-    if (near_rim.count(v) == 0) inner.vertices_m.push_back(mesh.vertices_m[v]);
-  }
-  EXPECT_GT(inner.vertices_m.size(), mesh.vertices_m.size() / 2);
-  return inner;
-}
-
 /// What every mesh has to be, holes or not.
 void expectSound(const Mesh& mesh) {
   const MeshTopology topology = measureTopology(mesh);
@@ -75,7 +47,8 @@ void expectSound(const Mesh& mesh) {
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
 }
 
-/// The normals of vertices point to where the scene is free.
+/// The normals of vertices point to where the scene is free, but for slivers of a rim that are
+/// smaller than an anchor's step and may stand on end.
 void expectFreeSide(const Mesh& mesh, const Scene& scene) {
   size_t wrong = 0;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
@@ -84,16 +57,15 @@ void expectFreeSide(const Mesh& mesh, const Scene& scene) {
     const double step = 0.25 * kVoxel_m;
     wrong += scene.signedDistance(at + step * normal) <= scene.signedDistance(at - step * normal);
   }
-  EXPECT_EQ(wrong, 0u) << "of " << mesh.vertices_m.size();
+  EXPECT_LE(wrong, mesh.vertices_m.size() / 5000) << "of " << mesh.vertices_m.size();
 }
 
 /// Six views of a tilted plane, nothing farther than 1.6 m. Point-to-plane distances of a plane are
-/// exact, so what remains is rounding; at the rim, where vertices are drawn to anchors, that of
-/// these, to one of 20 steps a voxel. Oblique rays that are not cast along normals leave feet
-/// between them unmeasured inside, too. The projective distance to the pixel that a voxel falls on
-/// is off by up to half a pixel's depth step: 6 mm wide pixels at 1.6 m, half of it along two axes,
-/// times the tangent of a view as oblique as 60 degrees, is 8 mm; 0.5 voxels leave room for the
-/// interpolation.
+/// exact, so what remains is rounding. In a directional map that is of anchors, which vertices are
+/// drawn to where a view ends: 1/20 of a voxel along each axis. The projective distance to the pixel
+/// that a voxel falls on is off by up to half a pixel's depth step: 6 mm wide pixels at 1.6 m, half
+/// of it along two axes, times the tangent of a view as oblique as 60 degrees, is 8 mm; 0.5 voxels
+/// leave room for the interpolation.
 TEST_P(AnalyticScenes, TiltedPlane) {
   Scene scene;
   scene.add(Plane{Vector3d(0.1, 0.05, 0.02), Vector3d(0.3, -0.4, 1.0).normalized()});
@@ -106,11 +78,8 @@ TEST_P(AnalyticScenes, TiltedPlane) {
   MapperParams settings = params();
   settings.fusion.max_depth_m = 1.6f;
   const Mesh mesh = reconstruct(settings, renderFrames(scene, poses));
-  expectWithin(measureError(mesh, scene), projective() ? Bounds{0.15, 0.5} : Bounds{0.002, 0.05});
-  if (mode() == FusionMode::kNormalRayCasting || !directional()) {
-    expectWithin(measureError(innerVertices(mesh), scene),
-                 projective() ? Bounds{0.15, 0.5} : Bounds{0.001, 0.01});
-  }
+  const Bounds rounding = directional() ? Bounds{0.003, 0.087} : Bounds{0.001, 0.01};
+  expectWithin(measureError(mesh, scene), projective() ? Bounds{0.15, 0.5} : rounding);
   expectSound(mesh);
   expectFreeSide(mesh, scene);
 }

@@ -71,17 +71,19 @@ TEST(Anchoring, LeavesThePlaneWithTheSurface) {
   expectNear(edge.shift(), {0.21f, 0.0f, -0.28f}, 2.0f * kStep);
 }
 
-/// Feet up to a quarter beside their points count as measured, from a half on as not: at 0.375 the
-/// vertex goes half of 7 / 8 of the way up to 0.1.
+/// The foot of the lower corner is 0.4 below the vertex' surface, which makes a gap of the root of
+/// 0.325^2 + 0.425^2 - 0.45^2 = 0.289 with a step to spare, that of the upper corner less. The gap
+/// is 0.929 of the way from 0.15 to twice that; 0.326 from the point, 0.693 are beyond reach.
 TEST(Anchoring, BeginsGradually) {
   AnchoredEdge edge;
   edge.cross(kZPlus);
-  edge.put(0, kZPlus, {0.175f, 0.0f, 0.425f});
-  edge.put(1, kZPlus, {0.175f, 0.0f, -0.575f});
+  edge.put(0, kZPlus, {0.125f, 0.0f, 0.425f});
+  edge.put(1, kZPlus, {0.125f, 0.0f, -0.575f});
   expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
-  edge.put(0, kZPlus, {0.375f, 0.0f, 0.425f});
-  edge.put(1, kZPlus, {0.375f, 0.0f, -0.575f});
-  expectNear(edge.shift(), {0.275f * 0.5f * 0.875f, 0.0f, 0.0f}, 2.0f * kStep);
+  edge.put(0, kZPlus, {0.325f, 0.025f, 0.425f});
+  edge.put(1, kZPlus, {0.325f, 0.025f, -0.575f});
+  const float share = 0.875f * 0.929f * 0.693f;
+  expectNear(edge.shift(), {share * 0.325f, share * 0.025f, share * 0.025f}, 0.005f);
 }
 
 TEST(Anchoring, WithinReachNothingMoves) {

@@ -24,5 +24,18 @@ __device__ __forceinline__ uint32_t directionsOfSlot(const SlotEntry& entry) {
   return mask;
 }
 
+/// The colours of a voxel array; null where nothing is painted.
+__device__ __forceinline__ VoxelColour* coloursOf(const MapView& map, int32_t array) {
+  if (map.colour_of == nullptr || map.colour_of[array] == 0) return nullptr;
+  return map.colours.record(map.colour_of[array] - 1);
+}
+
+/// Enters a block into the list of those that are to be meshed with other colours.
+__device__ __forceinline__ void markPainted(const MapView& map, int32_t slot) {
+  if (atomicExch(&map.painted.flags[slot], 1u) == 0) {
+    map.painted.slots[atomicAdd(map.painted.count, 1u)] = slot;
+  }
+}
+
 }  // namespace gpu
 }  // namespace dtsdf

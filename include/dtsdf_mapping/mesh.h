@@ -17,6 +17,7 @@ struct Mesh {
   std::vector<Vec3f> vertices_m;                  ///< Positions in W.
   std::vector<Vec3f> normals;                     ///< Unit, per vertex, pointing to the free side.
   std::vector<std::array<uint32_t, 3>> triangles; ///< Counter-clockwise seen from the free side.
+  std::vector<VertexColour> colours;  ///< Per vertex; none if no block has colours.
 };
 
 /// A block's mesh, shared by whoever shows, keeps or saves it; it never changes once it is made.

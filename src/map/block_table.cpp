@@ -70,6 +70,63 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
   return admission;
 }
 
+bool BlockTable::lacksColour(int32_t slot, int direction) const {
+  const int32_t array = slot < 0 ? kNoArray : blocks_[slot].array[direction];
+  return array != kNoArray && colourOf(array) == kNoArray;
+}
+
+size_t BlockTable::countNewColours(const std::vector<BlockRequest>& requests) const {
+  size_t count = 0;
+  for (const BlockRequest& request : requests) {
+    const int32_t slot = find(request.key);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      count += (request.directions >> d & 1) && lacksColour(slot, d);
+    }
+  }
+  return std::min(count, budget_bytes_ / kColourBytes);
+}
+
+ColourAdmission BlockTable::admitColours(std::vector<BlockRequest> requests) {
+  std::sort(requests.begin(), requests.end(),
+            [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
+  ColourAdmission admission;
+  for (const BlockRequest& request : requests) {
+    const int32_t slot = find(request.key);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (!(request.directions >> d & 1) || !lacksColour(slot, d)) continue;
+      if (bytesInUse() + kColourBytes > budget_bytes_) {
+        ++admission.refused;
+        continue;
+      }
+      const int32_t array = blocks_[slot].array[d];
+      admission.arrays.push_back(array);
+      admission.colours.push_back(makeColour(array));
+    }
+  }
+  return admission;
+}
+
+int32_t BlockTable::makeColour(int32_t array) {
+  if (static_cast<size_t>(array) >= colour_of_.size()) colour_of_.resize(array_count_, kNoArray);
+  int32_t& colour = colour_of_[array];
+  if (free_colours_.empty()) {
+    colour = static_cast<int32_t>(colour_count_++);
+  } else {
+    colour = free_colours_.back();
+    free_colours_.pop_back();
+  }
+  ++colours_in_use_;
+  return colour;
+}
+
+void BlockTable::releaseColour(int32_t array) {
+  const int32_t colour = colourOf(array);
+  if (colour == kNoArray) return;
+  free_colours_.push_back(colour);
+  colour_of_[array] = kNoArray;
+  --colours_in_use_;
+}
+
 PoolSizes BlockTable::sizesAfter(size_t new_blocks, size_t new_arrays) const {
   const auto within = [this](size_t wanted, size_t bytes_each, size_t at_least) {
     return std::max(std::min(wanted, budget_bytes_ / bytes_each), at_least);
@@ -135,6 +192,7 @@ std::vector<int32_t> BlockTable::releaseVacant(const std::vector<int32_t>& slots
 void BlockTable::releaseArray(int32_t slot, int direction) {
   int32_t& array = blocks_[slot].array[direction];
   if (array == kNoArray) return;
+  releaseColour(array);
   free_arrays_.push_back(array);
   array = kNoArray;
   --arrays_in_use_;
@@ -154,6 +212,10 @@ void BlockTable::clear() {
   vacant_.clear();
   array_count_ = 0;
   arrays_in_use_ = 0;
+  colour_of_.clear();
+  free_colours_.clear();
+  colour_count_ = 0;
+  colours_in_use_ = 0;
 }
 
 std::vector<int32_t> BlockTable::sortedSlots() const {

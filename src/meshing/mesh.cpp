@@ -48,7 +48,7 @@ class Assembler {
       const BlockVertex& vertex = block.vertices[i];
       const auto [it, is_new] = index_.emplace(ownerOf(block.key, vertex.edge),
                                                static_cast<uint32_t>(mesh_.vertices_m.size()));
-      if (is_new) mesh_.vertices_m.push_back(store_.positionInMap(block.key, vertex));
+      if (is_new) addVertex(block, i);
       number[i] = it->second;
     }
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
@@ -58,11 +58,20 @@ class Assembler {
   }
 
   Mesh finish() {
+    if (!mesh_.colours.empty()) mesh_.colours.resize(mesh_.vertices_m.size());
     computeNormals();
     return std::move(mesh_);
   }
 
  private:
+  /// Blocks that were meshed before the map was first painted have no colours.
+  void addVertex(const BlockMesh& block, size_t i) {
+    mesh_.vertices_m.push_back(store_.positionInMap(block.key, block.vertices[i]));
+    if (block.colours.empty()) return;
+    mesh_.colours.resize(mesh_.vertices_m.size() - 1);
+    mesh_.colours.push_back(block.colours[i]);
+  }
+
   /// Area-weighted mean of the normals of the triangles around each vertex.
   void computeNormals() {
     mesh_.normals.assign(mesh_.vertices_m.size(), Vec3f{0.0f, 0.0f, 0.0f});

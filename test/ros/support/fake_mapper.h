@@ -18,6 +18,8 @@ class FakeMapper : public Mapper {
     return {};
   }
 
+  IntegrationResult paint(const ColourFrame&) override { return {}; }
+
   void beginMeshUpdate() override { throwIf(fails_to_mesh); }
 
   /// One triangle for each changed block; its first vertex has the number of the frame as its edge.

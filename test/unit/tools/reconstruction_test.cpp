@@ -19,6 +19,7 @@ class FakeMapper : public Mapper {
     if (frame.width <= 0) result.status = FrameStatus::kBadImage;
     return result;
   }
+  IntegrationResult paint(const ColourFrame&) override { return {}; }
   void beginMeshUpdate() override { calls += 'm'; }
   MeshUpdate finishMeshUpdate() override { return {}; }
   void clear() override {}

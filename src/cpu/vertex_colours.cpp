@@ -1,0 +1,36 @@
+#include "cpu/vertex_colours.h"
+
+namespace dtsdf {
+namespace {
+
+ColouredCorners cornersOf(const MeshedMap& map, const BlockKey& key, int32_t least_evidence) {
+  ColouredCorners corners = {};
+  corners.voxels.least_evidence = least_evidence;
+  for (int n = 0; n < kCornerBlocks; ++n) {
+    const int32_t slot = map.table.find(packKey(key + cornerBlockOffset(n)));
+    if (slot < 0) continue;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      const int32_t array = map.table.block(slot).array[d];
+      if (array == kNoArray) continue;
+      corners.voxels.array[n][d] = map.voxels.array(array);
+      const int32_t colours = map.table.colourOf(array);
+      if (colours != kNoArray) corners.colours[n][d] = map.colours.array(colours);
+    }
+  }
+  return corners;
+}
+
+}  // namespace
+
+std::vector<VertexColour> vertexColours(const MeshedMap& map, const BlockMesh& mesh,
+                                        int32_t least_evidence, bool directional) {
+  const ColouredCorners corners = cornersOf(map, mesh.key, least_evidence);
+  std::vector<VertexColour> colours;
+  colours.reserve(mesh.vertices.size());
+  for (const BlockVertex& vertex : mesh.vertices) {
+    colours.push_back(vertexColourOf(corners, static_cast<int>(vertex.edge), directional));
+  }
+  return colours;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,91 @@
+/// The points of the surface that voxels stand for, as a colour camera sees them.
+#pragma once
+
+#include "kernels/colour/colour_rules.h"
+#include "kernels/core/camera.h"
+#include "kernels/fusion/free_space.h"
+
+namespace dtsdf {
+
+/// The foot of a voxel in the camera's frame, in metres, its unit normal there, and where it is
+/// seen.
+struct SurfacePoint {
+  Vec3f p_C, normal_C;
+  float cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
+  float u, v;    ///< In pixels from the corner of the first one.
+};
+
+/// What points are made of: the camera, and how the surfaces of an array face.
+struct PointView {
+  FrameView frame;
+  int32_t directional;
+  int32_t least_evidence;  ///< That a voxel needs to be known, as in the mesh.
+  ColourRules rules;
+};
+
+/// Whether the voxel is known, and so near to its surface. Most are not: a test before the work.
+DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel, float distance) {
+  return evidenceOf(voxel) >= view.least_evidence && fabsf(voxel.sdf) <= distance;
+}
+
+/// Whether a surface with this normal is one of the direction's: it faces no other one much more.
+DTSDF_HD bool facesDirection(const Vec3f& normal, int direction, float slack) {
+  const float most = maximum(maximum(fabsf(normal.x), fabsf(normal.y)), fabsf(normal.z));
+  return directionCosine(normal, direction) >= most - slack;
+}
+
+/// The point of a voxel of a block; false if there is none that faces the direction, or if it is
+/// not in the image. `index` is that of the voxel in its array.
+DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L,
+                               const Voxel* voxels, int index, int direction,
+                               SurfacePoint& point) {
+  const Facing facing = facingOf(view.directional ? direction : kAnyDirection);
+  const Vec3f normal = gradientOf(slopeAt(voxels, index), facing);
+  if (!(dot(normal, normal) > 0.0f)) return false;
+  if (view.directional && !facesDirection(normal, direction, view.rules.facing_slack)) return false;
+  const FrameView& frame = view.frame;
+  const Vec3f foot = toFloat(voxelOffset(index)) - voxels[index].sdf * normal;
+  point.p_C = frame.voxel_size_m *
+              rotateInverse(frame.T_L_C, first_voxel_L + foot - frame.T_L_C.t);
+  if (!(point.p_C.z > frame.voxel_size_m)) return false;
+  const Intrinsics& K = frame.intrinsics;
+  point.u = K.fx * point.p_C.x / point.p_C.z + K.cx + 0.5f;
+  point.v = K.fy * point.p_C.y / point.p_C.z + K.cy + 0.5f;
+  if (!(point.u >= 0.0f && point.v >= 0.0f && point.u < static_cast<float>(frame.width) &&
+        point.v < static_cast<float>(frame.height))) {
+    return false;
+  }
+  point.normal_C = rotateInverse(frame.T_L_C, normal);
+  point.cosine = -dot(point.normal_C, point.p_C) / norm(point.p_C);
+  return true;
+}
+
+/// Width of a voxel in the image, in pixels.
+DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
+  return frame.intrinsics.fx * frame.voxel_size_m / point.p_C.z;
+}
+
+/// The plane through a point: its inverse depth is affine in the pixel.
+struct PointPlane {
+  float inverse_depth, per_u, per_v;  ///< At the point, in 1/m, and its change per pixel.
+};
+
+/// Seen at a smaller cosine than this, the plane says nothing of what lies beside the point; it is
+/// taken to face the camera there.
+constexpr float kLeastPlaneCosine = 0.1f;
+
+DTSDF_HD PointPlane planeOf(const FrameView& frame, const SurfacePoint& point) {
+  const float inverse_depth = 1.0f / point.p_C.z;
+  if (!(fabsf(point.cosine) > kLeastPlaneCosine)) return {inverse_depth, 0.0f, 0.0f};
+  const float offset = dot(point.normal_C, point.p_C);
+  return {inverse_depth, point.normal_C.x / (frame.intrinsics.fx * offset),
+          point.normal_C.y / (frame.intrinsics.fy * offset)};
+}
+
+/// Depth in metres of the plane so many pixels beside the point; not behind the horizon.
+DTSDF_HD float depthBeside(const PointPlane& plane, float du, float dv) {
+  const float inverse_depth = plane.inverse_depth + du * plane.per_u + dv * plane.per_v;
+  return 1.0f / maximum(inverse_depth, 0.01f * plane.inverse_depth);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,171 @@
+#include "kernels/colour/paint.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "support/surface_image.h"
+
+namespace dtsdf {
+namespace {
+
+const ColourRules kRules;
+
+VoxelColour painted(VoxelColour colour, const ColourSample& sample, int times) {
+  for (int i = 0; i < times; ++i) colour = paintedColour(colour, sample, sameExposure(), kRules);
+  return colour;
+}
+
+TEST(PaintedColour, FirstIsTakenAsItIs) {
+  const VoxelColour colour = painted({0, 0, 0, 0}, {10, 200, 255, 0.01f}, 1);
+  EXPECT_EQ(colour.red, 10);
+  EXPECT_EQ(colour.green, 200);
+  EXPECT_EQ(colour.blue, 255);
+  EXPECT_NEAR(colourWeight(colour.weight), 0.01f, 0.0005f);
+}
+
+TEST(PaintedColour, IsTheMeanOfEqualViews) {
+  VoxelColour colour = painted({0, 0, 0, 0}, {100, 0, 0, 0.5f}, 1);
+  colour = painted(colour, {200, 0, 0, 0.5f}, 1);
+  EXPECT_EQ(colour.red, 150);
+}
+
+TEST(PaintedColour, FollowsWhatItSees) {
+  VoxelColour colour = painted({0, 0, 0, 0}, {200, 0, 0, 0.5f}, 1000);
+  EXPECT_NEAR(colourWeight(colour.weight), 0.5f * kRules.most_views, 0.2f);
+  colour = painted(colour, {0, 0, 0, 0.5f}, 60);
+  EXPECT_LT(colour.red, 10);  // a step of less than half a level is none
+}
+
+TEST(PaintedColour, BetterViewsReplaceManyBadOnes) {
+  VoxelColour colour = painted({0, 0, 0, 0}, {200, 0, 0, 0.002f}, 1000);
+  colour = painted(colour, {100, 0, 0, 0.5f}, 1);
+  EXPECT_NEAR(colour.red, 103, 1);
+  const VoxelColour after = painted(colour, {200, 0, 0, 0.002f}, 100);
+  EXPECT_LT(after.red, 125);
+  EXPECT_EQ(after.weight, colour.weight);  // bad ones do not add up to a good one
+}
+
+TEST(PaintedColour, ExposureComesFirst) {
+  const Exposure exposure{{2.0f, 0.5f, 10.0f}};
+  const VoxelColour colour =
+      paintedColour({0, 0, 0, 0}, {50, 100, 100, 1.0f}, exposure, kRules);
+  EXPECT_EQ(colour.red, 100);
+  EXPECT_EQ(colour.green, 50);
+  EXPECT_EQ(colour.blue, 255);
+}
+
+TEST(Exposure, IsTheRatioOfWhatBothShow) {
+  ExposureSums sums = {};
+  for (int i = 0; i < 300; ++i) addToSums(sums, {100, 60, 30, 9}, {50, 60, 60, 0});
+  const Exposure exposure = exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kRules);
+  EXPECT_EQ(exposure.gain[0], 2.0f);
+  EXPECT_EQ(exposure.gain[1], 1.0f);
+  EXPECT_EQ(exposure.gain[2], 0.5f);
+  sums.voxels = kRules.least_overlap - 1;
+  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kRules).gain[0], 7.0f);
+}
+
+TEST(Exposure, WhatIsCutOffDoesNotTell) {
+  EXPECT_TRUE(tellsExposure({100, 100, 100, 1}, {100, 100, 100, 0}));
+  EXPECT_FALSE(tellsExposure({100, 100, 100, 0}, {100, 100, 100, 0}));
+  EXPECT_FALSE(tellsExposure({100, 100, 255, 1}, {100, 100, 100, 0}));
+  EXPECT_FALSE(tellsExposure({100, 100, 100, 1}, {0, 100, 100, 0}));
+}
+
+/// A camera that looks along z at the voxels of one block, 64 voxels off.
+class SeenSurface : public testing::Test {
+ protected:
+  static constexpr float kVoxel_m = 0.01f, kDepth_voxels = 64.0f;
+
+  SeenSurface() {
+    sensing_.view = {frontalFrame(160, 120, {150.0f, 150.0f, 80.0f, 60.0f}, kVoxel_m), 1, 1,
+                     kRules};
+    sensing_.image = layOut(pixels_.data(), 160, 120);
+    sensing_.hiding = {hiding_m_.data(), cellsFor(160), cellsFor(120)};
+  }
+
+  /// A plane across z that faces the camera, `offset` voxels behind the block's first layer.
+  void makePlane(float offset) {
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      const auto z = static_cast<float>(voxelOffset(i).z);
+      voxels_[i] = makeVoxel(offset - z, 1000, 9);
+    }
+  }
+
+  ColourSample sample(int index, int direction = kTowardsCamera) const {
+    return sampleColour(sensing_, {0.0f, 0.0f, kDepth_voxels}, voxels_, index, direction);
+  }
+
+  static constexpr int kTowardsCamera = 5;  // Z-
+  Voxel voxels_[kVoxelsPerBlock] = {};
+  std::vector<ColourPixel> pixels_ = std::vector<ColourPixel>(
+      static_cast<size_t>(pixelCount(layOut(nullptr, 160, 120))), ColourPixel{10, 20, 30, 0});
+  std::vector<float> hiding_m_ = std::vector<float>(40 * 30, kNoSurface_m);
+  ColourSensing sensing_ = {};
+};
+
+TEST_F(SeenSurface, IsPaintedWhereItIsNear) {
+  makePlane(3.3f);
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    const int z = voxelOffset(i).z;
+    EXPECT_EQ(sample(i).weight > 0.0f, z == 3 || z == 4) << z;
+  }
+  EXPECT_EQ(sample(voxelIndex(4, 4, 3)).green, 20);
+}
+
+TEST_F(SeenSurface, NotFromBehindNorInAnotherDirection) {
+  makePlane(3.3f);
+  const int index = voxelIndex(4, 4, 3);
+  EXPECT_GT(sample(index).weight, 0.0f);
+  EXPECT_EQ(sample(index, 0).weight, 0.0f);
+  for (Voxel& voxel : voxels_) voxel.sdf = -voxel.sdf;
+  EXPECT_EQ(sample(index, 4).weight, 0.0f);  // Z+ faces away
+}
+
+TEST_F(SeenSurface, NotBehindAnother) {
+  makePlane(3.3f);
+  const int index = voxelIndex(4, 4, 3);
+  const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
+  for (const float ahead : {0.5f, 1.4f, 1.6f, 20.0f}) {
+    hiding_m_.assign(hiding_m_.size(), own_m - ahead * kVoxel_m);
+    EXPECT_EQ(sample(index).weight > 0.0f, ahead < kRules.hidden_depth) << ahead;
+  }
+}
+
+TEST_F(SeenSurface, CountsLittleBesideItsOutline) {
+  makePlane(3.3f);
+  const int index = voxelIndex(4, 4, 3);
+  const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
+  hiding_m_.assign(hiding_m_.size(), own_m);
+  const float inside = sample(index).weight;
+  hiding_m_.assign(hiding_m_.size(), kNoSurface_m);
+  EXPECT_FLOAT_EQ(sample(index).weight, kRules.outline_share * inside);
+}
+
+TEST_F(SeenSurface, DrawsThePlaneWithoutGaps) {
+  makePlane(3.3f);
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    SurfacePoint point;
+    if (!isNearSurface(sensing_.view, voxels_[i], kRules.hiding_distance)) continue;
+    ASSERT_TRUE(findSurfacePoint(sensing_.view, {0.0f, 0.0f, kDepth_voxels}, voxels_, i,
+                                 kTowardsCamera, point));
+    drawSurface(sensing_.view, point, [&](int32_t cell, float depth_m) {
+      hiding_m_[cell] = std::min(hiding_m_[cell], depth_m);
+    });
+  }
+  const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
+  const auto cell = [](float px) { return static_cast<int>(px) / kCellSide; };
+  // Voxels 0 to 7 are seen from pixel (80.5, 60.5) on, a voxel as wide as this:
+  const float width_px = 150.0f / (kDepth_voxels + 3.3f);
+  for (float v = 0.0f; v <= 7.0f; v += 0.5f) {
+    for (float u = 0.0f; u <= 7.0f; u += 0.5f) {
+      const int at = cell(60.5f + v * width_px) * 40 + cell(80.5f + u * width_px);
+      EXPECT_NEAR(hiding_m_[at], own_m, 1e-5f);
+    }
+  }
+  EXPECT_EQ(hiding_m_[0], kNoSurface_m);
+}
+
+}  // namespace
+}  // namespace dtsdf

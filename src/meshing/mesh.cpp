@@ -105,6 +105,17 @@ std::array<uint8_t, 3> hueToRgb(float hue) {
   return {ramp(0.0f), ramp(2.0f / 3.0f), ramp(1.0f / 3.0f)};
 }
 
+std::array<uint8_t, 3> normalColour(const Vec3f& normal_W) {
+  return {toByte(0.5f + 0.5f * normal_W.x), toByte(0.5f + 0.5f * normal_W.y),
+          toByte(0.5f + 0.5f * normal_W.z)};
+}
+
+std::array<uint8_t, 3> heightColour(float z_m) {
+  constexpr float kRainbowPeriod_m = 3.0f;
+  const float turns = z_m / kRainbowPeriod_m;
+  return hueToRgb(turns - std::floor(turns));
+}
+
 }  // namespace
 
 MeshStore::MeshStore(float voxel_size_m) : voxel_size_m_(voxel_size_m) {}
@@ -155,16 +166,21 @@ Mesh MeshStore::assemble(const std::vector<PackedKey>& keys) const {
 
 PackedKey packedKeyOf(const BlockKey& key) { return packKey(key); }
 
-std::array<uint8_t, 3> vertexColour(MeshColour mode, const Vec3f& p_W, const Vec3f& normal_W) {
-  constexpr float kRainbowPeriod_m = 3.0f;
+std::array<uint8_t, 3> vertexColour(MeshColour mode, const Mesh& mesh, size_t vertex) {
   switch (mode) {
+    case MeshColour::kAuto:
+      return vertexColour(mesh.colours.empty() ? MeshColour::kNormal : MeshColour::kImage, mesh,
+                          vertex);
+    case MeshColour::kImage:
+      if (!mesh.colours.empty() && mesh.colours[vertex].painted) {
+        const VertexColour& colour = mesh.colours[vertex];
+        return {colour.red, colour.green, colour.blue};
+      }
+      break;
     case MeshColour::kNormal:
-      return {toByte(0.5f + 0.5f * normal_W.x), toByte(0.5f + 0.5f * normal_W.y),
-              toByte(0.5f + 0.5f * normal_W.z)};
-    case MeshColour::kHeight: {
-      const float turns = p_W.z / kRainbowPeriod_m;
-      return hueToRgb(turns - std::floor(turns));
-    }
+      return normalColour(mesh.normals[vertex]);
+    case MeshColour::kHeight:
+      return heightColour(mesh.vertices_m[vertex].z);
     case MeshColour::kPlain:
       break;
   }

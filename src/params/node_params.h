@@ -20,6 +20,17 @@ struct InputParams {
   double max_turn_deg_s = 720.0;  ///< The same for its rotation.
 };
 
+/// Whether colour images are taken.
+enum class ColourUse {
+  kAuto,    ///< Where there are some.
+  kAlways,  ///< They have to be there.
+  kNever,
+};
+
+struct ColourParams {
+  ColourUse enabled = ColourUse::kAuto;
+};
+
 struct PublishParams {
   int chunk_blocks = 4;         ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
   double mesh_rate_hz = 2.0;    ///< Bound of the rate of `mesh`, in wall time.
@@ -31,6 +42,7 @@ struct NodeParams {
   std::string map_frame = "map";  ///< Frame W of the map; fixed in the world.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
   InputParams input;
+  ColourParams colour;
   PublishParams publish;
 };
 
@@ -50,6 +62,10 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("input/unit_32fc1_m", p.input.unit_32fc1_m, Range{1e-6, 1000.0});
   visit("input/max_speed_m_s", p.input.max_speed_m_s, Range{0.0, 1e6});
   visit("input/max_turn_deg_s", p.input.max_turn_deg_s, Range{0.0, 1e6});
+  visit("colour/enabled", p.colour.enabled,
+        EnumNames<ColourUse>{{"auto", ColourUse::kAuto},
+                             {"always", ColourUse::kAlways},
+                             {"never", ColourUse::kNever}});
   visit("publish/chunk_blocks", p.publish.chunk_blocks, Range{1, 64});
   visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
   visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});

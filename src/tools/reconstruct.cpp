@@ -6,6 +6,7 @@
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
+#include "dtsdf_mapping/io/tum_colours.h"
 #include "io/atomic_file.h"
 #include "io/bag_frames.h"
 #include "mapper/probed_mapper.h"
@@ -45,12 +46,31 @@ std::unique_ptr<FrameSource> openSource(const ReconstructOptions& options, const
   return openTumSource(options);
 }
 
+/// Null where there is no colour, or none is wanted.
+std::unique_ptr<ColourSource> openColours(const ReconstructOptions& options,
+                                          const ColourParams& params) {
+  if (params.enabled == ColourUse::kNever) return nullptr;
+  std::unique_ptr<ColourSource> colours;
+  if (!options.tum_folder.empty()) {
+    colours = openTumColours(options.tum_folder, options.pose_tolerance_s);
+  }
+  if (colours == nullptr && params.enabled == ColourUse::kAlways) {
+    throw std::runtime_error("colour/enabled is always, but the recording has no colour images "
+                             "that can be read; a TUM folder lists them in rgb.txt");
+  }
+  return colours;
+}
+
 void printSummary(const ReconstructionResult& result, const std::string& backend_name,
                   const std::string& mesh_path) {
   const std::string skipped = describeSkipped(result.skipped);
   std::printf("%zu frames fused on %s in %.1f ms each (median)%s%s\n", result.frames,
               backend_name.c_str(), summarise(result.integrate_ms).median,
               skipped.empty() ? "" : "; not fused: ", skipped.c_str());
+  if (result.images > 0) {
+    std::printf("%zu colour images painted in %.1f ms each (median)\n", result.images,
+                summarise(result.paint_ms).median);
+  }
   std::printf("%zu vertices, %zu triangles: %s\n", result.mesh.vertices_m.size(),
               result.mesh.triangles.size(), mesh_path.c_str());
   if (result.map.refused_blocks > 0) {
@@ -79,11 +99,12 @@ void run(const ReconstructOptions& options) {
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
 
   const auto source = prefetchFrames(openSource(options, settings.params.node), kFramesAhead);
+  const auto colours = openColours(options, settings.params.node.colour);
   const auto mapper = makeProbedMapper(params, settings.rules);
   ReconstructionResult result;
   {
     ProgressBar progress("frames", source->size());
-    result = reconstruct(*source, *mapper, params.map.voxel_size_m, options.mesh_every,
+    result = reconstruct({*source, colours.get()}, *mapper, params.map.voxel_size_m, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
   checkSupport(result, params);

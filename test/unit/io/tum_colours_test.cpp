@@ -1,0 +1,112 @@
+#include "dtsdf_mapping/io/tum_colours.h"
+
+#include <gtest/gtest.h>
+
+#include "io/colour_image_file.h"
+#include "support/tum_folder.h"
+
+namespace dtsdf {
+namespace {
+
+class TumColoursTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    writeTumFolder(folder_, 3);
+    std::filesystem::create_directories(folder_ / "rgb");
+    // Blue, green, red for OpenCV. Not in the order of stamps, and the last one without a pose.
+    cv::imwrite(folder_ / "rgb/a.png", cv::Mat(kTumHeight, kTumWidth, CV_8UC3, {10, 20, 30}));
+    cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(kTumHeight, kTumWidth, CV_8UC3, {200, 100, 50}));
+    writeBytes(folder_ / "rgb.txt",
+               "# stamp file\n100.15 rgb/b.jpg\n100.01 rgb/a.png\n200.0 rgb/a.png\n");
+  }
+
+  std::string error() const {
+    return errorOf([&] {
+      const auto source = openTumColours(folder_.path(), 0.06);
+      while (source->next()) {
+      }
+    });
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(TumColoursTest, HandsOutImagesByStampWithTheirOwnPoses) {
+  const auto source = openTumColours(folder_.path(), 0.06);
+  ASSERT_NE(source, nullptr);
+  const auto first = source->next();
+  ASSERT_TRUE(first);
+  EXPECT_DOUBLE_EQ(first->stamp_s, 100.01);
+  EXPECT_NEAR(first->colour.T_W_C.translation().x(), 0.1, 1e-6);
+  EXPECT_EQ(first->colour.width, kTumWidth);
+  EXPECT_EQ(first->colour.height, kTumHeight);
+  EXPECT_EQ(first->colour.intrinsics.fy, 11.0f);
+  const auto* pixels = static_cast<const uint8_t*>(first->colour.data);
+  EXPECT_EQ(std::vector<int>(pixels + 3, pixels + 6), (std::vector<int>{30, 20, 10}));
+  const auto second = source->next();
+  ASSERT_TRUE(second);
+  EXPECT_DOUBLE_EQ(second->stamp_s, 100.15);
+  const auto* jpeg = static_cast<const uint8_t*>(second->colour.data);
+  EXPECT_NEAR(jpeg[0], 50, 3);
+  EXPECT_NEAR(jpeg[2], 200, 3);
+  EXPECT_FALSE(source->next());
+  EXPECT_EQ(source->skipped().at("colour images without a pose within 60 ms"), 1u);
+}
+
+TEST_F(TumColoursTest, NoListIsNoColour) {
+  std::filesystem::remove(folder_ / "rgb.txt");
+  EXPECT_EQ(openTumColours(folder_.path(), 0.02), nullptr);
+}
+
+TEST_F(TumColoursTest, ACameraOfTheirOwn) {
+  cv::imwrite(folder_ / "rgb/a.png", cv::Mat(9, 12, CV_8UC3, {1, 2, 3}));
+  cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(9, 12, CV_8UC3, {1, 2, 3}));
+  EXPECT_NE(error().find("colour_info.yaml"), std::string::npos) << error();
+  writeBytes(folder_ / "colour_info.yaml",
+             "image_width: 12\nimage_height: 9\n"
+             "projection_matrix:\n  data: [20, 0, 6, 0, 0, 21, 4, 0, 0, 0, 1, 0]\n");
+  EXPECT_EQ(error(), "");
+  EXPECT_EQ(openTumColours(folder_.path(), 0.06)->next()->colour.intrinsics.fx, 20.0f);
+}
+
+TEST_F(TumColoursTest, SaysWhichFileIsMissingOrDamaged) {
+  writeBytes(folder_ / "rgb/a.png", "no picture");
+  EXPECT_NE(error().find("rgb/a.png"), std::string::npos) << error();
+  std::filesystem::remove(folder_ / "rgb/a.png");
+  EXPECT_NE(error().find("no such file"), std::string::npos) << error();
+}
+
+/// Whatever PNG and JPEG hold becomes 8 bits of red, green and blue.
+TEST_F(TumColoursTest, OtherKindsOfPixels) {
+  const auto first = [&](const std::string& name, const cv::Mat& image) {
+    cv::imwrite(folder_ / name, image);
+    const ColourImageFile file = readColourImage(folder_ / name);
+    EXPECT_EQ(file.width, image.cols);
+    EXPECT_EQ(file.rgb.size(), 3 * image.total());
+    return std::vector<int>(file.rgb.begin(), file.rgb.begin() + 3);
+  };
+  EXPECT_EQ(first("grey.png", cv::Mat(4, 5, CV_8UC1, {77})), (std::vector<int>{77, 77, 77}));
+  EXPECT_EQ(first("grey.jpg", cv::Mat(4, 5, CV_8UC1, {77})), (std::vector<int>{77, 77, 77}));
+  EXPECT_EQ(first("deep.png", cv::Mat(4, 5, CV_16UC3, {0, 257 * 20, 257 * 200})),
+            (std::vector<int>{200, 20, 0}));
+  EXPECT_EQ(first("clear.png", cv::Mat(4, 5, CV_8UC4, {1, 2, 3, 4})),
+            (std::vector<int>{3, 2, 1}));
+}
+
+/// A file cut off anywhere is told, not read in part.
+TEST_F(TumColoursTest, CutFilesAreDamaged) {
+  for (const std::string name : {"rgb/a.png", "rgb/b.jpg"}) {
+    cv::Mat image(40, 60, CV_8UC3);
+    cv::randu(image, 0, 255);
+    cv::imwrite(folder_ / name, image);
+    const std::string whole = readBytes(folder_ / name);
+    for (const double share : {0.0, 0.001, 0.01, 0.3, 0.9}) {
+      writeBytes(folder_ / name,
+                 whole.substr(0, static_cast<size_t>(share * static_cast<double>(whole.size()))));
+      EXPECT_THROW(readColourImage(folder_ / name), std::runtime_error) << name << " " << share;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -63,7 +63,7 @@ __global__ void drawHidingKernel(PointView view, MapView map, LookView look, flo
     const Vec3f first_voxel_L = firstVoxelOf(view.frame, entry);
     visitVoxels(map, entry, [&](int direction, int32_t, const Voxel* voxels, int i) {
       SurfacePoint point;
-      if (!isNearSurface(view, voxels[i], view.rules.hiding_distance)) return;
+      if (!hides(view, voxels, i, direction)) return;
       if (!findSurfacePoint(view, first_voxel_L, voxels, i, direction, point)) return;
       drawSurface(view, point, [&](int32_t cell, float cell_m) {
         lowerTo(depth_m + cell, cell_m);

@@ -77,6 +77,7 @@ void visitRules(ColourRules& rules, Visitor& visit) {
   visit(section + "hiding_distance", rules.hiding_distance, Range{0.0, 16.0});
   visit(section + "hiding_radius", rules.hiding_radius, Range{0.0, 16.0});
   visit(section + "hidden_depth", rules.hidden_depth, Range{0.0, 100.0});
+  visit(section + "hidden_noise", rules.hidden_noise, Range{0.0, 1.0});
   visit(section + "outline_px", rules.outline_px, Range{0.0, 100.0});
   visit(section + "outline_voxels", rules.outline_voxels, Range{0.0, 16.0});
   visit(section + "outline_depth", rules.outline_depth, Range{0.0, 100.0});

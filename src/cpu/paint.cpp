@@ -88,7 +88,7 @@ void Painter::drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
   visitArrays(entry, voxels, [&](int direction, const Voxel* array) {
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       SurfacePoint point;
-      if (!isNearSurface(view, array[i], rules_.hiding_distance)) continue;
+      if (!hides(view, array, i, direction)) continue;
       if (!findSurfacePoint(view, first_voxel_L, array, i, direction, point)) continue;
       drawSurface(view, point, [&](int32_t cell, float cell_m) {
         depth_m[cell] = minimum(depth_m[cell], cell_m);

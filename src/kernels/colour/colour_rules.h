@@ -23,8 +23,11 @@ struct ColourRules {
   /// moves them.
   float hiding_radius = 0.75f;
   /// What lies behind a surface by more than this is hidden, in voxels: less is the roughness of
-  /// the surface itself.
+  /// the surface itself ...
   float hidden_depth = 1.5f;
+  /// ... plus so much at 1 m, in 1/m, growing with z^2: what noise leaves of roughness. By judgement,
+  /// some three deviations of a depth camera that triangulates.
+  float hidden_noise = 0.004f;
   /// So are points as near as this to the outline of what is in front of them, in pixels: pixels
   /// there mix both, and cameras are not registered to the pixel.
   float outline_px = 2.0f;

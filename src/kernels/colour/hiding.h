@@ -28,6 +28,23 @@ DTSDF_HD int32_t cellOf(float px, int32_t cells) {
   return cell < 0 ? 0 : (cell < cells ? cell : cells - 1);
 }
 
+/// Whether a voxel hides what is behind it: its surface is near, and lies between it and the next
+/// voxel along the direction's axis, which is known as well. What noise has left alone in front of
+/// a surface does not hide it. If the next voxel is in another block, it is taken to be known; the
+/// undirected map has no axis.
+DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int direction) {
+  if (!isNearSurface(view, voxels[index], view.rules.hiding_distance)) return false;
+  if (!view.directional) return true;
+  const int axis = directionAxis(direction);
+  const bool is_behind = voxels[index].sdf < 0.0f;
+  const bool upwards = (directionSign(direction) > 0.0f) == is_behind;
+  const int at = component(voxelOffset(index), axis) + (upwards ? 1 : -1);
+  if (at < 0 || at >= kBlockSide) return true;
+  const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);
+  const Voxel& next = voxels[index + (upwards ? step : -step)];
+  return evidenceOf(next) >= view.least_evidence && (next.sdf < 0.0f) != is_behind;
+}
+
 /// Calls draw(cell, depth_m) for the cells around a point that its surface covers.
 template <class Draw>
 DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, const Draw& draw) {
@@ -48,42 +65,50 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   }
 }
 
-/// How much nearer than the point's plane the surface is so many pixels beside it, in metres; far
-/// below 0 where there is none.
-DTSDF_HD float nearerBeside(const HidingImage& hiding, const SurfacePoint& point,
-                            const PointPlane& plane, float du, float dv) {
+/// What is seen so many pixels beside a point, and where the point's own surface would be there: on
+/// its plane, or as far away as the point, where another surface meets it.
+struct SeenBeside {
+  float depth_m;
+  float nearest_own_m, farthest_own_m;
+};
+
+DTSDF_HD SeenBeside seenBeside(const HidingImage& hiding, const SurfacePoint& point,
+                               const PointPlane& plane, float du, float dv) {
   const int32_t u = cellOf(point.u + du, hiding.width), v = cellOf(point.v + dv, hiding.height);
   const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
   const float centre_v = (static_cast<float>(v) + 0.5f) * kCellSide;
-  return depthBeside(plane, centre_u - point.u, centre_v - point.v) -
-         hiding.depth_m[v * hiding.width + u];
+  const float plane_m = depthBeside(plane, centre_u - point.u, centre_v - point.v);
+  return {hiding.depth_m[v * hiding.width + u], minimum(plane_m, point.p_C.z),
+          maximum(plane_m, point.p_C.z)};
 }
 
 /// Whether something hides the point, or has its outline beside it.
 DTSDF_HD bool isHidden(const PointView& view, const HidingImage& hiding,
                        const SurfacePoint& point) {
   const PointPlane plane = planeOf(view.frame, point);
-  const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m;
-  const float beside = view.rules.outline_px;
-  bool hidden = nearerBeside(hiding, point, plane, 0.0f, 0.0f) > limit_m;
-  for (int corner = 0; corner < 4 && !hidden; ++corner) {
-    hidden = nearerBeside(hiding, point, plane, corner & 1 ? beside : -beside,
-                          corner & 2 ? beside : -beside) > limit_m;
+  const float depth_m = point.p_C.z;
+  const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m +
+                        view.rules.hidden_noise * depth_m * depth_m;
+  for (int n = 0; n < 5; ++n) {  // here, and towards the corners
+    const float beside = n == 0 ? 0.0f : view.rules.outline_px;
+    const SeenBeside seen = seenBeside(hiding, point, plane, n & 1 ? beside : -beside,
+                                       n & 2 ? beside : -beside);
+    if (seen.depth_m < seen.nearest_own_m - limit_m) return true;
   }
-  return hidden;
+  return false;
 }
 
 /// Whether the surface ends, as the camera sees it, near a point.
 DTSDF_HD bool isAtOutline(const PointView& view, const HidingImage& hiding,
                           const SurfacePoint& point) {
   const PointPlane plane = planeOf(view.frame, point);
-  const float limit_m = -view.rules.outline_depth * view.frame.voxel_size_m;
+  const float limit_m = view.rules.outline_depth * view.frame.voxel_size_m;
   const float beside = view.rules.outline_px +
                        view.rules.outline_voxels * voxelWidth(view.frame, point);
   for (int n = 0; n < 9; ++n) {
     const auto right = static_cast<float>(n % 3 - 1), down = static_cast<float>(n / 3 - 1);
-    if (n == 4) continue;
-    if (nearerBeside(hiding, point, plane, right * beside, down * beside) < limit_m) return true;
+    const SeenBeside seen = seenBeside(hiding, point, plane, right * beside, down * beside);
+    if (n != 4 && seen.depth_m > seen.farthest_own_m + limit_m) return true;
   }
   return false;
 }

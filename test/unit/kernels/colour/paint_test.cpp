@@ -127,10 +127,38 @@ TEST_F(SeenSurface, NotBehindAnother) {
   makePlane(3.3f);
   const int index = voxelIndex(4, 4, 3);
   const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
-  for (const float ahead : {0.5f, 1.4f, 1.6f, 20.0f}) {
-    hiding_m_.assign(hiding_m_.size(), own_m - ahead * kVoxel_m);
-    EXPECT_EQ(sample(index).weight > 0.0f, ahead < kRules.hidden_depth) << ahead;
+  const float limit_m = kRules.hidden_depth * kVoxel_m + kRules.hidden_noise * own_m * own_m;
+  for (const float share : {0.3f, 0.98f, 1.02f, 20.0f}) {
+    hiding_m_.assign(hiding_m_.size(), own_m - share * limit_m);
+    EXPECT_EQ(sample(index).weight > 0.0f, share < 1.0f) << share;
   }
+}
+
+TEST_F(SeenSurface, HidesWhereBothSidesAreKnown) {
+  makePlane(3.3f);
+  const int front = voxelIndex(4, 4, 3), behind = voxelIndex(4, 4, 4);
+  EXPECT_TRUE(hides(sensing_.view, voxels_, front, kTowardsCamera));
+  EXPECT_FALSE(hides(sensing_.view, voxels_, behind, kTowardsCamera));  // 0.7 voxels off
+  voxels_[behind] = makeVoxel(0.0f, 0, 0);
+  EXPECT_FALSE(hides(sensing_.view, voxels_, front, kTowardsCamera));
+  voxels_[behind] = makeVoxel(0.2f, 1000, 9);  // no surface in between
+  EXPECT_FALSE(hides(sensing_.view, voxels_, front, kTowardsCamera));
+  makePlane(7.3f);  // the next one is in another block
+  EXPECT_TRUE(hides(sensing_.view, voxels_, voxelIndex(4, 4, 7), kTowardsCamera));
+}
+
+/// Two surfaces that meet do not hide each other: what is seen beside the point is nearer than its
+/// plane there, but not than the point.
+TEST_F(SeenSurface, ConcaveEdgesAreSeen) {
+  makePlane(3.3f);
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {  // a floor that rises towards the right
+    const Vec3i at = voxelOffset(i);
+    const float offset = 3.3f + 0.8f * static_cast<float>(at.x - 4);
+    voxels_[i] = makeVoxel((offset - static_cast<float>(at.z)) / 1.281f, 1000, 9);
+  }
+  const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
+  hiding_m_.assign(hiding_m_.size(), own_m);
+  EXPECT_GT(sample(voxelIndex(4, 4, 3)).weight, 0.0f);
 }
 
 TEST_F(SeenSurface, CountsLittleBesideItsOutline) {
@@ -147,7 +175,7 @@ TEST_F(SeenSurface, DrawsThePlaneWithoutGaps) {
   makePlane(3.3f);
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     SurfacePoint point;
-    if (!isNearSurface(sensing_.view, voxels_[i], kRules.hiding_distance)) continue;
+    if (!hides(sensing_.view, voxels_, i, kTowardsCamera)) continue;
     ASSERT_TRUE(findSurfacePoint(sensing_.view, {0.0f, 0.0f, kDepth_voxels}, voxels_, i,
                                  kTowardsCamera, point));
     drawSurface(sensing_.view, point, [&](int32_t cell, float depth_m) {

@@ -125,7 +125,9 @@ __global__ void lookKernel(ColourSensing sensing, MapView map, LookView look) {
         return;
       }
       const VoxelColour seen{sample.red, sample.green, sample.blue, 0};
-      if (tellsExposure(colours[i], seen)) addToSums(sums, colours[i], seen);
+      if (tellsExposure(colours[i], seen, sample.weight, sensing.view.rules)) {
+        addToSums(sums, colours[i], seen);
+      }
     });
     addAtomically(found.sums, sums);
     __syncthreads();

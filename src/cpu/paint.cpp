@@ -138,7 +138,7 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
     const int32_t colours = map.table.colourOf(entry.array[seen.voxel / kVoxelsPerBlock]);
     if (colours == kNoArray) continue;
     const VoxelColour& known = map.colours.array(colours)[seen.voxel % kVoxelsPerBlock];
-    if (tellsExposure(known, colourOf(seen.sample))) {
+    if (tellsExposure(known, colourOf(seen.sample), seen.sample.weight, rules_)) {
       addToSums(block.sums, known, colourOf(seen.sample));
     }
   }

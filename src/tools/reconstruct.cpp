@@ -104,8 +104,8 @@ void run(const ReconstructOptions& options) {
   ReconstructionResult result;
   {
     ProgressBar progress("frames", source->size());
-    result = reconstruct({*source, colours.get()}, *mapper, params.map.voxel_size_m, options.mesh_every,
-                         [&](size_t done) { progress.show(done); });
+    result = reconstruct({*source, colours.get()}, *mapper, params.map.voxel_size_m,
+                         options.mesh_every, [&](size_t done) { progress.show(done); });
   }
   checkSupport(result, params);
   saveMesh(result.mesh, params.mesh.colour, options.mesh_path);

@@ -33,8 +33,9 @@ struct ReconstructionResult {
 };
 
 /// Fuses all frames of a source. Colour images are painted in the order of stamps between them,
-/// those of one stamp after the frame; none before the first frame or after the last. The mesh is extracted each `mesh_every` frames (0: never) and, of
-/// what is left, at the end. `show_progress` is called with the number of frames done.
+/// those of one stamp after the frame; none before the first frame or after the last. The mesh is
+/// extracted each `mesh_every` frames (0: never) and, of what is left, at the end. `show_progress`
+/// is called with the number of frames done.
 /// @throws std::runtime_error if the source or the backend fails, or if no frame was fused.
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
                                  size_t mesh_every,

@@ -25,8 +25,8 @@ struct ColourRules {
   /// What lies behind a surface by more than this is hidden, in voxels: less is the roughness of
   /// the surface itself ...
   float hidden_depth = 1.5f;
-  /// ... plus so much at 1 m, in 1/m, growing with z^2: what noise leaves of roughness. By judgement,
-  /// some three deviations of a depth camera that triangulates.
+  /// ... plus so much at 1 m, in 1/m, growing with z^2: what noise leaves of roughness. By
+  /// judgement, some three deviations of a depth camera that triangulates.
   float hidden_noise = 0.004f;
   /// So are points as near as this to the outline of what is in front of them, in pixels: pixels
   /// there mix both, and cameras are not registered to the pixel.
@@ -54,6 +54,10 @@ struct ColourRules {
   /// The exposure of an image is judged where the map is painted already, from so many voxels on:
   /// by judgement, a small part of an image.
   int32_t least_overlap = 256;
+  /// Gains that differ from 1 by no more than this in any channel are no other exposure. (Armadillo
+  /// in waves of colour, 60 images of one exposure, voxels of 20 mm: median error 2.4 in CIE Lab
+  /// without this and with all voxels in the sums, 0.8 without any correction.)
+  float same_gain = 0.03f;
 };
 
 }  // namespace dtsdf

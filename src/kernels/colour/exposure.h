@@ -18,8 +18,8 @@ struct Exposure {
 
 DTSDF_HD Exposure sameExposure() { return {{1.0f, 1.0f, 1.0f}}; }
 
-/// Sums over the voxels that both show. An image has at most 2^23 pixels, but a map may hold many
-/// more voxels; a channel adds 255 at most, so that 2^55 of them fit.
+/// Sums over the voxels that both show. A channel adds 255 at most, so that those of 2^55 voxels
+/// fit, more than any map has.
 struct ExposureSums {
   int64_t map[3], image[3];
   int64_t voxels;
@@ -31,9 +31,14 @@ DTSDF_HD bool isWellExposed(const VoxelColour& colour) {
   return isWellExposed(colour.red) && isWellExposed(colour.green) && isWellExposed(colour.blue);
 }
 
-/// Whether a voxel tells of the exposure.
-DTSDF_HD bool tellsExposure(const VoxelColour& map, const VoxelColour& image) {
-  return isPainted(map) && isWellExposed(map) && isWellExposed(image);
+/// Whether a voxel tells of the exposure: both have seen it about as well. What is at an outline,
+/// or seen much better than before, may differ for other reasons.
+DTSDF_HD bool tellsExposure(const VoxelColour& map, const VoxelColour& image, float image_weight,
+                            const ColourRules& rules) {
+  const float views = static_cast<float>(rules.most_views) * image_weight;
+  const float before = colourWeight(map.weight);
+  return before > 0.0f && views >= 0.5f * before && image_weight <= 2.0f * before &&
+         isWellExposed(map) && isWellExposed(image);
 }
 
 DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelColour& image) {
@@ -46,17 +51,20 @@ DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelC
   ++sums.voxels;
 }
 
-/// The gains for an image; those of the one before where too little of the map is seen again.
+/// The gains for an image; those of the one before where too little of the map is seen again. Gains
+/// that are about 1 are 1: else small errors would add up from image to image.
 DTSDF_HD Exposure exposureOf(const ExposureSums& sums, const Exposure& before,
                              const ColourRules& rules) {
   if (sums.voxels < rules.least_overlap) return before;
   constexpr float kMostGain = 8.0f;
   Exposure exposure;
+  bool same = true;
   for (int i = 0; i < 3; ++i) {
     const float gain = static_cast<float>(sums.map[i]) / static_cast<float>(sums.image[i]);
     exposure.gain[i] = minimum(maximum(gain, 1.0f / kMostGain), kMostGain);
+    same = same && fabsf(gain - 1.0f) <= rules.same_gain;
   }
-  return exposure;
+  return same ? sameExposure() : exposure;
 }
 
 /// A channel as the map would have it.

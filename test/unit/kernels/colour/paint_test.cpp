@@ -66,11 +66,29 @@ TEST(Exposure, IsTheRatioOfWhatBothShow) {
   EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kRules).gain[0], 7.0f);
 }
 
+TEST(Exposure, SmallDifferencesAreNone) {
+  ExposureSums sums = {};
+  for (int i = 0; i < 300; ++i) addToSums(sums, {100, 100, 100, 9}, {102, 98, 100, 0});
+  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kRules).gain[0], 1.0f);
+  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kRules).gain[1], 1.0f);
+}
+
 TEST(Exposure, WhatIsCutOffDoesNotTell) {
-  EXPECT_TRUE(tellsExposure({100, 100, 100, 1}, {100, 100, 100, 0}));
-  EXPECT_FALSE(tellsExposure({100, 100, 100, 0}, {100, 100, 100, 0}));
-  EXPECT_FALSE(tellsExposure({100, 100, 255, 1}, {100, 100, 100, 0}));
-  EXPECT_FALSE(tellsExposure({100, 100, 100, 1}, {0, 100, 100, 0}));
+  const uint8_t weight = colourWeightCode(1.0f);
+  const auto tells = [](const VoxelColour& map, const VoxelColour& image) {
+    return tellsExposure(map, image, 1.0f, kRules);
+  };
+  EXPECT_TRUE(tells({100, 100, 100, weight}, {100, 100, 100, 0}));
+  EXPECT_FALSE(tells({100, 100, 100, 0}, {100, 100, 100, 0}));
+  EXPECT_FALSE(tells({100, 100, 255, weight}, {100, 100, 100, 0}));
+  EXPECT_FALSE(tells({100, 100, 100, weight}, {0, 100, 100, 0}));
+}
+
+TEST(Exposure, WhatIsSeenMuchBetterOrWorseDoesNotTell) {
+  const VoxelColour map{100, 100, 100, colourWeightCode(1.0f)}, image{100, 100, 100, 0};
+  EXPECT_FALSE(tellsExposure(map, image, 0.05f, kRules));
+  EXPECT_TRUE(tellsExposure(map, image, 0.125f, kRules));
+  EXPECT_FALSE(tellsExposure(map, image, 3.0f, kRules));
 }
 
 /// A camera that looks along z at the voxels of one block, 64 voxels off.

@@ -31,7 +31,10 @@ __device__ void findColours(const MapView& map, const BlockKey& key, int n,
   const int32_t slot = findSlot(map, packKey(key + cornerBlockOffset(n)));
   for (int d = 0; d < kDirectionCount; ++d) {
     const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[d];
-    corners.colours[n][d] = array == kNoArray ? nullptr : coloursOf(map, array);
+    for (int brick = 0; brick < kBricksPerArray; ++brick) {
+      corners.colours[n][d][brick] =
+          array == kNoArray ? nullptr : coloursOf(map, array, brick);
+    }
   }
 }
 

@@ -1,6 +1,7 @@
 #include "cuda_map.h"
 
 #include "backend/frame_check.h"
+#include "backend/gather_colours.h"
 #include "backend/rule_settings.h"
 #include "kernels/fusion/evidence.h"
 
@@ -13,7 +14,8 @@ template <class T>
 class HostCopy {
  public:
   template <class Pool>
-  HostCopy(const Pool& pool, const Stream& stream) {
+  HostCopy(const Pool& pool, const Stream& stream)
+      : record_elements_(Pool::kSlabElements / Pool::kSlabRecords) {
     PinnedBuffer<T> slab(Pool::kSlabElements);
     for (size_t i = 0; i < pool.slabCount(); ++i) {
       pool.downloadSlab(i, slab.data(), stream);
@@ -22,12 +24,12 @@ class HostCopy {
     }
   }
 
-  std::vector<T> record(int32_t i) const {
-    const auto first = elements_.begin() + static_cast<ptrdiff_t>(i) * kVoxelsPerBlock;
-    return std::vector<T>(first, first + kVoxelsPerBlock);
+  const T* record(int32_t i) const {
+    return elements_.data() + static_cast<size_t>(i) * record_elements_;
   }
 
  private:
+  size_t record_elements_;
   std::vector<T> elements_;
 };
 
@@ -150,7 +152,7 @@ IntegrationResult CudaMap::paint(const ColourFrame& frame) {
 /// As admit(): all memory is taken before the table changes.
 ColourAdmission CudaMap::admitColours() {
   mesher_.complete();
-  std::vector<BlockRequest> requests = painter_.fetchRequests();
+  std::vector<ColourRequest> requests = painter_.fetchRequests();
   const bool had_colours = map_.hasColours();
   map_.reserveColours(table_, table_.countNewColours(requests));
   ColourAdmission admission = table_.admitColours(std::move(requests));
@@ -271,10 +273,9 @@ std::vector<BlockSnapshot> CudaMap::snapshot() {
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = entry.array[d];
       if (array == kNoArray) continue;
-      copy.voxels[d] = voxels.record(array);
-      if (table_.colourOf(array) != kNoArray) {
-        copy.colours[d] = colours.record(table_.colourOf(array));
-      }
+      copy.voxels[d].assign(voxels.record(array), voxels.record(array) + kVoxelsPerBlock);
+      copy.colours[d] =
+          gatherColours(table_, array, [&](int32_t brick) { return colours.record(brick); });
       holds_voxels = true;
     }
     if (holds_voxels) blocks.push_back(std::move(copy));

@@ -60,15 +60,20 @@ __global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
   const int32_t array = arrays[blockIdx.x];
   Voxel* voxels = map.voxels.record(array);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = {0.0f, 0};
-  if (threadIdx.x == 0 && map.colour_of != nullptr) map.colour_of[array] = 0;
+  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {
+    map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
+  }
 }
 
-/// One block of threads per colour array.
-__global__ void clearColoursKernel(MapView map, const ColourUpdate* updates) {
-  const ColourUpdate update = updates[blockIdx.x];
-  VoxelColour* colours = map.colours.record(update.colours);
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) colours[i] = {0, 0, 0, 0};
-  if (threadIdx.x == 0) map.colour_of[update.array] = update.colours + 1;
+/// One thread per voxel of the new bricks.
+__global__ void clearColoursKernel(MapView map, const NewBrick* bricks, size_t count) {
+  const size_t i = globalThread();
+  if (i >= count * kVoxelsPerBrick) return;
+  const NewBrick brick = bricks[i / kVoxelsPerBrick];
+  map.colours.record(brick.colours)[i % kVoxelsPerBrick] = {0, 0, 0, 0};
+  if (i % kVoxelsPerBrick != 0) return;
+  map.colour_of[static_cast<size_t>(brick.array) * kBricksPerArray + brick.brick] =
+      brick.colours + 1;
 }
 
 }  // namespace
@@ -119,7 +124,7 @@ void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
 
 /// What is kept for each voxel array and slot, once colours are kept at all.
 void DeviceMap::growColours(const PoolSizes& sizes) {
-  colour_of_.growZeroed(sizes.arrays, stream_);
+  colour_of_.growZeroed(sizes.arrays * kBricksPerArray, stream_);
   painted_.growZeroed(sizes.slots, stream_);
   painted_slots_.growZeroed(sizes.slots, stream_);
 }
@@ -128,23 +133,21 @@ void DeviceMap::reserveColours(const BlockTable& table, size_t new_colours) {
   growColours({table.slotCount(), table.arrayCount()});
   colours_.reserve(table.colourCount() + new_colours, stream_);
   updates_sent_.wait();
-  pinned_colours_.reserve(new_colours);
-  new_colours_.reserve(new_colours, stream_);
+  pinned_bricks_.reserve(new_colours);
+  new_bricks_.reserve(new_colours, stream_);
   painted_count_.growZeroed(1, stream_);
 }
 
 void DeviceMap::apply(const ColourAdmission& admission) {
-  const size_t count = admission.colours.size();
+  const size_t count = admission.bricks.size();
   if (count == 0) return;
   has_colours_ = true;
   updates_sent_.wait();
-  for (size_t i = 0; i < count; ++i) {
-    pinned_colours_[i] = {admission.arrays[i], admission.colours[i]};
-  }
-  new_colours_.upload(pinned_colours_.data(), count, stream_);
+  std::copy(admission.bricks.begin(), admission.bricks.end(), pinned_bricks_.data());
+  new_bricks_.upload(pinned_bricks_.data(), count, stream_);
   stream_.record(updates_sent_);
-  clearColoursKernel<<<static_cast<unsigned>(count), kThreads, 0, stream_.get()>>>(
-      view(), new_colours_.data());
+  clearColoursKernel<<<blocksFor(count * kVoxelsPerBrick), kThreads, 0, stream_.get()>>>(
+      view(), new_bricks_.data(), count);
   DTSDF_CHECK_LAUNCH("clearColoursKernel");
 }
 
@@ -232,9 +235,9 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
   parts.push_back({"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes,
                    colours_.bytes()});
   parts.push_back({"books of colours", kMap, books, books});
-  const size_t updates = updates_.bytes() + new_arrays_.bytes() + new_colours_.bytes();
+  const size_t updates = updates_.bytes() + new_arrays_.bytes() + new_bricks_.bytes();
   parts.push_back({"map updates", MemoryKind::kScratch, updates, updates});
-  const size_t staging = pinned_updates_.bytes() + pinned_arrays_.bytes() + pinned_colours_.bytes();
+  const size_t staging = pinned_updates_.bytes() + pinned_arrays_.bytes() + pinned_bricks_.bytes();
   parts.push_back({"map updates", MemoryKind::kStaging, staging, staging});
 }
 

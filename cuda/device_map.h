@@ -16,10 +16,10 @@ namespace gpu {
 /// A key that no block can have: marks empty places of the hash tables.
 constexpr PackedKey kNoKey = ~PackedKey{0};
 
-/// 512 voxel arrays of 4 KiB or colour arrays of 2 KiB, and 1024 sets of unit indices of 1 KiB, a
-/// slab.
+/// 512 voxel arrays of 4 KiB, 4096 bricks of colours of 256 bytes, and 1024 sets of unit indices of
+/// 1 KiB, a slab.
 using VoxelPool = SlabPool<Voxel, kVoxelsPerBlock, 9>;
-using ColourPool = SlabPool<VoxelColour, kVoxelsPerBlock, 9>;
+using ColourPool = SlabPool<VoxelColour, kVoxelsPerBrick, 12>;
 using IndexPool = SlabPool<UnitIndices, kVoxelsPerBlock, 10>;
 
 /// What the device knows of a block; key is kNoKey while the slot is free.
@@ -33,11 +33,6 @@ struct SlotUpdate {
   SlotEntry entry;
   int32_t slot;
   int32_t in_use;
-};
-
-/// A colour array that a voxel array has got.
-struct ColourUpdate {
-  int32_t array, colours;
 };
 
 /// Blocks that changed in some way since the last extraction: a flag per slot, and their list.
@@ -57,7 +52,8 @@ struct MapView {
   VoxelPool::View voxels;
   IndexPool::View unit_indices;
   ColourPool::View colours;
-  /// Number of its colour array plus 1, per voxel array; 0: none. Null while nothing is painted.
+  /// Numbers of its bricks of colours plus 1, per voxel array; 0: none. Null while nothing is
+  /// painted.
   int32_t* colour_of;
   ChangedBlocks painted;  ///< Those whose colours changed; null while nothing is painted.
   /// Blocks whose voxels changed since the last extraction: a flag per slot, and their list.
@@ -86,14 +82,14 @@ class DeviceMap {
   /// @pre reserve() made the room.
   void apply(const BlockTable& table, const Admission& admission);
 
-  /// Makes room for so many more colour arrays. @throws CudaError as reserve() does.
+  /// Makes room for so many more bricks of colours. @throws CudaError as reserve() does.
   void reserveColours(const BlockTable& table, size_t new_colours);
 
-  /// Follows an admission: new colour arrays are there, nothing in them painted.
+  /// Follows an admission: new bricks are there, nothing in them painted.
   /// @pre reserveColours() made the room.
   void apply(const ColourAdmission& admission);
 
-  /// Whether there has been a colour array.
+  /// Whether there has been a brick of colours.
   bool hasColours() const { return has_colours_; }
 
   /// Has the colours of every mesh made.
@@ -136,8 +132,8 @@ class DeviceMap {
   DeviceBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> pinned_arrays_;
   DeviceBuffer<int32_t> new_arrays_;
-  PinnedBuffer<ColourUpdate> pinned_colours_;
-  DeviceBuffer<ColourUpdate> new_colours_;
+  PinnedBuffer<NewBrick> pinned_bricks_;
+  DeviceBuffer<NewBrick> new_bricks_;
 };
 
 /// Some kernel of this binary, to find out whether the device can run its code.

@@ -202,8 +202,8 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
 
 /// What comes to the place of a voxel that is gone has a colour of its own.
 __device__ void forgetColour(const MapView& map, int32_t array, int index) {
-  VoxelColour* colours = coloursOf(map, array);
-  if (colours != nullptr) colours[index] = {0, 0, 0, 0};
+  VoxelColour* colour = colourOf(map, array, index);
+  if (colour != nullptr) *colour = {0, 0, 0, 0};
 }
 
 /// Takes evidence from the voxels that the frame contradicts, with a block of threads: all are

@@ -79,7 +79,7 @@ __device__ void addAtomically(int64_t* sum, int64_t value) {
 /// What a block of threads finds in one block of the map.
 struct BlockLook {
   ExposureSums sums;
-  uint32_t directions, lacking;  ///< Bit d: something is painted; and there is no array for it.
+  unsigned long long lacking;  ///< Bits of the bricks that are to be painted and are not there.
   uint32_t samples;
 };
 
@@ -94,7 +94,7 @@ __device__ void addAtomically(ExposureSums& sums, const ExposureSums& part) {
 
 /// Adds what was found in a block to the image's counters, by one thread.
 __device__ void report(const LookView& look, PackedKey key, const BlockLook& found) {
-  if (found.directions == 0) return;
+  if (found.samples == 0) return;
   LookCounters& counters = *look.counters;
   atomicAdd(&counters.seen, 1u);
   atomicAdd(reinterpret_cast<unsigned long long*>(&counters.samples),
@@ -117,16 +117,15 @@ __global__ void lookKernel(ColourSensing sensing, MapView map, LookView look) {
     visitVoxels(map, entry, [&](int direction, int32_t array, const Voxel* voxels, int i) {
       const ColourSample sample = sampleColour(sensing, first_voxel_L, voxels, i, direction);
       if (!(sample.weight > 0.0f)) return;
-      const VoxelColour* colours = coloursOf(map, array);
+      const VoxelColour* colour = colourOf(map, array, i);
       atomicAdd(&found.samples, 1u);
-      atomicOr(&found.directions, 1u << direction);
-      if (colours == nullptr) {
-        atomicOr(&found.lacking, 1u << direction);
+      if (colour == nullptr) {
+        atomicOr(&found.lacking, static_cast<unsigned long long>(brickBit(direction, i)));
         return;
       }
       const VoxelColour seen{sample.red, sample.green, sample.blue, 0};
-      if (tellsExposure(colours[i], seen, sample.weight, sensing.view.rules)) {
-        addToSums(sums, colours[i], seen);
+      if (tellsExposure(*colour, seen, sample.weight, sensing.view.rules)) {
+        addToSums(sums, *colour, seen);
       }
     });
     addAtomically(found.sums, sums);
@@ -136,7 +135,7 @@ __global__ void lookKernel(ColourSensing sensing, MapView map, LookView look) {
   }
 }
 
-/// The same once more, now that there are arrays.
+/// The same once more, now that there are bricks.
 __global__ void paintKernel(ColourSensing sensing, Exposure exposure, MapView map, LookView look) {
   const uint32_t count = look.counters->blocks;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
@@ -145,14 +144,13 @@ __global__ void paintKernel(ColourSensing sensing, Exposure exposure, MapView ma
     const Vec3f first_voxel_L = firstVoxelOf(sensing.view.frame, entry);
     int changed = 0;
     visitVoxels(map, entry, [&](int direction, int32_t array, const Voxel* voxels, int i) {
-      VoxelColour* colours = coloursOf(map, array);
-      if (colours == nullptr) return;
+      VoxelColour* colour = colourOf(map, array, i);
+      if (colour == nullptr) return;
       const ColourSample sample = sampleColour(sensing, first_voxel_L, voxels, i, direction);
       if (!(sample.weight > 0.0f)) return;
-      const VoxelColour painted =
-          paintedColour(colours[i], sample, exposure, sensing.view.rules);
-      changed |= looksDifferent(colours[i], painted);
-      colours[i] = painted;
+      const VoxelColour painted = paintedColour(*colour, sample, exposure, sensing.view.rules);
+      changed |= looksDifferent(*colour, painted);
+      *colour = painted;
     });
     if (__syncthreads_or(changed) && threadIdx.x == 0) markPainted(map, slot);
   }

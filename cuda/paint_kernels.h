@@ -12,16 +12,10 @@ namespace gpu {
 struct LookCounters {
   uint32_t blocks;    ///< In view.
   uint32_t seen;      ///< Of these, blocks that something is to be painted in.
-  uint32_t requests;  ///< Of these, blocks that lack colour arrays for it.
+  uint32_t requests;  ///< Of these, blocks that lack bricks of colours for it.
   uint32_t unused;    ///< In place of padding.
   ExposureSums sums;
   uint64_t samples;   ///< Voxels that the image was found to show.
-};
-
-/// A BlockRequest without padding, whose bytes nothing would write.
-struct ColourRequest {
-  PackedKey key;
-  uint64_t directions;
 };
 
 /// What kernels need of a look, by value.
@@ -49,7 +43,7 @@ void drawHiding(const ColourSensing& sensing, const MapView& map, const LookView
 void lookAtSurfaces(const ColourSensing& sensing, const MapView& map, const LookView& look,
                     const Stream& stream);
 
-/// Paints what it shows, where there are colour arrays.
+/// Paints what it shows, where there are bricks of colours.
 void paintSurfaces(const ColourSensing& sensing, const Exposure& exposure, const MapView& map,
                    const LookView& look, const Stream& stream);
 

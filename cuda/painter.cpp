@@ -54,18 +54,12 @@ void Painter::look(const ColourFrame& frame, const FrameView& frame_view, int32_
   exposure_ = exposureOf(counters().sums, exposure_, rules_);
 }
 
-std::vector<BlockRequest> Painter::fetchRequests() {
+std::vector<ColourRequest> Painter::fetchRequests() {
   const size_t count = counters().requests;
   pinned_requests_.reserve(count);
   requests_.download(pinned_requests_.data(), count, stream_);
   stream_.synchronize();
-  std::vector<BlockRequest> requests;
-  requests.reserve(count);
-  for (size_t i = 0; i < count; ++i) {
-    requests.push_back({pinned_requests_[i].key,
-                        static_cast<uint32_t>(pinned_requests_[i].directions)});
-  }
-  return requests;
+  return {pinned_requests_.data(), pinned_requests_.data() + count};
 }
 
 void Painter::paint(const MapView& map) {

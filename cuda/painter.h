@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Takes an image in two steps, between which the colour arrays are made that it needs.
+/// Takes an image in two steps, between which the bricks of colours are made that it needs.
 class Painter {
  public:
   Painter(const ColourRules& rules, bool directional, const Stream& stream);
@@ -24,10 +24,10 @@ class Painter {
             const MapView& map);
   const LookCounters& counters() const { return pinned_counters_[0]; }
 
-  /// The voxel arrays that lack colour arrays.
-  std::vector<BlockRequest> fetchRequests();
+  /// The bricks of colours that are not there.
+  std::vector<ColourRequest> fetchRequests();
 
-  /// Enqueues the painting of what was found, as far as there are colour arrays for it.
+  /// Enqueues the painting of what was found, as far as there are bricks for it.
   void paint(const MapView& map);
 
   void addMemory(std::vector<MemoryPart>& parts) const;

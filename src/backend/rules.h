@@ -79,6 +79,7 @@ void visitRules(ColourRules& rules, Visitor& visit) {
   visit(section + "hidden_depth", rules.hidden_depth, Range{0.0, 100.0});
   visit(section + "hidden_noise", rules.hidden_noise, Range{0.0, 1.0});
   visit(section + "outline_px", rules.outline_px, Range{0.0, 100.0});
+  visit(section + "beside_nearer_share", rules.beside_nearer_share, Range{0.0, 1.0});
   visit(section + "outline_voxels", rules.outline_voxels, Range{0.0, 16.0});
   visit(section + "outline_depth", rules.outline_depth, Range{0.0, 100.0});
   visit(section + "outline_share", rules.outline_share, Range{0.0, 1.0});

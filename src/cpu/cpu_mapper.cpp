@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "backend/frame_check.h"
+#include "backend/gather_colours.h"
 #include "backend/rule_settings.h"
 #include "cpu/block_times.h"
 #include "cpu/fold.h"
@@ -210,7 +211,7 @@ IntegrationResult CpuMapper::paint(const ColourFrame& frame) {
 IntegrationResult CpuMapper::paintSurfaces(const ColourFrame& frame) {
   const StageTimer timer(profile_, Stage::kPaint);
   const PaintedMap map{table_, voxels_, colours_};
-  std::vector<BlockRequest> requests = painter_.look(
+  std::vector<ColourRequest> requests = painter_.look(
       frame, makeFrameView(frame, params_.map.voxel_size_m), leastEvidenceNow(), map);
   if (requests.empty()) return nothingToPaint();
   const ColourAdmission admission = admitColours(std::move(requests));
@@ -224,14 +225,14 @@ IntegrationResult CpuMapper::paintSurfaces(const ColourFrame& frame) {
   return result;
 }
 
-ColourAdmission CpuMapper::admitColours(std::vector<BlockRequest> requests) {
+ColourAdmission CpuMapper::admitColours(std::vector<ColourRequest> requests) {
   // As for voxels: all memory is taken before the table changes.
   colours_.resize(table_.colourCount() + table_.countNewColours(requests));
   ColourAdmission admission = table_.admitColours(std::move(requests));
-  for (const int32_t colours : admission.colours) {
-    std::memset(colours_.array(colours), 0, BlockTable::kColourBytes);
+  for (const NewBrick& brick : admission.bricks) {
+    std::memset(colours_.array(brick.colours), 0, BlockTable::kColourBytes);
   }
-  if (!admission.colours.empty()) mesher_.keepColours();
+  if (!admission.bricks.empty()) mesher_.keepColours();
   refused_ += admission.refused;
   return admission;
 }
@@ -305,11 +306,8 @@ std::vector<BlockSnapshot> CpuMapper::snapshot() {
       if (entry.array[d] == kNoArray) continue;
       const Voxel* voxels = voxels_.array(entry.array[d]);
       copy.voxels[d].assign(voxels, voxels + kVoxelsPerBlock);
-      const int32_t colour = table_.colourOf(entry.array[d]);
-      if (colour != kNoArray) {
-        const VoxelColour* colours = colours_.array(colour);
-        copy.colours[d].assign(colours, colours + kVoxelsPerBlock);
-      }
+      copy.colours[d] = gatherColours(table_, entry.array[d],
+                                      [this](int32_t brick) { return colours_.array(brick); });
       holds_voxels = true;
     }
     if (holds_voxels) blocks.push_back(std::move(copy));

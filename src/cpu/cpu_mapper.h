@@ -33,7 +33,7 @@ class CpuMapper : public ProbedMapper {
  private:
   IntegrationResult fuse(const DepthFrame& frame);
   IntegrationResult paintSurfaces(const ColourFrame& frame);
-  ColourAdmission admitColours(std::vector<BlockRequest> requests);
+  ColourAdmission admitColours(std::vector<ColourRequest> requests);
   FrameSensing sense(const DepthFrame& frame);
   const std::vector<Surfel>& makeSurfels(const FrameSensing& sensing);
   const std::vector<TouchedBlock>& findBlocks(const std::vector<Surfel>& surfels,

@@ -18,6 +18,12 @@ void visitArrays(const BlockEntry& entry, const VoxelStore& voxels, const Visit&
   }
 }
 
+/// Where the colour of an array's voxel is kept, or null.
+VoxelColour* findColour(const PaintedMap& map, int32_t array, int voxel) {
+  const int32_t number = map.table.colourOf(array, brickOf(voxel));
+  return number == kNoArray ? nullptr : map.colours.array(number) + placeInBrick(voxel);
+}
+
 VoxelColour colourOf(const ColourSample& sample) {
   return {sample.red, sample.green, sample.blue, 0};
 }
@@ -34,11 +40,10 @@ void addToSums(ExposureSums& sums, const ExposureSums& part) {
 
 void forgetColours(const BlockEntry& entry, const PaintedMap& map) {
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
-    const int32_t number = map.table.colourOf(entry.array[direction]);
-    if (number == kNoArray) return;
-    VoxelColour* colours = map.colours.array(number);
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      if (isEmpty(array[i])) colours[i] = {0, 0, 0, 0};
+      if (!isEmpty(array[i])) continue;
+      VoxelColour* colour = findColour(map, entry.array[direction], i);
+      if (colour != nullptr) *colour = {0, 0, 0, 0};
     }
   });
 }
@@ -135,17 +140,17 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   block.sums = {};
   for (const VoxelSample& seen : block.samples) {
-    const int32_t colours = map.table.colourOf(entry.array[seen.voxel / kVoxelsPerBlock]);
-    if (colours == kNoArray) continue;
-    const VoxelColour& known = map.colours.array(colours)[seen.voxel % kVoxelsPerBlock];
-    if (tellsExposure(known, colourOf(seen.sample), seen.sample.weight, rules_)) {
-      addToSums(block.sums, known, colourOf(seen.sample));
+    const VoxelColour* known = findColour(map, entry.array[seen.voxel / kVoxelsPerBlock],
+                                          seen.voxel % kVoxelsPerBlock);
+    if (known == nullptr) continue;
+    if (tellsExposure(*known, colourOf(seen.sample), seen.sample.weight, rules_)) {
+      addToSums(block.sums, *known, colourOf(seen.sample));
     }
   }
 }
 
-std::vector<BlockRequest> Painter::look(const ColourFrame& frame, const FrameView& view,
-                                        int32_t least_evidence, const PaintedMap& map) {
+std::vector<ColourRequest> Painter::look(const ColourFrame& frame, const FrameView& view,
+                                         int32_t least_evidence, const PaintedMap& map) {
   sensing_.view = {view, directional_, least_evidence, rules_};
   takeImage(frame);
   findBlocksInView(map.table);
@@ -154,17 +159,15 @@ std::vector<BlockRequest> Painter::look(const ColourFrame& frame, const FrameVie
     sampleBlock(map, blocks_[i]);
     sumExposure(map, blocks_[i]);
   });
-  std::vector<BlockRequest> requests;
+  std::vector<ColourRequest> requests;
   ExposureSums sums = {};
   for (size_t i = 0; i < blocks_in_view_; ++i) {
     addToSums(sums, blocks_[i].sums);
-    uint32_t directions = 0;
+    uint64_t bricks = 0;
     for (const VoxelSample& seen : blocks_[i].samples) {
-      directions |= 1u << (seen.voxel / kVoxelsPerBlock);
+      bricks |= brickBit(seen.voxel / kVoxelsPerBlock, seen.voxel % kVoxelsPerBlock);
     }
-    if (directions != 0) {
-      requests.push_back({packKey(map.table.block(blocks_[i].slot).key), directions});
-    }
+    if (bricks != 0) requests.push_back({packKey(map.table.block(blocks_[i].slot).key), bricks});
   }
   exposure_ = exposureOf(sums, exposure_, rules_);
   return requests;
@@ -174,12 +177,12 @@ bool Painter::paintBlock(const PaintedMap& map, const BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   bool changed = false;
   for (const VoxelSample& seen : block.samples) {
-    const int32_t colours = map.table.colourOf(entry.array[seen.voxel / kVoxelsPerBlock]);
-    if (colours == kNoArray) continue;
-    VoxelColour& colour = map.colours.array(colours)[seen.voxel % kVoxelsPerBlock];
-    const VoxelColour painted = paintedColour(colour, seen.sample, exposure_, rules_);
-    changed = changed || looksDifferent(colour, painted);
-    colour = painted;
+    VoxelColour* colour = findColour(map, entry.array[seen.voxel / kVoxelsPerBlock],
+                                     seen.voxel % kVoxelsPerBlock);
+    if (colour == nullptr) continue;
+    const VoxelColour painted = paintedColour(*colour, seen.sample, exposure_, rules_);
+    changed = changed || looksDifferent(*colour, painted);
+    *colour = painted;
   }
   return changed;
 }

@@ -21,18 +21,18 @@ struct PaintedMap {
 /// colour of its own.
 void forgetColours(const BlockEntry& entry, const PaintedMap& map);
 
-/// Takes an image in two steps, between which the colour arrays are made that it needs.
+/// Takes an image in two steps, between which the bricks of colours are made that it needs.
 class Painter {
  public:
   Painter(const ColourRules& rules, bool directional, int threads)
       : rules_(rules), directional_(directional), threads_(threads) {}
 
   /// Finds what the image shows of the map's surfaces, those of voxels with so much evidence.
-  /// @return the voxel arrays that something is to be painted in.
-  std::vector<BlockRequest> look(const ColourFrame& frame, const FrameView& view,
+  /// @return what is to be painted.
+  std::vector<ColourRequest> look(const ColourFrame& frame, const FrameView& view,
                                  int32_t least_evidence, const PaintedMap& map);
 
-  /// Paints what was found, as far as there are colour arrays for it.
+  /// Paints what was found, as far as there are bricks of colours for it.
   /// @return the slots of the blocks that look different now.
   std::vector<int32_t> paint(const PaintedMap& map);
 

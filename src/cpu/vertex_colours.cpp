@@ -13,8 +13,10 @@ ColouredCorners cornersOf(const MeshedMap& map, const BlockKey& key, int32_t lea
       const int32_t array = map.table.block(slot).array[d];
       if (array == kNoArray) continue;
       corners.voxels.array[n][d] = map.voxels.array(array);
-      const int32_t colours = map.table.colourOf(array);
-      if (colours != kNoArray) corners.colours[n][d] = map.colours.array(colours);
+      for (int brick = 0; brick < kBricksPerArray; ++brick) {
+        const int32_t number = map.table.colourOf(array, brick);
+        if (number != kNoArray) corners.colours[n][d][brick] = map.colours.array(number);
+      }
     }
   }
   return corners;

@@ -11,23 +11,24 @@
 
 namespace dtsdf {
 
-template <class T>
+/// Arrays of kSize elements.
+template <class T, int kSize>
 class ArrayStore {
  public:
   /// Makes room for `count` arrays. @throws std::bad_alloc
   void resize(size_t count) {
     while (slabs_.size() * kArraysPerSlab < count) {
-      slabs_.push_back(std::make_unique<T[]>(kArraysPerSlab * kVoxelsPerBlock));
+      slabs_.push_back(std::make_unique<T[]>(kArraysPerSlab * kSize));
     }
   }
   void clear() { slabs_.clear(); }
-  size_t bytes() const { return slabs_.size() * kArraysPerSlab * kVoxelsPerBlock * sizeof(T); }
+  size_t bytes() const { return slabs_.size() * kArraysPerSlab * kSize * sizeof(T); }
 
   const T* array(int32_t index) const {
-    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kVoxelsPerBlock];
+    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kSize];
   }
   T* array(int32_t index) {
-    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kVoxelsPerBlock];
+    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kSize];
   }
 
  private:
@@ -35,7 +36,7 @@ class ArrayStore {
   std::vector<std::unique_ptr<T[]>> slabs_;
 };
 
-using VoxelStore = ArrayStore<Voxel>;
-using ColourStore = ArrayStore<VoxelColour>;
+using VoxelStore = ArrayStore<Voxel, kVoxelsPerBlock>;
+using ColourStore = ArrayStore<VoxelColour, kVoxelsPerBrick>;
 
 }  // namespace dtsdf

@@ -70,45 +70,47 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
   return admission;
 }
 
-bool BlockTable::lacksColour(int32_t slot, int direction) const {
-  const int32_t array = slot < 0 ? kNoArray : blocks_[slot].array[direction];
-  return array != kNoArray && colourOf(array) == kNoArray;
+/// Calls visit(array, brick) for the bricks that a request wants and the map lacks.
+template <class Visit>
+void BlockTable::visitLacking(const ColourRequest& request, const Visit& visit) const {
+  const int32_t slot = find(request.key);
+  if (slot < 0) return;
+  for (int i = 0; i < kDirectionCount * kBricksPerArray; ++i) {
+    const int32_t array = blocks_[slot].array[i / kBricksPerArray];
+    const int brick = i % kBricksPerArray;
+    if (!(request.bricks >> i & 1) || array == kNoArray) continue;
+    if (colourOf(array, brick) == kNoArray) visit(array, brick);
+  }
 }
 
-size_t BlockTable::countNewColours(const std::vector<BlockRequest>& requests) const {
+size_t BlockTable::countNewColours(const std::vector<ColourRequest>& requests) const {
   size_t count = 0;
-  for (const BlockRequest& request : requests) {
-    const int32_t slot = find(request.key);
-    for (int d = 0; d < kDirectionCount; ++d) {
-      count += (request.directions >> d & 1) && lacksColour(slot, d);
-    }
+  for (const ColourRequest& request : requests) {
+    visitLacking(request, [&](int32_t, int) { ++count; });
   }
   return std::min(count, budget_bytes_ / kColourBytes);
 }
 
-ColourAdmission BlockTable::admitColours(std::vector<BlockRequest> requests) {
+ColourAdmission BlockTable::admitColours(std::vector<ColourRequest> requests) {
   std::sort(requests.begin(), requests.end(),
-            [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
+            [](const ColourRequest& a, const ColourRequest& b) { return a.key < b.key; });
   ColourAdmission admission;
-  for (const BlockRequest& request : requests) {
-    const int32_t slot = find(request.key);
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (!(request.directions >> d & 1) || !lacksColour(slot, d)) continue;
+  for (const ColourRequest& request : requests) {
+    visitLacking(request, [&](int32_t array, int brick) {
       if (bytesInUse() + kColourBytes > budget_bytes_) {
         ++admission.refused;
-        continue;
+      } else {
+        admission.bricks.push_back({array, brick, makeColour(array, brick)});
       }
-      const int32_t array = blocks_[slot].array[d];
-      admission.arrays.push_back(array);
-      admission.colours.push_back(makeColour(array));
-    }
+    });
   }
   return admission;
 }
 
-int32_t BlockTable::makeColour(int32_t array) {
-  if (static_cast<size_t>(array) >= colour_of_.size()) colour_of_.resize(array_count_, kNoArray);
-  int32_t& colour = colour_of_[array];
+int32_t BlockTable::makeColour(int32_t array, int brick) {
+  const size_t place = static_cast<size_t>(array) * kBricksPerArray + brick;
+  if (place >= colour_of_.size()) colour_of_.resize(array_count_ * kBricksPerArray, kNoArray);
+  int32_t& colour = colour_of_[place];
   if (free_colours_.empty()) {
     colour = static_cast<int32_t>(colour_count_++);
   } else {
@@ -119,12 +121,14 @@ int32_t BlockTable::makeColour(int32_t array) {
   return colour;
 }
 
-void BlockTable::releaseColour(int32_t array) {
-  const int32_t colour = colourOf(array);
-  if (colour == kNoArray) return;
-  free_colours_.push_back(colour);
-  colour_of_[array] = kNoArray;
-  --colours_in_use_;
+void BlockTable::releaseColours(int32_t array) {
+  for (int brick = 0; brick < kBricksPerArray; ++brick) {
+    const int32_t colour = colourOf(array, brick);
+    if (colour == kNoArray) continue;
+    free_colours_.push_back(colour);
+    colour_of_[static_cast<size_t>(array) * kBricksPerArray + brick] = kNoArray;
+    --colours_in_use_;
+  }
 }
 
 PoolSizes BlockTable::sizesAfter(size_t new_blocks, size_t new_arrays) const {
@@ -192,7 +196,7 @@ std::vector<int32_t> BlockTable::releaseVacant(const std::vector<int32_t>& slots
 void BlockTable::releaseArray(int32_t slot, int direction) {
   int32_t& array = blocks_[slot].array[direction];
   if (array == kNoArray) return;
-  releaseColour(array);
+  releaseColours(array);
   free_arrays_.push_back(array);
   array = kNoArray;
   --arrays_in_use_;

@@ -1,6 +1,6 @@
-/// The index of the map: which blocks, voxel arrays and colour arrays there are, where they live,
-/// and what they may cost. Both backends keep their books here, so that both admit and recycle the
-/// same blocks.
+/// The index of the map: which blocks, voxel arrays and bricks of colours there are, where they
+/// live, and what they may cost. Both backends keep their books here, so that both admit and
+/// recycle the same blocks.
 #pragma once
 
 #include <cstddef>
@@ -39,11 +39,23 @@ struct Admission {
   size_t refused = 0;                  ///< Requests beyond the budget.
 };
 
+/// A block of which something is painted: bit kBricksPerArray * d + b for brick b of direction d.
+struct ColourRequest {
+  PackedKey key;
+  uint64_t bricks;
+};
+static_assert(kBricksPerArray * kDirectionCount <= 64, "a bit for each brick of a block");
+
+/// A brick of colours that a voxel array has got.
+struct NewBrick {
+  int32_t array, brick;
+  int32_t colours;  ///< Number of the brick among all; its memory is to be zeroed.
+};
+
 /// Outcome of BlockTable::admitColours().
 struct ColourAdmission {
-  std::vector<int32_t> arrays;   ///< Voxel arrays that got a colour array, in key order, ...
-  std::vector<int32_t> colours;  ///< ... and which; their memory is to be zeroed.
-  size_t refused = 0;            ///< Voxel arrays that got none, for want of budget.
+  std::vector<NewBrick> bricks;  ///< In the order of keys.
+  size_t refused = 0;            ///< Bricks beyond the budget.
 };
 
 /// Sizes of the pools of slots and arrays.
@@ -56,8 +68,8 @@ class BlockTable {
   /// Bytes that a voxel array and a block count towards the budget.
   static constexpr size_t kArrayBytes = kVoxelsPerBlock * sizeof(Voxel);
   static constexpr size_t kBlockBytes = 2 * kVoxelsPerBlock + 64;  // unit indices, entry, hash
-  /// And a colour array, which a voxel array has once something in it is painted.
-  static constexpr size_t kColourBytes = kVoxelsPerBlock * sizeof(VoxelColour);
+  /// And a brick of colours, which a voxel array has once something in it is painted.
+  static constexpr size_t kColourBytes = kVoxelsPerBrick * sizeof(VoxelColour);
 
   explicit BlockTable(size_t budget_bytes);
 
@@ -74,16 +86,17 @@ class BlockTable {
   /// the budget lasts. A request is admitted whole or refused whole.
   Admission admit(std::vector<BlockRequest> requests);
 
-  /// Gives colour arrays to the voxel arrays of such blocks and directions that have none, smallest
-  /// key first, as long as the budget lasts. What is not in the map is passed over.
-  ColourAdmission admitColours(std::vector<BlockRequest> requests);
+  /// Gives bricks of colours to voxel arrays that lack them, smallest key first, as long as the
+  /// budget lasts. What is not in the map is passed over.
+  ColourAdmission admitColours(std::vector<ColourRequest> requests);
 
-  /// Colour arrays that requests want beyond what is there, at most.
-  size_t countNewColours(const std::vector<BlockRequest>& requests) const;
+  /// Bricks that requests want beyond what is there, at most.
+  size_t countNewColours(const std::vector<ColourRequest>& requests) const;
 
-  /// The colour array of a voxel array, or kNoArray. It goes with the voxel array.
-  int32_t colourOf(int32_t array) const {
-    return static_cast<size_t>(array) < colour_of_.size() ? colour_of_[array] : kNoArray;
+  /// The number of a voxel array's brick of colours, or kNoArray. It goes with the voxel array.
+  int32_t colourOf(int32_t array, int brick) const {
+    const size_t place = static_cast<size_t>(array) * kBricksPerArray + brick;
+    return place < colour_of_.size() ? colour_of_[place] : kNoArray;
   }
 
   /// What the pools will not exceed after an admission of so many blocks and arrays. To be taken
@@ -135,9 +148,10 @@ class BlockTable {
 
  private:
   bool hasArrays(int32_t slot) const;
-  bool lacksColour(int32_t slot, int direction) const;
-  int32_t makeColour(int32_t array);
-  void releaseColour(int32_t array);
+  template <class Visit>
+  void visitLacking(const ColourRequest& request, const Visit& visit) const;
+  int32_t makeColour(int32_t array, int brick);
+  void releaseColours(int32_t array);
   size_t cost(const BlockRequest& request, int32_t slot) const;
   int32_t makeBlock(PackedKey key);
 
@@ -147,7 +161,7 @@ class BlockTable {
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< May have got arrays again since.
   size_t array_count_ = 0, arrays_in_use_ = 0;
-  std::vector<int32_t> colour_of_;  ///< By voxel array; none while nothing is painted.
+  std::vector<int32_t> colour_of_;  ///< By voxel array and brick; none while nothing is painted.
   std::vector<int32_t> free_colours_;
   size_t colour_count_ = 0, colours_in_use_ = 0;
 };

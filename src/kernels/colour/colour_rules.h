@@ -19,18 +19,23 @@ struct ColourRules {
   /// Voxels no farther from their surface than this hide what is behind, in voxels: more than half,
   /// so that there is one for each place of the surface ...
   float hiding_distance = 0.6f;
-  /// ... each hiding so much to every side, in voxels: half of it would leave gaps where noise
-  /// moves them.
-  float hiding_radius = 0.75f;
+  /// ... each hiding so much to every side, in voxels: less would leave gaps, more hides what is
+  /// beside an outline. (Dragon in waves of colour at 20 mm: RMSE in CIE Lab 6.1 with 0.75 and a
+  /// hidden_depth of 1.5, 4.7 with 0.5.)
+  float hiding_radius = 0.5f;
   /// What lies behind a surface by more than this is hidden, in voxels: less is the roughness of
   /// the surface itself ...
-  float hidden_depth = 1.5f;
+  float hidden_depth = 2.0f;
   /// ... plus so much at 1 m, in 1/m, growing with z^2: what noise leaves of roughness. By
   /// judgement, some three deviations of a depth camera that triangulates.
   float hidden_noise = 0.004f;
-  /// So are points as near as this to the outline of what is in front of them, in pixels: pixels
-  /// there mix both, and cameras are not registered to the pixel.
+  /// As near as this to the outline of what is in front of a point, in pixels, pixels mix both, and
+  /// cameras are not registered to the pixel. ...
   float outline_px = 2.0f;
+  /// ... Such a view counts for this share: next to nothing, but corners that are never seen free
+  /// have no other. (Dragon in waves of colour at 20 mm: RMSE in CIE Lab 8.4
+  /// with 0.)
+  float beside_nearer_share = 0.002f;
 
   /// A surface is beside its own outline if something farther away, or nothing, is seen within this
   /// many voxels (and outline_px) of it, ...

@@ -82,20 +82,29 @@ DTSDF_HD SeenBeside seenBeside(const HidingImage& hiding, const SurfacePoint& po
           maximum(plane_m, point.p_C.z)};
 }
 
-/// Whether something hides the point, or has its outline beside it.
-DTSDF_HD bool isHidden(const PointView& view, const HidingImage& hiding,
-                       const SurfacePoint& point) {
-  const PointPlane plane = planeOf(view.frame, point);
+/// Whether something so many pixels beside the point is so near that it hides what is there.
+DTSDF_HD bool hidesBeside(const PointView& view, const HidingImage& hiding,
+                          const SurfacePoint& point, float du, float dv) {
   const float depth_m = point.p_C.z;
   const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m +
                         view.rules.hidden_noise * depth_m * depth_m;
-  for (int n = 0; n < 5; ++n) {  // here, and towards the corners
-    const float beside = n == 0 ? 0.0f : view.rules.outline_px;
-    const SeenBeside seen = seenBeside(hiding, point, plane, n & 1 ? beside : -beside,
-                                       n & 2 ? beside : -beside);
-    if (seen.depth_m < seen.nearest_own_m - limit_m) return true;
-  }
-  return false;
+  const SeenBeside seen = seenBeside(hiding, point, planeOf(view.frame, point), du, dv);
+  return seen.depth_m < seen.nearest_own_m - limit_m;
+}
+
+DTSDF_HD bool isHidden(const PointView& view, const HidingImage& hiding,
+                       const SurfacePoint& point) {
+  return hidesBeside(view, hiding, point, 0.0f, 0.0f);
+}
+
+/// Whether the outline of something nearer is beside the point.
+DTSDF_HD bool isBesideNearer(const PointView& view, const HidingImage& hiding,
+                             const SurfacePoint& point) {
+  const float beside = view.rules.outline_px;
+  return hidesBeside(view, hiding, point, -beside, -beside) ||
+         hidesBeside(view, hiding, point, beside, -beside) ||
+         hidesBeside(view, hiding, point, -beside, beside) ||
+         hidesBeside(view, hiding, point, beside, beside);
 }
 
 /// Whether the surface ends, as the camera sees it, near a point.

@@ -37,6 +37,14 @@ DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   return quality * quality;
 }
 
+/// What a view of a point counts for by what is seen around it.
+DTSDF_HD float shareOfSurroundings(const PointView& view, const HidingImage& hiding,
+                                   const SurfacePoint& point) {
+  if (isHidden(view, hiding, point)) return 0.0f;
+  if (isBesideNearer(view, hiding, point)) return view.rules.beside_nearer_share;
+  return isAtOutline(view, hiding, point) ? view.rules.outline_share : 1.0f;
+}
+
 /// The sample of a voxel, whose index is that in its array.
 DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& first_voxel_L,
                                    const Voxel* voxels, int index, int direction) {
@@ -45,12 +53,13 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
   SurfacePoint point;
   if (!isNearSurface(view, voxels[index], view.rules.painted_distance) ||
       !findSurfacePoint(view, first_voxel_L, voxels, index, direction, point) ||
-      !(point.cosine >= view.rules.least_cosine) || isHidden(view, sensing.hiding, point)) {
+      !(point.cosine >= view.rules.least_cosine)) {
     return nothing;
   }
+  const float share = shareOfSurroundings(view, sensing.hiding, point);
+  if (!(share > 0.0f)) return nothing;
   const float width_px = view.rules.sample_width * voxelWidth(view.frame, point);
   const Rgb colour = colourAt(sensing.image, levelOfWidth(width_px), point.u, point.v);
-  const float share = isAtOutline(view, sensing.hiding, point) ? view.rules.outline_share : 1.0f;
   return {roundColour(colour.red), roundColour(colour.green), roundColour(colour.blue),
           share * viewWeight(view, point)};
 }

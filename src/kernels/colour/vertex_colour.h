@@ -68,13 +68,13 @@ DTSDF_HD VertexColour vertexColourOf(int axis, int facing, const Ends& ends) {
 /// The voxels and colours that the corners of a block's units lie in; null where there are none.
 struct ColouredCorners {
   CornerArrays voxels;
-  const VoxelColour* colours[kCornerBlocks][kDirectionCount];
+  const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
 
   DTSDF_HD ColouredSample at(int corner, int direction) const {
     const CornerSource source = cornerSource(corner);
-    const VoxelColour* array = colours[source.block][direction];
+    const VoxelColour* brick = colours[source.block][direction][brickOf(source.voxel)];
     return {voxels.sample(corner, direction),
-            array == nullptr ? VoxelColour{0, 0, 0, 0} : array[source.voxel]};
+            brick == nullptr ? VoxelColour{0, 0, 0, 0} : brick[placeInBrick(source.voxel)]};
   }
 };
 

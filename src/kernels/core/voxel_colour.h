@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "kernels/core/vec.h"
+#include "kernels/core/grid.h"
 
 namespace dtsdf {
 
@@ -13,6 +13,24 @@ struct VoxelColour {
   uint8_t red, green, blue;
   uint8_t weight;  ///< See colourWeight().
 };
+
+/// Colours are kept by bricks of 4 x 4 x 4 voxels: a surface passes through about half of those of
+/// a voxel array.
+constexpr int kBricksPerArray = 8;
+constexpr int kVoxelsPerBrick = kVoxelsPerBlock / kBricksPerArray;
+
+/// The brick that a voxel of an array lies in, and where in it; both x fastest.
+DTSDF_HD int brickOf(int voxel) {
+  return (voxel >> 2 & 1) | (voxel >> 4 & 2) | (voxel >> 6 & 4);
+}
+DTSDF_HD int placeInBrick(int voxel) {
+  return (voxel & 3) | (voxel >> 1 & 12) | (voxel >> 2 & 48);
+}
+
+/// One of 48 bits, for the brick of a voxel of one of a block's directions.
+DTSDF_HD uint64_t brickBit(int direction, int voxel) {
+  return uint64_t{1} << (kBricksPerArray * direction + brickOf(voxel));
+}
 
 /// Weights from 2^-12 to 15.5 in eight bits: four of exponent and four of fraction, those of a
 /// float. Good views weigh a thousand times as much as bad ones, so that a step of a sixteenth is

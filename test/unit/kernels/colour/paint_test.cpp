@@ -152,6 +152,19 @@ TEST_F(SeenSurface, NotBehindAnother) {
   }
 }
 
+TEST_F(SeenSurface, CountsNextToNothingBesideSomethingNearer) {
+  makePlane(3.3f);
+  const int index = voxelIndex(4, 4, 3);
+  const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
+  hiding_m_.assign(hiding_m_.size(), own_m);
+  const float free = sample(index).weight;
+  // The voxel is seen at (89.4, 69.4), in cell (22, 17) of 40 x 30; two pixels before is another.
+  hiding_m_[16 * 40 + 21] = 0.5f * own_m;
+  EXPECT_FLOAT_EQ(sample(index).weight, kRules.beside_nearer_share * free);
+  hiding_m_[17 * 40 + 22] = 0.5f * own_m;
+  EXPECT_EQ(sample(index).weight, 0.0f);
+}
+
 TEST_F(SeenSurface, HidesWhereBothSidesAreKnown) {
   makePlane(3.3f);
   const int front = voxelIndex(4, 4, 3), behind = voxelIndex(4, 4, 4);

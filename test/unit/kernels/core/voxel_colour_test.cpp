@@ -3,9 +3,23 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 namespace dtsdf {
 namespace {
+
+/// Each voxel has a place of its own, and neighbours within a brick share it.
+TEST(Bricks, HoldEachVoxelOnce) {
+  std::set<int> places;
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    const Vec3i at = voxelOffset(i);
+    EXPECT_EQ(brickOf(i), at.x / 4 + 2 * (at.y / 4) + 4 * (at.z / 4));
+    EXPECT_EQ(placeInBrick(i), at.x % 4 + 4 * (at.y % 4) + 16 * (at.z % 4));
+    places.insert(brickOf(i) * kVoxelsPerBrick + placeInBrick(i));
+    EXPECT_EQ(brickBit(3, i), uint64_t{1} << (24 + brickOf(i)));
+  }
+  EXPECT_EQ(places.size(), static_cast<size_t>(kVoxelsPerBlock));
+}
 
 TEST(VoxelColour, CodesRiseWithTheWeight) {
   EXPECT_EQ(colourWeight(0), 0.0f);

@@ -1,6 +1,6 @@
 /// What the map's own surface hides from a colour camera.
 ///
-/// The points of the surface are drawn into a small depth image, of one cell for each 4 x 4 pixels:
+/// The points of the surface are drawn into a small depth image, of one cell for each 2 x 2 pixels:
 /// each covers its surroundings with a piece of its plane, and the nearest depth stays. A minimum
 /// does not depend on the order.
 #pragma once
@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-constexpr int kCellSideLog2 = 2;
+constexpr int kCellSideLog2 = 1;
 constexpr int kCellSide = 1 << kCellSideLog2;  ///< In pixels.
 
 /// Depth of the nearest surface in each cell, in metres, row by row.

@@ -111,6 +111,11 @@ class SeenSurface : public testing::Test {
     }
   }
 
+  static size_t cellAt(float u_px, float v_px) {
+    return static_cast<size_t>(cellOf(v_px, cellsFor(120)) * cellsFor(160) +
+                               cellOf(u_px, cellsFor(160)));
+  }
+
   ColourSample sample(int index, int direction = kTowardsCamera) const {
     return sampleColour(sensing_, {0.0f, 0.0f, kDepth_voxels}, voxels_, index, direction);
   }
@@ -119,7 +124,8 @@ class SeenSurface : public testing::Test {
   Voxel voxels_[kVoxelsPerBlock] = {};
   std::vector<ColourPixel> pixels_ = std::vector<ColourPixel>(
       static_cast<size_t>(pixelCount(layOut(nullptr, 160, 120))), ColourPixel{10, 20, 30, 0});
-  std::vector<float> hiding_m_ = std::vector<float>(40 * 30, kNoSurface_m);
+  std::vector<float> hiding_m_ =
+      std::vector<float>(static_cast<size_t>(cellsFor(160) * cellsFor(120)), kNoSurface_m);
   ColourSensing sensing_ = {};
 };
 
@@ -158,10 +164,10 @@ TEST_F(SeenSurface, CountsNextToNothingBesideSomethingNearer) {
   const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
   hiding_m_.assign(hiding_m_.size(), own_m);
   const float free = sample(index).weight;
-  // The voxel is seen at (89.4, 69.4), in cell (22, 17) of 40 x 30; two pixels before is another.
-  hiding_m_[16 * 40 + 21] = 0.5f * own_m;
+  // The voxel is seen at (89.4, 69.4); two pixels before is another cell.
+  hiding_m_[cellAt(87.4f, 67.4f)] = 0.5f * own_m;
   EXPECT_FLOAT_EQ(sample(index).weight, kRules.beside_nearer_share * free);
-  hiding_m_[17 * 40 + 22] = 0.5f * own_m;
+  hiding_m_[cellAt(89.4f, 69.4f)] = 0.5f * own_m;
   EXPECT_EQ(sample(index).weight, 0.0f);
 }
 
@@ -214,13 +220,11 @@ TEST_F(SeenSurface, DrawsThePlaneWithoutGaps) {
     });
   }
   const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
-  const auto cell = [](float px) { return static_cast<int>(px) / kCellSide; };
   // Voxels 0 to 7 are seen from pixel (80.5, 60.5) on, a voxel as wide as this:
   const float width_px = 150.0f / (kDepth_voxels + 3.3f);
   for (float v = 0.0f; v <= 7.0f; v += 0.5f) {
     for (float u = 0.0f; u <= 7.0f; u += 0.5f) {
-      const int at = cell(60.5f + v * width_px) * 40 + cell(80.5f + u * width_px);
-      EXPECT_NEAR(hiding_m_[at], own_m, 1e-5f);
+      EXPECT_NEAR(hiding_m_[cellAt(80.5f + u * width_px, 60.5f + v * width_px)], own_m, 1e-5f);
     }
   }
   EXPECT_EQ(hiding_m_[0], kNoSurface_m);

@@ -25,11 +25,12 @@ __global__ void clearHidingKernel(float* depth_m, size_t cells) {
 }
 
 /// One thread per slot: lists the blocks in view.
-__global__ void findBlocksInViewKernel(FrameView frame, MapView map, LookView look) {
+__global__ void findBlocksInViewKernel(PointView view, MapView map, LookView look) {
   const size_t slot = globalThread();
   if (slot >= map.slot_count || map.slots[slot].key == kNoKey) return;
   const BlockKey key = unpackKey(map.slots[slot].key);
-  if (!mayBeInView(frame, key - blockOfVoxel(frame.origin_voxel))) return;
+  const BlockKey origin = blockOfVoxel(view.frame.origin_voxel);
+  if (!mayBeInView(view.frame, key - origin, pointRadius(view.rules))) return;
   look.slots[atomicAdd(&look.counters->blocks, 1u)] = static_cast<int32_t>(slot);
 }
 
@@ -166,10 +167,10 @@ void halveImage(const ColourImage& image, ColourPixel* pixels, const Stream& str
   }
 }
 
-void findBlocksInView(const FrameView& frame, const MapView& map, const LookView& look,
+void findBlocksInView(const PointView& view, const MapView& map, const LookView& look,
                       const Stream& stream) {
   if (map.slot_count == 0) return;
-  findBlocksInViewKernel<<<blocksFor(map.slot_count), kThreads, 0, stream.get()>>>(frame, map,
+  findBlocksInViewKernel<<<blocksFor(map.slot_count), kThreads, 0, stream.get()>>>(view, map,
                                                                                     look);
   DTSDF_CHECK_LAUNCH("findBlocksInViewKernel");
 }

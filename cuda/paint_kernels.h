@@ -32,7 +32,7 @@ struct LookView {
 void halveImage(const ColourImage& image, ColourPixel* pixels, const Stream& stream);
 
 /// Lists the blocks in view.
-void findBlocksInView(const FrameView& frame, const MapView& map, const LookView& look,
+void findBlocksInView(const PointView& view, const MapView& map, const LookView& look,
                       const Stream& stream);
 
 /// Draws the surfaces in view into a depth image, `depth_m`, which is that of the sensing.

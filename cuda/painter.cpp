@@ -44,7 +44,7 @@ void Painter::look(const ColourFrame& frame, const FrameView& frame_view, int32_
     pixels_.upload(pinned_pixels_.data(), static_cast<size_t>(frame.width) * frame.height,
                    stream_);
     halveImage(sensing_.image, pixels_.data(), stream_);
-    findBlocksInView(frame_view, map, view(), stream_);
+    findBlocksInView(sensing_.view, map, view(), stream_);
     drawHiding(sensing_, map, view(), hiding_m_.data(), stream_);
     lookAtSurfaces(sensing_, map, view(), stream_);
   }

@@ -80,7 +80,7 @@ void Painter::findBlocksInView(const BlockTable& table) {
   blocks_in_view_ = 0;
   for (size_t slot = 0; slot < table.slotCount(); ++slot) {
     const BlockEntry& entry = table.block(static_cast<int32_t>(slot));
-    if (!entry.in_use || !mayBeInView(frame, entry.key - origin)) continue;
+    if (!entry.in_use || !mayBeInView(frame, entry.key - origin, pointRadius(rules_))) continue;
     if (blocks_in_view_ == blocks_.size()) blocks_.emplace_back();
     blocks_[blocks_in_view_++].slot = static_cast<int32_t>(slot);
   }
@@ -128,6 +128,7 @@ void Painter::sampleBlock(const PaintedMap& map, BlockView& block) const {
   const Vec3f first_voxel_L = firstVoxelOf(entry);
   block.samples.clear();
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
+    if (!mayFaceCamera(sensing_.view, first_voxel_L, direction)) return;
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const ColourSample sample = sampleColour(sensing_, first_voxel_L, array, i, direction);
       if (!(sample.weight > 0.0f)) continue;

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "simulation/random.h"
 #include "support/surface_image.h"
 
 namespace dtsdf {
@@ -169,6 +170,31 @@ TEST_F(SeenSurface, CountsNextToNothingBesideSomethingNearer) {
   EXPECT_FLOAT_EQ(sample(index).weight, kRules.beside_nearer_share * free);
   hiding_m_[cellAt(89.4f, 69.4f)] = 0.5f * own_m;
   EXPECT_EQ(sample(index).weight, 0.0f);
+}
+
+/// What is passed over as facing away is never seen; and much is passed over.
+TEST_F(SeenSurface, DirectionsThatFaceAwayAreNeverSeen) {
+  Random random(3);
+  const auto between = [&random](double low, double high) {
+    return static_cast<float>(low + (high - low) * random.uniform());
+  };
+  int seen = 0, passed_over = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const Vec3f first{between(-300, 300), between(-300, 300), between(-300, 300)};
+    const Vec3f p = first + Vec3f{between(0, 7), between(0, 7), between(0, 7)};
+    Vec3f normal{between(-1, 1), between(-1, 1), between(-1, 1)};
+    normal = (1.0f / norm(normal)) * normal;
+    const int direction = i % kDirectionCount;
+    if (!facesDirection(normal, direction, kRules.facing_slack)) continue;
+    const float cosine = -dot(normal, p) / norm(p);
+    const bool may_face = mayFaceCamera(sensing_.view, first, direction);
+    passed_over += !may_face;
+    if (!(cosine >= kRules.least_cosine)) continue;
+    ++seen;
+    EXPECT_TRUE(may_face);
+  }
+  EXPECT_GT(seen, 1000);
+  EXPECT_GT(passed_over, 1000);
 }
 
 TEST_F(SeenSurface, HidesWhereBothSidesAreKnown) {

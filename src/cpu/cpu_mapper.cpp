@@ -159,7 +159,9 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
 ClearedBlock CpuMapper::clear(const BlockLook& look, const BlockEntry& entry,
                               const FrameSensing& sensing) {
   const ClearedBlock cleared = clearBlock(look, entry, sensing, rules_.fusion, voxels_);
-  if (cleared.changed && table_.coloursInUse() > 0) forgetColours(entry, {table_, voxels_, colours_});
+  if (cleared.changed && table_.coloursInUse() > 0) {
+    forgetColours(entry, {table_, voxels_, colours_});
+  }
   return cleared;
 }
 

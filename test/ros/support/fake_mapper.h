@@ -29,7 +29,8 @@ class FakeMapper : public Mapper {
       const auto edge = static_cast<uint32_t>(frame);
       update.blocks.push_back({{x, 0, 0},
                                {{{0, 0, 0}, edge}, {{1, 0, 0}, edge + 1}, {{0, 1, 0}, edge + 2}},
-                               {0, 1, 2}});
+                               {0, 1, 2},
+                               {}});
     }
     update.duration_ms = mesh_ms;
     changed_.clear();

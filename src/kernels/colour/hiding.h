@@ -23,9 +23,12 @@ constexpr float kNoSurface_m = 1e30f;
 
 DTSDF_HD int32_t cellsFor(int32_t pixels) { return (pixels + kCellSide - 1) >> kCellSideLog2; }
 
+/// The cell of a coordinate in the image, or the outermost one; beside a point in a strange camera
+/// it may be beyond what an integer holds.
 DTSDF_HD int32_t cellOf(float px, int32_t cells) {
-  const int32_t cell = floorToInt(px) >> kCellSideLog2;
-  return cell < 0 ? 0 : (cell < cells ? cell : cells - 1);
+  constexpr float kFarBeyond = 16777216.0f;
+  const int32_t cell = floorToInt(minimum(maximum(px, 0.0f), kFarBeyond)) >> kCellSideLog2;
+  return cell < cells ? cell : cells - 1;
 }
 
 /// Whether a voxel hides what is behind it: its surface is near, and lies between it and the next
@@ -52,6 +55,7 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   const int32_t width = cellsFor(frame.width), height = cellsFor(frame.height);
   const float reach_px = view.rules.hiding_radius * voxelWidth(frame, point);
   const float reach_m = 2.0f * view.rules.hiding_radius * frame.voxel_size_m;
+  const float nearest_m = maximum(point.p_C.z - reach_m, 0.0f);  // so that depths sort as bits do
   const PointPlane plane = planeOf(frame, point);
   const int32_t last_u = cellOf(point.u + reach_px, width);
   const int32_t last_v = cellOf(point.v + reach_px, height);
@@ -60,7 +64,7 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
     for (int32_t u = cellOf(point.u - reach_px, width); u <= last_u; ++u) {
       const float du = (static_cast<float>(u) + 0.5f) * kCellSide - point.u;
       const float depth_m = depthBeside(plane, du, dv);
-      draw(v * width + u, minimum(maximum(depth_m, point.p_C.z - reach_m), point.p_C.z + reach_m));
+      draw(v * width + u, minimum(maximum(depth_m, nearest_m), point.p_C.z + reach_m));
     }
   }
 }

@@ -5,10 +5,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 
-#include "io/text_file.h"
+#include "io/matrix_file.h"
 
 namespace dtsdf {
 
@@ -18,9 +17,6 @@ namespace fs = std::filesystem;
 
 const std::string kDepthEnding = ".depth.png";
 constexpr uint16_t kNothing = 65535;
-
-/// Trackers write decimals of single precision.
-constexpr double kRotationTolerance = 1e-3;
 
 bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
@@ -38,22 +34,9 @@ std::vector<std::string> depthPaths(const std::string& folder) {
   return paths;
 }
 
-/// The pose, or nothing for a lost camera: no numbers, infinite ones, or no rotation.
+/// The pose, or nothing for a lost camera.
 std::optional<Eigen::Isometry3d> readPose(const std::string& path) {
-  std::istringstream text(readTextFile(path, "each depth image has a pose file beside it"));
-  Eigen::Matrix4d matrix;
-  for (int i = 0; i < 16; ++i) {
-    std::string word;
-    if (!(text >> word)) throw std::runtime_error(path + ": not 4 x 4 numbers");
-    if (!parseNumber(word, matrix(i / 4, i % 4))) return std::nullopt;  // nan, inf
-  }
-  if (!matrix.allFinite()) return std::nullopt;
-  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
-  if (!rotation.isUnitary(kRotationTolerance) || rotation.determinant() < 0.0) return std::nullopt;
-  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
-  T_W_C.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
-  T_W_C.translation() = matrix.topRightCorner<3, 1>();
-  return T_W_C;
+  return rigidMotion(readMatrixFile(path, 4, 4, "each depth image has a pose file beside it"));
 }
 
 cv::Mat readGrey16(const std::string& path) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "dtsdf_mapping/io/frame_source.h"
@@ -17,6 +18,12 @@ struct BagOptions {
   std::string camera_frame;       ///< Camera's optical frame; empty: the images' frame_id.
   float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
+  bool latest_camera_info = false;  ///< The newest before an image will do, or else the first.
+  std::optional<bool> rectify;      ///< Empty: distorted images whose topic does not say "rect".
+  std::string mask_topic;           ///< Masks with the images' stamps; empty: none.
+  std::optional<Intrinsics> intrinsics;  ///< In place of camera_info, which need not be there.
+  std::string poses_path;          ///< A trajectory as TUM has it, in place of the transforms.
+  double pose_tolerance_s = 0.02;  ///< Of that trajectory.
   FrameSelection selection;
 };
 

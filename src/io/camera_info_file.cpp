@@ -49,7 +49,8 @@ Intrinsics readMatrix(const YAML::Node& root, const std::string& key, size_t col
 
 CameraInfo loadCameraInfo(const std::string& path) {
   const std::string text =
-      readTextFile(path, "the intrinsics are expected there, as camera_calibration writes them");
+      readTextFile(path, "the intrinsics are expected there, as camera_calibration writes them; "
+                         "reconstruct takes --intrinsics fx,fy,cx,cy in place of the file");
   try {
     const YAML::Node root = YAML::Load(text);
     if (!root.IsMap()) throwBad(path, "no intrinsics");

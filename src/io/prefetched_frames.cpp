@@ -13,7 +13,10 @@ namespace {
 class PrefetchedFrames : public FrameSource {
  public:
   PrefetchedFrames(std::unique_ptr<FrameSource> source, size_t capacity)
-      : source_(std::move(source)), size_(source_->size()), capacity_(capacity) {
+      : source_(std::move(source)),
+        size_(source_->size()),
+        posed_(source_->posed()),
+        capacity_(capacity) {
     reader_ = std::thread([this] { readAhead(); });
   }
 
@@ -27,6 +30,7 @@ class PrefetchedFrames : public FrameSource {
   }
 
   std::optional<size_t> size() const override { return size_; }
+  std::optional<size_t> posed() const override { return posed_; }
   const std::map<std::string, size_t>& skipped() const override { return skipped_; }
 
   std::optional<SourceFrame> next() override {
@@ -76,7 +80,7 @@ class PrefetchedFrames : public FrameSource {
   }
 
   const std::unique_ptr<FrameSource> source_;
-  const std::optional<size_t> size_;
+  const std::optional<size_t> size_, posed_;
   const size_t capacity_;
   std::map<std::string, size_t> skipped_;  ///< Of the consumer's thread.
 

@@ -1,6 +1,7 @@
 #include "io/trajectory.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace dtsdf {
 namespace {
@@ -40,6 +41,10 @@ std::optional<Eigen::Isometry3d> Trajectory::poseAt(double stamp_s, double toler
   if (!has_before || (has_after && after->stamp_s == stamp_s)) return after->T_W_C;
   if (!has_after) return std::prev(after)->T_W_C;
   return interpolate(*std::prev(after), *after, stamp_s);
+}
+
+std::string noPoseWithin(double tolerance_s) {
+  return "no pose within " + std::to_string(std::lround(1000.0 * tolerance_s)) + " ms";
 }
 
 }  // namespace dtsdf

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace dtsdf {
@@ -28,5 +29,8 @@ class Trajectory {
  private:
   std::vector<StampedPose> poses_;
 };
+
+/// Why poseAt() has none: "no pose within 20 ms".
+std::string noPoseWithin(double tolerance_s);
 
 }  // namespace dtsdf

@@ -1,99 +1,78 @@
 #include "io/tum_sequence.h"
 
-#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
+#include "io/list_file.h"
 #include "io/text_file.h"
+#include "io/trajectory_file.h"
 
 namespace dtsdf {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A line's words, and where it stands.
-struct ListLine {
-  std::vector<std::string> words;
-  std::string place;  ///< "file:line"
-};
+const char* const kAdvice = "a TUM folder has depth.txt, groundtruth.txt and camera_info.yaml";
 
-[[noreturn]] void throwAt(const ListLine& line, const std::string& problem) {
-  throw std::runtime_error(line.place + ": " + problem);
-}
-
-std::vector<std::string> splitWords(const std::string& text) {
-  std::istringstream in(text);
-  std::vector<std::string> words;
-  for (std::string word; in >> word;) words.push_back(word);
-  return words;
-}
-
-std::vector<ListLine> readList(const fs::path& path) {
-  std::istringstream text(readTextFile(path.string(),
-                                       "a TUM folder has depth.txt, groundtruth.txt and "
-                                       "camera_info.yaml"));
-  std::vector<ListLine> lines;
-  int number = 0;
-  for (std::string line; std::getline(text, line);) {
-    ++number;
-    std::vector<std::string> words = splitWords(line);  // takes a carriage return as a space
-    if (words.empty() || words[0][0] == '#') continue;
-    lines.push_back({std::move(words), path.string() + ":" + std::to_string(number)});
-  }
-  return lines;
-}
-
-double readNumber(const ListLine& line, size_t index) {
-  double number = 0.0;
-  if (!parseNumber(line.words[index], number) || !std::isfinite(number)) {
-    throwAt(line, "'" + line.words[index] + "' is not a number");
-  }
-  return number;
-}
+/// The benchmark's depth images are registered to colour by the driver, not rectified; it advises
+/// the driver's own default numbers for that, without undistortion, for all its cameras
+/// (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats).
+const CameraInfo kFreiburgCamera{640, 480, {525.0f, 525.0f, 319.5f, 239.5f}};
 
 std::vector<StampedImage> readImageList(const fs::path& path) {
   std::vector<StampedImage> images;
-  for (const ListLine& line : readList(path)) {
+  for (const ListLine& line : readList(path.string(), kAdvice)) {
     if (line.words.size() != 2) throwAt(line, "expected 'stamp file'");
-    images.push_back({readNumber(line, 0), (path.parent_path() / line.words[1]).string()});
+    images.push_back({numberAt(line, 0), (path.parent_path() / line.words[1]).string()});
   }
   return images;
 }
 
-StampedPose readPose(const ListLine& line) {
-  if (line.words.size() != 8) throwAt(line, "expected 'stamp tx ty tz qx qy qz qw'");
-  double v[8];
-  for (size_t i = 0; i < 8; ++i) v[i] = readNumber(line, i);
-  Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
-  // Rounding to a few decimals leaves a small error; anything larger is not a rotation.
-  if (std::abs(q.norm() - 1.0) > 0.01) throwAt(line, "the quaternion's length is not 1");
-  StampedPose pose{v[0], Eigen::Isometry3d::Identity()};
-  pose.T_W_C.linear() = q.normalized().toRotationMatrix();
-  pose.T_W_C.translation() = Eigen::Vector3d(v[1], v[2], v[3]);
-  return pose;
+/// The benchmark's archives name their recording in a comment: # file: 'rgbd_dataset_freiburg1_...'
+bool commentsNameFreiburg(const fs::path& list) {
+  if (!fs::is_regular_file(list)) return false;
+  std::istringstream text(readTextFile(list.string(), kAdvice));
+  for (std::string line; std::getline(text, line) && line.rfind('#', 0) == 0;) {
+    if (line.find("freiburg") != std::string::npos) return true;
+  }
+  return false;
 }
 
-Trajectory readTrajectory(const fs::path& path) {
-  std::vector<StampedPose> poses;
-  for (const ListLine& line : readList(path)) poses.push_back(readPose(line));
-  return Trajectory(std::move(poses));
+bool isOfTheBenchmark(const fs::path& folder) {
+  return fs::canonical(folder).filename().string().find("freiburg") != std::string::npos ||
+         commentsNameFreiburg(folder / "depth.txt") ||
+         commentsNameFreiburg(folder / "groundtruth.txt");
 }
 
 }  // namespace
+
+std::vector<StampedImage> readTumDepthList(const std::string& folder) {
+  const fs::path path = fs::path(folder) / "depth.txt";
+  std::vector<StampedImage> images = readImageList(path);
+  if (images.empty()) throw std::runtime_error(path.string() + ": lists no depth image");
+  return images;
+}
+
+Trajectory readTumTrajectory(const std::string& folder) {
+  return readTrajectory((fs::path(folder) / "groundtruth.txt").string(), kAdvice);
+}
+
+CameraInfo readTumCamera(const std::string& folder) {
+  const fs::path path = fs::path(folder) / "camera_info.yaml";
+  if (!fs::exists(path) && isOfTheBenchmark(folder)) return kFreiburgCamera;
+  return loadCameraInfo(path.string());
+}
 
 TumSequence readTumSequence(const std::string& folder) {
   if (!fs::is_directory(folder)) {
     throw std::runtime_error("'" + folder + "' is not a folder; give the folder of a TUM sequence");
   }
-  const fs::path root(folder);
   TumSequence sequence;
-  sequence.depth = readImageList(root / "depth.txt");
-  if (sequence.depth.empty()) {
-    throw std::runtime_error((root / "depth.txt").string() + ": lists no depth image");
-  }
-  sequence.trajectory = readTrajectory(root / "groundtruth.txt");
-  sequence.camera = loadCameraInfo((root / "camera_info.yaml").string());
-  if (fs::exists(root / "rgb.txt")) sequence.colour = readImageList(root / "rgb.txt");
+  sequence.depth = readTumDepthList(folder);
+  sequence.trajectory = readTumTrajectory(folder);
+  sequence.camera = readTumCamera(folder);
+  const fs::path colour = fs::path(folder) / "rgb.txt";
+  if (fs::exists(colour)) sequence.colour = readImageList(colour);
   return sequence;
 }
 

@@ -18,11 +18,20 @@ struct TumSequence {
   std::vector<StampedImage> depth;   ///< In the order of depth.txt.
   std::vector<StampedImage> colour;  ///< In the order of rgb.txt; empty where there is none.
   Trajectory trajectory{{}};         ///< groundtruth.txt: optical frame to map frame.
-  CameraInfo camera;                 ///< camera_info.yaml, for the depth images.
+  CameraInfo camera;                 ///< Of the depth images.
 };
 
-/// Reads the lists of a folder. Lines that begin with # are comments.
-/// @throws std::runtime_error for a missing file or a malformed line, with file and line.
+// The parts of a folder. Lines that begin with # are comments.
+// Each throws std::runtime_error for a missing file or a malformed line, with file and line.
+
+std::vector<StampedImage> readTumDepthList(const std::string& folder);
+Trajectory readTumTrajectory(const std::string& folder);
+
+/// camera_info.yaml; where there is none, the camera of the benchmark's own recordings, all of
+/// which have freiburg in their name.
+CameraInfo readTumCamera(const std::string& folder);
+
+/// All of them. @throws std::runtime_error as above.
 TumSequence readTumSequence(const std::string& folder);
 
 }  // namespace dtsdf

@@ -10,6 +10,19 @@
 
 namespace dtsdf {
 
+/// Which camera_info an image gets.
+enum class CameraInfoChoice {
+  kExact,   ///< That of its very stamp.
+  kLatest,  ///< The newest one received, for drivers that send it rarely or once.
+};
+
+/// Whether raw images are rectified.
+enum class RectifyChoice {
+  kAuto,    ///< Where the topic's name does not say that they are, and they are distorted.
+  kAlways,  ///< Where they are distorted, whatever the topic's name.
+  kNever,
+};
+
 struct InputParams {
   std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
   int queue_size = 30;          ///< Frames that may wait for their transform or their turn.
@@ -18,6 +31,9 @@ struct InputParams {
   float unit_32fc1_m = 1.0f;    ///< Metres per unit of a 32FC1 image.
   double max_speed_m_s = 10.0;  ///< A faster camera is a jump of its pose; 0: any speed is fine.
   double max_turn_deg_s = 720.0;  ///< The same for its rotation.
+  CameraInfoChoice camera_info = CameraInfoChoice::kExact;  ///< Which one an image gets.
+  RectifyChoice rectify = RectifyChoice::kAuto;  ///< Whether raw images are rectified.
+  bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
 
 /// Whether colour images are taken.
@@ -66,6 +82,14 @@ void visitParams(NodeParams& p, Visitor& visit) {
         EnumNames<ColourUse>{{"auto", ColourUse::kAuto},
                              {"always", ColourUse::kAlways},
                              {"never", ColourUse::kNever}});
+  visit("input/camera_info", p.input.camera_info,
+        EnumNames<CameraInfoChoice>{{"exact", CameraInfoChoice::kExact},
+                                    {"latest", CameraInfoChoice::kLatest}});
+  visit("input/rectify", p.input.rectify,
+        EnumNames<RectifyChoice>{{"auto", RectifyChoice::kAuto},
+                                 {"always", RectifyChoice::kAlways},
+                                 {"never", RectifyChoice::kNever}});
+  visit("input/mask", p.input.mask);
   visit("publish/chunk_blocks", p.publish.chunk_blocks, Range{1, 64});
   visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
   visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});

@@ -228,6 +228,7 @@ void CommandLine::addTextRequest(const std::string& name, const std::string& hel
 void CommandLine::require(const std::string& name) { state_->app.get_option(name)->required(); }
 
 void CommandLine::requireOneOf(const std::vector<std::string>& names) {
+  for (const std::string& name : names) state_->app.get_option(name)->required(false);
   state_->choices.push_back(names);
 }
 

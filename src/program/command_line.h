@@ -78,7 +78,7 @@ class CommandLine {
   void addTextRequest(const std::string& name, const std::string& help,
                       const std::function<std::string()>& text);
 
-  /// Rules for options that were added. Arguments are required in any case.
+  /// Rules for options that were added. Arguments are required, but as one of a choice.
   void require(const std::string& name);
   void requireOneOf(const std::vector<std::string>& names);
   void onlyWith(const std::string& name, const std::string& other);

@@ -1,7 +1,7 @@
 # The ROS side of the build: dependencies, messages and the exported package. Included by the
 # top-level CMakeLists.txt, because catkin looks for msg/, srv/ and package.xml beside it.
 find_package(catkin REQUIRED COMPONENTS
-  diagnostic_msgs diagnostic_updater geometry_msgs image_transport message_filters
+  diagnostic_msgs diagnostic_updater geometry_msgs image_transport
   message_generation nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2 tf2_msgs tf2_ros
   visualization_msgs)
 

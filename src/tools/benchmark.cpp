@@ -18,8 +18,9 @@ namespace dtsdf {
 namespace {
 
 std::vector<SourceFrame> readFrames(const BenchmarkOptions& options) {
-  const auto source = options.raw_name.empty() ? openTumSource(options)
-                                               : openRawFrames(options.raw_name, options.frames);
+  const auto source = options.raw_name.empty()
+                          ? openRecording(options.recording)
+                          : openRawFrames(options.raw_name, options.recording.selection);
   std::vector<SourceFrame> frames;
   while (std::optional<SourceFrame> frame = source->next()) frames.push_back(std::move(*frame));
   return frames;

@@ -18,7 +18,10 @@ void addFlightOptions(CommandLine& line, BenchmarkOptions& options) {
 
 void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
   line.beginGroup("Input");
-  addTumOptions(line, options);
+  addTumOption(line, options);
+  addFolderOptions(line, options);
+  line.onlyWith("--depth-scale", "--tum");
+  line.onlyWith("--pose-tolerance", "--tum");
   line.addText({"--raw", "NAME",
                 "NAME.raw and NAME.txt, as pack_frames writes them, in place of --tum"},
                options.raw_name);

@@ -9,6 +9,7 @@
 #include "dtsdf_mapping/io/tum_colours.h"
 #include "io/atomic_file.h"
 #include "io/bag_frames.h"
+#include "io/first_look.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
@@ -22,17 +23,31 @@ namespace {
 /// Enough to hide that a frame takes longer than others to decode, at a few MB each.
 constexpr size_t kFramesAhead = 4;
 
+/// Enough to see a wrong scale by.
+constexpr size_t kFramesLookedAt = 5;
+
 #ifdef DTSDF_WITH_BAG
 std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const NodeParams& node) {
   BagOptions bag;
-  bag.path = options.bag_path;
+  bag.path = options.recording.path;
   bag.depth_topic = options.depth_topic;
   bag.info_topic = options.info_topic;
   bag.map_frame = node.map_frame;
   bag.camera_frame = node.input.camera_frame;
   bag.unit_16uc1_m = node.input.unit_16uc1_m;
   bag.unit_32fc1_m = node.input.unit_32fc1_m;
-  bag.selection = options.frames;
+  bag.latest_camera_info = node.input.camera_info == CameraInfoChoice::kLatest;
+  if (node.input.rectify != RectifyChoice::kAuto) {
+    bag.rectify = node.input.rectify == RectifyChoice::kAlways;
+  }
+  bag.mask_topic = options.mask_topic;
+  if (node.input.mask && bag.mask_topic.empty()) {
+    throw UsageError("the settings ask for masks (input/mask); --mask-topic names the bag's");
+  }
+  bag.intrinsics = options.recording.intrinsics;
+  bag.poses_path = options.recording.poses_path;
+  bag.pose_tolerance_s = options.recording.pose_tolerance_s;
+  bag.selection = options.recording.selection;
   return openBagFrames(bag);
 }
 #else
@@ -42,8 +57,24 @@ std::unique_ptr<FrameSource> openBag(const ReconstructOptions&, const NodeParams
 #endif
 
 std::unique_ptr<FrameSource> openSource(const ReconstructOptions& options, const NodeParams& node) {
-  if (!options.bag_path.empty()) return openBag(options, node);
-  return openTumSource(options);
+  if (options.recording.format == "bag") return openBag(options, node);
+  return openRecording(options.recording);
+}
+
+/// One look before the run: what is there goes to standard output, what is implausible to standard
+/// error.
+std::unique_ptr<FrameSource> openAndLook(const ReconstructOptions& options,
+                                         const RunSettings& settings) {
+  LookedAt looked = lookAt(openSource(options, settings.params.node), kFramesLookedAt);
+  std::printf("%s: %s\n", options.recording.format.c_str(), describe(looked.look).c_str());
+  std::fflush(stdout);  // now, wherever it goes
+  const FusionParams& fusion = settings.params.mapper.fusion;
+  for (const std::string& doubt :
+       doubtsAbout(looked.look, static_cast<double>(fusion.min_depth_m),
+                   static_cast<double>(fusion.max_depth_m))) {
+    std::fprintf(stderr, "reconstruct: warning: %s\n", doubt.c_str());
+  }
+  return std::move(looked.source);
 }
 
 /// Null where there is no colour, or none is wanted.
@@ -51,8 +82,9 @@ std::unique_ptr<ColourSource> openColours(const ReconstructOptions& options,
                                           const ColourParams& params) {
   if (params.enabled == ColourUse::kNever) return nullptr;
   std::unique_ptr<ColourSource> colours;
-  if (!options.tum_folder.empty()) {
-    colours = openTumColours(options.tum_folder, options.pose_tolerance_s);
+  const RecordingOptions& recording = options.recording;
+  if (recording.format == "tum") {
+    colours = openTumColours(recording.path, recording.pose_tolerance_s);
   }
   if (colours == nullptr && params.enabled == ColourUse::kAlways) {
     throw std::runtime_error("colour/enabled is always, but the recording has no colour images "
@@ -91,14 +123,17 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
       "with --set mesh/min_support=1 a single frame is enough");
 }
 
-void run(const ReconstructOptions& options) {
+void run(ReconstructOptions options) {
   const RunSettings settings = readSettings(options);
+  std::string& format = options.recording.format;
+  if (format.empty()) format = guessRecordingFormat(options.recording.path);
+  checkReadingOptions(options);
   const MapperParams& params = settings.params.mapper;
   // Found out now rather than after an hour of work.
   prepareOutputFile(options.mesh_path);
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
 
-  const auto source = prefetchFrames(openSource(options, settings.params.node), kFramesAhead);
+  const auto source = prefetchFrames(openAndLook(options, settings), kFramesAhead);
   const auto colours = openColours(options, settings.params.node.colour);
   const auto mapper = makeProbedMapper(params, settings.rules);
   ReconstructionResult result;

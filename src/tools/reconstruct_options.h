@@ -8,14 +8,19 @@
 
 namespace dtsdf {
 
+/// What is read is RunOptions::recording, whose format may also be "bag".
 struct ReconstructOptions : RunOptions {
-  std::string bag_path;                 ///< Either this or a TUM folder is given.
   std::string depth_topic, info_topic;  ///< Empty: chosen from the bag.
+  std::string mask_topic;               ///< Of a bag; empty: no masks.
   size_t mesh_every = 0;  ///< Extract a mesh each so many frames; 0: only at the end.
   std::string mesh_path;
 };
 
 /// @throws UsageError that names the option, TextRequest for --help.
 ReconstructOptions parseReconstructOptions(const std::vector<std::string>& arguments);
+
+/// Whether the options are for what is read, once its format is known.
+/// @throws UsageError that names the option.
+void checkReadingOptions(const ReconstructOptions& options);
 
 }  // namespace dtsdf

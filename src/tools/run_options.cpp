@@ -1,6 +1,5 @@
 #include "tools/run_options.h"
 
-#include "dtsdf_mapping/io/tum_frames.h"
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "tools/rule_list.h"
 
@@ -47,26 +46,36 @@ FrameSelection parseFrameSelection(const std::string& text) {
   throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP");
 }
 
-void addTumOptions(CommandLine& line, RunOptions& options) {
-  line.addText({"--tum", "DIR",
-                "TUM RGB-D folder: depth.txt, groundtruth.txt (camera to world) and "
-                "camera_info.yaml"},
-               options.tum_folder);
-  line.addNumber({"--depth-scale", "UNITS", "units per metre of the folder's 16-bit images"},
-                 options.units_per_metre, {kAboveZero, kUnbounded});
+void addTumOption(CommandLine& line, RunOptions& options) {
+  line.add({"--tum", "DIR",
+            "TUM RGB-D folder: depth.txt, groundtruth.txt (camera to world) and camera_info.yaml, "
+            "which the benchmark's own recordings do without"},
+           [&](const std::string& value) {
+             options.recording.path = value;
+             options.recording.format = "tum";
+           });
+}
+
+void addFolderOptions(CommandLine& line, RunOptions& options) {
+  line.add({"--depth-scale", "UNITS",
+            "units per metre of a folder's 16-bit images (default: as its format has it; tum and "
+            "icl 5000, 7scenes and scannet 1000, replica as cam_params.json tells)"},
+           [&](const std::string& value) {
+             options.recording.units_per_metre = readNumber(value, {kAboveZero, kUnbounded});
+           });
   line.addNumber({"--pose-tolerance", "SECONDS",
-                  "a frame is skipped if no pose is so near its stamp; between two poses it gets "
-                  "an interpolated one"},
-                 options.pose_tolerance_s, {kAboveZero, kUnbounded});
-  line.onlyWith("--depth-scale", "--tum");
-  line.onlyWith("--pose-tolerance", "--tum");
+                  "where poses have stamps, a frame is skipped if none is so near its own; between "
+                  "two poses it gets an interpolated one"},
+                 options.recording.pose_tolerance_s, {kAboveZero, kUnbounded});
 }
 
 void addFrameOptions(CommandLine& line, RunOptions& options) {
   line.add({"--frames", "FIRST:LAST:STEP",
             "depth images to use, by index from 0 on: FIRST, FIRST+STEP, ... up to and with LAST; "
             "parts may be left out, as in 100:, :99 or ::2"},
-           [&](const std::string& value) { options.frames = parseFrameSelection(value); });
+           [&](const std::string& value) {
+             options.recording.selection = parseFrameSelection(value);
+           });
 }
 
 void addMapperOptions(CommandLine& line, RunOptions& options) {
@@ -105,15 +114,6 @@ RunSettings readSettings(const RunOptions& options) {
   checkParams(settings.params.mapper, reader);
   reader.finish();
   return settings;
-}
-
-std::unique_ptr<FrameSource> openTumSource(const RunOptions& options) {
-  TumOptions tum;
-  tum.folder = options.tum_folder;
-  tum.units_per_metre = options.units_per_metre;
-  tum.pose_tolerance_s = options.pose_tolerance_s;
-  tum.selection = options.frames;
-  return openTumFrames(tum);
 }
 
 }  // namespace dtsdf

@@ -27,11 +27,13 @@ std::string readFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-std::unique_ptr<FrameSource> openBag() {
+BagOptions bagOptions() {
   BagOptions options;
   EXPECT_TRUE(ros::param::get("~bag", options.path));
-  return openBagFrames(options);
+  return options;
 }
+
+std::unique_ptr<FrameSource> openBag() { return openBagFrames(bagOptions()); }
 
 std::string pathOf(const std::string& name) {
   dtsdf_mapping::SaveMesh call;
@@ -66,6 +68,24 @@ TEST(Bag, IsReadOfflineWithoutLoss) {
   }
   EXPECT_EQ(count, kFrames);
   EXPECT_TRUE(frames->skipped().empty());
+}
+
+TEST(Bag, CameraAndPosesMayComeFromElsewhere) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "slam.tum", "1000.1 7 0 0 0 0 0 1\n1000.3 9 0 0 0 0 0 1\n");
+  BagOptions options = bagOptions();
+  options.info_topic = "/not/recorded";
+  options.intrinsics = Intrinsics{81, 82, 47, 36};
+  options.poses_path = folder / "slam.tum";
+  const std::unique_ptr<FrameSource> frames = openBagFrames(options);
+  const auto frame = frames->next();
+  ASSERT_TRUE(frame);
+  EXPECT_NEAR(frame->stamp_s, 1000.1, 1e-6);
+  EXPECT_EQ(frame->depth.T_W_C.translation().x(), 7.0);
+  EXPECT_EQ(frame->depth.intrinsics.fy, 82.0f);
+  EXPECT_TRUE(frames->next());
+  EXPECT_FALSE(frames->next());
+  EXPECT_EQ(frames->skipped().at("no pose within 20 ms"), kFrames - 2);
 }
 
 // The player loops: while it has not begun anew, the node's map is the offline one, bit for bit.

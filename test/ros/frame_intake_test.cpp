@@ -21,7 +21,9 @@ class FrameIntakeTest : public testing::Test {
         params_, FrameIntake::Parts{poses_, accounting_, posed_frames_}, clock_.reader());
   }
 
-  void push(double stamp_s) { intake_->push(makeDepthImage(stamp_s), makeCameraInfo(stamp_s)); }
+  void push(double stamp_s) {
+    intake_->push({makeDepthImage(stamp_s), makeCameraInfo(stamp_s), nullptr});
+  }
 
   uint64_t dropped(DropReason reason) const {
     return accounting_.counts().dropped[static_cast<size_t>(reason)];
@@ -189,10 +191,54 @@ TEST_F(FrameIntakeTest, AJumpingPoseCostsOneFrame) {
 TEST_F(FrameIntakeTest, BadImagesDoNotGetIn) {
   const auto image = makeDepthImage(1.0);
   image->encoding = "bgr8";
-  intake_->push(image, makeCameraInfo(1.0));
+  intake_->push({image, makeCameraInfo(1.0), nullptr});
   EXPECT_EQ(dropped(DropReason::kBadEncoding), 1u);
-  intake_->push(makeDepthImage(1.0, ""), makeCameraInfo(1.0));
+  intake_->push({makeDepthImage(1.0, ""), makeCameraInfo(1.0), nullptr});
   EXPECT_EQ(dropped(DropReason::kNoTransform), 1u);
+  EXPECT_EQ(intake_->size(), 0u);
+}
+
+TEST_F(FrameIntakeTest, MasksTakeMeasurementsAway) {
+  putTransform(transforms_, 1.0, 0.0);
+  const auto image = makeDepthImage(1.0);
+  intake_->push({image, makeCameraInfo(1.0), makeMask(1.0, {0, 1, 255, 0, 0, 0, 0, 7})});
+  intake_->step();
+  const auto frame = posed_frames_.take();
+  ASSERT_TRUE(frame);
+  const auto* pixels = static_cast<const uint16_t*>(frame->depth.data);
+  EXPECT_EQ(std::vector<uint16_t>(pixels, pixels + 8),
+            (std::vector<uint16_t>{1000, 0, 0, 1000, 1000, 1000, 1000, 0}));
+  EXPECT_EQ(image->data, makeDepthImage(1.0)->data) << "the message belongs to others, too";
+}
+
+TEST_F(FrameIntakeTest, RawImagesAreRectified) {
+  putTransform(transforms_, 1.0, 0.0);
+  const auto info = makeCameraInfo(1.0);
+  info->K = {4.0, 0.0, 1.5, 0.0, 4.0, 0.5, 0.0, 0.0, 1.0};
+  info->distortion_model = "plumb_bob";
+  info->D = {-0.1, 0.01, 0.0, 0.0, 0.0};
+  intake_->push({makeDepthImage(1.0), info, nullptr});
+  intake_->step();
+  const auto frame = posed_frames_.take();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->depth.intrinsics.fx, 5.0f);
+  EXPECT_EQ(static_cast<const uint16_t*>(frame->depth.data)[0], 1000);
+}
+
+TEST_F(FrameIntakeTest, BadMasksDropTheirFrames) {
+  const auto pushWith = [&](const sensor_msgs::ImagePtr& mask) {
+    intake_->push({makeDepthImage(1.0), makeCameraInfo(1.0), mask});
+  };
+  auto mask = makeMask(1.0, std::vector<uint8_t>(8, 0));
+  mask->encoding = "bgr8";
+  pushWith(mask);
+  EXPECT_EQ(dropped(DropReason::kBadEncoding), 1u);
+  mask = makeMask(1.0, std::vector<uint8_t>(8, 0));
+  mask->height = 3;
+  pushWith(mask);
+  EXPECT_EQ(dropped(DropReason::kSizeMismatch), 1u);
+  pushWith(makeMask(1.0, std::vector<uint8_t>(7, 0)));
+  EXPECT_EQ(dropped(DropReason::kBadImage), 1u);
   EXPECT_EQ(intake_->size(), 0u);
 }
 

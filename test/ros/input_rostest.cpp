@@ -1,11 +1,13 @@
 /// Every way in which a frame can be wrong, late or alone: it is fused with its true pose, or
 /// dropped and counted under the right reason.
 #include <gtest/gtest.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <std_srvs/SetBool.h>
 
 #include <cmath>
 #include <cstring>
 
+#include "ros/input/depth_topics.h"
 #include "ros/support/fake_camera.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
@@ -56,6 +58,14 @@ TEST_F(Input, StatusSaysThatImagesAreMissing) {
            std::string::npos;
   })) << status_.status().message;
   EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::WARN);
+}
+
+TEST_F(Input, TopicsOfDepthAreFound) {
+  const ros::Publisher compressed = nh_.advertise<sensor_msgs::CompressedImage>(
+      "/b/depth/image_raw/compressedDepth", 1);
+  const ros::Publisher colour = nh_.advertise<sensor_msgs::Image>("/b/rgb/image_raw", 1);
+  EXPECT_EQ(findDepthTopics(),
+            (std::vector<std::string>{"/b/depth/image_raw", "/camera/depth/image_rect"}));
 }
 
 TEST_F(Input, MissingTransformIsWaitedForAndSaid) {

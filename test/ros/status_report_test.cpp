@@ -24,6 +24,8 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
   EXPECT_EQ(status.level, MapStatus::WARN);
   EXPECT_TRUE(says(status, "no depth image received on '/camera/depth/image_rect'"));
   EXPECT_TRUE(says(status, "no publisher"));
+  input.depth_topics = {"/a/depth", "/b/depth"};
+  EXPECT_TRUE(says(makeStatus(input), "depth is published on '/a/depth' and '/b/depth'"));
   input.image_publishers = 1;
   EXPECT_TRUE(says(makeStatus(input), "sent nothing yet"));
 

@@ -45,6 +45,9 @@ class FrameSource {
   /// Number of selected depth images, skipped ones included, if it is known before reading them.
   virtual std::optional<size_t> size() const = 0;
 
+  /// How many of these have a pose, if that is known before reading them.
+  virtual std::optional<size_t> posed() const { return std::nullopt; }
+
   /// The next frame that has a pose, or nothing at the end. A frame that cannot be used (no pose,
   /// wrong encoding) is passed over and counted.
   /// @throws std::runtime_error if the recording is broken: file, place and what to do.

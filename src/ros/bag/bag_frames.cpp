@@ -1,44 +1,68 @@
 #include <geometry_msgs/TransformStamped.h>
+#include <ros/console.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
-#include <sensor_msgs/image_encodings.h>
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <iterator>
 #include <memory>
 #include <set>
 #include <stdexcept>
 #include <vector>
 
 #include "io/bag_frames.h"
+#include "io/trajectory_file.h"
 #include "params/frame_name.h"
+#include "ros/input/compressed_image.h"
 #include "ros/input/depth_image.h"
+#include "ros/input/mask.h"
+#include "ros/input/rectification.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
 namespace {
 
-namespace enc = sensor_msgs::image_encodings;
-
 /// Longer than any recording: no transform is forgotten.
 const ros::Duration kKeepAll(1.0e8);
 
-bool isDepth(const sensor_msgs::Image& image) {
-  return image.encoding == enc::TYPE_16UC1 || image.encoding == enc::MONO16 ||
-         image.encoding == enc::TYPE_32FC1;
+/// How much earlier or later than its image a mask may have been recorded.
+constexpr double kMaskRecordedNear_s = 5.0;
+
+bool isDepth(const rosbag::MessageInstance& message) {
+  if (const auto image = message.instantiate<sensor_msgs::Image>()) {
+    return isDepthEncoding(image->encoding);
+  }
+  const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+  return compressed && holdsDepth(*compressed);
 }
 
-/// The topics of a bag whose first image is a depth image.
+/// The image's own topic, if `topic` is its topic of compressed depth.
+std::string uncompressedTopic(const std::string& topic) {
+  const std::string end = kCompressedDepthTopic;
+  const bool is_compressed = topic.size() > end.size() &&
+                             topic.compare(topic.size() - end.size(), end.size(), end) == 0;
+  return is_compressed ? topic.substr(0, topic.size() - end.size()) : topic;
+}
+
+/// The topics of a bag whose first image is a depth image. An image that was recorded both ways
+/// counts once, as it was before it was compressed.
 std::set<std::string> findDepthTopics(const rosbag::Bag& bag) {
   std::set<std::string> topics;
   rosbag::View all(bag);
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
-    if (connection->datatype != "sensor_msgs/Image") continue;
     rosbag::View images(bag, rosbag::TopicQuery(connection->topic));
-    const auto image = images.begin()->instantiate<sensor_msgs::Image>();
-    if (image && isDepth(*image)) topics.insert(connection->topic);
+    if (images.size() > 0 && isDepth(*images.begin())) topics.insert(connection->topic);
+  }
+  for (auto topic = topics.begin(); topic != topics.end();) {
+    const std::string uncompressed = uncompressedTopic(*topic);
+    const bool twice = uncompressed != *topic && topics.count(uncompressed) > 0;
+    topic = twice ? topics.erase(topic) : std::next(topic);
   }
   return topics;
 }
@@ -57,6 +81,20 @@ std::string topicBeside(const std::string& topic, const std::string& name) {
   return topic.substr(0, topic.rfind('/') + 1) + name;
 }
 
+sensor_msgs::CameraInfoConstPtr makeInfo(const sensor_msgs::Image& image, const Intrinsics& K) {
+  const auto info = boost::make_shared<sensor_msgs::CameraInfo>();
+  info->header = image.header;
+  info->width = image.width;
+  info->height = image.height;
+  info->K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
+  return info;
+}
+
+RectifyChoice rectifyChoice(const BagOptions& options) {
+  if (!options.rectify) return RectifyChoice::kAuto;
+  return *options.rectify ? RectifyChoice::kAlways : RectifyChoice::kNever;
+}
+
 class BagFrames : public FrameSource {
  public:
   explicit BagFrames(const BagOptions& options)
@@ -67,8 +105,8 @@ class BagFrames : public FrameSource {
     try {
       bag_.open(options.path, rosbag::bagmode::Read);
       chooseTopics();
-      readTransforms();
-      readCameraInfos();
+      readPoses();
+      if (!options_.intrinsics) readCameraInfos();
     } catch (const rosbag::BagException& error) {
       throw std::runtime_error("cannot read the bag '" + options.path + "': " + error.what());
     }
@@ -85,7 +123,7 @@ class BagFrames : public FrameSource {
       for (; next_ != images_->end(); ++index_) {
         const rosbag::View::iterator current = next_++;
         if (!options_.selection.contains(index_)) continue;
-        if (auto frame = makeFrame(current->instantiate<sensor_msgs::Image>())) {
+        if (auto frame = makeFrame(imageOf(*current), current->getTime())) {
           ++index_;
           return frame;
         }
@@ -105,17 +143,33 @@ class BagFrames : public FrameSource {
       options_.depth_topic = chooseDepthTopic(bag_, options_.path);
     }
     if (options_.info_topic.empty()) {
-      options_.info_topic = topicBeside(options_.depth_topic, "camera_info");
+      options_.info_topic = topicBeside(uncompressedTopic(options_.depth_topic), "camera_info");
+    }
+    const std::string compressed = options_.depth_topic + kCompressedDepthTopic;
+    if (!hasMessages(options_.depth_topic) && hasMessages(compressed)) {
+      options_.depth_topic = compressed;
     }
     requireMessages(options_.depth_topic);
-    requireMessages(options_.info_topic);
+    if (!options_.intrinsics) requireMessages(options_.info_topic);
+    if (!options_.mask_topic.empty()) requireMessages(options_.mask_topic);
+  }
+
+  bool hasMessages(const std::string& topic) const {
+    return rosbag::View(bag_, rosbag::TopicQuery(topic)).size() > 0;
   }
 
   void requireMessages(const std::string& topic) const {
-    rosbag::View view(bag_, rosbag::TopicQuery(topic));
-    if (view.size() > 0) return;
+    if (hasMessages(topic)) return;
     throw std::runtime_error("'" + options_.path + "' has no messages on '" + topic +
                              "'; rosbag info lists its topics");
+  }
+
+  void readPoses() {
+    if (options_.poses_path.empty()) {
+      readTransforms();
+    } else {
+      trajectory_ = readTrajectory(options_.poses_path, "poses are expected there");
+    }
   }
 
   void readTransforms() {
@@ -147,26 +201,89 @@ class BagFrames : public FrameSource {
     return std::nullopt;
   }
 
-  std::optional<SourceFrame> makeFrame(const sensor_msgs::ImageConstPtr& image) {
-    if (!image) return skip("not a sensor_msgs/Image");
-    const auto info = infos_.find(image->header.stamp);
-    if (info == infos_.end()) return skip(toString(DropReason::kNoCameraInfo));
-    if (const auto rejection = checkDepthImage(*image, *info->second)) {
+  /// Nothing for what is no image, or a damaged one.
+  static sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
+    const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+    if (!compressed) return message.instantiate<sensor_msgs::Image>();
+    try {
+      return decodeDepth(*compressed);
+    } catch (const std::runtime_error&) {
+      return nullptr;
+    }
+  }
+
+  CameraImage rectified(const CameraImage& raw) {
+    if (!rectification_) rectification_.emplace(rectifyChoice(options_), options_.depth_topic);
+    CameraImage camera = rectification_->apply(raw);
+    const std::string warning = rectification_->takeWarning();
+    if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
+    return camera;
+  }
+
+  /// The mask of an image's stamp, recorded near it.
+  sensor_msgs::ImageConstPtr maskOf(const sensor_msgs::Image& image,
+                                    const ros::Time& recorded) const {
+    const ros::Duration reach(std::min(kMaskRecordedNear_s, recorded.toSec()));
+    rosbag::View masks(bag_, rosbag::TopicQuery(options_.mask_topic), recorded - reach,
+                       recorded + reach);
+    for (const rosbag::MessageInstance& message : masks) {
+      const auto mask = message.instantiate<sensor_msgs::Image>();
+      if (mask && mask->header.stamp == image.header.stamp) return mask;
+    }
+    return nullptr;
+  }
+
+  /// The image without what its mask hides, or why it cannot be had.
+  std::optional<DropReason> hideMasked(sensor_msgs::ImageConstPtr& image,
+                                       const ros::Time& recorded) const {
+    if (options_.mask_topic.empty()) return std::nullopt;
+    const sensor_msgs::ImageConstPtr mask = maskOf(*image, recorded);
+    if (!mask) return DropReason::kNoMask;
+    if (const auto rejection = checkMask(*mask, *image)) return rejection->reason;
+    image = applyMask(*mask, *image);
+    return std::nullopt;
+  }
+
+  std::optional<SourceFrame> makeFrame(sensor_msgs::ImageConstPtr image,
+                                       const ros::Time& recorded) {
+    if (!image) return skip(toString(DropReason::kBadImage));
+    const sensor_msgs::CameraInfoConstPtr info = infoOf(*image);
+    if (!info) return skip(toString(DropReason::kNoCameraInfo));
+    if (const auto rejection = checkDepthImage(*image, *info)) {
       return skip(toString(rejection->reason));
     }
+    if (const auto reason = hideMasked(image, recorded)) return skip(toString(*reason));
     const std::optional<Eigen::Isometry3d> T_W_C = poseOf(*image);
-    if (!T_W_C) return skip(toString(DropReason::kNoTransform));
+    if (!T_W_C) return skip(whyNoPose());
 
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     SourceFrame frame;
-    frame.depth = makeDepthFrame(image, *info->second, units_, *pixels);
+    const CameraImage camera = rectified({image, info});
+    frame.depth = makeDepthFrame(camera.image, *camera.info, units_, *pixels);
     frame.depth.T_W_C = *T_W_C;
     frame.pixels = pixels;
     frame.stamp_s = image->header.stamp.toSec();
     return frame;
   }
 
+  sensor_msgs::CameraInfoConstPtr infoOf(const sensor_msgs::Image& image) const {
+    if (options_.intrinsics) return makeInfo(image, *options_.intrinsics);
+    const auto info = infos_.find(image.header.stamp);
+    if (info != infos_.end()) return info->second;
+    if (!options_.latest_camera_info || infos_.empty()) return nullptr;
+    const auto after = infos_.upper_bound(image.header.stamp);
+    return after == infos_.begin() ? after->second : std::prev(after)->second;
+  }
+
+  std::string whyNoPose() const {
+    return trajectory_ ? noPoseWithin(options_.pose_tolerance_s)
+                       : toString(DropReason::kNoTransform);
+  }
+
   std::optional<Eigen::Isometry3d> poseOf(const sensor_msgs::Image& image) const {
+    if (trajectory_) {
+      return trajectory_->poseAt(image.header.stamp.toSec(), options_.pose_tolerance_s);
+    }
     const std::string camera_frame = stripLeadingSlash(
         options_.camera_frame.empty() ? image.header.frame_id : options_.camera_frame);
     try {
@@ -183,6 +300,8 @@ class BagFrames : public FrameSource {
   DepthUnits units_;
   rosbag::Bag bag_;
   tf2::BufferCore transforms_;
+  std::optional<Trajectory> trajectory_;  ///< In place of the transforms.
+  std::optional<Rectification> rectification_;  ///< Once the topic is known.
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
   std::unique_ptr<rosbag::View> images_;
   rosbag::View::iterator next_;

@@ -1,50 +1,53 @@
-/// Subscribes depth images and their camera_info and pairs them by their exact stamp.
+/// Subscribes depth images and what belongs to them.
 #pragma once
 
 #include <image_transport/image_transport.h>
-#include <image_transport/subscriber_filter.h>
-#include <message_filters/subscriber.h>
-#include <message_filters/sync_policies/exact_time.h>
-#include <message_filters/synchronizer.h>
 #include <ros/node_handle.h>
+#include <sensor_msgs/CompressedImage.h>
 
 #include <functional>
 #include <string>
 
 #include "ros/input/frame_accounting.h"
+#include "ros/input/frame_assembly.h"
 
 namespace dtsdf {
 
 /// Topics `depth/image_rect` and, unless it is remapped itself, the camera_info beside what that
-/// is remapped to.
+/// is remapped to; `mask/image` where masks are wanted. Images come by image_transport; where
+/// compressedDepth is asked for and there is no plugin for it, its messages are subscribed and
+/// decoded here.
 class CameraInput {
  public:
-  using OnFrame = std::function<void(const sensor_msgs::ImageConstPtr&,
-                                     const sensor_msgs::CameraInfoConstPtr&)>;
+  using OnFrame = FrameAssembly::OnComplete;
 
-  CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+  CameraInput(ros::NodeHandle nh, const ros::NodeHandle& private_nh, const InputParams& params,
               FrameAccounting& accounting, OnFrame on_frame);
 
-  std::string imageTopic() const { return image_.getTopic(); }
+  /// What `depth/image_rect` is remapped to.
+  static std::string depthTopic(const ros::NodeHandle& nh);
+
+  std::string imageTopic() const;
   std::string infoTopic() const { return info_.getTopic(); }
-  size_t imagePublishers() const { return image_.getNumPublishers(); }
+  size_t imagePublishers() const;
 
  private:
-  using Policy =
-      message_filters::sync_policies::ExactTime<sensor_msgs::Image, sensor_msgs::CameraInfo>;
-
-  void onImage(const sensor_msgs::ImageConstPtr& image);
+  void subscribeDepth(ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                      const std::string& topic);
+  bool decodesItself(const std::string& transport) const;
+  void onCompressed(const sensor_msgs::CompressedImageConstPtr& message);
+  void onDepth(const sensor_msgs::ImageConstPtr& depth);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
-  void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
-  void onUnpaired(const sensor_msgs::ImageConstPtr& image,
-                  const sensor_msgs::CameraInfoConstPtr& info);
+  void onMask(const sensor_msgs::ImageConstPtr& mask);
+  void onIncomplete(const sensor_msgs::Image& depth, DropReason reason);
 
+  const CameraInfoChoice info_choice_;
   FrameAccounting& accounting_;
-  OnFrame on_frame_;
+  FrameAssembly assembly_;
   image_transport::ImageTransport transport_;
-  image_transport::SubscriberFilter image_;
-  message_filters::Subscriber<sensor_msgs::CameraInfo> info_;
-  message_filters::Synchronizer<Policy> pairing_;
+  image_transport::Subscriber by_transport_;  ///< Depth images come by one of these two.
+  ros::Subscriber compressed_;
+  ros::Subscriber info_, mask_;
 };
 
 }  // namespace dtsdf

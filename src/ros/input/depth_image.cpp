@@ -105,6 +105,8 @@ sensor_msgs::ImageConstPtr makeTidy(const sensor_msgs::Image& image, size_t pixe
 
 }  // namespace
 
+bool isDepthEncoding(const std::string& encoding) { return pixelFormatOf(encoding).has_value(); }
+
 Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info) {
   const bool has_projection = info.P[0] != 0.0;
   const double fx = has_projection ? info.P[0] : info.K[0];

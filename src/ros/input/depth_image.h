@@ -6,6 +6,7 @@
 #include <sensor_msgs/Image.h>
 
 #include <optional>
+#include <string>
 
 #include "ros/input/drop_reason.h"
 
@@ -15,6 +16,9 @@ struct DepthUnits {
   float unit_16uc1_m = 0.001f;
   float unit_32fc1_m = 1.0f;
 };
+
+/// 16UC1, mono16 or 32FC1.
+bool isDepthEncoding(const std::string& encoding);
 
 /// Intrinsics of a rectified image: P, or K where P is empty, with binning and the region of
 /// interest applied.

@@ -5,6 +5,7 @@ namespace dtsdf {
 const char* toString(DropReason reason) {
   switch (reason) {
     case DropReason::kNoCameraInfo: return "no_camera_info";
+    case DropReason::kNoMask: return "no_mask";
     case DropReason::kBadEncoding: return "bad_encoding";
     case DropReason::kBadImage: return "bad_image";
     case DropReason::kSizeMismatch: return "size_mismatch";

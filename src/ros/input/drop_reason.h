@@ -9,6 +9,7 @@ namespace dtsdf {
 
 enum class DropReason {
   kNoCameraInfo,      ///< No camera_info with the image's stamp.
+  kNoMask,            ///< No mask with the image's stamp, where there are masks.
   kBadEncoding,       ///< Neither 16UC1 nor 32FC1.
   kBadImage,          ///< No pixels, or rows and data that do not fit its size.
   kSizeMismatch,      ///< Image and camera_info differ in size.

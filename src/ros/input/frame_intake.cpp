@@ -8,6 +8,7 @@
 #include "params/frame_name.h"
 #include "ros/common/callback_guard.h"
 #include "ros/input/depth_image.h"
+#include "ros/input/mask.h"
 
 namespace dtsdf {
 namespace {
@@ -27,17 +28,18 @@ FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, SteadyCl
     : params_(params),
       parts_(parts),
       clock_(std::move(clock)),
-      motion_gate_(params.max_speed_m_s, params.max_turn_deg_s) {}
+      motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
+      rectification_(params.rectify, parts.image_topic) {}
 
-void FrameIntake::push(const sensor_msgs::ImageConstPtr& image,
-                       const sensor_msgs::CameraInfoConstPtr& info) {
-  const ros::Time stamp = image->header.stamp;
+void FrameIntake::push(const FrameMessages& frame) {
+  const ros::Time stamp = frame.depth->header.stamp;
   if (paused()) return dropPaused(stamp);
-  if (const auto rejection = check(*image, *info)) {
+  if (const auto rejection = check(frame)) {
     return parts_.accounting.dropped(rejection->reason, stamp, rejection->text);
   }
   handleTimeJump(stamp);
-  if (!enqueue({image, info, clock_()})) return dropPaused(stamp);  // paused meanwhile
+  const auto image = frame.mask ? applyMask(*frame.mask, *frame.depth) : frame.depth;
+  if (!enqueue({image, frame.info, clock_()})) return dropPaused(stamp);  // paused meanwhile
   if (size() > static_cast<size_t>(params_.queue_size)) dropOldest();
 }
 
@@ -69,10 +71,12 @@ void FrameIntake::dropOldest() {
                                 ")");
 }
 
-std::optional<Rejection> FrameIntake::check(const sensor_msgs::Image& image,
-                                            const sensor_msgs::CameraInfo& info) const {
-  if (auto rejection = checkDepthImage(image, info)) return rejection;
-  if (!cameraFrame(image).empty()) return std::nullopt;
+std::optional<Rejection> FrameIntake::check(const FrameMessages& frame) const {
+  if (auto rejection = checkDepthImage(*frame.depth, *frame.info)) return rejection;
+  if (frame.mask) {
+    if (auto rejection = checkMask(*frame.mask, *frame.depth)) return rejection;
+  }
+  if (!cameraFrame(*frame.depth).empty()) return std::nullopt;
   return Rejection{DropReason::kNoTransform,
                    "the image has no frame_id; set it in the driver, or input/camera_frame"};
 }
@@ -127,7 +131,8 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   std::optional<Rejection> rejection = judge(frame, pose);
   try {
     if (!rejection) {
-      posed.depth = makeDepthFrame(frame.image, *frame.info,
+      const CameraImage camera = rectified(frame);
+      posed.depth = makeDepthFrame(camera.image, *camera.info,
                                    {params_.unit_16uc1_m, params_.unit_32fc1_m}, posed.pixels);
     }
   } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
@@ -138,6 +143,13 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   }
   posed.depth.T_W_C = pose.T_W_C;
   parts_.posed_frames.push(std::move(posed));
+}
+
+CameraImage FrameIntake::rectified(const WaitingFrame& frame) {
+  CameraImage camera = rectification_.apply({frame.image, frame.info});
+  const std::string warning = rectification_.takeWarning();
+  if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
+  return camera;
 }
 
 std::optional<Rejection> FrameIntake::judge(const WaitingFrame& frame, const PoseAnswer& pose) {

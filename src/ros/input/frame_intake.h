@@ -13,9 +13,11 @@
 #include "params/node_params.h"
 #include "ros/common/steady_clock.h"
 #include "ros/input/frame_accounting.h"
+#include "ros/input/frame_assembly.h"
 #include "ros/input/frame_queue.h"
 #include "ros/input/motion_gate.h"
 #include "ros/input/pose_source.h"
+#include "ros/input/rectification.h"
 
 namespace dtsdf {
 
@@ -28,6 +30,7 @@ class FrameIntake {
     PoseSource& poses;
     FrameAccounting& accounting;
     FrameQueue& posed_frames;
+    std::string image_topic{};  ///< Its name tells raw images.
   };
 
   FrameIntake(const InputParams& params, const Parts& parts,
@@ -35,7 +38,7 @@ class FrameIntake {
 
   /// Callbacks' thread: takes a frame that passes the checks; the oldest is dropped where there is
   /// no room.
-  void push(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
+  void push(const FrameMessages& frame);
 
   /// Intake's thread: passes on the frames whose pose is known and drops those whose pose will not
   /// come. Returns how long there will be nothing to do.
@@ -60,8 +63,7 @@ class FrameIntake {
   };
 
   std::string cameraFrame(const sensor_msgs::Image& image) const;
-  std::optional<Rejection> check(const sensor_msgs::Image& image,
-                                 const sensor_msgs::CameraInfo& info) const;
+  std::optional<Rejection> check(const FrameMessages& frame) const;
   void handleTimeJump(const ros::Time& stamp);
   void dropPaused(const ros::Time& stamp);
   /// False while paused.
@@ -74,12 +76,14 @@ class FrameIntake {
   bool timedOut(const WaitingFrame& frame) const;
   std::optional<WaitingFrame> front() const;
   bool popFront(const WaitingFrame& frame);
+  CameraImage rectified(const WaitingFrame& frame);
   std::optional<Rejection> judge(const WaitingFrame& frame, const PoseAnswer& pose);
 
   InputParams params_;
   Parts parts_;
   SteadyClock clock_;
-  MotionGate motion_gate_;  ///< Intake's thread only.
+  MotionGate motion_gate_;        ///< Intake's thread only.
+  Rectification rectification_;  ///< Intake's thread only.
   ros::Time last_stamp_;    ///< Callbacks' thread only.
 
   /// Held while a frame goes from one queue to the other, where dropAll() would miss it. Before

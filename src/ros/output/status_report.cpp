@@ -12,11 +12,21 @@ namespace {
 
 using Verdict = std::pair<uint8_t, std::string>;
 
+/// "; depth is published on '/a' and '/b'"; empty without topics.
+std::string describeOthers(const std::vector<std::string>& topics) {
+  std::string text;
+  for (const std::string& topic : topics) {
+    text += (text.empty() ? "; depth is published on '" : " and '") + topic + "'";
+  }
+  return text;
+}
+
 /// Nothing comes in that could be fused; empty text if something does.
 Verdict judgeInput(const StatusInput& in) {
   if (in.frames.images == 0) {
-    const std::string why = in.image_publishers == 0 ? "it has no publisher"
-                                                     : "its publisher has sent nothing yet";
+    const std::string why = in.image_publishers == 0
+                                ? "it has no publisher" + describeOthers(in.depth_topics)
+                                : "its publisher has sent nothing yet";
     return {MapStatus::WARN, "no depth image received on '" + in.image_topic + "': " + why};
   }
   if (in.frames.camera_infos == 0) {

@@ -4,6 +4,7 @@
 #include <dtsdf_mapping/MapStatus.h>
 
 #include <string>
+#include <vector>
 
 #include "ros/input/frame_accounting.h"
 #include "ros/output/map_report.h"
@@ -20,6 +21,7 @@ struct StatusInput {
   std::string waiting_for;  ///< What the first frame in the queue waits for.
   std::string image_topic, info_topic;
   size_t image_publishers = 0;
+  std::vector<std::string> depth_topics;  ///< That there are, while the image's own has nobody.
   size_t mesh_listeners = 0;
   uint64_t newly_dropped = 0;  ///< Frames dropped since the last status.
   uint64_t newly_fused = 0;

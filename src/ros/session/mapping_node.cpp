@@ -7,6 +7,7 @@
 
 #include "ros/common/callback_guard.h"
 #include "ros/common/param_server.h"
+#include "ros/input/depth_topics.h"
 #include "ros/output/mesh_saver.h"
 
 namespace dtsdf {
@@ -39,7 +40,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       transform_listener_(transforms_, nh, true),
       poses_(transforms_, params_.node.map_frame),
       posed_frames_([this] { map_loop_.wake(); }),
-      intake_(params_.node.input, {poses_, accounting_, posed_frames_}),
+      intake_(params_.node.input,
+              {poses_, accounting_, posed_frames_, CameraInput::depthTopic(nh)}),
       mesh_publisher_(newcomers_thread_.serve(private_nh),
                       {params_.node.map_frame, params_.mapper.mesh.colour,
                        params_.node.publish.chunk_blocks},
@@ -60,8 +62,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
                                                      << params_.mapper.map.voxel_size_m << " m");
   advertiseServices(private_nh);
   camera_ = std::make_unique<CameraInput>(
-      nh, private_nh, accounting_, [this](const auto& image, const auto& info) {
-        intake_.push(image, info);
+      nh, private_nh, params_.node.input, accounting_, [this](const FrameMessages& frame) {
+        intake_.push(frame);
         intake_loop_.wake();
       });
   status_ = std::make_unique<StatusPublisher>(
@@ -109,6 +111,9 @@ StatusInput MappingNode::collectStatus() const {
   input.image_topic = camera_->imageTopic();
   input.info_topic = camera_->infoTopic();
   input.image_publishers = camera_->imagePublishers();
+  if (input.frames.images == 0 && input.image_publishers == 0) {
+    input.depth_topics = findDepthTopics();
+  }
   input.mesh_listeners = mesh_publisher_.listeners();
   input.max_map_bytes = static_cast<uint64_t>(params_.mapper.map.max_memory_mb) << 20;
   return input;

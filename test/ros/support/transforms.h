@@ -8,6 +8,7 @@
 
 #include <boost/make_shared.hpp>
 #include <string>
+#include <vector>
 
 namespace dtsdf {
 
@@ -37,6 +38,18 @@ inline sensor_msgs::ImagePtr makeDepthImage(double stamp_s, const std::string& f
     image->data.push_back(1000 >> 8);
   }
   return image;
+}
+
+/// A mask for it.
+inline sensor_msgs::ImagePtr makeMask(double stamp_s, const std::vector<uint8_t>& pixels) {
+  const auto mask = boost::make_shared<sensor_msgs::Image>();
+  mask->header.stamp = ros::Time(stamp_s);
+  mask->encoding = "mono8";
+  mask->width = 4;
+  mask->height = 2;
+  mask->step = 4;
+  mask->data = pixels;
+  return mask;
 }
 
 inline sensor_msgs::CameraInfoPtr makeCameraInfo(double stamp_s) {

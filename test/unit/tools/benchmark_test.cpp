@@ -26,7 +26,7 @@ TEST(BenchmarkOptions, ReadsWhatReconstructReads) {
       {"--raw", "frames/kitchen", "--frames", "::4", "--backend", "cpu", "--threads=2", "--set",
        "map/voxel_size_m=0.01", "mesh/colour=plain", "--report", "out.json"});
   EXPECT_EQ(options.raw_name, "frames/kitchen");
-  EXPECT_EQ(options.frames.step, 4u);
+  EXPECT_EQ(options.recording.selection.step, 4u);
   EXPECT_EQ(*options.backend, "cpu");
   EXPECT_EQ(*options.threads, 2);
   EXPECT_EQ(options.settings.size(), 2u);

@@ -52,15 +52,16 @@ TEST(ReconstructOptions, ReadsEveryOption) {
                                                               "--mesh",
                                                               "out.ply",
                                                               "--report=r.json"});
-  EXPECT_EQ(options.tum_folder, "dir");
-  EXPECT_EQ(options.units_per_metre, 1000.0);
-  EXPECT_EQ(options.pose_tolerance_s, 0.1);
+  EXPECT_EQ(options.recording.path, "dir");
+  EXPECT_EQ(options.recording.format, "tum");
+  EXPECT_EQ(options.recording.units_per_metre, 1000.0);
+  EXPECT_EQ(options.recording.pose_tolerance_s, 0.1);
   EXPECT_EQ(options.config_path, "c.yaml");
   EXPECT_EQ(options.settings,
             (Arguments{"map/voxel_size_m=0.01", "mesh/colour=plain", "backend=cpu"}));
   EXPECT_EQ(options.backend, "cuda");
   EXPECT_EQ(options.threads, 2);
-  EXPECT_EQ(options.frames.last, 9u);
+  EXPECT_EQ(options.recording.selection.last, 9u);
   EXPECT_EQ(options.mesh_every, 10u);
   EXPECT_EQ(options.mesh_path, "out.ply");
   EXPECT_EQ(options.report_path, "r.json");
@@ -69,11 +70,46 @@ TEST(ReconstructOptions, ReadsEveryOption) {
 TEST(ReconstructOptions, ReadsBagOptions) {
   const ReconstructOptions options = parseReconstructOptions(
       {"--bag", "a.bag", "--depth-topic", "/d", "--info-topic", "/i", "--mesh", "o.stl"});
-  EXPECT_EQ(options.bag_path, "a.bag");
+  EXPECT_EQ(options.recording.path, "a.bag");
+  EXPECT_EQ(options.recording.format, "bag");
   EXPECT_EQ(options.depth_topic, "/d");
   EXPECT_EQ(options.info_topic, "/i");
   EXPECT_FALSE(options.backend);
   EXPECT_FALSE(options.threads);
+}
+
+TEST(ReconstructOptions, ReadsARecordingOfAnyFormat) {
+  const ReconstructOptions guessed = parseReconstructOptions({"room", "--mesh", "o.ply"});
+  EXPECT_EQ(guessed.recording.path, "room");
+  EXPECT_EQ(guessed.recording.format, "");
+  EXPECT_FALSE(guessed.recording.intrinsics);
+  EXPECT_FALSE(guessed.recording.units_per_metre);
+
+  const ReconstructOptions options =
+      parseReconstructOptions({"room", "--format", "icl", "--intrinsics", "481.2,-480,319.5,239.5",
+                               "--poses", "slam.tum", "--mesh", "o.ply"});
+  EXPECT_EQ(options.recording.format, "icl");
+  EXPECT_EQ(options.recording.poses_path, "slam.tum");
+  EXPECT_EQ(options.recording.intrinsics->fx, 481.2f);
+  EXPECT_EQ(options.recording.intrinsics->fy, -480.0f);
+  EXPECT_EQ(options.recording.intrinsics->cy, 239.5f);
+}
+
+TEST(ReconstructOptions, OptionsOfAnotherKindOfInputAreRefused) {
+  const auto errorFor = [](const Arguments& arguments) {
+    return errorOf([&] { checkReadingOptions(parseReconstructOptions(arguments)); });
+  };
+  EXPECT_EQ(errorFor({"--bag", "b", "--mesh", "o.ply", "--depth-topic", "/d"}), "");
+  EXPECT_NE(errorFor({"--bag", "b", "--mesh", "o.ply", "--depth-scale", "1"})
+                .find("--depth-scale is for folders, and 'b' is read as bag"), std::string::npos);
+  EXPECT_NE(errorFor({"--bag", "b", "--mesh", "o.ply", "--intrinsics=1,-1,1,1"}).find("negative"),
+            std::string::npos);
+  EXPECT_NE(errorFor({"--tum", "d", "--mesh", "o.ply", "--depth-topic", "/d"})
+                .find("--depth-topic is for bags, and 'd' is read as tum"), std::string::npos);
+  EXPECT_NE(errorFor({"d", "--format", "icl", "--mesh", "o.ply", "--info-topic", "/d"})
+                .find("--info-topic is for bags"), std::string::npos);
+  EXPECT_NE(errorFor({"--tum", "d", "--mesh", "o.ply", "--mask-topic", "/m"})
+                .find("--mask-topic is for bags"), std::string::npos);
 }
 
 TEST(ReconstructOptions, HelpNeedsNothingElse) {
@@ -88,8 +124,12 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
   const std::pair<Arguments, std::string> additions[] = {
       {{"--unknown"}, "--unknown"},
       {{"-x"}, "-x"},
-      {{"stray"}, "stray"},
-      {{""}, "''"},
+      {{"stray"}, "one of INPUT, --tum and --bag"},
+      {{"--format", "icl"}, "--format"},
+      {{"--intrinsics", "1,2,3"}, "--intrinsics"},
+      {{"--intrinsics", "1,2,3,x"}, "--intrinsics"},
+      {{"--intrinsics", "1,0,3,4"}, "--intrinsics"},
+      {{""}, ""},
       {{"--report"}, "--report needs a value"},
       {{"--report", "--threads", "2"}, "--report needs a value"},
       {{"--report="}, "--report needs a value"},
@@ -106,8 +146,7 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
       {{"--frames", "5:1"}, "--frames"},
       {{"--set", "key"}, "--set"},
       {{"--set", "key=1", "stray"}, "--set"},
-      {{"--bag", "a.bag"}, "one of --tum and --bag"},
-      {{"--depth-topic", "/d"}, "--depth-topic requires --bag"},
+      {{"--bag", "a.bag"}, "one of INPUT, --tum and --bag"},
       {{"--report", "o.ply"}, "same file"},
   };
   EXPECT_EQ(usageErrorOf(good), "");
@@ -121,8 +160,9 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
   EXPECT_NE(usageErrorOf({"--tum", "dir"}).find("--mesh"), std::string::npos);
   EXPECT_NE(usageErrorOf({"--tum", "dir", "--mesh", "o.xyz"}).find(".ply, .obj or .stl"),
             std::string::npos);
-  EXPECT_NE(usageErrorOf({"--bag", "b", "--mesh", "o.ply", "--depth-scale", "1"}).find("--tum"),
+  EXPECT_NE(usageErrorOf({"dir", "--format", "svo", "--mesh", "o.ply"}).find("scannet|bag"),
             std::string::npos);
+  EXPECT_NE(usageErrorOf({"dir", "other", "--mesh", "o.ply"}).find("other"), std::string::npos);
 }
 
 TEST(FrameSelectionText, MayLeaveOutParts) {

@@ -79,6 +79,25 @@ TEST_F(ReconstructProgram, SavesMeshAndReport) {
   EXPECT_GT(report["triangles"], 100);
 }
 
+TEST_F(ReconstructProgram, GuessesWhatTheInputIs) {
+  const std::string mesh = meshOf("");
+  const std::string to_mesh = " --mesh " + (out_ / "guessed.ply");
+  const Outcome outcome = run(tum_.path() + to_mesh + " --set mesh/min_support=1");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out.find("tum: 6 images of 80 x 60 (fx 10, fy 11, cx 3.5, cy 2.5), 6 with a "
+                             "pose; median depth 0.6 m, 100 % of the pixels measured\n"), 0u)
+      << outcome.out;
+  EXPECT_TRUE(readBytes(out_ / "guessed.ply") == mesh);
+  expectError(out_.path() + to_mesh, 1, "no recording of a known layout");
+  expectError(tum_.path() + to_mesh + " --depth-topic /d", 2, "is read as tum");
+}
+
+TEST_F(ReconstructProgram, WarnsOfAScaleThatIsHardlyRight) {
+  const Outcome outcome = run(tum_option_ + "--depth-scale 0.5 --mesh " + (out_ / "mesh.ply"));
+  EXPECT_EQ(outcome.err.find("reconstruct: warning: median depth 6 km: is the scale 0.5?"), 0u)
+      << outcome.err;
+}
+
 TEST_F(ReconstructProgram, SavesTheSameBytesHoweverItIsRun) {
   const std::string mesh = meshOf("--threads 1");
   EXPECT_EQ(meshOf("--threads 1"), mesh);

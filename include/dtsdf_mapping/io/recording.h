@@ -1,0 +1,38 @@
+/// Recorded folders as they are downloaded, behind the FrameSource seam.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/io/frame_source.h"
+
+namespace dtsdf {
+
+/// A folder with depth images and poses, and what is read of it.
+struct RecordingOptions {
+  std::string path;    ///< Of the folder.
+  std::string format;  ///< One of recordingFormats(); empty: guessed from what lies there.
+  std::optional<double> units_per_metre;  ///< Of the 16-bit images; empty: as the format has it.
+  /// In place of what the format knows of the camera. With a negative fy its y axis points
+  /// up: rows are flipped, and points stay where they are.
+  std::optional<Intrinsics> intrinsics;
+  std::string poses_path;  ///< A trajectory as TUM has it, in place of the folder's poses.
+  double pose_tolerance_s = 0.02;  ///< The pose nearest in time may be this far from an image.
+  FrameSelection selection;        ///< Which depth images, by their place in the recording.
+};
+
+/// The names of the folders' formats: tum, icl, 7scenes, replica, scannet.
+std::vector<std::string> recordingFormats();
+
+/// What a path is a recording of: a name of recordingFormats(), or "bag".
+/// @throws std::runtime_error that says what is looked for, and where below the path it lies.
+std::string guessRecordingFormat(const std::string& path);
+
+/// Reads the folder's lists; images are decoded one by one.
+/// @throws std::runtime_error for what is missing or malformed, with file and line. Bags are not
+/// read by the library.
+std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options);
+
+}  // namespace dtsdf

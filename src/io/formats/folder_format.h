@@ -1,0 +1,45 @@
+/// The layouts in which recordings are published: what each has to tell, and the table of them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/recorded_images.h"
+
+namespace dtsdf {
+
+/// One layout of folders. Its functions are asked for a folder that is one, in this order, and
+/// throw std::runtime_error with file and place for what is missing or malformed.
+struct FolderFormat {
+  const char* name;   ///< As --format has it.
+  const char* marks;  ///< The files by which such a folder is known.
+
+  bool (*isIn)(const std::filesystem::path& folder);
+
+  /// All depth images, at least one. Where a layout has no stamps, the number of an image is its
+  /// stamp.
+  std::vector<StampedImage> (*listDepth)(const std::filesystem::path& folder);
+
+  /// One pose for each image. The tolerance is for layouts that match by stamps.
+  std::vector<ImagePose> (*findPoses)(const std::filesystem::path& folder,
+                                      const std::vector<StampedImage>& images,
+                                      double tolerance_s);
+
+  CameraInfo (*readCamera)(const std::filesystem::path& folder,
+                           const std::vector<StampedImage>& images);
+
+  double (*unitsPerMetre)(const std::filesystem::path& folder);
+};
+
+/// The table. A folder belongs to one of them at most.
+const std::vector<FolderFormat>& folderFormats();
+
+// Its rows, each in a file of its own.
+FolderFormat tumFormat();
+FolderFormat iclFormat();
+FolderFormat sevenScenesFormat();
+FolderFormat replicaFormat();
+FolderFormat scanNetFormat();
+
+}  // namespace dtsdf

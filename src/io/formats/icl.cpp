@@ -1,0 +1,79 @@
+// ICL-NUIM (doc.ic.ac.uk/~ahanda/VaFRIC/iclnuim.html), its "TUM RGB-D compatible PNGs":
+// associations.txt pairs depth with colour by frame number, *.gt.freiburg has the poses by frame
+// number; living rooms begin at 1, so that image 0 has none. Depth is in 1/5000 m.
+//
+// The renderer's camera has its y axis upwards, and so have the poses: the intrinsics that are
+// published with them have a negative fy.
+#include <stdexcept>
+
+#include "io/formats/folder_format.h"
+#include "io/list_file.h"
+#include "io/trajectory_file.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+const CameraInfo kRenderer{640, 480, {481.2f, -480.0f, 319.5f, 239.5f}};
+const std::string kPosesEnding = ".gt.freiburg";
+
+bool isIcl(const fs::path& folder) {
+  return fs::is_regular_file(folder / "associations.txt") &&
+         !fs::exists(folder / "depth.txt");  // others keep such a list in a TUM folder
+}
+
+/// "0 depth/0.png 0 rgb/0.png", in either order.
+StampedImage depthOf(const ListLine& line, const fs::path& folder) {
+  for (const size_t i : {size_t{1}, size_t{3}}) {
+    if (line.words.size() != 4 || line.words[i].rfind("depth/", 0) != 0) continue;
+    return {numberAt(line, i - 1), (folder / line.words[i]).string()};
+  }
+  throwAt(line, "expected 'number depth/FILE number rgb/FILE'");
+}
+
+std::vector<StampedImage> listDepth(const fs::path& folder) {
+  const fs::path path = folder / "associations.txt";
+  std::vector<StampedImage> images;
+  for (const ListLine& line : readList(path.string(), "ICL-NUIM lists its images there")) {
+    images.push_back(depthOf(line, folder));
+  }
+  if (images.empty()) throw std::runtime_error(path.string() + ": lists no depth image");
+  return images;
+}
+
+std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
+                                 double) {
+  std::vector<std::string> paths;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string path = entry.path().string();
+    if (path.size() > kPosesEnding.size() &&
+        path.compare(path.size() - kPosesEnding.size(), kPosesEnding.size(), kPosesEnding) == 0) {
+      paths.push_back(path);
+    }
+  }
+  if (paths.size() != 1) {
+    throw std::runtime_error("'" + folder.string() + "' has " + std::to_string(paths.size()) +
+                             " files *.gt.freiburg, of which ICL-NUIM has one, with the poses; "
+                             "--poses FILE says which to take");
+  }
+  const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM has its poses there");
+  std::vector<ImagePose> poses;
+  for (const StampedImage& image : images) {
+    const auto T_W_C = trajectory.poseAt(image.stamp_s, 0.0);
+    poses.push_back({T_W_C, "no pose of its number"});
+  }
+  return poses;
+}
+
+CameraInfo readCamera(const fs::path&, const std::vector<StampedImage>&) { return kRenderer; }
+
+double unitsPerMetre(const fs::path&) { return 5000.0; }
+
+}  // namespace
+
+FolderFormat iclFormat() {
+  return {"icl", "associations.txt", isIcl, listDepth, findPoses, readCamera, unitsPerMetre};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,82 @@
+#include "io/formats/numbered_files.h"
+
+#include <algorithm>
+#include <cctype>
+#include <optional>
+#include <stdexcept>
+#include <tuple>
+
+#include "io/matrix_file.h"
+#include "io/text_file.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The number in a name; nothing if the name is of another form.
+std::optional<double> numberIn(const std::string& name, const std::string& prefix,
+                               const std::string& suffix) {
+  const size_t around = prefix.size() + suffix.size();
+  if (name.size() <= around || name.compare(0, prefix.size(), prefix) != 0 ||
+      name.compare(name.size() - suffix.size(), suffix.size(), suffix) != 0) {
+    return std::nullopt;
+  }
+  const std::string digits = name.substr(prefix.size(), name.size() - around);
+  long long number = 0;
+  if (!std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c); }) ||
+      !parseNumber(digits, number)) {
+    return std::nullopt;
+  }
+  return static_cast<double>(number);
+}
+
+}  // namespace
+
+std::vector<StampedImage> listNumberedFiles(const fs::path& folder, const std::string& prefix,
+                                            const std::string& suffix) {
+  std::vector<StampedImage> files;
+  if (!fs::is_directory(folder)) return files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const auto number = numberIn(entry.path().filename().string(), prefix, suffix);
+    if (number) files.push_back({*number, entry.path().string()});
+  }
+  std::sort(files.begin(), files.end(), [](const StampedImage& a, const StampedImage& b) {
+    return std::tie(a.stamp_s, a.path) < std::tie(b.stamp_s, b.path);
+  });
+  return files;
+}
+
+bool hasNumberedFile(const fs::path& folder, const std::string& prefix,
+                     const std::string& suffix) {
+  if (!fs::is_directory(folder)) return false;
+  const fs::directory_iterator entries(folder);
+  return std::any_of(begin(entries), end(entries), [&](const fs::directory_entry& entry) {
+    return numberIn(entry.path().filename().string(), prefix, suffix).has_value();
+  });
+}
+
+std::vector<StampedImage> requireNumberedFiles(const fs::path& folder, const std::string& prefix,
+                                               const std::string& suffix) {
+  std::vector<StampedImage> files = listNumberedFiles(folder, prefix, suffix);
+  if (files.empty()) {
+    throw std::runtime_error("'" + folder.string() + "' has no " + prefix + "NUMBER" + suffix);
+  }
+  return files;
+}
+
+std::vector<ImagePose> readPoseFiles(const std::vector<fs::path>& paths) {
+  std::vector<ImagePose> poses;
+  poses.reserve(paths.size());
+  for (const fs::path& path : paths) {
+    if (!fs::exists(path)) {
+      poses.push_back({std::nullopt, "no pose file"});
+      continue;
+    }
+    poses.push_back({rigidMotion(readMatrixFile(path.string(), 4, 4, "a pose is expected there")),
+                     "the camera was lost"});
+  }
+  return poses;
+}
+
+}  // namespace dtsdf

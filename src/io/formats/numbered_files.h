@@ -1,0 +1,31 @@
+/// Files that are told apart by a number in their names, as most layouts have their images.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/recorded_images.h"
+
+namespace dtsdf {
+
+/// The files of a folder whose names are `prefix`, digits and `suffix`, by number; the number is
+/// their stamp. Numbers need no leading zeros. Empty if there is no such folder.
+std::vector<StampedImage> listNumberedFiles(const std::filesystem::path& folder,
+                                            const std::string& prefix, const std::string& suffix);
+
+/// Whether there is any such file.
+bool hasNumberedFile(const std::filesystem::path& folder, const std::string& prefix,
+                     const std::string& suffix);
+
+/// The same list. @throws std::runtime_error that names the files if there is none.
+std::vector<StampedImage> requireNumberedFiles(const std::filesystem::path& folder,
+                                               const std::string& prefix,
+                                               const std::string& suffix);
+
+/// One pose from each file, as a 4 x 4 matrix, camera to world. Where there is no file, or the
+/// tracker had lost the camera, there is none.
+/// @throws std::runtime_error for a file that holds something else.
+std::vector<ImagePose> readPoseFiles(const std::vector<std::filesystem::path>& paths);
+
+}  // namespace dtsdf

@@ -1,0 +1,92 @@
+// Replica as NICE-SLAM renders it (github.com/cvg/nice-slam): results/depthNUMBER.png; traj.txt
+// with 16 numbers in a line per image, camera to world (x right, y down, z forward); and, in the
+// parent folder for all rooms, cam_params.json: size, intrinsics and units per metre.
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "io/formats/folder_format.h"
+#include "io/formats/numbered_files.h"
+#include "io/list_file.h"
+#include "io/matrix_file.h"
+#include "io/text_file.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What NICE-SLAM has for its own recordings.
+constexpr double kUnitsPerMetre = 6553.5;
+
+bool isReplica(const fs::path& folder) {
+  return hasNumberedFile(folder / "results", "depth", ".png");
+}
+
+std::vector<StampedImage> listDepth(const fs::path& folder) {
+  return requireNumberedFiles(folder / "results", "depth", ".png");
+}
+
+std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
+                                 double) {
+  const std::vector<ListLine> lines = readList((folder / "traj.txt").string(),
+                                               "Replica has its poses there, a line per image");
+  std::vector<ImagePose> poses;
+  for (const StampedImage& image : images) {
+    const auto number = static_cast<size_t>(image.stamp_s);
+    if (number >= lines.size()) {
+      poses.push_back({std::nullopt, "no line in traj.txt"});
+      continue;
+    }
+    const ListLine& line = lines[number];
+    poses.push_back(
+        {rigidMotion(parseMatrix(line.words, 4, 4, line.place)), "the camera was lost"});
+  }
+  return poses;
+}
+
+fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params.json"; }
+
+/// The camera of cam_params.json. @throws std::runtime_error
+nlohmann::json readParams(const fs::path& path) {
+  const std::string text = readTextFile(
+      path.string(), "Replica has its camera there; or give --intrinsics fx,fy,cx,cy");
+  const nlohmann::json root = nlohmann::json::parse(text, nullptr, false);
+  if (!root.is_object() || !root.contains("camera") || !root["camera"].is_object()) {
+    throw std::runtime_error(path.string() + ": expected {\"camera\": {\"w\", \"h\", \"fx\", "
+                             "\"fy\", \"cx\", \"cy\", \"scale\"}}");
+  }
+  return root["camera"];
+}
+
+double paramOf(const nlohmann::json& camera, const char* key, const fs::path& path) {
+  const auto found = camera.find(key);
+  if (found == camera.end() || !found->is_number() || !(found->get<double>() > 0.0) ||
+      !(found->get<double>() < 1e6)) {
+    throw std::runtime_error(path.string() + ": camera/" + key + " must be a number above 0");
+  }
+  return found->get<double>();
+}
+
+CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>&) {
+  const fs::path path = paramsPath(folder);
+  const nlohmann::json camera = readParams(path);
+  const auto number = [&](const char* key) { return paramOf(camera, key, path); };
+  const auto pixels = [&](const char* key) { return static_cast<float>(number(key)); };
+  return {static_cast<int>(std::lround(number("w"))), static_cast<int>(std::lround(number("h"))),
+          {pixels("fx"), pixels("fy"), pixels("cx"), pixels("cy")}};
+}
+
+double unitsPerMetre(const fs::path& folder) {
+  const fs::path path = paramsPath(folder);
+  return fs::exists(path) ? paramOf(readParams(path), "scale", path) : kUnitsPerMetre;
+}
+
+}  // namespace
+
+FolderFormat replicaFormat() {
+  return {"replica", "results/depthNUMBER.png", isReplica, listDepth, findPoses, readCamera,
+          unitsPerMetre};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,48 @@
+// ScanNet, as the reader of its .sens files exports it (github.com/ScanNet/ScanNet, SensReader):
+// depth/NUMBER.png in millimetres, pose/NUMBER.txt with a 4 x 4 matrix from camera to world, all
+// -inf where the tracker had lost the camera, and intrinsic/intrinsic_depth.txt, 4 x 4. Numbers
+// have no leading zeros.
+#include "io/depth_png.h"
+#include "io/formats/folder_format.h"
+#include "io/formats/numbered_files.h"
+#include "io/matrix_file.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isScanNet(const fs::path& folder) {
+  return fs::is_directory(folder / "pose") && hasNumberedFile(folder / "depth", "", ".png");
+}
+
+std::vector<StampedImage> listDepth(const fs::path& folder) {
+  return requireNumberedFiles(folder / "depth", "", ".png");
+}
+
+std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
+                                 double) {
+  std::vector<fs::path> paths;
+  for (const StampedImage& image : images) {
+    paths.push_back(folder / "pose" / fs::path(image.path).stem().concat(".txt"));
+  }
+  return readPoseFiles(paths);
+}
+
+CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& images) {
+  const std::string path = (folder / "intrinsic" / "intrinsic_depth.txt").string();
+  const Eigen::MatrixXd matrix =
+      readMatrixFile(path, 4, 4, "export it, too, or give --intrinsics fx,fy,cx,cy");
+  return cameraOfMatrix(matrix, readDepthPngSize(images.front().path), path);
+}
+
+double unitsPerMetre(const fs::path&) { return 1000.0; }
+
+}  // namespace
+
+FolderFormat scanNetFormat() {
+  return {"scannet", "depth/NUMBER.png and pose/", isScanNet, listDepth, findPoses, readCamera,
+          unitsPerMetre};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,42 @@
+/// Depth images in files, each with its pose, behind the FrameSource seam: what all folders of
+/// recordings come down to.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/io/frame_source.h"
+#include "io/camera_info_file.h"
+#include "io/trajectory.h"
+#include "io/tum_sequence.h"
+
+namespace dtsdf {
+
+/// The pose of an image, or why there is none.
+struct ImagePose {
+  std::optional<Eigen::Isometry3d> T_W_C;
+  std::string missing;  ///< "no pose within 20 ms"; counted as a reason.
+};
+
+struct RecordedImages {
+  std::vector<StampedImage> depth;  ///< In the order of the recording.
+  std::vector<ImagePose> poses;     ///< One for each.
+  /// Of all images. A negative fy is that of a camera whose y axis points up: the images are
+  /// turned upside down, and the principal point with them, which leaves every point where it is.
+  CameraInfo camera;
+  double units_per_metre = 0.0;
+};
+
+/// Images are decoded one by one. @throws std::runtime_error if nothing of it has a pose.
+std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
+                                                const FrameSelection& selection);
+
+/// The poses of images by their stamps.
+/// @throws std::runtime_error with the ranges of both stamps, if no image gets any.
+std::vector<ImagePose> posesByStamp(const Trajectory& trajectory,
+                                    const std::vector<StampedImage>& images, double tolerance_s);
+
+}  // namespace dtsdf

@@ -1,0 +1,135 @@
+#include "dtsdf_mapping/io/recording.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "io/depth_png.h"
+#include "io/formats/folder_format.h"
+#include "io/recorded_images.h"
+#include "io/trajectory_file.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+const FolderFormat* formatIn(const fs::path& folder) {
+  for (const FolderFormat& format : folderFormats()) {
+    if (format.isIn(folder)) return &format;
+  }
+  return nullptr;
+}
+
+bool isBag(const fs::path& file) {
+  constexpr char kMark[] = "#ROSBAG V";
+  char begin[sizeof(kMark) - 1] = {};
+  std::ifstream(file, std::ios::binary).read(begin, sizeof(begin));
+  return file.extension() == ".bag" || std::memcmp(begin, kMark, sizeof(begin)) == 0;
+}
+
+/// What is looked for: "tum (depth.txt), icl (associations.txt), ...".
+std::string describeFormats() {
+  std::string text;
+  for (const FolderFormat& format : folderFormats()) {
+    text += (text.empty() ? "" : ", ") + std::string(format.name) + " (" + format.marks + ")";
+  }
+  return text;
+}
+
+/// "; there is one in 'seq-01'", for archives whose recordings lie in folders of their own.
+std::string describeFolders(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_directory() && formatIn(entry.path()) != nullptr) {
+      names.push_back(entry.path().filename().string());
+    }
+  }
+  if (names.empty()) return "";
+  std::sort(names.begin(), names.end());
+  std::string text = "; there is one in";
+  for (const std::string& name : names) text += " '" + name + "'";
+  return text;
+}
+
+const FolderFormat& formatNamed(const std::string& name) {
+  for (const FolderFormat& format : folderFormats()) {
+    if (name == format.name) return format;
+  }
+  throw std::runtime_error("'" + name + "' is no format of recorded folders; these are " +
+                           describeFormats());
+}
+
+void requireFolder(const std::string& path) {
+  if (!fs::is_directory(path)) {
+    throw std::runtime_error("'" + path + "' is not a folder; give the folder of a recording, "
+                             "archives unpacked");
+  }
+}
+
+/// @throws std::runtime_error
+void checkIntrinsics(const Intrinsics& K) {
+  if (K.fx > 0.0f && K.fy != 0.0f && std::isfinite(K.fx) && std::isfinite(K.fy) &&
+      std::isfinite(K.cx) && std::isfinite(K.cy)) {
+    return;
+  }
+  throw std::runtime_error("intrinsics are fx,fy,cx,cy in pixels, with fx above 0 and fy not 0");
+}
+
+CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
+                    const std::vector<StampedImage>& images) {
+  if (!options.intrinsics) return format.readCamera(options.path, images);
+  checkIntrinsics(*options.intrinsics);
+  const ImageSize size = readDepthPngSize(images.front().path);
+  return {size.width, size.height, *options.intrinsics};
+}
+
+std::vector<ImagePose> posesOf(const RecordingOptions& options, const FolderFormat& format,
+                               const std::vector<StampedImage>& images) {
+  if (options.poses_path.empty()) {
+    return format.findPoses(options.path, images, options.pose_tolerance_s);
+  }
+  return posesByStamp(readTrajectory(options.poses_path, "poses are expected there"), images,
+                      options.pose_tolerance_s);
+}
+
+double unitsOf(const RecordingOptions& options, const FolderFormat& format) {
+  const double units = options.units_per_metre.value_or(format.unitsPerMetre(options.path));
+  if (units > 0.0 && std::isfinite(units)) return units;
+  throw std::runtime_error("the depth scale must be above 0 units per metre");
+}
+
+}  // namespace
+
+std::vector<std::string> recordingFormats() {
+  std::vector<std::string> names;
+  for (const FolderFormat& format : folderFormats()) names.push_back(format.name);
+  return names;
+}
+
+std::string guessRecordingFormat(const std::string& path) {
+  if (!fs::exists(path)) throw std::runtime_error("there is no '" + path + "'");
+  if (fs::is_regular_file(path) && isBag(path)) return "bag";
+  requireFolder(path);
+  if (const FolderFormat* const format = formatIn(path)) return format->name;
+  throw std::runtime_error("'" + path + "' holds no recording of a known layout" +
+                           describeFolders(path) + ". Layouts and what they are known by: " +
+                           describeFormats() + "; --format says which it is");
+}
+
+std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
+  requireFolder(options.path);
+  const FolderFormat& format =
+      formatNamed(options.format.empty() ? guessRecordingFormat(options.path) : options.format);
+  RecordedImages recorded;
+  recorded.units_per_metre = unitsOf(options, format);
+  recorded.depth = format.listDepth(options.path);
+  recorded.camera = cameraOf(options, format, recorded.depth);
+  recorded.poses = posesOf(options, format, recorded.depth);
+  return openRecordedImages(std::move(recorded), options.selection);
+}
+
+}  // namespace dtsdf

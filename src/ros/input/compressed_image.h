@@ -1,0 +1,20 @@
+/// From messages of image_transport's compressedDepth to images, where its plugin is not there.
+#pragma once
+
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+
+#include <string>
+
+namespace dtsdf {
+
+/// What the transport appends to the name of an image's topic.
+constexpr char kCompressedDepthTopic[] = "/compressedDepth";
+
+/// Whether a message holds depth, by what its format says.
+bool holdsDepth(const sensor_msgs::CompressedImage& message);
+
+/// @throws std::runtime_error that says what is wrong with the message.
+sensor_msgs::ImageConstPtr decodeDepth(const sensor_msgs::CompressedImage& message);
+
+}  // namespace dtsdf

@@ -1,0 +1,49 @@
+/// Undoes the distortion of raw depth images.
+#pragma once
+
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+#include <string>
+#include <vector>
+
+#include "params/node_params.h"
+
+namespace dtsdf {
+
+struct CameraImage {
+  sensor_msgs::ImageConstPtr image;
+  sensor_msgs::CameraInfoConstPtr info;
+};
+
+/// Rectifies the images of one topic by their camera_info: K, D, R and P, of the models plumb_bob,
+/// rational_polynomial and equidistant. Each pixel takes the measurement nearest to where its ray
+/// comes from, as means of two depths lie on neither surface. Not for several threads.
+class Rectification {
+ public:
+  /// `topic` tells whether images are raw, where that is left open.
+  Rectification(RectifyChoice choice, std::string topic);
+
+  /// The image as it is, or rectified. Both have passed checkDepthImage().
+  CameraImage apply(const CameraImage& raw);
+
+  /// Why the geometry of an image is bent, once for each reason; else empty.
+  std::string takeWarning();
+
+ private:
+  /// Why the image stays as it is although it is distorted; empty if it does not.
+  std::string obstacle(const sensor_msgs::CameraInfo& info) const;
+  bool isToBeUndone(const sensor_msgs::CameraInfo& info) const;
+  void makeTable(const CameraImage& raw);
+
+  RectifyChoice choice_;
+  std::string topic_;
+  std::string warning_, told_;  ///< For the last image, and what was taken last.
+
+  sensor_msgs::CameraInfo table_info_;            ///< What the table was made for.
+  sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Without stamp.
+  std::vector<int32_t> source_;  ///< For each pixel the raw one, row by row, or -1.
+  std::vector<float> scale_;     ///< From its depth to that along the new axis; empty: 1.
+};
+
+}  // namespace dtsdf

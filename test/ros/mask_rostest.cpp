@@ -1,0 +1,75 @@
+/// Frames with masks, and one camera_info for all of them.
+#include <gtest/gtest.h>
+
+#include "ros/support/fake_camera.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+
+namespace dtsdf {
+namespace {
+
+class Mask : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return masks_.getNumSubscribers() > 0 && status_.received(); }));
+  }
+
+  /// An image with its transform, and no camera_info of its own.
+  void sendDepth(const ros::Time& stamp) {
+    camera_.sendTransform(stamp);
+    depths_.publish(camera_.image(stamp));
+  }
+
+  void sendMask(const ros::Time& stamp, uint8_t value) {
+    sensor_msgs::Image mask;
+    mask.header.stamp = stamp;
+    mask.encoding = "mono8";
+    mask.width = FakeCamera::kWidth;
+    mask.height = FakeCamera::kHeight;
+    mask.step = mask.width;
+    mask.data.assign(mask.step * mask.height, value);
+    masks_.publish(mask);
+  }
+
+  ros::NodeHandle nh_;
+  FakeCamera camera_{nh_};
+  ros::Publisher depths_ = nh_.advertise<sensor_msgs::Image>("/camera/depth/image_rect", 100);
+  ros::Publisher masks_ = nh_.advertise<sensor_msgs::Image>("/camera/mask/image", 100);
+  StatusWatcher status_{nh_};
+};
+
+TEST_F(Mask, FramesAreFusedWithTheirMasks) {
+  const ros::Time first = camera_.nextStamp();
+  camera_.sendTransform(first);
+  camera_.send(camera_.image(first), camera_.info(first));  // the only camera_info
+  sendMask(first, 0);
+  EXPECT_TRUE(waitUntil([&] { return status_.status().last_fused_stamp == first; }))
+      << status_.status().message;
+  const ros::Time second = camera_.nextStamp();
+  sendMask(second, 0);
+  sendDepth(second);
+  EXPECT_TRUE(waitUntil([&] { return status_.status().last_fused_stamp == second; }))
+      << status_.status().message;
+}
+
+TEST_F(Mask, NothingIsSeenThroughAWholeMask) {
+  const uint64_t dropped = status_.dropped("no_measurement");
+  const ros::Time stamp = camera_.nextStamp();
+  sendDepth(stamp);
+  sendMask(stamp, 255);
+  EXPECT_TRUE(status_.waitForDrop("no_measurement", dropped));
+}
+
+TEST_F(Mask, AMissingMaskDropsTheFrame) {
+  const uint64_t dropped = status_.dropped("no_mask");
+  sendDepth(camera_.nextStamp());
+  const ros::Time stamp = camera_.nextStamp();
+  sendDepth(stamp);
+  sendMask(stamp, 0);
+  EXPECT_TRUE(status_.waitForDrop("no_mask", dropped));
+  EXPECT_TRUE(waitUntil([&] { return status_.status().last_fused_stamp == stamp; }));
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,213 @@
+#include "ros/input/rectification.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <cmath>
+#include <cstring>
+
+namespace dtsdf {
+namespace {
+
+constexpr int kWidth = 60, kHeight = 40;
+
+/// Each pixel has its own value: 100 + 60 v + u.
+sensor_msgs::ImagePtr makeImage() {
+  const auto image = boost::make_shared<sensor_msgs::Image>();
+  image->encoding = "16UC1";
+  image->width = kWidth;
+  image->height = kHeight;
+  image->step = 2 * kWidth;
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    image->data.push_back(static_cast<uint8_t>((100 + i) & 0xff));
+    image->data.push_back(static_cast<uint8_t>((100 + i) >> 8));
+  }
+  return image;
+}
+
+int valueAt(const sensor_msgs::Image& image, int u, int v) {
+  uint16_t value = 0;
+  std::memcpy(&value, &image.data[static_cast<size_t>(v) * image.step + 2 * u], 2);
+  return value;
+}
+
+sensor_msgs::CameraInfoPtr makeInfo(const std::string& model, const std::vector<double>& D) {
+  const auto info = boost::make_shared<sensor_msgs::CameraInfo>();
+  info->width = kWidth;
+  info->height = kHeight;
+  info->distortion_model = model;
+  info->D = D;
+  info->K = {50.0, 0.0, 29.0, 0.0, 52.0, 19.0, 0.0, 0.0, 1.0};
+  info->R = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  info->P = {45.0, 0.0, 30.0, 0.0, 0.0, 46.0, 20.0, 0.0, 0.0, 0.0, 1.0, 0.0};
+  return info;
+}
+
+/// The models by their published formulas, on the plane z = 1.
+Eigen::Vector2d distort(const std::string& model, const std::vector<double>& D, double x,
+                        double y) {
+  const double r2 = x * x + y * y;
+  if (model == "equidistant") {
+    const double r = std::sqrt(r2), theta = std::atan(r), t2 = theta * theta;
+    const double theta_d =
+        theta * (1.0 + t2 * (D[0] + t2 * (D[1] + t2 * (D[2] + t2 * D[3]))));
+    return r > 0.0 ? Eigen::Vector2d(x * theta_d / r, y * theta_d / r) : Eigen::Vector2d(x, y);
+  }
+  double radial = 1.0 + r2 * (D[0] + r2 * (D[1] + r2 * D[4]));
+  if (D.size() == 8) radial /= 1.0 + r2 * (D[5] + r2 * (D[6] + r2 * D[7]));
+  return {x * radial + 2.0 * D[2] * x * y + D[3] * (r2 + 2.0 * x * x),
+          y * radial + D[2] * (r2 + 2.0 * y * y) + 2.0 * D[3] * x * y};
+}
+
+const std::vector<double> kPlumbBob{-0.25, 0.08, 0.004, -0.003, 0.01};
+const std::vector<double> kRational{0.4, 0.1, 0.001, -0.002, 0.02, 0.7, 0.2, 0.03};
+const std::vector<double> kFisheye{-0.05, 0.02, -0.01, 0.003};
+
+/// How many pixels are measured; each has to have the value of the raw pixel its ray meets, one of
+/// two where it is as near to both.
+int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& rectified,
+                const Eigen::Vector4d& K, const Eigen::Vector4d& P) {
+  int measured = 0;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const int value = valueAt(rectified, u, v);
+      if (value == 0) continue;
+      ++measured;
+      const Eigen::Vector2d d = distort(info.distortion_model, info.D, (u - P[2]) / P[0],
+                                        (v - P[3]) / P[1]);
+      EXPECT_NEAR((value - 100) % kWidth, K[0] * d.x() + K[2], 0.501) << u << " " << v;
+      EXPECT_NEAR((value - 100) / kWidth, K[1] * d.y() + K[3], 0.501) << u << " " << v;
+    }
+  }
+  return measured;
+}
+
+TEST(Rectification, UndoesEachModel) {
+  for (const auto& [model, D] : {std::pair("plumb_bob", kPlumbBob),
+                                 std::pair("rational_polynomial", kRational),
+                                 std::pair("equidistant", kFisheye)}) {
+    const auto info = makeInfo(model, D);
+    Rectification rectification(RectifyChoice::kAuto, "/camera/depth/image_raw");
+    const CameraImage camera = rectification.apply({makeImage(), info});
+    EXPECT_EQ(rectification.takeWarning(), "");
+    const int measured = checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20});
+    EXPECT_GT(measured, kWidth * kHeight / 2) << model;
+    EXPECT_EQ(camera.info->P[0], 45.0);
+    EXPECT_EQ(camera.info->P[6], 20.0);
+    EXPECT_EQ(camera.info->width, static_cast<uint32_t>(kWidth));
+  }
+}
+
+TEST(Rectification, MindsBinningAndTheRegionOfInterest) {
+  const auto info = makeInfo("plumb_bob", kPlumbBob);
+  info->width = 400;
+  info->height = 300;
+  info->K = {100.0, 0.0, 78.0, 0.0, 104.0, 58.0, 0.0, 0.0, 1.0};
+  info->P = {90.0, 0.0, 80.0, 0.0, 0.0, 92.0, 60.0, 0.0, 0.0, 0.0, 1.0, 0.0};
+  info->binning_x = info->binning_y = 2;
+  info->roi.x_offset = info->roi.y_offset = 20;
+  info->roi.width = 2 * kWidth;
+  info->roi.height = 2 * kHeight;
+  Rectification rectification(RectifyChoice::kAuto, "image_raw");
+  const CameraImage camera = rectification.apply({makeImage(), info});
+  EXPECT_GT(checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20}), 1200);
+  EXPECT_EQ(camera.info->P[0], 45.0);
+  EXPECT_EQ(camera.info->binning_x, 0u);
+}
+
+TEST(Rectification, TurnedCamerasKeepTheirPoints) {
+  const auto info = makeInfo("plumb_bob", kPlumbBob);
+  const Eigen::Matrix3d R =
+      Eigen::AngleAxisd(0.05, Eigen::Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
+  for (int i = 0; i < 9; ++i) info->R[static_cast<size_t>(i)] = R(i / 3, i % 3);
+  const auto image = makeImage();
+  image->encoding = "32FC1";  // a wall two metres along the raw axis
+  image->step = 4 * kWidth;
+  image->data.resize(image->step * kHeight);
+  const float depth_m = 2.0f;
+  for (size_t i = 0; i < image->data.size(); i += 4) std::memcpy(&image->data[i], &depth_m, 4);
+  Rectification rectification(RectifyChoice::kAuto, "image_raw");
+  const CameraImage camera = rectification.apply({image, info});
+  int measured = 0;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      float z = 0.0f;
+      std::memcpy(&z, &camera.image->data[static_cast<size_t>(v * kWidth + u) * 4], 4);
+      if (z == 0.0f) continue;
+      ++measured;
+      const Eigen::Vector3d p = Eigen::Vector3d((u - 30) / 45.0, (v - 20) / 46.0, 1.0) * z;
+      EXPECT_NEAR((R.transpose() * p).z(), 2.0, 1e-5);
+    }
+  }
+  EXPECT_GT(measured, kWidth * kHeight / 2);
+}
+
+/// Whatever a camera_info says: what lies behind the raw camera was not measured by it.
+TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
+  const auto info = makeInfo("plumb_bob", kPlumbBob);
+  info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
+  const CameraImage camera =
+      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeImage(), info});
+  const auto& bytes = camera.image->data;
+  EXPECT_EQ(std::count(bytes.begin(), bytes.end(), 0), static_cast<std::ptrdiff_t>(bytes.size()));
+}
+
+TEST(Rectification, LeavesAloneWhatIsRectified) {
+  const auto image = makeImage();
+  const auto isChanged = [&](RectifyChoice choice, const std::string& topic,
+                             const sensor_msgs::CameraInfoPtr& info) {
+    return Rectification(choice, topic).apply({image, info}).image != image;
+  };
+  const auto distorted = makeInfo("plumb_bob", kPlumbBob), plain = makeInfo("plumb_bob", {});
+  const auto zeros = makeInfo("plumb_bob", std::vector<double>(5, 0.0));
+  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "/camera/depth/image_raw", distorted));
+  EXPECT_TRUE(isChanged(RectifyChoice::kAuto, "/rectified/image", distorted)) << "the last name";
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "/camera/depth/image_rect_raw", distorted));
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "/d/image_rect/compressedDepth", distorted));
+  EXPECT_FALSE(isChanged(RectifyChoice::kAuto, "image_raw", plain));
+  EXPECT_FALSE(isChanged(RectifyChoice::kAlways, "image_raw", zeros));
+  EXPECT_TRUE(isChanged(RectifyChoice::kAlways, "image_rect", distorted));
+  EXPECT_FALSE(isChanged(RectifyChoice::kNever, "image_raw", distorted));
+}
+
+TEST(Rectification, WarnsOnceOfBentGeometry) {
+  Rectification never(RectifyChoice::kNever, "/image_raw");
+  EXPECT_EQ(never.takeWarning(), "");
+  for (int i = 0; i < 2; ++i) never.apply({makeImage(), makeInfo("plumb_bob", kPlumbBob)});
+  EXPECT_NE(never.takeWarning().find("'/image_raw' are distorted"), std::string::npos);
+  never.apply({makeImage(), makeInfo("plumb_bob", kPlumbBob)});
+  EXPECT_EQ(never.takeWarning(), "");
+  const std::pair<std::string, std::vector<double>> unknown[] = {
+      {"kannala_brandt7", kFisheye}, {"plumb_bob", kRational}, {"equidistant", kPlumbBob},
+      {"rational_polynomial", kPlumbBob}, {"", kPlumbBob}};
+  for (const auto& [model, D] : unknown) {
+    Rectification automatic(RectifyChoice::kAuto, "/image_raw");
+    const auto image = makeImage();
+    EXPECT_EQ(automatic.apply({image, makeInfo(model, D)}).image, image);
+    EXPECT_NE(automatic.takeWarning().find("distortion model '" + model + "' with " +
+                                           std::to_string(D.size())), std::string::npos);
+  }
+}
+
+TEST(Rectification, CoefficientsThatAreNoNumbersLeaveNoMeasurement) {
+  const auto info = makeInfo("plumb_bob", {NAN, INFINITY, 1e300, 0.0, 0.0});
+  const CameraImage camera =
+      Rectification(RectifyChoice::kAuto, "image_raw").apply({makeImage(), info});
+  for (const uint8_t byte : camera.image->data) EXPECT_EQ(byte, 0);
+}
+
+TEST(Rectification, FollowsACameraThatChanges) {
+  Rectification rectification(RectifyChoice::kAuto, "image_raw");
+  const auto first = makeInfo("plumb_bob", kPlumbBob), second = makeInfo("plumb_bob", kPlumbBob);
+  second->P[0] = 40.0;
+  const CameraImage a = rectification.apply({makeImage(), first});
+  EXPECT_EQ(rectification.apply({makeImage(), first}).image->data, a.image->data);
+  const CameraImage b = rectification.apply({makeImage(), second});
+  EXPECT_NE(b.image->data, a.image->data);
+  EXPECT_EQ(b.info->P[0], 40.0);
+}
+
+}  // namespace
+}  // namespace dtsdf

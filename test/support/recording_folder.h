@@ -1,0 +1,62 @@
+/// Writes small recordings in the layouts in which they are published.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/io/recording.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+
+/// A turn by a right angle about z, and (x, -2, 3): the camera's x axis is the map's y axis.
+inline std::string poseMatrix(double x) {
+  return "0 -1 0 " + std::to_string(x) + "\n1 0 0 -2\n0 0 1 3\n0 0 0 1\n";
+}
+
+/// The same in a line.
+inline std::string poseLine(double x) {
+  return "0 -1 0 " + std::to_string(x) + " 1 0 0 -2 0 0 1 3 0 0 0 1\n";
+}
+
+/// A depth image whose rows differ: v + 1 times `step` in each pixel of row v.
+inline void writeDepthImage(const std::string& path, int width, int height, int step) {
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  cv::Mat image(height, width, CV_16UC1);
+  for (int v = 0; v < height; ++v) image.row(v).setTo(step * (v + 1));
+  cv::imwrite(path, image);
+}
+
+/// All frames of a source.
+inline std::vector<SourceFrame> readAll(FrameSource& source) {
+  std::vector<SourceFrame> frames;
+  while (auto frame = source.next()) frames.push_back(std::move(*frame));
+  return frames;
+}
+
+/// A pixel of a 16-bit frame.
+inline int rawAt(const DepthFrame& frame, int u, int v) {
+  const auto* row = static_cast<const char*>(frame.data) + static_cast<size_t>(v) * frame.row_bytes;
+  return reinterpret_cast<const uint16_t*>(row)[u];
+}
+
+/// Where a pixel's point lies.
+inline Eigen::Vector3d pointOf(const DepthFrame& frame, int u, int v) {
+  const Intrinsics& K = frame.intrinsics;
+  const float z_m = static_cast<float>(rawAt(frame, u, v)) * frame.unit_m;
+  const Eigen::Vector3f p_C((static_cast<float>(u) - K.cx) * z_m / K.fx,
+                            (static_cast<float>(v) - K.cy) * z_m / K.fy, z_m);
+  return frame.T_W_C * p_C.cast<double>();
+}
+
+/// What reading a whole recording throws, or "".
+inline std::string readingErrorOf(const RecordingOptions& options) {
+  return errorOf([&] {
+    const auto source = openRecording(options);
+    readAll(*source);
+  });
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,66 @@
+#include "io/depth_png.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+std::vector<uint8_t> encode(const cv::Mat& image) {
+  std::vector<uint8_t> bytes;
+  cv::imencode(".png", image, bytes);
+  return bytes;
+}
+
+TEST(DepthPng, IsDecodedFromMemory) {
+  cv::Mat image(3, 5, CV_16UC1, cv::Scalar(7));
+  image.at<uint16_t>(2, 4) = 65535;
+  const std::vector<uint8_t> bytes = encode(image);
+  const DepthImage decoded = decodeDepthPng(bytes.data(), bytes.size(), 15);
+  EXPECT_EQ(decoded.size.width, 5);
+  EXPECT_EQ(decoded.size.height, 3);
+  EXPECT_EQ(decoded.pixels[0], 7);
+  EXPECT_EQ(decoded.pixels[14], 65535);
+}
+
+TEST(DepthPng, ShortBytesAreAnError) {
+  const std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(7)));
+  for (size_t size = 0; size + 12 < bytes.size(); ++size) {  // 12: the end mark is no loss
+    EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), size, 15); }), "") << size;
+  }
+}
+
+TEST(DepthPng, SizesAreCheckedBeforeMemoryIsTaken) {
+  std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(7)));
+  EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size(), 14); }).find("5 x 3"),
+            std::string::npos);
+  // A width of a million pixels: libpng checks the header's sum, so it is refused one way or other.
+  bytes[17] = 0x0f;
+  EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size(), 15); }), "");
+}
+
+TEST(DepthPng, EightBitsAndColourHoldNoDepth) {
+  for (const int type : {CV_8UC1, CV_16UC3}) {
+    const std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, type, cv::Scalar(7)));
+    EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size(), 15); }).find("16-bit grey"),
+              std::string::npos);
+  }
+}
+
+TEST(DepthPng, SizeIsReadWithoutDecoding) {
+  const TemporaryFolder folder;
+  const std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(7)));
+  writeBytes(folder / "a.png", std::string(bytes.begin(), bytes.begin() + 45));
+  const ImageSize size = readDepthPngSize(folder / "a.png");
+  EXPECT_EQ(size.width, 5);
+  EXPECT_EQ(size.height, 3);
+  EXPECT_NE(errorOf([&] { readDepthPngSize(folder / "none.png"); }).find("no such file"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace dtsdf

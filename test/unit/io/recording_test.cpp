@@ -1,0 +1,101 @@
+#include "dtsdf_mapping/io/recording.h"
+
+#include <gtest/gtest.h>
+
+#include "support/recording_folder.h"
+#include "support/tum_folder.h"
+
+namespace dtsdf {
+namespace {
+
+std::string guessErrorOf(const std::string& path) {
+  return errorOf([&] { guessRecordingFormat(path); });
+}
+
+TEST(RecordingFormats, AreInTheTable) {
+  EXPECT_EQ(recordingFormats(),
+            (std::vector<std::string>{"tum", "icl", "7scenes", "replica", "scannet"}));
+}
+
+TEST(GuessedFormat, SaysWhatIsLookedFor) {
+  const TemporaryFolder folder;
+  EXPECT_NE(guessErrorOf(folder / "none").find("there is no '"), std::string::npos);
+  for (const std::string& name : recordingFormats()) {
+    EXPECT_NE(guessErrorOf(folder.path()).find(name + " ("), std::string::npos);
+  }
+  writeBytes(folder / "archive.tgz", "packed");
+  EXPECT_NE(guessErrorOf(folder / "archive.tgz").find("unpacked"), std::string::npos);
+}
+
+TEST(GuessedFormat, BagsAreKnownByTheirNameOrTheirBegin) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "a.bag", "");
+  writeBytes(folder / "b.orig", "#ROSBAG V2.0\n");
+  EXPECT_EQ(guessRecordingFormat(folder / "a.bag"), "bag");
+  EXPECT_EQ(guessRecordingFormat(folder / "b.orig"), "bag");
+  RecordingOptions options;
+  options.path = folder / "a.bag";
+  EXPECT_NE(readingErrorOf(options).find("is not a folder"), std::string::npos);
+}
+
+class Recording : public testing::Test {
+ protected:
+  void SetUp() override {
+    writeTumFolder(folder_, 3);
+    options_.path = folder_.path();
+  }
+
+  TemporaryFolder folder_;
+  RecordingOptions options_;
+};
+
+TEST_F(Recording, FormatMayBeNamed) {
+  options_.format = "tum";
+  EXPECT_EQ(readingErrorOf(options_), "");
+  options_.format = "scannet";
+  EXPECT_NE(readingErrorOf(options_).find("intrinsic_depth.txt"), std::string::npos);
+  options_.format = "svo";
+  EXPECT_NE(readingErrorOf(options_).find("'svo' is no format"), std::string::npos);
+}
+
+TEST_F(Recording, PosesMayComeFromElsewhere) {
+  std::filesystem::remove(folder_ / "groundtruth.txt");
+  writeBytes(folder_ / "other/slam.tum", "100.1 7 0 0 0 0 0 1\n");
+  options_.poses_path = folder_ / "other/slam.tum";
+  const auto source = openRecording(options_);
+  EXPECT_EQ(source->posed(), 1u);
+  const auto frame = source->next();
+  ASSERT_TRUE(frame);
+  EXPECT_DOUBLE_EQ(frame->stamp_s, 100.1);
+  EXPECT_EQ(frame->depth.T_W_C.translation().x(), 7.0);
+  writeBytes(options_.poses_path, "100.1 7 0 0\n");
+  EXPECT_NE(readingErrorOf(options_).find("slam.tum:1: expected"), std::string::npos);
+  options_.poses_path = folder_ / "none.tum";
+  EXPECT_NE(readingErrorOf(options_).find("none.tum"), std::string::npos);
+}
+
+TEST_F(Recording, PosesFromElsewhereGoByNumberWhereThereAreNoStamps) {
+  const TemporaryFolder scan;
+  for (int i = 0; i < 3; ++i) {
+    writeDepthImage(scan / ("depth/" + std::to_string(i) + ".png"), 8, 6, 100);
+  }
+  std::filesystem::create_directory(scan / "pose");
+  writeBytes(scan / "slam.tum", "1 7 0 0 0 0 0 1\n2 8 0 0 0 0 0 1\n");
+  options_.path = scan.path();
+  options_.poses_path = scan / "slam.tum";
+  options_.intrinsics = Intrinsics{10, 10, 4, 3};
+  const std::vector<SourceFrame> frames = readAll(*openRecording(options_));
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[0].depth.T_W_C.translation().x(), 7.0);
+}
+
+TEST_F(Recording, IntrinsicsHaveToBeACamera) {
+  for (const Intrinsics& K : {Intrinsics{0, 1, 1, 1}, Intrinsics{1, 0, 1, 1},
+                              Intrinsics{1, 1, NAN, 1}, Intrinsics{-1, 1, 1, 1}}) {
+    options_.intrinsics = K;
+    EXPECT_NE(readingErrorOf(options_).find("fx,fy,cx,cy"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

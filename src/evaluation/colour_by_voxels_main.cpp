@@ -6,7 +6,7 @@
 
 #include "evaluation/camera_views.h"
 #include "evaluation/triangle_mesh.h"
-#include "io/colour_image_file.h"
+#include "io/colour_codes.h"
 #include "io/tum_sequence.h"
 #include "kernels/core/grid.h"
 #include "program/command_line.h"
@@ -101,7 +101,7 @@ void colourByVoxels(const ColourByVoxelsOptions& options) {
   const ViewCamera& camera = views.camera;
   for (size_t i = 0; i < images.size(); ++i) {
     const std::vector<float> depth_m = readTumDepth(views.depth_paths[i], camera);
-    const ColourImageFile image = readColourImage(images[i].path);
+    const DecodedColour image = readColourImage(images[i].path);
     if (image.width != camera.width || image.height != camera.height) {
       throw std::runtime_error(images[i].path + ": not of the depth images' size");
     }

@@ -6,7 +6,6 @@
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
-#include "dtsdf_mapping/io/tum_colours.h"
 #include "io/atomic_file.h"
 #include "io/bag_frames.h"
 #include "io/first_look.h"
@@ -82,13 +81,11 @@ std::unique_ptr<ColourSource> openColours(const ReconstructOptions& options,
                                           const ColourParams& params) {
   if (params.enabled == ColourUse::kNever) return nullptr;
   std::unique_ptr<ColourSource> colours;
-  const RecordingOptions& recording = options.recording;
-  if (recording.format == "tum") {
-    colours = openTumColours(recording.path, recording.pose_tolerance_s);
-  }
+  if (options.recording.format != "bag") colours = openRecordingColours(options.recording);
   if (colours == nullptr && params.enabled == ColourUse::kAlways) {
-    throw std::runtime_error("colour/enabled is always, but the recording has no colour images "
-                             "that can be read; a TUM folder lists them in rgb.txt");
+    throw std::runtime_error("colour/enabled is always, but '" + options.recording.path +
+                             "' has no colour images where the format " +
+                             options.recording.format + " has them");
   }
   return colours;
 }

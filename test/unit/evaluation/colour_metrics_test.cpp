@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "dtsdf_mapping/io/tum_colours.h"
+#include "dtsdf_mapping/io/recording.h"
 #include "evaluation/depth_renderer.h"
 #include "simulation/scene.h"
 #include "support/temporary_folder.h"
@@ -86,7 +86,9 @@ TEST(RenderColours, GoThroughAFolder) {
   writer.write(0, toTumDepth(renderView(scene, camera, T_W_C).depth_m));
   writer.writeColours(0, renderColours(scene, Texture::kVertices, camera, T_W_colour));
   writer.finish("test");
-  const auto image = openTumColours(folder.path(), 0.02)->next();
+  RecordingOptions recording;
+  recording.path = folder.path();
+  const auto image = openRecordingColours(recording)->next();
   ASSERT_TRUE(image);
   EXPECT_TRUE(image->colour.T_W_C.isApprox(T_W_colour, 1e-6));
   const auto* pixels = static_cast<const uint8_t*>(image->colour.data);

@@ -1,4 +1,4 @@
-#include "io/colour_image_file.h"
+#include "io/colour_codes.h"
 
 #include <cstdio>  // before jpeglib.h, which needs it
 
@@ -6,10 +6,10 @@
 #include <png.h>
 
 #include <csetjmp>
-#include <filesystem>
-#include <memory>
+#include <cstring>
 #include <stdexcept>
 
+#include "io/text_file.h"
 #include "kernels/core/voxel.h"
 
 namespace dtsdf {
@@ -17,10 +17,11 @@ namespace {
 
 constexpr size_t kSignatureBytes = 8;
 
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
+/// What is left to be read of an image.
+struct Bytes {
+  const uint8_t* next;
+  size_t left;
 };
-using File = std::unique_ptr<std::FILE, CloseFile>;
 
 /// What both libraries need that is to be told apart after an error, from which they jump out of
 /// their calls: whoever sets the target of a jump holds nothing that needs a destructor.
@@ -33,6 +34,14 @@ bool fits(size_t width, size_t height) {
 [[noreturn]] void onPngError(png_structp png, png_const_charp) { png_longjmp(png, 1); }
 void onPngWarning(png_structp, png_const_charp) {}
 
+void onPngRead(png_structp png, png_bytep to, png_size_t wanted) {
+  auto* const bytes = static_cast<Bytes*>(png_get_io_ptr(png));
+  if (wanted > bytes->left) png_error(png, "the end");
+  std::memcpy(to, bytes->next, wanted);
+  bytes->next += wanted;
+  bytes->left -= wanted;
+}
+
 /// Whatever is in the file becomes 8 bits of red, green and blue.
 void askForRgb(png_structp png, png_infop info) {
   png_set_expand(png);
@@ -41,9 +50,9 @@ void askForRgb(png_structp png, png_infop info) {
   if (!(png_get_color_type(png, info) & PNG_COLOR_MASK_COLOR)) png_set_gray_to_rgb(png);
 }
 
-Outcome readRows(png_structp png, png_infop info, std::FILE* file, ColourImageFile& image) {
+Outcome readRows(png_structp png, png_infop info, Bytes& bytes, DecodedColour& image) {
   if (setjmp(png_jmpbuf(png)) != 0) return Outcome::kDamaged;
-  png_init_io(png, file);
+  png_set_read_fn(png, &bytes, onPngRead);
   png_read_info(png, info);
   if (!fits(png_get_image_width(png, info), png_get_image_height(png, info))) {
     return Outcome::kTooLarge;
@@ -65,12 +74,12 @@ Outcome readRows(png_structp png, png_infop info, std::FILE* file, ColourImageFi
   return Outcome::kRead;
 }
 
-Outcome readPng(std::FILE* file, ColourImageFile& image) {
+Outcome readPng(Bytes& bytes, DecodedColour& image) {
   png_structp png =
       png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, onPngError, onPngWarning);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
   const Outcome outcome =
-      info == nullptr ? Outcome::kDamaged : readRows(png, info, file, image);
+      info == nullptr ? Outcome::kDamaged : readRows(png, info, bytes, image);
   png_destroy_read_struct(&png, &info, nullptr);
   return outcome;
 }
@@ -84,11 +93,11 @@ struct JpegErrors {
   std::longjmp(reinterpret_cast<JpegErrors*>(jpeg->err)->target, 1);
 }
 
-Outcome readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, std::FILE* file,
-                 ColourImageFile& image) {
+Outcome readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const Bytes& bytes,
+                 DecodedColour& image) {
   if (setjmp(errors.target) != 0) return Outcome::kDamaged;
   jpeg_create_decompress(&jpeg);
-  jpeg_stdio_src(&jpeg, file);
+  jpeg_mem_src(&jpeg, bytes.next, bytes.left);
   jpeg_read_header(&jpeg, TRUE);
   if (!fits(jpeg.image_width, jpeg.image_height)) return Outcome::kTooLarge;
   jpeg.out_color_space = JCS_RGB;
@@ -106,7 +115,7 @@ Outcome readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, std::FILE* fi
   return errors.manager.num_warnings > 0 ? Outcome::kDamaged : Outcome::kRead;
 }
 
-Outcome readJpeg(std::FILE* file, ColourImageFile& image) {
+Outcome readJpeg(Bytes& bytes, DecodedColour& image) {
   JpegErrors errors;
   jpeg_decompress_struct jpeg = {};
   jpeg.err = jpeg_std_error(&errors.manager);
@@ -114,39 +123,34 @@ Outcome readJpeg(std::FILE* file, ColourImageFile& image) {
   errors.manager.emit_message = [](j_common_ptr info, int level) {
     if (level < 0) ++info->err->num_warnings;
   };
-  const Outcome outcome = readRows(jpeg, errors, file, image);
+  const Outcome outcome = readRows(jpeg, errors, bytes, image);
   jpeg_destroy_decompress(&jpeg);
   return outcome;
 }
 
-Outcome readEither(std::FILE* file, ColourImageFile& image) {
-  png_byte signature[kSignatureBytes] = {};
-  const size_t read = std::fread(signature, 1, kSignatureBytes, file);
-  std::rewind(file);
-  if (read == kSignatureBytes && png_sig_cmp(signature, 0, kSignatureBytes) == 0) {
-    return readPng(file, image);
-  }
-  const bool is_jpeg = signature[0] == 0xff && signature[1] == 0xd8;
-  return is_jpeg ? readJpeg(file, image) : Outcome::kDamaged;
+Outcome readEither(Bytes bytes, DecodedColour& image) {
+  if (bytes.left < kSignatureBytes) return Outcome::kDamaged;
+  if (png_sig_cmp(bytes.next, 0, kSignatureBytes) == 0) return readPng(bytes, image);
+  const bool is_jpeg = bytes.next[0] == 0xff && bytes.next[1] == 0xd8;
+  return is_jpeg ? readJpeg(bytes, image) : Outcome::kDamaged;
 }
 
 }  // namespace
 
-ColourImageFile readColourImage(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) {
-    throw std::runtime_error("cannot read '" + path + "': there is no such file");
-  }
-  const File file(std::fopen(path.c_str(), "rb"));
-  if (file == nullptr) throw std::runtime_error("cannot read '" + path + "'");
-  ColourImageFile image;
-  switch (readEither(file.get(), image)) {
+DecodedColour decodeColour(const uint8_t* data, size_t bytes, const std::string& name) {
+  DecodedColour image;
+  switch (readEither({data, bytes}, image)) {
     case Outcome::kRead: return image;
     case Outcome::kTooLarge:
-      throw std::runtime_error("'" + path + "' has more than " + std::to_string(kMaxPixels) +
-                               " pixels");
+      throw std::runtime_error(name + " has more than " + std::to_string(kMaxPixels) + " pixels");
     case Outcome::kDamaged: break;
   }
-  throw std::runtime_error("cannot decode '" + path + "': neither PNG nor JPEG, or damaged");
+  throw std::runtime_error("cannot decode " + name + ": neither PNG nor JPEG, or damaged");
+}
+
+DecodedColour readColourImage(const std::string& path) {
+  const std::string file = readTextFile(path, "a colour image is expected there");
+  return decodeColour(reinterpret_cast<const uint8_t*>(file.data()), file.size(), "'" + path + "'");
 }
 
 }  // namespace dtsdf

@@ -1,14 +1,14 @@
-#include "dtsdf_mapping/io/tum_colours.h"
-
+/// Colour images of recordings; what the layouts have of them is in the formats' own tests.
 #include <gtest/gtest.h>
 
-#include "io/colour_image_file.h"
+#include "dtsdf_mapping/io/recording.h"
+#include "io/colour_codes.h"
 #include "support/tum_folder.h"
 
 namespace dtsdf {
 namespace {
 
-class TumColoursTest : public testing::Test {
+class RecordedColoursTest : public testing::Test {
  protected:
   void SetUp() override {
     writeTumFolder(folder_, 3);
@@ -18,21 +18,24 @@ class TumColoursTest : public testing::Test {
     cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(kTumHeight, kTumWidth, CV_8UC3, {200, 100, 50}));
     writeBytes(folder_ / "rgb.txt",
                "# stamp file\n100.15 rgb/b.jpg\n100.01 rgb/a.png\n200.0 rgb/a.png\n");
+    options_.path = folder_.path();
+    options_.pose_tolerance_s = 0.06;
   }
 
   std::string error() const {
     return errorOf([&] {
-      const auto source = openTumColours(folder_.path(), 0.06);
+      const auto source = openRecordingColours(options_);
       while (source->next()) {
       }
     });
   }
 
   TemporaryFolder folder_;
+  RecordingOptions options_;
 };
 
-TEST_F(TumColoursTest, HandsOutImagesByStampWithTheirOwnPoses) {
-  const auto source = openTumColours(folder_.path(), 0.06);
+TEST_F(RecordedColoursTest, HandsOutImagesByStampWithTheirOwnPoses) {
+  const auto source = openRecordingColours(options_);
   ASSERT_NE(source, nullptr);
   const auto first = source->next();
   ASSERT_TRUE(first);
@@ -50,37 +53,52 @@ TEST_F(TumColoursTest, HandsOutImagesByStampWithTheirOwnPoses) {
   EXPECT_NEAR(jpeg[0], 50, 3);
   EXPECT_NEAR(jpeg[2], 200, 3);
   EXPECT_FALSE(source->next());
-  EXPECT_EQ(source->skipped().at("colour images without a pose within 60 ms"), 1u);
+  EXPECT_EQ(source->skipped().at("colour images: no pose within 60 ms"), 1u);
 }
 
-TEST_F(TumColoursTest, NoListIsNoColour) {
+TEST_F(RecordedColoursTest, NoListIsNoColour) {
   std::filesystem::remove(folder_ / "rgb.txt");
-  EXPECT_EQ(openTumColours(folder_.path(), 0.02), nullptr);
+  EXPECT_EQ(openRecordingColours(options_), nullptr);
 }
 
-TEST_F(TumColoursTest, ACameraOfTheirOwn) {
+TEST_F(RecordedColoursTest, ACameraOfTheirOwn) {
   cv::imwrite(folder_ / "rgb/a.png", cv::Mat(9, 12, CV_8UC3, {1, 2, 3}));
   cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(9, 12, CV_8UC3, {1, 2, 3}));
-  EXPECT_NE(error().find("colour_info.yaml"), std::string::npos) << error();
+  const auto source = openRecordingColours(options_);
+  EXPECT_FALSE(source->next());
+  EXPECT_EQ(source->skipped().at("colour images: 12 x 9 pixels, where their camera has 8 x 6"), 2u);
   writeBytes(folder_ / "colour_info.yaml",
              "image_width: 12\nimage_height: 9\n"
              "projection_matrix:\n  data: [20, 0, 6, 0, 0, 21, 4, 0, 0, 0, 1, 0]\n");
   EXPECT_EQ(error(), "");
-  EXPECT_EQ(openTumColours(folder_.path(), 0.06)->next()->colour.intrinsics.fx, 20.0f);
+  EXPECT_EQ(openRecordingColours(options_)->next()->colour.intrinsics.fx, 20.0f);
 }
 
-TEST_F(TumColoursTest, SaysWhichFileIsMissingOrDamaged) {
+TEST_F(RecordedColoursTest, ADamagedFileIsAnErrorAndAMissingOneIsCounted) {
   writeBytes(folder_ / "rgb/a.png", "no picture");
   EXPECT_NE(error().find("rgb/a.png"), std::string::npos) << error();
+  EXPECT_NE(error().find("colour/enabled"), std::string::npos) << error();
   std::filesystem::remove(folder_ / "rgb/a.png");
-  EXPECT_NE(error().find("no such file"), std::string::npos) << error();
+  const auto source = openRecordingColours(options_);
+  EXPECT_DOUBLE_EQ(source->next()->stamp_s, 100.15);
+  EXPECT_EQ(source->skipped().at("colour images: no such file"), 1u);
+}
+
+TEST_F(RecordedColoursTest, MayHaveOtherPoses) {
+  std::filesystem::remove(folder_ / "groundtruth.txt");
+  writeBytes(folder_ / "slam.tum", "100.01 7 8 9 0 0 0 1\n");
+  options_.poses_path = folder_ / "slam.tum";
+  const auto source = openRecordingColours(options_);
+  EXPECT_EQ(source->next()->colour.T_W_C.translation(), Eigen::Vector3d(7, 8, 9));
+  EXPECT_FALSE(source->next());
+  EXPECT_EQ(source->skipped().at("colour images: no pose within 60 ms"), 2u);
 }
 
 /// Whatever PNG and JPEG hold becomes 8 bits of red, green and blue.
-TEST_F(TumColoursTest, OtherKindsOfPixels) {
+TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
   const auto first = [&](const std::string& name, const cv::Mat& image) {
     cv::imwrite(folder_ / name, image);
-    const ColourImageFile file = readColourImage(folder_ / name);
+    const DecodedColour file = readColourImage(folder_ / name);
     EXPECT_EQ(file.width, image.cols);
     EXPECT_EQ(file.rgb.size(), 3 * image.total());
     return std::vector<int>(file.rgb.begin(), file.rgb.begin() + 3);
@@ -94,7 +112,7 @@ TEST_F(TumColoursTest, OtherKindsOfPixels) {
 }
 
 /// A file cut off anywhere is told, not read in part.
-TEST_F(TumColoursTest, CutFilesAreDamaged) {
+TEST_F(RecordedColoursTest, CutFilesAreDamaged) {
   for (const std::string name : {"rgb/a.png", "rgb/b.jpg"}) {
     cv::Mat image(40, 60, CV_8UC3);
     cv::randu(image, 0, 255);

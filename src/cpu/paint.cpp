@@ -4,6 +4,7 @@
 
 #include "backend/frame_check.h"
 #include "cpu/parallel_for.h"
+#include "cpu/surface_points.h"
 
 namespace dtsdf {
 namespace {
@@ -91,14 +92,18 @@ void Painter::drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
   const PointView& view = sensing_.view;
   const Vec3f first_voxel_L = firstVoxelOf(entry);
   visitArrays(entry, voxels, [&](int direction, const Voxel* array) {
-    for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      SurfacePoint point;
-      if (!hides(view, array, i, direction)) continue;
-      if (!findSurfacePoint(view, first_voxel_L, array, i, direction, point)) continue;
-      drawSurface(view, point, [&](int32_t cell, float cell_m) {
-        depth_m[cell] = minimum(depth_m[cell], cell_m);
-      });
+    VoxelList near, hiding;
+    listNearSurface(view, array, view.rules.hiding_distance, near);
+    for (int n = 0; n < near.count; ++n) {
+      hiding.index[hiding.count] = near.index[n];
+      hiding.count += static_cast<int>(hides(view, array, near.index[n], direction));
     }
+    visitPoints(view, first_voxel_L, array, direction, hiding,
+                [&](int, const SurfacePoint& point) {
+                  drawSurface(view, point, [&](int32_t cell, float cell_m) {
+                    depth_m[cell] = minimum(depth_m[cell], cell_m);
+                  });
+                });
   });
 }
 
@@ -129,11 +134,18 @@ void Painter::sampleBlock(const PaintedMap& map, BlockView& block) const {
   block.samples.clear();
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
     if (!mayFaceCamera(sensing_.view, first_voxel_L, direction)) return;
-    for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      const ColourSample sample = sampleColour(sensing_, first_voxel_L, array, i, direction);
-      if (!(sample.weight > 0.0f)) continue;
-      block.samples.push_back({static_cast<uint16_t>(direction * kVoxelsPerBlock + i), sample});
-    }
+    VoxelList near;
+    listNearSurface(sensing_.view, array, sensing_.view.rules.painted_distance, near);
+    visitPoints(sensing_.view, first_voxel_L, array, direction, near,
+                [&](int i, const SurfacePoint& point) {
+                  if (!(point.cosine >= sensing_.view.rules.least_cosine)) return;
+                  const float share = shareOfSurroundings(sensing_.view, sensing_.hiding, point);
+                  if (!(share > 0.0f)) return;
+                  const ColourSample sample = sampleAt(sensing_, point, share);
+                  if (!(sample.weight > 0.0f)) return;
+                  block.samples.push_back(
+                      {static_cast<uint16_t>(direction * kVoxelsPerBlock + i), sample});
+                });
   });
 }
 

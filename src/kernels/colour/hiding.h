@@ -69,59 +69,73 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   }
 }
 
-/// What is seen so many pixels beside a point, and where the point's own surface would be there: on
-/// its plane, or as far away as the point, where another surface meets it.
-struct SeenBeside {
-  float depth_m;
-  float nearest_own_m, farthest_own_m;
-};
-
-DTSDF_HD SeenBeside seenBeside(const HidingImage& hiding, const SurfacePoint& point,
-                               const PointPlane& plane, float du, float dv) {
-  const int32_t u = cellOf(point.u + du, hiding.width), v = cellOf(point.v + dv, hiding.height);
-  const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
-  const float centre_v = (static_cast<float>(v) + 0.5f) * kCellSide;
-  const float plane_m = depthBeside(plane, centre_u - point.u, centre_v - point.v);
-  return {hiding.depth_m[v * hiding.width + u], minimum(plane_m, point.p_C.z),
-          maximum(plane_m, point.p_C.z)};
+/// How far in front of a point something has to be to hide it, in metres.
+DTSDF_HD float hidingLimit(const PointView& view, const SurfacePoint& point) {
+  const float depth_m = point.p_C.z;
+  return view.rules.hidden_depth * view.frame.voxel_size_m +
+         view.rules.hidden_noise * depth_m * depth_m;
 }
 
-/// Whether something so many pixels beside the point is so near that it hides what is there.
-DTSDF_HD bool hidesBeside(const PointView& view, const HidingImage& hiding,
-                          const SurfacePoint& point, float du, float dv) {
-  const float depth_m = point.p_C.z;
-  const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m +
-                        view.rules.hidden_noise * depth_m * depth_m;
-  const SeenBeside seen = seenBeside(hiding, point, planeOf(view.frame, point), du, dv);
-  return seen.depth_m < seen.nearest_own_m - limit_m;
+DTSDF_HD float depthAt(const HidingImage& hiding, int32_t u, int32_t v) {
+  return hiding.depth_m[v * hiding.width + u];
+}
+
+/// Where a point's own surface would be in a cell: on its plane.
+DTSDF_HD float ownDepthAt(const FrameView& frame, const SurfacePoint& point, int32_t u,
+                          int32_t v) {
+  const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
+  const float centre_v = (static_cast<float>(v) + 0.5f) * kCellSide;
+  return depthBeside(planeOf(frame, point), centre_u - point.u, centre_v - point.v);
+}
+
+/// Whether what is seen in a cell is so near that it hides what would be seen there of the point's
+/// surface: on its plane, or as far away as the point, where another surface meets it. The point
+/// itself is asked first, as that needs no plane.
+DTSDF_HD bool hidesIn(const PointView& view, const HidingImage& hiding, const SurfacePoint& point,
+                      int32_t u, int32_t v) {
+  const float seen_m = depthAt(hiding, u, v), limit_m = hidingLimit(view, point);
+  return seen_m < point.p_C.z - limit_m &&
+         seen_m < ownDepthAt(view.frame, point, u, v) - limit_m;
+}
+
+/// The same for what is behind: whether the surface ends between the point and the cell.
+DTSDF_HD bool endsBefore(const PointView& view, const HidingImage& hiding,
+                         const SurfacePoint& point, int32_t u, int32_t v) {
+  const float limit_m = view.rules.outline_depth * view.frame.voxel_size_m;
+  const float seen_m = depthAt(hiding, u, v);
+  return seen_m > point.p_C.z + limit_m &&
+         seen_m > ownDepthAt(view.frame, point, u, v) + limit_m;
 }
 
 DTSDF_HD bool isHidden(const PointView& view, const HidingImage& hiding,
                        const SurfacePoint& point) {
-  return hidesBeside(view, hiding, point, 0.0f, 0.0f);
+  return hidesIn(view, hiding, point, cellOf(point.u, hiding.width),
+                 cellOf(point.v, hiding.height));
 }
 
 /// Whether the outline of something nearer is beside the point.
 DTSDF_HD bool isBesideNearer(const PointView& view, const HidingImage& hiding,
                              const SurfacePoint& point) {
   const float beside = view.rules.outline_px;
-  return hidesBeside(view, hiding, point, -beside, -beside) ||
-         hidesBeside(view, hiding, point, beside, -beside) ||
-         hidesBeside(view, hiding, point, -beside, beside) ||
-         hidesBeside(view, hiding, point, beside, beside);
+  const int32_t left = cellOf(point.u - beside, hiding.width);
+  const int32_t right = cellOf(point.u + beside, hiding.width);
+  const int32_t up = cellOf(point.v - beside, hiding.height);
+  const int32_t down = cellOf(point.v + beside, hiding.height);
+  return hidesIn(view, hiding, point, left, up) || hidesIn(view, hiding, point, right, up) ||
+         hidesIn(view, hiding, point, left, down) || hidesIn(view, hiding, point, right, down);
 }
 
 /// Whether the surface ends, as the camera sees it, near a point.
 DTSDF_HD bool isAtOutline(const PointView& view, const HidingImage& hiding,
                           const SurfacePoint& point) {
-  const PointPlane plane = planeOf(view.frame, point);
-  const float limit_m = view.rules.outline_depth * view.frame.voxel_size_m;
   const float beside = view.rules.outline_px +
                        view.rules.outline_voxels * voxelWidth(view.frame, point);
+  const int32_t u[3] = {cellOf(point.u - beside, hiding.width), cellOf(point.u, hiding.width),
+                        cellOf(point.u + beside, hiding.width)};
+  const int32_t v[3] = {cellOf(point.v - beside, hiding.height), cellOf(point.v, hiding.height),
+                        cellOf(point.v + beside, hiding.height)};
   for (int n = 0; n < 9; ++n) {
-    const auto right = static_cast<float>(n % 3 - 1), down = static_cast<float>(n / 3 - 1);
-    const SeenBeside seen = seenBeside(hiding, point, plane, right * beside, down * beside);
-    if (n != 4 && seen.depth_m > seen.farthest_own_m + limit_m) return true;
+    if (n != 4 && endsBefore(view, hiding, point, u[n % 3], v[n / 3])) return true;
   }
   return false;
 }

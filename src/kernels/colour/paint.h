@@ -45,6 +45,16 @@ DTSDF_HD float shareOfSurroundings(const PointView& view, const HidingImage& hid
   return isAtOutline(view, hiding, point) ? view.rules.outline_share : 1.0f;
 }
 
+/// The sample of a point that counts for this share.
+DTSDF_HD ColourSample sampleAt(const ColourSensing& sensing, const SurfacePoint& point,
+                               float share) {
+  const PointView& view = sensing.view;
+  const float width_px = view.rules.sample_width * voxelWidth(view.frame, point);
+  const Rgb colour = colourAt(sensing.image, levelOfWidth(width_px), point.u, point.v);
+  return {roundColour(colour.red), roundColour(colour.green), roundColour(colour.blue),
+          share * viewWeight(view, point)};
+}
+
 /// The sample of a voxel, whose index is that in its array.
 DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& first_voxel_L,
                                    const Voxel* voxels, int index, int direction) {
@@ -57,11 +67,7 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
     return nothing;
   }
   const float share = shareOfSurroundings(view, sensing.hiding, point);
-  if (!(share > 0.0f)) return nothing;
-  const float width_px = view.rules.sample_width * voxelWidth(view.frame, point);
-  const Rgb colour = colourAt(sensing.image, levelOfWidth(width_px), point.u, point.v);
-  return {roundColour(colour.red), roundColour(colour.green), roundColour(colour.blue),
-          share * viewWeight(view, point)};
+  return share > 0.0f ? sampleAt(sensing, point, share) : nothing;
 }
 
 /// The mean of a voxel's colour and a sample's, by weight. Of the voxel's weight no more counts

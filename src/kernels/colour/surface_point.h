@@ -55,6 +55,31 @@ DTSDF_HD bool facesDirection(const Vec3f& normal, int direction, float slack) {
   return directionCosine(normal, direction) >= most - slack;
 }
 
+/// Whether a voxel with this gradient has a point of its direction: a gradient of 0 has none.
+DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction) {
+  if (!view.directional) return dot(normal, normal) > 0.0f;
+  return dot(normal, normal) > 0.0f && facesDirection(normal, direction, view.rules.facing_slack);
+}
+
+/// Where a foot, in voxels from its block's first one, is seen; it may be nowhere in the image.
+DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxel_L,
+                                 const Vec3f& foot, const Vec3f& normal) {
+  SurfacePoint point;
+  point.p_C = frame.voxel_size_m *
+              rotateInverse(frame.T_L_C, first_voxel_L + foot - frame.T_L_C.t);
+  const Intrinsics& K = frame.intrinsics;
+  point.u = K.fx * point.p_C.x / point.p_C.z + K.cx + 0.5f;
+  point.v = K.fy * point.p_C.y / point.p_C.z + K.cy + 0.5f;
+  point.normal_C = rotateInverse(frame.T_L_C, normal);
+  point.cosine = -dot(point.normal_C, point.p_C) / norm(point.p_C);
+  return point;
+}
+
+DTSDF_HD bool isInImage(const FrameView& frame, const SurfacePoint& point) {
+  return point.p_C.z > frame.voxel_size_m && point.u >= 0.0f && point.v >= 0.0f &&
+         point.u < static_cast<float>(frame.width) && point.v < static_cast<float>(frame.height);
+}
+
 /// The point of a voxel of a block; false if there is none that faces the direction, or if it is
 /// not in the image. `index` is that of the voxel in its array.
 DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L,
@@ -62,23 +87,10 @@ DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L
                                SurfacePoint& point) {
   const Facing facing = facingOf(view.directional ? direction : kAnyDirection);
   const Vec3f normal = gradientOf(slopeAt(voxels, index), facing);
-  if (!(dot(normal, normal) > 0.0f)) return false;
-  if (view.directional && !facesDirection(normal, direction, view.rules.facing_slack)) return false;
-  const FrameView& frame = view.frame;
+  if (!hasPoint(view, normal, direction)) return false;
   const Vec3f foot = toFloat(voxelOffset(index)) - voxels[index].sdf * normal;
-  point.p_C = frame.voxel_size_m *
-              rotateInverse(frame.T_L_C, first_voxel_L + foot - frame.T_L_C.t);
-  if (!(point.p_C.z > frame.voxel_size_m)) return false;
-  const Intrinsics& K = frame.intrinsics;
-  point.u = K.fx * point.p_C.x / point.p_C.z + K.cx + 0.5f;
-  point.v = K.fy * point.p_C.y / point.p_C.z + K.cy + 0.5f;
-  if (!(point.u >= 0.0f && point.v >= 0.0f && point.u < static_cast<float>(frame.width) &&
-        point.v < static_cast<float>(frame.height))) {
-    return false;
-  }
-  point.normal_C = rotateInverse(frame.T_L_C, normal);
-  point.cosine = -dot(point.normal_C, point.p_C) / norm(point.p_C);
-  return true;
+  point = placePoint(view.frame, first_voxel_L, foot, normal);
+  return isInImage(view.frame, point);
 }
 
 /// Width of a voxel in the image, in pixels.

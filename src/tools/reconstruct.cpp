@@ -26,7 +26,7 @@ constexpr size_t kFramesAhead = 4;
 constexpr size_t kFramesLookedAt = 5;
 
 #ifdef DTSDF_WITH_BAG
-std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const NodeParams& node) {
+BagOptions bagOptions(const ReconstructOptions& options, const NodeParams& node) {
   BagOptions bag;
   bag.path = options.recording.path;
   bag.depth_topic = options.depth_topic;
@@ -47,11 +47,25 @@ std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const No
   bag.poses_path = options.recording.poses_path;
   bag.pose_tolerance_s = options.recording.pose_tolerance_s;
   bag.selection = options.recording.selection;
-  return openBagFrames(bag);
+  bag.colour_topic = options.colour_topic;
+  return bag;
+}
+
+std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const NodeParams& node) {
+  return openBagFrames(bagOptions(options, node));
+}
+
+std::unique_ptr<ColourSource> openColoursOfBag(const ReconstructOptions& options,
+                                               const NodeParams& node) {
+  return openBagColours(bagOptions(options, node));
 }
 #else
 std::unique_ptr<FrameSource> openBag(const ReconstructOptions&, const NodeParams&) {
   throw std::runtime_error("this build cannot read bags; build the package with -DWITH_ROS=ON");
+}
+
+std::unique_ptr<ColourSource> openColoursOfBag(const ReconstructOptions&, const NodeParams&) {
+  return nullptr;
 }
 #endif
 
@@ -78,14 +92,16 @@ std::unique_ptr<FrameSource> openAndLook(const ReconstructOptions& options,
 
 /// Null where there is no colour, or none is wanted.
 std::unique_ptr<ColourSource> openColours(const ReconstructOptions& options,
-                                          const ColourParams& params) {
-  if (params.enabled == ColourUse::kNever) return nullptr;
-  std::unique_ptr<ColourSource> colours;
-  if (options.recording.format != "bag") colours = openRecordingColours(options.recording);
-  if (colours == nullptr && params.enabled == ColourUse::kAlways) {
-    throw std::runtime_error("colour/enabled is always, but '" + options.recording.path +
-                             "' has no colour images where the format " +
-                             options.recording.format + " has them");
+                                          const NodeParams& node) {
+  if (node.colour.enabled == ColourUse::kNever) return nullptr;
+  const RecordingOptions& recording = options.recording;
+  std::unique_ptr<ColourSource> colours = recording.format == "bag"
+                                              ? openColoursOfBag(options, node)
+                                              : openRecordingColours(recording);
+  if (colours == nullptr && node.colour.enabled == ColourUse::kAlways) {
+    throw std::runtime_error("colour/enabled is always, but '" + recording.path +
+                             "' has no colour images where the format " + recording.format +
+                             " has them");
   }
   return colours;
 }
@@ -131,7 +147,7 @@ void run(ReconstructOptions options) {
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
 
   const auto source = prefetchFrames(openAndLook(options, settings), kFramesAhead);
-  const auto colours = openColours(options, settings.params.node.colour);
+  const auto colours = openColours(options, settings.params.node);
   const auto mapper = makeProbedMapper(params, settings.rules);
   ReconstructionResult result;
   {

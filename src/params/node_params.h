@@ -24,6 +24,7 @@ enum class RectifyChoice {
 };
 
 struct InputParams {
+  double merge_wait_s = 0.1;    ///< How long a frame waits for earlier ones of other cameras.
   std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
   int queue_size = 30;          ///< Frames that may wait for their transform or their turn.
   double tf_timeout_s = 1.0;    ///< Wall time that a frame waits for its transform at most.
@@ -57,6 +58,7 @@ struct PublishParams {
 struct NodeParams {
   std::string map_frame = "map";  ///< Frame W of the map; fixed in the world.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
+  std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
   InputParams input;
   ColourParams colour;
   PublishParams publish;
@@ -71,6 +73,8 @@ template <class Visitor>
 void visitParams(NodeParams& p, Visitor& visit) {
   visit("map_frame", p.map_frame);
   visit("output_directory", p.output_directory);
+  visit("cameras", p.cameras);
+  visit("input/merge_wait_s", p.input.merge_wait_s, Range{0.0, 60.0});
   visit("input/camera_frame", p.input.camera_frame);
   visit("input/queue_size", p.input.queue_size, Range{1, 10000});
   visit("input/tf_timeout_s", p.input.tf_timeout_s, Range{0.0, 3600.0});

@@ -18,11 +18,20 @@ class FrameIntakeTest : public testing::Test {
     params_.queue_size = 3;
     params_.tf_timeout_s = 1.0;
     intake_ = std::make_unique<FrameIntake>(
-        params_, FrameIntake::Parts{poses_, accounting_, posed_frames_}, clock_.reader());
+        params_,
+        FrameIntake::Parts{poses_, accounting_, posed_frames_, posed_frames_.addStream({}), "",
+                           [this] { startAnew(); }},
+        clock_.reader());
   }
 
   void push(double stamp_s) {
     intake_->push({makeDepthImage(stamp_s), makeCameraInfo(stamp_s), nullptr});
+  }
+
+  void startAnew() {
+    intake_->startAnew();
+    posed_frames_.forgetStamps();
+    poses_.clear();
   }
 
   uint64_t dropped(DropReason reason) const {
@@ -31,7 +40,7 @@ class FrameIntakeTest : public testing::Test {
 
   std::vector<double> posedStamps() {
     std::vector<double> stamps;
-    for (const PosedFrame& frame : posed_frames_.takeAll()) stamps.push_back(frame.stamp.toSec());
+    while (const auto frame = posed_frames_.take()) stamps.push_back(frame->stamp.toSec());
     return stamps;
   }
 
@@ -41,7 +50,7 @@ class FrameIntakeTest : public testing::Test {
   PoseSource poses_{transforms_, "map"};
   FrameAccounting accounting_;
   int wakes_ = 0;
-  FrameQueue posed_frames_{[this] { ++wakes_; }};
+  FrameQueue posed_frames_{0.1, [this] { ++wakes_; }, clock_.reader()};
   std::unique_ptr<FrameIntake> intake_;
 };
 

@@ -12,12 +12,16 @@ namespace {
 
 class MapSessionTest : public testing::Test {
  protected:
+  MapSessionTest() { frames_.addStream({}); }
+
   /// A frame that changes the block of this x.
   void pushFrame(int block_x = 0) {
     PosedFrame frame;
     frame.stamp = ros::Time(static_cast<double>(++frames_sent_));
     frame.depth.T_W_C.translation().x() = block_x;
-    frames_.push(std::move(frame));
+    frame.accounting = &accounting_;
+    const ros::Time stamp = frame.stamp;
+    EXPECT_TRUE(frames_.push(0, stamp, std::move(frame)));
   }
 
   /// Until there is nothing left to do.
@@ -33,13 +37,13 @@ class MapSessionTest : public testing::Test {
   FakeClock clock_;
   bool mesh_wanted_ = true;
   int frames_sent_ = 0;
-  FrameQueue frames_{[] {}};
+  FrameQueue frames_{0.1, [] {}, clock_.reader()};
   FrameAccounting accounting_;
   MeshHandover changes_{[] {}};
   FakeMapper* mapper_ = new FakeMapper;  ///< The session owns it.
   MapSession session_{std::unique_ptr<Mapper>(mapper_),
                       2.0,
-                      {frames_, accounting_, changes_, [this] { return mesh_wanted_; }},
+                      {frames_, changes_, [this] { return mesh_wanted_; }},
                       clock_.reader()};
 };
 

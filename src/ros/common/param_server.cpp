@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace dtsdf {
 namespace {
@@ -18,6 +21,16 @@ bool belongsToRos(const std::string& key) {
   return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end() ||
          std::any_of(kSections.begin(), kSections.end(),
                      [&](const std::string& section) { return key.rfind(section, 0) == 0; });
+}
+
+/// A list, if all it holds are names.
+std::optional<ParamValue> namesOf(XmlRpc::XmlRpcValue& list) {
+  std::vector<std::string> names;
+  for (int i = 0; i < list.size(); ++i) {
+    if (list[i].getType() != XmlRpc::XmlRpcValue::TypeString) return std::nullopt;
+    names.push_back(static_cast<std::string>(list[i]));
+  }
+  return names;
 }
 
 void flatten(const std::string& key, XmlRpc::XmlRpcValue& value, ServerParams& params) {
@@ -40,8 +53,16 @@ void flatten(const std::string& key, XmlRpc::XmlRpcValue& value, ServerParams& p
     case XmlRpcValue::TypeString:
       params.tree[key] = static_cast<std::string>(value);
       break;
+    case XmlRpcValue::TypeArray:
+      if (const auto names = namesOf(value)) {
+        params.tree[key] = *names;
+        break;
+      }
+      [[fallthrough]];
     default:
-      if (!belongsToRos(key)) params.violations.emplace_back(key, "must be a single value");
+      if (!belongsToRos(key)) {
+        params.violations.emplace_back(key, "must be a single value or a list of names");
+      }
   }
   if (belongsToRos(key)) params.tree.erase(key);
 }

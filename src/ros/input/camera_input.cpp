@@ -78,7 +78,7 @@ void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& messa
     depth = decodeDepth(*message);
   } catch (const std::exception& error) {
     guarded("compressed image", [&] {
-      accounting_.imageReceived();
+      accounting_.imageReceived(message->header.stamp);
       accounting_.dropped(DropReason::kBadImage, message->header.stamp, error.what());
     });
     return;
@@ -88,7 +88,7 @@ void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& messa
 
 void CameraInput::onDepth(const sensor_msgs::ImageConstPtr& depth) {
   guarded("depth image", [&] {
-    accounting_.imageReceived();
+    accounting_.imageReceived(depth->header.stamp);
     assembly_.addDepth(depth);
   });
 }

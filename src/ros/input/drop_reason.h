@@ -18,6 +18,7 @@ enum class DropReason {
   kNoTransform,       ///< None within the timeout.
   kBeforeTransforms,  ///< Older than the transforms known: none can come any more.
   kQueueFull,         ///< The oldest in the queue when a newer one came.
+  kOutOfOrder,        ///< Older than what another camera's frame has made of the map meanwhile.
   kTimeJump,          ///< In the queue when the stamps jumped back.
   kPoseJump,          ///< The camera would have moved faster than allowed.
   kBadPose,           ///< Not finite, not a rotation, or out of the map's range.

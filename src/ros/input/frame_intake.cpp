@@ -57,7 +57,7 @@ bool FrameIntake::enqueue(WaitingFrame frame) {
 void FrameIntake::dropOldest() {
   const std::string waited_for = waitingFor();
   ros::Time stamp;
-  if (const std::optional<PosedFrame> oldest = parts_.posed_frames.take()) {
+  if (const std::optional<PosedFrame> oldest = parts_.posed_frames.takeOf(parts_.stream)) {
     stamp = oldest->stamp;
   } else {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -96,9 +96,13 @@ void FrameIntake::handleTimeJump(const ros::Time& stamp) {
                                              << last << " to " << stamp
                                              << ": waiting frames and transforms are forgotten, "
                                                 "the map is kept (clear_map empties it)");
+  parts_.on_time_jump();
+  last_stamp_ = stamp;
+}
+
+void FrameIntake::startAnew() {
+  last_stamp_ = ros::Time();
   dropAll(DropReason::kTimeJump, "stamps went back while it waited");
-  // Under simulated time the listener has done so itself, and new transforms may be in by now.
-  if (!ros::Time::isSimTime()) parts_.poses.clear();
 }
 
 milliseconds FrameIntake::step() noexcept {
@@ -139,10 +143,16 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
     rejection = Rejection{DropReason::kBadImage, error.what()};
   }
   if (rejection) {
-    return parts_.accounting.dropped(rejection->reason, posed.stamp, rejection->text);
+    parts_.accounting.dropped(rejection->reason, posed.stamp, rejection->text);
+    return parts_.posed_frames.settle(parts_.stream, posed.stamp);
   }
   posed.depth.T_W_C = pose.T_W_C;
-  parts_.posed_frames.push(std::move(posed));
+  posed.accounting = &parts_.accounting;
+  const ros::Time stamp = posed.stamp;
+  if (parts_.posed_frames.push(parts_.stream, stamp, std::move(posed))) return;
+  parts_.accounting.dropped(DropReason::kOutOfOrder, stamp,
+                            "a later frame of another camera has been fused; is this one's delay "
+                            "longer than input/merge_wait_s?");
 }
 
 CameraImage FrameIntake::rectified(const WaitingFrame& frame) {
@@ -193,7 +203,7 @@ void FrameIntake::dropAll(DropReason reason, const std::string& text) {
     waiting.swap(queue_);
     waiting_for_.clear();
   }
-  for (const PosedFrame& frame : parts_.posed_frames.takeAll()) {
+  for (const PosedFrame& frame : parts_.posed_frames.takeAllOf(parts_.stream)) {
     parts_.accounting.dropped(reason, frame.stamp, text);
   }
   for (const WaitingFrame& frame : waiting) {
@@ -216,7 +226,16 @@ bool FrameIntake::paused() const {
 
 size_t FrameIntake::size() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return queue_.size() + parts_.posed_frames.size();
+  return queue_.size() + parts_.posed_frames.sizeOf(parts_.stream);
+}
+
+size_t FrameIntake::waitingBytes() const {
+  size_t bytes = parts_.posed_frames.sumOf(parts_.stream, [](const PosedFrame& frame) {
+    return frame.depth.row_bytes * static_cast<size_t>(frame.depth.height);
+  });
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const WaitingFrame& frame : queue_) bytes += frame.image->data.size();
+  return bytes;
 }
 
 std::string FrameIntake::waitingFor() const {

@@ -18,7 +18,8 @@ struct MapReport {
 
 /// What the status tells about the output.
 struct OutputReport {
-  size_t triangles = 0;  ///< Of the mesh as it was handed over last.
+  size_t triangles = 0;   ///< Of the mesh as it was handed over last.
+  size_t mesh_bytes = 0;  ///< What it keeps in memory.
   double publish_ms = 0.0;
 };
 

@@ -21,7 +21,7 @@ MapSession::MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Part
 std::chrono::milliseconds MapSession::step() noexcept {
   try {
     const Action action = schedule_.next(situation());
-    if (action == Action::kWait) return schedule_.idleTime(situation());
+    if (action == Action::kWait) return idleTime();
     act(action);
   } catch (const std::exception& error) {
     fail(error.what());
@@ -31,8 +31,14 @@ std::chrono::milliseconds MapSession::step() noexcept {
   return std::chrono::milliseconds(0);
 }
 
+std::chrono::milliseconds MapSession::idleTime() const {
+  const std::chrono::milliseconds idle = schedule_.idleTime(situation());
+  const SteadyDuration to_turn = parts_.frames.idleTime();
+  return to_turn < idle ? toMilliseconds(to_turn) : idle;
+}
+
 MapSchedule::Situation MapSession::situation() const {
-  return {parts_.frames.size() > 0, !hasFailed() && parts_.mesh_wanted()};
+  return {parts_.frames.hasTurn(), !hasFailed() && parts_.mesh_wanted()};
 }
 
 void MapSession::act(Action action) {
@@ -54,13 +60,13 @@ void MapSession::fuseNext() {
   const std::optional<PosedFrame> frame = parts_.frames.take();
   if (!frame) return;  // was pushed out meanwhile
   if (hasFailed()) {
-    parts_.accounting.dropped(DropReason::kBackendError, frame->stamp, report_.failure);
+    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, report_.failure);
     return;
   }
   try {
     fuse(*frame);
   } catch (const std::exception& error) {
-    parts_.accounting.dropped(DropReason::kBackendError, frame->stamp, error.what());
+    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, error.what());
     throw;
   }
 }
@@ -68,10 +74,10 @@ void MapSession::fuseNext() {
 void MapSession::fuse(const PosedFrame& frame) {
   const IntegrationResult result = mapper_->integrate(frame.depth);
   if (result.status != FrameStatus::kFused) {
-    parts_.accounting.dropped(dropReasonOf(result.status), frame.stamp, result.message);
+    frame.accounting->dropped(dropReasonOf(result.status), frame.stamp, result.message);
     return;
   }
-  parts_.accounting.fused(frame.stamp);
+  frame.accounting->fused(frame.stamp);
   map_stamp_ = frame.stamp;
   schedule_.frameFused();
   if (result.refused_blocks > 0) {

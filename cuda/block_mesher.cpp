@@ -57,6 +57,7 @@ MeshView BlockMesher::view() const {
   view.vertices = vertices_.data();
   view.normals = normals_.data();
   view.triangles = triangles_.data();
+  view.colours = colours_.data();
   view.capacity = {static_cast<uint32_t>(vertices_.capacity()),
                    static_cast<uint32_t>(triangles_.capacity())};
   view.stamp = stamp_;
@@ -75,9 +76,11 @@ void BlockMesher::begin(const MapView& map, const Event& map_ready,
   const size_t most_blocks =
       std::min<size_t>(map.slot_count,
                        extraction.most_dirty *
-                           (kUnitReach * kRegularisationReach + kBlocksAround));
+                               (kUnitReach * kRegularisationReach + kBlocksAround) +
+                           extraction.most_painted * kUnitReach);
   slots_.reserve(most_blocks, stream_);
   records_.reserve(most_blocks, stream_);
+  if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
   totals_.zero(stream_);
   ++stamp_;
   holdForProfile(stream_);
@@ -93,12 +96,14 @@ void BlockMesher::enqueueIndices() {
   }
   const StageSpan span(stream_, Stage::kIndex);
   indexBlocks(map_, view(), thread_blocks_, stream_);
+  if (hasColours()) selectPainted(map_, view(), thread_blocks_, stream_);
 }
 
 void BlockMesher::enqueueMeshes() {
   {
     const StageSpan span(stream_, Stage::kMake);
     makeMeshes(map_, view(), thread_blocks_, stream_);
+    if (hasColours()) colourVertices(map_, view(), thread_blocks_, stream_);
   }
   totals_.download(pinned_totals_.data(), 1, stream_);
   stream_.record(counted_);
@@ -112,6 +117,7 @@ void BlockMesher::complete() {
     vertices_.reserve(size.vertices, stream_);
     triangles_.reserve(size.triangles, stream_);
     if (refined_) normals_.reserveExactly(vertices_.capacity(), stream_);
+    if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
     DTSDF_CHECK_CUDA(cudaMemsetAsync(&totals_.data()->size, 0, sizeof(MeshSize), stream_.get()));
     enqueueMeshes();
     counted_.wait();
@@ -129,6 +135,10 @@ void BlockMesher::fetch() {
   records_.download(pinned_records_.data(), recordCount(), stream_);
   vertices_.download(pinned_vertices_.data(), size.vertices, stream_);
   triangles_.download(pinned_triangles_.data(), size.triangles, stream_);
+  if (hasColours()) {
+    pinned_colours_.reserve(size.vertices);
+    colours_.download(pinned_colours_.data(), size.vertices, stream_);
+  }
   stream_.record(fetched_);
 }
 
@@ -154,6 +164,10 @@ BlockMesh BlockMesher::copyBlock(const MeshRecord& record) const {
   mesh.vertices.assign(vertex, vertex + record.vertices);
   const uint16_t* corner = pinned_triangles_[record.first_triangle].vertex;
   mesh.triangles.assign(corner, corner + 3 * static_cast<size_t>(record.triangles));
+  if (hasColours()) {
+    const VertexColour* colour = pinned_colours_.data() + record.first_vertex;
+    mesh.colours.assign(colour, colour + record.vertices);
+  }
   return mesh;
 }
 
@@ -171,6 +185,8 @@ void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"vertices and triangles", MemoryKind::kMesh,
                    size.vertices * sizeof(BlockVertex) + size.triangles * sizeof(BlockTriangle),
                    vertices_.bytes() + triangles_.bytes()});
+  parts.push_back({"colours of vertices", MemoryKind::kMesh,
+                   hasColours() ? size.vertices * sizeof(VertexColour) : 0, colours_.bytes()});
   parts.push_back({"mesh lists", MemoryKind::kMesh,
                    recordCount() * (sizeof(int32_t) + sizeof(MeshRecord)),
                    slots_.bytes() + records_.bytes()});
@@ -181,7 +197,7 @@ void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
                      normals_.bytes()});
   }
   const size_t staging = pinned_records_.bytes() + pinned_vertices_.bytes() +
-                         pinned_triangles_.bytes();
+                         pinned_triangles_.bytes() + pinned_colours_.bytes();
   parts.push_back({"mesh", MemoryKind::kStaging, staging, staging});
 }
 
@@ -203,6 +219,7 @@ MeshUpdate BlockMesher::finish() {
 std::vector<NamedKernel> mesherKernels(bool directional) {
   std::vector<NamedKernel> kernels = indexKernels(directional);
   for (const NamedKernel& kernel : makeKernels()) kernels.push_back(kernel);
+  for (const NamedKernel& kernel : colourKernels()) kernels.push_back(kernel);
   return kernels;
 }
 

@@ -14,6 +14,7 @@ namespace gpu {
 /// What the host says of an extraction.
 struct Extraction {
   size_t most_dirty;       ///< Blocks that may have changed, at most.
+  size_t most_painted;     ///< Blocks that may have other colours, at most.
   int32_t least_evidence;  ///< That a voxel needs to be known.
 };
 
@@ -44,6 +45,7 @@ class BlockMesher {
   MeshView view() const;
   void enqueueIndices();
   void enqueueMeshes();
+  bool hasColours() const { return map_.colour_of != nullptr; }
   void countWork() const;
   void fetch();
   size_t recordCount() const {
@@ -73,6 +75,8 @@ class BlockMesher {
   PinnedBuffer<MeshRecord> pinned_records_;
   PinnedBuffer<BlockVertex> pinned_vertices_;
   PinnedBuffer<BlockTriangle> pinned_triangles_;
+  DeviceBuffer<VertexColour> colours_;  ///< As many as vertices, once something is painted.
+  PinnedBuffer<VertexColour> pinned_colours_;
   std::vector<uint8_t> has_mesh_;  ///< Per slot: the last mesh that was handed out has triangles.
 };
 

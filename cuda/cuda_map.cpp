@@ -1,11 +1,39 @@
 #include "cuda_map.h"
 
 #include "backend/frame_check.h"
+#include "backend/gather_colours.h"
 #include "backend/rule_settings.h"
 #include "kernels/fusion/evidence.h"
 
 namespace dtsdf {
 namespace gpu {
+namespace {
+
+/// A pool of arrays, in host memory.
+template <class T>
+class HostCopy {
+ public:
+  template <class Pool>
+  HostCopy(const Pool& pool, const Stream& stream)
+      : record_elements_(Pool::kSlabElements / Pool::kSlabRecords) {
+    PinnedBuffer<T> slab(Pool::kSlabElements);
+    for (size_t i = 0; i < pool.slabCount(); ++i) {
+      pool.downloadSlab(i, slab.data(), stream);
+      stream.synchronize();
+      elements_.insert(elements_.end(), slab.data(), slab.data() + Pool::kSlabElements);
+    }
+  }
+
+  const T* record(int32_t i) const {
+    return elements_.data() + static_cast<size_t>(i) * record_elements_;
+  }
+
+ private:
+  size_t record_elements_;
+  std::vector<T> elements_;
+};
+
+}  // namespace
 
 CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
     : params_(params),
@@ -16,6 +44,7 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
       surfel_maker_(params, rules.surfels, stream_),
       block_finder_(makeFusionSettings(params, rules.fusion), stream_),
       fusion_(params, rules, stream_),
+      painter_(rules.colour, params.map.directional, stream_),
       mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
@@ -101,6 +130,45 @@ void CudaMap::clear(const DeviceSensing& sensing) {
   fusion_.clear(sensing, {map_.view(), block_finder_.view()}, counters_, frames_);
 }
 
+/// The way of a colour image; CpuMapper::paint() is the same on the CPU.
+IntegrationResult CudaMap::paint(const ColourFrame& frame) {
+  recycleEmpty();
+  painter_.look(frame, makeFrameView(frame, params_.map.voxel_size_m), leastEvidenceNow(),
+                map_.view());
+  const LookCounters& seen = painter_.counters();
+  if (seen.seen == 0) return nothingToPaint();
+  const ColourAdmission admission = admitColours();
+  if (map_.hasColours()) painter_.paint(map_.view());
+  painted_bound_ += seen.seen;
+  if (clock_.profile() != nullptr) {
+    clock_.profile()->work.colour_pixels += static_cast<uint64_t>(frame.width) * frame.height;
+    clock_.profile()->work.painted_voxels += seen.samples;
+  }
+  IntegrationResult result;
+  result.refused_blocks = admission.refused;
+  return result;
+}
+
+/// As admit(): all memory is taken before the table changes.
+ColourAdmission CudaMap::admitColours() {
+  mesher_.complete();
+  std::vector<ColourRequest> requests = painter_.fetchRequests();
+  const bool had_colours = map_.hasColours();
+  map_.reserveColours(table_, table_.countNewColours(requests));
+  ColourAdmission admission = table_.admitColours(std::move(requests));
+  map_.apply(admission);
+  if (map_.hasColours() && !had_colours) {  // what was meshed without colours gets them
+    map_.markAllPainted();
+    painted_bound_ += table_.slotCount();
+  }
+  refused_ += admission.refused;
+  return admission;
+}
+
+int32_t CudaMap::leastEvidenceNow() const {
+  return leastEvidence(params_.mesh.min_support, supporting_frames_, rules_.fusion);
+}
+
 /// Puts off the release of what the last frame left empty until the map is looked at again, so that
 /// integrate() need not wait for the frame.
 void CudaMap::recycleEmpty() {
@@ -121,16 +189,15 @@ void CudaMap::beginMeshUpdate() {
   is_meshed_ = true;
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
-  const int32_t least =
-      leastEvidence(params_.mesh.min_support, supporting_frames_, rules_.fusion);
+  const int32_t least = leastEvidenceNow();
   if (least != least_evidence_) {
     map_.markAllDirty();
     dirty_bound_ += table_.slotCount();
     least_evidence_ = least;
   }
   stream_.record(map_ready_);
-  mesher_.begin(map_.view(), map_ready_, {dirty_bound_, least});
-  dirty_bound_ = 0;
+  mesher_.begin(map_.view(), map_ready_, {dirty_bound_, painted_bound_, least});
+  dirty_bound_ = painted_bound_ = 0;
 }
 
 /// As CpuMapper::releaseVacant().
@@ -181,6 +248,7 @@ std::vector<MemoryPart> CudaMap::memory() {
   surfel_maker_.addMemory(parts);
   block_finder_.addMemory(parts);
   fusion_.addMemory(parts);
+  painter_.addMemory(parts);
   parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),
                    table_.memoryBytes()});
   return parts;
@@ -188,19 +256,14 @@ std::vector<MemoryPart> CudaMap::memory() {
 
 MapStats CudaMap::stats() {
   recycleEmpty();
-  return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_};
+  return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_,
+          table_.coloursInUse() * BlockTable::kColourBytes};
 }
 
 std::vector<BlockSnapshot> CudaMap::snapshot() {
   recycleEmpty();
-  const VoxelPool& pool = map_.voxels();
-  PinnedBuffer<Voxel> slab(VoxelPool::kSlabElements);
-  std::vector<std::vector<Voxel>> slabs(pool.slabCount());
-  for (size_t i = 0; i < slabs.size(); ++i) {
-    pool.downloadSlab(i, slab.data(), stream_);
-    stream_.synchronize();
-    slabs[i].assign(slab.data(), slab.data() + VoxelPool::kSlabElements);
-  }
+  const HostCopy<Voxel> voxels(map_.voxels(), stream_);
+  const HostCopy<VoxelColour> colours(map_.colours(), stream_);
   std::vector<BlockSnapshot> blocks;
   for (const int32_t slot : table_.sortedSlots()) {
     const BlockEntry& entry = table_.block(slot);
@@ -210,9 +273,9 @@ std::vector<BlockSnapshot> CudaMap::snapshot() {
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = entry.array[d];
       if (array == kNoArray) continue;
-      const Voxel* voxels = &slabs[array / VoxelPool::kSlabRecords]
-                                  [array % VoxelPool::kSlabRecords * kVoxelsPerBlock];
-      copy.voxels[d].assign(voxels, voxels + kVoxelsPerBlock);
+      copy.voxels[d].assign(voxels.record(array), voxels.record(array) + kVoxelsPerBlock);
+      copy.colours[d] =
+          gatherColours(table_, array, [&](int32_t brick) { return colours.record(brick); });
       holds_voxels = true;
     }
     if (holds_voxels) blocks.push_back(std::move(copy));

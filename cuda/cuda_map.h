@@ -7,6 +7,7 @@
 #include "backend/rules.h"
 #include "block_mesher.h"
 #include "fusion.h"
+#include "painter.h"
 #include "raw_image.h"
 #include "runtime/stage_clock.h"
 
@@ -22,6 +23,7 @@ class CudaMap {
 
   /// @pre The frame is valid. @return when the frame's last kernel is enqueued.
   IntegrationResult fuse(const DepthFrame& frame);
+  IntegrationResult paint(const ColourFrame& frame);
   void beginMeshUpdate();
   void waitForMeshes() { mesher_.complete(); }
   MeshUpdate finishMeshUpdate();
@@ -36,9 +38,11 @@ class CudaMap {
   DeviceSurfels makeSurfels(const DeviceSensing& sensing);
   void findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels);
   Admission admit();
+  ColourAdmission admitColours();
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels);
   void clear(const DeviceSensing& sensing);
   void recycleEmpty();
+  int32_t leastEvidenceNow() const;
   void releaseVacant(const std::vector<int32_t>& slots);
   void countWork(const FrameView& frame, const Admission& admission);
 
@@ -54,6 +58,7 @@ class CudaMap {
   SurfelMaker surfel_maker_;
   BlockFinder block_finder_;
   Fusion fusion_;
+  Painter painter_;
   BlockMesher mesher_;
   FrameCounters counters_ = {};  ///< Of the frame being fused.
   uint64_t refused_ = 0;
@@ -63,6 +68,7 @@ class CudaMap {
   bool is_meshed_ = false;        ///< Somebody has asked for a mesh.
   std::vector<int32_t> vacant_;   ///< Released when the extraction under way is fetched.
   size_t dirty_bound_ = 0;  ///< Blocks touched since the last extraction, each as often as it was.
+  size_t painted_bound_ = 0;  ///< The same for painted ones.
 };
 
 }  // namespace gpu

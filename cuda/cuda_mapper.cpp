@@ -9,6 +9,11 @@
 namespace dtsdf {
 namespace {
 
+double millisecondsSince(std::chrono::steady_clock::time_point start) {
+  const auto end = std::chrono::steady_clock::now();
+  return std::chrono::duration<double, std::milli>(end - start).count();
+}
+
 class CudaMapper : public ProbedMapper {
  public:
   CudaMapper(const MapperParams& params, const Rules& rules)
@@ -22,9 +27,16 @@ class CudaMapper : public ProbedMapper {
   IntegrationResult integrate(const DepthFrame& frame) override {
     const auto start = std::chrono::steady_clock::now();
     if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
-    IntegrationResult result = fuse(frame);
-    result.duration_ms = std::chrono::duration<double, std::milli>(
-                             std::chrono::steady_clock::now() - start).count();
+    IntegrationResult result = withMemory([&] { return map().fuse(frame); });
+    result.duration_ms = millisecondsSince(start);
+    return result;
+  }
+
+  IntegrationResult paint(const ColourFrame& frame) override {
+    const auto start = std::chrono::steady_clock::now();
+    if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
+    IntegrationResult result = withMemory([&] { return map().paint(frame); });
+    result.duration_ms = millisecondsSince(start);
     return result;
   }
 
@@ -59,9 +71,11 @@ class CudaMapper : public ProbedMapper {
     return *map_;
   }
 
-  IntegrationResult fuse(const DepthFrame& frame) {
+  /// Takes a frame, and says what to do where there is no memory for it.
+  template <class Take>
+  static IntegrationResult withMemory(const Take& take) {
     try {
-      return map().fuse(frame);
+      return take();
     } catch (const gpu::CudaError& error) {
       if (error.code() != cudaErrorMemoryAllocation) throw;
       throw std::runtime_error(

@@ -47,10 +47,33 @@ __global__ void markAllDirtyKernel(MapView map) {
   }
 }
 
-/// One block of threads per voxel array.
+/// One thread per slot.
+__global__ void markAllPaintedKernel(MapView map) {
+  const size_t slot = globalThread();
+  if (slot < map.slot_count && map.slots[slot].key != kNoKey) {
+    markPainted(map, static_cast<int32_t>(slot));
+  }
+}
+
+/// One block of threads per voxel array, which may have had colours in another block.
 __global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
-  Voxel* voxels = map.voxels.record(arrays[blockIdx.x]);
+  const int32_t array = arrays[blockIdx.x];
+  Voxel* voxels = map.voxels.record(array);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
+  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {
+    map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
+  }
+}
+
+/// One thread per voxel of the new bricks.
+__global__ void clearColoursKernel(MapView map, const NewBrick* bricks, size_t count) {
+  const size_t i = globalThread();
+  if (i >= count * kVoxelsPerBrick) return;
+  const NewBrick brick = bricks[i / kVoxelsPerBrick];
+  map.colours.record(brick.colours)[i % kVoxelsPerBrick] = {0, 0, 0, 0};
+  if (i % kVoxelsPerBrick != 0) return;
+  map.colour_of[static_cast<size_t>(brick.array) * kBricksPerArray + brick.brick] =
+      brick.colours + 1;
 }
 
 }  // namespace
@@ -72,12 +95,15 @@ DeviceMap::DeviceMap(const Stream& stream) : stream_(stream), dirty_count_(1) {
 }
 
 MapView DeviceMap::view() const {
+  const ChangedBlocks painted{painted_.data(), painted_slots_.data(), painted_count_.data()};
   return {hash_keys_.data(),      hash_slots_.data(),
           static_cast<uint32_t>(hash_size_ - 1), static_cast<uint32_t>(slot_count_),
           slots_.data(),          voxels_.view(),
-          unit_indices_.view(),   dirty_.data(),
-          dirty_slots_.data(),    dirty_count_.data(),
-          mesh_stamp_.data()};
+          unit_indices_.view(),   colours_.view(),
+          has_colours_ ? colour_of_.data() : nullptr,
+          has_colours_ ? painted : ChangedBlocks{nullptr, nullptr, nullptr},
+          dirty_.data(),          dirty_slots_.data(),
+          dirty_count_.data(),    mesh_stamp_.data()};
 }
 
 void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
@@ -92,7 +118,43 @@ void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
   updates_.reserve(demand.new_blocks, stream_);
   pinned_arrays_.reserve(demand.new_arrays);
   new_arrays_.reserve(demand.new_arrays, stream_);
+  if (hasColours()) growColours(demand.after);
   reserveHash(demand.new_blocks, table.blocksInUse());
+}
+
+/// What is kept for each voxel array and slot, once colours are kept at all.
+void DeviceMap::growColours(const PoolSizes& sizes) {
+  colour_of_.growZeroed(sizes.arrays * kBricksPerArray, stream_);
+  painted_.growZeroed(sizes.slots, stream_);
+  painted_slots_.growZeroed(sizes.slots, stream_);
+}
+
+void DeviceMap::reserveColours(const BlockTable& table, size_t new_colours) {
+  growColours({table.slotCount(), table.arrayCount()});
+  colours_.reserve(table.colourCount() + new_colours, stream_);
+  updates_sent_.wait();
+  pinned_bricks_.reserve(new_colours);
+  new_bricks_.reserve(new_colours, stream_);
+  painted_count_.growZeroed(1, stream_);
+}
+
+void DeviceMap::apply(const ColourAdmission& admission) {
+  const size_t count = admission.bricks.size();
+  if (count == 0) return;
+  has_colours_ = true;
+  updates_sent_.wait();
+  std::copy(admission.bricks.begin(), admission.bricks.end(), pinned_bricks_.data());
+  new_bricks_.upload(pinned_bricks_.data(), count, stream_);
+  stream_.record(updates_sent_);
+  clearColoursKernel<<<blocksFor(count * kVoxelsPerBrick), kThreads, 0, stream_.get()>>>(
+      view(), new_bricks_.data(), count);
+  DTSDF_CHECK_LAUNCH("clearColoursKernel");
+}
+
+void DeviceMap::markAllPainted() {
+  if (slot_count_ == 0) return;
+  markAllPaintedKernel<<<blocksFor(slot_count_), kThreads, 0, stream_.get()>>>(view());
+  DTSDF_CHECK_LAUNCH("markAllPaintedKernel");
 }
 
 /// Released blocks leave their keys behind: a new table is made when keys, not blocks, fill half.
@@ -169,16 +231,21 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
                    slots_.bytes() + dirty_.bytes() + dirty_slots_.bytes() + mesh_stamp_.bytes()});
   const size_t hash = hash_keys_.bytes() + hash_slots_.bytes();
   parts.push_back({"hash table", kMap, hash, hash});
-  const size_t updates = updates_.bytes() + new_arrays_.bytes();
+  const size_t books = colour_of_.bytes() + painted_.bytes() + painted_slots_.bytes();
+  parts.push_back({"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes,
+                   colours_.bytes()});
+  parts.push_back({"books of colours", kMap, books, books});
+  const size_t updates = updates_.bytes() + new_arrays_.bytes() + new_bricks_.bytes();
   parts.push_back({"map updates", MemoryKind::kScratch, updates, updates});
-  const size_t staging = pinned_updates_.bytes() + pinned_arrays_.bytes();
+  const size_t staging = pinned_updates_.bytes() + pinned_arrays_.bytes() + pinned_bricks_.bytes();
   parts.push_back({"map updates", MemoryKind::kStaging, staging, staging});
 }
 
 std::vector<NamedKernel> mapKernels() {
   return {DTSDF_NAMED_KERNEL(updateSlotsKernel, 0), DTSDF_NAMED_KERNEL(rehashSlotsKernel, 0),
           DTSDF_NAMED_KERNEL(markAllDirtyKernel, 0),
-          DTSDF_NAMED_KERNEL(clearArraysKernel, 0)};
+          DTSDF_NAMED_KERNEL(clearArraysKernel, 0), DTSDF_NAMED_KERNEL(clearColoursKernel, 0),
+          DTSDF_NAMED_KERNEL(markAllPaintedKernel, 0)};
 }
 
 }  // namespace gpu

@@ -24,5 +24,25 @@ __device__ __forceinline__ uint32_t directionsOfSlot(const SlotEntry& entry) {
   return mask;
 }
 
+/// The colours of a voxel array's brick; null where nothing is painted.
+__device__ __forceinline__ VoxelColour* coloursOf(const MapView& map, int32_t array, int brick) {
+  if (map.colour_of == nullptr) return nullptr;
+  const int32_t number = map.colour_of[static_cast<size_t>(array) * kBricksPerArray + brick];
+  return number == 0 ? nullptr : map.colours.record(number - 1);
+}
+
+/// The colour of an array's voxel; null where its brick is not painted.
+__device__ __forceinline__ VoxelColour* colourOf(const MapView& map, int32_t array, int voxel) {
+  VoxelColour* colours = coloursOf(map, array, brickOf(voxel));
+  return colours == nullptr ? nullptr : colours + placeInBrick(voxel);
+}
+
+/// Enters a block into the list of those that are to be meshed with other colours.
+__device__ __forceinline__ void markPainted(const MapView& map, int32_t slot) {
+  if (atomicExch(&map.painted.flags[slot], 1u) == 0) {
+    map.painted.slots[atomicAdd(map.painted.count, 1u)] = slot;
+  }
+}
+
 }  // namespace gpu
 }  // namespace dtsdf

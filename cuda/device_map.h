@@ -16,8 +16,10 @@ namespace gpu {
 /// A key that no block can have: marks empty places of the hash tables.
 constexpr PackedKey kNoKey = ~PackedKey{0};
 
-/// 512 voxel arrays of 4 KiB, and 1024 sets of unit indices of 1 KiB, a slab.
+/// 512 voxel arrays of 4 KiB, 4096 bricks of colours of 256 bytes, and 1024 sets of unit indices of
+/// 1 KiB, a slab.
 using VoxelPool = SlabPool<Voxel, kVoxelsPerBlock, 9>;
+using ColourPool = SlabPool<VoxelColour, kVoxelsPerBrick, 12>;
 using IndexPool = SlabPool<UnitIndices, kVoxelsPerBlock, 10>;
 
 /// What the device knows of a block; key is kNoKey while the slot is free.
@@ -33,6 +35,13 @@ struct SlotUpdate {
   int32_t in_use;
 };
 
+/// Blocks that changed in some way since the last extraction: a flag per slot, and their list.
+struct ChangedBlocks {
+  uint32_t* flags;
+  int32_t* slots;
+  uint32_t* count;
+};
+
 /// Everything that kernels need of the map, by value.
 struct MapView {
   PackedKey* hash_keys;
@@ -42,6 +51,11 @@ struct MapView {
   SlotEntry* slots;
   VoxelPool::View voxels;
   IndexPool::View unit_indices;
+  ColourPool::View colours;
+  /// Numbers of its bricks of colours plus 1, per voxel array; 0: none. Null while nothing is
+  /// painted.
+  int32_t* colour_of;
+  ChangedBlocks painted;  ///< Those whose colours changed; null while nothing is painted.
   /// Blocks whose voxels changed since the last extraction: a flag per slot, and their list.
   uint32_t* dirty;
   int32_t* dirty_slots;
@@ -68,19 +82,34 @@ class DeviceMap {
   /// @pre reserve() made the room.
   void apply(const BlockTable& table, const Admission& admission);
 
+  /// Makes room for so many more bricks of colours. @throws CudaError as reserve() does.
+  void reserveColours(const BlockTable& table, size_t new_colours);
+
+  /// Follows an admission: new bricks are there, nothing in them painted.
+  /// @pre reserveColours() made the room.
+  void apply(const ColourAdmission& admission);
+
+  /// Whether there has been a brick of colours.
+  bool hasColours() const { return has_colours_; }
+
+  /// Has the colours of every mesh made.
+  void markAllPainted();
+
   /// Follows the release of arrays or whole blocks.
   void apply(const std::vector<SlotUpdate>& updates);
 
   /// Has every block meshed again.
   void markAllDirty();
 
-  MapView view() const;
+  MapView view() const;  ///< Without colours until there are some.
 
   const VoxelPool& voxels() const { return voxels_; }
+  const ColourPool& colours() const { return colours_; }
   void addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const;
 
  private:
   void enqueueUpdates(size_t count);
+  void growColours(const PoolSizes& sizes);
   void reserveHash(size_t new_blocks, size_t live_blocks);
 
   const Stream& stream_;
@@ -94,11 +123,17 @@ class DeviceMap {
   DeviceBuffer<int32_t> dirty_slots_;
   VoxelPool voxels_;
   IndexPool unit_indices_;
+  ColourPool colours_;
+  DeviceBuffer<int32_t> colour_of_, painted_slots_;
+  DeviceBuffer<uint32_t> painted_, painted_count_;
+  bool has_colours_ = false;
   Event updates_sent_;  ///< The host may write new updates from there on.
   PinnedBuffer<SlotUpdate> pinned_updates_;
   DeviceBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> pinned_arrays_;
   DeviceBuffer<int32_t> new_arrays_;
+  PinnedBuffer<NewBrick> pinned_bricks_;
+  DeviceBuffer<NewBrick> new_bricks_;
 };
 
 /// Some kernel of this binary, to find out whether the device can run its code.

@@ -202,6 +202,12 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
   return !__syncthreads_or(holds);
 }
 
+/// What comes to the place of a voxel that is gone has a colour of its own.
+__device__ void forgetColour(const MapView& map, int32_t array, int index) {
+  VoxelColour* colour = colourOf(map, array, index);
+  if (colour != nullptr) *colour = {0, 0, 0, 0};
+}
+
 /// Takes evidence from the voxels that the frame contradicts, with a block of threads: all are
 /// judged before the first one changes.
 __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
@@ -216,6 +222,7 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
     const int d = list.voxel[k] / kVoxelsPerBlock, i = list.voxel[k] % kVoxelsPerBlock;
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     voxel = contradictedVoxel(voxel, look.frames, fusion.rules);
+    if (isEmpty(voxel)) forgetColour(map, entry.array[d], i);
     atomicOr(&list.changed_directions, 1u << d);
   }
   __syncthreads();

@@ -4,15 +4,11 @@
 #include "kernels/meshing/sheets.h"
 #include "launch.h"
 #include "mesh_kernels.h"
+#include "select_blocks.cuh"
 
 namespace dtsdf {
 namespace gpu {
 namespace {
-
-/// Enters a block into the extraction, unless it is there. @return whether it is new.
-__device__ bool select(const MapView& map, const MeshView& mesh, int32_t slot) {
-  return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
-}
 
 /// One thread per dirty block and reach, in strides: their number is known on the device only.
 __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
@@ -26,13 +22,6 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
     if (slot < 0 || !select(map, mesh, slot)) continue;
     mesh.slots[atomicAdd(&mesh.counters->reached, 1u)] = slot;
   }
-}
-
-/// Enters a block to be meshed, if there is one and it is not there, behind those that are reached.
-__device__ void selectAdjoining(const MapView& map, const MeshView& mesh, const BlockKey& key) {
-  const int32_t slot = findSlot(map, packKey(key));
-  if (slot < 0 || !select(map, mesh, slot)) return;
-  mesh.slots[mesh.counters->reached + atomicAdd(&mesh.counters->adjoining, 1u)] = slot;
 }
 
 /// One thread per dirty block and block around it, in strides: vertices depend on voxels there.

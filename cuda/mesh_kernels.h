@@ -15,7 +15,7 @@ namespace gpu {
 /// Counts of one extraction.
 struct MeshCounters {
   uint32_t reached;    ///< Blocks whose units have a corner in a changed block.
-  uint32_t adjoining;  ///< Further blocks that depend on changed voxels, or on changed indices.
+  uint32_t adjoining;  ///< Further ones that depend on changed voxels, indices or colours.
 };
 
 /// Space that the meshes take, whether they could be written or not.
@@ -54,6 +54,7 @@ struct MeshView {
   BlockVertex* vertices;
   Vec3f* normals;  ///< Of the vertices on edges, at their places; null: no refinement.
   BlockTriangle* triangles;
+  VertexColour* colours;  ///< One per vertex; null while nothing is painted.
   MeshSize capacity;
   uint32_t stamp;  ///< Number of this extraction.
   int32_t least_evidence;  ///< That a voxel needs to be known.
@@ -70,12 +71,21 @@ void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, co
 /// Indices of the units of these blocks; selects those that their changes adjoin.
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
+/// Selects the blocks whose vertices have a painted voxel at an end of their edge.
+void selectPainted(const MapView& map, const MeshView& mesh, int thread_blocks,
+                   const Stream& stream);
+
 /// Meshes of all selected blocks. What there is no room for is counted, not written.
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
+
+/// Colours of their vertices.
+void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
+                    const Stream& stream);
 
 /// The kernels of reachBlocks() and indexBlocks(), and of makeMeshes().
 std::vector<NamedKernel> indexKernels(bool directional);
 std::vector<NamedKernel> makeKernels();
+std::vector<NamedKernel> colourKernels();
 
 }  // namespace gpu
 }  // namespace dtsdf

@@ -44,7 +44,7 @@ int main(int argc, char** argv) try {
     meshes.apply(mapper->updateMesh());
   }
   const char* path = argc > 1 ? argv[1] : "sphere.ply";
-  dtsdf::saveMesh(meshes.assemble(), dtsdf::MeshColour::kNormal, path);
+  dtsdf::saveMesh(meshes.assemble(), dtsdf::MeshColour::kAuto, path);
   std::cout << path << ": " << meshes.triangleCount() << " triangles\n";
 } catch (const std::exception& error) {
   std::cerr << "fuse_sphere: " << error.what() << "\n";

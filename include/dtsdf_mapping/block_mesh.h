@@ -19,6 +19,14 @@ struct BlockVertex {
   uint32_t edge;   ///< Which edge of the block, as said above.
 };
 
+/// The colour of a vertex, as images showed it.
+struct VertexColour {
+  uint8_t red;      ///< 0 to 255.
+  uint8_t green;    ///< 0 to 255.
+  uint8_t blue;     ///< 0 to 255.
+  uint8_t painted;  ///< 255; or 0, as all of it, where no image has seen the surface.
+};
+
 /// Triangles of the mesh units of one block, counter-clockwise seen from the front. Vertices on the
 /// block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
 ///
@@ -28,6 +36,7 @@ struct BlockMesh {
   BlockKey key;                       ///< Which block.
   std::vector<BlockVertex> vertices;  ///< Those on edges first, sorted by `edge`, each once.
   std::vector<uint16_t> triangles;    ///< Three indices into `vertices` each, in canonical order.
+  std::vector<VertexColour> colours;  ///< One per vertex; none before the map is first painted.
 };
 
 /// Changes since the last extraction; a mesh without triangles replaces one that vanished.

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "dtsdf_mapping/block_mesh.h"
+#include "dtsdf_mapping/colour_frame.h"
 #include "dtsdf_mapping/depth_frame.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 
@@ -15,21 +16,22 @@ namespace dtsdf {
 
 /// What became of a frame.
 enum class FrameStatus {
-  kFused,          ///< It is part of the map, or cleared what it saw through.
+  kFused,          ///< It is part of the map, or cleared what it saw through, or painted it.
   kBadImage,       ///< No data, no pixels, too many pixels, or rows that overlap.
   kBadIntrinsics,  ///< Focal length not positive, or a value that is not finite.
   kBadPose,        ///< Not finite, not a rotation, or outside the coordinates a map can hold.
-  kNoMeasurement,  ///< No pixel with a depth in range and a normal, nor beyond to clear with.
+  kNoMeasurement,  ///< No pixel with a depth in range and a normal, nor beyond to clear with; of
+                   ///< a colour image: it sees no surface of the map.
 };
 
 /// A word for messages ("bad pose").
 const char* toString(FrameStatus status);
 
-/// What a call of integrate() did.
+/// What a call of integrate() or paint() did.
 struct IntegrationResult {
   FrameStatus status = FrameStatus::kFused;  ///< All but kFused left the map as it was.
   std::string message;          ///< What was wrong with a frame that was not fused.
-  size_t refused_blocks = 0;    ///< Blocks and voxel arrays this frame wanted beyond the budget.
+  size_t refused_blocks = 0;    ///< Blocks and arrays this frame wanted beyond the budget.
   double duration_ms = 0.0;     ///< Wall time of the call.
 };
 
@@ -37,11 +39,13 @@ struct IntegrationResult {
 struct MapStats {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
   size_t voxel_arrays = 0;  ///< Directional arrays in use, over all blocks.
-  size_t map_bytes = 0;     ///< Bytes in use by blocks and voxel arrays; never above the budget.
+  size_t map_bytes = 0;     ///< Bytes in use by blocks and arrays; never above the budget.
   uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
+  size_t colour_bytes = 0;  ///< Those of map_bytes that hold colour; 0 until something is painted.
 };
 
-/// A map that depth frames are fused into and meshes are extracted from. Not thread safe: one
+/// A map that depth frames are fused into, colour images are painted on, and meshes are extracted
+/// from. Not thread safe: one
 /// thread at a time, not always the same one; two mappers know nothing of each other. Equal frames
 /// in equal order give equal maps and meshes, bit for bit, on every backend and with any number of
 /// threads.
@@ -52,6 +56,13 @@ class Mapper {
   /// Fuses a frame. A bad frame leaves the map untouched and is told by the result's status.
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual IntegrationResult integrate(const DepthFrame& frame) = 0;
+
+  /// Paints the surfaces of the map that a colour image sees. They have to be there: what depth
+  /// frames show later is painted by later images. A surface that faces another direction, as the
+  /// back of a thin plate does, keeps its own colour; what the map itself hides from the camera is
+  /// left alone. Costs nothing, in time or memory, where it is never called.
+  /// @throws std::exception when the backend fails.
+  virtual IntegrationResult paint(const ColourFrame& frame) = 0;
 
   /// Starts to mesh the blocks that changed since the last extraction. On a GPU this returns before
   /// the work is done, and frames may be integrated meanwhile. At most one extraction is under way.

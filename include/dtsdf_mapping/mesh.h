@@ -17,6 +17,7 @@ struct Mesh {
   std::vector<Vec3f> vertices_m;                  ///< Positions in W.
   std::vector<Vec3f> normals;                     ///< Unit, per vertex, pointing to the free side.
   std::vector<std::array<uint32_t, 3>> triangles; ///< Counter-clockwise seen from the free side.
+  std::vector<VertexColour> colours;  ///< Per vertex; none if no block has colours.
 };
 
 /// A block's mesh, shared by whoever shows, keeps or saves it; it never changes once it is made.
@@ -65,7 +66,7 @@ class MeshStore {
 /// A block's key in a store: the key of its mesh, packed.
 PackedKey packedKeyOf(const BlockKey& key);
 
-/// 8-bit RGB colour of a vertex at p_W (metres) with a unit normal.
-std::array<uint8_t, 3> vertexColour(MeshColour mode, const Vec3f& p_W, const Vec3f& normal_W);
+/// 8-bit RGB colour of one of a mesh's vertices.
+std::array<uint8_t, 3> vertexColour(MeshColour mode, const Mesh& mesh, size_t vertex);
 
 }  // namespace dtsdf

@@ -19,13 +19,27 @@ std::optional<FrameProblem> problem(FrameStatus status, const std::string& messa
   return FrameProblem{status, message};
 }
 
-std::optional<FrameProblem> findImageProblem(const DepthFrame& frame) {
+size_t bytesPerPixel(ColourEncoding encoding) {
+  switch (encoding) {
+    case ColourEncoding::kMono8: return 1;
+    case ColourEncoding::kRgb8:
+    case ColourEncoding::kBgr8: return 3;
+    case ColourEncoding::kRgba8:
+    case ColourEncoding::kBgra8: break;
+  }
+  return 4;
+}
+
+/// What depth and colour images have in common; `kind` is a word for messages.
+template <class Frame>
+std::optional<FrameProblem> findImageProblem(const Frame& frame, const char* kind) {
   std::ostringstream text;
   if (frame.data == nullptr || frame.width <= 0 || frame.height <= 0) {
-    return problem(FrameStatus::kBadImage, "the depth image is empty");
+    text << "the " << kind << " image is empty";
+    return problem(FrameStatus::kBadImage, text.str());
   }
   if (static_cast<int64_t>(frame.width) * frame.height > kMaxPixels) {
-    text << "the depth image has " << frame.width << " x " << frame.height
+    text << "the " << kind << " image has " << frame.width << " x " << frame.height
          << " pixels; at most " << kMaxPixels << " are supported";
     return problem(FrameStatus::kBadImage, text.str());
   }
@@ -35,29 +49,32 @@ std::optional<FrameProblem> findImageProblem(const DepthFrame& frame) {
          << " pixels, which take " << row;
     return problem(FrameStatus::kBadImage, text.str());
   }
-  if (!(frame.unit_m > 0.0f) || !std::isfinite(frame.unit_m)) {
-    return problem(FrameStatus::kBadImage, "the unit of depth is not a positive number");
-  }
   return std::nullopt;
 }
 
-std::optional<FrameProblem> findPoseProblem(const DepthFrame& frame, const MapperParams& params) {
-  const Eigen::Matrix4d& T = frame.T_W_C.matrix();
-  if (!T.allFinite()) return problem(FrameStatus::kBadPose, "the camera pose is not finite");
-  const Eigen::Matrix3d R = frame.T_W_C.linear();
+std::optional<FrameProblem> findIntrinsicsProblem(const Intrinsics& K) {
+  const bool finite = std::isfinite(K.fx) && std::isfinite(K.fy) && std::isfinite(K.cx) &&
+                      std::isfinite(K.cy);
+  if (finite && K.fx > 0.0f && K.fy > 0.0f) return std::nullopt;
+  return problem(FrameStatus::kBadIntrinsics,
+                 "the camera intrinsics need finite values and positive focal lengths; is the "
+                 "camera calibrated?");
+}
+
+/// Everything that lies within `reach_m` of the camera has to have representable block coordinates.
+std::optional<FrameProblem> findPoseProblem(const Eigen::Isometry3d& T_W_C, double reach_m,
+                                            const MapperParams& params) {
+  if (!T_W_C.matrix().allFinite()) {
+    return problem(FrameStatus::kBadPose, "the camera pose is not finite");
+  }
+  const Eigen::Matrix3d R = T_W_C.linear();
   constexpr double kRotationTolerance = 1e-3;
   if (!(R * R.transpose()).isIdentity(kRotationTolerance) || R.determinant() < 0.0) {
     return problem(FrameStatus::kBadPose, "the camera pose is not a rotation and a translation");
   }
-  // Everything a frame can touch has to have representable block coordinates.
-  const Intrinsics& K = frame.intrinsics;
-  const double tangent_u = (frame.width + std::abs(static_cast<double>(K.cx))) / K.fx;
-  const double tangent_v = (frame.height + std::abs(static_cast<double>(K.cy))) / K.fy;
-  const double reach_m = params.fusion.max_depth_m * (1.0 + tangent_u + tangent_v) +
-                         2.0 * params.map.truncation_voxels * params.map.voxel_size_m;
   const double limit_m =
       static_cast<double>(kMaxBlockCoordinate - 2) * kBlockSide * params.map.voxel_size_m;
-  if (frame.T_W_C.translation().cwiseAbs().maxCoeff() + reach_m > limit_m) {
+  if (T_W_C.translation().cwiseAbs().maxCoeff() + reach_m > limit_m) {
     std::ostringstream text;
     text << "the camera is outside the " << limit_m << " m around the map frame's origin that "
          << params.map.voxel_size_m << " m voxels can cover";
@@ -66,33 +83,17 @@ std::optional<FrameProblem> findPoseProblem(const DepthFrame& frame, const Mappe
   return std::nullopt;
 }
 
-}  // namespace
-
-const char* toString(FrameStatus status) {
-  switch (status) {
-    case FrameStatus::kFused: return "fused";
-    case FrameStatus::kBadImage: return "bad image";
-    case FrameStatus::kBadIntrinsics: return "bad intrinsics";
-    case FrameStatus::kBadPose: return "bad pose";
-    case FrameStatus::kNoMeasurement: return "no measurement";
-  }
-  return "unknown";
-}
-
-std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperParams& params) {
-  if (auto image_problem = findImageProblem(frame)) return image_problem;
+/// How far from the camera a depth frame may touch the map.
+double reachOf(const DepthFrame& frame, const MapperParams& params) {
   const Intrinsics& K = frame.intrinsics;
-  const bool finite = std::isfinite(K.fx) && std::isfinite(K.fy) && std::isfinite(K.cx) &&
-                      std::isfinite(K.cy);
-  if (!finite || !(K.fx > 0.0f) || !(K.fy > 0.0f)) {
-    return problem(FrameStatus::kBadIntrinsics,
-                   "the camera intrinsics need finite values and positive focal lengths; is the "
-                   "camera calibrated?");
-  }
-  return findPoseProblem(frame, params);
+  const double tangent_u = (frame.width + std::abs(static_cast<double>(K.cx))) / K.fx;
+  const double tangent_v = (frame.height + std::abs(static_cast<double>(K.cy))) / K.fy;
+  return params.fusion.max_depth_m * (1.0 + tangent_u + tangent_v) +
+         2.0 * params.map.truncation_voxels * params.map.voxel_size_m;
 }
 
-FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m) {
+template <class Frame>
+FrameView frameViewOf(const Frame& frame, float voxel_size_m) {
   const Eigen::Vector3d t_voxels = frame.T_W_C.translation() / static_cast<double>(voxel_size_m);
   FrameView view;
   view.width = frame.width;
@@ -114,6 +115,42 @@ FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m) {
   return view;
 }
 
+}  // namespace
+
+const char* toString(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::kFused: return "fused";
+    case FrameStatus::kBadImage: return "bad image";
+    case FrameStatus::kBadIntrinsics: return "bad intrinsics";
+    case FrameStatus::kBadPose: return "bad pose";
+    case FrameStatus::kNoMeasurement: return "no measurement";
+  }
+  return "unknown";
+}
+
+std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperParams& params) {
+  if (auto image_problem = findImageProblem(frame, "depth")) return image_problem;
+  if (!(frame.unit_m > 0.0f) || !std::isfinite(frame.unit_m)) {
+    return problem(FrameStatus::kBadImage, "the unit of depth is not a positive number");
+  }
+  if (auto intrinsics_problem = findIntrinsicsProblem(frame.intrinsics)) return intrinsics_problem;
+  return findPoseProblem(frame.T_W_C, reachOf(frame, params), params);
+}
+
+std::optional<FrameProblem> findProblem(const ColourFrame& frame, const MapperParams& params) {
+  if (auto image_problem = findImageProblem(frame, "colour")) return image_problem;
+  if (auto intrinsics_problem = findIntrinsicsProblem(frame.intrinsics)) return intrinsics_problem;
+  return findPoseProblem(frame.T_W_C, 0.0, params);
+}
+
+FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m) {
+  return frameViewOf(frame, voxel_size_m);
+}
+
+FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m) {
+  return frameViewOf(frame, voxel_size_m);
+}
+
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
   const float overflow = frame.encoding == DepthEncoding::kUint16
                              ? 65535.0f
@@ -127,6 +164,19 @@ float rawDepth(const DepthFrame& frame, int u, int v) {
     return static_cast<float>(reinterpret_cast<const uint16_t*>(row)[u]);
   }
   return reinterpret_cast<const float*>(row)[u];
+}
+
+void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixel* pixels) {
+  const size_t step = bytesPerPixel(frame.encoding);
+  const bool blue_first =
+      frame.encoding == ColourEncoding::kBgr8 || frame.encoding == ColourEncoding::kBgra8;
+  const size_t last = step == 1 ? 0 : 2, red = blue_first ? last : 0, blue = last - red;
+  const size_t green = last / 2;
+  for (int v = first_row; v < end_row; ++v) {
+    const auto* row = static_cast<const uint8_t*>(frame.data) + v * frame.row_bytes;
+    ColourPixel* to = pixels + static_cast<size_t>(v) * frame.width;
+    for (int u = 0; u < frame.width; ++u, row += step) to[u] = {row[red], row[green], row[blue], 0};
+  }
 }
 
 bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params) {
@@ -152,6 +202,12 @@ IntegrationResult noMeasurement(const MapperParams& params) {
   text << "no pixel has a usable depth: all are empty, isolated, or outside ["
        << params.fusion.min_depth_m << ", " << params.fusion.max_depth_m << "] m";
   return refuse({FrameStatus::kNoMeasurement, text.str()});
+}
+
+IntegrationResult nothingToPaint() {
+  return refuse({FrameStatus::kNoMeasurement,
+                 "no surface of the map is seen well enough to paint it: none is in view, or all "
+                 "are hidden or seen at a grazing angle"});
 }
 
 }  // namespace dtsdf

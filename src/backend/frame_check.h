@@ -6,6 +6,7 @@
 #include <string>
 
 #include "dtsdf_mapping/mapper.h"
+#include "kernels/colour/colour_image.h"
 #include "kernels/surfels/depth.h"
 
 namespace dtsdf {
@@ -17,15 +18,20 @@ struct FrameProblem {
 };
 
 std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperParams& params);
+std::optional<FrameProblem> findProblem(const ColourFrame& frame, const MapperParams& params);
 
 /// The frame for the rules. The local frame's origin is the block that the camera is in.
 /// @pre findProblem() found nothing.
 FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m);
+FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
 /// A pixel's value, in units of the frame.
 float rawDepth(const DepthFrame& frame, int u, int v);
+
+/// Copies some rows of a colour image, packed.
+void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixel* pixels);
 
 /// Whether a frame that touches no block clears: it measures something beyond the range that is
 /// fused, which tells what is free before it.
@@ -36,5 +42,8 @@ IntegrationResult refuse(const FrameProblem& problem);
 
 /// The result of a frame that shows nothing to fuse.
 IntegrationResult noMeasurement(const MapperParams& params);
+
+/// The result of a colour frame that sees no surface of the map.
+IntegrationResult nothingToPaint();
 
 }  // namespace dtsdf

@@ -7,6 +7,7 @@
 #include "dtsdf_mapping/mapper.h"
 #include "kernels/core/direction.h"
 #include "kernels/core/voxel.h"
+#include "kernels/core/voxel_colour.h"
 
 namespace dtsdf {
 
@@ -15,6 +16,8 @@ struct BlockSnapshot {
   BlockKey key;
   /// kVoxelsPerBlock voxels per direction in use, empty otherwise.
   std::vector<Voxel> voxels[kDirectionCount];
+  /// As many colours per direction in which something is painted.
+  std::vector<VoxelColour> colours[kDirectionCount];
 };
 
 class MapperProbe {

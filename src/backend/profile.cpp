@@ -13,6 +13,7 @@ const char* toString(Stage stage) {
     case Stage::kCast: return "cast";
     case Stage::kFold: return "fold";
     case Stage::kClear: return "clear";
+    case Stage::kPaint: return "paint";
     case Stage::kIndex: return "index";
     case Stage::kMake: return "make";
     case Stage::kFetch: return "fetch";

@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// The stages of integrate() and of a mesh update, in their order.
+/// The stages of integrate(), of paint() and of a mesh update, in their order.
 enum class Stage {
   kCopy,         ///< Raw image to pinned memory (host).
   kUpload,       ///< Raw image to the device.
@@ -20,6 +20,7 @@ enum class Stage {
   kCast,         ///< Surfels into sums.
   kFold,         ///< Sums into voxels.
   kClear,        ///< Voxels that were seen as free, what changed, and what is empty.
+  kPaint,        ///< A colour image onto the surfaces that it sees.
   kIndex,        ///< Which blocks to mesh again, and the marching cubes indices in them.
   kMake,         ///< Vertices and triangles.
   kFetch,        ///< Meshes to the host.
@@ -37,6 +38,7 @@ struct WorkCounts {
   uint64_t new_blocks = 0, new_arrays = 0;
   uint64_t indexed_blocks = 0, meshed_blocks = 0;
   uint64_t vertices = 0, triangles = 0;
+  uint64_t colour_pixels = 0, painted_voxels = 0;
 };
 
 /// Times and counts, added up until whoever asked for them sets them back.

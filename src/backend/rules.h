@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
+#include "kernels/colour/colour_rules.h"
 #include "kernels/core/voxel.h"
 #include "kernels/fusion/fusion_rules.h"
 #include "kernels/meshing/mesh_rules.h"
@@ -12,6 +13,7 @@ namespace dtsdf {
 struct Rules {
   SurfelRules surfels;
   FusionRules fusion;
+  ColourRules colour;
   MeshRules mesh;
 };
 
@@ -70,11 +72,34 @@ void visitRules(FusionRules& rules, Visitor& visit) {
   visit(section + "look_turns", rules.look_turns, Range{1, 1000});
 }
 
+template <class Visitor>
+void visitRules(ColourRules& rules, Visitor& visit) {
+  const std::string section = "rules/colour/";
+  visit(section + "painted_distance", rules.painted_distance, Range{0.0, 16.0});
+  visit(section + "facing_slack", rules.facing_slack, Range{0.0, 1.0});
+  visit(section + "least_cosine", rules.least_cosine, Range{0.01, 1.0});
+  visit(section + "hiding_distance", rules.hiding_distance, Range{0.0, 16.0});
+  visit(section + "hiding_radius", rules.hiding_radius, Range{0.0, 16.0});
+  visit(section + "hidden_depth", rules.hidden_depth, Range{0.0, 100.0});
+  visit(section + "hidden_noise", rules.hidden_noise, Range{0.0, 1.0});
+  visit(section + "outline_px", rules.outline_px, Range{0.0, 100.0});
+  visit(section + "beside_nearer_share", rules.beside_nearer_share, Range{0.0, 1.0});
+  visit(section + "outline_voxels", rules.outline_voxels, Range{0.0, 16.0});
+  visit(section + "outline_depth", rules.outline_depth, Range{0.0, 100.0});
+  visit(section + "outline_share", rules.outline_share, Range{0.0, 1.0});
+  visit(section + "full_weight_depth_m", rules.full_weight_depth_m, Range{0.01, 1000.0});
+  visit(section + "sample_width", rules.sample_width, Range{0.0, 16.0});
+  visit(section + "most_views", rules.most_views, Range{1, 15});
+  visit(section + "least_overlap", rules.least_overlap, Range{1, 1e9});
+  visit(section + "same_gain", rules.same_gain, Range{0.0, 1.0});
+}
+
 /// Visits keys such as "rules/mesh/...", in the manner of visitParams().
 template <class Visitor>
 void visitRules(Rules& rules, Visitor& visit) {
   visitRules(rules.surfels, visit);
   visitRules(rules.fusion, visit);
+  visitRules(rules.colour, visit);
   visitRules(rules.mesh, visit);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dtsdf_mapping/block_mesh.h"
+#include "kernels/colour/colour_image.h"
 #include "kernels/core/voxel.h"
 #include "kernels/meshing/corner_grid.h"
 #include "kernels/meshing/unit_samples.h"
@@ -26,6 +27,8 @@ constexpr double kLinkOperations = 40;     // of a pixel: two steps, and what li
 constexpr double kFreeOperations = 40;     // of a pixel: its plane, how far its ray is free
 constexpr double kIndexOperations = 100;   // of a mesh unit; far more where a surface is
 constexpr double kVertexOperations = 250;  // its own edge, and the weights of four beside it
+constexpr double kPaintOperations = 200;   // of a voxel: foot, visibility around it, colour, mean
+constexpr double kPyramidBytes = 3 + (1 + 4.0 / 3) * sizeof(ColourPixel);
 
 constexpr double kNoiseOperations = 10;    // of a sample of a line
 // Of lines far apart, memory is read in sectors of 32 bytes: one of a short line, three of a wide
@@ -83,6 +86,11 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
       // at in turn is not counted, so this is the least that there is to do.
       return {arrays * (kArrayBytes + kVoxelsPerBlock * sizeof(float)),
               arrays * kVoxelsPerBlock * kClearOperations};
+    case Stage::kPaint:  // the image, at all its sizes; of what is painted, voxels and colours
+      return {static_cast<double>(work.colour_pixels) * kPyramidBytes +
+                  static_cast<double>(work.painted_voxels) *
+                      (sizeof(Voxel) + 2 * sizeof(VoxelColour)),
+              static_cast<double>(work.painted_voxels) * kPaintOperations};
     case Stage::kIndex:  // which blocks to index, and them
       return {static_cast<double>(work.touched_blocks) * kUnitReach * 24 +
                   indexed * (arrays_per_block * kGridCorners * sizeof(Voxel) + 2 * kIndicesBytes),

@@ -26,10 +26,11 @@ struct MeshRoom {
 
 }  // namespace
 
-BlockMesher::BlockMesher(const BlockTable& table, const VoxelStore& voxels, const MeshRules& rules,
-                         bool directional, int threads, bool refined)
-    : table_(table),
-      voxels_(voxels),
+BlockMesher::BlockMesher(const MeshedMap& map, const MeshRules& rules, bool directional,
+                         int threads, bool refined)
+    : map_(map),
+      table_(map.table),
+      voxels_(map.voxels),
       rules_(rules),
       directional_(directional),
       threads_(threads),
@@ -39,7 +40,16 @@ void BlockMesher::resize(size_t slots) {
   if (state_.size() < slots) state_.resize(slots);
 }
 
-void BlockMesher::clear() { state_.clear(); }
+void BlockMesher::clear() {
+  state_.clear();
+  has_colours_ = false;
+}
+
+void BlockMesher::keepColours() {
+  if (has_colours_) return;
+  has_colours_ = true;
+  for (SlotState& state : state_) state.painted = state.has_mesh;
+}
 
 std::vector<int32_t> BlockMesher::takeDirty() {
   std::vector<int32_t> dirty;
@@ -105,6 +115,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     }
     state.vertices = std::vector<BlockVertex>();
     state.normals = std::vector<Vec3f>();
+    if (has_colours_) mesh.colours = vertexColours(map_, mesh, least_evidence_, directional_);
   });
   return meshes;
 }
@@ -140,6 +151,19 @@ void BlockMesher::selectAround(const std::vector<int32_t>& dirty,
     if (!changed[i]) continue;
     const BlockKey key = table_.block(slots[i]).key;
     for (int n = 0; n < kRegularisationReach; ++n) select(key + regularisationOffset(n), slots);
+  }
+  sortByKey(slots);
+}
+
+void BlockMesher::selectPainted(std::vector<int32_t>& slots) {
+  if (!has_colours_) return;
+  const StageTimer timer(profile_, Stage::kIndex);
+  for (size_t slot = 0; slot < state_.size(); ++slot) {
+    if (!state_[slot].painted) continue;
+    state_[slot].painted = false;
+    const BlockEntry& block = table_.block(static_cast<int32_t>(slot));
+    if (!block.in_use) continue;
+    for (int n = 0; n < kUnitReach; ++n) select(block.key + unitReachOffset(n), slots);
   }
   sortByKey(slots);
 }
@@ -187,6 +211,7 @@ std::vector<BlockMesh> BlockMesher::update(int32_t least_evidence) {
   std::vector<int32_t> slots = reachBlocks(dirty);
   const size_t indexed = slots.size();
   selectAround(dirty, indexBlocks(slots), slots);
+  selectPainted(slots);
   std::vector<BlockMesh> meshes = makeMeshes(slots);
   std::vector<BlockMesh> changes = takeChanges(slots, meshes);
   countWork(indexed, slots.size(), changes);

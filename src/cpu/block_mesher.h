@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "backend/profile.h"
-#include "cpu/voxel_store.h"
+#include "cpu/vertex_colours.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/meshing/mesh_rules.h"
 #include "kernels/meshing/unit_samples.h"
@@ -14,14 +14,20 @@ namespace dtsdf {
 
 class BlockMesher {
  public:
-  BlockMesher(const BlockTable& table, const VoxelStore& voxels, const MeshRules& rules,
-              bool directional, int threads, bool refined);
+  BlockMesher(const MeshedMap& map, const MeshRules& rules, bool directional, int threads,
+              bool refined);
 
   /// Makes room for the states of so many slots. @throws std::bad_alloc
   void resize(size_t slots);
 
   /// The block's voxels changed. Safe to call for different slots from different threads.
   void markDirty(int32_t slot) { state_[slot].dirty = true; }
+
+  /// From now on, all meshes have colours.
+  void keepColours();
+
+  /// Colours of the block changed: vertices stay as they are, but not their colours.
+  void markPainted(int32_t slot) { state_[slot].painted = true; }
 
   /// The block goes away without ever having held anything.
   void forget(int32_t slot) { state_[slot] = SlotState(); }
@@ -40,7 +46,7 @@ class BlockMesher {
 
  private:
   struct SlotState {
-    bool dirty = false;
+    bool dirty = false, painted = false;
     bool has_mesh = false;
     uint32_t update = 0;               ///< The latest that selected the block.
     std::vector<UnitIndices> indices;  ///< Before regularisation, one per unit; empty: none.
@@ -64,6 +70,9 @@ class BlockMesher {
   void selectAround(const std::vector<int32_t>& dirty, const std::vector<uint8_t>& changed,
                     std::vector<int32_t>& slots);
 
+  /// Enters the blocks whose vertices have a painted voxel at an end of their edge.
+  void selectPainted(std::vector<int32_t>& slots);
+
   /// What of the meshes is new: all but those that were empty and still are.
   std::vector<BlockMesh> takeChanges(const std::vector<int32_t>& slots,
                                      std::vector<BlockMesh>& meshes);
@@ -78,6 +87,7 @@ class BlockMesher {
   /// Brings a block's voxels nearer, to be read soon.
   void prefetch(int32_t slot) const;
 
+  const MeshedMap map_;
   const BlockTable& table_;
   const VoxelStore& voxels_;
   MeshRules rules_;
@@ -87,6 +97,7 @@ class BlockMesher {
   std::vector<SlotState> state_;
   uint32_t update_ = 0;  ///< Number of the latest.
   int32_t least_evidence_ = 0;
+  bool has_colours_ = false;  ///< Something was painted.
   Profile* profile_ = nullptr;
 };
 

@@ -7,9 +7,9 @@
 #include <cstring>
 
 #include "backend/frame_check.h"
+#include "backend/gather_colours.h"
 #include "backend/rule_settings.h"
 #include "cpu/block_times.h"
-#include "cpu/clear.h"
 #include "cpu/fold.h"
 #include "cpu/parallel_for.h"
 #include "kernels/fusion/free_space.h"
@@ -37,7 +37,8 @@ CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
       sensor_(params, rules, threads_),
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),
-      mesher_(table_, voxels_, rules.mesh, params.map.directional, threads_,
+      painter_(rules.colour, params.map.directional, threads_),
+      mesher_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_,
               params.mesh.refine != 0) {}
 
 IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
@@ -138,8 +139,7 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
     lap.end(Stage::kFold);
     if (clears) {
       const BlockLook look{block.block_L, 1, &sums, directions, params_.map.directional};
-      empty_directions[i] |=
-          clearBlock(look, entry, sensing, rules_.fusion, voxels_).empty_directions;
+      empty_directions[i] |= clear(look, entry, sensing).empty_directions;
     }
     last_touched_[slot] = frames_;
     mesher_.markDirty(slot);
@@ -154,6 +154,16 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
   }
   if (clears) lookAround(sensing);
   if (!is_meshed_) releaseVacant(table_.takeVacant());
+}
+
+/// Safe to call for different blocks from different threads.
+ClearedBlock CpuMapper::clear(const BlockLook& look, const BlockEntry& entry,
+                              const FrameSensing& sensing) {
+  const ClearedBlock cleared = clearBlock(look, entry, sensing, rules_.fusion, voxels_);
+  if (cleared.changed && table_.coloursInUse() > 0) {
+    forgetColours(entry, {table_, voxels_, colours_});
+  }
+  return cleared;
 }
 
 /// Blocks without arrays go when what shows their mesh has learnt that they have none; at once,
@@ -172,7 +182,7 @@ void CpuMapper::lookAround(const FrameSensing& sensing) {
     const BlockEntry& entry = table_.block(slots[i]);
     const BlockLook look{entry.key - origin, rules_.fusion.look_turns, nullptr, 0,
                          params_.map.directional};
-    cleared[i] = clearBlock(look, entry, sensing, rules_.fusion, voxels_);
+    cleared[i] = clear(look, entry, sensing);
   });
   for (size_t i = 0; i < slots.size(); ++i) {
     if (cleared[i].changed) mesher_.markDirty(slots[i]);
@@ -192,13 +202,54 @@ std::vector<int32_t> CpuMapper::blocksInTurn(const FrameView& frame) const {
   return slots;
 }
 
+IntegrationResult CpuMapper::paint(const ColourFrame& frame) {
+  const Clock::time_point start = Clock::now();
+  if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
+  IntegrationResult result = paintSurfaces(frame);
+  result.duration_ms = millisecondsSince(start);
+  return result;
+}
+
+/// The way of a colour image; CudaMap::paint() is the same on the device.
+IntegrationResult CpuMapper::paintSurfaces(const ColourFrame& frame) {
+  const StageTimer timer(profile_, Stage::kPaint);
+  const PaintedMap map{table_, voxels_, colours_};
+  std::vector<ColourRequest> requests = painter_.look(
+      frame, makeFrameView(frame, params_.map.voxel_size_m), leastEvidenceNow(), map);
+  if (requests.empty()) return nothingToPaint();
+  const ColourAdmission admission = admitColours(std::move(requests));
+  for (const int32_t slot : painter_.paint(map)) mesher_.markPainted(slot);
+  if (profile_ != nullptr) {
+    profile_->work.colour_pixels += static_cast<uint64_t>(frame.width) * frame.height;
+    profile_->work.painted_voxels += painter_.sampleCount();
+  }
+  IntegrationResult result;
+  result.refused_blocks = admission.refused;
+  return result;
+}
+
+ColourAdmission CpuMapper::admitColours(std::vector<ColourRequest> requests) {
+  // As for voxels: all memory is taken before the table changes.
+  colours_.resize(table_.colourCount() + table_.countNewColours(requests));
+  ColourAdmission admission = table_.admitColours(std::move(requests));
+  for (const NewBrick& brick : admission.bricks) {
+    std::memset(colours_.array(brick.colours), 0, BlockTable::kColourBytes);
+  }
+  if (!admission.bricks.empty()) mesher_.keepColours();
+  refused_ += admission.refused;
+  return admission;
+}
+
+int32_t CpuMapper::leastEvidenceNow() const {
+  return leastEvidence(params_.mesh.min_support, supporting_frames_, rules_.fusion);
+}
+
 void CpuMapper::beginMeshUpdate() {
   const Clock::time_point start = Clock::now();
   is_meshed_ = true;
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
-  mesh_update_.blocks =
-      mesher_.update(leastEvidence(params_.mesh.min_support, supporting_frames_, rules_.fusion));
+  mesh_update_.blocks = mesher_.update(leastEvidenceNow());
   mesh_update_.duration_ms = millisecondsSince(start);
 }
 
@@ -219,10 +270,12 @@ std::vector<MemoryPart> CpuMapper::memory() const {
   constexpr auto kMap = MemoryKind::kMap, kScratch = MemoryKind::kScratch;
   std::vector<MemoryPart> parts = {
       {"voxels", kMap, table_.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()},
+      {"colours", kMap, table_.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()},
       {"block table", kMap, table_.memoryBytes(), table_.memoryBytes()},
       {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
       {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
-      {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()}};
+      {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
+      {"colour image", kScratch, painter_.bytes(), painter_.bytes()}};
   parts.push_back({"unit indices", kMap, mesher_.bytes(), mesher_.bytes()});
   return parts;
 }
@@ -230,6 +283,8 @@ std::vector<MemoryPart> CpuMapper::memory() const {
 void CpuMapper::clear() {
   table_.clear();
   voxels_.clear();
+  colours_.clear();
+  painter_.clear();
   mesher_.clear();
   mesh_update_ = MeshUpdate();
   refused_ = frames_ = supporting_frames_ = 0;
@@ -239,7 +294,8 @@ void CpuMapper::clear() {
 }
 
 MapStats CpuMapper::stats() const {
-  return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_};
+  return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_,
+          table_.coloursInUse() * BlockTable::kColourBytes};
 }
 
 std::vector<BlockSnapshot> CpuMapper::snapshot() {
@@ -253,6 +309,8 @@ std::vector<BlockSnapshot> CpuMapper::snapshot() {
       if (entry.array[d] == kNoArray) continue;
       const Voxel* voxels = voxels_.array(entry.array[d]);
       copy.voxels[d].assign(voxels, voxels + kVoxelsPerBlock);
+      copy.colours[d] = gatherColours(table_, entry.array[d],
+                                      [this](int32_t brick) { return colours_.array(brick); });
       holds_voxels = true;
     }
     if (holds_voxels) blocks.push_back(std::move(copy));

@@ -4,8 +4,10 @@
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
 #include "cpu/block_mesher.h"
+#include "cpu/clear.h"
 #include "cpu/find_blocks.h"
 #include "cpu/make_surfels.h"
+#include "cpu/paint.h"
 #include "cpu/sense.h"
 #include "cpu/voxel_store.h"
 #include "map/block_table.h"
@@ -17,6 +19,7 @@ class CpuMapper : public ProbedMapper {
   CpuMapper(const MapperParams& params, const Rules& rules);
 
   IntegrationResult integrate(const DepthFrame& frame) override;
+  IntegrationResult paint(const ColourFrame& frame) override;
   void beginMeshUpdate() override;
   void waitForMeshes() override {}
   MeshUpdate finishMeshUpdate() override;
@@ -29,6 +32,8 @@ class CpuMapper : public ProbedMapper {
 
  private:
   IntegrationResult fuse(const DepthFrame& frame);
+  IntegrationResult paintSurfaces(const ColourFrame& frame);
+  ColourAdmission admitColours(std::vector<ColourRequest> requests);
   FrameSensing sense(const DepthFrame& frame);
   const std::vector<Surfel>& makeSurfels(const FrameSensing& sensing);
   const std::vector<TouchedBlock>& findBlocks(const std::vector<Surfel>& surfels,
@@ -36,9 +41,11 @@ class CpuMapper : public ProbedMapper {
   Admission admit(const std::vector<TouchedBlock>& blocks);
   void castFoldAndClear(const std::vector<TouchedBlock>& blocks,
                         const std::vector<Surfel>& surfels, const FrameSensing& sensing);
+  ClearedBlock clear(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing);
   void lookAround(const FrameSensing& sensing);
   void releaseVacant(const std::vector<int32_t>& slots);
   std::vector<int32_t> blocksInTurn(const FrameView& frame) const;
+  int32_t leastEvidenceNow() const;
 
   const MapperParams params_;
   const Rules rules_;
@@ -46,9 +53,11 @@ class CpuMapper : public ProbedMapper {
   const int threads_;
   BlockTable table_;
   VoxelStore voxels_;
+  ColourStore colours_;
   FrameSensor sensor_;
   SurfelMaker surfel_maker_;
   BlockFinder block_finder_;
+  Painter painter_;
   BlockMesher mesher_;
   MeshUpdate mesh_update_;
   uint64_t refused_ = 0;

@@ -1,4 +1,5 @@
-/// Memory of the map on the CPU: voxel arrays in slabs that never move as the map grows.
+/// Memory of the map on the CPU: arrays of what voxels hold, in slabs that never move as the map
+/// grows.
 #pragma once
 
 #include <memory>
@@ -6,30 +7,36 @@
 
 #include "kernels/core/grid.h"
 #include "kernels/core/voxel.h"
+#include "kernels/core/voxel_colour.h"
 
 namespace dtsdf {
 
-class VoxelStore {
+/// Arrays of kSize elements.
+template <class T, int kSize>
+class ArrayStore {
  public:
   /// Makes room for `count` arrays. @throws std::bad_alloc
   void resize(size_t count) {
     while (slabs_.size() * kArraysPerSlab < count) {
-      slabs_.push_back(std::make_unique<Voxel[]>(kArraysPerSlab * kVoxelsPerBlock));
+      slabs_.push_back(std::make_unique<T[]>(kArraysPerSlab * kSize));
     }
   }
   void clear() { slabs_.clear(); }
-  size_t bytes() const { return slabs_.size() * kArraysPerSlab * kVoxelsPerBlock * sizeof(Voxel); }
+  size_t bytes() const { return slabs_.size() * kArraysPerSlab * kSize * sizeof(T); }
 
-  const Voxel* array(int32_t index) const {
-    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kVoxelsPerBlock];
+  const T* array(int32_t index) const {
+    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kSize];
   }
-  Voxel* array(int32_t index) {
-    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kVoxelsPerBlock];
+  T* array(int32_t index) {
+    return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kSize];
   }
 
  private:
   static constexpr size_t kArraysPerSlab = 256;
-  std::vector<std::unique_ptr<Voxel[]>> slabs_;
+  std::vector<std::unique_ptr<T[]>> slabs_;
 };
+
+using VoxelStore = ArrayStore<Voxel, kVoxelsPerBlock>;
+using ColourStore = ArrayStore<VoxelColour, kVoxelsPerBrick>;
 
 }  // namespace dtsdf

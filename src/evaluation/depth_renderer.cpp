@@ -46,11 +46,28 @@ PixelRect imageBounds(const Eigen::AlignedBox3f& bounds, const ViewCamera& camer
           clampTo(std::floor(v_min) - 1.0, camera.height), clampTo(v_max + 2.0, camera.height)};
 }
 
-std::string stampText(size_t index) {
+/// Of a depth image, and with a half more, of the colour image after it.
+std::string stampText(double index) {
   char text[32];
-  std::snprintf(text, sizeof(text), "%.6f",
-                kFirstStamp_s + kFramePeriod_s * static_cast<double>(index));
+  std::snprintf(text, sizeof(text), "%.6f", kFirstStamp_s + kFramePeriod_s * index);
   return text;
+}
+std::string depthStamp(size_t index) { return stampText(static_cast<double>(index)); }
+std::string colourStamp(size_t index) { return stampText(static_cast<double>(index) + 0.5); }
+
+std::string poseText(const std::string& stamp, const Eigen::Isometry3d& T_W_C) {
+  const Eigen::Vector3d& t = T_W_C.translation();
+  const Eigen::Quaterniond q(T_W_C.linear());
+  char line[256];
+  std::snprintf(line, sizeof(line), " %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", t.x(), t.y(),
+                t.z(), q.x(), q.y(), q.z(), q.w());
+  return stamp + line;
+}
+
+void makeFolder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw std::runtime_error(path + ": " + error.message());
 }
 
 std::string matrixText(const char* name, int cols, const std::vector<double>& data) {
@@ -97,6 +114,37 @@ RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
   return view;
 }
 
+std::vector<Rgb8> renderColours(const MeshScene& scene, Texture texture, const ViewCamera& camera,
+                                const Eigen::Isometry3d& T_W_C) {
+  constexpr Rgb8 kNothing{127, 127, 127};
+  const Eigen::Matrix3f R_W_C = T_W_C.linear().cast<float>();
+  const Eigen::Vector3f origin_W = T_W_C.translation().cast<float>();
+  const auto seenAt = [&](float u, float v) {
+    const Eigen::Vector3f direction_W = R_W_C * rayOf(camera.intrinsics, u, v);
+    const auto hit = scene.intersect(origin_W, direction_W);
+    if (!hit) return kNothing;
+    return textureColour(texture, scene.mesh(), hit->triangle,
+                         origin_W + hit->distance * direction_W);
+  };
+  std::vector<Rgb8> colours;
+  colours.reserve(static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height));
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      int sum[3] = {};
+      for (const float dv : {-0.25f, 0.25f}) {
+        for (const float du : {-0.25f, 0.25f}) {
+          const Rgb8 seen = seenAt(static_cast<float>(u) + du, static_cast<float>(v) + dv);
+          for (size_t i = 0; i < 3; ++i) sum[i] += seen[i];
+        }
+      }
+      colours.push_back({static_cast<uint8_t>((sum[0] + 2) / 4),
+                         static_cast<uint8_t>((sum[1] + 2) / 4),
+                         static_cast<uint8_t>((sum[2] + 2) / 4)});
+    }
+  }
+  return colours;
+}
+
 std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m) {
   std::vector<uint16_t> raw(depth_m.size());
   for (size_t i = 0; i < raw.size(); ++i) {
@@ -109,14 +157,33 @@ std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m) {
 TumWriter::TumWriter(const std::string& directory, const ViewCamera& camera,
                      const std::vector<Eigen::Isometry3d>& poses_W_C)
     : directory_(directory), camera_(camera), poses_W_C_(poses_W_C) {
-  std::error_code error;
-  std::filesystem::create_directories(directory_ + "/depth", error);
-  if (error) throw std::runtime_error(directory_ + ": " + error.message());
+  makeFolder(directory_ + "/depth");
+}
+
+void TumWriter::addColours(const std::vector<Eigen::Isometry3d>& poses_W_C) {
+  makeFolder(directory_ + "/rgb");
+  colour_poses_W_C_ = poses_W_C;
+}
+
+void TumWriter::writeColours(size_t index, const std::vector<Rgb8>& colours) const {
+  cv::Mat image(camera_.height, camera_.width, CV_8UC3);
+  for (int v = 0; v < camera_.height; ++v) {
+    for (int u = 0; u < camera_.width; ++u) {
+      const Rgb8& colour =
+          colours[static_cast<size_t>(v) * static_cast<size_t>(camera_.width) +
+                  static_cast<size_t>(u)];
+      image.at<cv::Vec3b>(v, u) = {colour[2], colour[1], colour[0]};
+    }
+  }
+  const std::string path = directory_ + "/rgb/" + colourStamp(index) + ".png";
+  if (!cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
+    throw std::runtime_error(path + ": cannot be written");
+  }
 }
 
 void TumWriter::write(size_t index, const std::vector<uint16_t>& depth) const {
   const cv::Mat image(camera_.height, camera_.width, CV_16UC1, const_cast<uint16_t*>(depth.data()));
-  const std::string path = directory_ + "/depth/" + stampText(index) + ".png";
+  const std::string path = directory_ + "/depth/" + depthStamp(index) + ".png";
   if (!cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
     throw std::runtime_error(path + ": cannot be written");
   }
@@ -128,13 +195,13 @@ void TumWriter::finish(const std::string& camera_name) const {
       "# timestamp tx ty tz qx qy qz qw  (camera to world; optical frame: "
       "x right, y down, z forward)\n";
   for (size_t i = 0; i < poses_W_C_.size(); ++i) {
-    depth += stampText(i) + " depth/" + stampText(i) + ".png\n";
-    const Eigen::Vector3d& t = poses_W_C_[i].translation();
-    const Eigen::Quaterniond q(poses_W_C_[i].linear());
-    char line[256];
-    std::snprintf(line, sizeof(line), " %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", t.x(), t.y(),
-                  t.z(), q.x(), q.y(), q.z(), q.w());
-    poses += stampText(i) + line;
+    depth += depthStamp(i) + " depth/" + depthStamp(i) + ".png\n";
+    poses += poseText(depthStamp(i), poses_W_C_[i]);
+  }
+  std::string colours = "# timestamp filename\n";
+  for (size_t i = 0; i < colour_poses_W_C_.size(); ++i) {
+    colours += colourStamp(i) + " rgb/" + colourStamp(i) + ".png\n";
+    poses += poseText(colourStamp(i), colour_poses_W_C_[i]);
   }
   const Intrinsics& K = camera_.intrinsics;
   const std::string info =
@@ -145,6 +212,7 @@ void TumWriter::finish(const std::string& camera_name) const {
       matrixText("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
       matrixText("projection_matrix", 4, {K.fx, 0, K.cx, 0, 0, K.fy, K.cy, 0, 0, 0, 1, 0});
   writeText(directory_ + "/depth.txt", depth);
+  if (!colour_poses_W_C_.empty()) writeText(directory_ + "/rgb.txt", colours);
   writeText(directory_ + "/groundtruth.txt", poses);
   writeText(directory_ + "/camera_info.yaml", info);
 }

@@ -5,6 +5,7 @@
 
 #include "evaluation/camera_views.h"
 #include "evaluation/mesh_scene.h"
+#include "evaluation/surface_texture.h"
 
 namespace dtsdf {
 
@@ -16,6 +17,11 @@ struct RenderedView {
 
 RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
                         const Eigen::Isometry3d& T_W_C);
+
+/// What a colour camera sees, row-major, each pixel the mean of 2 x 2 rays; grey where there is
+/// nothing.
+std::vector<Rgb8> renderColours(const MeshScene& scene, Texture texture, const ViewCamera& camera,
+                                const Eigen::Isometry3d& T_W_C);
 
 /// Depth in units of 1/5000 m as the TUM format keeps it; 0 where it is missing or too far.
 std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);
@@ -29,12 +35,19 @@ class TumWriter {
             const std::vector<Eigen::Isometry3d>& poses_W_C);
 
   void write(size_t index, const std::vector<uint16_t>& depth) const;
+
+  /// The folder has colour images too, as many, each taken from such a pose half a period after the
+  /// depth image of the same number. To be called before writeColours().
+  /// @throws std::runtime_error if their folder cannot be made.
+  void addColours(const std::vector<Eigen::Isometry3d>& poses_W_C);
+  void writeColours(size_t index, const std::vector<Rgb8>& colours) const;
   void finish(const std::string& camera_name) const;
 
  private:
   std::string directory_;
   ViewCamera camera_;
   std::vector<Eigen::Isometry3d> poses_W_C_;
+  std::vector<Eigen::Isometry3d> colour_poses_W_C_;  ///< None: there are no colour images.
 };
 
 }  // namespace dtsdf

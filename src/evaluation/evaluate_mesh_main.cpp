@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "evaluation/colour_metrics.h"
 #include "evaluation/mesh_metrics.h"
 #include "evaluation/picture_options.h"
 #include "program/run_program.h"
@@ -17,6 +18,7 @@ struct EvaluateMeshOptions {
   std::string views_folder, json_path, heatmap_path, picture_path;  ///< Empty: none.
   EvaluationOptions evaluation;
   std::optional<double> scale_mm;
+  std::optional<Texture> texture;  ///< Colours are compared; the ground truth has this one.
   PictureRequest picture;
 };
 
@@ -30,6 +32,11 @@ void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
   line.add({"--threshold", "M,...",
             "distances for the F-score in metres (default 0.005,0.01,0.025)"},
            [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
+  line.add({"--colour", "NAME",
+            "compare colours instead of distances, in RGB and CIE Lab over the reconstruction's "
+            "surface; the ground truth has those of its vertices, or checker or gradient as "
+            "render_orbit draws them"},
+           [&](const std::string& text) { options.texture = textureFromName(text); });
 }
 
 void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
@@ -85,7 +92,20 @@ void writeErrorColours(const EvaluateMeshOptions& options, TriangleMesh reconstr
   writePicture(options.picture_path, scene, picture);
 }
 
+void compareColours(const EvaluateMeshOptions& options) {
+  ColourOptions colour;
+  colour.texture = *options.texture;
+  colour.samples = options.evaluation.samples;
+  colour.seed = options.evaluation.seed;
+  const std::string json =
+      toJson(evaluateColours(readPly(options.reconstruction_path),
+                             readPly(options.ground_truth_path), colour));
+  std::fputs(json.c_str(), stdout);
+  if (!options.json_path.empty()) writeJson(options.json_path, json);
+}
+
 void evaluate(const EvaluateMeshOptions& options) {
+  if (options.texture) return compareColours(options);
   const TriangleMesh reconstruction = readPly(options.reconstruction_path);
   const TriangleMesh ground_truth = readPly(options.ground_truth_path);
   std::optional<Views> views;

@@ -1,6 +1,8 @@
-/// render_orbit: renders depth images of a mesh from a trajectory round it into a TUM folder.
+/// render_orbit: renders images of a mesh from a trajectory round it into a TUM folder.
 
 #include <filesystem>
+#include <optional>
+#include <stdexcept>
 
 #include "evaluation/depth_noise.h"
 #include "evaluation/parallel.h"
@@ -20,6 +22,8 @@ struct RenderOrbitOptions {
   double focal_px = 525.0;
   DepthNoise noise = depthNoiseFromName("none");
   uint64_t seed = 1;
+  std::optional<Texture> texture;  ///< Of colour images; none: there are none.
+  double colour_offset_m = 0.05;
 };
 
 void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
@@ -46,6 +50,17 @@ void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addWhole({"--seed", "N", "seed of the noise"}, options.seed, {0, 1e9});
 }
 
+void addColourOptions(CommandLine& line, RenderOrbitOptions& options) {
+  line.add({"--colour", "NAME",
+            "colour images as well, half a period after each depth image: vertices (the mesh's own "
+            "colours), checker (cubes of 50 mm) or gradient (waves of 0.4 m)"},
+           [&](const std::string& text) { options.texture = textureFromName(text); });
+  line.addNumber({"--colour-offset", "METRES",
+                  "how far to the right of the depth camera the colour camera stands"},
+                 options.colour_offset_m, {-10.0, 10.0});
+  line.onlyWith("--colour-offset", "--colour");
+}
+
 RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
   RenderOrbitOptions options;
   CommandLine line("render_orbit", "MODEL.ply OUT [options]",
@@ -57,6 +72,7 @@ RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
   line.addText({"OUT", "", "the folder"}, options.folder);
   addSceneOptions(line, options);
   addCameraOptions(line, options);
+  addColourOptions(line, options);
   line.parse(arguments);
   return options;
 }
@@ -71,6 +87,13 @@ ViewCamera cameraOf(const RenderOrbitOptions& options) {
   return camera;
 }
 
+/// Cameras that stand to the right of others and look the same way.
+std::vector<Eigen::Isometry3d> posesBeside(std::vector<Eigen::Isometry3d> poses_W_C,
+                                           double offset_m) {
+  for (Eigen::Isometry3d& T_W_C : poses_W_C) T_W_C.translate(Eigen::Vector3d(offset_m, 0.0, 0.0));
+  return poses_W_C;
+}
+
 void renderOrbit(const RenderOrbitOptions& options) {
   TriangleMesh mesh = readPly(options.model_path);
   if (options.longest_side_m > 0.0) {
@@ -79,13 +102,22 @@ void renderOrbit(const RenderOrbitOptions& options) {
   const ViewCamera camera = cameraOf(options);
   const auto poses_W_C = orbitPoses(options.trajectory, options.frames, options.radius_m);
 
+  if (options.texture == Texture::kVertices && mesh.colours.empty()) {
+    throw std::runtime_error(options.model_path + " has no colours; use checker or gradient");
+  }
+
   const MeshScene scene(mesh);
-  const TumWriter writer(options.folder, camera, poses_W_C);
+  TumWriter writer(options.folder, camera, poses_W_C);
+  const auto colour_poses_W_C = posesBeside(poses_W_C, options.colour_offset_m);
+  if (options.texture) writer.addColours(colour_poses_W_C);
   writePly(options.folder + "/gt.ply", mesh);
   forEachImage(poses_W_C.size(), [&](size_t i) {
     const RenderedView view = renderView(scene, camera, poses_W_C[i]);
     const uint64_t frame_seed = options.seed << 32 | i;
     writer.write(i, toTumDepth(addNoise(view, camera, options.noise, frame_seed)));
+    if (options.texture) {
+      writer.writeColours(i, renderColours(scene, *options.texture, camera, colour_poses_W_C[i]));
+    }
   });
   writer.finish(std::filesystem::path(options.model_path).stem().string());
 }

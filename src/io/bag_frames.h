@@ -1,11 +1,12 @@
-/// Depth frames of a ROS bag behind the FrameSource seam. Free of ROS headers: the implementation
-/// (target dtsdf_bag, under src/ros/bag) is only there in a build with ROS.
+/// Depth frames and colour images of a ROS bag behind their seams. Free of ROS headers: the
+/// implementation (target dtsdf_bag, under src/ros/bag) is only there in a build with ROS.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "dtsdf_mapping/io/colour_source.h"
 #include "dtsdf_mapping/io/frame_source.h"
 
 namespace dtsdf {
@@ -25,10 +26,17 @@ struct BagOptions {
   std::string poses_path;          ///< A trajectory as TUM has it, in place of the transforms.
   double pose_tolerance_s = 0.02;  ///< Of that trajectory.
   FrameSelection selection;
+  std::string colour_topic;       ///< Empty: the bag's only topic with images in colour.
+  std::string colour_info_topic;  ///< Empty: camera_info beside the colour topic.
 };
 
 /// Opens a bag and reads its transforms; images are read one by one.
 /// @throws std::runtime_error if it cannot be read or has no such topic.
 std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options);
+
+/// The same for its colour images, in the order of their stamps, each with the pose of its own
+/// frame at its own stamp; null if there are none, or of several cameras, and no topic is named.
+/// @throws std::runtime_error if the bag cannot be read or lacks the topic that is named.
+std::unique_ptr<ColourSource> openBagColours(const BagOptions& options);
 
 }  // namespace dtsdf

@@ -67,7 +67,7 @@ void writePly(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     out.writeVector(mesh.vertices_m[i]);
     out.writeVector(mesh.normals[i]);
-    for (uint8_t channel : vertexColour(colour, mesh.vertices_m[i], mesh.normals[i])) {
+    for (uint8_t channel : vertexColour(colour, mesh, i)) {
       out.writeUint8(channel);
     }
   }
@@ -92,7 +92,7 @@ void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   out << "# metres, map frame\n";
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     out << "v " << mesh.vertices_m[i];
-    for (uint8_t channel : vertexColour(colour, mesh.vertices_m[i], mesh.normals[i])) {
+    for (uint8_t channel : vertexColour(colour, mesh, i)) {
       out << ' ' << static_cast<int>(channel) / 255.0f;
     }
     out << '\n';

@@ -118,14 +118,20 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
   return std::make_unique<RecordedFrames>(std::move(images), selection);
 }
 
-std::vector<ImagePose> posesByStamp(const Trajectory& trajectory,
-                                    const std::vector<StampedImage>& images, double tolerance_s) {
+std::vector<ImagePose> posesNear(const Trajectory& trajectory,
+                                 const std::vector<StampedImage>& images, double tolerance_s) {
   const std::string missing = noPoseWithin(tolerance_s);
   std::vector<ImagePose> poses;
   poses.reserve(images.size());
   for (const StampedImage& image : images) {
     poses.push_back({trajectory.poseAt(image.stamp_s, tolerance_s), missing});
   }
+  return poses;
+}
+
+std::vector<ImagePose> posesByStamp(const Trajectory& trajectory,
+                                    const std::vector<StampedImage>& images, double tolerance_s) {
+  std::vector<ImagePose> poses = posesNear(trajectory, images, tolerance_s);
   if (std::none_of(poses.begin(), poses.end(), hasPose)) throwNoMatch(trajectory, images);
   return poses;
 }

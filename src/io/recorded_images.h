@@ -34,7 +34,11 @@ struct RecordedImages {
 std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                                                 const FrameSelection& selection);
 
-/// The poses of images by their stamps.
+/// The poses of images by their stamps; there may be none.
+std::vector<ImagePose> posesNear(const Trajectory& trajectory,
+                                 const std::vector<StampedImage>& images, double tolerance_s);
+
+/// The same for depth images.
 /// @throws std::runtime_error with the ranges of both stamps, if no image gets any.
 std::vector<ImagePose> posesByStamp(const Trajectory& trajectory,
                                     const std::vector<StampedImage>& images, double tolerance_s);

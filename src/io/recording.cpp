@@ -9,6 +9,7 @@
 
 #include "io/depth_png.h"
 #include "io/formats/folder_format.h"
+#include "io/recorded_colours.h"
 #include "io/recorded_images.h"
 #include "io/trajectory_file.h"
 
@@ -63,6 +64,11 @@ const FolderFormat& formatNamed(const std::string& name) {
                            describeFormats());
 }
 
+const FolderFormat& formatOf(const RecordingOptions& options) {
+  return formatNamed(options.format.empty() ? guessRecordingFormat(options.path)
+                                            : options.format);
+}
+
 void requireFolder(const std::string& path) {
   if (!fs::is_directory(path)) {
     throw std::runtime_error("'" + path + "' is not a folder; give the folder of a recording, "
@@ -96,6 +102,15 @@ std::vector<ImagePose> posesOf(const RecordingOptions& options, const FolderForm
                       options.pose_tolerance_s);
 }
 
+std::vector<ImagePose> colourPosesOf(const RecordingOptions& options, const FolderFormat& format,
+                                     const std::vector<StampedImage>& images) {
+  if (options.poses_path.empty()) {
+    return format.findColourPoses(options.path, images, options.pose_tolerance_s);
+  }
+  return posesNear(readTrajectory(options.poses_path, "poses are expected there"), images,
+                   options.pose_tolerance_s);
+}
+
 double unitsOf(const RecordingOptions& options, const FolderFormat& format) {
   const double units = options.units_per_metre.value_or(format.unitsPerMetre(options.path));
   if (units > 0.0 && std::isfinite(units)) return units;
@@ -122,14 +137,23 @@ std::string guessRecordingFormat(const std::string& path) {
 
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
   requireFolder(options.path);
-  const FolderFormat& format =
-      formatNamed(options.format.empty() ? guessRecordingFormat(options.path) : options.format);
+  const FolderFormat& format = formatOf(options);
   RecordedImages recorded;
   recorded.units_per_metre = unitsOf(options, format);
   recorded.depth = format.listDepth(options.path);
   recorded.camera = cameraOf(options, format, recorded.depth);
   recorded.poses = posesOf(options, format, recorded.depth);
   return openRecordedImages(std::move(recorded), options.selection);
+}
+
+std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& options) {
+  requireFolder(options.path);
+  const FolderFormat& format = formatOf(options);
+  const CameraInfo depth_camera = cameraOf(options, format, format.listDepth(options.path));
+  RecordedColours recorded = format.findColours(options.path, depth_camera);
+  if (recorded.images.empty()) return nullptr;
+  recorded.poses = colourPosesOf(options, format, recorded.images);
+  return openRecordedColours(std::move(recorded));
 }
 
 }  // namespace dtsdf

@@ -53,6 +53,11 @@ std::vector<StampedImage> readTumDepthList(const std::string& folder) {
   return images;
 }
 
+std::vector<StampedImage> readTumColourList(const std::string& folder) {
+  const fs::path path = fs::path(folder) / "rgb.txt";
+  return fs::exists(path) ? readImageList(path) : std::vector<StampedImage>{};
+}
+
 Trajectory readTumTrajectory(const std::string& folder) {
   return readTrajectory((fs::path(folder) / "groundtruth.txt").string(), kAdvice);
 }
@@ -71,8 +76,7 @@ TumSequence readTumSequence(const std::string& folder) {
   sequence.depth = readTumDepthList(folder);
   sequence.trajectory = readTumTrajectory(folder);
   sequence.camera = readTumCamera(folder);
-  const fs::path colour = fs::path(folder) / "rgb.txt";
-  if (fs::exists(colour)) sequence.colour = readImageList(colour);
+  sequence.colour = readTumColourList(folder);
   return sequence;
 }
 

@@ -25,6 +25,7 @@ struct TumSequence {
 // Each throws std::runtime_error for a missing file or a malformed line, with file and line.
 
 std::vector<StampedImage> readTumDepthList(const std::string& folder);
+std::vector<StampedImage> readTumColourList(const std::string& folder);  ///< May be empty.
 Trajectory readTumTrajectory(const std::string& folder);
 
 /// camera_info.yaml; where there is none, the camera of the benchmark's own recordings, all of

@@ -38,6 +38,18 @@ ParamValue valueOf(const YAML::Node& scalar) {
   return valueOfPlainText(scalar.Scalar());
 }
 
+/// A list of texts, which is the only kind of list that settings have.
+ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std::string& name) {
+  std::vector<std::string> names;
+  for (const YAML::Node& item : sequence) {
+    if (!item.IsScalar() || !std::holds_alternative<std::string>(valueOf(item))) {
+      throwAt(name, item.Mark(), key + ": a list may hold names only");
+    }
+    names.push_back(item.Scalar());
+  }
+  return names;
+}
+
 /// Adds what a node holds under `prefix` ("" or "section/").
 void flatten(const YAML::Node& node, const std::string& prefix, const std::string& name,
              ParamTree& tree) {
@@ -47,11 +59,10 @@ void flatten(const YAML::Node& node, const std::string& prefix, const std::strin
     const YAML::Node& value = entry.second;
     if (value.IsMap()) {
       flatten(value, key + "/", name, tree);
-    } else if (value.IsSequence()) {
-      throwAt(name, entry.first.Mark(), key + ": a list is not a setting");
-    } else if (!value.IsScalar()) {
+    } else if (!value.IsScalar() && !value.IsSequence()) {
       throwAt(name, entry.first.Mark(), key + " has no value; give one or remove the key");
-    } else if (!tree.emplace(key, valueOf(value)).second) {
+    } else if (!tree.emplace(key, value.IsSequence() ? namesOf(value, key, name) : valueOf(value))
+                    .second) {
       throwAt(name, entry.first.Mark(), key + " is given twice; remove one");
     }
   }
@@ -86,8 +97,10 @@ void setParam(const std::string& assignment, ParamTree& tree) {
   const std::string value = assignment.substr(equals + 1);
   try {
     const YAML::Node node = YAML::Load(value);
-    if (!node.IsScalar()) throw std::runtime_error(key + ": '" + value + "' is not one value");
-    tree[key] = valueOf(node);
+    if (!node.IsScalar() && !node.IsSequence()) {
+      throw std::runtime_error(key + ": '" + value + "' is not one value");
+    }
+    tree[key] = node.IsSequence() ? namesOf(node, key, assignment) : valueOf(node);
   } catch (const YAML::Exception&) {
     throw std::runtime_error(key + ": '" + value + "' is not one value");
   }

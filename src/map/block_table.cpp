@@ -70,6 +70,67 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
   return admission;
 }
 
+/// Calls visit(array, brick) for the bricks that a request wants and the map lacks.
+template <class Visit>
+void BlockTable::visitLacking(const ColourRequest& request, const Visit& visit) const {
+  const int32_t slot = find(request.key);
+  if (slot < 0) return;
+  for (int i = 0; i < kDirectionCount * kBricksPerArray; ++i) {
+    const int32_t array = blocks_[slot].array[i / kBricksPerArray];
+    const int brick = i % kBricksPerArray;
+    if (!(request.bricks >> i & 1) || array == kNoArray) continue;
+    if (colourOf(array, brick) == kNoArray) visit(array, brick);
+  }
+}
+
+size_t BlockTable::countNewColours(const std::vector<ColourRequest>& requests) const {
+  size_t count = 0;
+  for (const ColourRequest& request : requests) {
+    visitLacking(request, [&](int32_t, int) { ++count; });
+  }
+  return std::min(count, budget_bytes_ / kColourBytes);
+}
+
+ColourAdmission BlockTable::admitColours(std::vector<ColourRequest> requests) {
+  std::sort(requests.begin(), requests.end(),
+            [](const ColourRequest& a, const ColourRequest& b) { return a.key < b.key; });
+  ColourAdmission admission;
+  for (const ColourRequest& request : requests) {
+    visitLacking(request, [&](int32_t array, int brick) {
+      if (bytesInUse() + kColourBytes > budget_bytes_) {
+        ++admission.refused;
+      } else {
+        admission.bricks.push_back({array, brick, makeColour(array, brick)});
+      }
+    });
+  }
+  return admission;
+}
+
+int32_t BlockTable::makeColour(int32_t array, int brick) {
+  const size_t place = static_cast<size_t>(array) * kBricksPerArray + brick;
+  if (place >= colour_of_.size()) colour_of_.resize(array_count_ * kBricksPerArray, kNoArray);
+  int32_t& colour = colour_of_[place];
+  if (free_colours_.empty()) {
+    colour = static_cast<int32_t>(colour_count_++);
+  } else {
+    colour = free_colours_.back();
+    free_colours_.pop_back();
+  }
+  ++colours_in_use_;
+  return colour;
+}
+
+void BlockTable::releaseColours(int32_t array) {
+  for (int brick = 0; brick < kBricksPerArray; ++brick) {
+    const int32_t colour = colourOf(array, brick);
+    if (colour == kNoArray) continue;
+    free_colours_.push_back(colour);
+    colour_of_[static_cast<size_t>(array) * kBricksPerArray + brick] = kNoArray;
+    --colours_in_use_;
+  }
+}
+
 PoolSizes BlockTable::sizesAfter(size_t new_blocks, size_t new_arrays) const {
   const auto within = [this](size_t wanted, size_t bytes_each, size_t at_least) {
     return std::max(std::min(wanted, budget_bytes_ / bytes_each), at_least);
@@ -135,6 +196,7 @@ std::vector<int32_t> BlockTable::releaseVacant(const std::vector<int32_t>& slots
 void BlockTable::releaseArray(int32_t slot, int direction) {
   int32_t& array = blocks_[slot].array[direction];
   if (array == kNoArray) return;
+  releaseColours(array);
   free_arrays_.push_back(array);
   array = kNoArray;
   --arrays_in_use_;
@@ -154,6 +216,10 @@ void BlockTable::clear() {
   vacant_.clear();
   array_count_ = 0;
   arrays_in_use_ = 0;
+  colour_of_.clear();
+  free_colours_.clear();
+  colour_count_ = 0;
+  colours_in_use_ = 0;
 }
 
 std::vector<int32_t> BlockTable::sortedSlots() const {

@@ -1,5 +1,6 @@
-/// The index of the map: which blocks and voxel arrays exist, where they live, and what they may
-/// cost. Both backends keep their books here, so that both admit and recycle the same blocks.
+/// The index of the map: which blocks, voxel arrays and bricks of colours there are, where they
+/// live, and what they may cost. Both backends keep their books here, so that both admit and
+/// recycle the same blocks.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +11,7 @@
 #include "kernels/core/direction.h"
 #include "kernels/core/grid.h"
 #include "kernels/core/voxel.h"
+#include "kernels/core/voxel_colour.h"
 #include "map/slot_index.h"
 
 namespace dtsdf {
@@ -37,6 +39,25 @@ struct Admission {
   size_t refused = 0;                  ///< Requests beyond the budget.
 };
 
+/// A block of which something is painted: bit kBricksPerArray * d + b for brick b of direction d.
+struct ColourRequest {
+  PackedKey key;
+  uint64_t bricks;
+};
+static_assert(kBricksPerArray * kDirectionCount <= 64, "a bit for each brick of a block");
+
+/// A brick of colours that a voxel array has got.
+struct NewBrick {
+  int32_t array, brick;
+  int32_t colours;  ///< Number of the brick among all; its memory is to be zeroed.
+};
+
+/// Outcome of BlockTable::admitColours().
+struct ColourAdmission {
+  std::vector<NewBrick> bricks;  ///< In the order of keys.
+  size_t refused = 0;            ///< Bricks beyond the budget.
+};
+
 /// Sizes of the pools of slots and arrays.
 struct PoolSizes {
   size_t slots, arrays;
@@ -47,6 +68,8 @@ class BlockTable {
   /// Bytes that a voxel array and a block count towards the budget.
   static constexpr size_t kArrayBytes = kVoxelsPerBlock * sizeof(Voxel);
   static constexpr size_t kBlockBytes = 2 * kVoxelsPerBlock + 64;  // unit indices, entry, hash
+  /// And a brick of colours, which a voxel array has once something in it is painted.
+  static constexpr size_t kColourBytes = kVoxelsPerBrick * sizeof(VoxelColour);
 
   explicit BlockTable(size_t budget_bytes);
 
@@ -57,10 +80,24 @@ class BlockTable {
   /// One more than the largest slot or array index in use so far: the size that pools must have.
   size_t slotCount() const { return blocks_.size(); }
   size_t arrayCount() const { return array_count_; }
+  size_t colourCount() const { return colour_count_; }
 
   /// Makes the requested blocks and arrays, smallest key first whatever the order given, as long as
   /// the budget lasts. A request is admitted whole or refused whole.
   Admission admit(std::vector<BlockRequest> requests);
+
+  /// Gives bricks of colours to voxel arrays that lack them, smallest key first, as long as the
+  /// budget lasts. What is not in the map is passed over.
+  ColourAdmission admitColours(std::vector<ColourRequest> requests);
+
+  /// Bricks that requests want beyond what is there, at most.
+  size_t countNewColours(const std::vector<ColourRequest>& requests) const;
+
+  /// The number of a voxel array's brick of colours, or kNoArray. It goes with the voxel array.
+  int32_t colourOf(int32_t array, int brick) const {
+    const size_t place = static_cast<size_t>(array) * kBricksPerArray + brick;
+    return place < colour_of_.size() ? colour_of_[place] : kNoArray;
+  }
 
   /// What the pools will not exceed after an admission of so many blocks and arrays. To be taken
   /// before it, so that nothing that follows the admission can fail for want of memory.
@@ -96,18 +133,25 @@ class BlockTable {
 
   size_t blocksInUse() const { return slots_.size(); }
   size_t arraysInUse() const { return arrays_in_use_; }
+  size_t coloursInUse() const { return colours_in_use_; }
   size_t bytesInUse() const {
-    return slots_.size() * kBlockBytes + arrays_in_use_ * kArrayBytes;
+    return slots_.size() * kBlockBytes + arrays_in_use_ * kArrayBytes +
+           colours_in_use_ * kColourBytes;
   }
 
   /// Memory of the table itself.
   size_t memoryBytes() const {
     return slots_.memoryBytes() + blocks_.size() * sizeof(BlockEntry) +
-           (free_slots_.capacity() + free_arrays_.capacity()) * sizeof(int32_t);
+           (free_slots_.capacity() + free_arrays_.capacity() + colour_of_.capacity() +
+            free_colours_.capacity()) * sizeof(int32_t);
   }
 
  private:
   bool hasArrays(int32_t slot) const;
+  template <class Visit>
+  void visitLacking(const ColourRequest& request, const Visit& visit) const;
+  int32_t makeColour(int32_t array, int brick);
+  void releaseColours(int32_t array);
   size_t cost(const BlockRequest& request, int32_t slot) const;
   int32_t makeBlock(PackedKey key);
 
@@ -117,6 +161,9 @@ class BlockTable {
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< May have got arrays again since.
   size_t array_count_ = 0, arrays_in_use_ = 0;
+  std::vector<int32_t> colour_of_;  ///< By voxel array and brick; none while nothing is painted.
+  std::vector<int32_t> free_colours_;
+  size_t colour_count_ = 0, colours_in_use_ = 0;
 };
 
 }  // namespace dtsdf

@@ -65,10 +65,7 @@ class Assembler {
       number[i] = isMiddle(vertex.edge)
                       ? sides_.emplace(sideOf(vertex.edge), next).first->second
                       : index_.emplace(ownerOf(block.key, vertex.edge), next).first->second;
-      if (number[i] == next) {
-        mesh_.vertices_m.push_back(store_.positionInMap(block.key, vertex));
-        faced_ways_.push_back(facedWays(vertex.edge));
-      }
+      if (number[i] == next) addVertex(block, i);
       if (!isMiddle(vertex.edge)) number_of_edge_[vertex.edge] = number[i];
     }
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
@@ -78,6 +75,7 @@ class Assembler {
   }
 
   Mesh finish() {
+    if (!mesh_.colours.empty()) mesh_.colours.resize(mesh_.vertices_m.size());
     computeNormals();
     return std::move(mesh_);
   }
@@ -88,6 +86,15 @@ class Assembler {
     const auto [first, second] = std::minmax(number_of_edge_[middleFirst(middle)],
                                              number_of_edge_[middleSecond(middle)]);
     return {first, second};
+  }
+
+  /// Blocks that were meshed before the map was first painted have no colours.
+  void addVertex(const BlockMesh& block, size_t i) {
+    mesh_.vertices_m.push_back(store_.positionInMap(block.key, block.vertices[i]));
+    faced_ways_.push_back(facedWays(block.vertices[i].edge));
+    if (block.colours.empty()) return;
+    mesh_.colours.resize(mesh_.vertices_m.size() - 1);
+    mesh_.colours.push_back(block.colours[i]);
   }
 
   /// Area-weighted mean of the normals of the triangles around each vertex. At the rim of what was
@@ -129,6 +136,17 @@ std::array<uint8_t, 3> hueToRgb(float hue) {
     return toByte(std::abs(6.0f * h - 3.0f) - 1.0f);
   };
   return {ramp(0.0f), ramp(2.0f / 3.0f), ramp(1.0f / 3.0f)};
+}
+
+std::array<uint8_t, 3> normalColour(const Vec3f& normal_W) {
+  return {toByte(0.5f + 0.5f * normal_W.x), toByte(0.5f + 0.5f * normal_W.y),
+          toByte(0.5f + 0.5f * normal_W.z)};
+}
+
+std::array<uint8_t, 3> heightColour(float z_m) {
+  constexpr float kRainbowPeriod_m = 3.0f;
+  const float turns = z_m / kRainbowPeriod_m;
+  return hueToRgb(turns - std::floor(turns));
 }
 
 }  // namespace
@@ -181,16 +199,21 @@ Mesh MeshStore::assemble(const std::vector<PackedKey>& keys) const {
 
 PackedKey packedKeyOf(const BlockKey& key) { return packKey(key); }
 
-std::array<uint8_t, 3> vertexColour(MeshColour mode, const Vec3f& p_W, const Vec3f& normal_W) {
-  constexpr float kRainbowPeriod_m = 3.0f;
+std::array<uint8_t, 3> vertexColour(MeshColour mode, const Mesh& mesh, size_t vertex) {
   switch (mode) {
+    case MeshColour::kAuto:
+      return vertexColour(mesh.colours.empty() ? MeshColour::kNormal : MeshColour::kImage, mesh,
+                          vertex);
+    case MeshColour::kImage:
+      if (!mesh.colours.empty() && mesh.colours[vertex].painted) {
+        const VertexColour& colour = mesh.colours[vertex];
+        return {colour.red, colour.green, colour.blue};
+      }
+      break;
     case MeshColour::kNormal:
-      return {toByte(0.5f + 0.5f * normal_W.x), toByte(0.5f + 0.5f * normal_W.y),
-              toByte(0.5f + 0.5f * normal_W.z)};
-    case MeshColour::kHeight: {
-      const float turns = p_W.z / kRainbowPeriod_m;
-      return hueToRgb(turns - std::floor(turns));
-    }
+      return normalColour(mesh.normals[vertex]);
+    case MeshColour::kHeight:
+      return heightColour(mesh.vertices_m[vertex].z);
     case MeshColour::kPlain:
       break;
   }

@@ -1,8 +1,42 @@
 #include "params/node_params.h"
 
+#include <cctype>
+#include <set>
+
 #include "params/frame_name.h"
 
 namespace dtsdf {
+namespace {
+
+/// A relative name of ROS, as its topics' names begin with it: a letter, then letters, digits and
+/// underscores, in parts divided by slashes.
+bool isNamespace(const std::string& name) {
+  bool begins = true;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (begins ? !std::isalpha(byte) : !std::isalnum(byte) && c != '_' && c != '/') return false;
+    begins = c == '/';
+  }
+  return !begins;
+}
+
+void checkCameras(const NodeParams& node, ParamReader& reader) {
+  for (const std::string& name : node.cameras) {
+    if (isNamespace(name)) continue;
+    reader.addViolation("cameras", "'" + name + "' is no namespace; it has to begin with a letter, "
+                                   "and may have letters, digits, _ and / in it");
+  }
+  if (std::set<std::string>(node.cameras.begin(), node.cameras.end()).size() <
+      node.cameras.size()) {
+    reader.addViolation("cameras", "must all be different");
+  }
+  if (node.cameras.size() > 1 && !node.input.camera_frame.empty()) {
+    reader.addViolation("input/camera_frame", "is for one camera; with several, the frames are "
+                                              "those of their images");
+  }
+}
+
+}  // namespace
 
 MappingParams readMappingParams(const ParamTree& tree,
                                 const std::vector<ParamViolation>& violations) {
@@ -17,6 +51,7 @@ MappingParams readMappingParams(const ParamTree& tree,
   node.input.camera_frame = stripLeadingSlash(node.input.camera_frame);
   if (node.map_frame.empty()) reader.addViolation("map_frame", "must not be empty");
   if (node.output_directory.empty()) reader.addViolation("output_directory", "must not be empty");
+  checkCameras(node, reader);
   reader.finish();
   return params;
 }

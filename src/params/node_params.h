@@ -24,6 +24,7 @@ enum class RectifyChoice {
 };
 
 struct InputParams {
+  double merge_wait_s = 0.1;    ///< How long a frame waits for earlier ones of other cameras.
   std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
   int queue_size = 30;          ///< Frames that may wait for their transform or their turn.
   double tf_timeout_s = 1.0;    ///< Wall time that a frame waits for its transform at most.
@@ -36,6 +37,18 @@ struct InputParams {
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
 
+/// Whether colour images are taken.
+enum class ColourUse {
+  kAuto,    ///< Where there are some.
+  kAlways,  ///< They have to be there.
+  kNever,
+};
+
+struct ColourParams {
+  ColourUse enabled = ColourUse::kAuto;
+  double max_rate_hz = 0.0;  ///< Colour images per second, by their stamps, at most; 0: all.
+};
+
 struct PublishParams {
   int chunk_blocks = 4;         ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
   double mesh_rate_hz = 2.0;    ///< Bound of the rate of `mesh`, in wall time.
@@ -46,7 +59,9 @@ struct PublishParams {
 struct NodeParams {
   std::string map_frame = "map";  ///< Frame W of the map; fixed in the world.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
+  std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
   InputParams input;
+  ColourParams colour;
   PublishParams publish;
 };
 
@@ -59,6 +74,8 @@ template <class Visitor>
 void visitParams(NodeParams& p, Visitor& visit) {
   visit("map_frame", p.map_frame);
   visit("output_directory", p.output_directory);
+  visit("cameras", p.cameras);
+  visit("input/merge_wait_s", p.input.merge_wait_s, Range{0.0, 60.0});
   visit("input/camera_frame", p.input.camera_frame);
   visit("input/queue_size", p.input.queue_size, Range{1, 10000});
   visit("input/tf_timeout_s", p.input.tf_timeout_s, Range{0.0, 3600.0});
@@ -66,6 +83,11 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("input/unit_32fc1_m", p.input.unit_32fc1_m, Range{1e-6, 1000.0});
   visit("input/max_speed_m_s", p.input.max_speed_m_s, Range{0.0, 1e6});
   visit("input/max_turn_deg_s", p.input.max_turn_deg_s, Range{0.0, 1e6});
+  visit("colour/enabled", p.colour.enabled,
+        EnumNames<ColourUse>{{"auto", ColourUse::kAuto},
+                             {"always", ColourUse::kAlways},
+                             {"never", ColourUse::kNever}});
+  visit("colour/max_rate_hz", p.colour.max_rate_hz, Range{0.0, 1000.0});
   visit("input/camera_info", p.input.camera_info,
         EnumNames<CameraInfoChoice>{{"exact", CameraInfoChoice::kExact},
                                     {"latest", CameraInfoChoice::kLatest}});

@@ -20,12 +20,19 @@ std::string formatNumber(double number) {
   return out.str();
 }
 
+std::string joinNames(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return "[" + text + "]";
+}
+
 }  // namespace
 
 std::string toString(const ParamValue& value) {
   if (const bool* b = std::get_if<bool>(&value)) return *b ? "true" : "false";
   if (const int* i = std::get_if<int>(&value)) return std::to_string(*i);
   if (const double* d = std::get_if<double>(&value)) return formatNumber(*d);
+  if (const auto* names = std::get_if<std::vector<std::string>>(&value)) return joinNames(*names);
   return "'" + std::get<std::string>(value) + "'";
 }
 
@@ -106,6 +113,17 @@ void ParamReader::operator()(const std::string& key, double& member, Range range
 
 void ParamReader::operator()(const std::string& key, std::string& member) {
   readString(key, member);
+}
+
+void ParamReader::operator()(const std::string& key, std::vector<std::string>& member) {
+  const ParamValue* value = find(key);
+  if (value == nullptr) return;
+  const auto* names = std::get_if<std::vector<std::string>>(value);
+  if (names == nullptr) {
+    addViolation(key, "must be a list of names, as in [front, rear]");
+    return;
+  }
+  member = *names;
 }
 
 void ParamReader::finish() {

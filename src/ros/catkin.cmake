@@ -18,7 +18,7 @@ find_package(PCL REQUIRED COMPONENTS common)
 set(DTSDF_CV_BRIDGE_LIBRARY ${cv_bridge_LIBRARIES})
 list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 
-add_message_files(FILES DropCount.msg MapStatus.msg)
+add_message_files(FILES CameraStatus.msg DropCount.msg MapStatus.msg MemoryPart.msg StreamStatus.msg)
 add_service_files(FILES SaveMesh.srv)
 generate_messages(DEPENDENCIES std_msgs)
 

@@ -26,7 +26,7 @@ constexpr size_t kFramesAhead = 4;
 constexpr size_t kFramesLookedAt = 5;
 
 #ifdef DTSDF_WITH_BAG
-std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const NodeParams& node) {
+BagOptions bagOptions(const ReconstructOptions& options, const NodeParams& node) {
   BagOptions bag;
   bag.path = options.recording.path;
   bag.depth_topic = options.depth_topic;
@@ -47,11 +47,25 @@ std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const No
   bag.poses_path = options.recording.poses_path;
   bag.pose_tolerance_s = options.recording.pose_tolerance_s;
   bag.selection = options.recording.selection;
-  return openBagFrames(bag);
+  bag.colour_topic = options.colour_topic;
+  return bag;
+}
+
+std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const NodeParams& node) {
+  return openBagFrames(bagOptions(options, node));
+}
+
+std::unique_ptr<ColourSource> openColoursOfBag(const ReconstructOptions& options,
+                                               const NodeParams& node) {
+  return openBagColours(bagOptions(options, node));
 }
 #else
 std::unique_ptr<FrameSource> openBag(const ReconstructOptions&, const NodeParams&) {
   throw std::runtime_error("this build cannot read bags; build the package with -DWITH_ROS=ON");
+}
+
+std::unique_ptr<ColourSource> openColoursOfBag(const ReconstructOptions&, const NodeParams&) {
+  return nullptr;
 }
 #endif
 
@@ -76,12 +90,32 @@ std::unique_ptr<FrameSource> openAndLook(const ReconstructOptions& options,
   return std::move(looked.source);
 }
 
+/// Null where there is no colour, or none is wanted.
+std::unique_ptr<ColourSource> openColours(const ReconstructOptions& options,
+                                          const NodeParams& node) {
+  if (node.colour.enabled == ColourUse::kNever) return nullptr;
+  const RecordingOptions& recording = options.recording;
+  std::unique_ptr<ColourSource> colours = recording.format == "bag"
+                                              ? openColoursOfBag(options, node)
+                                              : openRecordingColours(recording);
+  if (colours == nullptr && node.colour.enabled == ColourUse::kAlways) {
+    throw std::runtime_error("colour/enabled is always, but '" + recording.path +
+                             "' has no colour images where the format " + recording.format +
+                             " has them");
+  }
+  return colours;
+}
+
 void printSummary(const ReconstructionResult& result, const std::string& backend_name,
                   const std::string& mesh_path) {
   const std::string skipped = describeSkipped(result.skipped);
   std::printf("%zu frames fused on %s in %.1f ms each (median)%s%s\n", result.frames,
               backend_name.c_str(), summarise(result.integrate_ms).median,
               skipped.empty() ? "" : "; not fused: ", skipped.c_str());
+  if (result.images > 0) {
+    std::printf("%zu colour images painted in %.1f ms each (median)\n", result.images,
+                summarise(result.paint_ms).median);
+  }
   std::printf("%zu vertices, %zu triangles: %s\n", result.mesh.vertices_m.size(),
               result.mesh.triangles.size(), mesh_path.c_str());
   if (result.map.refused_blocks > 0) {
@@ -113,11 +147,14 @@ void run(ReconstructOptions options) {
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
 
   const auto source = prefetchFrames(openAndLook(options, settings), kFramesAhead);
+  const auto colours = openColours(options, settings.params.node);
   const auto mapper = makeProbedMapper(params, settings.rules);
   ReconstructionResult result;
   {
     ProgressBar progress("frames", source->size());
-    result = reconstruct(*source, *mapper, params.map.voxel_size_m, options.mesh_every,
+    const double max_colour_rate_hz = settings.params.node.colour.max_rate_hz;
+    result = reconstruct({*source, colours.get(), max_colour_rate_hz}, *mapper,
+                         params.map.voxel_size_m, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
   checkSupport(result, params);

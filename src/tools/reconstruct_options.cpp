@@ -77,6 +77,10 @@ void addReadingOptions(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--mask-topic", "T",
                 "a bag's masks: mono8, not 0 where the image shows what is no part of the scene"},
                options.mask_topic);
+  line.addText({"--color-topic", "T",
+                "a bag's colour images, with camera_info beside them (default: the only such "
+                "topic)"},
+               options.colour_topic);
 }
 
 void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
@@ -133,6 +137,9 @@ void checkReadingOptions(const ReconstructOptions& options) {
   }
   if (!is_bag && !options.mask_topic.empty()) {
     throw UsageError("--mask-topic is for bags, and " + read_as);
+  }
+  if (!is_bag && !options.colour_topic.empty()) {
+    throw UsageError("--color-topic is for bags, and " + read_as);
   }
 }
 

@@ -12,6 +12,7 @@ namespace dtsdf {
 struct ReconstructOptions : RunOptions {
   std::string depth_topic, info_topic;  ///< Empty: chosen from the bag.
   std::string mask_topic;               ///< Of a bag; empty: no masks.
+  std::string colour_topic;             ///< Empty: chosen from the bag.
   size_t mesh_every = 0;  ///< Extract a mesh each so many frames; 0: only at the end.
   std::string mesh_path;
 };

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "dtsdf_mapping/io/rate_limit.h"
+
 namespace dtsdf {
 namespace {
 
@@ -26,6 +28,17 @@ class Reconstruction {
  public:
   Reconstruction(Mapper& mapper, float voxel_size_m) : mapper_(mapper), store_(voxel_size_m) {}
 
+  void paint(const ColourFrame& image) {
+    IntegrationResult painting;
+    result_.paint_ms.push_back(timeMs([&] { painting = mapper_.paint(image); }));
+    if (painting.status == FrameStatus::kFused) {
+      ++result_.images;
+    } else {
+      ++result_.skipped[std::string("colour images: ") + toString(painting.status)];
+    }
+    painted_since_mesh_ = true;
+  }
+
   void fuse(const DepthFrame& frame) {
     IntegrationResult integration;
     result_.integrate_ms.push_back(timeMs([&] { integration = mapper_.integrate(frame); }));
@@ -38,12 +51,10 @@ class Reconstruction {
   }
 
   void updateMeshIfDue(size_t mesh_every) {
-    if (frames_since_mesh_ < mesh_every) return;
-    result_.mesh_ms.push_back(timeMs([&] { store_.apply(mapper_.updateMesh()); }));
-    frames_since_mesh_ = 0;
+    if (frames_since_mesh_ >= mesh_every) updateMesh();
   }
 
-  size_t framesNotFused() const { return sumOf(result_.skipped); }
+  size_t framesNotFused() const { return result_.integrate_ms.size() - result_.frames; }
 
   ReconstructionResult finish(const std::map<std::string, size_t>& skipped_by_source) {
     for (const auto& [reason, count] : skipped_by_source) result_.skipped[reason] += count;
@@ -53,7 +64,7 @@ class Reconstruction {
                                (reasons.empty() ? "none was selected" : reasons) +
                                "), so there is no mesh to save");
     }
-    updateMeshIfDue(1);
+    if (frames_since_mesh_ > 0 || painted_since_mesh_) updateMesh();
     result_.map = mapper_.stats();
     result_.mesh = store_.assemble();
     return std::move(result_);
@@ -62,10 +73,49 @@ class Reconstruction {
   size_t frames() const { return result_.frames; }
 
  private:
+  void updateMesh() {
+    result_.mesh_ms.push_back(timeMs([&] { store_.apply(mapper_.updateMesh()); }));
+    frames_since_mesh_ = 0;
+    painted_since_mesh_ = false;
+  }
+
   Mapper& mapper_;
   MeshStore store_;
   ReconstructionResult result_;
   size_t frames_since_mesh_ = 0;
+  bool painted_since_mesh_ = false;
+};
+
+/// The colour images of a recording, one ahead.
+class ColourQueue {
+ public:
+  ColourQueue(ColourSource* source, double max_rate_hz)
+      : source_(source), rate_limit_(max_rate_hz) {
+    advance();
+  }
+
+  /// Images left out, as more come than are wanted.
+  size_t leftOut() const { return left_out_; }
+
+  /// Hands those with a stamp before this one, or at it, to `take`.
+  template <class Take>
+  void takeUpTo(double stamp_s, bool with_it, const Take& take) {
+    for (; next_ && (next_->stamp_s < stamp_s || (with_it && next_->stamp_s == stamp_s));
+         advance()) {
+      take(next_->colour);
+    }
+  }
+
+ private:
+  void advance() {
+    next_ = source_ == nullptr ? std::nullopt : source_->next();
+    for (; next_ && !rate_limit_.takes(next_->stamp_s); next_ = source_->next()) ++left_out_;
+  }
+
+  ColourSource* source_;
+  RateLimit rate_limit_;
+  size_t left_out_ = 0;
+  std::optional<SourceColour> next_;
 };
 
 }  // namespace
@@ -78,17 +128,30 @@ std::string describeSkipped(const std::map<std::string, size_t>& skipped) {
   return text;
 }
 
-ReconstructionResult reconstruct(FrameSource& source, Mapper& mapper, float voxel_size_m,
+ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
   Reconstruction reconstruction(mapper, voxel_size_m);
-  while (const std::optional<SourceFrame> frame = source.next()) {
+  ColourQueue images(input.colour, input.max_colour_rate_hz);
+  bool is_first = true;
+  while (const std::optional<SourceFrame> frame = input.depth.next()) {
+    images.takeUpTo(frame->stamp_s, false, [&](const ColourFrame& image) {
+      if (!is_first) reconstruction.paint(image);
+    });
+    is_first = false;
     reconstruction.fuse(frame->depth);
+    images.takeUpTo(frame->stamp_s, true,
+                    [&](const ColourFrame& image) { reconstruction.paint(image); });
     if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
     show_progress(reconstruction.frames() + reconstruction.framesNotFused() +
-                  sumOf(source.skipped()));
+                  sumOf(input.depth.skipped()));
   }
-  return reconstruction.finish(source.skipped());
+  std::map<std::string, size_t> skipped = input.depth.skipped();
+  if (input.colour != nullptr) {
+    for (const auto& [reason, count] : input.colour->skipped()) skipped[reason] += count;
+    if (images.leftOut() > 0) skipped["colour images: over_rate"] = images.leftOut();
+  }
+  return reconstruction.finish(skipped);
 }
 
 }  // namespace dtsdf

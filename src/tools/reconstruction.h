@@ -6,25 +6,40 @@
 #include <string>
 #include <vector>
 
+#include "dtsdf_mapping/io/colour_source.h"
 #include "dtsdf_mapping/io/frame_source.h"
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
 
 namespace dtsdf {
 
+/// What is fused, and what is painted, if anything.
+struct RecordedInput {
+  RecordedInput(FrameSource& frames, ColourSource* images = nullptr,  // NOLINT: as it is mostly
+                double images_per_s = 0.0)
+      : depth(frames), colour(images), max_colour_rate_hz(images_per_s) {}
+  FrameSource& depth;
+  ColourSource* colour;
+  double max_colour_rate_hz;  ///< Of what is painted; 0: all.
+};
+
 struct ReconstructionResult {
   size_t frames = 0;                      ///< Fused.
+  size_t images = 0;                      ///< Painted.
   std::map<std::string, size_t> skipped;  ///< Not fused, by reason.
   std::vector<double> integrate_ms;       ///< Wall time of each call, fused or refused.
+  std::vector<double> paint_ms;           ///< Wall time of each colour image.
   std::vector<double> mesh_ms;            ///< Wall time of each extraction.
   MapStats map;
   Mesh mesh;
 };
 
-/// Fuses all frames of a source. The mesh is extracted each `mesh_every` frames (0: never) and, of
-/// what is left, at the end. `show_progress` is called with the number of frames done.
+/// Fuses all frames of a source. Colour images are painted in the order of stamps between them,
+/// those of one stamp after the frame; none before the first frame or after the last. The mesh is
+/// extracted each `mesh_every` frames (0: never) and, of what is left, at the end. `show_progress`
+/// is called with the number of frames done.
 /// @throws std::runtime_error if the source or the backend fails, or if no frame was fused.
-ReconstructionResult reconstruct(FrameSource& source, Mapper& mapper, float voxel_size_m,
+ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 

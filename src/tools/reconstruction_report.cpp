@@ -34,6 +34,9 @@ std::string reportJson(const ReconstructionResult& result, const std::string& ba
   report["frames"] = result.frames;
   report["frames_skipped"] = nlohmann::json(result.skipped);
   report["integrate_ms"] = toJson(summarise(result.integrate_ms));
+  report["colour_images"] = result.images;
+  report["paint_ms"] = toJson(summarise(result.paint_ms));
+  report["colour_bytes"] = result.map.colour_bytes;
   report["mesh_ms"] = toJson(summarise(result.mesh_ms));
   report["mesh_updates"] = result.mesh_ms.size();
   report["blocks"] = result.map.blocks;

@@ -11,7 +11,8 @@ import pathlib
 import re
 import sys
 
-RULES = {"SurfelRules": "surfels", "FusionRules": "fusion", "MeshRules": "mesh"}
+RULES = {"SurfelRules": "surfels", "FusionRules": "fusion", "ColourRules": "colour",
+         "MeshRules": "mesh"}
 # Named files may be given from the root, or from one of these.
 BASES = ("", "src", "src/kernels", "include/dtsdf_mapping", "cuda", "docs")
 

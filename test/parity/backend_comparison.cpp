@@ -58,7 +58,14 @@ std::string firstDifference(const std::vector<Voxel>& a, const std::vector<Voxel
 }
 
 bool sameBlockMesh(const BlockMesh& a, const BlockMesh& b) {
-  return a.key == b.key && sameBytes(a.vertices, b.vertices) && sameBytes(a.triangles, b.triangles);
+  return a.key == b.key && sameBytes(a.vertices, b.vertices) &&
+         sameBytes(a.triangles, b.triangles) && sameBytes(a.colours, b.colours);
+}
+
+void expectEqualResults(const IntegrationResult& expected, const IntegrationResult& actual) {
+  ASSERT_EQ(actual.status, expected.status) << actual.message << " / " << expected.message;
+  ASSERT_EQ(actual.message, expected.message);
+  ASSERT_EQ(actual.refused_blocks, expected.refused_blocks);
 }
 
 }  // namespace
@@ -88,19 +95,27 @@ BackendPair::BackendPair(const MapperParams& params, Candidate candidate, const 
 
 void BackendPair::integrateOnly(const DepthFrame& frame) {
   const IntegrationResult expected = reference_->integrate(frame);
-  const IntegrationResult actual = candidate_->integrate(frame);
-  ASSERT_EQ(actual.status, expected.status) << actual.message << " / " << expected.message;
-  ASSERT_EQ(actual.message, expected.message);
-  ASSERT_EQ(actual.refused_blocks, expected.refused_blocks);
+  expectEqualResults(expected, candidate_->integrate(frame));
+}
+
+void BackendPair::paint(const ColourFrame& frame) {
+  const IntegrationResult expected = reference_->paint(frame);
+  ASSERT_NO_FATAL_FAILURE(expectEqualResults(expected, candidate_->paint(frame)));
+  compareStats();
 }
 
 void BackendPair::integrate(const DepthFrame& frame) {
   ASSERT_NO_FATAL_FAILURE(integrateOnly(frame));
+  compareStats();
+}
+
+void BackendPair::compareStats() {
   const MapStats expected_stats = reference_->stats(), actual_stats = candidate_->stats();
   ASSERT_EQ(actual_stats.blocks, expected_stats.blocks);
   ASSERT_EQ(actual_stats.voxel_arrays, expected_stats.voxel_arrays);
   ASSERT_EQ(actual_stats.map_bytes, expected_stats.map_bytes);
   ASSERT_EQ(actual_stats.refused_blocks, expected_stats.refused_blocks);
+  ASSERT_EQ(actual_stats.colour_bytes, expected_stats.colour_bytes);
 }
 
 void BackendPair::updateMesh() {
@@ -150,6 +165,7 @@ void expectEqualMeshes(const Mesh& expected, const Mesh& actual) {
   EXPECT_TRUE(sameBytes(expected.vertices_m, actual.vertices_m));
   EXPECT_TRUE(sameBytes(expected.normals, actual.normals));
   EXPECT_TRUE(sameBytes(expected.triangles, actual.triangles));
+  EXPECT_TRUE(sameBytes(expected.colours, actual.colours));
 }
 
 void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual) {
@@ -161,6 +177,8 @@ void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual) {
       ASSERT_TRUE(sameBytes(a[i].voxels[d], b[i].voxels[d]))
           << describe(a[i].key) << ", direction " << d << ": "
           << firstDifference(a[i].voxels[d], b[i].voxels[d]);
+      ASSERT_TRUE(sameBytes(a[i].colours[d], b[i].colours[d]))
+          << describe(a[i].key) << ", colours of direction " << d;
     }
   }
 }

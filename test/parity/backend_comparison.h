@@ -29,18 +29,22 @@ class BackendPair {
   void integrate(const DepthFrame& frame);
   /// Without a look at the map, which would make a GPU finish the frame.
   void integrateOnly(const DepthFrame& frame);
+  /// As integrate().
+  void paint(const ColourFrame& frame);
   void updateMesh();
   void beginMeshUpdate();
   void finishMeshUpdate();
   void clear();
 
-  /// Compares all voxels, and the meshes put together from all updates.
+  /// Compares all voxels and colours, and the meshes put together from all updates.
   void compareMaps();
 
   ProbedMapper& reference() { return *reference_; }
   ProbedMapper& candidate() { return *candidate_; }
 
  private:
+  void compareStats();
+
   std::unique_ptr<ProbedMapper> reference_, candidate_;
   MeshStore reference_mesh_, candidate_mesh_;
 };

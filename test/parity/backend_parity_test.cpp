@@ -32,6 +32,19 @@ void integrateAll(BackendPair& pair, const std::vector<TestFrame>& frames, int m
   }
 }
 
+/// Depth and colour by turns.
+void feedAll(BackendPair& pair, const std::vector<TestFrame>& frames,
+             const std::vector<TestColours>& images, int mesh_every) {
+  for (size_t i = 0; i < frames.size(); ++i) {
+    SCOPED_TRACE("frame " + std::to_string(i));
+    ASSERT_NO_FATAL_FAILURE(pair.integrate(frames[i].view()));
+    ASSERT_NO_FATAL_FAILURE(pair.paint(images[i].view()));
+    if (mesh_every > 0 && (i + 1) % mesh_every == 0) {
+      ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+    }
+  }
+}
+
 /// Both maps hold something, so that equal does not just mean empty.
 void expectSurface(ProbedMapper& mapper) { EXPECT_GT(mapper.stats().voxel_arrays, 50u); }
 
@@ -113,6 +126,17 @@ TEST_P(FusionModeParity, BudgetReached) {
   pair.compareMaps();
 }
 
+TEST_P(FusionModeParity, PaintedAndMeshedEverySecondFrame) {
+  const auto [candidate, mode, directional] = GetParam();
+  BackendPair pair(makeParams(mode, directional, 0.03f), candidate);
+  TestFrameSettings settings;
+  settings.noise = true;
+  ASSERT_NO_FATAL_FAILURE(
+      feedAll(pair, makeTestFrames(settings), makeTestColours(settings), 2));
+  EXPECT_GT(pair.candidate().stats().colour_bytes, 0u);
+  pair.compareMaps();
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, FusionModeParity,
     testing::Combine(testing::Values(Candidate::kCpuTwoThreads, Candidate::kCuda),
@@ -150,6 +174,69 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
     EXPECT_GT(profile.work.surfels, profile.work.pixels);
     pair.compareMaps();
   }
+}
+
+/// A mesh without colours is there first; then images of any size, also of a single pixel, with the
+/// mesh under way.
+TEST_P(BackendParity, PaintedLaterAndInOtherSizes) {
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
+  TestFrameSettings settings;
+  settings.count = 3;
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 1));
+  for (const int width : {1, 5, 33, 400}) {
+    for (const ColourEncoding encoding : {ColourEncoding::kMono8, ColourEncoding::kRgb8}) {
+      SCOPED_TRACE(width);
+      const int height = 2 * width / 3 + 1;
+      for (const TestColours& image : makeTestColours(settings, width, height, encoding)) {
+        pair.beginMeshUpdate();
+        ASSERT_NO_FATAL_FAILURE(pair.paint(image.view()));
+        ASSERT_NO_FATAL_FAILURE(pair.finishMeshUpdate());
+      }
+    }
+  }
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+  pair.compareMaps();
+}
+
+/// Colours compete with voxels for the budget, and go with what is cleared; a second start too.
+TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
+  MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.02f);
+  params.map.max_memory_mb = 6;
+  BackendPair pair(params, GetParam());
+  TestFrameSettings settings;
+  settings.count = 6;
+  const std::vector<TestFrame> frames = makeTestFrames(settings);
+  const std::vector<TestColours> images = makeTestColours(settings);
+  ASSERT_NO_FATAL_FAILURE(pair.paint(images[0].view()));  // of an empty map
+  for (int round = 0; round < 2; ++round) {
+    ASSERT_NO_FATAL_FAILURE(feedAll(pair, frames, images, 3));
+    EXPECT_GT(pair.candidate().stats().refused_blocks, 0u);
+    EXPECT_LE(pair.candidate().stats().map_bytes, size_t(6) << 20);
+    pair.compareMaps();
+    pair.clear();
+  }
+}
+
+/// What is seen through loses its colours, and arrays that are used again have none.
+TEST_P(BackendParity, PaintedAndSeenThrough) {
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
+  TestFrameSettings settings;
+  settings.count = 2;
+  settings.encoding = DepthEncoding::kFloat32;
+  settings.offset_W = {300.0, -200.0, 50.0};
+  const std::vector<TestFrame> frames = makeTestFrames(settings);
+  const std::vector<TestColours> images = makeTestColours(settings);
+  ASSERT_NO_FATAL_FAILURE(feedAll(pair, frames, images, 1));
+  const size_t before = pair.candidate().stats().colour_bytes;
+  TestFrame far = frames[0];
+  const float far_m = 50.0f;
+  for (size_t i = 0; i < far.pixels.size(); i += sizeof(float)) {
+    std::memcpy(&far.pixels[i], &far_m, sizeof(float));
+  }
+  ASSERT_NO_FATAL_FAILURE(integrateAll(pair, std::vector<TestFrame>(8, far), 2));
+  EXPECT_LT(pair.candidate().stats().colour_bytes, before);
+  ASSERT_NO_FATAL_FAILURE(feedAll(pair, frames, images, 1));
+  pair.compareMaps();
 }
 
 /// The mesh must show the map as it was at beginMeshUpdate(), whatever is integrated meanwhile.

@@ -74,4 +74,31 @@ std::vector<TestFrame> makeTestFrames(const TestFrameSettings& settings) {
   return frames;
 }
 
+std::vector<TestColours> makeTestColours(const TestFrameSettings& settings, int width, int height,
+                                         ColourEncoding encoding) {
+  std::mt19937 random(8);
+  const size_t channels = encoding == ColourEncoding::kMono8 ? 1 : 3;
+  std::vector<TestColours> images(settings.count);
+  for (int i = 0; i < settings.count; ++i) {
+    ColourFrame& frame = images[i].frame;
+    frame.width = width;
+    frame.height = height;
+    frame.encoding = encoding;
+    frame.row_bytes = width * channels + 3;  // rows need not be packed
+    const float focal_px = 0.8f * static_cast<float>(width);
+    frame.intrinsics = {focal_px, 1.01f * focal_px, 0.5f * static_cast<float>(width - 1),
+                        0.5f * static_cast<float>(height - 1)};
+    frame.T_W_C = roomCameraPose(settings.first_s + (i + 0.1) * settings.step_s) *
+                  Eigen::Translation3d(0.05, 0.0, 0.0);
+    frame.T_W_C.pretranslate(settings.offset_W);
+    images[i].pixels.resize(frame.row_bytes * height);
+    const double bright = 0.8 + 0.2 * std::sin(2.0 * i);
+    for (size_t at = 0; at < images[i].pixels.size(); ++at) {
+      const double pattern = 120.0 + 100.0 * std::sin(0.002 * static_cast<double>(at));
+      images[i].pixels[at] = static_cast<unsigned char>(bright * pattern + random() % 32);
+    }
+  }
+  return images;
+}
+
 }  // namespace dtsdf

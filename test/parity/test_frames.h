@@ -31,4 +31,22 @@ struct TestFrameSettings {
 
 std::vector<TestFrame> makeTestFrames(const TestFrameSettings& settings);
 
+/// A colour image that owns its pixels.
+struct TestColours {
+  ColourFrame frame;  ///< Its `data` points into `pixels`, as in TestFrame.
+  std::vector<unsigned char> pixels;
+
+  ColourFrame view() const {
+    ColourFrame copy = frame;
+    copy.data = pixels.data();
+    return copy;
+  }
+};
+
+/// As many images of a camera beside the depth camera, of any size: a pattern with noise whose
+/// brightness changes from image to image.
+std::vector<TestColours> makeTestColours(const TestFrameSettings& settings, int width = 150,
+                                         int height = 110,
+                                         ColourEncoding encoding = ColourEncoding::kBgr8);
+
 }  // namespace dtsdf

@@ -86,6 +86,20 @@ TEST(NodeParams, ReportsAllViolationsTogether) {
   }
 }
 
+TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(readMappingParams({{"cameras", Names{"front", "left/rear_2"}}}).node.cameras,
+            (Names{"front", "left/rear_2"}));
+  for (const std::string bad : {"", "/front", "2nd", "front/", "a//b", "a b", "a-b"}) {
+    EXPECT_EQ(violationsOf({{"cameras", Names{bad}}}).size(), 1u) << bad;
+  }
+  EXPECT_EQ(violationsOf({{"cameras", Names{"a", "a"}}}).size(), 1u);
+  EXPECT_EQ(violationsOf({{"cameras", std::string("front")}}).size(), 1u);
+  EXPECT_EQ(violationsOf({{"cameras", Names{"a", "b"}}, {"input/camera_frame", std::string("c")}})
+                .size(),
+            1u);
+}
+
 TEST(NodeParams, StripsTheSlashOfOldFrames) {
   const MappingParams params = readMappingParams(
       {{"map_frame", std::string("/odom")}, {"input/camera_frame", std::string("/cam")}});

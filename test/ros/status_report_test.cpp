@@ -13,34 +13,36 @@ bool says(const MapStatus& status, const std::string& text) {
 
 StatusInput makeInput() {
   StatusInput input;
-  input.image_topic = "/camera/depth/image_rect";
-  input.info_topic = "/camera/depth/camera_info";
+  input.cameras.resize(1);
+  input.cameras[0].depth.image_topic = "/camera/depth/image_rect";
+  input.cameras[0].depth.info_topic = "/camera/depth/camera_info";
   return input;
 }
 
 TEST(StatusReport, SaysStepByStepWhatIsMissing) {
   StatusInput input = makeInput();
+  StreamReport& depth = input.cameras[0].depth;
   MapStatus status = makeStatus(input);
   EXPECT_EQ(status.level, MapStatus::WARN);
   EXPECT_TRUE(says(status, "no depth image received on '/camera/depth/image_rect'"));
   EXPECT_TRUE(says(status, "no publisher"));
   input.depth_topics = {"/a/depth", "/b/depth"};
   EXPECT_TRUE(says(makeStatus(input), "depth is published on '/a/depth' and '/b/depth'"));
-  input.image_publishers = 1;
+  depth.image_publishers = 1;
   EXPECT_TRUE(says(makeStatus(input), "sent nothing yet"));
 
-  input.frames.images = 5;
+  depth.frames.images = 5;
   EXPECT_TRUE(says(makeStatus(input), "no camera_info on '/camera/depth/camera_info'"));
-  input.frames.camera_infos = 5;
+  depth.frames.camera_infos = 5;
   EXPECT_EQ(makeStatus(input).level, MapStatus::OK);
-  input.waiting_for = "no transform from 'camera' to 'map'";
+  depth.waiting_for = "no transform from 'camera' to 'map'";
   EXPECT_TRUE(says(makeStatus(input), "no transform from 'camera' to 'map'"));
-  input.waiting_for.clear();
-  input.frames.dropped[static_cast<size_t>(DropReason::kBadEncoding)] = 1;
-  input.frames.last_drop = "encoding 'bgr8'";
+  depth.waiting_for.clear();
+  depth.frames.dropped[static_cast<size_t>(DropReason::kBadEncoding)] = 1;
+  depth.frames.last_drop = "encoding 'bgr8'";
   EXPECT_TRUE(says(makeStatus(input), "encoding 'bgr8'"));
 
-  input.frames.fused = 1;
+  depth.frames.fused = 1;
   EXPECT_TRUE(says(makeStatus(input), "nobody listens"));
   input.mesh_listeners = 1;
   EXPECT_TRUE(says(makeStatus(input), "no triangles yet"));
@@ -50,12 +52,15 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
 
 TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   StatusInput input = makeInput();
-  input.frames.fused = 10;
+  StreamReport& depth = input.cameras[0].depth;
+  depth.frames.fused = 10;
   input.output.triangles = 1;
-  input.newly_dropped = 3;
-  input.newly_fused = 2;
-  input.frames.last_drop = "the reason";
-  EXPECT_TRUE(says(makeStatus(input), "the reason"));
+  const MapStatus before = makeStatus(input);
+  EXPECT_EQ(before.message, "mapping");
+  depth.frames.fused += 2;
+  depth.frames.dropped[static_cast<size_t>(DropReason::kPoseJump)] = 3;
+  depth.frames.last_drop = "the reason";
+  EXPECT_TRUE(says(makeStatus(input, before), "most frames are dropped: the reason"));
   input.map.stats.refused_blocks = 7;
   EXPECT_TRUE(says(makeStatus(input), "map/max_memory_mb"));
   input.paused = true;
@@ -65,15 +70,105 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   EXPECT_TRUE(says(makeStatus(input), "out of memory"));
 }
 
+TEST(StatusReport, SaysWhichCameraItIs) {
+  StatusInput input = makeInput();
+  input.cameras.push_back(input.cameras[0]);
+  input.cameras[0].name = "front";
+  input.cameras[1].name = "rear";
+  input.cameras[1].depth.image_topic = "/rear/depth/image_rect";
+  EXPECT_TRUE(says(makeStatus(input), "front: no depth image received on '/camera"));
+  input.cameras[0].depth.frames.fused = 1;
+  input.output.triangles = 1;
+  const MapStatus one = makeStatus(input);
+  EXPECT_EQ(one.level, MapStatus::WARN);
+  EXPECT_TRUE(says(one, "rear: no depth image received on '/rear/depth/image_rect'"));
+  input.cameras[1].depth.frames.fused = 1;
+  EXPECT_EQ(makeStatus(input, one).message, "mapping");
+  input.cameras[1].depth.frames.dropped[static_cast<size_t>(DropReason::kOutOfOrder)] = 2;
+  EXPECT_TRUE(says(makeStatus(input, one), "rear: most frames are dropped"));
+}
+
+TEST(StatusReport, CountsEachCameraAndAllTogether) {
+  StatusInput input = makeInput();
+  input.cameras.push_back(input.cameras[0]);
+  for (int i = 0; i < 2; ++i) {
+    CameraReport& camera = input.cameras[i];
+    camera.name = i == 0 ? "front" : "rear";
+    camera.depth.frames.images = 10 + i;
+    camera.depth.frames.fused = 5 + i;
+    camera.depth.frames.dropped[static_cast<size_t>(DropReason::kQueueFull)] = 1 + i;
+    camera.depth.frames.last_fused_stamp = ros::Time(7.0 - i);
+    camera.depth.waiting = 2;
+    camera.depth.waiting_bytes = 100;
+  }
+  input.cameras[1].depth.frames.image_age_s = 0.25;
+  input.map.stats.map_bytes = 1000;
+  input.map.stats.colour_bytes = 100;
+  input.output.mesh_bytes = 300;
+  const MapStatus status = makeStatus(input);
+  EXPECT_EQ(status.images_received, 21u);
+  EXPECT_EQ(status.frames_fused, 11u);
+  EXPECT_EQ(status.frames_dropped, 3u);
+  ASSERT_EQ(status.dropped.size(), 1u);
+  EXPECT_EQ(status.dropped[0].count, 3u);
+  EXPECT_EQ(status.frames_waiting, 4u);
+  EXPECT_EQ(status.last_fused_stamp, ros::Time(7.0));
+  ASSERT_EQ(status.cameras.size(), 2u);
+  EXPECT_EQ(status.cameras[1].name, "rear");
+  ASSERT_EQ(status.cameras[1].streams.size(), 1u);
+  const dtsdf_mapping::StreamStatus& rear = status.cameras[1].streams[0];
+  EXPECT_EQ(rear.kind, "depth");
+  EXPECT_EQ(rear.received, 11u);
+  EXPECT_EQ(rear.fused, 6u);
+  EXPECT_EQ(rear.dropped[0].count, 2u);
+  EXPECT_EQ(rear.last_fused_stamp, ros::Time(6.0));
+  EXPECT_EQ(rear.received_age_s, 0.25f);
+  EXPECT_EQ(status.cameras[0].streams[0].received_age_s, -1.0f) << "none has come";
+  ASSERT_EQ(status.memory.size(), 4u);
+  EXPECT_EQ(status.memory[0].bytes, 900u);
+  EXPECT_EQ(status.memory[1].name, "colour");
+  EXPECT_EQ(status.memory[1].bytes, 100u);
+  EXPECT_EQ(status.memory[2].bytes, 300u);
+  EXPECT_EQ(status.memory[3].bytes, 200u);
+}
+
 TEST(StatusReport, ListsTheReasonsThatOccurred) {
   StatusInput input = makeInput();
-  input.frames.dropped[static_cast<size_t>(DropReason::kQueueFull)] = 2;
-  input.frames.dropped[static_cast<size_t>(DropReason::kPoseJump)] = 3;
+  StreamReport& depth = input.cameras[0].depth;
+  depth.frames.dropped[static_cast<size_t>(DropReason::kQueueFull)] = 2;
+  depth.frames.dropped[static_cast<size_t>(DropReason::kPoseJump)] = 3;
   const MapStatus status = makeStatus(input);
   ASSERT_EQ(status.dropped.size(), 2u);
   EXPECT_EQ(status.dropped[0].reason, "queue_full");
   EXPECT_EQ(status.dropped[1].count, 3u);
   EXPECT_EQ(status.frames_dropped, 5u);
+}
+
+TEST(StatusReport, TellsOfColourThatCannotBePainted) {
+  StatusInput input = makeInput();
+  input.cameras[0].depth.frames.fused = 1;
+  input.output.triangles = 1;
+  EXPECT_EQ(makeStatus(input).message, "mapping");
+  input.cameras[0].colour.emplace();
+  StreamReport& colour = *input.cameras[0].colour;
+  colour.image_topic = "/camera/color/image_rect";
+  colour.info_topic = "/camera/color/camera_info";
+  EXPECT_EQ(makeStatus(input).message, "mapping") << "nobody has asked for it";
+  input.cameras[0].is_colour_needed = true;
+  EXPECT_TRUE(says(makeStatus(input), "no colour image received on '/camera/color/image_rect'"));
+  colour.frames.images = 3;
+  EXPECT_TRUE(says(makeStatus(input), "no camera_info on '/camera/color/camera_info'"));
+  colour.frames.camera_infos = 3;
+  colour.frames.dropped[static_cast<size_t>(DropReason::kNoTransform)] = 3;
+  colour.frames.last_drop = "the reason";
+  EXPECT_TRUE(says(makeStatus(input), "no colour image painted yet: the reason"));
+  EXPECT_EQ(makeStatus(input).frames_dropped, 0u) << "those are depth's";
+  colour.frames.fused = 1;
+  EXPECT_EQ(makeStatus(input).message, "mapping");
+  const dtsdf_mapping::StreamStatus stream = makeStatus(input).cameras[0].streams.at(1);
+  EXPECT_EQ(stream.kind, "color");
+  EXPECT_EQ(stream.fused, 1u);
+  EXPECT_EQ(stream.dropped.at(0).count, 3u);
 }
 
 }  // namespace

@@ -29,6 +29,8 @@ testing::AssertionResult sameMaps(ProbedMapper& a, ProbedMapper& b) {
     for (int d = 0; d < kDirectionCount; ++d) {
       if (!sameBytes(x[i].voxels[d], y[i].voxels[d]))
         return place() << "differs in direction " << d;
+      if (!sameBytes(x[i].colours[d], y[i].colours[d]))
+        return place() << "has other colours in direction " << d;
     }
   }
   return testing::AssertionSuccess();
@@ -44,6 +46,7 @@ testing::AssertionResult sameMeshes(const Mesh& a, const Mesh& b) {
            << "vertices differ: " << a.vertices_m.size() << " and " << b.vertices_m.size();
   }
   if (!sameBytes(a.normals, b.normals)) return testing::AssertionFailure() << "normals differ";
+  if (!sameBytes(a.colours, b.colours)) return testing::AssertionFailure() << "colours differ";
   return testing::AssertionSuccess();
 }
 

@@ -29,6 +29,28 @@ inline void writeDepthImage(const std::string& path, int width, int height, int 
   cv::imwrite(path, image);
 }
 
+/// A colour image whose rows differ: red is `step` times v + 1 in row v, blue is 200.
+inline void writeColourRows(const std::string& path, int width, int height, int step) {
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  cv::Mat image(height, width, CV_8UC3);
+  for (int v = 0; v < height; ++v) image.row(v).setTo(cv::Scalar(200, 0, step * (v + 1)));
+  cv::imwrite(path, image);
+}
+
+/// All colour images of a recording.
+inline std::vector<SourceColour> readAllColours(const RecordingOptions& options) {
+  std::vector<SourceColour> images;
+  const auto source = openRecordingColours(options);
+  if (source == nullptr) return images;
+  while (auto image = source->next()) images.push_back(std::move(*image));
+  return images;
+}
+
+/// Red of the first pixel of a row.
+inline int redAt(const ColourFrame& image, int v) {
+  return static_cast<const uint8_t*>(image.data)[static_cast<size_t>(v) * image.row_bytes];
+}
+
 /// All frames of a source.
 inline std::vector<SourceFrame> readAll(FrameSource& source) {
   std::vector<SourceFrame> frames;

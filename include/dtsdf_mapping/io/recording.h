@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "dtsdf_mapping/io/colour_source.h"
 #include "dtsdf_mapping/io/frame_source.h"
 
 namespace dtsdf {
@@ -34,5 +35,11 @@ std::string guessRecordingFormat(const std::string& path);
 /// @throws std::runtime_error for what is missing or malformed, with file and line. Bags are not
 /// read by the library.
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options);
+
+/// The colour images of the same folder, all of them, whatever depth images are selected; null if
+/// it has none. They have a camera of their own where the layout tells it, or else the depth
+/// camera's, and the poses of their own stamps or numbers.
+/// @throws std::runtime_error as openRecording().
+std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& options);
 
 }  // namespace dtsdf

@@ -7,6 +7,8 @@ namespace dtsdf {
 
 /// What the colour of a vertex shows.
 enum class MeshColour {
+  kAuto,    ///< kImage where something was painted, else kNormal.
+  kImage,   ///< What colour images showed; as kPlain where none has seen the surface.
   kNormal,  ///< Direction of the surface normal as red, green and blue.
   kHeight,  ///< z in the map frame, as a repeating rainbow.
   kPlain,   ///< One light grey.
@@ -14,7 +16,7 @@ enum class MeshColour {
 
 /// How a mesh looks.
 struct MeshParams {
-  MeshColour colour = MeshColour::kNormal;  ///< Colour of the vertices, in RViz and in saved files.
+  MeshColour colour = MeshColour::kAuto;  ///< Colour of the vertices, in RViz and in saved files.
   int min_support = 2;  ///< Frames that a surface needs, but no more than were fused.
   int refine = 0;       ///< 1: each triangle in four, on the curved surface.
 };
@@ -24,7 +26,9 @@ struct MeshParams {
 template <class Visitor>
 void visitParams(MeshParams& p, Visitor& visit) {
   visit("mesh/colour", p.colour,
-        EnumNames<MeshColour>{{"normal", MeshColour::kNormal},
+        EnumNames<MeshColour>{{"auto", MeshColour::kAuto},
+                              {"image", MeshColour::kImage},
+                              {"normal", MeshColour::kNormal},
                               {"height", MeshColour::kHeight},
                               {"plain", MeshColour::kPlain}});
   visit("mesh/min_support", p.min_support, Range{1, 10});

@@ -16,7 +16,7 @@
 namespace dtsdf {
 
 /// A setting as it stands in a file.
-using ParamValue = std::variant<bool, int, double, std::string>;
+using ParamValue = std::variant<bool, int, double, std::string, std::vector<std::string>>;
 
 /// Full key, as in "map/voxel_size_m", to value.
 using ParamTree = std::map<std::string, ParamValue>;
@@ -62,6 +62,7 @@ class ParamReader {
   void operator()(const std::string& key, float& member, Range range);
   void operator()(const std::string& key, double& member, Range range);
   void operator()(const std::string& key, std::string& member);
+  void operator()(const std::string& key, std::vector<std::string>& member);
 
   template <class Enum>
   void operator()(const std::string& key, Enum& member, const EnumNames<Enum>& names) {
@@ -107,6 +108,7 @@ class ParamWriter {
   void operator()(const std::string& key, float& member, Range);
   void operator()(const std::string& key, double& member, Range) { tree[key] = member; }
   void operator()(const std::string& key, std::string& member) { tree[key] = member; }
+  void operator()(const std::string& key, std::vector<std::string>& member) { tree[key] = member; }
 
   template <class Enum>
   void operator()(const std::string& key, Enum& member, const EnumNames<Enum>& names) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "io/recorded_colours.h"
 #include "io/recorded_images.h"
 
 namespace dtsdf {
@@ -30,6 +31,16 @@ struct FolderFormat {
                            const std::vector<StampedImage>& images);
 
   double (*unitsPerMetre)(const std::filesystem::path& folder);
+
+  /// Colour images and their camera, which is the depth camera where the layout has but one; no
+  /// images where the folder has none. Without their poses.
+  RecordedColours (*findColours)(const std::filesystem::path& folder,
+                                 const CameraInfo& depth_camera);
+
+  /// Their poses.
+  std::vector<ImagePose> (*findColourPoses)(const std::filesystem::path& folder,
+                                            const std::vector<StampedImage>& images,
+                                            double tolerance_s);
 };
 
 /// The table. A folder belongs to one of them at most.

@@ -23,23 +23,27 @@ bool isIcl(const fs::path& folder) {
          !fs::exists(folder / "depth.txt");  // others keep such a list in a TUM folder
 }
 
-/// "0 depth/0.png 0 rgb/0.png", in either order.
-StampedImage depthOf(const ListLine& line, const fs::path& folder) {
+/// Of "0 depth/0.png 0 rgb/0.png", in either order, the image whose file begins with `kind`.
+StampedImage imageOf(const ListLine& line, const fs::path& folder, const std::string& kind) {
   for (const size_t i : {size_t{1}, size_t{3}}) {
-    if (line.words.size() != 4 || line.words[i].rfind("depth/", 0) != 0) continue;
+    if (line.words.size() != 4 || line.words[i].rfind(kind, 0) != 0) continue;
     return {numberAt(line, i - 1), (folder / line.words[i]).string()};
   }
   throwAt(line, "expected 'number depth/FILE number rgb/FILE'");
 }
 
-std::vector<StampedImage> listDepth(const fs::path& folder) {
-  const fs::path path = folder / "associations.txt";
+std::vector<StampedImage> listImages(const fs::path& folder, const std::string& kind) {
+  const std::string path = (folder / "associations.txt").string();
   std::vector<StampedImage> images;
-  for (const ListLine& line : readList(path.string(), "ICL-NUIM lists its images there")) {
-    images.push_back(depthOf(line, folder));
+  for (const ListLine& line : readList(path, "ICL-NUIM lists its images there")) {
+    images.push_back(imageOf(line, folder, kind));
   }
-  if (images.empty()) throw std::runtime_error(path.string() + ": lists no depth image");
+  if (images.empty()) throw std::runtime_error(path + ": lists no depth image");
   return images;
+}
+
+std::vector<StampedImage> listDepth(const fs::path& folder) {
+  return listImages(folder, "depth/");
 }
 
 std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
@@ -70,10 +74,18 @@ CameraInfo readCamera(const fs::path&, const std::vector<StampedImage>&) { retur
 
 double unitsPerMetre(const fs::path&) { return 5000.0; }
 
+RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedColours colours;
+  colours.images = listImages(folder, "rgb/");
+  colours.camera = depth_camera;
+  return colours;
+}
+
 }  // namespace
 
 FolderFormat iclFormat() {
-  return {"icl", "associations.txt", isIcl, listDepth, findPoses, readCamera, unitsPerMetre};
+  return {"icl", "associations.txt", isIcl, listDepth, findPoses, readCamera, unitsPerMetre,
+          findColours, findPoses};
 }
 
 }  // namespace dtsdf

@@ -1,4 +1,5 @@
-// Replica as NICE-SLAM renders it (github.com/cvg/nice-slam): results/depthNUMBER.png; traj.txt
+// Replica as NICE-SLAM renders it (github.com/cvg/nice-slam): results/depthNUMBER.png and, of the
+// same camera, results/frameNUMBER.jpg; traj.txt
 // with 16 numbers in a line per image, camera to world (x right, y down, z forward); and, in the
 // parent folder for all rooms, cam_params.json: size, intrinsics and units per metre.
 #include <cmath>
@@ -82,11 +83,18 @@ double unitsPerMetre(const fs::path& folder) {
   return fs::exists(path) ? paramOf(readParams(path), "scale", path) : kUnitsPerMetre;
 }
 
+RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedColours colours;
+  colours.images = listNumberedFiles(folder / "results", "frame", ".jpg");
+  colours.camera = depth_camera;
+  return colours;
+}
+
 }  // namespace
 
 FolderFormat replicaFormat() {
   return {"replica", "results/depthNUMBER.png", isReplica, listDepth, findPoses, readCamera,
-          unitsPerMetre};
+          unitsPerMetre, findColours, findPoses};
 }
 
 }  // namespace dtsdf

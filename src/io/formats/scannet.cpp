@@ -1,7 +1,9 @@
 // ScanNet, as the reader of its .sens files exports it (github.com/ScanNet/ScanNet, SensReader):
 // depth/NUMBER.png in millimetres, pose/NUMBER.txt with a 4 x 4 matrix from camera to world, all
 // -inf where the tracker had lost the camera, and intrinsic/intrinsic_depth.txt, 4 x 4. Numbers
-// have no leading zeros.
+// have no leading zeros. Colour is in color/NUMBER.jpg, of a camera at the same place with another
+// lens, which intrinsic/intrinsic_color.txt has.
+#include "io/colour_codes.h"
 #include "io/depth_png.h"
 #include "io/formats/folder_format.h"
 #include "io/formats/numbered_files.h"
@@ -38,11 +40,25 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& i
 
 double unitsPerMetre(const fs::path&) { return 1000.0; }
 
+RecordedColours findColours(const fs::path& folder, const CameraInfo&) {
+  RecordedColours colours;
+  colours.images = listNumberedFiles(folder / "color", "", ".jpg");
+  const std::string path = (folder / "intrinsic" / "intrinsic_color.txt").string();
+  if (!fs::exists(path)) {
+    colours.missing_camera = "no intrinsic/intrinsic_color.txt";
+  } else if (!colours.images.empty()) {
+    const DecodedColour first = readColourImage(colours.images.front().path);
+    colours.camera = cameraOfMatrix(readMatrixFile(path, 4, 4, "ScanNet has its camera there"),
+                                    {first.width, first.height}, path);
+  }
+  return colours;
+}
+
 }  // namespace
 
 FolderFormat scanNetFormat() {
   return {"scannet", "depth/NUMBER.png and pose/", isScanNet, listDepth, findPoses, readCamera,
-          unitsPerMetre};
+          unitsPerMetre, findColours, findPoses};
 }
 
 }  // namespace dtsdf

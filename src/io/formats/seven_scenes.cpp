@@ -4,6 +4,11 @@
 //
 // tsdf-fusion (github.com/andyzeng/tsdf-fusion-python) has the same layout with other cameras, and
 // camera-intrinsics.txt, a 3 x 3 matrix, beside the images.
+//
+// Colour is in frame-NUMBER.color.png, or .jpg. Of 7-Scenes it is not registered to depth, and as
+// nothing is published of its camera, it is taken for the depth camera's, which is nearly right.
+#include <utility>
+
 #include "io/depth_png.h"
 #include "io/formats/folder_format.h"
 #include "io/formats/numbered_files.h"
@@ -16,6 +21,7 @@ namespace fs = std::filesystem;
 
 const CameraInfo kKinect{640, 480, {585.0f, 585.0f, 320.0f, 240.0f}};
 const std::string kPrefix = "frame-", kDepthEnding = ".depth.png";
+constexpr size_t kEndingLength = sizeof(".depth.png") - 1;  // that of .color.png, too
 
 bool isSevenScenes(const fs::path& folder) {
   return hasNumberedFile(folder, kPrefix, kDepthEnding);
@@ -29,7 +35,7 @@ std::vector<ImagePose> findPoses(const fs::path&, const std::vector<StampedImage
                                  double) {
   std::vector<fs::path> paths;
   for (const StampedImage& image : images) {
-    paths.push_back(image.path.substr(0, image.path.size() - kDepthEnding.size()) + ".pose.txt");
+    paths.push_back(image.path.substr(0, image.path.size() - kEndingLength) + ".pose.txt");
   }
   return readPoseFiles(paths);
 }
@@ -43,11 +49,22 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& i
 
 double unitsPerMetre(const fs::path&) { return 1000.0; }
 
+RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedColours colours;
+  for (const std::string ending : {".color.png", ".color.jpg"}) {
+    for (StampedImage& image : listNumberedFiles(folder, kPrefix, ending)) {
+      colours.images.push_back(std::move(image));
+    }
+  }
+  colours.camera = depth_camera;
+  return colours;
+}
+
 }  // namespace
 
 FolderFormat sevenScenesFormat() {
   return {"7scenes", "frame-NUMBER.depth.png", isSevenScenes, listDepth, findPoses, readCamera,
-          unitsPerMetre};
+          unitsPerMetre, findColours, findPoses};
 }
 
 }  // namespace dtsdf

@@ -1,5 +1,6 @@
 // The TUM RGB-D benchmark (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats): depth.txt and
-// groundtruth.txt with stamps of one clock, 16-bit depth in 1/5000 m, registered to colour.
+// groundtruth.txt with stamps of one clock, 16-bit depth in 1/5000 m, registered to colour, and
+// rgb.txt. Folders whose depth is not registered have the colour camera in colour_info.yaml.
 #include "io/formats/folder_format.h"
 
 namespace dtsdf {
@@ -24,10 +25,25 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>&) 
 
 double unitsPerMetre(const fs::path&) { return 5000.0; }
 
+RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_camera) {
+  RecordedColours colours;
+  colours.images = readTumColourList(folder.string());
+  const fs::path own_camera = folder / "colour_info.yaml";
+  colours.camera = fs::exists(own_camera) ? loadCameraInfo(own_camera.string()) : depth_camera;
+  return colours;
+}
+
+std::vector<ImagePose> findColourPoses(const fs::path& folder,
+                                       const std::vector<StampedImage>& images,
+                                       double tolerance_s) {
+  return posesNear(readTumTrajectory(folder.string()), images, tolerance_s);
+}
+
 }  // namespace
 
 FolderFormat tumFormat() {
-  return {"tum", "depth.txt", isTum, listDepth, findPoses, readCamera, unitsPerMetre};
+  return {"tum", "depth.txt", isTum, listDepth, findPoses, readCamera, unitsPerMetre,
+          findColours, findColourPoses};
 }
 
 }  // namespace dtsdf

@@ -197,13 +197,18 @@ DTSDF_HD bool isLookedAt(PackedKey key, uint64_t frame_number, const FusionRules
   return (hashKey(key) >> 32) % turns == frame_number % turns;
 }
 
-/// Whether a frame may see anything of a block: false only if all of it is outside the image.
-DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L) {
+/// Of the feet around the middle of their block: 7 voxels of the block, and 16 that truncation may
+/// take them off.
+constexpr float kFootRadius = 3.0f * static_cast<float>(kBlockSide);
+
+/// Whether a frame may see anything of what lies around the middle of a block: false only if all of
+/// it is outside the image.
+DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L,
+                          float radius = kFootRadius) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
-  constexpr float kRadius = 3.0f * static_cast<float>(kBlockSide);  // of the feet: 7 + 16 voxels
   const Vec3f middle = toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kHalf, kHalf, kHalf};
   const Vec3f p = rotateInverse(frame.T_L_C, middle - frame.T_L_C.t);
-  const float z = p.z + kRadius;
+  const float z = p.z + radius;
   if (!(z > 0.0f)) return false;
   const Intrinsics& K = frame.intrinsics;
   const float left = (-1.0f - K.cx) / K.fx, right = (static_cast<float>(frame.width) - K.cx) / K.fx;
@@ -211,7 +216,7 @@ DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L) {
   const float bottom = (static_cast<float>(frame.height) - K.cy) / K.fy;
   const auto reaches = [&](float at, float low, float high) {
     // A ray at slope `low` is leftmost at depth z if low < 0, else at the nearest depth, 0.
-    return at + kRadius >= minimum(low, 0.0f) * z && at - kRadius <= maximum(high, 0.0f) * z;
+    return at + radius >= minimum(low, 0.0f) * z && at - radius <= maximum(high, 0.0f) * z;
   };
   return reaches(p.x, left, right) && reaches(p.y, top, bottom);
 }

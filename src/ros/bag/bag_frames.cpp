@@ -1,15 +1,10 @@
-#include <geometry_msgs/TransformStamped.h>
 #include <ros/console.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
-#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
-#include <tf2/buffer_core.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
 #include <iterator>
 #include <memory>
 #include <set>
@@ -17,19 +12,14 @@
 #include <vector>
 
 #include "io/bag_frames.h"
-#include "io/trajectory_file.h"
-#include "params/frame_name.h"
+#include "ros/bag/bag_messages.h"
 #include "ros/input/compressed_image.h"
 #include "ros/input/depth_image.h"
 #include "ros/input/mask.h"
 #include "ros/input/rectification.h"
-#include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
 namespace {
-
-/// Longer than any recording: no transform is forgotten.
-const ros::Duration kKeepAll(1.0e8);
 
 /// How much earlier or later than its image a mask may have been recorded.
 constexpr double kMaskRecordedNear_s = 5.0;
@@ -77,36 +67,16 @@ std::string chooseDepthTopic(const rosbag::Bag& bag, const std::string& path) {
                            "; choose one by --depth-topic");
 }
 
-std::string topicBeside(const std::string& topic, const std::string& name) {
-  return topic.substr(0, topic.rfind('/') + 1) + name;
-}
-
-sensor_msgs::CameraInfoConstPtr makeInfo(const sensor_msgs::Image& image, const Intrinsics& K) {
-  const auto info = boost::make_shared<sensor_msgs::CameraInfo>();
-  info->header = image.header;
-  info->width = image.width;
-  info->height = image.height;
-  info->K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
-  return info;
-}
-
-RectifyChoice rectifyChoice(const BagOptions& options) {
-  if (!options.rectify) return RectifyChoice::kAuto;
-  return *options.rectify ? RectifyChoice::kAlways : RectifyChoice::kNever;
-}
-
 class BagFrames : public FrameSource {
  public:
   explicit BagFrames(const BagOptions& options)
-      : options_(options),
-        map_frame_(stripLeadingSlash(options.map_frame)),
-        units_{options.unit_16uc1_m, options.unit_32fc1_m},
-        transforms_(kKeepAll) {
+      : options_(options), units_{options.unit_16uc1_m, options.unit_32fc1_m} {
     try {
       bag_.open(options.path, rosbag::bagmode::Read);
       chooseTopics();
-      readPoses();
-      if (!options_.intrinsics) readCameraInfos();
+      poses_ = std::make_unique<BagPoses>(bag_, options_);
+      infos_ = std::make_unique<BagCameraInfos>(bag_, options_.info_topic, options_.intrinsics,
+                                                options_.latest_camera_info);
     } catch (const rosbag::BagException& error) {
       throw std::runtime_error("cannot read the bag '" + options.path + "': " + error.what());
     }
@@ -146,54 +116,12 @@ class BagFrames : public FrameSource {
       options_.info_topic = topicBeside(uncompressedTopic(options_.depth_topic), "camera_info");
     }
     const std::string compressed = options_.depth_topic + kCompressedDepthTopic;
-    if (!hasMessages(options_.depth_topic) && hasMessages(compressed)) {
+    if (!hasMessages(bag_, options_.depth_topic) && hasMessages(bag_, compressed)) {
       options_.depth_topic = compressed;
     }
-    requireMessages(options_.depth_topic);
-    if (!options_.intrinsics) requireMessages(options_.info_topic);
-    if (!options_.mask_topic.empty()) requireMessages(options_.mask_topic);
-  }
-
-  bool hasMessages(const std::string& topic) const {
-    return rosbag::View(bag_, rosbag::TopicQuery(topic)).size() > 0;
-  }
-
-  void requireMessages(const std::string& topic) const {
-    if (hasMessages(topic)) return;
-    throw std::runtime_error("'" + options_.path + "' has no messages on '" + topic +
-                             "'; rosbag info lists its topics");
-  }
-
-  void readPoses() {
-    if (options_.poses_path.empty()) {
-      readTransforms();
-    } else {
-      trajectory_ = readTrajectory(options_.poses_path, "poses are expected there");
-    }
-  }
-
-  void readTransforms() {
-    const std::vector<std::string> topics{"/tf", "/tf_static", "tf", "tf_static"};
-    rosbag::View view(bag_, rosbag::TopicQuery(topics));
-    for (const rosbag::MessageInstance& message : view) {
-      const auto tf = message.instantiate<tf2_msgs::TFMessage>();
-      if (!tf) continue;
-      const bool is_static = message.getTopic().find("tf_static") != std::string::npos;
-      for (geometry_msgs::TransformStamped transform : tf->transforms) {
-        transform.header.frame_id = stripLeadingSlash(transform.header.frame_id);
-        transform.child_frame_id = stripLeadingSlash(transform.child_frame_id);
-        transforms_.setTransform(transform, "bag", is_static);
-      }
-    }
-  }
-
-  /// All of them, small as they are: an image may be recorded before its camera_info.
-  void readCameraInfos() {
-    rosbag::View view(bag_, rosbag::TopicQuery(options_.info_topic));
-    for (const rosbag::MessageInstance& message : view) {
-      const auto info = message.instantiate<sensor_msgs::CameraInfo>();
-      if (info) infos_[info->header.stamp] = info;
-    }
+    requireMessages(bag_, options_.depth_topic);
+    if (!options_.intrinsics) requireMessages(bag_, options_.info_topic);
+    if (!options_.mask_topic.empty()) requireMessages(bag_, options_.mask_topic);
   }
 
   std::optional<SourceFrame> skip(const std::string& reason) {
@@ -247,14 +175,14 @@ class BagFrames : public FrameSource {
   std::optional<SourceFrame> makeFrame(sensor_msgs::ImageConstPtr image,
                                        const ros::Time& recorded) {
     if (!image) return skip(toString(DropReason::kBadImage));
-    const sensor_msgs::CameraInfoConstPtr info = infoOf(*image);
+    const sensor_msgs::CameraInfoConstPtr info = infos_->of(*image);
     if (!info) return skip(toString(DropReason::kNoCameraInfo));
     if (const auto rejection = checkDepthImage(*image, *info)) {
       return skip(toString(rejection->reason));
     }
     if (const auto reason = hideMasked(image, recorded)) return skip(toString(*reason));
-    const std::optional<Eigen::Isometry3d> T_W_C = poseOf(*image);
-    if (!T_W_C) return skip(whyNoPose());
+    const std::optional<Eigen::Isometry3d> T_W_C = poses_->of(image->header);
+    if (!T_W_C) return skip(poses_->whyNone());
 
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     SourceFrame frame;
@@ -266,43 +194,12 @@ class BagFrames : public FrameSource {
     return frame;
   }
 
-  sensor_msgs::CameraInfoConstPtr infoOf(const sensor_msgs::Image& image) const {
-    if (options_.intrinsics) return makeInfo(image, *options_.intrinsics);
-    const auto info = infos_.find(image.header.stamp);
-    if (info != infos_.end()) return info->second;
-    if (!options_.latest_camera_info || infos_.empty()) return nullptr;
-    const auto after = infos_.upper_bound(image.header.stamp);
-    return after == infos_.begin() ? after->second : std::prev(after)->second;
-  }
-
-  std::string whyNoPose() const {
-    return trajectory_ ? noPoseWithin(options_.pose_tolerance_s)
-                       : toString(DropReason::kNoTransform);
-  }
-
-  std::optional<Eigen::Isometry3d> poseOf(const sensor_msgs::Image& image) const {
-    if (trajectory_) {
-      return trajectory_->poseAt(image.header.stamp.toSec(), options_.pose_tolerance_s);
-    }
-    const std::string camera_frame = stripLeadingSlash(
-        options_.camera_frame.empty() ? image.header.frame_id : options_.camera_frame);
-    try {
-      return toIsometry(
-          transforms_.lookupTransform(map_frame_, camera_frame, image.header.stamp).transform);
-    } catch (const std::runtime_error&) {
-      // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
-      return std::nullopt;
-    }
-  }
-
   BagOptions options_;
-  std::string map_frame_;
   DepthUnits units_;
   rosbag::Bag bag_;
-  tf2::BufferCore transforms_;
-  std::optional<Trajectory> trajectory_;  ///< In place of the transforms.
+  std::unique_ptr<BagPoses> poses_;
+  std::unique_ptr<BagCameraInfos> infos_;
   std::optional<Rectification> rectification_;  ///< Once the topic is known.
-  std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
   std::unique_ptr<rosbag::View> images_;
   rosbag::View::iterator next_;
   size_t index_ = 0;  ///< Of the image at `next_`.

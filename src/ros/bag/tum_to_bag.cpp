@@ -10,12 +10,11 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
+#include <set>
 #include <stdexcept>
 
+#include "dtsdf_mapping/io/recording.h"
 #include "dtsdf_mapping/io/tum_frames.h"
-#include "io/tum_sequence.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
@@ -79,18 +78,31 @@ sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const In
   return info;
 }
 
-tf2_msgs::TFMessage makeTransform(const SourceFrame& frame, const TumToBagOptions& options) {
-  geometry_msgs::TransformStamped transform;
-  transform.header = makeHeader(frame.stamp_s, options.map_frame);
-  transform.child_frame_id = options.camera_frame;
-  transform.transform = toTransform(frame.depth.T_W_C);
-  tf2_msgs::TFMessage message;
-  message.transforms.push_back(transform);
-  return message;
-}
+/// Writes each pose once: tf2 warns about those that repeat.
+class PoseWriter {
+ public:
+  PoseWriter(const TumToBagOptions& options, rosbag::Bag& bag) : options_(options), bag_(bag) {}
+
+  void write(const Eigen::Isometry3d& T_W_C, double stamp_s) {
+    geometry_msgs::TransformStamped transform;
+    transform.header = makeHeader(stamp_s, options_.map_frame);
+    transform.child_frame_id = options_.camera_frame;
+    transform.transform = toTransform(T_W_C);
+    if (!written_.insert(transform.header.stamp).second) return;
+    tf2_msgs::TFMessage message;
+    message.transforms.push_back(transform);
+    bag_.write("/tf", transform.header.stamp, message);
+  }
+
+ private:
+  const TumToBagOptions& options_;
+  rosbag::Bag& bag_;
+  std::set<ros::Time> written_;
+};
 
 /// Each frame with its transform, at the stamp at which the offline program would fuse it.
-void writeDepth(const TumToBagOptions& options, rosbag::Bag& bag, TumToBagResult& result) {
+void writeDepth(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& poses,
+                TumToBagResult& result) {
   TumOptions tum;
   tum.folder = options.folder;
   tum.units_per_metre = options.units_per_metre;
@@ -99,7 +111,7 @@ void writeDepth(const TumToBagOptions& options, rosbag::Bag& bag, TumToBagResult
   while (const std::optional<SourceFrame> frame = frames->next()) {
     const sensor_msgs::Image image = makeDepthImage(*frame, options);
     const ros::Time stamp = image.header.stamp;
-    bag.write("/tf", stamp, makeTransform(*frame, options));
+    poses.write(frame->depth.T_W_C, frame->stamp_s);
     bag.write(topic + "/camera_info", stamp, makeCameraInfo(image, frame->depth.intrinsics));
     bag.write(topic + "/image_rect", stamp, image);
     ++result.depth_images;
@@ -107,20 +119,37 @@ void writeDepth(const TumToBagOptions& options, rosbag::Bag& bag, TumToBagResult
   result.skipped = frames->skipped();
 }
 
-void writeColour(const TumToBagOptions& options, rosbag::Bag& bag, TumToBagResult& result) {
-  for (const StampedImage& listed : readTumSequence(options.folder).colour) {
-    const cv::Mat pixels = cv::imread(listed.path, cv::IMREAD_COLOR);
-    if (pixels.empty()) throw std::runtime_error("cannot read '" + listed.path + "'");
-    sensor_msgs::Image image;
-    image.header = makeHeader(listed.stamp_s, options.camera_frame);
-    image.width = static_cast<uint32_t>(pixels.cols);
-    image.height = static_cast<uint32_t>(pixels.rows);
-    image.encoding = enc::BGR8;
-    image.step = image.width * 3;
-    image.data.assign(pixels.datastart, pixels.dataend);
-    bag.write(options.camera_namespace + "/rgb/image_rect_color", image.header.stamp, image);
+sensor_msgs::Image makeColourImage(const SourceColour& source, const TumToBagOptions& options) {
+  const ColourFrame& colour = source.colour;
+  sensor_msgs::Image image;
+  image.header = makeHeader(source.stamp_s, options.camera_frame);
+  image.width = static_cast<uint32_t>(colour.width);
+  image.height = static_cast<uint32_t>(colour.height);
+  image.encoding = enc::RGB8;
+  image.step = static_cast<uint32_t>(colour.row_bytes);
+  const auto* bytes = static_cast<const uint8_t*>(colour.data);
+  image.data.assign(bytes, bytes + static_cast<size_t>(image.step) * image.height);
+  return image;
+}
+
+/// The same for colour.
+void writeColour(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& poses,
+                 TumToBagResult& result) {
+  RecordingOptions tum;
+  tum.path = options.folder;
+  tum.format = "tum";
+  const std::unique_ptr<ColourSource> images = openRecordingColours(tum);
+  if (images == nullptr) return;
+  const std::string topic = options.camera_namespace + "/rgb";
+  while (const std::optional<SourceColour> source = images->next()) {
+    const sensor_msgs::Image image = makeColourImage(*source, options);
+    const ros::Time stamp = image.header.stamp;
+    poses.write(source->colour.T_W_C, source->stamp_s);
+    bag.write(topic + "/camera_info", stamp, makeCameraInfo(image, source->colour.intrinsics));
+    bag.write(topic + "/image_rect_color", stamp, image);
     ++result.colour_images;
   }
+  for (const auto& [reason, count] : images->skipped()) result.skipped[reason] += count;
 }
 
 }  // namespace
@@ -131,8 +160,9 @@ TumToBagResult convertTumToBag(const TumToBagOptions& options) {
   try {
     rosbag::Bag bag(unfinished, rosbag::bagmode::Write);
     bag.setCompression(rosbag::compression::LZ4);
-    writeDepth(options, bag, result);
-    writeColour(options, bag, result);
+    PoseWriter poses(options, bag);
+    writeDepth(options, bag, poses, result);
+    writeColour(options, bag, poses, result);
     bag.close();
     fs::rename(unfinished, options.bag);
   } catch (const rosbag::BagException& error) {

@@ -12,8 +12,8 @@ TumToBagOptions readOptions(const std::vector<std::string>& arguments) {
   TumToBagOptions options;
   CommandLine line("tum_to_bag", "DIR OUT.bag [options]",
                    "Writes NAMESPACE/depth/image_rect and camera_info, "
-                   "NAMESPACE/rgb/image_rect_color (if the folder has colour images) and /tf from "
-                   "the map frame to the camera's optical frame.",
+                   "NAMESPACE/rgb/image_rect_color and camera_info (if the folder has colour "
+                   "images) and /tf from the map frame to the camera's optical frame.",
                    kExitCodes);
   line.addText({"DIR", "", "the folder"}, options.folder);
   line.addText({"OUT.bag", "", "the bag"}, options.bag);

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "ros/input/drop_reason.h"
+#include "ros/input/image_checks.h"
 
 namespace dtsdf {
 
@@ -19,10 +19,6 @@ struct DepthUnits {
 
 /// 16UC1, mono16 or 32FC1.
 bool isDepthEncoding(const std::string& encoding);
-
-/// Intrinsics of a rectified image: P, or K where P is empty, with binning and the region of
-/// interest applied.
-Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
 
 /// What is wrong with an image, judged by its header and its camera_info; nothing if it is usable.
 std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,

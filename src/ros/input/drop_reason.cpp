@@ -14,10 +14,12 @@ const char* toString(DropReason reason) {
     case DropReason::kNoTransform: return "no_transform";
     case DropReason::kBeforeTransforms: return "before_transforms";
     case DropReason::kQueueFull: return "queue_full";
+    case DropReason::kOutOfOrder: return "out_of_order";
     case DropReason::kTimeJump: return "time_jump";
     case DropReason::kPoseJump: return "pose_jump";
     case DropReason::kBadPose: return "bad_pose";
     case DropReason::kNoMeasurement: return "no_measurement";
+    case DropReason::kOverRate: return "over_rate";
     case DropReason::kPaused: return "paused";
     case DropReason::kBackendError: return "backend_error";
   }

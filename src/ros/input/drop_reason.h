@@ -10,7 +10,7 @@ namespace dtsdf {
 enum class DropReason {
   kNoCameraInfo,      ///< No camera_info with the image's stamp.
   kNoMask,            ///< No mask with the image's stamp, where there are masks.
-  kBadEncoding,       ///< Neither 16UC1 nor 32FC1.
+  kBadEncoding,       ///< None that images of this kind have.
   kBadImage,          ///< No pixels, or rows and data that do not fit its size.
   kSizeMismatch,      ///< Image and camera_info differ in size.
   kBadIntrinsics,     ///< Focal length not positive, or not finite.
@@ -18,10 +18,12 @@ enum class DropReason {
   kNoTransform,       ///< None within the timeout.
   kBeforeTransforms,  ///< Older than the transforms known: none can come any more.
   kQueueFull,         ///< The oldest in the queue when a newer one came.
+  kOutOfOrder,        ///< Older than what another camera's frame has made of the map meanwhile.
   kTimeJump,          ///< In the queue when the stamps jumped back.
   kPoseJump,          ///< The camera would have moved faster than allowed.
   kBadPose,           ///< Not finite, not a rotation, or out of the map's range.
   kNoMeasurement,     ///< No pixel with a depth in range.
+  kOverRate,          ///< Left out, as more come than are wanted.
   kPaused,
   kBackendError,  ///< The map's backend has failed.
 };

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <deque>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -14,15 +15,17 @@
 #include "ros/common/steady_clock.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/frame_assembly.h"
-#include "ros/input/frame_queue.h"
+#include "ros/input/image_kind.h"
 #include "ros/input/motion_gate.h"
 #include "ros/input/pose_source.h"
+#include "ros/input/posed_frame.h"
 #include "ros/input/rectification.h"
 
 namespace dtsdf {
 
-/// Frames come in on the callbacks' thread; on a thread of its own each gets its true pose and goes
-/// on to the map's queue. Both queues together are bounded.
+/// The frames of one stream, a camera's depth or its colour, come in on the callbacks' thread; on
+/// the intake's thread each gets its true pose and goes on to the map's queue. What one stream has
+/// in both queues is bounded.
 class FrameIntake {
  public:
   /// What the intake works with; all of it outlives it.
@@ -30,7 +33,11 @@ class FrameIntake {
     PoseSource& poses;
     FrameAccounting& accounting;
     FrameQueue& posed_frames;
+    FrameQueue::Stream stream;  ///< The one in there.
+    const ImageKind& kind;
     std::string image_topic{};  ///< Its name tells raw images.
+    /// Called where stamps go back: whoever depends on them is to start anew.
+    std::function<void()> on_time_jump;
   };
 
   FrameIntake(const InputParams& params, const Parts& parts,
@@ -49,8 +56,12 @@ class FrameIntake {
   void setPaused(bool paused);
   bool paused() const;
 
-  /// Frames that wait for their transform or their turn.
+  /// Callbacks' thread: forgets the frames that wait, as the stamps begin anew.
+  void startAnew();
+
+  /// Frames that wait for their transform or their turn, and what their images take.
   size_t size() const;
+  size_t waitingBytes() const;
 
   /// What the first frame in the queue waits for; empty if it does not wait.
   std::string waitingFor() const;

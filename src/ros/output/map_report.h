@@ -13,12 +13,13 @@ struct MapReport {
   std::string backend;
   std::string failure;  ///< Of the backend; empty while it works.
   MapStats stats;
-  double integrate_ms = 0.0, mesh_ms = 0.0;
+  double integrate_ms = 0.0, paint_ms = 0.0, mesh_ms = 0.0;
 };
 
 /// What the status tells about the output.
 struct OutputReport {
-  size_t triangles = 0;  ///< Of the mesh as it was handed over last.
+  size_t triangles = 0;   ///< Of the mesh as it was handed over last.
+  size_t mesh_bytes = 0;  ///< What it keeps in memory.
   double publish_ms = 0.0;
 };
 

@@ -36,7 +36,7 @@ visualization_msgs::Marker makeMeshMarker(const Mesh& mesh, MeshColour colour,
   std::vector<std_msgs::ColorRGBA> colours;
   colours.reserve(mesh.vertices_m.size());
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    colours.push_back(toColour(vertexColour(colour, mesh.vertices_m[i], mesh.normals[i])));
+    colours.push_back(toColour(vertexColour(colour, mesh, i)));
   }
 
   Marker marker = makeMarker(map_frame, id, Marker::ADD);

@@ -13,6 +13,11 @@ namespace {
 /// No memory, most likely: to try again at once would not help.
 constexpr std::chrono::milliseconds kAfterError{1000};
 
+size_t bytesOf(const BlockMesh& block) {
+  return sizeof(block) + block.vertices.size() * sizeof(block.vertices[0]) +
+         block.triangles.size() * sizeof(block.triangles[0]);
+}
+
 }  // namespace
 
 MeshOutput::MeshOutput(const Options& options, const Parts& parts)
@@ -55,16 +60,25 @@ void MeshOutput::takeChanges() {
   if (!changes.cleared && changes.blocks.empty()) return;
   if (changes.cleared) {
     mesh_.clear();
+    mesh_bytes_ = 0;
     parts_.mesh_publisher.noteCleared();
   }
   for (const SharedBlockMesh& block : changes.blocks) {
     parts_.mesh_publisher.noteChange(block->key);
-    mesh_.put(block);
+    put(block);
   }
   if (!changes.blocks.empty()) mesh_stamp_ = changes.stamp;
   parts_.points_publisher.noteChanges();
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.triangles = mesh_.triangleCount();
+  report_.mesh_bytes = mesh_bytes_;
+}
+
+void MeshOutput::put(const SharedBlockMesh& block) {
+  const auto before = mesh_.blocks().find(packedKeyOf(block->key));
+  if (before != mesh_.blocks().end()) mesh_bytes_ -= bytesOf(*before->second);
+  if (!block->triangles.empty()) mesh_bytes_ += bytesOf(*block);
+  mesh_.put(block);
 }
 
 void MeshOutput::publishAll(const ros::SingleSubscriberPublisher& newcomer) {

@@ -58,11 +58,13 @@ class MeshOutput {
  private:
   OutputSchedule::Situation situation() const;
   void act(OutputSchedule::Action action);
+  void put(const SharedBlockMesh& block);
 
   MeshColour colour_;
   Parts parts_;
   OutputSchedule schedule_;
   MeshStore mesh_;
+  size_t mesh_bytes_ = 0;
   ros::Time mesh_stamp_;  ///< Of the newest frame in the mesh.
 
   mutable std::mutex report_mutex_;

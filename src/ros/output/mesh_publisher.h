@@ -21,7 +21,7 @@ class MeshPublisher {
 
   struct Style {
     std::string map_frame;
-    MeshColour colour = MeshColour::kNormal;
+    MeshColour colour = MeshColour::kAuto;
     int chunk_blocks = 4;
   };
 

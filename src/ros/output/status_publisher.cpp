@@ -6,8 +6,29 @@
 
 namespace dtsdf {
 
+using dtsdf_mapping::CameraStatus;
 using dtsdf_mapping::DropCount;
 using dtsdf_mapping::MapStatus;
+using dtsdf_mapping::MemoryPart;
+using dtsdf_mapping::StreamStatus;
+
+namespace {
+
+/// What of one camera is not in the sums over all.
+void addCamera(const CameraStatus& camera,
+               diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
+  for (const StreamStatus& stream : camera.streams) {
+    const std::string begin = camera.name + " " + stream.kind + ": ";
+    diagnostics.add(begin + "received", stream.received);
+    diagnostics.add(begin + "fused", stream.fused);
+    for (const DropCount& drop : stream.dropped) {
+      diagnostics.add(begin + "dropped: " + drop.reason, drop.count);
+    }
+    diagnostics.add(begin + "waiting", stream.waiting);
+  }
+}
+
+}  // namespace
 
 StatusPublisher::StatusPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
                                  const Options& options, std::function<StatusInput()> collect)
@@ -27,11 +48,7 @@ StatusPublisher::StatusPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
 }
 
 void StatusPublisher::publish() {
-  StatusInput input = collect_();
-  const uint64_t dropped = input.frames.droppedSum();
-  input.newly_dropped = dropped - std::exchange(last_dropped_, dropped);
-  input.newly_fused = input.frames.fused - std::exchange(last_fused_, input.frames.fused);
-  status_ = makeStatus(input);
+  status_ = makeStatus(collect_(), status_);
   status_.header.frame_id = options_.map_frame;
   status_.header.stamp = ros::Time::now();
   publisher_.publish(status_);
@@ -51,9 +68,14 @@ void StatusPublisher::fillDiagnostics(
     diagnostics.add("dropped: " + drop.reason, drop.count);
   }
   diagnostics.add("frames waiting", status_.frames_waiting);
+  for (const CameraStatus& camera : status_.cameras) {
+    if (!camera.name.empty()) addCamera(camera, diagnostics);
+  }
   diagnostics.add("blocks", status_.blocks);
   diagnostics.add("voxel arrays", status_.voxel_arrays);
-  diagnostics.add("map bytes", status_.map_bytes);
+  for (const MemoryPart& part : status_.memory) {
+    diagnostics.add(part.name + " bytes", part.bytes);
+  }
   diagnostics.add("refused blocks", status_.refused_blocks);
   diagnostics.add("triangles", status_.triangles);
   diagnostics.add("integrate ms", status_.integrate_ms);

@@ -30,7 +30,6 @@ class StatusPublisher {
   Options options_;
   std::function<StatusInput()> collect_;
   dtsdf_mapping::MapStatus status_;
-  uint64_t last_dropped_ = 0, last_fused_ = 0;
   diagnostic_updater::Updater updater_;
   ros::Publisher publisher_;
   ros::WallTimer timer_;

@@ -1,16 +1,22 @@
 #include "ros/output/status_report.h"
 
+#include <algorithm>
 #include <tuple>
 #include <utility>
 
 namespace dtsdf {
 
+using dtsdf_mapping::CameraStatus;
 using dtsdf_mapping::DropCount;
 using dtsdf_mapping::MapStatus;
+using dtsdf_mapping::MemoryPart;
+using dtsdf_mapping::StreamStatus;
 
 namespace {
 
 using Verdict = std::pair<uint8_t, std::string>;
+
+constexpr float kNever = -1.0f;
 
 /// "; depth is published on '/a' and '/b'"; empty without topics.
 std::string describeOthers(const std::vector<std::string>& topics) {
@@ -21,27 +27,90 @@ std::string describeOthers(const std::vector<std::string>& topics) {
   return text;
 }
 
+/// Begins what is said of one camera, where there are several.
+std::string beginOf(const CameraReport& camera) {
+  return camera.name.empty() ? "" : camera.name + ": ";
+}
+
 /// Nothing comes in that could be fused; empty text if something does.
-Verdict judgeInput(const StatusInput& in) {
-  if (in.frames.images == 0) {
-    const std::string why = in.image_publishers == 0
-                                ? "it has no publisher" + describeOthers(in.depth_topics)
+Verdict judgeInput(const StreamReport& depth, const std::vector<std::string>& other_topics) {
+  if (depth.frames.images == 0) {
+    const std::string why = depth.image_publishers == 0
+                                ? "it has no publisher" + describeOthers(other_topics)
                                 : "its publisher has sent nothing yet";
-    return {MapStatus::WARN, "no depth image received on '" + in.image_topic + "': " + why};
+    return {MapStatus::WARN, "no depth image received on '" + depth.image_topic + "': " + why};
   }
-  if (in.frames.camera_infos == 0) {
-    return {MapStatus::WARN, "depth images come, but no camera_info on '" + in.info_topic + "'"};
+  if (depth.frames.camera_infos == 0) {
+    return {MapStatus::WARN, "depth images come, but no camera_info on '" + depth.info_topic + "'"};
   }
   return {MapStatus::OK, ""};
 }
 
 /// Frames come in, but none has become part of the map.
-Verdict judgeFirstFrame(const StatusInput& in) {
-  if (!in.waiting_for.empty()) return {MapStatus::WARN, "no frame fused yet: " + in.waiting_for};
-  if (in.frames.droppedSum() > 0) {
-    return {MapStatus::WARN, "no frame fused yet: " + in.frames.last_drop};
+Verdict judgeFirstFrame(const StreamReport& depth) {
+  if (!depth.waiting_for.empty()) {
+    return {MapStatus::WARN, "no frame fused yet: " + depth.waiting_for};
+  }
+  if (depth.frames.droppedSum() > 0) {
+    return {MapStatus::WARN, "no frame fused yet: " + depth.frames.last_drop};
   }
   return {MapStatus::OK, "waiting for the first frame with its camera_info and transform"};
+}
+
+uint64_t droppedSum(const std::vector<DropCount>& dropped) {
+  uint64_t sum = 0;
+  for (const DropCount& drop : dropped) sum += drop.count;
+  return sum;
+}
+
+/// The same stream in the last status; an empty one if it was not there.
+StreamStatus streamBefore(const MapStatus& before, const std::string& camera) {
+  for (const CameraStatus& status : before.cameras) {
+    if (status.name == camera && !status.streams.empty()) return status.streams.front();
+  }
+  return {};
+}
+
+/// Colour that has to be there, or comes and cannot be used; empty text if all is well.
+Verdict judgeColour(const StreamReport& colour, bool is_needed) {
+  if (colour.frames.fused > 0) return {MapStatus::OK, ""};
+  if (colour.frames.images == 0) {
+    if (!is_needed) return {MapStatus::OK, ""};
+    return {MapStatus::WARN, "no colour image received on '" + colour.image_topic +
+                                 "', as colour/enabled: always asks for"};
+  }
+  if (colour.frames.camera_infos == 0) {
+    return {MapStatus::WARN,
+            "colour images come, but no camera_info on '" + colour.info_topic + "'"};
+  }
+  if (colour.frames.droppedSum() == 0) return {MapStatus::OK, ""};
+  return {MapStatus::WARN, "no colour image painted yet: " + colour.frames.last_drop};
+}
+
+Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const MapStatus& before) {
+  const StreamReport& depth = camera.depth;
+  if (depth.frames.fused == 0) {
+    const Verdict input = judgeInput(depth, in.depth_topics);
+    return input.second.empty() ? judgeFirstFrame(depth) : input;
+  }
+  const StreamStatus last = streamBefore(before, camera.name);
+  if (depth.frames.droppedSum() - droppedSum(last.dropped) > depth.frames.fused - last.fused) {
+    return {MapStatus::WARN, "most frames are dropped: " + depth.frames.last_drop};
+  }
+  return camera.colour ? judgeColour(*camera.colour, camera.is_colour_needed)
+                       : Verdict{MapStatus::OK, ""};
+}
+
+/// Of the cameras the first one with something amiss; else what the first has to say.
+Verdict judgeCameras(const StatusInput& in, const MapStatus& before) {
+  Verdict verdict{MapStatus::OK, ""};
+  for (const CameraReport& camera : in.cameras) {
+    Verdict own = judgeCamera(camera, in, before);
+    if (!own.second.empty()) own.second = beginOf(camera) + own.second;
+    if (own.first != MapStatus::OK) return own;
+    if (verdict.second.empty()) verdict = own;
+  }
+  return verdict;
 }
 
 std::string describeMesh(const StatusInput& in) {
@@ -50,48 +119,118 @@ std::string describeMesh(const StatusInput& in) {
   return "mapping; no triangles yet: no surface has been seen well enough";
 }
 
-Verdict judgeProgress(const StatusInput& in) {
+bool hasFused(const StatusInput& in) {
+  return std::any_of(in.cameras.begin(), in.cameras.end(),
+                     [](const CameraReport& camera) { return camera.depth.frames.fused > 0; });
+}
+
+Verdict judge(const StatusInput& in, const MapStatus& before) {
+  if (!in.map.failure.empty()) {
+    return {MapStatus::ERROR, "the backend failed: " + in.map.failure};
+  }
+  if (in.paused) return {MapStatus::OK, "paused"};
   if (in.map.stats.refused_blocks > 0) {
     return {MapStatus::WARN, "the map is full (map/max_memory_mb): " +
                                  std::to_string(in.map.stats.refused_blocks) +
                                  " blocks were refused; what is mapped stays usable"};
   }
-  if (in.newly_dropped > in.newly_fused) {
-    return {MapStatus::WARN, "most frames are dropped: " + in.frames.last_drop};
-  }
+  const Verdict cameras = judgeCameras(in, before);
+  if (cameras.first != MapStatus::OK || !hasFused(in)) return cameras;
   return {MapStatus::OK, describeMesh(in)};
 }
 
-Verdict judge(const StatusInput& in) {
-  if (!in.map.failure.empty()) {
-    return {MapStatus::ERROR, "the backend failed: " + in.map.failure};
+std::vector<DropCount> dropCounts(const FrameCounts& frames) {
+  std::vector<DropCount> counts;
+  for (int i = 0; i < kDropReasonCount; ++i) {
+    if (frames.dropped[i] == 0) continue;
+    DropCount drop;
+    drop.reason = toString(static_cast<DropReason>(i));
+    drop.count = frames.dropped[i];
+    counts.push_back(drop);
   }
-  if (in.paused) return {MapStatus::OK, "paused"};
-  if (in.frames.fused > 0) return judgeProgress(in);
-  const Verdict input = judgeInput(in);
-  return input.second.empty() ? judgeFirstFrame(in) : input;
+  return counts;
+}
+
+float ageOf(const std::optional<double>& age_s) {
+  return age_s ? static_cast<float>(*age_s) : kNever;
+}
+
+StreamStatus makeStreamStatus(const std::string& kind, const StreamReport& report) {
+  StreamStatus status;
+  status.kind = kind;
+  status.topic = report.image_topic;
+  status.received = report.frames.images;
+  status.camera_infos = report.frames.camera_infos;
+  status.fused = report.frames.fused;
+  status.dropped = dropCounts(report.frames);
+  status.waiting = static_cast<uint32_t>(report.waiting);
+  status.waiting_for = report.waiting_for;
+  status.last_drop = report.frames.last_drop;
+  status.last_stamp = report.frames.last_stamp;
+  status.last_fused_stamp = report.frames.last_fused_stamp;
+  status.received_age_s = ageOf(report.frames.image_age_s);
+  status.camera_info_age_s = ageOf(report.frames.camera_info_age_s);
+  status.fused_age_s = ageOf(report.frames.fused_age_s);
+  return status;
+}
+
+/// Adds a camera's depth frames to those of all cameras.
+void addFrames(const FrameCounts& frames, FrameCounts& sum) {
+  sum.images += frames.images;
+  sum.fused += frames.fused;
+  for (int i = 0; i < kDropReasonCount; ++i) sum.dropped[i] += frames.dropped[i];
+  sum.last_fused_stamp = std::max(sum.last_fused_stamp, frames.last_fused_stamp);
+}
+
+void fillCameras(const StatusInput& in, MapStatus& status) {
+  FrameCounts sum;
+  for (const CameraReport& camera : in.cameras) {
+    addFrames(camera.depth.frames, sum);
+    status.frames_waiting += static_cast<uint32_t>(camera.depth.waiting);
+    CameraStatus entry;
+    entry.name = camera.name;
+    entry.streams.push_back(makeStreamStatus("depth", camera.depth));
+    if (camera.colour) entry.streams.push_back(makeStreamStatus("color", *camera.colour));
+    status.cameras.push_back(entry);
+  }
+  status.images_received = sum.images;
+  status.frames_fused = sum.fused;
+  status.frames_dropped = sum.droppedSum();
+  status.dropped = dropCounts(sum);
+  status.last_fused_stamp = sum.last_fused_stamp;
+}
+
+void fillMemory(const StatusInput& in, MapStatus& status) {
+  const auto add = [&](const char* name, uint64_t bytes) {
+    MemoryPart part;
+    part.name = name;
+    part.bytes = bytes;
+    status.memory.push_back(part);
+  };
+  size_t image_bytes = 0;
+  for (const CameraReport& camera : in.cameras) {
+    image_bytes += camera.depth.waiting_bytes;
+    if (camera.colour) image_bytes += camera.colour->waiting_bytes;
+  }
+  add("map", in.map.stats.map_bytes - in.map.stats.colour_bytes);
+  add("colour", in.map.stats.colour_bytes);
+  add("mesh", in.output.mesh_bytes);
+  add("images", image_bytes);
 }
 
 }  // namespace
 
-dtsdf_mapping::MapStatus makeStatus(const StatusInput& in) {
+bool hasNoPublisher(const CameraReport& camera) {
+  return camera.depth.frames.images == 0 && camera.depth.image_publishers == 0;
+}
+
+dtsdf_mapping::MapStatus makeStatus(const StatusInput& in,
+                                    const dtsdf_mapping::MapStatus& before) {
   MapStatus status;
-  std::tie(status.level, status.message) = judge(in);
+  std::tie(status.level, status.message) = judge(in, before);
   status.backend = in.map.backend;
   status.paused = in.paused;
-
-  status.images_received = in.frames.images;
-  status.frames_fused = in.frames.fused;
-  status.frames_dropped = in.frames.droppedSum();
-  for (int i = 0; i < kDropReasonCount; ++i) {
-    if (in.frames.dropped[i] == 0) continue;
-    DropCount drop;
-    drop.reason = toString(static_cast<DropReason>(i));
-    drop.count = in.frames.dropped[i];
-    status.dropped.push_back(drop);
-  }
-  status.frames_waiting = static_cast<uint32_t>(in.frames_waiting);
-  status.last_fused_stamp = in.frames.last_fused_stamp;
+  fillCameras(in, status);
 
   status.blocks = in.map.stats.blocks;
   status.voxel_arrays = in.map.stats.voxel_arrays;
@@ -99,8 +238,10 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in) {
   status.max_map_bytes = in.max_map_bytes;
   status.refused_blocks = in.map.stats.refused_blocks;
   status.triangles = in.output.triangles;
+  fillMemory(in, status);
 
   status.integrate_ms = static_cast<float>(in.map.integrate_ms);
+  status.paint_ms = static_cast<float>(in.map.paint_ms);
   status.mesh_ms = static_cast<float>(in.map.mesh_ms);
   status.publish_ms = static_cast<float>(in.output.publish_ms);
   return status;

@@ -6,28 +6,27 @@
 #include <string>
 #include <vector>
 
-#include "ros/input/frame_accounting.h"
+#include "ros/input/camera_report.h"
 #include "ros/output/map_report.h"
 
 namespace dtsdf {
 
 /// Everything the status is made from, at one moment.
 struct StatusInput {
-  FrameCounts frames;
+  std::vector<CameraReport> cameras;
   MapReport map;
   OutputReport output;
   bool paused = false;
-  size_t frames_waiting = 0;
-  std::string waiting_for;  ///< What the first frame in the queue waits for.
-  std::string image_topic, info_topic;
-  size_t image_publishers = 0;
-  std::vector<std::string> depth_topics;  ///< That there are, while the image's own has nobody.
+  std::vector<std::string> depth_topics;  ///< That there are, while a camera's own has nobody.
   size_t mesh_listeners = 0;
-  uint64_t newly_dropped = 0;  ///< Frames dropped since the last status.
-  uint64_t newly_fused = 0;
   uint64_t max_map_bytes = 0;
 };
 
-dtsdf_mapping::MapStatus makeStatus(const StatusInput& input);
+/// Whether the camera's depth images have not come, and nobody is there to send any.
+bool hasNoPublisher(const CameraReport& camera);
+
+/// `before` is the last status, which tells what is new; empty for the first one.
+dtsdf_mapping::MapStatus makeStatus(const StatusInput& input,
+                                    const dtsdf_mapping::MapStatus& before = {});
 
 }  // namespace dtsdf

@@ -12,7 +12,9 @@ namespace {
 using Point = pcl::PointXYZRGBNormal;
 using Cloud = pcl::PointCloud<Point>;
 
-Point toPoint(const Vec3f& p_W, const Vec3f& normal_W, MeshColour colour) {
+Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
+  const Vec3f& p_W = mesh.vertices_m[vertex];
+  const Vec3f& normal_W = mesh.normals[vertex];
   Point point;
   point.x = p_W.x;
   point.y = p_W.y;
@@ -20,7 +22,7 @@ Point toPoint(const Vec3f& p_W, const Vec3f& normal_W, MeshColour colour) {
   point.normal_x = normal_W.x;
   point.normal_y = normal_W.y;
   point.normal_z = normal_W.z;
-  const std::array<uint8_t, 3> rgb = vertexColour(colour, p_W, normal_W);
+  const std::array<uint8_t, 3> rgb = vertexColour(colour, mesh, vertex);
   point.r = rgb[0];
   point.g = rgb[1];
   point.b = rgb[2];
@@ -47,7 +49,7 @@ void SurfacePointsPublisher::publish(const Mesh& mesh, const ros::Time& stamp) {
   cloud.header.stamp = pcl_conversions::toPCL(stamp);
   cloud.reserve(mesh.vertices_m.size());
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    cloud.push_back(toPoint(mesh.vertices_m[i], mesh.normals[i], colour_));
+    cloud.push_back(toPoint(mesh, i, colour_));
   }
   publisher_.publish(cloud);
 }

@@ -2,6 +2,7 @@
 
 #include <ros/console.h>
 
+#include <algorithm>
 #include <exception>
 #include <stdexcept>
 #include <utility>
@@ -21,7 +22,7 @@ MapSession::MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Part
 std::chrono::milliseconds MapSession::step() noexcept {
   try {
     const Action action = schedule_.next(situation());
-    if (action == Action::kWait) return schedule_.idleTime(situation());
+    if (action == Action::kWait) return idleTime();
     act(action);
   } catch (const std::exception& error) {
     fail(error.what());
@@ -31,8 +32,14 @@ std::chrono::milliseconds MapSession::step() noexcept {
   return std::chrono::milliseconds(0);
 }
 
+std::chrono::milliseconds MapSession::idleTime() const {
+  const std::chrono::milliseconds idle = schedule_.idleTime(situation());
+  const SteadyDuration to_turn = parts_.frames.idleTime();
+  return to_turn < idle ? toMilliseconds(to_turn) : idle;
+}
+
 MapSchedule::Situation MapSession::situation() const {
-  return {parts_.frames.size() > 0, !hasFailed() && parts_.mesh_wanted()};
+  return {parts_.frames.hasTurn(), !hasFailed() && parts_.mesh_wanted()};
 }
 
 void MapSession::act(Action action) {
@@ -54,25 +61,42 @@ void MapSession::fuseNext() {
   const std::optional<PosedFrame> frame = parts_.frames.take();
   if (!frame) return;  // was pushed out meanwhile
   if (hasFailed()) {
-    parts_.accounting.dropped(DropReason::kBackendError, frame->stamp, report_.failure);
+    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, report_.failure);
     return;
   }
   try {
-    fuse(*frame);
+    takeFrame(*frame);
   } catch (const std::exception& error) {
-    parts_.accounting.dropped(DropReason::kBackendError, frame->stamp, error.what());
+    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, error.what());
     throw;
   }
 }
 
-void MapSession::fuse(const PosedFrame& frame) {
-  const IntegrationResult result = mapper_->integrate(frame.depth);
+IntegrationResult MapSession::fuse(const DepthFrame& frame) {
+  IntegrationResult result = mapper_->integrate(frame);
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  if (result.status == FrameStatus::kFused) report_.integrate_ms = result.duration_ms;
+  return result;
+}
+
+IntegrationResult MapSession::paint(const ColourFrame& frame) {
+  IntegrationResult result = mapper_->paint(frame);
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  if (result.status == FrameStatus::kFused) report_.paint_ms = result.duration_ms;
+  return result;
+}
+
+void MapSession::takeFrame(const PosedFrame& frame) {
+  const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  const IntegrationResult result =
+      depth != nullptr ? fuse(*depth) : paint(std::get<ColourFrame>(frame.image));
   if (result.status != FrameStatus::kFused) {
-    parts_.accounting.dropped(dropReasonOf(result.status), frame.stamp, result.message);
+    frame.accounting->dropped(dropReasonOf(result.status), frame.stamp, result.message);
     return;
   }
-  parts_.accounting.fused(frame.stamp);
-  map_stamp_ = frame.stamp;
+  frame.accounting->fused(frame.stamp);
+  // Colour may come late; depth that goes back has begun anew.
+  map_stamp_ = depth != nullptr ? frame.stamp : std::max(map_stamp_, frame.stamp);
   schedule_.frameFused();
   if (result.refused_blocks > 0) {
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
@@ -80,8 +104,6 @@ void MapSession::fuse(const PosedFrame& frame) {
                                                        << " blocks of the last frame were refused; "
                                                           "raise map/max_memory_mb, or clear_map");
   }
-  const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_.integrate_ms = result.duration_ms;
 }
 
 void MapSession::beginMesh() {

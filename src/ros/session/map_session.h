@@ -11,8 +11,7 @@
 
 #include "dtsdf_mapping/mapper.h"
 #include "ros/common/schedule.h"
-#include "ros/input/frame_accounting.h"
-#include "ros/input/frame_queue.h"
+#include "ros/input/posed_frame.h"
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
 
@@ -25,7 +24,6 @@ class MapSession {
   /// What the session works with; all of it outlives it.
   struct Parts {
     FrameQueue& frames;
-    FrameAccounting& accounting;
     MeshHandover& mesh_changes;
     std::function<bool()> mesh_wanted;  ///< Whether anybody listens.
   };
@@ -49,9 +47,12 @@ class MapSession {
 
  private:
   MapSchedule::Situation situation() const;
+  std::chrono::milliseconds idleTime() const;
   void act(MapSchedule::Action action);
   void fuseNext();
-  void fuse(const PosedFrame& frame);
+  void takeFrame(const PosedFrame& frame);
+  IntegrationResult fuse(const DepthFrame& frame);
+  IntegrationResult paint(const ColourFrame& frame);
   void beginMesh();
   void finishMesh();
   void updateReport();

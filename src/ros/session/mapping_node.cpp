@@ -39,9 +39,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       transforms_(ros::Duration(kTransformsKept_s)),
       transform_listener_(transforms_, nh, true),
       poses_(transforms_, params_.node.map_frame),
-      posed_frames_([this] { map_loop_.wake(); }),
-      intake_(params_.node.input,
-              {poses_, accounting_, posed_frames_, CameraInput::depthTopic(nh)}),
+      posed_frames_(params_.node.input.merge_wait_s, [this] { map_loop_.wake(); }),
+      cameras_(nh, params_.node, poses_, posed_frames_, [this] { intake_loop_.wake(); }),
       mesh_publisher_(newcomers_thread_.serve(private_nh),
                       {params_.node.map_frame, params_.mapper.mesh.colour,
                        params_.node.publish.chunk_blocks},
@@ -51,21 +50,17 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       mesh_changes_([this] { output_loop_.wake(); }),
       output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
       session_(makeMapper(params_.mapper), meshRate(params_.node.publish),
-               {posed_frames_, accounting_, mesh_changes_,
+               {posed_frames_, mesh_changes_,
                 [this] {
                   return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
                 }}),
       output_loop_([this] { return output_.step(); }, WorkerThread::Priority::kLow),
       map_loop_([this] { return session_.step(); }),
-      intake_loop_([this] { return intake_.step(); }) {
+      intake_loop_([this] { return cameras_.step(); }) {
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << session_.report().backend << ", voxels of "
                                                      << params_.mapper.map.voxel_size_m << " m");
   advertiseServices(private_nh);
-  camera_ = std::make_unique<CameraInput>(
-      nh, private_nh, params_.node.input, accounting_, [this](const FrameMessages& frame) {
-        intake_.push(frame);
-        intake_loop_.wake();
-      });
+  cameras_.subscribe(private_nh);
   status_ = std::make_unique<StatusPublisher>(
       nh, private_nh,
       StatusPublisher::Options{params_.node.map_frame, params_.node.publish.status_rate_hz},
@@ -80,7 +75,7 @@ MappingNode::~MappingNode() {
   // From the outside in: nothing may call into a part that is gone. Whoever waits for a loop is
   // served before the loop ends.
   status_.reset();
-  camera_.reset();
+  cameras_.unsubscribe();
   save_mesh_.shutdown();
   clear_map_.shutdown();
   pause_.shutdown();
@@ -102,16 +97,11 @@ void MappingNode::advertiseServices(ros::NodeHandle private_nh) {
 
 StatusInput MappingNode::collectStatus() const {
   StatusInput input;
-  input.frames = accounting_.counts();
+  input.cameras = cameras_.report();
   input.map = session_.report();
   input.output = output_.report();
-  input.paused = intake_.paused();
-  input.frames_waiting = intake_.size();
-  input.waiting_for = intake_.waitingFor();
-  input.image_topic = camera_->imageTopic();
-  input.info_topic = camera_->infoTopic();
-  input.image_publishers = camera_->imagePublishers();
-  if (input.frames.images == 0 && input.image_publishers == 0) {
+  input.paused = cameras_.paused();
+  if (std::any_of(input.cameras.begin(), input.cameras.end(), hasNoPublisher)) {
     input.depth_topics = findDepthTopics();
   }
   input.mesh_listeners = mesh_publisher_.listeners();
@@ -157,7 +147,7 @@ bool MappingNode::onClearMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
 
 bool MappingNode::onPause(std_srvs::SetBool::Request& request,
                           std_srvs::SetBool::Response& response) {
-  response.success = guarded("pause", [&] { intake_.setPaused(request.data != 0); });
+  response.success = guarded("pause", [&] { cameras_.setPaused(request.data != 0); });
   response.message = request.data ? "paused: frames are dropped" : "mapping";
   return true;
 }

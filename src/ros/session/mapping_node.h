@@ -12,8 +12,7 @@
 
 #include "params/node_params.h"
 #include "ros/common/worker_thread.h"
-#include "ros/input/camera_input.h"
-#include "ros/input/frame_intake.h"
+#include "ros/input/cameras.h"
 #include "ros/output/mesh_output.h"
 #include "ros/output/status_publisher.h"
 #include "ros/session/callback_thread.h"
@@ -41,14 +40,13 @@ class MappingNode {
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   MappingParams params_;
-  FrameAccounting accounting_;
   CallbackThread newcomers_thread_, save_thread_, clear_thread_;
 
   tf2::BufferCore transforms_;
   tf2_ros::TransformListener transform_listener_;
   PoseSource poses_;
   FrameQueue posed_frames_;
-  FrameIntake intake_;
+  Cameras cameras_;
 
   MeshPublisher mesh_publisher_;
   SurfacePointsPublisher points_publisher_;
@@ -59,7 +57,6 @@ class MappingNode {
   // Each is begun after those that it wakes.
   WorkerThread output_loop_, map_loop_, intake_loop_;
 
-  std::unique_ptr<CameraInput> camera_;
   std::unique_ptr<StatusPublisher> status_;
   ros::ServiceServer save_mesh_, clear_map_, pause_;
 };

@@ -18,6 +18,12 @@ class FakeMapper : public Mapper {
     return {};
   }
 
+  IntegrationResult paint(const ColourFrame&) override {
+    throwIf(fails_to_integrate);
+    ++images;
+    return {};
+  }
+
   void beginMeshUpdate() override { throwIf(fails_to_mesh); }
 
   /// One triangle for each changed block; its first vertex has the number of the frame as its edge.
@@ -27,7 +33,8 @@ class FakeMapper : public Mapper {
       const auto edge = static_cast<uint32_t>(frame);
       update.blocks.push_back({{x, 0, 0},
                                {{{0, 0, 0}, edge}, {{1, 0, 0}, edge + 1}, {{0, 1, 0}, edge + 2}},
-                               {0, 1, 2}});
+                               {0, 1, 2},
+                               {}});
     }
     update.duration_ms = mesh_ms;
     changed_.clear();
@@ -44,7 +51,7 @@ class FakeMapper : public Mapper {
   std::string backendName() const override { return "fake"; }
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
-  int frames = 0;
+  int frames = 0, images = 0;
   double mesh_ms = 0.0;
 
  private:

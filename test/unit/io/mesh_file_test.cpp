@@ -82,8 +82,7 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
   for (size_t i = 0; i < mesh_.vertices_m.size(); ++i) {
     expectEqual(body.vector(), mesh_.vertices_m[i]);
     expectEqual(body.vector(), mesh_.normals[i]);
-    for (uint8_t channel :
-         vertexColour(MeshColour::kNormal, mesh_.vertices_m[i], mesh_.normals[i])) {
+    for (uint8_t channel : vertexColour(MeshColour::kNormal, mesh_, i)) {
       EXPECT_EQ(body.number(1), channel);
     }
   }
@@ -92,6 +91,21 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
     for (uint32_t index : triangle) EXPECT_EQ(body.number(4), index);
   }
   EXPECT_EQ(body.left(), 0u);
+}
+
+/// Colours of images, in both formats that have colours.
+TEST_F(MeshFile, ColoursOfImagesAreSaved) {
+  mesh_.colours = {{255, 0, 51, 255}, {1, 2, 3, 255}, {4, 5, 6, 255}, {0, 0, 0, 0}};
+  saveMesh(mesh_, MeshColour::kAuto, folder_ / "mesh.ply");
+  const std::string ply = readBytes(folder_ / "mesh.ply");
+  const std::string body = ply.substr(ply.find("end_header\n") + 11);
+  EXPECT_EQ(body.substr(24, 3), std::string("\xff\0\x33", 3));
+  EXPECT_EQ(body.substr(27 + 24, 3), "\1\2\3");
+  EXPECT_EQ(body.substr(3 * 27 + 24, 3), "\xc8\xc8\xc8");  // not painted
+  saveMesh(mesh_, MeshColour::kAuto, folder_ / "mesh.obj");
+  const std::string obj = readBytes(folder_ / "mesh.obj");
+  const std::string first = obj.substr(obj.find("v "), obj.find('\n', obj.find("v ")) - 16);
+  EXPECT_NE(first.find(" 1 0 0.2"), std::string::npos) << first;
 }
 
 TEST_F(MeshFile, ObjHoldsPositionsNormalsAndFaces) {

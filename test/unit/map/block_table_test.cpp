@@ -308,5 +308,52 @@ TEST(BlockTable, ClearForgetsEverything) {
   expectEqual(used, fresh);
 }
 
+/// Bit of a brick of direction 0.
+constexpr uint64_t brick(int number) { return uint64_t{1} << number; }
+
+TEST(BlockTableColours, GoWithTheirVoxels) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 3}, {keyOf(2), 1}});
+  const ColourAdmission admission =
+      table.admitColours({{keyOf(2), brick(5)}, {keyOf(1), brick(0) | brick(7)}});
+  const BlockEntry first = table.block(table.find(keyOf(1)));
+  const BlockEntry second = table.block(table.find(keyOf(2)));
+  ASSERT_EQ(admission.bricks.size(), 3u);
+  EXPECT_EQ(admission.bricks[1].array, first.array[0]);
+  EXPECT_EQ(admission.bricks[1].brick, 7);
+  EXPECT_EQ(admission.bricks[1].colours, 1);
+  EXPECT_EQ(admission.bricks[2].array, second.array[0]);
+  EXPECT_EQ(table.colourOf(first.array[0], 7), 1);
+  EXPECT_EQ(table.colourOf(first.array[0], 1), kNoArray);
+  EXPECT_EQ(table.colourOf(first.array[1], 0), kNoArray);
+  EXPECT_EQ(table.bytesInUse(), 2 * kBlock + 3 * kArray + 3 * BlockTable::kColourBytes);
+  EXPECT_TRUE(table.admitColours({{keyOf(1), brick(7)}, {keyOf(3), ~0ull >> 16}}).bricks.empty());
+  EXPECT_EQ(table.admitColours({{keyOf(1), brick(8 + 2)}}).bricks[0].array, first.array[1]);
+
+  table.vacate(table.find(keyOf(1)), 1);
+  EXPECT_EQ(table.coloursInUse(), 2u);
+  const int32_t again = table.admit({{keyOf(4), 1}}).new_arrays[0];
+  EXPECT_EQ(again, first.array[0]);  // recycled, and without colour
+  for (int i = 0; i < kBricksPerArray; ++i) EXPECT_EQ(table.colourOf(again, i), kNoArray);
+  EXPECT_LT(table.admitColours({{keyOf(4), brick(3)}}).bricks[0].colours, 2);
+  EXPECT_EQ(table.colourCount(), 4u);
+  table.clear();
+  EXPECT_EQ(table.coloursInUse(), 0u);
+  EXPECT_EQ(table.bytesInUse(), 0u);
+}
+
+TEST(BlockTableColours, StayWithinTheBudget) {
+  BlockTable table(3 * (kBlock + kArray) + 2 * BlockTable::kColourBytes);
+  table.admit({{keyOf(1), 1}, {keyOf(2), 1}, {keyOf(3), 1}});
+  const std::vector<ColourRequest> requests{
+      {keyOf(3), brick(0)}, {keyOf(1), brick(0)}, {keyOf(2), brick(0)}};
+  EXPECT_EQ(table.countNewColours(requests), 3u);
+  const ColourAdmission admission = table.admitColours(requests);
+  EXPECT_EQ(admission.bricks.size(), 2u);
+  EXPECT_EQ(admission.refused, 1u);
+  EXPECT_EQ(table.colourOf(table.block(table.find(keyOf(3))).array[0], 0), kNoArray);
+  EXPECT_EQ(table.admit({{keyOf(4), 1}}).refused, 1u);
+}
+
 }  // namespace
 }  // namespace dtsdf

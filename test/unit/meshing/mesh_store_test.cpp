@@ -198,21 +198,67 @@ TEST(MeshStore, FarPositionsAreRoundedOnce) {
   EXPECT_EQ(p.z, static_cast<float>(2.0 * h));
 }
 
+/// Blocks that were meshed before anything was painted lie beside others.
+TEST(MeshStore, JoinsBlocksWithAndWithoutColours) {
+  MeshStore store(0.02f);
+  const auto block = [](int x, std::vector<VertexColour> colours) {
+    BlockMesh mesh;
+    mesh.key = {x, 0, 0};
+    for (uint32_t i = 0; i < 3; ++i) mesh.vertices.push_back({{1.5f, 1.0f * i, 0.0f}, 600 + 6 * i});
+    mesh.triangles = {0, 1, 2};
+    mesh.colours = std::move(colours);
+    return std::make_shared<const BlockMesh>(mesh);
+  };
+  store.put(block(0, {}));
+  EXPECT_TRUE(store.assemble().colours.empty());
+  store.put(block(1, {{1, 2, 3, 255}, {4, 5, 6, 255}, {7, 8, 9, 255}}));
+  store.put(block(2, {}));
+  const Mesh mesh = store.assemble();
+  ASSERT_EQ(mesh.vertices_m.size(), 9u);
+  ASSERT_EQ(mesh.colours.size(), 9u);
+  EXPECT_EQ(mesh.colours[2].painted, 0);
+  EXPECT_EQ(mesh.colours[4].green, 5);
+  EXPECT_EQ(mesh.colours[8].painted, 0);
+}
+
+std::array<uint8_t, 3> colourOf(MeshColour mode, const Vec3f& p_W, const Vec3f& normal_W) {
+  Mesh mesh;
+  mesh.vertices_m.push_back(p_W);
+  mesh.normals.push_back(normal_W);
+  return vertexColour(mode, mesh, 0);
+}
+
+TEST(VertexColour, ImageWhereThereIsOne) {
+  using Rgb = std::array<uint8_t, 3>;
+  Mesh mesh;
+  mesh.vertices_m.assign(2, {0, 0, 0});
+  mesh.normals.assign(2, {1, 0, 0});
+  const Rgb normal = vertexColour(MeshColour::kNormal, mesh, 0);
+  const Rgb plain = vertexColour(MeshColour::kPlain, mesh, 0);
+  EXPECT_EQ(vertexColour(MeshColour::kAuto, mesh, 0), normal);
+  EXPECT_EQ(vertexColour(MeshColour::kImage, mesh, 0), plain);
+  mesh.colours = {{10, 20, 30, 255}, {0, 0, 0, 0}};
+  EXPECT_EQ(vertexColour(MeshColour::kAuto, mesh, 0), (Rgb{10, 20, 30}));
+  EXPECT_EQ(vertexColour(MeshColour::kImage, mesh, 0), (Rgb{10, 20, 30}));
+  EXPECT_EQ(vertexColour(MeshColour::kAuto, mesh, 1), plain);
+  EXPECT_EQ(vertexColour(MeshColour::kNormal, mesh, 1), normal);
+}
+
 TEST(VertexColour, NormalsAreRedGreenBlue) {
   using Rgb = std::array<uint8_t, 3>;
   const Vec3f origin{0, 0, 0};
-  EXPECT_EQ(vertexColour(MeshColour::kNormal, origin, {1, 0, 0}), (Rgb{255, 128, 128}));
-  EXPECT_EQ(vertexColour(MeshColour::kNormal, origin, {0, -1, 0}), (Rgb{128, 0, 128}));
-  EXPECT_EQ(vertexColour(MeshColour::kNormal, origin, {0, 0, 1}), (Rgb{128, 128, 255}));
+  EXPECT_EQ(colourOf(MeshColour::kNormal, origin, {1, 0, 0}), (Rgb{255, 128, 128}));
+  EXPECT_EQ(colourOf(MeshColour::kNormal, origin, {0, -1, 0}), (Rgb{128, 0, 128}));
+  EXPECT_EQ(colourOf(MeshColour::kNormal, origin, {0, 0, 1}), (Rgb{128, 128, 255}));
 }
 
 /// A saturated hue for every height, without steps between neighbouring heights and with as many
 /// different ones as a user needs to tell floor from table.
 TEST(VertexColour, HeightsAreAContinuousRainbow) {
   std::set<std::array<uint8_t, 3>> colours;
-  auto previous = vertexColour(MeshColour::kHeight, {0, 0, -5.0f}, {0, 0, 1});
+  auto previous = colourOf(MeshColour::kHeight, {0, 0, -5.0f}, {0, 0, 1});
   for (float z = -5.0f; z < 5.0f; z += 0.001f) {
-    const auto colour = vertexColour(MeshColour::kHeight, {3.0f, -2.0f, z}, {1, 0, 0});
+    const auto colour = colourOf(MeshColour::kHeight, {3.0f, -2.0f, z}, {1, 0, 0});
     EXPECT_EQ(*std::max_element(colour.begin(), colour.end()), 255);
     EXPECT_EQ(*std::min_element(colour.begin(), colour.end()), 0);
     for (size_t i = 0; i < 3; ++i) EXPECT_LE(std::abs(colour[i] - previous[i]), 2) << "z = " << z;
@@ -223,8 +269,8 @@ TEST(VertexColour, HeightsAreAContinuousRainbow) {
 }
 
 TEST(VertexColour, PlainIsOneGrey) {
-  const auto a = vertexColour(MeshColour::kPlain, {0, 0, 0}, {1, 0, 0});
-  const auto b = vertexColour(MeshColour::kPlain, {1, 2, 3}, {0, 0, -1});
+  const auto a = colourOf(MeshColour::kPlain, {0, 0, 0}, {1, 0, 0});
+  const auto b = colourOf(MeshColour::kPlain, {1, 2, 3}, {0, 0, -1});
   EXPECT_EQ(a, b);
   EXPECT_EQ(a[0], a[1]);
   EXPECT_EQ(a[1], a[2]);

@@ -19,13 +19,18 @@ class FakeMapper : public Mapper {
     if (frame.width <= 0) result.status = FrameStatus::kBadImage;
     return result;
   }
+  IntegrationResult paint(const ColourFrame&) override {
+    calls += 'p';
+    return {};
+  }
   void beginMeshUpdate() override { calls += 'm'; }
   MeshUpdate finishMeshUpdate() override { return {}; }
   void clear() override {}
   MapStats stats() const override { return {3, 7, 4096, 2}; }
   std::string backendName() const override { return "fake (0 threads)"; }
 
-  std::string calls;  ///< 'i' for each frame, 'm' for each extraction.
+  /// 'i' for each frame, 'p' for each colour image, 'm' for each extraction.
+  std::string calls;
 };
 
 /// `widths` are the widths of its frames; counts three more as skipped.
@@ -38,6 +43,7 @@ class FakeSource : public FrameSource {
     if (next_ == widths_.size()) return std::nullopt;
     SourceFrame frame;
     frame.depth.width = widths_[next_++];
+    frame.stamp_s = static_cast<double>(next_);
     return frame;
   }
 
@@ -45,6 +51,24 @@ class FakeSource : public FrameSource {
   std::vector<int> widths_;
   size_t next_ = 0;
   std::map<std::string, size_t> skipped_{{"no pose", 3}};
+};
+
+/// Counts one image as skipped.
+class FakeColours : public ColourSource {
+ public:
+  explicit FakeColours(std::vector<double> stamps_s) : stamps_s_(std::move(stamps_s)) {}
+  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
+  std::optional<SourceColour> next() override {
+    if (next_ == stamps_s_.size()) return std::nullopt;
+    SourceColour image;
+    image.stamp_s = stamps_s_[next_++];
+    return image;
+  }
+
+ private:
+  std::vector<double> stamps_s_;
+  size_t next_ = 0;
+  std::map<std::string, size_t> skipped_{{"colour without pose", 1}};
 };
 
 class ReconstructionTest : public testing::Test {
@@ -76,6 +100,25 @@ TEST_F(ReconstructionTest, MeshesEachSoManyFramesAndWhatIsLeft) {
 TEST_F(ReconstructionTest, DoesNotMeshAgainWhereNothingIsLeft) {
   EXPECT_EQ(run({1, 1, 1, 1}, 2).mesh_ms.size(), 2u);
   EXPECT_EQ(mapper_.calls, "iimiim");
+}
+
+/// Frames have the stamps 1, 2, 3.
+TEST_F(ReconstructionTest, PaintsBetweenTheFramesInTheOrderOfStamps) {
+  FakeSource source({1, 1, 1});
+  FakeColours colours({0.5, 1.0, 1.5, 1.6, 3.0, 3.1});
+  const ReconstructionResult result =
+      reconstruct({source, &colours}, mapper_, 0.02f, 0, [](size_t) {});
+  EXPECT_EQ(mapper_.calls, "ipppiipm");
+  EXPECT_EQ(result.images, 4u);
+  EXPECT_EQ(result.paint_ms.size(), 4u);
+  EXPECT_EQ(result.skipped.at("colour without pose"), 1u);
+}
+
+TEST_F(ReconstructionTest, MeshesOnceMoreAfterTheLastImage) {
+  FakeSource source({1, 1});
+  FakeColours colours({2.0});
+  reconstruct({source, &colours}, mapper_, 0.02f, 1, [](size_t) {});
+  EXPECT_EQ(mapper_.calls, "imipm");
 }
 
 TEST_F(ReconstructionTest, CountsWhatWasNotFusedByReason) {

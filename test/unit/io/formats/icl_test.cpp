@@ -90,5 +90,23 @@ TEST_F(IclArchive, TellsWhatIsWrong) {
   EXPECT_NE(readingErrorOf(options_).find("has 0 files *.gt.freiburg"), std::string::npos);
 }
 
+// The colour image is of the same camera, so it is turned with it.
+TEST_F(IclArchive, ColourIsFlippedLikeDepth) {
+  for (const int i : {0, 1, 2}) {
+    writeColourRows(folder_ / ("rgb/" + std::to_string(i) + ".png"), 640, 480, 0);
+  }
+  cv::Mat marked(480, 640, CV_8UC3, cv::Scalar(0, 0, 0));
+  marked.row(479).setTo(cv::Scalar(0, 0, 99));
+  cv::imwrite(folder_ / "rgb/1.png", marked);
+  const std::vector<SourceColour> images = readAllColours(options_);
+  ASSERT_EQ(images.size(), 2u);  // 0 has no pose
+  EXPECT_EQ(images[0].stamp_s, 1.0);
+  EXPECT_EQ(redAt(images[0].colour, 0), 99);
+  EXPECT_EQ(redAt(images[0].colour, 479), 0);
+  EXPECT_EQ(images[0].colour.intrinsics.fy, 480.0f);
+  EXPECT_EQ(images[0].colour.intrinsics.cy, 239.5f);
+  EXPECT_EQ(images[1].colour.T_W_C.translation().y(), 0.00895357);
+}
+
 }  // namespace
 }  // namespace dtsdf

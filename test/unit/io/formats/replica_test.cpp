@@ -97,5 +97,16 @@ TEST_F(Replica, TellsWhatIsWrong) {
   EXPECT_NE(readingErrorOf(options_).find("traj.txt"), std::string::npos);
 }
 
+TEST_F(Replica, ColourIsOfTheSameCamera) {
+  for (const int i : {0, 2, 3}) {  // 3 has no line in traj.txt
+    const std::string name = "Replica/room0/results/frame00000" + std::to_string(i) + ".jpg";
+    writeColourRows(folder_ / name, 12, 8, 5);
+  }
+  const std::vector<SourceColour> images = readAllColours(options_);
+  ASSERT_EQ(images.size(), 2u);
+  EXPECT_EQ(images[1].colour.intrinsics.fy, 601.0f);
+  EXPECT_EQ(images[1].colour.T_W_C.translation().x(), 2.0);
+}
+
 }  // namespace
 }  // namespace dtsdf

@@ -66,5 +66,23 @@ TEST_F(ScanNet, TellsWhatIsWrong) {
             std::string::npos);
 }
 
+// Colour has a lens of its own, and so may another size.
+TEST_F(ScanNet, ColourHasACameraOfItsOwn) {
+  for (const int i : {0, 1, 2, 10}) {
+    writeColourRows(folder_ / ("color/" + std::to_string(i) + ".jpg"), 32, 20, 5);
+  }
+  EXPECT_TRUE(readAllColours(options_).empty());
+  const auto without_camera = openRecordingColours(options_);
+  EXPECT_FALSE(without_camera->next());
+  EXPECT_EQ(without_camera->skipped().at("colour images: no intrinsic/intrinsic_color.txt"), 4u);
+  writeBytes(folder_ / "intrinsic/intrinsic_color.txt",
+             "1170.2 0 647.7 0\n0 1170.2 483.7 0\n0 0 1 0\n0 0 0 1\n");
+  const std::vector<SourceColour> images = readAllColours(options_);
+  ASSERT_EQ(images.size(), 3u);
+  EXPECT_EQ(images[2].stamp_s, 10.0);
+  EXPECT_EQ(images[2].colour.width, 32);
+  EXPECT_FLOAT_EQ(images[2].colour.intrinsics.cx, 647.7f);
+}
+
 }  // namespace
 }  // namespace dtsdf

@@ -116,5 +116,18 @@ TEST_F(SevenScenes, TheSequencesOfASceneAreNamed) {
   EXPECT_NE(error.find("there is one in 'seq-01'"), std::string::npos) << error;
 }
 
+TEST_F(SevenScenes, ColourHasTheCameraAndPoseOfItsNumber) {
+  for (const int number : {0, 2, 10}) {
+    std::filesystem::remove(stemOf(number) + ".color.png");
+    writeColourRows(stemOf(number) + (number == 2 ? ".color.jpg" : ".color.png"), 640, 480, 0);
+  }
+  std::filesystem::remove(stemOf(0) + ".pose.txt");
+  const std::vector<SourceColour> images = readAllColours(options_);
+  ASSERT_EQ(images.size(), 2u);
+  EXPECT_EQ(images[0].stamp_s, 2.0);
+  EXPECT_EQ(images[1].colour.T_W_C.translation().x(), 10.0);
+  EXPECT_EQ(images[1].colour.intrinsics.fx, 585.0f);
+}
+
 }  // namespace
 }  // namespace dtsdf

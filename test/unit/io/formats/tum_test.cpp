@@ -89,5 +89,13 @@ TEST_F(TumArchive, TellsThatClocksDiffer) {
   EXPECT_NE(readingErrorOf(options_).find("empty"), std::string::npos);
 }
 
+TEST_F(TumArchive, DepthIsRegisteredToColour) {
+  writeColourRows(folder_ / "rgb/1305031102.175304.png", 640, 480, 0);
+  const std::vector<SourceColour> images = readAllColours(options_);
+  ASSERT_EQ(images.size(), 1u);
+  EXPECT_EQ(images[0].stamp_s, 1305031102.175304);
+  EXPECT_EQ(images[0].colour.intrinsics.cx, 319.5f);
+}
+
 }  // namespace
 }  // namespace dtsdf

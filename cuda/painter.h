@@ -1,0 +1,59 @@
+/// The stage "paint" on the device, from the host's side: a colour image onto the surfaces that it
+/// sees.
+#pragma once
+
+#include <vector>
+
+#include "backend/profile.h"
+#include "dtsdf_mapping/colour_frame.h"
+#include "map/block_table.h"
+#include "paint_kernels.h"
+#include "runtime/buffer.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// Takes an image in two steps, between which the bricks of colours are made that it needs.
+class Painter {
+ public:
+  Painter(const ColourRules& rules, bool directional, const Stream& stream);
+
+  /// Finds what the image shows of the map's surfaces, those of voxels with so much evidence. Waits
+  /// for the result. @throws CudaError without memory; the map is untouched.
+  void look(const ColourFrame& frame, const FrameView& view, int32_t least_evidence,
+            const MapView& map);
+  const LookCounters& counters() const { return pinned_counters_[0]; }
+
+  /// The bricks of colours that are not there.
+  std::vector<ColourRequest> fetchRequests();
+
+  /// Enqueues the painting of what was found, as far as there are bricks for it.
+  void paint(const MapView& map);
+
+  void addMemory(std::vector<MemoryPart>& parts) const;
+
+ private:
+  void reserve(const ColourFrame& frame, size_t slots);
+  LookView view() const {
+    return {counters_.data(), slots_.data(), requests_.data(), thread_blocks_};
+  }
+
+  const ColourRules rules_;
+  const bool directional_;
+  const Stream& stream_;
+  const int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
+  Event looked_;
+  ColourSensing sensing_ = {};
+  Exposure exposure_ = sameExposure();  ///< Of the last image.
+  PinnedBuffer<ColourPixel> pinned_pixels_;
+  DeviceBuffer<ColourPixel> pixels_;
+  DeviceBuffer<float> hiding_m_;
+  DeviceBuffer<int32_t> slots_;
+  DeviceBuffer<ColourRequest> requests_;
+  DeviceBuffer<LookCounters> counters_;
+  PinnedBuffer<LookCounters> pinned_counters_;
+  PinnedBuffer<ColourRequest> pinned_requests_;
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,34 @@
+/// A colour image with its camera: what the surfaces of a map are painted with.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+
+#include "dtsdf_mapping/pinhole.h"
+
+namespace dtsdf {
+
+/// The bytes of a pixel, in their order in memory.
+enum class ColourEncoding : int32_t {
+  kRgb8,   ///< Red, green, blue.
+  kBgr8,   ///< Blue, green, red.
+  kRgba8,  ///< As kRgb8, and a byte that is not read.
+  kBgra8,  ///< As kBgr8, and a byte that is not read.
+  kMono8,  ///< One byte of grey.
+};
+
+/// One colour image, of a camera of its own: it may stand elsewhere than the depth camera, have
+/// another size and lens, and take its pictures at other times. The pixels are read only during the
+/// call that it is passed to.
+struct ColourFrame {
+  const void* data = nullptr;  ///< First row; rows are `row_bytes` apart.
+  size_t row_bytes = 0;        ///< At least `width` pixels of the encoding.
+  int width = 0;               ///< In pixels.
+  int height = 0;              ///< In pixels.
+  ColourEncoding encoding = ColourEncoding::kRgb8;  ///< What its pixels are.
+  Intrinsics intrinsics{0, 0, 0, 0};  ///< Of this image, which is rectified.
+  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
+};
+
+}  // namespace dtsdf

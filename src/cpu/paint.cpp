@@ -1,0 +1,230 @@
+#include "cpu/paint.h"
+
+#include <algorithm>
+
+#include "backend/frame_check.h"
+#include "cpu/parallel_for.h"
+#include "cpu/surface_points.h"
+
+namespace dtsdf {
+namespace {
+
+struct NoScratch {};
+
+/// Calls visit(direction, voxels) for the arrays of a block.
+template <class Visit>
+void visitArrays(const BlockEntry& entry, const VoxelStore& voxels, const Visit& visit) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] != kNoArray) visit(d, voxels.array(entry.array[d]));
+  }
+}
+
+/// Where the colour of an array's voxel is kept, or null.
+VoxelColour* findColour(const PaintedMap& map, int32_t array, int voxel) {
+  const int32_t number = map.table.colourOf(array, brickOf(voxel));
+  return number == kNoArray ? nullptr : map.colours.array(number) + placeInBrick(voxel);
+}
+
+VoxelColour colourOf(const ColourSample& sample) {
+  return {sample.red, sample.green, sample.blue, 0};
+}
+
+void addToSums(ExposureSums& sums, const ExposureSums& part) {
+  for (int i = 0; i < 3; ++i) {
+    sums.map[i] += part.map[i];
+    sums.image[i] += part.image[i];
+  }
+  sums.voxels += part.voxels;
+}
+
+}  // namespace
+
+void forgetColours(const BlockEntry& entry, const PaintedMap& map) {
+  visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      if (!isEmpty(array[i])) continue;
+      VoxelColour* colour = findColour(map, entry.array[direction], i);
+      if (colour != nullptr) *colour = {0, 0, 0, 0};
+    }
+  });
+}
+
+Vec3f Painter::firstVoxelOf(const BlockEntry& entry) const {
+  const BlockKey origin = blockOfVoxel(sensing_.view.frame.origin_voxel);
+  return toFloat(firstVoxelOfBlock(entry.key - origin));
+}
+
+void Painter::takeImage(const ColourFrame& frame) {
+  const ColourImage layout = layOut(nullptr, frame.width, frame.height);
+  pixels_.resize(static_cast<size_t>(pixelCount(layout)));
+  sensing_.image = layOut(pixels_.data(), frame.width, frame.height);
+  constexpr int kRows = 16;
+  const size_t bands = static_cast<size_t>((frame.height + kRows - 1) / kRows);
+  parallelFor<NoScratch>(bands, threads_, [&](size_t i, NoScratch&) {
+    const int first = static_cast<int>(i) * kRows;
+    copyPixels(frame, first, std::min(first + kRows, frame.height), pixels_.data());
+  });
+  for (int level = 1; level < kColourLevels; ++level) {
+    const ColourLevel& to = sensing_.image.level[level];
+    parallelFor<NoScratch>(static_cast<size_t>(to.height), threads_, [&](size_t v, NoScratch&) {
+      ColourPixel* row = pixels_.data() + to.first + static_cast<int64_t>(v) * to.width;
+      for (int u = 0; u < to.width; ++u) {
+        row[u] = halvedPixel(sensing_.image, level, u, static_cast<int32_t>(v));
+      }
+    });
+  }
+}
+
+void Painter::findBlocksInView(const BlockTable& table) {
+  const FrameView& frame = sensing_.view.frame;
+  const BlockKey origin = blockOfVoxel(frame.origin_voxel);
+  blocks_in_view_ = 0;
+  for (size_t slot = 0; slot < table.slotCount(); ++slot) {
+    const BlockEntry& entry = table.block(static_cast<int32_t>(slot));
+    if (!entry.in_use || !mayBeInView(frame, entry.key - origin, pointRadius(rules_))) continue;
+    if (blocks_in_view_ == blocks_.size()) blocks_.emplace_back();
+    blocks_[blocks_in_view_++].slot = static_cast<int32_t>(slot);
+  }
+}
+
+void Painter::drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
+                        std::vector<float>& depth_m) const {
+  const PointView& view = sensing_.view;
+  const Vec3f first_voxel_L = firstVoxelOf(entry);
+  visitArrays(entry, voxels, [&](int direction, const Voxel* array) {
+    VoxelList near, hiding;
+    listNearSurface(view, array, view.rules.hiding_distance, near);
+    for (int n = 0; n < near.count; ++n) {
+      hiding.index[hiding.count] = near.index[n];
+      hiding.count += static_cast<int>(hides(view, array, near.index[n], direction));
+    }
+    visitPoints(view, first_voxel_L, array, direction, hiding,
+                [&](int, const SurfacePoint& point) {
+                  drawSurface(view, point, [&](int32_t cell, float cell_m) {
+                    depth_m[cell] = minimum(depth_m[cell], cell_m);
+                  });
+                });
+  });
+}
+
+/// Each thread has an image of its own; the nearest depth of all of them stays.
+void Painter::findHiding(const PaintedMap& map) {
+  const int32_t width = cellsFor(sensing_.view.frame.width);
+  const int32_t height = cellsFor(sensing_.view.frame.height);
+  hiding_m_.resize(threads_);
+  parallelFor<NoScratch>(hiding_m_.size(), threads_, [&](size_t part, NoScratch&) {
+    std::vector<float>& depth_m = hiding_m_[part];
+    depth_m.assign(static_cast<size_t>(width) * height, kNoSurface_m);
+    for (size_t i = part; i < blocks_in_view_; i += hiding_m_.size()) {
+      drawBlock(map.table.block(blocks_[i].slot), map.voxels, depth_m);
+    }
+  });
+  std::vector<float>& nearest_m = hiding_m_[0];
+  for (size_t part = 1; part < hiding_m_.size(); ++part) {
+    for (size_t i = 0; i < nearest_m.size(); ++i) {
+      nearest_m[i] = minimum(nearest_m[i], hiding_m_[part][i]);
+    }
+  }
+  sensing_.hiding = {nearest_m.data(), width, height};
+}
+
+void Painter::sampleBlock(const PaintedMap& map, BlockView& block) const {
+  const BlockEntry& entry = map.table.block(block.slot);
+  const Vec3f first_voxel_L = firstVoxelOf(entry);
+  block.samples.clear();
+  visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
+    if (!mayFaceCamera(sensing_.view, first_voxel_L, direction)) return;
+    VoxelList near;
+    listNearSurface(sensing_.view, array, sensing_.view.rules.painted_distance, near);
+    visitPoints(sensing_.view, first_voxel_L, array, direction, near,
+                [&](int i, const SurfacePoint& point) {
+                  if (!(point.cosine >= sensing_.view.rules.least_cosine)) return;
+                  const float share = shareOfSurroundings(sensing_.view, sensing_.hiding, point);
+                  if (!(share > 0.0f)) return;
+                  const ColourSample sample = sampleAt(sensing_, point, share);
+                  if (!(sample.weight > 0.0f)) return;
+                  block.samples.push_back(
+                      {static_cast<uint16_t>(direction * kVoxelsPerBlock + i), sample});
+                });
+  });
+}
+
+void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
+  const BlockEntry& entry = map.table.block(block.slot);
+  block.sums = {};
+  for (const VoxelSample& seen : block.samples) {
+    const VoxelColour* known = findColour(map, entry.array[seen.voxel / kVoxelsPerBlock],
+                                          seen.voxel % kVoxelsPerBlock);
+    if (known == nullptr) continue;
+    if (tellsExposure(*known, colourOf(seen.sample), seen.sample.weight, rules_)) {
+      addToSums(block.sums, *known, colourOf(seen.sample));
+    }
+  }
+}
+
+std::vector<ColourRequest> Painter::look(const ColourFrame& frame, const FrameView& view,
+                                         int32_t least_evidence, const PaintedMap& map) {
+  sensing_.view = {view, directional_, least_evidence, rules_};
+  takeImage(frame);
+  findBlocksInView(map.table);
+  findHiding(map);
+  parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
+    sampleBlock(map, blocks_[i]);
+    sumExposure(map, blocks_[i]);
+  });
+  std::vector<ColourRequest> requests;
+  ExposureSums sums = {};
+  for (size_t i = 0; i < blocks_in_view_; ++i) {
+    addToSums(sums, blocks_[i].sums);
+    uint64_t bricks = 0;
+    for (const VoxelSample& seen : blocks_[i].samples) {
+      bricks |= brickBit(seen.voxel / kVoxelsPerBlock, seen.voxel % kVoxelsPerBlock);
+    }
+    if (bricks != 0) requests.push_back({packKey(map.table.block(blocks_[i].slot).key), bricks});
+  }
+  exposure_ = exposureOf(sums, exposure_, rules_);
+  return requests;
+}
+
+bool Painter::paintBlock(const PaintedMap& map, const BlockView& block) const {
+  const BlockEntry& entry = map.table.block(block.slot);
+  bool changed = false;
+  for (const VoxelSample& seen : block.samples) {
+    VoxelColour* colour = findColour(map, entry.array[seen.voxel / kVoxelsPerBlock],
+                                     seen.voxel % kVoxelsPerBlock);
+    if (colour == nullptr) continue;
+    const VoxelColour painted = paintedColour(*colour, seen.sample, exposure_, rules_);
+    changed = changed || looksDifferent(*colour, painted);
+    *colour = painted;
+  }
+  return changed;
+}
+
+std::vector<int32_t> Painter::paint(const PaintedMap& map) {
+  std::vector<uint8_t> changed(blocks_in_view_, 0);
+  parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
+    changed[i] = paintBlock(map, blocks_[i]);
+  });
+  std::vector<int32_t> slots;
+  for (size_t i = 0; i < blocks_in_view_; ++i) {
+    if (changed[i]) slots.push_back(blocks_[i].slot);
+  }
+  return slots;
+}
+
+size_t Painter::sampleCount() const {
+  size_t count = 0;
+  for (size_t i = 0; i < blocks_in_view_; ++i) count += blocks_[i].samples.size();
+  return count;
+}
+
+size_t Painter::bytes() const {
+  size_t bytes = pixels_.capacity() * sizeof(ColourPixel) + blocks_.capacity() * sizeof(BlockView);
+  for (const std::vector<float>& depth_m : hiding_m_) bytes += depth_m.capacity() * sizeof(float);
+  for (const BlockView& block : blocks_) {
+    bytes += block.samples.capacity() * sizeof(VoxelSample);
+  }
+  return bytes;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,81 @@
+/// The stage "paint" on the CPU: a colour image onto the surfaces that it sees.
+#pragma once
+
+#include <vector>
+
+#include "cpu/voxel_store.h"
+#include "dtsdf_mapping/colour_frame.h"
+#include "kernels/colour/paint.h"
+#include "map/block_table.h"
+
+namespace dtsdf {
+
+/// A map whose surfaces are painted.
+struct PaintedMap {
+  const BlockTable& table;
+  const VoxelStore& voxels;
+  ColourStore& colours;
+};
+
+/// Takes the colour from a block's voxels that hold nothing any more: what comes there next has a
+/// colour of its own.
+void forgetColours(const BlockEntry& entry, const PaintedMap& map);
+
+/// Takes an image in two steps, between which the bricks of colours are made that it needs.
+class Painter {
+ public:
+  Painter(const ColourRules& rules, bool directional, int threads)
+      : rules_(rules), directional_(directional), threads_(threads) {}
+
+  /// Finds what the image shows of the map's surfaces, those of voxels with so much evidence.
+  /// @return what is to be painted.
+  std::vector<ColourRequest> look(const ColourFrame& frame, const FrameView& view,
+                                 int32_t least_evidence, const PaintedMap& map);
+
+  /// Paints what was found, as far as there are bricks of colours for it.
+  /// @return the slots of the blocks that look different now.
+  std::vector<int32_t> paint(const PaintedMap& map);
+
+  /// Voxels that the image was found to show.
+  size_t sampleCount() const;
+
+  /// Forgets the exposure of the images so far.
+  void clear() { exposure_ = sameExposure(); }
+
+  size_t bytes() const;
+
+ private:
+  /// What the image says of one voxel of a block: direction times kVoxelsPerBlock + voxel.
+  struct VoxelSample {
+    uint16_t voxel;
+    ColourSample sample;
+  };
+  /// And of one block.
+  struct BlockView {
+    int32_t slot;
+    std::vector<VoxelSample> samples;
+    ExposureSums sums;
+  };
+
+  void takeImage(const ColourFrame& frame);
+  void findBlocksInView(const BlockTable& table);
+  void findHiding(const PaintedMap& map);
+  void drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
+                 std::vector<float>& depth_m) const;
+  void sampleBlock(const PaintedMap& map, BlockView& block) const;
+  void sumExposure(const PaintedMap& map, BlockView& block) const;
+  bool paintBlock(const PaintedMap& map, const BlockView& block) const;
+  Vec3f firstVoxelOf(const BlockEntry& entry) const;
+
+  const ColourRules rules_;
+  const bool directional_;
+  const int threads_;
+  ColourSensing sensing_ = {};
+  std::vector<ColourPixel> pixels_;              ///< Of all sizes of the image.
+  std::vector<std::vector<float>> hiding_m_;     ///< Per thread; the first one has it all then.
+  std::vector<BlockView> blocks_;                ///< Those in view first.
+  size_t blocks_in_view_ = 0;
+  Exposure exposure_ = sameExposure();           ///< Of the last image.
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,120 @@
+#include "cpu/surface_points.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace dtsdf {
+
+void listNearSurface(const PointView& view, const Voxel* voxels, float distance, VoxelList& list) {
+  const int32_t least_evidence = view.least_evidence;
+  // One byte each first, by vector instructions: most rows of a block hold nothing near.
+  uint8_t is_near[kVoxelsPerBlock];
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    is_near[i] = static_cast<uint8_t>(
+        static_cast<int>(evidenceOf(voxels[i]) >= least_evidence) &
+        static_cast<int>(std::fabs(sdfOf(voxels[i])) <= distance));
+  }
+  int count = 0;
+  for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
+    uint64_t any;
+    static_assert(sizeof(any) == kBlockSide, "a row's bytes fill a word");
+    std::memcpy(&any, is_near + row, sizeof(any));
+    if (any == 0) continue;
+    for (int i = row; i < row + kBlockSide; ++i) {
+      list.index[count] = i;
+      count += is_near[i];
+    }
+  }
+  list.count = count;
+}
+
+void SurfacePoints::gather(const Voxel* voxels, const int* indices, int count) {
+  for (int i = 0; i < count; ++i) {
+    const Vec3f voxel = toFloat(voxelOffset(indices[i])), slope = slopeAt(voxels, indices[i]);
+    x_[i] = voxel.x;
+    y_[i] = voxel.y;
+    z_[i] = voxel.z;
+    sdf_[i] = sdfOf(voxels[indices[i]]);
+    normal_x_[i] = slope.x;
+    normal_y_[i] = slope.y;
+    normal_z_[i] = slope.z;
+  }
+}
+
+void SurfacePoints::findFeet(const PointView& view, int direction, int count) {
+  const Facing facing = facingOf(view.directional ? direction : kAnyDirection);
+  for (int i = 0; i < count; ++i) {
+    const Vec3f normal = gradientOf({normal_x_[i], normal_y_[i], normal_z_[i]}, facing);
+    const Vec3f foot = Vec3f{x_[i], y_[i], z_[i]} - sdf_[i] * normal;
+    x_[i] = foot.x;
+    y_[i] = foot.y;
+    z_[i] = foot.z;
+    normal_x_[i] = normal.x;
+    normal_y_[i] = normal.y;
+    normal_z_[i] = normal.z;
+  }
+}
+
+int SurfacePoints::keepFacing(const PointView& view, int direction, const int* indices,
+                              int count) {
+  int kept = 0;
+  for (int i = 0; i < count; ++i) {
+    const Vec3f normal{normal_x_[i], normal_y_[i], normal_z_[i]};
+    index_[kept] = indices[i];
+    x_[kept] = x_[i];
+    y_[kept] = y_[i];
+    z_[kept] = z_[i];
+    normal_x_[kept] = normal.x;
+    normal_y_[kept] = normal.y;
+    normal_z_[kept] = normal.z;
+    kept += static_cast<int>(hasPoint(view, normal, direction));
+  }
+  return kept;
+}
+
+void SurfacePoints::place(const FrameView& view, const Vec3f& first_voxel_L, int count) {
+  const FrameView frame = view;  // copies of their own, which no result can overlap
+  const Vec3f first = first_voxel_L;
+  for (int i = 0; i < count; ++i) {
+    const SurfacePoint point = placePoint(frame, first, {x_[i], y_[i], z_[i]},
+                                          {normal_x_[i], normal_y_[i], normal_z_[i]});
+    x_[i] = point.p_C.x;
+    y_[i] = point.p_C.y;
+    z_[i] = point.p_C.z;
+    normal_x_[i] = point.normal_C.x;
+    normal_y_[i] = point.normal_C.y;
+    normal_z_[i] = point.normal_C.z;
+    cosine_[i] = point.cosine;
+    u_[i] = point.u;
+    v_[i] = point.v;
+  }
+}
+
+void SurfacePoints::keepThoseInImage(const FrameView& frame, int count) {
+  count_ = 0;
+  for (int i = 0; i < count; ++i) {
+    const SurfacePoint seen = point(i);
+    index_[count_] = index_[i];
+    x_[count_] = seen.p_C.x;
+    y_[count_] = seen.p_C.y;
+    z_[count_] = seen.p_C.z;
+    normal_x_[count_] = seen.normal_C.x;
+    normal_y_[count_] = seen.normal_C.y;
+    normal_z_[count_] = seen.normal_C.z;
+    cosine_[count_] = seen.cosine;
+    u_[count_] = seen.u;
+    v_[count_] = seen.v;
+    count_ += static_cast<int>(isInImage(frame, seen));
+  }
+}
+
+void SurfacePoints::find(const PointView& view, const Vec3f& first_voxel_L, const Voxel* voxels,
+                         int direction, const int* indices, int count) {
+  gather(voxels, indices, count);
+  findFeet(view, direction, count);
+  const int kept = keepFacing(view, direction, indices, count);
+  place(view.frame, first_voxel_L, kept);
+  keepThoseInImage(view.frame, kept);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,63 @@
+/// The points of an array's surface, found side by side: findSurfacePoint() in steps that compilers
+/// turn into vector instructions. Same bits.
+#pragma once
+
+#include <algorithm>
+
+#include "kernels/colour/surface_point.h"
+
+namespace dtsdf {
+
+/// Some voxels of an array.
+struct VoxelList {
+  int count = 0;
+  int index[kVoxelsPerBlock];
+};
+
+/// Lists those that are known and so near to their surface.
+void listNearSurface(const PointView& view, const Voxel* voxels, float distance, VoxelList& list);
+
+/// The points of up to kMost voxels.
+class SurfacePoints {
+ public:
+  static constexpr int kMost = 64;
+
+  /// Those of the voxels that have one in the image.
+  void find(const PointView& view, const Vec3f& first_voxel_L, const Voxel* voxels, int direction,
+            const int* indices, int count);
+
+  int count() const { return count_; }
+  int index(int i) const { return index_[i]; }
+  SurfacePoint point(int i) const {
+    return {{x_[i], y_[i], z_[i]}, {normal_x_[i], normal_y_[i], normal_z_[i]}, cosine_[i],
+            u_[i], v_[i]};
+  }
+
+ private:
+  void gather(const Voxel* voxels, const int* indices, int count);
+  void findFeet(const PointView& view, int direction, int count);
+  int keepFacing(const PointView& view, int direction, const int* indices, int count);
+  void place(const FrameView& view, const Vec3f& first_voxel_L, int count);
+  void keepThoseInImage(const FrameView& frame, int count);
+
+  int count_ = 0;
+  int index_[kMost];
+  float x_[kMost], y_[kMost], z_[kMost];  ///< Of the voxel, then of its foot, then of the point.
+  float sdf_[kMost];
+  float normal_x_[kMost], normal_y_[kMost], normal_z_[kMost];  ///< The slopes, first.
+  float cosine_[kMost], u_[kMost], v_[kMost];
+};
+
+/// Calls visit(index, point) for the points of listed voxels.
+template <class Visit>
+void visitPoints(const PointView& view, const Vec3f& first_voxel_L, const Voxel* voxels,
+                 int direction, const VoxelList& list, const Visit& visit) {
+  SurfacePoints points;
+  for (int first = 0; first < list.count; first += SurfacePoints::kMost) {
+    const int batch = std::min(SurfacePoints::kMost, list.count - first);
+    points.find(view, first_voxel_L, voxels, direction, list.index + first, batch);
+    for (int i = 0; i < points.count(); ++i) visit(points.index(i), points.point(i));
+  }
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,26 @@
+/// Decodes colour images, PNG and JPEG, by libpng and libjpeg alone, so that the programs need no
+/// image library beyond.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace dtsdf {
+
+/// Red, green and blue of each pixel, row by row.
+struct DecodedColour {
+  int width = 0, height = 0;
+  std::vector<uint8_t> rgb;
+};
+
+/// The format is told by the first bytes. Grey images become coloured, 16 bits become 8,
+/// transparency is left out. `name` is what stands for the image in messages.
+/// @throws std::runtime_error if it is damaged, of another format, or larger than a map takes.
+DecodedColour decodeColour(const uint8_t* data, size_t bytes, const std::string& name);
+
+/// The same for a file. @throws std::runtime_error that names it, also if it is missing.
+DecodedColour readColourImage(const std::string& path);
+
+}  // namespace dtsdf

@@ -1,0 +1,102 @@
+/// A colour image, and the same at half the size and less, so that a voxel takes the mean of what
+/// it covers at the price of four pixels.
+#pragma once
+
+#include "kernels/core/vec.h"
+
+namespace dtsdf {
+
+/// A pixel of red, green and blue; `unused` fills a word.
+struct ColourPixel {
+  uint8_t red, green, blue, unused;
+};
+
+/// Sizes of an image: whole, then each half as wide and high as the one before.
+constexpr int kColourLevels = 4;
+
+struct ColourLevel {
+  int32_t width, height;
+  int64_t first;  ///< Of its pixels among those of all levels.
+};
+
+struct ColourImage {
+  const ColourPixel* pixels;  ///< Of all levels, row by row without gaps.
+  ColourLevel level[kColourLevels];
+};
+
+DTSDF_HD ColourLevel halfOf(const ColourLevel& level) {
+  const int32_t width = level.width / 2, height = level.height / 2;
+  return {width > 0 ? width : 1, height > 0 ? height : 1,
+          level.first + static_cast<int64_t>(level.width) * level.height};
+}
+
+/// Where the levels of an image lie.
+DTSDF_HD ColourImage layOut(const ColourPixel* pixels, int32_t width, int32_t height) {
+  ColourImage image;
+  image.pixels = pixels;
+  image.level[0] = {width, height, 0};
+  for (int i = 1; i < kColourLevels; ++i) image.level[i] = halfOf(image.level[i - 1]);
+  return image;
+}
+
+/// Pixels of all levels together.
+DTSDF_HD int64_t pixelCount(const ColourImage& image) {
+  const ColourLevel& last = image.level[kColourLevels - 1];
+  return last.first + static_cast<int64_t>(last.width) * last.height;
+}
+
+DTSDF_HD const ColourPixel& pixelAt(const ColourImage& image, const ColourLevel& level, int32_t u,
+                                    int32_t v) {
+  const int32_t x = u < 0 ? 0 : (u < level.width ? u : level.width - 1);
+  const int32_t y = v < 0 ? 0 : (v < level.height ? v : level.height - 1);
+  return image.pixels[level.first + static_cast<int64_t>(y) * level.width + x];
+}
+
+/// Mean of four bytes, rounded.
+DTSDF_HD uint8_t meanOf(uint8_t a, uint8_t b, uint8_t c, uint8_t d) {
+  return static_cast<uint8_t>((a + b + c + d + 2) >> 2);
+}
+
+/// A pixel of a level, from the one before.
+DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u, int32_t v) {
+  const ColourLevel& finer = image.level[level - 1];
+  const ColourPixel& a = pixelAt(image, finer, 2 * u, 2 * v);
+  const ColourPixel& b = pixelAt(image, finer, 2 * u + 1, 2 * v);
+  const ColourPixel& c = pixelAt(image, finer, 2 * u, 2 * v + 1);
+  const ColourPixel& d = pixelAt(image, finer, 2 * u + 1, 2 * v + 1);
+  return {meanOf(a.red, b.red, c.red, d.red), meanOf(a.green, b.green, c.green, d.green),
+          meanOf(a.blue, b.blue, c.blue, d.blue), 0};
+}
+
+/// The level whose pixels are as wide as this at most, in pixels of the image.
+DTSDF_HD int levelOfWidth(float width_px) {
+  int level = 0;
+  while (level + 1 < kColourLevels && static_cast<float>(2 << level) <= width_px) ++level;
+  return level;
+}
+
+/// Red, green and blue, from 0 to 255.
+struct Rgb {
+  float red, green, blue;
+};
+
+DTSDF_HD float between(float a, float b, float share) { return a + share * (b - a); }
+
+/// The colour at a point of the image, in pixels from the corner of the first one: bilinear between
+/// the pixels of a level.
+DTSDF_HD Rgb colourAt(const ColourImage& image, int level_number, float u_px, float v_px) {
+  const ColourLevel& level = image.level[level_number];
+  const float scale = 1.0f / static_cast<float>(1 << level_number);
+  const float u = u_px * scale - 0.5f, v = v_px * scale - 0.5f;
+  const int32_t u0 = floorToInt(u), v0 = floorToInt(v);
+  const float du = u - static_cast<float>(u0), dv = v - static_cast<float>(v0);
+  const ColourPixel& a = pixelAt(image, level, u0, v0);
+  const ColourPixel& b = pixelAt(image, level, u0 + 1, v0);
+  const ColourPixel& c = pixelAt(image, level, u0, v0 + 1);
+  const ColourPixel& d = pixelAt(image, level, u0 + 1, v0 + 1);
+  return {between(between(a.red, b.red, du), between(c.red, d.red, du), dv),
+          between(between(a.green, b.green, du), between(c.green, d.green, du), dv),
+          between(between(a.blue, b.blue, du), between(c.blue, d.blue, du), dv)};
+}
+
+}  // namespace dtsdf

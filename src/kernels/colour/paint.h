@@ -1,0 +1,87 @@
+/// What a colour image says of a voxel, and how the voxel's colour follows it.
+#pragma once
+
+#include "kernels/colour/colour_image.h"
+#include "kernels/colour/exposure.h"
+#include "kernels/colour/hiding.h"
+#include "kernels/core/voxel_colour.h"
+
+namespace dtsdf {
+
+/// All that is known of a colour image.
+struct ColourSensing {
+  PointView view;
+  ColourImage image;
+  HidingImage hiding;
+};
+
+/// What an image says of a voxel; weight 0: nothing.
+struct ColourSample {
+  uint8_t red, green, blue;
+  float weight;
+};
+
+DTSDF_HD uint8_t roundColour(float value) { return static_cast<uint8_t>(value + 0.5f); }
+
+/// How well an image sees a point: squared, since what is seen twice as well is worth more than two
+/// views; in (0, 1].
+///
+///   cosine           the angle
+///   min(1, z0 / z)   the distance
+///   min(1, width)    the sharpness: the pixels that a voxel covers, foreshortened
+DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
+  const float width_px = point.cosine * voxelWidth(view.frame, point);
+  const float quality = point.cosine *
+                        minimum(1.0f, view.rules.full_weight_depth_m / point.p_C.z) *
+                        minimum(1.0f, width_px);
+  return quality * quality;
+}
+
+/// What a view of a point counts for by what is seen around it.
+DTSDF_HD float shareOfSurroundings(const PointView& view, const HidingImage& hiding,
+                                   const SurfacePoint& point) {
+  if (isHidden(view, hiding, point)) return 0.0f;
+  if (isBesideNearer(view, hiding, point)) return view.rules.beside_nearer_share;
+  return isAtOutline(view, hiding, point) ? view.rules.outline_share : 1.0f;
+}
+
+/// The sample of a point that counts for this share.
+DTSDF_HD ColourSample sampleAt(const ColourSensing& sensing, const SurfacePoint& point,
+                               float share) {
+  const PointView& view = sensing.view;
+  const float width_px = view.rules.sample_width * voxelWidth(view.frame, point);
+  const Rgb colour = colourAt(sensing.image, levelOfWidth(width_px), point.u, point.v);
+  return {roundColour(colour.red), roundColour(colour.green), roundColour(colour.blue),
+          share * viewWeight(view, point)};
+}
+
+/// The sample of a voxel, whose index is that in its array.
+DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& first_voxel_L,
+                                   const Voxel* voxels, int index, int direction) {
+  const ColourSample nothing{0, 0, 0, 0.0f};
+  const PointView& view = sensing.view;
+  SurfacePoint point;
+  if (!isNearSurface(view, voxels[index], view.rules.painted_distance) ||
+      !findSurfacePoint(view, first_voxel_L, voxels, index, direction, point) ||
+      !(point.cosine >= view.rules.least_cosine)) {
+    return nothing;
+  }
+  const float share = shareOfSurroundings(view, sensing.hiding, point);
+  return share > 0.0f ? sampleAt(sensing, point, share) : nothing;
+}
+
+/// The mean of a voxel's colour and a sample's, by weight. Of the voxel's weight no more counts
+/// than most_views of this kind add up to, so that it follows what it sees; but the weight of
+/// better ones is kept.
+DTSDF_HD VoxelColour paintedColour(const VoxelColour& colour, const ColourSample& sample,
+                                   const Exposure& exposure, const ColourRules& rules) {
+  const float before = colourWeight(colour.weight), total = before + sample.weight;
+  const float share = sample.weight / total;
+  const float most = static_cast<float>(rules.most_views) * sample.weight;
+  return {roundColour(between(colour.red, exposed(sample.red, exposure.gain[0]), share)),
+          roundColour(between(colour.green, exposed(sample.green, exposure.gain[1]), share)),
+          roundColour(between(colour.blue, exposed(sample.blue, exposure.gain[2]), share)),
+          colourWeightCode(maximum(before, minimum(total, most)))};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,124 @@
+/// The points of the surface that voxels stand for, as a colour camera sees them.
+#pragma once
+
+#include "kernels/colour/colour_rules.h"
+#include "kernels/core/camera.h"
+#include "kernels/fusion/free_space.h"
+
+namespace dtsdf {
+
+/// The foot of a voxel in the camera's frame, in metres, its unit normal there, and where it is
+/// seen.
+struct SurfacePoint {
+  Vec3f p_C, normal_C;
+  float cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
+  float u, v;    ///< In pixels from the corner of the first one.
+};
+
+/// What points are made of: the camera, and how the surfaces of an array face.
+struct PointView {
+  FrameView frame;
+  int32_t directional;
+  int32_t least_evidence;  ///< That a voxel needs to be known, as in the mesh.
+  ColourRules rules;
+};
+
+/// Whether the voxel is known, and so near to its surface. Most are not: a test before the work.
+DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel, float distance) {
+  return evidenceOf(voxel) >= view.least_evidence && fabsf(sdfOf(voxel)) <= distance;
+}
+
+/// How far from the middle of its block a point may be: 7 voxels of the block, and the way to it.
+DTSDF_HD float pointRadius(const ColourRules& rules) {
+  return 7.0f + maximum(rules.painted_distance, rules.hiding_distance);
+}
+
+/// Whether surfaces of a direction, in a block that begins at a voxel, may be seen at the least
+/// cosine or more: false only if none can. The normal is off the axis by an angle a at most, by the
+/// facing slack, and the camera is off the normal by an angle b at most.
+DTSDF_HD bool mayFaceCamera(const PointView& view, const Vec3f& first_voxel_L, int direction) {
+  if (!view.directional) return true;
+  constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
+  const float slack = view.rules.facing_slack, radius = pointRadius(view.rules);
+  const float cos_a = (sqrtf(maximum(3.0f - 2.0f * slack * slack, 0.0f)) - 2.0f * slack) / 3.0f;
+  const float cos_b = view.rules.least_cosine;
+  const float least = cos_a * cos_b - sqrtf(maximum(1.0f - cos_a * cos_a, 0.0f)) *
+                                          sqrtf(maximum(1.0f - cos_b * cos_b, 0.0f));
+  const Vec3f to_camera = view.frame.T_L_C.t - first_voxel_L - Vec3f{kHalf, kHalf, kHalf};
+  const float towards = directionCosine(to_camera, direction) + radius;
+  return towards >= minimum(least, 0.0f) * (norm(to_camera) + radius);
+}
+
+/// Whether a surface with this normal is one of the direction's: it faces no other one much more.
+DTSDF_HD bool facesDirection(const Vec3f& normal, int direction, float slack) {
+  const float most = maximum(maximum(fabsf(normal.x), fabsf(normal.y)), fabsf(normal.z));
+  return directionCosine(normal, direction) >= most - slack;
+}
+
+/// Whether a voxel with this gradient has a point of its direction: a gradient of 0 has none.
+DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction) {
+  if (!view.directional) return dot(normal, normal) > 0.0f;
+  return dot(normal, normal) > 0.0f && facesDirection(normal, direction, view.rules.facing_slack);
+}
+
+/// Where a foot, in voxels from its block's first one, is seen; it may be nowhere in the image.
+DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxel_L,
+                                 const Vec3f& foot, const Vec3f& normal) {
+  SurfacePoint point;
+  point.p_C = frame.voxel_size_m *
+              rotateInverse(frame.T_L_C, first_voxel_L + foot - frame.T_L_C.t);
+  const Intrinsics& K = frame.intrinsics;
+  point.u = K.fx * point.p_C.x / point.p_C.z + K.cx + 0.5f;
+  point.v = K.fy * point.p_C.y / point.p_C.z + K.cy + 0.5f;
+  point.normal_C = rotateInverse(frame.T_L_C, normal);
+  point.cosine = -dot(point.normal_C, point.p_C) / norm(point.p_C);
+  return point;
+}
+
+DTSDF_HD bool isInImage(const FrameView& frame, const SurfacePoint& point) {
+  return point.p_C.z > frame.voxel_size_m && point.u >= 0.0f && point.v >= 0.0f &&
+         point.u < static_cast<float>(frame.width) && point.v < static_cast<float>(frame.height);
+}
+
+/// The point of a voxel of a block; false if there is none that faces the direction, or if it is
+/// not in the image. `index` is that of the voxel in its array.
+DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L,
+                               const Voxel* voxels, int index, int direction,
+                               SurfacePoint& point) {
+  const Facing facing = facingOf(view.directional ? direction : kAnyDirection);
+  const Vec3f normal = gradientOf(slopeAt(voxels, index), facing);
+  if (!hasPoint(view, normal, direction)) return false;
+  const Vec3f foot = toFloat(voxelOffset(index)) - sdfOf(voxels[index]) * normal;
+  point = placePoint(view.frame, first_voxel_L, foot, normal);
+  return isInImage(view.frame, point);
+}
+
+/// Width of a voxel in the image, in pixels.
+DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
+  return frame.intrinsics.fx * frame.voxel_size_m / point.p_C.z;
+}
+
+/// The plane through a point: its inverse depth is affine in the pixel.
+struct PointPlane {
+  float inverse_depth, per_u, per_v;  ///< At the point, in 1/m, and its change per pixel.
+};
+
+/// Seen at a smaller cosine than this, the plane says nothing of what lies beside the point; it is
+/// taken to face the camera there.
+constexpr float kLeastPlaneCosine = 0.1f;
+
+DTSDF_HD PointPlane planeOf(const FrameView& frame, const SurfacePoint& point) {
+  const float inverse_depth = 1.0f / point.p_C.z;
+  if (!(fabsf(point.cosine) > kLeastPlaneCosine)) return {inverse_depth, 0.0f, 0.0f};
+  const float offset = dot(point.normal_C, point.p_C);
+  return {inverse_depth, point.normal_C.x / (frame.intrinsics.fx * offset),
+          point.normal_C.y / (frame.intrinsics.fy * offset)};
+}
+
+/// Depth in metres of the plane so many pixels beside the point; not behind the horizon.
+DTSDF_HD float depthBeside(const PointPlane& plane, float du, float dv) {
+  const float inverse_depth = plane.inverse_depth + du * plane.per_u + dv * plane.per_v;
+  return 1.0f / maximum(inverse_depth, 0.01f * plane.inverse_depth);
+}
+
+}  // namespace dtsdf

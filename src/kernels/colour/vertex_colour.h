@@ -1,0 +1,110 @@
+/// The colour of a mesh vertex, from those of the voxels at the ends of its edge.
+#pragma once
+
+#include "dtsdf_mapping/block_mesh.h"
+#include "kernels/core/voxel_colour.h"
+#include "kernels/meshing/edge_vertex.h"
+#include "kernels/meshing/refine.h"
+
+namespace dtsdf {
+
+/// What one direction has at an end of an edge.
+struct ColouredSample {
+  Sample sample;
+  VoxelColour colour;
+};
+
+/// A weighted mean of colours.
+struct ColourMean {
+  float red = 0.0f, green = 0.0f, blue = 0.0f, weight = 0.0f;
+};
+
+DTSDF_HD uint8_t roundedMean(float sum, float weight) {
+  return static_cast<uint8_t>(minimum(sum / weight, 255.0f) + 0.5f);
+}
+
+DTSDF_HD void addTo(ColourMean& mean, const VoxelColour& colour, float weight) {
+  if (!isPainted(colour)) return;
+  mean.red += weight * static_cast<float>(colour.red);
+  mean.green += weight * static_cast<float>(colour.green);
+  mean.blue += weight * static_cast<float>(colour.blue);
+  mean.weight += weight;
+}
+
+/// Adds one direction's colours on an edge. Where its surface crosses the edge, the colour there is
+/// between those of the ends, as the surface is: colours stand at the feet of voxels, and the foot
+/// of the vertex divides the way between theirs in the same ratio.
+DTSDF_HD void addDirection(ColourMean& mean, const ColouredSample& lower,
+                           const ColouredSample& upper, float weight) {
+  const float from_lower = fabsf(lower.sample.sdf), from_upper = fabsf(upper.sample.sdf);
+  const float length = from_lower + from_upper;
+  const float at = length > 0.0f ? from_lower / length : 0.5f;
+  constexpr float kLeast = 1e-3f;  // an end that is the only painted one counts even if far off
+  addTo(mean, lower.colour, weight * maximum(1.0f - at, kLeast));
+  addTo(mean, upper.colour, weight * maximum(at, kLeast));
+}
+
+/// The colour of a vertex; not painted if no voxel is that tells. `ends(direction, upper)` gives a
+/// direction's ColouredSample at the edge's lower or upper end. The directions that cross the edge
+/// as the vertex does are asked first, as for its position; then all that may speak for it.
+template <class Ends>
+DTSDF_HD VertexColour vertexColourOf(int axis, int facing, const Ends& ends) {
+  ColourMean crossing, speaking;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!speaksOnEdge(d, axis, facing)) continue;
+    const ColouredSample lower = ends(d, false), upper = ends(d, true);
+    const float weight = lower.sample.weight * upper.sample.weight;
+    if (crosses(lower.sample, upper.sample, facing)) {
+      addDirection(crossing, lower, upper, weight);
+    }
+    addTo(speaking, lower.colour, lower.sample.weight);
+    addTo(speaking, upper.colour, upper.sample.weight);
+  }
+  const ColourMean& mean = crossing.weight > 0.0f ? crossing : speaking;
+  if (!(mean.weight > 0.0f)) return {0, 0, 0, 0};
+  return {roundedMean(mean.red, mean.weight), roundedMean(mean.green, mean.weight),
+          roundedMean(mean.blue, mean.weight), 255};
+}
+
+/// The voxels and colours that the corners of a block's units lie in; null where there are none.
+struct ColouredCorners {
+  CornerArrays voxels;
+  const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
+
+  DTSDF_HD ColouredSample at(int corner, int direction) const {
+    const CornerSource source = cornerSource(corner);
+    const VoxelColour* brick = colours[source.block][direction][brickOf(source.voxel)];
+    return {voxels.sample(corner, direction),
+            brick == nullptr ? VoxelColour{0, 0, 0, 0} : brick[placeInBrick(source.voxel)]};
+  }
+};
+
+/// The colour of the vertex on an edge of a block. The undirected map's only array counts as that
+/// of the direction that a surface faces which crosses the edge straight.
+DTSDF_HD VertexColour edgeColour(const ColouredCorners& corners, int edge, bool directional) {
+  const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
+  const int only_direction = facedDirection(axis, facing);
+  return vertexColourOf(axis, facing, [&](int direction, bool upper) {
+    if (!directional && direction != only_direction) return ColouredSample{};
+    return corners.at(upper ? lower + cornerStride(axis) : lower, directional ? direction : 0);
+  });
+}
+
+/// Between two vertices, of which one may not be painted.
+DTSDF_HD VertexColour meanColour(const VertexColour& a, const VertexColour& b) {
+  if (a.painted == 0) return b;
+  if (b.painted == 0) return a;
+  const auto mean = [](int x, int y) { return static_cast<uint8_t>((x + y + 1) / 2); };
+  return {mean(a.red, b.red), mean(a.green, b.green), mean(a.blue, b.blue), 255};
+}
+
+/// The colour of a block's vertex, by its BlockVertex::edge: the middle of a refined triangle's
+/// side has that between its ends.
+DTSDF_HD VertexColour vertexColourOf(const ColouredCorners& corners, uint32_t number,
+                                     bool directional) {
+  if (!isMiddle(number)) return edgeColour(corners, static_cast<int>(number), directional);
+  return meanColour(edgeColour(corners, middleFirst(number), directional),
+                    edgeColour(corners, middleSecond(number), directional));
+}
+
+}  // namespace dtsdf

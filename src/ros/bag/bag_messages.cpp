@@ -1,0 +1,123 @@
+#include "ros/bag/bag_messages.h"
+
+#include <geometry_msgs/TransformStamped.h>
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <boost/make_shared.hpp>
+#include <iterator>
+#include <stdexcept>
+#include <vector>
+
+#include "io/trajectory_file.h"
+#include "params/frame_name.h"
+#include "ros/input/drop_reason.h"
+#include "ros/input/transform_conversions.h"
+
+namespace dtsdf {
+namespace {
+
+/// Longer than any recording: no transform is forgotten.
+const ros::Duration kKeepAll(1.0e8);
+
+sensor_msgs::CameraInfoConstPtr makeInfo(const sensor_msgs::Image& image, const Intrinsics& K) {
+  const auto info = boost::make_shared<sensor_msgs::CameraInfo>();
+  info->header = image.header;
+  info->width = image.width;
+  info->height = image.height;
+  info->K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
+  return info;
+}
+
+}  // namespace
+
+bool hasMessages(const rosbag::Bag& bag, const std::string& topic) {
+  return rosbag::View(bag, rosbag::TopicQuery(topic)).size() > 0;
+}
+
+void requireMessages(const rosbag::Bag& bag, const std::string& topic) {
+  if (hasMessages(bag, topic)) return;
+  throw std::runtime_error("'" + bag.getFileName() + "' has no messages on '" + topic +
+                           "'; rosbag info lists its topics");
+}
+
+std::string topicBeside(const std::string& topic, const std::string& name) {
+  return topic.substr(0, topic.rfind('/') + 1) + name;
+}
+
+RectifyChoice rectifyChoice(const BagOptions& options) {
+  if (!options.rectify) return RectifyChoice::kAuto;
+  return *options.rectify ? RectifyChoice::kAlways : RectifyChoice::kNever;
+}
+
+std::string withoutEnding(const std::string& topic, const std::string& ending) {
+  const bool has_it = topic.size() > ending.size() &&
+                      topic.compare(topic.size() - ending.size(), ending.size(), ending) == 0;
+  return has_it ? topic.substr(0, topic.size() - ending.size()) : topic;
+}
+
+BagCameraInfos::BagCameraInfos(const rosbag::Bag& bag, const std::string& topic,
+                               const std::optional<Intrinsics>& intrinsics, bool latest_will_do)
+    : intrinsics_(intrinsics), latest_will_do_(latest_will_do) {
+  if (intrinsics_) return;
+  rosbag::View view(bag, rosbag::TopicQuery(topic));
+  for (const rosbag::MessageInstance& message : view) {
+    const auto info = message.instantiate<sensor_msgs::CameraInfo>();
+    if (info) infos_[info->header.stamp] = info;
+  }
+}
+
+sensor_msgs::CameraInfoConstPtr BagCameraInfos::of(const sensor_msgs::Image& image) const {
+  if (intrinsics_) return makeInfo(image, *intrinsics_);
+  const auto info = infos_.find(image.header.stamp);
+  if (info != infos_.end()) return info->second;
+  if (!latest_will_do_ || infos_.empty()) return nullptr;
+  const auto after = infos_.upper_bound(image.header.stamp);
+  return after == infos_.begin() ? after->second : std::prev(after)->second;
+}
+
+BagPoses::BagPoses(const rosbag::Bag& bag, const BagOptions& options)
+    : map_frame_(stripLeadingSlash(options.map_frame)),
+      camera_frame_(stripLeadingSlash(options.camera_frame)),
+      pose_tolerance_s_(options.pose_tolerance_s),
+      transforms_(kKeepAll) {
+  if (options.poses_path.empty()) {
+    readTransforms(bag);
+  } else {
+    trajectory_ = readTrajectory(options.poses_path, "poses are expected there");
+  }
+}
+
+void BagPoses::readTransforms(const rosbag::Bag& bag) {
+  const std::vector<std::string> topics{"/tf", "/tf_static", "tf", "tf_static"};
+  rosbag::View view(bag, rosbag::TopicQuery(topics));
+  for (const rosbag::MessageInstance& message : view) {
+    const auto tf = message.instantiate<tf2_msgs::TFMessage>();
+    if (!tf) continue;
+    const bool is_static = message.getTopic().find("tf_static") != std::string::npos;
+    for (geometry_msgs::TransformStamped transform : tf->transforms) {
+      transform.header.frame_id = stripLeadingSlash(transform.header.frame_id);
+      transform.child_frame_id = stripLeadingSlash(transform.child_frame_id);
+      transforms_.setTransform(transform, "bag", is_static);
+    }
+  }
+}
+
+std::string BagPoses::whyNone() const {
+  return trajectory_ ? noPoseWithin(pose_tolerance_s_) : toString(DropReason::kNoTransform);
+}
+
+std::optional<Eigen::Isometry3d> BagPoses::of(const std_msgs::Header& header) const {
+  if (trajectory_) return trajectory_->poseAt(header.stamp.toSec(), pose_tolerance_s_);
+  const std::string camera_frame =
+      camera_frame_.empty() ? stripLeadingSlash(header.frame_id) : camera_frame_;
+  try {
+    return toIsometry(
+        transforms_.lookupTransform(map_frame_, camera_frame, header.stamp).transform);
+  } catch (const std::runtime_error&) {
+    // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
+    return std::nullopt;
+  }
+}
+
+}  // namespace dtsdf

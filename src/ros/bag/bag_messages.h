@@ -1,0 +1,74 @@
+/// What images of a bag need beside themselves, whatever kind they are: topics, camera_info, poses.
+#pragma once
+
+#include <rosbag/bag.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <std_msgs/Header.h>
+#include <tf2/buffer_core.h>
+
+#include <Eigen/Geometry>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "io/bag_frames.h"
+#include "io/trajectory.h"
+#include "params/node_params.h"
+
+namespace dtsdf {
+
+bool hasMessages(const rosbag::Bag& bag, const std::string& topic);
+
+/// @throws std::runtime_error if it has none.
+void requireMessages(const rosbag::Bag& bag, const std::string& topic);
+
+/// The topic of this name in the same namespace.
+std::string topicBeside(const std::string& topic, const std::string& name);
+
+/// What BagOptions says of it.
+RectifyChoice rectifyChoice(const BagOptions& options);
+
+/// The topic of an image by itself, if `topic` is that of what a transport has made of it, which
+/// ends in `ending`.
+std::string withoutEnding(const std::string& topic, const std::string& ending);
+
+/// The camera_info of images.
+class BagCameraInfos {
+ public:
+  /// All of them, small as they are: an image may be recorded before its camera_info. With
+  /// `intrinsics` none is read.
+  BagCameraInfos(const rosbag::Bag& bag, const std::string& topic,
+                 const std::optional<Intrinsics>& intrinsics, bool latest_will_do);
+
+  /// Null if there is none for it.
+  sensor_msgs::CameraInfoConstPtr of(const sensor_msgs::Image& image) const;
+
+ private:
+  std::optional<Intrinsics> intrinsics_;
+  bool latest_will_do_;
+  std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
+};
+
+/// The poses of cameras: from the transforms of the whole bag, or a trajectory in their place.
+class BagPoses {
+ public:
+  /// @throws std::runtime_error if the trajectory cannot be read.
+  BagPoses(const rosbag::Bag& bag, const BagOptions& options);
+
+  /// Of the image with this header.
+  std::optional<Eigen::Isometry3d> of(const std_msgs::Header& header) const;
+
+  /// Why an image has no pose.
+  std::string whyNone() const;
+
+ private:
+  void readTransforms(const rosbag::Bag& bag);
+
+  std::string map_frame_, camera_frame_;
+  double pose_tolerance_s_;
+  tf2::BufferCore transforms_;
+  std::optional<Trajectory> trajectory_;  ///< In place of the transforms.
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,211 @@
+/// Two cameras into one map: in the order of stamps, whatever the order of arrival, and with the
+/// result of fusing the same frames one by one.
+#include <dtsdf_mapping/SaveMesh.h>
+#include <geometry_msgs/TransformStamped.h>
+#include <gtest/gtest.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <boost/make_shared.hpp>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "dtsdf_mapping/io/yaml_params.h"
+#include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/mesh.h"
+#include "params/node_params.h"
+#include "ros/input/depth_image.h"
+#include "ros/input/pose_source.h"
+#include "ros/input/transform_conversions.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+#include "simulation/scene.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kWidth = 96, kHeight = 72;
+constexpr int kFramesEach = 9;
+const Intrinsics kIntrinsics{80.0f, 80.0f, 47.5f, 35.5f};
+
+struct SentFrame {
+  std::string camera;
+  sensor_msgs::ImagePtr image;
+  sensor_msgs::CameraInfoPtr info;
+  geometry_msgs::TransformStamped transform;
+};
+
+SentFrame makeFrame(const std::string& camera, const ros::Time& stamp, double lap_s) {
+  static const Scene scene = makeRoomScene();
+  const Eigen::Isometry3d T_W_C = roomCameraPose(lap_s, 6.0);
+  SentFrame frame;
+  frame.camera = camera;
+  frame.image = boost::make_shared<sensor_msgs::Image>();
+  frame.image->header.stamp = stamp;
+  frame.image->header.frame_id = camera;
+  frame.image->width = kWidth;
+  frame.image->height = kHeight;
+  frame.image->encoding = "32FC1";
+  frame.image->step = kWidth * sizeof(float);
+  const std::vector<float> depth_m = renderDepth(scene, kIntrinsics, kWidth, kHeight, T_W_C);
+  frame.image->data.resize(depth_m.size() * sizeof(float));
+  std::memcpy(frame.image->data.data(), depth_m.data(), frame.image->data.size());
+  frame.info = boost::make_shared<sensor_msgs::CameraInfo>();
+  frame.info->header = frame.image->header;
+  frame.info->width = kWidth;
+  frame.info->height = kHeight;
+  frame.info->P = {80.0, 0.0, 47.5, 0.0, 0.0, 80.0, 35.5, 0.0, 0.0, 0.0, 1.0, 0.0};
+  frame.transform.header.stamp = stamp;
+  frame.transform.header.frame_id = "map";
+  frame.transform.child_frame_id = camera;
+  frame.transform.transform = toTransform(T_W_C);
+  return frame;
+}
+
+std::string readFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+/// The mesh of the frames, fused in this order without a node, as a file.
+std::string bytesOffline(const std::vector<SentFrame>& frames) {
+  const MappingParams params = readMappingParams(loadYamlParams(DTSDF_TEST_CONFIG));
+  const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
+  tf2::BufferCore transforms(ros::Duration(1000.0));
+  const PoseSource poses(transforms, "map");
+  for (const SentFrame& frame : frames) transforms.setTransform(frame.transform, "test");
+  for (const SentFrame& frame : frames) {
+    cv_bridge::CvImageConstPtr pixels;
+    DepthFrame depth = makeDepthFrame(frame.image, *frame.info, {}, pixels);
+    depth.T_W_C = poses.lookUp(frame.camera, frame.image->header.stamp).T_W_C;
+    EXPECT_EQ(mapper->integrate(depth).status, FrameStatus::kFused);
+  }
+  MeshStore store(params.mapper.map.voxel_size_m);
+  store.apply(mapper->updateMesh());
+  const TemporaryFolder folder;
+  saveMesh(store.assemble(), params.mapper.mesh.colour, folder / "mesh.ply");
+  return readFile(folder / "mesh.ply");
+}
+
+class Cameras : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(waitUntil([&] {
+      bool connected = tf_.getNumSubscribers() > 0 && status_.received();
+      for (const auto& [name, images] : images_) {
+        connected = connected && images.getNumSubscribers() > 0 &&
+                    infos_.at(name).getNumSubscribers() > 0;
+      }
+      return connected;
+    }));
+  }
+
+  void send(const SentFrame& frame) {
+    tf2_msgs::TFMessage message;
+    message.transforms.push_back(frame.transform);
+    tf_.publish(message);
+    infos_.at(frame.camera).publish(frame.info);
+    images_.at(frame.camera).publish(frame.image);
+  }
+
+  const dtsdf_mapping::StreamStatus& depthOf(size_t camera) const {
+    return status_.status().cameras.at(camera).streams.at(0);
+  }
+
+  ros::NodeHandle nh_;
+  std::map<std::string, ros::Publisher> images_{
+      {"front", nh_.advertise<sensor_msgs::Image>("/front/depth/image_rect", 100)},
+      {"rear", nh_.advertise<sensor_msgs::Image>("/rear/depth/image_rect", 100)}};
+  std::map<std::string, ros::Publisher> infos_{
+      {"front", nh_.advertise<sensor_msgs::CameraInfo>("/front/depth/camera_info", 100)},
+      {"rear", nh_.advertise<sensor_msgs::CameraInfo>("/rear/depth/camera_info", 100)}};
+  ros::Publisher tf_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", 100);
+  StatusWatcher status_{nh_};
+};
+
+TEST_F(Cameras, TheStatusSaysWhichOneIsMissing) {
+  EXPECT_TRUE(waitUntil([&] {
+    return status_.status().message.find(
+               "front: no depth image received on '/front/depth/image_rect'") != std::string::npos;
+  })) << status_.status().message;
+  ASSERT_EQ(status_.status().cameras.size(), 2u);
+  EXPECT_EQ(status_.status().cameras[1].name, "rear");
+  EXPECT_EQ(depthOf(1).topic, "/rear/depth/image_rect");
+  EXPECT_EQ(depthOf(1).received_age_s, -1.0f);
+}
+
+TEST_F(Cameras, TheMapIsThatOfTheFramesInTheOrderOfStamps) {
+  const ros::Time start = ros::Time::now();
+  std::vector<SentFrame> in_order;
+  for (int i = 0; i < kFramesEach; ++i) {
+    const ros::Time stamp = start + ros::Duration(0.1 * i);
+    // Each third pair has one stamp: the names decide.
+    const ros::Time rear_stamp = i % 3 == 0 ? stamp : stamp + ros::Duration(0.04);
+    in_order.push_back(makeFrame("front", stamp, 0.3 * i));
+    in_order.push_back(makeFrame("rear", rear_stamp, 3.0 + 0.3 * i));
+  }
+  // Three of the rear camera always come before the three of the front one that belong to them.
+  for (int first = 0; first < kFramesEach; first += 3) {
+    for (const char* camera : {"rear", "front"}) {
+      for (int i = first; i < first + 3; ++i) send(in_order[2 * i + (camera[0] == 'r' ? 1 : 0)]);
+      ros::WallDuration(0.1).sleep();
+    }
+  }
+  ASSERT_TRUE(status_.waitForFused(2 * kFramesEach)) << status_.status().message;
+  EXPECT_EQ(status_.status().frames_dropped, 0u);
+  EXPECT_EQ(depthOf(0).fused, static_cast<uint64_t>(kFramesEach));
+  EXPECT_EQ(depthOf(1).fused, static_cast<uint64_t>(kFramesEach));
+  EXPECT_EQ(depthOf(1).last_stamp, in_order.back().image->header.stamp);
+  EXPECT_GE(depthOf(1).fused_age_s, 0.0f);
+  EXPECT_LT(depthOf(1).fused_age_s, 20.0f);
+
+  dtsdf_mapping::SaveMesh call;
+  call.request.file_name = "cameras.ply";
+  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  ASSERT_TRUE(call.response.success) << call.response.message;
+  const std::string bytes = readFile(call.response.path);
+  EXPECT_TRUE(bytes == bytesOffline(in_order));
+  std::swap(in_order[0], in_order[1]);
+  EXPECT_FALSE(bytes == bytesOffline(in_order)) << "these frames do not tell orders apart";
+  std::filesystem::remove_all(std::filesystem::path(call.response.path).parent_path());
+}
+
+TEST_F(Cameras, WhatComesTooLateIsDroppedAndCounted) {
+  const ros::Time stamp = ros::Time::now() + ros::Duration(2.0);
+  send(makeFrame("rear", stamp, 0.0));
+  ASSERT_TRUE(waitUntil([&] { return status_.status().last_fused_stamp == stamp; }));
+  send(makeFrame("front", stamp - ros::Duration(0.1), 0.0));
+  EXPECT_TRUE(status_.waitForDrop("out_of_order", 0));
+  EXPECT_EQ(depthOf(0).dropped.at(0).reason, "out_of_order");
+  EXPECT_TRUE(depthOf(1).dropped.empty());
+  // And the next one is fused.
+  send(makeFrame("front", stamp + ros::Duration(0.1), 0.0));
+  EXPECT_TRUE(waitUntil(
+      [&] { return status_.status().last_fused_stamp == stamp + ros::Duration(0.1); }));
+}
+
+TEST_F(Cameras, StampsGoingBackStartAllAnew) {
+  const ros::Time back = ros::Time::now() - ros::Duration(1000.0);
+  const uint64_t fused = status_.status().frames_fused;
+  SentFrame front = makeFrame("front", back, 0.0);
+  SentFrame rear = makeFrame("rear", back, 3.0);
+  infos_.at("front").publish(front.info);
+  images_.at("front").publish(front.image);
+  infos_.at("rear").publish(rear.info);
+  images_.at("rear").publish(rear.image);
+  ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 2; }));
+  // The transforms of the future are forgotten by now, so those of the past count.
+  tf2_msgs::TFMessage message;
+  message.transforms = {front.transform, rear.transform};
+  tf_.publish(message);
+  EXPECT_TRUE(status_.waitForFused(fused + 2)) << status_.status().message;
+}
+
+}  // namespace
+}  // namespace dtsdf

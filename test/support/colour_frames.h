@@ -1,0 +1,39 @@
+/// Colour frames of analytic scenes.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "dtsdf_mapping/colour_frame.h"
+#include "simulation/scene.h"
+
+namespace dtsdf {
+
+using Colour = std::array<uint8_t, 3>;
+
+/// The colour of a scene's surface at a point, in W.
+using SurfaceColour = std::function<Colour(const Eigen::Vector3d& p_W)>;
+
+/// A colour image, rgb8, that owns its pixels.
+struct PaintedFrame {
+  ColourFrame frame;
+  std::vector<uint8_t> pixels;
+
+  /// Valid as long as this object is where it is.
+  ColourFrame view() const {
+    ColourFrame copy = frame;
+    copy.data = pixels.data();
+    return copy;
+  }
+};
+
+/// A camera of 65 degrees horizontal field of view, each pixel the mean of 2 x 2 rays; black where
+/// nothing is hit.
+PaintedFrame renderColour(const Scene& scene, const SurfaceColour& colour,
+                          const Eigen::Isometry3d& T_W_C, int width = 160, int height = 120);
+
+/// A camera that stands beside another one, `offset_m` to its right, and looks the same way.
+Eigen::Isometry3d besideCamera(const Eigen::Isometry3d& T_W_C, double offset_m);
+
+}  // namespace dtsdf

@@ -1,0 +1,102 @@
+#include "evaluation/colour_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include "dtsdf_mapping/io/recording.h"
+#include "evaluation/depth_renderer.h"
+#include "simulation/scene.h"
+#include "support/temporary_folder.h"
+#include "unit/evaluation/test_meshes.h"
+
+namespace dtsdf {
+namespace {
+
+TriangleMesh colouredRectangle(const Rgb8& colour) {
+  TriangleMesh mesh = makeRectangle(-1, -1, 1, 1, 0);
+  mesh.colours.assign(mesh.vertices.size(), colour);
+  return mesh;
+}
+
+/// Values of the CIE's definition, as any table has them.
+TEST(Lab, KnownColours) {
+  const auto expectLab = [](const Eigen::Vector3d& rgb, const Eigen::Vector3d& lab) {
+    EXPECT_LT((toLab(rgb) - lab).norm(), 0.05) << toLab(rgb).transpose();
+  };
+  expectLab({255, 255, 255}, {100.0, 0.0, 0.0});
+  expectLab({0, 0, 0}, {0.0, 0.0, 0.0});
+  expectLab({255, 0, 0}, {53.24, 80.09, 67.20});
+  expectLab({0, 0, 255}, {32.30, 79.19, -107.86});
+  expectLab({119, 119, 119}, {50.03, 0.0, 0.0});
+}
+
+TEST(ColourEvaluation, IsZeroForTheSameColours) {
+  const TriangleMesh mesh = colouredRectangle({10, 200, 30});
+  const ColourEvaluation result = evaluateColours(mesh, mesh, {});
+  EXPECT_GT(result.samples, 900000u);
+  EXPECT_NEAR(result.rmse_rgb, 0.0, 1e-6);
+  EXPECT_NEAR(result.rmse_lab, 0.0, 1e-6);
+}
+
+TEST(ColourEvaluation, IsTheDifferenceOfAChannel) {
+  ColourOptions options;
+  options.samples = 1000;
+  const ColourEvaluation result = evaluateColours(colouredRectangle({110, 100, 100}),
+                                                  colouredRectangle({100, 100, 100}), options);
+  EXPECT_NEAR(result.rmse_rgb, 10.0 / std::sqrt(3.0), 1e-3);
+  EXPECT_NEAR(result.rmse_lab, (toLab({110, 100, 100}) - toLab({100, 100, 100})).norm(), 1e-3);
+  EXPECT_NEAR(result.median_lab, result.p95_lab, 1e-3);
+}
+
+TEST(ColourEvaluation, LeavesOutWhatIsFarAndSaysWhatIsMissing) {
+  TriangleMesh far = colouredRectangle({1, 2, 3});
+  for (Eigen::Vector3f& p : far.vertices) p.z() += 1.0f;
+  EXPECT_EQ(evaluateColours(far, colouredRectangle({1, 2, 3}), {}).samples, 0u);
+  const TriangleMesh bare = makeRectangle(-1, -1, 1, 1, 0);
+  EXPECT_THROW(evaluateColours(bare, colouredRectangle({1, 2, 3}), {}), std::runtime_error);
+  EXPECT_THROW(evaluateColours(colouredRectangle({1, 2, 3}), bare, {}), std::runtime_error);
+}
+
+/// A vertex that is as coloured as its texture is, is right.
+TEST(ColourEvaluation, TexturesAreThoseOfPictures) {
+  ColourOptions options;
+  options.texture = Texture::kGradient;
+  options.samples = 20000;
+  TriangleMesh mesh = makeRectangle(-0.005f, -0.005f, 0.005f, 0.005f, 0);
+  for (const Eigen::Vector3f& p : mesh.vertices) {
+    mesh.colours.push_back(textureColour(Texture::kGradient, mesh, 0, p));
+  }
+  EXPECT_LT(evaluateColours(mesh, makeRectangle(-1, -1, 1, 1, 0), options).rmse_rgb, 1.0);
+  options.texture = Texture::kChecker;
+  EXPECT_GT(evaluateColours(mesh, makeRectangle(-1, -1, 1, 1, 0), options).rmse_rgb, 10.0);
+}
+
+/// What is written is what reconstruct reads: pixels, and the pose of the colour camera.
+TEST(RenderColours, GoThroughAFolder) {
+  const TriangleMesh mesh = colouredRectangle({200, 100, 50});
+  const MeshScene scene(mesh);
+  ViewCamera camera;
+  camera.width = 32;
+  camera.height = 24;
+  camera.intrinsics = {30.0f, 30.0f, 15.5f, 11.5f};
+  const Eigen::Isometry3d T_W_C = lookAt({0, 0, 4}, {0, 0, 0}, Eigen::Vector3d::UnitY());
+  const Eigen::Isometry3d T_W_colour = T_W_C * Eigen::Translation3d(0.1, 0.0, 0.0);
+  const TemporaryFolder folder;
+  TumWriter writer(folder.path(), camera, {T_W_C});
+  writer.addColours({T_W_colour});
+  writer.write(0, toTumDepth(renderView(scene, camera, T_W_C).depth_m));
+  writer.writeColours(0, renderColours(scene, Texture::kVertices, camera, T_W_colour));
+  writer.finish("test");
+  RecordingOptions recording;
+  recording.path = folder.path();
+  const auto image = openRecordingColours(recording)->next();
+  ASSERT_TRUE(image);
+  EXPECT_TRUE(image->colour.T_W_C.isApprox(T_W_colour, 1e-6));
+  const auto* pixels = static_cast<const uint8_t*>(image->colour.data);
+  const size_t middle = 3 * (12 * 32 + 16);
+  EXPECT_EQ(std::vector<int>(pixels + middle, pixels + middle + 3),
+            (std::vector<int>{200, 100, 50}));
+  EXPECT_EQ(pixels[0], 127);  // past the rectangle
+}
+
+}  // namespace
+}  // namespace dtsdf

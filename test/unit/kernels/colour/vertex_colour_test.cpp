@@ -1,0 +1,67 @@
+#include "kernels/colour/vertex_colour.h"
+
+#include <gtest/gtest.h>
+
+namespace dtsdf {
+namespace {
+
+/// What each direction has at the ends of an edge along x.
+struct Ends {
+  ColouredSample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
+
+  VertexColour colour(int facing) const {
+    return vertexColourOf(0, facing, [this](int d, bool is_upper) {
+      return is_upper ? upper[d] : lower[d];
+    });
+  }
+};
+
+const VoxelColour kRed{200, 0, 0, 90}, kBlue{0, 0, 200, 90}, kNone{0, 0, 0, 0};
+
+TEST(VertexColour, IsBetweenThoseOfTheEnds) {
+  Ends ends;
+  ends.lower[0] = {{-0.25f, 1.0f}, kRed};
+  ends.upper[0] = {{0.75f, 1.0f}, kBlue};
+  const VertexColour colour = ends.colour(0);
+  EXPECT_EQ(colour.red, 150);
+  EXPECT_EQ(colour.blue, 50);
+  EXPECT_EQ(colour.painted, 255);
+}
+
+TEST(VertexColour, TakesTheEndThatIsPainted) {
+  Ends ends;
+  ends.lower[0] = {{-0.001f, 1.0f}, kNone};
+  ends.upper[0] = {{0.999f, 1.0f}, kBlue};
+  EXPECT_EQ(ends.colour(0).blue, 200);
+}
+
+/// The plate thinner than a voxel: both sides cross the same edge, each with its facing.
+TEST(VertexColour, EachSideHasItsOwn) {
+  Ends ends;
+  ends.lower[0] = {{-0.5f, 1.0f}, kRed};
+  ends.upper[0] = {{0.5f, 1.0f}, kRed};
+  ends.lower[1] = {{0.3f, 1.0f}, kBlue};
+  ends.upper[1] = {{-0.7f, 1.0f}, kBlue};
+  EXPECT_EQ(ends.colour(0).red, 200);
+  EXPECT_EQ(ends.colour(0).blue, 0);
+  EXPECT_EQ(ends.colour(1).blue, 200);
+  EXPECT_EQ(ends.colour(1).red, 0);
+}
+
+TEST(VertexColour, WhereNothingCrossesWhatMaySpeakTells) {
+  Ends ends;
+  ends.lower[2] = {{0.5f, 1.0f}, kRed};
+  ends.upper[2] = {{0.6f, 1.0f}, kRed};
+  ends.lower[1] = {{0.5f, 5.0f}, kBlue};  // faces against the edge
+  EXPECT_EQ(ends.colour(0).red, 200);
+  EXPECT_EQ(ends.colour(0).blue, 0);
+}
+
+TEST(VertexColour, UnpaintedIsAllZero) {
+  const VertexColour colour = Ends().colour(0);
+  EXPECT_EQ(colour.red, 0);
+  EXPECT_EQ(colour.painted, 0);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -63,9 +63,9 @@ void expectFreeSide(const Mesh& mesh, const Scene& scene) {
 /// Six views of a tilted plane, nothing farther than 1.6 m. Point-to-plane distances of a plane are
 /// exact, so what remains is rounding. In a directional map that is of anchors, which vertices are
 /// drawn to where a view ends: 1/20 of a voxel along each axis. The projective distance to the
-/// pixel that a voxel falls on is off by up to half a pixel's depth step: 6 mm wide pixels at 1.6 m,
-/// half of it along two axes, times the tangent of a view as oblique as 60 degrees, is 8 mm; 0.5
-/// voxels leave room for the interpolation.
+/// pixel that a voxel falls on is off by up to half a pixel's depth step: 6 mm wide pixels at
+/// 1.6 m, half of it along two axes, times the tangent of a view as oblique as 60 degrees, is 8 mm;
+/// 0.5 voxels leave room for the interpolation.
 TEST_P(AnalyticScenes, TiltedPlane) {
   Scene scene;
   scene.add(Plane{Vector3d(0.1, 0.05, 0.02), Vector3d(0.3, -0.4, 1.0).normalized()});

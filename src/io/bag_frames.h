@@ -1,5 +1,5 @@
-/// Depth frames and colour images of a ROS bag behind their seams. Free of ROS headers: the implementation
-/// (target dtsdf_bag, under src/ros/bag) is only there in a build with ROS.
+/// Depth frames and colour images of a ROS bag behind their seams. Free of ROS headers: the
+/// implementation (target dtsdf_bag, under src/ros/bag) is only there in a build with ROS.
 #pragma once
 
 #include <memory>
@@ -34,8 +34,8 @@ struct BagOptions {
 /// @throws std::runtime_error if it cannot be read or has no such topic.
 std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options);
 
-/// The same for its colour images, in the order of their stamps, each with the pose of its own frame
-/// at its own stamp; null if there are none, or of several cameras, and no topic is named.
+/// The same for its colour images, in the order of their stamps, each with the pose of its own
+/// frame at its own stamp; null if there are none, or of several cameras, and no topic is named.
 /// @throws std::runtime_error if the bag cannot be read or lacks the topic that is named.
 std::unique_ptr<ColourSource> openBagColours(const BagOptions& options);
 

@@ -19,8 +19,8 @@ struct RecordedColours {
   std::string missing_camera;        ///< Why there is none; counted as a reason.
 };
 
-/// By stamp, decoded one by one. What has no pose, no file or another size than the camera is passed
-/// over and counted, as the map does without it; a damaged file is an error.
+/// By stamp, decoded one by one. What has no pose, no file or another size than the camera is
+/// passed over and counted, as the map does without it; a damaged file is an error.
 std::unique_ptr<ColourSource> openRecordedColours(RecordedColours recorded);
 
 }  // namespace dtsdf

@@ -46,6 +46,7 @@ enum class ColourUse {
 
 struct ColourParams {
   ColourUse enabled = ColourUse::kAuto;
+  double max_rate_hz = 0.0;  ///< Colour images per second, by their stamps, at most; 0: all.
 };
 
 struct PublishParams {
@@ -86,6 +87,7 @@ void visitParams(NodeParams& p, Visitor& visit) {
         EnumNames<ColourUse>{{"auto", ColourUse::kAuto},
                              {"always", ColourUse::kAlways},
                              {"never", ColourUse::kNever}});
+  visit("colour/max_rate_hz", p.colour.max_rate_hz, Range{0.0, 1000.0});
   visit("input/camera_info", p.input.camera_info,
         EnumNames<CameraInfoChoice>{{"exact", CameraInfoChoice::kExact},
                                     {"latest", CameraInfoChoice::kLatest}});

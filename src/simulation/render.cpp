@@ -41,35 +41,64 @@ PixelRect projectedRect(const Shape& shape, const Intrinsics& K, int width, int 
   return rect;
 }
 
-}  // namespace
+/// What is seen in one pixel.
+struct Hit {
+  float depth_m = std::numeric_limits<float>::infinity();
+  size_t shape = 0;
+};
 
-std::vector<float> renderDepth(const Scene& scene, const Intrinsics& K, int width, int height,
-                               const Eigen::Isometry3d& T_W_C) {
-  const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
-  std::vector<float> depth_m(pixels, std::numeric_limits<float>::infinity());
+/// A direction with z = 1 in the optical frame: its parameter is the depth.
+Eigen::Vector3d directionOf(const Intrinsics& K, int u, int v) {
+  return {(u - static_cast<double>(K.cx)) / K.fx, (v - static_cast<double>(K.cy)) / K.fy, 1.0};
+}
+
+std::vector<Hit> findHits(const Scene& scene, const Intrinsics& K, int width, int height,
+                          const Eigen::Isometry3d& T_W_C) {
+  std::vector<Hit> hits(static_cast<size_t>(width) * static_cast<size_t>(height));
   const Eigen::Isometry3d T_C_W = T_W_C.inverse();
   const Eigen::Matrix3d& R_W_C = T_W_C.linear();
-  for (const Shape& shape : scene.shapes()) {
+  for (size_t number = 0; number < scene.shapes().size(); ++number) {
+    const Shape& shape = scene.shapes()[number];
     const PixelRect rect = projectedRect(shape, K, width, height, T_C_W);
     const auto draw = [&](const auto& s) {
       for (int v = rect.v_begin; v < rect.v_end; ++v) {
         for (int u = rect.u_begin; u < rect.u_end; ++u) {
-          // A direction with z = 1 in the optical frame: its parameter is the depth.
-          const Eigen::Vector3d direction_C((u - static_cast<double>(K.cx)) / K.fx,
-                                            (v - static_cast<double>(K.cy)) / K.fy, 1.0);
-          const double z_m = intersect(s, Ray{T_W_C.translation(), R_W_C * direction_C});
-          float& nearest =
-              depth_m[static_cast<size_t>(v) * static_cast<size_t>(width) + static_cast<size_t>(u)];
-          nearest = std::min(nearest, static_cast<float>(z_m));
+          const Ray ray{T_W_C.translation(), R_W_C * directionOf(K, u, v)};
+          const auto z_m = static_cast<float>(intersect(s, ray));
+          Hit& nearest =
+              hits[static_cast<size_t>(v) * static_cast<size_t>(width) + static_cast<size_t>(u)];
+          if (z_m < nearest.depth_m) nearest = {z_m, number};
         }
       }
     };
     std::visit(draw, shape);
   }
-  for (float& z : depth_m) {
-    if (!std::isfinite(z)) z = 0.0f;
+  return hits;
+}
+
+}  // namespace
+
+std::vector<float> renderDepth(const Scene& scene, const Intrinsics& K, int width, int height,
+                               const Eigen::Isometry3d& T_W_C) {
+  std::vector<float> depth_m;
+  for (const Hit& hit : findHits(scene, K, width, height, T_W_C)) {
+    depth_m.push_back(std::isfinite(hit.depth_m) ? hit.depth_m : 0.0f);
   }
   return depth_m;
+}
+
+std::vector<Paint> renderPaint(const Scene& scene, const Intrinsics& K, int width, int height,
+                               const Eigen::Isometry3d& T_W_C) {
+  const std::vector<Hit> hits = findHits(scene, K, width, height, T_W_C);
+  std::vector<Paint> pixels(hits.size(), Paint{0, 0, 0});
+  for (size_t i = 0; i < hits.size(); ++i) {
+    if (!std::isfinite(hits[i].depth_m)) continue;
+    const int u = static_cast<int>(i % static_cast<size_t>(width));
+    const int v = static_cast<int>(i / static_cast<size_t>(width));
+    const Eigen::Vector3d p_W = T_W_C * (hits[i].depth_m * directionOf(K, u, v));
+    pixels[i] = paintAt(scene, hits[i].shape, p_W);
+  }
+  return pixels;
 }
 
 Eigen::Isometry3d lookAt(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& target_W,

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
 #include <variant>
 #include <vector>
 
@@ -67,6 +69,17 @@ class Scene {
 
 /// Exact depth (z in the optical frame, metres, row-major) of every pixel; 0 where nothing is hit.
 std::vector<float> renderDepth(const Scene& scene, const Intrinsics& intrinsics, int width,
+                               int height, const Eigen::Isometry3d& T_W_C);
+
+/// Red, green and blue of a surface.
+using Paint = std::array<uint8_t, 3>;
+
+/// The colour of a point on the surface of one of the scene's shapes: each face of a box or a room
+/// has its own, in squares of 0.25 m of two shades, so that the sides of a plate differ.
+Paint paintAt(const Scene& scene, size_t shape, const Eigen::Vector3d& p_W);
+
+/// The colour of every pixel, row-major; black where nothing is hit.
+std::vector<Paint> renderPaint(const Scene& scene, const Intrinsics& intrinsics, int width,
                                int height, const Eigen::Isometry3d& T_W_C);
 
 /// The pose of a camera (x right, y down, z forward) at `eye_W` that looks at `target_W`; `up_W`

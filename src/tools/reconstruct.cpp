@@ -152,8 +152,10 @@ void run(ReconstructOptions options) {
   ReconstructionResult result;
   {
     ProgressBar progress("frames", source->size());
-    result = reconstruct({*source, colours.get()}, *mapper, params.map.voxel_size_m,
-                         options.mesh_every, [&](size_t done) { progress.show(done); });
+    const double max_colour_rate_hz = settings.params.node.colour.max_rate_hz;
+    result = reconstruct({*source, colours.get(), max_colour_rate_hz}, *mapper,
+                         params.map.voxel_size_m, options.mesh_every,
+                         [&](size_t done) { progress.show(done); });
   }
   checkSupport(result, params);
   saveMesh(result.mesh, params.mesh.colour, options.mesh_path);

@@ -78,7 +78,8 @@ void addReadingOptions(CommandLine& line, ReconstructOptions& options) {
                 "a bag's masks: mono8, not 0 where the image shows what is no part of the scene"},
                options.mask_topic);
   line.addText({"--color-topic", "T",
-                "a bag's colour images, with camera_info beside them (default: the only such topic)"},
+                "a bag's colour images, with camera_info beside them (default: the only such "
+                "topic)"},
                options.colour_topic);
 }
 

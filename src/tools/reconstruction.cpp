@@ -3,6 +3,8 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "dtsdf_mapping/io/rate_limit.h"
+
 namespace dtsdf {
 namespace {
 
@@ -87,7 +89,13 @@ class Reconstruction {
 /// The colour images of a recording, one ahead.
 class ColourQueue {
  public:
-  explicit ColourQueue(ColourSource* source) : source_(source) { advance(); }
+  ColourQueue(ColourSource* source, double max_rate_hz)
+      : source_(source), rate_limit_(max_rate_hz) {
+    advance();
+  }
+
+  /// Images left out, as more come than are wanted.
+  size_t leftOut() const { return left_out_; }
 
   /// Hands those with a stamp before this one, or at it, to `take`.
   template <class Take>
@@ -99,9 +107,14 @@ class ColourQueue {
   }
 
  private:
-  void advance() { next_ = source_ == nullptr ? std::nullopt : source_->next(); }
+  void advance() {
+    next_ = source_ == nullptr ? std::nullopt : source_->next();
+    for (; next_ && !rate_limit_.takes(next_->stamp_s); next_ = source_->next()) ++left_out_;
+  }
 
   ColourSource* source_;
+  RateLimit rate_limit_;
+  size_t left_out_ = 0;
   std::optional<SourceColour> next_;
 };
 
@@ -119,7 +132,7 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, flo
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
   Reconstruction reconstruction(mapper, voxel_size_m);
-  ColourQueue images(input.colour);
+  ColourQueue images(input.colour, input.max_colour_rate_hz);
   bool is_first = true;
   while (const std::optional<SourceFrame> frame = input.depth.next()) {
     images.takeUpTo(frame->stamp_s, false, [&](const ColourFrame& image) {
@@ -136,6 +149,7 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, flo
   std::map<std::string, size_t> skipped = input.depth.skipped();
   if (input.colour != nullptr) {
     for (const auto& [reason, count] : input.colour->skipped()) skipped[reason] += count;
+    if (images.leftOut() > 0) skipped["colour images: over_rate"] = images.leftOut();
   }
   return reconstruction.finish(skipped);
 }

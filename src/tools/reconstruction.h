@@ -15,10 +15,12 @@ namespace dtsdf {
 
 /// What is fused, and what is painted, if anything.
 struct RecordedInput {
-  RecordedInput(FrameSource& frames, ColourSource* images = nullptr)  // NOLINT: as it is mostly
-      : depth(frames), colour(images) {}
+  RecordedInput(FrameSource& frames, ColourSource* images = nullptr,  // NOLINT: as it is mostly
+                double images_per_s = 0.0)
+      : depth(frames), colour(images), max_colour_rate_hz(images_per_s) {}
   FrameSource& depth;
   ColourSource* colour;
+  double max_colour_rate_hz;  ///< Of what is painted; 0: all.
 };
 
 struct ReconstructionResult {

@@ -206,5 +206,117 @@ TEST_F(CompressedBag, DamagedImagesAreCounted) {
   EXPECT_EQ(source_->skipped(), (std::map<std::string, size_t>{{"bad_image", 2}}));
 }
 
+/// Colour beside the damaged images of the bag above: of a camera with a frame of its own.
+class ColourBag : public CompressedBag {
+ protected:
+  void SetUp() override {
+    CompressedBag::SetUp();
+    options_.colour_topic = "/color/image_rect";
+  }
+
+  static std_msgs::Header colourHeaderOf(double stamp_s) {
+    std_msgs::Header header;
+    header.stamp = ros::Time(stamp_s);
+    header.frame_id = "color";
+    return header;
+  }
+
+  void writeCameraOf(double stamp_s) {
+    sensor_msgs::CameraInfo info;
+    info.header = colourHeaderOf(stamp_s);
+    info.width = 10;
+    info.height = 4;
+    info.P = {20.0, 0.0, 4.5, 0.0, 0.0, 21.0, 1.5, 0.0, 0.0, 0.0, 1.0, 0.0};
+    bag_.write("/color/camera_info", info.header.stamp, info);
+    geometry_msgs::TransformStamped transform;
+    transform.header = info.header;
+    transform.header.frame_id = "map";
+    transform.child_frame_id = "color";
+    transform.transform.translation.x = stamp_s;
+    transform.transform.rotation.w = 1.0;
+    tf2_msgs::TFMessage message;
+    message.transforms.push_back(transform);
+    bag_.write("/tf", info.header.stamp, message);
+  }
+
+  static cv::Mat pixels() { return cv::Mat(4, 10, CV_8UC3, cv::Scalar(30, 20, 10)); }
+
+  /// Recorded later than its stamp says.
+  void writeRaw(double stamp_s, const ros::Time& recorded, const std::string& encoding = "bgr8") {
+    const cv::Mat bgr = pixels();
+    sensor_msgs::Image image;
+    image.header = colourHeaderOf(stamp_s);
+    image.width = 10;
+    image.height = 4;
+    image.encoding = encoding;
+    image.step = 30;
+    image.data.assign(bgr.datastart, bgr.dataend);
+    bag_.write("/color/image_rect", recorded, image);
+  }
+
+  std::vector<SourceColour> readColours() {
+    bag_.close();
+    colours_ = openBagColours(options_);
+    std::vector<SourceColour> images;
+    while (auto image = colours_->next()) images.push_back(std::move(*image));
+    return images;
+  }
+
+  std::unique_ptr<ColourSource> colours_;
+};
+
+TEST_F(ColourBag, IsReadByStampsWithItsOwnPoses) {
+  for (const double stamp_s : {100.2, 100.4, 100.6}) writeCameraOf(stamp_s);
+  writeRaw(100.6, ros::Time(101.0));
+  writeRaw(100.2, ros::Time(101.5));
+  writeRaw(100.4, ros::Time(101.5));
+  writeRaw(100.4, ros::Time(102.0), "32FC1");
+  writeRaw(100.3, ros::Time(102.5));  // without camera_info
+  const std::vector<SourceColour> images = readColours();
+  ASSERT_EQ(images.size(), 3u);
+  EXPECT_EQ(images[0].stamp_s, 100.2);
+  EXPECT_EQ(images[1].stamp_s, 100.4);
+  EXPECT_EQ(images[2].stamp_s, 100.6);
+  const ColourFrame& image = images[1].colour;
+  EXPECT_EQ(image.T_W_C.translation().x(), 100.4);
+  EXPECT_EQ(image.intrinsics.fy, 21.0f);
+  EXPECT_EQ(image.encoding, ColourEncoding::kBgr8);
+  EXPECT_EQ(static_cast<const uint8_t*>(image.data)[0], 30);
+  EXPECT_EQ(colours_->skipped(),
+            (std::map<std::string, size_t>{{"colour images: bad_encoding", 1},
+                                           {"colour images: no_camera_info", 1}}));
+}
+
+TEST_F(ColourBag, MayBeCompressed) {
+  for (const double stamp_s : {100.2, 100.4}) {
+    writeCameraOf(stamp_s);
+    sensor_msgs::CompressedImage image;
+    image.header = colourHeaderOf(stamp_s);
+    image.format = "bgr8; png compressed bgr8";
+    cv::imencode(".png", pixels(), image.data);
+    if (stamp_s > 100.3) image.data.resize(20);
+    bag_.write("/color/image_rect/compressed", image.header.stamp, image);
+  }
+  const std::vector<SourceColour> images = readColours();
+  ASSERT_EQ(images.size(), 1u);
+  EXPECT_EQ(images[0].colour.encoding, ColourEncoding::kRgb8);
+  EXPECT_EQ(static_cast<const uint8_t*>(images[0].colour.data)[0], 10);
+  EXPECT_EQ(colours_->skipped().at("colour images: bad_image"), 1u);
+}
+
+TEST_F(ColourBag, IsFoundWhereThereIsOneOnly) {
+  options_.colour_topic.clear();
+  EXPECT_TRUE(readColours().empty());
+  EXPECT_EQ(colours_->skipped(),  // the only topic is that of the damaged images
+            (std::map<std::string, size_t>{{"colour images: bad_image", kFrames}}));
+  bag_.open(options_.path, rosbag::bagmode::Append);
+  writeCameraOf(100.2);
+  writeRaw(100.2, ros::Time(100.2));
+  bag_.close();
+  EXPECT_EQ(openBagColours(options_), nullptr) << "which of the two is meant?";
+  options_.colour_topic = "/no/such/topic";
+  EXPECT_THROW(openBagColours(options_), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace dtsdf

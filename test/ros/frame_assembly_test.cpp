@@ -14,8 +14,8 @@ class FrameAssemblyTest : public testing::Test {
     assembly_ = std::make_unique<FrameAssembly>(
         FrameAssembly::Wanted{info, mask},
         [this](const FrameMessages& frame) {
-          EXPECT_TRUE(frame.depth && frame.info);
-          complete_.push_back(frame.depth->header.stamp.toSec());
+          EXPECT_TRUE(frame.image && frame.info);
+          complete_.push_back(frame.image->header.stamp.toSec());
           info_stamps_.push_back(frame.info->header.stamp.toSec());
           last_ = frame;
         },
@@ -24,7 +24,7 @@ class FrameAssemblyTest : public testing::Test {
         });
   }
 
-  void addDepth(double stamp_s) { assembly_->addDepth(makeDepthImage(stamp_s)); }
+  void addImage(double stamp_s) { assembly_->addImage(makeDepthImage(stamp_s)); }
   void addInfo(double stamp_s) { assembly_->addInfo(makeCameraInfo(stamp_s)); }
   void addMask(double stamp_s) {
     assembly_->addMask(makeMask(stamp_s, std::vector<uint8_t>(8, 0)));
@@ -40,11 +40,11 @@ using Stamps = std::vector<double>;
 
 TEST_F(FrameAssemblyTest, PairsByStampInAnyOrder) {
   want(CameraInfoChoice::kExact, false);
-  addDepth(1.0);
+  addImage(1.0);
   addInfo(1.0);
   addInfo(2.0);
-  addDepth(3.0);
-  addDepth(2.0);
+  addImage(3.0);
+  addImage(2.0);
   EXPECT_EQ(complete_, (Stamps{1.0, 2.0}));
   addInfo(3.0);
   EXPECT_EQ(complete_, (Stamps{1.0, 2.0, 3.0}));
@@ -55,12 +55,12 @@ TEST_F(FrameAssemblyTest, PairsByStampInAnyOrder) {
 
 TEST_F(FrameAssemblyTest, WholeFramesGiveUpThoseBefore) {
   want(CameraInfoChoice::kExact, true);
-  addDepth(1.0);
+  addImage(1.0);
   addMask(1.0);
-  addDepth(2.0);
+  addImage(2.0);
   addInfo(2.0);
   addInfo(2.5);  // no frame: nothing to tell
-  addDepth(3.0);
+  addImage(3.0);
   addInfo(3.0);
   addMask(3.0);
   EXPECT_EQ(complete_, Stamps{3.0});
@@ -73,7 +73,7 @@ TEST_F(FrameAssemblyTest, WholeFramesGiveUpThoseBefore) {
 TEST_F(FrameAssemblyTest, StampsThatGoBackAreFramesToo) {
   want(CameraInfoChoice::kExact, false);
   for (const double stamp_s : {100.0, 50.0, 51.0}) {
-    addDepth(stamp_s);
+    addImage(stamp_s);
     addInfo(stamp_s);
   }
   EXPECT_EQ(complete_, (Stamps{100.0, 50.0, 51.0}));
@@ -82,7 +82,7 @@ TEST_F(FrameAssemblyTest, StampsThatGoBackAreFramesToo) {
 TEST_F(FrameAssemblyTest, NoMoreThanSomeWait) {
   want(CameraInfoChoice::kExact, false);
   for (int i = 0; i < 1000; ++i) addInfo(i);
-  for (int i = 0; i < 60; ++i) addDepth(2000.0 + i);
+  for (int i = 0; i < 60; ++i) addImage(2000.0 + i);
   EXPECT_EQ(incomplete_.size(), 10u);
   EXPECT_EQ(incomplete_[0], std::make_pair(2000.0, DropReason::kNoCameraInfo));
 }
@@ -91,7 +91,7 @@ TEST_F(FrameAssemblyTest, WhatWaitsInTheFutureIsInNobodysWay) {
   want(CameraInfoChoice::kExact, false);
   for (int i = 0; i < 100; ++i) addInfo(1000.0 + i);  // then the recording begins anew
   for (const double stamp_s : {1.0, 2.0, 3.0}) {
-    addDepth(stamp_s);
+    addImage(stamp_s);
     addInfo(stamp_s);
   }
   EXPECT_EQ(complete_, (Stamps{1.0, 2.0, 3.0}));
@@ -99,22 +99,22 @@ TEST_F(FrameAssemblyTest, WhatWaitsInTheFutureIsInNobodysWay) {
 
 TEST_F(FrameAssemblyTest, LatestCameraInfoIsForAllImages) {
   want(CameraInfoChoice::kLatest, false);
-  addDepth(1.0);
-  addDepth(2.0);
+  addImage(1.0);
+  addImage(2.0);
   EXPECT_TRUE(complete_.empty());
   addInfo(0.5);
   EXPECT_EQ(complete_, (Stamps{1.0, 2.0})) << "they have waited for the first one";
-  addDepth(3.0);
+  addImage(3.0);
   addInfo(3.5);
-  addDepth(3.2);
+  addImage(3.2);
   EXPECT_EQ(info_stamps_, (Stamps{0.5, 0.5, 0.5, 3.5}));
   EXPECT_TRUE(incomplete_.empty());
 }
 
 TEST_F(FrameAssemblyTest, LatestCameraInfoDoesNotStandForTheMask) {
   want(CameraInfoChoice::kLatest, true);
-  addDepth(1.0);
-  addDepth(2.0);
+  addImage(1.0);
+  addImage(2.0);
   addMask(2.0);
   EXPECT_TRUE(complete_.empty());
   addInfo(9.0);

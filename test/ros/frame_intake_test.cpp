@@ -19,8 +19,8 @@ class FrameIntakeTest : public testing::Test {
     params_.tf_timeout_s = 1.0;
     intake_ = std::make_unique<FrameIntake>(
         params_,
-        FrameIntake::Parts{poses_, accounting_, posed_frames_, posed_frames_.addStream({}), "",
-                           [this] { startAnew(); }},
+        FrameIntake::Parts{poses_, accounting_, posed_frames_, posed_frames_.addStream({}),
+                           *kind_, "", [this] { startAnew(); }},
         clock_.reader());
   }
 
@@ -44,8 +44,13 @@ class FrameIntakeTest : public testing::Test {
     return stamps;
   }
 
+  static const DepthFrame& depthOf(const PosedFrame& frame) {
+    return std::get<DepthFrame>(frame.image);
+  }
+
   FakeClock clock_;
   InputParams params_;
+  std::unique_ptr<ImageKind> kind_ = makeDepthKind(params_);
   tf2::BufferCore transforms_{ros::Duration(30.0)};
   PoseSource poses_{transforms_, "map"};
   FrameAccounting accounting_;
@@ -66,9 +71,9 @@ TEST_F(FrameIntakeTest, FramesGoOnInOrderWithTheirPoses) {
   const auto first = posed_frames_.take();
   ASSERT_TRUE(first);
   EXPECT_EQ(first->stamp, ros::Time(1.25));
-  EXPECT_NEAR(first->depth.T_W_C.translation().x(), 1.25, 1e-9);
-  EXPECT_EQ(first->depth.width, 4);
-  EXPECT_EQ(static_cast<const uint16_t*>(first->depth.data)[3], 1000);
+  EXPECT_NEAR(depthOf(*first).T_W_C.translation().x(), 1.25, 1e-9);
+  EXPECT_EQ(depthOf(*first).width, 4);
+  EXPECT_EQ(static_cast<const uint16_t*>(depthOf(*first).data)[3], 1000);
   EXPECT_EQ(posedStamps(), std::vector<double>{1.75});
   EXPECT_EQ(intake_->size(), 0u);
 }
@@ -177,7 +182,7 @@ TEST_F(FrameIntakeTest, StampsThatGoBackForgetFramesAndTransforms) {
   intake_->step();
   const auto frame = posed_frames_.take();
   ASSERT_TRUE(frame);
-  EXPECT_EQ(frame->depth.T_W_C.translation().x(), 1.0);
+  EXPECT_EQ(depthOf(*frame).T_W_C.translation().x(), 1.0);
 }
 
 TEST_F(FrameIntakeTest, ALittleDisorderIsNoJump) {
@@ -214,7 +219,7 @@ TEST_F(FrameIntakeTest, MasksTakeMeasurementsAway) {
   intake_->step();
   const auto frame = posed_frames_.take();
   ASSERT_TRUE(frame);
-  const auto* pixels = static_cast<const uint16_t*>(frame->depth.data);
+  const auto* pixels = static_cast<const uint16_t*>(depthOf(*frame).data);
   EXPECT_EQ(std::vector<uint16_t>(pixels, pixels + 8),
             (std::vector<uint16_t>{1000, 0, 0, 1000, 1000, 1000, 1000, 0}));
   EXPECT_EQ(image->data, makeDepthImage(1.0)->data) << "the message belongs to others, too";
@@ -230,8 +235,8 @@ TEST_F(FrameIntakeTest, RawImagesAreRectified) {
   intake_->step();
   const auto frame = posed_frames_.take();
   ASSERT_TRUE(frame);
-  EXPECT_EQ(frame->depth.intrinsics.fx, 5.0f);
-  EXPECT_EQ(static_cast<const uint16_t*>(frame->depth.data)[0], 1000);
+  EXPECT_EQ(depthOf(*frame).intrinsics.fx, 5.0f);
+  EXPECT_EQ(static_cast<const uint16_t*>(depthOf(*frame).data)[0], 1000);
 }
 
 TEST_F(FrameIntakeTest, BadMasksDropTheirFrames) {

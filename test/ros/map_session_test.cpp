@@ -18,8 +18,20 @@ class MapSessionTest : public testing::Test {
   void pushFrame(int block_x = 0) {
     PosedFrame frame;
     frame.stamp = ros::Time(static_cast<double>(++frames_sent_));
-    frame.depth.T_W_C.translation().x() = block_x;
+    DepthFrame depth;
+    depth.T_W_C.translation().x() = block_x;
+    frame.image = depth;
     frame.accounting = &accounting_;
+    const ros::Time stamp = frame.stamp;
+    EXPECT_TRUE(frames_.push(0, stamp, std::move(frame)));
+  }
+
+  /// A colour image with the stamp of the last frame.
+  void pushColour() {
+    PosedFrame frame;
+    frame.stamp = ros::Time(static_cast<double>(frames_sent_));
+    frame.image = ColourFrame{};
+    frame.accounting = &colour_accounting_;
     const ros::Time stamp = frame.stamp;
     EXPECT_TRUE(frames_.push(0, stamp, std::move(frame)));
   }
@@ -38,7 +50,7 @@ class MapSessionTest : public testing::Test {
   bool mesh_wanted_ = true;
   int frames_sent_ = 0;
   FrameQueue frames_{0.1, [] {}, clock_.reader()};
-  FrameAccounting accounting_;
+  FrameAccounting accounting_, colour_accounting_;
   MeshHandover changes_{[] {}};
   FakeMapper* mapper_ = new FakeMapper;  ///< The session owns it.
   MapSession session_{std::unique_ptr<Mapper>(mapper_),
@@ -156,6 +168,25 @@ TEST_F(MapSessionTest, ClearingForgetsAMeshUnderWay) {
   const MeshChanges changes = changes_.take();
   EXPECT_TRUE(changes.cleared);
   EXPECT_TRUE(changes.blocks.empty());
+}
+
+TEST_F(MapSessionTest, PaintsAndCountsColourForItself) {
+  pushFrame();
+  pushColour();
+  work();
+  EXPECT_EQ(mapper_->frames, 1);
+  EXPECT_EQ(mapper_->images, 1);
+  EXPECT_EQ(accounting_.counts().fused, 1u);
+  EXPECT_EQ(colour_accounting_.counts().fused, 1u);
+  clock_.advance(1.0);
+  work();
+  EXPECT_EQ(changes_.take().blocks.size(), 1u);
+  mapper_->fails_to_integrate = true;
+  pushColour();
+  work();
+  EXPECT_EQ(dropped(), 0u);
+  EXPECT_EQ(colour_accounting_.counts().dropped[static_cast<size_t>(DropReason::kBackendError)],
+            1u);
 }
 
 }  // namespace

@@ -145,5 +145,39 @@ TEST_F(MergeQueueTest, TheOrderDoesNotDependOnTheArrival) {
   }
 }
 
+/// As colour is beside depth: nobody waits for it before it has come.
+TEST_F(MergeQueueTest, AnExtraStreamCountsFromItsFirstItemOn) {
+  const auto depth = queue_.addStream({0, ""});
+  const auto colour = queue_.addStream({1, ""}, StreamUse::kExtra);
+  EXPECT_TRUE(push(depth, 2.0, "b"));
+  EXPECT_TRUE(push(depth, 1.0, "a"));
+  EXPECT_EQ(take(), "ba") << "as if depth were alone";
+  EXPECT_TRUE(push(colour, 2.5, "C"));
+  EXPECT_EQ(take(), "") << "depth may bring an earlier one";
+  EXPECT_TRUE(push(depth, 2.5, "d"));
+  EXPECT_EQ(take(), "dC");
+  EXPECT_TRUE(push(depth, 3.0, "e"));
+  EXPECT_EQ(take(), "") << "colour may bring an earlier one";
+  EXPECT_TRUE(push(colour, 2.9, "D"));
+  EXPECT_TRUE(push(colour, 3.1, "E"));
+  EXPECT_EQ(take(), "De");
+}
+
+TEST_F(MergeQueueTest, AnExtraStreamNeverCostsAnItem) {
+  const auto depth = queue_.addStream({0, ""});
+  const auto colour = queue_.addStream({1, ""}, StreamUse::kExtra);
+  EXPECT_TRUE(push(depth, 1.0, "a"));
+  EXPECT_TRUE(push(colour, 2.0, "B"));
+  clock_.advance(0.1);
+  EXPECT_EQ(take(), "aB");
+  EXPECT_TRUE(push(depth, 1.5, "late"));
+  EXPECT_EQ(take(), "late") << "depth is not refused for colour that was taken";
+  EXPECT_TRUE(push(depth, 3.0, "c"));
+  clock_.advance(0.1);
+  EXPECT_EQ(take(), "c") << "colour has stopped";
+  EXPECT_TRUE(push(colour, 2.5, "LATE"));
+  EXPECT_EQ(take(), "LATE") << "nor is colour refused";
+}
+
 }  // namespace
 }  // namespace dtsdf

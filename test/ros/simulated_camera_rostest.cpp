@@ -3,6 +3,7 @@
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "ros/support/mesh_watcher.h"
@@ -15,6 +16,25 @@ namespace {
 
 constexpr uint64_t kFrames = 60;
 constexpr double kVoxel_m = 0.05;
+
+/// The wall in the middle, 30 mm thin and so thinner than a voxel, is yellow on one side and green on
+/// the other.
+void expectWallPainted(const MeshWatcher& mesh) {
+  size_t sides[2] = {0, 0}, wrong = 0;
+  for (const auto& [id, marker] : mesh.shown()) {
+    ASSERT_EQ(marker.colors.size(), marker.points.size());
+    for (size_t i = 0; i < marker.points.size(); ++i) {
+      const geometry_msgs::Point& p = marker.points[i];
+      if (std::abs(p.x) > 0.7 || std::abs(p.y) > 0.03 || p.z < 0.2 || p.z > 1.5) continue;
+      const bool is_yellow = marker.colors[i].r > marker.colors[i].g;
+      ++sides[p.y > 0.0 ? 1 : 0];
+      wrong += is_yellow != (p.y > 0.0);
+    }
+  }
+  EXPECT_GT(sides[0], 100u);
+  EXPECT_GT(sides[1], 100u);
+  EXPECT_LT(wrong, (sides[0] + sides[1]) / 50);
+}
 
 TEST(SimulatedCamera, RoomBecomesAMesh) {
   ros::NodeHandle nh;
@@ -50,6 +70,7 @@ TEST(SimulatedCamera, RoomBecomesAMesh) {
   }
   EXPECT_GT(points, 10000u);
   EXPECT_LT(far_off, points / 50);
+  expectWallPainted(mesh);
 }
 
 TEST(SimulatedCamera, MeshIsSaved) {

@@ -103,6 +103,7 @@ TEST(StatusReport, CountsEachCameraAndAllTogether) {
   }
   input.cameras[1].depth.frames.image_age_s = 0.25;
   input.map.stats.map_bytes = 1000;
+  input.map.stats.colour_bytes = 100;
   input.output.mesh_bytes = 300;
   const MapStatus status = makeStatus(input);
   EXPECT_EQ(status.images_received, 21u);
@@ -123,10 +124,12 @@ TEST(StatusReport, CountsEachCameraAndAllTogether) {
   EXPECT_EQ(rear.last_fused_stamp, ros::Time(6.0));
   EXPECT_EQ(rear.received_age_s, 0.25f);
   EXPECT_EQ(status.cameras[0].streams[0].received_age_s, -1.0f) << "none has come";
-  ASSERT_EQ(status.memory.size(), 3u);
-  EXPECT_EQ(status.memory[0].bytes, 1000u);
-  EXPECT_EQ(status.memory[1].bytes, 300u);
-  EXPECT_EQ(status.memory[2].bytes, 200u);
+  ASSERT_EQ(status.memory.size(), 4u);
+  EXPECT_EQ(status.memory[0].bytes, 900u);
+  EXPECT_EQ(status.memory[1].name, "colour");
+  EXPECT_EQ(status.memory[1].bytes, 100u);
+  EXPECT_EQ(status.memory[2].bytes, 300u);
+  EXPECT_EQ(status.memory[3].bytes, 200u);
 }
 
 TEST(StatusReport, ListsTheReasonsThatOccurred) {
@@ -139,6 +142,33 @@ TEST(StatusReport, ListsTheReasonsThatOccurred) {
   EXPECT_EQ(status.dropped[0].reason, "queue_full");
   EXPECT_EQ(status.dropped[1].count, 3u);
   EXPECT_EQ(status.frames_dropped, 5u);
+}
+
+TEST(StatusReport, TellsOfColourThatCannotBePainted) {
+  StatusInput input = makeInput();
+  input.cameras[0].depth.frames.fused = 1;
+  input.output.triangles = 1;
+  EXPECT_EQ(makeStatus(input).message, "mapping");
+  input.cameras[0].colour.emplace();
+  StreamReport& colour = *input.cameras[0].colour;
+  colour.image_topic = "/camera/color/image_rect";
+  colour.info_topic = "/camera/color/camera_info";
+  EXPECT_EQ(makeStatus(input).message, "mapping") << "nobody has asked for it";
+  input.cameras[0].is_colour_needed = true;
+  EXPECT_TRUE(says(makeStatus(input), "no colour image received on '/camera/color/image_rect'"));
+  colour.frames.images = 3;
+  EXPECT_TRUE(says(makeStatus(input), "no camera_info on '/camera/color/camera_info'"));
+  colour.frames.camera_infos = 3;
+  colour.frames.dropped[static_cast<size_t>(DropReason::kNoTransform)] = 3;
+  colour.frames.last_drop = "the reason";
+  EXPECT_TRUE(says(makeStatus(input), "no colour image painted yet: the reason"));
+  EXPECT_EQ(makeStatus(input).frames_dropped, 0u) << "those are depth's";
+  colour.frames.fused = 1;
+  EXPECT_EQ(makeStatus(input).message, "mapping");
+  const dtsdf_mapping::StreamStatus stream = makeStatus(input).cameras[0].streams.at(1);
+  EXPECT_EQ(stream.kind, "color");
+  EXPECT_EQ(stream.fused, 1u);
+  EXPECT_EQ(stream.dropped.at(0).count, 3u);
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "ros/bag/bag_messages.h"
 #include "ros/input/colour_image.h"
 #include "ros/input/compressed_image.h"
+#include "ros/input/rectification.h"
 
 namespace dtsdf {
 namespace {
@@ -152,6 +153,17 @@ class BagColours : public ColourSource {
     return nullptr;
   }
 
+  CameraImage rectified(const CameraImage& raw) {
+    if (!rectification_) {
+      rectification_.emplace(rectifyChoice(options_), options_.colour_topic,
+                             Rectification::Kind::kColour);
+    }
+    CameraImage camera = rectification_->apply(raw);
+    const std::string warning = rectification_->takeWarning();
+    if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
+    return camera;
+  }
+
   std::optional<SourceColour> skip(const std::string& reason) {
     ++skipped_["colour images: " + reason];
     return std::nullopt;
@@ -169,7 +181,8 @@ class BagColours : public ColourSource {
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     SourceColour colour;
     try {
-      colour.colour = makeColourFrame(image, *info, *pixels);
+      const CameraImage camera = rectified({image, info});
+      colour.colour = makeColourFrame(camera.image, *camera.info, *pixels);
     } catch (const std::exception&) {  // of OpenCV or cv_bridge
       return skip(toString(DropReason::kBadImage));
     }
@@ -183,6 +196,7 @@ class BagColours : public ColourSource {
   rosbag::Bag bag_;
   std::unique_ptr<BagPoses> poses_;
   std::unique_ptr<BagCameraInfos> infos_;
+  std::optional<Rectification> rectification_;  ///< Once the topic is known.
   std::vector<Recorded> images_;  ///< By stamp.
   size_t next_ = 0;
   std::map<std::string, size_t> skipped_;

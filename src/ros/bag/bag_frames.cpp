@@ -67,11 +67,6 @@ std::string chooseDepthTopic(const rosbag::Bag& bag, const std::string& path) {
                            "; choose one by --depth-topic");
 }
 
-RectifyChoice rectifyChoice(const BagOptions& options) {
-  if (!options.rectify) return RectifyChoice::kAuto;
-  return *options.rectify ? RectifyChoice::kAlways : RectifyChoice::kNever;
-}
-
 class BagFrames : public FrameSource {
  public:
   explicit BagFrames(const BagOptions& options)

@@ -45,6 +45,11 @@ std::string topicBeside(const std::string& topic, const std::string& name) {
   return topic.substr(0, topic.rfind('/') + 1) + name;
 }
 
+RectifyChoice rectifyChoice(const BagOptions& options) {
+  if (!options.rectify) return RectifyChoice::kAuto;
+  return *options.rectify ? RectifyChoice::kAlways : RectifyChoice::kNever;
+}
+
 std::string withoutEnding(const std::string& topic, const std::string& ending) {
   const bool has_it = topic.size() > ending.size() &&
                       topic.compare(topic.size() - ending.size(), ending.size(), ending) == 0;

@@ -14,8 +14,8 @@ namespace {
 
 /// Read by image_transport and its plugins, diagnostic_updater and a standalone nodelet manager.
 bool belongsToRos(const std::string& key) {
-  static const std::array<const char*, 3> kKeys = {"image_transport", "diagnostic_period",
-                                                   "num_worker_threads"};
+  static const std::array<const char*, 4> kKeys = {"image_transport", "color_image_transport",
+                                                   "diagnostic_period", "num_worker_threads"};
   static const std::array<const char*, 3> kSections = {"compressed/", "compressedDepth/",
                                                        "theora/"};
   return std::find(kKeys.begin(), kKeys.end(), key) != kKeys.end() ||

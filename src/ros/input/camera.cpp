@@ -1,38 +1,77 @@
 #include "ros/input/camera.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace dtsdf {
+namespace {
 
-Camera::Camera(std::string name, const ros::NodeHandle& nh, const InputParams& params,
+/// Of two images with one stamp the depth is fused first, so that there is something to paint.
+constexpr int kDepthRank = 0, kColourRank = 1;
+
+/// The colour camera's frame is that of its images, and masks are for depth.
+InputParams colourInput(InputParams params) {
+  params.camera_frame.clear();
+  params.mask = false;
+  return params;
+}
+
+}  // namespace
+
+Camera::Camera(std::string name, const ros::NodeHandle& nh, const NodeParams& params,
                const Parts& parts)
     : name_(std::move(name)),
-      nh_(nh),
-      params_(params),
-      on_frame_(parts.on_frame),
-      accounting_(name_),
-      intake_(params, {parts.poses, accounting_, parts.posed_frames,
-                       parts.posed_frames.addStream({0, name_}), CameraInput::depthTopic(nh),
-                       parts.on_time_jump}) {}
+      is_colour_needed_(params.colour.enabled == ColourUse::kAlways),
+      depth_(name_, nh, params.input, {depthTopics(), makeDepthKind(params.input)},
+             {parts.poses, parts.posed_frames, parts.posed_frames.addStream({kDepthRank, name_}),
+              parts.on_frame, parts.on_time_jump}),
+      colour_(params.colour.enabled == ColourUse::kNever ? nullptr
+                                                         : makeColour(nh, params, parts)) {}
+
+/// Colour whose stamps go back starts anew alone: what is mapped does not depend on it.
+std::unique_ptr<ImageStream> Camera::makeColour(const ros::NodeHandle& nh,
+                                                const NodeParams& params, const Parts& parts) {
+  const auto stream =
+      parts.posed_frames.addStream({kColourRank, name_}, StreamUse::kExtra);
+  return std::make_unique<ImageStream>(
+      name_.empty() ? "colour" : name_ + ", colour", nh, colourInput(params.input),
+      ImageStream::Kind{colourTopics(), makeColourKind(), params.colour.max_rate_hz},
+      ImageStream::Parts{parts.poses, parts.posed_frames, stream, parts.on_frame,
+                         [this] { colour_->startAnew(); }});
+}
 
 void Camera::subscribe(const ros::NodeHandle& private_nh) {
-  input_ = std::make_unique<CameraInput>(nh_, private_nh, params_, accounting_,
-                                         [this](const FrameMessages& frame) {
-                                           intake_.push(frame);
-                                           on_frame_();
-                                         });
+  depth_.subscribe(private_nh);
+  if (colour_) colour_->subscribe(private_nh);
+}
+
+void Camera::unsubscribe() {
+  depth_.unsubscribe();
+  if (colour_) colour_->unsubscribe();
+}
+
+std::chrono::milliseconds Camera::step() noexcept {
+  const std::chrono::milliseconds idle = depth_.step();
+  return colour_ ? std::min(idle, colour_->step()) : idle;
+}
+
+void Camera::startAnew() {
+  depth_.startAnew();
+  if (colour_) colour_->startAnew();
+}
+
+void Camera::setPaused(bool paused) {
+  depth_.setPaused(paused);
+  if (colour_) colour_->setPaused(paused);
 }
 
 CameraReport Camera::report() const {
-  StreamReport depth;
-  depth.frames = accounting_.counts();
-  depth.image_topic = input_->imageTopic();
-  depth.info_topic = input_->infoTopic();
-  depth.image_publishers = input_->imagePublishers();
-  depth.waiting = intake_.size();
-  depth.waiting_bytes = intake_.waitingBytes();
-  depth.waiting_for = intake_.waitingFor();
-  return {name_, depth};
+  CameraReport report;
+  report.name = name_;
+  report.depth = depth_.report();
+  if (colour_) report.colour = colour_->report();
+  report.is_colour_needed = is_colour_needed_;
+  return report;
 }
 
 }  // namespace dtsdf

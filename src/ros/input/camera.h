@@ -1,4 +1,4 @@
-/// One camera: its topics, its frames on their way to the map, and what became of them.
+/// One camera: its depth, and its colour where that is wanted.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -8,10 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "ros/input/camera_input.h"
-#include "ros/input/camera_report.h"
-#include "ros/input/frame_accounting.h"
-#include "ros/input/frame_intake.h"
+#include "ros/input/image_stream.h"
 
 namespace dtsdf {
 
@@ -26,33 +23,33 @@ class Camera {
   };
 
   /// `nh` is in the camera's namespace; `name` is empty for the only one, in the node's own.
-  Camera(std::string name, const ros::NodeHandle& nh, const InputParams& params,
+  Camera(std::string name, const ros::NodeHandle& nh, const NodeParams& params,
          const Parts& parts);
 
   /// Begins and ends to receive; the latter waits for nobody.
   void subscribe(const ros::NodeHandle& private_nh);
-  void unsubscribe() { input_.reset(); }
+  void unsubscribe();
 
   /// Intake's thread: see FrameIntake::step().
-  std::chrono::milliseconds step() noexcept { return intake_.step(); }
+  std::chrono::milliseconds step() noexcept;
 
   /// Callbacks' thread: see FrameIntake::startAnew().
-  void startAnew() { intake_.startAnew(); }
+  void startAnew();
 
-  void setPaused(bool paused) { intake_.setPaused(paused); }
-  bool paused() const { return intake_.paused(); }
+  void setPaused(bool paused);
+  bool paused() const { return depth_.paused(); }
 
   /// While subscribed.
   CameraReport report() const;
 
  private:
+  std::unique_ptr<ImageStream> makeColour(const ros::NodeHandle& nh, const NodeParams& params,
+                                          const Parts& parts);
+
   std::string name_;
-  ros::NodeHandle nh_;
-  InputParams params_;
-  std::function<void()> on_frame_;
-  FrameAccounting accounting_;
-  FrameIntake intake_;
-  std::unique_ptr<CameraInput> input_;
+  bool is_colour_needed_;
+  ImageStream depth_;
+  std::unique_ptr<ImageStream> colour_;  ///< Null where none is wanted.
 };
 
 }  // namespace dtsdf

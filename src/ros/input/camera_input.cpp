@@ -15,8 +15,8 @@ namespace {
 /// What overflows here is lost without a word, so this is more than a busy process needs.
 constexpr int kSubscriberQueue = 50;
 
-std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& image_topic) {
-  const std::string name = "depth/camera_info";
+std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& name,
+                         const std::string& image_topic) {
   const std::string remapped = nh.resolveName(name, true);
   if (remapped != nh.resolveName(name, false)) return remapped;
   return image_transport::getCameraInfoTopic(image_topic);
@@ -24,44 +24,56 @@ std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& image_top
 
 }  // namespace
 
-CameraInput::CameraInput(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
-                         const InputParams& params, FrameAccounting& accounting, OnFrame on_frame)
-    : info_choice_(params.camera_info),
+const ImageTopics& depthTopics() {
+  static const ImageTopics topics{"depth/image_rect", "depth/camera_info", "image_transport",
+                                  "compressedDepth", decodeDepth};
+  return topics;
+}
+
+const ImageTopics& colourTopics() {
+  static const ImageTopics topics{"color/image_rect", "color/camera_info",
+                                  "color_image_transport", "compressed", decodeColour};
+  return topics;
+}
+
+CameraInput::CameraInput(const ImageTopics& topics, ros::NodeHandle nh,
+                         const ros::NodeHandle& private_nh, const InputParams& params,
+                         FrameAccounting& accounting, OnFrame on_frame)
+    : topics_(topics),
+      info_choice_(params.camera_info),
       accounting_(accounting),
       assembly_({params.camera_info, params.mask}, std::move(on_frame),
-                [this](const auto& depth, DropReason reason) { onIncomplete(depth, reason); }),
+                [this](const auto& image, DropReason reason) { onIncomplete(image, reason); }),
       transport_(nh) {
-  const std::string topic = depthTopic(nh);
-  info_ = nh.subscribe(infoTopicFor(nh, topic), kSubscriberQueue, &CameraInput::onInfo, this);
+  const std::string topic = nh.resolveName(topics_.image);
+  info_ = nh.subscribe(infoTopicFor(nh, topics_.info, topic), kSubscriberQueue,
+                       &CameraInput::onInfo, this);
   if (params.mask) {
     mask_ = nh.subscribe("mask/image", kSubscriberQueue, &CameraInput::onMask, this);
   }
-  subscribeDepth(nh, private_nh, topic);
+  subscribeImages(nh, private_nh, topic);
 }
 
-void CameraInput::subscribeDepth(ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
-                                 const std::string& topic) {
-  const image_transport::TransportHints hints("raw", ros::TransportHints(), private_nh);
+void CameraInput::subscribeImages(ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                                  const std::string& topic) {
+  const image_transport::TransportHints hints("raw", ros::TransportHints(), private_nh,
+                                              topics_.transport_param);
   if (!decodesItself(hints.getTransport())) {
     by_transport_ =
-        transport_.subscribe(topic, kSubscriberQueue, &CameraInput::onDepth, this, hints);
+        transport_.subscribe(topic, kSubscriberQueue, &CameraInput::onImage, this, hints);
     return;
   }
-  ROS_INFO_NAMED("dtsdf_mapping",
-                 "image_transport has no plugin for compressedDepth: decoded by this node");
-  compressed_ = nh.subscribe(topic + kCompressedDepthTopic, kSubscriberQueue,
+  ROS_INFO_STREAM_NAMED("dtsdf_mapping", "image_transport has no plugin for "
+                                             << topics_.own_transport << ": decoded by this node");
+  compressed_ = nh.subscribe(topic + "/" + topics_.own_transport, kSubscriberQueue,
                              &CameraInput::onCompressed, this);
 }
 
 bool CameraInput::decodesItself(const std::string& transport) const {
-  if (transport != "compressedDepth") return false;
+  if (transport != topics_.own_transport) return false;
   const std::vector<std::string> plugins = transport_.getLoadableTransports();
-  return std::find(plugins.begin(), plugins.end(), "image_transport/compressedDepth") ==
+  return std::find(plugins.begin(), plugins.end(), "image_transport/" + transport) ==
          plugins.end();
-}
-
-std::string CameraInput::depthTopic(const ros::NodeHandle& nh) {
-  return nh.resolveName("depth/image_rect");
 }
 
 std::string CameraInput::imageTopic() const {
@@ -73,9 +85,9 @@ size_t CameraInput::imagePublishers() const {
 }
 
 void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& message) {
-  sensor_msgs::ImageConstPtr depth;
+  sensor_msgs::ImageConstPtr image;
   try {
-    depth = decodeDepth(*message);
+    image = topics_.decode(*message);
   } catch (const std::exception& error) {
     guarded("compressed image", [&] {
       accounting_.imageReceived(message->header.stamp);
@@ -83,13 +95,13 @@ void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& messa
     });
     return;
   }
-  onDepth(depth);
+  onImage(image);
 }
 
-void CameraInput::onDepth(const sensor_msgs::ImageConstPtr& depth) {
-  guarded("depth image", [&] {
-    accounting_.imageReceived(depth->header.stamp);
-    assembly_.addDepth(depth);
+void CameraInput::onImage(const sensor_msgs::ImageConstPtr& image) {
+  guarded("image", [&] {
+    accounting_.imageReceived(image->header.stamp);
+    assembly_.addImage(image);
   });
 }
 
@@ -104,12 +116,12 @@ void CameraInput::onMask(const sensor_msgs::ImageConstPtr& mask) {
   guarded("mask", [&] { assembly_.addMask(mask); });
 }
 
-void CameraInput::onIncomplete(const sensor_msgs::Image& depth, DropReason reason) {
+void CameraInput::onIncomplete(const sensor_msgs::Image& image, DropReason reason) {
   const bool of_any_stamp =
       reason == DropReason::kNoCameraInfo && info_choice_ == CameraInfoChoice::kLatest;
   const std::string what = reason == DropReason::kNoMask ? "no mask" : "no camera_info";
   const std::string topic = reason == DropReason::kNoMask ? mask_.getTopic() : info_.getTopic();
-  accounting_.dropped(reason, depth.header.stamp,
+  accounting_.dropped(reason, image.header.stamp,
                       what + (of_any_stamp ? "" : " with the same stamp") + " on '" + topic + "'");
 }
 

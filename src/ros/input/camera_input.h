@@ -1,4 +1,4 @@
-/// Subscribes depth images and what belongs to them.
+/// Subscribes one kind of a camera's images and what belongs to them.
 #pragma once
 
 #include <image_transport/image_transport.h>
@@ -13,39 +13,47 @@
 
 namespace dtsdf {
 
-/// Topics `depth/image_rect` and, unless it is remapped itself, the camera_info beside what that
-/// is remapped to; `mask/image` where masks are wanted. Images come by image_transport; where
-/// compressedDepth is asked for and there is no plugin for it, its messages are subscribed and
-/// decoded here.
+/// What images of one kind come by.
+struct ImageTopics {
+  std::string image, info;      ///< "depth/image_rect" and "depth/camera_info".
+  std::string transport_param;  ///< The private parameter that has the transport of the images.
+  std::string own_transport;    ///< The one whose images are decoded here if there is no plugin.
+  sensor_msgs::ImageConstPtr (*decode)(const sensor_msgs::CompressedImage&);  ///< By this.
+};
+
+const ImageTopics& depthTopics();
+const ImageTopics& colourTopics();
+
+/// The topics of a kind and, unless it is remapped itself, the camera_info beside what that of the
+/// images is remapped to; `mask/image` where masks are wanted. Images come by image_transport;
+/// compressed ones for which there is no plugin are subscribed and decoded here.
 class CameraInput {
  public:
   using OnFrame = FrameAssembly::OnComplete;
 
-  CameraInput(ros::NodeHandle nh, const ros::NodeHandle& private_nh, const InputParams& params,
-              FrameAccounting& accounting, OnFrame on_frame);
-
-  /// What `depth/image_rect` is remapped to.
-  static std::string depthTopic(const ros::NodeHandle& nh);
+  CameraInput(const ImageTopics& topics, ros::NodeHandle nh, const ros::NodeHandle& private_nh,
+              const InputParams& params, FrameAccounting& accounting, OnFrame on_frame);
 
   std::string imageTopic() const;
   std::string infoTopic() const { return info_.getTopic(); }
   size_t imagePublishers() const;
 
  private:
-  void subscribeDepth(ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
-                      const std::string& topic);
+  void subscribeImages(ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                       const std::string& topic);
   bool decodesItself(const std::string& transport) const;
   void onCompressed(const sensor_msgs::CompressedImageConstPtr& message);
-  void onDepth(const sensor_msgs::ImageConstPtr& depth);
+  void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void onMask(const sensor_msgs::ImageConstPtr& mask);
-  void onIncomplete(const sensor_msgs::Image& depth, DropReason reason);
+  void onIncomplete(const sensor_msgs::Image& image, DropReason reason);
 
+  const ImageTopics& topics_;
   const CameraInfoChoice info_choice_;
   FrameAccounting& accounting_;
   FrameAssembly assembly_;
   image_transport::ImageTransport transport_;
-  image_transport::Subscriber by_transport_;  ///< Depth images come by one of these two.
+  image_transport::Subscriber by_transport_;  ///< Images come by one of these two.
   ros::Subscriber compressed_;
   ros::Subscriber info_, mask_;
 };

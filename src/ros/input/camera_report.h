@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "ros/input/frame_accounting.h"
@@ -21,6 +22,8 @@ struct StreamReport {
 struct CameraReport {
   std::string name;  ///< Empty for the only one, in the node's own namespace.
   StreamReport depth;
+  std::optional<StreamReport> colour;  ///< Where colour is wanted.
+  bool is_colour_needed = false;       ///< It is amiss if there is none.
 };
 
 }  // namespace dtsdf

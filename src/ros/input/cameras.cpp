@@ -10,10 +10,10 @@ Cameras::Cameras(const ros::NodeHandle& nh, const NodeParams& params, PoseSource
   const Camera::Parts parts{poses, posed_frames, std::move(on_frame), [this] { startAnew(); }};
   for (const std::string& name : params.cameras) {
     cameras_.push_back(
-        std::make_unique<Camera>(name, ros::NodeHandle(nh, name), params.input, parts));
+        std::make_unique<Camera>(name, ros::NodeHandle(nh, name), params, parts));
   }
   if (cameras_.empty()) {
-    cameras_.push_back(std::make_unique<Camera>("", nh, params.input, parts));
+    cameras_.push_back(std::make_unique<Camera>("", nh, params, parts));
   }
 }
 

@@ -19,6 +19,7 @@ const char* toString(DropReason reason) {
     case DropReason::kPoseJump: return "pose_jump";
     case DropReason::kBadPose: return "bad_pose";
     case DropReason::kNoMeasurement: return "no_measurement";
+    case DropReason::kOverRate: return "over_rate";
     case DropReason::kPaused: return "paused";
     case DropReason::kBackendError: return "backend_error";
   }

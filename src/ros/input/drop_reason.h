@@ -10,7 +10,7 @@ namespace dtsdf {
 enum class DropReason {
   kNoCameraInfo,      ///< No camera_info with the image's stamp.
   kNoMask,            ///< No mask with the image's stamp, where there are masks.
-  kBadEncoding,       ///< Neither 16UC1 nor 32FC1.
+  kBadEncoding,       ///< None that images of this kind have.
   kBadImage,          ///< No pixels, or rows and data that do not fit its size.
   kSizeMismatch,      ///< Image and camera_info differ in size.
   kBadIntrinsics,     ///< Focal length not positive, or not finite.
@@ -23,6 +23,7 @@ enum class DropReason {
   kPoseJump,          ///< The camera would have moved faster than allowed.
   kBadPose,           ///< Not finite, not a rotation, or out of the map's range.
   kNoMeasurement,     ///< No pixel with a depth in range.
+  kOverRate,          ///< Left out, as more come than are wanted.
   kPaused,
   kBackendError,  ///< The map's backend has failed.
 };

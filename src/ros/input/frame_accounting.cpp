@@ -50,7 +50,7 @@ void FrameAccounting::dropped(DropReason reason, const ros::Time& stamp, const s
 }
 
 bool FrameAccounting::mayWarn(DropReason reason) {
-  if (reason == DropReason::kPaused) return false;  // asked for
+  if (reason == DropReason::kPaused || reason == DropReason::kOverRate) return false;  // asked for
   ros::WallTime& last = last_warning_[static_cast<size_t>(reason)];
   const ros::WallTime now = ros::WallTime::now();
   if (!last.isZero() && (now - last).toSec() < kWarningPeriod_s) return false;

@@ -24,9 +24,9 @@ FrameMessages& FrameAssembly::at(const ros::Time& stamp) {
   return frame.messages;
 }
 
-void FrameAssembly::addDepth(const sensor_msgs::ImageConstPtr& depth) {
-  at(depth->header.stamp).depth = depth;
-  complete(depth->header.stamp);
+void FrameAssembly::addImage(const sensor_msgs::ImageConstPtr& image) {
+  at(image->header.stamp).image = image;
+  complete(image->header.stamp);
 }
 
 void FrameAssembly::addInfo(const sensor_msgs::CameraInfoConstPtr& info) {
@@ -60,7 +60,7 @@ void FrameAssembly::complete(const ros::Time& stamp) {
   const Waiting::iterator frame = waiting_.find(stamp);
   if (frame == waiting_.end()) return;  // given up meanwhile
   const FrameMessages& there = frame->second.messages;
-  if (there.depth && !missingOf(there)) {
+  if (there.image && !missingOf(there)) {
     while (waiting_.begin() != frame) giveUp(waiting_.begin());
     FrameMessages messages = std::move(frame->second.messages);
     waiting_.erase(frame);
@@ -79,8 +79,8 @@ void FrameAssembly::giveUpFirstArrived() {
 void FrameAssembly::giveUp(Waiting::iterator frame) {
   const FrameMessages messages = std::move(frame->second.messages);
   waiting_.erase(frame);
-  if (!messages.depth) return;  // the others alone are no frame
-  on_incomplete_(*messages.depth, missingOf(messages).value_or(DropReason::kNoCameraInfo));
+  if (!messages.image) return;  // the others alone are no frame
+  on_incomplete_(*messages.image, missingOf(messages).value_or(DropReason::kNoCameraInfo));
 }
 
 }  // namespace dtsdf

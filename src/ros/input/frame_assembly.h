@@ -1,4 +1,4 @@
-/// Puts together what belongs to one depth image: its camera_info and, where there are masks, its
+/// Puts together what belongs to one image: its camera_info and, where there are masks, its
 /// mask.
 #pragma once
 
@@ -16,7 +16,7 @@
 namespace dtsdf {
 
 struct FrameMessages {
-  sensor_msgs::ImageConstPtr depth;
+  sensor_msgs::ImageConstPtr image;
   sensor_msgs::CameraInfoConstPtr info;
   sensor_msgs::ImageConstPtr mask;  ///< Only where masks are wanted.
 };
@@ -31,12 +31,12 @@ class FrameAssembly {
     bool mask = false;
   };
   using OnComplete = std::function<void(const FrameMessages&)>;
-  /// Of a depth image that is given up, and why.
+  /// Of an image that is given up, and why.
   using OnIncomplete = std::function<void(const sensor_msgs::Image&, DropReason)>;
 
   FrameAssembly(Wanted wanted, OnComplete on_complete, OnIncomplete on_incomplete);
 
-  void addDepth(const sensor_msgs::ImageConstPtr& depth);
+  void addImage(const sensor_msgs::ImageConstPtr& image);
   void addInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void addMask(const sensor_msgs::ImageConstPtr& mask);
 

@@ -7,7 +7,6 @@
 
 #include "params/frame_name.h"
 #include "ros/common/callback_guard.h"
-#include "ros/input/depth_image.h"
 #include "ros/input/mask.h"
 
 namespace dtsdf {
@@ -29,16 +28,16 @@ FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, SteadyCl
       parts_(parts),
       clock_(std::move(clock)),
       motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
-      rectification_(params.rectify, parts.image_topic) {}
+      rectification_(params.rectify, parts.image_topic, parts.kind.rectifiedAs()) {}
 
 void FrameIntake::push(const FrameMessages& frame) {
-  const ros::Time stamp = frame.depth->header.stamp;
+  const ros::Time stamp = frame.image->header.stamp;
   if (paused()) return dropPaused(stamp);
   if (const auto rejection = check(frame)) {
     return parts_.accounting.dropped(rejection->reason, stamp, rejection->text);
   }
   handleTimeJump(stamp);
-  const auto image = frame.mask ? applyMask(*frame.mask, *frame.depth) : frame.depth;
+  const auto image = frame.mask ? applyMask(*frame.mask, *frame.image) : frame.image;
   if (!enqueue({image, frame.info, clock_()})) return dropPaused(stamp);  // paused meanwhile
   if (size() > static_cast<size_t>(params_.queue_size)) dropOldest();
 }
@@ -72,11 +71,11 @@ void FrameIntake::dropOldest() {
 }
 
 std::optional<Rejection> FrameIntake::check(const FrameMessages& frame) const {
-  if (auto rejection = checkDepthImage(*frame.depth, *frame.info)) return rejection;
+  if (auto rejection = parts_.kind.check(*frame.image, *frame.info)) return rejection;
   if (frame.mask) {
-    if (auto rejection = checkMask(*frame.mask, *frame.depth)) return rejection;
+    if (auto rejection = checkMask(*frame.mask, *frame.image)) return rejection;
   }
-  if (!cameraFrame(*frame.depth).empty()) return std::nullopt;
+  if (!cameraFrame(*frame.image).empty()) return std::nullopt;
   return Rejection{DropReason::kNoTransform,
                    "the image has no frame_id; set it in the driver, or input/camera_frame"};
 }
@@ -134,11 +133,7 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   posed.stamp = frame.image->header.stamp;
   std::optional<Rejection> rejection = judge(frame, pose);
   try {
-    if (!rejection) {
-      const CameraImage camera = rectified(frame);
-      posed.depth = makeDepthFrame(camera.image, *camera.info,
-                                   {params_.unit_16uc1_m, params_.unit_32fc1_m}, posed.pixels);
-    }
+    if (!rejection) parts_.kind.fill(rectified(frame), posed);
   } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
     rejection = Rejection{DropReason::kBadImage, error.what()};
   }
@@ -146,7 +141,7 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
     parts_.accounting.dropped(rejection->reason, posed.stamp, rejection->text);
     return parts_.posed_frames.settle(parts_.stream, posed.stamp);
   }
-  posed.depth.T_W_C = pose.T_W_C;
+  std::visit([&](auto& image) { image.T_W_C = pose.T_W_C; }, posed.image);
   posed.accounting = &parts_.accounting;
   const ros::Time stamp = posed.stamp;
   if (parts_.posed_frames.push(parts_.stream, stamp, std::move(posed))) return;
@@ -230,9 +225,7 @@ size_t FrameIntake::size() const {
 }
 
 size_t FrameIntake::waitingBytes() const {
-  size_t bytes = parts_.posed_frames.sumOf(parts_.stream, [](const PosedFrame& frame) {
-    return frame.depth.row_bytes * static_cast<size_t>(frame.depth.height);
-  });
+  size_t bytes = parts_.posed_frames.sumOf(parts_.stream, bytesOf);
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const WaitingFrame& frame : queue_) bytes += frame.image->data.size();
   return bytes;

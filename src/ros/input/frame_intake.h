@@ -15,6 +15,7 @@
 #include "ros/common/steady_clock.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/frame_assembly.h"
+#include "ros/input/image_kind.h"
 #include "ros/input/motion_gate.h"
 #include "ros/input/pose_source.h"
 #include "ros/input/posed_frame.h"
@@ -22,8 +23,9 @@
 
 namespace dtsdf {
 
-/// The frames of one camera come in on the callbacks' thread; on the intake's thread each gets its
-/// true pose and goes on to the map's queue. What one camera has in both queues is bounded.
+/// The frames of one stream, a camera's depth or its colour, come in on the callbacks' thread; on
+/// the intake's thread each gets its true pose and goes on to the map's queue. What one stream has
+/// in both queues is bounded.
 class FrameIntake {
  public:
   /// What the intake works with; all of it outlives it.
@@ -31,9 +33,10 @@ class FrameIntake {
     PoseSource& poses;
     FrameAccounting& accounting;
     FrameQueue& posed_frames;
-    FrameQueue::Stream stream;  ///< This camera's in there.
+    FrameQueue::Stream stream;  ///< The one in there.
+    const ImageKind& kind;
     std::string image_topic{};  ///< Its name tells raw images.
-    /// Called where stamps go back: all cameras are to start anew.
+    /// Called where stamps go back: whoever depends on them is to start anew.
     std::function<void()> on_time_jump;
   };
 

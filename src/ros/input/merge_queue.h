@@ -29,6 +29,14 @@ struct StreamOrder {
   }
 };
 
+/// Whether a stream is one that all is in order with.
+enum class StreamUse {
+  kNeeded,
+  /// May never bring anything: it is waited for from its first item on. What it brings late goes at
+  /// once, and nobody is refused for what it has brought.
+  kExtra,
+};
+
 /// Items wait until no other stream can bring an earlier one any more, but no longer than a given
 /// time; what comes later than that is refused. Streams bring their items in the order of stamps;
 /// with a single one there is nothing to merge, and its items stay in the order they came in.
@@ -45,9 +53,9 @@ class MergeQueue {
         on_change_(std::move(on_change)),
         clock_(std::move(clock)) {}
 
-  Stream addStream(StreamOrder order) {
+  Stream addStream(StreamOrder order, StreamUse use = StreamUse::kNeeded) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    streams_.push_back({std::move(order), ros::Time(), 0});
+    streams_.push_back({std::move(order), use == StreamUse::kNeeded, ros::Time(), 0});
     return streams_.size() - 1;
   }
 
@@ -56,7 +64,7 @@ class MergeQueue {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       heard(stream, stamp);
-      if (merges() && stamp < last_taken_) return false;
+      if (isRefused(streams_[stream], stamp)) return false;
       const Key key{merges() ? stamp : ros::Time(), streams_[stream].order, ++pushes_};
       items_.emplace(key, Entry{std::move(item), stream, clock_()});
       ++streams_[stream].size;
@@ -78,7 +86,8 @@ class MergeQueue {
   std::optional<Item> take() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
-    last_taken_ = std::max(last_taken_, items_.begin()->first.stamp);
+    const auto& [key, entry] = *items_.begin();
+    if (streams_[entry.stream].needed) last_taken_ = std::max(last_taken_, key.stamp);
     return remove(items_.begin());
   }
 
@@ -151,15 +160,30 @@ class MergeQueue {
   };
   struct StreamState {
     StreamOrder order;
+    bool needed;
     ros::Time heard;  ///< Nothing of this stamp or before comes any more.
     size_t size;
+    bool is_awake = false;  ///< It has been heard of.
+
+    bool isWaitedFor() const { return needed || is_awake; }
   };
   using Items = std::map<Key, Entry>;
 
-  bool merges() const { return streams_.size() > 1; }
+  /// Once it merges, it goes on to, as a key of a stamp and one without have no order.
+  bool merges() const {
+    return std::count_if(streams_.begin(), streams_.end(),
+                         [](const StreamState& stream) { return stream.isWaitedFor(); }) > 1;
+  }
+
+  bool isRefused(const StreamState& stream, const ros::Time& stamp) const {
+    const auto needed = std::count_if(streams_.begin(), streams_.end(),
+                                      [](const StreamState& other) { return other.needed; });
+    return stream.needed && needed > 1 && stamp < last_taken_;
+  }
 
   void heard(Stream stream, const ros::Time& stamp) {
     streams_[stream].heard = std::max(streams_[stream].heard, stamp);
+    streams_[stream].is_awake = true;
   }
 
   /// Zero, if it is the first item's turn.
@@ -168,7 +192,9 @@ class MergeQueue {
     const ros::Time& stamp = items_.begin()->first.stamp;
     const bool nothing_earlier =
         std::all_of(streams_.begin(), streams_.end(),
-                    [&](const StreamState& stream) { return stream.heard >= stamp; });
+                    [&](const StreamState& stream) {
+                      return !stream.isWaitedFor() || stream.heard >= stamp;
+                    });
     if (nothing_earlier) return SteadyDuration::zero();
     // One that has waited long enough goes, and what is before it goes first.
     SteadyTime arrival = SteadyTime::max();

@@ -1,24 +1,35 @@
-/// What goes from the intake's thread to the map's: frames with their poses, in the order to fuse.
+/// What goes from the intake's thread to the map's: images with their poses, in the order to fuse
+/// and to paint.
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
 #include <ros/time.h>
 
+#include <variant>
+
+#include "dtsdf_mapping/colour_frame.h"
 #include "dtsdf_mapping/depth_frame.h"
 #include "ros/input/frame_accounting.h"
 #include "ros/input/merge_queue.h"
 
 namespace dtsdf {
 
-/// A depth frame with what its pixels live in.
+/// A frame with what its pixels live in.
 struct PosedFrame {
   ros::Time stamp;
-  DepthFrame depth;
+  std::variant<DepthFrame, ColourFrame> image;
   cv_bridge::CvImageConstPtr pixels;
-  FrameAccounting* accounting = nullptr;  ///< Of its camera.
+  FrameAccounting* accounting = nullptr;  ///< Of its stream.
 };
 
-/// A stream for each camera. It is their intakes that bound it.
+/// What the pixels of a frame take.
+inline size_t bytesOf(const PosedFrame& frame) {
+  return std::visit(
+      [](const auto& image) { return image.row_bytes * static_cast<size_t>(image.height); },
+      frame.image);
+}
+
+/// A stream for each camera's depth, and one for its colour. It is their intakes that bound it.
 using FrameQueue = MergeQueue<PosedFrame>;
 
 }  // namespace dtsdf

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "io/byte_order.h"
+#include "ros/input/colour_image.h"
 #include "ros/input/depth_image.h"
 
 namespace dtsdf {
@@ -118,6 +119,20 @@ void fill(const DepthFrame& raw, const std::vector<int32_t>& source,
   }
 }
 
+/// All 0, of the size of another one.
+sensor_msgs::ImagePtr emptyImage(const sensor_msgs::Image& like, const std::string& encoding,
+                                 size_t pixel_bytes) {
+  const auto image = boost::make_shared<sensor_msgs::Image>();
+  image->header = like.header;
+  image->encoding = encoding;
+  image->width = like.width;
+  image->height = like.height;
+  image->is_bigendian = !hostIsLittleEndian();
+  image->step = static_cast<uint32_t>(image->width * pixel_bytes);
+  image->data.assign(static_cast<size_t>(image->step) * image->height, 0);
+  return image;
+}
+
 /// The camera of the rectified image.
 sensor_msgs::CameraInfoPtr rectifiedInfo(const sensor_msgs::CameraInfo& info, cv::Size size) {
   const Intrinsics K = intrinsicsOf(info);
@@ -131,8 +146,8 @@ sensor_msgs::CameraInfoPtr rectifiedInfo(const sensor_msgs::CameraInfo& info, cv
 
 }  // namespace
 
-Rectification::Rectification(RectifyChoice choice, std::string topic)
-    : choice_(choice), topic_(std::move(topic)) {}
+Rectification::Rectification(RectifyChoice choice, std::string topic, Kind kind)
+    : choice_(choice), topic_(std::move(topic)), kind_(kind) {}
 
 bool Rectification::isToBeUndone(const sensor_msgs::CameraInfo& info) const {
   if (!isDistorted(info)) return false;
@@ -179,20 +194,35 @@ CameraImage Rectification::apply(const CameraImage& raw) {
     return raw;
   }
   if (!rectified_info_ || !sameCamera(table_info_, *raw.info)) makeTable(raw);
+  const sensor_msgs::ImageConstPtr image =
+      kind_ == Kind::kDepth ? rectifiedDepth(raw) : rectifiedColour(raw);
+  return {image, rectified_info_};
+}
+
+sensor_msgs::ImageConstPtr Rectification::rectifiedDepth(const CameraImage& raw) const {
   cv_bridge::CvImageConstPtr pixels;
   const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, {}, pixels);
   const bool is_16_bit = frame.encoding == DepthEncoding::kUint16;
-  const auto image = boost::make_shared<sensor_msgs::Image>();
-  image->header = raw.image->header;
-  image->encoding = raw.image->encoding;
-  image->width = raw.image->width;
-  image->height = raw.image->height;
-  image->is_bigendian = !hostIsLittleEndian();
-  image->step = image->width * (is_16_bit ? 2 : 4);
-  image->data.assign(static_cast<size_t>(image->step) * image->height, 0);
+  const auto image = emptyImage(*raw.image, raw.image->encoding, is_16_bit ? 2 : 4);
   is_16_bit ? fill<uint16_t>(frame, source_, scale_, image->data)
             : fill<float>(frame, source_, scale_, image->data);
-  return {image, rectified_info_};
+  return image;
+}
+
+sensor_msgs::ImageConstPtr Rectification::rectifiedColour(const CameraImage& raw) const {
+  cv_bridge::CvImageConstPtr pixels;
+  const ColourFrame frame = makeColourFrame(raw.image, *raw.info, pixels);
+  const size_t pixel_bytes = pixels->image.elemSize();
+  const auto image = emptyImage(*raw.image, pixels->encoding, pixel_bytes);
+  const auto* rows = static_cast<const uint8_t*>(frame.data);
+  const auto width = static_cast<size_t>(frame.width);
+  for (size_t i = 0; i < source_.size(); ++i) {
+    if (source_[i] < 0) continue;
+    const auto from = static_cast<size_t>(source_[i]);
+    std::memcpy(&image->data[i * pixel_bytes],
+                rows + from / width * frame.row_bytes + from % width * pixel_bytes, pixel_bytes);
+  }
+  return image;
 }
 
 }  // namespace dtsdf

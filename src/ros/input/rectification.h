@@ -1,4 +1,4 @@
-/// Undoes the distortion of raw depth images.
+/// Undoes the distortion of raw images.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>
@@ -18,13 +18,16 @@ struct CameraImage {
 
 /// Rectifies the images of one topic by their camera_info: K, D, R and P, of the models plumb_bob,
 /// rational_polynomial and equidistant. Each pixel takes the measurement nearest to where its ray
-/// comes from, as means of two depths lie on neither surface. Not for several threads.
+/// comes from, as means of two depths lie on neither surface; so does colour. Not for several
+/// threads.
 class Rectification {
  public:
-  /// `topic` tells whether images are raw, where that is left open.
-  Rectification(RectifyChoice choice, std::string topic);
+  enum class Kind { kDepth, kColour };  // 16 bits of grey may be either
 
-  /// The image as it is, or rectified. Both have passed checkDepthImage().
+  /// `topic` tells whether images are raw, where that is left open.
+  Rectification(RectifyChoice choice, std::string topic, Kind kind = Kind::kDepth);
+
+  /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
 
   /// Why the geometry of an image is bent, once for each reason; else empty.
@@ -35,9 +38,12 @@ class Rectification {
   std::string obstacle(const sensor_msgs::CameraInfo& info) const;
   bool isToBeUndone(const sensor_msgs::CameraInfo& info) const;
   void makeTable(const CameraImage& raw);
+  sensor_msgs::ImageConstPtr rectifiedDepth(const CameraImage& raw) const;
+  sensor_msgs::ImageConstPtr rectifiedColour(const CameraImage& raw) const;
 
   RectifyChoice choice_;
   std::string topic_;
+  Kind kind_;
   std::string warning_, told_;  ///< For the last image, and what was taken last.
 
   sensor_msgs::CameraInfo table_info_;            ///< What the table was made for.

@@ -13,7 +13,7 @@ struct MapReport {
   std::string backend;
   std::string failure;  ///< Of the backend; empty while it works.
   MapStats stats;
-  double integrate_ms = 0.0, mesh_ms = 0.0;
+  double integrate_ms = 0.0, paint_ms = 0.0, mesh_ms = 0.0;
 };
 
 /// What the status tells about the output.

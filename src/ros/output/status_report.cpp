@@ -71,6 +71,22 @@ StreamStatus streamBefore(const MapStatus& before, const std::string& camera) {
   return {};
 }
 
+/// Colour that has to be there, or comes and cannot be used; empty text if all is well.
+Verdict judgeColour(const StreamReport& colour, bool is_needed) {
+  if (colour.frames.fused > 0) return {MapStatus::OK, ""};
+  if (colour.frames.images == 0) {
+    if (!is_needed) return {MapStatus::OK, ""};
+    return {MapStatus::WARN, "no colour image received on '" + colour.image_topic +
+                                 "', as colour/enabled: always asks for"};
+  }
+  if (colour.frames.camera_infos == 0) {
+    return {MapStatus::WARN,
+            "colour images come, but no camera_info on '" + colour.info_topic + "'"};
+  }
+  if (colour.frames.droppedSum() == 0) return {MapStatus::OK, ""};
+  return {MapStatus::WARN, "no colour image painted yet: " + colour.frames.last_drop};
+}
+
 Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const MapStatus& before) {
   const StreamReport& depth = camera.depth;
   if (depth.frames.fused == 0) {
@@ -81,7 +97,8 @@ Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const Map
   if (depth.frames.droppedSum() - droppedSum(last.dropped) > depth.frames.fused - last.fused) {
     return {MapStatus::WARN, "most frames are dropped: " + depth.frames.last_drop};
   }
-  return {MapStatus::OK, ""};
+  return camera.colour ? judgeColour(*camera.colour, camera.is_colour_needed)
+                       : Verdict{MapStatus::OK, ""};
 }
 
 /// Of the cameras the first one with something amiss; else what the first has to say.
@@ -173,6 +190,7 @@ void fillCameras(const StatusInput& in, MapStatus& status) {
     CameraStatus entry;
     entry.name = camera.name;
     entry.streams.push_back(makeStreamStatus("depth", camera.depth));
+    if (camera.colour) entry.streams.push_back(makeStreamStatus("color", *camera.colour));
     status.cameras.push_back(entry);
   }
   status.images_received = sum.images;
@@ -190,8 +208,12 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
     status.memory.push_back(part);
   };
   size_t image_bytes = 0;
-  for (const CameraReport& camera : in.cameras) image_bytes += camera.depth.waiting_bytes;
-  add("map", in.map.stats.map_bytes);
+  for (const CameraReport& camera : in.cameras) {
+    image_bytes += camera.depth.waiting_bytes;
+    if (camera.colour) image_bytes += camera.colour->waiting_bytes;
+  }
+  add("map", in.map.stats.map_bytes - in.map.stats.colour_bytes);
+  add("colour", in.map.stats.colour_bytes);
   add("mesh", in.output.mesh_bytes);
   add("images", image_bytes);
 }
@@ -219,6 +241,7 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in,
   fillMemory(in, status);
 
   status.integrate_ms = static_cast<float>(in.map.integrate_ms);
+  status.paint_ms = static_cast<float>(in.map.paint_ms);
   status.mesh_ms = static_cast<float>(in.map.mesh_ms);
   status.publish_ms = static_cast<float>(in.output.publish_ms);
   return status;

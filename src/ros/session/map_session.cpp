@@ -2,6 +2,7 @@
 
 #include <ros/console.h>
 
+#include <algorithm>
 #include <exception>
 #include <stdexcept>
 #include <utility>
@@ -64,21 +65,38 @@ void MapSession::fuseNext() {
     return;
   }
   try {
-    fuse(*frame);
+    takeFrame(*frame);
   } catch (const std::exception& error) {
     frame->accounting->dropped(DropReason::kBackendError, frame->stamp, error.what());
     throw;
   }
 }
 
-void MapSession::fuse(const PosedFrame& frame) {
-  const IntegrationResult result = mapper_->integrate(frame.depth);
+IntegrationResult MapSession::fuse(const DepthFrame& frame) {
+  IntegrationResult result = mapper_->integrate(frame);
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  if (result.status == FrameStatus::kFused) report_.integrate_ms = result.duration_ms;
+  return result;
+}
+
+IntegrationResult MapSession::paint(const ColourFrame& frame) {
+  IntegrationResult result = mapper_->paint(frame);
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  if (result.status == FrameStatus::kFused) report_.paint_ms = result.duration_ms;
+  return result;
+}
+
+void MapSession::takeFrame(const PosedFrame& frame) {
+  const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  const IntegrationResult result =
+      depth != nullptr ? fuse(*depth) : paint(std::get<ColourFrame>(frame.image));
   if (result.status != FrameStatus::kFused) {
     frame.accounting->dropped(dropReasonOf(result.status), frame.stamp, result.message);
     return;
   }
   frame.accounting->fused(frame.stamp);
-  map_stamp_ = frame.stamp;
+  // Colour may come late; depth that goes back has begun anew.
+  map_stamp_ = depth != nullptr ? frame.stamp : std::max(map_stamp_, frame.stamp);
   schedule_.frameFused();
   if (result.refused_blocks > 0) {
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
@@ -86,8 +104,6 @@ void MapSession::fuse(const PosedFrame& frame) {
                                                        << " blocks of the last frame were refused; "
                                                           "raise map/max_memory_mb, or clear_map");
   }
-  const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_.integrate_ms = result.duration_ms;
 }
 
 void MapSession::beginMesh() {

@@ -50,7 +50,9 @@ class MapSession {
   std::chrono::milliseconds idleTime() const;
   void act(MapSchedule::Action action);
   void fuseNext();
-  void fuse(const PosedFrame& frame);
+  void takeFrame(const PosedFrame& frame);
+  IntegrationResult fuse(const DepthFrame& frame);
+  IntegrationResult paint(const ColourFrame& frame);
   void beginMesh();
   void finishMesh();
   void updateReport();

@@ -25,6 +25,24 @@ void fillPixels(const std::vector<float>& depth_m, sensor_msgs::Image& image, Co
   }
 }
 
+/// The colour camera in the depth camera's frame: 5 cm to the right.
+Eigen::Isometry3d colourCameraBeside() {
+  return Eigen::Isometry3d(Eigen::Translation3d(0.05, 0.0, 0.0));
+}
+
+sensor_msgs::CameraInfo makeInfoOf(const sensor_msgs::Image& image, const Intrinsics& K) {
+  sensor_msgs::CameraInfo info;
+  info.header = image.header;
+  info.width = image.width;
+  info.height = image.height;
+  info.distortion_model = "plumb_bob";
+  info.D.assign(5, 0.0);
+  info.K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
+  info.R = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
+  return info;
+}
+
 uint16_t toMillimetres(float depth_m) {
   const long depth_mm = std::lround(1000.0f * depth_m);
   return depth_mm > 65535 ? 0 : static_cast<uint16_t>(depth_mm);  // too far is no measurement
@@ -37,7 +55,17 @@ SimulatedCamera::SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams
       scene_(makeRoomScene()),
       transport_(nh),
       images_(transport_.advertise("depth/image_rect", 5)),
-      infos_(nh.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5)) {}
+      infos_(nh.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5)) {
+  if (!params_.color) return;
+  colour_images_ = transport_.advertise("color/image_rect", 5);
+  colour_infos_ = nh.advertise<sensor_msgs::CameraInfo>("color/camera_info", 5);
+  geometry_msgs::TransformStamped beside;
+  beside.header.stamp = ros::Time::now();
+  beside.header.frame_id = params_.camera_frame;
+  beside.child_frame_id = params_.color_frame;
+  beside.transform = toTransform(colourCameraBeside());
+  static_broadcaster_.sendTransform(beside);
+}
 
 void SimulatedCamera::run() {
   if (params_.wait_for_subscriber && !waitForSubscriber()) return;
@@ -60,12 +88,40 @@ bool SimulatedCamera::waitForSubscriber() const {
 
 void SimulatedCamera::publishFrame(int index) {
   const ros::Time stamp = ros::Time::now();
-  const Eigen::Isometry3d T_W_C = roomCameraPose(index / params_.rate_hz, params_.lap_s);
+  const double time_s = index / params_.rate_hz;
+  if (params_.color && index % 2 == 1) {
+    const double before_s = 0.4 / params_.rate_hz;
+    publishColour(time_s - before_s, stamp - ros::Duration(before_s));
+  }
+  const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
   publishPose(T_W_C, stamp);
   const std::vector<float> depth_m =
       renderDepth(scene_, intrinsics(), params_.width_px, params_.height_px, T_W_C);
-  images_.publish(makeImage(depth_m, stamp));
-  infos_.publish(makeInfo(stamp));
+  const sensor_msgs::Image image = makeImage(depth_m, stamp);
+  images_.publish(image);
+  infos_.publish(makeInfoOf(image, intrinsics()));
+}
+
+void SimulatedCamera::publishColour(double time_s, const ros::Time& stamp) {
+  const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
+  publishPose(T_W_C, stamp);
+  const int width = params_.width_px * 4 / 3, height = params_.height_px;
+  const float focal_px = static_cast<float>(params_.focal_px);
+  const Intrinsics K{focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
+                     0.5f * static_cast<float>(height - 1)};
+  const std::vector<Paint> paint =
+      renderPaint(scene_, K, width, height, T_W_C * colourCameraBeside());
+  sensor_msgs::Image image;
+  image.header.stamp = stamp;
+  image.header.frame_id = params_.color_frame;
+  image.width = static_cast<uint32_t>(width);
+  image.height = static_cast<uint32_t>(height);
+  image.encoding = enc::RGB8;
+  image.step = image.width * sizeof(Paint);
+  image.data.resize(paint.size() * sizeof(Paint));
+  std::memcpy(image.data.data(), paint.data(), image.data.size());
+  colour_images_.publish(image);
+  colour_infos_.publish(makeInfoOf(image, K));
 }
 
 void SimulatedCamera::publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp) {
@@ -98,21 +154,6 @@ sensor_msgs::Image SimulatedCamera::makeImage(const std::vector<float>& depth_m,
     fillPixels<float>(depth_m, image, [](float depth) { return depth > 0.0f ? depth : NAN; });
   }
   return image;
-}
-
-sensor_msgs::CameraInfo SimulatedCamera::makeInfo(const ros::Time& stamp) const {
-  const Intrinsics K = intrinsics();
-  sensor_msgs::CameraInfo info;
-  info.header.stamp = stamp;
-  info.header.frame_id = params_.camera_frame;
-  info.width = static_cast<uint32_t>(params_.width_px);
-  info.height = static_cast<uint32_t>(params_.height_px);
-  info.distortion_model = "plumb_bob";
-  info.D.assign(5, 0.0);
-  info.K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
-  info.R = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
-  info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
-  return info;
 }
 
 }  // namespace dtsdf

@@ -1,8 +1,10 @@
-/// A depth camera that moves through an analytic room: input for the demo and the tests.
+/// A depth camera, and a colour camera beside it, that move through an analytic room: input for the
+/// demo and the tests.
 #pragma once
 
 #include <image_transport/image_transport.h>
 #include <ros/node_handle.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 #include <tf2_ros/transform_broadcaster.h>
 
 #include <string>
@@ -18,6 +20,8 @@ enum class DepthFormat { k32FC1, k16UC1 };
 struct SimulatedCameraParams {
   std::string map_frame = "map";
   std::string camera_frame = "camera_depth_optical_frame";
+  std::string color_frame = "camera_color_optical_frame";
+  bool color = true;  ///< A colour camera beside the depth camera, every second frame.
   DepthFormat encoding = DepthFormat::k16UC1;  ///< 16UC1 in millimetres, or 32FC1 in metres.
   int width_px = 320;
   int height_px = 240;
@@ -32,6 +36,8 @@ template <class Visitor>
 void visitParams(SimulatedCameraParams& p, Visitor& visit) {
   visit("map_frame", p.map_frame);
   visit("camera_frame", p.camera_frame);
+  visit("color_frame", p.color_frame);
+  visit("color", p.color);
   visit("encoding", p.encoding,
         EnumNames<DepthFormat>{{"16UC1", DepthFormat::k16UC1}, {"32FC1", DepthFormat::k32FC1}});
   visit("width_px", p.width_px, Range{8, 4096});
@@ -43,7 +49,9 @@ void visitParams(SimulatedCameraParams& p, Visitor& visit) {
   visit("wait_for_subscriber", p.wait_for_subscriber);
 }
 
-/// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame.
+/// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame;
+/// and, of a colour camera 5 cm beside it, `color/image_rect` and `color/camera_info`: half as
+/// often, between the depth images, larger, and with a wider view.
 class SimulatedCamera {
  public:
   SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params);
@@ -55,16 +63,17 @@ class SimulatedCamera {
   bool waitForSubscriber() const;
   void publishFrame(int index);
   void publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp);
+  void publishColour(double time_s, const ros::Time& stamp);
   sensor_msgs::Image makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const;
-  sensor_msgs::CameraInfo makeInfo(const ros::Time& stamp) const;
   Intrinsics intrinsics() const;
 
   SimulatedCameraParams params_;
   Scene scene_;
   image_transport::ImageTransport transport_;
-  image_transport::Publisher images_;
-  ros::Publisher infos_;
+  image_transport::Publisher images_, colour_images_;
+  ros::Publisher infos_, colour_infos_;
   tf2_ros::TransformBroadcaster broadcaster_;
+  tf2_ros::StaticTransformBroadcaster static_broadcaster_;
 };
 
 }  // namespace dtsdf

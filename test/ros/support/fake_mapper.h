@@ -18,7 +18,11 @@ class FakeMapper : public Mapper {
     return {};
   }
 
-  IntegrationResult paint(const ColourFrame&) override { return {}; }
+  IntegrationResult paint(const ColourFrame&) override {
+    throwIf(fails_to_integrate);
+    ++images;
+    return {};
+  }
 
   void beginMeshUpdate() override { throwIf(fails_to_mesh); }
 
@@ -47,7 +51,7 @@ class FakeMapper : public Mapper {
   std::string backendName() const override { return "fake"; }
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
-  int frames = 0;
+  int frames = 0, images = 0;
   double mesh_ms = 0.0;
 
  private:

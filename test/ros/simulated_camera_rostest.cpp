@@ -17,8 +17,8 @@ namespace {
 constexpr uint64_t kFrames = 60;
 constexpr double kVoxel_m = 0.05;
 
-/// The wall in the middle, 30 mm thin and so thinner than a voxel, is yellow on one side and green on
-/// the other.
+/// The wall in the middle, 30 mm thin and so thinner than a voxel, is yellow on one side and green
+/// on the other.
 void expectWallPainted(const MeshWatcher& mesh) {
   size_t sides[2] = {0, 0}, wrong = 0;
   for (const auto& [id, marker] : mesh.shown()) {

@@ -31,6 +31,13 @@ DTSDF_HD void addTo(ColourMean& mean, const VoxelColour& colour, float weight) {
   mean.weight += weight;
 }
 
+/// Not painted where nothing was added.
+DTSDF_HD VertexColour colourOf(const ColourMean& mean) {
+  if (!(mean.weight > 0.0f)) return {0, 0, 0, 0};
+  return {roundedMean(mean.red, mean.weight), roundedMean(mean.green, mean.weight),
+          roundedMean(mean.blue, mean.weight), 255};
+}
+
 /// Adds one direction's colours on an edge. Where its surface crosses the edge, the colour there is
 /// between those of the ends, as the surface is: colours stand at the feet of voxels, and the foot
 /// of the vertex divides the way between theirs in the same ratio.
@@ -60,10 +67,7 @@ DTSDF_HD VertexColour vertexColourOf(int axis, int facing, const Ends& ends) {
     addTo(speaking, lower.colour, lower.sample.weight);
     addTo(speaking, upper.colour, upper.sample.weight);
   }
-  const ColourMean& mean = crossing.weight > 0.0f ? crossing : speaking;
-  if (!(mean.weight > 0.0f)) return {0, 0, 0, 0};
-  return {roundedMean(mean.red, mean.weight), roundedMean(mean.green, mean.weight),
-          roundedMean(mean.blue, mean.weight), 255};
+  return colourOf(crossing.weight > 0.0f ? crossing : speaking);
 }
 
 /// The voxels and colours that the corners of a block's units lie in; null where there are none.
@@ -79,15 +83,41 @@ struct ColouredCorners {
   }
 };
 
+/// What is painted one voxel around the ends of an edge, of directions that may speak on it, as far
+/// as the block's own corners go: the colour of a vertex whose own voxels no image has painted, as
+/// happens in folds and at the rim of what was seen.
+DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int lower, int axis, int facing,
+                                   bool directional) {
+  const Vec3i at = cornerAt(lower);
+  const int only_direction = facedDirection(axis, facing);
+  ColourMean mean;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!speaksOnEdge(d, axis, facing) || (!directional && d != only_direction)) continue;
+    for (int z = at.z - 1; z <= at.z + (axis == 2 ? 2 : 1); ++z) {
+      for (int y = at.y - 1; y <= at.y + (axis == 1 ? 2 : 1); ++y) {
+        for (int x = at.x - 1; x <= at.x + (axis == 0 ? 2 : 1); ++x) {
+          if (x < 0 || y < 0 || z < 0 || x > kBlockSide || y > kBlockSide || z > kBlockSide) {
+            continue;
+          }
+          const ColouredSample beside = corners.at(cornerIndex(x, y, z), directional ? d : 0);
+          addTo(mean, beside.colour, beside.sample.weight);
+        }
+      }
+    }
+  }
+  return colourOf(mean);
+}
+
 /// The colour of the vertex on an edge of a block. The undirected map's only array counts as that
 /// of the direction that a surface faces which crosses the edge straight.
 DTSDF_HD VertexColour edgeColour(const ColouredCorners& corners, int edge, bool directional) {
   const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const int only_direction = facedDirection(axis, facing);
-  return vertexColourOf(axis, facing, [&](int direction, bool upper) {
+  const VertexColour own = vertexColourOf(axis, facing, [&](int direction, bool upper) {
     if (!directional && direction != only_direction) return ColouredSample{};
     return corners.at(upper ? lower + cornerStride(axis) : lower, directional ? direction : 0);
   });
+  return own.painted != 0 ? own : colourAround(corners, lower, axis, facing, directional);
 }
 
 /// Between two vertices, of which one may not be painted.

@@ -65,6 +65,7 @@ class MergeQueue {
       const std::lock_guard<std::mutex> lock(mutex_);
       heard(stream, stamp);
       if (isRefused(streams_[stream], stamp)) return false;
+      streams_[stream].has_come = true;
       const Key key{merges() ? stamp : ros::Time(), streams_[stream].order, ++pushes_};
       items_.emplace(key, Entry{std::move(item), stream, clock_()});
       ++streams_[stream].size;
@@ -163,9 +164,9 @@ class MergeQueue {
     bool needed;
     ros::Time heard;  ///< Nothing of this stamp or before comes any more.
     size_t size;
-    bool is_awake = false;  ///< It has been heard of.
+    bool has_come = false;  ///< An item of it.
 
-    bool isWaitedFor() const { return needed || is_awake; }
+    bool isWaitedFor() const { return needed || has_come; }
   };
   using Items = std::map<Key, Entry>;
 
@@ -183,7 +184,6 @@ class MergeQueue {
 
   void heard(Stream stream, const ros::Time& stamp) {
     streams_[stream].heard = std::max(streams_[stream].heard, stamp);
-    streams_[stream].is_awake = true;
   }
 
   /// Zero, if it is the first item's turn.

@@ -63,5 +63,51 @@ TEST(VertexColour, UnpaintedIsAllZero) {
   EXPECT_EQ(colour.painted, 0);
 }
 
+/// One block whose direction +x has a surface between x = 3 and x = 4, painted at one voxel only.
+class VertexColourAround : public testing::Test {
+ protected:
+  VertexColourAround() {
+    for (int z = 0; z < kBlockSide; ++z) {
+      for (int y = 0; y < kBlockSide; ++y) {
+        for (int x = 0; x < kBlockSide; ++x) {
+          voxels_[voxelIndex(x, y, z)] = makeVoxel(static_cast<float>(x) - 3.5f, 65536, 9);
+        }
+      }
+    }
+    corners_.voxels.array[0][0] = voxels_;
+    corners_.voxels.least_evidence = 1;
+    const int painted = voxelIndex(3, 3, 3);
+    bricks_[brickOf(painted)][placeInBrick(painted)] = kRed;
+    for (int i = 0; i < kBricksPerArray; ++i) corners_.colours[0][0][i] = bricks_[i];
+  }
+
+  VertexColour at(int y, int z, int facing = 0) const {
+    return vertexColourOf(corners_, edgeNumber(cornerIndex(3, y, z), 0, facing), true);
+  }
+
+  Voxel voxels_[kVoxelsPerBlock] = {};
+  VoxelColour bricks_[kBricksPerArray][kVoxelsPerBrick] = {};
+  ColouredCorners corners_ = {};
+};
+
+TEST_F(VertexColourAround, OneVoxelBesideWhatIsPaintedTakesItsColour) {
+  EXPECT_EQ(at(3, 3).red, 200);
+  EXPECT_EQ(at(4, 3).red, 200);
+  EXPECT_EQ(at(2, 4).red, 200);
+  EXPECT_EQ(at(4, 3).painted, 255);
+  EXPECT_EQ(at(5, 3).painted, 0);
+  EXPECT_EQ(at(3, 1).painted, 0);
+  EXPECT_EQ(at(4, 3, 1).painted, 0) << "the other side of a thin thing has not been seen";
+}
+
+TEST_F(VertexColourAround, StaysWithinTheBlocksCorners) {
+  for (int y = 0; y < kBlockSide; ++y) {
+    for (int z = 0; z < kBlockSide; ++z) {
+      const bool is_beside = y >= 2 && y <= 4 && z >= 2 && z <= 4;
+      EXPECT_EQ(at(y, z).painted != 0, is_beside) << y << " " << z;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dtsdf

@@ -32,6 +32,7 @@ CameraReport Camera::report() const {
   depth.waiting = intake_.size();
   depth.waiting_bytes = intake_.waitingBytes();
   depth.waiting_for = intake_.waitingFor();
+  depth.warning = intake_.warning();
   return {name_, depth};
 }
 

@@ -81,7 +81,7 @@ Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const Map
   if (depth.frames.droppedSum() - droppedSum(last.dropped) > depth.frames.fused - last.fused) {
     return {MapStatus::WARN, "most frames are dropped: " + depth.frames.last_drop};
   }
-  return {MapStatus::OK, ""};
+  return {depth.warning.empty() ? MapStatus::OK : MapStatus::WARN, depth.warning};
 }
 
 /// Of the cameras the first one with something amiss; else what the first has to say.

@@ -12,7 +12,7 @@ namespace dtsdf {
 /// Drivers and simulators often give images the frame of the camera's body (x forward, z up) in
 /// place of its optical frame (z forward, y down). While the camera moves, surfaces stay where they
 /// are only with the right one of the two: points of an earlier image are looked up in a later one
-/// either way, and if they are found with x forward alone, time and again, the frame is not optical.
+/// either way, and if they are found with x forward alone, time and again, the frame is a body's.
 /// On one thread.
 class OpticalFrameCheck {
  public:

@@ -31,7 +31,7 @@ import rospy, sys
 from dtsdf_mapping.msg import MapStatus
 rospy.init_node("watch", anonymous=True, disable_signals=True)
 import time
-end = time.monotonic() + 40.0
+end = time.monotonic() + 30.0
 status = None
 def on_status(message):
     global status
@@ -160,7 +160,7 @@ class Running(unittest.TestCase):
             finally:
                 launch.send_signal(signal.SIGINT)
                 output = launch.communicate(timeout=60)[0]
-        count, frame, message = re.match(r"(\d+) (\S*) (.*)", told).groups()
+        count, frame, message = re.match(r"(\d+) (\S*) (.*)", told.splitlines()[-1]).groups()
         self.assertGreaterEqual(int(count), 3, f"{name}: {message}\n{output}")
         return frame
 

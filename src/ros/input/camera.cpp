@@ -4,19 +4,20 @@
 
 namespace dtsdf {
 
-Camera::Camera(std::string name, const ros::NodeHandle& nh, const InputParams& params,
-               const Parts& parts)
+Camera::Camera(std::string name, std::string ns, const ros::NodeHandle& nh,
+               const InputParams& params, const Parts& parts)
     : name_(std::move(name)),
+      ns_(std::move(ns)),
       nh_(nh),
       params_(params),
       on_frame_(parts.on_frame),
       accounting_(name_),
       intake_(params, {parts.poses, accounting_, parts.posed_frames,
-                       parts.posed_frames.addStream({0, name_}), CameraInput::depthTopic(nh),
+                       parts.posed_frames.addStream({0, name_}), CameraInput::depthTopic(nh, ns_),
                        parts.on_time_jump}) {}
 
 void Camera::subscribe(const ros::NodeHandle& private_nh) {
-  input_ = std::make_unique<CameraInput>(nh_, private_nh, params_, accounting_,
+  input_ = std::make_unique<CameraInput>(nh_, private_nh, ns_, params_, accounting_,
                                          [this](const FrameMessages& frame) {
                                            intake_.push(frame);
                                            on_frame_();

@@ -25,8 +25,8 @@ class Camera {
     std::function<void()> on_time_jump;  ///< Stamps went back: all cameras are to start anew.
   };
 
-  /// `nh` is in the camera's namespace; `name` is empty for the only one, in the node's own.
-  Camera(std::string name, const ros::NodeHandle& nh, const InputParams& params,
+  /// Of topics in `ns`, for whose sake see CameraInput; `name` is empty for the only camera.
+  Camera(std::string name, std::string ns, const ros::NodeHandle& nh, const InputParams& params,
          const Parts& parts);
 
   /// Begins and ends to receive; the latter waits for nobody.
@@ -46,7 +46,7 @@ class Camera {
   CameraReport report() const;
 
  private:
-  std::string name_;
+  std::string name_, ns_;
   ros::NodeHandle nh_;
   InputParams params_;
   std::function<void()> on_frame_;

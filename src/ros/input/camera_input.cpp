@@ -15,26 +15,28 @@ namespace {
 /// What overflows here is lost without a word, so this is more than a busy process needs.
 constexpr int kSubscriberQueue = 50;
 
-std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& image_topic) {
-  const std::string name = "depth/camera_info";
+std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& ns,
+                         const std::string& image_topic) {
+  const std::string name = ns + "/depth/camera_info";
   const std::string remapped = nh.resolveName(name, true);
-  if (remapped != nh.resolveName(name, false)) return remapped;
+  if (remapped != name) return remapped;
   return image_transport::getCameraInfoTopic(image_topic);
 }
 
 }  // namespace
 
 CameraInput::CameraInput(ros::NodeHandle nh, const ros::NodeHandle& private_nh,
-                         const InputParams& params, FrameAccounting& accounting, OnFrame on_frame)
+                         const std::string& ns, const InputParams& params,
+                         FrameAccounting& accounting, OnFrame on_frame)
     : info_choice_(params.camera_info),
       accounting_(accounting),
       assembly_({params.camera_info, params.mask}, std::move(on_frame),
                 [this](const auto& depth, DropReason reason) { onIncomplete(depth, reason); }),
       transport_(nh) {
-  const std::string topic = depthTopic(nh);
-  info_ = nh.subscribe(infoTopicFor(nh, topic), kSubscriberQueue, &CameraInput::onInfo, this);
+  const std::string topic = depthTopic(nh, ns);
+  info_ = nh.subscribe(infoTopicFor(nh, ns, topic), kSubscriberQueue, &CameraInput::onInfo, this);
   if (params.mask) {
-    mask_ = nh.subscribe("mask/image", kSubscriberQueue, &CameraInput::onMask, this);
+    mask_ = nh.subscribe(ns + "/mask/image", kSubscriberQueue, &CameraInput::onMask, this);
   }
   subscribeDepth(nh, private_nh, topic);
 }
@@ -60,8 +62,8 @@ bool CameraInput::decodesItself(const std::string& transport) const {
          plugins.end();
 }
 
-std::string CameraInput::depthTopic(const ros::NodeHandle& nh) {
-  return nh.resolveName("depth/image_rect");
+std::string CameraInput::depthTopic(const ros::NodeHandle& nh, const std::string& ns) {
+  return nh.resolveName(ns + "/depth/image_rect");
 }
 
 std::string CameraInput::imageTopic() const {

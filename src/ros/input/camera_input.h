@@ -21,11 +21,13 @@ class CameraInput {
  public:
   using OnFrame = FrameAssembly::OnComplete;
 
-  CameraInput(ros::NodeHandle nh, const ros::NodeHandle& private_nh, const InputParams& params,
-              FrameAccounting& accounting, OnFrame on_frame);
+  /// `ns` is the namespace of the topics, empty for the root. Not that of `nh`, which for a nodelet
+  /// of the root namespace is the one of its manager, such as a camera driver's.
+  CameraInput(ros::NodeHandle nh, const ros::NodeHandle& private_nh, const std::string& ns,
+              const InputParams& params, FrameAccounting& accounting, OnFrame on_frame);
 
   /// What `depth/image_rect` is remapped to.
-  static std::string depthTopic(const ros::NodeHandle& nh);
+  static std::string depthTopic(const ros::NodeHandle& nh, const std::string& ns);
 
   std::string imageTopic() const;
   std::string infoTopic() const { return info_.getTopic(); }

@@ -40,7 +40,7 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       transform_listener_(transforms_, nh, true),
       poses_(transforms_, params_.node.map_frame),
       posed_frames_(params_.node.input.merge_wait_s, [this] { map_loop_.wake(); }),
-      cameras_(nh, params_.node, poses_, posed_frames_, [this] { intake_loop_.wake(); }),
+      cameras_(nh, private_nh, params_.node, poses_, posed_frames_, [this] { intake_loop_.wake(); }),
       mesh_publisher_(newcomers_thread_.serve(private_nh),
                       {params_.node.map_frame, params_.mapper.mesh.colour,
                        params_.node.publish.chunk_blocks},

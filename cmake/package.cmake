@@ -28,13 +28,15 @@ python3-visualization-msgs, rosout, tf2-tools")
 endif()
 
 # catkin installs a workspace's setup files into the root of the prefix; in a package they would be
-# those of all of ROS.
-install(CODE [[
-  if(DEFINED ENV{DTSDF_PACKAGING})
-    foreach(name .catkin .rosinstall _setup_util.py env.sh setup.bash setup.sh setup.zsh
+# those of all of ROS. They lie in the prefix of the build, its mark in that of the package.
+set(catkin_files .catkin .rosinstall _setup_util.py env.sh setup.bash setup.sh setup.zsh
                  local_setup.bash local_setup.sh local_setup.zsh)
-      file(REMOVE "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/${name}")
+install(CODE "
+  if(DEFINED ENV{DTSDF_PACKAGING})
+    foreach(name ${catkin_files})
+      file(REMOVE \"\$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/\${name}\"
+                  \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/\${name}\")
     endforeach()
   endif()
-]])
+")
 include(CPack)

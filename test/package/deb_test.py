@@ -28,6 +28,11 @@ class Deb(unittest.TestCase):
         (share,) = glob.glob(root + "/**/share/dtsdf_mapping/package.xml", recursive=True)
         cls.root = root
         cls.prefix = os.path.dirname(os.path.dirname(os.path.dirname(share)))
+        cls.of_a_workspace = [
+            path for name in ("*setup*.*sh", "env.sh", "_setup_util.py", ".catkin", ".rosinstall")
+            for path in glob.glob(f"{root}/**/{name}", recursive=True)]
+        # What tells catkin that programs are in there, as /opt/ros/noetic does.
+        open(cls.prefix + "/.catkin", "w", encoding="utf-8").close()
         paths = [cls.prefix] + os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
         packages = [cls.prefix + "/share"] + os.environ.get("ROS_PACKAGE_PATH", "").split(":")
         python = glob.glob(cls.prefix + "/lib/python3*/*-packages")
@@ -56,8 +61,7 @@ class Deb(unittest.TestCase):
         self.assertRegex(fields, r"Depends: .*\w")
 
     def test_nothing_of_a_workspace_is_in_the_prefix(self):
-        for name in ("setup.bash", "setup.sh", "env.sh", "_setup_util.py", ".catkin"):
-            self.assertFalse(os.path.exists(os.path.join(self.prefix, name)), name)
+        self.assertEqual(self.of_a_workspace, [])
 
     def test_reconstruct_runs(self):
         from launch_files_test import write_tum_folder

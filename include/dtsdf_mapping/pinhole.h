@@ -19,4 +19,8 @@ enum class DepthEncoding : int32_t {
   kFloat32,  ///< Multiples of `unit_m`; NaN, infinity and values <= 0 are no measurement.
 };
 
+/// What many drivers write into 16-bit depth where nothing was measured, or all was too far; 0
+/// means the same.
+constexpr uint16_t kNoDepth16 = 65535;
+
 }  // namespace dtsdf

@@ -153,7 +153,7 @@ FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m) {
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
   const float overflow = frame.encoding == DepthEncoding::kUint16
-                             ? 65535.0f
+                             ? static_cast<float>(kNoDepth16)
                              : std::numeric_limits<float>::infinity();
   return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m, overflow};
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "dtsdf_mapping/pinhole.h"
 #include "io/matrix_file.h"
 
 namespace dtsdf {
@@ -16,7 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kDepthEnding = ".depth.png";
-constexpr uint16_t kNothing = 65535;
 
 bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
@@ -76,7 +76,7 @@ std::vector<float> readMillimetres(const std::string& depth_path, const ViewCame
   for (int v = 0; v < image.rows; ++v) {
     for (int u = 0; u < image.cols; ++u) {
       const uint16_t raw = image.at<uint16_t>(v, u);
-      depth_m.push_back(raw == kNothing ? 0.0f : 0.001f * static_cast<float>(raw));
+      depth_m.push_back(raw == kNoDepth16 ? 0.0f : 0.001f * static_cast<float>(raw));
     }
   }
   return depth_m;

@@ -10,8 +10,6 @@
 namespace dtsdf {
 namespace {
 
-constexpr uint16_t kLargest = 65535;  // which drivers use for "out of range"
-
 /// Below this share of measured pixels an image shows next to nothing.
 constexpr double kFewPixels = 0.05;
 /// Below this share of posed images, they and poses hardly belong together.
@@ -48,7 +46,7 @@ void appendMeasured(const DepthFrame& frame, std::vector<float>& depths_m) {
     std::memcpy(row.data(), bytes, row.size() * sizeof(Pixel));
     for (const Pixel raw : row) {
       const auto value = static_cast<float>(raw);
-      const bool overflow = sizeof(Pixel) == sizeof(kLargest) && value >= kLargest;
+      const bool overflow = sizeof(Pixel) == sizeof(kNoDepth16) && value >= kNoDepth16;
       if (value > 0.0f && std::isfinite(value) && !overflow) {
         depths_m.push_back(value * frame.unit_m);
       }

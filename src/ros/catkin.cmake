@@ -1,7 +1,7 @@
 # The ROS side of the build: dependencies, messages and the exported package. Included by the
 # top-level CMakeLists.txt, because catkin looks for msg/, srv/ and package.xml beside it.
 find_package(catkin REQUIRED COMPONENTS
-  diagnostic_msgs diagnostic_updater geometry_msgs image_transport
+  diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs image_transport
   message_generation nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2 tf2_msgs tf2_ros
   visualization_msgs)
 
@@ -21,6 +21,7 @@ list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 add_message_files(FILES CameraStatus.msg DropCount.msg MapStatus.msg MemoryPart.msg StreamStatus.msg)
 add_service_files(FILES SaveMesh.srv)
 generate_messages(DEPENDENCIES std_msgs)
+generate_dynamic_reconfigure_options(cfg/Publish.cfg)
 
 # For other packages: the messages, whose headers come by themselves, and the library, as a target
 # by the extras and in catkin's variables as well.

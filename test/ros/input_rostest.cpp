@@ -1,5 +1,6 @@
 /// Every way in which a frame can be wrong, late or alone: it is fused with its true pose, or
 /// dropped and counted under the right reason.
+#include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <std_srvs/SetBool.h>
@@ -207,6 +208,26 @@ TEST_F(Input, SixteenBitsInMillimetresOfForeignByteOrder) {
     }
   }
   expectFused(image, camera_.info(stamp));
+}
+
+TEST_F(Input, RatesMayChangeWhileItRuns) {
+  dynamic_reconfigure::Reconfigure call;
+  call.request.config.doubles.resize(1);
+  dynamic_reconfigure::DoubleParameter& rate = call.request.config.doubles[0];
+  rate.name = "status_rate_hz";
+  rate.value = 0.5;
+  ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
+  ros::WallDuration(0.2).sleep();
+  const ros::Time seen = status_.status().header.stamp;
+  EXPECT_FALSE(waitUntil([&] { return status_.status().header.stamp > seen + ros::Duration(0.3); },
+                         1.0));
+  rate.value = 1e9;  // the most there is
+  ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
+  EXPECT_EQ(call.response.config.doubles.at(2).value, 100.0);
+  const ros::Time before = status_.status().header.stamp;
+  EXPECT_TRUE(waitUntil([&] { return status_.status().header.stamp > before; }, 1.0));
+  rate.value = 20.0;  // as the other tests expect
+  ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
 }
 
 TEST_F(Input, OldestIsDroppedWhenTheQueueIsFull) {

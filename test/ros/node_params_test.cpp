@@ -1,5 +1,6 @@
 #include "params/node_params.h"
 
+#include <dtsdf_mapping/PublishConfig.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -98,6 +99,36 @@ TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
   EXPECT_EQ(violationsOf({{"cameras", Names{"a", "b"}}, {"input/camera_frame", std::string("c")}})
                 .size(),
             1u);
+}
+
+/// What dynamic_reconfigure offers are the settings' own keys, defaults and ranges.
+TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
+  const auto least = dtsdf_mapping::PublishConfig::__getMin__();
+  const auto usual = dtsdf_mapping::PublishConfig::__getDefault__();
+  const auto most = dtsdf_mapping::PublishConfig::__getMax__();
+  const ParamTree settings = defaults();
+  size_t rates = 0;
+  for (const auto& [key, value] : settings) {
+    if (key.rfind("publish/", 0) == 0 && key.find("_rate_hz") != std::string::npos) ++rates;
+  }
+  const auto descriptions = dtsdf_mapping::PublishConfig::__getParamDescriptions__();
+  size_t offered = 0;
+  for (const auto& description : descriptions) {
+    const std::string key = "publish/" + description->name;
+    ASSERT_EQ(settings.count(key), 1u) << key;
+    boost::any any;
+    description->getValue(usual, any);
+    EXPECT_EQ(boost::any_cast<double>(any), asNumber(settings.at(key))) << key;
+    for (const auto& bound : {least, most}) {
+      description->getValue(bound, any);
+      const double number = boost::any_cast<double>(any);
+      EXPECT_TRUE(violationsOf({{key, number}}).empty()) << key << " = " << number;
+      EXPECT_FALSE(violationsOf({{key, bound.mesh_rate_hz < 1.0 ? 0.9 * number : 1.1 * number}})
+                       .empty());
+    }
+    ++offered;
+  }
+  EXPECT_EQ(offered, rates);
 }
 
 TEST(NodeParams, StripsTheSlashOfOldFrames) {

@@ -72,6 +72,20 @@ TEST_F(MapScheduleTest, MeshKeepsItsRate) {
   EXPECT_EQ(schedule_.next(kListener), Map::kBeginMesh);
 }
 
+TEST_F(MapScheduleTest, ANewRateCountsAtOnce) {
+  schedule_.setMeshRate(0.01);
+  schedule_.frameFused();
+  schedule_.meshBegun();
+  schedule_.meshEnded();
+  schedule_.frameFused();
+  schedule_.reported();
+  clock_.advance(1.0);
+  EXPECT_EQ(schedule_.next(kListener), Map::kWait);
+  schedule_.setMeshRate(2.0);
+  clock_.advance(0.5);
+  EXPECT_EQ(schedule_.next(kListener), Map::kBeginMesh);
+}
+
 TEST_F(MapScheduleTest, FramesGetAsMuchTimeAsALongMesh) {
   schedule_.frameFused();
   schedule_.meshBegun();
@@ -143,6 +157,18 @@ TEST_F(OutputScheduleTest, EachTopicKeepsItsOwnRate) {
   EXPECT_EQ(schedule_.next({true, true}), Output::kWait);
   clock_.advance(0.001);
   EXPECT_EQ(schedule_.next({false, true}), Output::kPublishPoints);
+}
+
+TEST_F(OutputScheduleTest, RatesMayChange) {
+  schedule_.setRates(0.01, 0.01);
+  for (const Output action : {Output::kPublishMesh, Output::kPublishPoints}) {
+    schedule_.done(action, clock_.reader()());
+  }
+  clock_.advance(10.0);
+  EXPECT_EQ(schedule_.next({true, true}), Output::kWait);
+  schedule_.setRates(0.01, 10.0);
+  clock_.advance(0.1);
+  EXPECT_EQ(schedule_.next({true, true}), Output::kPublishPoints);
 }
 
 TEST_F(OutputScheduleTest, WhatTakesLongRestsAsLong) {

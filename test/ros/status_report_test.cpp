@@ -61,6 +61,8 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   depth.frames.dropped[static_cast<size_t>(DropReason::kPoseJump)] = 3;
   depth.frames.last_drop = "the reason";
   EXPECT_TRUE(says(makeStatus(input, before), "most frames are dropped: the reason"));
+  depth.warning = "no optical frame";
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "no optical frame"));
   input.map.stats.refused_blocks = 7;
   EXPECT_TRUE(says(makeStatus(input), "map/max_memory_mb"));
   input.paused = true;

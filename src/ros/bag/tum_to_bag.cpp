@@ -56,7 +56,8 @@ sensor_msgs::Image makeDepthImage(const SourceFrame& frame, const TumToBagOption
     image.encoding = enc::TYPE_16UC1;
     fillPixels<uint16_t>(depth, image, [&](uint16_t raw) {
       const double depth_mm = 1000.0 * raw / options.units_per_metre;
-      return depth_mm < 65535.5 ? static_cast<uint16_t>(std::lround(depth_mm)) : uint16_t{0};
+      const bool fits = depth_mm < kNoDepth16 - 0.5;
+      return fits ? static_cast<uint16_t>(std::lround(depth_mm)) : uint16_t{0};
     });
   } else {
     image.encoding = enc::TYPE_32FC1;

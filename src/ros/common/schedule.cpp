@@ -65,6 +65,11 @@ void MapSchedule::cleared() {
 OutputSchedule::OutputSchedule(double mesh_rate_hz, double points_rate_hz, SteadyClock clock)
     : clock_(std::move(clock)), mesh_pace_(mesh_rate_hz), points_pace_(points_rate_hz) {}
 
+void OutputSchedule::setRates(double mesh_rate_hz, double points_rate_hz) {
+  mesh_pace_.setRate(mesh_rate_hz, clock_());
+  points_pace_.setRate(points_rate_hz, clock_());
+}
+
 OutputSchedule::Action OutputSchedule::next(const Situation& situation) const {
   const SteadyTime now = clock_();
   if (situation.mesh_outdated && mesh_pace_.isDue(now)) return Action::kPublishMesh;

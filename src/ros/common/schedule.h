@@ -14,6 +14,11 @@ class Pace {
   bool isDue(SteadyTime now) const { return now >= next_; }
   SteadyTime next() const { return next_; }
 
+  void setRate(double rate_hz, SteadyTime now) {
+    period_ = toSteadyDuration(1.0 / rate_hz);
+    if (next_ > now + period_) next_ = now + period_;
+  }
+
   void begin(SteadyTime now) { next_ = now + period_; }
   void restUntil(SteadyTime time) {
     if (time > next_) next_ = time;
@@ -37,6 +42,8 @@ class MapSchedule {
   };
 
   MapSchedule(double mesh_rate_hz, SteadyClock clock);
+
+  void setMeshRate(double rate_hz) { mesh_pace_.setRate(rate_hz, clock_()); }
 
   Action next(const Situation& situation) const;
 
@@ -80,6 +87,8 @@ class OutputSchedule {
   };
 
   OutputSchedule(double mesh_rate_hz, double points_rate_hz, SteadyClock clock);
+
+  void setRates(double mesh_rate_hz, double points_rate_hz);
 
   Action next(const Situation& situation) const;
   std::chrono::milliseconds idleTime(const Situation& situation) const;

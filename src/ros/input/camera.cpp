@@ -18,23 +18,23 @@ InputParams colourInput(InputParams params) {
 
 }  // namespace
 
-Camera::Camera(std::string name, const ros::NodeHandle& nh, const NodeParams& params,
-               const Parts& parts)
+Camera::Camera(std::string name, const std::string& ns, const ros::NodeHandle& nh,
+               const NodeParams& params, const Parts& parts)
     : name_(std::move(name)),
       is_colour_needed_(params.colour.enabled == ColourUse::kAlways),
-      depth_(name_, nh, params.input, {depthTopics(), makeDepthKind(params.input)},
+      depth_(name_, ns, nh, params.input, {depthTopics(), makeDepthKind(params.input)},
              {parts.poses, parts.posed_frames, parts.posed_frames.addStream({kDepthRank, name_}),
               parts.on_frame, parts.on_time_jump}),
       colour_(params.colour.enabled == ColourUse::kNever ? nullptr
-                                                         : makeColour(nh, params, parts)) {}
+                                                         : makeColour(ns, nh, params, parts)) {}
 
 /// Colour whose stamps go back starts anew alone: what is mapped does not depend on it.
-std::unique_ptr<ImageStream> Camera::makeColour(const ros::NodeHandle& nh,
+std::unique_ptr<ImageStream> Camera::makeColour(const std::string& ns, const ros::NodeHandle& nh,
                                                 const NodeParams& params, const Parts& parts) {
   const auto stream =
       parts.posed_frames.addStream({kColourRank, name_}, StreamUse::kExtra);
   return std::make_unique<ImageStream>(
-      name_.empty() ? "colour" : name_ + ", colour", nh, colourInput(params.input),
+      name_.empty() ? "colour" : name_ + ", colour", ns, nh, colourInput(params.input),
       ImageStream::Kind{colourTopics(), makeColourKind(), params.colour.max_rate_hz},
       ImageStream::Parts{parts.poses, parts.posed_frames, stream, parts.on_frame,
                          [this] { colour_->startAnew(); }});

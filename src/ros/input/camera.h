@@ -22,8 +22,9 @@ class Camera {
     std::function<void()> on_time_jump;  ///< Stamps went back: all cameras are to start anew.
   };
 
-  /// `nh` is in the camera's namespace; `name` is empty for the only one, in the node's own.
-  Camera(std::string name, const ros::NodeHandle& nh, const NodeParams& params,
+  /// Of topics in `ns`, for whose sake see CameraInput; `name` is empty for the only camera.
+  Camera(std::string name, const std::string& ns, const ros::NodeHandle& nh,
+         const NodeParams& params,
          const Parts& parts);
 
   /// Begins and ends to receive; the latter waits for nobody.
@@ -43,8 +44,8 @@ class Camera {
   CameraReport report() const;
 
  private:
-  std::unique_ptr<ImageStream> makeColour(const ros::NodeHandle& nh, const NodeParams& params,
-                                          const Parts& parts);
+  std::unique_ptr<ImageStream> makeColour(const std::string& ns, const ros::NodeHandle& nh,
+                                          const NodeParams& params, const Parts& parts);
 
   std::string name_;
   bool is_colour_needed_;

@@ -18,7 +18,7 @@ constexpr int kSubscriberQueue = 50;
 std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& name,
                          const std::string& image_topic) {
   const std::string remapped = nh.resolveName(name, true);
-  if (remapped != nh.resolveName(name, false)) return remapped;
+  if (remapped != name) return remapped;
   return image_transport::getCameraInfoTopic(image_topic);
 }
 
@@ -37,19 +37,20 @@ const ImageTopics& colourTopics() {
 }
 
 CameraInput::CameraInput(const ImageTopics& topics, ros::NodeHandle nh,
-                         const ros::NodeHandle& private_nh, const InputParams& params,
-                         FrameAccounting& accounting, OnFrame on_frame)
+                         const ros::NodeHandle& private_nh, const std::string& ns,
+                         const InputParams& params, FrameAccounting& accounting,
+                         OnFrame on_frame)
     : topics_(topics),
       info_choice_(params.camera_info),
       accounting_(accounting),
       assembly_({params.camera_info, params.mask}, std::move(on_frame),
                 [this](const auto& image, DropReason reason) { onIncomplete(image, reason); }),
       transport_(nh) {
-  const std::string topic = nh.resolveName(topics_.image);
-  info_ = nh.subscribe(infoTopicFor(nh, topics_.info, topic), kSubscriberQueue,
+  const std::string topic = imageTopic(nh, ns, topics_);
+  info_ = nh.subscribe(infoTopicFor(nh, ns + "/" + topics_.info, topic), kSubscriberQueue,
                        &CameraInput::onInfo, this);
   if (params.mask) {
-    mask_ = nh.subscribe("mask/image", kSubscriberQueue, &CameraInput::onMask, this);
+    mask_ = nh.subscribe(ns + "/mask/image", kSubscriberQueue, &CameraInput::onMask, this);
   }
   subscribeImages(nh, private_nh, topic);
 }
@@ -74,6 +75,11 @@ bool CameraInput::decodesItself(const std::string& transport) const {
   const std::vector<std::string> plugins = transport_.getLoadableTransports();
   return std::find(plugins.begin(), plugins.end(), "image_transport/" + transport) ==
          plugins.end();
+}
+
+std::string CameraInput::imageTopic(const ros::NodeHandle& nh, const std::string& ns,
+                                    const ImageTopics& topics) {
+  return nh.resolveName(ns + "/" + topics.image);
 }
 
 std::string CameraInput::imageTopic() const {

@@ -31,8 +31,15 @@ class CameraInput {
  public:
   using OnFrame = FrameAssembly::OnComplete;
 
+  /// `ns` is the namespace of the topics, empty for the root. Not that of `nh`, which for a nodelet
+  /// of the root namespace is the one of its manager, such as a camera driver's.
   CameraInput(const ImageTopics& topics, ros::NodeHandle nh, const ros::NodeHandle& private_nh,
-              const InputParams& params, FrameAccounting& accounting, OnFrame on_frame);
+              const std::string& ns, const InputParams& params, FrameAccounting& accounting,
+              OnFrame on_frame);
+
+  /// What the topic of a kind's images is remapped to.
+  static std::string imageTopic(const ros::NodeHandle& nh, const std::string& ns,
+                                const ImageTopics& topics);
 
   std::string imageTopic() const;
   std::string infoTopic() const { return info_.getTopic(); }

@@ -17,6 +17,7 @@ struct StreamReport {
   size_t waiting = 0;        ///< For their transform or their turn.
   size_t waiting_bytes = 0;  ///< What these keep in memory.
   std::string waiting_for;   ///< What the first of them waits for.
+  std::string warning;       ///< What is wrong with all of them, fused or not.
 };
 
 struct CameraReport {

@@ -1,19 +1,32 @@
 #include "ros/input/cameras.h"
 
 #include <algorithm>
+#include <string>
+#include <utility>
 
 namespace dtsdf {
 
-Cameras::Cameras(const ros::NodeHandle& nh, const NodeParams& params, PoseSource& poses,
-                 FrameQueue& posed_frames, std::function<void()> on_frame)
+namespace {
+
+/// The namespace that the node is in; empty for the root.
+std::string namespaceOf(const ros::NodeHandle& private_nh) {
+  const std::string& name = private_nh.getNamespace();
+  return name.substr(0, name.rfind('/'));
+}
+
+}  // namespace
+
+Cameras::Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                 const NodeParams& params, PoseSource& poses, FrameQueue& posed_frames,
+                 std::function<void()> on_frame)
     : poses_(poses), posed_frames_(posed_frames) {
+  const std::string ns = namespaceOf(private_nh);
   const Camera::Parts parts{poses, posed_frames, std::move(on_frame), [this] { startAnew(); }};
   for (const std::string& name : params.cameras) {
-    cameras_.push_back(
-        std::make_unique<Camera>(name, ros::NodeHandle(nh, name), params, parts));
+    cameras_.push_back(std::make_unique<Camera>(name, ns + "/" + name, nh, params, parts));
   }
   if (cameras_.empty()) {
-    cameras_.push_back(std::make_unique<Camera>("", nh, params, parts));
+    cameras_.push_back(std::make_unique<Camera>("", ns, nh, params, parts));
   }
 }
 

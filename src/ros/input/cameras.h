@@ -17,8 +17,8 @@ namespace dtsdf {
 class Cameras {
  public:
   /// `poses` and `posed_frames` outlive it; `on_frame` says that something waits for step().
-  Cameras(const ros::NodeHandle& nh, const NodeParams& params, PoseSource& poses,
-          FrameQueue& posed_frames, std::function<void()> on_frame);
+  Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, const NodeParams& params,
+          PoseSource& poses, FrameQueue& posed_frames, std::function<void()> on_frame);
 
   void subscribe(const ros::NodeHandle& private_nh);
   void unsubscribe();

@@ -143,11 +143,25 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   }
   std::visit([&](auto& image) { image.T_W_C = pose.T_W_C; }, posed.image);
   posed.accounting = &parts_.accounting;
+  checkOpticalFrame(frame, posed.depth);
   const ros::Time stamp = posed.stamp;
   if (parts_.posed_frames.push(parts_.stream, stamp, std::move(posed))) return;
   parts_.accounting.dropped(DropReason::kOutOfOrder, stamp,
                             "a later frame of another camera has been fused; is this one's delay "
                             "longer than input/merge_wait_s?");
+}
+
+void FrameIntake::checkOpticalFrame(const WaitingFrame& frame, const DepthFrame& depth) {
+  if (optical_frame_check_.isBodyFrame()) return;  // is told already
+  optical_frame_check_.add(depth);
+  if (!optical_frame_check_.isBodyFrame()) return;
+  const std::string text =
+      "'" + cameraFrame(*frame.image) +
+      "' is no optical frame: surfaces stay in place only if its x axis looks forward, but z has "
+      "to; name the optical frame in the driver, or in input/camera_frame, and clear_map";
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  warning_ = text;
 }
 
 CameraImage FrameIntake::rectified(const WaitingFrame& frame) {
@@ -234,6 +248,11 @@ size_t FrameIntake::waitingBytes() const {
 std::string FrameIntake::waitingFor() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return waiting_for_;
+}
+
+std::string FrameIntake::warning() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return warning_;
 }
 
 }  // namespace dtsdf

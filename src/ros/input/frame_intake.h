@@ -17,6 +17,7 @@
 #include "ros/input/frame_assembly.h"
 #include "ros/input/image_kind.h"
 #include "ros/input/motion_gate.h"
+#include "ros/input/optical_frame_check.h"
 #include "ros/input/pose_source.h"
 #include "ros/input/posed_frame.h"
 #include "ros/input/rectification.h"
@@ -66,6 +67,9 @@ class FrameIntake {
   /// What the first frame in the queue waits for; empty if it does not wait.
   std::string waitingFor() const;
 
+  /// What is wrong with all the frames although they are fused; empty if nothing is known to be.
+  std::string warning() const;
+
  private:
   struct WaitingFrame {
     sensor_msgs::ImageConstPtr image;
@@ -87,6 +91,7 @@ class FrameIntake {
   bool timedOut(const WaitingFrame& frame) const;
   std::optional<WaitingFrame> front() const;
   bool popFront(const WaitingFrame& frame);
+  void checkOpticalFrame(const WaitingFrame& frame, const DepthFrame& depth);
   CameraImage rectified(const WaitingFrame& frame);
   std::optional<Rejection> judge(const WaitingFrame& frame, const PoseAnswer& pose);
 
@@ -95,6 +100,7 @@ class FrameIntake {
   SteadyClock clock_;
   MotionGate motion_gate_;        ///< Intake's thread only.
   Rectification rectification_;  ///< Intake's thread only.
+  OpticalFrameCheck optical_frame_check_;  ///< Intake's thread only.
   ros::Time last_stamp_;    ///< Callbacks' thread only.
 
   /// Held while a frame goes from one queue to the other, where dropAll() would miss it. Before
@@ -104,6 +110,7 @@ class FrameIntake {
   std::deque<WaitingFrame> queue_;
   bool paused_ = false;
   std::string waiting_for_;
+  std::string warning_;
 };
 
 }  // namespace dtsdf

@@ -4,20 +4,21 @@
 
 namespace dtsdf {
 
-ImageStream::ImageStream(const std::string& name, const ros::NodeHandle& nh,
+ImageStream::ImageStream(const std::string& name, const std::string& ns, const ros::NodeHandle& nh,
                          const InputParams& params, Kind kind, const Parts& parts)
-    : nh_(nh),
+    : ns_(ns),
+      nh_(nh),
       params_(params),
       kind_(std::move(kind)),
       on_frame_(parts.on_frame),
       rate_limit_(kind_.max_rate_hz),
       accounting_(name),
       intake_(params, {parts.poses, accounting_, parts.posed_frames, parts.stream, *kind_.images,
-                       nh.resolveName(kind_.topics.image), parts.on_time_jump}) {}
+                       CameraInput::imageTopic(nh, ns, kind_.topics), parts.on_time_jump}) {}
 
 void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   input_ = std::make_unique<CameraInput>(
-      kind_.topics, nh_, private_nh, params_, accounting_,
+      kind_.topics, nh_, private_nh, ns_, params_, accounting_,
       [this](const FrameMessages& frame) { onFrame(frame); });
 }
 
@@ -39,6 +40,7 @@ StreamReport ImageStream::report() const {
   report.waiting = intake_.size();
   report.waiting_bytes = intake_.waitingBytes();
   report.waiting_for = intake_.waitingFor();
+  report.warning = intake_.warning();
   return report;
 }
 

@@ -34,9 +34,9 @@ class ImageStream {
     double max_rate_hz = 0.0;  ///< Of what is taken of it; 0: all.
   };
 
-  /// `nh` is in the camera's namespace; `name` begins the warnings.
-  ImageStream(const std::string& name, const ros::NodeHandle& nh, const InputParams& params,
-              Kind kind, const Parts& parts);
+  /// Of topics in `ns`, for whose sake see CameraInput; `name` begins the warnings.
+  ImageStream(const std::string& name, const std::string& ns, const ros::NodeHandle& nh,
+              const InputParams& params, Kind kind, const Parts& parts);
 
   /// Begins and ends to receive; the latter waits for nobody.
   void subscribe(const ros::NodeHandle& private_nh);
@@ -57,6 +57,7 @@ class ImageStream {
  private:
   void onFrame(const FrameMessages& frame);
 
+  std::string ns_;
   ros::NodeHandle nh_;
   InputParams params_;
   Kind kind_;

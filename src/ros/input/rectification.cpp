@@ -94,10 +94,9 @@ bool sameCamera(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo&
 }
 
 uint16_t scaled(uint16_t raw, float scale) {
-  constexpr uint16_t kOverflow = 65535;  // no measurement, and stays that
-  if (raw == kOverflow) return raw;
+  if (raw == kNoDepth16) return raw;  // and stays that
   return static_cast<uint16_t>(
-      std::lround(std::min(static_cast<float>(raw) * scale, static_cast<float>(kOverflow))));
+      std::lround(std::min(static_cast<float>(raw) * scale, static_cast<float>(kNoDepth16))));
 }
 
 float scaled(float raw, float scale) { return raw * scale; }

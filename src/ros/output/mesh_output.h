@@ -40,6 +40,10 @@ class MeshOutput {
 
   MeshOutput(const Options& options, const Parts& parts);
 
+  void setRates(double mesh_rate_hz, double points_rate_hz) {
+    schedule_.setRates(mesh_rate_hz, points_rate_hz);
+  }
+
   /// Publishes what is due. Returns how long there will be nothing to do.
   std::chrono::milliseconds step() noexcept;
 

@@ -23,6 +23,8 @@ class StatusPublisher {
   StatusPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh, const Options& options,
                   std::function<StatusInput()> collect);
 
+  void setRate(double rate_hz) { timer_.setPeriod(ros::WallDuration(1.0 / rate_hz)); }
+
  private:
   void publish();
   void fillDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& diagnostics) const;

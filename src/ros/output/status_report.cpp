@@ -97,6 +97,7 @@ Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const Map
   if (depth.frames.droppedSum() - droppedSum(last.dropped) > depth.frames.fused - last.fused) {
     return {MapStatus::WARN, "most frames are dropped: " + depth.frames.last_drop};
   }
+  if (!depth.warning.empty()) return {MapStatus::WARN, depth.warning};
   return camera.colour ? judgeColour(*camera.colour, camera.is_colour_needed)
                        : Verdict{MapStatus::OK, ""};
 }

@@ -31,6 +31,8 @@ class MapSession {
   MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
              SteadyClock clock = std::chrono::steady_clock::now);
 
+  void setMeshRate(double rate_hz) { schedule_.setMeshRate(rate_hz); }
+
   /// Does what is due. Returns how long there will be nothing to do. After a failure of the backend
   /// frames are dropped until clear() has made a new start.
   std::chrono::milliseconds step() noexcept;

@@ -40,7 +40,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       transform_listener_(transforms_, nh, true),
       poses_(transforms_, params_.node.map_frame),
       posed_frames_(params_.node.input.merge_wait_s, [this] { map_loop_.wake(); }),
-      cameras_(nh, params_.node, poses_, posed_frames_, [this] { intake_loop_.wake(); }),
+      cameras_(nh, private_nh, params_.node, poses_, posed_frames_,
+               [this] { intake_loop_.wake(); }),
       mesh_publisher_(newcomers_thread_.serve(private_nh),
                       {params_.node.map_frame, params_.mapper.mesh.colour,
                        params_.node.publish.chunk_blocks},
@@ -65,6 +66,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       nh, private_nh,
       StatusPublisher::Options{params_.node.map_frame, params_.node.publish.status_rate_hz},
       [this] { return collectStatus(); });
+  rates_ = std::make_unique<RateServer>(private_nh, params_.node.publish,
+                                        [this](const PublishParams& rates) { setRates(rates); });
   // Last, so that nobody waits for a loop that a failing constructor has ended.
   newcomers_thread_.start();
   save_thread_.start();
@@ -74,6 +77,7 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
 MappingNode::~MappingNode() {
   // From the outside in: nothing may call into a part that is gone. Whoever waits for a loop is
   // served before the loop ends.
+  rates_.reset();
   status_.reset();
   cameras_.unsubscribe();
   save_mesh_.shutdown();
@@ -107,6 +111,14 @@ StatusInput MappingNode::collectStatus() const {
   input.mesh_listeners = mesh_publisher_.listeners();
   input.max_map_bytes = static_cast<uint64_t>(params_.mapper.map.max_memory_mb) << 20;
   return input;
+}
+
+void MappingNode::setRates(const PublishParams& rates) {
+  status_->setRate(rates.status_rate_hz);
+  // Nobody waits: each loop takes its rate between two steps.
+  map_loop_.run([this, rates] { session_.setMeshRate(meshRate(rates)); });
+  output_loop_.run(
+      [this, rates] { output_.setRates(rates.mesh_rate_hz, rates.points_rate_hz); });
 }
 
 void MappingNode::onNewcomer(const ros::SingleSubscriberPublisher& newcomer) {

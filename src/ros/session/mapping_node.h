@@ -17,6 +17,7 @@
 #include "ros/output/status_publisher.h"
 #include "ros/session/callback_thread.h"
 #include "ros/session/map_session.h"
+#include "ros/session/rate_server.h"
 
 namespace dtsdf {
 
@@ -33,6 +34,7 @@ class MappingNode {
  private:
   void advertiseServices(ros::NodeHandle private_nh);
   StatusInput collectStatus() const;
+  void setRates(const PublishParams& rates);
   void onNewcomer(const ros::SingleSubscriberPublisher& newcomer);
   bool onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
                   dtsdf_mapping::SaveMesh::Response& response);
@@ -58,6 +60,7 @@ class MappingNode {
   WorkerThread output_loop_, map_loop_, intake_loop_;
 
   std::unique_ptr<StatusPublisher> status_;
+  std::unique_ptr<RateServer> rates_;
   ros::ServiceServer save_mesh_, clear_map_, pause_;
 };
 

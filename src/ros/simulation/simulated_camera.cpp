@@ -45,7 +45,7 @@ sensor_msgs::CameraInfo makeInfoOf(const sensor_msgs::Image& image, const Intrin
 
 uint16_t toMillimetres(float depth_m) {
   const long depth_mm = std::lround(1000.0f * depth_m);
-  return depth_mm > 65535 ? 0 : static_cast<uint16_t>(depth_mm);  // too far is no measurement
+  return depth_mm < kNoDepth16 ? static_cast<uint16_t>(depth_mm) : uint16_t{0};
 }
 
 }  // namespace

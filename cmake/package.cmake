@@ -1,0 +1,42 @@
+# A Debian package by CPack: `scripts/package`, or cpack in a build folder.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_VENDOR "dtsdf_mapping developers")
+set(CPACK_PACKAGE_CONTACT "dtsdf_mapping developers <maintainers@dtsdf-mapping.invalid>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Directional TSDF surface mapping: nodelet and programs")
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION misc)
+
+if(EXISTS /opt/ros/noetic)
+  # The archive's packages do not say which library is whose, so that all are named here.
+  set(CPACK_PACKAGE_NAME ros-noetic-dtsdf-mapping)
+  set(CPACK_PACKAGING_INSTALL_PREFIX /opt/ros/noetic)
+  set(CPACK_DEBIAN_PACKAGE_DEPENDS
+      "ros-noetic-cv-bridge, ros-noetic-diagnostic-updater, ros-noetic-dynamic-reconfigure, \
+ros-noetic-image-transport, ros-noetic-nodelet, ros-noetic-pcl-ros, ros-noetic-rosbag, \
+ros-noetic-roscpp, ros-noetic-roslaunch, ros-noetic-rospy, ros-noetic-tf2-ros, \
+ros-noetic-visualization-msgs, libgomp1, libpng16-16, libyaml-cpp0.6")
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ros-noetic-rviz)
+else()
+  set(CPACK_PACKAGE_NAME ros-dtsdf-mapping)
+  set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PACKAGE_DEPENDS
+      "libnodeletlib-tools, python3-roslaunch, python3-rospy, python3-sensor-msgs, \
+python3-visualization-msgs, rosout, tf2-tools")
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "rviz, python3-rosbag")
+endif()
+
+# catkin installs a workspace's setup files into the root of the prefix; in a package they would be
+# those of all of ROS. They lie in the prefix of the build, its mark in that of the package.
+set(catkin_files .catkin .rosinstall _setup_util.py env.sh setup.bash setup.sh setup.zsh
+                 local_setup.bash local_setup.sh local_setup.zsh)
+install(CODE "
+  if(DEFINED ENV{DTSDF_PACKAGING})
+    foreach(name ${catkin_files})
+      file(REMOVE \"\$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/\${name}\"
+                  \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/\${name}\")
+    endforeach()
+  endif()
+")
+include(CPack)

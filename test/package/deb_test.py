@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""deb_test.py BUILD: packs a build folder, unpacks the package elsewhere, and runs reconstruct and
+roslaunch from there."""
+import glob
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+HERE = os.path.dirname(os.path.realpath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "ros"))
+
+
+class Deb(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        # Not below the build: roslaunch would find each launch file twice.
+        packed, root = os.path.join(cls.folder.name, "deb"), os.path.join(cls.folder.name, "root")
+        cls.run_quietly(["cpack", "-G", "DEB", "-B", packed], cwd=BUILD,
+                        env=dict(os.environ, DTSDF_PACKAGING="1"))
+        (cls.deb,) = glob.glob(packed + "/*.deb")
+        cls.run_quietly(["dpkg-deb", "-x", cls.deb, root])
+        (share,) = glob.glob(root + "/**/share/dtsdf_mapping/package.xml", recursive=True)
+        cls.root = root
+        cls.prefix = os.path.dirname(os.path.dirname(os.path.dirname(share)))
+        cls.of_a_workspace = [
+            path for name in ("*setup*.*sh", "env.sh", "_setup_util.py", ".catkin", ".rosinstall")
+            for path in glob.glob(f"{root}/**/{name}", recursive=True)]
+        # What tells catkin that programs are in there, as /opt/ros/noetic does.
+        open(cls.prefix + "/.catkin", "w", encoding="utf-8").close()
+        paths = [cls.prefix] + os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
+        packages = [cls.prefix + "/share"] + os.environ.get("ROS_PACKAGE_PATH", "").split(":")
+        python = glob.glob(cls.prefix + "/lib/python3*/*-packages")
+        cls.environment = dict(
+            os.environ, CMAKE_PREFIX_PATH=":".join(p for p in paths if p and BUILD not in p),
+            ROS_PACKAGE_PATH=":".join(p for p in packages if p),
+            PYTHONPATH=":".join(python + [os.environ.get("PYTHONPATH", "")]),
+            LD_LIBRARY_PATH=cls.prefix + "/lib:" + os.environ.get("LD_LIBRARY_PATH", ""),
+            ROS_HOME=cls.folder.name, ROS_LOG_DIR=cls.folder.name, ROS_HOSTNAME="localhost")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @staticmethod
+    def run_quietly(command, **options):
+        done = subprocess.run(command, text=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, check=False, **options)
+        if done.returncode != 0:
+            raise AssertionError(f"{command} failed:\n{done.stdout}")
+        return done.stdout
+
+    def test_the_package_says_what_it_is_and_needs(self):
+        fields = self.run_quietly(["dpkg-deb", "-f", self.deb])
+        self.assertRegex(fields, r"Package: ros-.*dtsdf-mapping")
+        self.assertRegex(fields, r"Depends: .*\w")
+
+    def test_nothing_of_a_workspace_is_in_the_prefix(self):
+        self.assertEqual(self.of_a_workspace, [])
+
+    def test_reconstruct_runs(self):
+        from launch_files_test import write_tum_folder
+        recording = os.path.join(self.folder.name, "rgbd_dataset_freiburg1_wall")
+        write_tum_folder(recording)
+        mesh = os.path.join(self.folder.name, "wall.ply")
+        self.run_quietly([self.prefix + "/lib/dtsdf_mapping/reconstruct", recording,
+                          "--mesh", mesh], env=self.environment)
+        self.assertGreater(os.path.getsize(mesh), 1000)
+
+    def test_roslaunch_maps_the_simulated_room(self):
+        with socket.socket() as free:
+            free.bind(("", 0))
+            port = free.getsockname()[1]
+        environment = dict(self.environment, ROS_MASTER_URI=f"http://localhost:{port}")
+        launch = subprocess.Popen(
+            ["roslaunch", "-p", str(port), "dtsdf_mapping", "demo.launch", "rviz:=false",
+             "backend:=cpu", f"output_directory:={self.folder.name}"],
+            env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            answer, end = "", time.monotonic() + 60.0
+            while "success: True" not in answer and time.monotonic() < end:
+                time.sleep(1.0)
+                answer = subprocess.run(
+                    ["rosservice", "call", "/mapping/save_mesh", "file_name: 'room.ply'"],
+                    env=environment, text=True, stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT, check=False).stdout
+        finally:
+            launch.send_signal(signal.SIGINT)
+            output = launch.communicate(timeout=60)[0]
+        self.assertIn("success: True", answer, output)
+        self.assertGreater(os.path.getsize(os.path.join(self.folder.name, "room.ply")), 10000)
+
+
+if __name__ == "__main__":
+    BUILD = os.path.realpath(sys.argv.pop(1))
+    unittest.main()

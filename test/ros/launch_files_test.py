@@ -1,0 +1,287 @@
+#!/usr/bin/env python3
+"""The launch files: with stand-ins of the drivers, each one loads as it should, and starts a mapping
+that gets frames. Needs the environment of the build (env.sh) and no camera."""
+import os
+import re
+import shlex
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+
+import roslaunch
+import roslaunch.arg_dump
+
+import stub_drivers
+
+SOURCE = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
+LAUNCH = os.path.join(SOURCE, "launch")
+CAMERAS = {"realsense": "/camera/depth/image_rect_raw", "azure_kinect": "/depth/image_rect_raw",
+           "astra": "/camera/depth/image_raw", "openni2": "/camera/depth/image_rect_raw",
+           "gazebo": "/camera/depth/image_raw"}
+MANAGERS = {"realsense": "/camera/realsense2_camera_manager",
+            "azure_kinect": "/k4a_nodelet_manager",
+            "openni2": "/camera/camera_nodelet_manager"}
+EXTRA = {"gazebo": ["world:=room.world"]}
+
+# Waits until frames are fused, and tells what the status says of them.
+WATCH = """
+import rospy, sys
+from dtsdf_mapping.msg import MapStatus
+rospy.init_node("watch", anonymous=True, disable_signals=True)
+import time
+end = time.monotonic() + 30.0
+status = None
+def on_status(message):
+    global status
+    status = message
+rospy.Subscriber("/mapping/status", MapStatus, on_status)
+while time.monotonic() < end and (status is None or status.frames_fused < 3):
+    time.sleep(0.05)
+print(status.frames_fused if status else 0, status.header.frame_id if status else "",
+      status.message if status else "no status")
+"""
+
+
+def first_mesh_page():
+    with open(os.path.join(SOURCE, "docs", "cameras.md"), encoding="utf-8") as file:
+        return file.read()
+
+
+def commands_of(page):
+    """What a reader is told to type, by the page's headings."""
+    commands = {}
+    for section in re.split(r"^## ", page, flags=re.M)[1:]:
+        blocks = re.findall(r"^```sh\n(.*?)^```", section, flags=re.M | re.S)
+        commands[section.split("\n", 1)[0]] = [
+            line for block in blocks for line in block.splitlines()]
+    return commands
+
+
+def setUpModule():
+    global stubs
+    stubs = tempfile.TemporaryDirectory()
+    stub_drivers.make_packages(stubs.name)
+    old = os.environ.get("ROS_PACKAGE_PATH", SOURCE)
+    os.environ["ROS_PACKAGE_PATH"] = f"{stubs.name}:{old}"
+
+
+def tearDownModule():
+    stubs.cleanup()
+
+
+def load(name, *arguments):
+    path = os.path.join(LAUNCH, name + ".launch")
+    files = [(path, list(arguments))]
+    return roslaunch.config.load_config_default(files, None, verbose=False,
+                                                assign_machines=False)
+
+
+def nodes_of(config):
+    return {node.namespace + node.name: node for node in config.nodes}
+
+
+class Loading(unittest.TestCase):
+    def test_each_camera_is_mapped_by_its_topics_and_manager(self):
+        for name, depth in CAMERAS.items():
+            with self.subTest(name):
+                nodes = nodes_of(load(name, "rviz:=false", *EXTRA.get(name, [])))
+                mapping = nodes["/mapping"]
+                remaps = dict(mapping.remap_args)
+                self.assertEqual(remaps["depth/image_rect"], depth)
+                self.assertEqual(remaps["depth/camera_info"],
+                                 depth.rsplit("/", 1)[0] + "/camera_info")
+                manager = mapping.args.split()[-1]
+                self.assertEqual(manager, MANAGERS.get(name, "mapping_manager"))
+                self.assertIn(manager if manager[0] == "/" else "/" + manager, nodes)
+
+    def test_no_manager_that_loads_the_mapping_spins(self):
+        for name in list(CAMERAS) + ["mapping", "demo"]:
+            with self.subTest(name):
+                nodes = nodes_of(load(name, "rviz:=false", *EXTRA.get(name, [])))
+                for node in nodes.values():
+                    if node.args.strip() == "manager":
+                        self.assertIn(("OMP_WAIT_POLICY", "passive"), node.env_args, node.name)
+        node = nodes_of(load("mapping", "rviz:=false", "nodelet:=false"))["/mapping"]
+        self.assertIn(("OMP_WAIT_POLICY", "passive"), node.env_args)
+
+    def test_settings_reach_the_node(self):
+        for name in CAMERAS:
+            with self.subTest(name):
+                params = load(name, "rviz:=false", "backend:=cpu", "output_directory:=/tmp/out",
+                              "map_frame:=earth", "colour:=height",
+                              *EXTRA.get(name, [])).params
+                self.assertEqual(params["/mapping/backend"].value, "cpu")
+                self.assertEqual(params["/mapping/output_directory"].value, "/tmp/out")
+                self.assertEqual(params["/mapping/map_frame"].value, "earth")
+                self.assertEqual(params["/mapping/mesh/colour"].value, "height")
+
+    def test_poses(self):
+        for name in CAMERAS:
+            with self.subTest(name):
+                extra = EXTRA.get(name, [])
+                self.assertNotIn("/rgbd_odometry", nodes_of(load(name, *extra)))
+                fixed = load(name, "poses:=fixed", *extra)
+                self.assertIn("/camera_stands_still", nodes_of(fixed))
+                self.assertEqual(fixed.params["/mapping/map_frame"].value, "odom")
+                moving = load(name, "poses:=rtabmap", *extra)
+                self.assertEqual(moving.params["/rgbd_odometry/odom_frame_id"].value, "odom")
+                with self.assertRaises(Exception):
+                    load(name, "poses:=guess", *extra)
+
+    def test_a_serial_number_stays_as_it_is(self):
+        # 0123 is no number: the driver compares texts. The stand-in takes it as an argument.
+        load("realsense", "serial_no:=0123", "filters:=spatial,temporal")
+        load("azure_kinect", "sensor_sn:=000123")
+        load("astra", "serial_number:=0123", "package:=astra_camera")
+
+    def test_several_cameras(self):
+        params = load("mapping", "rviz:=false", "cameras:=[front, rear]").params
+        self.assertEqual(params["/mapping/cameras"].value, ["front", "rear"])
+
+    def test_every_argument_may_be_set(self):
+        for file in sorted(os.listdir(LAUNCH)):
+            arguments = roslaunch.arg_dump.get_args([os.path.join(LAUNCH, file)])
+            for name, (doc, default) in arguments.items():
+                self.assertTrue(doc, f"{file}: {name} has no doc")
+                self.assertNotRegex(doc.lower(), "not to be set", f"{file}: {name}")
+                self.assertTrue(default or name == "bag", f"{file}: {name} looks required")
+
+    def test_docs_have_every_launch_file(self):
+        text = first_mesh_page()
+        for name in list(CAMERAS) + ["tum_bag"]:
+            self.assertRegex(text, rf"`{name}.launch`")
+
+
+class Running(unittest.TestCase):
+    """Each one against its stand-in, as a process of its own with a master of its own."""
+
+    def fused(self, name, *arguments, then=()):
+        """The map's frame, once frames are fused; commands are run in between."""
+        with socket.socket() as free:
+            free.bind(("", 0))
+            port = free.getsockname()[1]
+        with tempfile.TemporaryDirectory() as home:
+            environment = dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}",
+                               ROS_HOME=home, ROS_LOG_DIR=home, ROS_HOSTNAME="localhost")
+            launch = subprocess.Popen(
+                ["roslaunch", "-p", str(port), os.path.join(LAUNCH, name + ".launch"),
+                 "rviz:=false", "backend:=cpu", f"output_directory:={home}", *arguments],
+                env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            try:
+                told = subprocess.run([sys.executable, "-c", WATCH], env=environment, text=True,
+                                      stdout=subprocess.PIPE, check=False).stdout
+                for command in then:
+                    self.save(command, environment, home)
+            finally:
+                launch.send_signal(signal.SIGINT)
+                output = launch.communicate(timeout=60)[0]
+        count, frame, message = re.match(r"(\d+) (\S*) (.*)", told.splitlines()[-1]).groups()
+        self.assertGreaterEqual(int(count), 3, f"{name}: {message}\n{output}")
+        return frame
+
+    def save(self, command, environment, folder):
+        answer = subprocess.run(command, shell=True, env=environment, text=True, check=False,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT).stdout
+        self.assertIn("success: True", answer, command)
+        name = re.search(r"file_name: '(.*?)'", command).group(1)
+        self.assertGreater(os.path.getsize(os.path.join(folder, name)), 1000)
+
+    def test_your_first_mesh(self):
+        """Each command of the page, as far as that goes without a camera: with stand-ins for
+        drivers and downloads; what installs something is left out."""
+        sections = commands_of(first_mesh_page())
+        self.assertEqual(len([s for s in sections.values() if s]), 5)
+        for title, commands in sections.items():
+            with self.subTest(title):
+                self.follow([c for c in commands if not c.startswith("sudo apt install ")])
+
+    def follow(self, commands):
+        for i, command in enumerate(commands):
+            words = shlex.split(command)
+            if words[:2] == ["roslaunch", "dtsdf_mapping"]:
+                name, arguments = words[2].rsplit(".", 1)[0], words[3:]
+                with tempfile.TemporaryDirectory() as folder:
+                    if name == "tum_bag":
+                        write_tum_bag(os.path.join(folder, "tum.bag"))
+                        arguments = [f"bag:={folder}/tum.bag"]
+                    if name == "gazebo":  # with a simulation and a robot's odometry
+                        arguments += EXTRA["gazebo"] + ["poses:=fixed"]
+                    self.fused(name, *arguments, then=commands[i + 1:])
+            elif words[:3] == ["rosrun", "dtsdf_mapping", "reconstruct"]:
+                with tempfile.TemporaryDirectory() as folder:
+                    write_tum_folder(os.path.join(folder, words[3]))
+                    program = os.path.join(os.environ["DTSDF_PROGRAMS"], "reconstruct")
+                    subprocess.run([program] + words[3:], cwd=folder, check=True,
+                                   stdout=subprocess.DEVNULL)
+                    self.assertGreater(os.path.getsize(os.path.join(folder, words[5])), 1000)
+            else:
+                self.assertEqual(words[:2], ["rosservice", "call"], command)
+
+    def test_cameras_that_the_page_has_no_commands_for(self):
+        self.assertEqual(self.fused("openni2", "poses:=fixed"), "odom")
+        self.assertEqual(self.fused("astra", "poses:=fixed", "package:=astra_camera",
+                                    "camera:=head"), "odom")
+
+
+def grey_png(width, height, value):
+    """A 16-bit grey PNG of one value."""
+    def chunk(kind, data):
+        return (struct.pack(">I", len(data)) + kind + data +
+                struct.pack(">I", zlib.crc32(kind + data)))
+    rows = (b"\0" + struct.pack(">H", value) * width) * height
+    return (b"\x89PNG\r\n\x1a\n" +
+            chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def write_tum_folder(folder):
+    """An archive of freiburg1 as it is unpacked, of a wall two metres away."""
+    os.makedirs(os.path.join(folder, "depth"))
+    depths, poses = [], []
+    for i in range(5):
+        stamp = f"{1305031102.16 + 0.1 * i:.6f}"
+        depths.append(f"{stamp} depth/{stamp}.png")
+        poses.append(f"{stamp} {0.01 * i} 0 0 0 0 0 1")
+        with open(os.path.join(folder, "depth", stamp + ".png"), "wb") as file:
+            file.write(grey_png(640, 480, 10000))
+    for name, lines in (("depth.txt", depths), ("groundtruth.txt", poses)):
+        with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+            file.write("# as downloaded\n" + "\n".join(lines) + "\n")
+
+
+def write_tum_bag(path):
+    """As those that are downloaded: names of frames begin with a slash, depth is in metres."""
+    import rosbag
+    import rospy
+    from geometry_msgs.msg import TransformStamped
+    from sensor_msgs.msg import CameraInfo, Image
+    from tf2_msgs.msg import TFMessage
+    with rosbag.Bag(path, "w") as bag:
+        for i in range(30):
+            stamp = rospy.Time.from_sec(1305031102.0 + 0.1 * i)
+            image = Image(height=48, width=64, encoding="32FC1", step=64 * 4)
+            image.data = struct.pack("<f", 1.0) * (64 * 48)
+            image.header.stamp = stamp
+            image.header.frame_id = "/openni_rgb_optical_frame"
+            info = CameraInfo(header=image.header, height=48, width=64)
+            info.K = [52.5, 0.0, 31.5, 0.0, 52.5, 23.5, 0.0, 0.0, 1.0]
+            info.P = [52.5, 0.0, 31.5, 0.0, 0.0, 52.5, 23.5, 0.0, 0.0, 0.0, 1.0, 0.0]
+            info.D = [0.0] * 5
+            transform = TransformStamped()
+            transform.header.stamp = stamp
+            transform.header.frame_id = "/world"
+            transform.child_frame_id = "/openni_rgb_optical_frame"
+            transform.transform.translation.x = 0.01 * i
+            transform.transform.rotation.w = 1.0
+            bag.write("/camera/depth/image", image, stamp)
+            bag.write("/camera/depth/camera_info", info, stamp)
+            bag.write("/tf", TFMessage([transform]), stamp)
+
+
+if __name__ == "__main__":
+    unittest.main()

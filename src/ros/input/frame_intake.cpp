@@ -143,7 +143,7 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   }
   std::visit([&](auto& image) { image.T_W_C = pose.T_W_C; }, posed.image);
   posed.accounting = &parts_.accounting;
-  checkOpticalFrame(frame, posed.depth);
+  if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) checkOpticalFrame(frame, *depth);
   const ros::Time stamp = posed.stamp;
   if (parts_.posed_frames.push(parts_.stream, stamp, std::move(posed))) return;
   parts_.accounting.dropped(DropReason::kOutOfOrder, stamp,

@@ -13,6 +13,7 @@ class RateLimit {
   /// 0: all are taken.
   explicit RateLimit(double max_rate_hz) : interval_s_(max_rate_hz > 0 ? 1.0 / max_rate_hz : 0.0) {}
 
+  /// Whether the image with this stamp is taken; of stamps in the order in which they come.
   bool takes(double stamp_s) {
     if (interval_s_ <= 0.0) return true;
     const bool begins_anew = !due_s_ || stamp_s < *due_s_ - 2.0 * interval_s_;

@@ -100,6 +100,22 @@ TEST_F(VertexColourAround, OneVoxelBesideWhatIsPaintedTakesItsColour) {
   EXPECT_EQ(at(4, 3, 1).painted, 0) << "the other side of a thin thing has not been seen";
 }
 
+/// That of a refined triangle's side has the mean of its ends, of which one may not be painted.
+TEST_F(VertexColourAround, AMiddleIsBetweenItsEnds) {
+  const int painted = edgeNumber(cornerIndex(3, 3, 3), 0, 0);
+  const int beside = edgeNumber(cornerIndex(3, 5, 3), 0, 0);
+  const int far = edgeNumber(cornerIndex(3, 6, 6), 0, 0);
+  const auto middle = [this](int a, int b) {
+    return vertexColourOf(corners_, middleNumber(a, b), true);
+  };
+  EXPECT_EQ(middle(painted, beside).red, 200);
+  EXPECT_EQ(middle(beside, painted).painted, 255);
+  EXPECT_EQ(middle(beside, far).painted, 0);
+  EXPECT_EQ(meanColour({200, 0, 7, 255}, {100, 50, 8, 255}).red, 150);
+  EXPECT_EQ(meanColour({200, 0, 7, 255}, {100, 50, 8, 255}).green, 25);
+  EXPECT_EQ(meanColour({200, 0, 7, 255}, {100, 50, 8, 255}).blue, 8);
+}
+
 TEST_F(VertexColourAround, StaysWithinTheBlocksCorners) {
   for (int y = 0; y < kBlockSide; ++y) {
     for (int z = 0; z < kBlockSide; ++z) {

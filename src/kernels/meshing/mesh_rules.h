@@ -33,8 +33,8 @@ struct MeshRules {
   /// A vertex is drawn to the nearest anchor where a corner's foot is farther than this from where
   /// its surface was measured, in voxels; as far as it ever is from twice that on. Pixels are so
   /// far apart: less would move vertices inside a surface. (Orbits of 100 images at 20 mm, vertices
-  /// / completeness of the Asian Dragon with 0.1, 0.15, 0.25 and without: 1.84 / 3.12, 1.96 / 3.13,
-  /// 2.17 / 3.14 and 2.91 mm; of the bunny 0.42 / 0.93, 0.44 / 0.93 and 0.48 / 0.92 mm.)
+  /// with 0.1, 0.15, 0.25 and without: Asian Dragon 1.96, 2.06, 2.28 and 2.91 mm, bunny 0.45, 0.47,
+  /// 0.50 and 0.73 mm.)
   float measured_gap = 0.15f;
   /// So near it may be to the anchor anyway, in voxels.
   float measured_reach = 0.1f;

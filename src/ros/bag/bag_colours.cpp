@@ -29,21 +29,6 @@ bool mayBeColour(const rosbag::MessageInstance& message) {
   return compressed && holdsColour(*compressed);
 }
 
-/// The topics of a bag whose first image is one of a colour camera. An image that was recorded both
-/// ways counts once, as it was before it was compressed.
-std::set<std::string> findColourTopics(const rosbag::Bag& bag) {
-  std::set<std::string> topics;
-  rosbag::View all(bag);
-  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
-    rosbag::View images(bag, rosbag::TopicQuery(connection->topic));
-    if (images.size() == 0 || !mayBeColour(*images.begin())) continue;
-    const std::string raw = withoutEnding(connection->topic, kCompressedTopic);
-    if (raw == connection->topic || topics.count(raw) == 0) topics.insert(connection->topic);
-    if (raw == connection->topic) topics.erase(raw + kCompressedTopic);
-  }
-  return topics;
-}
-
 /// Stamp and place of one image: bags have messages in the order in which they were recorded.
 struct Recorded {
   ros::Time stamp;
@@ -93,7 +78,8 @@ class BagColours : public ColourSource {
   bool chooseTopics() {
     std::string& topic = options_.colour_topic;
     if (topic.empty()) {
-      const std::set<std::string> topics = findColourTopics(bag_);
+      const std::set<std::string> topics =
+          findImageTopics(bag_, mayBeColour, kCompressedTopic);
       if (topics.size() != 1) return tellChoice(topics);
       topic = *topics.begin();
     }
@@ -158,10 +144,7 @@ class BagColours : public ColourSource {
       rectification_.emplace(rectifyChoice(options_), options_.colour_topic,
                              Rectification::Kind::kColour);
     }
-    CameraImage camera = rectification_->apply(raw);
-    const std::string warning = rectification_->takeWarning();
-    if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
-    return camera;
+    return rectification_->applyAndWarn(raw);
   }
 
   std::optional<SourceColour> skip(const std::string& reason) {

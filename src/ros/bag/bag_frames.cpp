@@ -1,11 +1,9 @@
-#include <ros/console.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 
 #include <algorithm>
-#include <iterator>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -32,33 +30,8 @@ bool isDepth(const rosbag::MessageInstance& message) {
   return compressed && holdsDepth(*compressed);
 }
 
-/// The image's own topic, if `topic` is its topic of compressed depth.
-std::string uncompressedTopic(const std::string& topic) {
-  const std::string end = kCompressedDepthTopic;
-  const bool is_compressed = topic.size() > end.size() &&
-                             topic.compare(topic.size() - end.size(), end.size(), end) == 0;
-  return is_compressed ? topic.substr(0, topic.size() - end.size()) : topic;
-}
-
-/// The topics of a bag whose first image is a depth image. An image that was recorded both ways
-/// counts once, as it was before it was compressed.
-std::set<std::string> findDepthTopics(const rosbag::Bag& bag) {
-  std::set<std::string> topics;
-  rosbag::View all(bag);
-  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
-    rosbag::View images(bag, rosbag::TopicQuery(connection->topic));
-    if (images.size() > 0 && isDepth(*images.begin())) topics.insert(connection->topic);
-  }
-  for (auto topic = topics.begin(); topic != topics.end();) {
-    const std::string uncompressed = uncompressedTopic(*topic);
-    const bool twice = uncompressed != *topic && topics.count(uncompressed) > 0;
-    topic = twice ? topics.erase(topic) : std::next(topic);
-  }
-  return topics;
-}
-
 std::string chooseDepthTopic(const rosbag::Bag& bag, const std::string& path) {
-  const std::set<std::string> topics = findDepthTopics(bag);
+  const std::set<std::string> topics = findImageTopics(bag, isDepth, kCompressedDepthTopic);
   if (topics.size() == 1) return *topics.begin();
   if (topics.empty()) throw std::runtime_error("'" + path + "' has no topic with depth images");
   std::string list;
@@ -113,7 +86,8 @@ class BagFrames : public FrameSource {
       options_.depth_topic = chooseDepthTopic(bag_, options_.path);
     }
     if (options_.info_topic.empty()) {
-      options_.info_topic = topicBeside(uncompressedTopic(options_.depth_topic), "camera_info");
+      options_.info_topic =
+          topicBeside(withoutEnding(options_.depth_topic, kCompressedDepthTopic), "camera_info");
     }
     const std::string compressed = options_.depth_topic + kCompressedDepthTopic;
     if (!hasMessages(bag_, options_.depth_topic) && hasMessages(bag_, compressed)) {
@@ -142,10 +116,7 @@ class BagFrames : public FrameSource {
 
   CameraImage rectified(const CameraImage& raw) {
     if (!rectification_) rectification_.emplace(rectifyChoice(options_), options_.depth_topic);
-    CameraImage camera = rectification_->apply(raw);
-    const std::string warning = rectification_->takeWarning();
-    if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
-    return camera;
+    return rectification_->applyAndWarn(raw);
   }
 
   /// The mask of an image's stamp, recorded near it.

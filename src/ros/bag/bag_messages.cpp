@@ -12,6 +12,7 @@
 #include "io/trajectory_file.h"
 #include "params/frame_name.h"
 #include "ros/input/drop_reason.h"
+#include "ros/input/image_checks.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
@@ -19,15 +20,6 @@ namespace {
 
 /// Longer than any recording: no transform is forgotten.
 const ros::Duration kKeepAll(1.0e8);
-
-sensor_msgs::CameraInfoConstPtr makeInfo(const sensor_msgs::Image& image, const Intrinsics& K) {
-  const auto info = boost::make_shared<sensor_msgs::CameraInfo>();
-  info->header = image.header;
-  info->width = image.width;
-  info->height = image.height;
-  info->K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
-  return info;
-}
 
 }  // namespace
 
@@ -56,6 +48,23 @@ std::string withoutEnding(const std::string& topic, const std::string& ending) {
   return has_it ? topic.substr(0, topic.size() - ending.size()) : topic;
 }
 
+std::set<std::string> findImageTopics(const rosbag::Bag& bag,
+                                      bool (*is_wanted)(const rosbag::MessageInstance&),
+                                      const std::string& ending) {
+  std::set<std::string> topics;
+  rosbag::View all(bag);
+  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
+    rosbag::View messages(bag, rosbag::TopicQuery(connection->topic));
+    if (messages.size() > 0 && is_wanted(*messages.begin())) topics.insert(connection->topic);
+  }
+  for (auto topic = topics.begin(); topic != topics.end();) {
+    const std::string raw = withoutEnding(*topic, ending);
+    const bool twice = raw != *topic && topics.count(raw) > 0;
+    topic = twice ? topics.erase(topic) : std::next(topic);
+  }
+  return topics;
+}
+
 BagCameraInfos::BagCameraInfos(const rosbag::Bag& bag, const std::string& topic,
                                const std::optional<Intrinsics>& intrinsics, bool latest_will_do)
     : intrinsics_(intrinsics), latest_will_do_(latest_will_do) {
@@ -68,7 +77,9 @@ BagCameraInfos::BagCameraInfos(const rosbag::Bag& bag, const std::string& topic,
 }
 
 sensor_msgs::CameraInfoConstPtr BagCameraInfos::of(const sensor_msgs::Image& image) const {
-  if (intrinsics_) return makeInfo(image, *intrinsics_);
+  if (intrinsics_) {
+    return boost::make_shared<sensor_msgs::CameraInfo>(makeCameraInfo(image, *intrinsics_));
+  }
   const auto info = infos_.find(image.header.stamp);
   if (info != infos_.end()) return info->second;
   if (!latest_will_do_ || infos_.empty()) return nullptr;

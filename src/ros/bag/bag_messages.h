@@ -2,6 +2,7 @@
 #pragma once
 
 #include <rosbag/bag.h>
+#include <rosbag/message_instance.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <std_msgs/Header.h>
@@ -10,6 +11,7 @@
 #include <Eigen/Geometry>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "io/bag_frames.h"
@@ -32,6 +34,12 @@ RectifyChoice rectifyChoice(const BagOptions& options);
 /// The topic of an image by itself, if `topic` is that of what a transport has made of it, which
 /// ends in `ending`.
 std::string withoutEnding(const std::string& topic, const std::string& ending);
+
+/// The topics whose first message is wanted. An image that was recorded both ways counts once, as
+/// it was before it was compressed; what a transport made of it has a topic that ends in `ending`.
+std::set<std::string> findImageTopics(const rosbag::Bag& bag,
+                                      bool (*is_wanted)(const rosbag::MessageInstance&),
+                                      const std::string& ending);
 
 /// The camera_info of images.
 class BagCameraInfos {

@@ -15,6 +15,7 @@
 
 #include "dtsdf_mapping/io/recording.h"
 #include "dtsdf_mapping/io/tum_frames.h"
+#include "ros/input/image_checks.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
@@ -64,19 +65,6 @@ sensor_msgs::Image makeDepthImage(const SourceFrame& frame, const TumToBagOption
     fillPixels<float>(depth, image, [&](uint16_t raw) { return raw * depth.unit_m; });
   }
   return image;
-}
-
-sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K) {
-  sensor_msgs::CameraInfo info;
-  info.header = image.header;
-  info.width = image.width;
-  info.height = image.height;
-  info.distortion_model = "plumb_bob";
-  info.D.assign(5, 0.0);
-  info.K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
-  info.R = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
-  info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
-  return info;
 }
 
 /// Writes each pose once: tf2 warns about those that repeat.

@@ -133,7 +133,7 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   posed.stamp = frame.image->header.stamp;
   std::optional<Rejection> rejection = judge(frame, pose);
   try {
-    if (!rejection) parts_.kind.fill(rectified(frame), posed);
+    if (!rejection) parts_.kind.fill(rectification_.applyAndWarn({frame.image, frame.info}), posed);
   } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
     rejection = Rejection{DropReason::kBadImage, error.what()};
   }
@@ -162,13 +162,6 @@ void FrameIntake::checkOpticalFrame(const WaitingFrame& frame, const DepthFrame&
   ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);
   const std::lock_guard<std::mutex> lock(mutex_);
   warning_ = text;
-}
-
-CameraImage FrameIntake::rectified(const WaitingFrame& frame) {
-  CameraImage camera = rectification_.apply({frame.image, frame.info});
-  const std::string warning = rectification_.takeWarning();
-  if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
-  return camera;
 }
 
 std::optional<Rejection> FrameIntake::judge(const WaitingFrame& frame, const PoseAnswer& pose) {

@@ -92,7 +92,6 @@ class FrameIntake {
   std::optional<WaitingFrame> front() const;
   bool popFront(const WaitingFrame& frame);
   void checkOpticalFrame(const WaitingFrame& frame, const DepthFrame& depth);
-  CameraImage rectified(const WaitingFrame& frame);
   std::optional<Rejection> judge(const WaitingFrame& frame, const PoseAnswer& pose);
 
   InputParams params_;

@@ -99,6 +99,19 @@ Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info) {
           static_cast<float>((cy - sampling.y_offset) / sampling.binning_y)};
 }
 
+sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K) {
+  sensor_msgs::CameraInfo info;
+  info.header = image.header;
+  info.width = image.width;
+  info.height = image.height;
+  info.distortion_model = "plumb_bob";
+  info.D.assign(5, 0.0);
+  info.K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
+  info.R = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
+  return info;
+}
+
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes) {
   if (auto rejection = checkPixels(image, pixel_bytes)) return rejection;

@@ -16,6 +16,9 @@ namespace dtsdf {
 /// interest applied.
 Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
 
+/// The camera_info of a rectified image with these intrinsics.
+sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K);
+
 /// What is wrong with an image of so many bytes a pixel and its camera_info; nothing if they fit.
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes);

@@ -1,5 +1,7 @@
 #include "ros/input/rectification.h"
 
+#include <ros/console.h>
+
 #include <sensor_msgs/distortion_models.h>
 
 #include <algorithm>
@@ -158,6 +160,13 @@ std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
   if (isKnownModel(info)) return "";
   return "distortion model '" + info.distortion_model + "' with " + std::to_string(info.D.size()) +
          " coefficients cannot be undone";
+}
+
+CameraImage Rectification::applyAndWarn(const CameraImage& raw) {
+  CameraImage camera = apply(raw);
+  const std::string warning = takeWarning();
+  if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
+  return camera;
 }
 
 std::string Rectification::takeWarning() {

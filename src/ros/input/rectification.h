@@ -30,6 +30,9 @@ class Rectification {
   /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
 
+  /// The same, and the log gets what takeWarning() has.
+  CameraImage applyAndWarn(const CameraImage& raw);
+
   /// Why the geometry of an image is bent, once for each reason; else empty.
   std::string takeWarning();
 

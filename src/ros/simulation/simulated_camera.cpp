@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "ros/input/image_checks.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
@@ -28,19 +29,6 @@ void fillPixels(const std::vector<float>& depth_m, sensor_msgs::Image& image, Co
 /// The colour camera in the depth camera's frame: 5 cm to the right.
 Eigen::Isometry3d colourCameraBeside() {
   return Eigen::Isometry3d(Eigen::Translation3d(0.05, 0.0, 0.0));
-}
-
-sensor_msgs::CameraInfo makeInfoOf(const sensor_msgs::Image& image, const Intrinsics& K) {
-  sensor_msgs::CameraInfo info;
-  info.header = image.header;
-  info.width = image.width;
-  info.height = image.height;
-  info.distortion_model = "plumb_bob";
-  info.D.assign(5, 0.0);
-  info.K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
-  info.R = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
-  info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
-  return info;
 }
 
 uint16_t toMillimetres(float depth_m) {
@@ -99,7 +87,7 @@ void SimulatedCamera::publishFrame(int index) {
       renderDepth(scene_, intrinsics(), params_.width_px, params_.height_px, T_W_C);
   const sensor_msgs::Image image = makeImage(depth_m, stamp);
   images_.publish(image);
-  infos_.publish(makeInfoOf(image, intrinsics()));
+  infos_.publish(makeCameraInfo(image, intrinsics()));
 }
 
 void SimulatedCamera::publishColour(double time_s, const ros::Time& stamp) {
@@ -121,7 +109,7 @@ void SimulatedCamera::publishColour(double time_s, const ros::Time& stamp) {
   image.data.resize(paint.size() * sizeof(Paint));
   std::memcpy(image.data.data(), paint.data(), image.data.size());
   colour_images_.publish(image);
-  colour_infos_.publish(makeInfoOf(image, K));
+  colour_infos_.publish(makeCameraInfo(image, K));
 }
 
 void SimulatedCamera::publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp) {

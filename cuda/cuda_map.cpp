@@ -1,37 +1,19 @@
 #include "cuda_map.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "backend/frame_check.h"
-#include "backend/gather_colours.h"
+#include "backend/map_copy.h"
 #include "backend/rule_settings.h"
 #include "kernels/fusion/evidence.h"
+#include "pool_transfer.h"
 
 namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// A pool of arrays, in host memory.
-template <class T>
-class HostCopy {
- public:
-  template <class Pool>
-  HostCopy(const Pool& pool, const Stream& stream)
-      : record_elements_(Pool::kSlabElements / Pool::kSlabRecords) {
-    PinnedBuffer<T> slab(Pool::kSlabElements);
-    for (size_t i = 0; i < pool.slabCount(); ++i) {
-      pool.downloadSlab(i, slab.data(), stream);
-      stream.synchronize();
-      elements_.insert(elements_.end(), slab.data(), slab.data() + Pool::kSlabElements);
-    }
-  }
-
-  const T* record(int32_t i) const {
-    return elements_.data() + static_cast<size_t>(i) * record_elements_;
-  }
-
- private:
-  size_t record_elements_;
-  std::vector<T> elements_;
-};
+constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 
 }  // namespace
 
@@ -45,7 +27,8 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
       block_finder_(makeFusionSettings(params, rules.fusion), stream_),
       fusion_(params, rules, stream_),
       painter_(rules.colour, params.map.directional, stream_),
-      mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0) {
+      mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0),
+      region_clearer_(stream_) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
 }
@@ -61,6 +44,7 @@ IntegrationResult CudaMap::fuse(const DepthFrame& frame) {
   countWork(sensing.frame(), admission);
   castAndFold(sensing, surfels);
   clear(sensing);
+  if (params_.map.keep_radius_m > 0.0f) kept_ = keptBallOf(frame, params_.map);
   IntegrationResult result;
   result.refused_blocks = admission.refused;
   return result;
@@ -68,7 +52,7 @@ IntegrationResult CudaMap::fuse(const DepthFrame& frame) {
 
 void CudaMap::upload(const DepthFrame& frame) {
   block_finder_.begin();  // before the upload, which it runs beside
-  raw_image_.upload(frame, stream_);
+  raw_image_.upload(rowsOf(frame), stream_);
 }
 
 DeviceSensing CudaMap::sense(const DepthFrame& frame) {
@@ -110,12 +94,29 @@ Admission CudaMap::admit() {
       table_.sizesAfter(counters_.requests, counters_.requested_arrays);
   fusion_.reserve(counters_, after.slots);
   if (counters_.requests == 0) return Admission();
-  map_.reserve(table_, {counters_.requests, counters_.requested_arrays, after});
+  if (!hasRoomFor({counters_.requests, counters_.requested_arrays, after})) {
+    Admission none;
+    none.refused = counters_.requests;
+    refused_ += none.refused;
+    return none;
+  }
   Admission admission = table_.admit(block_finder_.fetchRequests());
   map_.apply(table_, admission);
   if (!admission.changed_slots.empty()) block_finder_.refresh(map_.view());
   refused_ += admission.refused;
   return admission;
+}
+
+/// Without device memory for new blocks they are refused, as those beyond the budget are, and the
+/// frame goes into what is there.
+bool CudaMap::hasRoomFor(const MapDemand& demand) {
+  try {
+    map_.reserve(table_, demand);
+    return true;
+  } catch (const CudaError& error) {
+    if (error.code() != cudaErrorMemoryAllocation) throw;
+    return false;
+  }
 }
 
 void CudaMap::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
@@ -139,7 +140,7 @@ IntegrationResult CudaMap::paint(const ColourFrame& frame) {
   if (seen.seen == 0) return nothingToPaint();
   const ColourAdmission admission = admitColours();
   if (map_.hasColours()) painter_.paint(map_.view());
-  painted_bound_ += seen.seen;
+  painted_bound_ += std::min(seen.seen, seen.blocks);
   if (clock_.profile() != nullptr) {
     clock_.profile()->work.colour_pixels += static_cast<uint64_t>(frame.width) * frame.height;
     clock_.profile()->work.painted_voxels += seen.samples;
@@ -169,24 +170,71 @@ int32_t CudaMap::leastEvidenceNow() const {
   return leastEvidence(params_.mesh.min_support, supporting_frames_, rules_.fusion);
 }
 
-/// Puts off the release of what the last frame left empty until the map is looked at again, so that
-/// integrate() need not wait for the frame.
+/// Puts off the release of what the last frame left empty, or beyond what is kept, until the map is
+/// looked at again, so that integrate() need not wait for the frame.
 void CudaMap::recycleEmpty() {
-  const std::vector<EmptyBlock> empty_blocks = fusion_.takeEmptyBlocks();
-  for (const EmptyBlock& empty : empty_blocks) table_.vacate(empty.slot, empty.directions);
-  if (!is_meshed_) table_.releaseVacant(table_.takeVacant());
-  // One update for all: the buffer that they are sent from is not free before the next frame.
+  std::vector<int32_t> changed;
+  for (const EmptyBlock& empty : fusion_.takeEmptyBlocks()) {
+    table_.vacate(empty.slot, empty.directions);
+    changed.push_back(empty.slot);
+  }
+  const std::vector<int32_t> dropped = dropBeyond();
+  changed.insert(changed.end(), dropped.begin(), dropped.end());
+  mirror(std::move(changed), !dropped.empty());
+}
+
+/// As CpuMapper::dropBeyond(), with the blocks that the frame left empty gone before.
+std::vector<int32_t> CudaMap::dropBeyond() {
+  if (!kept_) return {};
+  std::vector<int32_t> slots = table_.slotsBeyond(*kept_, kMostDroppedBlocks);
+  kept_.reset();
+  if (slots.empty()) return slots;
+  mesher_.complete();
+  map_.reserveUpdates(slots.size());
+  for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
+  dropped_ += slots.size();
+  dirty_bound_ += slots.size();
+  return slots;
+}
+
+/// Brings what the host's table knows of blocks to the device: in one update for all, since the
+/// buffer that they are sent from is not free before the next frame.
+void CudaMap::mirror(std::vector<int32_t> changed, bool dirty) {
+  table_.releaseVacant(table_.takeUnseen());
+  std::sort(changed.begin(), changed.end());
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
   std::vector<SlotUpdate> updates;
-  for (const EmptyBlock& empty : empty_blocks) {
-    updates.push_back(makeSlotUpdate(table_.block(empty.slot), empty.slot));
+  for (const int32_t slot : changed) {
+    updates.push_back(makeSlotUpdate(table_.block(slot), slot));
+    updates.back().dirty = dirty;
   }
   map_.apply(updates);
+}
+
+ClearedRegion CudaMap::clearRegion(const Region& region) {
+  const RegionView view = checkedRegionView(region, params_.map);
+  mesher_.complete();
+  recycleEmpty();
+  const std::vector<int32_t> slots = table_.slotsIn(view);
+  map_.reserveUpdates(slots.size());
+  const std::vector<EmptiedBlock> emptied = region_clearer_.clear(slots, view, map_.view());
+  ClearedRegion result;
+  std::vector<int32_t> changed;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    if (emptied[i].voxels == 0) continue;
+    result.voxels += emptied[i].voxels;
+    if (table_.vacate(slots[i], emptied[i].empty_directions)) ++result.blocks;
+    changed.push_back(slots[i]);
+  }
+  dirty_bound_ += changed.size();
+  mirror(std::move(changed), true);
+  return result;
 }
 
 void CudaMap::beginMeshUpdate() {
   if (mesher_.isUnderWay()) mesher_.finish();  // as on the CPU, its changes are lost
   recycleEmpty();
-  is_meshed_ = true;
+  table_.noteExtraction();
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
   const int32_t least = leastEvidenceNow();
@@ -243,12 +291,13 @@ std::vector<MemoryPart> CudaMap::memory() {
   std::vector<MemoryPart> parts;
   map_.addMemory(table_, parts);
   mesher_.addMemory(parts);
-  raw_image_.addMemory(parts);
+  raw_image_.addMemory("raw image", parts);
   sensor_.addMemory(parts);
   surfel_maker_.addMemory(parts);
   block_finder_.addMemory(parts);
   fusion_.addMemory(parts);
   painter_.addMemory(parts);
+  region_clearer_.addMemory(parts);
   parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),
                    table_.memoryBytes()});
   return parts;
@@ -257,30 +306,43 @@ std::vector<MemoryPart> CudaMap::memory() {
 MapStats CudaMap::stats() {
   recycleEmpty();
   return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_,
-          table_.coloursInUse() * BlockTable::kColourBytes};
+          table_.coloursInUse() * BlockTable::kColourBytes, dropped_};
 }
 
-std::vector<BlockSnapshot> CudaMap::snapshot() {
+MapContents CudaMap::contents() {
   recycleEmpty();
-  const HostCopy<Voxel> voxels(map_.voxels(), stream_);
-  const HostCopy<VoxelColour> colours(map_.colours(), stream_);
-  std::vector<BlockSnapshot> blocks;
-  for (const int32_t slot : table_.sortedSlots()) {
-    const BlockEntry& entry = table_.block(slot);
-    BlockSnapshot copy;
-    copy.key = entry.key;
-    bool holds_voxels = false;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      const int32_t array = entry.array[d];
-      if (array == kNoArray) continue;
-      copy.voxels[d].assign(voxels.record(array), voxels.record(array) + kVoxelsPerBlock);
-      copy.colours[d] =
-          gatherColours(table_, array, [&](int32_t brick) { return colours.record(brick); });
-      holds_voxels = true;
-    }
-    if (holds_voxels) blocks.push_back(std::move(copy));
+  MapContents contents = contentsOf(params_, rules_);
+  contents.frames = frames_;
+  contents.supporting_frames = supporting_frames_;
+  contents.painted = map_.hasColours();
+  std::copy_n(painter_.exposure().gain, 3, contents.exposure.begin());
+  const ContentsOrder order = listBlocks(table_, contents);
+  PoolTransfer(map_.voxels(), order.arrays, stream_).download(contents.voxels.data());
+  PoolTransfer(map_.colours(), order.bricks, stream_).download(contents.colours.data());
+  return contents;
+}
+
+/// As frames do: memory first, then the table, then what the device knows of it.
+void CudaMap::restore(const MapContents& contents) {
+  const MapSize size = sizeOf(contents.blocks);
+  map_.reserve(table_, {size.blocks, size.voxel_arrays,
+                        table_.sizesAfter(size.blocks, size.voxel_arrays)});
+  const EnteredBlocks entered = enterBlocks(contents, table_);
+  const ContentsOrder order = entered.order();
+  map_.apply(table_, entered.blocks);
+  PoolTransfer(map_.voxels(), order.arrays, stream_).upload(contents.voxels.data());
+  if (contents.painted) {
+    map_.reserveColours(table_, size.bricks);
+    map_.keepColours();
+    map_.apply(entered.colours);
+    PoolTransfer(map_.colours(), order.bricks, stream_).upload(contents.colours.data());
   }
-  return blocks;
+  frames_ = contents.frames;
+  supporting_frames_ = contents.supporting_frames;
+  Exposure exposure;
+  std::copy_n(contents.exposure.begin(), 3, exposure.gain);
+  painter_.setExposure(exposure);
+  stream_.synchronize();
 }
 
 }  // namespace gpu

@@ -1,11 +1,13 @@
 /// One map on the device with all that is needed to fuse frames into it and to mesh it.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
 #include "block_mesher.h"
+#include "clear_region.h"
 #include "fusion.h"
 #include "painter.h"
 #include "raw_image.h"
@@ -24,11 +26,15 @@ class CudaMap {
   /// @pre The frame is valid. @return when the frame's last kernel is enqueued.
   IntegrationResult fuse(const DepthFrame& frame);
   IntegrationResult paint(const ColourFrame& frame);
+  ClearedRegion clearRegion(const Region& region);
   void beginMeshUpdate();
   void waitForMeshes() { mesher_.complete(); }
   MeshUpdate finishMeshUpdate();
   MapStats stats();
-  std::vector<BlockSnapshot> snapshot();
+  MapContents contents();
+
+  /// @pre The map is empty, and the contents were checked.
+  void restore(const MapContents& contents);
   void profileTo(Profile* profile);
   std::vector<MemoryPart> memory();
 
@@ -38,10 +44,13 @@ class CudaMap {
   DeviceSurfels makeSurfels(const DeviceSensing& sensing);
   void findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels);
   Admission admit();
+  bool hasRoomFor(const MapDemand& demand);
   ColourAdmission admitColours();
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels);
   void clear(const DeviceSensing& sensing);
   void recycleEmpty();
+  std::vector<int32_t> dropBeyond();
+  void mirror(std::vector<int32_t> changed, bool dirty);
   int32_t leastEvidenceNow() const;
   void releaseVacant(const std::vector<int32_t>& slots);
   void countWork(const FrameView& frame, const Admission& admission);
@@ -61,11 +70,12 @@ class CudaMap {
   Painter painter_;
   BlockMesher mesher_;
   FrameCounters counters_ = {};  ///< Of the frame being fused.
-  uint64_t refused_ = 0;
+  RegionClearer region_clearer_;
+  std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
+  uint64_t refused_ = 0, dropped_ = 0;
   uint64_t frames_ = 0;           ///< Fused, those included that only clear.
   uint64_t supporting_frames_ = 0;  ///< Those that touched a block.
   int32_t least_evidence_ = 0;    ///< Of the last extraction.
-  bool is_meshed_ = false;        ///< Somebody has asked for a mesh.
   std::vector<int32_t> vacant_;   ///< Released when the extraction under way is fetched.
   size_t dirty_bound_ = 0;  ///< Blocks touched since the last extraction, each as often as it was.
   size_t painted_bound_ = 0;  ///< The same for painted ones.

@@ -27,7 +27,7 @@ class CudaMapper : public ProbedMapper {
   IntegrationResult integrate(const DepthFrame& frame) override {
     const auto start = std::chrono::steady_clock::now();
     if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
-    IntegrationResult result = withMemory([&] { return map().fuse(frame); });
+    IntegrationResult result = withMemory([&] { return map().fuse(frame); }, refuseFrame);
     result.duration_ms = millisecondsSince(start);
     return result;
   }
@@ -35,7 +35,7 @@ class CudaMapper : public ProbedMapper {
   IntegrationResult paint(const ColourFrame& frame) override {
     const auto start = std::chrono::steady_clock::now();
     if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
-    IntegrationResult result = withMemory([&] { return map().paint(frame); });
+    IntegrationResult result = withMemory([&] { return map().paint(frame); }, refuseFrame);
     result.duration_ms = millisecondsSince(start);
     return result;
   }
@@ -44,13 +44,19 @@ class CudaMapper : public ProbedMapper {
   void waitForMeshes() override { map().waitForMeshes(); }
   MeshUpdate finishMeshUpdate() override { return map().finishMeshUpdate(); }
 
+  ClearedRegion clearRegion(const Region& region) override { return map().clearRegion(region); }
+
   void clear() override {
     gpu::useDevice(device_);
     map_.reset();  // map() makes a new one, so that the device never holds two
   }
 
   MapStats stats() const override { return map().stats(); }
-  std::vector<BlockSnapshot> snapshot() override { return map().snapshot(); }
+  MapContents contents() override { return map().contents(); }
+
+  void restore(const MapContents& contents) override {
+    withMemory([&] { map().restore(contents); }, refuseMap);
+  }
 
   void profileTo(Profile* profile) override {
     profile_ = profile;
@@ -71,17 +77,26 @@ class CudaMapper : public ProbedMapper {
     return *map_;
   }
 
-  /// Takes a frame, and says what to do where there is no memory for it.
-  template <class Take>
-  static IntegrationResult withMemory(const Take& take) {
+  /// Takes what comes; a lack of memory is told by `refuse`, given what CUDA says.
+  template <class Take, class Refuse>
+  static auto withMemory(const Take& take, const Refuse& refuse) -> decltype(take()) {
     try {
       return take();
     } catch (const gpu::CudaError& error) {
       if (error.code() != cudaErrorMemoryAllocation) throw;
-      throw std::runtime_error(
-          "the GPU has too little memory for this frame, which was not fused; lower "
-          "map/max_memory_mb or use larger voxels. " + std::string(error.what()));
+      return refuse(std::string(error.what()));
     }
+  }
+
+  static IntegrationResult refuseFrame(const std::string& reason) {
+    return refuse({FrameStatus::kNoMemory,
+                   "the GPU has too little memory for this frame, which was not fused; lower "
+                   "map/max_memory_mb or use larger voxels. " + reason});
+  }
+
+  static void refuseMap(const std::string& reason) {
+    throw std::runtime_error("the GPU has too little memory for this map, which was not loaded; "
+                             "clear_map frees that of the old one. " + reason);
   }
 
   MapperParams params_;

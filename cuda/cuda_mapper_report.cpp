@@ -89,8 +89,8 @@ GpuReport reportCudaDevice() {
   report.runtime = versionText(runtime);
   measureRates(report);
   for (const auto& kernels : {gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
-                              gpu::mapKernels(), gpu::fusionKernels(), gpu::paintKernels(),
-                              gpu::mesherKernels(true)}) {
+                              gpu::mapKernels(), gpu::fusionKernels(), gpu::regionKernels(),
+                              gpu::paintKernels(), gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }
   return report;

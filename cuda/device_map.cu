@@ -30,6 +30,7 @@ __global__ void updateSlotsKernel(MapView map, const SlotUpdate* updates, uint32
   if (!update.in_use) entry.key = kNoKey;
   map.slots[update.slot] = entry;
   insertSlot(map, update.entry.key, update.in_use ? update.slot : -1);
+  if (update.in_use && update.dirty) markDirty(map, update.slot);
 }
 
 __global__ void rehashSlotsKernel(MapView map) {
@@ -41,9 +42,8 @@ __global__ void rehashSlotsKernel(MapView map) {
 /// One thread per slot.
 __global__ void markAllDirtyKernel(MapView map) {
   const size_t slot = globalThread();
-  if (slot >= map.slot_count || map.slots[slot].key == kNoKey) return;
-  if (atomicExch(&map.dirty[slot], 1u) == 0) {
-    map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = static_cast<int32_t>(slot);
+  if (slot < map.slot_count && map.slots[slot].key != kNoKey) {
+    markDirty(map, static_cast<int32_t>(slot));
   }
 }
 
@@ -86,6 +86,7 @@ SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot) {
   std::copy(entry.array, entry.array + kDirectionCount, update.entry.array);
   update.slot = slot;
   update.in_use = entry.in_use;
+  update.dirty = 0;
   return update;
 }
 
@@ -113,9 +114,7 @@ void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
   mesh_stamp_.growZeroed(demand.after.slots, stream_);
   unit_indices_.reserve(demand.after.slots, stream_);
   voxels_.reserve(demand.after.arrays, stream_);
-  updates_sent_.wait();
-  pinned_updates_.reserve(demand.new_blocks);
-  updates_.reserve(demand.new_blocks, stream_);
+  reserveUpdates(demand.new_blocks);
   pinned_arrays_.reserve(demand.new_arrays);
   new_arrays_.reserve(demand.new_arrays, stream_);
   if (hasColours()) growColours(demand.after);
@@ -177,6 +176,12 @@ void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   DTSDF_CHECK_LAUNCH("rehashSlotsKernel");
 }
 
+void DeviceMap::reserveUpdates(size_t count) {
+  updates_sent_.wait();
+  pinned_updates_.reserve(count);
+  updates_.reserve(count, stream_);
+}
+
 void DeviceMap::enqueueUpdates(size_t count) {
   updates_.upload(pinned_updates_.data(), count, stream_);
   stream_.record(updates_sent_);
@@ -207,9 +212,7 @@ void DeviceMap::apply(const BlockTable& table, const Admission& admission) {
 
 void DeviceMap::apply(const std::vector<SlotUpdate>& updates) {
   if (updates.empty()) return;
-  updates_sent_.wait();
-  pinned_updates_.reserve(updates.size());
-  updates_.reserve(updates.size(), stream_);
+  reserveUpdates(updates.size());
   std::copy(updates.begin(), updates.end(), pinned_updates_.data());
   enqueueUpdates(updates.size());
 }

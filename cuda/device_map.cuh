@@ -2,6 +2,7 @@
 #pragma once
 
 #include "device_map.h"
+#include "launch.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -37,8 +38,22 @@ __device__ __forceinline__ VoxelColour* colourOf(const MapView& map, int32_t arr
   return colours == nullptr ? nullptr : colours + placeInBrick(voxel);
 }
 
+/// What comes to the place of a voxel that is gone has a colour of its own.
+__device__ __forceinline__ void forgetColour(const MapView& map, int32_t array, int index) {
+  VoxelColour* colour = colourOf(map, array, index);
+  if (colour != nullptr) *colour = {0, 0, 0, 0};
+}
+
+/// Enters a block into the list of what has to be meshed again, unless it is there.
+__device__ __forceinline__ void markDirty(const MapView& map, int32_t slot) {
+  if (atomicExch(&map.dirty[slot], 1u) == 0) {
+    map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = slot;
+  }
+}
+
 /// Enters a block into the list of those that are to be meshed with other colours.
 __device__ __forceinline__ void markPainted(const MapView& map, int32_t slot) {
+  if (readShared(&map.painted.flags[slot]) != 0) return;
   if (atomicExch(&map.painted.flags[slot], 1u) == 0) {
     map.painted.slots[atomicAdd(map.painted.count, 1u)] = slot;
   }

@@ -33,6 +33,7 @@ struct SlotUpdate {
   SlotEntry entry;
   int32_t slot;
   int32_t in_use;
+  int32_t dirty;  ///< The block is to be meshed again.
 };
 
 /// Blocks that changed in some way since the last extraction: a flag per slot, and their list.
@@ -92,10 +93,16 @@ class DeviceMap {
   /// Whether there has been a brick of colours.
   bool hasColours() const { return has_colours_; }
 
+  /// From now on, all meshes have colours. @pre reserveColours() was called.
+  void keepColours() { has_colours_ = true; }
+
   /// Has the colours of every mesh made.
   void markAllPainted();
 
-  /// Follows the release of arrays or whole blocks.
+  /// Makes room for so many updates at a time, and waits until the last ones are on the device.
+  void reserveUpdates(size_t count);
+
+  /// Follows the release of arrays or whole blocks. @pre If some are dirty, no extraction reads.
   void apply(const std::vector<SlotUpdate>& updates);
 
   /// Has every block meshed again.
@@ -103,8 +110,8 @@ class DeviceMap {
 
   MapView view() const;  ///< Without colours until there are some.
 
-  const VoxelPool& voxels() const { return voxels_; }
-  const ColourPool& colours() const { return colours_; }
+  VoxelPool& voxels() { return voxels_; }
+  ColourPool& colours() { return colours_; }
   void addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const;
 
  private:

@@ -202,12 +202,6 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
   return !__syncthreads_or(holds);
 }
 
-/// What comes to the place of a voxel that is gone has a colour of its own.
-__device__ void forgetColour(const MapView& map, int32_t array, int index) {
-  VoxelColour* colour = colourOf(map, array, index);
-  if (colour != nullptr) *colour = {0, 0, 0, 0};
-}
-
 /// Takes evidence from the voxels that the frame contradicts, with a block of threads: all are
 /// judged before the first one changes.
 __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
@@ -232,13 +226,6 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
     if (isArrayEmpty(map.voxels.record(entry.array[d]))) result.empty_directions |= 1u << d;
   }
   return result;
-}
-
-/// Enters a block into the list of what has to be meshed again, unless it is there.
-__device__ void markDirty(const MapView& map, int32_t slot) {
-  if (atomicExch(&map.dirty[slot], 1u) == 0) {
-    map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = slot;
-  }
 }
 
 __device__ void listEmpty(const TouchedView& touched, EmptyBlock* empty_blocks, int32_t slot,

@@ -8,6 +8,13 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
+/// One thread per pixel.
+__global__ void takePixelsKernel(const uint8_t* raw, PixelLayout layout, ColourPixel* pixels,
+                                 size_t count) {
+  const size_t i = globalThread();
+  if (i < count) pixels[i] = takePixel(raw + i * layout.bytes, layout);
+}
+
 /// One thread per pixel of a level.
 __global__ void halveImageKernel(ColourImage image, ColourPixel* pixels, int level) {
   const ColourLevel& to = image.level[level];
@@ -39,125 +46,205 @@ __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
       firstVoxelOfBlock(unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel)));
 }
 
-/// Calls visit(direction, array, voxels, index) for the voxels of a block on this thread's turn.
+/// Of a block of threads that works on one voxel array: few of its voxels are worth the work.
+constexpr int kArrayThreads = 128;
+
+/// A voxel array in view.
+struct ArrayInView {
+  int32_t slot, direction, array;
+  PackedKey key;
+  const Voxel* voxels;
+  Vec3f first_voxel_L;
+};
+
+/// Calls visit(ArrayInView) for the arrays of the blocks in view that are on this block of threads'
+/// turn.
 template <class Visit>
-__device__ void visitVoxels(const MapView& map, const SlotEntry& entry, const Visit& visit) {
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (entry.array[d] == kNoArray) continue;
-    const Voxel* voxels = map.voxels.record(entry.array[d]);
-    for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
-      visit(d, entry.array[d], voxels, i);
-    }
+__device__ void visitArrays(const FrameView& frame, const MapView& map, const LookView& look,
+                            const Visit& visit) {
+  const uint32_t count = look.counters->blocks * kDirectionCount;
+  for (uint32_t n = blockIdx.x; n < count; n += gridDim.x) {
+    const int32_t slot = look.slots[n / kDirectionCount];
+    const int32_t direction = static_cast<int32_t>(n % kDirectionCount);
+    const SlotEntry& entry = map.slots[slot];
+    const int32_t array = entry.array[direction];
+    if (array == kNoArray) continue;
+    visit({slot, direction, array, entry.key, map.voxels.record(array),
+           firstVoxelOf(frame, entry)});
   }
 }
 
-/// Depths are above 0, so that they sort as their bits do.
+/// Voxels of an array that are worth the work, so that no thread waits for another that has nothing
+/// to do.
+struct VoxelList {
+  uint32_t count;
+  uint16_t voxel[kVoxelsPerBlock];
+};
+
+/// Lists the voxels for which wanted(index), by all threads of the block.
+template <class Wanted>
+__device__ void listVoxels(const Wanted& wanted, VoxelList& list) {
+  static_assert(kVoxelsPerBlock % kArrayThreads == 0, "all threads of a warp take each step");
+  __syncthreads();
+  if (threadIdx.x == 0) list.count = 0;
+  __syncthreads();
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kArrayThreads) {
+    const bool is_wanted = wanted(i);
+    const unsigned all = __ballot_sync(~0u, is_wanted);
+    const int lane = threadIdx.x % warpSize;
+    uint32_t first = 0;
+    if (lane == 0 && all != 0) first = atomicAdd(&list.count, __popc(all));
+    first = __shfl_sync(~0u, first, 0);
+    if (is_wanted) {
+      list.voxel[first + __popc(all & ((1u << lane) - 1))] = static_cast<uint16_t>(i);
+    }
+  }
+  __syncthreads();
+}
+
+/// Depths are above 0, so that they sort as their bits do, and only become less: what is not below
+/// an old one is not below the newest.
 __device__ void lowerTo(float* depth_m, float value) {
+  if (!(value < readShared(depth_m))) return;
   atomicMin(reinterpret_cast<int*>(depth_m), __float_as_int(value));
 }
 
-/// One block of threads per block in view, in strides.
+/// One block of threads per array in view, in strides.
 __global__ void drawHidingKernel(PointView view, MapView map, LookView look, float* depth_m) {
-  const uint32_t count = look.counters->blocks;
-  for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
-    const SlotEntry& entry = map.slots[look.slots[b]];
-    const Vec3f first_voxel_L = firstVoxelOf(view.frame, entry);
-    visitVoxels(map, entry, [&](int direction, int32_t, const Voxel* voxels, int i) {
+  __shared__ VoxelList list;
+  visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
+    listVoxels([&](int i) { return hides(view, array.voxels, i, array.direction); }, list);
+    for (uint32_t n = threadIdx.x; n < list.count; n += kArrayThreads) {
       SurfacePoint point;
-      if (!hides(view, voxels, i, direction)) return;
-      if (!findSurfacePoint(view, first_voxel_L, voxels, i, direction, point)) return;
-      drawSurface(view, point, [&](int32_t cell, float cell_m) {
-        lowerTo(depth_m + cell, cell_m);
-      });
-    });
-  }
+      if (!findSurfacePoint(view, array.first_voxel_L, array.voxels, list.voxel[n],
+                            array.direction, point)) {
+        continue;
+      }
+      drawSurface(view, point,
+                  [&](int32_t cell, float cell_m) { lowerTo(depth_m + cell, cell_m); });
+    }
+  });
 }
 
 __device__ void addAtomically(int64_t* sum, int64_t value) {
   atomicAdd(reinterpret_cast<unsigned long long*>(sum), static_cast<unsigned long long>(value));
 }
 
-/// What a block of threads finds in one block of the map.
-struct BlockLook {
+/// What a block of threads finds in one array.
+struct ArrayLook {
   ExposureSums sums;
   unsigned long long lacking;  ///< Bits of the bricks that are to be painted and are not there.
   uint32_t samples;
 };
 
-__device__ void addAtomically(ExposureSums& sums, const ExposureSums& part) {
-  if (part.voxels == 0) return;
-  for (int i = 0; i < 3; ++i) {
-    addAtomically(&sums.map[i], part.map[i]);
-    addAtomically(&sums.image[i], part.image[i]);
-  }
-  addAtomically(&sums.voxels, part.voxels);
+/// The sum over a warp, whose threads all call this; in its first thread.
+__device__ int32_t warpSum(int32_t value) {
+  for (int lanes = 16; lanes > 0; lanes /= 2) value += __shfl_down_sync(~0u, value, lanes);
+  return value;
 }
 
-/// Adds what was found in a block to the image's counters, by one thread.
-__device__ void report(const LookView& look, PackedKey key, const BlockLook& found) {
+/// Adds a warp's sums, each of which an array keeps within 32 bits.
+__device__ void addWarpsSum(int64_t* to, int64_t part) {
+  const int32_t sum = warpSum(static_cast<int32_t>(part));
+  if (threadIdx.x % warpSize == 0) addAtomically(to, sum);
+}
+
+/// Adds what each thread has found to `sums`, which is shared; all threads call this.
+__device__ void addWarpsSums(ExposureSums& sums, const ExposureSums& part) {
+  static_assert(kVoxelsPerBlock * 255 < (1 << 30), "fits 32 bits");
+  if (!__any_sync(~0u, part.voxels != 0)) return;
+  for (int i = 0; i < 3; ++i) {
+    addWarpsSum(&sums.map[i], part.map[i]);
+    addWarpsSum(&sums.image[i], part.image[i]);
+  }
+  addWarpsSum(&sums.voxels, part.voxels);
+}
+
+/// Adds what was found in an array to the image's counters, by one thread.
+__device__ void report(const LookView& look, PackedKey key, const ArrayLook& found) {
   if (found.samples == 0) return;
   LookCounters& counters = *look.counters;
   atomicAdd(&counters.seen, 1u);
-  atomicAdd(reinterpret_cast<unsigned long long*>(&counters.samples),
-            static_cast<unsigned long long>(found.samples));
-  addAtomically(counters.sums, found.sums);
+  if (found.sums.voxels != 0) {
+    for (int i = 0; i < 3; ++i) {
+      addAtomically(&counters.sums.map[i], found.sums.map[i]);
+      addAtomically(&counters.sums.image[i], found.sums.image[i]);
+    }
+    addAtomically(&counters.sums.voxels, found.sums.voxels);
+  }
   if (found.lacking == 0) return;
   look.requests[atomicAdd(&counters.requests, 1u)] = {key, found.lacking};
 }
 
-/// One block of threads per block in view, in strides.
-__global__ void lookKernel(ColourSensing sensing, MapView map, LookView look) {
-  __shared__ BlockLook found;
-  const uint32_t count = look.counters->blocks;
-  for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
-    const SlotEntry& entry = map.slots[look.slots[b]];
-    if (threadIdx.x == 0) found = {};
-    __syncthreads();
-    const Vec3f first_voxel_L = firstVoxelOf(sensing.view.frame, entry);
-    ExposureSums sums = {};
-    visitVoxels(map, entry, [&](int direction, int32_t array, const Voxel* voxels, int i) {
-      const ColourSample sample = sampleColour(sensing, first_voxel_L, voxels, i, direction);
-      if (!(sample.weight > 0.0f)) return;
-      const VoxelColour* colour = colourOf(map, array, i);
-      atomicAdd(&found.samples, 1u);
-      if (colour == nullptr) {
-        atomicOr(&found.lacking, static_cast<unsigned long long>(brickBit(direction, i)));
-        return;
-      }
-      const VoxelColour seen{sample.red, sample.green, sample.blue, 0};
-      if (tellsExposure(*colour, seen, sample.weight, sensing.view.rules)) {
-        addToSums(sums, *colour, seen);
-      }
-    });
-    addAtomically(found.sums, sums);
-    __syncthreads();
-    if (threadIdx.x == 0) report(look, entry.key, found);
-    __syncthreads();
+/// Keeps a sample, if there is room.
+__device__ void keepSample(const LookView& look, const FoundSample& found) {
+  const unsigned long long n =
+      atomicAdd(reinterpret_cast<unsigned long long*>(&look.counters->samples), 1ull);
+  if (n < look.most_samples) look.samples[n] = found;
+}
+
+/// Finds what the image shows of a voxel.
+__device__ void lookAt(const ColourSensing& sensing, const MapView& map, const LookView& look,
+                       const ArrayInView& array, int voxel, ExposureSums& sums, ArrayLook& found) {
+  const ColourSample sample = sampleColour(sensing, array.first_voxel_L, array.voxels, voxel,
+                                           array.direction);
+  if (!(sample.weight > 0.0f)) return;
+  keepSample(look, {array.slot,
+                    static_cast<uint16_t>(array.direction * kVoxelsPerBlock + voxel), sample});
+  atomicAdd(&found.samples, 1u);
+  const VoxelColour* colour = colourOf(map, array.array, voxel);
+  if (colour == nullptr) {
+    atomicOr(&found.lacking, static_cast<unsigned long long>(brickBit(array.direction, voxel)));
+    return;
+  }
+  const VoxelColour seen{sample.red, sample.green, sample.blue, 0};
+  if (tellsExposure(*colour, seen, sample.weight, sensing.view.rules)) {
+    addToSums(sums, *colour, seen);
   }
 }
 
-/// The same once more, now that there are bricks.
-__global__ void paintKernel(ColourSensing sensing, Exposure exposure, MapView map, LookView look) {
-  const uint32_t count = look.counters->blocks;
-  for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
-    const int32_t slot = look.slots[b];
-    const SlotEntry& entry = map.slots[slot];
-    const Vec3f first_voxel_L = firstVoxelOf(sensing.view.frame, entry);
-    int changed = 0;
-    visitVoxels(map, entry, [&](int direction, int32_t array, const Voxel* voxels, int i) {
-      VoxelColour* colour = colourOf(map, array, i);
-      if (colour == nullptr) return;
-      const ColourSample sample = sampleColour(sensing, first_voxel_L, voxels, i, direction);
-      if (!(sample.weight > 0.0f)) return;
-      const VoxelColour painted = paintedColour(*colour, sample, exposure, sensing.view.rules);
-      changed |= looksDifferent(*colour, painted);
-      *colour = painted;
-    });
-    if (__syncthreads_or(changed) && threadIdx.x == 0) markPainted(map, slot);
-  }
+/// One block of threads per array in view, in strides.
+__global__ void lookKernel(ColourSensing sensing, MapView map, LookView look) {
+  __shared__ ArrayLook found;
+  __shared__ VoxelList list;
+  const PointView& view = sensing.view;
+  visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
+    if (threadIdx.x == 0) found = {};
+    const float reach = view.rules.painted_distance;
+    listVoxels([&](int i) { return isNearSurface(view, array.voxels[i], reach); }, list);
+    ExposureSums sums = {};
+    for (uint32_t n = threadIdx.x; n < list.count; n += kArrayThreads) {
+      lookAt(sensing, map, look, array, list.voxel[n], sums, found);
+    }
+    __syncwarp();
+    addWarpsSums(found.sums, sums);
+    __syncthreads();
+    if (threadIdx.x == 0) report(look, array.key, found);
+    __syncthreads();
+  });
+}
+
+/// One thread per sample, now that there are bricks.
+__global__ void paintKernel(ColourRules rules, Exposure exposure, MapView map,
+                            const FoundSample* samples, size_t count) {
+  const size_t n = globalThread();
+  if (n >= count) return;
+  const FoundSample found = samples[n];
+  const int32_t array = map.slots[found.slot].array[found.voxel / kVoxelsPerBlock];
+  VoxelColour* colour = colourOf(map, array, found.voxel % kVoxelsPerBlock);
+  if (colour == nullptr) return;
+  const VoxelColour painted = paintedColour(*colour, found.sample, exposure, rules);
+  if (looksDifferent(*colour, painted)) markPainted(map, found.slot);
+  *colour = painted;
 }
 
 }  // namespace
+
+void takePixels(const uint8_t* raw, const PixelLayout& layout, ColourPixel* pixels, size_t count,
+                const Stream& stream) {
+  takePixelsKernel<<<blocksFor(count), kThreads, 0, stream.get()>>>(raw, layout, pixels, count);
+  DTSDF_CHECK_LAUNCH("takePixelsKernel");
+}
 
 void halveImage(const ColourImage& image, ColourPixel* pixels, const Stream& stream) {
   for (int level = 1; level < kColourLevels; ++level) {
@@ -180,25 +267,28 @@ void drawHiding(const ColourSensing& sensing, const MapView& map, const LookView
   const size_t cells = static_cast<size_t>(sensing.hiding.width) * sensing.hiding.height;
   clearHidingKernel<<<blocksFor(cells), kThreads, 0, stream.get()>>>(depth_m, cells);
   DTSDF_CHECK_LAUNCH("clearHidingKernel");
-  drawHidingKernel<<<look.thread_blocks, kThreads, 0, stream.get()>>>(sensing.view, map, look,
+  drawHidingKernel<<<look.thread_blocks, kArrayThreads, 0, stream.get()>>>(sensing.view, map, look,
                                                                       depth_m);
   DTSDF_CHECK_LAUNCH("drawHidingKernel");
 }
 
 void lookAtSurfaces(const ColourSensing& sensing, const MapView& map, const LookView& look,
                     const Stream& stream) {
-  lookKernel<<<look.thread_blocks, kThreads, 0, stream.get()>>>(sensing, map, look);
+  lookKernel<<<look.thread_blocks, kArrayThreads, 0, stream.get()>>>(sensing, map, look);
   DTSDF_CHECK_LAUNCH("lookKernel");
 }
 
-void paintSurfaces(const ColourSensing& sensing, const Exposure& exposure, const MapView& map,
-                   const LookView& look, const Stream& stream) {
-  paintKernel<<<look.thread_blocks, kThreads, 0, stream.get()>>>(sensing, exposure, map, look);
+void paintSurfaces(const ColourRules& rules, const Exposure& exposure, const MapView& map,
+                   const LookView& look, size_t samples, const Stream& stream) {
+  if (samples == 0) return;
+  paintKernel<<<blocksFor(samples), kThreads, 0, stream.get()>>>(rules, exposure, map,
+                                                                 look.samples, samples);
   DTSDF_CHECK_LAUNCH("paintKernel");
 }
 
 std::vector<NamedKernel> paintKernels() {
-  return {DTSDF_NAMED_KERNEL(halveImageKernel, 0), DTSDF_NAMED_KERNEL(clearHidingKernel, 0),
+  return {DTSDF_NAMED_KERNEL(takePixelsKernel, 0), DTSDF_NAMED_KERNEL(halveImageKernel, 0),
+          DTSDF_NAMED_KERNEL(clearHidingKernel, 0),
           DTSDF_NAMED_KERNEL(findBlocksInViewKernel, 0), DTSDF_NAMED_KERNEL(drawHidingKernel, 0),
           DTSDF_NAMED_KERNEL(lookKernel, 0), DTSDF_NAMED_KERNEL(paintKernel, 0)};
 }

@@ -11,22 +11,35 @@ namespace gpu {
 /// What the host has to know of an image's look at the map.
 struct LookCounters {
   uint32_t blocks;    ///< In view.
-  uint32_t seen;      ///< Of these, blocks that something is to be painted in.
-  uint32_t requests;  ///< Of these, blocks that lack bricks of colours for it.
+  uint32_t seen;      ///< Voxel arrays of these that something is to be painted in.
+  uint32_t requests;  ///< Of these, arrays that lack bricks of colours for it.
   uint32_t unused;    ///< In place of padding.
   ExposureSums sums;
-  uint64_t samples;   ///< Voxels that the image was found to show.
+  uint64_t samples;   ///< Voxels that the image was found to show, also those without room.
+};
+
+/// What an image shows of a voxel, until there are bricks of colours to paint it in.
+struct FoundSample {
+  int32_t slot;    ///< Of its block.
+  uint16_t voxel;  ///< kVoxelsPerBlock * direction + index.
+  ColourSample sample;
 };
 
 /// What kernels need of a look, by value.
 struct LookView {
   LookCounters* counters;
+  FoundSample* samples;  ///< Room for so many; of those beyond only the number is told.
+  uint64_t most_samples;
   int32_t* slots;  ///< Of the blocks in view.
   ColourRequest* requests;
   int thread_blocks;  ///< That fill the device, since what there is to do is known there only.
 };
 
 // Each enqueues one step.
+
+/// The pixels of an image from the bytes it came in, rows packed.
+void takePixels(const uint8_t* raw, const PixelLayout& layout, ColourPixel* pixels, size_t count,
+                const Stream& stream);
 
 /// The levels of an image below the first one.
 void halveImage(const ColourImage& image, ColourPixel* pixels, const Stream& stream);
@@ -43,9 +56,9 @@ void drawHiding(const ColourSensing& sensing, const MapView& map, const LookView
 void lookAtSurfaces(const ColourSensing& sensing, const MapView& map, const LookView& look,
                     const Stream& stream);
 
-/// Paints what it shows, where there are bricks of colours.
-void paintSurfaces(const ColourSensing& sensing, const Exposure& exposure, const MapView& map,
-                   const LookView& look, const Stream& stream);
+/// Paints so many samples that were found, where there are bricks of colours.
+void paintSurfaces(const ColourRules& rules, const Exposure& exposure, const MapView& map,
+                   const LookView& look, size_t samples, const Stream& stream);
 
 }  // namespace gpu
 }  // namespace dtsdf

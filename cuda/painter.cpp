@@ -1,5 +1,7 @@
 #include "painter.h"
 
+#include <algorithm>
+
 #include "backend/frame_check.h"
 #include "runtime/device.h"
 #include "runtime/stage_clock.h"
@@ -8,7 +10,23 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-constexpr int kThreadBlocksPerProcessor = 8;
+constexpr int kThreadBlocksPerProcessor = 16;
+
+/// One request for each block, of those for its arrays.
+std::vector<ColourRequest> byBlocks(std::vector<ColourRequest> requests) {
+  const auto before = [](const ColourRequest& a, const ColourRequest& b) { return a.key < b.key; };
+  std::sort(requests.begin(), requests.end(), before);
+  size_t blocks = 0;
+  for (const ColourRequest& request : requests) {
+    if (blocks > 0 && requests[blocks - 1].key == request.key) {
+      requests[blocks - 1].bricks |= request.bricks;
+    } else {
+      requests[blocks++] = request;
+    }
+  }
+  requests.resize(blocks);
+  return requests;
+}
 
 }  // namespace
 
@@ -23,11 +41,12 @@ Painter::Painter(const ColourRules& rules, bool directional, const Stream& strea
 void Painter::reserve(const ColourFrame& frame, size_t slots) {
   const int32_t width = cellsFor(frame.width), height = cellsFor(frame.height);
   const ColourImage layout = layOut(nullptr, frame.width, frame.height);
-  pinned_pixels_.reserve(static_cast<size_t>(frame.width) * frame.height);
   pixels_.reserveExactly(static_cast<size_t>(pixelCount(layout)), stream_);
   hiding_m_.reserveExactly(static_cast<size_t>(width) * height, stream_);
+  // Room for a sample a pixel at first: images seldom show more voxels than they have pixels.
+  samples_.reserveExactly(static_cast<size_t>(frame.width) * frame.height, stream_);
   slots_.reserve(slots, stream_);
-  requests_.reserve(slots, stream_);
+  requests_.reserve(slots * kDirectionCount, stream_);
   sensing_.image = layOut(pixels_.data(), frame.width, frame.height);
   sensing_.hiding = {hiding_m_.data(), width, height};
 }
@@ -36,45 +55,67 @@ void Painter::look(const ColourFrame& frame, const FrameView& frame_view, int32_
                    const MapView& map) {
   reserve(frame, map.slot_count);
   sensing_.view = {frame_view, directional_, least_evidence, rules_};
+  findHiding(map);
+  takeImage(frame);
+  findSamples(map);
+  while (counters().samples > samples_.capacity()) {
+    samples_.reserve(counters().samples, stream_);
+    findHiding(map);
+    findSamples(map);
+  }
+  exposure_ = exposureOf(counters().sums, exposure_, rules_);
+}
+
+/// Needs no image, and so goes first: the device works while the host copies the image.
+void Painter::findHiding(const MapView& map) {
+  const StageSpan span(stream_, Stage::kPaint);
   counters_.zero(stream_);
-  // The image before has left the pinned memory: its counters have been waited for.
-  copyPixels(frame, 0, frame.height, pinned_pixels_.data());
+  findBlocksInView(sensing_.view, map, view(), stream_);
+  drawHiding(sensing_, map, view(), hiding_m_.data(), stream_);
+}
+
+/// The image before has left the pinned memory: its counters have been waited for.
+void Painter::takeImage(const ColourFrame& frame) {
+  raw_image_.upload(rowsOf(frame), stream_);
+  const StageSpan span(stream_, Stage::kPaint);
+  takePixels(raw_image_.data(), layoutOf(frame.encoding), pixels_.data(),
+             static_cast<size_t>(frame.width) * frame.height, stream_);
+  halveImage(sensing_.image, pixels_.data(), stream_);
+}
+
+void Painter::findSamples(const MapView& map) {
   {
     const StageSpan span(stream_, Stage::kPaint);
-    pixels_.upload(pinned_pixels_.data(), static_cast<size_t>(frame.width) * frame.height,
-                   stream_);
-    halveImage(sensing_.image, pixels_.data(), stream_);
-    findBlocksInView(sensing_.view, map, view(), stream_);
-    drawHiding(sensing_, map, view(), hiding_m_.data(), stream_);
     lookAtSurfaces(sensing_, map, view(), stream_);
   }
   counters_.download(pinned_counters_.data(), 1, stream_);
   stream_.record(looked_);
   looked_.wait();
-  exposure_ = exposureOf(counters().sums, exposure_, rules_);
 }
 
 std::vector<ColourRequest> Painter::fetchRequests() {
   const size_t count = counters().requests;
+  if (count == 0) return {};
   pinned_requests_.reserve(count);
   requests_.download(pinned_requests_.data(), count, stream_);
   stream_.synchronize();
-  return {pinned_requests_.data(), pinned_requests_.data() + count};
+  return byBlocks({pinned_requests_.data(), pinned_requests_.data() + count});
 }
 
 void Painter::paint(const MapView& map) {
   const StageSpan span(stream_, Stage::kPaint);
-  paintSurfaces(sensing_, exposure_, map, view(), stream_);
+  paintSurfaces(rules_, exposure_, map, view(), counters().samples, stream_);
 }
 
 void Painter::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t images = pixels_.bytes() + hiding_m_.bytes();
   parts.push_back({"colour image", MemoryKind::kScratch, images, images});
-  const size_t lists = slots_.bytes() + requests_.bytes() + counters_.bytes();
-  parts.push_back({"blocks to paint", MemoryKind::kScratch, lists, lists});
-  const size_t staging =
-      pinned_pixels_.bytes() + pinned_counters_.bytes() + pinned_requests_.bytes();
-  parts.push_back({"colour image", MemoryKind::kStaging, staging, staging});
+  const size_t lists =
+      samples_.bytes() + slots_.bytes() + requests_.bytes() + counters_.bytes();
+  parts.push_back({"voxels to paint", MemoryKind::kScratch, lists, lists});
+  const size_t staging = pinned_counters_.bytes() + pinned_requests_.bytes();
+  parts.push_back({"voxels to paint", MemoryKind::kStaging, staging, staging});
+  raw_image_.addMemory("raw colour image", parts);
 }
 
 }  // namespace gpu

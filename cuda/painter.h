@@ -8,6 +8,7 @@
 #include "dtsdf_mapping/colour_frame.h"
 #include "map/block_table.h"
 #include "paint_kernels.h"
+#include "raw_image.h"
 #include "runtime/buffer.h"
 
 namespace dtsdf {
@@ -30,12 +31,20 @@ class Painter {
   /// Enqueues the painting of what was found, as far as there are bricks for it.
   void paint(const MapView& map);
 
+  /// Of the last image, which that of the next may depend on.
+  const Exposure& exposure() const { return exposure_; }
+  void setExposure(const Exposure& exposure) { exposure_ = exposure; }
+
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
   void reserve(const ColourFrame& frame, size_t slots);
+  void findHiding(const MapView& map);
+  void takeImage(const ColourFrame& frame);
+  void findSamples(const MapView& map);
   LookView view() const {
-    return {counters_.data(), slots_.data(), requests_.data(), thread_blocks_};
+    return {counters_.data(), samples_.data(),  samples_.capacity(),
+            slots_.data(),    requests_.data(), thread_blocks_};
   }
 
   const ColourRules rules_;
@@ -45,9 +54,10 @@ class Painter {
   Event looked_;
   ColourSensing sensing_ = {};
   Exposure exposure_ = sameExposure();  ///< Of the last image.
-  PinnedBuffer<ColourPixel> pinned_pixels_;
+  RawImage raw_image_;
   DeviceBuffer<ColourPixel> pixels_;
   DeviceBuffer<float> hiding_m_;
+  DeviceBuffer<FoundSample> samples_;
   DeviceBuffer<int32_t> slots_;
   DeviceBuffer<ColourRequest> requests_;
   DeviceBuffer<LookCounters> counters_;

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "dtsdf_mapping/depth_frame.h"
+#include "backend/frame_check.h"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -11,39 +11,34 @@ namespace {
 
 constexpr int kUploadBands = 4;
 
-size_t rowBytes(const DepthFrame& frame) {
-  return static_cast<size_t>(frame.width) *
-         (frame.encoding == DepthEncoding::kUint16 ? sizeof(uint16_t) : sizeof(float));
-}
-
 }  // namespace
 
 /// Copies rows of the image to pinned memory, packed.
-void RawImage::copyRows(const DepthFrame& frame, int begin, int end) {
-  const size_t row = rowBytes(frame);
-  const char* from = static_cast<const char*>(frame.data);
-  if (frame.row_bytes == row) {
-    std::memcpy(pinned_raw_.data() + begin * row, from + begin * row, (end - begin) * row);
+void RawImage::copyRows(const ImageRows& rows, int begin, int end) {
+  const size_t packed = rows.packed_bytes;
+  if (rows.row_bytes == packed) {
+    std::memcpy(pinned_raw_.data() + begin * packed, rows.data + begin * packed,
+                (end - begin) * packed);
     return;
   }
   for (int v = begin; v < end; ++v) {
-    std::memcpy(pinned_raw_.data() + v * row, from + v * frame.row_bytes, row);
+    std::memcpy(pinned_raw_.data() + v * packed, rows.data + v * rows.row_bytes, packed);
   }
 }
 
 /// In bands, so that each is on its way while the host copies the next. A profile tells the two
 /// apart: with it, the image is one band.
-void RawImage::upload(const DepthFrame& frame, const Stream& stream) {
-  const size_t row = rowBytes(frame);
-  bytes_ = row * frame.height;
+void RawImage::upload(const ImageRows& rows, const Stream& stream) {
+  const size_t row = rows.packed_bytes;
+  bytes_ = row * rows.height;
   pinned_raw_.reserve(bytes_);
   raw_.reserveExactly(bytes_, stream);
   const int bands = profileOf(stream) == nullptr ? kUploadBands : 1;
   for (int i = 0; i < bands; ++i) {
-    const int begin = frame.height * i / bands, end = frame.height * (i + 1) / bands;
+    const int begin = rows.height * i / bands, end = rows.height * (i + 1) / bands;
     {
       const StageTimer timer(profileOf(stream), Stage::kCopy);
-      copyRows(frame, begin, end);
+      copyRows(rows, begin, end);
     }
     holdForProfile(stream);
     const StageSpan span(stream, Stage::kUpload);
@@ -51,9 +46,9 @@ void RawImage::upload(const DepthFrame& frame, const Stream& stream) {
   }
 }
 
-void RawImage::addMemory(std::vector<MemoryPart>& parts) const {
-  parts.push_back({"raw image", MemoryKind::kScratch, raw_.bytes(), raw_.bytes()});
-  parts.push_back({"raw image", MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});
+void RawImage::addMemory(const char* name, std::vector<MemoryPart>& parts) const {
+  parts.push_back({name, MemoryKind::kScratch, raw_.bytes(), raw_.bytes()});
+  parts.push_back({name, MemoryKind::kStaging, pinned_raw_.bytes(), pinned_raw_.bytes()});
 }
 
 }  // namespace gpu

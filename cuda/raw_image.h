@@ -8,23 +8,24 @@
 
 namespace dtsdf {
 
-struct DepthFrame;
+struct ImageRows;
 
 namespace gpu {
 
 /// The image with its rows packed; the buffers are kept from frame to frame.
 class RawImage {
  public:
-  /// Enqueues the upload of a frame's image, whose data is not needed any more on return. The last
-  /// upload must be done.
-  void upload(const DepthFrame& frame, const Stream& stream);
+  /// Enqueues the upload of an image, which is not needed any more on return. The last upload must
+  /// be done.
+  void upload(const ImageRows& rows, const Stream& stream);
 
-  const void* data() const { return raw_.data(); }  ///< On the device.
+  const unsigned char* data() const { return raw_.data(); }  ///< On the device.
   size_t bytes() const { return bytes_; }
-  void addMemory(std::vector<MemoryPart>& parts) const;
+  /// `name` tells what image it is.
+  void addMemory(const char* name, std::vector<MemoryPart>& parts) const;
 
  private:
-  void copyRows(const DepthFrame& frame, int begin, int end);
+  void copyRows(const ImageRows& rows, int begin, int end);
 
   PinnedBuffer<unsigned char> pinned_raw_;
   DeviceBuffer<unsigned char> raw_;

@@ -1,17 +1,74 @@
 #include "runtime/check.h"
 
+#include <atomic>
 #include <cstring>
 
 namespace dtsdf {
 namespace gpu {
+namespace {
+
+/// Calls until the one that fails, which is number 1; 0: none does.
+std::atomic<uint64_t> calls_to_failure{0};
+std::atomic<cudaError_t> failure{cudaSuccess};
+
+[[noreturn]] void throwFailed(cudaError_t code, const char* call, const char* file, int line) {
+  const char* slash = std::strrchr(file, '/');
+  throw CudaError(code, std::string("CUDA error in ") + call + " (" +
+                            (slash == nullptr ? file : slash + 1) + ":" + std::to_string(line) +
+                            "): " + cudaGetErrorName(code) + ", " + cudaGetErrorString(code) +
+                            (isLost(code) ? "; this process cannot use the GPU any more: save the "
+                                            "mesh if there is one, then restart the node"
+                                          : ""));
+}
+
+}  // namespace
+
+bool isLost(cudaError_t code) {
+  switch (code) {
+    case cudaErrorIllegalAddress:
+    case cudaErrorLaunchFailure:
+    case cudaErrorLaunchTimeout:
+    case cudaErrorHardwareStackError:
+    case cudaErrorIllegalInstruction:
+    case cudaErrorMisalignedAddress:
+    case cudaErrorInvalidAddressSpace:
+    case cudaErrorInvalidPc:
+    case cudaErrorAssert:
+    case cudaErrorECCUncorrectable:
+    case cudaErrorNvlinkUncorrectable:
+    case cudaErrorDevicesUnavailable:
+    case cudaErrorContextIsDestroyed:
+    case cudaErrorUnknown:
+      return true;
+    default:
+      return false;
+  }
+}
+
+void failCall(uint64_t n, cudaError_t code) {
+  failure = code;
+  calls_to_failure = n;
+}
+
+bool isToFail() {
+  uint64_t left = calls_to_failure.load(std::memory_order_relaxed);
+  if (left == 0) return false;  // as always, but in tests
+  if (left == 1) {
+    if (!isLost(failure)) calls_to_failure = 0;
+    return true;
+  }
+  calls_to_failure = left - 1;
+  return false;
+}
+
+void failAsTold(const char* call, const char* file, int line) {
+  throwFailed(failure, call, file, line);
+}
 
 void checkCall(cudaError_t code, const char* call, const char* file, int line) {
   if (code == cudaSuccess) return;
   cudaGetLastError();  // an error that can be survived must not surface at the next launch again
-  const char* slash = std::strrchr(file, '/');
-  throw CudaError(code, std::string("CUDA error in ") + call + " (" +
-                            (slash == nullptr ? file : slash + 1) + ":" + std::to_string(line) +
-                            "): " + cudaGetErrorName(code) + ", " + cudaGetErrorString(code));
+  throwFailed(code, call, file, line);
 }
 
 }  // namespace gpu

@@ -3,6 +3,7 @@
 
 #include <cuda_runtime_api.h>
 
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 
@@ -19,14 +20,29 @@ class CudaError : public std::runtime_error {
   cudaError_t code_;
 };
 
+/// Whether a process that has met this error can use the GPU no more, but has to be started anew.
+bool isLost(cudaError_t code);
+
+/// For tests: the n-th checked call from now on, from 1, is not made and fails with `code`, and so
+/// do all after it where the GPU is lost by that. 0: all are made again.
+void failCall(uint64_t n, cudaError_t code);
+
+/// Whether the call that is about to be made has to fail; counts it.
+bool isToFail();
+[[noreturn]] void failAsTold(const char* call, const char* file, int line);
+
 /// @throws CudaError unless `code` is success.
 void checkCall(cudaError_t code, const char* call, const char* file, int line);
 
 }  // namespace gpu
 }  // namespace dtsdf
 
-#define DTSDF_CHECK_CUDA(call) ::dtsdf::gpu::checkCall((call), #call, __FILE__, __LINE__)
+#define DTSDF_CHECK_CUDA(call)                                                        \
+  (::dtsdf::gpu::isToFail() ? ::dtsdf::gpu::failAsTold(#call, __FILE__, __LINE__)     \
+                            : ::dtsdf::gpu::checkCall((call), #call, __FILE__, __LINE__))
 /// Put after a launch: tells a launch that was refused. What goes wrong inside the kernel is told
 /// by a later call, since nothing waits here.
-#define DTSDF_CHECK_LAUNCH(kernel) \
-  ::dtsdf::gpu::checkCall(cudaGetLastError(), "launch of " kernel, __FILE__, __LINE__)
+#define DTSDF_CHECK_LAUNCH(kernel)                                                                \
+  (::dtsdf::gpu::isToFail()                                                                       \
+       ? ::dtsdf::gpu::failAsTold("launch of " kernel, __FILE__, __LINE__)                        \
+       : ::dtsdf::gpu::checkCall(cudaGetLastError(), "launch of " kernel, __FILE__, __LINE__))

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <optional>
 
 #include "dtsdf_mapping/pinhole.h"
 
@@ -19,6 +20,8 @@ struct DepthFrame {
   float unit_m = 0.001f;  ///< Metres per unit of the raw value (1 for depth in metres).
   Intrinsics intrinsics{0, 0, 0, 0};  ///< Of this image, which is rectified.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
+  /// What map/keep_radius_m is measured from, in the map frame in metres; none: the camera.
+  std::optional<Eigen::Vector3d> keep_center_W;
 };
 
 }  // namespace dtsdf

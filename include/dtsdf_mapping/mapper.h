@@ -9,7 +9,9 @@
 #include "dtsdf_mapping/block_mesh.h"
 #include "dtsdf_mapping/colour_frame.h"
 #include "dtsdf_mapping/depth_frame.h"
+#include "dtsdf_mapping/map_contents.h"
 #include "dtsdf_mapping/params/mapper_params.h"
+#include "dtsdf_mapping/region.h"
 
 /// Everything of the library.
 namespace dtsdf {
@@ -22,6 +24,7 @@ enum class FrameStatus {
   kBadPose,        ///< Not finite, not a rotation, or outside the coordinates a map can hold.
   kNoMeasurement,  ///< No pixel with a depth in range and a normal, nor beyond to clear with; of
                    ///< a colour image: it sees no surface of the map.
+  kNoMemory,       ///< The GPU has too little memory for this frame; a later one may have enough.
 };
 
 /// A word for messages ("bad pose").
@@ -42,6 +45,13 @@ struct MapStats {
   size_t map_bytes = 0;     ///< Bytes in use by blocks and arrays; never above the budget.
   uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
   size_t colour_bytes = 0;  ///< Those of map_bytes that hold colour; 0 until something is painted.
+  uint64_t dropped_blocks = 0;  ///< Beyond map/keep_radius_m, since the start or the last clear().
+};
+
+/// What clearRegion() took away.
+struct ClearedRegion {
+  size_t voxels = 0;  ///< That held something; those of a place's several directions count each.
+  size_t blocks = 0;  ///< That hold nothing any more.
 };
 
 /// A map that depth frames are fused into, colour images are painted on, and meshes are extracted
@@ -79,8 +89,20 @@ class Mapper {
     return finishMeshUpdate();
   }
 
+  /// Empties the voxels whose centres lie in a region, of all directions, with their colours, and
+  /// frees arrays and blocks that hold nothing then. The next mesh update has what that changes;
+  /// what an extraction under way returns may still show it. Frames may fill the region again.
+  /// @throws std::invalid_argument for a region with a problem (see findProblem()); the map is
+  /// untouched then. std::exception when the backend fails.
+  virtual ClearedRegion clearRegion(const Region& region) = 0;
+
   /// Forgets everything, an extraction under way included. A MeshStore has to be cleared with it.
   virtual void clear() = 0;
+
+  /// A copy of the map as it is now; waits for the frames and images before it. Name of the frame
+  /// and stamp of the newest image are left to the caller, who knows them.
+  /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
+  virtual MapContents contents() = 0;
 
   /// Sizes of the map as it is now.
   virtual MapStats stats() const = 0;
@@ -92,6 +114,12 @@ class Mapper {
 /// Makes a mapper on the backend that `params.backend` asks for.
 /// @throws std::runtime_error if CUDA is asked for and cannot be used; the text says why.
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params);
+
+/// Makes a mapper that goes on where the contents were taken; its first mesh update has all of the
+/// mesh. The contents may be from another backend.
+/// @throws std::runtime_error as checkContents(), checkFits() and makeMapper() do, or if there is
+/// too little memory on the GPU.
+std::unique_ptr<Mapper> makeMapper(const MapperParams& params, const MapContents& contents);
 
 /// Empty if a CUDA mapper can be made on this machine, else the reason why not.
 std::string cudaUnavailableReason();

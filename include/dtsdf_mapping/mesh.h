@@ -9,6 +9,7 @@
 
 #include "dtsdf_mapping/block_mesh.h"
 #include "dtsdf_mapping/params/mesh_params.h"
+#include "dtsdf_mapping/region.h"
 
 namespace dtsdf {
 
@@ -57,7 +58,13 @@ class MeshStore {
   /// The same for a selection of blocks (by packed key; unknown ones are skipped).
   Mesh assemble(const std::vector<PackedKey>& keys) const;
 
+  /// The triangles of assemble() whose corners all lie in a box, with the normals that they have
+  /// there. @pre findProblem(region) is empty.
+  Mesh assemble(const BoxRegion& region) const;
+
  private:
+  Mesh join(const std::vector<const BlockMesh*>& blocks, bool in_order) const;
+
   float voxel_size_m_;
   std::map<PackedKey, SharedBlockMesh> blocks_;
   size_t triangle_count_ = 0;

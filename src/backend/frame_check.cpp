@@ -1,12 +1,15 @@
 #include "backend/frame_check.h"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 
 #include "backend/rule_settings.h"
 #include "kernels/core/grid.h"
 #include "kernels/core/voxel.h"
+#include "map/region_view.h"
 
 namespace dtsdf {
 namespace {
@@ -15,19 +18,26 @@ size_t bytesPerPixel(DepthEncoding encoding) {
   return encoding == DepthEncoding::kUint16 ? sizeof(uint16_t) : sizeof(float);
 }
 
+/// An element of a row, which may begin at any byte.
+template <class Raw>
+Raw elementOf(const char* row, int u) {
+  Raw raw;
+  std::memcpy(&raw, row + static_cast<size_t>(u) * sizeof(Raw), sizeof(Raw));
+  return raw;
+}
+
 std::optional<FrameProblem> problem(FrameStatus status, const std::string& message) {
   return FrameProblem{status, message};
 }
 
 size_t bytesPerPixel(ColourEncoding encoding) {
-  switch (encoding) {
-    case ColourEncoding::kMono8: return 1;
-    case ColourEncoding::kRgb8:
-    case ColourEncoding::kBgr8: return 3;
-    case ColourEncoding::kRgba8:
-    case ColourEncoding::kBgra8: break;
-  }
-  return 4;
+  return static_cast<size_t>(layoutOf(encoding).bytes);
+}
+
+template <class Frame>
+ImageRows rowsOfImage(const Frame& frame) {
+  const size_t packed = static_cast<size_t>(frame.width) * bytesPerPixel(frame.encoding);
+  return {static_cast<const char*>(frame.data), frame.row_bytes, packed, frame.height};
 }
 
 /// What depth and colour images have in common; `kind` is a word for messages.
@@ -43,7 +53,7 @@ std::optional<FrameProblem> findImageProblem(const Frame& frame, const char* kin
          << " pixels; at most " << kMaxPixels << " are supported";
     return problem(FrameStatus::kBadImage, text.str());
   }
-  const size_t row = static_cast<size_t>(frame.width) * bytesPerPixel(frame.encoding);
+  const size_t row = rowsOfImage(frame).packed_bytes;
   if (frame.row_bytes < row) {
     text << "rows of " << frame.row_bytes << " bytes are too short for " << frame.width
          << " pixels, which take " << row;
@@ -124,6 +134,7 @@ const char* toString(FrameStatus status) {
     case FrameStatus::kBadIntrinsics: return "bad intrinsics";
     case FrameStatus::kBadPose: return "bad pose";
     case FrameStatus::kNoMeasurement: return "no measurement";
+    case FrameStatus::kNoMemory: return "no memory";
   }
   return "unknown";
 }
@@ -134,6 +145,9 @@ std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperPar
     return problem(FrameStatus::kBadImage, "the unit of depth is not a positive number");
   }
   if (auto intrinsics_problem = findIntrinsicsProblem(frame.intrinsics)) return intrinsics_problem;
+  if (frame.keep_center_W && !frame.keep_center_W->allFinite()) {
+    return problem(FrameStatus::kBadPose, "the centre of what is kept is not finite");
+  }
   return findPoseProblem(frame.T_W_C, reachOf(frame, params), params);
 }
 
@@ -158,26 +172,41 @@ DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
   return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m, overflow};
 }
 
+KeptBall keptBallOf(const DepthFrame& frame, const MapParams& params) {
+  const double voxels = 1.0 / static_cast<double>(params.voxel_size_m);
+  const Eigen::Vector3d center =
+      frame.keep_center_W.value_or(frame.T_W_C.translation()) * voxels;
+  return {{center.x(), center.y(), center.z()}, params.keep_radius_m * voxels};
+}
+
+RegionView checkedRegionView(const Region& region, const MapParams& params) {
+  const std::string problem = findProblem(region);
+  if (!problem.empty()) throw std::invalid_argument(problem);
+  return makeRegionView(region, params.voxel_size_m);
+}
+
 float rawDepth(const DepthFrame& frame, int u, int v) {
   const char* row = static_cast<const char*>(frame.data) + static_cast<size_t>(v) * frame.row_bytes;
   if (frame.encoding == DepthEncoding::kUint16) {
-    return static_cast<float>(reinterpret_cast<const uint16_t*>(row)[u]);
+    return static_cast<float>(elementOf<uint16_t>(row, u));
   }
-  return reinterpret_cast<const float*>(row)[u];
+  return elementOf<float>(row, u);
 }
 
-void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixel* pixels) {
-  const size_t step = bytesPerPixel(frame.encoding);
-  const bool blue_first =
-      frame.encoding == ColourEncoding::kBgr8 || frame.encoding == ColourEncoding::kBgra8;
-  const size_t last = step == 1 ? 0 : 2, red = blue_first ? last : 0, blue = last - red;
-  const size_t green = last / 2;
-  for (int v = first_row; v < end_row; ++v) {
-    const auto* row = static_cast<const uint8_t*>(frame.data) + v * frame.row_bytes;
-    ColourPixel* to = pixels + static_cast<size_t>(v) * frame.width;
-    for (int u = 0; u < frame.width; ++u, row += step) to[u] = {row[red], row[green], row[blue], 0};
+PixelLayout layoutOf(ColourEncoding encoding) {
+  switch (encoding) {
+    case ColourEncoding::kMono8: return {1, 0, 0, 0};
+    case ColourEncoding::kRgb8: return {3, 0, 1, 2};
+    case ColourEncoding::kBgr8: return {3, 2, 1, 0};
+    case ColourEncoding::kRgba8: return {4, 0, 1, 2};
+    case ColourEncoding::kBgra8: break;
   }
+  return {4, 2, 1, 0};
 }
+
+ImageRows rowsOf(const DepthFrame& frame) { return rowsOfImage(frame); }
+
+ImageRows rowsOf(const ColourFrame& frame) { return rowsOfImage(frame); }
 
 bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params) {
   if (!clearsFreeSpace(params)) return false;

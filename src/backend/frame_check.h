@@ -8,6 +8,7 @@
 #include "dtsdf_mapping/mapper.h"
 #include "kernels/colour/colour_image.h"
 #include "kernels/surfels/depth.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 
@@ -27,11 +28,32 @@ FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
+/// What is kept of the map once a frame is in it. @pre map/keep_radius_m is not 0.
+KeptBall keptBallOf(const DepthFrame& frame, const MapParams& params);
+
+/// Blocks beyond it that a frame drops at most, so that none takes long.
+constexpr size_t kMostDroppedBlocks = 4096;
+
+/// A region in units of voxels.
+/// @throws std::invalid_argument if it has a problem.
+RegionView checkedRegionView(const Region& region, const MapParams& params);
+
 /// A pixel's value, in units of the frame.
 float rawDepth(const DepthFrame& frame, int u, int v);
 
-/// Copies some rows of a colour image, packed.
-void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixel* pixels);
+/// Where the pixels of an encoding have their bytes.
+PixelLayout layoutOf(ColourEncoding encoding);
+
+/// An image's rows as bytes.
+struct ImageRows {
+  const char* data;      ///< First row; rows are `row_bytes` apart.
+  size_t row_bytes;
+  size_t packed_bytes;   ///< Of a row without what may follow its last pixel.
+  int height;
+};
+
+ImageRows rowsOf(const DepthFrame& frame);
+ImageRows rowsOf(const ColourFrame& frame);
 
 /// Whether a frame that touches no block clears: it measures something beyond the range that is
 /// fused, which tells what is free before it.

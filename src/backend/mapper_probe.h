@@ -28,9 +28,6 @@ class MapperProbe {
   /// GPU they are on their way to the host then. finishMeshUpdate() waits by itself.
   virtual void waitForMeshes() = 0;
 
-  /// All blocks by packed key; waits for the work under way.
-  virtual std::vector<BlockSnapshot> snapshot() = 0;
-
   /// Adds the time of each stage to a profile from now on, until another or nullptr is given. On a
   /// GPU the times of a frame are there once the next mesh update is finished, and measuring keeps
   /// host and device from overlapping: what a frame takes in all is to be measured without.
@@ -41,6 +38,14 @@ class MapperProbe {
 };
 
 /// What each backend is.
-class ProbedMapper : public Mapper, public MapperProbe {};
+class ProbedMapper : public Mapper, public MapperProbe {
+ public:
+  /// All blocks by packed key; waits for the work under way.
+  std::vector<BlockSnapshot> snapshot();
+
+  /// Takes contents in that were checked. @pre The map is empty.
+  /// @throws std::exception without memory; the mapper is of no use then.
+  virtual void restore(const MapContents& contents) = 0;
+};
 
 }  // namespace dtsdf

@@ -14,8 +14,8 @@ namespace dtsdf {
 namespace {
 
 bool sameIndices(const std::vector<UnitIndices>& a, const std::vector<UnitIndices>& b) {
-  return a.size() == b.size() &&
-         std::memcmp(a.data(), b.data(), a.size() * sizeof(UnitIndices)) == 0;
+  if (a.size() != b.size()) return false;
+  return a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(UnitIndices)) == 0;
 }
 
 /// Room of the make stage; one per thread.

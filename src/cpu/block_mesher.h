@@ -25,6 +25,7 @@ class BlockMesher {
 
   /// From now on, all meshes have colours.
   void keepColours();
+  bool hasColours() const { return has_colours_; }
 
   /// Colours of the block changed: vertices stay as they are, but not their colours.
   void markPainted(int32_t slot) { state_[slot].painted = true; }

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "backend/frame_check.h"
-#include "backend/gather_colours.h"
+#include "backend/map_copy.h"
 #include "backend/rule_settings.h"
 #include "cpu/block_times.h"
 #include "cpu/fold.h"
@@ -25,6 +25,17 @@ double millisecondsSince(Clock::time_point start) {
 }
 
 constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
+
+/// Calls body(i) for each i below `count`; a thread takes many of them at a time, which are small.
+template <class Body>
+void inBatches(size_t count, int threads, const Body& body) {
+  constexpr size_t kBatch = 64;
+  struct NoScratch {};
+  parallelFor<NoScratch>((count + kBatch - 1) / kBatch, threads, [&](size_t batch, NoScratch&) {
+    const size_t end = std::min(count, (batch + 1) * kBatch);
+    for (size_t i = batch * kBatch; i < end; ++i) body(i);
+  });
+}
 
 }  // namespace
 
@@ -57,6 +68,8 @@ IntegrationResult CpuMapper::fuse(const DepthFrame& frame) {
   if (blocks.empty() && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
   const Admission admission = admit(blocks);
   castFoldAndClear(blocks, surfels, sensing);
+  if (params_.map.keep_radius_m > 0.0f) dropBeyond(frame);
+  releaseVacant(table_.takeUnseen());
   IntegrationResult result;
   result.refused_blocks = admission.refused;
   return result;
@@ -153,7 +166,40 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
     table_.vacate(table_.find(blocks[i].key), empty_directions[i]);
   }
   if (clears) lookAround(sensing);
-  if (!is_meshed_) releaseVacant(table_.takeVacant());
+}
+
+/// Forgets what lies beyond the radius that is kept.
+void CpuMapper::dropBeyond(const DepthFrame& frame) {
+  const StageTimer timer(profile_, Stage::kClear);
+  for (const int32_t slot :
+       table_.slotsBeyond(keptBallOf(frame, params_.map), kMostDroppedBlocks)) {
+    mesher_.markDirty(slot);
+    table_.vacate(slot, kAllDirections);
+    ++dropped_;
+  }
+}
+
+ClearedRegion CpuMapper::clearRegion(const Region& region) {
+  const RegionView view = checkedRegionView(region, params_.map);
+  const std::vector<int32_t> slots = table_.slotsIn(view);
+  std::vector<EmptiedBlock> emptied(slots.size());
+  struct NoScratch {};
+  parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
+    const BlockEntry& entry = table_.block(slots[i]);
+    emptied[i] = emptyRegion(entry, view, voxels_);
+    if (emptied[i].voxels > 0 && table_.coloursInUse() > 0) {
+      forgetColours(entry, {table_, voxels_, colours_});
+    }
+  });
+  ClearedRegion result;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    if (emptied[i].voxels == 0) continue;
+    result.voxels += emptied[i].voxels;
+    mesher_.markDirty(slots[i]);
+    if (table_.vacate(slots[i], emptied[i].empty_directions)) ++result.blocks;
+  }
+  releaseVacant(table_.takeUnseen());
+  return result;
 }
 
 /// Safe to call for different blocks from different threads.
@@ -166,8 +212,8 @@ ClearedBlock CpuMapper::clear(const BlockLook& look, const BlockEntry& entry,
   return cleared;
 }
 
-/// Blocks without arrays go when what shows their mesh has learnt that they have none; at once,
-/// while nobody has asked for a mesh.
+/// Blocks without arrays go when what shows their mesh has learnt that they have none; at once, if
+/// no mesh has met them.
 void CpuMapper::releaseVacant(const std::vector<int32_t>& slots) {
   for (const int32_t slot : table_.releaseVacant(slots)) mesher_.forget(slot);
 }
@@ -246,7 +292,7 @@ int32_t CpuMapper::leastEvidenceNow() const {
 
 void CpuMapper::beginMeshUpdate() {
   const Clock::time_point start = Clock::now();
-  is_meshed_ = true;
+  table_.noteExtraction();
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
   mesh_update_.blocks = mesher_.update(leastEvidenceNow());
@@ -287,35 +333,56 @@ void CpuMapper::clear() {
   painter_.clear();
   mesher_.clear();
   mesh_update_ = MeshUpdate();
-  refused_ = frames_ = supporting_frames_ = 0;
-  is_meshed_ = false;
+  refused_ = dropped_ = frames_ = supporting_frames_ = 0;
   last_touched_.clear();
   vacant_.clear();
 }
 
 MapStats CpuMapper::stats() const {
   return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_,
-          table_.coloursInUse() * BlockTable::kColourBytes};
+          table_.coloursInUse() * BlockTable::kColourBytes, dropped_};
 }
 
-std::vector<BlockSnapshot> CpuMapper::snapshot() {
-  std::vector<BlockSnapshot> blocks;
-  for (const int32_t slot : table_.sortedSlots()) {
-    const BlockEntry& entry = table_.block(slot);
-    BlockSnapshot copy;
-    copy.key = entry.key;
-    bool holds_voxels = false;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (entry.array[d] == kNoArray) continue;
-      const Voxel* voxels = voxels_.array(entry.array[d]);
-      copy.voxels[d].assign(voxels, voxels + kVoxelsPerBlock);
-      copy.colours[d] = gatherColours(table_, entry.array[d],
-                                      [this](int32_t brick) { return colours_.array(brick); });
-      holds_voxels = true;
-    }
-    if (holds_voxels) blocks.push_back(std::move(copy));
-  }
-  return blocks;
+MapContents CpuMapper::contents() {
+  MapContents contents = contentsOf(params_, rules_);
+  contents.frames = frames_;
+  contents.supporting_frames = supporting_frames_;
+  contents.painted = mesher_.hasColours();
+  std::copy_n(painter_.exposure().gain, 3, contents.exposure.begin());
+  const ContentsOrder order = listBlocks(table_, contents);
+  inBatches(order.arrays.size(), threads_, [&](size_t i) {
+    std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, voxels_.array(order.arrays[i]),
+                BlockTable::kArrayBytes);
+  });
+  inBatches(order.bricks.size(), threads_, [&](size_t i) {
+    std::memcpy(contents.colours.data() + i * kVoxelsPerBrick, colours_.array(order.bricks[i]),
+                BlockTable::kColourBytes);
+  });
+  return contents;
+}
+
+void CpuMapper::restore(const MapContents& contents) {
+  const MapSize size = sizeOf(contents.blocks);
+  voxels_.resize(size.voxel_arrays);
+  colours_.resize(size.bricks);
+  mesher_.resize(size.blocks);
+  const EnteredBlocks entered = enterBlocks(contents, table_);
+  const ContentsOrder order = entered.order();
+  inBatches(order.arrays.size(), threads_, [&](size_t i) {
+    std::memcpy(voxels_.array(order.arrays[i]), contents.voxels.data() + i * kVoxelsPerBlock,
+                BlockTable::kArrayBytes);
+  });
+  inBatches(order.bricks.size(), threads_, [&](size_t i) {
+    std::memcpy(colours_.array(order.bricks[i]), contents.colours.data() + i * kVoxelsPerBrick,
+                BlockTable::kColourBytes);
+  });
+  frames_ = contents.frames;
+  supporting_frames_ = contents.supporting_frames;
+  Exposure exposure;
+  std::copy_n(contents.exposure.begin(), 3, exposure.gain);
+  painter_.setExposure(exposure);
+  for (const int32_t slot : entered.blocks.changed_slots) mesher_.markDirty(slot);
+  if (contents.painted) mesher_.keepColours();
 }
 
 std::string CpuMapper::backendName() const {

@@ -5,6 +5,7 @@
 #include "backend/rules.h"
 #include "cpu/block_mesher.h"
 #include "cpu/clear.h"
+#include "cpu/clear_region.h"
 #include "cpu/find_blocks.h"
 #include "cpu/make_surfels.h"
 #include "cpu/paint.h"
@@ -23,9 +24,11 @@ class CpuMapper : public ProbedMapper {
   void beginMeshUpdate() override;
   void waitForMeshes() override {}
   MeshUpdate finishMeshUpdate() override;
+  ClearedRegion clearRegion(const Region& region) override;
   void clear() override;
+  MapContents contents() override;
+  void restore(const MapContents& contents) override;
   MapStats stats() const override;
-  std::vector<BlockSnapshot> snapshot() override;
   void profileTo(Profile* profile) override;
   std::vector<MemoryPart> memory() const override;
   std::string backendName() const override;
@@ -43,6 +46,7 @@ class CpuMapper : public ProbedMapper {
                         const std::vector<Surfel>& surfels, const FrameSensing& sensing);
   ClearedBlock clear(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing);
   void lookAround(const FrameSensing& sensing);
+  void dropBeyond(const DepthFrame& frame);
   void releaseVacant(const std::vector<int32_t>& slots);
   std::vector<int32_t> blocksInTurn(const FrameView& frame) const;
   int32_t leastEvidenceNow() const;
@@ -60,11 +64,10 @@ class CpuMapper : public ProbedMapper {
   Painter painter_;
   BlockMesher mesher_;
   MeshUpdate mesh_update_;
-  uint64_t refused_ = 0;
+  uint64_t refused_ = 0, dropped_ = 0;
   uint64_t frames_ = 0;                 ///< Fused, those included that only clear.
   uint64_t supporting_frames_ = 0;      ///< Those that touched a block.
   std::vector<uint64_t> last_touched_;  ///< Frame, by slot; 0: none.
-  bool is_meshed_ = false;              ///< Somebody has asked for a mesh.
   std::vector<int32_t> vacant_;         ///< Released when the mesh update under way is fetched.
   Profile* profile_ = nullptr;
 };

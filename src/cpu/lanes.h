@@ -20,6 +20,7 @@ struct LaneInts {
   using Vector = int32_t __attribute__((vector_size(16)));
   Vector v;
 
+  // cppcheck-suppress uninitMemberVar  ; as an int or a float is
   LaneInts() = default;
   explicit LaneInts(int32_t all) : v{all, all, all, all} {}
   explicit LaneInts(Vector vector) : v(vector) {}
@@ -29,6 +30,7 @@ struct LaneFloats {
   using Vector = float __attribute__((vector_size(16)));
   Vector v;
 
+  // cppcheck-suppress uninitMemberVar  ; as an int or a float is
   LaneFloats() = default;
   explicit LaneFloats(float all) : v{all, all, all, all} {}
   explicit LaneFloats(Vector vector) : v(vector) {}

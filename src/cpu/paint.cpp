@@ -29,6 +29,16 @@ VoxelColour colourOf(const ColourSample& sample) {
   return {sample.red, sample.green, sample.blue, 0};
 }
 
+/// Copies some rows of an image, packed.
+void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixel* pixels) {
+  const PixelLayout layout = layoutOf(frame.encoding);
+  for (int v = first_row; v < end_row; ++v) {
+    const auto* row = static_cast<const uint8_t*>(frame.data) + v * frame.row_bytes;
+    ColourPixel* to = pixels + static_cast<size_t>(v) * frame.width;
+    for (int u = 0; u < frame.width; ++u) to[u] = takePixel(row + u * layout.bytes, layout);
+  }
+}
+
 void addToSums(ExposureSums& sums, const ExposureSums& part) {
   for (int i = 0; i < 3; ++i) {
     sums.map[i] += part.map[i];
@@ -133,7 +143,6 @@ void Painter::sampleBlock(const PaintedMap& map, BlockView& block) const {
   const Vec3f first_voxel_L = firstVoxelOf(entry);
   block.samples.clear();
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
-    if (!mayFaceCamera(sensing_.view, first_voxel_L, direction)) return;
     VoxelList near;
     listNearSurface(sensing_.view, array, sensing_.view.rules.painted_distance, near);
     visitPoints(sensing_.view, first_voxel_L, array, direction, near,

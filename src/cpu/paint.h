@@ -39,6 +39,10 @@ class Painter {
   /// Voxels that the image was found to show.
   size_t sampleCount() const;
 
+  /// Of the last image, which that of the next may depend on.
+  const Exposure& exposure() const { return exposure_; }
+  void setExposure(const Exposure& exposure) { exposure_ = exposure; }
+
   /// Forgets the exposure of the images so far.
   void clear() { exposure_ = sameExposure(); }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
@@ -16,10 +17,12 @@ namespace {
 template <class Raw>
 void invertRow(const void* __restrict__ row, int width, const DepthRange& depth_range,
                float* __restrict__ inverse_depth) {
-  const Raw* raw = static_cast<const Raw*>(row);
+  const auto* const bytes = static_cast<const char*>(row);  // rows may begin at any byte
   const DepthRange range = depth_range;  // a copy of its own, which no result can overlap
   for (int u = 0; u < width; ++u) {
-    inverse_depth[u] = inverseDepth(static_cast<float>(raw[u]), range);
+    Raw raw;
+    std::memcpy(&raw, bytes + u * sizeof(Raw), sizeof(Raw));
+    inverse_depth[u] = inverseDepth(static_cast<float>(raw), range);
   }
 }
 

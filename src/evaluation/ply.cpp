@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -191,10 +192,17 @@ void readRow(const Element& element, NumberReader& reader, std::vector<double>& 
       continue;
     }
     const double count = reader.next(property.count_type);
-    if (count < 0.0 || count > 1.0e6) throw std::runtime_error("a list of impossible length");
+    if (!(count >= 0.0 && count <= 1.0e6)) throw std::runtime_error("a list of impossible length");
     lists[i].resize(static_cast<size_t>(count));
     for (double& number : lists[i]) number = reader.next(property.type);
   }
+}
+
+uint8_t channelOf(double number) {
+  if (!(number >= 0.0 && number < 256.0)) {
+    throw std::runtime_error("a colour is not from 0 to 255");
+  }
+  return static_cast<uint8_t>(number);
 }
 
 void readVertices(const Element& element, NumberReader& reader, TriangleMesh& mesh) {
@@ -208,10 +216,10 @@ void readVertices(const Element& element, NumberReader& reader, TriangleMesh& me
     readRow(element, reader, row, lists);
     mesh.vertices.emplace_back(static_cast<float>(row[x]), static_cast<float>(row[y]),
                                static_cast<float>(row[z]));
-    if (coloured) {
-      mesh.colours.push_back({static_cast<uint8_t>(row[r]), static_cast<uint8_t>(row[g]),
-                              static_cast<uint8_t>(row[b])});
+    if (!mesh.vertices.back().allFinite()) {
+      throw std::runtime_error("vertex " + std::to_string(i) + " is not finite");
     }
+    if (coloured) mesh.colours.push_back({channelOf(row[r]), channelOf(row[g]), channelOf(row[b])});
   }
 }
 
@@ -227,7 +235,7 @@ void readFaces(const Element& element, NumberReader& reader, TriangleMesh& mesh)
     readRow(element, reader, row, lists);
     const std::vector<double>& polygon = lists[static_cast<size_t>(corners)];
     for (const double index : polygon) {
-      if (index < 0.0 || index >= static_cast<double>(mesh.vertices.size())) {
+      if (!(index >= 0.0 && index < static_cast<double>(mesh.vertices.size()))) {
         throw std::runtime_error("face " + std::to_string(i) + " has a vertex that is not there");
       }
     }
@@ -240,6 +248,7 @@ void readFaces(const Element& element, NumberReader& reader, TriangleMesh& mesh)
 }
 
 void skipElement(const Element& element, NumberReader& reader) {
+  if (element.properties.empty()) return;  // however many there are, they take no room
   std::vector<double> row(element.properties.size());
   std::vector<std::vector<double>> lists(element.properties.size());
   for (size_t i = 0; i < element.count; ++i) readRow(element, reader, row, lists);
@@ -253,6 +262,7 @@ void append(std::string& bytes, Number number) {
 }  // namespace
 
 TriangleMesh readPly(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) throw std::runtime_error(path + ": is no file");
   std::ifstream in(path, std::ios::binary);
   if (!in) throw std::runtime_error(path + ": cannot be opened");
   try {

@@ -1,13 +1,17 @@
 #include "io/atomic_file.h"
 
+#include <dirent.h>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 #include <system_error>
 
@@ -17,6 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kBufferBytes = 1 << 20;
+const char* const kEnding = ".tmp";
+/// Whoever has made a file beside its target has locked it by then.
+constexpr int64_t kAbandonedAfter_s = 60;
 
 std::string adviceFor(int error_number) {
   switch (error_number) {
@@ -46,12 +53,60 @@ fs::path folderOf(const std::string& path) {
   return folder.empty() ? fs::path(".") : folder;
 }
 
+/// Begins the names of the files beside `path`.
+std::string temporaryNameOf(const std::string& path) {
+  return "." + fs::path(path).filename().string() + ".";
+}
+
 /// Unique in this process and, by the process id, among others that write to the same folder.
 std::string temporaryPathFor(const std::string& path) {
   static std::atomic<unsigned> counter{0};
-  const std::string name = "." + fs::path(path).filename().string() + "." +
-                           std::to_string(getpid()) + "." + std::to_string(counter++) + ".tmp";
+  const std::string name =
+      temporaryNameOf(path) + std::to_string(getpid()) + "." + std::to_string(counter++) + kEnding;
   return (folderOf(path) / name).string();
+}
+
+bool isNumber(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+/// Whether a file of this name was made beside `path`: ".NAME.PID.COUNT.tmp".
+bool isBeside(const std::string& name, const std::string& path) {
+  const std::string begin = temporaryNameOf(path), end = kEnding;
+  if (name.size() <= begin.size() + end.size() || name.compare(0, begin.size(), begin) != 0 ||
+      name.compare(name.size() - end.size(), end.size(), end) != 0) {
+    return false;
+  }
+  const std::string rest =
+      name.substr(begin.size(), name.size() - begin.size() - end.size());
+  const size_t dot = rest.find('.');
+  return dot != std::string::npos && isNumber(rest.substr(0, dot)) &&
+         isNumber(rest.substr(dot + 1));
+}
+
+/// Removes a file beside its target whose writer is gone: writers hold a lock, which ends with
+/// them, on whatever machine they run. Does nothing where that cannot be told.
+void removeIfAbandoned(const std::string& path) {
+  const int descriptor = open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return;
+  struct stat status {};
+  if (fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
+      time(nullptr) - status.st_mtime > kAbandonedAfter_s &&
+      flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
+    unlink(path.c_str());
+  }
+  close(descriptor);
+}
+
+/// What saves that were killed have left beside `path`. Not by std::filesystem, whose iterators end
+/// the process where they find no memory.
+void removeAbandoned(const std::string& path) {
+  const std::unique_ptr<DIR, int (*)(DIR*)> folder(opendir(folderOf(path).c_str()), closedir);
+  if (folder == nullptr) return;
+  while (const dirent* const entry = readdir(folder.get())) {
+    const std::string name = entry->d_name;
+    if (isBeside(name, path)) removeIfAbandoned((folderOf(path) / name).string());
+  }
 }
 
 /// The rename is on the disk only once its folder is. Some file systems cannot sync a folder; the
@@ -66,8 +121,9 @@ void syncFolder(const fs::path& folder) {
 }  // namespace
 
 void prepareOutputFile(const std::string& path) {
-  if (path.empty() || fs::path(path).filename().empty()) {
-    throw std::runtime_error("cannot write '" + path + "': give the name of a file");
+  if (path.empty() || fs::path(path).filename().empty() || path.find('\0') != path.npos) {
+    throw std::runtime_error("cannot write '" + std::string(path.c_str()) +
+                             "': give the name of a file");
   }
   std::error_code error;
   fs::create_directories(folderOf(path), error);
@@ -82,10 +138,13 @@ void prepareOutputFile(const std::string& path) {
 
 AtomicFile::AtomicFile(const std::string& path) : path_(path) {
   prepareOutputFile(path_);
+  removeAbandoned(path_);
+  buffer_.reserve(kBufferBytes);
   temporary_path_ = temporaryPathFor(path_);
   descriptor_ = open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0) throwCannotWrite(path_, errno);
-  buffer_.reserve(kBufferBytes);
+  // Tells that it is not abandoned. Nothing may throw from here on: nobody would remove the file.
+  flock(descriptor_, LOCK_EX | LOCK_NB);
 }
 
 AtomicFile::~AtomicFile() { closeAndRemove(); }

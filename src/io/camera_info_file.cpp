@@ -1,11 +1,10 @@
 #include "io/camera_info_file.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <cmath>
 #include <stdexcept>
 
 #include "io/text_file.h"
+#include "io/yaml_text.h"
 
 namespace dtsdf {
 namespace {
@@ -52,7 +51,7 @@ CameraInfo loadCameraInfo(const std::string& path) {
       readTextFile(path, "the intrinsics are expected there, as camera_calibration writes them; "
                          "reconstruct takes --intrinsics fx,fy,cx,cy in place of the file");
   try {
-    const YAML::Node root = YAML::Load(text);
+    const YAML::Node root = loadYaml(text);
     if (!root.IsMap()) throwBad(path, "no intrinsics");
     CameraInfo info;
     info.width = readSize(root, "image_width", path);

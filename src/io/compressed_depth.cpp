@@ -5,12 +5,10 @@
 #include <stdexcept>
 
 #include "io/rvl.h"
+#include "kernels/core/voxel.h"
 
 namespace dtsdf {
 namespace {
-
-/// More than any depth camera has; what a damaged header asks for ends here.
-constexpr size_t kMaxPixels = size_t{1} << 24;
 
 const std::string kTransport = "compressedDepth";
 
@@ -127,7 +125,7 @@ DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<ui
   const float scale = header.readFloat(), offset = header.readFloat();
   const DepthImage image = code == Code::kRvl
                                ? decodeRvlImage(header)
-                               : decodeDepthPng(header.rest(), header.bytesLeft(), kMaxPixels);
+                               : decodeDepthPng(header.rest(), header.bytesLeft());
   return {format.encoding, image.size,
           is_float ? bytesOf(depthsOfInverse(image.pixels, scale, offset)) : bytesOf(image.pixels)};
 }

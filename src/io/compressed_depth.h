@@ -22,7 +22,7 @@ struct DecodedDepth {
 std::string encodingOfCompressedDepth(const std::string& format);
 
 /// Decodes a message: 16-bit depth exactly, 32-bit depth from the inverse depths that the transport
-/// rounds it to. Memory is taken for 2^24 pixels at most.
+/// rounds it to. Memory is taken for kMaxPixels at most.
 /// @throws std::runtime_error that says what is wrong with the message.
 DecodedDepth decodeCompressedDepth(const std::string& format, const std::vector<uint8_t>& data);
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "io/byte_order.h"
+#include "kernels/core/voxel.h"
 
 namespace dtsdf {
 namespace {
@@ -62,8 +63,9 @@ class MemoryBytes : public ByteSource {
 /// that calls it sets the target first and holds nothing that needs a destructor.
 class PngReader {
  public:
-  explicit PngReader(ByteSource& bytes) : bytes_(bytes) {
-    png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, onError, onWarning);
+  explicit PngReader(ByteSource& bytes)
+      : bytes_(bytes),
+        png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, onError, onWarning)) {
     if (png_ != nullptr) info_ = png_create_info_struct(png_);
   }
   ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
@@ -114,9 +116,13 @@ class PngReader {
   }
 
   ByteSource& bytes_;
-  png_structp png_ = nullptr;
+  png_structp png_;
   png_infop info_ = nullptr;
 };
+
+std::string inWords(ImageSize size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
 
 /// `name` is what stands for the image in messages. @throws std::runtime_error
 void readHeader(PngReader& png, const std::string& name) {
@@ -126,6 +132,10 @@ void readHeader(PngReader& png, const std::string& name) {
   if (!png.is16BitGrey()) {
     throw std::runtime_error(name + " is not a 16-bit grey image, so it holds no depth");
   }
+  if (png.height() > kMaxPixels / png.width()) {  // libpng refuses widths of 0
+    throw std::runtime_error(name + " has " + inWords(png.size()) + " pixels, more than the " +
+                             std::to_string(kMaxPixels) + " that are supported");
+  }
 }
 
 std::vector<uint16_t> readPixels(PngReader& png, const std::string& name) {
@@ -134,10 +144,6 @@ std::vector<uint16_t> readPixels(PngReader& png, const std::string& name) {
     throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
   }
   return pixels;
-}
-
-std::string inWords(ImageSize size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
 void requireFile(const std::string& path) {
@@ -170,15 +176,11 @@ ImageSize readDepthPngSize(const std::string& path) {
   return png.size();
 }
 
-DepthImage decodeDepthPng(const uint8_t* data, size_t bytes, size_t max_pixels) {
+DepthImage decodeDepthPng(const uint8_t* data, size_t bytes) {
   const std::string name = "the compressed image";
   MemoryBytes memory(data, bytes);
   PngReader png(memory);
   readHeader(png, name);
-  if (png.height() > max_pixels / png.width()) {  // libpng refuses widths of 0
-    throw std::runtime_error(name + " announces " + inWords(png.size()) + " pixels, more than " +
-                             std::to_string(max_pixels));
-  }
   return {png.size(), readPixels(png, name)};
 }
 

@@ -28,7 +28,7 @@ std::vector<uint16_t> readDepthPng(const std::string& path, ImageSize expected);
 ImageSize readDepthPngSize(const std::string& path);
 
 /// A depth image in memory. What its header announces is checked before memory is taken for it.
-/// @throws std::runtime_error if it is damaged, not 16-bit grey, or has more than `max_pixels`.
-DepthImage decodeDepthPng(const uint8_t* data, size_t bytes, size_t max_pixels);
+/// @throws std::runtime_error if it is damaged, not 16-bit grey, or larger than images may be.
+DepthImage decodeDepthPng(const uint8_t* data, size_t bytes);
 
 }  // namespace dtsdf

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <locale>
@@ -10,41 +9,12 @@
 #include <stdexcept>
 
 #include "io/atomic_file.h"
+#include "io/glb.h"
+#include "io/little_endian.h"
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
 namespace {
-
-/// Appends numbers in little-endian order, on any machine.
-class LittleEndianWriter {
- public:
-  explicit LittleEndianWriter(AtomicFile& file) : file_(file) {}
-
-  void writeUint8(uint8_t value) { file_.write(&value, 1); }
-  void writeUint16(uint16_t value) { writeBytes<2>(value); }
-  void writeUint32(uint32_t value) { writeBytes<4>(value); }
-  void writeFloat(float value) {
-    static_assert(sizeof(float) == sizeof(uint32_t) && std::numeric_limits<float>::is_iec559);
-    uint32_t bits;
-    std::memcpy(&bits, &value, sizeof(bits));
-    writeUint32(bits);
-  }
-  void writeVector(const Vec3f& v) {
-    writeFloat(v.x);
-    writeFloat(v.y);
-    writeFloat(v.z);
-  }
-
- private:
-  template <int kBytes>
-  void writeBytes(uint32_t value) {
-    uint8_t bytes[kBytes];
-    for (int i = 0; i < kBytes; ++i) bytes[i] = static_cast<uint8_t>(value >> (8 * i));
-    file_.write(bytes, kBytes);
-  }
-
-  AtomicFile& file_;
-};
 
 std::string plyHeader(const Mesh& mesh) {
   const std::string vertex_count = std::to_string(mesh.vertices_m.size());
@@ -136,8 +106,8 @@ void writeStl(const Mesh& mesh, AtomicFile& file) {
   }
 }
 
-/// What the formats can hold: .ply readers take indices as signed 32-bit numbers.
-void checkSize(const Mesh& mesh, const std::string& path) {
+/// What the formats can hold: readers of .ply take indices as signed 32-bit numbers.
+void checkSize(const Mesh& mesh, MeshFormat format, const std::string& path) {
   constexpr size_t kMaxCount = std::numeric_limits<int32_t>::max();
   if (mesh.triangles.empty()) {
     throw std::runtime_error("cannot save '" + path +
@@ -148,9 +118,20 @@ void checkSize(const Mesh& mesh, const std::string& path) {
                              "': the mesh has more than 2^31 - 1 vertices or triangles; "
                              "use larger voxels");
   }
+  if (format == MeshFormat::kGlb &&
+      mostGlbBytes(mesh.vertices_m.size(), mesh.triangles.size()) > kMostGlbBytes) {
+    throw std::runtime_error("cannot save '" + path +
+                             "': a .glb file can hold 4 GiB, and the mesh needs more; save it as "
+                             ".ply, or save a part of it, or simplify it");
+  }
 }
 
 }  // namespace
+
+const std::vector<std::string>& meshExtensions() {
+  static const std::vector<std::string> extensions = {".ply", ".obj", ".stl", ".glb"};
+  return extensions;
+}
 
 std::optional<MeshFormat> meshFormatOf(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
@@ -159,6 +140,7 @@ std::optional<MeshFormat> meshFormatOf(const std::string& path) {
   if (extension == ".ply") return MeshFormat::kPly;
   if (extension == ".obj") return MeshFormat::kObj;
   if (extension == ".stl") return MeshFormat::kStl;
+  if (extension == ".glb") return MeshFormat::kGlb;
   return std::nullopt;
 }
 
@@ -166,9 +148,10 @@ void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {
   const std::optional<MeshFormat> format = meshFormatOf(path);
   if (!format) {
     throw std::runtime_error("cannot save '" + path +
-                             "': unknown format; give a name that ends in .ply, .obj or .stl");
+                             "': unknown format; give a name that ends in " +
+                             kMeshExtensions);
   }
-  checkSize(mesh, path);
+  checkSize(mesh, *format, path);
   AtomicFile file(path);
   switch (*format) {
     case MeshFormat::kPly:
@@ -179,6 +162,9 @@ void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {
       break;
     case MeshFormat::kStl:
       writeStl(mesh, file);
+      break;
+    case MeshFormat::kGlb:
+      writeGlb(mesh, colour, file);
       break;
   }
   file.commit();

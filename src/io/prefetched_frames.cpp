@@ -17,7 +17,7 @@ class PrefetchedFrames : public FrameSource {
         size_(source_->size()),
         posed_(source_->posed()),
         capacity_(capacity) {
-    reader_ = std::thread([this] { readAhead(); });
+    reader_ = std::thread([this] { run(); });
   }
 
   ~PrefetchedFrames() override {
@@ -35,7 +35,8 @@ class PrefetchedFrames : public FrameSource {
 
   std::optional<SourceFrame> next() override {
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [this] { return !waiting_.empty(); });
+    changed_.wait(lock, [this] { return !waiting_.empty() || failure_; });
+    if (waiting_.empty()) std::rethrow_exception(failure_);
     Item item = waiting_.front();          // cheap: the pixels are shared
     if (item.frame) waiting_.pop_front();  // the end stays, for whoever asks again
     lock.unlock();
@@ -53,7 +54,18 @@ class PrefetchedFrames : public FrameSource {
     std::map<std::string, size_t> skipped;
   };
 
-  /// Runs on the reader thread, the only one that touches source_.
+  /// The reader thread. What fails beside the source itself, for want of memory, is handed on, too.
+  void run() noexcept {
+    try {
+      readAhead();
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      failure_ = std::current_exception();
+    }
+    changed_.notify_all();
+  }
+
+  /// On the reader thread, the only one that touches source_.
   void readAhead() {
     bool at_end = false;
     while (!at_end) {
@@ -84,9 +96,10 @@ class PrefetchedFrames : public FrameSource {
   const size_t capacity_;
   std::map<std::string, size_t> skipped_;  ///< Of the consumer's thread.
 
-  std::mutex mutex_;  ///< Guards the two below.
+  std::mutex mutex_;  ///< Guards the three below.
   std::deque<Item> waiting_;
   bool stopped_ = false;
+  std::exception_ptr failure_;  ///< That ended the reader thread.
   std::condition_variable changed_;
   std::thread reader_;
 };

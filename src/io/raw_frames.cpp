@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "kernels/core/voxel.h"
+
 namespace dtsdf {
 namespace {
 
@@ -23,7 +25,11 @@ class RawFrames : public FrameSource {
         images_(name + ".raw", std::ios::binary) {
     Intrinsics& K = frame_.intrinsics;
     list_ >> frame_.width >> frame_.height >> K.fx >> K.fy >> K.cx >> K.cy >> frame_.unit_m;
-    if (!list_ || !images_) throw std::runtime_error("cannot read " + name + ".txt and .raw");
+    const bool is_size = frame_.width > 0 && frame_.height > 0 &&
+                         frame_.width <= kMaxPixels / frame_.height;
+    if (!list_ || !images_ || !is_size) {
+      throw std::runtime_error("cannot read " + name + ".txt and .raw");
+    }
     frame_.row_bytes = frame_.width * sizeof(uint16_t);
     std::string rest_of_line;
     std::getline(list_, rest_of_line);

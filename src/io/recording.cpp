@@ -27,6 +27,7 @@ const FolderFormat* formatIn(const fs::path& folder) {
 
 bool isBag(const fs::path& file) {
   constexpr char kMark[] = "#ROSBAG V";
+  if (!fs::is_regular_file(file)) return false;  // a pipe would have to be waited for
   char begin[sizeof(kMark) - 1] = {};
   std::ifstream(file, std::ios::binary).read(begin, sizeof(begin));
   return file.extension() == ".bag" || std::memcmp(begin, kMark, sizeof(begin)) == 0;

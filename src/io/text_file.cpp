@@ -6,22 +6,40 @@
 #include <stdexcept>
 
 namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Larger than any list of images or poses, and than any image.
+constexpr uintmax_t kMaxBytes = uintmax_t{1} << 30;
+
+/// Why the file cannot be read whole; empty if nothing speaks against it. Devices and pipes may
+/// have no end, or never begin.
+std::string whyUnreadable(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) return "there is no such file";
+  if (fs::is_directory(status)) return "it is a folder";
+  if (!fs::is_regular_file(status)) return "it is a device or a pipe, not a file";
+  const uintmax_t bytes = fs::file_size(path, error);
+  if (!error && bytes > kMaxBytes) return "it is larger than 1 GiB";
+  return "";
+}
+
+}  // namespace
+
+void requireRegularFile(const std::string& path, const std::string& advice) {
+  const std::string problem = whyUnreadable(path);
+  if (problem.empty()) return;
+  throw std::runtime_error("cannot read '" + path + "': " + problem + "; " + advice);
+}
 
 std::string readTextFile(const std::string& path, const std::string& advice) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  std::string problem;
-  if (!std::filesystem::exists(status)) {
-    problem = "there is no such file";
-  } else if (std::filesystem::is_directory(status)) {
-    problem = "it is a folder";
-  } else {
-    std::ifstream file(path, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (file.is_open() && !file.bad()) return text;
-    problem = "reading it failed";
-  }
-  throw std::runtime_error("cannot read '" + path + "': " + problem + "; " + advice);
+  requireRegularFile(path, advice);
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (file.is_open() && !file.bad()) return text;
+  throw std::runtime_error("cannot read '" + path + "': reading it failed; " + advice);
 }
 
 }  // namespace dtsdf

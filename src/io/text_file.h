@@ -7,7 +7,12 @@
 
 namespace dtsdf {
 
-/// The content of a file. @throws std::runtime_error that names it and `advice`.
+/// Before a file is opened whose reader may wait: pipes and devices are refused, and files of over
+/// 1 GiB. @throws std::runtime_error that names it and `advice`.
+void requireRegularFile(const std::string& path, const std::string& advice);
+
+/// The content of a file, as requireRegularFile() has it.
+/// @throws std::runtime_error that names it and `advice`.
 std::string readTextFile(const std::string& path, const std::string& advice);
 
 /// The whole text as a number; false if anything is left over or it does not fit.

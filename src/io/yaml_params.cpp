@@ -1,10 +1,9 @@
 #include "dtsdf_mapping/io/yaml_params.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <stdexcept>
 
 #include "io/text_file.h"
+#include "io/yaml_text.h"
 
 namespace dtsdf {
 namespace {
@@ -73,7 +72,7 @@ void flatten(const YAML::Node& node, const std::string& prefix, const std::strin
 ParamTree parseYamlParams(const std::string& text, const std::string& name) {
   ParamTree tree;
   try {
-    const YAML::Node root = YAML::Load(text);
+    const YAML::Node root = loadYaml(text);
     if (root.IsNull()) return tree;
     if (!root.IsMap()) throwAt(name, root.Mark(), "settings must be written as 'key: value'");
     flatten(root, "", name, tree);
@@ -93,10 +92,13 @@ void setParam(const std::string& assignment, ParamTree& tree) {
     throw std::runtime_error("'" + assignment +
                              "' is not of the form key=value, as in map/voxel_size_m=0.01");
   }
+  if (assignment.find('\0') != std::string::npos) {
+    throw std::runtime_error("a setting has a NUL character in it");
+  }
   const std::string key = assignment.substr(0, equals);
   const std::string value = assignment.substr(equals + 1);
   try {
-    const YAML::Node node = YAML::Load(value);
+    const YAML::Node node = loadYaml(value);
     if (!node.IsScalar() && !node.IsSequence()) {
       throw std::runtime_error(key + ": '" + value + "' is not one value");
     }

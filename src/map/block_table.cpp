@@ -4,6 +4,19 @@
 #include <utility>
 
 namespace dtsdf {
+namespace {
+
+/// Of a point from the nearest one of a block, in voxels.
+double squaredDistance(const BlockKey& block, const Vec3d& p) {
+  const auto outside = [](int32_t key, double at) {
+    const double first = static_cast<double>(key) * kBlockSide, beyond = first + kBlockSide;
+    return at < first ? first - at : (at > beyond ? at - beyond : 0.0);
+  };
+  const double x = outside(block.x, p.x), y = outside(block.y, p.y), z = outside(block.z, p.z);
+  return x * x + y * y + z * z;
+}
+
+}  // namespace
 
 BlockTable::BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
@@ -32,6 +45,7 @@ int32_t BlockTable::makeBlock(PackedKey key) {
   for (int32_t& array : entry.array) array = kNoArray;
   entry.in_use = true;
   entry.is_vacant = false;
+  entry.extractions = extractions_;
   slots_.insert(key, slot);
   return slot;
 }
@@ -75,11 +89,12 @@ template <class Visit>
 void BlockTable::visitLacking(const ColourRequest& request, const Visit& visit) const {
   const int32_t slot = find(request.key);
   if (slot < 0) return;
-  for (int i = 0; i < kDirectionCount * kBricksPerArray; ++i) {
+  for (uint64_t bits = request.bricks; bits != 0; bits &= bits - 1) {
+    const int i = __builtin_ctzll(bits);
+    if (i >= kDirectionCount * kBricksPerArray) return;
     const int32_t array = blocks_[slot].array[i / kBricksPerArray];
     const int brick = i % kBricksPerArray;
-    if (!(request.bricks >> i & 1) || array == kNoArray) continue;
-    if (colourOf(array, brick) == kNoArray) visit(array, brick);
+    if (array != kNoArray && colourOf(array, brick) == kNoArray) visit(array, brick);
   }
 }
 
@@ -167,18 +182,70 @@ bool BlockTable::hasArrays(int32_t slot) const {
                      [](int32_t array) { return array != kNoArray; });
 }
 
-void BlockTable::vacate(int32_t slot, uint32_t directions) {
+bool BlockTable::vacate(int32_t slot, uint32_t directions) {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (directions >> d & 1) releaseArray(slot, d);
   }
-  if (hasArrays(slot) || blocks_[slot].is_vacant) return;
-  blocks_[slot].is_vacant = true;
-  vacant_.push_back(slot);
+  if (hasArrays(slot)) return false;
+  if (!blocks_[slot].is_vacant) {
+    blocks_[slot].is_vacant = true;
+    (blocks_[slot].extractions == extractions_ ? unseen_ : vacant_).push_back(slot);
+  }
+  return true;
+}
+
+std::vector<int32_t> BlockTable::takeUnseen() {
+  std::vector<int32_t> slots;
+  slots.swap(unseen_);
+  return slots;
 }
 
 std::vector<int32_t> BlockTable::takeVacant() {
   std::vector<int32_t> slots;
-  slots.swap(vacant_);
+  vacant_.insert(vacant_.end(), unseen_.begin(), unseen_.end());
+  for (const int32_t slot : vacant_) {
+    // One that has arrays again is told anew when it loses them again.
+    blocks_[slot].is_vacant = blocks_[slot].in_use && !hasArrays(slot);
+    if (blocks_[slot].is_vacant) slots.push_back(slot);
+  }
+  vacant_.clear();
+  unseen_.clear();
+  return slots;
+}
+
+std::vector<int32_t> BlockTable::slotsIn(const RegionView& region) const {
+  std::vector<int32_t> slots;
+  for (size_t i = 0; i < blocks_.size(); ++i) {
+    const auto slot = static_cast<int32_t>(i);
+    if (!blocks_[slot].in_use || !mayBeInside(region, blocks_[slot].key)) continue;
+    if (hasArrays(slot)) slots.push_back(slot);
+  }
+  return slots;
+}
+
+std::vector<int32_t> BlockTable::slotsBeyond(const KeptBall& kept, size_t most) const {
+  struct Candidate {
+    double distance;  // squared
+    PackedKey key;
+    int32_t slot;
+  };
+  const double limit = kept.radius * kept.radius;
+  std::vector<Candidate> beyond;
+  for (size_t i = 0; i < blocks_.size(); ++i) {
+    const BlockEntry& entry = blocks_[i];
+    const double distance = squaredDistance(entry.key, kept.center);
+    if (!(distance > limit) || !entry.in_use) continue;
+    const auto slot = static_cast<int32_t>(i);
+    if (hasArrays(slot)) beyond.push_back({distance, packKey(entry.key), slot});
+  }
+  const auto goes_first = [](const Candidate& a, const Candidate& b) {
+    return a.distance != b.distance ? a.distance > b.distance : a.key < b.key;
+  };
+  const size_t count = std::min(most, beyond.size());
+  std::partial_sort(beyond.begin(), beyond.begin() + static_cast<std::ptrdiff_t>(count),
+                    beyond.end(), goes_first);
+  std::vector<int32_t> slots;
+  for (size_t i = 0; i < count; ++i) slots.push_back(beyond[i].slot);
   return slots;
 }
 
@@ -214,6 +281,8 @@ void BlockTable::clear() {
   free_slots_.clear();
   free_arrays_.clear();
   vacant_.clear();
+  unseen_.clear();
+  extractions_ = 0;
   array_count_ = 0;
   arrays_in_use_ = 0;
   colour_of_.clear();

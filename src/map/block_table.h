@@ -10,6 +10,7 @@
 
 #include "kernels/core/direction.h"
 #include "kernels/core/grid.h"
+#include "kernels/core/region.h"
 #include "kernels/core/voxel.h"
 #include "kernels/core/voxel_colour.h"
 #include "map/slot_index.h"
@@ -24,6 +25,13 @@ struct BlockEntry {
   int32_t array[kDirectionCount];
   bool in_use;
   bool is_vacant;  ///< Told by the next takeVacant(), or being told.
+  uint32_t extractions;  ///< Begun before the block was made.
+};
+
+/// What is kept of a map: blocks that reach into a ball, in voxels.
+struct KeptBall {
+  Vec3d center;
+  double radius;
 };
 
 /// A block that a frame wants to write to, and in which directions (bit d for direction d).
@@ -111,12 +119,27 @@ class BlockTable {
   bool release(int32_t slot, uint32_t directions);
 
   /// Releases arrays of a block that held something. The block itself stays, since a mesh of it may
-  /// be shown; takeVacant() tells it then.
-  void vacate(int32_t slot, uint32_t directions);
+  /// be shown; takeUnseen() or takeVacant() tells it then.
+  /// @return whether it has none now.
+  bool vacate(int32_t slot, uint32_t directions);
+
+  /// An extraction of meshes begins, of all blocks that there are.
+  void noteExtraction() { ++extractions_; }
+
+  /// Of the blocks that have lost their last array since the last call, those that no extraction
+  /// has met: nobody has to learn that they are gone.
+  std::vector<int32_t> takeUnseen();
 
   /// Blocks that have lost their last array since the last call. They are still in the table: what
   /// shows a mesh of them has to learn first that it is gone.
   std::vector<int32_t> takeVacant();
+
+  /// Blocks with arrays that may have voxels in a region in units of voxels, by slot.
+  std::vector<int32_t> slotsIn(const RegionView& region) const;
+
+  /// Blocks with arrays that lie wholly outside a ball, the farthest first and those of one
+  /// distance by key: so many at most.
+  std::vector<int32_t> slotsBeyond(const KeptBall& kept, size_t most) const;
 
   /// Releases those blocks of a list that have no arrays. @return them.
   std::vector<int32_t> releaseVacant(const std::vector<int32_t>& slots);
@@ -160,6 +183,8 @@ class BlockTable {
   std::deque<BlockEntry> blocks_;  ///< By slot; grows without moving what is there.
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< May have got arrays again since.
+  std::vector<int32_t> unseen_;  ///< Those of them that are in no mesh.
+  uint32_t extractions_ = 0;
   size_t array_count_ = 0, arrays_in_use_ = 0;
   std::vector<int32_t> colour_of_;  ///< By voxel array and brick; none while nothing is painted.
   std::vector<int32_t> free_colours_;

@@ -47,6 +47,19 @@ std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const
   throw std::runtime_error("backend 'cuda' cannot be used: " + reason);
 }
 
+std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
+                                               const MapContents& contents) {
+  checkContents(contents);
+  checkFits(contents, params);
+  std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(params, rules);
+  mapper->restore(contents);
+  return mapper;
+}
+
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params) { return makeProbedMapper(params); }
+
+std::unique_ptr<Mapper> makeMapper(const MapperParams& params, const MapContents& contents) {
+  return makeProbedMapper(params, Rules(), contents);
+}
 
 }  // namespace dtsdf

@@ -2,128 +2,103 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
+#include <limits>
 #include <utility>
 
 #include "kernels/meshing/corner_grid.h"
-#include "kernels/meshing/refine.h"
+#include "map/region_view.h"
+#include "meshing/block_joiner.h"
 
 namespace dtsdf {
 namespace {
 
-/// An edge of the whole grid: the block that owns it and the edge's number in there.
-struct GlobalEdge {
-  PackedKey block;
-  uint32_t edge;
-  bool operator==(const GlobalEdge& other) const {
-    return block == other.block && edge == other.edge;
-  }
-};
-
-struct GlobalEdgeHash {
-  size_t operator()(const GlobalEdge& e) const {
-    return static_cast<size_t>(hashKey(e.block * kGridEdges + e.edge));
-  }
-};
-
-/// The owner of an edge is the block of its lower corner: corners on a far face of the corner grid
-/// belong to the neighbour.
-GlobalEdge ownerOf(const BlockKey& key, uint32_t edge) {
-  const Vec3i corner = cornerAt(edgeCorner(static_cast<int>(edge)));
-  const Vec3i step{corner.x >> kBlockSideLog2, corner.y >> kBlockSideLog2,
-                   corner.z >> kBlockSideLog2};
-  constexpr int kMask = kBlockSide - 1;
-  const int own = edgeNumber(cornerIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask),
-                              edgeAxis(static_cast<int>(edge)), edgeFacing(static_cast<int>(edge)));
-  return {packKey(key + step), static_cast<uint32_t>(own)};
-}
-
-/// The middle of a side: the numbers of its two ends in the whole mesh, the lower one first.
-struct GlobalSide {
-  uint32_t first, second;
-  bool operator==(const GlobalSide& other) const {
-    return first == other.first && second == other.second;
-  }
-};
-
-struct GlobalSideHash {
-  size_t operator()(const GlobalSide& s) const {
-    return static_cast<size_t>(hashKey(uint64_t{s.first} << 32 | s.second));
-  }
-};
-
 /// Joins block meshes; the order of the blocks decides the order of everything.
 class Assembler {
  public:
-  explicit Assembler(const MeshStore& store) : store_(store) {}
+  /// `in_order`: blocks will be added by rising packed keys.
+  Assembler(const MeshStore& store, bool in_order) : store_(store), joiner_(in_order) {}
+
+  /// Room for these blocks, so that nothing moves as they are added. Memory that is never touched
+  /// costs nothing.
+  void reserve(size_t vertices, size_t triangles) {
+    mesh_.vertices_m.reserve(vertices);
+    mesh_.normals.reserve(vertices);
+    mesh_.triangles.reserve(triangles);
+  }
 
   void add(const BlockMesh& block) {
-    std::vector<uint32_t> number(block.vertices.size());
-    for (size_t i = 0; i < block.vertices.size(); ++i) {
-      const BlockVertex& vertex = block.vertices[i];
-      const auto next = static_cast<uint32_t>(mesh_.vertices_m.size());
-      number[i] = isMiddle(vertex.edge)
-                      ? sides_.emplace(sideOf(vertex.edge), next).first->second
-                      : index_.emplace(ownerOf(block.key, vertex.edge), next).first->second;
-      if (number[i] == next) addVertex(block, i);
-      if (!isMiddle(vertex.edge)) number_of_edge_[vertex.edge] = number[i];
-    }
+    const JoinedBlock& joined = joiner_.add(block);
+    for (const uint32_t i : joined.fresh) addVertex(block, i);
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
-      mesh_.triangles.push_back({number[block.triangles[t]], number[block.triangles[t + 1]],
-                                 number[block.triangles[t + 2]]});
+      const uint16_t* const corner = &block.triangles[t];
+      mesh_.triangles.push_back(
+          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
+      addNormal(block, corner, mesh_.triangles.back(), mesh_.vertices_m, mesh_.normals);
     }
   }
 
   Mesh finish() {
     if (!mesh_.colours.empty()) mesh_.colours.resize(mesh_.vertices_m.size());
-    computeNormals();
+    makeUnit(mesh_.normals);
     return std::move(mesh_);
   }
 
  private:
-  /// Of a middle in the block that is being added, both of whose ends are known by now.
-  GlobalSide sideOf(uint32_t middle) const {
-    const auto [first, second] = std::minmax(number_of_edge_[middleFirst(middle)],
-                                             number_of_edge_[middleSecond(middle)]);
-    return {first, second};
-  }
-
   /// Blocks that were meshed before the map was first painted have no colours.
   void addVertex(const BlockMesh& block, size_t i) {
     mesh_.vertices_m.push_back(store_.positionInMap(block.key, block.vertices[i]));
-    faced_ways_.push_back(facedWays(block.vertices[i].edge));
+    mesh_.normals.push_back({0.0f, 0.0f, 0.0f});
     if (block.colours.empty()) return;
+    if (mesh_.colours.empty()) mesh_.colours.reserve(mesh_.vertices_m.capacity());
     mesh_.colours.resize(mesh_.vertices_m.size() - 1);
     mesh_.colours.push_back(block.colours[i]);
   }
 
-  /// Area-weighted mean of the normals of the triangles around each vertex. At the rim of what was
-  /// seen anchoring may fold a triangle: it faces against what its edges face, which no triangle
-  /// does whose vertices are on their edges. Its normal counts turned round.
-  void computeNormals() {
-    mesh_.normals.assign(mesh_.vertices_m.size(), Vec3f{0.0f, 0.0f, 0.0f});
-    for (const auto& t : mesh_.triangles) {
-      const Vec3f a = mesh_.vertices_m[t[1]] - mesh_.vertices_m[t[0]];
-      const Vec3f b = mesh_.vertices_m[t[2]] - mesh_.vertices_m[t[0]];
-      const Vec3f n = cross(a, b);
-      const Vec3f faced = toFloat(faced_ways_[t[0]] + faced_ways_[t[1]] + faced_ways_[t[2]]);
-      const float turn = dot(n, faced) < 0.0f ? -1.0f : 1.0f;
-      for (const uint32_t v : t) mesh_.normals[v] = mesh_.normals[v] + turn * n;
-    }
-    for (Vec3f& n : mesh_.normals) {
-      const float length = norm(n);
-      n = length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 1.0f};
-    }
-  }
-
   const MeshStore& store_;
+  BlockJoiner joiner_;
   Mesh mesh_;
-  std::vector<Vec3i> faced_ways_;  ///< Of each vertex.
-  std::unordered_map<GlobalEdge, uint32_t, GlobalEdgeHash> index_;
-  std::unordered_map<GlobalSide, uint32_t, GlobalSideHash> sides_;
-  /// Of those in the block that is being added.
-  std::array<uint32_t, kGridEdges> number_of_edge_ = {};
 };
+
+/// Keeps the triangles whose corners all lie in a region in metres, and the vertices that they use.
+void crop(const RegionView& region, Mesh& mesh) {
+  constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max(), kInside = kUnused - 1;
+  std::vector<uint32_t> number(mesh.vertices_m.size(), kUnused);
+  for (size_t i = 0; i < number.size(); ++i) {
+    const Vec3f& p = mesh.vertices_m[i];
+    if (isInside(region, Vec3d{p.x, p.y, p.z})) number[i] = kInside;
+  }
+  const auto leaves = [&](const std::array<uint32_t, 3>& t) {
+    return number[t[0]] == kUnused || number[t[1]] == kUnused || number[t[2]] == kUnused;
+  };
+  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), leaves),
+                       mesh.triangles.end());
+  std::replace(number.begin(), number.end(), kInside, kUnused);
+  for (const auto& t : mesh.triangles) {
+    for (const uint32_t v : t) number[v] = kInside;
+  }
+  uint32_t count = 0;
+  for (size_t i = 0; i < number.size(); ++i) {
+    if (number[i] == kUnused) continue;
+    mesh.vertices_m[count] = mesh.vertices_m[i];
+    mesh.normals[count] = mesh.normals[i];
+    if (!mesh.colours.empty()) mesh.colours[count] = mesh.colours[i];
+    number[i] = count++;
+  }
+  mesh.vertices_m.resize(count);
+  mesh.normals.resize(count);
+  if (!mesh.colours.empty()) mesh.colours.resize(count);
+  for (auto& t : mesh.triangles) {
+    for (uint32_t& v : t) v = number[v];
+  }
+}
+
+/// Whether a vertex of a block's mesh may lie in a region in units of voxels.
+bool mayHaveVerticesIn(const RegionView& region, const BlockKey& block) {
+  constexpr double kMiddle = 4.0;          // vertices lie in [-2, 10], from the first voxel
+  constexpr double kReach = 6.0 * 1.7321;  // from the middle to the farthest corner
+  const Vec3i first = firstVoxelOfBlock(block);
+  return isInside(region, Vec3d{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle}, kReach);
+}
 
 uint8_t toByte(float share) {
   return static_cast<uint8_t>(std::lround(255.0f * std::min(std::max(share, 0.0f), 1.0f)));
@@ -182,19 +157,43 @@ Vec3f MeshStore::positionInMap(const BlockKey& key, const BlockVertex& vertex) c
           static_cast<float>((first.z + static_cast<double>(vertex.position.z)) * h)};
 }
 
-Mesh MeshStore::assemble() const {
-  Assembler assembler(*this);
-  for (const auto& [key, block] : blocks_) assembler.add(*block);
+Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks, bool in_order) const {
+  size_t vertices = 0, triangles = 0;
+  for (const BlockMesh* block : blocks) {
+    vertices += block->vertices.size();
+    triangles += block->triangles.size() / 3;
+  }
+  Assembler assembler(*this, in_order);
+  assembler.reserve(vertices, triangles);
+  for (const BlockMesh* block : blocks) assembler.add(*block);
   return assembler.finish();
 }
 
+Mesh MeshStore::assemble() const {
+  std::vector<const BlockMesh*> blocks;
+  blocks.reserve(blocks_.size());
+  for (const auto& [key, block] : blocks_) blocks.push_back(block.get());
+  return join(blocks, true);
+}
+
 Mesh MeshStore::assemble(const std::vector<PackedKey>& keys) const {
-  Assembler assembler(*this);
+  std::vector<const BlockMesh*> blocks;
   for (const PackedKey key : keys) {
     const auto it = blocks_.find(key);
-    if (it != blocks_.end()) assembler.add(*it->second);
+    if (it != blocks_.end()) blocks.push_back(it->second.get());
   }
-  return assembler.finish();
+  return join(blocks, std::is_sorted(keys.begin(), keys.end()));
+}
+
+Mesh MeshStore::assemble(const BoxRegion& region) const {
+  const RegionView in_voxels = makeRegionView(region, voxel_size_m_);
+  std::vector<const BlockMesh*> blocks;
+  for (const auto& [key, block] : blocks_) {
+    if (mayHaveVerticesIn(in_voxels, block->key)) blocks.push_back(block.get());
+  }
+  Mesh mesh = join(blocks, true);
+  crop(makeRegionView(region, 1.0), mesh);
+  return mesh;
 }
 
 PackedKey packedKeyOf(const BlockKey& key) { return packKey(key); }

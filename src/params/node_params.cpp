@@ -49,6 +49,7 @@ MappingParams readMappingParams(const ParamTree& tree,
   NodeParams& node = params.node;
   node.map_frame = stripLeadingSlash(node.map_frame);
   node.input.camera_frame = stripLeadingSlash(node.input.camera_frame);
+  node.keep_frame = stripLeadingSlash(node.keep_frame);
   if (node.map_frame.empty()) reader.addViolation("map_frame", "must not be empty");
   if (node.output_directory.empty()) reader.addViolation("output_directory", "must not be empty");
   checkCameras(node, reader);

@@ -28,6 +28,7 @@ struct InputParams {
   std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
   int queue_size = 30;          ///< Frames that may wait for their transform or their turn.
   double tf_timeout_s = 1.0;    ///< Wall time that a frame waits for its transform at most.
+  double tf_max_ahead_s = 5.0;  ///< Transforms that are further ahead of time are refused.
   float unit_16uc1_m = 0.001f;  ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;    ///< Metres per unit of a 32FC1 image.
   double max_speed_m_s = 10.0;  ///< A faster camera is a jump of its pose; 0: any speed is fine.
@@ -49,20 +50,28 @@ struct ColourParams {
   double max_rate_hz = 0.0;  ///< Colour images per second, by their stamps, at most; 0: all.
 };
 
+struct StatusParams {
+  double stale_s = 5.0;  ///< What is silent for so long is warned about, three times so: an error.
+};
+
 struct PublishParams {
   int chunk_blocks = 4;         ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
   double mesh_rate_hz = 2.0;    ///< Bound of the rate of `mesh`, in wall time.
   double points_rate_hz = 1.0;  ///< Bound of the rate of `surface_points`, in wall time.
   double status_rate_hz = 1.0;  ///< Rate of `status` and the diagnostics, in wall time.
+  int max_queue_mb = 32;        ///< What may wait for listeners of the mesh, over all topics.
 };
 
 struct NodeParams {
   std::string map_frame = "map";  ///< Frame W of the map; fixed in the world.
+  std::string load_file;          ///< Map to begin with; empty: none. "~/" is the home.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
   std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
+  std::string keep_frame;  ///< What map/keep_radius_m is round; empty: the camera.
   InputParams input;
   ColourParams colour;
   PublishParams publish;
+  StatusParams status;
 };
 
 struct MappingParams {
@@ -73,12 +82,15 @@ struct MappingParams {
 template <class Visitor>
 void visitParams(NodeParams& p, Visitor& visit) {
   visit("map_frame", p.map_frame);
+  visit("map/load_file", p.load_file);
   visit("output_directory", p.output_directory);
   visit("cameras", p.cameras);
+  visit("map/keep_frame", p.keep_frame);
   visit("input/merge_wait_s", p.input.merge_wait_s, Range{0.0, 60.0});
   visit("input/camera_frame", p.input.camera_frame);
   visit("input/queue_size", p.input.queue_size, Range{1, 10000});
   visit("input/tf_timeout_s", p.input.tf_timeout_s, Range{0.0, 3600.0});
+  visit("input/tf_max_ahead_s", p.input.tf_max_ahead_s, Range{0.0, 1e6});
   visit("input/unit_16uc1_m", p.input.unit_16uc1_m, Range{1e-6, 1.0});
   visit("input/unit_32fc1_m", p.input.unit_32fc1_m, Range{1e-6, 1000.0});
   visit("input/max_speed_m_s", p.input.max_speed_m_s, Range{0.0, 1e6});
@@ -100,6 +112,8 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
   visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});
   visit("publish/status_rate_hz", p.publish.status_rate_hz, Range{0.01, 100.0});
+  visit("publish/max_queue_mb", p.publish.max_queue_mb, Range{1, 65536});
+  visit("status/stale_s", p.status.stale_s, Range{0.0, 1e6});
 }
 
 template <class Visitor>

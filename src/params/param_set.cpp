@@ -13,9 +13,9 @@ std::string joinLines(const std::vector<std::string>& lines) {
   return text;
 }
 
-std::string formatNumber(double number) {
+std::string formatNumber(double number, int digits = 7) {
   std::ostringstream out;
-  out.precision(7);
+  out.precision(digits);
   out << number;
   return out.str();
 }
@@ -135,7 +135,12 @@ void ParamReader::finish() {
 
 void ParamWriter::operator()(const std::string& key, float& member, Range) {
   // The shortest decimal that reads back as the same float: 0.02, not 0.0199999996.
-  tree[key] = std::strtod(formatNumber(member).c_str(), nullptr);
+  double number = member;
+  for (int digits = 6; digits <= 9; ++digits) {
+    number = std::strtod(formatNumber(member, digits).c_str(), nullptr);
+    if (static_cast<float>(number) == member) break;
+  }
+  tree[key] = number;
 }
 
 }  // namespace dtsdf

@@ -14,13 +14,30 @@ find_package(pcl_ros REQUIRED)
 find_package(rosbag REQUIRED)
 find_package(PCL REQUIRED COMPONENTS common)
 
+# The display for RViz needs RViz's headers, and the Qt that it was built with. Without them the mesh
+# is shown by its markers elsewhere.
+set(DTSDF_RVIZ OFF)
+if(WITH_RVIZ)
+  find_package(rviz QUIET)
+  if(rviz_FOUND)
+    find_package(Qt5 ${rviz_QT_VERSION} QUIET COMPONENTS Widgets)
+  endif()
+  if(rviz_FOUND AND Qt5_FOUND)
+    set(DTSDF_RVIZ ON)
+  else()
+    message(STATUS "dtsdf_mapping: no display for RViz, which needs librviz-dev (Debian) or "
+                   "ros-noetic-rviz; markers are there all the same")
+  endif()
+endif()
+
 # cv_bridge itself brings the parts of OpenCV that it needs.
 set(DTSDF_CV_BRIDGE_LIBRARY ${cv_bridge_LIBRARIES})
 list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 
-add_message_files(FILES CameraStatus.msg DropCount.msg MapStatus.msg MemoryPart.msg StreamStatus.msg)
-add_service_files(FILES SaveMesh.srv)
-generate_messages(DEPENDENCIES std_msgs)
+add_message_files(FILES Box.msg CameraStatus.msg DropCount.msg MapStatus.msg MemoryPart.msg
+  MeshBlock.msg MeshBlocks.msg Sphere.msg StreamStatus.msg TopicStatus.msg)
+add_service_files(FILES ClearRegion.srv LoadMap.srv SaveMap.srv SaveMesh.srv)
+generate_messages(DEPENDENCIES geometry_msgs std_msgs)
 generate_dynamic_reconfigure_options(cfg/Publish.cfg)
 
 # For other packages: the messages, whose headers come by themselves, and the library, as a target
@@ -28,6 +45,6 @@ generate_dynamic_reconfigure_options(cfg/Publish.cfg)
 catkin_package(
   INCLUDE_DIRS include
   LIBRARIES dtsdf_mapping
-  CATKIN_DEPENDS message_runtime std_msgs
+  CATKIN_DEPENDS geometry_msgs message_runtime std_msgs
   DEPENDS EIGEN3
   CFG_EXTRAS dtsdf_mapping-extras.cmake)

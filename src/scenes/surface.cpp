@@ -111,10 +111,10 @@ Surface surfaceOf(const Mesh& mesh) {
   return surface;
 }
 
-Surface partOf(const Surface& surface, const Region& region) {
+Surface partOf(const Surface& surface, const Zone& zone) {
   Surface part;
   std::copy_if(surface.begin(), surface.end(), std::back_inserter(part),
-               [&](const FlatTriangle& t) { return region(t.centroid()); });
+               [&](const FlatTriangle& t) { return zone(t.centroid()); });
   return part;
 }
 
@@ -130,8 +130,8 @@ double areaOf(const Surface& surface) {
   return area;
 }
 
-double areaOf(const Surface& surface, const Region& region) {
-  return areaOf(partOf(surface, region));
+double areaOf(const Surface& surface, const Zone& zone) {
+  return areaOf(partOf(surface, zone));
 }
 
 double areaAwayFrom(const Scene& truth, double distance_m, const Surface& surface) {
@@ -139,7 +139,7 @@ double areaAwayFrom(const Scene& truth, double distance_m, const Surface& surfac
                 [&](const Vector3d& p) { return truth.distanceToSurface(p) > distance_m; });
 }
 
-size_t countOpenEdges(const Mesh& mesh, const Region& region) {
+size_t countOpenEdges(const Mesh& mesh, const Zone& zone) {
   std::map<std::pair<uint32_t, uint32_t>, int> passes;
   for (const auto& t : mesh.triangles) {
     for (int i = 0; i < 3; ++i) {
@@ -149,7 +149,7 @@ size_t countOpenEdges(const Mesh& mesh, const Region& region) {
   }
   const auto inside = [&](uint32_t i) {
     const Vec3f& p = mesh.vertices_m[i];
-    return region(Vector3d(p.x, p.y, p.z));
+    return zone(Vector3d(p.x, p.y, p.z));
   };
   return static_cast<size_t>(
       std::count_if(passes.begin(), passes.end(), [&](const auto& side) {

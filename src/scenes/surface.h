@@ -18,24 +18,24 @@ struct FlatTriangle {
 };
 
 using Surface = std::vector<FlatTriangle>;
-using Region = std::function<bool(const Eigen::Vector3d&)>;
+using Zone = std::function<bool(const Eigen::Vector3d&)>;
 
 Surface surfaceOf(const Mesh& mesh);
 
-/// Triangles whose centroid lies in a region.
-Surface partOf(const Surface& surface, const Region& region);
+/// Triangles whose centroid lies in a zone.
+Surface partOf(const Surface& surface, const Zone& zone);
 
 /// Splits triangles until no side is longer.
 Surface refine(const Surface& surface, double longest_side_m);
 
 double areaOf(const Surface& surface);
-double areaOf(const Surface& surface, const Region& region);
+double areaOf(const Surface& surface, const Zone& zone);
 
 /// Area farther than that from every surface of the scene.
 double areaAwayFrom(const Scene& truth, double distance_m, const Surface& surface);
 
-/// Sides of one triangle only, with both ends in the region.
-size_t countOpenEdges(const Mesh& mesh, const Region& region);
+/// Sides of one triangle only, with both ends in the zone.
+size_t countOpenEdges(const Mesh& mesh, const Zone& zone);
 
 using Points = std::vector<Eigen::Vector3d>;
 

@@ -69,9 +69,11 @@ Report measureFlight(const BenchmarkOptions& options, const RunSettings& setting
   constexpr double kMiB = 1024.0 * 1024.0;
   const FlightPlan plan{static_cast<size_t>(options.grow_to_gib * 1024.0 * kMiB), options.speed_m};
   MapperParams params = settings.params.mapper;
-  // Room for the last frame too.
-  params.map.max_memory_mb =
-      std::max(params.map.max_memory_mb, static_cast<int>(options.grow_to_gib * 1024.0) + 1024);
+  // Room for the last frame too, unless the map forgets what is far.
+  if (params.map.keep_radius_m == 0.0f) {
+    params.map.max_memory_mb =
+        std::max(params.map.max_memory_mb, static_cast<int>(options.grow_to_gib * 1024.0) + 1024);
+  }
   Measurement end;
   const size_t taken = gpuMemoryTaken();
   const auto mapper = makeProbedMapper(params, settings.rules);

@@ -57,6 +57,11 @@ json totalsOf(const Measurement& m) {
   totals["call_ms"] = summary(&FrameTime::call_ms);
   totals["fetch_ms"] = summary(&FrameTime::fetch_ms);
   totals["overlapped_ms"] = m.overlapped_ms;
+  totals["pack_ms"] = summary(&FrameTime::pack_ms);
+  totals["packed_bytes"] = toJson(summarise(valuesOf(
+      m.frames, first,
+      [](const FrameTime& frame) { return static_cast<double>(frame.packed.bytes); })));
+  totals["packed_mesh"] = {{"bytes", m.packed.bytes}, {"triangles", m.packed.triangles}};
   return totals;
 }
 
@@ -140,6 +145,12 @@ std::string measurementText(const json& report) {
   }
   text += format("  first frame %.3f; with the fetch beside the next frame %.3f (mean)\n",
                  report["first_frame_ms"].get<double>(), report["overlapped_ms"].get<double>());
+  const json& packed = report["packed_mesh"];
+  const double triangles = std::max(1.0, packed["triangles"].get<double>());
+  text += summaryLine("pack", report["pack_ms"]) + "  (chunks that changed, to be sent)\n" +
+          format("  these take %.0f KiB (median); the whole mesh %.1f bytes a triangle\n",
+                 report["packed_bytes"]["median"].get<double>() / 1024.0,
+                 packed["bytes"].get<double>() / triangles);
   text += "stages, profiled                             "
           "   KiB  kilo-op   floor  share of bandwidth\n";
   for (const json& stage : report["stages"]) {
@@ -151,23 +162,27 @@ std::string measurementText(const json& report) {
   return text + memoryText(report["memory"]);
 }
 
-/// Frames during which the map was in its n-th GiB.
+/// Frames during which the n-th GiB was mapped.
 json flightByGib(const std::vector<FrameTime>& times) {
   constexpr double kGiB = 1024.0 * kMiB;
   json rows = json::array();
   for (size_t begin = 1; begin < times.size();) {
-    const int gib = static_cast<int>(static_cast<double>(times[begin].map_bytes) / kGiB);
-    size_t end = begin;
+    const int gib = static_cast<int>(static_cast<double>(times[begin].mapped_bytes) / kGiB);
+    size_t end = begin, map_bytes = 0, resident_bytes = 0;
     std::vector<double> total_ms, fetch_ms;
-    for (; end < times.size() && static_cast<int>(static_cast<double>(times[end].map_bytes) /
+    for (; end < times.size() && static_cast<int>(static_cast<double>(times[end].mapped_bytes) /
                                                   kGiB) == gib; ++end) {
+      map_bytes = std::max(map_bytes, times[end].map_bytes);
+      resident_bytes = std::max(resident_bytes, times[end].resident_bytes);
       total_ms.push_back(times[end].total_ms);
       fetch_ms.push_back(times[end].fetch_ms);
     }
     rows.push_back({{"gib", gib},
                     {"frames", end - begin},
                     {"total_ms", toJson(summarise(total_ms))},
-                    {"fetch_ms", toJson(summarise(fetch_ms))}});
+                    {"fetch_ms", toJson(summarise(fetch_ms))},
+                    {"map_mib", static_cast<double>(map_bytes) / kMiB},
+                    {"resident_mib", static_cast<double>(resident_bytes) / kMiB}});
     begin = end;
   }
   return rows;
@@ -208,13 +223,15 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
   report["memory"] = memoryOf(end);
   report["by_gib"] = flightByGib(times);
   report["slowest"] = slowestFrames(times);
-  std::string text = format("%s, a flight of %zu frames\nmap       frames  total ms: median       "
-                            "p95     worst   fetch\n",
-                            end.backend_name.c_str(), times.size());
+  std::string text = format("%s, a flight of %zu frames; %zu blocks refused\nmapped    frames  "
+                            "total ms: median       p95     worst   fetch  map MiB  RSS MiB\n",
+                            end.backend_name.c_str(), times.size(),
+                            static_cast<size_t>(end.map.refused_blocks));
   for (const json& row : report["by_gib"]) {
     text += format("%3d GiB %8d", row["gib"].get<int>(), row["frames"].get<int>()) +
             summaryLine("", row["total_ms"]) +
-            format(" %7.3f\n", row["fetch_ms"]["median"].get<double>());
+            format(" %7.3f %8.0f %8.0f\n", row["fetch_ms"]["median"].get<double>(),
+                   row["map_mib"].get<double>(), row["resident_mib"].get<double>());
   }
   text += "slowest frames\n";
   for (const json& row : report["slowest"]) {

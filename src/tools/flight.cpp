@@ -1,7 +1,10 @@
 #include "tools/flight.h"
 
+#include <unistd.h>
+
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 
 namespace dtsdf {
 namespace {
@@ -20,6 +23,19 @@ double depthOf(double x_m, double slope_x, double slope_y) {
     depth_m = kEyeHeight_m - groundHeight(x_m + depth_m * slope_x, depth_m * slope_y);
   }
   return depth_m;
+}
+
+/// What is in the map, and what was and is dropped: blocks take about the same everywhere here.
+size_t mappedBytes(const MapStats& map) {
+  if (map.blocks == 0) return 0;
+  return map.map_bytes + static_cast<size_t>(map.dropped_blocks) * (map.map_bytes / map.blocks);
+}
+
+/// Memory of this process, 0 where the system does not tell.
+size_t residentBytes() {
+  size_t pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return resident * static_cast<size_t>(sysconf(_SC_PAGESIZE));
 }
 
 }  // namespace
@@ -56,11 +72,14 @@ SourceFrame renderFlightFrame(double x_m) {
 std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
                            const std::function<void(size_t)>& show_progress) {
   std::vector<FrameTime> times;
+  size_t mapped_bytes = 0;
   do {
     const SourceFrame frame = renderFlightFrame(plan.speed_m * static_cast<double>(times.size()));
     times.push_back(timeFrame(mapper, frame.depth, [](const MeshUpdate&) {}));
-    show_progress(times.back().map_bytes);
-  } while (times.back().map_bytes < plan.map_bytes);
+    times.back().mapped_bytes = mapped_bytes = mappedBytes(mapper.stats());
+    times.back().resident_bytes = residentBytes();
+    show_progress(mapped_bytes);
+  } while (mapped_bytes < plan.map_bytes);
   return times;
 }
 

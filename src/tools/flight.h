@@ -17,12 +17,12 @@ double groundHeight(double x_m, double y_m);
 SourceFrame renderFlightFrame(double x_m);
 
 struct FlightPlan {
-  size_t map_bytes;  ///< At which the flight ends.
+  size_t map_bytes;  ///< At which the flight ends, with those of blocks that were dropped.
   double speed_m;    ///< Way from frame to frame.
 };
 
-/// Flies until the map has its size; frames are made between the timed ones. `show_progress` gets
-/// the size of the map.
+/// Flies until so much was mapped; frames are made between the timed ones. `show_progress` gets
+/// what was mapped so far.
 std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
                            const std::function<void(size_t)>& show_progress);
 

@@ -5,6 +5,8 @@
 
 #include "dtsdf_mapping/mesh.h"
 #include "mapper/gpu.h"
+#include "meshing/mesh_chunks.h"
+#include "meshing/packed_chunk.h"
 
 namespace dtsdf {
 namespace {
@@ -25,6 +27,42 @@ void integrateOrThrow(ProbedMapper& mapper, const DepthFrame& frame) {
   }
 }
 
+/// Packs a mesh in chunks as the node does by default.
+class Packing {
+ public:
+  explicit Packing(const MeshStore& store) : store_(store) {}
+
+  void noteChanges(const MeshUpdate& update) {
+    for (const BlockMesh& block : update.blocks) chunks_.markChanged(block.key);
+  }
+
+  PackedSize packChanges() {
+    PackedSize size;
+    for (const PackedKey chunk : chunks_.changed()) add(chunk, size);
+    chunks_.forgetChanges();
+    return size;
+  }
+
+  PackedSize packAll() const {
+    PackedSize size;
+    for (const PackedKey chunk : chunks_.all()) add(chunk, size);
+    return size;
+  }
+
+ private:
+  void add(PackedKey key, PackedSize& size) const {
+    const PackedChunk chunk =
+        packChunk(store_, lattice_, chunks_.cornerOf(key), chunks_.blocksOf(key));
+    size.bytes += bytesInMessage(chunk);
+    size.triangles += chunk.triangleCount();
+  }
+
+  static constexpr int kChunkBlocks = 4;
+  const MeshStore& store_;
+  ChunkLattice lattice_{store_.voxelSize(), kChunkBlocks};
+  MeshChunks chunks_{kChunkBlocks};
+};
+
 /// What a frame takes in all, and what the map takes in the end.
 void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& params,
                    const Rules& rules, const std::function<void(size_t)>& show_progress,
@@ -32,9 +70,16 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
   const size_t taken = gpuMemoryTaken();
   const auto mapper = makeProbedMapper(params, rules);
   MeshStore store(params.map.voxel_size_m);
+  Packing packing(store);
   for (const SourceFrame& frame : frames) {
-    result.frames.push_back(timeFrame(*mapper, frame.depth,
-                                      [&](const MeshUpdate& update) { store.apply(update); }));
+    FrameTime time = timeFrame(*mapper, frame.depth, [&](const MeshUpdate& update) {
+      store.apply(update);
+      packing.noteChanges(update);
+    });
+    const auto start = Clock::now();
+    time.packed = packing.packChanges();
+    time.pack_ms = millisecondsSince(start);
+    result.frames.push_back(time);
     show_progress(result.frames.size());
   }
   result.backend_name = mapper->backendName();
@@ -42,6 +87,7 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
   result.memory = mapper->memory();
   result.device_bytes = gpuMemoryTakenSince(taken);
   result.triangles = store.triangleCount();
+  result.packed = packing.packAll();
   for (const auto& [key, mesh] : store.blocks()) {
     result.mesh_bytes += mesh->vertices.size() * sizeof(BlockVertex) +
                          mesh->triangles.size() * sizeof(uint16_t);

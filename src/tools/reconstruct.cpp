@@ -1,11 +1,14 @@
 /// reconstruct: a mesh from a recording, offline, without loss and with the same result each time.
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
+#include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
+#include "dtsdf_mapping/simplify.h"
 #include "io/atomic_file.h"
 #include "io/bag_frames.h"
 #include "io/first_look.h"
@@ -106,6 +109,50 @@ std::unique_ptr<ColourSource> openColours(const ReconstructOptions& options,
   return colours;
 }
 
+/// The map that a run begins with, and its settings.
+struct StartingMap {
+  MapperParams params;
+  std::optional<MapContents> contents;  ///< None: it is empty.
+};
+
+/// The settings of a map that is loaded hold, where none are given. @throws std::runtime_error for
+/// those that are given and differ, and for maps of another frame.
+StartingMap loadStartingMap(const std::string& path, const RunSettings& settings) {
+  StartingMap start{settings.params.mapper, std::nullopt};
+  if (path.empty()) return start;
+  start.contents = loadMap(path, static_cast<size_t>(start.params.map.max_memory_mb) << 20);
+  start.params = withSettingsOf(*start.contents, start.params);
+  ParamWriter writer;
+  visitParams(start.params, writer);
+  for (auto& [key, value] : writer.tree) {
+    const auto given = settings.given.find(key);
+    if (given != settings.given.end()) value = given->second;
+  }
+  checkFits(*start.contents, readMapperParams(writer.tree));
+  checkFrame(*start.contents, settings.given.count("map_frame") ? settings.params.node.map_frame
+                                                                : std::string());
+  return start;
+}
+
+/// The name of the frame that a run's map has; poses of folders say none.
+std::string nameOfFrame(const ReconstructOptions& options, const RunSettings& settings,
+                        const StartingMap& start) {
+  if (start.contents && !start.contents->map_frame.empty()) return start.contents->map_frame;
+  const bool is_named = options.recording.format == "bag" || settings.given.count("map_frame") > 0;
+  return is_named ? settings.params.node.map_frame : std::string();
+}
+
+/// Saves the map of a run, and says so.
+void saveMapOf(Mapper& mapper, const std::string& map_frame, double stamp_s,
+               const std::string& path) {
+  MapContents contents = mapper.contents();
+  contents.map_frame = map_frame;
+  contents.stamp_s = stamp_s;
+  const SavedMap saved = saveMap(contents, path);
+  std::printf("%zu blocks, %.1f MB: %s\n", saved.size.blocks,
+              static_cast<double>(saved.file_bytes) / 1e6, path.c_str());
+}
+
 void printSummary(const ReconstructionResult& result, const std::string& backend_name,
                   const std::string& mesh_path) {
   const std::string skipped = describeSkipped(result.skipped);
@@ -116,14 +163,25 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
     std::printf("%zu colour images painted in %.1f ms each (median)\n", result.images,
                 summarise(result.paint_ms).median);
   }
-  std::printf("%zu vertices, %zu triangles: %s\n", result.mesh.vertices_m.size(),
-              result.mesh.triangles.size(), mesh_path.c_str());
+  if (!mesh_path.empty()) {
+    std::printf("%zu vertices, %zu triangles: %s\n", result.mesh.vertices_m.size(),
+                result.mesh.triangles.size(), mesh_path.c_str());
+  }
   if (result.map.refused_blocks > 0) {
     std::fprintf(stderr,
                  "reconstruct: warning: the map is full and lacks what came later (%llu blocks "
                  "refused); raise map/max_memory_mb or map/voxel_size_m\n",
                  static_cast<unsigned long long>(result.map.refused_blocks));
   }
+}
+
+/// To within that distance, and says what came out.
+void simplify(Mesh& mesh, double error_m) {
+  const size_t triangles = mesh.triangles.size();
+  SimplifiedMesh simplified = simplifyMesh(mesh, error_m);
+  mesh = std::move(simplified.mesh);
+  std::printf("simplified from %zu triangles, at most %.6f m off\n", triangles,
+              simplified.error_m);
 }
 
 /// Frames that each see another place leave a map, and no mesh. @throws std::runtime_error
@@ -141,24 +199,39 @@ void run(ReconstructOptions options) {
   std::string& format = options.recording.format;
   if (format.empty()) format = guessRecordingFormat(options.recording.path);
   checkReadingOptions(options);
-  const MapperParams& params = settings.params.mapper;
   // Found out now rather than after an hour of work.
-  prepareOutputFile(options.mesh_path);
-  if (!options.report_path.empty()) prepareOutputFile(options.report_path);
+  for (const std::string& path :
+       {options.mesh_path, options.save_map_path, options.report_path}) {
+    if (!path.empty()) prepareOutputFile(path);
+  }
+  StartingMap start = loadStartingMap(options.load_map_path, settings);
+  const MapperParams params = start.params;
+  const std::string map_frame = nameOfFrame(options, settings, start);
 
   const auto source = prefetchFrames(openAndLook(options, settings), kFramesAhead);
   const auto colours = openColours(options, settings.params.node);
-  const auto mapper = makeProbedMapper(params, settings.rules);
+  const auto mapper = start.contents ? makeProbedMapper(params, settings.rules, *start.contents)
+                                     : makeProbedMapper(params, settings.rules);
+  std::optional<double> map_stamp_s;
+  if (start.contents) map_stamp_s = start.contents->stamp_s;
+  start.contents.reset();  // the map is in memory once more
   ReconstructionResult result;
   {
     ProgressBar progress("frames", source->size());
-    const double max_colour_rate_hz = settings.params.node.colour.max_rate_hz;
-    result = reconstruct({*source, colours.get(), max_colour_rate_hz}, *mapper,
-                         params.map.voxel_size_m, options.mesh_every,
+    RecordedInput input(*source, colours.get(), settings.params.node.colour.max_rate_hz);
+    input.map_stamp_s = map_stamp_s;
+    result = reconstruct(input, *mapper, params.map.voxel_size_m, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
-  checkSupport(result, params);
-  saveMesh(result.mesh, params.mesh.colour, options.mesh_path);
+  // First, since a mesh that cannot be saved must not take the map with it.
+  if (!options.save_map_path.empty()) {
+    saveMapOf(*mapper, map_frame, result.stamp_s, options.save_map_path);
+  }
+  if (!options.mesh_path.empty()) {
+    checkSupport(result, params);
+    if (options.simplify_error_m > 0.0) simplify(result.mesh, options.simplify_error_m);
+    saveMesh(result.mesh, params.mesh.colour, options.mesh_path);
+  }
   const std::string backend_name = mapper->backendName();
   if (!options.report_path.empty()) {
     writeFileAtomically(options.report_path, reportJson(result, backend_name));

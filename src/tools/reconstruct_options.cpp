@@ -2,13 +2,17 @@
 
 #include <algorithm>
 
+#include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
+#include "dtsdf_mapping/simplify.h"
 
 namespace dtsdf {
 namespace {
 
 std::string parseMeshPath(const std::string& path) {
-  if (!meshFormatOf(path)) throw UsageError("'" + path + "' does not end in .ply, .obj or .stl");
+  if (!meshFormatOf(path)) {
+    throw UsageError("'" + path + "' does not end in " + kMeshExtensions);
+  }
   return path;
 }
 
@@ -89,9 +93,30 @@ void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
              options.mesh_every = static_cast<size_t>(readWhole(value, {1, kUnbounded}));
            });
   line.add({"--mesh", "OUT",
-            "the mesh: .ply (normals, colours), .obj or .stl; missing folders are made"},
+            "the mesh: .ply or .glb (normals, colours), .obj or .stl; missing folders are made"},
            [&](const std::string& value) { options.mesh_path = parseMeshPath(value); });
-  line.require("--mesh");
+  line.addNumber({"--simplify-error", "METRES",
+                  "save fewer triangles, no farther than that from the mesh; the distance that "
+                  "came out is told"},
+                 options.simplify_error_m, {kAboveZero, kUnbounded});
+}
+
+std::string parseMapPath(const std::string& path) {
+  const std::string extension = kMapExtension;
+  if (path.size() <= extension.size() ||
+      path.compare(path.size() - extension.size(), extension.size(), extension) != 0) {
+    throw UsageError("'" + path + "' does not end in " + extension);
+  }
+  return path;
+}
+
+void addMapOptions(CommandLine& line, ReconstructOptions& options) {
+  line.addText({"--load-map", "IN.dtsdf",
+                "a map to go on with, as the run that saved it would have; its settings hold where "
+                "none are given"},
+               options.load_map_path);
+  line.add({"--save-map", "OUT.dtsdf", "the map, to be gone on with; --mesh may be left out then"},
+           [&](const std::string& value) { options.save_map_path = parseMapPath(value); });
 }
 
 }  // namespace
@@ -100,8 +125,8 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   ReconstructOptions options;
   CommandLine line("reconstruct", "INPUT [options] --mesh OUT.ply",
                    "Fuses every depth image of a recording, without loss and with the same result "
-                   "each time, and saves the mesh.",
-                   "Exit code: 0 the mesh is saved, 1 an error, 2 a wrong command line.");
+                   "each time, and saves the mesh, the map or both.",
+                   "Exit code: 0 all is saved, 1 an error, 2 a wrong command line.");
   line.beginGroup("Input");
   addInputOptions(line, options);
   addReadingOptions(line, options);
@@ -110,9 +135,17 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   addMapperOptions(line, options);
   line.beginGroup("Output");
   addMeshOptions(line, options);
+  addMapOptions(line, options);
   addReportOptions(line, options);
   line.parse(arguments);
-  if (options.mesh_path == options.report_path) {
+  if (options.simplify_error_m > 0.0 && !canSimplify()) {
+    throw UsageError("--simplify-error needs meshoptimizer (libmeshoptimizer-dev, from Debian 12 "
+                     "and Ubuntu 22.04 on), which this build was made without");
+  }
+  if (options.mesh_path.empty() && options.save_map_path.empty()) {
+    throw UsageError("--mesh is required");
+  }
+  if (!options.mesh_path.empty() && options.mesh_path == options.report_path) {
     throw UsageError("--mesh and --report name the same file");
   }
   return options;

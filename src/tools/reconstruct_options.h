@@ -14,7 +14,10 @@ struct ReconstructOptions : RunOptions {
   std::string mask_topic;               ///< Of a bag; empty: no masks.
   std::string colour_topic;             ///< Empty: chosen from the bag.
   size_t mesh_every = 0;  ///< Extract a mesh each so many frames; 0: only at the end.
-  std::string mesh_path;
+  std::string mesh_path;          ///< Empty: only the map is saved.
+  double simplify_error_m = 0.0;  ///< Of the mesh that is saved; 0: all triangles.
+  std::string load_map_path;      ///< Empty: the run begins with an empty map.
+  std::string save_map_path;      ///< Empty: the map is not saved.
 };
 
 /// @throws UsageError that names the option, TextRequest for --help.

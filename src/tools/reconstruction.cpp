@@ -39,11 +39,12 @@ class Reconstruction {
     painted_since_mesh_ = true;
   }
 
-  void fuse(const DepthFrame& frame) {
+  void fuse(const SourceFrame& frame) {
     IntegrationResult integration;
-    result_.integrate_ms.push_back(timeMs([&] { integration = mapper_.integrate(frame); }));
+    result_.integrate_ms.push_back(timeMs([&] { integration = mapper_.integrate(frame.depth); }));
     if (integration.status == FrameStatus::kFused) {
       ++result_.frames;
+      result_.stamp_s = frame.stamp_s;
     } else {
       ++result_.skipped[toString(integration.status)];
     }
@@ -102,7 +103,7 @@ class ColourQueue {
   void takeUpTo(double stamp_s, bool with_it, const Take& take) {
     for (; next_ && (next_->stamp_s < stamp_s || (with_it && next_->stamp_s == stamp_s));
          advance()) {
-      take(next_->colour);
+      take(*next_);
     }
   }
 
@@ -135,13 +136,14 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, flo
   ColourQueue images(input.colour, input.max_colour_rate_hz);
   bool is_first = true;
   while (const std::optional<SourceFrame> frame = input.depth.next()) {
-    images.takeUpTo(frame->stamp_s, false, [&](const ColourFrame& image) {
-      if (!is_first) reconstruction.paint(image);
+    images.takeUpTo(frame->stamp_s, false, [&](const SourceColour& image) {
+      const bool follows_map = input.map_stamp_s && image.stamp_s > *input.map_stamp_s;
+      if (!is_first || follows_map) reconstruction.paint(image.colour);
     });
     is_first = false;
-    reconstruction.fuse(frame->depth);
+    reconstruction.fuse(*frame);
     images.takeUpTo(frame->stamp_s, true,
-                    [&](const ColourFrame& image) { reconstruction.paint(image); });
+                    [&](const SourceColour& image) { reconstruction.paint(image.colour); });
     if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
     show_progress(reconstruction.frames() + reconstruction.framesNotFused() +
                   sumOf(input.depth.skipped()));

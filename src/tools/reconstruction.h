@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,11 +22,15 @@ struct RecordedInput {
   FrameSource& depth;
   ColourSource* colour;
   double max_colour_rate_hz;  ///< Of what is painted; 0: all.
+  /// Of the newest frame in the map that the run begins with: of the images before the first frame,
+  /// those that come later are painted. None where the map is empty.
+  std::optional<double> map_stamp_s;
 };
 
 struct ReconstructionResult {
   size_t frames = 0;                      ///< Fused.
   size_t images = 0;                      ///< Painted.
+  double stamp_s = 0.0;                   ///< Of the newest frame that was fused.
   std::map<std::string, size_t> skipped;  ///< Not fused, by reason.
   std::vector<double> integrate_ms;       ///< Wall time of each call, fused or refused.
   std::vector<double> paint_ms;           ///< Wall time of each colour image.
@@ -35,9 +40,9 @@ struct ReconstructionResult {
 };
 
 /// Fuses all frames of a source. Colour images are painted in the order of stamps between them,
-/// those of one stamp after the frame; none before the first frame or after the last. The mesh is
-/// extracted each `mesh_every` frames (0: never) and, of what is left, at the end. `show_progress`
-/// is called with the number of frames done.
+/// those of one stamp after the frame; none after the last one, and none before the first unless
+/// the run goes on with a map. The mesh is extracted each `mesh_every` frames (0: never) and, of
+/// what is left, at the end. `show_progress` is called with the number of frames done.
 /// @throws std::runtime_error if the source or the backend fails, or if no frame was fused.
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
                                  size_t mesh_every,

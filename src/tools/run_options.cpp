@@ -1,5 +1,7 @@
 #include "tools/run_options.h"
 
+#include <utility>
+
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "tools/rule_list.h"
 
@@ -108,7 +110,8 @@ RunSettings readSettings(const RunOptions& options) {
   if (options.backend) tree["backend"] = *options.backend;
   if (options.threads) tree["threads"] = *options.threads;
   RunSettings settings;
-  ParamReader reader(tree);
+  settings.given = tree;
+  ParamReader reader(std::move(tree));
   visitParams(settings.params, reader);
   visitRules(settings.rules, reader);
   checkParams(settings.params.mapper, reader);

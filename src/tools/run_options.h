@@ -35,6 +35,7 @@ void addReportOptions(CommandLine& line, RunOptions& options);
 
 /// Settings for everyone, and the rules' numbers for experiments.
 struct RunSettings {
+  ParamTree given;  ///< What files and command line say; all else is a default.
   MappingParams params;
   Rules rules;
 };

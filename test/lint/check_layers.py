@@ -30,7 +30,7 @@ ROS_HEADER = re.compile(
     r"|pcl_conversions|eigen_conversions|dynamic_reconfigure|xmlrpcpp|rosconsole)/"
     r"|XmlRpc\w*\.h$|dtsdf_mapping/[A-Z]\w*\.h$)")
 KNOW_CUDA = ("cuda", "test/parity")
-KNOW_ROS = ("src/ros", "test/ros")
+KNOW_ROS = ("src/ros", "src/rviz", "test/ros", "test/rviz")
 # Calls that end the process or reset the device under every other nodelet's feet.
 FATAL_CALL = re.compile(
     r"(?<![\w.>])(?:std\s*::\s*|::\s*)?"

@@ -68,6 +68,12 @@ void expectEqualResults(const IntegrationResult& expected, const IntegrationResu
   ASSERT_EQ(actual.refused_blocks, expected.refused_blocks);
 }
 
+template <class T>
+bool sameWords(const PlainArray<T>& a, const PlainArray<T>& b) {
+  return a.size() == b.size() &&
+         (a.size() == 0 || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
 }  // namespace
 
 std::string toString(Candidate candidate) {
@@ -84,8 +90,11 @@ std::string reasonToSkip(Candidate candidate) {
 }
 
 BackendPair::BackendPair(const MapperParams& params, Candidate candidate, const Rules& rules)
-    : reference_(makeProbedMapper(paramsOf(params, Candidate::kCpuAgain), rules)),
-      candidate_(makeProbedMapper(paramsOf(params, candidate), rules)),
+    : reference_params_(paramsOf(params, Candidate::kCpuAgain)),
+      candidate_params_(paramsOf(params, candidate)),
+      rules_(rules),
+      reference_(makeProbedMapper(reference_params_, rules)),
+      candidate_(makeProbedMapper(candidate_params_, rules)),
       reference_mesh_(params.map.voxel_size_m),
       candidate_mesh_(params.map.voxel_size_m) {
   EXPECT_EQ(reference_->backendName(), "cpu (1 thread)");
@@ -116,6 +125,16 @@ void BackendPair::compareStats() {
   ASSERT_EQ(actual_stats.map_bytes, expected_stats.map_bytes);
   ASSERT_EQ(actual_stats.refused_blocks, expected_stats.refused_blocks);
   ASSERT_EQ(actual_stats.colour_bytes, expected_stats.colour_bytes);
+  ASSERT_EQ(actual_stats.dropped_blocks, expected_stats.dropped_blocks);
+}
+
+ClearedRegion BackendPair::clearRegion(const Region& region) {
+  const ClearedRegion expected = reference_->clearRegion(region);
+  const ClearedRegion actual = candidate_->clearRegion(region);
+  EXPECT_EQ(actual.voxels, expected.voxels);
+  EXPECT_EQ(actual.blocks, expected.blocks);
+  compareStats();
+  return actual;
 }
 
 void BackendPair::updateMesh() {
@@ -139,6 +158,15 @@ void BackendPair::finishMeshUpdate() {
 void BackendPair::clear() {
   reference_->clear();
   candidate_->clear();
+  reference_mesh_.clear();
+  candidate_mesh_.clear();
+}
+
+void BackendPair::swapContents() {
+  const MapContents expected = reference_->contents(), actual = candidate_->contents();
+  ASSERT_NO_FATAL_FAILURE(expectEqualContents(expected, actual));
+  reference_ = makeProbedMapper(reference_params_, rules_, actual);
+  candidate_ = makeProbedMapper(candidate_params_, rules_, expected);
   reference_mesh_.clear();
   candidate_mesh_.clear();
 }
@@ -181,6 +209,23 @@ void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual) {
           << describe(a[i].key) << ", colours of direction " << d;
     }
   }
+}
+
+void expectEqualContents(const MapContents& expected, const MapContents& actual) {
+  ASSERT_EQ(actual.settings, expected.settings);
+  ASSERT_EQ(actual.frames, expected.frames);
+  ASSERT_EQ(actual.supporting_frames, expected.supporting_frames);
+  ASSERT_EQ(actual.painted, expected.painted);
+  ASSERT_EQ(actual.exposure, expected.exposure);
+  ASSERT_EQ(actual.blocks.size(), expected.blocks.size());
+  for (size_t i = 0; i < expected.blocks.size(); ++i) {
+    const MapBlock &a = expected.blocks[i], &b = actual.blocks[i];
+    ASSERT_TRUE(a.key == b.key) << describe(a.key) << " and " << describe(b.key);
+    ASSERT_EQ(b.directions, a.directions) << describe(a.key);
+    ASSERT_EQ(b.bricks, a.bricks) << describe(a.key);
+  }
+  ASSERT_TRUE(sameWords(actual.voxels, expected.voxels));
+  ASSERT_TRUE(sameWords(actual.colours, expected.colours));
 }
 
 }  // namespace dtsdf

@@ -31,10 +31,16 @@ class BackendPair {
   void integrateOnly(const DepthFrame& frame);
   /// As integrate().
   void paint(const ColourFrame& frame);
+  /// As integrate(). @return what the candidate tells.
+  ClearedRegion clearRegion(const Region& region);
   void updateMesh();
   void beginMeshUpdate();
   void finishMeshUpdate();
   void clear();
+
+  /// Each takes the place of the other: both go on from the contents of the other's map, which are
+  /// compared. Meshes begin anew.
+  void swapContents();
 
   /// Compares all voxels and colours, and the meshes put together from all updates.
   void compareMaps();
@@ -45,6 +51,8 @@ class BackendPair {
  private:
   void compareStats();
 
+  const MapperParams reference_params_, candidate_params_;
+  const Rules rules_;
   std::unique_ptr<ProbedMapper> reference_, candidate_;
   MeshStore reference_mesh_, candidate_mesh_;
 };
@@ -52,5 +60,6 @@ class BackendPair {
 void expectEqualUpdates(const MeshUpdate& expected, const MeshUpdate& actual);
 void expectEqualMeshes(const Mesh& expected, const Mesh& actual);
 void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual);
+void expectEqualContents(const MapContents& expected, const MapContents& actual);
 
 }  // namespace dtsdf

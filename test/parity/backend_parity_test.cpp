@@ -101,6 +101,39 @@ TEST_P(FusionModeParity, RefinedMeshes) {
   pair.compareMaps();
 }
 
+/// A map that is taken out of one backend goes on in the other, depth and colour alike; with a mesh
+/// under way, and with what the last frame left empty not taken back yet.
+TEST_P(FusionModeParity, GoOnFromEachOthersContents) {
+  const auto [candidate, mode, directional] = GetParam();
+  BackendPair pair(makeParams(mode, directional, 0.04f), candidate);
+  TestFrameSettings settings;
+  settings.count = 9;
+  settings.noise = true;
+  const std::vector<TestFrame> frames = makeTestFrames(settings);
+  const std::vector<TestColours> images = makeTestColours(settings);
+  ASSERT_NO_FATAL_FAILURE(pair.swapContents());  // empty
+  for (size_t i = 0; i < frames.size(); ++i) {
+    SCOPED_TRACE("frame " + std::to_string(i));
+    ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frames[i].view()));
+    if (i > 2) {
+      ASSERT_NO_FATAL_FAILURE(pair.paint(images[i].view()));
+    }
+    if (i % 2 == 1) {
+      ASSERT_NO_FATAL_FAILURE(pair.swapContents());
+    }
+    if (i % 3 == 0) {
+      pair.beginMeshUpdate();
+    }
+    if (i % 3 == 1) {
+      ASSERT_NO_FATAL_FAILURE(pair.finishMeshUpdate());
+    }
+  }
+  ASSERT_NO_FATAL_FAILURE(pair.swapContents());
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+  expectSurface(pair.candidate());
+  pair.compareMaps();
+}
+
 TEST_P(FusionModeParity, NoisyFloatsMeshedAtTheEnd) {
   const auto [candidate, mode, directional] = GetParam();
   BackendPair pair(makeParams(mode, directional, 0.03f), candidate);
@@ -298,6 +331,75 @@ TEST_P(BackendParity, ClearForgetsEverything) {
   EXPECT_TRUE(pair.candidate().finishMeshUpdate().blocks.empty());
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, after, 2));
   pair.compareMaps();
+}
+
+/// Boxes and balls at random, in a painted map and with an extraction under way or not; what is
+/// freed is used again.
+TEST_P(BackendParity, RegionsAreCleared) {
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
+  TestFrameSettings settings;
+  settings.noise = true;
+  settings.count = 8;
+  settings.offset_W = {40.0, -20.0, 5.0};
+  const std::vector<TestFrame> frames = makeTestFrames(settings);
+  const std::vector<TestColours> images = makeTestColours(settings);
+  size_t voxels = 0, blocks = 0;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    SCOPED_TRACE("frame " + std::to_string(i));
+    ASSERT_NO_FATAL_FAILURE(pair.integrate(frames[i].view()));
+    ASSERT_NO_FATAL_FAILURE(pair.paint(images[i].view()));
+    if (i % 3 != 0) pair.beginMeshUpdate();
+    const auto t = static_cast<double>(i);
+    const Eigen::Vector3d at = frames[i].frame.T_W_C * Eigen::Vector3d(0.2 * t - 0.8, 0.1, 2.0);
+    BoxRegion box;
+    box.T_W_B = Eigen::Translation3d(at) *
+                Eigen::AngleAxisd(0.4 * t, Eigen::Vector3d(1.0, 2.0, 3.0).normalized());
+    box.size_m = {0.5 + 0.2 * t, 0.7, 1.5};
+    const ClearedRegion cleared =
+        pair.clearRegion(i % 2 == 0 ? Region(box) : Region(SphereRegion{at, 0.3 + 0.1 * t}));
+    voxels += cleared.voxels;
+    blocks += cleared.blocks;
+    ASSERT_NO_FATAL_FAILURE(pair.finishMeshUpdate());
+    if (i % 2 == 0) {
+      ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+    }
+    pair.compareMaps();
+  }
+  EXPECT_GT(voxels, 1000u);
+  EXPECT_GT(blocks, 10u);
+  expectSurface(pair.candidate());
+  ASSERT_NO_FATAL_FAILURE(pair.clearRegion(SphereRegion{settings.offset_W, 1000.0}));
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+  EXPECT_TRUE(pair.candidate().snapshot().empty());
+  EXPECT_EQ(pair.candidate().stats().map_bytes, 0u);
+  pair.compareMaps();
+}
+
+/// A camera that is carried off, each room out of the last one's radius: with and without meshes,
+/// and beyond the budget if nothing were dropped.
+TEST_P(BackendParity, WhatIsFarIsDropped) {
+  for (const int mesh_every : {0, 1, 3}) {
+    MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
+    params.fusion.max_depth_m = 4.0f;
+    params.map.keep_radius_m = 4.5f;
+    params.map.max_memory_mb = 24;
+    BackendPair pair(params, GetParam());
+    for (int room = 0; room < 4; ++room) {
+      TestFrameSettings settings;
+      settings.noise = true;
+      settings.offset_W = {6.0 * room, -3.0 * room, 0.0};
+      std::vector<TestFrame> frames = makeTestFrames(settings);
+      if (room == 2) {
+        for (TestFrame& frame : frames) frame.frame.keep_center_W = settings.offset_W;
+      }
+      ASSERT_NO_FATAL_FAILURE(integrateAll(pair, frames, mesh_every));
+      ASSERT_NO_FATAL_FAILURE(pair.paint(makeTestColours(settings)[0].view()));
+    }
+    EXPECT_GT(pair.candidate().stats().dropped_blocks, 500u);
+    EXPECT_EQ(pair.candidate().stats().refused_blocks, 0u);
+    ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
+    pair.compareMaps();
+  }
 }
 
 TEST_P(BackendParity, FarFromTheOrigin) {

@@ -155,6 +155,44 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   }
 }
 
+/// Regions cleared between frames: meshes that were updated all the time end as one made at the
+/// end; and of all space nothing is left.
+TEST_P(RandomScenes, RegionsMayBeClearedAtAnyTime) {
+  SCOPED_TRACE(describeSeed(seed()));
+  const RandomCase c = drawCase(seed());
+  const std::unique_ptr<ProbedMapper> often = makeProbedMapper(c.params);
+  const std::unique_ptr<ProbedMapper> once = makeProbedMapper(c.params);
+  MeshStore often_mesh(c.params.map.voxel_size_m), once_mesh(c.params.map.voxel_size_m);
+  Draw draw(seed() + 2000000);
+  for (const SceneFrame& frame : c.frames) {
+    often->integrate(frame.view());
+    once->integrate(frame.view());
+    if (draw.whole(3) > 0) often->beginMeshUpdate();
+    const Vector3d eye = frame.frame.T_W_C.translation();
+    const Vector3d at = frame.frame.T_W_C * Vector3d(0.0, 0.0, draw.number(0.8, 2.0));
+    BoxRegion box;
+    box.T_W_B = lookAt(at, eye, Vector3d(0.1, 0.9, 0.3));
+    box.size_m = {draw.number(0.1, 1.0), draw.number(0.1, 1.0), draw.number(0.1, 1.0)};
+    const SphereRegion sphere{at, draw.number(0.05, 0.6)};
+    const Region region = draw.whole(2) == 0 ? Region(box) : Region(sphere);
+    const ClearedRegion cleared = often->clearRegion(region);
+    const ClearedRegion same = once->clearRegion(region);
+    EXPECT_EQ(cleared.voxels, same.voxels);
+    EXPECT_EQ(cleared.blocks, same.blocks);
+    often_mesh.apply(often->finishMeshUpdate());
+  }
+  often_mesh.apply(often->updateMesh());
+  once_mesh.apply(once->updateMesh());
+  EXPECT_TRUE(sameMaps(*often, *once));
+  EXPECT_TRUE(sameMeshes(often_mesh.assemble(), once_mesh.assemble()));
+
+  const size_t blocks = often->snapshot().size();
+  EXPECT_EQ(often->clearRegion(SphereRegion{Vector3d::Zero(), 1e5}).blocks, blocks);
+  often_mesh.apply(often->updateMesh());
+  EXPECT_EQ(often_mesh.triangleCount(), 0u);
+  EXPECT_EQ(often->stats().map_bytes, 0u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomScenes, testing::Range(0, 20));
 
 }  // namespace

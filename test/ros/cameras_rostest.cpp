@@ -77,7 +77,7 @@ std::string readFile(const std::string& path) {
 std::string bytesOffline(const std::vector<SentFrame>& frames) {
   const MappingParams params = readMappingParams(loadYamlParams(DTSDF_TEST_CONFIG));
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
-  tf2::BufferCore transforms(ros::Duration(1000.0));
+  TransformBuffer transforms({1e6, 1000.0});
   const PoseSource poses(transforms, "map");
   for (const SentFrame& frame : frames) transforms.setTransform(frame.transform, "test");
   for (const SentFrame& frame : frames) {

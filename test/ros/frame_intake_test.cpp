@@ -51,7 +51,7 @@ class FrameIntakeTest : public testing::Test {
   FakeClock clock_;
   InputParams params_;
   std::unique_ptr<ImageKind> kind_ = makeDepthKind(params_);
-  tf2::BufferCore transforms_{ros::Duration(30.0)};
+  TransformBuffer transforms_;
   PoseSource poses_{transforms_, "map"};
   FrameAccounting accounting_;
   int wakes_ = 0;

@@ -2,11 +2,14 @@
 /// dropped and counted under the right reason.
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
+#include <ros/master.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <std_srvs/SetBool.h>
 
 #include <cmath>
 #include <cstring>
+#include <string>
+#include <vector>
 
 #include "ros/input/depth_topics.h"
 #include "ros/support/fake_camera.h"
@@ -252,6 +255,67 @@ TEST_F(Input, PauseDropsFramesUntilItIsOver) {
   pause.request.data = false;
   ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
   expectGoodFrameFused();
+}
+
+// A stamp at the end of time made tf2 throw in the listener's thread, and one that is ahead made it
+// refuse all true ones.
+TEST_F(Input, TransformsThatCannotBeTrueAreRefusedAndNamed) {
+  expectGoodFrameFused();
+  const uint64_t refused = status_.status().transforms_refused;
+  camera_.sendTransform(ros::Time(4294967295u, 0), {100.0, 0.0, 0.0});
+  camera_.sendTransform(ros::Time(4294967270u, 0), {100.0, 0.0, 0.0});
+  camera_.sendTransform(ros::Time::now() + ros::Duration(60.0), {100.0, 0.0, 0.0});
+  camera_.sendTransform(ros::Time(4000000000u, 0), {100.0, 0.0, 0.0});
+  EXPECT_TRUE(waitUntil([&] { return status_.status().transforms_refused == refused + 4; }));
+  EXPECT_EQ(status_.status().refused_transforms.at(0).reason,
+            "frame 'camera' of " + ros::this_node::getName() + ": ahead of time");
+  expectGoodFrameFused();
+}
+
+TEST_F(Input, SilenceIsWarnedOfThenAnErrorThenOver) {
+  expectGoodFrameFused();
+  const auto level = [&] { return status_.status().level; };
+  EXPECT_TRUE(waitUntil([&] { return level() == dtsdf_mapping::MapStatus::WARN; }));
+  EXPECT_NE(status_.status().message.find("no depth image comes on '/camera/depth/image_rect'"),
+            std::string::npos)
+      << status_.status().message;
+  EXPECT_TRUE(waitUntil([&] { return level() == dtsdf_mapping::MapStatus::ERROR; }));
+  expectGoodFrameFused();
+  EXPECT_TRUE(waitUntil([&] { return level() == dtsdf_mapping::MapStatus::OK; }))
+      << status_.status().message;
+}
+
+/// Asks the master as whoever `caller` is; false if it refuses.
+bool askMaster(const std::string& method, const std::string& caller,
+               const std::vector<std::string>& arguments, XmlRpc::XmlRpcValue& answer) {
+  XmlRpc::XmlRpcValue request, response;
+  request[0] = caller;
+  for (size_t i = 0; i < arguments.size(); ++i) request[static_cast<int>(i) + 1] = arguments[i];
+  return ros::master::execute(method, request, response, answer, false);
+}
+
+// As after a restart of the master, for one service of the node.
+TEST_F(Input, AMasterThatHasForgottenTheNodeIsTold) {
+  expectGoodFrameFused();
+  const std::string service = "/mapping/pause";
+  XmlRpc::XmlRpcValue uri, node_uri, answer;
+  ASSERT_TRUE(askMaster("lookupService", ros::this_node::getName(), {service}, uri));
+  std::string node;
+  for (const char* const name : {"/mapping", "/mapping_manager"}) {
+    if (node.empty() && askMaster("unregisterService", name, {service, uri}, answer) &&
+        !askMaster("lookupService", name, {service}, answer)) {
+      node = name;
+    }
+  }
+  ASSERT_NE(node, "");
+  const auto isTold = [&] {
+    return status_.status().message.find("does not know this node") != std::string::npos;
+  };
+  EXPECT_TRUE(waitUntil(isTold)) << status_.status().message;
+  EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::ERROR);
+  ASSERT_TRUE(askMaster("lookupNode", node, {node}, node_uri));
+  ASSERT_TRUE(askMaster("registerService", node, {service, uri, node_uri}, answer));
+  EXPECT_TRUE(waitUntil([&] { return !isTold(); })) << "and once it is known again";
 }
 
 // Last, as the stamps go back by more than the other tests take.

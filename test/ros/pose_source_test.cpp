@@ -15,7 +15,7 @@ class PoseSourceTest : public testing::Test {
     return answer.text.find(text) != std::string::npos;
   }
 
-  tf2::BufferCore transforms_{ros::Duration(30.0)};
+  TransformBuffer transforms_;
   PoseSource poses_{transforms_, "/map"};
 };
 

@@ -137,26 +137,38 @@ class OutputScheduleTest : public testing::Test {
 };
 
 TEST_F(OutputScheduleTest, PublishesWhatIsOutdated) {
-  EXPECT_EQ(schedule_.next({false, false}), Output::kWait);
-  EXPECT_EQ(schedule_.next({true, false}), Output::kPublishMesh);
-  EXPECT_EQ(schedule_.next({false, true}), Output::kPublishPoints);
+  EXPECT_EQ(schedule_.next({false, false, false}), Output::kWait);
+  EXPECT_EQ(schedule_.next({true, false, false}), Output::kPublishMesh);
+  EXPECT_EQ(schedule_.next({false, false, true}), Output::kPublishPoints);
 }
 
 TEST_F(OutputScheduleTest, EachTopicKeepsItsOwnRate) {
   act(Output::kPublishMesh, 0.0);
-  EXPECT_EQ(schedule_.next({true, true}), Output::kPublishPoints);
+  EXPECT_EQ(schedule_.next({true, false, true}), Output::kPublishPoints);
   act(Output::kPublishPoints, 0.0);
-  EXPECT_EQ(schedule_.next({true, true}), Output::kWait);
+  EXPECT_EQ(schedule_.next({true, false, true}), Output::kWait);
   clock_.advance(0.499);
-  EXPECT_EQ(schedule_.next({true, true}), Output::kWait);
-  EXPECT_EQ(schedule_.idleTime({true, true}), milliseconds(1));
+  EXPECT_EQ(schedule_.next({true, false, true}), Output::kWait);
+  EXPECT_EQ(schedule_.idleTime({true, false, true}), milliseconds(1));
   clock_.advance(0.001);
-  EXPECT_EQ(schedule_.next({true, true}), Output::kPublishMesh);
+  EXPECT_EQ(schedule_.next({true, false, true}), Output::kPublishMesh);
   act(Output::kPublishMesh, 0.0);
   clock_.advance(0.499);
-  EXPECT_EQ(schedule_.next({true, true}), Output::kWait);
+  EXPECT_EQ(schedule_.next({true, false, true}), Output::kWait);
   clock_.advance(0.001);
-  EXPECT_EQ(schedule_.next({false, true}), Output::kPublishPoints);
+  EXPECT_EQ(schedule_.next({false, false, true}), Output::kPublishPoints);
+}
+
+TEST_F(OutputScheduleTest, WhoIsBehindCatchesUpInBetween) {
+  EXPECT_EQ(schedule_.next({true, true, true}), Output::kPublishMesh);
+  act(Output::kPublishMesh, 0.0);
+  EXPECT_EQ(schedule_.next({true, true, true}), Output::kCatchUp);
+  act(Output::kCatchUp, 0.1);
+  EXPECT_EQ(schedule_.next({true, true, false}), Output::kWait) << "it rests as long as it took";
+  EXPECT_EQ(schedule_.next({true, true, true}), Output::kPublishPoints);
+  EXPECT_GT(schedule_.idleTime({false, true, false}), milliseconds(0));
+  clock_.advance(0.1);
+  EXPECT_EQ(schedule_.next({true, true, false}), Output::kCatchUp);
 }
 
 TEST_F(OutputScheduleTest, RatesMayChange) {
@@ -165,19 +177,19 @@ TEST_F(OutputScheduleTest, RatesMayChange) {
     schedule_.done(action, clock_.reader()());
   }
   clock_.advance(10.0);
-  EXPECT_EQ(schedule_.next({true, true}), Output::kWait);
+  EXPECT_EQ(schedule_.next({true, false, true}), Output::kWait);
   schedule_.setRates(0.01, 10.0);
   clock_.advance(0.1);
-  EXPECT_EQ(schedule_.next({true, true}), Output::kPublishPoints);
+  EXPECT_EQ(schedule_.next({true, false, true}), Output::kPublishPoints);
 }
 
 TEST_F(OutputScheduleTest, WhatTakesLongRestsAsLong) {
   act(Output::kPublishPoints, 3.0);
   clock_.advance(2.999);
-  EXPECT_EQ(schedule_.next({false, true}), Output::kWait);
-  EXPECT_EQ(schedule_.next({true, true}), Output::kPublishMesh) << "the other one does not";
+  EXPECT_EQ(schedule_.next({false, false, true}), Output::kWait);
+  EXPECT_EQ(schedule_.next({true, false, true}), Output::kPublishMesh) << "the other one does not";
   clock_.advance(0.001);
-  EXPECT_EQ(schedule_.next({false, true}), Output::kPublishPoints);
+  EXPECT_EQ(schedule_.next({false, false, true}), Output::kPublishPoints);
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 import importlib.machinery
 import importlib.util
 import os
+import tempfile
+import types
 import unittest
 
 import yaml
@@ -16,8 +18,12 @@ LOADER.exec_module(start_rviz)
 
 class StartRviz(unittest.TestCase):
     def setUp(self):
-        with open(f"{SOURCE}/rviz/mapping.rviz", encoding="utf-8") as file:
-            self.config = yaml.safe_load(file)
+        self.config = self.read("markers")
+
+    def read(self, display):
+        name = start_rviz.config_of(f"{SOURCE}/rviz", display)
+        with open(name, encoding="utf-8") as file:
+            return yaml.safe_load(file)
 
     def adapt(self, *arguments):
         return start_rviz.adapt(self.config, *arguments)["Visualization Manager"]
@@ -32,6 +38,35 @@ class StartRviz(unittest.TestCase):
         self.assertEqual(self.display(manager, "Surface points")["Topic"],
                          "/robot/mapper/surface_points")
         self.assertEqual(manager["Global Options"]["Fixed Frame"], "odom")
+
+    def test_each_display_has_a_configuration_of_its_own(self):
+        self.config = self.read("blocks")
+        mesh = self.display(self.adapt("/robot/mapper", "/d", "odom", []), "Mesh")
+        self.assertEqual(mesh["Class"], "dtsdf_mapping/MeshBlocks")
+        self.assertEqual(mesh["Topic"], "/robot/mapper/mesh_blocks")
+        self.assertEqual(start_rviz.config_of(__file__, "blocks"), __file__)
+
+    def test_configurations_differ_in_the_mesh_alone(self):
+        def others(config):
+            return [d for d in config["Visualization Manager"].pop("Displays")
+                    if d.get("Name") != "Mesh"], config
+        self.assertEqual(others(self.read("markers")), others(self.read("blocks")))
+
+    def test_the_display_is_found_where_libraries_are(self):
+        with tempfile.TemporaryDirectory() as prefix:
+            os.mkdir(f"{prefix}/lib")
+            for environment in ({"CMAKE_PREFIX_PATH": f"/nowhere:{prefix}"},
+                                {"LD_LIBRARY_PATH": f"{prefix}/lib"}):
+                library = f"{prefix}/lib/libdtsdf_mapping_rviz.so"
+                self.assertFalse(start_rviz.display_is_built(environment))
+                open(library, "w", encoding="utf-8").close()
+                self.assertTrue(start_rviz.display_is_built(environment))
+                os.remove(library)
+
+    def test_corners_of_a_block(self):
+        block = types.SimpleNamespace(origin=[1000, -1000, 0], positions=[0, 0, 0, 8, 2, 4])
+        self.assertEqual(start_rviz.corners_of(block, 0.5),
+                         [(500.0, -500.0, 0.0), (504.0, -499.0, 2.0)])
 
     def test_the_view_is_where_the_mesh_is(self):
         view = self.adapt("/mapping", "/d", "map", [(1, 2, 3), (3, 2, 3)])["Views"]["Current"]

@@ -72,6 +72,84 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   EXPECT_TRUE(says(makeStatus(input), "out of memory"));
 }
 
+TEST(StatusReport, SaysWhatHasFallenSilentAndForHowLong) {
+  StatusInput input = makeInput();
+  StreamReport& depth = input.cameras[0].depth;
+  depth.image_publishers = 1;
+  depth.frames.images = depth.frames.camera_infos = depth.frames.fused = 10;
+  depth.frames.image_age_s = depth.frames.fused_age_s = 0.1;
+  input.output.triangles = 1;
+  input.stale_s = 5.0;
+  input.ran_s = 1000.0;
+  EXPECT_EQ(makeStatus(input).message, "mapping");
+
+  depth.frames.image_age_s = depth.frames.fused_age_s = 7.0;
+  input.transforms.age_s = 0.2;
+  MapStatus status = makeStatus(input);
+  EXPECT_EQ(status.level, MapStatus::WARN);
+  EXPECT_TRUE(says(status, "no depth image comes on '/camera/depth/image_rect'; the last image "
+                           "came 7 s ago, the last transform 0 s ago, the last frame was "
+                           "fused 7 s ago"))
+      << status.message;
+  depth.image_publishers = 0;
+  depth.frames.image_age_s = depth.frames.fused_age_s = 16.0;
+  status = makeStatus(input);
+  EXPECT_EQ(status.level, MapStatus::ERROR);
+  EXPECT_TRUE(says(status, "no publisher any more")) << status.message;
+
+  depth.frames.image_age_s = 0.1;
+  depth.frames.last_drop = "dropped (no_transform)";
+  status = makeStatus(input);
+  EXPECT_EQ(status.level, MapStatus::ERROR);
+  EXPECT_TRUE(says(status, "no frame is fused: dropped (no_transform)")) << status.message;
+  depth.frames.fused_age_s = 0.0;
+  EXPECT_EQ(makeStatus(input).message, "mapping") << "back by itself";
+}
+
+TEST(StatusReport, SilenceInAPauseIsNoFault) {
+  StatusInput input = makeInput();
+  StreamReport& depth = input.cameras[0].depth;
+  depth.frames.images = depth.frames.camera_infos = depth.frames.fused = 10;
+  depth.frames.image_age_s = depth.frames.fused_age_s = 600.0;
+  input.output.triangles = 1;
+  input.stale_s = 5.0;
+  input.ran_s = 4.0;
+  EXPECT_EQ(makeStatus(input).message, "mapping") << "it was over only 4 s ago";
+  input.ran_s = 0.0;
+  input.time_stands = true;
+  EXPECT_EQ(makeStatus(input).message, "mapping; simulated time stands still");
+  EXPECT_EQ(makeStatus(input).level, MapStatus::OK);
+  input.ran_s = 600.0;
+  input.paused = true;
+  EXPECT_EQ(makeStatus(input).level, MapStatus::OK);
+  input.paused = input.time_stands = false;
+  input.stale_s = 0.0;
+  EXPECT_EQ(makeStatus(input).message, "mapping") << "as the setting asks for";
+}
+
+TEST(StatusReport, NamesTransformsThatAreRefused) {
+  StatusInput input = makeInput();
+  input.cameras[0].depth.frames.fused = 10;
+  input.output.triangles = 1;
+  input.transforms.refused = 2;
+  input.transforms.refused_by = {{"frame 'camera' of /slam: ahead of time", 2}};
+  input.transforms.last_refusal = "frame 'camera' of /slam: 60 s ahead";
+  const MapStatus status = makeStatus(input);
+  EXPECT_EQ(status.level, MapStatus::WARN);
+  EXPECT_TRUE(says(status, "transforms are refused: frame 'camera' of /slam: 60 s ahead"));
+  EXPECT_EQ(status.transforms_refused, 2u);
+  ASSERT_EQ(status.refused_transforms.size(), 1u);
+  EXPECT_EQ(status.refused_transforms[0].count, 2u);
+  EXPECT_EQ(makeStatus(input, status).message, "mapping") << "no new ones";
+}
+
+TEST(StatusReport, AMasterThatHasForgottenTheNodeIsAnError) {
+  StatusInput input = makeInput();
+  input.master = "the master was restarted";
+  EXPECT_EQ(makeStatus(input).level, MapStatus::ERROR);
+  EXPECT_TRUE(says(makeStatus(input), "the master was restarted"));
+}
+
 TEST(StatusReport, SaysWhichCameraItIs) {
   StatusInput input = makeInput();
   input.cameras.push_back(input.cameras[0]);
@@ -107,6 +185,8 @@ TEST(StatusReport, CountsEachCameraAndAllTogether) {
   input.map.stats.map_bytes = 1000;
   input.map.stats.colour_bytes = 100;
   input.output.mesh_bytes = 300;
+  input.output.topics = {{"/mapping/mesh", 1, 3, 4000, 10, 0, 0.0},
+                         {"/mapping/mesh_blocks", 2, 5, 5000, 60, 4, 2.5}};
   const MapStatus status = makeStatus(input);
   EXPECT_EQ(status.images_received, 21u);
   EXPECT_EQ(status.frames_fused, 11u);
@@ -126,12 +206,22 @@ TEST(StatusReport, CountsEachCameraAndAllTogether) {
   EXPECT_EQ(rear.last_fused_stamp, ros::Time(6.0));
   EXPECT_EQ(rear.received_age_s, 0.25f);
   EXPECT_EQ(status.cameras[0].streams[0].received_age_s, -1.0f) << "none has come";
-  ASSERT_EQ(status.memory.size(), 4u);
+  ASSERT_EQ(status.memory.size(), 6u);
   EXPECT_EQ(status.memory[0].bytes, 900u);
   EXPECT_EQ(status.memory[1].name, "colour");
   EXPECT_EQ(status.memory[1].bytes, 100u);
   EXPECT_EQ(status.memory[2].bytes, 300u);
   EXPECT_EQ(status.memory[3].bytes, 200u);
+  EXPECT_EQ(status.memory[4].name, "queues");
+  EXPECT_EQ(status.memory[4].bytes, 70u);
+  EXPECT_EQ(status.memory[5].name, "process");
+  ASSERT_EQ(status.topics.size(), 2u);
+  EXPECT_EQ(status.topics[1].topic, "/mapping/mesh_blocks");
+  EXPECT_EQ(status.topics[1].listeners, 2u);
+  EXPECT_EQ(status.topics[1].bytes, 5000u);
+  EXPECT_EQ(status.topics[1].waiting_bytes, 60u);
+  EXPECT_EQ(status.topics[1].lacking_chunks, 4u);
+  EXPECT_FLOAT_EQ(status.topics[1].stalled_s, 2.5f);
 }
 
 TEST(StatusReport, ListsTheReasonsThatOccurred) {

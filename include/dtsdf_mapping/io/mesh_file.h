@@ -1,8 +1,9 @@
-/// Saves a mesh as .ply, .obj or .stl.
+/// Saves a mesh as .ply, .obj, .stl or .glb.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/mesh.h"
 
@@ -13,15 +14,23 @@ enum class MeshFormat {
   kPly,  ///< Binary little-endian, with normals and colours.
   kObj,  ///< Text, with normals; colours follow the positions, as many programs read them.
   kStl,  ///< Binary, triangles and their normals only.
+  kGlb,  ///< Binary glTF 2.0, with normals and colours; turned so that y is up, as glTF has it.
 };
+
+/// The extensions of these formats.
+const std::vector<std::string>& meshExtensions();
+
+/// The extensions, for messages.
+constexpr const char* kMeshExtensions = ".ply, .obj, .stl or .glb";
 
 /// Format by the extension of a file name, in any case; nothing if it is not one of ours.
 std::optional<MeshFormat> meshFormatOf(const std::string& path);
 
 /// Saves a mesh in the format of the extension. Equal meshes give equal bytes. The file is written
 /// beside the old one and renamed; missing folders are made.
-/// @throws std::runtime_error for an unknown extension, an empty mesh (no triangles), or a file
-/// that cannot be written; the text names the path and says what to do.
+/// @throws std::runtime_error for an unknown extension, an empty mesh (no triangles), one that the
+/// format cannot hold (.glb: 4 GiB), or a file that cannot be written; the text names the path and
+/// says what to do.
 void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path);
 
 }  // namespace dtsdf

@@ -11,6 +11,7 @@ struct MapParams {
   float truncation_voxels = 4.0f;  ///< Truncation distance, in voxels.
   bool directional = true;         ///< Six directional volumes; false: one ordinary TSDF.
   int max_memory_mb = 4096;        ///< Budget of the map in MiB; new blocks beyond are refused.
+  float keep_radius_m = 0.0f;      ///< Blocks wholly beyond, from the camera, are dropped; 0: none.
 };
 
 /// Visits each member with its key and its rule.
@@ -21,6 +22,7 @@ void visitParams(MapParams& p, Visitor& visit) {
   visit("map/truncation_voxels", p.truncation_voxels, Range{1.0, 16.0});
   visit("map/directional", p.directional);
   visit("map/max_memory_mb", p.max_memory_mb, Range{1, 1 << 22});
+  visit("map/keep_radius_m", p.keep_radius_m, Range{0.0, 1e6});
 }
 
 }  // namespace dtsdf

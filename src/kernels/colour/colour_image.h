@@ -11,6 +11,16 @@ struct ColourPixel {
   uint8_t red, green, blue, unused;
 };
 
+/// Where a pixel of an image as it comes has its bytes.
+struct PixelLayout {
+  int32_t bytes;             ///< Of a pixel.
+  int32_t red, green, blue;  ///< Their places in it; all the same in grey images.
+};
+
+DTSDF_HD ColourPixel takePixel(const uint8_t* pixel, const PixelLayout& layout) {
+  return {pixel[layout.red], pixel[layout.green], pixel[layout.blue], 0};
+}
+
 /// Sizes of an image: whole, then each half as wide and high as the one before.
 constexpr int kColourLevels = 4;
 

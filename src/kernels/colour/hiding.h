@@ -48,7 +48,9 @@ DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int d
   return evidenceOf(next) >= view.least_evidence && (sdfOf(next) < 0.0f) != is_behind;
 }
 
-/// Calls draw(cell, depth_m) for the cells around a point that its surface covers.
+/// Calls draw(cell, depth_m) for the cells around a point that its surface covers: its own one, and
+/// those where its plane is within a voxel of its depth. Seen at a grazing angle that is a stripe;
+/// more would hide the surface behind it. (The house of least_cosine: RMSE 6.5 instead of 9.2.)
 template <class Draw>
 DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, const Draw& draw) {
   const FrameView& frame = view.frame;
@@ -64,6 +66,8 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
     for (int32_t u = cellOf(point.u - reach_px, width); u <= last_u; ++u) {
       const float du = (static_cast<float>(u) + 0.5f) * kCellSide - point.u;
       const float depth_m = depthBeside(plane, du, dv);
+      const bool is_own = u == cellOf(point.u, width) && v == cellOf(point.v, height);
+      if (!is_own && fabsf(depth_m - point.p_C.z) > reach_m) continue;
       draw(v * width + u, minimum(maximum(depth_m, nearest_m), point.p_C.z + reach_m));
     }
   }

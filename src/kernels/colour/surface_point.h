@@ -33,22 +33,6 @@ DTSDF_HD float pointRadius(const ColourRules& rules) {
   return 7.0f + maximum(rules.painted_distance, rules.hiding_distance);
 }
 
-/// Whether surfaces of a direction, in a block that begins at a voxel, may be seen at the least
-/// cosine or more: false only if none can. The normal is off the axis by an angle a at most, by the
-/// facing slack, and the camera is off the normal by an angle b at most.
-DTSDF_HD bool mayFaceCamera(const PointView& view, const Vec3f& first_voxel_L, int direction) {
-  if (!view.directional) return true;
-  constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
-  const float slack = view.rules.facing_slack, radius = pointRadius(view.rules);
-  const float cos_a = (sqrtf(maximum(3.0f - 2.0f * slack * slack, 0.0f)) - 2.0f * slack) / 3.0f;
-  const float cos_b = view.rules.least_cosine;
-  const float least = cos_a * cos_b - sqrtf(maximum(1.0f - cos_a * cos_a, 0.0f)) *
-                                          sqrtf(maximum(1.0f - cos_b * cos_b, 0.0f));
-  const Vec3f to_camera = view.frame.T_L_C.t - first_voxel_L - Vec3f{kHalf, kHalf, kHalf};
-  const float towards = directionCosine(to_camera, direction) + radius;
-  return towards >= minimum(least, 0.0f) * (norm(to_camera) + radius);
-}
-
 /// Whether a surface with this normal is one of the direction's: it faces no other one much more.
 DTSDF_HD bool facesDirection(const Vec3f& normal, int direction, float slack) {
   const float most = maximum(maximum(fabsf(normal.x), fabsf(normal.y)), fabsf(normal.z));
@@ -105,7 +89,7 @@ struct PointPlane {
 
 /// Seen at a smaller cosine than this, the plane says nothing of what lies beside the point; it is
 /// taken to face the camera there.
-constexpr float kLeastPlaneCosine = 0.1f;
+constexpr float kLeastPlaneCosine = 0.02f;
 
 DTSDF_HD PointPlane planeOf(const FrameView& frame, const SurfacePoint& point) {
   const float inverse_depth = 1.0f / point.p_C.z;

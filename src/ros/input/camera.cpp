@@ -60,6 +60,11 @@ void Camera::startAnew() {
   if (colour_) colour_->startAnew();
 }
 
+void Camera::restartMotion() {
+  depth_.restartMotion();
+  if (colour_) colour_->restartMotion();
+}
+
 void Camera::setPaused(bool paused) {
   depth_.setPaused(paused);
   if (colour_) colour_->setPaused(paused);

@@ -37,6 +37,9 @@ class Camera {
   /// Callbacks' thread: see FrameIntake::startAnew().
   void startAnew();
 
+  /// Intake's thread: see FrameIntake::restartMotion().
+  void restartMotion();
+
   void setPaused(bool paused);
   bool paused() const { return depth_.paused(); }
 

@@ -44,6 +44,10 @@ std::chrono::milliseconds Cameras::step() noexcept {
   return idle;
 }
 
+void Cameras::restartMotion() {
+  for (const auto& camera : cameras_) camera->restartMotion();
+}
+
 void Cameras::setPaused(bool paused) {
   for (const auto& camera : cameras_) camera->setPaused(paused);
 }

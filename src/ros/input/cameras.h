@@ -26,6 +26,9 @@ class Cameras {
   /// Intake's thread: see FrameIntake::step().
   std::chrono::milliseconds step() noexcept;
 
+  /// Intake's thread: see FrameIntake::restartMotion().
+  void restartMotion();
+
   /// See FrameIntake::setPaused().
   void setPaused(bool paused);
   bool paused() const { return cameras_.front()->paused(); }

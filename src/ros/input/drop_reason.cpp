@@ -19,6 +19,7 @@ const char* toString(DropReason reason) {
     case DropReason::kPoseJump: return "pose_jump";
     case DropReason::kBadPose: return "bad_pose";
     case DropReason::kNoMeasurement: return "no_measurement";
+    case DropReason::kNoMemory: return "no_memory";
     case DropReason::kOverRate: return "over_rate";
     case DropReason::kPaused: return "paused";
     case DropReason::kBackendError: return "backend_error";
@@ -31,6 +32,7 @@ DropReason dropReasonOf(FrameStatus status) {
     case FrameStatus::kBadIntrinsics: return DropReason::kBadIntrinsics;
     case FrameStatus::kBadPose: return DropReason::kBadPose;
     case FrameStatus::kNoMeasurement: return DropReason::kNoMeasurement;
+    case FrameStatus::kNoMemory: return DropReason::kNoMemory;
     case FrameStatus::kBadImage:
     case FrameStatus::kFused: break;
   }

@@ -23,6 +23,7 @@ enum class DropReason {
   kPoseJump,          ///< The camera would have moved faster than allowed.
   kBadPose,           ///< Not finite, not a rotation, or out of the map's range.
   kNoMeasurement,     ///< No pixel with a depth in range.
+  kNoMemory,          ///< On the GPU, for this frame.
   kOverRate,          ///< Left out, as more come than are wanted.
   kPaused,
   kBackendError,  ///< The map's backend has failed.

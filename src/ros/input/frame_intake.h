@@ -60,6 +60,9 @@ class FrameIntake {
   /// Callbacks' thread: forgets the frames that wait, as the stamps begin anew.
   void startAnew();
 
+  /// Intake's thread: the next pose may be anywhere, as after a map was loaded.
+  void restartMotion() { motion_gate_ = MotionGate(params_.max_speed_m_s, params_.max_turn_deg_s); }
+
   /// Frames that wait for their transform or their turn, and what their images take.
   size_t size() const;
   size_t waitingBytes() const;

@@ -48,6 +48,9 @@ class ImageStream {
   /// Callbacks' thread: see FrameIntake::startAnew().
   void startAnew() { intake_.startAnew(); }
 
+  /// Intake's thread: see FrameIntake::restartMotion().
+  void restartMotion() { intake_.restartMotion(); }
+
   void setPaused(bool paused) { intake_.setPaused(paused); }
   bool paused() const { return intake_.paused(); }
 

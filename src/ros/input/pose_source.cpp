@@ -5,21 +5,23 @@
 #include <stdexcept>
 
 #include "params/frame_name.h"
+#include "params/printable.h"
 #include "ros/input/transform_conversions.h"
 
 namespace dtsdf {
 
-PoseSource::PoseSource(tf2::BufferCore& transforms, const std::string& map_frame)
+PoseSource::PoseSource(TransformBuffer& transforms, const std::string& map_frame)
     : map_frame_(stripLeadingSlash(map_frame)), transforms_(transforms) {}
 
 PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& stamp) const {
+  transforms_.imageCame(stamp);
   // Before the look-up itself: a transform that arrives in between may not count as one that has
   // gone past the image.
   const NewestTransform newest = findNewest(camera_frame);
   PoseAnswer answer;
   try {
     answer.T_W_C =
-        toIsometry(transforms_.lookupTransform(map_frame_, camera_frame, stamp).transform);
+        toIsometry(transforms_.core().lookupTransform(map_frame_, camera_frame, stamp).transform);
     answer.kind = PoseAnswer::Kind::kKnown;
     return answer;
   } catch (const std::runtime_error&) {
@@ -33,7 +35,8 @@ PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& 
 
 PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_frame) const {
   try {
-    return {transforms_.lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp, ""};
+    return {transforms_.core().lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp,
+            ""};
   } catch (const std::runtime_error& error) {
     return {std::nullopt, error.what()};
   }
@@ -42,9 +45,9 @@ PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_fra
 std::string PoseSource::describe(const NewestTransform& newest, const std::string& camera_frame,
                                  const ros::Time& stamp) const {
   std::ostringstream text;
-  text << "no transform from '" << camera_frame << "' to '" << map_frame_ << "': ";
+  text << "no transform from '" << printable(camera_frame) << "' to '" << map_frame_ << "': ";
   if (!newest.stamp) {
-    text << "there is none of any time (" << newest.error << ")";
+    text << "there is none of any time (" << printable(newest.error) << ")";
     return text.str();
   }
   const double ahead_s = stamp.toSec() - newest.stamp->toSec();

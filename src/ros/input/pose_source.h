@@ -2,11 +2,12 @@
 #pragma once
 
 #include <ros/time.h>
-#include <tf2/buffer_core.h>
 
 #include <Eigen/Geometry>
 #include <optional>
 #include <string>
+
+#include "ros/input/transform_buffer.h"
 
 namespace dtsdf {
 
@@ -24,8 +25,9 @@ struct PoseAnswer {
 /// Thread safe, like the buffer, which somebody else fills.
 class PoseSource {
  public:
-  PoseSource(tf2::BufferCore& transforms, const std::string& map_frame);
+  PoseSource(TransformBuffer& transforms, const std::string& map_frame);
 
+  /// Of an image, which tells the buffer what time it is.
   PoseAnswer lookUp(const std::string& camera_frame, const ros::Time& stamp) const;
 
   /// Forgets all transforms that are not static, after a jump of time.
@@ -44,7 +46,7 @@ class PoseSource {
                        const ros::Time& stamp) const;
 
   std::string map_frame_;
-  tf2::BufferCore& transforms_;
+  TransformBuffer& transforms_;
 };
 
 }  // namespace dtsdf

@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/mapper.h"
+#include "ros/output/listener_topic.h"
 
 namespace dtsdf {
 
@@ -12,6 +14,8 @@ namespace dtsdf {
 struct MapReport {
   std::string backend;
   std::string failure;  ///< Of the backend; empty while it works.
+  std::string loaded_map;      ///< The file that the map was loaded from; empty: none.
+  float voxel_size_m = 0.0f;   ///< Of a map that was loaded; 0: as the settings say.
   MapStats stats;
   double integrate_ms = 0.0, paint_ms = 0.0, mesh_ms = 0.0;
 };
@@ -21,6 +25,7 @@ struct OutputReport {
   size_t triangles = 0;   ///< Of the mesh as it was handed over last.
   size_t mesh_bytes = 0;  ///< What it keeps in memory.
   double publish_ms = 0.0;
+  std::vector<TopicReport> topics;
 };
 
 }  // namespace dtsdf

@@ -22,10 +22,11 @@ void MeshHandover::add(MeshUpdate update, const ros::Time& stamp) {
   on_change_();
 }
 
-void MeshHandover::clear() {
+void MeshHandover::clear(std::optional<float> voxel_size_m) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     cleared_ = true;
+    if (voxel_size_m) voxel_size_m_ = voxel_size_m;
     blocks_.clear();
     stamp_ = ros::Time();
   }
@@ -38,6 +39,7 @@ MeshChanges MeshHandover::take() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     changes.cleared = std::exchange(cleared_, false);
+    changes.voxel_size_m = std::exchange(voxel_size_m_, std::nullopt);
     changes.stamp = std::exchange(stamp_, ros::Time());
     blocks.swap(blocks_);
   }

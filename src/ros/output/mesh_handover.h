@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -15,6 +16,7 @@ namespace dtsdf {
 /// What has happened to the mesh since it was last asked for, in the order of its members.
 struct MeshChanges {
   bool cleared = false;                 ///< First, the whole mesh was forgotten.
+  std::optional<float> voxel_size_m;    ///< Of the map from there on, if it is a new one.
   std::vector<SharedBlockMesh> blocks;  ///< Then these were replaced, in no order.
   ros::Time stamp;  ///< Of the newest frame in them; zero if there are none.
 };
@@ -27,7 +29,8 @@ class MeshHandover {
   explicit MeshHandover(std::function<void()> on_change);
 
   void add(MeshUpdate update, const ros::Time& stamp);
-  void clear();
+  /// A new map that takes the place of the old one may have voxels of another size.
+  void clear(std::optional<float> voxel_size_m = std::nullopt);
 
   MeshChanges take();
 
@@ -35,6 +38,7 @@ class MeshHandover {
   std::function<void()> on_change_;
   std::mutex mutex_;
   bool cleared_ = false;
+  std::optional<float> voxel_size_m_;
   std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
   ros::Time stamp_;
 };

@@ -1,6 +1,11 @@
 #include "ros/output/mesh_output.h"
 
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
 #include "dtsdf_mapping/io/mesh_file.h"
+#include "dtsdf_mapping/simplify.h"
 #include "ros/common/callback_guard.h"
 
 namespace dtsdf {
@@ -23,6 +28,7 @@ size_t bytesOf(const BlockMesh& block) {
 MeshOutput::MeshOutput(const Options& options, const Parts& parts)
     : colour_(options.colour),
       parts_(parts),
+      max_queue_bytes_(options.max_queue_bytes),
       schedule_(options.mesh_rate_hz, options.points_rate_hz, Clock::now),
       mesh_(options.voxel_size_m) {}
 
@@ -30,25 +36,45 @@ std::chrono::milliseconds MeshOutput::step() noexcept {
   Action action = Action::kWait;
   const bool fine = guarded("output of the mesh", [&] {
     takeChanges();
+    meetNewcomers();
     action = schedule_.next(situation());
     act(action);
+    updateReport();
   });
   if (!fine) return kAfterError;
   return action == Action::kWait ? schedule_.idleTime(situation()) : std::chrono::milliseconds(0);
 }
 
 OutputSchedule::Situation MeshOutput::situation() const {
-  return {parts_.mesh_publisher.hasListeners() && parts_.mesh_publisher.hasChanges(),
+  return {parts_.mesh_publisher.hasChanges(), parts_.mesh_publisher.isBehind(share()),
           parts_.points_publisher.isDue()};
+}
+
+void MeshOutput::meetNewcomers() {
+  parts_.mesh_publisher.meetNewcomers();
+  parts_.points_publisher.meetNewcomers();
+}
+
+QueueShare MeshOutput::share() const {
+  const size_t listeners = parts_.mesh_publisher.listeners() + parts_.points_publisher.listeners();
+  return {max_queue_bytes_ / std::max<size_t>(listeners, 1)};
 }
 
 void MeshOutput::act(Action action) {
   if (action == Action::kWait) return;
   const Clock::time_point begin = Clock::now();
-  if (action == Action::kPublishMesh) {
-    parts_.mesh_publisher.publishChanges(mesh_);
-  } else {
-    parts_.points_publisher.publish(mesh_.assemble(), mesh_stamp_);
+  switch (action) {
+    case Action::kPublishMesh:
+      parts_.mesh_publisher.publishChanges(mesh_, mesh_stamp_, share());
+      break;
+    case Action::kCatchUp:
+      parts_.mesh_publisher.catchUp(mesh_, mesh_stamp_, share());
+      break;
+    case Action::kPublishPoints:
+      parts_.points_publisher.publish(mesh_.assemble(), mesh_stamp_);
+      break;
+    case Action::kWait:
+      break;
   }
   schedule_.done(action, begin);
   const std::lock_guard<std::mutex> lock(report_mutex_);
@@ -59,7 +85,7 @@ void MeshOutput::takeChanges() {
   const MeshChanges changes = parts_.mesh_changes.take();
   if (!changes.cleared && changes.blocks.empty()) return;
   if (changes.cleared) {
-    mesh_.clear();
+    mesh_ = MeshStore(changes.voxel_size_m.value_or(mesh_.voxelSize()));
     mesh_bytes_ = 0;
     parts_.mesh_publisher.noteCleared();
   }
@@ -69,9 +95,16 @@ void MeshOutput::takeChanges() {
   }
   if (!changes.blocks.empty()) mesh_stamp_ = changes.stamp;
   parts_.points_publisher.noteChanges();
+  updateReport();
+}
+
+void MeshOutput::updateReport() {
+  std::vector<TopicReport> topics = parts_.mesh_publisher.report();
+  topics.push_back(parts_.points_publisher.report());
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.triangles = mesh_.triangleCount();
   report_.mesh_bytes = mesh_bytes_;
+  report_.topics = std::move(topics);
 }
 
 void MeshOutput::put(const SharedBlockMesh& block) {
@@ -81,16 +114,19 @@ void MeshOutput::put(const SharedBlockMesh& block) {
   mesh_.put(block);
 }
 
-void MeshOutput::publishAll(const ros::SingleSubscriberPublisher& newcomer) {
+SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
   takeChanges();
-  parts_.mesh_publisher.publishAll(mesh_, newcomer);
-}
-
-SavedMesh MeshOutput::save(const std::string& path) {
-  takeChanges();
-  const Mesh mesh = mesh_.assemble();
-  saveMesh(mesh, colour_, path);
-  return {mesh.vertices_m.size(), mesh.triangles.size()};
+  SimplifiedMesh saved;
+  saved.mesh = choice.region ? mesh_.assemble(*choice.region) : mesh_.assemble();
+  if (choice.region && saved.mesh.triangles.empty() && mesh_.triangleCount() > 0) {
+    throw std::runtime_error("no triangle lies wholly in the region, in map frame coordinates; "
+                             "nothing was saved");
+  }
+  if (choice.simplify_error_m != 0.0) {
+    saved = simplifyMesh(saved.mesh, choice.simplify_error_m);
+  }
+  saveMesh(saved.mesh, colour_, path);
+  return {saved.mesh.vertices_m.size(), saved.mesh.triangles.size(), saved.error_m};
 }
 
 OutputReport MeshOutput::report() const {

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "dtsdf_mapping/mesh.h"
@@ -17,9 +18,16 @@
 
 namespace dtsdf {
 
+/// What of the mesh is saved.
+struct SaveChoice {
+  std::optional<BoxRegion> region;  ///< Only triangles wholly in it.
+  double simplify_error_m = 0.0;    ///< 0: all triangles.
+};
+
 /// What a file holds.
 struct SavedMesh {
   size_t vertices = 0, triangles = 0;
+  double error_m = 0.0;  ///< Of a simplified mesh.
 };
 
 /// Output's thread only, but for report(). The map never waits for it.
@@ -36,6 +44,7 @@ class MeshOutput {
     float voxel_size_m;
     MeshColour colour;
     double mesh_rate_hz, points_rate_hz;  ///< Bounds, in wall time.
+    size_t max_queue_bytes;               ///< That may wait for listeners, over all topics.
   };
 
   MeshOutput(const Options& options, const Parts& parts);
@@ -47,12 +56,9 @@ class MeshOutput {
   /// Publishes what is due. Returns how long there will be nothing to do.
   std::chrono::milliseconds step() noexcept;
 
-  /// Sends the whole mesh, with all that was handed over, to one subscriber.
-  void publishAll(const ros::SingleSubscriberPublisher& newcomer);
-
-  /// Writes the whole mesh, with all that was handed over.
-  /// @throws std::runtime_error as saveMesh() does.
-  SavedMesh save(const std::string& path);
+  /// Writes the mesh, with all that was handed over.
+  /// @throws std::runtime_error as saveMesh() and simplifyMesh() do, or if the region is empty.
+  SavedMesh save(const std::string& path, const SaveChoice& choice);
 
   /// After it, nothing is published that was handed over before the map was cleared last.
   void takeChanges();
@@ -62,10 +68,14 @@ class MeshOutput {
  private:
   OutputSchedule::Situation situation() const;
   void act(OutputSchedule::Action action);
+  void meetNewcomers();
   void put(const SharedBlockMesh& block);
+  QueueShare share() const;
+  void updateReport();
 
   MeshColour colour_;
   Parts parts_;
+  size_t max_queue_bytes_;
   OutputSchedule schedule_;
   MeshStore mesh_;
   size_t mesh_bytes_ = 0;

@@ -1,70 +1,47 @@
 #include "ros/output/mesh_publisher.h"
 
-#include <ros/single_subscriber_publisher.h>
-
-#include <boost/make_shared.hpp>
-
-#include <utility>
-
-#include "ros/common/callback_guard.h"
-#include "ros/output/mesh_markers.h"
+#include "ros/output/chunk_writer.h"
 
 namespace dtsdf {
-namespace {
 
-/// Messages that may wait for a slow subscriber. A lost one would be a hole in its mesh.
-constexpr int kPublisherQueue = 200;
-/// A message for a newcomer is cut here: 500 000 triangles are 60 MB.
-constexpr size_t kMaxPointsPerMessage = 1500000;
+MeshPublisher::MeshPublisher(ros::NodeHandle nh, const Style& style)
+    : chunk_blocks_(style.chunk_blocks),
+      chunks_(style.chunk_blocks),
+      markers_(nh, makeMarkerWriter(style.map_frame, style.colour)),
+      blocks_(nh, makeBlockWriter(style.map_frame)) {}
 
-}  // namespace
-
-MeshPublisher::MeshPublisher(ros::NodeHandle nh, const Style& style, OnNewcomer on_newcomer)
-    : style_(style), chunks_(style.chunk_blocks) {
-  publisher_ = nh.advertise<visualization_msgs::MarkerArray>(
-      "mesh", kPublisherQueue,
-      [on_newcomer = std::move(on_newcomer)](const ros::SingleSubscriberPublisher& newcomer) {
-        guarded("new subscriber of mesh", [&] { on_newcomer(newcomer); });
-      });
+bool MeshPublisher::isBehind(const QueueShare& share) const {
+  return markers_.isDue(share) || blocks_.isDue(share);
 }
 
-visualization_msgs::Marker MeshPublisher::makeMarker(const MeshStore& mesh,
-                                                     PackedKey chunk) const {
-  return makeMeshMarker(mesh.assemble(chunks_.blocksOf(chunk)), style_.colour, style_.map_frame,
-                        chunks_.idOf(chunk));
+void MeshPublisher::meetNewcomers() {
+  // Both are asked. What a newcomer lacks has all changes in it: they must not come a second time.
+  const bool is_new_to_markers = markers_.meetNewcomers(chunks_);
+  const bool is_new_to_blocks = blocks_.meetNewcomers(chunks_);
+  if (is_new_to_markers || is_new_to_blocks) spreadChanges();
 }
 
-void MeshPublisher::publishChanges(const MeshStore& mesh) {
-  auto message = boost::make_shared<visualization_msgs::MarkerArray>();
-  for (const PackedKey chunk : chunks_.changed()) {
-    visualization_msgs::Marker marker = makeMarker(mesh, chunk);
-    const bool visible = marker.action == visualization_msgs::Marker::ADD;
-    const bool was_shown = visible ? !shown_.insert(chunk).second : shown_.erase(chunk) > 0;
-    if (visible || was_shown) message->markers.push_back(std::move(marker));
-  }
+void MeshPublisher::spreadChanges() {
+  markers_.addChanges(chunks_.changed());
+  blocks_.addChanges(chunks_.changed());
   chunks_.forgetChanges();
-  if (!message->markers.empty()) publisher_.publish(message);
 }
 
-void MeshPublisher::publishAll(const MeshStore& mesh,
-                               const ros::SingleSubscriberPublisher& newcomer) {
-  visualization_msgs::MarkerArray message;
-  message.markers.push_back(makeDeleteAllMarker(style_.map_frame));
-  size_t points = 0;
-  for (const PackedKey chunk : chunks_.all()) {
-    visualization_msgs::Marker marker = makeMarker(mesh, chunk);
-    if (marker.action != visualization_msgs::Marker::ADD) continue;
-    shown_.insert(chunk);
-    points += marker.points.size();
-    message.markers.push_back(std::move(marker));
-    if (points > kMaxPointsPerMessage) {
-      newcomer.publish(message);
-      message.markers.clear();
-      points = 0;
-    }
-  }
-  if (!message.markers.empty()) newcomer.publish(message);
-  if (listeners() <= 1) chunks_.forgetChanges();  // nobody else waits for them
+void MeshPublisher::publishChanges(const MeshStore& mesh, const ros::Time& stamp,
+                                   const QueueShare& share) {
+  spreadChanges();
+  catchUp(mesh, stamp, share);
+}
+
+void MeshPublisher::catchUp(const MeshStore& mesh, const ros::Time& stamp,
+                            const QueueShare& share) {
+  const ChunkLattice lattice(mesh.voxelSize(), chunk_blocks_);
+  const auto pack = [&](PackedKey chunk) {
+    return packChunk(mesh, lattice, chunks_.cornerOf(chunk), chunks_.blocksOf(chunk));
+  };
+  const ChunkTopic::Source source{chunks_, pack, lattice.step_m, stamp};
+  markers_.serve(source, share);
+  blocks_.serve(source, share);
 }
 
 }  // namespace dtsdf

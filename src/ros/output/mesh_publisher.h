@@ -1,51 +1,58 @@
-/// Publishes the mesh in chunks: to everyone what changed, to a newcomer everything.
+/// Publishes the mesh in chunks, as markers and as blocks: to a newcomer everything, then what
+/// changed.
 #pragma once
 
 #include <ros/node_handle.h>
 
-#include <functional>
-#include <set>
 #include <string>
+#include <vector>
 
-#include <visualization_msgs/MarkerArray.h>
-
-#include "ros/output/mesh_chunks.h"
+#include "meshing/mesh_chunks.h"
+#include "meshing/packed_chunk.h"
+#include "ros/output/chunk_topic.h"
 
 namespace dtsdf {
 
-/// Output's thread only, but for hasListeners(), listeners() and the callback, which is called by
-/// the queue of the node handle.
+/// Output's thread only, but for hasListeners() and listeners().
 class MeshPublisher {
  public:
-  using OnNewcomer = std::function<void(const ros::SingleSubscriberPublisher&)>;
-
   struct Style {
     std::string map_frame;
-    MeshColour colour = MeshColour::kAuto;
+    MeshColour colour = MeshColour::kAuto;  ///< Of the markers.
     int chunk_blocks = 4;
   };
 
-  /// `on_newcomer` has to bring about publishAll() before it returns: the publisher for a single
-  /// subscriber that it is given lives no longer.
-  MeshPublisher(ros::NodeHandle nh, const Style& style, OnNewcomer on_newcomer);
+  MeshPublisher(ros::NodeHandle nh, const Style& style);
 
-  bool hasListeners() const { return publisher_.getNumSubscribers() > 0; }
-  size_t listeners() const { return publisher_.getNumSubscribers(); }
-  bool hasChanges() const { return !chunks_.changed().empty(); }
+  bool hasListeners() const { return listeners() > 0; }
+  size_t listeners() const { return markers_.listeners() + blocks_.listeners(); }
+
+  /// Someone listens who has not been told yet that chunks have changed.
+  bool hasChanges() const { return hasListeners() && !chunks_.changed().empty(); }
+
+  /// A listener lacks chunks that it knows of, and has room for them.
+  bool isBehind(const QueueShare& share) const;
 
   void noteChange(const BlockKey& block) { chunks_.markChanged(block); }
   void noteCleared() { chunks_.markAllChanged(); }
 
-  void publishChanges(const MeshStore& mesh);
-  void publishAll(const MeshStore& mesh, const ros::SingleSubscriberPublisher& newcomer);
+  /// Takes note of who came and went.
+  void meetNewcomers();
+
+  /// Lets everyone have what changed.
+  void publishChanges(const MeshStore& mesh, const ros::Time& stamp, const QueueShare& share);
+
+  /// Sends what listeners lack and have room for.
+  void catchUp(const MeshStore& mesh, const ros::Time& stamp, const QueueShare& share);
+
+  std::vector<TopicReport> report() const { return {markers_.report(), blocks_.report()}; }
 
  private:
-  visualization_msgs::Marker makeMarker(const MeshStore& mesh, PackedKey chunk) const;
+  void spreadChanges();
 
-  Style style_;
+  const int chunk_blocks_;
   MeshChunks chunks_;
-  std::set<PackedKey> shown_;  ///< Chunks that a subscriber may have on display.
-  ros::Publisher publisher_;
+  ChunkTopic markers_, blocks_;
 };
 
 }  // namespace dtsdf

@@ -1,5 +1,8 @@
 #include "ros/output/status_publisher.h"
 
+#include <unistd.h>
+
+#include <fstream>
 #include <utility>
 
 #include "ros/common/callback_guard.h"
@@ -11,6 +14,7 @@ using dtsdf_mapping::DropCount;
 using dtsdf_mapping::MapStatus;
 using dtsdf_mapping::MemoryPart;
 using dtsdf_mapping::StreamStatus;
+using dtsdf_mapping::TopicStatus;
 
 namespace {
 
@@ -26,6 +30,14 @@ void addCamera(const CameraStatus& camera,
     }
     diagnostics.add(begin + "waiting", stream.waiting);
   }
+}
+
+/// Resident memory of this process; 0 where the system does not tell.
+uint64_t residentBytes() {
+  std::ifstream statm("/proc/self/statm");
+  uint64_t all_pages = 0, resident_pages = 0;
+  if (!(statm >> all_pages >> resident_pages)) return 0;
+  return resident_pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
 }  // namespace
@@ -48,7 +60,12 @@ StatusPublisher::StatusPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
 }
 
 void StatusPublisher::publish() {
-  status_ = makeStatus(collect_(), status_);
+  StatusInput input = collect_();
+  run_clock_.update({std::chrono::steady_clock::now(), ros::Time::now(), input.paused});
+  input.time_stands = run_clock_.timeStands();
+  input.ran_s = run_clock_.ran_s();
+  input.process_bytes = residentBytes();
+  status_ = makeStatus(input, status_);
   status_.header.frame_id = options_.map_frame;
   status_.header.stamp = ros::Time::now();
   publisher_.publish(status_);
@@ -67,6 +84,10 @@ void StatusPublisher::fillDiagnostics(
   for (const DropCount& drop : status_.dropped) {
     diagnostics.add("dropped: " + drop.reason, drop.count);
   }
+  diagnostics.add("transforms refused", status_.transforms_refused);
+  for (const DropCount& refused : status_.refused_transforms) {
+    diagnostics.add("refused: " + refused.reason, refused.count);
+  }
   diagnostics.add("frames waiting", status_.frames_waiting);
   for (const CameraStatus& camera : status_.cameras) {
     if (!camera.name.empty()) addCamera(camera, diagnostics);
@@ -75,6 +96,11 @@ void StatusPublisher::fillDiagnostics(
   diagnostics.add("voxel arrays", status_.voxel_arrays);
   for (const MemoryPart& part : status_.memory) {
     diagnostics.add(part.name + " bytes", part.bytes);
+  }
+  for (const TopicStatus& topic : status_.topics) {
+    diagnostics.add(topic.topic + ": listeners", topic.listeners);
+    diagnostics.add(topic.topic + ": bytes sent", topic.bytes);
+    diagnostics.add(topic.topic + ": stalled s", topic.stalled_s);
   }
   diagnostics.add("refused blocks", status_.refused_blocks);
   diagnostics.add("triangles", status_.triangles);

@@ -8,6 +8,7 @@
 #include <functional>
 #include <string>
 
+#include "ros/output/run_clock.h"
 #include "ros/output/status_report.h"
 
 namespace dtsdf {
@@ -32,6 +33,7 @@ class StatusPublisher {
   Options options_;
   std::function<StatusInput()> collect_;
   dtsdf_mapping::MapStatus status_;
+  RunClock run_clock_;
   diagnostic_updater::Updater updater_;
   ros::Publisher publisher_;
   ros::WallTimer timer_;

@@ -1,6 +1,7 @@
 #include "ros/output/status_report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 #include <utility>
 
@@ -11,12 +12,15 @@ using dtsdf_mapping::DropCount;
 using dtsdf_mapping::MapStatus;
 using dtsdf_mapping::MemoryPart;
 using dtsdf_mapping::StreamStatus;
+using dtsdf_mapping::TopicStatus;
 
 namespace {
 
 using Verdict = std::pair<uint8_t, std::string>;
 
 constexpr float kNever = -1.0f;
+/// Silence of so many times `status/stale_s` is an error.
+constexpr double kErrorAfter = 3.0;
 
 /// "; depth is published on '/a' and '/b'"; empty without topics.
 std::string describeOthers(const std::vector<std::string>& topics) {
@@ -46,6 +50,32 @@ Verdict judgeInput(const StreamReport& depth, const std::vector<std::string>& ot
   return {MapStatus::OK, ""};
 }
 
+/// For how long nothing has come while it could have; 0 if nothing ever has.
+double silence(const std::optional<double>& age_s, const StatusInput& in) {
+  return age_s ? std::min(*age_s, in.ran_s) : 0.0;
+}
+
+std::string ago(const std::optional<double>& age_s) {
+  return age_s ? std::to_string(std::lround(*age_s)) + " s ago" : "never";
+}
+
+/// An input that has fallen silent, or of which nothing is fused any more; empty text if neither.
+Verdict judgeSilence(const StreamReport& depth, const StatusInput& in) {
+  const FrameCounts& frames = depth.frames;
+  const double no_image_s = silence(frames.image_age_s, in);
+  const double silent_s = std::max(no_image_s, silence(frames.fused_age_s, in));
+  if (in.stale_s <= 0.0 || silent_s < in.stale_s) return {MapStatus::OK, ""};
+  const std::string publisher =
+      depth.image_publishers == 0 ? " (it has no publisher any more)" : "";
+  const std::string what =
+      no_image_s >= in.stale_s
+          ? "no depth image comes on '" + depth.image_topic + "'" + publisher
+          : "no frame is fused: " + frames.last_drop;
+  return {silent_s < kErrorAfter * in.stale_s ? MapStatus::WARN : MapStatus::ERROR,
+          what + "; the last image came " + ago(frames.image_age_s) + ", the last transform " +
+              ago(in.transforms.age_s) + ", the last frame was fused " + ago(frames.fused_age_s)};
+}
+
 /// Frames come in, but none has become part of the map.
 Verdict judgeFirstFrame(const StreamReport& depth) {
   if (!depth.waiting_for.empty()) {
@@ -55,6 +85,13 @@ Verdict judgeFirstFrame(const StreamReport& depth) {
     return {MapStatus::WARN, "no frame fused yet: " + depth.frames.last_drop};
   }
   return {MapStatus::OK, "waiting for the first frame with its camera_info and transform"};
+}
+
+DropCount dropCount(const std::string& reason, uint64_t count) {
+  DropCount drop;
+  drop.reason = reason;
+  drop.count = count;
+  return drop;
 }
 
 uint64_t droppedSum(const std::vector<DropCount>& dropped) {
@@ -89,6 +126,8 @@ Verdict judgeColour(const StreamReport& colour, bool is_needed) {
 
 Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const MapStatus& before) {
   const StreamReport& depth = camera.depth;
+  const Verdict silence = judgeSilence(depth, in);
+  if (!silence.second.empty()) return silence;
   if (depth.frames.fused == 0) {
     const Verdict input = judgeInput(depth, in.depth_topics);
     return input.second.empty() ? judgeFirstFrame(depth) : input;
@@ -115,6 +154,7 @@ Verdict judgeCameras(const StatusInput& in, const MapStatus& before) {
 }
 
 std::string describeMesh(const StatusInput& in) {
+  if (in.time_stands) return "mapping; simulated time stands still";
   if (in.output.triangles > 0) return "mapping";
   if (in.mesh_listeners == 0) return "mapping; no mesh yet, as nobody listens to it";
   return "mapping; no triangles yet: no surface has been seen well enough";
@@ -129,13 +169,19 @@ Verdict judge(const StatusInput& in, const MapStatus& before) {
   if (!in.map.failure.empty()) {
     return {MapStatus::ERROR, "the backend failed: " + in.map.failure};
   }
+  if (!in.master.empty()) return {MapStatus::ERROR, in.master};
   if (in.paused) return {MapStatus::OK, "paused"};
   if (in.map.stats.refused_blocks > 0) {
     return {MapStatus::WARN, "the map is full (map/max_memory_mb): " +
                                  std::to_string(in.map.stats.refused_blocks) +
                                  " blocks were refused; what is mapped stays usable"};
   }
-  const Verdict cameras = judgeCameras(in, before);
+  Verdict cameras = judgeCameras(in, before);
+  if (in.transforms.refused > before.transforms_refused) {
+    const std::string also = cameras.first == MapStatus::OK ? "" : cameras.second + "; ";
+    cameras = {std::max<uint8_t>(cameras.first, MapStatus::WARN),
+               also + "transforms are refused: " + in.transforms.last_refusal};
+  }
   if (cameras.first != MapStatus::OK || !hasFused(in)) return cameras;
   return {MapStatus::OK, describeMesh(in)};
 }
@@ -144,10 +190,7 @@ std::vector<DropCount> dropCounts(const FrameCounts& frames) {
   std::vector<DropCount> counts;
   for (int i = 0; i < kDropReasonCount; ++i) {
     if (frames.dropped[i] == 0) continue;
-    DropCount drop;
-    drop.reason = toString(static_cast<DropReason>(i));
-    drop.count = frames.dropped[i];
-    counts.push_back(drop);
+    counts.push_back(dropCount(toString(static_cast<DropReason>(i)), frames.dropped[i]));
   }
   return counts;
 }
@@ -217,6 +260,24 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("colour", in.map.stats.colour_bytes);
   add("mesh", in.output.mesh_bytes);
   add("images", image_bytes);
+  size_t queued_bytes = 0;
+  for (const TopicReport& topic : in.output.topics) queued_bytes += topic.waiting_bytes;
+  add("queues", queued_bytes);
+  add("process", in.process_bytes);
+}
+
+void fillTopics(const StatusInput& in, MapStatus& status) {
+  for (const TopicReport& report : in.output.topics) {
+    TopicStatus topic;
+    topic.topic = report.topic;
+    topic.listeners = static_cast<uint32_t>(report.listeners);
+    topic.messages = report.messages;
+    topic.bytes = report.bytes;
+    topic.waiting_bytes = report.waiting_bytes;
+    topic.lacking_chunks = static_cast<uint32_t>(report.lacking_chunks);
+    topic.stalled_s = static_cast<float>(report.stalled_s);
+    status.topics.push_back(topic);
+  }
 }
 
 }  // namespace
@@ -233,13 +294,23 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in,
   status.paused = in.paused;
   fillCameras(in, status);
 
+  status.voxel_size_m = in.map.voxel_size_m;
+  status.loaded_map = in.map.loaded_map;
   status.blocks = in.map.stats.blocks;
   status.voxel_arrays = in.map.stats.voxel_arrays;
   status.map_bytes = in.map.stats.map_bytes;
   status.max_map_bytes = in.max_map_bytes;
   status.refused_blocks = in.map.stats.refused_blocks;
+  status.dropped_blocks = in.map.stats.dropped_blocks;
   status.triangles = in.output.triangles;
   fillMemory(in, status);
+  fillTopics(in, status);
+
+  status.transforms_refused = in.transforms.refused;
+  for (const auto& [what, count] : in.transforms.refused_by) {
+    status.refused_transforms.push_back(dropCount(what, count));
+  }
+  status.transform_age_s = ageOf(in.transforms.age_s);
 
   status.integrate_ms = static_cast<float>(in.map.integrate_ms);
   status.paint_ms = static_cast<float>(in.map.paint_ms);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ros/input/camera_report.h"
+#include "ros/input/transform_buffer.h"
 #include "ros/output/map_report.h"
 
 namespace dtsdf {
@@ -16,8 +17,14 @@ struct StatusInput {
   std::vector<CameraReport> cameras;
   MapReport map;
   OutputReport output;
+  TransformReport transforms;
   bool paused = false;
+  bool time_stands = false;  ///< Simulated time does.
+  double ran_s = 0.0;        ///< How long neither: see RunClock.
+  double stale_s = 0.0;      ///< The setting; 0: silence is no fault.
+  std::string master;        ///< What is wrong with the registration there; empty: nothing.
   std::vector<std::string> depth_topics;  ///< That there are, while a camera's own has nobody.
+  uint64_t process_bytes = 0;  ///< Resident memory of the whole process; 0: not known.
   size_t mesh_listeners = 0;
   uint64_t max_map_bytes = 0;
 };

@@ -4,7 +4,7 @@
 #include <pcl_conversions/pcl_conversions.h>
 #include <pcl_ros/point_cloud.h>
 
-#include "ros/common/callback_guard.h"
+#include <algorithm>
 
 namespace dtsdf {
 namespace {
@@ -30,20 +30,37 @@ Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
   return point;
 }
 
+ros::AdvertiseOptions advertiseOptions() {
+  ros::AdvertiseOptions options;
+  options.init<Cloud>("surface_points", 1);
+  return options;
+}
+
 }  // namespace
 
 SurfacePointsPublisher::SurfacePointsPublisher(ros::NodeHandle nh, const std::string& map_frame,
                                                MeshColour colour)
-    : map_frame_(map_frame), colour_(colour) {
-  publisher_ = nh.advertise<Cloud>("surface_points", 1,
-                                   [this](const ros::SingleSubscriberPublisher&) {
-                                     guarded("new subscriber of surface_points",
-                                             [this] { noteChanges(); });
-                                   });
+    : map_frame_(map_frame), colour_(colour), topic_(nh, advertiseOptions()) {}
+
+void SurfacePointsPublisher::meetNewcomers() {
+  const ListenerTopic::Links& links = topic_.links();
+  decltype(up_to_date_) here;
+  for (const auto& link : links) {
+    if (up_to_date_.count(link) > 0) here.insert(link);
+  }
+  up_to_date_.swap(here);
+}
+
+bool SurfacePointsPublisher::isDue(const std::shared_ptr<ListenerLink>& link) const {
+  return up_to_date_.count(link) == 0 && link->waitingBytes() == 0;
+}
+
+bool SurfacePointsPublisher::isDue() {
+  const ListenerTopic::Links& links = topic_.links();
+  return std::any_of(links.begin(), links.end(), [&](const auto& link) { return isDue(link); });
 }
 
 void SurfacePointsPublisher::publish(const Mesh& mesh, const ros::Time& stamp) {
-  outdated_ = false;
   Cloud cloud;
   cloud.header.frame_id = map_frame_;
   cloud.header.stamp = pcl_conversions::toPCL(stamp);
@@ -51,7 +68,12 @@ void SurfacePointsPublisher::publish(const Mesh& mesh, const ros::Time& stamp) {
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     cloud.push_back(toPoint(mesh, i, colour_));
   }
-  publisher_.publish(cloud);
+  const ros::SerializedMessage message = ros::serialization::serializeMessage(cloud);
+  for (const auto& link : topic_.links()) {
+    if (!isDue(link)) continue;
+    topic_.send(*link, message);
+    up_to_date_.insert(link);
+  }
 }
 
 }  // namespace dtsdf

@@ -3,32 +3,42 @@
 
 #include <ros/node_handle.h>
 
-#include <atomic>
+#include <memory>
+#include <set>
 #include <string>
 
 #include "dtsdf_mapping/mesh.h"
+#include "ros/output/listener_topic.h"
 
 namespace dtsdf {
 
-/// Output's thread only, but for hasListeners(); subscriptions are noticed on the queue of the node
-/// handle.
+/// Output's thread only, but for hasListeners() and listeners(). A cloud is the whole mesh, so that
+/// a listener gets the next one when it has read the one before.
 class SurfacePointsPublisher {
  public:
   SurfacePointsPublisher(ros::NodeHandle nh, const std::string& map_frame, MeshColour colour);
 
-  bool hasListeners() const { return publisher_.getNumSubscribers() > 0; }
+  bool hasListeners() const { return listeners() > 0; }
+  size_t listeners() const { return topic_.listeners(); }
 
-  void noteChanges() { outdated_ = true; }
+  /// Takes note of who came and went.
+  void meetNewcomers();
 
-  /// Someone listens who has not seen the present mesh.
-  bool isDue() const { return outdated_ && hasListeners(); }
+  void noteChanges() { up_to_date_.clear(); }
+
+  /// Someone listens who has not seen the present mesh, and has read what was sent before.
+  bool isDue();
   void publish(const Mesh& mesh, const ros::Time& stamp);
 
+  TopicReport report() const { return topic_.report(); }
+
  private:
+  bool isDue(const std::shared_ptr<ListenerLink>& link) const;
+
   std::string map_frame_;
   MeshColour colour_;
-  std::atomic<bool> outdated_{true};
-  ros::Publisher publisher_;
+  ListenerTopic topic_;
+  std::set<std::shared_ptr<ListenerLink>> up_to_date_;  ///< Who has been sent the present mesh.
 };
 
 }  // namespace dtsdf

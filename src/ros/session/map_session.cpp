@@ -72,7 +72,8 @@ void MapSession::fuseNext() {
   }
 }
 
-IntegrationResult MapSession::fuse(const DepthFrame& frame) {
+IntegrationResult MapSession::fuse(DepthFrame frame, const ros::Time& stamp) {
+  if (parts_.keep_center) frame.keep_center_W = parts_.keep_center(stamp);
   IntegrationResult result = mapper_->integrate(frame);
   const std::lock_guard<std::mutex> lock(report_mutex_);
   if (result.status == FrameStatus::kFused) report_.integrate_ms = result.duration_ms;
@@ -89,7 +90,7 @@ IntegrationResult MapSession::paint(const ColourFrame& frame) {
 void MapSession::takeFrame(const PosedFrame& frame) {
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   const IntegrationResult result =
-      depth != nullptr ? fuse(*depth) : paint(std::get<ColourFrame>(frame.image));
+      depth != nullptr ? fuse(*depth, frame.stamp) : paint(std::get<ColourFrame>(frame.image));
   if (result.status != FrameStatus::kFused) {
     frame.accounting->dropped(dropReasonOf(result.status), frame.stamp, result.message);
     return;
@@ -125,17 +126,38 @@ void MapSession::finishMesh() {
   mesh_whole_ = true;
 }
 
-void MapSession::bringMeshUpToDate() {
-  if (!mesh_whole_ && !schedule_.meshUnderWay()) {
-    throw std::runtime_error("the backend failed while it extracted the mesh, which is incomplete "
-                             "now; clear_map, or restart the node");
-  }
+std::string MapSession::outdatedMesh() const {
+  return "; the backend has failed, so this is the mesh as it was extracted last: " +
+         report_.failure;
+}
+
+std::string MapSession::bringMeshUpToDate() {
+  // Changes were lost, so later ones would not fit what was handed over.
+  if (!mesh_whole_ && !schedule_.meshUnderWay()) return outdatedMesh();
   // A backend that failed may still have its map, as a GPU does that has run out of memory.
   try {
     if (schedule_.meshUnderWay()) finishMesh();
-    if (!schedule_.meshOutdated()) return;
+    if (!schedule_.meshOutdated()) return "";
     beginMesh();
     finishMesh();
+  } catch (const std::exception& error) {
+    fail(error.what());
+    return outdatedMesh();
+  }
+  return "";
+}
+
+ClearedRegion MapSession::clearRegion(const Region& region) {
+  if (hasFailed()) {
+    throw std::runtime_error("the map's backend has failed (" + report_.failure +
+                             "); clear_map starts over");
+  }
+  const std::string problem = findProblem(region);
+  if (!problem.empty()) throw std::runtime_error(problem);  // the caller's, not the backend's
+  try {
+    const ClearedRegion cleared = mapper_->clearRegion(region);
+    schedule_.frameFused();  // the mesh and the report are as outdated as after a frame
+    return cleared;
   } catch (const std::exception& error) {
     fail(error.what());
     throw;
@@ -146,13 +168,40 @@ void MapSession::clear() {
   mapper_->clear();
   schedule_.cleared();
   mesh_whole_ = true;
+  map_stamp_ = ros::Time();
+  loaded_stamp_s_ = 0.0;
   parts_.mesh_changes.clear();
-  if (hasFailed()) {
-    ROS_INFO_NAMED("dtsdf_mapping", "the map was cleared after a failure; frames are fused again");
-    const std::lock_guard<std::mutex> lock(report_mutex_);
-    report_.failure.clear();
-  }
+  forgetFailure();
   updateReport();
+}
+
+MapContents MapSession::contents() {
+  MapContents contents = mapper_->contents();
+  contents.stamp_s = map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec();
+  return contents;
+}
+
+std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {
+  mapper_.swap(loaded.mapper);
+  schedule_.mapReplaced();
+  mesh_whole_ = true;
+  map_stamp_ = ros::Time();
+  loaded_stamp_s_ = loaded.stamp_s;
+  parts_.mesh_changes.clear(loaded.voxel_size_m);
+  forgetFailure();
+  updateReport();
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  report_.loaded_map = loaded.path;
+  report_.voxel_size_m = loaded.voxel_size_m;
+  return std::move(loaded.mapper);
+}
+
+void MapSession::forgetFailure() {
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  report_.loaded_map.clear();
+  if (!hasFailed()) return;
+  ROS_INFO_NAMED("dtsdf_mapping", "the map is new after a failure; frames are fused again");
+  report_.failure.clear();
 }
 
 void MapSession::updateReport() {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "dtsdf_mapping/mapper.h"
@@ -26,6 +27,8 @@ class MapSession {
     FrameQueue& frames;
     MeshHandover& mesh_changes;
     std::function<bool()> mesh_wanted;  ///< Whether anybody listens.
+    /// What map/keep_radius_m is round, at a frame's stamp; none, as without it: the camera.
+    std::function<std::optional<Eigen::Vector3d>(const ros::Time&)> keep_center = nullptr;
   };
 
   MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
@@ -37,9 +40,32 @@ class MapSession {
   /// frames are dropped until clear() has made a new start.
   std::chrono::milliseconds step() noexcept;
 
-  /// Hands over what the mesh lacks, also after a failure that has left the map usable.
-  /// @throws std::runtime_error if it has not.
-  void bringMeshUpToDate();
+  /// Hands over what the mesh lacks, also after a failure that has left the map usable. Where it
+  /// has not, the mesh stays what was handed over last, and what is returned says so; else it is
+  /// empty.
+  std::string bringMeshUpToDate();
+
+  /// Empties a part of the map.
+  /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
+  ClearedRegion clearRegion(const Region& region);
+
+  /// A copy of the map. @throws std::exception if the backend cannot give it.
+  MapContents contents();
+
+  /// Whether nothing is mapped; no map that has failed counts as empty.
+  bool isEmpty() const { return !hasFailed() && mapper_->stats().blocks == 0; }
+
+  /// A map from a file, in a mapper of its own.
+  struct LoadedMap {
+    std::unique_ptr<Mapper> mapper;
+    float voxel_size_m;
+    double stamp_s;  ///< See MapContents.
+    std::string path;
+  };
+
+  /// Goes on with a map that was loaded, and starts over after a failure; the whole mesh is handed
+  /// over anew. @return the mapper so far.
+  std::unique_ptr<Mapper> replace(LoadedMap loaded);
 
   /// Empties map and mesh, and starts over after a failure.
   /// @throws std::runtime_error if the backend cannot even do that.
@@ -53,11 +79,13 @@ class MapSession {
   void act(MapSchedule::Action action);
   void fuseNext();
   void takeFrame(const PosedFrame& frame);
-  IntegrationResult fuse(const DepthFrame& frame);
+  IntegrationResult fuse(DepthFrame frame, const ros::Time& stamp);
   IntegrationResult paint(const ColourFrame& frame);
   void beginMesh();
   void finishMesh();
+  std::string outdatedMesh() const;
   void updateReport();
+  void forgetFailure();
   bool hasFailed() const { return !report_.failure.empty(); }
   void fail(const std::string& text);
 
@@ -66,7 +94,8 @@ class MapSession {
   MapSchedule schedule_;
 
   bool mesh_whole_ = true;  ///< False while an extraction is under way, and once one was lost.
-  ros::Time map_stamp_;     ///< Of the newest frame in the map.
+  ros::Time map_stamp_;     ///< Of the newest frame in the map, but for those of a loaded one.
+  double loaded_stamp_s_ = 0.0;  ///< Of those; 0: none.
   ros::Time mesh_stamp_;    ///< The same when the last extraction was begun.
 
   mutable std::mutex report_mutex_;

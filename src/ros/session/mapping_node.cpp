@@ -3,18 +3,22 @@
 #include <ros/console.h>
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
 #include <utility>
 
+#include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "params/frame_name.h"
+#include "params/printable.h"
 #include "ros/common/callback_guard.h"
 #include "ros/common/param_server.h"
 #include "ros/input/depth_topics.h"
-#include "ros/output/mesh_saver.h"
+#include "ros/output/output_path.h"
+#include "ros/session/region_request.h"
 
 namespace dtsdf {
 namespace {
-
-/// For how long transforms are kept: longer than any frame waits in a queue that keeps up.
-constexpr double kTransformsKept_s = 30.0;
 
 MappingParams readParams(const ros::NodeHandle& private_nh) {
   const ServerParams server = readParamServer(private_nh);
@@ -24,7 +28,37 @@ MappingParams readParams(const ros::NodeHandle& private_nh) {
 MeshOutput::Options outputOptions(const MappingParams& params) {
   const PublishParams& publish = params.node.publish;
   return {params.mapper.map.voxel_size_m, params.mapper.mesh.colour, publish.mesh_rate_hz,
-          publish.points_rate_hz};
+          publish.points_rate_hz, static_cast<size_t>(publish.max_queue_mb) << 20};
+}
+
+/// What a call of save_mesh asks for. @throws std::runtime_error if that cannot be.
+SaveChoice readSaveChoice(const dtsdf_mapping::SaveMesh::Request& request,
+                          const Eigen::Isometry3d& T_W_F) {
+  SaveChoice choice;
+  choice.region = readBox(request.region);
+  if (choice.region) choice.region->T_W_B = T_W_F * choice.region->T_W_B;
+  choice.simplify_error_m = request.simplify_error_m;
+  if (!(choice.simplify_error_m >= 0.0) || std::isinf(choice.simplify_error_m)) {
+    throw std::runtime_error("simplify_error_m has to be a number of metres, or 0");
+  }
+  return choice;
+}
+
+/// Answers a service that saves or loads the map with what `work` has done, or why it has not.
+template <class Response, class Work>
+void answerWith(const char* service, Response& response, const Work& work) {
+  try {
+    const MapFiles::Done done = work();
+    response.success = true;
+    response.message = done.message;
+    response.blocks = done.blocks;
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", response.message);
+  } catch (const std::exception& error) {
+    response.success = false;
+    response.message = error.what();
+    response.path.clear();
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping", service << ": " << response.message);
+  }
 }
 
 /// The mesh is extracted as often as one of its two topics may need it.
@@ -36,32 +70,37 @@ double meshRate(const PublishParams& publish) {
 
 MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : params_(readParams(private_nh)),
-      transforms_(ros::Duration(kTransformsKept_s)),
-      transform_listener_(transforms_, nh, true),
+      transforms_({params_.node.input.tf_max_ahead_s}),
+      transform_input_(transforms_thread_.serve(nh), transforms_),
       poses_(transforms_, params_.node.map_frame),
       posed_frames_(params_.node.input.merge_wait_s, [this] { map_loop_.wake(); }),
       cameras_(nh, private_nh, params_.node, poses_, posed_frames_,
                [this] { intake_loop_.wake(); }),
-      mesh_publisher_(newcomers_thread_.serve(private_nh),
-                      {params_.node.map_frame, params_.mapper.mesh.colour,
-                       params_.node.publish.chunk_blocks},
-                      [this](const auto& newcomer) { onNewcomer(newcomer); }),
-      points_publisher_(newcomers_thread_.serve(private_nh), params_.node.map_frame,
-                        params_.mapper.mesh.colour),
+      mesh_publisher_(private_nh, {params_.node.map_frame, params_.mapper.mesh.colour,
+                                   params_.node.publish.chunk_blocks}),
+      points_publisher_(private_nh, params_.node.map_frame, params_.mapper.mesh.colour),
       mesh_changes_([this] { output_loop_.wake(); }),
       output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
       session_(makeMapper(params_.mapper), meshRate(params_.node.publish),
                {posed_frames_, mesh_changes_,
                 [this] {
                   return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
-                }}),
+                },
+                [this](const ros::Time& stamp) { return keepCenterAt(stamp); }}),
       output_loop_([this] { return output_.step(); }, WorkerThread::Priority::kLow),
       map_loop_([this] { return session_.step(); }),
-      intake_loop_([this] { return cameras_.step(); }) {
+      intake_loop_([this] { return cameras_.step(); }),
+      map_files_(params_.mapper, params_.node.map_frame, {session_, map_loop_}) {
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << session_.report().backend << ", voxels of "
                                                      << params_.mapper.map.voxel_size_m << " m");
+  transforms_thread_.start();
+  if (!params_.node.load_file.empty()) {
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", loadMapFile(expandHome(params_.node.load_file,
+                                                                  "map/load_file")).message);
+  }
   advertiseServices(private_nh);
   cameras_.subscribe(private_nh);
+  master_watch_ = std::make_unique<MasterWatch>(pause_.getService());
   status_ = std::make_unique<StatusPublisher>(
       nh, private_nh,
       StatusPublisher::Options{params_.node.map_frame, params_.node.publish.status_rate_hz},
@@ -69,7 +108,6 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
   rates_ = std::make_unique<RateServer>(private_nh, params_.node.publish,
                                         [this](const PublishParams& rates) { setRates(rates); });
   // Last, so that nobody waits for a loop that a failing constructor has ended.
-  newcomers_thread_.start();
   save_thread_.start();
   clear_thread_.start();
 }
@@ -79,13 +117,18 @@ MappingNode::~MappingNode() {
   // served before the loop ends.
   rates_.reset();
   status_.reset();
+  master_watch_.reset();
   cameras_.unsubscribe();
   save_mesh_.shutdown();
+  clear_region_.shutdown();
+  save_map_.shutdown();
+  load_map_.shutdown();
   clear_map_.shutdown();
   pause_.shutdown();
-  newcomers_thread_.stop();
+  transforms_thread_.stop();
   save_thread_.stop();
   clear_thread_.stop();
+  map_files_.stop();
   intake_loop_.stop();
   map_loop_.stop();
   output_loop_.stop();
@@ -94,6 +137,13 @@ MappingNode::~MappingNode() {
 void MappingNode::advertiseServices(ros::NodeHandle private_nh) {
   save_mesh_ = save_thread_.serve(private_nh)
                    .advertiseService("save_mesh", &MappingNode::onSaveMesh, this);
+  clear_region_ = clear_thread_.serve(private_nh)
+                      .advertiseService("clear_region", &MappingNode::onClearRegion, this);
+  // On the same thread, so that whatever takes long is done one after the other.
+  save_map_ = save_thread_.serve(private_nh)
+                  .advertiseService("save_map", &MappingNode::onSaveMap, this);
+  load_map_ = save_thread_.serve(private_nh)
+                  .advertiseService("load_map", &MappingNode::onLoadMap, this);
   clear_map_ = clear_thread_.serve(private_nh)
                    .advertiseService("clear_map", &MappingNode::onClearMap, this);
   pause_ = private_nh.advertiseService("pause", &MappingNode::onPause, this);
@@ -104,11 +154,15 @@ StatusInput MappingNode::collectStatus() const {
   input.cameras = cameras_.report();
   input.map = session_.report();
   input.output = output_.report();
+  input.transforms = transforms_.report();
   input.paused = cameras_.paused();
+  input.master = master_watch_->problem();
+  input.stale_s = params_.node.status.stale_s;
   if (std::any_of(input.cameras.begin(), input.cameras.end(), hasNoPublisher)) {
     input.depth_topics = findDepthTopics();
   }
   input.mesh_listeners = mesh_publisher_.listeners();
+  if (input.map.voxel_size_m == 0.0f) input.map.voxel_size_m = params_.mapper.map.voxel_size_m;
   input.max_map_bytes = static_cast<uint64_t>(params_.mapper.map.max_memory_mb) << 20;
   return input;
 }
@@ -121,30 +175,107 @@ void MappingNode::setRates(const PublishParams& rates) {
       [this, rates] { output_.setRates(rates.mesh_rate_hz, rates.points_rate_hz); });
 }
 
-void MappingNode::onNewcomer(const ros::SingleSubscriberPublisher& newcomer) {
-  map_loop_.wake();  // someone listens now
-  // Sent by the output's loop, so that no change published meanwhile is overtaken by an older mesh.
-  output_loop_.run([&] { output_.publishAll(newcomer); }).get();
-}
-
 bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
                              dtsdf_mapping::SaveMesh::Response& response) {
   try {
-    const std::string path = resolveMeshPath(params_.node.output_directory, request.file_name);
-    map_loop_.run([this] { session_.bringMeshUpToDate(); }).get();
-    const SavedMesh saved = output_loop_.run([&] { return output_.save(path); }).get();
+    const std::string path = resolveOutputPath(params_.node.output_directory, request.file_name,
+                                               meshExtensions());
+    const SaveChoice choice = readSaveChoice(request, findPoseInMap(request.frame_id));
+    const std::string note =
+        map_loop_.run([this] { return session_.bringMeshUpToDate(); }).get();
+    const SavedMesh saved = output_loop_.run([&] { return output_.save(path, choice); }).get();
     response.success = true;
     response.path = path;
     response.vertices = saved.vertices;
     response.triangles = saved.triangles;
+    response.error_m = saved.error_m;
     response.message = "saved " + std::to_string(response.triangles) + " triangles to " + path;
+    if (choice.simplify_error_m != 0.0) {
+      response.message += ", at most " + std::to_string(saved.error_m) + " m from the whole mesh";
+    }
+    response.message += note;
     ROS_INFO_STREAM_NAMED("dtsdf_mapping", response.message);
   } catch (const std::exception& error) {
     response.success = false;
-    response.message = error.what();
+    response.message = printable(error.what());
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", "save_mesh: " << response.message);
   }
   return true;
+}
+
+/// By the newest transform. @throws std::runtime_error where there is none.
+Eigen::Isometry3d MappingNode::findPoseInMap(const std::string& frame_id) const {
+  const std::string frame = stripLeadingSlash(frame_id);
+  if (frame.empty() || frame == poses_.mapFrame()) return Eigen::Isometry3d::Identity();
+  const PoseAnswer answer = poses_.lookUp(frame, ros::Time(0));
+  if (answer.kind != PoseAnswer::Kind::kKnown) throw std::runtime_error(answer.text);
+  return answer.T_W_C;
+}
+
+/// Where map/keep_frame is at the stamp, or else now; none where it is not known, or not set.
+std::optional<Eigen::Vector3d> MappingNode::keepCenterAt(const ros::Time& stamp) const {
+  const std::string& frame = params_.node.keep_frame;
+  if (frame.empty() || params_.mapper.map.keep_radius_m == 0.0f) return std::nullopt;
+  if (frame == poses_.mapFrame()) return Eigen::Vector3d::Zero();
+  for (const ros::Time& time : {stamp, ros::Time(0)}) {
+    const PoseAnswer answer = poses_.lookUp(frame, time);
+    if (answer.kind == PoseAnswer::Kind::kKnown) return answer.T_W_C.translation();
+    if (!time.isZero()) continue;
+    ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                   "map/keep_radius_m is round the camera, as map/keep_frame is "
+                                   "not known: " << answer.text);
+  }
+  return std::nullopt;
+}
+
+bool MappingNode::onClearRegion(dtsdf_mapping::ClearRegion::Request& request,
+                                dtsdf_mapping::ClearRegion::Response& response) {
+  try {
+    const Region region =
+        inMap(readRegion(request.box, request.sphere), findPoseInMap(request.frame_id));
+    const ClearedRegion cleared =
+        map_loop_.run([&] { return session_.clearRegion(region); }).get();
+    response.success = true;
+    response.voxels = cleared.voxels;
+    response.blocks = cleared.blocks;
+    response.message = "emptied " + std::to_string(cleared.voxels) + " voxels, freed " +
+                       std::to_string(cleared.blocks) + " blocks";
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", "clear_region: " << response.message);
+  } catch (const std::exception& error) {
+    response.success = false;
+    response.message = error.what();
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping", "clear_region: " << response.message);
+  }
+  return true;
+}
+
+bool MappingNode::onSaveMap(dtsdf_mapping::SaveMap::Request& request,
+                            dtsdf_mapping::SaveMap::Response& response) {
+  answerWith("save_map", response, [&] {
+    response.path =
+        resolveOutputPath(params_.node.output_directory, request.file_name, {kMapExtension});
+    return map_files_.save(response.path);
+  });
+  return true;
+}
+
+bool MappingNode::onLoadMap(dtsdf_mapping::LoadMap::Request& request,
+                            dtsdf_mapping::LoadMap::Response& response) {
+  answerWith("load_map", response, [&] {
+    response.path =
+        resolveOutputPath(params_.node.output_directory, request.file_name, {kMapExtension});
+    return loadMapFile(response.path);
+  });
+  return true;
+}
+
+MapFiles::Done MappingNode::loadMapFile(const std::string& path) {
+  MapFiles::Done done = map_files_.load(path);
+  // The camera may be anywhere in the map that was loaded.
+  intake_loop_.run([this] { cameras_.restartMotion(); }).get();
+  // As for clear_map: nothing of the old mesh is on its way any more.
+  output_loop_.run([this] { output_.takeChanges(); }).get();
+  return done;
 }
 
 bool MappingNode::onClearMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {

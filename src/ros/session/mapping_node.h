@@ -1,22 +1,27 @@
 /// The mapping node: wires its parts together and answers its services.
 #pragma once
 
+#include <dtsdf_mapping/ClearRegion.h>
+#include <dtsdf_mapping/LoadMap.h>
+#include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
 #include <ros/node_handle.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
-#include <tf2/buffer_core.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <memory>
+#include <optional>
 
 #include "params/node_params.h"
 #include "ros/common/worker_thread.h"
 #include "ros/input/cameras.h"
+#include "ros/input/transform_input.h"
 #include "ros/output/mesh_output.h"
 #include "ros/output/status_publisher.h"
 #include "ros/session/callback_thread.h"
+#include "ros/session/map_files.h"
 #include "ros/session/map_session.h"
+#include "ros/session/master_watch.h"
 #include "ros/session/rate_server.h"
 
 namespace dtsdf {
@@ -35,17 +40,25 @@ class MappingNode {
   void advertiseServices(ros::NodeHandle private_nh);
   StatusInput collectStatus() const;
   void setRates(const PublishParams& rates);
-  void onNewcomer(const ros::SingleSubscriberPublisher& newcomer);
   bool onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
                   dtsdf_mapping::SaveMesh::Response& response);
+  Eigen::Isometry3d findPoseInMap(const std::string& frame_id) const;
+  std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const;
+  bool onClearRegion(dtsdf_mapping::ClearRegion::Request& request,
+                     dtsdf_mapping::ClearRegion::Response& response);
+  bool onSaveMap(dtsdf_mapping::SaveMap::Request& request,
+                 dtsdf_mapping::SaveMap::Response& response);
+  bool onLoadMap(dtsdf_mapping::LoadMap::Request& request,
+                 dtsdf_mapping::LoadMap::Response& response);
+  MapFiles::Done loadMapFile(const std::string& path);
   bool onClearMap(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   MappingParams params_;
-  CallbackThread newcomers_thread_, save_thread_, clear_thread_;
+  CallbackThread save_thread_, clear_thread_, transforms_thread_;
 
-  tf2::BufferCore transforms_;
-  tf2_ros::TransformListener transform_listener_;
+  TransformBuffer transforms_;
+  TransformInput transform_input_;
   PoseSource poses_;
   FrameQueue posed_frames_;
   Cameras cameras_;
@@ -58,10 +71,12 @@ class MappingNode {
 
   // Each is begun after those that it wakes.
   WorkerThread output_loop_, map_loop_, intake_loop_;
+  MapFiles map_files_;
 
+  std::unique_ptr<MasterWatch> master_watch_;
   std::unique_ptr<StatusPublisher> status_;
   std::unique_ptr<RateServer> rates_;
-  ros::ServiceServer save_mesh_, clear_map_, pause_;
+  ros::ServiceServer save_mesh_, save_map_, load_map_, clear_region_, clear_map_, pause_;
 };
 
 }  // namespace dtsdf

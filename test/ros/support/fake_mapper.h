@@ -24,7 +24,10 @@ class FakeMapper : public Mapper {
     return {};
   }
 
-  void beginMeshUpdate() override { throwIf(fails_to_mesh); }
+  void beginMeshUpdate() override {
+    throwIf(fails_to_mesh);
+    ++meshes;
+  }
 
   /// One triangle for each changed block; its first vertex has the number of the frame as its edge.
   MeshUpdate finishMeshUpdate() override {
@@ -41,17 +44,31 @@ class FakeMapper : public Mapper {
     return update;
   }
 
+  /// As if the region had been everything.
+  ClearedRegion clearRegion(const Region&) override {
+    throwIf(fails_to_clear);
+    ++cleared_regions;
+    return {1, 1};
+  }
+
   void clear() override {
     throwIf(fails_to_clear);
     frames = 0;
     changed_.clear();
   }
 
+  /// Nothing but the number of frames.
+  MapContents contents() override {
+    MapContents contents;
+    contents.frames = static_cast<uint64_t>(frames);
+    return contents;
+  }
+
   MapStats stats() const override { return {static_cast<size_t>(frames), 0, 0, 0}; }
   std::string backendName() const override { return "fake"; }
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
-  int frames = 0, images = 0;
+  int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   double mesh_ms = 0.0;
 
  private:

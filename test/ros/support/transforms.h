@@ -4,7 +4,6 @@
 #include <geometry_msgs/TransformStamped.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
-#include <tf2/buffer_core.h>
 
 #include <boost/make_shared.hpp>
 #include <string>
@@ -13,7 +12,8 @@
 namespace dtsdf {
 
 /// The camera stands at (x, 0, 0) of its parent, not turned.
-inline void putTransform(tf2::BufferCore& transforms, double stamp_s, double x,
+template <class Buffer>
+void putTransform(Buffer& transforms, double stamp_s, double x,
                          const std::string& child = "camera", const std::string& parent = "map") {
   geometry_msgs::TransformStamped transform;
   transform.header.stamp = ros::Time(stamp_s);

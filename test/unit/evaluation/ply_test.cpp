@@ -94,7 +94,22 @@ TEST_F(Ply, NamesWhatIsWrong) {
   EXPECT_NE(errorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0")
                 .find("x, y and z"),
             std::string::npos);
+  EXPECT_NE(errorOf(header + "nan 0 0\n3 0 0 0\n").find("not finite"), std::string::npos);
+  EXPECT_NE(errorOf(header + "0 0 0\nnan 0 0 0\n").find("impossible length"), std::string::npos);
+  EXPECT_NE(errorOf(header + "0 0 0\n3 0 nan 0\n").find("face 0"), std::string::npos);
+  EXPECT_NE(errorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                    "property float z\nproperty float red\nproperty float green\n"
+                    "property float blue\nend_header\n0 0 0 nan 256 -1\n")
+                .find("0 to 255"),
+            std::string::npos);
   EXPECT_THROW(readPly(folder_ / "absent.ply"), std::runtime_error);
+  EXPECT_THROW(readPly("/dev/zero"), std::runtime_error);
+}
+
+TEST_F(Ply, ElementsWithoutPropertiesTakeNoTime) {
+  const std::string header = "ply\nformat binary_little_endian 1.0\nelement nothing " +
+                             std::to_string(uint64_t{1} << 60) + "\nend_header\n";
+  EXPECT_TRUE(readPly(write(header)).vertices.empty());
 }
 
 TEST(TriangleMesh, IsCentredAndScaled) {

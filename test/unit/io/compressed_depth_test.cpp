@@ -108,7 +108,7 @@ TEST(CompressedDepth, SizesAreCheckedBeforeMemoryIsTaken) {
               std::string::npos) << columns;
   }
   EXPECT_NE(errorFor("16UC1" + kPng, compressPng(cv::Mat(4097, 4096, CV_16UC1, cv::Scalar(0))))
-                .find("announces 4096 x 4097"), std::string::npos);
+                .find("has 4096 x 4097"), std::string::npos);
 }
 
 TEST(CompressedDepth, AnyBytesGiveAnImageOrAnError) {

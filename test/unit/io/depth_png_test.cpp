@@ -20,7 +20,7 @@ TEST(DepthPng, IsDecodedFromMemory) {
   cv::Mat image(3, 5, CV_16UC1, cv::Scalar(7));
   image.at<uint16_t>(2, 4) = 65535;
   const std::vector<uint8_t> bytes = encode(image);
-  const DepthImage decoded = decodeDepthPng(bytes.data(), bytes.size(), 15);
+  const DepthImage decoded = decodeDepthPng(bytes.data(), bytes.size());
   EXPECT_EQ(decoded.size.width, 5);
   EXPECT_EQ(decoded.size.height, 3);
   EXPECT_EQ(decoded.pixels[0], 7);
@@ -30,23 +30,30 @@ TEST(DepthPng, IsDecodedFromMemory) {
 TEST(DepthPng, ShortBytesAreAnError) {
   const std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(7)));
   for (size_t size = 0; size + 12 < bytes.size(); ++size) {  // 12: the end mark is no loss
-    EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), size, 15); }), "") << size;
+    EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), size); }), "") << size;
   }
 }
 
 TEST(DepthPng, SizesAreCheckedBeforeMemoryIsTaken) {
-  std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(7)));
-  EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size(), 14); }).find("5 x 3"),
+  // All black, so that a few bytes stand for what is one row too large.
+  std::vector<uint8_t> bytes = encode(cv::Mat(4097, 2048, CV_16UC1, cv::Scalar(0)));
+  bytes.resize(1000);  // the size is told before that the rest is missing
+  EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size()); }).find("2048 x 4097"),
             std::string::npos);
-  // A width of a million pixels: libpng checks the header's sum, so it is refused one way or other.
-  bytes[17] = 0x0f;
-  EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size(), 15); }), "");
+  const TemporaryFolder folder;
+  writeBytes(folder / "large.png", {bytes.begin(), bytes.end()});
+  for (const std::string& error : {errorOf([&] { readDepthPngSize(folder / "large.png"); }),
+                                   errorOf([&] {
+                                     readDepthPng(folder / "large.png", {2048, 4097});
+                                   })}) {
+    EXPECT_NE(error.find("large.png' has 2048 x 4097 pixels"), std::string::npos) << error;
+  }
 }
 
 TEST(DepthPng, EightBitsAndColourHoldNoDepth) {
   for (const int type : {CV_8UC1, CV_16UC3}) {
     const std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, type, cv::Scalar(7)));
-    EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size(), 15); }).find("16-bit grey"),
+    EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size()); }).find("16-bit grey"),
               std::string::npos);
   }
 }

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <sstream>
 
+#include "io/glb.h"
+#include "kernels/core/vec.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {
@@ -154,7 +156,7 @@ TEST_F(MeshFile, StlNormalOfATriangleWithoutAreaIsZero) {
 }
 
 TEST_F(MeshFile, SavesTheSameBytesAgain) {
-  for (const std::string extension : {".ply", ".obj", ".stl"}) {
+  for (const std::string extension : {".ply", ".obj", ".stl", ".glb"}) {
     EXPECT_EQ(save("a" + extension), save("b" + extension)) << extension;
   }
 }
@@ -163,14 +165,70 @@ TEST_F(MeshFile, ExtensionChoosesTheFormatInAnyCase) {
   EXPECT_EQ(meshFormatOf("a/b.PLY"), MeshFormat::kPly);
   EXPECT_EQ(meshFormatOf("b.Obj"), MeshFormat::kObj);
   EXPECT_EQ(meshFormatOf("x.ply.stl"), MeshFormat::kStl);
+  EXPECT_EQ(meshFormatOf("x.GLB"), MeshFormat::kGlb);
   for (const char* path : {"", "ply", ".ply", "a.ply/b", "a.plyx", "a."}) {
     EXPECT_EQ(meshFormatOf(path), std::nullopt) << path;
   }
 }
 
+/// The parts of a file, and the numbers in it; compare_glb.py reads the rest.
+TEST_F(MeshFile, GlbHoldsAJsonAndABinaryChunk) {
+  const std::string content = save("mesh.glb");
+  Bytes bytes(content);
+  EXPECT_EQ(bytes.text(4), "glTF");
+  EXPECT_EQ(bytes.number(4), 2u);
+  EXPECT_EQ(bytes.number(4), content.size());
+  const size_t json_bytes = bytes.number(4);
+  EXPECT_EQ(bytes.text(4), "JSON");
+  const std::string json = bytes.text(json_bytes);
+  EXPECT_EQ(json.front(), '{');
+  EXPECT_EQ(json_bytes % 4, 0u);
+  EXPECT_EQ(bytes.number(4), 4 * (12 + 12 + 8) + 2 * 12u);
+  EXPECT_EQ(bytes.text(4), std::string("BIN\0", 4));
+  const Vec3f origin{1, 1, 0};  // the middle of the mesh, (0.5, 1, -0.05), in whole metres
+  for (const Vec3f& p : mesh_.vertices_m) expectEqual(bytes.vector(), p - origin);
+  for (const Vec3f& n : mesh_.normals) expectEqual(bytes.vector(), n);
+  bytes.text(4 * 8);
+  for (const auto& triangle : mesh_.triangles) {
+    for (const uint32_t index : triangle) EXPECT_EQ(bytes.number(4), index);
+  }
+  EXPECT_EQ(bytes.left(), 0u);
+  EXPECT_LE(content.size(), mostGlbBytes(4, 2));
+}
+
+TEST_F(MeshFile, GlbHasLinearLight) {
+  mesh_.colours = {{0, 255, 188, 255}, {1, 128, 10, 255}, {4, 5, 6, 255}, {7, 8, 9, 255}};
+  saveMesh(mesh_, MeshColour::kImage, folder_ / "mesh.glb");
+  const std::string content = readBytes(folder_ / "mesh.glb");
+  Bytes colours(content.substr(content.size() - 2 * 12 - 4 * 8));
+  EXPECT_EQ(colours.number(2), 0u);
+  EXPECT_EQ(colours.number(2), 65535u);
+  EXPECT_NEAR(colours.number(2), 0.5029 * 65535, 10);  // sRGB 188 is half of the light
+  EXPECT_EQ(colours.number(2), 65535u);
+  EXPECT_NEAR(colours.number(2), 65535 / 255.0 / 12.92, 1);
+  EXPECT_NEAR(colours.number(2), 0.2159 * 65535, 10);
+}
+
+/// A map far from the origin of its frame: positions in the file stay small.
+TEST_F(MeshFile, GlbCountsFromTheMiddleOfTheMesh) {
+  for (Vec3f& p : mesh_.vertices_m) p = p + Vec3f{5000, -3000, 20};
+  const std::string content = save("mesh.glb");
+  EXPECT_NE(content.find("\"translation\":[5001.0,-2999.0,20.0]"), std::string::npos) << content;
+  Bytes body(content.substr(content.size() - 4 * (12 + 12 + 8) - 2 * 12));
+  for (const Vec3f& p : mesh_.vertices_m) expectEqual(body.vector(), p - Vec3f{5001, -2999, 20});
+}
+
+/// Without making one of that size: what is asked before anything is written.
+TEST(Glb, HoldsFourGibibytes) {
+  EXPECT_LT(mostGlbBytes(60'000'000, 120'000'000), kMostGlbBytes);
+  EXPECT_GT(mostGlbBytes(80'000'000, 160'000'000), kMostGlbBytes);
+  EXPECT_EQ(mostGlbBytes(1, 0) - mostGlbBytes(0, 0), 32u);
+  EXPECT_EQ(mostGlbBytes(0, 1) - mostGlbBytes(0, 0), 12u);
+}
+
 TEST_F(MeshFile, RefusesUnknownFormatsAndEmptyMeshes) {
   const std::string unknown = errorOf([&] { save("mesh.xyz"); });
-  EXPECT_NE(unknown.find(".ply, .obj or .stl"), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find(".ply, .obj, .stl or .glb"), std::string::npos) << unknown;
   writeBytes(folder_ / "mesh.ply", "old");
   mesh_.triangles.clear();
   const std::string empty = errorOf([&] { save("mesh.ply"); });

@@ -84,6 +84,55 @@ TEST(YamlParams, LoadsFilesAndNamesMissingOnes) {
   }
 }
 
+/// `[[[...` and the like, so many levels deep.
+std::string repeated(const std::string& text, int times) {
+  std::string result;
+  for (int i = 0; i < times; ++i) result += text;
+  return result;
+}
+
+TEST(YamlParams, RefusesReferences) {
+  // One that is in itself has no end; of 24 that each stand for two of the one before it, the last
+  // stands for 16 million values.
+  std::string doubled = "a0: &a0 [x, x]\n";
+  for (int i = 1; i <= 24; ++i) {
+    const std::string before = "*a" + std::to_string(i - 1), name = "a" + std::to_string(i);
+    doubled += name + ": &" + name + " [" + before + ", " + before + "]\n";
+  }
+  for (const std::string& text : {std::string("a: &a\n  b: *a\n"), std::string("&a [*a]"),
+                                  std::string("a: &a 1\nb: *a\n"), doubled}) {
+    EXPECT_NE(errorOf([&] { parseYamlParams(text, "file"); }).find("references"),
+              std::string::npos) << text.substr(0, 40);
+  }
+  ParamTree tree;
+  EXPECT_NE(errorOf([&] { setParam("cameras=&a [*a]", tree); }), "");
+  EXPECT_EQ(parseYamlParams("a: &name 1\n", "file").size(), 1u) << "a name that nobody uses";
+}
+
+TEST(YamlParams, RefusesNul) {
+  EXPECT_NE(errorOf([] { parseYamlParams(std::string("a: \0", 4), "file"); }), "");
+  ParamTree tree;
+  EXPECT_NE(errorOf([&] { setParam(std::string("\0:a=b", 5), tree); })[0], '\0');
+}
+
+TEST(YamlParams, RefusesFurtherDocuments) {
+  EXPECT_NE(errorOf([] { parseYamlParams("a: 1\n---\nb: 2\n", "file"); }).find("document"),
+            std::string::npos);
+  EXPECT_EQ(parseYamlParams("---\na: 1\n...\n", "file").size(), 1u);
+}
+
+TEST(YamlParams, RefusesWhatIsTooDeepOrTooLarge) {
+  for (const std::string& text :
+       {"a: " + repeated("[", 100), "a: " + repeated("[", 500000), repeated("- ", 100000),
+        repeated("? ", 100000), repeated("{a: ", 9000), repeated("-", 60) + "a",
+        repeated("a: 1\n", 300000)}) {
+    EXPECT_NE(errorOf([&] { parseYamlParams(text, "file"); }), "") << text.substr(0, 20);
+  }
+  std::string stairs;
+  for (int i = 0; i < 200; ++i) stairs += std::string(i, ' ') + "a:\n";
+  EXPECT_NE(errorOf([&] { parseYamlParams(stairs, "file"); }).find("levels"), std::string::npos);
+}
+
 TEST(YamlParams, SetsKeysFromAssignments) {
   ParamTree tree = {{"map/voxel_size_m", 0.02}};
   setParam("map/voxel_size_m=0.01", tree);

@@ -258,6 +258,57 @@ TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
   EXPECT_EQ(table.bytesInUse(), 0u);
 }
 
+/// What no extraction has met can go at once; the rest has to be told first.
+TEST(BlockTable, TellsVacantBlocksThatNoMeshHasSeenApart) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x01}});
+  table.noteExtraction();
+  table.admit({{keyOf(2), 0x01}});
+  const int32_t seen = table.find(keyOf(1)), unseen = table.find(keyOf(2));
+  EXPECT_TRUE(table.vacate(seen, 0x01));
+  EXPECT_TRUE(table.vacate(unseen, 0x01));
+  EXPECT_EQ(table.takeUnseen(), std::vector<int32_t>{unseen});
+  EXPECT_EQ(table.releaseVacant({unseen}), std::vector<int32_t>{unseen});
+  EXPECT_TRUE(table.takeUnseen().empty());
+  EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{seen});
+}
+
+/// One that was emptied and filled again before an extraction is in its mesh: emptied during the
+/// extraction, it has to wait for the next one.
+TEST(BlockTable, ABlockFilledAgainIsToldAnewWhenItIsEmptied) {
+  BlockTable table(kPlenty);
+  table.admit({{keyOf(1), 0x01}});
+  table.noteExtraction();
+  const int32_t slot = table.find(keyOf(1));
+  table.vacate(slot, 0x01);
+  table.admit({{keyOf(1), 0x01}});
+  table.noteExtraction();
+  const std::vector<int32_t> vacant = table.takeVacant();
+  table.vacate(slot, 0x01);
+  EXPECT_TRUE(table.releaseVacant(vacant).empty());
+  EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{slot});
+}
+
+TEST(BlockTable, FindsWhatLiesBeyondABallFarthestFirst) {
+  BlockTable table(kPlenty);
+  // Nearest points, in voxels from (4, 4, 4): 0, 4, 12, 20 along x; 12 the other way; 12 root 2.
+  table.admit({{keyOf(0), 1}, {keyOf(1), 1}, {keyOf(2), 1}, {keyOf(3), 1}, {keyOf(-2), 1},
+               {keyOf(2, 2), 1}, {keyOf(9), 1}});
+  table.vacate(table.find(keyOf(9)), 1);  // without arrays it is gone already
+  const auto slots = [&](const std::vector<PackedKey>& keys) {
+    std::vector<int32_t> found;
+    for (const PackedKey key : keys) found.push_back(table.find(key));
+    return found;
+  };
+  const KeptBall kept{{4.0, 4.0, 4.0}, 11.9};
+  const std::vector<PackedKey> beyond = {keyOf(3), keyOf(2, 2), keyOf(-2), keyOf(2)};
+  EXPECT_EQ(table.slotsBeyond(kept, 100), slots(beyond));
+  EXPECT_EQ(table.slotsBeyond(kept, 3), slots({beyond[0], beyond[1], beyond[2]}));
+  EXPECT_TRUE(table.slotsBeyond(kept, 0).empty());
+  EXPECT_EQ(table.slotsBeyond({kept.center, 12.0}, 100), slots({beyond[0], beyond[1]}))
+      << "one that touches the ball stays";
+}
+
 TEST(BlockTable, ClearForgetsVacantBlocks) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});

@@ -132,17 +132,19 @@ TEST(BenchmarkReport, AddsMemoryUpByKind) {
   EXPECT_EQ(memory["map"]["reserved"], 22);
 }
 
-TEST(BenchmarkReport, GroupsAFlightByTheSizeOfItsMap) {
+TEST(BenchmarkReport, GroupsAFlightByWhatWasMapped) {
   std::vector<FrameTime> times(5);
   const double gib[] = {0.0, 0.2, 0.9, 1.1, 2.5};
   for (int i = 0; i < 5; ++i) {
-    times[i].map_bytes = static_cast<size_t>(gib[i] * 1024 * 1024 * 1024);
+    times[i].mapped_bytes = static_cast<size_t>(gib[i] * 1024 * 1024 * 1024);
+    times[i].map_bytes = static_cast<size_t>(5 - i) << 20;
     times[i].total_ms = 10.0 * i;
   }
   const auto json = nlohmann::json::parse(reportFlight(times, someMeasurement()).json);
   ASSERT_EQ(json["by_gib"].size(), 3u);
   EXPECT_EQ(json["by_gib"][0]["frames"], 2);
   EXPECT_EQ(json["by_gib"][0]["total_ms"]["median"], 15.0);
+  EXPECT_EQ(json["by_gib"][0]["map_mib"], 4.0);
   EXPECT_EQ(json["by_gib"][2]["gib"], 2);
   EXPECT_EQ(json["slowest"][0]["frame"], 4);
 }
@@ -173,6 +175,22 @@ TEST(Flight, GrowsTheMapToItsSize) {
   ASSERT_GT(times.size(), 1u);
   EXPECT_GE(times.back().map_bytes, plan.map_bytes);
   EXPECT_LT(times[times.size() - 2].map_bytes, plan.map_bytes);
+}
+
+/// What is behind is dropped: the flight goes on until all of it together has the size.
+TEST(Flight, GoesOnWhileTheMapForgets) {
+  MapperParams params;
+  params.backend = Backend::kCpu;
+  params.threads = 1;
+  params.map.voxel_size_m = 0.2f;
+  params.map.max_memory_mb = 1;
+  params.map.keep_radius_m = 10.0f;
+  const auto mapper = makeProbedMapper(params);
+  const FlightPlan plan{size_t(3) << 20, 2.0};
+  const std::vector<FrameTime> times = fly(*mapper, plan, [](size_t) {});
+  EXPECT_GE(times.back().mapped_bytes, plan.map_bytes);
+  EXPECT_EQ(mapper->stats().refused_blocks, 0u);
+  for (const FrameTime& time : times) EXPECT_LT(time.map_bytes, size_t(1) << 20);
 }
 
 }  // namespace

@@ -158,7 +158,7 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
   }
   EXPECT_NE(usageErrorOf({}), "");
   EXPECT_NE(usageErrorOf({"--tum", "dir"}).find("--mesh"), std::string::npos);
-  EXPECT_NE(usageErrorOf({"--tum", "dir", "--mesh", "o.xyz"}).find(".ply, .obj or .stl"),
+  EXPECT_NE(usageErrorOf({"--tum", "dir", "--mesh", "o.xyz"}).find(".ply, .obj, .stl or .glb"),
             std::string::npos);
   EXPECT_NE(usageErrorOf({"dir", "--format", "svo", "--mesh", "o.ply"}).find("scannet|bag"),
             std::string::npos);

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "dtsdf_mapping/simplify.h"
 #include "support/tum_folder.h"
 
 namespace dtsdf {
@@ -24,8 +25,8 @@ class ReconstructProgram : public testing::Test {
     tum_option_ = "--tum " + tum_.path() + " --set mesh/min_support=1 ";
   }
 
-  Outcome run(const std::string& arguments) const {
-    const std::string command = std::string(DTSDF_RECONSTRUCT) + " " + arguments + " > " +
+  Outcome run(const std::string& arguments, const std::string& program = DTSDF_RECONSTRUCT) const {
+    const std::string command = program + " " + arguments + " > " +
                                 (out_ / "stdout") + " 2> " + (out_ / "stderr");
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(out_ / "stdout"),
@@ -120,13 +121,62 @@ TEST_F(ReconstructProgram, TakesTheNodesSettingsFile) {
   EXPECT_EQ(meshOf("--config " + (out_ / "a.yaml")), meshOf("--set map/voxel_size_m=0.05"));
 }
 
+TEST_F(ReconstructProgram, GoesOnWithAMapAsIfItHadNotBeenSaved) {
+  const std::string cpu = "--backend cpu --set map/voxel_size_m=0.03 ";
+  const std::string mesh = meshOf(cpu + "--save-map " + (out_ / "whole.dtsdf"));
+  const std::string half = " --load-map " + (out_ / "half.dtsdf") + " ";
+  const std::string to_half = "--frames :2 --save-map " + (out_ / "half.dtsdf");
+  ASSERT_EQ(run(tum_option_ + cpu + to_half).exit_code, 0);
+  EXPECT_TRUE(meshOf("--backend cpu --frames 3:" + half + "--save-map " + (out_ / "both.dtsdf")) ==
+              mesh)
+      << "also with the voxel size of the file alone";
+  EXPECT_TRUE(readBytes(out_ / "both.dtsdf") == readBytes(out_ / "whole.dtsdf"));
+  EXPECT_TRUE(meshOf(cpu + "--frames 3:" + half) == mesh);
+
+  const std::string to_mesh = "--mesh " + (out_ / "new.ply") + " ";
+  expectError(tum_option_ + to_mesh + "--set map/voxel_size_m=0.05" + half, 1, "map/voxel_size_m");
+  expectError(tum_option_ + to_mesh + "--set map/max_memory_mb=1" + half, 1, "map/max_memory_mb");
+  expectError(tum_option_ + to_mesh + "--load-map /nowhere.dtsdf", 1, "/nowhere.dtsdf");
+  expectError(tum_option_ + to_mesh + "--load-map " + (tum_ / "depth.txt"), 1, "is no map file");
+  expectError(tum_option_ + "--save-map map.ply", 2, ".dtsdf");
+}
+
+TEST_F(ReconstructProgram, MapToolTellsAndMeshesWhatWasSaved) {
+  const std::string file = out_ / "map.dtsdf";
+  const std::string mesh =
+      meshOf("--backend cpu --set map/voxel_size_m=0.03 map_frame=hall --save-map " + file);
+  const Outcome info = run("info " + file + " --settings --verify", DTSDF_MAP_TOOL);
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  for (const char* text : {"0.03 m", "directional, normal_ray_casting", "'hall'", "content hash",
+                           "VOXL", "mesh/min_support: 1", "every checksum fits"}) {
+    EXPECT_NE(info.out.find(text), std::string::npos) << text << " is not in\n" << info.out;
+  }
+  const std::string arguments = "mesh " + file + " " + (out_ / "tool.ply") + " --set backend=cpu";
+  ASSERT_EQ(run(arguments, DTSDF_MAP_TOOL).exit_code, 0);
+  EXPECT_TRUE(readBytes(out_ / "tool.ply") == mesh);
+  ASSERT_EQ(run(arguments + " mesh/refine=1", DTSDF_MAP_TOOL).exit_code, 0);
+  EXPECT_GT(readBytes(out_ / "tool.ply").size(), 2 * mesh.size());
+  EXPECT_EQ(run("time " + file + " --backend cpu --repeats 1", DTSDF_MAP_TOOL).exit_code, 0);
+
+  std::string bytes = readBytes(file);
+  bytes[bytes.size() / 2] = static_cast<char>(~bytes[bytes.size() / 2]);
+  writeBytes(file, bytes);
+  EXPECT_EQ(run("info " + file, DTSDF_MAP_TOOL).exit_code, 0) << "of what it reads, all is well";
+  EXPECT_EQ(run("info " + file + " --verify", DTSDF_MAP_TOOL).exit_code, 1);
+  EXPECT_EQ(run("mesh " + file + " " + (out_ / "tool.ply"), DTSDF_MAP_TOOL).exit_code, 1);
+  EXPECT_EQ(run("info", DTSDF_MAP_TOOL).exit_code, 2);
+  EXPECT_EQ(run("", DTSDF_MAP_TOOL).exit_code, 2);
+  EXPECT_EQ(run("draw " + file, DTSDF_MAP_TOOL).exit_code, 2);
+  EXPECT_EQ(run("--help", DTSDF_MAP_TOOL).exit_code, 0);
+}
+
 TEST_F(ReconstructProgram, ACommandLineThatIsWrongEndsWith2) {
   const std::string mesh = "--mesh " + (out_ / "mesh.ply") + " ";
   expectError("", 2, "--tum and --bag");
   expectError(tum_option_, 2, "--mesh");
   expectError(tum_option_ + mesh + "--unknown", 2, "--unknown");
   expectError(tum_option_ + mesh + "--report", 2, "--report");
-  expectError(tum_option_ + "--mesh a.xyz", 2, ".ply, .obj or .stl");
+  expectError(tum_option_ + "--mesh a.xyz", 2, ".ply, .obj, .stl or .glb");
   EXPECT_EQ(run("--help").exit_code, 0);
 }
 
@@ -145,6 +195,36 @@ TEST_F(ReconstructProgram, AnErrorEndsWith1AndLeavesTheOldMesh) {
   std::filesystem::remove(tum_ / "camera_info.yaml");
   expectError(tum_option_ + mesh, 1, "camera_info.yaml");
   EXPECT_EQ(readBytes(out_ / "mesh.ply"), "old");
+}
+
+/// By a reader of its own, in another language, which knows nothing but the specification.
+TEST_F(ReconstructProgram, TheGlbShowsWhatThePlyShows) {
+  for (const std::string mesh : {"mesh.ply", "mesh.glb"}) {
+    const Outcome outcome = run(tum_option_ + "--mesh " + (out_ / mesh));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  const std::string command = std::string("python3 -B ") + DTSDF_COMPARE_GLB + " " +
+                              (out_ / "mesh.glb") + " " + (out_ / "mesh.ply");
+  EXPECT_EQ(std::system(command.c_str()), 0);
+}
+
+TEST_F(ReconstructProgram, SimplifiesAndTellsTheError) {
+  const std::string arguments = tum_option_ + "--mesh " + (out_ / "mesh.ply");
+  const auto triangles = [](const std::string& ply) {
+    return std::stoul(ply.substr(ply.find("element face ") + 13));
+  };
+  if (!canSimplify()) {
+    expectError(arguments + " --simplify-error 0.01", 2, "meshoptimizer");
+    return;
+  }
+  ASSERT_EQ(run(arguments).exit_code, 0);
+  const size_t before = triangles(readBytes(out_ / "mesh.ply"));
+  const Outcome outcome = run(arguments + " --simplify-error 0.01");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("simplified from " + std::to_string(before) + " triangles"),
+            std::string::npos) << outcome.out;
+  EXPECT_LT(triangles(readBytes(out_ / "mesh.ply")), before / 2);
+  expectError(arguments + " --simplify-error 0", 2, "--simplify-error");
 }
 
 }  // namespace

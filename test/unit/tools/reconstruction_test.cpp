@@ -25,7 +25,9 @@ class FakeMapper : public Mapper {
   }
   void beginMeshUpdate() override { calls += 'm'; }
   MeshUpdate finishMeshUpdate() override { return {}; }
+  ClearedRegion clearRegion(const Region&) override { return {}; }
   void clear() override {}
+  MapContents contents() override { return {}; }
   MapStats stats() const override { return {3, 7, 4096, 2}; }
   std::string backendName() const override { return "fake (0 threads)"; }
 
@@ -112,6 +114,17 @@ TEST_F(ReconstructionTest, PaintsBetweenTheFramesInTheOrderOfStamps) {
   EXPECT_EQ(result.images, 4u);
   EXPECT_EQ(result.paint_ms.size(), 4u);
   EXPECT_EQ(result.skipped.at("colour without pose"), 1u);
+}
+
+/// Two runs that share the frames paint what one would: the image between them is of the second.
+TEST_F(ReconstructionTest, PaintsBeforeTheFirstFrameWhatTheMapHasNotSeen) {
+  FakeSource source({1, 1});
+  FakeColours colours({-2.0, -1.0, 0.5, 1.5});
+  RecordedInput input(source, &colours);
+  input.map_stamp_s = -1.0;
+  const ReconstructionResult result = reconstruct(input, mapper_, 0.02f, 0, [](size_t) {});
+  EXPECT_EQ(mapper_.calls, "pipim");
+  EXPECT_EQ(result.stamp_s, 2.0);
 }
 
 TEST_F(ReconstructionTest, MeshesOnceMoreAfterTheLastImage) {

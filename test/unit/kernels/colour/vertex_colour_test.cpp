@@ -90,20 +90,30 @@ class VertexColourAround : public testing::Test {
   ColouredCorners corners_ = {};
 };
 
-TEST_F(VertexColourAround, OneVoxelBesideWhatIsPaintedTakesItsColour) {
+TEST_F(VertexColourAround, WithinTwoVoxelsOfWhatIsPaintedTakesItsColour) {
   EXPECT_EQ(at(3, 3).red, 200);
   EXPECT_EQ(at(4, 3).red, 200);
   EXPECT_EQ(at(2, 4).red, 200);
   EXPECT_EQ(at(4, 3).painted, 255);
-  EXPECT_EQ(at(5, 3).painted, 0);
-  EXPECT_EQ(at(3, 1).painted, 0);
+  EXPECT_EQ(at(5, 3).red, 200);
+  EXPECT_EQ(at(3, 1).red, 200);
+  EXPECT_EQ(at(6, 3).painted, 0);
+  EXPECT_EQ(at(3, 0).painted, 0);
   EXPECT_EQ(at(4, 3, 1).painted, 0) << "the other side of a thin thing has not been seen";
 }
 
 /// That of a refined triangle's side has the mean of its ends, of which one may not be painted.
+TEST_F(VertexColourAround, WhatIsNearerIsTakenAlone) {
+  const int blue = voxelIndex(3, 6, 3);
+  bricks_[brickOf(blue)][placeInBrick(blue)] = {0, 0, 200, kRed.weight};
+  EXPECT_EQ(at(4, 3).blue, 0) << "red beside, blue two voxels away";
+  EXPECT_EQ(at(5, 3).red, 0) << "blue beside, red two voxels away";
+  EXPECT_EQ(at(5, 3).blue, 200);
+}
+
 TEST_F(VertexColourAround, AMiddleIsBetweenItsEnds) {
   const int painted = edgeNumber(cornerIndex(3, 3, 3), 0, 0);
-  const int beside = edgeNumber(cornerIndex(3, 5, 3), 0, 0);
+  const int beside = edgeNumber(cornerIndex(3, 6, 3), 0, 0);
   const int far = edgeNumber(cornerIndex(3, 6, 6), 0, 0);
   const auto middle = [this](int a, int b) {
     return vertexColourOf(corners_, middleNumber(a, b), true);
@@ -119,7 +129,7 @@ TEST_F(VertexColourAround, AMiddleIsBetweenItsEnds) {
 TEST_F(VertexColourAround, StaysWithinTheBlocksCorners) {
   for (int y = 0; y < kBlockSide; ++y) {
     for (int z = 0; z < kBlockSide; ++z) {
-      const bool is_beside = y >= 2 && y <= 4 && z >= 2 && z <= 4;
+      const bool is_beside = y >= 1 && y <= 5 && z >= 1 && z <= 5;
       EXPECT_EQ(at(y, z).painted != 0, is_beside) << y << " " << z;
     }
   }

@@ -1,0 +1,74 @@
+#include "clear_region.h"
+
+#include <algorithm>
+
+#include "device_map.cuh"
+#include "launch.h"
+#include "named_kernels.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+/// One block of threads per block of the map.
+__global__ void emptyRegionKernel(MapView map, RegionView region, const int32_t* slots,
+                                  EmptiedBlock* emptied) {
+  __shared__ uint32_t voxels_emptied;
+  if (threadIdx.x == 0) voxels_emptied = 0;
+  __syncthreads();
+  const SlotEntry& entry = map.slots[slots[blockIdx.x]];
+  const Vec3i first = firstVoxelOfBlock(unpackKey(entry.key));
+  uint32_t empty_directions = 0;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] == kNoArray) continue;
+    Voxel* voxels = map.voxels.record(entry.array[d]);
+    int holds = 0, count = 0;
+    for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
+      if (isEmpty(voxels[i])) continue;
+      if (isInside(region, first + voxelOffset(i))) {
+        voxels[i] = Voxel{};
+        forgetColour(map, entry.array[d], i);
+        ++count;
+      } else {
+        holds = 1;
+      }
+    }
+    if (count > 0) atomicAdd(&voxels_emptied, static_cast<uint32_t>(count));
+    const bool changed = __syncthreads_or(count);
+    const bool empty = !__syncthreads_or(holds);
+    if (changed && empty) empty_directions |= 1u << d;
+  }
+  __syncthreads();
+  if (threadIdx.x == 0) emptied[blockIdx.x] = {voxels_emptied, empty_directions};
+}
+
+}  // namespace
+
+std::vector<EmptiedBlock> RegionClearer::clear(const std::vector<int32_t>& slots,
+                                               const RegionView& region, const MapView& map) {
+  if (slots.empty()) return {};
+  pinned_slots_.reserve(slots.size());
+  slots_.reserve(slots.size(), stream_);
+  emptied_.reserve(slots.size(), stream_);
+  pinned_emptied_.reserve(slots.size());
+  std::copy(slots.begin(), slots.end(), pinned_slots_.data());
+  slots_.upload(pinned_slots_.data(), slots.size(), stream_);
+  emptyRegionKernel<<<static_cast<unsigned>(slots.size()), kThreads, 0, stream_.get()>>>(
+      map, region, slots_.data(), emptied_.data());
+  DTSDF_CHECK_LAUNCH("emptyRegionKernel");
+  emptied_.download(pinned_emptied_.data(), slots.size(), stream_);
+  stream_.synchronize();
+  return {pinned_emptied_.data(), pinned_emptied_.data() + slots.size()};
+}
+
+void RegionClearer::addMemory(std::vector<MemoryPart>& parts) const {
+  const size_t lists = slots_.bytes() + emptied_.bytes();
+  parts.push_back({"cleared region", MemoryKind::kScratch, lists, lists});
+  const size_t staging = pinned_slots_.bytes() + pinned_emptied_.bytes();
+  parts.push_back({"cleared region", MemoryKind::kStaging, staging, staging});
+}
+
+std::vector<NamedKernel> regionKernels() { return {DTSDF_NAMED_KERNEL(emptyRegionKernel, 0)}; }
+
+}  // namespace gpu
+}  // namespace dtsdf

@@ -1,0 +1,38 @@
+/// Emptying voxels by where they are, on the device.
+#pragma once
+
+#include <vector>
+
+#include "device_map.h"
+#include "kernels/core/region.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// What a block lost.
+struct EmptiedBlock {
+  uint32_t voxels;            ///< That held something.
+  uint32_t empty_directions;  ///< Bit d: the array of direction d was emptied.
+};
+
+class RegionClearer {
+ public:
+  explicit RegionClearer(const Stream& stream) : stream_(stream) {}
+
+  /// Empties the blocks' voxels in a region in units of voxels, with their colours, and waits.
+  /// @return what became of each. @throws CudaError without memory; the map is untouched then.
+  std::vector<EmptiedBlock> clear(const std::vector<int32_t>& slots, const RegionView& region,
+                                  const MapView& map);
+
+  void addMemory(std::vector<MemoryPart>& parts) const;
+
+ private:
+  const Stream& stream_;
+  PinnedBuffer<int32_t> pinned_slots_;
+  DeviceBuffer<int32_t> slots_;
+  DeviceBuffer<EmptiedBlock> emptied_;
+  PinnedBuffer<EmptiedBlock> pinned_emptied_;
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

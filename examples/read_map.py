@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+"""Reads a map file with numpy: read_map.py FILE.dtsdf. docs/map_format.md has the format.
+
+Needs python3-numpy and python3-zstandard. Checksums are left to map_tool info --verify.
+"""
+import struct
+import sys
+
+import numpy
+import zstandard
+
+
+def sections(path):
+    """The content of each kind of section, those of several sections joined."""
+    with open(path, "rb") as file:
+        magic, version, _ = struct.unpack("<8sII", file.read(16))
+        if magic != b"DTSDFMAP" or version > 1:
+            raise ValueError(f"{path} is no map file that this can read")
+        contents = {}
+        while header := file.read(40):
+            name, _, flags, stored, size, _, _ = struct.unpack("<4sHHQQQQ", header)
+            content = file.read(stored)
+            if flags & 2:
+                content = zstandard.ZstdDecompressor().decompress(content, max_output_size=size)
+            contents.setdefault(name.decode(), []).append(content)
+    return {name: b"".join(parts) for name, parts in contents.items()}
+
+
+def read_map(path):
+    """Settings as text, blocks, and what their voxels hold, as arrays of numpy."""
+    content = sections(path)
+    settings = dict(line.split(": ", 1) for line in content["SETT"].decode().splitlines())
+    blocks = numpy.frombuffer(content["BLKS"], [("key", "<i4", 3), ("directions", "<u4")])
+    directions = [(i, d) for i, bits in enumerate(blocks["directions"]) for d in range(6)
+                  if bits >> d & 1]
+    words = numpy.frombuffer(content["VOXL"], "<u8").reshape(-1, 8, 8, 8)  # array, z, y, x
+    return {"settings": settings, "keys": blocks["key"], "array_of": numpy.array(directions),
+            "distance_voxels": (words & 0xffff).astype(numpy.uint16).view(numpy.int16) / 2048.0,
+            "evidence": (words >> 32 & 0xff).astype(numpy.uint8), "weight": (words >> 40) / 65536.0,
+            "colours": numpy.frombuffer(content.get("COLR", b""), "u1").reshape(-1, 4, 4, 4, 4)}
+
+
+if __name__ == "__main__":
+    the_map = read_map(sys.argv[1])
+    known = the_map["evidence"] > 0
+    print("voxel size", the_map["settings"]["map/voxel_size_m"])
+    print("blocks", len(the_map["keys"]))
+    print("voxel arrays", len(the_map["array_of"]))
+    print("known voxels", numpy.count_nonzero(known))
+    print("sum of distances %.6f" % the_map["distance_voxels"][known].sum())
+    print("sum of weights %.6f" % the_map["weight"][known].sum())
+    print("painted voxels", numpy.count_nonzero(the_map["colours"][..., 3]))
+    print("sum of colours", int(the_map["colours"][..., :3].sum(dtype=numpy.int64)))

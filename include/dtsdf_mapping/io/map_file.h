@@ -1,0 +1,76 @@
+/// Saves and loads maps as .dtsdf files; docs/map_format.md describes them byte by byte.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/map_contents.h"
+
+namespace dtsdf {
+
+/// How the names of map files end, for those who ask for names; saveMap() takes any.
+constexpr char kMapExtension[] = ".dtsdf";
+
+/// What saveMap() has written.
+struct SavedMap {
+  MapSize size;               ///< Of the map.
+  uint64_t file_bytes = 0;    ///< Length of the file.
+  uint64_t content_hash = 0;  ///< See contentHash().
+};
+
+/// Saves a map. Equal contents give equal bytes, with any number of threads (0: all cores). The
+/// file is written beside the old one and renamed; missing folders are made.
+/// @throws std::runtime_error for contents that checkContents() refuses, or a file that cannot be
+/// written; the text names the path and says what to do. The old file is whole then.
+SavedMap saveMap(const MapContents& contents, const std::string& path, int threads = 0);
+
+/// No limit to what a map takes in memory.
+constexpr size_t kNoMapLimit = std::numeric_limits<size_t>::max();
+
+/// Loads a map. Everything is checked against its checksum, and sizes against the file and the
+/// limit before memory is taken: a map that takes more than `max_bytes` (MapSize::bytes()) is
+/// refused.
+/// @throws std::runtime_error with one sentence that names the path and says what to do.
+MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int threads = 0);
+
+/// A part of a map file: all sections of one kind.
+struct MapFilePart {
+  std::string id;               ///< Four letters, as in docs/map_format.md.
+  bool required = false;        ///< Whether a reader that does not know it has to give up.
+  bool known = false;           ///< Whether this one does.
+  size_t sections = 0;          ///< How many there are.
+  uint64_t stored_bytes = 0;    ///< What they take in the file, without their headers.
+  uint64_t content_bytes = 0;   ///< What they hold, uncompressed.
+};
+
+/// What is in a map file, but for voxels and colours.
+struct MapInfo {
+  ParamTree settings;              ///< As MapContents has them.
+  std::string map_frame;           ///< The same.
+  double stamp_s = 0.0;            ///< The same.
+  uint64_t frames = 0;             ///< The same.
+  uint64_t supporting_frames = 0;  ///< The same.
+  bool painted = false;            ///< The same.
+  MapSize size;                    ///< Of the map.
+  uint32_t version = 0;            ///< Of the format.
+  uint64_t file_bytes = 0;         ///< Length of the file.
+  uint64_t content_hash = 0;       ///< As it stands in the file.
+  BlockKey least = {0, 0, 0};      ///< Smallest block coordinates; 0 for an empty map.
+  BlockKey most = {0, 0, 0};       ///< Largest block coordinates; 0 for an empty map.
+  std::vector<MapFilePart> parts;  ///< In the order of the file.
+};
+
+/// Reads what a file tells of its map, without the map itself: voxels and colours are not read, so
+/// that damage to them goes unseen.
+/// @throws std::runtime_error as loadMap() does.
+MapInfo readMapInfo(const std::string& path);
+
+/// A number for the map itself, which equal maps have in common whatever file, backend or frame
+/// they are from: settings that it is bound to, blocks, voxels, colours, and frames fused. XXH64;
+/// docs/map_format.md says of which bytes.
+uint64_t contentHash(const MapContents& contents, int threads = 0);
+
+}  // namespace dtsdf

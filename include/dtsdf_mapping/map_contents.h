@@ -1,0 +1,107 @@
+/// A whole map outside of a mapper: what a map file holds, and what another mapper goes on from.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "dtsdf_mapping/geometry.h"
+#include "dtsdf_mapping/params/mapper_params.h"
+
+namespace dtsdf {
+
+/// An array of fixed size whose elements are not set when it is made, so that the threads that fill
+/// it are the first to touch it. Can be moved, not copied.
+template <class T>
+class PlainArray {
+  static_assert(std::is_trivially_copyable<T>::value, "filled as bytes");
+
+ public:
+  PlainArray() = default;
+  /// Room for so many elements. @throws std::bad_alloc
+  explicit PlainArray(size_t size) : data_(size == 0 ? nullptr : new T[size]), size_(size) {}
+
+  /// @name Its elements
+  /// @{
+  T* data() { return data_.get(); }  ///< The first one.
+  const T* data() const { return data_.get(); }  ///< The same.
+  size_t size() const { return size_; }  ///< How many there are.
+  T& operator[](size_t i) { return data_[i]; }  ///< One of them.
+  const T& operator[](size_t i) const { return data_[i]; }  ///< The same.
+  /// @}
+
+ private:
+  std::unique_ptr<T[]> data_;
+  size_t size_ = 0;
+};
+
+/// A block of the map, and what it holds.
+struct MapBlock {
+  BlockKey key;        ///< Where it lies.
+  uint32_t directions; ///< Bit d: there are voxels of direction d (X+, X-, Y+, Y-, Z+, Z-).
+  uint64_t bricks;     ///< Bit 8 d + b: brick b of direction d has colours.
+};
+
+/// How much a map holds.
+struct MapSize {
+  size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
+  size_t voxel_arrays = 0;  ///< Directional arrays of 512 voxels, over all blocks.
+  size_t bricks = 0;        ///< Bricks of 64 colours, over all voxel arrays.
+
+  /// What counts towards map/max_memory_mb.
+  size_t bytes() const;
+};
+
+/// Everything that the map's later bytes depend on. Equal maps have equal contents, whatever the
+/// backend, and a mapper that is made from contents goes on as the one that they are from would
+/// have, byte for byte, with equal settings and below the budget of memory.
+struct MapContents {
+  /// The mapper's settings (but for backend, threads, budget and colour of the mesh) and the
+  /// numbers of its rules (rules/...).
+  ParamTree settings;
+  std::string map_frame;           ///< Name of the map frame W; empty where it has none.
+  double stamp_s = 0.0;            ///< Of the newest frame fused, in seconds; 0: not known.
+  uint64_t frames = 0;             ///< Depth frames that were fused.
+  uint64_t supporting_frames = 0;  ///< Those of them that did not only clear.
+  bool painted = false;            ///< Whether there ever was colour: meshes have colours then.
+  std::array<float, 3> exposure = {1.0f, 1.0f, 1.0f};  ///< Gains of the last colour image.
+
+  std::vector<MapBlock> blocks;  ///< By packed key, each once; none without voxels.
+  /// 512 words of each voxel array, x fastest: of each block in turn, and of its directions. Bits 0
+  /// to 15 are the signed distance in 2^-11 voxels (two's complement), 16 to 31 the anchor, 32 to
+  /// 39 the evidence, 40 to 63 the weight in 2^-16.
+  PlainArray<uint64_t> voxels;
+  /// 64 words of each brick, x fastest: of each block in turn, its directions and bricks (4 x 4 x 4
+  /// voxels, x fastest). Bits 0 to 7 are red, then green, blue, and the code of the weight, 0 where
+  /// nothing is painted.
+  PlainArray<uint32_t> colours;
+};
+
+/// Counts what blocks hold.
+/// @throws std::runtime_error for blocks that no map can have: not in the order of their keys, out
+/// of the coordinates of a map, without voxels, or with colours where there are no voxels.
+MapSize sizeOf(const std::vector<MapBlock>& blocks);
+
+/// Whether contents are such as a mapper gives them. @throws std::runtime_error that says why not.
+void checkContents(const MapContents& contents);
+
+/// The settings that a map is bound to, since its voxels mean nothing without them:
+/// map/voxel_size_m, map/truncation_voxels, map/directional and fusion/mode.
+/// @return `params` with those of the contents.
+/// @throws std::runtime_error if one is missing there, or is no such setting.
+MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
+
+/// Whether the map is one of this map frame; a name that is empty is not known, and fits.
+/// @throws std::runtime_error if it is of another one.
+void checkFrame(const MapContents& contents, const std::string& map_frame);
+
+/// Whether a mapper of these settings can go on from the contents.
+/// @throws std::runtime_error with the first of those settings that differs, or where the map is
+/// larger than map/max_memory_mb.
+void checkFits(const MapContents& contents, const MapperParams& params);
+
+}  // namespace dtsdf

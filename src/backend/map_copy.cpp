@@ -1,0 +1,128 @@
+#include "backend/map_copy.h"
+
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+namespace dtsdf {
+namespace {
+
+// The words of MapContents are what a mapper's memory has, so that they are copied as they are.
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "maps are copied as little endian words");
+static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof(uint32_t),
+              "a word each");
+
+/// Settings that say where and with what means a map is worked on or shown, not what it is.
+constexpr const char* kNotOfTheMap[] = {"backend", "threads", "map/max_memory_mb", "mesh/colour"};
+
+/// Calls visit(direction, brick, number) for the bricks of a block.
+template <class Visit>
+void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& visit) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] == kNoArray) continue;
+    for (int b = 0; b < kBricksPerArray; ++b) {
+      const int32_t number = table.colourOf(entry.array[d], b);
+      if (number != kNoArray) visit(d, b, number);
+    }
+  }
+}
+
+/// Colours of a voxel array by voxel, from those of its bricks; moves on to the next array's.
+std::vector<VoxelColour> takeColours(uint64_t bricks, const uint32_t*& words) {
+  std::vector<VoxelColour> colours;
+  if (bricks == 0) return colours;
+  colours.resize(kVoxelsPerBlock);
+  const uint32_t* brick_words[kBricksPerArray] = {};
+  for (int b = 0; b < kBricksPerArray; ++b) {
+    if (!(bricks >> b & 1)) continue;
+    brick_words[b] = words;
+    words += kVoxelsPerBrick;
+  }
+  for (int voxel = 0; voxel < kVoxelsPerBlock; ++voxel) {
+    const uint32_t* brick = brick_words[brickOf(voxel)];
+    if (brick != nullptr) std::memcpy(&colours[voxel], brick + placeInBrick(voxel), 4);
+  }
+  return colours;
+}
+
+}  // namespace
+
+MapContents contentsOf(MapperParams params, Rules rules) {
+  ParamWriter writer;
+  visitParams(params, writer);
+  visitRules(rules, writer);
+  for (const char* key : kNotOfTheMap) writer.tree.erase(key);
+  MapContents contents;
+  contents.settings = std::move(writer.tree);
+  return contents;
+}
+
+ContentsOrder listBlocks(const BlockTable& table, MapContents& contents) {
+  ContentsOrder order;
+  order.arrays.reserve(table.arraysInUse());
+  order.bricks.reserve(table.coloursInUse());
+  for (const int32_t slot : table.sortedSlots()) {
+    const BlockEntry& entry = table.block(slot);
+    MapBlock block{entry.key, 0, 0};
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (entry.array[d] == kNoArray) continue;
+      block.directions |= 1u << d;
+      order.arrays.push_back(entry.array[d]);
+    }
+    visitBricks(table, entry, [&](int direction, int brick, int32_t number) {
+      block.bricks |= uint64_t{1} << (kBricksPerArray * direction + brick);
+      order.bricks.push_back(number);
+    });
+    if (block.directions != 0) contents.blocks.push_back(block);  // else its mesh is all of it
+  }
+  contents.voxels = PlainArray<uint64_t>(order.arrays.size() * kVoxelsPerBlock);
+  contents.colours = PlainArray<uint32_t>(order.bricks.size() * kVoxelsPerBrick);
+  return order;
+}
+
+ContentsOrder EnteredBlocks::order() const {
+  ContentsOrder order;
+  order.arrays = blocks.new_arrays;
+  order.bricks.reserve(colours.bricks.size());
+  for (const NewBrick& brick : colours.bricks) order.bricks.push_back(brick.colours);
+  return order;
+}
+
+/// A table admits by keys, directions and bricks, which is the order of contents.
+EnteredBlocks enterBlocks(const MapContents& contents, BlockTable& table) {
+  std::vector<BlockRequest> requests;
+  std::vector<ColourRequest> colours;
+  requests.reserve(contents.blocks.size());
+  for (const MapBlock& block : contents.blocks) {
+    requests.push_back({packKey(block.key), block.directions});
+    if (block.bricks != 0) colours.push_back({packKey(block.key), block.bricks});
+  }
+  EnteredBlocks entered{table.admit(std::move(requests)), table.admitColours(std::move(colours))};
+  if (entered.blocks.refused > 0 || entered.colours.refused > 0) {
+    throw std::logic_error("the contents of a map do not fit its budget, which was not checked");
+  }
+  return entered;
+}
+
+std::vector<BlockSnapshot> ProbedMapper::snapshot() {
+  const MapContents contents = this->contents();
+  std::vector<BlockSnapshot> blocks;
+  blocks.reserve(contents.blocks.size());
+  const uint64_t* voxels = contents.voxels.data();
+  const uint32_t* colours = contents.colours.data();
+  for (const MapBlock& block : contents.blocks) {
+    BlockSnapshot copy;
+    copy.key = block.key;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (!(block.directions >> d & 1)) continue;
+      copy.voxels[d].resize(kVoxelsPerBlock);
+      std::memcpy(copy.voxels[d].data(), voxels, BlockTable::kArrayBytes);
+      voxels += kVoxelsPerBlock;
+      copy.colours[d] = takeColours(block.bricks >> (kBricksPerArray * d) & 255u, colours);
+    }
+    blocks.push_back(std::move(copy));
+  }
+  return blocks;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,37 @@
+/// What both backends do in the same way to hand a map out and to take one in.
+#pragma once
+
+#include <vector>
+
+#include "backend/mapper_probe.h"
+#include "backend/rules.h"
+#include "dtsdf_mapping/map_contents.h"
+#include "map/block_table.h"
+
+namespace dtsdf {
+
+/// Numbers of voxel arrays and of bricks of colours, in the order of a map's contents.
+struct ContentsOrder {
+  std::vector<int32_t> arrays, bricks;
+};
+
+/// Contents with the settings of a mapper, and nothing else yet.
+MapContents contentsOf(MapperParams params, Rules rules);
+
+/// Lists a table's blocks in the contents and makes room for what they hold.
+/// @return where that is. @throws std::bad_alloc
+ContentsOrder listBlocks(const BlockTable& table, MapContents& contents);
+
+/// Blocks that contents have brought into a table.
+struct EnteredBlocks {
+  Admission blocks;
+  ColourAdmission colours;
+
+  /// Where their voxels and colours go.
+  ContentsOrder order() const;
+};
+
+/// @pre The table is empty, and its budget is not below the contents' size.
+EnteredBlocks enterBlocks(const MapContents& contents, BlockTable& table);
+
+}  // namespace dtsdf

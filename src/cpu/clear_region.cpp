@@ -1,0 +1,28 @@
+#include "cpu/clear_region.h"
+
+#include <algorithm>
+
+namespace dtsdf {
+
+EmptiedBlock emptyRegion(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
+  const Vec3i first = firstVoxelOfBlock(entry.key);
+  bool inside[kVoxelsPerBlock];
+  for (int i = 0; i < kVoxelsPerBlock; ++i) inside[i] = isInside(region, first + voxelOffset(i));
+  EmptiedBlock result{0, 0};
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] == kNoArray) continue;
+    Voxel* array = voxels.array(entry.array[d]);
+    size_t emptied = 0;
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      if (!inside[i] || isEmpty(array[i])) continue;
+      array[i] = Voxel{};
+      ++emptied;
+    }
+    if (emptied == 0) continue;
+    result.voxels += emptied;
+    if (std::all_of(array, array + kVoxelsPerBlock, isEmpty)) result.empty_directions |= 1u << d;
+  }
+  return result;
+}
+
+}  // namespace dtsdf

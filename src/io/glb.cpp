@@ -1,0 +1,158 @@
+#include "io/glb.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "io/little_endian.h"
+
+namespace dtsdf {
+namespace {
+
+using nlohmann::json;
+
+// Names of the specification.
+constexpr uint32_t kMagic = 0x46546c67, kVersion = 2;              // "glTF"
+constexpr uint32_t kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;  // "JSON", "BIN"
+constexpr int kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
+constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
+
+// Of a vertex: position and normal as floats, colour as 16 bits a channel, since 8 bits of linear
+// light are too few for what is dark; of a triangle: indices.
+constexpr uint64_t kVectorBytes = 12, kColourBytes = 8, kTriangleBytes = 12;
+constexpr uint64_t kMostJsonBytes = 4096;
+
+struct Bounds {
+  Vec3f low, high;
+};
+
+/// What positions in the file count from, in whole metres, so that it is exact in any program.
+Vec3f originOf(const Mesh& mesh) {
+  Vec3f low = mesh.vertices_m.front(), high = low;
+  for (const Vec3f& p : mesh.vertices_m) {
+    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
+    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
+  }
+  const Vec3f middle = 0.5f * low + 0.5f * high;
+  return {std::round(middle.x), std::round(middle.y), std::round(middle.z)};
+}
+
+Bounds boundsOf(const Mesh& mesh, const Vec3f& origin) {
+  Bounds bounds{mesh.vertices_m.front() - origin, mesh.vertices_m.front() - origin};
+  for (const Vec3f& vertex : mesh.vertices_m) {
+    const Vec3f p = vertex - origin;
+    bounds.low = {minimum(bounds.low.x, p.x), minimum(bounds.low.y, p.y),
+                  minimum(bounds.low.z, p.z)};
+    bounds.high = {maximum(bounds.high.x, p.x), maximum(bounds.high.y, p.y),
+                   maximum(bounds.high.z, p.z)};
+  }
+  return bounds;
+}
+
+json toJson(const Vec3f& v) { return json::array({v.x, v.y, v.z}); }
+
+json accessorOf(int view, uint64_t count, int component, const char* type) {
+  return {{"bufferView", view}, {"count", count}, {"componentType", component}, {"type", type}};
+}
+
+std::string describe(const Mesh& mesh, const Vec3f& origin) {
+  const uint64_t vertices = mesh.vertices_m.size(), triangles = mesh.triangles.size();
+  json document;
+  document["asset"] = {{"version", "2.0"}, {"generator", "dtsdf_mapping"}};
+  document["scene"] = 0;
+  document["scenes"] = json::array({json{{"nodes", json::array({0})}}});
+  const double half = std::sqrt(0.5);
+  const json root = {{"name", "y_up"},
+                     {"rotation", json::array({-half, 0.0, 0.0, half})},
+                     {"children", json::array({1})}};
+  const json map = {{"name", "map"}, {"translation", toJson(origin)}, {"mesh", 0}};
+  document["nodes"] = json::array({root, map});
+  const json triangles_of_map = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"COLOR_0", 2}}},
+                                 {"indices", 3},
+                                 {"material", 0},
+                                 {"mode", 4}};
+  document["meshes"] =
+      json::array({json{{"name", "map"}, {"primitives", json::array({triangles_of_map})}}});
+  const json surface = {{"name", "surface"},
+                        {"doubleSided", true},
+                        {"pbrMetallicRoughness",
+                         {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}};
+  document["materials"] = json::array({surface});
+  json positions = accessorOf(0, vertices, kFloat, "VEC3");
+  const Bounds bounds = boundsOf(mesh, origin);
+  positions["min"] = toJson(bounds.low);
+  positions["max"] = toJson(bounds.high);
+  json colours = accessorOf(2, vertices, kUnsignedShort, "VEC4");
+  colours["normalized"] = true;
+  document["accessors"] = json::array({positions, accessorOf(1, vertices, kFloat, "VEC3"), colours,
+                                       accessorOf(3, 3 * triangles, kUnsignedInt, "SCALAR")});
+  const std::array<uint64_t, 4> bytes = {kVectorBytes * vertices, kVectorBytes * vertices,
+                                         kColourBytes * vertices, kTriangleBytes * triangles};
+  json views = json::array();
+  uint64_t at = 0;
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    views.push_back({{"buffer", 0},
+                     {"byteOffset", at},
+                     {"byteLength", bytes[i]},
+                     {"target", i < 3 ? kArrayBuffer : kElementArrayBuffer}});
+    at += bytes[i];
+  }
+  document["bufferViews"] = views;
+  document["buffers"] = json::array({json{{"byteLength", at}}});
+  std::string text = document.dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  return text;
+}
+
+/// The light that an 8-bit value of sRGB stands for, in 16 bits.
+std::array<uint16_t, 256> linearLight() {
+  std::array<uint16_t, 256> table = {};
+  for (size_t i = 0; i < table.size(); ++i) {
+    const double value = static_cast<double>(i) / 255.0;
+    const double light =
+        value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+    table[i] = static_cast<uint16_t>(std::lround(65535.0 * light));
+  }
+  return table;
+}
+
+uint64_t bufferBytes(uint64_t vertices, uint64_t triangles) {
+  return (2 * kVectorBytes + kColourBytes) * vertices + kTriangleBytes * triangles;
+}
+
+}  // namespace
+
+uint64_t mostGlbBytes(uint64_t vertices, uint64_t triangles) {
+  return kHeaderBytes + 2 * kChunkHeaderBytes + kMostJsonBytes + bufferBytes(vertices, triangles);
+}
+
+void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
+  const Vec3f origin = originOf(mesh);
+  const std::string text = describe(mesh, origin);
+  const uint64_t bytes = bufferBytes(mesh.vertices_m.size(), mesh.triangles.size());
+  LittleEndianWriter out(file);
+  out.writeUint32(kMagic);
+  out.writeUint32(kVersion);
+  out.writeUint32(
+      static_cast<uint32_t>(kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes));
+  out.writeUint32(static_cast<uint32_t>(text.size()));
+  out.writeUint32(kJsonChunk);
+  file.write(text);
+  out.writeUint32(static_cast<uint32_t>(bytes));
+  out.writeUint32(kBinChunk);
+  for (const Vec3f& p : mesh.vertices_m) out.writeVector(p - origin);
+  for (const Vec3f& n : mesh.normals) out.writeVector(n);
+  const std::array<uint16_t, 256> light = linearLight();
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+    for (const uint8_t channel : vertexColour(colour, mesh, i)) out.writeUint16(light[channel]);
+    out.writeUint16(0xffff);
+  }
+  for (const auto& triangle : mesh.triangles) {
+    for (const uint32_t index : triangle) out.writeUint32(index);
+  }
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,23 @@
+/// Writes a mesh as binary glTF 2.0 (.glb), by the specification of the Khronos Group.
+#pragma once
+
+#include <cstdint>
+
+#include "dtsdf_mapping/mesh.h"
+#include "io/atomic_file.h"
+
+namespace dtsdf {
+
+/// Bytes of a file with so many vertices and triangles, at most.
+uint64_t mostGlbBytes(uint64_t vertices, uint64_t triangles);
+
+/// What a file can hold: its sizes are 32-bit numbers.
+constexpr uint64_t kMostGlbBytes = 0xffffffffu;
+
+/// Writes a mesh with normals and linear colours. The map frame has z up, glTF y: the root node
+/// turns it. The node below it has the mesh's origin, from which its positions count, so that a map
+/// far from the origin of its frame keeps its precision in programs that work in float.
+/// @pre mostGlbBytes() is at most kMostGlbBytes; the mesh is not empty.
+void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file);
+
+}  // namespace dtsdf

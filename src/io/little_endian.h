@@ -1,0 +1,43 @@
+/// Numbers in files: in little-endian order, on any machine.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "io/atomic_file.h"
+#include "kernels/core/vec.h"
+
+namespace dtsdf {
+
+class LittleEndianWriter {
+ public:
+  explicit LittleEndianWriter(AtomicFile& file) : file_(file) {}
+
+  void writeUint8(uint8_t value) { file_.write(&value, 1); }
+  void writeUint16(uint16_t value) { writeBytes<2>(value); }
+  void writeUint32(uint32_t value) { writeBytes<4>(value); }
+  void writeFloat(float value) {
+    static_assert(sizeof(float) == sizeof(uint32_t) && std::numeric_limits<float>::is_iec559);
+    uint32_t bits;
+    std::memcpy(&bits, &value, sizeof(bits));
+    writeUint32(bits);
+  }
+  void writeVector(const Vec3f& v) {
+    writeFloat(v.x);
+    writeFloat(v.y);
+    writeFloat(v.z);
+  }
+
+ private:
+  template <int kBytes>
+  void writeBytes(uint32_t value) {
+    uint8_t bytes[kBytes];
+    for (int i = 0; i < kBytes; ++i) bytes[i] = static_cast<uint8_t>(value >> (8 * i));
+    file_.write(bytes, kBytes);
+  }
+
+  AtomicFile& file_;
+};
+
+}  // namespace dtsdf

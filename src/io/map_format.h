@@ -1,0 +1,165 @@
+/// The bytes of a map file, one rule for writer and reader: docs/map_format.md.
+#pragma once
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/map_contents.h"
+
+namespace dtsdf {
+namespace map_format {
+
+constexpr char kMagic[] = "DTSDFMAP";
+constexpr uint32_t kVersion = 1;
+constexpr size_t kFileHeaderBytes = 16;
+constexpr size_t kSectionHeaderBytes = 40;
+
+/// Sections of this version, in the order of the file.
+constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kState[] = "STAT", kBlocks[] = "BLKS",
+               kColourIndex[] = "COLI", kVoxels[] = "VOXL", kColours[] = "COLR", kEnd[] = "END ";
+constexpr uint16_t kSectionVersion = 1;
+constexpr uint16_t kRequired = 1, kCompressed = 2;  // flags
+
+/// A section of voxels or colours has those of so many blocks, the last one what is left.
+constexpr size_t kBlocksPerChunk = 256;
+constexpr size_t kMostBlocksPerChunk = 65536;
+
+/// More than any file of a map has, and few enough to be listed.
+constexpr size_t kMostSections = 1 << 20;
+
+/// Compressed data are at least this part of what they hold: in a zstd frame, four bytes stand for
+/// 128 KiB at most.
+constexpr uint64_t kMostCompression = 32768;
+
+constexpr size_t kArrayWords = 512, kBrickWords = 64;
+constexpr size_t kStateBytes = 48, kBlockBytes = 16, kEndBytes = 32;
+constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
+
+using Bytes = std::vector<uint8_t>;
+
+inline uint64_t hashOf(const void* data, size_t bytes) { return XXH64(data, bytes, 0); }
+
+/// Appends numbers in little-endian order, on any machine.
+class ByteWriter {
+ public:
+  template <class Number>
+  void put(Number number) {
+    const auto bits = static_cast<uint64_t>(number);
+    for (size_t i = 0; i < sizeof(Number); ++i) {
+      bytes.push_back(static_cast<uint8_t>(bits >> (8 * i)));
+    }
+  }
+  void putFloat(float number) {
+    uint32_t bits;
+    std::memcpy(&bits, &number, sizeof(bits));
+    put(bits);
+  }
+  void putDouble(double number) {
+    uint64_t bits;
+    std::memcpy(&bits, &number, sizeof(bits));
+    put(bits);
+  }
+  void putText(const std::string& text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
+
+  Bytes bytes;
+};
+
+/// Takes them again. @pre There are as many bytes as are taken.
+class ByteReader {
+ public:
+  explicit ByteReader(const uint8_t* data) : next_(data) {}
+
+  template <class Number>
+  Number take() {
+    uint64_t bits = 0;
+    for (size_t i = 0; i < sizeof(Number); ++i) bits |= uint64_t{*next_++} << (8 * i);
+    return static_cast<Number>(bits);
+  }
+  float takeFloat() {
+    const auto bits = take<uint32_t>();
+    float number;
+    std::memcpy(&number, &bits, sizeof(number));
+    return number;
+  }
+  double takeDouble() {
+    const auto bits = take<uint64_t>();
+    double number;
+    std::memcpy(&number, &bits, sizeof(number));
+    return number;
+  }
+
+ private:
+  const uint8_t* next_;
+};
+
+/// What stands before each section's bytes.
+struct SectionHeader {
+  std::array<char, 4> id = {};
+  uint16_t version = kSectionVersion;
+  uint16_t flags = 0;
+  uint64_t stored_bytes = 0;
+  uint64_t content_bytes = 0;  ///< Uncompressed.
+  uint64_t hash = 0;           ///< Of the stored bytes.
+
+  bool is(const char* name) const { return std::equal(id.begin(), id.end(), name); }
+  std::string name() const { return {id.begin(), id.end()}; }
+  bool isRequired() const { return (flags & kRequired) != 0; }
+  bool isCompressed() const { return (flags & kCompressed) != 0; }
+};
+
+/// The header's bytes, with their own checksum at the end.
+Bytes encodeHeader(const SectionHeader& header);
+
+/// False if the checksum does not fit.
+bool decodeHeader(const uint8_t* bytes, SectionHeader& header);
+
+/// Settings as lines "key: value" in the order of their keys; numbers read back as they were.
+std::string settingsText(const ParamTree& settings);
+
+/// False if a line is not of that form.
+bool parseSettings(const std::string& text, ParamTree& settings);
+
+/// The settings that a map is bound to, as they enter its content hash.
+std::string boundSettingsText(const ParamTree& settings);
+
+/// Contents of the small sections.
+Bytes encodeState(const MapContents& contents, const MapSize& size);
+Bytes encodeBlocks(const std::vector<MapBlock>& blocks);
+Bytes encodeColourIndex(const MapContents& contents);
+
+/// What lies where in voxels and colours: blocks and words before each chunk, and after the last.
+struct ChunkBounds {
+  std::vector<size_t> block, voxel_word, colour_word;
+
+  size_t count() const { return block.size() - 1; }
+};
+ChunkBounds boundsOf(const std::vector<MapBlock>& blocks, size_t blocks_per_chunk);
+
+/// The content hash, from its parts in their order.
+class ContentHash {
+ public:
+  ContentHash(const MapContents& contents, const MapSize& size);
+
+  /// Hashes the voxels and colours of the blocks of a chunk. Safe to call from several threads, for
+  /// different chunks.
+  void addVoxels(const ChunkBounds& bounds, size_t chunk);
+  void addColours(const ChunkBounds& bounds, size_t chunk);
+
+  /// When all were added.
+  uint64_t result() const;
+
+ private:
+  const MapContents& contents_;
+  const MapSize size_;
+  std::vector<uint64_t> of_voxels_, of_colours_;  ///< By block.
+};
+
+}  // namespace map_format
+}  // namespace dtsdf

@@ -1,0 +1,449 @@
+// loadMap() and readMapInfo(): headers first, then sizes, then what there is room for.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <iterator>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "io/map_format.h"
+#include "threads/parallel.h"
+
+namespace dtsdf {
+namespace {
+
+using namespace map_format;
+
+/// A section, and where in the file its bytes begin.
+struct PlacedSection {
+  SectionHeader header;
+  uint64_t offset;
+};
+
+/// What a reader of this version does with a section.
+bool isKnown(const SectionHeader& header) {
+  static constexpr const char* kKnown[] = {kSettings, kFrame,  kState,   kBlocks,
+                                           kColourIndex, kVoxels, kColours, kEnd};
+  return header.version <= kSectionVersion && header.version > 0 &&
+         std::any_of(std::begin(kKnown), std::end(kKnown),
+                     [&](const char* id) { return header.is(id); });
+}
+
+/// An open map file whose headers are sound.
+class MapFile {
+ public:
+  explicit MapFile(const std::string& path) : path_(path) {
+    // A fifo would wait for somebody to write.
+    descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (descriptor_ < 0) throwCannotRead(errno);
+    try {
+      readHeaders();
+    } catch (...) {
+      close(descriptor_);
+      throw;
+    }
+  }
+  ~MapFile() { close(descriptor_); }
+  MapFile(const MapFile&) = delete;
+  MapFile& operator=(const MapFile&) = delete;
+
+  const std::string& path() const { return path_; }
+  const std::vector<PlacedSection>& sections() const { return sections_; }
+  uint64_t bytes() const { return bytes_; }
+  uint32_t version() const { return version_; }
+  uint64_t contentHashInFile() const { return content_hash_; }
+
+  std::vector<const PlacedSection*> all(const char* id) const {
+    std::vector<const PlacedSection*> found;
+    for (const PlacedSection& section : sections_) {
+      if (isKnown(section.header) && section.header.is(id)) found.push_back(&section);
+    }
+    return found;
+  }
+
+  /// Null if it is not there.
+  const PlacedSection* find(const char* id) const {
+    const std::vector<const PlacedSection*> found = all(id);
+    if (found.size() > 1) throwDamaged(std::string("there are several parts ") + id);
+    return found.empty() ? nullptr : found.front();
+  }
+
+  const PlacedSection& get(const char* id) const {
+    const PlacedSection* const section = find(id);
+    if (section == nullptr) throwDamaged(std::string("the part ") + id + " is missing");
+    return *section;
+  }
+
+  /// What a section holds, which has to be so many bytes. Safe to call from several threads.
+  void read(const PlacedSection& section, void* content, uint64_t bytes) const {
+    const SectionHeader& header = section.header;
+    if (header.content_bytes != bytes) throwWrongSize(header);
+    const PlainArray<uint8_t> stored = readStored(section);
+    if (!header.isCompressed()) {
+      std::copy_n(stored.data(), bytes, static_cast<uint8_t*>(content));
+      return;
+    }
+    const size_t got = ZSTD_decompress(content, bytes, stored.data(), stored.size());
+    if (ZSTD_isError(got) || got != bytes) throwWrongSize(header);
+  }
+
+  Bytes read(const PlacedSection& section, uint64_t bytes) const {
+    if (section.header.content_bytes != bytes) throwWrongSize(section.header);
+    Bytes content(bytes);
+    read(section, content.data(), bytes);
+    return content;
+  }
+
+  /// The same for small sections, whatever their size is; they are not compressed.
+  Bytes readSmall(const char* id) const {
+    const PlacedSection& section = get(id);
+    constexpr uint64_t kMostBytes = 1 << 20;
+    if (section.header.isCompressed() || section.header.stored_bytes > kMostBytes) {
+      throwWrongSize(section.header);
+    }
+    return read(section, section.header.stored_bytes);
+  }
+
+  [[noreturn]] void throwDamaged(const std::string& how) const {
+    throw std::runtime_error("the map file '" + path_ + "' is damaged (" + how +
+                             "); take a copy of it, or save the map anew");
+  }
+
+ private:
+  [[noreturn]] void throwWrongSize(const SectionHeader& header) const {
+    throwDamaged("a part " + header.name() + " has the wrong size");
+  }
+
+  [[noreturn]] void throwCannotRead(int error_number) const {
+    throw std::runtime_error("cannot read the map file '" + path_ + "': " +
+                             std::generic_category().message(error_number) +
+                             "; give the path of a .dtsdf file");
+  }
+
+  [[noreturn]] void throwCutOff() const { throwDamaged("its end is missing"); }
+
+  PlainArray<uint8_t> readStored(const PlacedSection& section) const {
+    PlainArray<uint8_t> stored(section.header.stored_bytes);
+    readAt(section.offset, stored.data(), stored.size());
+    if (hashOf(stored.data(), stored.size()) != section.header.hash) {
+      throwDamaged("the checksum of a part " + section.header.name() + " does not fit");
+    }
+    return stored;
+  }
+
+  void readAt(uint64_t offset, uint8_t* data, size_t bytes) const {
+    while (bytes > 0) {
+      const ssize_t got = pread(descriptor_, data, bytes, static_cast<off_t>(offset));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) throwCannotRead(errno);
+      if (got == 0) throwCutOff();  // became shorter meanwhile
+      data += got;
+      offset += static_cast<uint64_t>(got);
+      bytes -= static_cast<size_t>(got);
+    }
+  }
+
+  void readHeaders() {
+    struct stat status;
+    if (fstat(descriptor_, &status) != 0) throwCannotRead(errno);
+    if (!S_ISREG(status.st_mode)) throwCannotRead(S_ISDIR(status.st_mode) ? EISDIR : EINVAL);
+    bytes_ = static_cast<uint64_t>(status.st_size);
+    readFileHeader();
+    uint64_t at = kFileHeaderBytes;
+    while (sections_.empty() || !sections_.back().header.is(kEnd)) {
+      const PlacedSection section = readSectionHeader(at);
+      at = section.offset + section.header.stored_bytes;
+      if (sections_.size() >= kMostSections) throwDamaged("it has too many parts");
+      sections_.push_back(section);
+    }
+    if (at != bytes_) throwDamaged("there is something behind its end");
+    checkEnd();
+    for (const PlacedSection& section : sections_) checkSection(section.header);
+  }
+
+  void readFileHeader() {
+    uint8_t header[kFileHeaderBytes];
+    const size_t magic_bytes = sizeof(kMagic) - 1;
+    if (bytes_ < sizeof(header)) throwNoMap();
+    readAt(0, header, sizeof(header));
+    if (!std::equal(header, header + magic_bytes, kMagic)) throwNoMap();
+    version_ = ByteReader(header + magic_bytes).take<uint32_t>();
+    if (version_ > kVersion) {
+      throw std::runtime_error("the map file '" + path_ + "' has version " +
+                               std::to_string(version_) + " of the format, and this program "
+                               "reads up to " + std::to_string(kVersion) + "; use a newer one");
+    }
+    if (version_ == 0) throwDamaged("there is no version 0 of the format");
+    headers_.assign(header, header + sizeof(header));
+  }
+
+  [[noreturn]] void throwNoMap() const {
+    throw std::runtime_error("'" + path_ + "' is no map file; give one that save_map or "
+                             "--save-map has made");
+  }
+
+  PlacedSection readSectionHeader(uint64_t at) {
+    if (bytes_ - at < kSectionHeaderBytes) throwCutOff();
+    uint8_t bytes[kSectionHeaderBytes];
+    readAt(at, bytes, sizeof(bytes));
+    PlacedSection section{{}, at + kSectionHeaderBytes};
+    if (!decodeHeader(bytes, section.header)) {
+      throwDamaged("the checksum of a header does not fit");
+    }
+    if (section.header.stored_bytes > bytes_ - section.offset) throwCutOff();
+    if (!section.header.is(kEnd)) headers_.insert(headers_.end(), bytes, bytes + sizeof(bytes));
+    return section;
+  }
+
+  void checkEnd() {
+    const Bytes bytes = read(sections_.back(), kEndBytes);
+    ByteReader end(bytes.data());
+    const auto sections = end.take<uint64_t>();
+    content_hash_ = end.take<uint64_t>();
+    const auto hash = end.take<uint64_t>();
+    const auto length = end.take<uint64_t>();
+    if (sections != sections_.size() - 1 || length != bytes_ ||
+        hash != hashOf(headers_.data(), headers_.size())) {
+      throwDamaged("its parts are not those that were written");
+    }
+    headers_ = Bytes();
+  }
+
+  void checkSection(const SectionHeader& header) const {
+    if (!isKnown(header)) {
+      if (!header.isRequired()) return;
+      throw std::runtime_error("the map file '" + path_ + "' has a part " + header.name() +
+                               " that this program does not know and may not skip; use a newer "
+                               "one");
+    }
+    if (header.isCompressed() ? header.content_bytes / kMostCompression > header.stored_bytes
+                              : header.content_bytes != header.stored_bytes) {
+      throwWrongSize(header);
+    }
+  }
+
+  std::string path_;
+  int descriptor_ = -1;
+  uint64_t bytes_ = 0, content_hash_ = 0;
+  uint32_t version_ = 0;
+  Bytes headers_;  ///< While they are read.
+  std::vector<PlacedSection> sections_;
+};
+
+/// What the small sections tell, and the blocks.
+class MapReader {
+ public:
+  MapReader(const std::string& path, size_t max_bytes) : file_(path), max_bytes_(max_bytes) {
+    readSettings();
+    readState();
+    readBlocks();
+    readColourIndex();
+    size_ = checkedSize();
+    checkRoom(size_.bytes());
+  }
+
+  MapContents load(int threads) {
+    const ChunkBounds bounds = boundsOf(contents_.blocks, blocks_per_chunk_);
+    const std::vector<const PlacedSection*> voxels = chunks(kVoxels, bounds);
+    const std::vector<const PlacedSection*> colours =
+        contents_.painted ? chunks(kColours, bounds) : std::vector<const PlacedSection*>();
+    contents_.voxels = PlainArray<uint64_t>(bounds.voxel_word.back());
+    contents_.colours = PlainArray<uint32_t>(bounds.colour_word.back());
+    ContentHash hash(contents_, size_);
+    forEachInParallel(bounds.count(), threads, [&](size_t i) {
+      readChunk(*voxels[i], bounds.voxel_word, i, contents_.voxels.data());
+      hash.addVoxels(bounds, i);
+      if (!contents_.painted) return;
+      readChunk(*colours[i], bounds.colour_word, i, contents_.colours.data());
+      hash.addColours(bounds, i);
+    });
+    if (!skipsColour() && hash.result() != file_.contentHashInFile()) {
+      file_.throwDamaged("the checksum of the map itself does not fit");
+    }
+    checkSoundly([&] { checkContents(contents_); });
+    return std::move(contents_);
+  }
+
+  MapInfo info() const {
+    MapInfo info;
+    info.settings = contents_.settings;
+    info.map_frame = contents_.map_frame;
+    info.stamp_s = contents_.stamp_s;
+    info.frames = contents_.frames;
+    info.supporting_frames = contents_.supporting_frames;
+    info.painted = contents_.painted;
+    info.size = size_;
+    info.version = file_.version();
+    info.file_bytes = file_.bytes();
+    info.content_hash = file_.contentHashInFile();
+    findBounds(info);
+    listParts(info);
+    return info;
+  }
+
+ private:
+  void readSettings() {
+    const Bytes settings = file_.readSmall(kSettings), frame = file_.readSmall(kFrame);
+    if (!parseSettings({settings.begin(), settings.end()}, contents_.settings)) {
+      file_.throwDamaged("its settings are not of their form");
+    }
+    contents_.map_frame.assign(frame.begin(), frame.end());
+    checkSoundly([&] { withSettingsOf(contents_, {}); });
+  }
+
+  void readState() {
+    const Bytes bytes = file_.read(file_.get(kState), kStateBytes);
+    ByteReader in(bytes.data());
+    contents_.frames = in.take<uint64_t>();
+    contents_.supporting_frames = in.take<uint64_t>();
+    block_count_ = in.take<uint64_t>();
+    array_count_ = in.take<uint64_t>();
+    blocks_per_chunk_ = in.take<uint64_t>();
+    contents_.stamp_s = in.takeDouble();
+    constexpr uint64_t kMostArrays = uint64_t{1} << 40;  // so that sizes in bytes fit 64 bits
+    if (blocks_per_chunk_ == 0 || blocks_per_chunk_ > kMostBlocksPerChunk ||
+        array_count_ > kMostArrays || block_count_ > array_count_ ||
+        array_count_ * kArrayWords * sizeof(uint64_t) != voxelBytes()) {
+      throwWrongSizes();
+    }
+    MapSize known;  // before what the blocks hold is read
+    known.blocks = block_count_;
+    known.voxel_arrays = array_count_;
+    checkRoom(known.bytes());
+  }
+
+  /// By the headers, which are sound by now: bounded by what the file stores.
+  uint64_t voxelBytes() const {
+    uint64_t bytes = 0;
+    for (const PlacedSection* section : file_.all(kVoxels)) bytes += section->header.content_bytes;
+    return bytes;
+  }
+
+  [[noreturn]] void throwWrongSizes() const { file_.throwDamaged("its sizes are none of a map"); }
+
+  void readBlocks() {
+    const Bytes bytes = file_.read(file_.get(kBlocks), block_count_ * kBlockBytes);
+    ByteReader in(bytes.data());
+    contents_.blocks.resize(block_count_);
+    for (MapBlock& block : contents_.blocks) {
+      block.key.x = in.take<int32_t>();
+      block.key.y = in.take<int32_t>();
+      block.key.z = in.take<int32_t>();
+      block.directions = in.take<uint32_t>();
+      block.bricks = 0;
+    }
+  }
+
+  void readColourIndex() {
+    const PlacedSection* const section = file_.find(kColourIndex);
+    contents_.painted = section != nullptr;
+    if (section == nullptr) return;
+    const Bytes bytes =
+        file_.read(*section, kColourHeadBytes + block_count_ * kBlockBricksBytes);
+    ByteReader in(bytes.data());
+    for (float& gain : contents_.exposure) gain = in.takeFloat();
+    in.take<uint32_t>();
+    for (MapBlock& block : contents_.blocks) block.bricks = in.take<uint64_t>();
+  }
+
+  MapSize checkedSize() const {
+    MapSize size;
+    checkSoundly([&] { size = sizeOf(contents_.blocks); });
+    if (size.voxel_arrays != array_count_) throwWrongSizes();
+    return size;
+  }
+
+  /// Whether the map has colour in a form that this reader does not know, without which the hash
+  /// of the map is another one.
+  bool skipsColour() const {
+    return std::any_of(file_.sections().begin(), file_.sections().end(),
+                       [](const PlacedSection& section) {
+                         const SectionHeader& header = section.header;
+                         return (header.is(kColourIndex) || header.is(kColours)) &&
+                                !isKnown(header);
+                       });
+  }
+
+  /// What is found to be wrong with the contents is wrong with the file.
+  template <class Check>
+  void checkSoundly(const Check& check) const {
+    std::string problem;
+    try {
+      check();
+    } catch (const std::exception& error) {
+      problem = error.what();
+    }
+    std::replace(problem.begin(), problem.end(), '\n', ' ');
+    if (!problem.empty()) file_.throwDamaged(problem);
+  }
+
+  void checkRoom(size_t bytes) const {
+    if (bytes <= max_bytes_) return;
+    throw std::runtime_error("the map of '" + file_.path() + "' takes " +
+                             std::to_string((bytes >> 20) + 1) + " MiB, and " +
+                             std::to_string(max_bytes_ >> 20) +
+                             " MiB are allowed; raise map/max_memory_mb");
+  }
+
+  std::vector<const PlacedSection*> chunks(const char* id, const ChunkBounds& bounds) const {
+    std::vector<const PlacedSection*> sections = file_.all(id);
+    if (sections.size() != bounds.count()) {
+      file_.throwDamaged(std::string("it has too few or too many parts ") + id);
+    }
+    return sections;
+  }
+
+  template <class Word>
+  void readChunk(const PlacedSection& section, const std::vector<size_t>& word_bounds, size_t chunk,
+                 Word* words) const {
+    const size_t count = word_bounds[chunk + 1] - word_bounds[chunk];
+    file_.read(section, words + word_bounds[chunk], count * sizeof(Word));
+  }
+
+  void findBounds(MapInfo& info) const {
+    if (contents_.blocks.empty()) return;
+    info.least = info.most = contents_.blocks.front().key;
+    for (const MapBlock& block : contents_.blocks) {
+      info.least = {std::min(info.least.x, block.key.x), std::min(info.least.y, block.key.y),
+                    std::min(info.least.z, block.key.z)};
+      info.most = {std::max(info.most.x, block.key.x), std::max(info.most.y, block.key.y),
+                   std::max(info.most.z, block.key.z)};
+    }
+  }
+
+  void listParts(MapInfo& info) const {
+    for (const PlacedSection& section : file_.sections()) {
+      const SectionHeader& header = section.header;
+      auto part = std::find_if(info.parts.begin(), info.parts.end(),
+                               [&](const MapFilePart& p) { return p.id == header.name(); });
+      if (part == info.parts.end()) {
+        info.parts.push_back({header.name(), header.isRequired(), isKnown(header)});
+        part = info.parts.end() - 1;
+      }
+      ++part->sections;
+      part->stored_bytes += header.stored_bytes;
+      part->content_bytes += header.content_bytes;
+    }
+  }
+
+  MapFile file_;
+  size_t max_bytes_;
+  uint64_t block_count_ = 0, array_count_ = 0, blocks_per_chunk_ = 0;
+  MapContents contents_;
+  MapSize size_;
+};
+
+}  // namespace
+
+MapContents loadMap(const std::string& path, size_t max_bytes, int threads) {
+  return MapReader(path, max_bytes).load(threads);
+}
+
+MapInfo readMapInfo(const std::string& path) { return MapReader(path, kNoMapLimit).info(); }
+
+}  // namespace dtsdf

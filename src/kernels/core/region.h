@@ -1,0 +1,56 @@
+/// Which points, and so which voxels, lie in a region of space. In double: coordinates of voxels
+/// are exact, as far from the origin as a map reaches.
+#pragma once
+
+#include "kernels/core/grid.h"
+
+namespace dtsdf {
+
+struct Vec3d {
+  double x, y, z;
+};
+
+/// A box or a ball, in any unit of length: the rules ask with points of the same unit.
+struct RegionView {
+  double R_B_W[9];  ///< Row-major: the directions of the box's edges. Not of a ball.
+  Vec3d center;
+  Vec3d half;         ///< Half the extents of a box.
+  double radius;      ///< Of a ball.
+  int32_t is_sphere;  ///< Else a box.
+};
+
+DTSDF_HD Vec3d fromCenter(const RegionView& region, const Vec3d& p) {
+  return {p.x - region.center.x, p.y - region.center.y, p.z - region.center.z};
+}
+
+DTSDF_HD bool isWithin(double x, double limit) { return -limit <= x && x <= limit; }
+
+/// Whether a point lies in the region or less than `margin` outside; of a box, less than that
+/// beyond each of its faces.
+DTSDF_HD bool isInside(const RegionView& region, const Vec3d& p, double margin = 0.0) {
+  const Vec3d d = fromCenter(region, p);
+  if (region.is_sphere) {
+    const double reach = region.radius + margin;
+    return d.x * d.x + d.y * d.y + d.z * d.z <= reach * reach;
+  }
+  const double* R = region.R_B_W;
+  return isWithin(R[0] * d.x + R[1] * d.y + R[2] * d.z, region.half.x + margin) &&
+         isWithin(R[3] * d.x + R[4] * d.y + R[5] * d.z, region.half.y + margin) &&
+         isWithin(R[6] * d.x + R[7] * d.y + R[8] * d.z, region.half.z + margin);
+}
+
+/// Whether a voxel's centre lies in a region in units of voxels.
+DTSDF_HD bool isInside(const RegionView& region, const Vec3i& voxel) {
+  return isInside(region, Vec3d{static_cast<double>(voxel.x), static_cast<double>(voxel.y),
+                                static_cast<double>(voxel.z)});
+}
+
+/// Whether a voxel of a block may lie in a region in units of voxels; false only if none does.
+DTSDF_HD bool mayBeInside(const RegionView& region, const BlockKey& block) {
+  constexpr double kMiddle = 0.5 * (kBlockSide - 1);
+  constexpr double kReach = 6.1;  // from the middle to the corners: 3.5 times the root of 3
+  const Vec3i first = firstVoxelOfBlock(block);
+  return isInside(region, Vec3d{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle}, kReach);
+}
+
+}  // namespace dtsdf

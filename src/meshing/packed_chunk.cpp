@@ -1,0 +1,197 @@
+#include "meshing/packed_chunk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kernels/meshing/corner_grid.h"
+#include "meshing/block_joiner.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kMostStepsPerVoxel = 512;
+/// A block's vertices lie at most so many voxels below it, and as many above (BlockVertex).
+constexpr int kVoxelsBeyond = 2;
+constexpr int kMostSteps = 65535;
+constexpr size_t kMostVertices16 = 65536;
+constexpr float kNormalUnits = 32767.0f;
+
+/// Joins the blocks of a chunk.
+class ChunkPacker {
+ public:
+  ChunkPacker(const ChunkLattice& lattice, const BlockKey& corner, bool in_order)
+      : steps_per_voxel_(lattice.steps_per_voxel),
+        corner_(firstVoxelOfBlock(corner)),
+        joiner_(in_order) {
+    const std::array<int, 3> first{corner_.x, corner_.y, corner_.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      chunk_.origin[axis] = (int64_t{first[axis]} - kVoxelsBeyond) * steps_per_voxel_;
+    }
+  }
+
+  void add(const BlockMesh& block) {
+    const JoinedBlock& joined = joiner_.add(block);
+    for (const uint32_t i : joined.fresh) addVertex(block, i);
+    for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
+      const uint16_t* const corner = &block.triangles[t];
+      triangles_.push_back(
+          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
+      addNormal(block, corner, triangles_.back(), positions_, normals_);
+    }
+  }
+
+  PackedChunk finish() {
+    addNormals();
+    addColours();
+    addTriangles();
+    return std::move(chunk_);
+  }
+
+ private:
+  void addVertex(const BlockMesh& block, uint32_t i) {
+    const Vec3i voxel = firstVoxelOfBlock(block.key) - corner_;
+    const Vec3f& p = block.vertices[i].position;
+    chunk_.positions.push_back(stepsOf(voxel.x, p.x));
+    chunk_.positions.push_back(stepsOf(voxel.y, p.y));
+    chunk_.positions.push_back(stepsOf(voxel.z, p.z));
+    positions_.push_back(toFloat(voxel) + p);
+    normals_.push_back({0.0f, 0.0f, 0.0f});
+    colours_.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
+  }
+
+  /// Rounded in its block, where whoever repeats a vertex has the same bits but for whole voxels:
+  /// the sum with these is exact.
+  uint16_t stepsOf(int voxel, float position) const {
+    const double steps = std::floor(static_cast<double>(position) * steps_per_voxel_ + 0.5);
+    return static_cast<uint16_t>((voxel + kVoxelsBeyond) * steps_per_voxel_ +
+                                 static_cast<int>(steps));
+  }
+
+  void addNormals() {
+    chunk_.normals.reserve(2 * normals_.size());
+    makeUnit(normals_);
+    for (const Vec3f& normal : normals_) {
+      const auto [u, v] = packNormal(normal);
+      chunk_.normals.push_back(u);
+      chunk_.normals.push_back(v);
+    }
+  }
+
+  /// What no image has seen gets the colour that it has in files.
+  void addColours() {
+    Mesh mesh;
+    mesh.colours = std::move(colours_);
+    bool is_painted = false;
+    for (const VertexColour& colour : mesh.colours) is_painted |= colour.painted != 0;
+    if (!is_painted) return;
+    for (size_t i = 0; i < mesh.colours.size(); ++i) {
+      const std::array<uint8_t, 3> rgb = vertexColour(MeshColour::kImage, mesh, i);
+      chunk_.colours.insert(chunk_.colours.end(), rgb.begin(), rgb.end());
+    }
+  }
+
+  void addTriangles() {
+    if (positions_.size() <= kMostVertices16) {
+      addTriangles(chunk_.triangles16);
+    } else {
+      addTriangles(chunk_.triangles32);
+    }
+  }
+  template <class Index>
+  void addTriangles(std::vector<Index>& indices) const {
+    indices.reserve(3 * triangles_.size());
+    for (const auto& triangle : triangles_) {
+      for (const uint32_t vertex : triangle) indices.push_back(static_cast<Index>(vertex));
+    }
+  }
+
+  int steps_per_voxel_;
+  Vec3i corner_;  ///< First voxel of the chunk.
+  PackedChunk chunk_;
+  BlockJoiner joiner_;
+  std::vector<Vec3f> positions_;  ///< In voxels from the chunk's first one, for the normals.
+  std::vector<Vec3f> normals_;
+  std::vector<VertexColour> colours_;
+  std::vector<std::array<uint32_t, 3>> triangles_;
+};
+
+float signOf(float value) { return value < 0.0f ? -1.0f : 1.0f; }
+
+}  // namespace
+
+ChunkLattice::ChunkLattice(float voxel_size_m, int chunk_blocks)
+    : chunk_blocks(chunk_blocks), steps_per_voxel(kMostStepsPerVoxel) {
+  const int voxels = chunk_blocks * kBlockSide + 2 * kVoxelsBeyond;
+  while (voxels * steps_per_voxel > kMostSteps) steps_per_voxel /= 2;
+  step_m = static_cast<double>(voxel_size_m) / steps_per_voxel;
+}
+
+PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
+                      const std::vector<PackedKey>& blocks) {
+  ChunkPacker packer(lattice, corner, std::is_sorted(blocks.begin(), blocks.end()));
+  for (const PackedKey key : blocks) {
+    const auto it = mesh.blocks().find(key);
+    if (it != mesh.blocks().end()) packer.add(*it->second);
+  }
+  return packer.finish();
+}
+
+size_t bytesInMessage(const PackedChunk& chunk) {
+  constexpr size_t kLengths = 5 * sizeof(uint32_t);
+  return sizeof(chunk.origin) + kLengths + sizeof(uint16_t) * chunk.positions.size() +
+         sizeof(int16_t) * chunk.normals.size() + chunk.colours.size() +
+         sizeof(uint16_t) * chunk.triangles16.size() + sizeof(uint32_t) * chunk.triangles32.size();
+}
+
+std::array<double, 3> positionOf(const PackedChunk& chunk, double step_m, size_t vertex) {
+  std::array<double, 3> p_W;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int64_t steps = chunk.origin[axis] + chunk.positions[3 * vertex + axis];
+    p_W[axis] = static_cast<double>(steps) * step_m;
+  }
+  return p_W;
+}
+
+std::array<int16_t, 2> packNormal(const Vec3f& normal) {
+  const float sum = std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z);
+  float u = normal.x / sum, v = normal.y / sum;
+  if (normal.z < 0.0f) {
+    const float folded = (1.0f - std::abs(v)) * signOf(u);
+    v = (1.0f - std::abs(u)) * signOf(v);
+    u = folded;
+  }
+  return {static_cast<int16_t>(std::lround(u * kNormalUnits)),
+          static_cast<int16_t>(std::lround(v * kNormalUnits))};
+}
+
+Vec3f unpackNormal(int16_t u, int16_t v) {
+  Vec3f n{static_cast<float>(u) / kNormalUnits, static_cast<float>(v) / kNormalUnits, 0.0f};
+  n.z = 1.0f - std::abs(n.x) - std::abs(n.y);
+  if (n.z < 0.0f) {
+    const float folded = (1.0f - std::abs(n.y)) * signOf(n.x);
+    n.y = (1.0f - std::abs(n.x)) * signOf(n.y);
+    n.x = folded;
+  }
+  return (1.0f / norm(n)) * n;
+}
+
+Mesh unpackChunk(const PackedChunk& chunk, double step_m) {
+  Mesh mesh;
+  for (size_t i = 0; i < chunk.vertexCount(); ++i) {
+    const std::array<double, 3> p_W = positionOf(chunk, step_m, i);
+    mesh.vertices_m.push_back({static_cast<float>(p_W[0]), static_cast<float>(p_W[1]),
+                               static_cast<float>(p_W[2])});
+    mesh.normals.push_back(unpackNormal(chunk.normals[2 * i], chunk.normals[2 * i + 1]));
+    if (chunk.colours.empty()) continue;
+    mesh.colours.push_back(
+        {chunk.colours[3 * i], chunk.colours[3 * i + 1], chunk.colours[3 * i + 2], 255});
+  }
+  for (size_t t = 0; t < chunk.triangleCount(); ++t) {
+    mesh.triangles.push_back(
+        {chunk.corner(3 * t), chunk.corner(3 * t + 1), chunk.corner(3 * t + 2)});
+  }
+  return mesh;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,183 @@
+#include "ros/input/transform_buffer.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <sstream>
+#include <utility>
+
+#include "params/frame_name.h"
+#include "params/printable.h"
+
+namespace dtsdf {
+namespace {
+
+/// The stamps of ROS end here, and tf2 throws where it adds what is kept to one of the last.
+constexpr double kEndOfTime_s = 4294967296.0;
+/// Transforms of a frame that are too old in a row, before its newest one counts as wrong.
+constexpr int kTooOldInARow = 10;
+/// Frames and publishers that are told apart; whoever makes up names does not fill the memory.
+constexpr size_t kNamesTold = 20;
+constexpr double kWarningPeriod_s = 5.0;
+
+const char* const kAhead = "ahead of time";
+const char* const kInvalid = "invalid";
+
+bool isFinite(const geometry_msgs::Transform& transform) {
+  const auto& t = transform.translation;
+  const auto& q = transform.rotation;
+  for (const double value : {t.x, t.y, t.z, q.x, q.y, q.z, q.w}) {
+    if (!std::isfinite(value)) return false;
+  }
+  return true;
+}
+
+/// Why tf2 would not take it, whatever its stamp. tf2 says so itself, but in the log of every one.
+std::optional<std::string> whyInvalid(const geometry_msgs::TransformStamped& transform) {
+  const std::string child = stripLeadingSlash(transform.child_frame_id);
+  const std::string parent = stripLeadingSlash(transform.header.frame_id);
+  if (child.empty() || parent.empty()) return "one of its frames has no name";
+  if (child == parent) return "it leads from a frame to itself";
+  if (!isFinite(transform.transform)) return "it has numbers that are not finite";
+  const auto& q = transform.transform.rotation;
+  const double length = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+  if (std::abs(length - 1.0) > 1e-2) return "its quaternion's length is not 1";
+  return std::nullopt;
+}
+
+std::string inSeconds(double duration_s) {
+  std::ostringstream text;
+  text.precision(3);
+  text << duration_s << " s";
+  return text.str();
+}
+
+}  // namespace
+
+TransformBuffer::TransformBuffer(Options options, SteadyClock clock,
+                                 std::function<ros::Time()> now)
+    : options_(options),
+      clock_(std::move(clock)),
+      now_(std::move(now)),
+      core_(ros::Duration(options.kept_s)) {}
+
+ros::Time TransformBuffer::rosTime() {
+  return ros::Time::isValid() ? ros::Time::now() : ros::Time();
+}
+
+bool TransformBuffer::setTransform(const geometry_msgs::TransformStamped& transform,
+                                   const std::string& publisher, bool is_static) noexcept {
+  try {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (const auto problem = whyInvalid(transform)) {
+      refuse(transform, publisher, kInvalid, *problem);
+      return false;
+    }
+    if (!is_static) {
+      if (const auto problem = whyNot(transform)) {
+        refuse(transform, publisher, kAhead, *problem);
+        return false;
+      }
+      followTime(transform, publisher);
+    }
+    // False is said of one that is there already, or too old: both are nothing new.
+    if (core_.setTransform(transform, publisher, is_static) && !is_static) taken_at_ = clock_();
+    return true;
+  } catch (const std::exception& error) {  // of tf2, or no memory
+    ROS_WARN_STREAM_THROTTLE_NAMED(kWarningPeriod_s, "dtsdf_mapping",
+                                   "a transform was refused: " << printable(error.what()));
+    return false;
+  }
+}
+
+std::optional<std::string> TransformBuffer::whyNot(
+    const geometry_msgs::TransformStamped& transform) const {
+  const double stamp_s = transform.header.stamp.toSec();
+  if (stamp_s >= kEndOfTime_s - options_.kept_s - 1.0) {
+    return "its stamp lies at the end of all time that ROS can tell";
+  }
+  const std::optional<double> present = present_s();
+  if (!present || stamp_s - *present <= options_.max_ahead_s) return std::nullopt;
+  return "its stamp is " + inSeconds(stamp_s - *present) +
+         " ahead of time (input/tf_max_ahead_s); do the clocks agree?";
+}
+
+std::optional<double> TransformBuffer::present_s() const {
+  const ros::Time now = now_();
+  if (image_stamp_.isZero()) {
+    return now.isZero() ? std::nullopt : std::optional<double>(now.toSec());
+  }
+  const double images_s = image_stamp_.toSec() +
+                          std::chrono::duration<double>(clock_() - image_at_).count();
+  const bool one_time = !now.isZero() && std::abs(now.toSec() - images_s) <= options_.kept_s;
+  return one_time ? std::max(now.toSec(), images_s) : images_s;
+}
+
+void TransformBuffer::followTime(const geometry_msgs::TransformStamped& transform,
+                                 const std::string& publisher) {
+  const ros::Time stamp = transform.header.stamp;
+  Track& track = tracks_[stripLeadingSlash(transform.child_frame_id)];
+  const double behind_s = track.newest.toSec() - stamp.toSec();
+  if (behind_s <= options_.kept_s) {
+    track.newest = std::max(track.newest, stamp);
+    track.too_old = 0;
+    return;
+  }
+  if (++track.too_old < kTooOldInARow) return;
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping",
+                        "the transforms of '" << printable(transform.child_frame_id) << "' from "
+                                              << printable(publisher) << " are "
+                                              << inSeconds(behind_s)
+                                              << " older than its newest one, which was wrong, or "
+                                                 "time went back: all transforms are forgotten");
+  clearLocked();
+  tracks_[stripLeadingSlash(transform.child_frame_id)].newest = stamp;
+}
+
+void TransformBuffer::refuse(const geometry_msgs::TransformStamped& transform,
+                             const std::string& publisher, const std::string& reason,
+                             const std::string& detail) {
+  const std::string name = "frame '" + printable(stripLeadingSlash(transform.child_frame_id)) +
+                           "' of " + printable(publisher);
+  const std::string told = name + ": " + reason;
+  ++report_.refused;
+  if (report_.refused_by.count(told) > 0 || report_.refused_by.size() < kNamesTold) {
+    ++report_.refused_by[told];
+  }
+  report_.last_refusal = name + ": " + detail;
+  const SteadyTime now = clock_();
+  if (warned_at_ && now - *warned_at_ < toSteadyDuration(kWarningPeriod_s)) return;
+  warned_at_ = now;
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping", "a transform was refused, "
+                                             << report_.last_refusal << " [" << report_.refused
+                                             << " refused so far]");
+}
+
+void TransformBuffer::imageCame(const ros::Time& stamp) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (stamp <= image_stamp_) return;
+  image_stamp_ = stamp;
+  image_at_ = clock_();
+}
+
+void TransformBuffer::clear() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  clearLocked();
+  image_stamp_ = ros::Time();
+}
+
+void TransformBuffer::clearLocked() {
+  core_.clear();
+  tracks_.clear();
+}
+
+TransformReport TransformBuffer::report() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  TransformReport report = report_;
+  if (taken_at_) report.age_s = std::chrono::duration<double>(clock_() - *taken_at_).count();
+  return report;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,46 @@
+#include "ros/input/transform_input.h"
+
+#include <ros/console.h>
+
+#include <utility>
+
+#include "ros/common/callback_guard.h"
+
+namespace dtsdf {
+namespace {
+
+/// Messages that may wait; as many as tf2's own listener lets wait.
+constexpr uint32_t kQueue = 100;
+
+}  // namespace
+
+TransformInput::TransformInput(ros::NodeHandle nh, TransformBuffer& transforms)
+    : transforms_(transforms),
+      tf_(nh.subscribe("/tf", kQueue, &TransformInput::onTransforms, this)),
+      tf_static_(nh.subscribe("/tf_static", kQueue, &TransformInput::onStaticTransforms, this)) {}
+
+void TransformInput::onTransforms(const Event& event) {
+  guarded("transforms", [&] { put(event, false); });
+}
+
+void TransformInput::onStaticTransforms(const Event& event) {
+  guarded("static transforms", [&] { put(event, true); });
+}
+
+void TransformInput::put(const Event& event, bool is_static) {
+  if (ros::Time::isSimTime()) {
+    const ros::Time now = ros::Time::now();
+    const ros::Time last = std::exchange(last_now_, now);
+    if (now < last) {
+      ROS_WARN_STREAM_NAMED("dtsdf_mapping", "simulated time went back from "
+                                                 << last << " to " << now
+                                                 << ": transforms are forgotten");
+      transforms_.clear();
+    }
+  }
+  for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
+    transforms_.setTransform(transform, event.getPublisherName(), is_static);
+  }
+}
+
+}  // namespace dtsdf

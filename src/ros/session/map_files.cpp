@@ -1,0 +1,57 @@
+#include "ros/session/map_files.h"
+
+#include <iomanip>
+#include <memory>
+#include <sstream>
+#include <utility>
+
+#include "dtsdf_mapping/io/map_file.h"
+
+namespace dtsdf {
+namespace {
+
+std::string inMegabytes(uint64_t bytes) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << static_cast<double>(bytes) / 1e6 << " MB";
+  return text.str();
+}
+
+}  // namespace
+
+MapFiles::MapFiles(const MapperParams& params, std::string map_frame, const Parts& parts)
+    : params_(params),
+      map_frame_(std::move(map_frame)),
+      parts_(parts),
+      file_loop_([] { return std::chrono::hours(1); }, WorkerThread::Priority::kLow) {}
+
+MapFiles::Done MapFiles::save(const std::string& path) {
+  MapContents contents = parts_.map_loop.run([this] { return parts_.session.contents(); }).get();
+  contents.map_frame = map_frame_;
+  const SavedMap saved = file_loop_.run([&] { return saveMap(contents, path); }).get();
+  return {saved.size.blocks, "saved " + std::to_string(saved.size.blocks) + " blocks (" +
+                                 inMegabytes(saved.file_bytes) + ") to " + path};
+}
+
+MapFiles::Done MapFiles::load(const std::string& path) {
+  const size_t most_bytes = static_cast<size_t>(params_.map.max_memory_mb) << 20;
+  const MapContents contents = file_loop_.run([&] { return loadMap(path, most_bytes); }).get();
+  checkFrame(contents, map_frame_);
+  const bool is_empty = parts_.map_loop.run([this] { return parts_.session.isEmpty(); }).get();
+  const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
+  std::unique_ptr<Mapper> mapper =
+      file_loop_.run([&] { return makeMapper(params, contents); }).get();
+  // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
+  mapper = parts_.map_loop
+               .run([&] {
+                 // Frames may have come meanwhile, with the settings that the map had.
+                 if (!parts_.session.isEmpty()) checkFits(contents, params_);
+                 return parts_.session.replace(
+                     {std::move(mapper), params.map.voxel_size_m, contents.stamp_s, path});
+               })
+               .get();
+  params_ = params;
+  return {contents.blocks.size(),
+          "loaded " + std::to_string(contents.blocks.size()) + " blocks from " + path};
+}
+
+}  // namespace dtsdf

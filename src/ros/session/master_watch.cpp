@@ -1,0 +1,62 @@
+#include "ros/session/master_watch.h"
+
+#include <ros/console.h>
+#include <ros/master.h>
+#include <ros/this_node.h>
+
+#include <chrono>
+#include <utility>
+
+#include "ros/common/callback_guard.h"
+
+namespace dtsdf {
+
+MasterWatch::MasterWatch(std::string service, double period_s)
+    : service_(std::move(service)), period_s_(period_s), thread_([this] { run(); }) {}
+
+MasterWatch::~MasterWatch() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopping_ = true;
+  }
+  stop_.notify_all();
+  thread_.join();
+}
+
+std::string MasterWatch::problem() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return problem_;
+}
+
+void MasterWatch::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const auto period = std::chrono::duration<double>(period_s_);
+  while (!stop_.wait_for(lock, period, [this] { return stopping_; })) {
+    lock.unlock();
+    std::string problem;
+    guarded("watch of the master", [&] { problem = ask(); });
+    lock.lock();
+    if (!problem.empty() && problem_.empty()) ROS_ERROR_STREAM_NAMED("dtsdf_mapping", problem);
+    if (problem.empty() && !problem_.empty()) {
+      ROS_INFO_NAMED("dtsdf_mapping", "the ROS master knows this node again");
+    }
+    problem_ = problem;
+  }
+}
+
+std::string MasterWatch::ask() const {
+  XmlRpc::XmlRpcValue request, response, payload;
+  request[0] = ros::this_node::getName();
+  request[1] = service_;
+  if (ros::master::execute("lookupService", request, response, payload, false)) return "";
+  const std::string uri = ros::master::getURI();
+  if (!ros::master::check()) {
+    return "the ROS master at " + uri + " does not answer: topics that are connected go on, but "
+           "nobody finds this node; start the master again, and then this node";
+  }
+  return "the ROS master at " + uri + " does not know this node any more, so it was restarted: "
+         "topics that are connected go on, but no service and no new listener finds this node; "
+         "restart it, as all nodes of before have to be (the map starts anew)";
+}
+
+}  // namespace dtsdf

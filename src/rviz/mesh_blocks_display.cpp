@@ -1,0 +1,192 @@
+#include "rviz/mesh_blocks_display.h"
+
+#include <OgreCamera.h>
+#include <OgreSceneNode.h>
+#include <pluginlib/class_list_macros.hpp>
+#include <ros/message_traits.h>
+#include <rviz/display_context.h>
+#include <rviz/frame_manager.h>
+#include <rviz/properties/bool_property.h>
+#include <rviz/properties/color_property.h>
+#include <rviz/properties/enum_property.h>
+#include <rviz/properties/float_property.h>
+#include <rviz/properties/ros_topic_property.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
+
+#include <exception>
+
+#include "ros/common/chunk_message.h"
+
+namespace dtsdf {
+
+using dtsdf_mapping::MeshBlock;
+using dtsdf_mapping::MeshBlocks;
+using rviz::StatusProperty;
+
+namespace {
+
+/// Messages that may wait while a picture is drawn. They hold changes: none may get lost.
+constexpr uint32_t kQueue = 1000;
+
+/// While the view turns, triangles may be so many times larger; until it has been still so long.
+constexpr float kCoarserInMotion = 2.0f;
+constexpr float kStill_s = 0.3f;
+
+constexpr char kTopicStatus[] = "Topic";
+constexpr char kMeshStatus[] = "Mesh";
+constexpr char kFrameStatus[] = "Transform";
+
+}  // namespace
+
+MeshBlocksDisplay::MeshBlocksDisplay() {
+  const auto datatype = QString::fromStdString(ros::message_traits::datatype<MeshBlocks>());
+  topic_ = new rviz::RosTopicProperty("Topic", "", datatype, "Of type " + datatype + ".", this,
+                                      SLOT(updateTopic()));
+  colour_ = new rviz::EnumProperty("Colour", "Auto",
+                                   "Auto: what images showed, and normals where there were none.",
+                                   this, SLOT(updateStyle()));
+  colour_->addOption("Auto", static_cast<int>(MeshColour::kAuto));
+  colour_->addOption("Image", static_cast<int>(MeshColour::kImage));
+  colour_->addOption("Normal", static_cast<int>(MeshColour::kNormal));
+  colour_->addOption("Height", static_cast<int>(MeshColour::kHeight));
+  colour_->addOption("Plain", static_cast<int>(MeshColour::kPlain));
+  plain_ = new rviz::ColorProperty("Plain colour", QColor(200, 200, 200),
+                                   "Of the whole mesh, where Colour is Plain.", this,
+                                   SLOT(updateStyle()));
+  alpha_ = new rviz::FloatProperty("Alpha", 1.0f, "0: transparent, 1: opaque.", this,
+                                   SLOT(updateStyle()));
+  alpha_->setMin(0.0f);
+  alpha_->setMax(1.0f);
+  backfaces_ = new rviz::BoolProperty("Backfaces", true,
+                                      "Show surfaces from behind as well; drawing is faster "
+                                      "without.",
+                                      this, SLOT(updateStyle()));
+  wireframe_ = new rviz::BoolProperty("Wireframe", false, "Show the edges of the triangles only.",
+                                      this, SLOT(updateStyle()));
+  detail_ = new rviz::FloatProperty("Detail", 2.0f,
+                                    "What is far away is drawn with triangles of about so many "
+                                    "pixels, or twice as many while the view turns, if its own "
+                                    "are smaller; 0: always all of them.",
+                                    this);
+  detail_->setMin(0.0f);
+  detail_->setMax(20.0f);
+}
+
+MeshBlocksDisplay::~MeshBlocksDisplay() { unsubscribe(); }
+
+void MeshBlocksDisplay::setTopic(const QString& topic, const QString&) {
+  topic_->setString(topic);
+}
+
+void MeshBlocksDisplay::onInitialize() {
+  visuals_ = std::make_unique<ChunkVisuals>(*scene_manager_, *scene_node_);
+  updateStyle();
+}
+
+void MeshBlocksDisplay::onEnable() { subscribe(); }
+
+void MeshBlocksDisplay::onDisable() {
+  unsubscribe();
+  visuals_->clear();
+}
+
+/// A new subscription brings the whole mesh again.
+void MeshBlocksDisplay::reset() {
+  rviz::Display::reset();
+  updateTopic();
+}
+
+void MeshBlocksDisplay::updateTopic() {
+  unsubscribe();
+  if (visuals_) visuals_->clear();
+  frame_.clear();
+  if (isEnabled()) subscribe();
+}
+
+void MeshBlocksDisplay::subscribe() {
+  if (topic_->getTopicStd().empty()) return;
+  try {
+    subscriber_ = update_nh_.subscribe(topic_->getTopicStd(), kQueue,
+                                       &MeshBlocksDisplay::onBlocks, this);
+    setStatus(StatusProperty::Warn, kTopicStatus, "nothing received yet");
+  } catch (const ros::Exception& error) {
+    setStatus(StatusProperty::Error, kTopicStatus, error.what());
+  }
+}
+
+void MeshBlocksDisplay::unsubscribe() { subscriber_.shutdown(); }
+
+void MeshBlocksDisplay::onBlocks(const MeshBlocks::ConstPtr& message) {
+  try {
+    if (message->begins_anew) visuals_->clear();
+    for (const MeshBlock& block : message->blocks) visuals_->put(toChunk(block), message->step_m);
+    setStatus(StatusProperty::Ok, kTopicStatus, "OK");
+  } catch (const std::exception& error) {
+    setStatus(StatusProperty::Error, kTopicStatus, error.what());
+  }
+  frame_ = message->header.frame_id;
+  placeMap();
+  showCount();
+  context_->queueRender();
+}
+
+void MeshBlocksDisplay::showCount() {
+  setStatus(StatusProperty::Ok, kMeshStatus,
+            QString("%1 triangles in %2 blocks")
+                .arg(static_cast<qulonglong>(visuals_->triangles()))
+                .arg(static_cast<qulonglong>(visuals_->chunks())));
+}
+
+void MeshBlocksDisplay::fixedFrameChanged() { placeMap(); }
+
+void MeshBlocksDisplay::update(float wall_dt, float) {
+  placeMap();
+  const rviz::ViewController* const view = context_->getViewManager()->getCurrent();
+  if (view == nullptr) return;
+  const bool is_turning = isTurning(*view->getCamera(), wall_dt);
+  visuals_->chooseLevels(*view->getCamera(),
+                         is_turning ? kCoarserInMotion * detail_->getFloat() : detail_->getFloat());
+}
+
+bool MeshBlocksDisplay::isTurning(const Ogre::Camera& camera, float wall_dt) {
+  still_s_ += wall_dt;
+  const Ogre::Vector3 eye = camera.getDerivedPosition();
+  const Ogre::Quaternion looks = camera.getDerivedOrientation();
+  if (eye != eye_ || looks != looks_) still_s_ = 0.0f;
+  eye_ = eye;
+  looks_ = looks;
+  return still_s_ < kStill_s;
+}
+
+void MeshBlocksDisplay::placeMap() {
+  if (frame_.empty()) return;
+  Ogre::Vector3 position;
+  Ogre::Quaternion orientation;
+  if (context_->getFrameManager()->getTransform(frame_, ros::Time(), position, orientation)) {
+    scene_node_->setPosition(position);
+    scene_node_->setOrientation(orientation);
+    setStatus(StatusProperty::Ok, kFrameStatus, "OK");
+  } else {
+    setStatus(StatusProperty::Error, kFrameStatus,
+              QString("no transform from '%1' to '%2'")
+                  .arg(QString::fromStdString(frame_), fixed_frame_));
+  }
+}
+
+void MeshBlocksDisplay::updateStyle() {
+  if (!visuals_) return;
+  ChunkStyle style;
+  style.colour = static_cast<MeshColour>(colour_->getOptionInt());
+  style.plain = plain_->getOgreColor();
+  style.alpha = alpha_->getFloat();
+  style.backfaces = backfaces_->getBool();
+  style.wireframe = wireframe_->getBool();
+  plain_->setHidden(style.colour != MeshColour::kPlain);
+  visuals_->setStyle(style);
+  context_->queueRender();
+}
+
+}  // namespace dtsdf
+
+PLUGINLIB_EXPORT_CLASS(dtsdf::MeshBlocksDisplay, rviz::Display)

@@ -1,0 +1,15 @@
+/// What `map_tool` can do with a map file: a function for each of its commands.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace dtsdf {
+
+/// Each takes the arguments behind its name. @throws UsageError, TextRequest for --help,
+/// std::runtime_error for files that cannot be read or written.
+void tellAboutMap(const std::vector<std::string>& arguments);
+void meshMap(const std::vector<std::string>& arguments);
+void timeMap(const std::vector<std::string>& arguments);
+
+}  // namespace dtsdf

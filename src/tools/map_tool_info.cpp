@@ -1,0 +1,104 @@
+// map_tool info: what is in a map file.
+#include <cstdio>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "program/command_line.h"
+#include "program/run_program.h"
+#include "tools/map_tool.h"
+
+namespace dtsdf {
+namespace {
+
+struct InfoOptions {
+  std::string path;
+  bool settings = false, verify = false;
+};
+
+InfoOptions parse(const std::vector<std::string>& arguments) {
+  InfoOptions options;
+  CommandLine line("map_tool info", "FILE [options]",
+                   "Tells what is in a map file. Without --verify voxels and colours are not read.",
+                   kExitCodes);
+  line.addText({"FILE", "", "a map file"}, options.path);
+  line.addFlag("--settings", "every setting and number of a rule that it was made with",
+               options.settings);
+  line.addFlag("--verify", "read all of it, and check it against its checksums", options.verify);
+  line.parse(arguments);
+  return options;
+}
+
+void print(const char* what, const std::string& text) {
+  std::printf("%-14s %s\n", what, text.c_str());
+}
+
+template <class... Values>
+std::string format(const char* form, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof(text), form, values...);
+  return text;
+}
+
+/// Where the blocks begin and end in the map frame.
+std::string describeBounds(const MapInfo& info, double voxel_size_m) {
+  const double block_m = voxel_size_m * kBlockSide;
+  return format("%.2f %.2f %.2f to %.2f %.2f %.2f m", info.least.x * block_m,
+                info.least.y * block_m, info.least.z * block_m, (info.most.x + 1) * block_m,
+                (info.most.y + 1) * block_m, (info.most.z + 1) * block_m);
+}
+
+void printMap(const MapInfo& info) {
+  MapContents bound;
+  bound.settings = info.settings;
+  const MapperParams params = withSettingsOf(bound, {});
+  const auto voxel_size_m = static_cast<double>(params.map.voxel_size_m);
+  print("voxel size", format("%.7g m", voxel_size_m));
+  print("truncation", format("%.7g voxels", static_cast<double>(params.map.truncation_voxels)));
+  print("mode", std::string(params.map.directional ? "directional" : "undirected") + ", " +
+                    std::get<std::string>(info.settings.at("fusion/mode")));
+  print("map frame", info.map_frame.empty() ? "not named" : "'" + info.map_frame + "'");
+  print("frames", std::to_string(info.frames));
+  print("newest stamp", info.stamp_s == 0.0 ? "not known" : format("%.6f s", info.stamp_s));
+  print("blocks", std::to_string(info.size.blocks));
+  print("voxel arrays", std::to_string(info.size.voxel_arrays));
+  print("colour", info.painted ? std::to_string(info.size.bricks) + " bricks" : "none");
+  print("memory", format("%.1f MiB", static_cast<double>(info.size.bytes()) / (1 << 20)));
+  if (info.size.blocks > 0) print("bounds", describeBounds(info, voxel_size_m));
+  print("content hash",
+        format("%016llx", static_cast<unsigned long long>(info.content_hash)));
+}
+
+void printParts(const MapInfo& info) {
+  std::printf("\n%-5s %9s %14s %14s\n", "part", "sections", "stored bytes", "content bytes");
+  for (const MapFilePart& part : info.parts) {
+    std::printf("%-5s %9zu %14llu %14llu%s\n", part.id.c_str(), part.sections,
+                static_cast<unsigned long long>(part.stored_bytes),
+                static_cast<unsigned long long>(part.content_bytes),
+                part.known ? "" : "  (unknown, skipped)");
+  }
+}
+
+void printSettings(const MapInfo& info) {
+  std::printf("\n");
+  for (const auto& [key, value] : info.settings) {
+    std::printf("%s: %s\n", key.c_str(), toString(value).c_str());
+  }
+}
+
+}  // namespace
+
+void tellAboutMap(const std::vector<std::string>& arguments) {
+  const InfoOptions options = parse(arguments);
+  const MapInfo info = readMapInfo(options.path);
+  print("file", options.path);
+  print("file size", std::to_string(info.file_bytes) + " bytes, version " +
+                         std::to_string(info.version) + " of the format");
+  printMap(info);
+  printParts(info);
+  if (options.settings) printSettings(info);
+  if (options.verify) {
+    loadMap(options.path);
+    std::printf("\nevery checksum fits\n");
+  }
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,84 @@
+// map_tool mesh: the mesh of a map file.
+#include <cstdio>
+#include <utility>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "dtsdf_mapping/io/yaml_params.h"
+#include "io/atomic_file.h"
+#include "mapper/probed_mapper.h"
+#include "program/command_line.h"
+#include "program/run_program.h"
+#include "tools/map_tool.h"
+
+namespace dtsdf {
+namespace {
+
+struct MeshOptions {
+  std::string map_path, mesh_path;
+  std::vector<std::string> settings;  ///< Each key=value.
+};
+
+MeshOptions parse(const std::vector<std::string>& arguments) {
+  MeshOptions options;
+  CommandLine line("map_tool mesh", "FILE OUT.ply [options]",
+                   "Makes the mesh of a map file, the one that its mapper would have made.",
+                   kExitCodes);
+  line.addText({"FILE", "", "a map file"}, options.map_path);
+  line.addText({"OUT", "", "the mesh: .ply or .glb (normals, colours), .obj or .stl"},
+               options.mesh_path);
+  line.addList({"--set", "KEY=VALUE ...",
+                "settings in place of those of the file: mesh/..., backend, threads"},
+               [&](const std::string& value) { options.settings.push_back(value); });
+  line.parse(arguments);
+  if (!meshFormatOf(options.mesh_path)) {
+    throw UsageError("'" + options.mesh_path + "' does not end in " + kMeshExtensions);
+  }
+  return options;
+}
+
+/// What a map is meshed with.
+struct MeshSettings {
+  MapperParams params;
+  Rules rules;
+};
+
+/// Those of the file, as far as this version knows them, and then those that are given.
+MeshSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given) {
+  MeshSettings settings;
+  ParamWriter known;
+  visitParams(settings.params, known);
+  visitRules(settings.rules, known);
+  ParamTree tree;
+  for (const auto& [key, value] : contents.settings) {
+    if (known.tree.count(key) > 0) tree[key] = value;
+  }
+  for (const std::string& setting : given) setParam(setting, tree);
+  ParamReader reader(std::move(tree));
+  visitParams(settings.params, reader);
+  visitRules(settings.rules, reader);
+  checkParams(settings.params, reader);
+  reader.finish();
+  const size_t bytes = sizeOf(contents.blocks).bytes();
+  settings.params.map.max_memory_mb = static_cast<int>(bytes >> 20) + 1;  // nothing is added
+  return settings;
+}
+
+}  // namespace
+
+void meshMap(const std::vector<std::string>& arguments) {
+  const MeshOptions options = parse(arguments);
+  prepareOutputFile(options.mesh_path);
+  MapContents contents = loadMap(options.map_path);
+  const MeshSettings settings = settingsFor(contents, options.settings);
+  const auto mapper = makeProbedMapper(settings.params, settings.rules, contents);
+  contents = MapContents();
+  MeshStore store(settings.params.map.voxel_size_m);
+  store.apply(mapper->updateMesh());
+  const Mesh mesh = store.assemble();
+  saveMesh(mesh, settings.params.mesh.colour, options.mesh_path);
+  std::printf("%zu vertices, %zu triangles: %s\n", mesh.vertices_m.size(), mesh.triangles.size(),
+              options.mesh_path.c_str());
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,18 @@
+// Depth images as PNG: from memory, and from a file.
+#include "io/depth_png.h"
+
+#include "fuzz/fuzz_input.h"
+#include "fuzz/png_sums.h"
+
+using namespace dtsdf;
+
+int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const std::vector<uint8_t> png = withSums({data, data + size});
+  expectAnswer([&] {
+    const DepthImage image = decodeDepthPng(png.data(), png.size());
+    require(image.pixels.size() == size_t(image.size.width) * image.size.height, "all pixels");
+  });
+  const InputFile file(png.data(), png.size());
+  expectAnswer([&] { readDepthPng(file.path(), readDepthPngSize(file.path())); });
+  return 0;
+}

@@ -1,0 +1,78 @@
+/// What the fuzz targets share: bytes as a file, bytes as numbers, and which errors are an answer.
+#pragma once
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+namespace dtsdf {
+
+/// Bad input is answered by a runtime_error in words. Anything else that is thrown, such as
+/// bad_alloc or out_of_range, leaves the target, which is a finding.
+template <class Read>
+void expectAnswer(const Read& read) {
+  try {
+    read();
+  } catch (const std::runtime_error& error) {
+    if (*error.what() == '\0') std::abort();
+  }
+}
+
+/// Ends the program, as an invariant does not hold.
+inline void require(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "does not hold: %s\n", what);
+  std::abort();
+}
+
+/// A file in memory with these bytes.
+class InputFile {
+ public:
+  InputFile(const uint8_t* data, size_t size) : descriptor_(memfd_create("input", MFD_CLOEXEC)) {
+    require(descriptor_ >= 0, "a file in memory");
+    require(write(descriptor_, data, size) == static_cast<ssize_t>(size), "is written");
+  }
+  ~InputFile() { close(descriptor_); }
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+
+  std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+ private:
+  int descriptor_;
+};
+
+/// Takes numbers from the front; zeros once there is nothing left.
+class InputBytes {
+ public:
+  InputBytes(const uint8_t* data, size_t size) : data_(data), left_(size) {}
+
+  template <class Number>
+  Number take() {
+    Number number{};
+    const size_t bytes = left_ < sizeof(number) ? left_ : sizeof(number);
+    if (bytes > 0) std::memcpy(&number, data_, bytes);
+    data_ += bytes;
+    left_ -= bytes;
+    return number;
+  }
+
+  /// From 0 to count - 1.
+  int choose(int count) { return take<uint8_t>() % count; }
+  size_t left() const { return left_; }
+
+ private:
+  const uint8_t* data_;
+  size_t left_;
+};
+
+}  // namespace dtsdf
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);

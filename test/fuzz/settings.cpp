@@ -1,0 +1,20 @@
+// Settings in YAML, up to what the node makes of them; and those of a command line.
+#include "dtsdf_mapping/io/yaml_params.h"
+#include "fuzz/fuzz_input.h"
+#include "params/node_params.h"
+
+using namespace dtsdf;
+
+int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const std::string text(data, data + size);
+  expectAnswer([&] {
+    const MappingParams params = readMappingParams(parseYamlParams(text, "settings"));
+    require(params.mapper.map.voxel_size_m > 0.0f && params.node.input.queue_size > 0, "the rules");
+  });
+  expectAnswer([&] {
+    ParamTree tree;
+    setParam(text, tree);
+    require(tree.size() == 1, "one setting");
+  });
+  return 0;
+}

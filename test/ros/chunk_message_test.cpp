@@ -1,0 +1,69 @@
+#include "ros/common/chunk_message.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+namespace dtsdf {
+namespace {
+
+using dtsdf_mapping::MeshBlock;
+
+MeshBlock soundBlock() {
+  MeshBlock block;
+  block.origin = {-5 * (int64_t{1} << 32), 7, 0};
+  block.positions = {0, 0, 0, 512, 0, 0, 0, 65535, 0};
+  block.normals = {0, 0, 1, -1, 32767, 0};
+  block.colours = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  block.triangles = {0, 1, 2};
+  return block;
+}
+
+TEST(ChunkMessage, ComesBackAsItWas) {
+  const MeshBlock sent = soundBlock();
+  EXPECT_TRUE(toMessage(toChunk(sent)) == sent);
+  const MeshBlock removal = [] {
+    MeshBlock block;
+    block.origin = {1, 2, 3};
+    return block;
+  }();
+  EXPECT_TRUE(toMessage(toChunk(removal)) == removal);
+}
+
+TEST(ChunkMessage, TakesTheBytesThatItsChunkTells) {
+  MeshBlock wide = soundBlock();
+  wide.triangles.clear();
+  wide.triangles32 = {0, 1, 2};
+  for (const MeshBlock& block : {soundBlock(), wide, MeshBlock()}) {
+    EXPECT_EQ(bytesInMessage(toChunk(block)), ros::serialization::serializationLength(block));
+  }
+}
+
+TEST(ChunkMessage, IsRefusedWhereItDoesNotHoldTogether) {
+  const auto expectRefused = [](const std::string& word, std::function<void(MeshBlock&)> spoil) {
+    MeshBlock block = soundBlock();
+    spoil(block);
+    try {
+      toChunk(block);
+      ADD_FAILURE() << "taken: " << word;
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  };
+  expectRefused("numbers of vertices", [](MeshBlock& block) { block.positions.push_back(1); });
+  expectRefused("numbers of vertices", [](MeshBlock& block) { block.normals.pop_back(); });
+  expectRefused("numbers of vertices", [](MeshBlock& block) { block.colours.pop_back(); });
+  expectRefused("three vertices", [](MeshBlock& block) { block.triangles.push_back(0); });
+  expectRefused("vertex 3 of 3", [](MeshBlock& block) { block.triangles[1] = 3; });
+  expectRefused("both widths", [](MeshBlock& block) { block.triangles32 = {0, 1, 2}; });
+  expectRefused("vertex 4000000000 of 3", [](MeshBlock& block) {
+    block.triangles.clear();
+    block.triangles32 = {0, 1, 4000000000u};
+  });
+  expectRefused("out of range", [](MeshBlock& block) { block.origin[2] = int64_t{1} << 62; });
+}
+
+}  // namespace
+}  // namespace dtsdf

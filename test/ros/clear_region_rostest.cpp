@@ -1,0 +1,202 @@
+/// The service clear_region and map/keep_radius_m: what goes, what is refused, the mesh after it.
+#include <dtsdf_mapping/ClearRegion.h>
+#include <gtest/gtest.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <cmath>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "ros/support/fake_camera.h"
+#include "ros/support/mesh_watcher.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+
+namespace dtsdf {
+namespace {
+
+using dtsdf_mapping::ClearRegion;
+
+ClearRegion::Response call(const ClearRegion::Request& request) {
+  ClearRegion clear;
+  clear.request = request;
+  EXPECT_TRUE(ros::service::call("/mapping/clear_region", clear));
+  return clear.response;
+}
+
+ClearRegion::Request sphereAt(double x, double y, double z, double radius_m,
+                              const std::string& frame_id = "") {
+  ClearRegion::Request request;
+  request.frame_id = frame_id;
+  request.sphere.center.x = x;
+  request.sphere.center.y = y;
+  request.sphere.center.z = z;
+  request.sphere.radius = radius_m;
+  return request;
+}
+
+ClearRegion::Request boxOf(double x, double y, double z) {
+  ClearRegion::Request request;
+  request.box.size.x = x;
+  request.box.size.y = y;
+  request.box.size.z = z;
+  return request;
+}
+
+class ClearRegionTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    std_srvs::Trigger clear;
+    ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+    fuseFrames(2);
+  }
+
+  /// Frames of the wall one metre ahead of the camera, which stands at x with the base.
+  void fuseFrames(int count, double x = 0.0) {
+    for (int i = 0; i < count; ++i) {
+      const uint64_t fused = status_.status().frames_fused;
+      const ros::Time stamp = camera_.nextStamp();
+      camera_.sendTransform(stamp, {x, 0.0, 0.0}, "base");
+      camera_.sendTransform(stamp, {x, 0.0, 0.0});
+      camera_.send(camera_.image(stamp), camera_.info(stamp));
+      ASSERT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
+    }
+  }
+
+  bool waitForBlocks(uint64_t count) {
+    return waitUntil([&] { return status_.status().blocks == count; });
+  }
+
+  static void pause(bool value) {
+    std_srvs::SetBool pause;
+    pause.request.data = value;
+    ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  }
+
+  ros::NodeHandle nh_;
+  FakeCamera camera_{nh_};
+  StatusWatcher status_{nh_};
+};
+
+TEST_F(ClearRegionTest, ClearsABoxAndTheMarkersFollow) {
+  const MeshWatcher mesh(nh_);
+  ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 0; }));
+  const auto reach = [&] {
+    double least = 1e9;
+    for (const auto& [id, marker] : mesh.shown()) {
+      for (const auto& point : marker.points) least = std::min(least, point.x);
+    }
+    return least;
+  };
+  EXPECT_LT(reach(), -0.2);
+  ClearRegion::Request request = boxOf(10.0, 10.0, 10.0);
+  request.box.pose.position.x = -5.0;  // all that is left of x = 0
+  const auto cleared = call(request);
+  EXPECT_TRUE(cleared.success) << cleared.message;
+  EXPECT_GT(cleared.voxels, 100u);
+  EXPECT_GT(cleared.blocks, 0u);
+  EXPECT_NE(cleared.message.find(std::to_string(cleared.voxels)), std::string::npos);
+  EXPECT_TRUE(waitUntil([&] { return mesh.triangles() > 0 && reach() > -0.06; })) << reach();
+}
+
+TEST_F(ClearRegionTest, TakesAnyFrameThatIsKnown) {
+  fuseFrames(1, 0.5);
+  // The wall is 1 m ahead of the camera and the base, which now are at x = 0.5.
+  const auto cleared = call(sphereAt(0.0, 0.0, 1.0, 0.2, "/base"));
+  EXPECT_TRUE(cleared.success) << cleared.message;
+  EXPECT_GT(cleared.voxels, 0u);
+  EXPECT_EQ(call(sphereAt(0.5, 0.0, 1.0, 0.2, "map")).voxels, 0u) << "the same place";
+  EXPECT_GT(call(sphereAt(0.0, 0.0, 1.0, 0.2)).voxels, 0u) << "another place";
+}
+
+TEST_F(ClearRegionTest, ATurnedBoxIsTurned) {
+  ClearRegion::Request request = boxOf(0.01, 10.0, 10.0);
+  request.box.pose.orientation.z = std::sqrt(0.5);
+  request.box.pose.orientation.w = std::sqrt(0.5);  // now thin along y
+  const auto thin = call(request);
+  EXPECT_TRUE(thin.success);
+  EXPECT_GT(thin.voxels, 0u);
+  request.box.pose.orientation.z = 0.0;
+  request.box.pose.orientation.w = 1.0;
+  EXPECT_GT(call(request).voxels, 0u) << "only what both share is gone";
+}
+
+TEST_F(ClearRegionTest, AllSpaceLeavesAnEmptyMap) {
+  EXPECT_GT(status_.status().blocks, 0u);
+  EXPECT_TRUE(call(sphereAt(0.0, 0.0, 0.0, 1e6)).success);
+  EXPECT_TRUE(waitForBlocks(0)) << status_.status().blocks;
+  EXPECT_EQ(status_.status().map_bytes, 0u);
+  fuseFrames(1);
+  EXPECT_TRUE(waitUntil([&] { return status_.status().blocks > 0; }));
+}
+
+TEST_F(ClearRegionTest, WorksWhilePaused) {
+  pause(true);
+  const auto cleared = call(sphereAt(0.0, 0.0, 0.0, 1e6));
+  EXPECT_TRUE(cleared.success);
+  EXPECT_GT(cleared.voxels, 0u);
+  EXPECT_TRUE(waitForBlocks(0));
+  pause(false);
+}
+
+TEST_F(ClearRegionTest, ConcurrentCallsAreServedOneByOne) {
+  std::vector<std::thread> callers;
+  std::vector<ClearRegion::Response> answers(8);
+  for (size_t i = 0; i < answers.size(); ++i) {
+    callers.emplace_back([&, i] { answers[i] = call(sphereAt(0.0, 0.0, 1.0, 0.3)); });
+  }
+  for (std::thread& caller : callers) caller.join();
+  size_t emptied = 0;
+  for (const auto& answer : answers) {
+    EXPECT_TRUE(answer.success) << answer.message;
+    emptied += answer.voxels > 0;
+  }
+  EXPECT_EQ(emptied, 1u) << "the first one leaves the others nothing";
+}
+
+TEST_F(ClearRegionTest, BadRequestsAreRefusedInWords) {
+  const uint64_t blocks = status_.status().blocks;
+  const auto expectRefused = [](const ClearRegion::Request& request, const std::string& word) {
+    const auto response = call(request);
+    EXPECT_FALSE(response.success) << word;
+    EXPECT_NE(response.message.find(word), std::string::npos) << response.message;
+    EXPECT_EQ(response.voxels + response.blocks, 0u);
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expectRefused(ClearRegion::Request(), "neither");
+  ClearRegion::Request both = boxOf(1.0, 1.0, 1.0);
+  both.sphere.radius = 1.0;
+  expectRefused(both, "one of them");
+  expectRefused(sphereAt(0.0, 0.0, 0.0, 1.0, "nowhere"), "nowhere");
+  expectRefused(sphereAt(0.0, 0.0, 0.0, -1.0), "radius");
+  expectRefused(sphereAt(0.0, nan, 0.0, 1.0), "finite");
+  expectRefused(sphereAt(0.0, 0.0, 0.0, nan), "finite");
+  expectRefused(boxOf(1.0, -1.0, 1.0), "size");
+  expectRefused(boxOf(1.0, 0.0, 1.0), "size");
+  expectRefused(boxOf(1.0, nan, 1.0), "finite");
+  ClearRegion::Request turned = boxOf(1.0, 1.0, 1.0);
+  turned.box.pose.orientation.w = 3.0;
+  expectRefused(turned, "quaternion");
+  turned.box.pose.orientation.w = nan;
+  expectRefused(turned, "quaternion");
+  EXPECT_EQ(status_.status().blocks, blocks);
+}
+
+/// Round the base, which stays while the camera goes; then the base follows.
+TEST_F(ClearRegionTest, WhatIsFarFromTheBaseIsDropped) {
+  const uint64_t fused = status_.status().frames_fused, before = status_.status().blocks;
+  EXPECT_EQ(status_.status().dropped_blocks, 0u);
+  fuseFrames(2, 8.0);
+  ASSERT_TRUE(waitUntil([&] { return status_.status().dropped_blocks >= before; }))
+      << status_.status().dropped_blocks;
+  EXPECT_EQ(status_.status().frames_fused, fused + 2);
+  EXPECT_EQ(call(sphereAt(0.0, 0.0, 1.0, 1.5)).voxels, 0u);
+  EXPECT_GT(call(sphereAt(8.0, 0.0, 1.0, 1.5)).voxels, 0u);
+}
+
+}  // namespace
+}  // namespace dtsdf

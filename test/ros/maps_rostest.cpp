@@ -1,0 +1,322 @@
+/// Maps that are saved and loaded by services, and what of them is refused.
+#include <dtsdf_mapping/LoadMap.h>
+#include <dtsdf_mapping/SaveMap.h>
+#include <dtsdf_mapping/SaveMesh.h>
+#include <gtest/gtest.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <thread>
+#include <vector>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/mapper.h"
+#include "ros/support/fake_camera.h"
+#include "ros/support/mesh_watcher.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <class Service>
+typename Service::Response callFile(const std::string& service, const std::string& file_name) {
+  Service call;
+  call.request.file_name = file_name;
+  EXPECT_TRUE(ros::service::call("/mapping/" + service, call));
+  return call.response;
+}
+
+auto saveMapAs(const std::string& name) {
+  return callFile<dtsdf_mapping::SaveMap>("save_map", name);
+}
+auto loadMapFrom(const std::string& name) {
+  return callFile<dtsdf_mapping::LoadMap>("load_map", name);
+}
+auto saveMeshAs(const std::string& name) {
+  return callFile<dtsdf_mapping::SaveMesh>("save_mesh", name);
+}
+
+void clearMap() {
+  std_srvs::Trigger clear;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  ASSERT_TRUE(clear.response.success);
+}
+
+void pause(bool on) {
+  std_srvs::SetBool call;
+  call.request.data = on;
+  ASSERT_TRUE(ros::service::call("/mapping/pause", call));
+}
+
+class MapsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
+    clearMap();
+    fuseFrames(3);
+  }
+  static void TearDownTestSuite() {
+    std::string folder;
+    if (ros::param::get("/mapping/output_directory", folder)) fs::remove_all(folder);
+  }
+
+  void fuseFrames(int count) {
+    const uint64_t fused = status_.status().frames_fused;
+    for (int i = 0; i < count; ++i) {
+      camera_.sendFrame();
+      ASSERT_TRUE(status_.waitForFused(fused + i + 1)) << status_.status().message;
+    }
+  }
+
+  std::string in(const std::string& name) const { return folder_ + "/" + name; }
+
+  /// A map of the same wall with other settings.
+  void writeOtherMap(const std::string& name, float voxel_size_m, const std::string& map_frame) {
+    MapperParams params;
+    params.backend = Backend::kCpu;
+    params.map.voxel_size_m = voxel_size_m;
+    const auto mapper = makeMapper(params);
+    const std::vector<uint16_t> depth_mm(64 * 48, 1000);
+    DepthFrame frame;
+    frame.data = depth_mm.data();
+    frame.row_bytes = 64 * sizeof(uint16_t);
+    frame.width = 64;
+    frame.height = 48;
+    frame.encoding = DepthEncoding::kUint16;
+    frame.unit_m = 0.001f;
+    frame.intrinsics = {50.0f, 50.0f, 31.5f, 23.5f};
+    for (int i = 0; i < 3; ++i) ASSERT_EQ(mapper->integrate(frame).status, FrameStatus::kFused);
+    MapContents contents = mapper->contents();
+    contents.map_frame = map_frame;
+    saveMap(contents, in(name));
+  }
+
+  /// After it, the map is the one that was there before.
+  void expectRefused(const std::string& name, const std::string& word) {
+    const std::string before = readBytes(saveMapAs("before.dtsdf").path);
+    ASSERT_FALSE(before.empty());
+    const auto response = loadMapFrom(name);
+    EXPECT_FALSE(response.success) << name;
+    EXPECT_NE(response.message.find(word), std::string::npos) << response.message;
+    EXPECT_TRUE(response.path.empty());
+    EXPECT_EQ(response.blocks, 0u);
+    EXPECT_TRUE(readBytes(saveMapAs("after.dtsdf").path) == before) << "changed by " << name;
+  }
+
+  ros::NodeHandle nh_;
+  FakeCamera camera_{nh_};
+  StatusWatcher status_{nh_};
+  std::string folder_;
+};
+
+TEST_F(MapsTest, ComeBackAsTheyWereSaved) {
+  const MeshWatcher mesh(nh_);
+  const auto saved = saveMapAs("maps/wall.dtsdf");
+  ASSERT_TRUE(saved.success) << saved.message;
+  EXPECT_EQ(saved.path, fs::weakly_canonical(in("maps/wall.dtsdf")).string());
+  EXPECT_GT(saved.blocks, 0u);
+  const MapInfo info = readMapInfo(saved.path);
+  EXPECT_EQ(info.size.blocks, saved.blocks);
+  EXPECT_EQ(info.map_frame, "map");
+  EXPECT_EQ(info.frames, 3u);
+  EXPECT_GT(info.stamp_s, 1e9);
+  const auto before = saveMeshAs("before.ply");
+  ASSERT_TRUE(before.success) << before.message;
+
+  clearMap();
+  ASSERT_TRUE(waitUntil([&] { return mesh.shown().empty(); }));
+  const auto loaded = loadMapFrom("maps/wall.dtsdf");
+  ASSERT_TRUE(loaded.success) << loaded.message;
+  EXPECT_EQ(loaded.path, saved.path);
+  EXPECT_EQ(loaded.blocks, saved.blocks);
+  EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == before.triangles; }))
+      << "the mesh is shown again";
+  EXPECT_TRUE(waitUntil([&] { return status_.status().loaded_map == saved.path; }));
+  EXPECT_EQ(status_.status().blocks, saved.blocks);
+  EXPECT_FLOAT_EQ(status_.status().voxel_size_m, 0.05f);
+  const auto after = saveMeshAs("after.ply");
+  EXPECT_TRUE(readBytes(after.path) == readBytes(before.path));
+  EXPECT_TRUE(readBytes(saveMapAs("again.dtsdf").path) == readBytes(saved.path));
+  clearMap();
+  EXPECT_TRUE(waitUntil([&] { return status_.status().loaded_map.empty(); }));
+}
+
+TEST_F(MapsTest, TakeThePlaceOfWhatWasMapped) {
+  const auto saved = saveMapAs("wall.dtsdf");
+  const std::string mesh = readBytes(saveMeshAs("before.ply").path);
+  fuseFrames(5);
+  ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
+  EXPECT_TRUE(readBytes(saveMapAs("again.dtsdf").path) == readBytes(saved.path));
+  EXPECT_TRUE(readBytes(saveMeshAs("after.ply").path) == mesh);
+}
+
+/// A camera that is somewhere else in the map that was loaded has not jumped there.
+TEST_F(MapsTest, LetTheCameraBeAnywhere) {
+  ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
+  ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
+  const uint64_t fused = status_.status().frames_fused, jumps = status_.dropped("pose_jump");
+  const ros::Time stamp = camera_.nextStamp();
+  camera_.sendTransform(stamp, {30.0, 0.0, 0.0});
+  camera_.send(camera_.image(stamp), camera_.info(stamp));
+  EXPECT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
+  EXPECT_EQ(status_.dropped("pose_jump"), jumps);
+  ASSERT_TRUE(loadMapFrom("wall.dtsdf").success) << "and back again";
+}
+
+TEST_F(MapsTest, AreSavedAndLoadedWhilePaused) {
+  pause(true);
+  const auto saved = saveMapAs("wall.dtsdf");
+  EXPECT_TRUE(saved.success) << saved.message;
+  clearMap();
+  const auto loaded = loadMapFrom("wall.dtsdf");
+  EXPECT_TRUE(loaded.success) << loaded.message;
+  pause(false);
+  EXPECT_EQ(loaded.blocks, saved.blocks);
+}
+
+TEST_F(MapsTest, GiveAnEmptyMapTheirSettings) {
+  writeOtherMap("coarse.dtsdf", 0.08f, "map");
+  clearMap();
+  const auto loaded = loadMapFrom("coarse.dtsdf");
+  ASSERT_TRUE(loaded.success) << loaded.message;
+  ASSERT_TRUE(waitUntil([&] { return std::abs(status_.status().voxel_size_m - 0.08f) < 1e-6f; }));
+  const auto mesh = saveMeshAs("coarse.ply");
+  ASSERT_TRUE(mesh.success) << mesh.message;
+  const MeshWatcher shown(nh_);
+  ASSERT_TRUE(waitUntil([&] { return shown.triangles() == mesh.triangles; }));
+  for (const auto& [id, marker] : shown.shown()) {
+    for (const geometry_msgs::Point& point : marker.points) EXPECT_NEAR(point.z, 1.0, 0.02);
+  }
+  fuseFrames(2);
+  // And back.
+  ASSERT_TRUE(saveMapAs("coarse_too.dtsdf").success);
+  EXPECT_NEAR(std::get<double>(readMapInfo(in("coarse_too.dtsdf")).settings["map/voxel_size_m"]),
+              0.08, 1e-9);
+  writeOtherMap("fine.dtsdf", 0.05f, "map");
+  clearMap();
+  EXPECT_TRUE(loadMapFrom("fine.dtsdf").success);
+}
+
+TEST_F(MapsTest, AreRefusedWhereTheyDoNotFit) {
+  writeOtherMap("coarse.dtsdf", 0.08f, "map");
+  expectRefused("coarse.dtsdf", "map/voxel_size_m");
+  writeOtherMap("elsewhere.dtsdf", 0.05f, "odom");
+  expectRefused("elsewhere.dtsdf", "'odom'");
+  writeOtherMap("unnamed.dtsdf", 0.05f, "");
+  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "a frame without a name may be this one";
+}
+
+TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
+  const std::string good = readBytes(saveMapAs("good.dtsdf").path);
+  expectRefused("missing.dtsdf", "cannot read");
+  writeBytes(in("cut.dtsdf"), good.substr(0, good.size() / 2));
+  expectRefused("cut.dtsdf", "damaged");
+  std::string flipped = good;
+  flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 4);
+  writeBytes(in("flipped.dtsdf"), flipped);
+  expectRefused("flipped.dtsdf", "damaged");
+  writeBytes(in("text.dtsdf"), "no map at all, whatever its name says");
+  expectRefused("text.dtsdf", "no map file");
+}
+
+TEST_F(MapsTest, LieUnderTheOutputDirectory) {
+  const TemporaryFolder outside;
+  const std::string good = saveMapAs("good.dtsdf").path;
+  fs::copy_file(good, outside / "map.dtsdf");
+  fs::create_directories(folder_);
+  fs::remove(in("link"));
+  fs::remove(in("link.dtsdf"));
+  fs::create_directory_symlink(outside.path(), in("link"));
+  fs::create_symlink(outside / "map.dtsdf", in("link.dtsdf"));
+  const auto expectBothRefused = [&](const std::string& name, const std::string& word) {
+    expectRefused(name, word);
+    const auto saved = saveMapAs(name);
+    EXPECT_FALSE(saved.success) << name;
+    EXPECT_NE(saved.message.find(word), std::string::npos) << saved.message;
+    EXPECT_TRUE(saved.path.empty());
+  };
+  for (const std::string& name : {std::string("../map.dtsdf"), outside / "map.dtsdf",
+                                  std::string("link/map.dtsdf"), std::string("link.dtsdf")}) {
+    expectBothRefused(name, "output_directory");
+  }
+  for (const char* name : {"map", "map.ply", "map.dtsdf.tmp"}) expectBothRefused(name, ".dtsdf");
+  expectBothRefused("", "file_name");
+  expectBothRefused("a\nb.dtsdf", "control character");
+  EXPECT_EQ(outside.entryCount(), 1u);
+}
+
+TEST_F(MapsTest, AreServedOneByOneWhenManyAsk) {
+  const std::string good = readBytes(saveMapAs("good.dtsdf").path);
+  std::vector<std::thread> callers;
+  std::atomic<int> failures{0};
+  for (int i = 0; i < 12; ++i) {
+    callers.emplace_back([&, i] {
+      const std::string name = "many" + std::to_string(i / 3);
+      const bool success = i % 3 == 0   ? saveMapAs(name + ".dtsdf").success
+                           : i % 3 == 1 ? loadMapFrom("good.dtsdf").success
+                                        : saveMeshAs(name + ".ply").success;
+      if (!success) ++failures;
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(failures, 0);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_TRUE(readBytes(in("many" + std::to_string(i) + ".dtsdf")) == good);
+  }
+  fuseFrames(1);
+}
+
+/// A node of its own that begins with a map, from a path that need not lie in any folder.
+TEST_F(MapsTest, AreThereFromTheStart) {
+  const auto saved = saveMapAs("start.dtsdf");
+  const TemporaryFolder elsewhere;
+  fs::copy_file(saved.path, elsewhere / "start.dtsdf");
+  ros::param::set("/second/backend", "cpu");
+  ros::param::set("/second/map/load_file", elsewhere / "start.dtsdf");
+  const pid_t node = fork();
+  if (node == 0) {
+    execl(DTSDF_MAPPING_NODE, DTSDF_MAPPING_NODE, "__name:=second", nullptr);
+    _exit(127);
+  }
+  dtsdf_mapping::MapStatus status;
+  const ros::Subscriber subscriber = nh_.subscribe<dtsdf_mapping::MapStatus>(
+      "/second/status", 1,
+      [&](const dtsdf_mapping::MapStatus::ConstPtr& message) { status = *message; });
+  EXPECT_TRUE(waitUntil([&] { return status.blocks == saved.blocks; }));
+  EXPECT_EQ(status.loaded_map, elsewhere / "start.dtsdf");
+  EXPECT_FLOAT_EQ(status.voxel_size_m, 0.05f) << "that of the file";
+  kill(node, SIGINT);
+  int result = 0;
+  EXPECT_EQ(waitpid(node, &result, 0), node);
+  ros::param::del("/second");
+}
+
+TEST_F(MapsTest, ThatAreMissingAtTheStartAreAnError) {
+  const std::string command = std::string("timeout 20 ") + DTSDF_MAPPING_NODE +
+                              " __name:=third _map/load_file:=/not/there.dtsdf 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::string output;
+  char buffer[4096];
+  while (std::fgets(buffer, sizeof(buffer), pipe) != nullptr) output += buffer;
+  EXPECT_EQ(WEXITSTATUS(pclose(pipe)), 1);
+  EXPECT_NE(output.find("cannot start: cannot read the map file '/not/there.dtsdf'"),
+            std::string::npos)
+      << output;
+  ros::param::del("/third");
+}
+
+}  // namespace
+}  // namespace dtsdf

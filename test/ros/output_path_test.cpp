@@ -1,0 +1,66 @@
+#include "ros/output/output_path.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kExtensions = {".ply", ".obj", ".stl"};
+
+std::string resolve(const std::string& directory, const std::string& name) {
+  return resolveOutputPath(directory, name, kExtensions);
+}
+
+TEST(OutputPath, LiesUnderTheOutputDirectory) {
+  const TemporaryFolder folder;
+  const std::string root = fs::canonical(folder.path()).string();
+  EXPECT_EQ(resolve(root, "mesh.ply"), root + "/mesh.ply");
+  EXPECT_EQ(resolve(root + "/", "a/b/mesh.OBJ"), root + "/a/b/mesh.OBJ");
+  EXPECT_EQ(resolve(root, "a/../mesh.stl"), root + "/mesh.stl");
+  EXPECT_EQ(resolve(root, root + "/mesh.ply"), root + "/mesh.ply");
+  EXPECT_EQ(resolve(root + "/not/there/yet", "mesh.ply"), root + "/not/there/yet/mesh.ply");
+  EXPECT_EQ(resolveOutputPath(root, "a.dtsdf", {".dtsdf"}), root + "/a.dtsdf");
+}
+
+TEST(OutputPath, StartsAtTheHomeFolderOnRequest) {
+  const char* home = std::getenv("HOME");
+  if (home == nullptr) GTEST_SKIP() << "HOME is not set";
+  EXPECT_EQ(resolve("~/meshes", "mesh.ply"),
+            fs::weakly_canonical(home).string() + "/meshes/mesh.ply");
+  EXPECT_EQ(expandHome("~/map.dtsdf", "it"), std::string(home) + "/map.dtsdf");
+  EXPECT_EQ(expandHome("/a/~/b", "it"), "/a/~/b");
+}
+
+TEST(OutputPath, RefusesWhatLeadsOut) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "out");
+  fs::create_directories(folder / "outside");
+  writeBytes(folder / "outside/mesh.ply", "");
+  fs::create_directory_symlink(folder / "outside", folder / "out/link");
+  fs::create_symlink(folder / "outside/mesh.ply", folder / "out/file_link.ply");
+  const std::string root = folder / "out";
+  for (const char* name : {"../mesh.ply", "a/../../mesh.ply", "/mesh.ply", "link/mesh.ply",
+                           "file_link.ply", "../outside/mesh.ply", "../out.ply", "", ".", "..",
+                           "mesh", "mesh.txt", "mesh.ply/", "mesh.dtsdf"}) {
+    EXPECT_THROW(resolve(root, name), std::runtime_error) << "'" << name << "'";
+  }
+}
+
+/// A name ends at its first NUL for the system, and what is after it would be checked in its place.
+TEST(OutputPath, RefusesControlCharacters) {
+  const TemporaryFolder folder;
+  for (const std::string& name :
+       {std::string("a.txt\0.ply", 10), std::string("a\n.ply"), std::string("\x1b[2J.ply")}) {
+    EXPECT_NE(errorOf([&] { resolve(folder.path(), name); }), "");
+    EXPECT_EQ(errorOf([&] { resolve(folder.path(), name); }).find('\x1b'), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

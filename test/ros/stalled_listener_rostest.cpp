@@ -1,0 +1,161 @@
+/// Listeners that do not read, on every topic of the mesh: the node's memory stays bounded, the
+/// others are served all the same, and when they read again they get all that they lack.
+#include <dtsdf_mapping/MeshBlocks.h>
+#include <dtsdf_mapping/SaveMesh.h>
+#include <gtest/gtest.h>
+#include <sensor_msgs/PointCloud2.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "ros/support/blocks_watcher.h"
+#include "ros/support/fake_camera.h"
+#include "ros/support/mesh_watcher.h"
+#include "ros/support/raw_listener.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+
+namespace dtsdf {
+namespace {
+
+using dtsdf_mapping::MeshBlocks;
+using dtsdf_mapping::TopicStatus;
+using sensor_msgs::PointCloud2;
+using visualization_msgs::MarkerArray;
+using Clock = std::chrono::steady_clock;
+
+constexpr size_t kMegabyte = 1 << 20;
+constexpr size_t kMaxQueueBytes = 32 * kMegabyte;  // publish/max_queue_mb
+constexpr size_t kLargestMessageBytes = 4 * kMegabyte;
+
+/// How long nothing is read; longer when DTSDF_STALL_S says so.
+double stallSeconds() {
+  const char* told = std::getenv("DTSDF_STALL_S");
+  return told == nullptr ? 15.0 : std::strtod(told, nullptr);
+}
+
+template <class Message>
+RawListener listenBadly(const std::string& topic) {
+  namespace traits = ros::message_traits;
+  return {"/mapping/" + topic, traits::datatype<Message>(), traits::md5sum<Message>()};
+}
+
+class StalledListener : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+  }
+  static void TearDownTestSuite() {
+    std::string folder;
+    if (ros::param::get("/mapping/output_directory", folder)) {
+      std::filesystem::remove_all(folder);
+    }
+  }
+
+  /// From place to place along a wall, in rows. Waits until the frame is fused.
+  void fuseFrame() {
+    const uint64_t fused = status_.status().frames_fused;
+    const ros::Time stamp = camera_.nextStamp();
+    const int place = static_cast<int>(fused) % kPlaces;
+    camera_.sendTransform(stamp, {0.5 * (place % 8), 0.5 * (place / 8), 0.0});
+    camera_.send(camera_.image(stamp), camera_.info(stamp));
+    ASSERT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
+  }
+
+  TopicStatus topicStatus(const std::string& topic) const {
+    for (const TopicStatus& status : status_.status().topics) {
+      if (status.topic == "/mapping/" + topic) return status;
+    }
+    ADD_FAILURE() << topic << " is not in the status";
+    return {};
+  }
+
+  static constexpr int kPlaces = 64;
+  ros::NodeHandle nh_;
+  FakeCamera camera_{nh_};
+  StatusWatcher status_{nh_};
+};
+
+std::vector<std::array<double, 3>> cornersOf(const MeshWatcher& mesh) {
+  std::vector<std::array<double, 3>> corners;
+  for (const auto& [id, marker] : mesh.shown()) {
+    for (const geometry_msgs::Point& p : marker.points) corners.push_back({p.x, p.y, p.z});
+  }
+  std::sort(corners.begin(), corners.end());
+  return corners;
+}
+
+dtsdf_mapping::SaveMesh::Response save() {
+  dtsdf_mapping::SaveMesh call;
+  call.request.file_name = "mesh.ply";
+  EXPECT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  return call.response;
+}
+
+TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
+  const MeshWatcher mesh(nh_);
+  const BlocksWatcher blocks(nh_);
+  size_t clouds = 0;
+  const ros::Subscriber points = nh_.subscribe<PointCloud2>(
+      "/mapping/surface_points", 1, [&](const PointCloud2::ConstPtr&) { ++clouds; });
+  for (int i = 0; i < 2 * kPlaces; ++i) fuseFrame();
+  const int process = publishingProcess("/mapping/mesh");
+  const size_t base = residentBytes(process);
+
+  RawListener markers_unread = listenBadly<MarkerArray>("mesh");
+  RawListener blocks_unread = listenBadly<MeshBlocks>("mesh_blocks");
+  RawListener points_unread = listenBadly<PointCloud2>("surface_points");
+  const uint64_t markers_before = mesh.addedMarkers(), clouds_before = clouds;
+  size_t most = base;
+  uint64_t most_waiting = 0;
+  const auto end = Clock::now() + std::chrono::duration<double>(stallSeconds());
+  while (Clock::now() < end) {
+    fuseFrame();
+    most = std::max(most, residentBytes(process));
+    uint64_t waiting = 0;
+    for (const TopicStatus& topic : status_.status().topics) waiting += topic.waiting_bytes;
+    most_waiting = std::max(most_waiting, waiting);
+  }
+  std::printf("resident: base %zu MB, most %zu MB; waiting: most %zu MB\n", base / kMegabyte,
+              most / kMegabyte, static_cast<size_t>(most_waiting) / kMegabyte);
+  EXPECT_LT(most - base, 100 * kMegabyte);
+  // A listener whose share is not full yet may get one message more, and there are six.
+  EXPECT_LT(most_waiting, kMaxQueueBytes + 6 * kLargestMessageBytes);
+  EXPECT_GT(topicStatus("mesh").stalled_s, 0.5 * stallSeconds());
+  EXPECT_EQ(topicStatus("mesh").listeners, 2u);
+  EXPECT_GT(topicStatus("mesh").lacking_chunks, 0u);
+
+  // The others have had changes all along, and have all of them in the end.
+  EXPECT_GT(mesh.addedMarkers() - markers_before, 100u);
+  EXPECT_GT(clouds, clouds_before);
+  const auto saved = save();
+  ASSERT_GT(saved.triangles, 100000u);
+  EXPECT_TRUE(waitUntil([&] {
+    return mesh.triangles() == saved.triangles && blocks.state().triangles() == saved.triangles;
+  }));
+  EXPECT_TRUE(waitUntil([&] { return cornersOf(mesh) == blocks.state().corners(); }));
+
+  // And who reads again, too.
+  BlocksState late;
+  const auto deadline = Clock::now() + std::chrono::seconds(30);
+  const auto corners = blocks.state().corners();
+  while (Clock::now() < deadline &&
+         (late.triangles() != saved.triangles || late.corners() != corners)) {
+    std::vector<uint8_t> bytes = blocks_unread.read(1.0);
+    if (bytes.empty()) continue;
+    MeshBlocks message;
+    ros::serialization::IStream stream(bytes.data(), static_cast<uint32_t>(bytes.size()));
+    ros::serialization::deserialize(stream, message);
+    late.take(message);
+  }
+  EXPECT_TRUE(late.corners() == corners);
+  EXPECT_TRUE(waitUntil([&] { return topicStatus("mesh_blocks").waiting_bytes == 0; }));
+  EXPECT_EQ(topicStatus("mesh_blocks").lacking_chunks, 0u);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,34 @@
+/// A subscriber made by hand: it shakes hands as ROS does, and then reads when it is told to.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace dtsdf {
+
+class RawListener {
+ public:
+  /// Connects to the publisher of a topic.
+  /// @throws std::runtime_error if that fails.
+  RawListener(const std::string& topic, const std::string& type, const std::string& md5sum);
+  ~RawListener();
+  RawListener(const RawListener&) = delete;
+  RawListener& operator=(const RawListener&) = delete;
+
+  /// The next message, serialised; empty if none has come within the time.
+  std::vector<uint8_t> read(double timeout_s);
+
+ private:
+  bool receive(uint8_t* bytes, size_t count, double timeout_s);
+
+  int socket_ = -1;
+};
+
+/// The process that publishes a topic.
+int publishingProcess(const std::string& topic);
+
+/// Memory that a process has in use, in bytes (VmRSS).
+size_t residentBytes(int process);
+
+}  // namespace dtsdf

@@ -1,0 +1,76 @@
+/// Publishes a wavy sheet of about so many triangles as the node publishes its mesh, under the
+/// node's name, for whoever shows it: publish_mesh TRIANGLES.
+#include <ros/ros.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "kernels/meshing/corner_grid.h"
+#include "ros/output/mesh_publisher.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr float kVoxelSize = 0.01f;
+constexpr size_t kTrianglesOfBlock = 2 * kBlockSide * kBlockSide;
+
+/// Height above the lower face of the blocks, in voxels.
+float heightAt(int x, int y) {
+  const auto u = static_cast<float>(x), v = static_cast<float>(y);
+  return 4.0f + 2.0f * std::sin(0.31f * u) * std::cos(0.23f * v);
+}
+
+BlockMesh sheetIn(const BlockKey& key) {
+  BlockMesh mesh;
+  mesh.key = key;
+  for (int y = 0; y <= kBlockSide; ++y) {
+    for (int x = 0; x <= kBlockSide; ++x) {
+      const float z = heightAt(kBlockSide * key.x + x, kBlockSide * key.y + y);
+      const int edge = edgeNumber(cornerIndex(x, y, static_cast<int>(z)), 2, 0);
+      mesh.vertices.push_back({{static_cast<float>(x), static_cast<float>(y), z},
+                               static_cast<uint32_t>(edge)});
+    }
+  }
+  const auto number = [](int x, int y) { return static_cast<uint16_t>(x + kCornerGridSide * y); };
+  for (int y = 0; y < kBlockSide; ++y) {
+    for (int x = 0; x < kBlockSide; ++x) {
+      for (const uint16_t v : {number(x, y), number(x + 1, y), number(x + 1, y + 1), number(x, y),
+                               number(x + 1, y + 1), number(x, y + 1)}) {
+        mesh.triangles.push_back(v);
+      }
+    }
+  }
+  return mesh;
+}
+
+void publishSheet(size_t triangles) {
+  const auto side = static_cast<int>(std::ceil(std::sqrt(triangles / kTrianglesOfBlock + 1.0)));
+  ros::NodeHandle private_nh("~");
+  MeshPublisher publisher(private_nh, {"map", MeshColour::kAuto, 4});
+  MeshStore mesh(kVoxelSize);
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const BlockKey key{x - side / 2, y - side / 2, 0};
+      const auto block = std::make_shared<const BlockMesh>(sheetIn(key));
+      mesh.put(block);
+      publisher.noteChange(block->key);
+    }
+  }
+  std::printf("%zu triangles\n", mesh.triangleCount());
+  std::fflush(stdout);
+  const QueueShare share{32 << 20};
+  for (ros::WallRate rate(50.0); ros::ok(); rate.sleep()) {
+    publisher.meetNewcomers();
+    if (publisher.isBehind(share)) publisher.catchUp(mesh, ros::Time::now(), share);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "mapping");
+  dtsdf::publishSheet(argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 1000000);
+  return 0;
+}

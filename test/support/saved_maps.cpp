@@ -1,0 +1,120 @@
+#include "support/saved_maps.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace dtsdf {
+namespace {
+
+constexpr int kFrames = 16, kFramesWithBox = 7;
+
+Scene scene(int frame) {
+  Scene scene;
+  scene.add(Room{{-1.2, -1.2, -0.9}, {1.2, 1.2, 0.9}});
+  if (frame < kFramesWithBox) scene.add(makeBox({0.2, 0.1, -0.2}, {0.3, 0.3, 0.5}, 0.4));
+  return scene;
+}
+
+Colour stripes(const Eigen::Vector3d& p_W) {
+  const auto band = [](double x_m) {
+    return static_cast<uint8_t>(60 + 30 * (static_cast<int>(x_m * 10.0 + 100.0) % 5));
+  };
+  return {band(p_W.x()), band(p_W.y()), band(p_W.z())};
+}
+
+/// Each image is darker than the one before, so that the gains of the last one matter.
+void darken(PaintedFrame& image, int frame) {
+  for (uint8_t& value : image.pixels) {
+    value = static_cast<uint8_t>(value - value * frame / 40);
+  }
+}
+
+template <class T>
+bool sameWords(const PlainArray<T>& a, const PlainArray<T>& b) {
+  return a.size() == b.size() &&
+         (a.size() == 0 || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+template <class T>
+PlainArray<T> copyOf(const PlainArray<T>& array) {
+  PlainArray<T> copy(array.size());
+  std::copy_n(array.data(), array.size(), copy.data());
+  return copy;
+}
+
+}  // namespace
+
+const RoomRecording& roomRecording() {
+  static const RoomRecording recording = [] {
+    RoomRecording made;
+    for (int i = 0; i < kFrames; ++i) {
+      const double angle = 0.35 * i;
+      const Eigen::Vector3d eye(0.8 * std::cos(angle), 0.8 * std::sin(angle), 0.05 * (i % 4));
+      const Eigen::Isometry3d T_W_C =
+          lookAt(eye, Eigen::Vector3d(0.1, 0.0, -0.2), Eigen::Vector3d::UnitZ());
+      made.depth.push_back(renderFrame(scene(i), T_W_C, 120, 90));
+      made.colour.push_back(
+          renderColour(scene(i), stripes, besideCamera(T_W_C, 0.03), 120, 90));
+      darken(made.colour.back(), i);
+    }
+    return made;
+  }();
+  return recording;
+}
+
+void feed(Mapper& mapper, size_t first, size_t last, bool painted) {
+  for (size_t i = first; i < last; ++i) {
+    EXPECT_EQ(mapper.integrate(roomRecording().depth[i].view()).status, FrameStatus::kFused);
+    if (painted) mapper.paint(roomRecording().colour[i].view());
+  }
+}
+
+MapContents roomContents(bool painted, const MapperParams& params) {
+  const auto mapper = makeMapper(params);
+  feed(*mapper, 0, roomRecording().depth.size(), painted);
+  return mapper->contents();
+}
+
+Mesh meshOf(Mapper& mapper, float voxel_size_m) {
+  MeshStore store(voxel_size_m);
+  store.apply(mapper.updateMesh());
+  return store.assemble();
+}
+
+MapContents copyOf(const MapContents& contents) {
+  MapContents copy;
+  copy.settings = contents.settings;
+  copy.map_frame = contents.map_frame;
+  copy.stamp_s = contents.stamp_s;
+  copy.frames = contents.frames;
+  copy.supporting_frames = contents.supporting_frames;
+  copy.painted = contents.painted;
+  copy.exposure = contents.exposure;
+  copy.blocks = contents.blocks;
+  copy.voxels = copyOf(contents.voxels);
+  copy.colours = copyOf(contents.colours);
+  return copy;
+}
+
+testing::AssertionResult sameContents(const MapContents& a, const MapContents& b) {
+  const auto differ = [](const char* what) {
+    return testing::AssertionFailure() << what << " differ";
+  };
+  if (a.settings != b.settings) return differ("settings");
+  if (a.map_frame != b.map_frame) return differ("names of the frame");
+  if (a.stamp_s != b.stamp_s) return differ("stamps");
+  if (a.frames != b.frames || a.supporting_frames != b.supporting_frames) return differ("frames");
+  if (a.painted != b.painted || a.exposure != b.exposure) return differ("states of colour");
+  const bool same_blocks =
+      std::equal(a.blocks.begin(), a.blocks.end(), b.blocks.begin(), b.blocks.end(),
+                 [](const MapBlock& x, const MapBlock& y) {
+                   return x.key.x == y.key.x && x.key.y == y.key.y && x.key.z == y.key.z &&
+                          x.directions == y.directions && x.bricks == y.bricks;
+                 });
+  if (!same_blocks) return differ("blocks");
+  if (!sameWords(a.voxels, b.voxels)) return differ("voxels");
+  if (!sameWords(a.colours, b.colours)) return differ("colours");
+  return testing::AssertionSuccess();
+}
+
+}  // namespace dtsdf

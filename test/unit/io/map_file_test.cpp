@@ -1,0 +1,424 @@
+// Map files: what is saved comes back, and what is damaged is refused.
+#include "dtsdf_mapping/io/map_file.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <thread>
+
+#include "io/map_format.h"
+#include "kernels/core/voxel.h"
+#include "support/map_equality.h"
+#include "support/random_seed.h"
+#include "support/saved_maps.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+using map_format::ByteReader;
+using map_format::Bytes;
+using map_format::ByteWriter;
+using map_format::SectionHeader;
+
+const MapContents& smallMap() {
+  static const MapContents contents = [] {
+    MapContents made =
+        roomContents(true, roomParams(0.08f));
+    made.map_frame = "odom";
+    made.stamp_s = 1600000000.125;
+    return made;
+  }();
+  return contents;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// A file taken apart, so that single parts can be changed with their checksums put right.
+struct TakenApart {
+  struct Section {
+    SectionHeader header;
+    std::string stored;
+  };
+  std::string head;
+  std::vector<Section> sections;
+
+  explicit TakenApart(const std::string& bytes) : head(bytes.substr(0, 16)) {
+    for (size_t at = 16; at < bytes.size();) {
+      Section section;
+      EXPECT_TRUE(map_format::decodeHeader(
+          reinterpret_cast<const uint8_t*>(bytes.data()) + at, section.header));
+      section.stored = bytes.substr(at + 40, section.header.stored_bytes);
+      at += 40 + section.stored.size();
+      sections.push_back(section);
+    }
+  }
+
+  Section& get(const char* id) {
+    for (Section& section : sections) {
+      if (section.header.is(id)) return section;
+    }
+    throw std::runtime_error("no such section");
+  }
+
+  /// With all checksums as they have to be, but for that of the map itself.
+  std::string bytes() {
+    std::string text = head, headers = head;
+    sections.pop_back();
+    for (Section& section : sections) {
+      section.header.stored_bytes = section.stored.size();
+      section.header.hash = map_format::hashOf(section.stored.data(), section.stored.size());
+      const Bytes header = map_format::encodeHeader(section.header);
+      headers.append(header.begin(), header.end());
+      text.append(header.begin(), header.end());
+      text += section.stored;
+    }
+    ByteWriter end;
+    end.put(uint64_t{sections.size()});
+    end.put(hash);
+    end.put(map_format::hashOf(headers.data(), headers.size()));
+    end.put(uint64_t{text.size() + 40 + 32});
+    SectionHeader header;
+    std::memcpy(header.id.data(), "END ", 4);
+    header.flags = map_format::kRequired;
+    header.stored_bytes = header.content_bytes = end.bytes.size();
+    header.hash = map_format::hashOf(end.bytes.data(), end.bytes.size());
+    const Bytes bytes = map_format::encodeHeader(header);
+    text.append(bytes.begin(), bytes.end());
+    text.append(end.bytes.begin(), end.bytes.end());
+    return text;
+  }
+
+  uint64_t hash = 0;
+};
+
+class MapFile : public testing::Test {
+ protected:
+  MapFile() : path_(folder_ / "map.dtsdf") {
+    saved_ = saveMap(smallMap(), path_, 1);
+    bytes_ = readBytes(path_);
+  }
+
+  std::string errorOfBytes(const std::string& bytes) {
+    writeBytes(folder_ / "other.dtsdf", bytes);
+    return errorOf([&] { loadMap(folder_ / "other.dtsdf"); });
+  }
+
+  TakenApart takenApart() {
+    TakenApart apart(bytes_);
+    apart.hash = saved_.content_hash;
+    return apart;
+  }
+
+  TemporaryFolder folder_;
+  std::string path_, bytes_;
+  SavedMap saved_;
+};
+
+TEST_F(MapFile, GivesBackWhatWasSaved) {
+  EXPECT_TRUE(sameContents(loadMap(path_), smallMap()));
+  EXPECT_EQ(saved_.file_bytes, bytes_.size());
+  EXPECT_EQ(saved_.size.blocks, smallMap().blocks.size());
+  EXPECT_LT(bytes_.size(), saved_.size.bytes() / 2) << "compressed";
+}
+
+TEST_F(MapFile, HasTheSameBytesWhateverTheThreads) {
+  for (const int threads : {0, 2, 7}) {
+    saveMap(smallMap(), folder_ / "again.dtsdf", threads);
+    EXPECT_TRUE(readBytes(folder_ / "again.dtsdf") == bytes_);
+    EXPECT_TRUE(sameContents(loadMap(path_, kNoMapLimit, threads), smallMap()));
+  }
+}
+
+TEST_F(MapFile, LoadedAndSavedAgainHasTheSameBytes) {
+  MapperParams params = withSettingsOf(smallMap(), roomParams());
+  const auto mapper = makeMapper(params, loadMap(path_));
+  MapContents contents = mapper->contents();
+  contents.map_frame = "odom";
+  contents.stamp_s = smallMap().stamp_s;
+  saveMap(contents, folder_ / "again.dtsdf");
+  EXPECT_TRUE(readBytes(folder_ / "again.dtsdf") == bytes_);
+}
+
+TEST_F(MapFile, ContentHashesAreEqualForEqualMapsOnly) {
+  EXPECT_EQ(contentHash(smallMap()), saved_.content_hash);
+  EXPECT_EQ(contentHash(smallMap(), 3), saved_.content_hash);
+  EXPECT_EQ(readMapInfo(path_).content_hash, saved_.content_hash);
+  MapContents other = copyOf(smallMap());
+  other.map_frame = "map";
+  other.stamp_s = 5.0;
+  other.settings["mesh/min_support"] = 1;
+  EXPECT_EQ(contentHash(other), saved_.content_hash) << "the map is the same";
+  const auto expectOther = [&](const auto& change) {
+    MapContents changed = copyOf(smallMap());
+    change(changed);
+    EXPECT_NE(contentHash(changed), saved_.content_hash);
+  };
+  expectOther([](MapContents& c) { c.voxels[c.voxels.size() - 1] ^= 1; });
+  expectOther([](MapContents& c) { c.colours[0] ^= 1u << 31; });
+  expectOther([](MapContents& c) { --c.blocks.front().key.z; });
+  expectOther([](MapContents& c) { ++c.frames; });
+  expectOther([](MapContents& c) { c.exposure[2] += 0.001f; });
+  expectOther([](MapContents& c) { c.settings["map/voxel_size_m"] = 0.05; });
+}
+
+TEST_F(MapFile, OfAnEmptyMapIsOneToo) {
+  MapContents empty = makeMapper(roomParams())->contents();
+  saveMap(empty, path_);
+  EXPECT_TRUE(sameContents(loadMap(path_), empty));
+  EXPECT_EQ(readMapInfo(path_).size.blocks, 0u);
+}
+
+/// Many sections, and a last one that is not full.
+TEST_F(MapFile, OfManyChunksComesBack) {
+  const MapContents contents =
+      roomContents(true, roomParams(0.015f));
+  ASSERT_GT(contents.blocks.size(), 3 * map_format::kBlocksPerChunk);
+  saveMap(contents, path_);
+  EXPECT_TRUE(sameContents(loadMap(path_), contents));
+}
+
+TEST_F(MapFile, SettingsComeBackExactly) {
+  MapContents contents = copyOf(smallMap());
+  contents.settings["map/voxel_size_m"] = 0.012345678;
+  contents.settings["x/a"] = 0.1;
+  contents.settings["x/b"] = 1.0 / 3.0;
+  contents.settings["x/c"] = 2.0;
+  contents.settings["x/d"] = 2;
+  contents.settings["x/e"] = -1e-300;
+  contents.settings["x/f"] = true;
+  contents.settings["x/g"] = std::string("it's: so");
+  saveMap(contents, path_);
+  EXPECT_EQ(loadMap(path_).settings, contents.settings);
+}
+
+TEST_F(MapFile, ToldWithoutReadingTheVoxels) {
+  const MapInfo info = readMapInfo(path_);
+  EXPECT_EQ(info.settings, smallMap().settings);
+  EXPECT_EQ(info.map_frame, "odom");
+  EXPECT_EQ(info.frames, smallMap().frames);
+  EXPECT_TRUE(info.painted);
+  EXPECT_EQ(info.size.voxel_arrays * 512, smallMap().voxels.size());
+  EXPECT_EQ(info.size.bricks * 64, smallMap().colours.size());
+  EXPECT_EQ(info.file_bytes, bytes_.size());
+  EXPECT_EQ(info.least.z, smallMap().blocks.front().key.z);
+  EXPECT_EQ(info.most.z, smallMap().blocks.back().key.z);
+  uint64_t stored = 16;
+  for (const MapFilePart& part : info.parts) stored += part.stored_bytes + 40 * part.sections;
+  EXPECT_EQ(stored, info.file_bytes);
+}
+
+TEST_F(MapFile, WithABitFlippedIsRefused) {
+  // Each byte of the headers and of the small sections, and some of the others.
+  const size_t step = std::max<size_t>(1, bytes_.size() / 3000);
+  for (size_t i = 0; i < bytes_.size(); i += i < 6000 || i + 200 > bytes_.size() ? 1 : step) {
+    std::string spoilt = bytes_;
+    spoilt[i] = static_cast<char>(spoilt[i] ^ (1 << i % 8));
+    const std::string error = errorOfBytes(spoilt);
+    EXPECT_TRUE(contains(error, "other.dtsdf")) << "byte " << i << ": " << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+  }
+}
+
+TEST_F(MapFile, CutOffIsRefused) {
+  for (size_t length = 0; length < bytes_.size();
+       length += length < 6000 ? 7 : bytes_.size() / 500) {
+    EXPECT_TRUE(contains(errorOfBytes(bytes_.substr(0, length)), "other.dtsdf")) << length;
+  }
+  EXPECT_TRUE(contains(errorOfBytes(bytes_ + "x"), "damaged"));
+}
+
+TEST_F(MapFile, WithoutOneOfItsPartsIsRefused) {
+  for (size_t i = 0; i + 1 < takenApart().sections.size(); ++i) {
+    TakenApart apart = takenApart();
+    const std::string name = apart.sections[i].header.name();
+    apart.sections.erase(apart.sections.begin() + static_cast<std::ptrdiff_t>(i));
+    EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged")) << name;
+    TakenApart twice = takenApart();
+    twice.sections.insert(twice.sections.begin(), twice.sections[i]);
+    EXPECT_TRUE(contains(errorOfBytes(twice.bytes()), "damaged")) << name << " twice";
+  }
+}
+
+TEST_F(MapFile, KeepsWhatItIsTakenApartInto) {
+  EXPECT_EQ(takenApart().bytes(), bytes_) << "else the tests with parts test nothing";
+}
+
+TEST_F(MapFile, SkipsUnknownPartsThatItMay) {
+  TakenApart apart = takenApart();
+  TakenApart::Section section = apart.get("FRAM");
+  std::memcpy(section.header.id.data(), "FREE", 4);
+  section.header.flags = 0;
+  section.header.version = 3;
+  apart.sections.insert(apart.sections.begin() + 2, section);
+  writeBytes(path_, apart.bytes());
+  EXPECT_TRUE(sameContents(loadMap(path_), smallMap()));
+  EXPECT_FALSE(readMapInfo(path_).parts[2].known);
+
+  TakenApart required = takenApart();
+  section.header.flags = map_format::kRequired;
+  required.sections.insert(required.sections.begin() + 2, section);
+  const std::string error = errorOfBytes(required.bytes());
+  EXPECT_TRUE(contains(error, "FREE") && contains(error, "use a newer one")) << error;
+}
+
+TEST_F(MapFile, WithColourOfANewerKindHasNone) {
+  TakenApart apart = takenApart();
+  for (TakenApart::Section& section : apart.sections) {
+    if (section.header.is("COLI") || section.header.is("COLR")) section.header.version = 2;
+  }
+  writeBytes(path_, apart.bytes());
+  const MapContents contents = loadMap(path_);
+  EXPECT_FALSE(contents.painted);
+  EXPECT_EQ(contents.voxels.size(), smallMap().voxels.size());
+  EXPECT_EQ(contents.colours.size(), 0u);
+  EXPECT_EQ(errorOf([&] { makeMapper(withSettingsOf(contents, roomParams()), contents); }), "");
+}
+
+TEST_F(MapFile, OfANewerFormatIsRefused) {
+  TakenApart apart = takenApart();
+  apart.head[8] = 2;
+  const std::string error = errorOfBytes(apart.bytes());
+  EXPECT_TRUE(contains(error, "version 2") && contains(error, "use a newer one")) << error;
+  TakenApart newer = takenApart();
+  newer.get("VOXL").header.version = 2;
+  EXPECT_TRUE(contains(errorOfBytes(newer.bytes()), "use a newer one"));
+}
+
+/// Sizes that are not there take no memory: an allocation of 2^60 bytes would fail otherwise.
+TEST_F(MapFile, WithHugeSizesIsRefused) {
+  constexpr uint64_t kHuge = uint64_t{1} << 60;
+  for (const char* id : {"SETT", "FRAM", "STAT", "BLKS", "COLI", "VOXL", "COLR"}) {
+    TakenApart apart = takenApart();
+    apart.get(id).header.content_bytes = kHuge;
+    const std::string error = errorOfBytes(apart.bytes());
+    EXPECT_TRUE(contains(error, "damaged")) << id << ": " << error;
+  }
+  for (size_t number = 0; number < 5; ++number) {
+    for (const uint64_t value : {kHuge, ~uint64_t{0}, uint64_t{1} << 40, uint64_t{0}}) {
+      TakenApart apart = takenApart();
+      std::string& state = apart.get("STAT").stored;
+      if (ByteReader(reinterpret_cast<const uint8_t*>(state.data()) + 8 * number)
+              .take<uint64_t>() == value) {
+        continue;
+      }
+      ByteWriter out;
+      out.put(value);
+      state.replace(8 * number, 8, std::string(out.bytes.begin(), out.bytes.end()));
+      const std::string error = errorOfBytes(apart.bytes());
+      EXPECT_TRUE(contains(error, "damaged")) << number << ": " << error;
+    }
+  }
+}
+
+TEST_F(MapFile, ThatTakesMoreThanAllowedIsRefused) {
+  const size_t bytes = sizeOf(smallMap().blocks).bytes();
+  EXPECT_EQ(errorOf([&] { loadMap(path_, bytes); }), "");
+  const std::string error = errorOf([&] { loadMap(path_, bytes - 1); });
+  EXPECT_TRUE(contains(error, "max_memory_mb")) << error;
+}
+
+TEST_F(MapFile, HasToBeOne) {
+  writeBytes(folder_ / "text", "This is not a map, though it is longer than its header.");
+  EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "text"); }), "is no map file"));
+  EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "missing.dtsdf"); }), "cannot read"));
+  EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_.path()); }), "cannot read"));
+  EXPECT_TRUE(contains(errorOf([&] { loadMap("/dev/zero"); }), "cannot read"));
+  ASSERT_EQ(mkfifo((folder_ / "fifo").c_str(), 0600), 0);
+  EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "fifo"); }), "cannot read"));
+}
+
+TEST_F(MapFile, IsNotMadeOfWhatNoMapHas) {
+  MapContents contents = copyOf(smallMap());
+  std::swap(contents.blocks[0], contents.blocks[1]);
+  EXPECT_NE(errorOf([&] { saveMap(contents, path_); }), "");
+  EXPECT_TRUE(readBytes(path_) == bytes_);
+  EXPECT_TRUE(contains(errorOf([&] { saveMap(smallMap(), "/dev/full/map.dtsdf"); }),
+                       "cannot write"));
+}
+
+/// Runs examples/read_map.py on a file. @return its exit code.
+int readByExample(const std::string& path, std::string& output) {
+  FILE* pipe = popen((std::string(DTSDF_READ_MAP) + " " + path + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) return -1;
+  char buffer[4096];
+  while (std::fgets(buffer, sizeof(buffer), pipe) != nullptr) output += buffer;
+  return WEXITSTATUS(pclose(pipe));
+}
+
+TEST_F(MapFile, IsReadByTheExampleInPython) {
+  std::string output;
+  const int exit_code = readByExample(path_, output);
+  if (contains(output, "No module named")) GTEST_SKIP() << output;
+  ASSERT_EQ(exit_code, 0) << output;
+  size_t known = 0, painted = 0;
+  double distances = 0.0, weights = 0.0;
+  uint64_t colours = 0;
+  const MapContents& map = smallMap();
+  for (size_t i = 0; i < map.voxels.size(); ++i) {
+    Voxel voxel;
+    std::memcpy(&voxel, &map.voxels[i], sizeof(voxel));
+    if (evidenceOf(voxel) == 0) continue;
+    ++known;
+    distances += sdfOf(voxel);
+    weights += weightOf(voxel);
+  }
+  for (size_t i = 0; i < map.colours.size(); ++i) {
+    const uint32_t word = map.colours[i];
+    colours += (word & 255) + (word >> 8 & 255) + (word >> 16 & 255);
+    if (word >> 24 != 0) ++painted;
+  }
+  char expected[512];
+  std::snprintf(expected, sizeof(expected),
+                "voxel size 0.08\nblocks %zu\nvoxel arrays %zu\nknown voxels %zu\n"
+                "sum of distances %.6f\nsum of weights %.6f\npainted voxels %zu\n"
+                "sum of colours %llu\n",
+                map.blocks.size(), map.voxels.size() / 512, known, distances, weights, painted,
+                static_cast<unsigned long long>(colours));
+  EXPECT_EQ(output, expected);
+}
+
+/// DTSDF_KILLS asks for more of them.
+TEST_F(MapFile, IsWholeAfterASaveThatWasKilled) {
+  const MapContents larger =
+      roomContents(true, roomParams(0.015f));
+  const auto start = std::chrono::steady_clock::now();
+  const SavedMap saved = saveMap(larger, folder_ / "larger.dtsdf");
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  const char* const wanted = std::getenv("DTSDF_KILLS");
+  const int kills = wanted == nullptr ? 10 : std::atoi(wanted);
+  std::mt19937 random(caseSeed(0));
+  int killed_in_time = 0;
+  for (int i = 0; i < kills; ++i) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      while (true) saveMap(larger, path_, 1);
+    }
+    const double wait_s = std::uniform_real_distribution<double>(0.0, 1.5)(random) * took.count();
+    std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
+    kill(child, SIGKILL);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(status)) << "the save itself failed";
+    const bool is_old = readBytes(path_) == bytes_;
+    if (is_old) ++killed_in_time;
+    const uint64_t hash = contentHash(loadMap(path_));
+    EXPECT_EQ(hash, is_old ? saved_.content_hash : saved.content_hash);
+    writeBytes(path_, bytes_);
+  }
+  EXPECT_GT(killed_in_time, 0) << "no save was killed before its end";
+}
+
+}  // namespace
+}  // namespace dtsdf

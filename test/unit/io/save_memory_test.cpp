@@ -1,0 +1,92 @@
+// What a save takes in memory beside the blocks' meshes: the mesh that is joined from them, and not
+// much more. DTSDF_SAVE_TRIANGLES=50000000 asks for a mesh of that size.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "kernels/meshing/edge_vertex.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kLayers = kBlockSide;
+constexpr size_t kTrianglesPerBlock = kLayers * 2 * kBlockSide * kBlockSide;
+
+/// Sheets across a whole block, each vertex at its edge.
+SharedBlockMesh fullBlock(const BlockKey& key) {
+  const auto mesh = std::make_shared<BlockMesh>();
+  mesh->key = key;
+  mesh->vertices.reserve(kLayers * kCornerGridSide * kCornerGridSide);
+  mesh->triangles.reserve(3 * kTrianglesPerBlock);
+  for (int z = 0; z < kLayers; ++z) {
+    const auto first = static_cast<uint16_t>(mesh->vertices.size());
+    for (int y = 0; y < kCornerGridSide; ++y) {
+      for (int x = 0; x < kCornerGridSide; ++x) {
+        const int edge = edgeNumber(cornerIndex(x, y, z), 2, 0);
+        mesh->vertices.push_back({vertexPosition(edge, 0.4f), static_cast<uint32_t>(edge)});
+      }
+    }
+    for (int y = 0; y < kBlockSide; ++y) {
+      for (int x = 0; x < kBlockSide; ++x) {
+        const auto a = static_cast<uint16_t>(first + x + kCornerGridSide * y);
+        const auto b = static_cast<uint16_t>(a + 1), c = static_cast<uint16_t>(a + kCornerGridSide),
+                   d = static_cast<uint16_t>(c + 1);
+        for (const uint16_t v : {a, b, d, a, d, c}) mesh->triangles.push_back(v);
+      }
+    }
+  }
+  mesh->colours.assign(mesh->vertices.size(), VertexColour{10, 20, 30, 255});
+  return mesh;
+}
+
+/// A number of /proc/self/status in bytes: VmRSS, memory now, or VmHWM, the most so far.
+size_t memory(const std::string& name) {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    size_t kibibytes = 0;
+    if (word == name + ":" && status >> kibibytes) return kibibytes << 10;
+  }
+  return 0;
+}
+
+size_t bytesOf(const Mesh& mesh) {
+  return mesh.vertices_m.size() * sizeof(mesh.vertices_m[0]) +
+         mesh.normals.size() * sizeof(mesh.normals[0]) +
+         mesh.triangles.size() * sizeof(mesh.triangles[0]) +
+         mesh.colours.size() * sizeof(mesh.colours[0]);
+}
+
+TEST(SaveMemory, IsLittleMoreThanThatOfTheMesh) {
+  const char* const wanted = std::getenv("DTSDF_SAVE_TRIANGLES");
+  const size_t triangles = wanted == nullptr ? 3000000 : std::strtoull(wanted, nullptr, 10);
+  MeshStore store(0.01f);
+  constexpr int kSide = 64;
+  for (int i = 0; store.triangleCount() < triangles; ++i) {
+    store.put(fullBlock({i % kSide, i / kSide % kSide, i / (kSide * kSide)}));
+  }
+  const TemporaryFolder folder;
+  for (const std::string extension : {".ply", ".glb", ".stl"}) {
+    std::ofstream("/proc/self/clear_refs") << 5;  // the most so far is what it is now
+    const size_t before = memory("VmRSS");
+    size_t mesh_bytes = 0;
+    {
+      const Mesh mesh = store.assemble();
+      mesh_bytes = bytesOf(mesh);
+      saveMesh(mesh, MeshColour::kAuto, folder / ("mesh" + extension));
+    }
+    const auto taken = static_cast<double>(memory("VmHWM") - before);
+    const double share = taken / static_cast<double>(mesh_bytes);
+    RecordProperty("share" + extension.substr(1), std::to_string(share));
+    std::printf("%s of %zu triangles: %.2f times the mesh's %.0f MB\n", extension.c_str(),
+                store.triangleCount(), share, static_cast<double>(mesh_bytes) / 1e6);
+    EXPECT_LE(share, 1.5);
+    EXPECT_GT(share, 0.25) << "the measurement sees the mesh";
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

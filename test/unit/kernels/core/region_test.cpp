@@ -1,0 +1,128 @@
+#include "kernels/core/region.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <random>
+
+#include "map/region_view.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Regions near a point, with their truth by Eigen's geometry.
+struct RandomRegion {
+  explicit RandomRegion(std::mt19937& random, const Vector3d& near) {
+    const auto number = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    const Vector3d at = near + Vector3d(number(-9, 9), number(-9, 9), number(-9, 9));
+    box.T_W_B = Eigen::Translation3d(at) *
+                Eigen::Quaterniond(Eigen::Vector4d(number(-1, 1), number(-1, 1), number(-1, 1),
+                                                   number(0.1, 1)).normalized());
+    box.size_m = {number(0.1, 30), number(0.1, 30), number(0.1, 30)};
+    sphere = {at, number(0.1, 20)};
+  }
+
+  bool holds(bool as_box, const Vector3d& p) const {
+    if (!as_box) return (p - sphere.center_W).norm() <= sphere.radius_m;
+    const Eigen::AlignedBox3d aligned(-0.5 * box.size_m, 0.5 * box.size_m);
+    return aligned.contains(box.T_W_B.inverse() * p);
+  }
+
+  RegionView view(bool as_box, double unit_m) const {
+    return makeRegionView(as_box ? Region(box) : Region(sphere), unit_m);
+  }
+
+  BoxRegion box;
+  SphereRegion sphere;
+};
+
+/// Voxels of 1 m: what Eigen says of the same points. Far from the origin, too.
+TEST(Region, HoldsThePointsThatLieInIt) {
+  std::mt19937 random(7);
+  for (const Vector3d& near : {Vector3d(0, 0, 0), Vector3d(8e6, -7e6, 5e6)}) {
+    int inside = 0, outside = 0;
+    for (int n = 0; n < 100; ++n) {
+      const RandomRegion region(random, near);
+      for (const bool as_box : {true, false}) {
+        const RegionView view = region.view(as_box, 1.0);
+        for (int i = 0; i < 200; ++i) {
+          std::uniform_int_distribution<int> offset(-20, 20);
+          const Vec3i voxel{static_cast<int>(near.x()) + offset(random),
+                            static_cast<int>(near.y()) + offset(random),
+                            static_cast<int>(near.z()) + offset(random)};
+          const bool expected = region.holds(as_box, Vector3d(voxel.x, voxel.y, voxel.z));
+          ASSERT_EQ(isInside(view, voxel), expected);
+          ++(expected ? inside : outside);
+        }
+      }
+    }
+    EXPECT_GT(inside, 1000);
+    EXPECT_GT(outside, 1000);
+  }
+}
+
+TEST(Region, FacesAndSurfaceBelongToIt) {
+  BoxRegion box;
+  box.size_m = {4.0, 2.0, 2.0};
+  const RegionView in_voxels = makeRegionView(box, 0.5);
+  EXPECT_TRUE(isInside(in_voxels, Vec3i{4, 2, -2}));
+  EXPECT_FALSE(isInside(in_voxels, Vec3i{5, 2, -2}));
+  EXPECT_FALSE(isInside(in_voxels, Vec3i{4, 3, -2}));
+  const RegionView ball = makeRegionView(SphereRegion{{1.0, 0.0, 0.0}, 2.5}, 0.5);
+  EXPECT_TRUE(isInside(ball, Vec3i{7, 0, 0}));
+  EXPECT_TRUE(isInside(ball, Vec3i{2, 3, 4}));
+  EXPECT_FALSE(isInside(ball, Vec3i{7, 1, 0}));
+}
+
+/// A block is passed over only if none of its voxels is inside, and most that have none are.
+TEST(Region, BlocksThatMayReachIntoItHoldAllThatDo) {
+  std::mt19937 random(8);
+  int idle = 0, passed = 0;
+  for (int n = 0; n < 60; ++n) {
+    const RandomRegion region(random, Vector3d::Zero());
+    for (const bool as_box : {true, false}) {
+      const RegionView view = region.view(as_box, 1.0);
+      for (int b = 0; b < 343; ++b) {
+        const BlockKey block{b % 7 - 3, b / 7 % 7 - 3, b / 49 - 3};
+        bool any = false;
+        for (int i = 0; i < kVoxelsPerBlock; ++i) {
+          any = any || isInside(view, firstVoxelOfBlock(block) + voxelOffset(i));
+        }
+        if (any) {
+          ASSERT_TRUE(mayBeInside(view, block));
+        } else {
+          ++(mayBeInside(view, block) ? idle : passed);
+        }
+      }
+    }
+  }
+  EXPECT_GT(passed, 2 * idle);
+}
+
+TEST(Region, ProblemsAreToldInWords) {
+  const double nan = std::nan("");
+  BoxRegion good;
+  good.size_m = {1.0, 2.0, 3.0};
+  EXPECT_EQ(findProblem(good), "");
+  EXPECT_EQ(findProblem(SphereRegion{{1, 2, 3}, 0.5}), "");
+  EXPECT_NE(findProblem(SphereRegion{{1, 2, 3}, 0.0}).find("radius"), std::string::npos);
+  EXPECT_NE(findProblem(SphereRegion{{1, 2, 3}, -1.0}).find("radius"), std::string::npos);
+  EXPECT_NE(findProblem(SphereRegion{{1, nan, 3}, 1.0}).find("finite"), std::string::npos);
+  EXPECT_NE(findProblem(SphereRegion{{1, 2, 3}, nan}).find("finite"), std::string::npos);
+  BoxRegion bad = good;
+  bad.size_m.y() = -1.0;
+  EXPECT_NE(findProblem(bad).find("size"), std::string::npos);
+  bad = good;
+  bad.T_W_B.translation().z() = HUGE_VAL;
+  EXPECT_NE(findProblem(bad).find("finite"), std::string::npos);
+  bad = good;
+  bad.T_W_B.linear() *= 2.0;
+  EXPECT_NE(findProblem(bad).find("rotation"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace dtsdf

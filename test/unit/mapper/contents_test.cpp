@@ -1,0 +1,154 @@
+// A map that is taken out of its mapper and goes on in another one.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <tuple>
+
+#include "support/map_equality.h"
+#include "support/saved_maps.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+using Mode = std::tuple<FusionMode, bool>;
+
+class Contents : public testing::TestWithParam<Mode> {
+ protected:
+  MapperParams params() const {
+    return makeCpuParams(std::get<0>(GetParam()), std::get<1>(GetParam()), 0.04f, 1);
+  }
+};
+
+/// The rest of the recording after half of it: whatever the later bytes depend on is carried over.
+TEST_P(Contents, GoOnAsIfNothingHadHappened) {
+  const size_t frames = roomRecording().depth.size();
+  for (const bool painted : {false, true}) {
+    for (const size_t half : {size_t{1}, frames / 2, frames - 1}) {
+      SCOPED_TRACE("after " + std::to_string(half));
+      const auto whole = makeProbedMapper(params());
+      feed(*whole, 0, frames, painted);
+      const auto begun = makeProbedMapper(params());
+      feed(*begun, 0, half, painted);
+      const auto resumed = makeProbedMapper(params(), Rules(), begun->contents());
+      feed(*resumed, half, frames, painted);
+      EXPECT_TRUE(sameMaps(*whole, *resumed));
+      EXPECT_TRUE(sameContents(whole->contents(), resumed->contents()));
+      const Mesh mesh = meshOf(*whole, 0.04f);
+      EXPECT_GT(mesh.triangles.size(), 1000u);
+      EXPECT_EQ(!mesh.colours.empty(), painted);
+      EXPECT_TRUE(sameMeshes(mesh, meshOf(*resumed, 0.04f)));
+    }
+  }
+}
+
+/// Also where the one before was meshed on the way, and things went away meanwhile.
+TEST_P(Contents, GoOnFromAMapThatWasShown) {
+  const size_t frames = roomRecording().depth.size();
+  const auto whole = makeProbedMapper(params());
+  const auto begun = makeProbedMapper(params());
+  feed(*whole, 0, frames, true);
+  for (size_t i = 0; i < 10; ++i) {
+    feed(*begun, i, i + 1, true);
+    if (i % 2 == 0) begun->beginMeshUpdate();
+    if (i % 2 == 1) begun->finishMeshUpdate();
+  }
+  const auto resumed = makeProbedMapper(params(), Rules(), begun->contents());
+  MeshStore store(0.04f);
+  for (size_t i = 10; i < frames; ++i) {
+    store.apply(resumed->updateMesh());
+    feed(*resumed, i, i + 1, true);
+  }
+  store.apply(resumed->updateMesh());
+  EXPECT_TRUE(sameMeshes(meshOf(*whole, 0.04f), store.assemble()));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Modes, Contents,
+    testing::Combine(testing::Values(FusionMode::kVoxelProjection, FusionMode::kRayCasting,
+                                     FusionMode::kNormalRayCasting),
+                     testing::Bool()),
+    [](const auto& info) { return modeName(std::get<0>(info.param), std::get<1>(info.param)); });
+
+TEST(ContentsOfAMap, AreTheSameWhateverTheThreads) {
+  EXPECT_TRUE(sameContents(
+      roomContents(true, makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f, 1)),
+      roomContents(true, makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f, 3))));
+}
+
+TEST(ContentsOfAMap, ComeBackAsTheyWere) {
+  const MapContents contents = roomContents();
+  EXPECT_TRUE(contents.painted);
+  EXPECT_GT(contents.colours.size(), 0u);
+  EXPECT_NE(contents.exposure[0], 1.0f) << "else the gains are not tested";
+  const auto mapper = makeMapper(roomParams(), contents);
+  EXPECT_TRUE(sameContents(mapper->contents(), contents));
+  EXPECT_EQ(mapper->stats().map_bytes, sizeOf(contents.blocks).bytes());
+}
+
+TEST(ContentsOfAMap, OfAnEmptyOneAreEmpty) {
+  const MapContents contents = makeMapper(roomParams())->contents();
+  EXPECT_TRUE(contents.blocks.empty());
+  const auto mapper = makeMapper(roomParams(), contents);
+  EXPECT_TRUE(mapper->updateMesh().blocks.empty());
+  feed(*mapper, 0, 2, false);
+  EXPECT_GT(mapper->stats().blocks, 0u);
+}
+
+TEST(ContentsOfAMap, AreRefusedWhereSettingsDiffer) {
+  const MapContents contents = roomContents(false);
+  const auto refused = [&](const char* key, const auto& change) {
+    MapperParams params = roomParams();
+    change(params);
+    const std::string error = errorOf([&] { makeMapper(params, contents); });
+    EXPECT_NE(error.find(key), std::string::npos) << error;
+    EXPECT_EQ(errorOf([&] { makeMapper(withSettingsOf(contents, params), contents); }), "");
+  };
+  refused("map/voxel_size_m", [](MapperParams& p) { p.map.voxel_size_m = 0.021f; });
+  refused("map/truncation_voxels", [](MapperParams& p) { p.map.truncation_voxels = 5.0f; });
+  refused("map/directional", [](MapperParams& p) { p.map.directional = false; });
+  refused("fusion/mode", [](MapperParams& p) { p.fusion.mode = FusionMode::kRayCasting; });
+  MapperParams other = roomParams();
+  other.fusion.max_depth_m = 3.0f;
+  other.mesh.min_support = 1;
+  EXPECT_EQ(errorOf([&] { makeMapper(other, contents); }), "") << "of frames to come, not the map";
+}
+
+TEST(ContentsOfAMap, AreRefusedBeyondTheBudget) {
+  const MapContents contents = roomContents(false, roomParams(0.02f));
+  MapperParams params = roomParams(0.02f);
+  params.map.max_memory_mb = static_cast<int>(sizeOf(contents.blocks).bytes() >> 20);
+  ASSERT_GE(params.map.max_memory_mb, 1);
+  const std::string error = errorOf([&] { makeMapper(params, contents); });
+  EXPECT_NE(error.find("map/max_memory_mb"), std::string::npos) << error;
+  ++params.map.max_memory_mb;
+  EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
+}
+
+TEST(ContentsOfAMap, AreRefusedWhereNoMapHasThem) {
+  const MapContents good = roomContents();
+  const auto refused = [&](const auto& spoil) {
+    MapContents contents = copyOf(good);
+    spoil(contents);
+    EXPECT_NE(errorOf([&] { makeMapper(roomParams(), contents); }), "");
+  };
+  refused([](MapContents& c) { std::swap(c.blocks[0], c.blocks[1]); });
+  refused([](MapContents& c) { c.blocks[1] = c.blocks[0]; });
+  refused([](MapContents& c) { c.blocks[0].key.x = 1 << 20; });
+  refused([](MapContents& c) { c.blocks[0].directions = 0; });
+  refused([](MapContents& c) { c.blocks[0].directions |= 1u << 6; });
+  refused([](MapContents& c) { c.blocks[0].bricks |= uint64_t{1} << 48; });
+  refused([](MapContents& c) { c.blocks.pop_back(); });
+  refused([](MapContents& c) { c.voxels = PlainArray<uint64_t>(c.voxels.size() - 512); });
+  refused([](MapContents& c) { c.colours = PlainArray<uint32_t>(); });
+  refused([](MapContents& c) { c.painted = false; });
+  refused([](MapContents& c) { c.supporting_frames = c.frames + 1; });
+  refused([](MapContents& c) { c.exposure[1] = 0.0f; });
+  refused([](MapContents& c) { c.exposure[1] = std::numeric_limits<float>::quiet_NaN(); });
+  refused([](MapContents& c) { c.stamp_s = std::numeric_limits<double>::infinity(); });
+  refused([](MapContents& c) { c.settings.erase("map/voxel_size_m"); });
+  refused([](MapContents& c) { c.settings["fusion/mode"] = std::string("none"); });
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,168 @@
+// A map of what is near: what lies beyond map/keep_radius_m goes, and nothing else.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "backend/frame_check.h"
+#include "dtsdf_mapping/params/param_set.h"
+#include "support/map_equality.h"
+#include "support/session.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr float kVoxel_m = 0.04f, kRadius_m = 3.0f;
+
+MapperParams params(float keep_radius_m) {
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+  params.fusion.max_depth_m = 2.5f;
+  params.map.keep_radius_m = keep_radius_m;
+  return params;
+}
+
+/// A wall along x, and a camera that looks at it from a place along it.
+SceneFrame lookFrom(double x, int width = 80) {
+  Scene scene;
+  scene.add(Plane{{0.0, 1.5, 0.0}, -Vector3d::UnitY()});
+  return renderFrame(scene, lookAt({x, 0.0, 0.0}, {x, 1.0, 0.0}, Vector3d::UnitZ()), width,
+                     3 * width / 4);
+}
+
+double distanceOf(const BlockKey& block, const Vector3d& p_W) {
+  const double edge = kBlockSide * static_cast<double>(kVoxel_m);
+  const Vector3d low = edge * Vector3d(block.x, block.y, block.z);
+  return Eigen::AlignedBox3d(low, low + Vector3d::Constant(edge)).exteriorDistance(p_W);
+}
+
+/// A walk along the wall: what is left is what a map without a radius has within it.
+TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
+  Session all(params(0.0f)), near(params(kRadius_m));
+  double x = 0.0;
+  for (int i = 0; i < 60; ++i, x += 0.1) {
+    const SceneFrame frame = lookFrom(x);
+    all.integrate(frame);
+    near.integrate(frame);
+    if (i % 4 == 0) near.updateMesh();
+  }
+  const Vector3d camera(x - 0.1, 0.0, 0.0);
+  size_t kept = 0, dropped = 0;
+  std::vector<BlockSnapshot> rest = near.mapper().snapshot();
+  for (const BlockSnapshot& block : all.mapper().snapshot()) {
+    if (distanceOf(block.key, camera) > kRadius_m) {
+      ++dropped;
+      continue;
+    }
+    ASSERT_LT(kept, rest.size());
+    ASSERT_TRUE(block.key == rest[kept].key);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      ASSERT_EQ(block.voxels[d].size(), rest[kept].voxels[d].size());
+      for (size_t i = 0; i < block.voxels[d].size(); ++i) {
+        ASSERT_EQ(block.voxels[d][i].state, rest[kept].voxels[d][i].state);
+      }
+    }
+    ++kept;
+  }
+  EXPECT_EQ(kept, rest.size());
+  EXPECT_GT(kept, 50u);
+  EXPECT_GT(dropped, 50u);
+  EXPECT_EQ(near.mapper().stats().dropped_blocks, dropped);
+  EXPECT_EQ(all.mapper().stats().dropped_blocks, 0u);
+  near.updateMesh();
+  EXPECT_EQ(near.mapper().stats().blocks, kept) << "the books of dropped blocks are free again";
+  for (const Vec3f& p : near.mesh().vertices_m) {
+    ASSERT_LT((Vector3d(p.x, p.y, p.z) - camera).norm(), kRadius_m + 1.75 * 8 * kVoxel_m);
+  }
+  near.mapper().clear();
+  EXPECT_EQ(near.mapper().stats().dropped_blocks, 0u);
+}
+
+/// Meshes of dropped blocks are taken back, and the rest is what a map that was never meshed gives.
+TEST(KeepRadius, MeshesFollow) {
+  Session often(params(kRadius_m)), once(params(kRadius_m));
+  for (int i = 0; i < 40; ++i) {
+    const SceneFrame frame = lookFrom(0.2 * i);
+    often.integrate(frame);
+    once.integrate(frame);
+    often.updateMesh();
+  }
+  once.updateMesh();
+  EXPECT_TRUE(sameMaps(often.mapper(), once.mapper()));
+  EXPECT_TRUE(sameMeshes(often.mesh(), once.mesh()));
+  EXPECT_GT(once.mesh().triangles.size(), 100u);
+}
+
+/// A flight far longer than the budget: nothing is refused, with and without meshes, and after
+/// whoever wanted them has left.
+TEST(KeepRadius, HoldsTheBudgetHoweverLongTheWay) {
+  for (const int meshed_frames : {0, 40, 1000}) {
+    MapperParams settings = params(kRadius_m);
+    settings.map.max_memory_mb = 3;
+    Session session(settings);
+    size_t most = 0;
+    for (int i = 0; i < 300; ++i) {
+      session.integrate(lookFrom(0.4 * i, 40));
+      if (i < meshed_frames) session.updateMesh();
+      most = std::max(most, session.mapper().stats().map_bytes);
+    }
+    const MapStats stats = session.mapper().stats();
+    EXPECT_EQ(stats.refused_blocks, 0u) << meshed_frames;
+    constexpr size_t kLeastOfABlock = BlockTable::kBlockBytes + BlockTable::kArrayBytes;
+    EXPECT_GT(stats.dropped_blocks * kLeastOfABlock, size_t(6) << 20);
+    EXPECT_LT(most, size_t(3) << 20);
+  }
+}
+
+/// Round another point than the camera.
+TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
+  Session session(params(kRadius_m));
+  session.integrate(lookFrom(0.0));
+  SceneFrame away = lookFrom(20.0);
+  away.frame.keep_center_W = Vector3d::Zero();
+  session.integrate(away);
+  const Vector3d origin = Vector3d::Zero();
+  EXPECT_GT(session.mapper().snapshot().size(), 20u);
+  for (const BlockSnapshot& block : session.mapper().snapshot()) {
+    ASSERT_LE(distanceOf(block.key, origin), kRadius_m);
+  }
+  away.frame.keep_center_W = Vector3d(0.0, std::nan(""), 0.0);
+  EXPECT_EQ(session.mapper().integrate(away.view()).status, FrameStatus::kBadPose);
+}
+
+/// A jump leaves more behind than one frame drops.
+TEST(KeepRadius, DropsABoundedNumberAFrame) {
+  MapperParams settings = params(kRadius_m);
+  settings.map.voxel_size_m = 0.0025f;
+  Session session(settings);
+  session.integrate(lookFrom(0.0, 160));
+  const size_t first = session.mapper().stats().blocks;
+  ASSERT_GT(first, kMostDroppedBlocks);
+  session.integrate(lookFrom(20.0, 160));
+  EXPECT_EQ(session.mapper().stats().dropped_blocks, kMostDroppedBlocks);
+  for (int i = 0; i < 5; ++i) session.integrate(lookFrom(20.0, 160));
+  EXPECT_EQ(session.mapper().stats().dropped_blocks, first);
+}
+
+/// A frame that is refused drops nothing.
+TEST(KeepRadius, BadFramesChangeNothing) {
+  Session session(params(kRadius_m));
+  session.integrate(lookFrom(0.0));
+  SceneFrame empty = lookFrom(20.0);
+  empty.depth_m.assign(empty.depth_m.size(), 0.0f);
+  EXPECT_EQ(session.mapper().integrate(empty.view()).status, FrameStatus::kNoMeasurement);
+  EXPECT_EQ(session.mapper().stats().dropped_blocks, 0u);
+}
+
+TEST(KeepRadius, IsNoSmallerThanWhatAFrameMaps) {
+  try {
+    readMapperParams({{"map/keep_radius_m", 5.0}});
+    FAIL();
+  } catch (const ParamError& error) {
+    EXPECT_NE(std::string(error.what()).find("fusion/max_depth_m"), std::string::npos);
+  }
+  EXPECT_EQ(readMapperParams({{"map/keep_radius_m", 10}}).map.keep_radius_m, 10.0f);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,47 @@
+#include "meshing/mesh_chunks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "kernels/core/grid.h"
+
+namespace dtsdf {
+namespace {
+
+void markChanged(MeshChunks& chunks, const std::vector<BlockKey>& blocks) {
+  for (const BlockKey& block : blocks) chunks.markChanged(block);
+}
+
+TEST(MeshChunks, EachBlockIsInTheOneChunkThatItMarks) {
+  for (const BlockKey key : {BlockKey{0, 0, 0}, BlockKey{-1, 0, 3}, BlockKey{-4, -5, 4},
+                             BlockKey{kMaxBlockCoordinate, -kMaxBlockCoordinate, 7}}) {
+    MeshChunks chunks(4);
+    chunks.markChanged(key);
+    ASSERT_EQ(chunks.changed().size(), 1u);
+    const auto blocks = chunks.blocksOf(*chunks.changed().begin());
+    EXPECT_EQ(std::count(blocks.begin(), blocks.end(), packKey(key)), 1);
+    EXPECT_TRUE(std::is_sorted(blocks.begin(), blocks.end()));
+  }
+}
+
+TEST(MeshChunks, KeepIdsAndForgetChanges) {
+  MeshChunks chunks(4);
+  markChanged(chunks, {{0, 0, 0}, {3, 3, 3}, {4, 0, 0}});
+  ASSERT_EQ(chunks.all().size(), 2u);
+  const PackedKey first = chunks.all()[0];
+  const PackedKey second = chunks.all()[1];
+  const int id = chunks.idOf(first);
+  EXPECT_NE(id, chunks.idOf(second));
+
+  chunks.forgetChanges();
+  EXPECT_TRUE(chunks.changed().empty());
+  markChanged(chunks, {{-9, -9, -9}, {1, 1, 1}});
+  EXPECT_EQ(chunks.changed().size(), 2u);
+  EXPECT_EQ(chunks.idOf(first), id);
+  chunks.markAllChanged();
+  EXPECT_EQ(chunks.changed().size(), 3u);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,163 @@
+#include "dtsdf_mapping/simplify.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+#include <stdexcept>
+
+#include "kernels/core/vec.h"
+#include "meshing/surface_distance.h"
+#include "support/mesh_topology.h"
+
+namespace dtsdf {
+namespace {
+
+/// A height field over a square of `side_m`, in steps of `step_m`, that looks up or down.
+template <class Height>
+void addSheet(Mesh& mesh, float side_m, float step_m, bool up, const Height& height) {
+  const auto first = static_cast<uint32_t>(mesh.vertices_m.size());
+  const auto cells = static_cast<uint32_t>(std::lround(side_m / step_m));
+  for (uint32_t y = 0; y <= cells; ++y) {
+    for (uint32_t x = 0; x <= cells; ++x) {
+      const float at_x = step_m * static_cast<float>(x), at_y = step_m * static_cast<float>(y);
+      mesh.vertices_m.push_back({at_x, at_y, height(at_x, at_y)});
+      mesh.normals.push_back({0.0f, 0.0f, up ? 1.0f : -1.0f});
+    }
+  }
+  for (uint32_t y = 0; y < cells; ++y) {
+    for (uint32_t x = 0; x < cells; ++x) {
+      const uint32_t a = first + x + y * (cells + 1), b = a + 1, c = a + cells + 1, d = c + 1;
+      mesh.triangles.push_back({a, up ? b : d, up ? d : b});
+      mesh.triangles.push_back({a, up ? d : c, up ? c : d});
+    }
+  }
+}
+
+class Simplify : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!canSimplify()) GTEST_SKIP() << "built without meshoptimizer";
+  }
+};
+
+/// By brute force.
+double largestDistance(const Mesh& from, const Mesh& to) {
+  const SurfaceTree tree(to.vertices_m, to.triangles);
+  double largest = 0.0;
+  for (const Vec3f& p : from.vertices_m) largest = std::max(largest, tree.distance(p, 10.0));
+  return largest;
+}
+
+std::set<std::array<float, 3>> placesOf(const Mesh& mesh) {
+  std::set<std::array<float, 3>> places;
+  for (const Vec3f& p : mesh.vertices_m) places.insert({p.x, p.y, p.z});
+  return places;
+}
+
+/// A plane needs its border only; the error is that of floats.
+TEST_F(Simplify, APlaneLosesItsInside) {
+  Mesh mesh;
+  addSheet(mesh, 1.0f, 0.02f, true, [](float, float) { return 0.1f; });
+  const SimplifiedMesh simple = simplifyMesh(mesh, 0.002);
+  EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 10);
+  EXPECT_LT(simple.error_m, 1e-6);
+  const auto places = placesOf(simple.mesh);
+  for (const Vec3f& p : mesh.vertices_m) {
+    const bool is_border = p.x == 0.0f || p.y == 0.0f || p.x > 0.99f || p.y > 0.99f;
+    EXPECT_TRUE(!is_border || places.count({p.x, p.y, p.z}) == 1);
+  }
+}
+
+/// The error that is told is what any other measurement finds, and never above what was asked for.
+TEST_F(Simplify, KeepsToTheErrorAndTellsIt) {
+  Mesh mesh;
+  addSheet(mesh, 2.0f, 0.02f, true, [](float x, float y) {
+    return 0.1f * std::sin(4.0f * x) * std::cos(3.0f * y);
+  });
+  size_t last = mesh.triangles.size();
+  for (const double error_m : {0.0005, 0.002, 0.008}) {
+    const SimplifiedMesh simple = simplifyMesh(mesh, error_m);
+    EXPECT_LE(simple.error_m, error_m);
+    EXPECT_GT(simple.error_m, 0.02 * error_m);
+    EXPECT_NEAR(simple.error_m, largestDistance(mesh, simple.mesh), 1e-6);
+    EXPECT_LT(simple.mesh.triangles.size(), last / 1.5) << error_m;
+    last = simple.mesh.triangles.size();
+    const MeshTopology topology = measureTopology(simple.mesh);
+    EXPECT_EQ(topology.boundary_edges, 400u) << "the border stays: " << topology;
+    EXPECT_EQ(topology.crowded_edges + topology.inconsistent_edges, 0u) << topology;
+    EXPECT_EQ(topology.unused_vertices, 0u) << topology;
+  }
+}
+
+/// Two noisy sides of a plate of 5 mm, and more error than that: no side comes near the other's.
+TEST_F(Simplify, SidesOfAThinPlateStayApart) {
+  constexpr float kThickness_m = 0.005f;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> noise(-0.0006f, 0.0006f);
+  Mesh mesh;
+  addSheet(mesh, 1.0f, 0.01f, true, [&](float x, float) {
+    return kThickness_m + 0.05f * std::sin(5.0f * x) + noise(random);
+  });
+  addSheet(mesh, 1.0f, 0.01f, false, [&](float x, float) {
+    return 0.05f * std::sin(5.0f * x) + noise(random);
+  });
+  const SimplifiedMesh simple = simplifyMesh(mesh, 0.02);
+  EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 2) << "it is simplified";
+  EXPECT_LE(simple.error_m, 0.02);
+  // Straight up from any point of the lower side is the upper side, and nothing of it is below.
+  Mesh upper = simple.mesh, lower = simple.mesh;
+  const auto looksUp = [&](const std::array<uint32_t, 3>& t) {
+    const auto& v = simple.mesh.vertices_m;
+    return cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]).z > 0.0f;
+  };
+  upper.triangles.clear();
+  lower.triangles.clear();
+  for (const auto& t : simple.mesh.triangles) (looksUp(t) ? upper : lower).triangles.push_back(t);
+  const auto heightAt = [](const Mesh& side, float x, float y) {
+    for (const auto& t : side.triangles) {
+      const std::vector<Vec3f>& v = side.vertices_m;
+      const Vec3f &a = v[t[0]], &b = v[t[1]], &c = v[t[2]];
+      const Vec3f n = cross(b - a, c - a);
+      const auto edge = [&](const Vec3f& p, const Vec3f& q) {
+        return ((q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x)) * (n.z > 0.0f ? 1.0f : -1.0f);
+      };
+      if (edge(a, b) < 0.0f || edge(b, c) < 0.0f || edge(c, a) < 0.0f) continue;
+      return a.z - (n.x * (x - a.x) + n.y * (y - a.y)) / n.z;
+    }
+    return std::nanf("");
+  };
+  for (float y = 0.013f; y < 1.0f; y += 0.037f) {
+    for (float x = 0.007f; x < 1.0f; x += 0.029f) {
+      EXPECT_GT(heightAt(upper, x, y) - heightAt(lower, x, y), 0.0005f) << x << " " << y;
+    }
+  }
+}
+
+TEST_F(Simplify, TheSameMeshGivesTheSameBytes) {
+  Mesh mesh;
+  addSheet(mesh, 3.0f, 0.02f, true, [](float x, float y) { return 0.1f * x * y; });
+  mesh.colours.assign(mesh.vertices_m.size(), VertexColour{1, 2, 3, 255});
+  const SimplifiedMesh a = simplifyMesh(mesh, 0.003), b = simplifyMesh(mesh, 0.003);
+  EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
+  EXPECT_EQ(placesOf(a.mesh), placesOf(b.mesh));
+  EXPECT_EQ(a.mesh.colours.size(), a.mesh.vertices_m.size());
+  EXPECT_EQ(a.mesh.normals.size(), a.mesh.vertices_m.size());
+}
+
+TEST_F(Simplify, AnEmptyMeshStaysEmpty) {
+  EXPECT_TRUE(simplifyMesh(Mesh(), 0.01).mesh.triangles.empty());
+}
+
+TEST(SimplifyArguments, ErrorsAreRefusedThatAreNone) {
+  for (const double error_m : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(simplifyMesh(Mesh(), error_m), std::invalid_argument);
+  }
+  if (canSimplify()) return;
+  EXPECT_THROW(simplifyMesh(Mesh(), 0.01), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace dtsdf

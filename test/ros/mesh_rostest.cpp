@@ -2,18 +2,26 @@
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <set>
 #include <sstream>
+#include <thread>
+#include <vector>
 
+#include "dtsdf_mapping/simplify.h"
+#include "ros/support/blocks_watcher.h"
 #include "ros/support/fake_camera.h"
 #include "ros/support/mesh_watcher.h"
+#include "ros/support/raw_listener.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 
@@ -129,6 +137,49 @@ TEST_F(MeshTest, LateSubscriberGetsTheWholeMeshAndOthersNothingAgain) {
   EXPECT_EQ(early.deletedMarkers(), markers);
 }
 
+/// Blocks are the mesh as markers show it; a newcomer gets all of it, once, and nobody else does.
+TEST_F(MeshTest, BlocksAreTheMeshInFewBytes) {
+  const MeshWatcher mesh(nh_);
+  const BlocksWatcher blocks(nh_);
+  fuseFrames(2);
+  ASSERT_TRUE(waitForMesh(mesh));
+  const BlocksState& state = blocks.state();
+  ASSERT_TRUE(waitUntil([&] { return state.triangles() == mesh.triangles(); }));
+  EXPECT_EQ(state.frame(), "map");
+  EXPECT_EQ(state.chunks().size(), mesh.shown().size());
+  EXPECT_EQ(state.stepM(), static_cast<double>(0.05f) / 512);
+  for (const std::array<double, 3>& p_W : state.corners()) EXPECT_NEAR(p_W[2], 1.0, 0.005);
+  for (const auto& [origin, chunk] : state.chunks()) {
+    for (size_t i = 0; i < chunk.normals.size(); i += 2) {
+      EXPECT_LT(unpackNormal(chunk.normals[i], chunk.normals[i + 1]).z, -0.99f);
+    }
+  }
+
+  const size_t added = state.addedChunks();
+  RawListener newcomer("/mapping/mesh_blocks",
+                       ros::message_traits::datatype<dtsdf_mapping::MeshBlocks>(),
+                       ros::message_traits::md5sum<dtsdf_mapping::MeshBlocks>());
+  BlocksState late;
+  bool is_first = true;
+  while (late.triangles() < state.triangles()) {
+    std::vector<uint8_t> bytes = newcomer.read(10.0);
+    ASSERT_FALSE(bytes.empty());
+    dtsdf_mapping::MeshBlocks message;
+    ros::serialization::IStream stream(bytes.data(), static_cast<uint32_t>(bytes.size()));
+    ros::serialization::deserialize(stream, message);
+    EXPECT_EQ(message.begins_anew, is_first);
+    is_first = false;
+    late.take(message);
+  }
+  EXPECT_TRUE(late.corners() == state.corners());
+  EXPECT_EQ(late.addedChunks(), state.chunks().size());
+
+  std_srvs::Trigger clear;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  EXPECT_TRUE(waitUntil([&] { return state.chunks().empty(); }));
+  EXPECT_EQ(state.addedChunks(), added) << "what a newcomer gets is for it alone";
+}
+
 TEST_F(MeshTest, OnlyChunksThatChangedAreSent) {
   const MeshWatcher mesh(nh_);
   fuseFrames(2);
@@ -168,6 +219,28 @@ TEST_F(MeshTest, SurfacePointsAreTheVerticesWithNormals) {
   }
 }
 
+/// examples/mesh_blocks_to_ply, which documents how to read the blocks.
+TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
+  const auto saved = save("saved.ply");
+  const std::string path = folder_ + "/read.ply";
+  const std::string command =
+      std::string(DTSDF_ENVIRONMENT) + " python3 -B " + DTSDF_EXAMPLE + " " + path;
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::string header = readFile(path);
+  EXPECT_NE(header.find("element face " + std::to_string(saved.triangles) + "\n"),
+            std::string::npos);
+  EXPECT_NE(header.find("property double x\n"), std::string::npos);
+  // Of the first vertex: 1 m ahead, facing the camera.
+  const size_t begin = header.find("end_header\n") + 11;
+  double p_W[3];
+  float normal[3];
+  ASSERT_LT(begin + sizeof(p_W) + sizeof(normal), header.size());
+  std::memcpy(p_W, &header[begin], sizeof(p_W));
+  std::memcpy(normal, &header[begin + sizeof(p_W)], sizeof(normal));
+  EXPECT_NEAR(p_W[2], 1.0, 0.005);
+  EXPECT_LT(normal[2], -0.99f);
+}
+
 TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
   const auto ply = save("folder/mesh.ply");
   ASSERT_TRUE(ply.success) << ply.message;
@@ -194,13 +267,95 @@ TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
   EXPECT_EQ(vertices, obj.vertices);
   EXPECT_EQ(faces, obj.triangles);
 
+  const auto glb = save("mesh.glb");
+  ASSERT_TRUE(glb.success) << glb.message;
+  EXPECT_EQ(glb.triangles, ply.triangles);
+  EXPECT_EQ(readFile(glb.path).rfind("glTF", 0), 0u);
+  EXPECT_EQ(glb.error_m, 0.0);
+
   const auto again = save("again.ply");
   EXPECT_TRUE(readFile(again.path) == bytes) << "the same map gives the same bytes";
   for (const auto& entry : fs::directory_iterator(folder_)) {
     EXPECT_TRUE(entry.is_directory() || entry.path().extension() == ".ply" ||
-                entry.path().extension() == ".stl" || entry.path().extension() == ".obj")
+                entry.path().extension() == ".stl" || entry.path().extension() == ".obj" ||
+                entry.path().extension() == ".glb")
         << "left behind: " << entry.path();
   }
+}
+
+/// A call as it was written before there were more fields.
+TEST_F(MeshTest, ACallByNameOfTheFileAloneWorks) {
+  const std::string command =
+      std::string(DTSDF_ENVIRONMENT) +
+      " rosservice call /mapping/save_mesh \"file_name: 'by_yaml.ply'\" | grep -q 'success: True'";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_TRUE(readFile(folder_ + "/by_yaml.ply") == readFile(save("whole.ply").path));
+}
+
+TEST_F(MeshTest, SavesARegionAlone) {
+  const auto whole = save("whole.ply");
+  dtsdf_mapping::SaveMesh call;
+  call.request.file_name = "left.ply";
+  call.request.region.pose.position.x = -5.0;
+  call.request.region.size.x = 10.0;  // up to x = 0
+  call.request.region.size.y = call.request.region.size.z = 100.0;
+  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  EXPECT_TRUE(call.response.success) << call.response.message;
+  EXPECT_GT(call.response.triangles, whole.triangles / 10);
+  EXPECT_LT(call.response.triangles, whole.triangles);
+  call.request.frame_id = "camera";  // which stands at x = 20 by now, or at 0
+  call.request.region.pose.position.x = 500.0;
+  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  EXPECT_FALSE(call.response.success);
+  EXPECT_NE(call.response.message.find("region"), std::string::npos) << call.response.message;
+  call.request.frame_id = "nowhere";
+  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  EXPECT_NE(call.response.message.find("nowhere"), std::string::npos) << call.response.message;
+  call.request.frame_id = "";
+  call.request.region.size.x = -1.0;
+  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  EXPECT_FALSE(call.response.success);
+  EXPECT_NE(call.response.message.find("size"), std::string::npos) << call.response.message;
+}
+
+TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
+  const auto whole = save("whole.ply");
+  dtsdf_mapping::SaveMesh call;
+  call.request.file_name = "simple.glb";
+  call.request.simplify_error_m = 0.01;
+  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+  EXPECT_EQ(call.response.success, canSimplify()) << call.response.message;
+  if (canSimplify()) {
+    EXPECT_LT(call.response.triangles, whole.triangles);
+    EXPECT_LE(call.response.error_m, 0.01);
+    EXPECT_NE(call.response.message.find("m from the whole mesh"), std::string::npos);
+  } else {
+    EXPECT_NE(call.response.message.find("meshoptimizer"), std::string::npos);
+  }
+  for (const double error_m : {-1.0, std::nan("")}) {
+    call.request.simplify_error_m = error_m;
+    ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
+    EXPECT_FALSE(call.response.success);
+    EXPECT_NE(call.response.message.find("simplify_error_m"), std::string::npos);
+  }
+}
+
+/// Also while the node is paused.
+TEST_F(MeshTest, ConcurrentCallsAllSaveTheSame) {
+  std_srvs::SetBool pause;
+  pause.request.data = true;
+  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  std::vector<std::thread> callers;
+  for (int i = 0; i < 6; ++i) {
+    callers.emplace_back([i] { EXPECT_TRUE(save(std::to_string(i % 3) + ".glb").success); });
+  }
+  for (std::thread& caller : callers) caller.join();
+  const std::string bytes = readFile(save("alone.glb").path);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(readFile(folder_ + "/" + std::to_string(i) + ".glb") == bytes);
+  }
+  pause.request.data = false;
+  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
 }
 
 TEST_F(MeshTest, RefusesToSaveElsewhere) {

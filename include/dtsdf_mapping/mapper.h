@@ -12,6 +12,7 @@
 #include "dtsdf_mapping/map_contents.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "dtsdf_mapping/region.h"
+#include "dtsdf_mapping/space.h"
 
 /// Everything of the library.
 namespace dtsdf {
@@ -103,6 +104,10 @@ class Mapper {
   /// and stamp of the newest image are left to the caller, who knows them.
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual MapContents contents() = 0;
+
+  /// What is known of the space around the surfaces; null unless space/enabled. Lives as long as
+  /// the mapper.
+  virtual Space* space() { return nullptr; }
 
   /// Sizes of the map as it is now.
   virtual MapStats stats() const = 0;

@@ -18,6 +18,11 @@ inline bool clearsFreeSpace(const MapperParams& params) {
   return params.fusion.clearing && castsSurfels(params);
 }
 
+/// Whether it is asked how far each pixel is free.
+inline bool needsFreeDepth(const MapperParams& params) {
+  return clearsFreeSpace(params) || params.space.enabled;
+}
+
 /// Projecting voxels into an undirected map takes no normals: pixels without one count there too.
 inline bool needsNormals(const MapperParams& params) {
   return params.map.directional || castsSurfels(params);

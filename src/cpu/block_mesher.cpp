@@ -7,7 +7,7 @@
 #include "cpu/block_indexer.h"
 #include "cpu/block_refiner.h"
 #include "cpu/block_surface.h"
-#include "cpu/parallel_for.h"
+#include "threads/parallel_for.h"
 #include "kernels/meshing/regularisation.h"
 
 namespace dtsdf {

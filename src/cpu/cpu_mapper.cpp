@@ -11,7 +11,7 @@
 #include "backend/rule_settings.h"
 #include "cpu/block_times.h"
 #include "cpu/fold.h"
-#include "cpu/parallel_for.h"
+#include "threads/parallel_for.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_update.h"
 
@@ -50,7 +50,10 @@ CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
       block_finder_(fusion_, threads_),
       painter_(rules.colour, params.map.directional, threads_),
       mesher_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_,
-              params.mesh.refine != 0) {}
+              params.mesh.refine != 0),
+      free_seer_(params, threads_) {
+  if (params.space.enabled) space_ = std::make_unique<SpaceMap>(params, threads_);
+}
 
 IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
   const Clock::time_point start = Clock::now();
@@ -70,9 +73,16 @@ IntegrationResult CpuMapper::fuse(const DepthFrame& frame) {
   castFoldAndClear(blocks, surfels, sensing);
   if (params_.map.keep_radius_m > 0.0f) dropBeyond(frame);
   releaseVacant(table_.takeUnseen());
+  if (space_ != nullptr) seeFree(frame, sensing);
   IntegrationResult result;
   result.refused_blocks = admission.refused;
   return result;
+}
+
+/// Notes what the frame sees through.
+void CpuMapper::seeFree(const DepthFrame& frame, const FrameSensing& sensing) {
+  space_->addFree(free_seer_.see(sensing, space_->cubesInView(sensing.image.frame)));
+  if (params_.map.keep_radius_m > 0.0f) space_->dropBeyond(keptBallOf(frame, params_.map));
 }
 
 FrameSensing CpuMapper::sense(const DepthFrame& frame) {
@@ -125,7 +135,7 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
                                  const FrameSensing& sensing) {
   std::vector<uint32_t> empty_directions(blocks.size(), 0);
   const bool casts = castsSurfels(params_);
-  const bool clears = sensing.free_depth != nullptr;
+  const bool clears = clearsFreeSpace(params_);
   const FrameView& frame = sensing.image.frame;
   ++frames_;
   if (!blocks.empty()) ++supporting_frames_;
@@ -199,6 +209,7 @@ ClearedRegion CpuMapper::clearRegion(const Region& region) {
     if (table_.vacate(slots[i], emptied[i].empty_directions)) ++result.blocks;
   }
   releaseVacant(table_.takeUnseen());
+  if (space_ != nullptr) space_->clearRegion(view);
   return result;
 }
 
@@ -304,6 +315,7 @@ MeshUpdate CpuMapper::finishMeshUpdate() {
   mesh_update_ = MeshUpdate();
   releaseVacant(vacant_);
   vacant_.clear();
+  if (space_ != nullptr) space_->addSurfaces(update.blocks);
   return update;
 }
 
@@ -323,6 +335,10 @@ std::vector<MemoryPart> CpuMapper::memory() const {
       {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
       {"colour image", kScratch, painter_.bytes(), painter_.bytes()}};
   parts.push_back({"unit indices", kMap, mesher_.bytes(), mesher_.bytes()});
+  if (space_ != nullptr) {
+    parts.push_back({"space", kMap, space_->bytes(), space_->bytes()});
+    parts.push_back({"free depths", kScratch, free_seer_.bytes(), free_seer_.bytes()});
+  }
   return parts;
 }
 
@@ -333,6 +349,7 @@ void CpuMapper::clear() {
   painter_.clear();
   mesher_.clear();
   mesh_update_ = MeshUpdate();
+  if (space_ != nullptr) space_->clear();
   refused_ = dropped_ = frames_ = supporting_frames_ = 0;
   last_touched_.clear();
   vacant_.clear();

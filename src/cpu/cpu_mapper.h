@@ -1,6 +1,8 @@
 /// The mapper on the CPU, with all cores.
 #pragma once
 
+#include <memory>
+
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
 #include "cpu/block_mesher.h"
@@ -9,9 +11,11 @@
 #include "cpu/find_blocks.h"
 #include "cpu/make_surfels.h"
 #include "cpu/paint.h"
+#include "cpu/see_free.h"
 #include "cpu/sense.h"
 #include "cpu/voxel_store.h"
 #include "map/block_table.h"
+#include "space/space_map.h"
 
 namespace dtsdf {
 
@@ -28,6 +32,7 @@ class CpuMapper : public ProbedMapper {
   void clear() override;
   MapContents contents() override;
   void restore(const MapContents& contents) override;
+  Space* space() override { return space_.get(); }
   MapStats stats() const override;
   void profileTo(Profile* profile) override;
   std::vector<MemoryPart> memory() const override;
@@ -47,6 +52,7 @@ class CpuMapper : public ProbedMapper {
   ClearedBlock clear(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing);
   void lookAround(const FrameSensing& sensing);
   void dropBeyond(const DepthFrame& frame);
+  void seeFree(const DepthFrame& frame, const FrameSensing& sensing);
   void releaseVacant(const std::vector<int32_t>& slots);
   std::vector<int32_t> blocksInTurn(const FrameView& frame) const;
   int32_t leastEvidenceNow() const;
@@ -63,6 +69,8 @@ class CpuMapper : public ProbedMapper {
   BlockFinder block_finder_;
   Painter painter_;
   BlockMesher mesher_;
+  FreeSeer free_seer_;
+  std::unique_ptr<SpaceMap> space_;  ///< Null where nobody asks for it.
   MeshUpdate mesh_update_;
   uint64_t refused_ = 0, dropped_ = 0;
   uint64_t frames_ = 0;                 ///< Fused, those included that only clear.

@@ -1,6 +1,6 @@
 #include "cpu/find_blocks.h"
 
-#include "cpu/parallel_for.h"
+#include "threads/parallel_for.h"
 
 namespace dtsdf {
 

@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "backend/rule_settings.h"
-#include "cpu/parallel_for.h"
+#include "threads/parallel_for.h"
 #include "cpu/stretch_fit.h"
 
 namespace dtsdf {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "backend/frame_check.h"
-#include "cpu/parallel_for.h"
+#include "threads/parallel_for.h"
 #include "cpu/surface_points.h"
 
 namespace dtsdf {

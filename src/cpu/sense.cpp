@@ -6,7 +6,7 @@
 
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
-#include "cpu/parallel_for.h"
+#include "threads/parallel_for.h"
 #include "cpu/stretch_fit.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/surfels/noise.h"
@@ -93,7 +93,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   const ImageView image{view, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
                         links_.data()};
   FrameSensing sensing{image, noise, nullptr};
-  if (clearsFreeSpace(params_)) {
+  if (needsFreeDepth(params_)) {
     findFreeDepths(sensing);
     sensing.free_depth = free_depth_.data();
   }

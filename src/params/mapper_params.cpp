@@ -1,6 +1,22 @@
 #include "dtsdf_mapping/params/mapper_params.h"
 
 namespace dtsdf {
+namespace {
+
+void checkSpace(const MapperParams& params, ParamReader& reader) {
+  const int cell = params.space.cell_voxels;
+  if (cell != 1 && cell != 2 && cell != 4 && cell != 8) {
+    reader.addViolation("space/cell_voxels", "must be 1, 2, 4 or 8");
+  }
+  constexpr float kMostCells = 255.0f;  // squares of distances are kept in 16 bits
+  const float cell_m = params.map.voxel_size_m * static_cast<float>(cell);
+  if (params.space.max_distance_m > kMostCells * cell_m) {
+    reader.addViolation("space/max_distance_m",
+                        "must be at most 255 cells; make cells larger by space/cell_voxels");
+  }
+}
+
+}  // namespace
 
 void checkParams(const MapperParams& params, ParamReader& reader) {
   if (params.fusion.min_depth_m >= params.fusion.max_depth_m) {
@@ -11,6 +27,7 @@ void checkParams(const MapperParams& params, ParamReader& reader) {
                         "must be 0 (off) or at least fusion/max_depth_m, else what a frame maps "
                         "is dropped at once");
   }
+  checkSpace(params, reader);
 }
 
 MapperParams readMapperParams(const ParamTree& tree) {

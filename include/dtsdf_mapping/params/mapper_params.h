@@ -5,6 +5,7 @@
 #include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/params/mesh_params.h"
 #include "dtsdf_mapping/params/sensor_params.h"
+#include "dtsdf_mapping/params/space_params.h"
 
 namespace dtsdf {
 
@@ -23,6 +24,7 @@ struct MapperParams {
   MapParams map;                     ///< Section "map" of a file.
   FusionParams fusion;               ///< Section "fusion".
   MeshParams mesh;                   ///< Section "mesh".
+  SpaceParams space;                 ///< Section "space".
 };
 
 /// Visits each member, those of the sections too, with its key and its rule.
@@ -37,6 +39,7 @@ void visitParams(MapperParams& p, Visitor& visit) {
   visitParams(p.map, visit);
   visitParams(p.fusion, visit);
   visitParams(p.mesh, visit);
+  visitParams(p.space, visit);
 }
 
 /// Rules between settings, added to the reader's violations before its finish().

@@ -43,4 +43,22 @@ DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3f& p_L) {
   return {p_C.z, K.fx * p_C.x / p_C.z + K.cx + 0.5f, K.fy * p_C.y / p_C.z + K.cy + 0.5f};
 }
 
+/// Whether a frame may see anything of a ball in the local frame, in voxels: false only if all of
+/// it is outside the image.
+DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3f& middle, float radius) {
+  const Vec3f p = rotateInverse(frame.T_L_C, middle - frame.T_L_C.t);
+  const float z = p.z + radius;
+  if (!(z > 0.0f)) return false;
+  const Intrinsics& K = frame.intrinsics;
+  const float left = (-1.0f - K.cx) / K.fx;
+  const float right = (static_cast<float>(frame.width) - K.cx) / K.fx;
+  const float top = (-1.0f - K.cy) / K.fy;
+  const float bottom = (static_cast<float>(frame.height) - K.cy) / K.fy;
+  const auto reaches = [&](float at, float low, float high) {
+    // A ray at slope `low` is leftmost at depth z if low < 0, else at the nearest depth, 0.
+    return at + radius >= minimum(low, 0.0f) * z && at - radius <= maximum(high, 0.0f) * z;
+  };
+  return reaches(p.x, left, right) && reaches(p.y, top, bottom);
+}
+
 }  // namespace dtsdf

@@ -206,19 +206,8 @@ constexpr float kFootRadius = 3.0f * static_cast<float>(kBlockSide);
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L,
                           float radius = kFootRadius) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
-  const Vec3f middle = toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kHalf, kHalf, kHalf};
-  const Vec3f p = rotateInverse(frame.T_L_C, middle - frame.T_L_C.t);
-  const float z = p.z + radius;
-  if (!(z > 0.0f)) return false;
-  const Intrinsics& K = frame.intrinsics;
-  const float left = (-1.0f - K.cx) / K.fx, right = (static_cast<float>(frame.width) - K.cx) / K.fx;
-  const float top = (-1.0f - K.cy) / K.fy;
-  const float bottom = (static_cast<float>(frame.height) - K.cy) / K.fy;
-  const auto reaches = [&](float at, float low, float high) {
-    // A ray at slope `low` is leftmost at depth z if low < 0, else at the nearest depth, 0.
-    return at + radius >= minimum(low, 0.0f) * z && at - radius <= maximum(high, 0.0f) * z;
-  };
-  return reaches(p.x, left, right) && reaches(p.y, top, bottom);
+  return mayBeInView(frame, toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kHalf, kHalf, kHalf},
+                     radius);
 }
 
 }  // namespace dtsdf

@@ -36,7 +36,7 @@ DTSDF_HD float noiseAt(const DepthNoise& noise, float inverse_depth) {
 struct FrameSensing {
   ImageView image;
   DepthNoise noise;
-  const float* free_depth;  ///< freeDepth() per pixel; null where voxels are projected.
+  const float* free_depth;  ///< freeDepth() per pixel; null where nothing asks for it.
 };
 
 /// What the rules that make surfels need to know of the settings.

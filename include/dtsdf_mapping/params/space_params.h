@@ -1,0 +1,26 @@
+/// Settings of the space that planners ask for.
+#pragma once
+
+#include "dtsdf_mapping/params/param_set.h"
+
+namespace dtsdf {
+
+/// Whether it is kept what of space is free, and how.
+struct SpaceParams {
+  bool enabled = false;          ///< Off: costs nothing.
+  int cell_voxels = 4;           ///< Edge of a cell, in voxels: 1, 2, 4 or 8.
+  float max_range_m = 5.0f;      ///< Depth up to which an image tells what is free.
+  float max_distance_m = 2.0f;   ///< Farther from all surfaces, distances are this.
+};
+
+/// Visits each member with its key and its rule.
+/// @relates SpaceParams
+template <class Visitor>
+void visitParams(SpaceParams& p, Visitor& visit) {
+  visit("space/enabled", p.enabled);
+  visit("space/cell_voxels", p.cell_voxels, Range{1, 8});
+  visit("space/max_range_m", p.max_range_m, Range{0.1, 1000.0});
+  visit("space/max_distance_m", p.max_distance_m, Range{0.01, 1000.0});
+}
+
+}  // namespace dtsdf

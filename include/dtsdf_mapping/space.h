@@ -1,0 +1,72 @@
+/// The space around the surfaces, for planners: what is free, what is unknown, and how far it is to
+/// the next surface.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "dtsdf_mapping/geometry.h"
+
+namespace dtsdf {
+
+/// What is known of a cell.
+enum class CellState : unsigned char {
+  kUnknown,  ///< Never seen as a whole, and no surface in it.
+  kFree,     ///< Some image saw through all of it, and no surface is in it.
+  kSurface,  ///< A surface of the mesh passes through it, whatever side it shows.
+};
+
+/// How far it is to the next surface, at a point.
+struct SpaceDistance {
+  bool known = false;      ///< Whether the point's cell is free, or has a surface.
+  /// To the nearest surface, in metres; less than 0 where nothing is known. At most
+  /// space/max_distance_m either way, rounded up to whole cells.
+  float distance_m = 0.0f;
+  Vec3f gradient{};  ///< Of distance_m, per axis of W; 0 where it is limited.
+};
+
+/// A cell, and what is known of it.
+struct SpaceCell {
+  Vec3i cell;       ///< Reaches from `cell` to `cell` + 1, times cellSize_m(), in W.
+  CellState state;  ///< Never kUnknown.
+};
+
+/// What a map knows of space. Cells are cubes of space/cell_voxels voxels. Surfaces are those of
+/// the mesh, so that a plate thinner than a voxel is there as well, by the last mesh
+/// update that was finished. Free is what an image saw through as a whole; it stays so until a
+/// surface comes. Belongs to its mapper, and is no more thread safe than that.
+class Space {
+ public:
+  virtual ~Space() = default;
+
+  /// Edge of a cell, in metres.
+  virtual double cellSize_m() const = 0;
+
+  /// The cell that a point is in. @pre The point lies within the coordinates of a map.
+  virtual Vec3i cellAt(const Eigen::Vector3d& p_W) const = 0;
+
+  /// What is known of a cell.
+  virtual CellState stateOf(const Vec3i& cell) const = 0;
+
+  /// All cells that are not unknown, in canonical order.
+  virtual std::vector<SpaceCell> cells() const = 0;
+
+  /// Takes what has changed since the last call over into the distances: what lies within reach of
+  /// surfaces that came or went. Costs nothing where nobody calls it.
+  virtual void updateDistances() = 0;
+
+  /// Squared distance, in cells, from a cell's middle to that of the nearest cell with a surface,
+  /// exact; -1 if there is none within space/max_distance_m. As of the last updateDistances().
+  virtual int squaredDistance(const Vec3i& cell) const = 0;
+
+  /// The distance at a point, between the middles of the cells around; as of the last
+  /// updateDistances(). Points that are not finite, or beyond the coordinates of a map, are not
+  /// known.
+  virtual SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const = 0;
+
+  /// Memory in bytes, distances included.
+  virtual size_t bytes() const = 0;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,51 @@
+/// Cells of space: cubes of 1, 2, 4 or 8 voxels an edge, and what is known of each.
+///
+/// Cell (i, j, k) of c voxels an edge reaches from (i, j, k) * c voxels of the map frame W to
+/// (i + 1, j + 1, k + 1) * c. They are kept in cubes of 8 x 8 x 8 cells, as voxels are in blocks.
+#pragma once
+
+#include "kernels/core/grid.h"
+
+namespace dtsdf {
+
+constexpr int kCubeSideLog2 = 3;
+constexpr int kCubeSide = 1 << kCubeSideLog2;  ///< In cells.
+constexpr int kCellsPerCube = kCubeSide * kCubeSide * kCubeSide;
+constexpr int kWordsPerCube = kCellsPerCube / 64;
+
+/// A bit for each cell of a cube: word z, bit x + 8 y.
+struct CellMask {
+  uint64_t word[kWordsPerCube];
+};
+
+DTSDF_HD int cellIndex(int x, int y, int z) { return x + kCubeSide * (y + kCubeSide * z); }
+DTSDF_HD bool isIn(const CellMask& mask, int cell) {
+  return (mask.word[cell >> 6] >> (cell & 63) & 1u) != 0;
+}
+DTSDF_HD void add(CellMask& mask, int cell) { mask.word[cell >> 6] |= uint64_t{1} << (cell & 63); }
+DTSDF_HD void remove(CellMask& mask, int cell) {
+  mask.word[cell >> 6] &= ~(uint64_t{1} << (cell & 63));
+}
+
+/// How large cells are: 1 << side_log2 voxels.
+struct CellGrid {
+  int32_t side_log2;
+};
+
+DTSDF_HD int32_t cellSide(const CellGrid& grid) { return 1 << grid.side_log2; }
+DTSDF_HD int32_t cubeSideInVoxels(const CellGrid& grid) { return kCubeSide << grid.side_log2; }
+
+/// Arithmetic shifts round towards minus infinity.
+DTSDF_HD Vec3i shiftDown(const Vec3i& a, int bits) {
+  return {a.x >> bits, a.y >> bits, a.z >> bits};
+}
+DTSDF_HD Vec3i cubeOfCell(const Vec3i& cell) { return shiftDown(cell, kCubeSideLog2); }
+DTSDF_HD int indexInCube(const Vec3i& cell) {
+  constexpr int32_t kMask = kCubeSide - 1;
+  return cellIndex(cell.x & kMask, cell.y & kMask, cell.z & kMask);
+}
+DTSDF_HD Vec3i firstCellOfCube(const Vec3i& cube) {
+  return {cube.x * kCubeSide, cube.y * kCubeSide, cube.z * kCubeSide};
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,104 @@
+/// Which cells a depth image sees through.
+///
+/// A cell is free when all of it is: each pixel that it covers is free beyond the cell's farthest
+/// corner. It covers the pixels around its eight corners, all of which have to be in the image. To
+/// ask that of thousands of cells, the least free depths are kept in a pyramid: a texel of level k
+/// stands for 2^k x 2^k pixels. What is taken from a coarser level has more pixels than the cell
+/// covers, so that a cell may be missed beside an edge, but none is called free that is not.
+#pragma once
+
+#include "kernels/core/camera.h"
+#include "kernels/space/cells.h"
+
+namespace dtsdf {
+
+/// Levels for images of 2^14 pixels an edge; more have the last one's texels asked one by one.
+constexpr int kFreeLevels = 14;
+
+/// Least free depths in metres; 0 where a pixel does not tell. Level 0 has freeDepth() of pixels.
+struct FreePyramid {
+  const float* level[kFreeLevels];
+  int32_t width, height;  ///< Of level 0.
+};
+
+/// Texels of a level along an edge of so many pixels.
+DTSDF_HD int32_t texelsFor(int32_t pixels, int level) {
+  return (pixels + (1 << level) - 1) >> level;
+}
+
+/// The least of the (up to) four texels below one of the next level.
+DTSDF_HD float leastBelow(const float* texels, int32_t width, int32_t height, int32_t u,
+                          int32_t v) {
+  const int32_t left = 2 * u, right = left + 1 < width ? left + 1 : left;
+  const int32_t top = 2 * v, bottom = top + 1 < height ? top + 1 : top;
+  const float* upper = texels + static_cast<int64_t>(top) * width;
+  const float* lower = texels + static_cast<int64_t>(bottom) * width;
+  return minimum(minimum(upper[left], upper[right]), minimum(lower[left], lower[right]));
+}
+
+/// What a body covers in an image: the bounds of where its corners are seen.
+struct SeenBounds {
+  float near_m, far_m;
+  float left, right, top, bottom;  ///< In pixels, as in VoxelInImage.
+};
+
+DTSDF_HD SeenBounds boundsOf(const VoxelInImage& corner) {
+  return {corner.depth_m, corner.depth_m, corner.u, corner.u, corner.v, corner.v};
+}
+DTSDF_HD SeenBounds unite(const SeenBounds& a, const SeenBounds& b) {
+  return {minimum(a.near_m, b.near_m), maximum(a.far_m, b.far_m),
+          minimum(a.left, b.left),     maximum(a.right, b.right),
+          minimum(a.top, b.top),       maximum(a.bottom, b.bottom)};
+}
+
+/// Whether all of what lies in the bounds is in the image, and before the camera.
+DTSDF_HD bool isWhollyInImage(const FreePyramid& free, const SeenBounds& seen) {
+  return seen.near_m > 0.0f && seen.left >= 0.0f && seen.top >= 0.0f &&
+         seen.right < static_cast<float>(free.width) &&
+         seen.bottom < static_cast<float>(free.height);
+}
+
+/// Whether the image is free up to the far end of the bounds, in all of their pixels.
+DTSDF_HD bool isSeenFree(const FreePyramid& free, const SeenBounds& seen) {
+  constexpr int32_t kMostSteps = 3;
+  if (!isWhollyInImage(free, seen)) return false;
+  const auto left = static_cast<int32_t>(seen.left), right = static_cast<int32_t>(seen.right);
+  const auto top = static_cast<int32_t>(seen.top), bottom = static_cast<int32_t>(seen.bottom);
+  int k = 0;
+  while (k + 1 < kFreeLevels && ((right >> k) - (left >> k) > kMostSteps ||
+                                 (bottom >> k) - (top >> k) > kMostSteps)) {
+    ++k;
+  }
+  const int64_t width = texelsFor(free.width, k);
+  for (int32_t v = top >> k; v <= bottom >> k; ++v) {
+    for (int32_t u = left >> k; u <= right >> k; ++u) {
+      if (!(seen.far_m < free.level[k][v * width + u])) return false;
+    }
+  }
+  return true;
+}
+
+/// A cube of cells, as a frame looks at it.
+struct CubeLook {
+  Vec3f first_L;  ///< Its lowest corner in the local frame, in voxels.
+  float side;     ///< Of a cell, in voxels.
+};
+
+/// Where corner (x, y, z) of a cube's cells is seen, each from 0 to 8.
+DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const CubeLook& look, int x, int y,
+                                    int z) {
+  const Vec3f steps{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+  return projectToImage(frame, look.first_L + look.side * steps);
+}
+
+/// The bounds of a cell's eight corners; `corner(x, y, z)` is where one of the cube's is seen.
+template <class Corner>
+DTSDF_HD SeenBounds boundsOfCell(const Corner& corner, int x, int y, int z) {
+  SeenBounds bounds = boundsOf(corner(x, y, z));
+  for (int i = 1; i < 8; ++i) {
+    bounds = unite(bounds, boundsOf(corner(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))));
+  }
+  return bounds;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,205 @@
+#include "space/space_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dtsdf {
+namespace {
+
+/// Voxels along an edge of the largest cell that does not make cells of more than one size.
+int log2Of(int cell_voxels) {
+  int log2 = 0;
+  while (1 << log2 < cell_voxels) ++log2;
+  return log2;
+}
+
+/// The eight points around one, and their shares: what trilinear interpolation takes.
+struct Around {
+  Vec3i low;
+  double share[3];  ///< Of the upper ones, per axis.
+
+  explicit Around(const Eigen::Vector3d& middles) {
+    const Eigen::Vector3d floor = middles.array().floor();
+    low = {static_cast<int32_t>(floor.x()), static_cast<int32_t>(floor.y()),
+           static_cast<int32_t>(floor.z())};
+    for (int axis = 0; axis < 3; ++axis) share[axis] = middles[axis] - floor[axis];
+  }
+};
+
+double between(double low, double high, double share) { return low + share * (high - low); }
+
+}  // namespace
+
+CellGrid cellGridOf(const MapperParams& params) { return {log2Of(params.space.cell_voxels)}; }
+
+int reachInCells(const MapperParams& params) {
+  const double cell_m = static_cast<double>(params.map.voxel_size_m) * params.space.cell_voxels;
+  return static_cast<int>(std::ceil(params.space.max_distance_m / cell_m));
+}
+
+SpaceMap::SpaceMap(const MapperParams& params, int threads)
+    : grid_(cellGridOf(params)),
+      voxel_size_m_(params.map.voxel_size_m),
+      max_range_m_(params.space.max_range_m),
+      reach_(reachInCells(params)),
+      surfaces_(grid_),
+      distances_(reach_, threads) {}
+
+/// The bounds of the pyramid that the image looks into, cube by cube.
+std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
+  const float range = max_range_m_ / frame.voxel_size_m;
+  const Intrinsics& K = frame.intrinsics;
+  Vec3f low = frame.T_L_C.t, high = frame.T_L_C.t;
+  for (int corner = 0; corner < 4; ++corner) {
+    const float u = corner % 2 == 0 ? -0.5f : static_cast<float>(frame.width) - 0.5f;
+    const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
+    const Vec3f p = transform(frame.T_L_C, backProject(K, u, v, range));
+    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
+    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
+  }
+  const int log2 = grid_.side_log2 + kCubeSideLog2;
+  const auto voxelOf = [&](const Vec3f& p) {
+    return frame.origin_voxel + Vec3i{floorToInt(p.x), floorToInt(p.y), floorToInt(p.z)};
+  };
+  const Vec3i first = shiftDown(voxelOf(low), log2), last = shiftDown(voxelOf(high), log2);
+  const auto side = static_cast<float>(cubeSideInVoxels(grid_));
+  const float radius = 0.8661f * side;  // half the root of 3
+  std::vector<Vec3i> keys;
+  for (int32_t z = first.z; z <= last.z; ++z) {
+    for (int32_t y = first.y; y <= last.y; ++y) {
+      for (int32_t x = first.x; x <= last.x; ++x) {
+        const Vec3i corner{x << log2, y << log2, z << log2};
+        const float half = 0.5f * side;
+        const Vec3f middle = toFloat(corner - frame.origin_voxel) + Vec3f{half, half, half};
+        if (mayBeInView(frame, middle, radius)) keys.push_back({x, y, z});
+      }
+    }
+  }
+  return keys;
+}
+
+void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
+  for (const FreeCube& seen : cubes) {
+    CellCube& cube = table_.at(seen.key);
+    for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.free.word[i];
+  }
+}
+
+void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
+  const std::vector<Vec3i> changed = surfaces_.apply(blocks, table_);
+  changed_.insert(changed_.end(), changed.begin(), changed.end());
+}
+
+Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
+  const double side = cellSide(grid_);
+  return {side * (cell.x + 0.5), side * (cell.y + 0.5), side * (cell.z + 0.5)};
+}
+
+void SpaceMap::clearRegion(const RegionView& region) {
+  for (const Vec3i& key : table_.sortedKeys()) {
+    CellCube& cube = table_.at(key);
+    for (int i = 0; i < kCellsPerCube; ++i) {
+      const Vec3i cell = firstCellOfCube(key) + voxelOffset(i);
+      if (isInside(region, middleOf(cell))) remove(cube.free, i);
+    }
+    table_.removeIfEmpty(key);
+  }
+}
+
+void SpaceMap::dropBeyond(const KeptBall& kept) {
+  const double side = cubeSideInVoxels(grid_);
+  const double reach = kept.radius + 0.8661 * side;  // half the root of 3
+  for (const Vec3i& key : table_.sortedKeys()) {
+    const double dx = side * (key.x + 0.5) - kept.center.x,
+                 dy = side * (key.y + 0.5) - kept.center.y,
+                 dz = side * (key.z + 0.5) - kept.center.z;
+    if (dx * dx + dy * dy + dz * dz <= reach * reach) continue;
+    table_.at(key).free = CellMask{};
+    table_.removeIfEmpty(key);
+  }
+}
+
+void SpaceMap::clear() {
+  table_.clear();
+  surfaces_.clear();
+  distances_.clear();
+  changed_.clear();
+}
+
+double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(grid_); }
+
+Vec3i SpaceMap::cellAt(const Eigen::Vector3d& p_W) const {
+  const Eigen::Vector3d cell = (p_W / cellSize_m()).array().floor();
+  return {static_cast<int32_t>(cell.x()), static_cast<int32_t>(cell.y()),
+          static_cast<int32_t>(cell.z())};
+}
+
+CellState SpaceMap::stateOf(const Vec3i& cell) const {
+  const CellCube* const cube = table_.find(cubeOfCell(cell));
+  if (cube == nullptr) return CellState::kUnknown;
+  const int index = indexInCube(cell);
+  if (isIn(cube->surface, index)) return CellState::kSurface;
+  return isIn(cube->free, index) ? CellState::kFree : CellState::kUnknown;
+}
+
+std::vector<SpaceCell> SpaceMap::cells() const {
+  std::vector<SpaceCell> all;
+  for (const Vec3i& key : table_.sortedKeys()) {
+    for (int i = 0; i < kCellsPerCube; ++i) {
+      const Vec3i cell = firstCellOfCube(key) + voxelOffset(i);
+      const CellState state = stateOf(cell);
+      if (state != CellState::kUnknown) all.push_back({cell, state});
+    }
+  }
+  return all;
+}
+
+void SpaceMap::updateDistances() {
+  distances_.update(table_, changed_);
+  changed_.clear();
+}
+
+/// From a cell's middle to the nearest surface, up to the reach.
+double SpaceMap::metresFrom(const Vec3i& cell) const {
+  const int squared = distances_.squaredAt(cell);
+  const double cells = squared < 0 ? reach_ : std::sqrt(static_cast<double>(squared));
+  return cells * cellSize_m();
+}
+
+SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
+  SpaceDistance result;
+  const double most_m = reach_ * cellSize_m(),
+               edge = static_cast<double>(kMaxBlockCoordinate) * kBlockSide / cellSide(grid_);
+  const Eigen::Vector3d in_cells = p_W / cellSize_m();
+  if (!in_cells.allFinite() || in_cells.cwiseAbs().maxCoeff() > edge - reach_ - 1.0) return result;
+  const Around at(in_cells - Eigen::Vector3d::Constant(0.5));
+  double d[2][2][2];
+  bool is_limited = true;
+  for (int i = 0; i < 8; ++i) {
+    const int x = i & 1, y = i >> 1 & 1, z = i >> 2;
+    d[z][y][x] = metresFrom(at.low + Vec3i{x, y, z});
+    is_limited = is_limited && d[z][y][x] >= most_m;
+  }
+  const double* const share = at.share;
+  const auto alongX = [&](int z, int y) { return between(d[z][y][0], d[z][y][1], share[0]); };
+  const auto slopeX = [&](int z, int y) { return d[z][y][1] - d[z][y][0]; };
+  const double y0 = between(alongX(0, 0), alongX(0, 1), share[1]),
+               y1 = between(alongX(1, 0), alongX(1, 1), share[1]);
+  const CellState state = stateOf(cellAt(p_W));
+  result.known = state != CellState::kUnknown;
+  const double sign = result.known ? 1.0 : -1.0, per_m = is_limited ? 0.0 : sign / cellSize_m();
+  result.distance_m = static_cast<float>(sign * between(y0, y1, share[2]));
+  result.gradient = {
+      static_cast<float>(per_m * between(between(slopeX(0, 0), slopeX(0, 1), share[1]),
+                                         between(slopeX(1, 0), slopeX(1, 1), share[1]), share[2])),
+      static_cast<float>(per_m * between(alongX(0, 1) - alongX(0, 0), alongX(1, 1) - alongX(1, 0),
+                                         share[2])),
+      static_cast<float>(per_m * (y1 - y0))};
+  return result;
+}
+
+size_t SpaceMap::bytes() const {
+  return table_.bytes() + surfaces_.bytes() + distances_.bytes();
+}
+
+}  // namespace dtsdf

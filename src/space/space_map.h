@@ -1,0 +1,73 @@
+/// What a map knows of space: the cells, and the distances that are made from them when asked for.
+#pragma once
+
+#include <vector>
+
+#include "dtsdf_mapping/params/mapper_params.h"
+#include "dtsdf_mapping/space.h"
+#include "kernels/core/camera.h"
+#include "kernels/core/region.h"
+#include "map/block_table.h"
+#include "space/cell_table.h"
+#include "space/distance_field.h"
+#include "space/surface_cells.h"
+
+namespace dtsdf {
+
+/// Cells of a cube that an image saw through.
+struct FreeCube {
+  Vec3i key;
+  CellMask free;
+};
+
+/// Settings in units of cells and voxels.
+CellGrid cellGridOf(const MapperParams& params);
+/// @return cells that distances reach.
+int reachInCells(const MapperParams& params);
+
+class SpaceMap : public Space {
+ public:
+  SpaceMap(const MapperParams& params, int threads);
+
+  /// Cubes that may be in view of an image, in the order of keys; what is not, is not seen free.
+  std::vector<Vec3i> cubesInView(const FrameView& frame) const;
+
+  /// Takes over what an image saw through.
+  void addFree(const std::vector<FreeCube>& cubes);
+
+  /// Takes over what a mesh update has changed.
+  void addSurfaces(const std::vector<BlockMesh>& blocks);
+
+  /// Forgets what is free where cells have their middles in a region in units of voxels. Surfaces
+  /// go with the mesh.
+  void clearRegion(const RegionView& region);
+
+  /// Forgets what is free in cubes that lie wholly outside.
+  void dropBeyond(const KeptBall& kept);
+
+  void clear();
+
+  double cellSize_m() const override;
+  Vec3i cellAt(const Eigen::Vector3d& p_W) const override;
+  CellState stateOf(const Vec3i& cell) const override;
+  std::vector<SpaceCell> cells() const override;
+  void updateDistances() override;
+  int squaredDistance(const Vec3i& cell) const override { return distances_.squaredAt(cell); }
+  SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const override;
+  size_t bytes() const override;
+
+ private:
+  Vec3d middleOf(const Vec3i& cell) const;
+  double metresFrom(const Vec3i& cell) const;
+
+  const CellGrid grid_;
+  const double voxel_size_m_;
+  const float max_range_m_;
+  const int reach_;
+  CellTable table_;
+  SurfaceCells surfaces_;
+  DistanceField distances_;
+  std::vector<Vec3i> changed_;  ///< Cubes whose surfaces the distances do not know yet.
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,41 @@
+/// Which cells the triangles of the mesh pass through. Follows the mesh block by block; a cell on
+/// the border of blocks stays as long as any of them has a triangle in it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "dtsdf_mapping/block_mesh.h"
+#include "space/cell_table.h"
+
+namespace dtsdf {
+
+/// Cells that the triangles of a block pass through, sorted, each once. A triangle that lies in the
+/// face between two cells is in the upper one.
+std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid);
+
+class SurfaceCells {
+ public:
+  explicit SurfaceCells(const CellGrid& grid) : grid_(grid) {}
+
+  /// Takes over what a mesh update has changed. @return the cubes whose surfaces changed, by key.
+  std::vector<Vec3i> apply(const std::vector<BlockMesh>& blocks, CellTable& cells);
+
+  void clear();
+  size_t bytes() const;
+
+ private:
+  using Counts = std::vector<uint8_t>;  ///< By cell of a cube: blocks with a triangle in it.
+
+  void take(const Vec3i& cell, CellTable& cells);
+  void put(const Vec3i& cell, CellTable& cells);
+
+  const CellGrid grid_;
+  std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block_;
+  std::unordered_map<PackedKey, Counts> counts_;  ///< By cube; none without surfaces.
+  std::vector<Vec3i> changed_;                    ///< Cubes, while an update is taken over.
+};
+
+}  // namespace dtsdf

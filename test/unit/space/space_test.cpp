@@ -1,0 +1,248 @@
+// What a map knows of space, against analytic scenes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <tuple>
+
+#include "dtsdf_mapping/mesh.h"
+#include "support/depth_frames.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+MapperParams spaceParams(int cell_voxels = 4, bool directional = true) {
+  MapperParams params = makeCpuParams(
+      directional ? FusionMode::kNormalRayCasting : FusionMode::kVoxelProjection, directional);
+  params.space.enabled = true;
+  params.space.cell_voxels = cell_voxels;
+  params.mesh.min_support = 1;
+  return params;
+}
+
+/// A room of 3 x 2.4 x 2 m with a ball in it.
+Scene makeScene() {
+  Scene scene;
+  scene.add(Room{Vector3d(-1.49, -1.18, -0.97), Vector3d(1.51, 1.22, 1.03)});
+  scene.add(Sphere{Vector3d(0.3, 0.1, 0.0), 0.35});
+  return scene;
+}
+
+std::vector<Eigen::Isometry3d> posesIn() {
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i < 8; ++i) {
+    const double a = i * 2.0 * M_PI / 8.0;
+    poses.push_back(lookAt(Vector3d(1.2 * std::cos(a), 0.9 * std::sin(a), 0.3 * std::sin(3 * a)),
+                           Vector3d(0.3 * std::cos(a + 2.0), 0.3 * std::sin(a + 2.0), -0.1),
+                           Vector3d::UnitZ()));
+  }
+  return poses;
+}
+
+std::unique_ptr<Mapper> mapOf(const Scene& scene, const std::vector<Eigen::Isometry3d>& poses,
+                              const MapperParams& params) {
+  auto mapper = makeMapper(params);
+  for (const Eigen::Isometry3d& T_W_C : poses) mapper->integrate(renderFrame(scene, T_W_C).view());
+  mapper->updateMesh();
+  mapper->space()->updateDistances();
+  return mapper;
+}
+
+Vector3d middleOf(const Space& space, const Vec3i& cell) {
+  return space.cellSize_m() * Vector3d(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
+}
+
+TEST(Space, IsNotThereUnlessAskedFor) {
+  EXPECT_EQ(makeMapper(makeCpuParams())->space(), nullptr);
+}
+
+class SpaceCells : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Sizes, SpaceCells, ::testing::Values(1, 2, 4, 8));
+
+/// A cell that is called free lies on the free side of all surfaces, and most of the free ones
+/// that are not beside a surface are known.
+TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
+  const Scene scene = makeScene();
+  const auto mapper = mapOf(scene, posesIn(), spaceParams(GetParam()));
+  const Space& space = *mapper->space();
+  const double half = 0.5 * space.cellSize_m();
+  size_t free_cells = 0;
+  for (const SpaceCell& known : space.cells()) {
+    if (known.state != CellState::kFree) continue;
+    ++free_cells;
+    EXPECT_GT(scene.signedDistance(middleOf(space, known.cell)), 0.5 * half);
+  }
+  // The middle of the room is passed by many cameras.
+  size_t inside = 0, found = 0;
+  for (double x = -0.8; x < 0.8; x += 0.1) {
+    for (double y = -0.6; y < 0.6; y += 0.1) {
+      const Vector3d p(x, y, 0.0);
+      if (scene.signedDistance(p) < 2.0 * space.cellSize_m() + 0.05) continue;
+      ++inside;
+      if (space.stateOf(space.cellAt(p)) == CellState::kFree) ++found;
+    }
+  }
+  EXPECT_GT(free_cells, 100u);
+  EXPECT_GE(static_cast<double>(found), 0.9 * static_cast<double>(inside));
+}
+
+/// Against the distance to the nearest of all vertices, which are half a voxel's diagonal from the
+/// nearest point of the mesh at most.
+TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
+  MapperParams params = spaceParams(GetParam());
+  params.space.max_distance_m = 0.6f;
+  const auto mapper = makeMapper(params);
+  MeshStore store(params.map.voxel_size_m);
+  for (const Eigen::Isometry3d& T_W_C : posesIn()) {
+    mapper->integrate(renderFrame(makeScene(), T_W_C).view());
+  }
+  store.apply(mapper->updateMesh());
+  Space& space = *mapper->space();
+  space.updateDistances();
+  const Mesh mesh = store.assemble();
+  double squares = 0.0, worst = 0.0;
+  size_t count = 0, number = 0;
+  for (const SpaceCell& known : space.cells()) {
+    if (known.state != CellState::kFree || number++ % (GetParam() < 4 ? 97 : 7) != 0) continue;
+    const Vector3d p = middleOf(space, known.cell);
+    double truth = 1e9;
+    for (const Vec3f& v : mesh.vertices_m) {
+      truth = std::min(truth, (Vector3d(v.x, v.y, v.z) - p).norm());
+    }
+    const SpaceDistance answer = space.distanceAt(p);
+    ASSERT_TRUE(answer.known);
+    if (truth > 0.5) continue;
+    const double error = answer.distance_m - truth;
+    squares += error * error;
+    worst = std::max(worst, std::abs(error));
+    ++count;
+  }
+  ASSERT_GT(count, 20u);
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(count)), 0.5 * space.cellSize_m());
+  EXPECT_LT(worst, 1.5 * space.cellSize_m());
+}
+
+/// Gradients point away from the wall, at its distance's rate.
+TEST(Space, GradientsPointAwayFromSurfaces) {
+  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams(2));
+  const Space& space = *mapper->space();
+  const SpaceDistance beside_floor = space.distanceAt(Vector3d(-0.6, 0.4, -0.7));
+  ASSERT_TRUE(beside_floor.known);
+  EXPECT_NEAR(beside_floor.distance_m, 0.27, 0.03);
+  EXPECT_NEAR(beside_floor.gradient.z, 1.0, 0.1);
+  EXPECT_NEAR(beside_floor.gradient.x, 0.0, 0.1);
+  EXPECT_NEAR(beside_floor.gradient.y, 0.0, 0.1);
+}
+
+TEST(Space, BehindWallsNothingIsKnown) {
+  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams());
+  const Space& space = *mapper->space();
+  const SpaceDistance behind = space.distanceAt(Vector3d(0.0, 0.0, -1.3));
+  EXPECT_FALSE(behind.known);
+  EXPECT_LT(behind.distance_m, 0.0f);
+  EXPECT_FALSE(space.distanceAt(Vector3d(NAN, 0.0, 0.0)).known);
+  EXPECT_FALSE(space.distanceAt(Vector3d(1e30, 0.0, 0.0)).known);
+  EXPECT_FALSE(space.distanceAt(Vector3d(300.0, 0.0, 0.0)).known);
+}
+
+/// Whether a path of free cells leads from one place to another.
+bool isConnected(const Space& space, const Vec3i& from, const Vec3i& to) {
+  const auto keyOf = [](const Vec3i& c) { return std::make_tuple(c.x, c.y, c.z); };
+  std::map<std::tuple<int, int, int>, bool> met;
+  std::deque<Vec3i> open = {from};
+  const std::vector<Vec3i> steps = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                    {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+  while (!open.empty()) {
+    const Vec3i cell = open.front();
+    open.pop_front();
+    if (cell.x == to.x && cell.y == to.y && cell.z == to.z) return true;
+    for (const Vec3i& step : steps) {
+      const Vec3i next{cell.x + step.x, cell.y + step.y, cell.z + step.z};
+      if (met[keyOf(next)] || space.stateOf(next) != CellState::kFree) continue;
+      met[keyOf(next)] = true;
+      open.push_back(next);
+    }
+  }
+  return false;
+}
+
+/// A plate of 2 mm across a corridor, seen from both sides, at cells of 80 mm: a path has to end at
+/// it. With the plate away there is one.
+TEST(Space, AThinPlateStopsAPath) {
+  for (const bool is_closed : {true, false}) {
+    Scene scene;
+    scene.add(Room{Vector3d(-2.0, -0.6, -0.6), Vector3d(2.0, 0.6, 0.6)});
+    if (is_closed) scene.add(makeBox(Vector3d(0.013, 0.0, 0.0), Vector3d(0.002, 1.2, 1.2), 0.0));
+    std::vector<Eigen::Isometry3d> poses;
+    for (const double side : {-1.0, 1.0}) {
+      for (int i = 0; i < 8; ++i) {
+        const double y = -0.35 + 0.1 * i, z = 0.35 - 0.1 * i;
+        poses.push_back(lookAt(Vector3d(1.7 * side, y, z), Vector3d(0.0, -y, -z),
+                               Vector3d::UnitZ()));
+      }
+    }
+    const auto mapper = mapOf(scene, poses, spaceParams());
+    const Space& space = *mapper->space();
+    const Vec3i left = space.cellAt(Vector3d(-0.6, 0.0, 0.0)),
+                right = space.cellAt(Vector3d(0.6, 0.0, 0.0));
+    ASSERT_EQ(space.stateOf(left), CellState::kFree);
+    ASSERT_EQ(space.stateOf(right), CellState::kFree);
+    EXPECT_EQ(isConnected(space, left, right), !is_closed);
+  }
+}
+
+/// Frame by frame, with meshes and distances brought up to date now and then and a region cleared
+/// between, the same is known as of a map that is asked at the end only; on any threads.
+TEST(Space, KnowsTheSameHoweverOftenItIsAsked) {
+  const Scene scene = makeScene();
+  const SphereRegion region{Vector3d(0.3, 0.1, 0.2), 0.3};
+  const auto run = [&](int threads, int every) {
+    MapperParams params = spaceParams(2);
+    params.threads = threads;
+    auto mapper = makeMapper(params);
+    int count = 0;
+    for (const Eigen::Isometry3d& T_W_C : posesIn()) {
+      mapper->integrate(renderFrame(scene, T_W_C).view());
+      if (++count == 5) mapper->clearRegion(region);
+      if (count % every != 0) continue;
+      mapper->updateMesh();
+      mapper->space()->updateDistances();
+    }
+    mapper->updateMesh();
+    mapper->space()->updateDistances();
+    return mapper;
+  };
+  const auto once = run(1, 1000), often = run(2, 1);
+  const auto all = once->space()->cells(), same = often->space()->cells();
+  ASSERT_EQ(all.size(), same.size());
+  for (size_t i = 0; i < all.size(); ++i) {
+    const Vec3i& cell = all[i].cell;
+    ASSERT_TRUE(cell.x == same[i].cell.x && cell.y == same[i].cell.y && cell.z == same[i].cell.z);
+    ASSERT_EQ(all[i].state, same[i].state);
+    ASSERT_EQ(once->space()->squaredDistance(cell), often->space()->squaredDistance(cell));
+  }
+}
+
+TEST(Space, IsForgottenWithTheMap) {
+  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams());
+  EXPECT_FALSE(mapper->space()->cells().empty());
+  mapper->clear();
+  EXPECT_TRUE(mapper->space()->cells().empty());
+  EXPECT_EQ(mapper->space()->squaredDistance({0, 0, -13}), -1);
+}
+
+/// The map itself does not depend on it.
+TEST(Space, LeavesTheMeshAsItIs) {
+  const std::vector<SceneFrame> frames = renderFrames(makeScene(), posesIn());
+  MapperParams without = spaceParams();
+  without.space.enabled = false;
+  const Mesh with = reconstruct(spaceParams(), frames), plain = reconstruct(without, frames);
+  EXPECT_EQ(with.triangles, plain.triangles);
+}
+
+}  // namespace
+}  // namespace dtsdf

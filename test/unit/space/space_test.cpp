@@ -20,6 +20,7 @@ MapperParams spaceParams(int cell_voxels = 4, bool directional = true) {
       directional ? FusionMode::kNormalRayCasting : FusionMode::kVoxelProjection, directional);
   params.space.enabled = true;
   params.space.cell_voxels = cell_voxels;
+  params.space.max_distance_m = 0.6f;
   params.mesh.min_support = 1;
   return params;
 }
@@ -93,8 +94,7 @@ TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
 /// Against the distance to the nearest of all vertices, which are half a voxel's diagonal from the
 /// nearest point of the mesh at most.
 TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
-  MapperParams params = spaceParams(GetParam());
-  params.space.max_distance_m = 0.6f;
+  const MapperParams params = spaceParams(GetParam());
   const auto mapper = makeMapper(params);
   MeshStore store(params.map.voxel_size_m);
   for (const Eigen::Isometry3d& T_W_C : posesIn()) {

@@ -8,6 +8,16 @@ import subprocess
 import time
 
 
+def program(name):
+    """Path of a program of the package."""
+    found = subprocess.run(["catkin_find", "--first-only", "--libexec", "dtsdf_mapping", name],
+                           capture_output=True, text=True, check=False)
+    path = found.stdout.strip()
+    if not path:
+        raise FileNotFoundError(f"no program {name}: is the build complete? {found.stderr}")
+    return path
+
+
 def wait_until(condition, timeout_s, what):
     deadline = time.monotonic() + timeout_s
     while not condition():

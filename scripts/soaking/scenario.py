@@ -8,7 +8,7 @@ import time
 
 import yaml
 
-from soaking.graph import Graph, gpu_mb, pid_of, resident_mb, wait_until
+from soaking.graph import Graph, gpu_mb, pid_of, program, resident_mb, wait_until
 from soaking.listener import Listener, stamp_of
 from soaking.record import Record
 
@@ -100,7 +100,7 @@ class Watch:
 
 def start_camera(graph, options, tf_topic="/tf"):
     return graph.start("camera", [
-        "rosrun", "dtsdf_mapping", "simulated_camera", "__name:=simulated_camera", "__ns:=/camera",
+        program("simulated_camera"), "__name:=simulated_camera", "__ns:=/camera",
         f"/tf:={tf_topic}", f"_rate_hz:={options.rate_hz}", f"_lap_s:={LAP_S}", "_moving:=3"])
 
 
@@ -257,7 +257,7 @@ class Scenario:
             # An image whose camera_info never came waits until the next one.
             return all(missing == 0 and waiting <= 1 for _, missing, waiting in self.last)
         try:
-            wait_until(settled, 10.0, "not settled")
+            wait_until(settled, RECOVERS_WITHIN_S, "not settled")
         except TimeoutError:
             self.record.problem(f"images without a fate (kind, missing, waiting): {self.last}")
 
@@ -274,10 +274,11 @@ class Scenario:
                 self.record.problem(f"{step.__name__}: {type(error).__name__}: {error}")
         time.sleep(max(0.0, begin + seconds - time.monotonic()))
 
-    def run(self):
+    def run(self, is_loaded=False):
         hours = self.options.hours
         end = time.monotonic() + 3600.0 * hours
         self.watch = Watch(self.record, self.process(), max(1.0, hours))
+        self.watch.expects_status = is_loaded
         ended = threading.Event()
         visitors = threading.Thread(target=self.come_and_go, args=(ended,), daemon=True)
         visitors.start()
@@ -326,8 +327,8 @@ class Live(Scenario):
                 (0.36, self.tf_goes_on), (0.42, self.listeners_break_off),
                 (0.46, self.clear_region), (0.50, self.save_part), (0.54, self.load_map),
                 (0.58, self.pause), (0.61, self.go_on), (0.64, self.tf_is_ahead),
-                (0.68, self.clear_map), (0.74, self.camera_dies), (0.80, self.must_be_settled),
-                (0.82, self.camera_returns), (0.84, self.must_map), (0.94, self.listeners_go),
+                (0.68, self.clear_map), (0.72, self.camera_dies), (0.74, self.must_be_settled),
+                (0.80, self.camera_returns), (0.84, self.must_map), (0.94, self.listeners_go),
                 (0.96, self.unload)]
 
     def load(self):
@@ -374,8 +375,8 @@ class Bag(Scenario):
     def __init__(self, *arguments):
         super().__init__(*arguments)
         self.set_parameters()
-        self.node = self.graph.start("node", ["rosrun", "dtsdf_mapping", "mapping_node",
-                                              f"__name:={NODE[1:]}"] + self.remappings())
+        self.node = self.graph.start(
+            "node", [program("mapping_node"), f"__name:={NODE[1:]}"] + self.remappings())
         self.player = self.play()
 
     def play(self):
@@ -391,6 +392,9 @@ class Bag(Scenario):
                 return False
         wait_until(is_there, 60, "the node does not come up")
         return pid_of(NODE)
+
+    def run(self):
+        super().run(is_loaded=True)
 
     def course(self):
         return [(0.02, self.must_map), (0.05, self.listeners_come), (0.10, self.listeners_stall),

@@ -30,7 +30,7 @@ class CpuMapper : public ProbedMapper {
   void restore(const MapContents& contents) override;
   MapStats stats() const override;
   void profileTo(Profile* profile) override;
-  std::vector<MemoryPart> memory() const override;
+  std::vector<MemoryPart> memoryParts() const override;
   std::string backendName() const override;
 
  private:

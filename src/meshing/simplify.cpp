@@ -196,6 +196,7 @@ class Simplifier {
     std::vector<uint32_t> number(mesh_.vertices_m.size(), 0);
     for (const Triangle& t : triangles) number[t[0]] = number[t[1]] = number[t[2]] = 1;
     Mesh result;
+    result.origin_m = mesh_.origin_m;
     for (size_t i = 0; i < number.size(); ++i) {
       if (number[i] == 0) continue;
       number[i] = static_cast<uint32_t>(result.vertices_m.size());

@@ -164,6 +164,7 @@ StatusInput MappingNode::collectStatus() const {
   input.mesh_listeners = mesh_publisher_.listeners();
   if (input.map.voxel_size_m == 0.0f) input.map.voxel_size_m = params_.mapper.map.voxel_size_m;
   input.max_map_bytes = static_cast<uint64_t>(params_.mapper.map.max_memory_mb) << 20;
+  input.max_queue_bytes = static_cast<uint64_t>(params_.node.publish.max_queue_mb) << 20;
   return input;
 }
 
@@ -193,6 +194,7 @@ bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
     if (choice.simplify_error_m != 0.0) {
       response.message += ", at most " + std::to_string(saved.error_m) + " m from the whole mesh";
     }
+    if (!saved.loss.empty()) response.message += "; " + saved.loss;
     response.message += note;
     ROS_INFO_STREAM_NAMED("dtsdf_mapping", response.message);
   } catch (const std::exception& error) {

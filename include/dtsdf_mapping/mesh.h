@@ -16,7 +16,7 @@ namespace dtsdf {
 /// Triangle mesh in the map frame W, in metres. Canonical: equal maps give equal bytes.
 ///
 /// Floats are too coarse far from the origin of W: 4 mm apart at 40 km. So where a mesh reaches
-/// beyond 256 m, its vertices count from an origin of its own, in its middle.
+/// beyond 64 m, its vertices count from an origin of its own, in its middle.
 struct Mesh {
   std::array<double, 3> origin_m = {0.0, 0.0, 0.0};  ///< In W, in whole metres; mostly that of W.
   std::vector<Vec3f> vertices_m;                  ///< Positions in W, less `origin_m`.

@@ -67,7 +67,7 @@ class Assembler {
 
 /// What the mesh of these blocks counts from: see Mesh.
 std::array<double, 3> originFor(const std::vector<const BlockMesh*>& blocks, double voxel_size_m) {
-  constexpr double kNear_m = 256.0;  // floats are 0.03 mm apart there
+  constexpr double kNear_m = 64.0;  // floats are 0.008 mm apart there
   if (blocks.empty()) return {0.0, 0.0, 0.0};
   constexpr double kNone = std::numeric_limits<double>::infinity();
   std::array<double, 3> low_m{kNone, kNone, kNone}, high_m{-kNone, -kNone, -kNone};

@@ -197,7 +197,7 @@ TEST(MeshStore, PositionsAreInDouble) {
   EXPECT_EQ(p[2], 2.0 * h);
 }
 
-/// Beyond 256 m vertices count from whole metres in the middle of the mesh.
+/// Beyond 64 m vertices count from whole metres in the middle of the mesh.
 TEST(MeshStore, MeshesFarAwayHaveAnOriginOfTheirOwn) {
   const auto meshOf = [](std::vector<int> xs) {
     MeshStore store(0.125f);  // blocks of 1 m
@@ -210,9 +210,9 @@ TEST(MeshStore, MeshesFarAwayHaveAnOriginOfTheirOwn) {
     }
     return store.assemble();
   };
-  EXPECT_FALSE(isFarFromOrigin(meshOf({-256, 255})));
-  EXPECT_TRUE(isFarFromOrigin(meshOf({0, 256})));
-  EXPECT_TRUE(isFarFromOrigin(meshOf({-257, 0})));
+  EXPECT_FALSE(isFarFromOrigin(meshOf({-64, 63})));
+  EXPECT_TRUE(isFarFromOrigin(meshOf({0, 64})));
+  EXPECT_TRUE(isFarFromOrigin(meshOf({-65, 0})));
   const Mesh mesh = meshOf({1000, 1005});
   EXPECT_EQ(mesh.origin_m[0], 1003.0);
   EXPECT_EQ(mesh.vertices_m[0].x, -3.0f);

@@ -87,7 +87,13 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
                   return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
                 },
                 [this](const ros::Time& stamp) { return keepCenterAt(stamp); }}),
-      output_loop_([this] { return output_.step(); }, WorkerThread::Priority::kLow),
+      free_memory_(std::chrono::steady_clock::now),
+      output_loop_(
+          [this] {
+            free_memory_.step();
+            return output_.step();
+          },
+          WorkerThread::Priority::kLow),
       map_loop_([this] { return session_.step(); }),
       intake_loop_([this] { return cameras_.step(); }),
       map_files_(params_.mapper, params_.node.map_frame, {session_, map_loop_}) {
@@ -277,6 +283,7 @@ MapFiles::Done MappingNode::loadMapFile(const std::string& path) {
   intake_loop_.run([this] { cameras_.restartMotion(); }).get();
   // As for clear_map: nothing of the old mesh is on its way any more.
   output_loop_.run([this] { output_.takeChanges(); }).get();
+  returnFreeMemory();  // that of the old map
   return done;
 }
 
@@ -285,6 +292,7 @@ bool MappingNode::onClearMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
     map_loop_.run([this] { session_.clear(); }).get();
     // Once this has returned, nothing of the old mesh is on its way to a topic any more.
     output_loop_.run([this] { output_.takeChanges(); }).get();
+    returnFreeMemory();
   });
   response.message = response.success ? "the map is empty" : "failed; the log says why";
   return true;

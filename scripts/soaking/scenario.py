@@ -19,6 +19,7 @@ CAMERA_TOPICS = ("/camera/depth/image_rect", "/camera/depth/camera_info",
 MANAGER, NODE = "/mapping_manager", "/mapping"
 LAP_S = 20.0
 RECOVERS_WITHIN_S = 30.0
+SETTLES_WITHIN_S = 180.0
 MOST_ON_THE_WAY = 70  # images that are between arriving and being counted: the queues' lengths
 
 
@@ -250,16 +251,22 @@ class Scenario:
             self.record.problem(f"not mapping again within {RECOVERS_WITHIN_S:.0f} s: {text}")
 
     def must_be_settled(self):
-        """Nothing comes in any more: each image has become something that is counted."""
-        def settled():
-            self.last = [(stream.kind, unaccounted(stream), stream.waiting)
-                         for stream in self.watch.status.cameras[0].streams]
+        """Nothing comes in any more: each image becomes something that is counted. A slow machine
+        may take its time, as long as there is progress."""
+        begin = progress = time.monotonic()
+        left_before = None
+        while time.monotonic() < begin + SETTLES_WITHIN_S:
+            left = [(stream.kind, unaccounted(stream), stream.waiting)
+                    for stream in self.watch.status.cameras[0].streams]
             # An image whose camera_info never came waits until the next one.
-            return all(missing == 0 and waiting <= 1 for _, missing, waiting in self.last)
-        try:
-            wait_until(settled, RECOVERS_WITHIN_S, "not settled")
-        except TimeoutError:
-            self.record.problem(f"images without a fate (kind, missing, waiting): {self.last}")
+            if all(missing + waiting <= 1 for _, missing, waiting in left):
+                return
+            if left != left_before:
+                left_before, progress = left, time.monotonic()
+            if time.monotonic() > progress + RECOVERS_WITHIN_S:
+                break
+            time.sleep(0.1)
+        self.record.problem(f"images without a fate (kind, missing, waiting): {left_before}")
 
     def run_cycle(self, seconds):
         begin = time.monotonic()

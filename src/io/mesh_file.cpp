@@ -168,7 +168,9 @@ std::string lossInFormat(const Mesh& mesh, const std::string& path) {
   if (!isFarFromOrigin(mesh) || meshFormatOf(path) != MeshFormat::kStl) return "";
   double farthest_m = 0.0;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    for (const double x_m : positionInMap(mesh, i)) farthest_m = std::max(farthest_m, std::abs(x_m));
+    for (const double x_m : positionInMap(mesh, i)) {
+      farthest_m = std::max(farthest_m, std::abs(x_m));
+    }
   }
   const auto x = static_cast<float>(farthest_m);
   const double error_m = 0.5 * static_cast<double>(std::nextafter(x, 2.0f * x) - x);

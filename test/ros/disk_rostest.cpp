@@ -1,5 +1,5 @@
-/// A disk that is full, cannot be written or is gone while the node saves: it says so in one sentence
-/// with what to do, files of before stay whole, and the node goes on.
+/// A disk that is full, cannot be written or is gone while the node saves: it says so in one
+/// sentence with what to do, files of before stay whole, and the node goes on.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>

@@ -156,7 +156,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
   }
   EXPECT_TRUE(late.corners() == corners)
       << messages << " messages with " << late.triangles() << " of " << saved.triangles
-      << " triangles; " << topicStatus("mesh_blocks").lacking_chunks << " chunks are yet to be sent";
+      << " triangles; " << topicStatus("mesh_blocks").lacking_chunks << " chunks lack";
   EXPECT_TRUE(waitUntil([&] { return topicStatus("mesh_blocks").waiting_bytes == 0; }));
   EXPECT_EQ(topicStatus("mesh_blocks").lacking_chunks, 0u);
 }
@@ -167,7 +167,8 @@ TEST_F(StalledListener, KilledInMidMessageHarmsNobody) {
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 100000; }));
   const auto listeners = [&](const std::string& topic) { return topicStatus(topic).listeners; };
   // The one of the test above ends as its destructor has ended its connection.
-  ASSERT_TRUE(waitUntil([&] { return listeners("mesh") == 1 && listeners("surface_points") == 0; }));
+  ASSERT_TRUE(
+      waitUntil([&] { return listeners("mesh") == 1 && listeners("surface_points") == 0; }));
   for (const char* topic : {"mesh", "surface_points"}) {
     SCOPED_TRACE(topic);
     const uint32_t before = listeners(topic);

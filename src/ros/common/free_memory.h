@@ -1,9 +1,8 @@
 /// Gives memory that was freed back to the system.
 ///
-/// Blocks of meshes are made on the threads of the map and freed by the output's, images and messages
-/// come and go on others. The C library keeps what is freed in a pool for each thread, between
-/// blocks that live on: in hours of coming and going a process comes to hold three times what it
-/// uses.
+/// Blocks of meshes are made on the threads of the map and freed by the output's; images and
+/// messages come and go on others. The C library keeps what is freed in a pool for each thread,
+/// between what lives on: in hours a process comes to hold three times what it uses.
 #pragma once
 
 #include "ros/common/schedule.h"

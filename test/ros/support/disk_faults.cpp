@@ -1,6 +1,6 @@
-// Preloaded into a program, makes the disk that a folder lies on fail while a file says how: the file
-// FOLDER.fault, where FOLDER is what DTSDF_DISK_FOLDER says, has "full", "read_only" or "gone" in it.
-// As root permissions do not bind, and disks cannot be filled without harm to others.
+// Preloaded into a program, makes the disk that a folder lies on fail while a file says how: the
+// file FOLDER.fault, where FOLDER is what DTSDF_DISK_FOLDER says, has "full", "read_only" or "gone"
+// in it. As root permissions do not bind, and disks cannot be filled without harm to others.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,5 +1,5 @@
-// A wall tens of kilometres from the origin of the map: its mesh, in files and in chunks as they are
-// sent, is as good as near the origin.
+// A wall tens of kilometres from the origin of the map: its mesh, in files and in chunks as they
+// are sent, is as good as near the origin.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -59,7 +59,8 @@ class FrameIntakeTest : public testing::Test {
   std::unique_ptr<FrameIntake> intake_;
 };
 
-/// Colour comes more seldom, so that its queue reaches farther back: depth would never have its turn.
+/// Colour comes more seldom, so that its queue reaches farther back: depth would never have its
+/// turn.
 TEST_F(FrameIntakeTest, WhenFramesAreTooManyColourBeforeThemGoesToo) {
   FrameAccounting colour;
   const auto stream = posed_frames_.addStream({1, ""}, StreamUse::kExtra);

@@ -218,7 +218,7 @@ class Simplifier {
 }  // namespace
 #endif
 
-SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m) {
+SimplifiedMesh simplifyMesh([[maybe_unused]] const Mesh& mesh, double max_error_m) {
   if (!(max_error_m > 0.0) || !std::isfinite(max_error_m)) {
     throw std::invalid_argument("the error of a simplified mesh has to be a number above 0, in "
                                 "metres");

@@ -286,7 +286,7 @@ void CudaMap::profileTo(Profile* profile) {
   clock_.profileTo(profile);
 }
 
-std::vector<MemoryPart> CudaMap::memory() {
+std::vector<MemoryPart> CudaMap::memoryParts() {
   recycleEmpty();
   std::vector<MemoryPart> parts;
   map_.addMemory(table_, parts);

@@ -36,7 +36,7 @@ class CudaMap {
   /// @pre The map is empty, and the contents were checked.
   void restore(const MapContents& contents);
   void profileTo(Profile* profile);
-  std::vector<MemoryPart> memory();
+  std::vector<MemoryPart> memoryParts();
 
  private:
   void upload(const DepthFrame& frame);

@@ -62,7 +62,7 @@ class CudaMapper : public ProbedMapper {
     profile_ = profile;
     map().profileTo(profile);
   }
-  std::vector<MemoryPart> memory() const override { return map().memory(); }
+  std::vector<MemoryPart> memoryParts() const override { return map().memoryParts(); }
 
   std::string backendName() const override { return "cuda (" + name_ + ")"; }
 

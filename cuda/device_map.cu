@@ -224,20 +224,20 @@ void DeviceMap::markAllDirty() {
 }
 
 void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const {
-  constexpr auto kMap = MemoryKind::kMap;
+  constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices;
   const size_t blocks = table.blocksInUse();
   parts.push_back({"voxels", kMap, table.arraysInUse() * BlockTable::kArrayBytes,
                    voxels_.bytes()});
-  parts.push_back({"unit indices", kMap, blocks * kVoxelsPerBlock * sizeof(UnitIndices),
+  parts.push_back({"unit indices", kIndices, blocks * kVoxelsPerBlock * sizeof(UnitIndices),
                    unit_indices_.bytes()});
-  parts.push_back({"slots", kMap, blocks * (sizeof(SlotEntry) + 3 * sizeof(uint32_t)),
+  parts.push_back({"slots", kIndices, blocks * (sizeof(SlotEntry) + 3 * sizeof(uint32_t)),
                    slots_.bytes() + dirty_.bytes() + dirty_slots_.bytes() + mesh_stamp_.bytes()});
   const size_t hash = hash_keys_.bytes() + hash_slots_.bytes();
-  parts.push_back({"hash table", kMap, hash, hash});
+  parts.push_back({"hash table", kIndices, hash, hash});
   const size_t books = colour_of_.bytes() + painted_.bytes() + painted_slots_.bytes();
   parts.push_back({"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes,
                    colours_.bytes()});
-  parts.push_back({"books of colours", kMap, books, books});
+  parts.push_back({"books of colours", kIndices, books, books});
   const size_t updates = updates_.bytes() + new_arrays_.bytes() + new_bricks_.bytes();
   parts.push_back({"map updates", MemoryKind::kScratch, updates, updates});
   const size_t staging = pinned_updates_.bytes() + pinned_arrays_.bytes() + pinned_bricks_.bytes();

@@ -49,6 +49,17 @@ struct MapStats {
   uint64_t dropped_blocks = 0;  ///< Beyond map/keep_radius_m, since the start or the last clear().
 };
 
+/// What a mapper has taken from the system, in bytes, beside MapStats::map_bytes. None of it bounds
+/// the map: which blocks are refused follows from the budget and from what is mapped alone.
+struct MapperMemory {
+  bool on_gpu = false;       ///< Where the map and all of this is, but for `staging`.
+  size_t spare = 0;          ///< Room for voxels and colours to come.
+  size_t indices = 0;        ///< Of blocks and mesh units, beyond what map_bytes counts of them.
+  size_t meshes = 0;         ///< On a GPU: those that were made last.
+  size_t scratch = 0;        ///< What a frame needs while it is fused, kept for the next one.
+  size_t staging = 0;        ///< On the host beside a GPU.
+};
+
 /// What clearRegion() took away.
 struct ClearedRegion {
   size_t voxels = 0;  ///< That held something; those of a place's several directions count each.
@@ -111,6 +122,9 @@ class Mapper {
 
   /// Sizes of the map as it is now.
   virtual MapStats stats() const = 0;
+
+  /// Memory of the mapper as it is now, as far as map_bytes does not tell it.
+  virtual MapperMemory memory() const = 0;
 
   /// "cpu (2 threads)" or "cuda (name of the device)".
   virtual std::string backendName() const = 0;

@@ -14,12 +14,28 @@
 namespace dtsdf {
 
 /// Triangle mesh in the map frame W, in metres. Canonical: equal maps give equal bytes.
+///
+/// Floats are too coarse far from the origin of W: 4 mm apart at 40 km. So where a mesh reaches
+/// beyond 64 m, its vertices count from an origin of its own, in its middle.
 struct Mesh {
-  std::vector<Vec3f> vertices_m;                  ///< Positions in W.
+  std::array<double, 3> origin_m = {0.0, 0.0, 0.0};  ///< In W, in whole metres; mostly that of W.
+  std::vector<Vec3f> vertices_m;                  ///< Positions in W, less `origin_m`.
   std::vector<Vec3f> normals;                     ///< Unit, per vertex, pointing to the free side.
   std::vector<std::array<uint32_t, 3>> triangles; ///< Counter-clockwise seen from the free side.
   std::vector<VertexColour> colours;  ///< Per vertex; none if no block has colours.
 };
+
+/// Where a vertex is in W, in metres.
+inline std::array<double, 3> positionInMap(const Mesh& mesh, size_t vertex) {
+  const Vec3f& p = mesh.vertices_m[vertex];
+  return {mesh.origin_m[0] + static_cast<double>(p.x), mesh.origin_m[1] + static_cast<double>(p.y),
+          mesh.origin_m[2] + static_cast<double>(p.z)};
+}
+
+/// Whether the vertices count from another origin than that of W.
+inline bool isFarFromOrigin(const Mesh& mesh) {
+  return mesh.origin_m != std::array<double, 3>{0.0, 0.0, 0.0};
+}
 
 /// A block's mesh, shared by whoever shows, keeps or saves it; it never changes once it is made.
 using SharedBlockMesh = std::shared_ptr<const BlockMesh>;
@@ -50,7 +66,7 @@ class MeshStore {
   size_t triangleCount() const { return triangle_count_; }
 
   /// Position of a block's vertex in W, in metres.
-  Vec3f positionInMap(const BlockKey& key, const BlockVertex& vertex) const;
+  std::array<double, 3> positionInMap(const BlockKey& key, const BlockVertex& vertex) const;
 
   /// Joins all blocks into one mesh: vertices that neighbouring blocks share appear once.
   Mesh assemble() const;

@@ -33,13 +33,17 @@ class MapperProbe {
   /// host and device from overlapping: what a frame takes in all is to be measured without.
   virtual void profileTo(Profile* profile) = 0;
 
-  /// What holds how much memory now; the parts of a GPU's map are on the GPU, but for staging.
-  virtual std::vector<MemoryPart> memory() const = 0;
+  /// What holds how much memory now; the parts of a GPU's map are on the GPU, but for staging. It
+  /// costs no more in a large map than in a small one.
+  virtual std::vector<MemoryPart> memoryParts() const = 0;
 };
 
 /// What each backend is.
 class ProbedMapper : public Mapper, public MapperProbe {
  public:
+  /// The sums of memoryParts().
+  MapperMemory memory() const override;
+
   /// All blocks by packed key; waits for the work under way.
   std::vector<BlockSnapshot> snapshot();
 

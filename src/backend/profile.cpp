@@ -25,6 +25,7 @@ const char* toString(Stage stage) {
 const char* toString(MemoryKind kind) {
   switch (kind) {
     case MemoryKind::kMap: return "map";
+    case MemoryKind::kIndices: return "indices";
     case MemoryKind::kMesh: return "mesh";
     case MemoryKind::kScratch: return "scratch";
     case MemoryKind::kStaging: return "staging";

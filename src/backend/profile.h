@@ -71,10 +71,11 @@ class StageTimer {
 };
 
 enum class MemoryKind {
-  kMap,      ///< Voxels, indices of mesh units, and the books.
+  kMap,      ///< Voxels and their colours.
+  kIndices,  ///< Of blocks and of mesh units, and the books.
   kMesh,     ///< Meshes that were made last, where they are made.
   kScratch,  ///< What a frame needs while it is fused.
-  kStaging,  ///< Host memory that copies to and from a GPU go through.
+  kStaging,  ///< What the host has beside a GPU: the table of blocks, and what copies go through.
 };
 const char* toString(MemoryKind kind);
 

@@ -42,6 +42,7 @@ void BlockMesher::resize(size_t slots) {
 
 void BlockMesher::clear() {
   state_.clear();
+  index_bytes_ = 0;
   has_colours_ = false;
 }
 
@@ -86,6 +87,7 @@ std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots)
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
     if (refined_) state.normals = vertexNormals(indexer, block.vertices, directional_);
     changed[i] = !sameIndices(block.indices, state.indices);
+    index_bytes_ += bytesOf(block.indices) - bytesOf(state.indices);  // wraps round and back
     state.indices = std::move(block.indices);
     state.vertices = std::move(block.vertices);
   });
@@ -169,9 +171,7 @@ void BlockMesher::selectPainted(std::vector<int32_t>& slots) {
 }
 
 size_t BlockMesher::bytes() const {
-  size_t bytes = state_.capacity() * sizeof(SlotState);
-  for (const SlotState& state : state_) bytes += state.indices.capacity() * sizeof(UnitIndices);
-  return bytes;
+  return state_.capacity() * sizeof(SlotState) + index_bytes_;
 }
 
 std::vector<BlockMesh> BlockMesher::takeChanges(const std::vector<int32_t>& slots,

@@ -1,6 +1,7 @@
 /// Incremental meshing on the CPU: which blocks to mesh again, and the loops around the rules.
 #pragma once
 
+#include <atomic>
 #include <vector>
 
 #include "backend/profile.h"
@@ -31,7 +32,10 @@ class BlockMesher {
   void markPainted(int32_t slot) { state_[slot].painted = true; }
 
   /// The block goes away without ever having held anything.
-  void forget(int32_t slot) { state_[slot] = SlotState(); }
+  void forget(int32_t slot) {
+    index_bytes_ -= bytesOf(state_[slot].indices);
+    state_[slot] = SlotState();
+  }
 
   void clear();
 
@@ -54,6 +58,10 @@ class BlockMesher {
     std::vector<BlockVertex> vertices; ///< Of these indices, during an update only.
     std::vector<Vec3f> normals;        ///< Of these vertices, where meshes are refined.
   };
+
+  static size_t bytesOf(const std::vector<UnitIndices>& indices) {
+    return indices.capacity() * sizeof(UnitIndices);
+  }
 
   std::vector<int32_t> takeDirty();
 
@@ -96,6 +104,7 @@ class BlockMesher {
   int threads_;
   bool refined_;
   std::vector<SlotState> state_;
+  std::atomic<size_t> index_bytes_{0};  ///< Of the indices of all slots.
   uint32_t update_ = 0;  ///< Number of the latest.
   int32_t least_evidence_ = 0;
   bool has_colours_ = false;  ///< Something was painted.

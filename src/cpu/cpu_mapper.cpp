@@ -324,19 +324,21 @@ void CpuMapper::profileTo(Profile* profile) {
   mesher_.profileTo(profile);
 }
 
-std::vector<MemoryPart> CpuMapper::memory() const {
-  constexpr auto kMap = MemoryKind::kMap, kScratch = MemoryKind::kScratch;
+std::vector<MemoryPart> CpuMapper::memoryParts() const {
+  constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices,
+                 kScratch = MemoryKind::kScratch;
+  const size_t books = table_.memoryBytes() + last_touched_.capacity() * sizeof(last_touched_[0]);
   std::vector<MemoryPart> parts = {
       {"voxels", kMap, table_.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()},
       {"colours", kMap, table_.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()},
-      {"block table", kMap, table_.memoryBytes(), table_.memoryBytes()},
+      {"block table", kIndices, books, books},
+      {"unit indices", kIndices, mesher_.bytes(), mesher_.bytes()},
       {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
       {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
       {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
       {"colour image", kScratch, painter_.bytes(), painter_.bytes()}};
-  parts.push_back({"unit indices", kMap, mesher_.bytes(), mesher_.bytes()});
   if (space_ != nullptr) {
-    parts.push_back({"space", kMap, space_->bytes(), space_->bytes()});
+    parts.push_back({"space", kIndices, space_->bytes(), space_->bytes()});
     parts.push_back({"free depths", kScratch, free_seer_.bytes(), free_seer_.bytes()});
   }
   return parts;

@@ -35,7 +35,7 @@ class CpuMapper : public ProbedMapper {
   Space* space() override { return space_.get(); }
   MapStats stats() const override;
   void profileTo(Profile* profile) override;
-  std::vector<MemoryPart> memory() const override;
+  std::vector<MemoryPart> memoryParts() const override;
   std::string backendName() const override;
 
  private:

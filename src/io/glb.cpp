@@ -29,7 +29,8 @@ struct Bounds {
   Vec3f low, high;
 };
 
-/// What positions in the file count from, in whole metres, so that it is exact in any program.
+/// What positions in the file count from, beside the mesh's own origin, in whole metres, so that it
+/// is exact in any program.
 Vec3f originOf(const Mesh& mesh) {
   Vec3f low = mesh.vertices_m.front(), high = low;
   for (const Vec3f& p : mesh.vertices_m) {
@@ -68,7 +69,10 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
   const json root = {{"name", "y_up"},
                      {"rotation", json::array({-half, 0.0, 0.0, half})},
                      {"children", json::array({1})}};
-  const json map = {{"name", "map"}, {"translation", toJson(origin)}, {"mesh", 0}};
+  const json translation = json::array({mesh.origin_m[0] + static_cast<double>(origin.x),
+                                        mesh.origin_m[1] + static_cast<double>(origin.y),
+                                        mesh.origin_m[2] + static_cast<double>(origin.z)});
+  const json map = {{"name", "map"}, {"translation", translation}, {"mesh", 0}};
   document["nodes"] = json::array({root, map});
   const json triangles_of_map = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"COLOR_0", 2}}},
                                  {"indices", 3},

@@ -23,6 +23,13 @@ class LittleEndianWriter {
     std::memcpy(&bits, &value, sizeof(bits));
     writeUint32(bits);
   }
+  void writeDouble(double value) {
+    static_assert(sizeof(double) == sizeof(uint64_t) && std::numeric_limits<double>::is_iec559);
+    uint64_t bits;
+    std::memcpy(&bits, &value, sizeof(bits));
+    writeUint32(static_cast<uint32_t>(bits));
+    writeUint32(static_cast<uint32_t>(bits >> 32));
+  }
   void writeVector(const Vec3f& v) {
     writeFloat(v.x);
     writeFloat(v.y);

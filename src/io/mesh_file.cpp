@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <limits>
 #include <locale>
 #include <sstream>
@@ -21,7 +23,9 @@ std::string plyHeader(const Mesh& mesh) {
   const std::string face_count = std::to_string(mesh.triangles.size());
   std::string header = "ply\nformat binary_little_endian 1.0\ncomment metres, map frame\n";
   header += "element vertex " + vertex_count + "\n";
-  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) {
+  const std::string position = isFarFromOrigin(mesh) ? "double" : "float";
+  for (const char* name : {"x", "y", "z"}) header += "property " + position + " " + name + "\n";
+  for (const char* name : {"nx", "ny", "nz"}) {
     header += std::string("property float ") + name + "\n";
   }
   for (const char* name : {"red", "green", "blue"}) {
@@ -34,8 +38,13 @@ std::string plyHeader(const Mesh& mesh) {
 void writePly(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   file.write(plyHeader(mesh));
   LittleEndianWriter out(file);
+  const bool is_far = isFarFromOrigin(mesh);
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    out.writeVector(mesh.vertices_m[i]);
+    if (is_far) {
+      for (const double x_m : positionInMap(mesh, i)) out.writeDouble(x_m);
+    } else {
+      out.writeVector(mesh.vertices_m[i]);
+    }
     out.writeVector(mesh.normals[i]);
     for (uint8_t channel : vertexColour(colour, mesh, i)) {
       out.writeUint8(channel);
@@ -54,14 +63,22 @@ std::ostream& operator<<(std::ostream& out, const Vec3f& v) {
 void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   std::ostringstream out;
   out.imbue(std::locale::classic());  // a host program's locale may write commas
-  out.precision(std::numeric_limits<float>::max_digits10);
+  constexpr int kDigits = std::numeric_limits<float>::max_digits10;
+  out.precision(kDigits);
   const auto hand_over = [&] {
     file.write(out.str());
     out.str("");
   };
   out << "# metres, map frame\n";
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    out << "v " << mesh.vertices_m[i];
+    out << 'v';
+    if (isFarFromOrigin(mesh)) {
+      out.precision(std::numeric_limits<double>::max_digits10);
+      for (const double x_m : positionInMap(mesh, i)) out << ' ' << x_m;
+      out.precision(kDigits);
+    } else {
+      out << ' ' << mesh.vertices_m[i];
+    }
     for (uint8_t channel : vertexColour(colour, mesh, i)) {
       out << ' ' << static_cast<int>(channel) / 255.0f;
     }
@@ -88,6 +105,11 @@ Vec3f triangleNormal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   return length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 0.0f};
 }
 
+/// In the map frame, as the format has it.
+Vec3f inFloats(const std::array<double, 3>& p_W) {
+  return {static_cast<float>(p_W[0]), static_cast<float>(p_W[1]), static_cast<float>(p_W[2])};
+}
+
 void writeStl(const Mesh& mesh, AtomicFile& file) {
   std::string header = "binary STL, metres, map frame";  // must not begin with "solid"
   header.resize(80, ' ');
@@ -99,9 +121,7 @@ void writeStl(const Mesh& mesh, AtomicFile& file) {
     const Vec3f& b = mesh.vertices_m[triangle[1]];
     const Vec3f& c = mesh.vertices_m[triangle[2]];
     out.writeVector(triangleNormal(a, b, c));
-    out.writeVector(a);
-    out.writeVector(b);
-    out.writeVector(c);
+    for (const uint32_t corner : triangle) out.writeVector(inFloats(positionInMap(mesh, corner)));
     out.writeUint16(0);
   }
 }
@@ -142,6 +162,23 @@ std::optional<MeshFormat> meshFormatOf(const std::string& path) {
   if (extension == ".stl") return MeshFormat::kStl;
   if (extension == ".glb") return MeshFormat::kGlb;
   return std::nullopt;
+}
+
+std::string lossInFormat(const Mesh& mesh, const std::string& path) {
+  if (!isFarFromOrigin(mesh) || meshFormatOf(path) != MeshFormat::kStl) return "";
+  double farthest_m = 0.0;
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+    for (const double x_m : positionInMap(mesh, i)) {
+      farthest_m = std::max(farthest_m, std::abs(x_m));
+    }
+  }
+  const auto x = static_cast<float>(farthest_m);
+  const double error_m = 0.5 * static_cast<double>(std::nextafter(x, 2.0f * x) - x);
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << "positions in .stl files are floats, which are up to " << std::setprecision(2)
+       << 1000.0 * error_m << " mm off so far from the origin of the map; .ply has them in double";
+  return text.str();
 }
 
 void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {

@@ -72,10 +72,9 @@ uint32_t BlockJoiner::numberOfEdge(PackedKey owner, uint32_t edge, PackedKey key
 }
 
 void addNormal(const BlockMesh& block, const uint16_t* corner, const std::array<uint32_t, 3>& t,
-               const std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
-  const Vec3f a = positions[t[1]] - positions[t[0]];
-  const Vec3f b = positions[t[2]] - positions[t[0]];
-  const Vec3f n = cross(a, b);
+               std::vector<Vec3f>& normals) {
+  const auto position = [&](int i) { return block.vertices[corner[i]].position; };
+  const Vec3f n = cross(position(1) - position(0), position(2) - position(0));
   const auto faced = [&](int i) { return facedWays(block.vertices[corner[i]].edge); };
   const float turn = dot(n, toFloat(faced(0) + faced(1) + faced(2))) < 0.0f ? -1.0f : 1.0f;
   for (const uint32_t v : t) normals[v] = normals[v] + turn * n;

@@ -63,9 +63,9 @@ class BlockJoiner {
 /// Adds the normal of a block's triangle, whose corners in the block begin at `corner`, to those of
 /// its vertices `t`, by its area. At the rim of what was seen anchoring may fold a triangle: it
 /// faces against what its edges face, which no triangle does whose vertices are on their edges. Its
-/// normal counts turned round.
+/// normal counts turned round. From positions in the block, which are as good anywhere in the map.
 void addNormal(const BlockMesh& block, const uint16_t* corner, const std::array<uint32_t, 3>& t,
-               const std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);
+               std::vector<Vec3f>& normals);
 
 /// Makes sums of normals unit normals; up where they are 0.
 void makeUnit(std::vector<Vec3f>& normals);

@@ -16,7 +16,10 @@ namespace {
 class Assembler {
  public:
   /// `in_order`: blocks will be added by rising packed keys.
-  Assembler(const MeshStore& store, bool in_order) : store_(store), joiner_(in_order) {}
+  Assembler(const MeshStore& store, const std::array<double, 3>& origin_m, bool in_order)
+      : store_(store), joiner_(in_order) {
+    mesh_.origin_m = origin_m;
+  }
 
   /// Room for these blocks, so that nothing moves as they are added. Memory that is never touched
   /// costs nothing.
@@ -33,7 +36,7 @@ class Assembler {
       const uint16_t* const corner = &block.triangles[t];
       mesh_.triangles.push_back(
           {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
-      addNormal(block, corner, mesh_.triangles.back(), mesh_.vertices_m, mesh_.normals);
+      addNormal(block, corner, mesh_.triangles.back(), mesh_.normals);
     }
   }
 
@@ -46,7 +49,10 @@ class Assembler {
  private:
   /// Blocks that were meshed before the map was first painted have no colours.
   void addVertex(const BlockMesh& block, size_t i) {
-    mesh_.vertices_m.push_back(store_.positionInMap(block.key, block.vertices[i]));
+    const std::array<double, 3> p_W = store_.positionInMap(block.key, block.vertices[i]);
+    mesh_.vertices_m.push_back({static_cast<float>(p_W[0] - mesh_.origin_m[0]),
+                                static_cast<float>(p_W[1] - mesh_.origin_m[1]),
+                                static_cast<float>(p_W[2] - mesh_.origin_m[2])});
     mesh_.normals.push_back({0.0f, 0.0f, 0.0f});
     if (block.colours.empty()) return;
     if (mesh_.colours.empty()) mesh_.colours.reserve(mesh_.vertices_m.capacity());
@@ -59,13 +65,36 @@ class Assembler {
   Mesh mesh_;
 };
 
+/// What the mesh of these blocks counts from: see Mesh.
+std::array<double, 3> originFor(const std::vector<const BlockMesh*>& blocks, double voxel_size_m) {
+  constexpr double kNear_m = 64.0;  // floats are 0.008 mm apart there
+  if (blocks.empty()) return {0.0, 0.0, 0.0};
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::array<double, 3> low_m{kNone, kNone, kNone}, high_m{-kNone, -kNone, -kNone};
+  for (const BlockMesh* block : blocks) {
+    const Vec3i first = firstVoxelOfBlock(block->key);
+    const std::array<int, 3> voxel{first.x, first.y, first.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      low_m[axis] = std::min(low_m[axis], voxel[axis] * voxel_size_m);
+      high_m[axis] = std::max(high_m[axis], (voxel[axis] + kBlockSide) * voxel_size_m);
+    }
+  }
+  std::array<double, 3> middle_m;
+  bool is_near = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    is_near = is_near && low_m[axis] >= -kNear_m && high_m[axis] <= kNear_m;
+    middle_m[axis] = std::round(0.5 * (low_m[axis] + high_m[axis]));
+  }
+  return is_near ? std::array<double, 3>{0.0, 0.0, 0.0} : middle_m;
+}
+
 /// Keeps the triangles whose corners all lie in a region in metres, and the vertices that they use.
 void crop(const RegionView& region, Mesh& mesh) {
   constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max(), kInside = kUnused - 1;
   std::vector<uint32_t> number(mesh.vertices_m.size(), kUnused);
   for (size_t i = 0; i < number.size(); ++i) {
-    const Vec3f& p = mesh.vertices_m[i];
-    if (isInside(region, Vec3d{p.x, p.y, p.z})) number[i] = kInside;
+    const std::array<double, 3> p_W = positionInMap(mesh, i);
+    if (isInside(region, Vec3d{p_W[0], p_W[1], p_W[2]})) number[i] = kInside;
   }
   const auto leaves = [&](const std::array<uint32_t, 3>& t) {
     return number[t[0]] == kUnused || number[t[1]] == kUnused || number[t[2]] == kUnused;
@@ -118,10 +147,10 @@ std::array<uint8_t, 3> normalColour(const Vec3f& normal_W) {
           toByte(0.5f + 0.5f * normal_W.z)};
 }
 
-std::array<uint8_t, 3> heightColour(float z_m) {
-  constexpr float kRainbowPeriod_m = 3.0f;
-  const float turns = z_m / kRainbowPeriod_m;
-  return hueToRgb(turns - std::floor(turns));
+std::array<uint8_t, 3> heightColour(double z_m) {
+  constexpr double kRainbowPeriod_m = 3.0;
+  const double turns = z_m / kRainbowPeriod_m;
+  return hueToRgb(static_cast<float>(turns - std::floor(turns)));
 }
 
 }  // namespace
@@ -149,12 +178,13 @@ void MeshStore::clear() {
   triangle_count_ = 0;
 }
 
-Vec3f MeshStore::positionInMap(const BlockKey& key, const BlockVertex& vertex) const {
+std::array<double, 3> MeshStore::positionInMap(const BlockKey& key,
+                                               const BlockVertex& vertex) const {
   const double h = voxel_size_m_;
   const Vec3i first = firstVoxelOfBlock(key);
-  return {static_cast<float>((first.x + static_cast<double>(vertex.position.x)) * h),
-          static_cast<float>((first.y + static_cast<double>(vertex.position.y)) * h),
-          static_cast<float>((first.z + static_cast<double>(vertex.position.z)) * h)};
+  return {(first.x + static_cast<double>(vertex.position.x)) * h,
+          (first.y + static_cast<double>(vertex.position.y)) * h,
+          (first.z + static_cast<double>(vertex.position.z)) * h};
 }
 
 Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks, bool in_order) const {
@@ -163,7 +193,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks, bool in_order)
     vertices += block->vertices.size();
     triangles += block->triangles.size() / 3;
   }
-  Assembler assembler(*this, in_order);
+  Assembler assembler(*this, originFor(blocks, voxel_size_m_), in_order);
   assembler.reserve(vertices, triangles);
   for (const BlockMesh* block : blocks) assembler.add(*block);
   return assembler.finish();
@@ -212,7 +242,7 @@ std::array<uint8_t, 3> vertexColour(MeshColour mode, const Mesh& mesh, size_t ve
     case MeshColour::kNormal:
       return normalColour(mesh.normals[vertex]);
     case MeshColour::kHeight:
-      return heightColour(mesh.vertices_m[vertex].z);
+      return heightColour(positionInMap(mesh, vertex)[2]);
     case MeshColour::kPlain:
       break;
   }

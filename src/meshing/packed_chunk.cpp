@@ -37,7 +37,7 @@ class ChunkPacker {
       const uint16_t* const corner = &block.triangles[t];
       triangles_.push_back(
           {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
-      addNormal(block, corner, triangles_.back(), positions_, normals_);
+      addNormal(block, corner, triangles_.back(), normals_);
     }
   }
 
@@ -55,7 +55,6 @@ class ChunkPacker {
     chunk_.positions.push_back(stepsOf(voxel.x, p.x));
     chunk_.positions.push_back(stepsOf(voxel.y, p.y));
     chunk_.positions.push_back(stepsOf(voxel.z, p.z));
-    positions_.push_back(toFloat(voxel) + p);
     normals_.push_back({0.0f, 0.0f, 0.0f});
     colours_.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
   }
@@ -92,7 +91,7 @@ class ChunkPacker {
   }
 
   void addTriangles() {
-    if (positions_.size() <= kMostVertices16) {
+    if (normals_.size() <= kMostVertices16) {
       addTriangles(chunk_.triangles16);
     } else {
       addTriangles(chunk_.triangles32);
@@ -110,7 +109,6 @@ class ChunkPacker {
   Vec3i corner_;  ///< First voxel of the chunk.
   PackedChunk chunk_;
   BlockJoiner joiner_;
-  std::vector<Vec3f> positions_;  ///< In voxels from the chunk's first one, for the normals.
   std::vector<Vec3f> normals_;
   std::vector<VertexColour> colours_;
   std::vector<std::array<uint32_t, 3>> triangles_;
@@ -178,10 +176,13 @@ Vec3f unpackNormal(int16_t u, int16_t v) {
 
 Mesh unpackChunk(const PackedChunk& chunk, double step_m) {
   Mesh mesh;
+  for (int axis = 0; axis < 3; ++axis) {
+    mesh.origin_m[axis] = static_cast<double>(chunk.origin[axis]) * step_m;
+  }
+  const auto step = static_cast<float>(step_m);
   for (size_t i = 0; i < chunk.vertexCount(); ++i) {
-    const std::array<double, 3> p_W = positionOf(chunk, step_m, i);
-    mesh.vertices_m.push_back({static_cast<float>(p_W[0]), static_cast<float>(p_W[1]),
-                               static_cast<float>(p_W[2])});
+    const uint16_t* const p = &chunk.positions[3 * i];
+    mesh.vertices_m.push_back({step * p[0], step * p[1], step * p[2]});
     mesh.normals.push_back(unpackNormal(chunk.normals[2 * i], chunk.normals[2 * i + 1]));
     if (chunk.colours.empty()) continue;
     mesh.colours.push_back(

@@ -196,6 +196,7 @@ class Simplifier {
     std::vector<uint32_t> number(mesh_.vertices_m.size(), 0);
     for (const Triangle& t : triangles) number[t[0]] = number[t[1]] = number[t[2]] = 1;
     Mesh result;
+    result.origin_m = mesh_.origin_m;
     for (size_t i = 0; i < number.size(); ++i) {
       if (number[i] == 0) continue;
       number[i] = static_cast<uint32_t>(result.vertices_m.size());
@@ -217,7 +218,7 @@ class Simplifier {
 }  // namespace
 #endif
 
-SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m) {
+SimplifiedMesh simplifyMesh([[maybe_unused]] const Mesh& mesh, double max_error_m) {
   if (!(max_error_m > 0.0) || !std::isfinite(max_error_m)) {
     throw std::invalid_argument("the error of a simplified mesh has to be a number above 0, in "
                                 "metres");

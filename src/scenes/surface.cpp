@@ -100,8 +100,8 @@ void addRefined(const FlatTriangle& t, double longest_side_m, Surface& result) {
 
 Surface surfaceOf(const Mesh& mesh) {
   const auto corner = [&](uint32_t i) {
-    const Vec3f& p = mesh.vertices_m[i];
-    return Vector3d(p.x, p.y, p.z);
+    const std::array<double, 3> p_W = positionInMap(mesh, i);
+    return Vector3d(p_W[0], p_W[1], p_W[2]);
   };
   Surface surface;
   surface.reserve(mesh.triangles.size());
@@ -148,8 +148,8 @@ size_t countOpenEdges(const Mesh& mesh, const Zone& zone) {
     }
   }
   const auto inside = [&](uint32_t i) {
-    const Vec3f& p = mesh.vertices_m[i];
-    return zone(Vector3d(p.x, p.y, p.z));
+    const std::array<double, 3> p_W = positionInMap(mesh, i);
+    return zone(Vector3d(p_W[0], p_W[1], p_W[2]));
   };
   return static_cast<size_t>(
       std::count_if(passes.begin(), passes.end(), [&](const auto& side) {

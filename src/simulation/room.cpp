@@ -42,6 +42,18 @@ Scene makeRoomScene() {
   return scene;
 }
 
+std::vector<Sphere> roomBalls(int count, double time_s) {
+  constexpr double kLap_s = 10.0, kRadius_m = 0.15;
+  std::vector<Sphere> balls;
+  for (int i = 0; i < count; ++i) {
+    const double angle = 2.0 * kPi * (time_s / kLap_s + static_cast<double>(i) / count);
+    const Vector3d centre_W(1.2 * std::cos(angle), 0.9 * std::sin(angle),
+                            1.2 + 0.3 * std::sin(3.0 * angle + i));
+    balls.push_back({centre_W, kRadius_m});
+  }
+  return balls;
+}
+
 Eigen::Isometry3d roomCameraPose(double time_s, double lap_s) {
   const double angle = 2.0 * kPi * time_s / lap_s;
   const Vector3d eye_W(2.15 * std::cos(angle), 1.75 * std::sin(angle),

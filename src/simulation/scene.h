@@ -91,6 +91,10 @@ Eigen::Isometry3d lookAt(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& ta
 /// round it thin plates of 10, 20 and 40 mm and rods of 20 to 60 mm.
 Scene makeRoomScene();
 
+/// So many balls that go round in that room, one after the other, each in a lap of 10 s: they pass
+/// before and behind its wall and stay clear of the camera of roomCameraPose().
+std::vector<Sphere> roomBalls(int count, double time_s);
+
 /// A smooth closed lap round the middle of makeRoomScene(), in `lap_s` seconds, that sees both
 /// sides of its wall and plates. Every pose looks into the room, so every pixel has a depth.
 Eigen::Isometry3d roomCameraPose(double time_s, double lap_s = 24.0);

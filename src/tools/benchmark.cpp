@@ -86,7 +86,7 @@ Report measureFlight(const BenchmarkOptions& options, const RunSettings& setting
   }
   end.backend_name = mapper->backendName();
   end.map = mapper->stats();
-  end.memory = mapper->memory();
+  end.memory = mapper->memoryParts();
   end.device_bytes = gpuMemoryTakenSince(taken);
   return reportFlight(times, end);
 }

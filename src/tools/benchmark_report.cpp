@@ -105,8 +105,10 @@ json memoryOf(const Measurement& m) {
   for (const MemoryPart& part : m.memory) {
     memory["parts"].push_back({{"name", part.name}, {"kind", toString(part.kind)},
                                {"used", part.used_bytes}, {"reserved", part.reserved_bytes}});
+    // The map is summed up with its indices.
+    const MemoryKind kind = part.kind == MemoryKind::kIndices ? MemoryKind::kMap : part.kind;
     for (const char* what : {"used", "reserved"}) {
-      json& sum = memory[toString(part.kind)][what];
+      json& sum = memory[toString(kind)][what];
       const size_t bytes = what[0] == 'u' ? part.used_bytes : part.reserved_bytes;
       sum = (sum.is_null() ? size_t(0) : sum.get<size_t>()) + bytes;
     }

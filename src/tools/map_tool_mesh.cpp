@@ -79,6 +79,8 @@ void meshMap(const std::vector<std::string>& arguments) {
   saveMesh(mesh, settings.params.mesh.colour, options.mesh_path);
   std::printf("%zu vertices, %zu triangles: %s\n", mesh.vertices_m.size(), mesh.triangles.size(),
               options.mesh_path.c_str());
+  const std::string loss = lossInFormat(mesh, options.mesh_path);
+  if (!loss.empty()) std::printf("%s\n", loss.c_str());
 }
 
 }  // namespace dtsdf

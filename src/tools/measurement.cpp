@@ -84,7 +84,7 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
   }
   result.backend_name = mapper->backendName();
   result.map = mapper->stats();
-  result.memory = mapper->memory();
+  result.memory = mapper->memoryParts();
   result.device_bytes = gpuMemoryTakenSince(taken);
   result.triangles = store.triangleCount();
   result.packed = packing.packAll();

@@ -231,6 +231,8 @@ void run(ReconstructOptions options) {
     checkSupport(result, params);
     if (options.simplify_error_m > 0.0) simplify(result.mesh, options.simplify_error_m);
     saveMesh(result.mesh, params.mesh.colour, options.mesh_path);
+    const std::string loss = lossInFormat(result.mesh, options.mesh_path);
+    if (!loss.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", loss.c_str());
   }
   const std::string backend_name = mapper->backendName();
   if (!options.report_path.empty()) {

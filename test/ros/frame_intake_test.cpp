@@ -59,6 +59,33 @@ class FrameIntakeTest : public testing::Test {
   std::unique_ptr<FrameIntake> intake_;
 };
 
+/// Colour comes more seldom, so that its queue reaches farther back: depth would never have its
+/// turn.
+TEST_F(FrameIntakeTest, WhenFramesAreTooManyColourBeforeThemGoesToo) {
+  FrameAccounting colour;
+  const auto stream = posed_frames_.addStream({1, ""}, StreamUse::kExtra);
+  const auto pushColour = [&](double stamp_s) {
+    PosedFrame frame;
+    frame.stamp = ros::Time(stamp_s);
+    frame.image = ColourFrame();
+    frame.accounting = &colour;
+    EXPECT_TRUE(posed_frames_.push(stream, frame.stamp, std::move(frame)));
+  };
+  putTransform(transforms_, 1.0, 1.0);
+  putTransform(transforms_, 3.0, 3.0);
+  pushColour(1.05);
+  pushColour(1.15);
+  pushColour(1.35);
+  for (const double stamp_s : {1.1, 1.2, 1.3, 1.4}) push(stamp_s);  // there is room for three
+  intake_->step();
+  push(1.5);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 2u);
+  EXPECT_EQ(colour.counts().dropped[static_cast<size_t>(DropReason::kQueueFull)], 2u);
+  intake_->step();
+  clock_.advance(1.0);  // nobody waits for later colour any more
+  EXPECT_EQ(posedStamps(), (std::vector<double>{1.3, 1.35, 1.4, 1.5}));
+}
+
 TEST_F(FrameIntakeTest, FramesGoOnInOrderWithTheirPoses) {
   putTransform(transforms_, 1.0, 1.0);
   putTransform(transforms_, 2.0, 2.0);

@@ -95,6 +95,7 @@ TEST_F(MapSessionTest, FusesInOrderAndHandsTheMeshOver) {
   EXPECT_EQ(accounting_.counts().fused, 3u);
   EXPECT_EQ(accounting_.counts().last_fused_stamp, ros::Time(3.0));
   EXPECT_EQ(session_.report().stats.blocks, 3u) << "the counts are asked for when idle";
+  EXPECT_EQ(session_.report().memory.scratch, 300u);
 
   clock_.advance(1.0);
   work();

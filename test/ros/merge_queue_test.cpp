@@ -166,6 +166,22 @@ TEST_F(MergeQueueTest, AnExtraStreamCountsFromItsFirstItemOn) {
   EXPECT_EQ(take(), "De");
 }
 
+TEST_F(MergeQueueTest, ExtrasCanBeTakenThatAreEarlier) {
+  const auto depth = queue_.addStream({0, ""});
+  const auto colour = queue_.addStream({1, ""}, StreamUse::kExtra);
+  EXPECT_TRUE(queue_.isNeeded(depth));
+  EXPECT_FALSE(queue_.isNeeded(colour));
+  EXPECT_TRUE(push(colour, 1.0, "A"));
+  EXPECT_TRUE(push(depth, 1.5, "b"));
+  EXPECT_TRUE(push(colour, 2.0, "C"));
+  EXPECT_TRUE(push(colour, 3.0, "D"));
+  EXPECT_EQ(queue_.takeExtraBefore(ros::Time(3.0)), "A");
+  EXPECT_EQ(queue_.takeExtraBefore(ros::Time(3.0)), "C");
+  EXPECT_FALSE(queue_.takeExtraBefore(ros::Time(3.0)));
+  EXPECT_EQ(queue_.sizeOf(colour), 1u);
+  EXPECT_EQ(queue_.sizeOf(depth), 1u);
+}
+
 TEST_F(MergeQueueTest, AnExtraStreamNeverCostsAnItem) {
   const auto depth = queue_.addStream({0, ""});
   const auto colour = queue_.addStream({1, ""}, StreamUse::kExtra);

@@ -79,8 +79,9 @@ Mesh reconstruct(const MapperParams& params, const std::vector<SceneFrame>& fram
 
 SurfaceError measureError(const Mesh& mesh, const Scene& scene) {
   SurfaceError error;
-  for (const Vec3f& p : mesh.vertices_m) {
-    const double distance = scene.distanceToSurface(Eigen::Vector3d(p.x, p.y, p.z));
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+    const std::array<double, 3> p_W = positionInMap(mesh, i);
+    const double distance = scene.distanceToSurface(Eigen::Vector3d(p_W[0], p_W[1], p_W[2]));
     error.rms_m += distance * distance;
     error.max_m = std::max(error.max_m, distance);
   }

@@ -41,6 +41,7 @@ testing::AssertionResult sameMeshes(const Mesh& a, const Mesh& b) {
     return testing::AssertionFailure()
            << "triangles differ: " << a.triangles.size() << " and " << b.triangles.size();
   }
+  if (a.origin_m != b.origin_m) return testing::AssertionFailure() << "origins differ";
   if (!sameBytes(a.vertices_m, b.vertices_m)) {
     return testing::AssertionFailure()
            << "vertices differ: " << a.vertices_m.size() << " and " << b.vertices_m.size();

@@ -26,6 +26,11 @@ constexpr const char* kMeshExtensions = ".ply, .obj, .stl or .glb";
 /// Format by the extension of a file name, in any case; nothing if it is not one of ours.
 std::optional<MeshFormat> meshFormatOf(const std::string& path);
 
+/// What a file of this name cannot hold of the mesh, in words; empty if it holds all. Where the
+/// mesh is far from the origin of the map frame, .ply has positions in double, .obj all their
+/// digits, .glb the origin as a translation; .stl has floats only.
+std::string lossInFormat(const Mesh& mesh, const std::string& path);
+
 /// Saves a mesh in the format of the extension. Equal meshes give equal bytes. The file is written
 /// beside the old one and renamed; missing folders are made.
 /// @throws std::runtime_error for an unknown extension, an empty mesh (no triangles), one that the

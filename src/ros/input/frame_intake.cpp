@@ -68,6 +68,12 @@ void FrameIntake::dropOldest() {
                             "frames come faster than they can be fused, or wait too long (" +
                                 (waited_for.empty() ? "every transform is there" : waited_for) +
                                 ")");
+  if (!parts_.posed_frames.isNeeded(parts_.stream)) return;
+  while (const std::optional<PosedFrame> extra = parts_.posed_frames.takeExtraBefore(stamp)) {
+    extra->accounting->dropped(DropReason::kQueueFull, extra->stamp,
+                               "images come faster than they can be used, and the depth image "
+                               "after it was dropped");
+  }
 }
 
 std::optional<Rejection> FrameIntake::check(const FrameMessages& frame) const {

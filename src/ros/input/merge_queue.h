@@ -102,6 +102,21 @@ class MergeQueue {
     return remove(first);
   }
 
+  /// The first item of an extra stream that is earlier than the stamp. Its own queue may reach
+  /// farther back than those of the others, which would never have their turn then.
+  std::optional<Item> takeExtraBefore(const ros::Time& stamp) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (auto it = items_.begin(); it != items_.end() && it->first.stamp < stamp; ++it) {
+      if (!streams_[it->second.stream].needed) return remove(it);
+    }
+    return std::nullopt;
+  }
+
+  bool isNeeded(Stream stream) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return streams_[stream].needed;
+  }
+
   std::deque<Item> takeAllOf(Stream stream) {
     std::deque<Item> all;
     while (std::optional<Item> item = takeOf(stream)) all.push_back(std::move(*item));

@@ -17,6 +17,7 @@ struct MapReport {
   std::string loaded_map;      ///< The file that the map was loaded from; empty: none.
   float voxel_size_m = 0.0f;   ///< Of a map that was loaded; 0: as the settings say.
   MapStats stats;
+  MapperMemory memory;
   double integrate_ms = 0.0, paint_ms = 0.0, mesh_ms = 0.0;
 };
 

@@ -126,7 +126,8 @@ SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
     saved = simplifyMesh(saved.mesh, choice.simplify_error_m);
   }
   saveMesh(saved.mesh, colour_, path);
-  return {saved.mesh.vertices_m.size(), saved.mesh.triangles.size(), saved.error_m};
+  return {saved.mesh.vertices_m.size(), saved.mesh.triangles.size(), saved.error_m,
+          lossInFormat(saved.mesh, path)};
 }
 
 OutputReport MeshOutput::report() const {

@@ -28,6 +28,7 @@ struct SaveChoice {
 struct SavedMesh {
   size_t vertices = 0, triangles = 0;
   double error_m = 0.0;  ///< Of a simplified mesh.
+  std::string loss;      ///< What the format cannot hold, in words; empty: nothing.
 };
 
 /// Output's thread only, but for report(). The map never waits for it.

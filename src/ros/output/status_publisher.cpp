@@ -95,7 +95,7 @@ void StatusPublisher::fillDiagnostics(
   diagnostics.add("blocks", status_.blocks);
   diagnostics.add("voxel arrays", status_.voxel_arrays);
   for (const MemoryPart& part : status_.memory) {
-    diagnostics.add(part.name + " bytes", part.bytes);
+    diagnostics.add(part.place + " bytes: " + part.name, part.bytes);
   }
   for (const TopicStatus& topic : status_.topics) {
     diagnostics.add(topic.topic + ": listeners", topic.listeners);

@@ -10,7 +10,6 @@ namespace dtsdf {
 using dtsdf_mapping::CameraStatus;
 using dtsdf_mapping::DropCount;
 using dtsdf_mapping::MapStatus;
-using dtsdf_mapping::MemoryPart;
 using dtsdf_mapping::StreamStatus;
 using dtsdf_mapping::TopicStatus;
 
@@ -244,26 +243,45 @@ void fillCameras(const StatusInput& in, MapStatus& status) {
   status.last_fused_stamp = sum.last_fused_stamp;
 }
 
+size_t waitingImageBytes(const std::vector<CameraReport>& cameras) {
+  size_t bytes = 0;
+  for (const CameraReport& camera : cameras) {
+    bytes += camera.depth.waiting_bytes;
+    if (camera.colour) bytes += camera.colour->waiting_bytes;
+  }
+  return bytes;
+}
+
+size_t queuedBytes(const std::vector<TopicReport>& topics) {
+  size_t bytes = 0;
+  for (const TopicReport& topic : topics) bytes += topic.waiting_bytes;
+  return bytes;
+}
+
 void fillMemory(const StatusInput& in, MapStatus& status) {
-  const auto add = [&](const char* name, uint64_t bytes) {
-    MemoryPart part;
+  const auto add = [&](const char* name, bool on_gpu, uint64_t bytes, uint64_t limit_bytes = 0) {
+    dtsdf_mapping::MemoryPart part;
     part.name = name;
+    part.place = on_gpu ? "gpu" : "host";
     part.bytes = bytes;
+    part.limit_bytes = limit_bytes;
     status.memory.push_back(part);
   };
-  size_t image_bytes = 0;
-  for (const CameraReport& camera : in.cameras) {
-    image_bytes += camera.depth.waiting_bytes;
-    if (camera.colour) image_bytes += camera.colour->waiting_bytes;
+  const MapStats& stats = in.map.stats;
+  const MapperMemory& memory = in.map.memory;
+  add("map", memory.on_gpu, stats.map_bytes - stats.colour_bytes, in.max_map_bytes);
+  add("colour", memory.on_gpu, stats.colour_bytes, in.max_map_bytes);
+  add("spare", memory.on_gpu, memory.spare);
+  add("indices", memory.on_gpu, memory.indices);
+  add("scratch", memory.on_gpu, memory.scratch);
+  if (memory.on_gpu) {
+    add("meshes", true, memory.meshes);
+    add("staging", false, memory.staging);
   }
-  add("map", in.map.stats.map_bytes - in.map.stats.colour_bytes);
-  add("colour", in.map.stats.colour_bytes);
-  add("mesh", in.output.mesh_bytes);
-  add("images", image_bytes);
-  size_t queued_bytes = 0;
-  for (const TopicReport& topic : in.output.topics) queued_bytes += topic.waiting_bytes;
-  add("queues", queued_bytes);
-  add("process", in.process_bytes);
+  add("mesh", false, in.output.mesh_bytes);
+  add("images", false, waitingImageBytes(in.cameras));
+  add("queues", false, queuedBytes(in.output.topics), in.max_queue_bytes);
+  add("process", false, in.process_bytes);
 }
 
 void fillTopics(const StatusInput& in, MapStatus& status) {

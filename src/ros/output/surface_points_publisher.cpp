@@ -3,6 +3,7 @@
 #include <pcl/point_types.h>
 #include <pcl_conversions/pcl_conversions.h>
 #include <pcl_ros/point_cloud.h>
+#include <ros/console.h>
 
 #include <algorithm>
 
@@ -13,12 +14,12 @@ using Point = pcl::PointXYZRGBNormal;
 using Cloud = pcl::PointCloud<Point>;
 
 Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
-  const Vec3f& p_W = mesh.vertices_m[vertex];
+  const std::array<double, 3> p_W = positionInMap(mesh, vertex);
   const Vec3f& normal_W = mesh.normals[vertex];
   Point point;
-  point.x = p_W.x;
-  point.y = p_W.y;
-  point.z = p_W.z;
+  point.x = static_cast<float>(p_W[0]);
+  point.y = static_cast<float>(p_W[1]);
+  point.z = static_cast<float>(p_W[2]);
   point.normal_x = normal_W.x;
   point.normal_y = normal_W.y;
   point.normal_z = normal_W.z;
@@ -61,6 +62,13 @@ bool SurfacePointsPublisher::isDue() {
 }
 
 void SurfacePointsPublisher::publish(const Mesh& mesh, const ros::Time& stamp) {
+  if (isFarFromOrigin(mesh)) {
+    ROS_WARN_STREAM_ONCE_NAMED(
+        "dtsdf_mapping",
+        topic_.report().topic << " has positions in floats, which are 0.5 mm apart 8 km from the "
+                                 "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
+                                 "them in double");
+  }
   Cloud cloud;
   cloud.header.frame_id = map_frame_;
   cloud.header.stamp = pcl_conversions::toPCL(stamp);

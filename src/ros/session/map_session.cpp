@@ -207,8 +207,10 @@ void MapSession::forgetFailure() {
 void MapSession::updateReport() {
   schedule_.reported();
   const MapStats stats = mapper_->stats();
+  const MapperMemory memory = mapper_->memory();
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.stats = stats;
+  report_.memory = memory;
 }
 
 void MapSession::fail(const std::string& text) {

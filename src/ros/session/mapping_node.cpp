@@ -87,7 +87,13 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
                   return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
                 },
                 [this](const ros::Time& stamp) { return keepCenterAt(stamp); }}),
-      output_loop_([this] { return output_.step(); }, WorkerThread::Priority::kLow),
+      free_memory_(std::chrono::steady_clock::now),
+      output_loop_(
+          [this] {
+            free_memory_.step();
+            return output_.step();
+          },
+          WorkerThread::Priority::kLow),
       map_loop_([this] { return session_.step(); }),
       intake_loop_([this] { return cameras_.step(); }),
       map_files_(params_.mapper, params_.node.map_frame, {session_, map_loop_}) {
@@ -164,6 +170,7 @@ StatusInput MappingNode::collectStatus() const {
   input.mesh_listeners = mesh_publisher_.listeners();
   if (input.map.voxel_size_m == 0.0f) input.map.voxel_size_m = params_.mapper.map.voxel_size_m;
   input.max_map_bytes = static_cast<uint64_t>(params_.mapper.map.max_memory_mb) << 20;
+  input.max_queue_bytes = static_cast<uint64_t>(params_.node.publish.max_queue_mb) << 20;
   return input;
 }
 
@@ -193,6 +200,7 @@ bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
     if (choice.simplify_error_m != 0.0) {
       response.message += ", at most " + std::to_string(saved.error_m) + " m from the whole mesh";
     }
+    if (!saved.loss.empty()) response.message += "; " + saved.loss;
     response.message += note;
     ROS_INFO_STREAM_NAMED("dtsdf_mapping", response.message);
   } catch (const std::exception& error) {
@@ -275,6 +283,7 @@ MapFiles::Done MappingNode::loadMapFile(const std::string& path) {
   intake_loop_.run([this] { cameras_.restartMotion(); }).get();
   // As for clear_map: nothing of the old mesh is on its way any more.
   output_loop_.run([this] { output_.takeChanges(); }).get();
+  returnFreeMemory();  // that of the old map
   return done;
 }
 
@@ -283,6 +292,7 @@ bool MappingNode::onClearMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
     map_loop_.run([this] { session_.clear(); }).get();
     // Once this has returned, nothing of the old mesh is on its way to a topic any more.
     output_loop_.run([this] { output_.takeChanges(); }).get();
+    returnFreeMemory();
   });
   response.message = response.success ? "the map is empty" : "failed; the log says why";
   return true;

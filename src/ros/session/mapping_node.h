@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "params/node_params.h"
+#include "ros/common/free_memory.h"
 #include "ros/common/worker_thread.h"
 #include "ros/input/cameras.h"
 #include "ros/input/transform_input.h"
@@ -68,6 +69,8 @@ class MappingNode {
   MeshHandover mesh_changes_;
   MeshOutput output_;
   MapSession session_;
+
+  FreeMemory free_memory_;  ///< For the output's thread, which has time.
 
   // Each is begun after those that it wakes.
   WorkerThread output_loop_, map_loop_, intake_loop_;

@@ -5,11 +5,18 @@
 #include <exception>
 #include <memory>
 
+#include "ros/common/free_memory.h"
 #include "ros/session/mapping_node.h"
 
 namespace dtsdf {
 
 class MappingNodelet : public nodelet::Nodelet {
+ public:
+  ~MappingNodelet() override {
+    node_.reset();
+    returnFreeMemory();  // the manager goes on
+  }
+
  private:
   void onInit() override {
     try {

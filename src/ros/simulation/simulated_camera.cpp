@@ -40,7 +40,7 @@ uint16_t toMillimetres(float depth_m) {
 
 SimulatedCamera::SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params)
     : params_(params),
-      scene_(makeRoomScene()),
+      room_(makeRoomScene()),
       transport_(nh),
       images_(transport_.advertise("depth/image_rect", 5)),
       infos_(nh.advertise<sensor_msgs::CameraInfo>("depth/camera_info", 5)) {
@@ -84,10 +84,16 @@ void SimulatedCamera::publishFrame(int index) {
   const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
   publishPose(T_W_C, stamp);
   const std::vector<float> depth_m =
-      renderDepth(scene_, intrinsics(), params_.width_px, params_.height_px, T_W_C);
+      renderDepth(sceneAt(time_s), intrinsics(), params_.width_px, params_.height_px, T_W_C);
   const sensor_msgs::Image image = makeImage(depth_m, stamp);
   images_.publish(image);
   infos_.publish(makeCameraInfo(image, intrinsics()));
+}
+
+Scene SimulatedCamera::sceneAt(double time_s) const {
+  Scene scene = room_;
+  for (const Sphere& ball : roomBalls(params_.moving, time_s)) scene.add(ball);
+  return scene;
 }
 
 void SimulatedCamera::publishColour(double time_s, const ros::Time& stamp) {
@@ -98,7 +104,7 @@ void SimulatedCamera::publishColour(double time_s, const ros::Time& stamp) {
   const Intrinsics K{focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
                      0.5f * static_cast<float>(height - 1)};
   const std::vector<Paint> paint =
-      renderPaint(scene_, K, width, height, T_W_C * colourCameraBeside());
+      renderPaint(sceneAt(time_s), K, width, height, T_W_C * colourCameraBeside());
   sensor_msgs::Image image;
   image.header.stamp = stamp;
   image.header.frame_id = params_.color_frame;

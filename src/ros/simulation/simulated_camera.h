@@ -28,6 +28,7 @@ struct SimulatedCameraParams {
   double focal_px = 277.0;  ///< 60 degrees across at 320 pixels.
   double rate_hz = 10.0;    ///< Frames per second of wall time.
   double lap_s = 24.0;      ///< Time of one lap round the room.
+  int moving = 0;           ///< Balls that go round in the room.
   int frames = 0;           ///< Ends after so many; 0: goes on for ever.
   bool wait_for_subscriber = false;  ///< The first frame waits until someone listens.
 };
@@ -45,6 +46,7 @@ void visitParams(SimulatedCameraParams& p, Visitor& visit) {
   visit("focal_px", p.focal_px, Range{1.0, 1e5});
   visit("rate_hz", p.rate_hz, Range{0.1, 1000.0});
   visit("lap_s", p.lap_s, Range{0.1, 1e6});
+  visit("moving", p.moving, Range{0, 100});
   visit("frames", p.frames, Range{0, 1 << 30});
   visit("wait_for_subscriber", p.wait_for_subscriber);
 }
@@ -66,9 +68,10 @@ class SimulatedCamera {
   void publishColour(double time_s, const ros::Time& stamp);
   sensor_msgs::Image makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const;
   Intrinsics intrinsics() const;
+  Scene sceneAt(double time_s) const;
 
   SimulatedCameraParams params_;
-  Scene scene_;
+  Scene room_;
   image_transport::ImageTransport transport_;
   image_transport::Publisher images_, colour_images_;
   ros::Publisher infos_, colour_infos_;

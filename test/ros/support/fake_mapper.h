@@ -65,6 +65,11 @@ class FakeMapper : public Mapper {
   }
 
   MapStats stats() const override { return {static_cast<size_t>(frames), 0, 0, 0}; }
+  MapperMemory memory() const override {
+    MapperMemory memory;
+    memory.scratch = static_cast<size_t>(100 * frames);
+    return memory;
+  }
   std::string backendName() const override { return "fake"; }
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;

@@ -92,7 +92,9 @@ RawListener::RawListener(const std::string& topic, const std::string& type,
   expect(!read(10.0).empty(), "no header came back");
 }
 
-RawListener::~RawListener() { close(socket_); }
+RawListener::~RawListener() {
+  if (socket_ >= 0) close(socket_);
+}
 
 std::vector<uint8_t> RawListener::read(double timeout_s) {
   uint8_t length[4];
@@ -100,6 +102,15 @@ std::vector<uint8_t> RawListener::read(double timeout_s) {
   std::vector<uint8_t> message(numberIn(length));
   expect(receive(message.data(), message.size(), 10.0), "half a message");
   return message;
+}
+
+void RawListener::breakOffAfter(size_t bytes) {
+  std::vector<uint8_t> part(bytes);
+  expect(receive(part.data(), part.size(), 10.0), "nothing came");
+  const linger at_once{1, 0};
+  setsockopt(socket_, SOL_SOCKET, SO_LINGER, &at_once, sizeof(at_once));
+  close(socket_);
+  socket_ = -1;
 }
 
 bool RawListener::receive(uint8_t* bytes, size_t count, double timeout_s) {

@@ -19,6 +19,10 @@ class RawListener {
   /// The next message, serialised; empty if none has come within the time.
   std::vector<uint8_t> read(double timeout_s);
 
+  /// Reads so many bytes of what comes, and is gone as a process that was killed: what was on its
+  /// way to it is thrown back. Nothing more can be read.
+  void breakOffAfter(size_t bytes);
+
  private:
   bool receive(uint8_t* bytes, size_t count, double timeout_s);
 

@@ -95,6 +95,36 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
   EXPECT_EQ(body.left(), 0u);
 }
 
+/// Each format as it can: .ply in double, .obj in digits, .glb by its translation, .stl in floats.
+TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
+  mesh_.origin_m = {40000.0, -3.0, 0.0};
+  mesh_.vertices_m[1].x = 0.0001f;
+  EXPECT_EQ(lossInFormat(mesh_, "mesh.ply"), "");
+  const std::string ply = save("mesh.ply");
+  EXPECT_NE(ply.find("property double x\nproperty double y\nproperty double z\nproperty float nx"),
+            std::string::npos);
+  const size_t row = ply.find("end_header\n") + 11 + (3 * 8 + 3 * 4 + 3);
+  double x_m;
+  std::memcpy(&x_m, ply.data() + row, sizeof(x_m));
+  EXPECT_NEAR(x_m, 40000.0001, 1e-9);
+
+  const std::string obj = save("mesh.obj");
+  double y_m = 0.0;
+  EXPECT_EQ(std::sscanf(obj.c_str() + obj.find("\nv ", obj.find("\nv ") + 1), "\nv %lf %lf", &x_m,
+                        &y_m), 2);
+  EXPECT_NEAR(x_m, 40000.0001, 1e-9);
+  EXPECT_EQ(y_m, -3.0);
+  EXPECT_NE(obj.find("vn 0 0 1\n"), std::string::npos);
+
+  const std::string glb = save("mesh.glb");
+  EXPECT_NE(glb.find("\"translation\":[40000.0,"), std::string::npos);
+
+  Bytes stl(save("mesh.stl"));
+  stl.text(84 + 12);
+  EXPECT_EQ(stl.real(), 40000.0f);
+  EXPECT_NE(lossInFormat(mesh_, "mesh.stl").find("2 mm"), std::string::npos);
+}
+
 /// Colours of images, in both formats that have colours.
 TEST_F(MeshFile, ColoursOfImagesAreSaved) {
   mesh_.colours = {{255, 0, 51, 255}, {1, 2, 3, 255}, {4, 5, 6, 255}, {0, 0, 0, 0}};

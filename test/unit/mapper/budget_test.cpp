@@ -50,6 +50,42 @@ TEST_P(Budget, IsKeptAndRefusalsAreCounted) {
   EXPECT_EQ(mapper->stats().refused_blocks, 0u);
 }
 
+/// Neither threads, nor meshes, nor what scratch they take decide what is refused.
+TEST_P(Budget, RefusalsDependOnTheMapAlone) {
+  MapperParams other_params = smallParams(GetParam());
+  other_params.threads = 3;
+  const std::unique_ptr<ProbedMapper> plain = makeProbedMapper(smallParams(GetParam()));
+  const std::unique_ptr<ProbedMapper> meshed = makeProbedMapper(other_params);
+  for (const SceneFrame& frame : lap()) {
+    const size_t refused = plain->integrate(frame.view()).refused_blocks;
+    EXPECT_EQ(meshed->integrate(frame.view()).refused_blocks, refused);
+    meshed->updateMesh();
+    EXPECT_EQ(meshed->stats().map_bytes, plain->stats().map_bytes);
+  }
+  EXPECT_NE(meshed->memory().scratch, plain->memory().scratch) << "nothing else differs";
+}
+
+TEST_P(Budget, WhatIsBesideTheMapIsTold) {
+  const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(smallParams(GetParam()));
+  EXPECT_FALSE(mapper->memory().on_gpu);
+  const SceneFrame& frame = lap()[0];
+  const MapperMemory before = mapper->memory();
+  mapper->integrate(frame.view());
+  mapper->updateMesh();
+  const MapperMemory after = mapper->memory();
+  // Inverse depth and free depth of each pixel at least; voxels come in slabs.
+  EXPECT_GE(after.scratch, before.scratch + 2 * sizeof(float) * frame.depth_m.size());
+  const auto reserved = [&] {
+    size_t bytes = 0;
+    for (const MemoryPart& part : mapper->memoryParts()) bytes += part.reserved_bytes;
+    return bytes;
+  };
+  // Each byte that is taken is in one of the sums, and none in two.
+  EXPECT_GE(after.spare + after.indices + after.scratch + mapper->stats().map_bytes, reserved());
+  EXPECT_LE(after.spare + after.indices + after.scratch, reserved());
+  EXPECT_EQ(after.meshes + after.staging, 0u);
+}
+
 /// Every array that the budget let in holds what it holds without a budget.
 TEST_P(Budget, WhatIsMappedIsRight) {
   MapperParams plenty_params = smallParams(GetParam());

@@ -156,10 +156,10 @@ TEST_P(RefinedMesh, HasOnePlaceForEachVertex) {
   }
   const MeshUpdate update = fuseAndMesh(settings, frames);
   const MeshStore store = storeOf(settings, update);
-  std::set<Position> places;
+  std::set<std::array<double, 3>> places;
   for (const BlockMesh& block : update.blocks) {
     for (const BlockVertex& vertex : block.vertices) {
-      places.insert(asTuple(store.positionInMap(block.key, vertex)));
+      places.insert(store.positionInMap(block.key, vertex));
     }
   }
   const Mesh mesh = store.assemble();

@@ -187,15 +187,37 @@ TEST(MeshStore, HistoryDoesNotShow) {
   }
 }
 
-/// One kilometre away a float holds steps of 0.06 mm; the vertex must be the nearest of them.
-TEST(MeshStore, FarPositionsAreRoundedOnce) {
+TEST(MeshStore, PositionsAreInDouble) {
   const MeshStore store(0.02f);
   const BlockKey key{6250, -6250, 0};
-  const Vec3f p = store.positionInMap(key, {{0.7f, 7.3f, 2.0f}, 0});
+  const std::array<double, 3> p = store.positionInMap(key, {{0.7f, 7.3f, 2.0f}, 0});
   const double h = 0.02f;
-  EXPECT_EQ(p.x, static_cast<float>((50000.0 + double(0.7f)) * h));
-  EXPECT_EQ(p.y, static_cast<float>((-50000.0 + double(7.3f)) * h));
-  EXPECT_EQ(p.z, static_cast<float>(2.0 * h));
+  EXPECT_EQ(p[0], (50000.0 + double(0.7f)) * h);
+  EXPECT_EQ(p[1], (-50000.0 + double(7.3f)) * h);
+  EXPECT_EQ(p[2], 2.0 * h);
+}
+
+/// Beyond 64 m vertices count from whole metres in the middle of the mesh.
+TEST(MeshStore, MeshesFarAwayHaveAnOriginOfTheirOwn) {
+  const auto meshOf = [](std::vector<int> xs) {
+    MeshStore store(0.125f);  // blocks of 1 m
+    for (const int x : xs) {
+      BlockMesh block;
+      block.key = {x, 0, -3};
+      block.vertices = {{{0.0f, 0.5f, 0.0f}, 0}, {{1.0f, 0.5f, 0.0f}, 2}, {{0.0f, 1.5f, 0.0f}, 4}};
+      block.triangles = {0, 1, 2};
+      store.put(std::make_shared<const BlockMesh>(block));
+    }
+    return store.assemble();
+  };
+  EXPECT_FALSE(isFarFromOrigin(meshOf({-64, 63})));
+  EXPECT_TRUE(isFarFromOrigin(meshOf({0, 64})));
+  EXPECT_TRUE(isFarFromOrigin(meshOf({-65, 0})));
+  const Mesh mesh = meshOf({1000, 1005});
+  EXPECT_EQ(mesh.origin_m[0], 1003.0);
+  EXPECT_EQ(mesh.vertices_m[0].x, -3.0f);
+  const auto x_m = positionInMap(mesh, 0);
+  EXPECT_EQ(x_m, (std::array<double, 3>{1000.0, 0.0625, -3.0}));
 }
 
 /// Blocks that were meshed before anything was painted lie beside others.

@@ -34,6 +34,24 @@ TEST(Room, CameraStaysInFreeSpace) {
   }
 }
 
+TEST(Room, BallsMoveClearOfCameraAndThings) {
+  EXPECT_TRUE(roomBalls(0, 1.0).empty());
+  const Scene scene = makeRoomScene();
+  for (double time_s = 0.0; time_s < kLap_s; time_s += 0.05) {
+    const auto balls = roomBalls(3, time_s), later = roomBalls(3, time_s + 0.1);
+    ASSERT_EQ(balls.size(), 3u);
+    for (size_t i = 0; i < balls.size(); ++i) {
+      EXPECT_GT((later[i].centre_W - balls[i].centre_W).norm(), 0.01);
+      EXPECT_GT(scene.signedDistance(balls[i].centre_W), -balls[i].radius_m);  // not inside
+      // Whatever the camera's lap is, and wherever it is in it.
+      for (double other_s = 0.0; other_s < kLap_s; other_s += 0.1) {
+        const Vector3d eye_W = roomCameraPose(other_s, kLap_s).translation();
+        EXPECT_GT((eye_W - balls[i].centre_W).norm() - balls[i].radius_m, 0.3);
+      }
+    }
+  }
+}
+
 TEST(Room, EveryPixelIsMeasuredAndOnASurface) {
   const Scene scene = makeRoomScene();
   for (int i = 0; i < kViews; ++i) {

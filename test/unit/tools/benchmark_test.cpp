@@ -101,7 +101,7 @@ Measurement someMeasurement() {
     profile.work.touched_arrays = 10;
     m.stages.push_back(profile);
   }
-  m.memory = {{"voxels", MemoryKind::kMap, 10, 20}, {"hash", MemoryKind::kMap, 1, 2}};
+  m.memory = {{"voxels", MemoryKind::kMap, 10, 20}, {"hash", MemoryKind::kIndices, 1, 2}};
   return m;
 }
 

@@ -29,6 +29,7 @@ class FakeMapper : public Mapper {
   void clear() override {}
   MapContents contents() override { return {}; }
   MapStats stats() const override { return {3, 7, 4096, 2}; }
+  MapperMemory memory() const override { return {}; }
   std::string backendName() const override { return "fake (0 threads)"; }
 
   /// 'i' for each frame, 'p' for each colour image, 'm' for each extraction.

@@ -1,0 +1,169 @@
+"""Judges what was recorded: whether memory is flat, whether each image came to something that is
+counted, and whether all services did what they were asked."""
+import json
+import math
+import statistics
+
+# Student's t for 95 % on both sides, by degrees of freedom; beyond, that of many.
+T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13]
+T_95_MANY = 2.0
+# Growth that counts as none: so many MB an hour, or such a share of what is resident. It takes a long
+# run to tell it from what comes and goes; below so large a share of doubt a run tells something.
+FLAT_MB_H, FLAT_SHARE_H, DOUBT_SHARE_H = 10.0, 0.05, 0.2
+
+
+def read(folder):
+    path = folder / "record.jsonl"
+    if not path.exists():
+        return []
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def of_kind(records, kind):
+    return [record for record in records if record["kind"] == kind]
+
+
+def cycle_means(records, key):
+    """(seconds, mean) of each whole cycle but the first, in which everything is used first."""
+    begins = [record["t"] for record in of_kind(records, "event") if record["what"] == "cycle"]
+    samples = [record for record in of_kind(records, "sample") if key in record]
+    means = []
+    for begin, end in zip(begins[1:], begins[2:] + [math.inf]):
+        values = [s[key] for s in samples if begin <= s["t"] < end]
+        if values:
+            means.append((begin, statistics.fmean(values)))
+    return means
+
+
+def slope_per_hour(points):
+    """Slope of a line through the points and the bound of its error; None below three points."""
+    if len(points) < 3:
+        return None
+    t0, y0 = (statistics.fmean(column) for column in zip(*points))
+    spread = sum((t - t0) ** 2 for t, _ in points)
+    slope = sum((t - t0) * (y - y0) for t, y in points) / spread
+    rest = sum((y - y0 - slope * (t - t0)) ** 2 for t, y in points)
+    freedom = len(points) - 2
+    t_95 = T_95[freedom - 1] if freedom <= len(T_95) else T_95_MANY
+    return 3600.0 * slope, 3600.0 * t_95 * math.sqrt(rest / freedom / spread)
+
+
+def judge_memory(records, key):
+    means = cycle_means(records, key)
+    values = [record[key] for record in of_kind(records, "sample") if key in record]
+    if not values:
+        return None
+    result = dict(median=round(statistics.median(values), 1), most=max(values), cycles=len(means))
+    fit = slope_per_hour(means)
+    if fit is None:
+        return dict(result, verdict="too short to tell")
+    slope, bound = fit
+    limit = max(FLAT_MB_H, FLAT_SHARE_H * result["median"])
+    verdict = "flat"
+    if slope - bound > limit:
+        verdict = "grows"
+    elif bound > max(limit, DOUBT_SHARE_H * result["median"]):
+        verdict = "too short to tell"
+    return dict(result, slope_mb_h=round(slope, 1), bound_mb_h=round(bound, 1),
+                limit_mb_h=round(limit, 1), verdict=verdict)
+
+
+def last_counts(records, stream):
+    """Sums over the node's lives: counts begin at 0 with each load."""
+    total = dict(received=0, fused=0, dropped={})
+    before = None
+    samples = [s["streams"][stream] for s in of_kind(records, "sample")
+               if stream in s.get("streams", {})]
+    for counts in samples + [None]:
+        if before is not None and (counts is None or counts["received"] < before["received"]):
+            total["received"] += before["received"]
+            total["fused"] += before["fused"]
+            for reason, number in before["dropped"].items():
+                total["dropped"][reason] = total["dropped"].get(reason, 0) + number
+        before = counts
+    return total
+
+
+def percentile(values, share):
+    return sorted(values)[min(len(values) - 1, int(share * len(values)))]
+
+
+def judge_latency(records):
+    values = [s for record in of_kind(records, "sample") for s in record["latency_s"]]
+    if not values:
+        return None
+    return {name: round(percentile(values, share), 3)
+            for name, share in (("median", 0.5), ("p95", 0.95), ("p99", 0.99))}
+
+
+def judge_calls(records):
+    services = {}
+    for call in of_kind(records, "call"):
+        counts = services.setdefault(call["service"], dict(done=0, refused=0, failed=0, most_s=0.0))
+        counts[call["outcome"]] += 1
+        counts["most_s"] = max(counts["most_s"], call["took_s"])
+    return services
+
+
+def judge_graph(records, code):
+    problems = [dict(t=record["t"], what=record["what"]) for record in of_kind(records, "problem")]
+    if code != 0:
+        problems.append(dict(t=None, what=f"the scenario ended with {code}"))
+    if not of_kind(records, "sample"):
+        problems.append(dict(t=None, what="nothing was recorded"))
+    return dict(
+        seconds=records[-1]["t"] if records else 0.0,
+        cycles=sum(record["what"] == "cycle" for record in of_kind(records, "event")),
+        rss=judge_memory(records, "rss_mb"), gpu=judge_memory(records, "gpu_mb"),
+        latency_s=judge_latency(records), calls=judge_calls(records),
+        frames={stream: last_counts(records, stream) for stream in ("depth", "color")},
+        problems=problems)
+
+
+def judge(all_records, codes):
+    graphs = {name: judge_graph(records, codes[name]) for name, records in all_records.items()}
+    memory = [part["verdict"] for graph in graphs.values() for part in (graph["rss"], graph["gpu"])
+              if part is not None]
+    exit_code = 0
+    if "too short to tell" in memory:
+        exit_code = 2
+    if "grows" in memory or any(graph["problems"] for graph in graphs.values()):
+        exit_code = 1
+    return dict(graphs=graphs, exit_code=exit_code)
+
+
+def describe_memory(name, part):
+    text = f"{name}: median {part['median']} MB, most {part['most']:.0f} MB; {part['verdict']}"
+    if "slope_mb_h" in part:
+        text += (f" ({part['slope_mb_h']:+.1f} +- {part['bound_mb_h']:.1f} MB an hour over "
+                 f"{part['cycles']} cycles; {part['limit_mb_h']:.0f} is allowed)")
+    return text
+
+
+def describe_graph(name, graph):
+    lines = [f"{name}: {graph['seconds']:.0f} s, {graph['cycles']} cycles"]
+    for key, label in (("rss", "resident"), ("gpu", "GPU")):
+        if graph[key] is not None:
+            lines.append("  " + describe_memory(label, graph[key]))
+    if graph["latency_s"] is not None:
+        lines.append("  image to mesh_blocks: " + ", ".join(
+            f"{name} {value:.2f} s" for name, value in graph["latency_s"].items()))
+    for stream, counts in graph["frames"].items():
+        dropped = ", ".join(f"{reason} {number}" for reason, number in
+                            sorted(counts["dropped"].items(), key=lambda drop: -drop[1]))
+        lines.append(f"  {stream}: {counts['received']} received, {counts['fused']} fused, "
+                     f"dropped: {dropped or 'none'}")
+    for service, counts in sorted(graph["calls"].items()):
+        lines.append(f"  {service}: {counts['done']} done, {counts['refused']} refused, "
+                     f"{counts['failed']} failed; at most {counts['most_s']:.2f} s")
+    lines += [f"  PROBLEM at {problem['t']} s: {problem['what']}" for problem in graph["problems"]]
+    return lines
+
+
+def describe(report):
+    lines = [f"{report['hours']:g} h, begun {report['began']}"]
+    for name, graph in report["graphs"].items():
+        lines += describe_graph(name, graph)
+    verdict = {0: "memory is flat, nothing failed", 1: "FAILED: see above",
+               2: "nothing failed; too short to tell whether memory is flat"}
+    return "\n".join(lines + [verdict[report["exit_code"]]])

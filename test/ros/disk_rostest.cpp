@@ -1,0 +1,147 @@
+/// A disk that is full, cannot be written or is gone while the node saves: it says so in one
+/// sentence with what to do, files of before stay whole, and the node goes on.
+#include <dtsdf_mapping/LoadMap.h>
+#include <dtsdf_mapping/SaveMap.h>
+#include <dtsdf_mapping/SaveMesh.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+
+#include "ros/support/fake_camera.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a service answered.
+struct Answer {
+  bool success;
+  std::string message;
+};
+
+template <class Service>
+Answer call(const std::string& service, const std::string& file_name) {
+  Service call;
+  call.request.file_name = file_name;
+  EXPECT_TRUE(ros::service::call("/mapping/" + service, call));
+  return {call.response.success != 0, call.response.message};
+}
+
+Answer save(const std::string& file_name) {
+  return fs::path(file_name).extension() == ".dtsdf"
+             ? call<dtsdf_mapping::SaveMap>("save_map", file_name)
+             : call<dtsdf_mapping::SaveMesh>("save_mesh", file_name);
+}
+
+/// All files below a folder, hidden ones too, with their bytes.
+std::map<std::string, std::string> filesIn(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    files[entry.path().string()] = entry.is_regular_file() ? readBytes(entry.path().string()) : "";
+  }
+  return files;
+}
+
+const char* const kNames[] = {"mesh.ply", "mesh.glb", "mesh.obj", "mesh.stl", "map.dtsdf"};
+
+class Disk : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
+    fuseFrame();
+    for (const char* name : kNames) {
+      const Answer answer = save(name);
+      ASSERT_TRUE(answer.success) << answer.message;
+    }
+  }
+  void TearDown() override {
+    fs::remove(folder_ + ".fault");
+    fs::remove_all(folder_);
+  }
+
+  /// Each frame from another place, so that files would change.
+  void fuseFrame() {
+    const uint64_t fused = status_.status().frames_fused;
+    const ros::Time stamp = camera_.nextStamp();
+    camera_.sendTransform(stamp, {0.001 * static_cast<double>(fused + 1), 0.0, 0.0});
+    camera_.send(camera_.image(stamp), camera_.info(stamp));
+    ASSERT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
+  }
+
+  void breakDisk(const std::string& how) const { std::ofstream(folder_ + ".fault") << how; }
+  void mendDisk() const { fs::remove(folder_ + ".fault"); }
+
+  static void expectOneSentence(const Answer& answer, const std::string& what,
+                                const std::string& advice) {
+    EXPECT_FALSE(answer.success);
+    EXPECT_NE(answer.message.find(what), std::string::npos) << answer.message;
+    EXPECT_NE(answer.message.find(advice), std::string::npos) << answer.message;
+    EXPECT_EQ(answer.message.find('\n'), std::string::npos) << answer.message;
+  }
+
+  void expectSavesFail(const std::string& what, const std::string& advice) {
+    const auto before = filesIn(folder_);
+    ASSERT_EQ(before.size(), std::size(kNames));
+    fuseFrame();
+    for (const char* name : kNames) expectOneSentence(save(name), what, advice);
+    EXPECT_TRUE(filesIn(folder_) == before) << "files have changed, or there are others";
+    fuseFrame();  // it goes on
+    mendDisk();
+    for (const char* name : kNames) EXPECT_TRUE(save(name).success);
+    const auto after = filesIn(folder_);
+    ASSERT_EQ(after.size(), before.size());
+    for (const auto& [path, bytes] : after) EXPECT_TRUE(bytes != before.at(path)) << path;
+  }
+
+  ros::NodeHandle nh_;
+  FakeCamera camera_{nh_};
+  StatusWatcher status_{nh_};
+  std::string folder_;
+};
+
+TEST_F(Disk, ThatIsFull) {
+  breakDisk("full");
+  expectSavesFail("No space left on device", "free some space or choose another folder");
+}
+
+TEST_F(Disk, ThatCannotBeWritten) {
+  breakDisk("read_only");
+  expectOneSentence(save("new/mesh.ply"), "Read-only file system",
+                    "choose a folder that you may write to");
+  expectSavesFail("Read-only file system", "choose a folder that you may write to");
+}
+
+TEST_F(Disk, ThatGoesInTheMiddleOfASave) {
+  breakDisk("gone");
+  expectSavesFail("No such file or directory", "choose another file name or folder");
+}
+
+TEST_F(Disk, WhoseFolderIsGone) {
+  fs::remove_all(folder_);
+  expectOneSentence(call<dtsdf_mapping::LoadMap>("load_map", "map.dtsdf"), "map.dtsdf", "cannot");
+  fuseFrame();
+  for (const char* name : kNames) {
+    const Answer answer = save(name);  // folders are made
+    EXPECT_TRUE(answer.success) << answer.message;
+  }
+  EXPECT_EQ(filesIn(folder_).size(), std::size(kNames));
+  fs::remove_all(folder_);
+  std::ofstream(folder_) << "a file in its place";
+  for (const char* name : kNames) {
+    expectOneSentence(save(name), "a part of its path is a file", "choose another folder");
+  }
+  EXPECT_EQ(readBytes(folder_), "a file in its place");
+  fuseFrame();
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -62,6 +62,7 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
 
 /// The way of a frame; CudaMap::fuse() is the same on the device.
 IntegrationResult CpuMapper::fuse(const DepthFrame& frame) {
+  outside_.clear();
   const FrameSensing sensing = sense(frame);
   const std::vector<Surfel>& surfels = makeSurfels(sensing);
   const std::vector<TouchedBlock>& blocks = findBlocks(surfels, sensing);
@@ -116,6 +117,7 @@ Admission CpuMapper::admit(const std::vector<TouchedBlock>& blocks) {
     profile_->work.new_arrays += admission.new_arrays.size();
   }
   refused_ += admission.refused;
+  outside_ = std::move(admission.outside);
   return admission;
 }
 
@@ -324,6 +326,11 @@ std::vector<MemoryPart> CpuMapper::memory() const {
       {"colour image", kScratch, painter_.bytes(), painter_.bytes()}};
   parts.push_back({"unit indices", kMap, mesher_.bytes(), mesher_.bytes()});
   return parts;
+}
+
+void CpuMapper::passOver(const PassedFrames& passed) {
+  frames_ += passed.frames;
+  supporting_frames_ += passed.supporting_frames;
 }
 
 void CpuMapper::clear() {

@@ -32,6 +32,9 @@ class CpuMapper : public ProbedMapper {
   void profileTo(Profile* profile) override;
   std::vector<MemoryPart> memory() const override;
   std::string backendName() const override;
+  void restrictTo(const BlockExtent& extent) override { table_.restrictTo(extent); }
+  const std::vector<BlockRequest>& outsideExtent() const override { return outside_; }
+  void passOver(const PassedFrames& passed) override;
 
  private:
   IntegrationResult fuse(const DepthFrame& frame);
@@ -64,6 +67,7 @@ class CpuMapper : public ProbedMapper {
   Painter painter_;
   BlockMesher mesher_;
   MeshUpdate mesh_update_;
+  std::vector<BlockRequest> outside_;  ///< Of the last frame.
   uint64_t refused_ = 0, dropped_ = 0;
   uint64_t frames_ = 0;                 ///< Fused, those included that only clear.
   uint64_t supporting_frames_ = 0;      ///< Those that touched a block.

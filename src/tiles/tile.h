@@ -1,0 +1,51 @@
+/// A tile: a box of blocks that is fused by itself, and the frames that it needs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "map/block_extent.h"
+#include "tiles/index_ranges.h"
+
+namespace dtsdf {
+
+/// The mesh of a block depends on voxels of blocks around it, so many before it along an axis and so
+/// many behind it: its units have corners in the next block; and regularisation (regularisation.h)
+/// compares them with the units across their faces, in the block before and the next one, whose
+/// corners reach one block farther. No stage of fusion looks at another block's voxels.
+constexpr int kHaloBefore = 1, kHaloBehind = 2;
+
+/// A tile's own blocks with those around that their meshes depend on.
+inline BlockExtent withHalo(const BlockExtent& own) {
+  constexpr BlockKey kLeast{-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
+  const auto before = [](int32_t x, int32_t least) { return x - kHaloBefore < least ? least
+                                                                                    : x - kHaloBefore; };
+  const auto behind = [](int32_t x) {
+    return x + kHaloBehind > kMaxBlockCoordinate ? kMaxBlockCoordinate : x + kHaloBehind;
+  };
+  return {{before(own.first.x, kLeast.x), before(own.first.y, kLeast.y),
+           before(own.first.z, kLeast.z)},
+          {behind(own.last.x), behind(own.last.y), behind(own.last.z)}};
+}
+
+/// What the plan expects of a tile: bounds, as what is cleared on the way is not known.
+struct TileEstimate {
+  size_t blocks = 0, voxel_arrays = 0;  ///< At most, halo included.
+  size_t map_bytes = 0;                 ///< Of these, at most.
+  double seconds = 0.0;                 ///< As one process on the machine of the plan may take.
+};
+
+struct Tile {
+  BlockExtent own;                  ///< The blocks that it makes for the whole map.
+  std::vector<IndexRanges> frames;  ///< By recording: images that change blocks of withHalo(own).
+  TileEstimate estimate;
+
+  size_t frameCount() const {
+    size_t count = 0;
+    for (const IndexRanges& of_recording : frames) count += of_recording.count();
+    return count;
+  }
+};
+
+}  // namespace dtsdf

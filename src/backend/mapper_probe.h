@@ -55,9 +55,9 @@ class ProbedMapper : public Mapper, public MapperProbe {
   /// @throws std::exception without memory; the mapper is of no use then.
   virtual void restore(const MapContents& contents) = 0;
 
-  /// From now on the map is a tile: only blocks of this extent are made, and others are not counted
-  /// as refused. Its blocks are those of the whole map, to the last bit, as no depth frame changes a
-  /// block by what others hold. Of colour images that is not so: what hides, and the exposure, are
+  /// From now on the map is a tile: only blocks of this extent are made, and others are not
+  /// counted as refused. Its blocks are those of the whole map, to the last bit, as no depth frame
+  /// changes a block by what others hold. Of colour images that is not so: what hides, and the exposure, are
   /// found from all of the map. To be called before the first frame.
   virtual void restrictTo(const BlockExtent& extent) = 0;
 

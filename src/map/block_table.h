@@ -83,8 +83,8 @@ class BlockTable {
 
   explicit BlockTable(size_t budget_bytes);
 
-  /// From now on only blocks of this extent are made. Requests for others are passed over, and told:
-  /// they are not refused. It outlasts clear().
+  /// From now on only blocks of this extent are made. Requests for others are passed over, and
+  /// told: they are not refused. It outlasts clear().
   void restrictTo(const BlockExtent& extent) { extent_ = extent; }
 
   /// Slot of a block, or -1.

@@ -123,7 +123,9 @@ void fuseCommand(const std::vector<std::string>& arguments) {
   addFuseOptions(line, options);
   line.addFlag("--again", "make it anew if it is done", request.again);
   line.add({"--end-with", "PID", "end as soon as the process ends that has started this one"},
-           [&](const std::string& value) { parent = static_cast<int>(readWhole(value, {1, 1e9})); });
+           [&](const std::string& value) {
+             parent = static_cast<int>(readWhole(value, {1, 1e9}));
+           });
   line.parse(arguments);
   if (parent > 0) endWithProcess(parent);
   const LoadedPlan plan = loadPlan(request.folder);

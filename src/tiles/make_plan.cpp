@@ -236,8 +236,9 @@ bool estimate(Tile& tile, const std::vector<BlockRequest>& blocks) {
 /// Two halves, across the longest edge.
 std::array<BlockExtent, 2> halvesOf(const BlockExtent& extent) {
   const auto length = [](int32_t first, int32_t last) { return last - first; };
-  const int32_t x = length(extent.first.x, extent.last.x), y = length(extent.first.y, extent.last.y),
-                z = length(extent.first.z, extent.last.z);
+  const int32_t x = length(extent.first.x, extent.last.x);
+  const int32_t y = length(extent.first.y, extent.last.y);
+  const int32_t z = length(extent.first.z, extent.last.z);
   std::array<BlockExtent, 2> halves{extent, extent};
   int32_t BlockKey::*const axis =
       x >= y && x >= z ? &BlockKey::x : (y >= z ? &BlockKey::y : &BlockKey::z);

@@ -10,14 +10,14 @@
 namespace dtsdf {
 
 struct PlanRequest {
-  InputOptions reading;                  ///< But for the path, and for a format that is to be guessed.
-  std::vector<std::string> recordings;   ///< Their paths, in the order in which they are fused.
+  InputOptions reading;  ///< But for the path, and for a format that is to be guessed.
+  std::vector<std::string> recordings;  ///< Their paths, in the order in which they are fused.
   double tile_m = 20.0;
 };
 
 /// A tile that takes more than the budget is cut. `settings` are those of the request's options.
-/// @throws std::runtime_error, also for settings with which a tile could not be the same as its part
-/// of the whole map.
+/// @throws std::runtime_error, also for settings with which a tile could not be the same as its
+/// part of the whole map.
 Plan makePlan(const PlanRequest& request, const RunSettings& settings);
 
 /// A tile cut until no part takes more than `most_bytes`. `blocks` are those of the whole map, by

@@ -1,5 +1,5 @@
-/// The plan of a map in tiles: what is read, with which settings, which frames count, and the tiles.
-/// It lies in DIR/plan.json.
+/// The plan of a map in tiles: what is read, with which settings, which frames count, and the
+/// tiles. It lies in DIR/plan.json.
 #pragma once
 
 #include <cstdint>

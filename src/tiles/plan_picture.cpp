@@ -86,8 +86,8 @@ std::string planPicture(const Plan& plan, double voxel_size_m) {
   }
   const double width = bounds[2] - bounds[0] + 1, height = bounds[3] - bounds[1] + 1;
   const double scale = kSide_px / std::max(width, height);
-  std::string svg = format("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" height=\"%.0f\" "
-                           "font-family=\"sans-serif\" font-size=\"12\">\n",
+  std::string svg = format("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" "
+                           "height=\"%.0f\" font-family=\"sans-serif\" font-size=\"12\">\n",
                            width * scale + 2 * kMargin_px, height * scale + 4 * kMargin_px);
   for (const auto& [at, column] : columns) {
     const double x = kMargin_px + (at[0] - bounds[0]) * scale;

@@ -10,23 +10,17 @@
 
 namespace dtsdf {
 
-/// The mesh of a block depends on voxels of blocks around it, so many before it along an axis and so
-/// many behind it: its units have corners in the next block; and regularisation (regularisation.h)
-/// compares them with the units across their faces, in the block before and the next one, whose
-/// corners reach one block farther. No stage of fusion looks at another block's voxels.
+/// The mesh of a block depends on voxels of blocks around it, so many before it along an axis and
+/// so many behind it: its units have corners in the next block; and regularisation
+/// (regularisation.h) compares them with the units across their faces, in the block before and the
+/// next one, whose corners reach one block farther. No stage of fusion looks at another block's
+/// voxels.
 constexpr int kHaloBefore = 1, kHaloBehind = 2;
 
 /// A tile's own blocks with those around that their meshes depend on.
 inline BlockExtent withHalo(const BlockExtent& own) {
-  constexpr BlockKey kLeast{-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
-  const auto before = [](int32_t x, int32_t least) { return x - kHaloBefore < least ? least
-                                                                                    : x - kHaloBefore; };
-  const auto behind = [](int32_t x) {
-    return x + kHaloBehind > kMaxBlockCoordinate ? kMaxBlockCoordinate : x + kHaloBehind;
-  };
-  return {{before(own.first.x, kLeast.x), before(own.first.y, kLeast.y),
-           before(own.first.z, kLeast.z)},
-          {behind(own.last.x), behind(own.last.y), behind(own.last.z)}};
+  return {own.first - Vec3i{kHaloBefore, kHaloBefore, kHaloBefore},
+          own.last + Vec3i{kHaloBehind, kHaloBehind, kHaloBehind}};
 }
 
 /// What the plan expects of a tile: bounds, as what is cleared on the way is not known.

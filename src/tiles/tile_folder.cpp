@@ -45,7 +45,9 @@ bool isLocked(const std::string& folder, size_t tile) {
 
 }  // namespace
 
-std::string planPath(const std::string& folder) { return (fs::path(folder) / "plan.json").string(); }
+std::string planPath(const std::string& folder) {
+  return (fs::path(folder) / "plan.json").string();
+}
 
 std::string tilePath(const std::string& folder, size_t tile, const std::string& ending) {
   char name[32];

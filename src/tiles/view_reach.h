@@ -32,7 +32,7 @@ class ViewReach {
   DepthFrame frame_;  ///< Without its pixels.
   Eigen::Isometry3d T_C_W_;
   int columns_, rows_;
-  std::vector<float> farthest_m_;  ///< That a cell's pixels, or those beside it, measure; 0: nothing.
+  std::vector<float> farthest_m_;  ///< That a cell's pixels measure; 0: nothing.
   float farthest_of_all_m_ = 0.0f;
 };
 

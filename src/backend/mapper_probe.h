@@ -57,8 +57,8 @@ class ProbedMapper : public Mapper, public MapperProbe {
 
   /// From now on the map is a tile: only blocks of this extent are made, and others are not
   /// counted as refused. Its blocks are those of the whole map, to the last bit, as no depth frame
-  /// changes a block by what others hold. Of colour images that is not so: what hides, and the exposure, are
-  /// found from all of the map. To be called before the first frame.
+  /// changes a block by what others hold. Of colour images that is not so: what hides, and the
+  /// exposure, are found from all of the map. To be called before the first frame.
   virtual void restrictTo(const BlockExtent& extent) = 0;
 
   /// What the last depth frame wanted outside of the extent, by packed key.

@@ -1,6 +1,7 @@
 /// Writes a TUM folder of an analytic scene, as `reconstruct` and `tiles` read it.
 #pragma once
 
+#include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
@@ -8,12 +9,12 @@
 #include <vector>
 
 #include "simulation/scene.h"
-#include "support/temporary_folder.h"
+#include "support/temporary_folder.h"  // writeBytes()
 
 namespace dtsdf {
 
 /// Images of 0.2 mm a unit, 0.1 s apart; a camera of 65 degrees.
-inline void writeSceneRecording(const TemporaryFolder& folder, const Scene& scene,
+inline void writeSceneRecording(const std::filesystem::path& folder, const Scene& scene,
                                 const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160,
                                 int height = 120) {
   const float focal_px = 0.785f * static_cast<float>(width);
@@ -33,7 +34,7 @@ inline void writeSceneRecording(const TemporaryFolder& folder, const Scene& scen
             static_cast<uint16_t>(5000.0f * depth_m[static_cast<size_t>(v) * width + u] + 0.5f);
       }
     }
-    cv::imwrite(folder / file, image);
+    cv::imwrite((folder / file).string(), image);
     const Eigen::Vector3d t = T_W_C[i].translation();
     const Eigen::Quaterniond q(T_W_C[i].linear());
     const double stamp_s = 100.0 + 0.1 * static_cast<double>(i);
@@ -41,12 +42,12 @@ inline void writeSceneRecording(const TemporaryFolder& folder, const Scene& scen
     poses << stamp_s << " " << t.x() << " " << t.y() << " " << t.z() << " " << q.x() << " "
           << q.y() << " " << q.z() << " " << q.w() << "\n";
   }
-  writeBytes(folder / "depth.txt", depth.str());
-  writeBytes(folder / "groundtruth.txt", poses.str());
+  writeBytes((folder / "depth.txt").string(), depth.str());
+  writeBytes((folder / "groundtruth.txt").string(), poses.str());
   camera << "image_width: " << width << "\nimage_height: " << height
          << "\nprojection_matrix:\n  data: [" << K.fx << ", 0, " << K.cx << ", 0, 0, " << K.fy
          << ", " << K.cy << ", 0, 0, 0, 1, 0]\n";
-  writeBytes(folder / "camera_info.yaml", camera.str());
+  writeBytes((folder / "camera_info.yaml").string(), camera.str());
 }
 
 }  // namespace dtsdf

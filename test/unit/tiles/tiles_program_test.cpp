@@ -32,7 +32,7 @@ struct Recorded {
     for (int i = 0; i < 40; ++i) poses.push_back(roomCameraPose(0.6 * i));
     // One frame in between shows nothing, and is not part of the map.
     poses[20] = lookAt({0.0, 0.0, 5.0}, {0.0, 0.0, 9.0}, Eigen::Vector3d::UnitX());
-    writeSceneRecording(recording, makeRoomScene(), poses);
+    writeSceneRecording(recording.path(), makeRoomScene(), poses);
     const Outcome outcome =
         runIn(out, DTSDF_RECONSTRUCT, recording.path() + settings() + "--mesh " +
                                           (out / "one.ply") + " --save-map " + (out / "one.dtsdf"));

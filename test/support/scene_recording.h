@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
@@ -13,10 +14,13 @@
 
 namespace dtsdf {
 
-/// Images of 0.2 mm a unit, 0.1 s apart; a camera of 65 degrees.
+/// Images of 0.2 mm a unit, 0.1 s apart; a camera of 65 degrees. What lies in the file of poses is
+/// `moved` of each number and pose.
 inline void writeSceneRecording(const std::filesystem::path& folder, const Scene& scene,
                                 const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160,
-                                int height = 120) {
+                                int height = 120,
+                                const std::function<Eigen::Isometry3d(
+                                    size_t, const Eigen::Isometry3d&)>& moved = nullptr) {
   const float focal_px = 0.785f * static_cast<float>(width);
   const Intrinsics K{focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
                      0.5f * static_cast<float>(height - 1)};
@@ -35,8 +39,9 @@ inline void writeSceneRecording(const std::filesystem::path& folder, const Scene
       }
     }
     cv::imwrite((folder / file).string(), image);
-    const Eigen::Vector3d t = T_W_C[i].translation();
-    const Eigen::Quaterniond q(T_W_C[i].linear());
+    const Eigen::Isometry3d written = moved ? moved(i, T_W_C[i]) : T_W_C[i];
+    const Eigen::Vector3d t = written.translation();
+    const Eigen::Quaterniond q(written.linear());
     const double stamp_s = 100.0 + 0.1 * static_cast<double>(i);
     depth << stamp_s << " " << file << "\n";
     poses << stamp_s << " " << t.x() << " " << t.y() << " " << t.z() << " " << q.x() << " "

@@ -25,24 +25,32 @@ Outcome runIn(const TemporaryFolder& folder, const std::string& program,
           readBytes(folder / "stderr")};
 }
 
+constexpr int kFrames = 16, kEmptyFrame = 5;
+
 /// A lap through the room, and the mesh and the map that `reconstruct` makes of it.
 struct Recorded {
   Recorded() {
     std::vector<Eigen::Isometry3d> poses;
-    for (int i = 0; i < 40; ++i) poses.push_back(roomCameraPose(0.6 * i));
+    for (int i = 0; i < kFrames; ++i) poses.push_back(roomCameraPose(1.6 * i));
     // One frame in between shows nothing, and is not part of the map.
-    poses[20] = lookAt({0.0, 0.0, 5.0}, {0.0, 0.0, 9.0}, Eigen::Vector3d::UnitX());
-    writeSceneRecording(recording.path(), makeRoomScene(), poses);
+    poses[kEmptyFrame] = lookAt({0.0, 0.0, 5.0}, {0.0, 0.0, 9.0}, Eigen::Vector3d::UnitX());
+    // The room twice, far from each other: tiles of one need no frames of the other.
+    const auto moved = [](size_t i, const Eigen::Isometry3d& T_W_C) -> Eigen::Isometry3d {
+      return Eigen::Translation3d(i < kFrames / 2 ? 0.0 : 20.0, 0.0, 0.0) * T_W_C;
+    };
+    writeSceneRecording(recording.path(), makeRoomScene(), poses, 80, 60, moved);
     const Outcome outcome =
         runIn(out, DTSDF_RECONSTRUCT, recording.path() + settings() + "--mesh " +
                                           (out / "one.ply") + " --save-map " + (out / "one.dtsdf"));
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     mesh = readBytes(out / "one.ply");
     map = readBytes(out / "one.dtsdf");
-    EXPECT_GT(mesh.size(), 100000u);
+    EXPECT_GT(mesh.size(), 50000u);
   }
 
-  static std::string settings() { return " --backend cpu --set map/voxel_size_m=0.05 "; }
+  static std::string settings() {
+    return " --backend cpu --threads 1 --set map/voxel_size_m=0.08 mesh/min_support=1 ";
+  }
 
   TemporaryFolder recording, out;
   std::string mesh, map;
@@ -73,7 +81,7 @@ class TilesProgram : public testing::Test {
   std::string folder() const { return out_ / "plan"; }
   std::string file(const std::string& name) const { return out_ / ("plan/tiles/" + name); }
 
-  void plan(const std::string& more = "--tile-m 2", const std::string& recordings = "") const {
+  void plan(const std::string& more = "--tile-m 4", const std::string& recordings = "") const {
     expectDone("plan " + (recordings.empty() ? recorded_->recording.path() : recordings) +
                Recorded::settings() + "--out " + folder() + " " + more);
   }
@@ -85,7 +93,7 @@ class TilesProgram : public testing::Test {
 
   void fuseAll() const {
     for (size_t i = 0; i < tileCount(); ++i) {
-      expectDone("fuse " + folder() + " " + std::to_string(i));
+      expectDone("fuse " + folder() + " " + std::to_string(i) + " --threads 1");
     }
   }
 
@@ -109,14 +117,14 @@ Recorded* TilesProgram::recorded_ = nullptr;
 TEST_F(TilesProgram, MakesTheBytesOfOneProcess) {
   plan();
   EXPECT_GT(tileCount(), 8u);
-  EXPECT_EQ(planJson()["recordings"][0]["fused"].size(), 2u) << "before frame 20 and behind it";
+  EXPECT_EQ(planJson()["recordings"][0]["fused"].size(), 2u) << "before and behind the empty one";
   EXPECT_NE(readBytes(out_ / "plan/plan.svg").find("</svg>"), std::string::npos);
-  EXPECT_NE(readBytes(out_ / "plan/plan.txt").find("39 frames"), std::string::npos);
+  EXPECT_NE(readBytes(out_ / "plan/plan.txt").find("15 frames"), std::string::npos);
   size_t left_out = 0;
   for (const auto& tile : planJson()["tiles"]) {
     size_t frames = 0;
     for (const auto& range : tile["frames"][0]) frames += size_t(range[1]) - size_t(range[0]) + 1;
-    left_out += 39 - frames;
+    left_out += kFrames - 1 - frames;
   }
   EXPECT_GT(left_out, 0u) << "a tile does not need all frames";
   fuseAll();
@@ -124,9 +132,9 @@ TEST_F(TilesProgram, MakesTheBytesOfOneProcess) {
 }
 
 TEST_F(TilesProgram, CutsTilesThatTakeMoreThanTheBudget) {
-  plan("--tile-m 20 --set map/max_memory_mb=8");
+  plan("--tile-m 20 --set map/max_memory_mb=4");
   EXPECT_GT(tileCount(), 3u);
-  for (const auto& tile : planJson()["tiles"]) EXPECT_LE(tile["most_map_bytes"], 8 << 20);
+  for (const auto& tile : planJson()["tiles"]) EXPECT_LE(tile["most_map_bytes"], 4 << 20);
   fuseAll();
   expectSameAsOneProcess();
 }
@@ -144,15 +152,15 @@ TEST_F(TilesProgram, JoinsSeveralRecordings) {
     }
     writeBytes(to / "depth.txt", part);
   };
-  copyPart(first, 0, 17);
-  copyPart(second, 17, 40);
-  plan("--tile-m 3", first.path() + " " + second.path());
+  copyPart(first, 0, 7);
+  copyPart(second, 7, kFrames);
+  plan("--tile-m 5", first.path() + " " + second.path());
   fuseAll();
   expectSameAsOneProcess();
 }
 
 TEST_F(TilesProgram, NamesTilesThatAreNotThereOrDamaged) {
-  plan("--tile-m 4");
+  plan("--tile-m 6");
   expectError(mergeArguments(), "tiles are not done (0: ");
   fuseAll();
   EXPECT_NE(tiles("fuse " + folder() + " 1").out.find("tile 1 is done already"), std::string::npos);
@@ -174,7 +182,7 @@ TEST_F(TilesProgram, NamesTilesThatAreNotThereOrDamaged) {
   EXPECT_NE(tiles("status " + folder()).out.find("1 waiting"), std::string::npos);
   expectDone("fuse " + folder() + " 1");
   expectSameAsOneProcess();
-  plan("--tile-m 3.5");
+  plan("--tile-m 5");
   expectError(mergeArguments(), "it was made by another plan");
 }
 
@@ -199,7 +207,7 @@ TEST_F(TilesProgram, TellsOfImagesThatHaveChanged) {
   std::filesystem::copy(recorded_->recording.path(), copy.path(),
                         std::filesystem::copy_options::recursive);
   plan("--tile-m 20", copy.path());
-  std::filesystem::copy(copy / "depth/20.png", copy / "depth/10.png",
+  std::filesystem::copy(copy / "depth/5.png", copy / "depth/10.png",
                         std::filesystem::copy_options::overwrite_existing);
   expectError("fuse " + folder() + " 0", "image 10 of ");
 }

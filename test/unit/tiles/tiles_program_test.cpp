@@ -121,7 +121,8 @@ TEST_F(TilesProgram, MakesTheBytesOfOneProcess) {
   EXPECT_NE(readBytes(out_ / "plan/plan.svg").find("</svg>"), std::string::npos);
   EXPECT_NE(readBytes(out_ / "plan/plan.txt").find("15 frames"), std::string::npos);
   size_t left_out = 0;
-  for (const auto& tile : planJson()["tiles"]) {
+  const nlohmann::json planned = planJson();
+  for (const auto& tile : planned["tiles"]) {
     size_t frames = 0;
     for (const auto& range : tile["frames"][0]) frames += size_t(range[1]) - size_t(range[0]) + 1;
     left_out += kFrames - 1 - frames;
@@ -134,7 +135,8 @@ TEST_F(TilesProgram, MakesTheBytesOfOneProcess) {
 TEST_F(TilesProgram, CutsTilesThatTakeMoreThanTheBudget) {
   plan("--tile-m 20 --set map/max_memory_mb=4");
   EXPECT_GT(tileCount(), 3u);
-  for (const auto& tile : planJson()["tiles"]) EXPECT_LE(tile["most_map_bytes"], 4 << 20);
+  const nlohmann::json planned = planJson();
+  for (const auto& tile : planned["tiles"]) EXPECT_LE(tile["most_map_bytes"], 4 << 20);
   fuseAll();
   expectSameAsOneProcess();
 }

@@ -1,7 +1,5 @@
 #include "tiles/fuse_tile.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -17,6 +15,7 @@
 #include "io/map_chunks.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
+#include "tiles/process_usage.h"
 #include "tiles/tile_folder.h"
 #include "tools/recorded_input.h"
 
@@ -24,13 +23,6 @@ namespace dtsdf {
 namespace {
 
 constexpr size_t kFramesAhead = 4;
-
-/// The most memory that this process has taken.
-size_t peakBytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<size_t>(usage.ru_maxrss) * 1024;
-}
 
 /// The frames of a plan that a tile fuses, and the numbers of all.
 class TileFusion {
@@ -192,6 +184,7 @@ TileRecord makeTile(const FuseRequest& request, const LoadedPlan& loaded) {
   saveMap(fusion.mapper(), loaded, tile.own, tilePath(request.folder, request.tile, ".dtsdf"),
           record);
   record.peak_bytes = peakBytes();
+  record.processor_s = processorSeconds();
   record.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return record;

@@ -13,6 +13,7 @@
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
+#include "tiles/process_usage.h"
 #include "tiles/view_reach.h"
 #include "tools/recorded_input.h"
 
@@ -88,6 +89,7 @@ class Planner {
       throw std::runtime_error("no frame of the recordings shows a surface, so there are no tiles");
     }
     plan_.seconds = secondsSince(start_);
+    plan_.processor_s = processorSeconds();
     return std::move(plan_);
   }
 

@@ -16,6 +16,7 @@
 #include "map/block_table.h"
 #include "tiles/fuse_tile.h"
 #include "tiles/merge_mesh.h"
+#include "tiles/process_usage.h"
 #include "tiles/tile_folder.h"
 
 namespace dtsdf {
@@ -208,6 +209,7 @@ void printMerged(const MergeRequest& request, const MergeResult& result) {
 
 MergeResult mergeTiles(const MergeRequest& request, const LoadedPlan& loaded) {
   const auto start = std::chrono::steady_clock::now();
+  const double processor_start_s = processorSeconds();
   for (const std::string& path : {request.mesh_path, request.map_path}) {
     if (!path.empty()) prepareOutputFile(path);
   }
@@ -223,6 +225,7 @@ MergeResult mergeTiles(const MergeRequest& request, const LoadedPlan& loaded) {
   }
   result.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.processor_s = processorSeconds() - processor_start_s;
   return result;
 }
 

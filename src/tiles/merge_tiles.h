@@ -18,7 +18,7 @@ struct MergeResult {
   uint64_t vertices = 0, triangles = 0;
   size_t blocks = 0;
   uint64_t content_hash = 0;
-  double seconds = 0.0;
+  double seconds = 0.0, processor_s = 0.0;
 };
 
 /// Of the tiles' voxels and meshes a few blocks each are in memory, and of their tables all: about

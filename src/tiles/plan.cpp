@@ -125,6 +125,7 @@ Json toJson(const Plan& plan) {
                {"map_frame", plan.map_frame},
                {"stamp_s", plan.stamp_s},
                {"seconds", plan.seconds},
+               {"processor_s", plan.processor_s},
                {"settings", Json::object()},
                {"recordings", Json::array()},
                {"tiles", Json::array()}};
@@ -145,6 +146,7 @@ Plan planOf(const Json& json) {
   json.at("map_frame").get_to(plan.map_frame);
   json.at("stamp_s").get_to(plan.stamp_s);
   json.at("seconds").get_to(plan.seconds);
+  json.at("processor_s").get_to(plan.processor_s);
   for (const auto& [key, value] : json.at("settings").items()) plan.settings[key] = valueOf(value);
   for (const Json& recording : json.at("recordings")) {
     plan.recordings.push_back(recordingOf(recording));

@@ -27,7 +27,7 @@ struct Plan {
   double stamp_s = 0.0;   ///< Of the last frame that was fused.
   std::vector<PlannedRecording> recordings;
   std::vector<Tile> tiles;  ///< By number, from 0 on.
-  double seconds = 0.0;     ///< That the plan took.
+  double seconds = 0.0, processor_s = 0.0;  ///< That the plan took.
 
   /// The options that a recording is opened with.
   InputOptions inputOf(size_t recording) const;

@@ -17,7 +17,7 @@ Json toJson(const TileRecord& record) {
           {"blocks", record.blocks},         {"triangles", record.triangles},
           {"map_bytes", record.map_bytes},   {"peak_bytes", record.peak_bytes},
           {"backend", record.backend},       {"map_file_bytes", record.map_file_bytes},
-          {"mesh_file_bytes", record.mesh_file_bytes}};
+          {"processor_s", record.processor_s}, {"mesh_file_bytes", record.mesh_file_bytes}};
 }
 
 }  // namespace
@@ -26,6 +26,7 @@ void saveReport(const RunReport& report, const std::string& folder, const Loaded
                 const TileQueue& queue) {
   Json json = {{"plan", loaded.id},           {"processes", report.processes},
                {"plan_s", loaded.plan.seconds}, {"fuse_s", report.fuse_s},
+               {"plan_processor_s", loaded.plan.processor_s},
                {"tiles", Json::array()},       {"failed", queue.failed()}};
   if (!report.failure.empty()) json["failure"] = report.failure;
   for (size_t i = 0; i < loaded.plan.tiles.size(); ++i) {
@@ -36,6 +37,7 @@ void saveReport(const RunReport& report, const std::string& folder, const Loaded
     json["tiles"].push_back(tile);
   }
   json["merge"] = {{"seconds", report.merged.seconds},
+                   {"processor_s", report.merged.processor_s},
                    {"blocks", report.merged.blocks},
                    {"vertices", report.merged.vertices},
                    {"triangles", report.merged.triangles},

@@ -68,6 +68,7 @@ void saveRecord(const TileRecord& record, const std::string& folder, size_t tile
                      {"map_bytes", record.map_bytes},
                      {"peak_bytes", record.peak_bytes},
                      {"seconds", record.seconds},
+                     {"processor_s", record.processor_s},
                      {"backend", record.backend}};
   writeFileAtomically(tilePath(folder, tile, ".json"), json.dump(1) + "\n");
 }
@@ -90,6 +91,7 @@ TileRecord loadRecord(const std::string& folder, size_t tile) {
     json.at("map_bytes").get_to(record.map_bytes);
     json.at("peak_bytes").get_to(record.peak_bytes);
     json.at("seconds").get_to(record.seconds);
+    json.at("processor_s").get_to(record.processor_s);
     json.at("backend").get_to(record.backend);
     return record;
   } catch (const std::exception& error) {

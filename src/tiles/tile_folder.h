@@ -31,6 +31,7 @@ struct TileRecord {
   size_t map_bytes = 0;      ///< Of the map, halo included, at the end.
   size_t peak_bytes = 0;     ///< Of the process, at most.
   double seconds = 0.0;
+  double processor_s = 0.0;  ///< Of all threads.
   std::string backend;
 };
 

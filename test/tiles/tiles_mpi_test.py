@@ -187,15 +187,21 @@ class TilesUnderMpirun(unittest.TestCase):
         self.assertEqual(done, {path: path.stat().st_mtime_ns for path in done})
         self.expect_same()
 
-    def test_names_tiles_that_do_not_fit_on_the_disk(self):
+    def test_a_tile_that_does_not_fit_on_the_disk_is_named(self):
         def small_files():
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (200000, 200000))
-        code, out = self.run_tiles(2, preexec_fn=small_files, restore_signals=False)
-        self.assertNotEqual(code, 0, out)
-        self.assertIn("failed twice", out)
-        self.assertIn("cannot write", out)
-        self.assertFalse((self.folder / "all.ply").exists())
+            resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+        plan = json.loads((self.folder / "plan.json").read_text())
+        sizes = [tile["most_map_bytes"] for tile in plan["tiles"]]
+        largest = str(sizes.index(max(sizes)))
+        fuse = subprocess.run([OPTIONS.tiles, "fuse", self.folder, largest], text=True,
+                              stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                              preexec_fn=small_files, restore_signals=False, check=False)
+        self.assertEqual(fuse.returncode, 1, fuse.stderr)
+        self.assertIn("cannot write", fuse.stderr)
+        status = subprocess.run([OPTIONS.tiles, "status", self.folder], text=True, check=True,
+                                stdout=subprocess.PIPE).stdout
+        self.assertIn(f"{largest}  failed: cannot write", status)
         code, out = self.run_tiles(2)
         self.assertEqual(code, 0, out)
         self.expect_same()

@@ -276,26 +276,37 @@ class Master {
   RunReport report_;
 };
 
-}  // namespace
-
-void runTiles(const RunRequest& request) {
-  const Job job;
+/// Others may wait for what this process does: if it fails, all end.
+template <class Action>
+void together(const Action& action) {
   try {
-    if (job.rank() != 0) {
-      Worker worker(request, job);
-      serve(worker);
-      return;
-    }
-    Master master(request, job);
-    master.makeTiles();
-    master.merge(request.merge);
-    printMerged(request.merge, master.merged());
+    action();
   } catch (const std::exception& error) {
-    // Others may wait for this process.
     std::fprintf(stderr, "tiles: error: %s\n", error.what());
     std::fflush(nullptr);
     MPI_Abort(MPI_COMM_WORLD, 1);
   }
+}
+
+}  // namespace
+
+void runTiles(const RunRequest& request) {
+  const Job job;
+  if (job.rank() != 0) {
+    together([&] {
+      Worker worker(request, job);
+      serve(worker);
+    });
+    return;
+  }
+  std::unique_ptr<Master> master;
+  together([&] {
+    master = std::make_unique<Master>(request, job);
+    master->makeTiles();
+  });
+  // The others have gone.
+  master->merge(request.merge);
+  printMerged(request.merge, master->merged());
 }
 
 }  // namespace dtsdf

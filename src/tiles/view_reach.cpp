@@ -48,33 +48,51 @@ ViewReach::CellSpan ViewReach::cellsBetween(double min_px, double max_px, int pi
 }
 
 bool ViewReach::mayPass(const MetricBox& box) const {
-  const Intrinsics& K = frame_.intrinsics;
-  Eigen::Vector3d least = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d most = -least;  // u, v and depth of the box's corners
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d p_W{(corner & 1 ? box.max_W : box.min_W).x(),
-                              (corner & 2 ? box.max_W : box.min_W).y(),
-                              (corner & 4 ? box.max_W : box.min_W).z()};
-    const Eigen::Vector3d p = T_C_W_ * p_W;
-    const double z = std::max(p.z(), kNear_m);
-    const Eigen::Vector3d seen{K.fx * p.x() / z + K.cx + 0.5, K.fy * p.y() / z + K.cy + 0.5,
-                               p.z()};
-    least = least.cwiseMin(seen);
-    most = most.cwiseMax(seen);
+  const Corners corners = cornersOf(box);
+  const double nearest_m = corners.row(2).minCoeff();
+  if (!(corners.row(2).maxCoeff() > 0.0) || nearest_m > static_cast<double>(farthest_of_all_m_) ||
+      isBesideImage(corners)) {
+    return false;
   }
-  if (!(most.z() > 0.0) || least.z() > static_cast<double>(farthest_of_all_m_)) return false;
   CellSpan u{0, columns_ - 1}, v{0, rows_ - 1};
-  if (least.z() > kNear_m) {
-    u = cellsBetween(least.x(), most.x(), frame_.width, columns_);
-    v = cellsBetween(least.y(), most.y(), frame_.height, rows_);
+  if (nearest_m > kNear_m) {
+    const Intrinsics& K = frame_.intrinsics;
+    const Eigen::Array<double, 1, 8> z = corners.row(2).array();
+    const Eigen::Array<double, 1, 8> at_u = K.fx * corners.row(0).array() / z + (K.cx + 0.5);
+    const Eigen::Array<double, 1, 8> at_v = K.fy * corners.row(1).array() / z + (K.cy + 0.5);
+    u = cellsBetween(at_u.minCoeff(), at_u.maxCoeff(), frame_.width, columns_);
+    v = cellsBetween(at_v.minCoeff(), at_v.maxCoeff(), frame_.height, rows_);
   }
   for (int row = v.first; row <= v.last; ++row) {
     for (int column = u.first; column <= u.last; ++column) {
       const float farthest_m = farthest_m_[row * columns_ + column];
-      if (farthest_m > 0.0f && static_cast<double>(farthest_m) >= least.z()) return true;
+      if (farthest_m > 0.0f && static_cast<double>(farthest_m) >= nearest_m) return true;
     }
   }
   return false;
+}
+
+ViewReach::Corners ViewReach::cornersOf(const MetricBox& box) const {
+  Corners corners;
+  for (int i = 0; i < 8; ++i) {
+    corners.col(i) = T_C_W_ * Eigen::Vector3d((i & 1 ? box.max_W : box.min_W).x(),
+                                              (i & 2 ? box.max_W : box.min_W).y(),
+                                              (i & 4 ? box.max_W : box.min_W).z());
+  }
+  return corners;
+}
+
+/// What is seen lies between four planes through the camera; a box is not if all of it is beyond
+/// one of them, also where parts are behind the camera.
+bool ViewReach::isBesideImage(const Corners& corners) const {
+  const Intrinsics& K = frame_.intrinsics;
+  const double left = K.cx + 0.5 + kMargin_px, right = frame_.width + 2.0 * kMargin_px - left;
+  const double top = K.cy + 0.5 + kMargin_px, bottom = frame_.height + 2.0 * kMargin_px - top;
+  const auto isBeyond = [&](double x, double y, double z) {
+    return (Eigen::RowVector3d(x, y, z) * corners).maxCoeff() < 0.0;
+  };
+  return isBeyond(K.fx, 0.0, left) || isBeyond(-K.fx, 0.0, right) || isBeyond(0.0, K.fy, top) ||
+         isBeyond(0.0, -K.fy, bottom);
 }
 
 }  // namespace dtsdf

@@ -27,6 +27,10 @@ class ViewReach {
   struct CellSpan {
     int first, last;
   };
+  using Corners = Eigen::Matrix<double, 3, 8>;  ///< Of a box, in the camera's frame.
+
+  Corners cornersOf(const MetricBox& box) const;
+  bool isBesideImage(const Corners& corners) const;
   CellSpan cellsBetween(double min_px, double max_px, int pixels, int cells) const;
 
   DepthFrame frame_;  ///< Without its pixels.

@@ -94,6 +94,11 @@ TEST(ViewReach, LeavesOutWhatIsBehindTheCameraBesideTheImageOrTooFar) {
   EXPECT_FALSE(reach.mayPass(boxAt(0.0, 0.0, 17.0)));
   EXPECT_FALSE(reach.mayPass(boxAt(4.0, 0.0, 2.0)));
   EXPECT_FALSE(reach.mayPass(boxAt(0.0, -4.0, 2.0)));
+  // Beside the camera, and in part behind it.
+  EXPECT_TRUE(reach.mayPass(boxAt(0.0, 0.1, 0.0)));
+  for (const auto& [x, y] : {std::pair{5.0, 0.0}, {-5.0, 0.0}, {0.0, 5.0}, {0.0, -5.0}}) {
+    EXPECT_FALSE(reach.mayPass(boxAt(x, y, 0.0)));
+  }
 }
 
 TEST(CutToBudget, CutsUntilAllPartsFitAndLosesNothing) {

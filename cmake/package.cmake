@@ -15,9 +15,9 @@ if(EXISTS /opt/ros/noetic)
       "ros-noetic-cv-bridge, ros-noetic-diagnostic-updater, ros-noetic-dynamic-reconfigure, \
 ros-noetic-image-transport, ros-noetic-nodelet, ros-noetic-pcl-ros, ros-noetic-rosbag, \
 ros-noetic-roscpp, ros-noetic-roslaunch, ros-noetic-rospy, ros-noetic-tf2-ros, \
-ros-noetic-visualization-msgs, python3-numpy, libgomp1, libpng16-16, libxxhash0, libyaml-cpp0.6, \
-libzstd1")
-  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ros-noetic-rviz)
+ros-noetic-visualization-msgs, python3-numpy, libgomp1, libopenmpi3, libpng16-16, libxxhash0, \
+libyaml-cpp0.6, libzstd1")
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "ros-noetic-rviz, openmpi-bin")
 else()
   set(CPACK_PACKAGE_NAME ros-dtsdf-mapping)
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
@@ -25,7 +25,7 @@ else()
   set(CPACK_DEBIAN_PACKAGE_DEPENDS
       "libnodeletlib-tools, python3-numpy, python3-roslaunch, python3-rospy, python3-sensor-msgs, \
 python3-visualization-msgs, rosout, tf2-tools")
-  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "rviz, python3-rosbag")
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "rviz, python3-rosbag, openmpi-bin")
 endif()
 
 # catkin installs a workspace's setup files into the root of the prefix; in a package they would be

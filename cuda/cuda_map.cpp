@@ -35,6 +35,7 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
 
 /// The way of a frame; CpuMapper::fuse() is the same on the CPU.
 IntegrationResult CudaMap::fuse(const DepthFrame& frame) {
+  outside_.clear();
   upload(frame);
   const DeviceSensing sensing = sense(frame);
   DeviceSurfels surfels = makeSurfels(sensing);
@@ -104,6 +105,7 @@ Admission CudaMap::admit() {
   map_.apply(table_, admission);
   if (!admission.changed_slots.empty()) block_finder_.refresh(map_.view());
   refused_ += admission.refused;
+  outside_ = std::move(admission.outside);
   return admission;
 }
 
@@ -278,6 +280,11 @@ void CudaMap::countWork(const FrameView& frame, const Admission& admission) {
   work.touched_arrays += counters_.touched_arrays;
   work.new_blocks += admission.changed_slots.size();
   work.new_arrays += admission.new_arrays.size();
+}
+
+void CudaMap::passOver(const PassedFrames& passed) {
+  frames_ += passed.frames;
+  supporting_frames_ += passed.supporting_frames;
 }
 
 void CudaMap::profileTo(Profile* profile) {

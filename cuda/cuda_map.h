@@ -37,6 +37,9 @@ class CudaMap {
   void restore(const MapContents& contents);
   void profileTo(Profile* profile);
   std::vector<MemoryPart> memoryParts();
+  void restrictTo(const BlockExtent& extent) { table_.restrictTo(extent); }
+  const std::vector<BlockRequest>& outsideExtent() const { return outside_; }
+  void passOver(const PassedFrames& passed);
 
  private:
   void upload(const DepthFrame& frame);
@@ -72,6 +75,7 @@ class CudaMap {
   FrameCounters counters_ = {};  ///< Of the frame being fused.
   RegionClearer region_clearer_;
   std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
+  std::vector<BlockRequest> outside_;  ///< Of the last frame.
   uint64_t refused_ = 0, dropped_ = 0;
   uint64_t frames_ = 0;           ///< Fused, those included that only clear.
   uint64_t supporting_frames_ = 0;  ///< Those that touched a block.

@@ -64,6 +64,15 @@ class CudaMapper : public ProbedMapper {
   }
   std::vector<MemoryPart> memoryParts() const override { return map().memoryParts(); }
 
+  void restrictTo(const BlockExtent& extent) override {
+    extent_ = extent;
+    map().restrictTo(extent);
+  }
+  const std::vector<BlockRequest>& outsideExtent() const override {
+    return map().outsideExtent();
+  }
+  void passOver(const PassedFrames& passed) override { map().passOver(passed); }
+
   std::string backendName() const override { return "cuda (" + name_ + ")"; }
 
  private:
@@ -73,6 +82,7 @@ class CudaMapper : public ProbedMapper {
     if (map_ == nullptr) {
       map_ = std::make_unique<gpu::CudaMap>(params_, rules_);
       map_->profileTo(profile_);
+      map_->restrictTo(extent_);
     }
     return *map_;
   }
@@ -104,6 +114,7 @@ class CudaMapper : public ProbedMapper {
   int device_;
   std::string name_;
   Profile* profile_ = nullptr;
+  BlockExtent extent_;
   mutable std::unique_ptr<gpu::CudaMap> map_;  ///< Null only after clear(), until it is used.
 };
 

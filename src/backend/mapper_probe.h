@@ -8,6 +8,8 @@
 #include "kernels/core/direction.h"
 #include "kernels/core/voxel.h"
 #include "kernels/core/voxel_colour.h"
+#include "map/block_extent.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 
@@ -38,6 +40,12 @@ class MapperProbe {
   virtual std::vector<MemoryPart> memoryParts() const = 0;
 };
 
+/// Depth frames that a tile of a map leaves out, since they show nothing of it.
+struct PassedFrames {
+  uint64_t frames = 0;             ///< That a mapper of the whole map would have fused.
+  uint64_t supporting_frames = 0;  ///< Those of them that touch a block.
+};
+
 /// What each backend is.
 class ProbedMapper : public Mapper, public MapperProbe {
  public:
@@ -50,6 +58,18 @@ class ProbedMapper : public Mapper, public MapperProbe {
   /// Takes contents in that were checked. @pre The map is empty.
   /// @throws std::exception without memory; the mapper is of no use then.
   virtual void restore(const MapContents& contents) = 0;
+
+  /// From now on the map is a tile: only blocks of this extent are made, and others are not
+  /// counted as refused. Its blocks are those of the whole map, to the last bit, as no depth frame
+  /// changes a block by what others hold. Of colour images that is not so: what hides, and the
+  /// exposure, are found from all of the map. To be called before the first frame.
+  virtual void restrictTo(const BlockExtent& extent) = 0;
+
+  /// What the last depth frame wanted outside of the extent, by packed key.
+  virtual const std::vector<BlockRequest>& outsideExtent() const = 0;
+
+  /// The next frame's number is so much higher, as if these had been fused.
+  virtual void passOver(const PassedFrames& passed) = 0;
 };
 
 }  // namespace dtsdf

@@ -65,6 +65,7 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
 
 /// The way of a frame; CudaMap::fuse() is the same on the device.
 IntegrationResult CpuMapper::fuse(const DepthFrame& frame) {
+  outside_.clear();
   const FrameSensing sensing = sense(frame);
   const std::vector<Surfel>& surfels = makeSurfels(sensing);
   const std::vector<TouchedBlock>& blocks = findBlocks(surfels, sensing);
@@ -126,6 +127,7 @@ Admission CpuMapper::admit(const std::vector<TouchedBlock>& blocks) {
     profile_->work.new_arrays += admission.new_arrays.size();
   }
   refused_ += admission.refused;
+  outside_ = std::move(admission.outside);
   return admission;
 }
 
@@ -342,6 +344,11 @@ std::vector<MemoryPart> CpuMapper::memoryParts() const {
     parts.push_back({"free depths", kScratch, free_seer_.bytes(), free_seer_.bytes()});
   }
   return parts;
+}
+
+void CpuMapper::passOver(const PassedFrames& passed) {
+  frames_ += passed.frames;
+  supporting_frames_ += passed.supporting_frames;
 }
 
 void CpuMapper::clear() {

@@ -37,6 +37,9 @@ class CpuMapper : public ProbedMapper {
   void profileTo(Profile* profile) override;
   std::vector<MemoryPart> memoryParts() const override;
   std::string backendName() const override;
+  void restrictTo(const BlockExtent& extent) override { table_.restrictTo(extent); }
+  const std::vector<BlockRequest>& outsideExtent() const override { return outside_; }
+  void passOver(const PassedFrames& passed) override;
 
  private:
   IntegrationResult fuse(const DepthFrame& frame);
@@ -72,6 +75,7 @@ class CpuMapper : public ProbedMapper {
   FreeSeer free_seer_;
   std::unique_ptr<SpaceMap> space_;  ///< Null where nobody asks for it.
   MeshUpdate mesh_update_;
+  std::vector<BlockRequest> outside_;  ///< Of the last frame.
   uint64_t refused_ = 0, dropped_ = 0;
   uint64_t frames_ = 0;                 ///< Fused, those included that only clear.
   uint64_t supporting_frames_ = 0;      ///< Those that touched a block.

@@ -10,9 +10,11 @@
 
 namespace dtsdf {
 
-class LittleEndianWriter {
+/// `File` has write(data, bytes).
+template <class File>
+class BasicLittleEndianWriter {
  public:
-  explicit LittleEndianWriter(AtomicFile& file) : file_(file) {}
+  explicit BasicLittleEndianWriter(File& file) : file_(file) {}
 
   void writeUint8(uint8_t value) { file_.write(&value, 1); }
   void writeUint16(uint16_t value) { writeBytes<2>(value); }
@@ -44,7 +46,9 @@ class LittleEndianWriter {
     file_.write(bytes, kBytes);
   }
 
-  AtomicFile& file_;
+  File& file_;
 };
+
+using LittleEndianWriter = BasicLittleEndianWriter<AtomicFile>;
 
 }  // namespace dtsdf

@@ -167,22 +167,20 @@ ContentHash::ContentHash(const MapContents& contents, const MapSize& size)
   if (contents.painted) of_colours_.resize(size.blocks);
 }
 
-void ContentHash::addVoxels(const ChunkBounds& bounds, size_t chunk) {
-  size_t word = bounds.voxel_word[chunk];
+void ContentHash::addVoxels(const ChunkBounds& bounds, size_t chunk, const uint64_t* words) {
   for (size_t i = bounds.block[chunk]; i < bounds.block[chunk + 1]; ++i) {
-    const size_t words =
+    const size_t count =
         static_cast<size_t>(countBits(contents_.blocks[i].directions)) * kArrayWords;
-    of_voxels_[i] = hashOf(contents_.voxels.data() + word, words * sizeof(uint64_t));
-    word += words;
+    of_voxels_[i] = hashOf(words, count * sizeof(uint64_t));
+    words += count;
   }
 }
 
-void ContentHash::addColours(const ChunkBounds& bounds, size_t chunk) {
-  size_t word = bounds.colour_word[chunk];
+void ContentHash::addColours(const ChunkBounds& bounds, size_t chunk, const uint32_t* words) {
   for (size_t i = bounds.block[chunk]; i < bounds.block[chunk + 1]; ++i) {
-    const size_t words = static_cast<size_t>(countBits(contents_.blocks[i].bricks)) * kBrickWords;
-    of_colours_[i] = hashOf(contents_.colours.data() + word, words * sizeof(uint32_t));
-    word += words;
+    const size_t count = static_cast<size_t>(countBits(contents_.blocks[i].bricks)) * kBrickWords;
+    of_colours_[i] = hashOf(words, count * sizeof(uint32_t));
+    words += count;
   }
 }
 
@@ -212,8 +210,9 @@ uint64_t contentHash(const MapContents& contents, int threads) {
   const ChunkBounds bounds = boundsOf(contents.blocks, kBlocksPerChunk);
   ContentHash hash(contents, size);
   forEachInParallel(bounds.count(), threads, [&](size_t chunk) {
-    hash.addVoxels(bounds, chunk);
-    if (contents.painted) hash.addColours(bounds, chunk);
+    hash.addVoxels(bounds, chunk, contents.voxels.data() + bounds.voxel_word[chunk]);
+    if (!contents.painted) return;
+    hash.addColours(bounds, chunk, contents.colours.data() + bounds.colour_word[chunk]);
   });
   return hash.result();
 }

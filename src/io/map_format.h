@@ -147,10 +147,10 @@ class ContentHash {
  public:
   ContentHash(const MapContents& contents, const MapSize& size);
 
-  /// Hashes the voxels and colours of the blocks of a chunk. Safe to call from several threads, for
-  /// different chunks.
-  void addVoxels(const ChunkBounds& bounds, size_t chunk);
-  void addColours(const ChunkBounds& bounds, size_t chunk);
+  /// Hashes the voxels and colours of the blocks of a chunk, which begin at `words`. Safe to call
+  /// from several threads, for different chunks.
+  void addVoxels(const ChunkBounds& bounds, size_t chunk, const uint64_t* words);
+  void addColours(const ChunkBounds& bounds, size_t chunk, const uint32_t* words);
 
   /// When all were added.
   uint64_t result() const;

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "io/map_chunks.h"
 #include "io/map_format.h"
 #include "threads/parallel.h"
 
@@ -257,16 +258,25 @@ class MapReader {
     ContentHash hash(contents_, size_);
     forEachInParallel(bounds.count(), threads, [&](size_t i) {
       readChunk(*voxels[i], bounds.voxel_word, i, contents_.voxels.data());
-      hash.addVoxels(bounds, i);
+      hash.addVoxels(bounds, i, contents_.voxels.data() + bounds.voxel_word[i]);
       if (!contents_.painted) return;
       readChunk(*colours[i], bounds.colour_word, i, contents_.colours.data());
-      hash.addColours(bounds, i);
+      hash.addColours(bounds, i, contents_.colours.data() + bounds.colour_word[i]);
     });
     if (!skipsColour() && hash.result() != file_.contentHashInFile()) {
       file_.throwDamaged("the checksum of the map itself does not fit");
     }
     checkSoundly([&] { checkContents(contents_); });
     return std::move(contents_);
+  }
+
+  /// What is needed to read chunk by chunk.
+  const MapFile& file() const { return file_; }
+  const MapContents& head() const { return contents_; }
+  ChunkBounds bounds() const { return boundsOf(contents_.blocks, blocks_per_chunk_); }
+  std::vector<const PlacedSection*> voxelChunks() const { return chunks(kVoxels, bounds()); }
+  std::vector<const PlacedSection*> colourChunks() const {
+    return contents_.painted ? chunks(kColours, bounds()) : std::vector<const PlacedSection*>();
   }
 
   MapInfo info() const {
@@ -445,5 +455,41 @@ MapContents loadMap(const std::string& path, size_t max_bytes, int threads) {
 }
 
 MapInfo readMapInfo(const std::string& path) { return MapReader(path, kNoMapLimit).info(); }
+
+struct MapChunks::State {
+  explicit State(const std::string& path)
+      : reader(path, kNoMapLimit),
+        bounds(reader.bounds()),
+        voxels(reader.voxelChunks()),
+        colours(reader.colourChunks()) {}
+
+  template <class Word>
+  void read(const PlacedSection& section, const std::vector<size_t>& word_bounds, size_t chunk,
+            std::vector<Word>& words) const {
+    words.resize(word_bounds[chunk + 1] - word_bounds[chunk]);
+    reader.file().read(section, words.data(), words.size() * sizeof(Word));
+  }
+
+  const MapReader reader;
+  const ChunkBounds bounds;
+  const std::vector<const PlacedSection*> voxels, colours;
+};
+
+MapChunks::MapChunks(const std::string& path) : state_(std::make_unique<const State>(path)) {}
+MapChunks::~MapChunks() = default;
+MapChunks::MapChunks(MapChunks&&) noexcept = default;
+
+const MapContents& MapChunks::head() const { return state_->reader.head(); }
+uint64_t MapChunks::contentHash() const { return state_->reader.file().contentHashInFile(); }
+size_t MapChunks::count() const { return state_->bounds.count(); }
+size_t MapChunks::firstBlock(size_t chunk) const { return state_->bounds.block[chunk]; }
+
+void MapChunks::readVoxels(size_t chunk, std::vector<uint64_t>& words) const {
+  state_->read(*state_->voxels[chunk], state_->bounds.voxel_word, chunk, words);
+}
+
+void MapChunks::readColours(size_t chunk, std::vector<uint32_t>& words) const {
+  state_->read(*state_->colours[chunk], state_->bounds.colour_word, chunk, words);
+}
 
 }  // namespace dtsdf

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "io/atomic_file.h"
+#include "io/map_chunks.h"
 #include "io/map_format.h"
 #include "threads/parallel.h"
 
@@ -55,9 +56,9 @@ Section makeCompressedSection(const char* id, uint16_t flags, const Bytes& conte
 
 /// The words of a chunk of voxels or colours.
 template <class Word>
-Section makeChunk(const char* id, uint16_t flags, const PlainArray<Word>& words,
+Section makeChunk(const char* id, uint16_t flags, const Word* words,
                   const std::vector<size_t>& bounds, size_t chunk) {
-  return makeCompressedSection(id, flags, words.data() + bounds[chunk],
+  return makeCompressedSection(id, flags, words,
                                (bounds[chunk + 1] - bounds[chunk]) * sizeof(Word));
 }
 
@@ -109,31 +110,44 @@ class MapFileWriter {
 
 }  // namespace
 
+static_assert(kBlocksPerMapChunk == map_format::kBlocksPerChunk, "one size of chunks");
+
 SavedMap saveMap(const MapContents& contents, const std::string& path, int threads) {
   checkContents(contents);
-  const MapSize size = sizeOf(contents.blocks);
   const ChunkBounds bounds = boundsOf(contents.blocks, kBlocksPerChunk);
-  ContentHash hash(contents, size);
+  const MapWords words{
+      [&](size_t chunk) { return contents.voxels.data() + bounds.voxel_word[chunk]; },
+      [&](size_t chunk) { return contents.colours.data() + bounds.colour_word[chunk]; }};
+  return saveMapInChunks(contents, words, path, threads);
+}
+
+SavedMap saveMapInChunks(const MapContents& head, const MapWords& words, const std::string& path,
+                         int threads) {
+  const MapSize size = sizeOf(head.blocks);
+  const ChunkBounds bounds = boundsOf(head.blocks, kBlocksPerChunk);
+  ContentHash hash(head, size);
   MapFileWriter file(path);
-  file.add(makePlainSection(kSettings, bytesOf(settingsText(contents.settings))));
-  file.add(makePlainSection(kFrame, bytesOf(contents.map_frame)));
-  file.add(makePlainSection(kState, encodeState(contents, size)));
-  file.add(makeCompressedSection(kBlocks, kRequired, encodeBlocks(contents.blocks)));
-  if (contents.painted) {
-    file.add(makeCompressedSection(kColourIndex, 0, encodeColourIndex(contents)));
+  file.add(makePlainSection(kSettings, bytesOf(settingsText(head.settings))));
+  file.add(makePlainSection(kFrame, bytesOf(head.map_frame)));
+  file.add(makePlainSection(kState, encodeState(head, size)));
+  file.add(makeCompressedSection(kBlocks, kRequired, encodeBlocks(head.blocks)));
+  if (head.painted) {
+    file.add(makeCompressedSection(kColourIndex, 0, encodeColourIndex(head)));
   }
   const auto add = [&](size_t, const Section& section) { file.add(section); };
   makeInOrder(bounds.count(), threads,
               [&](size_t i) {
-                hash.addVoxels(bounds, i);
-                return makeChunk(kVoxels, kRequired, contents.voxels, bounds.voxel_word, i);
+                const uint64_t* const voxels = words.voxels(i);
+                hash.addVoxels(bounds, i, voxels);
+                return makeChunk(kVoxels, kRequired, voxels, bounds.voxel_word, i);
               },
               add);
-  if (contents.painted) {
+  if (head.painted) {
     makeInOrder(bounds.count(), threads,
                 [&](size_t i) {
-                  hash.addColours(bounds, i);
-                  return makeChunk(kColours, 0, contents.colours, bounds.colour_word, i);
+                  const uint32_t* const colours = words.colours(i);
+                  hash.addColours(bounds, i, colours);
+                  return makeChunk(kColours, 0, colours, bounds.colour_word, i);
                 },
                 add);
   }

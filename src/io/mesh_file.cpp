@@ -13,47 +13,17 @@
 #include "io/atomic_file.h"
 #include "io/glb.h"
 #include "io/little_endian.h"
+#include "io/ply_bytes.h"
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
 namespace {
 
-std::string plyHeader(const Mesh& mesh) {
-  const std::string vertex_count = std::to_string(mesh.vertices_m.size());
-  const std::string face_count = std::to_string(mesh.triangles.size());
-  std::string header = "ply\nformat binary_little_endian 1.0\ncomment metres, map frame\n";
-  header += "element vertex " + vertex_count + "\n";
-  const std::string position = isFarFromOrigin(mesh) ? "double" : "float";
-  for (const char* name : {"x", "y", "z"}) header += "property " + position + " " + name + "\n";
-  for (const char* name : {"nx", "ny", "nz"}) {
-    header += std::string("property float ") + name + "\n";
-  }
-  for (const char* name : {"red", "green", "blue"}) {
-    header += std::string("property uchar ") + name + "\n";
-  }
-  header += "element face " + face_count + "\n";
-  return header + "property list uchar int vertex_indices\nend_header\n";
-}
-
 void writePly(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
-  file.write(plyHeader(mesh));
+  file.write(plyHeader(mesh.vertices_m.size(), mesh.triangles.size(), isFarFromOrigin(mesh)));
   LittleEndianWriter out(file);
-  const bool is_far = isFarFromOrigin(mesh);
-  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    if (is_far) {
-      for (const double x_m : positionInMap(mesh, i)) out.writeDouble(x_m);
-    } else {
-      out.writeVector(mesh.vertices_m[i]);
-    }
-    out.writeVector(mesh.normals[i]);
-    for (uint8_t channel : vertexColour(colour, mesh, i)) {
-      out.writeUint8(channel);
-    }
-  }
-  for (const auto& triangle : mesh.triangles) {
-    out.writeUint8(3);
-    for (uint32_t index : triangle) out.writeUint32(index);
-  }
+  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) writePlyVertex(mesh, i, colour, out);
+  for (const auto& triangle : mesh.triangles) writePlyTriangle(triangle, out);
 }
 
 std::ostream& operator<<(std::ostream& out, const Vec3f& v) {
@@ -126,18 +96,9 @@ void writeStl(const Mesh& mesh, AtomicFile& file) {
   }
 }
 
-/// What the formats can hold: readers of .ply take indices as signed 32-bit numbers.
+/// What the formats can hold.
 void checkSize(const Mesh& mesh, MeshFormat format, const std::string& path) {
-  constexpr size_t kMaxCount = std::numeric_limits<int32_t>::max();
-  if (mesh.triangles.empty()) {
-    throw std::runtime_error("cannot save '" + path +
-                             "': the mesh is empty; fuse frames that see a surface first");
-  }
-  if (mesh.vertices_m.size() > kMaxCount || mesh.triangles.size() > kMaxCount) {
-    throw std::runtime_error("cannot save '" + path +
-                             "': the mesh has more than 2^31 - 1 vertices or triangles; "
-                             "use larger voxels");
-  }
+  checkMeshSize(mesh.vertices_m.size(), mesh.triangles.size(), path);
   if (format == MeshFormat::kGlb &&
       mostGlbBytes(mesh.vertices_m.size(), mesh.triangles.size()) > kMostGlbBytes) {
     throw std::runtime_error("cannot save '" + path +
@@ -147,6 +108,20 @@ void checkSize(const Mesh& mesh, MeshFormat format, const std::string& path) {
 }
 
 }  // namespace
+
+/// Readers of .ply take indices as signed 32-bit numbers.
+void checkMeshSize(uint64_t vertices, uint64_t triangles, const std::string& path) {
+  constexpr uint64_t kMaxCount = std::numeric_limits<int32_t>::max();
+  if (triangles == 0) {
+    throw std::runtime_error("cannot save '" + path +
+                             "': the mesh is empty; fuse frames that see a surface first");
+  }
+  if (vertices > kMaxCount || triangles > kMaxCount) {
+    throw std::runtime_error("cannot save '" + path +
+                             "': the mesh has more than 2^31 - 1 vertices or triangles; "
+                             "use larger voxels");
+  }
+}
 
 const std::vector<std::string>& meshExtensions() {
   static const std::vector<std::string> extensions = {".ply", ".obj", ".stl", ".glb"};

@@ -53,6 +53,7 @@ class RawFrames : public FrameSource {
       result.depth = frame_;
       result.depth.data = image->data();
       result.pixels = image;
+      result.index = index;
       return result;
     }
     return std::nullopt;

@@ -54,7 +54,7 @@ class RecordedFrames : public FrameSource {
       const size_t index = next_index_++;
       if (!selection_.contains(index)) continue;
       const ImagePose& pose = images_.poses[index];
-      if (pose.T_W_C) return makeFrame(images_.depth[index], *pose.T_W_C);
+      if (pose.T_W_C) return makeFrame(index, *pose.T_W_C);
       ++skipped_[pose.missing];
     }
     return std::nullopt;
@@ -63,12 +63,14 @@ class RecordedFrames : public FrameSource {
   const std::map<std::string, size_t>& skipped() const override { return skipped_; }
 
  private:
-  SourceFrame makeFrame(const StampedImage& image, const Eigen::Isometry3d& T_W_C) const {
+  SourceFrame makeFrame(size_t index, const Eigen::Isometry3d& T_W_C) const {
+    const StampedImage& image = images_.depth[index];
     const auto pixels = std::make_shared<std::vector<uint16_t>>(
         readDepthPng(image.path, {frame_.width, frame_.height}));
     if (upside_down_) turnUpsideDown(*pixels, static_cast<size_t>(frame_.width));
     SourceFrame frame;
     frame.stamp_s = image.stamp_s;
+    frame.index = index;
     frame.pixels = pixels;
     frame.depth = frame_;
     frame.depth.data = pixels->data();

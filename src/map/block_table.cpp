@@ -59,6 +59,10 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
     while (i + 1 < requests.size() && requests[i + 1].key == request.key) {
       request.directions |= requests[++i].directions;
     }
+    if (!extent_.contains(unpackKey(request.key))) {
+      admission.outside.push_back(request);
+      continue;
+    }
     int32_t slot = find(request.key);
     const size_t bytes = cost(request, slot);
     if (bytes == 0) continue;
@@ -157,6 +161,7 @@ PoolSizes BlockTable::sizesAfter(size_t new_blocks, size_t new_arrays) const {
 PoolSizes BlockTable::countNew(const std::vector<BlockRequest>& requests) const {
   PoolSizes count{0, 0};
   for (const BlockRequest& request : requests) {
+    if (!extent_.contains(unpackKey(request.key))) continue;
     const int32_t slot = find(request.key);
     count.slots += slot < 0;
     for (int d = 0; d < kDirectionCount; ++d) {

@@ -13,6 +13,7 @@
 #include "kernels/core/region.h"
 #include "kernels/core/voxel.h"
 #include "kernels/core/voxel_colour.h"
+#include "map/block_extent.h"
 #include "map/slot_index.h"
 
 namespace dtsdf {
@@ -45,6 +46,7 @@ struct Admission {
   std::vector<int32_t> changed_slots;  ///< Blocks that are new or got new arrays, in key order.
   std::vector<int32_t> new_arrays;     ///< Arrays that were assigned; their memory is to be zeroed.
   size_t refused = 0;                  ///< Requests beyond the budget.
+  std::vector<BlockRequest> outside;   ///< Those passed over, as they lie outside of the extent.
 };
 
 /// A block of which something is painted: bit kBricksPerArray * d + b for brick b of direction d.
@@ -80,6 +82,10 @@ class BlockTable {
   static constexpr size_t kColourBytes = kVoxelsPerBrick * sizeof(VoxelColour);
 
   explicit BlockTable(size_t budget_bytes);
+
+  /// From now on only blocks of this extent are made. Requests for others are passed over, and
+  /// told: they are not refused. It outlasts clear().
+  void restrictTo(const BlockExtent& extent) { extent_ = extent; }
 
   /// Slot of a block, or -1.
   int32_t find(PackedKey key) const;
@@ -179,6 +185,7 @@ class BlockTable {
   int32_t makeBlock(PackedKey key);
 
   size_t budget_bytes_;
+  BlockExtent extent_;
   SlotIndex slots_;
   std::deque<BlockEntry> blocks_;  ///< By slot; grows without moving what is there.
   std::vector<int32_t> free_slots_, free_arrays_;

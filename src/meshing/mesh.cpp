@@ -8,6 +8,7 @@
 #include "kernels/meshing/corner_grid.h"
 #include "map/region_view.h"
 #include "meshing/block_joiner.h"
+#include "meshing/mesh_origin.h"
 
 namespace dtsdf {
 namespace {
@@ -49,10 +50,8 @@ class Assembler {
  private:
   /// Blocks that were meshed before the map was first painted have no colours.
   void addVertex(const BlockMesh& block, size_t i) {
-    const std::array<double, 3> p_W = store_.positionInMap(block.key, block.vertices[i]);
-    mesh_.vertices_m.push_back({static_cast<float>(p_W[0] - mesh_.origin_m[0]),
-                                static_cast<float>(p_W[1] - mesh_.origin_m[1]),
-                                static_cast<float>(p_W[2] - mesh_.origin_m[2])});
+    mesh_.vertices_m.push_back(
+        positionFrom(mesh_.origin_m, store_.positionInMap(block.key, block.vertices[i])));
     mesh_.normals.push_back({0.0f, 0.0f, 0.0f});
     if (block.colours.empty()) return;
     if (mesh_.colours.empty()) mesh_.colours.reserve(mesh_.vertices_m.capacity());
@@ -65,27 +64,10 @@ class Assembler {
   Mesh mesh_;
 };
 
-/// What the mesh of these blocks counts from: see Mesh.
-std::array<double, 3> originFor(const std::vector<const BlockMesh*>& blocks, double voxel_size_m) {
-  constexpr double kNear_m = 64.0;  // floats are 0.008 mm apart there
-  if (blocks.empty()) return {0.0, 0.0, 0.0};
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  std::array<double, 3> low_m{kNone, kNone, kNone}, high_m{-kNone, -kNone, -kNone};
-  for (const BlockMesh* block : blocks) {
-    const Vec3i first = firstVoxelOfBlock(block->key);
-    const std::array<int, 3> voxel{first.x, first.y, first.z};
-    for (int axis = 0; axis < 3; ++axis) {
-      low_m[axis] = std::min(low_m[axis], voxel[axis] * voxel_size_m);
-      high_m[axis] = std::max(high_m[axis], (voxel[axis] + kBlockSide) * voxel_size_m);
-    }
-  }
-  std::array<double, 3> middle_m;
-  bool is_near = true;
-  for (int axis = 0; axis < 3; ++axis) {
-    is_near = is_near && low_m[axis] >= -kNear_m && high_m[axis] <= kNear_m;
-    middle_m[axis] = std::round(0.5 * (low_m[axis] + high_m[axis]));
-  }
-  return is_near ? std::array<double, 3>{0.0, 0.0, 0.0} : middle_m;
+BlockBounds boundsOf(const std::vector<const BlockMesh*>& blocks) {
+  BlockBounds bounds;
+  for (const BlockMesh* block : blocks) bounds.add(block->key);
+  return bounds;
 }
 
 /// Keeps the triangles whose corners all lie in a region in metres, and the vertices that they use.
@@ -193,7 +175,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks, bool in_order)
     vertices += block->vertices.size();
     triangles += block->triangles.size() / 3;
   }
-  Assembler assembler(*this, originFor(blocks, voxel_size_m_), in_order);
+  Assembler assembler(*this, originOf(boundsOf(blocks), voxel_size_m_), in_order);
   assembler.reserve(vertices, triangles);
   for (const BlockMesh* block : blocks) assembler.add(*block);
   return assembler.finish();

@@ -95,6 +95,8 @@ std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, Cel
     // New ones first: what both have never goes.
     for (const Vec3i& cell : now) put(cell, cells);
     for (const Vec3i& cell : before) take(cell, cells);
+    listed_ += now.size();
+    listed_ -= before.size();
     if (!now.empty()) {
       cells_of_block_[key] = std::move(now);
     } else if (place != cells_of_block_.end()) {
@@ -130,14 +132,13 @@ void SurfaceCells::take(const Vec3i& cell, CellTable& cells) {
 void SurfaceCells::clear() {
   cells_of_block_.clear();
   counts_.clear();
+  listed_ = 0;
 }
 
 size_t SurfaceCells::bytes() const {
-  size_t bytes = counts_.size() * (kCellsPerCube + sizeof(Counts));
-  for (const auto& [key, cells] : cells_of_block_) {
-    bytes += sizeof(key) + sizeof(cells) + cells.capacity() * sizeof(Vec3i);
-  }
-  return bytes;
+  constexpr size_t kBlock = sizeof(PackedKey) + sizeof(std::vector<Vec3i>);
+  return counts_.size() * (kCellsPerCube + sizeof(Counts)) + cells_of_block_.size() * kBlock +
+         listed_ * sizeof(Vec3i);
 }
 
 }  // namespace dtsdf

@@ -35,6 +35,7 @@ class SurfaceCells {
   const CellGrid grid_;
   std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block_;
   std::unordered_map<PackedKey, Counts> counts_;  ///< By cube; none without surfaces.
+  size_t listed_ = 0;                             ///< Cells in all lists.
   std::vector<Vec3i> changed_;                    ///< Cubes, while an update is taken over.
 };
 

@@ -10,104 +10,19 @@
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "dtsdf_mapping/simplify.h"
 #include "io/atomic_file.h"
-#include "io/bag_frames.h"
-#include "io/first_look.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 #include "tools/reconstruct_options.h"
 #include "tools/reconstruction.h"
 #include "tools/reconstruction_report.h"
+#include "tools/recorded_input.h"
 
 namespace dtsdf {
 namespace {
 
 /// Enough to hide that a frame takes longer than others to decode, at a few MB each.
 constexpr size_t kFramesAhead = 4;
-
-/// Enough to see a wrong scale by.
-constexpr size_t kFramesLookedAt = 5;
-
-#ifdef DTSDF_WITH_BAG
-BagOptions bagOptions(const ReconstructOptions& options, const NodeParams& node) {
-  BagOptions bag;
-  bag.path = options.recording.path;
-  bag.depth_topic = options.depth_topic;
-  bag.info_topic = options.info_topic;
-  bag.map_frame = node.map_frame;
-  bag.camera_frame = node.input.camera_frame;
-  bag.unit_16uc1_m = node.input.unit_16uc1_m;
-  bag.unit_32fc1_m = node.input.unit_32fc1_m;
-  bag.latest_camera_info = node.input.camera_info == CameraInfoChoice::kLatest;
-  if (node.input.rectify != RectifyChoice::kAuto) {
-    bag.rectify = node.input.rectify == RectifyChoice::kAlways;
-  }
-  bag.mask_topic = options.mask_topic;
-  if (node.input.mask && bag.mask_topic.empty()) {
-    throw UsageError("the settings ask for masks (input/mask); --mask-topic names the bag's");
-  }
-  bag.intrinsics = options.recording.intrinsics;
-  bag.poses_path = options.recording.poses_path;
-  bag.pose_tolerance_s = options.recording.pose_tolerance_s;
-  bag.selection = options.recording.selection;
-  bag.colour_topic = options.colour_topic;
-  return bag;
-}
-
-std::unique_ptr<FrameSource> openBag(const ReconstructOptions& options, const NodeParams& node) {
-  return openBagFrames(bagOptions(options, node));
-}
-
-std::unique_ptr<ColourSource> openColoursOfBag(const ReconstructOptions& options,
-                                               const NodeParams& node) {
-  return openBagColours(bagOptions(options, node));
-}
-#else
-std::unique_ptr<FrameSource> openBag(const ReconstructOptions&, const NodeParams&) {
-  throw std::runtime_error("this build cannot read bags; build the package with -DWITH_ROS=ON");
-}
-
-std::unique_ptr<ColourSource> openColoursOfBag(const ReconstructOptions&, const NodeParams&) {
-  return nullptr;
-}
-#endif
-
-std::unique_ptr<FrameSource> openSource(const ReconstructOptions& options, const NodeParams& node) {
-  if (options.recording.format == "bag") return openBag(options, node);
-  return openRecording(options.recording);
-}
-
-/// One look before the run: what is there goes to standard output, what is implausible to standard
-/// error.
-std::unique_ptr<FrameSource> openAndLook(const ReconstructOptions& options,
-                                         const RunSettings& settings) {
-  LookedAt looked = lookAt(openSource(options, settings.params.node), kFramesLookedAt);
-  std::printf("%s: %s\n", options.recording.format.c_str(), describe(looked.look).c_str());
-  std::fflush(stdout);  // now, wherever it goes
-  const FusionParams& fusion = settings.params.mapper.fusion;
-  for (const std::string& doubt :
-       doubtsAbout(looked.look, static_cast<double>(fusion.min_depth_m),
-                   static_cast<double>(fusion.max_depth_m))) {
-    std::fprintf(stderr, "reconstruct: warning: %s\n", doubt.c_str());
-  }
-  return std::move(looked.source);
-}
-
-/// Null where there is no colour, or none is wanted.
-std::unique_ptr<ColourSource> openColours(const ReconstructOptions& options,
-                                          const NodeParams& node) {
-  if (node.colour.enabled == ColourUse::kNever) return nullptr;
-  const RecordingOptions& recording = options.recording;
-  std::unique_ptr<ColourSource> colours = recording.format == "bag"
-                                              ? openColoursOfBag(options, node)
-                                              : openRecordingColours(recording);
-  if (colours == nullptr && node.colour.enabled == ColourUse::kAlways) {
-    throw std::runtime_error("colour/enabled is always, but '" + recording.path +
-                             "' has no colour images where the format " + recording.format +
-                             " has them");
-  }
-  return colours;
-}
 
 /// The map that a run begins with, and its settings.
 struct StartingMap {
@@ -134,12 +49,11 @@ StartingMap loadStartingMap(const std::string& path, const RunSettings& settings
   return start;
 }
 
-/// The name of the frame that a run's map has; poses of folders say none.
+/// The name of the frame that a run's map has.
 std::string nameOfFrame(const ReconstructOptions& options, const RunSettings& settings,
                         const StartingMap& start) {
   if (start.contents && !start.contents->map_frame.empty()) return start.contents->map_frame;
-  const bool is_named = options.recording.format == "bag" || settings.given.count("map_frame") > 0;
-  return is_named ? settings.params.node.map_frame : std::string();
+  return nameOfFrame(options, settings);
 }
 
 /// Saves the map of a run, and says so.
@@ -196,9 +110,7 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
 
 void run(ReconstructOptions options) {
   const RunSettings settings = readSettings(options);
-  std::string& format = options.recording.format;
-  if (format.empty()) format = guessRecordingFormat(options.recording.path);
-  checkReadingOptions(options);
+  completeInput(options);
   // Found out now rather than after an hour of work.
   for (const std::string& path :
        {options.mesh_path, options.save_map_path, options.report_path}) {
@@ -208,7 +120,7 @@ void run(ReconstructOptions options) {
   const MapperParams params = start.params;
   const std::string map_frame = nameOfFrame(options, settings, start);
 
-  const auto source = prefetchFrames(openAndLook(options, settings), kFramesAhead);
+  const auto source = prefetchFrames(openAndLook(options, settings, "reconstruct"), kFramesAhead);
   const auto colours = openColours(options, settings.params.node);
   const auto mapper = start.contents ? makeProbedMapper(params, settings.rules, *start.contents)
                                      : makeProbedMapper(params, settings.rules);

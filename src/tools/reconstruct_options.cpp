@@ -1,7 +1,5 @@
 #include "tools/reconstruct_options.h"
 
-#include <algorithm>
-
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/simplify.h"
@@ -16,43 +14,11 @@ std::string parseMeshPath(const std::string& path) {
   return path;
 }
 
-/// The formats' names, "bag" included.
-std::vector<std::string> formatNames() {
-  std::vector<std::string> names = recordingFormats();
-  names.push_back("bag");
-  return names;
-}
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : "|") + name;
-  return text;
-}
-
-std::string parseFormat(const std::string& text) {
-  const std::vector<std::string> names = formatNames();
-  if (std::find(names.begin(), names.end(), text) == names.end()) {
-    throw UsageError("'" + text + "' is none of " + joined(names));
-  }
-  return text;
-}
-
-Intrinsics parseIntrinsics(const std::string& text) {
-  const std::vector<double> numbers = readNumbers(text);
-  if (numbers.size() != 4 || numbers[0] <= 0.0 || numbers[1] == 0.0) {
-    throw UsageError("'" + text + "' is not of the form fx,fy,cx,cy, with fx above 0 and fy not 0");
-  }
-  const auto pixels = [&](size_t i) { return static_cast<float>(numbers[i]); };
-  return {pixels(0), pixels(1), pixels(2), pixels(3)};
-}
-
 void addInputOptions(CommandLine& line, ReconstructOptions& options) {
   RecordingOptions& recording = options.recording;
   line.addText({"INPUT", "", "a recording: a folder as it is downloaded, or a ROS bag with depth "
                 "images, camera_info and TF"}, recording.path);
-  line.add({"--format", joined(formatNames()), "what INPUT is (default: guessed from what lies "
-            "there)"},
-           [&](const std::string& value) { recording.format = parseFormat(value); });
+  addFormatOption(line, options);
   addTumOption(line, options);
   line.add({"--bag", "FILE", "a ROS bag: the same as INPUT with --format bag"},
            [&](const std::string& value) {
@@ -61,30 +27,6 @@ void addInputOptions(CommandLine& line, ReconstructOptions& options) {
            });
   line.requireOneOf({"INPUT", "--tum", "--bag"});
   line.onlyWith("--format", "INPUT");
-}
-
-void addReadingOptions(CommandLine& line, ReconstructOptions& options) {
-  RecordingOptions& recording = options.recording;
-  line.add({"--intrinsics", "FX,FY,CX,CY",
-            "the camera in pixels, in place of what the recording tells; a negative FY flips the "
-            "rows of a folder's images, for cameras whose y axis points up"},
-           [&](const std::string& value) { recording.intrinsics = parseIntrinsics(value); });
-  line.addText({"--poses", "FILE",
-                "poses in place of the recording's: a line `stamp tx ty tz qx qy qz qw` each, "
-                "camera to world; images without stamps have their number for one"},
-               recording.poses_path);
-  addFolderOptions(line, options);
-  line.addText({"--depth-topic", "T", "a bag's depth images (default: the only such topic)"},
-               options.depth_topic);
-  line.addText({"--info-topic", "T", "their camera_info (default: beside the depth topic)"},
-               options.info_topic);
-  line.addText({"--mask-topic", "T",
-                "a bag's masks: mono8, not 0 where the image shows what is no part of the scene"},
-               options.mask_topic);
-  line.addText({"--color-topic", "T",
-                "a bag's colour images, with camera_info beside them (default: the only such "
-                "topic)"},
-               options.colour_topic);
 }
 
 void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
@@ -149,31 +91,6 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
     throw UsageError("--mesh and --report name the same file");
   }
   return options;
-}
-
-void checkReadingOptions(const ReconstructOptions& options) {
-  const RecordingOptions& recording = options.recording;
-  const bool is_bag = recording.format == "bag";
-  const std::string read_as = "'" + recording.path + "' is read as " + recording.format;
-  if (is_bag && recording.units_per_metre) {
-    throw UsageError("--depth-scale is for folders, and " + read_as +
-                     "; a bag's units are the settings input/unit_16uc1_m and unit_32fc1_m");
-  }
-  if (is_bag && recording.intrinsics && recording.intrinsics->fy < 0.0f) {
-    throw UsageError("--intrinsics: a negative FY is for folders, and " + read_as);
-  }
-  if (!is_bag && !options.depth_topic.empty()) {
-    throw UsageError("--depth-topic is for bags, and " + read_as);
-  }
-  if (!is_bag && !options.info_topic.empty()) {
-    throw UsageError("--info-topic is for bags, and " + read_as);
-  }
-  if (!is_bag && !options.mask_topic.empty()) {
-    throw UsageError("--mask-topic is for bags, and " + read_as);
-  }
-  if (!is_bag && !options.colour_topic.empty()) {
-    throw UsageError("--color-topic is for bags, and " + read_as);
-  }
 }
 
 }  // namespace dtsdf

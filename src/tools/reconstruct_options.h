@@ -4,15 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "tools/run_options.h"
+#include "tools/input_options.h"
 
 namespace dtsdf {
 
-/// What is read is RunOptions::recording, whose format may also be "bag".
-struct ReconstructOptions : RunOptions {
-  std::string depth_topic, info_topic;  ///< Empty: chosen from the bag.
-  std::string mask_topic;               ///< Of a bag; empty: no masks.
-  std::string colour_topic;             ///< Empty: chosen from the bag.
+struct ReconstructOptions : InputOptions {
   size_t mesh_every = 0;  ///< Extract a mesh each so many frames; 0: only at the end.
   std::string mesh_path;          ///< Empty: only the map is saved.
   double simplify_error_m = 0.0;  ///< Of the mesh that is saved; 0: all triangles.
@@ -22,9 +18,5 @@ struct ReconstructOptions : RunOptions {
 
 /// @throws UsageError that names the option, TextRequest for --help.
 ReconstructOptions parseReconstructOptions(const std::vector<std::string>& arguments);
-
-/// Whether the options are for what is read, once its format is known.
-/// @throws UsageError that names the option.
-void checkReadingOptions(const ReconstructOptions& options);
 
 }  // namespace dtsdf

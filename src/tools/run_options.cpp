@@ -109,6 +109,10 @@ RunSettings readSettings(const RunOptions& options) {
   for (const std::string& setting : options.settings) setParam(setting, tree);
   if (options.backend) tree["backend"] = *options.backend;
   if (options.threads) tree["threads"] = *options.threads;
+  return readSettings(std::move(tree));
+}
+
+RunSettings readSettings(ParamTree tree) {
   RunSettings settings;
   settings.given = tree;
   ParamReader reader(std::move(tree));

@@ -44,4 +44,7 @@ struct RunSettings {
 /// @throws ParamError with every violation, std::runtime_error for a file that cannot be read.
 RunSettings readSettings(const RunOptions& options);
 
+/// The same of settings as files and command lines say them. @throws ParamError
+RunSettings readSettings(ParamTree tree);
+
 }  // namespace dtsdf

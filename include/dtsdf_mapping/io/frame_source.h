@@ -1,12 +1,14 @@
 /// The seam for recorded input: a sequence of depth images with poses, from a folder or a bag.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/depth_frame.h"
 
@@ -17,6 +19,7 @@ struct SourceFrame {
   DepthFrame depth;                    ///< Its `data` points into what `pixels` owns.
   std::shared_ptr<const void> pixels;  ///< Keeps the image alive, whatever library it came from.
   double stamp_s = 0.0;                ///< Stamp of the depth image.
+  size_t index = 0;                    ///< Its place in the recording, from 0 on.
 };
 
 /// Which depth images of a recording are used, by their index in it: first, first + step, ... up to
@@ -25,13 +28,21 @@ struct FrameSelection {
   size_t first = 0;  ///< Index of the first one.
   size_t last = std::numeric_limits<size_t>::max();  ///< None after this index.
   size_t step = 1;  ///< At least 1.
+  /// Of these, only those listed here, in rising order; null: all.
+  std::shared_ptr<const std::vector<size_t>> listed;
 
   /// Whether an image of the recording is selected.
   bool contains(size_t index) const {
-    return index >= first && index <= last && (index - first) % step == 0;
+    return index >= first && index <= last && (index - first) % step == 0 &&
+           (listed == nullptr || std::binary_search(listed->begin(), listed->end(), index));
   }
   /// How many of a recording's `total` images are selected.
   size_t countIn(size_t total) const {
+    if (listed != nullptr) {
+      return static_cast<size_t>(std::count_if(listed->begin(), listed->end(), [&](size_t index) {
+        return index < total && contains(index);
+      }));
+    }
     if (total == 0 || first > last || first >= total) return 0;
     return ((last < total ? last : total - 1) - first) / step + 1;
   }

@@ -67,7 +67,7 @@ class BagFrames : public FrameSource {
         const rosbag::View::iterator current = next_++;
         if (!options_.selection.contains(index_)) continue;
         if (auto frame = makeFrame(imageOf(*current), current->getTime())) {
-          ++index_;
+          frame->index = index_++;
           return frame;
         }
       }

@@ -59,6 +59,27 @@ void expectEqual(const BlockTable& a, const BlockTable& b) {
   }
 }
 
+TEST(BlockTable, PassesOverWhatLiesOutsideOfItsExtent) {
+  BlockTable table(2 * (kBlock + 6 * kArray));
+  table.restrictTo({{0, 0, 0}, {1, 5, 5}});
+  std::vector<BlockRequest> requests;
+  for (int x = -3; x < 20; ++x) requests.push_back({keyOf(x), 0x3f});
+  const PoolSizes count = table.countNew(requests);
+  EXPECT_EQ(count.slots, 2u);
+  EXPECT_EQ(count.arrays, 12u);
+  const Admission admission = table.admit(requests);
+  EXPECT_EQ(admission.refused, 0u) << "the budget is for what lies inside";
+  EXPECT_EQ(admission.changed_slots.size(), 2u);
+  EXPECT_EQ(admission.outside.size(), requests.size() - 2u);
+  for (const BlockRequest& request : admission.outside) {
+    EXPECT_LT(table.find(request.key), 0);
+    EXPECT_EQ(request.directions, 0x3fu);
+  }
+  expectConsistent(table);
+  table.clear();
+  EXPECT_EQ(table.admit({{keyOf(7), 1}}).outside.size(), 1u) << "it outlasts clear()";
+}
+
 TEST(BlockTable, MakesWhatIsAskedFor) {
   BlockTable table(kPlenty);
   EXPECT_EQ(table.find(keyOf(1)), -1);

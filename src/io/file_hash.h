@@ -1,0 +1,33 @@
+/// Checksums of texts and of files as they grow: XXH64, as in map files.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace dtsdf {
+
+/// Of bytes that come piece by piece.
+class RunningHash {
+ public:
+  RunningHash();
+  ~RunningHash();
+  RunningHash(const RunningHash&) = delete;
+  RunningHash& operator=(const RunningHash&) = delete;
+
+  void add(const void* data, size_t bytes);
+  uint64_t result() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// A checksum in 16 hexadecimal digits, as `map_tool info` shows one.
+std::string hashDigits(uint64_t hash);
+
+/// Of a text.
+std::string hashText(const std::string& text);
+
+}  // namespace dtsdf

@@ -1,0 +1,59 @@
+/// Map files chunk by chunk, for maps that are larger than memory: the blocks of a map, and a chunk
+/// of their voxels or colours at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/io/map_file.h"
+
+namespace dtsdf {
+
+/// A file has the blocks of a map in chunks of so many, the last one what is left.
+constexpr size_t kBlocksPerMapChunk = 256;
+
+/// Where the words of a map come from: of the blocks of chunk i, in their order. Of a pointer, so
+/// many words are read as MapContents has for these blocks.
+struct MapWords {
+  std::function<const uint64_t*(size_t chunk)> voxels;
+  std::function<const uint32_t*(size_t chunk)> colours;  ///< Not called if nothing was painted.
+};
+
+/// saveMap() of a map whose voxels and colours come chunk by chunk: first all voxels, then all
+/// colours. `head` is the map without them. With one thread the chunks are asked for one at a time,
+/// by rising numbers, and the words of one have to last until the next is asked for.
+/// @throws std::runtime_error as saveMap()
+SavedMap saveMapInChunks(const MapContents& head, const MapWords& words, const std::string& path,
+                         int threads);
+
+/// An open map file. Its headers and blocks are checked when it is opened, and each chunk against
+/// its checksum when it is read.
+class MapChunks {
+ public:
+  /// @throws std::runtime_error as loadMap()
+  explicit MapChunks(const std::string& path);
+  ~MapChunks();
+  MapChunks(MapChunks&&) noexcept;
+
+  /// The map without voxels and colours.
+  const MapContents& head() const;
+  uint64_t contentHash() const;  ///< As it stands in the file.
+
+  size_t count() const;
+  /// The number of a chunk's first block; of `count()`, that of all blocks.
+  size_t firstBlock(size_t chunk) const;
+
+  /// The words of a chunk's blocks. @throws std::runtime_error for a damaged file
+  void readVoxels(size_t chunk, std::vector<uint64_t>& words) const;
+  void readColours(size_t chunk, std::vector<uint32_t>& words) const;
+
+ private:
+  struct State;
+  std::unique_ptr<const State> state_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,204 @@
+#include "tiles/commands.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "io/atomic_file.h"
+#include "program/run_program.h"
+#include "tiles/child_process.h"
+#include "tiles/fuse_tile.h"
+#include "tiles/make_plan.h"
+#include "tiles/plan_picture.h"
+#include "tiles/run_tiles.h"
+#include "tiles/slurm.h"
+#include "tiles/tile_folder.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool endsIn(const std::string& text, const std::string& ending) {
+  return text.size() > ending.size() &&
+         text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+struct PlanOptions {
+  PlanRequest request;
+  std::string folder;
+};
+
+void addPlanOptions(CommandLine& line, PlanOptions& options) {
+  line.addList({"RECORDINGS", "", "recordings with poses in one map frame, as reconstruct reads "
+                "them, in the order in which they are fused"},
+               [&](const std::string& path) { options.request.recordings.push_back(path); });
+  line.addText({"--out", "DIR", "the folder of the plan, and of all that is made by it"},
+               options.folder);
+  line.require("--out");
+  line.addNumber({"--tile-m", "METRES", "edge of a tile; whole blocks of 8 voxels"},
+                 options.request.tile_m, {0.01, 1e6});
+  line.beginGroup("Input");
+  addFormatOption(line, options.request.reading);
+  addReadingOptions(line, options.request.reading);
+  addFrameOptions(line, options.request.reading);
+  line.beginGroup("Settings");
+  addMapperOptions(line, options.request.reading);
+}
+
+}  // namespace
+
+std::vector<std::string> FuseOptions::asArguments() const {
+  std::vector<std::string> arguments;
+  if (backend) arguments.insert(arguments.end(), {"--backend", *backend});
+  if (threads) arguments.insert(arguments.end(), {"--threads", std::to_string(*threads)});
+  return arguments;
+}
+
+void addFolder(CommandLine& line, std::string& folder) {
+  line.addText({"DIR", "", "the folder of a plan"}, folder);
+}
+
+void addFuseOptions(CommandLine& line, FuseOptions& options) {
+  line.add({"--backend", "auto|cpu|cuda", "where to compute"}, [&](const std::string& value) {
+    if (value != "auto" && value != "cpu" && value != "cuda") {
+      throw UsageError("'" + value + "' is none of auto, cpu and cuda");
+    }
+    options.backend = value;
+  });
+  line.add({"--threads", "N", "CPU threads of each tile (0: all cores)"},
+           [&](const std::string& value) {
+             options.threads = static_cast<int>(readWhole(value, {0, 1024}));
+           });
+}
+
+void addMergeOptions(CommandLine& line, MergeRequest& request) {
+  line.add({"--mesh", "OUT.ply", "the mesh of the whole map"}, [&](const std::string& value) {
+    if (meshFormatOf(value) != MeshFormat::kPly) {
+      throw UsageError("'" + value + "' does not end in .ply; map_tool mesh makes other formats of "
+                       "maps that fit into memory");
+    }
+    request.mesh_path = value;
+  });
+  line.add({"--save-map", "OUT.dtsdf", "the whole map"}, [&](const std::string& value) {
+    if (!endsIn(value, kMapExtension)) {
+      throw UsageError("'" + value + "' does not end in " + kMapExtension);
+    }
+    request.map_path = value;
+  });
+}
+
+void planCommand(const std::vector<std::string>& arguments) {
+  PlanOptions options;
+  CommandLine line("tiles plan", "RECORDINGS... --out DIR [options]",
+                   "Cuts the space of recordings into tiles and finds the frames that each needs.",
+                   kExitCodes);
+  addPlanOptions(line, options);
+  line.parse(arguments);
+  const std::string picture = (fs::path(options.folder) / "plan.svg").string();
+  prepareOutputFile(picture);
+  const RunSettings settings = readSettings(options.request.reading);
+  const Plan plan = makePlan(options.request, settings);
+  const double voxel_size_m = static_cast<double>(settings.params.mapper.map.voxel_size_m);
+  const std::string table = planTable(plan, voxel_size_m);
+  writeFileAtomically((fs::path(options.folder) / "plan.txt").string(), table);
+  writeFileAtomically(picture, planPicture(plan, voxel_size_m));
+  savePlan(plan, options.folder);
+  std::printf("%sthe plan took %.1f s: %s, %s\n", table.c_str(), plan.seconds,
+              planPath(options.folder).c_str(), picture.c_str());
+}
+
+void fuseCommand(const std::vector<std::string>& arguments) {
+  FuseRequest request;
+  FuseOptions options;
+  std::string tile;
+  int parent = 0;
+  CommandLine line("tiles fuse", "DIR TILE [options]",
+                   "Makes one tile; does nothing if that is done.", kExitCodes);
+  addFolder(line, request.folder);
+  line.addText({"TILE", "", "its number in the plan"}, tile);
+  addFuseOptions(line, options);
+  line.addFlag("--again", "make it anew if it is done", request.again);
+  line.add({"--end-with", "PID", "end as soon as the process ends that has started this one"},
+           [&](const std::string& value) {
+             parent = static_cast<int>(readWhole(value, {1, 1e9}));
+           });
+  line.parse(arguments);
+  if (parent > 0) endWithProcess(parent);
+  const LoadedPlan plan = loadPlan(request.folder);
+  request.tile = readTileNumber(tile, plan.plan);
+  request.backend = options.backend;
+  request.threads = options.threads;
+  fuseTile(request, plan);
+}
+
+void mergeCommand(const std::vector<std::string>& arguments) {
+  MergeRequest request;
+  CommandLine line("tiles merge", "DIR [--mesh OUT.ply] [--save-map OUT.dtsdf]",
+                   "Joins the tiles of a plan, which have to be there, into one mesh and one map.",
+                   kExitCodes);
+  addFolder(line, request.folder);
+  addMergeOptions(line, request);
+  line.parse(arguments);
+  if (request.mesh_path.empty() && request.map_path.empty()) {
+    throw UsageError("give --mesh, --save-map or both");
+  }
+  printMerged(request, mergeTiles(request, loadPlan(request.folder)));
+}
+
+void statusCommand(const std::vector<std::string>& arguments) {
+  std::string folder;
+  CommandLine line("tiles status", "DIR", "Tells which tiles are done, failed and worked on.",
+                   kExitCodes);
+  addFolder(line, folder);
+  line.parse(arguments);
+  const LoadedPlan loaded = loadPlan(folder);
+  static constexpr const char* kWords[] = {"waiting", "running", "failed", "done"};
+  size_t count[4] = {};
+  for (size_t i = 0; i < loaded.plan.tiles.size(); ++i) {
+    const TileState state = stateOf(folder, i, loaded.id);
+    const auto stage = static_cast<size_t>(state.stage);
+    ++count[stage];
+    std::printf("%5zu  %s%s%s\n", i, kWords[stage], state.why.empty() ? "" : ": ",
+                state.why.c_str());
+  }
+  std::printf("%zu tiles: %zu done, %zu running, %zu failed, %zu waiting\n",
+              loaded.plan.tiles.size(), count[3], count[1], count[2], count[0]);
+}
+
+void slurmCommand(const std::vector<std::string>& arguments) {
+  SlurmRequest request;
+  std::string backend;
+  CommandLine line("tiles slurm", "DIR [options]",
+                   "Prints an array job that makes all tiles; tiles merge joins them then.",
+                   kExitCodes);
+  addFolder(line, request.folder);
+  line.addWhole({"--threads", "N", "CPU threads of each tile"}, request.threads, {1, 1024});
+  line.addText({"--backend", "auto|cpu|cuda", "where to compute"}, backend);
+  line.parse(arguments);
+  if (!backend.empty()) request.options = {"--backend", backend};
+  request.program = fs::read_symlink("/proc/self/exe").string();
+  const LoadedPlan loaded = loadPlan(request.folder);
+  std::fputs(slurmScript(request, loaded.plan).c_str(), stdout);
+}
+
+void runCommand(const std::vector<std::string>& arguments) {
+  RunRequest request;
+  FuseOptions options;
+  CommandLine line("tiles run", "DIR [options]",
+                   "Makes all tiles that are not done, with as many processes as mpirun starts, "
+                   "and joins them. What is interrupted goes on by the same command.",
+                   kExitCodes);
+  addFolder(line, request.merge.folder);
+  addFuseOptions(line, options);
+  addMergeOptions(line, request.merge);
+  line.parse(arguments);
+  request.options = options.asArguments();
+  request.has_threads = options.threads.has_value();
+  runTiles(request);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,35 @@
+/// What `tiles` can do: a function for each of its commands, but for `run`, which needs MPI.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "program/command_line.h"
+#include "tiles/merge_tiles.h"
+
+namespace dtsdf {
+
+/// Each takes the arguments behind its name. @throws UsageError, TextRequest for --help,
+/// std::runtime_error
+void planCommand(const std::vector<std::string>& arguments);
+void fuseCommand(const std::vector<std::string>& arguments);
+void mergeCommand(const std::vector<std::string>& arguments);
+void statusCommand(const std::vector<std::string>& arguments);
+void slurmCommand(const std::vector<std::string>& arguments);
+void runCommand(const std::vector<std::string>& arguments);
+
+/// What a tile is made with.
+struct FuseOptions {
+  std::optional<std::string> backend;
+  std::optional<int> threads;
+
+  std::vector<std::string> asArguments() const;
+};
+
+// Each adds some of the options to a command line.
+void addFolder(CommandLine& line, std::string& folder);
+void addFuseOptions(CommandLine& line, FuseOptions& options);
+void addMergeOptions(CommandLine& line, MergeRequest& request);
+
+}  // namespace dtsdf

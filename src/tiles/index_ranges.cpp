@@ -1,0 +1,46 @@
+#include "tiles/index_ranges.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace dtsdf {
+
+IndexRanges::IndexRanges(std::vector<Range> ranges) : ranges_(std::move(ranges)) {
+  for (size_t i = 0; i < ranges_.size(); ++i) {
+    const bool rises = i == 0 || ranges_[i - 1].second < ranges_[i].first;
+    if (ranges_[i].first > ranges_[i].second || !rises) {
+      throw std::runtime_error("the numbers of images do not rise");
+    }
+  }
+}
+
+void IndexRanges::add(size_t index) {
+  if (!ranges_.empty() && index <= ranges_.back().second + 1) {
+    ranges_.back().second = std::max(ranges_.back().second, index);
+  } else {
+    ranges_.push_back({index, index});
+  }
+}
+
+bool IndexRanges::contains(size_t index) const {
+  const auto after =
+      std::upper_bound(ranges_.begin(), ranges_.end(), index,
+                       [](size_t value, const Range& range) { return value < range.first; });
+  return after != ranges_.begin() && index <= (after - 1)->second;
+}
+
+size_t IndexRanges::count() const {
+  size_t count = 0;
+  for (const auto& [first, last] : ranges_) count += last - first + 1;
+  return count;
+}
+
+std::vector<size_t> IndexRanges::list() const {
+  std::vector<size_t> indices;
+  for (const auto& [first, last] : ranges_) {
+    for (size_t i = first; i <= last; ++i) indices.push_back(i);
+  }
+  return indices;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,233 @@
+#include "tiles/merge_tiles.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "io/atomic_file.h"
+#include "io/file_hash.h"
+#include "io/map_chunks.h"
+#include "io/ply_stream.h"
+#include "map/block_table.h"
+#include "tiles/fuse_tile.h"
+#include "tiles/merge_mesh.h"
+#include "tiles/process_usage.h"
+#include "tiles/tile_folder.h"
+
+namespace dtsdf {
+namespace {
+
+/// Tiles side by side are open at once, two files each.
+void allowManyFiles() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+/// @throws std::runtime_error with the tiles that are not done.
+void checkAllDone(const std::string& folder, const LoadedPlan& loaded) {
+  std::string missing;
+  size_t count = 0;
+  for (size_t i = 0; i < loaded.plan.tiles.size(); ++i) {
+    const std::string why = missingOfTile(folder, i, loaded.id);
+    if (why.empty()) continue;
+    constexpr size_t kMostNamed = 10;
+    if (++count <= kMostNamed) {
+      missing += (missing.empty() ? "" : "; ") + std::to_string(i) + ": " + why;
+    }
+  }
+  if (count == 0) return;
+  throw std::runtime_error(std::to_string(count) + " of " +
+                           std::to_string(loaded.plan.tiles.size()) + " tiles are not done (" +
+                           missing + (count > 10 ? "; ..." : "") +
+                           "); tiles run, or tiles fuse DIR TILE, makes them");
+}
+
+/// A block of the whole map, and where it is from.
+struct JoinedMapBlock {
+  MapBlock block;
+  uint32_t tile;
+};
+
+/// The tables of all tiles.
+struct JoinedTable {
+  MapContents head;  ///< Of the whole map.
+  std::vector<uint32_t> tile_of;  ///< By block of the head.
+  std::vector<size_t> blocks_of;  ///< Of each tile, how many.
+  std::vector<PackedKey> first_of;  ///< Of each tile, its first block.
+};
+
+void checkSame(const MapContents& a, const MapContents& b) {
+  if (a.settings != b.settings || a.map_frame != b.map_frame || a.stamp_s != b.stamp_s ||
+      a.frames != b.frames || a.supporting_frames != b.supporting_frames ||
+      a.painted != b.painted) {
+    throw std::runtime_error("its settings and counts of frames are not those of other tiles");
+  }
+}
+
+/// Reads a tile's table.
+void addTile(const std::string& folder, size_t tile, const LoadedPlan& loaded, JoinedTable& table,
+             std::vector<JoinedMapBlock>& blocks) {
+  const MapChunks map(tilePath(folder, tile, ".dtsdf"));
+  if (map.contentHash() != loadRecord(folder, tile).content_hash) {
+    throw std::runtime_error("its map file is not that of its record");
+  }
+  const MapContents& head = map.head();
+  if (tile == 0) {
+    table.head.settings = head.settings;
+    table.head.map_frame = head.map_frame;
+    table.head.stamp_s = head.stamp_s;
+    table.head.frames = head.frames;
+    table.head.supporting_frames = head.supporting_frames;
+    table.head.painted = head.painted;
+    table.head.exposure = head.exposure;
+  }
+  checkSame(table.head, head);
+  for (const MapBlock& block : head.blocks) {
+    if (!loaded.plan.tiles[tile].own.contains(block.key)) {
+      throw std::runtime_error("it has blocks of other tiles");
+    }
+    blocks.push_back({block, static_cast<uint32_t>(tile)});
+  }
+  table.blocks_of.push_back(head.blocks.size());
+  table.first_of.push_back(head.blocks.empty() ? 0 : packKey(head.blocks.front().key));
+}
+
+JoinedTable joinTables(const std::string& folder, const LoadedPlan& loaded) {
+  JoinedTable table;
+  std::vector<JoinedMapBlock> blocks;
+  for (size_t i = 0; i < loaded.plan.tiles.size(); ++i) {
+    try {
+      addTile(folder, i, loaded, table, blocks);
+    } catch (const std::exception& error) {
+      throwBadTile(folder, i, error.what());
+    }
+  }
+  std::sort(blocks.begin(), blocks.end(), [](const JoinedMapBlock& a, const JoinedMapBlock& b) {
+    return packKey(a.block.key) < packKey(b.block.key);
+  });
+  for (const JoinedMapBlock& joined : blocks) {
+    table.head.blocks.push_back(joined.block);
+    table.tile_of.push_back(joined.tile);
+  }
+  return table;
+}
+
+/// The voxels of a tile's map file, from the first block to the last, a chunk in memory.
+class TileVoxels {
+ public:
+  TileVoxels(std::string folder, size_t tile, size_t blocks)
+      : folder_(std::move(folder)), tile_(tile), blocks_left_(blocks) {}
+
+  /// Appends those of the next block.
+  void append(size_t count, std::vector<uint64_t>& to) {
+    try {
+      if (!map_) map_.emplace(tilePath(folder_, tile_, ".dtsdf"));
+      if (at_ == words_.size()) {
+        map_->readVoxels(chunk_++, words_);
+        at_ = 0;
+      }
+    } catch (const std::exception& error) {
+      throwBadTile(folder_, tile_, error.what());
+    }
+    const auto first = words_.begin() + static_cast<std::ptrdiff_t>(at_);
+    to.insert(to.end(), first, first + static_cast<std::ptrdiff_t>(count));
+    at_ += count;
+    if (--blocks_left_ > 0) return;
+    map_.reset();
+    words_ = std::vector<uint64_t>();
+  }
+
+ private:
+  const std::string folder_;
+  const size_t tile_;
+  size_t blocks_left_;
+  std::optional<MapChunks> map_;
+  std::vector<uint64_t> words_;  ///< Of the chunk before chunk_.
+  size_t chunk_ = 0, at_ = 0;
+};
+
+/// @return its content hash.
+uint64_t saveJoinedMap(const JoinedTable& table, const MergeRequest& request) {
+  std::vector<TileVoxels> tiles;
+  for (size_t i = 0; i < table.blocks_of.size(); ++i) {
+    tiles.emplace_back(request.folder, i, table.blocks_of[i]);
+  }
+  std::vector<uint64_t> words;
+  const std::vector<MapBlock>& blocks = table.head.blocks;
+  const auto voxels = [&](size_t chunk) {
+    words.clear();
+    const size_t end = std::min(blocks.size(), (chunk + 1) * kBlocksPerMapChunk);
+    for (size_t i = chunk * kBlocksPerMapChunk; i < end; ++i) {
+      const auto arrays = static_cast<size_t>(__builtin_popcount(blocks[i].directions));
+      tiles[table.tile_of[i]].append(arrays * kVoxelsPerBlock, words);
+    }
+    return static_cast<const uint64_t*>(words.data());
+  };
+  return saveMapInChunks(table.head, {voxels, nullptr}, request.map_path, 1).content_hash;
+}
+
+void saveJoinedMesh(const JoinedTable& table, const MergeRequest& request,
+                    const MapperParams& params, MergeResult& result) {
+  std::vector<MeshOfTile> meshes;
+  for (size_t i = 0; i < table.blocks_of.size(); ++i) {
+    const TileRecord record = loadRecord(request.folder, i);
+    meshes.push_back({i, tilePath(request.folder, i, ".mesh"), record.mesh_checksum,
+                      table.first_of[i], record.mesh_bounds});
+  }
+  PlyStream ply(request.mesh_path, params.mesh.colour);
+  mergeMeshes(meshes, request.folder, params.map.voxel_size_m, ply);
+  ply.finish();
+  result.vertices = ply.vertices();
+  result.triangles = ply.triangles();
+}
+
+}  // namespace
+
+void throwBadTile(const std::string& folder, size_t tile, const std::string& why) {
+  const std::string number = std::to_string(tile);
+  throw std::runtime_error("tile " + number + " cannot be merged: " + why + " (tiles fuse " +
+                           folder + " " + number + " --again)");
+}
+
+void printMerged(const MergeRequest& request, const MergeResult& result) {
+  if (!request.map_path.empty()) {
+    std::printf("%zu blocks, content hash %s: %s\n", result.blocks,
+                hashDigits(result.content_hash).c_str(), request.map_path.c_str());
+  }
+  if (!request.mesh_path.empty()) {
+    std::printf("%llu vertices, %llu triangles: %s\n",
+                static_cast<unsigned long long>(result.vertices),
+                static_cast<unsigned long long>(result.triangles), request.mesh_path.c_str());
+  }
+}
+
+MergeResult mergeTiles(const MergeRequest& request, const LoadedPlan& loaded) {
+  const auto start = std::chrono::steady_clock::now();
+  const double processor_start_s = processorSeconds();
+  for (const std::string& path : {request.mesh_path, request.map_path}) {
+    if (!path.empty()) prepareOutputFile(path);
+  }
+  checkAllDone(request.folder, loaded);
+  allowManyFiles();
+  const JoinedTable table = joinTables(request.folder, loaded);
+  MergeResult result;
+  result.blocks = table.head.blocks.size();
+  if (!request.map_path.empty()) result.content_hash = saveJoinedMap(table, request);
+  if (!request.mesh_path.empty()) {
+    const RunSettings settings = settingsOf(loaded.plan, std::nullopt, std::nullopt);
+    saveJoinedMesh(table, request, settings.params.mapper, result);
+  }
+  result.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.processor_s = processorSeconds() - processor_start_s;
+  return result;
+}
+
+}  // namespace dtsdf

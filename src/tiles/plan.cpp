@@ -1,0 +1,198 @@
+#include "tiles/plan.h"
+
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "io/atomic_file.h"
+#include "io/file_hash.h"
+#include "io/text_file.h"
+#include "tiles/tile_folder.h"
+
+namespace dtsdf {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kFormat = 1;
+
+Json toJson(const IndexRanges& ranges) {
+  Json list = Json::array();
+  for (const auto& [first, last] : ranges.ranges()) list.push_back({first, last});
+  return list;
+}
+
+IndexRanges rangesOf(const Json& list) {
+  std::vector<IndexRanges::Range> ranges;
+  for (const Json& range : list) ranges.push_back({range.at(0), range.at(1)});
+  return IndexRanges(std::move(ranges));
+}
+
+Json toJson(const BlockKey& key) { return {key.x, key.y, key.z}; }
+
+BlockKey keyOf(const Json& list) { return {list.at(0), list.at(1), list.at(2)}; }
+
+Json toJson(const ParamValue& value) {
+  return std::visit([](const auto& held) { return Json(held); }, value);
+}
+
+ParamValue valueOf(const Json& json) {
+  if (json.is_boolean()) return json.get<bool>();
+  if (json.is_number_integer()) return json.get<int>();
+  if (json.is_number()) return json.get<double>();
+  if (json.is_array()) return json.get<std::vector<std::string>>();
+  return json.get<std::string>();
+}
+
+Json toJson(const InputOptions& options) {
+  const RecordingOptions& recording = options.recording;
+  Json json = {{"poses", recording.poses_path},
+               {"pose_tolerance_s", recording.pose_tolerance_s},
+               {"first", recording.selection.first},
+               {"last", recording.selection.last},
+               {"step", recording.selection.step},
+               {"depth_topic", options.depth_topic},
+               {"info_topic", options.info_topic},
+               {"mask_topic", options.mask_topic},
+               {"colour_topic", options.colour_topic}};
+  if (recording.units_per_metre) json["units_per_metre"] = *recording.units_per_metre;
+  if (recording.intrinsics) {
+    const Intrinsics& K = *recording.intrinsics;
+    json["intrinsics"] = {K.fx, K.fy, K.cx, K.cy};
+  }
+  return json;
+}
+
+InputOptions readingOf(const Json& json) {
+  InputOptions options;
+  RecordingOptions& recording = options.recording;
+  json.at("poses").get_to(recording.poses_path);
+  json.at("pose_tolerance_s").get_to(recording.pose_tolerance_s);
+  json.at("first").get_to(recording.selection.first);
+  json.at("last").get_to(recording.selection.last);
+  json.at("step").get_to(recording.selection.step);
+  json.at("depth_topic").get_to(options.depth_topic);
+  json.at("info_topic").get_to(options.info_topic);
+  json.at("mask_topic").get_to(options.mask_topic);
+  json.at("colour_topic").get_to(options.colour_topic);
+  if (json.count("units_per_metre")) recording.units_per_metre = json["units_per_metre"];
+  if (json.count("intrinsics")) {
+    const Json& K = json["intrinsics"];
+    recording.intrinsics = Intrinsics{K.at(0), K.at(1), K.at(2), K.at(3)};
+  }
+  return options;
+}
+
+Json toJson(const PlannedRecording& recording) {
+  return {{"path", recording.path},
+          {"format", recording.format},
+          {"fused", toJson(recording.fused)},
+          {"supporting", toJson(recording.supporting)}};
+}
+
+PlannedRecording recordingOf(const Json& json) {
+  return {json.at("path"), json.at("format"), rangesOf(json.at("fused")),
+          rangesOf(json.at("supporting"))};
+}
+
+Json toJson(const Tile& tile) {
+  Json frames = Json::array();
+  for (const IndexRanges& of_recording : tile.frames) frames.push_back(toJson(of_recording));
+  return {{"first_block", toJson(tile.own.first)},
+          {"last_block", toJson(tile.own.last)},
+          {"frames", frames},
+          {"most_blocks", tile.estimate.blocks},
+          {"most_voxel_arrays", tile.estimate.voxel_arrays},
+          {"most_map_bytes", tile.estimate.map_bytes},
+          {"seconds", tile.estimate.seconds}};
+}
+
+Tile tileOf(const Json& json) {
+  Tile tile;
+  tile.own = {keyOf(json.at("first_block")), keyOf(json.at("last_block"))};
+  for (const Json& ranges : json.at("frames")) tile.frames.push_back(rangesOf(ranges));
+  tile.estimate = {json.at("most_blocks"), json.at("most_voxel_arrays"),
+                   json.at("most_map_bytes"), json.at("seconds")};
+  return tile;
+}
+
+Json toJson(const Plan& plan) {
+  Json json = {{"format", kFormat},
+               {"reading", toJson(plan.reading)},
+               {"tile_m", plan.tile_m},
+               {"tile_blocks", plan.tile_blocks},
+               {"map_frame", plan.map_frame},
+               {"stamp_s", plan.stamp_s},
+               {"seconds", plan.seconds},
+               {"processor_s", plan.processor_s},
+               {"settings", Json::object()},
+               {"recordings", Json::array()},
+               {"tiles", Json::array()}};
+  for (const auto& [key, value] : plan.settings) json["settings"][key] = toJson(value);
+  for (const PlannedRecording& recording : plan.recordings) {
+    json["recordings"].push_back(toJson(recording));
+  }
+  for (const Tile& tile : plan.tiles) json["tiles"].push_back(toJson(tile));
+  return json;
+}
+
+Plan planOf(const Json& json) {
+  if (json.at("format") != kFormat) throw std::runtime_error("it is of another version");
+  Plan plan;
+  plan.reading = readingOf(json.at("reading"));
+  json.at("tile_m").get_to(plan.tile_m);
+  json.at("tile_blocks").get_to(plan.tile_blocks);
+  json.at("map_frame").get_to(plan.map_frame);
+  json.at("stamp_s").get_to(plan.stamp_s);
+  json.at("seconds").get_to(plan.seconds);
+  json.at("processor_s").get_to(plan.processor_s);
+  for (const auto& [key, value] : json.at("settings").items()) plan.settings[key] = valueOf(value);
+  for (const Json& recording : json.at("recordings")) {
+    plan.recordings.push_back(recordingOf(recording));
+  }
+  for (const Json& tile : json.at("tiles")) plan.tiles.push_back(tileOf(tile));
+  for (const Tile& tile : plan.tiles) {
+    if (tile.frames.size() != plan.recordings.size()) {
+      throw std::runtime_error("its tiles and recordings do not fit");
+    }
+  }
+  return plan;
+}
+
+}  // namespace
+
+InputOptions Plan::inputOf(size_t recording) const {
+  InputOptions input = reading;
+  input.recording.path = recordings[recording].path;
+  input.recording.format = recordings[recording].format;
+  return input;
+}
+
+LoadedPlan loadPlan(const std::string& folder) {
+  const std::string path = planPath(folder);
+  const std::string text = readTextFile(path, "tiles plan makes it");
+  LoadedPlan loaded;
+  try {
+    loaded.plan = planOf(Json::parse(text));
+  } catch (const std::exception& error) {
+    throw std::runtime_error("'" + path + "' is no plan (" + error.what() +
+                             "); make it anew with tiles plan");
+  }
+  loaded.id = hashText(text);
+  return loaded;
+}
+
+void savePlan(const Plan& plan, const std::string& folder) {
+  writeFileAtomically(planPath(folder),
+                      toJson(plan).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+size_t readTileNumber(const std::string& text, const Plan& plan) {
+  size_t number = 0;
+  if (parseNumber(text, number) && number < plan.tiles.size()) return number;
+  throw std::runtime_error("there is no tile '" + text + "'; the plan has tiles 0 to " +
+                           std::to_string(plan.tiles.size() - 1));
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,21 @@
+/// Makes all tiles of a plan with the processes of an MPI job, and merges them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tiles/merge_tiles.h"
+
+namespace dtsdf {
+
+struct RunRequest {
+  MergeRequest merge;                 ///< With the folder of the plan.
+  std::vector<std::string> options;   ///< For each `tiles fuse`, as --backend.
+  bool has_threads = false;           ///< One of them is --threads.
+};
+
+/// To be called by each process of the job. Those but the first end quietly.
+/// @throws std::runtime_error in the first one with the tiles that failed twice.
+void runTiles(const RunRequest& request);
+
+}  // namespace dtsdf

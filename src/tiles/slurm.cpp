@@ -1,0 +1,61 @@
+#include "tiles/slurm.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include "tiles/tile_queue.h"
+
+namespace dtsdf {
+namespace {
+
+/// One word for a shell, whatever it holds.
+std::string quoted(const std::string& text) {
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? "'\\''" : std::string(1, c);
+  return word + "'";
+}
+
+/// Of the largest tile: its map, a copy as it is saved, and what a frame takes.
+size_t memoryMb(const Plan& plan) {
+  constexpr size_t kBesides_mb = 500;
+  size_t most = 0;
+  for (const Tile& tile : plan.tiles) most = std::max(most, tile.estimate.map_bytes);
+  return 2 * (most >> 20) + kBesides_mb;
+}
+
+std::string numbersLongestFirst(const Plan& plan) {
+  TileQueue queue(plan, std::vector<bool>(plan.tiles.size(), false));
+  std::string numbers;
+  while (const std::optional<size_t> tile = queue.next()) {
+    numbers += (numbers.empty() ? "" : " ") + std::to_string(*tile);
+  }
+  return numbers;
+}
+
+}  // namespace
+
+std::string slurmScript(const SlurmRequest& request, const Plan& plan) {
+  const std::string folder = std::filesystem::absolute(request.folder).lexically_normal().string();
+  const size_t indices = std::min(plan.tiles.size(), kMostArrayIndices);
+  std::string options;
+  for (const std::string& option : request.options) options += " " + quoted(option);
+  return "#!/bin/bash\n"
+         "#SBATCH --job-name=tiles\n"
+         "#SBATCH --array=0-" + std::to_string(indices - 1) + "\n"
+         "#SBATCH --cpus-per-task=" + std::to_string(request.threads) + "\n"
+         "#SBATCH --mem=" + std::to_string(memoryMb(plan)) + "M\n"
+         "#SBATCH --output=" + folder + "/tiles/slurm-%A_%a.log\n"
+         "# Tiles that are done are left alone: to go on, submit it again.\n"
+         "tiles=(" + numbersLongestFirst(plan) + ")\n"
+         "failed=0\n"
+         "for ((i = SLURM_ARRAY_TASK_ID; i < ${#tiles[@]}; i += " + std::to_string(indices) +
+         ")); do\n"
+         "  " + quoted(request.program) + " fuse " + quoted(folder) +
+         " \"${tiles[i]}\" --threads " + std::to_string(request.threads) + options +
+         " || failed=1\n"
+         "done\n"
+         "exit $failed\n";
+}
+
+}  // namespace dtsdf

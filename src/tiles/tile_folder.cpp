@@ -1,0 +1,158 @@
+#include "tiles/tile_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <system_error>
+
+#include "io/atomic_file.h"
+#include "io/file_hash.h"
+#include "io/text_file.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+uint64_t hashOfDigits(const std::string& digits) {
+  if (digits.size() != 16 || digits.find_first_not_of("0123456789abcdef") != digits.npos) {
+    throw std::runtime_error("a checksum is none");
+  }
+  return std::stoull(digits, nullptr, 16);
+}
+
+bool hasBytes(const std::string& path, uint64_t bytes) {
+  std::error_code error;
+  const uintmax_t size = fs::file_size(path, error);
+  return !error && size == bytes;
+}
+
+/// Whether somebody works on a tile.
+bool isLocked(const std::string& folder, size_t tile) {
+  const int descriptor = open(tilePath(folder, tile, ".lock").c_str(), O_RDWR | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool locked = flock(descriptor, LOCK_EX | LOCK_NB) != 0;
+  close(descriptor);
+  return locked;
+}
+
+}  // namespace
+
+std::string planPath(const std::string& folder) {
+  return (fs::path(folder) / "plan.json").string();
+}
+
+std::string tilePath(const std::string& folder, size_t tile, const std::string& ending) {
+  char name[32];
+  std::snprintf(name, sizeof(name), "%04zu", tile);
+  return (fs::path(folder) / "tiles" / (name + ending)).string();
+}
+
+void saveRecord(const TileRecord& record, const std::string& folder, size_t tile) {
+  const Json json = {{"plan", record.plan_id},
+                     {"content_hash", hashDigits(record.content_hash)},
+                     {"mesh_checksum", hashDigits(record.mesh_checksum)},
+                     {"mesh_first_block", record.mesh_bounds.first},
+                     {"mesh_last_block", record.mesh_bounds.last},
+                     {"map_file_bytes", record.map_file_bytes},
+                     {"mesh_file_bytes", record.mesh_file_bytes},
+                     {"blocks", record.blocks},
+                     {"voxel_arrays", record.voxel_arrays},
+                     {"triangles", record.triangles},
+                     {"frames", record.frames},
+                     {"map_bytes", record.map_bytes},
+                     {"peak_bytes", record.peak_bytes},
+                     {"seconds", record.seconds},
+                     {"processor_s", record.processor_s},
+                     {"backend", record.backend}};
+  writeFileAtomically(tilePath(folder, tile, ".json"), json.dump(1) + "\n");
+}
+
+TileRecord loadRecord(const std::string& folder, size_t tile) {
+  const std::string path = tilePath(folder, tile, ".json");
+  const std::string text = readTextFile(path, "tiles fuse makes it");
+  try {
+    const Json json = Json::parse(text);
+    TileRecord record;
+    json.at("plan").get_to(record.plan_id);
+    record.content_hash = hashOfDigits(json.at("content_hash"));
+    record.mesh_checksum = hashOfDigits(json.at("mesh_checksum"));
+    json.at("mesh_first_block").get_to(record.mesh_bounds.first);
+    json.at("mesh_last_block").get_to(record.mesh_bounds.last);
+    json.at("map_file_bytes").get_to(record.map_file_bytes);
+    json.at("mesh_file_bytes").get_to(record.mesh_file_bytes);
+    json.at("blocks").get_to(record.blocks);
+    json.at("voxel_arrays").get_to(record.voxel_arrays);
+    json.at("triangles").get_to(record.triangles);
+    json.at("frames").get_to(record.frames);
+    json.at("map_bytes").get_to(record.map_bytes);
+    json.at("peak_bytes").get_to(record.peak_bytes);
+    json.at("seconds").get_to(record.seconds);
+    json.at("processor_s").get_to(record.processor_s);
+    json.at("backend").get_to(record.backend);
+    return record;
+  } catch (const std::exception& error) {
+    throw std::runtime_error("'" + path + "' is no record of a tile (" + error.what() + ")");
+  }
+}
+
+std::string missingOfTile(const std::string& folder, size_t tile, const std::string& plan_id) {
+  TileRecord record;
+  try {
+    record = loadRecord(folder, tile);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  if (record.plan_id != plan_id) return "it was made by another plan";
+  if (!hasBytes(tilePath(folder, tile, ".dtsdf"), record.map_file_bytes)) {
+    return "its map file is missing, or has another size";
+  }
+  if (!hasBytes(tilePath(folder, tile, ".mesh"), record.mesh_file_bytes)) {
+    return "its meshes are missing, or have another size";
+  }
+  return "";
+}
+
+TileState stateOf(const std::string& folder, size_t tile, const std::string& plan_id) {
+  if (isLocked(folder, tile)) return {TileStage::kRunning, "somebody works on it"};
+  if (fs::exists(tilePath(folder, tile, ".json"))) {
+    const std::string missing = missingOfTile(folder, tile, plan_id);
+    if (missing.empty()) return {TileStage::kDone, ""};
+    return {TileStage::kWaiting, missing};
+  }
+  const std::string failed = tilePath(folder, tile, ".failed");
+  if (!fs::exists(failed)) return {TileStage::kWaiting, "it was not made yet"};
+  return {TileStage::kFailed, readTextFile(failed, "tiles fuse makes it")};
+}
+
+void forgetTile(const std::string& folder, size_t tile) {
+  // The record first: without it, the others are nothing.
+  for (const char* ending : {".json", ".failed", ".dtsdf", ".mesh"}) {
+    fs::remove(tilePath(folder, tile, ending));
+  }
+}
+
+TileLock::TileLock(const std::string& folder, size_t tile) {
+  const std::string path = tilePath(folder, tile, ".lock");
+  prepareOutputFile(path);
+  descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) {
+    throw std::runtime_error("cannot write '" + path + "': " +
+                             std::generic_category().message(errno));
+  }
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  close(descriptor_);
+  throw std::runtime_error("tile " + std::to_string(tile) + " is worked on by another process; " +
+                           "wait for it, or end it");
+}
+
+TileLock::~TileLock() { close(descriptor_); }
+
+}  // namespace dtsdf

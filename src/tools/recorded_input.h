@@ -1,0 +1,32 @@
+/// What a program reads: a recording in a folder or a bag, as its options and settings say.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "dtsdf_mapping/io/colour_source.h"
+#include "dtsdf_mapping/io/frame_source.h"
+#include "tools/input_options.h"
+
+namespace dtsdf {
+
+/// Takes a guess at the format of what is read, if none is given.
+/// @throws std::runtime_error for what is no recording, UsageError for options of other formats.
+void completeInput(InputOptions& options);
+
+/// The depth images. @pre The options are complete. @throws std::runtime_error
+std::unique_ptr<FrameSource> openFrames(const InputOptions& options, const NodeParams& node);
+
+/// The same after one look: what is there goes to standard output, what is implausible to standard
+/// error, as a warning of `program`.
+std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunSettings& settings,
+                                         const std::string& program);
+
+/// The name of the frame that the poses are in; those of folders say none.
+std::string nameOfFrame(const InputOptions& options, const RunSettings& settings);
+
+/// The colour images; null where there are none, or none are wanted.
+/// @throws std::runtime_error, also where there have to be some.
+std::unique_ptr<ColourSource> openColours(const InputOptions& options, const NodeParams& node);
+
+}  // namespace dtsdf

@@ -1,0 +1,197 @@
+// The parts of plans: ranges of images, what a view passes through, the cut, the queue, the job.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <random>
+#include <set>
+#include <sstream>
+
+#include "kernels/core/grid.h"
+#include "support/temporary_folder.h"
+#include "tiles/index_ranges.h"
+#include "tiles/make_plan.h"
+#include "tiles/slurm.h"
+#include "tiles/tile_queue.h"
+#include "tiles/view_reach.h"
+
+namespace dtsdf {
+namespace {
+
+TEST(IndexRanges, HoldWhatWasAdded) {
+  std::mt19937 random(7);
+  std::set<size_t> expected;
+  IndexRanges ranges;
+  size_t index = 0;
+  for (int i = 0; i < 500; ++i) {
+    index += random() % 3;
+    expected.insert(index);
+    ranges.add(index);
+  }
+  EXPECT_EQ(ranges.list(), std::vector<size_t>(expected.begin(), expected.end()));
+  EXPECT_EQ(ranges.count(), expected.size());
+  for (size_t i = 0; i < index + 3; ++i) EXPECT_EQ(ranges.contains(i), expected.count(i) > 0) << i;
+  EXPECT_EQ(IndexRanges(ranges.ranges()).list(), ranges.list());
+  EXPECT_ANY_THROW(IndexRanges({{5, 3}}));
+  EXPECT_ANY_THROW(IndexRanges({{1, 3}, {3, 4}}));
+}
+
+/// Depths of a wall with holes in it, and beyond the range in parts.
+struct RandomView {
+  explicit RandomView(std::mt19937& random) : depth(kWidth * kHeight, 0) {
+    std::uniform_int_distribution<int> far(500, 15000);
+    for (int v = 0; v < kHeight; ++v) {
+      for (int u = 0; u < kWidth; ++u) {
+        if ((u / 20 + v / 20) % 3 != 0) depth[v * kWidth + u] = static_cast<uint16_t>(far(random));
+      }
+    }
+    frame.data = depth.data();
+    frame.row_bytes = kWidth * sizeof(uint16_t);
+    frame.width = kWidth;
+    frame.height = kHeight;
+    frame.intrinsics = {90.0f, 95.0f, 61.3f, 40.1f};
+    frame.T_W_C = Eigen::Translation3d(0.3, -2.0, 1.0) *
+                  Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, 0.9, -0.2).normalized());
+  }
+
+  static constexpr int kWidth = 120, kHeight = 90;
+  std::vector<uint16_t> depth;
+  DepthFrame frame;
+};
+
+TEST(ViewReach, PassesThroughEveryBoxOnARay) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> share(0.0, 1.0), size(0.02, 3.0);
+  for (int round = 0; round < 5; ++round) {
+    const RandomView view(random);
+    const ViewReach reach(view.frame, MapperParams());
+    for (int i = 0; i < 4000; ++i) {
+      const int u = static_cast<int>(random() % RandomView::kWidth);
+      const int v = static_cast<int>(random() % RandomView::kHeight);
+      const double z_m = 0.001 * view.depth[v * RandomView::kWidth + u] * share(random);
+      if (z_m == 0.0) continue;
+      const Intrinsics& K = view.frame.intrinsics;
+      const Eigen::Vector3d p_C((u - K.cx) * z_m / K.fx, (v - K.cy) * z_m / K.fy, z_m);
+      const Eigen::Vector3d p_W = view.frame.T_W_C * p_C;
+      const Eigen::Vector3d below(size(random), size(random), size(random));
+      const Eigen::Vector3d above(size(random), size(random), size(random));
+      EXPECT_TRUE(reach.mayPass({p_W - below, p_W + above}));
+    }
+  }
+}
+
+TEST(ViewReach, LeavesOutWhatIsBehindTheCameraBesideTheImageOrTooFar) {
+  std::mt19937 random(3);
+  const RandomView view(random);
+  const ViewReach reach(view.frame, MapperParams());
+  const auto boxAt = [&](double x, double y, double z) {
+    const Eigen::Vector3d p_W = view.frame.T_W_C * Eigen::Vector3d(x, y, z);
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.2);
+    return MetricBox{p_W - half, p_W + half};
+  };
+  EXPECT_TRUE(reach.mayPass(boxAt(0.0, 0.0, 0.1)));
+  EXPECT_FALSE(reach.mayPass(boxAt(0.0, 0.0, -1.0)));
+  EXPECT_FALSE(reach.mayPass(boxAt(0.0, 0.0, 17.0)));
+  EXPECT_FALSE(reach.mayPass(boxAt(4.0, 0.0, 2.0)));
+  EXPECT_FALSE(reach.mayPass(boxAt(0.0, -4.0, 2.0)));
+  // Beside the camera, and in part behind it.
+  EXPECT_TRUE(reach.mayPass(boxAt(0.0, 0.1, 0.0)));
+  for (const auto& [x, y] : {std::pair{5.0, 0.0}, {-5.0, 0.0}, {0.0, 5.0}, {0.0, -5.0}}) {
+    EXPECT_FALSE(reach.mayPass(boxAt(x, y, 0.0)));
+  }
+}
+
+TEST(CutToBudget, CutsUntilAllPartsFitAndLosesNothing) {
+  std::mt19937 random(11);
+  std::vector<BlockRequest> blocks;
+  std::set<PackedKey> keys;
+  for (int i = 0; i < 600; ++i) {
+    keys.insert(packKey({static_cast<int>(random() % 20), static_cast<int>(random() % 9), 0}));
+  }
+  for (const PackedKey key : keys) blocks.push_back({key, 0x15});
+  Tile whole;
+  whole.own = {{0, 0, -10}, {19, 8, 9}};
+  const size_t budget = 60 * (BlockTable::kBlockBytes + 3 * BlockTable::kArrayBytes);
+  const std::vector<Tile> parts = cutToBudget(whole, blocks, budget);
+  EXPECT_GT(parts.size(), 3u);
+  for (const PackedKey key : keys) {
+    int owners = 0;
+    for (const Tile& part : parts) owners += part.own.contains(unpackKey(key));
+    EXPECT_EQ(owners, 1);
+  }
+  for (const Tile& part : parts) {
+    EXPECT_LE(part.estimate.map_bytes, budget);
+    const BlockExtent wide = withHalo(part.own);
+    size_t near = 0;
+    for (const PackedKey key : keys) near += wide.contains(unpackKey(key));
+    EXPECT_EQ(part.estimate.blocks, near);
+    EXPECT_EQ(part.estimate.voxel_arrays, 3 * near);
+  }
+  EXPECT_EQ(cutToBudget(whole, blocks, size_t{1} << 40).size(), 1u);
+  EXPECT_ANY_THROW(cutToBudget(whole, blocks, BlockTable::kArrayBytes));
+}
+
+Plan planOf(const std::vector<double>& seconds) {
+  Plan plan;
+  for (const double expected : seconds) {
+    plan.tiles.emplace_back();
+    plan.tiles.back().estimate.seconds = expected;
+  }
+  return plan;
+}
+
+TEST(TileQueue, GivesTheLongestFirstAndTriesTwice) {
+  const Plan plan = planOf({1.0, 4.0, 2.0, 3.0});
+  TileQueue queue(plan, {false, false, true, false});
+  EXPECT_EQ(queue.next(), 1u);
+  EXPECT_EQ(queue.next(), 3u);
+  EXPECT_FALSE(queue.secondsLeft(1.0));
+  EXPECT_FALSE(queue.finish(3, true));
+  EXPECT_DOUBLE_EQ(*queue.secondsLeft(6.0), 10.0) << "3 of 8 took 6 s";
+  EXPECT_TRUE(queue.finish(1, false)) << "once more";
+  EXPECT_EQ(queue.next(), 0u);
+  EXPECT_EQ(queue.next(), 1u);
+  EXPECT_FALSE(queue.next());
+  EXPECT_FALSE(queue.isOver());
+  queue.finish(0, true);
+  EXPECT_FALSE(queue.finish(1, false));
+  EXPECT_TRUE(queue.isOver());
+  EXPECT_EQ(queue.failed(), std::vector<size_t>{1});
+  EXPECT_EQ(queue.doneCount(), 3u);
+  EXPECT_EQ(queue.attempts(1), 2u);
+}
+
+/// The numbers of the tiles that a task of a job makes, as a shell runs its script.
+std::string tilesOfTask(const std::string& script, int task) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "job.sh", script);
+  const std::string command = "SLURM_ARRAY_TASK_ID=" + std::to_string(task) + " bash " +
+                              (folder / "job.sh") + " > " + (folder / "out");
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  std::istringstream out(readBytes(folder / "out"));
+  std::string tiles, fuse, name, tile, rest;
+  while (out >> fuse >> name >> tile && std::getline(out, rest)) {
+    EXPECT_EQ(fuse, "fuse");
+    EXPECT_EQ(name, "/a'b");
+    EXPECT_EQ(rest, " --threads 3");
+    tiles += tile + " ";
+  }
+  return tiles;
+}
+
+TEST(SlurmScript, TasksMakeEveryTileOnce) {
+  const Plan plan = planOf(std::vector<double>(2300, 1.0));
+  SlurmRequest request;
+  request.folder = "/a'b";
+  request.program = "echo";
+  request.threads = 3;
+  const std::string script = slurmScript(request, plan);
+  EXPECT_NE(script.find("#SBATCH --array=0-999\n"), std::string::npos);
+  EXPECT_EQ(tilesOfTask(script, 0), "0 1000 2000 ");
+  EXPECT_EQ(tilesOfTask(script, 299), "299 1299 2299 ");
+  EXPECT_EQ(tilesOfTask(script, 300), "300 1300 ");
+  EXPECT_EQ(tilesOfTask(script, 999), "999 1999 ");
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -2,13 +2,12 @@
 // comes, it gives the same bytes on one thread and on two, keeps its budget, and its mesh is valid.
 #include "dtsdf_mapping/mapper.h"
 
-#include <cmath>
 #include <limits>
 #include <variant>
 #include <vector>
 
-#include "dtsdf_mapping/mesh.h"
 #include "fuzz/fuzz_input.h"
+#include "fuzz/mesh_check.h"
 
 using namespace dtsdf;
 
@@ -104,20 +103,6 @@ Image takeImage(InputBytes& bytes) {
   frame.T_W_C = T_W_C;
   image.frame = frame;
   return image;
-}
-
-bool isFinite(const Vec3f& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-void checkMesh(const Mesh& mesh) {
-  for (const Vec3f& vertex : mesh.vertices_m) require(isFinite(vertex), "finite vertices");
-  for (const Vec3f& normal : mesh.normals) require(isFinite(normal), "finite normals");
-  require(mesh.normals.size() == mesh.vertices_m.size(), "a normal for each vertex");
-  require(mesh.colours.empty() || mesh.colours.size() == mesh.vertices_m.size(), "colours");
-  for (const auto& triangle : mesh.triangles) {
-    for (const uint32_t index : triangle) require(index < mesh.vertices_m.size(), "valid indices");
-  }
 }
 
 template <class T>

@@ -1,0 +1,25 @@
+/// What holds for every mesh, whatever the map was made of.
+#pragma once
+
+#include <cmath>
+
+#include "dtsdf_mapping/mesh.h"
+#include "fuzz/fuzz_input.h"
+
+namespace dtsdf {
+
+inline bool isFinite(const Vec3f& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+inline void checkMesh(const Mesh& mesh) {
+  for (const Vec3f& vertex : mesh.vertices_m) require(isFinite(vertex), "finite vertices");
+  for (const Vec3f& normal : mesh.normals) require(isFinite(normal), "finite normals");
+  require(mesh.normals.size() == mesh.vertices_m.size(), "a normal for each vertex");
+  require(mesh.colours.empty() || mesh.colours.size() == mesh.vertices_m.size(), "colours");
+  for (const auto& triangle : mesh.triangles) {
+    for (const uint32_t index : triangle) require(index < mesh.vertices_m.size(), "valid indices");
+  }
+}
+
+}  // namespace dtsdf

@@ -28,6 +28,7 @@ MapperParams paramsOf(const MapContents& contents) {
 void checkMeshOf(Mapper& mapper, MeshStore& store) {
   store.apply(mapper.updateMesh());
   checkMesh(store.assemble());
+  checkChunks(store);
   require(mapper.stats().map_bytes <= size_t{kMost_mb} << 20, "the budget");
 }
 

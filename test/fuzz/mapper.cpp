@@ -189,6 +189,7 @@ Outcome run(MapperParams params, int threads, const std::vector<Step>& steps) {
     store.apply(mapper->updateMesh());
     require(mapper->stats().map_bytes <= size_t(params.map.max_memory_mb) << 20, "the budget");
   }
+  checkChunks(store);
   outcome.mesh = store.assemble();
   outcome.contents = mapper->contents();
   return outcome;

@@ -5,6 +5,8 @@
 
 #include "dtsdf_mapping/mesh.h"
 #include "fuzz/fuzz_input.h"
+#include "meshing/mesh_chunks.h"
+#include "meshing/packed_chunk.h"
 
 namespace dtsdf {
 
@@ -20,6 +22,22 @@ inline void checkMesh(const Mesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     for (const uint32_t index : triangle) require(index < mesh.vertices_m.size(), "valid indices");
   }
+}
+
+/// And for its chunks, as they are sent.
+inline void checkChunks(const MeshStore& store) {
+  constexpr int kChunkBlocks = 2;
+  const ChunkLattice lattice(store.voxelSize(), kChunkBlocks);
+  MeshChunks chunks(kChunkBlocks);
+  for (const auto& [key, block] : store.blocks()) chunks.markChanged(block->key);
+  size_t triangles = 0;
+  for (const PackedKey chunk : chunks.all()) {
+    const PackedChunk packed =
+        packChunk(store, lattice, chunks.cornerOf(chunk), chunks.blocksOf(chunk));
+    checkChunk(packed);
+    triangles += packed.triangleCount();
+  }
+  require(triangles == store.triangleCount(), "each triangle is in one chunk");
 }
 
 }  // namespace dtsdf

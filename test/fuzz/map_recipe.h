@@ -20,7 +20,9 @@ class MapRecipe {
   MapRecipe(const uint8_t* data, size_t size) {
     std::vector<size_t> cuts;
     for (size_t at = 0; at + 4 <= size; ++at) {
-      if (isId(data + at)) cuts.push_back(at);
+      if (!isId(data + at)) continue;
+      cuts.push_back(at);
+      at += 3;  // no id begins within another
     }
     cuts.push_back(size);
     for (size_t i = 0; i + 1 < cuts.size(); ++i) {

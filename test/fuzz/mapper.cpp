@@ -1,7 +1,8 @@
 // The mapper itself: settings, depth and colour images with their poses, regions to be cleared, all
-// from bytes. Whatever comes, it gives the same bytes on one thread and on two, keeps its budget,
-// its mesh is valid, and a mapper that is made of its contents makes the same one. Images are small
-// and voxels large: what an input takes is meshing, of few blocks.
+// from bytes. Whatever comes, it keeps its budget, its mesh is valid, and a mapper that is made of
+// its contents makes the same one; and it gives the same bytes on two threads, which few inputs try:
+// on a busy machine threads that wait for each other take a hundred times as long as the rest.
+// Images are small and voxels large, since what then takes long is meshing.
 #include "dtsdf_mapping/mapper.h"
 
 #include <algorithm>
@@ -225,20 +226,25 @@ Mesh meshOf(const MapContents& contents, MapperParams params) {
   return store.assemble();
 }
 
+void compare(const Outcome& one, const Outcome& two) {
+  require(one.statuses == two.statuses, "the same frames are fused");
+  require(one.cleared == two.cleared, "the same voxels are cleared");
+  require(sameMaps(one.contents, two.contents), "the same map on two threads");
+  require(sameMeshes(one.mesh, two.mesh), "the same mesh on two threads");
+}
+
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   InputBytes bytes(data, size);
   const MapperParams params = takeParams(bytes);
+  const bool on_two_threads = bytes.choose(16) == 1;
   std::vector<Step> steps;
   for (int i = 0; i < kSteps && bytes.left() > 0; ++i) steps.push_back(takeStep(bytes));
-  const Outcome one = run(params, 1, steps), two = run(params, 2, steps);
+  const Outcome one = run(params, 1, steps);
   checkMesh(one.mesh);
   checkContents(one.contents);
-  require(one.statuses == two.statuses, "the same frames are fused");
-  require(one.cleared == two.cleared, "the same voxels are cleared");
-  require(sameMaps(one.contents, two.contents), "the same map on two threads");
-  require(sameMeshes(one.mesh, two.mesh), "the same mesh on two threads");
   require(sameMeshes(one.mesh, meshOf(one.contents, params)), "the same mesh, made anew");
+  if (on_two_threads) compare(one, run(params, 2, steps));
   return 0;
 }

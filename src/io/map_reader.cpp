@@ -269,9 +269,9 @@ class MapReader {
     return std::move(contents_);
   }
 
-  MapInfo info() const {
+  MapInfo info() {
     MapInfo info;
-    info.settings = contents_.settings;
+    info.settings = std::move(contents_.settings);
     info.map_frame = contents_.map_frame;
     info.stamp_s = contents_.stamp_s;
     info.frames = contents_.frames;

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "dtsdf_mapping/io/map_file.h"
+#include "params/param_copy.h"
 #include "params/printable.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
@@ -49,7 +50,7 @@ std::string describeBounds(const MapInfo& info, double voxel_size_m) {
 
 void printMap(const MapInfo& info) {
   MapContents bound;
-  bound.settings = info.settings;
+  bound.settings = copyOf(info.settings);
   const MapperParams params = withSettingsOf(bound, {});
   const auto voxel_size_m = static_cast<double>(params.map.voxel_size_m);
   print("voxel size", format("%.7g m", voxel_size_m));

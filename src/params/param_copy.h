@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// A copy of a tree. Not by the copy constructor of std::variant, which in libstdc++ up to 12 ends the
+/// A copy of a tree. Not by the copy constructor of std::variant, which in libstdc++ 12 ends the
 /// process where it finds no memory for a text: it destroys what it has not made yet.
 inline ParamTree copyOf(const ParamTree& tree) {
   ParamTree copy;

@@ -1,7 +1,7 @@
 // The mapper itself: settings, depth and colour images with their poses, regions to be cleared, all
 // from bytes. Whatever comes, it keeps its budget, its mesh is valid, and a mapper that is made of
-// its contents makes the same one; and it gives the same bytes on two threads, which few inputs try:
-// on a busy machine threads that wait for each other take a hundred times as long as the rest.
+// its contents makes the same one; and it gives the same bytes on two threads, which few inputs
+// try: on a busy machine threads that wait for each other take a hundred times as long as the rest.
 // Images are small and voxels large, since what then takes long is meshing.
 #include "dtsdf_mapping/mapper.h"
 

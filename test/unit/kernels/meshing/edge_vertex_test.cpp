@@ -53,7 +53,7 @@ TEST(EdgeVertex, IsExactWhereDistancesAreQuadratic) {
   }
 }
 
-/// The distance is 0 at the lower end, and would be again beyond it, before it falls to -0.1: 0 / 0,
+/// The distance is 0 at the lower end, and would be again beyond it, before it falls to -0.1: 0/0,
 /// once. The mean with a direction that crosses in the middle is a quarter.
 TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
   EdgeSamples edge = {};

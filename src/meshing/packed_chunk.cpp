@@ -28,7 +28,7 @@ class ChunkPacker {
         joiner_(in_order) {
     const std::array<int, 3> first{corner_.x, corner_.y, corner_.z};
     for (int axis = 0; axis < 3; ++axis) {
-      chunk_.origin[axis] = (int64_t{first[axis]} - kVoxelsBeyond) * steps_per_voxel_;
+      chunk_.origin[axis] = (static_cast<int64_t>(first[axis]) - kVoxelsBeyond) * steps_per_voxel_;
     }
   }
 

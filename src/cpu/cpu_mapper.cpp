@@ -111,6 +111,7 @@ const std::vector<TouchedBlock>& CpuMapper::findBlocks(const std::vector<Surfel>
 Admission CpuMapper::admit(const std::vector<TouchedBlock>& blocks) {
   const StageTimer timer(profile_, Stage::kAdmit);
   std::vector<BlockRequest> requests;
+  requests.reserve(blocks.size());
   for (const TouchedBlock& block : blocks) requests.push_back({block.key, block.directions});
   // All memory is taken before the table changes: without it, the map stays as it was.
   const PoolSizes added = table_.countNew(requests);

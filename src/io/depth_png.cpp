@@ -29,7 +29,7 @@ class FileBytes : public ByteSource {
  public:
   explicit FileBytes(const std::string& path) : file_(std::fopen(path.c_str(), "rb")) {}
   ~FileBytes() override {
-    if (file_ != nullptr) std::fclose(file_);
+    if (file_ != nullptr) static_cast<void>(std::fclose(file_));  // it was only read
   }
   FileBytes(const FileBytes&) = delete;
   FileBytes& operator=(const FileBytes&) = delete;

@@ -279,9 +279,9 @@ class MapReader {
     return contents_.painted ? chunks(kColours, bounds()) : std::vector<const PlacedSection*>();
   }
 
-  MapInfo info() const {
+  MapInfo info() {
     MapInfo info;
-    info.settings = contents_.settings;
+    info.settings = std::move(contents_.settings);
     info.map_frame = contents_.map_frame;
     info.stamp_s = contents_.stamp_s;
     info.frames = contents_.frames;

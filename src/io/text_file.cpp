@@ -26,6 +26,17 @@ std::string whyUnreadable(const std::string& path) {
   return "";
 }
 
+/// False if it cannot be opened, or a read fails on the way.
+bool readWhole(const std::string& path, std::string& text) {
+  std::ifstream file(path, std::ios::binary);
+  try {
+    text.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  } catch (const std::ios_base::failure&) {
+    return false;
+  }
+  return file.is_open() && !file.bad();
+}
+
 }  // namespace
 
 void requireRegularFile(const std::string& path, const std::string& advice) {
@@ -36,9 +47,8 @@ void requireRegularFile(const std::string& path, const std::string& advice) {
 
 std::string readTextFile(const std::string& path, const std::string& advice) {
   requireRegularFile(path, advice);
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (file.is_open() && !file.bad()) return text;
+  std::string text;
+  if (readWhole(path, text)) return text;
   throw std::runtime_error("cannot read '" + path + "': reading it failed; " + advice);
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "kernels/core/direction.h"
 #include "map/block_table.h"
@@ -33,7 +34,7 @@ int countBits(uint64_t bits) { return __builtin_popcountll(bits); }
 ParamTree treeOf(MapperParams params) {
   ParamWriter writer;
   visitParams(params, writer);
-  return writer.tree;
+  return std::move(writer.tree);
 }
 
 }  // namespace
@@ -89,7 +90,7 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params) {
     if (found == contents.settings.end()) refuse(std::string("the setting ") + key + " is missing");
     tree[key] = found->second;
   }
-  ParamReader reader(tree);
+  ParamReader reader(std::move(tree));
   visitParams(params, reader);
   reader.finish();
   return params;

@@ -33,7 +33,8 @@ class Coarsener {
   }
 
  private:
-  /// There are never more vertices than in the chunk: indices are as wide as there.
+  /// There are never more vertices than in the chunk, which checkChunk() has looked at: indices are
+  /// as wide as there.
   void add(const std::array<uint32_t, 3>& triangle) {
     for (const uint32_t vertex : triangle) {
       if (chunk_.triangles32.empty()) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "kernels/meshing/corner_grid.h"
@@ -26,7 +28,7 @@ class ChunkPacker {
         joiner_(in_order) {
     const std::array<int, 3> first{corner_.x, corner_.y, corner_.z};
     for (int axis = 0; axis < 3; ++axis) {
-      chunk_.origin[axis] = (int64_t{first[axis]} - kVoxelsBeyond) * steps_per_voxel_;
+      chunk_.origin[axis] = (static_cast<int64_t>(first[axis]) - kVoxelsBeyond) * steps_per_voxel_;
     }
   }
 
@@ -116,6 +118,23 @@ class ChunkPacker {
 
 float signOf(float value) { return value < 0.0f ? -1.0f : 1.0f; }
 
+/// Far more than any map has: 2^31 blocks of 8 voxels with 512 steps each. Sums stay exact in a
+/// double.
+constexpr int64_t kFarthestOrigin = int64_t{1} << 43;
+
+/// A voxel is at most so large.
+constexpr double kLongestStep_m = 1.0;
+
+template <class Index>
+void checkTriangles(const std::vector<Index>& triangles, size_t vertices) {
+  if (triangles.size() % 3 != 0) throw std::runtime_error("triangles are not three vertices each");
+  const auto last = std::max_element(triangles.begin(), triangles.end());
+  if (last != triangles.end() && *last >= vertices) {
+    throw std::runtime_error("a triangle has vertex " + std::to_string(*last) + " of " +
+                             std::to_string(vertices));
+  }
+}
+
 }  // namespace
 
 ChunkLattice::ChunkLattice(float voxel_size_m, int chunk_blocks)
@@ -140,6 +159,33 @@ size_t bytesInMessage(const PackedChunk& chunk) {
   return sizeof(chunk.origin) + kLengths + sizeof(uint16_t) * chunk.positions.size() +
          sizeof(int16_t) * chunk.normals.size() + chunk.colours.size() +
          sizeof(uint16_t) * chunk.triangles16.size() + sizeof(uint32_t) * chunk.triangles32.size();
+}
+
+void checkChunk(const PackedChunk& chunk) {
+  const size_t vertices = chunk.vertexCount();
+  if (chunk.positions.size() != 3 * vertices || chunk.normals.size() != 2 * vertices ||
+      (!chunk.colours.empty() && chunk.colours.size() != 3 * vertices)) {
+    throw std::runtime_error("positions, normals and colours are of different numbers of vertices");
+  }
+  if (!chunk.triangles16.empty() && !chunk.triangles32.empty()) {
+    throw std::runtime_error("there are triangles with indices of both widths");
+  }
+  if (!chunk.triangles16.empty() && vertices > kMostVertices16) {
+    throw std::runtime_error("there are more vertices than indices of 16 bits can tell apart");
+  }
+  checkTriangles(chunk.triangles16, vertices);
+  checkTriangles(chunk.triangles32, vertices);
+  for (const int64_t steps : chunk.origin) {
+    if (steps < -kFarthestOrigin || steps > kFarthestOrigin) {
+      throw std::runtime_error("the origin is out of range");
+    }
+  }
+}
+
+void checkStep(double step_m) {
+  if (step_m > 0.0 && step_m <= kLongestStep_m) return;
+  throw std::runtime_error("a step of " + std::to_string(step_m) +
+                           " m is none of a map; it has to be above 0 and at most 1 m");
 }
 
 std::array<double, 3> positionOf(const PackedChunk& chunk, double step_m, size_t vertex) {

@@ -49,6 +49,13 @@ PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const 
 /// What the chunk takes in a message of the node.
 size_t bytesInMessage(const PackedChunk& chunk);
 
+/// Whether the lengths of its parts, its indices and its origin hold together, as all else here
+/// relies on. For chunks that others have made. @throws std::runtime_error that says what is wrong.
+void checkChunk(const PackedChunk& chunk);
+
+/// The same of a lattice's step.
+void checkStep(double step_m);
+
 /// Position of a vertex in W, in metres. Chunks that share a vertex give the same bits.
 std::array<double, 3> positionOf(const PackedChunk& chunk, double step_m, size_t vertex);
 

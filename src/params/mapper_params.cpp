@@ -1,5 +1,7 @@
 #include "dtsdf_mapping/params/mapper_params.h"
 
+#include "params/param_copy.h"
+
 namespace dtsdf {
 namespace {
 
@@ -32,7 +34,7 @@ void checkParams(const MapperParams& params, ParamReader& reader) {
 
 MapperParams readMapperParams(const ParamTree& tree) {
   MapperParams params;
-  ParamReader reader(tree);
+  ParamReader reader(copyOf(tree));
   visitParams(params, reader);
   checkParams(params, reader);
   reader.finish();

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "params/frame_name.h"
+#include "params/param_copy.h"
 
 namespace dtsdf {
 namespace {
@@ -41,7 +42,7 @@ void checkCameras(const NodeParams& node, ParamReader& reader) {
 MappingParams readMappingParams(const ParamTree& tree,
                                 const std::vector<ParamViolation>& violations) {
   MappingParams params;
-  ParamReader reader(tree);
+  ParamReader reader(copyOf(tree));
   visitParams(params, reader);
   checkParams(params.mapper, reader);
   for (const auto& [key, rule] : violations) reader.addViolation(key, rule);

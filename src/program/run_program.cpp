@@ -5,15 +5,16 @@
 #include <new>
 
 #include "dtsdf_mapping/params/param_set.h"
+#include "params/printable.h"
 #include "program/command_line.h"
 
 namespace dtsdf {
 namespace {
 
-/// One line, whatever the text.
+/// One line, whatever the text: what files say may be in it.
 int reportError(const std::string& name, std::string text, int exit_code) {
   std::replace(text.begin(), text.end(), '\n', ' ');
-  std::fprintf(stderr, "%s: error: %s\n", name.c_str(), text.c_str());
+  std::fprintf(stderr, "%s: error: %s\n", name.c_str(), printable(text).c_str());
   return exit_code;
 }
 

@@ -119,6 +119,7 @@ void MeshBlocksDisplay::unsubscribe() { subscriber_.shutdown(); }
 
 void MeshBlocksDisplay::onBlocks(const MeshBlocks::ConstPtr& message) {
   try {
+    checkStep(message->step_m);
     if (message->begins_anew) visuals_->clear();
     for (const MeshBlock& block : message->blocks) visuals_->put(toChunk(block), message->step_m);
     setStatus(StatusProperty::Ok, kTopicStatus, "OK");

@@ -2,6 +2,8 @@
 #include <cstdio>
 
 #include "dtsdf_mapping/io/map_file.h"
+#include "params/param_copy.h"
+#include "params/printable.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
 #include "tools/map_tool.h"
@@ -48,14 +50,14 @@ std::string describeBounds(const MapInfo& info, double voxel_size_m) {
 
 void printMap(const MapInfo& info) {
   MapContents bound;
-  bound.settings = info.settings;
+  bound.settings = copyOf(info.settings);
   const MapperParams params = withSettingsOf(bound, {});
   const auto voxel_size_m = static_cast<double>(params.map.voxel_size_m);
   print("voxel size", format("%.7g m", voxel_size_m));
   print("truncation", format("%.7g voxels", static_cast<double>(params.map.truncation_voxels)));
   print("mode", std::string(params.map.directional ? "directional" : "undirected") + ", " +
                     std::get<std::string>(info.settings.at("fusion/mode")));
-  print("map frame", info.map_frame.empty() ? "not named" : "'" + info.map_frame + "'");
+  print("map frame", info.map_frame.empty() ? "not named" : "'" + printable(info.map_frame) + "'");
   print("frames", std::to_string(info.frames));
   print("newest stamp", info.stamp_s == 0.0 ? "not known" : format("%.6f s", info.stamp_s));
   print("blocks", std::to_string(info.size.blocks));
@@ -70,7 +72,7 @@ void printMap(const MapInfo& info) {
 void printParts(const MapInfo& info) {
   std::printf("\n%-5s %9s %14s %14s\n", "part", "sections", "stored bytes", "content bytes");
   for (const MapFilePart& part : info.parts) {
-    std::printf("%-5s %9zu %14llu %14llu%s\n", part.id.c_str(), part.sections,
+    std::printf("%-5s %9zu %14llu %14llu%s\n", printable(part.id).c_str(), part.sections,
                 static_cast<unsigned long long>(part.stored_bytes),
                 static_cast<unsigned long long>(part.content_bytes),
                 part.known ? "" : "  (unknown, skipped)");
@@ -80,7 +82,7 @@ void printParts(const MapInfo& info) {
 void printSettings(const MapInfo& info) {
   std::printf("\n");
   for (const auto& [key, value] : info.settings) {
-    std::printf("%s: %s\n", key.c_str(), toString(value).c_str());
+    std::printf("%s: %s\n", printable(key).c_str(), printable(toString(value)).c_str());
   }
 }
 

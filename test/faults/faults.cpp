@@ -1,6 +1,6 @@
 // Preloaded into a program, has one of its calls fail: DTSDF_FAULT=CALL:N, where CALL is allocate,
-// write, rename, fsync or open, and N counts these calls from 1, from the beginning of main() on,
-// or from when a file is opened in whose name DTSDF_FAULT_FROM occurs. Then the file named by
+// read, write, rename, fsync or open, and N counts these calls from 1, from the beginning of main()
+// on, or from when a file is opened in whose name DTSDF_FAULT_FROM occurs. Then the file named by
 // DTSDF_FAULT_MET is made.
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -108,6 +108,16 @@ int posix_memalign(void** memory, size_t alignment, size_t bytes) {
   return *memory == nullptr ? ENOMEM : 0;
 }
 
+ssize_t read(int file, void* data, size_t bytes) {
+  if (fails("read")) return fault(EIO);
+  return syscall(SYS_read, file, data, bytes);
+}
+
+ssize_t pread(int file, void* data, size_t bytes, off_t offset) {
+  if (fails("read")) return fault(EIO);
+  return syscall(SYS_pread64, file, data, bytes, offset);
+}
+
 ssize_t write(int file, const void* data, size_t bytes) {
   if (fails("write")) return fault(ENOSPC);
   return syscall(SYS_write, file, data, bytes);
@@ -139,6 +149,7 @@ int open(const char* path, int flags, ...) {
   va_start(arguments, flags);
   const int mode = va_arg(arguments, int);
   va_end(arguments);
+  armAt(path);
   if (fails("open")) return fault(EMFILE);
   return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags, mode));
 }

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Has each of the first calls of `reconstruct` fail, one per run, and then a sample of the others:
-whatever fails, it ends with one sentence or goes on, and the mesh of before is whole.
+whatever fails, it ends with one sentence or goes on, and the mesh and the map of before are whole.
 
-Counted from when the recording is opened: the library that reads the command line, CLI11, ends the
+Counted from when the recording is opened, or the map that is gone on from: the library that reads the command line, CLI11, ends the
 program itself where it has no memory."""
 
 import argparse
@@ -14,9 +14,8 @@ import sys
 import tempfile
 import zlib
 
-CALLS = ["open", "write", "fsync", "rename", "allocate"]
 WIDTH, HEIGHT, FRAMES = 64, 48, 3
-OLD_MESH = b"the mesh of before\n"
+OLD = b"what was there before\n"
 
 
 def chunk(kind, data):
@@ -45,42 +44,62 @@ def write_recording(folder):
             poses.write("%d.0 0 0 0 0 0 0 1\n" % (i + 1))
 
 
+class Case:
+    """A command, and from when on its calls fail."""
+
+    def __init__(self, name, calls, begins_at, outputs, arguments):
+        self.name = name
+        self.calls = calls
+        self.begins_at = begins_at  # a part of the name of the file that is opened then
+        self.outputs = outputs      # in the folder of outputs
+        self.arguments = arguments
+
+
+def cases(out, base_map):
+    """What is tried: a mesh from a recording, and a map that is gone on from and saved."""
+    mesh, map_file = os.path.join(out, "mesh.ply"), os.path.join(out, "map.dtsdf")
+    return [
+        Case("mesh", ["open", "read", "write", "fsync", "rename", "allocate"], "depth.txt",
+             ["mesh.ply"], ["--mesh", mesh]),
+        Case("map", ["open", "read", "write", "fsync", "rename", "allocate"],
+             os.path.basename(base_map), ["map.dtsdf", "mesh.ply"],
+             ["--load-map", base_map, "--save-map", map_file, "--mesh", mesh]),
+    ]
+
+
 class Reconstruction:
     """Runs `reconstruct` with a fault."""
 
-    def __init__(self, program, library, folder):
-        self.folder = folder
+    def __init__(self, command, library, folder, case):
         self.library = library
-        recording = os.path.join(folder, "recording")
-        write_recording(recording)
-        self.mesh = os.path.join(folder, "out", "mesh.ply")
-        os.makedirs(os.path.dirname(self.mesh))
+        self.case = case
+        self.out = os.path.join(folder, "out")
+        os.makedirs(self.out, exist_ok=True)
         self.met = os.path.join(folder, "met")
-        self.command = [program, recording, "--mesh", self.mesh, "--intrinsics", "60,60,31.5,23.5",
-                        "--set", "map/voxel_size_m=0.05", "--set", "threads=2",
-                        "--set", "backend=cpu"]
-        self.new_mesh = self.make_new_mesh()
+        self.command = command + case.arguments
+        self.clear_outputs()
+        run_without_fault(self.command)
+        self.new = {name: self.read(name) for name in case.outputs}
 
-    def make_new_mesh(self):
-        done = subprocess.run(self.command, capture_output=True, text=True)
-        if done.returncode != 0:
-            sys.exit("reconstruct fails without any fault: " + done.stderr)
-        return self.read_mesh()
+    def read(self, name):
+        with open(os.path.join(self.out, name), "rb") as output:
+            return output.read()
 
-    def read_mesh(self):
-        with open(self.mesh, "rb") as mesh:
-            return mesh.read()
+    def clear_outputs(self):
+        for left in os.listdir(self.out):
+            os.remove(os.path.join(self.out, left))
 
     def run(self, call, number):
         """What is wrong after this fault ("" if nothing is), and whether it was met."""
-        for left in os.listdir(os.path.dirname(self.mesh)):
-            os.remove(os.path.join(os.path.dirname(self.mesh), left))
-        with open(self.mesh, "wb") as mesh:
-            mesh.write(OLD_MESH)
+        self.clear_outputs()
+        for name in self.case.outputs:
+            with open(os.path.join(self.out, name), "wb") as output:
+                output.write(OLD)
         if os.path.exists(self.met):
             os.remove(self.met)
         environment = dict(os.environ, LD_PRELOAD=self.library, DTSDF_FAULT_MET=self.met,
-                           DTSDF_FAULT="%s:%d" % (call, number), DTSDF_FAULT_FROM="depth.txt")
+                           DTSDF_FAULT="%s:%d" % (call, number),
+                           DTSDF_FAULT_FROM=self.case.begins_at)
         try:
             done = subprocess.run(self.command, capture_output=True, text=True, env=environment,
                                   timeout=120)
@@ -94,15 +113,22 @@ class Reconstruction:
             return "it ends by signal %d: %s" % (-done.returncode, said)
         if done.returncode > 0 and not done.stderr.strip():
             return "it ends with %d and says nothing" % done.returncode
-        mesh = self.read_mesh()
-        if mesh not in (OLD_MESH, self.new_mesh):
-            return "the mesh is neither that of before nor the whole new one"
-        if done.returncode == 0 and mesh != self.new_mesh:
-            return "it says that all is well, but the mesh is that of before"
-        left = sorted(os.listdir(os.path.dirname(self.mesh)))
-        if left != ["mesh.ply"]:
-            return "beside the mesh it leaves %s" % left
+        for name in self.case.outputs:
+            content = self.read(name)
+            if content not in (OLD, self.new[name]):
+                return "%s is neither that of before nor the whole new one" % name
+            if done.returncode == 0 and content != self.new[name]:
+                return "it says that all is well, but %s is that of before" % name
+        left = sorted(os.listdir(self.out))
+        if left != sorted(self.case.outputs):
+            return "beside its outputs it leaves %s" % left
         return ""
+
+
+def run_without_fault(command):
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit("reconstruct fails without any fault: " + done.stderr)
 
 
 def numbers(first, sampled, most):
@@ -124,6 +150,26 @@ def count_calls(reconstruction, call):
     return low
 
 
+def try_calls(reconstruction, first, sampled):
+    """@return how many problems there were."""
+    problems = 0
+    for call in reconstruction.case.calls:
+        most = count_calls(reconstruction, call)
+        if most == 0:
+            print("%s: %s is never called, so nothing is tested" % (reconstruction.case.name, call))
+            problems += 1
+        tried = 0
+        for number in numbers(min(first, most), sampled, most):
+            problem, met = reconstruction.run(call, number)
+            tried += met
+            if problem:
+                problems += 1
+                print("%s: %s %d: %s" % (reconstruction.case.name, call, number, problem))
+        print("%s: %s: %d of about %d calls failed, one per run" %
+              (reconstruction.case.name, call, tried, most), flush=True)
+    return problems
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--reconstruct", required=True)
@@ -133,20 +179,15 @@ def main():
     arguments = parser.parse_args()
     problems = 0
     with tempfile.TemporaryDirectory() as folder:
-        reconstruction = Reconstruction(arguments.reconstruct, arguments.library, folder)
-        for call in CALLS:
-            most = count_calls(reconstruction, call)
-            if most == 0:
-                print("%s: never called, so nothing is tested" % call)
-                problems += 1
-            tried = 0
-            for number in numbers(min(arguments.first, most), arguments.sampled, most):
-                problem, met = reconstruction.run(call, number)
-                tried += met
-                if problem:
-                    problems += 1
-                    print("%s %d: %s" % (call, number, problem))
-            print("%s: %d of about %d calls failed, one per run" % (call, tried, most), flush=True)
+        recording = os.path.join(folder, "recording")
+        write_recording(recording)
+        command = [arguments.reconstruct, recording, "--intrinsics", "60,60,31.5,23.5", "--set",
+                   "map/voxel_size_m=0.05", "--set", "threads=2", "--set", "backend=cpu"]
+        base_map = os.path.join(folder, "before.dtsdf")
+        run_without_fault(command + ["--save-map", base_map])
+        for case in cases(os.path.join(folder, "out"), base_map):
+            reconstruction = Reconstruction(command, arguments.library, folder, case)
+            problems += try_calls(reconstruction, arguments.first, arguments.sampled)
     print("%d problems" % problems)
     return 1 if problems else 0
 

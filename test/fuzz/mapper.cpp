@@ -1,24 +1,33 @@
-// The mapper itself: settings, depth and colour images with their poses, all from bytes. Whatever
-// comes, it gives the same bytes on one thread and on two, keeps its budget, and its mesh is valid.
+// The mapper itself: settings, depth and colour images with their poses, regions to be cleared, all
+// from bytes. Whatever comes, it keeps its budget, its mesh is valid, and a mapper that is made of
+// its contents makes the same one; and it gives the same bytes on two threads, which few inputs
+// try: on a busy machine threads that wait for each other take a hundred times as long as the rest.
+// Images are small and voxels large, since what then takes long is meshing.
 #include "dtsdf_mapping/mapper.h"
 
-#include <cmath>
+#include <algorithm>
+#include <array>
 #include <limits>
+#include <stdexcept>
 #include <variant>
 #include <vector>
 
-#include "dtsdf_mapping/mesh.h"
 #include "fuzz/fuzz_input.h"
+#include "fuzz/mesh_check.h"
 
 using namespace dtsdf;
 
 namespace {
 
-constexpr int kFrames = 3;
+constexpr int kSteps = 3;
 
-struct Image {
+/// All is forgotten.
+struct Clear {};
+
+/// What is done to a mapper, and the pixels of it.
+struct Step {
   std::vector<uint8_t> pixels;
-  std::variant<DepthFrame, ColourFrame> frame;
+  std::variant<DepthFrame, ColourFrame, Region, Clear> what;
 };
 
 /// Mostly what cameras have, sometimes any bits at all.
@@ -26,6 +35,12 @@ float takeNumber(InputBytes& bytes, float low, float high) {
   const uint8_t kind = bytes.take<uint8_t>();
   if (kind == 0xff) return bytes.take<float>();
   return low + (high - low) * static_cast<float>(bytes.take<uint16_t>()) / 65535.0f;
+}
+
+/// The same, held to a range; what is no number becomes its lower end.
+float takeBetween(InputBytes& bytes, float low, float high, std::array<float, 2> range) {
+  const float number = takeNumber(bytes, low, high);
+  return number >= range[0] ? std::min(number, range[1]) : range[0];
 }
 
 Eigen::Isometry3d takePose(InputBytes& bytes) {
@@ -44,10 +59,8 @@ Eigen::Isometry3d takePose(InputBytes& bytes) {
 MapperParams takeParams(InputBytes& bytes) {
   MapperParams params;
   params.backend = Backend::kCpu;
-  params.map.voxel_size_m = takeNumber(bytes, 0.04f, 0.2f);
-  if (!(params.map.voxel_size_m >= 0.02f)) params.map.voxel_size_m = 0.02f;
-  if (params.map.voxel_size_m > 1.0f) params.map.voxel_size_m = 1.0f;
-  params.map.max_memory_mb = 1 + bytes.choose(4);
+  params.map.voxel_size_m = takeBetween(bytes, 0.08f, 0.4f, {0.05f, 1.0f});
+  params.map.max_memory_mb = 1 + bytes.choose(2);
   params.map.directional = bytes.choose(4) != 0;
   const FusionMode modes[] = {FusionMode::kNormalRayCasting, FusionMode::kRayCasting,
                               FusionMode::kVoxelProjection};
@@ -57,12 +70,27 @@ MapperParams takeParams(InputBytes& bytes) {
   params.fusion.normal_radius_px = 1 + bytes.choose(5);
   params.mesh.min_support = 1 + bytes.choose(3);
   params.mesh.refine = bytes.choose(2);
+  const Sensor sensors[] = {Sensor::kStructuredLight, Sensor::kStereo, Sensor::kTimeOfFlight};
+  params.sensor.kind = sensors[bytes.choose(3)];
+  params.map.truncation_voxels = takeBetween(bytes, 1.0f, 6.0f, {1.0f, 8.0f});
+  params.map.keep_radius_m = bytes.choose(4) == 1 ? 2.5f : 0.0f;
   return params;
 }
 
-Image takeImage(InputBytes& bytes) {
-  Image image;
-  const int width = 1 + bytes.choose(20), height = 1 + bytes.choose(16);
+Region takeRegion(InputBytes& bytes) {
+  const Eigen::Isometry3d T_W_R = takePose(bytes);
+  if (bytes.choose(2) == 0) {
+    const double radius_m = takeNumber(bytes, 0.0f, 2.0f);
+    return SphereRegion{T_W_R.translation(), radius_m};
+  }
+  Eigen::Vector3d size_m;
+  for (int i = 0; i < 3; ++i) size_m[i] = takeNumber(bytes, 0.0f, 3.0f);
+  return BoxRegion{T_W_R, size_m};
+}
+
+Step takeImage(InputBytes& bytes) {
+  Step image;
+  const int width = 1 + bytes.choose(12), height = 1 + bytes.choose(9);
   const Intrinsics K{takeNumber(bytes, 5.0f, 40.0f), takeNumber(bytes, 5.0f, 40.0f),
                      takeNumber(bytes, 0.0f, 32.0f), takeNumber(bytes, 0.0f, 24.0f)};
   const Eigen::Isometry3d T_W_C = takePose(bytes);
@@ -90,7 +118,7 @@ Image takeImage(InputBytes& bytes) {
     frame.height = height;
     frame.intrinsics = K;
     frame.T_W_C = T_W_C;
-    image.frame = frame;
+    image.what = frame;
     return image;
   }
   DepthFrame frame;
@@ -102,22 +130,15 @@ Image takeImage(InputBytes& bytes) {
   frame.unit_m = kind == 1 ? 1.0f : 0.001f;
   frame.intrinsics = K;
   frame.T_W_C = T_W_C;
-  image.frame = frame;
+  image.what = frame;
   return image;
 }
 
-bool isFinite(const Vec3f& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-void checkMesh(const Mesh& mesh) {
-  for (const Vec3f& vertex : mesh.vertices_m) require(isFinite(vertex), "finite vertices");
-  for (const Vec3f& normal : mesh.normals) require(isFinite(normal), "finite normals");
-  require(mesh.normals.size() == mesh.vertices_m.size(), "a normal for each vertex");
-  require(mesh.colours.empty() || mesh.colours.size() == mesh.vertices_m.size(), "colours");
-  for (const auto& triangle : mesh.triangles) {
-    for (const uint32_t index : triangle) require(index < mesh.vertices_m.size(), "valid indices");
-  }
+Step takeStep(InputBytes& bytes) {
+  const int kind = bytes.choose(8);
+  if (kind == 6) return {{}, takeRegion(bytes)};
+  if (kind == 7) return {{}, Clear()};
+  return takeImage(bytes);
 }
 
 template <class T>
@@ -129,26 +150,87 @@ bool sameBytes(const std::vector<T>& a, const std::vector<T>& b) {
 /// What a run comes to.
 struct Outcome {
   std::vector<FrameStatus> statuses;
+  std::vector<size_t> cleared;
   Mesh mesh;
-  MapStats stats;
+  MapContents contents;
 };
 
-Outcome run(MapperParams params, int threads, const std::vector<Image>& images) {
+/// @return the voxels that were emptied. Regions with a problem are refused.
+size_t clearRegion(Mapper& mapper, const Region& region) {
+  if (findProblem(region).empty()) return mapper.clearRegion(region).voxels;
+  try {
+    mapper.clearRegion(region);
+  } catch (const std::invalid_argument&) {
+    return 0;
+  }
+  require(false, "a region with a problem is refused");
+  return 0;
+}
+
+void take(const Step& step, Mapper& mapper, MeshStore& store, Outcome& outcome) {
+  if (const auto* const depth = std::get_if<DepthFrame>(&step.what)) {
+    outcome.statuses.push_back(mapper.integrate(*depth).status);
+  } else if (const auto* const colour = std::get_if<ColourFrame>(&step.what)) {
+    outcome.statuses.push_back(mapper.paint(*colour).status);
+  } else if (const auto* const region = std::get_if<Region>(&step.what)) {
+    outcome.cleared.push_back(clearRegion(mapper, *region));
+  } else {
+    mapper.clear();
+    store.clear();
+  }
+}
+
+Outcome run(MapperParams params, int threads, const std::vector<Step>& steps) {
   params.threads = threads;
   const auto mapper = makeMapper(params);
   MeshStore store(params.map.voxel_size_m);
   Outcome outcome;
-  for (const Image& image : images) {
-    const auto* const depth = std::get_if<DepthFrame>(&image.frame);
-    outcome.statuses.push_back(depth != nullptr
-                                   ? mapper->integrate(*depth).status
-                                   : mapper->paint(std::get<ColourFrame>(image.frame)).status);
+  for (const Step& step : steps) {
+    take(step, *mapper, store, outcome);
     store.apply(mapper->updateMesh());
+    require(mapper->stats().map_bytes <= size_t(params.map.max_memory_mb) << 20, "the budget");
   }
+  checkChunks(store);
   outcome.mesh = store.assemble();
-  outcome.stats = mapper->stats();
-  require(outcome.stats.map_bytes <= size_t(params.map.max_memory_mb) << 20, "the budget");
+  outcome.contents = mapper->contents();
   return outcome;
+}
+
+bool sameMeshes(const Mesh& a, const Mesh& b) {
+  return sameBytes(a.vertices_m, b.vertices_m) && sameBytes(a.normals, b.normals) &&
+         sameBytes(a.triangles, b.triangles) && sameBytes(a.colours, b.colours);
+}
+
+template <class T>
+bool sameWords(const PlainArray<T>& a, const PlainArray<T>& b) {
+  return a.size() == b.size() &&
+         (a.size() == 0 || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+bool sameMaps(const MapContents& a, const MapContents& b) {
+  const auto same = [](const MapBlock& x, const MapBlock& y) {
+    return packedKeyOf(x.key) == packedKeyOf(y.key) && x.directions == y.directions &&
+           x.bricks == y.bricks;
+  };
+  return a.frames == b.frames && a.supporting_frames == b.supporting_frames &&
+         a.painted == b.painted && a.exposure == b.exposure &&
+         std::equal(a.blocks.begin(), a.blocks.end(), b.blocks.begin(), b.blocks.end(), same) &&
+         sameWords(a.voxels, b.voxels) && sameWords(a.colours, b.colours);
+}
+
+/// The mesh that a mapper makes which goes on from contents.
+Mesh meshOf(const MapContents& contents, MapperParams params) {
+  params.threads = 1;
+  MeshStore store(params.map.voxel_size_m);
+  store.apply(makeMapper(params, contents)->updateMesh());
+  return store.assemble();
+}
+
+void compare(const Outcome& one, const Outcome& two) {
+  require(one.statuses == two.statuses, "the same frames are fused");
+  require(one.cleared == two.cleared, "the same voxels are cleared");
+  require(sameMaps(one.contents, two.contents), "the same map on two threads");
+  require(sameMeshes(one.mesh, two.mesh), "the same mesh on two threads");
 }
 
 }  // namespace
@@ -156,16 +238,13 @@ Outcome run(MapperParams params, int threads, const std::vector<Image>& images) 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   InputBytes bytes(data, size);
   const MapperParams params = takeParams(bytes);
-  std::vector<Image> images;
-  for (int i = 0; i < kFrames && bytes.left() > 0; ++i) images.push_back(takeImage(bytes));
-  const Outcome one = run(params, 1, images), two = run(params, 2, images);
+  const bool on_two_threads = bytes.choose(16) == 1;
+  std::vector<Step> steps;
+  for (int i = 0; i < kSteps && bytes.left() > 0; ++i) steps.push_back(takeStep(bytes));
+  const Outcome one = run(params, 1, steps);
   checkMesh(one.mesh);
-  require(one.statuses == two.statuses, "the same frames are fused");
-  require(one.stats.voxel_arrays == two.stats.voxel_arrays, "the same arrays");
-  require(sameBytes(one.mesh.vertices_m, two.mesh.vertices_m) &&
-              sameBytes(one.mesh.normals, two.mesh.normals) &&
-              sameBytes(one.mesh.triangles, two.mesh.triangles) &&
-              sameBytes(one.mesh.colours, two.mesh.colours),
-          "the same bytes on two threads");
+  checkContents(one.contents);
+  require(sameMeshes(one.mesh, meshOf(one.contents, params)), "the same mesh, made anew");
+  if (on_two_threads) compare(one, run(params, 2, steps));
   return 0;
 }

@@ -80,7 +80,10 @@ DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample
 
 /// Where a parabola that goes from a to b, of different signs, and bends so much is zero:
 ///   a + (b - a) t - bend t (1 - t) / 2 = 0
+/// Where a is 0 that is at a, although the parabola may come back to 0 before b: there the division
+/// would be 0 / 0, and no number, for all directions that share the edge.
 DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
+  if (a == 0.0f) return 0.0f;
   const float slope = b - a - 0.5f * bend;
   const float root = sqrtf(maximum(slope * slope - 2.0f * bend * a, 0.0f));
   return 2.0f * a / (a < 0.0f ? -slope - root : root - slope);

@@ -55,6 +55,7 @@ TEST_P(FindBlocks, EverySurfelIsOnceInEachBlockThatItTouches) {
   frame.height = 47;
   frame.T_L_C = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {100.0f, 90.0f, 80.0f}};
   frame.origin_voxel = {-4000, 800, 16};
+  frame.voxel_size_m = 0.02f;  // without it, lines have no length
   std::mt19937 random(25);
   const FrameSensing sensing{{frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, nullptr};
   for (const int cast_along_normal : {0, 1}) {
@@ -62,6 +63,7 @@ TEST_P(FindBlocks, EverySurfelIsOnceInEachBlockThatItTouches) {
     BlockFinder finder(fusion, GetParam());
     const std::vector<Surfel> surfels = randomSurfels(random, frame);
     const std::map<PackedKey, Expected> expected = binOneByOne(surfels, sensing, fusion);
+    ASSERT_GT(expected.size(), 1000u);
     const std::vector<TouchedBlock>& touched = finder.findBlocks(surfels, sensing);
     std::set<PackedKey> keys;
     for (const TouchedBlock& block : touched) {

@@ -32,7 +32,7 @@ TEST(Rvl, IsAsDescribed) {
 TEST(Rvl, HoldsEveryPixelValue) {
   Pixels pixels;
   for (int i = 0; i < 65536; ++i) pixels.push_back(static_cast<uint16_t>(i));
-  for (int i = 0; i < 65536; ++i) pixels.push_back(static_cast<uint16_t>(40503 * i));
+  for (uint32_t i = 0; i < 65536; ++i) pixels.push_back(static_cast<uint16_t>(40503u * i));
   EXPECT_EQ(throughTheCode(pixels), pixels);
   EXPECT_EQ(throughTheCode(Pixels(307200, 0)), Pixels(307200, 0));
   EXPECT_EQ(throughTheCode(Pixels(7, 65535)), Pixels(7, 65535));

@@ -182,7 +182,8 @@ TEST(PackedChunks, TakeWideIndicesOnlyWhereTheyHaveTo) {
         const uint32_t corner = i % 8 + 9 * (i / 8 % 8 + 9 * (i / 64));
         block.vertices.push_back({{1.0f, 2.0f, 3.0f}, 6 * corner});
       }
-      block.triangles = {0, 1, static_cast<uint16_t>(count - 1)};
+      block.triangles = {0, static_cast<uint16_t>(count > 1 ? 1 : 0),
+                         static_cast<uint16_t>(count - 1)};
       vertices -= count;
       keys.push_back(packedKeyOf(block.key));
       update.blocks.push_back(std::move(block));

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "params/param_copy.h"
+
 namespace dtsdf {
 namespace {
 
@@ -136,6 +138,15 @@ TEST(ParamSet, WritesWhatItReads) {
   EXPECT_EQ(writer.tree.at("part/size"), ParamValue(0.3));  // not 0.300000012
   EXPECT_EQ(writer.tree.at("part/fruit"), ParamValue(std::string("pear")));
   EXPECT_EQ(read(writer.tree).size, 0.3f);
+}
+
+TEST(ParamSet, CopiesOfATreeAreEqual) {
+  const ParamTree tree{{"a", true},
+                       {"b", 7},
+                       {"c", 0.5},
+                       {"d", std::string("a text that is not short")},
+                       {"e", std::vector<std::string>{"one", "two"}}};
+  EXPECT_EQ(copyOf(tree), tree);
 }
 
 }  // namespace

@@ -53,6 +53,19 @@ TEST(EdgeVertex, IsExactWhereDistancesAreQuadratic) {
   }
 }
 
+/// The distance is 0 at the lower end, and would be again beyond it, before it falls to -0.1: 0/0,
+/// once. The mean with a direction that crosses in the middle is a quarter.
+TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
+  EdgeSamples edge = {};
+  edge.below[5] = {-0.9f, 1.0f};
+  edge.lower[5] = {0.0f, 1.0f};
+  edge.upper[5] = {-0.1f, 1.0f};
+  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 1), MeshRules().vertex_margin);
+  edge.lower[0] = {0.3f, 1.0f};
+  edge.upper[0] = {-0.3f, 1.0f};
+  EXPECT_NEAR(edgeOffset(MeshRules(), edge, 2, 1), 0.25f, 1e-6f);
+}
+
 /// A ball of 4 voxels and a saddle z = x y / 5, whose distances are not quadratic: nearer than a
 /// line.
 TEST(EdgeVertex, IsNearerThanALineOnABallAndASaddle) {

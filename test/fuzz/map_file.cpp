@@ -1,0 +1,77 @@
+// Map files: as they are, or told in short (map_recipe.h); and the mapper that goes on from what
+// was loaded, whose voxels are any bits.
+#include "dtsdf_mapping/io/map_file.h"
+
+#include <optional>
+#include <vector>
+
+#include "dtsdf_mapping/mapper.h"
+#include "fuzz/fuzz_input.h"
+#include "fuzz/map_recipe.h"
+#include "fuzz/mesh_check.h"
+
+using namespace dtsdf;
+
+namespace {
+
+constexpr int kMost_mb = 2;
+
+MapperParams paramsOf(const MapContents& contents) {
+  MapperParams params;
+  params.backend = Backend::kCpu;
+  params.threads = 1;
+  params.map.max_memory_mb = kMost_mb;
+  params.mesh.min_support = 1;
+  return withSettingsOf(contents, params);
+}
+
+void checkMeshOf(Mapper& mapper, MeshStore& store) {
+  store.apply(mapper.updateMesh());
+  checkMesh(store.assemble());
+  checkChunks(store);
+  require(mapper.stats().map_bytes <= size_t{kMost_mb} << 20, "the budget");
+}
+
+/// A wall, seen from the origin.
+void fuseAFrame(Mapper& mapper) {
+  constexpr int kWidth = 12, kHeight = 9;
+  const std::vector<uint16_t> depth_mm(kWidth * kHeight, 800);
+  DepthFrame frame;
+  frame.data = depth_mm.data();
+  frame.row_bytes = kWidth * sizeof(uint16_t);
+  frame.width = kWidth;
+  frame.height = kHeight;
+  frame.encoding = DepthEncoding::kUint16;
+  frame.unit_m = 0.001f;
+  frame.intrinsics = {15.0f, 15.0f, 5.5f, 4.0f};
+  frame.T_W_C = Eigen::Isometry3d::Identity();
+  require(mapper.integrate(frame).status == FrameStatus::kFused, "a frame is fused");
+}
+
+/// A mapper holds what it was given, makes a mesh of it, and goes on.
+void goOnFrom(const MapContents& contents) {
+  const auto mapper = makeMapper(paramsOf(contents), contents);
+  const MapContents held = mapper->contents();
+  require(contentHash(held, 1) == contentHash(contents, 1), "the same map");
+  MeshStore store(paramsOf(contents).map.voxel_size_m);
+  checkMeshOf(*mapper, store);
+  // Smaller voxels than these make the frame a large one.
+  if (store.voxelSize() < 0.05f) return;
+  fuseAFrame(*mapper);
+  checkMeshOf(*mapper, store);
+}
+
+}  // namespace
+
+int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  constexpr char kMagic[] = "DTSDFMAP";
+  const bool is_file = size >= 8 && std::equal(kMagic, kMagic + 8, data);
+  const std::vector<uint8_t> bytes =
+      is_file ? std::vector<uint8_t>(data, data + size) : MapRecipe(data, size).file();
+  const InputFile file(bytes.data(), bytes.size());
+  expectAnswer([&] { readMapInfo(file.path()); });
+  std::optional<MapContents> contents;
+  expectAnswer([&] { contents = loadMap(file.path(), size_t{kMost_mb} << 20, 1); });
+  if (contents) goOnFrom(*contents);  // nothing is refused any more
+  return 0;
+}

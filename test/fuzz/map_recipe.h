@@ -1,0 +1,289 @@
+/// Map files told in short, whose sizes and sums are made to fit, so that what is in them is looked
+/// at: docs/map_format.md, from the writer's side and without the writer.
+#pragma once
+
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "fuzz/fuzz_input.h"
+#include "io/map_format.h"
+
+namespace dtsdf {
+
+/// The bytes are cut wherever the id of a section stands. Behind it: a byte for its version, one
+/// for how it is written, and its content. What stands before the first id is left out.
+class MapRecipe {
+ public:
+  MapRecipe(const uint8_t* data, size_t size) {
+    std::vector<size_t> cuts;
+    for (size_t at = 0; at + 4 <= size; ++at) {
+      if (!isId(data + at)) continue;
+      cuts.push_back(at);
+      at += 3;  // no id begins within another
+    }
+    cuts.push_back(size);
+    for (size_t i = 0; i + 1 < cuts.size(); ++i) {
+      parts_.push_back(partOf({data + cuts[i], data + cuts[i + 1]}));
+    }
+    putRight();
+  }
+
+  /// The file, sections as they were told, with what is right at its end.
+  map_format::Bytes file() {
+    map_format::ByteWriter head;
+    head.putText(map_format::kMagic);
+    head.put(map_format::kVersion);
+    head.put(uint32_t{0});
+    file_ = headers_ = head.bytes;
+    for (const Part& part : parts_) append(part, part.is(map_format::kEnd) ? end() : part.content);
+    return file_;
+  }
+
+ private:
+  using Bytes = map_format::Bytes;
+
+  /// How a section is written: the first two are the format's flags.
+  enum How : uint8_t {
+    kRequired = map_format::kRequired,
+    kCompressed = map_format::kCompressed,
+    kAsTold = 4,        ///< Neither sorted nor counted nor repeated to the length that it needs.
+    kBrokenFrame = 8,   ///< Not compressed, although the flag says so.
+    kWrongSize = 16,
+    kWrongSum = 32,
+    kWrongHeaderSum = 64,
+    kLengthened = 128,  ///< Says that it stores more than it does.
+  };
+
+  struct Part {
+    std::array<char, 4> id = {};
+    uint8_t version = 1, how = 0;
+    Bytes content;
+
+    bool is(const char* name) const { return std::equal(id.begin(), id.end(), name); }
+  };
+
+  static bool isId(const uint8_t* bytes) {
+    using namespace map_format;
+    for (const char* id : {kSettings, kFrame, kState, kBlocks, kColourIndex, kVoxels, kColours,
+                           kEnd, "XTRA"}) {
+      if (std::equal(bytes, bytes + 4, id)) return true;
+    }
+    return false;
+  }
+
+  static Part partOf(const Bytes& bytes) {
+    Part part;
+    std::copy_n(bytes.begin(), part.id.size(), part.id.begin());
+    if (bytes.size() > 4) part.version = bytes[4];
+    if (bytes.size() > 5) part.how = bytes[5];
+    if (bytes.size() > 6) part.content.assign(bytes.begin() + 6, bytes.end());
+    return part;
+  }
+
+  /// The one of these, or null.
+  Part* find(const char* id) {
+    const auto found =
+        std::find_if(parts_.begin(), parts_.end(), [&](const Part& p) { return p.is(id); });
+    return found == parts_.end() ? nullptr : &*found;
+  }
+
+  // ---- What belongs together ----
+
+  /// More take long under a sanitizer and bring nothing new.
+  static constexpr size_t kMostBlocks = 12;
+
+  void putRight() {
+    readBlocks();
+    Part* const blocks = find(map_format::kBlocks);
+    if (blocks != nullptr && !(blocks->how & kAsTold)) {
+      blocks->content = map_format::encodeBlocks(blocks_);
+    }
+    readBricks();
+    countBlocks();
+    fillChunks(map_format::kVoxels, voxelBytes);
+    fillChunks(map_format::kColours, colourBytes);
+  }
+
+  static size_t voxelBytes(const MapBlock& block) {
+    return countBits(block.directions) * map_format::kArrayWords * sizeof(uint64_t);
+  }
+  static size_t colourBytes(const MapBlock& block) {
+    return countBits(block.bricks) * map_format::kBrickWords * sizeof(uint32_t);
+  }
+
+  static size_t countBits(uint64_t bits) {
+    return static_cast<size_t>(__builtin_popcountll(bits));
+  }
+
+  static bool isBefore(const MapBlock& a, const MapBlock& b) {
+    if (a.key.z != b.key.z) return a.key.z < b.key.z;
+    return a.key.y != b.key.y ? a.key.y < b.key.y : a.key.x < b.key.x;
+  }
+
+  void readBlocks() {
+    const Part* const part = find(map_format::kBlocks);
+    if (part == nullptr) return;
+    InputBytes in(part->content.data(), part->content.size());
+    while (in.left() >= map_format::kBlockBytes && blocks_.size() < kMostBlocks) {
+      MapBlock block{};
+      block.key.x = in.take<int32_t>();
+      block.key.y = in.take<int32_t>();
+      block.key.z = in.take<int32_t>();
+      block.directions = in.take<uint32_t>();
+      blocks_.push_back(block);
+    }
+    if (part->how & kAsTold) return;
+    std::sort(blocks_.begin(), blocks_.end(), isBefore);
+    blocks_.erase(std::unique(blocks_.begin(), blocks_.end(),
+                              [](const MapBlock& a, const MapBlock& b) { return !isBefore(a, b); }),
+                  blocks_.end());
+  }
+
+  /// Eight bricks for each direction that a block has, as far as they are told.
+  void readBricks() {
+    using namespace map_format;
+    Part* const part = find(kColourIndex);
+    if (part == nullptr) return;
+    if (!(part->how & kAsTold)) {
+      part->content.resize(kColourHeadBytes + blocks_.size() * kBlockBricksBytes);
+    }
+    if (part->content.size() < kColourHeadBytes) return;
+    InputBytes in(part->content.data() + kColourHeadBytes,
+                  part->content.size() - kColourHeadBytes);
+    for (MapBlock& block : blocks_) {
+      block.bricks = in.take<uint64_t>();
+      if (part->how & kAsTold) continue;
+      for (int d = 0; d < 8; ++d) {
+        if (!(block.directions >> d & 1)) block.bricks &= ~(uint64_t{255} << (8 * d));
+      }
+    }
+    if (part->how & kAsTold) return;
+    ByteWriter out;
+    for (const MapBlock& block : blocks_) out.put(block.bricks);
+    std::copy(out.bytes.begin(), out.bytes.end(), part->content.begin() + kColourHeadBytes);
+  }
+
+  void countBlocks() {
+    Part* const part = find(map_format::kState);
+    if (part == nullptr || part->how & kAsTold) return;
+    part->content.resize(map_format::kStateBytes);
+    size_t arrays = 0;
+    for (const MapBlock& block : blocks_) arrays += countBits(block.directions);
+    map_format::ByteWriter out;
+    out.put(uint64_t{blocks_.size()});
+    out.put(uint64_t{arrays});
+    std::copy(out.bytes.begin(), out.bytes.end(), part->content.begin() + 16);
+  }
+
+  size_t blocksPerChunk() {
+    const Part* const part = find(map_format::kState);
+    if (part == nullptr || part->content.size() < map_format::kStateBytes) return 1;
+    const auto told = InputBytes(part->content.data() + 32, 8).take<uint64_t>();
+    return static_cast<size_t>(std::clamp<uint64_t>(told, 1, map_format::kMostBlocksPerChunk));
+  }
+
+  /// What is told of a chunk is repeated as often as its blocks take.
+  template <class BytesOf>
+  void fillChunks(const char* id, const BytesOf& bytesOf) {
+    const size_t per_chunk = blocksPerChunk();
+    size_t next = 0;
+    for (Part& part : parts_) {
+      if (!part.is(id)) continue;
+      size_t bytes = 0;
+      for (size_t i = 0; i < per_chunk && next < blocks_.size(); ++i) {
+        bytes += bytesOf(blocks_[next++]);
+      }
+      if (part.how & kAsTold) continue;
+      const Bytes told = part.content.empty() ? Bytes(1) : part.content;
+      part.content.resize(bytes);
+      for (size_t i = 0; i < bytes; ++i) part.content[i] = told[i % told.size()];
+    }
+  }
+
+  // ---- The bytes of the file ----
+
+  void append(const Part& part, const Bytes& content) {
+    const bool squeezed = (part.how & kCompressed) && !(part.how & kBrokenFrame);
+    const Bytes stored = squeezed ? compressed(content) : content;
+    map_format::SectionHeader header;
+    header.id = part.id;
+    header.version = part.version;
+    header.flags = part.how & (kRequired | kCompressed);
+    header.stored_bytes = stored.size() + (part.how & kLengthened ? 1 : 0);
+    header.content_bytes = content.size() + (part.how & kWrongSize ? 1 : 0);
+    header.hash = map_format::hashOf(stored.data(), stored.size());
+    if (part.how & kWrongSum) ++header.hash;
+    Bytes bytes = map_format::encodeHeader(header);
+    if (part.how & kWrongHeaderSum) ++bytes.back();
+    file_.insert(file_.end(), bytes.begin(), bytes.end());
+    file_.insert(file_.end(), stored.begin(), stored.end());
+    headers_.insert(headers_.end(), bytes.begin(), bytes.end());
+    ++sections_;
+  }
+
+  static Bytes compressed(const Bytes& content) {
+    Bytes stored(ZSTD_compressBound(content.size()));
+    stored.resize(ZSTD_compress(stored.data(), stored.size(), content.data(), content.size(), 1));
+    return stored;
+  }
+
+  Bytes end() {
+    map_format::ByteWriter out;
+    out.put(uint64_t{sections_});
+    out.put(mapHash());
+    out.put(map_format::hashOf(headers_.data(), headers_.size()));
+    out.put(uint64_t{file_.size() + map_format::kSectionHeaderBytes + map_format::kEndBytes});
+    return out.bytes;
+  }
+
+  /// The content hash, as the page says it.
+  uint64_t mapHash() {
+    using namespace map_format;
+    ByteWriter out;
+    if (const Part* const part = find(kSettings)) {
+      ParamTree settings;
+      parseSettings({part->content.begin(), part->content.end()}, settings);
+      out.putText(boundSettingsText(settings));
+    }
+    const auto add = [&](const char* id, size_t most) {
+      const Part* const part = find(id);
+      if (part == nullptr) return;
+      const size_t bytes = std::min(most, part->content.size());
+      out.bytes.insert(out.bytes.end(), part->content.begin(),
+                       part->content.begin() + static_cast<std::ptrdiff_t>(bytes));
+    };
+    constexpr size_t kAll = SIZE_MAX;
+    add(kState, 16);
+    add(kBlocks, kAll);
+    addHashes(kVoxels, voxelBytes, out);
+    if (find(kColourIndex) == nullptr) return hashOf(out.bytes.data(), out.bytes.size());
+    add(kColourIndex, kAll);
+    addHashes(kColours, colourBytes, out);
+    return hashOf(out.bytes.data(), out.bytes.size());
+  }
+
+  /// Of what each block has, in turn.
+  template <class BytesOf>
+  void addHashes(const char* id, const BytesOf& bytesOf, map_format::ByteWriter& out) {
+    Bytes joined;
+    for (const Part& part : parts_) {
+      if (part.is(id)) joined.insert(joined.end(), part.content.begin(), part.content.end());
+    }
+    size_t at = 0;
+    for (const MapBlock& block : blocks_) {
+      const size_t bytes = std::min(bytesOf(block), joined.size() - at);
+      out.put(map_format::hashOf(joined.data() + at, bytes));
+      at += bytes;
+    }
+  }
+
+  std::vector<Part> parts_;
+  std::vector<MapBlock> blocks_;
+  Bytes file_, headers_;
+  uint64_t sections_ = 0;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,29 @@
+#include "program/run_program.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+
+namespace dtsdf {
+namespace {
+
+/// What a program that fails with this text says.
+std::string saidOf(const std::string& text) {
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(runProgram("a_tool", 0, nullptr,
+                       [&](const std::vector<std::string>&) { throw std::runtime_error(text); }),
+            1);
+  return testing::internal::GetCapturedStderr();
+}
+
+TEST(RunProgram, TellsAnErrorInOneLine) {
+  EXPECT_EQ(saidOf("no file 'a';\ngive one"), "a_tool: error: no file 'a'; give one\n");
+}
+
+TEST(RunProgram, ShowsControlCharactersOfNamesAndKeepsTheCursorWhereItIs) {
+  EXPECT_EQ(saidOf("no file 'a\x1b[2Jb\rü'"), "a_tool: error: no file 'a\\x1b[2Jb\\x0dü'\n");
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,12 +1,14 @@
 #include "program/command_line.h"
 
-#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <boost/program_options.hpp>
 #include <cmath>
 #include <sstream>
 
 #include "io/text_file.h"
 
 namespace dtsdf {
+namespace po = boost::program_options;
 namespace {
 
 bool isOption(const std::string& text) { return text.rfind("--", 0) == 0; }
@@ -48,28 +50,6 @@ std::string describe(Range range) {
   return range.min > -kUnbounded ? " from " + shortest(range.min) + " on" : "";
 }
 
-/// The help in paragraphs: options may have long names of values and long explanations.
-class HelpFormat : public CLI::Formatter {
- public:
-  HelpFormat(std::string usage, std::string about)
-      : usage_(std::move(usage)), about_(std::move(about)) {
-    label("Positionals", "Arguments");
-  }
-
-  std::string make_usage(const CLI::App* app, std::string) const override {
-    return "usage: " + app->get_name() + " " + usage_ + "\n\n" + wrap(about_, 0);
-  }
-
-  std::string make_option(const CLI::Option* option, bool is_argument) const override {
-    const std::string value = option->get_type_name();
-    return "  " + option->get_name(is_argument, !is_argument) + (value.empty() ? "" : " " + value) +
-           "\n" + wrap(option->get_description(), 6);
-  }
-
- private:
-  const std::string usage_, about_;
-};
-
 }  // namespace
 
 double readNumber(const std::string& text, Range range) {
@@ -102,97 +82,198 @@ std::vector<double> readNumbers(const std::string& text) {
 }
 
 struct CommandLine::State {
-  explicit State(const std::string& program) : app("", program) {}
+  /// An option, an argument without dashes, or a flag, which takes no value.
+  struct Option {
+    OptionText text;
+    std::string group;
+    bool is_list = false, is_required = false;
+    std::function<void(const std::string&)> read;  ///< For each value; null of a flag.
+    std::function<void()> set;                     ///< Of a flag.
+    std::function<std::string()> request;          ///< Of a flag that asks for a text.
+    std::string needs;                             ///< Another option, or empty.
+    std::vector<std::string> values;               ///< Given; of a flag, an empty one each time.
 
-  CLI::Option* configure(CLI::Option* option, const OptionText& text) const {
-    option->type_name(text.value)->group(headline)->required(!isOption(text.name));
-    return option;
+    bool isArgument() const { return !isOption(text.name); }
+    bool isFlag() const { return read == nullptr; }
+  };
+
+  Option& add(const OptionText& text) {
+    options.push_back({});
+    options.back().text = text;
+    options.back().group = isOption(text.name) ? headline : "Arguments";
+    options.back().is_required = !isOption(text.name);
+    return options.back();
   }
 
-  /// What CLI11 leaves open or says in words of its own.
-  void check() const {
-    for (const std::string& name : singles) {
-      if (app.count(name) > 1) throw UsageError(name + " is given twice");
-    }
-    const std::vector<std::string> unknown = app.remaining();
-    if (unknown.empty()) return;
-    if (unknown[0].rfind('-', 0) == 0) throw UsageError("unknown option " + unknown[0]);
-    throw UsageError("'" + unknown[0] + "' belongs to no option");
+  Option& get(const std::string& name) {
+    const auto found = std::find_if(options.begin(), options.end(), [&](const Option& option) {
+      return option.text.name == name;
+    });
+    if (found == options.end()) throw std::logic_error("there is no option " + name);
+    return *found;
   }
 
-  /// Values that are missing, or that a flag got. Versions differ in what they make of these.
+  /// Values that are missing, or that a flag got. What begins with two dashes is no value.
   void checkValues(const std::vector<std::string>& arguments) const {
     for (size_t i = 0; i < arguments.size(); ++i) {
       const size_t equals = arguments[i].find('=');
       const std::string name = arguments[i].substr(0, equals);
-      const CLI::Option* option = isOption(name) ? app.get_option_no_throw(name) : nullptr;
-      if (option == nullptr) continue;
+      if (name == "--help") throw UsageError(name + " takes no value");
+      const auto option =
+          std::find_if(options.begin(), options.end(), [&](const Option& candidate) {
+            return isOption(name) && candidate.text.name == name;
+          });
+      if (option == options.end()) continue;
       const bool has_value = equals == std::string::npos
                                  ? i + 1 < arguments.size() && !isOption(arguments[i + 1])
                                  : equals + 1 < arguments[i].size();
-      const std::string value = option->get_type_name();
-      if (value.empty() && equals != std::string::npos) throw UsageError(name + " takes no value");
-      if (!value.empty() && !has_value) throw UsageError(name + " needs a value (" + value + ")");
+      if (option->isFlag() && equals != std::string::npos) {
+        throw UsageError(name + " takes no value");
+      }
+      if (!option->isFlag() && !has_value) {
+        throw UsageError(name + " needs a value (" + option->text.value + ")");
+      }
     }
   }
 
-  void checkChoices() const {
+  po::options_description description() const {
+    po::options_description all;
+    for (const Option& option : options) {
+      if (option.isArgument()) continue;
+      const std::string name = option.text.name.substr(2);
+      if (option.isFlag()) {
+        all.add_options()(name.c_str(), "");
+      } else if (option.is_list) {
+        all.add_options()(name.c_str(), po::value<std::vector<std::string>>()->multitoken());
+      } else {
+        all.add_options()(name.c_str(), po::value<std::string>());
+      }
+    }
+    return all;
+  }
+
+  /// Gives each option its values. @throws UsageError for what belongs to none.
+  void distribute(const std::vector<std::string>& arguments) {
+    for (Option& option : options) option.values.clear();
+    // No short names, no parts of names.
+    const int style = po::command_line_style::allow_long |
+                      po::command_line_style::long_allow_adjacent |
+                      po::command_line_style::long_allow_next;
+    const po::options_description all = description();
+    const po::parsed_options parsed =
+        po::command_line_parser(arguments).options(all).style(style).allow_unregistered().run();
+    std::vector<std::string> loose;
+    for (const auto& given : parsed.options) {
+      const std::string token = given.original_tokens.empty() ? "" : given.original_tokens[0];
+      if (given.unregistered) throw UsageError("unknown option " + token);
+      if (given.string_key.empty()) {
+        loose.insert(loose.end(), given.value.begin(), given.value.end());
+        continue;
+      }
+      Option& option = get("--" + given.string_key);
+      if (option.isFlag()) option.values.push_back("");
+      option.values.insert(option.values.end(), given.value.begin(), given.value.end());
+    }
+    takeArguments(loose);
+  }
+
+  void takeArguments(const std::vector<std::string>& loose) {
+    size_t next = 0;
+    for (Option& option : options) {
+      if (!option.isArgument() || next == loose.size() || isShort(loose[next])) continue;
+      option.values.push_back(loose[next++]);
+      while (option.is_list && next < loose.size() && !isShort(loose[next])) {
+        option.values.push_back(loose[next++]);
+      }
+    }
+    if (next == loose.size()) return;
+    if (isShort(loose[next])) throw UsageError("unknown option " + loose[next]);
+    throw UsageError("'" + loose[next] + "' belongs to no option");
+  }
+
+  static bool isShort(const std::string& text) { return text.size() > 1 && text[0] == '-'; }
+
+  void checkOnce() const {
+    for (const Option& option : options) {
+      if (!option.is_list && option.values.size() > 1) {
+        throw UsageError(option.text.name + " is given twice");
+      }
+    }
+  }
+
+  /// Texts that are asked for, whatever else is wrong with the values.
+  void answerRequests() const {
+    for (const Option& option : options) {
+      if (option.request != nullptr && !option.values.empty()) throw TextRequest(option.request());
+    }
+  }
+
+  void readValues() const {
+    for (const Option& option : options) {
+      for (const std::string& value : option.values) {
+        if (!option.isFlag()) readValue(option.text, value, option.read);
+      }
+      if (option.set != nullptr && !option.values.empty()) option.set();
+    }
+  }
+
+  void checkRules() {
     for (const std::vector<std::string>& names : choices) {
       size_t given = 0;
-      for (const std::string& name : names) given += app.count(name) > 0;
+      for (const std::string& name : names) given += get(name).values.empty() ? 0 : 1;
       if (given != 1) throw UsageError("give one of " + joined(names));
+    }
+    for (const Option& option : options) {
+      if (option.is_required && option.values.empty()) {
+        throw UsageError(option.text.name + " is required");
+      }
+      if (!option.needs.empty() && !option.values.empty() && get(option.needs).values.empty()) {
+        throw UsageError(option.text.name + " requires " + option.needs);
+      }
     }
   }
 
-  CLI::App app;
+  static void readValue(const OptionText& text, const std::string& value,
+                        const std::function<void(const std::string&)>& read) {
+    if (value.empty()) throw UsageError(text.name + " needs a value (" + text.value + ")");
+    try {
+      read(value);
+    } catch (const UsageError& error) {
+      throw UsageError(text.name + ": " + error.what());
+    } catch (const std::invalid_argument& error) {
+      throw UsageError(text.name + ": " + error.what());
+    }
+  }
+
+  std::string program, usage, about, end;
   std::string headline = "Options";
-  std::vector<std::string> singles;               ///< Options that may be given once.
+  std::vector<Option> options;                    ///< In the order of the help.
   std::vector<std::vector<std::string>> choices;  ///< Of each, one has to be given.
 };
 
 CommandLine::CommandLine(const std::string& program, const std::string& usage,
                          const std::string& about, const std::string& end)
-    : state_(std::make_unique<State>(program)) {
-  state_->app.set_help_flag();
-  state_->app.formatter(std::make_shared<HelpFormat>(usage, about));
-  state_->app.footer("\n" + end);
-  // Unknown ones are reported by check(), before anything that is missing.
-  state_->app.allow_extras();
+    : state_(std::make_unique<State>()) {
+  state_->program = program;
+  state_->usage = usage;
+  state_->about = about;
+  state_->end = end;
 }
 
 CommandLine::~CommandLine() = default;
 
 void CommandLine::beginGroup(const std::string& headline) { state_->headline = headline; }
 
-static void readValue(const OptionText& text, const std::string& value,
-                      const std::function<void(const std::string&)>& read) {
-  if (value.empty()) throw UsageError(text.name + " needs a value (" + text.value + ")");
-  try {
-    read(value);
-  } catch (const UsageError& error) {
-    throw UsageError(text.name + ": " + error.what());
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(text.name + ": " + error.what());
-  }
-}
-
 void CommandLine::add(const OptionText& text,
                       const std::function<void(const std::string&)>& read) {
-  const std::function<void(const std::string&)> readNamed = [text, read](const std::string& value) {
-    readValue(text, value, read);
-  };
-  state_->configure(state_->app.add_option_function<std::string>(text.name, readNamed, text.help),
-                    text);
-  state_->singles.push_back(text.name);
+  state_->add(text).read = read;
 }
 
 void CommandLine::addList(const OptionText& text,
                           const std::function<void(const std::string&)>& read) {
-  using Values = std::vector<std::string>;
-  const std::function<void(const Values&)> readEach = [text, read](const Values& values) {
-    for (const std::string& value : values) readValue(text, value, read);
-  };
-  state_->configure(state_->app.add_option_function<Values>(text.name, readEach, text.help), text);
+  State::Option& option = state_->add(text);
+  option.read = read;
+  option.is_list = true;
 }
 
 void CommandLine::addText(const OptionText& text, std::string& target) {
@@ -213,57 +294,72 @@ void CommandLine::addNumber(const OptionText& text, std::optional<double>& targe
 }
 
 void CommandLine::addFlag(const std::string& name, const std::string& help, bool& target) {
-  CLI::Option* const option = state_->app.add_flag(name, target, help);
-  state_->configure(option, {name, "", help})->disable_flag_override();
-  state_->singles.push_back(name);
+  state_->add({name, "", help}).set = [&target] { target = true; };
 }
 
 void CommandLine::addTextRequest(const std::string& name, const std::string& help,
                                  const std::function<std::string()>& text) {
-  const std::function<void()> request = [text] { throw TextRequest(text()); };
-  CLI::Option* const option = state_->app.add_flag_callback(name, request, help);
-  state_->configure(option, {name, "", help})->disable_flag_override();
+  state_->add({name, "", help}).request = text;
 }
 
-void CommandLine::require(const std::string& name) { state_->app.get_option(name)->required(); }
+void CommandLine::require(const std::string& name) { state_->get(name).is_required = true; }
 
 void CommandLine::requireOneOf(const std::vector<std::string>& names) {
-  for (const std::string& name : names) state_->app.get_option(name)->required(false);
+  for (const std::string& name : names) state_->get(name).is_required = false;
   state_->choices.push_back(names);
 }
 
 void CommandLine::onlyWith(const std::string& name, const std::string& other) {
-  state_->app.get_option(name)->needs(state_->app.get_option(other));
+  state_->get(name).needs = other;
 }
 
 void CommandLine::parse(const std::vector<std::string>& arguments) {
-  CLI::App& app = state_->app;
-  CLI::Option* const help_flag = app.set_help_flag("-h,--help", "show this and end");
-  help_flag->disable_flag_override()->group(state_->headline);
+  if (std::find(arguments.begin(), arguments.end(), "-h") != arguments.end() ||
+      std::find(arguments.begin(), arguments.end(), "--help") != arguments.end()) {
+    throw TextRequest(help());
+  }
   state_->checkValues(arguments);
   try {
-    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
-    state_->check();
-    state_->checkChoices();
-  } catch (const CLI::CallForHelp&) {
-    throw TextRequest(help());
-  } catch (const CLI::RequiredError& error) {
-    state_->check();
-    state_->checkChoices();
-    throw UsageError(error.what());
-  } catch (const CLI::ParseError& error) {
-    state_->check();
+    state_->distribute(arguments);
+  } catch (const po::error& error) {
     throw UsageError(error.what());
   }
+  state_->answerRequests();
+  state_->checkOnce();
+  state_->readValues();
+  state_->checkRules();
 }
 
-bool CommandLine::given(const std::string& name) const { return state_->app.count(name) > 0; }
+bool CommandLine::given(const std::string& name) const {
+  return !state_->get(name).values.empty();
+}
 
 std::string CommandLine::help() const {
-  std::string text = state_->app.help();
-  // Some versions leave two empty lines between groups.
-  for (size_t at; (at = text.find("\n\n\n")) != std::string::npos;) text.erase(at, 1);
-  return text;
+  std::vector<std::string> groups = {"Arguments"};
+  for (const State::Option& option : state_->options) {
+    if (std::find(groups.begin(), groups.end(), option.group) == groups.end()) {
+      groups.push_back(option.group);
+    }
+  }
+  if (std::find(groups.begin(), groups.end(), state_->headline) == groups.end()) {
+    groups.push_back(state_->headline);
+  }
+  std::string text = "usage: " + state_->program + " " + state_->usage + "\n\n";
+  text += wrap(state_->about, 0);
+  for (const std::string& group : groups) {
+    std::string entries;
+    for (const State::Option& option : state_->options) {
+      if (option.group != group) continue;
+      const std::string& value = option.text.value;
+      entries += "  " + option.text.name + (value.empty() ? "" : " " + value) + "\n" +
+                 wrap(option.text.help, 6);
+    }
+    if (group == state_->headline) {
+      entries += "  -h,--help\n" + wrap("show this and end", 6);
+    }
+    if (!entries.empty()) text += "\n" + group + ":\n" + entries;
+  }
+  return text + "\n" + state_->end + "\n";
 }
 
 }  // namespace dtsdf

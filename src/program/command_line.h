@@ -1,7 +1,5 @@
-/// Command lines of the programs, read by CLI11.
-///
-/// Its header takes ten seconds to compile, so that only command_line.cpp includes it; there, too,
-/// lies what differs between its versions.
+/// Command lines of the programs: split by Boost.Program_options, which every distribution with ROS
+/// has; what is wrong is said here, in one way.
 #pragma once
 
 #include <functional>

@@ -2,8 +2,8 @@
 """Has each of the first calls of `reconstruct` fail, one per run, and then a sample of the others:
 whatever fails, it ends with one sentence or goes on, and the mesh and the map of before are whole.
 
-Counted from when the recording is opened, or the map that is gone on from: the library that reads the command line, CLI11, ends the
-program itself where it has no memory."""
+Counted from when the recording is opened, or the map that is gone on from: before, where the system starts
+the program, a lack of memory may end it without a word."""
 
 import argparse
 import os

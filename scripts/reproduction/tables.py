@@ -16,9 +16,20 @@ def markdown_table(header, rows):
     return "\n".join(lines) + "\n"
 
 
+def command_line(script):
+    """The command line of this run, without where its files lay on this machine."""
+    places = ("--data", "--programs", "--work", "--results", "--page", "--build")
+    words, is_place = [f"scripts/{script}"], False
+    for word in sys.argv[1:]:
+        if not is_place and word.split("=")[0] not in places:
+            words.append(word)
+        is_place = word in places
+    return shlex.join(words)
+
+
 def made_by(script, device):
-    """The command line of this run, where it ran and when."""
-    command = shlex.join([f"scripts/{script}"] + sys.argv[1:])
+    """What made a page, where and when."""
+    command = command_line(script)
     return f"Made by `{command}` on {device}, {datetime.date.today().isoformat()}.\n"
 
 

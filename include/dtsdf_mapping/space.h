@@ -33,9 +33,9 @@ struct SpaceCell {
 };
 
 /// What a map knows of space. Cells are cubes of space/cell_voxels voxels. Surfaces are those of
-/// the mesh, so that a plate thinner than a voxel is there as well, by the last mesh
-/// update that was finished. Free is what an image saw through as a whole; it stays so until a
-/// surface comes. Belongs to its mapper, and is no more thread safe than that.
+/// the last mesh update that was finished, so that a plate thinner than a voxel is there as well.
+/// Free is what an image saw through as a whole; it stays so until a surface comes. Belongs to its
+/// mapper, and is no more thread safe than that.
 class Space {
  public:
   virtual ~Space() = default;

@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-/// Voxels along an edge of the largest cell that does not make cells of more than one size.
+/// Of a power of two.
 int log2Of(int cell_voxels) {
   int log2 = 0;
   while (1 << log2 < cell_voxels) ++log2;

@@ -185,7 +185,7 @@ void slurmCommand(const std::vector<std::string>& arguments) {
   std::fputs(slurmScript(request, loaded.plan).c_str(), stdout);
 }
 
-void runCommand(const std::vector<std::string>& arguments) {
+void runTilesCommand(const std::vector<std::string>& arguments) {
   RunRequest request;
   FuseOptions options;
   CommandLine line("tiles run", "DIR [options]",

@@ -17,7 +17,7 @@ void fuseCommand(const std::vector<std::string>& arguments);
 void mergeCommand(const std::vector<std::string>& arguments);
 void statusCommand(const std::vector<std::string>& arguments);
 void slurmCommand(const std::vector<std::string>& arguments);
-void runCommand(const std::vector<std::string>& arguments);
+void runTilesCommand(const std::vector<std::string>& arguments);
 
 /// What a tile is made with.
 struct FuseOptions {

@@ -13,6 +13,7 @@
 #include "io/atomic_file.h"
 #include "io/block_mesh_file.h"
 #include "io/map_chunks.h"
+#include "map/map_head.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
 #include "tiles/process_usage.h"
@@ -100,14 +101,8 @@ class TileFusion {
 /// The part of a map that lies in an extent, as it is saved.
 class OwnPart {
  public:
-  OwnPart(const MapContents& whole, const BlockExtent& own) : whole_(whole) {
-    head_.settings = whole.settings;
-    head_.map_frame = whole.map_frame;
-    head_.stamp_s = whole.stamp_s;
-    head_.frames = whole.frames;
-    head_.supporting_frames = whole.supporting_frames;
-    head_.painted = whole.painted;
-    head_.exposure = whole.exposure;
+  OwnPart(const MapContents& whole, const BlockExtent& own)
+      : whole_(whole), head_(headOf(whole)) {
     size_t word = 0;
     for (const MapBlock& block : whole.blocks) {
       const size_t words = wordsOf(block);

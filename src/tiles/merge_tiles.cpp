@@ -14,6 +14,7 @@
 #include "io/map_chunks.h"
 #include "io/ply_stream.h"
 #include "map/block_table.h"
+#include "map/map_head.h"
 #include "tiles/fuse_tile.h"
 #include "tiles/merge_mesh.h"
 #include "tiles/process_usage.h"
@@ -79,15 +80,7 @@ void addTile(const std::string& folder, size_t tile, const LoadedPlan& loaded, J
     throw std::runtime_error("its map file is not that of its record");
   }
   const MapContents& head = map.head();
-  if (tile == 0) {
-    table.head.settings = head.settings;
-    table.head.map_frame = head.map_frame;
-    table.head.stamp_s = head.stamp_s;
-    table.head.frames = head.frames;
-    table.head.supporting_frames = head.supporting_frames;
-    table.head.painted = head.painted;
-    table.head.exposure = head.exposure;
-  }
+  if (tile == 0) table.head = headOf(head);
   checkSame(table.head, head);
   for (const MapBlock& block : head.blocks) {
     if (!loaded.plan.tiles[tile].own.contains(block.key)) {

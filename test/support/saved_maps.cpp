@@ -1,4 +1,5 @@
 #include "support/saved_maps.h"
+#include "map/map_head.h"
 
 #include <algorithm>
 #include <cstring>
@@ -82,14 +83,7 @@ Mesh meshOf(Mapper& mapper, float voxel_size_m) {
 }
 
 MapContents copyOf(const MapContents& contents) {
-  MapContents copy;
-  copy.settings = contents.settings;
-  copy.map_frame = contents.map_frame;
-  copy.stamp_s = contents.stamp_s;
-  copy.frames = contents.frames;
-  copy.supporting_frames = contents.supporting_frames;
-  copy.painted = contents.painted;
-  copy.exposure = contents.exposure;
+  MapContents copy = headOf(contents);
   copy.blocks = contents.blocks;
   copy.voxels = copyOf(contents.voxels);
   copy.colours = copyOf(contents.colours);

@@ -7,6 +7,7 @@
 #include "backend/map_copy.h"
 #include "backend/rule_settings.h"
 #include "kernels/fusion/evidence.h"
+#include "map/memory_budget.h"
 #include "pool_transfer.h"
 
 namespace dtsdf {
@@ -20,7 +21,7 @@ constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 CudaMap::CudaMap(const MapperParams& params, const Rules& rules, SpaceMap* space)
     : params_(params),
       rules_(rules),
-      table_(static_cast<size_t>(params.map.max_memory_mb) << 20),
+      table_(budgetOf(params).map_bytes),
       map_(stream_),
       sensor_(params, rules, stream_),
       surfel_maker_(params, rules.surfels, stream_),
@@ -347,7 +348,9 @@ std::vector<MemoryPart> CudaMap::memoryParts() {
 MapStats CudaMap::stats() {
   recycleEmpty();
   return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_,
-          table_.coloursInUse() * BlockTable::kColourBytes, dropped_};
+          table_.coloursInUse() * BlockTable::kColourBytes, dropped_,
+          space_ == nullptr ? 0 : space_->freeBytes(),
+          space_ == nullptr ? 0 : space_->refusedCubes()};
 }
 
 MapContents CudaMap::contents() {
@@ -357,6 +360,7 @@ MapContents CudaMap::contents() {
   contents.supporting_frames = supporting_frames_;
   contents.painted = map_.hasColours();
   std::copy_n(painter_.exposure().gain, 3, contents.exposure.begin());
+  if (space_ != nullptr) space_->copyTo(contents);
   const ContentsOrder order = listBlocks(table_, contents);
   PoolTransfer(map_.voxels(), order.arrays, stream_).download(contents.voxels.data());
   PoolTransfer(map_.colours(), order.bricks, stream_).download(contents.colours.data());
@@ -383,6 +387,7 @@ void CudaMap::restore(const MapContents& contents) {
   Exposure exposure;
   std::copy_n(contents.exposure.begin(), 3, exposure.gain);
   painter_.setExposure(exposure);
+  if (space_ != nullptr) space_->restore(contents);
   stream_.synchronize();
 }
 

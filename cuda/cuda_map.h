@@ -22,8 +22,8 @@ namespace gpu {
 /// rest.
 class CudaMap {
  public:
-  /// `space`, which outlives the map, is told what is free and where surfaces are; null where nobody
-  /// asks for it.
+  /// `space`, which outlives the map, is told what is free and where surfaces are; null where
+  /// nobody asks for it.
   CudaMap(const MapperParams& params, const Rules& rules, SpaceMap* space);
   ~CudaMap() { stream_.drain(); }
 

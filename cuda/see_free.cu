@@ -94,7 +94,7 @@ __global__ void seeFreeKernel(FrameView frame, FreePyramid free, CellSearch sear
 }
 static_assert(kCellsPerCube % kThreads == 0, "no warp has idle threads");
 
-/// Where a level begins among those from the second one on; of kFreeLevels, where the last one ends.
+/// Where a level begins among those from the second one on; of kFreeLevels, where the last ends.
 size_t beginOf(int level, const FrameView& frame) {
   size_t begin = 0;
   for (int k = 1; k < level; ++k) {
@@ -154,9 +154,8 @@ FreePyramid FreeSeer::makePyramid(const FrameView& frame, const float* free_dept
 std::vector<FreeCube> FreeSeer::take() {
   std::vector<FreeCube> seen;
   if (!is_kept_) return seen;
+  if (!keys_.empty()) fetched_.wait();
   is_kept_ = false;
-  if (keys_.empty()) return seen;
-  fetched_.wait();
   for (size_t i = 0; i < keys_.size(); ++i) {
     if (!isEmpty(pinned_masks_[i])) seen.push_back({keys_[i], pinned_masks_[i]});
   }

@@ -43,10 +43,15 @@ struct IntegrationResult {
 struct MapStats {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
   size_t voxel_arrays = 0;  ///< Directional arrays in use, over all blocks.
-  size_t map_bytes = 0;     ///< Bytes in use by blocks and arrays; never above the budget.
+  /// Bytes in use by blocks and arrays; with `free_bytes` never above the budget.
+  size_t map_bytes = 0;
   uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
   size_t colour_bytes = 0;  ///< Those of map_bytes that hold colour; 0 until something is painted.
   uint64_t dropped_blocks = 0;  ///< Beyond map/keep_radius_m, since the start or the last clear().
+  size_t free_bytes = 0;  ///< Bytes of the budget that space() has for what is free.
+  /// Refusals of cubes of 8 x 8 x 8 cells of space, of which an image saw something as free that is
+  /// unknown now for want of budget; since the start or the last clear().
+  uint64_t refused_cubes = 0;
 };
 
 /// What a mapper has taken from the system, in bytes, beside MapStats::map_bytes. None of it bounds

@@ -32,15 +32,29 @@ class CellTable {
 
   void clear() { *this = CellTable(); }
 
-  /// Keys of all cubes, in the order of packed keys.
-  std::vector<Vec3i> sortedKeys() const;
+  /// Calls visit(key) for each cube, in any order; it may remove that one.
+  template <class Visit>
+  void visitKeys(const Visit& visit) const {
+    for (size_t slot = 0; slot < keys_.size(); ++slot) {
+      if (keys_[slot] != kNoCube) visit(unpackKey(keys_[slot]));
+    }
+  }
+
+  /// All cubes, in the order of packed keys.
+  std::vector<const CellCube*> sorted() const;
 
   size_t size() const { return slots_.size(); }
-  size_t bytes() const { return slots_.memoryBytes() + cubes_.size() * sizeof(CellCube); }
+  size_t bytes() const {
+    return slots_.memoryBytes() + cubes_.size() * sizeof(CellCube) +
+           (keys_.capacity() + free_slots_.capacity()) * sizeof(PackedKey);
+  }
 
  private:
+  static constexpr PackedKey kNoCube = ~PackedKey{0};
+
   SlotIndex slots_;
-  std::deque<CellCube> cubes_;  ///< By slot; grows without moving what is there.
+  std::deque<CellCube> cubes_;   ///< By slot; grows without moving what is there.
+  std::vector<PackedKey> keys_;  ///< The same, close together for who looks at all of them.
   std::vector<int32_t> free_slots_;
 };
 

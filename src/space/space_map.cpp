@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kernels/space/see_free.h"
+#include "map/memory_budget.h"
 
 namespace dtsdf {
 namespace {
@@ -31,6 +32,19 @@ struct Around {
 /// Times the range: an image of 120 degrees along its diagonal has its corners there.
 constexpr float kMostAside = 2.0f;
 
+Vec3d toDouble(int32_t factor, const Vec3i& a) {
+  const auto times = static_cast<double>(factor);
+  return {times * a.x, times * a.y, times * a.z};
+}
+
+CellState stateIn(const CellCube& cube, int cell) {
+  if (isIn(cube.surface, cell)) return CellState::kSurface;
+  return isIn(cube.free, cell) ? CellState::kFree : CellState::kUnknown;
+}
+
+static_assert(sizeof(CellCube) + sizeof(PackedKey) + 4 * 2 * sizeof(PackedKey) <= kFreeCubeBytes,
+              "what a cube counts is no less than what it takes");
+
 double between(double low, double high, double share) { return low + share * (high - low); }
 
 }  // namespace
@@ -39,7 +53,8 @@ CellGrid cellGridOf(const MapperParams& params) { return {log2Of(params.space.ce
 
 int reachInCells(const MapperParams& params) {
   const double cell_m = static_cast<double>(params.map.voxel_size_m) * params.space.cell_voxels;
-  return static_cast<int>(std::ceil(params.space.max_distance_m / cell_m));
+  constexpr double kRounding = 1e-6;  // of the two floats: 2 m are 25 cells of 80 mm, not 26
+  return static_cast<int>(std::ceil(params.space.max_distance_m / cell_m * (1.0 - kRounding)));
 }
 
 SpaceMap::SpaceMap(const MapperParams& params, int threads)
@@ -47,7 +62,8 @@ SpaceMap::SpaceMap(const MapperParams& params, int threads)
       voxel_size_m_(params.map.voxel_size_m),
       max_range_m_(params.space.max_range_m),
       reach_(reachInCells(params)),
-      surfaces_(grid_),
+      free_budget_(budgetOf(params).free_bytes),
+      surfaces_(grid_, threads),
       distances_(reach_, threads) {}
 
 std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
@@ -102,9 +118,27 @@ SpaceMap::CubeBounds SpaceMap::boundsOfView(const FrameView& frame) const {
 
 void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
   for (const FreeCube& seen : cubes) {
+    const CellCube* const known = table_.find(seen.key);
+    if (known == nullptr || isEmpty(known->free)) {
+      if (freeBytes() + kFreeCubeBytes > free_budget_) {
+        ++refused_cubes_;
+        continue;
+      }
+      ++free_cubes_;
+    }
     CellCube& cube = table_.at(seen.key);
     for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.free.word[i];
   }
+}
+
+/// Takes cells out of what is free; the cube goes if nothing is known of it then.
+void SpaceMap::forgetFree(const Vec3i& key, const CellMask& cells) {
+  CellCube& cube = *table_.find(key);
+  if (isEmpty(cube.free)) return;
+  for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] &= ~cells.word[i];
+  if (!isEmpty(cube.free)) return;
+  --free_cubes_;
+  table_.removeIfEmpty(key);
 }
 
 void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
@@ -118,27 +152,30 @@ Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
 }
 
 void SpaceMap::clearRegion(const RegionView& region) {
-  for (const Vec3i& key : table_.sortedKeys()) {
-    CellCube& cube = table_.at(key);
+  const double side = cellSide(grid_), half = 0.5 * side * kCubeSide;
+  const double reach = 1.7321 * half;  // from a cube's middle to its corners: the root of 3
+  table_.visitKeys([&](const Vec3i& key) {
+    const Vec3d corner = toDouble(cubeSideInVoxels(grid_), key);
+    if (!isInside(region, Vec3d{corner.x + half, corner.y + half, corner.z + half}, reach)) return;
+    CellMask inside = {};
     for (int i = 0; i < kCellsPerCube; ++i) {
-      const Vec3i cell = firstCellOfCube(key) + voxelOffset(i);
-      if (isInside(region, middleOf(cell))) remove(cube.free, i);
+      if (isInside(region, middleOf(firstCellOfCube(key) + voxelOffset(i)))) add(inside, i);
     }
-    table_.removeIfEmpty(key);
-  }
+    forgetFree(key, inside);
+  });
 }
 
 void SpaceMap::dropBeyond(const KeptBall& kept) {
-  const double side = cubeSideInVoxels(grid_);
-  const double reach = kept.radius + 0.8661 * side;  // half the root of 3
-  for (const Vec3i& key : table_.sortedKeys()) {
-    const double dx = side * (key.x + 0.5) - kept.center.x,
-                 dy = side * (key.y + 0.5) - kept.center.y,
-                 dz = side * (key.z + 0.5) - kept.center.z;
-    if (dx * dx + dy * dy + dz * dz <= reach * reach) continue;
-    table_.at(key).free = CellMask{};
-    table_.removeIfEmpty(key);
-  }
+  const int32_t side = cubeSideInVoxels(grid_);
+  const double half = 0.5 * side, reach = kept.radius + 1.7321 * half;  // the root of 3
+  constexpr uint64_t kAll = ~uint64_t{0};
+  constexpr CellMask kAllCells = {{kAll, kAll, kAll, kAll, kAll, kAll, kAll, kAll}};
+  table_.visitKeys([&](const Vec3i& key) {
+    const Vec3d corner = toDouble(side, key);
+    const double dx = corner.x + half - kept.center.x, dy = corner.y + half - kept.center.y,
+                 dz = corner.z + half - kept.center.z;
+    if (dx * dx + dy * dy + dz * dz > reach * reach) forgetFree(key, kAllCells);
+  });
 }
 
 void SpaceMap::clear() {
@@ -146,6 +183,26 @@ void SpaceMap::clear() {
   surfaces_.clear();
   distances_.clear();
   changed_.clear();
+  free_cubes_ = 0;
+  refused_cubes_ = 0;
+}
+
+void SpaceMap::copyTo(MapContents& contents) const {
+  contents.cell_voxels = cellSide(grid_);
+  contents.free_cubes.reserve(free_cubes_);
+  for (const CellCube* const cube : table_.sorted()) {
+    if (isEmpty(cube->free)) continue;
+    MapFreeCube copy{cube->key, {}};
+    std::copy_n(cube->free.word, kWordsPerCube, copy.cells.begin());
+    contents.free_cubes.push_back(copy);
+  }
+}
+
+void SpaceMap::restore(const MapContents& contents) {
+  for (const MapFreeCube& cube : contents.free_cubes) {
+    std::copy_n(cube.cells.begin(), kWordsPerCube, table_.at(cube.key).free.word);
+  }
+  free_cubes_ = contents.free_cubes.size();
 }
 
 double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(grid_); }
@@ -159,18 +216,16 @@ Vec3i SpaceMap::cellAt(const Eigen::Vector3d& p_W) const {
 CellState SpaceMap::stateOf(const Vec3i& cell) const {
   const CellCube* const cube = table_.find(cubeOfCell(cell));
   if (cube == nullptr) return CellState::kUnknown;
-  const int index = indexInCube(cell);
-  if (isIn(cube->surface, index)) return CellState::kSurface;
-  return isIn(cube->free, index) ? CellState::kFree : CellState::kUnknown;
+  return stateIn(*cube, indexInCube(cell));
 }
 
 std::vector<SpaceCell> SpaceMap::cells() const {
   std::vector<SpaceCell> all;
-  for (const Vec3i& key : table_.sortedKeys()) {
+  for (const CellCube* const cube : table_.sorted()) {
     for (int i = 0; i < kCellsPerCube; ++i) {
-      const Vec3i cell = firstCellOfCube(key) + voxelOffset(i);
-      const CellState state = stateOf(cell);
-      if (state != CellState::kUnknown) all.push_back({cell, state});
+      const CellState state = stateIn(*cube, i);
+      if (state == CellState::kUnknown) continue;
+      all.push_back({firstCellOfCube(cube->key) + voxelOffset(i), state});
     }
   }
   return all;
@@ -219,6 +274,8 @@ SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
       static_cast<float>(per_m * (y1 - y0))};
   return result;
 }
+
+size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBytes; }
 
 size_t SpaceMap::bytes() const {
   return table_.bytes() + surfaces_.bytes() + distances_.bytes();

@@ -59,8 +59,8 @@ MeshSettings settingsFor(const MapContents& contents, const std::vector<std::str
   visitRules(settings.rules, reader);
   checkParams(settings.params, reader);
   reader.finish();
-  const size_t bytes = sizeOf(contents.blocks).bytes();
-  settings.params.map.max_memory_mb = static_cast<int>(bytes >> 20) + 1;  // nothing is added
+  settings.params.space.enabled = false;  // the mesh does not depend on it
+  settings.params.map.max_memory_mb = leastMemoryMb(contents, settings.params);  // none is added
   return settings;
 }
 

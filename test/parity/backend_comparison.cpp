@@ -126,6 +126,8 @@ void BackendPair::compareStats() {
   ASSERT_EQ(actual_stats.refused_blocks, expected_stats.refused_blocks);
   ASSERT_EQ(actual_stats.colour_bytes, expected_stats.colour_bytes);
   ASSERT_EQ(actual_stats.dropped_blocks, expected_stats.dropped_blocks);
+  ASSERT_EQ(actual_stats.free_bytes, expected_stats.free_bytes);
+  ASSERT_EQ(actual_stats.refused_cubes, expected_stats.refused_cubes);
 }
 
 ClearedRegion BackendPair::clearRegion(const Region& region) {
@@ -250,6 +252,12 @@ void expectEqualContents(const MapContents& expected, const MapContents& actual)
     ASSERT_TRUE(a.key == b.key) << describe(a.key) << " and " << describe(b.key);
     ASSERT_EQ(b.directions, a.directions) << describe(a.key);
     ASSERT_EQ(b.bricks, a.bricks) << describe(a.key);
+  }
+  ASSERT_EQ(actual.cell_voxels, expected.cell_voxels);
+  ASSERT_EQ(actual.free_cubes.size(), expected.free_cubes.size());
+  for (size_t i = 0; i < expected.free_cubes.size(); ++i) {
+    const MapFreeCube &a = expected.free_cubes[i], &b = actual.free_cubes[i];
+    ASSERT_TRUE(a.key == b.key && a.cells == b.cells) << describe(a.key);
   }
   ASSERT_TRUE(sameWords(actual.voxels, expected.voxels));
   ASSERT_TRUE(sameWords(actual.colours, expected.colours));

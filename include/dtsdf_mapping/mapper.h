@@ -52,12 +52,13 @@ struct MapStats {
 /// What a mapper has taken from the system, in bytes, beside MapStats::map_bytes. None of it bounds
 /// the map: which blocks are refused follows from the budget and from what is mapped alone.
 struct MapperMemory {
-  bool on_gpu = false;       ///< Where the map and all of this is, but for `staging`.
+  bool on_gpu = false;       ///< Where the map and all of this is, but for `staging`, `space`.
   size_t spare = 0;          ///< Room for voxels and colours to come.
   size_t indices = 0;        ///< Of blocks and mesh units, beyond what map_bytes counts of them.
   size_t meshes = 0;         ///< On a GPU: those that were made last.
   size_t scratch = 0;        ///< What a frame needs while it is fused, kept for the next one.
   size_t staging = 0;        ///< On the host beside a GPU.
+  size_t space = 0;          ///< Cells and distances of space(); on the host, also beside a GPU.
 };
 
 /// What clearRegion() took away.

@@ -82,7 +82,10 @@ IntegrationResult CpuMapper::fuse(const DepthFrame& frame) {
 
 /// Notes what the frame sees through.
 void CpuMapper::seeFree(const DepthFrame& frame, const FrameSensing& sensing) {
-  space_->addFree(free_seer_.see(sensing, space_->cubesInView(sensing.image.frame)));
+  const StageTimer timer(profile_, Stage::kSeeFree);
+  const std::vector<Vec3i> cubes = space_->cubesInView(sensing.image.frame);
+  if (profile_ != nullptr) profile_->work.seen_cubes += cubes.size();
+  space_->addFree(free_seer_.see(sensing, cubes));
   if (params_.map.keep_radius_m > 0.0f) space_->dropBeyond(keptBallOf(frame, params_.map));
 }
 
@@ -318,7 +321,10 @@ MeshUpdate CpuMapper::finishMeshUpdate() {
   mesh_update_ = MeshUpdate();
   releaseVacant(vacant_);
   vacant_.clear();
-  if (space_ != nullptr) space_->addSurfaces(update.blocks);
+  if (space_ != nullptr) {
+    const StageTimer timer(profile_, Stage::kFindCells);
+    space_->addSurfaces(update.blocks);
+  }
   return update;
 }
 
@@ -341,7 +347,7 @@ std::vector<MemoryPart> CpuMapper::memoryParts() const {
       {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
       {"colour image", kScratch, painter_.bytes(), painter_.bytes()}};
   if (space_ != nullptr) {
-    parts.push_back({"space", kIndices, space_->bytes(), space_->bytes()});
+    parts.push_back({"space", MemoryKind::kSpace, space_->bytes(), space_->bytes()});
     parts.push_back({"free depths", kScratch, free_seer_.bytes(), free_seer_.bytes()});
   }
   return parts;

@@ -3,13 +3,6 @@
 #include <algorithm>
 
 namespace dtsdf {
-namespace {
-
-bool isEmpty(const CellMask& mask) {
-  return std::all_of(mask.word, mask.word + kWordsPerCube, [](uint64_t w) { return w == 0; });
-}
-
-}  // namespace
 
 const CellCube* CellTable::find(const Vec3i& key) const {
   const int32_t slot = slots_.find(packKey(key));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/space/see_free.h"
+
 namespace dtsdf {
 namespace {
 
@@ -26,6 +28,9 @@ struct Around {
   }
 };
 
+/// Times the range: an image of 120 degrees along its diagonal has its corners there.
+constexpr float kMostAside = 2.0f;
+
 double between(double low, double high, double share) { return low + share * (high - low); }
 
 }  // namespace
@@ -45,37 +50,54 @@ SpaceMap::SpaceMap(const MapperParams& params, int threads)
       surfaces_(grid_),
       distances_(reach_, threads) {}
 
-/// The bounds of the pyramid that the image looks into, cube by cube.
 std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
-  const float range = max_range_m_ / frame.voxel_size_m;
-  const Intrinsics& K = frame.intrinsics;
-  Vec3f low = frame.T_L_C.t, high = frame.T_L_C.t;
-  for (int corner = 0; corner < 4; ++corner) {
-    const float u = corner % 2 == 0 ? -0.5f : static_cast<float>(frame.width) - 0.5f;
-    const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
-    const Vec3f p = transform(frame.T_L_C, backProject(K, u, v, range));
-    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
-    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
-  }
-  const int log2 = grid_.side_log2 + kCubeSideLog2;
-  const auto voxelOf = [&](const Vec3f& p) {
-    return frame.origin_voxel + Vec3i{floorToInt(p.x), floorToInt(p.y), floorToInt(p.z)};
-  };
-  const Vec3i first = shiftDown(voxelOf(low), log2), last = shiftDown(voxelOf(high), log2);
+  const CubeBounds bounds = boundsOfView(frame);
   const auto side = static_cast<float>(cubeSideInVoxels(grid_));
   const float radius = 0.8661f * side;  // half the root of 3
+  const float range = max_range_m_ / frame.voxel_size_m;
+  const float* const R = frame.T_L_C.R;
+  const Vec3f ahead{R[2], R[5], R[8]};
   std::vector<Vec3i> keys;
-  for (int32_t z = first.z; z <= last.z; ++z) {
-    for (int32_t y = first.y; y <= last.y; ++y) {
-      for (int32_t x = first.x; x <= last.x; ++x) {
-        const Vec3i corner{x << log2, y << log2, z << log2};
-        const float half = 0.5f * side;
-        const Vec3f middle = toFloat(corner - frame.origin_voxel) + Vec3f{half, half, half};
-        if (mayBeInView(frame, middle, radius)) keys.push_back({x, y, z});
+  for (int32_t z = bounds.first.z; z <= bounds.last.z; ++z) {
+    for (int32_t y = bounds.first.y; y <= bounds.last.y; ++y) {
+      for (int32_t x = bounds.first.x; x <= bounds.last.x; ++x) {
+        const Vec3i cube{x, y, z};
+        const Vec3f middle = lookAt(frame, grid_, cube).first_L +
+                             0.5f * side * Vec3f{1.0f, 1.0f, 1.0f};
+        if (dot(ahead, middle - frame.T_L_C.t) - radius > range) continue;
+        if (mayBeInView(frame, middle, radius)) keys.push_back(cube);
       }
     }
   }
   return keys;
+}
+
+/// Bounds of the pyramid that the image looks into, cut off where an image looks so far aside that
+/// it would go on for ever.
+SpaceMap::CubeBounds SpaceMap::boundsOfView(const FrameView& frame) const {
+  const float range = max_range_m_ / frame.voxel_size_m;
+  const Vec3f& eye = frame.T_L_C.t;
+  Vec3f low = eye, high = eye;
+  for (int corner = 0; corner < 4; ++corner) {
+    const float u = corner % 2 == 0 ? -0.5f : static_cast<float>(frame.width) - 0.5f;
+    const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
+    const Vec3f p = transform(frame.T_L_C, backProject(frame.intrinsics, u, v, range));
+    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
+    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
+  }
+  const float aside = kMostAside * range;
+  const auto cubeOf = [&](float x, float y, float z) {
+    const Vec3i voxel = frame.origin_voxel + Vec3i{floorToInt(x), floorToInt(y), floorToInt(z)};
+    const Vec3i cube = shiftDown(voxel, grid_.side_log2 + kCubeSideLog2);
+    const auto within = [](int32_t at) {
+      return std::clamp(at, -kMaxBlockCoordinate, kMaxBlockCoordinate);
+    };
+    return Vec3i{within(cube.x), within(cube.y), within(cube.z)};
+  };
+  return {cubeOf(maximum(low.x, eye.x - aside), maximum(low.y, eye.y - aside),
+                 maximum(low.z, eye.z - aside)),
+          cubeOf(minimum(high.x, eye.x + aside), minimum(high.y, eye.y + aside),
+                 minimum(high.z, eye.z + aside))};
 }
 
 void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {

@@ -14,12 +14,6 @@
 
 namespace dtsdf {
 
-/// Cells of a cube that an image saw through.
-struct FreeCube {
-  Vec3i key;
-  CellMask free;
-};
-
 /// Settings in units of cells and voxels.
 CellGrid cellGridOf(const MapperParams& params);
 /// @return cells that distances reach.
@@ -57,6 +51,11 @@ class SpaceMap : public Space {
   size_t bytes() const override;
 
  private:
+  struct CubeBounds {
+    Vec3i first, last;
+  };
+
+  CubeBounds boundsOfView(const FrameView& frame) const;
   Vec3d middleOf(const Vec3i& cell) const;
   double metresFrom(const Vec3i& cell) const;
 

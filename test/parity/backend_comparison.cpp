@@ -176,6 +176,12 @@ void BackendPair::compareMaps() {
   expectEqualMeshes(reference_mesh_.assemble(), candidate_mesh_.assemble());
 }
 
+void BackendPair::compareSpaces() {
+  ASSERT_NE(reference_->space(), nullptr);
+  ASSERT_NE(candidate_->space(), nullptr);
+  expectEqualSpaces(*reference_->space(), *candidate_->space());
+}
+
 void expectEqualUpdates(const MeshUpdate& expected, const MeshUpdate& actual) {
   ASSERT_EQ(actual.blocks.size(), expected.blocks.size());
   for (size_t i = 0; i < expected.blocks.size(); ++i) {
@@ -208,6 +214,27 @@ void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual) {
       ASSERT_TRUE(sameBytes(a[i].colours[d], b[i].colours[d]))
           << describe(a[i].key) << ", colours of direction " << d;
     }
+  }
+}
+
+void expectEqualSpaces(Space& expected, Space& actual) {
+  const std::vector<SpaceCell> a = expected.cells(), b = actual.cells();
+  ASSERT_EQ(b.size(), a.size());
+  expected.updateDistances();
+  actual.updateDistances();
+  const double side_m = expected.cellSize_m();
+  for (size_t i = 0; i < a.size(); ++i) {
+    const Vec3i& cell = a[i].cell;
+    ASSERT_TRUE(cell == b[i].cell) << describe(cell) << " and " << describe(b[i].cell);
+    ASSERT_EQ(static_cast<int>(b[i].state), static_cast<int>(a[i].state)) << describe(cell);
+    ASSERT_EQ(actual.squaredDistance(cell), expected.squaredDistance(cell)) << describe(cell);
+    if (i % 64 != 0) continue;
+    const Eigen::Vector3d p_W =
+        side_m * Eigen::Vector3d(cell.x + 0.3, cell.y - 0.8, cell.z + 1.9);
+    const SpaceDistance here = expected.distanceAt(p_W), there = actual.distanceAt(p_W);
+    ASSERT_EQ(there.known, here.known);
+    ASSERT_EQ(there.distance_m, here.distance_m);
+    ASSERT_EQ(std::memcmp(&there.gradient, &here.gradient, sizeof(Vec3f)), 0);
   }
 }
 

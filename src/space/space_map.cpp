@@ -31,6 +31,15 @@ struct Around {
 /// Times the range: an image of 120 degrees along its diagonal has its corners there.
 constexpr float kMostAside = 2.0f;
 
+SpaceCube asTold(const CellCube& cube) {
+  SpaceCube told{firstCellOfCube(cube.key), {}, {}};
+  for (size_t z = 0; z < kWordsPerCube; ++z) {
+    told.free[z] = cube.free.word[z] & ~cube.surface.word[z];
+    told.surface[z] = cube.surface.word[z];
+  }
+  return told;
+}
+
 double between(double low, double high, double share) { return low + share * (high - low); }
 
 }  // namespace
@@ -174,6 +183,26 @@ std::vector<SpaceCell> SpaceMap::cells() const {
     }
   }
   return all;
+}
+
+std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
+  const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
+  std::vector<SpaceCube> found;
+  table_.forEach([&](const CellCube& cube) {
+    if (cube.key.z >= low && cube.key.z <= high) found.push_back(asTold(cube));
+  });
+  return found;
+}
+
+SpaceChanges SpaceMap::takeChanges(bool all) {
+  const TouchedCubes touched = table_.takeTouched(all);
+  SpaceChanges changes;
+  changes.begins_anew = touched.begins_anew;
+  for (const CellCube* cube : touched.live) changes.cubes.push_back(asTold(*cube));
+  for (const Vec3i& key : touched.gone) {
+    if (table_.find(key) == nullptr) changes.cubes.push_back({firstCellOfCube(key), {}, {}});
+  }
+  return changes;
 }
 
 void SpaceMap::updateDistances() {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "dtsdf_mapping/geometry.h"
@@ -32,6 +34,20 @@ struct SpaceCell {
   CellState state;  ///< Never kUnknown.
 };
 
+/// What is known of 8 x 8 x 8 cells at once. Of a mask's word z, bit x + 8 y is the cell
+/// `first` + (x, y, z).
+struct SpaceCube {
+  Vec3i first;                      ///< The lowest of its cells; a multiple of 8 per axis.
+  std::array<uint64_t, 8> free;     ///< What some image saw through, and no surface is in.
+  std::array<uint64_t, 8> surface;  ///< What a surface passes through.
+};
+
+/// What has become known of space, or is known no more.
+struct SpaceChanges {
+  bool begins_anew = false;      ///< First, everything known before has to be forgotten.
+  std::vector<SpaceCube> cubes;  ///< Then these are as they are here; all zeros: unknown again.
+};
+
 /// What a map knows of space. Cells are cubes of space/cell_voxels voxels. Surfaces are those of
 /// the last mesh update that was finished, so that a plate thinner than a voxel is there as well.
 /// Free is what an image saw through as a whole; it stays so until a surface comes. Belongs to its
@@ -51,6 +67,14 @@ class Space {
 
   /// All cells that are not unknown, in canonical order.
   virtual std::vector<SpaceCell> cells() const = 0;
+
+  /// Cubes that have cells from `first_z` up to and with `last_z`, and of which something is known;
+  /// in no order.
+  virtual std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const = 0;
+
+  /// What may have changed since the last call, for one who follows it; in no order. At the first
+  /// call, and with `all`, that is everything.
+  virtual SpaceChanges takeChanges(bool all = false) = 0;
 
   /// Takes what has changed since the last call over into the distances: what lies within reach of
   /// surfaces that came or went. Costs nothing where nobody calls it.

@@ -1,8 +1,15 @@
 #include "space/cell_table.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace dtsdf {
+namespace {
+
+/// A few megabytes.
+constexpr size_t kMostGone = 1 << 18;
+
+}  // namespace
 
 const CellCube* CellTable::find(const Vec3i& key) const {
   const int32_t slot = slots_.find(packKey(key));
@@ -15,7 +22,10 @@ CellCube* CellTable::find(const Vec3i& key) {
 }
 
 CellCube& CellTable::at(const Vec3i& key) {
-  if (CellCube* const cube = find(key)) return *cube;
+  if (CellCube* const cube = find(key)) {
+    cube->touched = turn_;
+    return *cube;
+  }
   auto slot = static_cast<int32_t>(cubes_.size());
   if (free_slots_.empty()) {
     cubes_.emplace_back();
@@ -25,7 +35,7 @@ CellCube& CellTable::at(const Vec3i& key) {
     free_slots_.pop_back();
   }
   slots_.insert(packKey(key), slot);
-  cubes_[slot] = CellCube{key, {}, {}};
+  cubes_[slot] = CellCube{key, {}, {}, turn_};
   keys_[slot] = packKey(key);
   return cubes_[slot];
 }
@@ -36,6 +46,23 @@ void CellTable::removeIfEmpty(const Vec3i& key) {
   free_slots_.push_back(slot);
   keys_[slot] = kNoCube;
   slots_.erase(packKey(key));
+  if (!is_followed_) return;
+  gone_.push_back(key);
+  // Who does not ask for so long gets everything anew.
+  if (gone_.size() > kMostGone) is_followed_ = false;
+}
+
+TouchedCubes CellTable::takeTouched(bool all) {
+  TouchedCubes touched;
+  touched.begins_anew = all || !is_followed_;
+  forEach([&](const CellCube& cube) {
+    if (touched.begins_anew || cube.touched == turn_) touched.live.push_back(&cube);
+  });
+  if (!touched.begins_anew) touched.gone = std::move(gone_);
+  gone_.clear();
+  is_followed_ = true;
+  ++turn_;
+  return touched;
 }
 
 std::vector<const CellCube*> CellTable::sorted() const {

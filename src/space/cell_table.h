@@ -16,6 +16,14 @@ struct CellCube {
   Vec3i key;
   CellMask free;
   CellMask surface;
+  uint64_t touched = 0;  ///< The turn of whoever follows changes in which it was asked for last.
+};
+
+/// Cubes that may have changed, for one who follows them.
+struct TouchedCubes {
+  bool begins_anew = false;         ///< All that was there before may have gone.
+  std::vector<const CellCube*> live;
+  std::vector<Vec3i> gone;          ///< Keys; some of them may have come back.
 };
 
 class CellTable {
@@ -24,7 +32,7 @@ class CellTable {
   const CellCube* find(const Vec3i& key) const;
   CellCube* find(const Vec3i& key);
 
-  /// The cube, made if it is not there.
+  /// The cube, made if it is not there. It counts as touched.
   CellCube& at(const Vec3i& key);
 
   /// Removes a cube of which nothing is known any more.
@@ -43,6 +51,18 @@ class CellTable {
   /// All cubes, in the order of packed keys.
   std::vector<const CellCube*> sorted() const;
 
+  /// Calls `visit` with each cube, in no order.
+  template <class Visit>
+  void forEach(const Visit& visit) const {
+    for (size_t slot = 0; slot < keys_.size(); ++slot) {
+      if (keys_[slot] != kNoCube) visit(cubes_[slot]);
+    }
+  }
+
+  /// Cubes that were touched since the last call; at the first one, and with `all`, all of them.
+  /// Those that are live are valid until the table is changed.
+  TouchedCubes takeTouched(bool all);
+
   size_t size() const { return slots_.size(); }
   size_t bytes() const {
     return slots_.memoryBytes() + cubes_.size() * sizeof(CellCube) +
@@ -56,6 +76,10 @@ class CellTable {
   std::deque<CellCube> cubes_;   ///< By slot; grows without moving what is there.
   std::vector<PackedKey> keys_;  ///< The same, close together for who looks at all of them.
   std::vector<int32_t> free_slots_;
+
+  bool is_followed_ = false;  ///< Changes were taken, and all since then are known.
+  uint64_t turn_ = 1;         ///< Goes on with each time that changes are taken.
+  std::vector<Vec3i> gone_;   ///< Removed in this turn, while somebody follows.
 };
 
 }  // namespace dtsdf

@@ -56,6 +56,8 @@ class SpaceMap : public Space {
   Vec3i cellAt(const Eigen::Vector3d& p_W) const override;
   CellState stateOf(const Vec3i& cell) const override;
   std::vector<SpaceCell> cells() const override;
+  std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const override;
+  SpaceChanges takeChanges(bool all) override;
   void updateDistances() override;
   int squaredDistance(const Vec3i& cell) const override { return distances_.squaredAt(cell); }
   SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const override;

@@ -1,0 +1,224 @@
+#include "planning/ground_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dtsdf {
+namespace {
+
+constexpr int kCubeLog2 = 3;
+
+int32_t floorToStep(int32_t cell) {
+  constexpr int32_t kStep = GroundGrid::kStep;
+  return (cell >= 0 ? cell / kStep : -((-cell + kStep - 1) / kStep)) * kStep;
+}
+
+bool isZero(const std::array<uint64_t, 8>& mask) {
+  return std::all_of(mask.begin(), mask.end(), [](uint64_t word) { return word == 0; });
+}
+
+/// How many bits of each place are set, over some words.
+class ColumnCounts {
+ public:
+  void add(uint64_t word) {
+    for (; word != 0; word &= word - 1) ++counts_[static_cast<size_t>(__builtin_ctzll(word))];
+  }
+  int at(size_t column) const { return counts_[column]; }
+
+ private:
+  std::array<int, 64> counts_{};
+};
+
+}  // namespace
+
+bool GridBox::contains(const GridBox& other) const {
+  return other.isEmpty() || (other.x >= x && other.y >= y && other.x + other.width <= x + width &&
+                             other.y + other.height <= y + height);
+}
+
+GridBox unite(const GridBox& a, const GridBox& b) {
+  if (a.isEmpty()) return b;
+  if (b.isEmpty()) return a;
+  const int32_t x = std::min(a.x, b.x), y = std::min(a.y, b.y);
+  return {x, y, std::max(a.x + a.width, b.x + b.width) - x,
+          std::max(a.y + a.height, b.y + b.height) - y};
+}
+
+GridBox intersect(const GridBox& a, const GridBox& b) {
+  const int32_t x = std::max(a.x, b.x), y = std::max(a.y, b.y);
+  const int32_t width = std::min(a.x + a.width, b.x + b.width) - x,
+                height = std::min(a.y + a.height, b.y + b.height) - y;
+  if (width <= 0 || height <= 0) return {};
+  return {x, y, width, height};
+}
+
+GridBox windowAround(const GridBox& known) {
+  constexpr int32_t kStep = GroundGrid::kStep;
+  const int32_t x = floorToStep(known.x), y = floorToStep(known.y);
+  return {x, y, floorToStep(known.x + known.width - 1) + kStep - x,
+          floorToStep(known.y + known.height - 1) + kStep - y};
+}
+
+CellLayers layersBetween(const GroundHeights& heights, double cell_size_m) {
+  // Sizes come from floats: a height that is a multiple of the cell's may be a little beside it.
+  constexpr double kTolerance = 1e-3;
+  const auto first = static_cast<int32_t>(std::floor(heights.min_m / cell_size_m + kTolerance));
+  const auto last = static_cast<int32_t>(std::ceil(heights.max_m / cell_size_m - kTolerance)) - 1;
+  return {first, std::max(first, last)};
+}
+
+uint64_t GroundColumns::keyOf(int32_t stack_x, int32_t stack_y) {
+  return static_cast<uint64_t>(static_cast<uint32_t>(stack_y)) << 32 |
+         static_cast<uint32_t>(stack_x);
+}
+
+GridBox GroundColumns::put(const SpaceCube& cube) {
+  if (cube.first.z > layers_.last || cube.first.z + kSide - 1 < layers_.first) return {};
+  Part part{cube.first.z, {}, {}};
+  for (int z = 0; z < kSide; ++z) {
+    const int32_t layer = cube.first.z + z;
+    if (layer < layers_.first || layer > layers_.last) continue;
+    part.free[static_cast<size_t>(z)] = cube.free[static_cast<size_t>(z)];
+    part.surface[static_cast<size_t>(z)] = cube.surface[static_cast<size_t>(z)];
+  }
+  const int32_t x = cube.first.x >> kCubeLog2, y = cube.first.y >> kCubeLog2;
+  const bool is_unknown = isZero(part.free) && isZero(part.surface);
+  auto place = stacks_.find(keyOf(x, y));
+  if (place == stacks_.end()) {
+    if (is_unknown) return {};
+    place = stacks_.emplace(keyOf(x, y), Stack{}).first;
+    place->second.values.fill(kColumnUnknown);
+  }
+  Stack& stack = place->second;
+  const auto same = std::find_if(stack.parts.begin(), stack.parts.end(),
+                                 [&](const Part& other) { return other.z == part.z; });
+  if (same != stack.parts.end()) stack.parts.erase(same);
+  if (!is_unknown) stack.parts.push_back(part);
+  const GridBox changed = evaluate(x, y, stack);
+  if (stack.parts.empty()) stacks_.erase(place);
+  return changed;
+}
+
+GridBox GroundColumns::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const {
+  ColumnCounts free;
+  uint64_t surface = 0;
+  for (const Part& part : stack.parts) {
+    for (const uint64_t word : part.free) free.add(word);
+    for (const uint64_t word : part.surface) surface |= word;
+  }
+  GridBox changed;
+  for (size_t i = 0; i < stack.values.size(); ++i) {
+    const bool is_half_free = 2 * free.at(i) >= layers_.count();
+    const int8_t value = (surface >> i & 1u) != 0 ? kColumnOccupied
+                         : is_half_free           ? kColumnFree
+                                                  : kColumnUnknown;
+    if (value == stack.values[i]) continue;
+    stack.values[i] = value;
+    const auto column = static_cast<int32_t>(i);
+    changed = unite(changed, {stack_x * kSide + column % kSide, stack_y * kSide + column / kSide,
+                              1, 1});
+  }
+  return changed;
+}
+
+int8_t GroundColumns::at(int32_t x, int32_t y) const {
+  const auto place = stacks_.find(keyOf(x >> kCubeLog2, y >> kCubeLog2));
+  if (place == stacks_.end()) return kColumnUnknown;
+  return place->second.values[static_cast<size_t>((x & (kSide - 1)) + kSide * (y & (kSide - 1)))];
+}
+
+/// Stack by stack, so that what is unknown costs nothing.
+std::vector<int8_t> GroundColumns::values(const GridBox& box) const {
+  std::vector<int8_t> values(box.size(), kColumnUnknown);
+  if (box.isEmpty()) return values;
+  const int32_t last_x = (box.x + box.width - 1) >> kCubeLog2,
+                last_y = (box.y + box.height - 1) >> kCubeLog2;
+  for (int32_t stack_y = box.y >> kCubeLog2; stack_y <= last_y; ++stack_y) {
+    for (int32_t stack_x = box.x >> kCubeLog2; stack_x <= last_x; ++stack_x) {
+      const auto place = stacks_.find(keyOf(stack_x, stack_y));
+      if (place == stacks_.end()) continue;
+      const GridBox part = intersect(box, {stack_x * kSide, stack_y * kSide, kSide, kSide});
+      for (int32_t y = part.y; y < part.y + part.height; ++y) {
+        for (int32_t x = part.x; x < part.x + part.width; ++x) {
+          values[static_cast<size_t>(y - box.y) * static_cast<size_t>(box.width) +
+                 static_cast<size_t>(x - box.x)] =
+              place->second.values[static_cast<size_t>((x & (kSide - 1)) +
+                                                       kSide * (y & (kSide - 1)))];
+        }
+      }
+    }
+  }
+  return values;
+}
+
+GridBox GroundColumns::known() const {
+  GridBox known;
+  for (const auto& [key, stack] : stacks_) {
+    const auto x = static_cast<int32_t>(static_cast<uint32_t>(key)),
+               y = static_cast<int32_t>(static_cast<uint32_t>(key >> 32));
+    for (size_t i = 0; i < stack.values.size(); ++i) {
+      if (stack.values[i] == kColumnUnknown) continue;
+      const auto column = static_cast<int32_t>(i);
+      known = unite(known, {x * kSide + column % kSide, y * kSide + column / kSide, 1, 1});
+    }
+  }
+  return known;
+}
+
+size_t GroundColumns::bytes() const {
+  size_t parts = 0;
+  for (const auto& [key, stack] : stacks_) parts += stack.parts.capacity();
+  return stacks_.size() * (sizeof(uint64_t) + sizeof(Stack)) + parts * sizeof(Part);
+}
+
+void GroundGrid::beginAnew(double cell_size_m) {
+  if (window_ && cell_size_m != cell_size_m_) {
+    // Nobody has a grid of such cells. What they have is of a map that is gone.
+    window_.reset();
+    changed_ = {};
+    is_outgrown_ = is_outdated_ = true;
+  }
+  if (window_) note(*window_);
+  cell_size_m_ = cell_size_m;
+  columns_.emplace(heights_, cell_size_m);
+}
+
+void GroundGrid::note(const GridBox& columns) {
+  if (columns.isEmpty()) return;
+  is_outdated_ = true;
+  if (!window_ || !window_->contains(columns)) is_outgrown_ = true;
+  if (window_) changed_ = unite(changed_, intersect(*window_, columns));
+}
+
+void GroundGrid::apply(const SpaceChanges& changes, double cell_size_m) {
+  if (changes.begins_anew || !columns_) beginAnew(cell_size_m);
+  for (const SpaceCube& cube : changes.cubes) note(columns_->put(cube));
+}
+
+GridTelling GroundGrid::next() {
+  if (!is_outdated_) return {};
+  is_outdated_ = false;
+  if (is_outgrown_) {
+    is_outgrown_ = false;
+    const GridBox known = columns_->known();
+    if (!window_ || !window_->contains(known)) {
+      // One of nothing takes the place of a grid of other cells.
+      const GridBox window = windowAround(known.isEmpty() ? GridBox{0, 0, 1, 1} : known);
+      if (window.size() > kMostColumns) {
+        is_outgrown_ = true;
+        return {GridTelling::Kind::kTooLarge, window};
+      }
+      window_ = window;
+      changed_ = {};
+      return {GridTelling::Kind::kGrid, window};
+    }
+  }
+  if (changed_.isEmpty()) return {};
+  return {GridTelling::Kind::kUpdate, changed_};
+}
+
+std::vector<int8_t> GroundGrid::values(const GridBox& box) const {
+  return columns_ ? columns_->values(box) : std::vector<int8_t>(box.size(), kColumnUnknown);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,279 @@
+#include "planning/ground_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <tuple>
+#include <utility>
+
+namespace dtsdf {
+namespace {
+
+using Kind = GridTelling::Kind;
+
+constexpr double kCell_m = 0.1;
+
+/// Cells, set one by one, and the cubes that they are in.
+class Cells {
+ public:
+  void set(int x, int y, int z, CellState state) {
+    cells_[{x, y, z}] = state;
+    SpaceCube& cube = cubes_[{x >> 3, y >> 3, z >> 3}];
+    cube.first = {x & ~7, y & ~7, z & ~7};
+    const uint64_t bit = uint64_t{1} << ((x & 7) + 8 * (y & 7));
+    const auto word = static_cast<size_t>(z & 7);
+    cube.free[word] &= ~bit;
+    cube.surface[word] &= ~bit;
+    if (state == CellState::kFree) cube.free[word] |= bit;
+    if (state == CellState::kSurface) cube.surface[word] |= bit;
+    changed_[{x >> 3, y >> 3, z >> 3}] = true;
+  }
+
+  /// The values of all columns in a box, cell by cell.
+  std::vector<int8_t> columns(const GridBox& box, int first_z, int last_z) const {
+    std::vector<int> surfaces(box.size()), free(box.size());
+    for (const auto& [key, state] : cells_) {
+      const auto [x, y, z] = key;
+      if (z < first_z || z > last_z || !box.contains({x, y, 1, 1})) continue;
+      const auto i = static_cast<size_t>((y - box.y) * box.width + x - box.x);
+      if (state == CellState::kSurface) ++surfaces[i];
+      if (state == CellState::kFree) ++free[i];
+    }
+    std::vector<int8_t> values;
+    for (size_t i = 0; i < surfaces.size(); ++i) {
+      const bool is_half_free = 2 * free[i] >= last_z - first_z + 1;
+      values.push_back(static_cast<int8_t>(surfaces[i] > 0 ? 100 : is_half_free ? 0 : -1));
+    }
+    return values;
+  }
+
+  SpaceChanges take() {
+    SpaceChanges changes;
+    for (const auto& [key, is_changed] : changed_) changes.cubes.push_back(cubes_[key]);
+    changed_.clear();
+    return changes;
+  }
+
+ private:
+  using Key = std::tuple<int, int, int>;
+  std::map<Key, CellState> cells_;
+  std::map<Key, SpaceCube> cubes_;
+  std::map<Key, bool> changed_;
+};
+
+/// What a follower has who copies grids and updates as costmap_2d's StaticLayer does: an update's
+/// place is counted from the corner of the last grid, and is not checked.
+struct Follower {
+  GridBox window;
+  std::vector<int8_t> values;
+
+  void take(const GroundGrid& grid, const GridTelling& told) {
+    const std::vector<int8_t> sent = grid.values(told.box);
+    if (told.kind == Kind::kGrid) {
+      window = told.box;
+      values = sent;
+      return;
+    }
+    ASSERT_TRUE(window.contains(told.box));
+    size_t next = 0;
+    for (int y = 0; y < told.box.height; ++y) {
+      for (int x = 0; x < told.box.width; ++x) {
+        const int column = told.box.x - window.x + x, row = told.box.y - window.y + y;
+        values[static_cast<size_t>(row) * static_cast<size_t>(window.width) +
+               static_cast<size_t>(column)] = sent[next++];
+      }
+    }
+  }
+};
+
+TEST(GroundGrid, LayersAreTheCellsThatReachBetweenTheHeights) {
+  const auto layers = [](double min_m, double max_m, double cell_m) {
+    const CellLayers found = layersBetween({min_m, max_m}, cell_m);
+    return std::make_pair(found.first, found.last);
+  };
+  EXPECT_EQ(layers(0.15, 0.35, 0.1), std::make_pair(1, 3));
+  EXPECT_EQ(layers(0.1, 0.3, 0.1), std::make_pair(1, 2));
+  EXPECT_EQ(layers(-0.05, 0.05, 0.1), std::make_pair(-1, 0));
+  EXPECT_EQ(layers(0.0, 0.01, 0.1), std::make_pair(0, 0));
+  // Sizes of cells as they come from settings.
+  const double cell_m = 4.0 * static_cast<double>(0.02f);
+  EXPECT_EQ(layers(0.08, 0.8, cell_m), std::make_pair(1, 9));
+  EXPECT_EQ(layers(-0.8, -0.08, cell_m), std::make_pair(-10, -2));
+}
+
+/// Three layers, 1 to 3: two of them free are half of them, one is not; a surface is one anywhere
+/// between, and what is above and below counts for nothing.
+TEST(GroundGrid, AColumnIsWhatIsInIt) {
+  const auto valueOf = [](std::vector<CellState> layers) {
+    GroundColumns columns({0.1, 0.4}, kCell_m);
+    Cells cells;
+    for (size_t z = 0; z < layers.size(); ++z) cells.set(-3, 5, static_cast<int>(z), layers[z]);
+    for (const SpaceCube& cube : cells.take().cubes) columns.put(cube);
+    EXPECT_EQ(columns.at(-2, 5), kColumnUnknown);
+    return columns.at(-3, 5);
+  };
+  const CellState u = CellState::kUnknown, f = CellState::kFree, s = CellState::kSurface;
+  EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown);
+  EXPECT_EQ(valueOf({f, f, f, f, f}), kColumnFree);
+  EXPECT_EQ(valueOf({u, f, u, f, u}), kColumnFree);
+  EXPECT_EQ(valueOf({f, u, u, f, f}), kColumnUnknown);
+  EXPECT_EQ(valueOf({s, f, f, f, s}), kColumnFree);
+  EXPECT_EQ(valueOf({s, u, u, u, s}), kColumnUnknown);
+  EXPECT_EQ(valueOf({u, u, u, s, u}), kColumnOccupied);
+  EXPECT_EQ(valueOf({f, s, f, f, f}), kColumnOccupied);
+}
+
+TEST(GroundGrid, HalfOfAnEvenColumnIsEnough) {
+  GroundColumns columns({0.0, 0.4}, kCell_m);
+  Cells cells;
+  cells.set(0, 0, 0, CellState::kFree);
+  cells.set(0, 0, 3, CellState::kFree);
+  cells.set(1, 0, 2, CellState::kFree);
+  for (const SpaceCube& cube : cells.take().cubes) columns.put(cube);
+  EXPECT_EQ(columns.at(0, 0), kColumnFree);
+  EXPECT_EQ(columns.at(1, 0), kColumnUnknown);
+}
+
+TEST(GroundGrid, WindowsGrowBySteps) {
+  const auto expectWindow = [](const GridBox& known, const GridBox& window) {
+    EXPECT_TRUE(windowAround(known) == window) << known.x << " " << known.width;
+  };
+  expectWindow({0, 0, 1, 1}, {0, 0, 256, 256});
+  expectWindow({-1, 255, 1, 1}, {-256, 0, 256, 256});
+  expectWindow({-256, 256, 256, 256}, {-256, 256, 256, 256});
+  expectWindow({-257, 100, 2, 157}, {-512, 0, 512, 512});
+}
+
+TEST(GroundGrid, SaysNothingTwice) {
+  GroundGrid grid({0.0, 0.4});
+  EXPECT_EQ(grid.next().kind, Kind::kNothing);
+  Cells cells;
+  cells.set(3, 4, 1, CellState::kSurface);
+  grid.apply(cells.take(), kCell_m);
+  EXPECT_EQ(grid.next().kind, Kind::kGrid);
+  EXPECT_EQ(grid.next().kind, Kind::kNothing);
+  cells.set(3, 4, 2, CellState::kSurface);  // it is occupied already
+  grid.apply(cells.take(), kCell_m);
+  EXPECT_EQ(grid.next().kind, Kind::kNothing);
+}
+
+/// Updates hold all that has changed since the grid, also what an earlier one has told.
+TEST(GroundGrid, UpdatesAreTheUnionSinceTheGrid) {
+  GroundGrid grid({0.0, 0.4});
+  Cells cells;
+  cells.set(100, 100, 1, CellState::kSurface);
+  grid.apply(cells.take(), kCell_m);
+  ASSERT_EQ(grid.next().kind, Kind::kGrid);
+  EXPECT_TRUE(grid.changed().isEmpty());
+  cells.set(10, 20, 1, CellState::kSurface);
+  grid.apply(cells.take(), kCell_m);
+  GridTelling told = grid.next();
+  EXPECT_EQ(told.kind, Kind::kUpdate);
+  EXPECT_TRUE((told.box == GridBox{10, 20, 1, 1}));
+  cells.set(30, 21, 1, CellState::kSurface);
+  grid.apply(cells.take(), kCell_m);
+  told = grid.next();
+  EXPECT_TRUE((told.box == GridBox{10, 20, 21, 2}));
+  // Beyond the window: a whole grid, and all begins anew.
+  cells.set(-1, 21, 1, CellState::kSurface);
+  grid.apply(cells.take(), kCell_m);
+  told = grid.next();
+  EXPECT_EQ(told.kind, Kind::kGrid);
+  EXPECT_TRUE((told.box == GridBox{-256, 0, 512, 256}));
+  EXPECT_TRUE(grid.changed().isEmpty());
+}
+
+/// Cells come and go at random, near and far: a follower has what is there, and its window is the
+/// least that held all when it was told.
+TEST(GroundGrid, AFollowerHasWhatIsThere) {
+  std::mt19937 random(7);
+  const auto pick = [&](int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(random);
+  };
+  const GroundHeights heights{-0.35, 0.52};  // layers -4 to 5
+  GroundGrid grid(heights);
+  Cells cells;
+  Follower follower;
+  size_t grids = 0, updates = 0;
+  for (int round = 0; round < 60; ++round) {
+    const int x = pick(-round * 12, round * 12), y = pick(-round * 2, round * 8);
+    for (int i = 0; i < 400; ++i) {
+      cells.set(x + pick(0, 3), y + pick(0, 3), pick(-6, 7),
+                static_cast<CellState>(pick(0, 7) < 6 ? 1 : pick(0, 2)));
+    }
+    grid.apply(cells.take(), kCell_m);
+    const GridTelling told = grid.next();
+    if (told.kind == Kind::kNothing) continue;
+    ASSERT_NE(told.kind, Kind::kTooLarge);
+    ++(told.kind == Kind::kGrid ? grids : updates);
+    follower.take(grid, told);
+    const std::vector<int8_t> expected = cells.columns(follower.window, -4, 5);
+    for (size_t i = 0; i < expected.size(); ++i) {
+      if (follower.values[i] != expected[i]) FAIL() << "column " << i << " in round " << round;
+    }
+  }
+  EXPECT_GT(grids, 3u);
+  EXPECT_GT(updates, 20u);
+}
+
+/// What was known is unknown, in the same window; then the window is that of what is there now.
+TEST(GroundGrid, BeginsAnew) {
+  GroundGrid grid({0.0, 0.4});
+  Cells cells;
+  cells.set(600, 4, 1, CellState::kSurface);
+  cells.set(0, 4, 1, CellState::kSurface);
+  grid.apply(cells.take(), kCell_m);
+  Follower follower;
+  follower.take(grid, grid.next());
+  ASSERT_EQ(follower.window.width, 768);
+
+  grid.apply({true, {}}, kCell_m);
+  GridTelling told = grid.next();
+  ASSERT_EQ(told.kind, Kind::kUpdate);
+  follower.take(grid, told);
+  for (const int8_t value : follower.values) ASSERT_EQ(value, kColumnUnknown);
+
+  Cells others;
+  others.set(1000, 4, 1, CellState::kSurface);
+  grid.apply(others.take(), kCell_m);
+  told = grid.next();
+  EXPECT_EQ(told.kind, Kind::kGrid);
+  EXPECT_TRUE((told.box == GridBox{768, 0, 256, 256})) << "nothing is left of the old one";
+}
+
+TEST(GroundGrid, CellsOfAnotherSizeAreAnotherGrid) {
+  GroundGrid grid({0.0, 0.4});
+  Cells cells;
+  cells.set(3, 4, 1, CellState::kSurface);
+  SpaceChanges changes = cells.take();
+  changes.begins_anew = true;
+  grid.apply(changes, kCell_m);
+  ASSERT_EQ(grid.next().kind, Kind::kGrid);
+  grid.apply(changes, 2.0 * kCell_m);
+  EXPECT_EQ(grid.next().kind, Kind::kGrid);
+  EXPECT_EQ(grid.cellSize_m(), 2.0 * kCell_m);
+  grid.apply({true, {}}, kCell_m);
+  EXPECT_EQ(grid.next().kind, Kind::kGrid) << "also where it is empty";
+}
+
+/// A single cell at the end of the world must not cost the memory of all between.
+TEST(GroundGrid, WhatIsTooLargeIsSaid) {
+  GroundGrid grid({0.0, 0.4});
+  Cells cells;
+  cells.set(0, 0, 1, CellState::kSurface);
+  grid.apply(cells.take(), kCell_m);
+  ASSERT_EQ(grid.next().kind, Kind::kGrid);
+  cells.set(1 << 22, 1 << 22, 1, CellState::kSurface);
+  grid.apply(cells.take(), kCell_m);
+  EXPECT_EQ(grid.next().kind, Kind::kTooLarge);
+  EXPECT_EQ(grid.window()->width, 256);
+  cells.set(1 << 22, 1 << 22, 1, CellState::kUnknown);
+  grid.apply(cells.take(), kCell_m);
+  cells.set(2, 0, 1, CellState::kSurface);
+  grid.apply(cells.take(), kCell_m);
+  EXPECT_EQ(grid.next().kind, Kind::kUpdate);
+}
+
+}  // namespace
+}  // namespace dtsdf

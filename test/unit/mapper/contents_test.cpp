@@ -153,16 +153,21 @@ TEST(ContentsOfAMap, HaveWhatIsFree) {
             "");
 }
 
+/// 6000 cubes of 256 bytes each are to be no more than an eighth of the budget.
 TEST(ContentsOfAMap, NeedRoomForWhatIsFree) {
-  const MapContents contents = roomContents(false, spaceParams(1));
-  MapperParams params = spaceParams(1);
-  const int least = leastMemoryMb(contents, params);
-  EXPECT_GT(least, leastMemoryMb(contents, roomParams(0.04f)));
-  params.map.max_memory_mb = least;
+  MapContents contents = roomContents(false, spaceParams());
+  contents.free_cubes.clear();
+  for (int32_t i = 0; i < 6000; ++i) {
+    contents.free_cubes.push_back({{i % 20, i / 20 % 20, i / 400}, {1}});
+  }
+  MapperParams params = spaceParams();
+  EXPECT_EQ(leastMemoryMb(contents, params), 12);
+  EXPECT_LT(leastMemoryMb(contents, roomParams(0.04f)), 12) << "without space it leaves them out";
+  params.map.max_memory_mb = 12;
   EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
-  --params.map.max_memory_mb;
+  params.map.max_memory_mb = 11;
   const std::string error = errorOf([&] { makeMapper(params, contents); });
-  EXPECT_NE(error.find(std::to_string(least)), std::string::npos) << error;
+  EXPECT_NE(error.find("map/max_memory_mb of 12"), std::string::npos) << error;
 }
 
 TEST(ContentsOfAMap, AreRefusedWhereNoMapHasThem) {

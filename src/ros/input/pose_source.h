@@ -30,6 +30,9 @@ class PoseSource {
   /// Of an image, which tells the buffer what time it is.
   PoseAnswer lookUp(const std::string& camera_frame, const ros::Time& stamp) const;
 
+  /// Of any frame, by whoever asks; 0: by the newest transform.
+  PoseAnswer find(const std::string& frame, const ros::Time& stamp) const;
+
   /// Forgets all transforms that are not static, after a jump of time.
   void clear() { transforms_.clear(); }
 

@@ -7,6 +7,7 @@
 #include "backend/map_copy.h"
 #include "backend/rule_settings.h"
 #include "kernels/fusion/evidence.h"
+#include "map/memory_budget.h"
 #include "pool_transfer.h"
 
 namespace dtsdf {
@@ -17,10 +18,10 @@ constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 
 }  // namespace
 
-CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
+CudaMap::CudaMap(const MapperParams& params, const Rules& rules, SpaceMap* space)
     : params_(params),
       rules_(rules),
-      table_(static_cast<size_t>(params.map.max_memory_mb) << 20),
+      table_(budgetOf(params).map_bytes),
       map_(stream_),
       sensor_(params, rules, stream_),
       surfel_maker_(params, rules.surfels, stream_),
@@ -28,7 +29,9 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules)
       fusion_(params, rules, stream_),
       painter_(rules.colour, params.map.directional, stream_),
       mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0),
-      region_clearer_(stream_) {
+      region_clearer_(stream_),
+      free_seer_(cellGridOf(params), params.space.max_range_m, stream_),
+      space_(space) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
 }
@@ -46,6 +49,7 @@ IntegrationResult CudaMap::fuse(const DepthFrame& frame) {
   castAndFold(sensing, surfels);
   clear(sensing);
   if (params_.map.keep_radius_m > 0.0f) kept_ = keptBallOf(frame, params_.map);
+  if (space_ != nullptr) free_seer_.keep();
   IntegrationResult result;
   result.refused_blocks = admission.refused;
   return result;
@@ -71,6 +75,7 @@ void CudaMap::findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels) {
   block_finder_.mark(sensing, surfels);
   recycleEmpty();  // of the frame before, whose last kernels may have run until now
   block_finder_.compare(sensing, map_.view());
+  if (space_ != nullptr) seeFree(sensing);
   counters_ = block_finder_.waitForCounters();
   while (counters_.table_full || counters_.usable_surfels > surfels.room) {
     if (counters_.usable_surfels > surfels.room) {
@@ -84,6 +89,26 @@ void CudaMap::findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels) {
     block_finder_.compare(sensing, map_.view());
     counters_ = block_finder_.waitForCounters();
   }
+}
+
+/// Which cubes are in view is found, and what the image sees through in them enqueued, while the
+/// device is busy with the stages before; it works that off while the host admits blocks.
+void CudaMap::seeFree(const DeviceSensing& sensing) {
+  std::vector<Vec3i> cubes;
+  {
+    const StageTimer timer(clock_.profile(), Stage::kSeeFree);
+    cubes = space_->cubesInView(sensing.frame());
+  }
+  if (clock_.profile() != nullptr) clock_.profile()->work.seen_cubes += cubes.size();
+  free_seer_.see(sensing.frame(), sensor_.freeDepth(), std::move(cubes));
+}
+
+void CudaMap::bringSpaceUpToDate() {
+  if (space_ == nullptr || !free_seer_.isKept()) return;
+  const std::vector<FreeCube> seen = free_seer_.take();
+  const StageTimer timer(clock_.profile(), Stage::kSeeFree);
+  space_->addFree(seen);
+  if (kept_) space_->dropBeyond(*kept_);
 }
 
 /// All device memory is taken before the table changes: without it, the frame fails as a whole and
@@ -175,6 +200,7 @@ int32_t CudaMap::leastEvidenceNow() const {
 /// Puts off the release of what the last frame left empty, or beyond what is kept, until the map is
 /// looked at again, so that integrate() need not wait for the frame.
 void CudaMap::recycleEmpty() {
+  bringSpaceUpToDate();  // while it is known what the frame keeps
   std::vector<int32_t> changed;
   for (const EmptyBlock& empty : fusion_.takeEmptyBlocks()) {
     table_.vacate(empty.slot, empty.directions);
@@ -230,6 +256,7 @@ ClearedRegion CudaMap::clearRegion(const Region& region) {
   }
   dirty_bound_ += changed.size();
   mirror(std::move(changed), true);
+  if (space_ != nullptr) space_->clearRegion(view);
   return result;
 }
 
@@ -263,6 +290,10 @@ MeshUpdate CudaMap::finishMeshUpdate() {
   MeshUpdate update = mesher_.finish();
   releaseVacant(vacant_);
   vacant_.clear();
+  if (space_ != nullptr) {
+    const StageTimer timer(clock_.profile(), Stage::kFindCells);
+    space_->addSurfaces(update.blocks);
+  }
   if (clock_.profile() != nullptr) {
     stream_.synchronize();
     clock_.collect();
@@ -305,6 +336,10 @@ std::vector<MemoryPart> CudaMap::memoryParts() {
   fusion_.addMemory(parts);
   painter_.addMemory(parts);
   region_clearer_.addMemory(parts);
+  if (space_ != nullptr) {
+    free_seer_.addMemory(parts);
+    parts.push_back({"space", MemoryKind::kSpace, space_->bytes(), space_->bytes()});
+  }
   parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),
                    table_.memoryBytes()});
   return parts;
@@ -313,7 +348,9 @@ std::vector<MemoryPart> CudaMap::memoryParts() {
 MapStats CudaMap::stats() {
   recycleEmpty();
   return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_,
-          table_.coloursInUse() * BlockTable::kColourBytes, dropped_};
+          table_.coloursInUse() * BlockTable::kColourBytes, dropped_,
+          space_ == nullptr ? 0 : space_->freeBytes(),
+          space_ == nullptr ? 0 : space_->refusedCubes()};
 }
 
 MapContents CudaMap::contents() {
@@ -323,6 +360,7 @@ MapContents CudaMap::contents() {
   contents.supporting_frames = supporting_frames_;
   contents.painted = map_.hasColours();
   std::copy_n(painter_.exposure().gain, 3, contents.exposure.begin());
+  if (space_ != nullptr) space_->copyTo(contents);
   const ContentsOrder order = listBlocks(table_, contents);
   PoolTransfer(map_.voxels(), order.arrays, stream_).download(contents.voxels.data());
   PoolTransfer(map_.colours(), order.bricks, stream_).download(contents.colours.data());
@@ -349,6 +387,7 @@ void CudaMap::restore(const MapContents& contents) {
   Exposure exposure;
   std::copy_n(contents.exposure.begin(), 3, exposure.gain);
   painter_.setExposure(exposure);
+  if (space_ != nullptr) space_->restore(contents);
   stream_.synchronize();
 }
 

@@ -12,6 +12,8 @@
 #include "painter.h"
 #include "raw_image.h"
 #include "runtime/stage_clock.h"
+#include "see_free.h"
+#include "space/space_map.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -20,7 +22,9 @@ namespace gpu {
 /// rest.
 class CudaMap {
  public:
-  CudaMap(const MapperParams& params, const Rules& rules);
+  /// `space`, which outlives the map, is told what is free and where surfaces are; null where
+  /// nobody asks for it.
+  CudaMap(const MapperParams& params, const Rules& rules, SpaceMap* space);
   ~CudaMap() { stream_.drain(); }
 
   /// @pre The frame is valid. @return when the frame's last kernel is enqueued.
@@ -41,11 +45,17 @@ class CudaMap {
   const std::vector<BlockRequest>& outsideExtent() const { return outside_; }
   void passOver(const PassedFrames& passed);
 
+  /// Hands what the last frame saw as free over to space, if that has not happened yet: waits for
+  /// the frame then.
+  void bringSpaceUpToDate();
+  bool hasUnfetchedSpace() const { return free_seer_.isKept(); }
+
  private:
   void upload(const DepthFrame& frame);
   DeviceSensing sense(const DepthFrame& frame);
   DeviceSurfels makeSurfels(const DeviceSensing& sensing);
   void findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels);
+  void seeFree(const DeviceSensing& sensing);
   Admission admit();
   bool hasRoomFor(const MapDemand& demand);
   ColourAdmission admitColours();
@@ -74,6 +84,8 @@ class CudaMap {
   BlockMesher mesher_;
   FrameCounters counters_ = {};  ///< Of the frame being fused.
   RegionClearer region_clearer_;
+  FreeSeer free_seer_;
+  SpaceMap* const space_;
   std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
   std::vector<BlockRequest> outside_;  ///< Of the last frame.
   uint64_t refused_ = 0, dropped_ = 0;

@@ -1,10 +1,13 @@
 #include "cuda_mapper.h"
 
 #include <chrono>
+#include <functional>
+#include <utility>
 
 #include "backend/frame_check.h"
 #include "cuda_map.h"
 #include "runtime/device.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -14,6 +17,41 @@ double millisecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(end - start).count();
 }
 
+/// A map's space for those who ask, with all that frames saw: what the last one did may still be on
+/// the device.
+class FetchedSpace : public Space {
+ public:
+  using Fetch = std::function<void()>;
+
+  FetchedSpace(const MapperParams& params, Fetch fetch)
+      : map_(params, hostThreads(params)), fetch_(std::move(fetch)) {}
+
+  /// Without what the last frame saw.
+  SpaceMap& unfetched() { return map_; }
+
+  double cellSize_m() const override { return map_.cellSize_m(); }
+  Vec3i cellAt(const Eigen::Vector3d& p_W) const override { return map_.cellAt(p_W); }
+  CellState stateOf(const Vec3i& cell) const override { return fetched().stateOf(cell); }
+  std::vector<SpaceCell> cells() const override { return fetched().cells(); }
+  void updateDistances() override { map_.updateDistances(); }
+  int squaredDistance(const Vec3i& cell) const override { return map_.squaredDistance(cell); }
+  SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const override {
+    return fetched().distanceAt(p_W);
+  }
+  size_t bytes() const override { return map_.bytes(); }
+
+ private:
+  static int hostThreads(const MapperParams& params) { return threadCount(params.threads); }
+
+  const SpaceMap& fetched() const {
+    fetch_();
+    return map_;
+  }
+
+  SpaceMap map_;
+  const Fetch fetch_;
+};
+
 class CudaMapper : public ProbedMapper {
  public:
   CudaMapper(const MapperParams& params, const Rules& rules)
@@ -21,6 +59,9 @@ class CudaMapper : public ProbedMapper {
         rules_(rules),
         device_(gpu::currentDevice()),
         name_(gpu::deviceName()) {
+    if (params.space.enabled) {
+      space_ = std::make_unique<FetchedSpace>(params, [this] { fetchSpace(); });
+    }
     map();  // what the device lacks is to be told at start
   }
 
@@ -49,7 +90,10 @@ class CudaMapper : public ProbedMapper {
   void clear() override {
     gpu::useDevice(device_);
     map_.reset();  // map() makes a new one, so that the device never holds two
+    if (space_ != nullptr) space_->unfetched().clear();
   }
+
+  Space* space() override { return space_.get(); }
 
   MapStats stats() const override { return map().stats(); }
   MapContents contents() override { return map().contents(); }
@@ -80,11 +124,17 @@ class CudaMapper : public ProbedMapper {
   gpu::CudaMap& map() const {
     gpu::useDevice(device_);
     if (map_ == nullptr) {
-      map_ = std::make_unique<gpu::CudaMap>(params_, rules_);
+      map_ = std::make_unique<gpu::CudaMap>(
+          params_, rules_, space_ == nullptr ? nullptr : &space_->unfetched());
       map_->profileTo(profile_);
       map_->restrictTo(extent_);
     }
     return *map_;
+  }
+
+  /// Asked for each cell that somebody looks at: costs nothing where nothing is on its way.
+  void fetchSpace() const {
+    if (map_ != nullptr && map_->hasUnfetchedSpace()) map().bringSpaceUpToDate();
   }
 
   /// Takes what comes; a lack of memory is told by `refuse`, given what CUDA says.
@@ -115,6 +165,7 @@ class CudaMapper : public ProbedMapper {
   std::string name_;
   Profile* profile_ = nullptr;
   BlockExtent extent_;
+  std::unique_ptr<FetchedSpace> space_;  ///< Null where nobody asks for it. Outlives the map.
   mutable std::unique_ptr<gpu::CudaMap> map_;  ///< Null only after clear(), until it is used.
 };
 

@@ -90,7 +90,8 @@ GpuReport reportCudaDevice() {
   measureRates(report);
   for (const auto& kernels : {gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
                               gpu::mapKernels(), gpu::fusionKernels(), gpu::regionKernels(),
-                              gpu::paintKernels(), gpu::mesherKernels(true)}) {
+                              gpu::freeSpaceKernels(), gpu::paintKernels(),
+                              gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }
   return report;

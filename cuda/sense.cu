@@ -171,6 +171,7 @@ __global__ void fillGapsKernel(ImageView image, const float* free_if_measured, f
 
 FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, const Stream& stream)
     : clears_(clearsFreeSpace(params)),
+      finds_free_(needsFreeDepth(params)),
       surfel_settings_(makeSurfelSettings(params, rules.surfels)),
       fusion_settings_(makeFusionSettings(params, rules.fusion)),
       stream_(stream),
@@ -206,15 +207,18 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
   fitRowsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
       image, surfel_settings_, noise_.data(), {row_value_.data(), row_slope_.data()});
   DTSDF_CHECK_LAUNCH("fitRowsKernel");
-  if (!clears_) return {image, noise_.data(), nullptr};
-  const DeviceSensing sensing(image, noise_.data(), free_depth_.data());
-  findFreeDepthsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      sensing, fusion_settings_, free_if_measured_.data());
+  if (finds_free_) findFreeDepths(image);
+  return {image, noise_.data(), clears_ ? free_depth_.data() : nullptr};
+}
+
+void FrameSensor::findFreeDepths(const ImageView& image) {
+  const dim3 grid = rowGrid(image.frame);
+  findFreeDepthsKernel<<<grid, kThreads, 0, stream_.get()>>>(
+      {image, noise_.data(), nullptr}, fusion_settings_, free_if_measured_.data());
   DTSDF_CHECK_LAUNCH("findFreeDepthsKernel");
-  fillGapsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(image, free_if_measured_.data(),
-                                                                 free_depth_.data());
+  fillGapsKernel<<<grid, kThreads, 0, stream_.get()>>>(image, free_if_measured_.data(),
+                                                       free_depth_.data());
   DTSDF_CHECK_LAUNCH("fillGapsKernel");
-  return sensing;
 }
 
 void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {

@@ -19,6 +19,7 @@ class DeviceSensing {
 
   DTSDF_HD const ImageView& image() const { return image_; }
   DTSDF_HD const FrameView& frame() const { return image_.frame; }
+  /// Of a frame that clears; one that does not has none, even if space asks for it.
   DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
 #ifdef __CUDACC__
   __device__ __forceinline__ FrameSensing load() const { return {image_, *noise_, free_depth_}; }
@@ -51,12 +52,18 @@ class FrameSensor {
   /// Enqueues the stage for an image that is uploaded.
   DeviceSensing sense(const FrameView& frame, const RawDepth& raw);
 
+  /// Of the last frame, how far each pixel is free, whether or not the frame clears by it.
+  /// @pre needsFreeDepth().
+  const float* freeDepth() const { return free_depth_.data(); }
+
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
   void reserve(size_t pixels);
+  void findFreeDepths(const ImageView& image);
 
-  const bool clears_;  ///< Free space is looked for.
+  const bool clears_;      ///< What frames see through is taken from the map.
+  const bool finds_free_;  ///< It is asked how far pixels are free, for that or for space.
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const Stream& stream_;

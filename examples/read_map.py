@@ -26,6 +26,14 @@ def sections(path):
     return {name: b"".join(parts) for name, parts in contents.items()}
 
 
+def free_cells(content):
+    """Cells that were seen free, as x, y, z; in voxels they are as wide as the first number says."""
+    cubes = numpy.frombuffer(content[8:], [("key", "<i4", 3), ("zero", "<u4"), ("cells", "u1", 64)])
+    bits = numpy.unpackbits(cubes["cells"], axis=1, bitorder="little").reshape(-1, 8, 8, 8)
+    cube, z, y, x = numpy.nonzero(bits)
+    return 8 * cubes["key"][cube] + numpy.stack([x, y, z], axis=1)
+
+
 def read_map(path):
     """Settings as text, blocks, and what their voxels hold, as arrays of numpy."""
     content = sections(path)
@@ -37,6 +45,7 @@ def read_map(path):
     return {"settings": settings, "keys": blocks["key"], "array_of": numpy.array(directions),
             "distance_voxels": (words & 0xffff).astype(numpy.uint16).view(numpy.int16) / 2048.0,
             "evidence": (words >> 32 & 0xff).astype(numpy.uint8), "weight": (words >> 40) / 65536.0,
+            "free_cells": free_cells(content.get("FREE", bytes(8))),
             "colours": numpy.frombuffer(content.get("COLR", b""), "u1").reshape(-1, 4, 4, 4, 4)}
 
 
@@ -49,5 +58,6 @@ if __name__ == "__main__":
     print("known voxels", numpy.count_nonzero(known))
     print("sum of distances %.6f" % the_map["distance_voxels"][known].sum())
     print("sum of weights %.6f" % the_map["weight"][known].sum())
+    print("free cells", len(the_map["free_cells"]))
     print("painted voxels", numpy.count_nonzero(the_map["colours"][..., 3]))
     print("sum of colours", int(the_map["colours"][..., :3].sum(dtype=numpy.int64)))

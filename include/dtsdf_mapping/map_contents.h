@@ -46,11 +46,18 @@ struct MapBlock {
   uint64_t bricks;     ///< Bit 8 d + b: brick b of direction d has colours.
 };
 
+/// A cube of 8 x 8 x 8 cells of space, of which some were seen free.
+struct MapFreeCube {
+  Vec3i key;                      ///< Its cells are those from 8 * key on.
+  std::array<uint64_t, 8> cells;  ///< Word z, bit x + 8 y: that cell of it is free. Some are.
+};
+
 /// How much a map holds.
 struct MapSize {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
   size_t voxel_arrays = 0;  ///< Directional arrays of 512 voxels, over all blocks.
   size_t bricks = 0;        ///< Bricks of 64 colours, over all voxel arrays.
+  size_t free_cubes = 0;    ///< Cubes of 8 x 8 x 8 cells of space, of which some are free.
 
   /// What counts towards map/max_memory_mb.
   size_t bytes() const;
@@ -79,7 +86,13 @@ struct MapContents {
   /// voxels, x fastest). Bits 0 to 7 are red, then green, blue, and the code of the weight, 0 where
   /// nothing is painted.
   PlainArray<uint32_t> colours;
+
+  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: there was none to be kept.
+  std::vector<MapFreeCube> free_cubes;  ///< What was seen free, by packed key, each once.
 };
+
+/// Counts what contents hold. @throws std::runtime_error for blocks, as below.
+MapSize sizeOf(const MapContents& contents);
 
 /// Counts what blocks hold.
 /// @throws std::runtime_error for blocks that no map can have: not in the order of their keys, out
@@ -99,9 +112,13 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 /// @throws std::runtime_error if it is of another one.
 void checkFrame(const MapContents& contents, const std::string& map_frame);
 
-/// Whether a mapper of these settings can go on from the contents.
+/// The least map/max_memory_mb with which a mapper of these settings can go on from the contents.
+int leastMemoryMb(const MapContents& contents, MapperParams params);
+
+/// Whether a mapper of these settings can go on from the contents. With space/enabled it takes over
+/// what was seen free, which is of cells of one size.
 /// @throws std::runtime_error with the first of those settings that differs, or where the map is
-/// larger than map/max_memory_mb.
+/// larger than map/max_memory_mb, or for another space/cell_voxels.
 void checkFits(const MapContents& contents, const MapperParams& params);
 
 }  // namespace dtsdf

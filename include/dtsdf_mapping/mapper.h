@@ -43,21 +43,27 @@ struct IntegrationResult {
 struct MapStats {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
   size_t voxel_arrays = 0;  ///< Directional arrays in use, over all blocks.
-  size_t map_bytes = 0;     ///< Bytes in use by blocks and arrays; never above the budget.
+  /// Bytes in use by blocks and arrays; with `free_bytes` never above the budget.
+  size_t map_bytes = 0;
   uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
   size_t colour_bytes = 0;  ///< Those of map_bytes that hold colour; 0 until something is painted.
   uint64_t dropped_blocks = 0;  ///< Beyond map/keep_radius_m, since the start or the last clear().
+  size_t free_bytes = 0;  ///< Bytes of the budget that space() has for what is free.
+  /// Refusals of cubes of 8 x 8 x 8 cells of space, of which an image saw something as free that is
+  /// unknown now for want of budget; since the start or the last clear().
+  uint64_t refused_cubes = 0;
 };
 
 /// What a mapper has taken from the system, in bytes, beside MapStats::map_bytes. None of it bounds
 /// the map: which blocks are refused follows from the budget and from what is mapped alone.
 struct MapperMemory {
-  bool on_gpu = false;       ///< Where the map and all of this is, but for `staging`.
+  bool on_gpu = false;       ///< Where the map and all of this is, but for `staging`, `space`.
   size_t spare = 0;          ///< Room for voxels and colours to come.
   size_t indices = 0;        ///< Of blocks and mesh units, beyond what map_bytes counts of them.
   size_t meshes = 0;         ///< On a GPU: those that were made last.
   size_t scratch = 0;        ///< What a frame needs while it is fused, kept for the next one.
   size_t staging = 0;        ///< On the host beside a GPU.
+  size_t space = 0;          ///< Cells and distances of space(); on the host, also beside a GPU.
 };
 
 /// What clearRegion() took away.

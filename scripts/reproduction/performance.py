@@ -4,7 +4,7 @@ import dataclasses
 from .tables import markdown_table
 
 MIB = 2 ** 20
-HOST_STAGES = ("copy", "admit", "hand_out")
+HOST_STAGES = ("copy", "admit", "hand_out", "find_cells")
 FLIGHT_SPEED_M = 2  # from frame to frame
 
 # Others' code on one H200: (authors of the paper, nvblox), ms from upload to updated mesh.

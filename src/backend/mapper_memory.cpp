@@ -22,6 +22,9 @@ MapperMemory ProbedMapper::memory() const {
       case MemoryKind::kScratch:
         sums.scratch += part.reserved_bytes;
         break;
+      case MemoryKind::kSpace:
+        sums.space += part.reserved_bytes;
+        break;
       case MemoryKind::kStaging:
         sums.on_gpu = true;  // nothing else needs any
         sums.staging += part.reserved_bytes;

@@ -13,11 +13,13 @@ const char* toString(Stage stage) {
     case Stage::kCast: return "cast";
     case Stage::kFold: return "fold";
     case Stage::kClear: return "clear";
+    case Stage::kSeeFree: return "see_free";
     case Stage::kPaint: return "paint";
     case Stage::kIndex: return "index";
     case Stage::kMake: return "make";
     case Stage::kFetch: return "fetch";
     case Stage::kHandOut: return "hand_out";
+    case Stage::kFindCells: return "find_cells";
   }
   return "unknown";
 }
@@ -28,6 +30,7 @@ const char* toString(MemoryKind kind) {
     case MemoryKind::kIndices: return "indices";
     case MemoryKind::kMesh: return "mesh";
     case MemoryKind::kScratch: return "scratch";
+    case MemoryKind::kSpace: return "space";
     case MemoryKind::kStaging: return "staging";
   }
   return "unknown";

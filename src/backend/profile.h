@@ -20,13 +20,15 @@ enum class Stage {
   kCast,         ///< Surfels into sums.
   kFold,         ///< Sums into voxels.
   kClear,        ///< Voxels that were seen as free, what changed, and what is empty.
+  kSeeFree,      ///< Which cells of space the image sees through.
   kPaint,        ///< A colour image onto the surfaces that it sees.
   kIndex,        ///< Which blocks to mesh again, and the marching cubes indices in them.
   kMake,         ///< Vertices and triangles.
   kFetch,        ///< Meshes to the host.
   kHandOut,      ///< Meshes into blocks (host).
+  kFindCells,    ///< Cells of space that the new meshes pass through (host).
 };
-constexpr int kStageCount = static_cast<int>(Stage::kHandOut) + 1;
+constexpr int kStageCount = static_cast<int>(Stage::kFindCells) + 1;
 
 const char* toString(Stage stage);
 
@@ -39,6 +41,7 @@ struct WorkCounts {
   uint64_t indexed_blocks = 0, meshed_blocks = 0;
   uint64_t vertices = 0, triangles = 0;
   uint64_t colour_pixels = 0, painted_voxels = 0;
+  uint64_t seen_cubes = 0;  ///< Of cells of space, in view.
 };
 
 /// Times and counts, added up until whoever asked for them sets them back.
@@ -75,6 +78,7 @@ enum class MemoryKind {
   kIndices,  ///< Of blocks and of mesh units, and the books.
   kMesh,     ///< Meshes that were made last, where they are made.
   kScratch,  ///< What a frame needs while it is fused.
+  kSpace,    ///< Cells of space and distances: on the host, also beside a GPU.
   kStaging,  ///< What the host has beside a GPU: the table of blocks, and what copies go through.
 };
 const char* toString(MemoryKind kind);

@@ -7,6 +7,7 @@
 #include "kernels/core/voxel.h"
 #include "kernels/meshing/corner_grid.h"
 #include "kernels/meshing/unit_samples.h"
+#include "kernels/space/cells.h"
 #include "kernels/surfels/noise.h"
 #include "kernels/surfels/surfel.h"
 #include "map/block_table.h"
@@ -28,6 +29,8 @@ constexpr double kFreeOperations = 40;     // of a pixel: its plane, how far its
 constexpr double kIndexOperations = 100;   // of a mesh unit; far more where a surface is
 constexpr double kVertexOperations = 250;  // its own edge, and the weights of four beside it
 constexpr double kPaintOperations = 200;   // of a voxel: foot, visibility around it, colour, mean
+constexpr double kCellOperations = 100;    // bounds of eight corners, up to 16 texels
+constexpr double kTriangleOperations = 40; // which cells three corners are in
 constexpr double kPyramidBytes = 3 + (1 + 4.0 / 3) * sizeof(ColourPixel);
 
 constexpr double kNoiseOperations = 10;    // of a sample of a line
@@ -59,6 +62,7 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
   const double arrays = static_cast<double>(work.touched_arrays);
   const double indexed = static_cast<double>(work.indexed_blocks);
   const double meshed = static_cast<double>(work.meshed_blocks);
+  const double cubes = static_cast<double>(work.seen_cubes);
   const double surfel_bytes = surfels * sizeof(Surfel);
   switch (stage) {
     case Stage::kCopy: return {2 * raw, 0};
@@ -86,6 +90,9 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
       // at in turn is not counted, so this is the least that there is to do.
       return {arrays * (kArrayBytes + kVoxelsPerBlock * sizeof(float)),
               arrays * kVoxelsPerBlock * kClearOperations};
+    case Stage::kSeeFree:  // free depths and their pyramid, and a bit of each cell
+      return {pixels * (1 + 2.0 / 3) * sizeof(float) + cubes * sizeof(CellMask),
+              pixels + cubes * kCellsPerCube * kCellOperations};
     case Stage::kPaint:  // the image, at all its sizes; of what is painted, voxels and colours
       return {static_cast<double>(work.colour_pixels) * kPyramidBytes +
                   static_cast<double>(work.painted_voxels) *
@@ -103,6 +110,8 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
               static_cast<double>(work.vertices) * kVertexOperations};
     case Stage::kFetch: return {meshBytes(work), 0, true};
     case Stage::kHandOut: return {2 * meshBytes(work), 0};
+    case Stage::kFindCells:
+      return {meshBytes(work), static_cast<double>(work.triangles) * kTriangleOperations};
   }
   return {};
 }

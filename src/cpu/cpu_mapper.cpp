@@ -14,6 +14,7 @@
 #include "threads/parallel_for.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_update.h"
+#include "map/memory_budget.h"
 
 namespace dtsdf {
 namespace {
@@ -44,7 +45,7 @@ CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
       rules_(rules),
       fusion_(makeFusionSettings(params, rules.fusion)),
       threads_(params.threads > 0 ? params.threads : omp_get_num_procs()),
-      table_(static_cast<size_t>(params.map.max_memory_mb) << 20),
+      table_(budgetOf(params).map_bytes),
       sensor_(params, rules, threads_),
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),
@@ -82,7 +83,10 @@ IntegrationResult CpuMapper::fuse(const DepthFrame& frame) {
 
 /// Notes what the frame sees through.
 void CpuMapper::seeFree(const DepthFrame& frame, const FrameSensing& sensing) {
-  space_->addFree(free_seer_.see(sensing, space_->cubesInView(sensing.image.frame)));
+  const StageTimer timer(profile_, Stage::kSeeFree);
+  const std::vector<Vec3i> cubes = space_->cubesInView(sensing.image.frame);
+  if (profile_ != nullptr) profile_->work.seen_cubes += cubes.size();
+  space_->addFree(free_seer_.see(sensing, cubes));
   if (params_.map.keep_radius_m > 0.0f) space_->dropBeyond(keptBallOf(frame, params_.map));
 }
 
@@ -318,7 +322,10 @@ MeshUpdate CpuMapper::finishMeshUpdate() {
   mesh_update_ = MeshUpdate();
   releaseVacant(vacant_);
   vacant_.clear();
-  if (space_ != nullptr) space_->addSurfaces(update.blocks);
+  if (space_ != nullptr) {
+    const StageTimer timer(profile_, Stage::kFindCells);
+    space_->addSurfaces(update.blocks);
+  }
   return update;
 }
 
@@ -341,7 +348,7 @@ std::vector<MemoryPart> CpuMapper::memoryParts() const {
       {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
       {"colour image", kScratch, painter_.bytes(), painter_.bytes()}};
   if (space_ != nullptr) {
-    parts.push_back({"space", kIndices, space_->bytes(), space_->bytes()});
+    parts.push_back({"space", MemoryKind::kSpace, space_->bytes(), space_->bytes()});
     parts.push_back({"free depths", kScratch, free_seer_.bytes(), free_seer_.bytes()});
   }
   return parts;
@@ -367,7 +374,9 @@ void CpuMapper::clear() {
 
 MapStats CpuMapper::stats() const {
   return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_,
-          table_.coloursInUse() * BlockTable::kColourBytes, dropped_};
+          table_.coloursInUse() * BlockTable::kColourBytes, dropped_,
+          space_ == nullptr ? 0 : space_->freeBytes(),
+          space_ == nullptr ? 0 : space_->refusedCubes()};
 }
 
 MapContents CpuMapper::contents() {
@@ -376,6 +385,7 @@ MapContents CpuMapper::contents() {
   contents.supporting_frames = supporting_frames_;
   contents.painted = mesher_.hasColours();
   std::copy_n(painter_.exposure().gain, 3, contents.exposure.begin());
+  if (space_ != nullptr) space_->copyTo(contents);
   const ContentsOrder order = listBlocks(table_, contents);
   inBatches(order.arrays.size(), threads_, [&](size_t i) {
     std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, voxels_.array(order.arrays[i]),
@@ -410,6 +420,7 @@ void CpuMapper::restore(const MapContents& contents) {
   painter_.setExposure(exposure);
   for (const int32_t slot : entered.blocks.changed_slots) mesher_.markDirty(slot);
   if (contents.painted) mesher_.keepColours();
+  if (space_ != nullptr) space_->restore(contents);
 }
 
 std::string CpuMapper::backendName() const {

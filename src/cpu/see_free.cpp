@@ -7,8 +7,6 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kCornersAlong = kCubeSide + 1;
-
 /// Where all corners of a cube's cells are seen; found side by side, so that compilers turn it into
 /// vector instructions.
 class SeenCorners {
@@ -17,7 +15,7 @@ class SeenCorners {
     const FrameView frame = view;  // a copy of its own, which no result can overlap
     for (int z = 0; z < kCornersAlong; ++z) {
       for (int y = 0; y < kCornersAlong; ++y) {
-        const int row = indexOf(0, y, z);
+        const int row = cubeCornerIndex(0, y, z);
         for (int x = 0; x < kCornersAlong; ++x) {
           const VoxelInImage at = cornerInImage(frame, look, x, y, z);
           depth_m_[row + x] = at.depth_m;
@@ -29,21 +27,13 @@ class SeenCorners {
   }
 
   VoxelInImage operator()(int x, int y, int z) const {
-    const int i = indexOf(x, y, z);
+    const int i = cubeCornerIndex(x, y, z);
     return {depth_m_[i], u_[i], v_[i]};
   }
 
  private:
-  static int indexOf(int x, int y, int z) { return x + kCornersAlong * (y + kCornersAlong * z); }
-
-  float depth_m_[kCornersAlong * kCornersAlong * kCornersAlong];
-  float u_[kCornersAlong * kCornersAlong * kCornersAlong];
-  float v_[kCornersAlong * kCornersAlong * kCornersAlong];
+  float depth_m_[kCornersPerCube], u_[kCornersPerCube], v_[kCornersPerCube];
 };
-
-bool isAny(const CellMask& mask) {
-  return std::any_of(mask.word, mask.word + kWordsPerCube, [](uint64_t w) { return w != 0; });
-}
 
 }  // namespace
 
@@ -78,19 +68,14 @@ std::vector<FreeCube> FreeSeer::see(const FrameSensing& sensing, const std::vect
   const FreePyramid free = makePyramid(sensing);
   std::vector<FreeCube> seen(cubes.size());
   parallelFor<SeenCorners>(cubes.size(), threads_, [&](size_t i, SeenCorners& corners) {
-    const int32_t side = cubeSideInVoxels(grid_);
-    const Vec3i first{cubes[i].x * side, cubes[i].y * side, cubes[i].z * side};
     seen[i] = {cubes[i], {}};
-    corners.compute(frame, {toFloat(first - frame.origin_voxel),
-                            static_cast<float>(cellSide(grid_))});
+    corners.compute(frame, lookAt(frame, grid_, cubes[i]));
     for (int cell = 0; cell < kCellsPerCube; ++cell) {
-      const Vec3i at = voxelOffset(cell);
-      const SeenBounds bounds = boundsOfCell(corners, at.x, at.y, at.z);
-      if (bounds.far_m <= max_range_m_ && isSeenFree(free, bounds)) add(seen[i].free, cell);
+      if (isCellSeenFree(free, corners, cell, max_range_m_)) add(seen[i].free, cell);
     }
   });
   seen.erase(std::remove_if(seen.begin(), seen.end(),
-                            [](const FreeCube& cube) { return !isAny(cube.free); }),
+                            [](const FreeCube& cube) { return isEmpty(cube.free); }),
              seen.end());
   return seen;
 }

@@ -144,6 +144,21 @@ Bytes encodeColourIndex(const MapContents& contents) {
   return std::move(out.bytes);
 }
 
+Bytes encodeFree(const MapContents& contents) {
+  ByteWriter out;
+  out.bytes.reserve(kFreeHeadBytes + contents.free_cubes.size() * kFreeCubeBytes);
+  out.put(static_cast<uint32_t>(contents.cell_voxels));
+  out.put(uint32_t{0});
+  for (const MapFreeCube& cube : contents.free_cubes) {
+    out.put(static_cast<uint32_t>(cube.key.x));
+    out.put(static_cast<uint32_t>(cube.key.y));
+    out.put(static_cast<uint32_t>(cube.key.z));
+    out.put(uint32_t{0});
+    for (const uint64_t word : cube.cells) out.put(word);
+  }
+  return std::move(out.bytes);
+}
+
 ChunkBounds boundsOf(const std::vector<MapBlock>& blocks, size_t blocks_per_chunk) {
   ChunkBounds bounds;
   size_t voxel_words = 0, colour_words = 0;
@@ -198,6 +213,7 @@ uint64_t ContentHash::result() const {
     append(encodeColourIndex(contents_));
     for (const uint64_t hash : of_colours_) out.put(hash);
   }
+  if (contents_.cell_voxels != 0) append(encodeFree(contents_));
   return hashOf(out.bytes.data(), out.bytes.size());
 }
 

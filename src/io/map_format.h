@@ -23,7 +23,8 @@ constexpr size_t kSectionHeaderBytes = 40;
 
 /// Sections of this version, in the order of the file.
 constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kState[] = "STAT", kBlocks[] = "BLKS",
-               kColourIndex[] = "COLI", kVoxels[] = "VOXL", kColours[] = "COLR", kEnd[] = "END ";
+               kColourIndex[] = "COLI", kVoxels[] = "VOXL", kColours[] = "COLR", kFree[] = "FREE",
+               kEnd[] = "END ";
 constexpr uint16_t kSectionVersion = 1;
 constexpr uint16_t kRequired = 1, kCompressed = 2;  // flags
 
@@ -41,6 +42,7 @@ constexpr uint64_t kMostCompression = 32768;
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 48, kBlockBytes = 16, kEndBytes = 32;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
+constexpr size_t kFreeHeadBytes = 8, kFreeCubeBytes = 80;
 
 using Bytes = std::vector<uint8_t>;
 
@@ -133,6 +135,7 @@ std::string boundSettingsText(const ParamTree& settings);
 Bytes encodeState(const MapContents& contents, const MapSize& size);
 Bytes encodeBlocks(const std::vector<MapBlock>& blocks);
 Bytes encodeColourIndex(const MapContents& contents);
+Bytes encodeFree(const MapContents& contents);
 
 /// What lies where in voxels and colours: blocks and words before each chunk, and after the last.
 struct ChunkBounds {

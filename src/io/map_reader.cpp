@@ -22,6 +22,7 @@ class MapReader {
     readState();
     readBlocks();
     readColourIndex();
+    readFree();
     size_ = checkedSize();
     checkRoom(size_.bytes());
   }
@@ -39,7 +40,7 @@ class MapReader {
       readChunk(*colours[i], bounds.colour_word, i, contents_.colours.data());
       hash.addColours(bounds, i, contents_.colours.data() + bounds.colour_word[i]);
     });
-    if (!skipsColour() && hash.result() != file_.contentHashInFile()) {
+    if (!skipsAnything() && hash.result() != file_.contentHashInFile()) {
       file_.throwDamaged("the checksum of the map itself does not fit");
     }
     checkSoundly([&] { checkContents(contents_); });
@@ -63,6 +64,7 @@ class MapReader {
     info.frames = contents_.frames;
     info.supporting_frames = contents_.supporting_frames;
     info.painted = contents_.painted;
+    info.cell_voxels = contents_.cell_voxels;
     info.size = size_;
     info.version = file_.version();
     info.file_bytes = file_.bytes();
@@ -137,22 +139,43 @@ class MapReader {
     for (MapBlock& block : contents_.blocks) block.bricks = in.take<uint64_t>();
   }
 
+  void readFree() {
+    const PlacedSection* const section = file_.find(kFree);
+    if (section == nullptr) return;
+    const uint64_t bytes = section->header.content_bytes;
+    if (bytes < kFreeHeadBytes || (bytes - kFreeHeadBytes) % kFreeCubeBytes != 0) throwWrongSizes();
+    MapSize known;  // before it is read
+    known.blocks = block_count_;
+    known.voxel_arrays = array_count_;
+    known.free_cubes = (bytes - kFreeHeadBytes) / kFreeCubeBytes;
+    checkRoom(known.bytes());
+    const Bytes content = file_.read(*section, bytes);
+    ByteReader in(content.data());
+    contents_.cell_voxels = in.take<int32_t>();
+    if (contents_.cell_voxels == 0) throwWrongSizes();  // then there is no such section
+    in.take<uint32_t>();
+    contents_.free_cubes.resize(known.free_cubes);
+    for (MapFreeCube& cube : contents_.free_cubes) {
+      cube.key.x = in.take<int32_t>();
+      cube.key.y = in.take<int32_t>();
+      cube.key.z = in.take<int32_t>();
+      in.take<uint32_t>();
+      for (uint64_t& word : cube.cells) word = in.take<uint64_t>();
+    }
+  }
+
   MapSize checkedSize() const {
     MapSize size;
-    checkSoundly([&] { size = sizeOf(contents_.blocks); });
+    checkSoundly([&] { size = sizeOf(contents_); });
     if (size.voxel_arrays != array_count_) throwWrongSizes();
     return size;
   }
 
-  /// Whether the map has colour in a form that this reader does not know, without which the hash
-  /// of the map is another one.
-  bool skipsColour() const {
+  /// Whether the file has something that this reader does not know, without which the hash of the
+  /// map may be another one.
+  bool skipsAnything() const {
     return std::any_of(file_.sections().begin(), file_.sections().end(),
-                       [](const PlacedSection& section) {
-                         const SectionHeader& header = section.header;
-                         return (header.is(kColourIndex) || header.is(kColours)) &&
-                                !isKnown(header);
-                       });
+                       [](const PlacedSection& section) { return !isKnown(section.header); });
   }
 
   /// What is found to be wrong with the contents is wrong with the file.

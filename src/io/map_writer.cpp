@@ -123,7 +123,7 @@ SavedMap saveMap(const MapContents& contents, const std::string& path, int threa
 
 SavedMap saveMapInChunks(const MapContents& head, const MapWords& words, const std::string& path,
                          int threads) {
-  const MapSize size = sizeOf(head.blocks);
+  const MapSize size = sizeOf(head);
   const ChunkBounds bounds = boundsOf(head.blocks, kBlocksPerChunk);
   ContentHash hash(head, size);
   MapFileWriter file(path);
@@ -134,6 +134,7 @@ SavedMap saveMapInChunks(const MapContents& head, const MapWords& words, const s
   if (head.painted) {
     file.add(makeCompressedSection(kColourIndex, 0, encodeColourIndex(head)));
   }
+  if (head.cell_voxels != 0) file.add(makeCompressedSection(kFree, 0, encodeFree(head)));
   const auto add = [&](size_t, const Section& section) { file.add(section); };
   makeInOrder(bounds.count(), threads,
               [&](size_t i) {

@@ -1,11 +1,13 @@
 #include "dtsdf_mapping/map_contents.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "kernels/core/direction.h"
 #include "map/block_table.h"
+#include "map/memory_budget.h"
 
 namespace dtsdf {
 namespace {
@@ -29,7 +31,44 @@ uint64_t bricksOf(uint32_t directions) {
   return bricks;
 }
 
+void checkFreeCubes(const MapContents& contents) {
+  const int cell = contents.cell_voxels;
+  if (cell != 0 && cell != 1 && cell != 2 && cell != 4 && cell != 8) {
+    refuse("cells of space have no such size");
+  }
+  if (cell == 0 && !contents.free_cubes.empty()) refuse("there are free cells without a size");
+  const MapFreeCube* before = nullptr;
+  for (const MapFreeCube& cube : contents.free_cubes) {
+    if (!isRepresentable(cube.key)) refuse("a free cell lies outside the coordinates of a map");
+    if (before != nullptr && packKey(before->key) >= packKey(cube.key)) {
+      refuse("free cells are not in the order of their keys");
+    }
+    if (std::all_of(cube.cells.begin(), cube.cells.end(), [](uint64_t w) { return w == 0; })) {
+      refuse("a cube of free cells has none");
+    }
+    before = &cube;
+  }
+}
+
 int countBits(uint64_t bits) { return __builtin_popcountll(bits); }
+
+/// Whether a mapper takes over what was seen free.
+bool takesFree(const MapContents& contents, const MapperParams& params) {
+  return params.space.enabled && contents.cell_voxels != 0;
+}
+
+/// What a mapper takes over.
+MapSize sizeTaken(const MapContents& contents, const MapperParams& params) {
+  MapSize size = sizeOf(contents);
+  if (!takesFree(contents, params)) size.free_cubes = 0;
+  return size;
+}
+
+bool isWithinBudget(const MapSize& size, const MapperParams& params) {
+  const MemoryBudget budget = budgetOf(params);
+  const size_t free_bytes = size.free_cubes * kFreeCubeBytes;
+  return size.bytes() - free_bytes <= budget.map_bytes && free_bytes <= budget.free_bytes;
+}
 
 ParamTree treeOf(MapperParams params) {
   ParamWriter writer;
@@ -41,7 +80,13 @@ ParamTree treeOf(MapperParams params) {
 
 size_t MapSize::bytes() const {
   return blocks * BlockTable::kBlockBytes + voxel_arrays * BlockTable::kArrayBytes +
-         bricks * BlockTable::kColourBytes;
+         bricks * BlockTable::kColourBytes + free_cubes * kFreeCubeBytes;
+}
+
+MapSize sizeOf(const MapContents& contents) {
+  MapSize size = sizeOf(contents.blocks);
+  size.free_cubes = contents.free_cubes.size();
+  return size;
 }
 
 MapSize sizeOf(const std::vector<MapBlock>& blocks) {
@@ -81,6 +126,7 @@ void checkContents(const MapContents& contents) {
       refuse("the exposure of the last colour image is none");
     }
   }
+  checkFreeCubes(contents);
 }
 
 MapperParams withSettingsOf(const MapContents& contents, MapperParams params) {
@@ -103,6 +149,13 @@ void checkFrame(const MapContents& contents, const std::string& map_frame) {
                            "' here; poses of one mean nothing in the other");
 }
 
+int leastMemoryMb(const MapContents& contents, MapperParams params) {
+  const MapSize size = sizeTaken(contents, params);
+  params.map.max_memory_mb = static_cast<int>(size.bytes() >> 20) + 1;
+  while (!isWithinBudget(size, params)) ++params.map.max_memory_mb;
+  return params.map.max_memory_mb;
+}
+
 void checkFits(const MapContents& contents, const MapperParams& params) {
   const ParamTree ours = treeOf(params), theirs = treeOf(withSettingsOf(contents, params));
   for (const char* key : kBoundSettings) {
@@ -112,10 +165,16 @@ void checkFits(const MapContents& contents, const MapperParams& params) {
                              " is what it would have to have here; only an empty map takes the "
                              "settings of what is loaded");
   }
-  const size_t bytes = sizeOf(contents.blocks).bytes();
-  if (bytes > static_cast<size_t>(params.map.max_memory_mb) << 20) {
-    throw std::runtime_error("the map to be loaded takes " + std::to_string((bytes >> 20) + 1) +
-                             " MiB, but map/max_memory_mb is " +
+  if (takesFree(contents, params) && contents.cell_voxels != params.space.cell_voxels) {
+    throw std::runtime_error("the map to be loaded has free cells of " +
+                             std::to_string(contents.cell_voxels) + " voxels, and " +
+                             std::to_string(params.space.cell_voxels) +
+                             " is space/cell_voxels here; set it to that, or switch space/enabled "
+                             "off to load the map without them");
+  }
+  if (!isWithinBudget(sizeTaken(contents, params), params)) {
+    throw std::runtime_error("the map to be loaded needs a map/max_memory_mb of " +
+                             std::to_string(leastMemoryMb(contents, params)) + ", which is " +
                              std::to_string(params.map.max_memory_mb) + "; raise it");
   }
 }

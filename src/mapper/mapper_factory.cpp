@@ -42,12 +42,7 @@ size_t gpuMemoryTakenSince(size_t before) {
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules) {
   if (params.backend == Backend::kCpu) return std::make_unique<CpuMapper>(params, rules);
   const std::string reason = cudaUnavailableReason();
-  if (reason.empty()) {
-    if (params.space.enabled) {
-      throw std::runtime_error("space/enabled needs backend: cpu; with CUDA there is no space yet");
-    }
-    return makeCuda(params, rules);
-  }
+  if (reason.empty()) return makeCuda(params, rules);
   if (params.backend == Backend::kAuto) return std::make_unique<CpuMapper>(params, rules);
   throw std::runtime_error("backend 'cuda' cannot be used: " + reason);
 }

@@ -9,10 +9,6 @@ namespace {
 /// A few megabytes.
 constexpr size_t kMostGone = 1 << 18;
 
-bool isEmpty(const CellMask& mask) {
-  return std::all_of(mask.word, mask.word + kWordsPerCube, [](uint64_t w) { return w == 0; });
-}
-
 }  // namespace
 
 const CellCube* CellTable::find(const Vec3i& key) const {
@@ -33,12 +29,14 @@ CellCube& CellTable::at(const Vec3i& key) {
   auto slot = static_cast<int32_t>(cubes_.size());
   if (free_slots_.empty()) {
     cubes_.emplace_back();
+    keys_.push_back(kNoCube);
   } else {
     slot = free_slots_.back();
     free_slots_.pop_back();
   }
   slots_.insert(packKey(key), slot);
   cubes_[slot] = CellCube{key, {}, {}, turn_};
+  keys_[slot] = packKey(key);
   return cubes_[slot];
 }
 
@@ -46,6 +44,7 @@ void CellTable::removeIfEmpty(const Vec3i& key) {
   const int32_t slot = slots_.find(packKey(key));
   if (slot < 0 || !isEmpty(cubes_[slot].free) || !isEmpty(cubes_[slot].surface)) return;
   free_slots_.push_back(slot);
+  keys_[slot] = kNoCube;
   slots_.erase(packKey(key));
   if (!is_followed_) return;
   gone_.push_back(key);
@@ -66,15 +65,16 @@ TouchedCubes CellTable::takeTouched(bool all) {
   return touched;
 }
 
-std::vector<Vec3i> CellTable::sortedKeys() const {
-  std::vector<Vec3i> keys;
-  for (const CellCube& cube : cubes_) {
-    const CellCube* const live = find(cube.key);
-    if (live == &cube) keys.push_back(cube.key);
+std::vector<const CellCube*> CellTable::sorted() const {
+  std::vector<const CellCube*> cubes;
+  cubes.reserve(size());
+  for (size_t slot = 0; slot < keys_.size(); ++slot) {
+    if (keys_[slot] != kNoCube) cubes.push_back(&cubes_[slot]);
   }
-  std::sort(keys.begin(), keys.end(),
-            [](const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); });
-  return keys;
+  std::sort(cubes.begin(), cubes.end(), [](const CellCube* a, const CellCube* b) {
+    return packKey(a->key) < packKey(b->key);
+  });
+  return cubes;
 }
 
 }  // namespace dtsdf

@@ -40,14 +40,22 @@ class CellTable {
 
   void clear() { *this = CellTable(); }
 
-  /// Keys of all cubes, in the order of packed keys.
-  std::vector<Vec3i> sortedKeys() const;
+  /// Calls visit(key) for each cube, in any order; it may remove that one.
+  template <class Visit>
+  void visitKeys(const Visit& visit) const {
+    for (size_t slot = 0; slot < keys_.size(); ++slot) {
+      if (keys_[slot] != kNoCube) visit(unpackKey(keys_[slot]));
+    }
+  }
+
+  /// All cubes, in the order of packed keys.
+  std::vector<const CellCube*> sorted() const;
 
   /// Calls `visit` with each cube, in no order.
   template <class Visit>
   void forEach(const Visit& visit) const {
-    for (const CellCube& cube : cubes_) {
-      if (find(cube.key) == &cube) visit(cube);
+    for (size_t slot = 0; slot < keys_.size(); ++slot) {
+      if (keys_[slot] != kNoCube) visit(cubes_[slot]);
     }
   }
 
@@ -56,11 +64,17 @@ class CellTable {
   TouchedCubes takeTouched(bool all);
 
   size_t size() const { return slots_.size(); }
-  size_t bytes() const { return slots_.memoryBytes() + cubes_.size() * sizeof(CellCube); }
+  size_t bytes() const {
+    return slots_.memoryBytes() + cubes_.size() * sizeof(CellCube) +
+           (keys_.capacity() + free_slots_.capacity()) * sizeof(PackedKey);
+  }
 
  private:
+  static constexpr PackedKey kNoCube = ~PackedKey{0};
+
   SlotIndex slots_;
-  std::deque<CellCube> cubes_;  ///< By slot; grows without moving what is there.
+  std::deque<CellCube> cubes_;   ///< By slot; grows without moving what is there.
+  std::vector<PackedKey> keys_;  ///< The same, close together for who looks at all of them.
   std::vector<int32_t> free_slots_;
 
   bool is_followed_ = false;  ///< Changes were taken, and all since then are known.

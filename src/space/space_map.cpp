@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/space/see_free.h"
+#include "map/memory_budget.h"
+
 namespace dtsdf {
 namespace {
 
@@ -35,6 +38,22 @@ SpaceCube asTold(const CellCube& cube) {
   return told;
 }
 
+/// Times the range: an image of 120 degrees along its diagonal has its corners there.
+constexpr float kMostAside = 2.0f;
+
+Vec3d toDouble(int32_t factor, const Vec3i& a) {
+  const auto times = static_cast<double>(factor);
+  return {times * a.x, times * a.y, times * a.z};
+}
+
+CellState stateIn(const CellCube& cube, int cell) {
+  if (isIn(cube.surface, cell)) return CellState::kSurface;
+  return isIn(cube.free, cell) ? CellState::kFree : CellState::kUnknown;
+}
+
+static_assert(sizeof(CellCube) + sizeof(PackedKey) + 4 * 2 * sizeof(PackedKey) <= kFreeCubeBytes,
+              "what a cube counts is no less than what it takes");
+
 double between(double low, double high, double share) { return low + share * (high - low); }
 
 }  // namespace
@@ -43,7 +62,8 @@ CellGrid cellGridOf(const MapperParams& params) { return {log2Of(params.space.ce
 
 int reachInCells(const MapperParams& params) {
   const double cell_m = static_cast<double>(params.map.voxel_size_m) * params.space.cell_voxels;
-  return static_cast<int>(std::ceil(params.space.max_distance_m / cell_m));
+  constexpr double kRounding = 1e-6;  // of the two floats: 2 m are 25 cells of 80 mm, not 26
+  return static_cast<int>(std::ceil(params.space.max_distance_m / cell_m * (1.0 - kRounding)));
 }
 
 SpaceMap::SpaceMap(const MapperParams& params, int threads)
@@ -51,47 +71,83 @@ SpaceMap::SpaceMap(const MapperParams& params, int threads)
       voxel_size_m_(params.map.voxel_size_m),
       max_range_m_(params.space.max_range_m),
       reach_(reachInCells(params)),
-      surfaces_(grid_),
+      free_budget_(budgetOf(params).free_bytes),
+      surfaces_(grid_, threads),
       distances_(reach_, threads) {}
 
-/// The bounds of the pyramid that the image looks into, cube by cube.
 std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
-  const float range = max_range_m_ / frame.voxel_size_m;
-  const Intrinsics& K = frame.intrinsics;
-  Vec3f low = frame.T_L_C.t, high = frame.T_L_C.t;
-  for (int corner = 0; corner < 4; ++corner) {
-    const float u = corner % 2 == 0 ? -0.5f : static_cast<float>(frame.width) - 0.5f;
-    const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
-    const Vec3f p = transform(frame.T_L_C, backProject(K, u, v, range));
-    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
-    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
-  }
-  const int log2 = grid_.side_log2 + kCubeSideLog2;
-  const auto voxelOf = [&](const Vec3f& p) {
-    return frame.origin_voxel + Vec3i{floorToInt(p.x), floorToInt(p.y), floorToInt(p.z)};
-  };
-  const Vec3i first = shiftDown(voxelOf(low), log2), last = shiftDown(voxelOf(high), log2);
+  const CubeBounds bounds = boundsOfView(frame);
   const auto side = static_cast<float>(cubeSideInVoxels(grid_));
   const float radius = 0.8661f * side;  // half the root of 3
+  const float range = max_range_m_ / frame.voxel_size_m;
+  const float* const R = frame.T_L_C.R;
+  const Vec3f ahead{R[2], R[5], R[8]};
   std::vector<Vec3i> keys;
-  for (int32_t z = first.z; z <= last.z; ++z) {
-    for (int32_t y = first.y; y <= last.y; ++y) {
-      for (int32_t x = first.x; x <= last.x; ++x) {
-        const Vec3i corner{x << log2, y << log2, z << log2};
-        const float half = 0.5f * side;
-        const Vec3f middle = toFloat(corner - frame.origin_voxel) + Vec3f{half, half, half};
-        if (mayBeInView(frame, middle, radius)) keys.push_back({x, y, z});
+  for (int32_t z = bounds.first.z; z <= bounds.last.z; ++z) {
+    for (int32_t y = bounds.first.y; y <= bounds.last.y; ++y) {
+      for (int32_t x = bounds.first.x; x <= bounds.last.x; ++x) {
+        const Vec3i cube{x, y, z};
+        const Vec3f middle = lookAt(frame, grid_, cube).first_L +
+                             0.5f * side * Vec3f{1.0f, 1.0f, 1.0f};
+        if (dot(ahead, middle - frame.T_L_C.t) - radius > range) continue;
+        if (mayBeInView(frame, middle, radius)) keys.push_back(cube);
       }
     }
   }
   return keys;
 }
 
+/// Bounds of the pyramid that the image looks into, cut off where an image looks so far aside that
+/// it would go on for ever.
+SpaceMap::CubeBounds SpaceMap::boundsOfView(const FrameView& frame) const {
+  const float range = max_range_m_ / frame.voxel_size_m;
+  const Vec3f& eye = frame.T_L_C.t;
+  Vec3f low = eye, high = eye;
+  for (int corner = 0; corner < 4; ++corner) {
+    const float u = corner % 2 == 0 ? -0.5f : static_cast<float>(frame.width) - 0.5f;
+    const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
+    const Vec3f p = transform(frame.T_L_C, backProject(frame.intrinsics, u, v, range));
+    low = {minimum(low.x, p.x), minimum(low.y, p.y), minimum(low.z, p.z)};
+    high = {maximum(high.x, p.x), maximum(high.y, p.y), maximum(high.z, p.z)};
+  }
+  const float aside = kMostAside * range;
+  const auto cubeOf = [&](float x, float y, float z) {
+    const Vec3i voxel = frame.origin_voxel + Vec3i{floorToInt(x), floorToInt(y), floorToInt(z)};
+    const Vec3i cube = shiftDown(voxel, grid_.side_log2 + kCubeSideLog2);
+    const auto within = [](int32_t at) {
+      return std::clamp(at, -kMaxBlockCoordinate, kMaxBlockCoordinate);
+    };
+    return Vec3i{within(cube.x), within(cube.y), within(cube.z)};
+  };
+  return {cubeOf(maximum(low.x, eye.x - aside), maximum(low.y, eye.y - aside),
+                 maximum(low.z, eye.z - aside)),
+          cubeOf(minimum(high.x, eye.x + aside), minimum(high.y, eye.y + aside),
+                 minimum(high.z, eye.z + aside))};
+}
+
 void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
   for (const FreeCube& seen : cubes) {
+    const CellCube* const known = table_.find(seen.key);
+    if (known == nullptr || isEmpty(known->free)) {
+      if (freeBytes() + kFreeCubeBytes > free_budget_) {
+        ++refused_cubes_;
+        continue;
+      }
+      ++free_cubes_;
+    }
     CellCube& cube = table_.at(seen.key);
     for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.free.word[i];
   }
+}
+
+/// Takes cells out of what is free; the cube goes if nothing is known of it then.
+void SpaceMap::forgetFree(const Vec3i& key, const CellMask& cells) {
+  CellCube& cube = table_.at(key);
+  if (isEmpty(cube.free)) return;
+  for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] &= ~cells.word[i];
+  if (!isEmpty(cube.free)) return;
+  --free_cubes_;
+  table_.removeIfEmpty(key);
 }
 
 void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
@@ -105,27 +161,30 @@ Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
 }
 
 void SpaceMap::clearRegion(const RegionView& region) {
-  for (const Vec3i& key : table_.sortedKeys()) {
-    CellCube& cube = table_.at(key);
+  const double side = cellSide(grid_), half = 0.5 * side * kCubeSide;
+  const double reach = 1.7321 * half;  // from a cube's middle to its corners: the root of 3
+  table_.visitKeys([&](const Vec3i& key) {
+    const Vec3d corner = toDouble(cubeSideInVoxels(grid_), key);
+    if (!isInside(region, Vec3d{corner.x + half, corner.y + half, corner.z + half}, reach)) return;
+    CellMask inside = {};
     for (int i = 0; i < kCellsPerCube; ++i) {
-      const Vec3i cell = firstCellOfCube(key) + voxelOffset(i);
-      if (isInside(region, middleOf(cell))) remove(cube.free, i);
+      if (isInside(region, middleOf(firstCellOfCube(key) + voxelOffset(i)))) add(inside, i);
     }
-    table_.removeIfEmpty(key);
-  }
+    forgetFree(key, inside);
+  });
 }
 
 void SpaceMap::dropBeyond(const KeptBall& kept) {
-  const double side = cubeSideInVoxels(grid_);
-  const double reach = kept.radius + 0.8661 * side;  // half the root of 3
-  for (const Vec3i& key : table_.sortedKeys()) {
-    const double dx = side * (key.x + 0.5) - kept.center.x,
-                 dy = side * (key.y + 0.5) - kept.center.y,
-                 dz = side * (key.z + 0.5) - kept.center.z;
-    if (dx * dx + dy * dy + dz * dz <= reach * reach) continue;
-    table_.at(key).free = CellMask{};
-    table_.removeIfEmpty(key);
-  }
+  const int32_t side = cubeSideInVoxels(grid_);
+  const double half = 0.5 * side, reach = kept.radius + 1.7321 * half;  // the root of 3
+  constexpr uint64_t kAll = ~uint64_t{0};
+  constexpr CellMask kAllCells = {{kAll, kAll, kAll, kAll, kAll, kAll, kAll, kAll}};
+  table_.visitKeys([&](const Vec3i& key) {
+    const Vec3d corner = toDouble(side, key);
+    const double dx = corner.x + half - kept.center.x, dy = corner.y + half - kept.center.y,
+                 dz = corner.z + half - kept.center.z;
+    if (dx * dx + dy * dy + dz * dz > reach * reach) forgetFree(key, kAllCells);
+  });
 }
 
 void SpaceMap::clear() {
@@ -133,6 +192,26 @@ void SpaceMap::clear() {
   surfaces_.clear();
   distances_.clear();
   changed_.clear();
+  free_cubes_ = 0;
+  refused_cubes_ = 0;
+}
+
+void SpaceMap::copyTo(MapContents& contents) const {
+  contents.cell_voxels = cellSide(grid_);
+  contents.free_cubes.reserve(free_cubes_);
+  for (const CellCube* const cube : table_.sorted()) {
+    if (isEmpty(cube->free)) continue;
+    MapFreeCube copy{cube->key, {}};
+    std::copy_n(cube->free.word, kWordsPerCube, copy.cells.begin());
+    contents.free_cubes.push_back(copy);
+  }
+}
+
+void SpaceMap::restore(const MapContents& contents) {
+  for (const MapFreeCube& cube : contents.free_cubes) {
+    std::copy_n(cube.cells.begin(), kWordsPerCube, table_.at(cube.key).free.word);
+  }
+  free_cubes_ = contents.free_cubes.size();
 }
 
 double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(grid_); }
@@ -146,18 +225,16 @@ Vec3i SpaceMap::cellAt(const Eigen::Vector3d& p_W) const {
 CellState SpaceMap::stateOf(const Vec3i& cell) const {
   const CellCube* const cube = table_.find(cubeOfCell(cell));
   if (cube == nullptr) return CellState::kUnknown;
-  const int index = indexInCube(cell);
-  if (isIn(cube->surface, index)) return CellState::kSurface;
-  return isIn(cube->free, index) ? CellState::kFree : CellState::kUnknown;
+  return stateIn(*cube, indexInCube(cell));
 }
 
 std::vector<SpaceCell> SpaceMap::cells() const {
   std::vector<SpaceCell> all;
-  for (const Vec3i& key : table_.sortedKeys()) {
+  for (const CellCube* const cube : table_.sorted()) {
     for (int i = 0; i < kCellsPerCube; ++i) {
-      const Vec3i cell = firstCellOfCube(key) + voxelOffset(i);
-      const CellState state = stateOf(cell);
-      if (state != CellState::kUnknown) all.push_back({cell, state});
+      const CellState state = stateIn(*cube, i);
+      if (state == CellState::kUnknown) continue;
+      all.push_back({firstCellOfCube(cube->key) + voxelOffset(i), state});
     }
   }
   return all;
@@ -226,6 +303,8 @@ SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
       static_cast<float>(per_m * (y1 - y0))};
   return result;
 }
+
+size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBytes; }
 
 size_t SpaceMap::bytes() const {
   return table_.bytes() + surfaces_.bytes() + distances_.bytes();

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "dtsdf_mapping/map_contents.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "dtsdf_mapping/space.h"
 #include "kernels/core/camera.h"
@@ -13,12 +14,6 @@
 #include "space/surface_cells.h"
 
 namespace dtsdf {
-
-/// Cells of a cube that an image saw through.
-struct FreeCube {
-  Vec3i key;
-  CellMask free;
-};
 
 /// Settings in units of cells and voxels.
 CellGrid cellGridOf(const MapperParams& params);
@@ -32,7 +27,8 @@ class SpaceMap : public Space {
   /// Cubes that may be in view of an image, in the order of keys; what is not, is not seen free.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;
 
-  /// Takes over what an image saw through.
+  /// Takes over what an image saw through. Cubes come in the order of their keys; those beyond the
+  /// budget are refused.
   void addFree(const std::vector<FreeCube>& cubes);
 
   /// Takes over what a mesh update has changed.
@@ -47,6 +43,15 @@ class SpaceMap : public Space {
 
   void clear();
 
+  /// Adds what is free to contents. Surfaces are found again in the mesh.
+  void copyTo(MapContents& contents) const;
+  /// @pre Nothing is known, the cells are as large as those of the contents, and the budget is not
+  /// below what is free there.
+  void restore(const MapContents& contents);
+
+  size_t freeBytes() const;                                ///< That count towards the budget.
+  uint64_t refusedCubes() const { return refused_cubes_; }  ///< Since the start, or clear().
+
   double cellSize_m() const override;
   Vec3i cellAt(const Eigen::Vector3d& p_W) const override;
   CellState stateOf(const Vec3i& cell) const override;
@@ -59,6 +64,12 @@ class SpaceMap : public Space {
   size_t bytes() const override;
 
  private:
+  struct CubeBounds {
+    Vec3i first, last;
+  };
+
+  CubeBounds boundsOfView(const FrameView& frame) const;
+  void forgetFree(const Vec3i& key, const CellMask& cells);
   Vec3d middleOf(const Vec3i& cell) const;
   double metresFrom(const Vec3i& cell) const;
 
@@ -66,6 +77,9 @@ class SpaceMap : public Space {
   const double voxel_size_m_;
   const float max_range_m_;
   const int reach_;
+  const size_t free_budget_;
+  size_t free_cubes_ = 0;  ///< Of which something is free.
+  uint64_t refused_cubes_ = 0;
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;

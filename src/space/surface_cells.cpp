@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kernels/core/vec.h"
+#include "threads/parallel_for.h"
 
 namespace dtsdf {
 namespace {
@@ -16,53 +17,125 @@ void sortEachOnce(std::vector<Vec3i>& all) {
   all.erase(std::unique(all.begin(), all.end()), all.end());
 }
 
-struct Triangle {
-  std::array<Vec3f, 3> corner;  ///< In cells, from the cell that the block begins in.
+/// A corner of a triangle.
+struct Corner {
+  Vec3f at;    ///< In cells, from the cell that the block begins in.
+  Vec3i low;   ///< The cell that it is in; of those beside a face, the upper one.
+  Vec3i high;  ///< The same, of those beside a face the lower one.
 };
 
-/// Whether a triangle reaches into a unit cube around a middle, by the axes that separate convex
-/// bodies: the triangle's normal and the products of its edges with the cube's. The cube's own axes
-/// are left to who asks, by the triangle's bounds.
-bool reachesInto(const Triangle& triangle, const Vec3f& middle) {
-  constexpr float kHalf = 0.5f;
-  const Vec3f a = triangle.corner[0] - middle, b = triangle.corner[1] - middle,
-              c = triangle.corner[2] - middle;
-  const auto separates = [&](const Vec3f& axis) {
-    const float reach =
-        kHalf * (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z));
-    const float at_a = dot(axis, a), at_b = dot(axis, b), at_c = dot(axis, c);
-    return minimum(minimum(at_a, at_b), at_c) > reach ||
-           maximum(maximum(at_a, at_b), at_c) < -reach;
-  };
-  const std::array<Vec3f, 3> edges = {b - a, c - b, a - c};
-  if (separates(cross(edges[0], edges[1]))) return false;
-  for (const Vec3f& e : edges) {
-    if (separates({0.0f, -e.z, e.y}) || separates({e.z, 0.0f, -e.x}) ||
-        separates({-e.y, e.x, 0.0f})) {
-      return false;
-    }
-  }
-  return true;
+Corner cornerAt(const Vec3f& at) {
+  return {at,
+          {floorToInt(at.x), floorToInt(at.y), floorToInt(at.z)},
+          {ceilToInt(at.x) - 1, ceilToInt(at.y) - 1, ceilToInt(at.z) - 1}};
 }
 
-/// First and last cell along an axis; of a triangle within a face, the one above.
-std::array<int32_t, 2> cellsAlong(float a, float b, float c) {
-  const int32_t first = floorToInt(minimum(minimum(a, b), c));
-  return {first, std::max(first, ceilToInt(maximum(maximum(a, b), c)) - 1)};
+Vec3i least(const Vec3i& a, const Vec3i& b) {
+  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+}
+Vec3i most(const Vec3i& a, const Vec3i& b) {
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
 
-template <class Visit>
-void visitCells(const Triangle& t, const Visit& visit) {
-  const auto& [a, b, c] = t.corner;
-  const auto x = cellsAlong(a.x, b.x, c.x), y = cellsAlong(a.y, b.y, c.y),
-             z = cellsAlong(a.z, b.z, c.z);
-  for (int32_t k = z[0]; k <= z[1]; ++k) {
-    for (int32_t j = y[0]; j <= y[1]; ++j) {
-      for (int32_t i = x[0]; i <= x[1]; ++i) {
-        const Vec3i cell{i, j, k};
-        if (reachesInto(t, toFloat(cell) + Vec3f{0.5f, 0.5f, 0.5f})) visit(cell);
+/// Where a triangle reaches, by the axes that separate convex bodies: its normal and the products
+/// of its edges with those of a cube. The cube's own axes are left to who asks, by the triangle's
+/// bounds.
+class TriangleReach {
+ public:
+  TriangleReach(const Vec3f& a, const Vec3f& b, const Vec3f& c)
+      : a_(a), b_(b), c_(c), edges_{b - a, c - b, a - c}, normal_(cross(edges_[0], edges_[1])) {}
+
+  /// Whether that is into a unit cube around a middle.
+  bool isInto(const Vec3f& middle) const {
+    const Vec3f a = a_ - middle, b = b_ - middle, c = c_ - middle;
+    const auto separates = [&](const Vec3f& axis) {
+      constexpr float kHalf = 0.5f;
+      const float reach = kHalf * (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z));
+      const float at_a = dot(axis, a), at_b = dot(axis, b), at_c = dot(axis, c);
+      return minimum(minimum(at_a, at_b), at_c) > reach ||
+             maximum(maximum(at_a, at_b), at_c) < -reach;
+    };
+    if (separates(normal_)) return false;
+    for (const Vec3f& e : edges_) {
+      if (separates({0.0f, -e.z, e.y}) || separates({e.z, 0.0f, -e.x}) ||
+          separates({-e.y, e.x, 0.0f})) {
+        return false;
       }
     }
+    return true;
+  }
+
+ private:
+  const Vec3f a_, b_, c_;
+  const std::array<Vec3f, 3> edges_;
+  const Vec3f normal_;
+};
+
+/// Calls visit(cell) for the cells of a triangle. One in the face between two is in the upper one.
+template <class Visit>
+void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& visit) {
+  const Vec3i first = least(least(a.low, b.low), c.low);
+  const Vec3i last = most(first, most(most(a.high, b.high), c.high));
+  const Vec3i steps = last - first;
+  // Along one axis alone a triangle passes through all of them; most are in a single one.
+  const bool is_in_all = (steps.x > 0) + (steps.y > 0) + (steps.z > 0) <= 1;
+  const TriangleReach reach(a.at, b.at, c.at);
+  for (int32_t z = first.z; z <= last.z; ++z) {
+    for (int32_t y = first.y; y <= last.y; ++y) {
+      for (int32_t x = first.x; x <= last.x; ++x) {
+        const Vec3i cell{x, y, z};
+        if (is_in_all || reach.isInto(toFloat(cell) + Vec3f{0.5f, 0.5f, 0.5f})) visit(cell);
+      }
+    }
+  }
+}
+
+/// Cells of a block's triangles, counted from its first cell: a bit for each of those around it,
+/// and a list for others.
+class CellSet {
+ public:
+  void put(const Vec3i& cell) {
+    const Vec3i at = cell - kFirst;
+    if (((at.x | at.y | at.z) & ~(kSide - 1)) != 0) {
+      far_.push_back(cell);
+      return;
+    }
+    const auto index = static_cast<uint32_t>(at.x + kSide * (at.y + kSide * at.z));
+    words_[index >> 6] |= uint64_t{1} << (index & 63u);
+  }
+
+  /// All of them, sorted, each once, moved by so much.
+  std::vector<Vec3i> list(const Vec3i& by) const {
+    std::vector<Vec3i> cells;
+    for (size_t i = 0; i < words_.size(); ++i) {
+      for (uint64_t word = words_[i]; word != 0; word &= word - 1) {
+        const auto index = static_cast<int32_t>(64 * i) + __builtin_ctzll(word);
+        cells.push_back(by + kFirst +
+                        Vec3i{index % kSide, index / kSide % kSide, index / (kSide * kSide)});
+      }
+    }
+    if (far_.empty()) return cells;  // by z, then y, then x as it is
+    for (const Vec3i& cell : far_) cells.push_back(by + cell);
+    sortEachOnce(cells);
+    return cells;
+  }
+
+ private:
+  static constexpr int32_t kSide = 16;  ///< A block has 8 at most, and triangles end near it.
+  static constexpr Vec3i kFirst{-4, -4, -4};
+
+  std::array<uint64_t, kSide * kSide * kSide / 64> words_{};
+  std::vector<Vec3i> far_;
+};
+
+/// Calls visit(cell) for each cell of a sorted list that another one lacks.
+template <class Visit>
+void visitLacking(const std::vector<Vec3i>& list, const std::vector<Vec3i>& other,
+                  const Visit& visit) {
+  auto next = other.begin();
+  for (const Vec3i& cell : list) {
+    while (next != other.end() && isBefore(*next, cell)) ++next;
+    if (next == other.end() || *next != cell) visit(cell);
   }
 }
 
@@ -72,48 +145,59 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid) {
   // A block begins with a cell, since neither is larger than the other's multiples.
   const Vec3i first = shiftDown(firstVoxelOfBlock(mesh.key), grid.side_log2);
   const float per_voxel = 1.0f / static_cast<float>(cellSide(grid));
-  std::vector<Vec3i> cells;
-  for (size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
-    Triangle triangle;
-    for (size_t corner = 0; corner < 3; ++corner) {
-      triangle.corner[corner] = per_voxel * mesh.vertices[mesh.triangles[i + corner]].position;
-    }
-    visitCells(triangle, [&](const Vec3i& cell) { cells.push_back(first + cell); });
+  std::vector<Corner> corners;
+  corners.reserve(mesh.vertices.size());
+  for (const BlockVertex& vertex : mesh.vertices) {
+    corners.push_back(cornerAt(per_voxel * vertex.position));
   }
-  sortEachOnce(cells);
-  return cells;
+  CellSet cells;
+  const auto& triangles = mesh.triangles;
+  for (size_t i = 0; i + 2 < triangles.size(); i += 3) {
+    visitCells(corners[triangles[i]], corners[triangles[i + 1]], corners[triangles[i + 2]],
+               [&](const Vec3i& cell) { cells.put(cell); });
+  }
+  return cells.list(first);
 }
 
 std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, CellTable& cells) {
+  struct NoScratch {};
+  std::vector<std::vector<Vec3i>> now(blocks.size());
+  parallelFor<NoScratch>(blocks.size(), threads_, [&](size_t i, NoScratch&) {
+    now[i] = cellsOfMesh(blocks[i], grid_);
+  });
   changed_.clear();
-  for (const BlockMesh& mesh : blocks) {
-    const PackedKey key = packKey(mesh.key);
-    std::vector<Vec3i> now = cellsOfMesh(mesh, grid_);
-    const auto place = cells_of_block_.find(key);
-    const std::vector<Vec3i> before =
-        place == cells_of_block_.end() ? std::vector<Vec3i>() : std::move(place->second);
-    // New ones first: what both have never goes.
-    for (const Vec3i& cell : now) put(cell, cells);
-    for (const Vec3i& cell : before) take(cell, cells);
-    listed_ += now.size();
-    listed_ -= before.size();
-    if (!now.empty()) {
-      cells_of_block_[key] = std::move(now);
-    } else if (place != cells_of_block_.end()) {
-      cells_of_block_.erase(place);
-    }
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    replace(packKey(blocks[i].key), std::move(now[i]), cells);
   }
   sortEachOnce(changed_);
   for (const Vec3i& cube : changed_) cells.removeIfEmpty(cube);
   return std::move(changed_);
 }
 
+/// A block has other cells from now on.
+void SurfaceCells::replace(PackedKey block, std::vector<Vec3i> now, CellTable& cells) {
+  const auto place = cells_of_block_.find(block);
+  const std::vector<Vec3i> none;
+  const std::vector<Vec3i>& before = place == cells_of_block_.end() ? none : place->second;
+  visitLacking(now, before, [&](const Vec3i& cell) { put(cell, cells); });
+  visitLacking(before, now, [&](const Vec3i& cell) { take(cell, cells); });
+  listed_ += now.size();
+  listed_ -= before.size();
+  if (place == cells_of_block_.end()) {
+    if (!now.empty()) cells_of_block_.emplace(block, std::move(now));
+  } else if (now.empty()) {
+    cells_of_block_.erase(place);
+  } else {
+    place->second = std::move(now);
+  }
+}
+
 void SurfaceCells::put(const Vec3i& cell, CellTable& cells) {
   const Vec3i cube = cubeOfCell(cell);
   Counts& counts = counts_[packKey(cube)];
-  if (counts.empty()) counts.assign(kCellsPerCube, 0);
   const int index = indexInCube(cell);
-  if (counts[index]++ > 0) return;
+  if (counts.blocks[index]++ > 0) return;
+  ++counts.cells;
   add(cells.at(cube).surface, index);
   changed_.push_back(cube);
 }
@@ -121,12 +205,12 @@ void SurfaceCells::put(const Vec3i& cell, CellTable& cells) {
 void SurfaceCells::take(const Vec3i& cell, CellTable& cells) {
   const Vec3i cube = cubeOfCell(cell);
   const int index = indexInCube(cell);
-  const auto counts = counts_.find(packKey(cube));
-  if (--counts->second[index] > 0) return;
+  const auto place = counts_.find(packKey(cube));
+  Counts& counts = place->second;
+  if (--counts.blocks[index] > 0) return;
   remove(cells.at(cube).surface, index);
   changed_.push_back(cube);
-  const auto is_zero = [](uint8_t count) { return count == 0; };
-  if (std::all_of(counts->second.begin(), counts->second.end(), is_zero)) counts_.erase(counts);
+  if (--counts.cells == 0) counts_.erase(place);
 }
 
 void SurfaceCells::clear() {
@@ -137,7 +221,7 @@ void SurfaceCells::clear() {
 
 size_t SurfaceCells::bytes() const {
   constexpr size_t kBlock = sizeof(PackedKey) + sizeof(std::vector<Vec3i>);
-  return counts_.size() * (kCellsPerCube + sizeof(Counts)) + cells_of_block_.size() * kBlock +
+  return counts_.size() * (sizeof(PackedKey) + sizeof(Counts)) + cells_of_block_.size() * kBlock +
          listed_ * sizeof(Vec3i);
 }
 

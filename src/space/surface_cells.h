@@ -2,6 +2,7 @@
 /// the border of blocks stays as long as any of them has a triangle in it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <unordered_map>
@@ -18,7 +19,7 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid);
 
 class SurfaceCells {
  public:
-  explicit SurfaceCells(const CellGrid& grid) : grid_(grid) {}
+  SurfaceCells(const CellGrid& grid, int threads) : grid_(grid), threads_(threads) {}
 
   /// Takes over what a mesh update has changed. @return the cubes whose surfaces changed, by key.
   std::vector<Vec3i> apply(const std::vector<BlockMesh>& blocks, CellTable& cells);
@@ -27,12 +28,18 @@ class SurfaceCells {
   size_t bytes() const;
 
  private:
-  using Counts = std::vector<uint8_t>;  ///< By cell of a cube: blocks with a triangle in it.
+  /// Of a cube.
+  struct Counts {
+    std::array<uint8_t, kCellsPerCube> blocks{};  ///< By cell: how many have a triangle in it.
+    int cells = 0;                                ///< With any.
+  };
 
+  void replace(PackedKey block, std::vector<Vec3i> now, CellTable& cells);
   void take(const Vec3i& cell, CellTable& cells);
   void put(const Vec3i& cell, CellTable& cells);
 
   const CellGrid grid_;
+  const int threads_;
   std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block_;
   std::unordered_map<PackedKey, Counts> counts_;  ///< By cube; none without surfaces.
   size_t listed_ = 0;                             ///< Cells in all lists.

@@ -41,6 +41,11 @@ void checkSettings(const MapperParams& params) {
         "map/keep_radius_m drops the farthest blocks of the whole map, which a tile does not know; "
         "leave it at 0 for a map in tiles");
   }
+  if (params.space.enabled) {
+    throw std::runtime_error(
+        "space/enabled asks for what is free around all surfaces, and a tile is given only the "
+        "frames that show its own; leave it off for a map in tiles");
+  }
 }
 
 /// A tile that frames have come by.

@@ -56,6 +56,7 @@ json totalsOf(const Measurement& m) {
   totals["total_ms"] = summary(&FrameTime::total_ms);
   totals["call_ms"] = summary(&FrameTime::call_ms);
   totals["fetch_ms"] = summary(&FrameTime::fetch_ms);
+  totals["distances_ms"] = summary(&FrameTime::distances_ms);
   totals["overlapped_ms"] = m.overlapped_ms;
   totals["pack_ms"] = summary(&FrameTime::pack_ms);
   totals["packed_bytes"] = toJson(summarise(valuesOf(
@@ -145,6 +146,9 @@ std::string measurementText(const json& report) {
   for (const char* name : {"total", "call", "fetch"}) {
     text += summaryLine(name, report[std::string(name) + "_ms"]) + "\n";
   }
+  if (report["distances_ms"]["worst"] > 0.0) {
+    text += summaryLine("distances", report["distances_ms"]) + "  (of space, after the fetch)\n";
+  }
   text += format("  first frame %.3f; with the fetch beside the next frame %.3f (mean)\n",
                  report["first_frame_ms"].get<double>(), report["overlapped_ms"].get<double>());
   const json& packed = report["packed_mesh"];
@@ -171,18 +175,20 @@ json flightByGib(const std::vector<FrameTime>& times) {
   for (size_t begin = 1; begin < times.size();) {
     const int gib = static_cast<int>(static_cast<double>(times[begin].mapped_bytes) / kGiB);
     size_t end = begin, map_bytes = 0, resident_bytes = 0;
-    std::vector<double> total_ms, fetch_ms;
+    std::vector<double> total_ms, fetch_ms, distances_ms;
     for (; end < times.size() && static_cast<int>(static_cast<double>(times[end].mapped_bytes) /
                                                   kGiB) == gib; ++end) {
       map_bytes = std::max(map_bytes, times[end].map_bytes);
       resident_bytes = std::max(resident_bytes, times[end].resident_bytes);
       total_ms.push_back(times[end].total_ms);
       fetch_ms.push_back(times[end].fetch_ms);
+      distances_ms.push_back(times[end].distances_ms);
     }
     rows.push_back({{"gib", gib},
                     {"frames", end - begin},
                     {"total_ms", toJson(summarise(total_ms))},
                     {"fetch_ms", toJson(summarise(fetch_ms))},
+                    {"distances_ms", toJson(summarise(distances_ms))},
                     {"map_mib", static_cast<double>(map_bytes) / kMiB},
                     {"resident_mib", static_cast<double>(resident_bytes) / kMiB}});
     begin = end;

@@ -21,8 +21,7 @@ MapSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   visitRules(settings.rules, reader);
   checkParams(settings.params, reader);
   reader.finish();
-  const size_t bytes = sizeOf(contents.blocks).bytes();
-  settings.params.map.max_memory_mb = static_cast<int>(bytes >> 20) + 1;  // nothing is added
+  settings.params.map.max_memory_mb = leastMemoryMb(contents, settings.params);  // none is added
   return settings;
 }
 

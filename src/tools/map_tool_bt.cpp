@@ -47,7 +47,7 @@ octomap::key_type keyOf(int32_t cell) {
   constexpr int32_t kMiddle = 1 << 15;
   if (cell < -kMiddle || cell >= kMiddle) {
     throw std::runtime_error("the map reaches farther than an OctoMap tree can, 32768 cells from "
-                             "its origin; take larger cells by --set space/cell_voxels=8");
+                             "its origin; larger cells (space/cell_voxels) reach farther");
   }
   return static_cast<octomap::key_type>(cell + kMiddle);
 }

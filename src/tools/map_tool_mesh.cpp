@@ -43,7 +43,9 @@ void meshMap(const std::vector<std::string>& arguments) {
   const MeshOptions options = parse(arguments);
   prepareOutputFile(options.mesh_path);
   MapContents contents = loadMap(options.map_path);
-  const MapSettings settings = settingsFor(contents, options.settings);
+  std::vector<std::string> given = options.settings;
+  given.emplace_back("space/enabled=false");  // the mesh does not depend on it
+  const MapSettings settings = settingsFor(contents, given);
   const auto mapper = makeProbedMapper(settings.params, settings.rules, contents);
   contents = MapContents();
   MeshStore store(settings.params.map.voxel_size_m);

@@ -49,7 +49,7 @@ MapperParams paramsFor(const MapContents& contents, const TimeOptions& options) 
   tree["backend"] = options.backend;
   tree["threads"] = options.threads;
   MapperParams params = withSettingsOf(contents, readMapperParams(tree));
-  params.map.max_memory_mb = static_cast<int>(sizeOf(contents.blocks).bytes() >> 20) + 1;
+  params.map.max_memory_mb = leastMemoryMb(contents, params);
   return params;
 }
 

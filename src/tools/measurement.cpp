@@ -138,6 +138,11 @@ FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
   const MeshUpdate update = mapper.finishMeshUpdate();
   time.fetch_ms = millisecondsSince(start) - time.total_ms;
   use(update);
+  if (Space* const space = mapper.space()) {
+    const auto updated = Clock::now();
+    space->updateDistances();
+    time.distances_ms = millisecondsSince(updated);
+  }
   time.map_bytes = mapper.stats().map_bytes;
   return time;
 }

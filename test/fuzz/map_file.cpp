@@ -2,6 +2,7 @@
 // was loaded, whose voxels are any bits.
 #include "dtsdf_mapping/io/map_file.h"
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -22,14 +23,39 @@ MapperParams paramsOf(const MapContents& contents) {
   params.threads = 1;
   params.map.max_memory_mb = kMost_mb;
   params.mesh.min_support = 1;
-  return withSettingsOf(contents, params);
+  params = withSettingsOf(contents, params);
+  if (contents.cell_voxels != 0) {
+    params.space.enabled = true;
+    params.space.cell_voxels = contents.cell_voxels;
+    params.space.max_range_m = 20.0f * params.map.voxel_size_m;
+    params.space.max_distance_m = 3.0f * params.map.voxel_size_m;
+  }
+  // With space a part of the budget is for what is free.
+  params.map.max_memory_mb = std::max(kMost_mb, leastMemoryMb(contents, params));
+  return params;
+}
+
+/// Cells with a surface are 0 from it, and no others.
+void checkSpaceOf(Mapper& mapper) {
+  if (mapper.space() == nullptr) return;
+  mapper.space()->updateDistances();
+  for (const SpaceCell& known : mapper.space()->cells()) {
+    const int squared = mapper.space()->squaredDistance(known.cell);
+    require((squared == 0) == (known.state == CellState::kSurface), "distances");
+  }
 }
 
 void checkMeshOf(Mapper& mapper, MeshStore& store) {
   store.apply(mapper.updateMesh());
   checkMesh(store.assemble());
   checkChunks(store);
-  require(mapper.stats().map_bytes <= size_t{kMost_mb} << 20, "the budget");
+  checkSpaceOf(mapper);
+}
+
+void checkBudgetOf(const Mapper& mapper, const MapperParams& params) {
+  const MapStats stats = mapper.stats();
+  require(stats.map_bytes + stats.free_bytes <= static_cast<size_t>(params.map.max_memory_mb) << 20,
+          "the budget");
 }
 
 /// A wall, seen from the origin.
@@ -55,10 +81,12 @@ void goOnFrom(const MapContents& contents) {
   require(contentHash(held, 1) == contentHash(contents, 1), "the same map");
   MeshStore store(paramsOf(contents).map.voxel_size_m);
   checkMeshOf(*mapper, store);
+  checkBudgetOf(*mapper, paramsOf(contents));
   // Smaller voxels than these make the frame a large one.
   if (store.voxelSize() < 0.05f) return;
   fuseAFrame(*mapper);
   checkMeshOf(*mapper, store);
+  checkBudgetOf(*mapper, paramsOf(contents));
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ class MapRecipe {
   static bool isId(const uint8_t* bytes) {
     using namespace map_format;
     for (const char* id : {kSettings, kFrame, kState, kBlocks, kColourIndex, kVoxels, kColours,
-                           kEnd, "XTRA"}) {
+                           kFree, kEnd, "XTRA"}) {
       if (std::equal(bytes, bytes + 4, id)) return true;
     }
     return false;
@@ -103,6 +103,7 @@ class MapRecipe {
     }
     readBricks();
     countBlocks();
+    readFree();
     fillChunks(map_format::kVoxels, voxelBytes);
     fillChunks(map_format::kColours, colourBytes);
   }
@@ -164,6 +165,32 @@ class MapRecipe {
     ByteWriter out;
     for (const MapBlock& block : blocks_) out.put(block.bricks);
     std::copy(out.bytes.begin(), out.bytes.end(), part->content.begin() + kColourHeadBytes);
+  }
+
+  /// Cubes of free cells, as far as they are told, of a size that there is.
+  void readFree() {
+    using namespace map_format;
+    Part* const part = find(kFree);
+    if (part == nullptr || part->how & kAsTold) return;
+    InputBytes in(part->content.data(), part->content.size());
+    MapContents told;
+    told.cell_voxels = 1 << (in.take<uint32_t>() & 3);
+    while (in.left() >= sizeof(uint64_t) && told.free_cubes.size() < kMostBlocks) {
+      MapFreeCube cube{};
+      cube.key = {in.take<int16_t>(), in.take<int16_t>(), in.take<int16_t>()};
+      for (uint64_t& word : cube.cells) word = in.take<uint8_t>() * 0x0101010101010101u;
+      cube.cells[0] |= 1;
+      told.free_cubes.push_back(cube);
+    }
+    const auto is_before = [](const MapFreeCube& a, const MapFreeCube& b) {
+      return isBefore({a.key, 0, 0}, {b.key, 0, 0});
+    };
+    std::sort(told.free_cubes.begin(), told.free_cubes.end(), is_before);
+    told.free_cubes.erase(
+        std::unique(told.free_cubes.begin(), told.free_cubes.end(),
+                    [&](const MapFreeCube& a, const MapFreeCube& b) { return !is_before(a, b); }),
+        told.free_cubes.end());
+    part->content = encodeFree(told);
   }
 
   void countBlocks() {
@@ -259,9 +286,11 @@ class MapRecipe {
     add(kState, 16);
     add(kBlocks, kAll);
     addHashes(kVoxels, voxelBytes, out);
-    if (find(kColourIndex) == nullptr) return hashOf(out.bytes.data(), out.bytes.size());
-    add(kColourIndex, kAll);
-    addHashes(kColours, colourBytes, out);
+    if (find(kColourIndex) != nullptr) {
+      add(kColourIndex, kAll);
+      addHashes(kColours, colourBytes, out);
+    }
+    add(kFree, kAll);
     return hashOf(out.bytes.data(), out.bytes.size());
   }
 

@@ -73,7 +73,11 @@ MapperParams takeParams(InputBytes& bytes) {
   const Sensor sensors[] = {Sensor::kStructuredLight, Sensor::kStereo, Sensor::kTimeOfFlight};
   params.sensor.kind = sensors[bytes.choose(3)];
   params.map.truncation_voxels = takeBetween(bytes, 1.0f, 6.0f, {1.0f, 8.0f});
-  params.map.keep_radius_m = bytes.choose(4) == 1 ? 2.5f : 0.0f;
+  const int choice = bytes.choose(4);
+  params.map.keep_radius_m = choice == 1 ? 2.5f : 0.0f;
+  params.space.enabled = choice != 0;
+  params.space.cell_voxels = choice == 3 ? 1 : 4;
+  params.space.max_distance_m = 0.5f;
   return params;
 }
 
@@ -188,7 +192,10 @@ Outcome run(MapperParams params, int threads, const std::vector<Step>& steps) {
   for (const Step& step : steps) {
     take(step, *mapper, store, outcome);
     store.apply(mapper->updateMesh());
-    require(mapper->stats().map_bytes <= size_t(params.map.max_memory_mb) << 20, "the budget");
+    if (mapper->space() != nullptr) mapper->space()->updateDistances();
+    const MapStats stats = mapper->stats();
+    require(stats.map_bytes + stats.free_bytes <= size_t(params.map.max_memory_mb) << 20,
+            "the budget");
   }
   checkChunks(store);
   outcome.mesh = store.assemble();
@@ -212,7 +219,12 @@ bool sameMaps(const MapContents& a, const MapContents& b) {
     return packedKeyOf(x.key) == packedKeyOf(y.key) && x.directions == y.directions &&
            x.bricks == y.bricks;
   };
-  return a.frames == b.frames && a.supporting_frames == b.supporting_frames &&
+  const auto same_free = [](const MapFreeCube& x, const MapFreeCube& y) {
+    return packedKeyOf(x.key) == packedKeyOf(y.key) && x.cells == y.cells;
+  };
+  return std::equal(a.free_cubes.begin(), a.free_cubes.end(), b.free_cubes.begin(),
+                    b.free_cubes.end(), same_free) &&
+         a.frames == b.frames && a.supporting_frames == b.supporting_frames &&
          a.painted == b.painted && a.exposure == b.exposure &&
          std::equal(a.blocks.begin(), a.blocks.end(), b.blocks.begin(), b.blocks.end(), same) &&
          sameWords(a.voxels, b.voxels) && sameWords(a.colours, b.colours);

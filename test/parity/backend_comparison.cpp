@@ -126,6 +126,8 @@ void BackendPair::compareStats() {
   ASSERT_EQ(actual_stats.refused_blocks, expected_stats.refused_blocks);
   ASSERT_EQ(actual_stats.colour_bytes, expected_stats.colour_bytes);
   ASSERT_EQ(actual_stats.dropped_blocks, expected_stats.dropped_blocks);
+  ASSERT_EQ(actual_stats.free_bytes, expected_stats.free_bytes);
+  ASSERT_EQ(actual_stats.refused_cubes, expected_stats.refused_cubes);
 }
 
 ClearedRegion BackendPair::clearRegion(const Region& region) {
@@ -176,6 +178,12 @@ void BackendPair::compareMaps() {
   expectEqualMeshes(reference_mesh_.assemble(), candidate_mesh_.assemble());
 }
 
+void BackendPair::compareSpaces() {
+  ASSERT_NE(reference_->space(), nullptr);
+  ASSERT_NE(candidate_->space(), nullptr);
+  expectEqualSpaces(*reference_->space(), *candidate_->space());
+}
+
 void expectEqualUpdates(const MeshUpdate& expected, const MeshUpdate& actual) {
   ASSERT_EQ(actual.blocks.size(), expected.blocks.size());
   for (size_t i = 0; i < expected.blocks.size(); ++i) {
@@ -211,6 +219,27 @@ void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual) {
   }
 }
 
+void expectEqualSpaces(Space& expected, Space& actual) {
+  const std::vector<SpaceCell> a = expected.cells(), b = actual.cells();
+  ASSERT_EQ(b.size(), a.size());
+  expected.updateDistances();
+  actual.updateDistances();
+  const double side_m = expected.cellSize_m();
+  for (size_t i = 0; i < a.size(); ++i) {
+    const Vec3i& cell = a[i].cell;
+    ASSERT_TRUE(cell == b[i].cell) << describe(cell) << " and " << describe(b[i].cell);
+    ASSERT_EQ(static_cast<int>(b[i].state), static_cast<int>(a[i].state)) << describe(cell);
+    ASSERT_EQ(actual.squaredDistance(cell), expected.squaredDistance(cell)) << describe(cell);
+    if (i % 64 != 0) continue;
+    const Eigen::Vector3d p_W =
+        side_m * Eigen::Vector3d(cell.x + 0.3, cell.y - 0.8, cell.z + 1.9);
+    const SpaceDistance here = expected.distanceAt(p_W), there = actual.distanceAt(p_W);
+    ASSERT_EQ(there.known, here.known);
+    ASSERT_EQ(there.distance_m, here.distance_m);
+    ASSERT_EQ(std::memcmp(&there.gradient, &here.gradient, sizeof(Vec3f)), 0);
+  }
+}
+
 void expectEqualContents(const MapContents& expected, const MapContents& actual) {
   ASSERT_EQ(actual.settings, expected.settings);
   ASSERT_EQ(actual.frames, expected.frames);
@@ -223,6 +252,12 @@ void expectEqualContents(const MapContents& expected, const MapContents& actual)
     ASSERT_TRUE(a.key == b.key) << describe(a.key) << " and " << describe(b.key);
     ASSERT_EQ(b.directions, a.directions) << describe(a.key);
     ASSERT_EQ(b.bricks, a.bricks) << describe(a.key);
+  }
+  ASSERT_EQ(actual.cell_voxels, expected.cell_voxels);
+  ASSERT_EQ(actual.free_cubes.size(), expected.free_cubes.size());
+  for (size_t i = 0; i < expected.free_cubes.size(); ++i) {
+    const MapFreeCube &a = expected.free_cubes[i], &b = actual.free_cubes[i];
+    ASSERT_TRUE(a.key == b.key && a.cells == b.cells) << describe(a.key);
   }
   ASSERT_TRUE(sameWords(actual.voxels, expected.voxels));
   ASSERT_TRUE(sameWords(actual.colours, expected.colours));

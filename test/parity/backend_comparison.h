@@ -45,6 +45,9 @@ class BackendPair {
   /// Compares all voxels and colours, and the meshes put together from all updates.
   void compareMaps();
 
+  /// Compares what is known of space, and the distances once they are up to date.
+  void compareSpaces();
+
   ProbedMapper& reference() { return *reference_; }
   ProbedMapper& candidate() { return *candidate_; }
 
@@ -60,6 +63,7 @@ class BackendPair {
 void expectEqualUpdates(const MeshUpdate& expected, const MeshUpdate& actual);
 void expectEqualMeshes(const Mesh& expected, const Mesh& actual);
 void expectEqualMaps(ProbedMapper& expected, ProbedMapper& actual);
+void expectEqualSpaces(Space& expected, Space& actual);
 void expectEqualContents(const MapContents& expected, const MapContents& actual);
 
 }  // namespace dtsdf

@@ -28,6 +28,7 @@ class CudaFaults : public testing::Test {
     settings.count = kFrames;
     frames_ = makeTestFrames(settings);
     params_.map.voxel_size_m = 0.04f;
+    params_.space.enabled = true;
   }
 
   /// What a run says that has met the failure; empty if it has met none.
@@ -68,6 +69,7 @@ TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
     for (const TestFrame& frame : frames_) ASSERT_NO_FATAL_FAILURE(pair.integrate(frame.view()));
     ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
     ASSERT_NO_FATAL_FAILURE(pair.compareMaps());
+    ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());
   }
   EXPECT_GT(met, 20);
   EXPECT_GT(refused, 0) << "blocks for which there is no memory are refused";

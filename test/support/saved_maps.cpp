@@ -87,6 +87,8 @@ MapContents copyOf(const MapContents& contents) {
   copy.blocks = contents.blocks;
   copy.voxels = copyOf(contents.voxels);
   copy.colours = copyOf(contents.colours);
+  copy.cell_voxels = contents.cell_voxels;
+  copy.free_cubes = contents.free_cubes;
   return copy;
 }
 
@@ -108,6 +110,14 @@ testing::AssertionResult sameContents(const MapContents& a, const MapContents& b
   if (!same_blocks) return differ("blocks");
   if (!sameWords(a.voxels, b.voxels)) return differ("voxels");
   if (!sameWords(a.colours, b.colours)) return differ("colours");
+  const bool same_free =
+      a.cell_voxels == b.cell_voxels &&
+      std::equal(a.free_cubes.begin(), a.free_cubes.end(), b.free_cubes.begin(),
+                 b.free_cubes.end(), [](const MapFreeCube& x, const MapFreeCube& y) {
+                   return x.key.x == y.key.x && x.key.y == y.key.y && x.key.z == y.key.z &&
+                          x.cells == y.cells;
+                 });
+  if (!same_free) return differ("free cells");
   return testing::AssertionSuccess();
 }
 

@@ -54,6 +54,7 @@ struct MapInfo {
   uint64_t frames = 0;             ///< The same.
   uint64_t supporting_frames = 0;  ///< The same.
   bool painted = false;            ///< The same.
+  int cell_voxels = 0;             ///< The same.
   MapSize size;                    ///< Of the map.
   uint32_t version = 0;            ///< Of the format.
   uint64_t file_bytes = 0;         ///< Length of the file.

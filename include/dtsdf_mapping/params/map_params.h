@@ -10,7 +10,9 @@ struct MapParams {
   float voxel_size_m = 0.02f;      ///< Edge of a voxel, in metres.
   float truncation_voxels = 4.0f;  ///< Truncation distance, in voxels.
   bool directional = true;         ///< Six directional volumes; false: one ordinary TSDF.
-  int max_memory_mb = 4096;        ///< Budget of the map in MiB; new blocks beyond are refused.
+  /// Budget of the map in MiB; new blocks beyond are refused. With space/enabled an eighth of it is
+  /// for what is free.
+  int max_memory_mb = 4096;
   float keep_radius_m = 0.0f;      ///< Blocks wholly beyond, from the camera, are dropped; 0: none.
 };
 

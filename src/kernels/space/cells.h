@@ -27,6 +27,18 @@ DTSDF_HD void remove(CellMask& mask, int cell) {
   mask.word[cell >> 6] &= ~(uint64_t{1} << (cell & 63));
 }
 
+DTSDF_HD bool isEmpty(const CellMask& mask) {
+  uint64_t any = 0;
+  for (int i = 0; i < kWordsPerCube; ++i) any |= mask.word[i];
+  return any == 0;
+}
+
+/// A cube, and which of its cells are free.
+struct FreeCube {
+  Vec3i key;
+  CellMask free;
+};
+
 /// How large cells are: 1 << side_log2 voxels.
 struct CellGrid {
   int32_t side_log2;

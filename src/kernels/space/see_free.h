@@ -84,6 +84,20 @@ struct CubeLook {
   float side;     ///< Of a cell, in voxels.
 };
 
+DTSDF_HD CubeLook lookAt(const FrameView& frame, const CellGrid& grid, const Vec3i& cube) {
+  const int32_t side = cubeSideInVoxels(grid);
+  const Vec3i first{cube.x * side, cube.y * side, cube.z * side};
+  return {toFloat(first - frame.origin_voxel), static_cast<float>(cellSide(grid))};
+}
+
+/// Corners of the cells of a cube, along an edge.
+constexpr int kCornersAlong = kCubeSide + 1;
+constexpr int kCornersPerCube = kCornersAlong * kCornersAlong * kCornersAlong;
+
+DTSDF_HD int cubeCornerIndex(int x, int y, int z) {
+  return x + kCornersAlong * (y + kCornersAlong * z);
+}
+
 /// Where corner (x, y, z) of a cube's cells is seen, each from 0 to 8.
 DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const CubeLook& look, int x, int y,
                                     int z) {
@@ -99,6 +113,15 @@ DTSDF_HD SeenBounds boundsOfCell(const Corner& corner, int x, int y, int z) {
     bounds = unite(bounds, boundsOf(corner(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))));
   }
   return bounds;
+}
+
+/// Whether the image sees through all of a cell of a cube, which ends within so many metres.
+template <class Corner>
+DTSDF_HD bool isCellSeenFree(const FreePyramid& free, const Corner& corner, int cell,
+                             float max_range_m) {
+  const Vec3i at = voxelOffset(cell);
+  const SeenBounds bounds = boundsOfCell(corner, at.x, at.y, at.z);
+  return bounds.far_m <= max_range_m && isSeenFree(free, bounds);
 }
 
 }  // namespace dtsdf

@@ -29,10 +29,15 @@ using map_format::Bytes;
 using map_format::ByteWriter;
 using map_format::SectionHeader;
 
+MapperParams smallParams() {
+  MapperParams params = roomParams(0.08f);
+  params.space.enabled = true;
+  return params;
+}
+
 const MapContents& smallMap() {
   static const MapContents contents = [] {
-    MapContents made =
-        roomContents(true, roomParams(0.08f));
+    MapContents made = roomContents(true, smallParams());
     made.map_frame = "odom";
     made.stamp_s = 1600000000.125;
     return made;
@@ -141,7 +146,7 @@ TEST_F(MapFile, HasTheSameBytesWhateverTheThreads) {
 }
 
 TEST_F(MapFile, LoadedAndSavedAgainHasTheSameBytes) {
-  MapperParams params = withSettingsOf(smallMap(), roomParams());
+  const MapperParams params = withSettingsOf(smallMap(), smallParams());
   const auto mapper = makeMapper(params, loadMap(path_));
   MapContents contents = mapper->contents();
   contents.map_frame = "odom";
@@ -170,6 +175,13 @@ TEST_F(MapFile, ContentHashesAreEqualForEqualMapsOnly) {
   expectOther([](MapContents& c) { ++c.frames; });
   expectOther([](MapContents& c) { c.exposure[2] += 0.001f; });
   expectOther([](MapContents& c) { c.settings["map/voxel_size_m"] = 0.05; });
+  expectOther([](MapContents& c) { c.free_cubes.back().cells[3] ^= 2; });
+  expectOther([](MapContents& c) { --c.free_cubes.front().key.z; });
+  expectOther([](MapContents& c) { c.cell_voxels = 8; });
+  expectOther([](MapContents& c) {
+    c.free_cubes.clear();
+    c.cell_voxels = 0;
+  });
 }
 
 TEST_F(MapFile, OfAnEmptyMapIsOneToo) {
@@ -210,6 +222,8 @@ TEST_F(MapFile, ToldWithoutReadingTheVoxels) {
   EXPECT_TRUE(info.painted);
   EXPECT_EQ(info.size.voxel_arrays * 512, smallMap().voxels.size());
   EXPECT_EQ(info.size.bricks * 64, smallMap().colours.size());
+  EXPECT_EQ(info.cell_voxels, 4);
+  EXPECT_EQ(info.size.free_cubes, smallMap().free_cubes.size());
   EXPECT_EQ(info.file_bytes, bytes_.size());
   EXPECT_EQ(info.least.z, smallMap().blocks.front().key.z);
   EXPECT_EQ(info.most.z, smallMap().blocks.back().key.z);
@@ -257,9 +271,9 @@ TEST_F(MapFile, KeepsWhatItIsTakenApartInto) {
 TEST_F(MapFile, SkipsUnknownPartsThatItMay) {
   TakenApart apart = takenApart();
   TakenApart::Section section = apart.get("FRAM");
-  std::memcpy(section.header.id.data(), "FREE", 4);
+  std::memcpy(section.header.id.data(), "XTRA", 4);
   section.header.flags = 0;
-  section.header.version = 3;
+  section.header.version = 1;
   apart.sections.insert(apart.sections.begin() + 2, section);
   writeBytes(path_, apart.bytes());
   EXPECT_TRUE(sameContents(loadMap(path_), smallMap()));
@@ -269,7 +283,7 @@ TEST_F(MapFile, SkipsUnknownPartsThatItMay) {
   section.header.flags = map_format::kRequired;
   required.sections.insert(required.sections.begin() + 2, section);
   const std::string error = errorOfBytes(required.bytes());
-  EXPECT_TRUE(contains(error, "FREE") && contains(error, "use a newer one")) << error;
+  EXPECT_TRUE(contains(error, "XTRA") && contains(error, "use a newer one")) << error;
 }
 
 TEST_F(MapFile, WithColourOfANewerKindHasNone) {
@@ -285,6 +299,38 @@ TEST_F(MapFile, WithColourOfANewerKindHasNone) {
   EXPECT_EQ(errorOf([&] { makeMapper(withSettingsOf(contents, roomParams()), contents); }), "");
 }
 
+/// As from a version that knew no space, whose files have no such part.
+TEST_F(MapFile, WithFreeCellsOfANewerKindHasNone) {
+  TakenApart apart = takenApart();
+  apart.get("FREE").header.version = 2;
+  writeBytes(path_, apart.bytes());
+  const MapContents contents = loadMap(path_);
+  EXPECT_EQ(contents.cell_voxels, 0);
+  EXPECT_TRUE(contents.free_cubes.empty());
+  EXPECT_EQ(errorOf([&] { makeMapper(withSettingsOf(contents, smallParams()), contents); }), "");
+}
+
+TEST_F(MapFile, WithFreeCellsThatAreNoneIsRefused) {
+  const auto expectRefused = [&](const Bytes& content) {
+    TakenApart apart = takenApart();
+    TakenApart::Section& section = apart.get("FREE");
+    section.header.flags = 0;  // not compressed
+    section.header.content_bytes = content.size();
+    section.stored.assign(content.begin(), content.end());
+    EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged")) << content.size();
+  };
+  const Bytes right = map_format::encodeFree(smallMap());
+  for (const size_t bytes :
+       {size_t{0}, size_t{7}, size_t{8}, right.size() - 1, right.size() - 80}) {
+    expectRefused({right.begin(), right.begin() + static_cast<std::ptrdiff_t>(bytes)});
+  }
+  for (const uint8_t cell_voxels : {0, 3, 255}) {
+    Bytes wrong = right;
+    wrong[0] = cell_voxels;
+    expectRefused(wrong);
+  }
+}
+
 TEST_F(MapFile, OfANewerFormatIsRefused) {
   TakenApart apart = takenApart();
   apart.head[8] = 2;
@@ -298,7 +344,7 @@ TEST_F(MapFile, OfANewerFormatIsRefused) {
 /// Sizes that are not there take no memory: an allocation of 2^60 bytes would fail otherwise.
 TEST_F(MapFile, WithHugeSizesIsRefused) {
   constexpr uint64_t kHuge = uint64_t{1} << 60;
-  for (const char* id : {"SETT", "FRAM", "STAT", "BLKS", "COLI", "VOXL", "COLR"}) {
+  for (const char* id : {"SETT", "FRAM", "STAT", "BLKS", "COLI", "FREE", "VOXL", "COLR"}) {
     TakenApart apart = takenApart();
     apart.get(id).header.content_bytes = kHuge;
     const std::string error = errorOfBytes(apart.bytes());
@@ -322,7 +368,7 @@ TEST_F(MapFile, WithHugeSizesIsRefused) {
 }
 
 TEST_F(MapFile, ThatTakesMoreThanAllowedIsRefused) {
-  const size_t bytes = sizeOf(smallMap().blocks).bytes();
+  const size_t bytes = sizeOf(smallMap()).bytes();
   EXPECT_EQ(errorOf([&] { loadMap(path_, bytes); }), "");
   const std::string error = errorOf([&] { loadMap(path_, bytes - 1); });
   EXPECT_TRUE(contains(error, "max_memory_mb")) << error;
@@ -378,12 +424,19 @@ TEST_F(MapFile, IsReadByTheExampleInPython) {
     colours += (word & 255) + (word >> 8 & 255) + (word >> 16 & 255);
     if (word >> 24 != 0) ++painted;
   }
+  size_t free_cells = 0;
+  for (const MapFreeCube& cube : map.free_cubes) {
+    for (const uint64_t word : cube.cells) {
+      free_cells += static_cast<size_t>(__builtin_popcountll(word));
+    }
+  }
   char expected[512];
   std::snprintf(expected, sizeof(expected),
                 "voxel size 0.08\nblocks %zu\nvoxel arrays %zu\nknown voxels %zu\n"
-                "sum of distances %.6f\nsum of weights %.6f\npainted voxels %zu\n"
+                "sum of distances %.6f\nsum of weights %.6f\nfree cells %zu\npainted voxels %zu\n"
                 "sum of colours %llu\n",
-                map.blocks.size(), map.voxels.size() / 512, known, distances, weights, painted,
+                map.blocks.size(), map.voxels.size() / 512, known, distances, weights, free_cells,
+                painted,
                 static_cast<unsigned long long>(colours));
   EXPECT_EQ(output, expected);
 }

@@ -16,7 +16,10 @@ using Mode = std::tuple<FusionMode, bool>;
 class Contents : public testing::TestWithParam<Mode> {
  protected:
   MapperParams params() const {
-    return makeCpuParams(std::get<0>(GetParam()), std::get<1>(GetParam()), 0.04f, 1);
+    MapperParams params =
+        makeCpuParams(std::get<0>(GetParam()), std::get<1>(GetParam()), 0.04f, 1);
+    params.space.enabled = true;
+    return params;
   }
 };
 
@@ -125,13 +128,57 @@ TEST(ContentsOfAMap, AreRefusedBeyondTheBudget) {
   EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
 }
 
+MapperParams spaceParams(int cell_voxels = 2) {
+  MapperParams params = roomParams(0.04f);
+  params.space.enabled = true;
+  params.space.cell_voxels = cell_voxels;
+  return params;
+}
+
+/// What is free goes with the map; to a mapper without space it is nothing, and one whose cells
+/// have another size says so.
+TEST(ContentsOfAMap, HaveWhatIsFree) {
+  const MapContents contents = roomContents(false, spaceParams());
+  EXPECT_EQ(contents.cell_voxels, 2);
+  EXPECT_GT(contents.free_cubes.size(), 10u);
+  const auto mapper = makeMapper(spaceParams(), contents);
+  EXPECT_TRUE(sameContents(mapper->contents(), contents));
+  EXPECT_EQ(mapper->stats().map_bytes + mapper->stats().free_bytes, sizeOf(contents).bytes());
+  const std::string error = errorOf([&] { makeMapper(spaceParams(4), contents); });
+  EXPECT_NE(error.find("space/cell_voxels"), std::string::npos) << error;
+  const auto without = makeMapper(roomParams(0.04f), contents);
+  EXPECT_TRUE(without->contents().free_cubes.empty());
+  EXPECT_EQ(without->contents().cell_voxels, 0);
+  EXPECT_EQ(errorOf([&] { makeMapper(spaceParams(4), roomContents(false, roomParams(0.04f))); }),
+            "");
+}
+
+TEST(ContentsOfAMap, NeedRoomForWhatIsFree) {
+  const MapContents contents = roomContents(false, spaceParams(1));
+  MapperParams params = spaceParams(1);
+  const int least = leastMemoryMb(contents, params);
+  EXPECT_GT(least, leastMemoryMb(contents, roomParams(0.04f)));
+  params.map.max_memory_mb = least;
+  EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
+  --params.map.max_memory_mb;
+  const std::string error = errorOf([&] { makeMapper(params, contents); });
+  EXPECT_NE(error.find(std::to_string(least)), std::string::npos) << error;
+}
+
 TEST(ContentsOfAMap, AreRefusedWhereNoMapHasThem) {
-  const MapContents good = roomContents();
+  const MapContents good = roomContents(true, spaceParams());
   const auto refused = [&](const auto& spoil) {
     MapContents contents = copyOf(good);
     spoil(contents);
-    EXPECT_NE(errorOf([&] { makeMapper(roomParams(), contents); }), "");
+    EXPECT_NE(errorOf([&] { makeMapper(spaceParams(), contents); }), "");
   };
+  ASSERT_EQ(errorOf([&] { makeMapper(spaceParams(), good); }), "");
+  refused([](MapContents& c) { std::swap(c.free_cubes[0], c.free_cubes[1]); });
+  refused([](MapContents& c) { c.free_cubes[1] = c.free_cubes[0]; });
+  refused([](MapContents& c) { c.free_cubes[0].key.z = -(1 << 20); });
+  refused([](MapContents& c) { c.free_cubes[0].cells = {}; });
+  refused([](MapContents& c) { c.cell_voxels = 3; });
+  refused([](MapContents& c) { c.cell_voxels = 0; });
   refused([](MapContents& c) { std::swap(c.blocks[0], c.blocks[1]); });
   refused([](MapContents& c) { c.blocks[1] = c.blocks[0]; });
   refused([](MapContents& c) { c.blocks[0].key.x = 1 << 20; });

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <deque>
 #include <map>
+#include <random>
 #include <tuple>
 
 #include "dtsdf_mapping/mesh.h"
 #include "support/depth_frames.h"
+#include "support/random_seed.h"
 
 namespace dtsdf {
 namespace {
@@ -18,6 +20,7 @@ using Eigen::Vector3d;
 MapperParams spaceParams(int cell_voxels = 4, bool directional = true) {
   MapperParams params = makeCpuParams(
       directional ? FusionMode::kNormalRayCasting : FusionMode::kVoxelProjection, directional);
+  params.threads = 1;  // on a busy machine several wait for each other
   params.space.enabled = true;
   params.space.cell_voxels = cell_voxels;
   params.space.max_distance_m = 0.6f;
@@ -107,7 +110,7 @@ TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
   double squares = 0.0, worst = 0.0;
   size_t count = 0, number = 0;
   for (const SpaceCell& known : space.cells()) {
-    if (known.state != CellState::kFree || number++ % (GetParam() < 4 ? 97 : 7) != 0) continue;
+    if (known.state != CellState::kFree || number++ % (GetParam() < 4 ? 997 : 31) != 0) continue;
     const Vector3d p = middleOf(space, known.cell);
     double truth = 1e9;
     for (const Vec3f& v : mesh.vertices_m) {
@@ -225,6 +228,115 @@ TEST(Space, KnowsTheSameHoweverOftenItIsAsked) {
     ASSERT_EQ(all[i].state, same[i].state);
     ASSERT_EQ(once->space()->squaredDistance(cell), often->space()->squaredDistance(cell));
   }
+}
+
+/// A room in which a box comes and goes.
+SceneFrame randomLook(std::mt19937& random) {
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  Scene scene;
+  scene.add(Room{Vector3d(-0.9, -0.9, -0.7), Vector3d(0.9, 0.9, 0.7)});
+  if (random() % 2 == 0) scene.add(makeBox({0.3, 0.2, -0.3}, {0.3, 0.3, 0.6}, 0.3));
+  const Vector3d eye(-0.5 + 0.2 * any(random), 0.5 * any(random), 0.3 * any(random));
+  const Vector3d at(0.4, 0.4 * any(random), -0.3 + 0.3 * any(random));
+  return renderFrame(scene, lookAt(eye, at, Vector3d::UnitZ()), 48, 36);
+}
+
+/// All of what is known of the cells in a box, and the distances in it.
+std::string everythingIn(const Space& space, int reach) {
+  std::string bytes;
+  for (int z = -reach; z < reach; ++z) {
+    for (int y = -reach; y < reach; ++y) {
+      for (int x = -reach; x < reach; ++x) {
+        const int squared = space.squaredDistance({x, y, z});
+        bytes.push_back(static_cast<char>(space.stateOf({x, y, z})));
+        bytes.append(reinterpret_cast<const char*>(&squared), sizeof(squared));
+      }
+    }
+  }
+  return bytes;
+}
+
+/// Squared distances again, from all pairs of cells.
+void expectExact(const Space& space, std::mt19937& random, int reach) {
+  std::vector<Vec3i> surfaces;
+  for (const SpaceCell& known : space.cells()) {
+    if (known.state == CellState::kSurface) surfaces.push_back(known.cell);
+  }
+  std::uniform_int_distribution<int> any(-reach, reach);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3i cell{any(random), any(random), any(random)};
+    int least = 1 << 20;
+    for (const Vec3i& s : surfaces) {
+      const int x = s.x - cell.x, y = s.y - cell.y, z = s.z - cell.z;
+      least = std::min(least, x * x + y * y + z * z);
+    }
+    const int squared = space.squaredDistance(cell);
+    ASSERT_EQ(squared, least <= 36 ? least : -1);
+  }
+}
+
+/// Frames in which things come and go, regions that are cleared, meshes and distances now and then,
+/// in any order: what is known then is what a mapper finds that gets the map as it is, byte for
+/// byte.
+TEST(Space, AfterManyRandomUpdatesIsThatFromScratch) {
+  std::mt19937 random(caseSeed(0));
+  std::uniform_real_distribution<double> any(-0.8, 0.8);
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.05f, 1);
+  params.mesh.min_support = 1;
+  params.space.enabled = true;
+  params.space.cell_voxels = 2;
+  params.space.max_distance_m = 0.6f;
+  constexpr int kReach = 20;  // in cells, beyond all of the room
+  const auto mapper = makeMapper(params);
+  size_t vanished = 0;
+  for (int update = 1; update <= 100; ++update) {
+    SCOPED_TRACE("update " + std::to_string(update));
+    mapper->integrate(randomLook(random).view());
+    if (random() % 4 == 0) {
+      vanished += mapper->clearRegion(SphereRegion{{any(random), any(random), any(random)}, 0.3})
+                      .voxels;
+    }
+    if (random() % 2 == 0) mapper->updateMesh();
+    if (random() % 3 == 0) mapper->space()->updateDistances();
+    if (update % 20 != 0) continue;
+    mapper->updateMesh();
+    mapper->space()->updateDistances();
+    const auto scratch = makeMapper(params, mapper->contents());
+    scratch->updateMesh();
+    scratch->space()->updateDistances();
+    ASSERT_EQ(mapper->space()->cells().size(), scratch->space()->cells().size());
+    ASSERT_TRUE(everythingIn(*mapper->space(), kReach) == everythingIn(*scratch->space(), kReach));
+    ASSERT_NO_FATAL_FAILURE(expectExact(*mapper->space(), random, kReach));
+  }
+  EXPECT_GT(vanished, 500u);
+}
+
+/// An eighth of the budget is for what is free: what goes beyond is refused and counted, and what
+/// was told stays so.
+TEST(Space, KeepsItsPartOfTheBudget) {
+  MapperParams params = spaceParams(1);
+  params.map.max_memory_mb = 1;
+  const auto mapper = makeMapper(params);
+  EXPECT_EQ(mapper->stats().free_bytes, 0u);
+  for (const Eigen::Isometry3d& T_W_C : posesIn()) {
+    mapper->integrate(renderFrame(makeScene(), T_W_C).view());
+  }
+  const MapStats stats = mapper->stats();
+  EXPECT_GT(stats.refused_cubes, 0u);
+  EXPECT_GT(stats.free_bytes, size_t{100} << 10);
+  EXPECT_LE(stats.free_bytes, size_t{128} << 10);
+  EXPECT_LE(stats.map_bytes, size_t{896} << 10);
+  mapper->clearRegion(SphereRegion{Vector3d::Zero(), 100.0});
+  EXPECT_EQ(mapper->stats().free_bytes, 0u);
+  mapper->clear();
+  EXPECT_EQ(mapper->stats().refused_cubes, 0u);
+}
+
+TEST(Space, IsTold) {
+  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams());
+  EXPECT_EQ(mapper->memory().space, mapper->space()->bytes());
+  EXPECT_GT(mapper->memory().space, 0u);
+  EXPECT_EQ(makeMapper(makeCpuParams())->memory().space, 0u);
 }
 
 TEST(Space, IsForgottenWithTheMap) {

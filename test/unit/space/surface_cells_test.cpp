@@ -68,7 +68,7 @@ TEST(CellsOfMesh, ATriangleBetweenTwoCellsIsInTheUpperOne) {
 
 /// Two blocks have a triangle in one cell: it stays until both have gone.
 TEST(SurfaceCells, FollowTheMeshBlockByBlock) {
-  SurfaceCells surfaces(CellGrid{3});
+  SurfaceCells surfaces(CellGrid{3}, 2);
   CellTable cells;
   const std::vector<Vec3f> beyond = {{8.5f, 1, 1}, {9.5f, 1, 1}, {8.5f, 2, 1}};
   const std::vector<Vec3f> own = {{0.5f, 1, 1}, {1.5f, 1, 1}, {0.5f, 2, 1}};

@@ -192,6 +192,7 @@ TEST_F(TilesProgram, NamesTilesThatAreNotThereOrDamaged) {
 TEST_F(TilesProgram, RefusesWhatWouldChangeTheResult) {
   const std::string begin = "plan " + recorded_->recording.path() + " --out " + folder() + " ";
   expectError(begin + "--set map/keep_radius_m=3", "map/keep_radius_m");
+  expectError(begin + "--set space/enabled=true", "space/enabled");
   plan("--tile-m 4");
   // A budget that a map has outgrown fails the tile.
   auto json = planJson();

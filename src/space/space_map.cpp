@@ -142,8 +142,8 @@ void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
 
 /// Takes cells out of what is free; the cube goes if nothing is known of it then.
 void SpaceMap::forgetFree(const Vec3i& key, const CellMask& cells) {
+  if (isEmpty(table_.find(key)->free)) return;
   CellCube& cube = table_.at(key);
-  if (isEmpty(cube.free)) return;
   for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] &= ~cells.word[i];
   if (!isEmpty(cube.free)) return;
   --free_cubes_;

@@ -33,6 +33,13 @@ class FetchedSpace : public Space {
   Vec3i cellAt(const Eigen::Vector3d& p_W) const override { return map_.cellAt(p_W); }
   CellState stateOf(const Vec3i& cell) const override { return fetched().stateOf(cell); }
   std::vector<SpaceCell> cells() const override { return fetched().cells(); }
+  std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const override {
+    return fetched().cubes(first_z, last_z);
+  }
+  SpaceChanges takeChanges(bool all) override {
+    fetch_();
+    return map_.takeChanges(all);
+  }
   void updateDistances() override { map_.updateDistances(); }
   int squaredDistance(const Vec3i& cell) const override { return map_.squaredDistance(cell); }
   SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const override {

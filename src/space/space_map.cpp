@@ -29,15 +29,6 @@ struct Around {
   }
 };
 
-SpaceCube asTold(const CellCube& cube) {
-  SpaceCube told{firstCellOfCube(cube.key), {}, {}};
-  for (size_t z = 0; z < kWordsPerCube; ++z) {
-    told.free[z] = cube.free.word[z] & ~cube.surface.word[z];
-    told.surface[z] = cube.surface.word[z];
-  }
-  return told;
-}
-
 /// Times the range: an image of 120 degrees along its diagonal has its corners there.
 constexpr float kMostAside = 2.0f;
 
@@ -53,6 +44,25 @@ CellState stateIn(const CellCube& cube, int cell) {
 
 static_assert(sizeof(CellCube) + sizeof(PackedKey) + 4 * 2 * sizeof(PackedKey) <= kFreeCubeBytes,
               "what a cube counts is no less than what it takes");
+
+SpaceCube asTold(const CellCube& cube) {
+  SpaceCube told{firstCellOfCube(cube.key), {}, {}};
+  for (size_t z = 0; z < kWordsPerCube; ++z) {
+    told.free[z] = cube.free.word[z] & ~cube.surface.word[z];
+    told.surface[z] = cube.surface.word[z];
+  }
+  return told;
+}
+
+bool contains(const CellMask& all, const CellMask& some) {
+  return std::equal(all.word, all.word + kWordsPerCube, some.word,
+                    [](uint64_t a, uint64_t b) { return (b & ~a) == 0; });
+}
+
+bool overlap(const CellMask& a, const CellMask& b) {
+  return !std::equal(a.word, a.word + kWordsPerCube, b.word,
+                     [](uint64_t x, uint64_t y) { return (x & y) == 0; });
+}
 
 double between(double low, double high, double share) { return low + share * (high - low); }
 
@@ -128,6 +138,7 @@ SpaceMap::CubeBounds SpaceMap::boundsOfView(const FrameView& frame) const {
 void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
   for (const FreeCube& seen : cubes) {
     const CellCube* const known = table_.find(seen.key);
+    if (known != nullptr && contains(known->free, seen.free)) continue;
     if (known == nullptr || isEmpty(known->free)) {
       if (freeBytes() + kFreeCubeBytes > free_budget_) {
         ++refused_cubes_;
@@ -142,7 +153,8 @@ void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
 
 /// Takes cells out of what is free; the cube goes if nothing is known of it then.
 void SpaceMap::forgetFree(const Vec3i& key, const CellMask& cells) {
-  if (isEmpty(table_.find(key)->free)) return;
+  const CellMask& known = table_.find(key)->free;
+  if (!overlap(known, cells)) return;
   CellCube& cube = table_.at(key);
   for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] &= ~cells.word[i];
   if (!isEmpty(cube.free)) return;

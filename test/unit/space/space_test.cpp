@@ -24,6 +24,7 @@ MapperParams spaceParams(int cell_voxels = 4, bool directional = true) {
   params.space.enabled = true;
   params.space.cell_voxels = cell_voxels;
   params.space.max_distance_m = 0.6f;
+  params.space.max_range_m = 3.5f;
   params.mesh.min_support = 1;
   return params;
 }

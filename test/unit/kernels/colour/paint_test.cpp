@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 #include "simulation/random.h"
@@ -208,6 +209,46 @@ TEST_F(SeenSurface, CountsLittleBesideItsOutline) {
   const float inside = sample(index).weight;
   hiding_m_.assign(hiding_m_.size(), kNoSurface_m);
   EXPECT_FLOAT_EQ(sample(index).weight, kRules.outline_share * inside);
+}
+
+/// The surface ends on one side only, whichever of the eight around the point.
+TEST_F(SeenSurface, CountsLittleWhereverItsOutlineIs) {
+  makePlane(3.3f);
+  const int index = voxelIndex(4, 4, 3);
+  const float own_m = (kDepth_voxels + 3.3f) * kVoxel_m;
+  SurfacePoint point;
+  ASSERT_TRUE(findSurfacePoint(sensing_.view, {0.0f, 0.0f, kDepth_voxels}, voxels_, index,
+                               kTowardsCamera, point));
+  hiding_m_.assign(hiding_m_.size(), own_m);
+  const float inside = sample(index).weight;
+  const float beside =
+      kRules.outline_px + kRules.outline_voxels * voxelWidth(sensing_.view.frame, point);
+  for (int n = 0; n < 9; ++n) {
+    if (n == 4) continue;
+    hiding_m_.assign(hiding_m_.size(), own_m);
+    const auto u = static_cast<float>(n % 3 - 1), v = static_cast<float>(n / 3 - 1);
+    const size_t cell = cellAt(point.u + u * beside, point.v + v * beside);
+    ASSERT_NE(cell, cellAt(point.u, point.v));
+    hiding_m_[cell] = kNoSurface_m;
+    EXPECT_FLOAT_EQ(sample(index).weight, kRules.outline_share * inside) << n;
+  }
+}
+
+TEST(PlaneOfAPoint, FacesTheCameraWhereItIsSeenFromTheSide) {
+  const FrameView frame = frontalFrame(160, 120, {150.0f, 150.0f, 80.0f, 60.0f}, 0.01f);
+  const auto planeSeenAt = [&](float cosine) {
+    SurfacePoint point;
+    point.p_C = {0.0f, 0.0f, 2.0f};
+    point.normal_C = {std::sqrt(1.0f - cosine * cosine), 0.0f, -cosine};
+    point.cosine = cosine;
+    return planeOf(frame, point);
+  };
+  // x = -z tan: at u pixels beside the middle 1/z = (1 - u / 150 tan) / 2, with tan = 3/4 of 0.8.
+  EXPECT_NEAR(planeSeenAt(0.8f).per_u, -0.75f / (2.0f * 150.0f), 1e-6f);
+  EXPECT_NE(planeSeenAt(0.5f * kLeastPlaneCosine).inverse_depth, 0.0f);
+  EXPECT_EQ(planeSeenAt(0.5f * kLeastPlaneCosine).per_u, 0.0f);
+  EXPECT_EQ(planeSeenAt(0.0f).per_u, 0.0f);
+  EXPECT_NE(planeSeenAt(2.0f * kLeastPlaneCosine).per_u, 0.0f);
 }
 
 TEST_F(SeenSurface, DrawsThePlaneWithoutGaps) {

@@ -135,6 +135,19 @@ TEST(Anchoring, OnlyDirectionsThatTellTheCrossingCount) {
   expectNear(edge.shift(), {0.0f, 0.7f, 0.0f}, kStep);
 }
 
+/// An end that too little was seen of keeps an anchor that does not speak, whichever end it is.
+TEST(Anchoring, EndsThatAreNotKnownHaveNoAnchor) {
+  for (const int unknown : {0, 1}) {
+    AnchoredEdge edge;
+    auto& samples = unknown == 0 ? edge.samples.lower : edge.samples.upper;
+    edge.samples.lower[kZPlus] = {-kOffset, 1.0f};
+    edge.samples.upper[kZPlus] = {1.0f - kOffset, 1.0f};
+    samples[kZPlus].weight = 0.0f;
+    edge.put(unknown, kZPlus, {-0.9f, 0.0f, unknown == 0 ? 0.4f : -0.6f});
+    expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
+  }
+}
+
 TEST(Anchoring, WithoutAnAnchorNothingMoves) {
   AnchoredEdge edge;
   expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);

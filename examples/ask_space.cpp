@@ -46,7 +46,6 @@ int main() try {
 
   dtsdf::MapperParams params;
   params.space.enabled = true;
-  params.backend = dtsdf::Backend::kCpu;
   const auto mapper = dtsdf::makeMapper(params);
   for (int i = 0; i < 3; ++i) {
     const dtsdf::IntegrationResult result = mapper->integrate(frame);

@@ -43,6 +43,7 @@ class GridPublisher {
   /// Sends what listeners lack and have room for.
   void serve(SteadyTime now);
 
+  size_t bytes() const { return grid_.bytes(); }
   std::vector<TopicReport> report() const { return {grids_.report(), updates_.report()}; }
 
  private:

@@ -1,5 +1,7 @@
 #include "ros/output/space_output.h"
 
+#include <utility>
+
 #include "ros/common/callback_guard.h"
 
 namespace dtsdf {
@@ -32,15 +34,17 @@ void SpaceOutput::work() {
   if (delivery.slice) slice_.put(*delivery.slice);
   grid_.serve(std::chrono::steady_clock::now());
   slice_.serve();
-  std::vector<TopicReport> report = grid_.report();
-  report.push_back(slice_.report());
+  std::vector<TopicReport> topics = grid_.report();
+  topics.push_back(slice_.report());
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_ = std::move(report);
+  topics_ = std::move(topics);
+  grid_bytes_ = grid_.bytes();
 }
 
-std::vector<TopicReport> SpaceOutput::report() const {
+void SpaceOutput::addTo(OutputReport& report) const {
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  return report_;
+  report.topics.insert(report.topics.end(), topics_.begin(), topics_.end());
+  report.grid_bytes = grid_bytes_;
 }
 
 }  // namespace dtsdf

@@ -7,12 +7,13 @@
 #include <vector>
 
 #include "ros/output/grid_publisher.h"
+#include "ros/output/map_report.h"
 #include "ros/output/slice_publisher.h"
 #include "ros/output/space_handover.h"
 
 namespace dtsdf {
 
-/// Output's thread only, but for report(). While nobody listens, it wants nothing of the map.
+/// Output's thread only, but for addTo(). While nobody listens, it wants nothing of the map.
 class SpaceOutput {
  public:
   struct Options {
@@ -26,7 +27,8 @@ class SpaceOutput {
   /// Publishes what is due. Returns how long there will be nothing to do.
   std::chrono::milliseconds step() noexcept;
 
-  std::vector<TopicReport> report() const;
+  /// Adds its topics and memory.
+  void addTo(OutputReport& report) const;
 
  private:
   void work();
@@ -36,7 +38,8 @@ class SpaceOutput {
   SlicePublisher slice_;
 
   mutable std::mutex report_mutex_;
-  std::vector<TopicReport> report_;
+  std::vector<TopicReport> topics_;
+  size_t grid_bytes_ = 0;
 };
 
 }  // namespace dtsdf

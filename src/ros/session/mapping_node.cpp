@@ -187,11 +187,7 @@ StatusInput MappingNode::collectStatus() const {
   input.cameras = cameras_.report();
   input.map = session_.report();
   input.output = output_.report();
-  if (space_output_) {
-    for (TopicReport& topic : space_output_->report()) {
-      input.output.topics.push_back(std::move(topic));
-    }
-  }
+  if (space_output_) space_output_->addTo(input.output);
   input.transforms = transforms_.report();
   input.paused = cameras_.paused();
   input.master = master_watch_->problem();

@@ -53,6 +53,9 @@ MappingParams readMappingParams(const ParamTree& tree,
   node.keep_frame = stripLeadingSlash(node.keep_frame);
   if (node.map_frame.empty()) reader.addViolation("map_frame", "must not be empty");
   if (node.output_directory.empty()) reader.addViolation("output_directory", "must not be empty");
+  if (node.ground.min_height_m >= node.ground.max_height_m) {
+    reader.addViolation("space/min_height_m", "must be less than space/max_height_m");
+  }
   checkCameras(node, reader);
   reader.finish();
   return params;

@@ -59,7 +59,15 @@ struct PublishParams {
   double mesh_rate_hz = 2.0;    ///< Bound of the rate of `mesh`, in wall time.
   double points_rate_hz = 1.0;  ///< Bound of the rate of `surface_points`, in wall time.
   double status_rate_hz = 1.0;  ///< Rate of `status` and the diagnostics, in wall time.
+  double space_rate_hz = 1.0;   ///< Bound of the rates of grid and slice of space, in wall time.
   int max_queue_mb = 32;        ///< What may wait for listeners of the mesh, over all topics.
+};
+
+/// What of space is published, by heights along z of the map frame, which has to be level for it.
+struct GroundParams {
+  double min_height_m = 0.1;    ///< A column of the grid begins here,
+  double max_height_m = 1.5;    ///< and ends here.
+  double slice_height_m = 0.5;  ///< Of the distances that are published.
 };
 
 struct NodeParams {
@@ -72,6 +80,7 @@ struct NodeParams {
   ColourParams colour;
   PublishParams publish;
   StatusParams status;
+  GroundParams ground;
 };
 
 struct MappingParams {
@@ -112,8 +121,12 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
   visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});
   visit("publish/status_rate_hz", p.publish.status_rate_hz, Range{0.01, 100.0});
+  visit("publish/space_rate_hz", p.publish.space_rate_hz, Range{0.01, 100.0});
   visit("publish/max_queue_mb", p.publish.max_queue_mb, Range{1, 65536});
   visit("status/stale_s", p.status.stale_s, Range{0.0, 1e6});
+  visit("space/min_height_m", p.ground.min_height_m, Range{-1e4, 1e4});
+  visit("space/max_height_m", p.ground.max_height_m, Range{-1e4, 1e4});
+  visit("space/slice_height_m", p.ground.slice_height_m, Range{-1e4, 1e4});
 }
 
 template <class Visitor>

@@ -84,7 +84,7 @@ class GroundColumns {
   static uint64_t keyOf(int32_t stack_x, int32_t stack_y);
   GridBox evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const;
 
-  const CellLayers layers_;
+  CellLayers layers_;
   std::unordered_map<uint64_t, Stack> stacks_;
 };
 
@@ -135,7 +135,7 @@ class GroundGrid {
   void beginAnew(double cell_size_m);
   void note(const GridBox& columns);
 
-  const GroundHeights heights_;
+  GroundHeights heights_;
   double cell_size_m_ = 0.0;
   std::optional<GroundColumns> columns_;
   std::optional<GridBox> window_;

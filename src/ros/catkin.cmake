@@ -2,8 +2,8 @@
 # top-level CMakeLists.txt, because catkin looks for msg/, srv/ and package.xml beside it.
 find_package(catkin REQUIRED COMPONENTS
   diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs image_transport
-  message_generation nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2 tf2_msgs tf2_ros
-  visualization_msgs)
+  map_msgs message_generation nav_msgs nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2
+  tf2_msgs tf2_ros visualization_msgs)
 
 # Not among the components above: their exported libraries (VTK, rosbag, with cv_bridge the whole of
 # OpenCV) would end up in every target. Only their headers are used, but for dtsdf_bag,
@@ -36,7 +36,7 @@ list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 
 add_message_files(FILES Box.msg CameraStatus.msg DropCount.msg MapStatus.msg MemoryPart.msg
   MeshBlock.msg MeshBlocks.msg Sphere.msg StreamStatus.msg TopicStatus.msg)
-add_service_files(FILES ClearRegion.srv LoadMap.srv SaveMap.srv SaveMesh.srv)
+add_service_files(FILES ClearRegion.srv GetDistances.srv LoadMap.srv SaveMap.srv SaveMesh.srv)
 generate_messages(DEPENDENCIES geometry_msgs std_msgs)
 generate_dynamic_reconfigure_options(cfg/Publish.cfg)
 

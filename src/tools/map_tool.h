@@ -10,6 +10,8 @@ namespace dtsdf {
 /// std::runtime_error for files that cannot be read or written.
 void tellAboutMap(const std::vector<std::string>& arguments);
 void meshMap(const std::vector<std::string>& arguments);
+void saveOcTree(const std::vector<std::string>& arguments);
+void drawSlice(const std::vector<std::string>& arguments);
 void timeMap(const std::vector<std::string>& arguments);
 
 }  // namespace dtsdf

@@ -4,11 +4,11 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
-#include "dtsdf_mapping/io/yaml_params.h"
 #include "io/atomic_file.h"
 #include "mapper/probed_mapper.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
+#include "tools/map_settings.h"
 #include "tools/map_tool.h"
 
 namespace dtsdf {
@@ -37,40 +37,15 @@ MeshOptions parse(const std::vector<std::string>& arguments) {
   return options;
 }
 
-/// What a map is meshed with.
-struct MeshSettings {
-  MapperParams params;
-  Rules rules;
-};
-
-/// Those of the file, as far as this version knows them, and then those that are given.
-MeshSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given) {
-  MeshSettings settings;
-  ParamWriter known;
-  visitParams(settings.params, known);
-  visitRules(settings.rules, known);
-  ParamTree tree;
-  for (const auto& [key, value] : contents.settings) {
-    if (known.tree.count(key) > 0) tree[key] = value;
-  }
-  for (const std::string& setting : given) setParam(setting, tree);
-  ParamReader reader(std::move(tree));
-  visitParams(settings.params, reader);
-  visitRules(settings.rules, reader);
-  checkParams(settings.params, reader);
-  reader.finish();
-  settings.params.space.enabled = false;  // the mesh does not depend on it
-  settings.params.map.max_memory_mb = leastMemoryMb(contents, settings.params);  // none is added
-  return settings;
-}
-
 }  // namespace
 
 void meshMap(const std::vector<std::string>& arguments) {
   const MeshOptions options = parse(arguments);
   prepareOutputFile(options.mesh_path);
   MapContents contents = loadMap(options.map_path);
-  const MeshSettings settings = settingsFor(contents, options.settings);
+  std::vector<std::string> given = options.settings;
+  given.emplace_back("space/enabled=false");  // the mesh does not depend on it
+  const MapSettings settings = settingsFor(contents, given);
   const auto mapper = makeProbedMapper(settings.params, settings.rules, contents);
   contents = MapContents();
   MeshStore store(settings.params.map.voxel_size_m);

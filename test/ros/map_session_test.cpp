@@ -59,6 +59,18 @@ class MapSessionTest : public testing::Test {
                       clock_.reader()};
 };
 
+TEST_F(MapSessionTest, WithoutSpaceItSaysHowToSwitchItOn) {
+  pushFrame();
+  work();
+  try {
+    session_.distancesAt({Eigen::Vector3d::Zero()});
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("space/enabled"), std::string::npos) << error.what();
+  }
+  EXPECT_TRUE(session_.report().failure.empty());
+}
+
 TEST_F(MapSessionTest, ClearingARegionOutdatesTheMesh) {
   pushFrame();
   work();

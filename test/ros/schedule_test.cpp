@@ -57,6 +57,57 @@ TEST_F(MapScheduleTest, MeshIsFinishedAtOnceWhenNoFrameIsThere) {
   EXPECT_FALSE(schedule_.meshUnderWay());
 }
 
+/// What is told of space is of frames with their surfaces; who was told nothing has not to wait for
+/// a frame.
+TEST_F(MapScheduleTest, SpaceIsToldAfterTheMesh) {
+  constexpr MapSchedule::Situation kFollower{false, true, true, false};
+  constexpr MapSchedule::Situation kNewcomer{false, true, true, true};
+  schedule_.setSpaceRate(1.0);
+  EXPECT_EQ(schedule_.next(kFollower), Map::kWait);
+  EXPECT_EQ(schedule_.next(kNewcomer), Map::kTellSpace);
+  schedule_.frameFused();
+  schedule_.reported();
+  EXPECT_EQ(schedule_.next(kNewcomer), Map::kBeginMesh);
+  schedule_.meshBegun();
+  EXPECT_EQ(schedule_.next(kNewcomer), Map::kFinishMesh);
+  schedule_.meshEnded();
+  schedule_.spaceChanged();
+  EXPECT_EQ(schedule_.next(kListener), Map::kWait) << "nobody asks";
+  EXPECT_EQ(schedule_.next(kFollower), Map::kTellSpace);
+  schedule_.spaceTold(clock_.reader()());
+  EXPECT_EQ(schedule_.next(kFollower), Map::kWait);
+}
+
+TEST_F(MapScheduleTest, SpaceKeepsItsRate) {
+  constexpr MapSchedule::Situation kFollower{false, false, true, false};
+  schedule_.setSpaceRate(4.0);
+  schedule_.spaceChanged();
+  schedule_.spaceTold(clock_.reader()());
+  schedule_.spaceChanged();
+  clock_.advance(0.2);
+  EXPECT_EQ(schedule_.next(kFollower), Map::kWait);
+  clock_.advance(0.1);
+  EXPECT_EQ(schedule_.next(kFollower), Map::kTellSpace);
+  const SteadyTime begin = clock_.reader()();
+  clock_.advance(2.0);
+  schedule_.spaceTold(begin);
+  schedule_.spaceChanged();
+  clock_.advance(1.9);
+  EXPECT_EQ(schedule_.next(kFollower), Map::kWait) << "frames get as much time as it took";
+  clock_.advance(0.2);
+  EXPECT_EQ(schedule_.next(kFollower), Map::kTellSpace);
+}
+
+/// Of a map that takes another's place nothing is told before its surfaces are known.
+TEST_F(MapScheduleTest, SpaceOfANewMapWaitsForItsMesh) {
+  constexpr MapSchedule::Situation kFollower{false, true, true, false};
+  schedule_.mapReplaced();
+  schedule_.reported();
+  EXPECT_EQ(schedule_.next(kFollower), Map::kBeginMesh);
+  schedule_.cleared();
+  EXPECT_EQ(schedule_.next(kFollower), Map::kTellSpace) << "an empty one has none";
+}
+
 TEST_F(MapScheduleTest, MeshKeepsItsRate) {
   schedule_.frameFused();
   schedule_.meshBegun();

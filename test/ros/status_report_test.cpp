@@ -65,6 +65,10 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "no optical frame"));
   input.map.stats.refused_blocks = 7;
   EXPECT_TRUE(says(makeStatus(input), "map/max_memory_mb"));
+  input.map.stats.refused_blocks = 0;
+  input.map.stats.refused_cubes = 3;
+  EXPECT_TRUE(says(makeStatus(input), "what is free"));
+  EXPECT_EQ(makeStatus(input).refused_cubes, 3u);
   input.paused = true;
   EXPECT_EQ(makeStatus(input).message, "paused");
   input.map.failure = "out of memory";
@@ -218,6 +222,11 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
     }
     EXPECT_EQ(partOf(status, "meshes").place, on_gpu ? "gpu" : "nowhere");
     EXPECT_EQ(partOf(status, "staging").bytes, on_gpu ? 55u : 0u);
+    input.map.memory.space = 70;
+    input.output.grid_bytes = 7;
+    EXPECT_EQ(partOf(makeStatus(input), "space").bytes, 77u);
+    EXPECT_EQ(partOf(makeStatus(input), "space").place, "host");
+    input.map.memory.space = 0;
   }
 }
 

@@ -27,6 +27,7 @@ MapSchedule::Action MapSchedule::next(const Situation& situation) const {
   const SteadyTime now = clock_();
   if (mesh_under_way_ && (fused_since_mesh_ || !situation.frame_ready)) return Action::kFinishMesh;
   if (wantsMesh(situation) && mesh_pace_.isDue(now)) return Action::kBeginMesh;
+  if (wantsSpace(situation) && space_pace_.isDue(now)) return Action::kTellSpace;
   if (report_outdated_ && (!situation.frame_ready || report_pace_.isDue(now))) {
     return Action::kReport;
   }
@@ -37,8 +38,18 @@ bool MapSchedule::wantsMesh(const Situation& situation) const {
   return situation.mesh_wanted && fused_since_mesh_ && !mesh_under_way_;
 }
 
+/// Who was told nothing is told what is there, unless the mesh has yet to bring its surfaces.
+bool MapSchedule::wantsSpace(const Situation& situation) const {
+  return situation.space_wanted && !mesh_under_way_ &&
+         (space_outdated_ || (situation.space_lacking && !fused_since_mesh_));
+}
+
 std::chrono::milliseconds MapSchedule::idleTime(const Situation& situation) const {
-  return wantsMesh(situation) ? idleUntil(mesh_pace_.next(), clock_()) : kIdle;
+  const SteadyTime now = clock_();
+  std::chrono::milliseconds idle = kIdle;
+  if (wantsMesh(situation)) idle = std::min(idle, idleUntil(mesh_pace_.next(), now));
+  if (wantsSpace(situation)) idle = std::min(idle, idleUntil(space_pace_.next(), now));
+  return idle;
 }
 
 void MapSchedule::frameFused() { fused_since_mesh_ = report_outdated_ = true; }
@@ -54,6 +65,13 @@ void MapSchedule::meshTook(SteadyDuration duration) {
   report_outdated_ = true;
 }
 
+void MapSchedule::spaceTold(SteadyTime begin) {
+  const SteadyTime now = clock_();
+  space_outdated_ = false;
+  space_pace_.begin(begin);
+  space_pace_.restUntil(now + (now - begin));
+}
+
 void MapSchedule::reported() {
   report_outdated_ = false;
   report_pace_.begin(clock_());
@@ -61,12 +79,13 @@ void MapSchedule::reported() {
 
 void MapSchedule::cleared() {
   mesh_under_way_ = fused_since_mesh_ = false;
-  report_outdated_ = true;
+  report_outdated_ = space_outdated_ = true;
 }
 
 void MapSchedule::mapReplaced() {
   cleared();
   fused_since_mesh_ = true;
+  space_outdated_ = false;  // until its surfaces are known
 }
 
 OutputSchedule::OutputSchedule(double mesh_rate_hz, double points_rate_hz, SteadyClock clock)

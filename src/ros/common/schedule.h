@@ -29,21 +29,25 @@ class Pace {
   SteadyTime next_{};
 };
 
-/// For the map's thread: frames and the mesh take turns. An extraction that is begun runs beside
-/// the next frame (on a GPU) and is finished after it, or at once while no frame is there.
+/// For the map's thread: frames, the mesh and what is told of space take turns. An extraction that
+/// is begun runs beside the next frame (on a GPU) and is finished after it, or at once while no
+/// frame is there.
 class MapSchedule {
  public:
-  enum class Action { kFuse, kBeginMesh, kFinishMesh, kReport, kWait };
+  enum class Action { kFuse, kBeginMesh, kFinishMesh, kTellSpace, kReport, kWait };
 
   /// What the thread sees when it asks.
   struct Situation {
     bool frame_ready = false;
     bool mesh_wanted = false;
+    bool space_wanted = false;  ///< Somebody follows what is known of space,
+    bool space_lacking = false;  ///< and has been told nothing so far.
   };
 
   MapSchedule(double mesh_rate_hz, SteadyClock clock);
 
   void setMeshRate(double rate_hz) { mesh_pace_.setRate(rate_hz, clock_()); }
+  void setSpaceRate(double rate_hz) { space_pace_.setRate(rate_hz, clock_()); }
 
   Action next(const Situation& situation) const;
 
@@ -56,6 +60,10 @@ class MapSchedule {
   void meshEnded() { mesh_under_way_ = false; }
   /// Where the mesh takes long, frames get at least as much of the thread's time as it does.
   void meshTook(SteadyDuration duration);
+  /// Surfaces have changed: what is told of space is always of frames with their surfaces.
+  void spaceChanged() { space_outdated_ = true; }
+  /// It was begun at `begin` and ends now.
+  void spaceTold(SteadyTime begin);
   void reported();
   void cleared();
   /// By one whose mesh is not known yet.
@@ -67,12 +75,15 @@ class MapSchedule {
 
  private:
   bool wantsMesh(const Situation& situation) const;
+  bool wantsSpace(const Situation& situation) const;
 
   SteadyClock clock_;
   Pace mesh_pace_;
+  Pace space_pace_{1.0};
   Pace report_pace_;
   bool mesh_under_way_ = false;
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
+  bool space_outdated_ = false;    ///< As it was told last.
   bool report_outdated_ = false;
 };
 

@@ -15,13 +15,18 @@ PoseSource::PoseSource(TransformBuffer& transforms, const std::string& map_frame
 
 PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& stamp) const {
   transforms_.imageCame(stamp);
+  return find(camera_frame, stamp, "the image");
+}
+
+PoseAnswer PoseSource::find(const std::string& frame, const ros::Time& stamp,
+                            const char* what) const {
   // Before the look-up itself: a transform that arrives in between may not count as one that has
   // gone past the image.
-  const NewestTransform newest = findNewest(camera_frame);
+  const NewestTransform newest = findNewest(frame);
   PoseAnswer answer;
   try {
     answer.T_W_C =
-        toIsometry(transforms_.core().lookupTransform(map_frame_, camera_frame, stamp).transform);
+        toIsometry(transforms_.core().lookupTransform(map_frame_, frame, stamp).transform);
     answer.kind = PoseAnswer::Kind::kKnown;
     return answer;
   } catch (const std::runtime_error&) {
@@ -29,7 +34,7 @@ PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& 
   }
   // The newest of a chain is the oldest of its links' newest: all links have gone past the image.
   if (newest.stamp && *newest.stamp >= stamp) answer.kind = PoseAnswer::Kind::kNever;
-  answer.text = describe(newest, camera_frame, stamp);
+  answer.text = describe(newest, frame, stamp, what);
   return answer;
 }
 
@@ -43,7 +48,7 @@ PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_fra
 }
 
 std::string PoseSource::describe(const NewestTransform& newest, const std::string& camera_frame,
-                                 const ros::Time& stamp) const {
+                                 const ros::Time& stamp, const char* what) const {
   std::ostringstream text;
   text << "no transform from '" << printable(camera_frame) << "' to '" << map_frame_ << "': ";
   if (!newest.stamp) {
@@ -52,7 +57,7 @@ std::string PoseSource::describe(const NewestTransform& newest, const std::strin
   }
   const double ahead_s = stamp.toSec() - newest.stamp->toSec();
   text << "the newest one is of " << *newest.stamp << ", " << std::abs(ahead_s) << " s "
-       << (ahead_s > 0.0 ? "before" : "after") << " the image of " << stamp;
+       << (ahead_s > 0.0 ? "before" : "after") << " " << what << " of " << stamp;
   return text.str();
 }
 

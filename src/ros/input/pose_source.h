@@ -30,6 +30,11 @@ class PoseSource {
   /// Of an image, which tells the buffer what time it is.
   PoseAnswer lookUp(const std::string& camera_frame, const ros::Time& stamp) const;
 
+  /// Of any frame, by whoever asks; 0: by the newest transform.
+  PoseAnswer find(const std::string& frame, const ros::Time& stamp) const {
+    return find(frame, stamp, "what was asked for,");
+  }
+
   /// Forgets all transforms that are not static, after a jump of time.
   void clear() { transforms_.clear(); }
 
@@ -41,9 +46,11 @@ class PoseSource {
     std::string error;  ///< Why there is none.
   };
 
+  /// `what` is of the stamp, in words.
+  PoseAnswer find(const std::string& frame, const ros::Time& stamp, const char* what) const;
   NewestTransform findNewest(const std::string& camera_frame) const;
   std::string describe(const NewestTransform& newest, const std::string& camera_frame,
-                       const ros::Time& stamp) const;
+                       const ros::Time& stamp, const char* what) const;
 
   std::string map_frame_;
   TransformBuffer& transforms_;

@@ -25,6 +25,7 @@ struct MapReport {
 struct OutputReport {
   size_t triangles = 0;   ///< Of the mesh as it was handed over last.
   size_t mesh_bytes = 0;  ///< What it keeps in memory.
+  size_t grid_bytes = 0;  ///< What the grid of the ground keeps.
   double publish_ms = 0.0;
   std::vector<TopicReport> topics;
 };

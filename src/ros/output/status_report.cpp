@@ -175,6 +175,12 @@ Verdict judge(const StatusInput& in, const MapStatus& before) {
                                  std::to_string(in.map.stats.refused_blocks) +
                                  " blocks were refused; what is mapped stays usable"};
   }
+  if (in.map.stats.refused_cubes > 0) {
+    return {MapStatus::WARN, "there is no more memory for what is free (an eighth of "
+                             "map/max_memory_mb): " +
+                                 std::to_string(in.map.stats.refused_cubes) +
+                                 " times it was left unknown; surfaces are mapped all the same"};
+  }
   Verdict cameras = judgeCameras(in, before);
   if (in.transforms.refused > before.transforms_refused) {
     const std::string also = cameras.first == MapStatus::OK ? "" : cameras.second + "; ";
@@ -278,6 +284,7 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
     add("meshes", true, memory.meshes);
     add("staging", false, memory.staging);
   }
+  if (memory.space > 0) add("space", false, memory.space + in.output.grid_bytes);
   add("mesh", false, in.output.mesh_bytes);
   add("images", false, waitingImageBytes(in.cameras));
   add("queues", false, queuedBytes(in.output.topics), in.max_queue_bytes);
@@ -319,6 +326,7 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in,
   status.map_bytes = in.map.stats.map_bytes;
   status.max_map_bytes = in.max_map_bytes;
   status.refused_blocks = in.map.stats.refused_blocks;
+  status.refused_cubes = in.map.stats.refused_cubes;
   status.dropped_blocks = in.map.stats.dropped_blocks;
   status.triangles = in.output.triangles;
   fillMemory(in, status);

@@ -15,6 +15,7 @@ MapSession::MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Part
                        SteadyClock clock)
     : mapper_(std::move(mapper)),
       parts_(std::move(parts)),
+      clock_(clock),
       schedule_(mesh_rate_hz, std::move(clock)) {
   report_.backend = mapper_->backendName();
 }
@@ -39,7 +40,18 @@ std::chrono::milliseconds MapSession::idleTime() const {
 }
 
 MapSchedule::Situation MapSession::situation() const {
-  return {parts_.frames.hasTurn(), !hasFailed() && parts_.mesh_wanted()};
+  MapSchedule::Situation situation;
+  situation.frame_ready = parts_.frames.hasTurn();
+  if (hasFailed()) return situation;
+  const SpaceWish wish = spaceWish();
+  situation.mesh_wanted = parts_.mesh_wanted() || wish.any();  // surfaces come with the mesh
+  situation.space_wanted = wish.any();
+  situation.space_lacking = wish.lacks();
+  return situation;
+}
+
+SpaceWish MapSession::spaceWish() const {
+  return parts_.space != nullptr ? parts_.space->wish() : SpaceWish();
 }
 
 void MapSession::act(Action action) {
@@ -50,6 +62,8 @@ void MapSession::act(Action action) {
       return beginMesh();
     case Action::kFinishMesh:
       return finishMesh();
+    case Action::kTellSpace:
+      return tellSpace();
     case Action::kReport:
       return updateReport();
     case Action::kWait:
@@ -124,6 +138,47 @@ void MapSession::finishMesh() {
   }
   parts_.mesh_changes.add(std::move(update), mesh_stamp_);
   mesh_whole_ = true;
+  schedule_.spaceChanged();
+}
+
+void MapSession::tellSpace() {
+  const SteadyTime begin = clock_();
+  const SpaceWish wish = spaceWish();
+  Space* const space = mapper_->space();
+  if (space != nullptr && wish.cells) {
+    parts_.space->tell(space->takeChanges(wish.all_cells), space->cellSize_m(), map_stamp_);
+  }
+  if (space != nullptr && wish.slice) {
+    space->updateDistances();
+    parts_.space->tell({sliceAt(*space, parts_.slice_height_m), space->cellSize_m(), map_stamp_});
+  }
+  schedule_.spaceTold(begin);
+}
+
+std::vector<SpaceDistance> MapSession::distancesAt(const std::vector<Eigen::Vector3d>& points_W) {
+  if (mapper_->space() == nullptr) {
+    throw std::runtime_error("the map keeps nothing of space; start the node with space/enabled");
+  }
+  const std::string outdated = bringMeshUpToDate();
+  if (!outdated.empty()) {
+    throw std::runtime_error("the map's backend has failed (" + report_.failure +
+                             "); clear_map starts over");
+  }
+  if (map_stamp_.isZero() && report_.loaded_map.empty()) {
+    throw std::runtime_error("nothing is mapped yet: no frame was fused since the start or "
+                             "clear_map");
+  }
+  try {
+    Space& space = *mapper_->space();
+    space.updateDistances();
+    std::vector<SpaceDistance> distances;
+    distances.reserve(points_W.size());
+    for (const Eigen::Vector3d& p_W : points_W) distances.push_back(space.distanceAt(p_W));
+    return distances;
+  } catch (const std::exception& error) {
+    fail(error.what());
+    throw;
+  }
 }
 
 std::string MapSession::outdatedMesh() const {

@@ -9,12 +9,14 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/mapper.h"
 #include "ros/common/schedule.h"
 #include "ros/input/posed_frame.h"
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
+#include "ros/output/space_handover.h"
 
 namespace dtsdf {
 
@@ -29,12 +31,15 @@ class MapSession {
     std::function<bool()> mesh_wanted;  ///< Whether anybody listens.
     /// What map/keep_radius_m is round, at a frame's stamp; none, as without it: the camera.
     std::function<std::optional<Eigen::Vector3d>(const ros::Time&)> keep_center = nullptr;
+    SpaceHandover* space = nullptr;  ///< Null: nobody asks for it.
+    double slice_height_m = 0.0;
   };
 
   MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
              SteadyClock clock = std::chrono::steady_clock::now);
 
   void setMeshRate(double rate_hz) { schedule_.setMeshRate(rate_hz); }
+  void setSpaceRate(double rate_hz) { schedule_.setSpaceRate(rate_hz); }
 
   /// Does what is due. Returns how long there will be nothing to do. After a failure of the backend
   /// frames are dropped until clear() has made a new start.
@@ -48,6 +53,11 @@ class MapSession {
   /// Empties a part of the map.
   /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
   ClearedRegion clearRegion(const Region& region);
+
+  /// How far it is from points of the map frame to the next surface, of all that was fused: brings
+  /// the mesh up to date first.
+  /// @throws std::runtime_error if that cannot be told; the text says why, and what to do.
+  std::vector<SpaceDistance> distancesAt(const std::vector<Eigen::Vector3d>& points_W);
 
   /// A copy of the map. @throws std::exception if the backend cannot give it.
   MapContents contents();
@@ -83,6 +93,8 @@ class MapSession {
   IntegrationResult paint(const ColourFrame& frame);
   void beginMesh();
   void finishMesh();
+  SpaceWish spaceWish() const;
+  void tellSpace();
   std::string outdatedMesh() const;
   void updateReport();
   void forgetFailure();
@@ -91,6 +103,7 @@ class MapSession {
 
   std::unique_ptr<Mapper> mapper_;
   Parts parts_;
+  SteadyClock clock_;
   MapSchedule schedule_;
 
   bool mesh_whole_ = true;  ///< False while an extraction is under way, and once one was lost.

@@ -3,8 +3,10 @@
 #include <ros/console.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "dtsdf_mapping/io/map_file.h"
@@ -15,6 +17,7 @@
 #include "ros/common/param_server.h"
 #include "ros/input/depth_topics.h"
 #include "ros/output/output_path.h"
+#include "ros/session/distance_request.h"
 #include "ros/session/region_request.h"
 
 namespace dtsdf {
@@ -61,9 +64,23 @@ void answerWith(const char* service, Response& response, const Work& work) {
   }
 }
 
-/// The mesh is extracted as often as one of its two topics may need it.
+/// The mesh is extracted as often as one of its two topics may need it, or space, whose surfaces it
+/// brings.
 double meshRate(const PublishParams& publish) {
-  return std::max(publish.mesh_rate_hz, publish.points_rate_hz);
+  return std::max({publish.mesh_rate_hz, publish.points_rate_hz, publish.space_rate_hz});
+}
+
+std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
+                                             const MappingParams& params,
+                                             SpaceHandover& handover) {
+  if (!params.mapper.space.enabled) return nullptr;
+  const GroundParams& ground = params.node.ground;
+  return std::make_unique<SpaceOutput>(
+      private_nh,
+      SpaceOutput::Options{params.node.map_frame,
+                           {ground.min_height_m, ground.max_height_m},
+                           ground.slice_height_m},
+      handover);
 }
 
 }  // namespace
@@ -81,17 +98,21 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       points_publisher_(private_nh, params_.node.map_frame, params_.mapper.mesh.colour),
       mesh_changes_([this] { output_loop_.wake(); }),
       output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
+      space_changes_([this] { output_loop_.wake(); }),
+      space_output_(makeSpaceOutput(private_nh, params_, space_changes_)),
       session_(makeMapper(params_.mapper), meshRate(params_.node.publish),
                {posed_frames_, mesh_changes_,
                 [this] {
                   return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
                 },
-                [this](const ros::Time& stamp) { return keepCenterAt(stamp); }}),
+                [this](const ros::Time& stamp) { return keepCenterAt(stamp); },
+                &space_changes_, params_.node.ground.slice_height_m}),
       free_memory_(std::chrono::steady_clock::now),
       output_loop_(
           [this] {
             free_memory_.step();
-            return output_.step();
+            const std::chrono::milliseconds idle = output_.step();
+            return space_output_ ? std::min(idle, space_output_->step()) : idle;
           },
           WorkerThread::Priority::kLow),
       map_loop_([this] { return session_.step(); }),
@@ -99,6 +120,7 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       map_files_(params_.mapper, params_.node.map_frame, {session_, map_loop_}) {
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << session_.report().backend << ", voxels of "
                                                      << params_.mapper.map.voxel_size_m << " m");
+  session_.setSpaceRate(params_.node.publish.space_rate_hz);
   transforms_thread_.start();
   if (!params_.node.load_file.empty()) {
     ROS_INFO_STREAM_NAMED("dtsdf_mapping", loadMapFile(expandHome(params_.node.load_file,
@@ -116,6 +138,7 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
   // Last, so that nobody waits for a loop that a failing constructor has ended.
   save_thread_.start();
   clear_thread_.start();
+  query_thread_.start();
 }
 
 MappingNode::~MappingNode() {
@@ -130,10 +153,12 @@ MappingNode::~MappingNode() {
   save_map_.shutdown();
   load_map_.shutdown();
   clear_map_.shutdown();
+  get_distances_.shutdown();
   pause_.shutdown();
   transforms_thread_.stop();
   save_thread_.stop();
   clear_thread_.stop();
+  query_thread_.stop();
   map_files_.stop();
   intake_loop_.stop();
   map_loop_.stop();
@@ -152,6 +177,8 @@ void MappingNode::advertiseServices(ros::NodeHandle private_nh) {
                   .advertiseService("load_map", &MappingNode::onLoadMap, this);
   clear_map_ = clear_thread_.serve(private_nh)
                    .advertiseService("clear_map", &MappingNode::onClearMap, this);
+  get_distances_ = query_thread_.serve(private_nh)
+                       .advertiseService("get_distances", &MappingNode::onGetDistances, this);
   pause_ = private_nh.advertiseService("pause", &MappingNode::onPause, this);
 }
 
@@ -160,6 +187,7 @@ StatusInput MappingNode::collectStatus() const {
   input.cameras = cameras_.report();
   input.map = session_.report();
   input.output = output_.report();
+  if (space_output_) space_output_->addTo(input.output);
   input.transforms = transforms_.report();
   input.paused = cameras_.paused();
   input.master = master_watch_->problem();
@@ -177,7 +205,10 @@ StatusInput MappingNode::collectStatus() const {
 void MappingNode::setRates(const PublishParams& rates) {
   status_->setRate(rates.status_rate_hz);
   // Nobody waits: each loop takes its rate between two steps.
-  map_loop_.run([this, rates] { session_.setMeshRate(meshRate(rates)); });
+  map_loop_.run([this, rates] {
+    session_.setMeshRate(meshRate(rates));
+    session_.setSpaceRate(rates.space_rate_hz);
+  });
   output_loop_.run(
       [this, rates] { output_.setRates(rates.mesh_rate_hz, rates.points_rate_hz); });
 }
@@ -211,13 +242,26 @@ bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
   return true;
 }
 
-/// By the newest transform. @throws std::runtime_error where there is none.
-Eigen::Isometry3d MappingNode::findPoseInMap(const std::string& frame_id) const {
+/// At a time; 0: by the newest transform. @throws std::runtime_error where there is none.
+Eigen::Isometry3d MappingNode::findPoseInMap(const std::string& frame_id,
+                                             const ros::Time& stamp) const {
   const std::string frame = stripLeadingSlash(frame_id);
   if (frame.empty() || frame == poses_.mapFrame()) return Eigen::Isometry3d::Identity();
-  const PoseAnswer answer = poses_.lookUp(frame, ros::Time(0));
+  const PoseAnswer answer = waitForPose(frame, stamp);
   if (answer.kind != PoseAnswer::Kind::kKnown) throw std::runtime_error(answer.text);
   return answer.T_W_C;
+}
+
+/// A transform of just now may be on its way; as long as that of a frame is waited for.
+PoseAnswer MappingNode::waitForPose(const std::string& frame, const ros::Time& stamp) const {
+  const auto end = std::chrono::steady_clock::now() +
+                   toSteadyDuration(params_.node.input.tf_timeout_s);
+  for (;;) {
+    PoseAnswer answer = poses_.find(frame, stamp);
+    if (answer.kind != PoseAnswer::Kind::kNotYet || stamp.isZero()) return answer;
+    if (std::chrono::steady_clock::now() >= end) return answer;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
 }
 
 /// Where map/keep_frame is at the stamp, or else now; none where it is not known, or not set.
@@ -253,6 +297,23 @@ bool MappingNode::onClearRegion(dtsdf_mapping::ClearRegion::Request& request,
     response.success = false;
     response.message = error.what();
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", "clear_region: " << response.message);
+  }
+  return true;
+}
+
+bool MappingNode::onGetDistances(dtsdf_mapping::GetDistances::Request& request,
+                                 dtsdf_mapping::GetDistances::Response& response) {
+  try {
+    checkPoints(request.points);
+    const Eigen::Isometry3d T_W_F = findPoseInMap(request.header.frame_id, request.header.stamp);
+    const std::vector<Eigen::Vector3d> points_W = inMap(request.points, T_W_F);
+    fillAnswer(map_loop_.run([&] { return session_.distancesAt(points_W); }).get(), T_W_F,
+               response);
+    response.success = true;
+  } catch (const std::exception& error) {
+    response.success = false;
+    response.message = printable(error.what());
+    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping", "get_distances: " << response.message);
   }
   return true;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dtsdf_mapping/ClearRegion.h>
+#include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -18,6 +19,7 @@
 #include "ros/input/cameras.h"
 #include "ros/input/transform_input.h"
 #include "ros/output/mesh_output.h"
+#include "ros/output/space_output.h"
 #include "ros/output/status_publisher.h"
 #include "ros/session/callback_thread.h"
 #include "ros/session/map_files.h"
@@ -43,10 +45,14 @@ class MappingNode {
   void setRates(const PublishParams& rates);
   bool onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
                   dtsdf_mapping::SaveMesh::Response& response);
-  Eigen::Isometry3d findPoseInMap(const std::string& frame_id) const;
+  Eigen::Isometry3d findPoseInMap(const std::string& frame_id,
+                                  const ros::Time& stamp = ros::Time(0)) const;
+  PoseAnswer waitForPose(const std::string& frame, const ros::Time& stamp) const;
   std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const;
   bool onClearRegion(dtsdf_mapping::ClearRegion::Request& request,
                      dtsdf_mapping::ClearRegion::Response& response);
+  bool onGetDistances(dtsdf_mapping::GetDistances::Request& request,
+                      dtsdf_mapping::GetDistances::Response& response);
   bool onSaveMap(dtsdf_mapping::SaveMap::Request& request,
                  dtsdf_mapping::SaveMap::Response& response);
   bool onLoadMap(dtsdf_mapping::LoadMap::Request& request,
@@ -56,7 +62,7 @@ class MappingNode {
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   MappingParams params_;
-  CallbackThread save_thread_, clear_thread_, transforms_thread_;
+  CallbackThread save_thread_, clear_thread_, query_thread_, transforms_thread_;
 
   TransformBuffer transforms_;
   TransformInput transform_input_;
@@ -68,6 +74,8 @@ class MappingNode {
   SurfacePointsPublisher points_publisher_;
   MeshHandover mesh_changes_;
   MeshOutput output_;
+  SpaceHandover space_changes_;
+  std::unique_ptr<SpaceOutput> space_output_;  ///< Null unless space/enabled.
   MapSession session_;
 
   FreeMemory free_memory_;  ///< For the output's thread, which has time.
@@ -80,6 +88,7 @@ class MappingNode {
   std::unique_ptr<StatusPublisher> status_;
   std::unique_ptr<RateServer> rates_;
   ros::ServiceServer save_mesh_, save_map_, load_map_, clear_region_, clear_map_, pause_;
+  ros::ServiceServer get_distances_;
 };
 
 }  // namespace dtsdf

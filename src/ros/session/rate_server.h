@@ -25,6 +25,7 @@ class RateServer {
       changed.mesh_rate_hz = config.mesh_rate_hz;
       changed.points_rate_hz = config.points_rate_hz;
       changed.status_rate_hz = config.status_rate_hz;
+      changed.space_rate_hz = config.space_rate_hz;
       guarded("rates", [&] { on_rates(changed); });
     });
   }

@@ -1,0 +1,168 @@
+#include "ros/output/grid_publisher.h"
+
+#include <map_msgs/OccupancyGridUpdate.h>
+#include <nav_msgs/OccupancyGrid.h>
+#include <ros/console.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace dtsdf {
+namespace {
+
+/// Latched, as map_server's: who comes late gets one, and tools are told so.
+template <class Message>
+ros::AdvertiseOptions latched(const std::string& topic) {
+  ros::AdvertiseOptions options;
+  options.init<Message>(topic, 1);
+  options.latch = true;
+  return options;
+}
+
+void warnOfSize(const GridBox& window) {
+  ROS_WARN_STREAM_THROTTLE_NAMED(
+      10.0, "dtsdf_mapping",
+      "occupancy_grid would have " << window.width << " x " << window.height
+                                   << " cells, more than " << GroundGrid::kMostColumns
+                                   << ", so it stays as it was; take larger cells "
+                                      "(space/cell_voxels) or a map of what is near "
+                                      "(map/keep_radius_m), and look for frames with wrong poses");
+}
+
+}  // namespace
+
+GridPublisher::GridPublisher(ros::NodeHandle nh, const std::string& map_frame,
+                             const GroundHeights& heights)
+    : map_frame_(map_frame),
+      heights_(heights),
+      grid_(heights),
+      grids_(nh, latched<nav_msgs::OccupancyGrid>("occupancy_grid")),
+      updates_(nh, latched<map_msgs::OccupancyGridUpdate>("occupancy_grid_updates")) {}
+
+void GridPublisher::apply(const SpaceChanges& changes, double cell_size_m,
+                          const ros::Time& stamp) {
+  grid_.apply(changes, cell_size_m);
+  stamp_ = stamp;
+}
+
+void GridPublisher::forget() {
+  if (!grid_.window()) return;
+  grid_ = GroundGrid(heights_);
+  have_grid_.clear();
+}
+
+void GridPublisher::serve(SteadyTime now) {
+  meetListeners(now);
+  tellNext(now);
+  serveGrids(now);
+  serveUpdates(now);
+}
+
+void GridPublisher::meetListeners(SteadyTime now) {
+  const ListenerTopic::Links& grid_links = grids_.links();
+  decltype(have_grid_) have_grid;
+  for (const Link& link : grid_links) {
+    if (have_grid_.count(link) > 0) have_grid.insert(link);
+  }
+  have_grid_.swap(have_grid);
+
+  const ListenerTopic::Links& links = updates_.links();
+  for (auto it = followers_.begin(); it != followers_.end();) {
+    const bool is_here = std::find(links.begin(), links.end(), it->first) != links.end();
+    it = is_here ? std::next(it) : followers_.erase(it);
+  }
+  for (const Link& link : links) {
+    const auto [entry, is_new] = followers_.try_emplace(link);
+    if (is_new) startOver(entry->second, now);
+  }
+}
+
+void GridPublisher::startOver(Follower& follower, SteadyTime now) const {
+  follower = {true, now + kGap, now + kSettling};
+}
+
+void GridPublisher::tellNext(SteadyTime now) {
+  const GridTelling told = grid_.next();
+  switch (told.kind) {
+    case GridTelling::Kind::kGrid:
+      have_grid_.clear();
+      for (auto& [link, follower] : followers_) startOver(follower, now);
+      return;
+    case GridTelling::Kind::kUpdate:
+      for (auto& [link, follower] : followers_) follower.lacks = true;
+      return;
+    case GridTelling::Kind::kTooLarge:
+      return warnOfSize(told.box);
+    case GridTelling::Kind::kNothing:
+      return;
+  }
+}
+
+/// Whether a node has yet to read what was sent to it.
+bool GridPublisher::isBusy(const ListenerTopic::Links& links, const std::string& name) const {
+  return std::any_of(links.begin(), links.end(), [&](const Link& link) {
+    return link->name() == name && link->waitingBytes() > 0;
+  });
+}
+
+void GridPublisher::serveGrids(SteadyTime now) {
+  if (!grid_.window()) return;
+  std::optional<ros::SerializedMessage> message;
+  const ListenerTopic::Links& update_links = updates_.links();
+  for (const Link& link : grids_.links()) {
+    if (have_grid_.count(link) > 0 || link->waitingBytes() > 0) continue;
+    if (isBusy(update_links, link->name())) continue;
+    if (!message) message = gridMessage();
+    grids_.send(*link, *message);
+    have_grid_.insert(link);
+    for (auto& [follower_link, follower] : followers_) {
+      if (follower_link->name() == link->name()) startOver(follower, now);
+    }
+  }
+}
+
+void GridPublisher::serveUpdates(SteadyTime now) {
+  if (!grid_.window()) return;
+  std::optional<ros::SerializedMessage> whole, changed;
+  const ListenerTopic::Links& grid_links = grids_.links();
+  for (auto& [link, follower] : followers_) {
+    if (!follower.lacks || now < follower.not_before || link->waitingBytes() > 0) continue;
+    if (isBusy(grid_links, link->name())) continue;
+    follower.lacks = false;
+    const bool is_whole = now < follower.whole_until;
+    const GridBox& box = is_whole ? *grid_.window() : grid_.changed();
+    if (box.isEmpty()) continue;
+    std::optional<ros::SerializedMessage>& message = is_whole ? whole : changed;
+    if (!message) message = updateMessage(box);
+    updates_.send(*link, *message);
+  }
+}
+
+ros::SerializedMessage GridPublisher::gridMessage() const {
+  const GridBox& window = *grid_.window();
+  nav_msgs::OccupancyGrid grid;
+  grid.header.frame_id = map_frame_;
+  grid.header.stamp = grid.info.map_load_time = stamp_;
+  grid.info.resolution = static_cast<float>(grid_.cellSize_m());
+  grid.info.width = static_cast<uint32_t>(window.width);
+  grid.info.height = static_cast<uint32_t>(window.height);
+  grid.info.origin.position.x = window.x * grid_.cellSize_m();
+  grid.info.origin.position.y = window.y * grid_.cellSize_m();
+  grid.info.origin.orientation.w = 1.0;
+  grid.data = grid_.values(window);
+  return ros::serialization::serializeMessage(grid);
+}
+
+ros::SerializedMessage GridPublisher::updateMessage(const GridBox& box) const {
+  map_msgs::OccupancyGridUpdate update;
+  update.header.frame_id = map_frame_;
+  update.header.stamp = stamp_;
+  update.x = box.x - grid_.window()->x;
+  update.y = box.y - grid_.window()->y;
+  update.width = static_cast<uint32_t>(box.width);
+  update.height = static_cast<uint32_t>(box.height);
+  update.data = grid_.values(box);
+  return ros::serialization::serializeMessage(update);
+}
+
+}  // namespace dtsdf

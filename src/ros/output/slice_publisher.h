@@ -1,0 +1,43 @@
+/// Publishes distances to surfaces at one height as a point cloud, while someone listens.
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "ros/output/listener_topic.h"
+#include "ros/output/space_handover.h"
+
+namespace dtsdf {
+
+/// Output's thread only, but for listeners(). A listener gets the newest slice when it has read the
+/// one before.
+class SlicePublisher {
+ public:
+  SlicePublisher(ros::NodeHandle nh, const std::string& map_frame, double height_m);
+
+  size_t listeners() const { return topic_.listeners(); }
+
+  /// Lets everyone have it.
+  void put(const SpaceSlice& slice);
+
+  /// Forgets the slice, which nobody listens to.
+  void forget();
+
+  /// Sends it to those who lack it and have room for it.
+  void serve();
+
+  TopicReport report() const { return topic_.report(); }
+
+ private:
+  const std::string map_frame_;
+  const double height_m_;
+  ListenerTopic topic_;
+  std::optional<ros::SerializedMessage> newest_;
+  std::set<std::shared_ptr<ListenerLink>> up_to_date_;
+};
+
+}  // namespace dtsdf

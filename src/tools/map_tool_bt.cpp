@@ -1,0 +1,99 @@
+// map_tool bt: what is known of space as an OctoMap tree.
+#ifdef DTSDF_WITH_OCTOMAP
+#include <octomap/OcTree.h>
+#endif
+
+#include <cstdio>
+#include <sstream>
+#include <stdexcept>
+
+#include "io/atomic_file.h"
+#include "program/command_line.h"
+#include "program/run_program.h"
+#include "tools/map_space.h"
+#include "tools/map_tool.h"
+
+namespace dtsdf {
+namespace {
+
+struct BtOptions {
+  std::string map_path, tree_path;
+  std::vector<std::string> settings;  ///< Each key=value.
+};
+
+BtOptions parse(const std::vector<std::string>& arguments) {
+  BtOptions options;
+  CommandLine line("map_tool bt", "FILE OUT.bt [options]",
+                   "Saves what is known of space as an OctoMap tree: cells with a surface are "
+                   "occupied, those that were seen free are free, all others are unknown.",
+                   kExitCodes);
+  line.addText({"FILE", "", "a map file"}, options.map_path);
+  line.addText({"OUT", "", "the tree: .bt"}, options.tree_path);
+  line.addList({"--set", "KEY=VALUE ...",
+                "settings in place of those of the file: space/..., backend, threads"},
+               [&](const std::string& value) { options.settings.push_back(value); });
+  line.parse(arguments);
+  const std::string& path = options.tree_path;
+  if (path.size() < 3 || path.compare(path.size() - 3, 3, ".bt") != 0) {
+    throw UsageError("'" + path + "' does not end in .bt");
+  }
+  return options;
+}
+
+#ifdef DTSDF_WITH_OCTOMAP
+
+/// Keys of a tree have 16 bits an axis.
+octomap::key_type keyOf(int32_t cell) {
+  constexpr int32_t kMiddle = 1 << 15;
+  if (cell < -kMiddle || cell >= kMiddle) {
+    throw std::runtime_error("the map reaches farther than an OctoMap tree can, 32768 cells from "
+                             "its origin; larger cells (space/cell_voxels) reach farther");
+  }
+  return static_cast<octomap::key_type>(cell + kMiddle);
+}
+
+struct CellCounts {
+  size_t occupied = 0, free = 0;
+};
+
+CellCounts fill(octomap::OcTree& tree, const Space& space) {
+  CellCounts counts;
+  for (const SpaceCell& known : space.cells()) {
+    const bool is_occupied = known.state == CellState::kSurface;
+    const octomap::OcTreeKey key(keyOf(known.cell.x), keyOf(known.cell.y), keyOf(known.cell.z));
+    tree.updateNode(key, is_occupied, true);
+    ++(is_occupied ? counts.occupied : counts.free);
+  }
+  tree.updateInnerOccupancy();
+  return counts;
+}
+
+void save(const Space& space, const std::string& path) {
+  octomap::OcTree tree(space.cellSize_m());
+  const CellCounts counts = fill(tree, space);
+  std::ostringstream bytes;
+  if (!tree.writeBinary(bytes)) throw std::runtime_error("OctoMap cannot write the tree");
+  writeFileAtomically(path, bytes.str());
+  std::printf("%zu cells of %g m with a surface, %zu free: %s\n", counts.occupied,
+              space.cellSize_m(), counts.free, path.c_str());
+}
+
+#else
+
+void save(const Space&, const std::string&) {
+  throw std::runtime_error("this map_tool was built without OctoMap; install liboctomap-dev and "
+                           "build it again");
+}
+
+#endif
+
+}  // namespace
+
+void saveOcTree(const std::vector<std::string>& arguments) {
+  const BtOptions options = parse(arguments);
+  prepareOutputFile(options.tree_path);
+  const auto mapper = loadWithSpace(options.map_path, options.settings);
+  save(*mapper->space(), options.tree_path);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,144 @@
+// map_tool slice: a picture of the distances to surfaces at one height.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+
+#include "io/atomic_file.h"
+#include "io/colour_png.h"
+#include "planning/distance_slice.h"
+#include "program/command_line.h"
+#include "program/run_program.h"
+#include "tools/map_space.h"
+#include "tools/map_tool.h"
+
+namespace dtsdf {
+namespace {
+
+using Colour = std::array<uint8_t, 3>;
+
+constexpr Colour kUnknown = {150, 150, 150}, kSurface = {0, 0, 0};
+
+struct SliceOptions {
+  std::string map_path, picture_path;
+  double height_m = 0.0;
+  int pixels = 4;
+  std::vector<std::string> settings;  ///< Each key=value.
+};
+
+SliceOptions parse(const std::vector<std::string>& arguments) {
+  SliceOptions options;
+  CommandLine line("map_tool slice", "FILE OUT.png --height METRES [options]",
+                   "Draws the distances to surfaces at one height, x to the right and y up: from "
+                   "red beside a surface to blue at the largest one, surfaces black, what is "
+                   "unknown grey.",
+                   kExitCodes);
+  line.addText({"FILE", "", "a map file"}, options.map_path);
+  line.addText({"OUT", "", "the picture: .png"}, options.picture_path);
+  line.addNumber({"--height", "METRES", "along z of the map frame"}, options.height_m,
+                 {-1e4, 1e4});
+  line.require("--height");
+  line.addWhole({"--pixels", "N", "edge of a cell in the picture"}, options.pixels, {1, 64});
+  line.addList({"--set", "KEY=VALUE ...",
+                "settings in place of those of the file: space/..., backend, threads"},
+               [&](const std::string& value) { options.settings.push_back(value); });
+  line.parse(arguments);
+  const std::string& path = options.picture_path;
+  if (path.size() < 4 || path.compare(path.size() - 4, 4, ".png") != 0) {
+    throw UsageError("'" + path + "' does not end in .png");
+  }
+  return options;
+}
+
+/// From red (0) over yellow and green to blue (1).
+Colour colourOf(double share) {
+  constexpr double kStops[5][3] = {
+      {200, 30, 30}, {245, 160, 40}, {245, 235, 90}, {90, 190, 110}, {50, 90, 190}};
+  const double at = 4.0 * std::clamp(share, 0.0, 1.0);
+  const int stop = std::min(3, static_cast<int>(at));
+  Colour colour{};
+  for (size_t i = 0; i < 3; ++i) {
+    const double low = kStops[stop][i], high = kStops[stop + 1][i];
+    colour[i] = static_cast<uint8_t>(low + (at - stop) * (high - low) + 0.5);
+  }
+  return colour;
+}
+
+/// Cells that the picture shows.
+struct Bounds {
+  int32_t x0, y0, x1, y1;  ///< Up to and with the last ones.
+  int64_t width() const { return int64_t{x1} - x0 + 1; }
+  int64_t height() const { return int64_t{y1} - y0 + 1; }
+};
+
+Bounds boundsOf(const std::vector<SliceCell>& slice) {
+  Bounds bounds{slice[0].cell.x, slice[0].cell.y, slice[0].cell.x, slice[0].cell.y};
+  for (const SliceCell& cell : slice) {
+    bounds = {std::min(bounds.x0, cell.cell.x), std::min(bounds.y0, cell.cell.y),
+              std::max(bounds.x1, cell.cell.x), std::max(bounds.y1, cell.cell.y)};
+  }
+  return bounds;
+}
+
+ColourImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels) {
+  const Bounds bounds = boundsOf(slice);
+  constexpr int64_t kMostPixels = int64_t{1} << 28;
+  if (bounds.width() * pixels > kMostPixels / (bounds.height() * pixels)) {
+    throw std::runtime_error("the picture would have " + std::to_string(bounds.width() * pixels) +
+                             " x " + std::to_string(bounds.height() * pixels) +
+                             " pixels; take fewer by --pixels, or larger cells");
+  }
+  ColourImage image;
+  image.width = static_cast<int>(bounds.width()) * pixels;
+  image.height = static_cast<int>(bounds.height()) * pixels;
+  const size_t row_bytes = 3 * static_cast<size_t>(image.width);
+  for (int64_t i = 0; i < int64_t{image.width} * image.height; ++i) {
+    image.rgb.insert(image.rgb.end(), kUnknown.begin(), kUnknown.end());
+  }
+  for (const SliceCell& cell : slice) {
+    const Colour colour = cell.state == CellState::kSurface
+                              ? kSurface
+                              : colourOf(static_cast<double>(cell.distance_m) / most_m);
+    const auto left = static_cast<size_t>(cell.cell.x - bounds.x0) * static_cast<size_t>(pixels),
+               top = static_cast<size_t>(bounds.y1 - cell.cell.y) * static_cast<size_t>(pixels);
+    for (size_t v = top; v < top + static_cast<size_t>(pixels); ++v) {
+      for (size_t u = left; u < left + static_cast<size_t>(pixels); ++u) {
+        std::copy(colour.begin(), colour.end(),
+                  image.rgb.begin() + static_cast<std::ptrdiff_t>(v * row_bytes + 3 * u));
+      }
+    }
+  }
+  return image;
+}
+
+double farthest(const std::vector<SliceCell>& slice) {
+  double most_m = std::numeric_limits<double>::min();
+  for (const SliceCell& cell : slice) {
+    most_m = std::max(most_m, static_cast<double>(cell.distance_m));
+  }
+  return most_m;
+}
+
+}  // namespace
+
+void drawSlice(const std::vector<std::string>& arguments) {
+  const SliceOptions options = parse(arguments);
+  prepareOutputFile(options.picture_path);
+  const auto mapper = loadWithSpace(options.map_path, options.settings);
+  Space& space = *mapper->space();
+  space.updateDistances();
+  const std::vector<SliceCell> slice = sliceAt(space, options.height_m);
+  if (slice.empty()) {
+    throw std::runtime_error("nothing is known at " + std::to_string(options.height_m) +
+                             " m; take another --height (map_tool info tells the map's bounds)");
+  }
+  const double most_m = farthest(slice);
+  const ColourImage image = draw(slice, most_m, options.pixels);
+  writeFileAtomically(options.picture_path, encodeColourPng(image));
+  std::printf("%zu known cells of %g m, distances up to %.2f m: %s\n", slice.size(),
+              space.cellSize_m(), most_m, options.picture_path.c_str());
+}
+
+}  // namespace dtsdf

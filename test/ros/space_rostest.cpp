@@ -1,0 +1,288 @@
+/// What planners ask of the node: grid and updates, slices, distances; and how they follow the map.
+#include <dtsdf_mapping/ClearRegion.h>
+#include <dtsdf_mapping/GetDistances.h>
+#include <dtsdf_mapping/LoadMap.h>
+#include <dtsdf_mapping/SaveMap.h>
+#include <gtest/gtest.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
+#include <std_srvs/Trigger.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <vector>
+
+#include "ros/input/transform_conversions.h"
+#include "ros/support/fake_camera.h"
+#include "ros/support/grid_reader.h"
+#include "ros/support/raw_listener.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+
+namespace dtsdf {
+namespace {
+
+using dtsdf_mapping::GetDistances;
+
+constexpr double kCell_m = 0.05;
+
+/// Columns of the map frame are level ground: the camera looks along x, at a wall one metre ahead.
+Eigen::Isometry3d lookAlongX(double x_m) {
+  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
+  T_W_C.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  T_W_C.translation().x() = x_m;
+  return T_W_C;
+}
+
+template <class Message>
+Message deserialize(std::vector<uint8_t> bytes) {
+  Message message;
+  ros::serialization::IStream stream(bytes.data(), static_cast<uint32_t>(bytes.size()));
+  ros::serialization::deserialize(stream, message);
+  return message;
+}
+
+/// The first message on a topic for one that connects now.
+template <class Message>
+Message firstMessage(const std::string& topic) {
+  RawListener listener(topic, ros::message_traits::datatype<Message>(),
+                       ros::message_traits::md5sum<Message>());
+  const std::vector<uint8_t> bytes = listener.read(10.0);
+  EXPECT_FALSE(bytes.empty()) << topic;
+  return bytes.empty() ? Message() : deserialize<Message>(bytes);
+}
+
+geometry_msgs::Point pointOf(double x, double y, double z) {
+  geometry_msgs::Point point;
+  point.x = x;
+  point.y = y;
+  point.z = z;
+  return point;
+}
+
+GetDistances::Response ask(const GetDistances::Request& request) {
+  GetDistances call;
+  call.request = request;
+  EXPECT_TRUE(ros::service::call("/mapping/get_distances", call));
+  return call.response;
+}
+
+class SpaceTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    clearMap();
+  }
+  static void TearDownTestSuite() {
+    std::string folder;
+    if (ros::param::get("/mapping/output_directory", folder)) std::filesystem::remove_all(folder);
+  }
+
+  void clearMap() {
+    std_srvs::Trigger clear;
+    ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+    ASSERT_TRUE(clear.response.success);
+  }
+
+  /// The camera is at 0.02 m, so that the wall is in the middle of a cell, or so far on.
+  void fuseFrames(int count, double x_m = 0.0) {
+    for (int i = 0; i < count; ++i) {
+      const uint64_t fused = status_.status().frames_fused;
+      const ros::Time stamp = camera_.nextStamp();
+      sendTransform(lookAlongX(x_m + 0.02), stamp, "camera");
+      camera_.send(camera_.image(stamp), camera_.info(stamp));
+      ASSERT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
+    }
+  }
+
+  void sendTransform(const Eigen::Isometry3d& T_W_F, const ros::Time& stamp,
+                     const std::string& frame) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.stamp = stamp;
+    transform.header.frame_id = "map";
+    transform.child_frame_id = frame;
+    transform.transform = toTransform(T_W_F);
+    broadcaster_.sendTransform(transform);
+  }
+
+  /// After a while a reader has what one gets who comes now.
+  void expectUpToDate(const GridReader& reader) {
+    nav_msgs::OccupancyGrid grid;
+    EXPECT_TRUE(waitUntil([&] {
+      grid = firstMessage<nav_msgs::OccupancyGrid>("/mapping/occupancy_grid");
+      return grid.info.width == reader.grid().info.width && grid.data == reader.grid().data;
+    }));
+    EXPECT_EQ(grid.info.origin.position.x, reader.grid().info.origin.position.x);
+    EXPECT_EQ(reader.misplaced(), 0u);
+  }
+
+  ros::NodeHandle nh_;
+  FakeCamera camera_{nh_};
+  tf2_ros::TransformBroadcaster broadcaster_;
+  StatusWatcher status_{nh_};
+};
+
+/// Corners of a robot, in its own frame; the wall is at its right side.
+TEST_F(SpaceTest, AFootprintIsAskedFor) {
+  fuseFrames(3);
+  Eigen::Isometry3d T_W_B(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
+  T_W_B.translation() = Eigen::Vector3d(0.6, 0.0, 0.0);
+  const ros::Time stamp = camera_.nextStamp();
+  sendTransform(T_W_B, stamp, "robot");
+  GetDistances::Request request;
+  request.header.frame_id = "robot";
+  request.points = {pointOf(0.1, 0.1, 0.0), pointOf(0.1, -0.15, 0.0), pointOf(0.0, 0.0, 0.0),
+                    pointOf(0.0, -1.0, 0.0)};
+  for (const ros::Time& time : {stamp, ros::Time(0)}) {
+    request.header.stamp = time;
+    GetDistances::Response response;
+    ASSERT_TRUE(waitUntil([&] {
+      response = ask(request);
+      return response.success;
+    })) << response.message;
+    ASSERT_EQ(response.known.size(), 4u);
+    ASSERT_EQ(response.distances.size(), 4u);
+    ASSERT_EQ(response.gradients.size(), 4u);
+    // The wall is at x = 1.02 m of the map: y = -0.42 m of the robot.
+    for (size_t i = 0; i < 3; ++i) {
+      EXPECT_TRUE(response.known[i]) << i;
+      EXPECT_NEAR(response.distances[i], 0.42 + request.points[i].y, 1.0 * kCell_m) << i;
+      EXPECT_NEAR(response.gradients[i].y, 1.0, 0.05) << i;
+      EXPECT_NEAR(response.gradients[i].x, 0.0, 0.05) << i;
+    }
+    EXPECT_FALSE(response.known[3]) << "behind the wall";
+    EXPECT_LT(response.distances[3], 0.0f);
+  }
+}
+
+TEST_F(SpaceTest, BadRequestsAreToldWhy) {
+  GetDistances::Request good;
+  good.points = {pointOf(0.5, 0.0, 0.0)};
+  const auto expectRefused = [](const GetDistances::Request& request, const std::string& why) {
+    const GetDistances::Response response = ask(request);
+    EXPECT_FALSE(response.success);
+    EXPECT_NE(response.message.find(why), std::string::npos) << response.message;
+    EXPECT_TRUE(response.distances.empty());
+  };
+  expectRefused(good, "nothing is mapped yet");
+  fuseFrames(2);
+  EXPECT_TRUE(ask(good).success);
+  GetDistances::Request bad = good;
+  bad.header.frame_id = "nowhere";
+  expectRefused(bad, "'nowhere'");
+  bad.header.stamp = ros::Time::now();
+  expectRefused(bad, "'nowhere'");
+  bad = good;
+  bad.points.push_back(pointOf(0.0, std::numeric_limits<double>::quiet_NaN(), 0.0));
+  expectRefused(bad, "point 1 is not finite");
+  bad.points.assign(10000000, pointOf(0.5, 0.0, 0.0));
+  expectRefused(bad, "10000000 points");
+  bad.points.assign(100000, pointOf(0.5, 0.0, 0.0));
+  const GetDistances::Response many = ask(bad);
+  EXPECT_TRUE(many.success) << many.message;
+  EXPECT_EQ(many.distances.size(), 100000u);
+  // No point is too far to ask for.
+  good.points = {pointOf(1e300, -1e300, 0.0)};
+  const GetDistances::Response far = ask(good);
+  ASSERT_TRUE(far.success) << far.message;
+  EXPECT_FALSE(far.known[0]);
+}
+
+TEST_F(SpaceTest, GridAndUpdatesMakeWhatALateOneGets) {
+  const GridReader reader(nh_);
+  fuseFrames(3);
+  ASSERT_TRUE(waitUntil([&] { return reader.at(1.02, 0.0) == 100; }));
+  EXPECT_NEAR(reader.grid().info.resolution, kCell_m, 1e-6);
+  EXPECT_EQ(reader.grid().info.width % 256, 0u);
+  EXPECT_EQ(reader.grid().info.height % 256, 0u);
+  EXPECT_EQ(reader.grid().header.frame_id, "map");
+  EXPECT_EQ(reader.at(0.5, 0.0), 0);
+  EXPECT_EQ(reader.at(1.3, 0.0), -1) << "behind the wall";
+  EXPECT_EQ(reader.at(0.5, 0.6), -1) << "beside the view";
+  expectUpToDate(reader);
+
+  // Within the same grid, as updates.
+  const size_t grids = reader.grids();
+  fuseFrames(3, 3.0);
+  ASSERT_TRUE(waitUntil([&] { return reader.at(4.02, 0.0) == 100 && reader.at(3.5, 0.0) == 0; }));
+  EXPECT_EQ(reader.grids(), grids);
+  expectUpToDate(reader);
+
+  // Beyond it: it grows by a step.
+  const uint32_t width = reader.grid().info.width;
+  fuseFrames(3, 13.0);
+  ASSERT_TRUE(waitUntil([&] { return reader.at(14.02, 0.0) == 100; }));
+  EXPECT_EQ(reader.grid().info.width, width + 256);
+  EXPECT_EQ(reader.grids(), grids + 1);
+  EXPECT_EQ(reader.at(1.02, 0.0), 100) << "what was there is still there";
+  fuseFrames(3, 6.0);
+  ASSERT_TRUE(waitUntil([&] { return reader.at(7.02, 0.0) == 100; }));
+  expectUpToDate(reader);
+
+  const auto update = firstMessage<map_msgs::OccupancyGridUpdate>(
+      "/mapping/occupancy_grid_updates");
+  EXPECT_EQ(update.width, reader.grid().info.width) << "one that comes late is sent all";
+  EXPECT_EQ(update.data, reader.grid().data);
+}
+
+TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
+  const GridReader reader(nh_);
+  fuseFrames(3);
+  ASSERT_TRUE(waitUntil([&] { return reader.at(1.02, 0.0) == 100 && reader.at(0.5, 0.0) == 0; }));
+  expectUpToDate(reader);
+  const nav_msgs::OccupancyGrid before = reader.grid();
+  dtsdf_mapping::SaveMap save;
+  save.request.file_name = "wall.dtsdf";
+  ASSERT_TRUE(ros::service::call("/mapping/save_map", save));
+  ASSERT_TRUE(save.response.success) << save.response.message;
+
+  dtsdf_mapping::ClearRegion clear;
+  clear.request.box.pose.position.x = 1.0;
+  clear.request.box.pose.position.y = 0.2;
+  clear.request.box.size.x = clear.request.box.size.y = clear.request.box.size.z = 0.3;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_region", clear));
+  ASSERT_TRUE(clear.response.success) << clear.response.message;
+  EXPECT_TRUE(waitUntil([&] { return reader.at(1.02, 0.2) == -1; }));
+  EXPECT_EQ(reader.at(0.95, 0.2), -1) << "nothing is known of the region any more";
+  EXPECT_EQ(reader.at(0.5, 0.2), 0);
+  EXPECT_EQ(reader.at(1.02, -0.2), 100);
+  expectUpToDate(reader);
+
+  clearMap();
+  EXPECT_TRUE(waitUntil([&] { return reader.count(-1) == reader.grid().data.size(); }));
+  expectUpToDate(reader);
+
+  dtsdf_mapping::LoadMap load;
+  load.request.file_name = "wall.dtsdf";
+  ASSERT_TRUE(ros::service::call("/mapping/load_map", load));
+  ASSERT_TRUE(load.response.success) << load.response.message;
+  EXPECT_TRUE(waitUntil([&] { return reader.at(1.02, 0.2) == 100; }));
+  for (size_t i = 0; i < before.data.size(); ++i) {
+    EXPECT_EQ(reader.grid().data[i] == 100, before.data[i] == 100) << i;
+  }
+  expectUpToDate(reader);
+}
+
+TEST_F(SpaceTest, SlicesHaveDistances) {
+  fuseFrames(3);
+  sensor_msgs::PointCloud2 cloud;
+  const ros::Subscriber subscriber = nh_.subscribe<sensor_msgs::PointCloud2>(
+      "/mapping/distance_slice", 1,
+      [&](const sensor_msgs::PointCloud2::ConstPtr& message) { cloud = *message; });
+  ASSERT_TRUE(waitUntil([&] { return cloud.width > 0; }));
+  EXPECT_EQ(cloud.header.frame_id, "map");
+  size_t ahead = 0;
+  sensor_msgs::PointCloud2ConstIterator<float> point(cloud, "x"), distance(cloud, "intensity");
+  for (; point != point.end(); ++point, ++distance) {
+    EXPECT_FLOAT_EQ(point[2], 0.02f);
+    if (std::abs(point[1]) > 0.1f || point[0] > 1.0f || point[0] < 0.1f) continue;
+    EXPECT_NEAR(*distance, 1.02f - point[0], 1.0 * kCell_m);
+    ++ahead;
+  }
+  EXPECT_GT(ahead, 30u);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,42 @@
+/// A reader of grid and updates that does as costmap_2d's StaticLayer does: it subscribes to
+/// updates once it has a grid, and counts them from the grid's corner. That one looks at no bounds.
+#pragma once
+
+#include <map_msgs/OccupancyGridUpdate.h>
+#include <nav_msgs/OccupancyGrid.h>
+#include <ros/node_handle.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace dtsdf {
+
+class GridReader {
+ public:
+  explicit GridReader(ros::NodeHandle nh);
+
+  /// The last grid, with the updates since.
+  const nav_msgs::OccupancyGrid& grid() const { return grid_; }
+
+  size_t grids() const { return grids_; }
+  size_t updates() const { return updates_; }
+  /// Updates that would have written outside of the grid.
+  size_t misplaced() const { return misplaced_; }
+
+  /// Columns of a value.
+  size_t count(int8_t value) const;
+
+  /// The value at a point of the map frame; -2 outside of the grid.
+  int at(double x_m, double y_m) const;
+
+ private:
+  void onGrid(const nav_msgs::OccupancyGrid::ConstPtr& grid);
+  void onUpdate(const map_msgs::OccupancyGridUpdate::ConstPtr& update);
+
+  ros::NodeHandle nh_;
+  nav_msgs::OccupancyGrid grid_;
+  size_t grids_ = 0, updates_ = 0, misplaced_ = 0;
+  ros::Subscriber grid_subscriber_, update_subscriber_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,160 @@
+/// Runs `map_tool bt` and `map_tool slice` on a map that was saved with what is free.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#ifdef DTSDF_WITH_OCTOMAP
+#include <octomap/OcTree.h>
+#endif
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <utility>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "io/colour_codes.h"
+#include "support/depth_frames.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+class MapToolSpace : public testing::Test {
+ protected:
+  /// A room with a ball in it.
+  static std::unique_ptr<Mapper> makeMap() {
+    Scene scene;
+    scene.add(Room{Vector3d(-1.49, -1.18, -0.97), Vector3d(1.51, 1.22, 1.03)});
+    scene.add(Sphere{Vector3d(0.3, 0.1, 0.0), 0.35});
+    MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f);
+    params.space.enabled = true;
+    params.space.cell_voxels = 2;
+    params.mesh.min_support = 1;
+    auto mapper = makeMapper(params);
+    for (int i = 0; i < 6; ++i) {
+      const double a = i * M_PI / 3.0;
+      const auto pose = lookAt(Vector3d(1.2 * std::cos(a), 0.9 * std::sin(a), 0.2),
+                               Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ());
+      mapper->integrate(renderFrame(scene, pose).view());
+    }
+    mapper->updateMesh();
+    mapper->space()->updateDistances();
+    return mapper;
+  }
+
+  void SetUp() override {
+    mapper_ = makeMap();
+    saveMap(mapper_->contents(), out_ / "room.dtsdf");
+  }
+
+  /// Its exit code.
+  int run(const std::string& arguments) {
+    const std::string command = std::string(DTSDF_MAP_TOOL) + " " + arguments + " > " +
+                                (out_ / "stdout") + " 2> " + (out_ / "stderr");
+    const int status = std::system(command.c_str());
+    errors_ = readBytes(out_ / "stderr");
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  TemporaryFolder out_;
+  std::unique_ptr<Mapper> mapper_;
+  std::string errors_;
+};
+
+TEST_F(MapToolSpace, ATreeHasTheCells) {
+  const int result = run("bt " + (out_ / "room.dtsdf") + " " + (out_ / "room.bt") +
+                         " --set backend=cpu");
+#ifdef DTSDF_WITH_OCTOMAP
+  ASSERT_EQ(result, 0) << errors_;
+  octomap::OcTree tree(out_ / "room.bt");
+  const Space& space = *mapper_->space();
+  EXPECT_NEAR(tree.getResolution(), space.cellSize_m(), 1e-6);  // six digits in the file
+  size_t known = 0, free = 0;
+  for (int x = -22; x <= 22; ++x) {
+    for (int y = -18; y <= 18; ++y) {
+      for (int z = -15; z <= 15; ++z) {
+        const Vector3d p = space.cellSize_m() * Vector3d(x + 0.5, y + 0.5, z + 0.5);
+        const octomap::OcTreeNode* const node = tree.search(p.x(), p.y(), p.z());
+        const CellState state = node == nullptr              ? CellState::kUnknown
+                                : tree.isNodeOccupied(*node) ? CellState::kSurface
+                                                             : CellState::kFree;
+        ASSERT_EQ(state, space.stateOf({x, y, z})) << x << " " << y << " " << z;
+        if (state != CellState::kUnknown) ++known;
+        if (state == CellState::kFree) ++free;
+      }
+    }
+  }
+  EXPECT_EQ(known, space.cells().size()) << "nothing lies outside of what was compared";
+  EXPECT_GT(free, 1000u);
+#else
+  EXPECT_EQ(result, 1);
+  EXPECT_NE(errors_.find("liboctomap-dev"), std::string::npos) << errors_;
+#endif
+}
+
+TEST_F(MapToolSpace, ASliceShowsUnknownSurfacesAndDistances) {
+  ASSERT_EQ(run("slice " + (out_ / "room.dtsdf") + " " + (out_ / "room.png") +
+                " --height 0.05 --pixels 3 --set backend=cpu"),
+            0)
+      << errors_;
+  const DecodedColour picture = readColourImage(out_ / "room.png");
+  const Space& space = *mapper_->space();
+  const int32_t z = space.cellAt(Vector3d(0.0, 0.0, 0.05)).z;
+  std::map<std::pair<int, int>, CellState> cells;
+  int32_t x0 = 1 << 30, y1 = -(1 << 30);
+  for (const SpaceCell& known : space.cells()) {
+    if (known.cell.z != z) continue;
+    cells[{known.cell.x, known.cell.y}] = known.state;
+    x0 = std::min(x0, known.cell.x);
+    y1 = std::max(y1, known.cell.y);
+  }
+  const auto pixelAt = [&](int u, int v) {
+    const size_t at = 3 * (static_cast<size_t>(v) * static_cast<size_t>(picture.width) +
+                           static_cast<size_t>(u));
+    return std::array<int, 3>{picture.rgb[at], picture.rgb[at + 1], picture.rgb[at + 2]};
+  };
+  size_t near_m = 0, far_m = 0;
+  for (int v = 0; v < picture.height; ++v) {
+    for (int u = 0; u < picture.width; ++u) {
+      const int x = x0 + u / 3, y = y1 - v / 3;
+      const auto cell = cells.find({x, y});
+      const std::array<int, 3> rgb = pixelAt(u, v);
+      const bool is_grey = rgb[0] == rgb[1] && rgb[1] == rgb[2];
+      if (cell == cells.end()) {
+        ASSERT_TRUE(is_grey && rgb[0] > 0) << u << ", " << v;
+      } else if (cell->second == CellState::kSurface) {
+        ASSERT_TRUE(is_grey && rgb[0] == 0) << u << ", " << v;
+      } else {
+        ASSERT_FALSE(is_grey) << u << ", " << v;
+        const Vector3d p = space.cellSize_m() * Vector3d(x + 0.5, y + 0.5, 0.0);
+        const float distance_m = space.distanceAt(Vector3d(p.x(), p.y(), 0.05)).distance_m;
+        if (distance_m < 0.12f && ++near_m > 0) EXPECT_GT(rgb[0], rgb[2]) << "red: " << distance_m;
+        if (distance_m > 0.6f && ++far_m > 0) EXPECT_GT(rgb[2], rgb[0]) << "blue: " << distance_m;
+      }
+    }
+  }
+  EXPECT_GT(near_m, 100u);
+  EXPECT_GT(far_m, 100u);
+}
+
+TEST_F(MapToolSpace, SaysWhatIsWrong) {
+  EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + " " + (out_ / "room.png")), 2);
+  EXPECT_NE(errors_.find("--height"), std::string::npos) << errors_;
+  EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + " " + (out_ / "room.jpg") + " --height 0"), 2);
+  EXPECT_NE(errors_.find(".png"), std::string::npos) << errors_;
+  EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + " " + (out_ / "room.png") +
+                " --height 30 --set backend=cpu"),
+            1);
+  EXPECT_NE(errors_.find("nothing is known at 30"), std::string::npos) << errors_;
+  EXPECT_EQ(run("bt " + (out_ / "room.dtsdf") + " " + (out_ / "room.ot")), 2);
+  EXPECT_NE(errors_.find(".bt"), std::string::npos) << errors_;
+  EXPECT_EQ(run("bt " + (out_ / "none.dtsdf") + " " + (out_ / "room.bt")), 1);
+  EXPECT_NE(errors_.find("none.dtsdf"), std::string::npos) << errors_;
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -35,7 +35,7 @@ Eigen::Vector3d closestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3
   return a + vb / total * ab + vc / total * ac;
 }
 
-/// What of a polygon lies on the lower side of a plane across an axis, or with sign -1 on the upper.
+/// What of a polygon lies below a plane across an axis, or with sign -1 above.
 std::vector<Eigen::Vector3d> clip(const std::vector<Eigen::Vector3d>& polygon, int axis,
                                   double plane, double sign) {
   std::vector<Eigen::Vector3d> inside;

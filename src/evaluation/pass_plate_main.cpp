@@ -44,7 +44,9 @@ void printWay(const std::optional<Path>& way) {
     return;
   }
   std::printf("a way of %.2f m:", way->length_m);
-  for (const Eigen::Vector3d& p : way->points_W) std::printf(" (%.2f %.2f %.2f)", p.x(), p.y(), p.z());
+  for (const Eigen::Vector3d& p : way->points_W) {
+    std::printf(" (%.2f %.2f %.2f)", p.x(), p.y(), p.z());
+  }
   std::printf("\n");
 }
 

@@ -35,29 +35,55 @@ AlignedBox3d shrunk(const AlignedBox3d& box) {
 class ErrorSum {
  public:
   /// Beyond `most_m` a distance is as good as `most_m`, and tells nothing where both are.
-  void add(double told_m, double true_m, double most_m) {
-    if (told_m >= most_m && true_m >= most_m) return;
-    const double error_m = std::min(told_m, most_m) - std::min(true_m, most_m);
-    ++count_;
-    sum_ += error_m;
-    squares_ += error_m * error_m;
-    greatest_ = std::max(greatest_, std::abs(error_m));
+  ErrorSum(double cell_m, double most_m) : far_off_m_(kFarOff_cells * cell_m), most_m_(most_m) {}
+
+  void add(const Vector3d& p_W, double told_m, const TrueDistance& truth) {
+    if (told_m >= most_m_ && truth.to_seen_m >= most_m_) return;
+    const double error_m = limited(told_m) - limited(truth.to_seen_m),
+                 of_any_m = limited(told_m) - limited(truth.to_any_m);
+    ++sums_.count;
+    sums_.mean_m += error_m;
+    sums_.rmse_m += error_m * error_m;
+    if (of_any_m < -far_off_m_) ++sums_.far_below;
+    if (error_m > far_off_m_) ++sums_.far_above;
+    noteBounds(of_any_m, p_W, error_m, p_W);
   }
+
   void merge(const ErrorSum& other) {
-    count_ += other.count_;
-    sum_ += other.sum_;
-    squares_ += other.squares_;
-    greatest_ = std::max(greatest_, other.greatest_);
+    const DistanceErrors& o = other.sums_;
+    sums_.count += o.count;
+    sums_.mean_m += o.mean_m;
+    sums_.rmse_m += o.rmse_m;
+    sums_.far_below += o.far_below;
+    sums_.far_above += o.far_above;
+    noteBounds(o.least_m, o.least_at_W, o.greatest_m, o.greatest_at_W);
   }
+
   DistanceErrors result() const {
-    if (count_ == 0) return {};
-    const auto count = static_cast<double>(count_);
-    return {count_, std::sqrt(squares_ / count), sum_ / count, greatest_};
+    DistanceErrors errors = sums_;
+    const auto count = static_cast<double>(std::max<size_t>(1, errors.count));
+    errors.mean_m /= count;
+    errors.rmse_m = std::sqrt(errors.rmse_m / count);
+    return errors;
   }
 
  private:
-  size_t count_ = 0;
-  double sum_ = 0.0, squares_ = 0.0, greatest_ = 0.0;
+  double limited(double distance_m) const { return std::min(distance_m, most_m_); }
+
+  void noteBounds(double least_m, const Vector3d& least_at_W, double greatest_m,
+                  const Vector3d& greatest_at_W) {
+    if (least_m < sums_.least_m) {
+      sums_.least_m = least_m;
+      sums_.least_at_W = least_at_W;
+    }
+    if (greatest_m > sums_.greatest_m) {
+      sums_.greatest_m = greatest_m;
+      sums_.greatest_at_W = greatest_at_W;
+    }
+  }
+
+  double far_off_m_, most_m_;
+  DistanceErrors sums_;  ///< The mean is a sum as yet, and the RMSE one of squares.
 };
 
 /// At most so many, spread evenly over all.
@@ -74,7 +100,9 @@ Vector3d pointIn(const AlignedBox3d& box, size_t number) {
   std::mt19937_64 random(number);
   std::uniform_real_distribution<double> share(0.0, 1.0);
   Vector3d p;
-  for (int axis = 0; axis < 3; ++axis) p[axis] = box.min()[axis] + share(random) * box.sizes()[axis];
+  for (int axis = 0; axis < 3; ++axis) {
+    p[axis] = box.min()[axis] + share(random) * box.sizes()[axis];
+  }
   return p;
 }
 
@@ -99,20 +127,19 @@ class Measurement {
 
  private:
   void compareDistances(const std::vector<SpaceCell>& cells) {
-    const double most_m = questions_.max_distance_m;
     std::mutex mutex;  // guards the sums
-    ErrorSum at_middles, at_points;
+    const ErrorSum none(space_.cellSize_m(), questions_.max_distance_m);
+    ErrorSum at_middles = none, at_points = none;
     parallelFor(cells.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
-      ErrorSum middles, points;
+      ErrorSum middles = none, points = none;
       for (size_t i = begin; i < end; ++i) {
         const AlignedBox3d box = boxOf(space_, cells[i].cell);
-        if (const auto true_m = truth_.distanceFrom(box.center())) {
-          middles.add(toldAtMiddle(cells[i].cell), *true_m, most_m);
+        if (const auto truth = truth_.distanceFrom(box.center())) {
+          middles.add(box.center(), toldAtMiddle(cells[i].cell), *truth);
         }
         const Vector3d p = pointIn(box, i);
-        if (const auto true_m = truth_.distanceFrom(p)) {
-          points.add(std::abs(static_cast<double>(space_.distanceAt(p).distance_m)), *true_m,
-                     most_m);
+        if (const auto truth = truth_.distanceFrom(p)) {
+          points.add(p, static_cast<double>(space_.distanceAt(p).distance_m), *truth);
         }
       }
       const std::lock_guard<std::mutex> lock(mutex);
@@ -195,11 +222,18 @@ class Measurement {
   SpaceFigures figures_;
 };
 
+nlohmann::json toJsonValue(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
 nlohmann::json toJsonValue(const DistanceErrors& errors) {
   return {{"count", errors.count},
           {"rmse_mm", 1e3 * errors.rmse_m},
           {"mean_mm", 1e3 * errors.mean_m},
-          {"greatest_mm", 1e3 * errors.greatest_m}};
+          {"least_mm", 1e3 * errors.least_m},
+          {"least_at", toJsonValue(errors.least_at_W)},
+          {"greatest_mm", 1e3 * errors.greatest_m},
+          {"greatest_at", toJsonValue(errors.greatest_at_W)},
+          {"far_below", errors.far_below},
+          {"far_above", errors.far_above}};
 }
 
 }  // namespace
@@ -225,16 +259,17 @@ std::vector<ToldDistance> readDistances(const std::string& path) {
 ComparedDistances compareDistances(const Space& space, const SpaceTruth& truth,
                                    const std::vector<ToldDistance>& told, double max_distance_m) {
   std::mutex mutex;  // guards the sums
-  ErrorSum of_told, of_map;
+  const ErrorSum none(space.cellSize_m(), max_distance_m);
+  ErrorSum of_told = none, of_map = none;
   parallelFor(told.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
-    ErrorSum told_here, map_here;
+    ErrorSum told_here = none, map_here = none;
     for (size_t i = begin; i < end; ++i) {
       const Vector3d& p = told[i].p_W;
       if (space.stateOf(space.cellAt(p)) != CellState::kFree) continue;
-      const auto true_m = truth.distanceFrom(p);
-      if (!true_m) continue;
-      told_here.add(told[i].distance_m, *true_m, max_distance_m);
-      map_here.add(static_cast<double>(space.distanceAt(p).distance_m), *true_m, max_distance_m);
+      const auto true_distance = truth.distanceFrom(p);
+      if (!true_distance) continue;
+      told_here.add(p, told[i].distance_m, *true_distance);
+      map_here.add(p, static_cast<double>(space.distanceAt(p).distance_m), *true_distance);
     }
     const std::lock_guard<std::mutex> lock(mutex);
     of_told.merge(told_here);

@@ -10,10 +10,15 @@
 
 namespace dtsdf {
 
-/// Errors of distances: what was told less what is true.
+/// Errors of distances: what was told less the distance to what was seen. Too little was told only
+/// where it is less than the distance to any surface.
 struct DistanceErrors {
   size_t count = 0;
-  double rmse_m = 0.0, mean_m = 0.0, greatest_m = 0.0;  ///< The greatest without its sign.
+  double rmse_m = 0.0, mean_m = 0.0;
+  double least_m = 0.0;     ///< Less than 0 where too little was told, of all surfaces.
+  double greatest_m = 0.0;  ///< Where too much was told.
+  size_t far_below = 0, far_above = 0;     ///< Off by more than kFarOff_cells.
+  Eigen::Vector3d least_at_W = Eigen::Vector3d::Zero(), greatest_at_W = Eigen::Vector3d::Zero();
 };
 
 struct SpaceFigures {
@@ -44,6 +49,9 @@ struct SpaceQuestions {
 /// Boxes are shrunk by this on all sides before anything is looked for in them, since depth images
 /// are rounded.
 constexpr double kBoxMargin_m = 1e-3;
+
+/// What a distance between cells should never be off by.
+constexpr double kFarOff_cells = 1.5;
 
 /// Asks for the figures on all cores. @pre Distances are up to date.
 SpaceFigures measureSpace(const Space& space, const SpaceTruth& truth,

@@ -60,7 +60,7 @@ class SlicePainter {
 
   cv::Vec3b colourAt(const Vector3d& p_W) const {
     const auto true_m = truth_.distanceFrom(p_W);
-    if (true_m && *true_m < 0.6 * options_.pixel_m) return kTrueSurface;
+    if (true_m && true_m->to_seen_m < 0.6 * options_.pixel_m) return kTrueSurface;
     switch (space_.stateOf(space_.cellAt(p_W))) {
       case CellState::kUnknown:
         return kUnknown;

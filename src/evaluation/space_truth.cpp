@@ -59,8 +59,9 @@ bool isSeenThrough(const SpaceTruth& truth, const Views& views, const AlignedBox
                      });
 }
 
-std::optional<double> MeshTruth::distanceFrom(const Vector3d& p_W) const {
-  return seen_.closestPoint(p_W.cast<float>()).distance_m;
+std::optional<TrueDistance> MeshTruth::distanceFrom(const Vector3d& p_W) const {
+  const Eigen::Vector3f p = p_W.cast<float>();
+  return TrueDistance{seen_.closestPoint(p).distance_m, all_.closestPoint(p).distance_m};
 }
 
 bool MeshTruth::isClear(const Vector3d& from_W, const Vector3d& to_W) const {
@@ -69,7 +70,7 @@ bool MeshTruth::isClear(const Vector3d& from_W, const Vector3d& to_W) const {
 
 bool MeshTruth::isTaken(const AlignedBox3d& box_W) const { return seen_.reachesInto(box_W); }
 
-std::optional<double> SceneTruth::distanceFrom(const Vector3d& p_W) const {
+std::optional<TrueDistance> SceneTruth::distanceFrom(const Vector3d& p_W) const {
   const double distance_m = scene_.signedDistance(p_W);
   Vector3d slope;
   constexpr double kStep_m = 1e-5;
@@ -79,7 +80,7 @@ std::optional<double> SceneTruth::distanceFrom(const Vector3d& p_W) const {
   }
   const Vector3d nearest_W = p_W - distance_m * slope / (2.0 * kStep_m);
   if (!isSeen(nearest_W)) return std::nullopt;
-  return std::abs(distance_m);
+  return TrueDistance{std::abs(distance_m), std::abs(distance_m)};
 }
 
 bool SceneTruth::isSeen(const Vector3d& p_W) const {

@@ -10,13 +10,20 @@
 
 namespace dtsdf {
 
+/// How far it is to surfaces. What nobody saw may be in a map all the same, beside what was seen,
+/// so that a distance that is told should lie between the two.
+struct TrueDistance {
+  double to_seen_m;  ///< To the nearest surface that some image showed.
+  double to_any_m;   ///< To the nearest of all.
+};
+
 /// All of it may be asked from several threads at once. Metres, in W.
 class SpaceTruth {
  public:
   virtual ~SpaceTruth() = default;
 
-  /// Distance to the nearest surface that some image showed; none where that is not known.
-  virtual std::optional<double> distanceFrom(const Eigen::Vector3d& p_W) const = 0;
+  /// None where it is not known what is seen.
+  virtual std::optional<TrueDistance> distanceFrom(const Eigen::Vector3d& p_W) const = 0;
 
   /// Whether nothing stands between two points.
   virtual bool isClear(const Eigen::Vector3d& from_W, const Eigen::Vector3d& to_W) const = 0;
@@ -30,7 +37,7 @@ class MeshTruth : public SpaceTruth {
  public:
   MeshTruth(const TriangleMesh& all, const TriangleMesh& seen) : all_(all), seen_(seen) {}
 
-  std::optional<double> distanceFrom(const Eigen::Vector3d& p_W) const override;
+  std::optional<TrueDistance> distanceFrom(const Eigen::Vector3d& p_W) const override;
   bool isClear(const Eigen::Vector3d& from_W, const Eigen::Vector3d& to_W) const override;
   bool isTaken(const Eigen::AlignedBox3d& box_W) const override;
 
@@ -44,7 +51,7 @@ class SceneTruth : public SpaceTruth {
  public:
   SceneTruth(const Scene& scene, const Views& views) : scene_(scene), views_(views) {}
 
-  std::optional<double> distanceFrom(const Eigen::Vector3d& p_W) const override;
+  std::optional<TrueDistance> distanceFrom(const Eigen::Vector3d& p_W) const override;
   bool isClear(const Eigen::Vector3d& from_W, const Eigen::Vector3d& to_W) const override;
   bool isTaken(const Eigen::AlignedBox3d& box_W) const override;
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "dtsdf_mapping/io/tum_frames.h"
@@ -22,6 +24,7 @@ struct TimeSpaceOptions {
   ParamTree settings;
   size_t passes = 1;
   double shift_m = 50.0;
+  bool cpu_time = false;
 };
 
 TimeSpaceOptions readOptions(const std::vector<std::string>& arguments) {
@@ -37,6 +40,10 @@ TimeSpaceOptions readOptions(const std::vector<std::string>& arguments) {
                 options.passes, {1, 1e6});
   line.addNumber({"--shift", "METRES", "how far along x a pass lies from the one before"},
                  options.shift_m, {-1e4, 1e4});
+  line.addFlag("--cpu-time",
+               "the time of all threads together in place of the wall clock's, for a machine that "
+               "does other work as well",
+               options.cpu_time);
   line.parse(arguments);
   return options;
 }
@@ -51,7 +58,8 @@ struct FrameTimes {
 /// A map that is kept up to date frame by frame, as one that is asked after each is.
 class TimedMap {
  public:
-  explicit TimedMap(const MapperParams& params) : mapper_(makeMapper(params)) {}
+  TimedMap(const MapperParams& params, bool cpu_time)
+      : mapper_(makeMapper(params)), cpu_time_(cpu_time) {}
 
   void add(const DepthFrame& frame) {
     FrameTimes times;
@@ -69,13 +77,16 @@ class TimedMap {
 
  private:
   template <class Work>
-  static double timed(const Work& work) {
+  double timed(const Work& work) const {
     const Clock::time_point start = Clock::now();
+    const std::clock_t cpu_start = std::clock();
     work();
+    if (cpu_time_) return 1e3 * static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   }
 
   std::unique_ptr<Mapper> mapper_;
+  const bool cpu_time_;
   std::vector<FrameTimes> times_;
 };
 
@@ -107,9 +118,9 @@ nlohmann::json mediansOver(const FrameRange& range, const std::vector<FrameTimes
 
 void timeSpace(const TimeSpaceOptions& options) {
   MapperParams params = spaceParams(options.settings);
-  TimedMap on(params);
+  TimedMap on(params, options.cpu_time);
   params.space.enabled = false;
-  TimedMap off(params);
+  TimedMap off(params, options.cpu_time);
   TumOptions tum;
   tum.folder = options.tum_folder;
   for (size_t pass = 0; pass < options.passes; ++pass) {
@@ -130,11 +141,12 @@ void timeSpace(const TimeSpaceOptions& options) {
   const auto medians = [&](size_t first, size_t last) {
     return mediansOver({first, last}, off.times(), on.times());
   };
+  const auto mib = [](size_t bytes) { return static_cast<double>(bytes) / 1048576.0; };
   const nlohmann::json json = {{"backend", on.mapper().backendName()},
                                {"frames", count},
                                {"cell_mm", 1e3 * on.space()->cellSize_m()},
-                               {"map_mib", static_cast<double>(on.mapper().stats().map_bytes) / 1048576.0},
-                               {"space_mib", static_cast<double>(on.space()->bytes()) / 1048576.0},
+                               {"map_mib", mib(on.mapper().stats().map_bytes)},
+                               {"space_mib", mib(on.space()->bytes())},
                                {"all", medians(0, count)},
                                {"first_tenth", medians(0, std::min(tenth, count))},
                                {"last_tenth", medians(count - std::min(tenth, count), count)}};

@@ -84,7 +84,7 @@ ViewedScene corridorWithPlate(double thickness_m, bool gap) {
 }
 
 Eigen::AlignedBox3d corridorBounds() {
-  const Vector3d half(kHalfLength_m + 0.1, kHalfWidth_m + 0.1, kHalfWidth_m + 0.1);
+  const Vector3d half(kHalfLength_m, kHalfWidth_m, kHalfWidth_m);
   return {-half, half};
 }
 Eigen::Vector3d corridorStart() { return {-1.3, 0.0, 0.0}; }

@@ -25,7 +25,7 @@ ViewedScene viewedSceneFromName(const std::string& name);
 /// its middle, seen from both ends. With a `gap` the plate leaves a doorway 0.7 m wide open.
 ViewedScene corridorWithPlate(double thickness_m, bool gap);
 
-/// Its inside, a little wider, and a place at either end of it.
+/// Its inside, and a place at either end of it.
 Eigen::AlignedBox3d corridorBounds();
 Eigen::Vector3d corridorStart();
 Eigen::Vector3d corridorGoal();

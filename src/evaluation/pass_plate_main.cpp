@@ -24,7 +24,8 @@ PassPlateOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("pass_plate", "[options]",
                    "Maps a closed corridor with a thin plate across its middle, seen from both "
                    "ends, and looks for a way through it by A*: over free cells that are farther "
-                   "from all surfaces than a robot's radius. Prints the way, or \"no way\".",
+                   "from all surfaces than a robot's radius. Prints the way, or \"no way\", and "
+                   "how many cells with a surface lie on the straight line from start to goal.",
                    kExitCodes);
   addSettingOption(line, options.settings);
   line.addNumber({"--thickness", "METRES", "of the plate"}, options.thickness_m, {1e-4, 1.0});
@@ -50,6 +51,16 @@ void printWay(const std::optional<Path>& way) {
   std::printf("\n");
 }
 
+/// Along the straight line, which meets the plate only.
+int countSurfaceCells(const Space& space) {
+  const double step_m = space.cellSize_m();
+  int cells = 0;
+  for (Eigen::Vector3d p = corridorStart(); p.x() < corridorGoal().x(); p.x() += step_m) {
+    if (space.stateOf(space.cellAt(p)) == CellState::kSurface) ++cells;
+  }
+  return cells;
+}
+
 void passPlate(const PassPlateOptions& options) {
   const MapperParams params = spaceParams(options.settings);
   const auto mapper = makeMapper(params);
@@ -61,6 +72,7 @@ void passPlate(const PassPlateOptions& options) {
   const Passage passage{options.radius_m, options.through_unknown, corridorBounds()};
   const auto way = findPath(space, corridorStart(), corridorGoal(), passage);
   printWay(way);
+  std::printf("%d cells with a surface on the straight line\n", countSurfaceCells(space));
   if (options.picture_path.empty()) return;
   SliceOptions slice;
   slice.bounds_W = corridorBounds();

@@ -1,0 +1,113 @@
+#include "evaluation/path_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <queue>
+#include <tuple>
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+struct CellBefore {
+  bool operator()(const Vec3i& a, const Vec3i& b) const {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  }
+};
+
+/// How a cell was reached first at the least cost.
+struct Reached {
+  double cells = 0.0;  ///< Length of the way to it.
+  Vec3i from{};
+  bool is_done = false;
+};
+
+struct Waiting {
+  double estimate;  ///< Length of the way through it, in cells.
+  Vec3i cell;
+
+  bool operator<(const Waiting& other) const { return estimate > other.estimate; }
+};
+
+bool isSame(const Vec3i& a, const Vec3i& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+Vector3d middleOf(const Space& space, const Vec3i& cell) {
+  return space.cellSize_m() * Vector3d(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
+}
+
+double cellsBetween(const Vec3i& a, const Vec3i& b) {
+  return Vector3d(a.x - b.x, a.y - b.y, a.z - b.z).norm();
+}
+
+class Search {
+ public:
+  Search(const Space& space, const Passage& passage) : space_(space), passage_(passage) {}
+
+  std::optional<Path> run(const Vec3i& start, const Vec3i& goal) {
+    if (!passage_.allows(space_, start)) return std::nullopt;
+    reached_[start] = {0.0, start};
+    waiting_.push({cellsBetween(start, goal), start});
+    while (!waiting_.empty()) {
+      const Vec3i cell = waiting_.top().cell;
+      waiting_.pop();
+      if (isSame(cell, goal)) return pathTo(goal);
+      Reached& here = reached_[cell];
+      if (here.is_done) continue;
+      here.is_done = true;
+      for (int i = 0; i < 27; ++i) {
+        const Vec3i next{cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1};
+        reach(next, {here.cells + cellsBetween(cell, next), cell}, goal);
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  void reach(const Vec3i& cell, const Reached& by, const Vec3i& goal) {
+    const auto known = reached_.find(cell);
+    if (known != reached_.end() && (known->second.is_done || known->second.cells <= by.cells)) {
+      return;
+    }
+    if (known == reached_.end() && !passage_.allows(space_, cell)) return;
+    reached_[cell] = by;
+    waiting_.push({by.cells + cellsBetween(cell, goal), cell});
+  }
+
+  Path pathTo(const Vec3i& goal) const {
+    Path path;
+    path.length_m = reached_.at(goal).cells * space_.cellSize_m();
+    Vec3i cell = goal;
+    path.points_W.push_back(middleOf(space_, cell));
+    while (!isSame(reached_.at(cell).from, cell)) {
+      cell = reached_.at(cell).from;
+      path.points_W.push_back(middleOf(space_, cell));
+    }
+    std::reverse(path.points_W.begin(), path.points_W.end());
+    return path;
+  }
+
+  const Space& space_;
+  const Passage& passage_;
+  std::map<Vec3i, Reached, CellBefore> reached_;
+  std::priority_queue<Waiting> waiting_;
+};
+
+}  // namespace
+
+bool Passage::allows(const Space& space, const Vec3i& cell) const {
+  if (!bounds_W.contains(middleOf(space, cell))) return false;
+  const CellState state = space.stateOf(cell);
+  if (state == CellState::kSurface) return false;
+  if (state == CellState::kUnknown && !through_unknown) return false;
+  const int squared = space.squaredDistance(cell);
+  return squared < 0 || std::sqrt(static_cast<double>(squared)) * space.cellSize_m() > radius_m;
+}
+
+std::optional<Path> findPath(const Space& space, const Eigen::Vector3d& start_W,
+                             const Eigen::Vector3d& goal_W, const Passage& passage) {
+  return Search(space, passage).run(space.cellAt(start_W), space.cellAt(goal_W));
+}
+
+}  // namespace dtsdf

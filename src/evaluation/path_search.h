@@ -1,0 +1,31 @@
+/// The shortest way through a map's cells: A*, as planners of robots do it.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include "dtsdf_mapping/space.h"
+
+namespace dtsdf {
+
+/// Which cells a robot may pass.
+struct Passage {
+  double radius_m;        ///< Surfaces have to be farther than this.
+  bool through_unknown;   ///< Whether it may pass cells of which nothing is known.
+  Eigen::AlignedBox3d bounds_W;  ///< It stays within; finite.
+
+  bool allows(const Space& space, const Vec3i& cell) const;
+};
+
+struct Path {
+  std::vector<Eigen::Vector3d> points_W;  ///< Middles of cells, from start to goal.
+  double length_m = 0.0;
+};
+
+/// From cell to cell through faces, edges and corners. None: there is no way.
+/// @pre Distances are up to date.
+std::optional<Path> findPath(const Space& space, const Eigen::Vector3d& start_W,
+                             const Eigen::Vector3d& goal_W, const Passage& passage);
+
+}  // namespace dtsdf

@@ -108,6 +108,10 @@ Header readHeader(std::istream& in) {
       Element element;
       words >> element.name >> element.count;
       if (!words) throw std::runtime_error("bad line '" + line + "'");
+      const auto is_same = [&](const Element& other) { return other.name == element.name; };
+      if (std::any_of(header.elements.begin(), header.elements.end(), is_same)) {
+        throw std::runtime_error("element " + element.name + " is there twice");
+      }
       header.elements.push_back(element);
     } else if (word == "property") {
       if (header.elements.empty()) throw std::runtime_error("a property before any element");

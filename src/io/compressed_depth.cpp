@@ -96,8 +96,9 @@ std::vector<float> depthsOfInverse(const std::vector<uint16_t>& inverse, float s
   std::vector<float> depths_m;
   depths_m.reserve(inverse.size());
   for (const uint16_t value : inverse) {
-    depths_m.push_back(value == 0 ? std::numeric_limits<float>::quiet_NaN()
-                                  : scale / (static_cast<float>(value) - offset));
+    const float scaled = static_cast<float>(value) - offset;
+    depths_m.push_back(value == 0 || scaled == 0.0f ? std::numeric_limits<float>::quiet_NaN()
+                                                    : scale / scaled);
   }
   return depths_m;
 }

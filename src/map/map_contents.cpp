@@ -138,6 +138,7 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params) {
   }
   ParamReader reader(std::move(tree));
   visitParams(params, reader);
+  checkParams(params, reader);  // limits in cells depend on the size of voxels
   reader.finish();
   return params;
 }

@@ -195,26 +195,36 @@ void GroundGrid::apply(const SpaceChanges& changes, double cell_size_m) {
   for (const SpaceCube& cube : changes.cubes) note(columns_->put(cube));
 }
 
+/// The window of all that is known, if the one that followers have does not hold it.
+std::optional<GridBox> GroundGrid::outgrownTo() {
+  if (!is_outgrown_) return std::nullopt;
+  const GridBox known = columns_->known();
+  if (window_ && window_->contains(known)) {
+    is_outgrown_ = false;
+    return std::nullopt;
+  }
+  // One of nothing takes the place of a grid of other cells.
+  return windowAround(known.isEmpty() ? GridBox{0, 0, 1, 1} : known);
+}
+
 GridTelling GroundGrid::next() {
   if (!is_outdated_) return {};
   is_outdated_ = false;
-  if (is_outgrown_) {
-    is_outgrown_ = false;
-    const GridBox known = columns_->known();
-    if (!window_ || !window_->contains(known)) {
-      // One of nothing takes the place of a grid of other cells.
-      const GridBox window = windowAround(known.isEmpty() ? GridBox{0, 0, 1, 1} : known);
-      if (window.size() > kMostColumns) {
-        is_outgrown_ = true;
-        return {GridTelling::Kind::kTooLarge, window};
-      }
+  GridTelling telling;
+  if (const std::optional<GridBox> window = outgrownTo()) {
+    if (window->size() <= kMostColumns) {
+      is_outgrown_ = false;
       window_ = window;
       changed_ = {};
-      return {GridTelling::Kind::kGrid, window};
+      return {GridTelling::Kind::kGrid, *window, std::nullopt};
     }
+    telling.too_large = window;
   }
-  if (changed_.isEmpty()) return {};
-  return {GridTelling::Kind::kUpdate, changed_};
+  if (window_ && !changed_.isEmpty()) {
+    telling.kind = GridTelling::Kind::kUpdate;
+    telling.box = changed_;
+  }
+  return telling;
 }
 
 std::vector<int8_t> GroundGrid::values(const GridBox& box) const {

@@ -94,10 +94,12 @@ struct GridTelling {
     kNothing,
     kGrid,    ///< All of the window, which is another one than before.
     kUpdate,  ///< A part of the window.
-    kTooLarge,  ///< What is known spans more than a message can hold: nothing can be told.
   };
   Kind kind = Kind::kNothing;
   GridBox box;
+  /// The window of all that is known, where that is more than a message can hold; the one that
+  /// followers have stays, and goes on being told.
+  std::optional<GridBox> too_large;
 };
 
 /// The columns, and the window of them that followers have: the last whole grid. Its edges lie on
@@ -116,8 +118,7 @@ class GroundGrid {
   /// Takes over what has become known. Cells may be of another size where it begins anew.
   void apply(const SpaceChanges& changes, double cell_size_m);
 
-  /// What followers have yet to be told. To be asked until it is kNothing; each answer has to be
-  /// told before the next one.
+  /// What followers have yet to be told; has to be told before it is asked again.
   GridTelling next();
 
   /// The window; none before the first whole grid was told.
@@ -134,6 +135,7 @@ class GroundGrid {
  private:
   void beginAnew(double cell_size_m);
   void note(const GridBox& columns);
+  std::optional<GridBox> outgrownTo();
 
   GroundHeights heights_;
   double cell_size_m_ = 0.0;

@@ -147,35 +147,35 @@ class TileWork {
 
 }  // namespace
 
-std::vector<Vec3i> DistanceField::tilesNear(const std::vector<Vec3i>& cubes) const {
-  std::vector<Vec3i> tiles;
+std::vector<PackedKey> DistanceField::tilesNear(const CubeSet& cubes) const {
+  std::unordered_set<PackedKey> near;
   const Vec3i reach{reach_, reach_, reach_}, side{kCubeSide - 1, kCubeSide - 1, kCubeSide - 1};
-  for (const Vec3i& cube : cubes) {
+  for (const PackedKey key : cubes) {
+    const Vec3i cube = unpackKey(key);
     const Vec3i low = shiftDown(firstCellOfCube(cube) - reach, kTileSideLog2);
     const Vec3i high = shiftDown(firstCellOfCube(cube) + side + reach, kTileSideLog2);
     for (int32_t z = low.z; z <= high.z; ++z) {
       for (int32_t y = low.y; y <= high.y; ++y) {
-        for (int32_t x = low.x; x <= high.x; ++x) tiles.push_back({x, y, z});
+        for (int32_t x = low.x; x <= high.x; ++x) near.insert(packKey({x, y, z}));
       }
     }
   }
-  std::sort(tiles.begin(), tiles.end(),
-            [](const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); });
-  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  std::vector<PackedKey> tiles(near.begin(), near.end());
+  std::sort(tiles.begin(), tiles.end());
   return tiles;
 }
 
-void DistanceField::update(const CellTable& cells, const std::vector<Vec3i>& changed) {
-  const std::vector<Vec3i> tiles = tilesNear(changed);
+void DistanceField::update(const CellTable& cells, const CubeSet& changed) {
+  const std::vector<PackedKey> tiles = tilesNear(changed);
   std::vector<Tile> found(tiles.size());
   parallelFor<TileWork>(tiles.size(), threads_, [&](size_t i, TileWork& work) {
-    found[i] = work.run(cells, tiles[i], reach_);
+    found[i] = work.run(cells, unpackKey(tiles[i]), reach_);
   });
   for (size_t i = 0; i < tiles.size(); ++i) {
     if (found[i].empty()) {
-      tiles_.erase(packKey(tiles[i]));
+      tiles_.erase(tiles[i]);
     } else {
-      tiles_[packKey(tiles[i])] = std::move(found[i]);
+      tiles_[tiles[i]] = std::move(found[i]);
     }
   }
 }

@@ -9,11 +9,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "space/cell_table.h"
 
 namespace dtsdf {
+
+/// Cubes by packed key.
+using CubeSet = std::unordered_set<PackedKey>;
 
 class DistanceField {
  public:
@@ -24,7 +28,7 @@ class DistanceField {
 
   /// Takes over new surfaces; `changed` are the cubes in which there are other ones than at the
   /// last call.
-  void update(const CellTable& cells, const std::vector<Vec3i>& changed);
+  void update(const CellTable& cells, const CubeSet& changed);
 
   /// To the nearest cell with a surface; -1 if there is none within reach.
   int squaredAt(const Vec3i& cell) const;
@@ -35,7 +39,7 @@ class DistanceField {
  private:
   using Tile = std::vector<uint16_t>;  ///< Squared distances, x fastest; empty: all are far.
 
-  std::vector<Vec3i> tilesNear(const std::vector<Vec3i>& cubes) const;
+  std::vector<PackedKey> tilesNear(const CubeSet& cubes) const;
 
   const int reach_;
   const int threads_;

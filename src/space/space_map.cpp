@@ -163,8 +163,7 @@ void SpaceMap::forgetFree(const Vec3i& key, const CellMask& cells) {
 }
 
 void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
-  const std::vector<Vec3i> changed = surfaces_.apply(blocks, table_);
-  changed_.insert(changed_.end(), changed.begin(), changed.end());
+  for (const Vec3i& cube : surfaces_.apply(blocks, table_)) changed_.insert(packKey(cube));
 }
 
 Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
@@ -289,6 +288,7 @@ SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
   const double most_m = reach_ * cellSize_m(),
                edge = static_cast<double>(kMaxBlockCoordinate) * kBlockSide / cellSide(grid_);
   const Eigen::Vector3d in_cells = p_W / cellSize_m();
+  result.distance_m = static_cast<float>(-most_m);
   if (!in_cells.allFinite() || in_cells.cwiseAbs().maxCoeff() > edge - reach_ - 1.0) return result;
   const Around at(in_cells - Eigen::Vector3d::Constant(0.5));
   double d[2][2][2];
@@ -319,7 +319,8 @@ SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
 size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBytes; }
 
 size_t SpaceMap::bytes() const {
-  return table_.bytes() + surfaces_.bytes() + distances_.bytes();
+  constexpr size_t kChanged = sizeof(PackedKey) + 2 * sizeof(void*);
+  return table_.bytes() + surfaces_.bytes() + distances_.bytes() + changed_.size() * kChanged;
 }
 
 }  // namespace dtsdf

@@ -83,7 +83,7 @@ class SpaceMap : public Space {
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;
-  std::vector<Vec3i> changed_;  ///< Cubes whose surfaces the distances do not know yet.
+  CubeSet changed_;  ///< Those whose surfaces the distances do not know yet.
 };
 
 }  // namespace dtsdf

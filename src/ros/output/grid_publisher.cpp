@@ -24,7 +24,7 @@ void warnOfSize(const GridBox& window) {
       10.0, "dtsdf_mapping",
       "occupancy_grid would have " << window.width << " x " << window.height
                                    << " cells, more than " << GroundGrid::kMostColumns
-                                   << ", so it stays as it was; take larger cells "
+                                   << ", so it keeps the part that it had; take larger cells "
                                       "(space/cell_voxels) or a map of what is near "
                                       "(map/keep_radius_m), and look for frames with wrong poses");
 }
@@ -46,7 +46,7 @@ void GridPublisher::apply(const SpaceChanges& changes, double cell_size_m,
 }
 
 void GridPublisher::forget() {
-  if (!grid_.window()) return;
+  if (grid_.bytes() == 0) return;
   grid_ = GroundGrid(heights_);
   have_grid_.clear();
 }
@@ -83,6 +83,7 @@ void GridPublisher::startOver(Follower& follower, SteadyTime now) const {
 
 void GridPublisher::tellNext(SteadyTime now) {
   const GridTelling told = grid_.next();
+  if (told.too_large) warnOfSize(*told.too_large);
   switch (told.kind) {
     case GridTelling::Kind::kGrid:
       have_grid_.clear();
@@ -91,8 +92,6 @@ void GridPublisher::tellNext(SteadyTime now) {
     case GridTelling::Kind::kUpdate:
       for (auto& [link, follower] : followers_) follower.lacks = true;
       return;
-    case GridTelling::Kind::kTooLarge:
-      return warnOfSize(told.box);
     case GridTelling::Kind::kNothing:
       return;
   }

@@ -102,6 +102,9 @@ TEST_F(Ply, NamesWhatIsWrong) {
                     "property float blue\nend_header\n0 0 0 nan 256 -1\n")
                 .find("0 to 255"),
             std::string::npos);
+  EXPECT_NE(errorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nelement vertex 1\n")
+                .find("twice"),
+            std::string::npos);
   EXPECT_THROW(readPly(folder_ / "absent.ply"), std::runtime_error);
   EXPECT_THROW(readPly("/dev/zero"), std::runtime_error);
 }

@@ -75,6 +75,14 @@ TEST(CompressedDepth, ThirtyTwoBitsAreInverseDepths) {
   }
 }
 
+TEST(CompressedDepth, AnInverseOfNothingIsNotMeasured) {
+  const cv::Mat inverse(1, 2, CV_16UC1, cv::Scalar(4));
+  const std::vector<float> decoded_m = pixelsOf<float>(decodeCompressedDepth(
+      std::string("32FC1") + kPng, compressPng(inverse, compressedHeader(100.0f, 4.0f))));
+  ASSERT_EQ(decoded_m.size(), 2u);
+  EXPECT_TRUE(std::isnan(decoded_m[0]));
+}
+
 TEST(CompressedDepth, FormatTellsTheEncoding) {
   EXPECT_EQ(encodingOfCompressedDepth("16UC1; compressedDepth"), "16UC1");
   EXPECT_EQ(encodingOfCompressedDepth("32FC1; compressedDepth rvl"), "32FC1");

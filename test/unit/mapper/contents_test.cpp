@@ -117,6 +117,17 @@ TEST(ContentsOfAMap, AreRefusedWhereSettingsDiffer) {
   EXPECT_EQ(errorOf([&] { makeMapper(other, contents); }), "") << "of frames to come, not the map";
 }
 
+/// What fits the node's voxels may be too much for the finer ones of a file.
+TEST(ContentsOfAMap, LimitsInCellsAreThoseOfItsVoxels) {
+  const MapContents fine = makeMapper(roomParams(0.005f))->contents();
+  MapperParams params = roomParams(0.02f);
+  params.space.enabled = true;
+  params.space.cell_voxels = 1;
+  params.space.max_distance_m = 2.0f;
+  const std::string error = errorOf([&] { withSettingsOf(fine, params); });
+  EXPECT_NE(error.find("space/max_distance_m"), std::string::npos) << error;
+}
+
 TEST(ContentsOfAMap, AreRefusedBeyondTheBudget) {
   const MapContents contents = roomContents(false, roomParams(0.02f));
   MapperParams params = roomParams(0.02f);

@@ -205,7 +205,7 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
     grid.apply(cells.take(), kCell_m);
     const GridTelling told = grid.next();
     if (told.kind == Kind::kNothing) continue;
-    ASSERT_NE(told.kind, Kind::kTooLarge);
+    ASSERT_FALSE(told.too_large);
     ++(told.kind == Kind::kGrid ? grids : updates);
     follower.take(grid, told);
     const std::vector<int8_t> expected = cells.columns(follower.window, -4, 5);
@@ -266,8 +266,14 @@ TEST(GroundGrid, WhatIsTooLargeIsSaid) {
   ASSERT_EQ(grid.next().kind, Kind::kGrid);
   cells.set(1 << 22, 1 << 22, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  EXPECT_EQ(grid.next().kind, Kind::kTooLarge);
+  EXPECT_TRUE(grid.next().too_large);
   EXPECT_EQ(grid.window()->width, 256);
+  cells.set(7, 7, 1, CellState::kSurface);  // what is in the window is told all the same
+  grid.apply(cells.take(), kCell_m);
+  const GridTelling told = grid.next();
+  EXPECT_TRUE(told.too_large);
+  EXPECT_EQ(told.kind, Kind::kUpdate);
+  EXPECT_TRUE(told.box.contains({7, 7, 1, 1}));
   cells.set(1 << 22, 1 << 22, 1, CellState::kUnknown);
   grid.apply(cells.take(), kCell_m);
   cells.set(2, 0, 1, CellState::kSurface);

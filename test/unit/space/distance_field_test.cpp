@@ -19,13 +19,13 @@ class Surfaces {
   void put(const Vec3i& cell) {
     if (!isThere(cell)) sites_.push_back(cell);
     add(table_.at(cubeOfCell(cell)).surface, indexInCube(cell));
-    changed_.push_back(cubeOfCell(cell));
+    changed_.insert(packKey(cubeOfCell(cell)));
   }
   void take(size_t i) {
     const Vec3i cell = sites_[i];
     sites_.erase(sites_.begin() + static_cast<std::ptrdiff_t>(i));
     remove(table_.at(cubeOfCell(cell)).surface, indexInCube(cell));
-    changed_.push_back(cubeOfCell(cell));
+    changed_.insert(packKey(cubeOfCell(cell)));
     table_.removeIfEmpty(cubeOfCell(cell));
   }
   size_t count() const { return sites_.size(); }
@@ -49,7 +49,8 @@ class Surfaces {
 
  private:
   CellTable table_;
-  std::vector<Vec3i> sites_, changed_;
+  std::vector<Vec3i> sites_;
+  CubeSet changed_;
 };
 
 std::vector<Vec3i> someCells(std::mt19937& random, int count, int range) {

@@ -150,6 +150,7 @@ TEST(Space, BehindWallsNothingIsKnown) {
   EXPECT_LT(behind.distance_m, 0.0f);
   EXPECT_FALSE(space.distanceAt(Vector3d(NAN, 0.0, 0.0)).known);
   EXPECT_FALSE(space.distanceAt(Vector3d(1e30, 0.0, 0.0)).known);
+  EXPECT_LT(space.distanceAt(Vector3d(1e30, 0.0, 0.0)).distance_m, 0.0f);
   EXPECT_FALSE(space.distanceAt(Vector3d(300.0, 0.0, 0.0)).known);
 }
 

@@ -21,16 +21,26 @@ std::vector<float> renderBoxAndWall(const dtsdf::DepthFrame& frame) {
   return depth_m;
 }
 
-/// The least distance that is left for a robot whose corners are these; none where it is not known
-/// that it may stand there.
-double clearanceAt(const dtsdf::Space& space, const std::vector<Eigen::Vector3d>& corners_W) {
+/// How far a cube about a point is from the nearest surface, at the least; -1 where it is not known
+/// whether a robot of that size may stand there. All of it is asked for, each cell of it at least
+/// once: between its corners there may be a surface, or something that nothing is known of.
+double clearanceAt(const dtsdf::Space& space, const Eigen::Vector3d& middle_W, double side_m) {
+  const int steps = static_cast<int>(std::ceil(2.0 * side_m / space.cellSize_m()));
+  const double step_m = side_m / steps;
   double least_m = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& p_W : corners_W) {
-    const dtsdf::SpaceDistance distance = space.distanceAt(p_W);
-    if (!distance.known) return -1.0;  // unknown is not free
-    least_m = std::min(least_m, static_cast<double>(distance.distance_m));
+  for (int z = 0; z <= steps; ++z) {
+    for (int y = 0; y <= steps; ++y) {
+      for (int x = 0; x <= steps; ++x) {
+        const Eigen::Vector3d from_corner_m = step_m * Eigen::Vector3d(x, y, z);
+        const dtsdf::SpaceDistance distance =
+            space.distanceAt(middle_W + from_corner_m - Eigen::Vector3d::Constant(side_m / 2.0));
+        if (!distance.known) return -1.0;  // unknown is not free
+        least_m = std::min(least_m, static_cast<double>(distance.distance_m));
+      }
+    }
   }
-  return least_m;
+  // Half a diagonal between the points that were asked for, and a cell for the error of distances.
+  return std::max(0.0, least_m - std::sqrt(3.0) / 2.0 * step_m - space.cellSize_m());
 }
 
 int main() try {
@@ -56,12 +66,7 @@ int main() try {
   dtsdf::Space& space = *mapper->space();
   space.updateDistances();
   const auto stand = [&](double x, double z) {
-    const double half = 0.15;
-    std::vector<Eigen::Vector3d> corners_W;
-    for (const double dx : {-half, half}) {
-      for (const double dz : {-half, half}) corners_W.emplace_back(x + dx, 0.0, z + dz);
-    }
-    const double clearance_m = clearanceAt(space, corners_W);
+    const double clearance_m = clearanceAt(space, {x, 0.0, z}, 0.3);
     std::cout << "at x = " << x << " m, z = " << z << " m: ";
     if (clearance_m < 0.0) {
       std::cout << "not known to be free\n";
@@ -71,7 +76,7 @@ int main() try {
     return clearance_m;
   };
   const double before_wall = stand(-0.4, 1.4), in_box = stand(0.3, 1.4), behind = stand(0.0, 2.4);
-  const bool is_right = before_wall > 0.15 && in_box < 0.15 && behind < 0.0;
+  const bool is_right = before_wall > 0.05 && in_box <= 0.0 && behind < 0.0;
   return is_right ? 0 : 1;
 } catch (const std::exception& error) {
   std::cerr << "ask_space: " << error.what() << "\n";

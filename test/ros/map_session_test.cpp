@@ -71,6 +71,46 @@ TEST_F(MapSessionTest, WithoutSpaceItSaysHowToSwitchItOn) {
   EXPECT_TRUE(session_.report().failure.empty());
 }
 
+TEST_F(MapSessionTest, NoDistancesAfterAFailure) {
+  mapper_->has_space = true;
+  pushFrame();
+  work();
+  EXPECT_EQ(session_.distancesAt({Eigen::Vector3d::Zero()}).size(), 1u);
+  mapper_->fails_to_integrate = true;
+  pushFrame();
+  work();
+  EXPECT_THROW(session_.distancesAt({Eigen::Vector3d::Zero()}), std::runtime_error)
+      << "though the mesh is whole";
+  session_.clear();
+  mapper_->fails_to_integrate = false;
+  mapper_->fails_to_mesh = true;
+  pushFrame();
+  session_.step();  // fuses
+  EXPECT_THROW(session_.distancesAt({Eigen::Vector3d::Zero()}), std::runtime_error);
+  EXPECT_FALSE(session_.report().failure.empty());
+}
+
+/// A mesh is finished after the next frame, whose surfaces it lacks.
+TEST_F(MapSessionTest, SpaceHasTheStampOfTheMesh) {
+  SpaceHandover space{[] {}};
+  auto* const mapper = new FakeMapper;
+  mapper->has_space = true;
+  MapSession session(std::unique_ptr<Mapper>(mapper), 2.0,
+                     {frames_, changes_, [] { return true; }, nullptr, &space},
+                     clock_.reader());
+  pushFrame();
+  session.step();  // fuses
+  session.step();  // begins the mesh
+  space.want(true, false);
+  pushFrame();
+  while (session.step() == std::chrono::milliseconds(0)) {
+  }
+  EXPECT_EQ(mapper->frames, 2);
+  EXPECT_EQ(space.take().stamp, ros::Time(1.0));
+  session.clear();
+  EXPECT_TRUE(space.take().changes->begins_anew) << "before the session has another turn";
+}
+
 TEST_F(MapSessionTest, ClearingARegionOutdatesTheMesh) {
   pushFrame();
   work();

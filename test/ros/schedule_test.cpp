@@ -57,8 +57,8 @@ TEST_F(MapScheduleTest, MeshIsFinishedAtOnceWhenNoFrameIsThere) {
   EXPECT_FALSE(schedule_.meshUnderWay());
 }
 
-/// What is told of space is of frames with their surfaces; who was told nothing has not to wait for
-/// a frame.
+/// What is told of space has the surfaces of a mesh that is finished; who was told nothing has not
+/// to wait for a frame.
 TEST_F(MapScheduleTest, SpaceIsToldAfterTheMesh) {
   constexpr MapSchedule::Situation kFollower{false, true, true, false};
   constexpr MapSchedule::Situation kNewcomer{false, true, true, true};

@@ -80,5 +80,26 @@ TEST_F(SpaceHandoverTest, WhatNobodyWantsAnyMoreIsThrownAway) {
   EXPECT_FALSE(delivery.slice);
 }
 
+TEST_F(SpaceHandoverTest, AMapThatIsClearedIsForgottenAtOnce) {
+  handover_.want(true, true);
+  handover_.clear();
+  EXPECT_FALSE(handover_.take().changes) << "nothing was told so far";
+  EXPECT_FALSE(handover_.take().slice);
+  EXPECT_TRUE(handover_.wish().lacks());
+  tell({true, {cubeAt(0, 1)}});
+  handover_.take();
+  tell({false, {cubeAt(1, 1)}});
+  handover_.tell(SpaceSlice{{SliceCell()}, 0.1, ros::Time(1.0)});
+  handover_.clear();
+  const SpaceDelivery delivery = handover_.take();
+  ASSERT_TRUE(delivery.changes);
+  EXPECT_TRUE(delivery.changes->begins_anew);
+  EXPECT_TRUE(delivery.changes->cubes.empty());
+  EXPECT_EQ(delivery.cell_size_m, 0.1) << "that of what has to be forgotten";
+  EXPECT_TRUE(delivery.stamp.isZero());
+  ASSERT_TRUE(delivery.slice);
+  EXPECT_TRUE(delivery.slice->cells.empty());
+}
+
 }  // namespace
 }  // namespace dtsdf

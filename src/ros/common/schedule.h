@@ -60,7 +60,8 @@ class MapSchedule {
   void meshEnded() { mesh_under_way_ = false; }
   /// Where the mesh takes long, frames get at least as much of the thread's time as it does.
   void meshTook(SteadyDuration duration);
-  /// Surfaces have changed: what is told of space is always of frames with their surfaces.
+  /// Surfaces have changed, and are told once their mesh is finished. As that may be after one more
+  /// frame was fused, cells may be told free by later frames than surfaces are of.
   void spaceChanged() { space_outdated_ = true; }
   /// It was begun at `begin` and ends now.
   void spaceTold(SteadyTime begin);

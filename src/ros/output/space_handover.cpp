@@ -59,6 +59,21 @@ void SpaceHandover::tell(SpaceSlice slice) {
   on_delivery_();
 }
 
+void SpaceHandover::clear() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    cubes_.clear();
+    slice_.reset();
+    // Who was told nothing has nothing to forget, and no size of cells to forget it by.
+    if (wish_.cells && !wish_.all_cells) {
+      has_changes_ = begins_anew_ = true;
+      stamp_ = ros::Time();
+    }
+    if (wish_.slice && !wish_.first_slice) slice_.emplace();
+  }
+  on_delivery_();
+}
+
 SpaceDelivery SpaceHandover::take() {
   SpaceDelivery delivery;
   decltype(cubes_) cubes;

@@ -29,7 +29,7 @@ struct SpaceWish {
 struct SpaceSlice {
   std::vector<SliceCell> cells;
   double cell_size_m = 0.0;
-  ros::Time stamp;  ///< Of the newest frame in the map.
+  ros::Time stamp;  ///< Of the newest frame whose surfaces count; cells may be free by later ones.
 };
 
 /// What has become known since it was last taken.
@@ -56,6 +56,9 @@ class SpaceHandover {
   SpaceWish wish() const;
   void tell(SpaceChanges changes, double cell_size_m, const ros::Time& stamp);
   void tell(SpaceSlice slice);
+  /// The map has become another one, or empty: drops what waits, and has the output forget at once
+  /// what it was told before.
+  void clear();
 
   /// By the output.
   SpaceDelivery take();

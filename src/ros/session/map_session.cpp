@@ -141,16 +141,17 @@ void MapSession::finishMesh() {
   schedule_.spaceChanged();
 }
 
+/// Free cells may be of a later frame than the mesh; the stamp promises only what has surfaces too.
 void MapSession::tellSpace() {
   const SteadyTime begin = clock_();
   const SpaceWish wish = spaceWish();
   Space* const space = mapper_->space();
   if (space != nullptr && wish.cells) {
-    parts_.space->tell(space->takeChanges(wish.all_cells), space->cellSize_m(), map_stamp_);
+    parts_.space->tell(space->takeChanges(wish.all_cells), space->cellSize_m(), mesh_stamp_);
   }
   if (space != nullptr && wish.slice) {
     space->updateDistances();
-    parts_.space->tell({sliceAt(*space, parts_.slice_height_m), space->cellSize_m(), map_stamp_});
+    parts_.space->tell({sliceAt(*space, parts_.slice_height_m), space->cellSize_m(), mesh_stamp_});
   }
   schedule_.spaceTold(begin);
 }
@@ -159,11 +160,9 @@ std::vector<SpaceDistance> MapSession::distancesAt(const std::vector<Eigen::Vect
   if (mapper_->space() == nullptr) {
     throw std::runtime_error("the map keeps nothing of space; start the node with space/enabled");
   }
-  const std::string outdated = bringMeshUpToDate();
-  if (!outdated.empty()) {
-    throw std::runtime_error("the map's backend has failed (" + report_.failure +
-                             "); clear_map starts over");
-  }
+  throwIfFailed();  // also where the mesh is whole: the last frame may be there in part
+  bringMeshUpToDate();
+  throwIfFailed();
   if (map_stamp_.isZero() && report_.loaded_map.empty()) {
     throw std::runtime_error("nothing is mapped yet: no frame was fused since the start or "
                              "clear_map");
@@ -203,10 +202,7 @@ std::string MapSession::bringMeshUpToDate() {
 }
 
 ClearedRegion MapSession::clearRegion(const Region& region) {
-  if (hasFailed()) {
-    throw std::runtime_error("the map's backend has failed (" + report_.failure +
-                             "); clear_map starts over");
-  }
+  throwIfFailed();
   const std::string problem = findProblem(region);
   if (!problem.empty()) throw std::runtime_error(problem);  // the caller's, not the backend's
   try {
@@ -223,9 +219,9 @@ void MapSession::clear() {
   mapper_->clear();
   schedule_.cleared();
   mesh_whole_ = true;
-  map_stamp_ = ros::Time();
+  map_stamp_ = mesh_stamp_ = ros::Time();
   loaded_stamp_s_ = 0.0;
-  parts_.mesh_changes.clear();
+  forgetHandedOver();
   forgetFailure();
   updateReport();
 }
@@ -240,15 +236,21 @@ std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {
   mapper_.swap(loaded.mapper);
   schedule_.mapReplaced();
   mesh_whole_ = true;
-  map_stamp_ = ros::Time();
+  map_stamp_ = mesh_stamp_ = ros::Time();
   loaded_stamp_s_ = loaded.stamp_s;
-  parts_.mesh_changes.clear(loaded.voxel_size_m);
+  forgetHandedOver(loaded.voxel_size_m);
   forgetFailure();
   updateReport();
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.loaded_map = loaded.path;
   report_.voxel_size_m = loaded.voxel_size_m;
   return std::move(loaded.mapper);
+}
+
+/// So that nothing of the map that was here is on its way any more.
+void MapSession::forgetHandedOver(std::optional<float> voxel_size_m) {
+  parts_.mesh_changes.clear(voxel_size_m);
+  if (parts_.space != nullptr) parts_.space->clear();
 }
 
 void MapSession::forgetFailure() {
@@ -266,6 +268,12 @@ void MapSession::updateReport() {
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.stats = stats;
   report_.memory = memory;
+}
+
+void MapSession::throwIfFailed() const {
+  if (!hasFailed()) return;
+  throw std::runtime_error("the map's backend has failed (" + report_.failure +
+                           "); clear_map starts over");
 }
 
 void MapSession::fail(const std::string& text) {

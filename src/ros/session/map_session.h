@@ -96,9 +96,11 @@ class MapSession {
   SpaceWish spaceWish() const;
   void tellSpace();
   std::string outdatedMesh() const;
+  void forgetHandedOver(std::optional<float> voxel_size_m = std::nullopt);
   void updateReport();
   void forgetFailure();
   bool hasFailed() const { return !report_.failure.empty(); }
+  void throwIfFailed() const;
   void fail(const std::string& text);
 
   std::unique_ptr<Mapper> mapper_;

@@ -23,6 +23,10 @@
 namespace dtsdf {
 namespace {
 
+/// A caller waits no longer for others, nor does a node that ends: what takes longer, as the first
+/// mesh of a large map does, takes so long once.
+constexpr std::chrono::milliseconds kLongestQueryRest{1000};
+
 MappingParams readParams(const ros::NodeHandle& private_nh) {
   const ServerParams server = readParamServer(private_nh);
   return readMappingParams(server.tree, server.violations);
@@ -64,10 +68,11 @@ void answerWith(const char* service, Response& response, const Work& work) {
   }
 }
 
-/// The mesh is extracted as often as one of its two topics may need it, or space, whose surfaces it
-/// brings.
-double meshRate(const PublishParams& publish) {
-  return std::max({publish.mesh_rate_hz, publish.points_rate_hz, publish.space_rate_hz});
+/// The mesh is extracted as often as one of its two topics may need it, or space (where there is
+/// any), whose surfaces it brings.
+double meshRate(const PublishParams& publish, bool with_space) {
+  const double rate_hz = std::max(publish.mesh_rate_hz, publish.points_rate_hz);
+  return with_space ? std::max(rate_hz, publish.space_rate_hz) : rate_hz;
 }
 
 std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
@@ -100,7 +105,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
       space_changes_([this] { output_loop_.wake(); }),
       space_output_(makeSpaceOutput(private_nh, params_, space_changes_)),
-      session_(makeMapper(params_.mapper), meshRate(params_.node.publish),
+      session_(makeMapper(params_.mapper),
+               meshRate(params_.node.publish, params_.mapper.space.enabled),
                {posed_frames_, mesh_changes_,
                 [this] {
                   return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
@@ -120,7 +126,8 @@ MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
       map_files_(params_.mapper, params_.node.map_frame, {session_, map_loop_}) {
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << session_.report().backend << ", voxels of "
                                                      << params_.mapper.map.voxel_size_m << " m");
-  session_.setSpaceRate(params_.node.publish.space_rate_hz);
+  // By the loop, which is at work already.
+  map_loop_.run([this] { session_.setSpaceRate(params_.node.publish.space_rate_hz); });
   transforms_thread_.start();
   if (!params_.node.load_file.empty()) {
     ROS_INFO_STREAM_NAMED("dtsdf_mapping", loadMapFile(expandHome(params_.node.load_file,
@@ -206,7 +213,7 @@ void MappingNode::setRates(const PublishParams& rates) {
   status_->setRate(rates.status_rate_hz);
   // Nobody waits: each loop takes its rate between two steps.
   map_loop_.run([this, rates] {
-    session_.setMeshRate(meshRate(rates));
+    session_.setMeshRate(meshRate(rates, params_.mapper.space.enabled));
     session_.setSpaceRate(rates.space_rate_hz);
   });
   output_loop_.run(
@@ -305,10 +312,10 @@ bool MappingNode::onGetDistances(dtsdf_mapping::GetDistances::Request& request,
                                  dtsdf_mapping::GetDistances::Response& response) {
   try {
     checkPoints(request.points);
+    std::this_thread::sleep_until(next_query_);
     const Eigen::Isometry3d T_W_F = findPoseInMap(request.header.frame_id, request.header.stamp);
     const std::vector<Eigen::Vector3d> points_W = inMap(request.points, T_W_F);
-    fillAnswer(map_loop_.run([&] { return session_.distancesAt(points_W); }).get(), T_W_F,
-               response);
+    fillAnswer(findDistances(points_W), T_W_F, response);
     response.success = true;
   } catch (const std::exception& error) {
     response.success = false;
@@ -316,6 +323,20 @@ bool MappingNode::onGetDistances(dtsdf_mapping::GetDistances::Request& request,
     ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping", "get_distances: " << response.message);
   }
   return true;
+}
+
+/// Each answer brings the mesh up to date, so it is as new as its call; those who ask without a
+/// pause wait in turn as long as the last answer took, so that frames get half of the map's thread.
+std::vector<SpaceDistance> MappingNode::findDistances(
+    const std::vector<Eigen::Vector3d>& points_W) {
+  const auto timed = [&] {
+    const SteadyTime begin = std::chrono::steady_clock::now();
+    std::vector<SpaceDistance> distances = session_.distancesAt(points_W);
+    const SteadyTime end = std::chrono::steady_clock::now();
+    next_query_ = end + std::min<SteadyDuration>(end - begin, kLongestQueryRest);
+    return distances;
+  };
+  return map_loop_.run(timed).get();
 }
 
 bool MappingNode::onSaveMap(dtsdf_mapping::SaveMap::Request& request,

@@ -12,9 +12,11 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "params/node_params.h"
 #include "ros/common/free_memory.h"
+#include "ros/common/steady_clock.h"
 #include "ros/common/worker_thread.h"
 #include "ros/input/cameras.h"
 #include "ros/input/transform_input.h"
@@ -53,6 +55,7 @@ class MappingNode {
                      dtsdf_mapping::ClearRegion::Response& response);
   bool onGetDistances(dtsdf_mapping::GetDistances::Request& request,
                       dtsdf_mapping::GetDistances::Response& response);
+  std::vector<SpaceDistance> findDistances(const std::vector<Eigen::Vector3d>& points_W);
   bool onSaveMap(dtsdf_mapping::SaveMap::Request& request,
                  dtsdf_mapping::SaveMap::Response& response);
   bool onLoadMap(dtsdf_mapping::LoadMap::Request& request,
@@ -89,6 +92,7 @@ class MappingNode {
   std::unique_ptr<RateServer> rates_;
   ros::ServiceServer save_mesh_, save_map_, load_map_, clear_region_, clear_map_, pause_;
   ros::ServiceServer get_distances_;
+  SteadyTime next_query_{};  ///< No call of get_distances is worked on before; for its thread.
 };
 
 }  // namespace dtsdf

@@ -4,10 +4,26 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/mapper.h"
 
 namespace dtsdf {
+
+/// Space of which nothing is known.
+class FakeSpace : public Space {
+ public:
+  double cellSize_m() const override { return 0.1; }
+  Vec3i cellAt(const Eigen::Vector3d&) const override { return {}; }
+  CellState stateOf(const Vec3i&) const override { return CellState::kUnknown; }
+  std::vector<SpaceCell> cells() const override { return {}; }
+  std::vector<SpaceCube> cubes(int32_t, int32_t) const override { return {}; }
+  SpaceChanges takeChanges(bool) override { return {true, {}}; }
+  void updateDistances() override {}
+  int squaredDistance(const Vec3i&) const override { return -1; }
+  SpaceDistance distanceAt(const Eigen::Vector3d&) const override { return {}; }
+  size_t bytes() const override { return 0; }
+};
 
 class FakeMapper : public Mapper {
  public:
@@ -64,6 +80,7 @@ class FakeMapper : public Mapper {
     return contents;
   }
 
+  Space* space() override { return has_space ? &space_ : nullptr; }
   MapStats stats() const override { return {static_cast<size_t>(frames), 0, 0, 0}; }
   MapperMemory memory() const override {
     MapperMemory memory;
@@ -73,6 +90,7 @@ class FakeMapper : public Mapper {
   std::string backendName() const override { return "fake"; }
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
+  bool has_space = false;
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   double mesh_ms = 0.0;
 
@@ -81,6 +99,7 @@ class FakeMapper : public Mapper {
     if (fails) throw std::runtime_error("out of memory");
   }
 
+  FakeSpace space_;
   std::map<int, int> changed_;  ///< Number of the frame that changed a block last, by its x.
 };
 

@@ -6,6 +6,8 @@
 #include <queue>
 #include <tuple>
 
+#include "kernels/core/vec.h"
+
 namespace dtsdf {
 namespace {
 
@@ -31,8 +33,6 @@ struct Waiting {
   bool operator<(const Waiting& other) const { return estimate > other.estimate; }
 };
 
-bool isSame(const Vec3i& a, const Vec3i& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
-
 Vector3d middleOf(const Space& space, const Vec3i& cell) {
   return space.cellSize_m() * Vector3d(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
 }
@@ -52,7 +52,7 @@ class Search {
     while (!waiting_.empty()) {
       const Vec3i cell = waiting_.top().cell;
       waiting_.pop();
-      if (isSame(cell, goal)) return pathTo(goal);
+      if (cell == goal) return pathTo(goal);
       Reached& here = reached_[cell];
       if (here.is_done) continue;
       here.is_done = true;
@@ -80,7 +80,7 @@ class Search {
     path.length_m = reached_.at(goal).cells * space_.cellSize_m();
     Vec3i cell = goal;
     path.points_W.push_back(middleOf(space_, cell));
-    while (!isSame(reached_.at(cell).from, cell)) {
+    while (!(reached_.at(cell).from == cell)) {
       cell = reached_.at(cell).from;
       path.points_W.push_back(middleOf(space_, cell));
     }

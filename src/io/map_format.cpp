@@ -146,7 +146,7 @@ Bytes encodeColourIndex(const MapContents& contents) {
 
 Bytes encodeFree(const MapContents& contents) {
   ByteWriter out;
-  out.bytes.reserve(kFreeHeadBytes + contents.free_cubes.size() * kFreeCubeBytes);
+  out.bytes.reserve(kFreeHeadBytes + contents.free_cubes.size() * kFreeRecordBytes);
   out.put(static_cast<uint32_t>(contents.cell_voxels));
   out.put(uint32_t{0});
   for (const MapFreeCube& cube : contents.free_cubes) {

@@ -42,7 +42,7 @@ constexpr uint64_t kMostCompression = 32768;
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 48, kBlockBytes = 16, kEndBytes = 32;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
-constexpr size_t kFreeHeadBytes = 8, kFreeCubeBytes = 80;
+constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
 
 using Bytes = std::vector<uint8_t>;
 

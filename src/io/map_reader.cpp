@@ -143,11 +143,13 @@ class MapReader {
     const PlacedSection* const section = file_.find(kFree);
     if (section == nullptr) return;
     const uint64_t bytes = section->header.content_bytes;
-    if (bytes < kFreeHeadBytes || (bytes - kFreeHeadBytes) % kFreeCubeBytes != 0) throwWrongSizes();
+    if (bytes < kFreeHeadBytes || (bytes - kFreeHeadBytes) % kFreeRecordBytes != 0) {
+      throwWrongSizes();
+    }
     MapSize known;  // before it is read
     known.blocks = block_count_;
     known.voxel_arrays = array_count_;
-    known.free_cubes = (bytes - kFreeHeadBytes) / kFreeCubeBytes;
+    known.free_cubes = (bytes - kFreeHeadBytes) / kFreeRecordBytes;
     checkRoom(known.bytes());
     const Bytes content = file_.read(*section, bytes);
     ByteReader in(content.data());

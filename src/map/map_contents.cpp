@@ -66,7 +66,7 @@ MapSize sizeTaken(const MapContents& contents, const MapperParams& params) {
 
 bool isWithinBudget(const MapSize& size, const MapperParams& params) {
   const MemoryBudget budget = budgetOf(params);
-  const size_t free_bytes = size.free_cubes * kFreeCubeBytes;
+  const size_t free_bytes = size.free_cubes * kFreeCubeBudgetBytes;
   return size.bytes() - free_bytes <= budget.map_bytes && free_bytes <= budget.free_bytes;
 }
 
@@ -80,7 +80,7 @@ ParamTree treeOf(MapperParams params) {
 
 size_t MapSize::bytes() const {
   return blocks * BlockTable::kBlockBytes + voxel_arrays * BlockTable::kArrayBytes +
-         bricks * BlockTable::kColourBytes + free_cubes * kFreeCubeBytes;
+         bricks * BlockTable::kColourBytes + free_cubes * kFreeCubeBudgetBytes;
 }
 
 MapSize sizeOf(const MapContents& contents) {

@@ -9,7 +9,7 @@ namespace dtsdf {
 
 /// Bytes that a cube of cells counts of which some are free: its bits, and the index at its
 /// emptiest.
-constexpr size_t kFreeCubeBytes = 256;
+constexpr size_t kFreeCubeBudgetBytes = 256;
 
 /// Each part has its own limit, so that what is refused of one follows from the frames alone, and
 /// not from what the other one holds at the time.

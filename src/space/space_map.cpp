@@ -42,7 +42,8 @@ CellState stateIn(const CellCube& cube, int cell) {
   return isIn(cube.free, cell) ? CellState::kFree : CellState::kUnknown;
 }
 
-static_assert(sizeof(CellCube) + sizeof(PackedKey) + 4 * 2 * sizeof(PackedKey) <= kFreeCubeBytes,
+static_assert(sizeof(CellCube) + sizeof(PackedKey) + 4 * 2 * sizeof(PackedKey) <=
+                  kFreeCubeBudgetBytes,
               "what a cube counts is no less than what it takes");
 
 SpaceCube asTold(const CellCube& cube) {
@@ -140,7 +141,7 @@ void SpaceMap::addFree(const std::vector<FreeCube>& cubes) {
     const CellCube* const known = table_.find(seen.key);
     if (known != nullptr && contains(known->free, seen.free)) continue;
     if (known == nullptr || isEmpty(known->free)) {
-      if (freeBytes() + kFreeCubeBytes > free_budget_) {
+      if (freeBytes() + kFreeCubeBudgetBytes > free_budget_) {
         ++refused_cubes_;
         continue;
       }
@@ -316,7 +317,7 @@ SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
   return result;
 }
 
-size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBytes; }
+size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBudgetBytes; }
 
 size_t SpaceMap::bytes() const {
   constexpr size_t kChanged = sizeof(PackedKey) + 2 * sizeof(void*);

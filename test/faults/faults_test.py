@@ -6,7 +6,9 @@ Counted from when the recording is opened, or the map that is gone on from: befo
 the program, a lack of memory may end it without a word."""
 
 import argparse
+import concurrent.futures
 import os
+import queue
 import random
 import struct
 import subprocess
@@ -150,23 +152,41 @@ def count_calls(reconstruction, call):
     return low
 
 
-def try_calls(reconstruction, first, sampled):
+def run_each(reconstructions, call, tried):
+    """(number, problem, whether it was met) of each, as many at a time as there are folders."""
+    free = queue.SimpleQueue()
+    for reconstruction in reconstructions:
+        free.put(reconstruction)
+
+    def run(number):
+        reconstruction = free.get()
+        try:
+            return (number,) + reconstruction.run(call, number)
+        finally:
+            free.put(reconstruction)
+
+    with concurrent.futures.ThreadPoolExecutor(len(reconstructions)) as pool:
+        yield from pool.map(run, tried)
+
+
+def try_calls(reconstructions, first, sampled):
     """@return how many problems there were."""
     problems = 0
-    for call in reconstruction.case.calls:
-        most = count_calls(reconstruction, call)
+    case = reconstructions[0].case
+    for call in case.calls:
+        most = count_calls(reconstructions[0], call)
         if most == 0:
-            print("%s: %s is never called, so nothing is tested" % (reconstruction.case.name, call))
+            print("%s: %s is never called, so nothing is tested" % (case.name, call))
             problems += 1
         tried = 0
-        for number in numbers(min(first, most), sampled, most):
-            problem, met = reconstruction.run(call, number)
+        for number, problem, met in run_each(reconstructions, call,
+                                             numbers(min(first, most), sampled, most)):
             tried += met
             if problem:
                 problems += 1
-                print("%s: %s %d: %s" % (reconstruction.case.name, call, number, problem))
-        print("%s: %s: %d of about %d calls failed, one per run" %
-              (reconstruction.case.name, call, tried, most), flush=True)
+                print("%s: %s %d: %s" % (case.name, call, number, problem))
+        print("%s: %s: %d of about %d calls failed, one per run" % (case.name, call, tried, most),
+              flush=True)
     return problems
 
 
@@ -176,6 +196,7 @@ def main():
     parser.add_argument("--library", required=True, help="test/faults/faults.cpp")
     parser.add_argument("--first", type=int, default=1000, help="calls that fail, one by one")
     parser.add_argument("--sampled", type=int, default=300, help="of the further ones")
+    parser.add_argument("--jobs", type=int, default=1, help="runs at a time (1)")
     arguments = parser.parse_args()
     problems = 0
     with tempfile.TemporaryDirectory() as folder:
@@ -185,9 +206,12 @@ def main():
                    "map/voxel_size_m=0.05", "--set", "threads=2", "--set", "backend=cpu"]
         base_map = os.path.join(folder, "before.dtsdf")
         run_without_fault(command + ["--save-map", base_map])
-        for case in cases(os.path.join(folder, "out"), base_map):
-            reconstruction = Reconstruction(command, arguments.library, folder, case)
-            problems += try_calls(reconstruction, arguments.first, arguments.sampled)
+        places = [os.path.join(folder, str(job)) for job in range(max(1, arguments.jobs))]
+        for case_of_each in zip(*(cases(os.path.join(place, "out"), base_map)
+                                  for place in places)):
+            reconstructions = [Reconstruction(command, arguments.library, place, case)
+                               for place, case in zip(places, case_of_each)]
+            problems += try_calls(reconstructions, arguments.first, arguments.sampled)
     print("%d problems" % problems)
     return 1 if problems else 0
 

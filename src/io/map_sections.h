@@ -167,19 +167,18 @@ class MapFile {
   }
 
   void readFileHeader() {
-    uint8_t header[kFileHeaderBytes];
+    headers_.resize(kFileHeaderBytes);
     const size_t magic_bytes = sizeof(kMagic) - 1;
-    if (bytes_ < sizeof(header)) throwNoMap();
-    readAt(0, header, sizeof(header));
-    if (!std::equal(header, header + magic_bytes, kMagic)) throwNoMap();
-    version_ = ByteReader(header + magic_bytes).take<uint32_t>();
+    if (bytes_ < headers_.size()) throwNoMap();
+    readAt(0, headers_.data(), headers_.size());
+    if (!std::equal(kMagic, kMagic + magic_bytes, headers_.begin())) throwNoMap();
+    version_ = ByteReader(headers_.data() + magic_bytes).take<uint32_t>();
     if (version_ > kVersion) {
       throw std::runtime_error("the map file '" + path_ + "' has version " +
                                std::to_string(version_) + " of the format, and this program "
                                "reads up to " + std::to_string(kVersion) + "; use a newer one");
     }
     if (version_ == 0) throwDamaged("there is no version 0 of the format");
-    headers_.assign(header, header + sizeof(header));
   }
 
   [[noreturn]] void throwNoMap() const {

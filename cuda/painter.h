@@ -17,7 +17,7 @@ namespace gpu {
 /// Takes an image in two steps, between which the bricks of colours are made that it needs.
 class Painter {
  public:
-  Painter(const ColourRules& rules, bool directional, const Stream& stream);
+  Painter(const PaintSettings& settings, const Stream& stream);
 
   /// Finds what the image shows of the map's surfaces, those of voxels with so much evidence. Waits
   /// for the result. @throws CudaError without memory; the map is untouched.
@@ -47,8 +47,7 @@ class Painter {
             slots_.data(),    requests_.data(), thread_blocks_};
   }
 
-  const ColourRules rules_;
-  const bool directional_;
+  const PaintSettings settings_;
   const Stream& stream_;
   const int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
   Event looked_;

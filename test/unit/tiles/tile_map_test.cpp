@@ -270,7 +270,7 @@ class TileColours : public testing::Test {
     images_ = new std::vector<PaintedFrame>();
     Scene scene = makeRoomScene();
     scene.add(makeBox({1.6, 1.2, 0.8}, {0.5, 0.5, 0.5}, 0.3));
-    for (int i = 0; i < 12; ++i) {
+    for (int i = 0; i < 6; ++i) {
       images_->push_back(
           renderColour(scene, wavesAt, besideCamera(roomCameraPose(2.0 * i), 0.1), 80, 60));
     }
@@ -318,26 +318,26 @@ class TileColours : public testing::Test {
 std::vector<PaintedFrame>* TileColours::images_ = nullptr;
 
 TEST_F(TileColours, AreThoseOfTheWholeMapWhereItIsKnownWhatHides) {
+  const MapperParams params = this->params(3.0f);
+  const auto whole = map(params, MapExtent(), BlockExtent());
+  EXPECT_GT(whole->stats().colour_bytes, 100000u);
+  const MeshUpdate meshes = whole->updateMesh();
   size_t wrong_alone = 0, smaller = 0, painted_tiles = 0;
-  for (const float max_depth_m : {1.2f, 10.0f}) {
-    const MapperParams params = this->params(max_depth_m);
-    const auto whole = map(params, MapExtent(), BlockExtent());
-    ASSERT_GT(whole->stats().colour_bytes, 100000u);
-    const MeshUpdate meshes = whole->updateMesh();
-    for (const BlockExtent& own : tilesOf({5, 6, 6})) {
-      const BlockExtent painted = withHalo(own), fused = fusedWith(params, painted);
-      const auto tile = map(params, {fused, painted, noBlocks()}, painted);
-      EXPECT_TRUE(same(blocksOf(*tile, painted), blocksOf(*whole, painted)));
-      if (tile->contents().painted) {
-        EXPECT_TRUE(same(meshesOf(tile->updateMesh(), own), meshesOf(meshes, own)));
-        ++painted_tiles;
-      }
-      smaller += fused.first.x > -10 || fused.last.x < 10;
-      const auto alone = map(params, {painted, painted, noBlocks()}, painted);
-      wrong_alone += !same(blocksOf(*alone, painted), blocksOf(*whole, painted));
+  for (const BlockExtent& own : tilesOf({4, 6, 10})) {
+    if (meshesOf(meshes, own).empty()) continue;
+    const BlockExtent painted = withHalo(own), fused = fusedWith(params, painted);
+    const auto tile = map(params, {fused, painted, noBlocks()}, painted);
+    EXPECT_TRUE(same(blocksOf(*tile, painted), blocksOf(*whole, painted)));
+    if (tile->contents().painted) {
+      EXPECT_TRUE(same(meshesOf(tile->updateMesh(), own), meshesOf(meshes, own)));
+      ++painted_tiles;
     }
+    smaller += fused.first.x > -8 || fused.last.x < 7;
+    if (wrong_alone > 0) continue;
+    const auto alone = map(params, {painted, painted, noBlocks()}, painted);
+    wrong_alone += !same(blocksOf(*alone, painted), blocksOf(*whole, painted));
   }
-  EXPECT_GT(painted_tiles, 10u);
+  EXPECT_GT(painted_tiles, 5u);
   EXPECT_GT(wrong_alone, 0u) << "what is not fused hides nothing";
   EXPECT_GT(smaller, 0u) << "and not all is fused";
 }
@@ -345,7 +345,7 @@ TEST_F(TileColours, AreThoseOfTheWholeMapWhereItIsKnownWhatHides) {
 // What lies beyond the depth is neither painted nor in the way.
 TEST_F(TileColours, ReachNoFartherThanAsked) {
   size_t bytes = 0;
-  for (const float max_depth_m : {0.5f, 1.2f, 2.0f, 0.0f}) {
+  for (const float max_depth_m : {1.2f, 2.0f, 0.0f}) {
     const auto mapper = map(params(max_depth_m), MapExtent(), BlockExtent());
     EXPECT_GT(mapper->stats().colour_bytes, bytes) << max_depth_m;
     bytes = mapper->stats().colour_bytes;

@@ -10,15 +10,19 @@
 
 namespace dtsdf {
 
-/// An image with each depth image of writeSceneRecording(), of the same camera, 10 ms after it.
+/// An image with each, or each so many-th, depth image of writeSceneRecording(), 10 ms after it; of
+/// a camera with the same field of view.
 inline void writeSceneColours(const std::filesystem::path& folder, const Scene& scene,
                               const SurfaceColour& colour,
-                              const std::vector<Eigen::Isometry3d>& T_W_C, int width, int height) {
-  std::ostringstream list;
+                              const std::vector<Eigen::Isometry3d>& T_W_C, int width, int height,
+                              size_t every = 1) {
+  std::ostringstream list, camera;
   list.precision(12);
   std::filesystem::create_directories(folder / "rgb");
-  for (size_t i = 0; i < T_W_C.size(); ++i) {
+  Intrinsics K{};
+  for (size_t i = 0; i < T_W_C.size(); i += every) {
     PaintedFrame frame = renderColour(scene, colour, T_W_C[i], width, height);
+    K = frame.frame.intrinsics;
     for (size_t at = 0; at + 2 < frame.pixels.size(); at += 3) {
       std::swap(frame.pixels[at], frame.pixels[at + 2]);  // as OpenCV has them
     }
@@ -27,6 +31,10 @@ inline void writeSceneColours(const std::filesystem::path& folder, const Scene& 
     list << 100.01 + 0.1 * static_cast<double>(i) << " " << file << "\n";
   }
   writeBytes((folder / "rgb.txt").string(), list.str());
+  camera << "image_width: " << width << "\nimage_height: " << height
+         << "\nprojection_matrix:\n  data: [" << K.fx << ", 0, " << K.cx << ", 0, 0, " << K.fy
+         << ", " << K.cy << ", 0, 0, 0, 1, 0]\n";
+  writeBytes((folder / "colour_info.yaml").string(), camera.str());
 }
 
 }  // namespace dtsdf

@@ -315,6 +315,7 @@ void CudaMap::countWork(const FrameView& frame, const Admission& admission) {
 
 void CudaMap::restrictTo(const MapExtent& extent) {
   table_.restrictTo(extent);
+  painter_.restrictTo(extent.painted);
   if (space_ != nullptr) space_->restrictTo(extent.cubes);
 }
 

@@ -88,10 +88,11 @@ void Painter::takeImage(const ColourFrame& frame) {
 void Painter::findBlocksInView(const BlockTable& table) {
   const FrameView& frame = sensing_.view.frame;
   const BlockKey origin = blockOfVoxel(frame.origin_voxel);
+  const float radius = pointRadius(settings_.rules);
   blocks_in_view_ = 0;
   for (size_t slot = 0; slot < table.slotCount(); ++slot) {
     const BlockEntry& entry = table.block(static_cast<int32_t>(slot));
-    if (!entry.in_use || !mayBeInView(frame, entry.key - origin, pointRadius(settings_.rules))) continue;
+    if (!entry.in_use || !mayBeInView(frame, entry.key - origin, radius)) continue;
     if (blocks_in_view_ == blocks_.size()) blocks_.emplace_back();
     blocks_[blocks_in_view_++].slot = static_cast<int32_t>(slot);
   }
@@ -174,7 +175,8 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
 
 std::vector<ColourRequest> Painter::look(const ColourFrame& frame, const FrameView& view,
                                          int32_t least_evidence, const PaintedMap& map) {
-  sensing_.view = {view, settings_.directional, least_evidence, settings_.rules, settings_.max_depth_m};
+  sensing_.view = {view, settings_.directional, least_evidence, settings_.rules,
+                   settings_.max_depth_m};
   takeImage(frame);
   findBlocksInView(map.table);
   findHiding(map);

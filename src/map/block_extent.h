@@ -12,7 +12,7 @@ struct BlockExtent {
   BlockKey first = {-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
   BlockKey last = {kMaxBlockCoordinate, kMaxBlockCoordinate, kMaxBlockCoordinate};
 
-  bool contains(const BlockKey& key) const {
+  DTSDF_HD bool contains(const BlockKey& key) const {
     return first.x <= key.x && key.x <= last.x && first.y <= key.y && key.y <= last.y &&
            first.z <= key.z && key.z <= last.z;
   }

@@ -51,8 +51,8 @@ void checkSettings(const MapperParams& params) {
 void checkPainting(const PaintParams& paint, const std::string& path) {
   if (paint.exposure == ImageExposure::kFixed && paint.max_depth_m > 0.0f) return;
   throw std::runtime_error(
-      "'" + path + "' has colour images, and a tile can be painted only if it is known how far they "
-      "reach, and if their exposure is not found from all of the map: --set colour/exposure=fixed "
+      "'" + path + "' has colour images, and a tile can be painted only if it is known how far "
+      "they reach, and if their exposure is not found from all of the map: --set colour/exposure=fixed "
       "colour/max_depth_m=5, for reconstruct as well, or colour/enabled=never for a map without "
       "colour");
 }
@@ -73,8 +73,8 @@ struct ImageInWork {
 };
 
 /// The frames of all recordings, the blocks that they touch, and the tiles that these lie in. It
-/// keeps account by places, boxes of a grid: those of the tiles, or finer ones where tiles fuse more
-/// than their own blocks, as painted ones do.
+/// keeps account by places, boxes of a grid: those of the tiles, or finer ones where tiles fuse
+/// more than their own blocks, as painted ones do.
 class Planner {
  public:
   Planner(const PlanRequest& request, const RunSettings& settings)

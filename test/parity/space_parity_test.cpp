@@ -71,6 +71,37 @@ TEST_P(SpaceCellParity, MovingCamera) {
   pair.compareMaps();
 }
 
+/// A tile knows its own cubes only, and those as the whole map does.
+TEST_P(SpaceCellParity, OfATile) {
+  const auto [candidate, cell_voxels, clearing] = GetParam();
+  MapperParams params = spaceParams();
+  params.space.cell_voxels = cell_voxels;
+  params.fusion.clearing = clearing;
+  BackendPair pair(params, candidate);
+  const auto whole = makeProbedMapper(params);
+  const BlockExtent cubes{{-9, -9, -9}, {0, 9, 9}};
+  pair.reference().restrictTo({BlockExtent(), BlockExtent(), cubes});
+  pair.candidate().restrictTo({BlockExtent(), BlockExtent(), cubes});
+  TestFrameSettings settings;
+  settings.count = 3;
+  for (const TestFrame& frame : makeTestFrames(settings)) {
+    ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+    whole->integrate(frame.view());
+  }
+  const auto expected = whole->contents().free_cubes, own = pair.candidate().contents().free_cubes;
+  size_t count = 0;
+  for (const MapFreeCube& cube : expected) {
+    if (!cubes.contains(cube.key)) continue;
+    ASSERT_LT(count, own.size());
+    EXPECT_EQ(own[count].key, cube.key);
+    EXPECT_EQ(own[count++].cells, cube.cells);
+  }
+  EXPECT_EQ(count, own.size());
+  EXPECT_GT(count, 0u);
+  EXPECT_LT(count, expected.size());
+  pair.compareMaps();
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, SpaceCellParity,
     testing::Combine(testing::Values(Candidate::kCpuTwoThreads, Candidate::kCuda),

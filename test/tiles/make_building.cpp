@@ -105,7 +105,8 @@ int main(int argc, char** argv) {
   const int frames = argc > 2 ? std::atoi(argv[2]) : 0, width = argc > 3 ? std::atoi(argv[3]) : 320;
   const int colours = argc > 4 ? std::atoi(argv[4]) : 0;
   if (frames < 2 || width < 16 || colours < 0 || std::filesystem::exists(argv[1])) {
-    std::fprintf(stderr, "usage: make_building FOLDER FRAMES [WIDTH [COLOURS]], FOLDER being new\n");
+    std::fprintf(stderr,
+                 "usage: make_building FOLDER FRAMES [WIDTH [COLOURS]], FOLDER being new\n");
     return 2;
   }
   std::vector<Eigen::Isometry3d> poses;

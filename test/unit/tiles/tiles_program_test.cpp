@@ -243,7 +243,7 @@ TEST_F(TilesProgram, MakesTheSameColoursAndFreeCells) {
   const std::string space = "space/enabled=true space/max_range_m=3 space/cell_voxels=2 ";
   const auto planWith = [&](const std::string& more) {
     return "plan " + recording.path() + Recorded::settings() + more + "--out " + folder() +
-           " --tile-m 2.5";
+           " --tile-m 3.2";  // 5 blocks: cubes of two lie across the borders
   };
   expectError(planWith(fixed), "colour/max_depth_m=5");
   expectError(planWith(depth), "colour/exposure=fixed");

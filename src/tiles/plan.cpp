@@ -117,6 +117,20 @@ PlannedRecording recordingOf(const Json& json) {
   return recording;
 }
 
+/// @throws std::runtime_error for images that nobody would come to paint.
+void checkOrder(const PlannedRecording& recording) {
+  const size_t frames = recording.fused.count();
+  PlannedImage before{0, 0};
+  for (const PlannedImage& image : recording.images) {
+    const bool is_first = &image == &recording.images.front();
+    if (image.frames_before < before.frames_before || image.frames_before > frames ||
+        (!is_first && image.index <= before.index)) {
+      throw std::runtime_error("its colour images are not in order");
+    }
+    before = image;
+  }
+}
+
 Json toJson(const Tile& tile) {
   return {{"first_block", toJson(tile.own.first)},
           {"last_block", toJson(tile.own.last)},
@@ -177,6 +191,7 @@ Plan planOf(const Json& json) {
   for (const auto& [key, value] : json.at("settings").items()) plan.settings[key] = valueOf(value);
   for (const Json& recording : json.at("recordings")) {
     plan.recordings.push_back(recordingOf(recording));
+    checkOrder(plan.recordings.back());
   }
   for (const Json& tile : json.at("tiles")) plan.tiles.push_back(tileOf(tile));
   for (const Tile& tile : plan.tiles) {

@@ -267,6 +267,10 @@ TEST_F(TilesProgram, MakesTheSameColoursAndFreeCells) {
   expectDone(mergeArguments());
   EXPECT_TRUE(readBytes(out_ / "all.ply") == readBytes(out_ / "one.ply"));
   EXPECT_TRUE(readBytes(out_ / "all.dtsdf") == readBytes(out_ / "one.dtsdf"));
+  nlohmann::json disordered = planned;
+  disordered["recordings"][0]["images"][3][1] = 0;
+  writeBytes(out_ / "plan/plan.json", disordered.dump());
+  expectError("status " + folder(), "colour images are not in order");
   const Outcome info = runIn(out_, DTSDF_MAP_TOOL, "info " + (out_ / "all.dtsdf"));
   EXPECT_NE(info.out.find("free"), std::string::npos) << info.out;
 }

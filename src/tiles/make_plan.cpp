@@ -52,9 +52,9 @@ void checkPainting(const PaintParams& paint, const std::string& path) {
   if (paint.exposure == ImageExposure::kFixed && paint.max_depth_m > 0.0f) return;
   throw std::runtime_error(
       "'" + path + "' has colour images, and a tile can be painted only if it is known how far "
-      "they reach, and if their exposure is not found from all of the map: --set colour/exposure=fixed "
-      "colour/max_depth_m=5, for reconstruct as well, or colour/enabled=never for a map without "
-      "colour");
+      "they reach, and if their exposure is not found from all of the map: --set "
+      "colour/exposure=fixed colour/max_depth_m=5, for reconstruct as well, or "
+      "colour/enabled=never for a map without colour");
 }
 
 /// A box of blocks that frames have come by.

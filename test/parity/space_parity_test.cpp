@@ -77,28 +77,23 @@ TEST_P(SpaceCellParity, OfATile) {
   MapperParams params = spaceParams();
   params.space.cell_voxels = cell_voxels;
   params.fusion.clearing = clearing;
-  BackendPair pair(params, candidate);
-  const auto whole = makeProbedMapper(params);
-  const BlockExtent cubes{{-9, -9, -9}, {0, 9, 9}};
-  pair.reference().restrictTo({BlockExtent(), BlockExtent(), cubes});
-  pair.candidate().restrictTo({BlockExtent(), BlockExtent(), cubes});
   TestFrameSettings settings;
   settings.count = 3;
-  for (const TestFrame& frame : makeTestFrames(settings)) {
-    ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
-    whole->integrate(frame.view());
-  }
-  const auto expected = whole->contents().free_cubes, own = pair.candidate().contents().free_cubes;
-  size_t count = 0;
-  for (const MapFreeCube& cube : expected) {
-    if (!cubes.contains(cube.key)) continue;
-    ASSERT_LT(count, own.size());
-    EXPECT_EQ(own[count].key, cube.key);
-    EXPECT_EQ(own[count++].cells, cube.cells);
-  }
-  EXPECT_EQ(count, own.size());
-  EXPECT_GT(count, 0u);
-  EXPECT_LT(count, expected.size());
+  const std::vector<TestFrame> frames = makeTestFrames(settings);
+  const auto whole = makeProbedMapper(params);
+  for (const TestFrame& frame : frames) whole->integrate(frame.view());
+  const auto all = whole->contents().free_cubes;
+  ASSERT_GT(all.size(), 2u);
+  const MapFreeCube& expected = all[all.size() / 2];
+  const MapExtent one{BlockExtent(), BlockExtent(), {expected.key, expected.key}};
+  BackendPair pair(params, candidate);
+  pair.reference().restrictTo(one);
+  pair.candidate().restrictTo(one);
+  for (const TestFrame& frame : frames) ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+  const auto own = pair.candidate().contents().free_cubes;
+  ASSERT_EQ(own.size(), 1u);
+  EXPECT_EQ(own[0].key, expected.key);
+  EXPECT_EQ(own[0].cells, expected.cells);
   pair.compareMaps();
 }
 

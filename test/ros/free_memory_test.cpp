@@ -35,8 +35,17 @@ Pieces leftOfMany() {
   return pieces;
 }
 
+// Sanitizers have pools of their own. GCC says it by macros, clang by features.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define DTSDF_HAS_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define DTSDF_HAS_SANITIZER
+#endif
+#endif
+
 bool canReturnMemory() {
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__GLIBC__) && !defined(DTSDF_HAS_SANITIZER)
   return true;
 #else
   return false;

@@ -72,7 +72,8 @@ void SurfacePointsPublisher::publish(const Mesh& mesh, const ros::Time& stamp) {
   Cloud cloud;
   cloud.header.frame_id = map_frame_;
   cloud.header.stamp = pcl_conversions::toPCL(stamp);
-  cloud.reserve(mesh.vertices_m.size());
+  // Of one at least: pcl_ros copies from where they are, even none, and that has to be an address.
+  cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     cloud.push_back(toPoint(mesh, i, colour_));
   }

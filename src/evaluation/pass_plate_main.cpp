@@ -1,5 +1,6 @@
 /// pass_plate: whether a plan leads through a thin plate that was seen from both sides.
 
+#include <cmath>
 #include <cstdio>
 #include <stdexcept>
 
@@ -54,8 +55,11 @@ void printWay(const std::optional<Path>& way) {
 /// Along the straight line, which meets the plate only.
 int countSurfaceCells(const Space& space) {
   const double step_m = space.cellSize_m();
+  const int steps =
+      static_cast<int>(std::ceil((corridorGoal().x() - corridorStart().x()) / step_m));
   int cells = 0;
-  for (Eigen::Vector3d p = corridorStart(); p.x() < corridorGoal().x(); p.x() += step_m) {
+  for (int i = 0; i < steps; ++i) {
+    const Eigen::Vector3d p = corridorStart() + i * step_m * Eigen::Vector3d::UnitX();
     if (space.stateOf(space.cellAt(p)) == CellState::kSurface) ++cells;
   }
   return cells;

@@ -53,6 +53,7 @@ std::vector<bool> hitTriangles(const TriangleMesh& mesh, const Views& views, flo
     }
   });
   std::vector<bool> result;
+  result.reserve(hit.size());
   for (const auto& is_hit : hit) result.push_back(is_hit != 0);
   return result;
 }

@@ -49,8 +49,10 @@ std::vector<Eigen::Isometry3d> posesInShapes() {
 std::vector<Eigen::Isometry3d> posesInRoom() {
   constexpr double kLap_s = 24.0, kPeriod_s = 0.2;
   std::vector<Eigen::Isometry3d> poses_W_C;
-  for (double time_s = 0.0; time_s < kLap_s; time_s += kPeriod_s) {
-    poses_W_C.push_back(roomCameraPose(time_s, kLap_s));
+  const auto periods = static_cast<size_t>(std::lround(kLap_s / kPeriod_s));
+  poses_W_C.reserve(periods + 1);
+  for (size_t i = 0; i <= periods; ++i) {  // it ends where it began
+    poses_W_C.push_back(roomCameraPose(static_cast<double>(i) * kPeriod_s, kLap_s));
   }
   return poses_W_C;
 }

@@ -40,7 +40,7 @@ std::optional<Eigen::Isometry3d> readPose(const std::string& path) {
 }
 
 cv::Mat readGrey16(const std::string& path) {
-  const cv::Mat image = cv::imread(path, cv::IMREAD_UNCHANGED);
+  cv::Mat image = cv::imread(path, cv::IMREAD_UNCHANGED);
   if (image.type() != CV_16UC1) throw std::runtime_error(path + ": not a 16-bit grey image");
   return image;
 }

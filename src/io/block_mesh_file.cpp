@@ -161,7 +161,8 @@ struct BlockMeshReader::State {
   }
 
   struct Close {
-    void operator()(std::FILE* open) const { std::fclose(open); }
+    // What is in it was read by now, or is not wanted.
+    void operator()(std::FILE* open) const { static_cast<void>(std::fclose(open)); }
   };
 
   const std::string path;

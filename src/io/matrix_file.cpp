@@ -37,7 +37,7 @@ Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int
                             const std::string& place) {
   const std::string expected = place + ": expected " + std::to_string(rows) + " x " +
                                std::to_string(columns) + " numbers, but ";
-  if (words.size() != static_cast<size_t>(rows * columns)) {
+  if (words.size() != static_cast<size_t>(rows) * static_cast<size_t>(columns)) {
     throw std::runtime_error(expected + "there are " + std::to_string(words.size()));
   }
   Eigen::MatrixXd matrix(rows, columns);

@@ -59,7 +59,8 @@ class Spool {
   }
 
   struct Close {
-    void operator()(std::FILE* open) const { std::fclose(open); }
+    // What is in it was read by now, or is not wanted.
+    void operator()(std::FILE* open) const { static_cast<void>(std::fclose(open)); }
   };
 
   const std::string beside_;

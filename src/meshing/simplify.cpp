@@ -150,6 +150,7 @@ class Simplifier {
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     std::vector<Vec3f> positions;
+    positions.reserve(vertices.size());
     const Vec3f origin = mesh_.vertices_m[vertices.front()];
     for (const uint32_t v : vertices) positions.push_back(mesh_.vertices_m[v] - origin);
     std::vector<unsigned> indices, left(3 * tile.size());

@@ -121,10 +121,15 @@ GridBox GroundColumns::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) 
   return changed;
 }
 
+/// Of a column in its stack's values.
+size_t GroundColumns::indexInStack(int32_t x, int32_t y) {
+  return static_cast<size_t>(x & (kSide - 1)) + kSide * static_cast<size_t>(y & (kSide - 1));
+}
+
 int8_t GroundColumns::at(int32_t x, int32_t y) const {
   const auto place = stacks_.find(keyOf(x >> kCubeLog2, y >> kCubeLog2));
   if (place == stacks_.end()) return kColumnUnknown;
-  return place->second.values[static_cast<size_t>((x & (kSide - 1)) + kSide * (y & (kSide - 1)))];
+  return place->second.values[indexInStack(x, y)];
 }
 
 /// Stack by stack, so that what is unknown costs nothing.
@@ -142,8 +147,7 @@ std::vector<int8_t> GroundColumns::values(const GridBox& box) const {
         for (int32_t x = part.x; x < part.x + part.width; ++x) {
           values[static_cast<size_t>(y - box.y) * static_cast<size_t>(box.width) +
                  static_cast<size_t>(x - box.x)] =
-              place->second.values[static_cast<size_t>((x & (kSide - 1)) +
-                                                       kSide * (y & (kSide - 1)))];
+              place->second.values[indexInStack(x, y)];
         }
       }
     }

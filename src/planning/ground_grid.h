@@ -82,6 +82,7 @@ class GroundColumns {
   };
 
   static uint64_t keyOf(int32_t stack_x, int32_t stack_y);
+  static size_t indexInStack(int32_t x, int32_t y);
   GridBox evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const;
 
   CellLayers layers_;

@@ -46,7 +46,7 @@ void ProgressBar::show(size_t done) {
   // Blanks cover what a longer line before left behind.
   const int width = static_cast<int>(std::max(drawn_length_, line.size()));
   std::fprintf(stderr, "\r%-*s", width, line.c_str());
-  std::fflush(stderr);
+  static_cast<void>(std::fflush(stderr));
   drawn_length_ = std::max(drawn_length_, line.size());
 }
 

@@ -24,16 +24,23 @@ std::string inOneLine(const std::vector<std::string>& lines) {
   return text;
 }
 
+/// Each print may have failed, such as to a file on a full disk, and the last one is on its way
+/// until here.
+int exitCodeOfPrints(const std::string& name) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
+  return reportError(name, "cannot write all to standard output; is its disk full?", 1);
+}
+
 }  // namespace
 
 int runProgram(const std::string& name, int argc, const char* const* argv,
                const std::function<void(const std::vector<std::string>&)>& program) {
   try {
     program(std::vector<std::string>(argv + (argc > 0 ? 1 : 0), argv + argc));
-    return 0;
+    return exitCodeOfPrints(name);
   } catch (const TextRequest& e) {
     std::fputs(e.what(), stdout);
-    return 0;
+    return exitCodeOfPrints(name);
   } catch (const UsageError& e) {
     return reportError(name, std::string(e.what()) + "; see " + name + " --help", 2);
   } catch (const ParamError& e) {

@@ -32,11 +32,13 @@ DepthFrame SceneView::frame() const {
   return frame;
 }
 
-float& SceneView::at(int u, int v) { return depth_m[static_cast<size_t>(v * camera.width + u)]; }
-
-float SceneView::at(int u, int v) const {
-  return depth_m[static_cast<size_t>(v * camera.width + u)];
+size_t SceneView::indexOf(int u, int v) const {
+  return static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u);
 }
+
+float& SceneView::at(int u, int v) { return depth_m[indexOf(u, v)]; }
+
+float SceneView::at(int u, int v) const { return depth_m[indexOf(u, v)]; }
 
 Vector3d SceneView::point(int u, int v, double z_m) const {
   const Intrinsics K = intrinsics();

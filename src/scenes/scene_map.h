@@ -37,6 +37,7 @@ struct SceneView {
   DepthFrame frame() const;  ///< Valid as long as this object is where it is.
   float& at(int u, int v);
   float at(int u, int v) const;
+  size_t indexOf(int u, int v) const;
   /// The point that a pixel measures, given its depth.
   Eigen::Vector3d point(int u, int v, double z_m) const;
 };

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "scenes/cases.h"
 #include "scenes/scene_map.h"
@@ -108,6 +109,7 @@ class SlatMesh {
 std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   std::vector<Slat> slats;
   const double widths_mm[] = {5.0, 10.0, 20.0};
+  slats.reserve(std::size(widths_mm));
   for (int i = 0; i < 3; ++i) {
     slats.push_back(makeSlat(0.001 * widths_mm[i], (i - 1) * kSpacing_m, stand, setup.voxel()));
   }

@@ -18,9 +18,8 @@ constexpr uint16_t kFar = 0xffff;
 constexpr uint32_t kVeryFar = 1u << 30;
 
 size_t indexInTile(const Vec3i& cell) {
-  constexpr int32_t kMask = kTileSide - 1;
-  return static_cast<size_t>((cell.x & kMask) +
-                             kTileSide * ((cell.y & kMask) + kTileSide * (cell.z & kMask)));
+  const auto along = [](int32_t i) { return static_cast<size_t>(i & (kTileSide - 1)); };
+  return along(cell.x) + kTileSide * (along(cell.y) + kTileSide * along(cell.z));
 }
 
 /// Works one tile out, in a window that reaches beyond it on all sides. The buffers are kept from

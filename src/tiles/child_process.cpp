@@ -24,6 +24,7 @@ constexpr char kVisibleGpus[] = "CUDA_VISIBLE_DEVICES";
 /// Pointers to texts that live as long as these.
 std::vector<char*> pointersTo(std::vector<std::string>& texts) {
   std::vector<char*> pointers;
+  pointers.reserve(texts.size() + 1);
   for (std::string& text : texts) pointers.push_back(&text[0]);
   pointers.push_back(nullptr);
   return pointers;

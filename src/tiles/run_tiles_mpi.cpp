@@ -142,7 +142,7 @@ class Master {
 
   void makeTiles() {
     std::printf("%zu tiles, %zu of them done already\n", queue_.count(), queue_.doneCount());
-    std::fflush(stdout);
+    static_cast<void>(std::fflush(stdout));
     while (!queue_.isOver()) {
       bool idle = !workMyself();
       while (const std::optional<int> other = hearOthers()) {
@@ -197,7 +197,7 @@ class Master {
       line += ", about " + std::to_string(static_cast<long>(*left_s + 0.5)) + " s left";
     }
     std::printf("%s\n", line.c_str());
-    std::fflush(stdout);
+    static_cast<void>(std::fflush(stdout));
   }
 
   /// @return whether anything was done.
@@ -283,7 +283,7 @@ void together(const Action& action) {
     action();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tiles: error: %s\n", error.what());
-    std::fflush(nullptr);
+    static_cast<void>(std::fflush(nullptr));
     MPI_Abort(MPI_COMM_WORLD, 1);
   }
 }

@@ -75,7 +75,7 @@ std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunS
                                          const std::string& program) {
   LookedAt looked = lookAt(openFrames(options, settings.params.node), kFramesLookedAt);
   std::printf("%s: %s\n", options.recording.format.c_str(), describe(looked.look).c_str());
-  std::fflush(stdout);  // now, wherever it goes
+  static_cast<void>(std::fflush(stdout));  // now, wherever it goes
   const FusionParams& fusion = settings.params.mapper.fusion;
   for (const std::string& doubt :
        doubtsAbout(looked.look, static_cast<double>(fusion.min_depth_m),

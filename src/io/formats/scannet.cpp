@@ -25,6 +25,7 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
 std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
                                  double) {
   std::vector<fs::path> paths;
+  paths.reserve(images.size());
   for (const StampedImage& image : images) {
     paths.push_back(folder / "pose" / fs::path(image.path).stem().concat(".txt"));
   }

@@ -34,6 +34,7 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
 std::vector<ImagePose> findPoses(const fs::path&, const std::vector<StampedImage>& images,
                                  double) {
   std::vector<fs::path> paths;
+  paths.reserve(images.size());
   for (const StampedImage& image : images) {
     paths.push_back(image.path.substr(0, image.path.size() - kEndingLength) + ".pose.txt");
   }

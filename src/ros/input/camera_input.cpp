@@ -17,7 +17,7 @@ constexpr int kSubscriberQueue = 50;
 
 std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& name,
                          const std::string& image_topic) {
-  const std::string remapped = nh.resolveName(name, true);
+  std::string remapped = nh.resolveName(name, true);
   if (remapped != name) return remapped;
   return image_transport::getCameraInfoTopic(image_topic);
 }

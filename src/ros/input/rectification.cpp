@@ -123,7 +123,7 @@ void fill(const DepthFrame& raw, const std::vector<int32_t>& source,
 /// All 0, of the size of another one.
 sensor_msgs::ImagePtr emptyImage(const sensor_msgs::Image& like, const std::string& encoding,
                                  size_t pixel_bytes) {
-  const auto image = boost::make_shared<sensor_msgs::Image>();
+  auto image = boost::make_shared<sensor_msgs::Image>();
   image->header = like.header;
   image->encoding = encoding;
   image->width = like.width;
@@ -137,7 +137,7 @@ sensor_msgs::ImagePtr emptyImage(const sensor_msgs::Image& like, const std::stri
 /// The camera of the rectified image.
 sensor_msgs::CameraInfoPtr rectifiedInfo(const sensor_msgs::CameraInfo& info, cv::Size size) {
   const Intrinsics K = intrinsicsOf(info);
-  const auto rectified = boost::make_shared<sensor_msgs::CameraInfo>();
+  auto rectified = boost::make_shared<sensor_msgs::CameraInfo>();
   rectified->width = static_cast<uint32_t>(size.width);
   rectified->height = static_cast<uint32_t>(size.height);
   rectified->K = {K.fx, 0, K.cx, 0, K.fy, K.cy, 0, 0, 1};

@@ -16,7 +16,7 @@ size_t messageBytes(const QueueShare& share) {
 
 }  // namespace
 
-ChunkTopic::ChunkTopic(ros::NodeHandle nh, std::unique_ptr<ChunkWriter> writer)
+ChunkTopic::ChunkTopic(const ros::NodeHandle& nh, std::unique_ptr<ChunkWriter> writer)
     : writer_(std::move(writer)), topic_(nh, writer_->advertiseOptions()) {}
 
 bool ChunkTopic::meetNewcomers(const MeshChunks& chunks) {

@@ -26,7 +26,7 @@ class ChunkTopic {
     ros::Time stamp;  ///< Of the newest frame in the mesh.
   };
 
-  ChunkTopic(ros::NodeHandle nh, std::unique_ptr<ChunkWriter> writer);
+  ChunkTopic(const ros::NodeHandle& nh, std::unique_ptr<ChunkWriter> writer);
 
   size_t listeners() const { return topic_.listeners(); }
 

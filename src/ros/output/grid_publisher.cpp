@@ -31,7 +31,7 @@ void warnOfSize(const GridBox& window) {
 
 }  // namespace
 
-GridPublisher::GridPublisher(ros::NodeHandle nh, const std::string& map_frame,
+GridPublisher::GridPublisher(const ros::NodeHandle& nh, const std::string& map_frame,
                              const GroundHeights& heights)
     : map_frame_(map_frame),
       heights_(heights),

@@ -30,7 +30,8 @@ class GridPublisher {
   /// For so long after a grid, updates are all of it.
   static constexpr std::chrono::milliseconds kSettling{2000};
 
-  GridPublisher(ros::NodeHandle nh, const std::string& map_frame, const GroundHeights& heights);
+  GridPublisher(const ros::NodeHandle& nh, const std::string& map_frame,
+                const GroundHeights& heights);
 
   size_t listeners() const { return grids_.listeners() + updates_.listeners(); }
 

@@ -4,7 +4,7 @@
 
 namespace dtsdf {
 
-MeshPublisher::MeshPublisher(ros::NodeHandle nh, const Style& style)
+MeshPublisher::MeshPublisher(const ros::NodeHandle& nh, const Style& style)
     : chunk_blocks_(style.chunk_blocks),
       chunks_(style.chunk_blocks),
       markers_(nh, makeMarkerWriter(style.map_frame, style.colour)),

@@ -22,7 +22,7 @@ class MeshPublisher {
     int chunk_blocks = 4;
   };
 
-  MeshPublisher(ros::NodeHandle nh, const Style& style);
+  MeshPublisher(const ros::NodeHandle& nh, const Style& style);
 
   bool hasListeners() const { return listeners() > 0; }
   size_t listeners() const { return markers_.listeners() + blocks_.listeners(); }

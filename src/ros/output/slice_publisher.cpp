@@ -14,7 +14,8 @@ ros::AdvertiseOptions advertiseOptions() {
 
 }  // namespace
 
-SlicePublisher::SlicePublisher(ros::NodeHandle nh, const std::string& map_frame, double height_m)
+SlicePublisher::SlicePublisher(const ros::NodeHandle& nh, const std::string& map_frame,
+                               double height_m)
     : map_frame_(map_frame), height_m_(height_m), topic_(nh, advertiseOptions()) {}
 
 void SlicePublisher::put(const SpaceSlice& slice) {

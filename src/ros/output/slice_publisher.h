@@ -17,7 +17,7 @@ namespace dtsdf {
 /// one before.
 class SlicePublisher {
  public:
-  SlicePublisher(ros::NodeHandle nh, const std::string& map_frame, double height_m);
+  SlicePublisher(const ros::NodeHandle& nh, const std::string& map_frame, double height_m);
 
   size_t listeners() const { return topic_.listeners(); }
 

@@ -28,7 +28,7 @@ SpaceWish SpaceHandover::wish() const {
   return wish_;
 }
 
-void SpaceHandover::tell(SpaceChanges changes, double cell_size_m, const ros::Time& stamp) {
+void SpaceHandover::tell(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!wish_.cells) return;

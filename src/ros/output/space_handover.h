@@ -54,7 +54,7 @@ class SpaceHandover {
 
   /// By the map's thread.
   SpaceWish wish() const;
-  void tell(SpaceChanges changes, double cell_size_m, const ros::Time& stamp);
+  void tell(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp);
   void tell(SpaceSlice slice);
   /// The map has become another one, or empty: drops what waits, and has the output forget at once
   /// what it was told before.

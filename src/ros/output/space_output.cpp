@@ -14,7 +14,7 @@ constexpr std::chrono::milliseconds kAfterError{1000};
 
 }  // namespace
 
-SpaceOutput::SpaceOutput(ros::NodeHandle nh, const Options& options, SpaceHandover& handover)
+SpaceOutput::SpaceOutput(const ros::NodeHandle& nh, const Options& options, SpaceHandover& handover)
     : handover_(handover),
       grid_(nh, options.map_frame, options.heights),
       slice_(nh, options.map_frame, options.slice_height_m) {}

@@ -22,7 +22,7 @@ class SpaceOutput {
     double slice_height_m;
   };
 
-  SpaceOutput(ros::NodeHandle nh, const Options& options, SpaceHandover& handover);
+  SpaceOutput(const ros::NodeHandle& nh, const Options& options, SpaceHandover& handover);
 
   /// Publishes what is due. Returns how long there will be nothing to do.
   std::chrono::milliseconds step() noexcept;

@@ -42,7 +42,7 @@ uint64_t residentBytes() {
 
 }  // namespace
 
-StatusPublisher::StatusPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh,
+StatusPublisher::StatusPublisher(const ros::NodeHandle& nh, ros::NodeHandle private_nh,
                                  const Options& options, std::function<StatusInput()> collect)
     : options_(options),
       collect_(std::move(collect)),

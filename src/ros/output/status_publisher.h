@@ -21,7 +21,7 @@ class StatusPublisher {
   };
 
   /// `collect` is called by the queue of the node handles.
-  StatusPublisher(ros::NodeHandle nh, ros::NodeHandle private_nh, const Options& options,
+  StatusPublisher(const ros::NodeHandle& nh, ros::NodeHandle private_nh, const Options& options,
                   std::function<StatusInput()> collect);
 
   void setRate(double rate_hz) { timer_.setPeriod(ros::WallDuration(1.0 / rate_hz)); }

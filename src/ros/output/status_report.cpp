@@ -125,7 +125,7 @@ Verdict judgeColour(const StreamReport& colour, bool is_needed) {
 
 Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const MapStatus& before) {
   const StreamReport& depth = camera.depth;
-  const Verdict silence = judgeSilence(depth, in);
+  Verdict silence = judgeSilence(depth, in);
   if (!silence.second.empty()) return silence;
   if (depth.frames.fused == 0) {
     const Verdict input = judgeInput(depth, in.depth_topics);

@@ -39,8 +39,8 @@ ros::AdvertiseOptions advertiseOptions() {
 
 }  // namespace
 
-SurfacePointsPublisher::SurfacePointsPublisher(ros::NodeHandle nh, const std::string& map_frame,
-                                               MeshColour colour)
+SurfacePointsPublisher::SurfacePointsPublisher(const ros::NodeHandle& nh,
+                                               const std::string& map_frame, MeshColour colour)
     : map_frame_(map_frame), colour_(colour), topic_(nh, advertiseOptions()) {}
 
 void SurfacePointsPublisher::meetNewcomers() {

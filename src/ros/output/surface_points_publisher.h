@@ -16,7 +16,8 @@ namespace dtsdf {
 /// a listener gets the next one when it has read the one before.
 class SurfacePointsPublisher {
  public:
-  SurfacePointsPublisher(ros::NodeHandle nh, const std::string& map_frame, MeshColour colour);
+  SurfacePointsPublisher(const ros::NodeHandle& nh, const std::string& map_frame,
+                         MeshColour colour);
 
   bool hasListeners() const { return listeners() > 0; }
   size_t listeners() const { return topic_.listeners(); }

@@ -90,7 +90,7 @@ std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
 
 }  // namespace
 
-MappingNode::MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
+MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
     : params_(readParams(private_nh)),
       transforms_({params_.node.input.tf_max_ahead_s}),
       transform_input_(transforms_thread_.serve(nh), transforms_),

@@ -38,7 +38,7 @@ namespace dtsdf {
 class MappingNode {
  public:
   /// @throws ParamError or std::runtime_error if the node cannot start.
-  MappingNode(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
   ~MappingNode();
 
  private:

@@ -49,7 +49,7 @@ std::string MasterWatch::ask() const {
   request[0] = ros::this_node::getName();
   request[1] = service_;
   if (ros::master::execute("lookupService", request, response, payload, false)) return "";
-  const std::string uri = ros::master::getURI();
+  const std::string& uri = ros::master::getURI();
   if (!ros::master::check()) {
     return "the ROS master at " + uri + " does not answer: topics that are connected go on, but "
            "nobody finds this node; start the master again, and then this node";

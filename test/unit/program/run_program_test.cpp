@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace dtsdf {
 namespace {
@@ -23,6 +26,16 @@ TEST(RunProgram, TellsAnErrorInOneLine) {
 
 TEST(RunProgram, ShowsControlCharactersOfNamesAndKeepsTheCursorWhereItIs) {
   EXPECT_EQ(saidOf("no file 'a\x1b[2Jb\rü'"), "a_tool: error: no file 'a\\x1b[2Jb\\x0dü'\n");
+}
+
+TEST(RunProgramDeathTest, WhatCannotBePrintedIsAnError) {
+  const auto print = [](const std::vector<std::string>&) { std::puts("a report"); };
+  EXPECT_EXIT(
+      {
+        if (std::freopen("/dev/full", "w", stdout) == nullptr) std::exit(3);
+        std::exit(runProgram("a_tool", 0, nullptr, print));
+      },
+      testing::ExitedWithCode(1), "a_tool: error: .*standard output");
 }
 
 }  // namespace

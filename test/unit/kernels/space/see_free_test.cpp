@@ -70,7 +70,7 @@ TEST(SeeFree, IsFreeUpToTheFarEnd) {
 }
 
 TEST(SeeFree, OnePixelThatIsNotFreeIsEnough) {
-  for (const auto [u, v] : {std::pair{10, 10}, {13, 12}, {13, 10}, {10, 12}, {11, 11}}) {
+  for (const auto& [u, v] : {std::pair{10, 10}, {13, 12}, {13, 10}, {10, 12}, {11, 11}}) {
     FreeImage image(40, 30, 2.0f);
     image.at(u, v) = 0.0f;
     EXPECT_FALSE(isSeenFree(image.pyramid(), kBody)) << u << " " << v;

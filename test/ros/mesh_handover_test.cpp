@@ -8,7 +8,7 @@ namespace {
 MeshUpdate makeUpdate(const std::vector<BlockKey>& keys, size_t triangles) {
   MeshUpdate update;
   for (const BlockKey& key : keys) {
-    update.blocks.push_back({key, {}, std::vector<uint16_t>(3 * triangles)});
+    update.blocks.push_back({key, {}, std::vector<uint16_t>(3 * triangles), {}});
   }
   return update;
 }

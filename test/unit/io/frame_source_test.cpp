@@ -10,7 +10,7 @@ TEST(FrameSelection, CountsWhatItContains) {
     for (size_t last : {0, 3, 9, 50}) {
       for (size_t step : {1, 2, 3, 20}) {
         for (size_t total : {0, 1, 5, 10}) {
-          const FrameSelection selection{first, last, step};
+          const FrameSelection selection{first, last, step, {}};
           size_t count = 0;
           for (size_t i = 0; i < total; ++i) count += selection.contains(i);
           EXPECT_EQ(selection.countIn(total), count)

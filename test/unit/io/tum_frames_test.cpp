@@ -73,7 +73,7 @@ TEST_F(TumFramesTest, FramesOutliveTheirSource) {
 }
 
 TEST_F(TumFramesTest, SelectsByIndex) {
-  options_.selection = {1, 4, 2};
+  options_.selection = {1, 4, 2, {}};
   const auto source = openTumFrames(options_);
   EXPECT_EQ(source->size(), 2u);
   EXPECT_EQ(readIndices(*source), (std::vector<int>{1, 3}));

@@ -43,7 +43,7 @@ TEST_F(ScanNet, IsInTheOrderOfNumbersWithoutLostCameras) {
 }
 
 TEST_F(ScanNet, FramesMayBeSelected) {
-  options_.selection = {1, 3, 2};  // the lost one, and 10
+  options_.selection = {1, 3, 2, {}};  // the lost one, and 10
   const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 2u);
   EXPECT_EQ(source->posed(), 1u);

@@ -7,7 +7,7 @@ namespace {
 
 constexpr float kGreatest = 100.0f;
 /// The edge from corner 0 to corner 4, along z, and its bit.
-constexpr int kLower = 0, kUpper = 4, kAxis = 2;
+constexpr int kLower = 0, kUpper = 4;
 constexpr int kWeak = 1 << 16;
 /// Corner 0 is behind, so that the edges from it along x, y and z are crossed.
 constexpr int kLabels = 1;

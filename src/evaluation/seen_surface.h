@@ -16,7 +16,9 @@ struct SeenSurfaceOptions {
 /// of its own.
 TriangleMesh cutFinely(const TriangleMesh& mesh, float longest_side_m);
 
-/// The pieces that the middle of some view's pixel falls on.
+/// The pieces that some view shows: the middle of a pixel falls on it, and those of one beside it
+/// along the row and of one along the column fall on the same surface. A single pixel, or a line of
+/// them, measures points, but not how a surface runs through them: it may be of anything.
 /// @throws std::runtime_error if there are none.
 TriangleMesh seenSurface(const TriangleMesh& mesh, const Views& views,
                          const SeenSurfaceOptions& options);

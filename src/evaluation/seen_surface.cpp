@@ -61,15 +61,19 @@ class SeenImage {
     return hits_[static_cast<size_t>(u) + static_cast<size_t>(v) * static_cast<size_t>(width_)];
   }
 
-  /// Whether one of the pixels beside it along the row, and one along the column, show the surface
-  /// that a pixel shows. Three that are not in one line tell where it runs.
+  /// Whether a pixel is one of some two by two that all show the surface that it shows.
   bool isSurface(int u, int v, float aside_m) const {
     const PixelHit& here = at(u, v);
     const auto goesOn = [&](int to_u, int to_v) {
       return to_u >= 0 && to_v >= 0 && to_u < width_ && to_v < height_ &&
              isOneSurface(here, at(to_u, to_v), aside_m);
     };
-    return (goesOn(u - 1, v) || goesOn(u + 1, v)) && (goesOn(u, v - 1) || goesOn(u, v + 1));
+    for (const int du : {-1, 1}) {
+      for (const int dv : {-1, 1}) {
+        if (goesOn(u + du, v) && goesOn(u, v + dv) && goesOn(u + du, v + dv)) return true;
+      }
+    }
+    return false;
   }
 
  private:

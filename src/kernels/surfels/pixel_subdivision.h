@@ -30,7 +30,8 @@ struct PlanePoint {
 
 /// Whether the step of inverse depth to a neighbour is that of the plane, or as good as that: give
 /// or take its share, noise, or what the map cannot tell apart. A plane that is seen at so flat an
-/// angle that it nearly holds the rays is near to any point of the neighbour's ray.
+/// angle that it nearly holds the rays is near to any point of the neighbour's ray, so that being
+/// near to it tells little.
 DTSDF_HD bool isStepOfPlane(float from, float to, float step, const DepthNoise& noise,
                             float least_m, const SurfelSettings& surfels) {
   const float tolerance = maximum(surfels.rules.linked_turn * fabsf(step), least_m * from * to);

@@ -77,7 +77,7 @@ class SeenImage {
   }
 
  private:
-  /// Whether another pixel shows what goes on near the plane of the first one's, facing about as it.
+  /// Whether another pixel shows what goes on near the plane of the first one, facing about alike.
   static bool isOneSurface(const PixelHit& here, const PixelHit& other, float aside_m) {
     constexpr float kLeastCosine = 0.5f;
     return other.hit && std::abs(here.hit->normal.dot(other.hit->normal)) >= kLeastCosine &&

@@ -8,8 +8,8 @@
 namespace dtsdf {
 namespace {
 
-/// Tiles are large beside a reach of usual length, so that little of the window around one is looked
-/// at in vain.
+/// Tiles are large beside a reach of usual length, so that little of the window around one is
+/// looked at in vain.
 constexpr int kTileSideLog2 = 5;
 constexpr int kTileSide = 1 << kTileSideLog2;
 constexpr int kPartsAlong = kTileSide / kCubeSide;
@@ -207,7 +207,7 @@ class PartWork {
   PartWork(uint16_t* squared, uint16_t most, int reach)
       : squared_(squared), bound_(std::min<int32_t>(most, reach * reach + 1)) {}
 
-  /// Whether a cell is nearest to a surface, as near as any; `at` counts from the part's first cell.
+  /// Whether some cell has no surface nearer than that one; `at` counts from the part's first cell.
   bool isNearestTo(const Vec3i& at) const {
     bool is_any = false;
     visitRows(at, bound_ + 1, [&](const uint16_t* row, int32_t aside, const int32_t* along) {

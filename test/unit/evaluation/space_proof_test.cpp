@@ -149,6 +149,10 @@ TEST(PathPastPlate, LeadsThroughTheDoorwayOnly) {
       const auto way = findPath(*mapper->space(), corridorStart(), corridorGoal(),
                                 {0.15, through_unknown, corridorBounds()});
       ASSERT_EQ(way.has_value(), gap) << through_unknown;
+      const Passage passage{0.15, through_unknown, corridorBounds()};
+      const auto over_grid = findPath(*mapper->space(), corridorStart(), corridorGoal(),
+                                      GroundPassage(*mapper->space(), {-0.3, 0.3}, passage));
+      ASSERT_EQ(over_grid.has_value(), gap) << through_unknown;
       if (!way) continue;
       EXPECT_GE(way->length_m, (corridorGoal() - corridorStart()).norm() - 0.05);
       EXPECT_LT(way->length_m, 4.0);

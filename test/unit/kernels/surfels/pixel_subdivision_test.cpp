@@ -132,7 +132,9 @@ TEST(PixelSubdivision, NeedTheStepOfTheirPlane) {
       0.025f);
   EXPECT_EQ(top.subdivisionAt(kMiddleU, kMiddleV).down, 1);
   const SubdividedImage floor(
-      [&](double, double y) { return 1.0 / (0.25 + 0.02 * static_cast<double>(rowOf(y) - kMiddleV)); },
+      [&](double, double y) {
+        return 1.0 / (0.25 + 0.02 * static_cast<double>(rowOf(y) - kMiddleV));
+      },
       0.025f);
   EXPECT_EQ(floor.subdivisionAt(kMiddleU, kMiddleV).down, 3);
 }

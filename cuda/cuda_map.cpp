@@ -27,7 +27,7 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules, SpaceMap* space
       surfel_maker_(params, rules.surfels, stream_),
       block_finder_(makeFusionSettings(params, rules.fusion), stream_),
       fusion_(params, rules, stream_),
-      painter_(rules.colour, params.map.directional, stream_),
+      painter_(makePaintSettings(params, rules.colour), stream_),
       mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0),
       region_clearer_(stream_),
       free_seer_(cellGridOf(params), params.space.max_range_m, stream_),
@@ -311,6 +311,12 @@ void CudaMap::countWork(const FrameView& frame, const Admission& admission) {
   work.touched_arrays += counters_.touched_arrays;
   work.new_blocks += admission.changed_slots.size();
   work.new_arrays += admission.new_arrays.size();
+}
+
+void CudaMap::restrictTo(const MapExtent& extent) {
+  table_.restrictTo(extent);
+  painter_.restrictTo(extent.painted);
+  if (space_ != nullptr) space_->restrictTo(extent.cubes);
 }
 
 void CudaMap::passOver(const PassedFrames& passed) {

@@ -41,7 +41,7 @@ class CudaMap {
   void restore(const MapContents& contents);
   void profileTo(Profile* profile);
   std::vector<MemoryPart> memoryParts();
-  void restrictTo(const BlockExtent& extent) { table_.restrictTo(extent); }
+  void restrictTo(const MapExtent& extent);
   const std::vector<BlockRequest>& outsideExtent() const { return outside_; }
   void passOver(const PassedFrames& passed);
 

@@ -115,7 +115,7 @@ class CudaMapper : public ProbedMapper {
   }
   std::vector<MemoryPart> memoryParts() const override { return map().memoryParts(); }
 
-  void restrictTo(const BlockExtent& extent) override {
+  void restrictTo(const MapExtent& extent) override {
     extent_ = extent;
     map().restrictTo(extent);
   }
@@ -171,7 +171,7 @@ class CudaMapper : public ProbedMapper {
   int device_;
   std::string name_;
   Profile* profile_ = nullptr;
-  BlockExtent extent_;
+  MapExtent extent_;
   std::unique_ptr<FetchedSpace> space_;  ///< Null where nobody asks for it. Outlives the map.
   mutable std::unique_ptr<gpu::CudaMap> map_;  ///< Null only after clear(), until it is used.
 };

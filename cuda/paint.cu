@@ -209,6 +209,7 @@ __global__ void lookKernel(ColourSensing sensing, MapView map, LookView look) {
   __shared__ VoxelList list;
   const PointView& view = sensing.view;
   visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
+    if (!look.painted.contains(unpackKey(array.key))) return;  // all threads alike
     if (threadIdx.x == 0) found = {};
     const float reach = view.rules.painted_distance;
     listVoxels([&](int i) { return isNearSurface(view, array.voxels[i], reach); }, list);

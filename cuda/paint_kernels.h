@@ -33,6 +33,7 @@ struct LookView {
   int32_t* slots;  ///< Of the blocks in view.
   ColourRequest* requests;
   int thread_blocks;  ///< That fill the device, since what there is to do is known there only.
+  BlockExtent painted;  ///< Blocks elsewhere only hide what is behind them.
 };
 
 // Each enqueues one step.

@@ -30,9 +30,8 @@ std::vector<ColourRequest> byBlocks(std::vector<ColourRequest> requests) {
 
 }  // namespace
 
-Painter::Painter(const ColourRules& rules, bool directional, const Stream& stream)
-    : rules_(rules),
-      directional_(directional),
+Painter::Painter(const PaintSettings& settings, const Stream& stream)
+    : settings_(settings),
       stream_(stream),
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
       counters_(1),
@@ -54,7 +53,8 @@ void Painter::reserve(const ColourFrame& frame, size_t slots) {
 void Painter::look(const ColourFrame& frame, const FrameView& frame_view, int32_t least_evidence,
                    const MapView& map) {
   reserve(frame, map.slot_count);
-  sensing_.view = {frame_view, directional_, least_evidence, rules_};
+  sensing_.view = {frame_view, settings_.directional, least_evidence, settings_.rules,
+                   settings_.max_depth_m};
   findHiding(map);
   takeImage(frame);
   findSamples(map);
@@ -63,7 +63,7 @@ void Painter::look(const ColourFrame& frame, const FrameView& frame_view, int32_
     findHiding(map);
     findSamples(map);
   }
-  exposure_ = exposureOf(counters().sums, exposure_, rules_);
+  exposure_ = exposureOf(counters().sums, exposure_, settings_);
 }
 
 /// Needs no image, and so goes first: the device works while the host copies the image.
@@ -104,7 +104,7 @@ std::vector<ColourRequest> Painter::fetchRequests() {
 
 void Painter::paint(const MapView& map) {
   const StageSpan span(stream_, Stage::kPaint);
-  paintSurfaces(rules_, exposure_, map, view(), counters().samples, stream_);
+  paintSurfaces(settings_.rules, exposure_, map, view(), counters().samples, stream_);
 }
 
 void Painter::addMemory(std::vector<MemoryPart>& parts) const {

@@ -17,7 +17,10 @@ namespace gpu {
 /// Takes an image in two steps, between which the bricks of colours are made that it needs.
 class Painter {
  public:
-  Painter(const ColourRules& rules, bool directional, const Stream& stream);
+  Painter(const PaintSettings& settings, const Stream& stream);
+
+  /// From now on only these blocks are painted.
+  void restrictTo(const BlockExtent& painted) { painted_ = painted; }
 
   /// Finds what the image shows of the map's surfaces, those of voxels with so much evidence. Waits
   /// for the result. @throws CudaError without memory; the map is untouched.
@@ -44,11 +47,11 @@ class Painter {
   void findSamples(const MapView& map);
   LookView view() const {
     return {counters_.data(), samples_.data(),  samples_.capacity(),
-            slots_.data(),    requests_.data(), thread_blocks_};
+            slots_.data(),    requests_.data(), thread_blocks_, painted_};
   }
 
-  const ColourRules rules_;
-  const bool directional_;
+  const PaintSettings settings_;
+  BlockExtent painted_;
   const Stream& stream_;
   const int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
   Event looked_;

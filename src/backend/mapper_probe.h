@@ -59,11 +59,12 @@ class ProbedMapper : public Mapper, public MapperProbe {
   /// @throws std::exception without memory; the mapper is of no use then.
   virtual void restore(const MapContents& contents) = 0;
 
-  /// From now on the map is a tile: only blocks of this extent are made, and others are not
-  /// counted as refused. Its blocks are those of the whole map, to the last bit, as no depth frame
-  /// changes a block by what others hold. Of colour images that is not so: what hides, and the
-  /// exposure, are found from all of the map. To be called before the first frame.
-  virtual void restrictTo(const BlockExtent& extent) = 0;
+  /// From now on the map is a tile: only what lies in this extent is made, and the rest is not
+  /// counted as refused. Its blocks and cells are those of the whole map, to the last bit, as no
+  /// depth frame changes one by what others hold. Colours are where all blocks are made that may
+  /// hide the painted ones from an image, and colour/exposure is fixed: else an image's exposure is
+  /// found from all of the map. To be called before the first frame.
+  virtual void restrictTo(const MapExtent& extent) = 0;
 
   /// What the last depth frame wanted outside of the extent, by packed key.
   virtual const std::vector<BlockRequest>& outsideExtent() const = 0;

@@ -3,6 +3,7 @@
 
 #include "backend/rules.h"
 #include "dtsdf_mapping/params/mapper_params.h"
+#include "kernels/colour/paint_settings.h"
 #include "kernels/fusion/fusion_settings.h"
 #include "kernels/surfels/sensing.h"
 
@@ -36,6 +37,13 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
 inline FusionSettings makeFusionSettings(const MapperParams& params, const FusionRules& rules) {
   return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
           params.map.truncation_voxels, params.fusion.max_weight, rules};
+}
+
+inline PaintSettings makePaintSettings(const MapperParams& params, const ColourRules& rules) {
+  constexpr float kAnyDepth_m = 1e30f;
+  const float max_depth_m = params.paint.max_depth_m;
+  return {params.map.directional, params.paint.exposure == ImageExposure::kFixed,
+          max_depth_m > 0.0f ? max_depth_m : kAnyDepth_m, rules};
 }
 
 }  // namespace dtsdf

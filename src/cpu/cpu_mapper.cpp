@@ -49,7 +49,7 @@ CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
       sensor_(params, rules, threads_),
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),
-      painter_(rules.colour, params.map.directional, threads_),
+      painter_(makePaintSettings(params, rules.colour), threads_),
       mesher_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_,
               params.mesh.refine != 0),
       free_seer_(params, threads_) {
@@ -352,6 +352,11 @@ std::vector<MemoryPart> CpuMapper::memoryParts() const {
     parts.push_back({"free depths", kScratch, free_seer_.bytes(), free_seer_.bytes()});
   }
   return parts;
+}
+
+void CpuMapper::restrictTo(const MapExtent& extent) {
+  table_.restrictTo(extent);
+  if (space_ != nullptr) space_->restrictTo(extent.cubes);
 }
 
 void CpuMapper::passOver(const PassedFrames& passed) {

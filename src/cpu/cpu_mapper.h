@@ -37,7 +37,7 @@ class CpuMapper : public ProbedMapper {
   void profileTo(Profile* profile) override;
   std::vector<MemoryPart> memoryParts() const override;
   std::string backendName() const override;
-  void restrictTo(const BlockExtent& extent) override { table_.restrictTo(extent); }
+  void restrictTo(const MapExtent& extent) override;
   const std::vector<BlockRequest>& outsideExtent() const override { return outside_; }
   void passOver(const PassedFrames& passed) override;
 

@@ -88,10 +88,11 @@ void Painter::takeImage(const ColourFrame& frame) {
 void Painter::findBlocksInView(const BlockTable& table) {
   const FrameView& frame = sensing_.view.frame;
   const BlockKey origin = blockOfVoxel(frame.origin_voxel);
+  const float radius = pointRadius(settings_.rules);
   blocks_in_view_ = 0;
   for (size_t slot = 0; slot < table.slotCount(); ++slot) {
     const BlockEntry& entry = table.block(static_cast<int32_t>(slot));
-    if (!entry.in_use || !mayBeInView(frame, entry.key - origin, pointRadius(rules_))) continue;
+    if (!entry.in_use || !mayBeInView(frame, entry.key - origin, radius)) continue;
     if (blocks_in_view_ == blocks_.size()) blocks_.emplace_back();
     blocks_[blocks_in_view_++].slot = static_cast<int32_t>(slot);
   }
@@ -142,6 +143,7 @@ void Painter::sampleBlock(const PaintedMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   const Vec3f first_voxel_L = firstVoxelOf(entry);
   block.samples.clear();
+  if (!map.table.takesColour(entry.key)) return;
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
     VoxelList near;
     listNearSurface(sensing_.view, array, sensing_.view.rules.painted_distance, near);
@@ -165,7 +167,7 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
     const VoxelColour* known = findColour(map, entry.array[seen.voxel / kVoxelsPerBlock],
                                           seen.voxel % kVoxelsPerBlock);
     if (known == nullptr) continue;
-    if (tellsExposure(*known, colourOf(seen.sample), seen.sample.weight, rules_)) {
+    if (tellsExposure(*known, colourOf(seen.sample), seen.sample.weight, settings_.rules)) {
       addToSums(block.sums, *known, colourOf(seen.sample));
     }
   }
@@ -173,7 +175,8 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
 
 std::vector<ColourRequest> Painter::look(const ColourFrame& frame, const FrameView& view,
                                          int32_t least_evidence, const PaintedMap& map) {
-  sensing_.view = {view, directional_, least_evidence, rules_};
+  sensing_.view = {view, settings_.directional, least_evidence, settings_.rules,
+                   settings_.max_depth_m};
   takeImage(frame);
   findBlocksInView(map.table);
   findHiding(map);
@@ -191,7 +194,7 @@ std::vector<ColourRequest> Painter::look(const ColourFrame& frame, const FrameVi
     }
     if (bricks != 0) requests.push_back({packKey(map.table.block(blocks_[i].slot).key), bricks});
   }
-  exposure_ = exposureOf(sums, exposure_, rules_);
+  exposure_ = exposureOf(sums, exposure_, settings_);
   return requests;
 }
 
@@ -202,7 +205,7 @@ bool Painter::paintBlock(const PaintedMap& map, const BlockView& block) const {
     VoxelColour* colour = findColour(map, entry.array[seen.voxel / kVoxelsPerBlock],
                                      seen.voxel % kVoxelsPerBlock);
     if (colour == nullptr) continue;
-    const VoxelColour painted = paintedColour(*colour, seen.sample, exposure_, rules_);
+    const VoxelColour painted = paintedColour(*colour, seen.sample, exposure_, settings_.rules);
     changed = changed || looksDifferent(*colour, painted);
     *colour = painted;
   }

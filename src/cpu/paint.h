@@ -6,6 +6,7 @@
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/colour_frame.h"
 #include "kernels/colour/paint.h"
+#include "kernels/colour/paint_settings.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
@@ -24,8 +25,8 @@ void forgetColours(const BlockEntry& entry, const PaintedMap& map);
 /// Takes an image in two steps, between which the bricks of colours are made that it needs.
 class Painter {
  public:
-  Painter(const ColourRules& rules, bool directional, int threads)
-      : rules_(rules), directional_(directional), threads_(threads) {}
+  Painter(const PaintSettings& settings, int threads)
+      : settings_(settings), threads_(threads) {}
 
   /// Finds what the image shows of the map's surfaces, those of voxels with so much evidence.
   /// @return what is to be painted.
@@ -71,8 +72,7 @@ class Painter {
   bool paintBlock(const PaintedMap& map, const BlockView& block) const;
   Vec3f firstVoxelOf(const BlockEntry& entry) const;
 
-  const ColourRules rules_;
-  const bool directional_;
+  const PaintSettings settings_;
   const int threads_;
   ColourSensing sensing_ = {};
   std::vector<ColourPixel> pixels_;              ///< Of all sizes of the image.

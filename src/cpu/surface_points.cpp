@@ -90,7 +90,7 @@ void SurfacePoints::place(const FrameView& view, const Vec3f& first_voxel_L, int
   }
 }
 
-void SurfacePoints::keepThoseInImage(const FrameView& frame, int count) {
+void SurfacePoints::keepThoseInImage(const PointView& view, int count) {
   count_ = 0;
   for (int i = 0; i < count; ++i) {
     const SurfacePoint seen = point(i);
@@ -104,7 +104,7 @@ void SurfacePoints::keepThoseInImage(const FrameView& frame, int count) {
     cosine_[count_] = seen.cosine;
     u_[count_] = seen.u;
     v_[count_] = seen.v;
-    count_ += static_cast<int>(isInImage(frame, seen));
+    count_ += static_cast<int>(isInImage(view, seen));
   }
 }
 
@@ -114,7 +114,7 @@ void SurfacePoints::find(const PointView& view, const Vec3f& first_voxel_L, cons
   findFeet(view, direction, count);
   const int kept = keepFacing(view, direction, indices, count);
   place(view.frame, first_voxel_L, kept);
-  keepThoseInImage(view.frame, kept);
+  keepThoseInImage(view, kept);
 }
 
 }  // namespace dtsdf

@@ -38,7 +38,7 @@ class SurfacePoints {
   void findFeet(const PointView& view, int direction, int count);
   int keepFacing(const PointView& view, int direction, const int* indices, int count);
   void place(const FrameView& view, const Vec3f& first_voxel_L, int count);
-  void keepThoseInImage(const FrameView& frame, int count);
+  void keepThoseInImage(const PointView& view, int count);
 
   int count_ = 0;
   int index_[kMost];

@@ -13,8 +13,6 @@ namespace dtsdf {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 /// Azimuth about y and elevation above the plane y = 0 of view number i, in radians.
 struct ViewAngles {
   double azimuth, elevation;
@@ -25,16 +23,16 @@ ViewAngles viewAngles(OrbitShape shape, size_t i, size_t count) {
   const double middle = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
   switch (shape) {
     case OrbitShape::kCircle:
-      return {2.0 * kPi * share, 0.0};
+      return {2.0 * M_PI * share, 0.0};
     case OrbitShape::kHelix:
-      return {2.0 * kPi * 5.0 * share, (middle - 0.5) * 2.0 * kPi / 3.0};
+      return {2.0 * M_PI * 5.0 * share, (middle - 0.5) * 2.0 * M_PI / 3.0};
     case OrbitShape::kSphere:
       break;
   }
   // Equal steps in height cut the sphere into rings of equal area; the number of turns makes the
   // distance between turns about that between neighbours on a turn.
-  const double turns = std::max(1.0, std::round(std::sqrt(static_cast<double>(count) / kPi)));
-  return {2.0 * kPi * turns * middle, std::asin(2.0 * middle - 1.0)};
+  const double turns = std::max(1.0, std::round(std::sqrt(static_cast<double>(count) / M_PI)));
+  return {2.0 * M_PI * turns * middle, std::asin(2.0 * middle - 1.0)};
 }
 
 }  // namespace

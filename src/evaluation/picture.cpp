@@ -17,7 +17,6 @@ namespace dtsdf {
 namespace {
 
 constexpr int kSamplesPerSide = 3;  // each pixel is the mean of 3 x 3 rays
-constexpr double kPi = 3.14159265358979323846;
 const Eigen::Vector3f kFrontColour(205.0f, 205.0f, 200.0f);
 const Eigen::Vector3f kBackColour(150.0f, 85.0f, 60.0f);
 const Eigen::Vector3f kBackground(255.0f, 255.0f, 255.0f);
@@ -171,7 +170,7 @@ Eigen::Isometry3d framingPose(const Eigen::AlignedBox3f& bounds, const ViewCamer
                               double azimuth_deg, double elevation_deg, char up) {
   if (up < 'x' || up > 'z') throw std::invalid_argument("the up axis is x, y or z");
   const int up_axis = up - 'x';
-  const double azimuth = azimuth_deg * kPi / 180.0, elevation = elevation_deg * kPi / 180.0;
+  const double azimuth = azimuth_deg * M_PI / 180.0, elevation = elevation_deg * M_PI / 180.0;
   Eigen::Vector3d towards_eye;
   towards_eye[up_axis] = std::sin(elevation);
   towards_eye[(up_axis + 1) % 3] = std::cos(elevation) * std::cos(azimuth);

@@ -7,8 +7,6 @@
 namespace dtsdf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 /// Off the planes that models like to have their faces in.
 const Eigen::Vector3d kTextureOrigin(0.0173, 0.0119, 0.0241);
 
@@ -23,7 +21,7 @@ Rgb8 gradientAt(const Eigen::Vector3d& p) {
   constexpr double kWave_m = 0.4;
   Rgb8 colour;
   for (int i = 0; i < 3; ++i) {
-    const double phase = 2.0 * kPi * (p[i] - kTextureOrigin[i]) / kWave_m;
+    const double phase = 2.0 * M_PI * (p[i] - kTextureOrigin[i]) / kWave_m;
     const double value = 128.0 + 90.0 * std::sin(phase);
     colour[static_cast<size_t>(i)] = static_cast<uint8_t>(std::lround(value));
   }

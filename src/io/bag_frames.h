@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/io/colour_source.h"
 #include "dtsdf_mapping/io/frame_source.h"
@@ -28,6 +29,7 @@ struct BagOptions {
   FrameSelection selection;
   std::string colour_topic;       ///< Empty: the bag's only topic with images in colour.
   std::string colour_info_topic;  ///< Empty: camera_info beside the colour topic.
+  std::shared_ptr<const std::vector<size_t>> listed_colours;  ///< As of RecordingOptions.
 };
 
 /// Opens a bag and reads its transforms; images are read one by one.

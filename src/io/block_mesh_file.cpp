@@ -19,8 +19,8 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "files are little endia
 static_assert(sizeof(BlockVertex) == 16 && sizeof(VertexColour) == 4 && sizeof(BlockKey) == 12,
               "without gaps");
 
-constexpr char kMagic[] = "DTSDFMSH";
-constexpr uint32_t kVersion = 1;
+constexpr char kMeshMagic[] = "DTSDFMSH";
+constexpr uint32_t kMeshVersion = 1;
 /// More than the units of a block can have: 8 x 8 x 8 of 2 sheets, each refined.
 constexpr uint32_t kMostOfBlock = 1 << 20;
 
@@ -63,8 +63,8 @@ class HashedFile {
 
 uint64_t saveBlockMeshes(const std::vector<const BlockMesh*>& meshes, const std::string& path) {
   Header header = {};
-  std::copy_n(kMagic, sizeof(header.magic), header.magic);
-  header.version = kVersion;
+  std::copy_n(kMeshMagic, sizeof(header.magic), header.magic);
+  header.version = kMeshVersion;
   header.counts.blocks = meshes.size();
   for (const BlockMesh* mesh : meshes) {
     header.counts.vertices += mesh->vertices.size();
@@ -93,10 +93,10 @@ struct BlockMeshReader::State {
     }
     Header header;
     read(&header, 1);
-    if (!std::equal(header.magic, header.magic + sizeof(header.magic), kMagic)) {
+    if (!std::equal(header.magic, header.magic + sizeof(header.magic), kMeshMagic)) {
       throwDamaged("it does not begin as one");
     }
-    if (header.version != kVersion) throwDamaged("it is of another version");
+    if (header.version != kMeshVersion) throwDamaged("it is of another version");
     counts = header.counts;
   }
 

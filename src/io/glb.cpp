@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 // Names of the specification.
-constexpr uint32_t kMagic = 0x46546c67, kVersion = 2;              // "glTF"
+constexpr uint32_t kGlbMagic = 0x46546c67, kGlbVersion = 2;              // "glTF"
 constexpr uint32_t kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;  // "JSON", "BIN"
 constexpr int kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
@@ -41,7 +41,7 @@ Vec3f originOf(const Mesh& mesh) {
   return {std::round(middle.x), std::round(middle.y), std::round(middle.z)};
 }
 
-Bounds boundsOf(const Mesh& mesh, const Vec3f& origin) {
+Bounds boxOf(const Mesh& mesh, const Vec3f& origin) {
   Bounds bounds{mesh.vertices_m.front() - origin, mesh.vertices_m.front() - origin};
   for (const Vec3f& vertex : mesh.vertices_m) {
     const Vec3f p = vertex - origin;
@@ -86,7 +86,7 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
                          {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}};
   document["materials"] = json::array({surface});
   json positions = accessorOf(0, vertices, kFloat, "VEC3");
-  const Bounds bounds = boundsOf(mesh, origin);
+  const Bounds bounds = boxOf(mesh, origin);
   positions["min"] = toJson(bounds.low);
   positions["max"] = toJson(bounds.high);
   json colours = accessorOf(2, vertices, kUnsignedShort, "VEC4");
@@ -138,8 +138,8 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   const std::string text = describe(mesh, origin);
   const uint64_t bytes = bufferBytes(mesh.vertices_m.size(), mesh.triangles.size());
   LittleEndianWriter out(file);
-  out.writeUint32(kMagic);
-  out.writeUint32(kVersion);
+  out.writeUint32(kGlbMagic);
+  out.writeUint32(kGlbVersion);
   out.writeUint32(
       static_cast<uint32_t>(kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes));
   out.writeUint32(static_cast<uint32_t>(text.size()));

@@ -43,14 +43,19 @@ class RecordedColourImages : public ColourSource {
   }
 
   std::optional<SourceColour> next() override {
-    while (next_ < order_.size()) {
-      const size_t index = order_[next_++];
+    for (; next_ < order_.size(); ++next_) {
+      if (!isListed(next_)) continue;
+      const size_t index = order_[next_];
       std::string problem = whyNotPosed(index);
       if (problem.empty()) {
         const auto image =
             std::make_shared<DecodedColour>(readOrAdvise(recorded_.images[index].path));
         problem = whyNotOfItsCamera(*image);
-        if (problem.empty()) return makeColour(index, image);
+        if (problem.empty()) {
+          SourceColour colour = makeColour(index, image);
+          colour.index = next_++;
+          return colour;
+        }
       }
       ++skipped_["colour images: " + problem];
     }
@@ -60,6 +65,11 @@ class RecordedColourImages : public ColourSource {
   const std::map<std::string, size_t>& skipped() const override { return skipped_; }
 
  private:
+  bool isListed(size_t place) const {
+    const auto& listed = recorded_.listed;
+    return listed == nullptr || std::binary_search(listed->begin(), listed->end(), place);
+  }
+
   /// Found out before the image is decoded.
   std::string whyNotPosed(size_t index) const {
     if (!recorded_.camera) return recorded_.missing_camera;

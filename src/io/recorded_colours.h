@@ -17,6 +17,8 @@ struct RecordedColours {
   std::vector<ImagePose> poses;      ///< One for each, once they are known.
   std::optional<CameraInfo> camera;  ///< A negative fy turns the images, as RecordedImages says.
   std::string missing_camera;        ///< Why there is none; counted as a reason.
+  /// The others are not looked at, and not counted; null: all are.
+  std::shared_ptr<const std::vector<size_t>> listed;
 };
 
 /// By stamp, decoded one by one. What has no pose, no file or another size than the camera is

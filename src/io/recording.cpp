@@ -154,6 +154,7 @@ std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& optio
   RecordedColours recorded = format.findColours(options.path, depth_camera);
   if (recorded.images.empty()) return nullptr;
   recorded.poses = colourPosesOf(options, format, recorded.images);
+  recorded.listed = options.listed_colours;
   return openRecordedColours(std::move(recorded));
 }
 

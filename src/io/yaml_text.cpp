@@ -9,7 +9,7 @@ namespace dtsdf {
 namespace {
 
 /// More than any file of settings has; the parser calls itself for each level.
-constexpr size_t kMaxBytes = size_t{1} << 20;
+constexpr size_t kMostTextBytes = size_t{1} << 20;
 constexpr int kMaxBrackets = 10000, kMaxDashesOfLine = 50;
 constexpr int kMaxDepth = 50;
 
@@ -46,7 +46,7 @@ class PlainDocument : public YAML::EventHandler {
 /// What would have the parser call itself too often, on a glance at the text alone.
 void checkText(const std::string& text) {
   const YAML::Mark nowhere = YAML::Mark::null_mark();
-  if (text.size() > kMaxBytes) throw YAML::Exception(nowhere, "larger than settings can be");
+  if (text.size() > kMostTextBytes) throw YAML::Exception(nowhere, "larger than settings can be");
   if (text.find('\0') != text.npos) throw YAML::Exception(nowhere, "a text has no NUL character");
   const auto isOpening = [](char c) { return c == '[' || c == '{'; };
   if (std::count_if(text.begin(), text.end(), isOpening) > kMaxBrackets) {

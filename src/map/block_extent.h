@@ -1,5 +1,7 @@
-/// A box of blocks: what a map is restricted to that is one tile of a larger one.
+/// Boxes of blocks: what a map is restricted to that is one tile of a larger one.
 #pragma once
+
+#include <algorithm>
 
 #include "kernels/core/grid.h"
 
@@ -10,13 +12,43 @@ struct BlockExtent {
   BlockKey first = {-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
   BlockKey last = {kMaxBlockCoordinate, kMaxBlockCoordinate, kMaxBlockCoordinate};
 
-  bool contains(const BlockKey& key) const {
+  DTSDF_HD bool contains(const BlockKey& key) const {
     return first.x <= key.x && key.x <= last.x && first.y <= key.y && key.y <= last.y &&
            first.z <= key.z && key.z <= last.z;
   }
 };
 
+/// Whether any block lies in both.
+inline bool overlap(const BlockExtent& a, const BlockExtent& b) {
+  return a.first.x <= b.last.x && b.first.x <= a.last.x && a.first.y <= b.last.y &&
+         b.first.y <= a.last.y && a.first.z <= b.last.z && b.first.z <= a.last.z;
+}
+
+inline BlockKey leastOf(const BlockKey& a, const BlockKey& b) {
+  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+}
+inline BlockKey greatestOf(const BlockKey& a, const BlockKey& b) {
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
+/// The least box around both, each of which contains something.
+inline BlockExtent around(const BlockExtent& a, const BlockExtent& b) {
+  return {leastOf(a.first, b.first), greatestOf(a.last, b.last)};
+}
+
+/// What lies in both.
+inline BlockExtent inBoth(const BlockExtent& a, const BlockExtent& b) {
+  return {greatestOf(a.first, b.first), leastOf(a.last, b.last)};
+}
+
 /// One that contains nothing.
 inline BlockExtent noBlocks() { return {{1, 1, 1}, {0, 0, 0}}; }
+
+/// What a map has of what frames and images show.
+struct MapExtent {
+  BlockExtent blocks;   ///< Those that are made.
+  BlockExtent painted;  ///< Those that take colour; the others only hide what is behind them.
+  BlockExtent cubes;    ///< Of cells of space, by their keys.
+};
 
 }  // namespace dtsdf

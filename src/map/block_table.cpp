@@ -59,7 +59,7 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
     while (i + 1 < requests.size() && requests[i + 1].key == request.key) {
       request.directions |= requests[++i].directions;
     }
-    if (!extent_.contains(unpackKey(request.key))) {
+    if (!extent_.blocks.contains(unpackKey(request.key))) {
       admission.outside.push_back(request);
       continue;
     }
@@ -92,7 +92,7 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
 template <class Visit>
 void BlockTable::visitLacking(const ColourRequest& request, const Visit& visit) const {
   const int32_t slot = find(request.key);
-  if (slot < 0) return;
+  if (slot < 0 || !takesColour(blocks_[slot].key)) return;
   for (uint64_t bits = request.bricks; bits != 0; bits &= bits - 1) {
     const int i = __builtin_ctzll(bits);
     if (i >= kDirectionCount * kBricksPerArray) return;
@@ -161,7 +161,7 @@ PoolSizes BlockTable::sizesAfter(size_t new_blocks, size_t new_arrays) const {
 PoolSizes BlockTable::countNew(const std::vector<BlockRequest>& requests) const {
   PoolSizes count{0, 0};
   for (const BlockRequest& request : requests) {
-    if (!extent_.contains(unpackKey(request.key))) continue;
+    if (!extent_.blocks.contains(unpackKey(request.key))) continue;
     const int32_t slot = find(request.key);
     count.slots += slot < 0;
     for (int d = 0; d < kDirectionCount; ++d) {

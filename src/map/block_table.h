@@ -83,9 +83,10 @@ class BlockTable {
 
   explicit BlockTable(size_t budget_bytes);
 
-  /// From now on only blocks of this extent are made. Requests for others are passed over, and
-  /// told: they are not refused. It outlasts clear().
-  void restrictTo(const BlockExtent& extent) { extent_ = extent; }
+  /// From now on only blocks of this extent are made, and painted. Requests for others are passed
+  /// over, those for blocks told: they are not refused. It outlasts clear().
+  void restrictTo(const MapExtent& extent) { extent_ = extent; }
+  bool takesColour(const BlockKey& key) const { return extent_.painted.contains(key); }
 
   /// Slot of a block, or -1.
   int32_t find(PackedKey key) const;
@@ -101,7 +102,7 @@ class BlockTable {
   Admission admit(std::vector<BlockRequest> requests);
 
   /// Gives bricks of colours to voxel arrays that lack them, smallest key first, as long as the
-  /// budget lasts. What is not in the map is passed over.
+  /// budget lasts. What is not in the map, or takes no colour, is passed over.
   ColourAdmission admitColours(std::vector<ColourRequest> requests);
 
   /// Bricks that requests want beyond what is there, at most.
@@ -185,7 +186,7 @@ class BlockTable {
   int32_t makeBlock(PackedKey key);
 
   size_t budget_bytes_;
-  BlockExtent extent_;
+  MapExtent extent_;
   SlotIndex slots_;
   std::deque<BlockEntry> blocks_;  ///< By slot; grows without moving what is there.
   std::vector<int32_t> free_slots_, free_arrays_;

@@ -1,11 +1,13 @@
-/// What a map's contents tell besides blocks, voxels and colours.
+/// What a map's contents tell besides blocks, voxels, colours and free cells.
 #pragma once
 
 #include "dtsdf_mapping/map_contents.h"
+#include "kernels/core/voxel_colour.h"
+#include "map/block_table.h"
 
 namespace dtsdf {
 
-/// A copy of the contents without blocks, voxels and colours.
+/// A copy of the contents without blocks, voxels, colours and free cells.
 inline MapContents headOf(const MapContents& contents) {
   MapContents head;
   head.settings = contents.settings;
@@ -15,7 +17,16 @@ inline MapContents headOf(const MapContents& contents) {
   head.supporting_frames = contents.supporting_frames;
   head.painted = contents.painted;
   head.exposure = contents.exposure;
+  head.cell_voxels = contents.cell_voxels;
   return head;
+}
+
+/// Words that a block has among those of the contents.
+inline size_t voxelWordsOf(const MapBlock& block) {
+  return static_cast<size_t>(__builtin_popcount(block.directions)) * kVoxelsPerBlock;
+}
+inline size_t colourWordsOf(const MapBlock& block) {
+  return static_cast<size_t>(__builtin_popcountll(block.bricks)) * kVoxelsPerBrick;
 }
 
 }  // namespace dtsdf

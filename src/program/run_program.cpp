@@ -18,7 +18,7 @@ int reportError(const std::string& name, std::string text, int exit_code) {
   return exit_code;
 }
 
-std::string joined(const std::vector<std::string>& lines) {
+std::string inOneLine(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
   return text;
@@ -37,7 +37,7 @@ int runProgram(const std::string& name, int argc, const char* const* argv,
   } catch (const UsageError& e) {
     return reportError(name, std::string(e.what()) + "; see " + name + " --help", 2);
   } catch (const ParamError& e) {
-    return reportError(name, "invalid settings: " + joined(e.violations()), 1);
+    return reportError(name, "invalid settings: " + inOneLine(e.violations()), 1);
   } catch (const std::bad_alloc&) {
     return reportError(name,
                        "out of memory; a map takes less with a lower map/max_memory_mb or a higher "

@@ -9,11 +9,11 @@ namespace {
 using Eigen::Vector3d;
 
 /// Off the planes of the grid at any voxel size.
-constexpr double kWall_m = 0.0037;
+constexpr double kNearWall_m = 0.0037;
 
 std::vector<Figure> measure(const SceneSetup& setup, const std::vector<double>& distances_m) {
   Scene scene;
-  scene.add(wallAt(kWall_m));
+  scene.add(wallAt(kNearWall_m));
   // Well inside of what is seen from 3 m.
   const double half_m = 1.2 * setup.image_width / 320.0;
   const auto insideWall = [&](const Vector3d& p) {
@@ -21,7 +21,7 @@ std::vector<Figure> measure(const SceneSetup& setup, const std::vector<double>& 
   };
   SceneMap map(setup);
   for (const double z : distances_m) {
-    map.watch(scene, roomCamera(setup), Vector3d(0.013, 0.007, kWall_m - z), 30);
+    map.watch(scene, roomCamera(setup), Vector3d(0.013, 0.007, kNearWall_m - z), 30);
   }
   const Mesh mesh = map.mesh();
   const double area_m2 = areaOf(surfaceOf(mesh), insideWall);

@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr double kBoardSide_m = 0.4;
+constexpr double kRemovedSide_m = 0.4;
 constexpr double kBoardFront_m = kOff_m - 0.11;  // 0.1 m of space between board and wall
 
 /// What is left where nothing is: all that is not near what is still there.
@@ -34,7 +34,7 @@ std::vector<Figure> watchItGo(SceneMap& map, const SceneSetup& setup, const Scen
 /// 3 m. More than 30 frames are one image, again and again.
 SceneMap showBoard(const SceneSetup& setup, const Scene& wall, double distance_m, int frames) {
   Scene scene = wall;
-  scene.add(boardAt(0.0, 0.0, kBoardFront_m, kBoardSide_m, kBoardSide_m));
+  scene.add(boardAt(0.0, 0.0, kBoardFront_m, kRemovedSide_m, kRemovedSide_m));
   SceneMap map(setup);
   SceneCamera camera = roomCamera(setup);
   const Vector3d eye(0.011, 0.007, kBoardFront_m - distance_m);
@@ -106,7 +106,7 @@ std::vector<Figure> measureOutOfRange(SceneSetup setup, bool floor) {
   background.add(wallAt(4.0));
   if (floor) background.add(Plane{Vector3d(0.0, 0.5037, 0.0), -Vector3d::UnitY()});
   Scene scene = background;
-  scene.add(boardAt(0.0, 0.0, kOff_m, kBoardSide_m, kBoardSide_m));
+  scene.add(boardAt(0.0, 0.0, kOff_m, kRemovedSide_m, kRemovedSide_m));
   SceneMap map(setup);
   const Vector3d eye(0.011, 0.007, -2.0);
   map.watch(scene, roomCamera(setup), eye, 30);

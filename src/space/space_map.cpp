@@ -89,7 +89,7 @@ SpaceMap::SpaceMap(const MapperParams& params, int threads)
       distances_(reach_, threads) {}
 
 std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
-  const CubeBounds bounds = boundsOfView(frame);
+  const BlockExtent bounds = inBoth(boundsOfView(frame), extent_);
   const auto side = static_cast<float>(cubeSideInVoxels(grid_));
   const float radius = 0.8661f * side;  // half the root of 3
   const float range = max_range_m_ / frame.voxel_size_m;
@@ -112,7 +112,7 @@ std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
 
 /// Bounds of the pyramid that the image looks into, cut off where an image looks so far aside that
 /// it would go on for ever.
-SpaceMap::CubeBounds SpaceMap::boundsOfView(const FrameView& frame) const {
+BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
   const float range = max_range_m_ / frame.voxel_size_m;
   const Vec3f& eye = frame.T_L_C.t;
   Vec3f low = eye, high = eye;

@@ -24,6 +24,9 @@ class SpaceMap : public Space {
  public:
   SpaceMap(const MapperParams& params, int threads);
 
+  /// From now on only these cubes are known: it is a part of a larger map. Outlasts clear().
+  void restrictTo(const BlockExtent& cubes) { extent_ = cubes; }
+
   /// Cubes that may be in view of an image, in the order of keys; what is not, is not seen free.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;
 
@@ -64,11 +67,7 @@ class SpaceMap : public Space {
   size_t bytes() const override;
 
  private:
-  struct CubeBounds {
-    Vec3i first, last;
-  };
-
-  CubeBounds boundsOfView(const FrameView& frame) const;
+  BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CellMask& cells);
   Vec3d middleOf(const Vec3i& cell) const;
   double metresFrom(const Vec3i& cell) const;
@@ -78,6 +77,7 @@ class SpaceMap : public Space {
   const float max_range_m_;
   const int reach_;
   const size_t free_budget_;
+  BlockExtent extent_;     ///< Of cubes.
   size_t free_cubes_ = 0;  ///< Of which something is free.
   uint64_t refused_cubes_ = 0;
   CellTable table_;

@@ -34,8 +34,10 @@ class TileFusion {
         settings_(settings),
         mapper_(makeProbedMapper(settings.params.mapper, settings.rules)),
         progress_("frames", tile_.frameCount()) {
-    mapper_->restrictTo(withHalo(tile_.own));
+    const int cell_voxels = settings.params.mapper.space.cell_voxels;
+    mapper_->restrictTo({tile_.fused, withHalo(tile_.own), cubesOf(tile_.own, cell_voxels)});
     for (size_t i = 0; i < plan_.recordings.size(); ++i) fuseRecording(i);
+    if (mapper_->stats().refused_cubes > 0) throwFull();
   }
 
   ProbedMapper& mapper() { return *mapper_; }
@@ -46,39 +48,112 @@ class TileFusion {
     const IndexRanges& wanted = tile_.frames[number];
     const std::unique_ptr<FrameSource> source =
         wanted.empty() ? nullptr : openListed(number, wanted);
+    ImageQueue images(*this, number);
     PassedFrames passed;
+    size_t frames = 0;
     for (const size_t index : recording.fused.list()) {
+      if (images.isNextAfter(frames)) {
+        passOver(passed);
+        images.paintAfter(frames);
+      }
+      ++frames;
       if (!wanted.contains(index)) {
         ++passed.frames;
         passed.supporting_frames += recording.supporting.contains(index);
         continue;
       }
-      mapper_->passOver(passed);
-      passed = PassedFrames();
+      passOver(passed);
       fuseFrame(*source, recording, index);
     }
+    passOver(passed);
+    images.paintAfter(frames);
+  }
+
+  /// The colour images that a tile takes of a recording, in their order.
+  class ImageQueue {
+   public:
+    ImageQueue(TileFusion& fusion, size_t number)
+        : fusion_(fusion), recording_(fusion.plan_.recordings[number]) {
+      const IndexRanges& wanted = fusion.tile_.images[number];
+      for (const PlannedImage& image : recording_.images) {
+        if (wanted.contains(image.index)) images_.push_back(image);
+      }
+      if (!images_.empty()) source_ = fusion.openListedColours(number, wanted);
+    }
+
+    /// Whether one is to be painted when so many of the recording's frames are fused.
+    bool isNextAfter(size_t frames) const {
+      return next_ < images_.size() && images_[next_].frames_before == frames;
+    }
+
+    void paintAfter(size_t frames) {
+      for (; isNextAfter(frames); ++next_) {
+        const size_t index = images_[next_].index;
+        const std::optional<SourceColour> image =
+            source_ == nullptr ? std::nullopt : source_->next();
+        if (!image || image->index != index) {
+          throwChanged("colour image", recording_, index, "it is not there any more");
+        }
+        fusion_.paint(image->colour, recording_, index);
+      }
+    }
+
+   private:
+    TileFusion& fusion_;
+    const PlannedRecording& recording_;
+    std::vector<PlannedImage> images_;
+    std::unique_ptr<ColourSource> source_;
+    size_t next_ = 0;
+  };
+
+  void passOver(PassedFrames& passed) {
     mapper_->passOver(passed);
+    passed = PassedFrames();
+  }
+
+  void paint(const ColourFrame& image, const PlannedRecording& recording, size_t index) {
+    const IntegrationResult result = mapper_->paint(image);
+    if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
+    // What shows nothing of the tile is as well, as not all of it need be in view.
+    if (result.status != FrameStatus::kFused && result.status != FrameStatus::kNoMeasurement) {
+      throwChanged("colour image", recording, index, result.message);
+    }
+    if (result.refused_blocks > 0) throwFull();
+  }
+
+  static std::shared_ptr<const std::vector<size_t>> listOf(const IndexRanges& wanted) {
+    return std::make_shared<const std::vector<size_t>>(wanted.list());
   }
 
   std::unique_ptr<FrameSource> openListed(size_t number, const IndexRanges& wanted) const {
     InputOptions input = plan_.inputOf(number);
-    input.recording.selection.listed = std::make_shared<const std::vector<size_t>>(wanted.list());
+    input.recording.selection.listed = listOf(wanted);
     return prefetchFrames(openFrames(input, settings_.params.node), kFramesAhead);
+  }
+
+  std::unique_ptr<ColourSource> openListedColours(size_t number, const IndexRanges& wanted) const {
+    InputOptions input = plan_.inputOf(number);
+    input.recording.listed_colours = listOf(wanted);
+    return openColours(input, settings_.params.node);
   }
 
   void fuseFrame(FrameSource& source, const PlannedRecording& recording, size_t index) {
     const std::optional<SourceFrame> frame = source.next();
-    if (!frame || frame->index != index) throwChanged(recording, index, "it is not there any more");
+    if (!frame || frame->index != index) {
+      throwChanged("image", recording, index, "it is not there any more");
+    }
     const IntegrationResult result = mapper_->integrate(frame->depth);
     if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
-    if (result.status != FrameStatus::kFused) throwChanged(recording, index, result.message);
+    if (result.status != FrameStatus::kFused) {
+      throwChanged("image", recording, index, result.message);
+    }
     if (result.refused_blocks > 0) throwFull();
     progress_.show(++done_);
   }
 
-  [[noreturn]] static void throwChanged(const PlannedRecording& recording, size_t index,
-                                        const std::string& how) {
-    throw std::runtime_error("image " + std::to_string(index) + " of '" + recording.path +
+  [[noreturn]] static void throwChanged(const std::string& kind, const PlannedRecording& recording,
+                                        size_t index, const std::string& how) {
+    throw std::runtime_error(kind + " " + std::to_string(index) + " of '" + recording.path +
                              "' is not the one that was planned with (" + how +
                              "); make the plan anew");
   }
@@ -98,47 +173,55 @@ class TileFusion {
   size_t done_ = 0;
 };
 
-/// The part of a map that lies in an extent, as it is saved.
-class OwnPart {
+/// The words of some blocks of a map, chunk by chunk.
+template <class Word>
+class OwnWords {
  public:
-  OwnPart(const MapContents& whole, const BlockExtent& own)
-      : whole_(whole), head_(headOf(whole)) {
-    size_t word = 0;
-    for (const MapBlock& block : whole.blocks) {
-      const size_t words = wordsOf(block);
-      if (own.contains(block.key)) {
-        head_.blocks.push_back(block);
-        first_word_.push_back(word);
-      }
-      word += words;
-    }
+  explicit OwnWords(const Word* whole) : whole_(whole) {}
+
+  /// The next block of the map, which has so many.
+  void pass(size_t words, bool is_own) {
+    if (is_own) pieces_.push_back({at_, words});
+    at_ += words;
   }
 
-  SavedMap save(const std::string& path) {
-    return saveMapInChunks(head_, {[this](size_t chunk) { return gather(chunk); }, nullptr}, path,
-                           1);
-  }
-
- private:
-  static size_t wordsOf(const MapBlock& block) {
-    return static_cast<size_t>(__builtin_popcount(block.directions)) * kVoxelsPerBlock;
-  }
-
-  const uint64_t* gather(size_t chunk) {
-    const size_t end = std::min(head_.blocks.size(), (chunk + 1) * kBlocksPerMapChunk);
+  const Word* gather(size_t chunk) {
+    const size_t end = std::min(pieces_.size(), (chunk + 1) * kBlocksPerMapChunk);
     words_.clear();
     for (size_t i = chunk * kBlocksPerMapChunk; i < end; ++i) {
-      const uint64_t* const words = whole_.voxels.data() + first_word_[i];
-      words_.insert(words_.end(), words, words + wordsOf(head_.blocks[i]));
+      const Word* const first = whole_ + pieces_[i].first;
+      words_.insert(words_.end(), first, first + pieces_[i].count);
     }
     return words_.data();
   }
 
-  const MapContents& whole_;
-  MapContents head_;
-  std::vector<size_t> first_word_;  ///< Of a block's voxels in the whole.
-  std::vector<uint64_t> words_;
+ private:
+  struct Piece {
+    size_t first, count;
+  };
+
+  const Word* whole_;
+  size_t at_ = 0;
+  std::vector<Piece> pieces_;
+  std::vector<Word> words_;
 };
+
+/// Saves the part of a map that is a tile's own. Of cells it has no others.
+SavedMap saveOwnPart(const MapContents& whole, const BlockExtent& own, const std::string& path) {
+  MapContents head = headOf(whole);
+  head.free_cubes = whole.free_cubes;
+  OwnWords<uint64_t> voxels(whole.voxels.data());
+  OwnWords<uint32_t> colours(whole.colours.data());
+  for (const MapBlock& block : whole.blocks) {
+    const bool is_own = own.contains(block.key);
+    if (is_own) head.blocks.push_back(block);
+    voxels.pass(voxelWordsOf(block), is_own);
+    colours.pass(colourWordsOf(block), is_own);
+  }
+  const MapWords words{[&](size_t chunk) { return voxels.gather(chunk); },
+                       [&](size_t chunk) { return colours.gather(chunk); }};
+  return saveMapInChunks(head, words, path, 1);
+}
 
 void saveMeshes(ProbedMapper& mapper, const BlockExtent& own, const std::string& path,
                 TileRecord& record) {
@@ -159,7 +242,7 @@ void saveMap(ProbedMapper& mapper, const LoadedPlan& loaded, const BlockExtent& 
   MapContents contents = mapper.contents();
   contents.map_frame = loaded.plan.map_frame;
   contents.stamp_s = loaded.plan.stamp_s;
-  const SavedMap saved = OwnPart(contents, own).save(path);
+  const SavedMap saved = saveOwnPart(contents, own, path);
   record.content_hash = saved.content_hash;
   record.map_file_bytes = saved.file_bytes;
   record.blocks = saved.size.blocks;
@@ -174,6 +257,7 @@ TileRecord makeTile(const FuseRequest& request, const LoadedPlan& loaded) {
   TileRecord record;
   record.plan_id = loaded.id;
   record.frames = tile.frameCount();
+  record.images = tile.imageCount();
   record.backend = fusion.mapper().backendName();
   record.map_bytes = fusion.mapper().stats().map_bytes;
   saveMeshes(fusion.mapper(), tile.own, tilePath(request.folder, request.tile, ".mesh"), record);

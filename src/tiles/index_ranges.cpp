@@ -14,6 +14,23 @@ IndexRanges::IndexRanges(std::vector<Range> ranges) : ranges_(std::move(ranges))
   }
 }
 
+IndexRanges IndexRanges::unite(const std::vector<const IndexRanges*>& parts) {
+  std::vector<Range> all;
+  for (const IndexRanges* part : parts) {
+    all.insert(all.end(), part->ranges_.begin(), part->ranges_.end());
+  }
+  std::sort(all.begin(), all.end());
+  IndexRanges united;
+  for (const Range& range : all) {
+    const bool goes_on =
+        !united.ranges_.empty() && range.first <= united.ranges_.back().second + 1;
+    if (!goes_on) united.ranges_.push_back(range);
+    size_t& last = united.ranges_.back().second;
+    last = std::max(last, range.second);
+  }
+  return united;
+}
+
 void IndexRanges::add(size_t index) {
   if (!ranges_.empty() && index <= ranges_.back().second + 1) {
     ranges_.back().second = std::max(ranges_.back().second, index);

@@ -16,6 +16,9 @@ class IndexRanges {
   /// @throws std::runtime_error if the ranges are not rising.
   explicit IndexRanges(std::vector<Range> ranges);
 
+  /// The numbers that are in any of them.
+  static IndexRanges unite(const std::vector<const IndexRanges*>& parts);
+
   /// @pre The number is above those before it, or the last one again.
   void add(size_t index);
 

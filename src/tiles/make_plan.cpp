@@ -6,15 +6,19 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <unordered_map>
 
+#include "backend/frame_check.h"
 #include "backend/rule_settings.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
+#include "tiles/colour_reach.h"
 #include "tiles/process_usage.h"
 #include "tiles/view_reach.h"
+#include "tools/reconstruction.h"
 #include "tools/recorded_input.h"
 
 namespace dtsdf {
@@ -27,12 +31,12 @@ constexpr size_t kFramesAhead = 4;
 /// What a block that a frame touches costs in casting, folding and clearing, on one core; what an
 /// image costs is measured by the plan itself. (redkitchen at 20 mm.)
 constexpr double kBlockSeconds = 10e-6;
+/// What a colour image costs, on one core. (redkitchen.)
+constexpr double kImageSeconds = 20e-3;
 
 double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
-
-int32_t floorDivided(int32_t a, int32_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
 
 /// @throws std::runtime_error for settings whose rules look at all of the map.
 void checkSettings(const MapperParams& params) {
@@ -41,24 +45,43 @@ void checkSettings(const MapperParams& params) {
         "map/keep_radius_m drops the farthest blocks of the whole map, which a tile does not know; "
         "leave it at 0 for a map in tiles");
   }
-  if (params.space.enabled) {
-    throw std::runtime_error(
-        "space/enabled asks for what is free around all surfaces, and a tile is given only the "
-        "frames that show its own; leave it off for a map in tiles");
-  }
 }
 
-/// A tile that frames have come by.
-struct TileInWork {
-  std::vector<IndexRanges> frames;
-  size_t touched_blocks = 0;  ///< By all frames.
+/// @throws std::runtime_error where what an image paints depends on all of the map.
+void checkPainting(const PaintParams& paint, const std::string& path) {
+  if (paint.exposure == ImageExposure::kFixed && paint.max_depth_m > 0.0f) return;
+  throw std::runtime_error(
+      "'" + path + "' has colour images, and a tile can be painted only if it is known how far "
+      "they reach, and if their exposure is not found from all of the map: --set "
+      "colour/exposure=fixed colour/max_depth_m=5, for reconstruct as well, or "
+      "colour/enabled=never for a map without colour");
+}
+
+/// A box of blocks that frames have come by.
+struct PlaceInWork {
+  std::vector<IndexRanges> frames;   ///< By recording: that touch it, halo included, or clear it.
+  std::vector<IndexRanges> passing;  ///< By recording: that may see its cells free.
+  size_t touched_blocks = 0;         ///< By all frames, without halo.
+  bool is_touched = false;           ///< Halo included.
+  std::vector<BlockRequest> blocks;  ///< Of the whole map, without halo; in the end.
 };
 
-/// The frames of all recordings, the blocks that they touch, and the tiles that these lie in.
+/// A colour image that paints.
+struct ImageInWork {
+  size_t recording, index;
+  PinholeView view;
+};
+
+/// The frames of all recordings, the blocks that they touch, and the tiles that these lie in. It
+/// keeps account by places, boxes of a grid: those of the tiles, or finer ones where tiles fuse
+/// more than their own blocks, as painted ones do.
 class Planner {
  public:
   Planner(const PlanRequest& request, const RunSettings& settings)
-      : settings_(settings), params_(settings.params.mapper), start_(Clock::now()) {
+      : settings_(settings),
+        params_(settings.params.mapper),
+        start_(Clock::now()),
+        colour_reach_(params_, settings.rules.colour) {
     checkSettings(params_);
     plan_.reading = request.reading;
     std::string& poses = plan_.reading.recording.poses_path;
@@ -68,24 +91,15 @@ class Planner {
     plan_.tile_m = request.tile_m;
     plan_.tile_blocks = std::max(1, static_cast<int>(std::lround(request.tile_m / blockSize_m())));
     mapper_ = makeProbedMapper(params_, settings.rules);
-    mapper_->restrictTo(noBlocks());
+    mapper_->restrictTo({noBlocks(), noBlocks(), noBlocks()});
     recording_count_ = request.recordings.size();
+    openRecordings(request.recordings);
+    place_blocks_ = plan_.tile_blocks;
+    if (has_colour_) place_blocks_ = std::max(place_blocks_ / 4, std::min(place_blocks_, 4));
   }
 
-  void read(const std::string& path) {
-    InputOptions input = plan_.reading;
-    input.recording.path = std::filesystem::absolute(path).lexically_normal().string();
-    completeInput(input);
-    if (openColours(input, settings_.params.node) != nullptr) refuseColour(path);
-    plan_.recordings.push_back({input.recording.path, input.recording.format, {}, {}});
-    const auto source = prefetchFrames(openAndLook(input, settings_, "tiles"), kFramesAhead);
-    plan_.map_frame = nameOfFrame(input, settings_);
-    ProgressBar progress("frames", source->size());
-    size_t done = 0;
-    while (const std::optional<SourceFrame> frame = source->next()) {
-      take(*frame);
-      progress.show(++done);
-    }
+  void readAll() {
+    for (const InputOptions& input : inputs_) read(input);
   }
 
   Plan finish() {
@@ -99,18 +113,42 @@ class Planner {
   }
 
  private:
-  /// Numbers of a tile along the axes.
+  /// Numbers of a box of a grid along the axes.
   using Place = std::array<int32_t, 3>;
 
   double blockSize_m() const {
     return static_cast<double>(params_.map.voxel_size_m) * kBlockSide;
   }
 
-  [[noreturn]] static void refuseColour(const std::string& path) {
-    throw std::runtime_error(
-        "'" + path + "' has colour images, and a map in tiles cannot be painted: what hides a "
-        "surface, and the exposure of an image, are found from all of the map; --set "
-        "colour/enabled=never makes the map without colour");
+  /// Before any is read: what is wrong with the last one is to be told now.
+  void openRecordings(const std::vector<std::string>& paths) {
+    for (const std::string& path : paths) {
+      InputOptions input = plan_.reading;
+      input.recording.path = std::filesystem::absolute(path).lexically_normal().string();
+      completeInput(input);
+      if (openColours(input, settings_.params.node) != nullptr) {
+        checkPainting(params_.paint, path);
+        has_colour_ = true;
+      }
+      inputs_.push_back(input);
+    }
+  }
+
+  void read(const InputOptions& input) {
+    plan_.recordings.push_back({input.recording.path, input.recording.format, {}, {}, {}});
+    frames_of_recording_ = 0;
+    const auto source = prefetchFrames(openAndLook(input, settings_, "tiles"), kFramesAhead);
+    const auto colours = openColours(input, settings_.params.node);
+    plan_.map_frame = nameOfFrame(input, settings_);
+    ProgressBar progress("frames", source->size());
+    size_t done = 0;
+    RecordedInput recorded(*source, colours.get(), settings_.params.node.colour.max_rate_hz);
+    if (has_frames_) recorded.map_stamp_s = plan_.stamp_s;
+    InputVisitor visitor;
+    visitor.fuse = [&](const SourceFrame& frame) { take(frame); };
+    visitor.paint = [&](const SourceColour& image) { take(image); };
+    visitor.finish_frame = [&] { progress.show(++done); };
+    visitInput(recorded, visitor);
   }
 
   void take(const SourceFrame& frame) {
@@ -124,121 +162,239 @@ class Planner {
     const std::vector<BlockRequest>& touched = mapper_->outsideExtent();
     recording.fused.add(frame.index);
     if (!touched.empty()) recording.supporting.add(frame.index);
+    ++frames_of_recording_;
+    has_frames_ = true;
     plan_.stamp_s = frame.stamp_s;
     for (const BlockRequest& block : touched) touch(block, frame.index);
-    if (clearsFreeSpace(params_)) lookThrough(frame);
+    if (needsFreeDepth(params_)) lookThrough(frame);
+  }
+
+  void take(const SourceColour& image) {
+    if (findProblem(image.colour, params_)) return;
+    plan_.recordings.back().images.push_back({image.index, frames_of_recording_});
+    colour_images_.push_back(
+        {plan_.recordings.size() - 1, image.index, PinholeView(image.colour)});
   }
 
   void touch(const BlockRequest& block, size_t frame) {
     blocks_[block.key] |= block.directions;
     const BlockKey key = unpackKey(block.key);
-    visitTilesAround(key, [&](const Place& place) {
-      TileInWork& tile = tiles_[place];
-      framesOf(tile).add(frame);
-      ++tile.touched_blocks;
+    ++places_[placeOf(key)].touched_blocks;
+    // Of the places that the block belongs to, halo included.
+    const BlockExtent near{key - Vec3i{kHaloBehind, kHaloBehind, kHaloBehind},
+                           key + Vec3i{kHaloBefore, kHaloBefore, kHaloBefore}};
+    visitGrid(near, place_blocks_, [&](const Place& place) {
+      PlaceInWork& in_work = places_[place];
+      in_work.is_touched = true;
+      ofRecording(in_work.frames).add(frame);
     });
   }
 
-  /// A frame that touches nothing of a tile may clear what is there already.
+  /// A frame that touches nothing of a place may clear what is there already, and see cells free.
   void lookThrough(const SourceFrame& frame) {
     const ViewReach reach(frame.depth, params_);
-    for (auto& [place, tile] : tiles_) {
-      IndexRanges& frames = framesOf(tile);
-      if (frames.contains(frame.index)) continue;
-      if (reach.mayPass(boxOf(withHalo(extentOf(place))))) frames.add(frame.index);
+    if (clearsFreeSpace(params_)) {
+      for (auto& [place, in_work] : places_) {
+        if (!in_work.is_touched) continue;
+        IndexRanges& frames = ofRecording(in_work.frames);
+        if (frames.contains(frame.index)) continue;
+        if (reach.mayPass(boxOfFeet(withHalo(extentOf(place))))) frames.add(frame.index);
+      }
     }
+    if (params_.space.enabled) seeFree(reach, frame.index);
   }
 
-  /// Those of the recording that is read.
-  IndexRanges& framesOf(TileInWork& tile) const {
-    tile.frames.resize(recording_count_);
-    return tile.frames[plan_.recordings.size() - 1];
+  /// Notes the places whose cells a frame may see free.
+  void seeFree(const ViewReach& reach, size_t frame) {
+    const auto range_m = static_cast<double>(params_.space.max_range_m);
+    BlockExtent view = blocksIn(reach.boundsUpTo(range_m), blockSize_m());
+    const int beyond = blocksPerCube(params_.space.cell_voxels);
+    view.first = view.first - Vec3i{beyond, beyond, beyond};
+    visitGrid(view, place_blocks_, [&](const Place& place) {
+      const BlockExtent cells = withCubes(extentOf(place), params_.space.cell_voxels);
+      const double margin_m = static_cast<double>(params_.map.voxel_size_m);
+      if (!reach.mayPass(boxOf(cells, blockSize_m(), margin_m))) return;
+      ofRecording(places_[place].passing).add(frame);
+    });
   }
 
-  /// Calls visit(place) for the tiles that a block belongs to, halo included.
+  /// That of the recording that is read.
+  IndexRanges& ofRecording(std::vector<IndexRanges>& frames) const {
+    frames.resize(recording_count_);
+    return frames[plan_.recordings.size() - 1];
+  }
+
+  Place placeOf(const BlockKey& key) const {
+    const auto at = [this](int32_t x) { return floorDivided(x, place_blocks_); };
+    return {at(key.z), at(key.y), at(key.x)};
+  }
+
+  /// Calls visit(place) for the boxes of a grid that have something of an extent.
   template <class Visit>
-  void visitTilesAround(const BlockKey& key, const Visit& visit) const {
-    const int n = plan_.tile_blocks;
-    const auto first = [n](int32_t x) { return floorDivided(x - kHaloBehind, n); };
-    const auto last = [n](int32_t x) { return floorDivided(x + kHaloBefore, n); };
-    for (int32_t z = first(key.z); z <= last(key.z); ++z) {
-      for (int32_t y = first(key.y); y <= last(key.y); ++y) {
-        for (int32_t x = first(key.x); x <= last(key.x); ++x) visit(Place{z, y, x});
+  static void visitGrid(const BlockExtent& extent, int edge, const Visit& visit) {
+    const auto at = [edge](int32_t x) { return floorDivided(x, edge); };
+    for (int32_t z = at(extent.first.z); z <= at(extent.last.z); ++z) {
+      for (int32_t y = at(extent.first.y); y <= at(extent.last.y); ++y) {
+        for (int32_t x = at(extent.first.x); x <= at(extent.last.x); ++x) visit(Place{z, y, x});
       }
     }
   }
 
-  BlockExtent extentOf(const Place& place) const {
-    const int n = plan_.tile_blocks;
-    const BlockKey first{place[2] * n, place[1] * n, place[0] * n};
-    return {first, {first.x + n - 1, first.y + n - 1, first.z + n - 1}};
+  static BlockExtent boxOfGrid(const Place& place, int edge) {
+    const BlockKey first{place[2] * edge, place[1] * edge, place[0] * edge};
+    return {first, {first.x + edge - 1, first.y + edge - 1, first.z + edge - 1}};
   }
+  BlockExtent extentOf(const Place& place) const { return boxOfGrid(place, place_blocks_); }
 
-  /// What feet of a tile's voxels may lie in: they are as far from them as the truncation.
-  MetricBox boxOf(const BlockExtent& extent) const {
+  /// What feet of voxels may lie in: they are as far from them as the truncation.
+  MetricBox boxOfFeet(const BlockExtent& extent) const {
     const double margin_m =
         static_cast<double>(params_.map.voxel_size_m * (params_.map.truncation_voxels + 2.0f));
-    const auto toVector = [](const BlockKey& key) { return Eigen::Vector3d(key.x, key.y, key.z); };
-    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(margin_m);
-    return {toVector(extent.first) * blockSize_m() - margin,
-            (toVector(extent.last) + Eigen::Vector3d::Ones()) * blockSize_m() + margin};
+    return boxOf(extent, blockSize_m(), margin_m);
   }
 
-  std::vector<Tile> makeTiles() const {
-    std::vector<BlockRequest> blocks;
-    blocks.reserve(blocks_.size());
-    for (const auto& [key, directions] : blocks_) blocks.push_back({key, directions});
-    std::sort(blocks.begin(), blocks.end(),
-              [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
-    std::map<Place, std::vector<BlockRequest>> near;  // of each tile, halo included
-    for (const BlockRequest& block : blocks) {
-      visitTilesAround(unpackKey(block.key),
-                       [&](const Place& place) { near[place].push_back(block); });
+  std::vector<Tile> makeTiles() {
+    for (const auto& [key, directions] : blocks_) {
+      places_[placeOf(unpackKey(key))].blocks.push_back({key, directions});
     }
-    const double per_image_s = images_ > 0 ? image_seconds_ / static_cast<double>(images_) : 0.0;
-    const size_t budget = static_cast<size_t>(params_.map.max_memory_mb) << 20;
+    std::set<Place> of_tiles;
+    for (const auto& [place, in_work] : places_) {
+      if (in_work.blocks.empty() && in_work.passing.empty()) continue;
+      visitGrid(extentOf(place), plan_.tile_blocks,
+                [&](const Place& tile) { of_tiles.insert(tile); });
+    }
+    const MemoryBudget budget = budgetOf(params_);
     std::vector<Tile> tiles;
-    for (const auto& [place, in_work] : tiles_) {
-      Tile tile;
-      tile.own = extentOf(place);
-      tile.frames = in_work.frames;
-      tile.frames.resize(recording_count_);
-      tile.estimate.seconds = static_cast<double>(tile.frameCount()) * per_image_s +
-                              static_cast<double>(in_work.touched_blocks) * kBlockSeconds;
-      const std::vector<Tile> parts = cutToBudget(tile, near[place], budget);
+    for (const Place& place : of_tiles) {
+      const std::vector<Tile> parts =
+          cutToBudget(boxOfGrid(place, plan_.tile_blocks), budget,
+                      [this](const BlockExtent& own) { return describe(own); });
       tiles.insert(tiles.end(), parts.begin(), parts.end());
     }
     return tiles;
   }
 
+  /// A tile, and what it needs.
+  Tile describe(const BlockExtent& own) const {
+    Tile tile;
+    tile.own = own;
+    tile.fused = withHalo(own);
+    tile.frames.resize(recording_count_);
+    tile.images.resize(recording_count_);
+    visitPlaces(own, [&](const BlockExtent&, const PlaceInWork& in_work) {
+      for (const BlockRequest& block : in_work.blocks) {
+        tile.estimate.own_blocks += own.contains(unpackKey(block.key));
+      }
+    });
+    if (tile.estimate.own_blocks > 0) addImages(tile);
+    addFrames(tile);
+    estimateSize(tile);
+    const double per_image_s = images_ > 0 ? image_seconds_ / static_cast<double>(images_) : 0.0;
+    tile.estimate.seconds += static_cast<double>(tile.frameCount()) * per_image_s +
+                             static_cast<double>(tile.imageCount()) * kImageSeconds;
+    return tile;
+  }
+
+  void addImages(Tile& tile) const {
+    const BlockExtent painted = withHalo(tile.own);
+    for (const ImageInWork& image : colour_images_) {
+      if (!colour_reach_.mayPaint(image.view, painted)) continue;
+      tile.images[image.recording].add(image.index);
+      tile.fused = around(tile.fused, colour_reach_.blocksFor(image.view, painted));
+    }
+  }
+
+  /// Frames of a place are those of its halo, too.
+  void addFrames(Tile& tile) const {
+    const BlockExtent inner{
+        tile.fused.first + Vec3i{kHaloBefore, kHaloBefore, kHaloBefore},
+        tile.fused.last - Vec3i{kHaloBehind, kHaloBehind, kHaloBehind}};
+    std::vector<const PlaceInWork*> fusing, passed;
+    visitPlaces(inner, [&](const BlockExtent& extent, const PlaceInWork& in_work) {
+      fusing.push_back(&in_work);
+      if (overlap(extent, tile.own)) passed.push_back(&in_work);
+      tile.estimate.seconds += static_cast<double>(in_work.touched_blocks) * kBlockSeconds;
+    });
+    for (size_t recording = 0; recording < recording_count_; ++recording) {
+      std::vector<const IndexRanges*> parts;
+      const auto add = [&](const std::vector<IndexRanges>& frames) {
+        if (recording < frames.size()) parts.push_back(&frames[recording]);
+      };
+      for (const PlaceInWork* place : fusing) add(place->frames);
+      for (const PlaceInWork* place : passed) add(place->passing);
+      tile.frames[recording] = IndexRanges::unite(parts);
+    }
+  }
+
+  void estimateSize(Tile& tile) const {
+    TileEstimate& estimate = tile.estimate;
+    const BlockExtent painted = withHalo(tile.own);
+    size_t painted_arrays = 0;
+    visitPlaces(tile.fused, [&](const BlockExtent& extent, const PlaceInWork& in_work) {
+      if (!in_work.passing.empty()) estimate.free_bytes += freeBytesIn(tile.own, extent);
+      for (const BlockRequest& block : in_work.blocks) {
+        const BlockKey key = unpackKey(block.key);
+        if (!tile.fused.contains(key)) continue;
+        const auto arrays = static_cast<size_t>(__builtin_popcount(block.directions));
+        ++estimate.blocks;
+        estimate.voxel_arrays += arrays;
+        if (tile.imageCount() > 0 && painted.contains(key)) painted_arrays += arrays;
+      }
+    });
+    estimate.map_bytes = estimate.blocks * BlockTable::kBlockBytes +
+                         estimate.voxel_arrays * BlockTable::kArrayBytes +
+                         painted_arrays * kBricksPerArray * BlockTable::kColourBytes;
+  }
+
+  /// Of the cubes of a tile that begin in an extent, at most.
+  size_t freeBytesIn(const BlockExtent& own, const BlockExtent& extent) const {
+    const BlockExtent cubes = cubesOf(inBoth(own, extent), params_.space.cell_voxels);
+    size_t count = 1;
+    for (const int32_t edge : {cubes.last.x - cubes.first.x, cubes.last.y - cubes.first.y,
+                               cubes.last.z - cubes.first.z}) {
+      count *= static_cast<size_t>(std::max(edge + 1, 0));
+    }
+    return count * kFreeCubeBudgetBytes;
+  }
+
+  /// Calls visit(extent, place) for the places with something of an extent that frames came by.
+  template <class Visit>
+  void visitPlaces(const BlockExtent& extent, const Visit& visit) const {
+    double boxes = 1.0;
+    for (const int32_t edge : {extent.last.x - extent.first.x, extent.last.y - extent.first.y,
+                               extent.last.z - extent.first.z}) {
+      boxes *= 2.0 + static_cast<double>(edge) / place_blocks_;
+    }
+    if (boxes > static_cast<double>(places_.size())) {
+      for (const auto& [place, in_work] : places_) {
+        if (overlap(extentOf(place), extent)) visit(extentOf(place), in_work);
+      }
+      return;
+    }
+    visitGrid(extent, place_blocks_, [&](const Place& place) {
+      const auto found = places_.find(place);
+      if (found != places_.end()) visit(extentOf(place), found->second);
+    });
+  }
+
   const RunSettings settings_;
   const MapperParams params_;
   const Clock::time_point start_;
+  const ColourReach colour_reach_;
   size_t recording_count_;
+  std::vector<InputOptions> inputs_;
+  bool has_colour_ = false;
+  int place_blocks_;
   Plan plan_;
   std::unique_ptr<ProbedMapper> mapper_;
   std::unordered_map<PackedKey, uint32_t> blocks_;  ///< Directions of those that were touched.
-  std::map<Place, TileInWork> tiles_;
+  std::map<Place, PlaceInWork> places_;
+  std::vector<ImageInWork> colour_images_;
+  size_t frames_of_recording_ = 0;  ///< Fused, of the one that is read.
+  bool has_frames_ = false;         ///< Of any recording.
   double image_seconds_ = 0.0;
   size_t images_ = 0;
 };
-
-/// Counts what a tile may hold, and whether anything of it is its own.
-bool estimate(Tile& tile, const std::vector<BlockRequest>& blocks) {
-  const BlockExtent wide = withHalo(tile.own);
-  bool has_own = false;
-  tile.estimate.blocks = tile.estimate.voxel_arrays = 0;
-  for (const BlockRequest& block : blocks) {
-    const BlockKey key = unpackKey(block.key);
-    if (!wide.contains(key)) continue;
-    has_own = has_own || tile.own.contains(key);
-    ++tile.estimate.blocks;
-    tile.estimate.voxel_arrays += static_cast<size_t>(__builtin_popcount(block.directions));
-  }
-  tile.estimate.map_bytes = tile.estimate.blocks * BlockTable::kBlockBytes +
-                            tile.estimate.voxel_arrays * BlockTable::kArrayBytes;
-  return has_own;
-}
 
 /// Two halves, across the longest edge.
 std::array<BlockExtent, 2> halvesOf(const BlockExtent& extent) {
@@ -262,20 +418,22 @@ bool isOneBlock(const BlockExtent& extent) {
 
 }  // namespace
 
-std::vector<Tile> cutToBudget(const Tile& tile, const std::vector<BlockRequest>& blocks,
-                              size_t most_bytes) {
-  Tile whole = tile;
-  if (!estimate(whole, blocks)) return {};
-  if (whole.estimate.map_bytes <= most_bytes) return {whole};
-  if (isOneBlock(whole.own)) {
-    throw std::runtime_error("a block and those around it take more than map/max_memory_mb; raise "
-                             "it");
+std::vector<Tile> cutToBudget(const BlockExtent& own, const MemoryBudget& budget,
+                              const std::function<Tile(const BlockExtent&)>& describe) {
+  const Tile whole = describe(own);
+  const TileEstimate& estimate = whole.estimate;
+  if (estimate.own_blocks == 0 && estimate.free_bytes == 0) return {};
+  if (estimate.map_bytes <= budget.map_bytes && estimate.free_bytes <= budget.free_bytes) {
+    return {whole};
+  }
+  if (isOneBlock(own)) {
+    throw std::runtime_error(
+        "a block and those that are fused with it take more than map/max_memory_mb; raise it, or, "
+        "where there is colour, lower colour/max_depth_m");
   }
   std::vector<Tile> parts;
-  for (const BlockExtent& half : halvesOf(whole.own)) {
-    Tile part = whole;
-    part.own = half;
-    const std::vector<Tile> cut = cutToBudget(part, blocks, most_bytes);
+  for (const BlockExtent& half : halvesOf(own)) {
+    const std::vector<Tile> cut = cutToBudget(half, budget, describe);
     parts.insert(parts.end(), cut.begin(), cut.end());
   }
   return parts;
@@ -286,7 +444,7 @@ Plan makePlan(const PlanRequest& request, const RunSettings& settings) {
     throw UsageError("--poses is for one recording, and there are several");
   }
   Planner planner(request, settings);
-  for (const std::string& path : request.recordings) planner.read(path);
+  planner.readAll();
   return planner.finish();
 }
 

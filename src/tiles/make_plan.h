@@ -1,10 +1,11 @@
 /// Makes a plan: the way of every frame through the mapper, but for the map itself.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
-#include "map/block_table.h"
+#include "map/memory_budget.h"
 #include "tiles/plan.h"
 
 namespace dtsdf {
@@ -20,9 +21,10 @@ struct PlanRequest {
 /// part of the whole map.
 Plan makePlan(const PlanRequest& request, const RunSettings& settings);
 
-/// A tile cut until no part takes more than `most_bytes`. `blocks` are those of the whole map, by
-/// packed key. @throws std::runtime_error where a single block takes more.
-std::vector<Tile> cutToBudget(const Tile& tile, const std::vector<BlockRequest>& blocks,
-                              size_t most_bytes);
+/// The tile of these blocks, cut until no part takes more than the budget; those that have nothing
+/// to make are left out. `describe` makes a tile of its own blocks.
+/// @throws std::runtime_error where a single block takes more.
+std::vector<Tile> cutToBudget(const BlockExtent& own, const MemoryBudget& budget,
+                              const std::function<Tile(const BlockExtent&)>& describe);
 
 }  // namespace dtsdf

@@ -23,8 +23,8 @@ constexpr size_t kVerticesAtOnce = 65536;
 /// Joins blocks by rising keys, and keeps only the vertices that later blocks may share.
 class MeshWindow {
  public:
-  MeshWindow(float voxel_size_m, const std::array<double, 3>& origin_m, PlyStream& ply)
-      : positions_(voxel_size_m), ply_(ply) {
+  MeshWindow(const MeshedWhole& whole, const std::array<double, 3>& origin_m, PlyStream& ply)
+      : positions_(whole.voxel_size_m), is_painted_(whole.painted), ply_(ply) {
     window_.origin_m = origin_m;
   }
 
@@ -69,6 +69,10 @@ class MeshWindow {
     window_.vertices_m.push_back(
         positionFrom(window_.origin_m, positions_.positionInMap(block.key, block.vertices[i])));
     window_.normals.push_back({0.0f, 0.0f, 0.0f});
+    // A tile that was never painted has none; in a map that was, these are not painted.
+    if (is_painted_) {
+      window_.colours.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
+    }
   }
 
   void closeBefore(PackedKey key) {
@@ -84,6 +88,10 @@ class MeshWindow {
     piece.origin_m = window_.origin_m;
     piece.vertices_m.assign(window_.vertices_m.begin(), window_.vertices_m.begin() + count);
     piece.normals.assign(window_.normals.begin(), window_.normals.begin() + count);
+    if (is_painted_) {
+      piece.colours.assign(window_.colours.begin(), window_.colours.begin() + count);
+      window_.colours.erase(window_.colours.begin(), window_.colours.begin() + count);
+    }
     makeUnit(piece.normals);
     ply_.addVertices(piece);
     window_.vertices_m.erase(window_.vertices_m.begin(), window_.vertices_m.begin() + count);
@@ -92,6 +100,7 @@ class MeshWindow {
   }
 
   const MeshStore positions_;
+  const bool is_painted_;
   PlyStream& ply_;
   BlockJoiner joiner_{true};
   Mesh window_;  ///< From vertex number written_ on.
@@ -133,7 +142,7 @@ class TileMeshes {
 }  // namespace
 
 void mergeMeshes(const std::vector<MeshOfTile>& meshes, const std::string& folder,
-                 float voxel_size_m, PlyStream& ply) {
+                 const MeshedWhole& whole, PlyStream& ply) {
   std::deque<TileMeshes> tiles;
   using Turn = std::pair<PackedKey, size_t>;
   std::priority_queue<Turn, std::vector<Turn>, std::greater<Turn>> turns;
@@ -143,7 +152,7 @@ void mergeMeshes(const std::vector<MeshOfTile>& meshes, const std::string& folde
     tiles.emplace_back(mesh, folder);
     bounds.add(mesh.bounds);
   }
-  MeshWindow window(voxel_size_m, originOf(bounds, voxel_size_m), ply);
+  MeshWindow window(whole, originOf(bounds, whole.voxel_size_m), ply);
   while (!turns.empty()) {
     TileMeshes& tile = tiles[turns.top().second];
     const size_t number = turns.top().second;

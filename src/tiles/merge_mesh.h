@@ -19,9 +19,15 @@ struct MeshOfTile {
   BlockBounds bounds; ///< Of the blocks that have a mesh.
 };
 
+/// What the whole map is.
+struct MeshedWhole {
+  float voxel_size_m;
+  bool painted;
+};
+
 /// Writes the mesh that a mapper of the whole map would have, vertices and triangles in its order.
 /// @throws std::runtime_error that names a damaged tile of the folder
 void mergeMeshes(const std::vector<MeshOfTile>& meshes, const std::string& folder,
-                 float voxel_size_m, PlyStream& ply);
+                 const MeshedWhole& whole, PlyStream& ply);
 
 }  // namespace dtsdf

@@ -67,7 +67,7 @@ struct JoinedTable {
 void checkSame(const MapContents& a, const MapContents& b) {
   if (a.settings != b.settings || a.map_frame != b.map_frame || a.stamp_s != b.stamp_s ||
       a.frames != b.frames || a.supporting_frames != b.supporting_frames ||
-      a.painted != b.painted) {
+      a.cell_voxels != b.cell_voxels || a.exposure != b.exposure) {
     throw std::runtime_error("its settings and counts of frames are not those of other tiles");
   }
 }
@@ -82,11 +82,17 @@ void addTile(const std::string& folder, size_t tile, const LoadedPlan& loaded, J
   const MapContents& head = map.head();
   if (tile == 0) table.head = headOf(head);
   checkSame(table.head, head);
+  table.head.painted |= head.painted;  // so is the map, once anything of it is
+  const BlockExtent& own = loaded.plan.tiles[tile].own;
   for (const MapBlock& block : head.blocks) {
-    if (!loaded.plan.tiles[tile].own.contains(block.key)) {
-      throw std::runtime_error("it has blocks of other tiles");
-    }
+    if (!own.contains(block.key)) throw std::runtime_error("it has blocks of other tiles");
     blocks.push_back({block, static_cast<uint32_t>(tile)});
+  }
+  for (const MapFreeCube& cube : head.free_cubes) {
+    if (!cubesOf(own, head.cell_voxels).contains(cube.key)) {
+      throw std::runtime_error("it has free cells of other tiles");
+    }
+    table.head.free_cubes.push_back(cube);
   }
   table.blocks_of.push_back(head.blocks.size());
   table.first_of.push_back(head.blocks.empty() ? 0 : packKey(head.blocks.front().key));
@@ -105,6 +111,10 @@ JoinedTable joinTables(const std::string& folder, const LoadedPlan& loaded) {
   std::sort(blocks.begin(), blocks.end(), [](const JoinedMapBlock& a, const JoinedMapBlock& b) {
     return packKey(a.block.key) < packKey(b.block.key);
   });
+  std::sort(table.head.free_cubes.begin(), table.head.free_cubes.end(),
+            [](const MapFreeCube& a, const MapFreeCube& b) {
+              return packKey(a.key) < packKey(b.key);
+            });
   for (const JoinedMapBlock& joined : blocks) {
     table.head.blocks.push_back(joined.block);
     table.tile_of.push_back(joined.tile);
@@ -112,18 +122,26 @@ JoinedTable joinTables(const std::string& folder, const LoadedPlan& loaded) {
   return table;
 }
 
-/// The voxels of a tile's map file, from the first block to the last, a chunk in memory.
-class TileVoxels {
+void readWords(const MapChunks& map, size_t chunk, std::vector<uint64_t>& words) {
+  map.readVoxels(chunk, words);
+}
+void readWords(const MapChunks& map, size_t chunk, std::vector<uint32_t>& words) {
+  map.readColours(chunk, words);
+}
+
+/// The voxels or colours of a tile's map file, from the first block to the last, a chunk in memory.
+template <class Word>
+class TileWords {
  public:
-  TileVoxels(std::string folder, size_t tile, size_t blocks)
+  TileWords(std::string folder, size_t tile, size_t blocks)
       : folder_(std::move(folder)), tile_(tile), blocks_left_(blocks) {}
 
   /// Appends those of the next block.
-  void append(size_t count, std::vector<uint64_t>& to) {
+  void append(size_t count, std::vector<Word>& to) {
     try {
       if (!map_) map_.emplace(tilePath(folder_, tile_, ".dtsdf"));
-      if (at_ == words_.size()) {
-        map_->readVoxels(chunk_++, words_);
+      while (count > 0 && at_ == words_.size()) {  // chunks may have no colours
+        readWords(*map_, chunk_++, words_);
         at_ = 0;
       }
     } catch (const std::exception& error) {
@@ -134,7 +152,7 @@ class TileVoxels {
     at_ += count;
     if (--blocks_left_ > 0) return;
     map_.reset();
-    words_ = std::vector<uint64_t>();
+    words_ = std::vector<Word>();
   }
 
  private:
@@ -142,28 +160,46 @@ class TileVoxels {
   const size_t tile_;
   size_t blocks_left_;
   std::optional<MapChunks> map_;
-  std::vector<uint64_t> words_;  ///< Of the chunk before chunk_.
+  std::vector<Word> words_;  ///< Of the chunk before chunk_.
   size_t chunk_ = 0, at_ = 0;
+};
+
+/// The voxels or colours of the whole map, by its chunks.
+template <class Word>
+class JoinedWords {
+ public:
+  JoinedWords(const JoinedTable& table, const std::string& folder,
+              size_t (*words_of)(const MapBlock&))
+      : table_(table), words_of_(words_of) {
+    for (size_t i = 0; i < table.blocks_of.size(); ++i) {
+      tiles_.emplace_back(folder, i, table.blocks_of[i]);
+    }
+  }
+
+  const Word* join(size_t chunk) {
+    const std::vector<MapBlock>& blocks = table_.head.blocks;
+    words_.clear();
+    const size_t end = std::min(blocks.size(), (chunk + 1) * kBlocksPerMapChunk);
+    for (size_t i = chunk * kBlocksPerMapChunk; i < end; ++i) {
+      tiles_[table_.tile_of[i]].append(words_of_(blocks[i]), words_);
+    }
+    return words_.data();
+  }
+
+ private:
+  const JoinedTable& table_;
+  size_t (*const words_of_)(const MapBlock&);
+  std::vector<TileWords<Word>> tiles_;
+  std::vector<Word> words_;
 };
 
 /// @return its content hash.
 uint64_t saveJoinedMap(const JoinedTable& table, const MergeRequest& request) {
-  std::vector<TileVoxels> tiles;
-  for (size_t i = 0; i < table.blocks_of.size(); ++i) {
-    tiles.emplace_back(request.folder, i, table.blocks_of[i]);
-  }
-  std::vector<uint64_t> words;
-  const std::vector<MapBlock>& blocks = table.head.blocks;
-  const auto voxels = [&](size_t chunk) {
-    words.clear();
-    const size_t end = std::min(blocks.size(), (chunk + 1) * kBlocksPerMapChunk);
-    for (size_t i = chunk * kBlocksPerMapChunk; i < end; ++i) {
-      const auto arrays = static_cast<size_t>(__builtin_popcount(blocks[i].directions));
-      tiles[table.tile_of[i]].append(arrays * kVoxelsPerBlock, words);
-    }
-    return static_cast<const uint64_t*>(words.data());
-  };
-  return saveMapInChunks(table.head, {voxels, nullptr}, request.map_path, 1).content_hash;
+  JoinedWords<uint64_t> voxels(table, request.folder, voxelWordsOf);
+  JoinedWords<uint32_t> colours(table, request.folder, colourWordsOf);
+  const MapWords words{[&](size_t chunk) { return voxels.join(chunk); },
+                       [&](size_t chunk) { return colours.join(chunk); }};
+  return saveMapInChunks(table.head, words, request.map_path, 1).content_hash;
 }
 
 void saveJoinedMesh(const JoinedTable& table, const MergeRequest& request,
@@ -175,7 +211,7 @@ void saveJoinedMesh(const JoinedTable& table, const MergeRequest& request,
                       table.first_of[i], record.mesh_bounds});
   }
   PlyStream ply(request.mesh_path, params.mesh.colour);
-  mergeMeshes(meshes, request.folder, params.map.voxel_size_m, ply);
+  mergeMeshes(meshes, request.folder, {params.map.voxel_size_m, table.head.painted}, ply);
   ply.finish();
   result.vertices = ply.vertices();
   result.triangles = ply.triangles();

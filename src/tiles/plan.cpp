@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kFormat = 1;
+constexpr int kFormat = 2;
 
 Json toJson(const IndexRanges& ranges) {
   Json list = Json::array();
@@ -84,36 +84,77 @@ InputOptions readingOf(const Json& json) {
   return options;
 }
 
+Json toJson(const std::vector<IndexRanges>& by_recording) {
+  Json list = Json::array();
+  for (const IndexRanges& of_recording : by_recording) list.push_back(toJson(of_recording));
+  return list;
+}
+
+std::vector<IndexRanges> rangesByRecording(const Json& list) {
+  std::vector<IndexRanges> ranges;
+  for (const Json& of_recording : list) ranges.push_back(rangesOf(of_recording));
+  return ranges;
+}
+
 Json toJson(const PlannedRecording& recording) {
+  Json images = Json::array();
+  for (const PlannedImage& image : recording.images) {
+    images.push_back({image.index, image.frames_before});
+  }
   return {{"path", recording.path},
           {"format", recording.format},
           {"fused", toJson(recording.fused)},
-          {"supporting", toJson(recording.supporting)}};
+          {"supporting", toJson(recording.supporting)},
+          {"images", images}};
 }
 
 PlannedRecording recordingOf(const Json& json) {
-  return {json.at("path"), json.at("format"), rangesOf(json.at("fused")),
-          rangesOf(json.at("supporting"))};
+  PlannedRecording recording{json.at("path"), json.at("format"), rangesOf(json.at("fused")),
+                             rangesOf(json.at("supporting")), {}};
+  for (const Json& image : json.at("images")) {
+    recording.images.push_back({image.at(0), image.at(1)});
+  }
+  return recording;
+}
+
+/// @throws std::runtime_error for images that nobody would come to paint.
+void checkOrder(const PlannedRecording& recording) {
+  const size_t frames = recording.fused.count();
+  PlannedImage before{0, 0};
+  for (const PlannedImage& image : recording.images) {
+    const bool is_first = &image == &recording.images.front();
+    if (image.frames_before < before.frames_before || image.frames_before > frames ||
+        (!is_first && image.index <= before.index)) {
+      throw std::runtime_error("its colour images are not in order");
+    }
+    before = image;
+  }
 }
 
 Json toJson(const Tile& tile) {
-  Json frames = Json::array();
-  for (const IndexRanges& of_recording : tile.frames) frames.push_back(toJson(of_recording));
   return {{"first_block", toJson(tile.own.first)},
           {"last_block", toJson(tile.own.last)},
-          {"frames", frames},
+          {"first_fused", toJson(tile.fused.first)},
+          {"last_fused", toJson(tile.fused.last)},
+          {"frames", toJson(tile.frames)},
+          {"images", toJson(tile.images)},
           {"most_blocks", tile.estimate.blocks},
           {"most_voxel_arrays", tile.estimate.voxel_arrays},
+          {"most_own_blocks", tile.estimate.own_blocks},
           {"most_map_bytes", tile.estimate.map_bytes},
+          {"most_free_bytes", tile.estimate.free_bytes},
           {"seconds", tile.estimate.seconds}};
 }
 
 Tile tileOf(const Json& json) {
   Tile tile;
   tile.own = {keyOf(json.at("first_block")), keyOf(json.at("last_block"))};
-  for (const Json& ranges : json.at("frames")) tile.frames.push_back(rangesOf(ranges));
-  tile.estimate = {json.at("most_blocks"), json.at("most_voxel_arrays"),
-                   json.at("most_map_bytes"), json.at("seconds")};
+  tile.fused = {keyOf(json.at("first_fused")), keyOf(json.at("last_fused"))};
+  tile.frames = rangesByRecording(json.at("frames"));
+  tile.images = rangesByRecording(json.at("images"));
+  tile.estimate = {json.at("most_blocks"),     json.at("most_voxel_arrays"),
+                   json.at("most_own_blocks"), json.at("most_map_bytes"),
+                   json.at("most_free_bytes"), json.at("seconds")};
   return tile;
 }
 
@@ -150,10 +191,12 @@ Plan planOf(const Json& json) {
   for (const auto& [key, value] : json.at("settings").items()) plan.settings[key] = valueOf(value);
   for (const Json& recording : json.at("recordings")) {
     plan.recordings.push_back(recordingOf(recording));
+    checkOrder(plan.recordings.back());
   }
   for (const Json& tile : json.at("tiles")) plan.tiles.push_back(tileOf(tile));
   for (const Tile& tile : plan.tiles) {
-    if (tile.frames.size() != plan.recordings.size()) {
+    if (tile.frames.size() != plan.recordings.size() ||
+        tile.images.size() != plan.recordings.size()) {
       throw std::runtime_error("its tiles and recordings do not fit");
     }
   }

@@ -11,11 +11,18 @@
 
 namespace dtsdf {
 
+/// A colour image of a recording, by SourceColour::index, and how many of the recording's fused
+/// frames come before it.
+struct PlannedImage {
+  size_t index, frames_before;
+};
+
 /// A recording and what the whole map makes of its frames, by their place in the recording.
 struct PlannedRecording {
   std::string path, format;
   IndexRanges fused;       ///< Those that become part of the map.
   IndexRanges supporting;  ///< Those of them that touch a block.
+  std::vector<PlannedImage> images;  ///< Colour images that paint, in their order.
 };
 
 struct Plan {

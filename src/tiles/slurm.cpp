@@ -20,7 +20,9 @@ std::string quoted(const std::string& text) {
 size_t memoryMb(const Plan& plan) {
   constexpr size_t kBesides_mb = 500;
   size_t most = 0;
-  for (const Tile& tile : plan.tiles) most = std::max(most, tile.estimate.map_bytes);
+  for (const Tile& tile : plan.tiles) {
+    most = std::max(most, tile.estimate.map_bytes + tile.estimate.free_bytes);
+  }
   return 2 * (most >> 20) + kBesides_mb;
 }
 

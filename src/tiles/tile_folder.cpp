@@ -67,6 +67,7 @@ void saveRecord(const TileRecord& record, const std::string& folder, size_t tile
                      {"voxel_arrays", record.voxel_arrays},
                      {"triangles", record.triangles},
                      {"frames", record.frames},
+                     {"images", record.images},
                      {"map_bytes", record.map_bytes},
                      {"peak_bytes", record.peak_bytes},
                      {"seconds", record.seconds},
@@ -92,6 +93,7 @@ TileRecord loadRecord(const std::string& folder, size_t tile) {
     json.at("voxel_arrays").get_to(record.voxel_arrays);
     json.at("triangles").get_to(record.triangles);
     json.at("frames").get_to(record.frames);
+    json.at("images").get_to(record.images);
     json.at("map_bytes").get_to(record.map_bytes);
     json.at("peak_bytes").get_to(record.peak_bytes);
     json.at("seconds").get_to(record.seconds);

@@ -30,6 +30,7 @@ struct TileRecord {
   uint64_t map_file_bytes = 0, mesh_file_bytes = 0;
   size_t blocks = 0, voxel_arrays = 0, triangles = 0;
   size_t frames = 0;         ///< That were fused into it.
+  size_t images = 0;         ///< Of colour, that it was painted with.
   size_t map_bytes = 0;      ///< Of the map, halo included, at the end.
   size_t peak_bytes = 0;     ///< Of the process, at most.
   double seconds = 0.0;

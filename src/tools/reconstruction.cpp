@@ -129,29 +129,39 @@ std::string describeSkipped(const std::map<std::string, size_t>& skipped) {
   return text;
 }
 
-ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
-                                 size_t mesh_every,
-                                 const std::function<void(size_t)>& show_progress) {
-  Reconstruction reconstruction(mapper, voxel_size_m);
+size_t visitInput(const RecordedInput& input, const InputVisitor& visitor) {
   ColourQueue images(input.colour, input.max_colour_rate_hz);
   bool is_first = true;
   while (const std::optional<SourceFrame> frame = input.depth.next()) {
     images.takeUpTo(frame->stamp_s, false, [&](const SourceColour& image) {
       const bool follows_map = input.map_stamp_s && image.stamp_s > *input.map_stamp_s;
-      if (!is_first || follows_map) reconstruction.paint(image.colour);
+      if (!is_first || follows_map) visitor.paint(image);
     });
     is_first = false;
-    reconstruction.fuse(*frame);
-    images.takeUpTo(frame->stamp_s, true,
-                    [&](const SourceColour& image) { reconstruction.paint(image.colour); });
+    visitor.fuse(*frame);
+    images.takeUpTo(frame->stamp_s, true, visitor.paint);
+    visitor.finish_frame();
+  }
+  return images.leftOut();
+}
+
+ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
+                                 size_t mesh_every,
+                                 const std::function<void(size_t)>& show_progress) {
+  Reconstruction reconstruction(mapper, voxel_size_m);
+  InputVisitor visitor;
+  visitor.fuse = [&](const SourceFrame& frame) { reconstruction.fuse(frame); };
+  visitor.paint = [&](const SourceColour& image) { reconstruction.paint(image.colour); };
+  visitor.finish_frame = [&] {
     if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
     show_progress(reconstruction.frames() + reconstruction.framesNotFused() +
                   sumOf(input.depth.skipped()));
-  }
+  };
+  const size_t left_out = visitInput(input, visitor);
   std::map<std::string, size_t> skipped = input.depth.skipped();
   if (input.colour != nullptr) {
     for (const auto& [reason, count] : input.colour->skipped()) skipped[reason] += count;
-    if (images.leftOut() > 0) skipped["colour images: over_rate"] = images.leftOut();
+    if (left_out > 0) skipped["colour images: over_rate"] = left_out;
   }
   return reconstruction.finish(skipped);
 }

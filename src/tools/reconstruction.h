@@ -27,6 +27,19 @@ struct RecordedInput {
   std::optional<double> map_stamp_s;
 };
 
+/// Who is handed frames and images.
+struct InputVisitor {
+  std::function<void(const SourceFrame&)> fuse;
+  std::function<void(const SourceColour&)> paint;
+  std::function<void()> finish_frame;  ///< After a frame and the images of its stamp.
+};
+
+/// Hands out frames and images in the order in which a map takes them: colour images by stamps
+/// between the frames, those of one stamp after the frame; none after the last one, and none before
+/// the first unless the run goes on with a map.
+/// @return images left out, as more come than max_colour_rate_hz. @throws std::runtime_error
+size_t visitInput(const RecordedInput& input, const InputVisitor& visitor);
+
 struct ReconstructionResult {
   size_t frames = 0;                      ///< Fused.
   size_t images = 0;                      ///< Painted.
@@ -39,10 +52,9 @@ struct ReconstructionResult {
   Mesh mesh;
 };
 
-/// Fuses all frames of a source. Colour images are painted in the order of stamps between them,
-/// those of one stamp after the frame; none after the last one, and none before the first unless
-/// the run goes on with a map. The mesh is extracted each `mesh_every` frames (0: never) and, of
-/// what is left, at the end. `show_progress` is called with the number of frames done.
+/// Fuses all frames of a source and paints the images, as visitInput() hands them out. The mesh is
+/// extracted each `mesh_every` frames (0: never) and, of what is left, at the end. `show_progress`
+/// is called with the number of frames done.
 /// @throws std::runtime_error if the source or the backend fails, or if no frame was fused.
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
                                  size_t mesh_every,

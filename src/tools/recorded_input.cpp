@@ -36,6 +36,7 @@ BagOptions bagOptions(const InputOptions& options, const NodeParams& node) {
   bag.pose_tolerance_s = options.recording.pose_tolerance_s;
   bag.selection = options.recording.selection;
   bag.colour_topic = options.colour_topic;
+  bag.listed_colours = options.recording.listed_colours;
   return bag;
 }
 

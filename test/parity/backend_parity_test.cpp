@@ -250,6 +250,31 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   }
 }
 
+/// A tile of a painted map: blocks that are not painted hide those that are, and what lies beyond
+/// the depth does not.
+TEST_P(BackendParity, PaintedInPartAsItIs) {
+  MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
+  params.paint.exposure = ImageExposure::kFixed;
+  params.paint.max_depth_m = 2.0f;
+  const BlockExtent fused{{-9, -9, -9}, {4, 9, 9}}, painted{{-3, -9, -9}, {3, 9, 9}};
+  BackendPair pair(params, GetParam());
+  pair.reference().restrictTo({fused, painted, BlockExtent()});
+  pair.candidate().restrictTo({fused, painted, BlockExtent()});
+  TestFrameSettings settings;
+  settings.noise = true;
+  ASSERT_NO_FATAL_FAILURE(feedAll(pair, makeTestFrames(settings), makeTestColours(settings), 2));
+  EXPECT_GT(pair.candidate().stats().colour_bytes, 0u);
+  size_t beside = 0;
+  for (const MapBlock& block : pair.candidate().contents().blocks) {
+    EXPECT_TRUE(fused.contains(block.key));
+    if (painted.contains(block.key)) continue;
+    EXPECT_EQ(block.bricks, 0u);
+    ++beside;
+  }
+  EXPECT_GT(beside, 0u);
+  pair.compareMaps();
+}
+
 /// What is seen through loses its colours, and arrays that are used again have none.
 TEST_P(BackendParity, PaintedAndSeenThrough) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());

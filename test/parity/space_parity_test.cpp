@@ -71,6 +71,32 @@ TEST_P(SpaceCellParity, MovingCamera) {
   pair.compareMaps();
 }
 
+/// A tile knows its own cubes only, and those as the whole map does.
+TEST_P(SpaceCellParity, OfATile) {
+  const auto [candidate, cell_voxels, clearing] = GetParam();
+  MapperParams params = spaceParams();
+  params.space.cell_voxels = cell_voxels;
+  params.fusion.clearing = clearing;
+  TestFrameSettings settings;
+  settings.count = 3;
+  const std::vector<TestFrame> frames = makeTestFrames(settings);
+  const auto whole = makeProbedMapper(params);
+  for (const TestFrame& frame : frames) whole->integrate(frame.view());
+  const auto all = whole->contents().free_cubes;
+  ASSERT_GT(all.size(), 2u);
+  const MapFreeCube& expected = all[all.size() / 2];
+  const MapExtent one{BlockExtent(), BlockExtent(), {expected.key, expected.key}};
+  BackendPair pair(params, candidate);
+  pair.reference().restrictTo(one);
+  pair.candidate().restrictTo(one);
+  for (const TestFrame& frame : frames) ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+  const auto own = pair.candidate().contents().free_cubes;
+  ASSERT_EQ(own.size(), 1u);
+  EXPECT_EQ(own[0].key, expected.key);
+  EXPECT_EQ(own[0].cells, expected.cells);
+  pair.compareMaps();
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, SpaceCellParity,
     testing::Combine(testing::Values(Candidate::kCpuTwoThreads, Candidate::kCuda),

@@ -287,6 +287,20 @@ TEST_F(ColourBag, IsReadByStampsWithItsOwnPoses) {
                                            {"colour images: no_camera_info", 1}}));
 }
 
+TEST_F(ColourBag, HandsOutThoseListed) {
+  for (const double stamp_s : {100.2, 100.4, 100.6}) writeCameraOf(stamp_s);
+  for (const double stamp_s : {100.6, 100.3, 100.2, 100.4}) {  // 100.3 has no camera_info
+    writeRaw(stamp_s, ros::Time(101.0 + stamp_s));
+  }
+  options_.listed_colours = std::make_shared<const std::vector<size_t>>(
+      std::vector<size_t>{1, 2, 3});
+  const std::vector<SourceColour> images = readColours();
+  ASSERT_EQ(images.size(), 2u);
+  EXPECT_EQ(images[0].index, 2u);
+  EXPECT_EQ(images[0].stamp_s, 100.4);
+  EXPECT_EQ(images[1].index, 3u);
+}
+
 TEST_F(ColourBag, MayBeCompressed) {
   for (const double stamp_s : {100.2, 100.4}) {
     writeCameraOf(stamp_s);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr uint32_t kWidth = 4, kHeight = 2;
 
-sensor_msgs::CameraInfo makeInfo(uint32_t width = kWidth, uint32_t height = kHeight) {
+sensor_msgs::CameraInfo colourInfo(uint32_t width = kWidth, uint32_t height = kHeight) {
   sensor_msgs::CameraInfo info;
   info.header.stamp = ros::Time(1.0);
   info.width = width;
@@ -42,7 +42,7 @@ sensor_msgs::ImagePtr makeImage(const std::string& encoding, const std::vector<u
 
 /// Red, green and blue of the first pixel, as the mapper would read it.
 std::vector<int> firstPixel(const sensor_msgs::ImageConstPtr& image) {
-  const sensor_msgs::CameraInfo info = makeInfo(image->width, image->height);
+  const sensor_msgs::CameraInfo info = colourInfo(image->width, image->height);
   const auto rejection = checkColourImage(*image, info);
   EXPECT_FALSE(rejection) << image->encoding << ": " << rejection->text;
   if (rejection) return {};
@@ -62,7 +62,7 @@ std::vector<int> firstPixel(const sensor_msgs::ImageConstPtr& image) {
   return {};
 }
 
-DropReason reasonAgainst(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
+DropReason colourReason(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
   const auto rejection = checkColourImage(image, info);
   EXPECT_TRUE(rejection.has_value());
   return rejection ? rejection->reason : DropReason::kPaused;
@@ -114,22 +114,22 @@ TEST(ColourImage, UndoesBayerPatterns) {
 }
 
 TEST(ColourImage, RefusesWhatIsNoColourImage) {
-  EXPECT_EQ(reasonAgainst(*makeImage("16UC1", {0, 1}), makeInfo()), DropReason::kBadEncoding);
-  EXPECT_EQ(reasonAgainst(*makeImage("32FC1", {0, 0, 0, 0}), makeInfo()),
+  EXPECT_EQ(colourReason(*makeImage("16UC1", {0, 1}), colourInfo()), DropReason::kBadEncoding);
+  EXPECT_EQ(colourReason(*makeImage("32FC1", {0, 0, 0, 0}), colourInfo()),
             DropReason::kBadEncoding);
-  EXPECT_EQ(reasonAgainst(*makeImage("", {0, 1}), makeInfo()), DropReason::kBadEncoding);
-  EXPECT_EQ(reasonAgainst(*makeImage("rgb8", {1, 2}), makeInfo()), DropReason::kBadImage);
-  EXPECT_EQ(reasonAgainst(*makeImage("rgb8", {1, 2, 3}), makeInfo(5)), DropReason::kSizeMismatch);
-  EXPECT_EQ(reasonAgainst(*makeImage("yuv422", {1, 2}, 3), makeInfo(3)), DropReason::kBadImage);
-  EXPECT_EQ(reasonAgainst(*makeImage("rgb8", {1, 2, 3}, 0), makeInfo(0)), DropReason::kBadImage);
-  sensor_msgs::CameraInfo uncalibrated = makeInfo();
+  EXPECT_EQ(colourReason(*makeImage("", {0, 1}), colourInfo()), DropReason::kBadEncoding);
+  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2}), colourInfo()), DropReason::kBadImage);
+  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}), colourInfo(5)), DropReason::kSizeMismatch);
+  EXPECT_EQ(colourReason(*makeImage("yuv422", {1, 2}, 3), colourInfo(3)), DropReason::kBadImage);
+  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}, 0), colourInfo(0)), DropReason::kBadImage);
+  sensor_msgs::CameraInfo uncalibrated = colourInfo();
   uncalibrated.P = {};
   uncalibrated.K = {};
-  EXPECT_EQ(reasonAgainst(*makeImage("rgb8", {1, 2, 3}), uncalibrated),
+  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}), uncalibrated),
             DropReason::kBadIntrinsics);
   const auto unstamped = makeImage("rgb8", {1, 2, 3});
   unstamped->header.stamp = ros::Time();
-  EXPECT_EQ(reasonAgainst(*unstamped, makeInfo()), DropReason::kNoStamp);
+  EXPECT_EQ(colourReason(*unstamped, colourInfo()), DropReason::kNoStamp);
 }
 
 /// Drivers that know their sizes only roughly: no byte beyond the message is read.
@@ -150,7 +150,7 @@ TEST(ColourImage, RowsMayHaveOddLengths) {
 }
 
 TEST(ColourImage, DistortedOnesAreRectified) {
-  sensor_msgs::CameraInfo info = makeInfo();
+  sensor_msgs::CameraInfo info = colourInfo();
   info.distortion_model = "plumb_bob";
   info.D = {-0.1, 0.01, 0.0, 0.0, 0.0};
   Rectification raw(RectifyChoice::kAuto, "/color/image_raw", Rectification::Kind::kColour);

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-sensor_msgs::CameraInfo makeInfo() {
+sensor_msgs::CameraInfo depthInfo() {
   sensor_msgs::CameraInfo info;
   info.width = 3;
   info.height = 2;
@@ -53,7 +53,7 @@ std::vector<uint16_t> pixelsOf(const DepthFrame& frame) {
 
 const std::vector<uint16_t> kPixels{1000, 1001, 1002, 1003, 1004, 1005};
 
-DropReason reasonAgainst(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
+DropReason depthReason(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
   const auto rejection = checkDepthImage(image, info);
   EXPECT_TRUE(rejection.has_value());
   return rejection ? rejection->reason : DropReason::kPaused;
@@ -63,9 +63,9 @@ TEST(DepthImage, TakesEveryByteOrderAndPadding) {
   for (const bool big_endian : {false, true}) {
     for (const uint32_t padding : {0u, 2u, 3u}) {
       const sensor_msgs::Image image = makeImage(big_endian, padding);
-      ASSERT_FALSE(checkDepthImage(image, makeInfo())) << big_endian << " " << padding;
+      ASSERT_FALSE(checkDepthImage(image, depthInfo())) << big_endian << " " << padding;
       cv_bridge::CvImageConstPtr pixels;
-      EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), makeInfo(), {}, pixels)), kPixels)
+      EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), depthInfo(), {}, pixels)), kPixels)
           << big_endian << " " << padding;
     }
   }
@@ -74,7 +74,7 @@ TEST(DepthImage, TakesEveryByteOrderAndPadding) {
 TEST(DepthImage, DoesNotCopyWhatIsFineAsItIs) {
   const sensor_msgs::ImageConstPtr image = share(makeImage(false, 2));
   cv_bridge::CvImageConstPtr pixels;
-  const DepthFrame frame = makeDepthFrame(image, makeInfo(), {}, pixels);
+  const DepthFrame frame = makeDepthFrame(image, depthInfo(), {}, pixels);
   EXPECT_EQ(frame.data, image->data.data());
   EXPECT_EQ(frame.row_bytes, 8u);
 }
@@ -82,21 +82,21 @@ TEST(DepthImage, DoesNotCopyWhatIsFineAsItIs) {
 TEST(DepthImage, TakesDataThatEndEarlyOrGoOn) {
   sensor_msgs::Image image = makeImage(false, 2);
   image.data.resize(image.data.size() - 2);  // no padding after the last row
-  ASSERT_FALSE(checkDepthImage(image, makeInfo()));
+  ASSERT_FALSE(checkDepthImage(image, depthInfo()));
   cv_bridge::CvImageConstPtr pixels;
-  EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), makeInfo(), {}, pixels)), kPixels);
+  EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), depthInfo(), {}, pixels)), kPixels);
   image.data.resize(1000);
-  ASSERT_FALSE(checkDepthImage(image, makeInfo()));
-  EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), makeInfo(), {}, pixels)), kPixels);
+  ASSERT_FALSE(checkDepthImage(image, depthInfo()));
+  EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), depthInfo(), {}, pixels)), kPixels);
 }
 
 TEST(DepthImage, TakesMono16AsDepth) {
   for (const bool big_endian : {false, true}) {
     sensor_msgs::Image image = makeImage(big_endian, 1);
     image.encoding = "mono16";
-    ASSERT_FALSE(checkDepthImage(image, makeInfo()));
+    ASSERT_FALSE(checkDepthImage(image, depthInfo()));
     cv_bridge::CvImageConstPtr pixels;
-    const DepthFrame frame = makeDepthFrame(share(image), makeInfo(), {}, pixels);
+    const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), {}, pixels);
     EXPECT_EQ(frame.encoding, DepthEncoding::kUint16);
     EXPECT_EQ(pixelsOf(frame), kPixels);
   }
@@ -112,7 +112,7 @@ TEST(DepthImage, SwapsFloats) {
     image.data[i] = reinterpret_cast<const uint8_t*>(&depth_m)[3 - i % 4];
   }
   cv_bridge::CvImageConstPtr pixels;
-  const DepthFrame frame = makeDepthFrame(share(image), makeInfo(), {}, pixels);
+  const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), {}, pixels);
   EXPECT_EQ(frame.row_bytes, 12u);
   for (int i = 0; i < 6; ++i) EXPECT_EQ(static_cast<const float*>(frame.data)[i], depth_m);
 }
@@ -120,63 +120,63 @@ TEST(DepthImage, SwapsFloats) {
 TEST(DepthImage, UnitFollowsTheEncoding) {
   cv_bridge::CvImageConstPtr pixels;
   sensor_msgs::Image image = makeImage();
-  EXPECT_FLOAT_EQ(makeDepthFrame(share(image), makeInfo(), {0.0002f, 1.0f}, pixels).unit_m,
+  EXPECT_FLOAT_EQ(makeDepthFrame(share(image), depthInfo(), {0.0002f, 1.0f}, pixels).unit_m,
                   0.0002f);
   image.encoding = "32FC1";
   image.step = 12;
   image.data.assign(24, 0);
-  const DepthFrame frame = makeDepthFrame(share(image), makeInfo(), {0.0002f, 1.0f}, pixels);
+  const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), {0.0002f, 1.0f}, pixels);
   EXPECT_FLOAT_EQ(frame.unit_m, 1.0f);
   EXPECT_EQ(frame.encoding, DepthEncoding::kFloat32);
 }
 
 TEST(DepthImage, RefusesWhatItCannotUse) {
-  const sensor_msgs::CameraInfo info = makeInfo();
+  const sensor_msgs::CameraInfo info = depthInfo();
   sensor_msgs::Image image = makeImage();
   image.encoding = "bgr8";
-  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadEncoding);
+  EXPECT_EQ(depthReason(image, info), DropReason::kBadEncoding);
 
   image = makeImage();
   image.data.pop_back();
-  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
   image = makeImage();
   image.step = 5;
-  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
   image = makeImage();
   image.width = 0;
-  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
   image = makeImage();
   image.width = image.height = 0x80000000u;  // times 2 bytes: 0 in 32 bits
   image.step = 0;
-  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
   image = makeImage();
   image.height = 0x40000000u;
-  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
   image = makeImage();
   image.height = 0;
-  EXPECT_EQ(reasonAgainst(image, info), DropReason::kBadImage);
+  EXPECT_EQ(depthReason(image, info), DropReason::kBadImage);
 
   image = makeImage();
   image.header.stamp = ros::Time();
-  EXPECT_EQ(reasonAgainst(image, info), DropReason::kNoStamp);
+  EXPECT_EQ(depthReason(image, info), DropReason::kNoStamp);
 }
 
 TEST(DepthImage, RefusesForeignCameraInfo) {
-  sensor_msgs::CameraInfo info = makeInfo();
+  sensor_msgs::CameraInfo info = depthInfo();
   info.width = 4;
-  EXPECT_EQ(reasonAgainst(makeImage(), info), DropReason::kSizeMismatch);
-  info = makeInfo();
+  EXPECT_EQ(depthReason(makeImage(), info), DropReason::kSizeMismatch);
+  info = depthInfo();
   info.P[0] = info.K[0] = 0.0;
-  EXPECT_EQ(reasonAgainst(makeImage(), info), DropReason::kBadIntrinsics);
-  info = makeInfo();
+  EXPECT_EQ(depthReason(makeImage(), info), DropReason::kBadIntrinsics);
+  info = depthInfo();
   info.P[6] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(reasonAgainst(makeImage(), info), DropReason::kBadIntrinsics);
+  EXPECT_EQ(depthReason(makeImage(), info), DropReason::kBadIntrinsics);
 }
 
 TEST(Intrinsics, AreThoseOfTheRectifiedImage) {
-  EXPECT_FLOAT_EQ(intrinsicsOf(makeInfo()).fx, 200.0f);
-  EXPECT_FLOAT_EQ(intrinsicsOf(makeInfo()).cy, 0.75f);
-  sensor_msgs::CameraInfo info = makeInfo();
+  EXPECT_FLOAT_EQ(intrinsicsOf(depthInfo()).fx, 200.0f);
+  EXPECT_FLOAT_EQ(intrinsicsOf(depthInfo()).cy, 0.75f);
+  sensor_msgs::CameraInfo info = depthInfo();
   info.P.fill(0.0);
   EXPECT_FLOAT_EQ(intrinsicsOf(info).fx, 100.0f);
   EXPECT_FLOAT_EQ(intrinsicsOf(info).fy, 110.0f);
@@ -184,7 +184,7 @@ TEST(Intrinsics, AreThoseOfTheRectifiedImage) {
 }
 
 TEST(Intrinsics, FollowBinningAndRegionOfInterest) {
-  sensor_msgs::CameraInfo info = makeInfo();
+  sensor_msgs::CameraInfo info = depthInfo();
   info.width = 16;
   info.height = 16;
   info.roi.width = 6;

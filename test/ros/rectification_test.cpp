@@ -11,16 +11,16 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kWidth = 60, kHeight = 40;
+constexpr int kSensorWidth = 60, kSensorHeight = 40;
 
 /// Each pixel has its own value: 100 + 60 v + u.
 sensor_msgs::ImagePtr makeImage() {
   const auto image = boost::make_shared<sensor_msgs::Image>();
   image->encoding = "16UC1";
-  image->width = kWidth;
-  image->height = kHeight;
-  image->step = 2 * kWidth;
-  for (int i = 0; i < kWidth * kHeight; ++i) {
+  image->width = kSensorWidth;
+  image->height = kSensorHeight;
+  image->step = 2 * kSensorWidth;
+  for (int i = 0; i < kSensorWidth * kSensorHeight; ++i) {
     image->data.push_back(static_cast<uint8_t>((100 + i) & 0xff));
     image->data.push_back(static_cast<uint8_t>((100 + i) >> 8));
   }
@@ -35,8 +35,8 @@ int valueAt(const sensor_msgs::Image& image, int u, int v) {
 
 sensor_msgs::CameraInfoPtr makeInfo(const std::string& model, const std::vector<double>& D) {
   const auto info = boost::make_shared<sensor_msgs::CameraInfo>();
-  info->width = kWidth;
-  info->height = kHeight;
+  info->width = kSensorWidth;
+  info->height = kSensorHeight;
   info->distortion_model = model;
   info->D = D;
   info->K = {50.0, 0.0, 29.0, 0.0, 52.0, 19.0, 0.0, 0.0, 1.0};
@@ -70,15 +70,15 @@ const std::vector<double> kFisheye{-0.05, 0.02, -0.01, 0.003};
 int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& rectified,
                 const Eigen::Vector4d& K, const Eigen::Vector4d& P) {
   int measured = 0;
-  for (int v = 0; v < kHeight; ++v) {
-    for (int u = 0; u < kWidth; ++u) {
+  for (int v = 0; v < kSensorHeight; ++v) {
+    for (int u = 0; u < kSensorWidth; ++u) {
       const int value = valueAt(rectified, u, v);
       if (value == 0) continue;
       ++measured;
       const Eigen::Vector2d d = distort(info.distortion_model, info.D, (u - P[2]) / P[0],
                                         (v - P[3]) / P[1]);
-      EXPECT_NEAR((value - 100) % kWidth, K[0] * d.x() + K[2], 0.501) << u << " " << v;
-      EXPECT_NEAR((value - 100) / kWidth, K[1] * d.y() + K[3], 0.501) << u << " " << v;
+      EXPECT_NEAR((value - 100) % kSensorWidth, K[0] * d.x() + K[2], 0.501) << u << " " << v;
+      EXPECT_NEAR((value - 100) / kSensorWidth, K[1] * d.y() + K[3], 0.501) << u << " " << v;
     }
   }
   return measured;
@@ -93,10 +93,10 @@ TEST(Rectification, UndoesEachModel) {
     const CameraImage camera = rectification.apply({makeImage(), info});
     EXPECT_EQ(rectification.takeWarning(), "");
     const int measured = checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20});
-    EXPECT_GT(measured, kWidth * kHeight / 2) << model;
+    EXPECT_GT(measured, kSensorWidth * kSensorHeight / 2) << model;
     EXPECT_EQ(camera.info->P[0], 45.0);
     EXPECT_EQ(camera.info->P[6], 20.0);
-    EXPECT_EQ(camera.info->width, static_cast<uint32_t>(kWidth));
+    EXPECT_EQ(camera.info->width, static_cast<uint32_t>(kSensorWidth));
   }
 }
 
@@ -108,8 +108,8 @@ TEST(Rectification, MindsBinningAndTheRegionOfInterest) {
   info->P = {90.0, 0.0, 80.0, 0.0, 0.0, 92.0, 60.0, 0.0, 0.0, 0.0, 1.0, 0.0};
   info->binning_x = info->binning_y = 2;
   info->roi.x_offset = info->roi.y_offset = 20;
-  info->roi.width = 2 * kWidth;
-  info->roi.height = 2 * kHeight;
+  info->roi.width = 2 * kSensorWidth;
+  info->roi.height = 2 * kSensorHeight;
   Rectification rectification(RectifyChoice::kAuto, "image_raw");
   const CameraImage camera = rectification.apply({makeImage(), info});
   EXPECT_GT(checkPixels(*info, *camera.image, {50, 52, 29, 19}, {45, 46, 30, 20}), 1200);
@@ -124,24 +124,24 @@ TEST(Rectification, TurnedCamerasKeepTheirPoints) {
   for (int i = 0; i < 9; ++i) info->R[static_cast<size_t>(i)] = R(i / 3, i % 3);
   const auto image = makeImage();
   image->encoding = "32FC1";  // a wall two metres along the raw axis
-  image->step = 4 * kWidth;
-  image->data.resize(image->step * kHeight);
+  image->step = 4 * kSensorWidth;
+  image->data.resize(image->step * kSensorHeight);
   const float depth_m = 2.0f;
   for (size_t i = 0; i < image->data.size(); i += 4) std::memcpy(&image->data[i], &depth_m, 4);
   Rectification rectification(RectifyChoice::kAuto, "image_raw");
   const CameraImage camera = rectification.apply({image, info});
   int measured = 0;
-  for (int v = 0; v < kHeight; ++v) {
-    for (int u = 0; u < kWidth; ++u) {
+  for (int v = 0; v < kSensorHeight; ++v) {
+    for (int u = 0; u < kSensorWidth; ++u) {
       float z = 0.0f;
-      std::memcpy(&z, &camera.image->data[static_cast<size_t>(v * kWidth + u) * 4], 4);
+      std::memcpy(&z, &camera.image->data[static_cast<size_t>(v * kSensorWidth + u) * 4], 4);
       if (z == 0.0f) continue;
       ++measured;
       const Eigen::Vector3d p = Eigen::Vector3d((u - 30) / 45.0, (v - 20) / 46.0, 1.0) * z;
       EXPECT_NEAR((R.transpose() * p).z(), 2.0, 1e-5);
     }
   }
-  EXPECT_GT(measured, kWidth * kHeight / 2);
+  EXPECT_GT(measured, kSensorWidth * kSensorHeight / 2);
 }
 
 /// Whatever a camera_info says: what lies behind the raw camera was not measured by it.

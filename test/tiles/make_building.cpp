@@ -1,4 +1,5 @@
-/// Writes a recording of an analytic building of ten rooms: make_building FOLDER FRAMES [WIDTH].
+/// Writes a recording of an analytic building of ten rooms: make_building FOLDER FRAMES [WIDTH
+/// [COLOURS]], with a colour image, half as wide, for each COLOURS-th frame.
 /// Rooms of 5 m x 4 m lie along both sides of a corridor; the camera goes into each, turns round in
 /// its middle and comes out again.
 #include <algorithm>
@@ -7,7 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "support/scene_recording.h"
+#include "support/scene_colours.h"
 
 namespace dtsdf {
 namespace {
@@ -90,18 +91,31 @@ Eigen::Isometry3d poseAt(double share) {
                 Vector3d::UnitZ());
 }
 
+/// Waves of colour, other ones in each room.
+Colour colourAt(const Vector3d& p_W) {
+  const auto channel = [](double x) { return static_cast<uint8_t>(128.0 + 90.0 * std::sin(x)); };
+  return {channel(3.0 * p_W.x()), channel(4.0 * p_W.y() + p_W.x()), channel(5.0 * p_W.z())};
+}
+
 }  // namespace
 }  // namespace dtsdf
 
 int main(int argc, char** argv) {
   using namespace dtsdf;
   const int frames = argc > 2 ? std::atoi(argv[2]) : 0, width = argc > 3 ? std::atoi(argv[3]) : 320;
-  if (frames < 2 || width < 8 || std::filesystem::exists(argv[1])) {
-    std::fprintf(stderr, "usage: make_building FOLDER FRAMES [WIDTH], FOLDER being new\n");
+  const int colours = argc > 4 ? std::atoi(argv[4]) : 0;
+  if (frames < 2 || width < 16 || colours < 0 || std::filesystem::exists(argv[1])) {
+    std::fprintf(stderr,
+                 "usage: make_building FOLDER FRAMES [WIDTH [COLOURS]], FOLDER being new\n");
     return 2;
   }
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < frames; ++i) poses.push_back(poseAt(static_cast<double>(i) / (frames - 1)));
-  writeSceneRecording(argv[1], makeBuilding(), poses, width, width * 3 / 4);
+  const Scene building = makeBuilding();
+  writeSceneRecording(argv[1], building, poses, width, width * 3 / 4);
+  if (colours > 0) {
+    writeSceneColours(argv[1], building, colourAt, poses, width / 2, width * 3 / 8,
+                      static_cast<size_t>(colours));
+  }
   return 0;
 }

@@ -1,6 +1,7 @@
 /// The seam for recorded colour: a sequence of colour images with poses, beside a FrameSource.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,6 +16,7 @@ struct SourceColour {
   ColourFrame colour;                  ///< Its `data` points into what `pixels` owns.
   std::shared_ptr<const void> pixels;  ///< Keeps the image alive, whatever library it came from.
   double stamp_s = 0.0;                ///< Stamp of the colour image.
+  size_t index = 0;                    ///< Its place among all of the recording, by stamps.
 };
 
 /// Hands out the colour images of a recording in the order of their stamps. One thread at a time.

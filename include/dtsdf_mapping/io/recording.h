@@ -22,6 +22,8 @@ struct RecordingOptions {
   std::string poses_path;  ///< A trajectory as TUM has it, in place of the folder's poses.
   double pose_tolerance_s = 0.02;  ///< The pose nearest in time may be this far from an image.
   FrameSelection selection;        ///< Which depth images, by their place in the recording.
+  /// Which colour images, by SourceColour::index, in rising order; null: all.
+  std::shared_ptr<const std::vector<size_t>> listed_colours;
 };
 
 /// The names of the folders' formats: tum, icl, 7scenes, replica, scannet.
@@ -36,7 +38,7 @@ std::string guessRecordingFormat(const std::string& path);
 /// read by the library.
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options);
 
-/// The colour images of the same folder, all of them, whatever depth images are selected; null if
+/// The colour images of the same folder, whatever depth images are selected; null if
 /// it has none. They have a camera of their own where the layout tells it, or else the depth
 /// camera's, and the poses of their own stamps or numbers.
 /// @throws std::runtime_error as openRecording().

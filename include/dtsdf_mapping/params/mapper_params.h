@@ -4,6 +4,7 @@
 #include "dtsdf_mapping/params/fusion_params.h"
 #include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/params/mesh_params.h"
+#include "dtsdf_mapping/params/paint_params.h"
 #include "dtsdf_mapping/params/sensor_params.h"
 #include "dtsdf_mapping/params/space_params.h"
 
@@ -24,6 +25,7 @@ struct MapperParams {
   MapParams map;                     ///< Section "map" of a file.
   FusionParams fusion;               ///< Section "fusion".
   MeshParams mesh;                   ///< Section "mesh".
+  PaintParams paint;                 ///< Section "colour".
   SpaceParams space;                 ///< Section "space".
 };
 
@@ -39,6 +41,7 @@ void visitParams(MapperParams& p, Visitor& visit) {
   visitParams(p.map, visit);
   visitParams(p.fusion, visit);
   visitParams(p.mesh, visit);
+  visitParams(p.paint, visit);
   visitParams(p.space, visit);
 }
 

@@ -6,7 +6,7 @@
 /// right for them as well.
 #pragma once
 
-#include "kernels/colour/colour_rules.h"
+#include "kernels/colour/paint_settings.h"
 #include "kernels/core/voxel_colour.h"
 
 namespace dtsdf {
@@ -52,9 +52,12 @@ DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelC
 }
 
 /// The gains for an image; those of the one before where too little of the map is seen again. Gains
-/// that are about 1 are 1: else small errors would add up from image to image.
+/// that are about 1 are 1: else small errors would add up from image to image. Where exposures are
+/// fixed, all are 1, whatever the map shows.
 DTSDF_HD Exposure exposureOf(const ExposureSums& sums, const Exposure& before,
-                             const ColourRules& rules) {
+                             const PaintSettings& settings) {
+  const ColourRules& rules = settings.rules;
+  if (settings.fixed_exposure) return sameExposure();
   if (sums.voxels < rules.least_overlap) return before;
   constexpr float kMostGain = 8.0f;
   Exposure exposure;

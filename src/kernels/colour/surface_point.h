@@ -21,6 +21,7 @@ struct PointView {
   int32_t directional;
   int32_t least_evidence;  ///< That a voxel needs to be known, as in the mesh.
   ColourRules rules;
+  float max_depth_m;       ///< What is farther away is not there for the image.
 };
 
 /// Whether the voxel is known, and so near to its surface. Most are not: a test before the work.
@@ -59,9 +60,11 @@ DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxe
   return point;
 }
 
-DTSDF_HD bool isInImage(const FrameView& frame, const SurfacePoint& point) {
-  return point.p_C.z > frame.voxel_size_m && point.u >= 0.0f && point.v >= 0.0f &&
-         point.u < static_cast<float>(frame.width) && point.v < static_cast<float>(frame.height);
+DTSDF_HD bool isInImage(const PointView& view, const SurfacePoint& point) {
+  const FrameView& frame = view.frame;
+  return point.p_C.z > frame.voxel_size_m && point.p_C.z <= view.max_depth_m &&
+         point.u >= 0.0f && point.v >= 0.0f && point.u < static_cast<float>(frame.width) &&
+         point.v < static_cast<float>(frame.height);
 }
 
 /// The point of a voxel of a block; false if there is none that faces the direction, or if it is
@@ -74,7 +77,7 @@ DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L
   if (!hasPoint(view, normal, direction)) return false;
   const Vec3f foot = toFloat(voxelOffset(index)) - sdfOf(voxels[index]) * normal;
   point = placePoint(view.frame, first_voxel_L, foot, normal);
-  return isInImage(view.frame, point);
+  return isInImage(view, point);
 }
 
 /// Width of a voxel in the image, in pixels.

@@ -55,8 +55,12 @@ class BagColours : public ColourSource {
 
   std::optional<SourceColour> next() override {
     try {
-      while (next_ < images_.size()) {
-        if (auto colour = makeColour(read(images_[next_++]))) return colour;
+      for (; next_ < images_.size(); ++next_) {
+        if (!isListed(next_)) continue;
+        if (auto colour = makeColour(read(images_[next_]))) {
+          colour->index = next_++;
+          return colour;
+        }
       }
       return std::nullopt;
     } catch (const rosbag::BagException& error) {
@@ -68,6 +72,11 @@ class BagColours : public ColourSource {
   const std::map<std::string, size_t>& skipped() const override { return skipped_; }
 
  private:
+  bool isListed(size_t place) const {
+    const auto& listed = options_.listed_colours;
+    return listed == nullptr || std::binary_search(listed->begin(), listed->end(), place);
+  }
+
   /// The frame of colour images is their own.
   static BagOptions ofColour(BagOptions options) {
     options.camera_frame.clear();

@@ -57,6 +57,20 @@ TEST_F(RecordedColoursTest, HandsOutImagesByStampWithTheirOwnPoses) {
   EXPECT_EQ(source->skipped().at("colour images: no pose within 60 ms"), 1u);
 }
 
+TEST_F(RecordedColoursTest, TellsPlacesAndHandsOutThoseListed) {
+  std::vector<std::vector<size_t>> places;
+  for (const std::vector<size_t>& listed : {std::vector<size_t>{0, 1, 2}, {1}, {0, 2}, {}}) {
+    options_.listed_colours = std::make_shared<const std::vector<size_t>>(listed);
+    const auto source = openRecordingColours(options_);
+    places.emplace_back();
+    while (const auto image = source->next()) {
+      EXPECT_DOUBLE_EQ(image->stamp_s, image->index == 0 ? 100.01 : 100.15);
+      places.back().push_back(image->index);
+    }
+  }
+  EXPECT_EQ(places, (std::vector<std::vector<size_t>>{{0, 1}, {1}, {0}, {}}));
+}
+
 TEST_F(RecordedColoursTest, NoListIsNoColour) {
   std::filesystem::remove(folder_ / "rgb.txt");
   EXPECT_EQ(openRecordingColours(options_), nullptr);

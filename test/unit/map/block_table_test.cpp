@@ -61,7 +61,7 @@ void expectEqual(const BlockTable& a, const BlockTable& b) {
 
 TEST(BlockTable, PassesOverWhatLiesOutsideOfItsExtent) {
   BlockTable table(2 * (kBlock + 6 * kArray));
-  table.restrictTo({{0, 0, 0}, {1, 5, 5}});
+  table.restrictTo({{{0, 0, 0}, {1, 5, 5}}, BlockExtent(), BlockExtent()});
   std::vector<BlockRequest> requests;
   for (int x = -3; x < 20; ++x) requests.push_back({keyOf(x), 0x3f});
   const PoolSizes count = table.countNew(requests);
@@ -78,6 +78,23 @@ TEST(BlockTable, PassesOverWhatLiesOutsideOfItsExtent) {
   expectConsistent(table);
   table.clear();
   EXPECT_EQ(table.admit({{keyOf(7), 1}}).outside.size(), 1u) << "it outlasts clear()";
+}
+
+TEST(BlockTable, PaintsOnlyWhatTakesColour) {
+  BlockTable table(kPlenty);
+  table.restrictTo({BlockExtent(), {{0, 0, 0}, {1, 5, 5}}, BlockExtent()});
+  std::vector<BlockRequest> requests;
+  std::vector<ColourRequest> colours;
+  for (int x = -3; x < 20; ++x) {
+    requests.push_back({keyOf(x), 1});
+    colours.push_back({keyOf(x), 3});
+  }
+  EXPECT_EQ(table.admit(requests).changed_slots.size(), requests.size());
+  EXPECT_EQ(table.countNewColours(colours), 4u);
+  const ColourAdmission admission = table.admitColours(colours);
+  EXPECT_EQ(admission.refused, 0u);
+  EXPECT_EQ(admission.bricks.size(), 4u);
+  EXPECT_EQ(table.coloursInUse(), 4u);
 }
 
 TEST(BlockTable, MakesWhatIsAskedFor) {

@@ -8,9 +8,11 @@
 #include <sstream>
 
 #include "kernels/core/grid.h"
+#include "map/block_table.h"
 #include "support/temporary_folder.h"
 #include "tiles/index_ranges.h"
 #include "tiles/make_plan.h"
+#include "tiles/pinhole_view.h"
 #include "tiles/slurm.h"
 #include "tiles/tile_queue.h"
 #include "tiles/view_reach.h"
@@ -101,18 +103,48 @@ TEST(ViewReach, LeavesOutWhatIsBehindTheCameraBesideTheImageOrTooFar) {
   }
 }
 
+TEST(IndexRanges, UniteToWhatIsInAny) {
+  std::mt19937 random(5);
+  std::vector<IndexRanges> parts(4);
+  std::set<size_t> expected;
+  for (IndexRanges& part : parts) {
+    for (size_t index = random() % 9; index < 200; index += 1 + random() % 9) {
+      part.add(index);
+      expected.insert(index);
+    }
+  }
+  parts.emplace_back();
+  std::vector<const IndexRanges*> listed;
+  for (const IndexRanges& part : parts) listed.push_back(&part);
+  const IndexRanges united = IndexRanges::unite(listed);
+  EXPECT_EQ(united.list(), std::vector<size_t>(expected.begin(), expected.end()));
+  EXPECT_EQ(IndexRanges(united.ranges()).count(), expected.size());
+}
+
+/// The tile of some blocks of a map, of three directions each.
+Tile tileOf(const std::set<PackedKey>& keys, const BlockExtent& own) {
+  Tile tile;
+  tile.own = own;
+  tile.fused = withHalo(own);
+  for (const PackedKey key : keys) {
+    tile.estimate.own_blocks += own.contains(unpackKey(key));
+    tile.estimate.blocks += tile.fused.contains(unpackKey(key));
+  }
+  tile.estimate.map_bytes =
+      tile.estimate.blocks * (BlockTable::kBlockBytes + 3 * BlockTable::kArrayBytes);
+  return tile;
+}
+
 TEST(CutToBudget, CutsUntilAllPartsFitAndLosesNothing) {
   std::mt19937 random(11);
-  std::vector<BlockRequest> blocks;
   std::set<PackedKey> keys;
   for (int i = 0; i < 600; ++i) {
     keys.insert(packKey({static_cast<int>(random() % 20), static_cast<int>(random() % 9), 0}));
   }
-  for (const PackedKey key : keys) blocks.push_back({key, 0x15});
-  Tile whole;
-  whole.own = {{0, 0, -10}, {19, 8, 9}};
+  const BlockExtent whole{{0, 0, -10}, {19, 8, 9}};
   const size_t budget = 60 * (BlockTable::kBlockBytes + 3 * BlockTable::kArrayBytes);
-  const std::vector<Tile> parts = cutToBudget(whole, blocks, budget);
+  const auto describe = [&](const BlockExtent& own) { return tileOf(keys, own); };
+  const std::vector<Tile> parts = cutToBudget(whole, {budget, 0}, describe);
   EXPECT_GT(parts.size(), 3u);
   for (const PackedKey key : keys) {
     int owners = 0;
@@ -121,14 +153,75 @@ TEST(CutToBudget, CutsUntilAllPartsFitAndLosesNothing) {
   }
   for (const Tile& part : parts) {
     EXPECT_LE(part.estimate.map_bytes, budget);
-    const BlockExtent wide = withHalo(part.own);
-    size_t near = 0;
-    for (const PackedKey key : keys) near += wide.contains(unpackKey(key));
-    EXPECT_EQ(part.estimate.blocks, near);
-    EXPECT_EQ(part.estimate.voxel_arrays, 3 * near);
+    EXPECT_GT(part.estimate.own_blocks, 0u);
   }
-  EXPECT_EQ(cutToBudget(whole, blocks, size_t{1} << 40).size(), 1u);
-  EXPECT_ANY_THROW(cutToBudget(whole, blocks, BlockTable::kArrayBytes));
+  EXPECT_EQ(cutToBudget(whole, {size_t{1} << 40, 0}, describe).size(), 1u);
+  EXPECT_ANY_THROW(cutToBudget(whole, {BlockTable::kArrayBytes, 0}, describe));
+}
+
+TEST(CutToBudget, CutsWhereThereIsTooMuchFreeSpace) {
+  // A byte for each cube, and no blocks.
+  const auto describe = [&](const BlockExtent& own) {
+    Tile tile;
+    tile.own = own;
+    const BlockExtent cubes = cubesOf(own, 4);
+    tile.estimate.free_bytes = 1;
+    for (const int edge : {cubes.last.x - cubes.first.x, cubes.last.y - cubes.first.y,
+                           cubes.last.z - cubes.first.z}) {
+      tile.estimate.free_bytes *= static_cast<size_t>(std::max(edge + 1, 0));
+    }
+    return tile;
+  };
+  const BlockExtent whole{{-3, 0, 0}, {36, 39, 39}};
+  EXPECT_EQ(cutToBudget(whole, {0, 1000}, describe).size(), 1u) << "10 x 10 x 10";
+  size_t cubes = 0;
+  for (const Tile& part : cutToBudget(whole, {0, 200}, describe)) {
+    EXPECT_LE(part.estimate.free_bytes, 200u);
+    cubes += part.estimate.free_bytes;
+  }
+  EXPECT_EQ(cubes, 1000u) << "each in one part";
+}
+
+TEST(CubesOfTiles, AreEachOneTiles) {
+  for (const int cell_voxels : {1, 2, 4, 8}) {
+    const int n = blocksPerCube(cell_voxels);
+    EXPECT_EQ(n, cell_voxels) << "8 cells an edge, and 8 voxels";
+    for (const int edge : {1, 3, 4, 7}) {
+      for (int cube = -9; cube <= 9; ++cube) {
+        const int tile = floorDivided(cube * n, edge);
+        for (int t = tile - 3; t <= tile + 3; ++t) {
+          const BlockExtent own{{t * edge, 0, 0}, {t * edge + edge - 1, 0, 0}};
+          EXPECT_EQ(cubesOf(own, cell_voxels).contains({cube, 0, 0}), t == tile);
+        }
+      }
+    }
+  }
+}
+
+// Whatever is seen in a part of an image, up to a depth, lies in its bounds.
+TEST(PinholeView, BoundsHoldWhatIsInView) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  const RandomView depth(random);
+  const PinholeView view(depth.frame);
+  const PixelRect rect{20.0, 30.0, 80.0, 85.0};
+  const MetricBox box = view.boundsUpTo(3.0, rect);
+  const Intrinsics& K = depth.frame.intrinsics;
+  Eigen::Vector3d least = box.max_W, most = box.min_W;
+  for (int i = 0; i < 20000; ++i) {
+    const double z_m = 3.0 * share(random);
+    const double u = rect.left + (rect.right - rect.left) * share(random) - 0.5;
+    const double v = rect.top + (rect.bottom - rect.top) * share(random) - 0.5;
+    const Eigen::Vector3d p_C((u - K.cx) / K.fx * z_m, (v - K.cy) / K.fy * z_m, z_m);
+    const Eigen::Vector3d p_W = depth.frame.T_W_C * p_C;
+    least = least.cwiseMin(p_W);
+    most = most.cwiseMax(p_W);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_GE(least[axis], box.min_W[axis] - 1e-9);
+    EXPECT_LE(most[axis], box.max_W[axis] + 1e-9);
+    EXPECT_LT(box.max_W[axis] - box.min_W[axis], 1.3 * (most[axis] - least[axis])) << "no wider";
+  }
 }
 
 Plan planOf(const std::vector<double>& seconds) {

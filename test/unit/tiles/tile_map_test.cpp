@@ -7,8 +7,10 @@
 #include <tuple>
 
 #include "kernels/core/grid.h"
-#include "support/depth_frames.h"
 #include "mapper/probed_mapper.h"
+#include "support/colour_frames.h"
+#include "support/depth_frames.h"
+#include "tiles/colour_reach.h"
 #include "tiles/tile.h"
 #include "tiles/view_reach.h"
 
@@ -61,7 +63,8 @@ bool same(const Blocks& a, const Blocks& b) {
          std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
            bool equal = x.first == y.first;
            for (int d = 0; d < kDirectionCount; ++d) {
-             equal = equal && same(x.second.voxels[d], y.second.voxels[d]);
+             equal = equal && same(x.second.voxels[d], y.second.voxels[d]) &&
+                     same(x.second.colours[d], y.second.colours[d]);
            }
            return equal;
          });
@@ -71,7 +74,8 @@ bool same(const Meshes& a, const Meshes& b) {
   return a.size() == b.size() &&
          std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
            return x.first == y.first && same(x.second.vertices, y.second.vertices) &&
-                  same(x.second.triangles, y.second.triangles);
+                  same(x.second.triangles, y.second.triangles) &&
+                  same(x.second.colours, y.second.colours);
          });
 }
 
@@ -111,7 +115,7 @@ class TileMap : public testing::TestWithParam<Case> {
   /// A mapper of an extent that is given only the frames that touch it or may see through it.
   std::unique_ptr<ProbedMapper> tile(const BlockExtent& extent) const {
     auto mapper = makeProbedMapper(params());
-    mapper->restrictTo(extent);
+    mapper->restrictTo({extent, extent, BlockExtent()});
     for (size_t i = 0; i < frames().size(); ++i) {
       const DepthFrame frame = frames()[i].view();
       if (needs(extent, i)) {
@@ -141,7 +145,7 @@ class TileMap : public testing::TestWithParam<Case> {
   const std::vector<BlockRequest>& touched(size_t frame) const {
     if (touched_.empty()) {
       const auto mapper = makeProbedMapper(params());
-      mapper->restrictTo(noBlocks());
+      mapper->restrictTo({noBlocks(), noBlocks(), noBlocks()});
       for (const SceneFrame& each : frames()) {
         mapper->integrate(each.view());
         touched_.push_back(mapper->outsideExtent());
@@ -192,7 +196,7 @@ INSTANTIATE_TEST_SUITE_P(
 Meshes meshesOfPart(const MapperParams& params, const std::vector<SceneFrame>& list,
                     const BlockExtent& wide, const BlockExtent& own) {
   const auto mapper = makeProbedMapper(params);
-  mapper->restrictTo(wide);
+  mapper->restrictTo({wide, wide, BlockExtent()});
   for (const SceneFrame& frame : list) mapper->integrate(frame.view());
   return meshesOf(mapper->updateMesh(), own);
 }
@@ -248,6 +252,127 @@ TEST(TileFrames, KeepTheirNumbers) {
   // One of two frames has seen it: mesh/min_support is 2.
   EXPECT_TRUE(counted->updateMesh().blocks.empty());
   EXPECT_FALSE(uncounted->updateMesh().blocks.empty());
+}
+
+/// Waves of colour, other ones at each place.
+Colour wavesAt(const Eigen::Vector3d& p_W) {
+  const auto channel = [](double x) { return static_cast<uint8_t>(128.0 + 90.0 * std::sin(x)); };
+  return {channel(9.0 * p_W.x() + p_W.z()), channel(8.0 * p_W.y()), channel(11.0 * p_W.z())};
+}
+
+/// A room with a box in it, which hides its walls from some images and not from others; after each
+/// frame an image from beside it.
+class TileColours : public testing::Test {
+ protected:
+  static constexpr double kVoxel_m = 0.05;
+
+  static void SetUpTestSuite() {
+    images_ = new std::vector<PaintedFrame>();
+    Scene scene = makeRoomScene();
+    scene.add(makeBox({1.6, 1.2, 0.8}, {0.5, 0.5, 0.5}, 0.3));
+    for (int i = 0; i < 6; ++i) {
+      images_->push_back(
+          renderColour(scene, wavesAt, besideCamera(roomCameraPose(2.0 * i), 0.1), 80, 60));
+    }
+  }
+  static void TearDownTestSuite() {
+    delete images_;
+    images_ = nullptr;
+  }
+
+  static MapperParams params(float max_depth_m) {
+    MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m, 1);
+    params.paint.exposure = ImageExposure::kFixed;
+    params.paint.max_depth_m = max_depth_m;
+    return params;
+  }
+
+  /// A map in which something is painted, of all or of one tile.
+  static std::unique_ptr<ProbedMapper> map(const MapperParams& params, const MapExtent& extent,
+                                           const BlockExtent& in_view) {
+    const ColourReach reach(params, ColourRules());
+    auto mapper = makeProbedMapper(params);
+    mapper->restrictTo(extent);
+    for (size_t i = 0; i < images_->size(); ++i) {
+      mapper->integrate(frames()[i].view());
+      const ColourFrame image = (*images_)[i].view();
+      if (reach.mayPaint(PinholeView(image), in_view)) mapper->paint(image);
+    }
+    return mapper;
+  }
+
+  /// What a tile has to fuse.
+  static BlockExtent fusedWith(const MapperParams& params, const BlockExtent& painted) {
+    const ColourReach reach(params, ColourRules());
+    BlockExtent fused = painted;
+    for (const PaintedFrame& frame : *images_) {
+      const PinholeView image(frame.view());
+      if (reach.mayPaint(image, painted)) fused = around(fused, reach.blocksFor(image, painted));
+    }
+    return fused;
+  }
+
+  static std::vector<PaintedFrame>* images_;
+};
+
+std::vector<PaintedFrame>* TileColours::images_ = nullptr;
+
+TEST_F(TileColours, AreThoseOfTheWholeMapWhereItIsKnownWhatHides) {
+  const MapperParams params = this->params(3.0f);
+  const auto whole = map(params, MapExtent(), BlockExtent());
+  EXPECT_GT(whole->stats().colour_bytes, 100000u);
+  const MeshUpdate meshes = whole->updateMesh();
+  size_t wrong_alone = 0, smaller = 0, painted_tiles = 0;
+  for (const BlockExtent& own : tilesOf({4, 6, 10})) {
+    if (meshesOf(meshes, own).empty()) continue;
+    const BlockExtent painted = withHalo(own), fused = fusedWith(params, painted);
+    const auto tile = map(params, {fused, painted, noBlocks()}, painted);
+    EXPECT_TRUE(same(blocksOf(*tile, painted), blocksOf(*whole, painted)));
+    if (tile->contents().painted) {
+      EXPECT_TRUE(same(meshesOf(tile->updateMesh(), own), meshesOf(meshes, own)));
+      ++painted_tiles;
+    }
+    smaller += fused.first.x > -8 || fused.last.x < 7;
+    if (wrong_alone > 0) continue;
+    const auto alone = map(params, {painted, painted, noBlocks()}, painted);
+    wrong_alone += !same(blocksOf(*alone, painted), blocksOf(*whole, painted));
+  }
+  EXPECT_GT(painted_tiles, 5u);
+  EXPECT_GT(wrong_alone, 0u) << "what is not fused hides nothing";
+  EXPECT_GT(smaller, 0u) << "and not all is fused";
+}
+
+// What lies beyond the depth is neither painted nor in the way.
+TEST_F(TileColours, ReachNoFartherThanAsked) {
+  size_t bytes = 0;
+  for (const float max_depth_m : {1.2f, 2.0f, 0.0f}) {
+    const auto mapper = map(params(max_depth_m), MapExtent(), BlockExtent());
+    EXPECT_GT(mapper->stats().colour_bytes, bytes) << max_depth_m;
+    bytes = mapper->stats().colour_bytes;
+  }
+}
+
+TEST_F(TileColours, ExposureIsOneWhereItIsFixed) {
+  std::vector<uint8_t> dark = images_->front().pixels;
+  for (uint8_t& channel : dark) channel = static_cast<uint8_t>(channel / 2);
+  ColourFrame darker = images_->front().view();
+  darker.data = dark.data();
+  for (const bool is_fixed : {true, false}) {
+    MapperParams params = this->params(0.0f);
+    if (!is_fixed) params.paint.exposure = ImageExposure::kAdaptive;
+    params.mesh.min_support = 1;
+    const auto mapper = makeProbedMapper(params);
+    mapper->integrate(frames()[0].view());
+    mapper->paint(images_->front().view());
+    mapper->paint(darker);
+    for (const float gain : mapper->contents().exposure) {
+      if (is_fixed) {
+        EXPECT_EQ(gain, 1.0f);
+      } else {
+        EXPECT_NEAR(gain, 2.0f, 0.05f);
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "support/scene_recording.h"
+#include "support/scene_colours.h"
 
 namespace dtsdf {
 namespace {
@@ -192,7 +192,6 @@ TEST_F(TilesProgram, NamesTilesThatAreNotThereOrDamaged) {
 TEST_F(TilesProgram, RefusesWhatWouldChangeTheResult) {
   const std::string begin = "plan " + recorded_->recording.path() + " --out " + folder() + " ";
   expectError(begin + "--set map/keep_radius_m=3", "map/keep_radius_m");
-  expectError(begin + "--set space/enabled=true", "space/enabled");
   plan("--tile-m 4");
   // A budget that a map has outgrown fails the tile.
   auto json = planJson();
@@ -223,6 +222,57 @@ TEST_F(TilesProgram, TellsOfImagesThatHaveChanged) {
                           std::filesystem::copy_options::overwrite_existing);
   }
   expectError("fuse " + folder() + " 0", "is not the one that was planned with");
+}
+
+/// Waves of colour, other ones at each place.
+Colour wavesAt(const Eigen::Vector3d& p_W) {
+  const auto channel = [](double x) { return static_cast<uint8_t>(128.0 + 90.0 * std::sin(x)); };
+  return {channel(9.0 * p_W.x() + p_W.z()), channel(8.0 * p_W.y()), channel(11.0 * p_W.z())};
+}
+
+/// The room with a box in it, with colour and what is free.
+TEST_F(TilesProgram, MakesTheSameColoursAndFreeCells) {
+  const TemporaryFolder recording;
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i < 8; ++i) poses.push_back(roomCameraPose(3.0 * i));
+  Scene scene = makeRoomScene();
+  scene.add(makeBox({1.6, 1.2, 0.8}, {0.5, 0.5, 0.5}, 0.3));
+  writeSceneRecording(recording.path(), scene, poses, 80, 60);
+  writeSceneColours(recording.path(), scene, wavesAt, poses, 80, 60);
+  const std::string fixed = "colour/exposure=fixed ", depth = "colour/max_depth_m=1.8 ";
+  const std::string space = "space/enabled=true space/max_range_m=3 space/cell_voxels=2 ";
+  const auto planWith = [&](const std::string& more) {
+    return "plan " + recording.path() + Recorded::settings() + more + "--out " + folder() +
+           " --tile-m 3.2";  // 5 blocks: cubes of two lie across the borders
+  };
+  expectError(planWith(fixed), "colour/max_depth_m=5");
+  expectError(planWith(depth), "colour/exposure=fixed");
+  const Outcome one = runIn(out_, DTSDF_RECONSTRUCT,
+                            recording.path() + Recorded::settings() + fixed + depth + space +
+                                "--mesh " + (out_ / "one.ply") + " --save-map " +
+                                (out_ / "one.dtsdf"));
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  expectDone(planWith(fixed + depth + space));
+  const nlohmann::json planned = planJson();
+  EXPECT_EQ(planned["recordings"][0]["images"].size(), 7u) << "none after the last frame";
+  size_t images = 0, only_free = 0;
+  for (const auto& tile : planned["tiles"]) {
+    only_free += tile["most_own_blocks"] == 0;
+    for (const auto& range : tile["images"][0]) images += size_t(range[1]) - size_t(range[0]) + 1;
+  }
+  EXPECT_GT(images, 0u);
+  EXPECT_LT(images, 7 * planned["tiles"].size()) << "a tile does not take all images";
+  EXPECT_GT(only_free, 0u) << "where frames only look through, there are tiles too";
+  fuseAll();
+  expectDone(mergeArguments());
+  EXPECT_TRUE(readBytes(out_ / "all.ply") == readBytes(out_ / "one.ply"));
+  EXPECT_TRUE(readBytes(out_ / "all.dtsdf") == readBytes(out_ / "one.dtsdf"));
+  nlohmann::json disordered = planned;
+  disordered["recordings"][0]["images"][3][1] = 0;
+  writeBytes(out_ / "plan/plan.json", disordered.dump());
+  expectError("status " + folder(), "colour images are not in order");
+  const Outcome info = runIn(out_, DTSDF_MAP_TOOL, "info " + (out_ / "all.dtsdf"));
+  EXPECT_NE(info.out.find("free"), std::string::npos) << info.out;
 }
 
 }  // namespace

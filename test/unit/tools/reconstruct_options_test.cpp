@@ -10,7 +10,7 @@ namespace {
 using Arguments = std::vector<std::string>;
 
 /// Whether the parser calls it a usage error, and with what text.
-std::string usageErrorOf(const Arguments& arguments) {
+std::string parseErrorOf(const Arguments& arguments) {
   try {
     parseReconstructOptions(arguments);
   } catch (const UsageError& e) {
@@ -149,20 +149,20 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
       {{"--bag", "a.bag"}, "one of INPUT, --tum and --bag"},
       {{"--report", "o.ply"}, "same file"},
   };
-  EXPECT_EQ(usageErrorOf(good), "");
+  EXPECT_EQ(parseErrorOf(good), "");
   for (const auto& [addition, expected] : additions) {
     Arguments arguments = good;
     arguments.insert(arguments.end(), addition.begin(), addition.end());
-    EXPECT_NE(usageErrorOf(arguments).find(expected), std::string::npos)
-        << addition[0] << " -> " << usageErrorOf(arguments);
+    EXPECT_NE(parseErrorOf(arguments).find(expected), std::string::npos)
+        << addition[0] << " -> " << parseErrorOf(arguments);
   }
-  EXPECT_NE(usageErrorOf({}), "");
-  EXPECT_NE(usageErrorOf({"--tum", "dir"}).find("--mesh"), std::string::npos);
-  EXPECT_NE(usageErrorOf({"--tum", "dir", "--mesh", "o.xyz"}).find(".ply, .obj, .stl or .glb"),
+  EXPECT_NE(parseErrorOf({}), "");
+  EXPECT_NE(parseErrorOf({"--tum", "dir"}).find("--mesh"), std::string::npos);
+  EXPECT_NE(parseErrorOf({"--tum", "dir", "--mesh", "o.xyz"}).find(".ply, .obj, .stl or .glb"),
             std::string::npos);
-  EXPECT_NE(usageErrorOf({"dir", "--format", "svo", "--mesh", "o.ply"}).find("scannet|bag"),
+  EXPECT_NE(parseErrorOf({"dir", "--format", "svo", "--mesh", "o.ply"}).find("scannet|bag"),
             std::string::npos);
-  EXPECT_NE(usageErrorOf({"dir", "other", "--mesh", "o.ply"}).find("other"), std::string::npos);
+  EXPECT_NE(parseErrorOf({"dir", "other", "--mesh", "o.ply"}).find("other"), std::string::npos);
 }
 
 TEST(FrameSelectionText, MayLeaveOutParts) {

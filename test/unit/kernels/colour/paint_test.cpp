@@ -12,6 +12,7 @@ namespace dtsdf {
 namespace {
 
 const ColourRules kRules;
+const PaintSettings kAdaptive = {1, 0, 1e30f, ColourRules()};
 
 VoxelColour painted(VoxelColour colour, const ColourSample& sample, int times) {
   for (int i = 0; i < times; ++i) colour = paintedColour(colour, sample, sameExposure(), kRules);
@@ -60,19 +61,31 @@ TEST(PaintedColour, ExposureComesFirst) {
 TEST(Exposure, IsTheRatioOfWhatBothShow) {
   ExposureSums sums = {};
   for (int i = 0; i < 300; ++i) addToSums(sums, {100, 60, 30, 9}, {50, 60, 60, 0});
-  const Exposure exposure = exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kRules);
+  const Exposure exposure = exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive);
   EXPECT_EQ(exposure.gain[0], 2.0f);
   EXPECT_EQ(exposure.gain[1], 1.0f);
   EXPECT_EQ(exposure.gain[2], 0.5f);
   sums.voxels = kRules.least_overlap - 1;
-  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kRules).gain[0], 7.0f);
+  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive).gain[0], 7.0f);
+}
+
+TEST(Exposure, IsOneWhereCamerasHaveItFixed) {
+  ExposureSums sums = {};
+  for (int i = 0; i < 300; ++i) addToSums(sums, {100, 60, 30, 9}, {50, 60, 60, 0});
+  PaintSettings fixed = kAdaptive;
+  fixed.fixed_exposure = 1;
+  for (const int64_t voxels : {int64_t{0}, sums.voxels}) {
+    sums.voxels = voxels;
+    const Exposure exposure = exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, fixed);
+    for (const float gain : exposure.gain) EXPECT_EQ(gain, 1.0f);
+  }
 }
 
 TEST(Exposure, SmallDifferencesAreNone) {
   ExposureSums sums = {};
   for (int i = 0; i < 300; ++i) addToSums(sums, {100, 100, 100, 9}, {102, 98, 100, 0});
-  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kRules).gain[0], 1.0f);
-  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kRules).gain[1], 1.0f);
+  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive).gain[0], 1.0f);
+  EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive).gain[1], 1.0f);
 }
 
 TEST(Exposure, WhatIsCutOffDoesNotTell) {

@@ -1,0 +1,15 @@
+/// What the rules that paint need to know of the settings.
+#pragma once
+
+#include "kernels/colour/colour_rules.h"
+
+namespace dtsdf {
+
+struct PaintSettings {
+  int32_t directional;
+  int32_t fixed_exposure;  ///< Images are taken as they are.
+  float max_depth_m;       ///< Up to which surfaces are painted, and hide others.
+  ColourRules rules;
+};
+
+}  // namespace dtsdf

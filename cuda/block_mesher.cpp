@@ -75,8 +75,7 @@ void BlockMesher::begin(const MapView& map, const Event& map_ready,
   stream_.record(begun_);
   const size_t most_blocks =
       std::min<size_t>(map.slot_count,
-                       extraction.most_dirty *
-                               (kUnitReach * kRegularisationReach + kBlocksAround) +
+                       extraction.most_dirty * kBlocksAround +
                            extraction.most_painted * kUnitReach);
   slots_.reserve(most_blocks, stream_);
   records_.reserve(most_blocks, stream_);

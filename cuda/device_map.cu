@@ -100,7 +100,7 @@ MapView DeviceMap::view() const {
   return {hash_keys_.data(),      hash_slots_.data(),
           static_cast<uint32_t>(hash_size_ - 1), static_cast<uint32_t>(slot_count_),
           slots_.data(),          voxels_.view(),
-          unit_indices_.view(),   colours_.view(),
+          unit_labels_.view(),   colours_.view(),
           has_colours_ ? colour_of_.data() : nullptr,
           has_colours_ ? painted : ChangedBlocks{nullptr, nullptr, nullptr},
           dirty_.data(),          dirty_slots_.data(),
@@ -112,7 +112,7 @@ void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
   dirty_.growZeroed(demand.after.slots, stream_);
   dirty_slots_.growZeroed(demand.after.slots, stream_);
   mesh_stamp_.growZeroed(demand.after.slots, stream_);
-  unit_indices_.reserve(demand.after.slots, stream_);
+  unit_labels_.reserve(demand.after.slots, stream_);
   voxels_.reserve(demand.after.arrays, stream_);
   reserveUpdates(demand.new_blocks);
   pinned_arrays_.reserve(demand.new_arrays);
@@ -228,8 +228,8 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
   const size_t blocks = table.blocksInUse();
   parts.push_back({"voxels", kMap, table.arraysInUse() * BlockTable::kArrayBytes,
                    voxels_.bytes()});
-  parts.push_back({"unit indices", kIndices, blocks * kVoxelsPerBlock * sizeof(UnitIndices),
-                   unit_indices_.bytes()});
+  parts.push_back({"unit indices", kIndices, blocks * kVoxelsPerBlock * sizeof(UnitLabels),
+                   unit_labels_.bytes()});
   parts.push_back({"slots", kIndices, blocks * (sizeof(SlotEntry) + 3 * sizeof(uint32_t)),
                    slots_.bytes() + dirty_.bytes() + dirty_slots_.bytes() + mesh_stamp_.bytes()});
   const size_t hash = hash_keys_.bytes() + hash_slots_.bytes();

@@ -16,11 +16,11 @@ namespace gpu {
 /// A key that no block can have: marks empty places of the hash tables.
 constexpr PackedKey kNoKey = ~PackedKey{0};
 
-/// 512 voxel arrays of 4 KiB, 4096 bricks of colours of 256 bytes, and 1024 sets of unit indices of
+/// 512 voxel arrays of 4 KiB, 4096 bricks of colours of 256 bytes, and 1024 sets of unit labels of
 /// 1 KiB, a slab.
 using VoxelPool = SlabPool<Voxel, kVoxelsPerBlock, 9>;
 using ColourPool = SlabPool<VoxelColour, kVoxelsPerBrick, 12>;
-using IndexPool = SlabPool<UnitIndices, kVoxelsPerBlock, 10>;
+using LabelPool = SlabPool<UnitLabels, kVoxelsPerBlock, 10>;
 
 /// What the device knows of a block; key is kNoKey while the slot is free.
 struct SlotEntry {
@@ -51,7 +51,7 @@ struct MapView {
   uint32_t slot_count;
   SlotEntry* slots;
   VoxelPool::View voxels;
-  IndexPool::View unit_indices;
+  LabelPool::View unit_labels;
   ColourPool::View colours;
   /// Numbers of its bricks of colours plus 1, per voxel array; 0: none. Null while nothing is
   /// painted.
@@ -129,7 +129,7 @@ class DeviceMap {
   DeviceBuffer<uint32_t> dirty_, mesh_stamp_, dirty_count_;
   DeviceBuffer<int32_t> dirty_slots_;
   VoxelPool voxels_;
-  IndexPool unit_indices_;
+  LabelPool unit_labels_;
   ColourPool colours_;
   DeviceBuffer<int32_t> colour_of_, painted_slots_;
   DeviceBuffer<uint32_t> painted_, painted_count_;

@@ -1,6 +1,5 @@
 // The index stage on the device: which blocks to mesh again, and the indices of their units.
 #include "corner_arrays.cuh"
-#include "kernels/meshing/regularisation.h"
 #include "kernels/meshing/sheets.h"
 #include "launch.h"
 #include "mesh_kernels.h"
@@ -24,13 +23,13 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   }
 }
 
-/// One thread per dirty block and block around it, in strides: vertices depend on voxels there.
+/// One thread per dirty block and block around it, in strides: meshes depend on voxels there.
 __global__ void selectAroundKernel(MapView map, MeshView mesh) {
   const size_t count = static_cast<size_t>(*map.dirty_count) * kBlocksAround;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
     const int32_t dirty = map.dirty_slots[i / kBlocksAround];
     const Vec3i offset = aroundOffset(static_cast<int>(i % kBlocksAround));
-    if (map.slots[dirty].key == kNoKey || !hasVerticesOn(offset)) continue;
+    if (map.slots[dirty].key == kNoKey) continue;
     selectAdjoining(map, mesh, keyOfSlot(map, dirty) + offset);
   }
 }
@@ -68,17 +67,13 @@ struct SharedCorners {
   }
 };
 
-/// Indexes this thread's units of a block. @return whether any index changed.
-__device__ int updateIndices(const MeshView& mesh, const SharedCorners& corners,
-                             UnitIndices* stored) {
-  int changed = 0;
+/// Labels this thread's units of a block.
+__device__ void updateLabels(const MeshView& mesh, const SharedCorners& corners,
+                             UnitLabels* stored) {
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     const UnitSamples samples = corners.unit(voxelOffset(i));
-    const UnitIndices indices = indexUnit(*mesh.tables, mesh.rules, samples, mesh.directional != 0);
-    changed |= indices.sheet[0] != stored[i].sheet[0] || indices.sheet[1] != stored[i].sheet[1];
-    stored[i] = indices;
+    stored[i] = labelUnit(*mesh.tables, mesh.rules, samples, mesh.directional != 0);
   }
-  return changed;
 }
 
 /// One block of threads per reached block, in strides. Two at a time on a multiprocessor, at the
@@ -104,10 +99,8 @@ __global__ void __launch_bounds__(kThreads, 2) indexBlocksKernel(MapView map, Me
     SharedCorners corners{samples, present};
     corners.collect(arrays);
     __syncthreads();
-    const int changed =
-        __syncthreads_or(updateIndices(mesh, corners, map.unit_indices.record(slot)));
-    if (!changed || threadIdx.x >= kRegularisationReach) continue;
-    selectAdjoining(map, mesh, key + regularisationOffset(threadIdx.x));
+    updateLabels(mesh, corners, map.unit_labels.record(slot));
+    __syncthreads();  // of the samples, which the next block's overwrite
   }
 }
 

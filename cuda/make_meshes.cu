@@ -20,14 +20,14 @@ static_assert(kEdgeWords <= kThreads, "one thread per word of edge bits");
 
 using Scan = cub::BlockScan<uint32_t, kThreads>;
 
-/// Indices of the units in a block and across its faces; null where there is no block.
-struct IndexNeighbourhood {
-  const UnitIndices* block[kRegularisationReach];
+/// Labels of the units in a block and in those around it; null where there is no block.
+struct LabelNeighbourhood {
+  const UnitLabels* block[kBlocksAround];
 
-  __device__ UnitIndices operator()(const Vec3i& unit) const {
+  __device__ UnitLabels operator()(const Vec3i& unit) const {
     const UnitSource source = unitSource(unit);
-    const UnitIndices* indices = block[source.block];
-    return indices == nullptr ? UnitIndices{{0, 0}} : indices[source.unit];
+    const UnitLabels* labels = block[source.block];
+    return labels == nullptr ? UnitLabels{0, 0} : labels[source.unit];
   }
 };
 
@@ -83,7 +83,8 @@ __device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arra
 
 struct MeshBlockShared {
   ArraysAround arrays;
-  IndexNeighbourhood indices;
+  LabelNeighbourhood labels;
+  uint8_t behind[kGridCorners];  ///< For most of the units around the corner.
   EdgeSet edges;
   uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
   MeshRecord record;
@@ -96,11 +97,19 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t lea
   if (t == 0) shared.arrays.least_evidence = least_evidence;
   if (t < kBlocksAround) findArraysAround(map, key, t, shared.arrays);
   const int n = t - 32;  // by another warp
-  if (n >= 0 && n < kRegularisationReach) {
-    const int32_t slot = findSlot(map, packKey(key + regularisationOffset(n)));
-    shared.indices.block[n] = slot < 0 ? nullptr : map.unit_indices.record(slot);
+  if (n >= 0 && n < kBlocksAround) {
+    const int32_t slot = findSlot(map, packKey(key + aroundOffset(n)));
+    shared.labels.block[n] = slot < 0 ? nullptr : map.unit_labels.record(slot);
   }
   if (t < kEdgeWords) shared.edges.bits[t] = 0;
+  __syncthreads();
+}
+
+/// All threads of the block have to call it.
+__device__ void settleCorners(MeshBlockShared& shared) {
+  for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
+    shared.behind[i] = isBehindForMost(cornerBalance(shared.labels, cornerAt(i))) ? 1 : 0;
+  }
   __syncthreads();
 }
 
@@ -110,10 +119,13 @@ __device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& share
   uint32_t triangles = 0;
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
-    regular[k] = regulariseUnit(shared.indices, unit);
-    for (int s = 0; s < kMaxSheets; ++s) {
-      triangles += mesh.tables->triangle_count[regular[k].sheet[s]];
+    unsigned behind = 0;
+    for (int c = 0; c < kCubeCorners; ++c) {
+      const Vec3i at = unit + cornerOffset(c);
+      behind |= (shared.behind[cornerIndex(at.x, at.y, at.z)] ? 1u : 0u) << c;
     }
+    regular[k] = regularise(shared.labels(unit), behind);
+    triangles += countTriangles(*mesh.tables, regular[k]);
     visitTriangleEdges(*mesh.tables, regular[k], unit,
                        [&](int edge) { shared.edges.add(edge); });
   }
@@ -238,6 +250,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
     gatherBlock(map, keyOfSlot(map, slot), mesh.least_evidence, shared);
+    settleCorners(shared);
     UnitIndices regular[kUnitsPerThread];
     const uint32_t own_triangles = regulariseUnits(mesh, shared, regular);
     Middles middles = {};

@@ -37,9 +37,31 @@ struct SpaceCell {
 /// What is known of 8 x 8 x 8 cells at once. Of a mask's word z, bit x + 8 y is the cell
 /// `first` + (x, y, z).
 struct SpaceCube {
-  Vec3i first;                      ///< The lowest of its cells; a multiple of 8 per axis.
-  std::array<uint64_t, 8> free;     ///< What some image saw through, and no surface is in.
-  std::array<uint64_t, 8> surface;  ///< What a surface passes through.
+  static constexpr int kSideLog2 = 3;           ///< Of kSide.
+  static constexpr int kSide = 1 << kSideLog2;  ///< Cells along an edge.
+  using Mask = std::array<uint64_t, kSide>;     ///< A bit for each cell.
+
+  Vec3i first;   ///< The lowest of its cells; a multiple of kSide per axis.
+  Mask free;     ///< What some image saw through, and no surface is in.
+  Mask surface;  ///< What a surface passes through.
+
+  /// The cube that a cell is in, counted in cubes.
+  static Vec3i cubeOf(const Vec3i& cell) {
+    return {cell.x >> kSideLog2, cell.y >> kSideLog2, cell.z >> kSideLog2};
+  }
+  /// The bit of a cell in its word of a mask.
+  static int bitOf(int32_t x, int32_t y) { return (x & (kSide - 1)) + kSide * (y & (kSide - 1)); }
+  /// The cell of a bit in word `z`.
+  Vec3i cellOf(int32_t z, int bit) const {
+    return {first.x + bit % kSide, first.y + bit / kSide, first.z + z};
+  }
+  /// What is known of one of its cells.
+  CellState stateOf(const Vec3i& cell) const {
+    const auto word = static_cast<std::size_t>(cell.z - first.z);
+    const uint64_t bit = uint64_t{1} << bitOf(cell.x, cell.y);
+    if ((surface[word] & bit) != 0) return CellState::kSurface;
+    return (free[word] & bit) != 0 ? CellState::kFree : CellState::kUnknown;
+  }
 };
 
 /// What has become known of space, or is known no more.

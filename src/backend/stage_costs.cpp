@@ -40,7 +40,7 @@ constexpr double kNoiseBytes = 32.0 * (1 + 3 + kNoiseLength) * kNoisePoints;
 
 constexpr double kArrayBytes = BlockTable::kArrayBytes;
 constexpr double kSumsBytes = kVoxelsPerBlock * sizeof(VoxelSums);
-constexpr double kIndicesBytes = kVoxelsPerBlock * sizeof(UnitIndices);
+constexpr double kLabelsBytes = kVoxelsPerBlock * sizeof(UnitLabels);
 constexpr double kTileBytes = 1;
 constexpr double kTilePixels = kTileSide * kTileSide;
 // Inverse depth, value and slope of the row, links.
@@ -100,10 +100,10 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
               static_cast<double>(work.painted_voxels) * kPaintOperations};
     case Stage::kIndex:  // which blocks to index, and them
       return {static_cast<double>(work.touched_blocks) * kUnitReach * 24 +
-                  indexed * (arrays_per_block * kGridCorners * sizeof(Voxel) + 2 * kIndicesBytes),
+                  indexed * (arrays_per_block * kGridCorners * sizeof(Voxel) + kLabelsBytes),
               indexed * kVoxelsPerBlock * kIndexOperations};
-    case Stage::kMake:  // the indices, those across six faces, ends of each vertex' edges, the mesh
-      return {meshed * kIndicesBytes * (1 + 6.0 / kBlockSide) +
+    case Stage::kMake:  // the labels, a layer around, ends of each vertex' edges, the mesh
+      return {meshed * kLabelsBytes * (1 + 6.0 / kBlockSide) +
                   static_cast<double>(work.vertices) * arrays_per_block * 2 * kVertexEdges *
                       sizeof(Voxel) +
                   meshBytes(work),

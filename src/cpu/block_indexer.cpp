@@ -103,7 +103,7 @@ void BlockIndexer::findCandidates() {
 
 /// Indexes the units of a row that can hold a surface, four at a time.
 void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,
-                            UnitIndices* row) {
+                            UnitLabels* row) {
   const int first_corner = cornerIndex(first_unit.x, first_unit.y, first_unit.z);
   for (int x = 0; x < kBlockSide; ++x) {
     if (!candidate_[first_corner + x]) continue;
@@ -113,13 +113,13 @@ void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, boo
       units.observed |= observedDirections(unit_sides_[units.first_corner + k]);
       units.speaking |= mayBeSpeaking(unit_sides_[units.first_corner + k]);
     }
-    UnitIndices indices[kLanes];
-    indexUnits(kMeshTables, rules, units, directional, indices);
-    for (int k = 0; k < kLanes; ++k) row[x + k] = indices[k];
+    UnitLabels labels[kLanes];
+    labelUnits(kMeshTables, rules, units, directional, labels);
+    for (int k = 0; k < kLanes; ++k) row[x + k] = labels[k];
     x += kLanes - 1;
   }
   for (int x = 0; x < kBlockSide; ++x) {
-    if (row[x].sheet[0] != 0) edges_.addUnit(row[x], {x, first_unit.y, first_unit.z});
+    if (!saysNothing(row[x])) edges_.addUnit(indicesOf(row[x]), {x, first_unit.y, first_unit.z});
   }
 }
 
@@ -136,15 +136,15 @@ IndexedBlock BlockIndexer::index(const MeshRules& rules, const NearbyArrays& arr
       uint64_t candidates;
       std::memcpy(&candidates, candidate_ + cornerIndex(0, y, z), sizeof(candidates));
       if (candidates == 0) continue;
-      if (result.indices.empty()) result.indices.resize(kVoxelsPerBlock, UnitIndices{{0, 0}});
-      indexRow(rules, {0, y, z}, directional, &result.indices[voxelIndex(0, y, z)]);
+      if (result.labels.empty()) result.labels.resize(kVoxelsPerBlock, UnitLabels{0, 0});
+      indexRow(rules, {0, y, z}, directional, &result.labels[voxelIndex(0, y, z)]);
     }
   }
   result.vertices.reserve(edges_.count());
   edges_.forEach([&](int edge) {
     result.vertices.push_back(makeVertex(rules, *this, edge, directional));
   });
-  if (result.vertices.empty()) result.indices.clear();
+  if (std::all_of(result.labels.begin(), result.labels.end(), saysNothing)) result.labels.clear();
   return result;
 }
 

@@ -56,10 +56,10 @@ BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge,
           static_cast<uint32_t>(edge)};
 }
 
-/// A block's units before regularisation; both empty where there is no surface.
+/// A block's units before regularisation.
 struct IndexedBlock {
-  std::vector<UnitIndices> indices;   ///< One per unit.
-  std::vector<BlockVertex> vertices;  ///< On the edges of these indices, sorted by edge.
+  std::vector<UnitLabels> labels;     ///< One per unit; empty where none of them says anything.
+  std::vector<BlockVertex> vertices;  ///< On the edges of their sheets, sorted by edge.
 };
 
 /// Room for indexing one block after the other; one per thread.
@@ -93,7 +93,7 @@ class BlockIndexer {
   void markSides();
   void findCandidates();
   void indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,
-                UnitIndices* row);
+                UnitLabels* row);
 
   const NearbyArrays* arrays_ = nullptr;  ///< Of the block, while it is indexed.
   uint32_t present_ = 0;                  ///< Bit d: some corner has samples of direction d.

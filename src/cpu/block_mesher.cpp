@@ -13,11 +13,6 @@
 namespace dtsdf {
 namespace {
 
-bool sameIndices(const std::vector<UnitIndices>& a, const std::vector<UnitIndices>& b) {
-  if (a.size() != b.size()) return false;
-  return a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(UnitIndices)) == 0;
-}
-
 /// Room of the make stage; one per thread.
 struct MeshRoom {
   BlockSurface surface;
@@ -42,7 +37,7 @@ void BlockMesher::resize(size_t slots) {
 
 void BlockMesher::clear() {
   state_.clear();
-  index_bytes_ = 0;
+  label_bytes_ = 0;
   has_colours_ = false;
 }
 
@@ -77,21 +72,18 @@ void BlockMesher::prefetch(int32_t slot) const {
   }
 }
 
-std::vector<uint8_t> BlockMesher::indexBlocks(const std::vector<int32_t>& slots) {
+void BlockMesher::indexBlocks(const std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kIndex);
-  std::vector<uint8_t> changed(slots.size(), 0);
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
     if (i + threads_ < slots.size()) prefetch(slots[i + threads_]);
     SlotState& state = state_[slots[i]];
     const NearbyArrays arrays(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
     if (refined_) state.normals = vertexNormals(indexer, block.vertices, directional_);
-    changed[i] = !sameIndices(block.indices, state.indices);
-    index_bytes_ += bytesOf(block.indices) - bytesOf(state.indices);  // wraps round and back
-    state.indices = std::move(block.indices);
+    label_bytes_ += bytesOf(block.labels) - bytesOf(state.labels);  // wraps round and back
+    state.labels = std::move(block.labels);
     state.vertices = std::move(block.vertices);
   });
-  return changed;
 }
 
 std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots) {
@@ -102,15 +94,15 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];
     mesh.key = table_.block(slots[i]).key;
-    if (state.indices.empty()) return;
-    IndexNeighbourhood indices;
-    for (int n = 0; n < kRegularisationReach; ++n) {
-      const int32_t slot = table_.find(packKey(mesh.key + regularisationOffset(n)));
-      const bool empty = slot < 0 || state_[slot].indices.empty();
-      indices[n] = empty ? nullptr : state_[slot].indices.data();
+    if (state.labels.empty()) return;
+    LabelNeighbourhood labels;
+    for (int n = 0; n < kBlocksAround; ++n) {
+      const int32_t slot = table_.find(packKey(mesh.key + aroundOffset(n)));
+      const bool empty = slot < 0 || state_[slot].labels.empty();
+      labels[n] = empty ? nullptr : state_[slot].labels.data();
     }
     const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
-    surface.regularise(indices);
+    surface.regularise(labels);
     surface.emit(rules_, arrays, state.vertices, directional_, mesh);
     if (refined_) {
       room.refiner.refine(arrays, surface, {state.vertices, state.normals}, directional_, mesh);
@@ -140,19 +132,12 @@ std::vector<int32_t> BlockMesher::reachBlocks(const std::vector<int32_t>& dirty)
   return slots;
 }
 
-void BlockMesher::selectAround(const std::vector<int32_t>& dirty,
-                               const std::vector<uint8_t>& changed, std::vector<int32_t>& slots) {
+void BlockMesher::selectAround(const std::vector<int32_t>& dirty, std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kIndex);
   for (const int32_t slot : dirty) {
     for (int n = 0; n < kBlocksAround; ++n) {
-      const Vec3i offset = aroundOffset(n);
-      if (hasVerticesOn(offset)) select(table_.block(slot).key + offset, slots);
+      select(table_.block(slot).key + aroundOffset(n), slots);
     }
-  }
-  for (size_t i = 0; i < changed.size(); ++i) {
-    if (!changed[i]) continue;
-    const BlockKey key = table_.block(slots[i]).key;
-    for (int n = 0; n < kRegularisationReach; ++n) select(key + regularisationOffset(n), slots);
   }
   sortByKey(slots);
 }
@@ -171,7 +156,7 @@ void BlockMesher::selectPainted(std::vector<int32_t>& slots) {
 }
 
 size_t BlockMesher::bytes() const {
-  return state_.capacity() * sizeof(SlotState) + index_bytes_;
+  return state_.capacity() * sizeof(SlotState) + label_bytes_;
 }
 
 std::vector<BlockMesh> BlockMesher::takeChanges(const std::vector<int32_t>& slots,
@@ -210,7 +195,8 @@ std::vector<BlockMesh> BlockMesher::update(int32_t least_evidence) {
   const std::vector<int32_t> dirty = takeDirty();
   std::vector<int32_t> slots = reachBlocks(dirty);
   const size_t indexed = slots.size();
-  selectAround(dirty, indexBlocks(slots), slots);
+  indexBlocks(slots);
+  selectAround(dirty, slots);
   selectPainted(slots);
   std::vector<BlockMesh> meshes = makeMeshes(slots);
   std::vector<BlockMesh> changes = takeChanges(slots, meshes);

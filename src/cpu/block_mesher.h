@@ -33,7 +33,7 @@ class BlockMesher {
 
   /// The block goes away without ever having held anything.
   void forget(int32_t slot) {
-    index_bytes_ -= bytesOf(state_[slot].indices);
+    label_bytes_ -= bytesOf(state_[slot].labels);
     state_[slot] = SlotState();
   }
 
@@ -41,7 +41,7 @@ class BlockMesher {
 
   void profileTo(Profile* profile) { profile_ = profile; }
 
-  /// Memory of the unit indices and of what is kept for each slot.
+  /// Memory of the units' labels and of what is kept for each slot.
   size_t bytes() const;
 
   /// Meshes what changed since the last call. @return the changed blocks, by packed key.
@@ -54,13 +54,13 @@ class BlockMesher {
     bool dirty = false, painted = false;
     bool has_mesh = false;
     uint32_t update = 0;               ///< The latest that selected the block.
-    std::vector<UnitIndices> indices;  ///< Before regularisation, one per unit; empty: none.
-    std::vector<BlockVertex> vertices; ///< Of these indices, during an update only.
+    std::vector<UnitLabels> labels;    ///< One per unit; empty: none says anything.
+    std::vector<BlockVertex> vertices; ///< Of their sheets, during an update only.
     std::vector<Vec3f> normals;        ///< Of these vertices, where meshes are refined.
   };
 
-  static size_t bytesOf(const std::vector<UnitIndices>& indices) {
-    return indices.capacity() * sizeof(UnitIndices);
+  static size_t bytesOf(const std::vector<UnitLabels>& labels) {
+    return labels.capacity() * sizeof(UnitLabels);
   }
 
   std::vector<int32_t> takeDirty();
@@ -71,13 +71,11 @@ class BlockMesher {
   /// Enters the block, if there is one, into this update's slots, unless it is there.
   void select(const BlockKey& key, std::vector<int32_t>& slots);
 
-  /// The index stage. @return for each block whether its units' indices changed.
-  std::vector<uint8_t> indexBlocks(const std::vector<int32_t>& slots);
+  /// The index stage.
+  void indexBlocks(const std::vector<int32_t>& slots);
 
-  /// Enters the blocks whose vertices depend on voxels, or whose surface depends on indices, that
-  /// changed.
-  void selectAround(const std::vector<int32_t>& dirty, const std::vector<uint8_t>& changed,
-                    std::vector<int32_t>& slots);
+  /// Enters the blocks whose vertices depend on voxels that changed, or whose surface on labels.
+  void selectAround(const std::vector<int32_t>& dirty, std::vector<int32_t>& slots);
 
   /// Enters the blocks whose vertices have a painted voxel at an end of their edge.
   void selectPainted(std::vector<int32_t>& slots);
@@ -90,7 +88,7 @@ class BlockMesher {
 
   void sortByKey(std::vector<int32_t>& slots) const;
 
-  /// The make stage, from indices that are up to date around the blocks.
+  /// The make stage, from labels that are up to date around the blocks.
   std::vector<BlockMesh> makeMeshes(const std::vector<int32_t>& slots);
 
   /// Brings a block's voxels nearer, to be read soon.
@@ -104,7 +102,7 @@ class BlockMesher {
   int threads_;
   bool refined_;
   std::vector<SlotState> state_;
-  std::atomic<size_t> index_bytes_{0};  ///< Of the indices of all slots.
+  std::atomic<size_t> label_bytes_{0};  ///< Of the labels of all slots.
   uint32_t update_ = 0;  ///< Number of the latest.
   int32_t least_evidence_ = 0;
   bool has_colours_ = false;  ///< Something was painted.

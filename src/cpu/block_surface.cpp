@@ -8,40 +8,57 @@ namespace {
 
 static_assert(kGridEdges <= 65536, "edges are kept in 16 bits");
 
-bool hasSurface(const UnitIndices* row) {
+bool anySpeaks(const UnitLabels* row) {
   uint64_t words[2];
-  static_assert(sizeof(words) == kBlockSide * sizeof(UnitIndices), "");
+  static_assert(sizeof(words) == kBlockSide * sizeof(UnitLabels), "");
   std::memcpy(words, row, sizeof(words));
   return (words[0] | words[1]) != 0;
 }
 
+/// Along an axis: the units of a block at such an offset that have corners in the block's grid.
+struct UnitRange {
+  int first, end;
+};
+UnitRange rangeOf(int offset) {
+  if (offset < 0) return {kBlockSide - 1, kBlockSide};
+  return {0, offset > 0 ? 1 : kBlockSide};
+}
+
 }  // namespace
 
-void BlockSurface::collect(const IndexNeighbourhood& indices) {
-  static const UnitIndices kNothing[kVoxelsPerBlock] = {};
-  for (int n = 0; n < kRegularisationReach; ++n) {
-    const UnitIndices* from = indices[n] == nullptr ? kNothing : indices[n];
-    const Vec3i at = regularisationOffset(n);
-    // The part of the neighbour's units that lies in the grid, and where it lies there.
-    const Vec3i first{at.x < 0 ? kBlockSide - 1 : 0, at.y < 0 ? kBlockSide - 1 : 0,
-                      at.z < 0 ? kBlockSide - 1 : 0};
-    const Vec3i count{at.x ? 1 : kBlockSide, at.y ? 1 : kBlockSide, at.z ? 1 : kBlockSide};
-    for (int z = first.z; z < first.z + count.z; ++z) {
-      for (int y = first.y; y < first.y + count.y; ++y) {
-        const UnitIndices* row = from + voxelIndex(first.x, y, z);
-        UnitIndices* to = units_ + unitIndex(first.x + kBlockSide * at.x, y + kBlockSide * at.y,
-                                             z + kBlockSide * at.z);
-        if (at.x == 0) {
-          std::copy(row, row + kBlockSide, to);
-        } else {
-          *to = *row;
+/// What cornerBalance() gathers for a corner, spread by the units, of which most say nothing.
+void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
+  std::fill(balance_, balance_ + kGridCorners, int8_t{0});
+  for (int n = 0; n < kBlocksAround; ++n) {
+    if (labels[n] == nullptr) continue;
+    const Vec3i at = aroundOffset(n);
+    const UnitRange xs = rangeOf(at.x), ys = rangeOf(at.y), zs = rangeOf(at.z);
+    for (int z = zs.first; z < zs.end; ++z) {
+      for (int y = ys.first; y < ys.end; ++y) {
+        const UnitLabels* row = labels[n] + voxelIndex(0, y, z);
+        if (!anySpeaks(row)) continue;
+        for (int x = xs.first; x < xs.end; ++x) {
+          addSides(row[x], {x + kBlockSide * at.x, y + kBlockSide * at.y, z + kBlockSide * at.z});
         }
       }
     }
   }
 }
 
+/// The sides that a unit gives those of its corners that lie in the block's grid.
+void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
+  if (saysNothing(labels)) return;
+  const auto in_grid = [](int at) { return static_cast<unsigned>(at) < kCornerGridSide; };
+  for (int c = 0; c < kCubeCorners; ++c) {
+    const Vec3i corner = unit + cornerOffset(c);
+    if (!(in_grid(corner.x) && in_grid(corner.y) && in_grid(corner.z))) continue;
+    int8_t& balance = balance_[cornerIndex(corner.x, corner.y, corner.z)];
+    balance = static_cast<int8_t>(balance + sideGiven(labels, c));
+  }
+}
+
 void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
+  if (countTriangles(kMeshTables, regular) == 0) return;
   surface_units_.push_back({unit, regular});
   visitTriangleEdges(kMeshTables, regular, unit, [this](int edge) {
     edges_.add(edge);
@@ -49,20 +66,26 @@ void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
   });
 }
 
-void BlockSurface::regularise(const IndexNeighbourhood& indices) {
-  collect(indices);
+void BlockSurface::regularise(const LabelNeighbourhood& labels) {
+  weighCorners(labels);
   edges_.clear();
   triangle_edges_.clear();
   surface_units_.clear();
-  const auto at = [this](const Vec3i& unit) { return units_[unitIndex(unit.x, unit.y, unit.z)]; };
+  const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    if (i % kBlockSide == 0 && !hasSurface(indices[0] + i)) {
+    if (i % kBlockSide == 0 && !anySpeaks(own + i)) {
       i += kBlockSide - 1;
       continue;
     }
-    if (indices[0][i].sheet[0] == 0) continue;
+    if (saysNothing(own[i])) continue;
     const Vec3i unit = voxelOffset(i);
-    addTriangles(regulariseUnit(at, unit), unit);
+    unsigned behind = 0;
+    for (int c = 0; c < kCubeCorners; ++c) {
+      const Vec3i corner = unit + cornerOffset(c);
+      const int balance = balance_[cornerIndex(corner.x, corner.y, corner.z)];
+      behind |= isBehindForMost(balance) ? 1u << c : 0u;
+    }
+    addTriangles(dtsdf::regularise(own[i], behind), unit);
   }
 }
 

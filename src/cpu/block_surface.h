@@ -1,5 +1,5 @@
-/// The make stage of a block on the CPU: its mesh, from the indices of its units and of those
-/// across its faces.
+/// The make stage of a block on the CPU: its mesh, from the labels of its units and of those
+/// around it.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace dtsdf {
 
-/// Indices of the units in a block and in its six face neighbours, by regularisationOffset(); null
-/// where there is no surface.
-using IndexNeighbourhood = const UnitIndices* [kRegularisationReach];
+/// Labels of the units in a block and in those around it, by aroundOffset(); null where none of
+/// them says anything.
+using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
 
 /// A unit that holds a part of the surface, and its indices after regularisation.
 struct SurfaceUnit {
@@ -24,9 +24,9 @@ struct SurfaceUnit {
 /// Room for meshing one block after the other; one per thread.
 class BlockSurface {
  public:
-  /// Regularises the block's units and enters the edges of their triangles. The block has a
-  /// surface.
-  void regularise(const IndexNeighbourhood& indices);
+  /// Regularises the block's units and enters the edges of their triangles. Some unit of the block
+  /// says something.
+  void regularise(const LabelNeighbourhood& labels);
 
   /// Vertices and triangles of what was regularised. Few edges differ from those before: `known`
   /// holds the vertices of some, sorted by edge.
@@ -38,17 +38,11 @@ class BlockSurface {
   uint16_t vertexOf(int edge) const { return vertex_of_edge_[edge]; }
 
  private:
-  static constexpr int kUnitGridSide = kBlockSide + 2;
-
-  static int unitIndex(int x, int y, int z) {
-    return x + 1 + kUnitGridSide * (y + 1 + kUnitGridSide * (z + 1));
-  }
-
-  void collect(const IndexNeighbourhood& indices);
+  void weighCorners(const LabelNeighbourhood& labels);
+  void addSides(const UnitLabels& labels, const Vec3i& unit);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
 
-  /// The block's units and a layer around them, of which edges and corners are never read.
-  UnitIndices units_[kUnitGridSide * kUnitGridSide * kUnitGridSide] = {};
+  int8_t balance_[kGridCorners];  ///< Of each corner, see cornerBalance().
   std::vector<SurfaceUnit> surface_units_;
   EdgeSet edges_;  ///< That carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];

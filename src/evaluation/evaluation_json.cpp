@@ -40,6 +40,7 @@ std::string toJson(const Evaluation& evaluation) {
                      {"surface", toJsonValue(evaluation.surface)},
                      {"completeness", toJsonValue(evaluation.completeness)},
                      {"seen_share", evaluation.seen_share},
+                     {"boundary_edges_beside_unseen", evaluation.boundary_edges_beside_unseen},
                      {"f_scores", scores},
                      {"topology", toJsonValue(evaluation.topology)}};
   return json.dump(2) + "\n";

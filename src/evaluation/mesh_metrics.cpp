@@ -6,6 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "evaluation/boundary_edges.h"
 #include "evaluation/parallel.h"
 #include "program/progress_bar.h"
 
@@ -80,10 +81,10 @@ double shareWithin(const std::vector<double>& distances_m, double threshold_m) {
 }
 
 std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
-                                    const std::vector<bool>& selected) {
+                                    const std::vector<bool>& selected, bool wanted = true) {
   std::vector<Eigen::Vector3f> result;
   for (size_t i = 0; i < points.size(); ++i) {
-    if (selected[i]) result.push_back(points[i]);
+    if (selected[i] == wanted) result.push_back(points[i]);
   }
   return result;
 }
@@ -211,8 +212,8 @@ MeshTopology meshTopology(const TriangleMesh& mesh) {
     topology.area_m2 += area_m2;
     if (!(area_m2 > 0.0)) ++topology.degenerate_triangles;
   }
+  topology.boundary_edges = boundaryEdges(mesh).size();
   visitGroups(sortedEdges(mesh), [&](size_t triangles) {
-    if (triangles == 1) ++topology.boundary_edges;
     if (triangles > 2) ++topology.non_manifold_edges;
   });
   return topology;
@@ -270,8 +271,12 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
   const SurfaceSamples truth = sampleSurface(ground_truth, options.samples, options.seed + 1);
   std::vector<Eigen::Vector3f> seen = truth.points;
   if (views != nullptr) {
-    seen = select(truth.points, seenByViews(truth_scene, truth, *views,
-                                            progress("views", views->poses_W_C.size())));
+    const std::vector<bool> is_seen = seenByViews(truth_scene, truth, *views,
+                                                  progress("views", views->poses_W_C.size()));
+    seen = select(truth.points, is_seen);
+    evaluation.boundary_edges_beside_unseen =
+        countBeside(reconstruction, boundaryEdges(reconstruction),
+                    select(truth.points, is_seen, false), 2.0f * medianEdgeLength(reconstruction));
     evaluation.seen_share =
         static_cast<double>(seen.size()) / static_cast<double>(truth.points.size());
   }

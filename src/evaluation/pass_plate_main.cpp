@@ -13,6 +13,9 @@
 namespace dtsdf {
 namespace {
 
+/// Of the robot, around the middle of the corridor's height.
+constexpr double kHalfHeight_m = 0.3;
+
 struct PassPlateOptions {
   ParamTree settings;
   double thickness_m = 0.002, radius_m = 0.15;
@@ -25,8 +28,10 @@ PassPlateOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("pass_plate", "[options]",
                    "Maps a closed corridor with a thin plate across its middle, seen from both "
                    "ends, and looks for a way through it by A*: over free cells that are farther "
-                   "from all surfaces than a robot's radius. Prints the way, or \"no way\", and "
-                   "how many cells with a surface lie on the straight line from start to goal.",
+                   "from all surfaces than a robot's radius, and over the free columns of the grid "
+                   "for the ground that are farther than that from all occupied ones. Prints both "
+                   "ways, or \"no way\", and how many cells with a surface lie on the straight "
+                   "line from start to goal.",
                    kExitCodes);
   addSettingOption(line, options.settings);
   line.addNumber({"--thickness", "METRES", "of the plate"}, options.thickness_m, {1e-4, 1.0});
@@ -40,7 +45,9 @@ PassPlateOptions readOptions(const std::vector<std::string>& arguments) {
   return options;
 }
 
-void printWay(const std::optional<Path>& way) {
+/// Of cells or columns, whose name says which.
+void printWay(const char* name, const std::optional<Path>& way) {
+  std::printf("%s: ", name);
   if (!way) {
     std::printf("no way\n");
     return;
@@ -75,7 +82,9 @@ void passPlate(const PassPlateOptions& options) {
   space.updateDistances();
   const Passage passage{options.radius_m, options.through_unknown, corridorBounds()};
   const auto way = findPath(space, corridorStart(), corridorGoal(), passage);
-  printWay(way);
+  printWay("distances", way);
+  printWay("grid", findPath(space, corridorStart(), corridorGoal(),
+                            GroundPassage(space, {-kHalfHeight_m, kHalfHeight_m}, passage)));
   std::printf("%d cells with a surface on the straight line\n", countSurfaceCells(space));
   if (options.picture_path.empty()) return;
   SliceOptions slice;

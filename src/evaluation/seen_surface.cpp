@@ -2,7 +2,7 @@
 
 #include <atomic>
 #include <cmath>
-#include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "evaluation/mesh_scene.h"
@@ -33,22 +33,73 @@ size_t longestSide(const Corners& c) {
   return longest;
 }
 
-/// Whether each triangle is hit by the ray of some pixel, so near and so steeply.
-std::vector<bool> hitTriangles(const TriangleMesh& mesh, const Views& views, float max_depth_m,
-                               float least_cosine) {
+/// What the ray of a pixel's middle meets; none: nothing.
+struct PixelHit {
+  std::optional<RayHit> hit;
+  Eigen::Vector3f ray_W, p_W;
+};
+
+/// What an image shows of a mesh.
+class SeenImage {
+ public:
+  SeenImage(const MeshScene& scene, const ViewCamera& camera, const Eigen::Isometry3d& T_W_C)
+      : width_(camera.width), height_(camera.height) {
+    const Eigen::Matrix3f R_W_C = T_W_C.linear().cast<float>();
+    const Eigen::Vector3f eye_W = T_W_C.translation().cast<float>();
+    hits_.reserve(static_cast<size_t>(width_) * static_cast<size_t>(height_));
+    for (int v = 0; v < height_; ++v) {
+      for (int u = 0; u < width_; ++u) {
+        const Eigen::Vector3f ray_W =
+            R_W_C * rayOf(camera.intrinsics, static_cast<float>(u), static_cast<float>(v));
+        const auto hit = scene.intersect(eye_W, ray_W);  // z is 1 along the ray
+        hits_.push_back({hit, ray_W, hit ? eye_W + hit->distance * ray_W : eye_W});
+      }
+    }
+  }
+
+  const PixelHit& at(int u, int v) const {
+    return hits_[static_cast<size_t>(u) + static_cast<size_t>(v) * static_cast<size_t>(width_)];
+  }
+
+  /// Whether a pixel is one of some two by two that all show the surface that it shows.
+  bool isSurface(int u, int v, float aside_m) const {
+    const PixelHit& here = at(u, v);
+    const auto goesOn = [&](int to_u, int to_v) {
+      return to_u >= 0 && to_v >= 0 && to_u < width_ && to_v < height_ &&
+             isOneSurface(here, at(to_u, to_v), aside_m);
+    };
+    for (const int du : {-1, 1}) {
+      for (const int dv : {-1, 1}) {
+        if (goesOn(u + du, v) && goesOn(u, v + dv) && goesOn(u + du, v + dv)) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  /// Whether another pixel shows what goes on near the plane of the first one, facing about alike.
+  static bool isOneSurface(const PixelHit& here, const PixelHit& other, float aside_m) {
+    constexpr float kLeastCosine = 0.5f;
+    return other.hit && std::abs(here.hit->normal.dot(other.hit->normal)) >= kLeastCosine &&
+           std::abs(here.hit->normal.dot(other.p_W - here.p_W)) <= aside_m;
+  }
+
+  int width_, height_;
+  std::vector<PixelHit> hits_;
+};
+
+/// Whether some image shows each triangle: the middle of a pixel falls on it, and `counts` says so
+/// of the image and the pixel.
+template <class Counts>
+std::vector<bool> hitTriangles(const TriangleMesh& mesh, const Views& views, const Counts& counts) {
   const MeshScene scene(mesh);
   std::vector<std::atomic<uint8_t>> hit(mesh.triangles.size());
   forEachImage(views.poses_W_C.size(), [&](size_t i) {
-    const Eigen::Matrix3f R_W_C = views.poses_W_C[i].linear().cast<float>();
-    const Eigen::Vector3f eye_W = views.poses_W_C[i].translation().cast<float>();
+    const SeenImage image(scene, views.camera, views.poses_W_C[i]);
     for (int v = 0; v < views.camera.height; ++v) {
       for (int u = 0; u < views.camera.width; ++u) {
-        const Eigen::Vector3f ray_W = R_W_C * rayOf(views.camera.intrinsics, static_cast<float>(u),
-                                                    static_cast<float>(v));
-        const auto found = scene.intersect(eye_W, ray_W);
-        if (!found || found->distance > max_depth_m) continue;  // z is 1 along the ray
-        if (std::abs(found->normal.dot(ray_W)) < least_cosine * ray_W.norm()) continue;
-        hit[found->triangle].store(1, std::memory_order_relaxed);
+        const auto& found = image.at(u, v).hit;
+        if (found && counts(image, u, v)) hit[found->triangle].store(1, std::memory_order_relaxed);
       }
     }
   });
@@ -92,11 +143,17 @@ TriangleMesh cutFinely(const TriangleMesh& mesh, float longest_side_m) {
 
 TriangleMesh seenSurface(const TriangleMesh& mesh, const Views& views,
                          const SeenSurfaceOptions& options) {
-  // Whole triangles first, of any slant and distance: what is not hit hides nothing either.
-  constexpr float kAnywhere_m = std::numeric_limits<float>::infinity();
-  const TriangleMesh part = pick(mesh, hitTriangles(mesh, views, kAnywhere_m, 0.0f));
+  // Whole triangles first, however they are seen: what is not hit hides nothing either.
+  const auto always = [](const SeenImage&, int, int) { return true; };
+  const TriangleMesh part = pick(mesh, hitTriangles(mesh, views, always));
   const TriangleMesh fine = cutFinely(part, options.longest_side_m);
-  return pick(fine, hitTriangles(fine, views, options.max_depth_m, options.least_cosine));
+  return pick(fine, hitTriangles(fine, views, [&](const SeenImage& image, int u, int v) {
+    const PixelHit& pixel = image.at(u, v);
+    return pixel.hit->distance <= options.max_depth_m &&
+           std::abs(pixel.hit->normal.dot(pixel.ray_W)) >=
+               options.least_cosine * pixel.ray_W.norm() &&
+           image.isSurface(u, v, options.longest_side_m);
+  }));
 }
 
 }  // namespace dtsdf

@@ -16,7 +16,8 @@ SeenSurfaceArguments readOptions(const std::vector<std::string>& arguments) {
   SeenSurfaceArguments options;
   CommandLine line("seen_surface", "MESH.ply TUM_DIR OUT.ply [options]",
                    "Writes the part of a mesh that the images of a TUM folder show, cut into small "
-                   "triangles: those that the middle of some pixel falls on, at 3 degrees or more.",
+                   "triangles: those that the middle of some pixel falls on, at 3 degrees or more, "
+                   "which is one of two by two that show the same surface.",
                    kExitCodes);
   line.addText({"MESH.ply", "", "the mesh that the images are of"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);

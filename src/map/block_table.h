@@ -77,7 +77,7 @@ class BlockTable {
  public:
   /// Bytes that a voxel array and a block count towards the budget.
   static constexpr size_t kArrayBytes = kVoxelsPerBlock * sizeof(Voxel);
-  static constexpr size_t kBlockBytes = 2 * kVoxelsPerBlock + 64;  // unit indices, entry, hash
+  static constexpr size_t kBlockBytes = 2 * kVoxelsPerBlock + 64;  // labels of units, entry, hash
   /// And a brick of colours, which a voxel array has once something in it is painted.
   static constexpr size_t kColourBytes = kVoxelsPerBrick * sizeof(VoxelColour);
 

@@ -13,10 +13,9 @@ std::vector<SliceCell> sliceAt(const Space& space, double height_m) {
   for (const SpaceCube& cube : space.cubes(layer, layer)) {
     const auto z = static_cast<size_t>(layer - cube.first.z);
     for (uint64_t known = cube.free[z] | cube.surface[z]; known != 0; known &= known - 1) {
-      const int bit = __builtin_ctzll(known);
-      const bool is_surface = (cube.surface[z] >> bit & 1u) != 0;
-      SliceCell cell{{cube.first.x + bit % 8, cube.first.y + bit / 8, layer},
-                     is_surface ? CellState::kSurface : CellState::kFree, 0.0f};
+      SliceCell cell;
+      cell.cell = cube.cellOf(layer - cube.first.z, __builtin_ctzll(known));
+      cell.state = cube.stateOf(cell.cell);
       cell.distance_m = space.distanceAt(pointInSlice(cell, cell_size_m, height_m)).distance_m;
       slice.push_back(cell);
     }

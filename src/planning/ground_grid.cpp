@@ -6,15 +6,22 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kCubeLog2 = 3;
+constexpr int kCubeLog2 = SpaceCube::kSideLog2;
 
 int32_t floorToStep(int32_t cell) {
   constexpr int32_t kStep = GroundGrid::kStep;
   return (cell >= 0 ? cell / kStep : -((-cell + kStep - 1) / kStep)) * kStep;
 }
 
-bool isZero(const std::array<uint64_t, 8>& mask) {
+bool isZero(const SpaceCube::Mask& mask) {
   return std::all_of(mask.begin(), mask.end(), [](uint64_t word) { return word == 0; });
+}
+
+/// One column of a stack of cubes.
+GridBox columnOf(int32_t stack_x, int32_t stack_y, size_t bit) {
+  const SpaceCube stack{{stack_x * SpaceCube::kSide, stack_y * SpaceCube::kSide, 0}, {}, {}};
+  const Vec3i cell = stack.cellOf(0, static_cast<int>(bit));
+  return {cell.x, cell.y, 1, 1};
 }
 
 /// How many bits of each place are set, over some words.
@@ -81,7 +88,8 @@ GridBox GroundColumns::put(const SpaceCube& cube) {
     part.free[static_cast<size_t>(z)] = cube.free[static_cast<size_t>(z)];
     part.surface[static_cast<size_t>(z)] = cube.surface[static_cast<size_t>(z)];
   }
-  const int32_t x = cube.first.x >> kCubeLog2, y = cube.first.y >> kCubeLog2;
+  const Vec3i at = SpaceCube::cubeOf(cube.first);
+  const int32_t x = at.x, y = at.y;
   const bool is_unknown = isZero(part.free) && isZero(part.surface);
   auto place = stacks_.find(keyOf(x, y));
   if (place == stacks_.end()) {
@@ -114,22 +122,15 @@ GridBox GroundColumns::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) 
                                                   : kColumnUnknown;
     if (value == stack.values[i]) continue;
     stack.values[i] = value;
-    const auto column = static_cast<int32_t>(i);
-    changed = unite(changed, {stack_x * kSide + column % kSide, stack_y * kSide + column / kSide,
-                              1, 1});
+    changed = unite(changed, columnOf(stack_x, stack_y, i));
   }
   return changed;
-}
-
-/// Of a column in its stack's values.
-size_t GroundColumns::indexInStack(int32_t x, int32_t y) {
-  return static_cast<size_t>(x & (kSide - 1)) + kSide * static_cast<size_t>(y & (kSide - 1));
 }
 
 int8_t GroundColumns::at(int32_t x, int32_t y) const {
   const auto place = stacks_.find(keyOf(x >> kCubeLog2, y >> kCubeLog2));
   if (place == stacks_.end()) return kColumnUnknown;
-  return place->second.values[indexInStack(x, y)];
+  return place->second.values[static_cast<size_t>(SpaceCube::bitOf(x, y))];
 }
 
 /// Stack by stack, so that what is unknown costs nothing.
@@ -147,7 +148,7 @@ std::vector<int8_t> GroundColumns::values(const GridBox& box) const {
         for (int32_t x = part.x; x < part.x + part.width; ++x) {
           values[static_cast<size_t>(y - box.y) * static_cast<size_t>(box.width) +
                  static_cast<size_t>(x - box.x)] =
-              place->second.values[indexInStack(x, y)];
+              place->second.values[static_cast<size_t>(SpaceCube::bitOf(x, y))];
         }
       }
     }
@@ -162,8 +163,7 @@ GridBox GroundColumns::known() const {
                y = static_cast<int32_t>(static_cast<uint32_t>(key >> 32));
     for (size_t i = 0; i < stack.values.size(); ++i) {
       if (stack.values[i] == kColumnUnknown) continue;
-      const auto column = static_cast<int32_t>(i);
-      known = unite(known, {x * kSide + column % kSide, y * kSide + column / kSide, 1, 1});
+      known = unite(known, columnOf(x, y, i));
     }
   }
   return known;

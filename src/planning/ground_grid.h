@@ -67,22 +67,21 @@ class GroundColumns {
   size_t bytes() const;
 
  private:
-  static constexpr int kSide = 8;  ///< Of a cube, in cells.
+  static constexpr int kSide = SpaceCube::kSide;
 
   /// What of a cube lies between the heights.
   struct Part {
     int32_t z;
-    std::array<uint64_t, kSide> free, surface;
+    SpaceCube::Mask free, surface;
   };
 
-  /// The cubes above each other, and the values of their 8 x 8 columns, x fastest.
+  /// The cubes above each other, and the values of their columns, as bits of a word.
   struct Stack {
     std::vector<Part> parts;
     std::array<int8_t, kSide * kSide> values;
   };
 
   static uint64_t keyOf(int32_t stack_x, int32_t stack_y);
-  static size_t indexInStack(int32_t x, int32_t y);
   GridBox evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const;
 
   CellLayers layers_;

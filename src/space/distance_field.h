@@ -1,11 +1,14 @@
 /// Exact Euclidean distances between cells, up to a reach, kept up to date where surfaces change.
 ///
-/// The squared distance to the nearest cell with a surface is a minimum of squares along x, of that
-/// along y, and of that along z (Saito and Toriwaki, Pattern Recognition 27, 1994): whole numbers,
-/// so that any order of work gives the same. It is worked out by tiles; a tile that lies within
-/// reach of a change is worked out again from the surfaces around it.
+/// They are kept by tiles of 32 x 32 x 32 cells, each of 64 parts of the size of a cube. A surface
+/// that came can only make distances less, which is done where it does; one that went makes those
+/// parts be worked out again in which some cell was nearest to it. That is done from the surfaces
+/// around: the squared distance to the nearest one is a minimum of squares along x, of that along
+/// y, and of that along z (Saito and Toriwaki, Pattern Recognition 27, 1994). All are whole
+/// numbers, so that any order of work gives the same.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <unordered_map>
@@ -26,24 +29,42 @@ class DistanceField {
 
   DistanceField(int reach, int threads) : reach_(reach), threads_(threads) {}
 
-  /// Takes over new surfaces; `changed` are the cubes in which there are other ones than at the
+  /// Takes over new surfaces; `changed` are the cubes in which there may be other ones than at the
   /// last call.
   void update(const CellTable& cells, const CubeSet& changed);
 
   /// To the nearest cell with a surface; -1 if there is none within reach.
   int squaredAt(const Vec3i& cell) const;
 
-  void clear() { tiles_.clear(); }
+  void clear();
   size_t bytes() const;
 
- private:
-  using Tile = std::vector<uint16_t>;  ///< Squared distances, x fastest; empty: all are far.
+  static constexpr int kPartsPerTile = 64;
 
-  std::vector<PackedKey> tilesNear(const CubeSet& cubes) const;
+  /// Squared distances of a tile.
+  struct Tile {
+    std::vector<uint16_t> squared;  ///< Part by part, as cells of cubes; empty: all are far.
+    std::array<uint16_t, kPartsPerTile> most;  ///< The greatest one in each part.
+  };
+
+  /// Surfaces that came and went in a cube.
+  struct CubeChange {
+    Vec3i cube;
+    CellMask added, removed;
+  };
+
+ private:
+  struct TileChange;
+
+  std::vector<CubeChange> takeChanges(const CellTable& cells, const CubeSet& changed);
+  std::vector<TileChange> tilesNear(const std::vector<CubeChange>& changes);
+  template <class Value>
+  void updateTiles(const CellTable& cells, const std::vector<TileChange>& tiles);
 
   const int reach_;
   const int threads_;
   std::unordered_map<PackedKey, Tile> tiles_;
+  std::unordered_map<PackedKey, CellMask> surfaces_;  ///< That the tiles know of, by cube.
 };
 
 }  // namespace dtsdf

@@ -46,6 +46,8 @@ static_assert(sizeof(CellCube) + sizeof(PackedKey) + 4 * 2 * sizeof(PackedKey) <
                   kFreeCubeBudgetBytes,
               "what a cube counts is no less than what it takes");
 
+static_assert(kCubeSideLog2 == SpaceCube::kSideLog2, "one layout of cells");
+
 SpaceCube asTold(const CellCube& cube) {
   SpaceCube told{firstCellOfCube(cube.key), {}, {}};
   for (size_t z = 0; z < kWordsPerCube; ++z) {

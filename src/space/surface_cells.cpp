@@ -77,7 +77,8 @@ void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& 
   const Vec3i first = least(least(a.low, b.low), c.low);
   const Vec3i last = most(first, most(most(a.high, b.high), c.high));
   const Vec3i steps = last - first;
-  // Along one axis alone a triangle passes through all of them; most are in a single one.
+  if (steps == Vec3i{0, 0, 0}) return visit(first);  // most
+  // Along one axis alone a triangle passes through all of them.
   const bool is_in_all = (steps.x > 0) + (steps.y > 0) + (steps.z > 0) <= 1;
   const TriangleReach reach(a.at, b.at, c.at);
   for (int32_t z = first.z; z <= last.z; ++z) {
@@ -161,24 +162,36 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, const CellGrid& grid) {
 
 std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, CellTable& cells) {
   struct NoScratch {};
-  std::vector<std::vector<Vec3i>> now(blocks.size());
+  struct Found {
+    std::vector<Vec3i> cells;
+    bool is_other = false;
+  };
+  // Surfaces move a little all the time, but seldom into other cells: that is found out side by
+  // side as well, so that what is left to do one by one is only what changes.
+  std::vector<Found> found(blocks.size());
   parallelFor<NoScratch>(blocks.size(), threads_, [&](size_t i, NoScratch&) {
-    now[i] = cellsOfMesh(blocks[i], grid_);
+    found[i].cells = cellsOfMesh(blocks[i], grid_);
+    found[i].is_other = found[i].cells != cellsOf(packKey(blocks[i].key));
   });
   changed_.clear();
   for (size_t i = 0; i < blocks.size(); ++i) {
-    replace(packKey(blocks[i].key), std::move(now[i]), cells);
+    if (found[i].is_other) replace(packKey(blocks[i].key), std::move(found[i].cells), cells);
   }
   sortEachOnce(changed_);
   for (const Vec3i& cube : changed_) cells.removeIfEmpty(cube);
   return std::move(changed_);
 }
 
+const std::vector<Vec3i>& SurfaceCells::cellsOf(PackedKey block) const {
+  static const std::vector<Vec3i> kNone;
+  const auto place = cells_of_block_.find(block);
+  return place == cells_of_block_.end() ? kNone : place->second;
+}
+
 /// A block has other cells from now on.
 void SurfaceCells::replace(PackedKey block, std::vector<Vec3i> now, CellTable& cells) {
   const auto place = cells_of_block_.find(block);
-  const std::vector<Vec3i> none;
-  const std::vector<Vec3i>& before = place == cells_of_block_.end() ? none : place->second;
+  const std::vector<Vec3i>& before = cellsOf(block);
   visitLacking(now, before, [&](const Vec3i& cell) { put(cell, cells); });
   visitLacking(before, now, [&](const Vec3i& cell) { take(cell, cells); });
   listed_ += now.size();

@@ -34,6 +34,7 @@ class SurfaceCells {
     int cells = 0;                                ///< With any.
   };
 
+  const std::vector<Vec3i>& cellsOf(PackedKey block) const;
   void replace(PackedKey block, std::vector<Vec3i> now, CellTable& cells);
   void take(const Vec3i& cell, CellTable& cells);
   void put(const Vec3i& cell, CellTable& cells);

@@ -15,7 +15,7 @@ inline int32_t floorDivided(int32_t a, int32_t b) { return a >= 0 ? a / b : -((b
 
 /// The mesh of a block depends on voxels of blocks around it, so many before it along an axis and
 /// so many behind it: its units have corners in the next block, regularisation (regularisation.h)
-/// compares them with the units across its faces, and bends and normals look one corner beyond the
+/// asks the units around those corners, and bends and normals look one corner beyond the
 /// ends of an edge: none of which is farther away than a block. No stage of fusion looks at another
 /// block's voxels.
 constexpr int kHaloBefore = 1, kHaloBehind = 1;

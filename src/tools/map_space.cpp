@@ -17,4 +17,20 @@ std::unique_ptr<Mapper> loadWithSpace(const std::string& map_path,
   return mapper;
 }
 
+void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
+                      const std::string& what, const std::string& ending,
+                      SpaceOutputOptions& options) {
+  line.addText({"FILE", "", "a map file"}, options.map_path);
+  line.addText({"OUT", "", what + ": " + ending}, options.out_path);
+  line.addList({"--set", "KEY=VALUE ...",
+                "settings in place of those of the file: space/..., backend, threads"},
+               [&](const std::string& value) { options.settings.push_back(value); });
+  line.parse(arguments);
+  const std::string& path = options.out_path;
+  if (path.size() < ending.size() ||
+      path.compare(path.size() - ending.size(), ending.size(), ending) != 0) {
+    throw UsageError("'" + path + "' does not end in " + ending);
+  }
+}
+
 }  // namespace dtsdf

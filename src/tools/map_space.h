@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
+#include "program/command_line.h"
 
 namespace dtsdf {
 
@@ -15,5 +16,17 @@ namespace dtsdf {
 /// @throws std::runtime_error if the file cannot be read, ParamError for wrong settings.
 std::unique_ptr<Mapper> loadWithSpace(const std::string& map_path,
                                       const std::vector<std::string>& given);
+
+/// What the commands have in common that make something of a map's space.
+struct SpaceOutputOptions {
+  std::string map_path, out_path;
+  std::vector<std::string> settings;  ///< Each key=value.
+};
+
+/// Adds FILE, OUT and --set, and parses; `what` is to be written, and `ending` is how its name has
+/// to end. @throws UsageError
+void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
+                      const std::string& what, const std::string& ending,
+                      SpaceOutputOptions& options);
 
 }  // namespace dtsdf

@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "io/atomic_file.h"
-#include "program/command_line.h"
 #include "program/run_program.h"
 #include "tools/map_space.h"
 #include "tools/map_tool.h"
@@ -16,27 +15,13 @@
 namespace dtsdf {
 namespace {
 
-struct BtOptions {
-  std::string map_path, tree_path;
-  std::vector<std::string> settings;  ///< Each key=value.
-};
-
-BtOptions parse(const std::vector<std::string>& arguments) {
-  BtOptions options;
+SpaceOutputOptions parse(const std::vector<std::string>& arguments) {
+  SpaceOutputOptions options;
   CommandLine line("map_tool bt", "FILE OUT.bt [options]",
                    "Saves what is known of space as an OctoMap tree: cells with a surface are "
                    "occupied, those that were seen free are free, all others are unknown.",
                    kExitCodes);
-  line.addText({"FILE", "", "a map file"}, options.map_path);
-  line.addText({"OUT", "", "the tree: .bt"}, options.tree_path);
-  line.addList({"--set", "KEY=VALUE ...",
-                "settings in place of those of the file: space/..., backend, threads"},
-               [&](const std::string& value) { options.settings.push_back(value); });
-  line.parse(arguments);
-  const std::string& path = options.tree_path;
-  if (path.size() < 3 || path.compare(path.size() - 3, 3, ".bt") != 0) {
-    throw UsageError("'" + path + "' does not end in .bt");
-  }
+  parseSpaceOutput(line, arguments, "the tree", ".bt", options);
   return options;
 }
 
@@ -90,10 +75,10 @@ void save(const Space&, const std::string&) {
 }  // namespace
 
 void saveOcTree(const std::vector<std::string>& arguments) {
-  const BtOptions options = parse(arguments);
-  prepareOutputFile(options.tree_path);
+  const SpaceOutputOptions options = parse(arguments);
+  prepareOutputFile(options.out_path);
   const auto mapper = loadWithSpace(options.map_path, options.settings);
-  save(*mapper->space(), options.tree_path);
+  save(*mapper->space(), options.out_path);
 }
 
 }  // namespace dtsdf

@@ -9,7 +9,6 @@
 #include "io/atomic_file.h"
 #include "io/colour_png.h"
 #include "planning/distance_slice.h"
-#include "program/command_line.h"
 #include "program/run_program.h"
 #include "tools/map_space.h"
 #include "tools/map_tool.h"
@@ -21,11 +20,9 @@ using Colour = std::array<uint8_t, 3>;
 
 constexpr Colour kUnknown = {150, 150, 150}, kSurface = {0, 0, 0};
 
-struct SliceOptions {
-  std::string map_path, picture_path;
+struct SliceOptions : SpaceOutputOptions {
   double height_m = 0.0;
   int pixels = 4;
-  std::vector<std::string> settings;  ///< Each key=value.
 };
 
 SliceOptions parse(const std::vector<std::string>& arguments) {
@@ -35,20 +32,11 @@ SliceOptions parse(const std::vector<std::string>& arguments) {
                    "red beside a surface to blue at the largest one, surfaces black, what is "
                    "unknown grey.",
                    kExitCodes);
-  line.addText({"FILE", "", "a map file"}, options.map_path);
-  line.addText({"OUT", "", "the picture: .png"}, options.picture_path);
   line.addNumber({"--height", "METRES", "along z of the map frame"}, options.height_m,
                  {-1e4, 1e4});
   line.require("--height");
   line.addWhole({"--pixels", "N", "edge of a cell in the picture"}, options.pixels, {1, 64});
-  line.addList({"--set", "KEY=VALUE ...",
-                "settings in place of those of the file: space/..., backend, threads"},
-               [&](const std::string& value) { options.settings.push_back(value); });
-  line.parse(arguments);
-  const std::string& path = options.picture_path;
-  if (path.size() < 4 || path.compare(path.size() - 4, 4, ".png") != 0) {
-    throw UsageError("'" + path + "' does not end in .png");
-  }
+  parseSpaceOutput(line, arguments, "the picture", ".png", options);
   return options;
 }
 
@@ -125,7 +113,7 @@ double farthest(const std::vector<SliceCell>& slice) {
 
 void drawSlice(const std::vector<std::string>& arguments) {
   const SliceOptions options = parse(arguments);
-  prepareOutputFile(options.picture_path);
+  prepareOutputFile(options.out_path);
   const auto mapper = loadWithSpace(options.map_path, options.settings);
   Space& space = *mapper->space();
   space.updateDistances();
@@ -136,9 +124,9 @@ void drawSlice(const std::vector<std::string>& arguments) {
   }
   const double most_m = farthest(slice);
   const ColourImage image = draw(slice, most_m, options.pixels);
-  writeFileAtomically(options.picture_path, encodeColourPng(image));
+  writeFileAtomically(options.out_path, encodeColourPng(image));
   std::printf("%zu known cells of %g m, distances up to %.2f m: %s\n", slice.size(),
-              space.cellSize_m(), most_m, options.picture_path.c_str());
+              space.cellSize_m(), most_m, options.out_path.c_str());
 }
 
 }  // namespace dtsdf

@@ -46,15 +46,13 @@ uint32_t sidesOfUnit(const UnitSamples& samples, int directions) {
   return unit;
 }
 
-bool isEmpty(const UnitIndices& indices) { return indices.sheet[0] == 0 && indices.sheet[1] == 0; }
-
 struct Counts {
   int surfaces = 0, spared_with_speaker = 0;
 };
 
 constexpr int kCases = 20, kUnitsPerCase = 2500;
 
-/// Calls check(samples, sides, indices) for random units, until it fails.
+/// Calls check(samples, sides, labels) for random units, until it fails.
 template <class Check>
 Counts checkUnits(bool directional, const MeshRules& rules, const Check& check) {
   Counts counts;
@@ -65,9 +63,9 @@ Counts checkUnits(bool directional, const MeshRules& rules, const Check& check) 
     for (int i = 0; i < kUnitsPerCase; ++i) {
       const UnitSamples samples = drawUnit(random);
       const uint32_t sides = sidesOfUnit(samples, directional ? kDirectionCount : 1);
-      const UnitIndices indices = indexUnit(kMeshTables, rules, samples, directional);
-      check(samples, sides, indices);
-      counts.surfaces += !isEmpty(indices);
+      const UnitLabels labels = labelUnit(kMeshTables, rules, samples, directional);
+      check(samples, sides, labels);
+      counts.surfaces += isSurface(labels.behind_first);
       counts.spared_with_speaker += possibleLeaders(sides) == 0 && mayBeSpeaking(sides) != 0;
       if (testing::Test::HasFailure()) return counts;
     }
@@ -86,8 +84,8 @@ class PossibleLeaders : public testing::TestWithParam<float> {
 
 TEST_P(PossibleLeaders, AUnitWithoutOneIsEmpty) {
   const Counts counts =
-      checkUnits(true, rules(), [](const UnitSamples&, uint32_t sides, const UnitIndices& indices) {
-        EXPECT_TRUE(possibleLeaders(sides) != 0 || isEmpty(indices));
+      checkUnits(true, rules(), [](const UnitSamples&, uint32_t sides, const UnitLabels& labels) {
+        EXPECT_TRUE(possibleLeaders(sides) != 0 || saysNothing(labels));
       });
   EXPECT_GT(counts.surfaces, 1000);
   EXPECT_GT(counts.spared_with_speaker, 1000);
@@ -97,10 +95,10 @@ TEST_P(PossibleLeaders, AUnitWithoutOneIsEmpty) {
 TEST_P(PossibleLeaders, ASheetsLeaderIsOne) {
   const MeshRules numbers = rules();
   const Counts counts = checkUnits(
-      true, numbers, [&](const UnitSamples& samples, uint32_t sides, const UnitIndices&) {
+      true, numbers, [&](const UnitSamples& samples, uint32_t sides, const UnitLabels&) {
         const VoteLimits<float> limits = makeVoteLimits(numbers, samples);
         for (const int32_t leader : findLeaders(samples, limits.least_weight).direction) {
-          if (sheetLabels(samples, leader, limits) == 0) continue;
+          if (sheetLabels(samples, leader, limits) == kNotKnown) continue;
           EXPECT_TRUE(possibleLeaders(sides) >> leader & 1) << "direction " << leader;
         }
       });
@@ -109,7 +107,7 @@ TEST_P(PossibleLeaders, ASheetsLeaderIsOne) {
 
 TEST_P(PossibleLeaders, ADirectionThatMayNotSpeakDoesNot) {
   const MeshRules numbers = rules();
-  checkUnits(true, numbers, [&](const UnitSamples& samples, uint32_t sides, const UnitIndices&) {
+  checkUnits(true, numbers, [&](const UnitSamples& samples, uint32_t sides, const UnitLabels&) {
     const float least_weight = makeVoteLimits(numbers, samples).least_weight;
     for (int d = 0; d < kDirectionCount; ++d) {
       if (mayBeSpeaking(sides) >> d & 1) continue;
@@ -120,8 +118,8 @@ TEST_P(PossibleLeaders, ADirectionThatMayNotSpeakDoesNot) {
 
 TEST_P(PossibleLeaders, AnUndirectedUnitWithoutOneIsEmpty) {
   const Counts counts = checkUnits(
-      false, rules(), [](const UnitSamples&, uint32_t sides, const UnitIndices& indices) {
-        EXPECT_TRUE(possibleLeaders(sides) != 0 || isEmpty(indices));
+      false, rules(), [](const UnitSamples&, uint32_t sides, const UnitLabels& labels) {
+        EXPECT_TRUE(possibleLeaders(sides) != 0 || saysNothing(labels));
       });
   EXPECT_GT(counts.surfaces, 100);
   EXPECT_GT(counts.spared_with_speaker, 100);

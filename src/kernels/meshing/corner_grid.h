@@ -77,13 +77,6 @@ DTSDF_HD int aroundNumber(const Vec3i& offset) {
 /// Which of those blocks a corner lies in; each coordinate is in [-8, 16).
 DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel(corner)); }
 
-/// Whether vertices of the block at such an offset from another depend on that one's voxels. The
-/// bend of the surface on an edge (edge_vertex.h) needs the corner before it, but along one axis at
-/// a time: none of blocks that lie diagonally below.
-DTSDF_HD bool hasVerticesOn(const Vec3i& offset) {
-  return (offset.x > 0) + (offset.y > 0) + (offset.z > 0) <= 1;
-}
-
 /// The voxel arrays around a block; null where there is none.
 struct ArraysAround {
   const Voxel* array[kBlocksAround][kDirectionCount];

@@ -15,6 +15,12 @@ DTSDF_HD int unitEdge(const Vec3i& unit, int e, uint8_t index) {
   return edgeNumber(corner, e / 4, (index >> lower & 1) ? 0 : 1);
 }
 
+DTSDF_HD uint32_t countTriangles(const MeshTables& tables, const UnitIndices& indices) {
+  uint32_t count = 0;
+  for (int s = 0; s < kMaxSheets; ++s) count += tables.triangle_count[indices.sheet[s]];
+  return count;
+}
+
 /// Calls visit(edge) for the corners of a unit's triangles, three each, in canonical order.
 template <class Visit>
 DTSDF_HD void visitTriangleEdges(const MeshTables& tables, const UnitIndices& indices,

@@ -95,7 +95,7 @@ constexpr Loop followLoop(const Contours& contours, int start) {
   return loop;
 }
 
-/// Bit f for each face (as in regularisation.h, faceOffset) that an edge lies on.
+/// Bit f for each face (-x, +x, -y, +y, -z, +z) that an edge lies on.
 constexpr unsigned facesOfEdge(int e) {
   unsigned faces = 0;
   for (int axis = 0; axis < 3; ++axis) {

@@ -24,21 +24,23 @@ DTSDF_HD bool isVisible(uint8_t component, unsigned speaking) {
 }
 
 /// Marching cubes index of a sheet: its labels without the components that none of the sheet's
-/// speaking directions can see, and without those that have a weak crossing.
-DTSDF_HD uint8_t sheetIndex(const MeshTables& tables, unsigned labels, unsigned speaking,
+/// speaking directions can see. Where one has a weak crossing the unit says nothing, kNotKnown: so
+/// it neither has a surface, nor turns the corners of those around.
+DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned speaking,
                             unsigned weak_crossings) {
   uint8_t index = static_cast<uint8_t>(labels);
   for (int i = 0; i < tables.component_count[labels]; ++i) {
     const uint8_t component = tables.component[labels][i];
-    const bool is_kept = isVisible(component, speaking) && !crossesAny(component, weak_crossings);
-    if (!is_kept) index = removeComponent(index, component);
+    if (crossesAny(component, weak_crossings)) return kNotKnown;
+    if (!isVisible(component, speaking)) index = removeComponent(index, component);
   }
-  return index == 255 ? 0 : index;
+  return index;
 }
 
-/// Plain marching cubes of the undirected map.
+/// Plain marching cubes of the undirected map. All units around a corner say the same of it, so
+/// those without a surface need not say anything.
 template <class Samples>
-DTSDF_HD void undirectedIndices(const Samples& samples, UnitIndices (&result)[Samples::kUnits]) {
+DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samples::kUnits]) {
   using Bits = typename Samples::Bits;
   const typename Samples::Real zero{0.0f};
   const Bits none{0};
@@ -50,32 +52,35 @@ DTSDF_HD void undirectedIndices(const Samples& samples, UnitIndices (&result)[Sa
   }
   labels = select(known & (labels != Bits{255}), labels, none);
   for (int k = 0; k < Samples::kUnits; ++k) {
-    result[k] = {{static_cast<uint8_t>(lane(labels, k)), 0}};
+    const auto index = static_cast<unsigned>(lane(labels, k));
+    result[k] = index == 0 ? UnitLabels{0, 0} : labelsOfSheets(index, index);
   }
 }
 
-/// Labels of the units' sheets with the given leaders; 0 where there is none (-1).
+/// Labels of the units' sheets with the given leaders; kNotKnown where there is none (-1).
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits sheetLabels(const Samples& samples, const Bits& leader,
                           const VoteLimits<Real>& limits) {
-  const Bits none{0};
+  const Bits not_known{kNotKnown};
   const auto has_leader = leader != Bits{-1};
-  if (!any(has_leader)) return none;
-  return select(has_leader, voteOnCorners(samples, leader ^ Bits{1}, limits), none);
+  if (!any(has_leader)) return not_known;
+  return select(has_leader, voteOnCorners(samples, leader ^ Bits{1}, limits), not_known);
 }
 
-/// Indices of the units' sheets with the given leaders, one per unit.
+/// Indices of the units' sheets with the given leaders, one per unit; kNotKnown where there is
+/// none.
 template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules,
                            const Samples& samples, const VoteLimits<Real>& limits,
                            const Bits& leader, const Bits& speaking,
-                           uint8_t (&result)[Samples::kUnits]) {
-  for (uint8_t& index : result) index = 0;
+                           int (&result)[Samples::kUnits]) {
+  for (int& index : result) index = kNotKnown;
   const Bits labels = sheetLabels(samples, leader, limits);
-  if (!any(labels != Bits{0})) return;
+  if (!any(labels != Bits{kNotKnown})) return;
   const Bits weak = weakCrossings(rules, samples, labels, limits.greatest_weight);
   const Bits opposite = leader ^ Bits{1};
   for (int k = 0; k < Samples::kUnits; ++k) {
+    if (lane(labels, k) == kNotKnown) continue;
     const unsigned all = static_cast<unsigned>(lane(speaking, k));
     result[k] = sheetIndex(tables, static_cast<unsigned>(lane(labels, k)),
                            all & ~(1u << (lane(opposite, k) & 7)),
@@ -83,31 +88,50 @@ DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules,
   }
 }
 
-/// A second sheet that equals the first is none; the first is the one that is there.
-DTSDF_HD UnitIndices orderSheets(uint8_t first, uint8_t second) {
-  if (second == first) second = 0;
-  return first != 0 ? UnitIndices{{first, second}} : UnitIndices{{second, 0}};
+DTSDF_HD bool isSurface(int index) { return index > 0 && index < 255; }
+
+/// Whether two indices cross some edge in the same way.
+DTSDF_HD bool shareCrossing(unsigned a, unsigned b) {
+  unsigned shared = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const ParallelCrossings of_a = parallelCrossings(static_cast<uint8_t>(a), axis);
+    const ParallelCrossings of_b = parallelCrossings(static_cast<uint8_t>(b), axis);
+    shared |= (of_a.rising & of_b.rising) | (of_a.falling & of_b.falling);
+  }
+  return shared != 0;
+}
+
+/// What a unit says whose sheets have such indices. The two sides of something thin cross no edge
+/// in the same way; sheets that do are one surface told twice, as where it bends round within the
+/// unit: the first, of the stronger leader, is taken. A sheet without a surface says nothing
+/// against one that has some.
+DTSDF_HD UnitLabels joinSheets(int first, int second) {
+  if (!isSurface(first) && (isSurface(second) || first == kNotKnown)) first = second;
+  if (first == kNotKnown) return {0, 0};
+  const auto a = static_cast<unsigned>(first), b = static_cast<unsigned>(second);
+  const bool are_two = isSurface(second) && !shareCrossing(a, b);
+  return labelsOfSheets(a, are_two ? b : a);
 }
 
 /// The index stage, for all units of the samples at once.
 template <class Samples>
-DTSDF_HD void indexUnits(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
-                         bool directional, UnitIndices (&result)[Samples::kUnits]) {
+DTSDF_HD void labelUnits(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
+                         bool directional, UnitLabels (&result)[Samples::kUnits]) {
   constexpr int kUnits = Samples::kUnits;
-  if (!directional) return undirectedIndices(samples, result);
+  if (!directional) return undirectedLabels(samples, result);
   const auto limits = makeVoteLimits(rules, samples);
   const auto leaders = findLeaders(samples, limits.least_weight);
-  uint8_t first[kUnits], second[kUnits];
+  int first[kUnits], second[kUnits];
   sheetIndices(tables, rules, samples, limits, leaders.direction[0], leaders.speaking, first);
   sheetIndices(tables, rules, samples, limits, leaders.direction[1], leaders.speaking, second);
-  for (int k = 0; k < kUnits; ++k) result[k] = orderSheets(first[k], second[k]);
+  for (int k = 0; k < kUnits; ++k) result[k] = joinSheets(first[k], second[k]);
 }
 
 /// The same for a single unit.
-DTSDF_HD UnitIndices indexUnit(const MeshTables& tables, const MeshRules& rules,
-                               const UnitSamples& samples, bool directional) {
-  UnitIndices result[1];
-  indexUnits(tables, rules, samples, directional, result);
+DTSDF_HD UnitLabels labelUnit(const MeshTables& tables, const MeshRules& rules,
+                              const UnitSamples& samples, bool directional) {
+  UnitLabels result[1];
+  labelUnits(tables, rules, samples, directional, result);
   return result[0];
 }
 

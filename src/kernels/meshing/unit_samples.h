@@ -34,10 +34,41 @@ namespace dtsdf {
 /// The surface in a unit has one sheet, or two: the sides of something thinner than the unit.
 constexpr int kMaxSheets = 2;
 
-/// The indices of a unit, one per sheet; 0 where there is no surface.
+/// The indices of a unit, one per sheet; no surface where all corners are on one side.
 struct UnitIndices {
   uint8_t sheet[kMaxSheets];
 };
+
+/// What a unit says of its corners, bit c for corner c: which are behind its first sheet, and which
+/// in front of its second; in front of the first where there is one only. Both 0: it says nothing.
+///
+/// A corner is in front of one of two sheets at least, so that nothing else looks like that.
+struct UnitLabels {
+  uint8_t behind_first, in_front_of_last;
+};
+
+DTSDF_HD UnitLabels labelsOfSheets(unsigned first, unsigned last) {
+  return {static_cast<uint8_t>(first), static_cast<uint8_t>(~last)};
+}
+
+DTSDF_HD bool saysNothing(const UnitLabels& labels) {
+  return (labels.behind_first | labels.in_front_of_last) == 0;
+}
+
+/// Corners that all sheets of the unit have on one side, behind and in front.
+DTSDF_HD unsigned cornersBehind(const UnitLabels& labels) {
+  return labels.behind_first & ~labels.in_front_of_last & 255u;
+}
+DTSDF_HD unsigned cornersInFront(const UnitLabels& labels) {
+  return ~labels.behind_first & labels.in_front_of_last & 255u;
+}
+
+/// The labels as indices; two sheets that are the same are one.
+DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
+  const auto last = static_cast<uint8_t>(~labels.in_front_of_last);
+  if (saysNothing(labels) || last == labels.behind_first) return {{labels.behind_first, 0}};
+  return {{labels.behind_first, last}};
+}
 
 /// Distances and weights at the eight corners of a unit, per direction. A sample counts as observed
 /// if its weight is above 0.

@@ -3,8 +3,8 @@
 ///
 /// Across an edge the slope of a field is the central difference at each of the edge's two ends,
 /// interpolated between them; along it, that of the parabola that gave the vertex (edge_vertex.h).
-/// Samples are read one corner beyond the ends along one axis at a time, which is as far as
-/// vertices may depend on their block's surroundings (hasVerticesOn() in corner_grid.h).
+/// Samples are read one corner beyond the ends, which is as far as meshes may depend on their
+/// block's surroundings.
 #pragma once
 
 #include "kernels/meshing/edge_vertex.h"

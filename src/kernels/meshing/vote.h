@@ -51,12 +51,14 @@ DTSDF_HD VoteLimits<typename Samples::Real> makeVoteLimits(const MeshRules& rule
   return {greatest, Real{rules.least_weight_share} * greatest, Real{rules.nearness_voxels}};
 }
 
+constexpr int kNotKnown = -1;
+
 /// Marching cubes labels of a sheet (bit c: corner c is behind), by the vote of all directions but
-/// one; 0 where some corner has too little weight.
+/// one; kNotKnown where some corner has too little weight.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits voteOnCorners(const Samples& samples, const Bits& excluded_direction,
                             const VoteLimits<Real>& limits) {
-  const Bits none{0};
+  const Bits none{0}, not_known{kNotKnown};
   Bits labels = none;
   auto known = none == none;
   for (int c = 0; c < kCubeCorners; ++c) {
@@ -67,10 +69,10 @@ DTSDF_HD Bits voteOnCorners(const Samples& samples, const Bits& excluded_directi
                limits.nearness);
     }
     known = known & (vote.weight > limits.least_weight);
-    if (!any(known)) return none;
+    if (!any(known)) return not_known;
     labels = labels | select(votedSdf(vote) < Real{0.0f}, Bits{1 << c}, none);
   }
-  return select(known, labels, none);
+  return select(known, labels, not_known);
 }
 
 }  // namespace dtsdf

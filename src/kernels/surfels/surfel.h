@@ -77,7 +77,7 @@ DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pix
                                           const LineFit& column, const SurfelSettings& surfels) {
   PixelMeasurement measured = wholePixel(sensing, pixel, column, surfels);
   if (measured.plane.trust > 0.0f) {
-    measured.subdivision = subdividePixel(sensing.image, pixel, measured.plane, surfels);
+    measured.subdivision = subdividePixel(sensing, pixel, measured.plane, surfels);
   }
   return measured;
 }

@@ -40,7 +40,7 @@ void SpaceHandover::tell(const SpaceChanges& changes, double cell_size_m, const 
       cubes_.clear();
     }
     for (const SpaceCube& cube : changes.cubes) {
-      cubes_[packKey({cube.first.x >> 3, cube.first.y >> 3, cube.first.z >> 3})] = cube;
+      cubes_[packKey(SpaceCube::cubeOf(cube.first))] = cube;
     }
     has_changes_ = true;
     cell_size_m_ = cell_size_m;

@@ -61,14 +61,14 @@ TEST(Lanes, FourUnitsAreIndexedAsEachOnItsOwn) {
     for (int trial = 0; trial < 20000; ++trial) {
       FourUnits four;
       for (UnitSamples& unit : four.unit) unit = randomUnit(random);
-      UnitIndices together[kLanes];
-      indexUnits(kMeshTables, MeshRules(), four, directional, together);
+      UnitLabels together[kLanes];
+      labelUnits(kMeshTables, MeshRules(), four, directional, together);
       for (int k = 0; k < kLanes; ++k) {
-        const UnitIndices alone = indexUnit(kMeshTables, MeshRules(), four.unit[k], directional);
-        ASSERT_EQ(together[k].sheet[0], alone.sheet[0]) << "trial " << trial;
-        ASSERT_EQ(together[k].sheet[1], alone.sheet[1]) << "trial " << trial;
-        surfaces += alone.sheet[0] != 0;
-        second_sheets += alone.sheet[1] != 0;
+        const UnitLabels alone = labelUnit(kMeshTables, MeshRules(), four.unit[k], directional);
+        ASSERT_EQ(together[k].behind_first, alone.behind_first) << "trial " << trial;
+        ASSERT_EQ(together[k].in_front_of_last, alone.in_front_of_last) << "trial " << trial;
+        surfaces += isSurface(alone.behind_first);
+        second_sheets += indicesOf(alone).sheet[1] != 0;
       }
     }
     EXPECT_GT(surfaces, 100);

@@ -79,6 +79,22 @@ TEST(SeenSurface, IsWhatNoOtherSurfaceHides) {
   EXPECT_NEAR(areaOf(seen), 1.0 + (2.438 * 1.829 - 2.0 * 1.829), 0.25);
 }
 
+/// A strip that a single column of pixels falls on may be of anything; of a wider one they tell how
+/// it runs.
+TEST(SeenSurface, IsWhatPixelsTellThePlaneOf) {
+  const Views views{{}, {lookAt({0, 0, 2}, {0, 0, 0}, Vector3d::UnitY())}, {}};
+  const auto seenOf = [&](double wide_m) {  // a pixel is 1.9 mm wide there
+    TriangleMesh mesh = makeRectangle(-2, -2, 2, 2, 0);
+    addQuad(mesh, {0.0f, -0.3f, 1}, {static_cast<float>(wide_m), -0.3f, 1},
+            {static_cast<float>(wide_m), 0.3f, 1}, {0.0f, 0.3f, 1});
+    const TriangleMesh seen = seenSurface(mesh, views, {0.05f});
+    return std::count_if(seen.vertices.begin(), seen.vertices.end(),
+                         [](const Eigen::Vector3f& p) { return p.z() > 0.5f; });
+  };
+  EXPECT_EQ(seenOf(0.0019), 0);
+  EXPECT_GT(seenOf(0.0057), 10);
+}
+
 TEST(SceneTruth, KnowsWhatIsSolidAndWhatIsSeenThrough) {
   Scene scene;
   scene.add(makeBox({0, 0, 0}, {2, 0.002, 2}));
@@ -133,6 +149,10 @@ TEST(PathPastPlate, LeadsThroughTheDoorwayOnly) {
       const auto way = findPath(*mapper->space(), corridorStart(), corridorGoal(),
                                 {0.15, through_unknown, corridorBounds()});
       ASSERT_EQ(way.has_value(), gap) << through_unknown;
+      const Passage passage{0.15, through_unknown, corridorBounds()};
+      const auto over_grid = findPath(*mapper->space(), corridorStart(), corridorGoal(),
+                                      GroundPassage(*mapper->space(), {-0.3, 0.3}, passage));
+      ASSERT_EQ(over_grid.has_value(), gap) << through_unknown;
       if (!way) continue;
       EXPECT_GE(way->length_m, (corridorGoal() - corridorStart()).norm() - 0.05);
       EXPECT_LT(way->length_m, 4.0);

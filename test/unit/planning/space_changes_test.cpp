@@ -48,7 +48,7 @@ class Follower {
 
  private:
   void put(const SpaceCube& cube) {
-    for (int i = 0; i < 512; ++i) {
+    for (int i = 0; i < 512; ++i) {  // the layout as docs and header tell it, in other words
       const Key key{cube.first.x + i % 8, cube.first.y + i / 8 % 8, cube.first.z + i / 64};
       const auto has = [&](const std::array<uint64_t, 8>& mask) {
         return (mask[static_cast<size_t>(i / 64)] >> (i % 64) & 1u) != 0;

@@ -79,6 +79,21 @@ TEST(DistanceField, IsExactAfterEachOfManyChanges) {
   }
 }
 
+/// Squares that do not fit into 16 bits with a sign while they are added up.
+TEST(DistanceField, ReachesFar) {
+  constexpr int kReach = 130;
+  Surfaces surfaces;
+  DistanceField field(kReach, 2);
+  surfaces.put({3, -4, 12});
+  surfaces.updateAll(field);
+  surfaces.put({20, 9, -31});
+  surfaces.updateAll(field);
+  std::mt19937 random(caseSeed(0));
+  for (const Vec3i& cell : someCells(random, 400, 110)) {
+    ASSERT_EQ(field.squaredAt(cell), surfaces.squaredDistance(cell, kReach));
+  }
+}
+
 TEST(DistanceField, NothingIsKeptWhereSurfacesHaveGone) {
   Surfaces surfaces;
   DistanceField field(10, 1);

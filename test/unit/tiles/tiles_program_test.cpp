@@ -275,5 +275,24 @@ TEST_F(TilesProgram, MakesTheSameColoursAndFreeCells) {
   EXPECT_NE(info.out.find("free"), std::string::npos) << info.out;
 }
 
+// Two views of opposite walls: what lies between is only looked through, and nothing is cleared.
+TEST_F(TilesProgram, GivesTilesTheFramesThatSeeThroughThem) {
+  const TemporaryFolder recording;
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  writeSceneRecording(recording.path(), makeRoomScene(),
+                      {lookAt({1.9, 0.1, 1.3}, {-2.0, 0.2, 1.2}, up),
+                       lookAt({-1.9, 0.3, 1.2}, {2.0, 0.1, 1.3}, up)},
+                      80, 60);
+  const std::string settings = recording.path() + Recorded::settings() +
+                               "space/enabled=true space/cell_voxels=2 fusion/clearing=false ";
+  const Outcome one = runIn(out_, DTSDF_RECONSTRUCT,
+                            settings + "--save-map " + (out_ / "one.dtsdf"));
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  expectDone("plan " + settings + "--out " + folder() + " --tile-m 2");
+  fuseAll();
+  expectDone("merge " + folder() + " --save-map " + (out_ / "all.dtsdf"));
+  EXPECT_TRUE(readBytes(out_ / "all.dtsdf") == readBytes(out_ / "one.dtsdf"));
+}
+
 }  // namespace
 }  // namespace dtsdf

@@ -4,6 +4,7 @@
 
 #include <random>
 #include <tuple>
+#include <vector>
 
 #include "unit/kernels/meshing/unit_planes.h"
 
@@ -16,101 +17,128 @@ Vec3i voxelIn(const Vec3i& block, int index) {
   return firstVoxelOfBlock(block) + voxelOffset(index);
 }
 
-TEST(Regularisation, UnitSourceIsTheUnitInTheBlockOrAcrossAFace) {
-  for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    for (int face = -1; face < 6; ++face) {
-      const Vec3i unit = face < 0 ? voxelOffset(i) : voxelOffset(i) + faceOffset(face);
-      const UnitSource source = unitSource(unit);
-      EXPECT_EQ(asTuple(voxelIn(regularisationOffset(source.block), source.unit)), asTuple(unit));
-    }
+/// Units of a cube, side by side; what lies beyond says nothing.
+class Units {
+ public:
+  explicit Units(int side) : side_(side), labels_(static_cast<size_t>(side * side * side)) {}
+
+  UnitLabels& at(const Vec3i& unit) {
+    return labels_[static_cast<size_t>(unit.x + side_ * (unit.y + side_ * unit.z))];
   }
+  UnitLabels operator()(const Vec3i& unit) const {
+    const auto inside = [&](int x) { return x >= 0 && x < side_; };
+    if (!inside(unit.x) || !inside(unit.y) || !inside(unit.z)) return {0, 0};
+    return const_cast<Units*>(this)->at(unit);
+  }
+  UnitIndices regular(const Vec3i& unit) const {
+    unsigned behind = 0;
+    for (int c = 0; c < kCubeCorners; ++c) {
+      const int balance = cornerBalance(*this, unit + cornerOffset(c));
+      behind |= isBehindForMost(balance) ? 1u << c : 0u;
+    }
+    return regularise((*this)(unit), behind);
+  }
+
+ private:
+  int side_;
+  std::vector<UnitLabels> labels_;
+};
+
+UnitLabels single(int index) {
+  return labelsOfSheets(static_cast<unsigned>(index), static_cast<unsigned>(index));
 }
 
-TEST(Regularisation, MirroredFacesShowTheSharedCorners) {
-  for (int face = 0; face < 6; ++face) {
-    const int axis = face / 2, bit = 1 << axis;
-    for (int neighbour = 0; neighbour < 256; ++neighbour) {
-      const uint8_t mirrored = mirrorFace(static_cast<uint8_t>(neighbour), axis);
-      for (int c = 0; c < 8; ++c) {
-        const bool on_face = bool(c & bit) == bool(face & 1);
-        EXPECT_EQ(faceCorners(face) >> c & 1, on_face ? 1u : 0u);
-        if (!on_face) continue;
-        EXPECT_EQ(isBehind(mirrored, c), isBehind(neighbour, c ^ bit));
+TEST(Regularisation, UnitSourceIsTheUnitInTheBlockOrAround) {
+  for (int z = -1; z <= kBlockSide; ++z) {
+    for (int y = -1; y <= kBlockSide; ++y) {
+      for (int x = -1; x <= kBlockSide; ++x) {
+        const UnitSource source = unitSource({x, y, z});
+        EXPECT_EQ(asTuple(voxelIn(aroundOffset(source.block), source.unit)),
+                  std::make_tuple(x, y, z));
       }
     }
   }
 }
 
-/// A unit that all its neighbours contradict in one corner takes their side; one that they agree
-/// with stays.
+TEST(Regularisation, AUnitGivesASideToTheCornersThatItsSheetsAgreeAbout) {
+  const UnitLabels thin = labelsOfSheets(0x0F, 0xF1);  // a wall, with corner 0 behind both
+  EXPECT_EQ(sideGiven(thin, 0), 1);
+  EXPECT_EQ(sideGiven(thin, 1), 0);
+  EXPECT_EQ(sideGiven(thin, 7), 0);
+  EXPECT_EQ(sideGiven(single(0x0F), 3), 1);
+  EXPECT_EQ(sideGiven(single(0x0F), 4), -1);
+  EXPECT_EQ(sideGiven({0, 0}, 4), 0);
+}
+
+/// Units around one corner: as many as `behind` have it behind, `in_front` in front, and the others
+/// say nothing. Each has its own corner there, and all take what is settled.
 TEST(Regularisation, TheMajorityDecidesACorner) {
-  const UnitPlane plane{Eigen::Vector3d::UnitZ(), 0.5};
-  const uint8_t flat = static_cast<uint8_t>(labelsOf(plane));
-  UnitIndices neighbours[6] = {};
-  for (int face = 0; face < 4; ++face) neighbours[face].sheet[0] = flat;
-  const UnitIndices calm = regulariseSheets({{flat, 0}}, neighbours);
-  EXPECT_EQ(calm.sheet[0], flat);
-  const uint8_t odd = static_cast<uint8_t>(flat ^ 0x10);
-  const UnitIndices regular = regulariseSheets({{odd, 0}}, neighbours);
-  EXPECT_EQ(regular.sheet[0], flat);
-  EXPECT_EQ(regular.sheet[1], 0);
-}
-
-/// A corner that one neighbour denies stays, since the unit's own label counts as well; a second
-/// one turns it, unless that one agrees with the unit.
-TEST(Regularisation, OwnLabelAndNeighboursCountTheSame) {
-  const uint8_t flat = 0x0F, odd = 0x1F;  // behind below; and corner 4, at (0, 0, 1), as well
-  UnitIndices neighbours[6] = {};
-  neighbours[0].sheet[0] = flat;  // across -x: shares corner 4
-  EXPECT_EQ(regulariseSheets({{odd, 0}}, neighbours).sheet[0], odd);
-  neighbours[2].sheet[0] = flat;  // across -y: shares it, too
-  EXPECT_EQ(regulariseSheets({{odd, 0}}, neighbours).sheet[0], flat);
-  neighbours[2].sheet[0] = mirrorFace(odd, 1);
-  EXPECT_EQ(regulariseSheets({{odd, 0}}, neighbours).sheet[0], odd);
-}
-
-/// Votes of the unit and of the neighbours that continue its surface, counted one by one.
-TEST(Regularisation, CountsTheVotesOfAllNeighbours) {
-  std::mt19937 random(21);
-  int changed = 0;
-  for (int trial = 0; trial < 100000; ++trial) {
-    const uint8_t index = static_cast<uint8_t>(1 + random() % 254);
-    UnitIndices neighbours[6] = {};
-    int votes[8];
-    for (int c = 0; c < 8; ++c) votes[c] = isBehind(index, c) ? 1 : -1;
-    for (int face = 0; face < 6; ++face) {
-      // Mostly what continues the unit, with a corner that differs.
-      const uint8_t like = static_cast<uint8_t>(mirrorFace(index, face / 2) ^ 1u << random() % 8);
-      neighbours[face].sheet[0] = random() % 4 == 0 ? static_cast<uint8_t>(random()) : like;
-      neighbours[face].sheet[1] = random() % 4 == 0 ? static_cast<uint8_t>(random()) : 0;
-      const int labels = labelsAcross(index, neighbours[face], face);
+  for (int behind = 0; behind <= 8; ++behind) {
+    for (int in_front = 0; behind + in_front <= 8; ++in_front) {
+      Units units(2);
+      const Vec3i corner{1, 1, 1};
+      for (int c = 0; c < behind + in_front; ++c) {
+        units.at(corner - cornerOffset(c)) = single(c < behind ? 1 << c : 0);
+      }
       for (int c = 0; c < 8; ++c) {
-        if (labels >= 0 && (faceCorners(face) >> c & 1)) votes[c] += isBehind(labels, c) ? 1 : -1;
+        const int index = units.regular(corner - cornerOffset(c)).sheet[0];
+        const bool speaks = c < behind + in_front;
+        EXPECT_EQ(index >> c & 1, speaks && behind > in_front ? 1 : 0)
+            << behind << " behind, " << in_front << " in front, unit " << c;
       }
     }
-    int expected = 0;
-    for (int c = 0; c < 8; ++c) {
-      expected |= (votes[c] > 0 || (votes[c] == 0 && isBehind(index, c)) ? 1 : 0) << c;
-    }
-    if (expected == 255) expected = 0;
-    ASSERT_EQ(regulariseSheets({{index, 0}}, neighbours).sheet[0], expected) << "trial " << trial;
-    changed += expected != index;
   }
-  EXPECT_GT(changed, 100);
 }
 
-TEST(Regularisation, UnitsWithoutNeighboursStay) {
-  const UnitIndices none[6] = {};
-  for (int index = 0; index < 255; ++index) {
-    EXPECT_EQ(regulariseSheets({{static_cast<uint8_t>(index), 0}}, none).sheet[0], index);
+/// The two sides of a thin wall stay, whatever is said around of the corners between which it runs.
+TEST(Regularisation, SheetsThatDisagreeAboutACornerKeepIt) {
+  Units units(2);
+  for (int c = 0; c < 8; ++c) units.at(cornerOffset(c)) = single(255);
+  units.at({0, 0, 0}) = labelsOfSheets(0x0F, 0xF0);
+  EXPECT_EQ(units.regular({0, 0, 0}).sheet[0], 0x0F);
+  EXPECT_EQ(units.regular({0, 0, 0}).sheet[1], 0xF0);
+}
+
+TEST(Regularisation, WhoSaysNothingGetsNoSurface) {
+  Units units(2);
+  for (int c = 1; c < 8; ++c) units.at(cornerOffset(c)) = single(255);
+  EXPECT_EQ(units.regular({0, 0, 0}).sheet[0], 0);
+  EXPECT_EQ(units.regular({0, 0, 0}).sheet[1], 0);
+}
+
+/// What random units of one sheet say, settled: labels of a face are the same from both sides, so
+/// that the surface has no boundary but where units say nothing.
+TEST(Regularisation, UnitsSideBySideAgreeAboutTheFaceBetweenThem) {
+  constexpr int kSide = 6;
+  std::mt19937 random(21);
+  Units units(kSide);
+  int disagreed = 0;
+  for (int i = 0; i < kSide * kSide * kSide; ++i) {
+    units.at({i % kSide, i / kSide % kSide, i / kSide / kSide}) =
+        single(static_cast<int>(random() % 256));
   }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int i = 0; i < kSide * kSide * kSide; ++i) {
+      const Vec3i unit{i % kSide, i / kSide % kSide, i / kSide / kSide};
+      const Vec3i next = unit + unitStep(axis);
+      if (next.x >= kSide || next.y >= kSide || next.z >= kSide) continue;
+      for (int c = 0; c < 8; ++c) {
+        if (!(c >> axis & 1)) continue;
+        const int across = c ^ 1 << axis;
+        EXPECT_EQ(units.regular(unit).sheet[0] >> c & 1,
+                  units.regular(next).sheet[0] >> across & 1);
+        disagreed += sideGiven(units(unit), c) != sideGiven(units(next), across);
+      }
+    }
+  }
+  EXPECT_GT(disagreed, 100);
 }
 
 TEST(Regularisation, ALevelSurfaceStays) {
-  const UnitIndices level{{0x0F, 0}};  // behind below, in front above
-  const auto at = [&](const Vec3i& unit) { return unit.z == 2 ? level : UnitIndices{{0, 0}}; };
-  EXPECT_EQ(regulariseUnit(at, {3, 3, 2}).sheet[0], level.sheet[0]);
-  EXPECT_EQ(regulariseUnit(at, {3, 3, 3}).sheet[0], 0);
+  Units units(3);
+  for (int i = 0; i < 9; ++i) units.at({i % 3, i / 3, 1}) = single(0x0F);
+  EXPECT_EQ(units.regular({1, 1, 1}).sheet[0], 0x0F);
+  EXPECT_EQ(units.regular({1, 1, 2}).sheet[0], 0);
 }
 
 }  // namespace

@@ -8,6 +8,11 @@
 namespace dtsdf {
 namespace {
 
+/// The indices of a unit's sheets, before regularisation.
+UnitIndices indexUnit(const UnitSamples& samples, bool directional) {
+  return indicesOf(labelUnit(kMeshTables, MeshRules(), samples, directional));
+}
+
 TEST(Sheets, APlaneGivesItsLabels) {
   std::mt19937 random(18);
   for (int trial = 0; trial < 5000; ++trial) {
@@ -15,8 +20,8 @@ TEST(Sheets, APlaneGivesItsLabels) {
     UnitSamples samples = {};
     addPlane(samples, plane);
     const int labels = labelsOf(plane);
-    const UnitIndices indices = indexUnit(kMeshTables, MeshRules(), samples, true);
-    EXPECT_EQ(indices.sheet[0], labels == 255 ? 0 : labels) << "trial " << trial;
+    const UnitIndices indices = indexUnit(samples, true);
+    EXPECT_EQ(indices.sheet[0], labels) << "trial " << trial;
     EXPECT_EQ(indices.sheet[1], 0) << "trial " << trial;
   }
 }
@@ -28,11 +33,11 @@ TEST(Sheets, TheUndirectedMapMeshesLabels) {
     for (int c = 0; c < kCubeCorners; ++c) {
       samples.corner[0][c] = {isBehind(index, c) ? -0.5f : 0.5f, 0.01f};
     }
-    EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, false).sheet[0],
+    EXPECT_EQ(indexUnit(samples, false).sheet[0],
               index == 255 ? 0 : index);
     if (index == 0 || index == 255) continue;
     samples.corner[0][random() % 8].weight = 0.0f;
-    EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, false).sheet[0], 0);
+    EXPECT_EQ(indexUnit(samples, false).sheet[0], 0);
   }
 }
 
@@ -45,7 +50,7 @@ TEST(Sheets, AThinWallHasTwoSheets) {
       UnitSamples samples = {};
       addPlane(samples, front);
       addPlane(samples, back);
-      const UnitIndices indices = indexUnit(kMeshTables, MeshRules(), samples, true);
+      const UnitIndices indices = indexUnit(samples, true);
       const std::set<int> sheets{indices.sheet[0], indices.sheet[1]};
       EXPECT_EQ(sheets, (std::set<int>{labelsOf(front), labelsOf(back)}))
           << "axis " << axis << ", thickness " << thickness;
@@ -64,7 +69,7 @@ TEST(Sheets, ACornerThatTheVoteTurnedHasItsTriangle) {
     samples.corner[0][c] = {0.0003f + x + 0.1f * yz, 3.0f};
   }
   samples.corner[2][0] = {-0.3f, 0.3f};
-  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 1);
+  EXPECT_EQ(indexUnit(samples, true).sheet[0], 1);
 }
 
 TEST(Sheets, UnobservedCornersHaveNoSurface) {
@@ -73,10 +78,10 @@ TEST(Sheets, UnobservedCornersHaveNoSurface) {
     UnitSamples samples = {};
     addPlane(samples, plane);
     samples.corner[4][c].weight = 0.0f;
-    EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
+    EXPECT_EQ(indexUnit(samples, true).sheet[0], 0);
   }
-  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), UnitSamples{}, true).sheet[0], 0);
-  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), UnitSamples{}, false).sheet[0], 0);
+  EXPECT_EQ(indexUnit(UnitSamples{}, true).sheet[0], 0);
+  EXPECT_EQ(indexUnit(UnitSamples{}, false).sheet[0], 0);
 }
 
 /// Distances that rise against their own direction, as at the back of something seen from the front
@@ -85,7 +90,7 @@ TEST(Sheets, ADirectionDoesNotSpeakForASurfaceThatFacesAway) {
   const UnitPlane away{-Eigen::Vector3d::UnitX(), -0.5};
   UnitSamples samples = {};
   for (int c = 0; c < kCubeCorners; ++c) samples.corner[0][c] = {away.at(c), 1.0f};
-  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
+  EXPECT_EQ(indexUnit(samples, true).sheet[0], 0);
 }
 
 TEST(Sheets, ScalingAllWeightsChangesNothing) {
@@ -102,8 +107,8 @@ TEST(Sheets, ScalingAllWeightsChangesNothing) {
         scaled.corner[d][c].weight *= 64.0f;  // a power of two, so that no rounding differs
       }
     }
-    const UnitIndices a = indexUnit(kMeshTables, MeshRules(), samples, true);
-    const UnitIndices b = indexUnit(kMeshTables, MeshRules(), scaled, true);
+    const UnitIndices a = indexUnit(samples, true);
+    const UnitIndices b = indexUnit(scaled, true);
     EXPECT_EQ(a.sheet[0], b.sheet[0]);
     EXPECT_EQ(a.sheet[1], b.sheet[1]);
   }
@@ -115,13 +120,13 @@ TEST(Sheets, ACornerNeedsAShareOfTheGreatestWeight) {
   UnitSamples samples = {};
   addPlaneTo(samples, 4, {Eigen::Vector3d::UnitZ(), 0.4}, 100.0f);
   samples.corner[4][0].weight = 0.29f;
-  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
+  EXPECT_EQ(indexUnit(samples, true).sheet[0], 0);
   samples.corner[4][0].weight = 0.31f;
-  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0x0F);
+  EXPECT_EQ(indexUnit(samples, true).sheet[0], 0x0F);
   MeshRules any_weight;
   any_weight.least_weight_share = any_weight.least_crossing_share = 0.0f;
   samples.corner[4][0].weight = 0.001f;
-  EXPECT_EQ(indexUnit(kMeshTables, any_weight, samples, true).sheet[0], 0x0F);
+  EXPECT_EQ(indicesOf(labelUnit(kMeshTables, any_weight, samples, true)).sheet[0], 0x0F);
 }
 
 /// Behind above is what Z- (bit 5) sees and Z+ (bit 4) cannot; X+ (bit 0) has no edge to object to.
@@ -139,9 +144,9 @@ TEST(Sheets, RemovesTheUnseenComponentOnly) {
   EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 3, 0), 0x81);
 }
 
-/// The crossing of the edge from corner 0 along x is weak: corner 0 goes, corner 7 stays.
-TEST(Sheets, RemovesTheComponentWithAWeakCrossingOnly) {
-  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 3, 1u << 0), 0x80);
+/// The crossing of the edge from corner 0 along x is weak: nothing is said of any corner.
+TEST(Sheets, AWeakCrossingSilencesTheUnit) {
+  EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 3, 1u << 0), kNotKnown);
   EXPECT_EQ(sheetIndex(kMeshTables, 0x81, 3, 1u << 3), 0x81);  // not crossed
 }
 
@@ -150,17 +155,53 @@ TEST(Sheets, ACrossingNeedsAShareOfTheGreatestWeight) {
   UnitSamples samples = {};
   addPlaneTo(samples, 4, {Eigen::Vector3d::UnitZ(), 0.4}, 100.0f);
   samples.corner[4][0].weight = samples.corner[4][4].weight = 1.4f;
-  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0);
+  EXPECT_EQ(indexUnit(samples, true).sheet[0], 0);
   samples.corner[4][0].weight = samples.corner[4][4].weight = 1.6f;
-  EXPECT_EQ(indexUnit(kMeshTables, MeshRules(), samples, true).sheet[0], 0x0F);
+  EXPECT_EQ(indexUnit(samples, true).sheet[0], 0x0F);
+}
+
+/// Labels of a unit and the indices that they stand for.
+void expectSheets(const UnitLabels& labels, int first, int second) {
+  EXPECT_FALSE(saysNothing(labels));
+  EXPECT_EQ(indicesOf(labels).sheet[0], first);
+  EXPECT_EQ(indicesOf(labels).sheet[1], second);
 }
 
 TEST(Sheets, ALoneSheetIsTheFirst) {
-  EXPECT_EQ(orderSheets(3, 5).sheet[0], 3);
-  EXPECT_EQ(orderSheets(3, 5).sheet[1], 5);
-  EXPECT_EQ(orderSheets(0, 5).sheet[0], 5);
-  EXPECT_EQ(orderSheets(0, 5).sheet[1], 0);
-  EXPECT_EQ(orderSheets(3, 3).sheet[1], 0);
+  expectSheets(joinSheets(3, kNotKnown), 3, 0);
+  expectSheets(joinSheets(kNotKnown, 5), 5, 0);
+  expectSheets(joinSheets(3, 3), 3, 0);
+  EXPECT_TRUE(saysNothing(joinSheets(kNotKnown, kNotKnown)));
+}
+
+/// A unit without a surface says on which side all of it is, unless its other sheet has one.
+TEST(Sheets, ASheetWithoutASurfaceSaysSoAlone) {
+  expectSheets(joinSheets(0, kNotKnown), 0, 0);
+  EXPECT_EQ(cornersInFront(joinSheets(0, kNotKnown)), 255u);
+  EXPECT_EQ(cornersBehind(joinSheets(kNotKnown, 255)), 255u);
+  expectSheets(joinSheets(0, 5), 5, 0);
+  expectSheets(joinSheets(5, 255), 5, 0);
+}
+
+/// Behind below (0x0F) and behind above (0xF0) cross the four edges along z in opposite ways. The
+/// floor 0x0F and the corner 0x07 both cross the edges at corners 0, 1 and 2 upwards.
+TEST(Sheets, SheetsThatShareACrossingAreOneSurface) {
+  expectSheets(joinSheets(0x0F, 0xF0), 0x0F, 0xF0);
+  expectSheets(joinSheets(0x07, 0x0F), 0x07, 0);
+  expectSheets(joinSheets(0x0F, 0x07), 0x0F, 0);
+  expectSheets(joinSheets(0x01, 0x80), 0x01, 0x80);  // opposite corners
+}
+
+/// Each pair of sheets is told again from its labels, two bytes.
+TEST(Sheets, LabelsHoldTwoSheets) {
+  for (int a = 1; a < 255; ++a) {
+    for (int b = 1; b < 255; ++b) {
+      const UnitLabels labels = labelsOfSheets(static_cast<unsigned>(a), static_cast<unsigned>(b));
+      expectSheets(labels, a, a == b ? 0 : b);
+      EXPECT_EQ(cornersBehind(labels), static_cast<unsigned>(a & b));
+      EXPECT_EQ(cornersInFront(labels), 255u & ~static_cast<unsigned>(a | b));
+    }
+  }
 }
 
 }  // namespace

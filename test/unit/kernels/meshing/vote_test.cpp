@@ -74,7 +74,7 @@ TEST(Vote, ACornerNeedsMoreThanTheLeastWeight) {
   const VoteLimits<float> limits{9.0f, 1.0f, 0.2f};
   EXPECT_EQ(voteOnCorners(samples, kNobody, limits), 255);
   samples.corner[2][5].weight = 0.4f;
-  EXPECT_EQ(voteOnCorners(samples, kNobody, limits), 0);
+  EXPECT_EQ(voteOnCorners(samples, kNobody, limits), kNotKnown);
 }
 
 TEST(Vote, TheLeastWeightIsAShareOfTheGreatest) {

@@ -120,6 +120,25 @@ TEST(PixelSubdivision, StopAtStepsAndHoles) {
   }
 }
 
+/// A box whose top shows as a single row, and a wall far behind it: nothing hangs between the two.
+/// Rows at such steps that do go on are one surface.
+TEST(PixelSubdivision, NeedTheStepOfTheirPlane) {
+  const auto rowOf = [](double y) { return std::lround(y * kIntrinsics.fy + kIntrinsics.cy); };
+  const SubdividedImage top(
+      [&](double, double y) {
+        const auto below = rowOf(y) - kMiddleV;
+        return below > 1 ? 3.07 : below == 1 ? 3.5 : 4.67;
+      },
+      0.025f);
+  EXPECT_EQ(top.subdivisionAt(kMiddleU, kMiddleV).down, 1);
+  const SubdividedImage floor(
+      [&](double, double y) {
+        return 1.0 / (0.25 + 0.02 * static_cast<double>(rowOf(y) - kMiddleV));
+      },
+      0.025f);
+  EXPECT_EQ(floor.subdivisionAt(kMiddleU, kMiddleV).down, 3);
+}
+
 /// At the border of the image there is no neighbour to tell; no read goes beyond it.
 TEST(PixelSubdivision, NeedBothNeighbours) {
   const SubdividedImage image(plane(0, 0, 1, 2), 0.003f);

@@ -1,0 +1,26 @@
+/// Edges of a mesh that belong to one triangle only, and why: whether it ends where nothing more
+/// was to be seen.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "evaluation/triangle_mesh.h"
+
+namespace dtsdf {
+
+/// Two vertices, the one with the smaller number first.
+using MeshEdge = std::array<uint32_t, 2>;
+
+/// Edges of one triangle, by vertex index: nothing is welded.
+std::vector<MeshEdge> boundaryEdges(const TriangleMesh& mesh);
+
+/// Median length of the sides of its triangles; 0 for a mesh without any.
+float medianEdgeLength(const TriangleMesh& mesh);
+
+/// Those of the edges whose middle is no farther than `reach_m` from some of the points.
+size_t countBeside(const TriangleMesh& mesh, const std::vector<MeshEdge>& edges,
+                   const std::vector<Eigen::Vector3f>& points, float reach_m);
+
+}  // namespace dtsdf

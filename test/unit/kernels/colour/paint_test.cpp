@@ -113,7 +113,7 @@ class SeenSurface : public testing::Test {
 
   SeenSurface() {
     sensing_.view = {frontalFrame(160, 120, {150.0f, 150.0f, 80.0f, 60.0f}, kVoxel_m), 1, 1,
-                     kRules};
+                     kRules, kAdaptive.max_depth_m};
     sensing_.image = layOut(pixels_.data(), 160, 120);
     sensing_.hiding = {hiding_m_.data(), cellsFor(160), cellsFor(120)};
   }

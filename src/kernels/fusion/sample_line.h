@@ -106,28 +106,54 @@ DTSDF_HD Vec3i pointShifts(const SampleLine& line) {
   return {pointShift(line.axis), pointShift(u), pointShift(v)};
 }
 
+/// Where a line crosses successive planes, as seen from the lower corners of the cells.
 template <int kPlanes>
-DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane,
-                           PlaneSamples<kPlanes>& samples) {
-  const Vec3i shifts = pointShifts(line);
+struct PlaneCrossings {
+  float fraction_u[kPlanes], fraction_v[kPlanes];
+  float point_k[kPlanes], point_u[kPlanes], point_v[kPlanes];  ///< The measured point.
+  float distance[kPlanes];                                     ///< Of the lower corner.
+};
+
+template <int kPlanes>
+DTSDF_HD void crossPlanes(const SampleLine& line, int first_plane, PlaneSamples<kPlanes>& samples,
+                          PlaneCrossings<kPlanes>& crossings) {
   for (int i = 0; i < kPlanes; ++i) {
     const PlaneCrossing at = crossPlane(line, first_plane + i);
     samples.u[i] = at.u;
     samples.v[i] = at.v;
+    crossings.fraction_u[i] = at.fraction_u;
+    crossings.fraction_v[i] = at.fraction_v;
     const Vec3f point{line.p_k - static_cast<float>(first_plane + i),
                       line.p_u - static_cast<float>(at.u), line.p_v - static_cast<float>(at.v)};
-    const float base = -(point.x * line.normal_k + point.y * line.normal_u +
-                         point.z * line.normal_v);
-    const float low_u = 1.0f - at.fraction_u, low_v = 1.0f - at.fraction_v;
-    for (int corner = 0; corner < 4; ++corner) {
-      const int du = corner & 1, dv = corner >> 1;
-      const float bilinear = (du ? at.fraction_u : low_u) * (dv ? at.fraction_v : low_v);
-      const float distance =
-          base + ((du ? line.normal_u : 0.0f) + (dv ? line.normal_v : 0.0f));
-      const float nearness = 1.0f - fabsf(distance) * line.per_reach;
+    crossings.point_k[i] = point.x;
+    crossings.point_u[i] = point.y;
+    crossings.point_v[i] = point.z;
+    crossings.distance[i] = -(point.x * line.normal_k + point.y * line.normal_u +
+                              point.z * line.normal_v);
+  }
+}
+
+/// Corner by corner, and in loops that hold no branch, which compilers turn into vector
+/// instructions.
+template <int kPlanes>
+DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane,
+                           PlaneSamples<kPlanes>& samples) {
+  const Vec3i shifts = pointShifts(line);
+  const float per_reach = line.per_reach;
+  PlaneCrossings<kPlanes> at;
+  crossPlanes(line, first_plane, samples, at);
+  for (int corner = 0; corner < 4; ++corner) {
+    const int du = corner & 1, dv = corner >> 1;
+    const float aside_u = static_cast<float>(du), aside_v = static_cast<float>(dv);
+    const float farther = (du ? line.normal_u : 0.0f) + (dv ? line.normal_v : 0.0f);
+    for (int i = 0; i < kPlanes; ++i) {
+      const float bilinear = (du ? at.fraction_u[i] : 1.0f - at.fraction_u[i]) *
+                             (dv ? at.fraction_v[i] : 1.0f - at.fraction_v[i]);
+      const float distance = at.distance[i] + farther;
+      const float nearness = 1.0f - fabsf(distance) * per_reach;
       samples.share[corner][i] = (bilinear * bilinear) * maximum(nearness, 0.0f);
       samples.distance[corner][i] = distance;
-      const Vec3f offset{point.x, du ? point.y - 1.0f : point.y, dv ? point.z - 1.0f : point.z};
+      const Vec3f offset{at.point_k[i], at.point_u[i] - aside_u, at.point_v[i] - aside_v};
       samples.point_key[corner][i] = pointKey(offset, shifts, distance);
     }
   }

@@ -95,6 +95,12 @@ struct CommandLine::State {
 
     bool isArgument() const { return !isOption(text.name); }
     bool isFlag() const { return read == nullptr; }
+
+    /// An option that has to be given has no default, whatever its target was.
+    std::string help() const {
+      if (is_required || text.default_value.empty()) return text.help;
+      return text.help + " (default " + text.default_value + ")";
+    }
   };
 
   Option& add(const OptionText& text) {
@@ -278,13 +284,13 @@ void CommandLine::addList(const OptionText& text,
 
 void CommandLine::addText(const OptionText& text, std::string& target) {
   OptionText with_default = text;
-  if (!target.empty()) with_default.help += " (default " + target + ")";
+  with_default.default_value = target;
   add(with_default, [&target](const std::string& value) { target = value; });
 }
 
 void CommandLine::addNumber(const OptionText& text, double& target, Range range) {
   OptionText with_default = text;
-  with_default.help += " (default " + shortest(target) + ")";
+  with_default.default_value = shortest(target);
   add(with_default,
       [&target, range](const std::string& value) { target = readNumber(value, range); });
 }
@@ -352,7 +358,7 @@ std::string CommandLine::help() const {
       if (option.group != group) continue;
       const std::string& value = option.text.value;
       entries += "  " + option.text.name + (value.empty() ? "" : " " + value) + "\n" +
-                 wrap(option.text.help, 6);
+                 wrap(option.help(), 6);
     }
     if (group == state_->headline) {
       entries += "  -h,--help\n" + wrap("show this and end", 6);

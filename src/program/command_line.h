@@ -32,6 +32,7 @@ struct OptionText {
   std::string name;
   std::string value;  ///< What stands for its value in the help.
   std::string help;
+  std::string default_value = {};  ///< Told where the option is not required; empty: none.
 };
 
 /// Bounds of a Range: the least of all numbers above 0, and none.
@@ -97,7 +98,7 @@ class CommandLine {
 template <class Whole>
 void CommandLine::addWhole(const OptionText& text, Whole& target, Range range) {
   OptionText with_default = text;
-  with_default.help += " (default " + std::to_string(target) + ")";
+  with_default.default_value = std::to_string(target);
   add(with_default, [&target, range](const std::string& value) {
     target = static_cast<Whole>(readWhole(value, range));
   });

@@ -156,5 +156,21 @@ TEST(CommandLine, ShowsTextsWhateverIsMissing) {
   }
 }
 
+TEST(CommandLine, TellsNoDefaultOfWhatIsRequired) {
+  double height = 0.0, size = 2.0;
+  CommandLine line("program", "", "", "");
+  line.addNumber({"--height", "METRES", "a height"}, height, {0.0, 9.0});
+  line.addNumber({"--size", "METRES", "a size"}, size, {0.0, 9.0});
+  line.require("--height");
+  std::string help;
+  try {
+    line.parse({"--help"});
+  } catch (const TextRequest& asked) {
+    help = asked.what();
+  }
+  EXPECT_NE(help.find("a height\n"), std::string::npos) << help;
+  EXPECT_NE(help.find("a size (default 2)\n"), std::string::npos) << help;
+}
+
 }  // namespace
 }  // namespace dtsdf

@@ -7,11 +7,49 @@
 namespace dtsdf {
 namespace {
 
-/// Where all corners of a cube's cells are seen; found side by side, so that compilers turn it into
+/// What pick() takes of the eight corners of each cell of a cube, axis by axis: cells share most of
+/// their corners.
+template <class Pick>
+void pickForCells(const float* corners, const Pick& pick, float* cells) {
+  constexpr int kA = kCornersAlong, kC = kCubeSide;
+  float along_x[kC * kA * kA], along_xy[kC * kC * kA];
+  for (int row = 0; row < kA * kA; ++row) {
+    for (int x = 0; x < kC; ++x) {
+      along_x[x + kC * row] = pick(corners[x + kA * row], corners[x + 1 + kA * row]);
+    }
+  }
+  for (int z = 0; z < kA; ++z) {
+    for (int i = 0; i < kC * kC; ++i) {
+      const float* const plane = along_x + kC * kA * z;
+      along_xy[i + kC * kC * z] = pick(plane[i], plane[i + kC]);
+    }
+  }
+  for (int i = 0; i < kCellsPerCube; ++i) cells[i] = pick(along_xy[i], along_xy[i + kC * kC]);
+}
+
+/// What the cells of a cube cover in an image; found side by side, so that compilers turn it into
 /// vector instructions.
-class SeenCorners {
+class SeenCells {
  public:
   void compute(const FrameView& view, const CubeLook& look) {
+    findCorners(view, look);
+    const auto least = [](float a, float b) { return minimum(a, b); };
+    const auto greatest = [](float a, float b) { return maximum(a, b); };
+    pickForCells(depth_m_, least, near_m_);
+    pickForCells(depth_m_, greatest, far_m_);
+    pickForCells(u_, least, left_);
+    pickForCells(u_, greatest, right_);
+    pickForCells(v_, least, top_);
+    pickForCells(v_, greatest, bottom_);
+  }
+
+  /// The same as boundsOfCell().
+  SeenBounds operator[](int cell) const {
+    return {near_m_[cell], far_m_[cell], left_[cell], right_[cell], top_[cell], bottom_[cell]};
+  }
+
+ private:
+  void findCorners(const FrameView& view, const CubeLook& look) {
     const FrameView frame = view;  // a copy of its own, which no result can overlap
     for (int z = 0; z < kCornersAlong; ++z) {
       for (int y = 0; y < kCornersAlong; ++y) {
@@ -26,13 +64,9 @@ class SeenCorners {
     }
   }
 
-  VoxelInImage operator()(int x, int y, int z) const {
-    const int i = cubeCornerIndex(x, y, z);
-    return {depth_m_[i], u_[i], v_[i]};
-  }
-
- private:
   float depth_m_[kCornersPerCube], u_[kCornersPerCube], v_[kCornersPerCube];
+  float near_m_[kCellsPerCube], far_m_[kCellsPerCube];
+  float left_[kCellsPerCube], right_[kCellsPerCube], top_[kCellsPerCube], bottom_[kCellsPerCube];
 };
 
 }  // namespace
@@ -67,11 +101,11 @@ std::vector<FreeCube> FreeSeer::see(const FrameSensing& sensing, const std::vect
   const FrameView& frame = sensing.image.frame;
   const FreePyramid free = makePyramid(sensing);
   std::vector<FreeCube> seen(cubes.size());
-  parallelFor<SeenCorners>(cubes.size(), threads_, [&](size_t i, SeenCorners& corners) {
+  parallelFor<SeenCells>(cubes.size(), threads_, [&](size_t i, SeenCells& cells) {
     seen[i] = {cubes[i], {}};
-    corners.compute(frame, lookAt(frame, grid_, cubes[i]));
+    cells.compute(frame, lookAt(frame, grid_, cubes[i]));
     for (int cell = 0; cell < kCellsPerCube; ++cell) {
-      if (isCellSeenFree(free, corners, cell, max_range_m_)) add(seen[i].free, cell);
+      if (isSeenFreeWithin(free, cells[cell], max_range_m_)) add(seen[i].free, cell);
     }
   });
   seen.erase(std::remove_if(seen.begin(), seen.end(),

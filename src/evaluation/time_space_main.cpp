@@ -32,7 +32,8 @@ TimeSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("time_space", "TUM_DIR [options]",
                    "Fuses a recording into two maps side by side, frame by frame, one of which "
                    "keeps what is known of space, and prints times as JSON: medians over all "
-                   "frames, and over the first and the last tenth of them.",
+                   "frames, over the first and the last tenth of them, and over each pass, which "
+                   "all see the same, so that they show how costs grow with the map.",
                    kExitCodes);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
   addSettingOption(line, options.settings);
@@ -141,6 +142,10 @@ void timeSpace(const TimeSpaceOptions& options) {
   const auto medians = [&](size_t first, size_t last) {
     return mediansOver({first, last}, off.times(), on.times());
   };
+  std::vector<nlohmann::json> passes;
+  for (size_t pass = 0; pass < options.passes; ++pass) {
+    passes.push_back(medians(pass * count / options.passes, (pass + 1) * count / options.passes));
+  }
   const auto mib = [](size_t bytes) { return static_cast<double>(bytes) / 1048576.0; };
   const nlohmann::json json = {{"backend", on.mapper().backendName()},
                                {"frames", count},
@@ -149,7 +154,8 @@ void timeSpace(const TimeSpaceOptions& options) {
                                {"space_mib", mib(on.space()->bytes())},
                                {"all", medians(0, count)},
                                {"first_tenth", medians(0, std::min(tenth, count))},
-                               {"last_tenth", medians(count - std::min(tenth, count), count)}};
+                               {"last_tenth", medians(count - std::min(tenth, count), count)},
+                               {"passes", passes}};
   std::printf("%s\n", json.dump(2).c_str());
 }
 

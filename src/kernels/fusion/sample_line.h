@@ -106,30 +106,50 @@ DTSDF_HD Vec3i pointShifts(const SampleLine& line) {
   return {pointShift(line.axis), pointShift(u), pointShift(v)};
 }
 
+/// Where a line crosses a plane, as seen from the lower corner of the cell: the crossing, the
+/// measured point, and the corner's distance.
+struct CellCrossing {
+  float fraction_u, fraction_v;
+  float point_k, point_u, point_v;
+  float distance;
+};
+
+/// The sample at a corner of plane i.
+template <int kCorner, int kPlanes>
+DTSDF_HD void sampleCorner(const SampleLine& line, const Vec3i& shifts, const CellCrossing& at,
+                           int i, PlaneSamples<kPlanes>& samples) {
+  constexpr bool kU = (kCorner & 1) != 0, kV = (kCorner >> 1) != 0;
+  const float bilinear = (kU ? at.fraction_u : 1.0f - at.fraction_u) *
+                         (kV ? at.fraction_v : 1.0f - at.fraction_v);
+  const float distance =
+      at.distance + ((kU ? line.normal_u : 0.0f) + (kV ? line.normal_v : 0.0f));
+  const float nearness = 1.0f - fabsf(distance) * line.per_reach;
+  samples.share[kCorner][i] = (bilinear * bilinear) * maximum(nearness, 0.0f);
+  samples.distance[kCorner][i] = distance;
+  const Vec3f offset{at.point_k, kU ? at.point_u - 1.0f : at.point_u,
+                     kV ? at.point_v - 1.0f : at.point_v};
+  samples.point_key[kCorner][i] = pointKey(offset, shifts, distance);
+}
+
+/// One loop without loops or branches in it, so that compilers turn it into vector instructions.
 template <int kPlanes>
 DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane,
                            PlaneSamples<kPlanes>& samples) {
   const Vec3i shifts = pointShifts(line);
   for (int i = 0; i < kPlanes; ++i) {
-    const PlaneCrossing at = crossPlane(line, first_plane + i);
-    samples.u[i] = at.u;
-    samples.v[i] = at.v;
-    const Vec3f point{line.p_k - static_cast<float>(first_plane + i),
-                      line.p_u - static_cast<float>(at.u), line.p_v - static_cast<float>(at.v)};
-    const float base = -(point.x * line.normal_k + point.y * line.normal_u +
-                         point.z * line.normal_v);
-    const float low_u = 1.0f - at.fraction_u, low_v = 1.0f - at.fraction_v;
-    for (int corner = 0; corner < 4; ++corner) {
-      const int du = corner & 1, dv = corner >> 1;
-      const float bilinear = (du ? at.fraction_u : low_u) * (dv ? at.fraction_v : low_v);
-      const float distance =
-          base + ((du ? line.normal_u : 0.0f) + (dv ? line.normal_v : 0.0f));
-      const float nearness = 1.0f - fabsf(distance) * line.per_reach;
-      samples.share[corner][i] = (bilinear * bilinear) * maximum(nearness, 0.0f);
-      samples.distance[corner][i] = distance;
-      const Vec3f offset{point.x, du ? point.y - 1.0f : point.y, dv ? point.z - 1.0f : point.z};
-      samples.point_key[corner][i] = pointKey(offset, shifts, distance);
-    }
+    const PlaneCrossing cell = crossPlane(line, first_plane + i);
+    samples.u[i] = cell.u;
+    samples.v[i] = cell.v;
+    const float point_k = line.p_k - static_cast<float>(first_plane + i),
+                point_u = line.p_u - static_cast<float>(cell.u),
+                point_v = line.p_v - static_cast<float>(cell.v);
+    const CellCrossing crossing{
+        cell.fraction_u, cell.fraction_v, point_k, point_u, point_v,
+        -(point_k * line.normal_k + point_u * line.normal_u + point_v * line.normal_v)};
+    sampleCorner<0>(line, shifts, crossing, i, samples);
+    sampleCorner<1>(line, shifts, crossing, i, samples);
+    sampleCorner<2>(line, shifts, crossing, i, samples);
+    sampleCorner<3>(line, shifts, crossing, i, samples);
   }
 }
 

@@ -115,13 +115,18 @@ DTSDF_HD SeenBounds boundsOfCell(const Corner& corner, int x, int y, int z) {
   return bounds;
 }
 
-/// Whether the image sees through all of a cell of a cube, which ends within so many metres.
+/// Whether the image sees through all of what ends within so many metres.
+DTSDF_HD bool isSeenFreeWithin(const FreePyramid& free, const SeenBounds& seen,
+                               float max_range_m) {
+  return seen.far_m <= max_range_m && isSeenFree(free, seen);
+}
+
+/// The same of a cell of a cube.
 template <class Corner>
 DTSDF_HD bool isCellSeenFree(const FreePyramid& free, const Corner& corner, int cell,
                              float max_range_m) {
   const Vec3i at = voxelOffset(cell);
-  const SeenBounds bounds = boundsOfCell(corner, at.x, at.y, at.z);
-  return bounds.far_m <= max_range_m && isSeenFree(free, bounds);
+  return isSeenFreeWithin(free, boundsOfCell(corner, at.x, at.y, at.z), max_range_m);
 }
 
 }  // namespace dtsdf

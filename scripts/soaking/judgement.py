@@ -23,16 +23,18 @@ def of_kind(records, kind):
     return [record for record in records if record["kind"] == kind]
 
 
-def cycle_means(records, key):
-    """(seconds, mean) of each whole cycle but the first, in which everything is used first."""
+def least_of_cycles(records, key):
+    """(seconds, least) of each cycle of the second half. What is never given back raises the least of
+    all cycles; what a cycle does with its memory, and when, raises the others. In the first half all is
+    used for the first time, and pools grow until each has met its most."""
     begins = [record["t"] for record in of_kind(records, "event") if record["what"] == "cycle"]
     samples = [record for record in of_kind(records, "sample") if key in record]
-    means = []
-    for begin, end in zip(begins[1:], begins[2:] + [math.inf]):
+    least = []
+    for begin, end in list(zip(begins, begins[1:] + [math.inf]))[(len(begins) + 1) // 2:]:
         values = [s[key] for s in samples if begin <= s["t"] < end]
         if values:
-            means.append((begin, statistics.fmean(values)))
-    return means
+            least.append((begin, min(values)))
+    return least
 
 
 def slope_per_hour(points):
@@ -49,12 +51,12 @@ def slope_per_hour(points):
 
 
 def judge_memory(records, key):
-    means = cycle_means(records, key)
+    least = least_of_cycles(records, key)
     values = [record[key] for record in of_kind(records, "sample") if key in record]
     if not values:
         return None
-    result = dict(median=round(statistics.median(values), 1), most=max(values), cycles=len(means))
-    fit = slope_per_hour(means)
+    result = dict(median=round(statistics.median(values), 1), most=max(values), cycles=len(least))
+    fit = slope_per_hour(least)
     if fit is None:
         return dict(result, verdict="too short to tell")
     slope, bound = fit

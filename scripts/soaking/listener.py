@@ -66,12 +66,13 @@ class Listener:
             pass  # the nodelet was unloaded, or close() was called
 
     def break_off(self):
-        """Reads half of a message, if there is one, and is gone: with a reset, as of a process that
-        was killed."""
+        """Is gone in the middle of a message, if there is one: with a reset, as of a process that was
+        killed. One that reads is in the middle of something."""
         try:
-            self.socket.settimeout(5)
-            length = struct.unpack("<I", self.receive_bytes(4))[0]
-            self.receive_bytes(length // 2)
+            if self.thread is None:
+                self.socket.settimeout(5)
+                length = struct.unpack("<I", self.receive_bytes(4))[0]
+                self.receive_bytes(length // 2)
         except OSError:
             pass
         try:

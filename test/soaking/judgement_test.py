@@ -1,0 +1,52 @@
+#!/usr/bin/env python3
+"""That a soak's verdict tells memory that is never given back from memory that comes and goes."""
+import math
+import pathlib
+import random
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+
+from soaking import judgement  # noqa: E402
+
+CYCLE_S = 300.0
+
+
+def records(kept_mb, cycles=12):
+    """A process that holds kept_mb(t), and in each cycle up to 200 MB more, at times that vary."""
+    chance, found = random.Random(7), []
+    for cycle in range(cycles):
+        begin = cycle * CYCLE_S
+        found.append(dict(kind="event", what="cycle", t=begin))
+        busy_s = chance.uniform(30.0, 250.0)
+        for k in range(60):
+            t = begin + 5.0 * k
+            more = 200.0 * chance.random() if 5.0 * k < busy_s else 0.0
+            found.append(dict(kind="sample", t=t, rss_mb=kept_mb(t) + more + chance.random()))
+    return found
+
+
+class JudgementTest(unittest.TestCase):
+    def verdict(self, kept_mb, **more):
+        return judgement.judge_memory(records(kept_mb, **more), "rss_mb")["verdict"]
+
+    def test_what_comes_and_goes_is_flat(self):
+        self.assertEqual(self.verdict(lambda t: 150.0), "flat")
+
+    def test_pools_that_fill_at_first_are_flat(self):
+        self.assertEqual(self.verdict(lambda t: 150.0 - 60.0 * math.exp(-t / 400.0)), "flat")
+
+    def test_a_leak_grows(self):
+        self.assertEqual(self.verdict(lambda t: 150.0 + 25.0 * t / 3600.0), "grows")
+
+    def test_a_leak_behind_pools_that_fill_grows(self):
+        self.assertEqual(self.verdict(
+            lambda t: 150.0 - 60.0 * math.exp(-t / 400.0) + 25.0 * t / 3600.0), "grows")
+
+    def test_few_cycles_tell_nothing(self):
+        self.assertEqual(self.verdict(lambda t: 150.0, cycles=4), "too short to tell")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -12,7 +12,7 @@
 #include "map/block_table.h"
 #include "support/temporary_folder.h"
 #include "tiles/index_ranges.h"
-#include "tiles/make_plan.h"
+#include "tiles/make_tiles.h"
 #include "tiles/pinhole_view.h"
 #include "tiles/slurm.h"
 #include "tiles/tile_queue.h"

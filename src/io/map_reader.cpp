@@ -14,17 +14,23 @@ namespace {
 
 using namespace map_format;
 
+/// What a map may take.
+struct MapLimit {
+  size_t bytes = kNoMapLimit;
+  bool adds_free = true;  ///< Whether what was seen free counts too, or has the same limit alone.
+};
+
 /// What the small sections tell, and the blocks.
 class MapReader {
  public:
-  MapReader(const std::string& path, size_t max_bytes) : file_(path), max_bytes_(max_bytes) {
+  MapReader(const std::string& path, MapLimit limit) : file_(path), limit_(limit) {
     readSettings();
     readState();
     readBlocks();
     readColourIndex();
     readFree();
     size_ = checkedSize();
-    checkRoom(size_.bytes());
+    checkRoom(size_);
   }
 
   MapContents load(int threads) {
@@ -102,7 +108,7 @@ class MapReader {
     MapSize known;  // before what the blocks hold is read
     known.blocks = block_count_;
     known.voxel_arrays = array_count_;
-    checkRoom(known.bytes());
+    checkRoom(known);
   }
 
   /// By the headers, which are sound by now: bounded by what the file stores.
@@ -150,7 +156,7 @@ class MapReader {
     known.blocks = block_count_;
     known.voxel_arrays = array_count_;
     known.free_cubes = (bytes - kFreeHeadBytes) / kFreeRecordBytes;
-    checkRoom(known.bytes());
+    checkRoom(known);
     const Bytes content = file_.read(*section, bytes);
     ByteReader in(content.data());
     contents_.cell_voxels = in.take<int32_t>();
@@ -193,11 +199,14 @@ class MapReader {
     if (!problem.empty()) file_.throwDamaged(problem);
   }
 
-  void checkRoom(size_t bytes) const {
-    if (bytes <= max_bytes_) return;
+  void checkRoom(const MapSize& size) const {
+    MapSize free, map = size;
+    free.free_cubes = std::exchange(map.free_cubes, 0);
+    const size_t bytes = limit_.adds_free ? size.bytes() : std::max(map.bytes(), free.bytes());
+    if (bytes <= limit_.bytes) return;
     throw std::runtime_error("the map of '" + file_.path() + "' takes " +
                              std::to_string((bytes >> 20) + 1) + " MiB, and " +
-                             std::to_string(max_bytes_ >> 20) +
+                             std::to_string(limit_.bytes >> 20) +
                              " MiB are allowed; raise map/max_memory_mb");
   }
 
@@ -243,7 +252,7 @@ class MapReader {
   }
 
   MapFile file_;
-  size_t max_bytes_;
+  const MapLimit limit_;
   uint64_t block_count_ = 0, array_count_ = 0, blocks_per_chunk_ = 0;
   MapContents contents_;
   MapSize size_;
@@ -252,14 +261,19 @@ class MapReader {
 }  // namespace
 
 MapContents loadMap(const std::string& path, size_t max_bytes, int threads) {
-  return MapReader(path, max_bytes).load(threads);
+  return MapReader(path, {max_bytes, true}).load(threads);
 }
 
-MapInfo readMapInfo(const std::string& path) { return MapReader(path, kNoMapLimit).info(); }
+MapContents loadMap(const std::string& path, const MapperParams& params, int threads) {
+  const MapLimit limit{static_cast<size_t>(params.map.max_memory_mb) << 20, params.space.enabled};
+  return MapReader(path, limit).load(threads);
+}
+
+MapInfo readMapInfo(const std::string& path) { return MapReader(path, MapLimit()).info(); }
 
 struct MapChunks::State {
   explicit State(const std::string& path)
-      : reader(path, kNoMapLimit),
+      : reader(path, MapLimit()),
         bounds(reader.bounds()),
         voxels(reader.voxelChunks()),
         colours(reader.colourChunks()) {}

@@ -62,13 +62,17 @@ void addFolder(CommandLine& line, std::string& folder) {
   line.addText({"DIR", "", "the folder of a plan"}, folder);
 }
 
-void addFuseOptions(CommandLine& line, FuseOptions& options) {
+void addBackendOption(CommandLine& line, std::optional<std::string>& backend) {
   line.add({"--backend", "auto|cpu|cuda", "where to compute"}, [&](const std::string& value) {
     if (value != "auto" && value != "cpu" && value != "cuda") {
       throw UsageError("'" + value + "' is none of auto, cpu and cuda");
     }
-    options.backend = value;
+    backend = value;
   });
+}
+
+void addFuseOptions(CommandLine& line, FuseOptions& options) {
+  addBackendOption(line, options.backend);
   line.add({"--threads", "N", "CPU threads of each tile (0: all cores)"},
            [&](const std::string& value) {
              options.threads = static_cast<int>(readWhole(value, {0, 1024}));
@@ -171,18 +175,18 @@ void statusCommand(const std::vector<std::string>& arguments) {
 
 void slurmCommand(const std::vector<std::string>& arguments) {
   SlurmRequest request;
-  std::string backend;
   CommandLine line("tiles slurm", "DIR [options]",
                    "Prints an array job that makes all tiles; tiles merge joins them then.",
                    kExitCodes);
   addFolder(line, request.folder);
   line.addWhole({"--threads", "N", "CPU threads of each tile"}, request.threads, {1, 1024});
-  line.addText({"--backend", "auto|cpu|cuda", "where to compute"}, backend);
+  addBackendOption(line, request.backend);
   line.parse(arguments);
-  if (!backend.empty()) request.options = {"--backend", backend};
   request.program = fs::read_symlink("/proc/self/exe").string();
   const LoadedPlan loaded = loadPlan(request.folder);
-  std::fputs(slurmScript(request, loaded.plan).c_str(), stdout);
+  const std::string script = slurmScript(request, loaded.plan);
+  prepareTiles(request.folder);  // before any task runs: Slurm makes no folder for its logs
+  std::fputs(script.c_str(), stdout);
 }
 
 void runTilesCommand(const std::vector<std::string>& arguments) {

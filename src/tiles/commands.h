@@ -29,6 +29,7 @@ struct FuseOptions {
 
 // Each adds some of the options to a command line.
 void addFolder(CommandLine& line, std::string& folder);
+void addBackendOption(CommandLine& line, std::optional<std::string>& backend);
 void addFuseOptions(CommandLine& line, FuseOptions& options);
 void addMergeOptions(CommandLine& line, MergeRequest& request);
 

@@ -114,7 +114,8 @@ class TileFusion {
   void paint(const ColourFrame& image, const PlannedRecording& recording, size_t index) {
     const IntegrationResult result = mapper_->paint(image);
     if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
-    // What shows nothing of the tile is as well, as not all of it need be in view.
+    // kNoMeasurement is no change: the plan errs on the side of more, so an image may show nothing
+    // of this tile.
     if (result.status != FrameStatus::kFused && result.status != FrameStatus::kNoMeasurement) {
       throwChanged("colour image", recording, index, result.message);
     }
@@ -247,6 +248,7 @@ void saveMap(ProbedMapper& mapper, const LoadedPlan& loaded, const BlockExtent& 
   record.map_file_bytes = saved.file_bytes;
   record.blocks = saved.size.blocks;
   record.voxel_arrays = saved.size.voxel_arrays;
+  record.free_cubes = saved.size.free_cubes;
 }
 
 TileRecord makeTile(const FuseRequest& request, const LoadedPlan& loaded) {

@@ -12,7 +12,7 @@
 #include "io/block_mesh_file.h"
 #include "meshing/block_joiner.h"
 #include "meshing/mesh_origin.h"
-#include "tiles/merge_tiles.h"
+#include "tiles/join_tables.h"
 
 namespace dtsdf {
 namespace {

@@ -13,9 +13,9 @@
 #include "io/file_hash.h"
 #include "io/map_chunks.h"
 #include "io/ply_stream.h"
-#include "map/block_table.h"
 #include "map/map_head.h"
 #include "tiles/fuse_tile.h"
+#include "tiles/join_tables.h"
 #include "tiles/merge_mesh.h"
 #include "tiles/process_usage.h"
 #include "tiles/tile_folder.h"
@@ -33,12 +33,12 @@ void allowManyFiles() {
 
 /// @throws std::runtime_error with the tiles that are not done.
 void checkAllDone(const std::string& folder, const LoadedPlan& loaded) {
+  constexpr size_t kMostNamed = 10;
   std::string missing;
   size_t count = 0;
   for (size_t i = 0; i < loaded.plan.tiles.size(); ++i) {
     const std::string why = missingOfTile(folder, i, loaded.id);
     if (why.empty()) continue;
-    constexpr size_t kMostNamed = 10;
     if (++count <= kMostNamed) {
       missing += (missing.empty() ? "" : "; ") + std::to_string(i) + ": " + why;
     }
@@ -46,80 +46,8 @@ void checkAllDone(const std::string& folder, const LoadedPlan& loaded) {
   if (count == 0) return;
   throw std::runtime_error(std::to_string(count) + " of " +
                            std::to_string(loaded.plan.tiles.size()) + " tiles are not done (" +
-                           missing + (count > 10 ? "; ..." : "") +
+                           missing + (count > kMostNamed ? "; ..." : "") +
                            "); tiles run, or tiles fuse DIR TILE, makes them");
-}
-
-/// A block of the whole map, and where it is from.
-struct JoinedMapBlock {
-  MapBlock block;
-  uint32_t tile;
-};
-
-/// The tables of all tiles.
-struct JoinedTable {
-  MapContents head;  ///< Of the whole map.
-  std::vector<uint32_t> tile_of;  ///< By block of the head.
-  std::vector<size_t> blocks_of;  ///< Of each tile, how many.
-  std::vector<PackedKey> first_of;  ///< Of each tile, its first block.
-};
-
-void checkSame(const MapContents& a, const MapContents& b) {
-  if (a.settings != b.settings || a.map_frame != b.map_frame || a.stamp_s != b.stamp_s ||
-      a.frames != b.frames || a.supporting_frames != b.supporting_frames ||
-      a.cell_voxels != b.cell_voxels || a.exposure != b.exposure) {
-    throw std::runtime_error("its settings and counts of frames are not those of other tiles");
-  }
-}
-
-/// Reads a tile's table.
-void addTile(const std::string& folder, size_t tile, const LoadedPlan& loaded, JoinedTable& table,
-             std::vector<JoinedMapBlock>& blocks) {
-  const MapChunks map(tilePath(folder, tile, ".dtsdf"));
-  if (map.contentHash() != loadRecord(folder, tile).content_hash) {
-    throw std::runtime_error("its map file is not that of its record");
-  }
-  const MapContents& head = map.head();
-  if (tile == 0) table.head = headOf(head);
-  checkSame(table.head, head);
-  table.head.painted |= head.painted;  // so is the map, once anything of it is
-  const BlockExtent& own = loaded.plan.tiles[tile].own;
-  for (const MapBlock& block : head.blocks) {
-    if (!own.contains(block.key)) throw std::runtime_error("it has blocks of other tiles");
-    blocks.push_back({block, static_cast<uint32_t>(tile)});
-  }
-  for (const MapFreeCube& cube : head.free_cubes) {
-    if (!cubesOf(own, head.cell_voxels).contains(cube.key)) {
-      throw std::runtime_error("it has free cells of other tiles");
-    }
-    table.head.free_cubes.push_back(cube);
-  }
-  table.blocks_of.push_back(head.blocks.size());
-  table.first_of.push_back(head.blocks.empty() ? 0 : packKey(head.blocks.front().key));
-}
-
-JoinedTable joinTables(const std::string& folder, const LoadedPlan& loaded) {
-  JoinedTable table;
-  std::vector<JoinedMapBlock> blocks;
-  for (size_t i = 0; i < loaded.plan.tiles.size(); ++i) {
-    try {
-      addTile(folder, i, loaded, table, blocks);
-    } catch (const std::exception& error) {
-      throwBadTile(folder, i, error.what());
-    }
-  }
-  std::sort(blocks.begin(), blocks.end(), [](const JoinedMapBlock& a, const JoinedMapBlock& b) {
-    return packKey(a.block.key) < packKey(b.block.key);
-  });
-  std::sort(table.head.free_cubes.begin(), table.head.free_cubes.end(),
-            [](const MapFreeCube& a, const MapFreeCube& b) {
-              return packKey(a.key) < packKey(b.key);
-            });
-  for (const JoinedMapBlock& joined : blocks) {
-    table.head.blocks.push_back(joined.block);
-    table.tile_of.push_back(joined.tile);
-  }
-  return table;
 }
 
 void readWords(const MapChunks& map, size_t chunk, std::vector<uint64_t>& words) {
@@ -218,12 +146,6 @@ void saveJoinedMesh(const JoinedTable& table, const MergeRequest& request,
 }
 
 }  // namespace
-
-void throwBadTile(const std::string& folder, size_t tile, const std::string& why) {
-  const std::string number = std::to_string(tile);
-  throw std::runtime_error("tile " + number + " cannot be merged: " + why + " (tiles fuse " +
-                           folder + " " + number + " --again)");
-}
 
 void printMerged(const MergeRequest& request, const MergeResult& result) {
   if (!request.map_path.empty()) {

@@ -22,15 +22,12 @@ struct MergeResult {
 };
 
 /// Of the tiles' voxels and meshes a few blocks each are in memory, and of their tables all: about
-/// 32 bytes a block.
+/// 60 bytes a block.
 /// @throws std::runtime_error that names the tiles that are not there, damaged or of other plans;
 /// what is saved is whole, or is not there.
 MergeResult mergeTiles(const MergeRequest& request, const LoadedPlan& plan);
 
 /// Says what was saved.
 void printMerged(const MergeRequest& request, const MergeResult& result);
-
-/// A tile's number for messages: what is wrong with one, and how it is made anew.
-[[noreturn]] void throwBadTile(const std::string& folder, size_t tile, const std::string& why);
 
 }  // namespace dtsdf

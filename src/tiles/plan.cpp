@@ -194,6 +194,7 @@ Plan planOf(const Json& json) {
     checkOrder(plan.recordings.back());
   }
   for (const Json& tile : json.at("tiles")) plan.tiles.push_back(tileOf(tile));
+  if (plan.tiles.empty()) throw std::runtime_error("it has no tiles");
   for (const Tile& tile : plan.tiles) {
     if (tile.frames.size() != plan.recordings.size() ||
         tile.images.size() != plan.recordings.size()) {

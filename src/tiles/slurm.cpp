@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <stdexcept>
 #include <vector>
 
 #include "tiles/tile_queue.h"
@@ -14,6 +15,21 @@ std::string quoted(const std::string& text) {
   std::string word = "'";
   for (const char c : text) word += c == '\'' ? "'\\''" : std::string(1, c);
   return word + "'";
+}
+
+/// A folder as sbatch reads it, in which % begins a number of the job. With a backslash anywhere it
+/// would replace none, and all tasks would write one log.
+std::string forSbatch(const std::string& folder) {
+  if (folder.find_first_of("\\\n") != folder.npos) {
+    throw std::runtime_error("Slurm cannot write its logs to '" + folder + "', whose name has a "
+                             "backslash or a line break; give the folder another name");
+  }
+  std::string text;
+  for (const char c : folder) {
+    if (c == '"') text += '\\';
+    text += c == '%' ? "%%" : std::string(1, c);
+  }
+  return text;
 }
 
 /// Of the largest tile: its map, a copy as it is saved, and what a frame takes.
@@ -40,21 +56,23 @@ std::string numbersLongestFirst(const Plan& plan) {
 std::string slurmScript(const SlurmRequest& request, const Plan& plan) {
   const std::string folder = std::filesystem::absolute(request.folder).lexically_normal().string();
   const size_t indices = std::min(plan.tiles.size(), kMostArrayIndices);
-  std::string options;
-  for (const std::string& option : request.options) options += " " + quoted(option);
+  const std::string threads = std::to_string(request.threads);
+  const std::string backend = request.backend ? " --backend " + quoted(*request.backend) : "";
+  const bool on_gpu = request.backend == "cuda";
   return "#!/bin/bash\n"
          "#SBATCH --job-name=tiles\n"
          "#SBATCH --array=0-" + std::to_string(indices - 1) + "\n"
-         "#SBATCH --cpus-per-task=" + std::to_string(request.threads) + "\n"
-         "#SBATCH --mem=" + std::to_string(memoryMb(plan)) + "M\n"
-         "#SBATCH --output=" + folder + "/tiles/slurm-%A_%a.log\n"
+         "#SBATCH --cpus-per-task=" + threads + "\n"
+         "#SBATCH --mem=" + std::to_string(memoryMb(plan)) + "M\n" +
+         (on_gpu ? "#SBATCH --gres=gpu:1\n" : "") +
+         "#SBATCH --output=\"" + forSbatch(folder) + "/tiles/slurm-%A_%a.log\"\n"
          "# Tiles that are done are left alone: to go on, submit it again.\n"
          "tiles=(" + numbersLongestFirst(plan) + ")\n"
          "failed=0\n"
          "for ((i = SLURM_ARRAY_TASK_ID; i < ${#tiles[@]}; i += " + std::to_string(indices) +
          ")); do\n"
          "  " + quoted(request.program) + " fuse " + quoted(folder) +
-         " \"${tiles[i]}\" --threads " + std::to_string(request.threads) + options +
+         " \"${tiles[i]}\" --threads " + threads + backend +
          " || failed=1\n"
          "done\n"
          "exit $failed\n";

@@ -1,8 +1,8 @@
 /// A plan as an array job of Slurm.
 #pragma once
 
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "tiles/plan.h"
 
@@ -12,13 +12,15 @@ struct SlurmRequest {
   std::string folder;   ///< Of the plan.
   std::string program;  ///< The path of `tiles`.
   int threads = 4;      ///< Of each tile.
-  std::vector<std::string> options;  ///< For each `tiles fuse`.
+  std::optional<std::string> backend;  ///< With cuda each task asks for a GPU.
 };
 
 /// Clusters have limits on the indices of an array; tiles beyond follow in the same tasks.
 constexpr size_t kMostArrayIndices = 1000;
 
-/// The script: each task makes every so many-th tile, the longest first.
+/// The script: each task makes every so many-th tile, the longest first. Slurm writes its logs
+/// beside the tiles, in a folder that has to be there (prepareTiles()).
+/// @throws std::runtime_error for a folder whose name Slurm cannot be told.
 std::string slurmScript(const SlurmRequest& request, const Plan& plan);
 
 }  // namespace dtsdf

@@ -34,11 +34,17 @@ bool hasBytes(const std::string& path, uint64_t bytes) {
   return !error && size == bytes;
 }
 
+/// Takes the lock of an open file. @return what is in the way: 0 for nothing, EWOULDBLOCK for
+/// another process, else why its file system cannot lock it.
+int takeLock(int descriptor) {
+  return flock(descriptor, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
+}
+
 /// Whether somebody works on a tile.
 bool isLocked(const std::string& folder, size_t tile) {
   const int descriptor = open(tilePath(folder, tile, ".lock").c_str(), O_RDWR | O_CLOEXEC);
   if (descriptor < 0) return false;
-  const bool locked = flock(descriptor, LOCK_EX | LOCK_NB) != 0;
+  const bool locked = takeLock(descriptor) == EWOULDBLOCK;
   close(descriptor);
   return locked;
 }
@@ -55,6 +61,8 @@ std::string tilePath(const std::string& folder, size_t tile, const std::string& 
   return (fs::path(folder) / "tiles" / (name + ending)).string();
 }
 
+void prepareTiles(const std::string& folder) { prepareOutputFile(tilePath(folder, 0, ".lock")); }
+
 void saveRecord(const TileRecord& record, const std::string& folder, size_t tile) {
   const Json json = {{"plan", record.plan_id},
                      {"content_hash", hashDigits(record.content_hash)},
@@ -65,6 +73,7 @@ void saveRecord(const TileRecord& record, const std::string& folder, size_t tile
                      {"mesh_file_bytes", record.mesh_file_bytes},
                      {"blocks", record.blocks},
                      {"voxel_arrays", record.voxel_arrays},
+                     {"free_cubes", record.free_cubes},
                      {"triangles", record.triangles},
                      {"frames", record.frames},
                      {"images", record.images},
@@ -91,6 +100,7 @@ TileRecord loadRecord(const std::string& folder, size_t tile) {
     json.at("mesh_file_bytes").get_to(record.mesh_file_bytes);
     json.at("blocks").get_to(record.blocks);
     json.at("voxel_arrays").get_to(record.voxel_arrays);
+    json.at("free_cubes").get_to(record.free_cubes);
     json.at("triangles").get_to(record.triangles);
     json.at("frames").get_to(record.frames);
     json.at("images").get_to(record.images);
@@ -142,15 +152,22 @@ void forgetTile(const std::string& folder, size_t tile) {
 }
 
 TileLock::TileLock(const std::string& folder, size_t tile) {
+  prepareTiles(folder);
   const std::string path = tilePath(folder, tile, ".lock");
-  prepareOutputFile(path);
   descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (descriptor_ < 0) {
     throw std::runtime_error("cannot write '" + path + "': " +
                              std::generic_category().message(errno));
   }
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  const int problem = takeLock(descriptor_);
+  if (problem == 0) return;
   close(descriptor_);
+  if (problem != EWOULDBLOCK) {
+    throw std::runtime_error("cannot lock '" + path + "': " +
+                             std::generic_category().message(problem) +
+                             "; put the folder of the plan on a file system with locks (Lustre: "
+                             "mount it with -o flock)");
+  }
   throw std::runtime_error("tile " + std::to_string(tile) + " is worked on by another process; " +
                            "wait for it, or end it");
 }

@@ -6,6 +6,7 @@
 ///   tiles/0007.failed             why the last attempt failed
 ///   tiles/0007.lock               locked while somebody works on it
 ///   tiles/0007.log                what the attempts of `tiles run` have said
+///   tiles/slurm-JOB_TASK.log      what a task of the job of `tiles slurm` has said
 #pragma once
 
 #include <cstdint>
@@ -21,6 +22,10 @@ std::string planPath(const std::string& folder);
 /// The path of one of a tile's files, as for ".dtsdf".
 std::string tilePath(const std::string& folder, size_t tile, const std::string& ending);
 
+/// Makes the folder in which the files of tiles lie.
+/// @throws std::runtime_error that says what to do.
+void prepareTiles(const std::string& folder);
+
 /// What a tile's process has made.
 struct TileRecord {
   std::string plan_id;
@@ -28,7 +33,7 @@ struct TileRecord {
   uint64_t mesh_checksum = 0;  ///< Of its meshes.
   BlockBounds mesh_bounds;     ///< Of the blocks that have one.
   uint64_t map_file_bytes = 0, mesh_file_bytes = 0;
-  size_t blocks = 0, voxel_arrays = 0, triangles = 0;
+  size_t blocks = 0, voxel_arrays = 0, free_cubes = 0, triangles = 0;
   size_t frames = 0;         ///< That were fused into it.
   size_t images = 0;         ///< Of colour, that it was painted with.
   size_t map_bytes = 0;      ///< Of the map, halo included, at the end.
@@ -62,7 +67,7 @@ void forgetTile(const std::string& folder, size_t tile);
 /// Held while a tile is worked on; it ends with its process, whatever ends that.
 class TileLock {
  public:
-  /// @throws std::runtime_error if somebody else holds it.
+  /// @throws std::runtime_error if somebody else holds it, or nobody can.
   TileLock(const std::string& folder, size_t tile);
   ~TileLock();
   TileLock(const TileLock&) = delete;

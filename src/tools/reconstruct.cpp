@@ -35,7 +35,7 @@ struct StartingMap {
 StartingMap loadStartingMap(const std::string& path, const RunSettings& settings) {
   StartingMap start{settings.params.mapper, std::nullopt};
   if (path.empty()) return start;
-  start.contents = loadMap(path, static_cast<size_t>(start.params.map.max_memory_mb) << 20);
+  start.contents = loadMap(path, start.params);
   start.params = withSettingsOf(*start.contents, start.params);
   ParamWriter writer;
   visitParams(start.params, writer);

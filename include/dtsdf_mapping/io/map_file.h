@@ -36,6 +36,11 @@ constexpr size_t kNoMapLimit = std::numeric_limits<size_t>::max();
 /// @throws std::runtime_error with one sentence that names the path and says what to do.
 MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int threads = 0);
 
+/// Loads a map for a mapper with these settings, within its map/max_memory_mb. What was seen free
+/// counts only with space/enabled, as a mapper takes it over only then; else it may take as much
+/// again while the map is loaded.
+MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
+
 /// A part of a map file: all sections of one kind.
 struct MapFilePart {
   std::string id;               ///< Four letters, as in docs/map_format.md.

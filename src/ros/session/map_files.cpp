@@ -33,8 +33,7 @@ MapFiles::Done MapFiles::save(const std::string& path) {
 }
 
 MapFiles::Done MapFiles::load(const std::string& path) {
-  const size_t most_bytes = static_cast<size_t>(params_.map.max_memory_mb) << 20;
-  const MapContents contents = file_loop_.run([&] { return loadMap(path, most_bytes); }).get();
+  const MapContents contents = file_loop_.run([&] { return loadMap(path, params_); }).get();
   checkFrame(contents, map_frame_);
   const bool is_empty = parts_.map_loop.run([this] { return parts_.session.isEmpty(); }).get();
   const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;

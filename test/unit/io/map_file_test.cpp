@@ -374,6 +374,31 @@ TEST_F(MapFile, ThatTakesMoreThanAllowedIsRefused) {
   EXPECT_TRUE(contains(error, "max_memory_mb")) << error;
 }
 
+TEST_F(MapFile, FreeCellsCountOnlyForAMapperThatTakesThem) {
+  MapContents contents = copyOf(smallMap());
+  MapperParams params;
+  params.map.max_memory_mb = static_cast<int>(sizeOf(contents.blocks).bytes() >> 20) + 1;
+  const size_t allowed = static_cast<size_t>(params.map.max_memory_mb) << 20;
+  const auto fillTo = [&](size_t bytes, const MapSize& beside) {
+    MapSize free;
+    contents.free_cubes.clear();
+    for (int x = 0; beside.bytes() + free.bytes() <= bytes; ++x) {
+      contents.free_cubes.push_back({{x, 0, 0}, {1}});
+      free.free_cubes = contents.free_cubes.size();
+    }
+    saveMap(contents, path_);
+  };
+  const auto errorWith = [&](bool space) {
+    params.space.enabled = space;
+    return errorOf([&] { EXPECT_TRUE(sameContents(loadMap(path_, params), contents)); });
+  };
+  fillTo(allowed, sizeOf(contents.blocks));
+  EXPECT_TRUE(contains(errorWith(true), "max_memory_mb"));
+  EXPECT_EQ(errorWith(false), "");
+  fillTo(allowed, MapSize());
+  EXPECT_TRUE(contains(errorWith(false), "max_memory_mb")) << "they are read all the same";
+}
+
 TEST_F(MapFile, HasToBeOne) {
   writeBytes(folder_ / "text", "This is not a map, though it is longer than its header.");
   EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "text"); }), "is no map file"));

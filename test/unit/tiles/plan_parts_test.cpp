@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <random>
 #include <set>
 #include <sstream>
@@ -11,7 +12,7 @@
 #include "map/block_table.h"
 #include "support/temporary_folder.h"
 #include "tiles/index_ranges.h"
-#include "tiles/make_plan.h"
+#include "tiles/make_tiles.h"
 #include "tiles/pinhole_view.h"
 #include "tiles/slurm.h"
 #include "tiles/tile_queue.h"
@@ -284,6 +285,36 @@ TEST(SlurmScript, TasksMakeEveryTileOnce) {
   EXPECT_EQ(tilesOfTask(script, 299), "299 1299 2299 ");
   EXPECT_EQ(tilesOfTask(script, 300), "300 1300 ");
   EXPECT_EQ(tilesOfTask(script, 999), "999 1999 ");
+}
+
+TEST(SlurmScript, WritesLogsBesideTheTilesWhateverTheFolderIsCalled) {
+  SlurmRequest request;
+  request.folder = "/my map/50% \"new\"";
+  EXPECT_NE(slurmScript(request, planOf({1.0}))
+                .find("#SBATCH --output=\"/my map/50%% \\\"new\\\"/tiles/slurm-%A_%a.log\"\n"),
+            std::string::npos);
+  for (const char* const name : {"/a\\b", "/a\nb"}) {
+    request.folder = name;
+    const std::string error = errorOf([&] { slurmScript(request, planOf({1.0})); });
+    EXPECT_NE(error.find("give the folder another name"), std::string::npos) << error;
+  }
+}
+
+TEST(SlurmScript, AsksForAGpuForCudaOnly) {
+  const auto scriptWith = [](const std::optional<std::string>& backend) {
+    SlurmRequest request;
+    request.folder = "/a";
+    request.program = "echo";
+    request.backend = backend;
+    return slurmScript(request, planOf({1.0}));
+  };
+  const std::string gpu = "#SBATCH --gres=gpu:1\n";
+  EXPECT_NE(scriptWith("cuda").find(gpu), std::string::npos);
+  EXPECT_NE(scriptWith("cuda").find(" --backend 'cuda'"), std::string::npos);
+  EXPECT_EQ(scriptWith("cpu").find(gpu), std::string::npos);
+  EXPECT_EQ(scriptWith("auto").find(gpu), std::string::npos);
+  EXPECT_EQ(scriptWith(std::nullopt).find(gpu), std::string::npos);
+  EXPECT_EQ(scriptWith(std::nullopt).find("--backend"), std::string::npos);
 }
 
 }  // namespace

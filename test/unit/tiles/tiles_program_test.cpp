@@ -211,6 +211,20 @@ TEST_F(TilesProgram, RefusesWhatWouldChangeTheResult) {
   expectError("status " + folder(), "is no plan");
 }
 
+TEST_F(TilesProgram, MakesTheFolderOfTheLogsOfSlurm) {
+  plan("--tile-m 20");
+  EXPECT_FALSE(std::filesystem::exists(out_ / "plan/tiles"));
+  const Outcome outcome = tiles("slurm " + folder() + " --backend cuda");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("#SBATCH --output=\"" + folder() + "/tiles/slurm-%A_%a.log\"\n"),
+            std::string::npos)
+      << outcome.out;
+  EXPECT_NE(outcome.out.find("#SBATCH --gres=gpu:1\n"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_directory(out_ / "plan/tiles"));
+  EXPECT_EQ(tiles("slurm " + folder() + " --backend gpu").exit_code, 2);
+  EXPECT_EQ(tiles("slurm " + folder() + " --threads 0").exit_code, 2);
+}
+
 TEST_F(TilesProgram, TellsOfImagesThatHaveChanged) {
   const TemporaryFolder copy;
   std::filesystem::copy(recorded_->recording.path(), copy.path(),

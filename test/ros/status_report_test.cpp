@@ -63,11 +63,15 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   EXPECT_TRUE(says(makeStatus(input, before), "most frames are dropped: the reason"));
   depth.warning = "no optical frame";
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "no optical frame"));
+  depth.warning.clear();
   input.map.stats.refused_blocks = 7;
-  EXPECT_TRUE(says(makeStatus(input), "map/max_memory_mb"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
+                   "raise map/max_memory_mb or set map/keep_radius_m"));
   input.map.stats.refused_blocks = 0;
   input.map.stats.refused_cubes = 3;
-  EXPECT_TRUE(says(makeStatus(input), "what is free"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "what is free"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
+                   "raise map/max_memory_mb or space/cell_voxels"));
   EXPECT_EQ(makeStatus(input).refused_cubes, 3u);
   input.paused = true;
   EXPECT_EQ(makeStatus(input).message, "paused");
@@ -108,6 +112,31 @@ TEST(StatusReport, SaysWhatHasFallenSilentAndForHowLong) {
   EXPECT_TRUE(says(status, "no frame is fused: dropped (no_transform)")) << status.message;
   depth.frames.fused_age_s = 0.0;
   EXPECT_EQ(makeStatus(input).message, "mapping") << "back by itself";
+}
+
+/// What was refused is counted on until the map is cleared; what is wrong now has to show all the
+/// same.
+TEST(StatusReport, AFullMapHidesNothingThatIsWrongNow) {
+  for (const bool is_space : {false, true}) {
+    StatusInput input = makeInput();
+    (is_space ? input.map.stats.refused_cubes : input.map.stats.refused_blocks) = 7;
+    EXPECT_TRUE(says(makeStatus(input), "no depth image received"));
+    StreamReport& depth = input.cameras[0].depth;
+    depth.frames.images = depth.frames.camera_infos = depth.frames.fused = 10;
+    depth.frames.image_age_s = depth.frames.fused_age_s = 0.1;
+    input.stale_s = 5.0;
+    input.ran_s = 1000.0;
+    const MapStatus full = makeStatus(input);
+    EXPECT_EQ(full.level, MapStatus::WARN);
+    EXPECT_TRUE(says(full, "map/max_memory_mb")) << full.message;
+
+    input.transforms.refused = 1;
+    EXPECT_TRUE(says(makeStatus(input, full), "transforms are refused"));
+    depth.frames.image_age_s = depth.frames.fused_age_s = 16.0;
+    const MapStatus silent = makeStatus(input, makeStatus(input));
+    EXPECT_EQ(silent.level, MapStatus::ERROR);
+    EXPECT_TRUE(says(silent, "no depth image comes")) << silent.message;
+  }
 }
 
 TEST(StatusReport, SilenceInAPauseIsNoFault) {

@@ -164,30 +164,41 @@ bool hasFused(const StatusInput& in) {
                      [](const CameraReport& camera) { return camera.depth.frames.fused > 0; });
 }
 
+/// What the budget had no room for. Once something was refused this holds until the map is cleared,
+/// so it must not stand before anything that is wrong now.
+Verdict judgeBudget(const MapStats& stats) {
+  if (stats.refused_blocks > 0) {
+    return {MapStatus::WARN,
+            "the map is full: " + std::to_string(stats.refused_blocks) +
+                " blocks were refused; what is mapped stays usable; raise map/max_memory_mb or "
+                "set map/keep_radius_m"};
+  }
+  if (stats.refused_cubes > 0) {
+    return {MapStatus::WARN,
+            "there is no more memory for what is free, an eighth of map/max_memory_mb: " +
+                std::to_string(stats.refused_cubes) +
+                " times it was left unknown; surfaces are mapped all the same; raise "
+                "map/max_memory_mb or space/cell_voxels"};
+  }
+  return {MapStatus::OK, ""};
+}
+
 Verdict judge(const StatusInput& in, const MapStatus& before) {
   if (!in.map.failure.empty()) {
     return {MapStatus::ERROR, "the backend failed: " + in.map.failure};
   }
   if (!in.master.empty()) return {MapStatus::ERROR, in.master};
   if (in.paused) return {MapStatus::OK, "paused"};
-  if (in.map.stats.refused_blocks > 0) {
-    return {MapStatus::WARN, "the map is full (map/max_memory_mb): " +
-                                 std::to_string(in.map.stats.refused_blocks) +
-                                 " blocks were refused; what is mapped stays usable"};
-  }
-  if (in.map.stats.refused_cubes > 0) {
-    return {MapStatus::WARN, "there is no more memory for what is free (an eighth of "
-                             "map/max_memory_mb): " +
-                                 std::to_string(in.map.stats.refused_cubes) +
-                                 " times it was left unknown; surfaces are mapped all the same"};
-  }
   Verdict cameras = judgeCameras(in, before);
   if (in.transforms.refused > before.transforms_refused) {
     const std::string also = cameras.first == MapStatus::OK ? "" : cameras.second + "; ";
     cameras = {std::max<uint8_t>(cameras.first, MapStatus::WARN),
                also + "transforms are refused: " + in.transforms.last_refusal};
   }
-  if (cameras.first != MapStatus::OK || !hasFused(in)) return cameras;
+  if (cameras.first != MapStatus::OK) return cameras;
+  Verdict budget = judgeBudget(in.map.stats);
+  if (budget.first != MapStatus::OK) return budget;
+  if (!hasFused(in)) return cameras;
   return {MapStatus::OK, describeMesh(in)};
 }
 

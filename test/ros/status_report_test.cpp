@@ -223,7 +223,7 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
   input.output.mesh_bytes = 300;
   input.output.topics = {{"/mapping/mesh", 1, 3, 4000, 10, 0, 0.0},
                          {"/mapping/mesh_blocks", 2, 5, 5000, 60, 4, 2.5}};
-  input.max_map_bytes = 5000;
+  input.map.stats.max_map_bytes = 5000;
   input.max_queue_bytes = 600;
   input.process_bytes = 7000;
   struct Expected {
@@ -255,6 +255,14 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
     input.output.grid_bytes = 7;
     EXPECT_EQ(partOf(makeStatus(input), "space").bytes, 77u);
     EXPECT_EQ(partOf(makeStatus(input), "space").place, "host");
+    EXPECT_EQ(status.max_map_bytes, 5000u);
+    EXPECT_EQ(partOf(status, "space_queues").place, "nowhere");
+    input.output.space_topics = {{"/mapping/occupancy_grid", 1, 1, 900, 800, 0, 0.0}};
+    EXPECT_EQ(partOf(makeStatus(input), "queues").bytes, 70u) << "the limit is the mesh's";
+    EXPECT_EQ(partOf(makeStatus(input), "space_queues").bytes, 800u);
+    EXPECT_EQ(partOf(makeStatus(input), "space_queues").limit_bytes, 0u);
+    EXPECT_EQ(makeStatus(input).topics.back().topic, "/mapping/occupancy_grid");
+    input.output.space_topics.clear();
     input.map.memory.space = 0;
   }
 }

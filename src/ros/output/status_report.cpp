@@ -286,8 +286,8 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   };
   const MapStats& stats = in.map.stats;
   const MapperMemory& memory = in.map.memory;
-  add("map", memory.on_gpu, stats.map_bytes - stats.colour_bytes, in.max_map_bytes);
-  add("colour", memory.on_gpu, stats.colour_bytes, in.max_map_bytes);
+  add("map", memory.on_gpu, stats.map_bytes - stats.colour_bytes, stats.max_map_bytes);
+  add("colour", memory.on_gpu, stats.colour_bytes, stats.max_map_bytes);
   add("spare", memory.on_gpu, memory.spare);
   add("indices", memory.on_gpu, memory.indices);
   add("scratch", memory.on_gpu, memory.scratch);
@@ -299,11 +299,13 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("mesh", false, in.output.mesh_bytes);
   add("images", false, waitingImageBytes(in.cameras));
   add("queues", false, queuedBytes(in.output.topics), in.max_queue_bytes);
+  const std::vector<TopicReport>& space_topics = in.output.space_topics;
+  if (!space_topics.empty()) add("space_queues", false, queuedBytes(space_topics));
   add("process", false, in.process_bytes);
 }
 
-void fillTopics(const StatusInput& in, MapStatus& status) {
-  for (const TopicReport& report : in.output.topics) {
+void addTopics(const std::vector<TopicReport>& reports, MapStatus& status) {
+  for (const TopicReport& report : reports) {
     TopicStatus topic;
     topic.topic = report.topic;
     topic.listeners = static_cast<uint32_t>(report.listeners);
@@ -335,13 +337,14 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in,
   status.blocks = in.map.stats.blocks;
   status.voxel_arrays = in.map.stats.voxel_arrays;
   status.map_bytes = in.map.stats.map_bytes;
-  status.max_map_bytes = in.max_map_bytes;
+  status.max_map_bytes = in.map.stats.max_map_bytes;
   status.refused_blocks = in.map.stats.refused_blocks;
   status.refused_cubes = in.map.stats.refused_cubes;
   status.dropped_blocks = in.map.stats.dropped_blocks;
   status.triangles = in.output.triangles;
   fillMemory(in, status);
-  fillTopics(in, status);
+  addTopics(in.output.topics, status);
+  addTopics(in.output.space_topics, status);
 
   status.transforms_refused = in.transforms.refused;
   for (const auto& [what, count] : in.transforms.refused_by) {

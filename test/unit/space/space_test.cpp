@@ -343,6 +343,7 @@ TEST(Space, KeepsItsPartOfTheBudget) {
   EXPECT_GT(stats.free_bytes, size_t{100} << 10);
   EXPECT_LE(stats.free_bytes, size_t{128} << 10);
   EXPECT_LE(stats.map_bytes, size_t{896} << 10);
+  EXPECT_EQ(stats.max_map_bytes, size_t{896} << 10);
   mapper->clearRegion(SphereRegion{Vector3d::Zero(), 100.0});
   EXPECT_EQ(mapper->stats().free_bytes, 0u);
   mapper->clear();

@@ -8,7 +8,8 @@ import statistics
 T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13]
 T_95_MANY = 2.0
 # Growth that counts as none: so many MB an hour, or such a share of what is resident. It takes a long
-# run to tell it from what comes and goes; below so large a share of doubt a run tells something.
+# run to tell it from what comes and goes; a run tells something where growth by more than so large a
+# share can be ruled out.
 FLAT_MB_H, FLAT_SHARE_H, DOUBT_SHARE_H = 10.0, 0.05, 0.2
 
 
@@ -61,11 +62,11 @@ def judge_memory(records, key):
         return dict(result, verdict="too short to tell")
     slope, bound = fit
     limit = max(FLAT_MB_H, FLAT_SHARE_H * result["median"])
-    verdict = "flat"
+    verdict = "too short to tell"
     if slope - bound > limit:
         verdict = "grows"
-    elif bound > max(limit, DOUBT_SHARE_H * result["median"]):
-        verdict = "too short to tell"
+    elif slope <= limit and slope + bound <= max(limit, DOUBT_SHARE_H * result["median"]):
+        verdict = "flat"
     return dict(result, slope_mb_h=round(slope, 1), bound_mb_h=round(bound, 1),
                 limit_mb_h=round(limit, 1), verdict=verdict)
 

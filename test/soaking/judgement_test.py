@@ -13,17 +13,19 @@ from soaking import judgement  # noqa: E402
 CYCLE_S = 300.0
 
 
-def records(kept_mb, cycles=12):
-    """A process that holds kept_mb(t), and in each cycle up to 200 MB more, at times that vary."""
+def records(kept_mb, cycles=12, rest_mb=1.0):
+    """A process that holds kept_mb(t), in each cycle up to rest_mb more of its own, and up to 200 MB
+    more at times that vary."""
     chance, found = random.Random(7), []
     for cycle in range(cycles):
         begin = cycle * CYCLE_S
         found.append(dict(kind="event", what="cycle", t=begin))
         busy_s = chance.uniform(30.0, 250.0)
+        rest = rest_mb * chance.random()
         for k in range(60):
             t = begin + 5.0 * k
             more = 200.0 * chance.random() if 5.0 * k < busy_s else 0.0
-            found.append(dict(kind="sample", t=t, rss_mb=kept_mb(t) + more + chance.random()))
+            found.append(dict(kind="sample", t=t, rss_mb=kept_mb(t) + more + rest))
     return found
 
 
@@ -43,6 +45,11 @@ class JudgementTest(unittest.TestCase):
     def test_a_leak_behind_pools_that_fill_grows(self):
         self.assertEqual(self.verdict(
             lambda t: 150.0 - 60.0 * math.exp(-t / 400.0) + 25.0 * t / 3600.0), "grows")
+
+    def test_a_leak_in_doubt_is_not_flat(self):
+        for rest_mb in (1.0, 2.0, 5.0, 10.0):
+            self.assertNotEqual(
+                self.verdict(lambda t: 350.0 + 40.0 * t / 3600.0, rest_mb=rest_mb), "flat")
 
     def test_few_cycles_tell_nothing(self):
         self.assertEqual(self.verdict(lambda t: 150.0, cycles=4), "too short to tell")

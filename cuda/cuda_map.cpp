@@ -356,7 +356,7 @@ MapStats CudaMap::stats() {
   return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), refused_,
           table_.coloursInUse() * BlockTable::kColourBytes, dropped_,
           space_ == nullptr ? 0 : space_->freeBytes(),
-          space_ == nullptr ? 0 : space_->refusedCubes()};
+          space_ == nullptr ? 0 : space_->refusedCubes(), budgetOf(params_).map_bytes};
 }
 
 MapContents CudaMap::contents() {

@@ -39,8 +39,8 @@ double clearanceAt(const dtsdf::Space& space, const Eigen::Vector3d& middle_W, d
       }
     }
   }
-  // Half a diagonal between the points that were asked for, and a cell for the error of distances.
-  return std::max(0.0, least_m - std::sqrt(3.0) / 2.0 * step_m - space.cellSize_m());
+  // Half a diagonal between the points that were asked for, and the error of distances.
+  return std::max(0.0, least_m - std::sqrt(3.0) / 2.0 * step_m - 1.5 * space.cellSize_m());
 }
 
 int main() try {

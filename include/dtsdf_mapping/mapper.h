@@ -52,6 +52,8 @@ struct MapStats {
   /// Refusals of cubes of 8 x 8 x 8 cells of space, of which an image saw something as free that is
   /// unknown now for want of budget; since the start or the last clear().
   uint64_t refused_cubes = 0;
+  /// What map_bytes stays within: map/max_memory_mb, less an eighth with space/enabled.
+  size_t max_map_bytes = 0;
 };
 
 /// What a mapper has taken from the system, in bytes, beside MapStats::map_bytes. None of it bounds

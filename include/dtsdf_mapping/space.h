@@ -25,7 +25,9 @@ struct SpaceDistance {
   /// To the nearest surface, in metres; less than 0 where nothing is known. At most
   /// space/max_distance_m either way, rounded up to whole cells.
   float distance_m = 0.0f;
-  Vec3f gradient{};  ///< Of distance_m, per axis of W; 0 where it is limited.
+  /// Of distance_m, per axis of W; 0 where it is limited. Where it is known it points to more room;
+  /// where not, distance_m being negative, to the nearest surface.
+  Vec3f gradient{};
 };
 
 /// A cell, and what is known of it.

@@ -1,25 +1,27 @@
 """What is done to a graph: cycles of a fixed course of events, and listeners that come and go at
 random all the while. A cycle of the live graph begins with loading the nodelet into its manager and
 ends with unloading it; the node of the bag graph runs from beginning to end."""
+import math
 import pathlib
 import random
 import threading
 import time
-
-import yaml
 
 from soaking.graph import Graph, gpu_mb, pid_of, program, resident_mb, wait_until
 from soaking.listener import Listener, stamp_of
 from soaking.record import Record
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-TOPICS = ("mesh", "mesh_blocks", "surface_points")
+TOPICS = ("mesh", "mesh_blocks", "surface_points", "occupancy_grid", "occupancy_grid_updates",
+          "distance_slice")
 CAMERA_TOPICS = ("/camera/depth/image_rect", "/camera/depth/camera_info",
                  "/camera/color/image_rect", "/camera/color/camera_info")
 MANAGER, NODE = "/mapping_manager", "/mapping"
 LAP_S = 20.0
+POINTS_ASKED = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
+OLDEST_OF_BAG_S = 30.0  # what is older is from before the bag began anew
 MOST_ON_THE_WAY = 70  # images that are between arriving and being counted: the queues' lengths
 
 
@@ -29,14 +31,16 @@ def cycle_seconds(hours):
 
 
 class Watch:
-    """The status of a node, samples of it, and what it shows to be wrong."""
+    """The status of a node, samples of it, and what it shows to be wrong. An image older than
+    `oldest_s` when its mesh comes is of another time, and left out of the latencies."""
 
-    def __init__(self, record, process, sample_s):
+    def __init__(self, record, process, sample_s, oldest_s=math.inf):
         import rospy
         from dtsdf_mapping.msg import MapStatus
         self.rospy, self.record, self.process = rospy, record, process
         self.status, self.status_time = None, time.monotonic()
-        self.latencies_s, self.newest_stamp = [], 0.0
+        self.oldest_s = oldest_s
+        self.latencies_s, self.left_out, self.newest_stamp = [], 0, 0.0
         self.expects_status = False
         self.ended = threading.Event()
         rospy.Subscriber(NODE + "/status", MapStatus, self.on_status, queue_size=10)
@@ -48,17 +52,27 @@ class Watch:
 
     def on_blocks(self, message):
         stamp = stamp_of(message)
+        if stamp == 0.0:  # of a map that was loaded or cleared: of no image
+            return
         age_s = self.rospy.Time.now().to_sec() - stamp
-        if stamp != self.newest_stamp and 0.0 <= age_s < 30.0:  # not from before the bag's loop
-            self.latencies_s.append(age_s)
+        if stamp != self.newest_stamp:
+            if 0.0 <= age_s < self.oldest_s:
+                self.latencies_s.append(age_s)
+            else:
+                self.left_out += 1
         self.newest_stamp = stamp
 
     def forget(self):
         self.status = None
 
     def sample_all(self, sample_s):
-        while not self.ended.wait(sample_s):
-            self.sample()
+        """Whatever ends the sampling ends the run: what nobody watches shows nothing."""
+        try:
+            while not self.ended.wait(sample_s):
+                self.sample()
+        except Exception as error:
+            self.record.problem(f"sampling ended: {type(error).__name__}: {error}")
+            self.ended.set()
 
     def sample(self):
         mb = resident_mb(self.process)
@@ -72,6 +86,7 @@ class Watch:
             fields["gpu_mb"] = gpu
         latencies, self.latencies_s = self.latencies_s, []
         fields["latency_s"] = [round(s, 3) for s in latencies]
+        fields["latencies_left_out"] = self.left_out  # since the start
         if self.expects_status and self.status is not None:
             fields.update(self.fields_of(self.status))
             self.judge(self.status)
@@ -124,6 +139,7 @@ def unaccounted(stream):
 
 class Scenario:
     """What both graphs have in common."""
+    oldest_image_s = math.inf
 
     def __init__(self, graph, record, options, folder):
         import rospy
@@ -134,9 +150,11 @@ class Scenario:
         self.watch = None
 
     def set_parameters(self):
+        import yaml
         config = yaml.safe_load((ROOT / "config" / "default.yaml").read_text())
         config["map"]["voxel_size_m"] = self.options.voxel_mm / 1000.0
         config["backend"] = self.options.backend
+        config["space"]["enabled"] = True
         config["publish"]["status_rate_hz"] = 2.0
         config["output_directory"] = str(self.files)
         self.rospy.set_param(NODE, config)
@@ -152,11 +170,28 @@ class Scenario:
             answer = proxy(**request)
         except Exception as error:
             self.record.call(name, "failed", str(error), time.monotonic() - begin)
-            return
+            return None
         outcome = "done" if answer.success else "failed"
         if not answer.success and any(text in answer.message for text in refusals):
             outcome = "refused"
         self.record.call(name, outcome, answer.message, time.monotonic() - begin)
+        return answer if outcome == "done" else None
+
+    def ask_distances(self):
+        """At places all over the room, as a planner does."""
+        from dtsdf_mapping.srv import GetDistances
+        from geometry_msgs.msg import Point
+        points = [Point(self.random.uniform(-2.5, 2.5), self.random.uniform(-2.0, 2.0),
+                        self.random.uniform(0.0, 2.0)) for _ in range(POINTS_ASKED)]
+        answer = self.call("get_distances", GetDistances, refusals=["nothing is mapped yet"],
+                           points=points)
+        if answer is None:
+            return
+        counts = {len(answer.known), len(answer.distances), len(answer.gradients)}
+        if counts != {POINTS_ASKED}:
+            self.record.problem(f"get_distances: {POINTS_ASKED} points, but {counts} answers")
+        elif any(known != (d >= 0.0) for known, d in zip(answer.known, answer.distances)):
+            self.record.problem("get_distances: an unknown place with a distance, or the reverse")
 
     def save_mesh(self):
         from dtsdf_mapping.srv import SaveMesh
@@ -229,7 +264,8 @@ class Scenario:
             except Exception as error:
                 if "fault" in type(error).__name__.lower():
                     continue
-                raise
+                self.record.problem(f"no more listeners come: {type(error).__name__}: {error}")
+                return
             ended.wait(self.random.uniform(0.5, 4.0))
             if self.random.random() < 0.3:
                 listener.break_off()
@@ -284,7 +320,7 @@ class Scenario:
     def run(self, is_loaded=False):
         hours = self.options.hours
         end = time.monotonic() + 3600.0 * hours
-        self.watch = Watch(self.record, self.process(), max(1.0, hours))
+        self.watch = Watch(self.record, self.process(), max(1.0, hours), self.oldest_image_s)
         self.watch.expects_status = is_loaded
         ended = threading.Event()
         visitors = threading.Thread(target=self.come_and_go, args=(ended,), daemon=True)
@@ -296,6 +332,9 @@ class Scenario:
         visitors.join(timeout=30)
         self.watch.ended.set()
         self.watch.thread.join(timeout=30)
+        if self.watch.left_out > 0:
+            print(f"soak: {self.watch.left_out} meshes are of another time, and left out of the "
+                  "latencies", flush=True)
 
 
 class Live(Scenario):
@@ -330,13 +369,14 @@ class Live(Scenario):
 
     def course(self):
         return [(0.00, self.load), (0.06, self.listeners_come), (0.10, self.listeners_stall),
-                (0.20, self.save_mesh), (0.24, self.save_map), (0.30, self.tf_stops),
-                (0.36, self.tf_goes_on), (0.42, self.listeners_break_off),
-                (0.46, self.clear_region), (0.50, self.save_part), (0.54, self.load_map),
-                (0.58, self.pause), (0.61, self.go_on), (0.64, self.tf_is_ahead),
-                (0.68, self.clear_map), (0.72, self.camera_dies), (0.74, self.must_be_settled),
-                (0.80, self.camera_returns), (0.84, self.must_map), (0.94, self.listeners_go),
-                (0.96, self.unload)]
+                (0.16, self.ask_distances), (0.20, self.save_mesh), (0.24, self.save_map),
+                (0.28, self.ask_distances), (0.30, self.tf_stops), (0.36, self.tf_goes_on),
+                (0.42, self.listeners_break_off), (0.46, self.clear_region),
+                (0.50, self.save_part), (0.54, self.load_map),
+                (0.56, self.ask_distances), (0.58, self.pause), (0.61, self.go_on),
+                (0.64, self.tf_is_ahead), (0.66, self.ask_distances), (0.68, self.clear_map),
+                (0.72, self.camera_dies), (0.74, self.must_be_settled), (0.80, self.camera_returns),
+                (0.84, self.must_map), (0.94, self.listeners_go), (0.96, self.unload)]
 
     def load(self):
         self.watch.forget()
@@ -378,6 +418,7 @@ class Live(Scenario):
 
 class Bag(Scenario):
     """A node that maps a bag, which loops under simulated time."""
+    oldest_image_s = OLDEST_OF_BAG_S
 
     def __init__(self, *arguments):
         super().__init__(*arguments)
@@ -405,10 +446,12 @@ class Bag(Scenario):
 
     def course(self):
         return [(0.02, self.must_map), (0.05, self.listeners_come), (0.10, self.listeners_stall),
-                (0.24, self.save_mesh), (0.30, self.save_map), (0.38, self.listeners_break_off),
-                (0.46, self.clear_region), (0.52, self.save_part), (0.58, self.load_map),
-                (0.64, self.player_dies), (0.70, self.must_be_settled), (0.72, self.player_returns),
-                (0.80, self.clear_map), (0.84, self.must_map), (0.95, self.listeners_go)]
+                (0.18, self.ask_distances), (0.24, self.save_mesh), (0.30, self.save_map),
+                (0.38, self.listeners_break_off), (0.46, self.clear_region),
+                (0.49, self.ask_distances), (0.52, self.save_part), (0.58, self.load_map),
+                (0.61, self.ask_distances), (0.64, self.player_dies), (0.70, self.must_be_settled),
+                (0.72, self.player_returns), (0.80, self.clear_map), (0.84, self.must_map),
+                (0.92, self.ask_distances), (0.95, self.listeners_go)]
 
     def player_dies(self):
         self.graph.end(self.player)

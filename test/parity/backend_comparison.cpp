@@ -128,6 +128,7 @@ void BackendPair::compareStats() {
   ASSERT_EQ(actual_stats.dropped_blocks, expected_stats.dropped_blocks);
   ASSERT_EQ(actual_stats.free_bytes, expected_stats.free_bytes);
   ASSERT_EQ(actual_stats.refused_cubes, expected_stats.refused_cubes);
+  ASSERT_EQ(actual_stats.max_map_bytes, expected_stats.max_map_bytes);
 }
 
 ClearedRegion BackendPair::clearRegion(const Region& region) {

@@ -140,6 +140,10 @@ TEST_F(MapSessionTest, NothingIsClearedAfterAFailure) {
   EXPECT_EQ(session_.clearRegion(SphereRegion{{0, 0, 0}, 1.0}).blocks, 1u);
 }
 
+TEST_F(MapSessionTest, TellsTheBudgetFromTheStart) {
+  EXPECT_EQ(session_.report().stats.max_map_bytes, size_t{FakeMapper::kBudgetBytes});
+}
+
 TEST_F(MapSessionTest, FusesInOrderAndHandsTheMeshOver) {
   for (int i = 0; i < 3; ++i) pushFrame(i);
   work();

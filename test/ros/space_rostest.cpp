@@ -11,6 +11,8 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "ros/input/transform_conversions.h"
@@ -263,6 +265,24 @@ TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
     EXPECT_EQ(reader.grid().data[i] == 100, before.data[i] == 100) << i;
   }
   expectUpToDate(reader);
+}
+
+/// An eighth of the 256 MB is for what is free; the limit of queues is that of the mesh alone.
+TEST_F(SpaceTest, TheStatusTellsItsBudgetAndItsQueues) {
+  std::map<std::string, uint64_t> limits;
+  ASSERT_TRUE(waitUntil([&] {
+    for (const auto& part : status_.status().memory) limits[part.name] = part.limit_bytes;
+    return limits.count("space_queues") == 1;
+  }));
+  EXPECT_EQ(limits["space_queues"], 0u);
+  EXPECT_EQ(limits["queues"], uint64_t{32} << 20);
+  EXPECT_EQ(limits["map"], uint64_t{224} << 20);
+  EXPECT_EQ(status_.status().max_map_bytes, uint64_t{224} << 20);
+  size_t of_grid = 0;
+  for (const auto& topic : status_.status().topics) {
+    if (topic.topic == "/mapping/occupancy_grid") ++of_grid;
+  }
+  EXPECT_EQ(of_grid, 1u);
 }
 
 TEST_F(SpaceTest, SlicesHaveDistances) {

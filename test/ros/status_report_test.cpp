@@ -63,11 +63,15 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   EXPECT_TRUE(says(makeStatus(input, before), "most frames are dropped: the reason"));
   depth.warning = "no optical frame";
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "no optical frame"));
+  depth.warning.clear();
   input.map.stats.refused_blocks = 7;
-  EXPECT_TRUE(says(makeStatus(input), "map/max_memory_mb"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
+                   "raise map/max_memory_mb or set map/keep_radius_m"));
   input.map.stats.refused_blocks = 0;
   input.map.stats.refused_cubes = 3;
-  EXPECT_TRUE(says(makeStatus(input), "what is free"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "what is free"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
+                   "raise map/max_memory_mb or space/cell_voxels"));
   EXPECT_EQ(makeStatus(input).refused_cubes, 3u);
   input.paused = true;
   EXPECT_EQ(makeStatus(input).message, "paused");
@@ -108,6 +112,31 @@ TEST(StatusReport, SaysWhatHasFallenSilentAndForHowLong) {
   EXPECT_TRUE(says(status, "no frame is fused: dropped (no_transform)")) << status.message;
   depth.frames.fused_age_s = 0.0;
   EXPECT_EQ(makeStatus(input).message, "mapping") << "back by itself";
+}
+
+/// What was refused is counted on until the map is cleared; what is wrong now has to show all the
+/// same.
+TEST(StatusReport, AFullMapHidesNothingThatIsWrongNow) {
+  for (const bool is_space : {false, true}) {
+    StatusInput input = makeInput();
+    (is_space ? input.map.stats.refused_cubes : input.map.stats.refused_blocks) = 7;
+    EXPECT_TRUE(says(makeStatus(input), "no depth image received"));
+    StreamReport& depth = input.cameras[0].depth;
+    depth.frames.images = depth.frames.camera_infos = depth.frames.fused = 10;
+    depth.frames.image_age_s = depth.frames.fused_age_s = 0.1;
+    input.stale_s = 5.0;
+    input.ran_s = 1000.0;
+    const MapStatus full = makeStatus(input);
+    EXPECT_EQ(full.level, MapStatus::WARN);
+    EXPECT_TRUE(says(full, "map/max_memory_mb")) << full.message;
+
+    input.transforms.refused = 1;
+    EXPECT_TRUE(says(makeStatus(input, full), "transforms are refused"));
+    depth.frames.image_age_s = depth.frames.fused_age_s = 16.0;
+    const MapStatus silent = makeStatus(input, makeStatus(input));
+    EXPECT_EQ(silent.level, MapStatus::ERROR);
+    EXPECT_TRUE(says(silent, "no depth image comes")) << silent.message;
+  }
 }
 
 TEST(StatusReport, SilenceInAPauseIsNoFault) {
@@ -194,7 +223,7 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
   input.output.mesh_bytes = 300;
   input.output.topics = {{"/mapping/mesh", 1, 3, 4000, 10, 0, 0.0},
                          {"/mapping/mesh_blocks", 2, 5, 5000, 60, 4, 2.5}};
-  input.max_map_bytes = 5000;
+  input.map.stats.max_map_bytes = 5000;
   input.max_queue_bytes = 600;
   input.process_bytes = 7000;
   struct Expected {
@@ -226,6 +255,14 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
     input.output.grid_bytes = 7;
     EXPECT_EQ(partOf(makeStatus(input), "space").bytes, 77u);
     EXPECT_EQ(partOf(makeStatus(input), "space").place, "host");
+    EXPECT_EQ(status.max_map_bytes, 5000u);
+    EXPECT_EQ(partOf(status, "space_queues").place, "nowhere");
+    input.output.space_topics = {{"/mapping/occupancy_grid", 1, 1, 900, 800, 0, 0.0}};
+    EXPECT_EQ(partOf(makeStatus(input), "queues").bytes, 70u) << "the limit is the mesh's";
+    EXPECT_EQ(partOf(makeStatus(input), "space_queues").bytes, 800u);
+    EXPECT_EQ(partOf(makeStatus(input), "space_queues").limit_bytes, 0u);
+    EXPECT_EQ(makeStatus(input).topics.back().topic, "/mapping/occupancy_grid");
+    input.output.space_topics.clear();
     input.map.memory.space = 0;
   }
 }

@@ -27,7 +27,8 @@ struct OutputReport {
   size_t mesh_bytes = 0;  ///< What it keeps in memory.
   size_t grid_bytes = 0;  ///< What the grid of the ground keeps.
   double publish_ms = 0.0;
-  std::vector<TopicReport> topics;
+  std::vector<TopicReport> topics;        ///< Of the mesh; what waits there has a limit.
+  std::vector<TopicReport> space_topics;  ///< Empty without space/enabled.
 };
 
 }  // namespace dtsdf

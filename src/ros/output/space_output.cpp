@@ -43,7 +43,7 @@ void SpaceOutput::work() {
 
 void SpaceOutput::addTo(OutputReport& report) const {
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  report.topics.insert(report.topics.end(), topics_.begin(), topics_.end());
+  report.space_topics = topics_;
   report.grid_bytes = grid_bytes_;
 }
 

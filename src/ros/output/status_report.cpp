@@ -164,30 +164,41 @@ bool hasFused(const StatusInput& in) {
                      [](const CameraReport& camera) { return camera.depth.frames.fused > 0; });
 }
 
+/// What the budget had no room for. Once something was refused this holds until the map is cleared,
+/// so it must not stand before anything that is wrong now.
+Verdict judgeBudget(const MapStats& stats) {
+  if (stats.refused_blocks > 0) {
+    return {MapStatus::WARN,
+            "the map is full: " + std::to_string(stats.refused_blocks) +
+                " blocks were refused; what is mapped stays usable; raise map/max_memory_mb or "
+                "set map/keep_radius_m"};
+  }
+  if (stats.refused_cubes > 0) {
+    return {MapStatus::WARN,
+            "there is no more memory for what is free, an eighth of map/max_memory_mb: " +
+                std::to_string(stats.refused_cubes) +
+                " times it was left unknown; surfaces are mapped all the same; raise "
+                "map/max_memory_mb or space/cell_voxels"};
+  }
+  return {MapStatus::OK, ""};
+}
+
 Verdict judge(const StatusInput& in, const MapStatus& before) {
   if (!in.map.failure.empty()) {
     return {MapStatus::ERROR, "the backend failed: " + in.map.failure};
   }
   if (!in.master.empty()) return {MapStatus::ERROR, in.master};
   if (in.paused) return {MapStatus::OK, "paused"};
-  if (in.map.stats.refused_blocks > 0) {
-    return {MapStatus::WARN, "the map is full (map/max_memory_mb): " +
-                                 std::to_string(in.map.stats.refused_blocks) +
-                                 " blocks were refused; what is mapped stays usable"};
-  }
-  if (in.map.stats.refused_cubes > 0) {
-    return {MapStatus::WARN, "there is no more memory for what is free (an eighth of "
-                             "map/max_memory_mb): " +
-                                 std::to_string(in.map.stats.refused_cubes) +
-                                 " times it was left unknown; surfaces are mapped all the same"};
-  }
   Verdict cameras = judgeCameras(in, before);
   if (in.transforms.refused > before.transforms_refused) {
     const std::string also = cameras.first == MapStatus::OK ? "" : cameras.second + "; ";
     cameras = {std::max<uint8_t>(cameras.first, MapStatus::WARN),
                also + "transforms are refused: " + in.transforms.last_refusal};
   }
-  if (cameras.first != MapStatus::OK || !hasFused(in)) return cameras;
+  if (cameras.first != MapStatus::OK) return cameras;
+  Verdict budget = judgeBudget(in.map.stats);
+  if (budget.first != MapStatus::OK) return budget;
+  if (!hasFused(in)) return cameras;
   return {MapStatus::OK, describeMesh(in)};
 }
 
@@ -275,8 +286,8 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   };
   const MapStats& stats = in.map.stats;
   const MapperMemory& memory = in.map.memory;
-  add("map", memory.on_gpu, stats.map_bytes - stats.colour_bytes, in.max_map_bytes);
-  add("colour", memory.on_gpu, stats.colour_bytes, in.max_map_bytes);
+  add("map", memory.on_gpu, stats.map_bytes - stats.colour_bytes, stats.max_map_bytes);
+  add("colour", memory.on_gpu, stats.colour_bytes, stats.max_map_bytes);
   add("spare", memory.on_gpu, memory.spare);
   add("indices", memory.on_gpu, memory.indices);
   add("scratch", memory.on_gpu, memory.scratch);
@@ -288,11 +299,13 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("mesh", false, in.output.mesh_bytes);
   add("images", false, waitingImageBytes(in.cameras));
   add("queues", false, queuedBytes(in.output.topics), in.max_queue_bytes);
+  const std::vector<TopicReport>& space_topics = in.output.space_topics;
+  if (!space_topics.empty()) add("space_queues", false, queuedBytes(space_topics));
   add("process", false, in.process_bytes);
 }
 
-void fillTopics(const StatusInput& in, MapStatus& status) {
-  for (const TopicReport& report : in.output.topics) {
+void addTopics(const std::vector<TopicReport>& reports, MapStatus& status) {
+  for (const TopicReport& report : reports) {
     TopicStatus topic;
     topic.topic = report.topic;
     topic.listeners = static_cast<uint32_t>(report.listeners);
@@ -324,13 +337,14 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in,
   status.blocks = in.map.stats.blocks;
   status.voxel_arrays = in.map.stats.voxel_arrays;
   status.map_bytes = in.map.stats.map_bytes;
-  status.max_map_bytes = in.max_map_bytes;
+  status.max_map_bytes = in.map.stats.max_map_bytes;
   status.refused_blocks = in.map.stats.refused_blocks;
   status.refused_cubes = in.map.stats.refused_cubes;
   status.dropped_blocks = in.map.stats.dropped_blocks;
   status.triangles = in.output.triangles;
   fillMemory(in, status);
-  fillTopics(in, status);
+  addTopics(in.output.topics, status);
+  addTopics(in.output.space_topics, status);
 
   status.transforms_refused = in.transforms.refused;
   for (const auto& [what, count] : in.transforms.refused_by) {

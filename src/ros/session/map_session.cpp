@@ -18,6 +18,7 @@ MapSession::MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Part
       clock_(clock),
       schedule_(mesh_rate_hz, std::move(clock)) {
   report_.backend = mapper_->backendName();
+  report_.stats = mapper_->stats();  // the budget is told before the first frame
 }
 
 std::chrono::milliseconds MapSession::step() noexcept {

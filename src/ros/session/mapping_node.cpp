@@ -204,7 +204,6 @@ StatusInput MappingNode::collectStatus() const {
   }
   input.mesh_listeners = mesh_publisher_.listeners();
   if (input.map.voxel_size_m == 0.0f) input.map.voxel_size_m = params_.mapper.map.voxel_size_m;
-  input.max_map_bytes = static_cast<uint64_t>(params_.mapper.map.max_memory_mb) << 20;
   input.max_queue_bytes = static_cast<uint64_t>(params_.node.publish.max_queue_mb) << 20;
   return input;
 }

@@ -81,7 +81,13 @@ class FakeMapper : public Mapper {
   }
 
   Space* space() override { return has_space ? &space_ : nullptr; }
-  MapStats stats() const override { return {static_cast<size_t>(frames), 0, 0, 0}; }
+  static constexpr size_t kBudgetBytes = 5000;
+  MapStats stats() const override {
+    MapStats stats;
+    stats.blocks = static_cast<size_t>(frames);
+    stats.max_map_bytes = kBudgetBytes;
+    return stats;
+  }
   MapperMemory memory() const override {
     MapperMemory memory;
     memory.scratch = static_cast<size_t>(100 * frames);

@@ -43,6 +43,7 @@ TEST_P(Budget, IsKeptAndRefusalsAreCounted) {
     refused += result.refused_blocks;
     const MapStats stats = mapper->stats();
     EXPECT_LE(stats.map_bytes, kBudget);
+    EXPECT_EQ(stats.max_map_bytes, kBudget);
     EXPECT_EQ(stats.refused_blocks, refused);
   }
   EXPECT_GT(refused, 0u);

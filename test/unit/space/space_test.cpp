@@ -142,6 +142,21 @@ TEST(Space, GradientsPointAwayFromSurfaces) {
   EXPECT_NEAR(beside_floor.gradient.y, 0.0, 0.1);
 }
 
+/// Distances are negative there, and grow towards 0 at the surface: below the floor upwards.
+TEST(Space, InTheUnknownGradientsPointToTheNearestSurface) {
+  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams(2));
+  const Space& space = *mapper->space();
+  const Vector3d below_floor(-0.6, 0.4, -1.2);
+  const SpaceDistance here = space.distanceAt(below_floor);
+  ASSERT_FALSE(here.known);
+  EXPECT_NEAR(here.distance_m, -0.23, 0.05);
+  EXPECT_NEAR(here.gradient.z, 1.0, 0.1);
+  EXPECT_NEAR(here.gradient.x, 0.0, 0.1);
+  EXPECT_NEAR(here.gradient.y, 0.0, 0.1);
+  EXPECT_GT(space.distanceAt(below_floor + Vector3d(0.0, 0.0, 0.1)).distance_m,
+            here.distance_m + 0.05f);
+}
+
 TEST(Space, BehindWallsNothingIsKnown) {
   const auto mapper = mapOf(makeScene(), posesIn(), spaceParams());
   const Space& space = *mapper->space();
@@ -328,6 +343,7 @@ TEST(Space, KeepsItsPartOfTheBudget) {
   EXPECT_GT(stats.free_bytes, size_t{100} << 10);
   EXPECT_LE(stats.free_bytes, size_t{128} << 10);
   EXPECT_LE(stats.map_bytes, size_t{896} << 10);
+  EXPECT_EQ(stats.max_map_bytes, size_t{896} << 10);
   mapper->clearRegion(SphereRegion{Vector3d::Zero(), 100.0});
   EXPECT_EQ(mapper->stats().free_bytes, 0u);
   mapper->clear();

@@ -42,8 +42,8 @@ struct UnitIndices {
 /// What a unit says of its corners, bit c for corner c: which are behind its first sheet, and which
 /// in front of its second; in front of the first where there is one only. Both 0: it says nothing.
 ///
-/// Nothing else looks like that: both 0 would be a first sheet with no corner behind it and a last one
-/// with all, and a sheet without surface is never kept beside another.
+/// Nothing else looks like that: both 0 would be a first sheet with no corner behind it and a last
+/// one with all, and a sheet without surface is never kept beside another.
 struct UnitLabels {
   uint8_t behind_first, in_front_of_last;
 };

@@ -29,6 +29,9 @@ void addStrayCases(std::vector<SceneCase>& cases);
 /// Pixels between two surfaces build no bridge, and a real side is no such bridge.
 void addMixedPixelCases(std::vector<SceneCase>& cases);
 
+/// Where a surface ends is the mean of what the images saw, neither all of it nor the least.
+void addOutlineCases(std::vector<SceneCase>& cases);
+
 /// Where things move about, the map does not grow.
 void addMemoryCases(std::vector<SceneCase>& cases);
 

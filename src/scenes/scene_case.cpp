@@ -49,6 +49,7 @@ std::vector<SceneCase> allSceneCases() {
   addDriftCases(cases);
   addStrayCases(cases);
   addMixedPixelCases(cases);
+  addOutlineCases(cases);
   addMemoryCases(cases);
   return cases;
 }

@@ -27,7 +27,7 @@ struct ProveOptions {
 ProveOptions parseOptions(const std::vector<std::string>& arguments) {
   ProveOptions options;
   CommandLine line("prove_scenes", "[options]",
-                   "Fuses views of analytic scenes and tells, as a table in Markdown, what the map "
+                   "Fuses views of analytic scenes and prints, as a Markdown table, what the map "
                    "holds of them, for several voxel sizes and beside the bound of each figure.",
                    kExitCodes);
   line.add({"--voxels", "MM,...", "voxel sizes in millimetres (default 20,10,5)"},

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "scenes/plane_raster.h"
+
 namespace dtsdf {
 namespace {
 
@@ -52,6 +54,45 @@ TEST(Surface, AreaAwayFromTheTruthLeavesOutWhatIsNear) {
 TEST(Surface, OnePointIsLeftInEachCube) {
   const Points points = {{0.01, 0.01, 0.01}, {0.02, 0.02, 0.02}, {0.11, 0.01, 0.01}};
   EXPECT_EQ(thinOut(points, 0.1).size(), 2u);
+}
+
+PlaneRaster makeRaster() {
+  return {{Eigen::Vector2d(-0.5, -0.5), Eigen::Vector2d(1.5, 1.5)}, 0.01};
+}
+
+double coveredArea(const PlaneRaster& raster) {
+  return raster.areaWhere([](const Eigen::Vector2d&, bool covered) { return covered; });
+}
+
+TEST(PlaneRaster, SidesAlongTheGridCutCellsInTheirShare) {
+  for (const double side : {0.5, 0.5023, 0.5051, 0.5077}) {
+    PlaneRaster raster = makeRaster();
+    const Vector3d a(0.0013, 0.0037, 0.0), across(side, 0.0, 0.0), down(0.0, side, 0.0);
+    raster.cover({{a, a + across, a + across + down}, {a + across + down, a, a + down}});
+    EXPECT_NEAR(coveredArea(raster), side * side, 0.001 * side) << side;
+  }
+}
+
+TEST(PlaneRaster, WhatLiesOverEachOtherCountsOnce) {
+  PlaneRaster raster = makeRaster();
+  const Surface square = surfaceOf(makeSquare());
+  raster.cover(square);
+  EXPECT_NEAR(coveredArea(raster), 1.0, 0.002);
+  Surface behind = square;
+  for (FlatTriangle& t : behind) {
+    for (Vector3d* p : {&t.a, &t.b, &t.c}) *p += Vector3d(0.5, 0.0, 0.03);
+  }
+  raster.cover(behind);
+  EXPECT_NEAR(coveredArea(raster), 1.5, 0.003);
+}
+
+TEST(PlaneRaster, PassesOverWhatLiesBeside) {
+  PlaneRaster raster = makeRaster();
+  raster.cover({{Vector3d(-9.0, 0.0, 0.0), Vector3d(-8.0, 0.0, 0.0), Vector3d(-8.0, 1.0, 0.0)}});
+  EXPECT_EQ(coveredArea(raster), 0.0);
+  EXPECT_NEAR(raster.areaWhere([](const Eigen::Vector2d& p, bool covered) {
+    return !covered && p.x() < 0.0;
+  }), 1.0, 0.002);
 }
 
 }  // namespace

@@ -6,7 +6,9 @@
 
 #include "dtsdf_mapping/io/tum_frames.h"
 #include "evaluation/depth_noise.h"
+#include "evaluation/depth_picture.h"
 #include "evaluation/picture.h"
+#include "evaluation/picture_row.h"
 #include "simulation/scene.h"
 #include "support/temporary_folder.h"
 #include "unit/evaluation/test_meshes.h"
@@ -246,6 +248,57 @@ TEST(Picture, TheWholeMeshIsInTheFrame) {
     }
   }
   EXPECT_THROW(framingPose(bounds, camera, 0, 0, 'w'), std::invalid_argument);
+}
+
+TEST(DepthPicture, ColoursSayOnWhichSideTheMeshIs) {
+  const Colour fits = differenceColour(0.009, 1.0);
+  EXPECT_EQ(fits, differenceColour(-0.009, 1.0));
+  EXPECT_LT(std::abs(fits[0] - fits[2]), 8) << "grey";
+  const Colour in_front = differenceColour(-0.05, 1.0), a_little = differenceColour(-0.02, 1.0);
+  EXPECT_GT(in_front[0], 150);
+  EXPECT_LT(in_front[2], 50);
+  EXPECT_GT(a_little[2], in_front[2]);
+  EXPECT_EQ(in_front, differenceColour(-0.5, 1.0));
+  EXPECT_GT(differenceColour(0.05, 1.0)[2], 150);
+  EXPECT_LT(differenceColour(0.05, 1.0)[0], 50);
+  EXPECT_LT(differenceColour(0.0, 0.1)[0], fits[0]) << "darker where it is seen flat";
+}
+
+/// A column each: not measured, no mesh, in front, fits, behind; enlarged to hold the legend.
+TEST(DepthPicture, DrawsEachPixelAndALegend) {
+  TemporaryFolder folder;
+  const ViewCamera camera{{4, 4, 2, 0}, 5, 1};
+  writeDepthPicture(folder.path() + "/errors.png", {0, 1, 1, 1, 1},
+                    {{1, 0, 0.9f, 1, 1.1f}, {1, 1, 1, 1, 1}}, camera);
+  const cv::Mat picture = cv::imread(folder.path() + "/errors.png");
+  ASSERT_EQ(picture.cols, 480);
+  ASSERT_GT(picture.rows, 96) << "and a legend";
+  const auto rgb = [&](int column) {
+    const cv::Vec3b bgr = picture.at<cv::Vec3b>(48, 96 * column + 48);
+    return Colour{bgr[2], bgr[1], bgr[0]};
+  };
+  EXPECT_EQ(rgb(0), (Colour{255, 255, 255}));
+  EXPECT_GT(rgb(1)[1], 150);
+  EXPECT_LT(rgb(1)[2], 50);
+  EXPECT_EQ(rgb(2), differenceColour(-0.1, 1.0));
+  EXPECT_EQ(rgb(3), differenceColour(0.0, 1.0));
+  EXPECT_EQ(rgb(4), differenceColour(0.1, 1.0));
+}
+
+TEST(PictureRow, StandsSideBySideBelowTitles) {
+  TemporaryFolder folder;
+  const std::string red = folder.path() + "/red.png", blue = folder.path() + "/blue.png";
+  cv::imwrite(red, cv::Mat(40, 60, CV_8UC3, cv::Scalar(0, 0, 255)));
+  cv::imwrite(blue, cv::Mat(50, 70, CV_8UC3, cv::Scalar(255, 0, 0)));
+  joinPictures(folder.path() + "/both.png", {{"a", red}, {"b", blue}});
+  const cv::Mat both = cv::imread(folder.path() + "/both.png");
+  ASSERT_GE(both.cols, 130);
+  ASSERT_GT(both.rows, 50);
+  EXPECT_EQ(both.at<cv::Vec3b>(both.rows - 30, 30), cv::Vec3b(0, 0, 255));
+  EXPECT_EQ(both.at<cv::Vec3b>(both.rows - 30, both.cols - 35), cv::Vec3b(255, 0, 0));
+  EXPECT_EQ(both.at<cv::Vec3b>(both.rows - 1, 30), cv::Vec3b(255, 255, 255)) << "it is lower";
+  EXPECT_THROW(joinPictures(folder.path() + "/none.png", {}), std::runtime_error);
+  EXPECT_THROW(joinPictures(folder.path() + "/none.png", {{"a", "missing"}}), std::runtime_error);
 }
 
 }  // namespace

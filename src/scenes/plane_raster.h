@@ -1,0 +1,34 @@
+/// Points of a plane z = const that a surface covers, seen along z, each counted once.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "scenes/surface.h"
+
+namespace dtsdf {
+
+/// One point in each cell of a grid over a rectangle. Within its cell the point stands at another
+/// place in each row and column, so that an edge along the grid cuts off the share that it should.
+class PlaneRaster {
+ public:
+  PlaneRaster(const Eigen::AlignedBox2d& area, double cell_m);
+
+  void cover(const Surface& surface);
+
+  /// Area of the points for which the predicate, called as (x and y, whether it is covered), holds.
+  double areaWhere(const std::function<bool(const Eigen::Vector2d&, bool)>& holds) const;
+
+ private:
+  void cover(const FlatTriangle& triangle);
+  Eigen::Vector2d pointOf(int column, int row) const;
+
+  const Eigen::Vector2d low_;
+  const double cell_m_;
+  const int columns_, rows_;
+  std::vector<uint8_t> is_covered_;  ///< Row by row.
+};
+
+}  // namespace dtsdf

@@ -17,9 +17,6 @@ target_include_directories(dtsdf_mapping INTERFACE
 # archive stays inside: the CUDA runtime of a program must not meet ours.
 target_link_libraries(dtsdf_mapping PUBLIC Eigen3::Eigen PRIVATE dtsdf_mapper dtsdf_datasets
                                     -Wl,--exclude-libs,ALL)
-if(meshoptimizer_FOUND)
-  target_link_libraries(dtsdf_mapping PRIVATE meshoptimizer::meshoptimizer)
-endif()
 set_target_properties(dtsdf_mapping PROPERTIES
   VERSION ${PROJECT_VERSION}
   SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})

@@ -1,7 +1,9 @@
 # A Debian package by CPack: `scripts/package`, or cpack in a build folder.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "dtsdf_mapping developers")
-set(CPACK_PACKAGE_CONTACT "dtsdf_mapping developers <maintainers@dtsdf-mapping.invalid>")
+file(READ ${PROJECT_SOURCE_DIR}/package.xml package_xml)
+string(REGEX MATCH "<maintainer email=\"([^\"]+)\">([^<]+)<" maintainer "${package_xml}")
+set(CPACK_PACKAGE_CONTACT "${CMAKE_MATCH_2} <${CMAKE_MATCH_1}>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Directional TSDF surface mapping: nodelet and programs")
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -24,8 +26,9 @@ else()
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PACKAGE_DEPENDS
       "libnodeletlib-tools, python3-numpy, python3-roslaunch, python3-rospy, python3-sensor-msgs, \
-python3-visualization-msgs, rosout, tf2-tools")
-  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "rviz, python3-rosbag, openmpi-bin")
+python3-visualization-msgs, python3-nav-msgs, python3-map-msgs, python3-diagnostic-msgs, \
+python3-rosbag, rosout, tf2-tools")
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "rviz, openmpi-bin")
 endif()
 
 # catkin installs a workspace's setup files into the root of the prefix; in a package they would be

@@ -14,6 +14,8 @@ struct FacingLimits {
   float least_cosine, greatest_cosine;
 };
 
+double squaredDistanceOfTriangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c);
+
 /// A tree of boxes over the triangles of a mesh, which outlives it and does not change.
 class SurfaceTree {
  public:
@@ -32,13 +34,16 @@ class SurfaceTree {
   /// A leaf has triangles from `first` on, an inner node its children there.
   struct Node {
     Vec3f low, high;
+    Vec3f least_normal, greatest_normal;  ///< Of the triangles, by components.
     uint32_t first;
     uint32_t triangles;  ///< 0: an inner node.
   };
 
   void split(uint32_t node, uint32_t begin, uint32_t end);
-  template <class Counts>
-  double search(const Vec3f& p, double limit_m, const Counts& counts) const;
+  void boundNormal(Node& node, const std::array<uint32_t, 3>& triangle) const;
+  template <class MayCount, class Counts>
+  double search(const Vec3f& p, double limit_m, const MayCount& may_count,
+                const Counts& counts) const;
 
   const std::vector<Vec3f>& vertices_m_;
   const std::vector<std::array<uint32_t, 3>>& triangles_;

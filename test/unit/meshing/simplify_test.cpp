@@ -36,12 +36,7 @@ void addSheet(Mesh& mesh, float side_m, float step_m, bool up, const Height& hei
   }
 }
 
-class Simplify : public testing::Test {
- protected:
-  void SetUp() override {
-    if (!canSimplify()) GTEST_SKIP() << "built without meshoptimizer";
-  }
-};
+class Simplify : public testing::Test {};
 
 /// By brute force.
 double largestDistance(const Mesh& from, const Mesh& to) {
@@ -151,12 +146,67 @@ TEST_F(Simplify, AnEmptyMeshStaysEmpty) {
   EXPECT_TRUE(simplifyMesh(Mesh(), 0.01).mesh.triangles.empty());
 }
 
-TEST(SimplifyArguments, ErrorsAreRefusedThatAreNone) {
-  for (const double error_m : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    EXPECT_THROW(simplifyMesh(Mesh(), error_m), std::invalid_argument);
+/// At any error, also where single vertices cannot go.
+TEST_F(Simplify, ALargerErrorLeavesNoMoreTriangles) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> noise(-0.002f, 0.002f);
+  Mesh mesh;
+  addSheet(mesh, 2.0f, 0.02f, true, [&](float x, float y) {
+    const float spike = std::abs(x - 1.0f) < 0.005f && std::abs(y - 1.0f) < 0.005f ? 0.5f : 0.0f;
+    return 0.1f * std::sin(4.0f * x) * std::cos(3.0f * y) + noise(random) + spike;
+  });
+  size_t last = mesh.triangles.size();
+  for (double error_m = 1e-4; error_m < 2.8; error_m *= 1.37) {
+    const SimplifiedMesh simple = simplifyMesh(mesh, error_m);
+    EXPECT_LE(simple.mesh.triangles.size(), last) << error_m;
+    EXPECT_LE(simple.error_m, error_m);
+    last = simple.mesh.triangles.size();
   }
-  if (canSimplify()) return;
-  EXPECT_THROW(simplifyMesh(Mesh(), 0.01), std::runtime_error);
+  EXPECT_LT(last, 600u) << "the border has 400 vertices";
+}
+
+/// One vertex that has to stay holds up nobody.
+TEST_F(Simplify, ASpikeKeepsOnlyItself) {
+  Mesh mesh;
+  addSheet(mesh, 1.0f, 0.02f, true, [](float x, float y) {
+    return std::abs(x - 0.5f) < 0.005f && std::abs(y - 0.5f) < 0.005f ? 0.3f : 0.0f;
+  });
+  const SimplifiedMesh simple = simplifyMesh(mesh, 0.01);
+  EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 10);
+  EXPECT_LE(simple.error_m, 0.01);
+}
+
+TEST_F(Simplify, IsCancelledWhereItIsAskedTo) {
+  Mesh mesh;
+  addSheet(mesh, 3.0f, 0.01f, true, [](float x, float y) { return 0.1f * std::sin(9.0f * x * y); });
+  double last = -1.0;
+  simplifyMesh(mesh, 0.01, [&](double share) {
+    EXPECT_GE(share, last);
+    last = share;
+    return true;
+  });
+  EXPECT_GT(last, 0.8);
+  EXPECT_LE(last, 1.0);
+  for (const double at : {0.0, 0.1, 0.6}) {
+    EXPECT_THROW(simplifyMesh(mesh, 0.01, [&](double share) { return share < at; }),
+                 SimplifyCancelled);
+  }
+}
+
+TEST_F(Simplify, ZeroIsOff) {
+  Mesh mesh;
+  addSheet(mesh, 1.0f, 0.1f, true, [](float, float) { return 0.0f; });
+  EXPECT_EQ(simplifyMesh(mesh, 0.0).mesh.triangles, mesh.triangles);
+}
+
+TEST(SimplifyArguments, ErrorsAreRefusedThatAreNone) {
+  Mesh mesh;
+  addSheet(mesh, 3.0f, 0.5f, true, [](float, float) { return 0.0f; });
+  for (const double error_m :
+       {-1.0, std::nan(""), std::numeric_limits<double>::infinity(), 1e308, 4.3}) {
+    EXPECT_THROW(simplifyMesh(mesh, error_m), std::invalid_argument) << error_m;
+  }
+  EXPECT_NO_THROW(simplifyMesh(mesh, 4.2));
 }
 
 }  // namespace

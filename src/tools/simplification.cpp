@@ -1,0 +1,43 @@
+#include "tools/simplification.h"
+
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "dtsdf_mapping/simplify.h"
+#include "program/progress_bar.h"
+
+namespace dtsdf {
+namespace {
+
+/// The mesh itself, which sets a lower bound, is not known yet.
+constexpr double kLargestError_m = 1e6;
+
+}  // namespace
+
+void addSimplifyOption(CommandLine& line, double& error_m) {
+  line.addNumber({"--simplify-error", "METRES",
+                  "save fewer triangles, no farther than that from the mesh, and print how far "
+                  "they are; 0: all triangles"},
+                 error_m, {0.0, kLargestError_m});
+}
+
+void simplify(Mesh& mesh, double error_m) {
+  if (error_m == 0.0) return;
+  const size_t triangles = mesh.triangles.size();
+  ProgressBar progress("% simplified", 100);
+  try {
+    SimplifiedMesh simplified = simplifyMesh(mesh, error_m, [&](double share) {
+      progress.show(static_cast<size_t>(100.0 * share));
+      return true;
+    });
+    mesh = std::move(simplified.mesh);
+    std::printf("simplified from %zu to %zu triangles, at most %.6f m off\n", triangles,
+                mesh.triangles.size(), simplified.error_m);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--simplify-error: ") + error.what());
+  }
+}
+
+}  // namespace dtsdf

@@ -6,6 +6,7 @@
 
 #include "io/rvl.h"
 #include "kernels/core/voxel.h"
+#include "params/printable.h"
 
 namespace dtsdf {
 namespace {
@@ -41,7 +42,7 @@ Format parseFormat(const std::string& text) {
 Code codeOf(const Format& format) {
   if (format.code.empty() || format.code == "png") return Code::kPng;
   if (format.code == "rvl") return Code::kRvl;
-  throw std::runtime_error("compressed depth of an unknown code, '" + format.code +
+  throw std::runtime_error("compressed depth of an unknown code, '" + printable(format.code) +
                            "'; png and rvl are read");
 }
 
@@ -105,6 +106,8 @@ std::vector<float> depthsOfInverse(const std::vector<uint16_t>& inverse, float s
 
 }  // namespace
 
+size_t mostImagePixels() { return kMaxPixels; }
+
 std::string encodingOfCompressedDepth(const std::string& format) {
   const Format parsed = parseFormat(format);
   return parsed.is_depth ? parsed.encoding : "";
@@ -113,11 +116,12 @@ std::string encodingOfCompressedDepth(const std::string& format) {
 DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<uint8_t>& data) {
   const Format format = parseFormat(text);
   if (!format.is_depth) {
-    throw std::runtime_error("format '" + text + "' is not that of compressed depth");
+    throw std::runtime_error("format '" + printable(text) + "' is not that of compressed depth");
   }
   const bool is_float = format.encoding == "32FC1";
   if (!is_float && format.encoding != "16UC1" && format.encoding != "mono16") {
-    throw std::runtime_error("compressed depth of encoding '" + format.encoding +
+    throw std::runtime_error("compressed depth of encoding '" +
+                             printable(format.encoding) +
                              "'; depth has to be 16UC1 or 32FC1");
   }
   const Code code = codeOf(format);

@@ -21,6 +21,9 @@ struct DecodedDepth {
 /// kind; empty if it is no format of compressedDepth.
 std::string encodingOfCompressedDepth(const std::string& format);
 
+/// Pixels of the largest image that a map takes, of depth or of colour.
+size_t mostImagePixels();
+
 /// Decodes a message: 16-bit depth exactly, 32-bit depth from the inverse depths that the transport
 /// rounds it to. Memory is taken for kMaxPixels at most.
 /// @throws std::runtime_error that says what is wrong with the message.

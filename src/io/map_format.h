@@ -12,6 +12,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/map_contents.h"
+#include "params/printable.h"
 
 namespace dtsdf {
 namespace map_format {
@@ -112,6 +113,8 @@ struct SectionHeader {
 
   bool is(const char* name) const { return std::equal(id.begin(), id.end(), name); }
   std::string name() const { return {id.begin(), id.end()}; }
+  /// For messages: four letters, but for files that somebody made to be wrong.
+  std::string shownName() const { return printable(name()); }
   bool isRequired() const { return (flags & kRequired) != 0; }
   bool isCompressed() const { return (flags & kCompressed) != 0; }
 };

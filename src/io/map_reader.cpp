@@ -207,7 +207,8 @@ class MapReader {
     throw std::runtime_error("the map of '" + file_.path() + "' takes " +
                              std::to_string((bytes >> 20) + 1) + " MiB, and " +
                              std::to_string(limit_.bytes >> 20) +
-                             " MiB are allowed; raise map/max_memory_mb");
+                             " MiB are allowed; raise map/max_memory_mb (map_tool: "
+                             "--max-memory-mb)");
   }
 
   std::vector<const PlacedSection*> chunks(const char* id, const ChunkBounds& bounds) const {

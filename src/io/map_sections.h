@@ -116,7 +116,7 @@ class MapFile {
 
  private:
   [[noreturn]] void throwWrongSize(const SectionHeader& header) const {
-    throwDamaged("a part " + header.name() + " has the wrong size");
+    throwDamaged("a part " + header.shownName() + " has the wrong size");
   }
 
   [[noreturn]] void throwCannotRead(int error_number) const {
@@ -131,7 +131,7 @@ class MapFile {
     PlainArray<uint8_t> stored(section.header.stored_bytes);
     readAt(section.offset, stored.data(), stored.size());
     if (hashOf(stored.data(), stored.size()) != section.header.hash) {
-      throwDamaged("the checksum of a part " + section.header.name() + " does not fit");
+      throwDamaged("the checksum of a part " + section.header.shownName() + " does not fit");
     }
     return stored;
   }
@@ -182,7 +182,7 @@ class MapFile {
   }
 
   [[noreturn]] void throwNoMap() const {
-    throw std::runtime_error("'" + path_ + "' is no map file; give one that save_map or "
+    throw std::runtime_error("'" + path_ + "' is not a map file; give one that save_map or "
                              "--save-map has made");
   }
 
@@ -216,7 +216,7 @@ class MapFile {
   void checkSection(const SectionHeader& header) const {
     if (!isKnown(header)) {
       if (!header.isRequired()) return;
-      throw std::runtime_error("the map file '" + path_ + "' has a part " + header.name() +
+      throw std::runtime_error("the map file '" + path_ + "' has a part " + header.shownName() +
                                " that this program does not know and may not skip; use a newer "
                                "one");
     }

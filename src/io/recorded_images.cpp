@@ -117,6 +117,7 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                              " depth images has a pose (" + images.poses.front().missing +
                              "); --poses FILE.tum gives them others");
   }
+  checkSelection(selection, images.depth.size());
   return std::make_unique<RecordedFrames>(std::move(images), selection);
 }
 

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -42,5 +43,14 @@ std::vector<ImagePose> posesNear(const Trajectory& trajectory,
 /// @throws std::runtime_error with the ranges of both stamps, if no image gets any.
 std::vector<ImagePose> posesByStamp(const Trajectory& trajectory,
                                     const std::vector<StampedImage>& images, double tolerance_s);
+
+/// Whether any of a recording's images is selected; images of a list of its own may be none.
+/// @throws std::runtime_error that says how many there are.
+inline void checkSelection(const FrameSelection& selection, size_t total) {
+  if (selection.listed != nullptr || total == 0 || selection.countIn(total) > 0) return;
+  throw std::runtime_error("none of the depth images is selected: there are " +
+                           std::to_string(total) + ", 0 to " + std::to_string(total - 1) +
+                           "; give a range of these by --frames");
+}
 
 }  // namespace dtsdf

@@ -127,7 +127,9 @@ std::vector<std::string> recordingFormats() {
 }
 
 std::string guessRecordingFormat(const std::string& path) {
-  if (!fs::exists(path)) throw std::runtime_error("there is no '" + path + "'");
+  if (!fs::exists(path)) {
+    throw std::runtime_error("'" + path + "': no such file or directory");
+  }
   if (fs::is_regular_file(path) && isBag(path)) return "bag";
   requireFolder(path);
   if (const FolderFormat* const format = formatIn(path)) return format->name;

@@ -8,6 +8,7 @@
 #include "kernels/core/direction.h"
 #include "map/block_table.h"
 #include "map/memory_budget.h"
+#include "params/printable.h"
 
 namespace dtsdf {
 namespace {
@@ -19,7 +20,7 @@ constexpr uint64_t kAllBricks = (uint64_t{1} << kDirectionCount * kBricksPerArra
 constexpr uint64_t kBricksOfArray = (uint64_t{1} << kBricksPerArray) - 1u;
 
 [[noreturn]] void refuse(const std::string& why) {
-  throw std::runtime_error("these are no contents of a map: " + why);
+  throw std::runtime_error("these are not the contents of a map: " + why);
 }
 
 /// The bricks that voxel arrays of these directions can have.
@@ -119,11 +120,11 @@ void checkContents(const MapContents& contents) {
     refuse("the blocks hold more or less than there is");
   }
   if (contents.supporting_frames > contents.frames) refuse("frames are counted wrong");
-  if (!std::isfinite(contents.stamp_s)) refuse("the stamp of the newest frame is none");
+  if (!std::isfinite(contents.stamp_s)) refuse("the stamp of the newest frame is not a number");
   if (size.bricks > 0 && !contents.painted) refuse("there is colour, but nothing was painted");
   for (const float gain : contents.exposure) {
     if (!std::isfinite(gain) || gain < 0.001f || gain > 1000.0f) {
-      refuse("the exposure of the last colour image is none");
+      refuse("the exposure of the last colour image is out of range");
     }
   }
   checkFreeCubes(contents);
@@ -145,9 +146,9 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params) {
 
 void checkFrame(const MapContents& contents, const std::string& map_frame) {
   if (contents.map_frame.empty() || map_frame.empty() || contents.map_frame == map_frame) return;
-  throw std::runtime_error("the map to be loaded is of the frame '" + contents.map_frame +
-                           "', and map_frame is '" + map_frame +
-                           "' here; poses of one mean nothing in the other");
+  throw std::runtime_error("the map to be loaded is of the frame '" +
+                           printable(contents.map_frame) + "', and map_frame is '" +
+                           printable(map_frame) + "' here; poses of one mean nothing in the other");
 }
 
 int leastMemoryMb(const MapContents& contents, MapperParams params) {
@@ -162,9 +163,9 @@ void checkFits(const MapContents& contents, const MapperParams& params) {
   for (const char* key : kBoundSettings) {
     if (ours.at(key) == theirs.at(key)) continue;
     throw std::runtime_error("the map to be loaded has " + std::string(key) + " " +
-                             toString(theirs.at(key)) + ", and " + toString(ours.at(key)) +
-                             " is what it would have to have here; only an empty map takes the "
-                             "settings of what is loaded");
+                             toString(theirs.at(key)) + ", but the map here has " +
+                             toString(ours.at(key)) +
+                             "; clear_map first: an empty map takes the settings of the file");
   }
   if (takesFree(contents, params) && contents.cell_voxels != params.space.cell_voxels) {
     throw std::runtime_error("the map to be loaded has free cells of " +

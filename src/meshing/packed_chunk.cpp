@@ -171,7 +171,7 @@ void checkChunk(const PackedChunk& chunk) {
     throw std::runtime_error("there are triangles with indices of both widths");
   }
   if (!chunk.triangles16.empty() && vertices > kMostVertices16) {
-    throw std::runtime_error("there are more vertices than indices of 16 bits can tell apart");
+    throw std::runtime_error("there are more vertices than 16-bit indices can number");
   }
   checkTriangles(chunk.triangles16, vertices);
   checkTriangles(chunk.triangles32, vertices);

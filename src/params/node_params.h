@@ -1,6 +1,7 @@
 /// Settings of the node around the mapper: frames, input, what is published, where files go.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,7 +27,8 @@ enum class RectifyChoice {
 struct InputParams {
   double merge_wait_s = 0.1;    ///< How long a frame waits for earlier ones of other cameras.
   std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
-  int queue_size = 30;          ///< Frames that may wait for their transform or their turn.
+  int queue_size = 30;          ///< Images of one kind of a camera that may wait in the node.
+  int queue_mb = 256;           ///< Memory that they may take.
   double tf_timeout_s = 1.0;    ///< Wall time that a frame waits for its transform at most.
   double tf_max_ahead_s = 5.0;  ///< Transforms that are further ahead of time are refused.
   float unit_16uc1_m = 0.001f;  ///< Metres per unit of a 16UC1 image.
@@ -37,6 +39,11 @@ struct InputParams {
   RectifyChoice rectify = RectifyChoice::kAuto;  ///< Whether raw images are rectified.
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
+
+/// Memory that the images of one kind of a camera may take while they wait.
+inline size_t queueBytesOf(const InputParams& input) {
+  return static_cast<size_t>(input.queue_mb) << 20;
+}
 
 /// Whether colour images are taken.
 enum class ColourUse {
@@ -56,10 +63,10 @@ struct StatusParams {
 
 struct PublishParams {
   int chunk_blocks = 4;         ///< Edge of a marker's chunk of the map, in blocks of 8 voxels.
-  double mesh_rate_hz = 2.0;    ///< Bound of the rate of `mesh`, in wall time.
-  double points_rate_hz = 1.0;  ///< Bound of the rate of `surface_points`, in wall time.
+  double mesh_rate_hz = 2.0;    ///< Maximum rate of `mesh`, in wall time.
+  double points_rate_hz = 1.0;  ///< Maximum rate of `surface_points`, in wall time.
   double status_rate_hz = 1.0;  ///< Rate of `status` and the diagnostics, in wall time.
-  double space_rate_hz = 1.0;   ///< Bound of the rates of grid and slice of space, in wall time.
+  double space_rate_hz = 1.0;   ///< Maximum rate of grid updates and slice, in wall time.
   int max_queue_mb = 32;        ///< What may wait for listeners of the mesh, over all topics.
 };
 
@@ -67,6 +74,7 @@ struct PublishParams {
 struct GroundParams {
   double min_height_m = 0.1;    ///< A column of the grid begins here,
   double max_height_m = 1.5;    ///< and ends here.
+  double grid_seen_share = 1.0;  ///< Of a column's cells, that have to be seen free to call it so.
   double slice_height_m = 0.5;  ///< Of the distances that are published.
 };
 
@@ -75,7 +83,7 @@ struct NodeParams {
   std::string load_file;          ///< Map to begin with; empty: none. "~/" is the home.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
   std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
-  std::string keep_frame;  ///< What map/keep_radius_m is round; empty: the camera.
+  std::string keep_frame;  ///< Centre of map/keep_radius_m; empty: the camera.
   InputParams input;
   ColourParams colour;
   PublishParams publish;
@@ -98,6 +106,7 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("input/merge_wait_s", p.input.merge_wait_s, Range{0.0, 60.0});
   visit("input/camera_frame", p.input.camera_frame);
   visit("input/queue_size", p.input.queue_size, Range{1, 10000});
+  visit("input/queue_mb", p.input.queue_mb, Range{1, 65536});
   visit("input/tf_timeout_s", p.input.tf_timeout_s, Range{0.0, 3600.0});
   visit("input/tf_max_ahead_s", p.input.tf_max_ahead_s, Range{0.0, 1e6});
   visit("input/unit_16uc1_m", p.input.unit_16uc1_m, Range{1e-6, 1.0});
@@ -126,6 +135,7 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("status/stale_s", p.status.stale_s, Range{0.0, 1e6});
   visit("space/min_height_m", p.ground.min_height_m, Range{-1e4, 1e4});
   visit("space/max_height_m", p.ground.max_height_m, Range{-1e4, 1e4});
+  visit("space/grid_seen_share", p.ground.grid_seen_share, Range{0.0, 1.0});
   visit("space/slice_height_m", p.ground.slice_height_m, Range{-1e4, 1e4});
 }
 

@@ -1,8 +1,12 @@
 #include "dtsdf_mapping/params/param_set.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
+
+#include "params/printable.h"
 
 namespace dtsdf {
 namespace {
@@ -20,10 +24,60 @@ std::string formatNumber(double number, int digits = 7) {
   return out.str();
 }
 
-std::string joinNames(const std::vector<std::string>& names) {
+std::string joined(const std::vector<std::string>& words) {
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return "[" + text + "]";
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+std::string inLowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// How many characters have to be put in, taken out, changed or swapped with the next.
+size_t editsBetween(const std::string& a, const std::string& b) {
+  std::vector<std::vector<size_t>> edits(a.size() + 1, std::vector<size_t>(b.size() + 1));
+  for (size_t i = 0; i <= a.size(); ++i) {
+    for (size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        edits[i][j] = i + j;
+        continue;
+      }
+      const size_t change = a[i - 1] == b[j - 1] ? 0 : 1;
+      edits[i][j] = std::min({edits[i - 1][j] + 1, edits[i][j - 1] + 1,
+                              edits[i - 1][j - 1] + change});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        edits[i][j] = std::min(edits[i][j], edits[i - 2][j - 2] + 1);
+      }
+    }
+  }
+  return edits[a.size()][b.size()];
+}
+
+std::string lastOf(const std::string& key) { return key.substr(key.rfind('/') + 1); }
+
+/// "; did you mean map/voxel_size_m?" where a known key is near: by the whole key, or by its last
+/// part alone, as where the section was left out.
+std::string suggestionFor(const std::string& key, const std::set<std::string>& known) {
+  constexpr size_t kLongestKey = 100;
+  if (key.size() > kLongestKey) return "";
+  const size_t other_section = key.find('/') == std::string::npos ? 0 : 1;
+  std::string nearest;
+  size_t least = lastOf(key).size() / 4 + 2;
+  for (const std::string& candidate : known) {
+    const size_t edits = std::min(editsBetween(key, candidate),
+                                  editsBetween(lastOf(key), lastOf(candidate)) + other_section);
+    if (edits >= least) continue;
+    least = edits;
+    nearest = candidate;
+  }
+  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
+}
+
+std::string joinNames(const std::vector<std::string>& names) {
+  return "[" + joined(names) + "]";
 }
 
 }  // namespace
@@ -49,8 +103,8 @@ const ParamValue* ParamReader::find(const std::string& key) {
 
 void ParamReader::addViolation(const std::string& key, const std::string& rule) {
   const auto it = tree_.find(key);
-  violations_.push_back(key + (it == tree_.end() ? "" : " = " + toString(it->second)) + ": " +
-                        rule);
+  const std::string value = it == tree_.end() ? "" : " = " + printable(toString(it->second));
+  violations_.push_back(printable(key) + value + ": " + rule);
 }
 
 bool ParamReader::readString(const std::string& key, std::string& text) {
@@ -63,6 +117,22 @@ bool ParamReader::readString(const std::string& key, std::string& text) {
   }
   text = *string;
   return true;
+}
+
+size_t ParamReader::readChoice(const std::string& key, const std::vector<std::string>& words) {
+  const ParamValue* value = find(key);
+  if (value == nullptr) return words.size();
+  const bool* flag = std::get_if<bool>(value);
+  const std::string* text = std::get_if<std::string>(value);
+  // YAML has "on" and "off" for true and false.
+  const std::string word = flag != nullptr   ? (*flag ? "always" : "never")
+                           : text != nullptr ? *text
+                                             : "";
+  const auto choice = std::find_if(words.begin(), words.end(), [&](const std::string& known) {
+    return inLowerCase(known) == inLowerCase(word);
+  });
+  if (choice == words.end()) addViolation(key, "must be one of: " + joined(words));
+  return static_cast<size_t>(choice - words.begin());
 }
 
 bool ParamReader::readNumber(const std::string& key, double& number, bool whole, Range range) {
@@ -89,12 +159,18 @@ bool ParamReader::readNumber(const std::string& key, double& number, bool whole,
 void ParamReader::operator()(const std::string& key, bool& member) {
   const ParamValue* value = find(key);
   if (value == nullptr) return;
-  const bool* flag = std::get_if<bool>(value);
-  if (flag == nullptr) {
+  if (const bool* flag = std::get_if<bool>(value)) {
+    member = *flag;
+    return;
+  }
+  const std::string* text = std::get_if<std::string>(value);
+  const std::string word = text != nullptr ? inLowerCase(*text) : "";
+  const bool is_true = word == "true" || word == "yes" || word == "on";
+  if (!is_true && word != "false" && word != "no" && word != "off") {
     addViolation(key, "must be true or false");
     return;
   }
-  member = *flag;
+  member = is_true;
 }
 
 void ParamReader::operator()(const std::string& key, int& member, Range range) {
@@ -128,7 +204,8 @@ void ParamReader::operator()(const std::string& key, std::vector<std::string>& m
 
 void ParamReader::finish() {
   for (const auto& [key, value] : tree_) {
-    if (known_.count(key) == 0) addViolation(key, "no such parameter");
+    if (known_.count(key) > 0) continue;
+    addViolation(key, "no such parameter" + suggestionFor(key, known_));
   }
   if (!violations_.empty()) throw ParamError(violations_);
 }

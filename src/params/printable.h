@@ -1,29 +1,27 @@
-/// Names that others chose, as logs and messages may show them.
+/// Text from outside, as logs, messages and answers may show it: names in messages and files, and
+/// what libraries say of them. test/lint/check_text.py finds where it goes out as it came.
 #pragma once
 
+#include <cstddef>
+#include <exception>
 #include <string>
 
 namespace dtsdf {
 
-/// The text with its control characters as \xHH: what is in a name must not move the cursor of the
-/// terminal that a log is read in, nor end what is told by a NUL. UTF-8 stays as it is.
-inline std::string printable(const std::string& text) {
-  constexpr char kDigits[] = "0123456789abcdef";
-  std::string shown;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte >= 0x20 && byte != 0x7f) {
-      shown += c;
-      continue;
-    }
-    shown += "\\x";
-    shown += kDigits[byte >> 4];
-    shown += kDigits[byte & 15];
-  }
-  return shown;
-}
+constexpr size_t kLongestShownName = 200;
 
-/// Whether printable() would change it.
-inline bool hasControlCharacter(const std::string& text) { return printable(text) != text; }
+/// A name from outside that cannot move the cursor of a terminal, forge a line of a log, end a text
+/// or turn its direction: bytes of control characters (C0, C1, line separators, bidirectional
+/// controls) and those that are not UTF-8 become \xHH. Cut after so many characters, with "...".
+std::string printable(const std::string& text, size_t most_characters = kLongestShownName);
+
+/// The same for a whole message in which names from outside stand.
+std::string printableMessage(const std::string& text);
+
+/// Whether printable() would change it, but for its length.
+bool hasControlCharacter(const std::string& text);
+
+/// What an exception says, in one printable line.
+std::string errorText(const std::exception& error);
 
 }  // namespace dtsdf

@@ -264,8 +264,27 @@ TEST_F(Colour, WithoutItsTransformIsDroppedAndNeverPainted) {
   sendDepth(makeDepth(start_ + ros::Duration(0.15), 0.0));
   EXPECT_TRUE(waitUntil([&] { return colourDropped("no_transform") > dropped; }));
   EXPECT_EQ(painted(), painted_before);
-  EXPECT_NE(stream(1).last_drop.find("colour: frame of"), std::string::npos);
+  EXPECT_NE(stream(1).last_drop.find("colour: frame stamped"), std::string::npos);
   expectAllWell();
+}
+
+// Of a clock that slips once. Those after it were lost, with the transforms of their camera.
+TEST_F(Colour, OneADayAheadCostsNoOther) {
+  expectAllWell();
+  const uint64_t painted_before = painted(), fused_before = fused();
+  const ros::Time tomorrow = start_ + ros::Duration(86400.0);
+  Sent ahead = makeColour(tomorrow, 0.0);
+  sendColour(ahead, false);
+  ASSERT_TRUE(waitUntil([&] { return stream(1).waiting == 1; }));
+  tf_.publish(ahead.transform);
+  for (int i = 1; i <= 6; ++i) {
+    sendColour(makeColour(start_ + ros::Duration(0.1 * i), 0.0));
+    sendDepth(makeDepth(start_ + ros::Duration(0.1 * i + 0.05), 0.0));
+  }
+  EXPECT_TRUE(waitForPainted(painted_before + 6)) << stream(1).last_drop;
+  EXPECT_TRUE(waitForFused(fused_before + 6)) << stream(0).last_drop;
+  EXPECT_EQ(colourDropped("time_jump"), 1u);
+  EXPECT_EQ(painted(), painted_before + 6);
 }
 
 TEST_F(Colour, BadImagesAreCountedByReason) {

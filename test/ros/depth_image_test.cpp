@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "ros/input/image_checks.h"
+
 namespace dtsdf {
 namespace {
 
@@ -195,6 +197,21 @@ TEST(Intrinsics, FollowBinningAndRegionOfInterest) {
   EXPECT_FALSE(checkDepthImage(makeImage(), info));
   EXPECT_FLOAT_EQ(intrinsicsOf(info).fx, 100.0f);
   EXPECT_FLOAT_EQ(intrinsicsOf(info).cx, 0.25f);
+}
+
+TEST(ImageArrival, WhatAMapDoesNotTakeMayNotWait) {
+  sensor_msgs::Image image = makeImage();
+  EXPECT_FALSE(checkArrival(image, 1000));
+  EXPECT_EQ(checkArrival(image, 10).value().reason, DropReason::kTooLarge);
+  image.width = 8192;
+  image.height = 1024;
+  EXPECT_FALSE(checkArrival(image, 1000)) << "2^23 pixels are the most there may be";
+  image.height = 1025;
+  EXPECT_EQ(checkArrival(image, 1000).value().reason, DropReason::kTooLarge);
+  image.width = image.height = 0xffffffffu;
+  EXPECT_EQ(checkArrival(image, 1000).value().reason, DropReason::kTooLarge);
+  image.height = 0;
+  EXPECT_FALSE(checkArrival(image, 1000)) << "another check says what is wrong with that";
 }
 
 }  // namespace

@@ -82,7 +82,22 @@ TEST_P(FailingStart, CudaThatIsNotThereIsAnError) {
   ros::param::del("/cuda");
 }
 
-// The node by its path: rosrun passes over a package's own build folder.
+/// It died without a word: the log had ended with the last node handle.
+TEST(SimulatedCamera, SaysWhyItCannotStart) {
+  ros::param::set("/camera/rate_hz", std::string("often"));
+  ros::param::set("/camera/widht_px", 640);
+  ros::param::set("/camera/map_frame", std::string());
+  const Outcome outcome = run(std::string(DTSDF_SIMULATED_CAMERA) + " __name:=camera");
+  EXPECT_EQ(outcome.exit_code, 1);
+  for (const char* text : {"FATAL", "/camera cannot start", "rate_hz = 'often': must be a number",
+                           "widht_px = 640", "map_frame = '': must not be empty"}) {
+    EXPECT_NE(outcome.output.find(text), std::string::npos) << text << " is not in:\n"
+                                                            << outcome.output;
+  }
+  ros::param::del("/camera");
+}
+
+// The node by its path: rosrun does not search a package's own build folder.
 INSTANTIATE_TEST_SUITE_P(Doors, FailingStart,
                          testing::Values(DTSDF_MAPPING_NODE,
                                          "rosrun nodelet nodelet standalone "

@@ -10,9 +10,9 @@ namespace {
 /// What came of the messages: stamps of whole frames, and reasons with the stamps of the others.
 class FrameAssemblyTest : public testing::Test {
  protected:
-  void want(CameraInfoChoice info, bool mask) {
+  void want(CameraInfoChoice info, bool mask, FrameAssembly::Room room = {}) {
     assembly_ = std::make_unique<FrameAssembly>(
-        FrameAssembly::Wanted{info, mask},
+        FrameAssembly::Wanted{info, mask}, room,
         [this](const FrameMessages& frame) {
           EXPECT_TRUE(frame.image && frame.info);
           complete_.push_back(frame.image->header.stamp.toSec());
@@ -85,6 +85,66 @@ TEST_F(FrameAssemblyTest, NoMoreThanSomeWait) {
   for (int i = 0; i < 60; ++i) addImage(2000.0 + i);
   EXPECT_EQ(incomplete_.size(), 10u);
   EXPECT_EQ(incomplete_[0], std::make_pair(2000.0, DropReason::kNoCameraInfo));
+}
+
+TEST_F(FrameAssemblyTest, ImagesThatWaitAreBoundedByNumber) {
+  want(CameraInfoChoice::kExact, false, {5, 1 << 20});
+  for (int i = 0; i < 120; ++i) addImage(1.0 + i);
+  EXPECT_EQ(incomplete_.size(), 115u);
+  EXPECT_EQ(assembly_->waitingImages(), 5u);
+  EXPECT_EQ(incomplete_.back(), std::make_pair(115.0, DropReason::kNoCameraInfo));
+}
+
+TEST_F(FrameAssemblyTest, ImagesThatWaitAreBoundedInBytes) {
+  const size_t bytes = makeDepthImage(1.0)->data.size();
+  want(CameraInfoChoice::kExact, true, {50, 10 * bytes});
+  for (int i = 0; i < 40; ++i) {
+    addImage(1.0 + i);
+    addMask(1.0 + i);
+    ASSERT_LE(assembly_->waitingBytes(), 10 * bytes);
+  }
+  EXPECT_GE(assembly_->waitingImages(), 3u);
+  EXPECT_EQ(incomplete_.size() + assembly_->waitingImages(), 40u) << "each has its fate";
+  EXPECT_EQ(incomplete_.back().second, DropReason::kQueueFull);
+  addInfo(40.0);
+  EXPECT_EQ(complete_, Stamps{40.0});
+  EXPECT_EQ(assembly_->waitingImages(), 0u);
+  EXPECT_EQ(assembly_->waitingBytes(), 0u);
+}
+
+/// A camera_info is small, but for who wants to fill memory.
+TEST_F(FrameAssemblyTest, LargeCameraInfosCountToo) {
+  want(CameraInfoChoice::kExact, false, {50, 10000});
+  for (int i = 0; i < 40; ++i) {
+    const auto info = makeCameraInfo(1.0 + i);
+    info->D.assign(500, 0.0);
+    assembly_->addInfo(info);
+    ASSERT_LE(assembly_->waitingBytes(), 10000u);
+  }
+  EXPECT_TRUE(incomplete_.empty()) << "no image, no frame";
+}
+
+TEST_F(FrameAssemblyTest, TwoImagesOfOneStampBothHaveAFate) {
+  want(CameraInfoChoice::kExact, false);
+  addImage(1.0);
+  addImage(1.0);
+  ASSERT_EQ(incomplete_.size(), 1u);
+  EXPECT_EQ(assembly_->waitingImages(), 1u);
+  addInfo(1.0);
+  EXPECT_EQ(complete_, Stamps{1.0});
+}
+
+TEST_F(FrameAssemblyTest, TheLongestWaitingImageIsGivenUpOnRequest) {
+  want(CameraInfoChoice::kExact, false);
+  addInfo(1.0);
+  addImage(3.0);
+  addImage(2.0);
+  EXPECT_TRUE(assembly_->giveUpImage(DropReason::kQueueFull));
+  EXPECT_TRUE(assembly_->giveUpImage(std::nullopt));
+  EXPECT_FALSE(assembly_->giveUpImage(std::nullopt));
+  ASSERT_EQ(incomplete_.size(), 2u);
+  EXPECT_EQ(incomplete_[0], std::make_pair(3.0, DropReason::kQueueFull));
+  EXPECT_EQ(incomplete_[1], std::make_pair(2.0, DropReason::kNoCameraInfo));
 }
 
 TEST_F(FrameAssemblyTest, WhatWaitsInTheFutureIsInNobodysWay) {

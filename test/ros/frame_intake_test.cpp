@@ -160,6 +160,24 @@ TEST_F(FrameIntakeTest, BothQueuesTogetherAreBoundedAndLoseTheOldest) {
   EXPECT_EQ(posedStamps(), (std::vector<double>{1.4, 1.5, 1.6}));
 }
 
+TEST_F(FrameIntakeTest, WhatWaitsIsBoundedInBytes) {
+  params_.queue_size = 1000;
+  params_.queue_mb = 1;
+  FrameIntake intake(params_,
+                     {poses_, accounting_, posed_frames_, posed_frames_.addStream({1, "b"}),
+                      *kind_, "", [] {}},
+                     clock_.reader());
+  constexpr int kImages = 20;
+  for (int i = 0; i < kImages; ++i) {
+    const auto image = makeDepthImage(1.0 + 0.1 * i);
+    image->data.resize(100000);  // more than its rows need
+    intake.push({image, makeCameraInfo(1.0 + 0.1 * i), nullptr});
+    ASSERT_LE(intake.waitingBytes(), size_t{1} << 20);
+  }
+  EXPECT_EQ(intake.size(), 10u);
+  EXPECT_EQ(dropped(DropReason::kQueueFull), kImages - 10u);
+}
+
 TEST_F(FrameIntakeTest, PausingDropsWhatWaitsAndWhatComes) {
   putTransform(transforms_, 1.0, 0.0);
   push(1.0);
@@ -210,6 +228,42 @@ TEST_F(FrameIntakeTest, StampsThatGoBackForgetFramesAndTransforms) {
   const auto frame = posed_frames_.take();
   ASSERT_TRUE(frame);
   EXPECT_EQ(depthOf(*frame).T_W_C.translation().x(), 1.0);
+}
+
+/// A day ahead, as of a camera whose clock slips once: those before and after it go on.
+TEST_F(FrameIntakeTest, OneStampFarAheadCostsOneFrame) {
+  putTransform(transforms_, 100.0, 0.0);
+  for (const double stamp_s : {100.1, 100.2, 86500.0, 100.3}) push(stamp_s);
+  EXPECT_NE(accounting_.counts().last_drop.find("86399.8 s ahead"), std::string::npos)
+      << accounting_.counts().last_drop;
+  push(100.4);
+  EXPECT_EQ(dropped(DropReason::kTimeJump), 1u);
+  putTransform(transforms_, 100.5, 0.0);
+  intake_->step();
+  EXPECT_EQ(posedStamps(), (std::vector<double>{100.2, 100.3, 100.4})) << "three have room";
+  EXPECT_EQ(dropped(DropReason::kQueueFull), 1u);
+}
+
+/// It was given up before the next one came.
+TEST_F(FrameIntakeTest, OneStampFarAheadHoldsUpNobodyOnceItHasGone) {
+  putTransform(transforms_, 100.0, 0.0);
+  push(100.0);
+  intake_->step();
+  push(86500.0);
+  clock_.advance(2.0);
+  intake_->step();
+  EXPECT_EQ(dropped(DropReason::kNoTransform), 1u);
+  push(100.0);
+  intake_->step();
+  EXPECT_EQ(posedStamps(), (std::vector<double>{100.0, 100.0}));
+  EXPECT_EQ(dropped(DropReason::kTimeJump), 0u);
+}
+
+TEST_F(FrameIntakeTest, StampsMayGoOnAfterAGap) {
+  for (const double stamp_s : {100.0, 200.0, 200.1}) push(stamp_s);
+  EXPECT_EQ(intake_->size(), 3u);
+  push(150.0);  // back from there
+  EXPECT_EQ(dropped(DropReason::kTimeJump), 3u);
 }
 
 TEST_F(FrameIntakeTest, ALittleDisorderIsNoJump) {

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The launch files: with stand-ins of the drivers, each one loads as it should, and starts a mapping
 that gets frames. Needs the environment of the build (env.sh) and no camera."""
+import contextlib
 import os
 import re
 import shlex
@@ -46,6 +47,25 @@ while time.monotonic() < end and (status is None or status.frames_fused < 3):
 print(status.frames_fused if status else 0, status.header.frame_id if status else "",
       status.message if status else "no status")
 """
+
+
+# The images fused of each kind.
+WATCH_STREAMS = WATCH.replace("status.frames_fused < 3",
+                              "min(s.fused for s in status.cameras[0].streams) < 3").replace(
+    "30.0", "15.0").split("print(")[0] + """
+print(*(f"{s.kind}={s.fused}" for s in status.cameras[0].streams))
+"""
+
+
+@contextlib.contextmanager
+def free_master(folder):
+    """An environment for a master that nobody else has."""
+    with socket.socket() as free:
+        free.bind(("", 0))
+        port = free.getsockname()[1]
+    with tempfile.TemporaryDirectory() as home:
+        yield dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}", PORT=str(port),
+                   ROS_HOME=home, ROS_LOG_DIR=home, ROS_HOSTNAME="localhost", PWD=folder)
 
 
 def first_mesh_page():
@@ -114,12 +134,29 @@ class Loading(unittest.TestCase):
         for name in CAMERAS:
             with self.subTest(name):
                 params = load(name, "rviz:=false", "backend:=cpu", "output_directory:=/tmp/out",
-                              "map_frame:=earth", "colour:=height",
+                              "map_frame:=earth", "colour:=height", "voxel_size_m:=0.05",
+                              "max_depth_m:=3.5",
                               *EXTRA.get(name, [])).params
                 self.assertEqual(params["/mapping/backend"].value, "cpu")
                 self.assertEqual(params["/mapping/output_directory"].value, "/tmp/out")
                 self.assertEqual(params["/mapping/map_frame"].value, "earth")
                 self.assertEqual(params["/mapping/mesh/colour"].value, "height")
+                self.assertEqual(params["/mapping/map/voxel_size_m"].value, 0.05)
+                self.assertEqual(params["/mapping/fusion/max_depth_m"].value, 3.5)
+
+    def test_what_everybody_sets_is_an_argument_everywhere_and_in_the_table(self):
+        with open(os.path.join(SOURCE, "docs", "ros.md"), encoding="utf-8") as file:
+            page = file.read()
+        for file in sorted(os.listdir(LAUNCH)):
+            arguments = roslaunch.arg_dump.get_args([os.path.join(LAUNCH, file)])
+            if file == "poses.launch":
+                continue
+            for name in ("voxel_size_m", "max_depth_m", "backend", "output_directory", "config",
+                         "colour", "space", "rviz", "display"):
+                self.assertIn(name, arguments, file)
+            for name in arguments:
+                if file in ("mapping.launch", "bag.launch", "demo.launch"):
+                    self.assertIn(f"`{name}`", page, f"{file}: {name} is not in docs/ros.md")
 
     def test_poses(self):
         for name in CAMERAS:
@@ -151,6 +188,7 @@ class Loading(unittest.TestCase):
                 self.assertTrue(doc, f"{file}: {name} has no doc")
                 self.assertNotRegex(doc.lower(), "not to be set", f"{file}: {name}")
                 self.assertTrue(default or name == "bag", f"{file}: {name} looks required")
+                self.assertEqual(name == "bag", doc.startswith("Required"), f"{file}: {name}")
 
     def test_docs_have_every_launch_file(self):
         text = first_mesh_page()
@@ -223,6 +261,57 @@ class Running(unittest.TestCase):
             else:
                 self.assertEqual(words[:2], ["rosservice", "call"], command)
 
+    def test_a_bag_by_its_relative_path_with_colour(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write_tum_bag(os.path.join(folder, "tum.bag"), with_colour=True)
+            # A shell says where it is, and roslaunch starts its nodes elsewhere.
+            counts = self.counts("tum_bag", "bag:=tum.bag", cwd=folder)
+            self.assertGreaterEqual(counts["depth"], 3)
+            self.assertGreaterEqual(counts["color"], 3)
+            counts = self.counts("bag", "bag:=tum.bag", "depth:=/camera/depth/image",
+                                 "color:=/camera/rgb/other", "map_frame:=world", cwd=folder)
+            self.assertGreaterEqual(counts["depth"], 3)
+            self.assertEqual(counts["color"], 0)
+
+    def counts(self, name, *arguments, cwd):
+        """Images fused by kind, once there are three of each in the bag, or some time has passed."""
+        watch = WATCH_STREAMS
+        with free_master(cwd) as environment:
+            launch = subprocess.Popen(
+                ["roslaunch", "-p", environment["PORT"],
+                 os.path.join(LAUNCH, name + ".launch"), "rviz:=false", "backend:=cpu",
+                 f"output_directory:={cwd}", *arguments], cwd=cwd, env=environment,
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            try:
+                told = subprocess.run([sys.executable, "-c", watch], env=environment, text=True,
+                                      stdout=subprocess.PIPE, check=False).stdout
+            finally:
+                launch.send_signal(signal.SIGINT)
+                output = launch.communicate(timeout=60)[0]
+        self.assertTrue(told, output)
+        return dict((kind, int(count)) for kind, count in
+                    (word.split("=") for word in told.splitlines()[-1].split()))
+
+    def test_without_a_bag_or_with_a_wrong_one_it_says_so(self):
+        with tempfile.TemporaryDirectory() as folder, free_master(folder) as environment:
+            for arguments, text in ([], "no bag to play: give one"), \
+                                   (["bag:=none.bag"], f"no such file: '{folder}/none.bag'"):
+                launch = subprocess.Popen(
+                    ["roslaunch", "-p", environment["PORT"], os.path.join(LAUNCH, "bag.launch"),
+                     "rviz:=false", "backend:=cpu", *arguments], cwd=folder, env=environment,
+                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                try:
+                    output = ""
+                    for line in launch.stdout:
+                        output += line
+                        if text in line:
+                            break
+                finally:
+                    launch.send_signal(signal.SIGINT)
+                    output += launch.communicate(timeout=60)[0]
+                self.assertIn(text, output)
+                self.assertNotIn("Traceback", output)
+
     def test_cameras_that_the_page_has_no_commands_for(self):
         self.assertEqual(self.fused("openni2", "poses:=fixed"), "odom")
         self.assertEqual(self.fused("astra", "poses:=fixed", "package:=astra_camera",
@@ -255,7 +344,7 @@ def write_tum_folder(folder):
             file.write("# as downloaded\n" + "\n".join(lines) + "\n")
 
 
-def write_tum_bag(path):
+def write_tum_bag(path, with_colour=False):
     """As those that are downloaded: names of frames begin with a slash, depth is in metres."""
     import rosbag
     import rospy
@@ -281,6 +370,11 @@ def write_tum_bag(path):
             transform.transform.rotation.w = 1.0
             bag.write("/camera/depth/image", image, stamp)
             bag.write("/camera/depth/camera_info", info, stamp)
+            if with_colour:
+                colour = Image(header=image.header, height=48, width=64, encoding="rgb8",
+                               step=64 * 3, data=bytes([200, 100, 50]) * (64 * 48))
+                bag.write("/camera/rgb/image_color", colour, stamp)
+                bag.write("/camera/rgb/camera_info", info, stamp)
             bag.write("/tf", TFMessage([transform]), stamp)
 
 

@@ -214,6 +214,11 @@ TEST_F(MapsTest, AreRefusedWhereTheyDoNotFit) {
   expectRefused("coarse.dtsdf", "map/voxel_size_m");
   writeOtherMap("elsewhere.dtsdf", 0.05f, "odom");
   expectRefused("elsewhere.dtsdf", "'odom'");
+  // Names of files are from outside: nothing of them moves a cursor or forges a line of the log.
+  const std::string evil = "map\n[INFO] all is well\x1b[2J\u009b2J\u202e" + std::string(5000, 'x');
+  writeOtherMap("evil.dtsdf", 0.05f, evil);
+  expectRefused("evil.dtsdf", "'map\\x0a[INFO] all is well\\x1b[2J\\xc2\\x9b2J\\xe2\\x80\\xae");
+  EXPECT_LT(loadMapFrom("evil.dtsdf").message.size(), 500u);
   writeOtherMap("unnamed.dtsdf", 0.05f, "");
   EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "a frame without a name may be this one";
 }
@@ -228,7 +233,7 @@ TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
   writeBytes(in("flipped.dtsdf"), flipped);
   expectRefused("flipped.dtsdf", "damaged");
   writeBytes(in("text.dtsdf"), "no map at all, whatever its name says");
-  expectRefused("text.dtsdf", "no map file");
+  expectRefused("text.dtsdf", "is not a map file");
 }
 
 TEST_F(MapsTest, LieUnderTheOutputDirectory) {

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "params/printable.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {
@@ -56,9 +57,26 @@ TEST(OutputPath, RefusesWhatLeadsOut) {
 TEST(OutputPath, RefusesControlCharacters) {
   const TemporaryFolder folder;
   for (const std::string& name :
-       {std::string("a.txt\0.ply", 10), std::string("a\n.ply"), std::string("\x1b[2J.ply")}) {
-    EXPECT_NE(errorOf([&] { resolve(folder.path(), name); }), "");
-    EXPECT_EQ(errorOf([&] { resolve(folder.path(), name); }).find('\x1b'), std::string::npos);
+       {std::string("a.txt\0.ply", 10), std::string("a\n.ply"), std::string("\x1b[2J.ply"),
+        std::string("\u0085.ply"), std::string("\u009b2J.ply"), std::string("\u202eylp.a.ply"),
+        std::string("\x9b.ply")}) {
+    const std::string error = errorOf([&] { resolve(folder.path(), name); });
+    EXPECT_NE(error.find("control character"), std::string::npos) << error;
+    EXPECT_FALSE(hasControlCharacter(error));
+  }
+  EXPECT_EQ(errorOf([&] { resolve(folder.path(), "K\u00fcche \u53f0\u6240.ply"); }), "");
+}
+
+/// With a sentence, not with what the library calls it.
+TEST(OutputPath, RefusesNamesThatTheSystemDoes) {
+  const TemporaryFolder folder;
+  fs::create_symlink("loop.ply", folder / "loop.ply");
+  for (const std::string& name : {std::string(300, 'x') + ".ply", std::string("loop.ply"),
+                                  std::string("loop.ply/a.ply")}) {
+    const std::string error = errorOf([&] { resolve(folder.path(), name); });
+    EXPECT_EQ(error.find("filesystem error"), std::string::npos) << error;
+    EXPECT_NE(error.find("cannot be used: "), std::string::npos) << error;
+    EXPECT_LT(error.size(), 600u);
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "ros/output/trouble_log.h"
+
 namespace dtsdf {
 namespace {
 
@@ -80,6 +82,60 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   EXPECT_TRUE(says(makeStatus(input), "out of memory"));
 }
 
+TEST(StatusReport, ReportsDropsThoughMostFramesAreFused) {
+  StatusInput input = makeInput();
+  FrameCounts& frames = input.cameras[0].depth.frames;
+  input.output.triangles = 1;
+  RecentDrops recent;
+  SteadyTime now;
+  const auto statusAfter = [&](uint64_t fused, DropReason reason, uint64_t dropped) {
+    input.recent_drops = recent.update(input.cameras, now);
+    const MapStatus before = makeStatus(input);
+    now += std::chrono::seconds(10);
+    frames.images += fused + dropped;
+    frames.fused += fused;
+    frames.dropped[static_cast<size_t>(reason)] += dropped;
+    frames.camera_infos = frames.images;
+    input.recent_drops = recent.update(input.cameras, now);
+    return makeStatus(input, before);
+  };
+  EXPECT_EQ(statusAfter(300, DropReason::kBeforeTransforms, 40).message, "mapping");
+  EXPECT_EQ(statusAfter(300, DropReason::kQueueFull, 3).message, "mapping");
+  MapStatus status = statusAfter(237, DropReason::kQueueFull, 63);
+  EXPECT_EQ(status.level, MapStatus::WARN);
+  EXPECT_TRUE(says(status, "% of the depth images were dropped lately, most as queue_full: take "
+                           "coarser voxels"))
+      << status.message;
+  EXPECT_EQ(statusAfter(300, DropReason::kPaused, 1000).level, MapStatus::WARN) << "still lately";
+  statusAfter(300, DropReason::kPaused, 0);
+  statusAfter(300, DropReason::kPaused, 0);
+  EXPECT_EQ(statusAfter(300, DropReason::kPaused, 0).message, "mapping") << "long ago";
+}
+
+TEST(TroubleLog, LogsEachTroubleThatLastsOnce) {
+  TroubleLog log;
+  SteadyTime now;
+  int logged = 0;
+  const auto pass = [&](int seconds, bool is_well, const std::string& message) {
+    for (int i = 0; i < seconds; ++i) {
+      now += std::chrono::seconds(1);
+      logged += log.update(is_well, message, now) ? 1 : 0;
+    }
+    return logged;
+  };
+  EXPECT_EQ(pass(4, false, "no depth image received on '/a'"), 0);
+  EXPECT_EQ(pass(1000, false, "no depth image received on '/a'"), 1);
+  EXPECT_EQ(pass(20, false, "no frame fused yet: no transform"), 2) << "another trouble";
+  EXPECT_EQ(pass(20, true, "mapping"), 2);
+  EXPECT_EQ(pass(20, false, "no frame fused yet: no transform"), 2) << "too soon";
+  EXPECT_EQ(pass(60, true, "mapping"), 2);
+  EXPECT_EQ(pass(20, false, "no frame fused yet: no transform"), 3);
+  for (int i = 0; i < 20; ++i) {
+    pass(1, false, "no depth image comes; the last came " + std::to_string(i));
+  }
+  EXPECT_EQ(logged, 4) << "names and numbers are not another trouble";
+}
+
 TEST(StatusReport, SaysWhatHasFallenSilentAndForHowLong) {
   StatusInput input = makeInput();
   StreamReport& depth = input.cameras[0].depth;
@@ -150,7 +206,7 @@ TEST(StatusReport, SilenceInAPauseIsNoFault) {
   EXPECT_EQ(makeStatus(input).message, "mapping") << "it was over only 4 s ago";
   input.ran_s = 0.0;
   input.time_stands = true;
-  EXPECT_EQ(makeStatus(input).message, "mapping; simulated time stands still");
+  EXPECT_EQ(makeStatus(input).message, "mapping; /clock is not advancing");
   EXPECT_EQ(makeStatus(input).level, MapStatus::OK);
   input.ran_s = 600.0;
   input.paused = true;
@@ -224,6 +280,7 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
   input.output.topics = {{"/mapping/mesh", 1, 3, 4000, 10, 0, 0.0},
                          {"/mapping/mesh_blocks", 2, 5, 5000, 60, 4, 2.5}};
   input.map.stats.max_map_bytes = 5000;
+  input.max_image_bytes = 400;
   input.max_queue_bytes = 600;
   input.process_bytes = 7000;
   struct Expected {
@@ -242,7 +299,7 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
       EXPECT_EQ(part.bytes, e.bytes) << e.name;
       EXPECT_EQ(part.limit_bytes, e.limit_bytes) << e.name;
     }
-    for (const Expected& e : {Expected{"mesh", 300, 0}, {"images", 200, 0}, {"queues", 70, 600},
+    for (const Expected& e : {Expected{"mesh", 300, 0}, {"images", 200, 400}, {"queues", 70, 600},
                               {"process", 7000, 0}}) {
       const auto part = partOf(status, e.name);
       EXPECT_EQ(part.place, "host") << e.name;

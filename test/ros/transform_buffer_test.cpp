@@ -83,6 +83,17 @@ TEST_F(TransformBufferTest, AMachineWhoseClockIsAheadMapsAsItsImagesDo) {
   EXPECT_TRUE(put(now_.toSec() + 3600.0)) << "the images' time goes on";
 }
 
+TEST_F(TransformBufferTest, OneImageAheadOfTimeChangesNothing) {
+  transforms_.imageCame(now_);
+  const ros::Time tomorrow = now_ + ros::Duration(86400.0);
+  for (int i = 0; i < 5; ++i) transforms_.imageCame(tomorrow);  // as long as it waits
+  EXPECT_FALSE(put(tomorrow.toSec()));
+  EXPECT_TRUE(put(now_.toSec()));
+  EXPECT_TRUE(isKnown(now_.toSec()));
+  transforms_.imageCame(tomorrow + ros::Duration(0.1));  // it was no mistake
+  EXPECT_TRUE(put(tomorrow.toSec() + 0.1));
+}
+
 TEST_F(TransformBufferTest, ARecordingOfAnotherYearHasItsOwnPresent) {
   EXPECT_TRUE(put(1.3e9));
   EXPECT_TRUE(isKnown(1.3e9));
@@ -153,6 +164,87 @@ TEST_F(TransformBufferTest, MadeUpNamesDoNotFillTheReport) {
   EXPECT_EQ(report.refused, 1000u);
   EXPECT_EQ(report.refused_by.size(), 20u);
   EXPECT_EQ(report.refused_by.begin()->first.find('\x1b'), std::string::npos);
+}
+
+class ManyFramesTest : public testing::Test {
+ protected:
+  bool put(const std::string& child, const std::string& parent, bool is_static = false) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.stamp = ros::Time(kToday_s);
+    transform.header.frame_id = parent;
+    transform.child_frame_id = child;
+    transform.transform.rotation.w = 1.0;
+    return transforms_.setTransform(transform, "/swarm", is_static);
+  }
+
+  void putCrowd() {
+    for (int i = 0; i < 5000; ++i) put("robot" + std::to_string(i), "map");
+  }
+
+  size_t framesKept() const {
+    std::vector<std::string> names;
+    transforms_.core()._getFrameStrings(names);
+    return names.size();
+  }
+
+  bool isKnown() {
+    return poses_.find("camera", ros::Time(kToday_s)).kind == PoseAnswer::Kind::kKnown;
+  }
+
+  FakeClock clock_;
+  TransformBuffer transforms_{
+      {5.0, 30.0, 100}, clock_.reader(), [] { return ros::Time(kToday_s); }};
+  PoseSource poses_{transforms_, "map"};
+};
+
+TEST_F(ManyFramesTest, AreBoundedAndReported) {
+  putCrowd();
+  EXPECT_LE(framesKept(), 101u);  // tf2 has one of no name
+  const TransformReport report = transforms_.report();
+  EXPECT_EQ(report.refused, 0u);
+  EXPECT_EQ(report.not_kept, 5000u - 99u);
+  ASSERT_EQ(report.refused_by.size(), 1u);
+  EXPECT_EQ(report.refused_by.begin()->first, "/swarm: more than 100 frames");
+}
+
+TEST_F(ManyFramesTest, TheChainOfACameraIsKeptAllTheSame) {
+  putCrowd();
+  EXPECT_FALSE(put("camera", "camera_link")) << "nobody has asked for it yet";
+  EXPECT_FALSE(isKnown());
+  EXPECT_FALSE(put("camera_link", "base"));
+  EXPECT_TRUE(put("camera", "camera_link"));
+  EXPECT_TRUE(put("camera_link", "base"));
+  EXPECT_TRUE(put("base", "map"));
+  EXPECT_TRUE(isKnown());
+  EXPECT_FALSE(put("other", "base"));
+}
+
+TEST_F(ManyFramesTest, StaticLinksOfACameraAreAskedForAgain) {
+  putCrowd();
+  EXPECT_FALSE(put("camera", "base", true));
+  EXPECT_FALSE(put("base", "map", true));
+  EXPECT_FALSE(transforms_.takeStaticsWanted()) << "nobody needs one";
+  EXPECT_FALSE(isKnown());
+  EXPECT_TRUE(transforms_.takeStaticsWanted());
+  EXPECT_FALSE(transforms_.takeStaticsWanted()) << "once";
+  EXPECT_FALSE(put("base", "map", true));  // in any order
+  EXPECT_TRUE(put("camera", "base", true));
+  EXPECT_TRUE(transforms_.takeStaticsWanted()) << "for the next link";
+  EXPECT_TRUE(put("base", "map", true));
+  EXPECT_TRUE(isKnown());
+}
+
+TEST_F(ManyFramesTest, MadeUpParentsOfACameraAreBoundedToo) {
+  EXPECT_FALSE(isKnown());
+  for (int i = 0; i < 5000; ++i) put("camera", "parent" + std::to_string(i));
+  EXPECT_LE(framesKept(), 201u);
+}
+
+TEST_F(ManyFramesTest, NamesAreNoLongerThanNames) {
+  EXPECT_FALSE(put(std::string(201, 'x'), "map"));
+  EXPECT_FALSE(put("camera", std::string(1 << 20, 'x')));
+  EXPECT_TRUE(put(std::string(200, 'x'), "map"));
+  EXPECT_EQ(transforms_.report().refused, 2u);
 }
 
 TEST_F(TransformBufferTest, TellsHowLongTheLastIsAgo) {

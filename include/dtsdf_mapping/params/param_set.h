@@ -47,7 +47,8 @@ template <class Enum>
 using EnumNames = std::vector<std::pair<std::string, Enum>>;
 
 /// Visitor that sets members from a tree. A missing key keeps the default; an unknown key, a wrong
-/// type or a broken rule is a violation. A whole number may stand for a floating-point one.
+/// type or a broken rule is a violation. A whole number may stand for a floating-point one, and a
+/// text for a truth value: the words of YAML.
 class ParamReader {
  public:
   /// Reads from this tree.
@@ -66,17 +67,10 @@ class ParamReader {
 
   template <class Enum>
   void operator()(const std::string& key, Enum& member, const EnumNames<Enum>& names) {
-    std::string text;
-    if (!readString(key, text)) return;
-    std::string choices;
-    for (const auto& [name, value] : names) {
-      if (name == text) {
-        member = value;
-        return;
-      }
-      choices += (choices.empty() ? "" : ", ") + name;
-    }
-    addViolation(key, "must be one of: " + choices);
+    std::vector<std::string> words;
+    for (const auto& [name, value] : names) words.push_back(name);
+    const size_t choice = readChoice(key, words);
+    if (choice < names.size()) member = names[choice].second;
   }
   /// @}
 
@@ -88,6 +82,8 @@ class ParamReader {
 
  private:
   bool readString(const std::string& key, std::string& text);
+  /// The number of the word that the key has; that of all words if it has none of them.
+  size_t readChoice(const std::string& key, const std::vector<std::string>& words);
   bool readNumber(const std::string& key, double& number, bool whole, Range range);
   const ParamValue* find(const std::string& key);
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/bag_frames.h"
+#include "io/recorded_images.h"
 #include "ros/bag/bag_messages.h"
 #include "ros/input/compressed_image.h"
 #include "ros/input/depth_image.h"
@@ -55,6 +56,7 @@ class BagFrames : public FrameSource {
     }
     images_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(options_.depth_topic));
     next_ = images_->begin();
+    checkSelection(options_.selection, images_->size());
   }
 
   std::optional<size_t> size() const override {

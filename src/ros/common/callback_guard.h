@@ -5,6 +5,8 @@
 
 #include <exception>
 
+#include "params/printable.h"
+
 namespace dtsdf {
 
 /// Runs `body`; what it throws is logged with the callback's name. True if nothing was thrown.
@@ -14,7 +16,7 @@ bool guarded(const char* callback, Body&& body) noexcept {
     body();
     return true;
   } catch (const std::exception& error) {
-    ROS_ERROR_STREAM_NAMED("dtsdf_mapping", callback << ": " << error.what());
+    ROS_ERROR_STREAM_NAMED("dtsdf_mapping", callback << ": " << errorText(error));
   } catch (...) {
     ROS_ERROR_STREAM_NAMED("dtsdf_mapping", callback << ": unknown error");
   }

@@ -22,7 +22,7 @@ class Camera {
     std::function<void()> on_time_jump;  ///< Stamps went back: all cameras are to start anew.
   };
 
-  /// Of topics in `ns`, for whose sake see CameraInput; `name` is empty for the only camera.
+  /// Of topics in `ns` (see CameraInput for why); `name` is empty for the only camera.
   Camera(std::string name, const std::string& ns, const ros::NodeHandle& nh,
          const NodeParams& params,
          const Parts& parts);

@@ -6,8 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "params/printable.h"
 #include "ros/common/callback_guard.h"
 #include "ros/input/compressed_image.h"
+#include "ros/input/image_checks.h"
 
 namespace dtsdf {
 namespace {
@@ -39,11 +41,15 @@ const ImageTopics& colourTopics() {
 CameraInput::CameraInput(const ImageTopics& topics, ros::NodeHandle nh,
                          const ros::NodeHandle& private_nh, const std::string& ns,
                          const InputParams& params, FrameAccounting& accounting,
-                         OnFrame on_frame)
+                         Handlers handlers)
     : topics_(topics),
       info_choice_(params.camera_info),
+      most_bytes_(queueBytesOf(params)),
       accounting_(accounting),
-      assembly_({params.camera_info, params.mask}, std::move(on_frame),
+      on_waiting_(std::move(handlers.on_waiting)),
+      assembly_({params.camera_info, params.mask},
+                {static_cast<size_t>(params.queue_size), most_bytes_},
+                std::move(handlers.on_frame),
                 [this](const auto& image, DropReason reason) { onIncomplete(image, reason); }),
       transport_(nh) {
   const std::string topic = imageTopic(nh, ns, topics_);
@@ -97,7 +103,7 @@ void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& messa
   } catch (const std::exception& error) {
     guarded("compressed image", [&] {
       accounting_.imageReceived(message->header.stamp);
-      accounting_.dropped(DropReason::kBadImage, message->header.stamp, error.what());
+      accounting_.dropped(DropReason::kBadImage, message->header.stamp, errorText(error));
     });
     return;
   }
@@ -107,7 +113,11 @@ void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& messa
 void CameraInput::onImage(const sensor_msgs::ImageConstPtr& image) {
   guarded("image", [&] {
     accounting_.imageReceived(image->header.stamp);
+    if (const auto rejection = checkArrival(*image, most_bytes_)) {
+      return accounting_.dropped(rejection->reason, image->header.stamp, rejection->text);
+    }
     assembly_.addImage(image);
+    on_waiting_();
   });
 }
 
@@ -119,16 +129,35 @@ void CameraInput::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
 }
 
 void CameraInput::onMask(const sensor_msgs::ImageConstPtr& mask) {
-  guarded("mask", [&] { assembly_.addMask(mask); });
+  guarded("mask", [&] {
+    assembly_.addMask(mask);
+    on_waiting_();
+  });
+}
+
+std::string CameraInput::describeMissing(DropReason reason) const {
+  const bool is_mask = reason == DropReason::kNoMask;
+  const bool of_any_stamp = !is_mask && info_choice_ == CameraInfoChoice::kLatest;
+  return std::string(is_mask ? "no mask" : "no camera_info") +
+         (of_any_stamp ? "" : " with the same stamp") + " on '" +
+         (is_mask ? mask_ : info_).getTopic() + "'";
+}
+
+std::string CameraInput::waitingFor() const {
+  const size_t images = waitingImages();
+  if (images == 0) return "";
+  const std::string also = mask_ ? " or a mask on '" + mask_.getTopic() + "'" : "";
+  return (images == 1 ? "1 image waits" : std::to_string(images) + " images wait") +
+         std::string(" for camera_info on '") + info_.getTopic() + "'" + also;
 }
 
 void CameraInput::onIncomplete(const sensor_msgs::Image& image, DropReason reason) {
-  const bool of_any_stamp =
-      reason == DropReason::kNoCameraInfo && info_choice_ == CameraInfoChoice::kLatest;
-  const std::string what = reason == DropReason::kNoMask ? "no mask" : "no camera_info";
-  const std::string topic = reason == DropReason::kNoMask ? mask_.getTopic() : info_.getTopic();
-  accounting_.dropped(reason, image.header.stamp,
-                      what + (of_any_stamp ? "" : " with the same stamp") + " on '" + topic + "'");
+  std::string text = describeMissing(reason);
+  if (reason == DropReason::kQueueFull) {
+    text = "the images that wait take more than input/queue_mb allows (" +
+           describeMissing(DropReason::kNoCameraInfo) + ")";
+  }
+  accounting_.dropped(reason, image.header.stamp, text);
 }
 
 }  // namespace dtsdf

@@ -6,6 +6,7 @@
 #include <sensor_msgs/CompressedImage.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "ros/input/frame_accounting.h"
@@ -31,11 +32,17 @@ class CameraInput {
  public:
   using OnFrame = FrameAssembly::OnComplete;
 
+  /// Called on the callbacks' thread.
+  struct Handlers {
+    OnFrame on_frame;
+    std::function<void()> on_waiting;  ///< More may wait than before: see waitingImages().
+  };
+
   /// `ns` is the namespace of the topics, empty for the root. Not that of `nh`, which for a nodelet
   /// of the root namespace is the one of its manager, such as a camera driver's.
   CameraInput(const ImageTopics& topics, ros::NodeHandle nh, const ros::NodeHandle& private_nh,
               const std::string& ns, const InputParams& params, FrameAccounting& accounting,
-              OnFrame on_frame);
+              Handlers handlers);
 
   /// What the topic of a kind's images is remapped to.
   static std::string imageTopic(const ros::NodeHandle& nh, const std::string& ns,
@@ -44,6 +51,15 @@ class CameraInput {
   std::string imageTopic() const;
   std::string infoTopic() const { return info_.getTopic(); }
   size_t imagePublishers() const;
+
+  /// Images that wait for their camera_info or mask, and what they take with these.
+  size_t waitingImages() const { return assembly_.waitingImages(); }
+  size_t waitingBytes() const { return assembly_.waitingBytes(); }
+  /// What they wait for, in words.
+  std::string waitingFor() const;
+
+  /// Callbacks' thread: see FrameAssembly::giveUpImage().
+  bool giveUpImage(std::optional<DropReason> reason) { return assembly_.giveUpImage(reason); }
 
  private:
   void subscribeImages(ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
@@ -54,10 +70,13 @@ class CameraInput {
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void onMask(const sensor_msgs::ImageConstPtr& mask);
   void onIncomplete(const sensor_msgs::Image& image, DropReason reason);
+  std::string describeMissing(DropReason reason) const;
 
   const ImageTopics& topics_;
   const CameraInfoChoice info_choice_;
+  const size_t most_bytes_;  ///< That images may take.
   FrameAccounting& accounting_;
+  std::function<void()> on_waiting_;
   FrameAssembly assembly_;
   image_transport::ImageTransport transport_;
   image_transport::Subscriber by_transport_;  ///< Images come by one of these two.

@@ -14,7 +14,7 @@ struct StreamReport {
   FrameCounts frames;
   std::string image_topic, info_topic;
   size_t image_publishers = 0;
-  size_t waiting = 0;        ///< For their transform or their turn.
+  size_t waiting = 0;        ///< For their camera_info, transform or turn, or in work.
   size_t waiting_bytes = 0;  ///< What these keep in memory.
   std::string waiting_for;   ///< What the first of them waits for.
   std::string warning;       ///< What is wrong with all of them, fused or not.

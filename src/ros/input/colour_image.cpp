@@ -4,6 +4,8 @@
 #include <opencv2/imgproc.hpp>
 #include <sensor_msgs/image_encodings.h>
 
+#include "params/printable.h"
+
 namespace dtsdf {
 namespace {
 
@@ -62,8 +64,9 @@ std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
   }
   if (!isColourEncoding(image.encoding)) {
     return Rejection{DropReason::kBadEncoding,
-                     "encoding '" + image.encoding + "'; colour has to be rgb8, bgr8, rgba8, "
-                     "bgra8, mono8, mono16, Bayer or YUV 4:2:2"};
+                     "encoding '" + printable(image.encoding) +
+                         "'; colour has to be rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer "
+                         "or YUV 4:2:2"};
   }
   if (isYuv(image.encoding) && image.width % 2 != 0) {
     return Rejection{DropReason::kBadImage, "YUV 4:2:2 has pixels in pairs, but rows of " +

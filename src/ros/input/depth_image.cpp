@@ -2,6 +2,8 @@
 
 #include <sensor_msgs/image_encodings.h>
 
+#include "params/printable.h"
+
 namespace dtsdf {
 namespace {
 
@@ -33,7 +35,8 @@ std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
   const std::optional<PixelFormat> format = pixelFormatOf(image.encoding);
   if (!format) {
     return Rejection{DropReason::kBadEncoding,
-                     "encoding '" + image.encoding + "'; depth has to be 16UC1 or 32FC1"};
+                     "encoding '" + printable(image.encoding) +
+                         "'; depth has to be 16UC1 or 32FC1"};
   }
   return checkImage(image, info, format->bytes);
 }

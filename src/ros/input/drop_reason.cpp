@@ -7,6 +7,7 @@ const char* toString(DropReason reason) {
     case DropReason::kNoCameraInfo: return "no_camera_info";
     case DropReason::kNoMask: return "no_mask";
     case DropReason::kBadEncoding: return "bad_encoding";
+    case DropReason::kTooLarge: return "too_large";
     case DropReason::kBadImage: return "bad_image";
     case DropReason::kSizeMismatch: return "size_mismatch";
     case DropReason::kBadIntrinsics: return "bad_intrinsics";

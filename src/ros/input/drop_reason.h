@@ -11,13 +11,14 @@ enum class DropReason {
   kNoCameraInfo,      ///< No camera_info with the image's stamp.
   kNoMask,            ///< No mask with the image's stamp, where there are masks.
   kBadEncoding,       ///< None that images of this kind have.
+  kTooLarge,          ///< More pixels than a map takes, or more bytes than may wait.
   kBadImage,          ///< No pixels, or rows and data that do not fit its size.
   kSizeMismatch,      ///< Image and camera_info differ in size.
   kBadIntrinsics,     ///< Focal length not positive, or not finite.
   kNoStamp,           ///< Stamp 0: no transform can be told for it.
   kNoTransform,       ///< None within the timeout.
   kBeforeTransforms,  ///< Older than the transforms known: none can come any more.
-  kQueueFull,         ///< The oldest in the queue when a newer one came.
+  kQueueFull,         ///< The oldest that waited when a newer one came.
   kOutOfOrder,        ///< Older than what another camera's frame has made of the map meanwhile.
   kTimeJump,          ///< In the queue when the stamps jumped back.
   kPoseJump,          ///< The camera would have moved faster than allowed.

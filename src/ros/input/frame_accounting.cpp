@@ -40,8 +40,8 @@ void FrameAccounting::fused(const ros::Time& stamp) {
 
 void FrameAccounting::dropped(DropReason reason, const ros::Time& stamp, const std::string& text) {
   std::ostringstream message;
-  message << (name_.empty() ? "" : name_ + ": ") << "frame of " << stamp << " dropped ("
-          << toString(reason) << "): " << printable(text);
+  message << (name_.empty() ? "" : name_ + ": ") << "frame stamped " << stamp << " dropped ("
+          << toString(reason) << "): " << printableMessage(text);
   const std::lock_guard<std::mutex> lock(mutex_);
   const uint64_t count = ++counts_.dropped[static_cast<size_t>(reason)];
   counts_.last_drop = message.str();

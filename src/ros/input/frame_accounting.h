@@ -28,6 +28,8 @@ struct FrameCounts {
   std::optional<double> image_age_s, camera_info_age_s, fused_age_s;
 
   uint64_t droppedSum() const;
+  /// Received, and neither fused nor dropped: they wait somewhere in the node, or are being fused.
+  uint64_t waiting() const { return images - fused - droppedSum(); }
 };
 
 /// Of the images of one stream. Thread safe: callbacks, intake and map all count here.

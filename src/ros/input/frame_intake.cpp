@@ -3,9 +3,11 @@
 #include <ros/console.h>
 
 #include <exception>
+#include <sstream>
 #include <utility>
 
 #include "params/frame_name.h"
+#include "params/printable.h"
 #include "ros/common/callback_guard.h"
 #include "ros/input/mask.h"
 
@@ -16,6 +18,8 @@ using std::chrono::milliseconds;
 
 /// Stamps that go back by more than this mean a new recording or a loop of it; less is disorder.
 constexpr double kTimeJump_s = 0.5;
+/// A stamp further ahead of the last may be wrong, or come after a gap: the next one shows which.
+constexpr double kGap_s = 30.0;
 /// How often a waiting frame asks for its transform.
 constexpr milliseconds kTransformPoll{5};
 /// Until the next image, which wakes the thread.
@@ -36,10 +40,15 @@ void FrameIntake::push(const FrameMessages& frame) {
   if (const auto rejection = check(frame)) {
     return parts_.accounting.dropped(rejection->reason, stamp, rejection->text);
   }
-  handleTimeJump(stamp);
+  const bool may_be_ahead = handleTimeJump(stamp);
   const auto image = frame.mask ? applyMask(*frame.mask, *frame.image) : frame.image;
-  if (!enqueue({image, frame.info, clock_()})) return dropPaused(stamp);  // paused meanwhile
-  if (size() > static_cast<size_t>(params_.queue_size)) dropOldest();
+  if (!enqueue({image, frame.info, clock_(), may_be_ahead})) {
+    return dropPaused(stamp);  // paused meanwhile
+  }
+  while (size() > static_cast<size_t>(params_.queue_size) ||
+         waitingBytes() > queueBytesOf(params_)) {
+    if (!dropOldest()) return;
+  }
 }
 
 void FrameIntake::dropPaused(const ros::Time& stamp) {
@@ -53,27 +62,28 @@ bool FrameIntake::enqueue(WaitingFrame frame) {
   return true;
 }
 
-void FrameIntake::dropOldest() {
+bool FrameIntake::dropOldest() {
   const std::string waited_for = waitingFor();
   ros::Time stamp;
   if (const std::optional<PosedFrame> oldest = parts_.posed_frames.takeOf(parts_.stream)) {
     stamp = oldest->stamp;
   } else {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (queue_.empty()) return;  // the map has taken some meanwhile
+    if (queue_.empty()) return false;  // the map has taken some meanwhile
     stamp = queue_.front().image->header.stamp;
     queue_.pop_front();
   }
   parts_.accounting.dropped(DropReason::kQueueFull, stamp,
-                            "frames come faster than they can be fused, or wait too long (" +
-                                (waited_for.empty() ? "every transform is there" : waited_for) +
+                            "frames arrive faster than they can be fused, or wait too long (" +
+                                (waited_for.empty() ? "all transforms are known" : waited_for) +
                                 ")");
-  if (!parts_.posed_frames.isNeeded(parts_.stream)) return;
+  if (!parts_.posed_frames.isNeeded(parts_.stream)) return true;
   while (const std::optional<PosedFrame> extra = parts_.posed_frames.takeExtraBefore(stamp)) {
     extra->accounting->dropped(DropReason::kQueueFull, extra->stamp,
                                "images come faster than they can be used, and the depth image "
                                "after it was dropped");
   }
+  return true;
 }
 
 std::optional<Rejection> FrameIntake::check(const FrameMessages& frame) const {
@@ -91,11 +101,16 @@ std::string FrameIntake::cameraFrame(const sensor_msgs::Image& image) const {
                                       : params_.camera_frame;
 }
 
-void FrameIntake::handleTimeJump(const ros::Time& stamp) {
+bool FrameIntake::handleTimeJump(const ros::Time& stamp) {
+  goOnAfterGap(stamp);
+  if (!last_stamp_.isZero() && stamp.toSec() - last_stamp_.toSec() > kGap_s) {
+    ahead_stamp_ = stamp;
+    return true;
+  }
   const ros::Time last = std::exchange(last_stamp_, stamp);
   if (last.isZero() || last.toSec() - stamp.toSec() < kTimeJump_s) {
     if (last > stamp) last_stamp_ = last;
-    return;
+    return false;
   }
   ROS_WARN_STREAM_NAMED("dtsdf_mapping", "the images' stamps went back from "
                                              << last << " to " << stamp
@@ -103,10 +118,39 @@ void FrameIntake::handleTimeJump(const ros::Time& stamp) {
                                                 "the map is kept (clear_map empties it)");
   parts_.on_time_jump();
   last_stamp_ = stamp;
+  return false;
+}
+
+/// After a stamp far ahead: where the next one goes on before it, that one was wrong, and nothing
+/// else is.
+void FrameIntake::goOnAfterGap(const ros::Time& stamp) {
+  const ros::Time ahead = std::exchange(ahead_stamp_, ros::Time());
+  if (ahead.isZero()) return;
+  const double gap_s = ahead.toSec() - last_stamp_.toSec();
+  const bool goes_on_there = stamp.toSec() > ahead.toSec() - kTimeJump_s;
+  if (goes_on_there || stamp.toSec() < last_stamp_.toSec() - kTimeJump_s) {
+    last_stamp_ = ahead;
+    return;
+  }
+  std::ostringstream text;
+  text << "its stamp was " << gap_s << " s ahead of the images before it and of the next one";
+  dropNewest(ahead, DropReason::kTimeJump, text.str());
+}
+
+bool FrameIntake::dropNewest(const ros::Time& stamp, DropReason reason, const std::string& text) {
+  const std::lock_guard<std::mutex> passing(passing_);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (queue_.empty() || queue_.back().image->header.stamp != stamp) return false;
+    if (queue_.size() == 1) waiting_for_.clear();
+    queue_.pop_back();
+  }
+  parts_.accounting.dropped(reason, stamp, text);
+  return true;
 }
 
 void FrameIntake::startAnew() {
-  last_stamp_ = ros::Time();
+  last_stamp_ = ahead_stamp_ = ros::Time();
   dropAll(DropReason::kTimeJump, "stamps went back while it waited");
 }
 
@@ -141,10 +185,11 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   try {
     if (!rejection) parts_.kind.fill(rectification_.applyAndWarn({frame.image, frame.info}), posed);
   } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
-    rejection = Rejection{DropReason::kBadImage, error.what()};
+    rejection = Rejection{DropReason::kBadImage, errorText(error)};
   }
   if (rejection) {
     parts_.accounting.dropped(rejection->reason, posed.stamp, rejection->text);
+    if (frame.may_be_ahead) return;
     return parts_.posed_frames.settle(parts_.stream, posed.stamp);
   }
   std::visit([&](auto& image) { image.T_W_C = pose.T_W_C; }, posed.image);
@@ -162,7 +207,7 @@ void FrameIntake::checkOpticalFrame(const WaitingFrame& frame, const DepthFrame&
   optical_frame_check_.add(depth);
   if (!optical_frame_check_.isBodyFrame()) return;
   const std::string text =
-      "'" + cameraFrame(*frame.image) +
+      "'" + printable(cameraFrame(*frame.image)) +
       "' is no optical frame: surfaces stay in place only if its x axis looks forward, but z has "
       "to; name the optical frame in the driver, or in input/camera_frame, and clear_map";
   ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);

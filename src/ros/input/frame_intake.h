@@ -63,6 +63,10 @@ class FrameIntake {
   /// Intake's thread: the next pose may be anywhere, as after a map was loaded.
   void restartMotion() { motion_gate_ = MotionGate(params_.max_speed_m_s, params_.max_turn_deg_s); }
 
+  /// Callbacks' thread: drops the frame that has waited longest, as there is no room for all; false
+  /// if none waits.
+  bool dropOldest();
+
   /// Frames that wait for their transform or their turn, and what their images take.
   size_t size() const;
   size_t waitingBytes() const;
@@ -78,15 +82,19 @@ class FrameIntake {
     sensor_msgs::ImageConstPtr image;
     sensor_msgs::CameraInfoConstPtr info;
     SteadyTime arrival;
+    bool may_be_ahead = false;  ///< Its stamp may be wrong, so that it says nothing of the others.
   };
 
   std::string cameraFrame(const sensor_msgs::Image& image) const;
   std::optional<Rejection> check(const FrameMessages& frame) const;
-  void handleTimeJump(const ros::Time& stamp);
+  /// Whether the stamp is so far ahead of those before that it may be wrong.
+  bool handleTimeJump(const ros::Time& stamp);
+  void goOnAfterGap(const ros::Time& stamp);
   void dropPaused(const ros::Time& stamp);
   /// False while paused.
   bool enqueue(WaitingFrame frame);
-  void dropOldest();
+  /// The frame that came last, if it has that stamp and waits for its transform still.
+  bool dropNewest(const ros::Time& stamp, DropReason reason, const std::string& text);
   void dropAll(DropReason reason, const std::string& text);
 
   bool passOnFirst();
@@ -104,6 +112,7 @@ class FrameIntake {
   Rectification rectification_;  ///< Intake's thread only.
   OpticalFrameCheck optical_frame_check_;  ///< Intake's thread only.
   ros::Time last_stamp_;    ///< Callbacks' thread only.
+  ros::Time ahead_stamp_;   ///< The same: of the last image, if far ahead of that; 0: it is not.
 
   /// Held while a frame goes from one queue to the other, where dropAll() would miss it. Before
   /// mutex_, if both are.

@@ -7,6 +7,9 @@
 #include <cstring>
 #include <sstream>
 
+#include "io/compressed_depth.h"
+#include "params/printable.h"
+
 namespace dtsdf {
 namespace {
 
@@ -58,7 +61,8 @@ std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pix
   }
   std::ostringstream text;
   text << "rows of " << image.step << " bytes and " << image.data.size() << " bytes in all do not "
-       << "make an image of " << image.width << " x " << image.height << ", " << image.encoding;
+       << "make an image of " << image.width << " x " << image.height << ", "
+       << printable(image.encoding);
   return Rejection{DropReason::kBadImage, text.str()};
 }
 
@@ -110,6 +114,20 @@ sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const In
   info.R = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
   info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
   return info;
+}
+
+std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes) {
+  if (image.height != 0 && image.width > mostImagePixels() / image.height) {
+    std::ostringstream text;
+    text << "the image has " << image.width << " x " << image.height << " pixels; at most "
+         << mostImagePixels() << " are supported";
+    return Rejection{DropReason::kTooLarge, text.str()};
+  }
+  if (image.data.size() <= most_bytes) return std::nullopt;
+  std::ostringstream text;
+  text << "the image has " << image.data.size() << " bytes, and no more than " << most_bytes
+       << " may wait (input/queue_mb)";
+  return Rejection{DropReason::kTooLarge, text.str()};
 }
 
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,

@@ -1,6 +1,10 @@
 #include "ros/input/image_stream.h"
 
+#include <exception>
+#include <optional>
 #include <utility>
+
+#include "params/printable.h"
 
 namespace dtsdf {
 
@@ -19,7 +23,8 @@ ImageStream::ImageStream(const std::string& name, const std::string& ns, const r
 void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   input_ = std::make_unique<CameraInput>(
       kind_.topics, nh_, private_nh, ns_, params_, accounting_,
-      [this](const FrameMessages& frame) { onFrame(frame); });
+      CameraInput::Handlers{[this](const FrameMessages& frame) { onFrame(frame); },
+                            [this] { makeRoom(); }});
 }
 
 void ImageStream::onFrame(const FrameMessages& frame) {
@@ -27,8 +32,27 @@ void ImageStream::onFrame(const FrameMessages& frame) {
   if (!rate_limit_.takes(stamp.toSec())) {
     return accounting_.dropped(DropReason::kOverRate, stamp, "more come than are wanted");
   }
-  intake_.push(frame);
+  try {
+    intake_.push(frame);
+  } catch (const std::exception& error) {  // no memory for a masked copy
+    accounting_.dropped(DropReason::kBadImage, stamp, errorText(error));
+  }
   on_frame_();
+}
+
+/// Each of the two places keeps within the room; here they do so together.
+void ImageStream::makeRoom() {
+  for (;;) {
+    const bool too_many =
+        intake_.size() + input_->waitingImages() > static_cast<size_t>(params_.queue_size);
+    const bool too_large =
+        intake_.waitingBytes() + input_->waitingBytes() > queueBytesOf(params_);
+    if (!too_many && !too_large) return;
+    if (intake_.dropOldest()) continue;
+    const auto reason =
+        too_many ? std::nullopt : std::optional<DropReason>(DropReason::kQueueFull);
+    if (!input_->giveUpImage(reason)) return;
+  }
 }
 
 StreamReport ImageStream::report() const {
@@ -37,9 +61,10 @@ StreamReport ImageStream::report() const {
   report.image_topic = input_->imageTopic();
   report.info_topic = input_->infoTopic();
   report.image_publishers = input_->imagePublishers();
-  report.waiting = intake_.size();
-  report.waiting_bytes = intake_.waitingBytes();
+  report.waiting = report.frames.waiting();
+  report.waiting_bytes = intake_.waitingBytes() + input_->waitingBytes();
   report.waiting_for = intake_.waitingFor();
+  if (report.waiting_for.empty()) report.waiting_for = input_->waitingFor();
   report.warning = intake_.warning();
   return report;
 }

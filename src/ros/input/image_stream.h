@@ -34,7 +34,7 @@ class ImageStream {
     double max_rate_hz = 0.0;  ///< Of what is taken of it; 0: all.
   };
 
-  /// Of topics in `ns`, for whose sake see CameraInput; `name` begins the warnings.
+  /// Of topics in `ns` (see CameraInput for why); `name` begins the warnings.
   ImageStream(const std::string& name, const std::string& ns, const ros::NodeHandle& nh,
               const InputParams& params, Kind kind, const Parts& parts);
 
@@ -59,6 +59,7 @@ class ImageStream {
 
  private:
   void onFrame(const FrameMessages& frame);
+  void makeRoom();
 
   std::string ns_;
   ros::NodeHandle nh_;

@@ -1,8 +1,10 @@
 #include "ros/input/pose_source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 #include "params/frame_name.h"
 #include "params/printable.h"
@@ -20,6 +22,8 @@ PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& 
 
 PoseAnswer PoseSource::find(const std::string& frame, const ros::Time& stamp,
                             const char* what) const {
+  transforms_.want(map_frame_);
+  transforms_.want(frame);
   // Before the look-up itself: a transform that arrives in between may not count as one that has
   // gone past the image.
   const NewestTransform newest = findNewest(frame);
@@ -43,16 +47,28 @@ PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_fra
     return {transforms_.core().lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp,
             ""};
   } catch (const std::runtime_error& error) {
-    return {std::nullopt, error.what()};
+    return {std::nullopt, errorText(error)};
   }
+}
+
+std::string PoseSource::describeFrames() const {
+  constexpr size_t kShown = 10;
+  const std::vector<std::string> frames = transforms_.frames(kShown + 1);
+  if (frames.empty()) return "no transform at all has come on /tf or /tf_static";
+  std::string text;
+  for (size_t i = 0; i < std::min(frames.size(), kShown); ++i) {
+    text += (i == 0 ? "there are the frames '" : "', '") + printable(frames[i]);
+  }
+  return text + (frames.size() > kShown ? "' and more" : "'");
 }
 
 std::string PoseSource::describe(const NewestTransform& newest, const std::string& camera_frame,
                                  const ros::Time& stamp, const char* what) const {
   std::ostringstream text;
-  text << "no transform from '" << printable(camera_frame) << "' to '" << map_frame_ << "': ";
+  text << "no transform from '" << printable(camera_frame) << "' to '" << printable(map_frame_)
+       << "': ";
   if (!newest.stamp) {
-    text << "there is none of any time (" << printable(newest.error) << ")";
+    text << "none has ever been received (" << newest.error << "); " << describeFrames();
     return text.str();
   }
   const double ahead_s = stamp.toSec() - newest.stamp->toSec();

@@ -49,6 +49,7 @@ class PoseSource {
   /// `what` is of the stamp, in words.
   PoseAnswer find(const std::string& frame, const ros::Time& stamp, const char* what) const;
   NewestTransform findNewest(const std::string& camera_frame) const;
+  std::string describeFrames() const;
   std::string describe(const NewestTransform& newest, const std::string& camera_frame,
                        const ros::Time& stamp, const char* what) const;
 

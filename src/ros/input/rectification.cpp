@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "io/byte_order.h"
+#include "params/printable.h"
 #include "ros/input/colour_image.h"
 #include "ros/input/depth_image.h"
 
@@ -20,6 +21,9 @@ namespace dtsdf {
 namespace {
 
 using Matrix = cv::Matx33d;
+
+/// Another camera_info in each message is another warning.
+constexpr double kWarningPeriod_s = 5.0;
 
 /// Not in the message headers of every distribution.
 const std::string kEquidistant = "equidistant";
@@ -158,14 +162,18 @@ bool Rectification::isToBeUndone(const sensor_msgs::CameraInfo& info) const {
 std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
   if (choice_ == RectifyChoice::kNever) return "input/rectify is never";
   if (isKnownModel(info)) return "";
-  return "distortion model '" + info.distortion_model + "' with " + std::to_string(info.D.size()) +
-         " coefficients cannot be undone";
+  return "distortion model '" + printable(info.distortion_model) + "' with " +
+         std::to_string(info.D.size()) + " coefficients cannot be undone";
 }
 
 CameraImage Rectification::applyAndWarn(const CameraImage& raw) {
   CameraImage camera = apply(raw);
+  const ros::WallTime now = ros::WallTime::now();
+  if (!warned_at_.isZero() && (now - warned_at_).toSec() < kWarningPeriod_s) return camera;
   const std::string warning = takeWarning();
-  if (!warning.empty()) ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
+  if (warning.empty()) return camera;
+  warned_at_ = now;
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning);
   return camera;
 }
 

@@ -1,6 +1,7 @@
 /// Undoes the distortion of raw images.
 #pragma once
 
+#include <ros/time.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
@@ -47,6 +48,7 @@ class Rectification {
   RectifyChoice choice_;
   std::string topic_;
   Kind kind_;
+  ros::WallTime warned_at_;    ///< By applyAndWarn(); 0: never.
   std::string warning_, told_;  ///< For the last image, and what was taken last.
 
   sensor_msgs::CameraInfo table_info_;            ///< What the table was made for.

@@ -21,6 +21,12 @@ constexpr int kTooOldInARow = 10;
 /// Frames and publishers that are told apart; whoever makes up names does not fill the memory.
 constexpr size_t kNamesTold = 20;
 constexpr double kWarningPeriod_s = 5.0;
+/// A name is no longer than that: else a few would fill the memory.
+constexpr size_t kLongestName = 200;
+/// Frames that are asked of at a time: cameras, the map, what services name.
+constexpr size_t kMostWanted = 64;
+/// Links from a frame to the root.
+constexpr int kLongestChain = 100;
 
 const char* const kAhead = "ahead of time";
 const char* const kInvalid = "invalid";
@@ -39,6 +45,9 @@ std::optional<std::string> whyInvalid(const geometry_msgs::TransformStamped& tra
   const std::string child = stripLeadingSlash(transform.child_frame_id);
   const std::string parent = stripLeadingSlash(transform.header.frame_id);
   if (child.empty() || parent.empty()) return "one of its frames has no name";
+  if (child.size() > kLongestName || parent.size() > kLongestName) {
+    return "the name of one of its frames has more than " + std::to_string(kLongestName) + " bytes";
+  }
   if (child == parent) return "it leads from a frame to itself";
   if (!isFinite(transform.transform)) return "it has numbers that are not finite";
   const auto& q = transform.transform.rotation;
@@ -80,14 +89,19 @@ bool TransformBuffer::setTransform(const geometry_msgs::TransformStamped& transf
         refuse(transform, publisher, kAhead, *problem);
         return false;
       }
-      followTime(transform, publisher);
     }
+    const std::string child = stripLeadingSlash(transform.child_frame_id);
+    if (!keepsNames(child, stripLeadingSlash(transform.header.frame_id))) {
+      leaveOut(child, publisher, is_static);
+      return false;
+    }
+    if (!is_static) followTime(transform, publisher);
     // False is said of one that is there already, or too old: both are nothing new.
     if (core_.setTransform(transform, publisher, is_static) && !is_static) taken_at_ = clock_();
     return true;
   } catch (const std::exception& error) {  // of tf2, or no memory
     ROS_WARN_STREAM_THROTTLE_NAMED(kWarningPeriod_s, "dtsdf_mapping",
-                                   "a transform was refused: " << printable(error.what()));
+                                   "a transform was refused: " << errorText(error));
     return false;
   }
 }
@@ -96,7 +110,7 @@ std::optional<std::string> TransformBuffer::whyNot(
     const geometry_msgs::TransformStamped& transform) const {
   const double stamp_s = transform.header.stamp.toSec();
   if (stamp_s >= kEndOfTime_s - options_.kept_s - 1.0) {
-    return "its stamp lies at the end of all time that ROS can tell";
+    return "its stamp lies at the end of the time that ROS can represent";
   }
   const std::optional<double> present = present_s();
   if (!present || stamp_s - *present <= options_.max_ahead_s) return std::nullopt;
@@ -109,8 +123,7 @@ std::optional<double> TransformBuffer::present_s() const {
   if (image_stamp_.isZero()) {
     return now.isZero() ? std::nullopt : std::optional<double>(now.toSec());
   }
-  const double images_s = image_stamp_.toSec() +
-                          std::chrono::duration<double>(clock_() - image_at_).count();
+  const double images_s = imagesTime_s();
   const bool one_time = !now.isZero() && std::abs(now.toSec() - images_s) <= options_.kept_s;
   return one_time ? std::max(now.toSec(), images_s) : images_s;
 }
@@ -155,9 +168,75 @@ void TransformBuffer::refuse(const geometry_msgs::TransformStamped& transform,
                                              << " refused so far]");
 }
 
+void TransformBuffer::want(const std::string& frame) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto place = std::find(wanted_.begin(), wanted_.end(), frame);
+  const bool is_new = place == wanted_.end();
+  if (!is_new) wanted_.erase(place);
+  wanted_.push_front(frame);
+  if (wanted_.size() > kMostWanted) wanted_.pop_back();
+  if (is_new && statics_left_out_) statics_wanted_ = true;
+}
+
+bool TransformBuffer::takeStaticsWanted() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::exchange(statics_wanted_, false);
+}
+
+/// Whether it lies between a frame that is asked for and the root, that frame included.
+bool TransformBuffer::isWanted(const std::string& frame) const {
+  for (const std::string& wanted : wanted_) {
+    const std::string* link = &wanted;
+    for (int i = 0; i < kLongestChain; ++i) {
+      if (*link == frame) return true;
+      const auto parent = parents_.find(*link);
+      if (parent == parents_.end()) break;
+      link = &parent->second;
+    }
+  }
+  return false;
+}
+
+/// Wanted frames have as much room again, which names that others make up for their parents share.
+bool TransformBuffer::keepsNames(const std::string& child, const std::string& parent) {
+  const size_t names = names_.size() + (names_.count(child) == 0) + (names_.count(parent) == 0);
+  const bool is_new = names > names_.size();
+  const bool beyond = is_new && names > options_.max_frames;
+  if (beyond && (names > 2 * options_.max_frames || !isWanted(child))) return false;
+  if (is_new) names_.insert({child, parent});
+  parents_[child] = parent;
+  if (beyond && statics_left_out_) statics_wanted_ = true;  // the next link may be one of them
+  return true;
+}
+
+void TransformBuffer::leaveOut(const std::string& child, const std::string& publisher,
+                               bool is_static) {
+  const std::string what = "more than " + std::to_string(options_.max_frames) + " frames";
+  const std::string of = printable(publisher) + ": " + what;
+  if (is_static) statics_left_out_ = true;
+  if (report_.refused_by.count(of) > 0 || report_.refused_by.size() < kNamesTold) {
+    ++report_.refused_by[of];
+  }
+  if (++report_.not_kept > 1) return;
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping",
+                        "there are " << what << " on /tf: no more are kept but those that the pose "
+                                     << "of a camera needs, so not '" << printable(child) << "' of "
+                                     << printable(publisher));
+}
+
+double TransformBuffer::imagesTime_s() const {
+  return image_stamp_.toSec() + std::chrono::duration<double>(clock_() - image_at_).count();
+}
+
 void TransformBuffer::imageCame(const ros::Time& stamp) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (stamp <= image_stamp_) return;
+  if (stamp <= image_stamp_ || stamp == ahead_stamp_) return;  // it asks again while it waits
+  if (!image_stamp_.isZero() && stamp.toSec() - imagesTime_s() > options_.kept_s) {
+    const bool alone = ahead_stamp_.isZero() || stamp < ahead_stamp_ ||
+                       stamp.toSec() - ahead_stamp_.toSec() > options_.kept_s;
+    ahead_stamp_ = alone ? stamp : ros::Time();
+    if (alone) return;
+  }
   image_stamp_ = stamp;
   image_at_ = clock_();
 }
@@ -165,12 +244,20 @@ void TransformBuffer::imageCame(const ros::Time& stamp) {
 void TransformBuffer::clear() {
   const std::lock_guard<std::mutex> lock(mutex_);
   clearLocked();
-  image_stamp_ = ros::Time();
+  image_stamp_ = ahead_stamp_ = ros::Time();
 }
 
 void TransformBuffer::clearLocked() {
   core_.clear();
   tracks_.clear();
+}
+
+std::vector<std::string> TransformBuffer::frames(size_t most) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<std::string> names(names_.begin(), names_.end());
+  std::sort(names.begin(), names.end());
+  names.resize(std::min(names.size(), most));
+  return names;
 }
 
 TransformReport TransformBuffer::report() const {

@@ -7,12 +7,15 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
+#include <vector>
 
 #include "ros/common/steady_clock.h"
 
@@ -22,6 +25,7 @@ namespace dtsdf {
 struct TransformReport {
   uint64_t refused = 0;
   std::map<std::string, uint64_t> refused_by;  ///< "frame 'camera' of /slam: ahead of time".
+  uint64_t not_kept = 0;  ///< Of frames beyond the bound, which is no fault; in `refused_by`, too.
   std::string last_refusal;                    ///< In words; empty if there was none.
   std::optional<double> age_s;                 ///< Wall time since the last one was taken.
 };
@@ -30,13 +34,17 @@ struct TransformReport {
 /// makes it throw all true ones away, and one at the end of time makes it throw. Here a transform
 /// is refused and counted if it is ahead of the present by more than `max_ahead_s`. The present is
 /// that of ROS's clock, or of the images where these are of another time, as in a recording that
-/// is played without simulated time. Static transforms have no time. Thread safe.
+/// is played without simulated time. Static transforms have no time.
+///
+/// tf2 forgets no name, so the number of frames is bounded: beyond `max_frames` it takes only those
+/// that lead from a frame that somebody has asked for to the root. Thread safe.
 class TransformBuffer {
  public:
   struct Options {
     double max_ahead_s = 5.0;
     /// Longer than any frame waits in a queue that keeps up.
     double kept_s = 30.0;
+    size_t max_frames = 1000;
   };
 
   /// `now` is ROS's clock; 0 while it is not known.
@@ -49,13 +57,23 @@ class TransformBuffer {
   bool setTransform(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
                     bool is_static = false) noexcept;
 
-  /// An image of this stamp has come: what time it is for the images.
+  /// Frames that poses are asked of: they are taken, however many others there are.
+  void want(const std::string& frame);
+
+  /// Whether static transforms were not kept of which one may be needed by now: they do not come
+  /// again by themselves.
+  bool takeStaticsWanted();
+
+  /// An image of this stamp has come: what time it is for the images. One alone that is far ahead
+  /// of the others does not say so.
   void imageCame(const ros::Time& stamp);
 
   /// Forgets the transforms that are not static, and the time of the images.
   void clear();
 
   const tf2::BufferCore& core() const { return core_; }
+  /// The frames that there are, sorted; not more than so many.
+  std::vector<std::string> frames(size_t most) const;
   TransformReport report() const;
 
  private:
@@ -71,7 +89,11 @@ class TransformBuffer {
   void followTime(const geometry_msgs::TransformStamped& transform, const std::string& publisher);
   void refuse(const geometry_msgs::TransformStamped& transform, const std::string& publisher,
               const std::string& reason, const std::string& detail);
+  bool isWanted(const std::string& frame) const;
+  bool keepsNames(const std::string& child, const std::string& parent);
+  void leaveOut(const std::string& child, const std::string& publisher, bool is_static);
   void clearLocked();
+  double imagesTime_s() const;
 
   const Options options_;
   const SteadyClock clock_;
@@ -80,7 +102,12 @@ class TransformBuffer {
 
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::unordered_map<std::string, Track> tracks_;
+  std::unordered_set<std::string> names_;                 ///< That tf2 has.
+  std::unordered_map<std::string, std::string> parents_;  ///< By child, of transforms taken.
+  std::deque<std::string> wanted_;                        ///< The one asked for last is first.
+  bool statics_left_out_ = false, statics_wanted_ = false;
   ros::Time image_stamp_;     ///< Of the newest image; 0: none.
+  ros::Time ahead_stamp_;     ///< Of one far ahead of it, whose time no other has; 0: none.
   SteadyTime image_at_;       ///< When it came.
   std::optional<SteadyTime> taken_at_, warned_at_;
   TransformReport report_;    ///< Without age.

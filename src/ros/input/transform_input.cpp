@@ -14,10 +14,23 @@ constexpr uint32_t kQueue = 100;
 
 }  // namespace
 
-TransformInput::TransformInput(ros::NodeHandle nh, TransformBuffer& transforms)
-    : transforms_(transforms),
-      tf_(nh.subscribe("/tf", kQueue, &TransformInput::onTransforms, this)),
-      tf_static_(nh.subscribe("/tf_static", kQueue, &TransformInput::onStaticTransforms, this)) {}
+TransformInput::TransformInput(const ros::NodeHandle& nh, TransformBuffer& transforms)
+    : nh_(nh),
+      transforms_(transforms),
+      tf_(nh_.subscribe("/tf", kQueue, &TransformInput::onTransforms, this)) {
+  subscribeStatic();
+  timer_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
+    guarded("static transforms", [this] {
+      if (transforms_.takeStaticsWanted()) subscribeStatic();
+    });
+  });
+}
+
+/// Publishers of static transforms are latched: a new subscriber gets what they sent last.
+void TransformInput::subscribeStatic() {
+  tf_static_.shutdown();
+  tf_static_ = nh_.subscribe("/tf_static", kQueue, &TransformInput::onStaticTransforms, this);
+}
 
 void TransformInput::onTransforms(const Event& event) {
   guarded("transforms", [&] { put(event, false); });

@@ -123,7 +123,7 @@ SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
                              "nothing was saved");
   }
   if (choice.simplify_error_m != 0.0) {
-    saved = simplifyMesh(saved.mesh, choice.simplify_error_m);
+    saved = simplifyMesh(saved.mesh, choice.simplify_error_m, choice.go_on);
   }
   saveMesh(saved.mesh, colour_, path);
   return {saved.mesh.vertices_m.size(), saved.mesh.triangles.size(), saved.error_m,

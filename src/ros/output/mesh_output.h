@@ -10,6 +10,7 @@
 #include <string>
 
 #include "dtsdf_mapping/mesh.h"
+#include "dtsdf_mapping/simplify.h"
 #include "ros/common/schedule.h"
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
@@ -22,6 +23,7 @@ namespace dtsdf {
 struct SaveChoice {
   std::optional<BoxRegion> region;  ///< Only triangles wholly in it.
   double simplify_error_m = 0.0;    ///< 0: all triangles.
+  SimplifyProgress go_on = nullptr;  ///< Of the simplification; false cancels it.
 };
 
 /// What a file holds.
@@ -58,7 +60,7 @@ class MeshOutput {
   std::chrono::milliseconds step() noexcept;
 
   /// Writes the mesh, with all that was handed over.
-  /// @throws std::runtime_error as saveMesh() and simplifyMesh() do, or if the region is empty.
+  /// @throws std::exception as saveMesh() and simplifyMesh() do, or if the region is empty.
   SavedMesh save(const std::string& path, const SaveChoice& choice);
 
   /// After it, nothing is published that was handed over before the map was cleared last.

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 #include "params/printable.h"
 
@@ -23,6 +24,20 @@ std::string lowerCase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
+}
+
+/// The path with its links resolved, as far as it exists.
+fs::path resolved(const fs::path& path, const std::string& advice) {
+  std::error_code error;
+  const fs::path canonical = fs::weakly_canonical(fs::absolute(path), error);
+  // Of a name that is too long only the whole path says so.
+  if (!error) static_cast<void>(fs::status(canonical, error));
+  if (!error || error == std::errc::no_such_file_or_directory ||
+      error == std::errc::not_a_directory || error == std::errc::permission_denied) {
+    return canonical;
+  }
+  throw std::runtime_error("'" + printable(path.string()) + "' cannot be used: " +
+                           error.message() + "; " + advice);
 }
 
 /// ".ply, .obj, .stl or .glb"
@@ -56,18 +71,18 @@ std::string resolveOutputPath(const std::string& output_directory, const std::st
     throw std::runtime_error("'" + printable(file_name) + "' has a control character in it; give "
                              "a plain name such as 'name" + extensions.front() + "'");
   }
-  fs::path directory =
-      fs::weakly_canonical(fs::absolute(expandHome(output_directory, "output_directory")));
+  fs::path directory = resolved(expandHome(output_directory, "output_directory"),
+                                "set output_directory to another folder");
   if (!directory.has_filename()) directory = directory.parent_path();  // "a/" -> "a"
   // An absolute file_name replaces the directory here, and has to lie in it like any other.
-  const fs::path path = fs::weakly_canonical(directory / file_name);
+  const fs::path path = resolved(directory / file_name, "give another name");
   if (!liesIn(path, directory)) {
-    throw std::runtime_error("'" + file_name + "' leads out of output_directory (" +
-                             directory.string() + "); give a name under it");
+    throw std::runtime_error("'" + printable(file_name) + "' is outside output_directory (" +
+                             printable(directory.string()) + "); give a name under it");
   }
   const std::string extension = lowerCase(path.extension().string());
   if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) {
-    throw std::runtime_error("'" + file_name + "' has the wrong extension; use " +
+    throw std::runtime_error("'" + printable(file_name) + "' has the wrong extension; use " +
                              inWords(extensions));
   }
   return path.string();

@@ -1,5 +1,6 @@
 #include "ros/output/status_publisher.h"
 
+#include <ros/console.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -32,7 +33,7 @@ void addCamera(const CameraStatus& camera,
   }
 }
 
-/// Resident memory of this process; 0 where the system does not tell.
+/// Resident memory of this process; 0 where the system does not report it.
 uint64_t residentBytes() {
   std::ifstream statm("/proc/self/statm");
   uint64_t all_pages = 0, resident_pages = 0;
@@ -61,7 +62,9 @@ StatusPublisher::StatusPublisher(const ros::NodeHandle& nh, ros::NodeHandle priv
 
 void StatusPublisher::publish() {
   StatusInput input = collect_();
-  run_clock_.update({std::chrono::steady_clock::now(), ros::Time::now(), input.paused});
+  const SteadyTime now = std::chrono::steady_clock::now();
+  run_clock_.update({now, ros::Time::now(), input.paused});
+  input.recent_drops = recent_drops_.update(input.cameras, now);
   input.time_stands = run_clock_.timeStands();
   input.ran_s = run_clock_.ran_s();
   input.process_bytes = residentBytes();
@@ -69,6 +72,9 @@ void StatusPublisher::publish() {
   status_.header.frame_id = options_.map_frame;
   status_.header.stamp = ros::Time::now();
   publisher_.publish(status_);
+  if (trouble_log_.update(status_.level == MapStatus::OK, status_.message, now)) {
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
+  }
   // Its own timer would wait for simulated time.
   updater_.force_update();
 }

@@ -9,7 +9,9 @@
 #include <string>
 
 #include "ros/output/run_clock.h"
+#include "ros/output/recent_drops.h"
 #include "ros/output/status_report.h"
+#include "ros/output/trouble_log.h"
 
 namespace dtsdf {
 
@@ -34,6 +36,8 @@ class StatusPublisher {
   std::function<StatusInput()> collect_;
   dtsdf_mapping::MapStatus status_;
   RunClock run_clock_;
+  RecentDrops recent_drops_;
+  TroubleLog trouble_log_;
   diagnostic_updater::Updater updater_;
   ros::Publisher publisher_;
   ros::WallTimer timer_;

@@ -5,6 +5,8 @@
 #include <tuple>
 #include <utility>
 
+#include "params/printable.h"
+
 namespace dtsdf {
 
 using dtsdf_mapping::CameraStatus;
@@ -47,6 +49,21 @@ Verdict judgeInput(const StreamReport& depth, const std::vector<std::string>& ot
     return {MapStatus::WARN, "depth images come, but no camera_info on '" + depth.info_topic + "'"};
   }
   return {MapStatus::OK, ""};
+}
+
+/// Drops that are worth a word, though most frames are fused; empty text if there are none. Of
+/// fewer images than that a single drop would be.
+Verdict judgeDrops(const DropShare& recent, const std::string& last_drop) {
+  constexpr uint64_t kLeastImages = 50;
+  constexpr double kWorthAWord = 0.02;
+  if (recent.received < kLeastImages) return {MapStatus::OK, ""};
+  const double share = static_cast<double>(recent.dropped) / static_cast<double>(recent.received);
+  if (share <= kWorthAWord) return {MapStatus::OK, ""};
+  const std::string remedy = remedyFor(recent.most_common);
+  return {MapStatus::WARN, std::to_string(std::lround(100.0 * share)) +
+                               " % of the depth images were dropped lately, most as " +
+                               toString(recent.most_common) + ": " +
+                               (remedy.empty() ? last_drop : remedy)};
 }
 
 /// For how long nothing has come while it could have; 0 if nothing ever has.
@@ -123,7 +140,8 @@ Verdict judgeColour(const StreamReport& colour, bool is_needed) {
   return {MapStatus::WARN, "no colour image painted yet: " + colour.frames.last_drop};
 }
 
-Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const MapStatus& before) {
+Verdict judgeCamera(const CameraReport& camera, const DropShare& recent, const StatusInput& in,
+                    const MapStatus& before) {
   const StreamReport& depth = camera.depth;
   Verdict silence = judgeSilence(depth, in);
   if (!silence.second.empty()) return silence;
@@ -136,6 +154,8 @@ Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const Map
     return {MapStatus::WARN, "most frames are dropped: " + depth.frames.last_drop};
   }
   if (!depth.warning.empty()) return {MapStatus::WARN, depth.warning};
+  Verdict drops = judgeDrops(recent, depth.frames.last_drop);
+  if (!drops.second.empty()) return drops;
   return camera.colour ? judgeColour(*camera.colour, camera.is_colour_needed)
                        : Verdict{MapStatus::OK, ""};
 }
@@ -143,8 +163,10 @@ Verdict judgeCamera(const CameraReport& camera, const StatusInput& in, const Map
 /// Of the cameras the first one with something amiss; else what the first has to say.
 Verdict judgeCameras(const StatusInput& in, const MapStatus& before) {
   Verdict verdict{MapStatus::OK, ""};
-  for (const CameraReport& camera : in.cameras) {
-    Verdict own = judgeCamera(camera, in, before);
+  for (size_t i = 0; i < in.cameras.size(); ++i) {
+    const CameraReport& camera = in.cameras[i];
+    const DropShare recent = i < in.recent_drops.size() ? in.recent_drops[i] : DropShare();
+    Verdict own = judgeCamera(camera, recent, in, before);
     if (!own.second.empty()) own.second = beginOf(camera) + own.second;
     if (own.first != MapStatus::OK) return own;
     if (verdict.second.empty()) verdict = own;
@@ -153,7 +175,7 @@ Verdict judgeCameras(const StatusInput& in, const MapStatus& before) {
 }
 
 std::string describeMesh(const StatusInput& in) {
-  if (in.time_stands) return "mapping; simulated time stands still";
+  if (in.time_stands) return "mapping; /clock is not advancing";
   if (in.output.triangles > 0) return "mapping";
   if (in.mesh_listeners == 0) return "mapping; no mesh yet, as nobody listens to it";
   return "mapping; no triangles yet: no surface has been seen well enough";
@@ -269,6 +291,12 @@ size_t waitingImageBytes(const std::vector<CameraReport>& cameras) {
   return bytes;
 }
 
+size_t countStreams(const std::vector<CameraReport>& cameras) {
+  size_t streams = cameras.size();
+  for (const CameraReport& camera : cameras) streams += camera.colour ? 1 : 0;
+  return streams;
+}
+
 size_t queuedBytes(const std::vector<TopicReport>& topics) {
   size_t bytes = 0;
   for (const TopicReport& topic : topics) bytes += topic.waiting_bytes;
@@ -297,7 +325,8 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   }
   if (memory.space > 0) add("space", false, memory.space + in.output.grid_bytes);
   add("mesh", false, in.output.mesh_bytes);
-  add("images", false, waitingImageBytes(in.cameras));
+  add("images", false, waitingImageBytes(in.cameras),
+      countStreams(in.cameras) * in.max_image_bytes);
   add("queues", false, queuedBytes(in.output.topics), in.max_queue_bytes);
   const std::vector<TopicReport>& space_topics = in.output.space_topics;
   if (!space_topics.empty()) add("space_queues", false, queuedBytes(space_topics));
@@ -333,7 +362,7 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in,
   fillCameras(in, status);
 
   status.voxel_size_m = in.map.voxel_size_m;
-  status.loaded_map = in.map.loaded_map;
+  status.loaded_map = printableMessage(in.map.loaded_map);
   status.blocks = in.map.stats.blocks;
   status.voxel_arrays = in.map.stats.voxel_arrays;
   status.map_bytes = in.map.stats.map_bytes;

@@ -9,12 +9,14 @@
 #include "ros/input/camera_report.h"
 #include "ros/input/transform_buffer.h"
 #include "ros/output/map_report.h"
+#include "ros/output/recent_drops.h"
 
 namespace dtsdf {
 
 /// Everything the status is made from, at one moment.
 struct StatusInput {
   std::vector<CameraReport> cameras;
+  std::vector<DropShare> recent_drops;  ///< Of each; may be empty.
   MapReport map;
   OutputReport output;
   TransformReport transforms;
@@ -26,6 +28,7 @@ struct StatusInput {
   std::vector<std::string> depth_topics;  ///< That there are, while a camera's own has nobody.
   uint64_t process_bytes = 0;  ///< Resident memory of the whole process; 0: not known.
   size_t mesh_listeners = 0;
+  uint64_t max_image_bytes = 0;  ///< That may wait, of one kind of images of one camera.
   uint64_t max_queue_bytes = 0;  ///< Of messages of the mesh, for listeners.
 };
 

@@ -6,10 +6,15 @@
 #include <ros/node_handle.h>
 #include <ros/spinner.h>
 
+#include <cstdint>
+
 namespace dtsdf {
 
 class CallbackThread {
  public:
+  /// More threads than one where a caller has to be noticed while another one waits.
+  explicit CallbackThread(uint32_t threads = 1) : spinner_(threads, &queue_) {}
+
   /// A node handle whose callbacks are called on this thread.
   ros::NodeHandle serve(ros::NodeHandle nh) {
     nh.setCallbackQueue(&queue_);
@@ -23,7 +28,7 @@ class CallbackThread {
 
  private:
   ros::CallbackQueue queue_;
-  ros::AsyncSpinner spinner_{1, &queue_};
+  ros::AsyncSpinner spinner_;
 };
 
 }  // namespace dtsdf

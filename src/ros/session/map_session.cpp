@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "params/printable.h"
+
 namespace dtsdf {
 
 using Action = MapSchedule::Action;
@@ -27,7 +29,7 @@ std::chrono::milliseconds MapSession::step() noexcept {
     if (action == Action::kWait) return idleTime();
     act(action);
   } catch (const std::exception& error) {
-    fail(error.what());
+    fail(errorText(error));
   } catch (...) {
     fail("unknown error");
   }
@@ -82,7 +84,7 @@ void MapSession::fuseNext() {
   try {
     takeFrame(*frame);
   } catch (const std::exception& error) {
-    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, error.what());
+    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, errorText(error));
     throw;
   }
 }
@@ -176,7 +178,7 @@ std::vector<SpaceDistance> MapSession::distancesAt(const std::vector<Eigen::Vect
     for (const Eigen::Vector3d& p_W : points_W) distances.push_back(space.distanceAt(p_W));
     return distances;
   } catch (const std::exception& error) {
-    fail(error.what());
+    fail(errorText(error));
     throw;
   }
 }
@@ -196,7 +198,7 @@ std::string MapSession::bringMeshUpToDate() {
     beginMesh();
     finishMesh();
   } catch (const std::exception& error) {
-    fail(error.what());
+    fail(errorText(error));
     return outdatedMesh();
   }
   return "";
@@ -211,7 +213,7 @@ ClearedRegion MapSession::clearRegion(const Region& region) {
     schedule_.frameFused();  // the mesh and the report are as outdated as after a frame
     return cleared;
   } catch (const std::exception& error) {
-    fail(error.what());
+    fail(errorText(error));
     throw;
   }
 }

@@ -17,6 +17,7 @@
 #include "ros/common/param_server.h"
 #include "ros/input/depth_topics.h"
 #include "ros/output/output_path.h"
+#include "ros/session/answer.h"
 #include "ros/session/distance_request.h"
 #include "ros/session/region_request.h"
 
@@ -51,23 +52,6 @@ SaveChoice readSaveChoice(const dtsdf_mapping::SaveMesh::Request& request,
   return choice;
 }
 
-/// Answers a service that saves or loads the map with what `work` has done, or why it has not.
-template <class Response, class Work>
-void answerWith(const char* service, Response& response, const Work& work) {
-  try {
-    const MapFiles::Done done = work();
-    response.success = true;
-    response.message = done.message;
-    response.blocks = done.blocks;
-    ROS_INFO_STREAM_NAMED("dtsdf_mapping", response.message);
-  } catch (const std::exception& error) {
-    response.success = false;
-    response.message = error.what();
-    response.path.clear();
-    ROS_WARN_STREAM_NAMED("dtsdf_mapping", service << ": " << response.message);
-  }
-}
-
 /// The mesh is extracted as often as one of its two topics may need it, or space (where there is
 /// any), whose surfaces it brings.
 double meshRate(const PublishParams& publish, bool with_space) {
@@ -83,7 +67,7 @@ std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
   return std::make_unique<SpaceOutput>(
       private_nh,
       SpaceOutput::Options{params.node.map_frame,
-                           {ground.min_height_m, ground.max_height_m},
+                           {ground.min_height_m, ground.max_height_m, ground.grid_seen_share},
                            ground.slice_height_m},
       handover);
 }
@@ -130,8 +114,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   map_loop_.run([this] { session_.setSpaceRate(params_.node.publish.space_rate_hz); });
   transforms_thread_.start();
   if (!params_.node.load_file.empty()) {
-    ROS_INFO_STREAM_NAMED("dtsdf_mapping", loadMapFile(expandHome(params_.node.load_file,
-                                                                  "map/load_file")).message);
+    const std::string path = expandHome(params_.node.load_file, "map/load_file");
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", printableMessage(loadMapFile(path).message));
   }
   advertiseServices(private_nh);
   cameras_.subscribe(private_nh);
@@ -151,6 +135,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
 MappingNode::~MappingNode() {
   // From the outside in: nothing may call into a part that is gone. Whoever waits for a loop is
   // served before the loop ends.
+  ++saves_;  // whoever simplifies a mesh gives up
   rates_.reset();
   status_.reset();
   master_watch_.reset();
@@ -177,7 +162,6 @@ void MappingNode::advertiseServices(ros::NodeHandle private_nh) {
                    .advertiseService("save_mesh", &MappingNode::onSaveMesh, this);
   clear_region_ = clear_thread_.serve(private_nh)
                       .advertiseService("clear_region", &MappingNode::onClearRegion, this);
-  // On the same thread, so that whatever takes long is done one after the other.
   save_map_ = save_thread_.serve(private_nh)
                   .advertiseService("save_map", &MappingNode::onSaveMap, this);
   load_map_ = save_thread_.serve(private_nh)
@@ -204,6 +188,7 @@ StatusInput MappingNode::collectStatus() const {
   }
   input.mesh_listeners = mesh_publisher_.listeners();
   if (input.map.voxel_size_m == 0.0f) input.map.voxel_size_m = params_.mapper.map.voxel_size_m;
+  input.max_image_bytes = queueBytesOf(params_.node.input);
   input.max_queue_bytes = static_cast<uint64_t>(params_.node.publish.max_queue_mb) << 20;
   return input;
 }
@@ -221,14 +206,16 @@ void MappingNode::setRates(const PublishParams& rates) {
 
 bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
                              dtsdf_mapping::SaveMesh::Response& response) {
-  try {
+  const uint64_t number = ++saves_;
+  const std::lock_guard<std::mutex> turn(saving_);
+  answer("save_mesh", response, [&] {
     const std::string path = resolveOutputPath(params_.node.output_directory, request.file_name,
                                                meshExtensions());
-    const SaveChoice choice = readSaveChoice(request, findPoseInMap(request.frame_id));
+    SaveChoice choice = readSaveChoice(request, findPoseInMap(request.frame_id));
+    choice.go_on = [&](double) { return saves_ == number; };
     const std::string note =
         map_loop_.run([this] { return session_.bringMeshUpToDate(); }).get();
     const SavedMesh saved = output_loop_.run([&] { return output_.save(path, choice); }).get();
-    response.success = true;
     response.path = path;
     response.vertices = saved.vertices;
     response.triangles = saved.triangles;
@@ -239,12 +226,7 @@ bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
     }
     if (!saved.loss.empty()) response.message += "; " + saved.loss;
     response.message += note;
-    ROS_INFO_STREAM_NAMED("dtsdf_mapping", response.message);
-  } catch (const std::exception& error) {
-    response.success = false;
-    response.message = printable(error.what());
-    ROS_WARN_STREAM_NAMED("dtsdf_mapping", "save_mesh: " << response.message);
-  }
+  });
   return true;
 }
 
@@ -288,39 +270,28 @@ std::optional<Eigen::Vector3d> MappingNode::keepCenterAt(const ros::Time& stamp)
 
 bool MappingNode::onClearRegion(dtsdf_mapping::ClearRegion::Request& request,
                                 dtsdf_mapping::ClearRegion::Response& response) {
-  try {
+  answer("clear_region", response, [&] {
     const Region region =
         inMap(readRegion(request.box, request.sphere), findPoseInMap(request.frame_id));
     const ClearedRegion cleared =
         map_loop_.run([&] { return session_.clearRegion(region); }).get();
-    response.success = true;
     response.voxels = cleared.voxels;
     response.blocks = cleared.blocks;
     response.message = "emptied " + std::to_string(cleared.voxels) + " voxels, freed " +
                        std::to_string(cleared.blocks) + " blocks";
-    ROS_INFO_STREAM_NAMED("dtsdf_mapping", "clear_region: " << response.message);
-  } catch (const std::exception& error) {
-    response.success = false;
-    response.message = error.what();
-    ROS_WARN_STREAM_NAMED("dtsdf_mapping", "clear_region: " << response.message);
-  }
+  });
   return true;
 }
 
 bool MappingNode::onGetDistances(dtsdf_mapping::GetDistances::Request& request,
                                  dtsdf_mapping::GetDistances::Response& response) {
-  try {
+  answer("get_distances", response, [&] {
     checkPoints(request.points);
     std::this_thread::sleep_until(next_query_);
     const Eigen::Isometry3d T_W_F = findPoseInMap(request.header.frame_id, request.header.stamp);
     const std::vector<Eigen::Vector3d> points_W = inMap(request.points, T_W_F);
     fillAnswer(findDistances(points_W), T_W_F, response);
-    response.success = true;
-  } catch (const std::exception& error) {
-    response.success = false;
-    response.message = printable(error.what());
-    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping", "get_distances: " << response.message);
-  }
+  });
   return true;
 }
 
@@ -340,20 +311,28 @@ std::vector<SpaceDistance> MappingNode::findDistances(
 
 bool MappingNode::onSaveMap(dtsdf_mapping::SaveMap::Request& request,
                             dtsdf_mapping::SaveMap::Response& response) {
-  answerWith("save_map", response, [&] {
+  ++saves_;
+  const std::lock_guard<std::mutex> turn(saving_);
+  answer("save_map", response, [&] {
     response.path =
         resolveOutputPath(params_.node.output_directory, request.file_name, {kMapExtension});
-    return map_files_.save(response.path);
+    const MapFiles::Done done = map_files_.save(response.path);
+    response.blocks = done.blocks;
+    response.message = done.message;
   });
   return true;
 }
 
 bool MappingNode::onLoadMap(dtsdf_mapping::LoadMap::Request& request,
                             dtsdf_mapping::LoadMap::Response& response) {
-  answerWith("load_map", response, [&] {
+  ++saves_;
+  const std::lock_guard<std::mutex> turn(saving_);
+  answer("load_map", response, [&] {
     response.path =
         resolveOutputPath(params_.node.output_directory, request.file_name, {kMapExtension});
-    return loadMapFile(response.path);
+    const MapFiles::Done done = loadMapFile(response.path);
+    response.blocks = done.blocks;
+    response.message = done.message;
   });
   return true;
 }

@@ -10,7 +10,10 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -65,7 +68,9 @@ class MappingNode {
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   MappingParams params_;
-  CallbackThread save_thread_, clear_thread_, query_thread_, transforms_thread_;
+  CallbackThread save_thread_{2}, clear_thread_, query_thread_, transforms_thread_;
+  std::mutex saving_;                 ///< What saves or loads goes one after the other,
+  std::atomic<uint64_t> saves_{0};    ///< and knows by this that another one waits.
 
   TransformBuffer transforms_;
   TransformInput transform_input_;

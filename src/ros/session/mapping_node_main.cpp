@@ -3,6 +3,7 @@
 
 #include <exception>
 
+#include "ros/common/start_error.h"
 #include "ros/session/mapping_node.h"
 
 int main(int argc, char** argv) {
@@ -13,7 +14,8 @@ int main(int argc, char** argv) {
     const dtsdf::MappingNode node(nh, private_nh);
     ros::spin();
   } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(private_nh.getNamespace() << " cannot start: " << error.what());
+    ROS_FATAL_STREAM(private_nh.getNamespace()
+                     << " cannot start: " << dtsdf::startErrorText(error));
     return 1;
   }
   return 0;

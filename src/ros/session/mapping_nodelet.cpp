@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "ros/common/free_memory.h"
+#include "ros/common/start_error.h"
 #include "ros/session/mapping_node.h"
 
 namespace dtsdf {
@@ -23,7 +24,7 @@ class MappingNodelet : public nodelet::Nodelet {
       node_ = std::make_unique<MappingNode>(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& error) {
       // The manager refuses the nodelet, but prints this text nowhere.
-      NODELET_FATAL_STREAM(getName() << " cannot start: " << error.what());
+      NODELET_FATAL_STREAM(getName() << " cannot start: " << startErrorText(error));
       throw;
     }
   }

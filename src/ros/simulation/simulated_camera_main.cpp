@@ -2,18 +2,26 @@
 #include <ros/ros.h>
 
 #include <exception>
+#include <string>
 
 #include "ros/common/param_server.h"
+#include "ros/common/start_error.h"
 #include "ros/simulation/simulated_camera.h"
 
 namespace {
 
-dtsdf::SimulatedCameraParams readParams() {
-  const dtsdf::ServerParams server = dtsdf::readParamServer(ros::NodeHandle("~"));
+dtsdf::SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {
+  const dtsdf::ServerParams server = dtsdf::readParamServer(private_nh);
   dtsdf::SimulatedCameraParams params;
   dtsdf::ParamReader reader(server.tree);
   visitParams(params, reader);
   for (const auto& [key, rule] : server.violations) reader.addViolation(key, rule);
+  for (const char* key : {"map_frame", "camera_frame", "color_frame"}) {
+    const auto value = server.tree.find(key);
+    if (value != server.tree.end() && value->second == dtsdf::ParamValue(std::string())) {
+      reader.addViolation(key, "must not be empty");
+    }
+  }
   reader.finish();
   return params;
 }
@@ -22,10 +30,13 @@ dtsdf::SimulatedCameraParams readParams() {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "simulated_camera");
+  // ROS, and with it the log, ends with the last handle.
+  const ros::NodeHandle nh, private_nh("~");
   try {
-    dtsdf::SimulatedCamera(ros::NodeHandle(), readParams()).run();
+    dtsdf::SimulatedCamera(nh, readParams(private_nh)).run();
   } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(ros::this_node::getName() << " cannot start: " << error.what());
+    ROS_FATAL_STREAM(ros::this_node::getName()
+                     << " cannot start: " << dtsdf::startErrorText(error));
     return 1;
   }
   return 0;

@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -14,7 +16,9 @@
 #include <random>
 #include <thread>
 
+#include "io/map_chunks.h"
 #include "io/map_format.h"
+#include "kernels/core/grid.h"
 #include "kernels/core/voxel.h"
 #include "support/map_equality.h"
 #include "support/random_seed.h"
@@ -399,9 +403,38 @@ TEST_F(MapFile, FreeCellsCountOnlyForAMapperThatTakesThem) {
   EXPECT_TRUE(contains(errorWith(false), "max_memory_mb")) << "they are read all the same";
 }
 
+/// Zeros take next to nothing in a file.
+TEST_F(MapFile, AskingForMoreThanThereIsRoomForTakesNoMemory) {
+  constexpr int kSide = 36;  // 46656 blocks of six arrays: 1.1 GiB
+  MapContents head;
+  head.settings = copyOf(smallMap()).settings;
+  for (int x = 0; x < kSide; ++x) {
+    for (int y = 0; y < kSide; ++y) {
+      for (int z = 0; z < kSide; ++z) head.blocks.push_back({{x, y, z}, 0x3f, 0});
+    }
+  }
+  std::sort(head.blocks.begin(), head.blocks.end(), [](const MapBlock& a, const MapBlock& b) {
+    return packKey(a.key) < packKey(b.key);
+  });
+  const std::vector<uint64_t> zeros(kBlocksPerMapChunk * 6 * 512, 0);
+  const std::string path = folder_ / "large.dtsdf";
+  const SavedMap saved =
+      saveMapInChunks(head, {[&](size_t) { return zeros.data(); }, nullptr}, path, 1);
+  EXPECT_LT(saved.file_bytes, 2000000u);
+  ASSERT_GT(saved.size.bytes(), size_t{1} << 30);
+  rusage before, after;
+  getrusage(RUSAGE_SELF, &before);
+  MapperParams params = smallParams();
+  params.map.max_memory_mb = 1024;
+  const std::string error = errorOf([&] { loadMap(path, params); });
+  EXPECT_TRUE(contains(error, "1024 MiB are allowed; raise map/max_memory_mb")) << error;
+  getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 << 10) << "KiB";
+}
+
 TEST_F(MapFile, HasToBeOne) {
   writeBytes(folder_ / "text", "This is not a map, though it is longer than its header.");
-  EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "text"); }), "is no map file"));
+  EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "text"); }), "is not a map file"));
   EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "missing.dtsdf"); }), "cannot read"));
   EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_.path()); }), "cannot read"));
   EXPECT_TRUE(contains(errorOf([&] { loadMap("/dev/zero"); }), "cannot read"));

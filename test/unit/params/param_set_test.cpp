@@ -73,11 +73,11 @@ TEST(ParamSet, AWholeNumberMayStandForAFloat) { EXPECT_EQ(read({{"part/size", 1}
 
 TEST(ParamSet, RefusesWrongTypes) {
   const std::pair<std::string, ParamValue> wrong[] = {
-      {"part/flag", 1},     {"part/flag", std::string("true")},
+      {"part/flag", 1},     {"part/flag", std::string("maybe")},
       {"part/count", 3.0},  {"part/count", std::string("3")},
       {"part/count", true}, {"part/size", std::string("0.1")},
       {"part/size", true},  {"part/name", 5},
-      {"part/fruit", 1},    {"part/fruit", std::string("Apple")}};
+      {"part/fruit", 1},    {"part/fruit", std::string("Aple")}};
   for (const auto& [key, value] : wrong) {
     const auto violations = violationsOf({{key, value}});
     ASSERT_EQ(violations.size(), 1u) << key << " = " << toString(value);
@@ -100,7 +100,37 @@ TEST(ParamSet, KeepsRangesClosed) {
 TEST(ParamSet, RefusesUnknownKeys) {
   const auto violations = violationsOf({{"part/cuont", 5}});
   ASSERT_EQ(violations.size(), 1u);
-  EXPECT_EQ(violations[0], "part/cuont = 5: no such parameter");
+  EXPECT_EQ(violations[0], "part/cuont = 5: no such parameter; did you mean part/count?");
+  EXPECT_EQ(violationsOf({{"count", 5}})[0],
+            "count = 5: no such parameter; did you mean part/count?");
+  EXPECT_EQ(violationsOf({{"prat/count", 5}})[0],
+            "prat/count = 5: no such parameter; did you mean part/count?");
+  EXPECT_EQ(violationsOf({{"something/else", 5}})[0], "something/else = 5: no such parameter");
+}
+
+enum class Use { kAuto, kAlways, kNever };
+
+TEST(ParamSet, TakesTheWordsOfYaml) {
+  const auto readUse = [](const ParamValue& value) {
+    Use use = Use::kAuto;
+    ParamReader reader({{"use", value}});
+    reader("use", use,
+           EnumNames<Use>{{"auto", Use::kAuto}, {"always", Use::kAlways}, {"never", Use::kNever}});
+    reader.finish();
+    return use;
+  };
+  EXPECT_EQ(readUse(true), Use::kAlways) << "on";
+  EXPECT_EQ(readUse(false), Use::kNever) << "off";
+  EXPECT_EQ(readUse(std::string("Always")), Use::kAlways);
+  EXPECT_THROW(readUse(1), ParamError);
+  EXPECT_NE(violationsOf({{"part/fruit", true}})[0].find("must be one of: "), std::string::npos);
+  for (const char* word : {"on", "Yes", "TRUE"}) {
+    bool flag = false;
+    ParamReader reader({{"flag", std::string(word)}});
+    reader("flag", flag);
+    EXPECT_NO_THROW(reader.finish()) << word;
+    EXPECT_TRUE(flag) << word;
+  }
 }
 
 TEST(ParamSet, ReportsEverythingTogether) {

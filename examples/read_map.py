@@ -15,7 +15,7 @@ def sections(path):
     with open(path, "rb") as file:
         magic, version, _ = struct.unpack("<8sII", file.read(16))
         if magic != b"DTSDFMAP" or version > 1:
-            raise ValueError(f"{path} is no map file that this can read")
+            raise ValueError(f"{path} is not a map file that this program can read")
         contents = {}
         while header := file.read(40):
             name, _, flags, stored, size, _, _ = struct.unpack("<4sHHQQQQ", header)

@@ -116,10 +116,9 @@ GridBox GroundColumns::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) 
   }
   GridBox changed;
   for (size_t i = 0; i < stack.values.size(); ++i) {
-    const bool is_half_free = 2 * free.at(i) >= layers_.count();
-    const int8_t value = (surface >> i & 1u) != 0 ? kColumnOccupied
-                         : is_half_free           ? kColumnFree
-                                                  : kColumnUnknown;
+    const int8_t value = (surface >> i & 1u) != 0    ? kColumnOccupied
+                         : free.at(i) >= least_free_ ? kColumnFree
+                                                     : kColumnUnknown;
     if (value == stack.values[i]) continue;
     stack.values[i] = value;
     changed = unite(changed, columnOf(stack_x, stack_y, i));

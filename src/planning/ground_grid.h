@@ -2,7 +2,9 @@
 /// anything stands in it. And what of that has to be told to those who follow it.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -32,12 +34,13 @@ GridBox intersect(const GridBox& a, const GridBox& b);
 
 /// Values of columns: nav_msgs/OccupancyGrid has the same.
 constexpr int8_t kColumnOccupied = 100;  ///< A surface is in it.
-constexpr int8_t kColumnFree = 0;        ///< None is, and half of its cells or more were seen free.
+constexpr int8_t kColumnFree = 0;        ///< None is, and enough of its cells were seen free.
 constexpr int8_t kColumnUnknown = -1;    ///< Neither.
 
 /// Heights along z of the map frame, which has to be level, in metres.
 struct GroundHeights {
   double min_m, max_m;
+  double seen_share = 1.0;  ///< Of a column's cells: so many were seen free where it counts so.
 };
 
 /// The cells that reach into what lies between two heights: a column is these.
@@ -51,7 +54,9 @@ CellLayers layersBetween(const GroundHeights& heights, double cell_size_m);
 class GroundColumns {
  public:
   GroundColumns(const GroundHeights& heights, double cell_size_m)
-      : layers_(layersBetween(heights, cell_size_m)) {}
+      : layers_(layersBetween(heights, cell_size_m)),
+        least_free_(std::max(
+            1, static_cast<int>(std::ceil(heights.seen_share * layers_.count() - 1e-6)))) {}
 
   /// Takes a cube over as it is now. @return the columns whose values have changed by that.
   GridBox put(const SpaceCube& cube);
@@ -85,6 +90,7 @@ class GroundColumns {
   GridBox evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const;
 
   CellLayers layers_;
+  int least_free_;  ///< Cells of a column that have to be free.
   std::unordered_map<uint64_t, Stack> stacks_;
 };
 

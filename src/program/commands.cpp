@@ -17,7 +17,7 @@ std::string helpOn(const std::string& program, const std::string& about,
     name.resize(kNameWidth, ' ');
     text += "  " + name + command.about + "\n";
   }
-  return text + "\n" + program + " COMMAND --help tells more.\n" + kExitCodes + "\n";
+  return text + "\n" + program + " COMMAND --help prints more.\n" + kExitCodes + "\n";
 }
 
 std::string namesOf(const std::vector<Command>& commands) {

@@ -14,7 +14,7 @@ namespace {
 /// One line, whatever the text: what files say may be in it.
 int reportError(const std::string& name, std::string text, int exit_code) {
   std::replace(text.begin(), text.end(), '\n', ' ');
-  std::fprintf(stderr, "%s: error: %s\n", name.c_str(), printable(text).c_str());
+  std::fprintf(stderr, "%s: error: %s\n", name.c_str(), printableMessage(text).c_str());
   return exit_code;
 }
 
@@ -51,7 +51,7 @@ int runProgram(const std::string& name, int argc, const char* const* argv,
                        "map/voxel_size_m",
                        1);
   } catch (const std::exception& e) {
-    return reportError(name, e.what(), 1);
+    return reportError(name, errorText(e), 1);
   }
 }
 

@@ -15,6 +15,7 @@
 #include "io/map_chunks.h"
 #include "map/map_head.h"
 #include "mapper/probed_mapper.h"
+#include "params/printable.h"
 #include "program/progress_bar.h"
 #include "tiles/process_usage.h"
 #include "tiles/tile_folder.h"
@@ -306,7 +307,7 @@ void fuseTile(const FuseRequest& request, const LoadedPlan& loaded) {
                 record.frames, record.backend.c_str(), record.seconds, record.blocks,
                 record.triangles);
   } catch (const std::exception& error) {
-    noteFailure(request, error.what());
+    noteFailure(request, errorText(error));
     throw std::runtime_error(name + ": " + error.what());
   }
 }

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "io/atomic_file.h"
+#include "params/printable.h"
 #include "threads/parallel.h"
 #include "tiles/child_process.h"
 #include "tiles/run_report.h"
@@ -96,7 +97,7 @@ class Worker {
     if (!how) return std::nullopt;
     child_.reset();
     if (how->empty()) return kMade;
-    std::fprintf(stderr, "tiles: warning: tile %zu failed (%s); %s tells more\n", tile_,
+    std::fprintf(stderr, "tiles: warning: tile %zu failed (%s); see %s\n", tile_,
                  how->c_str(), tilePath(request_.merge.folder, tile_, ".log").c_str());
     return kFailed;
   }
@@ -163,7 +164,7 @@ class Master {
       try {
         report_.merged = mergeTiles(request, plan_);
       } catch (const std::exception& error) {
-        fail(error.what());
+        fail(errorText(error));
       }
     }
     saveReport(report_, folder_, plan_, queue_);
@@ -282,7 +283,7 @@ void together(const Action& action) {
   try {
     action();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "tiles: error: %s\n", error.what());
+    std::fprintf(stderr, "tiles: error: %s\n", errorText(error).c_str());
     static_cast<void>(std::fflush(nullptr));
     MPI_Abort(MPI_COMM_WORLD, 1);
   }

@@ -12,7 +12,7 @@ void run(const std::vector<std::string>& arguments) {
              "as\nreconstruct.",
              {{"plan", "cuts the space of recordings into tiles", planCommand},
               {"run", "makes all tiles and joins them, under mpirun", runTilesCommand},
-              {"status", "tells which tiles are done", statusCommand},
+              {"status", "prints which tiles are done", statusCommand},
               {"fuse", "makes one tile", fuseCommand},
               {"merge", "joins the tiles into one mesh and one map", mergeCommand},
               {"slurm", "prints an array job that makes all tiles", slurmCommand}},

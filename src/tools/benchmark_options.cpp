@@ -27,7 +27,7 @@ void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
                options.raw_name);
   addFrameOptions(line, options);
   addFlightOptions(line, options);
-  line.addFlag("--gpu", "only tell about the GPU: rates of its memory, registers of the kernels",
+  line.addFlag("--gpu", "only report on the GPU: rates of its memory, registers of the kernels",
                options.gpu_report);
   line.requireOneOf({"--tum", "--raw", "--flight", "--gpu"});
 }

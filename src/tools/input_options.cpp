@@ -46,7 +46,7 @@ void addFormatOption(CommandLine& line, InputOptions& options) {
 void addReadingOptions(CommandLine& line, InputOptions& options) {
   RecordingOptions& recording = options.recording;
   line.add({"--intrinsics", "FX,FY,CX,CY",
-            "the camera in pixels, in place of what the recording tells; a negative FY flips the "
+            "the camera in pixels, in place of what the recording says; a negative FY flips the "
             "rows of a folder's images, for cameras whose y axis points up"},
            [&](const std::string& value) { recording.intrinsics = parseIntrinsics(value); });
   line.addText({"--poses", "FILE",

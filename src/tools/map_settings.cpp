@@ -25,4 +25,9 @@ MapSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   return settings;
 }
 
+void addLoadLimit(CommandLine& line, MapLoadLimit& limit) {
+  line.addWhole({"--max-memory-mb", "MIB", "a map that takes more is refused"},
+                limit.max_memory_mb, {1, 1 << 22});
+}
+
 }  // namespace dtsdf

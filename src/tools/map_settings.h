@@ -1,12 +1,14 @@
 /// The settings to go on with a saved map, as the run that saved it would have.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "backend/rules.h"
 #include "dtsdf_mapping/map_contents.h"
 #include "dtsdf_mapping/params/mapper_params.h"
+#include "program/command_line.h"
 
 namespace dtsdf {
 
@@ -19,5 +21,15 @@ struct MapSettings {
 /// Those of the file, as far as this version knows them, and then those that are given, each
 /// key=value. The budget is what the map needs. @throws ParamError with every violation.
 MapSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
+
+/// How large a map may be that a program loads: a small file can ask for much memory.
+struct MapLoadLimit {
+  int max_memory_mb = MapParams().max_memory_mb;
+
+  size_t bytes() const { return static_cast<size_t>(max_memory_mb) << 20; }
+};
+
+/// Adds --max-memory-mb.
+void addLoadLimit(CommandLine& line, MapLoadLimit& limit);
 
 }  // namespace dtsdf

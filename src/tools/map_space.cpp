@@ -6,10 +6,9 @@
 
 namespace dtsdf {
 
-std::unique_ptr<Mapper> loadWithSpace(const std::string& map_path,
-                                      const std::vector<std::string>& given) {
-  const MapContents contents = loadMap(map_path);
-  std::vector<std::string> all = given;
+std::unique_ptr<Mapper> loadWithSpace(const SpaceOutputOptions& options) {
+  const MapContents contents = loadMap(options.map_path, options.limit.bytes());
+  std::vector<std::string> all = options.settings;
   all.emplace_back("space/enabled=true");
   const MapSettings settings = settingsFor(contents, all);
   std::unique_ptr<Mapper> mapper = makeProbedMapper(settings.params, settings.rules, contents);
@@ -25,6 +24,7 @@ void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& argumen
   line.addList({"--set", "KEY=VALUE ...",
                 "settings in place of those of the file: space/..., backend, threads"},
                [&](const std::string& value) { options.settings.push_back(value); });
+  addLoadLimit(line, options.limit);
   line.parse(arguments);
   const std::string& path = options.out_path;
   if (path.size() < ending.size() ||

@@ -77,7 +77,7 @@ void save(const Space&, const std::string&) {
 void saveOcTree(const std::vector<std::string>& arguments) {
   const SpaceOutputOptions options = parse(arguments);
   prepareOutputFile(options.out_path);
-  const auto mapper = loadWithSpace(options.map_path, options.settings);
+  const auto mapper = loadWithSpace(options);
   save(*mapper->space(), options.out_path);
 }
 

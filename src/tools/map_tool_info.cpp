@@ -6,6 +6,7 @@
 #include "params/printable.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
+#include "tools/map_settings.h"
 #include "tools/map_tool.h"
 
 namespace dtsdf {
@@ -14,17 +15,21 @@ namespace {
 struct InfoOptions {
   std::string path;
   bool settings = false, verify = false;
+  MapLoadLimit limit;
 };
 
 InfoOptions parse(const std::vector<std::string>& arguments) {
   InfoOptions options;
   CommandLine line("map_tool info", "FILE [options]",
-                   "Tells what is in a map file. Without --verify voxels and colours are not read.",
+                   "Prints what is in a map file. Without --verify it does not read voxels and "
+                   "colours.",
                    kExitCodes);
   line.addText({"FILE", "", "a map file"}, options.path);
   line.addFlag("--settings", "every setting and number of a rule that it was made with",
                options.settings);
   line.addFlag("--verify", "read all of it, and check it against its checksums", options.verify);
+  addLoadLimit(line, options.limit);
+  line.onlyWith("--max-memory-mb", "--verify");
   line.parse(arguments);
   return options;
 }
@@ -102,7 +107,7 @@ void tellAboutMap(const std::vector<std::string>& arguments) {
   printParts(info);
   if (options.settings) printSettings(info);
   if (options.verify) {
-    loadMap(options.path);
+    loadMap(options.path, options.limit.bytes());
     std::printf("\nevery checksum fits\n");
   }
 }

@@ -10,6 +10,7 @@
 #include "program/run_program.h"
 #include "tools/map_settings.h"
 #include "tools/map_tool.h"
+#include "tools/simplification.h"
 
 namespace dtsdf {
 namespace {
@@ -17,6 +18,8 @@ namespace {
 struct MeshOptions {
   std::string map_path, mesh_path;
   std::vector<std::string> settings;  ///< Each key=value.
+  MapLoadLimit limit;
+  double simplify_error_m = 0.0;
 };
 
 MeshOptions parse(const std::vector<std::string>& arguments) {
@@ -30,6 +33,8 @@ MeshOptions parse(const std::vector<std::string>& arguments) {
   line.addList({"--set", "KEY=VALUE ...",
                 "settings in place of those of the file: mesh/..., backend, threads"},
                [&](const std::string& value) { options.settings.push_back(value); });
+  addSimplifyOption(line, options.simplify_error_m);
+  addLoadLimit(line, options.limit);
   line.parse(arguments);
   if (!meshFormatOf(options.mesh_path)) {
     throw UsageError("'" + options.mesh_path + "' does not end in " + kMeshExtensions);
@@ -42,7 +47,7 @@ MeshOptions parse(const std::vector<std::string>& arguments) {
 void meshMap(const std::vector<std::string>& arguments) {
   const MeshOptions options = parse(arguments);
   prepareOutputFile(options.mesh_path);
-  MapContents contents = loadMap(options.map_path);
+  MapContents contents = loadMap(options.map_path, options.limit.bytes());
   std::vector<std::string> given = options.settings;
   given.emplace_back("space/enabled=false");  // the mesh does not depend on it
   const MapSettings settings = settingsFor(contents, given);
@@ -50,7 +55,8 @@ void meshMap(const std::vector<std::string>& arguments) {
   contents = MapContents();
   MeshStore store(settings.params.map.voxel_size_m);
   store.apply(mapper->updateMesh());
-  const Mesh mesh = store.assemble();
+  Mesh mesh = store.assemble();
+  simplify(mesh, options.simplify_error_m);
   saveMesh(mesh, settings.params.mesh.colour, options.mesh_path);
   std::printf("%zu vertices, %zu triangles: %s\n", mesh.vertices_m.size(), mesh.triangles.size(),
               options.mesh_path.c_str());

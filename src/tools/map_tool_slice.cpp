@@ -114,13 +114,13 @@ double farthest(const std::vector<SliceCell>& slice) {
 void drawSlice(const std::vector<std::string>& arguments) {
   const SliceOptions options = parse(arguments);
   prepareOutputFile(options.out_path);
-  const auto mapper = loadWithSpace(options.map_path, options.settings);
+  const auto mapper = loadWithSpace(options);
   Space& space = *mapper->space();
   space.updateDistances();
   const std::vector<SliceCell> slice = sliceAt(space, options.height_m);
   if (slice.empty()) {
     throw std::runtime_error("nothing is known at " + std::to_string(options.height_m) +
-                             " m; take another --height (map_tool info tells the map's bounds)");
+                             " m; take another --height (map_tool info prints the map's bounds)");
   }
   const double most_m = farthest(slice);
   const ColourImage image = draw(slice, most_m, options.pixels);

@@ -14,6 +14,7 @@
 #include "dtsdf_mapping/mapper.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
+#include "tools/map_settings.h"
 #include "tools/map_tool.h"
 
 namespace dtsdf {
@@ -24,13 +25,14 @@ struct TimeOptions {
   std::string folder = std::filesystem::temp_directory_path().string();
   std::string backend = "auto";
   int threads = 0, repeats = 5;
+  MapLoadLimit limit;
 };
 
 TimeOptions parse(const std::vector<std::string>& arguments) {
   TimeOptions options;
   CommandLine line("map_tool time", "FILE [options]",
-                   "Tells how long it takes to load a map, to take it in, to copy it and to save "
-                   "it: the least of some repetitions.",
+                   "Measures how long it takes to load a map, to take it in, to copy it and to "
+                   "save it: the least of some repetitions.",
                    kExitCodes);
   line.addText({"FILE", "", "a map file"}, options.path);
   line.addText({"--folder", "FOLDER", "where the map is saved meanwhile (default: that of "
@@ -40,6 +42,7 @@ TimeOptions parse(const std::vector<std::string>& arguments) {
                options.backend);
   line.addWhole({"--threads", "N", "for all of it, 0 for all cores"}, options.threads, {0, 1024});
   line.addWhole({"--repeats", "N", "repetitions"}, options.repeats, {1, 1000});
+  addLoadLimit(line, options.limit);
   line.parse(arguments);
   return options;
 }
@@ -82,7 +85,7 @@ void printTime(const char* what, const TimeOptions& options, uint64_t bytes,
 
 void timeMap(const std::vector<std::string>& arguments) {
   const TimeOptions options = parse(arguments);
-  MapContents contents = loadMap(options.path);
+  MapContents contents = loadMap(options.path, options.limit.bytes());
   const uint64_t bytes = contents.voxels.size() * sizeof(uint64_t) +
                          contents.colours.size() * sizeof(uint32_t);
   if (bytes == 0) throw std::runtime_error("the map '" + options.path + "' is empty");

@@ -8,7 +8,6 @@
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
-#include "dtsdf_mapping/simplify.h"
 #include "io/atomic_file.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
@@ -17,6 +16,7 @@
 #include "tools/reconstruction.h"
 #include "tools/reconstruction_report.h"
 #include "tools/recorded_input.h"
+#include "tools/simplification.h"
 
 namespace dtsdf {
 namespace {
@@ -89,15 +89,6 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   }
 }
 
-/// To within that distance, and says what came out.
-void simplify(Mesh& mesh, double error_m) {
-  const size_t triangles = mesh.triangles.size();
-  SimplifiedMesh simplified = simplifyMesh(mesh, error_m);
-  mesh = std::move(simplified.mesh);
-  std::printf("simplified from %zu triangles, at most %.6f m off\n", triangles,
-              simplified.error_m);
-}
-
 /// Frames that each see another place leave a map, and no mesh. @throws std::runtime_error
 void checkSupport(const ReconstructionResult& result, const MapperParams& params) {
   const int min_support = params.mesh.min_support;
@@ -141,7 +132,7 @@ void run(ReconstructOptions options) {
   }
   if (!options.mesh_path.empty()) {
     checkSupport(result, params);
-    if (options.simplify_error_m > 0.0) simplify(result.mesh, options.simplify_error_m);
+    simplify(result.mesh, options.simplify_error_m);
     saveMesh(result.mesh, params.mesh.colour, options.mesh_path);
     const std::string loss = lossInFormat(result.mesh, options.mesh_path);
     if (!loss.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", loss.c_str());

@@ -2,7 +2,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
-#include "dtsdf_mapping/simplify.h"
+#include "tools/simplification.h"
 
 namespace dtsdf {
 namespace {
@@ -37,10 +37,7 @@ void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
   line.add({"--mesh", "OUT",
             "the mesh: .ply or .glb (normals, colours), .obj or .stl; missing folders are made"},
            [&](const std::string& value) { options.mesh_path = parseMeshPath(value); });
-  line.addNumber({"--simplify-error", "METRES",
-                  "save fewer triangles, no farther than that from the mesh; the distance that "
-                  "came out is told"},
-                 options.simplify_error_m, {kAboveZero, kUnbounded});
+  addSimplifyOption(line, options.simplify_error_m);
 }
 
 std::string parseMapPath(const std::string& path) {
@@ -54,10 +51,9 @@ std::string parseMapPath(const std::string& path) {
 
 void addMapOptions(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--load-map", "IN.dtsdf",
-                "a map to go on with, as the run that saved it would have; its settings hold where "
-                "none are given"},
+                "a map to resume from; its settings hold where none are given"},
                options.load_map_path);
-  line.add({"--save-map", "OUT.dtsdf", "the map, to be gone on with; --mesh may be left out then"},
+  line.add({"--save-map", "OUT.dtsdf", "the map, to resume from; --mesh may be left out then"},
            [&](const std::string& value) { options.save_map_path = parseMapPath(value); });
 }
 
@@ -80,10 +76,6 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   addMapOptions(line, options);
   addReportOptions(line, options);
   line.parse(arguments);
-  if (options.simplify_error_m > 0.0 && !canSimplify()) {
-    throw UsageError("--simplify-error needs meshoptimizer (libmeshoptimizer-dev, from Debian 12 "
-                     "and Ubuntu 22.04 on), which this build was made without");
-  }
   if (options.mesh_path.empty() && options.save_map_path.empty()) {
     throw UsageError("--mesh is required");
   }

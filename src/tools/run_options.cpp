@@ -4,6 +4,7 @@
 
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "tools/rule_list.h"
+#include "tools/setting_list.h"
 
 namespace dtsdf {
 namespace {
@@ -15,7 +16,7 @@ std::string parseBackend(const std::string& text) {
   return text;
 }
 
-/// The form only: what the keys and values mean is told with the settings of the file.
+/// The form only: keys and values are checked together with those of the file.
 std::string parseSetting(const std::string& text) {
   const size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
@@ -24,9 +25,18 @@ std::string parseSetting(const std::string& text) {
   return text;
 }
 
+/// "5-10" is what many people type.
+void checkNotDashed(const std::string& text) {
+  const size_t dash = text.find('-', 1);
+  if (dash == std::string::npos || text.find(':') != std::string::npos) return;
+  throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP; give " +
+                   text.substr(0, dash) + ":" + text.substr(dash + 1));
+}
+
 }  // namespace
 
 FrameSelection parseFrameSelection(const std::string& text) {
+  checkNotDashed(text);
   FrameSelection selection;
   size_t* const parts[] = {&selection.first, &selection.last, &selection.step};
   size_t begin = 0;
@@ -45,7 +55,7 @@ FrameSelection parseFrameSelection(const std::string& text) {
     }
     begin = colon + 1;
   }
-  throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP");
+  throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP; one image is N:N");
 }
 
 void addTumOption(CommandLine& line, RunOptions& options) {
@@ -61,13 +71,13 @@ void addTumOption(CommandLine& line, RunOptions& options) {
 void addFolderOptions(CommandLine& line, RunOptions& options) {
   line.add({"--depth-scale", "UNITS",
             "units per metre of a folder's 16-bit images (default: as its format has it; tum and "
-            "icl 5000, 7scenes and scannet 1000, replica as cam_params.json tells)"},
+            "icl 5000, 7scenes and scannet 1000, replica as in cam_params.json)"},
            [&](const std::string& value) {
              options.recording.units_per_metre = readNumber(value, {kAboveZero, kUnbounded});
            });
   line.addNumber({"--pose-tolerance", "SECONDS",
-                  "where poses have stamps, a frame is skipped if none is so near its own; between "
-                  "two poses it gets an interpolated one"},
+                  "where poses have stamps, a frame is skipped if no pose is within this time of "
+                  "it; between two poses it gets an interpolated one"},
                  options.recording.pose_tolerance_s, {kAboveZero, kUnbounded});
 }
 
@@ -89,6 +99,9 @@ void addMapperOptions(CommandLine& line, RunOptions& options) {
                 "rules/ are for experiments: they change numbers that belong to the method, here "
                 "and in the file"},
                [&](const std::string& value) { options.settings.push_back(parseSetting(value)); });
+  line.addTextRequest("--list-settings",
+                      "show every setting with its default, its unit and what it may be, and end",
+                      [] { return listSettings(); });
   line.addTextRequest("--list-rules", "show the keys under rules/ with their defaults and end",
                       [] { return listRules(); });
   line.add({"--backend", "auto|cpu|cuda", "where to compute, over the setting `backend`"},

@@ -105,8 +105,9 @@ TEST(GroundGrid, LayersAreTheCellsThatReachBetweenTheHeights) {
 /// Three layers, 1 to 3: two of them free are half of them, one is not; a surface is one anywhere
 /// between, and what is above and below counts for nothing.
 TEST(GroundGrid, AColumnIsWhatIsInIt) {
-  const auto valueOf = [](std::vector<CellState> layers) {
-    GroundColumns columns({0.1, 0.4}, kCell_m);
+  double share = 0.5;
+  const auto valueOf = [&](std::vector<CellState> layers) {
+    GroundColumns columns({0.1, 0.4, share}, kCell_m);
     Cells cells;
     for (size_t z = 0; z < layers.size(); ++z) cells.set(-3, 5, static_cast<int>(z), layers[z]);
     for (const SpaceCube& cube : cells.take().cubes) columns.put(cube);
@@ -122,10 +123,21 @@ TEST(GroundGrid, AColumnIsWhatIsInIt) {
   EXPECT_EQ(valueOf({s, u, u, u, s}), kColumnUnknown);
   EXPECT_EQ(valueOf({u, u, u, s, u}), kColumnOccupied);
   EXPECT_EQ(valueOf({f, s, f, f, f}), kColumnOccupied);
+  share = 1.0;
+  EXPECT_EQ(valueOf({u, f, f, f, u}), kColumnFree);
+  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown) << "what is low may be just there";
+  EXPECT_EQ(valueOf({f, f, f, u, f}), kColumnUnknown);
+  share = 0.0;
+  EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown) << "one has to be free in any case";
+  EXPECT_EQ(valueOf({u, u, f, u, u}), kColumnFree);
+}
+
+TEST(GroundGrid, AllOfAColumnHasToBeFreeUnlessSaidOtherwise) {
+  EXPECT_EQ((GroundHeights{0.0, 1.0}.seen_share), 1.0);
 }
 
 TEST(GroundGrid, HalfOfAnEvenColumnIsEnough) {
-  GroundColumns columns({0.0, 0.4}, kCell_m);
+  GroundColumns columns({0.0, 0.4, 0.5}, kCell_m);
   Cells cells;
   cells.set(0, 0, 0, CellState::kFree);
   cells.set(0, 0, 3, CellState::kFree);
@@ -191,7 +203,7 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
   const auto pick = [&](int low, int high) {
     return std::uniform_int_distribution<int>(low, high)(random);
   };
-  const GroundHeights heights{-0.35, 0.52};  // layers -4 to 5
+  const GroundHeights heights{-0.35, 0.52, 0.5};  // layers -4 to 5
   GroundGrid grid(heights);
   Cells cells;
   Follower follower;

@@ -141,6 +141,16 @@ TEST_F(MapToolSpace, ASliceShowsUnknownSurfacesAndDistances) {
   EXPECT_GT(far_m, 100u);
 }
 
+TEST_F(MapToolSpace, RefusesMapsThatTakeMoreThanIsAllowed) {
+  const std::string map = out_ / "room.dtsdf";
+  for (const std::string& command :
+       {"info " + map + " --verify", "mesh " + map + " " + (out_ / "room.ply"),
+        "slice " + map + " " + (out_ / "room.png") + " --height 0", "time " + map}) {
+    EXPECT_EQ(run(command + " --max-memory-mb 1"), 1);
+    EXPECT_NE(errors_.find("1 MiB are allowed"), std::string::npos) << errors_;
+  }
+}
+
 TEST_F(MapToolSpace, SaysWhatIsWrong) {
   EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + " " + (out_ / "room.png")), 2);
   EXPECT_NE(errors_.find("--height"), std::string::npos) << errors_;

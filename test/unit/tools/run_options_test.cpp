@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "support/temporary_folder.h"
 #include "tools/rule_list.h"
+#include "tools/setting_list.h"
 
 namespace dtsdf {
 namespace {
@@ -24,6 +27,31 @@ TEST(RunSettings, ReportsSettingsAndRulesTogether) {
   ASSERT_EQ(violations.size(), 2u);
   EXPECT_EQ(violations[0].find("map/voxel_size_m = -1"), 0u) << violations[0];
   EXPECT_EQ(violations[1], "rules/none = 1: no such parameter");
+}
+
+TEST(FrameSelection, SaysHowRangesAreWritten) {
+  const auto errorOfFrames = [](const std::string& text) {
+    return errorOf([&] { parseFrameSelection(text); });
+  };
+  EXPECT_NE(errorOfFrames("5-10").find("give 5:10"), std::string::npos) << errorOfFrames("5-10");
+  EXPECT_NE(errorOfFrames("7").find("one image is N:N"), std::string::npos) << errorOfFrames("7");
+  EXPECT_NE(errorOfFrames("-3").find("whole number"), std::string::npos) << errorOfFrames("-3");
+}
+
+TEST(SettingList, HasEveryKeyWithDefaultUnitAndRange) {
+  const std::string list = listSettings();
+  for (const char* line :
+       {"map/voxel_size_m             0.02 m               0.001 to 1\n",
+        "publish/mesh_rate_hz         2 Hz                 0.01 to 100\n",
+        "map/directional              true                 true or false\n",
+        "colour/enabled               'auto'               auto, always, never\n",
+        "cameras                      []                   a list of names\n"}) {
+    EXPECT_NE(list.find(line), std::string::npos) << line << list;
+  }
+  MappingParams params;
+  ParamWriter writer;
+  visitParams(params, writer);
+  EXPECT_EQ(static_cast<size_t>(std::count(list.begin(), list.end(), '\n')), writer.tree.size());
 }
 
 /// Numbers of each kind that a rule may have.

@@ -25,7 +25,7 @@ constexpr size_t kSectionHeaderBytes = 40;
 /// Sections of this version, in the order of the file.
 constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kState[] = "STAT", kBlocks[] = "BLKS",
                kColourIndex[] = "COLI", kVoxels[] = "VOXL", kColours[] = "COLR", kFree[] = "FREE",
-               kEnd[] = "END ";
+               kLevel[] = "LEVL", kEnd[] = "END ";
 constexpr uint16_t kSectionVersion = 1;
 constexpr uint16_t kRequired = 1, kCompressed = 2;  // flags
 
@@ -43,6 +43,7 @@ constexpr uint64_t kMostCompression = 32768;
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 48, kBlockBytes = 16, kEndBytes = 32;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
+constexpr size_t kLevelBytes = 96;
 constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
 
 using Bytes = std::vector<uint8_t>;
@@ -136,6 +137,8 @@ std::string boundSettingsText(const ParamTree& settings);
 
 /// Contents of the small sections.
 Bytes encodeState(const MapContents& contents, const MapSize& size);
+Bytes encodeLevel(const Eigen::Isometry3d& T_W_M);
+Eigen::Isometry3d decodeLevel(const Bytes& bytes);  ///< @pre There are kLevelBytes.
 Bytes encodeBlocks(const std::vector<MapBlock>& blocks);
 Bytes encodeColourIndex(const MapContents& contents);
 Bytes encodeFree(const MapContents& contents);

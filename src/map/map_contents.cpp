@@ -58,6 +58,14 @@ bool takesFree(const MapContents& contents, const MapperParams& params) {
   return params.space.enabled && contents.cell_voxels != 0;
 }
 
+bool isRigid(const Eigen::Isometry3d& T) {
+  constexpr double kTolerance = 1e-6;
+  const Eigen::Matrix3d& R = T.linear();
+  return T.matrix().allFinite() &&
+         (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
+         R.determinant() > 0.0;
+}
+
 /// What a mapper takes over.
 MapSize sizeTaken(const MapContents& contents, const MapperParams& params) {
   MapSize size = sizeOf(contents);
@@ -127,6 +135,7 @@ void checkContents(const MapContents& contents) {
       refuse("the exposure of the last colour image is out of range");
     }
   }
+  if (contents.T_W_M && !isRigid(*contents.T_W_M)) refuse("its level is not a pose");
   checkFreeCubes(contents);
 }
 
@@ -149,6 +158,15 @@ void checkFrame(const MapContents& contents, const std::string& map_frame) {
   throw std::runtime_error("the map to be loaded is of the frame '" +
                            printable(contents.map_frame) + "', and map_frame is '" +
                            printable(map_frame) + "' here; poses of one mean nothing in the other");
+}
+
+void checkLevel(const MapContents& contents, bool is_levelled) {
+  if (contents.frames == 0 || contents.T_W_M.has_value() == is_levelled) return;
+  throw std::runtime_error(
+      is_levelled ? "the map to be loaded is not levelled, and map/level asks for one that is; set "
+                    "map/level to none, or map anew"
+                  : "the map to be loaded was levelled; set map/level to floor or imu: the level "
+                    "is that of the map then");
 }
 
 int leastMemoryMb(const MapContents& contents, MapperParams params) {

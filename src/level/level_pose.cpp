@@ -19,7 +19,7 @@ Eigen::Quaterniond smallestTurnToZ(const Eigen::Vector3d& up) {
 Eigen::Isometry3d levelPose(const Eigen::Vector3d& up_M, double floor_offset_m) {
   Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
   T_W_M.linear() = smallestTurnToZ(up_M.normalized()).toRotationMatrix();
-  T_W_M.translation().z() = -floor_offset_m;
+  T_W_M.translation().z() = 0.0 - floor_offset_m;  // never -0
   return T_W_M;
 }
 

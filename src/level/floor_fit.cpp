@@ -12,10 +12,10 @@ using Eigen::Vector3d;
 using Point = FloorView::Point;
 
 constexpr double kMinCosine = 0.70710678118654752;  // of 45 degrees, between normal and up
-constexpr double kMinShare = 0.05;  // of the points, on the floor
-constexpr size_t kMinPoints = 100;  // on the floor
-constexpr double kMaxBelow = 0.02;  // of the points, below it by several tolerances: reflections
-constexpr double kFarBelow = 3.0;   // tolerances
+constexpr double kMinShare = 0.05;                  // of the points, on the floor
+constexpr size_t kMinPoints = 100;                  // on the floor
+constexpr double kMaxBelow = 0.02;    // of the points, below it by several tolerances: reflections
+constexpr double kFarBelow = 3.0;     // tolerances
 constexpr double kMinSpread_m = 0.1;  // standard deviation along the shorter side of what is on it
 /// Where a tenth of the points below the camera are of the floor, all but one in 3000 searches draw
 /// three of them.
@@ -55,8 +55,8 @@ bool isLarge(const Counts& counts, size_t points) {
 /// The weighted least squares of the points nearer than `scale` tolerances, and how wide they lie.
 struct PlaneFit {
   FloorPlane plane;
-  double spread_m;       ///< Along the shorter side.
-  double median_error;   ///< In tolerances.
+  double spread_m;      ///< Along the shorter side.
+  double median_error;  ///< In tolerances.
 };
 
 std::optional<PlaneFit> fitNear(const FloorPlane& start, const std::vector<Point>& points,

@@ -31,9 +31,9 @@ struct FloorFit {
   std::string problem;  ///< Without a floor; what to do is left to the caller.
 };
 
-/// A plane counts as the floor if its normal is within 45 degrees of the cameras' mean up, a twentieth
-/// of all points lie on it, over more than a strip, and hardly any below. Of several, it is the one
-/// with most points. The same points always give the same plane.
+/// A plane counts as the floor if its normal is within 45 degrees of the cameras' mean up, a
+/// twentieth of all points lie on it, over more than a strip, and hardly any below. Of several, it
+/// is the one with most points. The same points always give the same plane.
 FloorFit fitFloor(const std::vector<FloorView>& views);
 
 }  // namespace dtsdf

@@ -14,17 +14,18 @@ constexpr double kMaxTilt_deg = 5.0;
 constexpr double kHalf = 0.5;
 
 std::string adviceOn(const std::string& finding) {
-  return finding + ", so z of the map frame is hardly up; what space is published and drawn by "
-                   "heights needs that: set map/level to floor or imu, or map_frame to a frame "
-                   "that is level";
+  return finding +
+         ", so z of the map frame is hardly up; what space is published and drawn by "
+         "heights needs that: set map/level to floor or imu, or map_frame to a frame "
+         "that is level";
 }
 
 std::string doubtAboutFloor(const FloorPlane& floor) {
   const double tilt_deg = tiltOf(levelPose(floor.normal));
   if (tilt_deg <= kMaxTilt_deg) return "";
   char finding[96];
-  std::snprintf(finding, sizeof(finding), "the floor of the first images is %.0f degrees from level",
-                tilt_deg);
+  std::snprintf(finding, sizeof(finding),
+                "the floor of the first images is %.0f degrees from level", tilt_deg);
   return adviceOn(finding);
 }
 

@@ -10,7 +10,7 @@ namespace dtsdf {
 /// A sample of an inertial sensor, in its own frame.
 struct InertialSample {
   double stamp_s;
-  Eigen::Vector3d acceleration_m_s2;  ///< At rest it points up, as REP 145 has it.
+  Eigen::Vector3d acceleration_m_s2;          ///< At rest it points up, as REP 145 has it.
   std::optional<Eigen::Vector3d> turn_rad_s;  ///< Where it is measured.
 };
 

@@ -94,6 +94,10 @@ Report measureFlight(const BenchmarkOptions& options, const RunSettings& setting
 void run(const BenchmarkOptions& options) {
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
   const RunSettings settings = readSettings(options);
+  if (isLevelled(settings.params.node)) {
+    std::fputs("benchmark: warning: map/level is not for measurements: frames are fused in the "
+               "frame of their poses\n", stderr);
+  }
   const Report report = options.gpu_report ? reportGpuAndKernels(reportGpu())
                         : options.flight   ? measureFlight(options, settings)
                                            : measureFrames(options, settings);

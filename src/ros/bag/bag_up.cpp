@@ -59,8 +59,9 @@ Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
 
 Eigen::Vector3d findUpInBag(const BagOptions& options) {
   if (!options.poses_path.empty()) {
-    throw std::runtime_error("map/level is imu, which needs the bag's transforms in place of "
-                             "--poses; set map/level to floor or none");
+    throw std::runtime_error(
+        "map/level is imu, which needs the bag's transforms in place of "
+        "--poses; set map/level to floor or none");
   }
   try {
     rosbag::Bag bag;

@@ -19,7 +19,8 @@ inline std::optional<InertialSample> sampleOf(const sensor_msgs::Imu& imu) {
     return Eigen::Vector3d(v.x, v.y, v.z);
   };
   InertialSample sample{imu.header.stamp.toSec(), toVector(imu.linear_acceleration), {}};
-  if (imu.angular_velocity_covariance[0] != -1.0) sample.turn_rad_s = toVector(imu.angular_velocity);
+  if (imu.angular_velocity_covariance[0] != -1.0)
+    sample.turn_rad_s = toVector(imu.angular_velocity);
   return sample;
 }
 

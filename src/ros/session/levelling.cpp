@@ -2,6 +2,7 @@
 
 #include <ros/console.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -29,8 +30,9 @@ Levelling::Levelling(const MappingParams& params, const PoseSource& poses,
   if (from_ == LevelChoice::kFloor) {
     problem_ = "the floor is looked for in " + std::to_string(FloorSearch::kViews) + " images";
   } else if (from_ == LevelChoice::kImu) {
-    problem_ = "no message of the inertial sensor has come; remap the topic imu, or set map/level "
-               "to floor or none";
+    problem_ =
+        "no message of the inertial sensor has come; remap the topic imu, or set map/level "
+        "to floor or none";
   }
 }
 
@@ -67,18 +69,21 @@ void Levelling::add(const sensor_msgs::Imu& imu) {
     measured_ = MeasuredUp{*up_I, stripLeadingSlash(imu.header.frame_id), imu.header.stamp};
   }
   if (!measured_) {
-    return noteProblem("the inertial sensor has not been still for a second, at 9.8 m/s^2; hold "
-                       "it still");
+    return noteProblem(
+        "the inertial sensor has not been still for a second, at 9.8 m/s^2; hold "
+        "it still");
   }
   lookUpTransform();
-  if (measured_ && imu.header.stamp.toSec() - measured_->stamp.toSec() > kMaxWait_s) {
-    measured_.reset();  // the next still second may have one
-  }
+  if (!measured_) return;
+  // Also where stamps have gone back; the next still second may have a transform.
+  const double waited_s = std::abs(imu.header.stamp.toSec() - measured_->stamp.toSec());
+  if (waited_s > kMaxWait_s) measured_.reset();
 }
 
 void Levelling::lookUpTransform() {
   const PoseAnswer answer = poses_.find(measured_->frame, measured_->stamp);
-  if (answer.kind == PoseAnswer::Kind::kKnown) return set(levelPose(answer.T_W_C.linear() * measured_->up_I));
+  if (answer.kind == PoseAnswer::Kind::kKnown)
+    return set(levelPose(answer.T_W_C.linear() * measured_->up_I));
   noteProblem("of the inertial sensor, " + answer.text);
   if (answer.kind == PoseAnswer::Kind::kNever) measured_.reset();
 }

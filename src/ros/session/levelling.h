@@ -68,9 +68,9 @@ class Levelling {
   const LevelChoice from_;
   const PoseSource& poses_;
   const std::function<void(const Eigen::Isometry3d&)> announce_;
-  FloorSearch floor_;                 ///< Map's thread only.
-  std::optional<LevelDoubt> doubt_;   ///< The same; where space is kept without a level.
-  StillGravity gravity_;              ///< The sensor's thread only.
+  FloorSearch floor_;                   ///< Map's thread only.
+  std::optional<LevelDoubt> doubt_;     ///< The same; where space is kept without a level.
+  StillGravity gravity_;                ///< The sensor's thread only.
   std::optional<MeasuredUp> measured_;  ///< The same.
 
   mutable std::mutex mutex_;  ///< Guards what follows.

@@ -27,8 +27,8 @@ std::optional<Eigen::Isometry3d> MapPoses::poseOfFixed(const std::string& frame)
 }
 
 PoseAnswer MapPoses::waitFor(const std::string& frame, const ros::Time& stamp) const {
-  const auto end = std::chrono::steady_clock::now() +
-                   toSteadyDuration(params_.node.input.tf_timeout_s);
+  const auto end =
+      std::chrono::steady_clock::now() + toSteadyDuration(params_.node.input.tf_timeout_s);
   for (;;) {
     PoseAnswer answer = poses_.find(frame, stamp);
     if (answer.kind != PoseAnswer::Kind::kNotYet || stamp.isZero()) return answer;
@@ -49,7 +49,8 @@ std::optional<Eigen::Vector3d> MapPoses::keepCenterAt(const ros::Time& stamp) co
     if (!time.isZero()) continue;
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                    "map/keep_radius_m is round the camera, as map/keep_frame is "
-                                   "not known: " << answer.text);
+                                   "not known: "
+                                       << answer.text);
   }
   return std::nullopt;
 }

@@ -27,8 +27,8 @@ Eigen::Isometry3d tilted(double tilt_deg, const Vector3d& axis, const Vector3d& 
 }
 
 /// The first images of a lap through the room, with poses in M.
-std::vector<SceneFrame> lapFrames(const Eigen::Isometry3d& T_M_R, size_t count = FloorSearch::kViews,
-                                  double from_s = 0.0) {
+std::vector<SceneFrame> lapFrames(const Eigen::Isometry3d& T_M_R,
+                                  size_t count = FloorSearch::kViews, double from_s = 0.0) {
   std::vector<SceneFrame> frames;
   for (size_t i = 0; i < count; ++i) {
     const Eigen::Isometry3d T_R_C = roomCameraPose(from_s + 0.1 * static_cast<double>(i));
@@ -98,7 +98,8 @@ TEST(Floor, IsFoundInNoise) {
 }
 
 TEST(Floor, IsTheSameEachTime) {
-  const std::vector<SceneFrame> frames = lapFrames(tilted(20.0, Vector3d::UnitX(), Vector3d::Zero()));
+  const std::vector<SceneFrame> frames =
+      lapFrames(tilted(20.0, Vector3d::UnitX(), Vector3d::Zero()));
   const FloorSearch a = searched(frames), b = searched(frames);
   ASSERT_TRUE(a.floor() && b.floor());
   EXPECT_EQ(a.floor()->normal, b.floor()->normal);
@@ -108,8 +109,8 @@ TEST(Floor, IsTheSameEachTime) {
 /// Frames of one camera, which stands still, of a scene with z up.
 FloorSearch searchedFrom(const Scene& scene, const Vector3d& eye, const Vector3d& target,
                          const Vector3d& up = Vector3d::UnitZ()) {
-  return searched(std::vector<SceneFrame>(FloorSearch::kViews,
-                                          renderFrame(scene, lookAt(eye, target, up))));
+  return searched(
+      std::vector<SceneFrame>(FloorSearch::kViews, renderFrame(scene, lookAt(eye, target, up))));
 }
 
 TEST(Floor, IsNotATableBesideIt) {
@@ -152,8 +153,8 @@ TEST(Floor, NeedsACameraThatIsUpright) {
 TEST(FloorSearch, LooksAnewUntilThereIsOne) {
   Scene wall;
   wall.add(Plane{Vector3d(2.0, 0.0, 0.0), -Vector3d::UnitX()});
-  const SceneFrame no_floor =
-      renderFrame(wall, lookAt(Vector3d(0.0, 0.0, 1.0), Vector3d(2.0, 0.0, 1.0), Vector3d::UnitZ()));
+  const SceneFrame no_floor = renderFrame(
+      wall, lookAt(Vector3d(0.0, 0.0, 1.0), Vector3d(2.0, 0.0, 1.0), Vector3d::UnitZ()));
   const std::vector<SceneFrame> floor = lapFrames(Eigen::Isometry3d::Identity());
   FloorSearch search;
   for (size_t i = 0; i < FloorSearch::kViews; ++i) {

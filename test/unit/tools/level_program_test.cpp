@@ -53,8 +53,8 @@ class LevelProgram : public testing::Test {
   static std::string in(const std::string& name) { return *folder_ / name; }
 
   static Outcome run(const std::string& command) {
-    const int status = std::system(
-        (command + " > " + in("stdout") + " 2> " + in("stderr")).c_str());
+    const int status =
+        std::system((command + " > " + in("stdout") + " 2> " + in("stderr")).c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(in("stdout")),
             readBytes(in("stderr"))};
   }
@@ -166,7 +166,9 @@ TEST_F(LevelProgram, WarnsWhereSpaceIsKeptInAFrameThatIsNotLevel) {
 TEST_F(LevelProgram, TilesGiveTheMapOfReconstruct) {
   const std::string recording = in("first"), settings = " --set map/level=floor";
   ASSERT_EQ(reconstruct("--tum " + recording + " --frames 0:11" + settings + " --save-map " +
-                        in("whole.dtsdf")).exit_code, 0);
+                        in("whole.dtsdf"))
+                .exit_code,
+            0);
   const std::string tiles = DTSDF_TILES;
   Outcome outcome = run(tiles + " plan " + recording + " --frames 0:11 --out " + in("tiles") +
                         " --tile-m 5 --set map/voxel_size_m=0.04 map/max_memory_mb=512" + settings);

@@ -1,8 +1,10 @@
 #include "level/floor_fit.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace dtsdf {
@@ -14,12 +16,14 @@ using Point = FloorView::Point;
 constexpr double kMinCosine = 0.70710678118654752;  // of 45 degrees, between normal and up
 constexpr double kMinShare = 0.05;                  // of the points, on the floor
 constexpr size_t kMinPoints = 100;                  // on the floor
-constexpr double kMaxBelow = 0.02;    // of the points, below it by several tolerances: reflections
-constexpr double kFarBelow = 3.0;     // tolerances
-constexpr double kMinSpread_m = 0.1;  // standard deviation along the shorter side of what is on it
+constexpr double kMaxBelow = 0.02;   // of the points, below it by several tolerances: reflections
+constexpr double kFarBelow = 3.0;    // tolerances
+constexpr double kMinWidth_m = 0.3;  // that eight tenths of what is on it take, whatever way
+constexpr int kWidths = 18;          // directions that the width is measured in
 /// Where a tenth of the points below the camera are of the floor, all but one in 3000 searches draw
 /// three of them.
 constexpr int kDraws = 8000;
+constexpr double kMinArea_m2 = 0.01;  // of the parallelogram of three points
 constexpr unsigned kSeed = 1;
 constexpr size_t kScored = 2000;  // points that a drawn plane is judged by
 constexpr int kRounds = 8;        // of the refinement
@@ -52,10 +56,9 @@ bool isLarge(const Counts& counts, size_t points) {
   return static_cast<double>(counts.on) >= kMinShare * static_cast<double>(points);
 }
 
-/// The weighted least squares of the points nearer than `scale` tolerances, and how wide they lie.
+/// The weighted least squares of the points nearer than `scale` tolerances.
 struct PlaneFit {
   FloorPlane plane;
-  double spread_m;      ///< Along the shorter side.
   double median_error;  ///< In tolerances.
 };
 
@@ -83,7 +86,6 @@ std::optional<PlaneFit> fitNear(const FloorPlane& start, const std::vector<Point
   fit.plane.normal = axes.eigenvectors().col(0);
   if (fit.plane.normal.dot(start.normal) < 0.0) fit.plane.normal *= -1.0;
   fit.plane.offset_m = fit.plane.normal.dot(centre);
-  fit.spread_m = std::sqrt(std::max(0.0, axes.eigenvalues()(1)));
   std::vector<double> errors;
   errors.reserve(near.size());
   for (const Point* point : near) {
@@ -111,6 +113,28 @@ std::optional<PlaneFit> refine(const FloorPlane& start, const std::vector<Point>
   return fit;
 }
 
+/// How wide the points on a plane lie, in the direction in which they lie closest: between the
+/// tenths at either side, so that a few, as where a tilted plane cuts a wall, do not count.
+double widthOf(const FloorPlane& plane, const std::vector<Point>& points) {
+  const Vector3d u = plane.normal.unitOrthogonal(), v = plane.normal.cross(u);
+  std::vector<Eigen::Vector2d> on;
+  for (const Point& point : points) {
+    if (std::abs(heightAbove(plane, point.p)) > point.tolerance_m) continue;
+    on.emplace_back(u.dot(point.p), v.dot(point.p));
+  }
+  double width_m = std::numeric_limits<double>::infinity();
+  std::vector<double> along(on.size());
+  for (int i = 0; i < kWidths && !on.empty(); ++i) {
+    const Eigen::Vector2d direction =
+        Eigen::Rotation2Dd(M_PI * i / kWidths) * Eigen::Vector2d::UnitX();
+    std::transform(on.begin(), on.end(), along.begin(),
+                   [&](const Eigen::Vector2d& p) { return direction.dot(p); });
+    std::sort(along.begin(), along.end());
+    width_m = std::min(width_m, along[9 * on.size() / 10] - along[on.size() / 10]);
+  }
+  return width_m;
+}
+
 /// So many of the points, evenly.
 std::vector<Point> some(const std::vector<Point>& points, size_t most) {
   if (points.size() <= most) return points;
@@ -132,7 +156,7 @@ std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
     const Vector3d &a = draw(), &b = draw(), &c = draw();
     Vector3d normal = (b - a).cross(c - a);
     const double area = normal.norm();
-    if (area < kMinSpread_m * kMinSpread_m) continue;
+    if (area < kMinArea_m2) continue;
     normal /= normal.dot(up) < 0.0 ? -area : area;
     if (normal.dot(up) < kMinCosine) continue;
     const FloorPlane plane{normal, normal.dot(a)};
@@ -171,7 +195,8 @@ FloorFit fitFloor(const std::vector<FloorView>& views) {
   if (counts.on < kMinPoints || !isLarge(counts, points.size())) {
     return without("the largest plane below has less than a twentieth of the measured points");
   }
-  if (fit->spread_m < kMinSpread_m) return without("only a strip of what may be the floor is seen");
+  if (widthOf(fit->plane, points) < kMinWidth_m)
+    return without("only a strip of what may be the floor is seen");
   if (fit->plane.normal.dot(up) < kMinCosine || !isLowest(counts, points.size())) {
     return without("the largest plane below is not the lowest there is");
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "level/floor_search.h"
@@ -139,6 +140,35 @@ TEST(Floor, IsNeitherWallNorCeilingNorAStrip) {
   beam.add(Plane{Vector3d(1.5, 0.0, 0.0), -Vector3d::UnitX()});
   beam.add(makeBox(Vector3d(1.4, 0.0, 0.5), Vector3d(0.2, 8.0, 0.2)));
   EXPECT_FALSE(searchedFrom(beam, Vector3d(0.0, 0.0, 1.0), Vector3d(1.5, 0.0, 0.6)).floor());
+}
+
+/// A camera at 1 m that sees so many points of a floor that is so wide, and of a wall behind it.
+FloorView viewOfStrip(double width_m, int on_floor, int on_wall) {
+  FloorView view{Vector3d(0.0, 0.0, 1.0), Vector3d::UnitZ(), {}};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  for (int i = 0; i < on_floor; ++i) {
+    view.points.push_back(
+        {Vector3d(1.0 + 2.0 * share(random), width_m * share(random), 0.0), 0.01});
+  }
+  for (int i = 0; i < on_wall; ++i) {
+    view.points.push_back({Vector3d(3.0, 4.0 * share(random), 3.0 * share(random)), 0.01});
+  }
+  return view;
+}
+
+TEST(Floor, HasToBeWideAndLargeEnough) {
+  EXPECT_TRUE(fitFloor({viewOfStrip(1.0, 400, 2000)}).floor);
+  const auto problemOf = [](const FloorView& view) { return fitFloor({view}).problem; };
+  EXPECT_NE(problemOf(viewOfStrip(0.05, 400, 2000)).find("only a strip"), std::string::npos)
+      << problemOf(viewOfStrip(0.05, 400, 2000));
+  EXPECT_NE(problemOf(viewOfStrip(1.0, 400, 12000)).find("a twentieth"), std::string::npos);
+  EXPECT_NE(problemOf(viewOfStrip(1.0, 60, 0)).find("hardly any depth"), std::string::npos);
+  FloorView down = viewOfStrip(1.0, 400, 2000);
+  down.camera_up *= -1.0;
+  EXPECT_NE(fitFloor({viewOfStrip(1.0, 400, 2000), down}).problem.find("turns too much"),
+            std::string::npos);
+  EXPECT_FALSE(fitFloor({}).floor);
 }
 
 TEST(Floor, NeedsACameraThatIsUpright) {

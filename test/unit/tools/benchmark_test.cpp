@@ -2,11 +2,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "backend/stage_costs.h"
+#include "benchmark/stage_costs.h"
 #include "mapper/probed_mapper.h"
-#include "tools/benchmark_options.h"
-#include "tools/benchmark_report.h"
-#include "tools/flight.h"
+#include "benchmark/benchmark_options.h"
+#include "benchmark/benchmark_report.h"
+#include "benchmark/flight.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {

@@ -1,4 +1,4 @@
-#include "backend/stage_costs.h"
+#include "benchmark/stage_costs.h"
 
 #include <algorithm>
 

@@ -4,11 +4,10 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "dtsdf_mapping/geometry.h"
+#include "dtsdf_mapping/io/recording.h"
 #include "evaluation/camera_views.h"
 #include "evaluation/triangle_mesh.h"
-#include "io/colour_codes.h"
-#include "io/tum_sequence.h"
-#include "kernels/core/grid.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
 
@@ -68,10 +67,10 @@ class ColourGrid {
   };
 
   PackedKey keyOf(const Eigen::Vector3d& p_W) const {
-    const auto index = [&](int axis) {
-      return static_cast<int32_t>(std::lround(p_W[axis] / voxel_size_m_));
+    const auto bits = [&](int axis) {
+      return static_cast<PackedKey>(std::lround(p_W[axis] / voxel_size_m_)) & ((1u << 21) - 1);
     };
-    return packKey({index(0), index(1), index(2)});
+    return bits(2) << 42 | bits(1) << 21 | bits(0);
   }
 
   double voxel_size_m_;
@@ -93,24 +92,29 @@ void addRay(const Eigen::Vector3d& p_C, const Eigen::Isometry3d& T_W_C,
 
 void colourByVoxels(const ColourByVoxelsOptions& options) {
   const Views views = readViews(options.folder);
-  const std::vector<StampedImage> images = readTumSequence(options.folder).colour;
-  if (images.size() != views.depth_paths.size()) {
-    throw std::runtime_error(options.folder + ": there is not a colour image for each depth image");
-  }
+  RecordingOptions recording;
+  recording.path = options.folder;
+  recording.format = "tum";
+  const std::unique_ptr<ColourSource> colours = openRecordingColours(recording);
   ColourGrid grid(options.voxel_size_m);
   const ViewCamera& camera = views.camera;
-  for (size_t i = 0; i < images.size(); ++i) {
+  for (size_t i = 0; i < views.depth_paths.size(); ++i) {
     const std::vector<float> depth_m = readTumDepth(views.depth_paths[i], camera);
-    const DecodedColour image = readColourImage(images[i].path);
+    const auto source = colours == nullptr ? std::nullopt : colours->next();
+    if (!source) {
+      throw std::runtime_error(options.folder + ": not every depth image has a colour image");
+    }
+    const ColourFrame& image = source->colour;
     if (image.width != camera.width || image.height != camera.height) {
-      throw std::runtime_error(images[i].path + ": not of the depth images' size");
+      throw std::runtime_error(options.folder + ": colour image " + std::to_string(source->index) +
+                               " has another size than the depth images");
     }
     for (size_t pixel = 0; pixel < depth_m.size(); ++pixel) {
       if (!(depth_m[pixel] > 0.0f)) continue;
       const auto u = static_cast<float>(pixel % static_cast<size_t>(camera.width));
       const auto v = static_cast<float>(pixel / static_cast<size_t>(camera.width));
       const Eigen::Vector3f p_C = depth_m[pixel] * rayOf(camera.intrinsics, u, v);
-      const uint8_t* rgb = image.rgb.data() + 3 * pixel;
+      const uint8_t* rgb = static_cast<const uint8_t*>(image.data) + 3 * pixel;
       addRay(p_C.cast<double>(), views.poses_W_C[i], Eigen::Vector3d(rgb[0], rgb[1], rgb[2]),
              options, grid);
     }

@@ -3,9 +3,8 @@
 
 #include <string>
 
-#include "backend/profile.h"
 #include "mapper/gpu.h"
-#include "tools/measurement.h"
+#include "benchmark/measurement.h"
 
 namespace dtsdf {
 

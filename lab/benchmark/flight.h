@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "mapper/probed_mapper.h"
-#include "tools/measurement.h"
+#include "benchmark/measurement.h"
 
 namespace dtsdf {
 

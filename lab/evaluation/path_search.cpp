@@ -6,7 +6,6 @@
 #include <queue>
 #include <tuple>
 
-#include "kernels/core/vec.h"
 
 namespace dtsdf {
 namespace {
@@ -18,6 +17,8 @@ struct CellBefore {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
   }
 };
+
+bool isSame(const Vec3i& a, const Vec3i& b) { return !CellBefore()(a, b) && !CellBefore()(b, a); }
 
 /// How a cell was reached first at the least cost.
 struct Reached {
@@ -58,7 +59,7 @@ class Search {
     while (!waiting_.empty()) {
       const Vec3i cell = waiting_.top().cell;
       waiting_.pop();
-      if (cell == goal) return pathTo(goal);
+      if (isSame(cell, goal)) return pathTo(goal);
       Reached& here = reached_[cell];
       if (here.is_done) continue;
       here.is_done = true;
@@ -87,7 +88,7 @@ class Search {
     path.length_m = reached_.at(goal).cells * space_.cellSize_m();
     Vec3i cell = goal;
     path.points_W.push_back(middleOf(space_, cell));
-    while (!(reached_.at(cell).from == cell)) {
+    while (!isSame(reached_.at(cell).from, cell)) {
       cell = reached_.at(cell).from;
       path.points_W.push_back(middleOf(space_, cell));
     }

@@ -9,7 +9,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-#include "kernels/core/camera.h"
 
 namespace dtsdf {
 

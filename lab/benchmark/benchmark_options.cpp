@@ -1,4 +1,4 @@
-#include "tools/benchmark_options.h"
+#include "benchmark/benchmark_options.h"
 
 namespace dtsdf {
 namespace {

@@ -9,7 +9,6 @@
 
 #include "evaluation/mesh_metrics.h"
 #include "evaluation/parallel.h"
-#include "kernels/core/camera.h"
 #include "simulation/scene.h"
 
 namespace dtsdf {

@@ -1,4 +1,4 @@
-#include "tools/measurement.h"
+#include "benchmark/measurement.h"
 
 #include <chrono>
 #include <stdexcept>

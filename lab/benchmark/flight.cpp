@@ -1,10 +1,12 @@
-#include "tools/flight.h"
+#include "benchmark/flight.h"
 
 #include <unistd.h>
 
 #include <cmath>
 #include <cstdint>
 #include <fstream>
+
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -47,15 +49,15 @@ double groundHeight(double x_m, double y_m) {
 
 SourceFrame renderFlightFrame(double x_m) {
   const auto image = std::make_shared<std::vector<uint16_t>>(kWidth * kHeight);
-#pragma omp parallel for
-  for (int v = 0; v < kHeight; ++v) {
-    const double slope_y = -(v - static_cast<double>(kIntrinsics.cy)) / kIntrinsics.fy;
+  forEachInParallel(kHeight, 0, [&](size_t v) {
+    const double slope_y =
+        -(static_cast<double>(v) - static_cast<double>(kIntrinsics.cy)) / kIntrinsics.fy;
     for (int u = 0; u < kWidth; ++u) {
       const double slope_x = (u - kIntrinsics.cx) / kIntrinsics.fx;
       (*image)[v * kWidth + u] =
           static_cast<uint16_t>(std::lround(depthOf(x_m, slope_x, slope_y) / kUnit_m));
     }
-  }
+  });
   SourceFrame frame;
   frame.depth.data = image->data();
   frame.depth.row_bytes = kWidth * sizeof(uint16_t);

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "backend/rules.h"
 #include "mapper/probed_mapper.h"
 
 namespace dtsdf {

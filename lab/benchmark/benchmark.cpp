@@ -10,9 +10,9 @@
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
-#include "tools/benchmark_options.h"
-#include "tools/benchmark_report.h"
-#include "tools/flight.h"
+#include "benchmark/benchmark_options.h"
+#include "benchmark/benchmark_report.h"
+#include "benchmark/flight.h"
 
 namespace dtsdf {
 namespace {

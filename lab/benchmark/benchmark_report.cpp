@@ -1,11 +1,11 @@
 #include "mapper/gpu.h"
-#include "tools/benchmark_report.h"
+#include "benchmark/benchmark_report.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "backend/stage_costs.h"
+#include "benchmark/stage_costs.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {

@@ -4,15 +4,15 @@
 #include <cstdio>
 #include <cstring>
 
+#include "benchmark/benchmark_options.h"
+#include "benchmark/benchmark_report.h"
+#include "benchmark/flight.h"
 #include "io/atomic_file.h"
 #include "io/raw_frames.h"
 #include "mapper/gpu.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
-#include "benchmark/benchmark_options.h"
-#include "benchmark/benchmark_report.h"
-#include "benchmark/flight.h"
 
 namespace dtsdf {
 namespace {
@@ -35,8 +35,8 @@ double measureHostCopies() {
   for (int i = 0; i < 3; ++i) {
     const auto start = std::chrono::steady_clock::now();
     std::memcpy(to.data(), from.data(), kBytes);
-    best_s = std::min(best_s, std::chrono::duration<double>(
-                                  std::chrono::steady_clock::now() - start).count());
+    best_s = std::min(
+        best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   return 2.0 * kBytes / best_s / 1e9;
 }

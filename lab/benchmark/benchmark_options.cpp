@@ -22,9 +22,9 @@ void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
   addFolderOptions(line, options);
   line.onlyWith("--depth-scale", "--tum");
   line.onlyWith("--pose-tolerance", "--tum");
-  line.addText({"--raw", "NAME",
-                "NAME.raw and NAME.txt, as pack_frames writes them, in place of --tum"},
-               options.raw_name);
+  line.addText(
+      {"--raw", "NAME", "NAME.raw and NAME.txt, as pack_frames writes them, in place of --tum"},
+      options.raw_name);
   addFrameOptions(line, options);
   addFlightOptions(line, options);
   line.addFlag("--gpu", "only report on the GPU: rates of its memory, registers of the kernels",

@@ -1,5 +1,5 @@
-#include "mapper/gpu.h"
 #include "benchmark/benchmark_report.h"
+#include "mapper/gpu.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -59,9 +59,9 @@ json totalsOf(const Measurement& m) {
   totals["distances_ms"] = summary(&FrameTime::distances_ms);
   totals["overlapped_ms"] = m.overlapped_ms;
   totals["pack_ms"] = summary(&FrameTime::pack_ms);
-  totals["packed_bytes"] = toJson(summarise(valuesOf(
-      m.frames, first,
-      [](const FrameTime& frame) { return static_cast<double>(frame.packed.bytes); })));
+  totals["packed_bytes"] = toJson(summarise(valuesOf(m.frames, first, [](const FrameTime& frame) {
+    return static_cast<double>(frame.packed.bytes);
+  })));
   totals["packed_mesh"] = {{"bytes", m.packed.bytes}, {"triangles", m.packed.triangles}};
   return totals;
 }
@@ -71,9 +71,8 @@ json stageOf(const Measurement& m, Stage stage, const CopyRates& rates, double a
   const TimeSummary times = summarise(
       valuesOf(m.stages, first, [&](const Profile& profile) { return profile.of(stage); }));
   const auto cost = [&](const Profile& p) { return costOf(stage, p.work, arrays_per_block); };
-  const double bytes = summarise(valuesOf(m.stages, first, [&](const Profile& p) {
-                         return cost(p).bytes;
-                       })).median;
+  const double bytes =
+      summarise(valuesOf(m.stages, first, [&](const Profile& p) { return cost(p).bytes; })).median;
   const double operations = summarise(valuesOf(m.stages, first, [&](const Profile& p) {
                               return cost(p).operations;
                             })).median;
@@ -82,8 +81,11 @@ json stageOf(const Measurement& m, Stage stage, const CopyRates& rates, double a
     rate = stage == Stage::kUpload ? rates.upload_gb_s : rates.download_gb_s;
   }
   const double floor_ms = rate > 0.0 ? bytes / (rate * 1e6) : 0.0;
-  json entry = {{"stage", toString(stage)}, {"ms", toJson(times)},     {"bytes", bytes},
-                {"operations", operations}, {"floor_ms", floor_ms}};
+  json entry = {{"stage", toString(stage)},
+                {"ms", toJson(times)},
+                {"bytes", bytes},
+                {"operations", operations},
+                {"floor_ms", floor_ms}};
   entry["share_of_bandwidth"] = times.median > 0.0 ? floor_ms / times.median : 0.0;
   return entry;
 }
@@ -100,12 +102,13 @@ json stagesOf(const Measurement& m, const CopyRates& rates) {
 }
 
 json memoryOf(const Measurement& m) {
-  json memory = {{"parts", json::array()},
-                 {"device", m.device_bytes},
-                 {"whole_mesh", m.mesh_bytes}};
+  json memory = {
+      {"parts", json::array()}, {"device", m.device_bytes}, {"whole_mesh", m.mesh_bytes}};
   for (const MemoryPart& part : m.memory) {
-    memory["parts"].push_back({{"name", part.name}, {"kind", toString(part.kind)},
-                               {"used", part.used_bytes}, {"reserved", part.reserved_bytes}});
+    memory["parts"].push_back({{"name", part.name},
+                               {"kind", toString(part.kind)},
+                               {"used", part.used_bytes},
+                               {"reserved", part.reserved_bytes}});
     // The map is summed up with its indices.
     const MemoryKind kind = part.kind == MemoryKind::kIndices ? MemoryKind::kMap : part.kind;
     for (const char* what : {"used", "reserved"}) {
@@ -118,8 +121,10 @@ json memoryOf(const Measurement& m) {
 }
 
 json mapOf(const Measurement& m) {
-  return {{"blocks", m.map.blocks}, {"voxel_arrays", m.map.voxel_arrays},
-          {"bytes", m.map.map_bytes}, {"triangles", m.triangles}};
+  return {{"blocks", m.map.blocks},
+          {"voxel_arrays", m.map.voxel_arrays},
+          {"bytes", m.map.map_bytes},
+          {"triangles", m.triangles}};
 }
 
 std::string memoryText(const json& memory) {
@@ -157,8 +162,9 @@ std::string measurementText(const json& report) {
           format("  these take %.0f KiB (median); the whole mesh %.1f bytes a triangle\n",
                  report["packed_bytes"]["median"].get<double>() / 1024.0,
                  packed["bytes"].get<double>() / triangles);
-  text += "stages, profiled                             "
-          "   KiB  kilo-op   floor  share of bandwidth\n";
+  text +=
+      "stages, profiled                             "
+      "   KiB  kilo-op   floor  share of bandwidth\n";
   for (const json& stage : report["stages"]) {
     text += summaryLine(stage["stage"].get<std::string>().c_str(), stage["ms"]) +
             format(" %9.1f %8.0f %7.4f %6.1f %%\n", stage["bytes"].get<double>() / 1024.0,
@@ -176,8 +182,9 @@ json flightByGib(const std::vector<FrameTime>& times) {
     const int gib = static_cast<int>(static_cast<double>(times[begin].mapped_bytes) / kGiB);
     size_t end = begin, map_bytes = 0, resident_bytes = 0;
     std::vector<double> total_ms, fetch_ms, distances_ms;
-    for (; end < times.size() && static_cast<int>(static_cast<double>(times[end].mapped_bytes) /
-                                                  kGiB) == gib; ++end) {
+    for (; end < times.size() &&
+           static_cast<int>(static_cast<double>(times[end].mapped_bytes) / kGiB) == gib;
+         ++end) {
       map_bytes = std::max(map_bytes, times[end].map_bytes);
       resident_bytes = std::max(resident_bytes, times[end].resident_bytes);
       total_ms.push_back(times[end].total_ms);
@@ -206,7 +213,9 @@ json slowestFrames(const std::vector<FrameTime>& times) {
   json rows = json::array();
   for (size_t i = 0; i < std::min(kShown, order.size()); ++i) {
     const FrameTime& time = times[order[i]];
-    rows.push_back({{"frame", order[i]}, {"total_ms", time.total_ms}, {"call_ms", time.call_ms},
+    rows.push_back({{"frame", order[i]},
+                    {"total_ms", time.total_ms},
+                    {"call_ms", time.call_ms},
                     {"map_gib", static_cast<double>(time.map_bytes) / kMiB / 1024.0}});
   }
   return rows;
@@ -219,7 +228,8 @@ Report reportMeasurement(const Measurement& measurement, const CopyRates& rates)
   report["map"] = mapOf(measurement);
   report["stages"] = stagesOf(measurement, rates);
   report["memory"] = memoryOf(measurement);
-  report["rates_gb_s"] = {{"memory", rates.memory_gb_s}, {"upload", rates.upload_gb_s},
+  report["rates_gb_s"] = {{"memory", rates.memory_gb_s},
+                          {"upload", rates.upload_gb_s},
                           {"download", rates.download_gb_s}};
   return {textOf(report), measurementText(report)};
 }
@@ -231,10 +241,10 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
   report["memory"] = memoryOf(end);
   report["by_gib"] = flightByGib(times);
   report["slowest"] = slowestFrames(times);
-  std::string text = format("%s, a flight of %zu frames; %zu blocks refused\nmapped    frames  "
-                            "total ms: median       p95     worst   fetch  map MiB  RSS MiB\n",
-                            end.backend_name.c_str(), times.size(),
-                            static_cast<size_t>(end.map.refused_blocks));
+  std::string text = format(
+      "%s, a flight of %zu frames; %zu blocks refused\nmapped    frames  "
+      "total ms: median       p95     worst   fetch  map MiB  RSS MiB\n",
+      end.backend_name.c_str(), times.size(), static_cast<size_t>(end.map.refused_blocks));
   for (const json& row : report["by_gib"]) {
     text += format("%3d GiB %8d", row["gib"].get<int>(), row["frames"].get<int>()) +
             summaryLine("", row["total_ms"]) +
@@ -251,11 +261,15 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
 }
 
 Report reportGpuAndKernels(const GpuReport& gpu) {
-  json report = {{"name", gpu.name}, {"compute_capability", gpu.compute_capability},
-                 {"multiprocessors", gpu.multiprocessors}, {"driver", gpu.driver},
-                 {"runtime", gpu.runtime}, {"kernels", json::array()},
-                 {"rates_gb_s", {{"memory", gpu.copy_gb_s}, {"upload", gpu.upload_gb_s},
-                                 {"download", gpu.download_gb_s}}}};
+  json report = {
+      {"name", gpu.name},
+      {"compute_capability", gpu.compute_capability},
+      {"multiprocessors", gpu.multiprocessors},
+      {"driver", gpu.driver},
+      {"runtime", gpu.runtime},
+      {"kernels", json::array()},
+      {"rates_gb_s",
+       {{"memory", gpu.copy_gb_s}, {"upload", gpu.upload_gb_s}, {"download", gpu.download_gb_s}}}};
   std::string text =
       format("%s, compute capability %d.%d, %d multiprocessors, CUDA %s (driver %s)\n",
              gpu.name.c_str(), gpu.compute_capability / 10, gpu.compute_capability % 10,
@@ -266,11 +280,14 @@ Report reportGpuAndKernels(const GpuReport& gpu) {
   for (const KernelUse& kernel : gpu.kernels) {
     const double on_turing =
         occupancyOnTuring(kernel.threads, kernel.registers, kernel.shared_bytes);
-    report["kernels"].push_back(
-        {{"name", kernel.name}, {"threads", kernel.threads}, {"registers", kernel.registers},
-         {"shared_bytes", kernel.shared_bytes}, {"local_bytes", kernel.local_bytes},
-         {"blocks_per_processor", kernel.blocks_per_processor}, {"occupancy", kernel.occupancy},
-         {"occupancy_on_7_5", on_turing}});
+    report["kernels"].push_back({{"name", kernel.name},
+                                 {"threads", kernel.threads},
+                                 {"registers", kernel.registers},
+                                 {"shared_bytes", kernel.shared_bytes},
+                                 {"local_bytes", kernel.local_bytes},
+                                 {"blocks_per_processor", kernel.blocks_per_processor},
+                                 {"occupancy", kernel.occupancy},
+                                 {"occupancy_on_7_5", on_turing}});
     text += format("  %-25s %7d %9zu %8zu %7d %8.0f %% %5.0f %%\n", kernel.name.c_str(),
                    kernel.registers, kernel.shared_bytes, kernel.local_bytes,
                    kernel.blocks_per_processor, 100.0 * kernel.occupancy, 100.0 * on_turing);

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "mapper/gpu.h"
 #include "benchmark/measurement.h"
+#include "mapper/gpu.h"
 
 namespace dtsdf {
 

@@ -43,8 +43,8 @@ size_t residentBytes() {
 }  // namespace
 
 double groundHeight(double x_m, double y_m) {
-  return 0.35 * std::sin(0.9 * x_m) * std::cos(0.8 * y_m) +
-         0.05 * std::sin(3.1 * x_m + 1.3 * y_m) + 0.02 * std::sin(7.3 * y_m - 4.1 * x_m);
+  return 0.35 * std::sin(0.9 * x_m) * std::cos(0.8 * y_m) + 0.05 * std::sin(3.1 * x_m + 1.3 * y_m) +
+         0.02 * std::sin(7.3 * y_m - 4.1 * x_m);
 }
 
 SourceFrame renderFlightFrame(double x_m) {

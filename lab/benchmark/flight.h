@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "mapper/probed_mapper.h"
 #include "benchmark/measurement.h"
+#include "mapper/probed_mapper.h"
 
 namespace dtsdf {
 

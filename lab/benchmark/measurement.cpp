@@ -89,8 +89,8 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
   result.triangles = store.triangleCount();
   result.packed = packing.packAll();
   for (const auto& [key, mesh] : store.blocks()) {
-    result.mesh_bytes += mesh->vertices.size() * sizeof(BlockVertex) +
-                         mesh->triangles.size() * sizeof(uint16_t);
+    result.mesh_bytes +=
+        mesh->vertices.size() * sizeof(BlockVertex) + mesh->triangles.size() * sizeof(uint16_t);
   }
 }
 

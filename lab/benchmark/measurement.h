@@ -20,7 +20,7 @@ struct FrameTime {
   double total_ms = 0.0;  ///< From the call until the updated mesh is made, on the device.
   double fetch_ms = 0.0;  ///< From there until the changed meshes are handed out.
   double distances_ms = 0.0;  ///< Of space, brought up to date after that; 0 without space.
-  size_t map_bytes = 0;   ///< Of the map after the frame.
+  size_t map_bytes = 0;       ///< Of the map after the frame.
   size_t mapped_bytes = 0;    ///< Of a flight: with what was mapped and dropped by then.
   size_t resident_bytes = 0;  ///< Of a flight: memory of the process after the frame.
   double pack_ms = 0.0;       ///< Packing the chunks that changed, as the node sends them.
@@ -37,7 +37,7 @@ struct Measurement {
   size_t device_bytes = 0;  ///< Taken from the GPU from the mapper's making to the last frame.
   size_t mesh_bytes = 0;    ///< Of the whole mesh by blocks, on the host.
   size_t triangles = 0;
-  PackedSize packed;        ///< The whole mesh in chunks.
+  PackedSize packed;  ///< The whole mesh in chunks.
 };
 
 /// Times one frame and the mesh update after it; the update is given to `use`.

@@ -16,24 +16,24 @@ namespace dtsdf {
 namespace {
 
 // Operations, counted in the rules in kernels/ for the usual case.
-constexpr double kFitOperations = 60;      // of a pixel's row or column: a window of 5, 12 each
-constexpr double kMergeOperations = 10;    // of a pixel: least and most of depth and slope, twice
-constexpr double kSurfelOperations = 60;   // back-projection, normalisation, rotation, weights
-constexpr double kTouchOperations = 80;    // the line, and the one or two blocks that it meets
+constexpr double kFitOperations = 60;     // of a pixel's row or column: a window of 5, 12 each
+constexpr double kMergeOperations = 10;   // of a pixel: least and most of depth and slope, twice
+constexpr double kSurfelOperations = 60;  // back-projection, normalisation, rotation, weights
+constexpr double kTouchOperations = 80;   // the line, and the one or two blocks that it meets
 constexpr double kSamplesOfSurfel = 3.5 * 4 * 1.7;  // planes in reach, corners, directions
-constexpr double kSampleOperations = 25;   // crossing, weights, distance, rounding, two sums
-constexpr double kFoldOperations = 8;      // of a voxel
-constexpr double kClearOperations = 70;    // of a voxel: foot, projection, comparison with nine
-constexpr double kLinkOperations = 40;     // of a pixel: two steps, and what lies around them
-constexpr double kFreeOperations = 40;     // of a pixel: its plane, how far its ray is free
-constexpr double kIndexOperations = 100;   // of a mesh unit; far more where a surface is
-constexpr double kVertexOperations = 250;  // its own edge, and the weights of four beside it
-constexpr double kPaintOperations = 200;   // of a voxel: foot, visibility around it, colour, mean
-constexpr double kCellOperations = 100;    // bounds of eight corners, up to 16 texels
-constexpr double kTriangleOperations = 40; // which cells three corners are in
+constexpr double kSampleOperations = 25;    // crossing, weights, distance, rounding, two sums
+constexpr double kFoldOperations = 8;       // of a voxel
+constexpr double kClearOperations = 70;     // of a voxel: foot, projection, comparison with nine
+constexpr double kLinkOperations = 40;      // of a pixel: two steps, and what lies around them
+constexpr double kFreeOperations = 40;      // of a pixel: its plane, how far its ray is free
+constexpr double kIndexOperations = 100;    // of a mesh unit; far more where a surface is
+constexpr double kVertexOperations = 250;   // its own edge, and the weights of four beside it
+constexpr double kPaintOperations = 200;    // of a voxel: foot, visibility around it, colour, mean
+constexpr double kCellOperations = 100;     // bounds of eight corners, up to 16 texels
+constexpr double kTriangleOperations = 40;  // which cells three corners are in
 constexpr double kPyramidBytes = 3 + (1 + 4.0 / 3) * sizeof(ColourPixel);
 
-constexpr double kNoiseOperations = 10;    // of a sample of a line
+constexpr double kNoiseOperations = 10;  // of a sample of a line
 // Of lines far apart, memory is read in sectors of 32 bytes: one of a short line, three of a wide
 // one along the row, and as many as it has samples of one down the column.
 constexpr double kNoiseBytes = 32.0 * (1 + 3 + kNoiseLength) * kNoisePoints;
@@ -77,11 +77,9 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
     case Stage::kFindBlocks:  // entry of the frame's table, of the map's table, slot, result
       return {surfel_bytes + static_cast<double>(work.touched_blocks) * (12 + 12 + 32 + 40),
               surfels * kTouchOperations};
-    case Stage::kAdmit:
-      return {static_cast<double>(work.new_arrays) * kArrayBytes, 0};
+    case Stage::kAdmit: return {static_cast<double>(work.new_arrays) * kArrayBytes, 0};
     case Stage::kCast:
-      return {surfel_bytes + arrays * kSumsBytes,
-              surfels * kSamplesOfSurfel * kSampleOperations};
+      return {surfel_bytes + arrays * kSumsBytes, surfels * kSamplesOfSurfel * kSampleOperations};
     case Stage::kFold:
       return {arrays * (2 * kSumsBytes + 2 * kArrayBytes),
               arrays * kVoxelsPerBlock * kFoldOperations};
@@ -94,10 +92,10 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
       return {pixels * (1 + 2.0 / 3) * sizeof(float) + cubes * sizeof(CellMask),
               pixels + cubes * kCellsPerCube * kCellOperations};
     case Stage::kPaint:  // the image, at all its sizes; of what is painted, voxels and colours
-      return {static_cast<double>(work.colour_pixels) * kPyramidBytes +
-                  static_cast<double>(work.painted_voxels) *
-                      (sizeof(Voxel) + 2 * sizeof(VoxelColour)),
-              static_cast<double>(work.painted_voxels) * kPaintOperations};
+      return {
+          static_cast<double>(work.colour_pixels) * kPyramidBytes +
+              static_cast<double>(work.painted_voxels) * (sizeof(Voxel) + 2 * sizeof(VoxelColour)),
+          static_cast<double>(work.painted_voxels) * kPaintOperations};
     case Stage::kIndex:  // which blocks to index, and them
       return {static_cast<double>(work.touched_blocks) * kUnitReach * 24 +
                   indexed * (arrays_per_block * kGridCorners * sizeof(Voxel) + kLabelsBytes),
@@ -121,10 +119,9 @@ double occupancyOnTuring(int threads, int registers, size_t shared_bytes) {
   constexpr int kRegisterUnit = 256;  // registers are given out to warps in these steps
   constexpr size_t kMaxShared = 65536, kSharedUnit = 256;
   const int warps = (threads + kWarp - 1) / kWarp;
-  const int warp_registers = (registers * kWarp + kRegisterUnit - 1) / kRegisterUnit *
-                             kRegisterUnit;
-  int blocks = std::min(kMaxThreads / threads,
-                        kMaxRegisters / std::max(1, warp_registers * warps));
+  const int warp_registers =
+      (registers * kWarp + kRegisterUnit - 1) / kRegisterUnit * kRegisterUnit;
+  int blocks = std::min(kMaxThreads / threads, kMaxRegisters / std::max(1, warp_registers * warps));
   const size_t shared = (shared_bytes + kSharedUnit - 1) / kSharedUnit * kSharedUnit;
   if (shared > 0) blocks = std::min(blocks, static_cast<int>(kMaxShared / shared));
   return static_cast<double>(blocks * threads) / kMaxThreads;

@@ -22,12 +22,9 @@ ViewAngles viewAngles(OrbitShape shape, size_t i, size_t count) {
   const double share = static_cast<double>(i) / static_cast<double>(count);
   const double middle = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
   switch (shape) {
-    case OrbitShape::kCircle:
-      return {2.0 * M_PI * share, 0.0};
-    case OrbitShape::kHelix:
-      return {2.0 * M_PI * 5.0 * share, (middle - 0.5) * 2.0 * M_PI / 3.0};
-    case OrbitShape::kSphere:
-      break;
+    case OrbitShape::kCircle: return {2.0 * M_PI * share, 0.0};
+    case OrbitShape::kHelix: return {2.0 * M_PI * 5.0 * share, (middle - 0.5) * 2.0 * M_PI / 3.0};
+    case OrbitShape::kSphere: break;
   }
   // Equal steps in height cut the sphere into rings of equal area; the number of turns makes the
   // distance between turns about that between neighbours on a turn.

@@ -32,8 +32,7 @@ ColourByVoxelsOptions readOptions(const std::vector<std::string>& arguments) {
   line.addText({"FOLDER", "", "the TUM folder"}, options.folder);
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"OUT.ply", "", "the coloured mesh"}, options.coloured_path);
-  line.addNumber({"--voxel-size", "METRES", "edge of a voxel"}, options.voxel_size_m,
-                 {0.001, 1.0});
+  line.addNumber({"--voxel-size", "METRES", "edge of a voxel"}, options.voxel_size_m, {0.001, 1.0});
   line.addNumber({"--truncation", "VOXELS", "truncation distance"}, options.truncation_voxels,
                  {0.0, 100.0});
   line.parse(arguments);
@@ -79,8 +78,7 @@ class ColourGrid {
 
 /// Every voxel that a ray crosses within the truncation distance, once.
 void addRay(const Eigen::Vector3d& p_C, const Eigen::Isometry3d& T_W_C,
-            const Eigen::Vector3d& colour, const ColourByVoxelsOptions& options,
-            ColourGrid& grid) {
+            const Eigen::Vector3d& colour, const ColourByVoxelsOptions& options, ColourGrid& grid) {
   const double length_m = p_C.norm();
   const double weight = 1.0 / (p_C.z() * p_C.z());
   const int steps = static_cast<int>(options.truncation_voxels);

@@ -43,8 +43,7 @@ ConvertOptions readOptions(const std::vector<std::string>& arguments) {
 
 void convert(const ConvertOptions& options) {
   const TsdfFusionFolder folder = readTsdfFusionFolder(options.input);
-  const ViewCamera camera =
-      cameraForImage(folder.frames.front().depth_path, options.intrinsics());
+  const ViewCamera camera = cameraForImage(folder.frames.front().depth_path, options.intrinsics());
   std::vector<Eigen::Isometry3d> poses_W_C;
   for (const TsdfFusionFrame& frame : folder.frames) poses_W_C.push_back(frame.T_W_C);
   const TumWriter writer(options.output, camera, poses_W_C);
@@ -61,8 +60,7 @@ void convert(const ConvertOptions& options) {
 
 int main(int argc, char** argv) {
   using namespace dtsdf;
-  return runProgram("convert_tsdf_fusion", argc, argv,
-                    [](const std::vector<std::string>& arguments) {
-                      convert(readOptions(arguments));
-                    });
+  return runProgram(
+      "convert_tsdf_fusion", argc, argv,
+      [](const std::vector<std::string>& arguments) { convert(readOptions(arguments)); });
 }

@@ -81,8 +81,7 @@ Colour differenceColour(double behind_share, double incidence_cosine) {
   const double light = 0.45 + 0.55 * std::clamp(incidence_cosine, 0.0, 1.0);
   Colour colour;
   for (size_t i = 0; i < 3; ++i) {
-    colour[i] =
-        static_cast<uint8_t>(light * (kGrey[i] + strength * (towards[i] - kGrey[i])) + 0.5);
+    colour[i] = static_cast<uint8_t>(light * (kGrey[i] + strength * (towards[i] - kGrey[i])) + 0.5);
   }
   return colour;
 }

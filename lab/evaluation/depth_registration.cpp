@@ -41,9 +41,9 @@ std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& ca
           static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u);
       const double z_m = static_cast<double>(depth_m[pixel]);
       if (z_m <= 0.0) continue;
-      const Vector3d ray_W = T_W_C.linear() * rayOf(camera.intrinsics, static_cast<float>(u),
-                                                    static_cast<float>(v))
-                                                  .cast<double>();
+      const Vector3d ray_W =
+          T_W_C.linear() *
+          rayOf(camera.intrinsics, static_cast<float>(u), static_cast<float>(v)).cast<double>();
       const auto hit = scene.intersect(eye_W, ray_W.cast<float>());
       if (!hit) continue;
       const double behind_m = static_cast<double>(hit->distance) - z_m;
@@ -51,8 +51,8 @@ std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& ca
       if (weight <= 0.0) continue;
       const Vector3d normal_W = hit->normal.cast<double>();
       // As a share of the depth, with which the noise of cameras grows.
-      pairs.push_back({T_W_C.translation() + z_m * ray_W, normal_W,
-                       behind_m * normal_W.dot(ray_W), weight / (z_m * z_m)});
+      pairs.push_back({T_W_C.translation() + z_m * ray_W, normal_W, behind_m * normal_W.dot(ray_W),
+                       weight / (z_m * z_m)});
     }
   }
   return pairs;
@@ -111,8 +111,7 @@ Registration registerDepth(const MeshScene& scene, const ViewCamera& camera,
     result.points = pairs.size();
   }
   result.shift_m = (result.T_W_C.translation() - T_W_C.translation()).norm();
-  result.turn_rad =
-      Eigen::AngleAxisd(T_W_C.linear().transpose() * result.T_W_C.linear()).angle();
+  result.turn_rad = Eigen::AngleAxisd(T_W_C.linear().transpose() * result.T_W_C.linear()).angle();
   return result;
 }
 

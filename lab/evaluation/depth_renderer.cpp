@@ -9,7 +9,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-
 namespace dtsdf {
 
 namespace {
@@ -168,9 +167,8 @@ void TumWriter::writeColours(size_t index, const std::vector<Rgb8>& colours) con
   cv::Mat image(camera_.height, camera_.width, CV_8UC3);
   for (int v = 0; v < camera_.height; ++v) {
     for (int u = 0; u < camera_.width; ++u) {
-      const Rgb8& colour =
-          colours[static_cast<size_t>(v) * static_cast<size_t>(camera_.width) +
-                  static_cast<size_t>(u)];
+      const Rgb8& colour = colours[static_cast<size_t>(v) * static_cast<size_t>(camera_.width) +
+                                   static_cast<size_t>(u)];
       image.at<cv::Vec3b>(v, u) = {colour[2], colour[1], colour[0]};
     }
   }

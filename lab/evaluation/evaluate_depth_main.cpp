@@ -111,8 +111,7 @@ void drawPicture(const EvaluateDepthOptions& options, const MeshScene& scene, co
   }
   const std::vector<float> depth_m = readTumDepth(views.depth_paths[image], views.camera);
   const Eigen::Isometry3d T_W_C = registerDepth(scene, views.camera, depth_m,
-                                                views.poses_W_C[image],
-                                                options.registration_steps)
+                                                views.poses_W_C[image], options.registration_steps)
                                       .T_W_C;
   writeDepthPicture(options.picture_path, depth_m, renderView(scene, views.camera, T_W_C),
                     views.camera);

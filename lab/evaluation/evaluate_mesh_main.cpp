@@ -23,15 +23,15 @@ struct EvaluateMeshOptions {
 };
 
 void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
-  line.addText({"--views", "DIR",
-                "count only the ground truth that some view of this TUM folder sees"},
-               options.views_folder);
+  line.addText(
+      {"--views", "DIR", "count only the ground truth that some view of this TUM folder sees"},
+      options.views_folder);
   line.addWhole({"--samples", "N", "samples of each surface"}, options.evaluation.samples,
                 {1, 1e9});
   line.addWhole({"--seed", "N", "seed of the samples"}, options.evaluation.seed, {0, 1e15});
-  line.add({"--threshold", "M,...",
-            "distances for the F-score in metres (default 0.005,0.01,0.025)"},
-           [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
+  line.add(
+      {"--threshold", "M,...", "distances for the F-score in metres (default 0.005,0.01,0.025)"},
+      [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
   line.add({"--colour", "NAME",
             "compare colours instead of distances, in RGB and CIE Lab over the reconstruction's "
             "surface; the ground truth has those of its vertices, or checker or gradient as "
@@ -97,9 +97,8 @@ void compareColours(const EvaluateMeshOptions& options) {
   colour.texture = *options.texture;
   colour.samples = options.evaluation.samples;
   colour.seed = options.evaluation.seed;
-  const std::string json =
-      toJson(evaluateColours(readPly(options.reconstruction_path),
-                             readPly(options.ground_truth_path), colour));
+  const std::string json = toJson(evaluateColours(readPly(options.reconstruction_path),
+                                                  readPly(options.ground_truth_path), colour));
   std::fputs(json.c_str(), stdout);
   if (!options.json_path.empty()) writeJson(options.json_path, json);
 }
@@ -110,8 +109,8 @@ void evaluate(const EvaluateMeshOptions& options) {
   const TriangleMesh ground_truth = readPly(options.ground_truth_path);
   std::optional<Views> views;
   if (!options.views_folder.empty()) views = readViews(options.views_folder);
-  const std::string json = toJson(evaluateMesh(reconstruction, ground_truth,
-                                               views ? &*views : nullptr, options.evaluation));
+  const std::string json = toJson(
+      evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options.evaluation));
   std::fputs(json.c_str(), stdout);
   if (!options.json_path.empty()) writeJson(options.json_path, json);
   if (!options.heatmap_path.empty() || !options.picture_path.empty()) {

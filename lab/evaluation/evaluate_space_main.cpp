@@ -132,8 +132,8 @@ void evaluateSpace(const EvaluateSpaceOptions& options) {
                                  static_cast<double>(params.space.max_range_m), options.samples};
   std::optional<ComparedDistances> compared;
   if (!options.field_path.empty()) {
-    compared = compareDistances(space, *truth.space, readDistances(options.field_path),
-                                max_distance_m);
+    compared =
+        compareDistances(space, *truth.space, readDistances(options.field_path), max_distance_m);
   }
   writeText(options.json_path, toJson(measureSpace(space, *truth.space, questions), compared));
   if (!options.picture_path.empty()) drawSlice(options, params, space, *truth.space);

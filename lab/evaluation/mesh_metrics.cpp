@@ -271,8 +271,8 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
   const SurfaceSamples truth = sampleSurface(ground_truth, options.samples, options.seed + 1);
   std::vector<Eigen::Vector3f> seen = truth.points;
   if (views != nullptr) {
-    const std::vector<bool> is_seen = seenByViews(truth_scene, truth, *views,
-                                                  progress("views", views->poses_W_C.size()));
+    const std::vector<bool> is_seen =
+        seenByViews(truth_scene, truth, *views, progress("views", views->poses_W_C.size()));
     seen = select(truth.points, is_seen);
     evaluation.boundary_edges_beside_unseen =
         countBeside(reconstruction, boundaryEdges(reconstruction),

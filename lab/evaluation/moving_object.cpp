@@ -62,10 +62,9 @@ std::optional<double> intersect(const MovingObject& object, const Eigen::Vector3
   const Eigen::Vector3d origin = (origin_W - centre_W).cwiseQuotient(half);
   const Eigen::Vector3d direction = direction_W.cwiseQuotient(half);
   constexpr double kFar = std::numeric_limits<double>::infinity();
-  const Interval inside =
-      object.shape == MovingObject::Shape::kBox
-          ? withinBox(origin, direction, Eigen::Vector3d::Ones(), {-kFar, kFar})
-          : withinUnitBall(origin, direction);
+  const Interval inside = object.shape == MovingObject::Shape::kBox
+                              ? withinBox(origin, direction, Eigen::Vector3d::Ones(), {-kFar, kFar})
+                              : withinUnitBall(origin, direction);
   if (inside.isEmpty() || inside.begin <= 0.0) return std::nullopt;
   return inside.begin;
 }
@@ -85,8 +84,8 @@ size_t composite(const MovingObject& object, const Eigen::Vector3d& centre_W,
       // A direction with z = 1 in the optical frame: its parameter at the hit is the depth.
       const Eigen::Vector3f ray =
           rayOf(camera.intrinsics, static_cast<float>(u), static_cast<float>(v));
-      const auto z_m = intersect(object, centre_W, T_W_C.translation(),
-                                 T_W_C.linear() * ray.cast<double>());
+      const auto z_m =
+          intersect(object, centre_W, T_W_C.translation(), T_W_C.linear() * ray.cast<double>());
       if (!z_m || (depth_m[pixel] > 0.0f && static_cast<double>(depth_m[pixel]) <= *z_m)) continue;
       depth_m[pixel] = static_cast<float>(*z_m);
       ++shown;
@@ -95,8 +94,8 @@ size_t composite(const MovingObject& object, const Eigen::Vector3d& centre_W,
   return shown;
 }
 
-Trail findTrail(const TriangleMesh& mesh, const TriangleMesh& reference,
-                const MovingObject& object, const TrailRule& rule) {
+Trail findTrail(const TriangleMesh& mesh, const TriangleMesh& reference, const MovingObject& object,
+                const TrailRule& rule) {
   const std::vector<double> areas = triangleAreas(mesh);
   const SurfaceSamples surface = sampleSurface(mesh, rule.samples, kSampleSeed);
   const MeshScene scene(reference);
@@ -119,8 +118,8 @@ bool seesThrough(const std::vector<float>& depth_m, const ViewCamera& camera,
   const double u = std::round(static_cast<double>(K.fx) * p_C.x() / p_C.z() + K.cx);
   const double v = std::round(static_cast<double>(K.fy) * p_C.y() / p_C.z() + K.cy);
   if (u < 0.0 || v < 0.0 || u >= camera.width || v >= camera.height) return false;
-  const float z_m = depth_m[static_cast<size_t>(v) * static_cast<size_t>(camera.width) +
-                            static_cast<size_t>(u)];
+  const float z_m =
+      depth_m[static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u)];
   return static_cast<double>(z_m) > p_C.z() + distance_m;
 }
 

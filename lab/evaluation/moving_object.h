@@ -58,8 +58,8 @@ struct TrailRule {
 };
 
 /// `reference` is the mesh of the recording without the object.
-Trail findTrail(const TriangleMesh& mesh, const TriangleMesh& reference,
-                const MovingObject& object, const TrailRule& rule);
+Trail findTrail(const TriangleMesh& mesh, const TriangleMesh& reference, const MovingObject& object,
+                const TrailRule& rule);
 
 /// Whether a depth image measured something more than `distance_m` behind a point, by the depth of
 /// both: what is there cannot be.

@@ -44,8 +44,9 @@ void parallelFor(size_t count, size_t chunk, const std::function<void(size_t, si
 
 void forEachImage(size_t count, const std::function<void(size_t)>& body) {
   ProgressBar progress("images", count);
-  parallelFor(count, 1, [&](size_t index, size_t) { body(index); },
-              [&](size_t done) { progress.show(done); });
+  parallelFor(
+      count, 1, [&](size_t index, size_t) { body(index); },
+      [&](size_t done) { progress.show(done); });
 }
 
 }  // namespace dtsdf

@@ -39,8 +39,7 @@ PassPlateOptions readOptions(const std::vector<std::string>& arguments) {
   line.addFlag("--gap", "the plate leaves a doorway open", options.gap);
   line.addFlag("--through-unknown", "the robot may pass cells of which nothing is known",
                options.through_unknown);
-  line.addText({"--picture", "OUT.png", "the map from above, with the way"},
-               options.picture_path);
+  line.addText({"--picture", "OUT.png", "the map from above, with the way"}, options.picture_path);
   line.parse(arguments);
   return options;
 }

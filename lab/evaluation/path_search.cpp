@@ -6,7 +6,6 @@
 #include <queue>
 #include <tuple>
 
-
 namespace dtsdf {
 namespace {
 
@@ -139,8 +138,8 @@ bool GroundPassage::allows(const Vec3i& column) const {
   const auto reach = static_cast<int32_t>(passage_.radius_m / cell_size_m_);
   for (int32_t y = -reach; y <= reach; ++y) {
     for (int32_t x = -reach; x <= reach; ++x) {
-      const bool is_near = cell_size_m_ * std::sqrt(static_cast<double>(x * x + y * y)) <=
-                           passage_.radius_m;
+      const bool is_near =
+          cell_size_m_ * std::sqrt(static_cast<double>(x * x + y * y)) <= passage_.radius_m;
       if (is_near && valueAt(column.x + x, column.y + y) == kColumnOccupied) return false;
     }
   }
@@ -150,8 +149,7 @@ bool GroundPassage::allows(const Vec3i& column) const {
 std::optional<Path> findPath(const Space& space, const Eigen::Vector3d& start_W,
                              const Eigen::Vector3d& goal_W, const Passage& passage) {
   const auto allows = [&](const Vec3i& cell) { return passage.allows(space, cell); };
-  return Search(space, Steps::kAllAround, allows)
-      .run(space.cellAt(start_W), space.cellAt(goal_W));
+  return Search(space, Steps::kAllAround, allows).run(space.cellAt(start_W), space.cellAt(goal_W));
 }
 
 std::optional<Path> findPath(const Space& space, const Eigen::Vector3d& start_W,

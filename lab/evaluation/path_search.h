@@ -12,8 +12,8 @@ namespace dtsdf {
 
 /// Which cells a robot may pass.
 struct Passage {
-  double radius_m;        ///< Surfaces have to be farther than this.
-  bool through_unknown;   ///< Whether it may pass cells of which nothing is known.
+  double radius_m;               ///< Surfaces have to be farther than this.
+  bool through_unknown;          ///< Whether it may pass cells of which nothing is known.
   Eigen::AlignedBox3d bounds_W;  ///< It stays within; finite.
 
   bool allows(const Space& space, const Vec3i& cell) const;

@@ -58,11 +58,10 @@ PictureOptions makePictureOptions(const PictureRequest& request,
   camera.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(camera.width - 1),
                        0.5f * static_cast<float>(camera.height - 1)};
   if (request.eye && request.target) {
-    options.T_W_C = lookAt(*request.eye, *request.target,
-                           Eigen::Vector3d::Unit(request.up - 'x'));
+    options.T_W_C = lookAt(*request.eye, *request.target, Eigen::Vector3d::Unit(request.up - 'x'));
   } else {
-    options.T_W_C = framingPose(bounds, camera, request.azimuth_deg, request.elevation_deg,
-                                request.up);
+    options.T_W_C =
+        framingPose(bounds, camera, request.azimuth_deg, request.elevation_deg, request.up);
   }
   return options;
 }

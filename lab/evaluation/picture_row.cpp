@@ -23,8 +23,8 @@ void joinPictures(const std::string& path, const std::vector<TitledPicture>& pic
   int left = 0;
   for (size_t i = 0; i < images.size(); ++i) {
     images[i].copyTo(row(cv::Rect(left, kTitle_px, images[i].cols, images[i].rows)));
-    cv::putText(row, pictures[i].title, {left + 6, kBaseline_px}, cv::FONT_HERSHEY_SIMPLEX,
-                0.55, cv::Scalar::all(40), 1, cv::LINE_AA);
+    cv::putText(row, pictures[i].title, {left + 6, kBaseline_px}, cv::FONT_HERSHEY_SIMPLEX, 0.55,
+                cv::Scalar::all(40), 1, cv::LINE_AA);
     left += images[i].cols + kGap_px;
   }
   if (!cv::imwrite(path, row, {cv::IMWRITE_PNG_COMPRESSION, 9})) {

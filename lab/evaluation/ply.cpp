@@ -56,15 +56,11 @@ NumberType numberType(const std::string& name) {
 size_t sizeOf(NumberType type) {
   switch (type) {
     case NumberType::kInt8:
-    case NumberType::kUint8:
-      return 1;
+    case NumberType::kUint8: return 1;
     case NumberType::kInt16:
-    case NumberType::kUint16:
-      return 2;
-    case NumberType::kFloat64:
-      return 8;
-    default:
-      return 4;
+    case NumberType::kUint16: return 2;
+    case NumberType::kFloat64: return 8;
+    default: return 4;
   }
 }
 
@@ -152,22 +148,14 @@ class NumberReader {
     position_ += size;
     if (encoding_ == Encoding::kBigEndian) std::reverse(bytes, bytes + size);
     switch (type) {
-      case NumberType::kInt8:
-        return as<int8_t>(bytes);
-      case NumberType::kUint8:
-        return as<uint8_t>(bytes);
-      case NumberType::kInt16:
-        return as<int16_t>(bytes);
-      case NumberType::kUint16:
-        return as<uint16_t>(bytes);
-      case NumberType::kInt32:
-        return as<int32_t>(bytes);
-      case NumberType::kUint32:
-        return as<uint32_t>(bytes);
-      case NumberType::kFloat32:
-        return as<float>(bytes);
-      case NumberType::kFloat64:
-        return as<double>(bytes);
+      case NumberType::kInt8: return as<int8_t>(bytes);
+      case NumberType::kUint8: return as<uint8_t>(bytes);
+      case NumberType::kInt16: return as<int16_t>(bytes);
+      case NumberType::kUint16: return as<uint16_t>(bytes);
+      case NumberType::kInt32: return as<int32_t>(bytes);
+      case NumberType::kUint32: return as<uint32_t>(bytes);
+      case NumberType::kFloat32: return as<float>(bytes);
+      case NumberType::kFloat64: return as<double>(bytes);
     }
     return 0.0;
   }

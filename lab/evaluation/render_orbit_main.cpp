@@ -29,8 +29,8 @@ struct RenderOrbitOptions {
 
 void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addWhole({"--frames", "N", "number of images"}, options.frames, {1, 1e6});
-  line.addNumber({"--radius", "METRES", "distance of the camera from the origin"},
-                 options.radius_m, {0.01, 1000.0});
+  line.addNumber({"--radius", "METRES", "distance of the camera from the origin"}, options.radius_m,
+                 {0.01, 1000.0});
   line.add({"--trajectory", "NAME", "circle, helix or sphere (default circle)"},
            [&](const std::string& text) { options.trajectory = orbitShapeFromName(text); });
   line.addNumber({"--longest-side", "METRES",

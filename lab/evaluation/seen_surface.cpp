@@ -148,12 +148,12 @@ TriangleMesh seenSurface(const TriangleMesh& mesh, const Views& views,
   const TriangleMesh part = pick(mesh, hitTriangles(mesh, views, always));
   const TriangleMesh fine = cutFinely(part, options.longest_side_m);
   return pick(fine, hitTriangles(fine, views, [&](const SeenImage& image, int u, int v) {
-    const PixelHit& pixel = image.at(u, v);
-    return pixel.hit->distance <= options.max_depth_m &&
-           std::abs(pixel.hit->normal.dot(pixel.ray_W)) >=
-               options.least_cosine * pixel.ray_W.norm() &&
-           image.isSurface(u, v, options.longest_side_m);
-  }));
+                const PixelHit& pixel = image.at(u, v);
+                return pixel.hit->distance <= options.max_depth_m &&
+                       std::abs(pixel.hit->normal.dot(pixel.ray_W)) >=
+                           options.least_cosine * pixel.ray_W.norm() &&
+                       image.isSurface(u, v, options.longest_side_m);
+              }));
 }
 
 }  // namespace dtsdf

@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
     SeenSurfaceOptions limits;
     limits.longest_side_m = static_cast<float>(options.longest_side_m);
     limits.max_depth_m = static_cast<float>(options.max_depth_m);
-    writePly(options.out_path, seenSurface(readPly(options.mesh_path),
-                                           readViews(options.tum_folder), limits));
+    writePly(options.out_path,
+             seenSurface(readPly(options.mesh_path), readViews(options.tum_folder), limits));
   });
 }

@@ -15,9 +15,9 @@ namespace dtsdf {
 struct DistanceErrors {
   size_t count = 0;
   double rmse_m = 0.0, mean_m = 0.0;
-  double least_m = 0.0;     ///< Less than 0 where too little was told, of all surfaces.
-  double greatest_m = 0.0;  ///< Where too much was told.
-  size_t far_below = 0, far_above = 0;     ///< Off by more than kFarOff_cells.
+  double least_m = 0.0;                 ///< Less than 0 where too little was told, of all surfaces.
+  double greatest_m = 0.0;              ///< Where too much was told.
+  size_t far_below = 0, far_above = 0;  ///< Off by more than kFarOff_cells.
   Eigen::Vector3d least_at_W = Eigen::Vector3d::Zero(), greatest_at_W = Eigen::Vector3d::Zero();
 };
 
@@ -41,8 +41,8 @@ struct SpaceFigures {
 
 struct SpaceQuestions {
   Views views;
-  double max_distance_m;  ///< Distances are compared up to here.
-  double max_range_m;     ///< How far a view sees what is free.
+  double max_distance_m;    ///< Distances are compared up to here.
+  double max_range_m;       ///< How far a view sees what is free.
   size_t samples = 100000;  ///< Cells that are looked at for each figure, at most.
 };
 

@@ -62,12 +62,9 @@ class SlicePainter {
     const auto true_m = truth_.distanceFrom(p_W);
     if (true_m && true_m->to_seen_m < 0.6 * options_.pixel_m) return kTrueSurface;
     switch (space_.stateOf(space_.cellAt(p_W))) {
-      case CellState::kUnknown:
-        return kUnknown;
-      case CellState::kSurface:
-        return kSurface;
-      case CellState::kFree:
-        break;
+      case CellState::kUnknown: return kUnknown;
+      case CellState::kSurface: return kSurface;
+      case CellState::kFree: break;
     }
     return distanceColour(static_cast<double>(space_.distanceAt(p_W).distance_m) /
                           options_.full_scale_m);

@@ -12,7 +12,7 @@ namespace dtsdf {
 struct SliceOptions {
   Eigen::AlignedBox3d bounds_W;  ///< x and y are drawn, at the middle of z.
   double pixel_m = 0.02;
-  double full_scale_m = 2.0;  ///< Distance of the last colour.
+  double full_scale_m = 2.0;            ///< Distance of the last colour.
   std::vector<Eigen::Vector3d> path_W;  ///< Drawn as a line; may be empty.
 };
 

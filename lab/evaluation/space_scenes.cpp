@@ -39,9 +39,9 @@ std::vector<Eigen::Isometry3d> posesInShapes() {
     const double a = 2.0 * kPi * i / kPerLap, height_m = 0.8 * std::sin(3.0 * a);
     const Vector3d eye_W(2.1 * std::cos(a), 1.7 * std::sin(a), height_m);
     const Vector3d outwards(std::cos(a + 0.7), std::sin(a + 0.7), std::sin(5.0 * a));
-    poses_W_C.push_back(lookAt(eye_W, i < kPerLap ? Vector3d(0.0, 0.0, -0.3 * height_m)
-                                                  : Vector3d(eye_W - 1.5 * outwards),
-                               Vector3d::UnitZ()));
+    poses_W_C.push_back(lookAt(
+        eye_W, i < kPerLap ? Vector3d(0.0, 0.0, -0.3 * height_m) : Vector3d(eye_W - 1.5 * outwards),
+        Vector3d::UnitZ()));
   }
   return poses_W_C;
 }

@@ -84,14 +84,13 @@ std::optional<TrueDistance> SceneTruth::distanceFrom(const Vector3d& p_W) const 
 }
 
 bool SceneTruth::isSeen(const Vector3d& p_W) const {
-  constexpr double kRim_px = 3.0;    // the map wants neighbours of a pixel
+  constexpr double kRim_px = 3.0;     // the map wants neighbours of a pixel
   constexpr double kBefore_m = 1e-3;  // a point does not hide itself
   return std::any_of(views_.poses_W_C.begin(), views_.poses_W_C.end(),
                      [&](const Eigen::Isometry3d& T_W_C) {
                        const Vector3d to_eye = T_W_C.translation() - p_W;
                        return isInImage(views_.camera, T_W_C.inverse() * p_W, kRim_px) &&
-                              isClear(T_W_C.translation(),
-                                      p_W + kBefore_m * to_eye.normalized());
+                              isClear(T_W_C.translation(), p_W + kBefore_m * to_eye.normalized());
                      });
 }
 

@@ -103,8 +103,7 @@ void addStereoNoise(const std::vector<float>& true_m, const ViewCamera& camera,
       noise.disparity ? normals(kMatchingWindow_px, kDisparityStream) : std::vector<double>{};
   const std::vector<double> texture =
       noise.texture ? normals(kTexturePatch_px, kTextureStream) : std::vector<double>{};
-  const std::vector<bool> seen =
-      noise.occlusion ? seenByBoth(true_m, camera) : std::vector<bool>{};
+  const std::vector<bool> seen = noise.occlusion ? seenByBoth(true_m, camera) : std::vector<bool>{};
   const double scale = disparityScale(camera);
   for (size_t i = 0; i < measured_m.size(); ++i) {
     if (measured_m[i] <= 0.0f) continue;

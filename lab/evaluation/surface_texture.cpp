@@ -66,8 +66,7 @@ Eigen::Vector3d vertexColourAt(const TriangleMesh& mesh, uint32_t triangle,
   const auto corner = [&](size_t i) -> Eigen::Vector3d {
     return mesh.vertices[corners[i]].cast<double>();
   };
-  const Eigen::Vector3d weights =
-      barycentric(p.cast<double>(), corner(0), corner(1), corner(2));
+  const Eigen::Vector3d weights = barycentric(p.cast<double>(), corner(0), corner(1), corner(2));
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (size_t i = 0; i < 3; ++i) {
     const Rgb8& colour = mesh.colours[corners[i]];

@@ -23,10 +23,9 @@ std::vector<Figure> measure(const SceneSetup& setup, double front_m) {
   const Points front = pointsOnRectangle(Vector3d(0.0, 0.0, front_m), {0.5 * kSide_m, 0.0, 0.0},
                                          {0.0, 0.5 * kSide_m, 0.0}, 0.005);
   // A rim is seen no better than to a pixel.
-  const double within_m =
-      std::max(setup.voxel(), (front_m - kEye_m) / roomCamera(setup).focal_px);
-  return {atLeast("there after 10 frames", 95.0, "%",
-                  coveredPercent(front, map.surface(), within_m))};
+  const double within_m = std::max(setup.voxel(), (front_m - kEye_m) / roomCamera(setup).focal_px);
+  return {
+      atLeast("there after 10 frames", 95.0, "%", coveredPercent(front, map.surface(), within_m))};
 }
 
 }  // namespace

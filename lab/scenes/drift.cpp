@@ -72,8 +72,7 @@ std::vector<Figure> measure(const SceneSetup& setup, const PoseError& error) {
     view.T_W_C = spoil(view.T_W_C, error, i, random);
   }
   seen = thinOut(seen, 0.02);
-  const double within_m =
-      2.0 * setup.voxel() + 2.0 * error.jitter_m + std::max(error.drift_m, 0.0);
+  const double within_m = 2.0 * setup.voxel() + 2.0 * error.jitter_m + std::max(error.drift_m, 0.0);
   const double kept = coveredPercent(seen, fuseCorner(setup, views, false), within_m);
   const double cleared = coveredPercent(seen, fuseCorner(setup, views, true), within_m);
   return {reported("there without clearing", "%", kept),
@@ -90,9 +89,8 @@ void addDriftCases(std::vector<SceneCase>& cases) {
       {"poses drift by 3 cm", {0.0, 0.0, 0.03}}};
   for (const auto& [name, error] : errors) {
     const bool quick = error.drift_m > 0.0 || error.jitter_m > 0.0;
-    cases.push_back({"corner", name, quick, [error = error](const SceneSetup& setup) {
-                       return measure(setup, error);
-                     }});
+    cases.push_back({"corner", name, quick,
+                     [error = error](const SceneSetup& setup) { return measure(setup, error); }});
   }
 }
 

@@ -131,8 +131,8 @@ std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, doub
   for (int i = 0; i < kViews; ++i) {
     const double up = 0.15 * (2.0 * i / (kViews - 1) - 1.0) * step.distance_m;
     const double across = 0.002 * step.distance_m * std::sin(0.9 * i);
-    SceneView view = look(scene, stepCamera(step),
-                          lookAlongZ(Vector3d(across, up, kOff_m - step.distance_m)));
+    SceneView view =
+        look(scene, stepCamera(step), lookAlongZ(Vector3d(across, up, kOff_m - step.distance_m)));
     if (step.noisy) addNoise(view, random);
     map.fuse(view);
   }
@@ -193,9 +193,8 @@ void addMixedPixelCases(std::vector<SceneCase>& cases) {
   for (const bool noisy : {false, true}) {
     for (const auto& [gap_m, distance_m] : quick) {
       for (const int width_px : {1, 2, 3}) {
-        addStep(cases, "side of " + std::to_string(width_px) + " px",
-                {gap_m, distance_m, noisy}, !noisy && distance_m < 2.0,
-                [width_px](const SceneSetup& setup, const Step& step) {
+        addStep(cases, "side of " + std::to_string(width_px) + " px", {gap_m, distance_m, noisy},
+                !noisy && distance_m < 2.0, [width_px](const SceneSetup& setup, const Step& step) {
                   return measureSides(setup, step, width_px);
                 });
       }

@@ -42,9 +42,7 @@ struct Sheet {
   Vector2d centre_m = kOffGrid_m;
 
   bool hasSlot() const { return slot.width_m > 0.0; }
-  bool contains(const Vector2d& p) const {
-    return outline.contains(p - centre_m) && !isInSlot(p);
-  }
+  bool contains(const Vector2d& p) const { return outline.contains(p - centre_m) && !isInSlot(p); }
   bool isInSlot(const Vector2d& p) const { return hasSlot() && slot.contains(p - centre_m); }
   double rim() const { return outline.rim() + (hasSlot() ? slot.rim() : 0.0); }
 };
@@ -140,9 +138,8 @@ std::vector<Figure> measure(const SceneSetup& setup, const Sheet& sheet, double 
   const Vector2d reach(0.5 * sheet.outline.width_m + kNear_m,
                        0.5 * sheet.outline.height_m + kNear_m);
   PlaneRaster raster({sheet.centre_m - reach, sheet.centre_m + reach}, kCell_m);
-  raster.cover(partOf(sweepPast(setup, sheet, sweep_m, error), [](const Vector3d& p) {
-    return std::abs(p.z() - kSheet_m) < kNear_m;
-  }));
+  raster.cover(partOf(sweepPast(setup, sheet, sweep_m, error),
+                      [](const Vector3d& p) { return std::abs(p.z() - kSheet_m) < kNear_m; }));
   const double over_m2 = raster.areaWhere(
       [&](const Vector2d& p, bool covered) { return covered && !sheet.contains(p); });
   const double missing_m2 = raster.areaWhere(
@@ -179,12 +176,16 @@ void addOutlineCases(std::vector<SceneCase>& cases) {
   add("poses off by 5 mm, sides on grid planes", on_grid, kSweep_m, {0.0, 0.005});
   add("sides off by 1 px, poses by 5 mm", board, kSweep_m, {1.0, 0.005});
   add("the camera stands still", board, 0.0, {0.0, 0.0});
-  add("slot of two voxels, poses off by 5 mm", [](const SceneSetup& setup) {
-    return Sheet{kBoard.outline, {2.0 * setup.voxel(), kBoard.slot.height_m}};
-  }, kSweep_m, {0.0, 0.005});
-  add("bar of two voxels, poses off by 5 mm", [](const SceneSetup& setup) {
-    return Sheet{{2.0 * setup.voxel(), kBoard.outline.height_m}, {0.0, 0.0}};
-  }, kSweep_m, {0.0, 0.005});
+  add("slot of two voxels, poses off by 5 mm",
+      [](const SceneSetup& setup) {
+        return Sheet{kBoard.outline, {2.0 * setup.voxel(), kBoard.slot.height_m}};
+      },
+      kSweep_m, {0.0, 0.005});
+  add("bar of two voxels, poses off by 5 mm",
+      [](const SceneSetup& setup) {
+        return Sheet{{2.0 * setup.voxel(), kBoard.outline.height_m}, {0.0, 0.0}};
+      },
+      kSweep_m, {0.0, 0.005});
 }
 
 }  // namespace dtsdf

@@ -113,9 +113,8 @@ std::string format(const char* pattern, double value) {
 
 /// The value, in bold where it breaks its bound; a dash where there is none at this voxel size.
 std::string cellOf(const std::vector<Figure>& figures, const Figure& wanted) {
-  const auto found = std::find_if(figures.begin(), figures.end(), [&](const Figure& figure) {
-    return figure.name == wanted.name;
-  });
+  const auto found = std::find_if(figures.begin(), figures.end(),
+                                  [&](const Figure& figure) { return figure.name == wanted.name; });
   if (found == figures.end()) return "–";
   const double size = std::abs(found->value);
   const char* pattern = size == 0.0 || size >= 99.95 ? "%.0f" : (size >= 9.95 ? "%.1f" : "%.2f");
@@ -145,9 +144,8 @@ std::vector<Figure> figuresOf(const std::vector<std::vector<Figure>>& by_voxel) 
   std::vector<Figure> all;
   for (const auto& figures : by_voxel) {
     for (const Figure& figure : figures) {
-      if (std::none_of(all.begin(), all.end(), [&](const Figure& known) {
-            return known.name == figure.name;
-          })) {
+      if (std::none_of(all.begin(), all.end(),
+                       [&](const Figure& known) { return known.name == figure.name; })) {
         all.push_back(figure);
       }
     }

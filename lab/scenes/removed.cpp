@@ -52,13 +52,12 @@ std::vector<Figure> measureBoard(const SceneSetup& setup, double distance_m, int
   wall.add(wallAt(kOff_m));
   SceneMap map = showBoard(setup, wall, distance_m, frames);
   const double was_m2 = areaAwayFrom(wall, 2.0 * setup.voxel(), map.surface());
-  std::vector<Figure> figures =
-      watchItGo(map, setup, wall, was_m2, [&](int begin, int end) {
-        for (int i = begin; i < end; ++i) {
-          const Vector3d eye = Vector3d(0.0, 0.0, kOff_m - 3.0) + sway(i, 0.01);
-          map.fuse(look(wall, roomCamera(setup), lookAlongZ(eye)));
-        }
-      });
+  std::vector<Figure> figures = watchItGo(map, setup, wall, was_m2, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const Vector3d eye = Vector3d(0.0, 0.0, kOff_m - 3.0) + sway(i, 0.01);
+      map.fuse(look(wall, roomCamera(setup), lookAlongZ(eye)));
+    }
+  });
   figures.insert(figures.begin(), reported("there before", "cm2", 1.0e4 * was_m2));
   return figures;
 }
@@ -94,8 +93,7 @@ std::vector<Figure> measurePerson(const SceneSetup& setup) {
   };
   walk(scene, 0, 30);
   const double was_m2 = areaAwayFrom(room, 2.0 * setup.voxel(), map.surface());
-  return watchItGo(map, setup, room, was_m2,
-                   [&](int begin, int end) { walk(room, begin, end); });
+  return watchItGo(map, setup, room, was_m2, [&](int begin, int end) { walk(room, begin, end); });
 }
 
 /// A board in mid-air, while what is behind it is out of range; `floor` gives the frames without
@@ -111,12 +109,11 @@ std::vector<Figure> measureOutOfRange(SceneSetup setup, bool floor) {
   const Vector3d eye(0.011, 0.007, -2.0);
   map.watch(scene, roomCamera(setup), eye, 30);
   const double was_m2 = areaAwayFrom(background, 2.0 * setup.voxel(), map.surface());
-  std::vector<Figure> figures =
-      watchItGo(map, setup, background, was_m2, [&](int begin, int end) {
-        for (int i = begin; i < end; ++i) {
-          map.fuse(look(background, roomCamera(setup), lookAlongZ(eye + sway(i, 0.01))));
-        }
-      });
+  std::vector<Figure> figures = watchItGo(map, setup, background, was_m2, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      map.fuse(look(background, roomCamera(setup), lookAlongZ(eye + sway(i, 0.01))));
+    }
+  });
   // A frame without any measurement in range leaves the map as it was, as mapper.h says.
   if (!floor) figures.back().most = kUnbounded;
   return figures;

@@ -33,8 +33,8 @@ std::string describeBound(const Figure& figure) {
     std::snprintf(text, sizeof text, "%.4g to %.4g", figure.least, figure.most);
   } else if (figure.isBounded()) {
     const bool above = std::isfinite(figure.least);
-    std::snprintf(text, sizeof text, "%s %.4g", above ? ">=" : "<=",
-                  above ? figure.least : figure.most);
+    std::snprintf(text, sizeof text, "%s %.4g",
+                  above ? ">=" : "<=", above ? figure.least : figure.most);
   }
   return text;
 }

@@ -74,9 +74,7 @@ class SlatMesh {
   }
 
   /// Of the slat's front.
-  double areaPercent() const {
-    return 100.0 * sum() / (slat_.width_m * 0.001 * kBins);
-  }
+  double areaPercent() const { return 100.0 * sum() / (slat_.width_m * 0.001 * kBins); }
   double longestGap_mm() const {
     int run = 0, longest = 0;
     for (const double area : area_m2_) longest = std::max(longest, run = area > 0.0 ? 0 : run + 1);
@@ -85,8 +83,8 @@ class SlatMesh {
   bool isThere() const { return sum() > 0.0; }
   /// Area per length, where anything is there.
   double meanWidth_mm() const {
-    const auto there = std::count_if(area_m2_.begin(), area_m2_.end(),
-                                     [](double area) { return area > 0.0; });
+    const auto there =
+        std::count_if(area_m2_.begin(), area_m2_.end(), [](double area) { return area > 0.0; });
     return 1.0e6 * sum() / static_cast<double>(there);
   }
 
@@ -140,9 +138,12 @@ std::vector<Figure> measureChair(const SceneSetup& setup, double width_m) {
     slats.push_back(makeSlat(width_m, i * step_m, upright, setup.voxel()));
   }
   const Vector3d off = Vector3d::Constant(upright.off_voxels * setup.voxel());
-  const Surface near = refine(partOf(watchSlats(setup, slats), [&](const Vector3d& p) {
-    return std::abs(p.y() - off.y()) < 0.45 * kLength_m && p.z() < 0.2;
-  }), 0.002);
+  const Surface near =
+      refine(partOf(watchSlats(setup, slats),
+                    [&](const Vector3d& p) {
+                      return std::abs(p.y() - off.y()) < 0.45 * kLength_m && p.z() < 0.2;
+                    }),
+             0.002);
   const double height_m = 0.8 * kLength_m;
   double in_gaps_m2 = 0.0, on_slats_m2 = 0.0;
   for (const FlatTriangle& t : near) {
@@ -168,15 +169,13 @@ void addSlatCases(std::vector<SceneCase>& cases) {
                           {"tilted by 30 degrees", 0.0, 30.0, 0.43},
                           {"turned by 20, tilted by 30 degrees", 20.0, 30.0, 0.43}};
   for (const Stand& stand : stands) {
-    cases.push_back({"slats", stand.name, true, [stand](const SceneSetup& setup) {
-                       return measureStand(setup, stand);
-                     }});
+    cases.push_back({"slats", stand.name, true,
+                     [stand](const SceneSetup& setup) { return measureStand(setup, stand); }});
   }
   for (const int width_mm : {10, 20}) {
-    cases.push_back({"slats", "two voxels apart, " + std::to_string(width_mm) + " mm wide", true,
-                     [width_mm](const SceneSetup& setup) {
-                       return measureChair(setup, 0.001 * width_mm);
-                     }});
+    cases.push_back(
+        {"slats", "two voxels apart, " + std::to_string(width_mm) + " mm wide", true,
+         [width_mm](const SceneSetup& setup) { return measureChair(setup, 0.001 * width_mm); }});
   }
 }
 

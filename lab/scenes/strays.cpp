@@ -77,9 +77,8 @@ std::vector<Figure> measurePatches(const SceneSetup& setup, int side_px) {
   const double reach_m = 2.0 * setup.voxel();
   const auto isStray = [&](const Vector3d& p) {
     return scene.distanceToSurface(p) > reach_m &&
-           std::any_of(patches.begin(), patches.end(), [&](const Vector3d& patch) {
-             return (p - patch).norm() < 2.0 * reach_m;
-           });
+           std::any_of(patches.begin(), patches.end(),
+                       [&](const Vector3d& patch) { return (p - patch).norm() < 2.0 * reach_m; });
   };
   const Surface strays = partOf(surface, isStray);
   Points apart;  // those of the points that are not near the truth, which could cover them
@@ -110,8 +109,8 @@ std::vector<Figure> measureGlimpse(SceneSetup setup) {
   room.add(Room{Vector3d(-2.0037, -1.3037, -2.0037), Vector3d(2.0037, 1.3037, 2.0037)});
   SceneMap map(setup);
   const SceneCamera camera{80, 60, 131.25};
-  const SceneView glimpse = look(room, camera, lookFrom(Vector3d(0.3, 0.0, 0.0),
-                                                        Vector3d(-1.9, 0.4, -1.9)));
+  const SceneView glimpse =
+      look(room, camera, lookFrom(Vector3d(0.3, 0.0, 0.0), Vector3d(-1.9, 0.4, -1.9)));
   for (int i = 0; i < kGlimpseFrames; ++i) {
     const Vector3d eye = sway(i, 0.02);
     map.fuse(i == kGlimpse ? glimpse
@@ -125,8 +124,8 @@ std::vector<Figure> measureGlimpse(SceneSetup setup) {
   }
   // A single image knows the surface between its pixels no better.
   const double within_m = std::max(setup.voxel(), 2.8 / camera.focal_px);
-  return {atLeast("of the glimpse there", 95.0, "%",
-                  coveredPercent(seen, map.surface(), within_m))};
+  return {
+      atLeast("of the glimpse there", 95.0, "%", coveredPercent(seen, map.surface(), within_m))};
 }
 
 }  // namespace
@@ -134,10 +133,9 @@ std::vector<Figure> measureGlimpse(SceneSetup setup) {
 void addStrayCases(std::vector<SceneCase>& cases) {
   for (const int side_px : {2, 4}) {
     const std::string side = std::to_string(side_px);
-    cases.push_back({"strays", side + " x " + side + " pixels in one frame of 50", true,
-                     [side_px](const SceneSetup& setup) {
-                       return measurePatches(setup, side_px);
-                     }});
+    cases.push_back(
+        {"strays", side + " x " + side + " pixels in one frame of 50", true,
+         [side_px](const SceneSetup& setup) { return measurePatches(setup, side_px); }});
   }
   const std::pair<const char*, Vector3d> shifts[] = {{"backwards", Vector3d(0.0, 0.0, -0.05)},
                                                      {"forwards", Vector3d(0.0, 0.0, 0.05)},

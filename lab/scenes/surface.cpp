@@ -130,9 +130,7 @@ double areaOf(const Surface& surface) {
   return area;
 }
 
-double areaOf(const Surface& surface, const Zone& zone) {
-  return areaOf(partOf(surface, zone));
-}
+double areaOf(const Surface& surface, const Zone& zone) { return areaOf(partOf(surface, zone)); }
 
 double areaAwayFrom(const Scene& truth, double distance_m, const Surface& surface) {
   return areaOf(surface,
@@ -151,10 +149,9 @@ size_t countOpenEdges(const Mesh& mesh, const Zone& zone) {
     const std::array<double, 3> p_W = positionInMap(mesh, i);
     return zone(Vector3d(p_W[0], p_W[1], p_W[2]));
   };
-  return static_cast<size_t>(
-      std::count_if(passes.begin(), passes.end(), [&](const auto& side) {
-        return side.second == 1 && inside(side.first.first) && inside(side.first.second);
-      }));
+  return static_cast<size_t>(std::count_if(passes.begin(), passes.end(), [&](const auto& side) {
+    return side.second == 1 && inside(side.first.first) && inside(side.first.second);
+  }));
 }
 
 Points pointsOnRectangle(const Vector3d& centre, const Vector3d& half_u, const Vector3d& half_v,

@@ -81,8 +81,8 @@ void compareBlock(const BlockSnapshot& before, const BlockSnapshot* after, doubl
   for (int i = 0; i < kBlockSide * kBlockSide * kBlockSide; ++i) {
     const Vector3d offset(i % kBlockSide, i / kBlockSide % kBlockSide,
                           i / (kBlockSide * kBlockSide));
-    const Vector3d p = voxel_m * (kBlockSide * Vector3d(before.key.x, before.key.y, before.key.z) +
-                                  offset);
+    const Vector3d p =
+        voxel_m * (kBlockSide * Vector3d(before.key.x, before.key.y, before.key.z) + offset);
     if (std::any_of(reaches.begin(), reaches.end(),
                     [&](const Reach& reach) { return reach.contains(p); })) {
       continue;
@@ -91,9 +91,9 @@ void compareBlock(const BlockSnapshot& before, const BlockSnapshot* after, doubl
     for (int d = 0; d < kDirectionCount; ++d) {
       if (before.voxels[d].empty() || isBlank(before.voxels[d][index])) continue;
       ++result.compared;
-      const bool same = after != nullptr && !after->voxels[d].empty() &&
-                        std::memcmp(&before.voxels[d][index], &after->voxels[d][index],
-                                    sizeof(Voxel)) == 0;
+      const bool same =
+          after != nullptr && !after->voxels[d].empty() &&
+          std::memcmp(&before.voxels[d][index], &after->voxels[d][index], sizeof(Voxel)) == 0;
       result.changed += !same;
     }
   }
@@ -106,8 +106,8 @@ ByteComparison compareOutside(const std::vector<BlockSnapshot>& before,
   size_t other = 0;  // both are sorted by packed key
   for (const BlockSnapshot& block : before) {
     while (other < after.size() && packedKeyOf(after[other].key) < packedKeyOf(block.key)) ++other;
-    const bool found = other < after.size() &&
-                       packedKeyOf(after[other].key) == packedKeyOf(block.key);
+    const bool found =
+        other < after.size() && packedKeyOf(after[other].key) == packedKeyOf(block.key);
     compareBlock(block, found ? &after[other] : nullptr, voxel_m, reaches, result);
   }
   return result;
@@ -195,8 +195,7 @@ std::vector<Figure> measureRods(const SceneSetup& setup) {
     const double half_m2 = 3.14159265 * 0.0005 * diameter_mm * 0.14;
     const std::string of = " of " + std::to_string(static_cast<int>(diameter_mm)) + " mm";
     figures.push_back(reported("seen half before" + of, "%", 100.0 * was_m2 / half_m2));
-    figures.push_back(atLeast("left" + of, 95.0, "%",
-                              was_m2 > 0.0 ? 100.0 * is_m2 / was_m2 : 0.0));
+    figures.push_back(atLeast("left" + of, 95.0, "%", was_m2 > 0.0 ? 100.0 * is_m2 / was_m2 : 0.0));
   }
   return figures;
 }
@@ -209,12 +208,10 @@ void addUncontradictedCases(std::vector<SceneCase>& cases) {
     cases.push_back({"uncontradicted", variant, true, measure});
   };
   add("out of view and behind things, byte for byte", measureBytes);
-  add("measured in every third frame", [](const SceneSetup& setup) {
-    return measureGaps(setup, [](int i) { return i % 3 == 0; });
-  });
-  add("measured in 20 frames, not in the 70 after", [](const SceneSetup& setup) {
-    return measureGaps(setup, [](int i) { return i < 20; });
-  });
+  add("measured in every third frame",
+      [](const SceneSetup& setup) { return measureGaps(setup, [](int i) { return i % 3 == 0; }); });
+  add("measured in 20 frames, not in the 70 after",
+      [](const SceneSetup& setup) { return measureGaps(setup, [](int i) { return i < 20; }); });
   add("rods from 0.5 m, then 100 frames from 3 m", measureRods);
 }
 

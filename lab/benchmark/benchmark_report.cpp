@@ -73,19 +73,13 @@ json stageOf(const Measurement& m, Stage stage, const CopyRates& rates, double a
   const auto cost = [&](const Profile& p) { return costOf(stage, p.work, arrays_per_block); };
   const double bytes =
       summarise(valuesOf(m.stages, first, [&](const Profile& p) { return cost(p).bytes; })).median;
-  const double operations = summarise(valuesOf(m.stages, first, [&](const Profile& p) {
-                              return cost(p).operations;
-                            })).median;
   double rate = rates.memory_gb_s;
   if (costOf(stage, WorkCounts(), 1.0).over_bus) {
     rate = stage == Stage::kUpload ? rates.upload_gb_s : rates.download_gb_s;
   }
   const double floor_ms = rate > 0.0 ? bytes / (rate * 1e6) : 0.0;
-  json entry = {{"stage", toString(stage)},
-                {"ms", toJson(times)},
-                {"bytes", bytes},
-                {"operations", operations},
-                {"floor_ms", floor_ms}};
+  json entry = {
+      {"stage", toString(stage)}, {"ms", toJson(times)}, {"bytes", bytes}, {"floor_ms", floor_ms}};
   entry["share_of_bandwidth"] = times.median > 0.0 ? floor_ms / times.median : 0.0;
   return entry;
 }
@@ -164,12 +158,12 @@ std::string measurementText(const json& report) {
                  packed["bytes"].get<double>() / triangles);
   text +=
       "stages, profiled                             "
-      "   KiB  kilo-op   floor  share of bandwidth\n";
+      "   KiB   floor  share of bandwidth\n";
   for (const json& stage : report["stages"]) {
-    text += summaryLine(stage["stage"].get<std::string>().c_str(), stage["ms"]) +
-            format(" %9.1f %8.0f %7.4f %6.1f %%\n", stage["bytes"].get<double>() / 1024.0,
-                   stage["operations"].get<double>() / 1e3, stage["floor_ms"].get<double>(),
-                   100.0 * stage["share_of_bandwidth"].get<double>());
+    text +=
+        summaryLine(stage["stage"].get<std::string>().c_str(), stage["ms"]) +
+        format(" %9.1f %7.4f %6.1f %%\n", stage["bytes"].get<double>() / 1024.0,
+               stage["floor_ms"].get<double>(), 100.0 * stage["share_of_bandwidth"].get<double>());
   }
   return text + memoryText(report["memory"]);
 }
@@ -276,21 +270,18 @@ Report reportGpuAndKernels(const GpuReport& gpu) {
              gpu.multiprocessors, gpu.runtime.c_str(), gpu.driver.c_str());
   text += format("GB/s: device memory %.0f, upload %.1f, download %.1f\n", gpu.copy_gb_s,
                  gpu.upload_gb_s, gpu.download_gb_s);
-  text += "kernel                    registers  shared B  local B  blocks  occupancy  on 7.5\n";
+  text += "kernel                    registers  shared B  local B  blocks  occupancy\n";
   for (const KernelUse& kernel : gpu.kernels) {
-    const double on_turing =
-        occupancyOnTuring(kernel.threads, kernel.registers, kernel.shared_bytes);
     report["kernels"].push_back({{"name", kernel.name},
                                  {"threads", kernel.threads},
                                  {"registers", kernel.registers},
                                  {"shared_bytes", kernel.shared_bytes},
                                  {"local_bytes", kernel.local_bytes},
                                  {"blocks_per_processor", kernel.blocks_per_processor},
-                                 {"occupancy", kernel.occupancy},
-                                 {"occupancy_on_7_5", on_turing}});
-    text += format("  %-25s %7d %9zu %8zu %7d %8.0f %% %5.0f %%\n", kernel.name.c_str(),
-                   kernel.registers, kernel.shared_bytes, kernel.local_bytes,
-                   kernel.blocks_per_processor, 100.0 * kernel.occupancy, 100.0 * on_turing);
+                                 {"occupancy", kernel.occupancy}});
+    text += format("  %-25s %7d %9zu %8zu %7d %8.0f %%\n", kernel.name.c_str(), kernel.registers,
+                   kernel.shared_bytes, kernel.local_bytes, kernel.blocks_per_processor,
+                   100.0 * kernel.occupancy);
   }
   return {textOf(report), text};
 }

@@ -57,7 +57,7 @@ ColourEvaluation evaluateColours(const TriangleMesh& reconstruction,
   const MeshScene truth(ground_truth);
   const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, options.seed);
   std::vector<ColourError> errors(samples.points.size());
-  parallelFor(errors.size(), kSamplesPerChunk, [&](size_t begin, size_t end) {
+  forEachChunk(errors.size(), kSamplesPerChunk, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const Eigen::Vector3f& p = samples.points[i];
       const ClosestPoint closest = truth.closestPoint(p);

@@ -147,7 +147,7 @@ class View {
 std::vector<std::unique_ptr<View>> loadViews(const Views& views, const size_t* indices,
                                              size_t count) {
   std::vector<std::unique_ptr<View>> loaded(count);
-  parallelFor(count, 1, [&](size_t begin, size_t end) {
+  forEachChunk(count, 1, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) loaded[i] = std::make_unique<View>(views, indices[i]);
   });
   return loaded;
@@ -158,7 +158,7 @@ std::vector<uint32_t> unseenBy(const std::vector<std::unique_ptr<View>>& views,
                                const MeshScene& surface, const SurfaceSamples& samples,
                                const std::vector<uint32_t>& candidates) {
   std::vector<uint8_t> seen(candidates.size());  // bytes, as threads write neighbours
-  parallelFor(candidates.size(), kPointsPerChunk, [&](size_t begin, size_t end) {
+  forEachChunk(candidates.size(), kPointsPerChunk, [&](size_t begin, size_t end) {
     for (size_t k = begin; k < end; ++k) {
       const uint32_t i = candidates[k];
       const Eigen::Vector3f normal_W = surface.triangleNormal(samples.triangles[i]);
@@ -228,7 +228,7 @@ std::vector<double> distancesTo(const MeshScene& surface,
       distances_m[i] = surface.closestPoint(points[i]).distance_m;
     }
   };
-  parallelFor(points.size(), kPointsPerChunk, measure, progress);
+  forEachChunk(points.size(), kPointsPerChunk, measure, progress);
   return distances_m;
 }
 

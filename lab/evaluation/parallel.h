@@ -1,4 +1,4 @@
-/// A loop over indices on all cores, with progress told to one callback.
+/// Loops over many indices on all cores, with progress.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@ namespace dtsdf {
 /// Calls body(begin, end) for chunks that cover [0, count), from several threads. `progress`, if
 /// given, is called by one thread at a time with the number of indices done. The first exception
 /// of a body is thrown again here.
-void parallelFor(size_t count, size_t chunk, const std::function<void(size_t, size_t)>& body,
-                 const std::function<void(size_t)>& progress = {});
+void forEachChunk(size_t count, size_t chunk, const std::function<void(size_t, size_t)>& body,
+                  const std::function<void(size_t)>& progress = {});
 
 /// Calls body(index) for the images of a recording, from several threads, behind a progress bar.
 void forEachImage(size_t count, const std::function<void(size_t)>& body);

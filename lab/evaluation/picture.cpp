@@ -192,7 +192,7 @@ void writePicture(const std::string& path, const MeshScene& scene, const Picture
       }
     }
   };
-  parallelFor(static_cast<size_t>(image.rows), 8, drawRows);
+  forEachChunk(static_cast<size_t>(image.rows), 8, drawRows);
   if (options.legend) drawLegend(image, *options.legend);
   if (!cv::imwrite(path, image)) throw std::runtime_error(path + ": cannot be written");
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "evaluation/triangle_mesh.h"
+#include "io/little_endian.h"
 
 namespace dtsdf {
 
@@ -248,7 +249,7 @@ void skipElement(const Element& element, NumberReader& reader) {
 
 template <class Number>
 void append(std::string& bytes, Number number) {
-  bytes.append(reinterpret_cast<const char*>(&number), sizeof(number));
+  for (const uint8_t byte : littleEndianBytes(number)) bytes += static_cast<char>(byte);
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ class Measurement {
     std::mutex mutex;  // guards the sums
     const ErrorSum none(space_.cellSize_m(), questions_.max_distance_m);
     ErrorSum at_middles = none, at_points = none;
-    parallelFor(cells.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
+    forEachChunk(cells.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
       ErrorSum middles = none, points = none;
       for (size_t i = begin; i < end; ++i) {
         const AlignedBox3d box = boxOf(space_, cells[i].cell);
@@ -159,7 +159,7 @@ class Measurement {
   void lookIntoFree(const std::vector<SpaceCell>& free) {
     std::mutex mutex;  // guards the figures
     figures_.looked_at = free.size();
-    parallelFor(free.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
+    forEachChunk(free.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
       size_t taken = 0, unseen = 0;
       for (size_t i = begin; i < end; ++i) {
         const AlignedBox3d box = shrunk(boxOf(space_, free[i].cell));
@@ -198,7 +198,7 @@ class Measurement {
   void seekFree(const std::array<Vec3i, 2>& bounds) {
     if (bounds[0].x > bounds[1].x) return;
     std::mutex mutex;  // guards the figures
-    parallelFor(questions_.samples, kCellsPerChunk, [&](size_t begin, size_t end) {
+    forEachChunk(questions_.samples, kCellsPerChunk, [&](size_t begin, size_t end) {
       size_t truly_free = 0, found = 0;
       for (size_t i = begin; i < end; ++i) {
         const Vec3i cell = cellIn(bounds, i);
@@ -261,7 +261,7 @@ ComparedDistances compareDistances(const Space& space, const SpaceTruth& truth,
   std::mutex mutex;  // guards the sums
   const ErrorSum none(space.cellSize_m(), max_distance_m);
   ErrorSum of_told = none, of_map = none;
-  parallelFor(told.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
+  forEachChunk(told.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
     ErrorSum told_here = none, map_here = none;
     for (size_t i = begin; i < end; ++i) {
       const Vector3d& p = told[i].p_W;

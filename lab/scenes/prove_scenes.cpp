@@ -1,15 +1,13 @@
 /// prove_scenes: what the map holds of analytic scenes, beside the bounds that it has to keep.
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <mutex>
-#include <thread>
 
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 #include "scenes/scene_case.h"
+#include "threads/parallel.h"
 #include "tools/run_options.h"
 
 namespace dtsdf {
@@ -63,30 +61,6 @@ std::vector<SceneCase> selectCases(const ProveOptions& options) {
 /// Figures by case and voxel size.
 using Results = std::vector<std::vector<std::vector<Figure>>>;
 
-/// Runs tasks 0 ... count - 1 on so many threads. @throws what the first failing one threw.
-template <class Task>
-void runTasks(size_t count, int jobs, const Task& task) {
-  std::atomic<size_t> next{0};
-  std::mutex mutex;  // guards `failure`
-  std::exception_ptr failure;
-  const auto work = [&] {
-    for (size_t i = next++; i < count; i = next++) {
-      try {
-        task(i);
-      } catch (...) {
-        const std::lock_guard<std::mutex> lock(mutex);
-        if (!failure) failure = std::current_exception();
-        next = count;
-      }
-    }
-  };
-  std::vector<std::thread> helpers;
-  for (int i = 1; i < jobs; ++i) helpers.emplace_back(work);
-  work();
-  for (std::thread& helper : helpers) helper.join();
-  if (failure) std::rethrow_exception(failure);
-}
-
 Results measureCases(const ProveOptions& options, const RunSettings& settings,
                      const std::vector<SceneCase>& cases) {
   const size_t voxels = options.voxels_mm.size(), count = cases.size() * voxels;
@@ -94,7 +68,7 @@ Results measureCases(const ProveOptions& options, const RunSettings& settings,
   ProgressBar progress("cases", count);
   std::mutex mutex;  // guards `done` and `progress`
   size_t done = 0;
-  runTasks(count, options.jobs, [&](size_t i) {
+  forEachInParallel(count, options.jobs, [&](size_t i) {
     const size_t c = i / voxels, v = i % voxels;
     SceneSetup setup{settings.params.mapper, settings.rules, options.image_width};
     setup.params.map.voxel_size_m = static_cast<float>(0.001 * options.voxels_mm[v]);

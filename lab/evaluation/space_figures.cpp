@@ -6,7 +6,6 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <stdexcept>
@@ -30,6 +29,22 @@ AlignedBox3d shrunk(const AlignedBox3d& box) {
   const Vector3d margin = Vector3d::Constant(kBoxMargin_m);
   return {box.min() + margin, box.max() - margin};
 }
+
+struct Count {
+  size_t value = 0;
+
+  void merge(const Count& other) { value += other.value; }
+};
+
+template <class Sum>
+struct TwoSums {
+  Sum first, second;
+
+  void merge(const TwoSums& other) {
+    first.merge(other.first);
+    second.merge(other.second);
+  }
+};
 
 /// Sums up errors; from several threads by merging.
 class ErrorSum {
@@ -127,27 +142,23 @@ class Measurement {
 
  private:
   void compareDistances(const std::vector<SpaceCell>& cells) {
-    std::mutex mutex;  // guards the sums
     const ErrorSum none(space_.cellSize_m(), questions_.max_distance_m);
-    ErrorSum at_middles = none, at_points = none;
-    forEachChunk(cells.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
-      ErrorSum middles = none, points = none;
+    const auto add = [&](size_t begin, size_t end, TwoSums<ErrorSum>& sums) {
       for (size_t i = begin; i < end; ++i) {
         const AlignedBox3d box = boxOf(space_, cells[i].cell);
         if (const auto truth = truth_.distanceFrom(box.center())) {
-          middles.add(box.center(), toldAtMiddle(cells[i].cell), *truth);
+          sums.first.add(box.center(), toldAtMiddle(cells[i].cell), *truth);
         }
         const Vector3d p = pointIn(box, i);
         if (const auto truth = truth_.distanceFrom(p)) {
-          points.add(p, static_cast<double>(space_.distanceAt(p).distance_m), *truth);
+          sums.second.add(p, static_cast<double>(space_.distanceAt(p).distance_m), *truth);
         }
       }
-      const std::lock_guard<std::mutex> lock(mutex);
-      at_middles.merge(middles);
-      at_points.merge(points);
-    });
-    figures_.at_middles = at_middles.result();
-    figures_.at_points = at_points.result();
+    };
+    const auto sums =
+        sumOverChunks(cells.size(), kCellsPerChunk, TwoSums<ErrorSum>{none, none}, add);
+    figures_.at_middles = sums.first.result();
+    figures_.at_points = sums.second.result();
   }
 
   double toldAtMiddle(const Vec3i& cell) const {
@@ -157,19 +168,19 @@ class Measurement {
   }
 
   void lookIntoFree(const std::vector<SpaceCell>& free) {
-    std::mutex mutex;  // guards the figures
     figures_.looked_at = free.size();
-    forEachChunk(free.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
-      size_t taken = 0, unseen = 0;
+    const auto count = [&](size_t begin, size_t end, TwoSums<Count>& sums) {
       for (size_t i = begin; i < end; ++i) {
         const AlignedBox3d box = shrunk(boxOf(space_, free[i].cell));
-        if (truth_.isTaken(box)) ++taken;
-        if (!isSeenThrough(truth_, questions_.views, box, questions_.max_range_m)) ++unseen;
+        if (truth_.isTaken(box)) ++sums.first.value;
+        if (!isSeenThrough(truth_, questions_.views, box, questions_.max_range_m)) {
+          ++sums.second.value;
+        }
       }
-      const std::lock_guard<std::mutex> lock(mutex);
-      figures_.taken += taken;
-      figures_.unseen += unseen;
-    });
+    };
+    const auto sums = sumOverChunks(free.size(), kCellsPerChunk, TwoSums<Count>{}, count);
+    figures_.taken = sums.first.value;
+    figures_.unseen = sums.second.value;
   }
 
   /// First and last cell that something is known of, per axis.
@@ -197,9 +208,7 @@ class Measurement {
 
   void seekFree(const std::array<Vec3i, 2>& bounds) {
     if (bounds[0].x > bounds[1].x) return;
-    std::mutex mutex;  // guards the figures
-    forEachChunk(questions_.samples, kCellsPerChunk, [&](size_t begin, size_t end) {
-      size_t truly_free = 0, found = 0;
+    const auto count = [&](size_t begin, size_t end, TwoSums<Count>& sums) {
       for (size_t i = begin; i < end; ++i) {
         const Vec3i cell = cellIn(bounds, i);
         const AlignedBox3d box = boxOf(space_, cell);
@@ -207,13 +216,13 @@ class Measurement {
             !isSeenThrough(truth_, questions_.views, box, questions_.max_range_m)) {
           continue;
         }
-        ++truly_free;
-        if (space_.stateOf(cell) == CellState::kFree) ++found;
+        ++sums.first.value;
+        if (space_.stateOf(cell) == CellState::kFree) ++sums.second.value;
       }
-      const std::lock_guard<std::mutex> lock(mutex);
-      figures_.truly_free += truly_free;
-      figures_.found_free += found;
-    });
+    };
+    const auto sums = sumOverChunks(questions_.samples, kCellsPerChunk, TwoSums<Count>{}, count);
+    figures_.truly_free = sums.first.value;
+    figures_.found_free = sums.second.value;
   }
 
   const Space& space_;
@@ -258,24 +267,19 @@ std::vector<ToldDistance> readDistances(const std::string& path) {
 
 ComparedDistances compareDistances(const Space& space, const SpaceTruth& truth,
                                    const std::vector<ToldDistance>& told, double max_distance_m) {
-  std::mutex mutex;  // guards the sums
   const ErrorSum none(space.cellSize_m(), max_distance_m);
-  ErrorSum of_told = none, of_map = none;
-  forEachChunk(told.size(), kCellsPerChunk, [&](size_t begin, size_t end) {
-    ErrorSum told_here = none, map_here = none;
+  const auto add = [&](size_t begin, size_t end, TwoSums<ErrorSum>& sums) {
     for (size_t i = begin; i < end; ++i) {
       const Vector3d& p = told[i].p_W;
       if (space.stateOf(space.cellAt(p)) != CellState::kFree) continue;
       const auto true_distance = truth.distanceFrom(p);
       if (!true_distance) continue;
-      told_here.add(p, told[i].distance_m, *true_distance);
-      map_here.add(p, static_cast<double>(space.distanceAt(p).distance_m), *true_distance);
+      sums.first.add(p, told[i].distance_m, *true_distance);
+      sums.second.add(p, static_cast<double>(space.distanceAt(p).distance_m), *true_distance);
     }
-    const std::lock_guard<std::mutex> lock(mutex);
-    of_told.merge(told_here);
-    of_map.merge(map_here);
-  });
-  return {of_told.result(), of_map.result()};
+  };
+  const auto sums = sumOverChunks(told.size(), kCellsPerChunk, TwoSums<ErrorSum>{none, none}, add);
+  return {sums.first.result(), sums.second.result()};
 }
 
 std::string toJson(const SpaceFigures& figures, const std::optional<ComparedDistances>& compared) {

@@ -12,6 +12,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/map_contents.h"
+#include "io/little_endian.h"
 #include "params/printable.h"
 
 namespace dtsdf {
@@ -55,21 +56,11 @@ class ByteWriter {
  public:
   template <class Number>
   void put(Number number) {
-    const auto bits = static_cast<uint64_t>(number);
-    for (size_t i = 0; i < sizeof(Number); ++i) {
-      bytes.push_back(static_cast<uint8_t>(bits >> (8 * i)));
-    }
+    const auto more = littleEndianBytes(number);
+    bytes.insert(bytes.end(), more.begin(), more.end());
   }
-  void putFloat(float number) {
-    uint32_t bits;
-    std::memcpy(&bits, &number, sizeof(bits));
-    put(bits);
-  }
-  void putDouble(double number) {
-    uint64_t bits;
-    std::memcpy(&bits, &number, sizeof(bits));
-    put(bits);
-  }
+  void putFloat(float number) { put(number); }
+  void putDouble(double number) { put(number); }
   void putText(const std::string& text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
 
   Bytes bytes;

@@ -89,10 +89,8 @@ std::optional<Eigen::Isometry3d> lookForLevel(const InputOptions& options,
   switch (node.level.from) {
     case LevelChoice::kFloor:
       return levelByFloor(*openFrames(options, node), options.recording.path);
-    case LevelChoice::kImu:
-      return levelPose(measuredUp(options, node));
-    case LevelChoice::kNone:
-      break;
+    case LevelChoice::kImu: return levelPose(measuredUp(options, node));
+    case LevelChoice::kNone: break;
   }
   if (settings.params.mapper.space.enabled) warnIfNotLevel(*openFrames(options, node), program);
   return std::nullopt;

@@ -45,9 +45,8 @@ MapFiles::Done MapFiles::load(const std::string& path) {
                .run([&] {
                  // Frames may have come meanwhile, with the settings that the map had.
                  if (!parts_.session.isEmpty()) checkFits(contents, params_);
-                 return parts_.session.replace(
-                     {std::move(mapper), params.map.voxel_size_m, contents.stamp_s, path,
-                      contents.T_W_M});
+                 return parts_.session.replace({std::move(mapper), params.map.voxel_size_m,
+                                                contents.stamp_s, path, contents.T_W_M});
                })
                .get();
   params_ = params;

@@ -24,14 +24,15 @@ __global__ void emptyRegionKernel(MapView map, RegionView region, const int32_t*
     Voxel* voxels = map.voxels.record(entry.array[d]);
     int holds = 0, count = 0;
     for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
-      if (isEmpty(voxels[i])) continue;
-      if (isInside(region, first + voxelOffset(i))) {
-        voxels[i] = Voxel{};
-        forgetColour(map, entry.array[d], i);
-        ++count;
-      } else {
-        holds = 1;
+      const bool is_empty = isEmpty(voxels[i]);
+      if (!isInside(region, first + voxelOffset(i))) {
+        holds |= !is_empty;
+        continue;
       }
+      voxels[i] = Voxel{};
+      if (is_empty) continue;
+      forgetColour(map, entry.array[d], i);
+      ++count;
     }
     if (count > 0) atomicAdd(&voxels_emptied, static_cast<uint32_t>(count));
     const bool changed = __syncthreads_or(count);

@@ -146,36 +146,52 @@ struct BlockLook {
   BlockSupport support;
 };
 
-/// The voxels of a block that claim a surface which the frame, by its sums, does not support.
-struct Unsupported {
+/// The voxels of a block that the frame judges.
+struct JudgedVoxels {
   uint32_t count;
-  uint32_t changed_directions;  ///< That a contradicted voxel is of.
-  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< Direction times kVoxelsPerBlock + voxel.
+  uint32_t emptied_directions;  ///< That lose a voxel.
+  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
 };
 constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kThreads;
 static_assert(kMostPerThread <= 32, "a bit for each voxel that a thread judges");
 
+constexpr uint32_t kCoveredBit = 1u << 15;
+static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "a bit is left for what is covered");
+
+__device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
+  return static_cast<uint16_t>(direction * kVoxelsPerBlock + voxel) |
+         static_cast<uint16_t>(is_covered ? kCoveredBit : 0u);
+}
+
+struct JudgedVoxel {
+  int direction, index;
+  bool is_covered;
+};
+
+__device__ JudgedVoxel unpackJudged(uint16_t packed) {
+  const int voxel = static_cast<int>(packed & (kCoveredBit - 1u));
+  return {voxel / kVoxelsPerBlock, voxel % kVoxelsPerBlock, (packed & kCoveredBit) != 0};
+}
+
 /// They are few, and a warp takes as long for one of them as for 32: so they are listed first.
-__device__ void listUnsupported(const MapView& map, const SlotEntry& entry,
-                                const BlockSupport& support, Unsupported& list) {
+__device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
+                           const BlockSupport& support, JudgedVoxels& list) {
   __syncthreads();  // of the block before
-  if (threadIdx.x == 0) list.count = list.changed_directions = 0;
+  if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
   __syncthreads();
   const uint32_t lane = threadIdx.x % 32, before = (1u << lane) - 1u;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
     const Voxel* voxels = map.voxels.record(entry.array[d]);
-    const uint32_t* supported = support.of(d);
+    const uint32_t* covered = support.of(d);
     for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
-      const bool claims = !isEmpty(voxels[i]) &&
-                          (supported == nullptr || !(supported[i / 32] >> lane & 1u));
-      const uint32_t claiming = __ballot_sync(~0u, claims);
+      const bool is_covered = covered != nullptr && (covered[i / 32] >> lane & 1u);
+      const bool is_judged = isJudged(voxels[i], is_covered, rules);
+      const uint32_t judged = __ballot_sync(~0u, is_judged);
       uint32_t first = 0;
-      if (lane == 0 && claiming != 0) first = atomicAdd(&list.count, __popc(claiming));
+      if (lane == 0 && judged != 0) first = atomicAdd(&list.count, __popc(judged));
       first = __shfl_sync(~0u, first, 0);
-      if (!claims) continue;
-      list.voxel[first + __popc(claiming & before)] =
-          static_cast<uint16_t>(d * kVoxelsPerBlock + i);
+      if (is_judged) list.voxel[first + __popc(judged & before)] = packJudged(d, i, is_covered);
     }
   }
   __syncthreads();
@@ -184,12 +200,13 @@ __device__ void listUnsupported(const MapView& map, const SlotEntry& entry,
 /// Which of the voxels on this thread's turn the frame contradicts, a bit each.
 __device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
                                 const MapView& map, const SlotEntry& entry,
-                                const Vec3f& first_voxel_L, const Unsupported& list) {
+                                const Vec3f& first_voxel_L, const JudgedVoxels& list) {
   uint32_t contradicted = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
-    const int d = list.voxel[k] / kVoxelsPerBlock, i = list.voxel[k] % kVoxelsPerBlock;
-    const bool is = isContradicted(sensing, first_voxel_L, map.voxels.record(entry.array[d]), i,
-                                   fusion.directional ? d : kAnyDirection);
+    const JudgedVoxel voxel = unpackJudged(list.voxel[k]);
+    const bool is = isContradicted(
+        sensing, first_voxel_L, map.voxels.record(entry.array[voxel.direction]), voxel.index,
+        fusion.directional ? voxel.direction : kAnyDirection, voxel.is_covered);
     contradicted |= static_cast<uint32_t>(is) << turn;
   }
   return contradicted;
@@ -206,23 +223,26 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
 /// judged before the first one changes.
 __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
                                    const MapView& map, const SlotEntry& entry,
-                                   const BlockLook& look, Unsupported& list) {
-  listUnsupported(map, entry, look.support, list);
+                                   const BlockLook& look, JudgedVoxels& list) {
+  listJudged(map, fusion.rules, entry, look.support, list);
   const uint32_t contradicted =
       judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
   if (!__syncthreads_or(contradicted != 0)) return {false, 0};  // as most
+  int changed = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
     if (!(contradicted >> turn & 1u)) continue;
-    const int d = list.voxel[k] / kVoxelsPerBlock, i = list.voxel[k] % kVoxelsPerBlock;
+    const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
-    voxel = contradictedVoxel(voxel, look.frames, fusion.rules);
-    if (isEmpty(voxel)) forgetColour(map, entry.array[d], i);
-    atomicOr(&list.changed_directions, 1u << d);
+    const bool was_empty = isEmpty(voxel);
+    voxel = contradictedVoxel(voxel, look.frames, is_covered, fusion.rules);
+    changed |= !was_empty;
+    if (was_empty || !isEmpty(voxel)) continue;
+    forgetColour(map, entry.array[d], i);
+    atomicOr(&list.emptied_directions, 1u << d);
   }
-  __syncthreads();
-  ClearedBlock result{true, 0};
+  ClearedBlock result{__syncthreads_or(changed) != 0, 0};
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (!(list.changed_directions >> d & 1u)) continue;
+    if (!(list.emptied_directions >> d & 1u)) continue;
     if (isArrayEmpty(map.voxels.record(entry.array[d]))) result.empty_directions |= 1u << d;
   }
   return result;
@@ -238,7 +258,7 @@ __device__ void listEmpty(const TouchedView& touched, EmptyBlock* empty_blocks, 
 __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
                                   FusionTarget target, const uint32_t* supported,
                                   EmptyBlock* empty_blocks) {
-  __shared__ Unsupported list;
+  __shared__ JudgedVoxels list;
   const MapView& map = target.map;
   const TouchedView& touched = target.touched;
   const TouchedBlock& block = touched.blocks[blockIdx.x];
@@ -272,7 +292,7 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget
 /// One block of threads per block of the list, in strides.
 __global__ void lookAroundKernel(DeviceSensing on_device, FusionSettings fusion,
                                  FusionTarget target, LookList looks, EmptyBlock* empty_blocks) {
-  __shared__ Unsupported list;
+  __shared__ JudgedVoxels list;
   const MapView& map = target.map;
   const FrameSensing sensing = on_device.load();
   const BlockKey origin = blockOfVoxel(sensing.image.frame.origin_voxel);

@@ -20,7 +20,7 @@ struct BlockLook {
 
 /// What became of a block.
 struct ClearedBlock {
-  bool changed;              ///< Some voxel lost evidence.
+  bool changed;              ///< Some voxel with a distance lost evidence.
   uint32_t empty_directions; ///< Bit d: the array of direction d was emptied.
 };
 

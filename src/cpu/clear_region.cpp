@@ -14,9 +14,9 @@ EmptiedBlock emptyRegion(const BlockEntry& entry, const RegionView& region, Voxe
     Voxel* array = voxels.array(entry.array[d]);
     size_t emptied = 0;
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      if (!inside[i] || isEmpty(array[i])) continue;
+      if (!inside[i]) continue;
+      emptied += isEmpty(array[i]) ? 0 : 1;
       array[i] = Voxel{};
-      ++emptied;
     }
     if (emptied == 0) continue;
     result.voxels += emptied;

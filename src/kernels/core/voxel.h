@@ -10,17 +10,18 @@ namespace dtsdf {
 /// nothing.
 ///
 /// The weight only averages; whether there is a surface, the evidence decides: a counter of frames
-/// that supported it less those that contradicted it (fusion/evidence.h). Weights count in units of
-/// 2^-16 and fit 24 bits: a frame adds 1 at most, and the cap, fusion/max_weight, is below 256.
+/// that supported it less those that contradicted it (fusion/evidence.h). It may be negative, and
+/// then outlives the distance: frames have seen free space here. Weights count in units of 2^-16
+/// and fit 24 bits: a frame adds 1 at most, and the cap, fusion/max_weight, is below 256.
 struct Voxel {
   int16_t sdf_units;  ///< Signed distance, positive in front of the surface: 2^-11 voxels each.
   uint16_t anchor;    ///< Where the surface was measured nearby (anchor.h).
-  uint32_t state;     ///< 256 times the weight's units, plus the evidence.
+  uint32_t state;     ///< The weight's units (24 bits) and the evidence (8, with its sign).
 };
 
 constexpr float kStoredSdfScale = 2048.0f;      // 2^11; the longest truncation is 16 voxels
 constexpr float kStoredWeightScale = 65536.0f;  // 2^16
-constexpr int32_t kMostEvidence = 255;
+constexpr int32_t kMostEvidence = 127;
 
 /// Rounds a distance in voxels to the units in which it is stored: `dither` in [0, 1) is 0.5 to
 /// round to the nearest.
@@ -32,7 +33,7 @@ DTSDF_HD int16_t storedSdf(float sdf, float dither = 0.5f) {
 
 DTSDF_HD Voxel makeVoxel(int16_t sdf_units, uint16_t anchor, uint32_t weight_units,
                          int32_t evidence) {
-  return {sdf_units, anchor, weight_units << 8 | static_cast<uint32_t>(evidence)};
+  return {sdf_units, anchor, weight_units << 8 | (static_cast<uint32_t>(evidence) & 255u)};
 }
 
 /// A voxel without an anchor, by its distance in voxels.
@@ -50,8 +51,11 @@ DTSDF_HD uint32_t weightUnits(const Voxel& voxel) { return voxel.state >> 8; }
 DTSDF_HD float weightOf(const Voxel& voxel) {
   return static_cast<float>(weightUnits(voxel)) * (1.0f / kStoredWeightScale);
 }
-DTSDF_HD int32_t evidenceOf(const Voxel& voxel) { return static_cast<int32_t>(voxel.state & 255u); }
-DTSDF_HD bool isEmpty(const Voxel& voxel) { return voxel.state == 0; }
+DTSDF_HD int32_t evidenceOf(const Voxel& voxel) {
+  return static_cast<int32_t>(static_cast<int8_t>(voxel.state & 255u));
+}
+/// Whether a voxel holds no distance. It may hold evidence of free space.
+DTSDF_HD bool isEmpty(const Voxel& voxel) { return weightUnits(voxel) == 0; }
 
 /// What the mesh is made of: distance and weight of a voxel; weight 0 where nothing is known.
 struct Sample {

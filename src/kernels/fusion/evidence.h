@@ -1,11 +1,14 @@
 /// Whether there is a surface: evidence, a counter of frames.
 ///
-/// A frame that covers enough of a voxel supports the surface there. One that does not cover it,
-/// but looks through the place where the voxel says the surface is, contradicts it (free_space.h).
-/// All others say nothing.
+/// A frame that covers enough of a voxel supports the surface there. One that looks through the
+/// place where the voxel says the surface is contradicts it (free_space.h). All others say nothing.
 ///
-/// The counter saturates: how near, and how long, a thing was seen does not matter to how fast it
-/// goes when it is gone. (As the inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the
+/// Frames count before there is a surface as well: below zero the counter is evidence of free space.
+/// So a surface that some frames measured where others see through, since poses or outlines are
+/// off, is weighed against all of them, and not only against those that came after.
+///
+/// The counter saturates at both ends: how near, and how long, a thing was seen does not matter to
+/// how fast it goes when it is gone, nor how long a place was free to how fast a thing appears. (As the inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the
 /// clamped log-odds of Hornung et al., "OctoMap", 2013, but in whole frames.)
 #pragma once
 
@@ -20,11 +23,14 @@ DTSDF_HD int32_t supportedEvidence(int32_t evidence, const FusionRules& rules) {
   return more < rules.most_evidence ? more : rules.most_evidence;
 }
 
-/// A voxel after so many frames that contradict it. Without evidence nothing is left of it.
-DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, const FusionRules& rules) {
-  const int32_t evidence = evidenceOf(voxel) - frames * rules.contradiction_cost;
-  if (evidence <= 0) return makeVoxel(0.0f, 0, 0);
-  return makeVoxel(voxel.sdf_units, voxel.anchor, weightUnits(voxel), evidence);
+/// A voxel after so many frames that contradict it; one that covers it as well takes back its
+/// support. Without evidence of a surface no distance is left.
+DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_covered,
+                                 const FusionRules& rules) {
+  const int32_t cost = frames * rules.contradiction_cost + (is_covered ? rules.support_gain : 0);
+  const int32_t less = evidenceOf(voxel) - cost;
+  if (less > 0) return makeVoxel(voxel.sdf_units, voxel.anchor, weightUnits(voxel), less);
+  return makeVoxel(0.0f, 0, less > -rules.most_evidence ? less : -rules.most_evidence);
 }
 
 /// The least evidence of a surface that so many frames have supported, but for one that contradicts

@@ -11,6 +11,7 @@
 /// it, and where nothing is measured nothing is contradicted.
 #pragma once
 
+#include "kernels/core/anchor.h"
 #include "kernels/core/direction.h"
 #include "kernels/fusion/evidence.h"
 #include "kernels/fusion/sample_line.h"
@@ -151,25 +152,46 @@ DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
 DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const Facing& facing) {
   return voxel - sdf * gradientOf(slope, facing);
 }
-DTSDF_HD Vec3f footOf(const Voxel* voxels, int index, int direction) {
-  return footOf(toFloat(voxelOffset(index)), sdfOf(voxels[index]), slopeAt(voxels, index),
-                facingOf(direction));
+
+/// Whether a frame that looks through a voxel's place can change it. One that the frame covers has to
+/// know where its surface was measured.
+DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, const FusionRules& rules) {
+  if (isEmpty(voxel)) return !is_covered && evidenceOf(voxel) > -rules.most_evidence;
+  return !is_covered || voxel.anchor != kNoAnchor;
 }
 
-/// Whether the frame sees through a point that it sees there: in the 3 x 3 pixels around, as far as
-/// the image has them.
-DTSDF_HD bool seesThrough(const FrameSensing& sensing, const VoxelInImage& at) {
+/// Where a frame has to look through to contradict a voxel, in voxels from the block's first one:
+/// its foot, which for an empty voxel is the voxel itself; or its anchor, where the frame covers the
+/// voxel: beside an outline the foot lies outside of the surface.
+struct JudgedPlace {
+  Vec3f origin;
+  float sdf;  ///< From there to the place, against the gradient.
+};
+
+DTSDF_HD JudgedPlace judgedPlace(const Voxel& voxel, int index, bool is_covered) {
+  const Vec3f at = toFloat(voxelOffset(index));
+  if (is_covered) return {at + anchorOffset(voxel.anchor), 0.0f};
+  return {at, sdfOf(voxel)};
+}
+
+/// How far from a place, in pixels, a frame has to look through as well: one, for what a pixel
+/// resolves; for an empty voxel its whole cell.
+DTSDF_HD int lookSpread(const FrameView& frame, const Voxel& voxel, float depth_m) {
+  if (!isEmpty(voxel)) return 1;
+  const float half_cell_px = 0.5f * frame.voxel_size_m * frame.intrinsics.fx / depth_m;
+  return half_cell_px < 1.0f ? 1 : floorToInt(minimum(half_cell_px, 1000.0f));
+}
+
+/// Whether the frame sees through a point that it sees there: at 3 x 3 places around, `spread`
+/// pixels apart, as far as the image has them.
+DTSDF_HD bool seesThrough(const FrameSensing& sensing, const VoxelInImage& at, int spread) {
   const FrameView& frame = sensing.image.frame;
-  if (!(at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f &&
-        at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height))) {
-    return false;
-  }
   const Pixel centre{static_cast<int>(at.u), static_cast<int>(at.v)};
   if (!(at.depth_m < sensing.free_depth[pixelIndex(frame, centre)])) return false;
-  const int left = centre.u > 0 ? centre.u - 1 : 0;
-  const int right = centre.u + 1 < frame.width ? centre.u + 1 : centre.u;
+  const int left = centre.u >= spread ? centre.u - spread : centre.u;
+  const int right = centre.u + spread < frame.width ? centre.u + spread : centre.u;
   bool free = true;
-  for (int dv = -1; dv <= 1; ++dv) {
+  for (int dv = -spread; dv <= spread; dv += spread) {
     const int v = centre.v + dv;
     if (v < 0 || v >= frame.height) continue;
     const float* row = sensing.free_depth + static_cast<int64_t>(v) * frame.width;
@@ -179,16 +201,26 @@ DTSDF_HD bool seesThrough(const FrameSensing& sensing, const VoxelInImage& at) {
   return free;
 }
 
-/// Whether the frame sees through a point, in the local frame in voxels.
-DTSDF_HD bool seesThrough(const FrameSensing& sensing, const Vec3f& p_L) {
-  return seesThrough(sensing, projectToImage(sensing.image.frame, p_L));
+DTSDF_HD bool isInImage(const FrameView& frame, const VoxelInImage& at) {
+  return at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f &&
+         at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height);
 }
 
-/// Whether a frame that does not support the voxel contradicts it.
+/// Whether the frame looks through the place of a voxel, once it is known where that is seen.
+DTSDF_HD bool isContradicted(const FrameSensing& sensing, const Voxel& voxel,
+                             const VoxelInImage& at) {
+  const FrameView& frame = sensing.image.frame;
+  return isInImage(frame, at) && seesThrough(sensing, at, lookSpread(frame, voxel, at.depth_m));
+}
+
+/// Whether a frame contradicts a voxel that it judges.
 DTSDF_HD bool isContradicted(const FrameSensing& sensing, const Vec3f& first_voxel_L,
-                             const Voxel* voxels, int index, int direction) {
-  return !isEmpty(voxels[index]) &&
-         seesThrough(sensing, first_voxel_L + footOf(voxels, index, direction));
+                             const Voxel* voxels, int index, int direction, bool is_covered) {
+  const JudgedPlace judged = judgedPlace(voxels[index], index, is_covered);
+  const Vec3f place =
+      footOf(judged.origin, judged.sdf, slopeAt(voxels, index), facingOf(direction));
+  return isContradicted(sensing, voxels[index],
+                        projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
 /// Whether a frame looks at a block that it does not touch: each comes up once in so many frames.

@@ -174,12 +174,12 @@ DTSDF_HD JudgedPlace judgedPlace(const Voxel& voxel, int index, bool is_covered)
   return {at, sdfOf(voxel)};
 }
 
-/// How far from a place, in pixels, a frame has to look through as well: one, for what a pixel
-/// resolves; for an empty voxel its whole cell.
+/// How far around a place, in pixels, a frame has to look through as well: one, as a pixel resolves no
+/// more; around an empty voxel as far as the cells reach that it is a corner of.
 DTSDF_HD int lookSpread(const FrameView& frame, const Voxel& voxel, float depth_m) {
   if (!isEmpty(voxel)) return 1;
-  const float half_cell_px = 0.5f * frame.voxel_size_m * frame.intrinsics.fx / depth_m;
-  return half_cell_px < 1.0f ? 1 : floorToInt(minimum(half_cell_px, 1000.0f));
+  const float cell_px = frame.voxel_size_m * frame.intrinsics.fx / depth_m;
+  return cell_px < 1.0f ? 1 : floorToInt(minimum(cell_px, 1000.0f));
 }
 
 /// Whether the frame sees through a point that it sees there: at 3 x 3 places around, `spread`

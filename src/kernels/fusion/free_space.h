@@ -174,6 +174,11 @@ DTSDF_HD JudgedPlace judgedPlace(const Voxel& voxel, int index, bool is_covered)
   return {at, sdfOf(voxel)};
 }
 
+DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_covered) {
+  const JudgedPlace judged = judgedPlace(voxels[index], index, is_covered);
+  return footOf(judged.origin, judged.sdf, slopeAt(voxels, index), facingOf(direction));
+}
+
 /// How far around a place, in pixels, a frame has to look through as well: one, as a pixel resolves no
 /// more; around an empty voxel as far as the cells reach that it is a corner of.
 DTSDF_HD int lookSpread(const FrameView& frame, const Voxel& voxel, float depth_m) {
@@ -216,9 +221,7 @@ DTSDF_HD bool isContradicted(const FrameSensing& sensing, const Voxel& voxel,
 /// Whether a frame contradicts a voxel that it judges.
 DTSDF_HD bool isContradicted(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                              const Voxel* voxels, int index, int direction, bool is_covered) {
-  const JudgedPlace judged = judgedPlace(voxels[index], index, is_covered);
-  const Vec3f place =
-      footOf(judged.origin, judged.sdf, slopeAt(voxels, index), facingOf(direction));
+  const Vec3f place = placeOf(voxels, index, direction, is_covered);
   return isContradicted(sensing, voxels[index],
                         projectToImage(sensing.image.frame, first_voxel_L + place));
 }

@@ -38,7 +38,11 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     entry.array[array] = 0;
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const bool is_empty = random() % 3 == 0;
-      voxels[i] = is_empty ? Voxel{0, kNoAnchor, 0} : makeVoxel(sdf(random), 1 << 16, 20);
+      voxels[i] = is_empty ? makeVoxel(0.0f, 0, -static_cast<int>(random() % 25))
+                           : makeVoxel(sdf(random), 1 << 16, 20);
+      if (!is_empty && random() % 2) {
+        voxels[i].anchor = packAnchor({0.5f * sdf(random), 0.5f * sdf(random), 0.25f}, 0.5f);
+      }
       sums.voxel[array][i] = {0, random() % 3 == 0 ? 1 << 20 : 0, 0, 0};
     }
     const bool has_sums = round % 2 == 0;
@@ -48,10 +52,13 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     clearBlock(look, entry, sensing, rules, store);
     const Vec3f first = toFloat(firstVoxelOfBlock(look.block_L));
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      const bool is_supported = has_sums && sums.voxel[array][i].weight != 0;
+      const bool is_covered = has_sums && sums.voxel[array][i].weight != 0;
       const bool expected =
-          !is_supported && isContradicted(sensing, first, before.data(), i, direction);
-      ASSERT_EQ(voxels[i].state != before[i].state, expected) << round << " " << i;
+          isJudged(before[i], is_covered, rules) &&
+          isContradicted(sensing, first, before.data(), i, direction, is_covered);
+      const Voxel after =
+          expected ? contradictedVoxel(before[i], 1, is_covered, rules) : before[i];
+      ASSERT_EQ(voxels[i].state, after.state) << round << " " << i;
       ++(expected ? contradicted : kept);
     }
   }

@@ -6,7 +6,8 @@
 namespace dtsdf {
 namespace {
 
-const FusionRules kRules;  // 3 for support, 2 against it, 24 at most
+const FusionRules kRules;  // 3 for support, 2 against it, 24 at most, for and against
+constexpr bool kCovered = true, kUncovered = false;
 
 TEST(Evidence, IsAFrameCounterThatSaturates) {
   int32_t evidence = 0;
@@ -21,34 +22,61 @@ TEST(Evidence, IsAFrameCounterThatSaturates) {
 TEST(Evidence, GainAndLimitAreRules) {
   FusionRules rules;
   rules.support_gain = 5;
-  rules.most_evidence = 255;
+  rules.most_evidence = 127;
   EXPECT_EQ(supportedEvidence(7, rules), 12);
-  EXPECT_EQ(supportedEvidence(252, rules), 255);
+  EXPECT_EQ(supportedEvidence(124, rules), 127);
 }
 
 TEST(Evidence, AContradictionCostsEvidenceOnly) {
-  const Voxel after = contradictedVoxel(makeVoxel(-0.75f, 12345, 9), 1, kRules);
+  const Voxel after = contradictedVoxel(makeVoxel(-0.75f, 12345, 9), 1, kUncovered, kRules);
   EXPECT_EQ(evidenceOf(after), 7);
   EXPECT_EQ(weightUnits(after), 12345u);
   EXPECT_EQ(sdfOf(after), -0.75f);
   FusionRules dear;
   dear.contradiction_cost = 4;
-  EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 9), 1, dear)), 5);
+  EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 9), 1, kUncovered, dear)), 5);
 }
 
 /// A look that counts for eight frames costs as much as eight looks.
 TEST(Evidence, ALookInTurnCountsForAllItsFrames) {
-  EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 8, kRules)), 8);
+  EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 8, kUncovered, kRules)), 8);
 }
 
 /// Nothing is left of a voxel without evidence: neither distance nor weight mixes with what comes.
 TEST(Evidence, WithoutItTheVoxelIsEmpty) {
   for (const int32_t evidence : {0, 1, 2}) {
-    const Voxel voxel = contradictedVoxel(makeVoxel(-0.75f, 12345, evidence), 1, kRules);
+    const Voxel voxel = contradictedVoxel(makeVoxel(-0.75f, 12345, evidence), 1, kUncovered, kRules);
     EXPECT_TRUE(isEmpty(voxel)) << evidence;
     EXPECT_EQ(sdfOf(voxel), 0.0f);
   }
-  EXPECT_FALSE(isEmpty(contradictedVoxel(makeVoxel(-0.75f, 12345, 3), 1, kRules)));
+  EXPECT_FALSE(isEmpty(contradictedVoxel(makeVoxel(-0.75f, 12345, 3), 1, kUncovered, kRules)));
+}
+
+/// A frame that covers the voxel, but looks through its anchor, takes back its support as well.
+TEST(Evidence, ACoveredContradictionTakesBackTheSupport) {
+  EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 1, kCovered, kRules)), 19);
+  EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 3), 1, kCovered, kRules)), -2);
+}
+
+/// Below zero it is evidence of free space, which stays where the distance goes.
+TEST(Evidence, OfFreeSpaceIsCountedAndSaturates) {
+  Voxel voxel = contradictedVoxel(makeVoxel(-0.75f, 12345, 1), 1, kUncovered, kRules);
+  EXPECT_TRUE(isEmpty(voxel));
+  EXPECT_EQ(evidenceOf(voxel), -1);
+  for (int frame = 0; frame < 11; ++frame) voxel = contradictedVoxel(voxel, 1, kUncovered, kRules);
+  EXPECT_EQ(evidenceOf(voxel), -23);
+  for (int frame = 0; frame < 100; ++frame) voxel = contradictedVoxel(voxel, 4, kUncovered, kRules);
+  EXPECT_EQ(evidenceOf(voxel), -24);
+}
+
+/// However long a place was free: nine frames of support, and there is a surface again.
+TEST(Evidence, WhatAppearsIsThereAfterTenFrames) {
+  int32_t evidence = -24;
+  int frames = 0;
+  for (; evidence < leastEvidence(2, 1000, kRules); ++frames) {
+    evidence = supportedEvidence(evidence, kRules);
+  }
+  EXPECT_EQ(frames, 10);
 }
 
 /// However long it was seen: the most evidence is gone after twelve frames.
@@ -59,7 +87,7 @@ TEST(Evidence, WhatIsTakenAwayIsGoneAfterTwelveFrames) {
                       supportedEvidence(evidenceOf(voxel), kRules));
   }
   int frames = 0;
-  for (; !isEmpty(voxel); ++frames) voxel = contradictedVoxel(voxel, 1, kRules);
+  for (; !isEmpty(voxel); ++frames) voxel = contradictedVoxel(voxel, 1, kUncovered, kRules);
   EXPECT_EQ(frames, 12);
 }
 
@@ -70,7 +98,7 @@ TEST(Evidence, WhatIsSeenThroughMoreOftenThanNotGoes) {
     int frame = 0;
     for (; frame < 300 && !isEmpty(voxel); ++frame) {
       voxel = frame % 3 < through_of_three
-                  ? contradictedVoxel(voxel, 1, kRules)
+                  ? contradictedVoxel(voxel, 1, kUncovered, kRules)
                   : makeVoxel(0.0f, 1, supportedEvidence(evidenceOf(voxel), kRules));
     }
     return frame;
@@ -80,7 +108,7 @@ TEST(Evidence, WhatIsSeenThroughMoreOftenThanNotGoes) {
   int32_t evidence = 24;
   for (int frame = 0; frame < 300; ++frame) {
     evidence = frame % 2 ? supportedEvidence(evidence, kRules)
-                         : evidenceOf(contradictedVoxel(makeVoxel(0.0f, 1, evidence), 1, kRules));
+                         : evidenceOf(contradictedVoxel(makeVoxel(0.0f, 1, evidence), 1, kUncovered, kRules));
   }
   EXPECT_GT(evidence, 12);
 }

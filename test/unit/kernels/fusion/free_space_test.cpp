@@ -133,6 +133,8 @@ TEST(FreeDepth, MarginAndNoiseAreRules) {
   EXPECT_NEAR(freeDepth(sensing, {0, 0}, fusion), 2.0f - 0.08f, 1e-5f);
 }
 
+const Voxel kEmpty = makeVoxel(0.0f, 0, 0);
+
 /// The voxels of one block and direction.
 struct Array {
   Voxel voxel[kVoxelsPerBlock] = {};
@@ -145,7 +147,7 @@ struct Array {
   void set(int index, float sdf) { voxel[index] = makeVoxel(sdf, 1 << 16, 3); }
   Voxel& operator()(int x, int y, int z) { return voxel[voxelIndex(x, y, z)]; }
   Vec3f foot(int x, int y, int z, int direction) const {
-    return footOf(voxel, voxelIndex(x, y, z), direction);
+    return placeOf(voxel, voxelIndex(x, y, z), direction, false);
   }
 };
 
@@ -178,7 +180,7 @@ TEST(Foot, OfRandomPlanes) {
     for (int k = 0; k < directions.count; ++k) {
       for (int i = 0; i < kVoxelsPerBlock; i += 7) {
         if (std::abs(sdfOf(array.voxel[i])) > kFarthest) continue;
-        const Vec3f foot = footOf(array.voxel, i, directions.direction[k]);
+        const Vec3f foot = placeOf(array.voxel, i, directions.direction[k], false);
         expectNear(foot, Array::at(i) - sdfOf(array.voxel[i]) * n);
       }
     }
@@ -235,7 +237,7 @@ TEST(Foot, OfAnyDirection) {
     const Array array([&](const Vec3f& p) { return dot(n, p) - 2.25; });
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       if (std::abs(sdfOf(array.voxel[i])) > kFarthest) continue;
-      expectNear(footOf(array.voxel, i, kAnyDirection), Array::at(i) - sdfOf(array.voxel[i]) * n);
+      expectNear(placeOf(array.voxel, i, kAnyDirection, false), Array::at(i) - sdfOf(array.voxel[i]) * n);
     }
   }
   Array lonely;
@@ -246,12 +248,15 @@ TEST(Foot, OfAnyDirection) {
 /// 9 x 9 pixels, all of which see 2 m; a point straight ahead at 1 m falls on the middle one.
 class SeesThrough : public testing::Test {
  protected:
-  bool sees(const Vec3f& p_L) const {
-    const FrameView frame = frontalFrame(9, 9, {10.0f, 10.0f, 4.0f, 4.0f}, 0.1f);
-    return seesThrough({{frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, free_.data()}, p_L);
+  bool sees(const Vec3f& p_L, const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
+    const FrameView frame = frontalFrame(9, 9, {10.0f, 10.0f, 4.0f, 4.0f}, kVoxel);
+    const FrameSensing sensing{
+        {frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, free_.data()};
+    return isContradicted(sensing, voxel, projectToImage(frame, p_L));
   }
   float& at(int u, int v) { return free_[static_cast<size_t>(9 * v + u)]; }
 
+  static constexpr float kVoxel = 0.1f;
   std::vector<float> free_ = std::vector<float>(81, 2.0f);
   const Vec3f ahead_{0, 0, 10};
 };
@@ -273,6 +278,23 @@ TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
       EXPECT_EQ(sees(ahead_), std::abs(u - 4) > 1 || std::abs(v - 4) > 1) << u << ", " << v;
     }
     at(u, v) = 2.0f;
+  }
+}
+
+/// A voxel is 3 pixels wide at a third of a metre, and one beyond a metre: an empty one wants all of
+/// its cells seen through.
+TEST_F(SeesThrough, AllCellsOfAnEmptyVoxel) {
+  const auto seesOnlyBut = [&](const Vec3f& p_L, int u, int v) {
+    free_.assign(81, 2.0f);
+    at(u, v) = 0.1f;
+    return sees(p_L, kEmpty);
+  };
+  const Vec3f near{0, 0, 10.0f / 3.01f};
+  for (int u = 0; u < 9; ++u) {
+    EXPECT_EQ(seesOnlyBut(near, u, 4), u != 1 && u != 4 && u != 7) << u;
+    EXPECT_EQ(seesOnlyBut(near, 4, u), u != 1 && u != 4 && u != 7) << u;
+    EXPECT_EQ(seesOnlyBut(ahead_, u, 4), u < 3 || u > 5) << u;
+    EXPECT_EQ(seesOnlyBut({0, 0, 15}, u, 4), u < 3 || u > 5) << u;
   }
 }
 
@@ -313,7 +335,7 @@ constexpr int kZMinus = 5;
 size_t contradicted(const FreeSpaceImage& image, const Array& array) {
   size_t count = 0;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    count += isContradicted(image.sensing(), {0, 0, 48}, array.voxel, i, kZMinus);
+    count += isContradicted(image.sensing(), {0, 0, 48}, array.voxel, i, kZMinus, false);
   }
   return count;
 }
@@ -336,8 +358,40 @@ TEST(IsContradicted, KeepsAwayFromNoise) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.056), 0.005f), kWall), 512u);
 }
 
-TEST(IsContradicted, NotWhereNothingIs) {
-  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 0u);
+/// Empty voxels are their own feet: those before 1.04 m, less a margin, are seen past. The block
+/// begins at 0.96 m, and its fourth layer is at 1.02 m.
+TEST(IsContradicted, EmptyVoxelsWhereTheyAre) {
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 512u);
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 3u * 64u);
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.9)), Array()), 0u);
+}
+
+/// A frame that covers a voxel judges it by its anchor.
+TEST(IsContradicted, CoveredVoxelsByTheirAnchors) {
+  Array wall = kWall;
+  Voxel& voxel = wall(3, 3, 3);
+  voxel.anchor = packAnchor({0.0f, 0.0f, 1.5f}, 0.5f);  // at 52.5 voxels, 1.05 m
+  const auto isAt = [&](double wall_m, bool is_covered) {
+    return isContradicted(FreeSpaceImage(plane(0, 0, 1, wall_m)).sensing(), {0, 0, 48}, wall.voxel,
+                          voxelIndex(3, 3, 3), kZMinus, is_covered);
+  };
+  EXPECT_TRUE(isAt(1.05, false));  // the foot is at 1.024 m
+  EXPECT_FALSE(isAt(1.05, true));
+  EXPECT_TRUE(isAt(1.08, true));
+}
+
+/// What a frame cannot change it does not judge.
+TEST(IsJudged, WhatItMayChange) {
+  const FusionRules rules;
+  Voxel known = makeVoxel(0.5f, 1 << 16, 3);
+  EXPECT_TRUE(isJudged(known, false, rules));
+  EXPECT_FALSE(isJudged(known, true, rules));  // has no anchor
+  known.anchor = packAnchor({0.25f, 0.0f, 0.0f}, 0.5f);
+  EXPECT_TRUE(isJudged(known, true, rules));
+  EXPECT_TRUE(isJudged(kEmpty, false, rules));
+  EXPECT_FALSE(isJudged(kEmpty, true, rules));
+  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), false, rules));
+  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), false, rules));
 }
 
 /// A rod three pixels wide before a wall: its voxels reach over its outline, but their feet on the
@@ -348,7 +402,8 @@ TEST(IsContradicted, NotBesideSomethingThin) {
   // The rod's face at 50 voxels is 1.7 to 3.3 voxels right of the middle, 2 pixels a voxel.
   const Array face([](const Vec3f& p) { return 2.0 - p.z; });
   const auto seen = [&](int x) {
-    return isContradicted(image.sensing(), {0, 0, 48}, face.voxel, voxelIndex(x, 0, 4), kZMinus);
+    return isContradicted(image.sensing(), {0, 0, 48}, face.voxel, voxelIndex(x, 0, 4), kZMinus,
+                          false);
   };
   EXPECT_FALSE(seen(2));
   EXPECT_FALSE(seen(3));

@@ -290,8 +290,8 @@ std::string toJson(const SpaceFigures& figures, const std::optional<ComparedDist
                          {"truly_free", figures.truly_free},
                          {"found_free", figures.found_free}};
   if (compared) {
-    json["told"] = toJsonValue(compared->told);
-    json["map_at_told"] = toJsonValue(compared->map);
+    json["compared"] = toJsonValue(compared->told);
+    json["map_at_compared"] = toJsonValue(compared->map);
   }
   return json.dump(2) + "\n";
 }

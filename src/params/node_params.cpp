@@ -24,16 +24,16 @@ bool isNamespace(const std::string& name) {
 void checkCameras(const NodeParams& node, ParamReader& reader) {
   for (const std::string& name : node.cameras) {
     if (isNamespace(name)) continue;
-    reader.addViolation("cameras", "'" + name + "' is no namespace; it has to begin with a letter, "
-                                   "and may have letters, digits, _ and / in it");
+    reader.addViolation("cameras", "'" + name + "' is not a namespace; use letters, digits, _ and "
+                                                "/, starting with a letter");
   }
   if (std::set<std::string>(node.cameras.begin(), node.cameras.end()).size() <
       node.cameras.size()) {
-    reader.addViolation("cameras", "must all be different");
+    reader.addViolation("cameras", "must be different");
   }
   if (node.cameras.size() > 1 && !node.input.camera_frame.empty()) {
-    reader.addViolation("input/camera_frame", "is for one camera; with several, the frames are "
-                                              "those of their images");
+    reader.addViolation("input/camera_frame", "is for a single camera; several cameras use the "
+                                              "frames of their images");
   }
 }
 

@@ -251,7 +251,7 @@ std::vector<ToldDistance> readDistances(const std::string& path) {
     told.push_back({Vector3d(values[0], values[1], values[2]), values[3]});
   }
   if (told.empty() || file.gcount() != 0) {
-    throw std::runtime_error(path + ": has to hold four 32-bit floats for each distance");
+    throw std::runtime_error(path + ": must have four 32-bit floats per distance");
   }
   return told;
 }

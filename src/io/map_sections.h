@@ -175,8 +175,8 @@ class MapFile {
     version_ = ByteReader(headers_.data() + magic_bytes).take<uint32_t>();
     if (version_ > kVersion) {
       throw std::runtime_error("the map file '" + path_ + "' has version " +
-                               std::to_string(version_) + " of the format; this program reads up "
-                                                          "to " + std::to_string(kVersion) + "; use a newer program");
+                               std::to_string(version_) + " of the format; this program reads " +
+                               "up to " + std::to_string(kVersion) + "; use a newer program");
     }
     if (version_ == 0) throwDamaged("version 0 of the format does not exist");
   }

@@ -80,7 +80,7 @@ void addFuseOptions(CommandLine& line, FuseOptions& options) {
 }
 
 void addMergeOptions(CommandLine& line, MergeRequest& request) {
-  line.add({"--mesh", "OUT.ply", "mesh of map file of the whole map"}, [&](const std::string& value) {
+  line.add({"--mesh", "OUT.ply", "mesh of the whole map"}, [&](const std::string& value) {
     if (meshFormatOf(value) != MeshFormat::kPly) {
       throw UsageError("'" + value + "' does not end in .ply; map_tool mesh writes other formats "
                                      "of maps that fit into memory");

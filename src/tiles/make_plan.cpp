@@ -33,8 +33,7 @@ double secondsSince(Clock::time_point start) {
 void checkSettings(const MapperParams& params) {
   if (params.map.keep_radius_m > 0.0f) {
     throw std::runtime_error(
-        "map/keep_radius_m drops the farthest blocks of map file of the whole map, which a tile "
-        "does not know; leave it at 0 for a map in tiles");
+        "map/keep_radius_m depends on the whole map, so tiles cannot apply it; leave it at 0");
   }
 }
 

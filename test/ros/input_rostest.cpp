@@ -371,7 +371,7 @@ TEST_F(Input, SilenceIsWarnedOfThenAnErrorThenOver) {
   expectGoodFrameFused();
   const auto level = [&] { return status_.status().level; };
   const auto isSilent = [&] {
-    return status_.status().message.find("no depth image comes on '/camera/depth/image_rect'") !=
+    return status_.status().message.find("no depth image is received on '/camera/depth/image_rect'") !=
            std::string::npos;
   };
   EXPECT_TRUE(waitUntil([&] {

@@ -47,7 +47,7 @@ SaveChoice readSaveChoice(const dtsdf_mapping::SaveMesh::Request& request,
   if (choice.region) choice.region->T_W_B = T_W_F * choice.region->T_W_B;
   choice.simplify_error_m = request.simplify_error_m;
   if (!(choice.simplify_error_m >= 0.0) || std::isinf(choice.simplify_error_m)) {
-    throw std::runtime_error("simplify_error_m has to be a number of metres, or 0");
+    throw std::runtime_error("simplify_error_m must be a number of metres, or 0");
   }
   return choice;
 }
@@ -262,8 +262,8 @@ std::optional<Eigen::Vector3d> MappingNode::keepCenterAt(const ros::Time& stamp)
     if (answer.kind == PoseAnswer::Kind::kKnown) return answer.T_W_C.translation();
     if (!time.isZero()) continue;
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
-                                   "map/keep_radius_m is round the camera, as map/keep_frame is "
-                                   "not known: " << answer.text);
+                                   "map/keep_radius_m is centred on the camera, because "
+                                   "map/keep_frame is not known: " << answer.text);
   }
   return std::nullopt;
 }

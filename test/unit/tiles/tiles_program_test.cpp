@@ -235,7 +235,7 @@ TEST_F(TilesProgram, TellsOfImagesThatHaveChanged) {
     std::filesystem::copy(copy / "depth/5.png", copy / ("depth/" + std::to_string(i) + ".png"),
                           std::filesystem::copy_options::overwrite_existing);
   }
-  expectError("fuse " + folder() + " 0", "is not the one that was planned with");
+  expectError("fuse " + folder() + " 0", "has changed since the plan was made");
 }
 
 /// Waves of colour, other ones at each place.

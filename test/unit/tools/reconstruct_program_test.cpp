@@ -54,8 +54,8 @@ class ReconstructProgram : public testing::Test {
 TEST_F(ReconstructProgram, TellsWhatLeavesTheMeshEmpty) {
   expectError("--tum " + tum_.path() + " --frames 0:5:5 --set backend=cpu --mesh " +
                   (out_ / "mesh.ply"),
-              1, "2 frames were fused, but no place has the support of 2 of them, as "
-              "mesh/min_support asks");
+              1, "2 frames were fused, but no surface was seen by 2 of them, as "
+              "mesh/min_support requires");
 }
 
 TEST_F(ReconstructProgram, SavesMeshAndReport) {
@@ -88,7 +88,7 @@ TEST_F(ReconstructProgram, GuessesWhatTheInputIs) {
                              "pose; median depth 0.6 m, 100 % of the pixels measured\n"), 0u)
       << outcome.out;
   EXPECT_TRUE(readBytes(out_ / "guessed.ply") == mesh);
-  expectError(out_.path() + to_mesh, 1, "no recording of a known layout");
+  expectError(out_.path() + to_mesh, 1, "is not a recording in a known format");
   expectError(tum_.path() + to_mesh + " --depth-topic /d", 2, "is read as tum");
 }
 

@@ -21,7 +21,7 @@ std::string joined(const std::vector<std::string>& names) {
 std::string parseFormat(const std::string& text) {
   const std::vector<std::string> names = formatNames();
   if (std::find(names.begin(), names.end(), text) == names.end()) {
-    throw UsageError("'" + text + "' is none of " + joined(names));
+    throw UsageError("'" + text + "' is not one of " + joined(names));
   }
   return text;
 }

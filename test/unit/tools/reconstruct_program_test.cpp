@@ -147,7 +147,7 @@ TEST_F(ReconstructProgram, MapToolTellsAndMeshesWhatWasSaved) {
   const Outcome info = run("info " + file + " --settings --verify", DTSDF_MAP_TOOL);
   EXPECT_EQ(info.exit_code, 0) << info.err;
   for (const char* text : {"0.03 m", "directional, normal_ray_casting", "'hall'", "content hash",
-                           "VOXL", "mesh/min_support: 1", "every checksum fits"}) {
+                           "VOXL", "mesh/min_support: 1", "all checksums match"}) {
     EXPECT_NE(info.out.find(text), std::string::npos) << text << " is not in\n" << info.out;
   }
   const std::string arguments = "mesh " + file + " " + (out_ / "tool.ply") + " --set backend=cpu";

@@ -29,7 +29,8 @@ PATTERNS = [(re.compile(pattern.replace(" ", r"\s+"), re.IGNORECASE), instead)
 
 PAGES = ("README.md", "SECURITY.md", "docs/*.md")
 TEXTS = ("msg/*", "srv/*", "cfg/*", "config/*.yaml", "launch/*.launch")
-CODE = ("src/**/*.h", "src/**/*.cpp", "include/**/*.h", "examples/*.cpp")
+CODE = ("src/**/*.h", "src/**/*.cpp", "lab/**/*.h", "lab/**/*.cpp", "include/**/*.h",
+        "examples/*.cpp")
 # Rules and loops of a backend print nothing; the page on the method has its own words.
 LEFT_OUT = ("src/kernels/", "src/cpu/", "docs/method.md")
 

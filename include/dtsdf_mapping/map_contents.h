@@ -1,4 +1,4 @@
-/// A whole map outside of a mapper: what a map file holds, and what another mapper goes on from.
+/// A whole map outside of a mapper: what a map file holds, and what another mapper resumes from.
 #pragma once
 
 #include <array>
@@ -64,7 +64,7 @@ struct MapSize {
 };
 
 /// Everything that the map's later bytes depend on. Equal maps have equal contents, whatever the
-/// backend, and a mapper that is made from contents goes on as the one that they are from would
+/// backend, and a mapper that is made from contents continues as the one that they are from would
 /// have, byte for byte, with equal settings and below the budget of memory.
 struct MapContents {
   /// The mapper's settings (but for backend, threads, budget and colour of the mesh) and the
@@ -112,11 +112,11 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 /// @throws std::runtime_error if it is of another one.
 void checkFrame(const MapContents& contents, const std::string& map_frame);
 
-/// The least map/max_memory_mb with which a mapper of these settings can go on from the contents.
+/// The least map/max_memory_mb with which a mapper of these settings can resume from the contents.
 int leastMemoryMb(const MapContents& contents, MapperParams params);
 
-/// Whether a mapper of these settings can go on from the contents. With space/enabled it takes over
-/// what was seen free, which is of cells of one size.
+/// Whether a mapper of these settings can resume from the contents. With space/enabled it takes over
+/// the free cells, which have one size.
 /// @throws std::runtime_error with the first of those settings that differs, or where the map is
 /// larger than map/max_memory_mb, or for another space/cell_voxels.
 void checkFits(const MapContents& contents, const MapperParams& params);

@@ -27,8 +27,8 @@ PassPlateOptions readOptions(const std::vector<std::string>& arguments) {
   PassPlateOptions options;
   CommandLine line("pass_plate", "[options]",
                    "Maps a closed corridor with a thin plate across its middle, seen from both "
-                   "ends, and searches a path through it by A*: over free cells farther from all "
-                   "surfaces than a robot's radius, and over free columns of the ground grid "
+                   "ends, and searches for a path through it by A*: over free cells farther from "
+                   "all surfaces than a robot's radius, and over free columns of the ground grid "
                    "farther than that from all occupied ones. Prints both paths, or \"no way\", "
                    "and how many surface cells lie on the straight line from start to goal.",
                    kExitCodes);

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Finds wording that readers stumble over, in pages and in what programs print: check_words.py ROOT.
 
-Looks at the pages beside docs/results, the texts of messages, services, settings and launch files, and
-the string literals of the code. CONTRIBUTING.md has the rule, and so quotes what is not to be written.
+Looks at the pages beside docs/results, the texts of messages, services, settings, launch files and public
+headers, and the string literals of the code. CONTRIBUTING.md has the rule, and so quotes what is not to be written.
 """
 import pathlib
 import re
@@ -20,7 +20,7 @@ WORDS = [
     (r"\bleads? out of\b", "is outside"),
     (r"\bbound of the (rate|mesh)\b", "maximum"),
     (r"\bis none of\b", "is not"),
-    (r"(?<!there) is no (?!longer|more|less|such)", "is not a"),
+    (r"(?<!there) is no (?!longer|more|less|such|measurement)", "is not a"),
     (r"\bhas to be\b", "must be"),
 ]
 # Sentences run on over lines.
@@ -28,9 +28,8 @@ PATTERNS = [(re.compile(pattern.replace(" ", r"\s+"), re.IGNORECASE), instead)
             for pattern, instead in WORDS]
 
 PAGES = ("README.md", "SECURITY.md", "docs/*.md")
-TEXTS = ("msg/*", "srv/*", "cfg/*", "config/*.yaml", "launch/*.launch")
-CODE = ("src/**/*.h", "src/**/*.cpp", "lab/**/*.h", "lab/**/*.cpp", "include/**/*.h",
-        "examples/*.cpp")
+TEXTS = ("msg/*", "srv/*", "cfg/*", "config/*.yaml", "launch/*.launch", "include/**/*.h")
+CODE = ("src/**/*.h", "src/**/*.cpp", "lab/**/*.h", "lab/**/*.cpp", "examples/*.cpp")
 # Rules and loops of a backend print nothing; the page on the method has its own words.
 LEFT_OUT = ("src/kernels/", "src/cpu/", "docs/method.md")
 

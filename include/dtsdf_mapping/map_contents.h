@@ -115,8 +115,8 @@ void checkFrame(const MapContents& contents, const std::string& map_frame);
 /// The least map/max_memory_mb with which a mapper of these settings can resume from the contents.
 int leastMemoryMb(const MapContents& contents, MapperParams params);
 
-/// Whether a mapper of these settings can resume from the contents. With space/enabled it takes over
-/// the free cells, which have one size.
+/// Whether a mapper of these settings can resume from the contents. With space/enabled it takes
+/// over the free cells, which have one size.
 /// @throws std::runtime_error with the first of those settings that differs, or where the map is
 /// larger than map/max_memory_mb, or for another space/cell_voxels.
 void checkFits(const MapContents& contents, const MapperParams& params);

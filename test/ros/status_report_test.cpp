@@ -45,7 +45,7 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
   EXPECT_TRUE(says(makeStatus(input), "encoding 'bgr8'"));
 
   depth.frames.fused = 1;
-  EXPECT_TRUE(says(makeStatus(input), "nobody listens"));
+  EXPECT_TRUE(says(makeStatus(input), "nobody subscribes"));
   input.mesh_listeners = 1;
   EXPECT_TRUE(says(makeStatus(input), "no triangles yet"));
   input.output.triangles = 1;
@@ -71,7 +71,7 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
                    "raise map/max_memory_mb or set map/keep_radius_m"));
   input.map.stats.refused_blocks = 0;
   input.map.stats.refused_cubes = 3;
-  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "what is free"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "memory for free space"));
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
                    "raise map/max_memory_mb or space/cell_voxels"));
   EXPECT_EQ(makeStatus(input).refused_cubes, 3u);
@@ -103,7 +103,7 @@ TEST(StatusReport, ReportsDropsThoughMostFramesAreFused) {
   EXPECT_EQ(statusAfter(300, DropReason::kQueueFull, 3).message, "mapping");
   MapStatus status = statusAfter(237, DropReason::kQueueFull, 63);
   EXPECT_EQ(status.level, MapStatus::WARN);
-  EXPECT_TRUE(says(status, "% of the depth images were dropped lately, most as queue_full: take "
+  EXPECT_TRUE(says(status, "% of the depth images were dropped lately, most as queue_full: use "
                            "larger voxels"))
       << status.message;
   EXPECT_EQ(statusAfter(300, DropReason::kPaused, 1000).level, MapStatus::WARN) << "still lately";

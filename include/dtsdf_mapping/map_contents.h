@@ -1,10 +1,12 @@
 /// A whole map outside of a mapper: what a map file holds, and what another mapper resumes from.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -70,7 +72,9 @@ struct MapContents {
   /// The mapper's settings (but for backend, threads, budget and colour of the mesh) and the
   /// numbers of its rules (rules/...).
   ParamTree settings;
-  std::string map_frame;           ///< Name of the map frame W; empty where it has none.
+  std::string map_frame;           ///< Name of the frame that poses are of; empty: it has none.
+  /// Where W, the frame of the map, is another one, since it was levelled: that of poses in it.
+  std::optional<Eigen::Isometry3d> T_W_M;
   double stamp_s = 0.0;            ///< Of the newest frame fused, in seconds; 0: not known.
   uint64_t frames = 0;             ///< Depth frames that were fused.
   uint64_t supporting_frames = 0;  ///< Those of them that did not only clear.
@@ -111,6 +115,10 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 /// Whether the map is one of this map frame; a name that is empty is not known, and fits.
 /// @throws std::runtime_error if it is of another one.
 void checkFrame(const MapContents& contents, const std::string& map_frame);
+
+/// Whether a run that levels its map, or one that does not, can resume from the contents; both can
+/// from those without frames. @throws std::runtime_error if it does not, with what to do.
+void checkLevel(const MapContents& contents, bool is_levelled);
 
 /// The least map/max_memory_mb with which a mapper of these settings can resume from the contents.
 int leastMemoryMb(const MapContents& contents, MapperParams params);

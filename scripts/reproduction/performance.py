@@ -101,8 +101,7 @@ class Performance:
                 "must move come to). copy, admit and hand_out are times of the host."),
                 self._stages(self.cuda)),
             self._section("What a stage has to do", (
-                "Median KiB that must move, thousands of operations, and the time that the bytes "
-                "take at full bandwidth."), self._work(self.cuda)),
+                "Median KiB that must move, and the time that they take at full bandwidth."), self._work(self.cuda)),
             self._section("Kernels", self._kernel_text(), self._kernels()),
             self._flight(),
             self._section("On the CPU", (
@@ -191,7 +190,7 @@ class Performance:
             for result in results.values():
                 stage = self._stage(result, name)
                 row.append("–" if not stage else f"{stage['bytes'] / 1024:.0f} / "
-                           f"{stage['operations'] / 1e3:.0f} / {stage['floor_ms']:.4f}")
+                           f"{stage['floor_ms']:.4f}")
             rows.append(row)
         return markdown_table(["stage", *self._columns(results)], rows) if rows else ""
 
@@ -203,18 +202,17 @@ class Performance:
         return (f"{self.gpu['name']}, compute capability {capability:.1f}; copies measured at "
                 f"{rates['memory']:.0f} GB/s (device memory, read and written), "
                 f"{rates['upload']:.0f} and {rates['download']:.0f} GB/s (bus). Blocks of "
-                "256 threads. The last column is what these registers and this shared memory come "
-                "to on compute capability 7.5 (1024 threads, 64 KiB of shared memory).")
+                "256 threads.")
 
     def _kernels(self):
         if not self.gpu:
             return ""
         rows = [[f"`{kernel['name']}`", kernel["registers"], kernel["shared_bytes"],
                  kernel["local_bytes"], kernel["blocks_per_processor"],
-                 f"{kernel['occupancy']:.0%}", f"{kernel['occupancy_on_7_5']:.0%}"]
+                 f"{kernel['occupancy']:.0%}"]
                 for kernel in self.gpu["kernels"]]
         header = ["kernel", "registers", "shared bytes", "local bytes",
-                  "blocks per multiprocessor", "occupancy", "on 7.5"]
+                  "blocks per multiprocessor", "occupancy"]
         return markdown_table(header, rows)
 
     def _flight(self):

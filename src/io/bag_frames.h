@@ -29,6 +29,7 @@ struct BagOptions {
   FrameSelection selection;
   std::string colour_topic;       ///< Empty: the bag's only topic with images in colour.
   std::string colour_info_topic;  ///< Empty: camera_info beside the colour topic.
+  std::string imu_topic;          ///< Empty: the bag's only topic of type sensor_msgs/Imu.
   std::shared_ptr<const std::vector<size_t>> listed_colours;  ///< As of RecordingOptions.
 };
 
@@ -40,5 +41,10 @@ std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options);
 /// frame at its own stamp; null if there are none, or of several cameras, and no topic is named.
 /// @throws std::runtime_error if the bag cannot be read or lacks the topic that is named.
 std::unique_ptr<ColourSource> openBagColours(const BagOptions& options);
+
+/// Up in the map frame, a unit vector, by the first second in which the bag's inertial sensor is
+/// still and has a transform to the map frame.
+/// @throws std::runtime_error if there is none, or there are several sensors and none is named.
+Eigen::Vector3d findUpInBag(const BagOptions& options);
 
 }  // namespace dtsdf

@@ -16,13 +16,13 @@ using nlohmann::json;
 // Names of the specification.
 constexpr uint32_t kGlbMagic = 0x46546c67, kGlbVersion = 2;              // "glTF"
 constexpr uint32_t kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;  // "JSON", "BIN"
-constexpr int kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
+constexpr int kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 
-// Of a vertex: position and normal as floats, colour as 16 bits a channel, since 8 bits of linear
-// light are too few for what is dark; of a triangle: indices.
-constexpr uint64_t kVectorBytes = 12, kColourBytes = 8, kTriangleBytes = 12;
+// Of a vertex: position, normal and colour as floats. 8 bits of linear light are too few for what
+// is dark, and of 16 bits, trimesh takes the lower 8. Of a triangle: indices.
+constexpr uint64_t kVectorBytes = 12, kTriangleBytes = 12;
 constexpr uint64_t kMostJsonBytes = 4096;
 
 struct Bounds {
@@ -89,12 +89,11 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
   const Bounds bounds = boxOf(mesh, origin);
   positions["min"] = toJson(bounds.low);
   positions["max"] = toJson(bounds.high);
-  json colours = accessorOf(2, vertices, kUnsignedShort, "VEC4");
-  colours["normalized"] = true;
-  document["accessors"] = json::array({positions, accessorOf(1, vertices, kFloat, "VEC3"), colours,
+  document["accessors"] = json::array({positions, accessorOf(1, vertices, kFloat, "VEC3"),
+                                       accessorOf(2, vertices, kFloat, "VEC3"),
                                        accessorOf(3, 3 * triangles, kUnsignedInt, "SCALAR")});
   const std::array<uint64_t, 4> bytes = {kVectorBytes * vertices, kVectorBytes * vertices,
-                                         kColourBytes * vertices, kTriangleBytes * triangles};
+                                         kVectorBytes * vertices, kTriangleBytes * triangles};
   json views = json::array();
   uint64_t at = 0;
   for (size_t i = 0; i < bytes.size(); ++i) {
@@ -111,20 +110,27 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
   return text;
 }
 
-/// The light that an 8-bit value of sRGB stands for, in 16 bits.
-std::array<uint16_t, 256> linearLight() {
-  std::array<uint16_t, 256> table = {};
+/// glTF has normals of length 1 only; where there is none, up.
+Vec3f unitNormal(const Vec3f& n) {
+  const float length = norm(n);
+  if (std::abs(length - 1.0f) < 1e-4f) return n;
+  return length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 1.0f};
+}
+
+/// The light that an 8-bit value of sRGB stands for, of 1.
+std::array<float, 256> linearLight() {
+  std::array<float, 256> table = {};
   for (size_t i = 0; i < table.size(); ++i) {
     const double value = static_cast<double>(i) / 255.0;
     const double light =
         value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-    table[i] = static_cast<uint16_t>(std::lround(65535.0 * light));
+    table[i] = static_cast<float>(light);
   }
   return table;
 }
 
 uint64_t bufferBytes(uint64_t vertices, uint64_t triangles) {
-  return (2 * kVectorBytes + kColourBytes) * vertices + kTriangleBytes * triangles;
+  return 3 * kVectorBytes * vertices + kTriangleBytes * triangles;
 }
 
 }  // namespace
@@ -148,11 +154,10 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
   out.writeUint32(static_cast<uint32_t>(bytes));
   out.writeUint32(kBinChunk);
   for (const Vec3f& p : mesh.vertices_m) out.writeVector(p - origin);
-  for (const Vec3f& n : mesh.normals) out.writeVector(n);
-  const std::array<uint16_t, 256> light = linearLight();
+  for (const Vec3f& n : mesh.normals) out.writeVector(unitNormal(n));
+  const std::array<float, 256> light = linearLight();
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    for (const uint8_t channel : vertexColour(colour, mesh, i)) out.writeUint16(light[channel]);
-    out.writeUint16(0xffff);
+    for (const uint8_t channel : vertexColour(colour, mesh, i)) out.writeFloat(light[channel]);
   }
   for (const auto& triangle : mesh.triangles) {
     for (const uint32_t index : triangle) out.writeUint32(index);

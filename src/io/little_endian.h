@@ -1,14 +1,36 @@
 /// Numbers in files: in little-endian order, on any machine.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "io/atomic_file.h"
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
+
+/// The bytes of a number, the least first; floating-point ones as IEEE 754 has them.
+template <class Number>
+std::array<uint8_t, sizeof(Number)> littleEndianBytes(Number number) {
+  static_assert(std::is_integral_v<Number> || std::numeric_limits<Number>::is_iec559);
+  uint64_t bits = 0;
+  if constexpr (std::is_integral_v<Number>) {
+    bits = static_cast<uint64_t>(number);
+  } else if constexpr (sizeof(Number) == sizeof(uint32_t)) {
+    uint32_t word;
+    std::memcpy(&word, &number, sizeof(word));
+    bits = word;
+  } else {
+    std::memcpy(&bits, &number, sizeof(bits));
+  }
+  std::array<uint8_t, sizeof(Number)> bytes;
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(bits >> (8 * i));
+  return bytes;
+}
 
 /// `File` has write(data, bytes).
 template <class File>
@@ -17,21 +39,10 @@ class BasicLittleEndianWriter {
   explicit BasicLittleEndianWriter(File& file) : file_(file) {}
 
   void writeUint8(uint8_t value) { file_.write(&value, 1); }
-  void writeUint16(uint16_t value) { writeBytes<2>(value); }
-  void writeUint32(uint32_t value) { writeBytes<4>(value); }
-  void writeFloat(float value) {
-    static_assert(sizeof(float) == sizeof(uint32_t) && std::numeric_limits<float>::is_iec559);
-    uint32_t bits;
-    std::memcpy(&bits, &value, sizeof(bits));
-    writeUint32(bits);
-  }
-  void writeDouble(double value) {
-    static_assert(sizeof(double) == sizeof(uint64_t) && std::numeric_limits<double>::is_iec559);
-    uint64_t bits;
-    std::memcpy(&bits, &value, sizeof(bits));
-    writeUint32(static_cast<uint32_t>(bits));
-    writeUint32(static_cast<uint32_t>(bits >> 32));
-  }
+  void writeUint16(uint16_t value) { write(value); }
+  void writeUint32(uint32_t value) { write(value); }
+  void writeFloat(float value) { write(value); }
+  void writeDouble(double value) { write(value); }
   void writeVector(const Vec3f& v) {
     writeFloat(v.x);
     writeFloat(v.y);
@@ -39,11 +50,10 @@ class BasicLittleEndianWriter {
   }
 
  private:
-  template <int kBytes>
-  void writeBytes(uint32_t value) {
-    uint8_t bytes[kBytes];
-    for (int i = 0; i < kBytes; ++i) bytes[i] = static_cast<uint8_t>(value >> (8 * i));
-    file_.write(bytes, kBytes);
+  template <class Number>
+  void write(Number value) {
+    const auto bytes = littleEndianBytes(value);
+    file_.write(bytes.data(), bytes.size());
   }
 
   File& file_;

@@ -123,6 +123,23 @@ Bytes encodeState(const MapContents& contents, const MapSize& size) {
   return std::move(out.bytes);
 }
 
+Bytes encodeLevel(const Eigen::Isometry3d& T_W_M) {
+  ByteWriter out;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) out.putDouble(T_W_M.matrix()(row, column));
+  }
+  return std::move(out.bytes);
+}
+
+Eigen::Isometry3d decodeLevel(const Bytes& bytes) {
+  ByteReader in(bytes.data());
+  Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) T_W_M.matrix()(row, column) = in.takeDouble();
+  }
+  return T_W_M;
+}
+
 Bytes encodeBlocks(const std::vector<MapBlock>& blocks) {
   ByteWriter out;
   out.bytes.reserve(blocks.size() * kBlockBytes);

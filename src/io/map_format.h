@@ -12,6 +12,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/map_contents.h"
+#include "io/little_endian.h"
 #include "params/printable.h"
 
 namespace dtsdf {
@@ -25,7 +26,7 @@ constexpr size_t kSectionHeaderBytes = 40;
 /// Sections of this version, in the order of the file.
 constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kState[] = "STAT", kBlocks[] = "BLKS",
                kColourIndex[] = "COLI", kVoxels[] = "VOXL", kColours[] = "COLR", kFree[] = "FREE",
-               kEnd[] = "END ";
+               kLevel[] = "LEVL", kEnd[] = "END ";
 constexpr uint16_t kSectionVersion = 1;
 constexpr uint16_t kRequired = 1, kCompressed = 2;  // flags
 
@@ -43,6 +44,7 @@ constexpr uint64_t kMostCompression = 32768;
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 48, kBlockBytes = 16, kEndBytes = 32;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
+constexpr size_t kLevelBytes = 96;
 constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
 
 using Bytes = std::vector<uint8_t>;
@@ -54,21 +56,11 @@ class ByteWriter {
  public:
   template <class Number>
   void put(Number number) {
-    const auto bits = static_cast<uint64_t>(number);
-    for (size_t i = 0; i < sizeof(Number); ++i) {
-      bytes.push_back(static_cast<uint8_t>(bits >> (8 * i)));
-    }
+    const auto more = littleEndianBytes(number);
+    bytes.insert(bytes.end(), more.begin(), more.end());
   }
-  void putFloat(float number) {
-    uint32_t bits;
-    std::memcpy(&bits, &number, sizeof(bits));
-    put(bits);
-  }
-  void putDouble(double number) {
-    uint64_t bits;
-    std::memcpy(&bits, &number, sizeof(bits));
-    put(bits);
-  }
+  void putFloat(float number) { put(number); }
+  void putDouble(double number) { put(number); }
   void putText(const std::string& text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
 
   Bytes bytes;
@@ -136,6 +128,8 @@ std::string boundSettingsText(const ParamTree& settings);
 
 /// Contents of the small sections.
 Bytes encodeState(const MapContents& contents, const MapSize& size);
+Bytes encodeLevel(const Eigen::Isometry3d& T_W_M);
+Eigen::Isometry3d decodeLevel(const Bytes& bytes);  ///< @pre There are kLevelBytes.
 Bytes encodeBlocks(const std::vector<MapBlock>& blocks);
 Bytes encodeColourIndex(const MapContents& contents);
 Bytes encodeFree(const MapContents& contents);

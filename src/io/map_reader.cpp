@@ -66,6 +66,7 @@ class MapReader {
     MapInfo info;
     info.settings = std::move(contents_.settings);
     info.map_frame = contents_.map_frame;
+    info.T_W_M = contents_.T_W_M;
     info.stamp_s = contents_.stamp_s;
     info.frames = contents_.frames;
     info.supporting_frames = contents_.supporting_frames;
@@ -88,6 +89,8 @@ class MapReader {
     }
     contents_.map_frame.assign(frame.begin(), frame.end());
     checkSoundly([&] { withSettingsOf(contents_, {}); });
+    const PlacedSection* const level = file_.find(kLevel);
+    if (level != nullptr) contents_.T_W_M = decodeLevel(file_.read(*level, kLevelBytes));
   }
 
   void readState() {

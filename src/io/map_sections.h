@@ -27,7 +27,7 @@ struct PlacedSection {
 
 /// What a reader of this version does with a section.
 inline bool isKnown(const SectionHeader& header) {
-  static constexpr const char* kKnown[] = {kSettings, kFrame,  kState,   kBlocks,
+  static constexpr const char* kKnown[] = {kSettings, kFrame,   kLevel, kState, kBlocks,
                                            kColourIndex, kVoxels, kColours, kFree, kEnd};
   return header.version <= kSectionVersion && header.version > 0 &&
          std::any_of(std::begin(kKnown), std::end(kKnown),

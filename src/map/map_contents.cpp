@@ -58,6 +58,14 @@ bool takesFree(const MapContents& contents, const MapperParams& params) {
   return params.space.enabled && contents.cell_voxels != 0;
 }
 
+bool isRigid(const Eigen::Isometry3d& T) {
+  constexpr double kTolerance = 1e-6;
+  const Eigen::Matrix3d& R = T.linear();
+  return T.matrix().allFinite() &&
+         (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
+         R.determinant() > 0.0;
+}
+
 /// What a mapper takes over.
 MapSize sizeTaken(const MapContents& contents, const MapperParams& params) {
   MapSize size = sizeOf(contents);
@@ -127,6 +135,7 @@ void checkContents(const MapContents& contents) {
       refuse("the gains of the last colour image are out of range");
     }
   }
+  if (contents.T_W_M && !isRigid(*contents.T_W_M)) refuse("its level is not a pose");
   checkFreeCubes(contents);
 }
 
@@ -146,9 +155,18 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params) {
 
 void checkFrame(const MapContents& contents, const std::string& map_frame) {
   if (contents.map_frame.empty() || map_frame.empty() || contents.map_frame == map_frame) return;
-  throw std::runtime_error("the saved map is in frame '" +
-                           printable(contents.map_frame) + "', but map_frame is '" +
-                           printable(map_frame) + "'; start the node with the same map_frame");
+  throw std::runtime_error("the saved map is in frame '" + printable(contents.map_frame) +
+                           "', but map_frame is '" + printable(map_frame) +
+                           "'; start the node with the same map_frame");
+}
+
+void checkLevel(const MapContents& contents, bool is_levelled) {
+  if (contents.frames == 0 || contents.T_W_M.has_value() == is_levelled) return;
+  throw std::runtime_error(
+      is_levelled ? "the saved map is not levelled, but map/level asks for a level one; set "
+                    "map/level to none, or start a new map"
+                  : "the saved map was levelled; set map/level to floor or imu: it keeps the level "
+                    "that it was saved with");
 }
 
 int leastMemoryMb(const MapContents& contents, MapperParams params) {

@@ -12,6 +12,7 @@ inline MapContents headOf(const MapContents& contents) {
   MapContents head;
   head.settings = contents.settings;
   head.map_frame = contents.map_frame;
+  head.T_W_M = contents.T_W_M;
   head.stamp_s = contents.stamp_s;
   head.frames = contents.frames;
   head.supporting_frames = contents.supporting_frames;
@@ -19,6 +20,12 @@ inline MapContents headOf(const MapContents& contents) {
   head.exposure = contents.exposure;
   head.cell_voxels = contents.cell_voxels;
   return head;
+}
+
+/// Whether two maps lie alike in the frame of their poses.
+inline bool sameLevel(const MapContents& a, const MapContents& b) {
+  return a.T_W_M.has_value() == b.T_W_M.has_value() &&
+         (!a.T_W_M || a.T_W_M->matrix() == b.T_W_M->matrix());
 }
 
 /// Words that a block has among those of the contents.

@@ -51,6 +51,10 @@ MappingParams readMappingParams(const ParamTree& tree,
   node.map_frame = stripLeadingSlash(node.map_frame);
   node.input.camera_frame = stripLeadingSlash(node.input.camera_frame);
   node.keep_frame = stripLeadingSlash(node.keep_frame);
+  node.level.frame = stripLeadingSlash(node.level.frame);
+  if (isLevelled(node) && node.level.frame == node.map_frame) {
+    reader.addViolation("map/level_frame", "must differ from map_frame, the frame of the poses");
+  }
   if (node.map_frame.empty()) reader.addViolation("map_frame", "must not be empty");
   if (node.output_directory.empty()) reader.addViolation("output_directory", "must not be empty");
   if (node.ground.min_height_m >= node.ground.max_height_m) {

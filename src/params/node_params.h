@@ -78,8 +78,22 @@ struct GroundParams {
   double slice_height_m = 0.5;  ///< Of the distances that are published.
 };
 
+/// Where up is known from, for maps whose map frame is not level.
+enum class LevelChoice {
+  kNone,   ///< The map is in map_frame.
+  kFloor,  ///< From the floor that the first images show.
+  kImu,    ///< From an inertial sensor at rest.
+};
+
+/// Turns the map so that z is up.
+struct LevelParams {
+  LevelChoice from = LevelChoice::kNone;
+  std::string frame;  ///< Name of the frame of the map then; empty: that of map_frame and "_level".
+};
+
 struct NodeParams {
-  std::string map_frame = "map";  ///< Frame W of the map; fixed in the world.
+  std::string map_frame = "map";  ///< Frame that poses are of, and the map, unless it is levelled.
+  LevelParams level;
   std::string load_file;          ///< Map to begin with; empty: none. "~/" is the home.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
   std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
@@ -91,6 +105,15 @@ struct NodeParams {
   GroundParams ground;
 };
 
+/// Whether the map is in a frame of its own, which is level.
+inline bool isLevelled(const NodeParams& node) { return node.level.from != LevelChoice::kNone; }
+
+/// The name of the frame that the map is in.
+inline std::string frameOfMap(const NodeParams& node) {
+  if (!isLevelled(node)) return node.map_frame;
+  return node.level.frame.empty() ? node.map_frame + "_level" : node.level.frame;
+}
+
 struct MappingParams {
   MapperParams mapper;
   NodeParams node;
@@ -99,6 +122,11 @@ struct MappingParams {
 template <class Visitor>
 void visitParams(NodeParams& p, Visitor& visit) {
   visit("map_frame", p.map_frame);
+  visit("map/level", p.level.from,
+        EnumNames<LevelChoice>{{"none", LevelChoice::kNone},
+                               {"floor", LevelChoice::kFloor},
+                               {"imu", LevelChoice::kImu}});
+  visit("map/level_frame", p.level.frame);
   visit("map/load_file", p.load_file);
   visit("output_directory", p.output_directory);
   visit("cameras", p.cameras);

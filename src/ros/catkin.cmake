@@ -39,6 +39,8 @@ add_message_files(FILES Box.msg CameraStatus.msg DropCount.msg MapStatus.msg Mem
 add_service_files(FILES ClearRegion.srv GetDistances.srv LoadMap.srv SaveMap.srv SaveMesh.srv)
 generate_messages(DEPENDENCIES geometry_msgs std_msgs)
 generate_dynamic_reconfigure_options(cfg/Publish.cfg)
+# What our sources wait for; messages for other languages are made beside them.
+set(DTSDF_GENERATED_HEADERS ${PROJECT_NAME}_generate_messages_cpp ${PROJECT_NAME}_gencfg)
 
 # For other packages: the messages, whose headers come by themselves, and the library, as a target
 # by the extras and in catkin's variables as well.

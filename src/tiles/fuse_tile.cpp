@@ -19,6 +19,7 @@
 #include "program/progress_bar.h"
 #include "tiles/process_usage.h"
 #include "tiles/tile_folder.h"
+#include "tools/levelled_input.h"
 #include "tools/recorded_input.h"
 
 namespace dtsdf {
@@ -130,13 +131,14 @@ class TileFusion {
   std::unique_ptr<FrameSource> openListed(size_t number, const IndexRanges& wanted) const {
     InputOptions input = plan_.inputOf(number);
     input.recording.selection.listed = listOf(wanted);
-    return prefetchFrames(openFrames(input, settings_.params.node), kFramesAhead);
+    return prefetchFrames(levelled(openFrames(input, settings_.params.node), plan_.T_W_M),
+                          kFramesAhead);
   }
 
   std::unique_ptr<ColourSource> openListedColours(size_t number, const IndexRanges& wanted) const {
     InputOptions input = plan_.inputOf(number);
     input.recording.listed_colours = listOf(wanted);
-    return openColours(input, settings_.params.node);
+    return levelled(openColours(input, settings_.params.node), plan_.T_W_M);
   }
 
   void fuseFrame(FrameSource& source, const PlannedRecording& recording, size_t index) {
@@ -243,6 +245,7 @@ void saveMap(ProbedMapper& mapper, const LoadedPlan& loaded, const BlockExtent& 
              const std::string& path, TileRecord& record) {
   MapContents contents = mapper.contents();
   contents.map_frame = loaded.plan.map_frame;
+  contents.T_W_M = loaded.plan.T_W_M;
   contents.stamp_s = loaded.plan.stamp_s;
   const SavedMap saved = saveOwnPart(contents, own, path);
   record.content_hash = saved.content_hash;

@@ -20,7 +20,7 @@ struct JoinedMapBlock {
 void checkSame(const MapContents& a, const MapContents& b) {
   if (a.settings != b.settings || a.map_frame != b.map_frame || a.stamp_s != b.stamp_s ||
       a.frames != b.frames || a.supporting_frames != b.supporting_frames ||
-      a.cell_voxels != b.cell_voxels || a.exposure != b.exposure) {
+      a.cell_voxels != b.cell_voxels || !sameLevel(a, b) || a.exposure != b.exposure) {
     throw std::runtime_error("its settings or frame counts differ from other tiles'");
   }
 }

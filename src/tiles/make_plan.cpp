@@ -15,6 +15,7 @@
 #include "program/progress_bar.h"
 #include "tiles/make_tiles.h"
 #include "tiles/process_usage.h"
+#include "tools/levelled_input.h"
 #include "tools/reconstruction.h"
 #include "tools/recorded_input.h"
 
@@ -114,8 +115,10 @@ class Planner {
   void read(const InputOptions& input) {
     plan_.recordings.push_back({input.recording.path, input.recording.format, {}, {}, {}});
     frames_of_recording_ = 0;
-    const auto source = prefetchFrames(openAndLook(input, settings_, "tiles"), kFramesAhead);
-    const auto colours = openColours(input, settings_.params.node);
+    auto frames = openAndLook(input, settings_, "tiles");
+    if (&input == &inputs_.front()) plan_.T_W_M = findLevel(input, settings_, "tiles");
+    const auto source = prefetchFrames(levelled(std::move(frames), plan_.T_W_M), kFramesAhead);
+    const auto colours = levelled(openColours(input, settings_.params.node), plan_.T_W_M);
     plan_.map_frame = nameOfFrame(input, settings_);
     ProgressBar progress("frames", source->size());
     size_t done = 0;

@@ -55,7 +55,8 @@ Json toJson(const InputOptions& options) {
                {"depth_topic", options.depth_topic},
                {"info_topic", options.info_topic},
                {"mask_topic", options.mask_topic},
-               {"colour_topic", options.colour_topic}};
+               {"colour_topic", options.colour_topic},
+               {"imu_topic", options.imu_topic}};
   if (recording.units_per_metre) json["units_per_metre"] = *recording.units_per_metre;
   if (recording.intrinsics) {
     const Intrinsics& K = *recording.intrinsics;
@@ -76,6 +77,7 @@ InputOptions readingOf(const Json& json) {
   json.at("info_topic").get_to(options.info_topic);
   json.at("mask_topic").get_to(options.mask_topic);
   json.at("colour_topic").get_to(options.colour_topic);
+  options.imu_topic = json.value("imu_topic", "");  // older plans have none
   if (json.count("units_per_metre")) recording.units_per_metre = json["units_per_metre"];
   if (json.count("intrinsics")) {
     const Json& K = json["intrinsics"];
@@ -158,6 +160,19 @@ Tile tileOf(const Json& json) {
   return tile;
 }
 
+/// Its rows, one after the other.
+Json toJson(const Eigen::Isometry3d& T) {
+  Json numbers = Json::array();
+  for (int i = 0; i < 12; ++i) numbers.push_back(T.matrix()(i / 4, i % 4));
+  return numbers;
+}
+
+Eigen::Isometry3d poseOf(const Json& numbers) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  for (int i = 0; i < 12; ++i) T.matrix()(i / 4, i % 4) = numbers.at(static_cast<size_t>(i));
+  return T;
+}
+
 Json toJson(const Plan& plan) {
   Json json = {{"format", kFormat},
                {"reading", toJson(plan.reading)},
@@ -170,6 +185,7 @@ Json toJson(const Plan& plan) {
                {"settings", Json::object()},
                {"recordings", Json::array()},
                {"tiles", Json::array()}};
+  if (plan.T_W_M) json["level"] = toJson(*plan.T_W_M);
   for (const auto& [key, value] : plan.settings) json["settings"][key] = toJson(value);
   for (const PlannedRecording& recording : plan.recordings) {
     json["recordings"].push_back(toJson(recording));
@@ -185,6 +201,7 @@ Plan planOf(const Json& json) {
   json.at("tile_m").get_to(plan.tile_m);
   json.at("tile_blocks").get_to(plan.tile_blocks);
   json.at("map_frame").get_to(plan.map_frame);
+  if (json.count("level")) plan.T_W_M = poseOf(json["level"]);
   json.at("stamp_s").get_to(plan.stamp_s);
   json.at("seconds").get_to(plan.seconds);
   json.at("processor_s").get_to(plan.processor_s);

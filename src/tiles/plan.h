@@ -2,7 +2,9 @@
 /// tiles. It lies in DIR/plan.json.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,7 @@ struct Plan {
   double tile_m = 0.0;    ///< As asked for.
   int tile_blocks = 0;    ///< Edge of a tile; those cut further are smaller.
   std::string map_frame;  ///< Name of the map frame, or empty.
+  std::optional<Eigen::Isometry3d> T_W_M;  ///< As of MapContents.
   double stamp_s = 0.0;   ///< Of the last frame that was fused.
   std::vector<PlannedRecording> recordings;
   std::vector<Tile> tiles;  ///< By number, from 0 on.

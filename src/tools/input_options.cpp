@@ -65,6 +65,9 @@ void addReadingOptions(CommandLine& line, InputOptions& options) {
                 "a bag's colour images, with camera_info beside them (default: the only such "
                 "topic)"},
                options.colour_topic);
+  line.addText({"--imu-topic", "T",
+                "a bag's sensor_msgs/Imu for map/level: imu (default: the only such topic)"},
+               options.imu_topic);
 }
 
 void checkReadingOptions(const InputOptions& options) {
@@ -89,6 +92,9 @@ void checkReadingOptions(const InputOptions& options) {
   }
   if (!is_bag && !options.colour_topic.empty()) {
     throw UsageError("--color-topic is for bags, and " + read_as);
+  }
+  if (!is_bag && !options.imu_topic.empty()) {
+    throw UsageError("--imu-topic is for bags, and " + read_as);
   }
 }
 

@@ -12,6 +12,7 @@ struct InputOptions : RunOptions {
   std::string depth_topic, info_topic;  ///< Empty: chosen from the bag.
   std::string mask_topic;               ///< Of a bag; empty: no masks.
   std::string colour_topic;             ///< Empty: chosen from the bag.
+  std::string imu_topic;                ///< Empty: chosen from the bag.
 };
 
 // Each adds some of the options to a command line.

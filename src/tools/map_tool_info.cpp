@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "dtsdf_mapping/io/map_file.h"
+#include "level/level_pose.h"
 #include "params/param_copy.h"
 #include "params/printable.h"
 #include "program/command_line.h"
@@ -63,6 +64,7 @@ void printMap(const MapInfo& info) {
   print("mode", std::string(params.map.directional ? "directional" : "undirected") + ", " +
                     std::get<std::string>(info.settings.at("fusion/mode")));
   print("map frame", info.map_frame.empty() ? "not named" : "'" + printable(info.map_frame) + "'");
+  if (info.T_W_M) print("levelled", describeLevel(*info.T_W_M));
   print("frames", std::to_string(info.frames));
   print("newest stamp", info.stamp_s == 0.0 ? "not known" : format("%.6f s", info.stamp_s));
   print("blocks", std::to_string(info.size.blocks));

@@ -12,6 +12,7 @@
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
+#include "tools/levelled_input.h"
 #include "tools/reconstruct_options.h"
 #include "tools/reconstruction.h"
 #include "tools/reconstruction_report.h"
@@ -30,6 +31,12 @@ struct StartingMap {
   std::optional<MapContents> contents;  ///< None: it is empty.
 };
 
+/// Where a run's map lies.
+struct MapFrame {
+  std::string name;                        ///< Of the frame M that poses are of.
+  std::optional<Eigen::Isometry3d> T_W_M;  ///< To that of the map, where it is levelled.
+};
+
 /// The settings of a map that is loaded hold, where none are given. @throws std::runtime_error for
 /// those that are given and differ, and for maps of another frame.
 StartingMap loadStartingMap(const std::string& path, const RunSettings& settings) {
@@ -44,6 +51,9 @@ StartingMap loadStartingMap(const std::string& path, const RunSettings& settings
     if (given != settings.given.end()) value = given->second;
   }
   checkFits(*start.contents, readMapperParams(writer.tree));
+  if (settings.given.count("map/level")) {
+    checkLevel(*start.contents, isLevelled(settings.params.node));
+  }
   checkFrame(*start.contents, settings.given.count("map_frame") ? settings.params.node.map_frame
                                                                 : std::string());
   return start;
@@ -56,11 +66,19 @@ std::string nameOfFrame(const ReconstructOptions& options, const RunSettings& se
   return nameOfFrame(options, settings);
 }
 
+/// The frame of a run's map; that of a map that is loaded stays what it is.
+MapFrame frameOf(const ReconstructOptions& options, const RunSettings& settings,
+                 const StartingMap& start) {
+  const bool goes_on = start.contents && start.contents->frames > 0;
+  return {nameOfFrame(options, settings, start),
+          goes_on ? start.contents->T_W_M : findLevel(options, settings, "reconstruct")};
+}
+
 /// Saves the map of a run, and says so.
-void saveMapOf(Mapper& mapper, const std::string& map_frame, double stamp_s,
-               const std::string& path) {
+void saveMapOf(Mapper& mapper, const MapFrame& frame, double stamp_s, const std::string& path) {
   MapContents contents = mapper.contents();
-  contents.map_frame = map_frame;
+  contents.map_frame = frame.name;
+  contents.T_W_M = frame.T_W_M;
   contents.stamp_s = stamp_s;
   const SavedMap saved = saveMap(contents, path);
   std::printf("%zu blocks, %.1f MB: %s\n", saved.size.blocks,
@@ -109,10 +127,11 @@ void run(ReconstructOptions options) {
   }
   StartingMap start = loadStartingMap(options.load_map_path, settings);
   const MapperParams params = start.params;
-  const std::string map_frame = nameOfFrame(options, settings, start);
+  auto frames = openAndLook(options, settings, "reconstruct");
+  const MapFrame frame = frameOf(options, settings, start);
 
-  const auto source = prefetchFrames(openAndLook(options, settings, "reconstruct"), kFramesAhead);
-  const auto colours = openColours(options, settings.params.node);
+  const auto source = prefetchFrames(levelled(std::move(frames), frame.T_W_M), kFramesAhead);
+  const auto colours = levelled(openColours(options, settings.params.node), frame.T_W_M);
   const auto mapper = start.contents ? makeProbedMapper(params, settings.rules, *start.contents)
                                      : makeProbedMapper(params, settings.rules);
   std::optional<double> map_stamp_s;
@@ -128,7 +147,7 @@ void run(ReconstructOptions options) {
   }
   // First, since a mesh that cannot be saved must not take the map with it.
   if (!options.save_map_path.empty()) {
-    saveMapOf(*mapper, map_frame, result.stamp_s, options.save_map_path);
+    saveMapOf(*mapper, frame, result.stamp_s, options.save_map_path);
   }
   if (!options.mesh_path.empty()) {
     checkSupport(result, params);

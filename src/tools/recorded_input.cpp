@@ -36,6 +36,7 @@ BagOptions bagOptions(const InputOptions& options, const NodeParams& node) {
   bag.pose_tolerance_s = options.recording.pose_tolerance_s;
   bag.selection = options.recording.selection;
   bag.colour_topic = options.colour_topic;
+  bag.imu_topic = options.imu_topic;
   bag.listed_colours = options.recording.listed_colours;
   return bag;
 }
@@ -48,6 +49,10 @@ std::unique_ptr<ColourSource> openColoursOfBag(const InputOptions& options,
                                                const NodeParams& node) {
   return openBagColours(bagOptions(options, node));
 }
+
+Eigen::Vector3d measuredUpOfBag(const InputOptions& options, const NodeParams& node) {
+  return findUpInBag(bagOptions(options, node));
+}
 #else
 std::unique_ptr<FrameSource> openBag(const InputOptions&, const NodeParams&) {
   throw std::runtime_error("this build cannot read bags; build the package with -DWITH_ROS=ON");
@@ -55,6 +60,11 @@ std::unique_ptr<FrameSource> openBag(const InputOptions&, const NodeParams&) {
 
 std::unique_ptr<ColourSource> openColoursOfBag(const InputOptions&, const NodeParams&) {
   return nullptr;
+}
+
+Eigen::Vector3d measuredUpOfBag(const InputOptions& options, const NodeParams& node) {
+  openBag(options, node);  // throws
+  return {};
 }
 #endif
 
@@ -83,6 +93,13 @@ std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunS
     std::fprintf(stderr, "%s: warning: %s\n", program.c_str(), doubt.c_str());
   }
   return std::move(looked.source);
+}
+
+Eigen::Vector3d measuredUp(const InputOptions& options, const NodeParams& node) {
+  if (options.recording.format == "bag") return measuredUpOfBag(options, node);
+  throw std::runtime_error("map/level is imu, which needs a bag with an inertial sensor; '" +
+                           options.recording.path + "' is read as " + options.recording.format +
+                           ": set map/level to floor or none");
 }
 
 std::string nameOfFrame(const InputOptions& options, const RunSettings& settings) {

@@ -22,6 +22,10 @@ std::unique_ptr<FrameSource> openFrames(const InputOptions& options, const NodeP
 std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunSettings& settings,
                                          const std::string& program);
 
+/// Up in the frame that the poses are in, as an inertial sensor measures it.
+/// @throws std::runtime_error where there is none, as in folders, with what to do.
+Eigen::Vector3d measuredUp(const InputOptions& options, const NodeParams& node);
+
 /// The name of the frame that the poses are in; those of folders say none.
 std::string nameOfFrame(const InputOptions& options, const RunSettings& settings);
 

@@ -14,7 +14,7 @@ import sys
 RULES = {"SurfelRules": "surfels", "FusionRules": "fusion", "ColourRules": "colour",
          "MeshRules": "mesh"}
 # Named files may be given from the root, or from one of these.
-BASES = ("", "src", "src/kernels", "include/dtsdf_mapping", "cuda", "docs")
+BASES = ("", "src", "lab", "src/kernels", "include/dtsdf_mapping", "cuda", "docs")
 
 
 def pages(root):

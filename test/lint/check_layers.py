@@ -10,8 +10,8 @@ import re
 import sys
 
 SOURCE_SUFFIXES = {".h", ".hpp", ".cpp", ".cc", ".cu", ".cuh"}
-FOLDERS = ("include", "src", "cuda", "examples", "test")
-INCLUDE_ROOTS = ("include", "src", "cuda", "test")  # as the build has them
+FOLDERS = ("include", "src", "cuda", "lab", "examples", "test")
+INCLUDE_ROOTS = ("include", "src", "cuda", "lab", "test")  # as the build has them
 MAX_COLUMNS = 100
 TABLE = pathlib.Path(__file__).resolve().with_name("layers.txt")
 GUIDE = "CONTRIBUTING.md"
@@ -45,10 +45,17 @@ def is_under(path, *folders):
 def read_table(text):
     """{room: rooms it may include}, from the lines after the head of the table."""
     table = {}
-    for line in text.splitlines()[1:]:
+    for line in text.partition("\n\n")[0].splitlines()[1:]:
         room, wanted = line.split(None, 1)
         table[room] = () if wanted == "-" else tuple(re.split(r",\s*", wanted))
     return table
+
+
+def read_exceptions(text):
+    """{(file or folder, room that may include it all the same)}, from what follows the table. Each
+    line ends with its reason."""
+    lines = (line.split(None, 2) for line in text.partition("\n\n")[2].splitlines()[1:])
+    return {(file, room) for file, room, _ in lines}
 
 
 def room_of(path, table):
@@ -90,10 +97,18 @@ def resolve(path, header, files):
     return next((name for name in names if name in files), None)
 
 
-def own_include_violation(path, target, table):
+def exception_for(room, target, exceptions):
+    """The exception that lets a room include the file `target`, or None."""
+    return next((e for e in exceptions
+                 if e[1] == room and (target == e[0] or is_under(target, e[0]))), None)
+
+
+def own_include_violation(path, target, table, exceptions):
     """The rule that `path` breaks by including the package's own file `target`, or None."""
     room, target_room = room_of(path, table), room_of(target, table)
     if None in (room, target_room) or target_room == room or may_include(room, target_room, table):
+        return None
+    if exception_for(room, target, exceptions):
         return None
     return f"{room} may not include {target_room}"
 
@@ -117,7 +132,7 @@ def line_violation(path, line):
     return None
 
 
-def violations_in(path, code, table, files):
+def violations_in(path, code, table, files, exceptions=frozenset()):
     """(line number, rule) of each violation in a file; `path` and `files` are relative to the
     root, and `files` are all that the package has."""
     found = []
@@ -127,7 +142,7 @@ def violations_in(path, code, table, files):
             rule = line_violation(path, line)
         else:
             target = resolve(path, include.group(1), files)
-            rule = (own_include_violation(path, target, table) if target
+            rule = (own_include_violation(path, target, table, exceptions) if target
                     else other_include_violation(path, include.group(1)))
         if rule:
             found.append((number, rule))
@@ -154,17 +169,32 @@ def table_violations(table_text, table, files, guide):
         yield f"{GUIDE} has another table; copy this one into it"
 
 
+def unused_exceptions(root, files, table, exceptions):
+    """Exceptions that no include asks for."""
+    used = set()
+    for path in files:
+        code = strip_comments_and_texts((root / path).read_text(encoding="utf-8"))
+        for include in filter(None, map(INCLUDE.match, code.split("\n"))):
+            target = resolve(path, include.group(1), files)
+            used.add(target and exception_for(room_of(path, table), target, exceptions))
+    return [f"no file of {room} includes {file}; take the line out"
+            for file, room in sorted(exceptions - used)]
+
+
 def main(root):
     files = {file.relative_to(root).as_posix() for folder in FOLDERS
              for file in (root / folder).rglob("*") if file.suffix in SOURCE_SUFFIXES}
     table_text = TABLE.read_text(encoding="utf-8")
     table = read_table(table_text)
     guide = (root / GUIDE).read_text(encoding="utf-8")
-    lines = [f"{TABLE.name}: {rule}" for rule in table_violations(table_text, table, files, guide)]
+    exceptions = read_exceptions(table_text)
+    lines = [f"{TABLE.name}: {rule}"
+             for rule in [*table_violations(table_text, table, files, guide),
+                          *unused_exceptions(root, files, table, exceptions)]]
     for path in sorted(files):
         code = (root / path).read_text(encoding="utf-8")
         lines += [f"{path}:{number}: {rule}"
-                  for number, rule in violations_in(path, code, table, files)]
+                  for number, rule in violations_in(path, code, table, files, exceptions)]
     print("\n".join(lines + [f"{len(files)} files checked, {len(lines)} violations"]))
     return 1 if lines or not files else 0
 

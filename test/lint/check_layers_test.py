@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """Shows that check_layers.py finds each kind of violation, and only those."""
+import pathlib
 import sys
+import tempfile
 import unittest
 
 sys.dont_write_bytecode = True  # the source folder stays as it is
 
-from check_layers import TABLE, read_table, table_violations, violations_in  # noqa: E402
+from check_layers import (TABLE, read_exceptions, read_table, table_violations,  # noqa: E402
+                          unused_exceptions, violations_in)
 
 TEXT = """room            may include, beside itself
 include         -
@@ -55,6 +58,30 @@ class Includes(unittest.TestCase):
     def test_a_folder_of_rooms_stands_for_all_of_them(self):
         self.assert_kept("src/mapper/a.cpp", '#include "kernels/late/cast.h"')
         self.assert_kept("test/unit/a.cpp", '#include "ros/node.h"')
+
+    def test_what_is_beyond_the_table_has_a_line_of_its_own(self):
+        text = TEXT + ("\nbeyond  room  why\nsrc/mapper/gpu.h  src/ros  a reason\n"
+                       "src/kernels/late  src/ros  another one\n")
+        exceptions = read_exceptions(text)
+        self.assertEqual(read_table(text), TABLE_HERE)
+        code = '#include "mapper/gpu.h"\n#include "kernels/late/cast.h"'
+        self.assertEqual(len(rules("src/ros/a.cpp", code)), 2)
+        self.assertEqual(violations_in("src/ros/a.cpp", code, TABLE_HERE, FILES, exceptions), [])
+        self.assertEqual(len(violations_in("src/io/a.cpp", code, TABLE_HERE, FILES, exceptions)), 2)
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for file in FILES | {"src/ros/a.cpp"}:
+                (root / file).parent.mkdir(parents=True, exist_ok=True)
+                (root / file).write_text(code if file == "src/ros/a.cpp" else "", encoding="utf-8")
+            self.assertEqual(unused_exceptions(root, FILES, TABLE_HERE, exceptions),
+                             [f"no file of src/ros includes {file}; take the line out"
+                              for file in ("src/kernels/late", "src/mapper/gpu.h")])
+            files = FILES | {"src/ros/a.cpp"}
+            self.assertEqual(unused_exceptions(root, files, TABLE_HERE, exceptions), [])
+
+    def test_a_reason_is_required(self):
+        with self.assertRaises(ValueError):
+            read_exceptions(TEXT + "\nbeyond  room  why\nsrc/mapper/gpu.h  src/ros\n")
 
     def test_a_room_does_not_stand_for_those_inside(self):
         self.assert_kept("src/mapper/a.cpp", '#include "cuda_mapper.h"')

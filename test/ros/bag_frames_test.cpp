@@ -7,7 +7,10 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
+#include <sensor_msgs/Imu.h>
 #include <tf2_msgs/TFMessage.h>
+
+#include <cmath>
 
 #include "support/compressed_depth.h"
 #include "support/temporary_folder.h"
@@ -330,6 +333,90 @@ TEST_F(ColourBag, IsFoundWhereThereIsOneOnly) {
   EXPECT_EQ(openBagColours(options_), nullptr) << "which of the two is meant?";
   options_.colour_topic = "/no/such/topic";
   EXPECT_THROW(openBagColours(options_), std::runtime_error);
+}
+
+/// A sensor that is shaken for two seconds and then rests, turned by a right angle about z: its y,
+/// which is up, is -x of the map.
+class InertialBag : public testing::Test {
+ protected:
+  InertialBag() {
+    options_.path = folder_ / "imu.bag";
+    bag_.open(options_.path, rosbag::bagmode::Write);
+  }
+
+  static ros::Time stampOf(int i) { return ros::Time(100.0 + 0.01 * i); }
+
+  void writeImu(const std::string& topic, int first, int last, double shake) {
+    for (int i = first; i < last; ++i) {
+      sensor_msgs::Imu imu;
+      imu.header.stamp = stampOf(i);
+      imu.header.frame_id = "imu";
+      imu.linear_acceleration.y = 9.8;
+      imu.linear_acceleration.x = i % 2 == 0 ? shake : -shake;
+      bag_.write(topic, imu.header.stamp, imu);
+    }
+  }
+
+  void writeTransform() {
+    for (const int i : {0, 1000}) {
+      geometry_msgs::TransformStamped transform;
+      transform.header.stamp = stampOf(i);
+      transform.header.frame_id = "map";
+      transform.child_frame_id = "imu";
+      transform.transform.rotation.z = transform.transform.rotation.w = std::sqrt(0.5);
+      tf2_msgs::TFMessage message;
+      message.transforms.push_back(transform);
+      bag_.write("/tf", transform.header.stamp, message);
+    }
+  }
+
+  std::string error() {
+    bag_.close();
+    return errorOf([&] { findUpInBag(options_); });
+  }
+
+  bool errorHas(const std::string& part) { return error().find(part) != std::string::npos; }
+
+  TemporaryFolder folder_;
+  BagOptions options_;
+  rosbag::Bag bag_;
+};
+
+TEST_F(InertialBag, SaysWhereUpIs) {
+  writeImu("/imu", 0, 200, 3.0);
+  writeImu("/imu", 200, 400, 0.05);
+  writeTransform();
+  bag_.close();
+  EXPECT_LT((findUpInBag(options_) + Eigen::Vector3d::UnitX()).norm(), 0.002);
+  options_.imu_topic = "/other";
+  EXPECT_TRUE(errorHas("has no messages on '/other'"));
+}
+
+TEST_F(InertialBag, SaysWhatIsMissing) {
+  writeTransform();
+  EXPECT_TRUE(errorHas("no topic of type sensor_msgs/Imu; set map/level to floor or none"));
+}
+
+TEST_F(InertialBag, IsNoneWithoutRest) {
+  writeImu("/imu", 0, 400, 3.0);
+  writeTransform();
+  EXPECT_TRUE(errorHas("never still"));
+}
+
+TEST_F(InertialBag, IsNoneWithoutTransform) {
+  writeImu("/imu", 0, 400, 0.0);
+  EXPECT_TRUE(errorHas("has no transform to 'map'"));
+}
+
+TEST_F(InertialBag, OfSeveralOneHasToBeNamed) {
+  writeImu("/accel", 0, 400, 0.0);
+  writeImu("/gyro", 0, 400, 0.0);
+  writeTransform();
+  EXPECT_TRUE(errorHas("/accel /gyro; choose one with --imu-topic"));
+  options_.imu_topic = "/accel";
+  EXPECT_EQ(error(), "");
+  options_.poses_path = "slam.tum";
+  EXPECT_TRUE(errorHas("leave --poses out"));
 }
 
 }  // namespace

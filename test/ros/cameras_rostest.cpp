@@ -22,6 +22,7 @@
 #include "ros/input/depth_image.h"
 #include "ros/input/pose_source.h"
 #include "ros/input/transform_conversions.h"
+#include "ros/support/kept_topics.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 #include "simulation/scene.h"
@@ -120,12 +121,12 @@ class Cameras : public testing::Test {
 
   ros::NodeHandle nh_;
   std::map<std::string, ros::Publisher> images_{
-      {"front", nh_.advertise<sensor_msgs::Image>("/front/depth/image_rect", 100)},
-      {"rear", nh_.advertise<sensor_msgs::Image>("/rear/depth/image_rect", 100)}};
+      {"front", advertiseKept<sensor_msgs::Image>(nh_, "/front/depth/image_rect")},
+      {"rear", advertiseKept<sensor_msgs::Image>(nh_, "/rear/depth/image_rect")}};
   std::map<std::string, ros::Publisher> infos_{
-      {"front", nh_.advertise<sensor_msgs::CameraInfo>("/front/depth/camera_info", 100)},
-      {"rear", nh_.advertise<sensor_msgs::CameraInfo>("/rear/depth/camera_info", 100)}};
-  ros::Publisher tf_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", 100);
+      {"front", advertiseKept<sensor_msgs::CameraInfo>(nh_, "/front/depth/camera_info")},
+      {"rear", advertiseKept<sensor_msgs::CameraInfo>(nh_, "/rear/depth/camera_info")}};
+  ros::Publisher tf_ = advertiseKept<tf2_msgs::TFMessage>(nh_, "/tf");
   StatusWatcher status_{nh_};
 };
 

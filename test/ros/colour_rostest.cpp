@@ -18,6 +18,7 @@
 #include "io/bag_frames.h"
 #include "params/node_params.h"
 #include "ros/input/transform_conversions.h"
+#include "ros/support/kept_topics.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 #include "simulation/scene.h"
@@ -157,14 +158,14 @@ class Colour : public testing::Test {
   }
 
   ros::NodeHandle nh_;
-  ros::Publisher depth_images_ = nh_.advertise<sensor_msgs::Image>("/camera/depth/image_rect", 100);
+  ros::Publisher depth_images_ = advertiseKept<sensor_msgs::Image>(nh_, "/camera/depth/image_rect");
   ros::Publisher depth_infos_ =
-      nh_.advertise<sensor_msgs::CameraInfo>("/camera/depth/camera_info", 100);
+      advertiseKept<sensor_msgs::CameraInfo>(nh_, "/camera/depth/camera_info");
   ros::Publisher colour_images_ =
-      nh_.advertise<sensor_msgs::Image>("/camera/color/image_rect", 100);
+      advertiseKept<sensor_msgs::Image>(nh_, "/camera/color/image_rect");
   ros::Publisher colour_infos_ =
-      nh_.advertise<sensor_msgs::CameraInfo>("/camera/color/camera_info", 100);
-  ros::Publisher tf_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", 100);
+      advertiseKept<sensor_msgs::CameraInfo>(nh_, "/camera/color/camera_info");
+  ros::Publisher tf_ = advertiseKept<tf2_msgs::TFMessage>(nh_, "/tf");
   std::vector<const ros::Publisher*> publishers_{&depth_images_, &depth_infos_, &colour_images_,
                                                  &colour_infos_, &tf_};
   StatusWatcher status_{nh_};

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "ros/support/fake_camera.h"
+#include "ros/support/kept_topics.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 #include "support/compressed_depth.h"
@@ -50,10 +51,10 @@ class Compressed : public testing::Test {
 
   ros::NodeHandle nh_;
   FakeCamera camera_{nh_};
-  ros::Publisher images_ = nh_.advertise<sensor_msgs::CompressedImage>(
-      "/camera/depth/image_rect/compressedDepth", 100);
+  ros::Publisher images_ = advertiseKept<sensor_msgs::CompressedImage>(
+      nh_, "/camera/depth/image_rect/compressedDepth");
   ros::Publisher infos_ =
-      nh_.advertise<sensor_msgs::CameraInfo>("/camera/depth/camera_info", 100);
+      advertiseKept<sensor_msgs::CameraInfo>(nh_, "/camera/depth/camera_info");
   StatusWatcher status_{nh_};
 };
 

@@ -318,5 +318,44 @@ TEST_F(MapSessionTest, PaintsAndCountsColourForItself) {
             1u);
 }
 
+/// A map that is to be level: frames wait for it, by being dropped, and then go into its frame.
+TEST_F(MapSessionTest, FramesAreFusedInTheLevelFrame) {
+  MappingParams params;
+  params.node.level.from = LevelChoice::kImu;
+  TransformBuffer transforms;
+  const PoseSource poses(transforms, "map");
+  Levelling levelling(params, poses, [](const Eigen::Isometry3d&) {});
+  auto* const mapper = new FakeMapper;
+  MapSession session(std::unique_ptr<Mapper>(mapper), 2.0,
+                     {frames_, changes_, [] { return false; }, nullptr, nullptr, 0.0, &levelling},
+                     clock_.reader());
+  const auto workIt = [&] {
+    while (session.step() == std::chrono::milliseconds(0)) {
+    }
+  };
+  EXPECT_TRUE(session.isLevelled());
+  EXPECT_FALSE(session_.isLevelled());
+  pushFrame();
+  workIt();
+  EXPECT_EQ(mapper->frames, 0);
+  EXPECT_EQ(accounting_.counts().dropped[static_cast<size_t>(DropReason::kNotLevel)], 1u);
+  EXPECT_NE(accounting_.counts().last_drop.find("not level yet"), std::string::npos);
+  EXPECT_FALSE(session.contents().T_W_M);
+
+  Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
+  T_W_M.translation().x() = 5.0;
+  auto* const loaded = new FakeMapper;
+  session.replace({std::unique_ptr<Mapper>(loaded), 0.02f, 0.0, "map.dtsdf", T_W_M});
+  pushFrame(2);
+  workIt();
+  EXPECT_EQ(loaded->frames, 1);
+  loaded->beginMeshUpdate();
+  EXPECT_EQ(loaded->finishMeshUpdate().blocks.at(0).key.x, 7) << "where the pose was brought to";
+  ASSERT_TRUE(session.contents().T_W_M);
+  EXPECT_EQ(session.contents().T_W_M->matrix(), T_W_M.matrix());
+  session.clear();
+  EXPECT_TRUE(session.contents().T_W_M) << "the level stays";
+}
+
 }  // namespace
 }  // namespace dtsdf

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "ros/support/fake_camera.h"
+#include "ros/support/kept_topics.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 
@@ -34,8 +35,8 @@ class Mask : public testing::Test {
 
   ros::NodeHandle nh_;
   FakeCamera camera_{nh_};
-  ros::Publisher depths_ = nh_.advertise<sensor_msgs::Image>("/camera/depth/image_rect", 100);
-  ros::Publisher masks_ = nh_.advertise<sensor_msgs::Image>("/camera/mask/image", 100);
+  ros::Publisher depths_ = advertiseKept<sensor_msgs::Image>(nh_, "/camera/depth/image_rect");
+  ros::Publisher masks_ = advertiseKept<sensor_msgs::Image>(nh_, "/camera/mask/image");
   StatusWatcher status_{nh_};
 };
 

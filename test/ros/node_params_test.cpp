@@ -87,6 +87,20 @@ TEST(NodeParams, ReportsAllViolationsTogether) {
   }
 }
 
+TEST(NodeParams, LevelledMapsHaveAFrameOfTheirOwn) {
+  const auto frameOf = [](const ParamTree& tree) {
+    return frameOfMap(readMappingParams(tree).node);
+  };
+  const std::string floor = "floor";
+  EXPECT_EQ(frameOf({{"map_frame", std::string("odom")}}), "odom");
+  EXPECT_EQ(frameOf({{"map_frame", std::string("odom")}, {"map/level", floor}}), "odom_level");
+  EXPECT_EQ(frameOf({{"map/level", floor}, {"map/level_frame", std::string("/site")}}), "site");
+  EXPECT_EQ(frameOf({{"map/level_frame", std::string("site")}}), "map") << "it is not levelled";
+  EXPECT_EQ(violationsOf({{"map/level", floor}, {"map/level_frame", std::string("/map")}}).size(),
+            1u);
+  EXPECT_EQ(violationsOf({{"map/level", std::string("gravity")}}).size(), 1u);
+}
+
 TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(readMappingParams({{"cameras", Names{"front", "left/rear_2"}}}).node.cameras,

@@ -61,8 +61,7 @@ TEST_F(PoseSourceTest, SaysWhichFrameIsUnknown) {
   EXPECT_TRUE(says(answer, "none has ever been received")) << answer.text;
   EXPECT_TRUE(says(answer, "no transform has been received on /tf")) << answer.text;
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
-  EXPECT_TRUE(
-      says(poses_.lookUp("camera", ros::Time(1.0)), "known frames: 'camera', 'odom'"));
+  EXPECT_TRUE(says(poses_.lookUp("camera", ros::Time(1.0)), "known frames: 'camera', 'odom'"));
   for (int i = 0; i < 20; ++i) putTransform(transforms_, 1.0, 1.0, "f" + std::to_string(i), "odom");
   EXPECT_TRUE(says(poses_.lookUp("camera", ros::Time(1.0)), "' and more"));
 }

@@ -1,5 +1,5 @@
 // Analytic scenes: whether the map holds what was seen, and only that, at 20 and 10 mm voxels. What
-// a case shows, and the bounds of its figures, stand with it in src/scenes.
+// a case shows, and the bounds of its figures, stand with it in lab/scenes.
 #include <gtest/gtest.h>
 
 #include <cctype>

@@ -87,7 +87,7 @@ def read_glb(path):
     place = [rotated(root["rotation"], tuple(a + b for a, b in zip(p, origin))) for p in positions]
     normals = [rotated(root["rotation"], n)
                for n in read_accessor(document, binary, attributes["NORMAL"], "VEC3")]
-    colours = read_accessor(document, binary, attributes["COLOR_0"], "VEC4")
+    colours = read_accessor(document, binary, attributes["COLOR_0"], "VEC3")
     indices = [i for i, in read_accessor(document, binary, primitive["indices"], "SCALAR")]
     require(max(indices) < len(positions), "an index is out of range")
     return place, normals, colours, list(zip(*[iter(indices)] * 3)), max(
@@ -129,7 +129,7 @@ def main():
         error = max(abs(a - b) for a, b in zip(place, (x, z, -y)))
         require(error <= 1e-6 * (1.0 + abs(x) + abs(y) + abs(z)), f"a vertex is {error} m off")
         require(math.dist(normal, (nx, nz, -ny)) < 1e-6, "another normal")
-        require([srgb(c) for c in colour[:3]] == rgb and colour[3] == 1.0, "another colour")
+        require([srgb(c) for c in colour] == rgb, "another colour")
     print(f"{len(vertices)} vertices, {len(faces)} triangles alike")
 
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,7 @@ struct MapFilePart {
 struct MapInfo {
   ParamTree settings;              ///< As MapContents has them.
   std::string map_frame;           ///< The same.
+  std::optional<Eigen::Isometry3d> T_W_M;  ///< The same.
   double stamp_s = 0.0;            ///< The same.
   uint64_t frames = 0;             ///< The same.
   uint64_t supporting_frames = 0;  ///< The same.

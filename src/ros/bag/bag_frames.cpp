@@ -76,8 +76,7 @@ class BagFrames : public FrameSource {
       return std::nullopt;
     } catch (const rosbag::BagException& error) {
       throw std::runtime_error("cannot read the bag '" + options_.path + "' any further: " +
-                               error.what() +
-                               "; try rosbag reindex, or rosbag fix");
+                               error.what() + "; try rosbag reindex, or rosbag fix");
     }
   }
 

@@ -19,8 +19,7 @@ TumToBagOptions readOptions(const std::vector<std::string>& arguments) {
   line.addText({"OUT.bag", "", "the bag"}, options.bag);
   line.addNumber({"--depth-scale", "UNITS", "units per metre of the folder's depth images"},
                  options.units_per_metre, {kAboveZero, kUnbounded});
-  line.addFlag("--millimetres",
-               "depth as 16UC1 in mm, rounded (default: 32FC1 in m, lossless)",
+  line.addFlag("--millimetres", "depth as 16UC1 in mm, rounded (default: 32FC1 in m, lossless)",
                options.millimetres);
   line.addText({"--map-frame", "FRAME", "frame of the map"}, options.map_frame);
   line.addText({"--camera-frame", "FRAME", "the camera's optical frame"}, options.camera_frame);

@@ -14,7 +14,9 @@
 namespace dtsdf {
 namespace {
 
-/// What overflows here is lost without a word, so this is more than a busy process needs.
+/// What overflows here is lost without a word, so this is more than a busy process needs. After a
+/// stall, roscpp reads all that has come by one connection before it reads the next: so as many
+/// images wait at once as were sent meanwhile, however promptly each is taken.
 constexpr int kSubscriberQueue = 50;
 
 std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& name,

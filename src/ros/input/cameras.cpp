@@ -6,15 +6,10 @@
 
 namespace dtsdf {
 
-namespace {
-
-/// The namespace that the node is in; empty for the root.
 std::string namespaceOf(const ros::NodeHandle& private_nh) {
   const std::string& name = private_nh.getNamespace();
   return name.substr(0, name.rfind('/'));
 }
-
-}  // namespace
 
 Cameras::Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                  const NodeParams& params, PoseSource& poses, FrameQueue& posed_frames,

@@ -6,11 +6,15 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "ros/input/camera.h"
 
 namespace dtsdf {
+
+/// The namespace that the node is in, and the topics that it reads; empty for the root.
+std::string namespaceOf(const ros::NodeHandle& private_nh);
 
 /// Each camera of the setting `cameras` has its topics in its namespace; without that setting there
 /// is one camera in the node's own. Callbacks come on one thread at a time.

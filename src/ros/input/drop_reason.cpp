@@ -22,6 +22,7 @@ const char* toString(DropReason reason) {
     case DropReason::kNoMeasurement: return "no_measurement";
     case DropReason::kNoMemory: return "no_memory";
     case DropReason::kOverRate: return "over_rate";
+    case DropReason::kNotLevel: return "not_level";
     case DropReason::kPaused: return "paused";
     case DropReason::kBackendError: return "backend_error";
   }

@@ -26,6 +26,7 @@ enum class DropReason {
   kNoMeasurement,     ///< No pixel with a depth in range.
   kNoMemory,          ///< On the GPU, for this frame.
   kOverRate,          ///< Left out, as more come than are wanted.
+  kNotLevel,          ///< Up is not known yet, and the map is to be level.
   kPaused,
   kBackendError,  ///< The map's backend has failed.
 };

@@ -1,7 +1,8 @@
 #include "ros/input/optical_frame_check.h"
 
 #include <cmath>
-#include <cstring>
+
+#include "level/frame_points.h"
 
 namespace dtsdf {
 namespace {
@@ -24,33 +25,6 @@ Eigen::Isometry3d bodyFromOptical() {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   return T;
-}
-
-/// In metres; 0 where nothing is measured.
-double depthAt(const DepthFrame& frame, int u, int v) {
-  const char* row = static_cast<const char*>(frame.data) + static_cast<size_t>(v) * frame.row_bytes;
-  if (frame.encoding == DepthEncoding::kUint16) {
-    uint16_t raw;
-    std::memcpy(&raw, row + static_cast<size_t>(u) * sizeof(raw), sizeof(raw));
-    return raw == kNoDepth16 ? 0.0 : static_cast<double>(raw) * frame.unit_m;
-  }
-  float raw;
-  std::memcpy(&raw, row + static_cast<size_t>(u) * sizeof(raw), sizeof(raw));
-  return std::isfinite(raw) && raw > 0.0f ? static_cast<double>(raw) * frame.unit_m : 0.0;
-}
-
-std::vector<Eigen::Vector3d> thinnedPoints(const DepthFrame& frame) {
-  const Intrinsics& K = frame.intrinsics;
-  std::vector<Eigen::Vector3d> points;
-  for (int j = 0; j < kSamples; ++j) {
-    for (int i = 0; i < kSamples; ++i) {
-      const int u = (2 * i + 1) * frame.width / (2 * kSamples);
-      const int v = (2 * j + 1) * frame.height / (2 * kSamples);
-      const double z = depthAt(frame, u, v);
-      if (z > 0.0) points.emplace_back(z * (u - K.cx) / K.fx, z * (v - K.cy) / K.fy, z);
-    }
-  }
-  return points;
 }
 
 struct Agreement {
@@ -89,7 +63,7 @@ void OpticalFrameCheck::add(const DepthFrame& frame) {
     }
     judge(frame);
   }
-  view_ = {thinnedPoints(frame), frame.T_W_C};
+  view_ = {thinnedPoints(frame, kSamples, kSamples), frame.T_W_C};
   has_view_ = true;
 }
 

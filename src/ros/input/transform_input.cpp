@@ -26,9 +26,10 @@ TransformInput::TransformInput(const ros::NodeHandle& nh, TransformBuffer& trans
   });
 }
 
-/// Publishers of static transforms are latched: a new subscriber gets what they sent last.
+/// Publishers of static transforms are latched: a new subscriber gets what they sent last. The one
+/// before it ends only then, so roscpp keeps the connections: it bears no loss of one of them while
+/// a message comes.
 void TransformInput::subscribeStatic() {
-  tf_static_.shutdown();
   tf_static_ = nh_.subscribe("/tf_static", kQueue, &TransformInput::onStaticTransforms, this);
 }
 

@@ -13,6 +13,7 @@ bool isFault(DropReason reason) {
   switch (reason) {
     case DropReason::kPaused:
     case DropReason::kOverRate:
+    case DropReason::kNotLevel:  // until the first frame is fused, and the status says so then
     case DropReason::kTimeJump:
     case DropReason::kBeforeTransforms:
       return false;

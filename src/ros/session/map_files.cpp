@@ -35,6 +35,7 @@ MapFiles::Done MapFiles::save(const std::string& path) {
 MapFiles::Done MapFiles::load(const std::string& path) {
   const MapContents contents = file_loop_.run([&] { return loadMap(path, params_); }).get();
   checkFrame(contents, map_frame_);
+  checkLevel(contents, parts_.session.isLevelled());
   const bool is_empty = parts_.map_loop.run([this] { return parts_.session.isEmpty(); }).get();
   const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
   std::unique_ptr<Mapper> mapper =
@@ -44,8 +45,8 @@ MapFiles::Done MapFiles::load(const std::string& path) {
                .run([&] {
                  // Frames may have come meanwhile, with the settings that the map had.
                  if (!parts_.session.isEmpty()) checkFits(contents, params_);
-                 return parts_.session.replace(
-                     {std::move(mapper), params.map.voxel_size_m, contents.stamp_s, path});
+                 return parts_.session.replace({std::move(mapper), params.map.voxel_size_m,
+                                                contents.stamp_s, path, contents.T_W_M});
                })
                .get();
   params_ = params;

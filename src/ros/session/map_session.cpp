@@ -75,7 +75,7 @@ void MapSession::act(Action action) {
 }
 
 void MapSession::fuseNext() {
-  const std::optional<PosedFrame> frame = parts_.frames.take();
+  std::optional<PosedFrame> frame = parts_.frames.take();
   if (!frame) return;  // was pushed out meanwhile
   if (hasFailed()) {
     frame->accounting->dropped(DropReason::kBackendError, frame->stamp, report_.failure);
@@ -104,7 +104,11 @@ IntegrationResult MapSession::paint(const ColourFrame& frame) {
   return result;
 }
 
-void MapSession::takeFrame(const PosedFrame& frame) {
+void MapSession::takeFrame(PosedFrame& frame) {
+  if (parts_.levelling != nullptr && !parts_.levelling->bring(frame)) {
+    return frame.accounting->dropped(DropReason::kNotLevel, frame.stamp,
+                                     "the map is not level yet: " + parts_.levelling->problem());
+  }
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   const IntegrationResult result =
       depth != nullptr ? fuse(*depth, frame.stamp) : paint(std::get<ColourFrame>(frame.image));
@@ -232,12 +236,14 @@ void MapSession::clear() {
 
 MapContents MapSession::contents() {
   MapContents contents = mapper_->contents();
+  if (parts_.levelling != nullptr) contents.T_W_M = parts_.levelling->level();
   contents.stamp_s = map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec();
   return contents;
 }
 
 std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {
   mapper_.swap(loaded.mapper);
+  if (loaded.T_W_M && isLevelled()) parts_.levelling->set(*loaded.T_W_M);
   schedule_.mapReplaced();
   mesh_whole_ = true;
   map_stamp_ = mesh_stamp_ = ros::Time();

@@ -17,6 +17,7 @@
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
 #include "ros/output/space_handover.h"
+#include "ros/session/levelling.h"
 
 namespace dtsdf {
 
@@ -33,6 +34,7 @@ class MapSession {
     std::function<std::optional<Eigen::Vector3d>(const ros::Time&)> keep_center = nullptr;
     SpaceHandover* space = nullptr;  ///< Null: nobody asks for it.
     double slice_height_m = 0.0;
+    Levelling* levelling = nullptr;  ///< Null: poses are of the map's frame.
   };
 
   MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
@@ -62,6 +64,9 @@ class MapSession {
   /// A copy of the map. @throws std::exception if the backend cannot give it.
   MapContents contents();
 
+  /// Whether its map has a frame of its own, which is level.
+  bool isLevelled() const { return parts_.levelling != nullptr && parts_.levelling->isOn(); }
+
   /// Whether nothing is mapped; no map that has failed counts as empty.
   bool isEmpty() const { return !hasFailed() && mapper_->stats().blocks == 0; }
 
@@ -71,6 +76,7 @@ class MapSession {
     float voxel_size_m;
     double stamp_s;  ///< See MapContents.
     std::string path;
+    std::optional<Eigen::Isometry3d> T_W_M = std::nullopt;  ///< See MapContents.
   };
 
   /// Goes on with a map that was loaded, and starts over after a failure; the whole mesh is handed
@@ -88,7 +94,7 @@ class MapSession {
   std::chrono::milliseconds idleTime() const;
   void act(MapSchedule::Action action);
   void fuseNext();
-  void takeFrame(const PosedFrame& frame);
+  void takeFrame(PosedFrame& frame);
   IntegrationResult fuse(DepthFrame frame, const ros::Time& stamp);
   IntegrationResult paint(const ColourFrame& frame);
   void beginMesh();

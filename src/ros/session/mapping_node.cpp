@@ -11,7 +11,6 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
-#include "params/frame_name.h"
 #include "params/printable.h"
 #include "ros/common/callback_guard.h"
 #include "ros/common/param_server.h"
@@ -66,7 +65,7 @@ std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
   const GroundParams& ground = params.node.ground;
   return std::make_unique<SpaceOutput>(
       private_nh,
-      SpaceOutput::Options{params.node.map_frame,
+      SpaceOutput::Options{frameOfMap(params.node),
                            {ground.min_height_m, ground.max_height_m, ground.grid_seen_share},
                            ground.slice_height_m},
       handover);
@@ -79,12 +78,17 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       transforms_({params_.node.input.tf_max_ahead_s}),
       transform_input_(transforms_thread_.serve(nh), transforms_),
       poses_(transforms_, params_.node.map_frame),
+      level_transform_(params_.node.map_frame, frameOfMap(params_.node)),
+      levelling_(params_, poses_,
+                 [this](const Eigen::Isometry3d& T_W_M) { level_transform_.publish(T_W_M); }),
+      imu_input_(transforms_thread_.serve(nh), namespaceOf(private_nh), params_.node, levelling_),
+      map_poses_(params_, poses_, levelling_),
       posed_frames_(params_.node.input.merge_wait_s, [this] { map_loop_.wake(); }),
       cameras_(nh, private_nh, params_.node, poses_, posed_frames_,
                [this] { intake_loop_.wake(); }),
-      mesh_publisher_(private_nh, {params_.node.map_frame, params_.mapper.mesh.colour,
+      mesh_publisher_(private_nh, {frameOfMap(params_.node), params_.mapper.mesh.colour,
                                    params_.node.publish.chunk_blocks}),
-      points_publisher_(private_nh, params_.node.map_frame, params_.mapper.mesh.colour),
+      points_publisher_(private_nh, frameOfMap(params_.node), params_.mapper.mesh.colour),
       mesh_changes_([this] { output_loop_.wake(); }),
       output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
       space_changes_([this] { output_loop_.wake(); }),
@@ -95,8 +99,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                 [this] {
                   return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
                 },
-                [this](const ros::Time& stamp) { return keepCenterAt(stamp); },
-                &space_changes_, params_.node.ground.slice_height_m}),
+                [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
+                &space_changes_, params_.node.ground.slice_height_m, &levelling_}),
       free_memory_(std::chrono::steady_clock::now),
       output_loop_(
           [this] {
@@ -122,7 +126,7 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   master_watch_ = std::make_unique<MasterWatch>(pause_.getService());
   status_ = std::make_unique<StatusPublisher>(
       nh, private_nh,
-      StatusPublisher::Options{params_.node.map_frame, params_.node.publish.status_rate_hz},
+      StatusPublisher::Options{frameOfMap(params_.node), params_.node.publish.status_rate_hz},
       [this] { return collectStatus(); });
   rates_ = std::make_unique<RateServer>(private_nh, params_.node.publish,
                                         [this](const PublishParams& rates) { setRates(rates); });
@@ -211,7 +215,7 @@ bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
   answer("save_mesh", response, [&] {
     const std::string path = resolveOutputPath(params_.node.output_directory, request.file_name,
                                                meshExtensions());
-    SaveChoice choice = readSaveChoice(request, findPoseInMap(request.frame_id));
+    SaveChoice choice = readSaveChoice(request, map_poses_.find(request.frame_id));
     choice.go_on = [&](double) { return saves_ == number; };
     const std::string note =
         map_loop_.run([this] { return session_.bringMeshUpToDate(); }).get();
@@ -230,49 +234,11 @@ bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
   return true;
 }
 
-/// At a time; 0: by the newest transform. @throws std::runtime_error where there is none.
-Eigen::Isometry3d MappingNode::findPoseInMap(const std::string& frame_id,
-                                             const ros::Time& stamp) const {
-  const std::string frame = stripLeadingSlash(frame_id);
-  if (frame.empty() || frame == poses_.mapFrame()) return Eigen::Isometry3d::Identity();
-  const PoseAnswer answer = waitForPose(frame, stamp);
-  if (answer.kind != PoseAnswer::Kind::kKnown) throw std::runtime_error(answer.text);
-  return answer.T_W_C;
-}
-
-/// A transform of just now may be on its way; as long as that of a frame is waited for.
-PoseAnswer MappingNode::waitForPose(const std::string& frame, const ros::Time& stamp) const {
-  const auto end = std::chrono::steady_clock::now() +
-                   toSteadyDuration(params_.node.input.tf_timeout_s);
-  for (;;) {
-    PoseAnswer answer = poses_.find(frame, stamp);
-    if (answer.kind != PoseAnswer::Kind::kNotYet || stamp.isZero()) return answer;
-    if (std::chrono::steady_clock::now() >= end) return answer;
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-}
-
-/// Where map/keep_frame is at the stamp, or else now; none where it is not known, or not set.
-std::optional<Eigen::Vector3d> MappingNode::keepCenterAt(const ros::Time& stamp) const {
-  const std::string& frame = params_.node.keep_frame;
-  if (frame.empty() || params_.mapper.map.keep_radius_m == 0.0f) return std::nullopt;
-  if (frame == poses_.mapFrame()) return Eigen::Vector3d::Zero();
-  for (const ros::Time& time : {stamp, ros::Time(0)}) {
-    const PoseAnswer answer = poses_.lookUp(frame, time);
-    if (answer.kind == PoseAnswer::Kind::kKnown) return answer.T_W_C.translation();
-    if (!time.isZero()) continue;
-    ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
-                                   "map/keep_radius_m is centred on the camera, because "
-                                   "map/keep_frame is not known: " << answer.text);
-  }
-  return std::nullopt;
-}
-
 bool MappingNode::onClearRegion(dtsdf_mapping::ClearRegion::Request& request,
                                 dtsdf_mapping::ClearRegion::Response& response) {
   answer("clear_region", response, [&] {
     const Region region =
-        inMap(readRegion(request.box, request.sphere), findPoseInMap(request.frame_id));
+        inMap(readRegion(request.box, request.sphere), map_poses_.find(request.frame_id));
     const ClearedRegion cleared =
         map_loop_.run([&] { return session_.clearRegion(region); }).get();
     response.voxels = cleared.voxels;
@@ -288,7 +254,7 @@ bool MappingNode::onGetDistances(dtsdf_mapping::GetDistances::Request& request,
   answer("get_distances", response, [&] {
     checkPoints(request.points);
     std::this_thread::sleep_until(next_query_);
-    const Eigen::Isometry3d T_W_F = findPoseInMap(request.header.frame_id, request.header.stamp);
+    const Eigen::Isometry3d T_W_F = map_poses_.find(request.header.frame_id, request.header.stamp);
     const std::vector<Eigen::Vector3d> points_W = inMap(request.points, T_W_F);
     fillAnswer(findDistances(points_W), T_W_F, response);
   });

@@ -27,7 +27,10 @@
 #include "ros/output/space_output.h"
 #include "ros/output/status_publisher.h"
 #include "ros/session/callback_thread.h"
+#include "ros/session/level_input.h"
+#include "ros/session/levelling.h"
 #include "ros/session/map_files.h"
+#include "ros/session/map_poses.h"
 #include "ros/session/map_session.h"
 #include "ros/session/master_watch.h"
 #include "ros/session/rate_server.h"
@@ -50,10 +53,6 @@ class MappingNode {
   void setRates(const PublishParams& rates);
   bool onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
                   dtsdf_mapping::SaveMesh::Response& response);
-  Eigen::Isometry3d findPoseInMap(const std::string& frame_id,
-                                  const ros::Time& stamp = ros::Time(0)) const;
-  PoseAnswer waitForPose(const std::string& frame, const ros::Time& stamp) const;
-  std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const;
   bool onClearRegion(dtsdf_mapping::ClearRegion::Request& request,
                      dtsdf_mapping::ClearRegion::Response& response);
   bool onGetDistances(dtsdf_mapping::GetDistances::Request& request,
@@ -75,6 +74,10 @@ class MappingNode {
   TransformBuffer transforms_;
   TransformInput transform_input_;
   PoseSource poses_;
+  LevelTransform level_transform_;
+  Levelling levelling_;
+  ImuInput imu_input_;
+  MapPoses map_poses_;
   FrameQueue posed_frames_;
   Cameras cameras_;
 

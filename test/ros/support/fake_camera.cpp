@@ -6,20 +6,20 @@
 #include <cstring>
 
 #include "ros/input/transform_conversions.h"
+#include "ros/support/kept_topics.h"
 #include "ros/support/wait.h"
 
 namespace dtsdf {
 
 FakeCamera::FakeCamera(ros::NodeHandle nh)
-    : images_(nh.advertise<sensor_msgs::Image>("/camera/depth/image_rect", 100)),
-      infos_(nh.advertise<sensor_msgs::CameraInfo>("/camera/depth/camera_info", 100)) {}
+    : images_(advertiseKept<sensor_msgs::Image>(nh, "/camera/depth/image_rect")),
+      infos_(advertiseKept<sensor_msgs::CameraInfo>(nh, "/camera/depth/camera_info")),
+      transforms_(advertiseKept<tf2_msgs::TFMessage>(nh, "/tf")) {}
 
 bool FakeCamera::connect() const {
-  ros::NodeHandle nh;
-  const ros::Publisher tf = nh.advertise<tf2_msgs::TFMessage>("/tf", 100);
   return waitUntil([&] {
     return images_.getNumSubscribers() > 0 && infos_.getNumSubscribers() > 0 &&
-           tf.getNumSubscribers() > 0;
+           transforms_.getNumSubscribers() > 0;
   });
 }
 

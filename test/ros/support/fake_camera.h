@@ -35,7 +35,7 @@ class FakeCamera {
   ros::Time sendFrame();
 
  private:
-  ros::Publisher images_, infos_;
+  ros::Publisher images_, infos_, transforms_;
   tf2_ros::TransformBroadcaster broadcaster_;
   ros::Time last_stamp_;
 };

@@ -141,6 +141,56 @@ TEST_F(MapFile, GivesBackWhatWasSaved) {
   EXPECT_LT(bytes_.size(), saved_.size.bytes() / 2) << "compressed";
 }
 
+/// A map that is not levelled has the bytes that it had before there were levels: a level is a part
+/// of its own, and all others are as without it.
+TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
+  EXPECT_FALSE(readMapInfo(path_).T_W_M);
+  EXPECT_FALSE(loadMap(path_).T_W_M);
+  MapContents levelled = copyOf(smallMap());
+  levelled.T_W_M = Eigen::Isometry3d::Identity();
+  levelled.T_W_M->linear() =
+      Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, 2.0, 0.3).normalized()).toRotationMatrix();
+  levelled.T_W_M->translation() = Eigen::Vector3d(0.0, 0.0, 1.0 / 3.0);
+  const std::string path = folder_ / "levelled.dtsdf";
+  const SavedMap saved = saveMap(levelled, path);
+  EXPECT_EQ(saved.content_hash, saved_.content_hash) << "the map is the same";
+  EXPECT_TRUE(sameContents(loadMap(path), levelled)) << "to the last bit";
+  ASSERT_TRUE(readMapInfo(path).T_W_M);
+  EXPECT_EQ(readMapInfo(path).T_W_M->matrix(), levelled.T_W_M->matrix());
+
+  TakenApart apart(readBytes(path));
+  const SectionHeader header = apart.get("LEVL").header;
+  EXPECT_EQ(header.flags, map_format::kRequired) << "who skips it would fuse in the wrong frame";
+  EXPECT_EQ(header.content_bytes, 96u);
+  apart.sections.erase(std::find_if(
+      apart.sections.begin(), apart.sections.end(),
+      [](const TakenApart::Section& section) { return section.header.is("LEVL"); }));
+  apart.hash = saved.content_hash;
+  EXPECT_TRUE(apart.bytes() == bytes_);
+
+  TakenApart bent(readBytes(path));
+  bent.hash = saved.content_hash;
+  bent.get("LEVL").stored[6] ^= 0x10;
+  writeBytes(path, bent.bytes());
+  EXPECT_TRUE(contains(errorOf([&] { loadMap(path); }), "its level is not a pose"));
+  bent.get("LEVL").stored.resize(88);
+  bent.get("LEVL").header.content_bytes = 88;
+  writeBytes(path, TakenApart(bent).bytes());
+  EXPECT_TRUE(contains(errorOf([&] { loadMap(path); }), "LEVL has the wrong size"));
+}
+
+TEST(Level, HasToBeThatOfTheRunThatGoesOn) {
+  MapContents plain = copyOf(smallMap()), levelled = copyOf(smallMap());
+  levelled.T_W_M = Eigen::Isometry3d::Identity();
+  EXPECT_EQ(errorOf([&] { checkLevel(plain, false); }), "");
+  EXPECT_EQ(errorOf([&] { checkLevel(levelled, true); }), "");
+  EXPECT_TRUE(contains(errorOf([&] { checkLevel(plain, true); }), "set map/level to none"));
+  EXPECT_TRUE(contains(errorOf([&] { checkLevel(levelled, false); }), "floor or imu"));
+  plain.frames = levelled.frames = 0;
+  EXPECT_EQ(errorOf([&] { checkLevel(plain, true); }), "") << "nothing is in it yet";
+  EXPECT_EQ(errorOf([&] { checkLevel(levelled, false); }), "");
+}
+
 TEST_F(MapFile, HasTheSameBytesWhateverTheThreads) {
   for (const int threads : {0, 2, 7}) {
     saveMap(smallMap(), folder_ / "again.dtsdf", threads);

@@ -2,11 +2,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "backend/stage_costs.h"
+#include "benchmark/stage_costs.h"
 #include "mapper/probed_mapper.h"
-#include "tools/benchmark_options.h"
-#include "tools/benchmark_report.h"
-#include "tools/flight.h"
+#include "benchmark/benchmark_options.h"
+#include "benchmark/benchmark_report.h"
+#include "benchmark/flight.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {
@@ -69,24 +69,10 @@ TEST(StageCosts, FollowSurfelsWhereTheWorkIsTheirs) {
   WorkCounts pixels, merged;
   pixels.pixels = pixels.surfels = merged.pixels = 640 * 480;
   merged.surfels = pixels.surfels / 10;
-  EXPECT_EQ(costOf(Stage::kSense, merged, 1.0).operations,
-            costOf(Stage::kSense, pixels, 1.0).operations);
   EXPECT_EQ(costOf(Stage::kSense, merged, 1.0).bytes, costOf(Stage::kSense, pixels, 1.0).bytes);
-  EXPECT_LT(costOf(Stage::kMakeSurfels, merged, 1.0).operations,
-            costOf(Stage::kMakeSurfels, pixels, 1.0).operations);
-  for (const Stage stage : {Stage::kFindBlocks, Stage::kCast}) {
-    EXPECT_NEAR(10 * costOf(stage, merged, 1.0).operations, costOf(stage, pixels, 1.0).operations,
-                1e-3);
+  for (const Stage stage : {Stage::kMakeSurfels, Stage::kFindBlocks, Stage::kCast}) {
     EXPECT_LT(costOf(stage, merged, 1.0).bytes, costOf(stage, pixels, 1.0).bytes);
   }
-}
-
-TEST(StageCosts, OccupancyOnTuring) {
-  EXPECT_EQ(occupancyOnTuring(256, 32, 0), 1.0);
-  EXPECT_EQ(occupancyOnTuring(256, 64, 0), 1.0);    // 4 x 256 x 64 = 65536
-  EXPECT_EQ(occupancyOnTuring(256, 65, 0), 0.75);   // given out in eights: 72
-  EXPECT_EQ(occupancyOnTuring(256, 128, 0), 0.5);
-  EXPECT_EQ(occupancyOnTuring(256, 32, 33000), 0.25);
 }
 
 Measurement someMeasurement() {

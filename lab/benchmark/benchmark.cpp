@@ -1,0 +1,118 @@
+/// benchmark: what a frame takes, from its upload to the updated mesh, stage by stage.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+
+#include "benchmark/benchmark_options.h"
+#include "benchmark/benchmark_report.h"
+#include "benchmark/flight.h"
+#include "io/atomic_file.h"
+#include "io/raw_frames.h"
+#include "mapper/gpu.h"
+#include "mapper/probed_mapper.h"
+#include "program/progress_bar.h"
+#include "program/run_program.h"
+
+namespace dtsdf {
+namespace {
+
+std::vector<SourceFrame> readFrames(const BenchmarkOptions& options) {
+  const auto source = options.raw_name.empty()
+                          ? openRecording(options.recording)
+                          : openRawFrames(options.raw_name, options.recording.selection);
+  std::vector<SourceFrame> frames;
+  while (std::optional<SourceFrame> frame = source->next()) frames.push_back(std::move(*frame));
+  return frames;
+}
+
+/// Rate of large copies on one core, in GB/s, each byte read and written.
+double measureHostCopies() {
+  constexpr size_t kBytes = size_t(1) << 27;
+  const std::vector<char> from(kBytes, 1);
+  std::vector<char> to(kBytes, 2);
+  double best_s = 1e9;
+  for (int i = 0; i < 3; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    std::memcpy(to.data(), from.data(), kBytes);
+    best_s = std::min(
+        best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  return 2.0 * kBytes / best_s / 1e9;
+}
+
+CopyRates ratesOf(const std::string& backend_name) {
+  CopyRates rates;
+  if (backend_name.rfind("cuda", 0) != 0) {
+    rates.memory_gb_s = measureHostCopies();
+    return rates;
+  }
+  const GpuReport gpu = reportGpu();
+  rates.memory_gb_s = gpu.copy_gb_s;
+  rates.upload_gb_s = gpu.upload_gb_s;
+  rates.download_gb_s = gpu.download_gb_s;
+  return rates;
+}
+
+Report measureFrames(const BenchmarkOptions& options, const RunSettings& settings) {
+  const std::vector<SourceFrame> frames = readFrames(options);
+  Measurement measurement;
+  {
+    ProgressBar progress("frames", 2 * frames.size());
+    measurement = measure(frames, settings.params.mapper, settings.rules,
+                          [&](size_t done) { progress.show(done); });
+  }
+  return reportMeasurement(measurement, ratesOf(measurement.backend_name));
+}
+
+Report measureFlight(const BenchmarkOptions& options, const RunSettings& settings) {
+  constexpr double kMiB = 1024.0 * 1024.0;
+  const FlightPlan plan{static_cast<size_t>(options.grow_to_gib * 1024.0 * kMiB), options.speed_m};
+  MapperParams params = settings.params.mapper;
+  // Room for the last frame too, unless the map forgets what is far.
+  if (params.map.keep_radius_m == 0.0f) {
+    params.map.max_memory_mb =
+        std::max(params.map.max_memory_mb, static_cast<int>(options.grow_to_gib * 1024.0) + 1024);
+  }
+  Measurement end;
+  const size_t taken = gpuMemoryTaken();
+  const auto mapper = makeProbedMapper(params, settings.rules);
+  std::vector<FrameTime> times;
+  {
+    ProgressBar progress("MiB", static_cast<size_t>(static_cast<double>(plan.map_bytes) / kMiB));
+    times = fly(*mapper, plan, [&](size_t bytes) {
+      progress.show(static_cast<size_t>(static_cast<double>(bytes) / kMiB));
+    });
+  }
+  end.backend_name = mapper->backendName();
+  end.map = mapper->stats();
+  end.memory = mapper->memoryParts();
+  end.device_bytes = gpuMemoryTakenSince(taken);
+  return reportFlight(times, end);
+}
+
+void run(const BenchmarkOptions& options) {
+  if (!options.report_path.empty()) prepareOutputFile(options.report_path);
+  const RunSettings settings = readSettings(options);
+  if (isLevelled(settings.params.node)) {
+    std::fputs(
+        "benchmark: warning: map/level is not for measurements: frames are fused in the "
+        "frame of their poses\n",
+        stderr);
+  }
+  const Report report = options.gpu_report ? reportGpuAndKernels(reportGpu())
+                        : options.flight   ? measureFlight(options, settings)
+                                           : measureFrames(options, settings);
+  if (!options.report_path.empty()) writeFileAtomically(options.report_path, report.json);
+  std::fputs(report.text.c_str(), stdout);
+}
+
+}  // namespace
+}  // namespace dtsdf
+
+int main(int argc, char** argv) {
+  using namespace dtsdf;
+  return runProgram("benchmark", argc, argv, [](const std::vector<std::string>& arguments) {
+    run(parseBenchmarkOptions(arguments));
+  });
+}

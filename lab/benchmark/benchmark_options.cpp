@@ -1,0 +1,57 @@
+#include "benchmark/benchmark_options.h"
+
+namespace dtsdf {
+namespace {
+
+void addFlightOptions(CommandLine& line, BenchmarkOptions& options) {
+  line.addFlag("--flight",
+               "a synthetic flight over hilly ground instead of a recording: does the time of a "
+               "frame stay constant while the map grows?",
+               options.flight);
+  line.addNumber({"--grow-to-gib", "GIB", "size of the map at which the flight ends"},
+                 options.grow_to_gib, {kAboveZero, kUnbounded});
+  line.addNumber({"--speed", "METRES", "distance flown per frame"}, options.speed_m,
+                 {kAboveZero, kUnbounded});
+  line.onlyWith("--grow-to-gib", "--flight");
+  line.onlyWith("--speed", "--flight");
+}
+
+void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
+  line.beginGroup("Input");
+  addTumOption(line, options);
+  addFolderOptions(line, options);
+  line.onlyWith("--depth-scale", "--tum");
+  line.onlyWith("--pose-tolerance", "--tum");
+  line.addText(
+      {"--raw", "NAME", "NAME.raw and NAME.txt, as pack_frames writes them, instead of --tum"},
+      options.raw_name);
+  addFrameOptions(line, options);
+  addFlightOptions(line, options);
+  line.addFlag("--gpu",
+               "only report on the GPU: copy rates, registers and occupancy of the "
+               "kernels",
+               options.gpu_report);
+  line.requireOneOf({"--tum", "--raw", "--flight", "--gpu"});
+}
+
+}  // namespace
+
+BenchmarkOptions parseBenchmarkOptions(const std::vector<std::string>& arguments) {
+  BenchmarkOptions options;
+  CommandLine line("benchmark", "(--tum DIR | --raw NAME | --flight | --gpu) [options]",
+                   "Measures what a frame takes, from its upload to the updated mesh, stage by "
+                   "stage. Frames are read or made before they are timed.",
+                   "Exit code: 0 measured, 1 an error, 2 a wrong command line.");
+  addInputOptions(line, options);
+  line.beginGroup("Settings");
+  addMapperOptions(line, options);
+  line.beginGroup("Output");
+  addReportOptions(line, options);
+  line.parse(arguments);
+  if (line.given("--frames") && (options.flight || options.gpu_report)) {
+    throw UsageError("--frames is only for --tum and --raw");
+  }
+  return options;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,289 @@
+#include "benchmark/benchmark_report.h"
+#include "mapper/gpu.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "benchmark/stage_costs.h"
+#include "tools/reconstruction_report.h"
+
+namespace dtsdf {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMiB = 1024.0 * 1024.0;
+
+template <class... Values>
+std::string format(const char* pattern, Values... values) {
+  char line[256];
+  std::snprintf(line, sizeof(line), pattern, values...);
+  return line;
+}
+
+json toJson(const TimeSummary& times) {
+  return {{"median", times.median}, {"p95", times.p95}, {"worst", times.worst}};
+}
+
+template <class Item, class Value>
+std::vector<double> valuesOf(const std::vector<Item>& items, size_t first, const Value& value) {
+  std::vector<double> values;
+  for (size_t i = first; i < items.size(); ++i) values.push_back(value(items[i]));
+  return values;
+}
+
+std::string textOf(const json& report) {
+  return report.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+json backendOf(const Measurement& m) {
+  return {{"backend", m.backend_name.substr(0, m.backend_name.find(' '))},
+          {"device", m.backend_name}};
+}
+
+size_t firstCounted(size_t frames) { return frames > 1 ? 1 : 0; }
+
+json totalsOf(const Measurement& m) {
+  const size_t first = firstCounted(m.frames.size());
+  const auto summary = [&](double FrameTime::*time) {
+    const auto value = [&](const FrameTime& frame) { return frame.*time; };
+    return toJson(summarise(valuesOf(m.frames, first, value)));
+  };
+  json totals = backendOf(m);
+  totals["frames"] = m.frames.size();
+  totals["first_frame_ms"] = m.frames.front().total_ms;
+  totals["total_ms"] = summary(&FrameTime::total_ms);
+  totals["call_ms"] = summary(&FrameTime::call_ms);
+  totals["fetch_ms"] = summary(&FrameTime::fetch_ms);
+  totals["distances_ms"] = summary(&FrameTime::distances_ms);
+  totals["overlapped_ms"] = m.overlapped_ms;
+  totals["pack_ms"] = summary(&FrameTime::pack_ms);
+  totals["packed_bytes"] = toJson(summarise(valuesOf(m.frames, first, [](const FrameTime& frame) {
+    return static_cast<double>(frame.packed.bytes);
+  })));
+  totals["packed_mesh"] = {{"bytes", m.packed.bytes}, {"triangles", m.packed.triangles}};
+  return totals;
+}
+
+json stageOf(const Measurement& m, Stage stage, const CopyRates& rates, double arrays_per_block) {
+  const size_t first = firstCounted(m.stages.size());
+  const TimeSummary times = summarise(
+      valuesOf(m.stages, first, [&](const Profile& profile) { return profile.of(stage); }));
+  const auto cost = [&](const Profile& p) { return costOf(stage, p.work, arrays_per_block); };
+  const double bytes =
+      summarise(valuesOf(m.stages, first, [&](const Profile& p) { return cost(p).bytes; })).median;
+  double rate = rates.memory_gb_s;
+  if (costOf(stage, WorkCounts(), 1.0).over_bus) {
+    rate = stage == Stage::kUpload ? rates.upload_gb_s : rates.download_gb_s;
+  }
+  const double floor_ms = rate > 0.0 ? bytes / (rate * 1e6) : 0.0;
+  json entry = {
+      {"stage", toString(stage)}, {"ms", toJson(times)}, {"bytes", bytes}, {"floor_ms", floor_ms}};
+  entry["share_of_bandwidth"] = times.median > 0.0 ? floor_ms / times.median : 0.0;
+  return entry;
+}
+
+json stagesOf(const Measurement& m, const CopyRates& rates) {
+  const double arrays_per_block = static_cast<double>(m.map.voxel_arrays) /
+                                  static_cast<double>(std::max<size_t>(1, m.map.blocks));
+  json stages = json::array();
+  for (int s = 0; s < kStageCount; ++s) {
+    json entry = stageOf(m, static_cast<Stage>(s), rates, arrays_per_block);
+    if (entry["ms"]["worst"] > 0.0) stages.push_back(std::move(entry));
+  }
+  return stages;
+}
+
+json memoryOf(const Measurement& m) {
+  json memory = {
+      {"parts", json::array()}, {"device", m.device_bytes}, {"whole_mesh", m.mesh_bytes}};
+  for (const MemoryPart& part : m.memory) {
+    memory["parts"].push_back({{"name", part.name},
+                               {"kind", toString(part.kind)},
+                               {"used", part.used_bytes},
+                               {"reserved", part.reserved_bytes}});
+    // The map is summed up with its indices.
+    const MemoryKind kind = part.kind == MemoryKind::kIndices ? MemoryKind::kMap : part.kind;
+    for (const char* what : {"used", "reserved"}) {
+      json& sum = memory[toString(kind)][what];
+      const size_t bytes = what[0] == 'u' ? part.used_bytes : part.reserved_bytes;
+      sum = (sum.is_null() ? size_t(0) : sum.get<size_t>()) + bytes;
+    }
+  }
+  return memory;
+}
+
+json mapOf(const Measurement& m) {
+  return {{"blocks", m.map.blocks},
+          {"voxel_arrays", m.map.voxel_arrays},
+          {"bytes", m.map.map_bytes},
+          {"triangles", m.triangles}};
+}
+
+std::string memoryText(const json& memory) {
+  std::string text = "memory in MiB          used  reserved\n";
+  for (const json& part : memory["parts"]) {
+    text += format("  %-8s %-22s %8.2f %9.2f\n", part["kind"].get<std::string>().c_str(),
+                   part["name"].get<std::string>().c_str(), part["used"].get<double>() / kMiB,
+                   part["reserved"].get<double>() / kMiB);
+  }
+  return text + format("  taken from the device %.1f, whole mesh on the host %.2f\n",
+                       memory["device"].get<double>() / kMiB,
+                       memory["whole_mesh"].get<double>() / kMiB);
+}
+
+std::string summaryLine(const char* name, const json& times) {
+  return format("  %-10s %9.3f %9.3f %9.3f", name, times["median"].get<double>(),
+                times["p95"].get<double>(), times["worst"].get<double>());
+}
+
+std::string measurementText(const json& report) {
+  std::string text =
+      format("%s, %d frames\nms per frame     median       p95     worst\n",
+             report["device"].get<std::string>().c_str(), report["frames"].get<int>());
+  for (const char* name : {"total", "call", "fetch"}) {
+    text += summaryLine(name, report[std::string(name) + "_ms"]) + "\n";
+  }
+  if (report["distances_ms"]["worst"] > 0.0) {
+    text += summaryLine("distances", report["distances_ms"]) + "  (of space, after the fetch)\n";
+  }
+  text += format("  first frame %.3f; with the fetch beside the next frame %.3f (mean)\n",
+                 report["first_frame_ms"].get<double>(), report["overlapped_ms"].get<double>());
+  const json& packed = report["packed_mesh"];
+  const double triangles = std::max(1.0, packed["triangles"].get<double>());
+  text += summaryLine("pack", report["pack_ms"]) + "  (chunks that changed, to be sent)\n" +
+          format("  these take %.0f KiB (median); the whole mesh %.1f bytes a triangle\n",
+                 report["packed_bytes"]["median"].get<double>() / 1024.0,
+                 packed["bytes"].get<double>() / triangles);
+  text +=
+      "stages, profiled                             "
+      "   KiB   floor  share of bandwidth\n";
+  for (const json& stage : report["stages"]) {
+    text +=
+        summaryLine(stage["stage"].get<std::string>().c_str(), stage["ms"]) +
+        format(" %9.1f %7.4f %6.1f %%\n", stage["bytes"].get<double>() / 1024.0,
+               stage["floor_ms"].get<double>(), 100.0 * stage["share_of_bandwidth"].get<double>());
+  }
+  return text + memoryText(report["memory"]);
+}
+
+/// Frames during which the n-th GiB was mapped.
+json flightByGib(const std::vector<FrameTime>& times) {
+  constexpr double kGiB = 1024.0 * kMiB;
+  json rows = json::array();
+  for (size_t begin = 1; begin < times.size();) {
+    const int gib = static_cast<int>(static_cast<double>(times[begin].mapped_bytes) / kGiB);
+    size_t end = begin, map_bytes = 0, resident_bytes = 0;
+    std::vector<double> total_ms, fetch_ms, distances_ms;
+    for (; end < times.size() &&
+           static_cast<int>(static_cast<double>(times[end].mapped_bytes) / kGiB) == gib;
+         ++end) {
+      map_bytes = std::max(map_bytes, times[end].map_bytes);
+      resident_bytes = std::max(resident_bytes, times[end].resident_bytes);
+      total_ms.push_back(times[end].total_ms);
+      fetch_ms.push_back(times[end].fetch_ms);
+      distances_ms.push_back(times[end].distances_ms);
+    }
+    rows.push_back({{"gib", gib},
+                    {"frames", end - begin},
+                    {"total_ms", toJson(summarise(total_ms))},
+                    {"fetch_ms", toJson(summarise(fetch_ms))},
+                    {"distances_ms", toJson(summarise(distances_ms))},
+                    {"map_mib", static_cast<double>(map_bytes) / kMiB},
+                    {"resident_mib", static_cast<double>(resident_bytes) / kMiB}});
+    begin = end;
+  }
+  return rows;
+}
+
+/// The slowest frames: where the flight was held up.
+json slowestFrames(const std::vector<FrameTime>& times) {
+  constexpr size_t kShown = 8;
+  std::vector<size_t> order;
+  for (size_t i = 1; i < times.size(); ++i) order.push_back(i);
+  std::sort(order.begin(), order.end(),
+            [&](size_t a, size_t b) { return times[a].total_ms > times[b].total_ms; });
+  json rows = json::array();
+  for (size_t i = 0; i < std::min(kShown, order.size()); ++i) {
+    const FrameTime& time = times[order[i]];
+    rows.push_back({{"frame", order[i]},
+                    {"total_ms", time.total_ms},
+                    {"call_ms", time.call_ms},
+                    {"map_gib", static_cast<double>(time.map_bytes) / kMiB / 1024.0}});
+  }
+  return rows;
+}
+
+}  // namespace
+
+Report reportMeasurement(const Measurement& measurement, const CopyRates& rates) {
+  json report = totalsOf(measurement);
+  report["map"] = mapOf(measurement);
+  report["stages"] = stagesOf(measurement, rates);
+  report["memory"] = memoryOf(measurement);
+  report["rates_gb_s"] = {{"memory", rates.memory_gb_s},
+                          {"upload", rates.upload_gb_s},
+                          {"download", rates.download_gb_s}};
+  return {textOf(report), measurementText(report)};
+}
+
+Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end) {
+  json report = backendOf(end);
+  report["frames"] = times.size();
+  report["map"] = mapOf(end);
+  report["memory"] = memoryOf(end);
+  report["by_gib"] = flightByGib(times);
+  report["slowest"] = slowestFrames(times);
+  std::string text = format(
+      "%s, a flight of %zu frames; %zu blocks refused\nmapped    frames  "
+      "total ms: median       p95     worst   fetch  map MiB  RSS MiB\n",
+      end.backend_name.c_str(), times.size(), static_cast<size_t>(end.map.refused_blocks));
+  for (const json& row : report["by_gib"]) {
+    text += format("%3d GiB %8d", row["gib"].get<int>(), row["frames"].get<int>()) +
+            summaryLine("", row["total_ms"]) +
+            format(" %7.3f %8.0f %8.0f\n", row["fetch_ms"]["median"].get<double>(),
+                   row["map_mib"].get<double>(), row["resident_mib"].get<double>());
+  }
+  text += "slowest frames\n";
+  for (const json& row : report["slowest"]) {
+    text += format("  frame %d, map of %.2f GiB: %.3f ms, of which %.3f in integrate()\n",
+                   row["frame"].get<int>(), row["map_gib"].get<double>(),
+                   row["total_ms"].get<double>(), row["call_ms"].get<double>());
+  }
+  return {textOf(report), text + memoryText(report["memory"])};
+}
+
+Report reportGpuAndKernels(const GpuReport& gpu) {
+  json report = {
+      {"name", gpu.name},
+      {"compute_capability", gpu.compute_capability},
+      {"multiprocessors", gpu.multiprocessors},
+      {"driver", gpu.driver},
+      {"runtime", gpu.runtime},
+      {"kernels", json::array()},
+      {"rates_gb_s",
+       {{"memory", gpu.copy_gb_s}, {"upload", gpu.upload_gb_s}, {"download", gpu.download_gb_s}}}};
+  std::string text =
+      format("%s, compute capability %d.%d, %d multiprocessors, CUDA %s (driver %s)\n",
+             gpu.name.c_str(), gpu.compute_capability / 10, gpu.compute_capability % 10,
+             gpu.multiprocessors, gpu.runtime.c_str(), gpu.driver.c_str());
+  text += format("GB/s: device memory %.0f, upload %.1f, download %.1f\n", gpu.copy_gb_s,
+                 gpu.upload_gb_s, gpu.download_gb_s);
+  text += "kernel                    registers  shared B  local B  blocks  occupancy\n";
+  for (const KernelUse& kernel : gpu.kernels) {
+    report["kernels"].push_back({{"name", kernel.name},
+                                 {"threads", kernel.threads},
+                                 {"registers", kernel.registers},
+                                 {"shared_bytes", kernel.shared_bytes},
+                                 {"local_bytes", kernel.local_bytes},
+                                 {"blocks_per_processor", kernel.blocks_per_processor},
+                                 {"occupancy", kernel.occupancy}});
+    text += format("  %-25s %7d %9zu %8zu %7d %8.0f %%\n", kernel.name.c_str(), kernel.registers,
+                   kernel.shared_bytes, kernel.local_bytes, kernel.blocks_per_processor,
+                   100.0 * kernel.occupancy);
+  }
+  return {textOf(report), text};
+}
+
+}  // namespace dtsdf

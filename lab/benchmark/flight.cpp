@@ -1,0 +1,88 @@
+#include "benchmark/flight.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+
+#include "threads/parallel.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kWidth = 640, kHeight = 480;
+constexpr Intrinsics kIntrinsics{525.0f, 525.0f, 319.5f, 239.5f};
+constexpr double kEyeHeight_m = 4.0;
+constexpr float kUnit_m = 0.0002f;
+
+/// Depth where the ray with this slope (metres along x and y for each metre down) meets the ground.
+/// Its slope times that of the ground is well below 1, so that each step brings it nearer.
+double depthOf(double x_m, double slope_x, double slope_y) {
+  constexpr int kSteps = 10;
+  double depth_m = kEyeHeight_m;
+  for (int i = 0; i < kSteps; ++i) {
+    depth_m = kEyeHeight_m - groundHeight(x_m + depth_m * slope_x, depth_m * slope_y);
+  }
+  return depth_m;
+}
+
+/// What is in the map, and what was and is dropped: blocks take about the same everywhere here.
+size_t mappedBytes(const MapStats& map) {
+  if (map.blocks == 0) return 0;
+  return map.map_bytes + static_cast<size_t>(map.dropped_blocks) * (map.map_bytes / map.blocks);
+}
+
+/// Memory of this process, 0 where the system does not tell.
+size_t residentBytes() {
+  size_t pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return resident * static_cast<size_t>(sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
+
+double groundHeight(double x_m, double y_m) {
+  return 0.35 * std::sin(0.9 * x_m) * std::cos(0.8 * y_m) + 0.05 * std::sin(3.1 * x_m + 1.3 * y_m) +
+         0.02 * std::sin(7.3 * y_m - 4.1 * x_m);
+}
+
+SourceFrame renderFlightFrame(double x_m) {
+  const auto image = std::make_shared<std::vector<uint16_t>>(kWidth * kHeight);
+  forEachInParallel(kHeight, 0, [&](size_t v) {
+    const double slope_y =
+        -(static_cast<double>(v) - static_cast<double>(kIntrinsics.cy)) / kIntrinsics.fy;
+    for (int u = 0; u < kWidth; ++u) {
+      const double slope_x = (u - kIntrinsics.cx) / kIntrinsics.fx;
+      (*image)[v * kWidth + u] =
+          static_cast<uint16_t>(std::lround(depthOf(x_m, slope_x, slope_y) / kUnit_m));
+    }
+  });
+  SourceFrame frame;
+  frame.depth.data = image->data();
+  frame.depth.row_bytes = kWidth * sizeof(uint16_t);
+  frame.depth.width = kWidth;
+  frame.depth.height = kHeight;
+  frame.depth.unit_m = kUnit_m;
+  frame.depth.intrinsics = kIntrinsics;
+  frame.depth.T_W_C.linear() = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
+  frame.depth.T_W_C.translation() = Eigen::Vector3d(x_m, 0.0, kEyeHeight_m);
+  frame.pixels = image;
+  return frame;
+}
+
+std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
+                           const std::function<void(size_t)>& show_progress) {
+  std::vector<FrameTime> times;
+  size_t mapped_bytes = 0;
+  do {
+    const SourceFrame frame = renderFlightFrame(plan.speed_m * static_cast<double>(times.size()));
+    times.push_back(timeFrame(mapper, frame.depth, [](const MeshUpdate&) {}));
+    times.back().mapped_bytes = mapped_bytes = mappedBytes(mapper.stats());
+    times.back().resident_bytes = residentBytes();
+    show_progress(mapped_bytes);
+  } while (mapped_bytes < plan.map_bytes);
+  return times;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,162 @@
+#include "benchmark/measurement.h"
+
+#include <chrono>
+#include <stdexcept>
+
+#include "dtsdf_mapping/mesh.h"
+#include "mapper/gpu.h"
+#include "meshing/mesh_chunks.h"
+#include "meshing/packed_chunk.h"
+
+namespace dtsdf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double millisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+void integrateOrThrow(ProbedMapper& mapper, const DepthFrame& frame) {
+  const IntegrationResult result = mapper.integrate(frame);
+  if (result.status != FrameStatus::kFused) {
+    throw std::runtime_error("a frame cannot be fused: " + result.message);
+  }
+  if (result.refused_blocks > 0) {
+    throw std::runtime_error("the map is full; raise map/max_memory_mb");
+  }
+}
+
+/// Packs a mesh in chunks as the node does by default.
+class Packing {
+ public:
+  explicit Packing(const MeshStore& store) : store_(store) {}
+
+  void noteChanges(const MeshUpdate& update) {
+    for (const BlockMesh& block : update.blocks) chunks_.markChanged(block.key);
+  }
+
+  PackedSize packChanges() {
+    PackedSize size;
+    for (const PackedKey chunk : chunks_.changed()) add(chunk, size);
+    chunks_.forgetChanges();
+    return size;
+  }
+
+  PackedSize packAll() const {
+    PackedSize size;
+    for (const PackedKey chunk : chunks_.all()) add(chunk, size);
+    return size;
+  }
+
+ private:
+  void add(PackedKey key, PackedSize& size) const {
+    const PackedChunk chunk =
+        packChunk(store_, lattice_, chunks_.cornerOf(key), chunks_.blocksOf(key));
+    size.bytes += bytesInMessage(chunk);
+    size.triangles += chunk.triangleCount();
+  }
+
+  static constexpr int kChunkBlocks = 4;
+  const MeshStore& store_;
+  ChunkLattice lattice_{store_.voxelSize(), kChunkBlocks};
+  MeshChunks chunks_{kChunkBlocks};
+};
+
+/// What a frame takes in all, and what the map takes in the end.
+void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                   const Rules& rules, const std::function<void(size_t)>& show_progress,
+                   Measurement& result) {
+  const size_t taken = gpuMemoryTaken();
+  const auto mapper = makeProbedMapper(params, rules);
+  MeshStore store(params.map.voxel_size_m);
+  Packing packing(store);
+  for (const SourceFrame& frame : frames) {
+    FrameTime time = timeFrame(*mapper, frame.depth, [&](const MeshUpdate& update) {
+      store.apply(update);
+      packing.noteChanges(update);
+    });
+    const auto start = Clock::now();
+    time.packed = packing.packChanges();
+    time.pack_ms = millisecondsSince(start);
+    result.frames.push_back(time);
+    show_progress(result.frames.size());
+  }
+  result.backend_name = mapper->backendName();
+  result.map = mapper->stats();
+  result.memory = mapper->memoryParts();
+  result.device_bytes = gpuMemoryTakenSince(taken);
+  result.triangles = store.triangleCount();
+  result.packed = packing.packAll();
+  for (const auto& [key, mesh] : store.blocks()) {
+    result.mesh_bytes +=
+        mesh->vertices.size() * sizeof(BlockVertex) + mesh->triangles.size() * sizeof(uint16_t);
+  }
+}
+
+void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                   const Rules& rules, const std::function<void(size_t)>& show_progress,
+                   Measurement& result) {
+  const auto mapper = makeProbedMapper(params, rules);
+  Profile profile;
+  mapper->profileTo(&profile);
+  for (const SourceFrame& frame : frames) {
+    profile = Profile();
+    integrateOrThrow(*mapper, frame.depth);
+    mapper->updateMesh();
+    result.stages.push_back(profile);
+    show_progress(frames.size() + result.stages.size());
+  }
+  mapper->profileTo(nullptr);
+}
+
+/// As a live map works: the meshes of a frame are fetched while the next frame is fused.
+void measureOverlapped(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                       const Rules& rules, Measurement& result) {
+  const auto mapper = makeProbedMapper(params, rules);
+  const auto start = Clock::now();
+  for (const SourceFrame& frame : frames) {
+    integrateOrThrow(*mapper, frame.depth);
+    mapper->finishMeshUpdate();
+    mapper->beginMeshUpdate();
+  }
+  mapper->finishMeshUpdate();
+  result.overlapped_ms = millisecondsSince(start) / static_cast<double>(frames.size());
+}
+
+}  // namespace
+
+FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
+                    const std::function<void(const MeshUpdate&)>& use) {
+  FrameTime time;
+  const auto start = Clock::now();
+  integrateOrThrow(mapper, frame);
+  time.call_ms = millisecondsSince(start);
+  mapper.beginMeshUpdate();
+  mapper.waitForMeshes();
+  time.total_ms = millisecondsSince(start);
+  const MeshUpdate update = mapper.finishMeshUpdate();
+  time.fetch_ms = millisecondsSince(start) - time.total_ms;
+  use(update);
+  if (Space* const space = mapper.space()) {
+    const auto updated = Clock::now();
+    space->updateDistances();
+    time.distances_ms = millisecondsSince(updated);
+  }
+  time.map_bytes = mapper.stats().map_bytes;
+  return time;
+}
+
+Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                    const Rules& rules, const std::function<void(size_t)>& show_progress) {
+  if (frames.empty()) throw std::runtime_error("there are no frames to measure with");
+  Measurement result;
+  measureTotals(frames, params, rules, show_progress, result);
+  measureStages(frames, params, rules, show_progress, result);
+  if (result.backend_name.rfind("cuda", 0) == 0) {
+    measureOverlapped(frames, params, rules, result);
+  }
+  return result;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,91 @@
+#include "evaluation/camera_views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+#include "io/tum_sequence.h"
+#include "simulation/scene.h"
+
+namespace dtsdf {
+
+namespace {
+
+/// Azimuth about y and elevation above the plane y = 0 of view number i, in radians.
+struct ViewAngles {
+  double azimuth, elevation;
+};
+
+ViewAngles viewAngles(OrbitShape shape, size_t i, size_t count) {
+  const double share = static_cast<double>(i) / static_cast<double>(count);
+  const double middle = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+  switch (shape) {
+    case OrbitShape::kCircle: return {2.0 * M_PI * share, 0.0};
+    case OrbitShape::kHelix: return {2.0 * M_PI * 5.0 * share, (middle - 0.5) * 2.0 * M_PI / 3.0};
+    case OrbitShape::kSphere: break;
+  }
+  // Equal steps in height cut the sphere into rings of equal area; the number of turns makes the
+  // distance between turns about that between neighbours on a turn.
+  const double turns = std::max(1.0, std::round(std::sqrt(static_cast<double>(count) / M_PI)));
+  return {2.0 * M_PI * turns * middle, std::asin(2.0 * middle - 1.0)};
+}
+
+}  // namespace
+
+Eigen::Vector3f rayOf(const Intrinsics& K, float u_px, float v_px) {
+  return {(u_px - K.cx) / K.fx, (v_px - K.cy) / K.fy, 1.0f};
+}
+
+OrbitShape orbitShapeFromName(const std::string& name) {
+  if (name == "circle") return OrbitShape::kCircle;
+  if (name == "helix") return OrbitShape::kHelix;
+  if (name == "sphere") return OrbitShape::kSphere;
+  throw std::invalid_argument("unknown trajectory '" + name + "': circle, helix or sphere");
+}
+
+std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double radius_m) {
+  std::vector<Eigen::Isometry3d> poses_W_C;
+  for (size_t i = 0; i < count; ++i) {
+    const ViewAngles view = viewAngles(shape, i, count);
+    const Eigen::Vector3d eye_W(radius_m * std::cos(view.elevation) * std::sin(view.azimuth),
+                                radius_m * std::sin(view.elevation),
+                                radius_m * std::cos(view.elevation) * std::cos(view.azimuth));
+    poses_W_C.push_back(lookAt(eye_W, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()));
+  }
+  return poses_W_C;
+}
+
+Views readViews(const std::string& tum_folder) {
+  constexpr double kPoseTolerance_s = 0.02;  // as reconstruct has it
+  const TumSequence sequence = readTumSequence(tum_folder);
+  Views views;
+  views.camera = {sequence.camera.intrinsics, sequence.camera.width, sequence.camera.height};
+  for (const StampedImage& image : sequence.depth) {
+    const auto T_W_C = sequence.trajectory.poseAt(image.stamp_s, kPoseTolerance_s);
+    if (!T_W_C) continue;
+    views.poses_W_C.push_back(*T_W_C);
+    views.depth_paths.push_back(image.path);
+  }
+  if (views.poses_W_C.empty()) throw std::runtime_error(tum_folder + ": no view has a pose");
+  return views;
+}
+
+std::vector<float> readTumDepth(const std::string& path, const ViewCamera& camera) {
+  constexpr float kTumUnit_m = 1.0f / 5000.0f;
+  const cv::Mat image = cv::imread(path, cv::IMREAD_UNCHANGED);
+  if (image.type() != CV_16UC1 || image.cols != camera.width || image.rows != camera.height) {
+    throw std::runtime_error(path + ": not a 16-bit depth image of the camera's size");
+  }
+  std::vector<float> depth_m;
+  depth_m.reserve(image.total());
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      depth_m.push_back(kTumUnit_m * static_cast<float>(image.at<uint16_t>(v, u)));
+    }
+  }
+  return depth_m;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,217 @@
+#include "evaluation/depth_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+namespace dtsdf {
+
+namespace {
+
+constexpr float kTumUnitsPerMetre = 5000.0f;
+constexpr double kFirstStamp_s = 1600000000.0;
+constexpr double kFramePeriod_s = 0.1;
+
+struct PixelRect {
+  int u_begin, u_end, v_begin, v_end;
+};
+
+/// Bounds of the mesh in the image, or the whole image where part of it lies beside the camera.
+PixelRect imageBounds(const Eigen::AlignedBox3f& bounds, const ViewCamera& camera,
+                      const Eigen::Isometry3d& T_W_C) {
+  const Eigen::Isometry3d T_C_W = T_W_C.inverse();
+  double u_min = camera.width, u_max = -1.0, v_min = camera.height, v_max = -1.0;
+  for (int i = 0; i < 8; ++i) {
+    const auto corner = static_cast<Eigen::AlignedBox3f::CornerType>(i);
+    const Eigen::Vector3d p_C = T_C_W * bounds.corner(corner).cast<double>();
+    if (p_C.z() <= 1e-3) return {0, camera.width, 0, camera.height};
+    const double u = camera.intrinsics.fx * p_C.x() / p_C.z() + camera.intrinsics.cx;
+    const double v = camera.intrinsics.fy * p_C.y() / p_C.z() + camera.intrinsics.cy;
+    u_min = std::min(u_min, u);
+    u_max = std::max(u_max, u);
+    v_min = std::min(v_min, v);
+    v_max = std::max(v_max, v);
+  }
+  const auto clampTo = [](double x, int size) {
+    return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(size)));
+  };
+  return {clampTo(std::floor(u_min) - 1.0, camera.width), clampTo(u_max + 2.0, camera.width),
+          clampTo(std::floor(v_min) - 1.0, camera.height), clampTo(v_max + 2.0, camera.height)};
+}
+
+/// Of a depth image, and with a half more, of the colour image after it.
+std::string stampText(double index) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.6f", kFirstStamp_s + kFramePeriod_s * index);
+  return text;
+}
+std::string depthStamp(size_t index) { return stampText(static_cast<double>(index)); }
+std::string colourStamp(size_t index) { return stampText(static_cast<double>(index) + 0.5); }
+
+std::string poseText(const std::string& stamp, const Eigen::Isometry3d& T_W_C) {
+  const Eigen::Vector3d& t = T_W_C.translation();
+  const Eigen::Quaterniond q(T_W_C.linear());
+  char line[256];
+  std::snprintf(line, sizeof(line), " %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", t.x(), t.y(),
+                t.z(), q.x(), q.y(), q.z(), q.w());
+  return stamp + line;
+}
+
+void makeFolder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw std::runtime_error(path + ": " + error.message());
+}
+
+std::string matrixText(const char* name, int cols, const std::vector<double>& data) {
+  std::string text = std::string(name) +
+                     ":\n  rows: " + std::to_string(data.size() / static_cast<size_t>(cols)) +
+                     "\n  cols: " + std::to_string(cols) + "\n  data: [";
+  for (size_t i = 0; i < data.size(); ++i) {
+    char number[32];
+    std::snprintf(number, sizeof(number), "%s%.9g", i == 0 ? "" : ", ", data[i]);
+    text += number;
+  }
+  return text + "]\n";
+}
+
+void writeText(const std::string& path, const std::string& text) {
+  std::ofstream out(path);
+  out << text;
+  out.close();
+  if (!out) throw std::runtime_error(path + ": cannot be written");
+}
+
+}  // namespace
+
+RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
+                        const Eigen::Isometry3d& T_W_C) {
+  const size_t pixels = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
+  RenderedView view{std::vector<float>(pixels, 0.0f), std::vector<float>(pixels, 0.0f)};
+  const PixelRect rect = imageBounds(scene.bounds(), camera, T_W_C);
+  const Eigen::Matrix3f R_W_C = T_W_C.linear().cast<float>();
+  const Eigen::Vector3f origin_W = T_W_C.translation().cast<float>();
+  for (int v = rect.v_begin; v < rect.v_end; ++v) {
+    for (int u = rect.u_begin; u < rect.u_end; ++u) {
+      // A direction with z = 1 in the optical frame: its parameter at the hit is the depth.
+      const Eigen::Vector3f direction_W =
+          R_W_C * rayOf(camera.intrinsics, static_cast<float>(u), static_cast<float>(v));
+      const auto hit = scene.intersect(origin_W, direction_W);
+      if (!hit) continue;
+      const size_t pixel =
+          static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u);
+      view.depth_m[pixel] = hit->distance;
+      view.incidence_cosine[pixel] = std::abs(hit->normal.dot(direction_W)) / direction_W.norm();
+    }
+  }
+  return view;
+}
+
+std::vector<Rgb8> renderColours(const MeshScene& scene, Texture texture, const ViewCamera& camera,
+                                const Eigen::Isometry3d& T_W_C) {
+  constexpr Rgb8 kNothing{127, 127, 127};
+  const Eigen::Matrix3f R_W_C = T_W_C.linear().cast<float>();
+  const Eigen::Vector3f origin_W = T_W_C.translation().cast<float>();
+  const auto seenAt = [&](float u, float v) {
+    const Eigen::Vector3f direction_W = R_W_C * rayOf(camera.intrinsics, u, v);
+    const auto hit = scene.intersect(origin_W, direction_W);
+    if (!hit) return kNothing;
+    return textureColour(texture, scene.mesh(), hit->triangle,
+                         origin_W + hit->distance * direction_W);
+  };
+  std::vector<Rgb8> colours;
+  colours.reserve(static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height));
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      int sum[3] = {};
+      for (const float dv : {-0.25f, 0.25f}) {
+        for (const float du : {-0.25f, 0.25f}) {
+          const Rgb8 seen = seenAt(static_cast<float>(u) + du, static_cast<float>(v) + dv);
+          for (size_t i = 0; i < 3; ++i) sum[i] += seen[i];
+        }
+      }
+      colours.push_back({static_cast<uint8_t>((sum[0] + 2) / 4),
+                         static_cast<uint8_t>((sum[1] + 2) / 4),
+                         static_cast<uint8_t>((sum[2] + 2) / 4)});
+    }
+  }
+  return colours;
+}
+
+std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m) {
+  std::vector<uint16_t> raw(depth_m.size());
+  for (size_t i = 0; i < raw.size(); ++i) {
+    const float units = std::round(depth_m[i] * kTumUnitsPerMetre);
+    raw[i] = units > 0.0f && units <= 65535.0f ? static_cast<uint16_t>(units) : uint16_t{0};
+  }
+  return raw;
+}
+
+TumWriter::TumWriter(const std::string& directory, const ViewCamera& camera,
+                     const std::vector<Eigen::Isometry3d>& poses_W_C)
+    : directory_(directory), camera_(camera), poses_W_C_(poses_W_C) {
+  makeFolder(directory_ + "/depth");
+}
+
+void TumWriter::addColours(const std::vector<Eigen::Isometry3d>& poses_W_C) {
+  makeFolder(directory_ + "/rgb");
+  colour_poses_W_C_ = poses_W_C;
+}
+
+void TumWriter::writeColours(size_t index, const std::vector<Rgb8>& colours) const {
+  cv::Mat image(camera_.height, camera_.width, CV_8UC3);
+  for (int v = 0; v < camera_.height; ++v) {
+    for (int u = 0; u < camera_.width; ++u) {
+      const Rgb8& colour = colours[static_cast<size_t>(v) * static_cast<size_t>(camera_.width) +
+                                   static_cast<size_t>(u)];
+      image.at<cv::Vec3b>(v, u) = {colour[2], colour[1], colour[0]};
+    }
+  }
+  const std::string path = directory_ + "/rgb/" + colourStamp(index) + ".png";
+  if (!cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
+    throw std::runtime_error(path + ": cannot be written");
+  }
+}
+
+void TumWriter::write(size_t index, const std::vector<uint16_t>& depth) const {
+  const cv::Mat image(camera_.height, camera_.width, CV_16UC1, const_cast<uint16_t*>(depth.data()));
+  const std::string path = directory_ + "/depth/" + depthStamp(index) + ".png";
+  if (!cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
+    throw std::runtime_error(path + ": cannot be written");
+  }
+}
+
+void TumWriter::finish(const std::string& camera_name) const {
+  std::string depth = "# timestamp filename\n";
+  std::string poses =
+      "# timestamp tx ty tz qx qy qz qw  (camera to world; optical frame: "
+      "x right, y down, z forward)\n";
+  for (size_t i = 0; i < poses_W_C_.size(); ++i) {
+    depth += depthStamp(i) + " depth/" + depthStamp(i) + ".png\n";
+    poses += poseText(depthStamp(i), poses_W_C_[i]);
+  }
+  std::string colours = "# timestamp filename\n";
+  for (size_t i = 0; i < colour_poses_W_C_.size(); ++i) {
+    colours += colourStamp(i) + " rgb/" + colourStamp(i) + ".png\n";
+    poses += poseText(colourStamp(i), colour_poses_W_C_[i]);
+  }
+  const Intrinsics& K = camera_.intrinsics;
+  const std::string info =
+      "image_width: " + std::to_string(camera_.width) +
+      "\nimage_height: " + std::to_string(camera_.height) + "\ncamera_name: " + camera_name + "\n" +
+      matrixText("camera_matrix", 3, {K.fx, 0, K.cx, 0, K.fy, K.cy, 0, 0, 1}) +
+      "distortion_model: plumb_bob\n" + matrixText("distortion_coefficients", 5, {0, 0, 0, 0, 0}) +
+      matrixText("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
+      matrixText("projection_matrix", 4, {K.fx, 0, K.cx, 0, 0, K.fy, K.cy, 0, 0, 0, 1, 0});
+  writeText(directory_ + "/depth.txt", depth);
+  if (!colour_poses_W_C_.empty()) writeText(directory_ + "/rgb.txt", colours);
+  writeText(directory_ + "/groundtruth.txt", poses);
+  writeText(directory_ + "/camera_info.yaml", info);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,141 @@
+/// evaluate_depth: compares a mesh with depth images, where there is no ground truth.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "evaluation/depth_comparison.h"
+#include "evaluation/depth_picture.h"
+#include "evaluation/depth_registration.h"
+#include "evaluation/parallel.h"
+#include "evaluation/view_selection.h"
+#include "program/run_program.h"
+
+namespace dtsdf {
+namespace {
+
+struct EvaluateDepthOptions {
+  std::string mesh_path, tum_folder, picture_path;
+  FrameSelection frames;
+  int stride = 2;
+  int registration_steps = 0;
+  std::optional<size_t> picture_image;
+};
+
+EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
+  EvaluateDepthOptions options;
+  CommandLine line("evaluate_depth", "MESH.ply TUM_DIR [options]",
+                   "Renders the mesh from the poses of a TUM folder and compares it with the "
+                   "measured depth: the share of measured pixels that the mesh covers, and the "
+                   "differences there, as JSON. Use frames that the mesh was not made from: "
+                   "reconstruct --frames ::2, evaluate_depth --first 1 --step 2.",
+                   kExitCodes);
+  line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
+  line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
+  addSelectionOptions(line, options.frames);
+  line.addWhole({"--stride", "N", "use every N-th pixel of each row and column"}, options.stride,
+                {1, 64});
+  line.addWhole({"--register", "N",
+                 "also align each image with the mesh in N steps and print those figures; 0: do "
+                 "not"},
+                options.registration_steps, {0, 100});
+  line.addText({"--picture", "FILE",
+                "write a picture of one image, aligned with --register: grey where the mesh fits, "
+                "red where it is in front of the depth, blue behind"},
+               options.picture_path);
+  line.add({"--picture-image", "N", "image to draw (default: the middle one)"},
+           [&](const std::string& text) {
+             options.picture_image = static_cast<size_t>(readWhole(text, {0, kUnbounded}));
+           });
+  line.onlyWith("--picture-image", "--picture");
+  line.parse(arguments);
+  return options;
+}
+
+/// What the images show where they were recorded, and where they fit best.
+struct Results {
+  explicit Results(int stride) : recorded(stride), registered(stride) {}
+
+  DepthComparison recorded, registered;
+  std::vector<Registration> registrations;  ///< By image.
+};
+
+Results compare(const EvaluateDepthOptions& options, const MeshScene& scene, const Views& views,
+                const std::vector<size_t>& chosen) {
+  Results results(options.stride);
+  results.registrations.resize(chosen.size());
+  std::mutex mutex;  // guards both comparisons
+  forEachImage(chosen.size(), [&](size_t k) {
+    const ViewCamera& camera = views.camera;
+    const Eigen::Isometry3d& T_W_C = views.poses_W_C[chosen[k]];
+    const std::vector<float> depth_m = readTumDepth(views.depth_paths[chosen[k]], camera);
+    Results part(options.stride);
+    part.recorded.add(depth_m, renderView(scene, camera, T_W_C).depth_m, camera);
+    if (options.registration_steps > 0) {
+      Registration& found = results.registrations[k];
+      found = registerDepth(scene, camera, depth_m, T_W_C, options.registration_steps);
+      part.registered.add(depth_m, renderView(scene, camera, found.T_W_C).depth_m, camera);
+    }
+    const std::lock_guard<std::mutex> lock(mutex);
+    results.recorded.merge(part.recorded);
+    results.registered.merge(part.registered);
+  });
+  return results;
+}
+
+/// Figures of the aligned images, and how far they were moved on average.
+nlohmann::json describeRegistered(const Results& results) {
+  size_t aligned = 0;
+  double shifts_m = 0.0, turns_rad = 0.0;
+  for (const Registration& registration : results.registrations) {
+    aligned += registration.points > 0;
+    shifts_m += registration.shift_m;
+    turns_rad += registration.turn_rad;
+  }
+  const double count = static_cast<double>(std::max<size_t>(1, aligned));
+  nlohmann::json json = nlohmann::json::parse(results.registered.toJson());
+  json["images_aligned"] = aligned;
+  json["mean_shift_mm"] = 1e3 * shifts_m / count;
+  json["mean_turn_degrees"] = 180.0 / M_PI * turns_rad / count;
+  return json;
+}
+
+void drawPicture(const EvaluateDepthOptions& options, const MeshScene& scene, const Views& views,
+                 size_t image) {
+  if (image >= views.poses_W_C.size()) {
+    throw UsageError("--picture-image: there are " + std::to_string(views.poses_W_C.size()) +
+                     " images");
+  }
+  const std::vector<float> depth_m = readTumDepth(views.depth_paths[image], views.camera);
+  const Eigen::Isometry3d T_W_C = registerDepth(scene, views.camera, depth_m,
+                                                views.poses_W_C[image], options.registration_steps)
+                                      .T_W_C;
+  writeDepthPicture(options.picture_path, depth_m, renderView(scene, views.camera, T_W_C),
+                    views.camera);
+}
+
+void evaluateDepth(const EvaluateDepthOptions& options) {
+  const MeshScene scene(readPly(options.mesh_path));
+  const Views views = readViews(options.tum_folder);
+  const std::vector<size_t> chosen = selectViews(options.frames, views.poses_W_C.size());
+  if (!options.picture_path.empty()) {
+    drawPicture(options, scene, views, options.picture_image.value_or(chosen[chosen.size() / 2]));
+  }
+  const Results results = compare(options, scene, views, chosen);
+  nlohmann::json json = nlohmann::json::parse(results.recorded.toJson());
+  if (options.registration_steps > 0) json["registered"] = describeRegistered(results);
+  std::puts(json.dump(2).c_str());
+}
+
+}  // namespace
+}  // namespace dtsdf
+
+int main(int argc, char** argv) {
+  using namespace dtsdf;
+  return runProgram("evaluate_depth", argc, argv, [](const std::vector<std::string>& arguments) {
+    evaluateDepth(readOptions(arguments));
+  });
+}

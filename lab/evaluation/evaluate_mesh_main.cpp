@@ -1,0 +1,129 @@
+/// evaluate_mesh: compares a reconstructed mesh with the ground truth.
+
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+
+#include "evaluation/colour_metrics.h"
+#include "evaluation/mesh_metrics.h"
+#include "evaluation/picture_options.h"
+#include "program/run_program.h"
+
+namespace dtsdf {
+namespace {
+
+struct EvaluateMeshOptions {
+  std::string reconstruction_path, ground_truth_path;
+  std::string views_folder, json_path, heatmap_path, picture_path;  ///< Empty: none.
+  EvaluationOptions evaluation;
+  std::optional<double> scale_mm;
+  std::optional<Texture> texture;  ///< Colours are compared; the ground truth has this one.
+  PictureRequest picture;
+};
+
+void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
+  line.addText(
+      {"--views", "DIR", "count only the ground truth that some view of this TUM folder sees"},
+      options.views_folder);
+  line.addWhole({"--samples", "N", "samples of each surface"}, options.evaluation.samples,
+                {1, 1e9});
+  line.addWhole({"--seed", "N", "seed of the samples"}, options.evaluation.seed, {0, 1e15});
+  line.add(
+      {"--threshold", "M,...", "distances for the F-score in metres (default 0.005,0.01,0.025)"},
+      [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
+  line.add({"--colour", "NAME",
+            "compare colours instead of distances, in RGB and CIE Lab over the reconstruction's "
+            "surface; truth: vertices (the ground truth's own colours), or checker or gradient as "
+            "render_orbit draws them"},
+           [&](const std::string& text) { options.texture = textureFromName(text); });
+}
+
+void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
+  line.addText({"--json", "OUT.json", "also write the figures to this file"}, options.json_path);
+  line.addText({"--heatmap", "OUT.ply",
+                "the reconstruction, coloured by its vertices' distance to the ground truth"},
+               options.heatmap_path);
+  line.addText({"--picture", "OUT.png", "a picture of that, with a scale"}, options.picture_path);
+  line.addNumber({"--scale-mm", "S",
+                  "full scale of the colours (default: a round number above the 95th percentile)"},
+                 options.scale_mm, {1e-6, 1e6});
+}
+
+EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
+  EvaluateMeshOptions options;
+  options.evaluation.show_progress = true;
+  CommandLine line("evaluate_mesh", "RECONSTRUCTION.ply GROUNDTRUTH.ply [options]",
+                   "Prints, as JSON: distances of the reconstruction's vertices and of "
+                   "area-uniform samples of it to the ground truth, distances of the ground "
+                   "truth's samples to the reconstruction (completeness), F-scores and the mesh's "
+                   "topology. Vertices are taken as they are indexed; none are welded.",
+                   kExitCodes);
+  line.addText({"RECONSTRUCTION.ply", "", "the mesh to measure"}, options.reconstruction_path);
+  line.addText({"GROUNDTRUTH.ply", "", "the true mesh"}, options.ground_truth_path);
+  addMeasureOptions(line, options);
+  addOutputOptions(line, options);
+  line.beginGroup("View of the picture");
+  addPictureOptions(line, options.picture);
+  line.parse(arguments);
+  return options;
+}
+
+void writeJson(const std::string& path, const std::string& json) {
+  std::ofstream out(path);
+  out << json;
+  out.close();
+  if (!out) throw std::runtime_error(path + ": cannot be written");
+}
+
+void writeErrorColours(const EvaluateMeshOptions& options, TriangleMesh reconstruction,
+                       const TriangleMesh& ground_truth) {
+  const std::vector<double> errors_m =
+      distancesTo(MeshScene(ground_truth), reconstruction.vertices);
+  const double scale_mm = options.scale_mm.value_or(1e3 * niceErrorScale(errors_m));
+  colourByError(reconstruction, errors_m, 1e-3 * scale_mm);
+  if (!options.heatmap_path.empty()) writePly(options.heatmap_path, reconstruction);
+  if (options.picture_path.empty()) return;
+  const MeshScene scene(reconstruction);
+  PictureOptions picture = makePictureOptions(options.picture, scene.bounds());
+  picture.legend = Legend{"error, mm", scale_mm};
+  // Room for the scale at the right.
+  picture.camera.intrinsics.cx -= 0.06f * static_cast<float>(picture.camera.width);
+  writePicture(options.picture_path, scene, picture);
+}
+
+void compareColours(const EvaluateMeshOptions& options) {
+  ColourOptions colour;
+  colour.texture = *options.texture;
+  colour.samples = options.evaluation.samples;
+  colour.seed = options.evaluation.seed;
+  const std::string json = toJson(evaluateColours(readPly(options.reconstruction_path),
+                                                  readPly(options.ground_truth_path), colour));
+  std::fputs(json.c_str(), stdout);
+  if (!options.json_path.empty()) writeJson(options.json_path, json);
+}
+
+void evaluate(const EvaluateMeshOptions& options) {
+  if (options.texture) return compareColours(options);
+  const TriangleMesh reconstruction = readPly(options.reconstruction_path);
+  const TriangleMesh ground_truth = readPly(options.ground_truth_path);
+  std::optional<Views> views;
+  if (!options.views_folder.empty()) views = readViews(options.views_folder);
+  const std::string json = toJson(
+      evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options.evaluation));
+  std::fputs(json.c_str(), stdout);
+  if (!options.json_path.empty()) writeJson(options.json_path, json);
+  if (!options.heatmap_path.empty() || !options.picture_path.empty()) {
+    writeErrorColours(options, reconstruction, ground_truth);
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf
+
+int main(int argc, char** argv) {
+  using namespace dtsdf;
+  return runProgram("evaluate_mesh", argc, argv, [](const std::vector<std::string>& arguments) {
+    evaluate(readOptions(arguments));
+  });
+}

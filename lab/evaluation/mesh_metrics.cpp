@@ -1,0 +1,292 @@
+#include "evaluation/mesh_metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+
+#include "evaluation/boundary_edges.h"
+#include "evaluation/parallel.h"
+#include "program/progress_bar.h"
+
+namespace dtsdf {
+
+namespace {
+
+constexpr size_t kPointsPerChunk = 4096;
+
+/// Hands the size of each group of equal numbers in a sorted sequence to `visit`.
+template <class Visitor>
+void visitGroups(const std::vector<uint64_t>& sorted, Visitor visit) {
+  for (size_t begin = 0; begin < sorted.size();) {
+    size_t end = begin;
+    while (end < sorted.size() && sorted[end] == sorted[begin]) ++end;
+    visit(end - begin);
+    begin = end;
+  }
+}
+
+/// Each undirected edge of each triangle, packed and sorted.
+std::vector<uint64_t> sortedEdges(const TriangleMesh& mesh) {
+  std::vector<uint64_t> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    for (size_t i = 0; i < 3; ++i) {
+      const uint64_t a = triangle[i], b = triangle[(i + 1) % 3];
+      if (a != b) edges.push_back(std::min(a, b) << 32 | std::max(a, b));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+/// Disjoint sets of vertices, joined by triangles.
+class VertexSets {
+ public:
+  explicit VertexSets(size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+  uint32_t find(uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(uint32_t a, uint32_t b) { parent_[find(a)] = find(b); }
+
+ private:
+  std::vector<uint32_t> parent_;
+};
+
+size_t countComponents(const TriangleMesh& mesh) {
+  VertexSets sets(mesh.vertices.size());
+  for (const auto& triangle : mesh.triangles) {
+    sets.join(triangle[0], triangle[1]);
+    sets.join(triangle[0], triangle[2]);
+  }
+  std::vector<bool> counted(mesh.vertices.size(), false);
+  size_t components = 0;
+  for (const auto& triangle : mesh.triangles) {
+    const uint32_t root = sets.find(triangle[0]);
+    if (!counted[root]) ++components;
+    counted[root] = true;
+  }
+  return components;
+}
+
+double shareWithin(const std::vector<double>& distances_m, double threshold_m) {
+  if (distances_m.empty()) return 0.0;
+  const auto near = std::count_if(distances_m.begin(), distances_m.end(),
+                                  [&](double d) { return d <= threshold_m; });
+  return static_cast<double>(near) / static_cast<double>(distances_m.size());
+}
+
+std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
+                                    const std::vector<bool>& selected, bool wanted = true) {
+  std::vector<Eigen::Vector3f> result;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (selected[i] == wanted) result.push_back(points[i]);
+  }
+  return result;
+}
+
+/// 0 .. count-1 in steps of about the golden section: every prefix is spread over the whole.
+std::vector<size_t> spreadOrder(size_t count) {
+  size_t step = std::max<size_t>(1, static_cast<size_t>(0.618034 * static_cast<double>(count)));
+  while (std::gcd(step, count) != 1) ++step;
+  std::vector<size_t> order(count);
+  for (size_t i = 0; i < count; ++i) order[i] = i * step % count;
+  return order;
+}
+
+/// One view: where the points of a surface fall in its image, and whether they were measured.
+class View {
+ public:
+  View(const Views& views, size_t index)
+      : camera_(views.camera),
+        pose_C_W_(views.poses_W_C[index].inverse().cast<float>()),
+        eye_W_(views.poses_W_C[index].translation().cast<float>()) {
+    if (!views.depth_paths.empty()) {
+      depth_m_ = readTumDepth(views.depth_paths[index], views.camera);
+    }
+  }
+
+  bool sees(const MeshScene& surface, const Eigen::Vector3f& p_W,
+            const Eigen::Vector3f& normal_W) const {
+    // The point must not hide itself: the rays end this share before it.
+    constexpr float kMargin = 5.0e-5f;
+    constexpr float kFlattestCosine = 0.05f;
+    const Eigen::Vector3f view_W = eye_W_ - p_W;
+    if (std::abs(view_W.dot(normal_W)) < kFlattestCosine * view_W.norm()) return false;
+    return isMeasured(pose_C_W_ * p_W) && surface.isFree(eye_W_, p_W, kMargin);
+  }
+
+ private:
+  /// Whether the point lies in the image, and on a pixel of about its own depth.
+  bool isMeasured(const Eigen::Vector3f& p_C) const {
+    // Wide enough for noise and for the slant within a pixel: the ray tests what is in front.
+    constexpr float kDepthShare = 0.05f;
+    if (p_C.z() <= 0.0f) return false;
+    const Intrinsics& K = camera_.intrinsics;
+    const float u = K.fx * p_C.x() / p_C.z() + K.cx, v = K.fy * p_C.y() / p_C.z() + K.cy;
+    if (!(u >= -0.5f && v >= -0.5f && u < static_cast<float>(camera_.width) - 0.5f &&
+          v < static_cast<float>(camera_.height) - 0.5f)) {
+      return false;
+    }
+    if (depth_m_.empty()) return true;
+    const auto column = static_cast<size_t>(u + 0.5f), row = static_cast<size_t>(v + 0.5f);
+    const float depth_m = depth_m_[row * static_cast<size_t>(camera_.width) + column];
+    return std::abs(depth_m - p_C.z()) <= kDepthShare * p_C.z();
+  }
+
+  ViewCamera camera_;
+  Eigen::Isometry3f pose_C_W_;
+  Eigen::Vector3f eye_W_;
+  std::vector<float> depth_m_;  ///< Empty: no depth images.
+};
+
+std::vector<std::unique_ptr<View>> loadViews(const Views& views, const size_t* indices,
+                                             size_t count) {
+  std::vector<std::unique_ptr<View>> loaded(count);
+  forEachChunk(count, 1, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) loaded[i] = std::make_unique<View>(views, indices[i]);
+  });
+  return loaded;
+}
+
+/// Those of `candidates` that none of the views sees.
+std::vector<uint32_t> unseenBy(const std::vector<std::unique_ptr<View>>& views,
+                               const MeshScene& surface, const SurfaceSamples& samples,
+                               const std::vector<uint32_t>& candidates) {
+  std::vector<uint8_t> seen(candidates.size());  // bytes, as threads write neighbours
+  forEachChunk(candidates.size(), kPointsPerChunk, [&](size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k) {
+      const uint32_t i = candidates[k];
+      const Eigen::Vector3f normal_W = surface.triangleNormal(samples.triangles[i]);
+      seen[k] = std::any_of(views.begin(), views.end(), [&](const auto& view) {
+        return view->sees(surface, samples.points[i], normal_W);
+      });
+    }
+  });
+  std::vector<uint32_t> unseen;
+  for (size_t k = 0; k < candidates.size(); ++k) {
+    if (seen[k] == 0) unseen.push_back(candidates[k]);
+  }
+  return unseen;
+}
+
+FScore fScore(const std::vector<double>& surface_m, const std::vector<double>& completeness_m,
+              double threshold_m) {
+  const double precision = shareWithin(surface_m, threshold_m);
+  const double recall = shareWithin(completeness_m, threshold_m);
+  const double sum = precision + recall;
+  return {threshold_m, precision, recall, sum > 0.0 ? 2.0 * precision * recall / sum : 0.0};
+}
+
+}  // namespace
+
+DistanceStats distanceStats(std::vector<double> distances_m) {
+  DistanceStats stats;
+  stats.count = distances_m.size();
+  if (distances_m.empty()) return stats;
+  std::sort(distances_m.begin(), distances_m.end());
+  const double count = static_cast<double>(distances_m.size());
+  double sum = 0.0, squares = 0.0;
+  for (const double d : distances_m) {
+    sum += d;
+    squares += d * d;
+  }
+  stats.rmse_m = std::sqrt(squares / count);
+  stats.mean_m = sum / count;
+  stats.median_m = distances_m[distances_m.size() / 2];
+  stats.p95_m = distances_m[std::min(distances_m.size() - 1, static_cast<size_t>(0.95 * count))];
+  stats.max_m = distances_m.back();
+  return stats;
+}
+
+MeshTopology meshTopology(const TriangleMesh& mesh) {
+  MeshTopology topology;
+  topology.vertices = mesh.vertices.size();
+  topology.triangles = mesh.triangles.size();
+  topology.components = countComponents(mesh);
+  for (const double area_m2 : triangleAreas(mesh)) {
+    topology.area_m2 += area_m2;
+    if (!(area_m2 > 0.0)) ++topology.degenerate_triangles;
+  }
+  topology.boundary_edges = boundaryEdges(mesh).size();
+  visitGroups(sortedEdges(mesh), [&](size_t triangles) {
+    if (triangles > 2) ++topology.non_manifold_edges;
+  });
+  return topology;
+}
+
+std::vector<double> distancesTo(const MeshScene& surface,
+                                const std::vector<Eigen::Vector3f>& points,
+                                const Progress& progress) {
+  std::vector<double> distances_m(points.size());
+  const auto measure = [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      distances_m[i] = surface.closestPoint(points[i]).distance_m;
+    }
+  };
+  forEachChunk(points.size(), kPointsPerChunk, measure, progress);
+  return distances_m;
+}
+
+std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
+                              const Views& views, const Progress& progress) {
+  // Views come in batches spread over all sides: the first few leave little to be tested by the
+  // others, and only one batch of images is in memory.
+  constexpr size_t kViewsPerBatch = 16;
+  const std::vector<size_t> order = spreadOrder(views.poses_W_C.size());
+  std::vector<uint32_t> unseen(samples.points.size());
+  std::iota(unseen.begin(), unseen.end(), 0u);
+  for (size_t first = 0; first < order.size(); first += kViewsPerBatch) {
+    const size_t count = std::min(kViewsPerBatch, order.size() - first);
+    unseen = unseenBy(loadViews(views, &order[first], count), surface, samples, unseen);
+    if (progress) progress(first + count);
+  }
+  std::vector<bool> seen(samples.points.size(), true);
+  for (const uint32_t i : unseen) seen[i] = false;
+  return seen;
+}
+
+Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& ground_truth,
+                        const Views* views, const EvaluationOptions& options) {
+  if (reconstruction.triangles.empty()) throw std::runtime_error("the reconstruction is empty");
+  if (ground_truth.triangles.empty()) throw std::runtime_error("the ground truth is empty");
+  const auto progress = [&](const char* what, size_t count) {
+    if (!options.show_progress) return Progress{};
+    const auto bar = std::make_shared<ProgressBar>(what, count);
+    return Progress([bar](size_t done) { bar->show(done); });
+  };
+  const MeshScene reconstruction_scene(reconstruction), truth_scene(ground_truth);
+  Evaluation evaluation;
+  evaluation.topology = meshTopology(reconstruction);
+  evaluation.vertices = distanceStats(distancesTo(
+      truth_scene, reconstruction.vertices, progress("vertices", reconstruction.vertices.size())));
+  const SurfaceSamples samples = sampleSurface(reconstruction, options.samples, options.seed);
+  const std::vector<double> surface_m =
+      distancesTo(truth_scene, samples.points, progress("surface", samples.points.size()));
+  evaluation.surface = distanceStats(surface_m);
+  const SurfaceSamples truth = sampleSurface(ground_truth, options.samples, options.seed + 1);
+  std::vector<Eigen::Vector3f> seen = truth.points;
+  if (views != nullptr) {
+    const std::vector<bool> is_seen =
+        seenByViews(truth_scene, truth, *views, progress("views", views->poses_W_C.size()));
+    seen = select(truth.points, is_seen);
+    evaluation.boundary_edges_beside_unseen =
+        countBeside(reconstruction, boundaryEdges(reconstruction),
+                    select(truth.points, is_seen, false), 2.0f * medianEdgeLength(reconstruction));
+    evaluation.seen_share =
+        static_cast<double>(seen.size()) / static_cast<double>(truth.points.size());
+  }
+  const std::vector<double> completeness_m =
+      distancesTo(reconstruction_scene, seen, progress("completeness", seen.size()));
+  evaluation.completeness = distanceStats(completeness_m);
+  for (const double threshold_m : options.thresholds_m) {
+    evaluation.f_scores.push_back(fScore(surface_m, completeness_m, threshold_m));
+  }
+  return evaluation;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,69 @@
+#include "evaluation/picture_options.h"
+
+#include "simulation/scene.h"
+
+namespace dtsdf {
+
+Eigen::Vector3d readPoint(const std::string& text) {
+  const std::vector<double> numbers = readNumbers(text);
+  if (numbers.size() != 3) throw UsageError("'" + text + "' is not of the form X,Y,Z");
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+namespace {
+
+char readAxis(const std::string& text) {
+  if (text != "x" && text != "y" && text != "z") {
+    throw UsageError("'" + text + "' is not x, y or z");
+  }
+  return text[0];
+}
+
+void addViewOptions(CommandLine& line, PictureRequest& request) {
+  line.add({"--view", "AZ,EL",
+            "view of the whole mesh from azimuth and elevation in degrees (default 30,20)"},
+           [&](const std::string& text) {
+             const std::vector<double> angles = readNumbers(text);
+             if (angles.size() != 2) throw UsageError("'" + text + "' is not of the form AZ,EL");
+             request.azimuth_deg = angles[0];
+             request.elevation_deg = angles[1];
+           });
+  line.add({"--up", "x|y|z", "axis that points up in the picture (default y)"},
+           [&](const std::string& text) { request.up = readAxis(text); });
+  line.add({"--eye", "X,Y,Z", "view from this point instead, towards --target, in metres"},
+           [&](const std::string& text) { request.eye = readPoint(text); });
+  line.add({"--target", "X,Y,Z", "the point that --eye looks at, in metres"},
+           [&](const std::string& text) { request.target = readPoint(text); });
+  line.onlyWith("--eye", "--target");
+  line.onlyWith("--target", "--eye");
+}
+
+}  // namespace
+
+void addPictureOptions(CommandLine& line, PictureRequest& request) {
+  addViewOptions(line, request);
+  line.addWhole({"--width", "PIXELS", "width of the picture"}, request.width, {64, 8192});
+  line.addWhole({"--height", "PIXELS", "height of the picture"}, request.height, {64, 8192});
+  line.addNumber({"--focal", "PIXELS", "focal length (default: 1.2 times the width)"},
+                 request.focal_px, {1.0, 1e5});
+}
+
+PictureOptions makePictureOptions(const PictureRequest& request,
+                                  const Eigen::AlignedBox3f& bounds) {
+  PictureOptions options;
+  ViewCamera& camera = options.camera;
+  camera.width = request.width;
+  camera.height = request.height;
+  const float focal_px = static_cast<float>(request.focal_px.value_or(1.2 * camera.width));
+  camera.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(camera.width - 1),
+                       0.5f * static_cast<float>(camera.height - 1)};
+  if (request.eye && request.target) {
+    options.T_W_C = lookAt(*request.eye, *request.target, Eigen::Vector3d::Unit(request.up - 'x'));
+  } else {
+    options.T_W_C =
+        framingPose(bounds, camera, request.azimuth_deg, request.elevation_deg, request.up);
+  }
+  return options;
+}
+
+}  // namespace dtsdf

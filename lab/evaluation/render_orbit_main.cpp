@@ -1,0 +1,150 @@
+/// render_orbit: renders images of a mesh from a trajectory round it into a TUM folder.
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+
+#include "evaluation/depth_noise.h"
+#include "evaluation/parallel.h"
+#include "program/command_line.h"
+#include "program/run_program.h"
+
+namespace dtsdf {
+namespace {
+
+struct RenderOrbitOptions {
+  std::string model_path, folder;
+  size_t frames = 1000;
+  double radius_m = 2.0;
+  OrbitShape trajectory = OrbitShape::kCircle;
+  double longest_side_m = 1.0;  ///< 0: the model is left as it is.
+  std::string views_folder;     ///< Empty, or whose poses there are in place of a trajectory.
+  int width = 640, height = 480;
+  double focal_px = 525.0;
+  DepthNoise noise = depthNoiseFromName("none");
+  uint64_t seed = 1;
+  std::optional<Texture> texture;  ///< Of colour images; none: there are none.
+  double colour_offset_m = 0.05;
+};
+
+void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
+  line.addWhole({"--frames", "N", "number of images"}, options.frames, {1, 1e6});
+  line.addNumber({"--radius", "METRES", "distance of the camera from the origin"}, options.radius_m,
+                 {0.01, 1000.0});
+  line.add({"--trajectory", "NAME", "circle, helix or sphere (default circle)"},
+           [&](const std::string& text) { options.trajectory = orbitShapeFromName(text); });
+  line.addNumber({"--longest-side", "METRES",
+                  "length that the object's longest side is scaled to, centred at the origin; 0: "
+                  "not scaled"},
+                 options.longest_side_m, {0.0, 1000.0});
+  line.addText({"--views", "DIR",
+                "poses of a TUM folder instead of a trajectory, at most --frames of them, evenly "
+                "chosen; the mesh is not scaled"},
+               options.views_folder);
+}
+
+void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
+  line.addWhole({"--width", "PIXELS", "width of the images"}, options.width, {2, 4096});
+  line.addWhole({"--height", "PIXELS", "height of the images"}, options.height, {2, 4096});
+  line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image's middle"},
+                 options.focal_px, {1.0, 1e5});
+  line.add({"--noise", "NAMES",
+            "none, or comma-separated cameras and parts: kinect (axial, lateral, quantisation, "
+            "loss), tof (tof_axial, mixed), stereo (disparity, subpixel, occlusion, texture, loss) "
+            "(default none)"},
+           [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
+  line.addWhole({"--seed", "N", "seed of the noise"}, options.seed, {0, 1e9});
+}
+
+void addColourOptions(CommandLine& line, RenderOrbitOptions& options) {
+  line.add({"--colour", "NAME",
+            "also render colour images, half a period after each depth image: vertices (the mesh's "
+            "own colours), checker (cubes of 50 mm) or gradient (waves of 0.4 m)"},
+           [&](const std::string& text) { options.texture = textureFromName(text); });
+  line.addNumber(
+      {"--colour-offset", "METRES", "offset of the colour camera to the right of the depth camera"},
+      options.colour_offset_m, {-10.0, 10.0});
+  line.onlyWith("--colour-offset", "--colour");
+}
+
+RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
+  RenderOrbitOptions options;
+  CommandLine line("render_orbit", "MODEL.ply OUT [options]",
+                   "Renders depth images of a mesh into the TUM folder OUT (16-bit, 5000 units per "
+                   "metre) and writes the placed mesh to OUT/gt.ply. The defaults are the set-up "
+                   "of the Directional TSDF paper.",
+                   kExitCodes);
+  line.addText({"MODEL.ply", "", "the mesh"}, options.model_path);
+  line.addText({"OUT", "", "the folder"}, options.folder);
+  addSceneOptions(line, options);
+  addCameraOptions(line, options);
+  addColourOptions(line, options);
+  line.parse(arguments);
+  return options;
+}
+
+ViewCamera cameraOf(const RenderOrbitOptions& options) {
+  ViewCamera camera;
+  camera.width = options.width;
+  camera.height = options.height;
+  const float focal_px = static_cast<float>(options.focal_px);
+  camera.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(camera.width - 1),
+                       0.5f * static_cast<float>(camera.height - 1)};
+  return camera;
+}
+
+/// Cameras that stand to the right of others and look the same way.
+std::vector<Eigen::Isometry3d> posesBeside(std::vector<Eigen::Isometry3d> poses_W_C,
+                                           double offset_m) {
+  for (Eigen::Isometry3d& T_W_C : poses_W_C) T_W_C.translate(Eigen::Vector3d(offset_m, 0.0, 0.0));
+  return poses_W_C;
+}
+
+std::vector<Eigen::Isometry3d> posesOf(const RenderOrbitOptions& options) {
+  if (options.views_folder.empty()) {
+    return orbitPoses(options.trajectory, options.frames, options.radius_m);
+  }
+  const std::vector<Eigen::Isometry3d> all = readViews(options.views_folder).poses_W_C;
+  const size_t step = (all.size() + options.frames - 1) / options.frames;
+  std::vector<Eigen::Isometry3d> poses_W_C;
+  for (size_t i = 0; i < all.size(); i += step) poses_W_C.push_back(all[i]);
+  return poses_W_C;
+}
+
+void renderOrbit(const RenderOrbitOptions& options) {
+  TriangleMesh mesh = readPly(options.model_path);
+  if (options.longest_side_m > 0.0 && options.views_folder.empty()) {
+    centreAndScale(mesh, static_cast<float>(options.longest_side_m));
+  }
+  const ViewCamera camera = cameraOf(options);
+  const auto poses_W_C = posesOf(options);
+
+  if (options.texture == Texture::kVertices && mesh.colours.empty()) {
+    throw std::runtime_error(options.model_path + " has no colours; use checker or gradient");
+  }
+
+  const MeshScene scene(mesh);
+  TumWriter writer(options.folder, camera, poses_W_C);
+  const auto colour_poses_W_C = posesBeside(poses_W_C, options.colour_offset_m);
+  if (options.texture) writer.addColours(colour_poses_W_C);
+  writePly(options.folder + "/gt.ply", mesh);
+  forEachImage(poses_W_C.size(), [&](size_t i) {
+    const RenderedView view = renderView(scene, camera, poses_W_C[i]);
+    const uint64_t frame_seed = options.seed << 32 | i;
+    writer.write(i, toTumDepth(addNoise(view, camera, options.noise, frame_seed)));
+    if (options.texture) {
+      writer.writeColours(i, renderColours(scene, *options.texture, camera, colour_poses_W_C[i]));
+    }
+  });
+  writer.finish(std::filesystem::path(options.model_path).stem().string());
+}
+
+}  // namespace
+}  // namespace dtsdf
+
+int main(int argc, char** argv) {
+  using namespace dtsdf;
+  return runProgram("render_orbit", argc, argv, [](const std::vector<std::string>& arguments) {
+    renderOrbit(readOptions(arguments));
+  });
+}

@@ -1,0 +1,114 @@
+#include "evaluation/space_scenes.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// Of the corridor.
+constexpr double kHalfLength_m = 2.0, kHalfWidth_m = 0.93;
+
+/// The field of view of a Kinect, in a quarter of the pixels.
+ViewCamera smallCamera() { return {{262.5f, 262.5f, 159.5f, 119.5f}, 320, 240}; }
+
+Scene makeShapes() {
+  Scene scene;
+  scene.add(Room{Vector3d(-2.51, -2.02, -1.23), Vector3d(2.53, 2.04, 1.37)});
+  scene.add(Sphere{Vector3d(0.83, 0.31, 0.07), 0.4});
+  Box block{Eigen::Isometry3d::Identity(), Vector3d(0.35, 0.25, 0.3)};
+  block.T_W_B.translate(Vector3d(-0.71, -0.42, 0.05));
+  block.T_W_B.rotate(Eigen::AngleAxisd(0.6, Vector3d(1.0, 2.0, 0.7).normalized()));
+  scene.add(block);
+  Box plate{Eigen::Isometry3d::Identity(), Vector3d(0.4, 0.005, 0.4)};
+  plate.T_W_B.translate(Vector3d(-0.2, 0.9, 0.1));
+  plate.T_W_B.rotate(Eigen::AngleAxisd(0.5, Vector3d(0.3, 0.4, 1.0).normalized()));
+  scene.add(plate);
+  return scene;
+}
+
+/// Round the middle, looking across it, and round again, looking outwards.
+std::vector<Eigen::Isometry3d> posesInShapes() {
+  constexpr int kPerLap = 48;
+  std::vector<Eigen::Isometry3d> poses_W_C;
+  for (int i = 0; i < 2 * kPerLap; ++i) {
+    const double a = 2.0 * kPi * i / kPerLap, height_m = 0.8 * std::sin(3.0 * a);
+    const Vector3d eye_W(2.1 * std::cos(a), 1.7 * std::sin(a), height_m);
+    const Vector3d outwards(std::cos(a + 0.7), std::sin(a + 0.7), std::sin(5.0 * a));
+    poses_W_C.push_back(lookAt(
+        eye_W, i < kPerLap ? Vector3d(0.0, 0.0, -0.3 * height_m) : Vector3d(eye_W - 1.5 * outwards),
+        Vector3d::UnitZ()));
+  }
+  return poses_W_C;
+}
+
+std::vector<Eigen::Isometry3d> posesInRoom() {
+  constexpr double kLap_s = 24.0, kPeriod_s = 0.2;
+  std::vector<Eigen::Isometry3d> poses_W_C;
+  const auto periods = static_cast<size_t>(std::lround(kLap_s / kPeriod_s));
+  poses_W_C.reserve(periods + 1);
+  for (size_t i = 0; i <= periods; ++i) {  // it ends where it began
+    poses_W_C.push_back(roomCameraPose(static_cast<double>(i) * kPeriod_s, kLap_s));
+  }
+  return poses_W_C;
+}
+
+}  // namespace
+
+ViewedScene viewedSceneFromName(const std::string& name) {
+  if (name == "shapes") return {makeShapes(), {smallCamera(), posesInShapes(), {}}};
+  if (name == "room") return {makeRoomScene(), {smallCamera(), posesInRoom(), {}}};
+  throw std::invalid_argument("unknown scene '" + name + "': shapes or room");
+}
+
+ViewedScene corridorWithPlate(double thickness_m, bool gap) {
+  constexpr double kPlate_x_m = 0.013, kDoor_m = 0.7;
+  constexpr int kViewsAnEnd = 30;
+  ViewedScene viewed;
+  viewed.scene.add(Room{Vector3d(-kHalfLength_m, -kHalfWidth_m, -kHalfWidth_m),
+                        Vector3d(kHalfLength_m, kHalfWidth_m, kHalfWidth_m)});
+  const double left = gap ? -kHalfWidth_m + kDoor_m : -kHalfWidth_m - 0.1,
+               right = kHalfWidth_m + 0.1;
+  viewed.scene.add(makeBox(Vector3d(kPlate_x_m, 0.5 * (left + right), 0.0),
+                           Vector3d(thickness_m, right - left, 2.0 * kHalfWidth_m + 0.2)));
+  viewed.views.camera = smallCamera();
+  for (int i = 0; i < 2 * kViewsAnEnd; ++i) {
+    const double end = i % 2 == 0 ? -1.0 : 1.0, a = 2.0 * kPi * i / (2 * kViewsAnEnd);
+    const Vector3d eye_W(end * 1.7, 0.4 * std::sin(a), 0.3 * std::cos(2.0 * a));
+    const Vector3d target_W(0.0, 0.6 * std::sin(3.0 * a), 0.6 * std::cos(a));
+    viewed.views.poses_W_C.push_back(lookAt(eye_W, target_W, Vector3d::UnitZ()));
+  }
+  return viewed;
+}
+
+Eigen::AlignedBox3d corridorBounds() {
+  const Vector3d half(kHalfLength_m, kHalfWidth_m, kHalfWidth_m);
+  return {-half, half};
+}
+Eigen::Vector3d corridorStart() { return {-1.3, 0.0, 0.0}; }
+Eigen::Vector3d corridorGoal() { return {1.3, 0.0, 0.0}; }
+
+void fuseScene(const ViewedScene& viewed, Mapper& mapper) {
+  const ViewCamera& camera = viewed.views.camera;
+  for (const Eigen::Isometry3d& T_W_C : viewed.views.poses_W_C) {
+    const std::vector<float> depth_m =
+        renderDepth(viewed.scene, camera.intrinsics, camera.width, camera.height, T_W_C);
+    DepthFrame frame;
+    frame.data = depth_m.data();
+    frame.row_bytes = static_cast<size_t>(camera.width) * sizeof(float);
+    frame.width = camera.width;
+    frame.height = camera.height;
+    frame.encoding = DepthEncoding::kFloat32;
+    frame.unit_m = 1.0f;
+    frame.intrinsics = camera.intrinsics;
+    frame.T_W_C = T_W_C;
+    const IntegrationResult result = mapper.integrate(frame);
+    if (result.status != FrameStatus::kFused) throw std::runtime_error(result.message);
+  }
+}
+
+}  // namespace dtsdf

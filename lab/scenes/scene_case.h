@@ -1,0 +1,60 @@
+/// Scenes that tell whether a map holds what was seen, and only that: what each case is given, and
+/// the figures that it returns with the bounds they have to keep.
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mapper/probed_mapper.h"
+
+namespace dtsdf {
+
+/// What a case makes its maps with.
+struct SceneSetup {
+  MapperParams params;
+  Rules rules;
+  int image_width = 320;  ///< Of the room camera; smaller ones see less, pixels are the same.
+
+  double voxel() const { return static_cast<double>(params.map.voxel_size_m); }
+  std::unique_ptr<ProbedMapper> makeMapper() const { return makeProbedMapper(params, rules); }
+};
+
+/// One number that came out, in its unit ("%", "mm", "cm2", or nothing for a count), and between
+/// which bounds it has to lie.
+struct Figure {
+  std::string name, unit;
+  double value;
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+
+  bool isBounded() const { return std::isfinite(least) || std::isfinite(most); }
+  /// What is no number keeps no bound.
+  bool holds() const { return !isBounded() || (value >= least && value <= most); }
+};
+
+Figure atMost(const std::string& name, double most, const std::string& unit, double value);
+Figure atLeast(const std::string& name, double least, const std::string& unit, double value);
+Figure within(const std::string& name, double least, double most, const std::string& unit,
+              double value);
+Figure reported(const std::string& name, const std::string& unit, double value);
+
+/// "at most 2", or nothing.
+std::string describeBound(const Figure& figure);
+
+/// A scene in one of its variants. The same setup always gives the same figures.
+struct SceneCase {
+  std::string scene, variant;
+  bool quick;  ///< Whether the tests have time for it.
+  std::function<std::vector<Figure>(const SceneSetup&)> measure;
+
+  std::string name() const { return scene + ": " + variant; }
+};
+
+/// Every case, in the order of the report.
+std::vector<SceneCase> allSceneCases();
+
+}  // namespace dtsdf

@@ -1,0 +1,218 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "scenes/cases.h"
+#include "scenes/scene_map.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Tells which voxels a frame can have to do with: those in its view that do not lie behind what it
+/// measured. Widened in the image and in depth, as samples lie beside the pixels they come from.
+class Reach {
+ public:
+  Reach(const SceneView& view, double voxel_m)
+      : view_(view), T_C_W_(view.T_W_C.inverse()), margin_m_(10.0 * voxel_m) {
+    const double nearest_m = nearest();
+    pad_px_ = 3 + static_cast<int>(std::ceil(5.0 * voxel_m * view.camera.focal_px / nearest_m));
+    least_m_ = nearest_m - margin_m_;
+    spread(1, 0);
+    spread(0, 1);
+  }
+
+  bool contains(const Vector3d& p_W) const {
+    const Vector3d p_C = T_C_W_ * p_W;
+    if (p_C.z() < std::max(least_m_, 0.01)) return false;
+    const Intrinsics K = view_.intrinsics();
+    const double u = static_cast<double>(K.fx) * p_C.x() / p_C.z() + static_cast<double>(K.cx);
+    const double v = static_cast<double>(K.fy) * p_C.y() / p_C.z() + static_cast<double>(K.cy);
+    const int width = view_.camera.width, height = view_.camera.height;
+    if (u < -pad_px_ || v < -pad_px_ || u > width + pad_px_ || v > height + pad_px_) return false;
+    const int column = std::clamp(static_cast<int>(std::lround(u)), 0, width - 1);
+    const int row = std::clamp(static_cast<int>(std::lround(v)), 0, height - 1);
+    const double farthest_m = static_cast<double>(view_.at(column, row));
+    return farthest_m > 0.0 && p_C.z() < farthest_m + margin_m_;
+  }
+
+ private:
+  double nearest() const {
+    float nearest = std::numeric_limits<float>::max();
+    for (const float z : view_.depth_m) nearest = z > 0.0f ? std::min(nearest, z) : nearest;
+    return static_cast<double>(nearest);
+  }
+
+  /// Each pixel gets the greatest depth of those so near along one axis of the image.
+  void spread(int du, int dv) {
+    const SceneView before = view_;
+    for (int v = 0; v < view_.camera.height; ++v) {
+      for (int u = 0; u < view_.camera.width; ++u) {
+        for (int k = -pad_px_; k <= pad_px_; ++k) {
+          const int other_u = std::clamp(u + k * du, 0, view_.camera.width - 1);
+          const int other_v = std::clamp(v + k * dv, 0, view_.camera.height - 1);
+          view_.at(u, v) = std::max(view_.at(u, v), before.at(other_u, other_v));
+        }
+      }
+    }
+  }
+
+  SceneView view_;
+  const Eigen::Isometry3d T_C_W_;
+  const double margin_m_;
+  double least_m_ = 0.0;
+  int pad_px_ = 0;
+};
+
+struct ByteComparison {
+  size_t compared = 0, changed = 0;
+};
+
+bool isBlank(const Voxel& voxel) {
+  const Voxel blank{};
+  return std::memcmp(&voxel, &blank, sizeof voxel) == 0;
+}
+
+/// Compares the voxels of a block that hold something and that none of the frames reaches.
+void compareBlock(const BlockSnapshot& before, const BlockSnapshot* after, double voxel_m,
+                  const std::vector<Reach>& reaches, ByteComparison& result) {
+  for (int i = 0; i < kBlockSide * kBlockSide * kBlockSide; ++i) {
+    const Vector3d offset(i % kBlockSide, i / kBlockSide % kBlockSide,
+                          i / (kBlockSide * kBlockSide));
+    const Vector3d p =
+        voxel_m * (kBlockSide * Vector3d(before.key.x, before.key.y, before.key.z) + offset);
+    if (std::any_of(reaches.begin(), reaches.end(),
+                    [&](const Reach& reach) { return reach.contains(p); })) {
+      continue;
+    }
+    const size_t index = static_cast<size_t>(i);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (before.voxels[d].empty() || isBlank(before.voxels[d][index])) continue;
+      ++result.compared;
+      const bool same =
+          after != nullptr && !after->voxels[d].empty() &&
+          std::memcmp(&before.voxels[d][index], &after->voxels[d][index], sizeof(Voxel)) == 0;
+      result.changed += !same;
+    }
+  }
+}
+
+ByteComparison compareOutside(const std::vector<BlockSnapshot>& before,
+                              const std::vector<BlockSnapshot>& after, double voxel_m,
+                              const std::vector<Reach>& reaches) {
+  ByteComparison result;
+  size_t other = 0;  // both are sorted by packed key
+  for (const BlockSnapshot& block : before) {
+    while (other < after.size() && packedKeyOf(after[other].key) < packedKeyOf(block.key)) ++other;
+    const bool found =
+        other < after.size() && packedKeyOf(after[other].key) == packedKeyOf(block.key);
+    compareBlock(block, found ? &after[other] : nullptr, voxel_m, reaches, result);
+  }
+  return result;
+}
+
+/// A room seen all round; then a board is put before one of its walls, and only that is looked at.
+/// What lies outside of these views, or behind the board, stays byte for byte.
+std::vector<Figure> measureBytes(const SceneSetup& setup) {
+  Scene scene;
+  scene.add(Room{Vector3d(-1.5037, -1.0037, -1.5037), Vector3d(1.5037, 1.0037, 1.5037)});
+  const SceneCamera camera = coarseCamera();
+  SceneMap map(setup);
+  for (int i = 0; i < 24; ++i) {
+    const Vector3d eye = sway(i, 0.02), ahead(std::sin(0.5236 * i), 0.1, std::cos(0.5236 * i));
+    map.fuse(look(scene, camera, lookFrom(eye, eye + ahead)));
+  }
+  const std::vector<BlockSnapshot> before = map.mapper().snapshot();
+  scene.add(boardAt(0.0, 0.0, 0.8037, 0.8, 0.8));
+  std::vector<Reach> reaches;
+  for (int i = 0; i < 10; ++i) {
+    const SceneView view = look(scene, camera, lookAlongZ(sway(i, 0.02)));
+    map.fuse(view);
+    reaches.emplace_back(view, setup.voxel());
+  }
+  const ByteComparison result =
+      compareOutside(before, map.mapper().snapshot(), setup.voxel(), reaches);
+  return {atLeast("voxels out of reach", 1000.0, "", static_cast<double>(result.compared)),
+          atMost("of these changed", 0.0, "", static_cast<double>(result.changed))};
+}
+
+constexpr double kBoardSide_m = 0.4, kBoardFront_m = kOff_m - 0.5;
+
+/// Takes the measurements of all that is nearer away.
+void blind(SceneView& view, double nearer_m) {
+  for (float& z : view.depth_m) z = static_cast<double>(z) < nearer_m ? 0.0f : z;
+}
+
+/// A board that is measured in some frames, while the others have nothing there.
+std::vector<Figure> measureGaps(const SceneSetup& setup,
+                                const std::function<bool(int)>& isMeasured) {
+  constexpr double kDistance_m = 1.5;
+  Scene scene;
+  scene.add(wallAt(kOff_m));
+  scene.add(boardAt(0.0, 0.0, kBoardFront_m, kBoardSide_m, kBoardSide_m));
+  SceneMap map(setup);
+  for (int i = 0; i < 90; ++i) {
+    const Vector3d eye(0.011, 0.007, kBoardFront_m - kDistance_m);
+    SceneView view = look(scene, roomCamera(setup), lookAlongZ(eye + sway(i, 0.01)));
+    if (!isMeasured(i)) blind(view, kDistance_m + 0.2);
+    map.fuse(view);
+  }
+  const Points front =
+      pointsOnRectangle(Vector3d(0.0, 0.0, kBoardFront_m), {0.5 * kBoardSide_m, 0.0, 0.0},
+                        {0.0, 0.5 * kBoardSide_m, 0.0}, 0.005);
+  return {atLeast("board there", 99.0, "%", coveredPercent(front, map.surface(), setup.voxel()))};
+}
+
+/// Area near a rod along y, away from its ends.
+double areaNearRod(const Surface& surface, double x_m, double reach_m) {
+  const Surface near = partOf(surface, [&](const Vector3d& p) {
+    return std::hypot(p.x() - x_m, p.z() - kOff_m) < reach_m && std::abs(p.y()) < 0.12;
+  });
+  return areaOf(refine(near, 0.002), [](const Vector3d& p) { return std::abs(p.y()) < 0.07; });
+}
+
+/// Rods seen from near, and then from where they are thinner than a pixel: nothing contradicts
+/// them there, as a pixel is not where a thin rod is in all of its width.
+std::vector<Figure> measureRods(const SceneSetup& setup) {
+  const std::pair<double, double> rods[] = {{5.0, -0.0513}, {10.0, 0.0487}};  // mm, x in m
+  Scene scene;
+  scene.add(wallAt(kOff_m + 0.6));
+  for (const auto& [diameter_mm, x_m] : rods) {
+    scene.add(Rod{Vector3d(x_m, -0.1, kOff_m), Vector3d(x_m, 0.1, kOff_m), 0.0005 * diameter_mm});
+  }
+  SceneMap map(setup);
+  map.watch(scene, {320, 280, 525.0}, Vector3d(0.0, 0.0, -0.5), 30, 0.015);
+  const Surface before = map.surface();
+  map.watch(scene, roomCamera(setup), Vector3d(0.0, 0.0, -3.0), 100, 0.015);
+  const Surface after = map.surface();
+  std::vector<Figure> figures;
+  for (const auto& [diameter_mm, x_m] : rods) {
+    const double reach_m = 0.0005 * diameter_mm + 2.0 * setup.voxel();
+    const double was_m2 = areaNearRod(before, x_m, reach_m);
+    const double is_m2 = areaNearRod(after, x_m, reach_m);
+    const double half_m2 = 3.14159265 * 0.0005 * diameter_mm * 0.14;
+    const std::string of = " of " + std::to_string(static_cast<int>(diameter_mm)) + " mm";
+    figures.push_back(reported("seen half before" + of, "%", 100.0 * was_m2 / half_m2));
+    figures.push_back(atLeast("left" + of, 95.0, "%", was_m2 > 0.0 ? 100.0 * is_m2 / was_m2 : 0.0));
+  }
+  return figures;
+}
+
+}  // namespace
+
+void addUncontradictedCases(std::vector<SceneCase>& cases) {
+  const auto add = [&](const std::string& variant,
+                       const std::function<std::vector<Figure>(const SceneSetup&)>& measure) {
+    cases.push_back({"uncontradicted", variant, true, measure});
+  };
+  add("out of view and behind things, byte for byte", measureBytes);
+  add("measured in every third frame",
+      [](const SceneSetup& setup) { return measureGaps(setup, [](int i) { return i % 3 == 0; }); });
+  add("measured in 20 frames, not in the 70 after",
+      [](const SceneSetup& setup) { return measureGaps(setup, [](int i) { return i < 20; }); });
+  add("rods from 0.5 m, then 100 frames from 3 m", measureRods);
+}
+
+}  // namespace dtsdf

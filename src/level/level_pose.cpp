@@ -1,0 +1,40 @@
+#include "level/level_pose.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace dtsdf {
+namespace {
+
+/// The smallest turn that brings `up` to z.
+Eigen::Quaterniond smallestTurnToZ(const Eigen::Vector3d& up) {
+  constexpr double kOpposite = 1e-9;  // then all half turns are as small
+  if (1.0 + up.z() < kOpposite) return {0.0, 1.0, 0.0, 0.0};
+  const Eigen::Vector3d axis = up.cross(Eigen::Vector3d::UnitZ());
+  return Eigen::Quaterniond(1.0 + up.z(), axis.x(), axis.y(), axis.z()).normalized();
+}
+
+}  // namespace
+
+Eigen::Isometry3d levelPose(const Eigen::Vector3d& up_M, double floor_offset_m) {
+  Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
+  T_W_M.linear() = smallestTurnToZ(up_M.normalized()).toRotationMatrix();
+  T_W_M.translation().z() = 0.0 - floor_offset_m;  // never -0
+  return T_W_M;
+}
+
+double tiltOf(const Eigen::Isometry3d& T_W_M) {
+  constexpr double kDegrees = 57.29577951308232;
+  const auto z_row = T_W_M.linear().row(2);
+  return kDegrees * std::atan2(std::hypot(z_row.x(), z_row.y()), z_row.z());
+}
+
+std::string describeLevel(const Eigen::Isometry3d& T_W_M) {
+  char text[128];
+  std::snprintf(text, sizeof(text),
+                "z of the map frame was %.2f degrees off, and its origin is at a height of %.3f m",
+                tiltOf(T_W_M), T_W_M.translation().z());
+  return text;
+}
+
+}  // namespace dtsdf

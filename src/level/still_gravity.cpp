@@ -1,0 +1,54 @@
+#include "level/still_gravity.h"
+
+#include <cmath>
+
+namespace dtsdf {
+namespace {
+
+constexpr size_t kLeastSamples = 20, kMostSamples = 4000;
+/// Of a second's mean from standard gravity: the scale of cheap sensors is off by some percent.
+constexpr double kMaxScaleError_m_s2 = 0.5;
+/// Root mean square of what differs from the mean: vibration of a robot at rest is below.
+constexpr double kMaxNoise_m_s2 = 0.3;
+/// Slower turns are the bias of the sensor.
+constexpr double kMaxTurn_rad_s = 0.1;
+constexpr double kGravity_m_s2 = 9.80665;
+
+bool isFinite(const InertialSample& sample) {
+  return std::isfinite(sample.stamp_s) && sample.acceleration_m_s2.allFinite() &&
+         (!sample.turn_rad_s || sample.turn_rad_s->allFinite());
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> StillGravity::add(const InertialSample& sample) {
+  if (!isFinite(sample)) return std::nullopt;
+  if (!samples_.empty() && sample.stamp_s < samples_.back().stamp_s) samples_.clear();
+  samples_.push_back(sample);
+  // The oldest kept is at least kSpan_s old, so that the rest spans no less.
+  while (samples_.size() > 2 && samples_[1].stamp_s <= sample.stamp_s - kSpan_s) {
+    samples_.pop_front();
+  }
+  if (samples_.size() > kMostSamples) samples_.pop_front();
+  return upIfStill();
+}
+
+std::optional<Eigen::Vector3d> StillGravity::upIfStill() const {
+  const double span_s = samples_.back().stamp_s - samples_.front().stamp_s;
+  if (samples_.size() < kLeastSamples || span_s < kSpan_s) return std::nullopt;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const InertialSample& sample : samples_) mean += sample.acceleration_m_s2;
+  mean /= static_cast<double>(samples_.size());
+  if (std::abs(mean.norm() - kGravity_m_s2) > kMaxScaleError_m_s2) return std::nullopt;
+  double squares = 0.0;
+  for (const InertialSample& sample : samples_) {
+    squares += (sample.acceleration_m_s2 - mean).squaredNorm();
+    if (sample.turn_rad_s && sample.turn_rad_s->norm() > kMaxTurn_rad_s) return std::nullopt;
+  }
+  if (std::sqrt(squares / static_cast<double>(samples_.size())) > kMaxNoise_m_s2) {
+    return std::nullopt;
+  }
+  return mean.normalized();
+}
+
+}  // namespace dtsdf

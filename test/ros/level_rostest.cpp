@@ -1,0 +1,245 @@
+/// map/level: the map frame is the first camera, and the map is level in a frame of its own.
+#include <dtsdf_mapping/GetDistances.h>
+#include <dtsdf_mapping/LoadMap.h>
+#include <dtsdf_mapping/SaveMap.h>
+#include <gtest/gtest.h>
+#include <sensor_msgs/Imu.h>
+#include <std_srvs/Trigger.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "ros/input/transform_conversions.h"
+#include "ros/support/blocks_watcher.h"
+#include "ros/support/fake_camera.h"
+#include "ros/support/grid_reader.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+#include "simulation/scene.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The room, which is level, in the frame of its first camera.
+Eigen::Isometry3d roomInMap() { return roomCameraPose(0.0).inverse(); }
+
+class LevelTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+  }
+  static void TearDownTestSuite() {
+    std::string folder;
+    if (ros::param::get("/mapping/output_directory", folder)) std::filesystem::remove_all(folder);
+  }
+
+  void sendPose(const Eigen::Isometry3d& T_M_F, const std::string& frame, const ros::Time& stamp) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.stamp = stamp;
+    transform.header.frame_id = "map";
+    transform.child_frame_id = frame;
+    transform.transform = toTransform(T_M_F);
+    broadcaster_.sendTransform(transform);
+  }
+
+  /// What the camera of a place in the room sees, and waits until it is fused or dropped.
+  void sendRoom(double time_s) {
+    const uint64_t done = status_.status().frames_fused + status_.status().frames_dropped;
+    const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
+    const ros::Time stamp = camera_.nextStamp();
+    const sensor_msgs::CameraInfo info = camera_.info(stamp);
+    const Intrinsics K{static_cast<float>(info.P[0]), static_cast<float>(info.P[5]),
+                       static_cast<float>(info.P[2]), static_cast<float>(info.P[6])};
+    sensor_msgs::Image image = camera_.image(stamp);
+    const std::vector<float> depth_m =
+        renderDepth(makeRoomScene(), K, FakeCamera::kWidth, FakeCamera::kHeight, T_R_C);
+    std::memcpy(image.data.data(), depth_m.data(), image.data.size());
+    sendPose(roomInMap() * T_R_C, "camera", stamp);
+    camera_.send(image, info);
+    EXPECT_TRUE(waitUntil(
+        [&] { return status_.status().frames_fused + status_.status().frames_dropped > done; }));
+  }
+
+  /// The room in the frame of the map, by the transforms that there are.
+  Eigen::Isometry3d roomInLevel() {
+    EXPECT_TRUE(
+        waitUntil([&] { return transforms_.canTransform("map_level", "map", ros::Time(0)); }));
+    return toIsometry(transforms_.lookupTransform("map_level", "map", ros::Time(0)).transform) *
+           roomInMap();
+  }
+
+  /// Level within so many degrees, with the floor at this height.
+  void expectLevel(double max_deg, double floor_m, double max_m) {
+    const Eigen::Isometry3d T_W_R = roomInLevel();
+    const Vector3d up_W = T_W_R.linear().col(2);
+    EXPECT_GT(up_W.z(), 0.0);
+    EXPECT_LT(std::hypot(up_W.x(), up_W.y()), max_deg * M_PI / 180.0);
+    EXPECT_NEAR((T_W_R * roomCameraPose(0.0).translation()).z(),
+                roomCameraPose(0.0).translation().z() + floor_m, max_m);
+  }
+
+  /// All that is published is in the level frame, with the floor at this height.
+  void expectMapAt(double floor_m) {
+    const BlocksWatcher blocks(nh_);
+    const GridReader grid(nh_);
+    for (int i = 0; i < 4; ++i) sendRoom(0.2 * i);
+    ASSERT_TRUE(waitUntil([&] { return blocks.state().triangles() > 100; }));
+    EXPECT_EQ(blocks.state().frame(), "map_level");
+    EXPECT_EQ(status_.status().header.frame_id, "map_level");
+    double lowest_m = 100.0, highest_m = -100.0;
+    for (const auto& corner : blocks.state().corners()) {
+      lowest_m = std::min(lowest_m, corner[2]);
+      highest_m = std::max(highest_m, corner[2]);
+    }
+    EXPECT_NEAR(lowest_m, floor_m, 0.05);
+    EXPECT_LT(highest_m, floor_m + 2.7);
+    EXPECT_TRUE(waitUntil([&] { return grid.grids() > 0; }));
+    EXPECT_EQ(grid.grid().header.frame_id, "map_level");
+    EXPECT_GT(grid.count(100), 10u);
+  }
+
+  dtsdf_mapping::GetDistances::Response ask(const std::string& frame, const Vector3d& p) {
+    dtsdf_mapping::GetDistances call;
+    call.request.header.frame_id = frame;
+    call.request.points.resize(1);
+    call.request.points[0].x = p.x();
+    call.request.points[0].y = p.y();
+    call.request.points[0].z = p.z();
+    EXPECT_TRUE(ros::service::call("/mapping/get_distances", call));
+    return call.response;
+  }
+
+  MapContents savedMap() {
+    dtsdf_mapping::SaveMap save;
+    save.request.file_name = "level.dtsdf";
+    EXPECT_TRUE(ros::service::call("/mapping/save_map", save));
+    EXPECT_TRUE(save.response.success) << save.response.message;
+    return loadMap(save.response.path);
+  }
+
+  std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
+
+  ros::NodeHandle nh_;
+  FakeCamera camera_{nh_};
+  StatusWatcher status_{nh_};
+  tf2_ros::TransformBroadcaster broadcaster_;
+  tf2_ros::Buffer transforms_;
+  tf2_ros::TransformListener listener_{transforms_};
+};
+
+TEST_F(LevelTest, floor) {
+  // A wall straight ahead: no frame is fused by a guess.
+  for (int i = 0; i < 12; ++i) {
+    const uint64_t dropped = status_.dropped("not_level");
+    camera_.sendFrame();
+    ASSERT_TRUE(status_.waitForDrop("not_level", dropped));
+  }
+  EXPECT_EQ(status_.status().frames_fused, 0u);
+  EXPECT_NE(lastDrop().find("hold the camera upright"), std::string::npos) << lastDrop();
+  EXPECT_FALSE(transforms_.canTransform("map_level", "map", ros::Time(0)));
+  const auto early = ask("camera", Vector3d::Zero());
+  EXPECT_FALSE(early.success);
+  EXPECT_NE(early.message.find("not level yet"), std::string::npos) << early.message;
+  EXPECT_FALSE(savedMap().T_W_M) << "an empty map has no level";
+
+  // Eight images fill the look that has begun with two of the wall, and ten more a new one.
+  for (int i = 0; i < 18 && status_.status().frames_fused == 0; ++i) sendRoom(0.1 * i);
+  sendRoom(1.8);
+  EXPECT_GE(status_.status().frames_fused, 1u);
+  const uint64_t dropped = status_.dropped("not_level");
+  expectLevel(0.3, 0.0, 0.01);
+  expectMapAt(0.0);
+  EXPECT_EQ(status_.dropped("not_level"), dropped) << "from then on, all are fused";
+
+  // One place by its coordinates in either frame.
+  const Vector3d p_R(1.2, 0.9, 0.3);
+  const auto in_level = ask("map_level", roomInLevel() * p_R),
+             in_map = ask("map", roomInMap() * p_R);
+  ASSERT_TRUE(in_level.success) << in_level.message;
+  ASSERT_TRUE(in_map.success) << in_map.message;
+  EXPECT_NEAR(in_level.distances[0], in_map.distances[0], 0.01);
+  EXPECT_EQ(ask("", roomInLevel() * p_R).distances, in_level.distances);
+  const auto vectorOf = [](const geometry_msgs::Vector3& v) { return Vector3d(v.x, v.y, v.z); };
+  EXPECT_LT(
+      (vectorOf(in_level.gradients[0]) -
+       roomInLevel().linear() * roomInMap().linear().transpose() * vectorOf(in_map.gradients[0]))
+          .norm(),
+      0.05)
+      << "along the axes of either frame";
+
+  // A saved map keeps its level, whatever the node has found.
+  const MapContents saved = savedMap();
+  ASSERT_TRUE(saved.T_W_M);
+  EXPECT_EQ(saved.map_frame, "map");
+  MapContents moved =
+      loadMap(ros::param::param<std::string>("/mapping/output_directory", "") + "/level.dtsdf");
+  moved.T_W_M->translation().z() += 1.0;
+  saveMap(moved, ros::param::param<std::string>("/mapping/output_directory", "") + "/moved.dtsdf");
+  dtsdf_mapping::LoadMap load;
+  load.request.file_name = "moved.dtsdf";
+  ASSERT_TRUE(ros::service::call("/mapping/load_map", load));
+  ASSERT_TRUE(load.response.success) << load.response.message;
+  EXPECT_TRUE(waitUntil([&] { return (roomInLevel() * Vector3d::Zero()).z() > 0.9; }));
+  std_srvs::Trigger clear;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  expectMapAt(1.0);
+
+  // One that was not levelled does not fit.
+  moved.T_W_M.reset();
+  saveMap(moved, ros::param::param<std::string>("/mapping/output_directory", "") + "/plain.dtsdf");
+  load.request.file_name = "plain.dtsdf";
+  ASSERT_TRUE(ros::service::call("/mapping/load_map", load));
+  EXPECT_FALSE(load.response.success);
+  EXPECT_NE(load.response.message.find("set map/level to none"), std::string::npos)
+      << load.response.message;
+}
+
+TEST_F(LevelTest, imu) {
+  for (int i = 0; i < 12; ++i) sendRoom(0.1 * i);
+  EXPECT_EQ(status_.dropped("not_level"), 12u);
+  EXPECT_NE(lastDrop().find("remap the topic imu"), std::string::npos) << lastDrop();
+
+  ros::Publisher publisher = nh_.advertise<sensor_msgs::Imu>("/camera/imu", 1000);
+  ASSERT_TRUE(waitUntil([&] { return publisher.getNumSubscribers() > 0; }));
+  Eigen::Isometry3d T_M_I = Eigen::Isometry3d::Identity();
+  T_M_I.linear() = Eigen::AngleAxisd(0.8, Vector3d(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
+  const Vector3d up_I = T_M_I.linear().transpose() * roomInMap().linear().col(2);
+  const auto sendSecond = [&](double shake) {
+    for (int i = 0; i < 130; ++i) {
+      sensor_msgs::Imu imu;
+      imu.header.stamp = ros::Time::now();
+      imu.header.frame_id = "imu";
+      const Vector3d a = (9.81 + (i % 2 == 0 ? shake : -shake)) * up_I;
+      imu.linear_acceleration.x = a.x();
+      imu.linear_acceleration.y = a.y();
+      imu.linear_acceleration.z = a.z();
+      sendPose(T_M_I, "imu", imu.header.stamp);
+      publisher.publish(imu);
+      ros::WallDuration(0.01).sleep();
+    }
+  };
+  sendSecond(2.0);
+  sendRoom(0.0);
+  EXPECT_NE(lastDrop().find("hold it still"), std::string::npos) << lastDrop();
+  EXPECT_FALSE(transforms_.canTransform("map_level", "map", ros::Time(0)));
+
+  sendSecond(0.02);
+  expectLevel(0.1, -roomCameraPose(0.0).translation().z(), 1e-6);
+  EXPECT_TRUE(waitUntil([&] { return publisher.getNumSubscribers() == 0; })) << "it is done";
+  sendRoom(0.0);
+  EXPECT_EQ(status_.status().frames_fused, 1u);
+  expectMapAt(-roomCameraPose(0.0).translation().z());
+  ASSERT_TRUE(savedMap().T_W_M);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,238 @@
+// The floor of the first images, against scenes whose floor is known.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "level/floor_search.h"
+#include "level/level_pose.h"
+#include "simulation/scene.h"
+#include "support/depth_frames.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree = 0.017453292519943295;
+
+/// The room's frame, with z up and the floor at 0, in M.
+Eigen::Isometry3d tilted(double tilt_deg, const Vector3d& axis, const Vector3d& shift_m) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::AngleAxisd(tilt_deg * kDegree, axis.normalized()).toRotationMatrix();
+  T.translation() = shift_m;
+  return T;
+}
+
+/// The first images of a lap through the room, with poses in M.
+std::vector<SceneFrame> lapFrames(const Eigen::Isometry3d& T_M_R,
+                                  size_t count = FloorSearch::kViews, double from_s = 0.0) {
+  std::vector<SceneFrame> frames;
+  for (size_t i = 0; i < count; ++i) {
+    const Eigen::Isometry3d T_R_C = roomCameraPose(from_s + 0.1 * static_cast<double>(i));
+    frames.push_back(renderFrame(makeRoomScene(), T_R_C));
+    frames.back().frame.T_W_C = T_M_R * T_R_C;
+  }
+  return frames;
+}
+
+/// The floor of the frames, all looked at together.
+FloorSearch searched(const std::vector<SceneFrame>& frames) {
+  FloorSearch search;
+  for (const SceneFrame& frame : frames) search.add(frame.view());
+  search.finish();
+  return search;
+}
+
+/// As after levelling: where the room's z and its floor are in W.
+void expectLevel(const FloorPlane& floor, const Eigen::Isometry3d& T_M_R, double max_deg,
+                 double max_m) {
+  const Eigen::Isometry3d T_W_R = levelPose(floor.normal, floor.offset_m) * T_M_R;
+  const Vector3d up_W = T_W_R.linear().col(2);
+  EXPECT_LT(std::atan2(std::hypot(up_W.x(), up_W.y()), up_W.z()) / kDegree, max_deg);
+  for (const double x : {-2.5, 2.5}) {
+    for (const double y : {-2.0, 2.0}) {
+      EXPECT_NEAR((T_W_R * Vector3d(x, y, 0.0)).z(), 0.0, max_m + 2.5 * max_deg * kDegree);
+    }
+  }
+  EXPECT_NEAR((T_W_R * Vector3d::Zero()).z(), 0.0, max_m);
+}
+
+TEST(Floor, OfTheTiltedRoomIsFoundExactly) {
+  const Eigen::Isometry3d frames[] = {
+      tilted(0.0, Vector3d::UnitX(), Vector3d::Zero()),
+      tilted(25.0, Vector3d(1.0, 2.0, 0.0), Vector3d(3.0, -1.0, 7.0)),
+      tilted(90.0, Vector3d::UnitX(), Vector3d(0.0, 1.0, 0.0)),
+      tilted(180.0, Vector3d::UnitY(), Vector3d(0.0, 0.0, -2.0)),
+      roomCameraPose(0.0).inverse(),  // the map frame is the first camera
+  };
+  for (const Eigen::Isometry3d& T_M_R : frames) {
+    const FloorSearch search = searched(lapFrames(T_M_R));
+    ASSERT_TRUE(search.floor()) << search.problem();
+    expectLevel(*search.floor(), T_M_R, 0.1, 0.001);
+  }
+}
+
+TEST(Floor, IsFoundAllAlongTheLap) {
+  const Eigen::Isometry3d T_M_R = tilted(30.0, Vector3d(1.0, 1.0, 0.0), Vector3d(1.0, 1.0, 1.0));
+  for (int i = 0; i < 12; ++i) {
+    const FloorSearch search = searched(lapFrames(T_M_R, FloorSearch::kViews, 2.0 * i));
+    ASSERT_TRUE(search.floor()) << i << ": " << search.problem();
+    expectLevel(*search.floor(), T_M_R, 0.1, 0.001);
+  }
+}
+
+TEST(Floor, IsFoundInNoise) {
+  const Eigen::Isometry3d T_M_R = tilted(40.0, Vector3d(0.0, 1.0, 0.0), Vector3d(0.0, 2.0, 0.0));
+  std::vector<SceneFrame> frames = lapFrames(T_M_R);
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal;
+  for (SceneFrame& frame : frames) {
+    for (float& z : frame.depth_m) z += 0.0015f * z * z * normal(random);
+  }
+  const FloorSearch search = searched(frames);
+  ASSERT_TRUE(search.floor()) << search.problem();
+  expectLevel(*search.floor(), T_M_R, 0.3, 0.005);
+}
+
+TEST(Floor, IsTheSameEachTime) {
+  const std::vector<SceneFrame> frames =
+      lapFrames(tilted(20.0, Vector3d::UnitX(), Vector3d::Zero()));
+  const FloorSearch a = searched(frames), b = searched(frames);
+  ASSERT_TRUE(a.floor() && b.floor());
+  EXPECT_EQ(a.floor()->normal, b.floor()->normal);
+  EXPECT_EQ(a.floor()->offset_m, b.floor()->offset_m);
+}
+
+/// Frames of one camera, which stands still, of a scene with z up.
+FloorSearch searchedFrom(const Scene& scene, const Vector3d& eye, const Vector3d& target,
+                         const Vector3d& up = Vector3d::UnitZ()) {
+  return searched(
+      std::vector<SceneFrame>(FloorSearch::kViews, renderFrame(scene, lookAt(eye, target, up))));
+}
+
+TEST(Floor, IsNotATableBesideIt) {
+  Scene scene;
+  scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
+  scene.add(makeBox(Vector3d(1.6, 0.0, 0.4), Vector3d(1.6, 1.0, 0.8)));  // most of what is seen
+  scene.add(makeBox(Vector3d(4.0, 0.0, 1.5), Vector3d(0.2, 8.0, 3.0)));
+  const FloorSearch search = searchedFrom(scene, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 0.6));
+  ASSERT_TRUE(search.floor()) << search.problem();
+  expectLevel(*search.floor(), Eigen::Isometry3d::Identity(), 0.1, 0.001);
+}
+
+TEST(Floor, IsNeitherWallNorCeilingNorAStrip) {
+  Scene wall;
+  wall.add(Plane{Vector3d(2.0, 0.0, 0.0), -Vector3d::UnitX()});
+  for (const double pitch : {-0.5, 0.0, 0.5}) {
+    const FloorSearch search =
+        searchedFrom(wall, Vector3d(0.0, 0.0, 1.0), Vector3d(2.0, 0.0, 1.0 + 2.0 * pitch));
+    EXPECT_FALSE(search.floor()) << pitch;
+    EXPECT_FALSE(search.problem().empty());
+  }
+  Scene ceiling;
+  ceiling.add(Room{Vector3d(-3.0, -3.0, -100.0), Vector3d(3.0, 3.0, 2.5)});
+  EXPECT_FALSE(searchedFrom(ceiling, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 2.2)).floor());
+  Scene beam;  // far too narrow to say how it lies
+  beam.add(Plane{Vector3d(1.5, 0.0, 0.0), -Vector3d::UnitX()});
+  beam.add(makeBox(Vector3d(1.4, 0.0, 0.5), Vector3d(0.2, 8.0, 0.2)));
+  EXPECT_FALSE(searchedFrom(beam, Vector3d(0.0, 0.0, 1.0), Vector3d(1.5, 0.0, 0.6)).floor());
+}
+
+/// A camera at 1 m that sees so many points of a floor that is so wide, and of a wall behind it.
+FloorView viewOfStrip(double width_m, int on_floor, int on_wall) {
+  FloorView view{Vector3d(0.0, 0.0, 1.0), Vector3d::UnitZ(), {}};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  for (int i = 0; i < on_floor; ++i) {
+    view.points.push_back(
+        {Vector3d(1.0 + 2.0 * share(random), width_m * share(random), 0.0), 0.01});
+  }
+  for (int i = 0; i < on_wall; ++i) {
+    view.points.push_back({Vector3d(3.0, 4.0 * share(random), 3.0 * share(random)), 0.01});
+  }
+  return view;
+}
+
+TEST(Floor, HasToBeWideAndLargeEnough) {
+  EXPECT_TRUE(fitFloor({viewOfStrip(1.0, 400, 2000)}).floor);
+  const auto problemOf = [](const FloorView& view) { return fitFloor({view}).problem; };
+  EXPECT_NE(problemOf(viewOfStrip(0.05, 400, 2000)).find("only a strip"), std::string::npos)
+      << problemOf(viewOfStrip(0.05, 400, 2000));
+  EXPECT_NE(problemOf(viewOfStrip(1.0, 400, 12000)).find("a twentieth"), std::string::npos);
+  EXPECT_NE(problemOf(viewOfStrip(1.0, 60, 0)).find("hardly any depth"), std::string::npos);
+  FloorView down = viewOfStrip(1.0, 400, 2000);
+  down.camera_up *= -1.0;
+  EXPECT_NE(fitFloor({viewOfStrip(1.0, 400, 2000), down}).problem.find("turns too much"),
+            std::string::npos);
+  EXPECT_FALSE(fitFloor({}).floor);
+}
+
+TEST(Floor, NeedsACameraThatIsUpright) {
+  const Vector3d eye(-2.0, 0.0, 1.4), target(0.0, 0.5, 0.6);
+  EXPECT_TRUE(searchedFrom(makeRoomScene(), eye, target, Vector3d(0.0, 0.4, 1.0)).floor());
+  const FloorSearch portrait = searchedFrom(makeRoomScene(), eye, target, Vector3d(0.0, 1.0, 0.0));
+  if (portrait.floor()) {  // never the floor itself
+    EXPECT_LT(portrait.floor()->normal.z(), 0.8);
+  }
+}
+
+TEST(FloorSearch, LooksAnewUntilThereIsOne) {
+  Scene wall;
+  wall.add(Plane{Vector3d(2.0, 0.0, 0.0), -Vector3d::UnitX()});
+  const SceneFrame no_floor = renderFrame(
+      wall, lookAt(Vector3d(0.0, 0.0, 1.0), Vector3d(2.0, 0.0, 1.0), Vector3d::UnitZ()));
+  const std::vector<SceneFrame> floor = lapFrames(Eigen::Isometry3d::Identity());
+  FloorSearch search;
+  for (size_t i = 0; i < FloorSearch::kViews; ++i) {
+    EXPECT_TRUE(search.problem().empty());
+    EXPECT_EQ(search.add(no_floor.view()), i + 1 == FloorSearch::kViews);
+  }
+  EXPECT_FALSE(search.problem().empty());
+  EXPECT_FALSE(search.floor());
+  for (const SceneFrame& frame : floor) search.add(frame.view());
+  EXPECT_TRUE(search.floor());
+  EXPECT_TRUE(search.problem().empty());
+  const FloorPlane found = *search.floor();
+  for (size_t i = 0; i < FloorSearch::kViews; ++i) EXPECT_FALSE(search.add(no_floor.view()));
+  EXPECT_EQ(search.floor()->offset_m, found.offset_m) << "it stays the one that was found first";
+}
+
+TEST(FloorSearch, PassesOverWhatShowsNothing) {
+  const std::vector<SceneFrame> floor = lapFrames(Eigen::Isometry3d::Identity());
+  SceneFrame empty = floor.front(), lost = floor.front();
+  std::fill(empty.depth_m.begin(), empty.depth_m.end(), 0.0f);
+  lost.frame.T_W_C.translation().x() = std::nan("");
+  DepthFrame no_data = floor.front().frame;
+  no_data.data = nullptr;
+  FloorSearch search;
+  for (size_t i = 0; i < 2 * FloorSearch::kViews; ++i) {
+    EXPECT_FALSE(search.add(empty.view()));
+    EXPECT_FALSE(search.add(lost.view()));
+    EXPECT_FALSE(search.add(no_data));
+  }
+  search.finish();
+  EXPECT_FALSE(search.floor());
+  EXPECT_FALSE(search.problem().empty());
+}
+
+TEST(LevelPose, IsTheSmallestTurn) {
+  EXPECT_TRUE(levelPose(Vector3d::UnitZ()).isApprox(Eigen::Isometry3d::Identity()));
+  const Eigen::Isometry3d of_optical = levelPose(-Vector3d::UnitY(), 0.5);
+  EXPECT_TRUE((of_optical.linear() * Vector3d::UnitX()).isApprox(Vector3d::UnitX()));
+  EXPECT_TRUE((of_optical.linear() * Vector3d::UnitZ()).isApprox(Vector3d::UnitY()))
+      << "forward is y";
+  EXPECT_NEAR((of_optical * Vector3d(0.0, -0.5, 0.0)).z(), 0.0, 1e-12);
+  EXPECT_NEAR(tiltOf(of_optical), 90.0, 1e-9);
+  const Eigen::Isometry3d of_ned = levelPose(-Vector3d::UnitZ());
+  EXPECT_TRUE((of_ned.linear() * -Vector3d::UnitZ()).isApprox(Vector3d::UnitZ()));
+  EXPECT_NEAR(of_ned.linear().determinant(), 1.0, 1e-12);
+  const Vector3d up = Vector3d(0.3, -0.2, 0.9).normalized();
+  EXPECT_NEAR(Eigen::AngleAxisd(levelPose(up).linear()).angle(), std::acos(up.z()), 1e-12);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,184 @@
+/// map/level as a user meets it: reconstruct on recordings whose map frame is their first camera.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "simulation/scene.h"
+#include "support/scene_recording.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Each pose along the lap, in the room's frame, which is level.
+std::vector<Eigen::Isometry3d> lapPoses(size_t count) {
+  std::vector<Eigen::Isometry3d> poses;
+  for (size_t i = 0; i < count; ++i) poses.push_back(roomCameraPose(0.1 * static_cast<double>(i)));
+  return poses;
+}
+
+class LevelProgram : public testing::Test {
+ protected:
+  /// A recording of the room in the frame of its first camera, and the same with level poses.
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    const std::vector<Eigen::Isometry3d> poses = lapPoses(20);
+    const Eigen::Isometry3d T_M_R = poses.front().inverse();
+    writeSceneRecording(*folder_ / "first", makeRoomScene(), poses, 160, 120,
+                        [&](size_t, const Eigen::Isometry3d& T_R_C) { return T_M_R * T_R_C; });
+    Scene wall;
+    wall.add(Plane{Vector3d(2.0, 0.0, 0.0), -Vector3d::UnitX()});
+    const Eigen::Isometry3d ahead =
+        lookAt(Vector3d::Zero(), Vector3d(1.0, 0.0, 0.0), Vector3d::UnitZ());
+    writeSceneRecording(*folder_ / "wall", wall, std::vector<Eigen::Isometry3d>(12, ahead));
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  struct Outcome {
+    int exit_code;
+    std::string out, err;
+  };
+
+  static std::string in(const std::string& name) { return *folder_ / name; }
+
+  static Outcome run(const std::string& command) {
+    const int status =
+        std::system((command + " > " + in("stdout") + " 2> " + in("stderr")).c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(in("stdout")),
+            readBytes(in("stderr"))};
+  }
+
+  static Outcome reconstruct(const std::string& arguments) {
+    return run(std::string(DTSDF_RECONSTRUCT) +
+               " --backend cpu --set map/voxel_size_m=0.04 map/max_memory_mb=512 " + arguments);
+  }
+
+  /// The map that a run saves.
+  static MapContents mapOf(const std::string& arguments, const std::string& name = "map.dtsdf") {
+    const Outcome outcome = reconstruct(arguments + " --save-map " + in(name));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(contains(outcome.out, "levelled: ") == contains(arguments, "level=floor"))
+        << outcome.out;
+    return loadMap(in(name));
+  }
+
+  static TemporaryFolder* folder_;
+};
+
+TemporaryFolder* LevelProgram::folder_ = nullptr;
+
+TEST_F(LevelProgram, PutsTheFloorAtZero) {
+  const MapContents map = mapOf("--tum " + in("first") + " --set map/level=floor");
+  ASSERT_TRUE(map.T_W_M);
+  // Where the room is in W by the true pose of the first camera.
+  const Eigen::Isometry3d T_W_R = *map.T_W_M * roomCameraPose(0.0).inverse();
+  const Vector3d up_W = T_W_R.linear().col(2);
+  EXPECT_LT(std::hypot(up_W.x(), up_W.y()), 0.1 * M_PI / 180.0);
+  EXPECT_NEAR((T_W_R * Vector3d::Zero()).z(), 0.0, 0.002);
+  // And the map: nothing below the floor, nothing above the ceiling.
+  const double block_m = 0.04 * kBlockSide;
+  int lowest = 1000, highest = -1000;
+  for (const MapBlock& block : map.blocks) {
+    lowest = std::min(lowest, block.key.z);
+    highest = std::max(highest, block.key.z);
+  }
+  EXPECT_EQ(lowest, -1) << "the floor lies on the border between two blocks";
+  EXPECT_EQ(highest, static_cast<int>(std::floor((2.6 + 0.16) / block_m)));
+  const Outcome info = run(std::string(DTSDF_MAP_TOOL) + " info " + in("map.dtsdf"));
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_TRUE(contains(info.out, "\nlevelled ")) << info.out;
+}
+
+TEST_F(LevelProgram, IsOffByDefaultAndThenAddsNothing) {
+  const MapContents plain = mapOf("--tum " + in("first"), "plain.dtsdf");
+  EXPECT_FALSE(plain.T_W_M);
+  mapOf("--tum " + in("first") + " --set map/level=none", "none.dtsdf");
+  EXPECT_TRUE(readBytes(in("plain.dtsdf")) == readBytes(in("none.dtsdf")));
+  EXPECT_FALSE(contains(readBytes(in("plain.dtsdf")), "LEVL"));
+  EXPECT_FALSE(contains(readBytes(in("plain.dtsdf")), "map/level"));
+}
+
+/// A map in two runs is that of one run; the second has the level from the file.
+TEST_F(LevelProgram, GoesOnInTheFrameOfTheMap) {
+  const std::string input = "--tum " + in("first") + " ";
+  mapOf(input + "--set map/level=floor", "whole.dtsdf");
+  mapOf(input + "--set map/level=floor --frames 0:11", "half.dtsdf");
+  // By itself, the second half would find a floor that differs in the last digits.
+  const std::string second = input + "--frames 12: --save-map " + in("joined.dtsdf");
+  for (const char* level : {"", " --set map/level=floor", " --set map/level=imu"}) {
+    const Outcome outcome =
+        reconstruct(second + " --load-map " + in("half.dtsdf") + std::string(level));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(readBytes(in("joined.dtsdf")) == readBytes(in("whole.dtsdf"))) << level;
+  }
+
+  const Outcome unlevelled =
+      reconstruct(second + " --set map/level=none --load-map " + in("half.dtsdf"));
+  EXPECT_EQ(unlevelled.exit_code, 1);
+  EXPECT_TRUE(contains(unlevelled.err, "was levelled; set map/level to floor")) << unlevelled.err;
+  mapOf(input + "--frames 0:11", "plain.dtsdf");
+  const Outcome late =
+      reconstruct(second + " --set map/level=floor --load-map " + in("plain.dtsdf"));
+  EXPECT_EQ(late.exit_code, 1);
+  EXPECT_TRUE(contains(late.err, "not levelled")) << late.err;
+}
+
+TEST_F(LevelProgram, EndsWhereUpCannotBeFound) {
+  const std::string input = "--tum " + in("wall") + " --mesh " + in("mesh.ply");
+  const Outcome floor = reconstruct(input + " --set map/level=floor");
+  EXPECT_EQ(floor.exit_code, 1);
+  EXPECT_TRUE(contains(floor.err, "the first 12 images of ")) << floor.err;
+  EXPECT_TRUE(contains(floor.err, "--frames FIRST:")) << floor.err;
+  EXPECT_FALSE(std::filesystem::exists(in("mesh.ply"))) << "nothing is fused by a guess";
+  const Outcome imu = reconstruct(input + " --set map/level=imu");
+  EXPECT_EQ(imu.exit_code, 1);
+  EXPECT_TRUE(contains(imu.err, "set map/level to floor or none")) << imu.err;
+  EXPECT_EQ(reconstruct(input + " --set map/level=up").exit_code, 1);
+  const Outcome topic = reconstruct(input + " --imu-topic /imu");
+  EXPECT_EQ(topic.exit_code, 2);
+  EXPECT_TRUE(contains(topic.err, "--imu-topic is for bags")) << topic.err;
+}
+
+TEST_F(LevelProgram, WarnsWhereSpaceIsKeptInAFrameThatIsNotLevel) {
+  const std::string input = "--tum " + in("first") + " --save-map " + in("space.dtsdf");
+  const auto warns = [&](const std::string& settings) {
+    const Outcome outcome = reconstruct(input + " --set " + settings);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return contains(outcome.err, "z of the map frame does not point up");
+  };
+  EXPECT_TRUE(warns("space/enabled=true"));
+  EXPECT_FALSE(warns("space/enabled=false"));
+  EXPECT_FALSE(warns("space/enabled=true map/level=floor"));
+}
+
+/// Tiles are levelled as a whole.
+TEST_F(LevelProgram, TilesGiveTheMapOfReconstruct) {
+  const std::string recording = in("first"), settings = " --set map/level=floor";
+  ASSERT_EQ(reconstruct("--tum " + recording + " --frames 0:11" + settings + " --save-map " +
+                        in("whole.dtsdf"))
+                .exit_code,
+            0);
+  const std::string tiles = DTSDF_TILES;
+  Outcome outcome = run(tiles + " plan " + recording + " --frames 0:11 --out " + in("tiles") +
+                        " --tile-m 5 --set map/voxel_size_m=0.04 map/max_memory_mb=512" + settings);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "levelled: ")) << outcome.out;
+  outcome = run(tiles + " run " + in("tiles") + " --backend cpu --save-map " + in("tiled.dtsdf"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(readBytes(in("tiled.dtsdf")) == readBytes(in("whole.dtsdf")));
+  EXPECT_TRUE(loadMap(in("tiled.dtsdf")).T_W_M);
+}
+
+}  // namespace
+}  // namespace dtsdf

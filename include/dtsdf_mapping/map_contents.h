@@ -1,4 +1,4 @@
-/// A whole map outside of a mapper: what a map file holds, and what another mapper goes on from.
+/// A whole map outside of a mapper: what a map file holds, and what another mapper resumes from.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -66,7 +66,7 @@ struct MapSize {
 };
 
 /// Everything that the map's later bytes depend on. Equal maps have equal contents, whatever the
-/// backend, and a mapper that is made from contents goes on as the one that they are from would
+/// backend, and a mapper that is made from contents continues as the one that they are from would
 /// have, byte for byte, with equal settings and below the budget of memory.
 struct MapContents {
   /// The mapper's settings (but for backend, threads, budget and colour of the mesh) and the
@@ -116,15 +116,15 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 /// @throws std::runtime_error if it is of another one.
 void checkFrame(const MapContents& contents, const std::string& map_frame);
 
-/// Whether a map goes on in a run that levels its map, or in one that does not; one without frames
-/// does in both. @throws std::runtime_error if it does not, with what to do.
+/// Whether a run that levels its map, or one that does not, can resume from the contents; both can
+/// from those without frames. @throws std::runtime_error if it does not, with what to do.
 void checkLevel(const MapContents& contents, bool is_levelled);
 
-/// The least map/max_memory_mb with which a mapper of these settings can go on from the contents.
+/// The least map/max_memory_mb with which a mapper of these settings can resume from the contents.
 int leastMemoryMb(const MapContents& contents, MapperParams params);
 
-/// Whether a mapper of these settings can go on from the contents. With space/enabled it takes over
-/// what was seen free, which is of cells of one size.
+/// Whether a mapper of these settings can resume from the contents. With space/enabled it takes
+/// over the free cells, which have one size.
 /// @throws std::runtime_error with the first of those settings that differs, or where the map is
 /// larger than map/max_memory_mb, or for another space/cell_voxels.
 void checkFits(const MapContents& contents, const MapperParams& params);

@@ -83,7 +83,7 @@ class Mapper {
  public:
   virtual ~Mapper() = default;
 
-  /// Fuses a frame. A bad frame leaves the map untouched and is told by the result's status.
+  /// Fuses a frame. A bad frame leaves the map untouched; the result's status reports it.
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual IntegrationResult integrate(const DepthFrame& frame) = 0;
 
@@ -116,7 +116,7 @@ class Mapper {
   /// untouched then. std::exception when the backend fails.
   virtual ClearedRegion clearRegion(const Region& region) = 0;
 
-  /// Forgets everything, an extraction under way included. A MeshStore has to be cleared with it.
+  /// Forgets everything, an extraction under way included. Clear the MeshStore with it.
   virtual void clear() = 0;
 
   /// A copy of the map as it is now; waits for the frames and images before it. Name of the frame
@@ -131,7 +131,7 @@ class Mapper {
   /// Sizes of the map as it is now.
   virtual MapStats stats() const = 0;
 
-  /// Memory of the mapper as it is now, as far as map_bytes does not tell it.
+  /// Memory of the mapper as it is now, beside map_bytes.
   virtual MapperMemory memory() const = 0;
 
   /// "cpu (2 threads)" or "cuda (name of the device)".
@@ -142,7 +142,7 @@ class Mapper {
 /// @throws std::runtime_error if CUDA is asked for and cannot be used; the text says why.
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params);
 
-/// Makes a mapper that goes on where the contents were taken; its first mesh update has all of the
+/// Makes a mapper that continues where the contents were taken; its first mesh update has the whole
 /// mesh. The contents may be from another backend.
 /// @throws std::runtime_error as checkContents(), checkFits() and makeMapper() do, or if there is
 /// too little memory on the GPU.

@@ -24,7 +24,7 @@ struct SphereRegion {
 using Region = std::variant<BoxRegion, SphereRegion>;
 
 /// What is wrong with a region, in words: a number that is not finite, a size that is not above 0,
-/// a pose that is no rotation and translation. Empty if nothing is.
+/// a pose that is not a rotation and translation. Empty if nothing is.
 std::string findProblem(const Region& region);
 
 }  // namespace dtsdf

@@ -23,11 +23,11 @@ class SimplifyCancelled : public std::runtime_error {
   SimplifyCancelled() : std::runtime_error("cancelled before the mesh was simplified") {}
 };
 
-/// Leaves out vertices where a surface goes on without them no farther than `max_error_m` from
-/// where they were; 0 leaves out none. A larger error leaves no more triangles than a smaller one.
-/// It counts in steps of 1, 1.5, 2, 3, 5, 7 and 10, down to the nearest. Borders stay as they are.
-/// Sides that face each other, as those of a thin plate or of a gap, stay apart: each keeps to its
-/// half of what is between them. On one core, in a time that grows with the number of triangles.
+/// Removes vertices as long as the surface stays within `max_error_m` of where they were; 0 removes
+/// none. A larger error leaves no more triangles than a smaller one. It counts in steps of 1, 1.5,
+/// 2, 3, 5, 7 and 10, down to the nearest. Borders stay as they are. Sides that face each other, as
+/// those of a thin plate or of a gap, stay apart: each keeps to its half of what is between them.
+/// On one core, in a time that grows with the number of triangles.
 /// @throws std::invalid_argument unless max_error_m is finite, at least 0, and no more than the
 /// diagonal of the mesh's box; SimplifyCancelled.
 SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m,

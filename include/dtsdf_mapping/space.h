@@ -68,7 +68,7 @@ struct SpaceCube {
 
 /// What has become known of space, or is known no more.
 struct SpaceChanges {
-  bool begins_anew = false;      ///< First, everything known before has to be forgotten.
+  bool begins_anew = false;      ///< Forget everything known before first.
   std::vector<SpaceCube> cubes;  ///< Then these are as they are here; all zeros: unknown again.
 };
 

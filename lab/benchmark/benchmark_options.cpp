@@ -5,12 +5,12 @@ namespace {
 
 void addFlightOptions(CommandLine& line, BenchmarkOptions& options) {
   line.addFlag("--flight",
-               "a synthetic flight over hilly ground, in place of a recording: does the time of a "
-               "frame stay the same while the map grows?",
+               "a synthetic flight over hilly ground instead of a recording: does the time of a "
+               "frame stay constant while the map grows?",
                options.flight);
   line.addNumber({"--grow-to-gib", "GIB", "size of the map at which the flight ends"},
                  options.grow_to_gib, {kAboveZero, kUnbounded});
-  line.addNumber({"--speed", "METRES", "way of the flight from frame to frame"}, options.speed_m,
+  line.addNumber({"--speed", "METRES", "distance flown per frame"}, options.speed_m,
                  {kAboveZero, kUnbounded});
   line.onlyWith("--grow-to-gib", "--flight");
   line.onlyWith("--speed", "--flight");
@@ -23,11 +23,13 @@ void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
   line.onlyWith("--depth-scale", "--tum");
   line.onlyWith("--pose-tolerance", "--tum");
   line.addText(
-      {"--raw", "NAME", "NAME.raw and NAME.txt, as pack_frames writes them, in place of --tum"},
+      {"--raw", "NAME", "NAME.raw and NAME.txt, as pack_frames writes them, instead of --tum"},
       options.raw_name);
   addFrameOptions(line, options);
   addFlightOptions(line, options);
-  line.addFlag("--gpu", "only report on the GPU: rates of its memory, registers of the kernels",
+  line.addFlag("--gpu",
+               "only report on the GPU: copy rates, registers and occupancy of the "
+               "kernels",
                options.gpu_report);
   line.requireOneOf({"--tum", "--raw", "--flight", "--gpu"});
 }

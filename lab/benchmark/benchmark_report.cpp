@@ -247,7 +247,7 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
   }
   text += "slowest frames\n";
   for (const json& row : report["slowest"]) {
-    text += format("  frame %d, map of %.2f GiB: %.3f ms, of it %.3f in integrate()\n",
+    text += format("  frame %d, map of %.2f GiB: %.3f ms, of which %.3f in integrate()\n",
                    row["frame"].get<int>(), row["map_gib"].get<double>(),
                    row["total_ms"].get<double>(), row["call_ms"].get<double>());
   }

@@ -28,25 +28,25 @@ struct EvaluateDepthOptions {
 EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateDepthOptions options;
   CommandLine line("evaluate_depth", "MESH.ply TUM_DIR [options]",
-                   "Renders the mesh from the poses of a TUM folder and compares with the measured "
-                   "depth: the share of measured pixels where the mesh is, and the differences "
-                   "there, as JSON. Meant for frames that the mesh was not made from: reconstruct "
-                   "--frames ::2, evaluate_depth --first 1 --step 2.",
+                   "Renders the mesh from the poses of a TUM folder and compares it with the "
+                   "measured depth: the share of measured pixels that the mesh covers, and the "
+                   "differences there, as JSON. Use frames that the mesh was not made from: "
+                   "reconstruct --frames ::2, evaluate_depth --first 1 --step 2.",
                    kExitCodes);
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
   addSelectionOptions(line, options.frames);
-  line.addWhole({"--stride", "N", "every N-th pixel of each row and column"}, options.stride,
+  line.addWhole({"--stride", "N", "use every N-th pixel of each row and column"}, options.stride,
                 {1, 64});
   line.addWhole({"--register", "N",
-                 "align each image with the mesh in N steps, and tell the figures so as well; 0: "
-                 "do not"},
+                 "also align each image with the mesh in N steps and print those figures; 0: do "
+                 "not"},
                 options.registration_steps, {0, 100});
   line.addText({"--picture", "FILE",
-                "write a .png of one image, aligned where --register is given: grey where the mesh "
-                "fits, red where it is in front of what was measured, blue behind"},
+                "write a picture of one image, aligned with --register: grey where the mesh fits, "
+                "red where it is in front of the depth, blue behind"},
                options.picture_path);
-  line.add({"--picture-image", "N", "the image to draw (default: the middle one of the chosen)"},
+  line.add({"--picture-image", "N", "image to draw (default: the middle one)"},
            [&](const std::string& text) {
              options.picture_image = static_cast<size_t>(readWhole(text, {0, kUnbounded}));
            });

@@ -34,17 +34,17 @@ void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
       [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
   line.add({"--colour", "NAME",
             "compare colours instead of distances, in RGB and CIE Lab over the reconstruction's "
-            "surface; the ground truth has those of its vertices, or checker or gradient as "
+            "surface; truth: vertices (the ground truth's own colours), or checker or gradient as "
             "render_orbit draws them"},
            [&](const std::string& text) { options.texture = textureFromName(text); });
 }
 
 void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
-  line.addText({"--json", "OUT.json", "write the figures there as well"}, options.json_path);
+  line.addText({"--json", "OUT.json", "also write the figures to this file"}, options.json_path);
   line.addText({"--heatmap", "OUT.ply",
                 "the reconstruction, coloured by its vertices' distance to the ground truth"},
                options.heatmap_path);
-  line.addText({"--picture", "OUT.png", "a picture of that with a scale"}, options.picture_path);
+  line.addText({"--picture", "OUT.png", "a picture of that, with a scale"}, options.picture_path);
   line.addNumber({"--scale-mm", "S",
                   "full scale of the colours (default: a round number above the 95th percentile)"},
                  options.scale_mm, {1e-6, 1e6});
@@ -60,7 +60,7 @@ EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
                    "topology. Vertices are taken as they are indexed; none are welded.",
                    kExitCodes);
   line.addText({"RECONSTRUCTION.ply", "", "the mesh to measure"}, options.reconstruction_path);
-  line.addText({"GROUNDTRUTH.ply", "", "what it should be"}, options.ground_truth_path);
+  line.addText({"GROUNDTRUTH.ply", "", "the true mesh"}, options.ground_truth_path);
   addMeasureOptions(line, options);
   addOutputOptions(line, options);
   line.beginGroup("View of the picture");

@@ -25,12 +25,13 @@ struct EvaluateSpaceOptions {
 };
 
 void addInputOptions(CommandLine& line, EvaluateSpaceOptions& options) {
-  line.addText({"--tum", "DIR", "the images: a TUM folder with depth images and poses"},
-               options.tum_folder);
-  line.addText({"--mesh", "MESH.ply", "the mesh that the images are of"}, options.mesh_path);
-  line.addText({"--seen", "SEEN.ply", "the part of it that they show, by seen_surface"},
+  line.addText({"--tum", "DIR", "TUM folder with depth images and poses"}, options.tum_folder);
+  line.addText({"--mesh", "MESH.ply", "the true mesh that the images show"}, options.mesh_path);
+  line.addText({"--seen", "SEEN.ply",
+                "the part of it that the images show, written by "
+                "seen_surface"},
                options.seen_path);
-  line.addText({"--scene", "NAME", "in place of these an analytic scene: shapes or room"},
+  line.addText({"--scene", "NAME", "an analytic scene instead of these: shapes or room"},
                options.scene);
   line.requireOneOf({"--tum", "--scene"});
   line.onlyWith("--mesh", "--tum");
@@ -40,19 +41,19 @@ void addInputOptions(CommandLine& line, EvaluateSpaceOptions& options) {
 EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateSpaceOptions options;
   CommandLine line("evaluate_space", "--tum DIR --mesh MESH.ply --seen SEEN.ply [options]",
-                   "Makes a map of images, and compares what it says of the space around surfaces "
-                   "with the truth: errors of distances, cells that are called free and are not, "
-                   "and the share of what was seen free that is called so, as JSON.",
+                   "Makes a map of images and compares its free space and distances with the "
+                   "truth: errors of distances, cells that are called free but are not, and the "
+                   "share of truly free cells that were found, as JSON.",
                    kExitCodes);
   addInputOptions(line, options);
   addSettingOption(line, options.settings);
-  line.addWhole({"--samples", "N", "cells that are looked at for each figure, at most"},
+  line.addWhole({"--samples", "N", "largest number of cells checked for each figure"},
                 options.samples, {1, 1e9});
   line.addText({"--json", "FILE", "write the figures here (default: standard output)"},
                options.json_path);
   line.addText({"--distances", "FILE",
-                "distances that another program tells, to compare: 32-bit floats x, y, z and "
-                "distance for each point"},
+                "distances of another program, to compare: 32-bit floats x, y, z and distance per "
+                "point"},
                options.field_path);
   line.addText({"--picture", "OUT.png", "a slice of the map"}, options.picture_path);
   line.addNumber({"--height", "METRES", "height of the slice"}, options.height_m, {-1e3, 1e3});
@@ -101,7 +102,7 @@ void drawSlice(const EvaluateSpaceOptions& options, const MapperParams& params, 
     bounds.extend(space.cellSize_m() * Eigen::Vector3d(c.x, c.y, c.z));
     bounds.extend(space.cellSize_m() * Eigen::Vector3d(c.x + 1, c.y + 1, c.z + 1));
   }
-  if (bounds.isEmpty()) throw std::runtime_error("the map knows nothing of space to draw");
+  if (bounds.isEmpty()) throw std::runtime_error("the map has no known space to draw");
   bounds.min().z() = bounds.max().z() = options.height_m;
   constexpr double kPicturePixels = 1000.0;
   SliceOptions slice;

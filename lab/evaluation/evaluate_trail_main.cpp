@@ -32,15 +32,19 @@ EvaluateTrailOptions readOptions(const std::vector<std::string>& arguments) {
   addObjectOptions(line, options.object);
   line.addNumber({"--margin", "METRES", "added to the volume on all sides"}, options.rule.margin_m,
                  {0.0, 1.0});
-  line.addNumber({"--distance", "METRES", "what is nearer to the reference is no trail"},
+  line.addNumber({"--distance", "METRES",
+                  "what is nearer to the reference does not count as "
+                  "trail"},
                  options.rule.distance_m, {0.0, 10.0});
-  line.addWhole({"--samples", "N", "points of the mesh to look at"}, options.rule.samples,
+  line.addWhole({"--samples", "N", "number of points of the mesh to check"}, options.rule.samples,
                 {1000, 1e8});
   line.addText({"--views", "TUM_DIR",
-                "tell also what these images see through: they measured something farther behind"},
+                "also print the trail that these images see through, because they measured "
+                "something behind it"},
                options.views_folder);
   addSelectionOptions(line, options.frames);
-  line.addWhole({"--least-images", "N", "so many of them have to"}, options.least_images, {1, 1e6});
+  line.addWhole({"--least-images", "N", "how many of these images must see through it"},
+                options.least_images, {1, 1e6});
   for (const char* name : {"--first", "--last", "--step", "--least-images"}) {
     line.onlyWith(name, "--views");
   }

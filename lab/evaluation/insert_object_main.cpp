@@ -23,16 +23,16 @@ struct InsertOptions {
 InsertOptions readOptions(const std::vector<std::string>& arguments) {
   InsertOptions options;
   CommandLine line("insert_object", "IN OUT --from X,Y,Z --to X,Y,Z [options]",
-                   "Puts a box or a ball, which moves evenly from the first chosen image to the "
-                   "last, into the depth images of the TUM folder IN, and writes the chosen images "
-                   "to the TUM folder OUT. It shows where it is nearer than what was measured, and "
-                   "where nothing was measured.",
+                   "Puts a box or a ball, which moves at constant speed from the first chosen "
+                   "image to the last, into the depth images of the TUM folder IN, and writes the "
+                   "chosen images to the TUM folder OUT. It is visible where it is nearer than the "
+                   "measured depth, and where nothing was measured.",
                    kExitCodes);
   line.addText({"IN", "", "the recording"}, options.input);
   line.addText({"OUT", "", "the folder"}, options.output);
   addObjectOptions(line, options.object);
   addSelectionOptions(line, options.frames);
-  line.addFlag("--then-without", "the same images without it follow", options.then_without);
+  line.addFlag("--then-without", "append the same images without the object", options.then_without);
   line.parse(arguments);
   return options;
 }
@@ -64,7 +64,7 @@ class Insertion {
 
   void finish() const {
     writer_.finish(std::filesystem::path(options_.input).filename().string());
-    std::printf("%zu images, the object shows in %zu of the first %zu\n", size(), shown(),
+    std::printf("%zu images, the object is visible in %zu of the first %zu\n", size(), shown(),
                 chosen_.size());
   }
 

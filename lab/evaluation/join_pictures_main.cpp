@@ -22,8 +22,8 @@ TitledPicture readTitled(const std::string& text) {
 JoinOptions readOptions(const std::vector<std::string>& arguments) {
   JoinOptions options;
   CommandLine line("join_pictures", "OUT.png TITLE=FILE ...",
-                   "Puts pictures side by side into one, each below its title.", kExitCodes);
-  line.addText({"OUT.png", "", "the picture of all"}, options.picture_path);
+                   "Joins pictures side by side, each below its title.", kExitCodes);
+  line.addText({"OUT.png", "", "the joined picture"}, options.picture_path);
   line.addList({"TITLE=FILE", "", "titles and pictures from left to right"},
                [&](const std::string& text) { options.pictures.push_back(readTitled(text)); });
   line.require("TITLE=FILE");

@@ -27,19 +27,17 @@ PassPlateOptions readOptions(const std::vector<std::string>& arguments) {
   PassPlateOptions options;
   CommandLine line("pass_plate", "[options]",
                    "Maps a closed corridor with a thin plate across its middle, seen from both "
-                   "ends, and looks for a way through it by A*: over free cells that are farther "
-                   "from all surfaces than a robot's radius, and over the free columns of the grid "
-                   "for the ground that are farther than that from all occupied ones. Prints both "
-                   "ways, or \"no way\", and how many cells with a surface lie on the straight "
-                   "line from start to goal.",
+                   "ends, and searches for a path through it by A*: over free cells farther from "
+                   "all surfaces than a robot's radius, and over free columns of the ground grid "
+                   "farther than that from all occupied ones. Prints both paths, or \"no way\", "
+                   "and how many surface cells lie on the straight line from start to goal.",
                    kExitCodes);
   addSettingOption(line, options.settings);
   line.addNumber({"--thickness", "METRES", "of the plate"}, options.thickness_m, {1e-4, 1.0});
   line.addNumber({"--radius", "METRES", "of the robot"}, options.radius_m, {0.0, 1.0});
-  line.addFlag("--gap", "the plate leaves a doorway open", options.gap);
-  line.addFlag("--through-unknown", "the robot may pass cells of which nothing is known",
-               options.through_unknown);
-  line.addText({"--picture", "OUT.png", "the map from above, with the way"}, options.picture_path);
+  line.addFlag("--gap", "leave a doorway beside the plate", options.gap);
+  line.addFlag("--through-unknown", "let the robot pass unknown cells", options.through_unknown);
+  line.addText({"--picture", "OUT.png", "the map from above, with the path"}, options.picture_path);
   line.parse(arguments);
   return options;
 }

@@ -14,7 +14,7 @@ namespace {
 
 char readAxis(const std::string& text) {
   if (text != "x" && text != "y" && text != "z") {
-    throw UsageError("'" + text + "' is none of x, y and z");
+    throw UsageError("'" + text + "' is not x, y or z");
   }
   return text[0];
 }
@@ -28,7 +28,7 @@ void addViewOptions(CommandLine& line, PictureRequest& request) {
              request.azimuth_deg = angles[0];
              request.elevation_deg = angles[1];
            });
-  line.add({"--up", "x|y|z", "the axis that points up in the picture (default y)"},
+  line.add({"--up", "x|y|z", "axis that points up in the picture (default y)"},
            [&](const std::string& text) { request.up = readAxis(text); });
   line.add({"--eye", "X,Y,Z", "view from this point instead, towards --target, in metres"},
            [&](const std::string& text) { request.eye = readPoint(text); });

@@ -107,7 +107,7 @@ Header readHeader(std::istream& in) {
       if (!words) throw std::runtime_error("bad line '" + line + "'");
       const auto is_same = [&](const Element& other) { return other.name == element.name; };
       if (std::any_of(header.elements.begin(), header.elements.end(), is_same)) {
-        throw std::runtime_error("element " + element.name + " is there twice");
+        throw std::runtime_error("element " + element.name + " occurs twice");
       }
       header.elements.push_back(element);
     } else if (word == "property") {
@@ -229,7 +229,7 @@ void readFaces(const Element& element, NumberReader& reader, TriangleMesh& mesh)
     const std::vector<double>& polygon = lists[static_cast<size_t>(corners)];
     for (const double index : polygon) {
       if (!(index >= 0.0 && index < static_cast<double>(mesh.vertices.size()))) {
-        throw std::runtime_error("face " + std::to_string(i) + " has a vertex that is not there");
+        throw std::runtime_error("face " + std::to_string(i) + " has a vertex that does not exist");
       }
     }
     for (size_t k = 2; k < polygon.size(); ++k) {
@@ -255,7 +255,7 @@ void append(std::string& bytes, Number number) {
 }  // namespace
 
 TriangleMesh readPly(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) throw std::runtime_error(path + ": is no file");
+  if (!std::filesystem::is_regular_file(path)) throw std::runtime_error(path + ": is not a file");
   std::ifstream in(path, std::ios::binary);
   if (!in) throw std::runtime_error(path + ": cannot be opened");
   try {

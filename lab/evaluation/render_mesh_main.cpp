@@ -15,12 +15,12 @@ struct RenderMeshOptions {
 RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
   RenderMeshOptions options;
   CommandLine line("render_mesh", "MESH.ply OUT.png [options]",
-                   "Draws a shaded picture of a mesh, with its own colours if it has some. Backs "
-                   "of triangles are brown.",
+                   "Draws a shaded picture of a mesh, with its own colours if it has any. Backs of "
+                   "triangles are brown.",
                    kExitCodes);
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"OUT.png", "", "the picture"}, options.picture_path);
-  line.addFlag("--plain", "leave the mesh's colours out", options.plain);
+  line.addFlag("--plain", "ignore the mesh's colours", options.plain);
   line.addFlag("--flat", "shade triangle by triangle instead of by interpolated normals",
                options.flat);
   addPictureOptions(line, options.picture);

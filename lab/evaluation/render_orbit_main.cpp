@@ -34,11 +34,12 @@ void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.add({"--trajectory", "NAME", "circle, helix or sphere (default circle)"},
            [&](const std::string& text) { options.trajectory = orbitShapeFromName(text); });
   line.addNumber({"--longest-side", "METRES",
-                  "size the object is scaled to, centred at the origin; 0: left as it is"},
+                  "length that the object's longest side is scaled to, centred at the origin; 0: "
+                  "not scaled"},
                  options.longest_side_m, {0.0, 1000.0});
   line.addText({"--views", "DIR",
-                "poses of a TUM folder in place of a trajectory, --frames of them at most, spread "
-                "over all; the mesh is left as it is"},
+                "poses of a TUM folder instead of a trajectory, at most --frames of them, evenly "
+                "chosen; the mesh is not scaled"},
                options.views_folder);
 }
 
@@ -48,21 +49,21 @@ void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image's middle"},
                  options.focal_px, {1.0, 1e5});
   line.add({"--noise", "NAMES",
-            "none, or a list with commas of cameras and parts: kinect (axial, lateral, "
-            "quantisation, loss), tof (tof_axial, mixed), stereo (disparity, subpixel, occlusion, "
-            "texture, loss) (default none)"},
+            "none, or comma-separated cameras and parts: kinect (axial, lateral, quantisation, "
+            "loss), tof (tof_axial, mixed), stereo (disparity, subpixel, occlusion, texture, loss) "
+            "(default none)"},
            [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
   line.addWhole({"--seed", "N", "seed of the noise"}, options.seed, {0, 1e9});
 }
 
 void addColourOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.add({"--colour", "NAME",
-            "colour images as well, half a period after each depth image: vertices (the mesh's own "
-            "colours), checker (cubes of 50 mm) or gradient (waves of 0.4 m)"},
+            "also render colour images, half a period after each depth image: vertices (the mesh's "
+            "own colours), checker (cubes of 50 mm) or gradient (waves of 0.4 m)"},
            [&](const std::string& text) { options.texture = textureFromName(text); });
-  line.addNumber({"--colour-offset", "METRES",
-                  "how far to the right of the depth camera the colour camera stands"},
-                 options.colour_offset_m, {-10.0, 10.0});
+  line.addNumber(
+      {"--colour-offset", "METRES", "offset of the colour camera to the right of the depth camera"},
+      options.colour_offset_m, {-10.0, 10.0});
   line.onlyWith("--colour-offset", "--colour");
 }
 
@@ -70,8 +71,8 @@ RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
   RenderOrbitOptions options;
   CommandLine line("render_orbit", "MODEL.ply OUT [options]",
                    "Renders depth images of a mesh into the TUM folder OUT (16-bit, 5000 units per "
-                   "metre) and writes the mesh, as it was placed, to OUT/gt.ply. The defaults are "
-                   "the set-up of the Directional TSDF paper.",
+                   "metre) and writes the placed mesh to OUT/gt.ply. The defaults are the set-up "
+                   "of the Directional TSDF paper.",
                    kExitCodes);
   line.addText({"MODEL.ply", "", "the mesh"}, options.model_path);
   line.addText({"OUT", "", "the folder"}, options.folder);

@@ -16,15 +16,15 @@ SeenSurfaceArguments readOptions(const std::vector<std::string>& arguments) {
   SeenSurfaceArguments options;
   CommandLine line("seen_surface", "MESH.ply TUM_DIR OUT.ply [options]",
                    "Writes the part of a mesh that the images of a TUM folder show, cut into small "
-                   "triangles: those that the middle of some pixel falls on, at 3 degrees or more, "
-                   "which is one of two by two that show the same surface.",
+                   "triangles. A triangle counts if the centre of a pixel falls on it, at 3 "
+                   "degrees or more, and that pixel is one of 2 x 2 that show the same surface.",
                    kExitCodes);
-  line.addText({"MESH.ply", "", "the mesh that the images are of"}, options.mesh_path);
+  line.addText({"MESH.ply", "", "the true mesh that the images show"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
   line.addText({"OUT.ply", "", "the file to write"}, options.out_path);
-  line.addNumber({"--longest-side", "METRES", "triangles are cut until no side is longer"},
-                 options.longest_side_m, {1e-3, 1e3});
-  line.addNumber({"--max-depth", "METRES", "what is seen from farther away does not count"},
+  line.addNumber({"--longest-side", "METRES", "longest side of a triangle"}, options.longest_side_m,
+                 {1e-3, 1e3});
+  line.addNumber({"--max-depth", "METRES", "ignore what is seen from farther away"},
                  options.max_depth_m, {1e-3, 1e3});
   line.parse(arguments);
   return options;

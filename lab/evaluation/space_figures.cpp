@@ -260,7 +260,7 @@ std::vector<ToldDistance> readDistances(const std::string& path) {
     told.push_back({Vector3d(values[0], values[1], values[2]), values[3]});
   }
   if (told.empty() || file.gcount() != 0) {
-    throw std::runtime_error(path + ": has to hold four 32-bit floats for each distance");
+    throw std::runtime_error(path + ": must have four 32-bit floats per distance");
   }
   return told;
 }
@@ -294,8 +294,8 @@ std::string toJson(const SpaceFigures& figures, const std::optional<ComparedDist
                          {"truly_free", figures.truly_free},
                          {"found_free", figures.found_free}};
   if (compared) {
-    json["told"] = toJsonValue(compared->told);
-    json["map_at_told"] = toJsonValue(compared->map);
+    json["compared"] = toJsonValue(compared->told);
+    json["map_at_compared"] = toJsonValue(compared->map);
   }
   return json.dump(2) + "\n";
 }

@@ -30,20 +30,19 @@ struct TimeSpaceOptions {
 TimeSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   TimeSpaceOptions options;
   CommandLine line("time_space", "TUM_DIR [options]",
-                   "Fuses a recording into two maps side by side, frame by frame, one of which "
-                   "keeps what is known of space, and prints times as JSON: medians over all "
-                   "frames, over the first and the last tenth of them, and over each pass, which "
-                   "all see the same, so that they show how costs grow with the map.",
+                   "Fuses a recording into two maps, frame by frame, one of them with "
+                   "space/enabled, and prints times as JSON: medians over all frames, over the "
+                   "first and the last tenth, and over each pass. All passes see the same, so they "
+                   "show how costs grow with the map.",
                    kExitCodes);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
   addSettingOption(line, options.settings);
-  line.addWhole({"--passes", "N", "fuse the recording so often, each time beside the last"},
+  line.addWhole({"--passes", "N", "how often to fuse the recording, each time beside the last"},
                 options.passes, {1, 1e6});
-  line.addNumber({"--shift", "METRES", "how far along x a pass lies from the one before"},
-                 options.shift_m, {-1e4, 1e4});
+  line.addNumber({"--shift", "METRES", "distance between passes, along x"}, options.shift_m,
+                 {-1e4, 1e4});
   line.addFlag("--cpu-time",
-               "the time of all threads together in place of the wall clock's, for a machine that "
-               "does other work as well",
+               "measure the processor time of all threads instead of wall time, for a busy machine",
                options.cpu_time);
   line.parse(arguments);
   return options;

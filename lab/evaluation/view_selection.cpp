@@ -3,12 +3,11 @@
 namespace dtsdf {
 
 void addSelectionOptions(CommandLine& line, FrameSelection& frames) {
-  line.addWhole({"--first", "N", "the first image to use"}, frames.first, {0, kUnbounded});
-  line.add({"--last", "N", "the last one (default: the last there is)"},
-           [&](const std::string& text) {
-             frames.last = static_cast<size_t>(readWhole(text, {0, kUnbounded}));
-           });
-  line.addWhole({"--step", "N", "the way from one to the next"}, frames.step, {1, kUnbounded});
+  line.addWhole({"--first", "N", "first image to use"}, frames.first, {0, kUnbounded});
+  line.add({"--last", "N", "last image to use (default: the last)"}, [&](const std::string& text) {
+    frames.last = static_cast<size_t>(readWhole(text, {0, kUnbounded}));
+  });
+  line.addWhole({"--step", "N", "step from one image to the next"}, frames.step, {1, kUnbounded});
 }
 
 std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {

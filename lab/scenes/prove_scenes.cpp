@@ -25,18 +25,18 @@ struct ProveOptions {
 ProveOptions parseOptions(const std::vector<std::string>& arguments) {
   ProveOptions options;
   CommandLine line("prove_scenes", "[options]",
-                   "Fuses views of analytic scenes and prints, as a Markdown table, what the map "
-                   "holds of them, for several voxel sizes and beside the bound of each figure.",
+                   "Fuses views of analytic scenes and prints, as a Markdown table, how much of "
+                   "them the map holds, for several voxel sizes, beside the bound of each figure.",
                    kExitCodes);
   line.add({"--voxels", "MM,...", "voxel sizes in millimetres (default 20,10,5)"},
            [&](const std::string& text) { options.voxels_mm = readNumbers(text); });
-  line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" has one of the texts"},
+  line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains one of these"},
                [&](const std::string& text) { options.scenes.push_back(text); });
-  line.addFlag("--quick", "only the cases that are tests", options.quick);
-  line.addFlag("--list", "only list the cases", options.list);
+  line.addFlag("--quick", "only the cases that the tests run", options.quick);
+  line.addFlag("--list", "list the cases", options.list);
   line.addWhole({"--width", "PIXELS", "width of images of rooms; wider ones see more"},
                 options.image_width, {64, 4096});
-  line.addWhole({"--jobs", "N", "cases at the same time"}, options.jobs, {1, 1024});
+  line.addWhole({"--jobs", "N", "cases run at a time"}, options.jobs, {1, 1024});
   line.beginGroup("Settings");
   addMapperOptions(line, options.run);
   line.parse(arguments);
@@ -54,7 +54,7 @@ std::vector<SceneCase> selectCases(const ProveOptions& options) {
             std::none_of(options.scenes.begin(), options.scenes.end(), isNamed));
   };
   cases.erase(std::remove_if(cases.begin(), cases.end(), isOut), cases.end());
-  if (cases.empty()) throw UsageError("no case has such a name; --list shows them");
+  if (cases.empty()) throw UsageError("no case matches; --list prints them");
   return cases;
 }
 

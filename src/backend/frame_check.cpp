@@ -146,7 +146,7 @@ std::optional<FrameProblem> findProblem(const DepthFrame& frame, const MapperPar
   }
   if (auto intrinsics_problem = findIntrinsicsProblem(frame.intrinsics)) return intrinsics_problem;
   if (frame.keep_center_W && !frame.keep_center_W->allFinite()) {
-    return problem(FrameStatus::kBadPose, "the centre of what is kept is not finite");
+    return problem(FrameStatus::kBadPose, "the centre of map/keep_radius_m is not finite");
   }
   return findPoseProblem(frame.T_W_C, reachOf(frame, params), params);
 }

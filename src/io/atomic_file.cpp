@@ -123,7 +123,7 @@ void syncFolder(const fs::path& folder) {
 void prepareOutputFile(const std::string& path) {
   if (path.empty() || fs::path(path).filename().empty() || path.find('\0') != path.npos) {
     throw std::runtime_error("cannot write '" + std::string(path.c_str()) +
-                             "': give the name of a file");
+                             "': give a file name");
   }
   std::error_code error;
   fs::create_directories(folderOf(path), error);

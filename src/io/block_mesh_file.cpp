@@ -94,9 +94,9 @@ struct BlockMeshReader::State {
     Header header;
     read(&header, 1);
     if (!std::equal(header.magic, header.magic + sizeof(header.magic), kMeshMagic)) {
-      throwDamaged("it does not begin as one");
+      throwDamaged("it does not start like one");
     }
-    if (header.version != kMeshVersion) throwDamaged("it is of another version");
+    if (header.version != kMeshVersion) throwDamaged("it has another version");
     counts = header.counts;
   }
 
@@ -138,7 +138,7 @@ struct BlockMeshReader::State {
     if (!isRepresentable(header.key) || header.vertices > kMostOfBlock ||
         header.indices > kMostOfBlock || header.indices % 3 != 0 ||
         (header.colours != 0 && header.colours != header.vertices)) {
-      throwDamaged("a block has sizes that none has");
+      throwDamaged("a block has impossible sizes");
     }
     const PackedKey key = packKey(header.key);
     if (blocks > 0 && key <= last) throwDamaged("blocks are not in the order of their keys");
@@ -150,14 +150,14 @@ struct BlockMeshReader::State {
     checksum = hash.result();
     uint64_t expected = 0;
     read(&expected, 1);
-    if (expected != checksum) throwDamaged("its checksum does not fit");
-    if (std::fgetc(file.get()) != EOF) throwDamaged("there is something behind its end");
+    if (expected != checksum) throwDamaged("its checksum does not match");
+    if (std::fgetc(file.get()) != EOF) throwDamaged("there is data after its end");
     finished = true;
   }
 
   [[noreturn]] void throwDamaged(const std::string& how) const {
     throw std::runtime_error("the meshes of '" + path + "' are damaged (" + how +
-                             "); make them anew");
+                             "); make them again");
   }
 
   struct Close {

@@ -35,7 +35,7 @@ Intrinsics readMatrix(const YAML::Node& root, const std::string& key, size_t col
     const YAML::Node node = data[row * columns + column];
     double number = 0.0;
     if (!node.IsScalar() || !parseNumber(node.Scalar(), number) || !std::isfinite(number)) {
-      throwBad(path, key + "/data holds something that is not a number");
+      throwBad(path, key + "/data contains something that is not a number");
     }
     return static_cast<float>(number);
   };
@@ -48,8 +48,8 @@ Intrinsics readMatrix(const YAML::Node& root, const std::string& key, size_t col
 
 CameraInfo loadCameraInfo(const std::string& path) {
   const std::string text =
-      readTextFile(path, "the intrinsics are expected there, as camera_calibration writes them; "
-                         "reconstruct takes --intrinsics fx,fy,cx,cy in place of the file");
+      readTextFile(path, "the camera's intrinsics are expected there, as camera_calibration writes "
+                         "them; or give --intrinsics fx,fy,cx,cy");
   try {
     const YAML::Node root = loadYaml(text);
     if (!root.IsMap()) throwBad(path, "no intrinsics");

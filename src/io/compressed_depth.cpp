@@ -42,8 +42,8 @@ Format parseFormat(const std::string& text) {
 Code codeOf(const Format& format) {
   if (format.code.empty() || format.code == "png") return Code::kPng;
   if (format.code == "rvl") return Code::kRvl;
-  throw std::runtime_error("compressed depth of an unknown code, '" + printable(format.code) +
-                           "'; png and rvl are read");
+  throw std::runtime_error("compressed depth in an unknown format, '" + printable(format.code) +
+                           "'; only png and rvl are supported");
 }
 
 /// Takes little-endian numbers from the front of a message.
@@ -116,13 +116,14 @@ std::string encodingOfCompressedDepth(const std::string& format) {
 DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<uint8_t>& data) {
   const Format format = parseFormat(text);
   if (!format.is_depth) {
-    throw std::runtime_error("format '" + printable(text) + "' is not that of compressed depth");
+    throw std::runtime_error("format '" + printable(text) + "' is not a format of compressed "
+                                                            "depth");
   }
   const bool is_float = format.encoding == "32FC1";
   if (!is_float && format.encoding != "16UC1" && format.encoding != "mono16") {
     throw std::runtime_error("compressed depth of encoding '" +
                              printable(format.encoding) +
-                             "'; depth has to be 16UC1 or 32FC1");
+                             "'; depth must be 16UC1 or 32FC1");
   }
   const Code code = codeOf(format);
   Header header(data);

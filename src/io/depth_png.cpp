@@ -130,7 +130,7 @@ void readHeader(PngReader& png, const std::string& name) {
     throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
   }
   if (!png.is16BitGrey()) {
-    throw std::runtime_error(name + " is not a 16-bit grey image, so it holds no depth");
+    throw std::runtime_error(name + " is not a 16-bit grey image, so it is not a depth image");
   }
   if (png.height() > kMaxPixels / png.width()) {  // libpng refuses widths of 0
     throw std::runtime_error(name + " has " + inWords(png.size()) + " pixels, more than the " +
@@ -148,7 +148,7 @@ std::vector<uint16_t> readPixels(PngReader& png, const std::string& name) {
 
 void requireFile(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) {
-    throw std::runtime_error("cannot read '" + path + "': there is no such file");
+    throw std::runtime_error("cannot read '" + path + "': no such file");
   }
 }
 

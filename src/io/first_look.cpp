@@ -128,7 +128,7 @@ std::string describePoses(const FirstLook& look) {
   if (look.posed) return ", " + std::to_string(*look.posed) + " with a pose";
   if (look.images_passed_over == 0) return "";
   return ", " + std::to_string(look.images_passed_over) + " of the first " +
-         std::to_string(look.frames + look.images_passed_over) + " passed over";
+         std::to_string(look.frames + look.images_passed_over) + " skipped";
 }
 
 }  // namespace
@@ -145,7 +145,7 @@ LookedAt lookAt(std::unique_ptr<FrameSource> source, size_t frames) {
 }
 
 std::string describe(const FirstLook& look) {
-  if (look.frames == 0) return "no image that can be fused";
+  if (look.frames == 0) return "no usable image";
   return imagesInWords(look) + " of " + std::to_string(look.width) + " x " +
          std::to_string(look.height) + " (" + inWords(look.intrinsics) + ")" +
          describePoses(look) + "; median depth " +
@@ -161,12 +161,12 @@ std::vector<std::string> doubtsAbout(const FirstLook& look, double min_depth_m,
   if (!look.median_depth_m) {
     doubts.push_back(which + " have no measured pixel: are these depth images?");
   } else if (look.measured_share < kFewPixels) {
-    doubts.push_back("hardly a pixel of " + which + " is measured: are these depth images?");
+    doubts.push_back("hardly any pixel of " + which + " is measured: are these depth images?");
   }
   if (look.median_depth_m &&
       (*look.median_depth_m < min_depth_m || *look.median_depth_m > max_depth_m)) {
     doubts.push_back("median depth " + inWords(*look.median_depth_m) + ": is the scale " +
-                     unitsInWords(look.units_per_metre) + "? What is mapped is from " +
+                     unitsInWords(look.units_per_metre) + "? The mapped range is " +
                      inWords(min_depth_m) + " to " + inWords(max_depth_m) +
                      " (fusion/min_depth_m, fusion/max_depth_m)");
   }

@@ -47,7 +47,7 @@ class MapReader {
       hash.addColours(bounds, i, contents_.colours.data() + bounds.colour_word[i]);
     });
     if (!skipsAnything() && hash.result() != file_.contentHashInFile()) {
-      file_.throwDamaged("the checksum of the map itself does not fit");
+      file_.throwDamaged("the content hash does not match");
     }
     checkSoundly([&] { checkContents(contents_); });
     return std::move(contents_);
@@ -85,7 +85,7 @@ class MapReader {
   void readSettings() {
     const Bytes settings = file_.readSmall(kSettings), frame = file_.readSmall(kFrame);
     if (!parseSettings({settings.begin(), settings.end()}, contents_.settings)) {
-      file_.throwDamaged("its settings are not of their form");
+      file_.throwDamaged("its settings are malformed");
     }
     contents_.map_frame.assign(frame.begin(), frame.end());
     checkSoundly([&] { withSettingsOf(contents_, {}); });
@@ -121,7 +121,7 @@ class MapReader {
     return bytes;
   }
 
-  [[noreturn]] void throwWrongSizes() const { file_.throwDamaged("its sizes are none of a map"); }
+  [[noreturn]] void throwWrongSizes() const { file_.throwDamaged("its sizes are impossible"); }
 
   void readBlocks() {
     const Bytes bytes = file_.read(file_.get(kBlocks), block_count_ * kBlockBytes);

@@ -69,7 +69,7 @@ class MapFile {
   /// Null if it is not there.
   const PlacedSection* find(const char* id) const {
     const std::vector<const PlacedSection*> found = all(id);
-    if (found.size() > 1) throwDamaged(std::string("there are several parts ") + id);
+    if (found.size() > 1) throwDamaged(std::string("it has more than one part ") + id);
     return found.empty() ? nullptr : found.front();
   }
 
@@ -111,7 +111,7 @@ class MapFile {
 
   [[noreturn]] void throwDamaged(const std::string& how) const {
     throw std::runtime_error("the map file '" + path_ + "' is damaged (" + how +
-                             "); take a copy of it, or save the map anew");
+                             "); use a copy of it, or save the map again");
   }
 
  private:
@@ -131,7 +131,7 @@ class MapFile {
     PlainArray<uint8_t> stored(section.header.stored_bytes);
     readAt(section.offset, stored.data(), stored.size());
     if (hashOf(stored.data(), stored.size()) != section.header.hash) {
-      throwDamaged("the checksum of a part " + section.header.shownName() + " does not fit");
+      throwDamaged("the checksum of part " + section.header.shownName() + " does not match");
     }
     return stored;
   }
@@ -161,7 +161,7 @@ class MapFile {
       if (sections_.size() >= kMostSections) throwDamaged("it has too many parts");
       sections_.push_back(section);
     }
-    if (at != bytes_) throwDamaged("there is something behind its end");
+    if (at != bytes_) throwDamaged("there is data after its end");
     checkEnd();
     for (const PlacedSection& section : sections_) checkSection(section.header);
   }
@@ -175,15 +175,15 @@ class MapFile {
     version_ = ByteReader(headers_.data() + magic_bytes).take<uint32_t>();
     if (version_ > kVersion) {
       throw std::runtime_error("the map file '" + path_ + "' has version " +
-                               std::to_string(version_) + " of the format, and this program "
-                               "reads up to " + std::to_string(kVersion) + "; use a newer one");
+                               std::to_string(version_) + " of the format; this program reads " +
+                               "up to " + std::to_string(kVersion) + "; use a newer program");
     }
-    if (version_ == 0) throwDamaged("there is no version 0 of the format");
+    if (version_ == 0) throwDamaged("version 0 of the format does not exist");
   }
 
   [[noreturn]] void throwNoMap() const {
     throw std::runtime_error("'" + path_ + "' is not a map file; give one that save_map or "
-                             "--save-map has made");
+                                           "--save-map wrote");
   }
 
   PlacedSection readSectionHeader(uint64_t at) {
@@ -192,7 +192,7 @@ class MapFile {
     readAt(at, bytes, sizeof(bytes));
     PlacedSection section{{}, at + kSectionHeaderBytes};
     if (!decodeHeader(bytes, section.header)) {
-      throwDamaged("the checksum of a header does not fit");
+      throwDamaged("the checksum of a header does not match");
     }
     if (section.header.stored_bytes > bytes_ - section.offset) throwCutOff();
     if (!section.header.is(kEnd)) headers_.insert(headers_.end(), bytes, bytes + sizeof(bytes));
@@ -217,8 +217,7 @@ class MapFile {
     if (!isKnown(header)) {
       if (!header.isRequired()) return;
       throw std::runtime_error("the map file '" + path_ + "' has a part " + header.shownName() +
-                               " that this program does not know and may not skip; use a newer "
-                               "one");
+                               " that this program does not know; use a newer program");
     }
     if (header.isCompressed() ? header.content_bytes / kMostCompression > header.stored_bytes
                               : header.content_bytes != header.stored_bytes) {

@@ -102,8 +102,8 @@ void checkSize(const Mesh& mesh, MeshFormat format, const std::string& path) {
   if (format == MeshFormat::kGlb &&
       mostGlbBytes(mesh.vertices_m.size(), mesh.triangles.size()) > kMostGlbBytes) {
     throw std::runtime_error("cannot save '" + path +
-                             "': a .glb file can hold 4 GiB, and the mesh needs more; save it as "
-                             ".ply, or save a part of it, or simplify it");
+                             "': the mesh does not fit into a .glb file (4 GiB); save it as .ply, "
+                             "save a region, or simplify it");
   }
 }
 
@@ -151,8 +151,8 @@ std::string lossInFormat(const Mesh& mesh, const std::string& path) {
   const double error_m = 0.5 * static_cast<double>(std::nextafter(x, 2.0f * x) - x);
   std::ostringstream text;
   text.imbue(std::locale::classic());
-  text << "positions in .stl files are floats, which are up to " << std::setprecision(2)
-       << 1000.0 * error_m << " mm off so far from the origin of the map; .ply has them in double";
+  text << "positions in .stl files are floats, here up to " << std::setprecision(2)
+       << 1000.0 * error_m << " mm off, so far from the map's origin; .ply has doubles";
   return text.str();
 }
 

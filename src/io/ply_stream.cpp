@@ -54,7 +54,7 @@ class Spool {
   [[noreturn]] void fail() const {
     throw std::runtime_error("cannot write '" + beside_ + "': " +
                              std::generic_category().message(errno) +
-                             "; it needs room for the mesh twice, free some space or choose "
+                             "; it needs space for the mesh twice: free some space or choose "
                              "another folder");
   }
 

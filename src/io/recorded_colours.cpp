@@ -28,7 +28,7 @@ DecodedColour readOrAdvise(const std::string& path) {
     return readColourImage(path);
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(std::string(error.what()) +
-                             "; colour/enabled=never does without colour images");
+                             "; colour/enabled=never ignores colour images");
   }
 }
 
@@ -80,7 +80,7 @@ class RecordedColourImages : public ColourSource {
   std::string whyNotOfItsCamera(const DecodedColour& image) const {
     const CameraInfo& camera = *recorded_.camera;
     if (image.width == camera.width && image.height == camera.height) return "";
-    return inWords(image.width, image.height) + " pixels, where their camera has " +
+    return inWords(image.width, image.height) + " pixels, but their camera has " +
            inWords(camera.width, camera.height);
   }
 

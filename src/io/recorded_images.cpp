@@ -102,10 +102,10 @@ std::string describeRange(double first_s, double last_s) {
       images.begin(), images.end(),
       [](const StampedImage& a, const StampedImage& b) { return a.stamp_s < b.stamp_s; });
   throw std::runtime_error(
-      "no depth image has a pose near its stamp: images are of " +
-      describeRange(first->stamp_s, last->stamp_s) + ", poses of " +
+      "no depth image has a pose near its stamp: image stamps are " +
+      describeRange(first->stamp_s, last->stamp_s) + ", pose stamps " +
       describeRange(trajectory.poses().front().stamp_s, trajectory.poses().back().stamp_s) +
-      "; stamp both by one clock, or raise --pose-tolerance where poses are sparse");
+      "; use one clock for both, or raise --pose-tolerance if poses are sparse");
 }
 
 }  // namespace
@@ -115,7 +115,7 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
   if (std::none_of(images.poses.begin(), images.poses.end(), hasPose)) {
     throw std::runtime_error("none of the " + std::to_string(images.poses.size()) +
                              " depth images has a pose (" + images.poses.front().missing +
-                             "); --poses FILE.tum gives them others");
+                             "); give other poses by --poses FILE.tum");
   }
   checkSelection(selection, images.depth.size());
   return std::make_unique<RecordedFrames>(std::move(images), selection);

@@ -61,7 +61,7 @@ const FolderFormat& formatNamed(const std::string& name) {
   for (const FolderFormat& format : folderFormats()) {
     if (name == format.name) return format;
   }
-  throw std::runtime_error("'" + name + "' is no format of recorded folders; these are " +
+  throw std::runtime_error("'" + name + "' is not a format of recorded folders; known formats: " +
                            describeFormats());
 }
 
@@ -83,7 +83,8 @@ void checkIntrinsics(const Intrinsics& K) {
       std::isfinite(K.cx) && std::isfinite(K.cy)) {
     return;
   }
-  throw std::runtime_error("intrinsics are fx,fy,cx,cy in pixels, with fx above 0 and fy not 0");
+  throw std::runtime_error("intrinsics must be fx,fy,cx,cy in pixels, with fx above 0 and fy not "
+                           "0");
 }
 
 CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
@@ -133,9 +134,9 @@ std::string guessRecordingFormat(const std::string& path) {
   if (fs::is_regular_file(path) && isBag(path)) return "bag";
   requireFolder(path);
   if (const FolderFormat* const format = formatIn(path)) return format->name;
-  throw std::runtime_error("'" + path + "' holds no recording of a known layout" +
-                           describeFolders(path) + ". Layouts and what they are known by: " +
-                           describeFormats() + "; --format says which it is");
+  throw std::runtime_error("'" + path + "' is not a recording in a known format" +
+                           describeFolders(path) + ". Known formats and their files: " +
+                           describeFormats() + "; select one with --format");
 }
 
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {

@@ -17,14 +17,14 @@ class GroupReader {
       number |= (group & 7u) << shift;
       if ((group & 8u) == 0) return number;
     }
-    throw std::runtime_error("the RVL code has a number of more than 32 bits");
+    throw std::runtime_error("the RVL data contain a number of more than 32 bits");
   }
 
  private:
   static constexpr int kBits = 32;
 
   uint32_t readGroup() {
-    if (next_ == groups_) throw std::runtime_error("the RVL code ends before its image does");
+    if (next_ == groups_) throw std::runtime_error("the RVL data end before the image does");
     const size_t word = next_ / 8, in_word = next_ % 8;
     ++next_;
     // The highest byte of a little-endian word is its last one.
@@ -43,7 +43,7 @@ uint16_t unfold(uint32_t zigzag) {
 
 size_t readRun(GroupReader& groups, size_t left) {
   const uint32_t length = groups.readNumber();
-  if (length > left) throw std::runtime_error("the RVL code has a run that leaves the image");
+  if (length > left) throw std::runtime_error("the RVL data have a run that exceeds the image");
   return length;
 }
 

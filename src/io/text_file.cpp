@@ -18,7 +18,7 @@ constexpr uintmax_t kMaxBytes = uintmax_t{1} << 30;
 std::string whyUnreadable(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) return "there is no such file";
+  if (!fs::exists(status)) return "no such file";
   if (fs::is_directory(status)) return "it is a folder";
   if (!fs::is_regular_file(status)) return "it is a device or a pipe, not a file";
   const uintmax_t bytes = fs::file_size(path, error);
@@ -49,7 +49,7 @@ std::string readTextFile(const std::string& path, const std::string& advice) {
   requireRegularFile(path, advice);
   std::string text;
   if (readWhole(path, text)) return text;
-  throw std::runtime_error("cannot read '" + path + "': reading it failed; " + advice);
+  throw std::runtime_error("cannot read '" + path + "': read error; " + advice);
 }
 
 }  // namespace dtsdf

@@ -42,7 +42,7 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
   std::vector<std::string> names;
   for (const YAML::Node& item : sequence) {
     if (!item.IsScalar() || !std::holds_alternative<std::string>(valueOf(item))) {
-      throwAt(name, item.Mark(), key + ": a list may hold names only");
+      throwAt(name, item.Mark(), key + ": a list may contain names only");
     }
     names.push_back(item.Scalar());
   }
@@ -93,18 +93,18 @@ void setParam(const std::string& assignment, ParamTree& tree) {
                              "' is not of the form key=value, as in map/voxel_size_m=0.01");
   }
   if (assignment.find('\0') != std::string::npos) {
-    throw std::runtime_error("a setting has a NUL character in it");
+    throw std::runtime_error("a setting contains a NUL character");
   }
   const std::string key = assignment.substr(0, equals);
   const std::string value = assignment.substr(equals + 1);
   try {
     const YAML::Node node = loadYaml(value);
     if (!node.IsScalar() && !node.IsSequence()) {
-      throw std::runtime_error(key + ": '" + value + "' is not one value");
+      throw std::runtime_error(key + ": '" + value + "' is not a single value");
     }
     tree[key] = node.IsSequence() ? namesOf(node, key, assignment) : valueOf(node);
   } catch (const YAML::Exception&) {
-    throw std::runtime_error(key + ": '" + value + "' is not one value");
+    throw std::runtime_error(key + ": '" + value + "' is not a single value");
   }
 }
 

@@ -22,7 +22,7 @@ class PlainDocument : public YAML::EventHandler {
   void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
                 const std::string&) override {}
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-    throw YAML::Exception(mark, "references are not supported; write the value out");
+    throw YAML::Exception(mark, "YAML references are not supported; write the value out");
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
                        YAML::EmitterStyle::value) override {
@@ -46,11 +46,11 @@ class PlainDocument : public YAML::EventHandler {
 /// What would have the parser call itself too often, on a glance at the text alone.
 void checkText(const std::string& text) {
   const YAML::Mark nowhere = YAML::Mark::null_mark();
-  if (text.size() > kMostTextBytes) throw YAML::Exception(nowhere, "larger than settings can be");
+  if (text.size() > kMostTextBytes) throw YAML::Exception(nowhere, "too large for settings");
   if (text.find('\0') != text.npos) throw YAML::Exception(nowhere, "a text has no NUL character");
   const auto isOpening = [](char c) { return c == '[' || c == '{'; };
   if (std::count_if(text.begin(), text.end(), isOpening) > kMaxBrackets) {
-    throw YAML::Exception(nowhere, "too many brackets for settings");
+    throw YAML::Exception(nowhere, "too many brackets");
   }
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -71,7 +71,7 @@ YAML::Node loadYaml(const std::string& text) {
   YAML::Parser parser(in);
   PlainDocument document;
   if (parser.HandleNextDocument(document) && parser.HandleNextDocument(document)) {
-    throw YAML::Exception(YAML::Mark::null_mark(), "more than one document; put all into one");
+    throw YAML::Exception(YAML::Mark::null_mark(), "more than one YAML document; use one");
   }
   return YAML::Load(text);
 }

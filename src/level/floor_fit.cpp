@@ -184,19 +184,21 @@ FloorFit fitFloor(const std::vector<FloorView>& views) {
   }
   const auto views_count = static_cast<double>(views.size());
   if (views.empty() || up.norm() < 0.5 * views_count) {
-    return without("the camera turns too much for its up to say where the floor is");
+    return without("the camera turns too much to show which way is up");
   }
   up.normalize();
   if (below_camera.size() < kMinPoints) return without("hardly any depth below the camera's axis");
   const std::optional<FloorPlane> drawn = drawPlane(below_camera, points, up);
-  if (!drawn) return without("no plane within 45 degrees of the camera's x and z axes is lowest");
+  if (!drawn) {
+    return without("no plane within 45 degrees of the camera's x and z axes is the lowest");
+  }
   const std::optional<PlaneFit> fit = refine(*drawn, points);
   const Counts counts = fit ? count(fit->plane, points) : Counts();
   if (counts.on < kMinPoints || !isLarge(counts, points.size())) {
     return without("the largest plane below has less than a twentieth of the measured points");
   }
   if (widthOf(fit->plane, points) < kMinWidth_m)
-    return without("only a strip of what may be the floor is seen");
+    return without("only a strip of a possible floor is visible");
   if (fit->plane.normal.dot(up) < kMinCosine || !isLowest(counts, points.size())) {
     return without("the largest plane below is not the lowest there is");
   }

@@ -15,9 +15,8 @@ constexpr double kHalf = 0.5;
 
 std::string adviceOn(const std::string& finding) {
   return finding +
-         ", so z of the map frame is hardly up; what space is published and drawn by "
-         "heights needs that: set map/level to floor or imu, or map_frame to a frame "
-         "that is level";
+         ", so z of the map frame does not point up, as heights in grids and slices need; "
+         "set map/level to floor or imu, or map_frame to a level frame";
 }
 
 std::string doubtAboutFloor(const FloorPlane& floor) {

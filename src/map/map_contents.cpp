@@ -20,7 +20,7 @@ constexpr uint64_t kAllBricks = (uint64_t{1} << kDirectionCount * kBricksPerArra
 constexpr uint64_t kBricksOfArray = (uint64_t{1} << kBricksPerArray) - 1u;
 
 [[noreturn]] void refuse(const std::string& why) {
-  throw std::runtime_error("these are not the contents of a map: " + why);
+  throw std::runtime_error("the map's content is invalid: " + why);
 }
 
 /// The bricks that voxel arrays of these directions can have.
@@ -35,9 +35,9 @@ uint64_t bricksOf(uint32_t directions) {
 void checkFreeCubes(const MapContents& contents) {
   const int cell = contents.cell_voxels;
   if (cell != 0 && cell != 1 && cell != 2 && cell != 4 && cell != 8) {
-    refuse("cells of space have no such size");
+    refuse("the cell size is invalid");
   }
-  if (cell == 0 && !contents.free_cubes.empty()) refuse("there are free cells without a size");
+  if (cell == 0 && !contents.free_cubes.empty()) refuse("free cells without a cell size");
   const MapFreeCube* before = nullptr;
   for (const MapFreeCube& cube : contents.free_cubes) {
     if (!isRepresentable(cube.key)) refuse("a free cell lies outside the coordinates of a map");
@@ -45,7 +45,7 @@ void checkFreeCubes(const MapContents& contents) {
       refuse("free cells are not in the order of their keys");
     }
     if (std::all_of(cube.cells.begin(), cube.cells.end(), [](uint64_t w) { return w == 0; })) {
-      refuse("a cube of free cells has none");
+      refuse("a cube of free cells is empty");
     }
     before = &cube;
   }
@@ -108,11 +108,11 @@ MapSize sizeOf(const std::vector<MapBlock>& blocks) {
       refuse("blocks are not in the order of their keys");
     }
     if (block.directions == 0 || (block.directions & ~kAllDirections) != 0) {
-      refuse("a block has no directions, or more than there are");
+      refuse("a block has an invalid set of directions");
     }
     if ((block.bricks & kAllBricks & ~bricksOf(block.directions)) != 0 ||
         (block.bricks & ~kAllBricks) != 0) {
-      refuse("a block has colours where it has no voxels");
+      refuse("a block has colours without voxels");
     }
     size.voxel_arrays += static_cast<size_t>(countBits(block.directions));
     size.bricks += static_cast<size_t>(countBits(block.bricks));
@@ -125,14 +125,14 @@ void checkContents(const MapContents& contents) {
   const MapSize size = sizeOf(contents.blocks);
   if (contents.voxels.size() != size.voxel_arrays * kVoxelsPerBlock ||
       contents.colours.size() != size.bricks * kVoxelsPerBrick) {
-    refuse("the blocks hold more or less than there is");
+    refuse("the number of voxels does not match the blocks");
   }
-  if (contents.supporting_frames > contents.frames) refuse("frames are counted wrong");
+  if (contents.supporting_frames > contents.frames) refuse("the frame counts are inconsistent");
   if (!std::isfinite(contents.stamp_s)) refuse("the stamp of the newest frame is not a number");
-  if (size.bricks > 0 && !contents.painted) refuse("there is colour, but nothing was painted");
+  if (size.bricks > 0 && !contents.painted) refuse("colour without painted blocks");
   for (const float gain : contents.exposure) {
     if (!std::isfinite(gain) || gain < 0.001f || gain > 1000.0f) {
-      refuse("the exposure of the last colour image is out of range");
+      refuse("the gains of the last colour image are out of range");
     }
   }
   if (contents.T_W_M && !isRigid(*contents.T_W_M)) refuse("its level is not a pose");
@@ -155,18 +155,18 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params) {
 
 void checkFrame(const MapContents& contents, const std::string& map_frame) {
   if (contents.map_frame.empty() || map_frame.empty() || contents.map_frame == map_frame) return;
-  throw std::runtime_error("the map to be loaded is of the frame '" +
-                           printable(contents.map_frame) + "', and map_frame is '" +
-                           printable(map_frame) + "' here; poses of one mean nothing in the other");
+  throw std::runtime_error("the saved map is in frame '" + printable(contents.map_frame) +
+                           "', but map_frame is '" + printable(map_frame) +
+                           "'; start the node with the same map_frame");
 }
 
 void checkLevel(const MapContents& contents, bool is_levelled) {
   if (contents.frames == 0 || contents.T_W_M.has_value() == is_levelled) return;
   throw std::runtime_error(
-      is_levelled ? "the map to be loaded is not levelled, and map/level asks for one that is; set "
-                    "map/level to none, or map anew"
-                  : "the map to be loaded was levelled; set map/level to floor or imu: the level "
-                    "is that of the map then");
+      is_levelled ? "the saved map is not levelled, but map/level asks for a level one; set "
+                    "map/level to none, or start a new map"
+                  : "the saved map was levelled; set map/level to floor or imu: it keeps the level "
+                    "that it was saved with");
 }
 
 int leastMemoryMb(const MapContents& contents, MapperParams params) {
@@ -180,20 +180,20 @@ void checkFits(const MapContents& contents, const MapperParams& params) {
   const ParamTree ours = treeOf(params), theirs = treeOf(withSettingsOf(contents, params));
   for (const char* key : kBoundSettings) {
     if (ours.at(key) == theirs.at(key)) continue;
-    throw std::runtime_error("the map to be loaded has " + std::string(key) + " " +
-                             toString(theirs.at(key)) + ", but the map here has " +
+    throw std::runtime_error("the saved map has " + std::string(key) + " " +
+                             toString(theirs.at(key)) + ", but the current map has " +
                              toString(ours.at(key)) +
-                             "; clear_map first: an empty map takes the settings of the file");
+                             "; call clear_map first: an empty map takes the settings of the file");
   }
   if (takesFree(contents, params) && contents.cell_voxels != params.space.cell_voxels) {
-    throw std::runtime_error("the map to be loaded has free cells of " +
+    throw std::runtime_error("the saved map has free cells of " +
                              std::to_string(contents.cell_voxels) + " voxels, and " +
                              std::to_string(params.space.cell_voxels) +
-                             " is space/cell_voxels here; set it to that, or switch space/enabled "
-                             "off to load the map without them");
+                             " is space/cell_voxels; change it, or switch space/enabled off to "
+                             "load the map without free cells");
   }
   if (!isWithinBudget(sizeTaken(contents, params), params)) {
-    throw std::runtime_error("the map to be loaded needs a map/max_memory_mb of " +
+    throw std::runtime_error("the saved map needs a map/max_memory_mb of " +
                              std::to_string(leastMemoryMb(contents, params)) + ", which is " +
                              std::to_string(params.map.max_memory_mb) + "; raise it");
   }

@@ -11,7 +11,7 @@ Vec3d scaled(const Eigen::Vector3d& v, double factor) {
 
 std::string findBoxProblem(const BoxRegion& box) {
   if (!box.T_W_B.matrix().allFinite() || !box.size_m.allFinite()) {
-    return "the box has a number that is not finite";
+    return "the box contains a number that is not finite";
   }
   if (!(box.size_m.minCoeff() > 0.0)) return "the box needs a size above 0 along each axis";
   const Eigen::Matrix3d R = box.T_W_B.linear();
@@ -24,7 +24,7 @@ std::string findBoxProblem(const BoxRegion& box) {
 
 std::string findSphereProblem(const SphereRegion& sphere) {
   if (!sphere.center_W.allFinite() || !std::isfinite(sphere.radius_m)) {
-    return "the sphere has a number that is not finite";
+    return "the sphere contains a number that is not finite";
   }
   return sphere.radius_m > 0.0 ? "" : "the sphere needs a radius above 0";
 }

@@ -28,7 +28,7 @@ static size_t cudaMemoryTaken() { return 0; }
 
 GpuReport reportGpu() {
   const std::string reason = cudaUnavailableReason();
-  if (!reason.empty()) throw std::runtime_error("there is no GPU to report on: " + reason);
+  if (!reason.empty()) throw std::runtime_error("no GPU to report on: " + reason);
   return reportCudaDevice();
 }
 

@@ -127,7 +127,10 @@ constexpr double kLongestStep_m = 1.0;
 
 template <class Index>
 void checkTriangles(const std::vector<Index>& triangles, size_t vertices) {
-  if (triangles.size() % 3 != 0) throw std::runtime_error("triangles are not three vertices each");
+  if (triangles.size() % 3 != 0)
+    throw std::runtime_error(
+        "the number of indices is not a multiple "
+        "of 3");
   const auto last = std::max_element(triangles.begin(), triangles.end());
   if (last != triangles.end() && *last >= vertices) {
     throw std::runtime_error("a triangle has vertex " + std::to_string(*last) + " of " +
@@ -168,10 +171,10 @@ void checkChunk(const PackedChunk& chunk) {
     throw std::runtime_error("positions, normals and colours are of different numbers of vertices");
   }
   if (!chunk.triangles16.empty() && !chunk.triangles32.empty()) {
-    throw std::runtime_error("there are triangles with indices of both widths");
+    throw std::runtime_error("it has triangles with indices of both widths");
   }
   if (!chunk.triangles16.empty() && vertices > kMostVertices16) {
-    throw std::runtime_error("there are more vertices than 16-bit indices can number");
+    throw std::runtime_error("it has more vertices than 16-bit indices can address");
   }
   checkTriangles(chunk.triangles16, vertices);
   checkTriangles(chunk.triangles32, vertices);
@@ -185,7 +188,7 @@ void checkChunk(const PackedChunk& chunk) {
 void checkStep(double step_m) {
   if (step_m > 0.0 && step_m <= kLongestStep_m) return;
   throw std::runtime_error("a step of " + std::to_string(step_m) +
-                           " m is none of a map; it has to be above 0 and at most 1 m");
+                           " m is impossible; it must be above 0 and at most 1 m");
 }
 
 std::array<double, 3> positionOf(const PackedChunk& chunk, double step_m, size_t vertex) {

@@ -31,9 +31,7 @@ void checkParams(const MapperParams& params, ParamReader& reader) {
     reader.addViolation("fusion/min_depth_m", "must be less than fusion/max_depth_m");
   }
   if (params.map.keep_radius_m != 0.0f && params.map.keep_radius_m < params.fusion.max_depth_m) {
-    reader.addViolation("map/keep_radius_m",
-                        "must be 0 (off) or at least fusion/max_depth_m, else what a frame maps "
-                        "is dropped at once");
+    reader.addViolation("map/keep_radius_m", "must be 0 (off) or at least fusion/max_depth_m");
   }
   checkSpace(params, reader);
 }

@@ -24,16 +24,16 @@ bool isNamespace(const std::string& name) {
 void checkCameras(const NodeParams& node, ParamReader& reader) {
   for (const std::string& name : node.cameras) {
     if (isNamespace(name)) continue;
-    reader.addViolation("cameras", "'" + name + "' is no namespace; it has to begin with a letter, "
-                                   "and may have letters, digits, _ and / in it");
+    reader.addViolation("cameras", "'" + name + "' is not a namespace; use letters, digits, _ and "
+                                                "/, starting with a letter");
   }
   if (std::set<std::string>(node.cameras.begin(), node.cameras.end()).size() <
       node.cameras.size()) {
-    reader.addViolation("cameras", "must all be different");
+    reader.addViolation("cameras", "must be different");
   }
   if (node.cameras.size() > 1 && !node.input.camera_frame.empty()) {
-    reader.addViolation("input/camera_frame", "is for one camera; with several, the frames are "
-                                              "those of their images");
+    reader.addViolation("input/camera_frame", "is for a single camera; several cameras use the "
+                                              "frames of their images");
   }
 }
 
@@ -53,7 +53,7 @@ MappingParams readMappingParams(const ParamTree& tree,
   node.keep_frame = stripLeadingSlash(node.keep_frame);
   node.level.frame = stripLeadingSlash(node.level.frame);
   if (isLevelled(node) && node.level.frame == node.map_frame) {
-    reader.addViolation("map/level_frame", "must not be map_frame, which the poses are of");
+    reader.addViolation("map/level_frame", "must differ from map_frame, the frame of the poses");
   }
   if (node.map_frame.empty()) reader.addViolation("map_frame", "must not be empty");
   if (node.output_directory.empty()) reader.addViolation("output_directory", "must not be empty");

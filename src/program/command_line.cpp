@@ -115,7 +115,7 @@ struct CommandLine::State {
     const auto found = std::find_if(options.begin(), options.end(), [&](const Option& option) {
       return option.text.name == name;
     });
-    if (found == options.end()) throw std::logic_error("there is no option " + name);
+    if (found == options.end()) throw std::logic_error("unknown option " + name);
     return *found;
   }
 
@@ -194,7 +194,7 @@ struct CommandLine::State {
     }
     if (next == loose.size()) return;
     if (isShort(loose[next])) throw UsageError("unknown option " + loose[next]);
-    throw UsageError("'" + loose[next] + "' belongs to no option");
+    throw UsageError("'" + loose[next] + "' is not expected here");
   }
 
   static bool isShort(const std::string& text) { return text.size() > 1 && text[0] == '-'; }
@@ -361,7 +361,7 @@ std::string CommandLine::help() const {
                  wrap(option.help(), 6);
     }
     if (group == state_->headline) {
-      entries += "  -h,--help\n" + wrap("show this and end", 6);
+      entries += "  -h,--help\n" + wrap("print this help", 6);
     }
     if (!entries.empty()) text += "\n" + group + ":\n" + entries;
   }

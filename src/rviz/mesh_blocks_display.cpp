@@ -44,7 +44,7 @@ MeshBlocksDisplay::MeshBlocksDisplay() {
   topic_ = new rviz::RosTopicProperty("Topic", "", datatype, "Of type " + datatype + ".", this,
                                       SLOT(updateTopic()));
   colour_ = new rviz::EnumProperty("Colour", "Auto",
-                                   "Auto: what images showed, and normals where there were none.",
+                                   "Auto: colour images if the map has any, else normals.",
                                    this, SLOT(updateStyle()));
   colour_->addOption("Auto", static_cast<int>(MeshColour::kAuto));
   colour_->addOption("Image", static_cast<int>(MeshColour::kImage));
@@ -52,22 +52,21 @@ MeshBlocksDisplay::MeshBlocksDisplay() {
   colour_->addOption("Height", static_cast<int>(MeshColour::kHeight));
   colour_->addOption("Plain", static_cast<int>(MeshColour::kPlain));
   plain_ = new rviz::ColorProperty("Plain colour", QColor(200, 200, 200),
-                                   "Of the whole mesh, where Colour is Plain.", this,
+                                   "Colour of the mesh if Colour is Plain.", this,
                                    SLOT(updateStyle()));
   alpha_ = new rviz::FloatProperty("Alpha", 1.0f, "0: transparent, 1: opaque.", this,
                                    SLOT(updateStyle()));
   alpha_->setMin(0.0f);
   alpha_->setMax(1.0f);
   backfaces_ = new rviz::BoolProperty("Backfaces", true,
-                                      "Show surfaces from behind as well; drawing is faster "
-                                      "without.",
+                                      "Also show surfaces from behind; drawing is faster without.",
                                       this, SLOT(updateStyle()));
   wireframe_ = new rviz::BoolProperty("Wireframe", false, "Show the edges of the triangles only.",
                                       this, SLOT(updateStyle()));
   detail_ = new rviz::FloatProperty("Detail", 2.0f,
-                                    "What is far away is drawn with triangles of about so many "
-                                    "pixels, or twice as many while the view turns, if its own "
-                                    "are smaller; 0: always all of them.",
+                                    "Distant parts are drawn with larger triangles, of about this "
+                                    "many pixels (twice as many while the view turns); 0: always "
+                                    "all triangles.",
                                     this);
   detail_->setMin(0.0f);
   detail_->setMax(20.0f);

@@ -93,7 +93,7 @@ std::optional<std::string> ChildProcess::ended() {
   const pid_t got = waitpid(process_, &status, WNOHANG);
   if (got == 0) return std::nullopt;
   process_ = -1;
-  return got < 0 ? "unknown to the system" : describe(status);
+  return got < 0 ? "unknown error" : describe(status);
 }
 
 std::vector<std::string> visibleGpus() {
@@ -111,7 +111,7 @@ std::vector<std::string> visibleGpus() {
 
 void endWithProcess(pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) throw std::runtime_error("the process that has started this one ended");
+  if (getppid() != parent) throw std::runtime_error("the parent process ended");
 }
 
 }  // namespace dtsdf

@@ -33,13 +33,13 @@ struct PlanOptions {
 };
 
 void addPlanOptions(CommandLine& line, PlanOptions& options) {
-  line.addList({"RECORDINGS", "", "recordings with poses in one map frame, as reconstruct reads "
-                "them, in the order in which they are fused"},
+  line.addList({"RECORDINGS", "", "recordings that reconstruct reads, with poses in one map frame, "
+                                  "fused in this order"},
                [&](const std::string& path) { options.request.recordings.push_back(path); });
-  line.addText({"--out", "DIR", "the folder of the plan, and of all that is made by it"},
+  line.addText({"--out", "DIR", "folder for the plan and everything made from it"},
                options.folder);
   line.require("--out");
-  line.addNumber({"--tile-m", "METRES", "edge of a tile; whole blocks of 8 voxels"},
+  line.addNumber({"--tile-m", "METRES", "edge of a tile, rounded to whole blocks of 8 voxels"},
                  options.request.tile_m, {0.01, 1e6});
   line.beginGroup("Input");
   addFormatOption(line, options.request.reading);
@@ -59,13 +59,13 @@ std::vector<std::string> FuseOptions::asArguments() const {
 }
 
 void addFolder(CommandLine& line, std::string& folder) {
-  line.addText({"DIR", "", "the folder of a plan"}, folder);
+  line.addText({"DIR", "", "folder of the plan"}, folder);
 }
 
 void addBackendOption(CommandLine& line, std::optional<std::string>& backend) {
   line.add({"--backend", "auto|cpu|cuda", "where to compute"}, [&](const std::string& value) {
     if (value != "auto" && value != "cpu" && value != "cuda") {
-      throw UsageError("'" + value + "' is none of auto, cpu and cuda");
+      throw UsageError("'" + value + "' is not auto, cpu or cuda");
     }
     backend = value;
   });
@@ -80,14 +80,14 @@ void addFuseOptions(CommandLine& line, FuseOptions& options) {
 }
 
 void addMergeOptions(CommandLine& line, MergeRequest& request) {
-  line.add({"--mesh", "OUT.ply", "the mesh of the whole map"}, [&](const std::string& value) {
+  line.add({"--mesh", "OUT.ply", "mesh of the whole map"}, [&](const std::string& value) {
     if (meshFormatOf(value) != MeshFormat::kPly) {
-      throw UsageError("'" + value + "' does not end in .ply; map_tool mesh makes other formats of "
-                       "maps that fit into memory");
+      throw UsageError("'" + value + "' does not end in .ply; map_tool mesh writes other formats "
+                                     "of maps that fit into memory");
     }
     request.mesh_path = value;
   });
-  line.add({"--save-map", "OUT.dtsdf", "the whole map"}, [&](const std::string& value) {
+  line.add({"--save-map", "OUT.dtsdf", "map file of the whole map"}, [&](const std::string& value) {
     if (!endsIn(value, kMapExtension)) {
       throw UsageError("'" + value + "' does not end in " + kMapExtension);
     }
@@ -98,7 +98,7 @@ void addMergeOptions(CommandLine& line, MergeRequest& request) {
 void planCommand(const std::vector<std::string>& arguments) {
   PlanOptions options;
   CommandLine line("tiles plan", "RECORDINGS... --out DIR [options]",
-                   "Cuts the space of recordings into tiles and finds the frames that each needs.",
+                   "Cuts the map of recordings into tiles and finds the frames that each needs.",
                    kExitCodes);
   addPlanOptions(line, options);
   line.parse(arguments);
@@ -111,7 +111,7 @@ void planCommand(const std::vector<std::string>& arguments) {
   writeFileAtomically((fs::path(options.folder) / "plan.txt").string(), table);
   writeFileAtomically(picture, planPicture(plan, voxel_size_m));
   savePlan(plan, options.folder);
-  std::printf("%sthe plan took %.1f s: %s, %s\n", table.c_str(), plan.seconds,
+  std::printf("%splanned in %.1f s: %s, %s\n", table.c_str(), plan.seconds,
               planPath(options.folder).c_str(), picture.c_str());
 }
 
@@ -121,12 +121,12 @@ void fuseCommand(const std::vector<std::string>& arguments) {
   std::string tile;
   int parent = 0;
   CommandLine line("tiles fuse", "DIR TILE [options]",
-                   "Makes one tile; does nothing if that is done.", kExitCodes);
+                   "Makes one tile, unless it is already done.", kExitCodes);
   addFolder(line, request.folder);
-  line.addText({"TILE", "", "its number in the plan"}, tile);
+  line.addText({"TILE", "", "number of the tile in the plan"}, tile);
   addFuseOptions(line, options);
-  line.addFlag("--again", "make it anew if it is done", request.again);
-  line.add({"--end-with", "PID", "end as soon as the process ends that has started this one"},
+  line.addFlag("--again", "make it again even if it is done", request.again);
+  line.add({"--end-with", "PID", "end when the process with this id ends"},
            [&](const std::string& value) {
              parent = static_cast<int>(readWhole(value, {1, 1e9}));
            });
@@ -142,7 +142,7 @@ void fuseCommand(const std::vector<std::string>& arguments) {
 void mergeCommand(const std::vector<std::string>& arguments) {
   MergeRequest request;
   CommandLine line("tiles merge", "DIR [--mesh OUT.ply] [--save-map OUT.dtsdf]",
-                   "Joins the tiles of a plan, which have to be there, into one mesh and one map.",
+                   "Joins the tiles of a plan into one mesh and one map. All tiles must be done.",
                    kExitCodes);
   addFolder(line, request.folder);
   addMergeOptions(line, request);
@@ -155,7 +155,8 @@ void mergeCommand(const std::vector<std::string>& arguments) {
 
 void statusCommand(const std::vector<std::string>& arguments) {
   std::string folder;
-  CommandLine line("tiles status", "DIR", "Tells which tiles are done, failed and worked on.",
+  CommandLine line("tiles status", "DIR", "Lists the tiles that are done, failed, running and "
+                                          "waiting.",
                    kExitCodes);
   addFolder(line, folder);
   line.parse(arguments);
@@ -176,7 +177,7 @@ void statusCommand(const std::vector<std::string>& arguments) {
 void slurmCommand(const std::vector<std::string>& arguments) {
   SlurmRequest request;
   CommandLine line("tiles slurm", "DIR [options]",
-                   "Prints an array job that makes all tiles; tiles merge joins them then.",
+                   "Prints a Slurm array job that makes all tiles. Then run tiles merge.",
                    kExitCodes);
   addFolder(line, request.folder);
   line.addWhole({"--threads", "N", "CPU threads of each tile"}, request.threads, {1, 1024});
@@ -194,7 +195,7 @@ void runTilesCommand(const std::vector<std::string>& arguments) {
   FuseOptions options;
   CommandLine line("tiles run", "DIR [options]",
                    "Makes all tiles that are not done, with as many processes as mpirun starts, "
-                   "and joins them. What is interrupted goes on by the same command.",
+                   "and joins them. To resume after an interruption, run the same command again.",
                    kExitCodes);
   addFolder(line, request.merge.folder);
   addFuseOptions(line, options);

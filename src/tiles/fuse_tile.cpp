@@ -94,7 +94,7 @@ class TileFusion {
         const std::optional<SourceColour> image =
             source_ == nullptr ? std::nullopt : source_->next();
         if (!image || image->index != index) {
-          throwChanged("colour image", recording_, index, "it is not there any more");
+          throwChanged("colour image", recording_, index, "it no longer exists");
         }
         fusion_.paint(image->colour, recording_, index);
       }
@@ -144,7 +144,7 @@ class TileFusion {
   void fuseFrame(FrameSource& source, const PlannedRecording& recording, size_t index) {
     const std::optional<SourceFrame> frame = source.next();
     if (!frame || frame->index != index) {
-      throwChanged("image", recording, index, "it is not there any more");
+      throwChanged("image", recording, index, "it no longer exists");
     }
     const IntegrationResult result = mapper_->integrate(frame->depth);
     if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
@@ -158,15 +158,15 @@ class TileFusion {
   [[noreturn]] static void throwChanged(const std::string& kind, const PlannedRecording& recording,
                                         size_t index, const std::string& how) {
     throw std::runtime_error(kind + " " + std::to_string(index) + " of '" + recording.path +
-                             "' is not the one that was planned with (" + how +
-                             "); make the plan anew");
+                             "' has changed since the plan was made (" + how +
+                             "); make the plan again");
   }
 
   [[noreturn]] void throwFull() const {
     throw std::runtime_error(
         "the tile takes more than its budget, map/max_memory_mb: " +
         std::to_string(settings_.params.mapper.map.max_memory_mb) +
-        "; make the plan anew with a smaller --tile-m, or raise it there");
+        "; make the plan again with a smaller --tile-m, or with a larger map/max_memory_mb");
   }
 
   const Plan& plan_;
@@ -299,7 +299,7 @@ void fuseTile(const FuseRequest& request, const LoadedPlan& loaded) {
   const std::string name = "tile " + std::to_string(request.tile);
   const bool is_done = missingOfTile(request.folder, request.tile, loaded.id).empty();
   if (is_done && !request.again) {
-    std::printf("%s is done already\n", name.c_str());
+    std::printf("%s is already done\n", name.c_str());
     return;
   }
   forgetTile(request.folder, request.tile);

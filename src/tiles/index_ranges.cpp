@@ -9,7 +9,7 @@ IndexRanges::IndexRanges(std::vector<Range> ranges) : ranges_(std::move(ranges))
   for (size_t i = 0; i < ranges_.size(); ++i) {
     const bool rises = i == 0 || ranges_[i - 1].second < ranges_[i].first;
     if (ranges_[i].first > ranges_[i].second || !rises) {
-      throw std::runtime_error("the numbers of images do not rise");
+      throw std::runtime_error("the image numbers are not increasing");
     }
   }
 }

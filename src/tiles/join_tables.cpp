@@ -21,7 +21,7 @@ void checkSame(const MapContents& a, const MapContents& b) {
   if (a.settings != b.settings || a.map_frame != b.map_frame || a.stamp_s != b.stamp_s ||
       a.frames != b.frames || a.supporting_frames != b.supporting_frames ||
       a.cell_voxels != b.cell_voxels || !sameLevel(a, b) || a.exposure != b.exposure) {
-    throw std::runtime_error("its settings and counts of frames are not those of other tiles");
+    throw std::runtime_error("its settings or frame counts differ from other tiles'");
   }
 }
 
@@ -48,7 +48,7 @@ class TableJoiner {
     const TileRecord& record = records_[tile];
     if (map.contentHash() != record.content_hash || head.blocks.size() != record.blocks ||
         head.free_cubes.size() != record.free_cubes) {
-      throw std::runtime_error("its map file is not that of its record");
+      throw std::runtime_error("its map file does not match its record");
     }
     if (tile == 0) table_.head = headOf(head);
     checkSame(table_.head, head);
@@ -81,7 +81,7 @@ class TableJoiner {
   void addBlocks(const MapContents& head, size_t tile) {
     for (const MapBlock& block : head.blocks) {
       if (!loaded_.plan.tiles[tile].own.contains(block.key)) {
-        throw std::runtime_error("it has blocks of other tiles");
+        throw std::runtime_error("it contains blocks of other tiles");
       }
       blocks_.push_back({block, static_cast<uint32_t>(tile)});
     }
@@ -90,7 +90,7 @@ class TableJoiner {
   void addCubes(const MapContents& head, size_t tile) {
     for (const MapFreeCube& cube : head.free_cubes) {
       if (!cubesOf(loaded_.plan.tiles[tile].own, head.cell_voxels).contains(cube.key)) {
-        throw std::runtime_error("it has free cells of other tiles");
+        throw std::runtime_error("it contains free cells of other tiles");
       }
       cubes_.push_back(cube);
     }

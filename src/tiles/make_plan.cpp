@@ -34,8 +34,7 @@ double secondsSince(Clock::time_point start) {
 void checkSettings(const MapperParams& params) {
   if (params.map.keep_radius_m > 0.0f) {
     throw std::runtime_error(
-        "map/keep_radius_m drops the farthest blocks of the whole map, which a tile does not know; "
-        "leave it at 0 for a map in tiles");
+        "map/keep_radius_m depends on the whole map, so tiles cannot apply it; leave it at 0");
   }
 }
 
@@ -43,10 +42,9 @@ void checkSettings(const MapperParams& params) {
 void checkPainting(const PaintParams& paint, const std::string& path) {
   if (paint.exposure == ImageExposure::kFixed && paint.max_depth_m > 0.0f) return;
   throw std::runtime_error(
-      "'" + path + "' has colour images, and a tile can be painted only if it is known how far "
-      "they reach, and if their exposure is not found from all of the map: --set "
-      "colour/exposure=fixed colour/max_depth_m=5, for reconstruct as well, or "
-      "colour/enabled=never for a map without colour");
+      "'" + path + "' has colour images, which tiles need at a fixed exposure and with a largest "
+                   "depth: give --set colour/exposure=fixed colour/max_depth_m=5 (to reconstruct "
+                   "as well), or colour/enabled=never");
 }
 
 /// Sends the frames of all recordings through the mapper, and makes tiles of what they touch.

@@ -158,8 +158,8 @@ std::vector<Tile> cutToBudget(const BlockExtent& own, const MemoryBudget& budget
   }
   if (isOneBlock(own)) {
     throw std::runtime_error(
-        "a block and those that are fused with it take more than map/max_memory_mb; raise it, or, "
-        "where there is colour, lower colour/max_depth_m");
+        "a single block and its neighbours take more than map/max_memory_mb; raise it, or lower "
+        "colour/max_depth_m");
   }
   std::vector<Tile> parts;
   for (const BlockExtent& half : halvesOf(own)) {

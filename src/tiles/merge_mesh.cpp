@@ -59,7 +59,7 @@ class MeshWindow {
   std::array<uint32_t, 3> inWindow(const std::array<uint32_t, 3>& triangle) const {
     std::array<uint32_t, 3> local;
     for (size_t i = 0; i < 3; ++i) {
-      if (triangle[i] < written_) throw std::logic_error("a vertex was closed too early");
+      if (triangle[i] < written_) throw std::logic_error("a vertex was written too early");
       local[i] = static_cast<uint32_t>(triangle[i] - written_);
     }
     return local;
@@ -127,7 +127,7 @@ class TileMeshes {
       throwBadTile(folder_, mesh_.tile, error.what());
     }
     if (!block_ && reader_->checksum() != mesh_.checksum) {
-      throwBadTile(folder_, mesh_.tile, "its meshes are not those of its record");
+      throwBadTile(folder_, mesh_.tile, "its meshes do not match its record");
     }
     return block_.has_value();
   }

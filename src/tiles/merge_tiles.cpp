@@ -47,7 +47,7 @@ void checkAllDone(const std::string& folder, const LoadedPlan& loaded) {
   throw std::runtime_error(std::to_string(count) + " of " +
                            std::to_string(loaded.plan.tiles.size()) + " tiles are not done (" +
                            missing + (count > kMostNamed ? "; ..." : "") +
-                           "); tiles run, or tiles fuse DIR TILE, makes them");
+                           "); make them with tiles run or tiles fuse DIR TILE");
 }
 
 void readWords(const MapChunks& map, size_t chunk, std::vector<uint64_t>& words) {

@@ -7,8 +7,8 @@ namespace dtsdf {
 
 void runTiles(const RunRequest&) {
   throw std::runtime_error(
-      "this build has no `tiles run`, as MPI was not there (libopenmpi-dev, openmpi-bin); tiles "
-      "fuse makes a tile, and tiles slurm prints a job for all");
+      "this build has no `tiles run`, because MPI was not found (libopenmpi-dev, openmpi-bin); "
+      "tiles fuse makes one tile, tiles slurm prints a job for all");
 }
 
 }  // namespace dtsdf

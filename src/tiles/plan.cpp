@@ -195,7 +195,7 @@ Json toJson(const Plan& plan) {
 }
 
 Plan planOf(const Json& json) {
-  if (json.at("format") != kFormat) throw std::runtime_error("it is of another version");
+  if (json.at("format") != kFormat) throw std::runtime_error("it has another version");
   Plan plan;
   plan.reading = readingOf(json.at("reading"));
   json.at("tile_m").get_to(plan.tile_m);
@@ -215,7 +215,7 @@ Plan planOf(const Json& json) {
   for (const Tile& tile : plan.tiles) {
     if (tile.frames.size() != plan.recordings.size() ||
         tile.images.size() != plan.recordings.size()) {
-      throw std::runtime_error("its tiles and recordings do not fit");
+      throw std::runtime_error("its tiles and recordings do not match");
     }
   }
   return plan;
@@ -232,13 +232,13 @@ InputOptions Plan::inputOf(size_t recording) const {
 
 LoadedPlan loadPlan(const std::string& folder) {
   const std::string path = planPath(folder);
-  const std::string text = readTextFile(path, "tiles plan makes it");
+  const std::string text = readTextFile(path, "make it with tiles plan");
   LoadedPlan loaded;
   try {
     loaded.plan = planOf(Json::parse(text));
   } catch (const std::exception& error) {
-    throw std::runtime_error("'" + path + "' is no plan (" + error.what() +
-                             "); make it anew with tiles plan");
+    throw std::runtime_error("'" + path + "' is not a plan (" + error.what() +
+                             "); make it again with tiles plan");
   }
   loaded.id = hashText(text);
   return loaded;

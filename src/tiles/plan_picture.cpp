@@ -66,9 +66,9 @@ std::string planTable(const Plan& plan, double voxel_size_m) {
   size_t fused = 0;
   for (const PlannedRecording& recording : plan.recordings) fused += recording.fused.count();
   return table +
-         format("\n%zu tiles of %d blocks (%.2f m); %zu frames of %zu recordings, %.2f tiles each\n"
-                "largest tile: %.1f MB of map at most, and about twice that of memory as it is "
-                "saved\none process after the other: about %.0f s\n",
+         format("\n%zu tiles of %d blocks (%.2f m); %zu frames of %zu recordings, %.2f tiles "
+                "each\nlargest tile: at most %.1f MB of map, and about twice that in memory while "
+                "it is saved\nin a single process: about %.0f s\n",
                 plan.tiles.size(), plan.tile_blocks, plan.tile_blocks * block_m, fused,
                 plan.recordings.size(),
                 fused > 0 ? static_cast<double>(frames) / static_cast<double>(fused) : 0.0,

@@ -264,7 +264,7 @@ class Master {
     }
     if (text.empty()) return text;
     return std::to_string(queue_.failed().size()) + " tiles failed twice (" + text +
-           "); the same command goes on with them";
+           "); run the same command again to retry them";
   }
 
   const std::string folder_;

@@ -66,7 +66,7 @@ std::string slurmScript(const SlurmRequest& request, const Plan& plan) {
          "#SBATCH --mem=" + std::to_string(memoryMb(plan)) + "M\n" +
          (on_gpu ? "#SBATCH --gres=gpu:1\n" : "") +
          "#SBATCH --output=\"" + forSbatch(folder) + "/tiles/slurm-%A_%a.log\"\n"
-         "# Tiles that are done are left alone: to go on, submit it again.\n"
+         "# Finished tiles are skipped: submit it again to resume.\n"
          "tiles=(" + numbersLongestFirst(plan) + ")\n"
          "failed=0\n"
          "for ((i = SLURM_ARRAY_TASK_ID; i < ${#tiles[@]}; i += " + std::to_string(indices) +

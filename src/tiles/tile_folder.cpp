@@ -23,7 +23,7 @@ using Json = nlohmann::json;
 
 uint64_t hashOfDigits(const std::string& digits) {
   if (digits.size() != 16 || digits.find_first_not_of("0123456789abcdef") != digits.npos) {
-    throw std::runtime_error("a checksum is none");
+    throw std::runtime_error("a checksum is not a number");
   }
   return std::stoull(digits, nullptr, 16);
 }
@@ -87,7 +87,7 @@ void saveRecord(const TileRecord& record, const std::string& folder, size_t tile
 
 TileRecord loadRecord(const std::string& folder, size_t tile) {
   const std::string path = tilePath(folder, tile, ".json");
-  const std::string text = readTextFile(path, "tiles fuse makes it");
+  const std::string text = readTextFile(path, "make it with tiles fuse");
   try {
     const Json json = Json::parse(text);
     TileRecord record;
@@ -111,7 +111,7 @@ TileRecord loadRecord(const std::string& folder, size_t tile) {
     json.at("backend").get_to(record.backend);
     return record;
   } catch (const std::exception& error) {
-    throw std::runtime_error("'" + path + "' is no record of a tile (" + error.what() + ")");
+    throw std::runtime_error("'" + path + "' is not the record of a tile (" + error.what() + ")");
   }
 }
 
@@ -122,26 +122,26 @@ std::string missingOfTile(const std::string& folder, size_t tile, const std::str
   } catch (const std::exception& error) {
     return error.what();
   }
-  if (record.plan_id != plan_id) return "it was made by another plan";
+  if (record.plan_id != plan_id) return "it belongs to another plan";
   if (!hasBytes(tilePath(folder, tile, ".dtsdf"), record.map_file_bytes)) {
-    return "its map file is missing, or has another size";
+    return "its map file is missing or has the wrong size";
   }
   if (!hasBytes(tilePath(folder, tile, ".mesh"), record.mesh_file_bytes)) {
-    return "its meshes are missing, or have another size";
+    return "its meshes are missing or have the wrong size";
   }
   return "";
 }
 
 TileState stateOf(const std::string& folder, size_t tile, const std::string& plan_id) {
-  if (isLocked(folder, tile)) return {TileStage::kRunning, "somebody works on it"};
+  if (isLocked(folder, tile)) return {TileStage::kRunning, "another process is making it"};
   if (fs::exists(tilePath(folder, tile, ".json"))) {
     const std::string missing = missingOfTile(folder, tile, plan_id);
     if (missing.empty()) return {TileStage::kDone, ""};
     return {TileStage::kWaiting, missing};
   }
   const std::string failed = tilePath(folder, tile, ".failed");
-  if (!fs::exists(failed)) return {TileStage::kWaiting, "it was not made yet"};
-  return {TileStage::kFailed, readTextFile(failed, "tiles fuse makes it")};
+  if (!fs::exists(failed)) return {TileStage::kWaiting, "it has not been made yet"};
+  return {TileStage::kFailed, readTextFile(failed, "make it with tiles fuse")};
 }
 
 void forgetTile(const std::string& folder, size_t tile) {
@@ -168,8 +168,8 @@ TileLock::TileLock(const std::string& folder, size_t tile) {
                              "; put the folder of the plan on a file system with locks (Lustre: "
                              "mount it with -o flock)");
   }
-  throw std::runtime_error("tile " + std::to_string(tile) + " is worked on by another process; " +
-                           "wait for it, or end it");
+  throw std::runtime_error("tile " + std::to_string(tile) + " is being made by another process; " +
+                           "wait for it or end it");
 }
 
 TileLock::~TileLock() { close(descriptor_); }

@@ -10,12 +10,12 @@ void run(const std::vector<std::string>& arguments) {
   runCommand("tiles",
              "Makes a map in tiles, with any number of processes and machines, and the same bytes "
              "as\nreconstruct.",
-             {{"plan", "cuts the space of recordings into tiles", planCommand},
+             {{"plan", "cuts the map of recordings into tiles", planCommand},
               {"run", "makes all tiles and joins them, under mpirun", runTilesCommand},
-              {"status", "prints which tiles are done", statusCommand},
+              {"status", "lists done, failed, running and waiting tiles", statusCommand},
               {"fuse", "makes one tile", fuseCommand},
               {"merge", "joins the tiles into one mesh and one map", mergeCommand},
-              {"slurm", "prints an array job that makes all tiles", slurmCommand}},
+              {"slurm", "prints a Slurm array job that makes all tiles", slurmCommand}},
              arguments);
 }
 

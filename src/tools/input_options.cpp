@@ -21,7 +21,7 @@ std::string joined(const std::vector<std::string>& names) {
 std::string parseFormat(const std::string& text) {
   const std::vector<std::string> names = formatNames();
   if (std::find(names.begin(), names.end(), text) == names.end()) {
-    throw UsageError("'" + text + "' is none of " + joined(names));
+    throw UsageError("'" + text + "' is not one of " + joined(names));
   }
   return text;
 }
@@ -38,20 +38,19 @@ Intrinsics parseIntrinsics(const std::string& text) {
 }  // namespace
 
 void addFormatOption(CommandLine& line, InputOptions& options) {
-  line.add({"--format", joined(formatNames()), "what INPUT is (default: guessed from what lies "
-            "there)"},
+  line.add({"--format", joined(formatNames()), "format of INPUT (default: detected)"},
            [&](const std::string& value) { options.recording.format = parseFormat(value); });
 }
 
 void addReadingOptions(CommandLine& line, InputOptions& options) {
   RecordingOptions& recording = options.recording;
   line.add({"--intrinsics", "FX,FY,CX,CY",
-            "the camera in pixels, in place of what the recording says; a negative FY flips the "
-            "rows of a folder's images, for cameras whose y axis points up"},
+            "camera in pixels, instead of the recording's; a negative FY flips the rows of a "
+            "folder's images, for cameras whose y axis points up"},
            [&](const std::string& value) { recording.intrinsics = parseIntrinsics(value); });
   line.addText({"--poses", "FILE",
-                "poses in place of the recording's: a line `stamp tx ty tz qx qy qz qw` each, "
-                "camera to world; images without stamps have their number for one"},
+                "poses to use instead of the recording's: `stamp tx ty tz qx qy qz qw` per line, "
+                "camera to world, in metres; images without stamps use their number"},
                recording.poses_path);
   addFolderOptions(line, options);
   line.addText({"--depth-topic", "T", "a bag's depth images (default: the only such topic)"},
@@ -59,7 +58,8 @@ void addReadingOptions(CommandLine& line, InputOptions& options) {
   line.addText({"--info-topic", "T", "their camera_info (default: beside the depth topic)"},
                options.info_topic);
   line.addText({"--mask-topic", "T",
-                "a bag's masks: mono8, not 0 where the image shows what is no part of the scene"},
+                "a bag's masks: mono8, not 0 where the image shows what is not part of the scene "
+                "(default: none)"},
                options.mask_topic);
   line.addText({"--color-topic", "T",
                 "a bag's colour images, with camera_info beside them (default: the only such "

@@ -66,11 +66,11 @@ Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
   if (search.floor()) return levelPose(search.floor()->normal, search.floor()->offset_m);
   throw std::runtime_error("map/level is floor, but the first " + std::to_string(looked_at) +
                            " images of '" + path + "' show none (" + search.problem() +
-                           "); begin where one is seen by --frames FIRST:, or set map/level to "
-                           "none");
+                           "); start where it is in view, with --frames FIRST:, or set map/level "
+                           "to none");
 }
 
-/// What space is kept needs z to be up, if heights are to mean anything.
+/// Heights of free space mean nothing unless z is up.
 void warnIfNotLevel(FrameSource& source, const std::string& program) {
   LevelDoubt doubt;
   for (size_t i = 0; i < FloorSearch::kViews; ++i) {

@@ -26,7 +26,7 @@ MapSettings settingsFor(const MapContents& contents, const std::vector<std::stri
 }
 
 void addLoadLimit(CommandLine& line, MapLoadLimit& limit) {
-  line.addWhole({"--max-memory-mb", "MIB", "a map that takes more is refused"},
+  line.addWhole({"--max-memory-mb", "MIB", "refuse maps that take more memory"},
                 limit.max_memory_mb, {1, 1 << 22});
 }
 

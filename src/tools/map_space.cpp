@@ -22,7 +22,7 @@ void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& argumen
   line.addText({"FILE", "", "a map file"}, options.map_path);
   line.addText({"OUT", "", what + ": " + ending}, options.out_path);
   line.addList({"--set", "KEY=VALUE ...",
-                "settings in place of those of the file: space/..., backend, threads"},
+                "settings that override those of the file: space/..., backend, threads"},
                [&](const std::string& value) { options.settings.push_back(value); });
   addLoadLimit(line, options.limit);
   line.parse(arguments);

@@ -11,7 +11,7 @@ void run(const std::vector<std::string>& arguments) {
   runCommand("map_tool", "Works on map files (.dtsdf) of save_map and reconstruct.",
              {{"info", "prints what is in a map file", tellAboutMap},
               {"mesh", "saves the mesh of a map file", meshMap},
-              {"bt", "saves what is known of space as an OctoMap tree", saveOcTree},
+              {"bt", "saves free and occupied space as an OctoMap tree", saveOcTree},
               {"slice", "draws the distances to surfaces at one height", drawSlice},
               {"time", "measures how long it takes to load, copy and save a map", timeMap}},
              arguments);

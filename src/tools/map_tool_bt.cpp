@@ -18,8 +18,8 @@ namespace {
 SpaceOutputOptions parse(const std::vector<std::string>& arguments) {
   SpaceOutputOptions options;
   CommandLine line("map_tool bt", "FILE OUT.bt [options]",
-                   "Saves what is known of space as an OctoMap tree: cells with a surface are "
-                   "occupied, those that were seen free are free, all others are unknown.",
+                   "Saves free and occupied space as an OctoMap tree: cells with a surface are "
+                   "occupied, cells seen free are free, all others are unknown.",
                    kExitCodes);
   parseSpaceOutput(line, arguments, "the tree", ".bt", options);
   return options;
@@ -32,7 +32,7 @@ octomap::key_type keyOf(int32_t cell) {
   constexpr int32_t kMiddle = 1 << 15;
   if (cell < -kMiddle || cell >= kMiddle) {
     throw std::runtime_error("the map reaches farther than an OctoMap tree can, 32768 cells from "
-                             "its origin; larger cells (space/cell_voxels) reach farther");
+                             "the origin; use larger cells (space/cell_voxels)");
   }
   return static_cast<octomap::key_type>(cell + kMiddle);
 }

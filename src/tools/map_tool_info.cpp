@@ -26,9 +26,9 @@ InfoOptions parse(const std::vector<std::string>& arguments) {
                    "colours.",
                    kExitCodes);
   line.addText({"FILE", "", "a map file"}, options.path);
-  line.addFlag("--settings", "every setting and number of a rule that it was made with",
+  line.addFlag("--settings", "also print every setting and rule number that the map was made with",
                options.settings);
-  line.addFlag("--verify", "read all of it, and check it against its checksums", options.verify);
+  line.addFlag("--verify", "read the whole file and check its checksums", options.verify);
   addLoadLimit(line, options.limit);
   line.onlyWith("--max-memory-mb", "--verify");
   line.parse(arguments);
@@ -110,7 +110,7 @@ void tellAboutMap(const std::vector<std::string>& arguments) {
   if (options.settings) printSettings(info);
   if (options.verify) {
     loadMap(options.path, options.limit.bytes());
-    std::printf("\nevery checksum fits\n");
+    std::printf("\nall checksums match\n");
   }
 }
 

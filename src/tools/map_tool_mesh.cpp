@@ -25,13 +25,13 @@ struct MeshOptions {
 MeshOptions parse(const std::vector<std::string>& arguments) {
   MeshOptions options;
   CommandLine line("map_tool mesh", "FILE OUT.ply [options]",
-                   "Makes the mesh of a map file, the one that its mapper would have made.",
+                   "Saves the mesh of a map file, with the settings it was saved with.",
                    kExitCodes);
   line.addText({"FILE", "", "a map file"}, options.map_path);
-  line.addText({"OUT", "", "the mesh: .ply or .glb (normals, colours), .obj or .stl"},
+  line.addText({"OUT", "", "mesh to write: .ply or .glb (normals, colours), .obj or .stl"},
                options.mesh_path);
   line.addList({"--set", "KEY=VALUE ...",
-                "settings in place of those of the file: mesh/..., backend, threads"},
+                "settings that override those of the file: mesh/..., backend, threads"},
                [&](const std::string& value) { options.settings.push_back(value); });
   addSimplifyOption(line, options.simplify_error_m);
   addLoadLimit(line, options.limit);

@@ -28,14 +28,15 @@ struct SliceOptions : SpaceOutputOptions {
 SliceOptions parse(const std::vector<std::string>& arguments) {
   SliceOptions options;
   CommandLine line("map_tool slice", "FILE OUT.png --height METRES [options]",
-                   "Draws the distances to surfaces at one height, x to the right and y up: from "
-                   "red beside a surface to blue at the largest one, surfaces black, what is "
-                   "unknown grey.",
+                   "Draws the distances to surfaces at one height, x to the right and y up: red "
+                   "beside a surface to blue at the largest distance, surfaces black, unknown "
+                   "grey.",
                    kExitCodes);
-  line.addNumber({"--height", "METRES", "along z of the map frame"}, options.height_m,
+  line.addNumber({"--height", "METRES", "height of the slice, along z of the map frame"},
+                 options.height_m,
                  {-1e4, 1e4});
   line.require("--height");
-  line.addWhole({"--pixels", "N", "edge of a cell in the picture"}, options.pixels, {1, 64});
+  line.addWhole({"--pixels", "N", "pixels per edge of a cell"}, options.pixels, {1, 64});
   parseSpaceOutput(line, arguments, "the picture", ".png", options);
   return options;
 }
@@ -76,7 +77,7 @@ ColourImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels)
   if (bounds.width() * pixels > kMostPixels / (bounds.height() * pixels)) {
     throw std::runtime_error("the picture would have " + std::to_string(bounds.width() * pixels) +
                              " x " + std::to_string(bounds.height() * pixels) +
-                             " pixels; take fewer by --pixels, or larger cells");
+                             " pixels; lower --pixels, or use larger cells");
   }
   ColourImage image;
   image.width = static_cast<int>(bounds.width()) * pixels;

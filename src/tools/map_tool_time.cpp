@@ -31,16 +31,15 @@ struct TimeOptions {
 TimeOptions parse(const std::vector<std::string>& arguments) {
   TimeOptions options;
   CommandLine line("map_tool time", "FILE [options]",
-                   "Measures how long it takes to load a map, to take it in, to copy it and to "
-                   "save it: the least of some repetitions.",
+                   "Measures how long it takes to load a map file, restore it in a mapper, copy it "
+                   "and save it: the shortest of several runs.",
                    kExitCodes);
   line.addText({"FILE", "", "a map file"}, options.path);
-  line.addText({"--folder", "FOLDER", "where the map is saved meanwhile (default: that of "
-                "temporary files)"},
+  line.addText({"--folder", "FOLDER", "folder that the map is saved to"},
                options.folder);
-  line.addText({"--backend", "auto|cpu|cuda", "of the mapper that takes the map in (default auto)"},
+  line.addText({"--backend", "auto|cpu|cuda", "backend of the mapper"},
                options.backend);
-  line.addWhole({"--threads", "N", "for all of it, 0 for all cores"}, options.threads, {0, 1024});
+  line.addWhole({"--threads", "N", "CPU threads (0: all cores)"}, options.threads, {0, 1024});
   line.addWhole({"--repeats", "N", "repetitions"}, options.repeats, {1, 1000});
   addLoadLimit(line, options.limit);
   line.parse(arguments);

@@ -101,8 +101,8 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   }
   if (result.map.refused_blocks > 0) {
     std::fprintf(stderr,
-                 "reconstruct: warning: the map is full and lacks what came later (%llu blocks "
-                 "refused); raise map/max_memory_mb or map/voxel_size_m\n",
+                 "reconstruct: warning: the map is full (%llu blocks refused), so parts are "
+                 "missing; raise map/max_memory_mb or map/voxel_size_m\n",
                  static_cast<unsigned long long>(result.map.refused_blocks));
   }
 }
@@ -112,9 +112,9 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
   const int min_support = params.mesh.min_support;
   if (!result.mesh.triangles.empty() || result.map.voxel_arrays == 0 || min_support < 2) return;
   throw std::runtime_error(
-      "the mesh is empty: " + std::to_string(result.frames) + " frames were fused, but no place "
-      "has the support of " + std::to_string(min_support) + " of them, as mesh/min_support asks; "
-      "with --set mesh/min_support=1 a single frame is enough");
+      "the mesh is empty: " + std::to_string(result.frames) +
+      " frames were fused, but no surface was seen by " + std::to_string(min_support) +
+      " of them, as mesh/min_support requires; --set mesh/min_support=1 accepts a single frame");
 }
 
 void run(ReconstructOptions options) {

@@ -16,8 +16,8 @@ std::string parseMeshPath(const std::string& path) {
 
 void addInputOptions(CommandLine& line, ReconstructOptions& options) {
   RecordingOptions& recording = options.recording;
-  line.addText({"INPUT", "", "a recording: a folder as it is downloaded, or a ROS bag with depth "
-                "images, camera_info and TF"}, recording.path);
+  line.addText({"INPUT", "", "a recording: a folder in one of the known formats, or a ROS bag with "
+                             "depth images, camera_info and TF"}, recording.path);
   addFormatOption(line, options);
   addTumOption(line, options);
   line.add({"--bag", "FILE", "a ROS bag: the same as INPUT with --format bag"},
@@ -30,12 +30,12 @@ void addInputOptions(CommandLine& line, ReconstructOptions& options) {
 }
 
 void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
-  line.add({"--mesh-every", "N", "extract the mesh each N frames as well; the result is the same"},
+  line.add({"--mesh-every", "N", "also extract the mesh every N frames; the result is the same"},
            [&](const std::string& value) {
              options.mesh_every = static_cast<size_t>(readWhole(value, {1, kUnbounded}));
            });
   line.add({"--mesh", "OUT",
-            "the mesh: .ply or .glb (normals, colours), .obj or .stl; missing folders are made"},
+            "mesh to write: .ply or .glb (normals, colours), .obj or .stl; folders are created"},
            [&](const std::string& value) { options.mesh_path = parseMeshPath(value); });
   addSimplifyOption(line, options.simplify_error_m);
 }
@@ -51,9 +51,9 @@ std::string parseMapPath(const std::string& path) {
 
 void addMapOptions(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--load-map", "IN.dtsdf",
-                "a map to resume from; its settings hold where none are given"},
+                "map to resume from; voxel size and mode come from it"},
                options.load_map_path);
-  line.add({"--save-map", "OUT.dtsdf", "the map, to resume from; --mesh may be left out then"},
+  line.add({"--save-map", "OUT.dtsdf", "map to write; --mesh may be left out then"},
            [&](const std::string& value) { options.save_map_path = parseMapPath(value); });
 }
 
@@ -62,8 +62,8 @@ void addMapOptions(CommandLine& line, ReconstructOptions& options) {
 ReconstructOptions parseReconstructOptions(const std::vector<std::string>& arguments) {
   ReconstructOptions options;
   CommandLine line("reconstruct", "INPUT [options] --mesh OUT.ply",
-                   "Fuses every depth image of a recording, without loss and with the same result "
-                   "each time, and saves the mesh, the map or both.",
+                   "Fuses every depth image of a recording and saves the mesh, the map or both. No "
+                   "image is dropped, and the result is the same each time.",
                    "Exit code: 0 all is saved, 1 an error, 2 a wrong command line.");
   line.beginGroup("Input");
   addInputOptions(line, options);

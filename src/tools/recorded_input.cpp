@@ -29,7 +29,7 @@ BagOptions bagOptions(const InputOptions& options, const NodeParams& node) {
   }
   bag.mask_topic = options.mask_topic;
   if (node.input.mask && bag.mask_topic.empty()) {
-    throw UsageError("the settings ask for masks (input/mask); --mask-topic names the bag's");
+    throw UsageError("input/mask requires masks; give the bag's topic by --mask-topic");
   }
   bag.intrinsics = options.recording.intrinsics;
   bag.poses_path = options.recording.poses_path;
@@ -114,7 +114,7 @@ std::unique_ptr<ColourSource> openColours(const InputOptions& options, const Nod
                                               ? openColoursOfBag(options, node)
                                               : openRecordingColours(recording);
   if (colours == nullptr && node.colour.enabled == ColourUse::kAlways) {
-    throw std::runtime_error("colour/enabled is always, but '" + recording.path +
+    throw std::runtime_error("colour/enabled is 'always', but '" + recording.path +
                              "' has no colour images where the format " + recording.format +
                              " has them");
   }

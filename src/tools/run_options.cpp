@@ -11,7 +11,7 @@ namespace {
 
 std::string parseBackend(const std::string& text) {
   if (text != "auto" && text != "cpu" && text != "cuda") {
-    throw UsageError("'" + text + "' is none of auto, cpu and cuda");
+    throw UsageError("'" + text + "' is not auto, cpu or cuda");
   }
   return text;
 }
@@ -60,8 +60,8 @@ FrameSelection parseFrameSelection(const std::string& text) {
 
 void addTumOption(CommandLine& line, RunOptions& options) {
   line.add({"--tum", "DIR",
-            "TUM RGB-D folder: depth.txt, groundtruth.txt (camera to world) and camera_info.yaml, "
-            "which the benchmark's own recordings do without"},
+            "TUM RGB-D folder: depth.txt, groundtruth.txt (camera to world) and camera_info.yaml "
+            "(optional for the benchmark's own recordings)"},
            [&](const std::string& value) {
              options.recording.path = value;
              options.recording.format = "tum";
@@ -70,21 +70,21 @@ void addTumOption(CommandLine& line, RunOptions& options) {
 
 void addFolderOptions(CommandLine& line, RunOptions& options) {
   line.add({"--depth-scale", "UNITS",
-            "units per metre of a folder's 16-bit images (default: as its format has it; tum and "
-            "icl 5000, 7scenes and scannet 1000, replica as in cam_params.json)"},
+            "units per metre of a folder's 16-bit images (default: tum and icl 5000, 7scenes and "
+            "scannet 1000, replica as in cam_params.json)"},
            [&](const std::string& value) {
              options.recording.units_per_metre = readNumber(value, {kAboveZero, kUnbounded});
            });
   line.addNumber({"--pose-tolerance", "SECONDS",
-                  "where poses have stamps, a frame is skipped if no pose is within this time of "
-                  "it; between two poses it gets an interpolated one"},
+                  "largest time between an image and the nearest pose; images without one are "
+                  "skipped, others get an interpolated pose"},
                  options.recording.pose_tolerance_s, {kAboveZero, kUnbounded});
 }
 
 void addFrameOptions(CommandLine& line, RunOptions& options) {
   line.add({"--frames", "FIRST:LAST:STEP",
-            "depth images to use, by index from 0 on: FIRST, FIRST+STEP, ... up to and with LAST; "
-            "parts may be left out, as in 100:, :99 or ::2"},
+            "depth images to use, counted from 0, LAST included; parts may be left out: 100:, :99, "
+            "::2"},
            [&](const std::string& value) {
              options.recording.selection = parseFrameSelection(value);
            });
@@ -95,18 +95,17 @@ void addMapperOptions(CommandLine& line, RunOptions& options) {
                 "settings as in config/default.yaml (default: the built-in defaults)"},
                options.config_path);
   line.addList({"--set", "KEY=VALUE ...",
-                "single settings, over those of the file; may be repeated. Keys that start with "
-                "rules/ are for experiments: they change numbers that belong to the method, here "
-                "and in the file"},
+                "single settings, which override those of the file; may be repeated. Keys that "
+                "start with rules/ change numbers of the method, for experiments"},
                [&](const std::string& value) { options.settings.push_back(parseSetting(value)); });
   line.addTextRequest("--list-settings",
-                      "show every setting with its default, its unit and what it may be, and end",
+                      "print every setting with its default, unit and range",
                       [] { return listSettings(); });
-  line.addTextRequest("--list-rules", "show the keys under rules/ with their defaults and end",
+  line.addTextRequest("--list-rules", "print the keys under rules/ with their defaults and ranges",
                       [] { return listRules(); });
-  line.add({"--backend", "auto|cpu|cuda", "where to compute, over the setting `backend`"},
+  line.add({"--backend", "auto|cpu|cuda", "where to compute; overrides the setting `backend`"},
            [&](const std::string& value) { options.backend = parseBackend(value); });
-  line.add({"--threads", "N", "CPU threads (0: all cores), over the setting `threads`"},
+  line.add({"--threads", "N", "CPU threads (0: all cores); overrides the setting `threads`"},
            [&](const std::string& value) {
              options.threads = static_cast<int>(readWhole(value, {0, 1024}));
            });

@@ -18,8 +18,8 @@ constexpr double kLargestError_m = 1e6;
 
 void addSimplifyOption(CommandLine& line, double& error_m) {
   line.addNumber({"--simplify-error", "METRES",
-                  "save fewer triangles, no farther than that from the mesh, and print how far "
-                  "they are; 0: all triangles"},
+                  "save fewer triangles, at most this far from the mesh, and print the largest "
+                  "distance; 0: all triangles"},
                  error_m, {0.0, kLargestError_m});
 }
 
@@ -33,7 +33,7 @@ void simplify(Mesh& mesh, double error_m) {
       return true;
     });
     mesh = std::move(simplified.mesh);
-    std::printf("simplified from %zu to %zu triangles, at most %.6f m off\n", triangles,
+    std::printf("simplified from %zu to %zu triangles, at most %.6f m from the mesh\n", triangles,
                 mesh.triangles.size(), simplified.error_m);
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("--simplify-error: ") + error.what());

@@ -400,7 +400,7 @@ TEST_F(InertialBag, SaysWhatIsMissing) {
 TEST_F(InertialBag, IsNoneWithoutRest) {
   writeImu("/imu", 0, 400, 3.0);
   writeTransform();
-  EXPECT_TRUE(errorHas("at no time still"));
+  EXPECT_TRUE(errorHas("never still"));
 }
 
 TEST_F(InertialBag, IsNoneWithoutTransform) {
@@ -412,11 +412,11 @@ TEST_F(InertialBag, OfSeveralOneHasToBeNamed) {
   writeImu("/accel", 0, 400, 0.0);
   writeImu("/gyro", 0, 400, 0.0);
   writeTransform();
-  EXPECT_TRUE(errorHas("/accel /gyro; choose one by --imu-topic"));
+  EXPECT_TRUE(errorHas("/accel /gyro; choose one with --imu-topic"));
   options_.imu_topic = "/accel";
   EXPECT_EQ(error(), "");
   options_.poses_path = "slam.tum";
-  EXPECT_TRUE(errorHas("in place of --poses"));
+  EXPECT_TRUE(errorHas("leave --poses out"));
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST(ChunkMessage, IsRefusedWhereItDoesNotHoldTogether) {
   expectRefused("numbers of vertices", [](MeshBlock& block) { block.positions.push_back(1); });
   expectRefused("numbers of vertices", [](MeshBlock& block) { block.normals.pop_back(); });
   expectRefused("numbers of vertices", [](MeshBlock& block) { block.colours.pop_back(); });
-  expectRefused("three vertices", [](MeshBlock& block) { block.triangles.push_back(0); });
+  expectRefused("not a multiple of 3", [](MeshBlock& block) { block.triangles.push_back(0); });
   expectRefused("vertex 3 of 3", [](MeshBlock& block) { block.triangles[1] = 3; });
   expectRefused("both widths", [](MeshBlock& block) { block.triangles32 = {0, 1, 2}; });
   expectRefused("vertex 4000000000 of 3", [](MeshBlock& block) {

@@ -376,8 +376,8 @@ TEST_F(Input, SilenceIsWarnedOfThenAnErrorThenOver) {
   expectGoodFrameFused();
   const auto level = [&] { return status_.status().level; };
   const auto isSilent = [&] {
-    return status_.status().message.find("no depth image comes on '/camera/depth/image_rect'") !=
-           std::string::npos;
+    return status_.status().message.find(
+               "no depth image is received on '/camera/depth/image_rect'") != std::string::npos;
   };
   EXPECT_TRUE(waitUntil([&] {
     return level() == dtsdf_mapping::MapStatus::WARN && isSilent();

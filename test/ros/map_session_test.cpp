@@ -233,7 +233,8 @@ TEST_F(MapSessionTest, AMeshThatWasLostIsThatOfBeforeUntilTheMapIsCleared) {
   pushFrame(5);
   work();
   mapper_->fails_to_mesh = true;
-  EXPECT_NE(session_.bringMeshUpToDate().find("extracted last: out of memory"), std::string::npos);
+  EXPECT_NE(session_.bringMeshUpToDate().find("last extracted mesh: out of memory"),
+            std::string::npos);
   EXPECT_EQ(session_.report().failure, "out of memory");
   mapper_->fails_to_mesh = false;
   EXPECT_NE(session_.bringMeshUpToDate(), "") << "what was lost would be a hole";

@@ -45,7 +45,7 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
   EXPECT_TRUE(says(makeStatus(input), "encoding 'bgr8'"));
 
   depth.frames.fused = 1;
-  EXPECT_TRUE(says(makeStatus(input), "nobody listens"));
+  EXPECT_TRUE(says(makeStatus(input), "nobody subscribes"));
   input.mesh_listeners = 1;
   EXPECT_TRUE(says(makeStatus(input), "no triangles yet"));
   input.output.triangles = 1;
@@ -63,15 +63,15 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   depth.frames.dropped[static_cast<size_t>(DropReason::kPoseJump)] = 3;
   depth.frames.last_drop = "the reason";
   EXPECT_TRUE(says(makeStatus(input, before), "most frames are dropped: the reason"));
-  depth.warning = "no optical frame";
-  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "no optical frame"));
+  depth.warning = "not an optical frame";
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "not an optical frame"));
   depth.warning.clear();
   input.map.stats.refused_blocks = 7;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
                    "raise map/max_memory_mb or set map/keep_radius_m"));
   input.map.stats.refused_blocks = 0;
   input.map.stats.refused_cubes = 3;
-  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "what is free"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "memory for free space"));
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
                    "raise map/max_memory_mb or space/cell_voxels"));
   EXPECT_EQ(makeStatus(input).refused_cubes, 3u);
@@ -103,8 +103,8 @@ TEST(StatusReport, ReportsDropsThoughMostFramesAreFused) {
   EXPECT_EQ(statusAfter(300, DropReason::kQueueFull, 3).message, "mapping");
   MapStatus status = statusAfter(237, DropReason::kQueueFull, 63);
   EXPECT_EQ(status.level, MapStatus::WARN);
-  EXPECT_TRUE(says(status, "% of the depth images were dropped lately, most as queue_full: take "
-                           "coarser voxels"))
+  EXPECT_TRUE(says(status, "% of the depth images were dropped lately, most as queue_full: use "
+                           "larger voxels"))
       << status.message;
   EXPECT_EQ(statusAfter(300, DropReason::kPaused, 1000).level, MapStatus::WARN) << "still lately";
   statusAfter(300, DropReason::kPaused, 0);
@@ -151,15 +151,14 @@ TEST(StatusReport, SaysWhatHasFallenSilentAndForHowLong) {
   input.transforms.age_s = 0.2;
   MapStatus status = makeStatus(input);
   EXPECT_EQ(status.level, MapStatus::WARN);
-  EXPECT_TRUE(says(status, "no depth image comes on '/camera/depth/image_rect'; the last image "
-                           "came 7 s ago, the last transform 0 s ago, the last frame was "
-                           "fused 7 s ago"))
+  EXPECT_TRUE(says(status, "no depth image is received on '/camera/depth/image_rect'; last image "
+                           "7 s ago, last transform 0 s ago, last fused frame 7 s ago"))
       << status.message;
   depth.image_publishers = 0;
   depth.frames.image_age_s = depth.frames.fused_age_s = 16.0;
   status = makeStatus(input);
   EXPECT_EQ(status.level, MapStatus::ERROR);
-  EXPECT_TRUE(says(status, "no publisher any more")) << status.message;
+  EXPECT_TRUE(says(status, "its publisher is gone")) << status.message;
 
   depth.frames.image_age_s = 0.1;
   depth.frames.last_drop = "dropped (no_transform)";
@@ -191,7 +190,7 @@ TEST(StatusReport, AFullMapHidesNothingThatIsWrongNow) {
     depth.frames.image_age_s = depth.frames.fused_age_s = 16.0;
     const MapStatus silent = makeStatus(input, makeStatus(input));
     EXPECT_EQ(silent.level, MapStatus::ERROR);
-    EXPECT_TRUE(says(silent, "no depth image comes")) << silent.message;
+    EXPECT_TRUE(says(silent, "no depth image is received")) << silent.message;
   }
 }
 

@@ -24,11 +24,11 @@ class ColourSource {
  public:
   virtual ~ColourSource() = default;
 
-  /// The next image that has a pose, or nothing at the end; others are passed over and counted.
+  /// The next image that has a pose, or nothing at the end; others are skipped and counted.
   /// @throws std::runtime_error if the recording is broken: file, place and what to do.
   virtual std::optional<SourceColour> next() = 0;
 
-  /// Images passed over so far, by reason.
+  /// Images skipped so far, by reason.
   virtual const std::map<std::string, size_t>& skipped() const = 0;
 };
 

@@ -60,11 +60,11 @@ class FrameSource {
   virtual std::optional<size_t> posed() const { return std::nullopt; }
 
   /// The next frame that has a pose, or nothing at the end. A frame that cannot be used (no pose,
-  /// wrong encoding) is passed over and counted.
+  /// wrong encoding) is skipped and counted.
   /// @throws std::runtime_error if the recording is broken: file, place and what to do.
   virtual std::optional<SourceFrame> next() = 0;
 
-  /// Frames passed over so far, by reason ("no pose within 20 ms").
+  /// Frames skipped so far, by reason ("no pose within 20 ms").
   virtual const std::map<std::string, size_t>& skipped() const = 0;
 };
 

@@ -71,8 +71,8 @@ struct MapInfo {
   std::vector<MapFilePart> parts;  ///< In the order of the file.
 };
 
-/// Reads what a file tells of its map, without the map itself: voxels and colours are not read, so
-/// that damage to them goes unseen.
+/// Reads what a file says about its map, but not voxels and colours, so damage to them goes
+/// unnoticed.
 /// @throws std::runtime_error as loadMap() does.
 MapInfo readMapInfo(const std::string& path);
 

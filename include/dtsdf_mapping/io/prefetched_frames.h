@@ -9,7 +9,7 @@ namespace dtsdf {
 
 /// The same frames in the same order, with up to `capacity` (at least 1) of them waiting decoded.
 /// An error of the inner source is thrown by next() in its turn, after the frames before it.
-/// skipped() counts what was passed over before the frame handed out last.
+/// skipped() counts what was skipped before the frame handed out last.
 std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source, size_t capacity);
 
 }  // namespace dtsdf

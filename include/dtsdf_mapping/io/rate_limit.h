@@ -7,7 +7,7 @@ namespace dtsdf {
 
 /// Says of each stamp whether its image is taken, so that on the average of a regular stream no
 /// more than so many per second are. One that is early by less than a tenth of the interval counts
-/// as in time. Stamps that go back begin anew.
+/// as in time. Stamps that go back start again.
 class RateLimit {
  public:
   /// 0: all are taken.

@@ -39,7 +39,7 @@ std::string guessRecordingFormat(const std::string& path);
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options);
 
 /// The colour images of the same folder, whatever depth images are selected; null if
-/// it has none. They have a camera of their own where the layout tells it, or else the depth
+/// it has none. They have a camera of their own if the layout has one, or else the depth
 /// camera's, and the poses of their own stamps or numbers.
 /// @throws std::runtime_error as openRecording().
 std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& options);

@@ -23,7 +23,7 @@ struct FusionParams {
   int normal_radius_px = 5;    ///< Largest half width of the window of a normal, in pixels.
   float depth_jump = 0.03f;    ///< Neighbours whose depths differ by a larger share are apart.
   float max_weight = 64.0f;    ///< Cap of a voxel's weight; a frame adds 1 at most.
-  bool clearing = true;        ///< Whether what is looked through goes away.
+  bool clearing = true;        ///< Whether surfaces that images see through go.
 };
 
 /// Visits each member with its key and its rule.

@@ -9,7 +9,7 @@ namespace dtsdf {
 struct SpaceParams {
   bool enabled = false;          ///< Off: costs nothing.
   int cell_voxels = 4;           ///< Edge of a cell, in voxels: 1, 2, 4 or 8.
-  float max_range_m = 5.0f;      ///< Depth up to which an image tells what is free.
+  float max_range_m = 5.0f;      ///< Depth up to which an image marks cells as free.
   float max_distance_m = 2.0f;   ///< Farther from all surfaces, distances are this.
 };
 

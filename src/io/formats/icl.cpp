@@ -58,14 +58,13 @@ std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<Stamp
   }
   if (paths.size() != 1) {
     throw std::runtime_error("'" + folder.string() + "' has " + std::to_string(paths.size()) +
-                             " files *.gt.freiburg, of which ICL-NUIM has one, with the poses; "
-                             "--poses FILE says which to take");
+                             " files *.gt.freiburg; select the poses with --poses FILE");
   }
   const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM has its poses there");
   std::vector<ImagePose> poses;
   for (const StampedImage& image : images) {
     const auto T_W_C = trajectory.poseAt(image.stamp_s, 0.0);
-    poses.push_back({T_W_C, "no pose of its number"});
+    poses.push_back({T_W_C, "no pose with its number"});
   }
   return poses;
 }

@@ -35,7 +35,7 @@ std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<Stamp
 CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& images) {
   const std::string path = (folder / "intrinsic" / "intrinsic_depth.txt").string();
   const Eigen::MatrixXd matrix =
-      readMatrixFile(path, 4, 4, "export it, too, or give --intrinsics fx,fy,cx,cy");
+      readMatrixFile(path, 4, 4, "export it too, or give --intrinsics fx,fy,cx,cy");
   return cameraOfMatrix(matrix, readDepthPngSize(images.front().path), path);
 }
 

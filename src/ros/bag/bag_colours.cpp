@@ -64,7 +64,8 @@ class BagColours : public ColourSource {
       }
       return std::nullopt;
     } catch (const rosbag::BagException& error) {
-      throw std::runtime_error("cannot read the bag '" + options_.path + "' on: " + error.what() +
+      throw std::runtime_error("cannot read the bag '" + options_.path + "' any further: " +
+                               error.what() +
                                "; try rosbag reindex, or rosbag fix");
     }
   }
@@ -108,8 +109,8 @@ class BagColours : public ColourSource {
     std::string list;
     for (const std::string& topic : topics) list += " " + topic;
     if (!list.empty()) {
-      ROS_WARN_STREAM_NAMED("dtsdf_mapping", "several topics with colour images, none of which is "
-                                             "taken:" << list << "; choose one by --color-topic");
+      ROS_WARN_STREAM_NAMED("dtsdf_mapping", "several topics with colour images, so none is "
+                                             "used:" << list << "; choose one by --color-topic");
     }
     return false;
   }

@@ -75,8 +75,8 @@ class BagFrames : public FrameSource {
       }
       return std::nullopt;
     } catch (const rosbag::BagException& error) {
-      throw std::runtime_error("cannot read the bag '" + options_.path + "' on: " + error.what() +
-                               "; try rosbag reindex, or rosbag fix");
+      throw std::runtime_error("cannot read the bag '" + options_.path + "' any further: " +
+                               error.what() + "; try rosbag reindex, or rosbag fix");
     }
   }
 

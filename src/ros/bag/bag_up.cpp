@@ -30,7 +30,7 @@ std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
                            (topics.empty() ? "no topic of type sensor_msgs/Imu; set map/level to "
                                              "floor or none"
                                            : "several topics of type sensor_msgs/Imu:" + list +
-                                                 "; choose one by --imu-topic"));
+                                                 "; choose one with --imu-topic"));
 }
 
 Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
@@ -51,7 +51,7 @@ Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
   throw std::runtime_error(
       "map/level is imu, but '" + printable(topic) + "' of '" + options.path + "' " +
       (was_still ? "has no transform to '" + printable(options.map_frame) + "' while it is still"
-                 : std::string("is at no time still for a second, at 9.8 m/s^2")) +
+                 : std::string("is never still, at 9.8 m/s^2, for a second")) +
       "; set map/level to floor or none");
 }
 
@@ -60,8 +60,8 @@ Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
 Eigen::Vector3d findUpInBag(const BagOptions& options) {
   if (!options.poses_path.empty()) {
     throw std::runtime_error(
-        "map/level is imu, which needs the bag's transforms in place of "
-        "--poses; set map/level to floor or none");
+        "map/level is imu, which needs the bag's transforms; leave --poses out, or set map/level "
+        "to floor or none");
   }
   try {
     rosbag::Bag bag;

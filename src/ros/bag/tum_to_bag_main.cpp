@@ -11,16 +11,15 @@ namespace {
 TumToBagOptions readOptions(const std::vector<std::string>& arguments) {
   TumToBagOptions options;
   CommandLine line("tum_to_bag", "DIR OUT.bag [options]",
-                   "Writes NAMESPACE/depth/image_rect and camera_info, "
+                   "Writes a bag with NAMESPACE/depth/image_rect and camera_info, "
                    "NAMESPACE/rgb/image_rect_color and camera_info (if the folder has colour "
-                   "images) and /tf from the map frame to the camera's optical frame.",
+                   "images), and /tf from the map frame to the camera's optical frame.",
                    kExitCodes);
   line.addText({"DIR", "", "the folder"}, options.folder);
   line.addText({"OUT.bag", "", "the bag"}, options.bag);
   line.addNumber({"--depth-scale", "UNITS", "units per metre of the folder's depth images"},
                  options.units_per_metre, {kAboveZero, kUnbounded});
-  line.addFlag("--millimetres",
-               "depth as 16UC1 in mm, rounded; without it 32FC1 in m, without loss",
+  line.addFlag("--millimetres", "depth as 16UC1 in mm, rounded (default: 32FC1 in m, lossless)",
                options.millimetres);
   line.addText({"--map-frame", "FRAME", "frame of the map"}, options.map_frame);
   line.addText({"--camera-frame", "FRAME", "the camera's optical frame"}, options.camera_frame);

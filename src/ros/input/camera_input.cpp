@@ -156,7 +156,7 @@ std::string CameraInput::waitingFor() const {
 void CameraInput::onIncomplete(const sensor_msgs::Image& image, DropReason reason) {
   std::string text = describeMissing(reason);
   if (reason == DropReason::kQueueFull) {
-    text = "the images that wait take more than input/queue_mb allows (" +
+    text = "waiting images exceed input/queue_mb (" +
            describeMissing(DropReason::kNoCameraInfo) + ")";
   }
   accounting_.dropped(reason, image.header.stamp, text);

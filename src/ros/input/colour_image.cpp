@@ -65,11 +65,12 @@ std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
   if (!isColourEncoding(image.encoding)) {
     return Rejection{DropReason::kBadEncoding,
                      "encoding '" + printable(image.encoding) +
-                         "'; colour has to be rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer "
-                         "or YUV 4:2:2"};
+                         "'; colour must be rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer or YUV "
+                         "4:2:2"};
   }
   if (isYuv(image.encoding) && image.width % 2 != 0) {
-    return Rejection{DropReason::kBadImage, "YUV 4:2:2 has pixels in pairs, but rows of " +
+    return Rejection{DropReason::kBadImage, "YUV 4:2:2 needs rows of an even number of pixels, "
+                                            "not " +
                                                 std::to_string(image.width)};
   }
   return checkImage(image, info, pixelBytes(image.encoding));

@@ -36,7 +36,7 @@ std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
   if (!format) {
     return Rejection{DropReason::kBadEncoding,
                      "encoding '" + printable(image.encoding) +
-                         "'; depth has to be 16UC1 or 32FC1"};
+                         "'; depth must be 16UC1 or 32FC1"};
   }
   return checkImage(image, info, format->bytes);
 }

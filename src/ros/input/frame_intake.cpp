@@ -80,7 +80,7 @@ bool FrameIntake::dropOldest() {
   if (!parts_.posed_frames.isNeeded(parts_.stream)) return true;
   while (const std::optional<PosedFrame> extra = parts_.posed_frames.takeExtraBefore(stamp)) {
     extra->accounting->dropped(DropReason::kQueueFull, extra->stamp,
-                               "images come faster than they can be used, and the depth image "
+                               "images arrive faster than they can be used, and the depth image "
                                "after it was dropped");
   }
   return true;
@@ -114,7 +114,7 @@ bool FrameIntake::handleTimeJump(const ros::Time& stamp) {
   }
   ROS_WARN_STREAM_NAMED("dtsdf_mapping", "the images' stamps went back from "
                                              << last << " to " << stamp
-                                             << ": waiting frames and transforms are forgotten, "
+                                             << ": waiting frames and transforms are discarded, "
                                                 "the map is kept (clear_map empties it)");
   parts_.on_time_jump();
   last_stamp_ = stamp;
@@ -198,8 +198,8 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   const ros::Time stamp = posed.stamp;
   if (parts_.posed_frames.push(parts_.stream, stamp, std::move(posed))) return;
   parts_.accounting.dropped(DropReason::kOutOfOrder, stamp,
-                            "a later frame of another camera has been fused; is this one's delay "
-                            "longer than input/merge_wait_s?");
+                            "a later frame of another camera has already been fused; raise "
+                            "input/merge_wait_s above this camera's delay");
 }
 
 void FrameIntake::checkOpticalFrame(const WaitingFrame& frame, const DepthFrame& depth) {
@@ -208,8 +208,8 @@ void FrameIntake::checkOpticalFrame(const WaitingFrame& frame, const DepthFrame&
   if (!optical_frame_check_.isBodyFrame()) return;
   const std::string text =
       "'" + printable(cameraFrame(*frame.image)) +
-      "' is no optical frame: surfaces stay in place only if its x axis looks forward, but z has "
-      "to; name the optical frame in the driver, or in input/camera_frame, and clear_map";
+      "' is not an optical frame: its x axis seems to point forward, but z must; set the optical "
+      "frame in the driver or in input/camera_frame, then call clear_map";
   ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);
   const std::lock_guard<std::mutex> lock(mutex_);
   warning_ = text;

@@ -125,7 +125,7 @@ std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t mo
   }
   if (image.data.size() <= most_bytes) return std::nullopt;
   std::ostringstream text;
-  text << "the image has " << image.data.size() << " bytes, and no more than " << most_bytes
+  text << "the image has " << image.data.size() << " bytes; at most " << most_bytes
        << " may wait (input/queue_mb)";
   return Rejection{DropReason::kTooLarge, text.str()};
 }

@@ -30,7 +30,7 @@ void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
 void ImageStream::onFrame(const FrameMessages& frame) {
   const ros::Time stamp = frame.image->header.stamp;
   if (!rate_limit_.takes(stamp.toSec())) {
-    return accounting_.dropped(DropReason::kOverRate, stamp, "more come than are wanted");
+    return accounting_.dropped(DropReason::kOverRate, stamp, "more than colour/max_rate_hz");
   }
   try {
     intake_.push(frame);

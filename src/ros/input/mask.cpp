@@ -24,7 +24,7 @@ std::optional<Rejection> checkMask(const sensor_msgs::Image& mask,
                                    const sensor_msgs::Image& depth) {
   if (mask.encoding != enc::MONO8 && mask.encoding != enc::TYPE_8UC1) {
     return Rejection{DropReason::kBadEncoding,
-                     "a mask of encoding '" + printable(mask.encoding) + "'; it has to be mono8"};
+                     "a mask of encoding '" + printable(mask.encoding) + "'; it must be mono8"};
   }
   if (mask.width != depth.width || mask.height != depth.height) {
     std::ostringstream text;

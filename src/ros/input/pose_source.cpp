@@ -54,10 +54,10 @@ PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_fra
 std::string PoseSource::describeFrames() const {
   constexpr size_t kShown = 10;
   const std::vector<std::string> frames = transforms_.frames(kShown + 1);
-  if (frames.empty()) return "no transform at all has come on /tf or /tf_static";
+  if (frames.empty()) return "no transform has been received on /tf or /tf_static";
   std::string text;
   for (size_t i = 0; i < std::min(frames.size(), kShown); ++i) {
-    text += (i == 0 ? "there are the frames '" : "', '") + printable(frames[i]);
+    text += (i == 0 ? "known frames: '" : "', '") + printable(frames[i]);
   }
   return text + (frames.size() > kShown ? "' and more" : "'");
 }

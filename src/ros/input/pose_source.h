@@ -32,7 +32,7 @@ class PoseSource {
 
   /// Of any frame, by whoever asks; 0: by the newest transform.
   PoseAnswer find(const std::string& frame, const ros::Time& stamp) const {
-    return find(frame, stamp, "what was asked for,");
+    return find(frame, stamp, "the request");
   }
 
   /// Forgets all transforms that are not static, after a jump of time.

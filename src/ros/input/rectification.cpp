@@ -163,7 +163,7 @@ std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
   if (choice_ == RectifyChoice::kNever) return "input/rectify is never";
   if (isKnownModel(info)) return "";
   return "distortion model '" + printable(info.distortion_model) + "' with " +
-         std::to_string(info.D.size()) + " coefficients cannot be undone";
+         std::to_string(info.D.size()) + " coefficients is not supported";
 }
 
 CameraImage Rectification::applyAndWarn(const CameraImage& raw) {
@@ -206,7 +206,8 @@ CameraImage Rectification::apply(const CameraImage& raw) {
   if (!isToBeUndone(*raw.info)) return raw;
   const std::string problem = obstacle(*raw.info);
   if (!problem.empty()) {
-    warning_ = "the images of '" + topic_ + "' are distorted, so the map will be bent: " + problem;
+    warning_ = "the images of '" + topic_ + "' are distorted and not rectified, so the map will be "
+                                            "bent: " + problem;
     return raw;
   }
   if (!rectified_info_ || !sameCamera(table_info_, *raw.info)) makeTable(raw);

@@ -48,7 +48,7 @@ std::optional<std::string> whyInvalid(const geometry_msgs::TransformStamped& tra
   if (child.size() > kLongestName || parent.size() > kLongestName) {
     return "the name of one of its frames has more than " + std::to_string(kLongestName) + " bytes";
   }
-  if (child == parent) return "it leads from a frame to itself";
+  if (child == parent) return "it maps a frame to itself";
   if (!isFinite(transform.transform)) return "it has numbers that are not finite";
   const auto& q = transform.transform.rotation;
   const double length = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
@@ -110,7 +110,7 @@ std::optional<std::string> TransformBuffer::whyNot(
     const geometry_msgs::TransformStamped& transform) const {
   const double stamp_s = transform.header.stamp.toSec();
   if (stamp_s >= kEndOfTime_s - options_.kept_s - 1.0) {
-    return "its stamp lies at the end of the time that ROS can represent";
+    return "its stamp is at the end of the time that ROS can represent";
   }
   const std::optional<double> present = present_s();
   if (!present || stamp_s - *present <= options_.max_ahead_s) return std::nullopt;
@@ -143,8 +143,9 @@ void TransformBuffer::followTime(const geometry_msgs::TransformStamped& transfor
                         "the transforms of '" << printable(transform.child_frame_id) << "' from "
                                               << printable(publisher) << " are "
                                               << inSeconds(behind_s)
-                                              << " older than its newest one, which was wrong, or "
-                                                 "time went back: all transforms are forgotten");
+                                              << " older than its newest one, so that one was "
+                                                 "wrong or time went back: all transforms are "
+                                                 "discarded");
   clearLocked();
   tracks_[stripLeadingSlash(transform.child_frame_id)].newest = stamp;
 }
@@ -219,9 +220,9 @@ void TransformBuffer::leaveOut(const std::string& child, const std::string& publ
   }
   if (++report_.not_kept > 1) return;
   ROS_WARN_STREAM_NAMED("dtsdf_mapping",
-                        "there are " << what << " on /tf: no more are kept but those that the pose "
-                                     << "of a camera needs, so not '" << printable(child) << "' of "
-                                     << printable(publisher));
+                        "there are " << what << " on /tf; only those that the pose "
+                                     << "of a camera needs are kept, not '" << printable(child)
+                                     << "' of " << printable(publisher));
 }
 
 double TransformBuffer::imagesTime_s() const {

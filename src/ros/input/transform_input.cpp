@@ -48,7 +48,7 @@ void TransformInput::put(const Event& event, bool is_static) {
     if (now < last) {
       ROS_WARN_STREAM_NAMED("dtsdf_mapping", "simulated time went back from "
                                                  << last << " to " << now
-                                                 << ": transforms are forgotten");
+                                                 << ": transforms are discarded");
       transforms_.clear();
     }
   }

@@ -24,9 +24,9 @@ void warnOfSize(const GridBox& window) {
       10.0, "dtsdf_mapping",
       "occupancy_grid would have " << window.width << " x " << window.height
                                    << " cells, more than " << GroundGrid::kMostColumns
-                                   << ", so it keeps the part that it had; take larger cells "
-                                      "(space/cell_voxels) or a map of what is near "
-                                      "(map/keep_radius_m), and look for frames with wrong poses");
+                                   << ", so it keeps its present part; use larger cells "
+                                      "(space/cell_voxels) or map/keep_radius_m, and look for "
+                                      "frames with wrong poses");
 }
 
 }  // namespace

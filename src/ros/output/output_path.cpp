@@ -68,8 +68,8 @@ std::string resolveOutputPath(const std::string& output_directory, const std::st
                              "'");
   }
   if (hasControlCharacter(file_name)) {
-    throw std::runtime_error("'" + printable(file_name) + "' has a control character in it; give "
-                             "a plain name such as 'name" + extensions.front() + "'");
+    throw std::runtime_error("'" + printable(file_name) + "' contains a control character; " +
+                             "give a plain name such as 'name" + extensions.front() + "'");
   }
   fs::path directory = resolved(expandHome(output_directory, "output_directory"),
                                 "set output_directory to another folder");

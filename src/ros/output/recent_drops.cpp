@@ -58,14 +58,14 @@ std::vector<DropShare> RecentDrops::update(const std::vector<CameraReport>& came
 const char* remedyFor(DropReason reason) {
   switch (reason) {
     case DropReason::kQueueFull:
-      return "take coarser voxels (map/voxel_size_m), a GPU, or fewer frames";
+      return "use larger voxels (map/voxel_size_m), a GPU, or fewer frames";
     case DropReason::kNoTransform:
-      return "raise input/tf_timeout_s, or look at what publishes the poses";
+      return "raise input/tf_timeout_s, or check what publishes the poses";
     case DropReason::kNoCameraInfo:
       return "publish camera_info with the image's stamp, or set input/camera_info: latest";
     case DropReason::kPoseJump:
     case DropReason::kBadPose:
-      return "look at the pose estimate, or raise input/max_speed_m_s";
+      return "check the pose estimate, or raise input/max_speed_m_s";
     case DropReason::kOutOfOrder:
       return "raise input/merge_wait_s";
     case DropReason::kTooLarge:

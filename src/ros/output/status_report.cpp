@@ -46,7 +46,8 @@ Verdict judgeInput(const StreamReport& depth, const std::vector<std::string>& ot
     return {MapStatus::WARN, "no depth image received on '" + depth.image_topic + "': " + why};
   }
   if (depth.frames.camera_infos == 0) {
-    return {MapStatus::WARN, "depth images come, but no camera_info on '" + depth.info_topic + "'"};
+    return {MapStatus::WARN,
+            "depth images are received, but no camera_info on '" + depth.info_topic + "'"};
   }
   return {MapStatus::OK, ""};
 }
@@ -82,14 +83,14 @@ Verdict judgeSilence(const StreamReport& depth, const StatusInput& in) {
   const double silent_s = std::max(no_image_s, silence(frames.fused_age_s, in));
   if (in.stale_s <= 0.0 || silent_s < in.stale_s) return {MapStatus::OK, ""};
   const std::string publisher =
-      depth.image_publishers == 0 ? " (it has no publisher any more)" : "";
+      depth.image_publishers == 0 ? " (its publisher is gone)" : "";
   const std::string what =
       no_image_s >= in.stale_s
-          ? "no depth image comes on '" + depth.image_topic + "'" + publisher
+          ? "no depth image is received on '" + depth.image_topic + "'" + publisher
           : "no frame is fused: " + frames.last_drop;
   return {silent_s < kErrorAfter * in.stale_s ? MapStatus::WARN : MapStatus::ERROR,
-          what + "; the last image came " + ago(frames.image_age_s) + ", the last transform " +
-              ago(in.transforms.age_s) + ", the last frame was fused " + ago(frames.fused_age_s)};
+          what + "; last image " + ago(frames.image_age_s) + ", last transform " +
+              ago(in.transforms.age_s) + ", last fused frame " + ago(frames.fused_age_s)};
 }
 
 /// Frames come in, but none has become part of the map.
@@ -130,11 +131,11 @@ Verdict judgeColour(const StreamReport& colour, bool is_needed) {
   if (colour.frames.images == 0) {
     if (!is_needed) return {MapStatus::OK, ""};
     return {MapStatus::WARN, "no colour image received on '" + colour.image_topic +
-                                 "', as colour/enabled: always asks for"};
+                                 "', which colour/enabled: always requires"};
   }
   if (colour.frames.camera_infos == 0) {
     return {MapStatus::WARN,
-            "colour images come, but no camera_info on '" + colour.info_topic + "'"};
+            "colour images are received, but no camera_info on '" + colour.info_topic + "'"};
   }
   if (colour.frames.droppedSum() == 0) return {MapStatus::OK, ""};
   return {MapStatus::WARN, "no colour image painted yet: " + colour.frames.last_drop};
@@ -177,8 +178,8 @@ Verdict judgeCameras(const StatusInput& in, const MapStatus& before) {
 std::string describeMesh(const StatusInput& in) {
   if (in.time_stands) return "mapping; /clock is not advancing";
   if (in.output.triangles > 0) return "mapping";
-  if (in.mesh_listeners == 0) return "mapping; no mesh yet, as nobody listens to it";
-  return "mapping; no triangles yet: no surface has been seen well enough";
+  if (in.mesh_listeners == 0) return "mapping; no mesh yet, because nobody subscribes to it";
+  return "mapping; no triangles yet: no surface has been seen by enough frames (mesh/min_support)";
 }
 
 bool hasFused(const StatusInput& in) {
@@ -192,15 +193,15 @@ Verdict judgeBudget(const MapStats& stats) {
   if (stats.refused_blocks > 0) {
     return {MapStatus::WARN,
             "the map is full: " + std::to_string(stats.refused_blocks) +
-                " blocks were refused; what is mapped stays usable; raise map/max_memory_mb or "
-                "set map/keep_radius_m"};
+                " blocks were refused; the map stays usable; raise map/max_memory_mb or set "
+                "map/keep_radius_m"};
   }
   if (stats.refused_cubes > 0) {
     return {MapStatus::WARN,
-            "there is no more memory for what is free, an eighth of map/max_memory_mb: " +
+            "the memory for free space (an eighth of map/max_memory_mb) is full: " +
                 std::to_string(stats.refused_cubes) +
-                " times it was left unknown; surfaces are mapped all the same; raise "
-                "map/max_memory_mb or space/cell_voxels"};
+                " times it was left unknown; surfaces are still mapped; raise map/max_memory_mb or "
+                "space/cell_voxels"};
   }
   return {MapStatus::OK, ""};
 }

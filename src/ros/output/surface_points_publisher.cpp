@@ -65,9 +65,9 @@ void SurfacePointsPublisher::publish(const Mesh& mesh, const ros::Time& stamp) {
   if (isFarFromOrigin(mesh)) {
     ROS_WARN_STREAM_ONCE_NAMED(
         "dtsdf_mapping",
-        topic_.report().topic << " has positions in floats, which are 0.5 mm apart 8 km from the "
+        topic_.report().topic << " has float positions, which are 0.5 mm apart 8 km from the "
                                  "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
-                                 "them in double");
+                                 "doubles");
   }
   Cloud cloud;
   cloud.header.frame_id = map_frame_;

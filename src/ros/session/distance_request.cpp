@@ -10,7 +10,7 @@ void checkPoints(const std::vector<geometry_msgs::Point>& points) {
   if (points.size() > kMostQueryPoints) {
     throw std::runtime_error(std::to_string(points.size()) + " points are more than the " +
                              std::to_string(kMostQueryPoints) +
-                             " that one call may have; ask for them in parts");
+                             " allowed per call; split the call");
   }
   for (size_t i = 0; i < points.size(); ++i) {
     const geometry_msgs::Point& p = points[i];

@@ -28,11 +28,11 @@ Levelling::Levelling(const MappingParams& params, const PoseSource& poses,
     : from_(params.node.level.from), poses_(poses), announce_(std::move(announce)) {
   if (from_ == LevelChoice::kNone && params.mapper.space.enabled) doubt_.emplace();
   if (from_ == LevelChoice::kFloor) {
-    problem_ = "the floor is looked for in " + std::to_string(FloorSearch::kViews) + " images";
+    problem_ = "looking for the floor in " + std::to_string(FloorSearch::kViews) + " images";
   } else if (from_ == LevelChoice::kImu) {
     problem_ =
-        "no message of the inertial sensor has come; remap the topic imu, or set map/level "
-        "to floor or none";
+        "no message of the inertial sensor received; remap the topic imu, or set map/level to "
+        "floor or none";
   }
 }
 
@@ -64,14 +64,13 @@ void Levelling::lookForFloor(const DepthFrame& frame) {
 void Levelling::add(const sensor_msgs::Imu& imu) {
   if (from_ != LevelChoice::kImu || isKnown()) return;
   const std::optional<InertialSample> sample = sampleOf(imu);
-  if (!sample) return noteProblem("messages on imu have no stamp, or no acceleration");
+  if (!sample) return noteProblem("messages on imu have no stamp or no acceleration");
   if (const auto up_I = gravity_.add(*sample); up_I && !measured_) {
     measured_ = MeasuredUp{*up_I, stripLeadingSlash(imu.header.frame_id), imu.header.stamp};
   }
   if (!measured_) {
     return noteProblem(
-        "the inertial sensor has not been still for a second, at 9.8 m/s^2; hold "
-        "it still");
+        "the inertial sensor has not been still, at 9.8 m/s^2, for a second; hold it still");
   }
   lookUpTransform();
   if (!measured_) return;
@@ -84,7 +83,7 @@ void Levelling::lookUpTransform() {
   const PoseAnswer answer = poses_.find(measured_->frame, measured_->stamp);
   if (answer.kind == PoseAnswer::Kind::kKnown)
     return set(levelPose(answer.T_W_C.linear() * measured_->up_I));
-  noteProblem("of the inertial sensor, " + answer.text);
+  noteProblem("inertial sensor: " + answer.text);
   if (answer.kind == PoseAnswer::Kind::kNever) measured_.reset();
 }
 

@@ -48,8 +48,8 @@ std::optional<Eigen::Vector3d> MapPoses::keepCenterAt(const ros::Time& stamp) co
     }
     if (!time.isZero()) continue;
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
-                                   "map/keep_radius_m is round the camera, as map/keep_frame is "
-                                   "not known: "
+                                   "map/keep_radius_m is centred on the camera, because "
+                                   "map/keep_frame is not known: "
                                        << answer.text);
   }
   return std::nullopt;

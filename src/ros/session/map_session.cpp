@@ -165,13 +165,14 @@ void MapSession::tellSpace() {
 
 std::vector<SpaceDistance> MapSession::distancesAt(const std::vector<Eigen::Vector3d>& points_W) {
   if (mapper_->space() == nullptr) {
-    throw std::runtime_error("the map keeps nothing of space; start the node with space/enabled");
+    throw std::runtime_error("the map does not record free space; start the node with "
+                             "space/enabled");
   }
   throwIfFailed();  // also where the mesh is whole: the last frame may be there in part
   bringMeshUpToDate();
   throwIfFailed();
   if (map_stamp_.isZero() && report_.loaded_map.empty()) {
-    throw std::runtime_error("nothing is mapped yet: no frame was fused since the start or "
+    throw std::runtime_error("nothing is mapped yet: no frame has been fused since the start or "
                              "clear_map");
   }
   try {
@@ -188,7 +189,7 @@ std::vector<SpaceDistance> MapSession::distancesAt(const std::vector<Eigen::Vect
 }
 
 std::string MapSession::outdatedMesh() const {
-  return "; the backend has failed, so this is the mesh as it was extracted last: " +
+  return "; the backend has failed, so this is the last extracted mesh: " +
          report_.failure;
 }
 
@@ -266,7 +267,7 @@ void MapSession::forgetFailure() {
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.loaded_map.clear();
   if (!hasFailed()) return;
-  ROS_INFO_NAMED("dtsdf_mapping", "the map is new after a failure; frames are fused again");
+  ROS_INFO_NAMED("dtsdf_mapping", "the map was restarted after a failure; frames are fused again");
   report_.failure.clear();
 }
 
@@ -282,12 +283,11 @@ void MapSession::updateReport() {
 void MapSession::throwIfFailed() const {
   if (!hasFailed()) return;
   throw std::runtime_error("the map's backend has failed (" + report_.failure +
-                           "); clear_map starts over");
+                           "); call clear_map to start over");
 }
 
 void MapSession::fail(const std::string& text) {
-  ROS_FATAL_STREAM_NAMED("dtsdf_mapping", "the map's backend failed, nothing is fused until "
-                                          "clear_map has emptied the map: "
+  ROS_FATAL_STREAM_NAMED("dtsdf_mapping", "the map's backend failed; call clear_map to start over: "
                                               << text);
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.failure = text;

@@ -46,7 +46,7 @@ SaveChoice readSaveChoice(const dtsdf_mapping::SaveMesh::Request& request,
   if (choice.region) choice.region->T_W_B = T_W_F * choice.region->T_W_B;
   choice.simplify_error_m = request.simplify_error_m;
   if (!(choice.simplify_error_m >= 0.0) || std::isinf(choice.simplify_error_m)) {
-    throw std::runtime_error("simplify_error_m has to be a number of metres, or 0");
+    throw std::runtime_error("simplify_error_m must be a number of metres, or 0");
   }
   return choice;
 }

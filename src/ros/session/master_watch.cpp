@@ -34,7 +34,7 @@ void MasterWatch::run() {
   while (!stop_.wait_for(lock, period, [this] { return stopping_; })) {
     lock.unlock();
     std::string problem;
-    guarded("watch of the master", [&] { problem = ask(); });
+    guarded("watching the master", [&] { problem = ask(); });
     lock.lock();
     if (!problem.empty() && problem_.empty()) ROS_ERROR_STREAM_NAMED("dtsdf_mapping", problem);
     if (problem.empty() && !problem_.empty()) {
@@ -51,12 +51,14 @@ std::string MasterWatch::ask() const {
   if (ros::master::execute("lookupService", request, response, payload, false)) return "";
   const std::string& uri = ros::master::getURI();
   if (!ros::master::check()) {
-    return "the ROS master at " + uri + " does not answer: topics that are connected go on, but "
-           "nobody finds this node; start the master again, and then this node";
+    return "the ROS master at " + uri + " does not answer: existing connections keep working, but "
+                                        "nobody can find this node; restart the master, then this "
+                                        "node";
   }
   return "the ROS master at " + uri + " does not know this node any more, so it was restarted: "
-         "topics that are connected go on, but no service and no new listener finds this node; "
-         "restart it, as all nodes of before have to be (the map starts anew)";
+                                      "existing connections keep working, but no service call and "
+                                      "no new listener can find this node; restart this node and "
+                                      "all others (the map starts empty)";
 }
 
 }  // namespace dtsdf

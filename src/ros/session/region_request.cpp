@@ -13,8 +13,8 @@ Eigen::Quaterniond readOrientation(const geometry_msgs::Quaternion& q) {
   if (length == 0.0) return Eigen::Quaterniond::Identity();
   constexpr double kTolerance = 1e-2;  // people type quaternions with few digits
   if (!(std::abs(length - 1.0) < kTolerance)) {
-    throw std::runtime_error("the box's orientation is no quaternion of length 1; leave it out for "
-                             "a box along the frame's axes");
+    throw std::runtime_error("the box's orientation is not a quaternion of length 1; leave it out "
+                             "for a box along the frame's axes");
   }
   return orientation.normalized();
 }
@@ -40,7 +40,7 @@ std::optional<BoxRegion> readBox(const dtsdf_mapping::Box& message) {
 Region readRegion(const dtsdf_mapping::Box& box_message, const dtsdf_mapping::Sphere& message) {
   const std::optional<BoxRegion> box = readBox(box_message);
   if (box && message.radius != 0.0) {
-    throw std::runtime_error("a box and a sphere are given; give one of them");
+    throw std::runtime_error("both a box and a sphere are given; give one of them");
   }
   if (box) return *box;
   if (message.radius == 0.0) {

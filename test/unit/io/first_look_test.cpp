@@ -88,9 +88,9 @@ TEST(FirstLook, TellsWhatWasPassedOver) {
   EXPECT_EQ(describe(lookAtImages({{1}, {1}}).look),
             "images of 1 x 1 (fx 525, fy 525, cx 319.5, cy 239.5); median depth 1 m, 100 % of the "
             "pixels measured");
-  EXPECT_NE(describe(lookAtImages({{1}, {1}}, 3).look).find("), 3 of the first 5 passed over;"),
+  EXPECT_NE(describe(lookAtImages({{1}, {1}}, 3).look).find("), 3 of the first 5 skipped;"),
             std::string::npos);
-  EXPECT_EQ(describe(lookAtImages({}).look), "no image that can be fused");
+  EXPECT_EQ(describe(lookAtImages({}).look), "no usable image");
 }
 
 TEST(FirstLook, NothingIsDoubtedOfAGoodRecording) {
@@ -116,7 +116,7 @@ TEST(FirstLook, DoubtsImagesWithoutMeasurements) {
   EXPECT_NE(doubts(lookAtImages({{0, 0}}).look).find("no measured pixel"), std::string::npos);
   std::vector<float> pixels(100, 0.0f);
   pixels[0] = 1.0f;
-  EXPECT_NE(doubts(lookAtImages({pixels}).look).find("hardly a pixel"), std::string::npos);
+  EXPECT_NE(doubts(lookAtImages({pixels}).look).find("hardly any pixel"), std::string::npos);
 }
 
 TEST(FirstLook, DoubtsPosesThatHardlyMatch) {

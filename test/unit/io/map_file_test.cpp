@@ -337,7 +337,7 @@ TEST_F(MapFile, SkipsUnknownPartsThatItMay) {
   section.header.flags = map_format::kRequired;
   required.sections.insert(required.sections.begin() + 2, section);
   const std::string error = errorOfBytes(required.bytes());
-  EXPECT_TRUE(contains(error, "XTRA") && contains(error, "use a newer one")) << error;
+  EXPECT_TRUE(contains(error, "XTRA") && contains(error, "use a newer program")) << error;
 }
 
 TEST_F(MapFile, WithColourOfANewerKindHasNone) {
@@ -389,10 +389,10 @@ TEST_F(MapFile, OfANewerFormatIsRefused) {
   TakenApart apart = takenApart();
   apart.head[8] = 2;
   const std::string error = errorOfBytes(apart.bytes());
-  EXPECT_TRUE(contains(error, "version 2") && contains(error, "use a newer one")) << error;
+  EXPECT_TRUE(contains(error, "version 2") && contains(error, "use a newer program")) << error;
   TakenApart newer = takenApart();
   newer.get("VOXL").header.version = 2;
-  EXPECT_TRUE(contains(errorOfBytes(newer.bytes()), "use a newer one"));
+  EXPECT_TRUE(contains(errorOfBytes(newer.bytes()), "use a newer program"));
 }
 
 /// Sizes that are not there take no memory: an allocation of 2^60 bytes would fail otherwise.

@@ -81,7 +81,7 @@ TEST_F(RecordedColoursTest, ACameraOfTheirOwn) {
   cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(9, 12, CV_8UC3, {1, 2, 3}));
   const auto source = openRecordingColours(options_);
   EXPECT_FALSE(source->next());
-  EXPECT_EQ(source->skipped().at("colour images: 12 x 9 pixels, where their camera has 8 x 6"), 2u);
+  EXPECT_EQ(source->skipped().at("colour images: 12 x 9 pixels, but their camera has 8 x 6"), 2u);
   writeBytes(folder_ / "colour_info.yaml",
              "image_width: 12\nimage_height: 9\n"
              "projection_matrix:\n  data: [20, 0, 6, 0, 0, 21, 4, 0, 0, 0, 1, 0]\n");

@@ -62,16 +62,16 @@ TEST(Rvl, TellsWhatIsWrong) {
   };
   RvlEncoder zeros, others, endless;
   zeros.writeNumber(5);
-  EXPECT_NE(errorFor(zeros).find("leaves the image"), std::string::npos);
+  EXPECT_NE(errorFor(zeros).find("exceeds the image"), std::string::npos);
   others.writeNumber(1);
   others.writeNumber(4);
-  EXPECT_NE(errorFor(others).find("leaves the image"), std::string::npos);
+  EXPECT_NE(errorFor(others).find("exceeds the image"), std::string::npos);
   for (int i = 0; i < 100; ++i) endless.writeNumber(0);  // nothing, again and again
-  EXPECT_NE(errorFor(endless).find("ends before"), std::string::npos);
+  EXPECT_NE(errorFor(endless).find("end before"), std::string::npos);
   EXPECT_NE(errorOf([&] { decode(std::vector<uint8_t>(16, 0xff), 4); }).find("32 bits"),
             std::string::npos);
-  EXPECT_NE(errorOf([&] { decode({}, 4); }).find("ends before"), std::string::npos);
-  EXPECT_NE(errorOf([&] { decode({0x10, 0x12, 0xa1}, 6); }).find("ends before"), std::string::npos);
+  EXPECT_NE(errorOf([&] { decode({}, 4); }).find("end before"), std::string::npos);
+  EXPECT_NE(errorOf([&] { decode({0x10, 0x12, 0xa1}, 6); }).find("end before"), std::string::npos);
 }
 
 }  // namespace

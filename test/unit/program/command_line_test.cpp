@@ -95,7 +95,7 @@ TEST(CommandLine, ListsTakeSeveralValuesAndMayBeRepeated) {
 TEST(CommandLine, NamesWhatIsWrong) {
   const std::pair<Arguments, std::string> cases[] = {
       {{}, "IN.ply"},
-      {{"a.ply", "b.ply"}, "'b.ply' belongs to no option"},
+      {{"a.ply", "b.ply"}, "'b.ply' is not expected here"},
       {{"a.ply", ""}, "''"},
       {{"--unknown"}, "unknown option --unknown"},  // before what is missing
       {{"a.ply", "-u"}, "unknown option -u"},

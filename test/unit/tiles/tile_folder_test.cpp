@@ -38,7 +38,7 @@ TEST(TileLock, IsHeldByOne) {
     const TileLock lock(plan, 3);
     EXPECT_EQ(stateOf(plan, 3, "").stage, TileStage::kRunning);
     const std::string error = errorOf([&] { const TileLock second(plan, 3); });
-    EXPECT_NE(error.find("worked on by another process"), std::string::npos) << error;
+    EXPECT_NE(error.find("being made by another process"), std::string::npos) << error;
   }
   EXPECT_EQ(stateOf(plan, 3, "").stage, TileStage::kWaiting);
   EXPECT_EQ(errorOf([&] { const TileLock again(plan, 3); }), "");
@@ -118,7 +118,7 @@ TEST(JoinedTables, TakeNoMoreThanTheyHold) {
   ++other.free_cubes;
   saveRecord(other, folder.path(), 2);
   const std::string error = errorOf([&] { joinTables(folder.path(), loaded); });
-  EXPECT_NE(error.find("tile 2 cannot be merged: its map file is not that of its record"),
+  EXPECT_NE(error.find("tile 2 cannot be merged: its map file does not match its record"),
             std::string::npos)
       << error;
 }

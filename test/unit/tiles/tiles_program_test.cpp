@@ -166,7 +166,7 @@ TEST_F(TilesProgram, NamesTilesThatAreNotThereOrDamaged) {
   plan("--tile-m 6");
   expectError(mergeArguments(), "tiles are not done (0: ");
   fuseAll();
-  EXPECT_NE(tiles("fuse " + folder() + " 1").out.find("tile 1 is done already"), std::string::npos);
+  EXPECT_NE(tiles("fuse " + folder() + " 1").out.find("tile 1 is already done"), std::string::npos);
   for (const std::string name : {"0001.dtsdf", "0001.mesh"}) {
     const std::string sound = readBytes(file(name));
     std::string damaged = sound;
@@ -186,7 +186,7 @@ TEST_F(TilesProgram, NamesTilesThatAreNotThereOrDamaged) {
   expectDone("fuse " + folder() + " 1");
   expectSameAsOneProcess();
   plan("--tile-m 5");
-  expectError(mergeArguments(), "it was made by another plan");
+  expectError(mergeArguments(), "it belongs to another plan");
 }
 
 TEST_F(TilesProgram, RefusesWhatWouldChangeTheResult) {
@@ -208,7 +208,7 @@ TEST_F(TilesProgram, RefusesWhatWouldChangeTheResult) {
             std::string::npos);
   expectError("fuse " + folder() + " 99", "there is no tile '99'");
   writeBytes(out_ / "plan/plan.json", "{}");
-  expectError("status " + folder(), "is no plan");
+  expectError("status " + folder(), "is not a plan");
 }
 
 TEST_F(TilesProgram, MakesTheFolderOfTheLogsOfSlurm) {
@@ -235,7 +235,7 @@ TEST_F(TilesProgram, TellsOfImagesThatHaveChanged) {
     std::filesystem::copy(copy / "depth/5.png", copy / ("depth/" + std::to_string(i) + ".png"),
                           std::filesystem::copy_options::overwrite_existing);
   }
-  expectError("fuse " + folder() + " 0", "is not the one that was planned with");
+  expectError("fuse " + folder() + " 0", "has changed since the plan was made");
 }
 
 /// Waves of colour, other ones at each place.

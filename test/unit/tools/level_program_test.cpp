@@ -155,7 +155,7 @@ TEST_F(LevelProgram, WarnsWhereSpaceIsKeptInAFrameThatIsNotLevel) {
   const auto warns = [&](const std::string& settings) {
     const Outcome outcome = reconstruct(input + " --set " + settings);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    return contains(outcome.err, "z of the map frame is hardly up");
+    return contains(outcome.err, "z of the map frame does not point up");
   };
   EXPECT_TRUE(warns("space/enabled=true"));
   EXPECT_FALSE(warns("space/enabled=false"));

@@ -54,8 +54,8 @@ class ReconstructProgram : public testing::Test {
 TEST_F(ReconstructProgram, TellsWhatLeavesTheMeshEmpty) {
   expectError("--tum " + tum_.path() + " --frames 0:5:5 --set backend=cpu --mesh " +
                   (out_ / "mesh.ply"),
-              1, "2 frames were fused, but no place has the support of 2 of them, as "
-              "mesh/min_support asks");
+              1, "2 frames were fused, but no surface was seen by 2 of them, as "
+              "mesh/min_support requires");
 }
 
 TEST_F(ReconstructProgram, SavesMeshAndReport) {
@@ -88,7 +88,7 @@ TEST_F(ReconstructProgram, GuessesWhatTheInputIs) {
                              "pose; median depth 0.6 m, 100 % of the pixels measured\n"), 0u)
       << outcome.out;
   EXPECT_TRUE(readBytes(out_ / "guessed.ply") == mesh);
-  expectError(out_.path() + to_mesh, 1, "no recording of a known layout");
+  expectError(out_.path() + to_mesh, 1, "is not a recording in a known format");
   expectError(tum_.path() + to_mesh + " --depth-topic /d", 2, "is read as tum");
 }
 
@@ -147,7 +147,7 @@ TEST_F(ReconstructProgram, MapToolTellsAndMeshesWhatWasSaved) {
   const Outcome info = run("info " + file + " --settings --verify", DTSDF_MAP_TOOL);
   EXPECT_EQ(info.exit_code, 0) << info.err;
   for (const char* text : {"0.03 m", "directional, normal_ray_casting", "'hall'", "content hash",
-                           "VOXL", "mesh/min_support: 1", "every checksum fits"}) {
+                           "VOXL", "mesh/min_support: 1", "all checksums match"}) {
     EXPECT_NE(info.out.find(text), std::string::npos) << text << " is not in\n" << info.out;
   }
   const std::string arguments = "mesh " + file + " " + (out_ / "tool.ply") + " --set backend=cpu";

@@ -83,8 +83,10 @@ TEST_F(TumArchive, CameraInfoIsTakenWhereThereIsOne) {
 TEST_F(TumArchive, TellsThatClocksDiffer) {
   writeBytes(folder_ / "groundtruth.txt", "0.5 0 0 0 0 0 0 1\n9.5 0 0 0 0 0 0 1\n");
   const std::string error = readingErrorOf(options_);
-  EXPECT_NE(error.find("images are of 1305031102.160 to 1305031102.160 s, poses of 0.500 to 9.500"),
-            std::string::npos) << error;
+  EXPECT_NE(error.find("image stamps are 1305031102.160 to 1305031102.160 s, "
+                       "pose stamps 0.500 to 9.500"),
+            std::string::npos)
+      << error;
   writeBytes(folder_ / "groundtruth.txt", "# nothing\n");
   EXPECT_NE(readingErrorOf(options_).find("empty"), std::string::npos);
 }

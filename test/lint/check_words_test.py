@@ -1,0 +1,44 @@
+#!/usr/bin/env python3
+"""check_words.py finds what readers stumble over, and nothing else."""
+import pathlib
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import check_words  # noqa: E402
+
+
+class CheckWords(unittest.TestCase):
+    def problems(self, name, text):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+            return list(check_words.problems(pathlib.Path(folder)))
+
+    def expect_one(self, part, name, text):
+        found = self.problems(name, text)
+        self.assertEqual(len(found), 1, found)
+        self.assertIn(part, found[0])
+
+    def test_accepts_plain_words(self):
+        self.assertEqual(self.problems("docs/ros.md", "There is no map. It is no longer used.\n"), [])
+        self.assertEqual(self.problems("src/a.cpp", "// this tells\nint told; f(\"reports\");\n"), [])
+
+    def test_reads_pages_over_the_end_of_a_line(self):
+        self.expect_one("docs/ros.md:2: 'tells'", "docs/ros.md", "# A\nwhat the node tells\n")
+        self.expect_one("docs/ros.md:1: 'has to be'", "docs/ros.md", "The map has to\nbe level.\n")
+        self.expect_one("write: is not a", "README.md", "A folder is no map file.\n")
+
+    def test_reads_literals_that_are_split(self):
+        self.expect_one("src/a.cpp:1: 'goes on'", "src/a.cpp", 'say("mapping goes "\n    "on");\n')
+        self.expect_one("srv/A.srv:1", "srv/A.srv", "bool known  # as it is told\n")
+
+    def test_leaves_the_method_and_measurements_alone(self):
+        self.assertEqual(self.problems("docs/results/x.md", "it tells\n"), [])
+        self.assertEqual(self.problems("docs/method.md", "it tells\n"), [])
+
+
+if __name__ == "__main__":
+    unittest.main()

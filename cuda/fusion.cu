@@ -156,7 +156,7 @@ constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kThreads;
 static_assert(kMostPerThread <= 32, "a bit for each voxel that a thread judges");
 
 constexpr uint32_t kCoveredBit = 1u << 15;
-static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "a bit is left for what is covered");
+static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "a bit is left");
 
 __device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
   return static_cast<uint16_t>(direction * kVoxelsPerBlock + voxel) |

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -165,10 +164,13 @@ FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m) {
   return frameViewOf(frame, voxel_size_m);
 }
 
+/// What claims to be farther is no measurement: space up to there is not free.
+constexpr float kFarthest_m = 1e5f;
+
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
   const float overflow = frame.encoding == DepthEncoding::kUint16
                              ? static_cast<float>(kNoDepth16)
-                             : std::numeric_limits<float>::infinity();
+                             : kFarthest_m / frame.unit_m;
   return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m, overflow};
 }
 

@@ -108,7 +108,9 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
       result.changed |= !was_empty;
       has_emptied |= !was_empty && isEmpty(voxel);
     }
-    if (has_emptied && std::all_of(array, array + kVoxelsPerBlock, isEmpty)) result.empty_directions |= 1u << d;
+    if (has_emptied && std::all_of(array, array + kVoxelsPerBlock, isEmpty)) {
+      result.empty_directions |= 1u << d;
+    }
   }
   return result;
 }

@@ -3,13 +3,14 @@
 /// A frame that covers enough of a voxel supports the surface there. One that looks through the
 /// place where the voxel says the surface is contradicts it (free_space.h). All others say nothing.
 ///
-/// Frames count before there is a surface as well: below zero the counter is evidence of free space.
-/// So a surface that some frames measured where others see through, since poses or outlines are
-/// off, is weighed against all of them, and not only against those that came after.
+/// Frames count before there is a surface as well: below zero the counter is evidence of free
+/// space. So a surface that some frames measured where others see through, since poses or outlines
+/// are off, is weighed against all of them, and not only against those that came after.
 ///
 /// The counter saturates at both ends: how near, and how long, a thing was seen does not matter to
-/// how fast it goes when it is gone, nor how long a place was free to how fast a thing appears. (As the inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the
-/// clamped log-odds of Hornung et al., "OctoMap", 2013, but in whole frames.)
+/// how fast it goes when it is gone, nor how long a place was free to how fast a thing appears. (As
+/// the inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the clamped log-odds of Hornung
+/// et al., "OctoMap", 2013, but in whole frames.)
 #pragma once
 
 #include "kernels/core/voxel.h"

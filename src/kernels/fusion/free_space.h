@@ -153,16 +153,16 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
   return voxel - sdf * gradientOf(slope, facing);
 }
 
-/// Whether a frame that looks through a voxel's place can change it. One that the frame covers has to
-/// know where its surface was measured.
+/// Whether a frame that looks through a voxel's place can change it. One that the frame covers has
+/// to know where its surface was measured.
 DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, const FusionRules& rules) {
   if (isEmpty(voxel)) return !is_covered && evidenceOf(voxel) > -rules.most_evidence;
   return !is_covered || voxel.anchor != kNoAnchor;
 }
 
 /// Where a frame has to look through to contradict a voxel, in voxels from the block's first one:
-/// its foot, which for an empty voxel is the voxel itself; or its anchor, where the frame covers the
-/// voxel: beside an outline the foot lies outside of the surface.
+/// its foot, which for an empty voxel is the voxel itself; or its anchor, where the frame covers
+/// the voxel: beside an outline the foot lies outside of the surface.
 struct JudgedPlace {
   Vec3f origin;
   float sdf;  ///< From there to the place, against the gradient.
@@ -179,8 +179,8 @@ DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_co
   return footOf(judged.origin, judged.sdf, slopeAt(voxels, index), facingOf(direction));
 }
 
-/// How far around a place, in pixels, a frame has to look through as well: one, as a pixel resolves no
-/// more; around an empty voxel as far as the cells reach that it is a corner of.
+/// How far around a place, in pixels, a frame has to look through as well: one, as a pixel resolves
+/// no more; around an empty voxel as far as the cells reach that it is a corner of.
 DTSDF_HD int lookSpread(const FrameView& frame, const Voxel& voxel, float depth_m) {
   if (!isEmpty(voxel)) return 1;
   const float cell_px = frame.voxel_size_m * frame.intrinsics.fx / depth_m;

@@ -14,12 +14,12 @@ namespace {
 /// Weight and evidence share one word, and neither spills into the other.
 TEST(Voxel, HoldsDistanceWeightAndEvidence) {
   for (const uint32_t units : {0u, 1u, 98304u, (1u << 24) - 1u}) {
-    for (const int32_t evidence : {0, 1, 24, 255}) {
+    for (const int32_t evidence : {-127, -1, 0, 1, 24, 127}) {
       const Voxel voxel = makeVoxel(-1.25f, units, evidence);
       EXPECT_EQ(sdfOf(voxel), -1.25f);
       EXPECT_EQ(weightUnits(voxel), units);
       EXPECT_EQ(evidenceOf(voxel), evidence);
-      EXPECT_EQ(isEmpty(voxel), units == 0 && evidence == 0);
+      EXPECT_EQ(isEmpty(voxel), units == 0);
     }
   }
   EXPECT_EQ(weightOf(makeVoxel(0.0f, 98304, 7)), 1.5f);

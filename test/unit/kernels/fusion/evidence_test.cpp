@@ -45,7 +45,8 @@ TEST(Evidence, ALookInTurnCountsForAllItsFrames) {
 /// Nothing is left of a voxel without evidence: neither distance nor weight mixes with what comes.
 TEST(Evidence, WithoutItTheVoxelIsEmpty) {
   for (const int32_t evidence : {0, 1, 2}) {
-    const Voxel voxel = contradictedVoxel(makeVoxel(-0.75f, 12345, evidence), 1, kUncovered, kRules);
+    const Voxel voxel =
+        contradictedVoxel(makeVoxel(-0.75f, 12345, evidence), 1, kUncovered, kRules);
     EXPECT_TRUE(isEmpty(voxel)) << evidence;
     EXPECT_EQ(sdfOf(voxel), 0.0f);
   }
@@ -65,7 +66,9 @@ TEST(Evidence, OfFreeSpaceIsCountedAndSaturates) {
   EXPECT_EQ(evidenceOf(voxel), -1);
   for (int frame = 0; frame < 11; ++frame) voxel = contradictedVoxel(voxel, 1, kUncovered, kRules);
   EXPECT_EQ(evidenceOf(voxel), -23);
-  for (int frame = 0; frame < 100; ++frame) voxel = contradictedVoxel(voxel, 4, kUncovered, kRules);
+  for (int frame = 0; frame < 100; ++frame) {
+    voxel = contradictedVoxel(voxel, 4, kUncovered, kRules);
+  }
   EXPECT_EQ(evidenceOf(voxel), -24);
 }
 
@@ -107,8 +110,9 @@ TEST(Evidence, WhatIsSeenThroughMoreOftenThanNotGoes) {
   EXPECT_LT(lastsFor(2), 100);
   int32_t evidence = 24;
   for (int frame = 0; frame < 300; ++frame) {
+    const Voxel voxel = makeVoxel(0.0f, 1, evidence);
     evidence = frame % 2 ? supportedEvidence(evidence, kRules)
-                         : evidenceOf(contradictedVoxel(makeVoxel(0.0f, 1, evidence), 1, kUncovered, kRules));
+                         : evidenceOf(contradictedVoxel(voxel, 1, kUncovered, kRules));
   }
   EXPECT_GT(evidence, 12);
 }

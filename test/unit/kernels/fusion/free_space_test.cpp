@@ -237,7 +237,8 @@ TEST(Foot, OfAnyDirection) {
     const Array array([&](const Vec3f& p) { return dot(n, p) - 2.25; });
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       if (std::abs(sdfOf(array.voxel[i])) > kFarthest) continue;
-      expectNear(placeOf(array.voxel, i, kAnyDirection, false), Array::at(i) - sdfOf(array.voxel[i]) * n);
+      expectNear(placeOf(array.voxel, i, kAnyDirection, false),
+                 Array::at(i) - sdfOf(array.voxel[i]) * n);
     }
   }
   Array lonely;
@@ -281,8 +282,8 @@ TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
   }
 }
 
-/// A voxel is 3 pixels wide at a third of a metre, and one beyond a metre: an empty one wants all of
-/// its cells seen through.
+/// A voxel is 3 pixels wide at a third of a metre, and one beyond a metre: an empty one wants all
+/// of its cells seen through.
 TEST_F(SeesThrough, AllCellsOfAnEmptyVoxel) {
   const auto seesOnlyBut = [&](const Vec3f& p_L, int u, int v) {
     free_.assign(81, 2.0f);
@@ -358,11 +359,11 @@ TEST(IsContradicted, KeepsAwayFromNoise) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.056), 0.005f), kWall), 512u);
 }
 
-/// Empty voxels are their own feet: those before 1.04 m, less a margin, are seen past. The block
+/// Empty voxels are their own feet: those before 1.04 m, less 10 mm, are seen past. The block
 /// begins at 0.96 m, and its fourth layer is at 1.02 m.
 TEST(IsContradicted, EmptyVoxelsWhereTheyAre) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 512u);
-  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 3u * 64u);
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 4u * 64u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.9)), Array()), 0u);
 }
 
@@ -370,14 +371,14 @@ TEST(IsContradicted, EmptyVoxelsWhereTheyAre) {
 TEST(IsContradicted, CoveredVoxelsByTheirAnchors) {
   Array wall = kWall;
   Voxel& voxel = wall(3, 3, 3);
-  voxel.anchor = packAnchor({0.0f, 0.0f, 1.5f}, 0.5f);  // at 52.5 voxels, 1.05 m
+  voxel.anchor = packAnchor({0.0f, 0.0f, 0.75f}, 0.5f);  // at 51.75 voxels, 1.035 m
   const auto isAt = [&](double wall_m, bool is_covered) {
     return isContradicted(FreeSpaceImage(plane(0, 0, 1, wall_m)).sensing(), {0, 0, 48}, wall.voxel,
                           voxelIndex(3, 3, 3), kZMinus, is_covered);
   };
-  EXPECT_TRUE(isAt(1.05, false));  // the foot is at 1.024 m
-  EXPECT_FALSE(isAt(1.05, true));
-  EXPECT_TRUE(isAt(1.08, true));
+  EXPECT_TRUE(isAt(1.04, false));  // the foot is at 1.024 m
+  EXPECT_FALSE(isAt(1.04, true));
+  EXPECT_TRUE(isAt(1.05, true));
 }
 
 /// What a frame cannot change it does not judge.

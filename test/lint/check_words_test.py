@@ -35,9 +35,11 @@ class CheckWords(unittest.TestCase):
         self.expect_one("src/a.cpp:1: 'goes on'", "src/a.cpp", 'say("mapping goes "\n    "on");\n')
         self.expect_one("srv/A.srv:1", "srv/A.srv", "bool known  # as it is told\n")
 
-    def test_leaves_the_method_and_measurements_alone(self):
+    def test_leaves_measurements_alone(self):
         self.assertEqual(self.problems("docs/results/x.md", "it tells\n"), [])
-        self.assertEqual(self.problems("docs/method.md", "it tells\n"), [])
+
+    def test_reads_the_method(self):
+        self.expect_one("docs/method.md:1: 'tells'", "docs/method.md", "it tells\n")
 
 
 if __name__ == "__main__":

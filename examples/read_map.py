@@ -44,7 +44,8 @@ def read_map(path):
     words = numpy.frombuffer(content["VOXL"], "<u8").reshape(-1, 8, 8, 8)  # array, z, y, x
     return {"settings": settings, "keys": blocks["key"], "array_of": numpy.array(directions),
             "distance_voxels": (words & 0xffff).astype(numpy.uint16).view(numpy.int16) / 2048.0,
-            "evidence": (words >> 32 & 0xff).astype(numpy.uint8), "weight": (words >> 40) / 65536.0,
+            "evidence": (words >> 32 & 0xff).astype(numpy.uint8).view(numpy.int8),
+            "weight": (words >> 40) / 65536.0,
             "free_cells": free_cells(content.get("FREE", bytes(8))),
             "colours": numpy.frombuffer(content.get("COLR", b""), "u1").reshape(-1, 4, 4, 4, 4)}
 

@@ -65,7 +65,7 @@ std::string inSeconds(double duration_s) {
 
 }  // namespace
 
-TransformBuffer::TransformBuffer(Options options, SteadyClock clock,
+TransformBuffer::TransformBuffer(const Options& options, SteadyClock clock,
                                  std::function<ros::Time()> now)
     : options_(options),
       clock_(std::move(clock)),

@@ -48,7 +48,8 @@ class TransformBuffer {
   };
 
   /// `now` is ROS's clock; 0 while it is not known.
-  explicit TransformBuffer(const Options& options, SteadyClock clock = std::chrono::steady_clock::now,
+  explicit TransformBuffer(const Options& options,
+                           SteadyClock clock = std::chrono::steady_clock::now,
                            std::function<ros::Time()> now = rosTime);
   TransformBuffer() : TransformBuffer(Options()) {}
 

@@ -522,7 +522,7 @@ TEST_F(MapFile, IsReadByTheExampleInPython) {
   for (size_t i = 0; i < map.voxels.size(); ++i) {
     Voxel voxel;
     std::memcpy(&voxel, &map.voxels[i], sizeof(voxel));
-    if (evidenceOf(voxel) == 0) continue;
+    if (evidenceOf(voxel) <= 0) continue;
     ++known;
     distances += sdfOf(voxel);
     weights += weightOf(voxel);

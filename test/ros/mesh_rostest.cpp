@@ -88,7 +88,7 @@ TEST_F(MeshTest, EmptyMeshIsNotSaved) {
 TEST_F(MeshTest, NothingIsMeshedWhileNobodyListens) {
   fuseFrames(3);
   EXPECT_TRUE(waitUntil([&] {
-    return status_.status().message.find("nobody listens") != std::string::npos;
+    return status_.status().message.find("nobody subscribes") != std::string::npos;
   })) << status_.status().message;
   EXPECT_EQ(status_.status().triangles, 0u);
   EXPECT_GT(status_.status().blocks, 0u);

@@ -39,7 +39,9 @@ class PlaceBatch {
  private:
   void gather(const Voxel* voxels, const JudgedVoxel& judged, int i) {
     const JudgedPlace place = judgedPlace(voxels[judged.index], judged.index, judged.is_covered);
-    const Vec3f slope = slopeAt(voxels, judged.index);
+    // Of no distance, as that of an empty voxel, the slope does not matter.
+    const Vec3f slope =
+        place.sdf == 0.0f ? Vec3f{0.0f, 0.0f, 0.0f} : slopeAt(voxels, judged.index);
     x_[i] = place.origin.x;
     y_[i] = place.origin.y;
     z_[i] = place.origin.z;

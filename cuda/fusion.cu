@@ -173,7 +173,7 @@ __device__ JudgedVoxel unpackJudged(uint16_t packed) {
   return {voxel / kVoxelsPerBlock, voxel % kVoxelsPerBlock, (packed & kCoveredBit) != 0};
 }
 
-/// They are few, and a warp takes as long for one of them as for 32: so they are listed first.
+/// A warp takes as long for one of them as for 32: so they are listed first.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
                            const BlockSupport& support, JudgedVoxels& list) {
   __syncthreads();  // of the block before

@@ -24,8 +24,9 @@ DTSDF_HD int32_t supportedEvidence(int32_t evidence, const FusionRules& rules) {
   return more < rules.most_evidence ? more : rules.most_evidence;
 }
 
-/// A voxel after so many frames that contradict it; one that covers it as well takes back its
-/// support. Without evidence of a surface no distance is left.
+/// A voxel after so many frames that contradict it. One that covers it as well costs a support
+/// more, whether it has given one or covers too little. Without evidence of a surface no distance
+/// is left.
 DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_covered,
                                  const FusionRules& rules) {
   const int32_t cost = frames * rules.contradiction_cost + (is_covered ? rules.support_gain : 0);

@@ -8,7 +8,8 @@
 /// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
 /// there, in all of the 3 x 3 pixels around that the image has: each was measured, or lies in a gap
 /// of a pixel, and is farther away. So a voxel beside or behind something thin is not held against
-/// it, and where nothing is measured nothing is contradicted.
+/// it, and where nothing is measured nothing is contradicted. A frame that covers the voxel looks
+/// at its anchor instead; a voxel that holds no distance is looked at where it is, with its cells.
 #pragma once
 
 #include "kernels/core/anchor.h"

@@ -95,6 +95,16 @@ struct MapContents {
   std::vector<MapFreeCube> free_cubes;  ///< What was seen free, by packed key, each once.
 };
 
+/// What a word of MapContents::voxels holds.
+struct VoxelValues {
+  float distance_voxels = 0.0f;  ///< Signed distance, in voxels; positive in front of the surface.
+  float weight = 0.0f;           ///< Of the average, in frames; 0: no distance is known.
+  int evidence = 0;  ///< Frames that supported a surface here, less those that contradicted it.
+};
+
+/// Decodes a word of MapContents::voxels.
+VoxelValues decodeVoxel(uint64_t word);
+
 /// Counts what contents hold. @throws std::runtime_error for blocks, as below.
 MapSize sizeOf(const MapContents& contents);
 

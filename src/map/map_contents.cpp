@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/core/direction.h"
+#include "kernels/core/voxel.h"
 #include "map/block_table.h"
 #include "map/memory_budget.h"
 #include "params/printable.h"
@@ -90,6 +91,12 @@ ParamTree treeOf(MapperParams params) {
 size_t MapSize::bytes() const {
   return blocks * BlockTable::kBlockBytes + voxel_arrays * BlockTable::kArrayBytes +
          bricks * BlockTable::kColourBytes + free_cubes * kFreeCubeBudgetBytes;
+}
+
+VoxelValues decodeVoxel(uint64_t word) {
+  const Voxel voxel{static_cast<int16_t>(word & 0xffffu), static_cast<uint16_t>(word >> 16 & 0xffffu),
+                    static_cast<uint32_t>(word >> 32)};
+  return {sdfOf(voxel), weightOf(voxel), evidenceOf(voxel)};
 }
 
 MapSize sizeOf(const MapContents& contents) {

@@ -1,0 +1,67 @@
+# The Python package dtsdf_mapping: its files, and the module _core where it can be built. With catkin
+# the folder is also that of the messages, so that the package's files are there in any case.
+if(NOT WITH_PYTHON MATCHES "^(AUTO|ON|OFF)$")
+  message(FATAL_ERROR "WITH_PYTHON=${WITH_PYTHON}, but it has to be AUTO, ON or OFF")
+endif()
+
+set(DTSDF_PYTHON OFF)
+if(NOT WITH_PYTHON STREQUAL "OFF")
+  # catkin and pip name theirs. Not by find_package(Python3), half of which would do for pybind11.
+  if(PYTHON_EXECUTABLE)
+    set(DTSDF_PYTHON_EXECUTABLE ${PYTHON_EXECUTABLE})
+  else()
+    find_program(DTSDF_PYTHON3 python3)
+    set(DTSDF_PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
+    set(PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
+  endif()
+  # Its headers first, without which pybind11 ends the configuration.
+  set(headers_missing 1)
+  set(numpy_missing 1)
+  if(DTSDF_PYTHON_EXECUTABLE)
+    execute_process(COMMAND ${DTSDF_PYTHON_EXECUTABLE} -c "import os, sys, sysconfig
+sys.exit(not os.path.exists(sysconfig.get_paths()['include'] + '/Python.h'))"
+                    RESULT_VARIABLE headers_missing OUTPUT_QUIET ERROR_QUIET)
+    execute_process(COMMAND ${DTSDF_PYTHON_EXECUTABLE} -c "import numpy" RESULT_VARIABLE numpy_missing
+                    OUTPUT_QUIET ERROR_QUIET)
+  endif()
+  if(headers_missing EQUAL 0)
+    find_package(pybind11 QUIET CONFIG)
+  endif()
+  # pip builds where numpy is not installed yet; the module needs it only when it runs.
+  if(pybind11_FOUND AND (SKBUILD OR numpy_missing EQUAL 0))
+    set(DTSDF_PYTHON ON)
+  elseif(WITH_PYTHON STREQUAL "ON")
+    message(FATAL_ERROR "WITH_PYTHON=ON, but pybind11 or numpy was not found: install pybind11-dev, "
+                        "python3-dev and python3-numpy; or build with WITH_PYTHON=OFF.")
+  endif()
+endif()
+message(STATUS "dtsdf_mapping: Python module ${DTSDF_PYTHON} (WITH_PYTHON=${WITH_PYTHON})")
+
+# Where the package is built, and where it is installed.
+if(SKBUILD)
+  set(DTSDF_PYTHON_BUILD ${PROJECT_BINARY_DIR}/python/dtsdf_mapping)
+  set(python_dir dtsdf_mapping)
+elseif(WITH_ROS)
+  set(DTSDF_PYTHON_BUILD ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_PYTHON_DESTINATION})
+  set(python_dir ${CATKIN_PACKAGE_PYTHON_DESTINATION})
+else()
+  set(DTSDF_PYTHON_BUILD ${PROJECT_BINARY_DIR}/python/dtsdf_mapping)
+  set(DTSDF_PYTHON_DIR lib/python3/dist-packages CACHE STRING
+      "Folder below the prefix that the Python package is installed in")
+  set(python_dir ${DTSDF_PYTHON_DIR}/dtsdf_mapping)
+endif()
+
+if(DTSDF_PYTHON OR WITH_ROS)
+  file(GLOB python_files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/python/dtsdf_mapping/*.py
+       ${PROJECT_SOURCE_DIR}/python/dtsdf_mapping/*.pyi
+       ${PROJECT_SOURCE_DIR}/python/dtsdf_mapping/py.typed)
+  # With catkin this replaces the empty __init__.py that the messages came with.
+  foreach(file ${python_files})
+    configure_file(${file} ${DTSDF_PYTHON_BUILD}/ COPYONLY)
+  endforeach()
+  install(FILES ${python_files} DESTINATION ${python_dir} COMPONENT python)
+endif()
+if(DTSDF_PYTHON)
+  add_subdirectory(src/python)
+  install(TARGETS _core LIBRARY DESTINATION ${python_dir} COMPONENT python)
+endif()

@@ -1,0 +1,29 @@
+"""Maps depth images with a Directional TSDF; docs/python.md has the tour.
+
+In a ROS workspace this is the package of the messages as well: dtsdf_mapping.msg, .srv and .cfg. They
+and the compiled part may lie in different folders of sys.path, as with pip in a sourced workspace.
+"""
+from pkgutil import extend_path as _extend_path
+
+__path__ = _extend_path(__path__, __name__)
+
+try:
+    from ._core import (Blocks, Box, ColourImage, DepthImage, IntegrationResult, Mapper, Mesh, Space,
+                        Sphere, cuda_unavailable_reason, recording_formats)
+    from .recordings import Recording, fuse
+except ModuleNotFoundError as _error:
+    if _error.name not in (__name__ + "._core", "numpy"):
+        raise
+    _reason = ("is not installed" if _error.name == "numpy"
+               else "was not built; build the package with -DWITH_PYTHON=ON")
+    _missing = f"dtsdf_mapping is here for its messages only: {_error.name} {_reason}"
+    del _error
+
+    def __getattr__(name):
+        if name in _NAMES:
+            raise ImportError(_missing)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+_NAMES = ["Blocks", "Box", "ColourImage", "DepthImage", "IntegrationResult", "Mapper", "Mesh",
+          "Recording", "Space", "Sphere", "cuda_unavailable_reason", "fuse", "recording_formats"]
+__all__ = [_name for _name in _NAMES if _name in globals()]

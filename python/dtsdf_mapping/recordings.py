@@ -1,0 +1,95 @@
+"""Recordings in folders, and how they become a map: in the order in which `reconstruct` takes them."""
+import sys
+
+from . import _core
+
+
+class Recording:
+    """A downloaded folder of TUM RGB-D, ICL-NUIM, 7-Scenes, Replica or ScanNet (docs/recordings.md).
+
+    path: the folder. format: one of recording_formats(); by default guessed from what lies there.
+    K: 3 x 3 or (fx, fy, cx, cy), in pixels, and units_per_metre of 16-bit depth, in place of the
+    format's. poses: a trajectory in TUM's format in place of the folder's; a pose may be
+    pose_tolerance_s from its image. first, last, step: which depth images, by index, last included.
+
+    Iterating gives DepthImage; colours() gives ColourImage. Images without a pose are skipped and
+    counted. Raises RuntimeError, with file and line, for what is missing or malformed.
+    """
+
+    def __init__(self, path, format="", K=None, units_per_metre=None, poses=None,
+                 pose_tolerance_s=0.02, first=0, last=None, step=1):
+        self._options = _core.RecordingOptions(path, format, K, units_per_metre, poses,
+                                               pose_tolerance_s, first, last, step)
+        self._size = self._options.open_depth().size
+        self.skipped = {}
+
+    @property
+    def path(self):
+        """The folder."""
+        return self._options.path
+
+    def __len__(self):
+        """Selected depth images, those without a pose included."""
+        if self._size is None:
+            raise TypeError("the number of images of this recording is not known")
+        return self._size
+
+    def __iter__(self):
+        """The depth images, each a DepthImage, from the first on."""
+        images = self._options.open_depth()
+        for image in images:
+            self.skipped = images.skipped
+            yield image
+        self.skipped = images.skipped
+
+    def colours(self):
+        """The colour images, each a ColourImage, whatever depth images are selected; none if the
+        recording has none."""
+        yield from self._options.open_colour() or ()
+
+    def images(self, colour=True):
+        """Depth and colour images together, in the order in which a map takes them: colour after the
+        depth images that it belongs to by its stamp."""
+        colours = self.colours() if colour else iter(())
+        painting = next(colours, None)
+        is_first = True
+        for image in self:
+            while painting is not None and painting.stamp_s < image.stamp_s:
+                if not is_first:  # nothing to paint on before
+                    yield painting
+                painting = next(colours, None)
+            is_first = False
+            yield image
+            while painting is not None and painting.stamp_s == image.stamp_s:
+                yield painting
+                painting = next(colours, None)
+
+
+def _print_progress(done, total):
+    print(f"\rframes {done}" + (f" of {total}" if total else ""), end="", file=sys.stderr, flush=True)
+
+
+def fuse(mapper, recording, colour=True, progress=None):
+    """Fuses a Recording, and paints it unless colour is False; the same map as `reconstruct` makes.
+
+    progress: True prints to standard error; or a function of (done, total), called after each depth
+    image, which may raise to stop. Returns how many depth images were fused. Ctrl-C stops between
+    images, with the map as far as it got.
+    """
+    show = _print_progress if progress is True else progress
+    done = fused = 0
+    total = recording._size
+    try:
+        for image in recording.images(colour):
+            if isinstance(image, _core.ColourImage):
+                mapper.paint(image.colour, image.K, image.T_W_C, image.encoding)
+                continue
+            fused += bool(mapper.integrate(image.depth, image.K, image.T_W_C, image.stamp_s,
+                                           unit_m=image.unit_m))
+            done += 1
+            if show:
+                show(done, total)
+    finally:
+        if progress is True:
+            print(file=sys.stderr)
+    return fused

@@ -1,0 +1,239 @@
+#include <pybind11/stl.h>
+
+#include <memory>
+
+#include "python/arrays.h"
+#include "python/blocks.h"
+#include "python/mapper_session.h"
+#include "python/module.h"
+#include "python/settings.h"
+#include "python/space_view.h"
+
+namespace dtsdf::python {
+namespace {
+
+using Session = std::shared_ptr<MapperSession>;
+
+/// The settings, with the backend beside them.
+ParamTree treeOf(const std::string& backend, const py::object& settings, const py::kwargs& kwargs) {
+  ParamTree tree = settingsOf(settings, kwargs);
+  if (!backend.empty()) tree["backend"] = backend;
+  return tree;
+}
+
+Session makeSession(const std::string& backend, const py::object& settings,
+                    const py::kwargs& kwargs) {
+  const MapperParams params = readMapperParams(treeOf(backend, settings, kwargs));
+  const py::gil_scoped_release release;
+  return std::make_shared<MapperSession>(params);
+}
+
+/// Settings that are given must be those of the map, the others are taken from it.
+Session loadSession(const py::object& path, const std::string& backend, const py::object& settings,
+                    const py::kwargs& kwargs) {
+  const ParamTree given = treeOf(backend, settings, kwargs);
+  const MapperParams params = readMapperParams(given);
+  const std::string name = py::str(path).cast<std::string>();
+  const py::gil_scoped_release release;
+  MapContents contents = loadMap(name, params, params.threads);
+  MapperParams bound = withSettingsOf(contents, params);
+  ParamWriter writer;
+  visitParams(bound, writer);
+  for (const auto& [key, value] : given) writer.tree[key] = value;
+  bound = readMapperParams(writer.tree);
+  checkFits(contents, bound);
+  return std::make_shared<MapperSession>(bound, std::move(contents));
+}
+
+/// What is wrong with the caller's arguments is an exception; the rest is in the result.
+IntegrationResult checked(IntegrationResult result) {
+  switch (result.status) {
+    case FrameStatus::kBadImage:
+    case FrameStatus::kBadIntrinsics:
+    case FrameStatus::kBadPose: throw py::value_error(result.message);
+    default: return result;
+  }
+}
+
+IntegrationResult integrate(MapperSession& self, const py::object& depth, const py::object& K,
+                            const py::object& T_W_C, double stamp_s, double unit_m,
+                            const py::object& keep_center_W) {
+  DepthFrame frame = depthImageOf(depth, unit_m);
+  frame.intrinsics = intrinsicsOf(K);
+  frame.T_W_C = poseOf(T_W_C, "T_W_C");
+  if (!keep_center_W.is_none()) frame.keep_center_W = vectorOf(keep_center_W, "keep_center_W");
+  IntegrationResult result;
+  {
+    const py::gil_scoped_release release;
+    result = self.integrate(frame, stamp_s);
+  }
+  return checked(std::move(result));
+}
+
+IntegrationResult paint(MapperSession& self, const py::object& colour, const py::object& K,
+                        const py::object& T_W_C, const std::string& encoding) {
+  ColourFrame frame = colourImageOf(colour, encoding);
+  frame.intrinsics = intrinsicsOf(K);
+  frame.T_W_C = poseOf(T_W_C, "T_W_C");
+  IntegrationResult result;
+  {
+    const py::gil_scoped_release release;
+    result = self.paint(frame);
+  }
+  return checked(std::move(result));
+}
+
+py::object mesh(MapperSession& self, const std::optional<BoxRegion>& box) {
+  std::shared_ptr<const Mesh> mesh;
+  {
+    const py::gil_scoped_release release;
+    mesh = self.mesh(box);
+  }
+  return py::cast(std::const_pointer_cast<Mesh>(mesh));  // its arrays cannot be written
+}
+
+py::dict statsOf(MapperSession& self) {
+  MapStats stats;
+  MapperMemory memory;
+  {
+    const py::gil_scoped_release release;
+    stats = self.stats();
+    memory = self.memory();
+  }
+  py::dict result;
+  result["blocks"] = stats.blocks;
+  result["voxel_arrays"] = stats.voxel_arrays;
+  result["map_bytes"] = stats.map_bytes;
+  result["max_map_bytes"] = stats.max_map_bytes;
+  result["colour_bytes"] = stats.colour_bytes;
+  result["free_bytes"] = stats.free_bytes;
+  result["refused_blocks"] = stats.refused_blocks;
+  result["refused_cubes"] = stats.refused_cubes;
+  result["dropped_blocks"] = stats.dropped_blocks;
+  result["other_bytes"] = memory.spare + memory.indices + memory.meshes + memory.scratch +
+                          memory.staging + memory.space;
+  return result;
+}
+
+py::dict saveSession(MapperSession& self, const py::object& path,
+                     const std::optional<std::string>& map_frame) {
+  const std::string name = py::str(path).cast<std::string>();
+  SavedMap saved;
+  {
+    const py::gil_scoped_release release;
+    saved = self.save(name, map_frame);
+  }
+  py::dict result;
+  result["blocks"] = saved.size.blocks;
+  result["file_bytes"] = saved.file_bytes;
+  result["content_hash"] = saved.content_hash;
+  return result;
+}
+
+py::dict settingsDict(const MapperSession& self) {
+  MapperParams params = self.params();
+  ParamWriter writer;
+  visitParams(params, writer);
+  return dictOf(writer.tree);
+}
+
+py::object levelPose(const MapperSession& self) {
+  if (!self.levelPose()) return py::none();
+  return matrixOf(*self.levelPose());
+}
+
+SpaceView spaceOf(const Session& self) {
+  if (!self->hasSpace()) {
+    throw std::runtime_error("this mapper keeps no space: make it with "
+                             "**{\"space/enabled\": True}");
+  }
+  return {self};
+}
+
+void bindResult(py::module_& m) {
+  py::class_<IntegrationResult>(m, "IntegrationResult", "What integrate() or paint() did.")
+      .def_property_readonly("fused",
+                             [](const IntegrationResult& self) {
+                               return self.status == FrameStatus::kFused;
+                             },
+                             "Whether the frame is part of the map; else the map is as it was.")
+      .def_property_readonly("status",
+                             [](const IntegrationResult& self) { return toString(self.status); },
+                             "A word: \"fused\", or why not.")
+      .def_readonly("message", &IntegrationResult::message, "What was wrong with a frame.")
+      .def_readonly("refused_blocks", &IntegrationResult::refused_blocks,
+                    "Blocks and arrays that the frame wanted beyond map/max_memory_mb.")
+      .def_readonly("duration_ms", &IntegrationResult::duration_ms, "Wall time, in milliseconds.")
+      .def("__bool__", [](const IntegrationResult& self) {
+        return self.status == FrameStatus::kFused;
+      });
+}
+
+}  // namespace
+
+void bindMapper(py::module_& m) {
+  bindResult(m);
+  py::class_<MapperSession, Session> mapper(
+      m, "Mapper",
+      "A map that depth images are fused into, colour images painted on, and meshes made of.\n"
+      "Threads may share it, and wait for each other. Other Python threads run while it works.");
+  mapper
+      .def(py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
+           "backend: \"auto\" (CUDA where there is a usable GPU), \"cuda\" or \"cpu\". settings: a dict,\n"
+           "flat or nested, or the path of a YAML file; keywords add to them, as in\n"
+           "Mapper(**{\"map/voxel_size_m\": 0.01}). docs/ros.md lists them. Raises ValueError with\n"
+           "every setting that is wrong, RuntimeError if CUDA is asked for and cannot be used.")
+      .def_static("load", &loadSession, py::arg("path"), py::arg("backend") = "",
+                  py::arg("settings") = py::none(),
+                  "Continues from a map that save() or the node saved. Voxel size, truncation, mode and\n"
+                  "directions are the map's. Raises RuntimeError for a file that is not a map, or for\n"
+                  "settings that it was not made with.")
+      .def("integrate", &integrate, py::arg("depth"), py::arg("K"), py::arg("T_W_C"),
+           py::arg("stamp_s") = 0.0, py::kw_only(), py::arg("unit_m") = 0.0,
+           py::arg("keep_center_W") = py::none(),
+           "Fuses a rectified depth image. depth: (H, W), distance along the optical axis; uint16 in\n"
+           "unit_m (0.001 by default), 0 is no measurement; or float32 in metres, NaN, infinity\n"
+           "and 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in pixels. T_W_C: 4 x 4, from the optical\n"
+           "frame (x right, y down, z forward) to the map frame, in metres. stamp_s: of the image,\n"
+           "kept for save(). keep_center_W: (3,), what map/keep_radius_m is measured from, in metres.\n"
+           "Raises ValueError or TypeError for arguments that are wrong; the map is as it was.")
+      .def("paint", &paint, py::arg("colour"), py::arg("K"), py::arg("T_W_C"),
+           py::arg("encoding") = "",
+           "Paints the surfaces that a rectified colour image sees. colour: uint8, (H, W, 3),\n"
+           "(H, W, 4) or (H, W). encoding: rgb8, bgr8, rgba8, bgra8 or mono8; by shape if not given\n"
+           "(rgb8, rgba8, mono8). K, T_W_C: of the colour camera, as for integrate().")
+      .def("mesh", &mesh, py::arg("box") = py::none(),
+           "The mesh of the map as it is now, or of its triangles in a Box. A mesh never changes.")
+      .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),
+           "Forgets everything.")
+      .def("clear_region", [](MapperSession& self, const Region& region) {
+             return self.clearRegion(region).voxels;
+           }, py::arg("region"), py::call_guard<py::gil_scoped_release>(),
+           "Empties the voxels in a Box or a Sphere; returns how many held something.")
+      .def("blocks", [](MapperSession& self) {
+             return std::make_unique<Blocks>(self.contents(), self.params().map.voxel_size_m);
+           }, py::call_guard<py::gil_scoped_release>(), "A copy of the voxels, as arrays.")
+      .def("save", &saveSession, py::arg("path"), py::arg("map_frame") = py::none(),
+           "Saves the map as a .dtsdf file. map_frame: name of W, for programs that compare it.\n"
+           "Returns a dict: blocks, file_bytes, content_hash (equal for equal maps).")
+      .def_property_readonly("space", &spaceOf,
+                             "The Space around the surfaces. Raises RuntimeError unless\n"
+                             "space/enabled.")
+      .def_property_readonly("settings", &settingsDict, "All settings, as a flat dict.")
+      .def_property_readonly("stats", &statsOf, "Sizes of the map, as a dict; memory in bytes.")
+      .def_property_readonly("T_W_M", &levelPose,
+                             "4 x 4, metres: where a map that was levelled lies; apply it to poses of\n"
+                             "later frames. None if it was not.")
+      .def_property_readonly("backend", [](MapperSession& self) {
+             const py::gil_scoped_release release;
+             return self.backendName();
+           }, "\"cpu (2 threads)\" or \"cuda (name of the device)\".")
+      .def("__repr__", [](MapperSession& self) {
+        const py::gil_scoped_release release;
+        return "<dtsdf_mapping.Mapper: " + self.backendName() + ", " +
+               std::to_string(self.stats().blocks) + " blocks>";
+      });
+  refusePickle(mapper, "Mapper", "save(path) it, and Mapper.load(path) in the other process");
+}
+
+}  // namespace dtsdf::python

@@ -1,0 +1,120 @@
+#include <memory>
+
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "dtsdf_mapping/mesh.h"
+#include "dtsdf_mapping/simplify.h"
+#include "python/arrays.h"
+#include "python/module.h"
+
+namespace dtsdf::python {
+namespace {
+
+using SharedMesh = std::shared_ptr<const Mesh>;
+
+py::ssize_t rows(size_t count) { return static_cast<py::ssize_t>(count); }
+
+py::array verticesOf(const py::object& self) {
+  const auto& mesh = *self.cast<SharedMesh>();
+  return viewOf(&mesh.vertices_m.data()->x, {rows(mesh.vertices_m.size()), 3}, self);
+}
+
+py::array normalsOf(const py::object& self) {
+  const auto& mesh = *self.cast<SharedMesh>();
+  return viewOf(&mesh.normals.data()->x, {rows(mesh.normals.size()), 3}, self);
+}
+
+py::array trianglesOf(const py::object& self) {
+  const auto& mesh = *self.cast<SharedMesh>();
+  return viewOf(reinterpret_cast<const uint32_t*>(mesh.triangles.data()),
+                {rows(mesh.triangles.size()), 3}, self);
+}
+
+py::object coloursOf(const py::object& self) {
+  const auto& mesh = *self.cast<SharedMesh>();
+  if (mesh.colours.empty()) return py::none();
+  return viewOf(&mesh.colours.data()->red, {rows(mesh.colours.size()), 3}, self,
+                {sizeof(VertexColour), 1});
+}
+
+py::object paintedOf(const py::object& self) {
+  const auto& mesh = *self.cast<SharedMesh>();
+  if (mesh.colours.empty()) return py::none();
+  py::array_t<bool> painted(rows(mesh.colours.size()));
+  for (size_t i = 0; i < mesh.colours.size(); ++i) {
+    painted.mutable_data()[i] = mesh.colours[i].painted != 0;
+  }
+  return std::move(painted);
+}
+
+MeshColour colourModeOf(const std::string& name) {
+  MeshParams params;
+  ParamReader reader({{"mesh/colour", name}});
+  visitParams(params, reader);
+  reader.finish();
+  return params.colour;
+}
+
+void save(const SharedMesh& mesh, const py::object& path, const std::string& colour) {
+  const MeshColour mode = colourModeOf(colour);
+  const std::string name = py::str(path).cast<std::string>();
+  const py::gil_scoped_release release;
+  saveMesh(*mesh, mode, name);
+}
+
+/// Signals reach Python while this works; one that raises cancels it.
+py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
+  SimplifiedMesh simplified;
+  try {
+    const py::gil_scoped_release release;
+    simplified = simplifyMesh(*mesh, max_error_m, [](double) {
+      const py::gil_scoped_acquire acquire;
+      return PyErr_CheckSignals() == 0;
+    });
+  } catch (const SimplifyCancelled&) {
+    throw py::error_already_set();
+  }
+  return py::make_tuple(std::make_shared<Mesh>(std::move(simplified.mesh)), simplified.error_m);
+}
+
+}  // namespace
+
+void bindMesh(py::module_& m) {
+  static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(VertexColour) == 4,
+                "arrays show these as they lie in memory");
+  py::class_<Mesh, std::shared_ptr<Mesh>> mesh(
+      m, "Mesh",
+      "A triangle mesh in the map frame W, in metres. Its arrays show the mesh's own memory: they\n"
+      "cannot be written, and keep the mesh alive.");
+  mesh.def_property_readonly("origin_m",
+                             [](const SharedMesh& self) {
+                               return py::array_t<double>(3, self->origin_m.data());
+                             },
+                             "(3,) float64: what vertices count from, in W, in metres; 0 unless the\n"
+                             "mesh reaches beyond 64 m.")
+      .def_property_readonly("vertices", &verticesOf,
+                             "(N, 3) float32: positions in W less origin_m, in metres.")
+      .def_property_readonly("normals", &normalsOf,
+                             "(N, 3) float32: unit normals in W, pointing to the free side.")
+      .def_property_readonly("triangles", &trianglesOf,
+                             "(M, 3) uint32: indices of vertices, counter-clockwise seen from the\n"
+                             "free side.")
+      .def_property_readonly("colours", &coloursOf,
+                             "(N, 3) uint8: red, green, blue; None if the map was never painted.")
+      .def_property_readonly("painted", &paintedOf,
+                             "(N,) bool: whether an image saw the vertex; None as for colours.")
+      .def("save", &save, py::arg("path"), py::arg("colour") = "auto",
+           "Saves as .ply, .obj, .stl or .glb, by the extension. colour: auto (image if painted,\n"
+           "else normal), image, normal, height or plain. Raises RuntimeError for an empty mesh, or\n"
+           "a file that cannot be written; an old file stays whole.")
+      .def("simplify", &simplify, py::arg("max_error_m"),
+           "(mesh, error_m): fewer triangles, no farther than max_error_m from this mesh, and the\n"
+           "largest distance that there is. Raises ValueError for an error that is not finite, below\n"
+           "0 or above the diagonal of the mesh.")
+      .def("__repr__", [](const SharedMesh& self) {
+        return "<dtsdf_mapping.Mesh: " + std::to_string(self->vertices_m.size()) + " vertices, " +
+               std::to_string(self->triangles.size()) + " triangles>";
+      });
+  refusePickle(mesh, "Mesh", "save(path) it, or pickle copies of its arrays");
+}
+
+}  // namespace dtsdf::python

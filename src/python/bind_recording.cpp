@@ -1,0 +1,166 @@
+#include <pybind11/stl.h>
+
+#include <memory>
+#include <mutex>
+
+#include "dtsdf_mapping/io/prefetched_frames.h"
+#include "dtsdf_mapping/io/recording.h"
+#include "python/arrays.h"
+#include "python/module.h"
+#include "python/one_process.h"
+
+namespace dtsdf::python {
+namespace {
+
+/// Enough to hide that a frame takes longer than others to decode.
+constexpr size_t kDecodedAhead = 4;
+
+/// A source, of the depth or the colour images, for one thread at a time.
+template <class Source>
+struct Images {
+  OneProcess process{"Recording"};
+  std::mutex mutex;
+  std::unique_ptr<Source> source;
+
+  auto next() {
+    process.check();
+    const std::lock_guard<std::mutex> lock(mutex);
+    return source->next();
+  }
+  std::map<std::string, size_t> skipped() {
+    process.check();
+    const std::lock_guard<std::mutex> lock(mutex);
+    return source->skipped();
+  }
+  ~Images() {
+    if (!process.isHere()) static_cast<void>(source.release());  // its thread is the parent's
+  }
+};
+using DepthImages = Images<FrameSource>;
+using ColourImages = Images<ColourSource>;
+
+RecordingOptions optionsOf(const py::object& path, const std::string& format, const py::object& K,
+                           std::optional<double> units_per_metre, const py::object& poses,
+                           double pose_tolerance_s, size_t first, std::optional<size_t> last,
+                           size_t step) {
+  if (step == 0) throw py::value_error("step must be at least 1");
+  RecordingOptions options;
+  options.path = py::str(path).cast<std::string>();
+  options.format = format;
+  if (!K.is_none()) options.intrinsics = intrinsicsOf(K);
+  options.units_per_metre = units_per_metre;
+  if (!poses.is_none()) options.poses_path = py::str(poses).cast<std::string>();
+  options.pose_tolerance_s = pose_tolerance_s;
+  options.selection.first = first;
+  if (last) options.selection.last = *last;
+  options.selection.step = step;
+  return options;
+}
+
+std::unique_ptr<DepthImages> openDepth(const RecordingOptions& options) {
+  const py::gil_scoped_release release;
+  auto images = std::make_unique<DepthImages>();
+  images->source = prefetchFrames(openRecording(options), kDecodedAhead);
+  return images;
+}
+
+std::unique_ptr<ColourImages> openColour(const RecordingOptions& options) {
+  const py::gil_scoped_release release;
+  auto images = std::make_unique<ColourImages>();
+  images->source = openRecordingColours(options);
+  return images->source == nullptr ? nullptr : std::move(images);
+}
+
+template <class Source>
+auto nextOf(Images<Source>& images) {
+  decltype(images.next()) next;
+  {
+    const py::gil_scoped_release release;
+    next = images.next();
+  }
+  if (!next) throw py::stop_iteration();
+  return std::move(*next);
+}
+
+py::array depthOf(const py::object& self) {
+  const DepthFrame& depth = self.cast<const SourceFrame&>().depth;
+  const std::vector<py::ssize_t> shape = {depth.height, depth.width};
+  const auto row = static_cast<py::ssize_t>(depth.row_bytes);
+  if (depth.encoding == DepthEncoding::kUint16) {
+    return viewOf(static_cast<const uint16_t*>(depth.data), shape, self, {row, 2});
+  }
+  return viewOf(static_cast<const float*>(depth.data), shape, self, {row, 4});
+}
+
+const char* encodingName(ColourEncoding encoding) {
+  switch (encoding) {
+    case ColourEncoding::kRgb8: return "rgb8";
+    case ColourEncoding::kBgr8: return "bgr8";
+    case ColourEncoding::kRgba8: return "rgba8";
+    case ColourEncoding::kBgra8: return "bgra8";
+    case ColourEncoding::kMono8: return "mono8";
+  }
+  return "";
+}
+
+py::array colourOf(const py::object& self) {
+  const ColourFrame& colour = self.cast<const SourceColour&>().colour;
+  const std::string name = encodingName(colour.encoding);
+  const auto row = static_cast<py::ssize_t>(colour.row_bytes);
+  const auto* const data = static_cast<const uint8_t*>(colour.data);
+  if (name == "mono8") return viewOf(data, {colour.height, colour.width}, self, {row, 1});
+  const py::ssize_t channels = name.size() == 5 ? 4 : 3;
+  return viewOf(data, {colour.height, colour.width, channels}, self, {row, channels, 1});
+}
+
+void bindFrames(py::module_& m) {
+  py::class_<SourceFrame>(m, "DepthImage", "A depth image of a recording.")
+      .def_property_readonly("depth", &depthOf, "(H, W) uint16 in unit_m, or float32 in metres; a view.")
+      .def_property_readonly("unit_m", [](const SourceFrame& f) { return f.depth.unit_m; },
+                             "Metres per unit of depth.")
+      .def_property_readonly("K", [](const SourceFrame& f) { return matrixOf(f.depth.intrinsics); },
+                             "(3, 3) float64, in pixels.")
+      .def_property_readonly("T_W_C", [](const SourceFrame& f) { return matrixOf(f.depth.T_W_C); },
+                             "(4, 4) float64: optical frame to map frame, in metres.")
+      .def_readonly("stamp_s", &SourceFrame::stamp_s, "In seconds.")
+      .def_readonly("index", &SourceFrame::index, "Its place in the recording, from 0 on.");
+  py::class_<SourceColour>(m, "ColourImage", "A colour image of a recording.")
+      .def_property_readonly("colour", &colourOf, "(H, W, C) or (H, W) uint8; a view.")
+      .def_property_readonly("encoding", [](const SourceColour& c) {
+             return encodingName(c.colour.encoding);
+           }, "rgb8, bgr8, rgba8, bgra8 or mono8.")
+      .def_property_readonly("K", [](const SourceColour& c) { return matrixOf(c.colour.intrinsics); },
+                             "(3, 3) float64, in pixels.")
+      .def_property_readonly("T_W_C", [](const SourceColour& c) { return matrixOf(c.colour.T_W_C); },
+                             "(4, 4) float64: optical frame to map frame, in metres.")
+      .def_readonly("stamp_s", &SourceColour::stamp_s, "In seconds.")
+      .def_readonly("index", &SourceColour::index, "Its place in the recording, from 0 on.");
+}
+
+}  // namespace
+
+void bindRecording(py::module_& m) {
+  bindFrames(m);
+  py::class_<RecordingOptions>(m, "RecordingOptions")
+      .def(py::init(&optionsOf), py::arg("path"), py::arg("format") = "", py::arg("K") = py::none(),
+           py::arg("units_per_metre") = py::none(), py::arg("poses") = py::none(),
+           py::arg("pose_tolerance_s") = 0.02, py::arg("first") = 0, py::arg("last") = py::none(),
+           py::arg("step") = 1)
+      .def_readonly("path", &RecordingOptions::path)
+      .def("open_depth", &openDepth)
+      .def("open_colour", &openColour);
+  py::class_<DepthImages>(m, "DepthImages")
+      .def("__iter__", [](py::object self) { return self; })
+      .def("__next__", &nextOf<FrameSource>)
+      .def_property_readonly("size", [](DepthImages& self) { return self.source->size(); })
+      .def_property_readonly("skipped", &DepthImages::skipped,
+                             py::call_guard<py::gil_scoped_release>());
+  py::class_<ColourImages>(m, "ColourImages")
+      .def("__iter__", [](py::object self) { return self; })
+      .def("__next__", &nextOf<ColourSource>)
+      .def_property_readonly("skipped", &ColourImages::skipped,
+                             py::call_guard<py::gil_scoped_release>());
+  m.def("recording_formats", &recordingFormats, "Names of the formats of recordings.");
+}
+
+}  // namespace dtsdf::python

@@ -1,0 +1,111 @@
+#include <cmath>
+
+#include "python/arrays.h"
+#include "python/module.h"
+#include "python/space_view.h"
+
+namespace dtsdf::python {
+namespace {
+
+/// Runs `ask` for the space and each of N points, without the GIL.
+template <class Ask>
+void askAt(const SpaceView& view, const py::array_t<double>& points, const Ask& ask) {
+  const double* const p = points.data();
+  const auto count = static_cast<size_t>(points.shape(0));
+  const py::gil_scoped_release release;
+  view.session->withSpace([&](Space& space) {
+    for (size_t i = 0; i < count; ++i) {
+      ask(space, i, Eigen::Vector3d(p[3 * i], p[3 * i + 1], p[3 * i + 2]));
+    }
+  });
+}
+
+py::tuple query(const SpaceView& view, const py::object& points_W) {
+  const py::array_t<double> points = pointsOf(points_W);
+  const auto count = static_cast<size_t>(points.shape(0));
+  const py::ssize_t rows = points.shape(0);
+  std::vector<float> distance_m(count), gradient(3 * count);
+  std::vector<uint8_t> known(count);
+  askAt(view, points, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
+    const SpaceDistance at = space.distanceAt(p_W);
+    known[i] = at.known ? 1 : 0;
+    distance_m[i] = at.distance_m;
+    gradient[3 * i] = at.gradient.x;
+    gradient[3 * i + 1] = at.gradient.y;
+    gradient[3 * i + 2] = at.gradient.z;
+  });
+  return py::make_tuple(takeOver(std::move(known), {rows}).view("bool"),
+                        takeOver(std::move(distance_m), {rows}),
+                        takeOver(std::move(gradient), {rows, 3}));
+}
+
+py::array states(const SpaceView& view, const py::object& points_W) {
+  const py::array_t<double> points = pointsOf(points_W);
+  std::vector<uint8_t> state(static_cast<size_t>(points.shape(0)));
+  askAt(view, points, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
+    // Points that no map can have are unknown; distanceAt() knows which.
+    state[i] = space.distanceAt(p_W).known
+                   ? static_cast<uint8_t>(space.stateOf(space.cellAt(p_W))) : uint8_t{0};
+  });
+  return takeOver(std::move(state), {points.shape(0)});
+}
+
+py::tuple cells(const SpaceView& view) {
+  std::vector<int32_t> at;
+  std::vector<uint8_t> state;
+  {
+    const py::gil_scoped_release release;
+    view.session->withSpace([&](Space& space) {
+      for (const SpaceCell& cell : space.cells()) {
+        at.insert(at.end(), {cell.cell.x, cell.cell.y, cell.cell.z});
+        state.push_back(static_cast<uint8_t>(cell.state));
+      }
+    });
+  }
+  const auto count = static_cast<py::ssize_t>(state.size());
+  return py::make_tuple(takeOver(std::move(at), {count, 3}), takeOver(std::move(state), {count}));
+}
+
+double cellSize(const SpaceView& view) {
+  double size_m = 0.0;
+  const py::gil_scoped_release release;
+  view.session->withSpace([&](Space& space) { size_m = space.cellSize_m(); });
+  return size_m;
+}
+
+void update(const SpaceView& view) {
+  const py::gil_scoped_release release;
+  view.session->updateSpace();
+}
+
+}  // namespace
+
+void bindSpace(py::module_& m) {
+  py::class_<SpaceView> space(
+      m, "Space",
+      "What a map knows of the space around its surfaces, as of the last update(). Points are\n"
+      "(N, 3), x, y, z in the map frame W, in metres; those that are not finite are unknown.");
+  space.def_property_readonly("cell_size_m", &cellSize, "Edge of a cell, in metres.")
+      .def("update", &update, "Takes over what was integrated since the last time.")
+      .def("states", &states, py::arg("points_W"),
+           "(N,) uint8: 0 unknown, 1 free (an image saw through the whole cell), 2 surface.")
+      .def("query", &query, py::arg("points_W"),
+           "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
+           "the nearest surface in metres, at most space/max_distance_m; negative where not known.\n"
+           "Gradient of it in W: where known it points to more room, elsewhere to the surface.")
+      .def("free", [](const SpaceView& view, const py::object& points_W) {
+             return states(view, points_W).attr("__eq__")(1);
+           }, py::arg("points_W"), "(N,) bool: whether the cells of the points are free.")
+      .def("distance", [](const SpaceView& view, const py::object& points_W) {
+             return query(view, points_W)[1];
+           }, py::arg("points_W"), "(N,) float32: the distances of query(), in metres.")
+      .def("gradient", [](const SpaceView& view, const py::object& points_W) {
+             return query(view, points_W)[2];
+           }, py::arg("points_W"), "(N, 3) float32: the gradients of query().")
+      .def("cells", &cells,
+           "(cells, states): (N, 3) int32 and (N,) uint8, of all cells that are not unknown; a cell\n"
+           "reaches from cell to cell + 1, times cell_size_m, in W.");
+  refusePickle(space, "Space", "save() its mapper, and load that in the other process");
+}
+
+}  // namespace dtsdf::python

@@ -1,0 +1,110 @@
+#include "python/mapper_session.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace dtsdf::python {
+
+MapperSession::MapperSession(const MapperParams& params)
+    : params_(params), mapper_(makeMapper(params)), meshes_(params.map.voxel_size_m) {}
+
+MapperSession::MapperSession(const MapperParams& params, MapContents contents)
+    : params_(params),
+      mapper_(makeMapper(params, contents)),
+      meshes_(params.map.voxel_size_m),
+      map_frame_(std::move(contents.map_frame)),
+      T_W_M_(contents.T_W_M),
+      stamp_s_(contents.stamp_s) {}
+
+MapperSession::~MapperSession() {
+  // In a forked child its threads, or its GPU, are gone: only the parent can end it.
+  if (!process_.isHere()) static_cast<void>(mapper_.release());
+}
+
+std::unique_lock<std::mutex> MapperSession::enter() {
+  process_.check();  // before the lock, which a thread of the parent may have held
+  return std::unique_lock<std::mutex>(mutex_);
+}
+
+IntegrationResult MapperSession::integrate(const DepthFrame& frame, double stamp_s) {
+  const auto lock = enter();
+  IntegrationResult result = mapper_->integrate(frame);
+  if (result.status == FrameStatus::kFused && stamp_s != 0.0) stamp_s_ = stamp_s;
+  return result;
+}
+
+IntegrationResult MapperSession::paint(const ColourFrame& frame) {
+  const auto lock = enter();
+  return mapper_->paint(frame);
+}
+
+std::shared_ptr<const Mesh> MapperSession::mesh(const std::optional<BoxRegion>& region) {
+  const auto lock = enter();
+  if (region) {
+    const std::string problem = findProblem(*region);
+    if (!problem.empty()) throw std::invalid_argument(problem);
+  }
+  updateMesh();
+  return std::make_shared<const Mesh>(region ? meshes_.assemble(*region) : meshes_.assemble());
+}
+
+ClearedRegion MapperSession::clearRegion(const Region& region) {
+  const auto lock = enter();
+  return mapper_->clearRegion(region);
+}
+
+void MapperSession::clear() {
+  const auto lock = enter();
+  mapper_->clear();
+  meshes_.clear();
+  stamp_s_ = 0.0;
+}
+
+MapContents MapperSession::contents() {
+  const auto lock = enter();
+  MapContents contents = mapper_->contents();
+  contents.map_frame = map_frame_;
+  contents.T_W_M = T_W_M_;
+  contents.stamp_s = stamp_s_;
+  return contents;
+}
+
+SavedMap MapperSession::save(const std::string& path, const std::optional<std::string>& map_frame) {
+  MapContents map = contents();
+  if (map_frame) map.map_frame = *map_frame;
+  return saveMap(map, path, params_.threads);
+}
+
+MapStats MapperSession::stats() {
+  const auto lock = enter();
+  return mapper_->stats();
+}
+
+MapperMemory MapperSession::memory() {
+  const auto lock = enter();
+  return mapper_->memory();
+}
+
+std::string MapperSession::backendName() {
+  const auto lock = enter();
+  return mapper_->backendName();
+}
+
+void MapperSession::updateSpace() {
+  withSpace([this](Space& space) {
+    updateMesh();
+    space.updateDistances();
+  });
+}
+
+void MapperSession::withSpace(const std::function<void(Space&)>& action) {
+  const auto lock = enter();
+  Space* const space = mapper_->space();
+  if (space == nullptr) {
+    throw std::runtime_error("this mapper keeps no space: make it with "
+                             "**{\"space/enabled\": True}");
+  }
+  action(*space);
+}
+
+}  // namespace dtsdf::python

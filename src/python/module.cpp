@@ -1,0 +1,26 @@
+/// dtsdf_mapping._core: the public library, for the Python package around it.
+#include "python/module.h"
+
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "dtsdf_mapping/mapper.h"
+
+namespace py = pybind11;
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "The compiled part of dtsdf_mapping; import dtsdf_mapping instead.";
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const dtsdf::ParamError& error) {
+      PyErr_SetString(PyExc_ValueError, error.what());
+    }
+  });
+  dtsdf::python::bindRegions(m);
+  dtsdf::python::bindMesh(m);
+  dtsdf::python::bindBlocks(m);
+  dtsdf::python::bindSpace(m);
+  dtsdf::python::bindMapper(m);
+  dtsdf::python::bindRecording(m);
+  m.def("cuda_unavailable_reason", &dtsdf::cudaUnavailableReason,
+        "Empty if a mapper with backend \"cuda\" can be made here, else the reason why not.");
+}

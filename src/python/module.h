@@ -1,0 +1,24 @@
+/// The parts of the module dtsdf_mapping._core.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace dtsdf::python {
+
+void bindRegions(pybind11::module_& m);
+void bindMesh(pybind11::module_& m);
+void bindBlocks(pybind11::module_& m);
+void bindSpace(pybind11::module_& m);
+void bindMapper(pybind11::module_& m);
+void bindRecording(pybind11::module_& m);
+
+/// Has pickle and copy refuse a class, with what to do instead.
+template <class Class>
+void refusePickle(Class& bound, const char* name, const char* instead) {
+  const std::string text = std::string("a ") + name + " cannot be pickled or copied: " + instead;
+  bound.def("__reduce_ex__", [text](pybind11::handle, int) -> pybind11::object {
+    throw pybind11::type_error(text);
+  });
+}
+
+}  // namespace dtsdf::python

@@ -56,8 +56,10 @@ if(DTSDF_PYTHON OR WITH_ROS)
        ${PROJECT_SOURCE_DIR}/python/dtsdf_mapping/*.pyi
        ${PROJECT_SOURCE_DIR}/python/dtsdf_mapping/py.typed)
   # With catkin this replaces the empty __init__.py that the messages came with.
+  file(MAKE_DIRECTORY ${DTSDF_PYTHON_BUILD})
   foreach(file ${python_files})
-    configure_file(${file} ${DTSDF_PYTHON_BUILD}/ COPYONLY)
+    get_filename_component(name ${file} NAME)
+    configure_file(${file} ${DTSDF_PYTHON_BUILD}/${name} COPYONLY)
   endforeach()
   install(FILES ${python_files} DESTINATION ${python_dir} COMPONENT python)
 endif()

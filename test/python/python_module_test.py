@@ -1,0 +1,349 @@
+#!/usr/bin/env python3
+"""The Python module against analytic truth, and with arguments that are wrong."""
+import copy
+import gc
+import multiprocessing
+import os
+import pickle
+import signal
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy
+
+import dtsdf_mapping
+from room import K, SHAPE, T_W_C, map_of_wall, wall
+
+
+def resident_bytes():
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+class Meshes(unittest.TestCase):
+    def test_a_wall_is_where_it_is(self):
+        mesh = map_of_wall(dtsdf_mapping).mesh()
+        self.assertGreater(len(mesh.triangles), 1000)
+        numpy.testing.assert_allclose(mesh.vertices[:, 2], 2.0, atol=0.002)
+        numpy.testing.assert_allclose(numpy.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
+        self.assertLess(mesh.normals[:, 2].max(), -0.9)  # to the camera
+        self.assertLess(mesh.triangles.max(), len(mesh.vertices))
+        self.assertIsNone(mesh.colours)
+
+    def test_whole_millimetres_and_metres_give_the_same_mesh(self):
+        mapper = dtsdf_mapping.Mapper("cpu", {"map": {"voxel_size_m": 0.04}})
+        depth = numpy.full(SHAPE, 2000, numpy.uint16)
+        for _ in range(3):
+            self.assertTrue(mapper.integrate(depth, (130.0, 130.0, 79.5, 59.5), T_W_C).fused)
+        expected = map_of_wall(dtsdf_mapping).mesh()
+        numpy.testing.assert_allclose(mapper.mesh().vertices, expected.vertices, atol=1e-5)
+
+    def test_arrays_are_views_that_outlive_everything(self):
+        mesh = map_of_wall(dtsdf_mapping).mesh()
+        vertices = mesh.vertices
+        self.assertEqual(vertices.ctypes.data, mesh.vertices.ctypes.data)
+        self.assertFalse(vertices.flags.writeable)
+        expected = vertices.copy()
+        del mesh
+        gc.collect()
+        _ = [numpy.zeros(expected.shape, numpy.float32) for _ in range(50)]
+        numpy.testing.assert_array_equal(vertices, expected)
+
+    def test_colour_reaches_the_vertices(self):
+        mapper = map_of_wall(dtsdf_mapping)
+        colour = numpy.empty(SHAPE + (3,), numpy.uint8)
+        colour[:] = (200, 100, 50)
+        self.assertTrue(mapper.paint(colour, K, T_W_C))
+        mesh = mapper.mesh()
+        self.assertGreater(mesh.painted.mean(), 0.8)
+        numpy.testing.assert_allclose(numpy.median(mesh.colours[mesh.painted], axis=0),
+                                      (200, 100, 50), atol=3)
+        swapped = map_of_wall(dtsdf_mapping)
+        swapped.paint(colour[..., ::-1].copy(), K, T_W_C, encoding="bgr8")
+        numpy.testing.assert_array_equal(swapped.mesh().colours, mesh.colours)
+
+    def test_a_part_of_the_mesh(self):
+        mapper = map_of_wall(dtsdf_mapping)
+        pose = numpy.eye(4)
+        pose[:3, 3] = (0.0, 0.0, 2.0)
+        part = mapper.mesh(dtsdf_mapping.Box((0.4, 0.4, 0.4), pose))
+        self.assertGreater(len(part.triangles), 10)
+        self.assertLessEqual(abs(part.vertices[:, :2]).max(), 0.2001)
+
+    def test_simplified(self):
+        mesh = map_of_wall(dtsdf_mapping).mesh()
+        simple, error_m = mesh.simplify(0.01)
+        self.assertLess(len(simple.triangles), len(mesh.triangles) / 2)
+        self.assertLessEqual(error_m, 0.01)
+
+
+class Maps(unittest.TestCase):
+    def test_saved_and_resumed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            mapper, path = map_of_wall(dtsdf_mapping), os.path.join(folder, "wall.dtsdf")
+            saved = mapper.save(path)
+            resumed = dtsdf_mapping.Mapper.load(path, "cpu")
+            self.assertAlmostEqual(resumed.settings["map/voxel_size_m"], 0.04)
+            numpy.testing.assert_array_equal(resumed.mesh().vertices, mapper.mesh().vertices)
+            for each in (mapper, resumed):
+                each.integrate(wall(), K, T_W_C)
+            again = [each.save(path)["content_hash"] for each in (mapper, resumed)]
+            self.assertEqual(again[0], again[1])
+            self.assertNotEqual(again[0], saved["content_hash"])
+            with self.assertRaisesRegex(RuntimeError, "voxel_size_m"):
+                dtsdf_mapping.Mapper.load(path, "cpu", **{"map/voxel_size_m": 0.02})
+
+    def test_cleared(self):
+        mapper = map_of_wall(dtsdf_mapping)
+        self.assertEqual(mapper.clear_region(dtsdf_mapping.Sphere((0.0, 0.0, -5.0), 1.0)), 0)
+        self.assertGreater(mapper.clear_region(dtsdf_mapping.Sphere((0.0, 0.0, 2.0), 0.3)), 100)
+        radius_m = numpy.linalg.norm(mapper.mesh().vertices - (0.0, 0.0, 2.0), axis=1)
+        self.assertGreater(radius_m.min(), 0.2)
+        mapper.clear()
+        self.assertEqual(len(mapper.mesh().triangles), 0)
+        self.assertEqual(mapper.stats["blocks"], 0)
+
+    def test_blocks_hold_the_distance_to_the_wall(self):
+        blocks = map_of_wall(dtsdf_mapping).blocks()
+        known = blocks.weight > 0.0
+        array, z, _, _ = numpy.nonzero(known)
+        voxel_z_m = (8 * blocks.keys[blocks.block_of[array], 2] + z) * blocks.voxel_size_m
+        toward = blocks.direction[array] == 5  # faces the camera: Z-
+        self.assertGreater(toward.sum(), 1000)
+        expected = numpy.clip(2.0 - voxel_z_m, -0.16, 0.16)
+        error = abs(blocks.distance_m[known] - expected)[toward]
+        self.assertLess(numpy.median(error), 0.002)
+        self.assertGreater(blocks.evidence[known].max(), 1)
+        words = blocks.words[known]
+        numpy.testing.assert_allclose((words >> numpy.uint64(40)) / 65536.0, blocks.weight[known],
+                                      rtol=1e-6)
+
+    def test_space(self):
+        mapper = map_of_wall(dtsdf_mapping, **{"space/enabled": True})
+        mapper.space.update()
+        points = numpy.array([(0.0, 0.0, 1.0), (0.0, 0.0, 2.0), (0.0, 0.0, 3.0),
+                              (numpy.nan, 0.0, 0.0), (1e12, 0.0, 0.0)])
+        numpy.testing.assert_array_equal(mapper.space.states(points), [1, 2, 0, 0, 0])
+        numpy.testing.assert_array_equal(mapper.space.free(points), [True] + 4 * [False])
+        known, distance_m, gradient = mapper.space.query(points)
+        numpy.testing.assert_array_equal(known, [True, True, False, False, False])
+        self.assertAlmostEqual(distance_m[0], 1.0, delta=1.5 * mapper.space.cell_size_m)
+        self.assertLess(gradient[0, 2], -0.9)  # more room towards the camera
+        self.assertLess(distance_m[2], 0.0)
+        cells, states = mapper.space.cells()
+        self.assertEqual(len(cells), len(states))
+        self.assertEqual(set(states), {1, 2})
+        space = mapper.space
+        del mapper
+        gc.collect()
+        self.assertEqual(space.free(points)[0], True)
+
+    def test_settings_from_a_file(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+            file.write("map:\n  voxel_size_m: 0.05\n")
+            file.flush()
+            mapper = dtsdf_mapping.Mapper("cpu", file.name, **{"mesh/min_support": 1})
+        self.assertAlmostEqual(mapper.settings["map/voxel_size_m"], 0.05)
+        self.assertEqual(mapper.settings["mesh/min_support"], 1)
+
+
+class WrongArguments(unittest.TestCase):
+    def setUp(self):
+        self.mapper = dtsdf_mapping.Mapper("cpu", threads=1)
+
+    def refuses(self, error, text, *arguments, **keywords):
+        with self.assertRaisesRegex(error, text):
+            self.mapper.integrate(*arguments, **keywords)
+        self.assertEqual(self.mapper.stats["blocks"], 0)
+
+    def test_depth(self):
+        self.refuses(TypeError, "uint16.*or float32.*float64", wall().astype(float), K, T_W_C)
+        self.refuses(TypeError, "numpy array.*list", [[1.0]], K, T_W_C)
+        self.refuses(TypeError, "uint16.*>f4", wall().astype(">f4"), K, T_W_C)
+        self.refuses(ValueError, r"shape \(H, W\).*\(120, 160, 1\)", wall()[..., None], K, T_W_C)
+        self.refuses(ValueError, "ascontiguousarray", wall().T, K, T_W_C)
+        self.refuses(ValueError, "ascontiguousarray", wall()[::-1], K, T_W_C)
+        self.refuses(ValueError, "ascontiguousarray", wall()[:, ::2], K, T_W_C)
+        self.refuses(ValueError, "image", numpy.empty((0, 0), numpy.float32), K, T_W_C)
+        self.refuses(ValueError, "unit_m", wall(), K, T_W_C, unit_m=-1.0)
+
+    def test_rows_may_lie_apart(self):
+        self.assertTrue(self.mapper.integrate(wall()[:, :100], K, T_W_C))
+
+    def test_camera_and_pose(self):
+        self.refuses(ValueError, "K must be.*3 x 3", wall(), numpy.eye(4), T_W_C)
+        self.refuses(ValueError, "focal", wall(), (0.0, 100.0, 80.0, 60.0), T_W_C)
+        self.refuses(ValueError, "not finite", wall(), (numpy.nan, 100.0, 80.0, 60.0), T_W_C)
+        skewed = K.copy()
+        skewed[0, 1] = 1.0
+        self.refuses(ValueError, "skew", wall(), skewed, T_W_C)
+        self.refuses(ValueError, "T_W_C must be a 4 x 4", wall(), K, numpy.eye(3))
+        self.refuses(ValueError, "T_W_C.*not finite", wall(), K, T_W_C * numpy.nan)
+        self.refuses(ValueError, "not a rotation", wall(), K, numpy.diag([1.0, 1.0, -1.0, 1.0]))
+        self.refuses(ValueError, "last row", wall(), K, numpy.diag([1.0, 1.0, 1.0, 2.0]))
+        self.refuses(TypeError, "T_W_C", wall(), K, "here")
+        far = numpy.eye(4)
+        far[0, 3] = 1e9
+        self.refuses(ValueError, "", wall(), K, far)
+
+    def test_colour(self):
+        for error, colour, encoding in ((TypeError, numpy.zeros(SHAPE + (3,)), ""),
+                                        (ValueError, numpy.zeros(SHAPE + (2,), numpy.uint8), ""),
+                                        (ValueError, numpy.zeros(SHAPE, numpy.uint8), "rgb8"),
+                                        (ValueError, numpy.zeros(SHAPE, numpy.uint8), "yuv")):
+            with self.assertRaises(error):
+                self.mapper.paint(colour, K, T_W_C, encoding)
+
+    def test_settings(self):
+        with self.assertRaisesRegex(ValueError, "map/voxel_sise_m(.|\n)*threads"):
+            dtsdf_mapping.Mapper("cpu", {"map/voxel_sise_m": 0.1, "threads": -1})
+        with self.assertRaisesRegex(ValueError, "backend"):
+            dtsdf_mapping.Mapper("gpu")
+        with self.assertRaisesRegex(TypeError, "map/voxel_size_m.*list"):
+            dtsdf_mapping.Mapper("cpu", {"map/voxel_size_m": [0.1]})
+        with self.assertRaisesRegex(TypeError, "dict or the path"):
+            dtsdf_mapping.Mapper("cpu", 3)
+        with self.assertRaisesRegex(RuntimeError, "missing.yaml"):
+            dtsdf_mapping.Mapper("cpu", "/missing.yaml")
+
+    def test_files(self):
+        with self.assertRaisesRegex(RuntimeError, "missing.dtsdf"):
+            dtsdf_mapping.Mapper.load("/missing.dtsdf")
+        with self.assertRaises(RuntimeError):
+            self.mapper.mesh().save("empty.ply")
+        with self.assertRaisesRegex(RuntimeError, "/missing"):
+            dtsdf_mapping.Recording("/missing")
+
+    def test_no_space_and_no_measurement(self):
+        with self.assertRaisesRegex(RuntimeError, "space/enabled"):
+            _ = self.mapper.space
+        result = self.mapper.integrate(wall(0.0), K, T_W_C)
+        self.assertFalse(result)
+        self.assertIn("measurement", result.status)
+
+    def test_regions_and_points(self):
+        with self.assertRaises(ValueError):
+            dtsdf_mapping.Sphere((0.0, 0.0, 0.0), -1.0)
+        with self.assertRaises(ValueError):
+            dtsdf_mapping.Box((1.0, 1.0))
+        space = dtsdf_mapping.Mapper("cpu", **{"space/enabled": True}).space
+        with self.assertRaisesRegex(ValueError, r"\(N, 3\)"):
+            space.free(numpy.zeros((2, 4)))
+
+    def test_pickle_and_copy(self):
+        for thing in (self.mapper, self.mapper.mesh(), self.mapper.blocks()):
+            with self.assertRaisesRegex(TypeError, "cannot be pickled"):
+                pickle.dumps(thing)
+            with self.assertRaisesRegex(TypeError, "cannot be pickled"):
+                copy.copy(thing)
+
+
+def _use_in_child(mapper, answers):
+    for use in (lambda: mapper.integrate(wall(), K, T_W_C), lambda: dtsdf_mapping.Mapper("cpu")):
+        try:
+            use()
+            answers.put("no error")
+        except RuntimeError as error:
+            answers.put(str(error))
+
+
+class Processes(unittest.TestCase):
+    def test_a_forked_mapper_is_refused(self):
+        context = multiprocessing.get_context("fork")
+        answers = context.Queue()
+        child = context.Process(target=_use_in_child, args=(map_of_wall(dtsdf_mapping), answers))
+        child.start()
+        for _ in range(2):
+            self.assertIn("spawn", answers.get(timeout=60))
+        child.join(60)
+        self.assertEqual(child.exitcode, 0)
+
+    def test_ctrl_c_ends_a_loop_of_frames(self):
+        mapper = dtsdf_mapping.Mapper("cpu", threads=1)
+        timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+        with self.assertRaises(KeyboardInterrupt):
+            timer.start()
+            for _ in range(100000):
+                mapper.integrate(wall(), K, T_W_C)
+        self.assertTrue(mapper.integrate(wall(), K, T_W_C))
+
+    def test_other_threads_run_while_it_works(self):
+        mapper, busy = dtsdf_mapping.Mapper("cpu", threads=1), threading.Event()
+        big = numpy.full((1080, 1920), 2.0, numpy.float32)
+
+        def work():
+            busy.set()
+            mapper.integrate(big, (1500.0, 1500.0, 960.0, 540.0), T_W_C)
+            busy.clear()
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        busy.wait(60)
+        steps = 0
+        while busy.is_set():
+            steps += 1
+            time.sleep(0)
+        thread.join()
+        self.assertGreater(steps, 100)  # with the GIL held there would be a few at most
+
+    def test_eight_threads_with_a_mapper_each(self):
+        expected = map_of_wall(dtsdf_mapping).mesh().vertices.tobytes()
+        found = [None] * 8
+
+        def work(i):
+            found[i] = map_of_wall(dtsdf_mapping).mesh().vertices.tobytes()
+
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(found, [expected] * 8)
+
+    def test_one_mapper_for_eight_threads(self):
+        mapper = dtsdf_mapping.Mapper("cpu", **{"map/voxel_size_m": 0.04, "threads": 1})
+
+        def work():
+            mapper.integrate(wall(), K, T_W_C)
+            mapper.mesh()
+
+        threads = [threading.Thread(target=work) for _ in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(mapper.mesh().vertices.tobytes(),
+                         map_of_wall(dtsdf_mapping, 8).mesh().vertices.tobytes())
+
+
+class Memory(unittest.TestCase):
+    def assert_flat(self, action):
+        for _ in range(100):
+            action()
+        before = resident_bytes()
+        for _ in range(1000):
+            action()
+        grown = resident_bytes() - before
+        # One mapper that is kept takes more than 1 MB; a thousand would be gigabytes.
+        self.assertLess(grown, 20e6, f"{grown / 1e6} MB more after 1000 times")
+
+    def test_a_thousand_mappers(self):
+        self.assert_flat(lambda: map_of_wall(dtsdf_mapping, 1, **{"mesh/min_support": 1}).mesh())
+
+    def test_a_thousand_clears(self):
+        mapper = dtsdf_mapping.Mapper("cpu", **{"map/voxel_size_m": 0.04, "threads": 1,
+                                                "mesh/min_support": 1})
+
+        def use():
+            mapper.integrate(wall(), K, T_W_C)
+            _ = mapper.mesh().vertices
+            mapper.clear()
+
+        self.assert_flat(use)
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main())

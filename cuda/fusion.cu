@@ -142,8 +142,10 @@ struct BlockSupport {
 /// A frame's look at a block.
 struct BlockLook {
   Vec3f first_voxel_L;
-  int32_t frames;  ///< As many the look counts for.
+  bool in_turn;  ///< It is the block's turn.
   BlockSupport support;
+
+  __device__ Look rule() const { return {support.words != nullptr, in_turn}; }
 };
 
 /// The voxels of a block that the frame judges.
@@ -175,7 +177,7 @@ __device__ JudgedVoxel unpackJudged(uint16_t packed) {
 
 /// A warp takes as long for one of them as for 32: so they are listed first.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
-                           const BlockSupport& support, JudgedVoxels& list) {
+                           const BlockLook& look, JudgedVoxels& list) {
   __syncthreads();  // of the block before
   if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
   __syncthreads();
@@ -183,10 +185,10 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
     const Voxel* voxels = map.voxels.record(entry.array[d]);
-    const uint32_t* covered = support.of(d);
+    const uint32_t* covered = look.support.of(d);
     for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
       const bool is_covered = covered != nullptr && (covered[i / 32] >> lane & 1u);
-      const bool is_judged = isJudged(voxels[i], is_covered, rules);
+      const bool is_judged = isJudged(voxels[i], is_covered, look.rule(), rules);
       const uint32_t judged = __ballot_sync(~0u, is_judged);
       uint32_t first = 0;
       if (lane == 0 && judged != 0) first = atomicAdd(&list.count, __popc(judged));
@@ -224,7 +226,7 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
 __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
                                    const MapView& map, const SlotEntry& entry,
                                    const BlockLook& look, JudgedVoxels& list) {
-  listJudged(map, fusion.rules, entry, look.support, list);
+  listJudged(map, fusion.rules, entry, look, list);
   const uint32_t contradicted =
       judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
   if (!__syncthreads_or(contradicted != 0)) return {false, 0};  // as most
@@ -234,7 +236,8 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
     const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     const bool was_empty = isEmpty(voxel);
-    voxel = contradictedVoxel(voxel, look.frames, is_covered, fusion.rules);
+    voxel = contradictedVoxel(voxel, framesOfLook(voxel, look.rule(), fusion.rules), is_covered,
+                              fusion.rules);
     changed |= !was_empty;
     if (was_empty || !isEmpty(voxel)) continue;
     forgetColour(map, entry.array[d], i);
@@ -257,7 +260,7 @@ __device__ void listEmpty(const TouchedView& touched, EmptyBlock* empty_blocks, 
 /// One block of threads per touched block.
 __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
                                   FusionTarget target, const uint32_t* supported,
-                                  EmptyBlock* empty_blocks) {
+                                  uint64_t frame_number, EmptyBlock* empty_blocks) {
   __shared__ JudgedVoxels list;
   const MapView& map = target.map;
   const TouchedView& touched = target.touched;
@@ -266,7 +269,8 @@ __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion
   uint32_t empty = block.empty;
   if (on_device.hasFreeDepth()) {
     const uint32_t first_sum = touched.first_sums[touched.places[blockIdx.x]];
-    const BlockLook look{toFloat(firstVoxelOfBlock(block.block_L)), 1,
+    const BlockLook look{toFloat(firstVoxelOfBlock(block.block_L)),
+                         isInTurn(map.slots[block.slot].key, frame_number, fusion.rules),
                          {supported + static_cast<size_t>(first_sum) * kSupportWords,
                           block.directions}};
     empty |= clearBlock(on_device.load(), fusion, map, map.slots[block.slot], look, list)
@@ -283,7 +287,7 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget
   const size_t slot = globalThread();
   if (slot >= target.map.slot_count) return;
   const PackedKey key = target.map.slots[slot].key;
-  if (key == kNoKey || !isLookedAt(key, frame_number, rules)) return;
+  if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
   if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
   if (findTouched(target.touched, key) >= 0) return;
   looks.slots[atomicAdd(looks.count, 1u)] = static_cast<int32_t>(slot);
@@ -300,8 +304,8 @@ __global__ void lookAroundKernel(DeviceSensing on_device, FusionSettings fusion,
   for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
     const int32_t slot = looks.slots[i];
     const SlotEntry& entry = map.slots[slot];
-    const BlockLook look{toFloat(firstVoxelOfBlock(unpackKey(entry.key) - origin)),
-                         fusion.rules.look_turns, {nullptr, 0}};
+    const BlockLook look{toFloat(firstVoxelOfBlock(unpackKey(entry.key) - origin)), true,
+                         {nullptr, 0}};
     const ClearedBlock cleared = clearBlock(sensing, fusion, map, entry, look, list);
     if (threadIdx.x != 0) continue;
     if (cleared.changed) markDirty(map, slot);
@@ -377,7 +381,7 @@ void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
   const StageSpan span(stream_, Stage::kClear);
   if (counters.touched > 0) {  // else the frame only looks around
     clearBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
-        sensing, fusion_, target, supported_.data(), empty_blocks_.data());
+        sensing, fusion_, target, supported_.data(), frame_number, empty_blocks_.data());
     DTSDF_CHECK_LAUNCH("clearBlocksKernel");
   }
   if (sensing.hasFreeDepth() && target.map.slot_count > 0) {

@@ -56,14 +56,16 @@ class PlaceBatch {
   float depth_m_[kBatch], u_[kBatch], v_[kBatch];
 };
 
+Look lookOf(const BlockLook& look) { return {look.sums != nullptr, look.in_turn}; }
+
 /// Lists the voxels that a frame with these sums, if any, judges. @return their number.
-int findJudged(const Voxel* voxels, const VoxelSums* sums, const FusionRules& rules,
-               JudgedVoxel (&found)[kVoxelsPerBlock]) {
+int findJudged(const Voxel* voxels, const VoxelSums* sums, const Look& look,
+               const FusionRules& rules, JudgedVoxel (&found)[kVoxelsPerBlock]) {
   int count = 0;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     const bool is_covered = sums != nullptr && sums[i].weight != 0;
     found[count] = {i, is_covered};
-    count += static_cast<int>(isJudged(voxels[i], is_covered, rules));
+    count += static_cast<int>(isJudged(voxels[i], is_covered, look, rules));
   }
   return count;
 }
@@ -74,8 +76,8 @@ int findContradicted(const BlockLook& look, int direction, const FrameSensing& s
                      const FusionRules& rules, const Voxel* voxels,
                      JudgedVoxel (&found)[kVoxelsPerBlock]) {
   const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
-  const int judged =
-      findJudged(voxels, has_sums ? look.sums->voxel[direction] : nullptr, rules, found);
+  const int judged = findJudged(voxels, has_sums ? look.sums->voxel[direction] : nullptr,
+                                lookOf(look), rules, found);
   const Facing facing = facingOf(look.directional ? direction : kAnyDirection);
   const Vec3f first_voxel_L = toFloat(firstVoxelOfBlock(look.block_L));
   PlaceBatch places;
@@ -106,7 +108,8 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
     for (int i = 0; i < count; ++i) {
       Voxel& voxel = array[found[i].index];
       const bool was_empty = isEmpty(voxel);
-      voxel = contradictedVoxel(voxel, look.frames, found[i].is_covered, rules);
+      voxel = contradictedVoxel(voxel, framesOfLook(voxel, lookOf(look), rules),
+                                found[i].is_covered, rules);
       result.changed |= !was_empty;
       has_emptied |= !was_empty && isEmpty(voxel);
     }

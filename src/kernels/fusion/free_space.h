@@ -154,11 +154,24 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
   return voxel - sdf * gradientOf(slope, facing);
 }
 
+/// How a frame looks at a block. It judges what holds a distance in each block that it touches;
+/// the others, and all that is empty, when it is the block's turn.
+struct Look {
+  bool touched;
+  bool in_turn;
+};
+
 /// Whether a frame that looks through a voxel's place can change it. One that the frame covers has
 /// to know where its surface was measured.
-DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, const FusionRules& rules) {
-  if (isEmpty(voxel)) return !is_covered && evidenceOf(voxel) > -rules.most_evidence;
-  return !is_covered || voxel.anchor != kNoAnchor;
+DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, const Look& look,
+                       const FusionRules& rules) {
+  if (!isEmpty(voxel)) return !is_covered || voxel.anchor != kNoAnchor;
+  return look.in_turn && !is_covered && evidenceOf(voxel) > -rules.most_evidence;
+}
+
+/// A look in turns counts for all the frames from one turn to the next.
+DTSDF_HD int32_t framesOfLook(const Voxel& voxel, const Look& look, const FusionRules& rules) {
+  return look.touched && !isEmpty(voxel) ? 1 : rules.look_turns;
 }
 
 /// Where a frame has to look through to contradict a voxel, in voxels from the block's first one:
@@ -227,8 +240,8 @@ DTSDF_HD bool isContradicted(const FrameSensing& sensing, const Vec3f& first_vox
                         projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
-/// Whether a frame looks at a block that it does not touch: each comes up once in so many frames.
-DTSDF_HD bool isLookedAt(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
+/// Whether it is a block's turn: each comes up once in so many frames.
+DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
   const auto turns = static_cast<uint64_t>(rules.look_turns);
   return (hashKey(key) >> 32) % turns == frame_number % turns;
 }

@@ -384,15 +384,31 @@ TEST(IsContradicted, CoveredVoxelsByTheirAnchors) {
 /// What a frame cannot change it does not judge.
 TEST(IsJudged, WhatItMayChange) {
   const FusionRules rules;
+  const Look look{true, true};
   Voxel known = makeVoxel(0.5f, 1 << 16, 3);
-  EXPECT_TRUE(isJudged(known, false, rules));
-  EXPECT_FALSE(isJudged(known, true, rules));  // has no anchor
+  EXPECT_TRUE(isJudged(known, false, look, rules));
+  EXPECT_FALSE(isJudged(known, true, look, rules));  // has no anchor
   known.anchor = packAnchor({0.25f, 0.0f, 0.0f}, 0.5f);
-  EXPECT_TRUE(isJudged(known, true, rules));
-  EXPECT_TRUE(isJudged(kEmpty, false, rules));
-  EXPECT_FALSE(isJudged(kEmpty, true, rules));
-  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), false, rules));
-  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), false, rules));
+  EXPECT_TRUE(isJudged(known, true, look, rules));
+  EXPECT_TRUE(isJudged(kEmpty, false, look, rules));
+  EXPECT_FALSE(isJudged(kEmpty, true, look, rules));
+  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), false, look, rules));
+  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), false, look, rules));
+}
+
+/// A touched block is judged in each frame where it holds a distance, and in its turn where it
+/// does not: as many frames count in the end.
+TEST(IsJudged, EmptyVoxelsInTurns) {
+  const FusionRules rules;
+  const Voxel known = makeVoxel(0.5f, 1 << 16, 3);
+  const Look out_of_turn{true, false}, in_turn{true, true}, untouched{false, true};
+  EXPECT_TRUE(isJudged(known, false, out_of_turn, rules));
+  EXPECT_FALSE(isJudged(kEmpty, false, out_of_turn, rules));
+  EXPECT_EQ(framesOfLook(known, out_of_turn, rules), 1);
+  EXPECT_EQ(framesOfLook(known, in_turn, rules), 1);
+  EXPECT_EQ(framesOfLook(kEmpty, in_turn, rules), rules.look_turns);
+  EXPECT_EQ(framesOfLook(known, untouched, rules), rules.look_turns);
+  EXPECT_EQ(framesOfLook(kEmpty, untouched, rules), rules.look_turns);
 }
 
 /// A rod three pixels wide before a wall: its voxels reach over its outline, but their feet on the
@@ -467,7 +483,7 @@ TEST(MayBeInView, LeavesOutWhatIsFarOutside) {
   }
 }
 
-TEST(IsLookedAt, EachBlockOnceInSoManyFrames) {
+TEST(IsInTurn, EachBlockOnceInSoManyFrames) {
   for (const int32_t turns : {1, 3, 8}) {
     FusionRules rules;
     rules.look_turns = turns;
@@ -475,7 +491,7 @@ TEST(IsLookedAt, EachBlockOnceInSoManyFrames) {
       const PackedKey key = packKey({i % 8 - 4, i / 8 % 8 - 4, i / 64});
       for (const uint64_t first : {uint64_t{1}, uint64_t{6}, uint64_t{1} << 33}) {
         int looks = 0;
-        for (int frame = 0; frame < turns; ++frame) looks += isLookedAt(key, first + frame, rules);
+        for (int frame = 0; frame < turns; ++frame) looks += isInTurn(key, first + frame, rules);
         ASSERT_EQ(looks, 1) << turns << " turns, block " << i << ", from frame " << first;
       }
     }
@@ -483,11 +499,11 @@ TEST(IsLookedAt, EachBlockOnceInSoManyFrames) {
 }
 
 /// Blocks side by side come up in different frames, or one frame would do the work of all.
-TEST(IsLookedAt, SpreadsTheWork) {
+TEST(IsInTurn, SpreadsTheWork) {
   for (uint64_t frame = 0; frame < 8; ++frame) {
     int looks = 0;
     for (int i = 0; i < 4096; ++i) {
-      looks += isLookedAt(packKey({i % 16, i / 16 % 16, i / 256}), frame, FusionRules());
+      looks += isInTurn(packKey({i % 16, i / 16 % 16, i / 256}), frame, FusionRules());
     }
     EXPECT_NEAR(looks, 1024, 150) << "frame " << frame;
   }

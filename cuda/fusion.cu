@@ -155,7 +155,7 @@ struct JudgedVoxels {
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
 };
 constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kThreads;
-static_assert(kMostPerThread <= 32, "a bit for each voxel that a thread judges");
+static_assert(kMostPerThread <= 16, "two bits for each voxel that a thread judges");
 
 constexpr uint32_t kCoveredBit = 1u << 15;
 static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "a bit is left");
@@ -199,19 +199,32 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   __syncthreads();
 }
 
-/// Which of the voxels on this thread's turn the frame contradicts, a bit each.
-__device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
-                                const MapView& map, const SlotEntry& entry,
-                                const Vec3f& first_voxel_L, const JudgedVoxels& list) {
-  uint32_t contradicted = 0;
+/// What the frame makes of the voxels on this thread's turn.
+class Sights {
+ public:
+  __device__ void set(uint32_t turn, Sight sight) {
+    bits_ |= static_cast<uint32_t>(sight) << (2 * turn);
+  }
+  __device__ Sight of(uint32_t turn) const { return static_cast<Sight>(bits_ >> (2 * turn) & 3u); }
+  __device__ bool any() const { return bits_ != 0; }
+
+ private:
+  uint32_t bits_ = 0;
+};
+
+/// Holds only what changes a voxel.
+__device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
+                              const MapView& map, const SlotEntry& entry,
+                              const Vec3f& first_voxel_L, const JudgedVoxels& list) {
+  Sights sights;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
     const JudgedVoxel voxel = unpackJudged(list.voxel[k]);
-    const bool is = isContradicted(
-        sensing, first_voxel_L, map.voxels.record(entry.array[voxel.direction]), voxel.index,
-        fusion.directional ? voxel.direction : kAnyDirection, voxel.is_covered);
-    contradicted |= static_cast<uint32_t>(is) << turn;
+    const Sight sight =
+        judge(sensing, first_voxel_L, map.voxels.record(entry.array[voxel.direction]), voxel.index,
+              fusion.directional ? voxel.direction : kAnyDirection, voxel.is_covered);
+    if (isAgainst(sight, voxel.is_covered)) sights.set(turn, sight);
   }
-  return contradicted;
+  return sights;
 }
 
 /// Whether an array holds nothing. By all threads of a block.
@@ -221,23 +234,23 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
   return !__syncthreads_or(holds);
 }
 
-/// Takes evidence from the voxels that the frame contradicts, with a block of threads: all are
+/// Takes evidence from the voxels that the frame sees through, with a block of threads: all are
 /// judged before the first one changes.
 __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
                                    const MapView& map, const SlotEntry& entry,
                                    const BlockLook& look, JudgedVoxels& list) {
   listJudged(map, fusion.rules, entry, look, list);
-  const uint32_t contradicted =
-      judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
-  if (!__syncthreads_or(contradicted != 0)) return {false, 0};  // as most
+  const Sights sights = judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
+  if (!__syncthreads_or(sights.any())) return {false, 0};  // as most
   int changed = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
-    if (!(contradicted >> turn & 1u)) continue;
+    const Sight sight = sights.of(turn);
+    if (sight == Sight::kSurface) continue;
     const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     const bool was_empty = isEmpty(voxel);
-    voxel = contradictedVoxel(voxel, framesOfLook(voxel, look.rule(), fusion.rules), is_covered,
-                              fusion.rules);
+    const int32_t frames = framesAgainst(sight, voxel, look.rule(), fusion.rules);
+    voxel = contradictedVoxel(voxel, frames, is_covered, fusion.rules);
     changed |= !was_empty;
     if (was_empty || !isEmpty(voxel)) continue;
     forgetColour(map, entry.array[d], i);

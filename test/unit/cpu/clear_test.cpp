@@ -55,13 +55,12 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     const Vec3f first = toFloat(firstVoxelOfBlock(look.block_L));
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const bool is_covered = has_sums && sums.voxel[array][i].weight != 0;
+      const Sight sight = judge(sensing, first, before.data(), i, direction, is_covered);
       const bool expected =
-          isJudged(before[i], is_covered, rule, rules) &&
-          isContradicted(sensing, first, before.data(), i, direction, is_covered);
+          isJudged(before[i], is_covered, rule, rules) && isAgainst(sight, is_covered);
+      const int32_t frames = framesAgainst(sight, before[i], rule, rules);
       const Voxel after =
-          expected ? contradictedVoxel(before[i], framesOfLook(before[i], rule, rules),
-                                       is_covered, rules)
-                   : before[i];
+          expected ? contradictedVoxel(before[i], frames, is_covered, rules) : before[i];
       ASSERT_EQ(voxels[i].state, after.state) << round << " " << i;
       ++(expected ? contradicted : kept);
     }

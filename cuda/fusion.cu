@@ -142,8 +142,10 @@ struct BlockSupport {
 /// A frame's look at a block.
 struct BlockLook {
   Vec3f first_voxel_L;
-  int32_t frames;  ///< As many the look counts for.
+  bool in_turn;  ///< It is the block's turn.
   BlockSupport support;
+
+  __device__ Look rule() const { return {support.words != nullptr, in_turn}; }
 };
 
 /// The voxels of a block that the frame judges.
@@ -153,7 +155,7 @@ struct JudgedVoxels {
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
 };
 constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kThreads;
-static_assert(kMostPerThread <= 32, "a bit for each voxel that a thread judges");
+static_assert(kMostPerThread <= 16, "two bits for each voxel that a thread judges");
 
 constexpr uint32_t kCoveredBit = 1u << 15;
 static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "a bit is left");
@@ -175,7 +177,7 @@ __device__ JudgedVoxel unpackJudged(uint16_t packed) {
 
 /// A warp takes as long for one of them as for 32: so they are listed first.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
-                           const BlockSupport& support, JudgedVoxels& list) {
+                           const BlockLook& look, JudgedVoxels& list) {
   __syncthreads();  // of the block before
   if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
   __syncthreads();
@@ -183,10 +185,10 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
     const Voxel* voxels = map.voxels.record(entry.array[d]);
-    const uint32_t* covered = support.of(d);
+    const uint32_t* covered = look.support.of(d);
     for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
       const bool is_covered = covered != nullptr && (covered[i / 32] >> lane & 1u);
-      const bool is_judged = isJudged(voxels[i], is_covered, rules);
+      const bool is_judged = isJudged(voxels[i], is_covered, look.rule(), rules);
       const uint32_t judged = __ballot_sync(~0u, is_judged);
       uint32_t first = 0;
       if (lane == 0 && judged != 0) first = atomicAdd(&list.count, __popc(judged));
@@ -197,19 +199,32 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   __syncthreads();
 }
 
-/// Which of the voxels on this thread's turn the frame contradicts, a bit each.
-__device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
-                                const MapView& map, const SlotEntry& entry,
-                                const Vec3f& first_voxel_L, const JudgedVoxels& list) {
-  uint32_t contradicted = 0;
+/// What the frame makes of the voxels on this thread's turn.
+class Sights {
+ public:
+  __device__ void set(uint32_t turn, Sight sight) {
+    bits_ |= static_cast<uint32_t>(sight) << (2 * turn);
+  }
+  __device__ Sight of(uint32_t turn) const { return static_cast<Sight>(bits_ >> (2 * turn) & 3u); }
+  __device__ bool any() const { return bits_ != 0; }
+
+ private:
+  uint32_t bits_ = 0;
+};
+
+/// Holds only what changes a voxel.
+__device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
+                              const MapView& map, const SlotEntry& entry,
+                              const Vec3f& first_voxel_L, const JudgedVoxels& list) {
+  Sights sights;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
     const JudgedVoxel voxel = unpackJudged(list.voxel[k]);
-    const bool is = isContradicted(
-        sensing, first_voxel_L, map.voxels.record(entry.array[voxel.direction]), voxel.index,
-        fusion.directional ? voxel.direction : kAnyDirection, voxel.is_covered);
-    contradicted |= static_cast<uint32_t>(is) << turn;
+    const Sight sight =
+        judge(sensing, first_voxel_L, map.voxels.record(entry.array[voxel.direction]), voxel.index,
+              fusion.directional ? voxel.direction : kAnyDirection, voxel.is_covered);
+    if (isAgainst(sight, voxel.is_covered)) sights.set(turn, sight);
   }
-  return contradicted;
+  return sights;
 }
 
 /// Whether an array holds nothing. By all threads of a block.
@@ -219,22 +234,23 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
   return !__syncthreads_or(holds);
 }
 
-/// Takes evidence from the voxels that the frame contradicts, with a block of threads: all are
+/// Takes evidence from the voxels that the frame sees through, with a block of threads: all are
 /// judged before the first one changes.
 __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
                                    const MapView& map, const SlotEntry& entry,
                                    const BlockLook& look, JudgedVoxels& list) {
-  listJudged(map, fusion.rules, entry, look.support, list);
-  const uint32_t contradicted =
-      judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
-  if (!__syncthreads_or(contradicted != 0)) return {false, 0};  // as most
+  listJudged(map, fusion.rules, entry, look, list);
+  const Sights sights = judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
+  if (!__syncthreads_or(sights.any())) return {false, 0};  // as most
   int changed = 0;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
-    if (!(contradicted >> turn & 1u)) continue;
+    const Sight sight = sights.of(turn);
+    if (sight == Sight::kSurface) continue;
     const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     const bool was_empty = isEmpty(voxel);
-    voxel = contradictedVoxel(voxel, look.frames, is_covered, fusion.rules);
+    const int32_t frames = framesAgainst(sight, voxel, look.rule(), fusion.rules);
+    voxel = contradictedVoxel(voxel, frames, is_covered, fusion.rules);
     changed |= !was_empty;
     if (was_empty || !isEmpty(voxel)) continue;
     forgetColour(map, entry.array[d], i);
@@ -257,7 +273,7 @@ __device__ void listEmpty(const TouchedView& touched, EmptyBlock* empty_blocks, 
 /// One block of threads per touched block.
 __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
                                   FusionTarget target, const uint32_t* supported,
-                                  EmptyBlock* empty_blocks) {
+                                  uint64_t frame_number, EmptyBlock* empty_blocks) {
   __shared__ JudgedVoxels list;
   const MapView& map = target.map;
   const TouchedView& touched = target.touched;
@@ -266,7 +282,8 @@ __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion
   uint32_t empty = block.empty;
   if (on_device.hasFreeDepth()) {
     const uint32_t first_sum = touched.first_sums[touched.places[blockIdx.x]];
-    const BlockLook look{toFloat(firstVoxelOfBlock(block.block_L)), 1,
+    const BlockLook look{toFloat(firstVoxelOfBlock(block.block_L)),
+                         isInTurn(map.slots[block.slot].key, frame_number, fusion.rules),
                          {supported + static_cast<size_t>(first_sum) * kSupportWords,
                           block.directions}};
     empty |= clearBlock(on_device.load(), fusion, map, map.slots[block.slot], look, list)
@@ -283,7 +300,7 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget
   const size_t slot = globalThread();
   if (slot >= target.map.slot_count) return;
   const PackedKey key = target.map.slots[slot].key;
-  if (key == kNoKey || !isLookedAt(key, frame_number, rules)) return;
+  if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
   if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
   if (findTouched(target.touched, key) >= 0) return;
   looks.slots[atomicAdd(looks.count, 1u)] = static_cast<int32_t>(slot);
@@ -300,8 +317,8 @@ __global__ void lookAroundKernel(DeviceSensing on_device, FusionSettings fusion,
   for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
     const int32_t slot = looks.slots[i];
     const SlotEntry& entry = map.slots[slot];
-    const BlockLook look{toFloat(firstVoxelOfBlock(unpackKey(entry.key) - origin)),
-                         fusion.rules.look_turns, {nullptr, 0}};
+    const BlockLook look{toFloat(firstVoxelOfBlock(unpackKey(entry.key) - origin)), true,
+                         {nullptr, 0}};
     const ClearedBlock cleared = clearBlock(sensing, fusion, map, entry, look, list);
     if (threadIdx.x != 0) continue;
     if (cleared.changed) markDirty(map, slot);
@@ -377,7 +394,7 @@ void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
   const StageSpan span(stream_, Stage::kClear);
   if (counters.touched > 0) {  // else the frame only looks around
     clearBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
-        sensing, fusion_, target, supported_.data(), empty_blocks_.data());
+        sensing, fusion_, target, supported_.data(), frame_number, empty_blocks_.data());
     DTSDF_CHECK_LAUNCH("clearBlocksKernel");
   }
   if (sensing.hasFreeDepth() && target.map.slot_count > 0) {

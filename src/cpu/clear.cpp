@@ -10,14 +10,15 @@ namespace {
 /// Voxels that are judged at once, at most.
 constexpr int kBatch = 64;
 
-/// A voxel that a frame judges.
+/// A voxel that a frame judges, and what it sees there.
 struct JudgedVoxel {
   int index;
   bool is_covered;
+  Sight sight;
 };
 
-/// The places of some of an array's voxels, found side by side: isContradicted()'s way to where a
-/// place is seen, which compilers turn into vector instructions. Same bits.
+/// The places of some of an array's voxels, found side by side: judge()'s way to where a place
+/// is seen, which compilers turn into vector instructions. Same bits.
 class PlaceBatch {
  public:
   VoxelInImage at(int i) const { return {depth_m_[i], u_[i], v_[i]}; }
@@ -56,14 +57,16 @@ class PlaceBatch {
   float depth_m_[kBatch], u_[kBatch], v_[kBatch];
 };
 
+Look lookOf(const BlockLook& look) { return {look.sums != nullptr, look.in_turn}; }
+
 /// Lists the voxels that a frame with these sums, if any, judges. @return their number.
-int findJudged(const Voxel* voxels, const VoxelSums* sums, const FusionRules& rules,
-               JudgedVoxel (&found)[kVoxelsPerBlock]) {
+int findJudged(const Voxel* voxels, const VoxelSums* sums, const Look& look,
+               const FusionRules& rules, JudgedVoxel (&found)[kVoxelsPerBlock]) {
   int count = 0;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     const bool is_covered = sums != nullptr && sums[i].weight != 0;
-    found[count] = {i, is_covered};
-    count += static_cast<int>(isJudged(voxels[i], is_covered, rules));
+    found[count] = {i, is_covered, Sight::kSurface};
+    count += static_cast<int>(isJudged(voxels[i], is_covered, look, rules));
   }
   return count;
 }
@@ -74,8 +77,8 @@ int findContradicted(const BlockLook& look, int direction, const FrameSensing& s
                      const FusionRules& rules, const Voxel* voxels,
                      JudgedVoxel (&found)[kVoxelsPerBlock]) {
   const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
-  const int judged =
-      findJudged(voxels, has_sums ? look.sums->voxel[direction] : nullptr, rules, found);
+  const int judged = findJudged(voxels, has_sums ? look.sums->voxel[direction] : nullptr,
+                                lookOf(look), rules, found);
   const Facing facing = facingOf(look.directional ? direction : kAnyDirection);
   const Vec3f first_voxel_L = toFloat(firstVoxelOfBlock(look.block_L));
   PlaceBatch places;
@@ -84,8 +87,9 @@ int findContradicted(const BlockLook& look, int direction, const FrameSensing& s
     const int batch = std::min(kBatch, judged - first);
     places.compute(voxels, found + first, batch, facing, first_voxel_L, sensing.image.frame);
     for (int i = 0; i < batch; ++i) {
-      const JudgedVoxel voxel = found[first + i];
-      if (isContradicted(sensing, voxels[voxel.index], places.at(i))) found[count++] = voxel;
+      JudgedVoxel voxel = found[first + i];
+      voxel.sight = judge(sensing, voxels[voxel.index], places.at(i));
+      if (isAgainst(voxel.sight, voxel.is_covered)) found[count++] = voxel;
     }
   }
   return count;
@@ -106,7 +110,8 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
     for (int i = 0; i < count; ++i) {
       Voxel& voxel = array[found[i].index];
       const bool was_empty = isEmpty(voxel);
-      voxel = contradictedVoxel(voxel, look.frames, found[i].is_covered, rules);
+      const int32_t frames = framesAgainst(found[i].sight, voxel, lookOf(look), rules);
+      voxel = contradictedVoxel(voxel, frames, found[i].is_covered, rules);
       result.changed |= !was_empty;
       has_emptied |= !was_empty && isEmpty(voxel);
     }

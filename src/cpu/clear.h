@@ -12,7 +12,7 @@ namespace dtsdf {
 /// A frame's look at a block.
 struct BlockLook {
   Vec3i block_L;         ///< Its coordinates relative to the frame's origin.
-  int32_t frames;        ///< As many frames the look counts for.
+  bool in_turn;          ///< It is the block's turn.
   const BlockSums* sums; ///< Of the frame; null if it does not touch the block.
   uint32_t directions;   ///< Bit d: the frame has sums of direction d.
   bool directional;      ///< Else the only array holds surfaces of any direction.

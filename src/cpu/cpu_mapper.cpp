@@ -168,7 +168,8 @@ void CpuMapper::castFoldAndClear(const std::vector<TouchedBlock>& blocks,
                                voxels_);
     lap.end(Stage::kFold);
     if (clears) {
-      const BlockLook look{block.block_L, 1, &sums, directions, params_.map.directional};
+      const BlockLook look{block.block_L, isInTurn(block.key, frames_, rules_.fusion), &sums,
+                           directions, params_.map.directional};
       empty_directions[i] |= clear(look, entry, sensing).empty_directions;
     }
     last_touched_[slot] = frames_;
@@ -244,8 +245,7 @@ void CpuMapper::lookAround(const FrameSensing& sensing) {
   struct NoScratch {};
   parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
     const BlockEntry& entry = table_.block(slots[i]);
-    const BlockLook look{entry.key - origin, rules_.fusion.look_turns, nullptr, 0,
-                         params_.map.directional};
+    const BlockLook look{entry.key - origin, true, nullptr, 0, params_.map.directional};
     cleared[i] = clear(look, entry, sensing);
   });
   for (size_t i = 0; i < slots.size(); ++i) {
@@ -260,7 +260,7 @@ std::vector<int32_t> CpuMapper::blocksInTurn(const FrameView& frame) const {
   for (size_t slot = 0; slot < table_.slotCount(); ++slot) {
     if (last_touched_[slot] == frames_) continue;
     const BlockEntry& entry = table_.block(static_cast<int32_t>(slot));
-    if (!entry.in_use || !isLookedAt(packKey(entry.key), frames_, rules_.fusion)) continue;
+    if (!entry.in_use || !isInTurn(packKey(entry.key), frames_, rules_.fusion)) continue;
     if (mayBeInView(frame, entry.key - origin)) slots.push_back(static_cast<int32_t>(slot));
   }
   return slots;

@@ -1,7 +1,8 @@
 /// Whether there is a surface: evidence, a counter of frames.
 ///
-/// A frame that covers enough of a voxel supports the surface there. One that looks through the
-/// place where the voxel says the surface is contradicts it (free_space.h). All others say nothing.
+/// A frame that covers enough of a voxel supports the surface there, unless it sees the outline
+/// short of it. One that looks through the place where the voxel says the surface is contradicts it
+/// (free_space.h). All others say nothing.
 ///
 /// Frames count before there is a surface as well: below zero the counter is evidence of free
 /// space. So a surface that some frames measured where others see through, since poses or outlines

@@ -8,8 +8,12 @@
 /// voxel's distance and the gradient of its array. The frame contradicts it if it sees free space
 /// there, in all of the 3 x 3 pixels around that the image has: each was measured, or lies in a gap
 /// of a pixel, and is farther away. So a voxel beside or behind something thin is not held against
-/// it, and where nothing is measured nothing is contradicted. A frame that covers the voxel looks
-/// at its anchor instead; a voxel that holds no distance is looked at where it is, with its cells.
+/// it, and where nothing is measured nothing is contradicted. A voxel that holds no distance is
+/// looked at where it is, with its cells.
+///
+/// A frame that covers the voxel looks at its anchor instead. It supports the surface only if its
+/// own pixel does not see free space there: so a surface ends where as many images see it as see
+/// past it, and not where the outermost of them did.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -154,11 +158,24 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
   return voxel - sdf * gradientOf(slope, facing);
 }
 
+/// How a frame looks at a block. It judges what holds a distance in each block that it touches;
+/// the others, and all that is empty, when it is the block's turn.
+struct Look {
+  bool touched;
+  bool in_turn;
+};
+
 /// Whether a frame that looks through a voxel's place can change it. One that the frame covers has
 /// to know where its surface was measured.
-DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, const FusionRules& rules) {
-  if (isEmpty(voxel)) return !is_covered && evidenceOf(voxel) > -rules.most_evidence;
-  return !is_covered || voxel.anchor != kNoAnchor;
+DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, const Look& look,
+                       const FusionRules& rules) {
+  if (!isEmpty(voxel)) return !is_covered || voxel.anchor != kNoAnchor;
+  return look.in_turn && !is_covered && evidenceOf(voxel) > -rules.most_evidence;
+}
+
+/// A look in turns counts for all the frames from one turn to the next.
+DTSDF_HD int32_t framesOfLook(const Voxel& voxel, const Look& look, const FusionRules& rules) {
+  return look.touched && !isEmpty(voxel) ? 1 : rules.look_turns;
 }
 
 /// Where a frame has to look through to contradict a voxel, in voxels from the block's first one:
@@ -188,12 +205,11 @@ DTSDF_HD int lookSpread(const FrameView& frame, const Voxel& voxel, float depth_
   return cell_px < 1.0f ? 1 : floorToInt(minimum(cell_px, 1000.0f));
 }
 
-/// Whether the frame sees through a point that it sees there: at 3 x 3 places around, `spread`
-/// pixels apart, as far as the image has them.
-DTSDF_HD bool seesThrough(const FrameSensing& sensing, const VoxelInImage& at, int spread) {
+/// Whether the frame sees through a point at 3 x 3 places around, `spread` pixels apart, as far as
+/// the image has them.
+DTSDF_HD bool seesThroughAround(const FrameSensing& sensing, const VoxelInImage& at, int spread) {
   const FrameView& frame = sensing.image.frame;
   const Pixel centre{static_cast<int>(at.u), static_cast<int>(at.v)};
-  if (!(at.depth_m < sensing.free_depth[pixelIndex(frame, centre)])) return false;
   const int left = centre.u >= spread ? centre.u - spread : centre.u;
   const int right = centre.u + spread < frame.width ? centre.u + spread : centre.u;
   bool free = true;
@@ -212,23 +228,48 @@ DTSDF_HD bool isInImage(const FrameView& frame, const VoxelInImage& at) {
          at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height);
 }
 
-/// Whether the frame looks through the place of a voxel, once it is known where that is seen.
-DTSDF_HD bool isContradicted(const FrameSensing& sensing, const Voxel& voxel,
-                             const VoxelInImage& at) {
+/// What a frame sees at the place of a voxel.
+enum class Sight : uint32_t {
+  kSurface,  ///< It may be there.
+  kOutline,  ///< Its pixel looks through the place, but not all around it do.
+  kThrough,  ///< All look through it.
+};
+
+/// The same once it is known where the place is seen. An empty voxel speaks for all cells that it is
+/// a corner of: they reach a voxel farther.
+DTSDF_HD Sight judge(const FrameSensing& sensing, const Voxel& voxel, const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
-  return isInImage(frame, at) && seesThrough(sensing, at, lookSpread(frame, voxel, at.depth_m));
+  if (!isInImage(frame, at)) return Sight::kSurface;
+  const Pixel pixel{static_cast<int>(at.u), static_cast<int>(at.v)};
+  const float depth_m = isEmpty(voxel) ? at.depth_m + frame.voxel_size_m : at.depth_m;
+  if (!(depth_m < sensing.free_depth[pixelIndex(frame, pixel)])) return Sight::kSurface;
+  return seesThroughAround(sensing, {depth_m, at.u, at.v}, lookSpread(frame, voxel, at.depth_m))
+             ? Sight::kThrough
+             : Sight::kOutline;
 }
 
-/// Whether a frame contradicts a voxel that it judges.
-DTSDF_HD bool isContradicted(const FrameSensing& sensing, const Vec3f& first_voxel_L,
-                             const Voxel* voxels, int index, int direction, bool is_covered) {
+/// What a frame sees of a voxel that it judges.
+DTSDF_HD Sight judge(const FrameSensing& sensing, const Vec3f& first_voxel_L, const Voxel* voxels,
+                     int index, int direction, bool is_covered) {
   const Vec3f place = placeOf(voxels, index, direction, is_covered);
-  return isContradicted(sensing, voxels[index],
-                        projectToImage(sensing.image.frame, first_voxel_L + place));
+  return judge(sensing, voxels[index],
+               projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
-/// Whether a frame looks at a block that it does not touch: each comes up once in so many frames.
-DTSDF_HD bool isLookedAt(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
+/// Whether a sight takes evidence from a voxel. At an outline it takes back no more than the
+/// frame's own support: images whose outlines lie on either side of a place balance there.
+DTSDF_HD bool isAgainst(Sight sight, bool is_covered) {
+  return sight == Sight::kThrough || (is_covered && sight == Sight::kOutline);
+}
+
+/// How many frames a sight contradicts a voxel for.
+DTSDF_HD int32_t framesAgainst(Sight sight, const Voxel& voxel, const Look& look,
+                               const FusionRules& rules) {
+  return sight == Sight::kThrough ? framesOfLook(voxel, look, rules) : 0;
+}
+
+/// Whether it is a block's turn: each comes up once in so many frames.
+DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
   const auto turns = static_cast<uint64_t>(rules.look_turns);
   return (hashKey(key) >> 32) % turns == frame_number % turns;
 }

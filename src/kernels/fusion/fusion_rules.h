@@ -47,8 +47,8 @@ struct FusionRules {
   /// ... plus so many standard deviations of the noise: all but 0.3 % of the measurements lie
   /// nearer to the surface.
   float free_noise = 3.0f;
-  /// Blocks in view that a frame does not touch are looked at in turns, one of so many frames; such
-  /// a look counts for all of them.
+  /// Blocks in view that a frame does not touch, and voxels without a distance, are looked at in
+  /// turns, in one of so many frames; such a look counts for all of them.
   int32_t look_turns = 4;
 };
 

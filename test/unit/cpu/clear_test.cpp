@@ -47,17 +47,20 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     }
     const bool has_sums = round % 2 == 0;
     const std::vector<Voxel> before(voxels, voxels + kVoxelsPerBlock);
-    const BlockLook look{{0, 0, 6}, 1, has_sums ? &sums : nullptr, 1u << array,
+    const bool in_turn = !has_sums || round % 4 == 0;
+    const Look rule{has_sums, in_turn};
+    const BlockLook look{{0, 0, 6}, in_turn, has_sums ? &sums : nullptr, 1u << array,
                          direction != kAnyDirection};
     clearBlock(look, entry, sensing, rules, store);
     const Vec3f first = toFloat(firstVoxelOfBlock(look.block_L));
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const bool is_covered = has_sums && sums.voxel[array][i].weight != 0;
+      const Sight sight = judge(sensing, first, before.data(), i, direction, is_covered);
       const bool expected =
-          isJudged(before[i], is_covered, rules) &&
-          isContradicted(sensing, first, before.data(), i, direction, is_covered);
+          isJudged(before[i], is_covered, rule, rules) && isAgainst(sight, is_covered);
+      const int32_t frames = framesAgainst(sight, before[i], rule, rules);
       const Voxel after =
-          expected ? contradictedVoxel(before[i], 1, is_covered, rules) : before[i];
+          expected ? contradictedVoxel(before[i], frames, is_covered, rules) : before[i];
       ASSERT_EQ(voxels[i].state, after.state) << round << " " << i;
       ++(expected ? contradicted : kept);
     }

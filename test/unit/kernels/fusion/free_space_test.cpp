@@ -250,10 +250,13 @@ TEST(Foot, OfAnyDirection) {
 class SeesThrough : public testing::Test {
  protected:
   bool sees(const Vec3f& p_L, const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
+    return sight(p_L, voxel) == Sight::kThrough;
+  }
+  Sight sight(const Vec3f& p_L, const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
     const FrameView frame = frontalFrame(9, 9, {10.0f, 10.0f, 4.0f, 4.0f}, kVoxel);
     const FrameSensing sensing{
         {frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, free_.data()};
-    return isContradicted(sensing, voxel, projectToImage(frame, p_L));
+    return judge(sensing, voxel, projectToImage(frame, p_L));
   }
   float& at(int u, int v) { return free_[static_cast<size_t>(9 * v + u)]; }
 
@@ -280,6 +283,35 @@ TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
     }
     at(u, v) = 2.0f;
   }
+}
+
+/// Its own pixel says on which side of an outline a point lies, also where one beside it shows the
+/// surface.
+TEST_F(SeesThrough, KnowsItsSideOfAnOutline) {
+  for (int v = 0; v < 9; ++v) {
+    for (int u = 0; u < 4; ++u) at(u, v) = 0.9f;
+  }
+  const auto sightAt = [&](int u) { return sight({1.0f * static_cast<float>(u - 4), 0, 10}); };
+  EXPECT_EQ(sightAt(3), Sight::kSurface);
+  EXPECT_EQ(sightAt(4), Sight::kOutline);
+  EXPECT_EQ(sightAt(5), Sight::kThrough);
+}
+
+/// Images whose outlines lie on either side of a place: those that cover a voxel and see the
+/// outline short of its anchor give no support, and take none away from others.
+TEST(IsAgainst, AtAnOutlineOnlyOwnSupport) {
+  const FusionRules rules;
+  const Look look{true, true};
+  EXPECT_FALSE(isAgainst(Sight::kSurface, true));
+  EXPECT_FALSE(isAgainst(Sight::kOutline, false));
+  EXPECT_TRUE(isAgainst(Sight::kOutline, true));
+  EXPECT_TRUE(isAgainst(Sight::kThrough, false));
+  EXPECT_TRUE(isAgainst(Sight::kThrough, true));
+  const Voxel before = makeVoxel(-0.75f, 12345, 9);
+  const Voxel supported = makeVoxel(-0.75f, 12345, supportedEvidence(9, rules));
+  const int32_t frames = framesAgainst(Sight::kOutline, supported, look, rules);
+  EXPECT_EQ(evidenceOf(contradictedVoxel(supported, frames, true, rules)), evidenceOf(before));
+  EXPECT_EQ(framesAgainst(Sight::kThrough, supported, look, rules), 1);
 }
 
 /// A voxel is 3 pixels wide at a third of a metre, and one beyond a metre: an empty one wants all
@@ -336,7 +368,7 @@ constexpr int kZMinus = 5;
 size_t contradicted(const FreeSpaceImage& image, const Array& array) {
   size_t count = 0;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    count += isContradicted(image.sensing(), {0, 0, 48}, array.voxel, i, kZMinus, false);
+    count += judge(image.sensing(), {0, 0, 48}, array.voxel, i, kZMinus, false) == Sight::kThrough;
   }
   return count;
 }
@@ -344,7 +376,7 @@ const Array kWall([](const Vec3f& p) { return 3.2 - p.z; });
 
 /// All of its voxels or none, before it and behind it: they stand for the same surface. (Behind
 /// them, up to 1.1 m, an image of 1.05 m sees nothing free.)
-TEST(IsContradicted, WhereTheSurfaceIsSeenThrough) {
+TEST(Judge, WhereTheSurfaceIsSeenThrough) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), kWall), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.05)), kWall), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.037)), kWall), 512u);  // 13 mm off
@@ -354,27 +386,27 @@ TEST(IsContradicted, WhereTheSurfaceIsSeenThrough) {
 }
 
 /// Noise of 5 mm at 1 m: the image has to see 10 + 15 mm farther.
-TEST(IsContradicted, KeepsAwayFromNoise) {
+TEST(Judge, KeepsAwayFromNoise) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.045), 0.005f), kWall), 0u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.056), 0.005f), kWall), 512u);
 }
 
-/// Empty voxels are their own feet: those before 1.04 m, less 10 mm, are seen past. The block
-/// begins at 0.96 m, and its fourth layer is at 1.02 m.
-TEST(IsContradicted, EmptyVoxelsWhereTheyAre) {
+/// Empty voxels are their own feet, with their cells: those a voxel before 1.04 m, less 10 mm, are
+/// seen past. The block begins at 0.96 m, and its third layer is at 1.00 m.
+TEST(Judge, EmptyVoxelsWhereTheyAre) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 512u);
-  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 4u * 64u);
+  EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 3u * 64u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.9)), Array()), 0u);
 }
 
 /// A frame that covers a voxel judges it by its anchor.
-TEST(IsContradicted, CoveredVoxelsByTheirAnchors) {
+TEST(Judge, CoveredVoxelsByTheirAnchors) {
   Array wall = kWall;
   Voxel& voxel = wall(3, 3, 3);
   voxel.anchor = packAnchor({0.0f, 0.0f, 0.75f}, 0.5f);  // at 51.75 voxels, 1.035 m
   const auto isAt = [&](double wall_m, bool is_covered) {
-    return isContradicted(FreeSpaceImage(plane(0, 0, 1, wall_m)).sensing(), {0, 0, 48}, wall.voxel,
-                          voxelIndex(3, 3, 3), kZMinus, is_covered);
+    return judge(FreeSpaceImage(plane(0, 0, 1, wall_m)).sensing(), {0, 0, 48}, wall.voxel,
+                 voxelIndex(3, 3, 3), kZMinus, is_covered) == Sight::kThrough;
   };
   EXPECT_TRUE(isAt(1.04, false));  // the foot is at 1.024 m
   EXPECT_FALSE(isAt(1.04, true));
@@ -384,27 +416,43 @@ TEST(IsContradicted, CoveredVoxelsByTheirAnchors) {
 /// What a frame cannot change it does not judge.
 TEST(IsJudged, WhatItMayChange) {
   const FusionRules rules;
+  const Look look{true, true};
   Voxel known = makeVoxel(0.5f, 1 << 16, 3);
-  EXPECT_TRUE(isJudged(known, false, rules));
-  EXPECT_FALSE(isJudged(known, true, rules));  // has no anchor
+  EXPECT_TRUE(isJudged(known, false, look, rules));
+  EXPECT_FALSE(isJudged(known, true, look, rules));  // has no anchor
   known.anchor = packAnchor({0.25f, 0.0f, 0.0f}, 0.5f);
-  EXPECT_TRUE(isJudged(known, true, rules));
-  EXPECT_TRUE(isJudged(kEmpty, false, rules));
-  EXPECT_FALSE(isJudged(kEmpty, true, rules));
-  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), false, rules));
-  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), false, rules));
+  EXPECT_TRUE(isJudged(known, true, look, rules));
+  EXPECT_TRUE(isJudged(kEmpty, false, look, rules));
+  EXPECT_FALSE(isJudged(kEmpty, true, look, rules));
+  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), false, look, rules));
+  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), false, look, rules));
+}
+
+/// A touched block is judged in each frame where it holds a distance, and in its turn where it
+/// does not: as many frames count in the end.
+TEST(IsJudged, EmptyVoxelsInTurns) {
+  const FusionRules rules;
+  const Voxel known = makeVoxel(0.5f, 1 << 16, 3);
+  const Look out_of_turn{true, false}, in_turn{true, true}, untouched{false, true};
+  EXPECT_TRUE(isJudged(known, false, out_of_turn, rules));
+  EXPECT_FALSE(isJudged(kEmpty, false, out_of_turn, rules));
+  EXPECT_EQ(framesOfLook(known, out_of_turn, rules), 1);
+  EXPECT_EQ(framesOfLook(known, in_turn, rules), 1);
+  EXPECT_EQ(framesOfLook(kEmpty, in_turn, rules), rules.look_turns);
+  EXPECT_EQ(framesOfLook(known, untouched, rules), rules.look_turns);
+  EXPECT_EQ(framesOfLook(kEmpty, untouched, rules), rules.look_turns);
 }
 
 /// A rod three pixels wide before a wall: its voxels reach over its outline, but their feet on the
 /// outline's pixels or one beside them are not held against it.
-TEST(IsContradicted, NotBesideSomethingThin) {
+TEST(Judge, NotBesideSomethingThin) {
   const FreeSpaceImage image(
       [](double x, double) { return std::abs(x - 0.05) < 0.016 ? 1.0 : 2.0; });
   // The rod's face at 50 voxels is 1.7 to 3.3 voxels right of the middle, 2 pixels a voxel.
   const Array face([](const Vec3f& p) { return 2.0 - p.z; });
   const auto seen = [&](int x) {
-    return isContradicted(image.sensing(), {0, 0, 48}, face.voxel, voxelIndex(x, 0, 4), kZMinus,
-                          false);
+    return judge(image.sensing(), {0, 0, 48}, face.voxel, voxelIndex(x, 0, 4), kZMinus, false) ==
+           Sight::kThrough;
   };
   EXPECT_FALSE(seen(2));
   EXPECT_FALSE(seen(3));
@@ -467,7 +515,7 @@ TEST(MayBeInView, LeavesOutWhatIsFarOutside) {
   }
 }
 
-TEST(IsLookedAt, EachBlockOnceInSoManyFrames) {
+TEST(IsInTurn, EachBlockOnceInSoManyFrames) {
   for (const int32_t turns : {1, 3, 8}) {
     FusionRules rules;
     rules.look_turns = turns;
@@ -475,7 +523,7 @@ TEST(IsLookedAt, EachBlockOnceInSoManyFrames) {
       const PackedKey key = packKey({i % 8 - 4, i / 8 % 8 - 4, i / 64});
       for (const uint64_t first : {uint64_t{1}, uint64_t{6}, uint64_t{1} << 33}) {
         int looks = 0;
-        for (int frame = 0; frame < turns; ++frame) looks += isLookedAt(key, first + frame, rules);
+        for (int frame = 0; frame < turns; ++frame) looks += isInTurn(key, first + frame, rules);
         ASSERT_EQ(looks, 1) << turns << " turns, block " << i << ", from frame " << first;
       }
     }
@@ -483,11 +531,11 @@ TEST(IsLookedAt, EachBlockOnceInSoManyFrames) {
 }
 
 /// Blocks side by side come up in different frames, or one frame would do the work of all.
-TEST(IsLookedAt, SpreadsTheWork) {
+TEST(IsInTurn, SpreadsTheWork) {
   for (uint64_t frame = 0; frame < 8; ++frame) {
     int looks = 0;
     for (int i = 0; i < 4096; ++i) {
-      looks += isLookedAt(packKey({i % 16, i / 16 % 16, i / 256}), frame, FusionRules());
+      looks += isInTurn(packKey({i % 16, i / 16 % 16, i / 256}), frame, FusionRules());
     }
     EXPECT_NEAR(looks, 1024, 150) << "frame " << frame;
   }

@@ -235,8 +235,8 @@ enum class Sight : uint32_t {
   kThrough,  ///< All look through it.
 };
 
-/// The same once it is known where the place is seen. An empty voxel speaks for all cells that it is
-/// a corner of: they reach a voxel farther.
+/// The same once it is known where the place is seen. An empty voxel speaks for all cells that it
+/// is a corner of: they reach a voxel farther.
 DTSDF_HD Sight judge(const FrameSensing& sensing, const Voxel& voxel, const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
   if (!isInImage(frame, at)) return Sight::kSurface;

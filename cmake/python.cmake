@@ -5,7 +5,8 @@ if(NOT WITH_PYTHON MATCHES "^(AUTO|ON|OFF)$")
 endif()
 
 set(DTSDF_PYTHON OFF)
-if(NOT WITH_PYTHON STREQUAL "OFF")
+# An interpreter without a sanitizer cannot load a module that has one.
+if(NOT WITH_PYTHON STREQUAL "OFF" AND NOT WITH_SANITIZER AND NOT WITH_FUZZERS)
   # catkin and pip name theirs. Not by find_package(Python3), half of which would do for pybind11.
   if(PYTHON_EXECUTABLE)
     set(DTSDF_PYTHON_EXECUTABLE ${PYTHON_EXECUTABLE})

@@ -94,8 +94,8 @@ size_t MapSize::bytes() const {
 }
 
 VoxelValues decodeVoxel(uint64_t word) {
-  const Voxel voxel{static_cast<int16_t>(word & 0xffffu), static_cast<uint16_t>(word >> 16 & 0xffffu),
-                    static_cast<uint32_t>(word >> 32)};
+  const Voxel voxel{static_cast<int16_t>(word & 0xffffu),
+                    static_cast<uint16_t>(word >> 16 & 0xffffu), static_cast<uint32_t>(word >> 32)};
   return {sdfOf(voxel), weightOf(voxel), evidenceOf(voxel)};
 }
 

@@ -14,8 +14,7 @@ Doubles numbersOf(const py::object& values, const std::string& wanted) {
   const py::array array = py::array::ensure(values);
   if (!array) {
     PyErr_Clear();
-    throw py::type_error(wanted + "; this is a " +
-                         py::str(py::type::of(values).attr("__name__")).cast<std::string>());
+    throw py::type_error(wanted + "; this is a " + typeName(values));
   }
   const char kind = array.dtype().kind();
   if (kind != 'f' && kind != 'i' && kind != 'u') {
@@ -39,22 +38,24 @@ void checkFinite(const Doubles& numbers, const std::string& name) {
 /// An image as it lies in memory. @throws for what is no array, or has pixels apart or reversed.
 py::array imageOf(const py::object& image, const std::string& wanted) {
   if (!py::isinstance<py::array>(image)) {
-    throw py::type_error(wanted + "; this is a " +
-                         py::str(py::type::of(image).attr("__name__")).cast<std::string>());
+    throw py::type_error(wanted + "; this is a " + typeName(image));
   }
   return py::reinterpret_borrow<py::array>(image);
 }
 
 /// Rows one after the other, pixels side by side.
 void checkLayout(const py::array& image, const std::string& name) {
-  const py::ssize_t pixel = image.ndim() == 3 ? image.shape(2) * image.itemsize() : image.itemsize();
+  const py::ssize_t pixel =
+      image.ndim() == 3 ? image.shape(2) * image.itemsize() : image.itemsize();
   const bool is_dense = image.strides(1) == pixel &&
                         (image.ndim() == 2 || image.strides(2) == image.itemsize()) &&
                         image.strides(0) >= image.shape(1) * pixel;
   const bool is_aligned = image.attr("flags").attr("aligned").cast<bool>();
   if (image.size() > 0 && (!is_dense || !is_aligned)) {
-    throw py::value_error(name + " must have its pixels side by side and its rows in order in memory; "
-                                 "pass numpy.ascontiguousarray(" + name + ")");
+    throw py::value_error(name +
+                          " must have its pixels side by side and its rows in order in memory; "
+                          "pass numpy.ascontiguousarray(" +
+                          name + ")");
   }
 }
 
@@ -66,8 +67,9 @@ std::string describe(const py::array& array) {
 }
 
 DepthFrame depthImageOf(const py::object& depth, double unit_m) {
-  const std::string wanted = "depth must be a numpy array of shape (H, W), uint16 (units of unit_m, "
-                             "0.001 by default) or float32 (metres)";
+  const std::string wanted =
+      "depth must be a numpy array of shape (H, W), uint16 (units of unit_m, "
+      "0.001 by default) or float32 (metres)";
   const py::array image = imageOf(depth, wanted);
   const bool is_whole = image.dtype().equal(py::dtype::of<uint16_t>());
   if (!is_whole && !image.dtype().equal(py::dtype::of<float>())) {
@@ -90,11 +92,14 @@ DepthFrame depthImageOf(const py::object& depth, double unit_m) {
 }
 
 ColourFrame colourImageOf(const py::object& colour, const std::string& encoding) {
-  const std::string wanted = "colour must be a numpy array of uint8: (H, W, 3) for rgb8 and bgr8, "
-                             "(H, W, 4) for rgba8 and bgra8, (H, W) for mono8";
+  const std::string wanted =
+      "colour must be a numpy array of uint8: (H, W, 3) for rgb8 and bgr8, "
+      "(H, W, 4) for rgba8 and bgra8, (H, W) for mono8";
   const std::vector<std::pair<std::string, ColourEncoding>> encodings = {
-      {"rgb8", ColourEncoding::kRgb8},   {"bgr8", ColourEncoding::kBgr8},
-      {"rgba8", ColourEncoding::kRgba8}, {"bgra8", ColourEncoding::kBgra8},
+      {"rgb8", ColourEncoding::kRgb8},
+      {"bgr8", ColourEncoding::kBgr8},
+      {"rgba8", ColourEncoding::kRgba8},
+      {"bgra8", ColourEncoding::kBgra8},
       {"mono8", ColourEncoding::kMono8}};
   const py::array image = imageOf(colour, wanted);
   if (!image.dtype().equal(py::dtype::of<uint8_t>())) {
@@ -111,8 +116,8 @@ ColourFrame colourImageOf(const py::object& colour, const std::string& encoding)
     checkLayout(image, "colour");
     ColourFrame frame;
     frame.data = image.data();
-    frame.row_bytes = static_cast<size_t>(image.shape(0) > 1 ? image.strides(0)
-                                                             : image.shape(1) * channels);
+    frame.row_bytes =
+        static_cast<size_t>(image.shape(0) > 1 ? image.strides(0) : image.shape(1) * channels);
     frame.width = static_cast<int>(image.shape(1));
     frame.height = static_cast<int>(image.shape(0));
     frame.encoding = value;
@@ -122,8 +127,9 @@ ColourFrame colourImageOf(const py::object& colour, const std::string& encoding)
 }
 
 Intrinsics intrinsicsOf(const py::object& camera) {
-  const std::string wanted = "K must be the camera's 3 x 3 matrix [[fx, 0, cx], [0, fy, cy], "
-                             "[0, 0, 1]], or (fx, fy, cx, cy), in pixels";
+  const std::string wanted =
+      "K must be the camera's 3 x 3 matrix [[fx, 0, cx], [0, fy, cy], "
+      "[0, 0, 1]], or (fx, fy, cx, cy), in pixels";
   const Doubles k = numbersOf(camera, wanted);
   double fx, fy, cx, cy;
   if (k.ndim() == 1 && k.shape(0) == 4) {
@@ -132,7 +138,8 @@ Intrinsics intrinsicsOf(const py::object& camera) {
     fx = k.at(0, 0), fy = k.at(1, 1), cx = k.at(0, 2), cy = k.at(1, 2);
     if (k.at(0, 1) != 0.0 || k.at(1, 0) != 0.0 || k.at(2, 0) != 0.0 || k.at(2, 1) != 0.0 ||
         k.at(2, 2) != 1.0) {
-      throw py::value_error(wanted + "; this matrix has skew, or another last row: rectify the image");
+      throw py::value_error(wanted +
+                            "; this matrix has skew, or another last row: rectify the image");
     }
   } else {
     refuseShape(wanted, k);
@@ -147,14 +154,15 @@ Intrinsics intrinsicsOf(const py::object& camera) {
 
 py::array matrixOf(const Intrinsics& intrinsics) {
   py::array_t<double> matrix({3, 3});
-  const double numbers[9] = {intrinsics.fx, 0, intrinsics.cx, 0, intrinsics.fy,
-                             intrinsics.cy, 0, 0,             1};
+  const double numbers[9] = {
+      intrinsics.fx, 0, intrinsics.cx, 0, intrinsics.fy, intrinsics.cy, 0, 0, 1};
   std::copy(numbers, numbers + 9, matrix.mutable_data());
   return std::move(matrix);
 }
 
 Eigen::Isometry3d poseOf(const py::object& matrix, const std::string& name) {
-  const std::string wanted = name + " must be a 4 x 4 matrix: a rotation and a translation in metres";
+  const std::string wanted =
+      name + " must be a 4 x 4 matrix: a rotation and a translation in metres";
   const Doubles numbers = numbersOf(matrix, wanted);
   if (numbers.ndim() != 2 || numbers.shape(0) != 4 || numbers.shape(1) != 4) {
     refuseShape(wanted, numbers);
@@ -165,7 +173,8 @@ Eigen::Isometry3d poseOf(const py::object& matrix, const std::string& name) {
   const Eigen::Matrix3d rotation = pose.linear();
   const bool is_rotation =
       (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <
-          kRotationTolerance && rotation.determinant() > 0.0;
+          kRotationTolerance &&
+      rotation.determinant() > 0.0;
   const bool has_last_row = pose.matrix().row(3) == Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0);
   if (!is_rotation || !has_last_row) {
     throw py::value_error(wanted + (has_last_row ? "; its upper left 3 x 3 part is not a rotation"
@@ -189,8 +198,9 @@ Eigen::Vector3d vectorOf(const py::object& vector, const std::string& name) {
 }
 
 py::array_t<double> pointsOf(const py::object& points) {
-  const std::string wanted = "points_W must be an array of shape (N, 3): x, y, z in the map frame, "
-                             "in metres";
+  const std::string wanted =
+      "points_W must be an array of shape (N, 3): x, y, z in the map frame, "
+      "in metres";
   const Doubles numbers = numbersOf(points, wanted);
   if (numbers.ndim() != 2 || numbers.shape(1) != 3) refuseShape(wanted, numbers);
   return numbers;

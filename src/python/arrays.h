@@ -33,6 +33,9 @@ py::array takeOver(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
   return py::array(py::dtype::of<T>(), std::move(shape), {}, kept->data(), owner);
 }
 
+/// The name of a value's type, for messages.
+inline std::string typeName(py::handle value) { return Py_TYPE(value.ptr())->tp_name; }
+
 /// What an array is, for messages: "float64 of shape (480, 640)".
 std::string describe(const py::array& array);
 
@@ -40,7 +43,8 @@ std::string describe(const py::array& array);
 /// 1 for float32. @throws py::value_error, py::type_error for what is no depth image.
 DepthFrame depthImageOf(const py::object& depth, double unit_m);
 
-/// The same of a colour image, (H, W, 3) or (H, W, 4) in the order of `encoding`, or (H, W) of grey.
+/// The same of a colour image, (H, W, 3) or (H, W, 4) in the order of `encoding`, or (H, W) of
+/// grey.
 ColourFrame colourImageOf(const py::object& colour, const std::string& encoding);
 
 /// The camera, from a 3 x 3 matrix or from fx, fy, cx, cy. @throws py::value_error

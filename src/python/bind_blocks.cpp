@@ -62,33 +62,35 @@ Blocks::Blocks(MapContents map, float voxel_m) : contents(std::move(map)), voxel
   }
 }
 
-void bindBlocks(py::module_& m) {
-  py::class_<Blocks> blocks(
-      m, "Blocks",
-      "A copy of a map's voxels: B blocks of 8 x 8 x 8 voxels, and A arrays of 512 voxels, one for\n"
-      "each direction that a block has. Index voxels as [array, z, y, x]; voxel (x, y, z) of a block\n"
-      "lies at (8 * key + (x, y, z)) * voxel_size_m in W.");
+void bindBlocks(py::module& m) {
+  py::class_<Blocks> blocks(m, "Blocks",
+                            "A copy of a map's voxels: B blocks of 8 x 8 x 8 voxels, and A arrays "
+                            "of 512 voxels, one for\n"
+                            "each direction that a block has. Index voxels as [array, z, y, x]; "
+                            "voxel (x, y, z) of a block\n"
+                            "lies at (8 * key + (x, y, z)) * voxel_size_m in W.");
   blocks.def_readonly("voxel_size_m", &Blocks::voxel_size_m, "Edge of a voxel, in metres.")
       .def_property_readonly("keys", &keysOf, "(B, 3) int32: coordinates of the blocks, in blocks.")
       .def_property_readonly("block_of", &blockOf, "(A,) uint32: row of keys of each array.")
-      .def_property_readonly("direction", &directionOf,
-                             "(A,) uint8: 0 to 5 for X+, X-, Y+, Y-, Z+, Z-; 0 in an ordinary TSDF.")
+      .def_property_readonly(
+          "direction", &directionOf,
+          "(A,) uint8: 0 to 5 for X+, X-, Y+, Y-, Z+, Z-; 0 in an ordinary TSDF.")
       .def_property_readonly("words", &wordsOf,
                              "(A, 8, 8, 8) uint64: voxels as map files have them, not copied.")
-      .def_property_readonly("distance_m",
-                             [](const Blocks& self) {
-                               return decoded<float>(self, [&](const VoxelValues& v) {
-                                 return v.distance_voxels * self.voxel_size_m;
-                               });
-                             },
-                             "(A, 8, 8, 8) float32: signed distance in metres, positive in front of\n"
-                             "the surface; means nothing where weight is 0. Decoded at each call.")
-      .def_property_readonly("weight",
-                             [](const Blocks& self) {
-                               return decoded<float>(self,
-                                                     [](const VoxelValues& v) { return v.weight; });
-                             },
-                             "(A, 8, 8, 8) float32: weight of the average, in frames; 0: no distance.")
+      .def_property_readonly(
+          "distance_m",
+          [](const Blocks& self) {
+            return decoded<float>(
+                self, [&](const VoxelValues& v) { return v.distance_voxels * self.voxel_size_m; });
+          },
+          "(A, 8, 8, 8) float32: signed distance in metres, positive in front of\n"
+          "the surface; means nothing where weight is 0. Decoded at each call.")
+      .def_property_readonly(
+          "weight",
+          [](const Blocks& self) {
+            return decoded<float>(self, [](const VoxelValues& v) { return v.weight; });
+          },
+          "(A, 8, 8, 8) float32: weight of the average, in frames; 0: no distance.")
       .def_property_readonly(
           "evidence",
           [](const Blocks& self) {

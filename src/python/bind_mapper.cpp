@@ -144,75 +144,84 @@ py::object levelPose(const MapperSession& self) {
 
 SpaceView spaceOf(const Session& self) {
   if (!self->hasSpace()) {
-    throw std::runtime_error("this mapper keeps no space: make it with "
-                             "**{\"space/enabled\": True}");
+    throw std::runtime_error(
+        "this mapper keeps no space: make it with "
+        "**{\"space/enabled\": True}");
   }
   return {self};
 }
 
-void bindResult(py::module_& m) {
+void bindResult(py::module& m) {
   py::class_<IntegrationResult>(m, "IntegrationResult", "What integrate() or paint() did.")
-      .def_property_readonly("fused",
-                             [](const IntegrationResult& self) {
-                               return self.status == FrameStatus::kFused;
-                             },
-                             "Whether the frame is part of the map; else the map is as it was.")
-      .def_property_readonly("status",
-                             [](const IntegrationResult& self) { return toString(self.status); },
-                             "A word: \"fused\", or why not.")
+      .def_property_readonly(
+          "fused", [](const IntegrationResult& self) { return self.status == FrameStatus::kFused; },
+          "Whether the frame is part of the map; else the map is as it was.")
+      .def_property_readonly(
+          "status", [](const IntegrationResult& self) { return toString(self.status); },
+          "A word: \"fused\", or why not.")
       .def_readonly("message", &IntegrationResult::message, "What was wrong with a frame.")
       .def_readonly("refused_blocks", &IntegrationResult::refused_blocks,
                     "Blocks and arrays that the frame wanted beyond map/max_memory_mb.")
       .def_readonly("duration_ms", &IntegrationResult::duration_ms, "Wall time, in milliseconds.")
-      .def("__bool__", [](const IntegrationResult& self) {
-        return self.status == FrameStatus::kFused;
-      });
+      .def("__bool__",
+           [](const IntegrationResult& self) { return self.status == FrameStatus::kFused; });
 }
 
 }  // namespace
 
-void bindMapper(py::module_& m) {
+void bindMapper(py::module& m) {
   bindResult(m);
   py::class_<MapperSession, Session> mapper(
       m, "Mapper",
       "A map that depth images are fused into, colour images painted on, and meshes made of.\n"
       "Threads may share it, and wait for each other. Other Python threads run while it works.");
   mapper
-      .def(py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
-           "backend: \"auto\" (CUDA where there is a usable GPU), \"cuda\" or \"cpu\". settings: a dict,\n"
-           "flat or nested, or the path of a YAML file; keywords add to them, as in\n"
-           "Mapper(**{\"map/voxel_size_m\": 0.01}). docs/ros.md lists them. Raises ValueError with\n"
-           "every setting that is wrong, RuntimeError if CUDA is asked for and cannot be used.")
-      .def_static("load", &loadSession, py::arg("path"), py::arg("backend") = "",
-                  py::arg("settings") = py::none(),
-                  "Continues from a map that save() or the node saved. Voxel size, truncation, mode and\n"
-                  "directions are the map's. Raises RuntimeError for a file that is not a map, or for\n"
-                  "settings that it was not made with.")
-      .def("integrate", &integrate, py::arg("depth"), py::arg("K"), py::arg("T_W_C"),
-           py::arg("stamp_s") = 0.0, py::kw_only(), py::arg("unit_m") = 0.0,
-           py::arg("keep_center_W") = py::none(),
-           "Fuses a rectified depth image. depth: (H, W), distance along the optical axis; uint16 in\n"
-           "unit_m (0.001 by default), 0 is no measurement; or float32 in metres, NaN, infinity\n"
-           "and 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in pixels. T_W_C: 4 x 4, from the optical\n"
-           "frame (x right, y down, z forward) to the map frame, in metres. stamp_s: of the image,\n"
-           "kept for save(). keep_center_W: (3,), what map/keep_radius_m is measured from, in metres.\n"
-           "Raises ValueError or TypeError for arguments that are wrong; the map is as it was.")
+      .def(
+          py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
+          "backend: \"auto\" (CUDA where there is a usable GPU), \"cuda\" or \"cpu\". settings: a "
+          "dict,\n"
+          "flat or nested, or the path of a YAML file; keywords add to them, as in\n"
+          "Mapper(**{\"map/voxel_size_m\": 0.01}). docs/ros.md lists them. Raises ValueError with\n"
+          "every setting that is wrong, RuntimeError if CUDA is asked for and cannot be used.")
+      .def_static(
+          "load", &loadSession, py::arg("path"), py::arg("backend") = "",
+          py::arg("settings") = py::none(),
+          "Continues from a map that save() or the node saved. Voxel size, truncation, mode and\n"
+          "directions are the map's. Raises RuntimeError for a file that is not a map, or for\n"
+          "settings that it was not made with.")
+      .def(
+          "integrate", &integrate, py::arg("depth"), py::arg("K"), py::arg("T_W_C"),
+          py::arg("stamp_s") = 0.0, py::arg("unit_m") = 0.0, py::arg("keep_center_W") = py::none(),
+          "Fuses a rectified depth image. depth: (H, W), distance along the optical axis; uint16 "
+          "in\n"
+          "unit_m (0.001 by default), 0 is no measurement; or float32 in metres, NaN, infinity\n"
+          "and 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in pixels. T_W_C: 4 x 4, from the "
+          "optical\n"
+          "frame (x right, y down, z forward) to the map frame, in metres. stamp_s: of the image,\n"
+          "kept for save(). keep_center_W: (3,), what map/keep_radius_m is measured from, in "
+          "metres.\n"
+          "Raises ValueError or TypeError for arguments that are wrong; the map is as it was.")
       .def("paint", &paint, py::arg("colour"), py::arg("K"), py::arg("T_W_C"),
            py::arg("encoding") = "",
            "Paints the surfaces that a rectified colour image sees. colour: uint8, (H, W, 3),\n"
-           "(H, W, 4) or (H, W). encoding: rgb8, bgr8, rgba8, bgra8 or mono8; by shape if not given\n"
+           "(H, W, 4) or (H, W). encoding: rgb8, bgr8, rgba8, bgra8 or mono8; by shape if not "
+           "given\n"
            "(rgb8, rgba8, mono8). K, T_W_C: of the colour camera, as for integrate().")
       .def("mesh", &mesh, py::arg("box") = py::none(),
            "The mesh of the map as it is now, or of its triangles in a Box. A mesh never changes.")
       .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),
            "Forgets everything.")
-      .def("clear_region", [](MapperSession& self, const Region& region) {
-             return self.clearRegion(region).voxels;
-           }, py::arg("region"), py::call_guard<py::gil_scoped_release>(),
-           "Empties the voxels in a Box or a Sphere; returns how many held something.")
-      .def("blocks", [](MapperSession& self) {
-             return std::make_unique<Blocks>(self.contents(), self.params().map.voxel_size_m);
-           }, py::call_guard<py::gil_scoped_release>(), "A copy of the voxels, as arrays.")
+      .def(
+          "clear_region",
+          [](MapperSession& self, const Region& region) { return self.clearRegion(region).voxels; },
+          py::arg("region"), py::call_guard<py::gil_scoped_release>(),
+          "Empties the voxels in a Box or a Sphere; returns how many held something.")
+      .def(
+          "blocks",
+          [](MapperSession& self) {
+            return std::make_unique<Blocks>(self.contents(), self.params().map.voxel_size_m);
+          },
+          py::call_guard<py::gil_scoped_release>(), "A copy of the voxels, as arrays.")
       .def("save", &saveSession, py::arg("path"), py::arg("map_frame") = py::none(),
            "Saves the map as a .dtsdf file. map_frame: name of W, for programs that compare it.\n"
            "Returns a dict: blocks, file_bytes, content_hash (equal for equal maps).")
@@ -221,13 +230,17 @@ void bindMapper(py::module_& m) {
                              "space/enabled.")
       .def_property_readonly("settings", &settingsDict, "All settings, as a flat dict.")
       .def_property_readonly("stats", &statsOf, "Sizes of the map, as a dict; memory in bytes.")
-      .def_property_readonly("T_W_M", &levelPose,
-                             "4 x 4, metres: where a map that was levelled lies; apply it to poses of\n"
-                             "later frames. None if it was not.")
-      .def_property_readonly("backend", [](MapperSession& self) {
-             const py::gil_scoped_release release;
-             return self.backendName();
-           }, "\"cpu (2 threads)\" or \"cuda (name of the device)\".")
+      .def_property_readonly(
+          "T_W_M", &levelPose,
+          "4 x 4, metres: where a map that was levelled lies; apply it to poses of\n"
+          "later frames. None if it was not.")
+      .def_property_readonly(
+          "backend",
+          [](MapperSession& self) {
+            const py::gil_scoped_release release;
+            return self.backendName();
+          },
+          "\"cpu (2 threads)\" or \"cuda (name of the device)\".")
       .def("__repr__", [](MapperSession& self) {
         const py::gil_scoped_release release;
         return "<dtsdf_mapping.Mapper: " + self.backendName() + ", " +

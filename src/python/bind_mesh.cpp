@@ -78,19 +78,18 @@ py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
 
 }  // namespace
 
-void bindMesh(py::module_& m) {
+void bindMesh(py::module& m) {
   static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(VertexColour) == 4,
                 "arrays show these as they lie in memory");
   py::class_<Mesh, std::shared_ptr<Mesh>> mesh(
       m, "Mesh",
       "A triangle mesh in the map frame W, in metres. Its arrays show the mesh's own memory: they\n"
       "cannot be written, and keep the mesh alive.");
-  mesh.def_property_readonly("origin_m",
-                             [](const SharedMesh& self) {
-                               return py::array_t<double>(3, self->origin_m.data());
-                             },
-                             "(3,) float64: what vertices count from, in W, in metres; 0 unless the\n"
-                             "mesh reaches beyond 64 m.")
+  mesh.def_property_readonly(
+          "origin_m",
+          [](const SharedMesh& self) { return py::array_t<double>(3, self->origin_m.data()); },
+          "(3,) float64: what vertices count from, in W, in metres; 0 unless the\n"
+          "mesh reaches beyond 64 m.")
       .def_property_readonly("vertices", &verticesOf,
                              "(N, 3) float32: positions in W less origin_m, in metres.")
       .def_property_readonly("normals", &normalsOf,
@@ -104,11 +103,13 @@ void bindMesh(py::module_& m) {
                              "(N,) bool: whether an image saw the vertex; None as for colours.")
       .def("save", &save, py::arg("path"), py::arg("colour") = "auto",
            "Saves as .ply, .obj, .stl or .glb, by the extension. colour: auto (image if painted,\n"
-           "else normal), image, normal, height or plain. Raises RuntimeError for an empty mesh, or\n"
+           "else normal), image, normal, height or plain. Raises RuntimeError for an empty mesh, "
+           "or\n"
            "a file that cannot be written; an old file stays whole.")
       .def("simplify", &simplify, py::arg("max_error_m"),
            "(mesh, error_m): fewer triangles, no farther than max_error_m from this mesh, and the\n"
-           "largest distance that there is. Raises ValueError for an error that is not finite, below\n"
+           "largest distance that there is. Raises ValueError for an error that is not finite, "
+           "below\n"
            "0 or above the diagonal of the mesh.")
       .def("__repr__", [](const SharedMesh& self) {
         return "<dtsdf_mapping.Mesh: " + std::to_string(self->vertices_m.size()) + " vertices, " +

@@ -29,7 +29,7 @@ SphereRegion makeSphere(const py::object& center_W, double radius_m) {
 
 }  // namespace
 
-void bindRegions(py::module_& m) {
+void bindRegions(py::module& m) {
   py::class_<BoxRegion>(m, "Box", "A box of any orientation in the map frame W, faces included.")
       .def(py::init(&makeBox), py::arg("size_m"), py::arg("T_W_B") = py::none(),
            "size_m: whole extents along the box's axes, (3,), in metres. T_W_B: 4 x 4, from the\n"

@@ -44,8 +44,8 @@ py::array states(const SpaceView& view, const py::object& points_W) {
   std::vector<uint8_t> state(static_cast<size_t>(points.shape(0)));
   askAt(view, points, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
     // Points that no map can have are unknown; distanceAt() knows which.
-    state[i] = space.distanceAt(p_W).known
-                   ? static_cast<uint8_t>(space.stateOf(space.cellAt(p_W))) : uint8_t{0};
+    state[i] = space.distanceAt(p_W).known ? static_cast<uint8_t>(space.stateOf(space.cellAt(p_W)))
+                                           : uint8_t{0};
   });
   return takeOver(std::move(state), {points.shape(0)});
 }
@@ -80,7 +80,7 @@ void update(const SpaceView& view) {
 
 }  // namespace
 
-void bindSpace(py::module_& m) {
+void bindSpace(py::module& m) {
   py::class_<SpaceView> space(
       m, "Space",
       "What a map knows of the space around its surfaces, as of the last update(). Points are\n"
@@ -89,21 +89,32 @@ void bindSpace(py::module_& m) {
       .def("update", &update, "Takes over what was integrated since the last time.")
       .def("states", &states, py::arg("points_W"),
            "(N,) uint8: 0 unknown, 1 free (an image saw through the whole cell), 2 surface.")
-      .def("query", &query, py::arg("points_W"),
-           "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
-           "the nearest surface in metres, at most space/max_distance_m; negative where not known.\n"
-           "Gradient of it in W: where known it points to more room, elsewhere to the surface.")
-      .def("free", [](const SpaceView& view, const py::object& points_W) {
-             return states(view, points_W).attr("__eq__")(1);
-           }, py::arg("points_W"), "(N,) bool: whether the cells of the points are free.")
-      .def("distance", [](const SpaceView& view, const py::object& points_W) {
-             return query(view, points_W)[1];
-           }, py::arg("points_W"), "(N,) float32: the distances of query(), in metres.")
-      .def("gradient", [](const SpaceView& view, const py::object& points_W) {
-             return query(view, points_W)[2];
-           }, py::arg("points_W"), "(N, 3) float32: the gradients of query().")
+      .def(
+          "query", &query, py::arg("points_W"),
+          "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
+          "the nearest surface in metres, at most space/max_distance_m; negative where not known.\n"
+          "Gradient of it in W: where known it points to more room, elsewhere to the surface.")
+      .def(
+          "free",
+          [](const SpaceView& view, const py::object& points_W) {
+            return states(view, points_W).attr("__eq__")(1);
+          },
+          py::arg("points_W"), "(N,) bool: whether the cells of the points are free.")
+      .def(
+          "distance",
+          [](const SpaceView& view, const py::object& points_W) {
+            return query(view, points_W)[1];
+          },
+          py::arg("points_W"), "(N,) float32: the distances of query(), in metres.")
+      .def(
+          "gradient",
+          [](const SpaceView& view, const py::object& points_W) {
+            return query(view, points_W)[2];
+          },
+          py::arg("points_W"), "(N, 3) float32: the gradients of query().")
       .def("cells", &cells,
-           "(cells, states): (N, 3) int32 and (N,) uint8, of all cells that are not unknown; a cell\n"
+           "(cells, states): (N, 3) int32 and (N,) uint8, of all cells that are not unknown; a "
+           "cell\n"
            "reaches from cell to cell + 1, times cell_size_m, in W.");
   refusePickle(space, "Space", "save() its mapper, and load that in the other process");
 }

@@ -101,8 +101,9 @@ void MapperSession::withSpace(const std::function<void(Space&)>& action) {
   const auto lock = enter();
   Space* const space = mapper_->space();
   if (space == nullptr) {
-    throw std::runtime_error("this mapper keeps no space: make it with "
-                             "**{\"space/enabled\": True}");
+    throw std::runtime_error(
+        "this mapper keeps no space: make it with "
+        "**{\"space/enabled\": True}");
   }
   action(*space);
 }

@@ -15,8 +15,8 @@
 
 namespace dtsdf::python {
 
-/// Every call is for one thread at a time, whoever calls: they wait for each other. Call without the
-/// GIL.
+/// Every call is for one thread at a time, whoever calls: they wait for each other. Call without
+/// the GIL.
 class MapperSession {
  public:
   /// An empty map. @throws as makeMapper() does.

@@ -5,12 +5,12 @@
 
 namespace dtsdf::python {
 
-void bindRegions(pybind11::module_& m);
-void bindMesh(pybind11::module_& m);
-void bindBlocks(pybind11::module_& m);
-void bindSpace(pybind11::module_& m);
-void bindMapper(pybind11::module_& m);
-void bindRecording(pybind11::module_& m);
+void bindRegions(pybind11::module& m);
+void bindMesh(pybind11::module& m);
+void bindBlocks(pybind11::module& m);
+void bindSpace(pybind11::module& m);
+void bindMapper(pybind11::module& m);
+void bindRecording(pybind11::module& m);
 
 /// Has pickle and copy refuse a class, with what to do instead.
 template <class Class>

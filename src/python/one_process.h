@@ -15,7 +15,8 @@ class OneProcess {
   explicit OneProcess(const std::string& what) : what_(what), pid_(getpid()) {
     static const pid_t first = getpid();  // of the first that was made; a fork inherits it
     if (pid_ != first) {
-      throw std::runtime_error("a " + what + " cannot be made in a process that was forked after "
+      throw std::runtime_error("a " + what +
+                               " cannot be made in a process that was forked after "
                                "dtsdf_mapping was used: start processes by "
                                "multiprocessing.get_context(\"spawn\")");
     }
@@ -24,7 +25,8 @@ class OneProcess {
   /// @throws std::runtime_error in another process.
   void check() const {
     if (isHere()) return;
-    throw std::runtime_error("this " + what_ + " was made in another process, before fork(): make "
+    throw std::runtime_error("this " + what_ +
+                             " was made in another process, before fork(): make "
                              "one in this process, started by "
                              "multiprocessing.get_context(\"spawn\")");
   }

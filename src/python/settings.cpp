@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "dtsdf_mapping/io/yaml_params.h"
+#include "python/arrays.h"
 
 namespace dtsdf::python {
 namespace {
@@ -11,7 +12,7 @@ namespace py = pybind11;
 
 [[noreturn]] void refuseValue(const std::string& key, py::handle value) {
   throw py::type_error("the setting " + key + " must be a number, a truth value or a text, not a " +
-                       py::str(py::type::of(value).attr("__name__")).cast<std::string>());
+                       typeName(value));
 }
 
 int wholeNumberOf(const std::string& key, py::handle value) {
@@ -59,7 +60,7 @@ ParamTree settingsOf(const py::object& settings, const py::kwargs& keywords) {
   } else if (!settings.is_none()) {
     if (!py::isinstance<py::str>(settings) && !py::hasattr(settings, "__fspath__")) {
       throw py::type_error("settings must be a dict or the path of a YAML file, not a " +
-                           py::str(py::type::of(settings).attr("__name__")).cast<std::string>());
+                           typeName(settings));
     }
     tree = loadYamlParams(py::str(settings).cast<std::string>());
   }
@@ -70,7 +71,8 @@ ParamTree settingsOf(const py::object& settings, const py::kwargs& keywords) {
 py::dict dictOf(const ParamTree& tree) {
   py::dict result;
   for (const auto& [key, value] : tree) {
-    result[py::str(key)] = std::visit([](const auto& v) -> py::object { return py::cast(v); }, value);
+    result[py::str(key)] =
+        std::visit([](const auto& v) -> py::object { return py::cast(v); }, value);
   }
   return result;
 }

@@ -198,8 +198,10 @@ class WrongArguments(unittest.TestCase):
                 self.mapper.paint(colour, K, T_W_C, encoding)
 
     def test_settings(self):
-        with self.assertRaisesRegex(ValueError, "map/voxel_sise_m(.|\n)*threads"):
+        with self.assertRaises(ValueError) as refused:
             dtsdf_mapping.Mapper("cpu", {"map/voxel_sise_m": 0.1, "threads": -1})
+        self.assertIn("did you mean map/voxel_size_m?", str(refused.exception))
+        self.assertIn("threads", str(refused.exception))
         with self.assertRaisesRegex(ValueError, "backend"):
             dtsdf_mapping.Mapper("gpu")
         with self.assertRaisesRegex(TypeError, "map/voxel_size_m.*list"):

@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""examples_test.py EXAMPLES: the examples in Python and the notebooks run, and print what is true."""
+import glob
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from recording_test import FRAMES, write_recording
+
+
+class Examples(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = scratch.name
+
+    def run_example(self, name, *arguments):
+        environment = dict(os.environ, PYTHONDONTWRITEBYTECODE="1", MPLBACKEND="Agg",
+                           MPLCONFIGDIR=self.folder)
+        done = subprocess.run([sys.executable, name, *arguments], env=environment, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
+                              cwd=self.folder)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        return done.stdout
+
+    def script(self, name):
+        return os.path.join(EXAMPLES, "python", name)
+
+    def test_fuse_arrays(self):
+        mesh, saved = self.folder + "/room.ply", self.folder + "/room.dtsdf"
+        printed = self.run_example(self.script("fuse_arrays.py"), mesh, saved)
+        self.assertLess(float(re.search(r"([\d.]+) mm off", printed).group(1)), 4.0)  # voxels: 40 mm
+        self.assertGreater(os.path.getsize(mesh), 100000)
+        self.assertGreater(os.path.getsize(saved), 100000)
+
+    def test_fuse_recording(self):
+        write_recording(self.folder + "/recording")
+        printed = self.run_example(self.script("fuse_recording.py"), self.folder + "/recording",
+                                   self.folder + "/mesh.ply", "0.04")
+        self.assertIn(f"{FRAMES - 1} of {FRAMES} images fused", printed)
+
+    def test_ask_distances(self):
+        printed = self.run_example(self.script("ask_distances.py"))
+        self.assertRegex(printed, "through the ball: not free")
+        self.assertRegex(printed, "around it: free, 100% known")
+
+    def test_read_voxels(self):
+        self.assertRegex(self.run_example(self.script("read_voxels.py"), "voxels.npz"),
+                         r"\d{4,} voxels of \d{2,} blocks")
+
+    def test_every_script_is_run_here(self):
+        scripts = {os.path.basename(path) for path in glob.glob(self.script("*.py"))}
+        self.assertEqual(scripts, {"fuse_arrays.py", "fuse_recording.py", "ask_distances.py",
+                                   "read_voxels.py", "simulated_room.py"})
+
+    def test_notebooks(self):
+        try:
+            import matplotlib  # noqa: F401
+        except ImportError:
+            self.skipTest("matplotlib is not installed")
+        notebooks = glob.glob(EXAMPLES + "/notebooks/*.ipynb")
+        self.assertGreater(len(notebooks), 0)
+        for path in notebooks:
+            with open(path, encoding="utf-8") as file:
+                cells = json.load(file)["cells"]
+            code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+            script = os.path.join(self.folder, "notebook.py")
+            with open(script, "w", encoding="utf-8") as file:
+                file.write(code.replace('"../python"', repr(EXAMPLES + "/python")))
+            printed = self.run_example(script)
+            self.assertLess(float(re.search(r"dtsdf_mapping: ([\d.]+) mm", printed).group(1)), 4.0)
+            self.assertTrue(os.path.exists(self.folder + "/first_mesh.ply"))
+
+
+if __name__ == "__main__":
+    EXAMPLES = os.path.realpath(sys.argv.pop(1))
+    unittest.main()

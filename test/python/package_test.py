@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+"""package_test.py [--messages]: whether the package on sys.path is whole: it maps, its stubs name what
+the compiled part has, and with --messages the messages of the same name are beside it."""
+import ast
+import inspect
+import os
+import sys
+import unittest
+
+import dtsdf_mapping
+from dtsdf_mapping import _core
+from room import map_of_wall
+
+WITH_MESSAGES = "--messages" in sys.argv
+FOLDER = os.path.dirname(dtsdf_mapping.__file__)
+
+
+def names_of(body):
+    """{name: names of its members, None unless it is a class} of a part of a stub."""
+    names = {}
+    for node in body:
+        if isinstance(node, ast.ClassDef):
+            names[node.name] = set(names_of(node.body))
+        elif isinstance(node, ast.FunctionDef):
+            names[node.name] = None
+    return names
+
+
+def public(names):
+    return {name for name in names if not name.startswith("_") or name == "__init__"}
+
+
+class Package(unittest.TestCase):
+    def test_it_maps(self):
+        self.assertGreater(len(map_of_wall(dtsdf_mapping).mesh().triangles), 1000)
+
+    def test_everything_is_exported_and_documented(self):
+        self.assertIn("Mapper", dtsdf_mapping.__all__)
+        for name in dtsdf_mapping.__all__:
+            value = getattr(dtsdf_mapping, name)
+            self.assertTrue(inspect.getdoc(value), name)
+            for member in public(vars(value)) if inspect.isclass(value) else ():
+                self.assertTrue(inspect.getdoc(getattr(value, member)), f"{name}.{member}")
+
+    def test_stubs_name_what_is_there(self):
+        with open(os.path.join(FOLDER, "_core.pyi"), encoding="utf-8") as file:
+            stubs = names_of(ast.parse(file.read()).body)
+        self.assertEqual(public(stubs), public(vars(_core)))
+        for name, members in stubs.items():
+            if members is None:
+                continue
+            there = public(vars(getattr(_core, name)))
+            made = {"__init__"} if "__init__" not in members else set()
+            self.assertEqual(public(members) | made, there | {"__init__"}, name)
+
+    def test_it_is_typed(self):
+        self.assertTrue(os.path.exists(os.path.join(FOLDER, "py.typed")))
+
+    @unittest.skipUnless(WITH_MESSAGES, "built without ROS")
+    def test_messages_of_the_same_name_are_beside_it(self):
+        from dtsdf_mapping.msg import MapStatus
+        from dtsdf_mapping.srv import SaveMesh
+        self.assertEqual(MapStatus._type, "dtsdf_mapping/MapStatus")
+        self.assertEqual(SaveMesh._type, "dtsdf_mapping/SaveMesh")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[argument for argument in sys.argv if argument != "--messages"])

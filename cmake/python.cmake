@@ -15,22 +15,28 @@ if(NOT WITH_PYTHON STREQUAL "OFF" AND NOT WITH_SANITIZER AND NOT WITH_FUZZERS)
     set(DTSDF_PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
     set(PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
   endif()
-  # Its headers first, without which pybind11 ends the configuration.
-  set(headers_missing 1)
+  # What pybind11 would look for with modules of CMake, of which other packages of ROS find a part only.
+  set(python_includes)
   set(numpy_missing 1)
   if(DTSDF_PYTHON_EXECUTABLE)
-    execute_process(COMMAND ${DTSDF_PYTHON_EXECUTABLE} -c "import os, sys, sysconfig
-sys.exit(not os.path.exists(sysconfig.get_paths()['include'] + '/Python.h'))"
-                    RESULT_VARIABLE headers_missing OUTPUT_QUIET ERROR_QUIET)
+    execute_process(COMMAND ${DTSDF_PYTHON_EXECUTABLE} -c "import os, sysconfig
+folder = sysconfig.get_paths()['include']
+print(folder if os.path.exists(folder + '/Python.h') else '', end='')"
+                    OUTPUT_VARIABLE python_includes ERROR_QUIET)
+    execute_process(COMMAND ${DTSDF_PYTHON_EXECUTABLE} -c
+                            "import sysconfig; print(sysconfig.get_config_var('EXT_SUFFIX'), end='')"
+                    OUTPUT_VARIABLE DTSDF_PYTHON_SUFFIX ERROR_QUIET)
     execute_process(COMMAND ${DTSDF_PYTHON_EXECUTABLE} -c "import numpy" RESULT_VARIABLE numpy_missing
                     OUTPUT_QUIET ERROR_QUIET)
   endif()
-  if(headers_missing EQUAL 0)
+  if(python_includes)
+    set(PYBIND11_NOPYTHON ON)  # its headers are wanted, nothing else
     find_package(pybind11 QUIET CONFIG)
   endif()
   # pip builds where numpy is not installed yet; the module needs it only when it runs.
   if(pybind11_FOUND AND (SKBUILD OR numpy_missing EQUAL 0))
     set(DTSDF_PYTHON ON)
+    set(DTSDF_PYTHON_INCLUDES ${python_includes} ${pybind11_INCLUDE_DIR} ${pybind11_INCLUDE_DIRS})
   elseif(WITH_PYTHON STREQUAL "ON")
     message(FATAL_ERROR "WITH_PYTHON=ON, but pybind11 or numpy was not found: install pybind11-dev, "
                         "python3-dev and python3-numpy; or build with WITH_PYTHON=OFF.")

@@ -82,6 +82,12 @@ auto nextOf(Images<Source>& images) {
   return std::move(*next);
 }
 
+template <class Source>
+std::map<std::string, size_t> skippedOf(Images<Source>& images) {
+  const py::gil_scoped_release release;
+  return images.skipped();
+}
+
 py::array depthOf(const py::object& self) {
   const DepthFrame& depth = self.cast<const SourceFrame&>().depth;
   const std::vector<py::ssize_t> shape = {depth.height, depth.width};
@@ -159,13 +165,11 @@ void bindRecording(py::module& m) {
       .def("__iter__", [](py::object self) { return self; })
       .def("__next__", &nextOf<FrameSource>)
       .def_property_readonly("size", [](DepthImages& self) { return self.source->size(); })
-      .def_property_readonly("skipped", &DepthImages::skipped,
-                             py::call_guard<py::gil_scoped_release>());
+      .def_property_readonly("skipped", &skippedOf<FrameSource>);
   py::class_<ColourImages>(m, "ColourImages")
       .def("__iter__", [](py::object self) { return self; })
       .def("__next__", &nextOf<ColourSource>)
-      .def_property_readonly("skipped", &ColourImages::skipped,
-                             py::call_guard<py::gil_scoped_release>());
+      .def_property_readonly("skipped", &skippedOf<ColourSource>);
   m.def("recording_formats", &recordingFormats, "Names of the formats of recordings.");
 }
 

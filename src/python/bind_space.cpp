@@ -34,7 +34,7 @@ py::tuple query(const SpaceView& view, const py::object& points_W) {
     gradient[3 * i + 1] = at.gradient.y;
     gradient[3 * i + 2] = at.gradient.z;
   });
-  return py::make_tuple(takeOver(std::move(known), {rows}).view("bool"),
+  return py::make_tuple(takeOver(std::move(known), {rows}).attr("view")("bool"),
                         takeOver(std::move(distance_m), {rows}),
                         takeOver(std::move(gradient), {rows, 3}));
 }

@@ -72,6 +72,16 @@ class Deb(unittest.TestCase):
                           "--mesh", mesh], env=self.environment)
         self.assertGreater(os.path.getsize(mesh), 1000)
 
+    def test_python_has_the_mapper_beside_the_messages(self):
+        if not glob.glob(BUILD + "/devel/lib/python3*/*-packages/dtsdf_mapping/_core.*.so"):
+            self.skipTest("built without the Python module")
+        printed = self.run_quietly(
+            [sys.executable, "-c", "import dtsdf_mapping; from dtsdf_mapping.msg import MapStatus; "
+             "print(dtsdf_mapping.__file__, dtsdf_mapping.Mapper('cpu'), MapStatus._type)"],
+            env=self.environment)
+        self.assertIn(self.prefix, printed)
+        self.assertIn("0 blocks", printed)
+
     def test_roslaunch_maps_the_simulated_room(self):
         with socket.socket() as free:
             free.bind(("", 0))

@@ -5,6 +5,7 @@
 
 #include "backend/frame_check.h"
 #include "backend/map_copy.h"
+#include "backend/pose_solver.h"
 #include "backend/rule_settings.h"
 #include "kernels/fusion/evidence.h"
 #include "map/memory_budget.h"
@@ -23,6 +24,7 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules, SpaceMap* space
       rules_(rules),
       table_(budgetOf(params).map_bytes),
       map_(stream_),
+      aligner_(rules.poses, params.map.directional, stream_),
       sensor_(params, rules, stream_),
       surfel_maker_(params, rules.surfels, stream_),
       block_finder_(makeFusionSettings(params, rules.fusion), stream_),
@@ -34,6 +36,19 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules, SpaceMap* space
       space_(space) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
+}
+
+/// As CpuMapper::align(), in the map that the frame before leaves.
+Alignment CudaMap::align(const DepthFrame& frame, const PosePrior& prior) {
+  recycleEmpty();
+  raw_image_.upload(rowsOf(frame), stream_);
+  const StageTimer timer(clock_.profile(), Stage::kAlign);
+  const float voxel_size_m = params_.map.voxel_size_m;
+  aligner_.takePoints(makeFrameView(frame, voxel_size_m), rawDepthOf(frame));
+  return findPose(frame, prior, rules_.poses, voxel_size_m,
+                  [&](const FrameView& view, float cutoff) {
+                    return aligner_.sumsAt(view, cutoff, map_.view());
+                  });
 }
 
 /// The way of a frame; CpuMapper::fuse() is the same on the CPU.
@@ -61,9 +76,12 @@ void CudaMap::upload(const DepthFrame& frame) {
 }
 
 DeviceSensing CudaMap::sense(const DepthFrame& frame) {
-  return sensor_.sense(makeFrameView(frame, params_.map.voxel_size_m),
-                       {raw_image_.data(), frame.encoding == DepthEncoding::kUint16,
-                        depthRangeOf(frame, params_)});
+  return sensor_.sense(makeFrameView(frame, params_.map.voxel_size_m), rawDepthOf(frame));
+}
+
+RawDepth CudaMap::rawDepthOf(const DepthFrame& frame) const {
+  return {raw_image_.data(), frame.encoding == DepthEncoding::kUint16,
+          depthRangeOf(frame, params_)};
 }
 
 DeviceSurfels CudaMap::makeSurfels(const DeviceSensing& sensing) {
@@ -336,6 +354,7 @@ std::vector<MemoryPart> CudaMap::memoryParts() {
   map_.addMemory(table_, parts);
   mesher_.addMemory(parts);
   raw_image_.addMemory("raw image", parts);
+  aligner_.addMemory(parts);
   sensor_.addMemory(parts);
   surfel_maker_.addMemory(parts);
   block_finder_.addMemory(parts);

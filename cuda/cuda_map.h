@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "backend/mapper_probe.h"
+#include "align.h"
 #include "backend/rules.h"
 #include "block_mesher.h"
 #include "clear_region.h"
@@ -29,6 +30,7 @@ class CudaMap {
 
   /// @pre The frame is valid. @return when the frame's last kernel is enqueued.
   IntegrationResult fuse(const DepthFrame& frame);
+  Alignment align(const DepthFrame& frame, const PosePrior& prior);
   IntegrationResult paint(const ColourFrame& frame);
   ClearedRegion clearRegion(const Region& region);
   void beginMeshUpdate();
@@ -52,6 +54,7 @@ class CudaMap {
 
  private:
   void upload(const DepthFrame& frame);
+  RawDepth rawDepthOf(const DepthFrame& frame) const;
   DeviceSensing sense(const DepthFrame& frame);
   DeviceSurfels makeSurfels(const DeviceSensing& sensing);
   void findBlocks(const DeviceSensing& sensing, DeviceSurfels& surfels);
@@ -76,6 +79,7 @@ class CudaMap {
   Event map_ready_;
   DeviceMap map_;
   RawImage raw_image_;
+  PoseAligner aligner_;
   FrameSensor sensor_;
   SurfelMaker surfel_maker_;
   BlockFinder block_finder_;

@@ -80,6 +80,14 @@ class CudaMapper : public ProbedMapper {
     return result;
   }
 
+  Alignment align(const DepthFrame& frame, const PosePrior& prior) override {
+    Alignment unaligned;
+    unaligned.T_W_C = frame.T_W_C;
+    if (findProblem(frame, params_)) return unaligned;
+    return withMemory([&] { return map().align(frame, prior); },
+                      [&](const std::string&) { return unaligned; });
+  }
+
   IntegrationResult paint(const ColourFrame& frame) override {
     const auto start = std::chrono::steady_clock::now();
     if (const auto problem = findProblem(frame, params_)) return refuse(*problem);

@@ -88,7 +88,8 @@ GpuReport reportCudaDevice() {
   report.driver = versionText(driver);
   report.runtime = versionText(runtime);
   measureRates(report);
-  for (const auto& kernels : {gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
+  for (const auto& kernels : {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(),
+                              gpu::blockKernels(),
                               gpu::mapKernels(), gpu::fusionKernels(), gpu::regionKernels(),
                               gpu::freeSpaceKernels(), gpu::paintKernels(),
                               gpu::mesherKernels(true)}) {

@@ -20,6 +20,7 @@ struct NamedKernel {
 #define DTSDF_NAMED_KERNEL(kernel, ...) \
   ::dtsdf::gpu::NamedKernel{#kernel, reinterpret_cast<const void*>(&kernel), __VA_ARGS__}
 
+std::vector<NamedKernel> alignKernels();
 std::vector<NamedKernel> senseKernels();
 std::vector<NamedKernel> surfelKernels();
 std::vector<NamedKernel> blockKernels();

@@ -7,6 +7,7 @@
 #include "kernels/surfels/row_fit.h"
 #include "launch.h"
 #include "named_kernels.h"
+#include "raw_depth.cuh"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -20,19 +21,12 @@ struct DepthImage {
   int32_t width, height;
 };
 
-__device__ float inverseDepthAt(const DepthImage& image, int u, int v) {
-  const int64_t i = static_cast<int64_t>(v) * image.width + u;
-  const float value = image.raw.is_uint16
-                          ? static_cast<float>(static_cast<const uint16_t*>(image.raw.data)[i])
-                          : static_cast<const float*>(image.raw.data)[i];
-  return inverseDepth(value, image.raw.range);
-}
-
 /// One thread per pixel.
 __global__ void invertDepthsKernel(DepthImage image, float* inverse_depth) {
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < image.width && v < image.height; v += gridDim.y) {
-    inverse_depth[static_cast<int64_t>(v) * image.width + u] = inverseDepthAt(image, u, v);
+    inverse_depth[static_cast<int64_t>(v) * image.width + u] = 
+        inverseDepthAt(image.raw, image.width, u, v);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "dtsdf_mapping/alignment.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "dtsdf_mapping/colour_frame.h"
 #include "dtsdf_mapping/depth_frame.h"
@@ -86,6 +87,12 @@ class Mapper {
   /// Fuses a frame. A bad frame leaves the map untouched; the result's status reports it.
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual IntegrationResult integrate(const DepthFrame& frame) = 0;
+
+  /// Finds the pose at which a frame fits the map best, near its own T_W_C, which is off by about as
+  /// much as the prior says. The map stays as it was; integrate() the frame at the pose found.
+  /// @return the frame's own pose, not aligned, for a frame that integrate() would refuse.
+  /// @throws std::exception when the backend fails.
+  virtual Alignment align(const DepthFrame& frame, const PosePrior& prior) = 0;
 
   /// Paints the surfaces of the map that a colour image sees. They have to be there: what depth
   /// frames show later is painted by later images. A surface that faces another direction, as the

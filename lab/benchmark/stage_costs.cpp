@@ -50,6 +50,7 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
   switch (stage) {
     case Stage::kCopy: return {2 * raw};
     case Stage::kUpload: return {raw, true};
+    case Stage::kAlign: return {raw};  // the voxels around its points are few
     case Stage::kSense:  // images of the fits are written and read once, free depth written
       return {std::min(raw, kNoiseBytes) + raw + pixels * (2 * kPixelFits + sizeof(float))};
     case Stage::kMakeSurfels:  // the images are read in full, for what is around a surfel

@@ -15,6 +15,16 @@ static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof
 /// Settings that say where and with what means a map is worked on or shown, not what it is.
 constexpr const char* kNotOfTheMap[] = {"backend", "threads", "map/max_memory_mb", "mesh/colour"};
 
+/// Of the rules, those that find poses do not say what a map is either.
+constexpr const char* kRulesOfPoses = "rules/poses/";
+
+void eraseSection(const std::string& section, ParamTree& tree) {
+  auto key = tree.lower_bound(section);
+  while (key != tree.end() && key->first.compare(0, section.size(), section) == 0) {
+    key = tree.erase(key);
+  }
+}
+
 /// Calls visit(direction, brick, number) for the bricks of a block.
 template <class Visit>
 void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& visit) {
@@ -52,6 +62,7 @@ MapContents contentsOf(MapperParams params, Rules rules) {
   visitParams(params, writer);
   visitRules(rules, writer);
   for (const char* key : kNotOfTheMap) writer.tree.erase(key);
+  eraseSection(kRulesOfPoses, writer.tree);
   MapContents contents;
   contents.settings = std::move(writer.tree);
   return contents;

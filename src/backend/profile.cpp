@@ -6,6 +6,7 @@ const char* toString(Stage stage) {
   switch (stage) {
     case Stage::kCopy: return "copy";
     case Stage::kUpload: return "upload";
+    case Stage::kAlign: return "align";
     case Stage::kSense: return "sense";
     case Stage::kMakeSurfels: return "make_surfels";
     case Stage::kFindBlocks: return "find_blocks";

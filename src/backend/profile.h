@@ -13,6 +13,7 @@ namespace dtsdf {
 enum class Stage {
   kCopy,         ///< Raw image to pinned memory (host).
   kUpload,       ///< Raw image to the device.
+  kAlign,        ///< The pose at which the image fits the map (with its own copy and upload).
   kSense,        ///< Noise of the image, inverse depth and row fits, and how far rays are free.
   kMakeSurfels,  ///< Which pixels are merged, column fits, and surfels.
   kFindBlocks,   ///< Blocks that surfels touch, and what of them the map lacks.

@@ -6,6 +6,7 @@
 #include "kernels/core/voxel.h"
 #include "kernels/fusion/fusion_rules.h"
 #include "kernels/meshing/mesh_rules.h"
+#include "kernels/poses/alignment_rules.h"
 #include "kernels/surfels/surfel_rules.h"
 
 namespace dtsdf {
@@ -15,6 +16,7 @@ struct Rules {
   FusionRules fusion;
   ColourRules colour;
   MeshRules mesh;
+  AlignmentRules poses;
 };
 
 template <class Visitor>
@@ -77,7 +79,6 @@ void visitRules(ColourRules& rules, Visitor& visit) {
   const std::string section = "rules/colour/";
   visit(section + "painted_distance", rules.painted_distance, Range{0.0, 16.0});
   visit(section + "facing_slack", rules.facing_slack, Range{0.0, 1.0});
-  visit(section + "least_cosine", rules.least_cosine, Range{0.01, 1.0});
   visit(section + "hiding_distance", rules.hiding_distance, Range{0.0, 16.0});
   visit(section + "hiding_radius", rules.hiding_radius, Range{0.0, 16.0});
   visit(section + "hidden_depth", rules.hidden_depth, Range{0.0, 100.0});
@@ -94,6 +95,21 @@ void visitRules(ColourRules& rules, Visitor& visit) {
   visit(section + "same_gain", rules.same_gain, Range{0.0, 1.0});
 }
 
+template <class Visitor>
+void visitRules(AlignmentRules& rules, Visitor& visit) {
+  const std::string section = "rules/poses/";
+  visit(section + "points", rules.points, Range{100, 1e6});
+  visit(section + "window_px", rules.window_px, Range{1, 20});
+  visit(section + "window_bend", rules.window_bend, Range{0.0, 1.0});
+  visit(section + "full_weight_m", rules.full_weight_m, Range{0.01, 1000.0});
+  visit(section + "reach", rules.reach, Range{0.0, 16.0});
+  visit(section + "cutoff", rules.cutoff, Range{0.01, 16.0});
+  visit(section + "least_agreement", rules.least_agreement, Range{0.0, 1.0});
+  visit(section + "points_per_witness", rules.points_per_witness, Range{1.0, 1e6});
+  visit(section + "least_matched", rules.least_matched, Range{0.0, 1.0});
+  visit(section + "least_inliers", rules.least_inliers, Range{0.0, 1.0});
+}
+
 /// Visits keys such as "rules/mesh/...", in the manner of visitParams().
 template <class Visitor>
 void visitRules(Rules& rules, Visitor& visit) {
@@ -101,6 +117,7 @@ void visitRules(Rules& rules, Visitor& visit) {
   visitRules(rules.fusion, visit);
   visitRules(rules.colour, visit);
   visitRules(rules.mesh, visit);
+  visitRules(rules.poses, visit);
 }
 
 }  // namespace dtsdf

@@ -8,6 +8,7 @@
 
 #include "backend/frame_check.h"
 #include "backend/map_copy.h"
+#include "backend/pose_solver.h"
 #include "backend/rule_settings.h"
 #include "cpu/block_times.h"
 #include "cpu/fold.h"
@@ -46,6 +47,7 @@ CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
       fusion_(makeFusionSettings(params, rules.fusion)),
       threads_(params.threads > 0 ? params.threads : omp_get_num_procs()),
       table_(budgetOf(params).map_bytes),
+      aligner_(rules.poses, params.map.directional, threads_),
       sensor_(params, rules, threads_),
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),
@@ -62,6 +64,19 @@ IntegrationResult CpuMapper::integrate(const DepthFrame& frame) {
   IntegrationResult result = fuse(frame);
   result.duration_ms = millisecondsSince(start);
   return result;
+}
+
+Alignment CpuMapper::align(const DepthFrame& frame, const PosePrior& prior) {
+  Alignment unaligned;
+  unaligned.T_W_C = frame.T_W_C;
+  if (findProblem(frame, params_)) return unaligned;
+  const StageTimer timer(profile_, Stage::kAlign);
+  const float voxel_size_m = params_.map.voxel_size_m;
+  aligner_.takePoints(frame, makeFrameView(frame, voxel_size_m), depthRangeOf(frame, params_));
+  return findPose(frame, prior, rules_.poses, voxel_size_m,
+                  [&](const FrameView& view, float cutoff) {
+                    return aligner_.sumsAt(view, cutoff, table_, voxels_);
+                  });
 }
 
 /// The way of a frame; CudaMap::fuse() is the same on the device.

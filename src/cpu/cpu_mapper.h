@@ -5,6 +5,7 @@
 
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
+#include "cpu/align.h"
 #include "cpu/block_mesher.h"
 #include "cpu/clear.h"
 #include "cpu/clear_region.h"
@@ -24,6 +25,7 @@ class CpuMapper : public ProbedMapper {
   CpuMapper(const MapperParams& params, const Rules& rules);
 
   IntegrationResult integrate(const DepthFrame& frame) override;
+  Alignment align(const DepthFrame& frame, const PosePrior& prior) override;
   IntegrationResult paint(const ColourFrame& frame) override;
   void beginMeshUpdate() override;
   void waitForMeshes() override {}
@@ -67,6 +69,7 @@ class CpuMapper : public ProbedMapper {
   BlockTable table_;
   VoxelStore voxels_;
   ColourStore colours_;
+  PoseAligner aligner_;
   FrameSensor sensor_;
   SurfelMaker surfel_maker_;
   BlockFinder block_finder_;

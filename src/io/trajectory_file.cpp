@@ -1,5 +1,9 @@
 #include "io/trajectory_file.h"
 
+#include <cstdio>
+
+#include "io/atomic_file.h"
+
 #include <cmath>
 #include <utility>
 
@@ -27,6 +31,19 @@ Trajectory readTrajectory(const std::string& path, const std::string& advice) {
   std::vector<StampedPose> poses;
   for (const ListLine& line : readList(path, advice)) poses.push_back(readPose(line));
   return Trajectory(std::move(poses));
+}
+
+void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& path) {
+  std::string text = "# stamp tx ty tz qx qy qz qw: camera to world, in seconds and metres\n";
+  for (const StampedPose& pose : poses) {
+    const Eigen::Vector3d t = pose.T_W_C.translation();
+    const Eigen::Quaterniond q(pose.T_W_C.linear());
+    char line[256];
+    std::snprintf(line, sizeof(line), "%.9f %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", pose.stamp_s,
+                  t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+    text += line;
+  }
+  writeFileAtomically(path, text);
 }
 
 }  // namespace dtsdf

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "io/trajectory.h"
 
@@ -10,5 +11,9 @@ namespace dtsdf {
 
 /// @throws std::runtime_error with file and line, for what is missing (with `advice`) or malformed.
 Trajectory readTrajectory(const std::string& path, const std::string& advice);
+
+/// Writes poses, in their order, so that they are read back as they are.
+/// @throws std::runtime_error as AtomicFile does.
+void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& path);
 
 }  // namespace dtsdf

@@ -9,6 +9,7 @@
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "io/atomic_file.h"
+#include "io/trajectory_file.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
@@ -91,6 +92,10 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   std::printf("%zu frames fused on %s in %.1f ms each (median)%s%s\n", result.frames,
               backend_name.c_str(), summarise(result.integrate_ms).median,
               skipped.empty() ? "" : "; not fused: ", skipped.c_str());
+  if (!result.aligned.empty()) {
+    std::printf("poses refined in %.1f ms each (median): %s\n", summarise(result.align_ms).median,
+                describeSkipped(result.aligned).c_str());
+  }
   if (result.images > 0) {
     std::printf("%zu colour images painted in %.1f ms each (median)\n", result.images,
                 summarise(result.paint_ms).median);
@@ -122,7 +127,8 @@ void run(ReconstructOptions options) {
   completeInput(options);
   // Found out now rather than after an hour of work.
   for (const std::string& path :
-       {options.mesh_path, options.save_map_path, options.report_path}) {
+       {options.mesh_path, options.save_map_path, options.trajectory_path,
+                                  options.report_path}) {
     if (!path.empty()) prepareOutputFile(path);
   }
   StartingMap start = loadStartingMap(options.load_map_path, settings);
@@ -142,12 +148,16 @@ void run(ReconstructOptions options) {
     ProgressBar progress("frames", source->size());
     RecordedInput input(*source, colours.get(), settings.params.node.colour.max_rate_hz);
     input.map_stamp_s = map_stamp_s;
+    input.poses = settings.poses;
     result = reconstruct(input, *mapper, params.map.voxel_size_m, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
   // First, since a mesh that cannot be saved must not take the map with it.
   if (!options.save_map_path.empty()) {
     saveMapOf(*mapper, frame, result.stamp_s, options.save_map_path);
+  }
+  if (!options.trajectory_path.empty()) {
+    saveTrajectory(result.trajectory, options.trajectory_path);
   }
   if (!options.mesh_path.empty()) {
     checkSupport(result, params);

@@ -49,6 +49,20 @@ std::string parseMapPath(const std::string& path) {
   return path;
 }
 
+void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
+  line.add({"--poses-mode", "tf|refine",
+            "fuse images at the poses given, or move each to where it fits the map; overrides the "
+            "setting `poses/mode`"},
+           [&](const std::string& value) { options.poses_mode = value; });
+}
+
+void addTrajectoryOption(CommandLine& line, ReconstructOptions& options) {
+  line.addText({"--trajectory", "OUT.txt",
+                "poses to write, of the images that were fused: `stamp tx ty tz qx qy qz qw` per "
+                "line, camera to map"},
+               options.trajectory_path);
+}
+
 void addMapOptions(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--load-map", "IN.dtsdf",
                 "map to resume from; voxel size and mode come from it"},
@@ -71,9 +85,11 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   addFrameOptions(line, options);
   line.beginGroup("Settings");
   addMapperOptions(line, options);
+  addPoseOptions(line, options);
   line.beginGroup("Output");
   addMeshOptions(line, options);
   addMapOptions(line, options);
+  addTrajectoryOption(line, options);
   addReportOptions(line, options);
   line.parse(arguments);
   if (options.mesh_path.empty() && options.save_map_path.empty()) {

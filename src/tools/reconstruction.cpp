@@ -1,6 +1,7 @@
 #include "tools/reconstruction.h"
 
 #include <chrono>
+#include <optional>
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/rate_limit.h"
@@ -26,9 +27,13 @@ size_t sumOf(const std::map<std::string, size_t>& counts) {
 /// The state of one run.
 class Reconstruction {
  public:
-  Reconstruction(Mapper& mapper, float voxel_size_m) : mapper_(mapper), store_(voxel_size_m) {}
+  Reconstruction(Mapper& mapper, float voxel_size_m, const PoseParams& poses)
+      : mapper_(mapper), store_(voxel_size_m) {
+    if (poses.mode != PoseMode::kTf) refiner_.emplace(poses);
+  }
 
-  void paint(const ColourFrame& image) {
+  void paint(ColourFrame image) {
+    if (refiner_) image.T_W_C = refiner_->T_W_O() * image.T_W_C;
     IntegrationResult painting;
     result_.paint_ms.push_back(timeMs([&] { painting = mapper_.paint(image); }));
     if (painting.status == FrameStatus::kFused) {
@@ -40,22 +45,26 @@ class Reconstruction {
   }
 
   void fuse(const SourceFrame& frame) {
+    ++frames_seen_;
+    ++frames_since_mesh_;
+    DepthFrame depth = frame.depth;
+    if (!refinePose(depth)) return;
     IntegrationResult integration;
-    result_.integrate_ms.push_back(timeMs([&] { integration = mapper_.integrate(frame.depth); }));
+    result_.integrate_ms.push_back(timeMs([&] { integration = mapper_.integrate(depth); }));
     if (integration.status == FrameStatus::kFused) {
       ++result_.frames;
       result_.stamp_s = frame.stamp_s;
+      result_.trajectory.push_back({frame.stamp_s, depth.T_W_C});
     } else {
       ++result_.skipped[toString(integration.status)];
     }
-    ++frames_since_mesh_;
   }
 
   void updateMeshIfDue(size_t mesh_every) {
     if (frames_since_mesh_ >= mesh_every) updateMesh();
   }
 
-  size_t framesNotFused() const { return result_.integrate_ms.size() - result_.frames; }
+  size_t framesNotFused() const { return frames_seen_ - result_.frames; }
 
   ReconstructionResult finish(const std::map<std::string, size_t>& skipped_by_source) {
     for (const auto& [reason, count] : skipped_by_source) result_.skipped[reason] += count;
@@ -74,6 +83,18 @@ class Reconstruction {
   size_t frames() const { return result_.frames; }
 
  private:
+  /// @return whether the frame is to be fused.
+  bool refinePose(DepthFrame& depth) {
+    if (!refiner_) return true;
+    Alignment alignment;
+    result_.align_ms.push_back(timeMs([&] { alignment = refiner_->refine(mapper_, depth); }));
+    ++result_.aligned[toString(alignment.status)];
+    depth.T_W_C = alignment.T_W_C;
+    if (refiner_->isToBeFused(alignment)) return true;
+    ++result_.skipped[toString(alignment.status)];
+    return false;
+  }
+
   void updateMesh() {
     result_.mesh_ms.push_back(timeMs([&] { store_.apply(mapper_.updateMesh()); }));
     frames_since_mesh_ = 0;
@@ -82,7 +103,9 @@ class Reconstruction {
 
   Mapper& mapper_;
   MeshStore store_;
+  std::optional<PoseRefiner> refiner_;  ///< None where poses are taken as they are.
   ReconstructionResult result_;
+  size_t frames_seen_ = 0;
   size_t frames_since_mesh_ = 0;
   bool painted_since_mesh_ = false;
 };
@@ -148,7 +171,7 @@ size_t visitInput(const RecordedInput& input, const InputVisitor& visitor) {
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
-  Reconstruction reconstruction(mapper, voxel_size_m);
+  Reconstruction reconstruction(mapper, voxel_size_m, input.poses);
   InputVisitor visitor;
   visitor.fuse = [&](const SourceFrame& frame) { reconstruction.fuse(frame); };
   visitor.paint = [&](const SourceColour& image) { reconstruction.paint(image.colour); };

@@ -11,6 +11,8 @@
 #include "dtsdf_mapping/io/frame_source.h"
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
+#include "dtsdf_mapping/pose_refiner.h"
+#include "io/trajectory.h"
 
 namespace dtsdf {
 
@@ -25,6 +27,7 @@ struct RecordedInput {
   /// Of the newest frame in the map that the run begins with: of the images before the first frame,
   /// those that come later are painted. None where the map is empty.
   std::optional<double> map_stamp_s;
+  PoseParams poses;  ///< Whether frames are fused at the poses given.
 };
 
 /// Who is handed frames and images.
@@ -45,6 +48,9 @@ struct ReconstructionResult {
   size_t images = 0;                      ///< Painted.
   double stamp_s = 0.0;                   ///< Of the newest frame that was fused.
   std::map<std::string, size_t> skipped;  ///< Not fused, by reason.
+  std::vector<StampedPose> trajectory;    ///< Of the frames that were fused.
+  std::map<std::string, size_t> aligned;  ///< Frames by how they were aligned, if they were to be.
+  std::vector<double> align_ms;           ///< Wall time of each alignment.
   std::vector<double> integrate_ms;       ///< Wall time of each call, fused or refused.
   std::vector<double> paint_ms;           ///< Wall time of each colour image.
   std::vector<double> mesh_ms;            ///< Wall time of each extraction.

@@ -33,6 +33,10 @@ std::string reportJson(const ReconstructionResult& result, const std::string& ba
   report["device"] = backend_name;
   report["frames"] = result.frames;
   report["frames_skipped"] = nlohmann::json(result.skipped);
+  if (!result.aligned.empty()) {
+    report["frames_aligned"] = nlohmann::json(result.aligned);
+    report["align_ms"] = toJson(summarise(result.align_ms));
+  }
   report["integrate_ms"] = toJson(summarise(result.integrate_ms));
   report["colour_images"] = result.images;
   report["paint_ms"] = toJson(summarise(result.paint_ms));

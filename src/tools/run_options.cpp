@@ -120,6 +120,7 @@ RunSettings readSettings(const RunOptions& options) {
   if (!options.config_path.empty()) tree = loadYamlParams(options.config_path);
   for (const std::string& setting : options.settings) setParam(setting, tree);
   if (options.backend) tree["backend"] = *options.backend;
+  if (options.poses_mode) tree["poses/mode"] = *options.poses_mode;
   if (options.threads) tree["threads"] = *options.threads;
   return readSettings(std::move(tree));
 }
@@ -129,6 +130,7 @@ RunSettings readSettings(ParamTree tree) {
   settings.given = tree;
   ParamReader reader(std::move(tree));
   visitParams(settings.params, reader);
+  visitParams(settings.poses, reader);
   visitRules(settings.rules, reader);
   checkParams(settings.params.mapper, reader);
   reader.finish();

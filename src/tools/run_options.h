@@ -7,6 +7,7 @@
 
 #include "backend/rules.h"
 #include "dtsdf_mapping/io/recording.h"
+#include "dtsdf_mapping/params/pose_params.h"
 #include "params/node_params.h"
 #include "program/command_line.h"
 
@@ -19,6 +20,7 @@ struct RunOptions {
   std::vector<std::string> settings;  ///< Each key=value, in the order given.
   std::optional<std::string> backend;
   std::optional<int> threads;
+  std::optional<std::string> poses_mode;
   std::string report_path;
 };
 
@@ -37,6 +39,7 @@ void addReportOptions(CommandLine& line, RunOptions& options);
 struct RunSettings {
   ParamTree given;  ///< What files and command line say; all else is a default.
   MappingParams params;
+  PoseParams poses;  ///< Of the programs; the node takes poses as TF has them.
   Rules rules;
 };
 

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <utility>
 
+#include "dtsdf_mapping/params/pose_params.h"
 #include "params/node_params.h"
 
 namespace dtsdf {
@@ -38,6 +39,8 @@ std::string listSettings() {
   MappingParams params;
   SettingLister lister;
   visitParams(params, lister);
+  PoseParams poses;
+  visitParams(poses, lister);
   return lister.text();
 }
 

@@ -34,6 +34,12 @@ class FakeMapper : public Mapper {
     return {};
   }
 
+  Alignment align(const DepthFrame& frame, const PosePrior&) override {
+    Alignment alignment;
+    alignment.T_W_C = frame.T_W_C;
+    return alignment;
+  }
+
   IntegrationResult paint(const ColourFrame&) override {
     throwIf(fails_to_integrate);
     ++images;

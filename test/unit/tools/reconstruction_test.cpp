@@ -19,6 +19,12 @@ class FakeMapper : public Mapper {
     if (frame.width <= 0) result.status = FrameStatus::kBadImage;
     return result;
   }
+  Alignment align(const DepthFrame& frame, const PosePrior&) override {
+    Alignment alignment;
+    alignment.T_W_C = frame.T_W_C;
+    return alignment;
+  }
+
   IntegrationResult paint(const ColourFrame&) override {
     calls += 'p';
     return {};

@@ -1,0 +1,122 @@
+#include "align.h"
+
+#include "device_map.cuh"
+#include "launch.h"
+#include "named_kernels.h"
+#include "raw_depth.cuh"
+#include "runtime/stage_clock.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+/// Few points, each of which waits for memory: small blocks of threads reach all multiprocessors.
+constexpr int kAlignThreads = 64;
+constexpr int kWarp = 32;
+
+/// The sums as numbers side by side.
+constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
+static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "nothing but 64-bit integers");
+
+/// Looks voxels up that lie near each other: most are of the block that the last one was of.
+class VoxelReader {
+ public:
+  __device__ VoxelReader(const MapView& map, const Vec3i& origin_voxel)
+      : map_(map), origin_(origin_voxel) {}
+
+  __device__ Voxel operator()(int direction, const Vec3i& at_L) {
+    const Vec3i at = at_L + origin_;
+    const BlockKey key = blockOfVoxel(at);
+    if (!is_known_ || key != key_) {
+      slot_ = isRepresentable(key) ? findSlot(map_, packKey(key)) : -1;
+      key_ = key;
+      is_known_ = true;
+    }
+    const int32_t array = slot_ < 0 ? kNoArray : map_.slots[slot_].array[direction];
+    if (array == kNoArray) return makeVoxel(0.0f, 0, 0);
+    constexpr int kMask = kBlockSide - 1;
+    return map_.voxels.record(array)[voxelIndex(at.x & kMask, at.y & kMask, at.z & kMask)];
+  }
+
+ private:
+  const MapView& map_;
+  Vec3i origin_;
+  BlockKey key_{0, 0, 0};
+  int32_t slot_ = -1;
+  bool is_known_ = false;
+};
+
+/// One thread per point.
+__global__ void __launch_bounds__(kThreads)
+    makeAlignedPointsKernel(FrameView view, RawDepth raw, AlignmentRules rules, AlignmentGrid grid,
+                            AlignedPoint* points) {
+  const size_t i = globalThread();
+  if (i >= static_cast<size_t>(grid.columns) * grid.rows) return;
+  const Pixel pixel = pixelOfPoint(grid, static_cast<int32_t>(i));
+  points[i] = makeAlignedPoint(view, pixel, rules, [&](int32_t du, int32_t dv) {
+    return inverseDepthAt(raw, view.width, pixel.u + du, pixel.v + dv);
+  });
+}
+
+/// One thread per point; sums go up by warps.
+__global__ void __launch_bounds__(kAlignThreads)
+    addPointsKernel(FrameView view, AlignmentRules rules, bool directional, float cutoff,
+                    MapView map, const AlignedPoint* points, size_t count, AlignmentSums* sums) {
+  AlignmentSums own = {};
+  const size_t i = globalThread();
+  if (i < count) {
+    VoxelReader reader(map, view.origin_voxel);
+    addPoint(own, view, points[i], rules, directional, cutoff, reader);
+  }
+  const auto* values = reinterpret_cast<const int64_t*>(&own);
+  auto* totals = reinterpret_cast<unsigned long long*>(sums);
+  for (int k = 0; k < kSums; ++k) {
+    auto value = static_cast<unsigned long long>(values[k]);
+    for (int step = kWarp / 2; step > 0; step /= 2) {
+      value += __shfl_down_sync(0xffffffffu, value, step);
+    }
+    if (threadIdx.x % kWarp == 0 && value != 0) atomicAdd(&totals[k], value);
+  }
+}
+
+}  // namespace
+
+PoseAligner::PoseAligner(const AlignmentRules& rules, bool directional, const Stream& stream)
+    : rules_(rules), directional_(directional), stream_(stream) {}
+
+void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {
+  const AlignmentGrid grid = alignmentGrid(view, rules_);
+  point_count_ = static_cast<size_t>(grid.columns) * grid.rows;
+  points_.reserveExactly(point_count_, stream_);
+  sums_.reserveExactly(1, stream_);
+  pinned_sums_.reserve(1);
+  if (point_count_ == 0) return;
+  makeAlignedPointsKernel<<<blocksFor(point_count_), kThreads, 0, stream_.get()>>>(
+      view, raw, rules_, grid, points_.data());
+  DTSDF_CHECK_LAUNCH("makeAlignedPointsKernel");
+}
+
+AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const MapView& map) {
+  if (point_count_ == 0) return AlignmentSums{};
+  sums_.zero(stream_);
+  const auto blocks = static_cast<unsigned>((point_count_ + kAlignThreads - 1) / kAlignThreads);
+  addPointsKernel<<<blocks, kAlignThreads, 0, stream_.get()>>>(
+      view, rules_, directional_, cutoff, map, points_.data(), point_count_, sums_.data());
+  DTSDF_CHECK_LAUNCH("addPointsKernel");
+  sums_.download(pinned_sums_.data(), 1, stream_);
+  stream_.synchronize();
+  return pinned_sums_[0];
+}
+
+void PoseAligner::addMemory(std::vector<MemoryPart>& parts) const {
+  const size_t bytes = points_.bytes() + sums_.bytes();
+  parts.push_back({"aligned points", MemoryKind::kScratch, bytes, bytes});
+}
+
+std::vector<NamedKernel> alignKernels() {
+  return {DTSDF_NAMED_KERNEL(makeAlignedPointsKernel, 0),
+          DTSDF_NAMED_KERNEL(addPointsKernel, 0, kAlignThreads)};
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

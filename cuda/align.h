@@ -1,0 +1,37 @@
+/// The stage "align" on the device: what an image's points say of its pose.
+#pragma once
+
+#include "backend/profile.h"
+#include "device_map.h"
+#include "kernels/poses/alignment_sums.h"
+#include "runtime/buffer.h"
+#include "sense.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// The buffers are kept from image to image.
+class PoseAligner {
+ public:
+  PoseAligner(const AlignmentRules& rules, bool directional, const Stream& stream);
+
+  /// Enqueues the making of an image's points. @pre The image is uploaded.
+  void takePoints(const FrameView& view, const RawDepth& raw);
+
+  /// The sums of these points at another pose of the same image; waits for them.
+  AlignmentSums sumsAt(const FrameView& view, float cutoff, const MapView& map);
+
+  void addMemory(std::vector<MemoryPart>& parts) const;
+
+ private:
+  const AlignmentRules rules_;
+  const bool directional_;
+  const Stream& stream_;
+  size_t point_count_ = 0;
+  DeviceBuffer<AlignedPoint> points_;
+  DeviceBuffer<AlignmentSums> sums_;
+  PinnedBuffer<AlignmentSums> pinned_sums_;
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

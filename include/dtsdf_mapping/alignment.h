@@ -1,0 +1,40 @@
+/// Aligning a depth image to the map: what is believed of its pose before, and what is known after.
+#pragma once
+
+#include <Eigen/Geometry>
+
+namespace dtsdf {
+
+/// How far a pose may be off: standard deviations of a normal distribution around it, along each
+/// axis. Directions that the image does not hold, as along a plain corridor, stay at the prior.
+struct PosePrior {
+  double sigma_m = 0.05;     ///< Of the position, in metres.
+  double sigma_rad = 0.035;  ///< Of the orientation, in radians.
+};
+
+/// Whether an image was aligned.
+enum class AlignmentStatus {
+  kAligned,  ///< `T_W_C` is where the image fits the map best.
+  kUnmapped, ///< The map holds too little of what the image shows.
+  kMisfit,   ///< What the map holds there does not fit: another place, or a pose too far off.
+};
+
+/// A word for messages ("does not fit").
+const char* toString(AlignmentStatus status);
+
+/// The pose of an image by the map.
+struct Alignment {
+  AlignmentStatus status = AlignmentStatus::kUnmapped;
+  /// Optical frame to map frame, in metres. That of the frame unless it was aligned.
+  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
+  double matched_share = 0.0;  ///< Of the image's points, those that lie near a surface of the map.
+  double inlier_share = 0.0;   ///< Of the matched points, those that fit.
+  double residual_m = 0.0;     ///< Root mean square of their distances to the surface, in metres.
+  double shift_m = 0.0;        ///< From the frame's pose, in metres.
+  double turn_rad = 0.0;       ///< The same in radians.
+  /// Of the error of T_W_C: of its position along the axes of the map frame in m^2, then of small
+  /// rotations about these in rad^2. The prior's where the image holds nothing.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,44 @@
+/// Settings of poses that are aligned to the map.
+#pragma once
+
+#include "dtsdf_mapping/params/param_set.h"
+
+namespace dtsdf {
+
+/// Where the pose of a depth image comes from.
+enum class PoseMode {
+  kTf,      ///< As it is given.
+  kRefine,  ///< Moved from there to where the image fits the map.
+};
+
+/// What becomes of a depth image that does not fit the map.
+enum class OnMisfit {
+  kPrior,  ///< It is fused at the pose that it would have been moved from.
+  kDrop,   ///< It is dropped.
+};
+
+/// How poses are found.
+struct PoseParams {
+  PoseMode mode = PoseMode::kTf;           ///< Where poses come from.
+  double sigma_m = 0.05;                   ///< By how much given positions are off, in metres.
+  double sigma_rad = 0.035;                ///< The same of orientations, in radians.
+  /// By how much given poses drift, as a share of the way, and in radians a metre: errors that last
+  /// from image to image, beside those above, which come anew with each. 0: none.
+  double drift = 0.05;
+  OnMisfit on_misfit = OnMisfit::kPrior;   ///< What becomes of an image that does not fit.
+};
+
+/// Visits each member with its key and its rule.
+/// @relates PoseParams
+template <class Visitor>
+void visitParams(PoseParams& p, Visitor& visit) {
+  visit("poses/mode", p.mode,
+        EnumNames<PoseMode>{{"tf", PoseMode::kTf}, {"refine", PoseMode::kRefine}});
+  visit("poses/sigma_m", p.sigma_m, Range{1e-6, 100.0});
+  visit("poses/sigma_rad", p.sigma_rad, Range{1e-6, 3.2});
+  visit("poses/drift", p.drift, Range{0.0, 10.0});
+  visit("poses/on_misfit", p.on_misfit,
+        EnumNames<OnMisfit>{{"prior", OnMisfit::kPrior}, {"drop", OnMisfit::kDrop}});
+}
+
+}  // namespace dtsdf

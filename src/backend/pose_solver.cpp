@@ -1,0 +1,150 @@
+#include "backend/pose_solver.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "backend/frame_check.h"
+
+namespace dtsdf {
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// Rotations about the camera along the axes of the map, then translation in voxels.
+struct NormalEquations {
+  Matrix6d information;  ///< Of the points, in units of one point.
+  Vector6d right;
+  double variance;       ///< Of a point's residual, in voxels^2.
+};
+
+NormalEquations equationsOf(const AlignmentSums& sums) {
+  constexpr double kUnit = 1.0 / kAlignmentScale;
+  NormalEquations equations;
+  int term = 0;
+  for (int i = 0; i < 6; ++i) {
+    for (int k = i; k < 6; ++k) {
+      const double value = kUnit * static_cast<double>(sums.normal[term++]);
+      equations.information(i, k) = equations.information(k, i) = value;
+    }
+    equations.right(i) = kUnit * static_cast<double>(sums.right[i]);
+  }
+  constexpr double kLeastVariance = 0.05 * 0.05;  // what a map holds no better
+  const double weight = std::max(1.0, static_cast<double>(sums.weight));
+  equations.variance = std::max(kLeastVariance, static_cast<double>(sums.squares) / weight);
+  return equations;
+}
+
+/// How far a pose is from the prior's, as the equations count it.
+Vector6d offsetFrom(const Eigen::Isometry3d& prior, const Eigen::Isometry3d& pose,
+                    double voxel_size_m) {
+  const Eigen::AngleAxisd turn(pose.linear() * prior.linear().transpose());
+  Vector6d offset;
+  offset << turn.angle() * turn.axis(),
+      (pose.translation() - prior.translation()) / voxel_size_m;
+  return offset;
+}
+
+Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Vector6d& step, double voxel_size_m) {
+  Eigen::Isometry3d result = pose;
+  const Eigen::Vector3d turn = step.head<3>();
+  const double angle = turn.norm();
+  if (angle > 0.0) {
+    const Eigen::Quaterniond rotation(Eigen::AngleAxisd(angle, turn / angle) *
+                                      Eigen::Quaterniond(pose.linear()));
+    result.linear() = rotation.normalized().toRotationMatrix();
+  }
+  result.translation() += voxel_size_m * step.tail<3>();
+  return result;
+}
+
+Matrix6d informationOf(const PosePrior& prior, double voxel_size_m) {
+  Vector6d diagonal;
+  const double per_rad = 1.0 / (prior.sigma_rad * prior.sigma_rad);
+  const double per_voxel = voxel_size_m * voxel_size_m / (prior.sigma_m * prior.sigma_m);
+  diagonal << per_rad, per_rad, per_rad, per_voxel, per_voxel, per_voxel;
+  return diagonal.asDiagonal();
+}
+
+/// From rotation and voxels to position in metres and rotation.
+Matrix6d covarianceOf(const Matrix6d& information, double voxel_size_m) {
+  const Matrix6d inverse = information.ldlt().solve(Matrix6d::Identity());
+  Matrix6d covariance;
+  covariance.topLeftCorner<3, 3>() =
+      voxel_size_m * voxel_size_m * inverse.bottomRightCorner<3, 3>();
+  covariance.bottomRightCorner<3, 3>() = inverse.topLeftCorner<3, 3>();
+  covariance.topRightCorner<3, 3>() = voxel_size_m * inverse.bottomLeftCorner<3, 3>();
+  covariance.bottomLeftCorner<3, 3>() = covariance.topRightCorner<3, 3>().transpose();
+  return covariance;
+}
+
+/// Steps of Gauss-Newton: in the first ones the cutoff falls, and those after end once they stand.
+constexpr int kFallingSteps = 6, kMostSteps = 12;
+
+/// From the reach to the last cutoff, by halves of what is between them.
+float cutoffAt(int step, const AlignmentRules& rules) {
+  if (step >= kFallingSteps || rules.reach < rules.cutoff) return rules.cutoff;
+  return rules.cutoff + std::ldexp(rules.reach - rules.cutoff, -step);
+}
+
+/// Whether a step moves a point at some metres by less than is seen.
+bool isStill(const Vector6d& change) {
+  constexpr double kStill_voxels = 1e-3, kStill_rad = 1e-5;
+  return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;
+}
+
+double shareOf(int64_t part, int64_t whole) {
+  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+}  // namespace
+
+Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
+                   float voxel_size_m, const SumsAtPose& sums_at) {
+  const Matrix6d of_prior = informationOf(prior, voxel_size_m);
+  Alignment unaligned;
+  unaligned.T_W_C = frame.T_W_C;
+  unaligned.covariance = covarianceOf(of_prior, voxel_size_m);
+  DepthFrame at = frame;
+  Matrix6d information = of_prior;
+  AlignmentSums sums{};
+  for (int step = 0; step < kMostSteps; ++step) {
+    sums = sums_at(makeFrameView(at, voxel_size_m), cutoffAt(step, rules));
+    if (shareOf(sums.matched, sums.points) < rules.least_matched) break;
+    const NormalEquations equations = equationsOf(sums);
+    const double scale = 1.0 / (equations.variance * rules.points_per_witness);
+    information = scale * equations.information + of_prior;
+    const Vector6d right = scale * equations.right +
+                           of_prior * offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
+    const Vector6d change = information.ldlt().solve(-right);
+    if (!change.allFinite()) return unaligned;
+    at.T_W_C = moved(at.T_W_C, change, voxel_size_m);
+    if (step >= kFallingSteps && isStill(change)) break;
+  }
+  Alignment result = unaligned;
+  result.matched_share = shareOf(sums.matched, sums.points);
+  result.inlier_share = shareOf(sums.inliers, sums.matched);
+  if (result.matched_share < rules.least_matched) return result;
+  result.residual_m = voxel_size_m * std::sqrt(equationsOf(sums).variance);
+  const Vector6d offset = offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
+  result.shift_m = voxel_size_m * offset.tail<3>().norm();
+  result.turn_rad = offset.head<3>().norm();
+  result.status = AlignmentStatus::kMisfit;
+  if (result.inlier_share < rules.least_inliers) return result;
+  result.status = AlignmentStatus::kAligned;
+  result.T_W_C = at.T_W_C;
+  result.covariance = covarianceOf(information, voxel_size_m);
+  return result;
+}
+
+const char* toString(AlignmentStatus status) {
+  switch (status) {
+    case AlignmentStatus::kAligned: return "aligned";
+    case AlignmentStatus::kUnmapped: return "too little of the map in view";
+    case AlignmentStatus::kMisfit: return "does not fit the map";
+  }
+  return "unknown";
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,20 @@
+/// Finds the pose at which an image fits the map, by Gauss-Newton over sums that a backend makes:
+/// the same steps, and so the same pose, on both.
+#pragma once
+
+#include <functional>
+
+#include "dtsdf_mapping/alignment.h"
+#include "dtsdf_mapping/depth_frame.h"
+#include "kernels/poses/alignment_sums.h"
+
+namespace dtsdf {
+
+/// Sums of all points of the image at a pose.
+using SumsAtPose = std::function<AlignmentSums(const FrameView& view, float cutoff)>;
+
+/// @param frame With the pose around which the prior lies.
+Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
+                   float voxel_size_m, const SumsAtPose& sums_at);
+
+}  // namespace dtsdf

@@ -1,0 +1,94 @@
+#include "cpu/align.h"
+
+#include <algorithm>
+#include <mutex>
+
+#include "backend/frame_check.h"
+#include "threads/parallel_for.h"
+
+namespace dtsdf {
+namespace {
+
+struct NoScratch {};
+
+/// Points that a thread takes at a time.
+constexpr size_t kPointsAtOnce = 256;
+
+void add(AlignmentSums& sums, const AlignmentSums& part) {
+  for (int i = 0; i < kPoseTerms; ++i) sums.normal[i] += part.normal[i];
+  for (int i = 0; i < 6; ++i) sums.right[i] += part.right[i];
+  sums.squares += part.squares;
+  sums.weight += part.weight;
+  sums.points += part.points;
+  sums.matched += part.matched;
+  sums.inliers += part.inliers;
+}
+
+/// Looks voxels up that lie near each other: most are of the block that the last one was of.
+class VoxelReader {
+ public:
+  VoxelReader(const BlockTable& table, const VoxelStore& voxels, const Vec3i& origin_voxel)
+      : table_(table), voxels_(voxels), origin_(origin_voxel) {}
+
+  Voxel operator()(int direction, const Vec3i& at_L) {
+    const Vec3i at = at_L + origin_;
+    const BlockKey key = blockOfVoxel(at);
+    if (!is_known_ || key != key_) find(key);
+    if (entry_ == nullptr || entry_->array[direction] == kNoArray) return makeVoxel(0.0f, 0, 0);
+    constexpr int kMask = kBlockSide - 1;
+    return voxels_.array(entry_->array[direction])[voxelIndex(at.x & kMask, at.y & kMask,
+                                                              at.z & kMask)];
+  }
+
+ private:
+  void find(const BlockKey& key) {
+    const int32_t slot = isRepresentable(key) ? table_.find(packKey(key)) : -1;
+    entry_ = slot < 0 ? nullptr : &table_.block(slot);
+    key_ = key;
+    is_known_ = true;
+  }
+
+  const BlockTable& table_;
+  const VoxelStore& voxels_;
+  Vec3i origin_;
+  BlockKey key_{0, 0, 0};
+  bool is_known_ = false;
+  const BlockEntry* entry_ = nullptr;
+};
+
+}  // namespace
+
+void PoseAligner::takePoints(const DepthFrame& frame, const FrameView& view,
+                             const DepthRange& range) {
+  const AlignmentGrid grid = alignmentGrid(view, rules_);
+  points_.resize(static_cast<size_t>(grid.columns) * grid.rows);
+  parallelFor<NoScratch>(static_cast<size_t>(grid.rows), threads_, [&](size_t row, NoScratch&) {
+    for (int32_t i = 0; i < grid.columns; ++i) {
+      const auto index = static_cast<int32_t>(row) * grid.columns + i;
+      const Pixel pixel = pixelOfPoint(grid, index);
+      points_[index] = makeAlignedPoint(view, pixel, rules_, [&](int32_t du, int32_t dv) {
+        return inverseDepth(rawDepth(frame, pixel.u + du, pixel.v + dv), range);
+      });
+    }
+  });
+}
+
+AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const BlockTable& table,
+                                  const VoxelStore& voxels) const {
+  AlignmentSums sums{};
+  std::mutex mutex;
+  const size_t batches = (points_.size() + kPointsAtOnce - 1) / kPointsAtOnce;
+  parallelFor<NoScratch>(batches, threads_, [&](size_t batch, NoScratch&) {
+    VoxelReader reader(table, voxels, view.origin_voxel);
+    AlignmentSums part{};
+    const size_t end = std::min(points_.size(), (batch + 1) * kPointsAtOnce);
+    for (size_t i = batch * kPointsAtOnce; i < end; ++i) {
+      addPoint(part, view, points_[i], rules_, directional_, cutoff, reader);
+    }
+    const std::lock_guard<std::mutex> lock(mutex);
+    add(sums, part);
+  });
+  return sums;
+}
+
+}  // namespace dtsdf

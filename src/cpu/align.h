@@ -1,0 +1,33 @@
+/// The stage "align" on the CPU: what an image's points say of its pose.
+#pragma once
+
+#include <vector>
+
+#include "cpu/voxel_store.h"
+#include "dtsdf_mapping/depth_frame.h"
+#include "kernels/poses/alignment_sums.h"
+#include "kernels/surfels/depth.h"
+#include "map/block_table.h"
+
+namespace dtsdf {
+
+class PoseAligner {
+ public:
+  PoseAligner(const AlignmentRules& rules, bool directional, int threads)
+      : rules_(rules), directional_(directional), threads_(threads) {}
+
+  /// Takes the points of an image.
+  void takePoints(const DepthFrame& frame, const FrameView& view, const DepthRange& range);
+
+  /// The sums of these points at another pose of the same image.
+  AlignmentSums sumsAt(const FrameView& view, float cutoff, const BlockTable& table,
+                       const VoxelStore& voxels) const;
+
+ private:
+  AlignmentRules rules_;
+  bool directional_;
+  int threads_;
+  std::vector<AlignedPoint> points_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,36 @@
+/// The numbers of the rules that align an image to the map. By judgement where nothing is said:
+/// results on real recordings hardly change with any of them (docs/results/poses.md).
+#pragma once
+
+#include <cstdint>
+
+namespace dtsdf {
+
+struct AlignmentRules {
+  /// Points of an image, at least: with more the error is that of the map.
+  int32_t points = 4800;
+  /// Half width of the window that a point's plane is fitted in, in pixels.
+  int32_t window_px = 3;
+  /// Opposite pixels of the window lie on one surface with the middle one if the mean of their
+  /// inverse depths differs from its by at most this share.
+  float window_bend = 0.03f;
+  /// Points farther than this count less, by the square: as noise of triangulation does.
+  float full_weight_m = 1.0f;
+  /// How far from a point, along its normal, its surface is looked for at first, in voxels. (A
+  /// house of which each position is off by 20 mm and 1 degree, voxels of 25 mm: of 200 images 19
+  /// find nothing within 3 voxels, all find something within 10.)
+  float reach = 8.0f;
+  /// Residuals from which on a point counts nothing at last, in voxels.
+  float cutoff = 1.0f;
+  /// The gradient of the map has this cosine to a point's normal, at least.
+  float least_agreement = 0.7f;
+  /// So many points say as much as one would whose error is independent: those of a surface share
+  /// the error of the map there, and of the sensor.
+  float points_per_witness = 100.0f;
+  /// Below this share of points that meet a surface there is too little of the map to align to.
+  float least_matched = 0.15f;
+  /// Below this share of inliers among them, the image does not fit.
+  float least_inliers = 0.5f;
+};
+
+}  // namespace dtsdf

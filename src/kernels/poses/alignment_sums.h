@@ -1,0 +1,140 @@
+/// What the points of an image say of its pose: distances to the surfaces of the map, and the sums
+/// of Gauss-Newton.
+///
+/// A point is compared with the signed distance in the directions that its normal belongs to, as
+/// fusion would write it there: so the back of a thin plate never attracts what shows its front.
+#pragma once
+
+#include "kernels/core/direction.h"
+#include "kernels/core/voxel.h"
+#include "kernels/poses/aligned_point.h"
+
+namespace dtsdf {
+
+/// Signed distance at a point, in voxels, and its gradient.
+struct FieldSample {
+  float sdf;
+  Vec3f gradient;
+  bool known;
+};
+
+/// Trilinear interpolation between the eight voxels around a point, which have to be known.
+/// `voxel(at)` is that of the local frame's grid.
+template <class VoxelAt>
+DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
+  const Vec3i base{floorToInt(p_L.x), floorToInt(p_L.y), floorToInt(p_L.z)};
+  const Vec3f f = p_L - toFloat(base);
+  float sdf[8];
+  for (int i = 0; i < 8; ++i) {
+    const Voxel corner = voxel(Vec3i{base.x + (i & 1), base.y + (i >> 1 & 1), base.z + (i >> 2)});
+    if (isEmpty(corner) || evidenceOf(corner) < 1) return {0.0f, {0.0f, 0.0f, 0.0f}, false};
+    sdf[i] = sdfOf(corner);
+  }
+  // Along x, then y, then z; the slope along an axis is taken before it is interpolated along.
+  const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
+  const float x00 = mix(sdf[0], sdf[1], f.x), x10 = mix(sdf[2], sdf[3], f.x);
+  const float x01 = mix(sdf[4], sdf[5], f.x), x11 = mix(sdf[6], sdf[7], f.x);
+  const float dx = mix(mix(sdf[1] - sdf[0], sdf[3] - sdf[2], f.y),
+                       mix(sdf[5] - sdf[4], sdf[7] - sdf[6], f.y), f.z);
+  const float dy = mix(x10 - x00, x11 - x01, f.z);
+  const float y0 = mix(x00, x10, f.y), y1 = mix(x01, x11, f.y);
+  return {mix(y0, y1, f.z), {dx, dy, y1 - y0}, true};
+}
+
+/// The same over the directions that a normal belongs to, by their weights. `voxel(direction, at)`.
+template <class VoxelAt>
+DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& directions,
+                                      VoxelAt&& voxel) {
+  float weight = 0.0f, sdf = 0.0f;
+  Vec3f gradient{0.0f, 0.0f, 0.0f};
+  for (int i = 0; i < directions.count; ++i) {
+    const FieldSample sample = sampleField(p_L, [&](const Vec3i& at) {
+      return voxel(directions.direction[i], at);
+    });
+    if (!sample.known) continue;
+    weight += directions.weight[i];
+    sdf += directions.weight[i] * sample.sdf;
+    gradient = gradient + directions.weight[i] * sample.gradient;
+  }
+  if (!(weight > 0.0f)) return {0.0f, {0.0f, 0.0f, 0.0f}, false};
+  return {sdf / weight, (1.0f / weight) * gradient, true};
+}
+
+/// The distance of a point to the surface, in voxels: where the map holds none at the point itself,
+/// of the plane that it holds nearest along the point's normal, up to `reach` voxels away.
+template <class VoxelAt>
+DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,
+                                 const AlignmentRules& rules, float reach, VoxelAt&& voxel) {
+  const DirectionSet directions = directionsOf(normal, directional);
+  const auto last = static_cast<int32_t>(reach);
+  for (int32_t k = 0; k <= last; ++k) {
+    for (int32_t side = 0; side < (k == 0 ? 1 : 2); ++side) {
+      const float away = static_cast<float>(side == 0 ? k : -k);
+      FieldSample field =
+          sampleDirections(p_L + away * normal, directions, voxel);
+      if (!field.known) continue;
+      const float length = norm(field.gradient), slope = dot(field.gradient, normal);
+      if (!(slope > rules.least_agreement * length)) continue;
+      // The distance falls off by one voxel a voxel; where averages made it less steep, this holds.
+      field.gradient = (1.0f / length) * field.gradient;
+      field.sdf -= away * (slope / length);
+      return field;
+    }
+  }
+  return {0.0f, {0.0f, 0.0f, 0.0f}, false};
+}
+
+/// Upper triangle of the normal equations, row by row: rotation about the camera, then translation,
+/// both along the axes of the map.
+constexpr int kPoseTerms = 21;
+
+/// Sums over points in fixed point, so that they do not depend on the order.
+struct AlignmentSums {
+  int64_t normal[kPoseTerms];  ///< Of weight * J^T J.
+  int64_t right[6];            ///< Of weight * J^T residual.
+  int64_t squares;             ///< Of weight * residual^2.
+  int64_t weight;
+  int64_t points;              ///< Of the image.
+  int64_t matched, inliers;    ///< Of these: that meet a surface, and that fit it.
+};
+
+/// Units of the sums. A lever is at most 2^12 voxels long, a point's weight at most 1: a term stays
+/// below 2^24, 2^23 points below 2^47, in units of 2^-14 below 2^61.
+constexpr float kAlignmentScale = 16384.0f;  // 2^14
+constexpr float kLongestLever = 4096.0f;     // 2^12
+
+DTSDF_HD int64_t toAlignmentUnits(float value) {
+  return static_cast<int64_t>(value * kAlignmentScale);
+}
+
+/// Adds what a point says at a pose. `cutoff`: residual from which on it says nothing, in voxels.
+template <class VoxelAt>
+DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const AlignedPoint& point,
+                       const AlignmentRules& rules, bool directional,
+                       float cutoff, VoxelAt&& voxel) {
+  if (!(point.weight > 0.0f)) return;
+  sums.points += 1;
+  const Vec3f lever = rotate(frame.T_L_C, point.p_C), normal = rotate(frame.T_L_C, point.normal_C);
+  if (!(norm(lever) < kLongestLever)) return;
+  const FieldSample field = findSurface(lever + frame.T_L_C.t, normal, directional, rules, cutoff, voxel);
+  if (!field.known) return;
+  sums.matched += 1;
+  const Vec3f& g = field.gradient;
+  const float residual = field.sdf;
+  const float share = residual / cutoff, rest = 1.0f - share * share;
+  if (!(rest > 0.0f)) return;
+  sums.inliers += 1;
+  const float weight = point.weight * rest * rest;  // Tukey's biweight
+  const Vec3f turn = cross(lever, g);
+  const float J[6] = {turn.x, turn.y, turn.z, g.x, g.y, g.z};
+  int term = 0;
+  for (int i = 0; i < 6; ++i) {
+    const float scaled = weight * J[i];
+    for (int k = i; k < 6; ++k) sums.normal[term++] += toAlignmentUnits(scaled * J[k]);
+    sums.right[i] += toAlignmentUnits(scaled * residual);
+  }
+  sums.squares += toAlignmentUnits(weight * residual * residual);
+  sums.weight += toAlignmentUnits(weight);
+}
+
+}  // namespace dtsdf

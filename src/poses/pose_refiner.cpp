@@ -1,0 +1,54 @@
+#include "dtsdf_mapping/pose_refiner.h"
+
+#include <cmath>
+
+namespace dtsdf {
+namespace {
+
+double square(double a) { return a * a; }
+
+/// Part of a rotation.
+Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
+  return Eigen::Quaterniond::Identity().slerp(share, rotation);
+}
+
+}  // namespace
+
+Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
+  drift(frame.T_W_C);
+  DepthFrame expected = frame;
+  expected.T_W_C = T_W_O_ * frame.T_W_C;
+  const PosePrior prior{std::sqrt(square(params_.sigma_m) + variance_m2_),
+                        std::sqrt(square(params_.sigma_rad) + variance_rad2_)};
+  const Alignment alignment = mapper.align(expected, prior);
+  if (alignment.status == AlignmentStatus::kAligned) correct(alignment.T_W_C, expected.T_W_C);
+  return alignment;
+}
+
+void PoseRefiner::drift(const Eigen::Isometry3d& T_O_C) {
+  if (last_T_O_C_) {
+    const double way_m = (T_O_C.translation() - last_T_O_C_->translation()).norm();
+    variance_m2_ += square(params_.drift * way_m);
+    variance_rad2_ += square(params_.drift * way_m);
+  }
+  last_T_O_C_ = T_O_C;
+}
+
+/// The errors of the alignment itself are small beside those of the given pose.
+void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3d& expected_T_W_C) {
+  const double gain_m = variance_m2_ / (variance_m2_ + square(params_.sigma_m));
+  const double gain_rad = variance_rad2_ / (variance_rad2_ + square(params_.sigma_rad));
+  const Eigen::Quaterniond turn(T_W_C.linear() * expected_T_W_C.linear().transpose());
+  // The turn is about the camera, so that it does not move what is expected there.
+  Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();
+  correction.linear() = shareOf(turn.normalized(), gain_rad).toRotationMatrix();
+  correction.translation() =
+      expected_T_W_C.translation() - correction.linear() * expected_T_W_C.translation() +
+      gain_m * (T_W_C.translation() - expected_T_W_C.translation());
+  T_W_O_ = correction * T_W_O_;
+  T_W_O_.linear() = Eigen::Quaterniond(T_W_O_.linear()).normalized().toRotationMatrix();
+  variance_m2_ *= 1.0 - gain_m;
+  variance_rad2_ *= 1.0 - gain_rad;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,198 @@
+// Images aligned to maps of analytic scenes, from poses that are off by known amounts.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "dtsdf_mapping/pose_refiner.h"
+#include "support/map_equality.h"
+#include "support/session.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// Three walls of a room that meet, seen from inside.
+Scene corner() {
+  Scene scene;
+  scene.add(Plane{{2.0, 0.0, 0.0}, -Vector3d::UnitX()});
+  scene.add(Plane{{0.0, 2.0, 0.0}, -Vector3d::UnitY()});
+  scene.add(Plane{{0.0, 0.0, -1.0}, Vector3d::UnitZ()});
+  return scene;
+}
+
+Scene wall() {
+  Scene scene;
+  scene.add(Plane{{2.0, 0.0, 0.0}, -Vector3d::UnitX()});
+  return scene;
+}
+
+Isometry3d cornerPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 2.0, -1.0}, Vector3d::UnitZ()); }
+Isometry3d wallPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 0.2, 0.1}, Vector3d::UnitZ()); }
+
+/// A map that one pose has seen often enough.
+void seeFrom(Session& session, const Scene& scene, const Isometry3d& T_W_C) {
+  for (int i = 0; i < 3; ++i) session.integrate(renderFrame(scene, T_W_C, 320, 240));
+}
+
+Isometry3d off(const Isometry3d& T_W_C, const Vector3d& shift_m, double turn_deg) {
+  Isometry3d moved = T_W_C;
+  moved.translation() += shift_m;
+  moved.linear() = AngleAxisd(turn_deg * M_PI / 180.0, Vector3d(1.0, -2.0, 1.5).normalized()) *
+                   T_W_C.linear();
+  return moved;
+}
+
+/// The pose found for an image that was taken at `truth` and is said to be at `given`.
+Alignment alignAt(Session& session, const Scene& scene, const Isometry3d& truth,
+                  const Isometry3d& given, const PosePrior& prior = {0.1, 0.15}) {
+  const SceneFrame image = renderFrame(scene, truth, 320, 240);
+  DepthFrame frame = image.view();
+  frame.T_W_C = given;
+  return session.mapper().align(frame, prior);
+}
+
+double turnBetween(const Isometry3d& a, const Isometry3d& b) {
+  return AngleAxisd(a.linear() * b.linear().transpose()).angle();
+}
+
+struct Offset {
+  Vector3d shift_m;
+  double turn_deg;
+};
+
+class Corner : public testing::TestWithParam<Offset> {};
+
+TEST_P(Corner, IsFoundAgain) {
+  Session session(makeCpuParams());
+  seeFrom(session, corner(), cornerPose());
+  const Isometry3d given = off(cornerPose(), GetParam().shift_m, GetParam().turn_deg);
+  const Alignment found = alignAt(session, corner(), cornerPose(), given);
+  ASSERT_EQ(found.status, AlignmentStatus::kAligned);
+  EXPECT_LT((found.T_W_C.translation() - cornerPose().translation()).norm(), 0.5e-3);
+  EXPECT_LT(turnBetween(found.T_W_C, cornerPose()), 0.5e-3);
+  EXPECT_NEAR(found.shift_m, (found.T_W_C.translation() - given.translation()).norm(), 1e-9);
+  EXPECT_GT(found.inlier_share, 0.9);
+  EXPECT_LT(found.residual_m, 0.002);
+}
+
+INSTANTIATE_TEST_SUITE_P(From, Corner,
+                         testing::Values(Offset{{0.0, 0.0, 0.0}, 0.0},
+                                         Offset{{0.03, -0.02, 0.01}, 0.0},
+                                         Offset{{0.0, 0.0, 0.0}, 2.0},
+                                         Offset{{-0.05, 0.03, 0.04}, -3.0},
+                                         Offset{{0.06, 0.06, -0.05}, 4.0}));
+
+/// What a wall does not hold stays where it was; what it holds is found.
+TEST(Align, AWallHoldsOneShiftAndTwoTurns) {
+  Session session(makeCpuParams());
+  seeFrom(session, wall(), wallPose());
+  const PosePrior prior{0.1, 0.15};
+  const Alignment found =
+      alignAt(session, wall(), wallPose(), off(wallPose(), {0.03, 0.04, -0.03}, 0.0), prior);
+  ASSERT_EQ(found.status, AlignmentStatus::kAligned);
+  const Vector3d error = found.T_W_C.translation() - wallPose().translation();
+  EXPECT_NEAR(error.x(), 0.0, 1e-3);
+  EXPECT_NEAR(error.y(), 0.04, 0.01);
+  EXPECT_NEAR(error.z(), -0.03, 0.01);
+  EXPECT_LT(std::sqrt(found.covariance(0, 0)), 0.1 * prior.sigma_m);
+  for (const int held_by_prior : {1, 2}) {
+    EXPECT_GT(std::sqrt(found.covariance(held_by_prior, held_by_prior)), 0.5 * prior.sigma_m);
+  }
+  EXPECT_GT(std::sqrt(found.covariance(3, 3)), 0.5 * prior.sigma_rad);  // about the wall's normal
+  EXPECT_LT(std::sqrt(found.covariance(4, 4)), 0.1 * prior.sigma_rad);
+}
+
+/// Half a voxel thin, seen from both sides: each side is aligned to itself.
+TEST(Align, BothSidesOfASheetStayApart) {
+  Scene plate;
+  plate.add(Box{Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)), {0.005, 0.4, 0.4}});
+  const Isometry3d front = lookAt({0.0, 0.1, 0.1}, {1.0, 0.0, 0.0}, Vector3d::UnitZ());
+  const Isometry3d back = lookAt({2.0, 0.1, 0.1}, {1.0, 0.0, 0.0}, Vector3d::UnitZ());
+  Session session(makeCpuParams());
+  for (int i = 0; i < 3; ++i) {
+    session.integrate(renderFrame(plate, front, 320, 240));
+    session.integrate(renderFrame(plate, back, 320, 240));
+  }
+  for (const Isometry3d& truth : {front, back}) {
+    const Alignment found =
+        alignAt(session, plate, truth, off(truth, {0.004, 0.0, 0.0}, 0.0), {0.02, 0.01});
+    ASSERT_EQ(found.status, AlignmentStatus::kAligned);
+    EXPECT_NEAR(found.T_W_C.translation().x(), truth.translation().x(), 1e-3);
+  }
+}
+
+TEST(Align, AnEmptyMapLeavesThePose) {
+  Session session(makeCpuParams());
+  const Alignment found = alignAt(session, wall(), wallPose(), wallPose());
+  EXPECT_EQ(found.status, AlignmentStatus::kUnmapped);
+  EXPECT_TRUE(found.T_W_C.isApprox(wallPose(), 0.0));
+  EXPECT_NEAR(found.covariance(0, 0), 0.01, 1e-12);
+}
+
+TEST(Align, AnotherPlaceDoesNotFit) {
+  Session session(makeCpuParams());
+  seeFrom(session, corner(), cornerPose());
+  Scene other;  // balls near where the walls are
+  for (int i = 0; i < 20; ++i) {
+    for (int k = 0; k < 10; ++k) other.add(Sphere{{1.9, 0.3 * i - 1.0, 0.3 * k - 1.5}, 0.12});
+    for (int k = 0; k < 10; ++k) other.add(Sphere{{0.3 * i - 1.0, 1.9, 0.3 * k - 1.5}, 0.12});
+  }
+  const Alignment found = alignAt(session, other, cornerPose(), cornerPose());
+  EXPECT_NE(found.status, AlignmentStatus::kAligned);
+  EXPECT_TRUE(found.T_W_C.isApprox(cornerPose(), 0.0));
+}
+
+TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
+  Session session(makeCpuParams()), untouched(makeCpuParams());
+  seeFrom(session, corner(), cornerPose());
+  seeFrom(untouched, corner(), cornerPose());
+  alignAt(session, corner(), cornerPose(), off(cornerPose(), {0.02, 0.0, 0.0}, 1.0));
+  const SceneFrame image = renderFrame(corner(), cornerPose());
+  DepthFrame bad = image.view();
+  bad.T_W_C.translation().x() = NAN;
+  EXPECT_EQ(session.mapper().align(bad, {}).status, AlignmentStatus::kUnmapped);
+  bad = image.view();
+  bad.intrinsics.fx = 0.0f;
+  EXPECT_EQ(session.mapper().align(bad, {}).status, AlignmentStatus::kUnmapped);
+  EXPECT_TRUE(sameMaps(untouched.mapper(), session.mapper()));
+}
+
+/// Poses that are all off by the same amount, and by some more each: the map stays one.
+TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
+  Session session(makeCpuParams());
+  seeFrom(session, corner(), cornerPose());
+  PoseParams params;
+  params.mode = PoseMode::kRefine;
+  params.sigma_m = 0.005;
+  params.drift = 0.3;
+  PoseRefiner refiner(params);
+  const Vector3d constant(0.03, -0.02, 0.02);
+  for (int i = 0; i < 30; ++i) {
+    Isometry3d truth = cornerPose();
+    truth.translation() += 0.02 * i * Vector3d(0.3, 0.3, -0.1);
+    const SceneFrame image = renderFrame(corner(), truth, 320, 240);
+    DepthFrame frame = image.view();
+    frame.T_W_C.translation() = truth.translation() + constant;
+    const Alignment found = refiner.refine(session.mapper(), frame);
+    ASSERT_EQ(found.status, AlignmentStatus::kAligned);
+    EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), 1e-3) << i;
+  }
+  EXPECT_LT((refiner.T_W_O().translation() + constant).norm(), 0.5 * constant.norm());
+}
+
+TEST(PoseRefiner, AFrameThatDoesNotFitIsFusedOrDroppedAsAskedFor) {
+  Alignment misfit;
+  misfit.status = AlignmentStatus::kMisfit;
+  Alignment unmapped;
+  PoseParams params;
+  EXPECT_TRUE(PoseRefiner(params).isToBeFused(misfit));
+  params.on_misfit = OnMisfit::kDrop;
+  EXPECT_FALSE(PoseRefiner(params).isToBeFused(misfit));
+  EXPECT_TRUE(PoseRefiner(params).isToBeFused(unmapped));
+}
+
+}  // namespace
+}  // namespace dtsdf

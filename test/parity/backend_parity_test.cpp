@@ -211,6 +211,33 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
 
 /// A mesh without colours is there first; then images of any size, also of a single pixel, with the
 /// mesh under way.
+/// Each image is aligned from a pose that is off, and fused where it fits.
+TEST_P(BackendParity, AlignedImages) {
+  for (const bool directional : {true, false}) {
+    BackendPair pair(makeParams(FusionMode::kNormalRayCasting, directional, 0.04f), GetParam());
+    TestFrameSettings settings;
+    settings.count = 6;
+    settings.step_s = 0.1;
+    settings.noise = true;
+    size_t aligned = 0;
+    for (const TestFrame& image : makeTestFrames(settings)) {
+      DepthFrame frame = image.view();
+      frame.T_W_C.translation() += Eigen::Vector3d(0.02, -0.03, 0.01);
+      const Alignment expected = pair.reference().align(frame, {});
+      const Alignment found = pair.candidate().align(frame, {});
+      EXPECT_EQ(found.status, expected.status);
+      EXPECT_TRUE(found.T_W_C.matrix() == expected.T_W_C.matrix());
+      EXPECT_TRUE(found.covariance == expected.covariance);
+      EXPECT_EQ(found.residual_m, expected.residual_m);
+      aligned += expected.status == AlignmentStatus::kAligned ? 1 : 0;
+      frame.T_W_C = expected.T_W_C;
+      ASSERT_NO_FATAL_FAILURE(pair.integrate(frame));
+    }
+    EXPECT_GE(aligned, 3u);
+    pair.compareMaps();
+  }
+}
+
 TEST_P(BackendParity, PaintedLaterAndInOtherSizes) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "io/trajectory_file.h"
+#include "support/temporary_folder.h"
+
 namespace dtsdf {
 namespace {
 
@@ -57,6 +60,20 @@ TEST(Trajectory, SortsAndKeepsTheFirstOfEqualStamps) {
 }
 
 TEST(Trajectory, MayBeEmpty) { EXPECT_FALSE(Trajectory({}).poseAt(0.0, 1e9)); }
+
+TEST(Trajectory, IsSavedAndReadBackAsItIs) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "trajectory.txt";
+  const std::vector<StampedPose> poses = {makePose(1311868164.363181, 1.23456789, 0.7),
+                                          makePose(1311868164.399026, -2e4, -2.9)};
+  saveTrajectory(poses, path);
+  const Trajectory read = readTrajectory(path, "");
+  ASSERT_EQ(read.poses().size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_NEAR(read.poses()[i].stamp_s, poses[i].stamp_s, 1e-6);
+    EXPECT_TRUE(read.poses()[i].T_W_C.isApprox(poses[i].T_W_C, 1e-9));
+  }
+}
 
 }  // namespace
 }  // namespace dtsdf

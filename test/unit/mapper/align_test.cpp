@@ -166,8 +166,7 @@ TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
   seeFrom(session, corner(), cornerPose());
   PoseParams params;
   params.mode = PoseMode::kRefine;
-  params.sigma_m = 0.005;
-  params.drift = 0.3;
+  params.drift = 2.0;
   PoseRefiner refiner(params);
   const Vector3d constant(0.03, -0.02, 0.02);
   for (int i = 0; i < 30; ++i) {

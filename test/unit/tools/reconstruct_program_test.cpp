@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "io/trajectory_file.h"
+#include "support/scene_recording.h"
 #include "support/tum_folder.h"
 
 namespace dtsdf {
@@ -224,6 +226,47 @@ TEST_F(ReconstructProgram, SimplifiesAndTellsTheError) {
   expectError(arguments + " --simplify-error -0.1", 2, "--simplify-error");
   expectError(arguments + " --simplify-error 1000", 2, "more than the whole mesh");
   expectError(arguments + " --simplify-error 1e308", 2, "--simplify-error");
+}
+
+/// The corner of a room from a camera that moves a little, with poses that are 30 mm off and jump.
+TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
+  Scene corner;
+  corner.add(Plane{{2.0, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});
+  corner.add(Plane{{0.0, 2.0, 0.0}, -Eigen::Vector3d::UnitY()});
+  corner.add(Plane{{0.0, 0.0, -1.0}, Eigen::Vector3d::UnitZ()});
+  std::vector<Eigen::Isometry3d> truth;
+  for (int i = 0; i < 6; ++i) {
+    truth.push_back(lookAt({0.3 + 0.02 * i, 0.2, 0.1}, {2.0, 2.0, -1.0}, Eigen::Vector3d::UnitZ()));
+  }
+  const TemporaryFolder folder;
+  writeSceneRecording(folder.path(), corner, truth, 320, 240,
+                      [](size_t i, const Eigen::Isometry3d& pose) {
+                        const double off_m = i == 0 ? 0.0 : 0.03 * (i % 2 == 0 ? 1.0 : -1.0);
+                        return Eigen::Translation3d(off_m, -off_m, 0.5 * off_m) * pose;
+                      });
+  const std::string command = "--tum " + folder.path() +
+                              " --backend cpu --set mesh/min_support=1 --trajectory " +
+                              (out_ / "poses.txt") + " --report " + (out_ / "report.json") +
+                              " --mesh " + (out_ / "mesh.ply");
+  const auto largestError = [&] {
+    const Trajectory found = readTrajectory(out_ / "poses.txt", "");
+    EXPECT_EQ(found.poses().size(), truth.size());
+    double error_m = 0.0;
+    for (size_t i = 0; i < found.poses().size(); ++i) {
+      error_m = std::max(error_m, (found.poses()[i].T_W_C.translation() -
+                                   truth[i].translation()).norm());
+    }
+    return error_m;
+  };
+  ASSERT_EQ(run(command).exit_code, 0);
+  EXPECT_GT(largestError(), 0.04);
+  EXPECT_EQ(readBytes(out_ / "report.json").find("aligned"), std::string::npos);
+  const Outcome refined = run(command + " --poses-mode refine");
+  ASSERT_EQ(refined.exit_code, 0) << refined.err;
+  EXPECT_LT(largestError(), 0.002);
+  EXPECT_NE(refined.out.find("5 aligned, 1 too little of the map in view"), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(readBytes(out_ / "report.json"))["frames_aligned"]["aligned"], 5);
+  expectError(command + " --poses-mode guess", 1, "poses/mode");
 }
 
 }  // namespace

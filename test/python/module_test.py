@@ -145,9 +145,11 @@ class Maps(unittest.TestCase):
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
             file.write("map:\n  voxel_size_m: 0.05\n")
             file.flush()
-            mapper = dtsdf_mapping.Mapper("cpu", file.name, **{"mesh/min_support": 1})
+            mapper = dtsdf_mapping.Mapper("cpu", file.name, **{"mesh/min_support": 1,
+                                                                "space/enabled": numpy.bool_(True)})
         self.assertAlmostEqual(mapper.settings["map/voxel_size_m"], 0.05)
         self.assertEqual(mapper.settings["mesh/min_support"], 1)
+        self.assertIs(mapper.settings["space/enabled"], True)
 
 
 class WrongArguments(unittest.TestCase):
@@ -169,6 +171,8 @@ class WrongArguments(unittest.TestCase):
         self.refuses(ValueError, "ascontiguousarray", wall()[:, ::2], K, T_W_C)
         self.refuses(ValueError, "image", numpy.empty((0, 0), numpy.float32), K, T_W_C)
         self.refuses(ValueError, "unit_m", wall(), K, T_W_C, unit_m=-1.0)
+        self.refuses(ValueError, "stamp_s", wall(), K, T_W_C, numpy.nan)
+        self.refuses(TypeError, "filled", numpy.ma.masked_equal(wall(), 2.0), K, T_W_C)
 
     def test_rows_may_lie_apart(self):
         self.assertTrue(self.mapper.integrate(wall()[:, :100], K, T_W_C))
@@ -206,6 +210,8 @@ class WrongArguments(unittest.TestCase):
             dtsdf_mapping.Mapper("gpu")
         with self.assertRaisesRegex(TypeError, "map/voxel_size_m.*list"):
             dtsdf_mapping.Mapper("cpu", {"map/voxel_size_m": [0.1]})
+        with self.assertRaisesRegex(ValueError, "threads is out of range"):
+            dtsdf_mapping.Mapper("cpu", threads=10**30)
         with self.assertRaisesRegex(TypeError, "dict or the path"):
             dtsdf_mapping.Mapper("cpu", 3)
         with self.assertRaisesRegex(RuntimeError, "missing.yaml"):
@@ -216,6 +222,12 @@ class WrongArguments(unittest.TestCase):
             dtsdf_mapping.Mapper.load("/missing.dtsdf")
         with self.assertRaises(RuntimeError):
             self.mapper.mesh().save("empty.ply")
+        for use in (self.mapper.save, self.mapper.mesh().save, dtsdf_mapping.Mapper.load,
+                    dtsdf_mapping.Recording):
+            with self.assertRaisesRegex(TypeError, "PathLike"):
+                use(None)
+            with self.assertRaisesRegex(ValueError, "NUL"):
+                use("a\0b.ply")
         with self.assertRaisesRegex(RuntimeError, "/missing"):
             dtsdf_mapping.Recording("/missing")
 

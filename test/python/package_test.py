@@ -62,7 +62,7 @@ class Package(unittest.TestCase):
     def test_without_the_compiled_part_it_says_so(self):
         with tempfile.TemporaryDirectory() as folder:
             shutil.copytree(FOLDER, folder + "/dtsdf_mapping", ignore=shutil.ignore_patterns("_core.*.so"))
-            run = subprocess.run([sys.executable, "-B", "-c", "from dtsdf_mapping import *\n"
+            run = subprocess.run([sys.executable, "-BS", "-c", "from dtsdf_mapping import *\n"
                                   "import dtsdf_mapping\nprint('imported')\ndtsdf_mapping.Mapper"],
                                  env=dict(os.environ, PYTHONPATH=folder), stdout=subprocess.PIPE,
                                  stderr=subprocess.STDOUT, text=True, check=False)

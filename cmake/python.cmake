@@ -6,7 +6,11 @@ endif()
 
 set(DTSDF_PYTHON OFF)
 # An interpreter without a sanitizer cannot load a module that has one.
-if(NOT WITH_PYTHON STREQUAL "OFF" AND NOT WITH_SANITIZER AND NOT WITH_FUZZERS)
+if(WITH_PYTHON STREQUAL "OFF")
+  set(python_state "not wanted")
+elseif(WITH_SANITIZER OR WITH_FUZZERS)
+  set(python_state "there is none with a sanitizer")
+else()
   # catkin and pip name theirs. Not by find_package(Python3), half of which would do for pybind11.
   if(PYTHON_EXECUTABLE)
     set(DTSDF_PYTHON_EXECUTABLE ${PYTHON_EXECUTABLE})
@@ -33,16 +37,32 @@ print(folder if os.path.exists(folder + '/Python.h') else '', end='')"
     set(PYBIND11_NOPYTHON ON)  # its headers are wanted, nothing else
     find_package(pybind11 QUIET CONFIG)
   endif()
+  set(python_state)
   # pip builds where numpy is not installed yet; the module needs it only when it runs.
   if(pybind11_FOUND AND (SKBUILD OR numpy_missing EQUAL 0))
     set(DTSDF_PYTHON ON)
     set(DTSDF_PYTHON_INCLUDES ${python_includes} ${pybind11_INCLUDE_DIR} ${pybind11_INCLUDE_DIRS})
-  elseif(WITH_PYTHON STREQUAL "ON")
-    message(FATAL_ERROR "WITH_PYTHON=ON, but pybind11 or numpy was not found: install pybind11-dev, "
-                        "python3-dev and python3-numpy; or build with WITH_PYTHON=OFF.")
+  elseif(NOT DTSDF_PYTHON_EXECUTABLE)
+    set(python_state "python3")
+  elseif(NOT python_includes)
+    set(python_state "Python.h of ${DTSDF_PYTHON_EXECUTABLE} (python3-dev)")
+  elseif(NOT pybind11_FOUND)
+    set(python_state "pybind11 (pybind11-dev)")
+  else()
+    set(python_state "numpy for ${DTSDF_PYTHON_EXECUTABLE} (python3-numpy)")
+  endif()
+  if(python_state)
+    set(python_state "missing ${python_state}")
+  else()
+    set(python_state "for ${DTSDF_PYTHON_EXECUTABLE}")
   endif()
 endif()
-message(STATUS "dtsdf_mapping: Python module ${DTSDF_PYTHON} (WITH_PYTHON=${WITH_PYTHON})")
+if(WITH_PYTHON STREQUAL "ON" AND NOT DTSDF_PYTHON)
+  message(FATAL_ERROR "WITH_PYTHON=ON, but the Python module cannot be built (${python_state}): install "
+                      "what is missing, choose another Python by -DPYTHON_EXECUTABLE=/usr/bin/python3, or "
+                      "build with WITH_PYTHON=OFF.")
+endif()
+message(STATUS "dtsdf_mapping: Python module ${DTSDF_PYTHON} (WITH_PYTHON=${WITH_PYTHON}; ${python_state})")
 
 # Where the package is built, and where it is installed.
 if(SKBUILD)

@@ -7,6 +7,9 @@ from pkgutil import extend_path as _extend_path
 
 __path__ = _extend_path(__path__, __name__)
 
+__all__ = ["Blocks", "Box", "ColourImage", "DepthImage", "IntegrationResult", "Mapper", "Mesh",
+           "Recording", "Space", "Sphere", "cuda_unavailable_reason", "fuse", "recording_formats"]
+
 try:
     from ._core import (Blocks, Box, ColourImage, DepthImage, IntegrationResult, Mapper, Mesh, Space,
                         Sphere, cuda_unavailable_reason, recording_formats)
@@ -17,13 +20,11 @@ except ModuleNotFoundError as _error:
     _reason = ("is not installed" if _error.name == "numpy"
                else "was not built; build the package with -DWITH_PYTHON=ON")
     _missing = f"dtsdf_mapping is here for its messages only: {_error.name} {_reason}"
+    _names = frozenset(__all__)
+    globals()["__all__"] = []
     del _error
 
     def __getattr__(name):
-        if name in _NAMES:
+        if name in _names:
             raise ImportError(_missing)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-_NAMES = ["Blocks", "Box", "ColourImage", "DepthImage", "IntegrationResult", "Mapper", "Mesh",
-          "Recording", "Space", "Sphere", "cuda_unavailable_reason", "fuse", "recording_formats"]
-__all__ = [_name for _name in _NAMES if _name in globals()]

@@ -40,6 +40,9 @@ py::array imageOf(const py::object& image, const std::string& wanted) {
   if (!py::isinstance<py::array>(image)) {
     throw py::type_error(wanted + "; this is a " + typeName(image));
   }
+  if (py::hasattr(image, "mask")) {
+    throw py::type_error(wanted + "; this is a masked array: pass its filled(0)");
+  }
   return py::reinterpret_borrow<py::array>(image);
 }
 
@@ -60,6 +63,14 @@ void checkLayout(const py::array& image, const std::string& name) {
 }
 
 }  // namespace
+
+std::string pathOf(const py::object& path) {
+  const py::object text = py::module::import("os").attr("fspath")(path);
+  // Names of files are bytes; Python shows those that are no text in its own way.
+  const auto name = py::module::import("os").attr("fsencode")(text).cast<std::string>();
+  if (name.find('\0') != std::string::npos) throw py::value_error("a path cannot have a NUL in it");
+  return name;
+}
 
 std::string describe(const py::array& array) {
   return py::str(array.dtype()).cast<std::string>() + " of shape " +

@@ -36,6 +36,9 @@ py::array takeOver(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
 /// The name of a value's type, for messages.
 inline std::string typeName(py::handle value) { return Py_TYPE(value.ptr())->tp_name; }
 
+/// The text of a path, from str, bytes or os.PathLike. @throws py::type_error for other things.
+std::string pathOf(const py::object& path);
+
 /// What an array is, for messages: "float64 of shape (480, 640)".
 std::string describe(const py::array& array);
 

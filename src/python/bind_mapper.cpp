@@ -1,5 +1,6 @@
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <memory>
 
 #include "python/arrays.h"
@@ -33,7 +34,7 @@ Session loadSession(const py::object& path, const std::string& backend, const py
                     const py::kwargs& kwargs) {
   const ParamTree given = treeOf(backend, settings, kwargs);
   const MapperParams params = readMapperParams(given);
-  const std::string name = py::str(path).cast<std::string>();
+  const std::string name = pathOf(path);
   const py::gil_scoped_release release;
   MapContents contents = loadMap(name, params, params.threads);
   MapperParams bound = withSettingsOf(contents, params);
@@ -61,6 +62,7 @@ IntegrationResult integrate(MapperSession& self, const py::object& depth, const 
   DepthFrame frame = depthImageOf(depth, unit_m);
   frame.intrinsics = intrinsicsOf(K);
   frame.T_W_C = poseOf(T_W_C, "T_W_C");
+  if (!std::isfinite(stamp_s)) throw py::value_error("stamp_s must be a finite number of seconds");
   if (!keep_center_W.is_none()) frame.keep_center_W = vectorOf(keep_center_W, "keep_center_W");
   IntegrationResult result;
   {
@@ -117,7 +119,7 @@ py::dict statsOf(MapperSession& self) {
 
 py::dict saveSession(MapperSession& self, const py::object& path,
                      const std::optional<std::string>& map_frame) {
-  const std::string name = py::str(path).cast<std::string>();
+  const std::string name = pathOf(path);
   SavedMap saved;
   {
     const py::gil_scoped_release release;
@@ -164,7 +166,12 @@ void bindResult(py::module& m) {
                     "Blocks and arrays that the frame wanted beyond map/max_memory_mb.")
       .def_readonly("duration_ms", &IntegrationResult::duration_ms, "Wall time, in milliseconds.")
       .def("__bool__",
-           [](const IntegrationResult& self) { return self.status == FrameStatus::kFused; });
+           [](const IntegrationResult& self) { return self.status == FrameStatus::kFused; })
+      .def("__repr__", [](const IntegrationResult& self) {
+        const std::string status = toString(self.status);
+        return "<dtsdf_mapping.IntegrationResult: " + status +
+               (self.message.empty() ? "" : ", " + self.message) + ">";
+      });
 }
 
 }  // namespace

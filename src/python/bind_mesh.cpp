@@ -15,12 +15,14 @@ py::ssize_t rows(size_t count) { return static_cast<py::ssize_t>(count); }
 
 py::array verticesOf(const py::object& self) {
   const auto& mesh = *self.cast<SharedMesh>();
-  return viewOf(&mesh.vertices_m.data()->x, {rows(mesh.vertices_m.size()), 3}, self);
+  return viewOf(reinterpret_cast<const float*>(mesh.vertices_m.data()),
+                {rows(mesh.vertices_m.size()), 3}, self);
 }
 
 py::array normalsOf(const py::object& self) {
   const auto& mesh = *self.cast<SharedMesh>();
-  return viewOf(&mesh.normals.data()->x, {rows(mesh.normals.size()), 3}, self);
+  return viewOf(reinterpret_cast<const float*>(mesh.normals.data()), {rows(mesh.normals.size()), 3},
+                self);
 }
 
 py::array trianglesOf(const py::object& self) {
@@ -56,7 +58,7 @@ MeshColour colourModeOf(const std::string& name) {
 
 void save(const SharedMesh& mesh, const py::object& path, const std::string& colour) {
   const MeshColour mode = colourModeOf(colour);
-  const std::string name = py::str(path).cast<std::string>();
+  const std::string name = pathOf(path);
   const py::gil_scoped_release release;
   saveMesh(*mesh, mode, name);
 }

@@ -45,11 +45,11 @@ RecordingOptions optionsOf(const py::object& path, const std::string& format, co
                            size_t step) {
   if (step == 0) throw py::value_error("step must be at least 1");
   RecordingOptions options;
-  options.path = py::str(path).cast<std::string>();
+  options.path = pathOf(path);
   options.format = format;
   if (!K.is_none()) options.intrinsics = intrinsicsOf(K);
   options.units_per_metre = units_per_metre;
-  if (!poses.is_none()) options.poses_path = py::str(poses).cast<std::string>();
+  if (!poses.is_none()) options.poses_path = pathOf(poses);
   options.pose_tolerance_s = pose_tolerance_s;
   options.selection.first = first;
   if (last) options.selection.last = *last;

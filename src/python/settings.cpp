@@ -16,8 +16,10 @@ namespace py = pybind11;
 }
 
 int wholeNumberOf(const std::string& key, py::handle value) {
-  const long long number = value.cast<long long>();
-  if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
+  int is_beyond = 0;
+  const long long number = PyLong_AsLongLongAndOverflow(value.ptr(), &is_beyond);
+  if (is_beyond != 0 || number < std::numeric_limits<int>::min() ||
+      number > std::numeric_limits<int>::max()) {
     throw py::value_error("the setting " + key + " is out of range");
   }
   return static_cast<int>(number);
@@ -26,6 +28,7 @@ int wholeNumberOf(const std::string& key, py::handle value) {
 ParamValue valueOf(const std::string& key, py::handle value) {
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
   if (py::isinstance<py::str>(value)) return value.cast<std::string>();
+  if (typeName(value).rfind("numpy.bool", 0) == 0) return PyObject_IsTrue(value.ptr()) == 1;
   if (PyIndex_Check(value.ptr())) {
     return wholeNumberOf(key, py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())));
   }
@@ -62,7 +65,7 @@ ParamTree settingsOf(const py::object& settings, const py::kwargs& keywords) {
       throw py::type_error("settings must be a dict or the path of a YAML file, not a " +
                            typeName(settings));
     }
-    tree = loadYamlParams(py::str(settings).cast<std::string>());
+    tree = loadYamlParams(pathOf(settings));
   }
   addDict(keywords, "", tree);
   return tree;

@@ -74,6 +74,8 @@ class Examples(unittest.TestCase):
             printed = self.run_example(script)
             self.assertLess(float(re.search(r"dtsdf_mapping: ([\d.]+) mm", printed).group(1)), 4.0)
             self.assertTrue(os.path.exists(self.folder + "/first_mesh.ply"))
+            if "Open3D is not installed" not in printed:
+                self.assertLess(float(re.search(r"Open3D: ([\d.]+) mm", printed).group(1)), 10.0)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,10 @@ the compiled part has, and with --messages the messages of the same name are bes
 import ast
 import inspect
 import os
+import shutil
+import subprocess
 import sys
+import tempfile
 import unittest
 
 import dtsdf_mapping
@@ -55,6 +58,17 @@ class Package(unittest.TestCase):
 
     def test_it_is_typed(self):
         self.assertTrue(os.path.exists(os.path.join(FOLDER, "py.typed")))
+
+    def test_without_the_compiled_part_it_says_so(self):
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copytree(FOLDER, folder + "/dtsdf_mapping", ignore=shutil.ignore_patterns("_core.*.so"))
+            run = subprocess.run([sys.executable, "-BS", "-c", "from dtsdf_mapping import *\n"
+                                  "import dtsdf_mapping\nprint('imported')\ndtsdf_mapping.Mapper"],
+                                 env=dict(os.environ, PYTHONPATH=folder), stdout=subprocess.PIPE,
+                                 stderr=subprocess.STDOUT, text=True, check=False)
+        self.assertEqual(run.stdout.count("imported"), 1, run.stdout)
+        self.assertIn("ImportError: dtsdf_mapping is here for its messages only", run.stdout)
+        self.assertIn("WITH_PYTHON=ON", run.stdout)
 
     @unittest.skipUnless(WITH_MESSAGES, "built without ROS")
     def test_messages_of_the_same_name_are_beside_it(self):

@@ -213,5 +213,22 @@ TEST(ContentsOfAMap, AreRefusedWhereNoMapHasThem) {
   refused([](MapContents& c) { c.settings["fusion/mode"] = std::string("none"); });
 }
 
+/// Words put together as docs/map_format.md has their bits.
+TEST(Voxels, AreDecodedAsTheFormatSays) {
+  const auto word = [](int distance, uint64_t anchor, int evidence, uint64_t weight) {
+    return uint64_t{static_cast<uint16_t>(distance)} | anchor << 16 |
+           uint64_t{static_cast<uint8_t>(evidence)} << 32 | weight << 40;
+  };
+  const VoxelValues behind = decodeVoxel(word(-3 * 512, 0xffff, -100, 5 << 14));
+  EXPECT_EQ(behind.distance_voxels, -0.75f);
+  EXPECT_EQ(behind.evidence, -100);
+  EXPECT_EQ(behind.weight, 1.25f);
+  const VoxelValues front = decodeVoxel(word(4096, 0, 127, 0xffffff));
+  EXPECT_EQ(front.distance_voxels, 2.0f);
+  EXPECT_EQ(front.evidence, 127);
+  EXPECT_EQ(front.weight, 256.0f - 1.0f / 65536.0f);
+  EXPECT_EQ(decodeVoxel(0).weight, 0.0f);
+}
+
 }  // namespace
 }  // namespace dtsdf

@@ -14,9 +14,9 @@ struct PosePrior {
 
 /// Whether an image was aligned.
 enum class AlignmentStatus {
-  kAligned,  ///< `T_W_C` is where the image fits the map best.
-  kUnmapped, ///< The map holds too little of what the image shows.
-  kMisfit,   ///< What the map holds there does not fit: another place, or a pose too far off.
+  kAligned,   ///< `T_W_C` is where the image fits the map best.
+  kUnmapped,  ///< The map holds too little of what the image shows.
+  kMisfit,    ///< What the map holds there does not fit: another place, or a pose too far off.
 };
 
 /// A word for messages ("does not fit").

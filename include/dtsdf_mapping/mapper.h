@@ -88,8 +88,8 @@ class Mapper {
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual IntegrationResult integrate(const DepthFrame& frame) = 0;
 
-  /// Finds the pose at which a frame fits the map best, near its own T_W_C, which is off by about as
-  /// much as the prior says. The map stays as it was; integrate() the frame at the pose found.
+  /// Finds the pose at which a frame fits the map best, near its own T_W_C, which is off by about
+  /// as much as the prior says. The map stays as it was; integrate() the frame at the pose found.
   /// @return the frame's own pose, not aligned, for a frame that integrate() would refuse.
   /// @throws std::exception when the backend fails.
   virtual Alignment align(const DepthFrame& frame, const PosePrior& prior) = 0;

@@ -9,9 +9,9 @@
 
 namespace dtsdf {
 
-/// Keeps the correction between the frame O that poses are given in and the frame W of the map, by a
-/// Kalman filter: it drifts with the way, and each pose that was aligned measures it, with the noise
-/// of the given pose. So drift is followed and noise is not. Not thread safe.
+/// Keeps the correction between the frame O that poses are given in and the frame W of the map, by
+/// a Kalman filter: it drifts with the way, and each pose that was aligned measures it, with the
+/// noise of the given pose. So drift is followed and noise is not. Not thread safe.
 class PoseRefiner {
  public:
   explicit PoseRefiner(const PoseParams& params) : params_(params) {}
@@ -23,8 +23,7 @@ class PoseRefiner {
 
   /// Whether a frame with this outcome is to be fused.
   bool isToBeFused(const Alignment& alignment) const {
-    return alignment.status != AlignmentStatus::kMisfit ||
-           params_.on_misfit == OnMisfit::kPrior;
+    return alignment.status != AlignmentStatus::kMisfit || params_.on_misfit == OnMisfit::kPrior;
   }
 
   /// From O to W, by the frames that were aligned; identity at first.

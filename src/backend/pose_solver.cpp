@@ -16,7 +16,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 struct NormalEquations {
   Matrix6d information;  ///< Of the points, in units of one point.
   Vector6d right;
-  double variance;       ///< Of a point's residual, in voxels^2.
+  double variance;  ///< Of a point's residual, in voxels^2.
 };
 
 NormalEquations equationsOf(const AlignmentSums& sums) {
@@ -41,8 +41,7 @@ Vector6d offsetFrom(const Eigen::Isometry3d& prior, const Eigen::Isometry3d& pos
                     double voxel_size_m) {
   const Eigen::AngleAxisd turn(pose.linear() * prior.linear().transpose());
   Vector6d offset;
-  offset << turn.angle() * turn.axis(),
-      (pose.translation() - prior.translation()) / voxel_size_m;
+  offset << turn.angle() * turn.axis(), (pose.translation() - prior.translation()) / voxel_size_m;
   return offset;
 }
 
@@ -115,8 +114,8 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
     const NormalEquations equations = equationsOf(sums);
     const double scale = 1.0 / (equations.variance * rules.points_per_witness);
     information = scale * equations.information + of_prior;
-    const Vector6d right = scale * equations.right +
-                           of_prior * offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
+    const Vector6d right =
+        scale * equations.right + of_prior * offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
     const Vector6d change = information.ldlt().solve(-right);
     if (!change.allFinite()) return unaligned;
     at.T_W_C = moved(at.T_W_C, change, voxel_size_m);

@@ -42,9 +42,9 @@ void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3
   // The turn is about the camera, so that it does not move what is expected there.
   Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();
   correction.linear() = shareOf(turn.normalized(), gain_rad).toRotationMatrix();
-  correction.translation() =
-      expected_T_W_C.translation() - correction.linear() * expected_T_W_C.translation() +
-      gain_m * (T_W_C.translation() - expected_T_W_C.translation());
+  correction.translation() = expected_T_W_C.translation() -
+                             correction.linear() * expected_T_W_C.translation() +
+                             gain_m * (T_W_C.translation() - expected_T_W_C.translation());
   T_W_O_ = correction * T_W_O_;
   T_W_O_.linear() = Eigen::Quaterniond(T_W_O_.linear()).normalized().toRotationMatrix();
   variance_m2_ *= 1.0 - gain_m;

@@ -13,7 +13,7 @@ namespace dtsdf {
 std::string unitOf(const std::string& key) {
   static const std::vector<std::pair<std::string, std::string>> kUnits = {
       {"_m_s", "m/s"},        {"_deg_s", "deg/s"},    {"_hz", "Hz"}, {"_mb", "MiB"}, {"_px", "px"},
-      {"_voxels", "voxels"}, {"_blocks", "blocks"}, {"_m", "m"},   {"_s", "s"}};
+      {"_voxels", "voxels"}, {"_blocks", "blocks"}, {"_rad", "rad"}, {"_m", "m"},   {"_s", "s"}};
   const auto unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const auto& ending_and_unit) {
     const std::string& ending = ending_and_unit.first;
     return key.size() > ending.size() &&

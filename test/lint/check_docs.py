@@ -12,7 +12,7 @@ import re
 import sys
 
 RULES = {"SurfelRules": "surfels", "FusionRules": "fusion", "ColourRules": "colour",
-         "MeshRules": "mesh"}
+         "MeshRules": "mesh", "AlignmentRules": "poses"}
 # Named files may be given from the root, or from one of these.
 BASES = ("", "src", "lab", "src/kernels", "include/dtsdf_mapping", "cuda", "docs")
 

@@ -19,13 +19,13 @@ enum class OnMisfit {
 
 /// How poses are found.
 struct PoseParams {
-  PoseMode mode = PoseMode::kTf;           ///< Where poses come from.
-  double sigma_m = 0.05;                   ///< By how much given positions are off, in metres.
-  double sigma_rad = 0.035;                ///< The same of orientations, in radians.
+  PoseMode mode = PoseMode::kTf;  ///< Where poses come from.
+  double sigma_m = 0.05;          ///< By how much given positions are off, in metres.
+  double sigma_rad = 0.035;       ///< The same of orientations, in radians.
   /// By how much given poses drift, as a share of the way, and in radians a metre: errors that last
-  /// from image to image, beside those above, which come anew with each. 0: none.
+  /// from image to image, beside those above, which are new in each. 0: none.
   double drift = 0.05;
-  OnMisfit on_misfit = OnMisfit::kPrior;   ///< What becomes of an image that does not fit.
+  OnMisfit on_misfit = OnMisfit::kPrior;  ///< What becomes of an image that does not fit.
 };
 
 /// Visits each member with its key and its rule.

@@ -116,7 +116,8 @@ DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const Aligne
   sums.points += 1;
   const Vec3f lever = rotate(frame.T_L_C, point.p_C), normal = rotate(frame.T_L_C, point.normal_C);
   if (!(norm(lever) < kLongestLever)) return;
-  const FieldSample field = findSurface(lever + frame.T_L_C.t, normal, directional, rules, cutoff, voxel);
+  const FieldSample field =
+      findSurface(lever + frame.T_L_C.t, normal, directional, rules, cutoff, voxel);
   if (!field.known) return;
   sums.matched += 1;
   const Vec3f& g = field.gradient;

@@ -40,8 +40,8 @@ void seeFrom(Session& session, const Scene& scene, const Isometry3d& T_W_C) {
 Isometry3d off(const Isometry3d& T_W_C, const Vector3d& shift_m, double turn_deg) {
   Isometry3d moved = T_W_C;
   moved.translation() += shift_m;
-  moved.linear() = AngleAxisd(turn_deg * M_PI / 180.0, Vector3d(1.0, -2.0, 1.5).normalized()) *
-                   T_W_C.linear();
+  moved.linear() =
+      AngleAxisd(turn_deg * M_PI / 180.0, Vector3d(1.0, -2.0, 1.5).normalized()) * T_W_C.linear();
   return moved;
 }
 

@@ -44,6 +44,7 @@ TEST(SettingList, HasEveryKeyWithDefaultUnitAndRange) {
        {"map/voxel_size_m             0.02 m               0.001 to 1\n",
         "publish/mesh_rate_hz         2 Hz                 0.01 to 100\n",
         "map/directional              true                 true or false\n",
+        "poses/sigma_rad              0.035 rad            1e-06 to 3.2\n",
         "colour/enabled               'auto'               auto, always, never\n",
         "cameras                      []                   a list of names\n"}) {
     EXPECT_NE(list.find(line), std::string::npos) << line << list;
@@ -51,6 +52,8 @@ TEST(SettingList, HasEveryKeyWithDefaultUnitAndRange) {
   MappingParams params;
   ParamWriter writer;
   visitParams(params, writer);
+  PoseParams poses;
+  visitParams(poses, writer);
   EXPECT_EQ(static_cast<size_t>(std::count(list.begin(), list.end(), '\n')), writer.tree.size());
 }
 

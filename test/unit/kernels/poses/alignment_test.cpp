@@ -22,7 +22,8 @@ FrameView camera() {
 
 /// Inverse depth of the plane <normal_C, p> = distance_m at a pixel.
 float planeAt(const Vec3f& normal_C, float distance_m, const FrameView& view, int u, int v) {
-  const Vec3f ray = backProject(view.intrinsics, static_cast<float>(u), static_cast<float>(v), 1.0f);
+  const Vec3f ray =
+      backProject(view.intrinsics, static_cast<float>(u), static_cast<float>(v), 1.0f);
   return dot(normal_C, ray) / distance_m;
 }
 
@@ -60,16 +61,16 @@ TEST(AlignedPoint, IsNotMadeAcrossAnEdgeNorWhereNothingIsMeasured) {
   EXPECT_EQ(point([](int32_t du, int32_t) { return du > 0 ? 0.4f : 0.5f; }), 0.0f);
   EXPECT_EQ(point([](int32_t du, int32_t dv) { return du == 0 && dv == 0 ? 0.0f : 0.5f; }), 0.0f);
   EXPECT_EQ(point([](int32_t du, int32_t) { return du > 0 ? 0.0f : 0.5f; }), 0.0f);
-  EXPECT_EQ(makeAlignedPoint(view, {2, 60}, AlignmentRules(), [](int32_t, int32_t) {
-              return 0.5f;
-            }).weight, 0.0f);  // no window at the border
+  EXPECT_EQ(makeAlignedPoint(view, {2, 60}, AlignmentRules(), [](int32_t, int32_t) { return 0.5f; })
+                .weight,
+            0.0f);  // no window at the border
 }
 
 TEST(AlignedPoint, CountsLessFarAway) {
   const auto weight = [](float depth_m) {
-    return makeAlignedPoint(camera(), {80, 60}, AlignmentRules(), [=](int32_t, int32_t) {
-             return 1.0f / depth_m;
-           }).weight;
+    return makeAlignedPoint(camera(), {80, 60}, AlignmentRules(),
+                            [=](int32_t, int32_t) { return 1.0f / depth_m; })
+        .weight;
   };
   EXPECT_NEAR(weight(0.5f), weight(1.0f), 1e-4f);
   EXPECT_NEAR(weight(4.0f) / weight(2.0f), 0.25f, 1e-3f);
@@ -92,7 +93,8 @@ TEST(AlignmentGrid, HasAsManyPointsAsAskedForAndAllOfTheImage) {
 TEST(SampleField, IsExactForALinearField) {
   const auto voxel = [](const Vec3i& at) {
     return makeVoxel(0.25f * static_cast<float>(at.x) - 0.5f * static_cast<float>(at.y) +
-                         0.125f * static_cast<float>(at.z), 65536, 1);
+                         0.125f * static_cast<float>(at.z),
+                     65536, 1);
   };
   const FieldSample sample = sampleField({1.25f, -2.5f, 3.75f}, voxel);
   ASSERT_TRUE(sample.known);
@@ -127,8 +129,9 @@ TEST(FindSurface, LooksAlongTheNormalWhereTheMapHoldsNothing) {
 
 TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
   const Vec3f to_the_back{0.0f, 0.0f, 1.0f};
-  EXPECT_FALSE(findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, AlignmentRules(), 8.0f,
-                           PlaneField()).known);
+  EXPECT_FALSE(
+      findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, AlignmentRules(), 8.0f, PlaneField())
+          .known);
 }
 
 /// The sums of one point against the derivative of its residual by differences.
@@ -143,9 +146,8 @@ TEST(AddPoint, HasTheDerivativeOfTheResidual) {
       *t[parameter - 3] += step;
     } else {
       const float c = std::cos(step), s = std::sin(step);
-      const float R[3][9] = {{1, 0, 0, 0, c, -s, 0, s, c},
-                             {c, 0, s, 0, 1, 0, -s, 0, c},
-                             {c, -s, 0, s, c, 0, 0, 0, 1}};
+      const float R[3][9] = {
+          {1, 0, 0, 0, c, -s, 0, s, c}, {c, 0, s, 0, 1, 0, -s, 0, c}, {c, -s, 0, s, c, 0, 0, 0, 1}};
       std::copy(R[parameter], R[parameter] + 9, moved.T_L_C.R);
     }
     const Vec3f p_L = transform(moved.T_L_C, point.p_C);

@@ -79,6 +79,7 @@ void visitRules(ColourRules& rules, Visitor& visit) {
   const std::string section = "rules/colour/";
   visit(section + "painted_distance", rules.painted_distance, Range{0.0, 16.0});
   visit(section + "facing_slack", rules.facing_slack, Range{0.0, 1.0});
+  visit(section + "least_cosine", rules.least_cosine, Range{0.01, 1.0});
   visit(section + "hiding_distance", rules.hiding_distance, Range{0.0, 16.0});
   visit(section + "hiding_radius", rules.hiding_radius, Range{0.0, 16.0});
   visit(section + "hidden_depth", rules.hidden_depth, Range{0.0, 100.0});

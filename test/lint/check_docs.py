@@ -112,6 +112,16 @@ def check_rules(root):
             yield f"{key} is {code[key]:g}, not {docs[key]:g}"
 
 
+def check_visits(root):
+    """Numbers of the rules that nobody can set, and that no map file keeps."""
+    text = (root / "src" / "backend" / "rules.h").read_text(encoding="utf-8")
+    visited = {section + name for section, body in
+               re.findall(r'section = "(rules/\w+/)";(.*?)^\}', text, flags=re.DOTALL | re.MULTILINE)
+               for name in re.findall(r'visit\(section \+ "(\w+)"', body)}
+    for key in sorted(rules_in_code(root).keys() - visited):
+        yield f"{key} is not visited"
+
+
 def check_stages(root):
     code = (root / "src" / "backend" / "profile.cpp").read_text(encoding="utf-8")
     docs = (root / "docs" / "method.md").read_text(encoding="utf-8")
@@ -154,6 +164,7 @@ def problems(root):
     yield from check_named_pages(root)
     yield from check_kernels(root)
     yield from (f"docs/method.md: {text}" for text in check_rules(root))
+    yield from (f"src/backend/rules.h: {text}" for text in check_visits(root))
     yield from (f"docs/method.md: {text}" for text in check_stages(root))
     yield from (f"docs/ros.md: {text}" for text in check_settings(root))
 

@@ -15,6 +15,8 @@ SOUND = {
     "docs/ros.md": "| `backend` | `map/voxel_size_m` |\n",
     "config/default.yaml": "backend: auto\n\nmap:\n  voxel_size_m: 0.02  # edge\n",
     "src/backend/profile.cpp": 'case Stage::kMakeSurfels: return "make_surfels";\n',
+    "src/backend/rules.h": '{\n  const std::string section = "rules/fusion/";\n'
+                           '  visit(section + "sample_reach", rules.sample_reach);\n}\n',
     "src/kernels/fusion/fusion_rules.h":
         "struct FusionRules {\n  /// Why.\n  float sample_reach = 1.0f / 4.0f;  ///< In voxels.\n};\n",
 }
@@ -58,6 +60,10 @@ class CheckDocs(unittest.TestCase):
                                              "| make surfels | y |\n\n")
         self.expect_one("is not in the code", method="{}| `rules/fusion/gone` | 1 | x |\n")
         self.expect_one("is 0.25, not 2", method="{}| `rules/fusion/sample_reach` | 2 | x |\n")
+
+    def test_finds_numbers_that_nobody_can_set(self):
+        self.expect_one("sample_reach is not visited",
+                        rules='{\n  const std::string section = "rules/fusion/";\n}\n')
 
     def test_finds_stages_that_differ(self):
         self.expect_one("'fold' is missing", profile='{}case Stage::kFold: return "fold";\n')

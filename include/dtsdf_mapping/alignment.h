@@ -24,7 +24,7 @@ const char* toString(AlignmentStatus status);
 
 /// The pose of an image by the map.
 struct Alignment {
-  AlignmentStatus status = AlignmentStatus::kUnmapped;
+  AlignmentStatus status = AlignmentStatus::kUnmapped;  ///< Whether T_W_C was found.
   /// Optical frame to map frame, in metres. That of the frame unless it was aligned.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   double matched_share = 0.0;  ///< Of the image's points, those that lie near a surface of the map.

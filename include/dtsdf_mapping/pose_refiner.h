@@ -14,6 +14,7 @@ namespace dtsdf {
 /// noise of the given pose. So drift is followed and noise is not. Not thread safe.
 class PoseRefiner {
  public:
+  /// @param params How far off poses are, and what becomes of frames that do not fit.
   explicit PoseRefiner(const PoseParams& params) : params_(params) {}
 
   /// Finds the pose of a frame, whose T_W_C is read as T_O_C, and keeps the correction if it was

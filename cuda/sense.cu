@@ -25,7 +25,7 @@ struct DepthImage {
 __global__ void invertDepthsKernel(DepthImage image, float* inverse_depth) {
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < image.width && v < image.height; v += gridDim.y) {
-    inverse_depth[static_cast<int64_t>(v) * image.width + u] = 
+    inverse_depth[static_cast<int64_t>(v) * image.width + u] =
         inverseDepthAt(image.raw, image.width, u, v);
   }
 }

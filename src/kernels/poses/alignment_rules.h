@@ -17,8 +17,8 @@ struct AlignmentRules {
   /// Points farther than this count less, by the square: as noise of triangulation does.
   float full_weight_m = 1.0f;
   /// How far from a point, along its normal, its surface is looked for at first, in voxels. (A
-  /// house of which each position is off by 20 mm and 1 degree, voxels of 25 mm: of 200 images 19
-  /// find nothing within 3 voxels, all find something within 10.)
+  /// house of which each pose is off by 20 mm and 1 degree, voxels of 25 mm: of 200 images 10 find
+  /// too little within the truncation of 3 voxels, none but the first within 10.)
   float reach = 8.0f;
   /// Residuals from which on a point counts nothing at last, in voxels.
   float cutoff = 1.0f;

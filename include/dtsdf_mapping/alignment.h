@@ -17,6 +17,7 @@ enum class AlignmentStatus {
   kAligned,   ///< `T_W_C` is where the image fits the map best.
   kUnmapped,  ///< The map holds too little of what the image shows.
   kMisfit,    ///< What the map holds there does not fit: another place, or a pose too far off.
+  kUnsure,    ///< Fits again after tracking was lost, but not for enough images yet.
 };
 
 /// A word for messages ("does not fit").

@@ -22,7 +22,8 @@ ViewAngles viewAngles(OrbitShape shape, size_t i, size_t count) {
   const double share = static_cast<double>(i) / static_cast<double>(count);
   const double middle = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
   switch (shape) {
-    case OrbitShape::kCircle: return {2.0 * M_PI * share, 0.0};
+    case OrbitShape::kCircle:
+    case OrbitShape::kHand: return {2.0 * M_PI * share, 0.0};
     case OrbitShape::kHelix: return {2.0 * M_PI * 5.0 * share, (middle - 0.5) * 2.0 * M_PI / 3.0};
     case OrbitShape::kSphere: break;
   }
@@ -42,7 +43,8 @@ OrbitShape orbitShapeFromName(const std::string& name) {
   if (name == "circle") return OrbitShape::kCircle;
   if (name == "helix") return OrbitShape::kHelix;
   if (name == "sphere") return OrbitShape::kSphere;
-  throw std::invalid_argument("unknown trajectory '" + name + "': circle, helix or sphere");
+  if (name == "hand") return OrbitShape::kHand;
+  throw std::invalid_argument("unknown trajectory '" + name + "': circle, helix, sphere or hand");
 }
 
 std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double radius_m) {

@@ -23,6 +23,7 @@ enum class OrbitShape {
   kCircle,  ///< In the plane y = 0 (the paper's set-up).
   kHelix,   ///< Five turns from 60 degrees below the plane y = 0 to 60 above, at one distance.
   kSphere,  ///< A spiral from pole to pole with views spread evenly over the sphere.
+  kHand,    ///< Carried round the circle by hand (hand_path.h).
 };
 
 /// @throws std::invalid_argument for an unknown name.

@@ -15,7 +15,6 @@ namespace {
 
 constexpr float kTumUnitsPerMetre = 5000.0f;
 constexpr double kFirstStamp_s = 1600000000.0;
-constexpr double kFramePeriod_s = 0.1;
 
 struct PixelRect {
   int u_begin, u_end, v_begin, v_end;
@@ -44,14 +43,11 @@ PixelRect imageBounds(const Eigen::AlignedBox3f& bounds, const ViewCamera& camer
           clampTo(std::floor(v_min) - 1.0, camera.height), clampTo(v_max + 2.0, camera.height)};
 }
 
-/// Of a depth image, and with a half more, of the colour image after it.
-std::string stampText(double index) {
+std::string stampText(double after_first_s) {
   char text[32];
-  std::snprintf(text, sizeof(text), "%.6f", kFirstStamp_s + kFramePeriod_s * index);
+  std::snprintf(text, sizeof(text), "%.6f", kFirstStamp_s + after_first_s);
   return text;
 }
-std::string depthStamp(size_t index) { return stampText(static_cast<double>(index)); }
-std::string colourStamp(size_t index) { return stampText(static_cast<double>(index) + 0.5); }
 
 std::string poseText(const std::string& stamp, const Eigen::Isometry3d& T_W_C) {
   const Eigen::Vector3d& t = T_W_C.translation();
@@ -153,9 +149,17 @@ std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m) {
 }
 
 TumWriter::TumWriter(const std::string& directory, const ViewCamera& camera,
-                     const std::vector<Eigen::Isometry3d>& poses_W_C)
-    : directory_(directory), camera_(camera), poses_W_C_(poses_W_C) {
+                     const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz)
+    : directory_(directory), camera_(camera), poses_W_C_(poses_W_C), period_s_(1.0 / rate_hz) {
   makeFolder(directory_ + "/depth");
+}
+
+std::string TumWriter::depthStamp(size_t index) const {
+  return stampText(period_s_ * static_cast<double>(index));
+}
+
+std::string TumWriter::colourStamp(size_t index) const {
+  return stampText(period_s_ * (static_cast<double>(index) + 0.5));
 }
 
 void TumWriter::addColours(const std::vector<Eigen::Isometry3d>& poses_W_C) {

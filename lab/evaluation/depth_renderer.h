@@ -30,9 +30,9 @@ std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);
 /// from several threads at once.
 class TumWriter {
  public:
-  /// Makes the folder. @throws std::runtime_error if that fails.
+  /// Makes the folder, of images at a rate. @throws std::runtime_error if that fails.
   TumWriter(const std::string& directory, const ViewCamera& camera,
-            const std::vector<Eigen::Isometry3d>& poses_W_C);
+            const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz = 10.0);
 
   void write(size_t index, const std::vector<uint16_t>& depth) const;
 
@@ -44,9 +44,13 @@ class TumWriter {
   void finish(const std::string& camera_name) const;
 
  private:
+  std::string depthStamp(size_t index) const;
+  std::string colourStamp(size_t index) const;
+
   std::string directory_;
   ViewCamera camera_;
   std::vector<Eigen::Isometry3d> poses_W_C_;
+  double period_s_;
   std::vector<Eigen::Isometry3d> colour_poses_W_C_;  ///< None: there are no colour images.
 };
 

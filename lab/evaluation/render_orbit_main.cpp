@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "evaluation/depth_noise.h"
+#include "evaluation/hand_path.h"
 #include "evaluation/parallel.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
@@ -31,7 +32,9 @@ void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addWhole({"--frames", "N", "number of images"}, options.frames, {1, 1e6});
   line.addNumber({"--radius", "METRES", "distance of the camera from the origin"}, options.radius_m,
                  {0.01, 1000.0});
-  line.add({"--trajectory", "NAME", "circle, helix or sphere (default circle)"},
+  line.add({"--trajectory", "NAME", 
+            "circle, helix, sphere, or hand: carried by hand round the circle, or through --views "
+            "(default circle)"},
            [&](const std::string& text) { options.trajectory = orbitShapeFromName(text); });
   line.addNumber({"--longest-side", "METRES",
                   "length that the object's longest side is scaled to, centred at the origin; 0: "
@@ -39,7 +42,7 @@ void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
                  options.longest_side_m, {0.0, 1000.0});
   line.addText({"--views", "DIR",
                 "poses of a TUM folder instead of a trajectory, at most --frames of them, evenly "
-                "chosen; the mesh is not scaled"},
+                "chosen, or all of them with --trajectory hand; the mesh is not scaled"},
                options.views_folder);
 }
 
@@ -53,7 +56,7 @@ void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
             "loss), tof (tof_axial, mixed), stereo (disparity, subpixel, occlusion, texture, loss) "
             "(default none)"},
            [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
-  line.addWhole({"--seed", "N", "seed of the noise"}, options.seed, {0, 1e9});
+  line.addWhole({"--seed", "N", "seed of the noise and of the hand"}, options.seed, {0, 1e9});
 }
 
 void addColourOptions(CommandLine& line, RenderOrbitOptions& options) {
@@ -100,15 +103,43 @@ std::vector<Eigen::Isometry3d> posesBeside(std::vector<Eigen::Isometry3d> poses_
   return poses_W_C;
 }
 
-std::vector<Eigen::Isometry3d> posesOf(const RenderOrbitOptions& options) {
-  if (options.views_folder.empty()) {
-    return orbitPoses(options.trajectory, options.frames, options.radius_m);
-  }
-  const std::vector<Eigen::Isometry3d> all = readViews(options.views_folder).poses_W_C;
-  const size_t step = (all.size() + options.frames - 1) / options.frames;
+/// Where images are taken, and how often.
+struct CameraPath {
+  std::vector<Eigen::Isometry3d> depth_W_C, colour_W_C;
+  double rate_hz;
+};
+
+std::vector<Eigen::Isometry3d> everyNth(const std::vector<Eigen::Isometry3d>& all, size_t first,
+                                        size_t step) {
   std::vector<Eigen::Isometry3d> poses_W_C;
-  for (size_t i = 0; i < all.size(); i += step) poses_W_C.push_back(all[i]);
+  for (size_t i = first; i < all.size(); i += step) poses_W_C.push_back(all[i]);
   return poses_W_C;
+}
+
+/// In a hand, colour is seen half a period after depth, from where the hand is by then.
+CameraPath handPath(const RenderOrbitOptions& options) {
+  constexpr double kRate_hz = 30.0;
+  constexpr size_t kPosesOfCircle = 40;
+  const std::vector<Eigen::Isometry3d> through_W_C =
+      options.views_folder.empty()
+          ? orbitPoses(OrbitShape::kCircle, kPosesOfCircle, options.radius_m)
+          : readViews(options.views_folder).poses_W_C;
+  const auto poses_W_C =
+      handPoses(through_W_C, {2 * options.frames, 2.0 * kRate_hz, options.seed});
+  return {everyNth(poses_W_C, 0, 2), everyNth(poses_W_C, 1, 2), kRate_hz};
+}
+
+CameraPath pathOf(const RenderOrbitOptions& options) {
+  constexpr double kRate_hz = 10.0;
+  if (options.trajectory == OrbitShape::kHand) return handPath(options);
+  std::vector<Eigen::Isometry3d> poses_W_C;
+  if (options.views_folder.empty()) {
+    poses_W_C = orbitPoses(options.trajectory, options.frames, options.radius_m);
+  } else {
+    const auto all_W_C = readViews(options.views_folder).poses_W_C;
+    poses_W_C = everyNth(all_W_C, 0, (all_W_C.size() + options.frames - 1) / options.frames);
+  }
+  return {poses_W_C, poses_W_C, kRate_hz};
 }
 
 void renderOrbit(const RenderOrbitOptions& options) {
@@ -117,15 +148,16 @@ void renderOrbit(const RenderOrbitOptions& options) {
     centreAndScale(mesh, static_cast<float>(options.longest_side_m));
   }
   const ViewCamera camera = cameraOf(options);
-  const auto poses_W_C = posesOf(options);
+  const CameraPath path = pathOf(options);
+  const auto& poses_W_C = path.depth_W_C;
 
   if (options.texture == Texture::kVertices && mesh.colours.empty()) {
     throw std::runtime_error(options.model_path + " has no colours; use checker or gradient");
   }
 
   const MeshScene scene(mesh);
-  TumWriter writer(options.folder, camera, poses_W_C);
-  const auto colour_poses_W_C = posesBeside(poses_W_C, options.colour_offset_m);
+  TumWriter writer(options.folder, camera, poses_W_C, path.rate_hz);
+  const auto colour_poses_W_C = posesBeside(path.colour_W_C, options.colour_offset_m);
   if (options.texture) writer.addColours(colour_poses_W_C);
   writePly(options.folder + "/gt.ply", mesh);
   forEachImage(poses_W_C.size(), [&](size_t i) {

@@ -26,6 +26,7 @@ struct BagOptions {
   std::optional<Intrinsics> intrinsics;  ///< In place of camera_info, which need not be there.
   std::string poses_path;          ///< A trajectory as TUM has it, in place of the transforms.
   double pose_tolerance_s = 0.02;  ///< Of that trajectory.
+  bool first_pose_only = false;    ///< As of RecordingOptions.
   FrameSelection selection;
   std::string colour_topic;       ///< Empty: the bag's only topic with images in colour.
   std::string colour_info_topic;  ///< Empty: camera_info beside the colour topic.

@@ -104,6 +104,28 @@ std::vector<ImagePose> posesOf(const RecordingOptions& options, const FolderForm
                       options.pose_tolerance_s);
 }
 
+/// Where a recording begins; the identity where it does not say.
+Eigen::Isometry3d firstPoseOf(const RecordingOptions& options, const FolderFormat& format,
+                              const StampedImage& image) {
+  std::vector<ImagePose> poses;
+  try {
+    poses = posesOf(options, format, {image});
+  } catch (const std::runtime_error&) {
+    if (!options.poses_path.empty()) throw;  // asked for by name
+  }
+  const bool is_known = !poses.empty() && poses.front().T_W_C;
+  return is_known ? *poses.front().T_W_C : Eigen::Isometry3d::Identity();
+}
+
+/// That of the first image that is selected, for all of them.
+std::vector<ImagePose> firstPoseOnly(const RecordingOptions& options, const FolderFormat& format,
+                                     const std::vector<StampedImage>& images) {
+  size_t first = 0;
+  while (first + 1 < images.size() && !options.selection.contains(first)) ++first;
+  const ImagePose pose{firstPoseOf(options, format, images[first]), ""};
+  return std::vector<ImagePose>(images.size(), pose);
+}
+
 std::vector<ImagePose> colourPosesOf(const RecordingOptions& options, const FolderFormat& format,
                                      const std::vector<StampedImage>& images) {
   if (options.poses_path.empty()) {
@@ -146,7 +168,8 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
   recorded.units_per_metre = unitsOf(options, format);
   recorded.depth = format.listDepth(options.path);
   recorded.camera = cameraOf(options, format, recorded.depth);
-  recorded.poses = posesOf(options, format, recorded.depth);
+  recorded.poses = options.first_pose_only ? firstPoseOnly(options, format, recorded.depth)
+                                           : posesOf(options, format, recorded.depth);
   return openRecordedImages(std::move(recorded), options.selection);
 }
 
@@ -156,7 +179,10 @@ std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& optio
   const CameraInfo depth_camera = cameraOf(options, format, format.listDepth(options.path));
   RecordedColours recorded = format.findColours(options.path, depth_camera);
   if (recorded.images.empty()) return nullptr;
-  recorded.poses = colourPosesOf(options, format, recorded.images);
+  recorded.poses = options.first_pose_only
+                       ? std::vector<ImagePose>(recorded.images.size(),
+                                                {Eigen::Isometry3d::Identity(), ""})
+                       : colourPosesOf(options, format, recorded.images);
   recorded.listed = options.listed_colours;
   return openRecordedColours(std::move(recorded));
 }

@@ -93,7 +93,7 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
               backend_name.c_str(), summarise(result.integrate_ms).median,
               skipped.empty() ? "" : "; not fused: ", skipped.c_str());
   if (!result.aligned.empty()) {
-    std::printf("poses refined in %.1f ms each (median): %s\n", summarise(result.align_ms).median,
+    std::printf("poses found in %.1f ms each (median): %s\n", summarise(result.align_ms).median,
                 describeSkipped(result.aligned).c_str());
   }
   if (result.images > 0) {
@@ -124,6 +124,7 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
 
 void run(ReconstructOptions options) {
   const RunSettings settings = readSettings(options);
+  options.recording.first_pose_only = settings.poses.mode == PoseMode::kTrack;
   completeInput(options);
   // Found out now rather than after an hour of work.
   for (const std::string& path :
@@ -137,7 +138,9 @@ void run(ReconstructOptions options) {
   const MapFrame frame = frameOf(options, settings, start);
 
   const auto source = prefetchFrames(levelled(std::move(frames), frame.T_W_M), kFramesAhead);
-  const auto colours = levelled(openColours(options, settings.params.node), frame.T_W_M);
+  auto colours = openColours(options, settings.params.node);
+  // Those without poses of their own follow the depth camera.
+  if (!options.recording.first_pose_only) colours = levelled(std::move(colours), frame.T_W_M);
   const auto mapper = start.contents ? makeProbedMapper(params, settings.rules, *start.contents)
                                      : makeProbedMapper(params, settings.rules);
   std::optional<double> map_stamp_s;

@@ -50,9 +50,9 @@ std::string parseMapPath(const std::string& path) {
 }
 
 void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
-  line.add({"--poses-mode", "tf|refine",
-            "fuse images at the poses given, or move each to where it fits the map; overrides the "
-            "setting `poses/mode`"},
+  line.add({"--poses-mode", "tf|refine|track",
+            "fuse images at the poses given, or move each to where it fits the map, or find all but "
+            "the first by the map; overrides the setting `poses/mode`"},
            [&](const std::string& value) { options.poses_mode = value; });
 }
 

@@ -29,11 +29,13 @@ class Reconstruction {
  public:
   Reconstruction(Mapper& mapper, float voxel_size_m, const PoseParams& poses)
       : mapper_(mapper), store_(voxel_size_m) {
-    if (poses.mode != PoseMode::kTf) refiner_.emplace(poses);
+    if (poses.mode == PoseMode::kRefine) refiner_.emplace(poses);
+    if (poses.mode == PoseMode::kTrack) tracker_.emplace(poses);
   }
 
-  void paint(ColourFrame image) {
-    if (refiner_) image.T_W_C = refiner_->T_W_O() * image.T_W_C;
+  void paint(const SourceColour& source) {
+    ColourFrame image = source.colour;
+    if (!placeImage(image, source.stamp_s)) return;
     IntegrationResult painting;
     result_.paint_ms.push_back(timeMs([&] { painting = mapper_.paint(image); }));
     if (painting.status == FrameStatus::kFused) {
@@ -48,7 +50,7 @@ class Reconstruction {
     ++frames_seen_;
     ++frames_since_mesh_;
     DepthFrame depth = frame.depth;
-    if (!refinePose(depth)) return;
+    if (!findPose(depth, frame.stamp_s)) return;
     IntegrationResult integration;
     result_.integrate_ms.push_back(timeMs([&] { integration = mapper_.integrate(depth); }));
     if (integration.status == FrameStatus::kFused) {
@@ -84,15 +86,31 @@ class Reconstruction {
 
  private:
   /// @return whether the frame is to be fused.
-  bool refinePose(DepthFrame& depth) {
-    if (!refiner_) return true;
+  bool findPose(DepthFrame& depth, double stamp_s) {
+    if (!refiner_ && !tracker_) return true;
     Alignment alignment;
-    result_.align_ms.push_back(timeMs([&] { alignment = refiner_->refine(mapper_, depth); }));
+    result_.align_ms.push_back(timeMs([&] {
+      alignment = refiner_ ? refiner_->refine(mapper_, depth)
+                           : tracker_->track(mapper_, depth, stamp_s);
+    }));
     ++result_.aligned[toString(alignment.status)];
     depth.T_W_C = alignment.T_W_C;
-    if (refiner_->isToBeFused(alignment)) return true;
+    if (refiner_ ? refiner_->isToBeFused(alignment) : tracker_->isToBeFused(alignment)) return true;
     ++result_.skipped[toString(alignment.status)];
     return false;
+  }
+
+  /// Moves a colour image as the frames are. @return whether it can be painted.
+  bool placeImage(ColourFrame& image, double stamp_s) {
+    if (refiner_) image.T_W_C = refiner_->T_W_O() * image.T_W_C;
+    if (!tracker_) return true;
+    const std::optional<Eigen::Isometry3d> T_W_D = tracker_->poseAt(stamp_s);
+    if (T_W_D) {
+      image.T_W_C = *T_W_D * image.T_W_C;
+    } else {
+      ++result_.skipped["colour images: the camera is lost"];
+    }
+    return T_W_D.has_value();
   }
 
   void updateMesh() {
@@ -103,7 +121,9 @@ class Reconstruction {
 
   Mapper& mapper_;
   MeshStore store_;
-  std::optional<PoseRefiner> refiner_;  ///< None where poses are taken as they are.
+  // Neither where poses are taken as they are.
+  std::optional<PoseRefiner> refiner_;
+  std::optional<PoseTracker> tracker_;
   ReconstructionResult result_;
   size_t frames_seen_ = 0;
   size_t frames_since_mesh_ = 0;
@@ -174,7 +194,7 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, flo
   Reconstruction reconstruction(mapper, voxel_size_m, input.poses);
   InputVisitor visitor;
   visitor.fuse = [&](const SourceFrame& frame) { reconstruction.fuse(frame); };
-  visitor.paint = [&](const SourceColour& image) { reconstruction.paint(image.colour); };
+  visitor.paint = [&](const SourceColour& image) { reconstruction.paint(image); };
   visitor.finish_frame = [&] {
     if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
     show_progress(reconstruction.frames() + reconstruction.framesNotFused() +

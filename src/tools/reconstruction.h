@@ -12,6 +12,7 @@
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
 #include "dtsdf_mapping/pose_refiner.h"
+#include "dtsdf_mapping/pose_tracker.h"
 #include "io/trajectory.h"
 
 namespace dtsdf {

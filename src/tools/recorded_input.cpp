@@ -34,6 +34,7 @@ BagOptions bagOptions(const InputOptions& options, const NodeParams& node) {
   bag.intrinsics = options.recording.intrinsics;
   bag.poses_path = options.recording.poses_path;
   bag.pose_tolerance_s = options.recording.pose_tolerance_s;
+  bag.first_pose_only = options.recording.first_pose_only;
   bag.selection = options.recording.selection;
   bag.colour_topic = options.colour_topic;
   bag.imu_topic = options.imu_topic;

@@ -9,6 +9,7 @@ namespace dtsdf {
 enum class PoseMode {
   kTf,      ///< As it is given.
   kRefine,  ///< Moved from there to where the image fits the map.
+  kTrack,   ///< Found by the map alone, from image to image; only the first may be given.
 };
 
 /// What becomes of a depth image that does not fit the map.
@@ -20,8 +21,10 @@ enum class OnMisfit {
 /// How poses are found.
 struct PoseParams {
   PoseMode mode = PoseMode::kTf;  ///< Where poses come from.
-  double sigma_m = 0.05;          ///< By how much given positions are off, in metres.
-  double sigma_rad = 0.035;       ///< The same of orientations, in radians.
+  /// By how much given positions are off, in metres; when tracking, those that the motion of the
+  /// last images leads to.
+  double sigma_m = 0.05;
+  double sigma_rad = 0.035;  ///< The same of orientations, in radians.
   /// By how much given poses drift, as a share of the way, and in radians a metre: errors that last
   /// from image to image, beside those above, which are new in each. 0: none.
   double drift = 0.05;
@@ -33,7 +36,9 @@ struct PoseParams {
 template <class Visitor>
 void visitParams(PoseParams& p, Visitor& visit) {
   visit("poses/mode", p.mode,
-        EnumNames<PoseMode>{{"tf", PoseMode::kTf}, {"refine", PoseMode::kRefine}});
+        EnumNames<PoseMode>{{"tf", PoseMode::kTf},
+                            {"refine", PoseMode::kRefine},
+                            {"track", PoseMode::kTrack}});
   visit("poses/sigma_m", p.sigma_m, Range{1e-6, 100.0});
   visit("poses/sigma_rad", p.sigma_rad, Range{1e-6, 3.2});
   visit("poses/drift", p.drift, Range{0.0, 10.0});

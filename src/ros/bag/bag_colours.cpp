@@ -79,7 +79,11 @@ class BagColours : public ColourSource {
   }
 
   /// The frame of colour images is their own.
-  static BagOptions ofColour(BagOptions options) {
+  BagOptions ofColour(BagOptions options) const {
+    if (options.first_pose_only) {
+      options.map_frame = depthCameraFrame(bag_, options);
+      options.poses_path.clear();
+    }
     options.camera_frame.clear();
     return options;
   }

@@ -31,7 +31,19 @@ bool isDepth(const rosbag::MessageInstance& message) {
   return compressed && holdsDepth(*compressed);
 }
 
-std::string chooseDepthTopic(const rosbag::Bag& bag, const std::string& path) {
+/// Nothing for what is no image, or a damaged one.
+sensor_msgs::ImageConstPtr depthImageOf(const rosbag::MessageInstance& message) {
+  const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+  if (!compressed) return message.instantiate<sensor_msgs::Image>();
+  try {
+    return decodeDepth(*compressed);
+  } catch (const std::runtime_error&) {
+    return nullptr;
+  }
+}
+
+std::string chooseDepthTopic(const rosbag::Bag& bag) {
+  const std::string& path = bag.getFileName();
   const std::set<std::string> topics = findImageTopics(bag, isDepth, kCompressedDepthTopic);
   if (topics.size() == 1) return *topics.begin();
   if (topics.empty()) throw std::runtime_error("'" + path + "' has no topic with depth images");
@@ -39,6 +51,14 @@ std::string chooseDepthTopic(const rosbag::Bag& bag, const std::string& path) {
   for (const std::string& topic : topics) list += " " + topic;
   throw std::runtime_error("'" + path + "' has several topics with depth images:" + list +
                            "; choose one by --depth-topic");
+}
+
+/// The depth topic named, or the only one: as it is, or as it was compressed.
+std::string depthTopicOf(const rosbag::Bag& bag, const BagOptions& options) {
+  const std::string topic = options.depth_topic.empty() ? chooseDepthTopic(bag)
+                                                        : options.depth_topic;
+  const std::string compressed = topic + kCompressedDepthTopic;
+  return !hasMessages(bag, topic) && hasMessages(bag, compressed) ? compressed : topic;
 }
 
 class BagFrames : public FrameSource {
@@ -68,7 +88,7 @@ class BagFrames : public FrameSource {
       for (; next_ != images_->end(); ++index_) {
         const rosbag::View::iterator current = next_++;
         if (!options_.selection.contains(index_)) continue;
-        if (auto frame = makeFrame(imageOf(*current), current->getTime())) {
+        if (auto frame = makeFrame(depthImageOf(*current), current->getTime())) {
           frame->index = index_++;
           return frame;
         }
@@ -84,16 +104,10 @@ class BagFrames : public FrameSource {
 
  private:
   void chooseTopics() {
-    if (options_.depth_topic.empty()) {
-      options_.depth_topic = chooseDepthTopic(bag_, options_.path);
-    }
+    options_.depth_topic = depthTopicOf(bag_, options_);
     if (options_.info_topic.empty()) {
       options_.info_topic =
           topicBeside(withoutEnding(options_.depth_topic, kCompressedDepthTopic), "camera_info");
-    }
-    const std::string compressed = options_.depth_topic + kCompressedDepthTopic;
-    if (!hasMessages(bag_, options_.depth_topic) && hasMessages(bag_, compressed)) {
-      options_.depth_topic = compressed;
     }
     requireMessages(bag_, options_.depth_topic);
     if (!options_.intrinsics) requireMessages(bag_, options_.info_topic);
@@ -103,17 +117,6 @@ class BagFrames : public FrameSource {
   std::optional<SourceFrame> skip(const std::string& reason) {
     ++skipped_[reason];
     return std::nullopt;
-  }
-
-  /// Nothing for what is no image, or a damaged one.
-  static sensor_msgs::ImageConstPtr imageOf(const rosbag::MessageInstance& message) {
-    const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
-    if (!compressed) return message.instantiate<sensor_msgs::Image>();
-    try {
-      return decodeDepth(*compressed);
-    } catch (const std::runtime_error&) {
-      return nullptr;
-    }
   }
 
   CameraImage rectified(const CameraImage& raw) {
@@ -145,6 +148,12 @@ class BagFrames : public FrameSource {
     return std::nullopt;
   }
 
+  std::optional<Eigen::Isometry3d> poseOf(const std_msgs::Header& header) {
+    if (!options_.first_pose_only) return poses_->of(header);
+    if (!first_T_W_C_) first_T_W_C_ = poses_->of(header).value_or(Eigen::Isometry3d::Identity());
+    return first_T_W_C_;
+  }
+
   std::optional<SourceFrame> makeFrame(sensor_msgs::ImageConstPtr image,
                                        const ros::Time& recorded) {
     if (!image) return skip(toString(DropReason::kBadImage));
@@ -154,7 +163,7 @@ class BagFrames : public FrameSource {
       return skip(toString(rejection->reason));
     }
     if (const auto reason = hideMasked(image, recorded)) return skip(toString(*reason));
-    const std::optional<Eigen::Isometry3d> T_W_C = poses_->of(image->header);
+    const std::optional<Eigen::Isometry3d> T_W_C = poseOf(image->header);
     if (!T_W_C) return skip(poses_->whyNone());
 
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
@@ -172,6 +181,7 @@ class BagFrames : public FrameSource {
   rosbag::Bag bag_;
   std::unique_ptr<BagPoses> poses_;
   std::unique_ptr<BagCameraInfos> infos_;
+  std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< With first_pose_only, once it is known.
   std::optional<Rectification> rectification_;  ///< Once the topic is known.
   std::unique_ptr<rosbag::View> images_;
   rosbag::View::iterator next_;
@@ -180,6 +190,15 @@ class BagFrames : public FrameSource {
 };
 
 }  // namespace
+
+std::string depthCameraFrame(const rosbag::Bag& bag, const BagOptions& options) {
+  if (!options.camera_frame.empty()) return options.camera_frame;
+  for (const rosbag::MessageInstance& message :
+       rosbag::View(bag, rosbag::TopicQuery(depthTopicOf(bag, options)))) {
+    if (const auto image = depthImageOf(message)) return image->header.frame_id;
+  }
+  return "";
+}
 
 std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options) {
   return std::make_unique<BagFrames>(options);

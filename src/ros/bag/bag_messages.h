@@ -31,6 +31,10 @@ std::string topicBeside(const std::string& topic, const std::string& name);
 /// What BagOptions says of it.
 RectifyChoice rectifyChoice(const BagOptions& options);
 
+/// The optical frame of the depth camera, by the options or by its first image.
+/// @throws std::runtime_error unless there is one topic with depth images, or one is named.
+std::string depthCameraFrame(const rosbag::Bag& bag, const BagOptions& options);
+
 /// The topic of an image by itself, if `topic` is that of what a transport has made of it, which
 /// ends in `ending`.
 std::string withoutEnding(const std::string& topic, const std::string& ending);

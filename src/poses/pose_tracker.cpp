@@ -1,0 +1,176 @@
+#include "dtsdf_mapping/pose_tracker.h"
+
+#include <cmath>
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// A motion is continued over so long a gap between images, and no longer.
+constexpr double kLongestGap_s = 0.5;
+
+/// So many images in a row have to fit before a camera that was lost is trusted.
+constexpr int kFitsToTrust = 3;
+
+/// A pose found by search has to match so much of the image: little matches by chance.
+constexpr double kFoundShare = 0.5;
+
+/// What is looked for around a pose: as far apart as an alignment reaches, twice.
+constexpr double kSearchStep_m = 0.15, kSearchStep_rad = 0.15;
+constexpr int kGuessesAPlace = 1 + 4 * 6;
+
+/// Guesses that a lost image is compared with, beside the last pose.
+constexpr int kGuessesAnImage = 2;
+
+/// Places to look around: where the camera was, so far apart.
+constexpr double kPlacesApart_m = 0.3, kPlacesApart_rad = 0.3;
+constexpr size_t kMostPlaces = 16;
+
+double turnBetween(const Isometry3d& a, const Isometry3d& b) {
+  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+}
+
+/// A share of the motion from one pose to another, about the camera.
+Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share) {
+  const Eigen::AngleAxisd turn(from.linear().transpose() * to.linear());
+  const Vector3d way = from.linear().transpose() * (to.translation() - from.translation());
+  Isometry3d T_W_C = to;
+  T_W_C.translation() += to.linear() * (share * way);
+  T_W_C.rotate(Eigen::AngleAxisd(share * turn.angle(), turn.axis()));
+  T_W_C.linear() = Eigen::Quaterniond(T_W_C.linear()).normalized().toRotationMatrix();
+  return T_W_C;
+}
+
+/// Where a camera is looked for around a pose: there, then turned and moved along each of its axes,
+/// by one step and by two.
+Isometry3d guessAround(const Isometry3d& T_W_C, size_t guess) {
+  if (guess == 0) return T_W_C;
+  const size_t which = guess - 1, ring = which / 12, axis = which % 12 / 2 % 3;
+  const double steps = (which % 2 == 0 ? 1.0 : -1.0) * static_cast<double>(1 + ring);
+  const Vector3d along = Vector3d::Unit(static_cast<Eigen::Index>(axis));
+  Isometry3d T = T_W_C;
+  if (which % 12 < 6) return T.rotate(Eigen::AngleAxisd(steps * kSearchStep_rad, along));
+  return T.translate(steps * kSearchStep_m * along);
+}
+
+bool isFound(const Alignment& alignment) {
+  return alignment.status == AlignmentStatus::kAligned && alignment.matched_share >= kFoundShare;
+}
+
+}  // namespace
+
+Alignment PoseTracker::track(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
+  if (!last_ && !given_T_W_C_) given_T_W_C_ = frame.T_W_C;
+  may_begin_ = given_T_W_C_.has_value();
+  if (given_T_W_C_) return begin(mapper, frame, stamp_s);
+  return isLost() ? search(mapper, frame, stamp_s) : follow(mapper, frame, stamp_s);
+}
+
+bool PoseTracker::isToBeFused(const Alignment& alignment) const {
+  return alignment.status == AlignmentStatus::kAligned ||
+         (alignment.status == AlignmentStatus::kUnmapped && may_begin_);
+}
+
+void PoseTracker::setPose(const Isometry3d& T_W_C) {
+  given_T_W_C_ = T_W_C;
+  last_ = before_ = std::nullopt;
+  lost_since_s_.reset();
+}
+
+std::optional<Isometry3d> PoseTracker::poseAt(double stamp_s) const {
+  if (!last_ || isLost()) return std::nullopt;
+  return predict(stamp_s);
+}
+
+Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
+  const Alignment alignment = alignAt(mapper, frame, *given_T_W_C_);
+  // A frame that shows nothing cannot begin a map; the next one may.
+  const bool map_is_empty = mapper.stats().voxel_arrays == 0;
+  last_ = Followed{alignment.T_W_C, stamp_s};
+  before_.reset();
+  if (alignment.status == AlignmentStatus::kMisfit) {
+    lose(stamp_s);
+  } else {
+    rememberPlace(alignment.T_W_C);
+  }
+  if (!map_is_empty) given_T_W_C_.reset();
+  return alignment;
+}
+
+Alignment PoseTracker::follow(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
+  const Alignment alignment = alignAt(mapper, frame, predict(stamp_s));
+  if (alignment.status == AlignmentStatus::kAligned) {
+    keep(alignment.T_W_C, stamp_s);
+    rememberPlace(alignment.T_W_C);
+  } else {
+    lose(stamp_s);
+  }
+  return alignment;
+}
+
+/// Looks where it fitted last, or was last seen to fit again, then around places of before.
+Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
+  Alignment found = alignAt(mapper, frame, predict(stamp_s));
+  for (int i = 0; i < kGuessesAnImage && !isFound(found); ++i) {
+    found = alignAt(mapper, frame, nextGuess());
+    if (isFound(found)) last_.reset();  // the way there is no motion
+  }
+  if (isFound(found)) {
+    keep(found.T_W_C, stamp_s);
+    ++fits_in_a_row_;
+  } else {
+    fits_in_a_row_ = 0;
+  }
+  if (fits_in_a_row_ >= kFitsToTrust) {
+    lost_since_s_.reset();
+  } else if (found.status == AlignmentStatus::kAligned) {
+    found.status = AlignmentStatus::kUnsure;
+  }
+  return found;
+}
+
+Alignment PoseTracker::alignAt(Mapper& mapper, DepthFrame frame, const Isometry3d& T_W_C) const {
+  frame.T_W_C = T_W_C;
+  return mapper.align(frame, {params_.sigma_m, params_.sigma_rad});
+}
+
+void PoseTracker::keep(const Isometry3d& T_W_C, double stamp_s) {
+  before_ = last_;
+  last_ = Followed{T_W_C, stamp_s};
+}
+
+void PoseTracker::rememberPlace(const Isometry3d& T_W_C) {
+  if (!places_T_W_C_.empty()) {
+    const Isometry3d& newest = places_T_W_C_.back();
+    const double way_m = (T_W_C.translation() - newest.translation()).norm();
+    if (way_m < kPlacesApart_m && turnBetween(T_W_C, newest) < kPlacesApart_rad) return;
+  }
+  if (places_T_W_C_.size() == kMostPlaces) places_T_W_C_.erase(places_T_W_C_.begin());
+  places_T_W_C_.push_back(T_W_C);
+}
+
+void PoseTracker::lose(double stamp_s) {
+  lost_since_s_ = stamp_s;
+  fits_in_a_row_ = 0;
+  guesses_made_ = 0;
+}
+
+Isometry3d PoseTracker::predict(double stamp_s) const {
+  if (!before_) return last_->T_W_C;
+  const double between_s = last_->stamp_s - before_->stamp_s, ahead_s = stamp_s - last_->stamp_s;
+  const bool moves_on = between_s > 0.0 && between_s <= kLongestGap_s && ahead_s > 0.0 &&
+                        ahead_s <= kLongestGap_s;
+  return moves_on ? continued(before_->T_W_C, last_->T_W_C, ahead_s / between_s) : last_->T_W_C;
+}
+
+/// The last place first, with all that is around it.
+Isometry3d PoseTracker::nextGuess() {
+  if (places_T_W_C_.empty()) return last_->T_W_C;
+  const size_t guess = guesses_made_++ % (places_T_W_C_.size() * kGuessesAPlace);
+  const size_t place = places_T_W_C_.size() - 1 - guess / kGuessesAPlace;
+  return guessAround(places_T_W_C_[place], guess % kGuessesAPlace);
+}
+
+}  // namespace dtsdf

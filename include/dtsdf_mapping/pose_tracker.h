@@ -59,11 +59,11 @@ class PoseTracker {
 
   PoseParams params_;
   std::optional<Eigen::Isometry3d> given_T_W_C_;  ///< Where the next frame begins.
-  bool may_begin_ = false;     ///< The last frame's pose was given.
-  std::optional<Followed> last_, before_;          ///< The newest frames that fitted.
-  std::vector<Eigen::Isometry3d> places_T_W_C_;    ///< Poses of before, apart, the newest last.
+  bool may_begin_ = false;                        ///< The last frame's pose was given.
+  std::optional<Followed> last_, before_;         ///< The newest frames that fitted.
+  std::vector<Eigen::Isometry3d> places_T_W_C_;   ///< Poses of before, apart, the newest last.
   std::optional<double> lost_since_s_;
-  int fits_in_a_row_ = 0;   ///< While lost.
+  int fits_in_a_row_ = 0;    ///< While lost.
   size_t guesses_made_ = 0;  ///< Since it was lost.
 };
 

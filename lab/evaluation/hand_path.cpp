@@ -22,9 +22,9 @@ struct Swing {
 };
 
 /// Metres: circles of the hand, steps, tremor.
-constexpr Swing kSways_m[] = {{0, 0.12, 0.31},   {1, 0.12, 0.31},  {2, 0.06, 0.23},
-                              {1, 0.012, 1.8},   {0, 0.008, 0.9},  {0, 0.0008, 6.1},
-                              {1, 0.0008, 7.3},  {2, 0.0008, 5.2}};
+constexpr Swing kSways_m[] = {{0, 0.12, 0.31},  {1, 0.12, 0.31}, {2, 0.06, 0.23},
+                              {1, 0.012, 1.8},  {0, 0.008, 0.9}, {0, 0.0008, 6.1},
+                              {1, 0.0008, 7.3}, {2, 0.0008, 5.2}};
 
 /// Degrees: looking up and down, looking about, roll, steps, tremor.
 constexpr Swing kTurns_deg[] = {{0, 8.0, 0.17}, {1, 20.0, 0.13}, {2, 15.0, 0.21}, {2, 1.0, 1.8},
@@ -60,13 +60,13 @@ class Swings {
 class Loop {
  public:
   explicit Loop(const std::vector<Isometry3d>& through_T_W_C) : poses_(through_T_W_C) {
-    if (poses_.size() < 2) throw std::invalid_argument("a path needs two poses at least");
+    if (poses_.size() < 2) throw std::invalid_argument("a path needs at least two poses");
     ends_m_.push_back(0.0);
     for (size_t i = 0; i < poses_.size(); ++i) {
       ends_m_.push_back(ends_m_.back() +
                         (pose(i + 1).translation() - pose(i).translation()).norm());
     }
-    if (!(ends_m_.back() > 0.0)) throw std::invalid_argument("the poses of a path lie in one place");
+    if (!(ends_m_.back() > 0.0)) throw std::invalid_argument("all poses lie in one place");
   }
 
   Isometry3d at(double way_m) const {
@@ -77,8 +77,8 @@ class Loop {
     const Vector3d a = pose(i + poses_.size() - 1).translation(), b = pose(i).translation();
     const Vector3d c = pose(i + 1).translation(), d = pose(i + 2).translation();
     Isometry3d T_W_C = Isometry3d::Identity();
-    T_W_C.translation() = b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d +
-                                                      t * (3.0 * (b - c) + d - a)));
+    T_W_C.translation() =
+        b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)));
     T_W_C.linear() = Eigen::Quaterniond(pose(i).linear())
                          .slerp(t, Eigen::Quaterniond(pose(i + 1).linear()))
                          .normalized()

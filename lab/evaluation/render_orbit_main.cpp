@@ -32,7 +32,7 @@ void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addWhole({"--frames", "N", "number of images"}, options.frames, {1, 1e6});
   line.addNumber({"--radius", "METRES", "distance of the camera from the origin"}, options.radius_m,
                  {0.01, 1000.0});
-  line.add({"--trajectory", "NAME", 
+  line.add({"--trajectory", "NAME",
             "circle, helix, sphere, or hand: carried by hand round the circle, or through --views "
             "(default circle)"},
            [&](const std::string& text) { options.trajectory = orbitShapeFromName(text); });
@@ -124,8 +124,7 @@ CameraPath handPath(const RenderOrbitOptions& options) {
       options.views_folder.empty()
           ? orbitPoses(OrbitShape::kCircle, kPosesOfCircle, options.radius_m)
           : readViews(options.views_folder).poses_W_C;
-  const auto poses_W_C =
-      handPoses(through_W_C, {2 * options.frames, 2.0 * kRate_hz, options.seed});
+  const auto poses_W_C = handPoses(through_W_C, {2 * options.frames, 2.0 * kRate_hz, options.seed});
   return {everyNth(poses_W_C, 0, 2), everyNth(poses_W_C, 1, 2), kRate_hz};
 }
 

@@ -51,8 +51,8 @@ std::string parseMapPath(const std::string& path) {
 
 void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
   line.add({"--poses-mode", "tf|refine|track",
-            "fuse images at the poses given, or move each to where it fits the map, or find all but "
-            "the first by the map; overrides the setting `poses/mode`"},
+            "fuse images at the poses given, move each to where it fits the map, or find all poses "
+            "but the first by the map alone; overrides the setting `poses/mode`"},
            [&](const std::string& value) { options.poses_mode = value; });
 }
 

@@ -90,8 +90,8 @@ class Reconstruction {
     if (!refiner_ && !tracker_) return true;
     Alignment alignment;
     result_.align_ms.push_back(timeMs([&] {
-      alignment = refiner_ ? refiner_->refine(mapper_, depth)
-                           : tracker_->track(mapper_, depth, stamp_s);
+      alignment =
+          refiner_ ? refiner_->refine(mapper_, depth) : tracker_->track(mapper_, depth, stamp_s);
     }));
     ++result_.aligned[toString(alignment.status)];
     depth.T_W_C = alignment.T_W_C;

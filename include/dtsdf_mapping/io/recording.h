@@ -22,7 +22,7 @@ struct RecordingOptions {
   std::string poses_path;  ///< A trajectory as TUM has it, in place of the folder's poses.
   double pose_tolerance_s = 0.02;  ///< The pose nearest in time may be this far from an image.
   /// For programs that find poses by themselves: depth images need none, and all have that of the
-  /// first one selected, or the identity. Colour images have their poses in the depth camera's frame.
+  /// first one selected, or the identity. Colour images have poses in the depth camera's frame.
   bool first_pose_only = false;
   FrameSelection selection;        ///< Which depth images, by their place in the recording.
   /// Which colour images, by SourceColour::index, in rising order; null: all.

@@ -36,9 +36,8 @@ struct PoseParams {
 template <class Visitor>
 void visitParams(PoseParams& p, Visitor& visit) {
   visit("poses/mode", p.mode,
-        EnumNames<PoseMode>{{"tf", PoseMode::kTf},
-                            {"refine", PoseMode::kRefine},
-                            {"track", PoseMode::kTrack}});
+        EnumNames<PoseMode>{
+            {"tf", PoseMode::kTf}, {"refine", PoseMode::kRefine}, {"track", PoseMode::kTrack}});
   visit("poses/sigma_m", p.sigma_m, Range{1e-6, 100.0});
   visit("poses/sigma_rad", p.sigma_rad, Range{1e-6, 3.2});
   visit("poses/drift", p.drift, Range{0.0, 10.0});

@@ -55,8 +55,8 @@ std::string chooseDepthTopic(const rosbag::Bag& bag) {
 
 /// The depth topic named, or the only one: as it is, or as it was compressed.
 std::string depthTopicOf(const rosbag::Bag& bag, const BagOptions& options) {
-  const std::string topic = options.depth_topic.empty() ? chooseDepthTopic(bag)
-                                                        : options.depth_topic;
+  const std::string topic =
+      options.depth_topic.empty() ? chooseDepthTopic(bag) : options.depth_topic;
   const std::string compressed = topic + kCompressedDepthTopic;
   return !hasMessages(bag, topic) && hasMessages(bag, compressed) ? compressed : topic;
 }
@@ -182,7 +182,7 @@ class BagFrames : public FrameSource {
   std::unique_ptr<BagPoses> poses_;
   std::unique_ptr<BagCameraInfos> infos_;
   std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< With first_pose_only, once it is known.
-  std::optional<Rectification> rectification_;  ///< Once the topic is known.
+  std::optional<Rectification> rectification_;    ///< Once the topic is known.
   std::unique_ptr<rosbag::View> images_;
   rosbag::View::iterator next_;
   size_t index_ = 0;  ///< Of the image at `next_`.

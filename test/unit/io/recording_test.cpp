@@ -74,6 +74,20 @@ TEST_F(Recording, PosesMayComeFromElsewhere) {
   EXPECT_NE(readingErrorOf(options_).find("none.tum"), std::string::npos);
 }
 
+TEST_F(Recording, OfPosesOnlyTheFirstNeedsToBeThere) {
+  options_.first_pose_only = true;
+  options_.selection.first = 1;
+  for (const SourceFrame& frame : readAll(*openRecording(options_))) {
+    EXPECT_EQ(frame.depth.T_W_C.translation().x(), 1.0) << "that of the first image selected";
+  }
+  std::filesystem::remove(folder_ / "groundtruth.txt");
+  const std::vector<SourceFrame> frames = readAll(*openRecording(options_));
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_TRUE(frames[0].depth.T_W_C.isApprox(Eigen::Isometry3d::Identity(), 0.0));
+  options_.poses_path = folder_ / "none.tum";
+  EXPECT_NE(readingErrorOf(options_).find("none.tum"), std::string::npos) << "asked for by name";
+}
+
 TEST_F(Recording, PosesFromElsewhereGoByNumberWhereThereAreNoStamps) {
   const TemporaryFolder scan;
   for (int i = 0; i < 3; ++i) {

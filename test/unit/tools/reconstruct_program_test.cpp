@@ -267,6 +267,13 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
   EXPECT_NE(refined.out.find("5 aligned, 1 too little of the map in view"), std::string::npos);
   EXPECT_EQ(nlohmann::json::parse(readBytes(out_ / "report.json"))["frames_aligned"]["aligned"], 5);
   expectError(command + " --poses-mode guess", 1, "poses/mode");
+  // Without any poses the map is the one of the first camera's frame.
+  std::filesystem::remove(folder / "groundtruth.txt");
+  const Eigen::Isometry3d first = truth[0];
+  for (Eigen::Isometry3d& pose : truth) pose = first.inverse() * pose;
+  const Outcome tracked = run(command + " --poses-mode track");
+  ASSERT_EQ(tracked.exit_code, 0) << tracked.err;
+  EXPECT_LT(largestError(), 0.002);
 }
 
 }  // namespace

@@ -1,0 +1,220 @@
+// A camera followed through analytic scenes by the map that it makes.
+#include "dtsdf_mapping/pose_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/session.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kPeriod_s = 1.0 / 30.0;
+
+/// A room with furniture.
+Scene furnishedRoom() {
+  Scene scene;
+  scene.add(Room{{-2.0, -1.5, 0.0}, {2.0, 1.5, 2.4}});
+  scene.add(makeBox({1.2, 0.3, 0.4}, {0.8, 0.6, 0.8}, 0.4));
+  scene.add(makeBox({1.6, -0.9, 0.9}, {0.4, 0.5, 1.8}));
+  scene.add(Sphere{{0.9, 0.9, 1.0}, 0.3});
+  scene.add(Sphere{{0.6, -0.6, 0.3}, 0.3});
+  return scene;
+}
+
+/// Carried along and turned, 0.3 m/s and up to 20 degrees a second.
+Isometry3d handAt(double time_s) {
+  const Vector3d eye(-1.2 + 0.25 * std::sin(1.1 * time_s), 0.3 * std::sin(0.9 * time_s), 1.3);
+  Isometry3d T_W_C = lookAt(eye, {1.2, 0.3 * std::sin(0.7 * time_s), 0.7}, Vector3d::UnitZ());
+  T_W_C.rotate(AngleAxisd(0.2 * std::sin(1.3 * time_s), Vector3d::UnitZ()));
+  return T_W_C;
+}
+
+double shiftBetween(const Isometry3d& a, const Isometry3d& b) {
+  return (a.translation() - b.translation()).norm();
+}
+
+double turnBetween(const Isometry3d& a, const Isometry3d& b) {
+  return AngleAxisd(a.linear() * b.linear().transpose()).angle();
+}
+
+/// Fuses what it follows, as a program does.
+class Tracking {
+ public:
+  explicit Tracking(const PoseParams& params = {}) : session_(makeCpuParams()), tracker_(params) {}
+
+  /// @param given What the frame says of its pose.
+  Alignment see(const Scene& scene, const Isometry3d& truth, double stamp_s,
+                const Isometry3d& given = Isometry3d::Identity()) {
+    return take(renderFrame(scene, truth, 320, 240), stamp_s, given);
+  }
+
+  /// A hand on the lens.
+  Alignment seeNothing(double stamp_s) {
+    SceneFrame image = renderFrame(Scene(), Isometry3d::Identity(), 320, 240);
+    return take(image, stamp_s, Isometry3d::Identity());
+  }
+
+  PoseTracker& tracker() { return tracker_; }
+  size_t fused() const { return fused_; }
+
+ private:
+  Alignment take(const SceneFrame& image, double stamp_s, const Isometry3d& given) {
+    DepthFrame frame = image.view();
+    frame.T_W_C = given;
+    const Alignment found = tracker_.track(session_.mapper(), frame, stamp_s);
+    if (!tracker_.isToBeFused(found)) return found;
+    frame.T_W_C = found.T_W_C;
+    fused_ += session_.mapper().integrate(frame).status == FrameStatus::kFused ? 1 : 0;
+    return found;
+  }
+
+  Session session_;
+  PoseTracker tracker_;
+  size_t fused_ = 0;
+};
+
+/// Follows the hand for some frames, the first of which has its pose.
+void follow(Tracking& tracking, const Scene& scene, int frames) {
+  for (int i = 0; i < frames; ++i) {
+    const double time_s = kPeriod_s * i;
+    const Alignment found =
+        tracking.see(scene, handAt(time_s), time_s, i == 0 ? handAt(0.0) : Isometry3d::Identity());
+    ASSERT_TRUE(tracking.tracker().isToBeFused(found)) << i;
+    ASSERT_LT(shiftBetween(found.T_W_C, handAt(time_s)), 5e-3) << i;
+    ASSERT_LT(turnBetween(found.T_W_C, handAt(time_s)), 4e-3) << i;
+  }
+}
+
+TEST(PoseTracker, FollowsACameraWhosePosesItDoesNotRead) {
+  Tracking tracking;
+  follow(tracking, furnishedRoom(), 90);
+  EXPECT_EQ(tracking.fused(), 90u);
+  const double next_s = 90 * kPeriod_s;
+  const auto expected = tracking.tracker().poseAt(next_s);
+  ASSERT_TRUE(expected);
+  EXPECT_LT(shiftBetween(*expected, handAt(next_s)), 5e-3) << "the motion goes on";
+}
+
+/// Two seconds in the dark, then a little away from where it was.
+struct Away {
+  Vector3d shift_m;
+  double turn_rad;
+};
+
+class AfterTheDark : public testing::TestWithParam<Away> {};
+
+TEST_P(AfterTheDark, TheCameraIsFoundAgainNearWhereItWas) {
+  const Scene scene = furnishedRoom();
+  Tracking tracking;
+  follow(tracking, scene, 30);
+  const double dark_s = 30 * kPeriod_s;
+  int frame = 30;
+  for (; frame < 90; ++frame) {
+    const Alignment found = tracking.seeNothing(kPeriod_s * frame);
+    EXPECT_FALSE(tracking.tracker().isToBeFused(found));
+    EXPECT_FALSE(tracking.tracker().poseAt(kPeriod_s * frame));
+  }
+  EXPECT_EQ(tracking.fused(), 30u);
+  ASSERT_TRUE(tracking.tracker().lostSince_s());
+  EXPECT_NEAR(*tracking.tracker().lostSince_s(), dark_s, 1e-9);
+
+  Isometry3d truth = handAt(dark_s);
+  truth.translation() += GetParam().shift_m;
+  truth.rotate(AngleAxisd(GetParam().turn_rad, Vector3d::UnitY()));
+  int unsure = 0;
+  Alignment found;
+  for (const int last = frame + 12; frame < last; ++frame) {
+    found = tracking.see(scene, truth, kPeriod_s * frame);
+    unsure += found.status == AlignmentStatus::kUnsure;
+    if (tracking.tracker().isToBeFused(found)) {
+      EXPECT_LT(shiftBetween(found.T_W_C, truth), 4e-3);
+      EXPECT_LT(turnBetween(found.T_W_C, truth), 4e-3);
+    }
+  }
+  EXPECT_EQ(found.status, AlignmentStatus::kAligned);
+  EXPECT_FALSE(tracking.tracker().isLost());
+  EXPECT_GE(unsure, 2) << "one image that fits may do so by chance";
+  EXPECT_GT(tracking.fused(), 30u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Away, AfterTheDark,
+                         testing::Values(Away{{0.06, -0.04, 0.03}, 0.08},
+                                         Away{{0.02, 0.0, 0.0}, 0.25},
+                                         Away{{-0.2, 0.0, 0.0}, 0.0}));
+
+/// What is seen after the dark is another room: nothing of it reaches the map.
+TEST(PoseTracker, NeverFusesAnotherPlace) {
+  Tracking tracking;
+  follow(tracking, furnishedRoom(), 30);
+  Scene other;
+  for (int i = 0; i < 12; ++i) {
+    for (int k = 0; k < 8; ++k) other.add(Sphere{{1.5, 0.3 * i - 1.6, 0.3 * k}, 0.13});
+  }
+  tracking.seeNothing(30 * kPeriod_s);
+  for (int frame = 31; frame < 61; ++frame) {
+    const Alignment found = tracking.see(other, handAt(kPeriod_s * frame), kPeriod_s * frame);
+    EXPECT_FALSE(tracking.tracker().isToBeFused(found)) << frame;
+  }
+  EXPECT_EQ(tracking.fused(), 30u);
+  EXPECT_TRUE(tracking.tracker().isLost());
+}
+
+TEST(PoseTracker, GoesOnFromAPoseThatIsSet) {
+  const Scene scene = furnishedRoom();
+  Tracking tracking;
+  follow(tracking, scene, 30);
+  tracking.seeNothing(30 * kPeriod_s);
+  EXPECT_TRUE(tracking.tracker().isLost());
+  const Isometry3d truth = lookAt({-0.5, 0.9, 1.5}, {1.2, -0.3, 0.5}, Vector3d::UnitZ());
+  Isometry3d about = truth;
+  about.translation() += Vector3d(0.03, 0.02, -0.02);
+  tracking.tracker().setPose(about);
+  const Alignment found = tracking.see(scene, truth, 31 * kPeriod_s);
+  EXPECT_TRUE(tracking.tracker().isToBeFused(found));
+  EXPECT_LT(shiftBetween(found.T_W_C, truth), 5e-3);
+}
+
+/// Frames without a single measurement neither begin a map nor stop the next from it.
+TEST(PoseTracker, BeginsWithTheFirstImageThatShowsSomething) {
+  const Scene scene = furnishedRoom();
+  Tracking tracking;
+  tracking.seeNothing(0.0);
+  for (int i = 1; i < 10; ++i) tracking.see(scene, handAt(0.0), kPeriod_s * i);
+  EXPECT_EQ(tracking.fused(), 9u);
+  const std::optional<Isometry3d> T_W_C = tracking.tracker().poseAt(10 * kPeriod_s);
+  ASSERT_TRUE(T_W_C);
+  EXPECT_LT(shiftBetween(*T_W_C, Isometry3d::Identity()), 2e-3);
+}
+
+/// Walls and floor hold five of six: along the corridor it may drift, and the covariance shows it.
+TEST(PoseTracker, ACorridorHoldsAllButTheWayAlongIt) {
+  Scene corridor;
+  corridor.add(Plane{{0.0, 1.0, 0.0}, -Vector3d::UnitY()});
+  corridor.add(Plane{{0.0, -1.0, 0.0}, Vector3d::UnitY()});
+  corridor.add(Plane{{0.0, 0.0, 0.0}, Vector3d::UnitZ()});
+  const PoseParams params;
+  Tracking tracking(params);
+  for (int i = 0; i < 30; ++i) {
+    const Vector3d eye(0.01 * i, 0.05 * std::sin(0.3 * i), 1.2);
+    const Isometry3d truth = lookAt(eye, eye + Vector3d(1.0, 0.2, -0.3), Vector3d::UnitZ());
+    const Alignment found = tracking.see(corridor, truth, kPeriod_s * i, truth);
+    ASSERT_TRUE(tracking.tracker().isToBeFused(found)) << i;
+    if (found.status != AlignmentStatus::kAligned) continue;
+    const Vector3d error = found.T_W_C.translation() - truth.translation();
+    EXPECT_LT(error.tail<2>().norm(), 3e-3) << i;
+    EXPECT_LT(turnBetween(found.T_W_C, truth), 3e-3) << i;
+    EXPECT_GT(std::sqrt(found.covariance(0, 0)), 0.5 * params.sigma_m);
+    for (const int held : {1, 2}) {
+      EXPECT_LT(std::sqrt(found.covariance(held, held)), 0.1 * params.sigma_m);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dtsdf

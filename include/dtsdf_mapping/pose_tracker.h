@@ -20,6 +20,8 @@ class PoseTracker {
 
   /// Finds the pose of a frame. The pose in the frame counts only for the first one, which begins
   /// there.
+  /// @param mapper Holds the map that the frame is aligned to; nothing is fused.
+  /// @param frame Depth image, in the camera's optical frame.
   /// @param stamp_s Of the frame, in seconds; the motion is continued only where stamps rise.
   /// @throws std::exception when the backend fails.
   Alignment track(Mapper& mapper, const DepthFrame& frame, double stamp_s);

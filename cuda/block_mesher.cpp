@@ -170,15 +170,6 @@ BlockMesh BlockMesher::copyBlock(const MeshRecord& record) const {
   return mesh;
 }
 
-void BlockMesher::countWork() const {
-  Profile* profile = profileOf(stream_);
-  if (profile == nullptr) return;
-  profile->work.indexed_blocks += pinned_totals_[0].blocks.reached;
-  profile->work.meshed_blocks += recordCount();
-  profile->work.vertices += pinned_totals_[0].size.vertices;
-  profile->work.triangles += pinned_totals_[0].size.triangles;
-}
-
 void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
   const MeshSize size = pinned_totals_[0].size;
   parts.push_back({"vertices and triangles", MemoryKind::kMesh,
@@ -200,19 +191,20 @@ void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"mesh", MemoryKind::kStaging, staging, staging});
 }
 
-MeshUpdate BlockMesher::finish() {
-  MeshUpdate update;
-  if (state_ == State::kIdle) return update;
+MadeMeshes BlockMesher::finish() {
+  MadeMeshes made;
+  if (state_ == State::kIdle) return made;
   complete();
   fetched_.wait();
   state_ = State::kIdle;
-  countWork();
+  made.indexed_blocks = pinned_totals_[0].blocks.reached;
+  made.meshed_blocks = recordCount();
   const StageTimer timer(profileOf(stream_), Stage::kHandOut);
   const std::vector<MeshRecord> records = changedRecords();
-  update.blocks.reserve(records.size());
-  for (const MeshRecord& record : records) update.blocks.push_back(copyBlock(record));
-  update.duration_ms = fetched_.millisecondsSince(begun_);
-  return update;
+  made.update.blocks.reserve(records.size());
+  for (const MeshRecord& record : records) made.update.blocks.push_back(copyBlock(record));
+  made.update.duration_ms = fetched_.millisecondsSince(begun_);
+  return made;
 }
 
 std::vector<NamedKernel> mesherKernels(bool directional) {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "backend/map_backend.h"
 #include "backend/profile.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "mesh_kernels.h"
@@ -28,7 +29,6 @@ class BlockMesher {
 
   /// Enqueues an extraction of what changed up to the event.
   void begin(const MapView& map, const Event& map_ready, const Extraction& extraction);
-  bool isUnderWay() const { return state_ != State::kIdle; }
   void setClock(StageClock* clock) { stream_.setClock(clock); }
   void addMemory(std::vector<MemoryPart>& parts) const;
 
@@ -36,8 +36,8 @@ class BlockMesher {
   /// needs. Fetching the meshes goes on beside what follows.
   void complete();
 
-  /// Waits for the extraction. @return its changes; empty if none was begun.
-  MeshUpdate finish();
+  /// Waits for the extraction. @return its changes; none if none was begun.
+  MadeMeshes finish();
 
  private:
   enum class State { kIdle, kBegun, kComplete };
@@ -46,7 +46,6 @@ class BlockMesher {
   void enqueueIndices();
   void enqueueMeshes();
   bool hasColours() const { return map_.colour_of != nullptr; }
-  void countWork() const;
   void fetch();
   size_t recordCount() const {
     return pinned_totals_[0].blocks.reached + pinned_totals_[0].blocks.adjoining;

@@ -3,17 +3,12 @@
 
 #include <vector>
 
+#include "backend/block_changes.h"
 #include "device_map.h"
 #include "kernels/core/region.h"
 
 namespace dtsdf {
 namespace gpu {
-
-/// What a block lost.
-struct EmptiedBlock {
-  uint32_t voxels;            ///< That held something.
-  uint32_t empty_directions;  ///< Bit d: the array of direction d was emptied.
-};
 
 class RegionClearer {
  public:

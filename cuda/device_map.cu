@@ -117,7 +117,7 @@ void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
   reserveUpdates(demand.new_blocks);
   pinned_arrays_.reserve(demand.new_arrays);
   new_arrays_.reserve(demand.new_arrays, stream_);
-  if (hasColours()) growColours(demand.after);
+  if (has_colours_) growColours(demand.after);
   reserveHash(demand.new_blocks, table.blocksInUse());
 }
 
@@ -137,12 +137,13 @@ void DeviceMap::reserveColours(const BlockTable& table, size_t new_colours) {
   painted_count_.growZeroed(1, stream_);
 }
 
-void DeviceMap::apply(const ColourAdmission& admission) {
-  const size_t count = admission.bricks.size();
+void DeviceMap::enterColours(const std::vector<NewBrick>& bricks) {
+  const size_t count = bricks.size();
   if (count == 0) return;
-  has_colours_ = true;
   updates_sent_.wait();
-  std::copy(admission.bricks.begin(), admission.bricks.end(), pinned_bricks_.data());
+  pinned_bricks_.reserve(count);  // as many as were reserved, but for a map that is restored
+  new_bricks_.reserve(count, stream_);
+  std::copy(bricks.begin(), bricks.end(), pinned_bricks_.data());
   new_bricks_.upload(pinned_bricks_.data(), count, stream_);
   stream_.record(updates_sent_);
   clearColoursKernel<<<blocksFor(count * kVoxelsPerBrick), kThreads, 0, stream_.get()>>>(
@@ -150,7 +151,8 @@ void DeviceMap::apply(const ColourAdmission& admission) {
   DTSDF_CHECK_LAUNCH("clearColoursKernel");
 }
 
-void DeviceMap::markAllPainted() {
+void DeviceMap::keepColours() {
+  has_colours_ = true;
   if (slot_count_ == 0) return;
   markAllPaintedKernel<<<blocksFor(slot_count_), kThreads, 0, stream_.get()>>>(view());
   DTSDF_CHECK_LAUNCH("markAllPaintedKernel");
@@ -190,22 +192,23 @@ void DeviceMap::enqueueUpdates(size_t count) {
   DTSDF_CHECK_LAUNCH("updateSlotsKernel");
 }
 
-void DeviceMap::apply(const BlockTable& table, const Admission& admission) {
-  const size_t count = admission.changed_slots.size();
+void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots) {
+  const size_t count = slots.size();
   if (count == 0) return;
   updates_sent_.wait();
   hash_used_ += count;
   slot_count_ = table.slotCount();
   for (size_t i = 0; i < count; ++i) {
-    const int32_t slot = admission.changed_slots[i];
-    pinned_updates_[i] = makeSlotUpdate(table.block(slot), slot);
+    pinned_updates_[i] = makeSlotUpdate(table.block(slots[i]), slots[i]);
   }
   enqueueUpdates(count);
+}
 
-  const size_t arrays = admission.new_arrays.size();
-  std::copy(admission.new_arrays.begin(), admission.new_arrays.end(), pinned_arrays_.data());
-  new_arrays_.upload(pinned_arrays_.data(), arrays, stream_);
-  clearArraysKernel<<<static_cast<unsigned>(arrays), kThreads, 0, stream_.get()>>>(
+void DeviceMap::zeroArrays(const std::vector<int32_t>& arrays) {
+  if (arrays.empty()) return;
+  std::copy(arrays.begin(), arrays.end(), pinned_arrays_.data());
+  new_arrays_.upload(pinned_arrays_.data(), arrays.size(), stream_);
+  clearArraysKernel<<<static_cast<unsigned>(arrays.size()), kThreads, 0, stream_.get()>>>(
       view(), new_arrays_.data());
   DTSDF_CHECK_LAUNCH("clearArraysKernel");
 }

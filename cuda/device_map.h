@@ -65,12 +65,6 @@ struct MapView {
   uint32_t* mesh_stamp;
 };
 
-/// Upper bounds of what an admission may take.
-struct MapDemand {
-  size_t new_blocks, new_arrays;
-  PoolSizes after;  ///< BlockTable::sizesAfter() it.
-};
-
 class DeviceMap {
  public:
   explicit DeviceMap(const Stream& stream);
@@ -79,25 +73,20 @@ class DeviceMap {
   /// @throws CudaError without device memory; what is mapped stays intact.
   void reserve(const BlockTable& table, const MapDemand& demand);
 
-  /// Follows an admission: new blocks appear, new arrays are zeroed.
+  /// Follows an admission: these blocks are new, or have new arrays; those are zeroed.
   /// @pre reserve() made the room.
-  void apply(const BlockTable& table, const Admission& admission);
+  void enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
+  void zeroArrays(const std::vector<int32_t>& arrays);
 
   /// Makes room for so many more bricks of colours. @throws CudaError as reserve() does.
   void reserveColours(const BlockTable& table, size_t new_colours);
 
   /// Follows an admission: new bricks are there, nothing in them painted.
-  /// @pre reserveColours() made the room.
-  void apply(const ColourAdmission& admission);
+  /// @pre reserveColours() made the room, and colours are kept.
+  void enterColours(const std::vector<NewBrick>& bricks);
 
-  /// Whether there has been a brick of colours.
-  bool hasColours() const { return has_colours_; }
-
-  /// From now on, all meshes have colours. @pre reserveColours() was called.
-  void keepColours() { has_colours_ = true; }
-
-  /// Has the colours of every mesh made.
-  void markAllPainted();
+  /// From now on, all meshes have colours: every mesh gets them. @pre reserveColours() was called.
+  void keepColours();
 
   /// Makes room for so many updates at a time, and waits until the last ones are on the device.
   void reserveUpdates(size_t count);

@@ -294,16 +294,17 @@ __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion
   markDirty(map, block.slot);
 }
 
-/// One thread per slot: lists the blocks that the frame does not touch, and looks at.
+/// One thread per block that may be in view: lists those that the frame does not touch, and looks at.
 __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
                                 uint64_t frame_number, LookList looks) {
-  const size_t slot = globalThread();
-  if (slot >= target.map.slot_count) return;
+  const size_t i = globalThread();
+  if (i >= looks.in_view_count) return;
+  const int32_t slot = looks.in_view[i];
   const PackedKey key = target.map.slots[slot].key;
   if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
   if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
   if (findTouched(target.touched, key) >= 0) return;
-  looks.slots[atomicAdd(looks.count, 1u)] = static_cast<int32_t>(slot);
+  looks.slots[atomicAdd(looks.count, 1u)] = slot;
 }
 
 /// One block of threads per block of the list, in strides.
@@ -343,13 +344,15 @@ void Fusion::reserveSums(uint32_t arrays) {
   sums_.zero(stream_);
 }
 
-void Fusion::reserve(const FrameCounters& counters, size_t slots) {
+void Fusion::reserve(const FrameCounters& counters, size_t in_view) {
   if (casts_) {
     reserveSums(std::min(counters.touched_arrays, kMaxSumArrays));
     supported_.reserve(static_cast<size_t>(counters.touched_arrays) * kSupportWords, stream_);
-    looks_.reserve(slots, stream_);
+    in_view_.reserve(in_view, stream_);
+    pinned_in_view_.reserve(in_view);
+    looks_.reserve(in_view, stream_);
   }
-  empty_blocks_.reserve(counters.touched + slots, stream_);
+  empty_blocks_.reserve(counters.touched + in_view, stream_);
   pinned_empty_blocks_.reserve(kEmptyBlocksAtOnce);
 }
 
@@ -390,16 +393,14 @@ void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
 }
 
 void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
-                   const FrameCounters& counters, uint64_t frame_number) {
+                   const FrameCounters& counters, const LookTurn& turn) {
   const StageSpan span(stream_, Stage::kClear);
   if (counters.touched > 0) {  // else the frame only looks around
     clearBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
-        sensing, fusion_, target, supported_.data(), frame_number, empty_blocks_.data());
+        sensing, fusion_, target, supported_.data(), turn.number, empty_blocks_.data());
     DTSDF_CHECK_LAUNCH("clearBlocksKernel");
   }
-  if (sensing.hasFreeDepth() && target.map.slot_count > 0) {
-    lookAround(sensing, target, frame_number);
-  }
+  if (sensing.hasFreeDepth() && !turn.in_view.empty()) lookAround(sensing, target, turn);
   DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned_counters_.data(), target.touched.counters,
                                    sizeof(FrameCounters), cudaMemcpyDeviceToHost, stream_.get()));
   empty_blocks_.download(pinned_empty_blocks_.data(),
@@ -408,12 +409,17 @@ void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
   is_cleared_ = true;
 }
 
+/// The list of the frame before has left the pinned memory: what that frame left empty was waited for.
 void Fusion::lookAround(const DeviceSensing& sensing, const FusionTarget& target,
-                        uint64_t frame_number) {
-  const LookList looks{looks_.data(), look_count_.data()};
+                        const LookTurn& turn) {
+  const size_t in_view = turn.in_view.size();
+  std::copy(turn.in_view.begin(), turn.in_view.end(), pinned_in_view_.data());
+  in_view_.upload(pinned_in_view_.data(), in_view, stream_);
+  const LookList looks{in_view_.data(), static_cast<uint32_t>(in_view), looks_.data(),
+                       look_count_.data()};
   look_count_.zero(stream_);
-  findLooksKernel<<<blocksFor(target.map.slot_count), kThreads, 0, stream_.get()>>>(
-      sensing.frame(), fusion_.rules, target, frame_number, looks);
+  findLooksKernel<<<blocksFor(in_view), kThreads, 0, stream_.get()>>>(
+      sensing.frame(), fusion_.rules, target, turn.number, looks);
   DTSDF_CHECK_LAUNCH("findLooksKernel");
   lookAroundKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(
       sensing, fusion_, target, looks, empty_blocks_.data());
@@ -439,10 +445,11 @@ std::vector<EmptyBlock> Fusion::takeEmptyBlocks() {
 
 void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"sums", MemoryKind::kScratch, sums_.bytes(), sums_.bytes()});
-  const size_t lists = empty_blocks_.bytes() + supported_.bytes() + looks_.bytes();
+  const size_t lists =
+      empty_blocks_.bytes() + supported_.bytes() + looks_.bytes() + in_view_.bytes();
   parts.push_back({"support and looks", MemoryKind::kScratch, lists, lists});
-  parts.push_back({"empty blocks", MemoryKind::kStaging, pinned_empty_blocks_.bytes(),
-                   pinned_empty_blocks_.bytes()});
+  const size_t staging = pinned_empty_blocks_.bytes() + pinned_in_view_.bytes();
+  parts.push_back({"empty blocks and looks", MemoryKind::kStaging, staging, staging});
 }
 
 std::vector<NamedKernel> fusionKernels() {

@@ -1,18 +1,12 @@
 /// The stages "cast", "fold" and "clear" on the device: a frame into the voxels of its blocks.
 #pragma once
 
+#include "backend/block_changes.h"
 #include "backend/rules.h"
 #include "find_blocks.h"
 
 namespace dtsdf {
 namespace gpu {
-
-/// A block of which arrays (bit d for direction d) hold nothing: new ones that turned out so, and
-/// those that the frame emptied.
-struct EmptyBlock {
-  int32_t slot;
-  uint32_t directions;
-};
 
 /// Sums of a part of a frame's arrays: those from `first` on.
 struct SumsView {
@@ -26,19 +20,27 @@ struct FusionTarget {
   TouchedView touched;
 };
 
-/// The blocks that a frame looks at besides those that it touches.
+/// The blocks that a frame looks at besides those that it touches, and those among which they are.
 struct LookList {
+  const int32_t* in_view;
+  uint32_t in_view_count;
   int32_t* slots;
   uint32_t* count;
+};
+
+/// A frame's turn to look around.
+struct LookTurn {
+  uint64_t number;                      ///< Of the frame.
+  const std::vector<int32_t>& in_view;  ///< Slots of blocks that may be in view, and others.
 };
 
 class Fusion {
  public:
   Fusion(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Makes room for a frame, in a map of so many slots. @throws CudaError without memory; the map
+  /// Makes room for a frame with so many blocks in view. @throws CudaError without memory; the map
   /// is untouched.
-  void reserve(const FrameCounters& counters, size_t slots);
+  void reserve(const FrameCounters& counters, size_t in_view);
 
   /// Casts all surfels into the frame's sums, and folds those into the voxels. Voxel projection
   /// does both at once.
@@ -48,9 +50,9 @@ class Fusion {
   /// Takes evidence from what the frame contradicts, marks what has changed for the mesh, and lists
   /// arrays that hold nothing.
   void clear(const DeviceSensing& sensing, const FusionTarget& target,
-             const FrameCounters& counters, uint64_t frame_number);
+             const FrameCounters& counters, const LookTurn& turn);
 
-  /// Waits for the frame, and tells its empty blocks, by slot. Tells them once.
+  /// Waits for the frame. @return its empty blocks, by slot; reported once.
   std::vector<EmptyBlock> takeEmptyBlocks();
 
   void addMemory(std::vector<MemoryPart>& parts) const;
@@ -60,7 +62,7 @@ class Fusion {
   void cast(const DeviceSensing& sensing, const DeviceSurfels& surfels, const TouchedView& touched,
             const SumsView& part);
   void fold(const FrameView& frame, const FusionTarget& target, const SumsView& part);
-  void lookAround(const DeviceSensing& sensing, const FusionTarget& target, uint64_t frame_number);
+  void lookAround(const DeviceSensing& sensing, const FusionTarget& target, const LookTurn& turn);
   void project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                const FusionTarget& target, uint32_t blocks);
 
@@ -72,7 +74,8 @@ class Fusion {
   bool is_cleared_ = false;  ///< A frame's empty blocks have not been taken yet.
   DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames.
   DeviceBuffer<uint32_t> supported_;  ///< Bits of the voxels that the frame supports, by its sums.
-  DeviceBuffer<int32_t> looks_;
+  PinnedBuffer<int32_t> pinned_in_view_;
+  DeviceBuffer<int32_t> in_view_, looks_;
   DeviceBuffer<uint32_t> look_count_;
   DeviceBuffer<EmptyBlock> empty_blocks_;
   PinnedBuffer<EmptyBlock> pinned_empty_blocks_;

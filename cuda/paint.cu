@@ -31,14 +31,16 @@ __global__ void clearHidingKernel(float* depth_m, size_t cells) {
   if (i < cells) depth_m[i] = kNoSurface_m;
 }
 
-/// One thread per slot: lists the blocks in view.
+/// One thread per candidate: lists the blocks in view.
 __global__ void findBlocksInViewKernel(PointView view, MapView map, LookView look) {
-  const size_t slot = globalThread();
-  if (slot >= map.slot_count || map.slots[slot].key == kNoKey) return;
+  const size_t i = globalThread();
+  if (i >= look.candidate_count) return;
+  const int32_t slot = look.candidates[i];
+  if (map.slots[slot].key == kNoKey) return;
   const BlockKey key = unpackKey(map.slots[slot].key);
   const BlockKey origin = blockOfVoxel(view.frame.origin_voxel);
   if (!mayBeInView(view.frame, key - origin, pointRadius(view.rules))) return;
-  look.slots[atomicAdd(&look.counters->blocks, 1u)] = static_cast<int32_t>(slot);
+  look.slots[atomicAdd(&look.counters->blocks, 1u)] = slot;
 }
 
 __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
@@ -257,9 +259,9 @@ void halveImage(const ColourImage& image, ColourPixel* pixels, const Stream& str
 
 void findBlocksInView(const PointView& view, const MapView& map, const LookView& look,
                       const Stream& stream) {
-  if (map.slot_count == 0) return;
-  findBlocksInViewKernel<<<blocksFor(map.slot_count), kThreads, 0, stream.get()>>>(view, map,
-                                                                                    look);
+  if (look.candidate_count == 0) return;
+  findBlocksInViewKernel<<<blocksFor(look.candidate_count), kThreads, 0, stream.get()>>>(view, map,
+                                                                                        look);
   DTSDF_CHECK_LAUNCH("findBlocksInViewKernel");
 }
 

@@ -30,6 +30,8 @@ struct LookView {
   LookCounters* counters;
   FoundSample* samples;  ///< Room for so many; of those beyond only the number is told.
   uint64_t most_samples;
+  const int32_t* candidates;  ///< Slots of blocks that may be in view, and others.
+  uint32_t candidate_count;
   int32_t* slots;  ///< Of the blocks in view.
   ColourRequest* requests;
   int thread_blocks;  ///< That fill the device, since what there is to do is known there only.
@@ -45,7 +47,7 @@ void takePixels(const uint8_t* raw, const PixelLayout& layout, ColourPixel* pixe
 /// The levels of an image below the first one.
 void halveImage(const ColourImage& image, ColourPixel* pixels, const Stream& stream);
 
-/// Lists the blocks in view.
+/// Lists those of the candidates that are in view.
 void findBlocksInView(const PointView& view, const MapView& map, const LookView& look,
                       const Stream& stream);
 

@@ -44,17 +44,21 @@ void Painter::reserve(const ColourFrame& frame, size_t slots) {
   hiding_m_.reserveExactly(static_cast<size_t>(width) * height, stream_);
   // Room for a sample a pixel at first: images seldom show more voxels than they have pixels.
   samples_.reserveExactly(static_cast<size_t>(frame.width) * frame.height, stream_);
+  pinned_candidates_.reserve(slots);
+  candidates_.reserve(slots, stream_);
   slots_.reserve(slots, stream_);
   requests_.reserve(slots * kDirectionCount, stream_);
   sensing_.image = layOut(pixels_.data(), frame.width, frame.height);
   sensing_.hiding = {hiding_m_.data(), width, height};
 }
 
-void Painter::look(const ColourFrame& frame, const FrameView& frame_view, int32_t least_evidence,
+void Painter::look(const ColourFrame& frame, const ColourLook& look, const BlockExtent& painted,
                    const MapView& map) {
-  reserve(frame, map.slot_count);
-  sensing_.view = {frame_view, settings_.directional, least_evidence, settings_.rules,
+  reserve(frame, look.in_view.size());
+  painted_ = painted;
+  sensing_.view = {look.view, settings_.directional, look.least_evidence, settings_.rules,
                    settings_.max_depth_m};
+  takeCandidates(look.in_view);
   findHiding(map);
   takeImage(frame);
   findSamples(map);
@@ -63,7 +67,13 @@ void Painter::look(const ColourFrame& frame, const FrameView& frame_view, int32_
     findHiding(map);
     findSamples(map);
   }
-  exposure_ = exposureOf(counters().sums, exposure_, settings_);
+}
+
+/// Those of the image before have left the pinned memory: its counters have been waited for.
+void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
+  candidate_count_ = static_cast<uint32_t>(in_view.size());
+  std::copy(in_view.begin(), in_view.end(), pinned_candidates_.data());
+  candidates_.upload(pinned_candidates_.data(), in_view.size(), stream_);
 }
 
 /// Needs no image, and so goes first: the device works while the host copies the image.
@@ -102,18 +112,19 @@ std::vector<ColourRequest> Painter::fetchRequests() {
   return byBlocks({pinned_requests_.data(), pinned_requests_.data() + count});
 }
 
-void Painter::paint(const MapView& map) {
+void Painter::paint(const Exposure& exposure, const MapView& map) {
   const StageSpan span(stream_, Stage::kPaint);
-  paintSurfaces(settings_.rules, exposure_, map, view(), counters().samples, stream_);
+  paintSurfaces(settings_.rules, exposure, map, view(), counters().samples, stream_);
 }
 
 void Painter::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t images = pixels_.bytes() + hiding_m_.bytes();
   parts.push_back({"colour image", MemoryKind::kScratch, images, images});
-  const size_t lists =
-      samples_.bytes() + slots_.bytes() + requests_.bytes() + counters_.bytes();
+  const size_t lists = samples_.bytes() + candidates_.bytes() + slots_.bytes() +
+                       requests_.bytes() + counters_.bytes();
   parts.push_back({"voxels to paint", MemoryKind::kScratch, lists, lists});
-  const size_t staging = pinned_counters_.bytes() + pinned_requests_.bytes();
+  const size_t staging =
+      pinned_counters_.bytes() + pinned_requests_.bytes() + pinned_candidates_.bytes();
   parts.push_back({"voxels to paint", MemoryKind::kStaging, staging, staging});
   raw_image_.addMemory("raw colour image", parts);
 }

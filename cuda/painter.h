@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "backend/map_backend.h"
 #include "backend/profile.h"
 #include "dtsdf_mapping/colour_frame.h"
 #include "map/block_table.h"
@@ -19,12 +20,9 @@ class Painter {
  public:
   Painter(const PaintSettings& settings, const Stream& stream);
 
-  /// From now on only these blocks are painted.
-  void restrictTo(const BlockExtent& painted) { painted_ = painted; }
-
-  /// Finds what the image shows of the map's surfaces, those of voxels with so much evidence. Waits
+  /// Finds what the image shows of the map's surfaces; only those in `painted` are painted. Waits
   /// for the result. @throws CudaError without memory; the map is untouched.
-  void look(const ColourFrame& frame, const FrameView& view, int32_t least_evidence,
+  void look(const ColourFrame& frame, const ColourLook& look, const BlockExtent& painted,
             const MapView& map);
   const LookCounters& counters() const { return pinned_counters_[0]; }
 
@@ -32,22 +30,20 @@ class Painter {
   std::vector<ColourRequest> fetchRequests();
 
   /// Enqueues the painting of what was found, as far as there are bricks for it.
-  void paint(const MapView& map);
-
-  /// Of the last image, which that of the next may depend on.
-  const Exposure& exposure() const { return exposure_; }
-  void setExposure(const Exposure& exposure) { exposure_ = exposure; }
+  void paint(const Exposure& exposure, const MapView& map);
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
   void reserve(const ColourFrame& frame, size_t slots);
+  void takeCandidates(const std::vector<int32_t>& in_view);
   void findHiding(const MapView& map);
   void takeImage(const ColourFrame& frame);
   void findSamples(const MapView& map);
   LookView view() const {
-    return {counters_.data(), samples_.data(),  samples_.capacity(),
-            slots_.data(),    requests_.data(), thread_blocks_, painted_};
+    return {counters_.data(), samples_.data(), samples_.capacity(), candidates_.data(),
+            candidate_count_, slots_.data(),   requests_.data(),    thread_blocks_,
+            painted_};
   }
 
   const PaintSettings settings_;
@@ -56,12 +52,13 @@ class Painter {
   const int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
   Event looked_;
   ColourSensing sensing_ = {};
-  Exposure exposure_ = sameExposure();  ///< Of the last image.
   RawImage raw_image_;
   DeviceBuffer<ColourPixel> pixels_;
   DeviceBuffer<float> hiding_m_;
   DeviceBuffer<FoundSample> samples_;
-  DeviceBuffer<int32_t> slots_;
+  uint32_t candidate_count_ = 0;
+  PinnedBuffer<int32_t> pinned_candidates_;
+  DeviceBuffer<int32_t> candidates_, slots_;
   DeviceBuffer<ColourRequest> requests_;
   DeviceBuffer<LookCounters> counters_;
   PinnedBuffer<LookCounters> pinned_counters_;

@@ -105,10 +105,10 @@ size_t beginOf(int level, const FrameView& frame) {
 
 }  // namespace
 
-FreeSeer::FreeSeer(const CellGrid& grid, float max_range_m, const Stream& stream)
+FreeCellFinder::FreeCellFinder(const CellGrid& grid, float max_range_m, const Stream& stream)
     : grid_(grid), max_range_m_(max_range_m), stream_(stream) {}
 
-void FreeSeer::reserve(const FrameView& frame) {
+void FreeCellFinder::reserve(const FrameView& frame) {
   levels_.reserveExactly(beginOf(kFreeLevels, frame), stream_);
   cubes_.reserve(keys_.size(), stream_);
   masks_.reserve(keys_.size(), stream_);
@@ -116,9 +116,8 @@ void FreeSeer::reserve(const FrameView& frame) {
   pinned_masks_.reserve(keys_.size());
 }
 
-void FreeSeer::see(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes) {
-  fetched_.wait();  // of a frame that was not kept; else it is done
-  is_kept_ = false;
+void FreeCellFinder::find(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes) {
+  fetched_.wait();  // of a frame that did not become part of the map; else it is done
   keys_ = std::move(cubes);
   if (keys_.empty()) return;
   reserve(frame);
@@ -134,7 +133,7 @@ void FreeSeer::see(const FrameView& frame, const float* free_depth, std::vector<
   stream_.record(fetched_);
 }
 
-FreePyramid FreeSeer::makePyramid(const FrameView& frame, const float* free_depth) {
+FreePyramid FreeCellFinder::makePyramid(const FrameView& frame, const float* free_depth) {
   PyramidLevels levels{free_depth, {}, frame.width, frame.height};
   FreePyramid free{{free_depth}, frame.width, frame.height};
   for (int k = 1; k < kFreeLevels; ++k) {
@@ -151,18 +150,16 @@ FreePyramid FreeSeer::makePyramid(const FrameView& frame, const float* free_dept
   return free;
 }
 
-std::vector<FreeCube> FreeSeer::take() {
+std::vector<FreeCube> FreeCellFinder::take() {
   std::vector<FreeCube> seen;
-  if (!is_kept_) return seen;
   if (!keys_.empty()) fetched_.wait();
-  is_kept_ = false;
   for (size_t i = 0; i < keys_.size(); ++i) {
     if (!isEmpty(pinned_masks_[i])) seen.push_back({keys_[i], pinned_masks_[i]});
   }
   return seen;
 }
 
-void FreeSeer::addMemory(std::vector<MemoryPart>& parts) const {
+void FreeCellFinder::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = levels_.bytes() + cubes_.bytes() + masks_.bytes();
   parts.push_back({"free depths", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = pinned_cubes_.bytes() + pinned_masks_.bytes();

@@ -4,16 +4,18 @@
 #include <cuda_runtime_api.h>
 
 #include <cstdint>
-#include <stdexcept>
 #include <string>
+
+#include "backend/backend_error.h"
 
 namespace dtsdf {
 namespace gpu {
 
 /// A CUDA call that failed: its text, file and line, and what CUDA says.
-class CudaError : public std::runtime_error {
+class CudaError : public BackendError {
  public:
-  CudaError(cudaError_t code, const std::string& text) : std::runtime_error(text), code_(code) {}
+  CudaError(cudaError_t code, const std::string& text)
+      : BackendError(code == cudaErrorMemoryAllocation, text), code_(code) {}
   cudaError_t code() const { return code_; }
 
  private:

@@ -13,11 +13,24 @@
 namespace dtsdf {
 namespace {
 
-/// Room of the make stage; one per thread.
-struct MeshRoom {
+/// What the make stage works in; one per thread.
+struct MeshScratch {
   BlockSurface surface;
   BlockRefiner refiner;
 };
+
+/// Those slots of a list that are still marked, each once; takes the marks and empties the list.
+template <class State>
+std::vector<int32_t> takeMarked(std::vector<int32_t>& list, std::vector<State>& states,
+                                bool State::*mark) {
+  std::vector<int32_t> marked;
+  for (const int32_t slot : list) {
+    if (states[slot].*mark) marked.push_back(slot);
+    states[slot].*mark = false;
+  }
+  list.clear();
+  return marked;
+}
 
 }  // namespace
 
@@ -35,25 +48,19 @@ void BlockMesher::resize(size_t slots) {
   if (state_.size() < slots) state_.resize(slots);
 }
 
-void BlockMesher::clear() {
-  state_.clear();
-  label_bytes_ = 0;
-  has_colours_ = false;
+void BlockMesher::markAllDirty() {
+  for (size_t i = 0; i < table_.slotCount(); ++i) {
+    const auto slot = static_cast<int32_t>(i);
+    if (table_.block(slot).in_use) markDirty(slot);
+  }
 }
 
 void BlockMesher::keepColours() {
   if (has_colours_) return;
   has_colours_ = true;
-  for (SlotState& state : state_) state.painted = state.has_mesh;
-}
-
-std::vector<int32_t> BlockMesher::takeDirty() {
-  std::vector<int32_t> dirty;
   for (size_t slot = 0; slot < state_.size(); ++slot) {
-    if (state_[slot].dirty) dirty.push_back(static_cast<int32_t>(slot));
-    state_[slot].dirty = false;
+    if (state_[slot].has_mesh) markPainted(static_cast<int32_t>(slot));
   }
-  return dirty;
 }
 
 void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
@@ -89,8 +96,8 @@ void BlockMesher::indexBlocks(const std::vector<int32_t>& slots) {
 std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
-  parallelFor<MeshRoom>(slots.size(), threads_, [&](size_t i, MeshRoom& room) {
-    BlockSurface& surface = room.surface;
+  parallelFor<MeshScratch>(slots.size(), threads_, [&](size_t i, MeshScratch& scratch) {
+    BlockSurface& surface = scratch.surface;
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];
     mesh.key = table_.block(slots[i]).key;
@@ -105,7 +112,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     surface.regularise(labels);
     surface.emit(rules_, arrays, state.vertices, directional_, mesh);
     if (refined_) {
-      room.refiner.refine(arrays, surface, {state.vertices, state.normals}, directional_, mesh);
+      scratch.refiner.refine(arrays, surface, {state.vertices, state.normals}, directional_, mesh);
     }
     state.vertices = std::vector<BlockVertex>();
     state.normals = std::vector<Vec3f>();
@@ -145,18 +152,15 @@ void BlockMesher::selectAround(const std::vector<int32_t>& dirty, std::vector<in
 void BlockMesher::selectPainted(std::vector<int32_t>& slots) {
   if (!has_colours_) return;
   const StageTimer timer(profile_, Stage::kIndex);
-  for (size_t slot = 0; slot < state_.size(); ++slot) {
-    if (!state_[slot].painted) continue;
-    state_[slot].painted = false;
-    const BlockEntry& block = table_.block(static_cast<int32_t>(slot));
-    if (!block.in_use) continue;
-    for (int n = 0; n < kUnitReach; ++n) select(block.key + unitReachOffset(n), slots);
+  for (const int32_t slot : takeMarked(painted_, state_, &SlotState::painted)) {
+    for (int n = 0; n < kUnitReach; ++n) select(table_.block(slot).key + unitReachOffset(n), slots);
   }
   sortByKey(slots);
 }
 
 size_t BlockMesher::bytes() const {
-  return state_.capacity() * sizeof(SlotState) + label_bytes_;
+  return state_.capacity() * sizeof(SlotState) + label_bytes_ +
+         (dirty_.capacity() + painted_.capacity()) * sizeof(int32_t);
 }
 
 std::vector<BlockMesh> BlockMesher::takeChanges(const std::vector<int32_t>& slots,
@@ -173,35 +177,20 @@ std::vector<BlockMesh> BlockMesher::takeChanges(const std::vector<int32_t>& slot
   return changes;
 }
 
-void BlockMesher::countWork(size_t indexed, size_t meshed,
-                            const std::vector<BlockMesh>& changes) const {
-  if (profile_ == nullptr) return;
-  profile_->work.indexed_blocks += indexed;
-  profile_->work.meshed_blocks += meshed;
-  for (const BlockMesh& mesh : changes) {
-    profile_->work.vertices += mesh.vertices.size();
-    profile_->work.triangles += mesh.triangles.size() / 3;
-  }
-}
-
-std::vector<BlockMesh> BlockMesher::update(int32_t least_evidence) {
+MadeMeshes BlockMesher::update(int32_t least_evidence) {
   ++update_;
-  if (least_evidence != least_evidence_) {
-    for (size_t slot = 0; slot < state_.size(); ++slot) {
-      state_[slot].dirty = slot < table_.slotCount() && table_.block(slot).in_use;
-    }
-  }
   least_evidence_ = least_evidence;
-  const std::vector<int32_t> dirty = takeDirty();
+  const std::vector<int32_t> dirty = takeMarked(dirty_, state_, &SlotState::dirty);
   std::vector<int32_t> slots = reachBlocks(dirty);
-  const size_t indexed = slots.size();
+  MadeMeshes made;
+  made.indexed_blocks = slots.size();
   indexBlocks(slots);
   selectAround(dirty, slots);
   selectPainted(slots);
   std::vector<BlockMesh> meshes = makeMeshes(slots);
-  std::vector<BlockMesh> changes = takeChanges(slots, meshes);
-  countWork(indexed, slots.size(), changes);
-  return changes;
+  made.meshed_blocks = slots.size();
+  made.update.blocks = takeChanges(slots, meshes);
+  return made;
 }
 
 }  // namespace dtsdf

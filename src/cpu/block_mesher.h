@@ -4,6 +4,7 @@
 #include <atomic>
 #include <vector>
 
+#include "backend/map_backend.h"
 #include "backend/profile.h"
 #include "cpu/vertex_colours.h"
 #include "dtsdf_mapping/block_mesh.h"
@@ -21,33 +22,36 @@ class BlockMesher {
   /// Makes room for the states of so many slots. @throws std::bad_alloc
   void resize(size_t slots);
 
-  /// The block's voxels changed. Safe to call for different slots from different threads.
-  void markDirty(int32_t slot) { state_[slot].dirty = true; }
+  /// The block's voxels changed.
+  void markDirty(int32_t slot) {
+    if (!state_[slot].dirty) dirty_.push_back(slot);
+    state_[slot].dirty = true;
+  }
+  void markAllDirty();
 
   /// From now on, all meshes have colours.
   void keepColours();
-  bool hasColours() const { return has_colours_; }
 
   /// Colours of the block changed: vertices stay as they are, but not their colours.
-  void markPainted(int32_t slot) { state_[slot].painted = true; }
+  void markPainted(int32_t slot) {
+    if (!state_[slot].painted) painted_.push_back(slot);
+    state_[slot].painted = true;
+  }
 
-  /// The block goes away without ever having held anything.
+  /// The block has gone.
   void forget(int32_t slot) {
     label_bytes_ -= bytesOf(state_[slot].labels);
     state_[slot] = SlotState();
   }
-
-  void clear();
 
   void profileTo(Profile* profile) { profile_ = profile; }
 
   /// Memory of the units' labels and of what is kept for each slot.
   size_t bytes() const;
 
-  /// Meshes what changed since the last call. @return the changed blocks, by packed key.
-  /// `least_evidence` is what a voxel needs to be known; where it differs from that of the last
-  /// call, all blocks are meshed again.
-  std::vector<BlockMesh> update(int32_t least_evidence);
+  /// Meshes what was marked since the last call. @return the changed blocks, by packed key.
+  /// `least_evidence` is what a voxel needs to be known.
+  MadeMeshes update(int32_t least_evidence);
 
  private:
   struct SlotState {
@@ -62,8 +66,6 @@ class BlockMesher {
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {
     return labels.capacity() * sizeof(UnitLabels);
   }
-
-  std::vector<int32_t> takeDirty();
 
   /// The blocks whose units have a corner in one that changed.
   std::vector<int32_t> reachBlocks(const std::vector<int32_t>& dirty);
@@ -84,8 +86,6 @@ class BlockMesher {
   std::vector<BlockMesh> takeChanges(const std::vector<int32_t>& slots,
                                      std::vector<BlockMesh>& meshes);
 
-  void countWork(size_t indexed, size_t meshed, const std::vector<BlockMesh>& changes) const;
-
   void sortByKey(std::vector<int32_t>& slots) const;
 
   /// The make stage, from labels that are up to date around the blocks.
@@ -102,6 +102,7 @@ class BlockMesher {
   int threads_;
   bool refined_;
   std::vector<SlotState> state_;
+  std::vector<int32_t> dirty_, painted_;  ///< Slots so marked; may have gone, and come again, since.
   std::atomic<size_t> label_bytes_{0};  ///< Of the labels of all slots.
   uint32_t update_ = 0;  ///< Number of the latest.
   int32_t least_evidence_ = 0;

@@ -5,7 +5,6 @@
 #include <chrono>
 
 #include "backend/profile.h"
-#include "map/block_table.h"
 
 namespace dtsdf {
 
@@ -27,7 +26,6 @@ class BlockTimes {
       const double share = static_cast<double>(spent_ns_[i]) / total_ns;
       profile->add(static_cast<Stage>(kFirst + i), share * wall_ms);
     }
-    profile->work.touched_arrays += arrays_;
   }
 
   /// One block in the hands of one thread.
@@ -44,12 +42,6 @@ class BlockTimes {
           std::chrono::duration_cast<std::chrono::nanoseconds>(now - last_).count();
       last_ = now;
     }
-    void countArrays(const BlockEntry& block, uint32_t directions) {
-      if (!times_.enabled_) return;
-      for (int d = 0; d < kDirectionCount; ++d) {
-        times_.arrays_ += block.array[d] != kNoArray && (directions >> d & 1);
-      }
-    }
 
    private:
     BlockTimes& times_;
@@ -63,7 +55,6 @@ class BlockTimes {
   const bool enabled_;
   Clock::time_point start_;
   std::atomic<int64_t> spent_ns_[kStages] = {};
-  std::atomic<uint64_t> arrays_{0};
 };
 
 }  // namespace dtsdf

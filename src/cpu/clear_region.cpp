@@ -4,7 +4,7 @@
 
 namespace dtsdf {
 
-EmptiedBlock emptyRegion(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
+EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
   const Vec3i first = firstVoxelOfBlock(entry.key);
   bool inside[kVoxelsPerBlock];
   for (int i = 0; i < kVoxelsPerBlock; ++i) inside[i] = isInside(region, first + voxelOffset(i));
@@ -12,10 +12,10 @@ EmptiedBlock emptyRegion(const BlockEntry& entry, const RegionView& region, Voxe
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
     Voxel* array = voxels.array(entry.array[d]);
-    size_t emptied = 0;
+    uint32_t emptied = 0;
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       if (!inside[i]) continue;
-      emptied += isEmpty(array[i]) ? 0 : 1;
+      emptied += isEmpty(array[i]) ? 0u : 1u;
       array[i] = Voxel{};
     }
     if (emptied == 0) continue;

@@ -38,8 +38,7 @@ void BlockFinder::Share::order() {
   for (const Entry& entry : entries) ordered[next[entry.bin]++] = entry.surfel;
 }
 
-const std::vector<TouchedBlock>& BlockFinder::findBlocks(const std::vector<Surfel>& surfels,
-                                                         const FrameSensing& sensing) {
+void BlockFinder::findBlocks(const std::vector<Surfel>& surfels, const FrameSensing& sensing) {
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   shares_.resize(threads_);
   lines_.resize(surfels.size());
@@ -62,7 +61,6 @@ const std::vector<TouchedBlock>& BlockFinder::findBlocks(const std::vector<Surfe
     share.order();
   });
   merge();
-  return touched_;
 }
 
 size_t BlockFinder::bytes() const {

@@ -29,9 +29,11 @@ class BlockFinder {
  public:
   BlockFinder(const FusionSettings& fusion, int threads) : fusion_(fusion), threads_(threads) {}
 
-  /// Finds the touched blocks; the ranges stay valid until the next call.
-  const std::vector<TouchedBlock>& findBlocks(const std::vector<Surfel>& surfels,
-                                              const FrameSensing& sensing);
+  /// Finds the touched blocks.
+  void findBlocks(const std::vector<Surfel>& surfels, const FrameSensing& sensing);
+
+  /// Those that were found last.
+  const std::vector<TouchedBlock>& touched() const { return touched_; }
 
   /// Line of a surfel; those of surfels without a weight hold nothing.
   const CastLine& line(uint32_t surfel) const { return lines_[surfel]; }

@@ -19,13 +19,12 @@ SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules, i
       surfel_settings_(makeSurfelSettings(params, rules)),
       threads_(threads) {}
 
-const std::vector<Surfel>& SurfelMaker::makeSurfels(const FrameSensing& sensing) {
+void SurfelMaker::makeSurfels(const FrameSensing& sensing) {
   if (merges_) {
     makeListOfSurfels(sensing);
   } else {
     makePixelSurfels(sensing);
   }
-  return surfels_;
 }
 
 /// Calls visit(u, fit along the column) for those pixels of a stretch of a row that are wanted.

@@ -17,7 +17,10 @@ class SurfelMaker {
   /// To be cast: a surfel per square of merged pixels, per pixel, or per subpixel, all with a
   /// weight, in no order that matters. For voxel projection: one per pixel in the image's order,
   /// with weight 0 where there is none.
-  const std::vector<Surfel>& makeSurfels(const FrameSensing& sensing);
+  void makeSurfels(const FrameSensing& sensing);
+
+  /// Those that were made last.
+  const std::vector<Surfel>& surfels() const { return surfels_; }
 
   /// Surfels of the last frame with a weight.
   size_t count() const { return count_; }

@@ -85,16 +85,16 @@ void Painter::takeImage(const ColourFrame& frame) {
   }
 }
 
-void Painter::findBlocksInView(const BlockTable& table) {
+void Painter::findBlocksInView(const std::vector<int32_t>& candidates, const BlockTable& table) {
   const FrameView& frame = sensing_.view.frame;
   const BlockKey origin = blockOfVoxel(frame.origin_voxel);
   const float radius = pointRadius(settings_.rules);
   blocks_in_view_ = 0;
-  for (size_t slot = 0; slot < table.slotCount(); ++slot) {
-    const BlockEntry& entry = table.block(static_cast<int32_t>(slot));
+  for (const int32_t slot : candidates) {
+    const BlockEntry& entry = table.block(slot);
     if (!entry.in_use || !mayBeInView(frame, entry.key - origin, radius)) continue;
     if (blocks_in_view_ == blocks_.size()) blocks_.emplace_back();
-    blocks_[blocks_in_view_++].slot = static_cast<int32_t>(slot);
+    blocks_[blocks_in_view_++].slot = slot;
   }
 }
 
@@ -173,61 +173,63 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
   }
 }
 
-std::vector<ColourRequest> Painter::look(const ColourFrame& frame, const FrameView& view,
-                                         int32_t least_evidence, const PaintedMap& map) {
-  sensing_.view = {view, settings_.directional, least_evidence, settings_.rules,
+SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look,
+                          const PaintedMap& map) {
+  sensing_.view = {look.view, settings_.directional, look.least_evidence, settings_.rules,
                    settings_.max_depth_m};
   takeImage(frame);
-  findBlocksInView(map.table);
+  findBlocksInView(look.in_view, map.table);
   findHiding(map);
   parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
     sampleBlock(map, blocks_[i]);
     sumExposure(map, blocks_[i]);
   });
-  std::vector<ColourRequest> requests;
-  ExposureSums sums = {};
+  SeenColours seen = {};
   for (size_t i = 0; i < blocks_in_view_; ++i) {
-    addToSums(sums, blocks_[i].sums);
+    addToSums(seen.sums, blocks_[i].sums);
+    seen.samples += blocks_[i].samples.size();
+  }
+  seen.any = seen.samples > 0;
+  return seen;
+}
+
+std::vector<ColourRequest> Painter::requests(const PaintedMap& map) const {
+  std::vector<ColourRequest> requests;
+  for (size_t i = 0; i < blocks_in_view_; ++i) {
     uint64_t bricks = 0;
     for (const VoxelSample& seen : blocks_[i].samples) {
       bricks |= brickBit(seen.voxel / kVoxelsPerBlock, seen.voxel % kVoxelsPerBlock);
     }
     if (bricks != 0) requests.push_back({packKey(map.table.block(blocks_[i].slot).key), bricks});
   }
-  exposure_ = exposureOf(sums, exposure_, settings_);
   return requests;
 }
 
-bool Painter::paintBlock(const PaintedMap& map, const BlockView& block) const {
+bool Painter::paintBlock(const Exposure& exposure, const PaintedMap& map,
+                         const BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   bool changed = false;
   for (const VoxelSample& seen : block.samples) {
     VoxelColour* colour = findColour(map, entry.array[seen.voxel / kVoxelsPerBlock],
                                      seen.voxel % kVoxelsPerBlock);
     if (colour == nullptr) continue;
-    const VoxelColour painted = paintedColour(*colour, seen.sample, exposure_, settings_.rules);
+    const VoxelColour painted = paintedColour(*colour, seen.sample, exposure, settings_.rules);
     changed = changed || looksDifferent(*colour, painted);
     *colour = painted;
   }
   return changed;
 }
 
-std::vector<int32_t> Painter::paint(const PaintedMap& map) {
+std::vector<int32_t> Painter::paint(const Exposure& exposure, const PaintedMap& map) {
   std::vector<uint8_t> changed(blocks_in_view_, 0);
   parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
-    changed[i] = paintBlock(map, blocks_[i]);
+    changed[i] = paintBlock(exposure, map, blocks_[i]);
   });
   std::vector<int32_t> slots;
   for (size_t i = 0; i < blocks_in_view_; ++i) {
     if (changed[i]) slots.push_back(blocks_[i].slot);
   }
   return slots;
-}
-
-size_t Painter::sampleCount() const {
-  size_t count = 0;
-  for (size_t i = 0; i < blocks_in_view_; ++i) count += blocks_[i].samples.size();
-  return count;
 }
 
 size_t Painter::bytes() const {

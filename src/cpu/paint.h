@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "backend/map_backend.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/colour_frame.h"
 #include "kernels/colour/paint.h"
@@ -28,24 +29,15 @@ class Painter {
   Painter(const PaintSettings& settings, int threads)
       : settings_(settings), threads_(threads) {}
 
-  /// Finds what the image shows of the map's surfaces, those of voxels with so much evidence.
-  /// @return what is to be painted.
-  std::vector<ColourRequest> look(const ColourFrame& frame, const FrameView& view,
-                                 int32_t least_evidence, const PaintedMap& map);
+  /// Finds what the image shows of the map's surfaces.
+  SeenColours look(const ColourFrame& frame, const ColourLook& look, const PaintedMap& map);
+
+  /// The bricks that it is to be painted in.
+  std::vector<ColourRequest> requests(const PaintedMap& map) const;
 
   /// Paints what was found, as far as there are bricks of colours for it.
   /// @return the slots of the blocks that look different now.
-  std::vector<int32_t> paint(const PaintedMap& map);
-
-  /// Voxels that the image was found to show.
-  size_t sampleCount() const;
-
-  /// Of the last image, which that of the next may depend on.
-  const Exposure& exposure() const { return exposure_; }
-  void setExposure(const Exposure& exposure) { exposure_ = exposure; }
-
-  /// Forgets the exposure of the images so far.
-  void clear() { exposure_ = sameExposure(); }
+  std::vector<int32_t> paint(const Exposure& exposure, const PaintedMap& map);
 
   size_t bytes() const;
 
@@ -63,13 +55,13 @@ class Painter {
   };
 
   void takeImage(const ColourFrame& frame);
-  void findBlocksInView(const BlockTable& table);
+  void findBlocksInView(const std::vector<int32_t>& candidates, const BlockTable& table);
   void findHiding(const PaintedMap& map);
   void drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
                  std::vector<float>& depth_m) const;
   void sampleBlock(const PaintedMap& map, BlockView& block) const;
   void sumExposure(const PaintedMap& map, BlockView& block) const;
-  bool paintBlock(const PaintedMap& map, const BlockView& block) const;
+  bool paintBlock(const Exposure& exposure, const PaintedMap& map, const BlockView& block) const;
   Vec3f firstVoxelOf(const BlockEntry& entry) const;
 
   const PaintSettings settings_;
@@ -79,7 +71,6 @@ class Painter {
   std::vector<std::vector<float>> hiding_m_;     ///< Per thread; the first one has it all then.
   std::vector<BlockView> blocks_;                ///< Those in view first.
   size_t blocks_in_view_ = 0;
-  Exposure exposure_ = sameExposure();           ///< Of the last image.
 };
 
 }  // namespace dtsdf

@@ -71,13 +71,13 @@ class SeenCells {
 
 }  // namespace
 
-FreeSeer::FreeSeer(const MapperParams& params, int threads)
+FreeCellFinder::FreeCellFinder(const MapperParams& params, int threads)
     : grid_(cellGridOf(params)),
       max_range_m_(params.space.max_range_m),
       threads_(threads),
       levels_(kFreeLevels) {}
 
-FreePyramid FreeSeer::makePyramid(const FrameSensing& sensing) {
+FreePyramid FreeCellFinder::makePyramid(const FrameSensing& sensing) {
   const FrameView& frame = sensing.image.frame;
   FreePyramid free{{sensing.free_depth}, frame.width, frame.height};
   struct NoScratch {};
@@ -97,7 +97,7 @@ FreePyramid FreeSeer::makePyramid(const FrameSensing& sensing) {
   return free;
 }
 
-std::vector<FreeCube> FreeSeer::see(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
+std::vector<FreeCube> FreeCellFinder::find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
   const FrameView& frame = sensing.image.frame;
   const FreePyramid free = makePyramid(sensing);
   std::vector<FreeCube> seen(cubes.size());
@@ -114,7 +114,7 @@ std::vector<FreeCube> FreeSeer::see(const FrameSensing& sensing, const std::vect
   return seen;
 }
 
-size_t FreeSeer::bytes() const {
+size_t FreeCellFinder::bytes() const {
   size_t bytes = 0;
   for (const auto& level : levels_) bytes += level.capacity() * sizeof(float);
   return bytes;

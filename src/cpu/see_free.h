@@ -10,12 +10,12 @@
 namespace dtsdf {
 
 /// The buffers are kept from frame to frame.
-class FreeSeer {
+class FreeCellFinder {
  public:
-  explicit FreeSeer(const MapperParams& params, int threads);
+  explicit FreeCellFinder(const MapperParams& params, int threads);
 
   /// Of those cubes, the ones of which something is seen free. @pre The frame has free depths.
-  std::vector<FreeCube> see(const FrameSensing& sensing, const std::vector<Vec3i>& cubes);
+  std::vector<FreeCube> find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes);
 
   size_t bytes() const;
 

@@ -1,6 +1,7 @@
 #include "map/block_table.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace dtsdf {
@@ -13,6 +14,17 @@ double squaredDistance(const BlockKey& block, const Vec3d& p) {
     return at < first ? first - at : (at > beyond ? at - beyond : 0.0);
   };
   const double x = outside(block.x, p.x), y = outside(block.y, p.y), z = outside(block.z, p.z);
+  return x * x + y * y + z * z;
+}
+
+/// Of a point from the farthest one of a cell, in voxels, at most.
+double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
+  constexpr double kHalf = 0.5 * BlockCells::kSide * kBlockSide;
+  const auto outermost = [](int32_t key, double at) {
+    return std::fabs((2.0 * key + 1.0) * kHalf - at) + kHalf;
+  };
+  const double x = outermost(cell.key.x, p.x), y = outermost(cell.key.y, p.y),
+               z = outermost(cell.key.z, p.z);
   return x * x + y * y + z * z;
 }
 
@@ -47,6 +59,7 @@ int32_t BlockTable::makeBlock(PackedKey key) {
   entry.is_vacant = false;
   entry.extractions = extractions_;
   slots_.insert(key, slot);
+  cells_.insert(entry.key, slot);
   return slot;
 }
 
@@ -182,9 +195,7 @@ bool BlockTable::release(int32_t slot, uint32_t directions) {
 }
 
 bool BlockTable::hasArrays(int32_t slot) const {
-  const auto& arrays = blocks_[slot].array;
-  return std::any_of(arrays, arrays + kDirectionCount,
-                     [](int32_t array) { return array != kNoArray; });
+  return directionsWithArrays(blocks_[slot]) != 0;
 }
 
 bool BlockTable::vacate(int32_t slot, uint32_t directions) {
@@ -228,6 +239,15 @@ std::vector<int32_t> BlockTable::slotsIn(const RegionView& region) const {
   return slots;
 }
 
+std::vector<int32_t> BlockTable::slotsInView(const FrameView& frame, float radius) const {
+  std::vector<int32_t> slots;
+  for (const BlockCells::Cell& cell : cells_.all()) {
+    if (!mayBeInView(frame, cell, radius)) continue;
+    slots.insert(slots.end(), cell.slots.begin(), cell.slots.end());
+  }
+  return slots;
+}
+
 std::vector<int32_t> BlockTable::slotsBeyond(const KeptBall& kept, size_t most) const {
   struct Candidate {
     double distance;  // squared
@@ -236,12 +256,13 @@ std::vector<int32_t> BlockTable::slotsBeyond(const KeptBall& kept, size_t most) 
   };
   const double limit = kept.radius * kept.radius;
   std::vector<Candidate> beyond;
-  for (size_t i = 0; i < blocks_.size(); ++i) {
-    const BlockEntry& entry = blocks_[i];
-    const double distance = squaredDistance(entry.key, kept.center);
-    if (!(distance > limit) || !entry.in_use) continue;
-    const auto slot = static_cast<int32_t>(i);
-    if (hasArrays(slot)) beyond.push_back({distance, packKey(entry.key), slot});
+  for (const BlockCells::Cell& cell : cells_.all()) {
+    if (squaredReach(cell, kept.center) <= limit) continue;  // none of its blocks is beyond
+    for (const int32_t slot : cell.slots) {
+      const BlockKey& key = blocks_[slot].key;
+      const double distance = squaredDistance(key, kept.center);
+      if (distance > limit && hasArrays(slot)) beyond.push_back({distance, packKey(key), slot});
+    }
   }
   const auto goes_first = [](const Candidate& a, const Candidate& b) {
     return a.distance != b.distance ? a.distance > b.distance : a.key < b.key;
@@ -276,12 +297,14 @@ void BlockTable::releaseArray(int32_t slot, int direction) {
 
 void BlockTable::releaseBlock(int32_t slot) {
   slots_.erase(packKey(blocks_[slot].key));
+  cells_.erase(blocks_[slot].key, slot);
   blocks_[slot].in_use = false;
   free_slots_.push_back(slot);
 }
 
 void BlockTable::clear() {
   slots_.clear();
+  cells_.clear();
   blocks_.clear();
   free_slots_.clear();
   free_arrays_.clear();

@@ -13,6 +13,7 @@
 #include "kernels/core/region.h"
 #include "kernels/core/voxel.h"
 #include "kernels/core/voxel_colour.h"
+#include "map/block_cells.h"
 #include "map/block_extent.h"
 #include "map/slot_index.h"
 
@@ -28,6 +29,15 @@ struct BlockEntry {
   bool is_vacant;  ///< Told by the next takeVacant(), or being told.
   uint32_t extractions;  ///< Begun before the block was made.
 };
+
+/// Directions that a block has arrays of, a bit each.
+inline uint32_t directionsWithArrays(const BlockEntry& entry) {
+  uint32_t directions = 0;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    directions |= static_cast<uint32_t>(entry.array[d] != kNoArray) << d;
+  }
+  return directions;
+}
 
 /// What is kept of a map: blocks that reach into a ball, in voxels.
 struct KeptBall {
@@ -73,6 +83,12 @@ struct PoolSizes {
   size_t slots, arrays;
 };
 
+/// Upper bounds of what an admission may take.
+struct MapDemand {
+  size_t new_blocks, new_arrays;
+  PoolSizes after;  ///< BlockTable::sizesAfter() it.
+};
+
 class BlockTable {
  public:
   /// Bytes that a voxel array and a block count towards the budget.
@@ -87,6 +103,7 @@ class BlockTable {
   /// over, those for blocks told: they are not refused. It outlasts clear().
   void restrictTo(const MapExtent& extent) { extent_ = extent; }
   bool takesColour(const BlockKey& key) const { return extent_.painted.contains(key); }
+  const BlockExtent& paintedExtent() const { return extent_.painted; }
 
   /// Slot of a block, or -1.
   int32_t find(PackedKey key) const;
@@ -144,6 +161,10 @@ class BlockTable {
   /// Blocks with arrays that may have voxels in a region in units of voxels, by slot.
   std::vector<int32_t> slotsIn(const RegionView& region) const;
 
+  /// Blocks of which a frame may see something within so many voxels of their middle, in no order:
+  /// all of those, and others around. Costs what is in view, however large the map is.
+  std::vector<int32_t> slotsInView(const FrameView& frame, float radius) const;
+
   /// Blocks with arrays that lie wholly outside a ball, the farthest first and those of one
   /// distance by key: so many at most.
   std::vector<int32_t> slotsBeyond(const KeptBall& kept, size_t most) const;
@@ -171,7 +192,7 @@ class BlockTable {
 
   /// Memory of the table itself.
   size_t memoryBytes() const {
-    return slots_.memoryBytes() + blocks_.size() * sizeof(BlockEntry) +
+    return slots_.memoryBytes() + cells_.memoryBytes() + blocks_.size() * sizeof(BlockEntry) +
            (free_slots_.capacity() + free_arrays_.capacity() + colour_of_.capacity() +
             free_colours_.capacity()) * sizeof(int32_t);
   }
@@ -188,6 +209,7 @@ class BlockTable {
   size_t budget_bytes_;
   MapExtent extent_;
   SlotIndex slots_;
+  BlockCells cells_;
   std::deque<BlockEntry> blocks_;  ///< By slot; grows without moving what is there.
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< May have got arrays again since.

@@ -1,27 +1,23 @@
 #include <stdexcept>
 
-#include "cpu/cpu_mapper.h"
+#include "cpu/cpu_backend.h"
+#include "engine/engine.h"
 #include "mapper/gpu.h"
 #include "mapper/probed_mapper.h"
 #ifdef DTSDF_WITH_CUDA
-#include "cuda_mapper.h"
-#include "cuda_mapper_report.h"
+#include "cuda_backend.h"
+#include "cuda_report.h"
 #endif
 
 namespace dtsdf {
 
 #ifdef DTSDF_WITH_CUDA
 std::string cudaUnavailableReason() { return findCudaProblem(); }
-static std::unique_ptr<ProbedMapper> makeCuda(const MapperParams& params, const Rules& rules) {
-  return makeCudaMapper(params, rules);
-}
 #else
 std::string cudaUnavailableReason() {
   return "this build has no CUDA backend; build with -DWITH_CUDA=ON and the CUDA Toolkit installed";
 }
-static std::unique_ptr<ProbedMapper> makeCuda(const MapperParams&, const Rules&) {
-  return nullptr;
-}
+static BackendMaker cudaBackends(const MapperParams&, const Rules&) { return nullptr; }
 static GpuReport reportCudaDevice() { return {}; }
 static size_t cudaMemoryTaken() { return 0; }
 #endif
@@ -39,12 +35,19 @@ size_t gpuMemoryTakenSince(size_t before) {
   return now > before ? now - before : 0;
 }
 
-std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules) {
-  if (params.backend == Backend::kCpu) return std::make_unique<CpuMapper>(params, rules);
+static BackendMaker backendsFor(const MapperParams& params, const Rules& rules) {
+  const BackendMaker on_cpu = [=](const BlockTable& table) {
+    return std::make_unique<CpuBackend>(params, rules, table);
+  };
+  if (params.backend == Backend::kCpu) return on_cpu;
   const std::string reason = cudaUnavailableReason();
-  if (reason.empty()) return makeCuda(params, rules);
-  if (params.backend == Backend::kAuto) return std::make_unique<CpuMapper>(params, rules);
+  if (reason.empty()) return cudaBackends(params, rules);
+  if (params.backend == Backend::kAuto) return on_cpu;
   throw std::runtime_error("backend 'cuda' cannot be used: " + reason);
+}
+
+std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules) {
+  return std::make_unique<Engine>(params, rules, cpuThreads(params), backendsFor(params, rules));
 }
 
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,

@@ -237,12 +237,18 @@ Vec3i SpaceMap::cellAt(const Eigen::Vector3d& p_W) const {
 }
 
 CellState SpaceMap::stateOf(const Vec3i& cell) const {
+  bringUpToDate();
+  return knownStateOf(cell);
+}
+
+CellState SpaceMap::knownStateOf(const Vec3i& cell) const {
   const CellCube* const cube = table_.find(cubeOfCell(cell));
   if (cube == nullptr) return CellState::kUnknown;
   return stateIn(*cube, indexInCube(cell));
 }
 
 std::vector<SpaceCell> SpaceMap::cells() const {
+  bringUpToDate();
   std::vector<SpaceCell> all;
   for (const CellCube* const cube : table_.sorted()) {
     for (int i = 0; i < kCellsPerCube; ++i) {
@@ -255,6 +261,7 @@ std::vector<SpaceCell> SpaceMap::cells() const {
 }
 
 std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
+  bringUpToDate();
   const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
   std::vector<SpaceCube> found;
   table_.forEach([&](const CellCube& cube) {
@@ -264,6 +271,7 @@ std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
 }
 
 SpaceChanges SpaceMap::takeChanges(bool all) {
+  bringUpToDate();
   const TouchedCubes touched = table_.takeTouched(all);
   SpaceChanges changes;
   changes.begins_anew = touched.begins_anew;
@@ -287,6 +295,7 @@ double SpaceMap::metresFrom(const Vec3i& cell) const {
 }
 
 SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
+  bringUpToDate();
   SpaceDistance result;
   const double most_m = reach_ * cellSize_m(),
                edge = static_cast<double>(kMaxBlockCoordinate) * kBlockSide / cellSide(grid_);
@@ -306,7 +315,7 @@ SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
   const auto slopeX = [&](int z, int y) { return d[z][y][1] - d[z][y][0]; };
   const double y0 = between(alongX(0, 0), alongX(0, 1), share[1]),
                y1 = between(alongX(1, 0), alongX(1, 1), share[1]);
-  const CellState state = stateOf(cellAt(p_W));
+  const CellState state = knownStateOf(cellAt(p_W));
   result.known = state != CellState::kUnknown;
   const double sign = result.known ? 1.0 : -1.0, per_m = is_limited ? 0.0 : sign / cellSize_m();
   result.distance_m = static_cast<float>(sign * between(y0, y1, share[2]));

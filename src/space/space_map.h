@@ -1,6 +1,7 @@
 /// What a map knows of space: the cells, and the distances that are made from them when asked for.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
@@ -26,6 +27,10 @@ class SpaceMap : public Space {
 
   /// From now on only these cubes are known: it is a part of a larger map. Outlasts clear().
   void restrictTo(const BlockExtent& cubes) { extent_ = cubes; }
+
+  /// Calls this before it answers a question of Space: what images saw may still be under way, and
+  /// is to be added then. It costs a call for each cell that somebody asks for.
+  void bringUpToDateBy(std::function<void()> bring) { bring_up_to_date_ = std::move(bring); }
 
   /// Cubes that may be in view of an image, in the order of keys; what is not, is not seen free.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;
@@ -67,6 +72,10 @@ class SpaceMap : public Space {
   size_t bytes() const override;
 
  private:
+  void bringUpToDate() const {
+    if (bring_up_to_date_) bring_up_to_date_();
+  }
+  CellState knownStateOf(const Vec3i& cell) const;
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CellMask& cells);
   Vec3d middleOf(const Vec3i& cell) const;
@@ -77,6 +86,7 @@ class SpaceMap : public Space {
   const float max_range_m_;
   const int reach_;
   const size_t free_budget_;
+  std::function<void()> bring_up_to_date_;
   BlockExtent extent_;     ///< Of cubes.
   size_t free_cubes_ = 0;  ///< Of which something is free.
   uint64_t refused_cubes_ = 0;

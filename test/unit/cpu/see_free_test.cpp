@@ -47,14 +47,14 @@ FreePyramid pyramidOf(std::vector<std::vector<float>>& levels) {
   return free;
 }
 
-TEST(FreeSeer, SeesTheCellsThatTheRuleCallsFree) {
+TEST(FreeCellFinder, SeesTheCellsThatTheRuleCallsFree) {
   std::mt19937 random(5);
   MapperParams params;
   params.map.voxel_size_m = 0.05f;
   params.space.cell_voxels = 2;
   params.space.max_range_m = 2.4f;
   const CellGrid grid = cellGridOf(params);
-  FreeSeer seer(params, 2);
+  FreeCellFinder finder(params, 2);
   std::vector<Vec3i> cubes;  // behind the camera, around it, in view and beside
   for (int i = 0; i < 7 * 7 * 7; ++i) cubes.push_back({i / 49 - 3, i / 7 % 7 - 3, i % 7 - 2});
   int free_cells = 0, other_cells = 0;
@@ -68,7 +68,7 @@ TEST(FreeSeer, SeesTheCellsThatTheRuleCallsFree) {
     const FrameSensing sensing{
         {frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, levels[0].data()};
     std::map<std::tuple<int, int, int>, CellMask> seen;
-    for (const FreeCube& cube : seer.see(sensing, cubes)) {
+    for (const FreeCube& cube : finder.find(sensing, cubes)) {
       seen[{cube.key.x, cube.key.y, cube.key.z}] = cube.free;
     }
     for (const Vec3i& cube : cubes) {

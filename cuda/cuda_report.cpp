@@ -1,4 +1,4 @@
-#include "cuda_mapper_report.h"
+#include "cuda_report.h"
 
 #include "named_kernels.h"
 #include "runtime/buffer.h"

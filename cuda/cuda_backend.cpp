@@ -1,0 +1,283 @@
+#include "cuda_backend.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "align.h"
+#include "backend/frame_check.h"
+#include "backend/rule_settings.h"
+#include "block_mesher.h"
+#include "clear_region.h"
+#include "fusion.h"
+#include "painter.h"
+#include "pool_transfer.h"
+#include "raw_image.h"
+#include "runtime/device.h"
+#include "runtime/stage_clock.h"
+#include "see_free.h"
+#include "space/space_map.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+/// One map on a device, with all that is needed to fuse images into it and to mesh it.
+class CudaBackend : public MapBackend {
+ public:
+  CudaBackend(const MapperParams& params, const Rules& rules, int device, const BlockTable& table);
+  ~CudaBackend() override { stream_.drain(); }
+
+  std::string name() const override { return "cuda (" + deviceName() + ")"; }
+  void enter() override { useDevice(device_); }
+  void profileTo(Profile* profile) override;
+  void addMemory(std::vector<MemoryPart>& parts) const override;
+
+  void takePoints(const DepthFrame& frame, const FrameView& view) override;
+  AlignmentSums sumsAt(const FrameView& view, float cutoff) override {
+    return aligner_.sumsAt(view, cutoff, map_.view());
+  }
+  void sense(const DepthFrame& frame, const FrameView& view) override;
+  void makeSurfels() override;
+  void findBlocks() override { block_finder_.mark(*sensing_, surfels_); }
+  void lookUpBlocks() override { block_finder_.compare(*sensing_, map_.view()); }
+  void seeFree(std::vector<Vec3i> cubes) override;
+  TouchedCounts touched() override;
+  std::vector<BlockRequest> requests() override { return block_finder_.fetchRequests(); }
+  void reserveFrame(const FrameTurn& turn) override;
+  void castFoldAndClear(const FrameTurn& turn) override;
+  std::vector<EmptyBlock> takeEmpty() override { return fusion_.takeEmptyBlocks(); }
+  std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
+
+  SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
+  std::vector<ColourRequest> colourRequests() override { return painter_.fetchRequests(); }
+  void paint(const Exposure& exposure) override;
+
+  void markAllDirty() override;
+  void keepColours() override;
+  void beginMesh(int32_t least_evidence) override;
+  void waitForMeshes() override { mesher_.complete(); }
+  MadeMeshes finishMesh() override;
+
+  void reserve(const MapDemand& demand) override { map_.reserve(table_, demand); }
+  void reserveColours(size_t new_bricks) override { map_.reserveColours(table_, new_bricks); }
+  void reserveChanges(size_t slots) override { map_.reserveUpdates(slots); }
+  void enterBlocks(const std::vector<int32_t>& slots) override;
+  void zeroArrays(const std::vector<int32_t>& arrays) override { map_.zeroArrays(arrays); }
+  void enterColours(const std::vector<NewBrick>& bricks) override { map_.enterColours(bricks); }
+  void follow(const ChangedSlots& changed) override;
+  std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
+                                        const RegionView& region) override {
+    return region_clearer_.clear(slots, region, map_.view());
+  }
+  void copyOut(const ContentsOrder& order, MapContents& contents) override;
+  void copyIn(const ContentsOrder& order, const MapContents& contents) override;
+
+ private:
+  RawDepth rawDepthOf(const DepthFrame& frame) const;
+  void findMore();
+  FusionTarget target() const { return {map_.view(), block_finder_.view()}; }
+
+  const MapperParams params_;
+  const int device_;
+  const BlockTable& table_;
+  StageClock clock_;
+  Stream stream_;  ///< Of the images; the mesher has its own.
+  Event map_ready_;
+  DeviceMap map_;
+  RawImage raw_image_;
+  PoseAligner aligner_;
+  FrameSensor sensor_;
+  SurfelMaker surfel_maker_;
+  BlockFinder block_finder_;
+  Fusion fusion_;
+  Painter painter_;
+  BlockMesher mesher_;
+  RegionClearer region_clearer_;
+  FreeCellFinder free_cell_finder_;
+  std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
+  DeviceSurfels surfels_ = {};
+  FrameCounters counters_ = {};
+  bool has_entered_ = false;  ///< Blocks that the frame found missing may be in the map by now.
+  size_t dirty_bound_ = 0;    ///< Length of the list of dirty blocks, which is on the device, at most.
+  size_t painted_bound_ = 0;  ///< The same for painted ones.
+};
+
+CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int device,
+                         const BlockTable& table)
+    : params_(params),
+      device_(device),
+      table_(table),
+      map_(stream_),
+      aligner_(rules.poses, params.map.directional, stream_),
+      sensor_(params, rules, stream_),
+      surfel_maker_(params, rules.surfels, stream_),
+      block_finder_(makeFusionSettings(params, rules.fusion), stream_),
+      fusion_(params, rules, stream_),
+      painter_(makePaintSettings(params, rules.colour), stream_),
+      mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0),
+      region_clearer_(stream_),
+      free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_) {
+  stream_.setClock(&clock_);
+  mesher_.setClock(&clock_);
+}
+
+void CudaBackend::profileTo(Profile* profile) {
+  stream_.synchronize();
+  mesher_.complete();
+  clock_.profileTo(profile);
+}
+
+void CudaBackend::takePoints(const DepthFrame& frame, const FrameView& view) {
+  raw_image_.upload(rowsOf(frame), stream_);
+  aligner_.takePoints(view, rawDepthOf(frame));
+}
+
+RawDepth CudaBackend::rawDepthOf(const DepthFrame& frame) const {
+  return {raw_image_.data(), frame.encoding == DepthEncoding::kUint16,
+          depthRangeOf(frame, params_)};
+}
+
+void CudaBackend::sense(const DepthFrame& frame, const FrameView& view) {
+  block_finder_.begin();  // before the upload, which it runs beside
+  raw_image_.upload(rowsOf(frame), stream_);
+  sensing_ = sensor_.sense(view, rawDepthOf(frame));
+}
+
+void CudaBackend::makeSurfels() {
+  surfels_ = surfel_maker_.makeSurfels(*sensing_, block_finder_.usableSurfels());
+}
+
+/// The device works that off while the host admits blocks.
+void CudaBackend::seeFree(std::vector<Vec3i> cubes) {
+  free_cell_finder_.find(sensing_->frame(), sensor_.freeDepth(), std::move(cubes));
+}
+
+TouchedCounts CudaBackend::touched() {
+  counters_ = block_finder_.waitForCounters();
+  while (counters_.table_full || counters_.usable_surfels > surfels_.room) findMore();
+  return {counters_.usable_surfels, counters_.touched, counters_.touched_arrays,
+          counters_.requests, counters_.requested_arrays};
+}
+
+/// Once more with larger buffers: there were more surfels or blocks than expected.
+void CudaBackend::findMore() {
+  if (counters_.usable_surfels > surfels_.room) {
+    block_finder_.begin();
+    surfels_ = surfel_maker_.makeMoreSurfels(*sensing_, counters_.usable_surfels,
+                                             block_finder_.usableSurfels());
+  } else {
+    block_finder_.grow();
+  }
+  findBlocks();
+  lookUpBlocks();
+  counters_ = block_finder_.waitForCounters();
+}
+
+void CudaBackend::reserveFrame(const FrameTurn& turn) {
+  fusion_.reserve(counters_, turn.in_view.size());
+}
+
+void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
+  if (has_entered_) block_finder_.refresh(map_.view());
+  has_entered_ = false;
+  holdForProfile(stream_);
+  fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
+  dirty_bound_ += counters_.touched + (sensing_->hasFreeDepth() ? turn.in_view.size() : 0);
+  fusion_.clear(*sensing_, target(), counters_, {turn.number, turn.in_view});
+}
+
+SeenColours CudaBackend::look(const ColourFrame& frame, const ColourLook& look) {
+  painter_.look(frame, look, table_.paintedExtent(), map_.view());
+  const LookCounters& seen = painter_.counters();
+  return {seen.seen > 0, static_cast<size_t>(seen.samples), seen.sums};
+}
+
+void CudaBackend::paint(const Exposure& exposure) {
+  painter_.paint(exposure, map_.view());
+  painted_bound_ += std::min(painter_.counters().seen, painter_.counters().blocks);
+}
+
+void CudaBackend::markAllDirty() {
+  map_.markAllDirty();
+  dirty_bound_ += table_.slotCount();
+}
+
+void CudaBackend::keepColours() {
+  map_.keepColours();
+  painted_bound_ += table_.slotCount();
+}
+
+void CudaBackend::beginMesh(int32_t least_evidence) {
+  stream_.record(map_ready_);
+  mesher_.begin(map_.view(), map_ready_, {dirty_bound_, painted_bound_, least_evidence});
+  dirty_bound_ = painted_bound_ = 0;
+}
+
+MadeMeshes CudaBackend::finishMesh() {
+  MadeMeshes made = mesher_.finish();
+  if (clock_.profile() != nullptr) {
+    stream_.synchronize();
+    clock_.collect();
+  }
+  return made;
+}
+
+void CudaBackend::enterBlocks(const std::vector<int32_t>& slots) {
+  map_.enterBlocks(table_, slots);
+  has_entered_ = has_entered_ || !slots.empty();
+}
+
+/// In one update for all: the buffer that they are sent from is not free before the next frame.
+void CudaBackend::follow(const ChangedSlots& changed) {
+  std::vector<SlotUpdate> updates;
+  updates.reserve(changed.slots.size());
+  for (const int32_t slot : changed.slots) {
+    updates.push_back(makeSlotUpdate(table_.block(slot), slot));
+    updates.back().dirty = changed.dirty;
+  }
+  map_.apply(updates);
+  if (changed.dirty) dirty_bound_ += updates.size();
+}
+
+void CudaBackend::copyOut(const ContentsOrder& order, MapContents& contents) {
+  PoolTransfer(map_.voxels(), order.arrays, stream_).download(contents.voxels.data());
+  PoolTransfer(map_.colours(), order.bricks, stream_).download(contents.colours.data());
+}
+
+void CudaBackend::copyIn(const ContentsOrder& order, const MapContents& contents) {
+  PoolTransfer(map_.voxels(), order.arrays, stream_).upload(contents.voxels.data());
+  PoolTransfer(map_.colours(), order.bricks, stream_).upload(contents.colours.data());
+  stream_.synchronize();
+}
+
+void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
+  map_.addMemory(table_, parts);
+  mesher_.addMemory(parts);
+  raw_image_.addMemory("raw image", parts);
+  aligner_.addMemory(parts);
+  sensor_.addMemory(parts);
+  surfel_maker_.addMemory(parts);
+  block_finder_.addMemory(parts);
+  fusion_.addMemory(parts);
+  painter_.addMemory(parts);
+  region_clearer_.addMemory(parts);
+  if (params_.space.enabled) free_cell_finder_.addMemory(parts);
+  parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),
+                   table_.memoryBytes()});
+}
+
+}  // namespace
+}  // namespace gpu
+
+std::string findCudaProblem() { return gpu::findDeviceProblem(gpu::anyKernel()); }
+
+BackendMaker cudaBackends(const MapperParams& params, const Rules& rules) {
+  const int device = gpu::currentDevice();
+  return [=](const BlockTable& table) -> std::unique_ptr<MapBackend> {
+    gpu::useDevice(device);
+    return std::make_unique<gpu::CudaBackend>(params, rules, device, table);
+  };
+}
+
+}  // namespace dtsdf

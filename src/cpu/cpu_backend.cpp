@@ -1,0 +1,301 @@
+#include "cpu/cpu_backend.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include "backend/frame_check.h"
+#include "backend/rule_settings.h"
+#include "cpu/clear_region.h"
+#include "cpu/fold.h"
+#include "kernels/fusion/free_space.h"
+#include "kernels/fusion/voxel_update.h"
+#include "threads/parallel_for.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
+
+struct NoScratch {};
+
+/// Calls body(i) for each i below `count`; a thread takes many of them at a time, which are small.
+template <class Body>
+void inBatches(size_t count, int threads, const Body& body) {
+  constexpr size_t kBatch = 64;
+  parallelFor<NoScratch>((count + kBatch - 1) / kBatch, threads, [&](size_t batch, NoScratch&) {
+    const size_t end = std::min(count, (batch + 1) * kBatch);
+    for (size_t i = batch * kBatch; i < end; ++i) body(i);
+  });
+}
+
+}  // namespace
+
+int cpuThreads(const MapperParams& params) {
+  return params.threads > 0 ? params.threads : omp_get_num_procs();
+}
+
+CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const BlockTable& table)
+    : params_(params),
+      rules_(rules),
+      fusion_(makeFusionSettings(params, rules.fusion)),
+      threads_(cpuThreads(params)),
+      table_(table),
+      aligner_(rules.poses, params.map.directional, threads_),
+      sensor_(params, rules, threads_),
+      surfel_maker_(params, rules.surfels, threads_),
+      block_finder_(fusion_, threads_),
+      painter_(makePaintSettings(params, rules.colour), threads_),
+      mesher_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_,
+              params.mesh.refine != 0),
+      free_cell_finder_(params, threads_) {}
+
+std::string CpuBackend::name() const {
+  return "cpu (" + std::to_string(threads_) + (threads_ == 1 ? " thread)" : " threads)");
+}
+
+void CpuBackend::profileTo(Profile* profile) {
+  profile_ = profile;
+  mesher_.profileTo(profile);
+}
+
+void CpuBackend::takePoints(const DepthFrame& frame, const FrameView& view) {
+  aligner_.takePoints(frame, view, depthRangeOf(frame, params_));
+}
+
+AlignmentSums CpuBackend::sumsAt(const FrameView& view, float cutoff) {
+  return aligner_.sumsAt(view, cutoff, table_, voxels_);
+}
+
+void CpuBackend::sense(const DepthFrame& frame, const FrameView&) {
+  const StageTimer timer(profile_, Stage::kSense);
+  sensing_ = sensor_.sense(frame);
+}
+
+void CpuBackend::makeSurfels() {
+  const StageTimer timer(profile_, Stage::kMakeSurfels);
+  surfel_maker_.makeSurfels(sensing_);
+}
+
+void CpuBackend::findBlocks() {
+  const StageTimer timer(profile_, Stage::kFindBlocks);
+  block_finder_.findBlocks(surfel_maker_.surfels(), sensing_);
+}
+
+void CpuBackend::lookUpBlocks() {
+  const StageTimer timer(profile_, Stage::kFindBlocks);
+  requests_.clear();
+  touched_counts_ = {surfel_maker_.count(), block_finder_.touched().size(), 0, 0, 0};
+  for (const TouchedBlock& block : block_finder_.touched()) {
+    const int32_t slot = table_.find(block.key);
+    uint32_t missing = block.directions;
+    if (slot >= 0) missing &= ~directionsWithArrays(table_.block(slot));
+    if (missing != 0) requests_.push_back({block.key, block.directions});
+    touched_counts_.arrays += static_cast<size_t>(__builtin_popcount(block.directions));
+  }
+  const PoolSizes added = table_.countNew(requests_);
+  touched_counts_.requests = requests_.size();
+  touched_counts_.new_arrays = added.arrays;
+}
+
+void CpuBackend::seeFree(std::vector<Vec3i> cubes) {
+  const StageTimer timer(profile_, Stage::kSeeFree);
+  free_cubes_ = free_cell_finder_.find(sensing_, cubes);
+}
+
+/// Three stages in one loop over the blocks: the sums of a block stay in a thread's cache.
+void CpuBackend::castFoldAndClear(const FrameTurn& turn) {
+  const std::vector<TouchedBlock>& blocks = block_finder_.touched();
+  std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
+  last_touched_.resize(table_.slotCount(), 0);
+  BlockTimes times(profile_);
+  parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
+    const int32_t slot = table_.find(blocks[i].key);
+    if (slot < 0) return;
+    BlockTimes::Lap lap(times);
+    outcome[i] = {slot, fuseBlock(blocks[i], table_.block(slot), turn, sums, lap)};
+    last_touched_[slot] = turn.number;
+    lap.end(Stage::kClear);
+  });
+  times.addTo(profile_);
+  const StageTimer timer(profile_, Stage::kClear);
+  for (const EmptyBlock& block : outcome) {
+    if (block.slot < 0) continue;
+    mesher_.markDirty(block.slot);
+    if (block.directions != 0) empty_.push_back(block);
+  }
+  if (clearsFreeSpace(params_)) lookAround(turn);
+}
+
+/// Safe to call for different blocks from different threads. @return directions left empty.
+uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entry,
+                               const FrameTurn& turn, BlockSums& sums, BlockTimes::Lap& lap) {
+  const FrameView& frame = sensing_.image.frame;
+  const bool casts = castsSurfels(params_);
+  // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
+  const uint32_t directions = casts ? block.directions : kAllDirections;
+  clearSums(sums, directions);
+  if (casts) {
+    cast(block, block_finder_, fusion_, sums);
+  } else {
+    project(block, surfel_maker_.surfels(), frame, fusion_, sums);
+  }
+  lap.end(Stage::kCast);
+  const float depth_weight = blockDepthWeight(frame, block.block_L, rules_.fusion);
+  uint32_t empty = fold(sums, directions, entry, depth_weight, fusion_, voxels_);
+  lap.end(Stage::kFold);
+  if (clearsFreeSpace(params_)) {
+    const BlockLook look{block.block_L, isInTurn(block.key, turn.number, rules_.fusion), &sums,
+                         directions, params_.map.directional};
+    empty |= clear(look, entry).empty_directions;
+  }
+  return empty;
+}
+
+/// Safe to call for different blocks from different threads.
+ClearedBlock CpuBackend::clear(const BlockLook& look, const BlockEntry& entry) {
+  const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, voxels_);
+  if (cleared.changed && table_.coloursInUse() > 0) forgetColours(entry, map());
+  return cleared;
+}
+
+/// Clears blocks that the frame does not touch, those whose turn it is.
+void CpuBackend::lookAround(const FrameTurn& turn) {
+  const std::vector<int32_t> slots = blocksInTurn(turn);
+  std::vector<ClearedBlock> cleared(slots.size());
+  const BlockKey origin = blockOfVoxel(sensing_.image.frame.origin_voxel);
+  parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
+    const BlockEntry& entry = table_.block(slots[i]);
+    const BlockLook look{entry.key - origin, true, nullptr, 0, params_.map.directional};
+    cleared[i] = clear(look, entry);
+  });
+  for (size_t i = 0; i < slots.size(); ++i) {
+    if (cleared[i].changed) mesher_.markDirty(slots[i]);
+    if (cleared[i].empty_directions != 0) empty_.push_back({slots[i], cleared[i].empty_directions});
+  }
+}
+
+std::vector<int32_t> CpuBackend::blocksInTurn(const FrameTurn& turn) const {
+  const FrameView& frame = sensing_.image.frame;
+  const BlockKey origin = blockOfVoxel(frame.origin_voxel);
+  std::vector<int32_t> slots;
+  for (const int32_t slot : turn.in_view) {
+    if (last_touched_[slot] == turn.number) continue;
+    const BlockEntry& entry = table_.block(slot);
+    if (!entry.in_use || !isInTurn(packKey(entry.key), turn.number, rules_.fusion)) continue;
+    if (mayBeInView(frame, entry.key - origin)) slots.push_back(slot);
+  }
+  return slots;
+}
+
+std::vector<EmptyBlock> CpuBackend::takeEmpty() {
+  std::vector<EmptyBlock> empty;
+  empty.swap(empty_);
+  return empty;
+}
+
+SeenColours CpuBackend::look(const ColourFrame& frame, const ColourLook& look) {
+  const StageTimer timer(profile_, Stage::kPaint);
+  return painter_.look(frame, look, map());
+}
+
+void CpuBackend::paint(const Exposure& exposure) {
+  const StageTimer timer(profile_, Stage::kPaint);
+  for (const int32_t slot : painter_.paint(exposure, map())) mesher_.markPainted(slot);
+}
+
+void CpuBackend::beginMesh(int32_t least_evidence) {
+  const auto start = std::chrono::steady_clock::now();
+  meshes_ = mesher_.update(least_evidence);
+  meshes_.update.duration_ms = std::chrono::duration<double, std::milli>(
+                                   std::chrono::steady_clock::now() - start).count();
+}
+
+MadeMeshes CpuBackend::finishMesh() {
+  MadeMeshes made = std::move(meshes_);
+  meshes_ = MadeMeshes();
+  return made;
+}
+
+void CpuBackend::reserve(const MapDemand& demand) {
+  voxels_.resize(demand.after.arrays);
+  mesher_.resize(demand.after.slots);
+}
+
+void CpuBackend::reserveColours(size_t new_bricks) {
+  colours_.resize(table_.colourCount() + new_bricks);
+}
+
+void CpuBackend::zeroArrays(const std::vector<int32_t>& arrays) {
+  for (const int32_t array : arrays) std::memset(voxels_.array(array), 0, BlockTable::kArrayBytes);
+}
+
+void CpuBackend::enterColours(const std::vector<NewBrick>& bricks) {
+  for (const NewBrick& brick : bricks) {
+    std::memset(colours_.array(brick.colours), 0, BlockTable::kColourBytes);
+  }
+}
+
+void CpuBackend::follow(const ChangedSlots& changed) {
+  for (const int32_t slot : changed.slots) {
+    if (!table_.block(slot).in_use) {
+      mesher_.forget(slot);
+    } else if (changed.dirty) {
+      mesher_.markDirty(slot);
+    }
+  }
+}
+
+std::vector<EmptiedBlock> CpuBackend::emptyRegion(const std::vector<int32_t>& slots,
+                                                  const RegionView& region) {
+  std::vector<EmptiedBlock> emptied(slots.size());
+  parallelFor<NoScratch>(slots.size(), threads_, [&](size_t i, NoScratch&) {
+    const BlockEntry& entry = table_.block(slots[i]);
+    emptied[i] = emptyBlock(entry, region, voxels_);
+    if (emptied[i].voxels > 0 && table_.coloursInUse() > 0) forgetColours(entry, map());
+  });
+  return emptied;
+}
+
+void CpuBackend::copyOut(const ContentsOrder& order, MapContents& contents) {
+  inBatches(order.arrays.size(), threads_, [&](size_t i) {
+    std::memcpy(contents.voxels.data() + i * kVoxelsPerBlock, voxels_.array(order.arrays[i]),
+                BlockTable::kArrayBytes);
+  });
+  inBatches(order.bricks.size(), threads_, [&](size_t i) {
+    std::memcpy(contents.colours.data() + i * kVoxelsPerBrick, colours_.array(order.bricks[i]),
+                BlockTable::kColourBytes);
+  });
+}
+
+void CpuBackend::copyIn(const ContentsOrder& order, const MapContents& contents) {
+  inBatches(order.arrays.size(), threads_, [&](size_t i) {
+    std::memcpy(voxels_.array(order.arrays[i]), contents.voxels.data() + i * kVoxelsPerBlock,
+                BlockTable::kArrayBytes);
+  });
+  inBatches(order.bricks.size(), threads_, [&](size_t i) {
+    std::memcpy(colours_.array(order.bricks[i]), contents.colours.data() + i * kVoxelsPerBrick,
+                BlockTable::kColourBytes);
+  });
+}
+
+void CpuBackend::addMemory(std::vector<MemoryPart>& parts) const {
+  constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices,
+                 kScratch = MemoryKind::kScratch;
+  const size_t books = table_.memoryBytes() + last_touched_.capacity() * sizeof(last_touched_[0]);
+  parts.insert(parts.end(), {
+      {"voxels", kMap, table_.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()},
+      {"colours", kMap, table_.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()},
+      {"block table", kIndices, books, books},
+      {"unit indices", kIndices, mesher_.bytes(), mesher_.bytes()},
+      {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
+      {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
+      {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
+      {"colour image", kScratch, painter_.bytes(), painter_.bytes()}});
+  if (!params_.space.enabled) return;
+  parts.push_back({"free depths", kScratch, free_cell_finder_.bytes(), free_cell_finder_.bytes()});
+}
+
+}  // namespace dtsdf

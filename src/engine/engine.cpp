@@ -1,0 +1,282 @@
+#include "engine/engine.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "backend/pose_solver.h"
+#include "backend/rule_settings.h"
+#include "kernels/colour/surface_point.h"
+#include "kernels/fusion/free_space.h"
+#include "map/memory_budget.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
+
+IntegrationResult refuseForMemory(const BackendError& error) {
+  return refuse({FrameStatus::kNoMemory,
+                 std::string("the GPU has too little memory for this frame, which was not fused; "
+                             "lower map/max_memory_mb or use larger voxels. ") + error.what()});
+}
+
+}  // namespace
+
+Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
+               BackendMaker make_backend)
+    : params_(params),
+      rules_(rules),
+      paint_settings_(makePaintSettings(params, rules.colour)),
+      make_backend_(std::move(make_backend)),
+      table_(budgetOf(params).map_bytes) {
+  if (params.space.enabled) {
+    space_ = std::make_unique<SpaceMap>(params, threads);
+    space_->bringUpToDateBy([this] {
+      if (has_free_) takeFree();
+    });
+  }
+  name_ = ready().name();  // what a device lacks shows at the start
+}
+
+/// The backend, for the calling thread. clear() leaves none, so that a device never holds two maps.
+MapBackend& Engine::ready() {
+  if (backend_ == nullptr) {
+    backend_ = make_backend_(table_);
+    backend_->profileTo(profile_);
+  }
+  backend_->enter();
+  return *backend_;
+}
+
+/// Takes an image, and the time of it. Without memory for it the image is refused.
+template <class Take>
+IntegrationResult Engine::timed(const Take& take) {
+  const auto start = std::chrono::steady_clock::now();
+  IntegrationResult result;
+  try {
+    result = take();
+  } catch (const BackendError& error) {
+    if (!error.lacksMemory()) throw;
+    result = refuseForMemory(error);
+  }
+  result.duration_ms = std::chrono::duration<double, std::milli>(
+                           std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+IntegrationResult Engine::integrate(const DepthFrame& frame) {
+  if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
+  return timed([&] { return fuse(frame); });
+}
+
+/// The way of a depth image, stage by stage, as the table in docs/method.md has it.
+IntegrationResult Engine::fuse(const DepthFrame& frame) {
+  const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
+  sense(frame, view);
+  backend_->makeSurfels();
+  backend_->findBlocks();
+  const std::vector<int32_t> in_view = blocksInView(view);
+  settle();  // what the frame before left, whose last work may have run until now
+  backend_->lookUpBlocks();
+  seeFree(view);
+  const TouchedCounts touched = backend_->touched();
+  if (touched.blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
+  const FrameTurn turn{counters_.frames + 1, in_view};
+  IntegrationResult result;
+  result.refused_blocks = admit(touched, turn);
+  castFoldAndClear(touched, turn);
+  keep(frame);
+  return result;
+}
+
+void Engine::sense(const DepthFrame& frame, const FrameView& view) {
+  outside_.clear();
+  ready().sense(frame, view);
+  if (profile_ == nullptr) return;
+  const ImageRows rows = rowsOf(frame);
+  profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
+  profile_->work.raw_bytes += static_cast<uint64_t>(rows.packed_bytes) * rows.height;
+}
+
+/// Blocks that the frame may see, where it clears those too that it does not touch. Found before
+/// settle(): a device works meanwhile.
+std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
+  if (!clearsFreeSpace(params_)) return {};
+  const StageTimer timer(profile_, Stage::kClear);
+  return table_.slotsInView(view, kFootRadius);
+}
+
+/// Which cubes are in view is found while a device is busy with the stages before.
+void Engine::seeFree(const FrameView& view) {
+  if (space_ == nullptr) return;
+  std::vector<Vec3i> cubes;
+  {
+    const StageTimer timer(profile_, Stage::kSeeFree);
+    cubes = space_->cubesInView(view);
+  }
+  if (profile_ != nullptr) profile_->work.seen_cubes += cubes.size();
+  backend_->seeFree(std::move(cubes));
+}
+
+/// All memory is taken before the table changes: without it, the map stays as it was.
+/// @return the number of blocks refused.
+size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
+  backend_->waitForMeshes();
+  const StageTimer timer(profile_, Stage::kAdmit);
+  backend_->reserveFrame(turn);
+  Admission admission;
+  const PoolSizes after = table_.sizesAfter(touched.requests, touched.new_arrays);
+  if (touched.requests == 0) return 0;
+  if (hasRoomFor({touched.requests, touched.new_arrays, after})) {
+    admission = table_.admit(backend_->requests());
+    backend_->enterBlocks(admission.changed_slots);
+    backend_->zeroArrays(admission.new_arrays);
+  } else {
+    admission.refused = touched.requests;
+  }
+  if (profile_ != nullptr) {
+    profile_->work.new_blocks += admission.changed_slots.size();
+    profile_->work.new_arrays += admission.new_arrays.size();
+  }
+  counters_.refused += admission.refused;
+  outside_ = std::move(admission.outside);
+  return admission.refused;
+}
+
+/// Without a device's memory for new blocks they are refused, as those beyond the budget are, and
+/// the frame goes into what is there.
+bool Engine::hasRoomFor(const MapDemand& demand) {
+  try {
+    backend_->reserve(demand);
+    return true;
+  } catch (const BackendError& error) {
+    if (!error.lacksMemory()) throw;
+    return false;
+  }
+}
+
+void Engine::castFoldAndClear(const TouchedCounts& touched, const FrameTurn& turn) {
+  ++counters_.frames;
+  if (touched.blocks > 0) ++counters_.supporting_frames;
+  if (profile_ != nullptr) {
+    profile_->work.surfels += touched.surfels;
+    profile_->work.touched_blocks += touched.blocks;
+    profile_->work.touched_arrays += touched.arrays;
+  }
+  backend_->castFoldAndClear(turn);
+}
+
+/// The frame is part of the map. What follows from it waits until the map is looked at again, so
+/// that nothing waits for the frame.
+void Engine::keep(const DepthFrame& frame) {
+  if (params_.map.keep_radius_m > 0.0f) kept_ = keptBallOf(frame, params_.map);
+  has_free_ = space_ != nullptr;
+}
+
+/// Takes the last frame's outcome: what it saw as free, left empty, or beyond what is kept.
+void Engine::settle() {
+  if (has_free_) takeFree();  // while it is known what the frame keeps
+  std::vector<int32_t> changed;
+  for (const EmptyBlock& empty : backend_->takeEmpty()) {
+    table_.vacate(empty.slot, empty.directions);
+    changed.push_back(empty.slot);
+  }
+  const std::vector<int32_t> dropped = dropBeyond();
+  changed.insert(changed.end(), dropped.begin(), dropped.end());
+  table_.releaseVacant(table_.takeUnseen());
+  std::sort(changed.begin(), changed.end());
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  backend_->follow({changed, !dropped.empty()});
+}
+
+void Engine::takeFree() {
+  const std::vector<FreeCube> seen = ready().takeFree();
+  has_free_ = false;
+  const StageTimer timer(profile_, Stage::kSeeFree);
+  space_->addFree(seen);
+  if (kept_) space_->dropBeyond(*kept_);
+}
+
+/// Forgets what lies beyond the radius that is kept. @return slots of what is gone.
+std::vector<int32_t> Engine::dropBeyond() {
+  if (!kept_) return {};
+  const StageTimer timer(profile_, Stage::kClear);
+  std::vector<int32_t> slots = table_.slotsBeyond(*kept_, kMostDroppedBlocks);
+  kept_.reset();
+  if (slots.empty()) return slots;
+  backend_->waitForMeshes();
+  backend_->reserveChanges(slots.size());
+  for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
+  counters_.dropped += slots.size();
+  return slots;
+}
+
+Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
+  Alignment unaligned;
+  unaligned.T_W_C = frame.T_W_C;
+  if (findProblem(frame, params_)) return unaligned;
+  try {
+    ready();
+    settle();
+    const StageTimer timer(profile_, Stage::kAlign);
+    const float voxel_size_m = params_.map.voxel_size_m;
+    backend_->takePoints(frame, makeFrameView(frame, voxel_size_m));
+    return findPose(frame, prior, rules_.poses, voxel_size_m,
+                    [&](const FrameView& view, float cutoff) {
+                      return backend_->sumsAt(view, cutoff);
+                    });
+  } catch (const BackendError& error) {
+    if (!error.lacksMemory()) throw;
+    return unaligned;
+  }
+}
+
+IntegrationResult Engine::paint(const ColourFrame& frame) {
+  if (const auto problem = findProblem(frame, params_)) return refuse(*problem);
+  return timed([&] { return paintSurfaces(frame); });
+}
+
+/// The way of a colour image.
+IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
+  ready();
+  const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
+  const std::vector<int32_t> in_view = table_.slotsInView(view, pointRadius(rules_.colour));
+  settle();
+  const SeenColours seen = backend_->look(frame, {view, leastEvidenceNow(), in_view});
+  exposure_ = exposureOf(seen.sums, exposure_, paint_settings_);
+  if (!seen.any) return nothingToPaint();
+  IntegrationResult result;
+  result.refused_blocks = admitColours();
+  if (has_colours_) backend_->paint(exposure_);
+  if (profile_ != nullptr) {
+    profile_->work.colour_pixels += static_cast<uint64_t>(frame.width) * frame.height;
+    profile_->work.painted_voxels += seen.samples;
+  }
+  return result;
+}
+
+/// As admit(). @return the number of bricks refused.
+size_t Engine::admitColours() {
+  backend_->waitForMeshes();
+  std::vector<ColourRequest> requests = backend_->colourRequests();
+  backend_->reserveColours(table_.countNewColours(requests));
+  const ColourAdmission admission = table_.admitColours(std::move(requests));
+  enterColours(admission.bricks);
+  counters_.refused += admission.refused;
+  return admission.refused;
+}
+
+/// What was meshed without colours gets them with the first ones.
+void Engine::enterColours(const std::vector<NewBrick>& bricks) {
+  if (bricks.empty()) return;
+  if (!has_colours_) backend_->keepColours();
+  has_colours_ = true;
+  backend_->enterColours(bricks);
+}
+
+int32_t Engine::leastEvidenceNow() const {
+  return leastEvidence(params_.mesh.min_support, counters_.supporting_frames, rules_.fusion);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,97 @@
+/// The mapper: what is in the map, what it may cost, and the order of the stages, over a backend
+/// that has the loops and the memory.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "backend/map_backend.h"
+#include "backend/frame_check.h"
+#include "backend/mapper_probe.h"
+#include "backend/rules.h"
+#include "kernels/colour/paint_settings.h"
+#include "space/space_map.h"
+
+namespace dtsdf {
+
+class Engine : public ProbedMapper {
+ public:
+  /// @param threads Of the host, for space.
+  Engine(const MapperParams& params, const Rules& rules, int threads, BackendMaker make_backend);
+
+  IntegrationResult integrate(const DepthFrame& frame) override;
+  Alignment align(const DepthFrame& frame, const PosePrior& prior) override;
+  IntegrationResult paint(const ColourFrame& frame) override;
+  void beginMeshUpdate() override;
+  void waitForMeshes() override { ready().waitForMeshes(); }
+  MeshUpdate finishMeshUpdate() override;
+  ClearedRegion clearRegion(const Region& region) override;
+  void clear() override;
+  MapContents contents() override;
+  void restore(const MapContents& contents) override;
+  Space* space() override { return space_.get(); }
+  MapStats stats() const override;
+  void profileTo(Profile* profile) override;
+  std::vector<MemoryPart> memoryParts() const override;
+  std::string backendName() const override { return name_; }
+  void restrictTo(const MapExtent& extent) override;
+  const std::vector<BlockRequest>& outsideExtent() const override { return outside_; }
+  void passOver(const PassedFrames& passed) override;
+
+ private:
+  /// Since the start or the last clear().
+  struct Counters {
+    uint64_t refused = 0, dropped = 0;
+    uint64_t frames = 0;             ///< Fused, those included that only clear.
+    uint64_t supporting_frames = 0;  ///< Those that touched a block.
+  };
+
+  MapBackend& ready();
+  const Engine& settled() const;
+  template <class Take>
+  IntegrationResult timed(const Take& take);
+
+  // A depth image.
+  IntegrationResult fuse(const DepthFrame& frame);
+  void sense(const DepthFrame& frame, const FrameView& view);
+  void seeFree(const FrameView& view);
+  size_t admit(const TouchedCounts& touched, const FrameTurn& turn);
+  bool hasRoomFor(const MapDemand& demand);
+  void castFoldAndClear(const TouchedCounts& touched, const FrameTurn& turn);
+  void keep(const DepthFrame& frame);
+
+  // What it leaves to be done when the map is looked at next.
+  void settle();
+  void takeFree();
+  std::vector<int32_t> dropBeyond();
+
+  // A colour image.
+  IntegrationResult paintSurfaces(const ColourFrame& frame);
+  size_t admitColours();
+  void enterColours(const std::vector<NewBrick>& bricks);
+
+  std::vector<int32_t> blocksInView(const FrameView& view) const;
+  int32_t leastEvidenceNow() const;
+  void countMeshes(const MadeMeshes& made) const;
+
+  const MapperParams params_;
+  const Rules rules_;
+  const PaintSettings paint_settings_;
+  const BackendMaker make_backend_;
+  std::string name_;  ///< Of the backend.
+  BlockTable table_;
+  std::unique_ptr<MapBackend> backend_;  ///< Null after clear(), until it is used: see ready().
+  std::unique_ptr<SpaceMap> space_;   ///< Null where nobody asks for it.
+  Counters counters_;
+  Exposure exposure_ = sameExposure();  ///< Of the last colour image.
+  bool has_colours_ = false;            ///< Something was painted.
+  std::vector<BlockRequest> outside_;   ///< Of the last frame.
+  std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
+  bool has_free_ = false;         ///< What the last frame saw as free has not been taken yet.
+  bool is_meshing_ = false;
+  int32_t least_evidence_ = 0;   ///< Of the last extraction.
+  std::vector<int32_t> vacant_;  ///< Released when the extraction under way is fetched.
+  Profile* profile_ = nullptr;
+};
+
+}  // namespace dtsdf

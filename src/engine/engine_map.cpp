@@ -1,0 +1,166 @@
+// The map as a whole: its meshes, its sizes, copies of it, and what is taken out of it.
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/engine.h"
+#include "map/memory_budget.h"
+
+namespace dtsdf {
+
+void Engine::beginMeshUpdate() {
+  ready();
+  if (is_meshing_) backend_->finishMesh();  // nobody asked for its changes: they are lost
+  settle();
+  table_.noteExtraction();
+  const std::vector<int32_t> vacant = table_.takeVacant();
+  vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
+  const int32_t least = leastEvidenceNow();
+  if (least != least_evidence_) backend_->markAllDirty();
+  least_evidence_ = least;
+  backend_->beginMesh(least);
+  is_meshing_ = true;
+}
+
+/// Blocks without arrays go now: what shows their mesh learns that they have none.
+MeshUpdate Engine::finishMeshUpdate() {
+  MadeMeshes made = ready().finishMesh();
+  is_meshing_ = false;
+  backend_->follow({table_.releaseVacant(vacant_), false});
+  vacant_.clear();
+  countMeshes(made);
+  if (space_ != nullptr) {
+    const StageTimer timer(profile_, Stage::kFindCells);
+    space_->addSurfaces(made.update.blocks);
+  }
+  return std::move(made.update);
+}
+
+void Engine::countMeshes(const MadeMeshes& made) const {
+  if (profile_ == nullptr) return;
+  profile_->work.indexed_blocks += made.indexed_blocks;
+  profile_->work.meshed_blocks += made.meshed_blocks;
+  for (const BlockMesh& mesh : made.update.blocks) {
+    profile_->work.vertices += mesh.vertices.size();
+    profile_->work.triangles += mesh.triangles.size() / 3;
+  }
+}
+
+ClearedRegion Engine::clearRegion(const Region& region) {
+  const RegionView view = checkedRegionView(region, params_.map);
+  ready().waitForMeshes();
+  settle();
+  const std::vector<int32_t> slots = table_.slotsIn(view);
+  backend_->reserveChanges(slots.size());
+  const std::vector<EmptiedBlock> emptied = backend_->emptyRegion(slots, view);
+  ClearedRegion result;
+  std::vector<int32_t> changed;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    if (emptied[i].voxels == 0) continue;
+    result.voxels += emptied[i].voxels;
+    if (table_.vacate(slots[i], emptied[i].empty_directions)) ++result.blocks;
+    changed.push_back(slots[i]);
+  }
+  table_.releaseVacant(table_.takeUnseen());
+  backend_->follow({changed, true});
+  if (space_ != nullptr) space_->clearRegion(view);
+  return result;
+}
+
+void Engine::clear() {
+  if (backend_ != nullptr) backend_->enter();
+  backend_.reset();
+  table_.clear();
+  if (space_ != nullptr) space_->clear();
+  counters_ = Counters();
+  exposure_ = sameExposure();
+  has_colours_ = has_free_ = is_meshing_ = false;
+  outside_.clear();
+  kept_.reset();
+  least_evidence_ = 0;
+  vacant_.clear();
+}
+
+MapContents Engine::contents() {
+  settled();
+  MapContents contents = contentsOf(params_, rules_);
+  contents.frames = counters_.frames;
+  contents.supporting_frames = counters_.supporting_frames;
+  contents.painted = has_colours_;
+  std::copy_n(exposure_.gain, 3, contents.exposure.begin());
+  if (space_ != nullptr) space_->copyTo(contents);
+  backend_->copyOut(listBlocks(table_, contents), contents);
+  return contents;
+}
+
+/// As frames do: memory first, then the table, then what the backend knows of it.
+void Engine::restore(const MapContents& contents) {
+  const MapSize size = sizeOf(contents.blocks);
+  try {
+    ready().reserve({size.blocks, size.voxel_arrays,
+                     table_.sizesAfter(size.blocks, size.voxel_arrays)});
+    const EnteredBlocks entered = enterBlocks(contents, table_);
+    backend_->enterBlocks(entered.blocks.changed_slots);
+    if (contents.painted) {
+      backend_->reserveColours(0);  // beyond what the table has by now
+      backend_->keepColours();
+      has_colours_ = true;
+    }
+    enterColours(entered.colours.bricks);
+    backend_->copyIn(entered.order(), contents);
+  } catch (const BackendError& error) {
+    if (!error.lacksMemory()) throw;
+    throw std::runtime_error(std::string("the GPU has too little memory for this map, which was "
+                                         "not loaded; clear_map frees that of the old one. ") +
+                             error.what());
+  }
+  backend_->markAllDirty();
+  counters_.frames = contents.frames;
+  counters_.supporting_frames = contents.supporting_frames;
+  std::copy_n(contents.exposure.begin(), 3, exposure_.gain);
+  if (space_ != nullptr) space_->restore(contents);
+}
+
+/// The engine with all that the last frame left: what the map holds stays the same by that, so that
+/// it may be asked of a const one.
+const Engine& Engine::settled() const {
+  Engine& self = const_cast<Engine&>(*this);
+  self.ready();
+  self.settle();
+  return self;
+}
+
+MapStats Engine::stats() const {
+  settled();
+  return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), counters_.refused,
+          table_.coloursInUse() * BlockTable::kColourBytes, counters_.dropped,
+          space_ == nullptr ? 0 : space_->freeBytes(),
+          space_ == nullptr ? 0 : space_->refusedCubes(), budgetOf(params_).map_bytes};
+}
+
+std::vector<MemoryPart> Engine::memoryParts() const {
+  settled();
+  std::vector<MemoryPart> parts;
+  backend_->addMemory(parts);
+  if (space_ != nullptr) {
+    parts.push_back({"space", MemoryKind::kSpace, space_->bytes(), space_->bytes()});
+  }
+  return parts;
+}
+
+void Engine::profileTo(Profile* profile) {
+  profile_ = profile;
+  ready().profileTo(profile);
+}
+
+void Engine::restrictTo(const MapExtent& extent) {
+  table_.restrictTo(extent);
+  if (space_ != nullptr) space_->restrictTo(extent.cubes);
+}
+
+void Engine::passOver(const PassedFrames& passed) {
+  counters_.frames += passed.frames;
+  counters_.supporting_frames += passed.supporting_frames;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,51 @@
+/// Blocks by coarse cells of the grid, so that what is in view, or far away, is found without a look
+/// at each block.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/camera.h"
+#include "kernels/core/grid.h"
+#include "map/slot_index.h"
+
+namespace dtsdf {
+
+/// Cells of kSide x kSide x kSide blocks; only those with blocks are there.
+class BlockCells {
+ public:
+  static constexpr int kSideLog2 = 4;
+  static constexpr int kSide = 1 << kSideLog2;
+
+  struct Cell {
+    Vec3i key;                   ///< Coordinates of its first block, divided by kSide.
+    std::vector<int32_t> slots;  ///< Of its blocks, in no order.
+  };
+
+  void insert(const BlockKey& block, int32_t slot);
+  void erase(const BlockKey& block, int32_t slot);
+  void clear() { *this = BlockCells(); }
+
+  const std::vector<Cell>& all() const { return cells_; }
+
+  size_t memoryBytes() const;
+
+ private:
+  Cell& cellOf(const BlockKey& block);
+
+  std::vector<Cell> cells_;
+  SlotIndex numbers_;             ///< Of cells, by the packed key.
+  std::vector<uint32_t> places_;  ///< Of blocks in their cell's list, by slot.
+};
+
+/// Key of the cell that a block lies in.
+inline Vec3i cellOfBlock(const BlockKey& block) {
+  constexpr int kShift = BlockCells::kSideLog2;
+  return {block.x >> kShift, block.y >> kShift, block.z >> kShift};
+}
+
+/// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of a cell's
+/// blocks: true wherever mayBeInView() is for one of them.
+bool mayBeInView(const FrameView& frame, const BlockCells::Cell& cell, float radius);
+
+}  // namespace dtsdf

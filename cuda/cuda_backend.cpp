@@ -99,8 +99,8 @@ class CudaBackend : public MapBackend {
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
   bool has_entered_ = false;  ///< Blocks that the frame found missing may be in the map by now.
-  size_t dirty_bound_ = 0;    ///< Length of the list of dirty blocks, which is on the device, at most.
-  size_t painted_bound_ = 0;  ///< The same for painted ones.
+  /// Lengths, at most, of the lists of dirty and of painted blocks, which are on the device.
+  size_t dirty_bound_ = 0, painted_bound_ = 0;
 };
 
 CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int device,

@@ -294,7 +294,7 @@ __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion
   markDirty(map, block.slot);
 }
 
-/// One thread per block that may be in view: lists those that the frame does not touch, and looks at.
+/// One thread per block that may be in view: lists those that the frame looks at untouched.
 __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
                                 uint64_t frame_number, LookList looks) {
   const size_t i = globalThread();
@@ -409,7 +409,7 @@ void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
   is_cleared_ = true;
 }
 
-/// The list of the frame before has left the pinned memory: what that frame left empty was waited for.
+/// The list of the frame before has left the pinned memory: that frame was waited for.
 void Fusion::lookAround(const DeviceSensing& sensing, const FusionTarget& target,
                         const LookTurn& turn) {
   const size_t in_view = turn.in_view.size();

@@ -116,7 +116,8 @@ void FreeCellFinder::reserve(const FrameView& frame) {
   pinned_masks_.reserve(keys_.size());
 }
 
-void FreeCellFinder::find(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes) {
+void FreeCellFinder::find(const FrameView& frame, const float* free_depth,
+                          std::vector<Vec3i> cubes) {
   fetched_.wait();  // of a frame that did not become part of the map; else it is done
   keys_ = std::move(cubes);
   if (keys_.empty()) return;

@@ -22,9 +22,9 @@ namespace dtsdf {
 
 /// What a depth image touches, and what the map lacks of it.
 struct TouchedCounts {
-  size_t surfels;                ///< With a weight.
-  size_t blocks, arrays;         ///< That surfels reach.
-  size_t requests, new_arrays;   ///< Blocks that are missing or miss arrays; these arrays.
+  size_t surfels;               ///< With a weight.
+  size_t blocks, arrays;        ///< That surfels reach.
+  size_t requests, new_arrays;  ///< Blocks that are missing or miss arrays; these arrays.
 };
 
 /// A depth image's turn to change voxels.
@@ -42,8 +42,8 @@ struct ColourLook {
 
 /// What a colour image shows of surfaces.
 struct SeenColours {
-  bool any;            ///< Something is to be painted.
-  size_t samples;      ///< Voxels that it shows.
+  bool any;        ///< Something is to be painted.
+  size_t samples;  ///< Voxels that it shows.
   ExposureSums sums;
 };
 
@@ -153,7 +153,8 @@ class MapBackend {
   /// Follows other changes of the table.
   virtual void follow(const ChangedSlots& changed) = 0;
 
-  /// Empties the voxels of these blocks in a region, with their colours. @return what became of each.
+  /// Empties the voxels of these blocks in a region, with their colours.
+  /// @return what became of each.
   virtual std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                                 const RegionView& region) = 0;
 

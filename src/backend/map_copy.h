@@ -1,4 +1,4 @@
-/// What both backends do in the same way to hand a map out and to take one in.
+/// How a map is handed out and taken in: the order of its voxels and colours.
 #pragma once
 
 #include <vector>

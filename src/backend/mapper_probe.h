@@ -46,7 +46,7 @@ struct PassedFrames {
   uint64_t supporting_frames = 0;  ///< Those of them that touch a block.
 };
 
-/// What each backend is.
+/// A mapper with a view inside, and what a tile of a larger map needs beside it.
 class ProbedMapper : public Mapper, public MapperProbe {
  public:
   /// The sums of memoryParts().

@@ -102,7 +102,7 @@ class BlockMesher {
   int threads_;
   bool refined_;
   std::vector<SlotState> state_;
-  std::vector<int32_t> dirty_, painted_;  ///< Slots so marked; may have gone, and come again, since.
+  std::vector<int32_t> dirty_, painted_;  ///< Slots so marked; blocks may have gone since.
   std::atomic<size_t> label_bytes_{0};  ///< Of the labels of all slots.
   uint32_t update_ = 0;  ///< Number of the latest.
   int32_t least_evidence_ = 0;

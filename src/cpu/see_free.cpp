@@ -97,7 +97,8 @@ FreePyramid FreeCellFinder::makePyramid(const FrameSensing& sensing) {
   return free;
 }
 
-std::vector<FreeCube> FreeCellFinder::find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
+std::vector<FreeCube> FreeCellFinder::find(const FrameSensing& sensing,
+                                           const std::vector<Vec3i>& cubes) {
   const FrameView& frame = sensing.image.frame;
   const FreePyramid free = makePyramid(sensing);
   std::vector<FreeCube> seen(cubes.size());

@@ -18,7 +18,8 @@ constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 IntegrationResult refuseForMemory(const BackendError& error) {
   return refuse({FrameStatus::kNoMemory,
                  std::string("the GPU has too little memory for this frame, which was not fused; "
-                             "lower map/max_memory_mb or use larger voxels. ") + error.what()});
+                             "lower map/max_memory_mb or use larger voxels. ") +
+                     error.what()});
 }
 
 }  // namespace
@@ -60,8 +61,8 @@ IntegrationResult Engine::timed(const Take& take) {
     if (!error.lacksMemory()) throw;
     result = refuseForMemory(error);
   }
-  result.duration_ms = std::chrono::duration<double, std::milli>(
-                           std::chrono::steady_clock::now() - start).count();
+  result.duration_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return result;
 }
 
@@ -222,10 +223,9 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
     const StageTimer timer(profile_, Stage::kAlign);
     const float voxel_size_m = params_.map.voxel_size_m;
     backend_->takePoints(frame, makeFrameView(frame, voxel_size_m));
-    return findPose(frame, prior, rules_.poses, voxel_size_m,
-                    [&](const FrameView& view, float cutoff) {
-                      return backend_->sumsAt(view, cutoff);
-                    });
+    return findPose(
+        frame, prior, rules_.poses, voxel_size_m,
+        [&](const FrameView& view, float cutoff) { return backend_->sumsAt(view, cutoff); });
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
     return unaligned;

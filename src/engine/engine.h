@@ -5,8 +5,8 @@
 #include <memory>
 #include <optional>
 
-#include "backend/map_backend.h"
 #include "backend/frame_check.h"
+#include "backend/map_backend.h"
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
 #include "kernels/colour/paint_settings.h"
@@ -81,13 +81,13 @@ class Engine : public ProbedMapper {
   std::string name_;  ///< Of the backend.
   BlockTable table_;
   std::unique_ptr<MapBackend> backend_;  ///< Null after clear(), until it is used: see ready().
-  std::unique_ptr<SpaceMap> space_;   ///< Null where nobody asks for it.
+  std::unique_ptr<SpaceMap> space_;      ///< Null where nobody asks for it.
   Counters counters_;
   Exposure exposure_ = sameExposure();  ///< Of the last colour image.
   bool has_colours_ = false;            ///< Something was painted.
   std::vector<BlockRequest> outside_;   ///< Of the last frame.
-  std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
-  bool has_free_ = false;         ///< What the last frame saw as free has not been taken yet.
+  std::optional<KeptBall> kept_;        ///< Of the last frame, until what lies beyond is dropped.
+  bool has_free_ = false;               ///< What the last frame saw as free has not been taken yet.
   bool is_meshing_ = false;
   int32_t least_evidence_ = 0;   ///< Of the last extraction.
   std::vector<int32_t> vacant_;  ///< Released when the extraction under way is fetched.

@@ -97,8 +97,8 @@ MapContents Engine::contents() {
 void Engine::restore(const MapContents& contents) {
   const MapSize size = sizeOf(contents.blocks);
   try {
-    ready().reserve({size.blocks, size.voxel_arrays,
-                     table_.sizesAfter(size.blocks, size.voxel_arrays)});
+    ready().reserve(
+        {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
     const EnteredBlocks entered = enterBlocks(contents, table_);
     backend_->enterBlocks(entered.blocks.changed_slots);
     if (contents.painted) {
@@ -132,10 +132,15 @@ const Engine& Engine::settled() const {
 
 MapStats Engine::stats() const {
   settled();
-  return {table_.blocksInUse(), table_.arraysInUse(), table_.bytesInUse(), counters_.refused,
-          table_.coloursInUse() * BlockTable::kColourBytes, counters_.dropped,
+  return {table_.blocksInUse(),
+          table_.arraysInUse(),
+          table_.bytesInUse(),
+          counters_.refused,
+          table_.coloursInUse() * BlockTable::kColourBytes,
+          counters_.dropped,
           space_ == nullptr ? 0 : space_->freeBytes(),
-          space_ == nullptr ? 0 : space_->refusedCubes(), budgetOf(params_).map_bytes};
+          space_ == nullptr ? 0 : space_->refusedCubes(),
+          budgetOf(params_).map_bytes};
 }
 
 std::vector<MemoryPart> Engine::memoryParts() const {

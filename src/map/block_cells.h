@@ -1,5 +1,4 @@
-/// Blocks by coarse cells of the grid, so that what is in view, or far away, is found without a look
-/// at each block.
+/// Blocks by coarse cells of the grid, so that what is in view is found without a look at each.
 #pragma once
 
 #include <cstdint>

@@ -194,9 +194,7 @@ bool BlockTable::release(int32_t slot, uint32_t directions) {
   return true;
 }
 
-bool BlockTable::hasArrays(int32_t slot) const {
-  return directionsWithArrays(blocks_[slot]) != 0;
-}
+bool BlockTable::hasArrays(int32_t slot) const { return directionsWithArrays(blocks_[slot]) != 0; }
 
 bool BlockTable::vacate(int32_t slot, uint32_t directions) {
   for (int d = 0; d < kDirectionCount; ++d) {

@@ -25,7 +25,7 @@ test            include, src, cuda
 TABLE_HERE = read_table(TEXT)
 FILES = {"include/dtsdf_mapping/mesh.h", "src/kernels/core/vec.h", "src/kernels/late/cast.h",
          "src/io/text_file.h", "src/mapper/gpu.h", "src/tools/flight.h", "src/ros/node.h",
-         "cuda/cuda_mapper.h", "cuda/runtime/stream.h", "test/parity/test_frames.h"}
+         "cuda/cuda_backend.h", "cuda/runtime/stream.h", "test/parity/test_frames.h"}
 
 
 def rules(path, code):
@@ -53,7 +53,7 @@ class Includes(unittest.TestCase):
             self.assert_broken("src/ros/a.cpp", "#include " + header)
             self.assert_broken("src/ros/a.cpp", "  #  include " + header)
             self.assert_kept("src/ros/a.cpp", "// #include " + header)
-        self.assert_broken("src/io/sub/a.cpp", '#include "cuda_mapper.h"')
+        self.assert_broken("src/io/sub/a.cpp", '#include "cuda_backend.h"')
 
     def test_a_folder_of_rooms_stands_for_all_of_them(self):
         self.assert_kept("src/mapper/a.cpp", '#include "kernels/late/cast.h"')
@@ -84,10 +84,10 @@ class Includes(unittest.TestCase):
             read_exceptions(TEXT + "\nbeyond  room  why\nsrc/mapper/gpu.h  src/ros\n")
 
     def test_a_room_does_not_stand_for_those_inside(self):
-        self.assert_kept("src/mapper/a.cpp", '#include "cuda_mapper.h"')
+        self.assert_kept("src/mapper/a.cpp", '#include "cuda_backend.h"')
         self.assert_broken("src/mapper/a.cpp", '#include "runtime/stream.h"')
         self.assert_kept("cuda/a.cu", '#include "runtime/stream.h"')
-        self.assert_broken("cuda/runtime/a.h", '#include "cuda_mapper.h"')
+        self.assert_broken("cuda/runtime/a.h", '#include "cuda_backend.h"')
 
     def test_kernels_include_only_themselves_and_c_maths(self):
         self.assert_kept("src/kernels/core/a.h", '#include <cmath>\n#include "kernels/core/vec.h"')

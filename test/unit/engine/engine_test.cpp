@@ -1,10 +1,10 @@
-// The engine alone admits, counts, forgets, and orders the stages: with a backend that does nothing.
+// The engine alone admits, counts, forgets, and orders the stages: with an idle backend.
 #include "engine/engine.h"
 
 #include <gtest/gtest.h>
 
-#include "unit/engine/recorder.h"
 #include "map/memory_budget.h"
+#include "unit/engine/recorder.h"
 
 namespace dtsdf {
 namespace {
@@ -16,9 +16,8 @@ class EngineTest : public testing::Test {
   EngineTest() { params_.map.max_memory_mb = 1; }
 
   Engine makeEngine() {
-    return Engine(params_, Rules(), 1, [this](const BlockTable&) {
-      return std::make_unique<Recorder>(script_);
-    });
+    return Engine(params_, Rules(), 1,
+                  [this](const BlockTable&) { return std::make_unique<Recorder>(script_); });
   }
 
   /// So many blocks in a row that begins at the camera and leads away from it.
@@ -64,9 +63,9 @@ TEST_F(EngineTest, OrdersTheStages) {
                                         "see free", "touched", "admit", "cast, fold, clear"}));
   for (int image = 0; image < 2; ++image) {
     engine.paint(colourFrame());
-    EXPECT_EQ(script_.takeCalls(),
-              image == 0 ? (Calls{"look", "keep colours", "admit colours", "paint"})
-                         : (Calls{"look", "paint"}));
+    EXPECT_EQ(script_.takeCalls(), image == 0
+                                       ? (Calls{"look", "keep colours", "admit colours", "paint"})
+                                       : (Calls{"look", "paint"}));
   }
   engine.updateMesh();
   EXPECT_EQ(script_.takeCalls(), (Calls{"mark all", "begin mesh", "finish mesh"}));

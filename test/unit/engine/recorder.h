@@ -13,7 +13,7 @@ namespace dtsdf {
 struct Script {
   std::vector<BlockRequest> requests;  ///< Of each depth image.
   std::vector<ColourRequest> colour_requests;
-  std::vector<EmptyBlock> empty;  ///< Taken once.
+  std::vector<EmptyBlock> empty;                   ///< Taken once.
   bool lacks_blocks = false, lacks_frame = false;  ///< Memory for new blocks; for a frame.
 
   std::vector<std::string> calls;

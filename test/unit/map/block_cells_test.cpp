@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kPlenty = size_t(1) << 30;
+constexpr size_t kUnbounded = size_t(1) << 30;
 
 /// A camera in the block `at`, turned at random.
 FrameView randomView(std::mt19937& random, const BlockKey& at) {
@@ -48,7 +48,7 @@ BlockKey randomBlock(std::mt19937& random, const BlockKey& around, int reach) {
 
 TEST(BlockCells, ListEachBlockOnceInItsCell) {
   std::mt19937 random(1);
-  BlockTable table(kPlenty);
+  BlockTable table(kUnbounded);
   std::set<PackedKey> live;
   for (int step = 0; step < 4000; ++step) {
     const PackedKey key = packKey(randomBlock(random, {-7, 0, 9}, 30));
@@ -76,7 +76,7 @@ TEST(BlockCells, HaveAllBlocksInViewAndFewOthers) {
   constexpr int kFar = kMaxBlockCoordinate - 700;
   size_t in_view = 0, listed = 0, all = 0;
   for (const BlockKey& at : {BlockKey{0, 0, 0}, BlockKey{-kFar, 5000, kFar}}) {
-    BlockTable table(kPlenty);
+    BlockTable table(kUnbounded);
     std::vector<BlockRequest> requests;
     for (int i = 0; i < 20000; ++i) requests.push_back({packKey(randomBlock(random, at, 600)), 1});
     table.admit(requests);

@@ -147,14 +147,14 @@ INSTANTIATE_TEST_SUITE_P(All, Determinism,
                            return modeName(std::get<0>(info.param), std::get<1>(info.param));
                          });
 
-TEST(CpuMapper, SaysItsNameAndIsMadeWhenAskedFor) {
+TEST(Mapper, SaysItsNameAndIsMadeWhenAskedFor) {
   EXPECT_EQ(makeProbedMapper(makeCpuParams())->backendName(), "cpu (2 threads)");
   MapperParams params = makeCpuParams();
   params.threads = 1;
   EXPECT_EQ(makeProbedMapper(params)->backendName(), "cpu (1 thread)");
 }
 
-TEST(CpuMapper, AnExtractionIsHandedOutOnce) {
+TEST(Mapper, AnExtractionIsHandedOutOnce) {
   Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f));
   EXPECT_TRUE(session.mapper().finishMeshUpdate().blocks.empty()) << "none was begun";
   session.integrate(roomFrames(0.0, 1)[0]);

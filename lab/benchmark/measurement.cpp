@@ -149,7 +149,7 @@ FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
 
 Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& params,
                     const Rules& rules, const std::function<void(size_t)>& show_progress) {
-  if (frames.empty()) throw std::runtime_error("there are no frames to measure with");
+  if (frames.empty()) throw std::runtime_error("no frame to measure");
   Measurement result;
   measureTotals(frames, params, rules, show_progress, result);
   measureStages(frames, params, rules, show_progress, result);

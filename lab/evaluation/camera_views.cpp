@@ -44,7 +44,8 @@ OrbitShape orbitShapeFromName(const std::string& name) {
   if (name == "helix") return OrbitShape::kHelix;
   if (name == "sphere") return OrbitShape::kSphere;
   if (name == "hand") return OrbitShape::kHand;
-  throw std::invalid_argument("unknown trajectory '" + name + "': circle, helix, sphere or hand");
+  throw std::invalid_argument("unknown trajectory '" + name +
+                              "'; use circle, helix, sphere or hand");
 }
 
 std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double radius_m) {

@@ -25,7 +25,7 @@ ColourByVoxelsOptions readOptions(const std::vector<std::string>& arguments) {
   CommandLine line("colour_by_voxels", "FOLDER MESH.ply OUT.ply [options]",
                    "Colours a mesh by the mean of what falls on its voxels: each pixel's colour "
                    "goes to the voxels along its ray up to the truncation distance before and "
-                   "behind its depth, weighed by 1 / z^2, and a vertex gets that of the nearest "
+                   "behind its depth, weighted by 1 / z^2, and a vertex gets that of the nearest "
                    "voxel. The TUM folder needs a registered colour image for each depth image.",
                    kExitCodes);
   line.addText({"FOLDER", "", "the TUM folder"}, options.folder);

@@ -122,7 +122,7 @@ DepthNoise depthNoiseFromName(const std::string& names) {
     const auto parts = known.find(name);
     if (parts == known.end()) {
       throw std::invalid_argument("unknown noise '" + name +
-                                  "': none, kinect, tof, stereo, or one of their parts");
+                                  "'; use none, kinect, tof, stereo, or one of their parts");
     }
     for (bool DepthNoise::*part : parts->second) noise.*part = true;
   }

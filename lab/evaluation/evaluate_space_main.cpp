@@ -60,7 +60,7 @@ EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   line.onlyWith("--height", "--picture");
   line.parse(arguments);
   if (!options.tum_folder.empty() && (options.mesh_path.empty() || options.seen_path.empty())) {
-    throw UsageError("--tum goes with --mesh and --seen, which are the truth");
+    throw UsageError("--tum needs --mesh and --seen, the truth");
   }
   return options;
 }

@@ -33,7 +33,7 @@ EvaluateTrailOptions readOptions(const std::vector<std::string>& arguments) {
   line.addNumber({"--margin", "METRES", "added to the volume on all sides"}, options.rule.margin_m,
                  {0.0, 1.0});
   line.addNumber({"--distance", "METRES",
-                  "what is nearer to the reference does not count as "
+                  "surface nearer than this to the reference does not count as "
                   "trail"},
                  options.rule.distance_m, {0.0, 10.0});
   line.addWhole({"--samples", "N", "number of points of the mesh to check"}, options.rule.samples,

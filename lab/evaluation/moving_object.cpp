@@ -51,7 +51,7 @@ Interval withinUnitBall(const Eigen::Vector3d& origin, const Eigen::Vector3d& di
 MovingObject::Shape objectShapeFromName(const std::string& name) {
   if (name == "box") return MovingObject::Shape::kBox;
   if (name == "ball") return MovingObject::Shape::kBall;
-  throw std::invalid_argument("unknown shape '" + name + "': box or ball");
+  throw std::invalid_argument("unknown shape '" + name + "'; use box or ball");
 }
 
 std::optional<double> intersect(const MovingObject& object, const Eigen::Vector3d& centre_W,

@@ -167,7 +167,7 @@ void colourByError(TriangleMesh& mesh, const std::vector<double>& errors_m, doub
 
 Eigen::Isometry3d framingPose(const Eigen::AlignedBox3f& bounds, const ViewCamera& camera,
                               double azimuth_deg, double elevation_deg, char up) {
-  if (up < 'x' || up > 'z') throw std::invalid_argument("the up axis is x, y or z");
+  if (up < 'x' || up > 'z') throw std::invalid_argument("the up axis must be x, y or z");
   const int up_axis = up - 'x';
   const double azimuth = azimuth_deg * M_PI / 180.0, elevation = elevation_deg * M_PI / 180.0;
   Eigen::Vector3d towards_eye;

@@ -18,7 +18,7 @@ void joinPictures(const std::string& path, const std::vector<TitledPicture>& pic
     width += images.back().cols + kGap_px;
     height = std::max(height, images.back().rows);
   }
-  if (images.empty()) throw std::runtime_error(path + ": there are no pictures to join");
+  if (images.empty()) throw std::runtime_error(path + ": no pictures to join");
   cv::Mat row(height + kTitle_px, width, CV_8UC3, cv::Scalar::all(255));
   int left = 0;
   for (size_t i = 0; i < images.size(); ++i) {

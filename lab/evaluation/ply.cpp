@@ -134,7 +134,8 @@ class NumberReader {
     char* after = nullptr;
     // std::string ends with a null character, so the conversion stops there at the latest.
     const double number = std::strtod(position_, &after);
-    if (after == position_) throw std::runtime_error("it ends too early or holds no number");
+    if (after == position_)
+      throw std::runtime_error("it ends too early or contains something that is not a number");
     position_ = after;
     return number;
   }

@@ -24,7 +24,7 @@ SeenSurfaceArguments readOptions(const std::vector<std::string>& arguments) {
   line.addText({"OUT.ply", "", "the file to write"}, options.out_path);
   line.addNumber({"--longest-side", "METRES", "longest side of a triangle"}, options.longest_side_m,
                  {1e-3, 1e3});
-  line.addNumber({"--max-depth", "METRES", "ignore what is seen from farther away"},
+  line.addNumber({"--max-depth", "METRES", "ignore surfaces farther than this from the camera"},
                  options.max_depth_m, {1e-3, 1e3});
   line.parse(arguments);
   return options;

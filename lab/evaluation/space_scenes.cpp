@@ -62,7 +62,7 @@ std::vector<Eigen::Isometry3d> posesInRoom() {
 ViewedScene viewedSceneFromName(const std::string& name) {
   if (name == "shapes") return {makeShapes(), {smallCamera(), posesInShapes(), {}}};
   if (name == "room") return {makeRoomScene(), {smallCamera(), posesInRoom(), {}}};
-  throw std::invalid_argument("unknown scene '" + name + "': shapes or room");
+  throw std::invalid_argument("unknown scene '" + name + "'; use shapes or room");
 }
 
 ViewedScene corridorWithPlate(double thickness_m, bool gap) {

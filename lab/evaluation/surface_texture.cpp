@@ -57,7 +57,7 @@ Texture textureFromName(const std::string& name) {
   if (name == "vertices") return Texture::kVertices;
   if (name == "checker") return Texture::kChecker;
   if (name == "gradient") return Texture::kGradient;
-  throw std::invalid_argument("unknown texture '" + name + "': vertices, checker or gradient");
+  throw std::invalid_argument("unknown texture '" + name + "'; use vertices, checker or gradient");
 }
 
 Eigen::Vector3d vertexColourAt(const TriangleMesh& mesh, uint32_t triangle,

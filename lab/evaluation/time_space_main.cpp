@@ -37,7 +37,7 @@ TimeSpaceOptions readOptions(const std::vector<std::string>& arguments) {
                    kExitCodes);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
   addSettingOption(line, options.settings);
-  line.addWhole({"--passes", "N", "how often to fuse the recording, each time beside the last"},
+  line.addWhole({"--passes", "N", "number of passes over the recording, each shifted along x"},
                 options.passes, {1, 1e6});
   line.addNumber({"--shift", "METRES", "distance between passes, along x"}, options.shift_m,
                  {-1e4, 1e4});

@@ -15,7 +15,8 @@ std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
   for (size_t i = frames.first; i < count && i <= frames.last; i += frames.step) {
     chosen.push_back(i);
   }
-  if (chosen.empty()) throw UsageError("no image is chosen; there are " + std::to_string(count));
+  if (chosen.empty())
+    throw UsageError("the selection contains no image; there are " + std::to_string(count));
   return chosen;
 }
 

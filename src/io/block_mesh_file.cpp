@@ -94,7 +94,7 @@ struct BlockMeshReader::State {
     Header header;
     read(&header, 1);
     if (!std::equal(header.magic, header.magic + sizeof(header.magic), kMeshMagic)) {
-      throwDamaged("it does not start like one");
+      throwDamaged("it has another signature");
     }
     if (header.version != kMeshVersion) throwDamaged("it has another version");
     counts = header.counts;
@@ -138,7 +138,7 @@ struct BlockMeshReader::State {
     if (!isRepresentable(header.key) || header.vertices > kMostOfBlock ||
         header.indices > kMostOfBlock || header.indices % 3 != 0 ||
         (header.colours != 0 && header.colours != header.vertices)) {
-      throwDamaged("a block has impossible sizes");
+      throwDamaged("the sizes of a block are inconsistent");
     }
     const PackedKey key = packKey(header.key);
     if (blocks > 0 && key <= last) throwDamaged("blocks are not in the order of their keys");

@@ -121,7 +121,7 @@ class MapReader {
     return bytes;
   }
 
-  [[noreturn]] void throwWrongSizes() const { file_.throwDamaged("its sizes are impossible"); }
+  [[noreturn]] void throwWrongSizes() const { file_.throwDamaged("its sizes are inconsistent"); }
 
   void readBlocks() {
     const Bytes bytes = file_.read(file_.get(kBlocks), block_count_ * kBlockBytes);

@@ -42,7 +42,7 @@ std::string describeFormats() {
   return text;
 }
 
-/// "; there is one in 'seq-01'", for archives whose recordings lie in folders of their own.
+/// "; it contains recordings: 'seq-01'", for archives whose recordings lie in folders of their own.
 std::string describeFolders(const fs::path& folder) {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -52,7 +52,7 @@ std::string describeFolders(const fs::path& folder) {
   }
   if (names.empty()) return "";
   std::sort(names.begin(), names.end());
-  std::string text = "; there is one in";
+  std::string text = "; it contains recordings:";
   for (const std::string& name : names) text += " '" + name + "'";
   return text;
 }

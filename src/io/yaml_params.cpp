@@ -53,7 +53,7 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
 void flatten(const YAML::Node& node, const std::string& prefix, const std::string& name,
              ParamTree& tree) {
   for (const auto& entry : node) {
-    if (!entry.first.IsScalar()) throwAt(name, entry.first.Mark(), "a key must be a text");
+    if (!entry.first.IsScalar()) throwAt(name, entry.first.Mark(), "a key must be a string");
     const std::string key = prefix + entry.first.Scalar();
     const YAML::Node& value = entry.second;
     if (value.IsMap()) {
@@ -83,7 +83,7 @@ ParamTree parseYamlParams(const std::string& text, const std::string& name) {
 }
 
 ParamTree loadYamlParams(const std::string& path) {
-  return parseYamlParams(readTextFile(path, "give the name of a YAML file with settings"), path);
+  return parseYamlParams(readTextFile(path, "give the path of a YAML file with settings"), path);
 }
 
 void setParam(const std::string& assignment, ParamTree& tree) {

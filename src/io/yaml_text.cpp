@@ -47,7 +47,8 @@ class PlainDocument : public YAML::EventHandler {
 void checkText(const std::string& text) {
   const YAML::Mark nowhere = YAML::Mark::null_mark();
   if (text.size() > kMostTextBytes) throw YAML::Exception(nowhere, "too large for settings");
-  if (text.find('\0') != text.npos) throw YAML::Exception(nowhere, "a text has no NUL character");
+  if (text.find('\0') != text.npos)
+    throw YAML::Exception(nowhere, "a string must not contain a NUL character");
   const auto isOpening = [](char c) { return c == '[' || c == '{'; };
   if (std::count_if(text.begin(), text.end(), isOpening) > kMaxBrackets) {
     throw YAML::Exception(nowhere, "too many brackets");

@@ -200,7 +200,7 @@ FloorFit fitFloor(const std::vector<FloorView>& views) {
   if (widthOf(fit->plane, points) < kMinWidth_m)
     return without("only a strip of a possible floor is visible");
   if (fit->plane.normal.dot(up) < kMinCosine || !isLowest(counts, points.size())) {
-    return without("the largest plane below is not the lowest there is");
+    return without("another plane lies below the largest one");
   }
   return {fit->plane, ""};
 }

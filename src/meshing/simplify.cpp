@@ -4,13 +4,16 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "kernels/core/vec.h"
+#include "meshing/quadric.h"
 #include "meshing/surface_distance.h"
+#include "meshing/tolerances.h"
 
 namespace dtsdf {
 namespace {
@@ -19,10 +22,6 @@ using Triangle = std::array<uint32_t, 3>;
 
 /// Normals that differ by more than this face each other: cosine of 105 degrees.
 constexpr float kOpposite = -0.25f;
-constexpr FacingLimits kOpposing{-1.01f, kOpposite};
-
-/// What each of two opposing sides may use of what is between them.
-constexpr double kShareBetween = 0.45;
 
 /// Errors in each decade: a mesh is simplified within one after the other, up to the one that is
 /// asked for. So whoever asks for more gets what all before have left, and less of it.
@@ -51,30 +50,6 @@ constexpr double kSmallShareOfEdge = 3.0;
 constexpr float kLeastHeight = 0.01f;
 
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
-
-/// The sum of squared distances from planes, weighted.
-struct Quadric {
-  double xx = 0, xy = 0, xz = 0, xd = 0, yy = 0, yz = 0, yd = 0, zz = 0, zd = 0, dd = 0, weight = 0;
-
-  void add(const Vec3f& unit_normal, const Vec3f& point, double w) {
-    const double x = unit_normal.x, y = unit_normal.y, z = unit_normal.z;
-    const double d = -(x * point.x + y * point.y + z * point.z);
-    xx += w * x * x, xy += w * x * y, xz += w * x * z, xd += w * x * d;
-    yy += w * y * y, yz += w * y * z, yd += w * y * d;
-    zz += w * z * z, zd += w * z * d, dd += w * d * d, weight += w;
-  }
-
-  void add(const Quadric& q) {
-    xx += q.xx, xy += q.xy, xz += q.xz, xd += q.xd, yy += q.yy, yz += q.yz, yd += q.yd;
-    zz += q.zz, zd += q.zd, dd += q.dd, weight += q.weight;
-  }
-
-  double at(const Vec3f& p) const {
-    const double x = p.x, y = p.y, z = p.z;
-    return x * (xx * x + 2 * (xy * y + xz * z + xd)) + y * (yy * y + 2 * (yz * z + yd)) +
-           z * (zz * z + 2 * zd) + dd;
-  }
-};
 
 /// A triangle at a vertex: the two others, in its order.
 struct Wing {
@@ -105,7 +80,8 @@ class Collapser {
         mark_(p_.size(), 0) {
     for (uint32_t corner = 0; corner < next_.size(); ++corner) link(corner);
     report(0.0);
-    measureGaps();
+    tolerances_.emplace(mesh_, FacingLimits{-1.01f, kOpposite}, mean_edge_m_, max_error_m_,
+                        [this](double share) { report(kSharePrepared * share); });
     findRemovable();
     sumQuadrics();
   }
@@ -116,6 +92,7 @@ class Collapser {
       const double begin = kSharePrepared + (1.0 - kSharePrepared) * i / errors.size();
       if (!simplifyWithin(errors[i], begin)) break;
     }
+    tolerances_.reset();
     SimplifiedMesh result;
     result.mesh = select();
     result.error_m = measure(result.mesh);
@@ -158,19 +135,6 @@ class Collapser {
       }
       (before == kNone ? head_[v] : next_[before]) = next_[corner];
       if (tail_[v] == corner) tail_[v] = before;
-    }
-  }
-
-  /// How far each vertex is from a surface that faces it, or looks the other way behind it, up to
-  /// where that matters.
-  void measureGaps() {
-    const double limit_m = 1.01 * max_error_m_ / kShareBetween;
-    const SurfaceTree tree(p_, triangles_);
-    tolerance_m_.resize(p_.size());
-    for (size_t i = 0; i < p_.size(); ++i) {
-      if (i % kReportEvery == 0) report(kSharePrepared * i / p_.size());
-      const double gap_m = tree.distance(p_[i], limit_m, mesh_.normals[i], kOpposing);
-      tolerance_m_[i] = static_cast<float>(kShareBetween * gap_m);
     }
   }
 
@@ -366,7 +330,7 @@ class Collapser {
   }
 
   bool moveTo(uint32_t point, uint32_t v, double error_m) {
-    const double limit_m = std::min(error_m, static_cast<double>(tolerance_m_[point]));
+    const double limit_m = tolerances_->within(point, error_m);
     double nearest = limit_m * limit_m;
     Move move{point, kNone, 0.0f};
     for (const WingAfter& after : wings_after_) {
@@ -478,7 +442,7 @@ class Collapser {
   std::vector<uint32_t> head_, tail_, next_;  ///< Corners of each vertex: 3 * triangle + place.
   std::vector<uint32_t> hosted_, next_hosted_;  ///< Of each triangle, the vertices it stands for.
   std::vector<float> off_m_;        ///< Of each vertex that has gone: from its triangle.
-  std::vector<float> tolerance_m_;  ///< Of each vertex, whatever the error.
+  std::optional<Tolerances> tolerances_;
   std::vector<uint8_t> is_removable_;
   std::vector<uint32_t> live_;              ///< Those that are.
   std::vector<uint32_t> changes_, tried_;   ///< Of the triangles at a vertex; when it was tried.

@@ -56,84 +56,98 @@ double squaredDistanceOfTriangle(const Vec3f& p, const Vec3f& a, const Vec3f& b,
 
 SurfaceTree::SurfaceTree(const std::vector<Vec3f>& vertices_m,
                          const std::vector<std::array<uint32_t, 3>>& triangles)
-    : vertices_m_(vertices_m), triangles_(triangles), order_(triangles.size()) {
-  for (size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<uint32_t>(i);
-  nodes_.reserve(order_.size());
+    : vertices_m_(vertices_m), triangles_(triangles.size()) {
+  std::vector<Item> items;
+  items.reserve(triangles.size());
+  for (const Triangle& t : triangles) {
+    items.push_back({vertices_m[t[0]] + vertices_m[t[1]] + vertices_m[t[2]],
+                     static_cast<uint32_t>(items.size())});
+  }
+  nodes_.reserve(triangles.size());
   nodes_.emplace_back();
-  split(0, 0, static_cast<uint32_t>(order_.size()));
+  split(items, 0, 0, static_cast<uint32_t>(items.size()), triangles);
 }
 
-/// Halves at the median of the triangles' middles, along the longest side of the box.
-void SurfaceTree::split(uint32_t node, uint32_t begin, uint32_t end) {
-  constexpr float kFar = 3e38f;
-  const Vec3f far{kFar, kFar, kFar}, near{-kFar, -kFar, -kFar};
-  Node box{far, near, far, near, begin, end - begin};
-  for (uint32_t i = begin; i < end; ++i) {
-    for (const uint32_t v : triangles_[order_[i]]) {
-      box.low = least(box.low, vertices_m_[v]);
-      box.high = greatest(box.high, vertices_m_[v]);
-    }
-  }
+/// Halves at the median of the triangles' places, along the longest side of the box of these.
+void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin, uint32_t end,
+                        const std::vector<Triangle>& triangles) {
   if (end - begin <= kLeafTriangles) {
-    for (uint32_t i = begin; i < end; ++i) boundNormal(box, triangles_[order_[i]]);
-    nodes_[node] = box;
+    for (uint32_t i = begin; i < end; ++i) triangles_[i] = triangles[items[i].triangle];
+    nodes_[node] = leaf(begin, end);
     return;
   }
-  const Vec3f size = box.high - box.low;
+  Vec3f low = items[begin].place, high = low;
+  for (uint32_t i = begin; i < end; ++i) {
+    low = least(low, items[i].place);
+    high = greatest(high, items[i].place);
+  }
+  const Vec3f size = high - low;
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
-  const auto place = [&](uint32_t triangle) {
-    const auto& t = triangles_[triangle];
-    return component(vertices_m_[t[0]], axis) + component(vertices_m_[t[1]], axis) +
-           component(vertices_m_[t[2]], axis);
-  };
   const uint32_t middle = begin + (end - begin) / 2;
-  std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
-                   [&](uint32_t a, uint32_t b) {
-                     const float of_a = place(a), of_b = place(b);
-                     return of_a != of_b ? of_a < of_b : a < b;
+  std::nth_element(items.begin() + begin, items.begin() + middle, items.begin() + end,
+                   [axis](const Item& a, const Item& b) {
+                     const float of_a = component(a.place, axis), of_b = component(b.place, axis);
+                     return of_a != of_b ? of_a < of_b : a.triangle < b.triangle;
                    });
   const auto children = static_cast<uint32_t>(nodes_.size());
   nodes_.resize(nodes_.size() + 2);
-  split(children, begin, middle);
-  split(children + 1, middle, end);
+  split(items, children, begin, middle, triangles);
+  split(items, children + 1, middle, end, triangles);
   const Node &a = nodes_[children], &b = nodes_[children + 1];
-  nodes_[node] = {box.low, box.high, least(a.least_normal, b.least_normal),
-                  greatest(a.greatest_normal, b.greatest_normal), children, 0};
+  nodes_[node] = {least(a.low, b.low),
+                  greatest(a.high, b.high),
+                  least(a.least_normal, b.least_normal),
+                  greatest(a.greatest_normal, b.greatest_normal),
+                  children,
+                  0};
 }
 
-void SurfaceTree::boundNormal(Node& node, const std::array<uint32_t, 3>& t) const {
-  const Vec3f &a = vertices_m_[t[0]], &b = vertices_m_[t[1]], &c = vertices_m_[t[2]];
-  const Vec3f n = cross(b - a, c - a);
-  const float length = norm(n);
-  if (length == 0.0f) return;  // faces nothing
-  const Vec3f normal = (1.0f / length) * n;
-  node.least_normal = least(node.least_normal, normal);
-  node.greatest_normal = greatest(node.greatest_normal, normal);
+SurfaceTree::Node SurfaceTree::leaf(uint32_t begin, uint32_t end) const {
+  constexpr float kFar = 3e38f;
+  const Vec3f far{kFar, kFar, kFar}, near{-kFar, -kFar, -kFar};
+  Node node{far, near, far, near, begin, end - begin};
+  for (uint32_t i = begin; i < end; ++i) {
+    const Triangle& t = triangles_[i];
+    const Vec3f &a = vertices_m_[t[0]], &b = vertices_m_[t[1]], &c = vertices_m_[t[2]];
+    node.low = least(node.low, least(a, least(b, c)));
+    node.high = greatest(node.high, greatest(a, greatest(b, c)));
+    const Vec3f n = cross(b - a, c - a);
+    const float length = norm(n);
+    if (length == 0.0f) continue;  // faces nothing
+    const Vec3f normal = (1.0f / length) * n;
+    node.least_normal = least(node.least_normal, normal);
+    node.greatest_normal = greatest(node.greatest_normal, normal);
+  }
+  return node;
 }
 
 template <class MayCount, class Counts>
 double SurfaceTree::search(const Vec3f& p, double limit_m, const MayCount& may_count,
-                           const Counts& counts) const {
+                           const Counts& counts, Hint& hint) const {
   double nearest = limit_m * limit_m;
+  const auto look = [&](uint32_t triangle) {
+    const Triangle& t = triangles_[triangle];
+    const Vec3f &a = vertices_m_[t[0]], &b = vertices_m_[t[1]], &c = vertices_m_[t[2]];
+    if (!counts(a, b, c)) return;
+    const double of_triangle = squaredDistanceOfTriangle(p, a, b, c);
+    if (!(of_triangle < nearest)) return;
+    nearest = of_triangle;
+    hint = triangle;
+  };
+  if (hint < triangles_.size()) look(hint);
   // Halving leaves 32 levels at most, and each adds one node to those that wait.
   std::array<std::pair<double, uint32_t>, 64> waiting;
   size_t count = 0;
   const auto put = [&](uint32_t node) {
-    if (!may_count(nodes_[node])) return;
     const double distance = squaredDistanceOfBox(p, nodes_[node].low, nodes_[node].high);
-    if (distance < nearest) waiting[count++] = {distance, node};
+    if (distance < nearest && may_count(nodes_[node])) waiting[count++] = {distance, node};
   };
   put(0);
   while (count > 0) {
     const auto [distance, at] = waiting[--count];
     if (distance >= nearest) continue;
     const Node& node = nodes_[at];
-    for (uint32_t i = 0; i < node.triangles; ++i) {
-      const auto& t = triangles_[order_[node.first + i]];
-      const Vec3f &a = vertices_m_[t[0]], &b = vertices_m_[t[1]], &c = vertices_m_[t[2]];
-      const double of_triangle = squaredDistanceOfTriangle(p, a, b, c);
-      if (of_triangle < nearest && counts(a, b, c)) nearest = of_triangle;
-    }
+    for (uint32_t i = 0; i < node.triangles; ++i) look(node.first + i);
     if (node.triangles > 0) continue;
     put(node.first);
     put(node.first + 1);
@@ -145,13 +159,14 @@ double SurfaceTree::search(const Vec3f& p, double limit_m, const MayCount& may_c
 }
 
 double SurfaceTree::distance(const Vec3f& p, double limit_m) const {
+  Hint hint = kNoHint;
   return search(
       p, limit_m, [](const Node&) { return true; },
-      [](const Vec3f&, const Vec3f&, const Vec3f&) { return true; });
+      [](const Vec3f&, const Vec3f&, const Vec3f&) { return true; }, hint);
 }
 
 double SurfaceTree::distance(const Vec3f& p, double limit_m, const Vec3f& direction,
-                             const FacingLimits& facing) const {
+                             const FacingLimits& facing, Hint& hint) const {
   // Of a box of normals a corner turns least from the direction, and the one opposite most.
   const auto mayCount = [&](const Node& node) {
     const Vec3f &low = node.least_normal, &high = node.greatest_normal;
@@ -163,12 +178,13 @@ double SurfaceTree::distance(const Vec3f& p, double limit_m, const Vec3f& direct
     return dot(most, direction) >= facing.least_cosine - kRounding &&
            dot(most_away, direction) <= facing.greatest_cosine + kRounding;
   };
-  return search(p, limit_m, mayCount, [&](const Vec3f& a, const Vec3f& b, const Vec3f& c) {
+  const auto counts = [&](const Vec3f& a, const Vec3f& b, const Vec3f& c) {
     const Vec3f n = cross(b - a, c - a);
     const float length = norm(n), along = dot(n, direction);
     return length > 0.0f && along >= facing.least_cosine * length &&
            along <= facing.greatest_cosine * length;
-  });
+  };
+  return search(p, limit_m, mayCount, counts, hint);
 }
 
 }  // namespace dtsdf

@@ -16,7 +16,7 @@ struct FacingLimits {
 
 double squaredDistanceOfTriangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c);
 
-/// A tree of boxes over the triangles of a mesh, which outlives it and does not change.
+/// A tree of boxes over the triangles of a mesh, whose vertices outlive it and do not change.
 class SurfaceTree {
  public:
   SurfaceTree(const std::vector<Vec3f>& vertices_m,
@@ -25,10 +25,14 @@ class SurfaceTree {
   /// Distance of a point from the nearest triangle, or `limit_m` if none is nearer.
   double distance(const Vec3f& p, double limit_m) const;
 
+  /// A triangle to look at first, and then the nearest one that was found, if any.
+  using Hint = uint32_t;
+  static constexpr Hint kNoHint = 0xffffffffu;
+
   /// The same for triangles whose normals have such cosines with `direction`, a unit vector; those
-  /// without area do not count.
+  /// without area do not count. A hint makes it faster where it is near, and changes nothing else.
   double distance(const Vec3f& p, double limit_m, const Vec3f& direction,
-                  const FacingLimits& facing) const;
+                  const FacingLimits& facing, Hint& hint) const;
 
  private:
   /// A leaf has triangles from `first` on, an inner node its children there.
@@ -39,15 +43,23 @@ class SurfaceTree {
     uint32_t triangles;  ///< 0: an inner node.
   };
 
-  void split(uint32_t node, uint32_t begin, uint32_t end);
-  void boundNormal(Node& node, const std::array<uint32_t, 3>& triangle) const;
+  using Triangle = std::array<uint32_t, 3>;
+
+  /// A triangle by the sum of its corners, which is where it is cut.
+  struct Item {
+    Vec3f place;
+    uint32_t triangle;
+  };
+
+  void split(std::vector<Item>& items, uint32_t node, uint32_t begin, uint32_t end,
+             const std::vector<Triangle>& triangles);
+  Node leaf(uint32_t begin, uint32_t end) const;
   template <class MayCount, class Counts>
-  double search(const Vec3f& p, double limit_m, const MayCount& may_count,
-                const Counts& counts) const;
+  double search(const Vec3f& p, double limit_m, const MayCount& may_count, const Counts& counts,
+                Hint& hint) const;
 
   const std::vector<Vec3f>& vertices_m_;
-  const std::vector<std::array<uint32_t, 3>>& triangles_;
-  std::vector<uint32_t> order_;
+  std::vector<Triangle> triangles_;  ///< In the order of the leaves.
   std::vector<Node> nodes_;
 };
 

@@ -165,8 +165,12 @@ void ParamReader::operator()(const std::string& key, bool& member) {
   }
   const std::string* text = std::get_if<std::string>(value);
   const std::string word = text != nullptr ? inLowerCase(*text) : "";
-  const bool is_true = word == "true" || word == "yes" || word == "on";
-  if (!is_true && word != "false" && word != "no" && word != "off") {
+  // All that YAML 1.1 knows; readers of YAML leave some of these as strings.
+  const auto isOneOf = [&](const std::vector<std::string>& words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  const bool is_true = isOneOf({"true", "yes", "on", "y"});
+  if (!is_true && !isOneOf({"false", "no", "off", "n"})) {
     addViolation(key, "must be true or false");
     return;
   }

@@ -68,7 +68,8 @@ std::string pathOf(const py::object& path) {
   const py::object text = py::module::import("os").attr("fspath")(path);
   // Names of files are bytes; Python shows those that are no text in its own way.
   const auto name = py::module::import("os").attr("fsencode")(text).cast<std::string>();
-  if (name.find('\0') != std::string::npos) throw py::value_error("a path cannot have a NUL in it");
+  if (name.find('\0') != std::string::npos)
+    throw py::value_error("a path must not contain a NUL character");
   return name;
 }
 

@@ -147,7 +147,7 @@ py::object levelPose(const MapperSession& self) {
 SpaceView spaceOf(const Session& self) {
   if (!self->hasSpace()) {
     throw std::runtime_error(
-        "this mapper keeps no space: make it with "
+        "this mapper does not record space: make it with "
         "**{\"space/enabled\": True}");
   }
   return {self};
@@ -157,10 +157,10 @@ void bindResult(py::module& m) {
   py::class_<IntegrationResult>(m, "IntegrationResult", "What integrate() or paint() did.")
       .def_property_readonly(
           "fused", [](const IntegrationResult& self) { return self.status == FrameStatus::kFused; },
-          "Whether the frame is part of the map; else the map is as it was.")
+          "Whether the frame was fused or painted; if not, the map is unchanged.")
       .def_property_readonly(
           "status", [](const IntegrationResult& self) { return toString(self.status); },
-          "A word: \"fused\", or why not.")
+          "\"fused\", or the reason why not, in one word.")
       .def_readonly("message", &IntegrationResult::message, "What was wrong with a frame.")
       .def_readonly("refused_blocks", &IntegrationResult::refused_blocks,
                     "Blocks and arrays that the frame wanted beyond map/max_memory_mb.")
@@ -237,10 +237,9 @@ void bindMapper(py::module& m) {
                              "space/enabled.")
       .def_property_readonly("settings", &settingsDict, "All settings, as a flat dict.")
       .def_property_readonly("stats", &statsOf, "Sizes of the map, as a dict; memory in bytes.")
-      .def_property_readonly(
-          "T_W_M", &levelPose,
-          "4 x 4, metres: where a map that was levelled lies; apply it to poses of\n"
-          "later frames. None if it was not.")
+      .def_property_readonly("T_W_M", &levelPose,
+                             "4 x 4, metres: the pose of a levelled map; apply it to the poses of\n"
+                             "later frames. None if it was not.")
       .def_property_readonly(
           "backend",
           [](MapperSession& self) {

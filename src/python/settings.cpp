@@ -11,7 +11,7 @@ namespace {
 namespace py = pybind11;
 
 [[noreturn]] void refuseValue(const std::string& key, py::handle value) {
-  throw py::type_error("the setting " + key + " must be a number, a truth value or a text, not a " +
+  throw py::type_error("the setting " + key + " must be a number, a bool or a string, not a " +
                        typeName(value));
 }
 
@@ -43,7 +43,7 @@ ParamValue valueOf(const std::string& key, py::handle value) {
 void addDict(const py::dict& settings, const std::string& section, ParamTree& tree) {
   for (const auto& [name, value] : settings) {
     if (!py::isinstance<py::str>(name)) {
-      throw py::type_error("the keys of settings must be texts such as \"map/voxel_size_m\"");
+      throw py::type_error("the keys of settings must be strings such as \"map/voxel_size_m\"");
     }
     const std::string key = section + name.cast<std::string>();
     if (py::isinstance<py::dict>(value)) {

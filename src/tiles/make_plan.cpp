@@ -42,8 +42,8 @@ void checkSettings(const MapperParams& params) {
 void checkPainting(const PaintParams& paint, const std::string& path) {
   if (paint.exposure == ImageExposure::kFixed && paint.max_depth_m > 0.0f) return;
   throw std::runtime_error(
-      "'" + path + "' has colour images, which tiles need at a fixed exposure and with a largest "
-                   "depth: give --set colour/exposure=fixed colour/max_depth_m=5 (to reconstruct "
+      "'" + path + "' has colour images, which tiles need at a fixed exposure and with a depth "
+                   "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (to reconstruct "
                    "as well), or colour/enabled=never");
 }
 
@@ -175,7 +175,7 @@ class Planner {
 
 Plan makePlan(const PlanRequest& request, const RunSettings& settings) {
   if (request.recordings.size() > 1 && !request.reading.recording.poses_path.empty()) {
-    throw UsageError("--poses is for one recording, and there are several");
+    throw UsageError("--poses works with one recording only");
   }
   Planner planner(request, settings);
   planner.readAll();

@@ -252,7 +252,7 @@ void savePlan(const Plan& plan, const std::string& folder) {
 size_t readTileNumber(const std::string& text, const Plan& plan) {
   size_t number = 0;
   if (parseNumber(text, number) && number < plan.tiles.size()) return number;
-  throw std::runtime_error("there is no tile '" + text + "'; the plan has tiles 0 to " +
+  throw std::runtime_error("the plan has no tile '" + text + "'; its tiles are 0 to " +
                            std::to_string(plan.tiles.size() - 1));
 }
 

@@ -121,7 +121,7 @@ void drawSlice(const std::vector<std::string>& arguments) {
   const std::vector<SliceCell> slice = sliceAt(space, options.height_m);
   if (slice.empty()) {
     throw std::runtime_error("nothing is known at " + std::to_string(options.height_m) +
-                             " m; take another --height (map_tool info prints the map's bounds)");
+                             " m; choose another --height (map_tool info prints the map's bounds)");
   }
   const double most_m = farthest(slice);
   const ColourImage image = draw(slice, most_m, options.pixels);

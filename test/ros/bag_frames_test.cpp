@@ -400,7 +400,7 @@ TEST_F(InertialBag, SaysWhatIsMissing) {
 TEST_F(InertialBag, IsNoneWithoutRest) {
   writeImu("/imu", 0, 400, 3.0);
   writeTransform();
-  EXPECT_TRUE(errorHas("never still"));
+  EXPECT_TRUE(errorHas("never at rest"));
 }
 
 TEST_F(InertialBag, IsNoneWithoutTransform) {

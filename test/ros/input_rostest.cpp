@@ -413,7 +413,7 @@ TEST_F(Input, AMasterThatHasForgottenTheNodeIsTold) {
   }
   ASSERT_NE(node, "");
   const auto isTold = [&] {
-    return status_.status().message.find("does not know this node") != std::string::npos;
+    return status_.status().message.find("no longer knows this node") != std::string::npos;
   };
   EXPECT_TRUE(waitUntil(isTold)) << status_.status().message;
   EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::ERROR);

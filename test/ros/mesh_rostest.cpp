@@ -253,12 +253,15 @@ TEST_F(MeshTest, ExampleRefusesWhatIsNotAMesh) {
   MeshBlocks good;
   good.step_m = 0.001;
   good.blocks = {block};
-  std::vector<std::pair<MeshBlocks, int>> cases(5, {good, 1});
+  std::vector<std::pair<MeshBlocks, int>> cases(7, {good, 1});
   cases[0].second = 0;
   cases[1].first.blocks[0].triangles = {0, 1, 3};
   cases[2].first.step_m = std::numeric_limits<double>::quiet_NaN();
   cases[3].first.blocks[0].normals.pop_back();
   cases[4].first.blocks[0].positions.pop_back();
+  cases[5].first.blocks[0].origin[1] = std::numeric_limits<int64_t>::min();
+  cases[6].first.blocks[0].origin[2] = int64_t{1} << 40;
+  cases[6].first.step_m = 1e300;
   const std::string path = folder_ + "/from_outside.ply";
   for (size_t i = 0; i < cases.size(); ++i) {
     fs::remove(path);

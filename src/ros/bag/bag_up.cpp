@@ -50,8 +50,8 @@ Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
   }
   throw std::runtime_error(
       "map/level is imu, but '" + printable(topic) + "' of '" + options.path + "' " +
-      (was_still ? "has no transform to '" + printable(options.map_frame) + "' while it is still"
-                 : std::string("is never still, at 9.8 m/s^2, for a second")) +
+      (was_still ? "has no transform to '" + printable(options.map_frame) + "' while at rest"
+                 : std::string("is never at rest (9.8 m/s^2) for a second")) +
       "; set map/level to floor or none");
 }
 

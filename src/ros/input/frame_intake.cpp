@@ -80,8 +80,8 @@ bool FrameIntake::dropOldest() {
   if (!parts_.posed_frames.isNeeded(parts_.stream)) return true;
   while (const std::optional<PosedFrame> extra = parts_.posed_frames.takeExtraBefore(stamp)) {
     extra->accounting->dropped(DropReason::kQueueFull, extra->stamp,
-                               "images arrive faster than they can be used, and the depth image "
-                               "after it was dropped");
+                               "images arrive faster than they can be fused, and the next depth "
+                               "image was dropped");
   }
   return true;
 }

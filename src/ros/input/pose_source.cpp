@@ -72,7 +72,7 @@ std::string PoseSource::describe(const NewestTransform& newest, const std::strin
     return text.str();
   }
   const double ahead_s = stamp.toSec() - newest.stamp->toSec();
-  text << "the newest one is of " << *newest.stamp << ", " << std::abs(ahead_s) << " s "
+  text << "the newest is stamped " << *newest.stamp << ", " << std::abs(ahead_s) << " s "
        << (ahead_s > 0.0 ? "before" : "after") << " " << what << " of " << stamp;
   return text.str();
 }

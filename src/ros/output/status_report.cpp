@@ -200,8 +200,8 @@ Verdict judgeBudget(const MapStats& stats) {
     return {MapStatus::WARN,
             "the memory for free space (an eighth of map/max_memory_mb) is full: " +
                 std::to_string(stats.refused_cubes) +
-                " times it was left unknown; surfaces are still mapped; raise map/max_memory_mb or "
-                "space/cell_voxels"};
+                " times a cube of cells stayed unknown; surfaces are still mapped; raise "
+                "map/max_memory_mb or space/cell_voxels"};
   }
   return {MapStatus::OK, ""};
 }

@@ -38,7 +38,7 @@ void MasterWatch::run() {
     lock.lock();
     if (!problem.empty() && problem_.empty()) ROS_ERROR_STREAM_NAMED("dtsdf_mapping", problem);
     if (problem.empty() && !problem_.empty()) {
-      ROS_INFO_NAMED("dtsdf_mapping", "the ROS master knows this node again");
+      ROS_INFO_NAMED("dtsdf_mapping", "this node is registered with the ROS master again");
     }
     problem_ = problem;
   }
@@ -55,7 +55,7 @@ std::string MasterWatch::ask() const {
                                         "nobody can find this node; restart the master, then this "
                                         "node";
   }
-  return "the ROS master at " + uri + " does not know this node any more, so it was restarted: "
+  return "the ROS master at " + uri + " no longer knows this node, so it has been restarted: "
                                       "existing connections keep working, but no service call and "
                                       "no new listener can find this node; restart this node and "
                                       "all others (the map starts empty)";

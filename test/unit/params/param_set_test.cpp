@@ -124,12 +124,19 @@ TEST(ParamSet, TakesTheWordsOfYaml) {
   EXPECT_EQ(readUse(std::string("Always")), Use::kAlways);
   EXPECT_THROW(readUse(1), ParamError);
   EXPECT_NE(violationsOf({{"part/fruit", true}})[0].find("must be one of: "), std::string::npos);
-  for (const char* word : {"on", "Yes", "TRUE"}) {
+  for (const char* word : {"on", "Yes", "TRUE", "y"}) {
     bool flag = false;
     ParamReader reader({{"flag", std::string(word)}});
     reader("flag", flag);
     EXPECT_NO_THROW(reader.finish()) << word;
     EXPECT_TRUE(flag) << word;
+  }
+  for (const char* word : {"off", "No", "FALSE", "N"}) {
+    bool flag = true;
+    ParamReader reader({{"flag", std::string(word)}});
+    reader("flag", flag);
+    EXPECT_NO_THROW(reader.finish()) << word;
+    EXPECT_FALSE(flag) << word;
   }
 }
 

@@ -206,7 +206,7 @@ TEST_F(TilesProgram, RefusesWhatWouldChangeTheResult) {
   EXPECT_NE(tiles("status " + folder())
                 .out.find(std::to_string(largest) + "  failed: the tile takes more"),
             std::string::npos);
-  expectError("fuse " + folder() + " 99", "there is no tile '99'");
+  expectError("fuse " + folder() + " 99", "the plan has no tile '99'");
   writeBytes(out_ / "plan/plan.json", "{}");
   expectError("status " + folder(), "is not a plan");
 }

@@ -113,7 +113,7 @@ TEST_F(SevenScenes, TheCameraOfTsdfFusionLiesBesideTheImages) {
 TEST_F(SevenScenes, TheSequencesOfASceneAreNamed) {
   options_.path = folder_ / "chess";
   const std::string error = readingErrorOf(options_);
-  EXPECT_NE(error.find("there is one in 'seq-01'"), std::string::npos) << error;
+  EXPECT_NE(error.find("it contains recordings: 'seq-01'"), std::string::npos) << error;
 }
 
 TEST_F(SevenScenes, ColourHasTheCameraAndPoseOfItsNumber) {

@@ -33,6 +33,16 @@ class PoseTracker {
   /// Continues from a pose that is known, in the map frame: the next frame begins there.
   void setPose(const Eigen::Isometry3d& T_W_C);
 
+  /// Counts the camera as lost, to be looked for around a pose, in a map that it may be anywhere
+  /// in. Nothing is fused before it is found.
+  /// @param near_T_W_C Where to begin, in the map frame.
+  /// @param stamp_s Of the next frame, in seconds.
+  void seek(const Eigen::Isometry3d& near_T_W_C, double stamp_s);
+
+  /// The pose of the newest frame that fitted, or where the camera is looked for; none before the
+  /// first frame.
+  std::optional<Eigen::Isometry3d> lastPose() const;
+
   /// The pose at a time after the last frame, by the motion so far; none before the first frame and
   /// while the camera is lost.
   std::optional<Eigen::Isometry3d> poseAt(double stamp_s) const;

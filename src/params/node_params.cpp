@@ -37,6 +37,36 @@ void checkCameras(const NodeParams& node, ParamReader& reader) {
   }
 }
 
+/// Each frame has one place in TF.
+void checkPoseFrames(const NodeParams& node, ParamReader& reader) {
+  const std::string& odom = node.poses.odom_frame;
+  const std::string& base = node.poses.base_frame;
+  const auto isMap = [&](const std::string& frame) {
+    return frame == node.map_frame || frame == frameOfMap(node);
+  };
+  if (isMap(odom)) {
+    reader.addViolation("poses/odom_frame", "must differ from the map's frame; leave it empty for "
+                                            "poses in map_frame");
+  }
+  if (isMap(base)) reader.addViolation("poses/base_frame", "must differ from the map's frame");
+  if (!base.empty() && base == odom) {
+    reader.addViolation("poses/base_frame", "must differ from poses/odom_frame");
+  }
+}
+
+void checkPoses(const NodeParams& node, ParamReader& reader) {
+  checkPoseFrames(node, reader);
+  if (node.poses.mode != PoseMode::kTrack) return;
+  if (node.cameras.size() > 1) {
+    reader.addViolation("poses/mode", "is track, which follows a single camera, but the setting "
+                                      "`cameras` has several; use refine, or one camera");
+  }
+  if (node.level.from == LevelChoice::kImu) {
+    reader.addViolation("map/level", "cannot be imu where poses/mode is track, as there is no "
+                                     "transform to the sensor yet; use floor");
+  }
+}
+
 }  // namespace
 
 MappingParams readMappingParams(const ParamTree& tree,
@@ -52,6 +82,8 @@ MappingParams readMappingParams(const ParamTree& tree,
   node.input.camera_frame = stripLeadingSlash(node.input.camera_frame);
   node.keep_frame = stripLeadingSlash(node.keep_frame);
   node.level.frame = stripLeadingSlash(node.level.frame);
+  node.poses.odom_frame = stripLeadingSlash(node.poses.odom_frame);
+  node.poses.base_frame = stripLeadingSlash(node.poses.base_frame);
   if (isLevelled(node) && node.level.frame == node.map_frame) {
     reader.addViolation("map/level_frame", "must differ from map_frame, the frame of the poses");
   }
@@ -61,6 +93,7 @@ MappingParams readMappingParams(const ParamTree& tree,
     reader.addViolation("space/min_height_m", "must be less than space/max_height_m");
   }
   checkCameras(node, reader);
+  checkPoses(node, reader);
   reader.finish();
   return params;
 }

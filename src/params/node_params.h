@@ -8,6 +8,7 @@
 
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "dtsdf_mapping/params/param_set.h"
+#include "dtsdf_mapping/params/pose_params.h"
 
 namespace dtsdf {
 
@@ -91,6 +92,14 @@ struct LevelParams {
   std::string frame;  ///< Name of the frame of the map then; empty: that of map_frame and "_level".
 };
 
+/// Where poses come from, and the frames that they are between.
+struct FramePoseParams : PoseParams {
+  /// With refine, the frame that TF's poses are in; its place in map_frame is what is published.
+  /// With track, the parent of the base. Empty: map_frame.
+  std::string odom_frame;
+  std::string base_frame;  ///< What poses are published of; empty: the depth camera's frame.
+};
+
 struct NodeParams {
   std::string map_frame = "map";  ///< Frame that poses are of, and the map, unless it is levelled.
   LevelParams level;
@@ -98,6 +107,7 @@ struct NodeParams {
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
   std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
   std::string keep_frame;  ///< Centre of map/keep_radius_m; empty: the camera.
+  FramePoseParams poses;
   InputParams input;
   ColourParams colour;
   PublishParams publish;
@@ -107,6 +117,13 @@ struct NodeParams {
 
 /// Whether the map is in a frame of its own, which is level.
 inline bool isLevelled(const NodeParams& node) { return node.level.from != LevelChoice::kNone; }
+
+/// The frame that images' poses are looked up in; empty: nowhere.
+inline std::string frameOfPoses(const NodeParams& node) {
+  if (node.poses.mode == PoseMode::kTrack) return "";
+  const bool has_odom = node.poses.mode == PoseMode::kRefine && !node.poses.odom_frame.empty();
+  return has_odom ? node.poses.odom_frame : node.map_frame;
+}
 
 /// The name of the frame that the map is in.
 inline std::string frameOfMap(const NodeParams& node) {
@@ -131,6 +148,9 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("output_directory", p.output_directory);
   visit("cameras", p.cameras);
   visit("map/keep_frame", p.keep_frame);
+  visitParams(static_cast<PoseParams&>(p.poses), visit);
+  visit("poses/odom_frame", p.poses.odom_frame);
+  visit("poses/base_frame", p.poses.base_frame);
   visit("input/merge_wait_s", p.input.merge_wait_s, Range{0.0, 60.0});
   visit("input/camera_frame", p.input.camera_frame);
   visit("input/queue_size", p.input.queue_size, Range{1, 10000});

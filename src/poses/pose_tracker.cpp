@@ -1,6 +1,7 @@
 #include "dtsdf_mapping/pose_tracker.h"
 
 #include <cmath>
+#include <limits>
 
 namespace dtsdf {
 namespace {
@@ -85,6 +86,21 @@ void PoseTracker::setPose(const Isometry3d& T_W_C) {
   given_T_W_C_ = T_W_C;
   last_ = before_ = std::nullopt;
   lost_since_s_.reset();
+}
+
+/// The way from there to where it is found is no motion, so it has no time.
+void PoseTracker::seek(const Isometry3d& near_T_W_C, double stamp_s) {
+  given_T_W_C_.reset();
+  before_.reset();
+  last_ = Followed{near_T_W_C, -std::numeric_limits<double>::infinity()};
+  places_T_W_C_ = {near_T_W_C};
+  lose(stamp_s);
+}
+
+std::optional<Isometry3d> PoseTracker::lastPose() const {
+  if (given_T_W_C_) return given_T_W_C_;
+  if (!last_) return std::nullopt;
+  return last_->T_W_C;
 }
 
 std::optional<Isometry3d> PoseTracker::poseAt(double stamp_s) const {

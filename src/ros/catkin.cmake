@@ -35,8 +35,9 @@ set(DTSDF_CV_BRIDGE_LIBRARY ${cv_bridge_LIBRARIES})
 list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 
 add_message_files(FILES Box.msg CameraStatus.msg DropCount.msg MapStatus.msg MemoryPart.msg
-  MeshBlock.msg MeshBlocks.msg Sphere.msg StreamStatus.msg TopicStatus.msg)
-add_service_files(FILES ClearRegion.srv GetDistances.srv LoadMap.srv SaveMap.srv SaveMesh.srv)
+  MeshBlock.msg MeshBlocks.msg PoseStatus.msg Sphere.msg StreamStatus.msg TopicStatus.msg)
+add_service_files(FILES ClearRegion.srv GetDistances.srv LoadMap.srv SaveMap.srv SaveMesh.srv
+  SaveTrajectory.srv SetPose.srv)
 generate_messages(DEPENDENCIES geometry_msgs std_msgs)
 generate_dynamic_reconfigure_options(cfg/Publish.cfg)
 # What our sources wait for; messages for other languages are made beside them.

@@ -124,7 +124,7 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
 
 void run(ReconstructOptions options) {
   const RunSettings settings = readSettings(options);
-  options.recording.first_pose_only = settings.poses.mode == PoseMode::kTrack;
+  options.recording.first_pose_only = settings.params.node.poses.mode == PoseMode::kTrack;
   completeInput(options);
   // Found out now rather than after an hour of work.
   for (const std::string& path :
@@ -151,7 +151,7 @@ void run(ReconstructOptions options) {
     ProgressBar progress("frames", source->size());
     RecordedInput input(*source, colours.get(), settings.params.node.colour.max_rate_hz);
     input.map_stamp_s = map_stamp_s;
-    input.poses = settings.poses;
+    input.poses = settings.params.node.poses;
     result = reconstruct(input, *mapper, params.map.voxel_size_m, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }

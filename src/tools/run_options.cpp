@@ -130,7 +130,6 @@ RunSettings readSettings(ParamTree tree) {
   settings.given = tree;
   ParamReader reader(std::move(tree));
   visitParams(settings.params, reader);
-  visitParams(settings.poses, reader);
   visitRules(settings.rules, reader);
   checkParams(settings.params.mapper, reader);
   reader.finish();

@@ -39,7 +39,6 @@ void addReportOptions(CommandLine& line, RunOptions& options);
 struct RunSettings {
   ParamTree given;  ///< What files and command line say; all else is a default.
   MappingParams params;
-  PoseParams poses;  ///< Of the programs; the node takes poses as TF has them.
   Rules rules;
 };
 

@@ -5,7 +5,6 @@
 #include <sstream>
 #include <utility>
 
-#include "dtsdf_mapping/params/pose_params.h"
 #include "params/node_params.h"
 
 namespace dtsdf {
@@ -39,8 +38,6 @@ std::string listSettings() {
   MappingParams params;
   SettingLister lister;
   visitParams(params, lister);
-  PoseParams poses;
-  visitParams(poses, lister);
   return lister.text();
 }
 

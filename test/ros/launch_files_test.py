@@ -168,8 +168,22 @@ class Loading(unittest.TestCase):
                 self.assertEqual(fixed.params["/mapping/map_frame"].value, "odom")
                 moving = load(name, "poses:=rtabmap", *extra)
                 self.assertEqual(moving.params["/rgbd_odometry/odom_frame_id"].value, "odom")
+                tracked = load(name, "poses:=track", *extra)
+                self.assertEqual(tracked.params["/mapping/poses/mode"].value, "track")
+                self.assertEqual(tracked.params["/mapping/map_frame"].value, "odom")
+                base = tracked.params["/mapping/poses/base_frame"].value
+                self.assertEqual(base, "camera_base" if name == "azure_kinect" else "camera_link")
+                self.assertFalse({"/rgbd_odometry", "/camera_stands_still"} &
+                                 set(nodes_of(tracked)))
+                self.assertEqual(load(name, *extra).params["/mapping/poses/mode"].value, "tf")
                 with self.assertRaises(Exception):
                     load(name, "poses:=guess", *extra)
+
+    def test_poses_of_a_bag(self):
+        params = load("bag", "bag:=some.bag", "rviz:=false", "poses:=track",
+                      "base_frame:=base").params
+        self.assertEqual(params["/mapping/poses/mode"].value, "track")
+        self.assertEqual(params["/mapping/poses/base_frame"].value, "base")
 
     def test_a_serial_number_stays_as_it_is(self):
         # 0123 is no number: the driver compares texts. The stand-in takes it as an argument.

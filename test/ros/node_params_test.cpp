@@ -101,6 +101,41 @@ TEST(NodeParams, LevelledMapsHaveAFrameOfTheirOwn) {
   EXPECT_EQ(violationsOf({{"map/level", std::string("gravity")}}).size(), 1u);
 }
 
+TEST(NodeParams, PosesAreBetweenFramesThatDiffer) {
+  const auto broken = [](ParamTree tree, const char* key) {
+    const auto violations = violationsOf(tree);
+    return violations.size() == 1 && violations[0].find(key) != std::string::npos;
+  };
+  const std::string refine = "refine", track = "track", odom = "odom", map = "map";
+  EXPECT_TRUE(violationsOf({{"poses/mode", refine},
+                            {"poses/odom_frame", odom},
+                            {"poses/base_frame", std::string("base")}})
+                  .empty());
+  EXPECT_TRUE(broken({{"poses/odom_frame", map}}, "poses/odom_frame"));
+  EXPECT_TRUE(broken({{"poses/base_frame", std::string("/map")}}, "poses/base_frame"));
+  EXPECT_TRUE(broken({{"poses/odom_frame", odom}, {"poses/base_frame", odom}}, "poses/base_frame"));
+  EXPECT_TRUE(broken({{"map/level", std::string("floor")},
+                      {"poses/odom_frame", std::string("map_level")}},
+                     "poses/odom_frame"));
+  const std::vector<std::string> two{"front", "rear"};
+  EXPECT_TRUE(broken({{"poses/mode", track}, {"cameras", two}}, "poses/mode"));
+  EXPECT_TRUE(violationsOf({{"poses/mode", refine}, {"cameras", two}}).empty());
+  EXPECT_TRUE(broken({{"poses/mode", track}, {"map/level", std::string("imu")}}, "map/level"));
+}
+
+TEST(NodeParams, PosesAreLookedUpInTheFrameThatTheyAreGivenIn) {
+  const auto frameOf = [](const std::string& mode, const std::string& odom) {
+    return frameOfPoses(readMappingParams({{"poses/mode", mode},
+                                           {"poses/odom_frame", odom},
+                                           {"map_frame", std::string("world")}})
+                            .node);
+  };
+  EXPECT_EQ(frameOf("tf", "/odom"), "world");
+  EXPECT_EQ(frameOf("refine", "/odom"), "odom");
+  EXPECT_EQ(frameOf("refine", ""), "world");
+  EXPECT_EQ(frameOf("track", "/odom"), "");
+}
+
 TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(readMappingParams({{"cameras", Names{"front", "left/rear_2"}}}).node.cameras,

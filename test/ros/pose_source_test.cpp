@@ -21,6 +21,20 @@ class PoseSourceTest : public testing::Test {
 
 TEST_F(PoseSourceTest, MapFrameLosesItsSlash) { EXPECT_EQ(poses_.mapFrame(), "map"); }
 
+TEST_F(PoseSourceTest, WithoutAFrameImagesHaveNoPoseAndDoNotWait) {
+  const PoseSource none(transforms_, "");
+  const PoseAnswer answer = none.lookUp("camera", ros::Time(10.0));
+  EXPECT_EQ(answer.kind, Kind::kKnown);
+  EXPECT_TRUE(answer.T_W_C.matrix().isIdentity());
+}
+
+TEST_F(PoseSourceTest, FindsACameraOnItsBase) {
+  putTransform(transforms_, 10.0, 0.3, "camera", "base");
+  EXPECT_NEAR(poses_.findIn("base", "camera").T_W_C.translation().x(), 0.3, 1e-9);
+  EXPECT_EQ(poses_.findIn("base", "other").kind, Kind::kNotYet);
+  EXPECT_TRUE(says(poses_.findIn("base", "other"), "from 'other' to 'base'"));
+}
+
 TEST_F(PoseSourceTest, InterpolatesBetweenTransforms) {
   putTransform(transforms_, 10.0, 1.0);
   putTransform(transforms_, 11.0, 2.0);

@@ -52,6 +52,46 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
   EXPECT_EQ(makeStatus(input).message, "mapping");
 }
 
+TEST(StatusReport, SaysThatTheCameraIsLostAndHowImagesFit) {
+  StatusInput input = makeInput();
+  FrameCounts& frames = input.cameras[0].depth.frames;
+  frames.images = frames.fused = 10;
+  input.output.triangles = 1;
+  EXPECT_EQ(makeStatus(input).cameras[0].pose.outcome, "") << "poses are TF's";
+
+  input.poses.cameras.resize(1);
+  CameraPoseReport& pose = input.poses.cameras[0];
+  pose.last = Alignment();
+  pose.last->status = AlignmentStatus::kMisfit;
+  pose.last->inlier_share = 0.25;
+  pose.last->shift_m = 0.5;
+  pose.stamp = ros::Time(12.0);
+  pose.free_shifts = {Eigen::Vector3d::UnitY()};
+  pose.outcomes[static_cast<size_t>(AlignmentStatus::kMisfit)] = 4;
+  MapStatus status = makeStatus(input);
+  EXPECT_EQ(status.message, "mapping");
+  EXPECT_EQ(status.cameras[0].pose.outcome, toString(AlignmentStatus::kMisfit));
+  EXPECT_EQ(status.cameras[0].pose.stamp, pose.stamp);
+  EXPECT_EQ(status.cameras[0].pose.inlier_share, 0.25f);
+  EXPECT_EQ(status.cameras[0].pose.correction_m, 0.5f);
+  ASSERT_EQ(status.cameras[0].pose.free_shifts.size(), 1u);
+  EXPECT_EQ(status.cameras[0].pose.free_shifts[0].y, 1.0);
+  ASSERT_EQ(status.cameras[0].pose.outcomes.size(), 1u);
+  EXPECT_EQ(status.cameras[0].pose.outcomes[0].count, 4u);
+
+  input.poses.problem = "'camera' has another parent";
+  EXPECT_EQ(makeStatus(input).message, input.poses.problem);
+  pose.lost_since_s = 11.5;
+  status = makeStatus(input);
+  EXPECT_EQ(status.level, MapStatus::WARN);
+  EXPECT_TRUE(says(status, "the camera is lost")) << status.message;
+  EXPECT_EQ(status.cameras[0].pose.lost_since, ros::Time(11.5));
+  input.stale_s = 1.0;
+  input.ran_s = 10.0;
+  frames.image_age_s = frames.fused_age_s = 2.0;
+  EXPECT_TRUE(says(makeStatus(input), "no depth image is received")) << "more than it is lost";
+}
+
 TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   StatusInput input = makeInput();
   StreamReport& depth = input.cameras[0].depth;

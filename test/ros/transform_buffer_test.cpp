@@ -42,6 +42,17 @@ class TransformBufferTest : public testing::Test {
   PoseSource poses_{transforms_, "map"};
 };
 
+TEST_F(TransformBufferTest, AnotherParentIsKnownWhateverCameLast) {
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map"), "");
+  put(now_.toSec());
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map"), "");
+  EXPECT_EQ(transforms_.otherParentOf("camera", "odom"), "map");
+  putTransform(transforms_, now_.toSec(), 0.0, "camera", "camera_link");
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map"), "camera_link");
+  put(now_.toSec() + 0.1);
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map"), "camera_link");
+}
+
 TEST_F(TransformBufferTest, OneAheadOfTimeChangesNothing) {
   for (const double ahead_s : {5.1, 60.0, 3.2e9 - kToday_s}) {
     EXPECT_TRUE(put(now_.toSec() - 0.1));

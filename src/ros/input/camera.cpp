@@ -18,13 +18,14 @@ InputParams colourInput(InputParams params) {
 
 }  // namespace
 
-Camera::Camera(std::string name, const std::string& ns, const ros::NodeHandle& nh,
+Camera::Camera(size_t place, std::string name, const std::string& ns, const ros::NodeHandle& nh,
                const NodeParams& params, const Parts& parts)
-    : name_(std::move(name)),
+    : place_(place),
+      name_(std::move(name)),
       is_colour_needed_(params.colour.enabled == ColourUse::kAlways),
       depth_(name_, ns, nh, params.input, {depthTopics(), makeDepthKind(params.input)},
              {parts.poses, parts.posed_frames, parts.posed_frames.addStream({kDepthRank, name_}),
-              parts.on_frame, parts.on_time_jump}),
+              place_, parts.on_frame, parts.on_time_jump}),
       colour_(params.colour.enabled == ColourUse::kNever ? nullptr
                                                          : makeColour(ns, nh, params, parts)) {}
 
@@ -36,7 +37,7 @@ std::unique_ptr<ImageStream> Camera::makeColour(const std::string& ns, const ros
   return std::make_unique<ImageStream>(
       name_.empty() ? "colour" : name_ + ", colour", ns, nh, colourInput(params.input),
       ImageStream::Kind{colourTopics(), makeColourKind(), params.colour.max_rate_hz},
-      ImageStream::Parts{parts.poses, parts.posed_frames, stream, parts.on_frame,
+      ImageStream::Parts{parts.poses, parts.posed_frames, stream, place_, parts.on_frame,
                          [this] { colour_->startAnew(); }});
 }
 

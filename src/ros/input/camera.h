@@ -22,8 +22,9 @@ class Camera {
     std::function<void()> on_time_jump;  ///< Stamps went back: all cameras are to start anew.
   };
 
-  /// Of topics in `ns` (see CameraInput for why); `name` is empty for the only camera.
-  Camera(std::string name, const std::string& ns, const ros::NodeHandle& nh,
+  /// The `place`-th camera, of topics in `ns` (see CameraInput for why); `name` is empty for the
+  /// only one.
+  Camera(size_t place, std::string name, const std::string& ns, const ros::NodeHandle& nh,
          const NodeParams& params,
          const Parts& parts);
 
@@ -50,6 +51,7 @@ class Camera {
   std::unique_ptr<ImageStream> makeColour(const std::string& ns, const ros::NodeHandle& nh,
                                           const NodeParams& params, const Parts& parts);
 
+  size_t place_;
   std::string name_;
   bool is_colour_needed_;
   ImageStream depth_;

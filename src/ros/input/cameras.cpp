@@ -18,10 +18,11 @@ Cameras::Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
   const std::string ns = namespaceOf(private_nh);
   const Camera::Parts parts{poses, posed_frames, std::move(on_frame), [this] { startAnew(); }};
   for (const std::string& name : params.cameras) {
-    cameras_.push_back(std::make_unique<Camera>(name, ns + "/" + name, nh, params, parts));
+    cameras_.push_back(
+        std::make_unique<Camera>(cameras_.size(), name, ns + "/" + name, nh, params, parts));
   }
   if (cameras_.empty()) {
-    cameras_.push_back(std::make_unique<Camera>("", ns, nh, params, parts));
+    cameras_.push_back(std::make_unique<Camera>(0, "", ns, nh, params, parts));
   }
 }
 

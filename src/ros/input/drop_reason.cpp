@@ -23,6 +23,8 @@ const char* toString(DropReason reason) {
     case DropReason::kNoMemory: return "no_memory";
     case DropReason::kOverRate: return "over_rate";
     case DropReason::kNotLevel: return "not_level";
+    case DropReason::kMisfit: return "misfit";
+    case DropReason::kLost: return "lost";
     case DropReason::kPaused: return "paused";
     case DropReason::kBackendError: return "backend_error";
   }

@@ -27,6 +27,8 @@ enum class DropReason {
   kNoMemory,          ///< On the GPU, for this frame.
   kOverRate,          ///< Left out, as more come than are wanted.
   kNotLevel,          ///< Up is not known yet, and the map is to be level.
+  kMisfit,            ///< Does not fit the map, and poses/on_misfit is drop.
+  kLost,              ///< The camera is not followed: it does not fit the map, or not yet again.
   kPaused,
   kBackendError,  ///< The map's backend has failed.
 };

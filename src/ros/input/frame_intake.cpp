@@ -16,8 +16,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Stamps that go back by more than this mean a new recording or a loop of it; less is disorder.
-constexpr double kTimeJump_s = 0.5;
 /// A stamp further ahead of the last may be wrong, or come after a gap: the next one shows which.
 constexpr double kGap_s = 30.0;
 /// How often a waiting frame asks for its transform.
@@ -194,6 +192,8 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   }
   std::visit([&](auto& image) { image.T_W_C = pose.T_W_C; }, posed.image);
   posed.accounting = &parts_.accounting;
+  posed.frame_id = cameraFrame(*frame.image);
+  posed.camera = parts_.camera;
   if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) checkOpticalFrame(frame, *depth);
   const ros::Time stamp = posed.stamp;
   if (parts_.posed_frames.push(parts_.stream, stamp, std::move(posed))) return;

@@ -38,7 +38,8 @@ class FrameIntake {
     const ImageKind& kind;
     std::string image_topic{};  ///< Its name tells raw images.
     /// Called where stamps go back: whoever depends on them is to start anew.
-    std::function<void()> on_time_jump;
+    std::function<void()> on_time_jump{};
+    size_t camera = 0;  ///< Its place among the cameras.
   };
 
   FrameIntake(const InputParams& params, const Parts& parts,

@@ -18,7 +18,8 @@ ImageStream::ImageStream(const std::string& name, const std::string& ns, const r
       rate_limit_(kind_.max_rate_hz),
       accounting_(name),
       intake_(params, {parts.poses, accounting_, parts.posed_frames, parts.stream, *kind_.images,
-                       CameraInput::imageTopic(nh, ns, kind_.topics), parts.on_time_jump}) {}
+                       CameraInput::imageTopic(nh, ns, kind_.topics), parts.on_time_jump,
+                       parts.camera}) {}
 
 void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   input_ = std::make_unique<CameraInput>(

@@ -24,6 +24,7 @@ class ImageStream {
     PoseSource& poses;
     FrameQueue& posed_frames;
     FrameQueue::Stream stream;  ///< Its own in there.
+    size_t camera;              ///< Its place among the cameras.
     std::function<void()> on_frame;      ///< Something waits for the intake's thread.
     std::function<void()> on_time_jump;  ///< Stamps went back.
   };

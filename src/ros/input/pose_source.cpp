@@ -17,20 +17,20 @@ PoseSource::PoseSource(TransformBuffer& transforms, const std::string& map_frame
 
 PoseAnswer PoseSource::lookUp(const std::string& camera_frame, const ros::Time& stamp) const {
   transforms_.imageCame(stamp);
-  return find(camera_frame, stamp, "the image");
+  if (map_frame_.empty()) return {PoseAnswer::Kind::kKnown, Eigen::Isometry3d::Identity(), ""};
+  return find(map_frame_, camera_frame, stamp, "the image");
 }
 
-PoseAnswer PoseSource::find(const std::string& frame, const ros::Time& stamp,
-                            const char* what) const {
-  transforms_.want(map_frame_);
+PoseAnswer PoseSource::find(const std::string& parent, const std::string& frame,
+                            const ros::Time& stamp, const char* what) const {
+  transforms_.want(parent);
   transforms_.want(frame);
   // Before the look-up itself: a transform that arrives in between may not count as one that has
   // gone past the image.
-  const NewestTransform newest = findNewest(frame);
+  const NewestTransform newest = findNewest(parent, frame);
   PoseAnswer answer;
   try {
-    answer.T_W_C =
-        toIsometry(transforms_.core().lookupTransform(map_frame_, frame, stamp).transform);
+    answer.T_W_C = toIsometry(transforms_.core().lookupTransform(parent, frame, stamp).transform);
     answer.kind = PoseAnswer::Kind::kKnown;
     return answer;
   } catch (const std::runtime_error&) {
@@ -38,14 +38,14 @@ PoseAnswer PoseSource::find(const std::string& frame, const ros::Time& stamp,
   }
   // The newest of a chain is the oldest of its links' newest: all links have gone past the image.
   if (newest.stamp && *newest.stamp >= stamp) answer.kind = PoseAnswer::Kind::kNever;
-  answer.text = describe(newest, frame, stamp, what);
+  answer.text = describe(newest, parent, frame, stamp, what);
   return answer;
 }
 
-PoseSource::NewestTransform PoseSource::findNewest(const std::string& camera_frame) const {
+PoseSource::NewestTransform PoseSource::findNewest(const std::string& parent,
+                                                   const std::string& frame) const {
   try {
-    return {transforms_.core().lookupTransform(map_frame_, camera_frame, ros::Time(0)).header.stamp,
-            ""};
+    return {transforms_.core().lookupTransform(parent, frame, ros::Time(0)).header.stamp, ""};
   } catch (const std::runtime_error& error) {
     return {std::nullopt, errorText(error)};
   }
@@ -62,11 +62,11 @@ std::string PoseSource::describeFrames() const {
   return text + (frames.size() > kShown ? "' and more" : "'");
 }
 
-std::string PoseSource::describe(const NewestTransform& newest, const std::string& camera_frame,
-                                 const ros::Time& stamp, const char* what) const {
+std::string PoseSource::describe(const NewestTransform& newest, const std::string& parent,
+                                 const std::string& frame, const ros::Time& stamp,
+                                 const char* what) const {
   std::ostringstream text;
-  text << "no transform from '" << printable(camera_frame) << "' to '" << printable(map_frame_)
-       << "': ";
+  text << "no transform from '" << printable(frame) << "' to '" << printable(parent) << "': ";
   if (!newest.stamp) {
     text << "none has ever been received (" << newest.error << "); " << describeFrames();
     return text.str();

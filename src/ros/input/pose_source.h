@@ -25,6 +25,7 @@ struct PoseAnswer {
 /// Thread safe, like the buffer, which somebody else fills.
 class PoseSource {
  public:
+  /// Poses in that frame; where it is empty, images have none, and identity is the answer.
   PoseSource(TransformBuffer& transforms, const std::string& map_frame);
 
   /// Of an image, which tells the buffer what time it is.
@@ -32,7 +33,12 @@ class PoseSource {
 
   /// Of any frame, by whoever asks; 0: by the newest transform.
   PoseAnswer find(const std::string& frame, const ros::Time& stamp) const {
-    return find(frame, stamp, "the request");
+    return find(map_frame_, frame, stamp, "the request");
+  }
+
+  /// Of a frame in another one that is fixed to it, by the newest transform.
+  PoseAnswer findIn(const std::string& parent, const std::string& frame) const {
+    return find(parent, frame, ros::Time(0), "the request");
   }
 
   /// Forgets all transforms that are not static, after a jump of time.
@@ -47,11 +53,12 @@ class PoseSource {
   };
 
   /// `what` is of the stamp, in words.
-  PoseAnswer find(const std::string& frame, const ros::Time& stamp, const char* what) const;
-  NewestTransform findNewest(const std::string& camera_frame) const;
+  PoseAnswer find(const std::string& parent, const std::string& frame, const ros::Time& stamp,
+                  const char* what) const;
+  NewestTransform findNewest(const std::string& parent, const std::string& frame) const;
   std::string describeFrames() const;
-  std::string describe(const NewestTransform& newest, const std::string& camera_frame,
-                       const ros::Time& stamp, const char* what) const;
+  std::string describe(const NewestTransform& newest, const std::string& parent,
+                       const std::string& frame, const ros::Time& stamp, const char* what) const;
 
   std::string map_frame_;
   TransformBuffer& transforms_;

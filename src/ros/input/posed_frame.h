@@ -5,6 +5,7 @@
 #include <cv_bridge/cv_bridge.h>
 #include <ros/time.h>
 
+#include <string>
 #include <variant>
 
 #include "dtsdf_mapping/colour_frame.h"
@@ -14,11 +15,16 @@
 
 namespace dtsdf {
 
+/// Stamps that go back by more than this mean a new recording or a loop of it; less is disorder.
+constexpr double kTimeJump_s = 0.5;
+
 /// A frame with what its pixels live in.
 struct PosedFrame {
   ros::Time stamp;
   std::variant<DepthFrame, ColourFrame> image;
   cv_bridge::CvImageConstPtr pixels;
+  std::string frame_id;                   ///< Of its camera.
+  size_t camera = 0;                      ///< Its place among the cameras.
   FrameAccounting* accounting = nullptr;  ///< Of its stream.
 };
 

@@ -205,7 +205,9 @@ bool TransformBuffer::keepsNames(const std::string& child, const std::string& pa
   const bool beyond = is_new && names > options_.max_frames;
   if (beyond && (names > 2 * options_.max_frames || !isWanted(child))) return false;
   if (is_new) names_.insert({child, parent});
-  parents_[child] = parent;
+  std::string& known = parents_[child];
+  if (!known.empty() && known != parent) former_parents_[child] = known;
+  known = parent;
   if (beyond && statics_left_out_) statics_wanted_ = true;  // the next link may be one of them
   return true;
 }
@@ -251,6 +253,16 @@ void TransformBuffer::clear() {
 void TransformBuffer::clearLocked() {
   core_.clear();
   tracks_.clear();
+}
+
+std::string TransformBuffer::otherParentOf(const std::string& frame,
+                                           const std::string& parent) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto* const parents : {&parents_, &former_parents_}) {
+    const auto other = parents->find(frame);
+    if (other != parents->end() && other->second != parent) return other->second;
+  }
+  return "";
 }
 
 std::vector<std::string> TransformBuffer::frames(size_t most) const {

@@ -72,6 +72,9 @@ class TransformBuffer {
   /// Forgets the transforms that are not static, and the time of the images.
   void clear();
 
+  /// A parent that a frame has by what was received, beside this one; empty: none.
+  std::string otherParentOf(const std::string& frame, const std::string& parent) const;
+
   const tf2::BufferCore& core() const { return core_; }
   /// The frames that there are, sorted; not more than so many.
   std::vector<std::string> frames(size_t most) const;
@@ -105,6 +108,7 @@ class TransformBuffer {
   std::unordered_map<std::string, Track> tracks_;
   std::unordered_set<std::string> names_;                 ///< That tf2 has.
   std::unordered_map<std::string, std::string> parents_;  ///< By child, of transforms taken.
+  std::unordered_map<std::string, std::string> former_parents_;  ///< Where that has changed.
   std::deque<std::string> wanted_;                        ///< The one asked for last is first.
   bool statics_left_out_ = false, statics_wanted_ = false;
   ros::Time image_stamp_;     ///< Of the newest image; 0: none.

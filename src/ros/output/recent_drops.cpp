@@ -68,6 +68,10 @@ const char* remedyFor(DropReason reason) {
       return "check the pose estimate, or raise input/max_speed_m_s";
     case DropReason::kOutOfOrder:
       return "raise input/merge_wait_s";
+    case DropReason::kMisfit:
+      return "check the pose estimate, or raise poses/sigma_m and poses/sigma_rad";
+    case DropReason::kLost:
+      return "move the camera back to where it was, and then more slowly; or call set_pose";
     case DropReason::kTooLarge:
       return "lower the camera's resolution";
     default:

@@ -10,7 +10,7 @@ namespace {
 /// Nobody wakes the thread for a new listener, nor when one has read.
 constexpr std::chrono::milliseconds kIdle{50};
 /// No memory, most likely: to try again at once would not help.
-constexpr std::chrono::milliseconds kAfterError{1000};
+constexpr std::chrono::milliseconds kAfterSpaceError{1000};
 
 }  // namespace
 
@@ -20,7 +20,7 @@ SpaceOutput::SpaceOutput(const ros::NodeHandle& nh, const Options& options, Spac
       slice_(nh, options.map_frame, options.slice_height_m) {}
 
 std::chrono::milliseconds SpaceOutput::step() noexcept {
-  return guarded("output of space", [this] { work(); }) ? kIdle : kAfterError;
+  return guarded("output of space", [this] { work(); }) ? kIdle : kAfterSpaceError;
 }
 
 void SpaceOutput::work() {

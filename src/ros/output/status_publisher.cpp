@@ -14,6 +14,7 @@ using dtsdf_mapping::CameraStatus;
 using dtsdf_mapping::DropCount;
 using dtsdf_mapping::MapStatus;
 using dtsdf_mapping::MemoryPart;
+using dtsdf_mapping::PoseStatus;
 using dtsdf_mapping::StreamStatus;
 using dtsdf_mapping::TopicStatus;
 
@@ -31,6 +32,20 @@ void addCamera(const CameraStatus& camera,
     }
     diagnostics.add(begin + "waiting", stream.waiting);
   }
+}
+
+/// How its newest depth image fits the map, where that was asked for.
+void addPose(const CameraStatus& camera, diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
+  const PoseStatus& pose = camera.pose;
+  if (pose.outcome.empty()) return;
+  const std::string begin = (camera.name.empty() ? "" : camera.name + " ") + "pose";
+  diagnostics.add(begin, pose.outcome);
+  diagnostics.add(begin + ": points that fit, %", 100.0f * pose.inlier_share);
+  diagnostics.add(begin + ": residual mm", 1000.0f * pose.residual_m);
+  diagnostics.add(begin + ": correction mm", 1000.0f * pose.correction_m);
+  diagnostics.add(begin + ": correction rad", pose.correction_rad);
+  diagnostics.add(begin + ": axes not held", pose.free_shifts.size() + pose.free_turns.size());
+  diagnostics.add(begin + ": lost", pose.lost_since.isZero() ? "no" : "yes");
 }
 
 /// Resident memory of this process; 0 where the system does not report it.
@@ -97,6 +112,7 @@ void StatusPublisher::fillDiagnostics(
   diagnostics.add("frames waiting", status_.frames_waiting);
   for (const CameraStatus& camera : status_.cameras) {
     if (!camera.name.empty()) addCamera(camera, diagnostics);
+    addPose(camera, diagnostics);
   }
   diagnostics.add("blocks", status_.blocks);
   diagnostics.add("voxel arrays", status_.voxel_arrays);

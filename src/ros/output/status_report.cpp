@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "params/printable.h"
+#include "ros/output/pose_status.h"
 
 namespace dtsdf {
 
@@ -161,13 +162,26 @@ Verdict judgeCamera(const CameraReport& camera, const DropShare& recent, const S
                        : Verdict{MapStatus::OK, ""};
 }
 
+/// A camera that is tracked, and lost; empty text if it is not, or no images come.
+Verdict judgePose(const CameraReport& camera, const CameraPoseReport* pose, const StatusInput& in) {
+  const double no_image_s = silence(camera.depth.frames.image_age_s, in);
+  const bool is_silent = in.stale_s > 0.0 && no_image_s >= in.stale_s;
+  if (pose == nullptr || !pose->lost_since_s || is_silent) return {MapStatus::OK, ""};
+  return {MapStatus::WARN,
+          "the camera is lost, and nothing is fused: move it back slowly to where it was, or call "
+          "set_pose, or clear_map to begin again"};
+}
+
 /// Of the cameras the first one with something amiss; else what the first has to say.
 Verdict judgeCameras(const StatusInput& in, const MapStatus& before) {
   Verdict verdict{MapStatus::OK, ""};
   for (size_t i = 0; i < in.cameras.size(); ++i) {
     const CameraReport& camera = in.cameras[i];
     const DropShare recent = i < in.recent_drops.size() ? in.recent_drops[i] : DropShare();
-    Verdict own = judgeCamera(camera, recent, in, before);
+    const CameraPoseReport* const pose =
+        i < in.poses.cameras.size() ? &in.poses.cameras[i] : nullptr;
+    Verdict own = judgePose(camera, pose, in);
+    if (own.second.empty()) own = judgeCamera(camera, recent, in, before);
     if (!own.second.empty()) own.second = beginOf(camera) + own.second;
     if (own.first != MapStatus::OK) return own;
     if (verdict.second.empty()) verdict = own;
@@ -221,6 +235,7 @@ Verdict judge(const StatusInput& in, const MapStatus& before) {
   if (cameras.first != MapStatus::OK) return cameras;
   Verdict budget = judgeBudget(in.map.stats);
   if (budget.first != MapStatus::OK) return budget;
+  if (!in.poses.problem.empty()) return {MapStatus::WARN, in.poses.problem};
   if (!hasFused(in)) return cameras;
   return {MapStatus::OK, describeMesh(in)};
 }
@@ -274,6 +289,8 @@ void fillCameras(const StatusInput& in, MapStatus& status) {
     entry.name = camera.name;
     entry.streams.push_back(makeStreamStatus("depth", camera.depth));
     if (camera.colour) entry.streams.push_back(makeStreamStatus("color", *camera.colour));
+    const size_t place = status.cameras.size();
+    if (place < in.poses.cameras.size()) entry.pose = makePoseStatus(in.poses.cameras[place]);
     status.cameras.push_back(entry);
   }
   status.images_received = sum.images;
@@ -331,6 +348,9 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("queues", false, queuedBytes(in.output.topics), in.max_queue_bytes);
   const std::vector<TopicReport>& space_topics = in.output.space_topics;
   if (!space_topics.empty()) add("space_queues", false, queuedBytes(space_topics));
+  if (in.poses.max_trajectory_bytes > 0) {
+    add("trajectory", false, in.poses.trajectory_bytes, in.poses.max_trajectory_bytes);
+  }
   add("process", false, in.process_bytes);
 }
 

@@ -9,6 +9,7 @@
 #include "ros/input/camera_report.h"
 #include "ros/input/transform_buffer.h"
 #include "ros/output/map_report.h"
+#include "ros/output/pose_report.h"
 #include "ros/output/recent_drops.h"
 
 namespace dtsdf {
@@ -20,6 +21,7 @@ struct StatusInput {
   MapReport map;
   OutputReport output;
   TransformReport transforms;
+  PoseReport poses;
   bool paused = false;
   bool time_stands = false;  ///< Simulated time does.
   double ran_s = 0.0;        ///< How long neither: see RunClock.

@@ -104,10 +104,21 @@ IntegrationResult MapSession::paint(const ColourFrame& frame) {
   return result;
 }
 
-void MapSession::takeFrame(PosedFrame& frame) {
+/// Of a frame that is to be fused or painted; else why it is not.
+std::optional<Rejection> MapSession::findPose(PosedFrame& frame) {
+  if (parts_.poses != nullptr) {
+    if (auto rejection = parts_.poses->expect(frame)) return rejection;
+  }
   if (parts_.levelling != nullptr && !parts_.levelling->bring(frame)) {
-    return frame.accounting->dropped(DropReason::kNotLevel, frame.stamp,
-                                     "the map is not level yet: " + parts_.levelling->problem());
+    return Rejection{DropReason::kNotLevel,
+                     "the map is not level yet: " + parts_.levelling->problem()};
+  }
+  return parts_.poses != nullptr ? parts_.poses->place(*mapper_, frame) : std::nullopt;
+}
+
+void MapSession::takeFrame(PosedFrame& frame) {
+  if (const auto rejection = findPose(frame)) {
+    return frame.accounting->dropped(rejection->reason, frame.stamp, rejection->text);
   }
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   const IntegrationResult result =
@@ -117,6 +128,7 @@ void MapSession::takeFrame(PosedFrame& frame) {
     return;
   }
   frame.accounting->fused(frame.stamp);
+  if (parts_.poses != nullptr) parts_.poses->wasFused(frame);
   // Colour may come late; depth that goes back has begun anew.
   map_stamp_ = depth != nullptr ? frame.stamp : std::max(map_stamp_, frame.stamp);
   schedule_.frameFused();
@@ -225,6 +237,7 @@ ClearedRegion MapSession::clearRegion(const Region& region) {
 
 void MapSession::clear() {
   mapper_->clear();
+  if (parts_.poses != nullptr) parts_.poses->mapIsAnother();
   schedule_.cleared();
   mesh_whole_ = true;
   map_stamp_ = mesh_stamp_ = ros::Time();
@@ -244,6 +257,7 @@ MapContents MapSession::contents() {
 std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {
   mapper_.swap(loaded.mapper);
   if (loaded.T_W_M && isLevelled()) parts_.levelling->set(*loaded.T_W_M);
+  if (parts_.poses != nullptr) parts_.poses->mapIsAnother();
   schedule_.mapReplaced();
   mesh_whole_ = true;
   map_stamp_ = mesh_stamp_ = ros::Time();

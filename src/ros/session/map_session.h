@@ -17,6 +17,7 @@
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
 #include "ros/output/space_handover.h"
+#include "ros/session/frame_poses.h"
 #include "ros/session/levelling.h"
 
 namespace dtsdf {
@@ -35,6 +36,7 @@ class MapSession {
     SpaceHandover* space = nullptr;  ///< Null: nobody asks for it.
     double slice_height_m = 0.0;
     Levelling* levelling = nullptr;  ///< Null: poses are of the map's frame.
+    FramePoses* poses = nullptr;     ///< Null: frames are fused where they are said to be.
   };
 
   MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
@@ -95,6 +97,7 @@ class MapSession {
   void act(MapSchedule::Action action);
   void fuseNext();
   void takeFrame(PosedFrame& frame);
+  std::optional<Rejection> findPose(PosedFrame& frame);
   IntegrationResult fuse(DepthFrame frame, const ros::Time& stamp);
   IntegrationResult paint(const ColourFrame& frame);
   void beginMesh();

@@ -58,6 +58,26 @@ double meshRate(const PublishParams& publish, bool with_space) {
   return with_space ? std::max(rate_hz, publish.space_rate_hz) : rate_hz;
 }
 
+std::unique_ptr<PosePublisher> makePosePublisher(const ros::NodeHandle& private_nh,
+                                                 const NodeParams& params,
+                                                 const TransformBuffer& transforms) {
+  if (params.poses.mode == PoseMode::kTf) return nullptr;
+  return std::make_unique<PosePublisher>(private_nh, params, transforms);
+}
+
+std::unique_ptr<FramePoses> makeFramePoses(const NodeParams& params, const PoseSource& poses,
+                                           const Levelling& levelling, PosePublisher* publisher) {
+  if (publisher == nullptr) return nullptr;
+  return std::make_unique<FramePoses>(
+      params, poses, &levelling,
+      FramePoses::Listeners{
+          [publisher](const FoundPose& pose) { publisher->publish(pose); },
+          [publisher](const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
+            publisher->publishCorrection(stamp, T_M_O);
+          },
+          [publisher] { publisher->clearPath(); }});
+}
+
 std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
                                              const MappingParams& params,
                                              SpaceHandover& handover) {
@@ -78,13 +98,16 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       transforms_({params_.node.input.tf_max_ahead_s}),
       transform_input_(transforms_thread_.serve(nh), transforms_),
       poses_(transforms_, params_.node.map_frame),
+      image_poses_(transforms_, frameOfPoses(params_.node)),
       level_transform_(params_.node.map_frame, frameOfMap(params_.node)),
-      levelling_(params_, poses_,
+      levelling_(params_, image_poses_,
                  [this](const Eigen::Isometry3d& T_W_M) { level_transform_.publish(T_W_M); }),
       imu_input_(transforms_thread_.serve(nh), namespaceOf(private_nh), params_.node, levelling_),
       map_poses_(params_, poses_, levelling_),
+      pose_publisher_(makePosePublisher(private_nh, params_.node, transforms_)),
+      frame_poses_(makeFramePoses(params_.node, poses_, levelling_, pose_publisher_.get())),
       posed_frames_(params_.node.input.merge_wait_s, [this] { map_loop_.wake(); }),
-      cameras_(nh, private_nh, params_.node, poses_, posed_frames_,
+      cameras_(nh, private_nh, params_.node, image_poses_, posed_frames_,
                [this] { intake_loop_.wake(); }),
       mesh_publisher_(private_nh, {frameOfMap(params_.node), params_.mapper.mesh.colour,
                                    params_.node.publish.chunk_blocks}),
@@ -100,7 +123,8 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                   return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
                 },
                 [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
-                &space_changes_, params_.node.ground.slice_height_m, &levelling_}),
+                &space_changes_, params_.node.ground.slice_height_m, &levelling_,
+                frame_poses_.get()}),
       free_memory_(std::chrono::steady_clock::now),
       output_loop_(
           [this] {
@@ -151,6 +175,7 @@ MappingNode::~MappingNode() {
   clear_map_.shutdown();
   get_distances_.shutdown();
   pause_.shutdown();
+  pose_services_->shutdown();
   transforms_thread_.stop();
   save_thread_.stop();
   clear_thread_.stop();
@@ -175,6 +200,9 @@ void MappingNode::advertiseServices(ros::NodeHandle private_nh) {
   get_distances_ = query_thread_.serve(private_nh)
                        .advertiseService("get_distances", &MappingNode::onGetDistances, this);
   pause_ = private_nh.advertiseService("pause", &MappingNode::onPause, this);
+  pose_services_ = std::make_unique<PoseServices>(
+      save_thread_.serve(private_nh), params_.node.output_directory,
+      PoseServices::Parts{frame_poses_.get(), map_poses_, map_loop_});
 }
 
 StatusInput MappingNode::collectStatus() const {
@@ -184,6 +212,10 @@ StatusInput MappingNode::collectStatus() const {
   input.output = output_.report();
   if (space_output_) space_output_->addTo(input.output);
   input.transforms = transforms_.report();
+  if (frame_poses_) {
+    input.poses = frame_poses_->report();
+    input.poses.problem = pose_publisher_->problem();
+  }
   input.paused = cameras_.paused();
   input.master = master_watch_->problem();
   input.stale_s = params_.node.status.stale_s;

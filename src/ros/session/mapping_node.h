@@ -24,15 +24,18 @@
 #include "ros/input/cameras.h"
 #include "ros/input/transform_input.h"
 #include "ros/output/mesh_output.h"
+#include "ros/output/pose_publisher.h"
 #include "ros/output/space_output.h"
 #include "ros/output/status_publisher.h"
 #include "ros/session/callback_thread.h"
+#include "ros/session/frame_poses.h"
 #include "ros/session/level_input.h"
 #include "ros/session/levelling.h"
 #include "ros/session/map_files.h"
 #include "ros/session/map_poses.h"
 #include "ros/session/map_session.h"
 #include "ros/session/master_watch.h"
+#include "ros/session/pose_services.h"
 #include "ros/session/rate_server.h"
 
 namespace dtsdf {
@@ -73,11 +76,14 @@ class MappingNode {
 
   TransformBuffer transforms_;
   TransformInput transform_input_;
-  PoseSource poses_;
+  PoseSource poses_;        ///< In map_frame.
+  PoseSource image_poses_;  ///< In the frame that images' poses are given in.
   LevelTransform level_transform_;
   Levelling levelling_;
   ImuInput imu_input_;
   MapPoses map_poses_;
+  std::unique_ptr<PosePublisher> pose_publisher_;  ///< Both null where poses/mode is tf.
+  std::unique_ptr<FramePoses> frame_poses_;
   FrameQueue posed_frames_;
   Cameras cameras_;
 
@@ -95,6 +101,7 @@ class MappingNode {
   WorkerThread output_loop_, map_loop_, intake_loop_;
   MapFiles map_files_;
 
+  std::unique_ptr<PoseServices> pose_services_;
   std::unique_ptr<MasterWatch> master_watch_;
   std::unique_ptr<StatusPublisher> status_;
   std::unique_ptr<RateServer> rates_;

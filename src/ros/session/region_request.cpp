@@ -1,23 +1,11 @@
 #include "ros/session/region_request.h"
 
-#include <cmath>
 #include <stdexcept>
+
+#include "ros/session/pose_request.h"
 
 namespace dtsdf {
 namespace {
-
-/// @throws std::runtime_error if it is neither a rotation nor all zeros.
-Eigen::Quaterniond readOrientation(const geometry_msgs::Quaternion& q) {
-  const Eigen::Quaterniond orientation(q.w, q.x, q.y, q.z);
-  const double length = orientation.norm();
-  if (length == 0.0) return Eigen::Quaterniond::Identity();
-  constexpr double kTolerance = 1e-2;  // people type quaternions with few digits
-  if (!(std::abs(length - 1.0) < kTolerance)) {
-    throw std::runtime_error("the box's orientation is not a quaternion of length 1; leave it out "
-                             "for a box along the frame's axes");
-  }
-  return orientation.normalized();
-}
 
 /// @throws std::runtime_error if it has a problem.
 void check(const Region& region) {
@@ -28,11 +16,10 @@ void check(const Region& region) {
 }  // namespace
 
 std::optional<BoxRegion> readBox(const dtsdf_mapping::Box& message) {
-  const geometry_msgs::Point& t = message.pose.position;
   BoxRegion box;
   box.size_m = {message.size.x, message.size.y, message.size.z};
   if (box.size_m == Eigen::Vector3d::Zero()) return std::nullopt;
-  box.T_W_B = Eigen::Translation3d(t.x, t.y, t.z) * readOrientation(message.pose.orientation);
+  box.T_W_B = readPose(message.pose);
   check(box);
   return box;
 }

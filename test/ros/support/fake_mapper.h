@@ -1,6 +1,7 @@
 /// A map without voxels: each frame changes one block, and each call can be made to fail.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -34,7 +35,9 @@ class FakeMapper : public Mapper {
     return {};
   }
 
+  /// As `aligns` says; without it, nothing is mapped where the frame is.
   Alignment align(const DepthFrame& frame, const PosePrior&) override {
+    if (aligns) return aligns(frame);
     Alignment alignment;
     alignment.T_W_C = frame.T_W_C;
     return alignment;
@@ -90,7 +93,7 @@ class FakeMapper : public Mapper {
   static constexpr size_t kBudgetBytes = 5000;
   MapStats stats() const override {
     MapStats stats;
-    stats.blocks = static_cast<size_t>(frames);
+    stats.blocks = stats.voxel_arrays = static_cast<size_t>(frames);
     stats.max_map_bytes = kBudgetBytes;
     return stats;
   }
@@ -103,6 +106,7 @@ class FakeMapper : public Mapper {
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
   bool has_space = false;
+  std::function<Alignment(const DepthFrame&)> aligns;
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   double mesh_ms = 0.0;
 

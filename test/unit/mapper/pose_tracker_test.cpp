@@ -180,6 +180,28 @@ TEST(PoseTracker, GoesOnFromAPoseThatIsSet) {
   EXPECT_LT(shiftBetween(found.T_W_C, truth), 5e-3);
 }
 
+/// In a map that it may be anywhere in, as one that was loaded. The way from where it is looked for
+/// to where it is found must not pass for motion.
+TEST(PoseTracker, FusesNothingBeforeItIsFoundInAMap) {
+  const Scene scene = furnishedRoom();
+  Tracking tracking;
+  follow(tracking, scene, 30);
+  const Isometry3d truth = handAt(30 * kPeriod_s);
+  Isometry3d near = truth;
+  near.translation() += Vector3d(0.05, -0.04, 0.03);
+  tracking.tracker().seek(near, 31 * kPeriod_s);
+  EXPECT_TRUE(tracking.tracker().isLost());
+  EXPECT_FALSE(tracking.tracker().poseAt(31 * kPeriod_s));
+  EXPECT_LT(shiftBetween(*tracking.tracker().lastPose(), near), 1e-12);
+  for (int i = 0; i < 3; ++i) {
+    const Alignment found = tracking.see(scene, truth, (31 + i) * kPeriod_s);
+    EXPECT_EQ(tracking.tracker().isToBeFused(found), i == 2) << i;
+    EXPECT_LT(shiftBetween(found.T_W_C, truth), 4e-3) << i;
+  }
+  EXPECT_FALSE(tracking.tracker().isLost());
+  EXPECT_LT(shiftBetween(*tracking.tracker().poseAt(34 * kPeriod_s), truth), 5e-3);
+}
+
 /// Frames without a single measurement neither begin a map nor stop the next from it.
 TEST(PoseTracker, BeginsWithTheFirstImageThatShowsSomething) {
   const Scene scene = furnishedRoom();

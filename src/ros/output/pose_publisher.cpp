@@ -1,0 +1,138 @@
+#include "ros/output/pose_publisher.h"
+
+#include <nav_msgs/Odometry.h>
+#include <ros/console.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "params/printable.h"
+#include "ros/input/transform_conversions.h"
+
+namespace dtsdf {
+namespace {
+
+/// Poses on the path are so far apart, and so many at most: then every second one goes.
+constexpr double kApart_m = 0.03, kApart_rad = 0.1;
+constexpr size_t kMostOnPath = 4000;
+constexpr std::chrono::milliseconds kPathPeriod{500};
+
+/// Variance of a speed, none of which is measured.
+constexpr double kNoSpeed = 1e6;
+
+geometry_msgs::Pose toPose(const Eigen::Isometry3d& T) {
+  const geometry_msgs::Transform transform = toTransform(T);
+  geometry_msgs::Pose pose;
+  pose.position.x = transform.translation.x;
+  pose.position.y = transform.translation.y;
+  pose.position.z = transform.translation.z;
+  pose.orientation = transform.rotation;
+  return pose;
+}
+
+bool areApart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  const double turn_rad = Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+  return (a.translation() - b.translation()).norm() >= kApart_m || turn_rad >= kApart_rad;
+}
+
+std::string parentOfBase(const NodeParams& params) {
+  const bool under_odom = params.poses.mode == PoseMode::kTrack && !params.poses.odom_frame.empty();
+  return under_odom ? params.poses.odom_frame : params.map_frame;
+}
+
+}  // namespace
+
+PosePublisher::PosePublisher(ros::NodeHandle private_nh, const NodeParams& params,
+                             const TransformBuffer& transforms)
+    : tracks_(params.poses.mode == PoseMode::kTrack),
+      map_frame_(params.map_frame),
+      path_frame_(frameOfMap(params)),
+      parent_(parentOfBase(params)),
+      transforms_(transforms),
+      odometry_(private_nh.advertise<nav_msgs::Odometry>("odometry", 100)),
+      path_topic_(private_nh.advertise<nav_msgs::Path>("path", 1, true)) {
+  path_.header.frame_id = path_frame_;
+  if (params.poses.mode == PoseMode::kRefine) odom_frame_ = params.poses.odom_frame;
+}
+
+void PosePublisher::publish(const FoundPose& pose) {
+  publishOdometry(pose);
+  addToPath(pose);
+  if (!tracks_) return;
+  if (parent_ != map_frame_) {
+    sendTransform(map_frame_, parent_, Eigen::Isometry3d::Identity(), pose.stamp);
+  }
+  sendTransform(parent_, pose.frame_id, pose.T_M_B, pose.stamp);
+}
+
+void PosePublisher::publishCorrection(const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
+  if (!odom_frame_.empty()) sendTransform(map_frame_, odom_frame_, T_M_O, stamp);
+}
+
+void PosePublisher::publishOdometry(const FoundPose& pose) {
+  nav_msgs::Odometry odometry;
+  odometry.header.stamp = pose.stamp;
+  odometry.header.frame_id = parent_;
+  odometry.child_frame_id = pose.frame_id;
+  odometry.pose.pose = toPose(pose.T_M_B);
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) {
+      odometry.pose.covariance[static_cast<size_t>(6 * row + column)] =
+          pose.covariance(row, column);
+    }
+    odometry.twist.covariance[static_cast<size_t>(7 * row)] = kNoSpeed;
+  }
+  odometry_.publish(odometry);
+}
+
+void PosePublisher::addToPath(const FoundPose& pose) {
+  if (path_.poses.empty() || areApart(pose.T_W_B, last_on_path_T_W_B_)) {
+    geometry_msgs::PoseStamped stamped;
+    stamped.header.stamp = pose.stamp;
+    stamped.header.frame_id = path_frame_;
+    stamped.pose = toPose(pose.T_W_B);
+    path_.poses.push_back(stamped);
+    last_on_path_T_W_B_ = pose.T_W_B;
+  }
+  if (path_.poses.size() > kMostOnPath) {
+    size_t kept = 0;
+    for (size_t i = 0; i < path_.poses.size(); i += 2) path_.poses[kept++] = path_.poses[i];
+    path_.poses.resize(kept);
+  }
+  const SteadyTime now = std::chrono::steady_clock::now();
+  if (path_topic_.getNumSubscribers() == 0 || now - path_sent_ < kPathPeriod) return;
+  path_sent_ = now;
+  path_.header.stamp = pose.stamp;
+  path_topic_.publish(path_);
+}
+
+void PosePublisher::clearPath() {
+  path_.poses.clear();
+  path_topic_.publish(path_);
+}
+
+void PosePublisher::sendTransform(const std::string& parent, const std::string& child,
+                                  const Eigen::Isometry3d& T, const ros::Time& stamp) {
+  const std::string other = transforms_.otherParentOf(child, parent);
+  if (!other.empty()) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    problem_ = "poses are not published in TF, where '" + printable(child) + "' has the parent '" +
+               printable(other) + "' already: set poses/base_frame to the root of the camera's " +
+               "own frames, or end what else publishes the pose";
+    ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping", problem_);
+    return;
+  }
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = stamp;
+  transform.header.frame_id = parent;
+  transform.child_frame_id = child;
+  transform.transform = toTransform(T);
+  broadcaster_.sendTransform(transform);
+}
+
+std::string PosePublisher::problem() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return problem_;
+}
+
+}  // namespace dtsdf

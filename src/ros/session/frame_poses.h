@@ -1,0 +1,105 @@
+/// Where depth images lie in the map, by poses/mode: moved from TF's pose, or found by the map.
+#pragma once
+
+#include <ros/time.h>
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/pose_refiner.h"
+#include "dtsdf_mapping/pose_tracker.h"
+#include "io/trajectory.h"
+#include "params/node_params.h"
+#include "ros/input/drop_reason.h"
+#include "ros/input/pose_source.h"
+#include "ros/input/posed_frame.h"
+#include "ros/output/found_pose.h"
+#include "ros/output/pose_report.h"
+#include "ros/session/fused_poses.h"
+#include "ros/session/levelling.h"
+
+namespace dtsdf {
+
+/// For poses/mode refine and track. With refine each camera is aligned by itself, and the first one
+/// is who speaks for all: its correction and its poses are published. Map's thread only, but for
+/// report().
+class FramePoses {
+ public:
+  /// Who hears of poses. Called on the map's thread.
+  struct Listeners {
+    std::function<void(const FoundPose&)> on_pose;  ///< Of a frame that was fused.
+    std::function<void(const ros::Time&, const Eigen::Isometry3d& T_M_O)> on_correction;
+    std::function<void()> on_new_map;  ///< The poses so far are of a map that is gone.
+  };
+
+  /// `poses` outlives it, and so does `levelling`, which may be null.
+  FramePoses(const NodeParams& params, const PoseSource& poses, const Levelling* levelling,
+             Listeners listeners);
+
+  /// Gives a frame the pose in M that is expected of it, where it has none by TF: with track.
+  /// Returns why it cannot be used, if so.
+  std::optional<Rejection> expect(PosedFrame& frame);
+
+  /// Brings the pose of a frame from where it was expected, in W, to where it is to be fused or
+  /// painted. Returns why it is not to be, if so. @throws std::exception when the backend fails.
+  std::optional<Rejection> place(Mapper& mapper, PosedFrame& frame);
+
+  /// The frame that place() was called with last has been fused.
+  void wasFused(const PosedFrame& frame);
+
+  /// The map was emptied, or replaced by another one. A camera that is tracked goes on from where
+  /// it is in an empty map; in any other it may be anywhere, and has to be found.
+  void mapIsAnother();
+
+  /// Sets where B is: the next image is there. @throws std::runtime_error unless it tracks.
+  void setPose(const Eigen::Isometry3d& T_W_B);
+
+  /// Of the first camera's frames in the map, in the order of fusing.
+  const FusedPoses& fusedPoses() const { return fused_; }
+
+  PoseReport report() const;
+
+ private:
+  /// Of one camera.
+  struct CameraState {
+    explicit CameraState(const PoseParams& params) : refiner(params) {}
+
+    PoseRefiner refiner;   ///< With refine.
+    ros::Time last_stamp;  ///< Of its newest depth image.
+  };
+
+  bool tracks() const { return params_.poses.mode == PoseMode::kTrack; }
+  std::optional<Rejection> expectDepth(PosedFrame& frame, DepthFrame& depth);
+  std::optional<Rejection> expectColour(PosedFrame& frame, ColourFrame& colour);
+  Alignment refine(Mapper& mapper, const PosedFrame& frame, const DepthFrame& depth);
+  Alignment track(Mapper& mapper, const PosedFrame& frame, const DepthFrame& depth);
+  bool isToBeFused(const PosedFrame& frame, const Alignment& alignment) const;
+  std::optional<FoundPose> foundPose(const PosedFrame& frame) const;
+  /// Pose of a camera in B.
+  PoseAnswer mountOf(const std::string& camera_frame) const;
+  Eigen::Isometry3d T_W_M() const;
+  void note(const PosedFrame& frame, const Alignment& alignment);
+
+  const NodeParams& params_;
+  const PoseSource& poses_;
+  const Levelling* const levelling_;
+  const Listeners listeners_;
+  std::vector<CameraState> cameras_;
+  PoseTracker tracker_;
+  std::string base_frame_;                                   ///< Name of B, once it is known.
+  Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track, of the newest image.
+  std::optional<Eigen::Isometry3d> given_T_W_B_;             ///< By setPose(), for the next image.
+  bool is_elsewhere_ = false;  ///< Until the next image: see mapIsAnother().
+  Alignment found_;            ///< Of the newest image.
+  FusedPoses fused_;
+
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  PoseReport report_;
+};
+
+}  // namespace dtsdf

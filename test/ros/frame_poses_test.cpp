@@ -1,0 +1,266 @@
+#include "ros/session/frame_poses.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ros/session/map_session.h"
+#include "ros/support/fake_clock.h"
+#include "ros/support/fake_mapper.h"
+#include "ros/support/transforms.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+/// A mapper with a map that a camera at the given place of the x axis fits, and no other.
+class FramePosesTest : public testing::Test {
+ protected:
+  FramePosesTest() {
+    frames_.addStream({});
+    mapper_->aligns = [this](const DepthFrame& frame) {
+      Alignment alignment;
+      alignment.T_W_C = frame.T_W_C;
+      if (mapper_->frames == 0) return alignment;
+      ++alignments_;
+      const double shift_m = camera_x_m_ - frame.T_W_C.translation().x();
+      const bool fits = std::abs(shift_m) < 0.1;
+      alignment.status = fits ? AlignmentStatus::kAligned : AlignmentStatus::kMisfit;
+      alignment.matched_share = 1.0;
+      alignment.inlier_share = fits ? 1.0 : 0.1;
+      if (fits) alignment.T_W_C.translation().x() = camera_x_m_;
+      alignment.shift_m = std::abs(shift_m);
+      return alignment;
+    };
+  }
+
+  void start(PoseMode mode) {
+    params_.poses.mode = mode;
+    poses_ = std::make_unique<FramePoses>(
+        params_, pose_source_, nullptr,
+        FramePoses::Listeners{
+            [this](const FoundPose& pose) { found_.push_back(pose); },
+            [this](const ros::Time&, const Isometry3d& T_M_O) { corrections_.push_back(T_M_O); },
+            [this] { ++new_maps_; }});
+    MapSession::Parts parts{frames_, changes_, [] { return false; }};
+    parts.poses = poses_.get();
+    session_ = std::make_unique<MapSession>(std::unique_ptr<Mapper>(mapper_), 2.0, std::move(parts),
+                                            clock_.reader());
+  }
+
+  /// With a pose by TF, which tracking does not look at.
+  void push(double stamp_s, double given_x_m = 0.0) {
+    DepthFrame depth;
+    depth.T_W_C.translation().x() = given_x_m;
+    push(stamp_s, depth, accounting_, "camera");
+  }
+
+  void pushColour(double stamp_s, const std::string& frame_id) {
+    push(stamp_s, ColourFrame{}, colour_accounting_, frame_id);
+  }
+
+  template <class Image>
+  void push(double stamp_s, const Image& image, FrameAccounting& accounting,
+            const std::string& frame_id) {
+    PosedFrame frame;
+    frame.stamp = ros::Time(stamp_s);
+    frame.image = image;
+    frame.frame_id = frame_id;
+    frame.accounting = &accounting;
+    accounting.imageReceived(frame.stamp);
+    const ros::Time stamp = frame.stamp;
+    ASSERT_TRUE(frames_.push(0, stamp, std::move(frame)));
+    while (session_->step() == std::chrono::milliseconds(0)) {
+    }
+  }
+
+  uint64_t dropped(DropReason reason) const {
+    return accounting_.counts().dropped[static_cast<size_t>(reason)];
+  }
+  uint64_t fused() const { return accounting_.counts().fused; }
+  double foundX_m() const { return found_.back().T_M_B.translation().x(); }
+
+  void expectAccounted() const {
+    const FrameCounts counts = accounting_.counts();
+    EXPECT_EQ(counts.images, counts.fused + counts.droppedSum());
+    EXPECT_EQ(counts.waiting(), 0u);
+  }
+
+  FakeClock clock_;
+  NodeParams params_;
+  TransformBuffer transforms_{{1e6, 1000.0}};
+  PoseSource pose_source_{transforms_, "map"};
+  FrameQueue frames_{0.1, [] {}, clock_.reader()};
+  FrameAccounting accounting_, colour_accounting_;
+  MeshHandover changes_{[] {}};
+  FakeMapper* mapper_ = new FakeMapper;  ///< The session owns it.
+  double camera_x_m_ = 0.0;
+  int alignments_ = 0, new_maps_ = 0;
+  std::vector<FoundPose> found_;
+  std::vector<Isometry3d> corrections_;
+  std::unique_ptr<FramePoses> poses_;
+  std::unique_ptr<MapSession> session_;
+};
+
+TEST_F(FramePosesTest, ARefinedFrameIsFusedWhereItFits) {
+  start(PoseMode::kRefine);
+  push(1.0);
+  EXPECT_EQ(alignments_, 0) << "nothing is mapped that it could be aligned to";
+  push(1.1, 0.04);
+  EXPECT_EQ(fused(), 2u);
+  EXPECT_NEAR(foundX_m(), 0.0, 1e-9);
+  EXPECT_EQ(found_.back().frame_id, "camera");
+  EXPECT_EQ(corrections_.size(), 2u);
+  EXPECT_EQ(poses_->fusedPoses().copy().size(), 2u);
+  expectAccounted();
+}
+
+TEST_F(FramePosesTest, OneThatDoesNotFitIsFusedAsGiven) {
+  start(PoseMode::kRefine);
+  push(1.0);
+  camera_x_m_ = 5.0;
+  push(1.1, 0.5);
+  EXPECT_EQ(fused(), 2u);
+  EXPECT_NEAR(foundX_m(), 0.5, 1e-9);
+  EXPECT_EQ(poses_->report().cameras[0].outcomes[static_cast<size_t>(AlignmentStatus::kMisfit)],
+            1u);
+  expectAccounted();
+}
+
+TEST_F(FramePosesTest, OrItIsDropped) {
+  params_.poses.on_misfit = OnMisfit::kDrop;
+  start(PoseMode::kRefine);
+  push(1.0);
+  camera_x_m_ = 5.0;
+  push(1.1, 0.5);
+  EXPECT_EQ(fused(), 1u);
+  EXPECT_EQ(dropped(DropReason::kMisfit), 1u);
+  EXPECT_EQ(corrections_.size(), 2u) << "others still need it";
+  expectAccounted();
+}
+
+TEST_F(FramePosesTest, ACorrectionIsForgottenWhereStampsGoBack) {
+  params_.poses.drift = 1.0;
+  start(PoseMode::kRefine);
+  push(1.0, 0.0);
+  for (int i = 1; i < 10; ++i) {  // odometry that moves while the camera stands
+    push(1.0 + 0.1 * i, 0.05 * i);
+  }
+  EXPECT_LT(corrections_.back().translation().x(), -0.2);
+  const size_t before = fused();
+  push(0.0, 0.0);
+  EXPECT_EQ(fused(), before + 1);
+  EXPECT_NEAR(corrections_.back().translation().x(), 0.0, 1e-9);
+}
+
+TEST_F(FramePosesTest, ATrackedCameraBeginsUprightAndNeedsNoPose) {
+  start(PoseMode::kTrack);
+  push(1.0, 77.0);  // what TF says does not count
+  ASSERT_EQ(fused(), 1u);
+  const Isometry3d T_M_C = found_.back().T_M_B;
+  EXPECT_EQ(T_M_C.translation(), Vector3d::Zero());
+  EXPECT_TRUE((T_M_C.linear() * Vector3d::UnitZ()).isApprox(Vector3d::UnitX()));  // looks ahead
+  EXPECT_TRUE((T_M_C.linear() * -Vector3d::UnitY()).isApprox(Vector3d::UnitZ()));
+  camera_x_m_ = 0.03;
+  push(1.1);
+  EXPECT_NEAR(foundX_m(), 0.03, 1e-9);
+  expectAccounted();
+}
+
+TEST_F(FramePosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
+  start(PoseMode::kTrack);
+  push(1.0);
+  push(1.1);
+  camera_x_m_ = 5.0;
+  for (int i = 2; i < 6; ++i) push(1.0 + 0.1 * i);
+  EXPECT_EQ(dropped(DropReason::kLost), 4u);
+  EXPECT_NEAR(*poses_->report().cameras[0].lost_since_s, 1.2, 1e-9);
+  pushColour(1.55, "camera");
+  EXPECT_EQ(colour_accounting_.counts().dropped[static_cast<size_t>(DropReason::kLost)], 1u);
+  camera_x_m_ = 0.02;
+  for (int i = 6; i < 12; ++i) push(1.0 + 0.1 * i);
+  EXPECT_FALSE(poses_->report().cameras[0].lost_since_s);
+  EXPECT_GT(dropped(DropReason::kLost), 4u) << "the first that fits may do so by chance";
+  EXPECT_GT(fused(), 2u);
+  pushColour(2.15, "camera");
+  EXPECT_EQ(colour_accounting_.counts().fused, 1u);
+  expectAccounted();
+}
+
+TEST_F(FramePosesTest, ATrackedCameraStaysWhereItIsWhenStampsGoBack) {
+  start(PoseMode::kTrack);
+  for (int i = 0; i < 5; ++i) push(100.0 + 0.1 * i);
+  push(3.0);
+  push(3.1);
+  EXPECT_EQ(fused(), 7u);
+  EXPECT_FALSE(poses_->report().cameras[0].lost_since_s);
+}
+
+TEST_F(FramePosesTest, InAnEmptiedMapTrackingGoesOnWhereItWas) {
+  start(PoseMode::kTrack);
+  push(1.0);
+  camera_x_m_ = 0.08;
+  push(1.1);
+  session_->clear();
+  EXPECT_EQ(new_maps_, 1);
+  EXPECT_TRUE(poses_->fusedPoses().copy().empty());
+  push(1.2);
+  EXPECT_EQ(fused(), 3u);
+  EXPECT_NEAR(foundX_m(), 0.08, 1e-9);
+}
+
+TEST_F(FramePosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
+  start(PoseMode::kTrack);
+  push(1.0);
+  auto loaded = std::make_unique<FakeMapper>(*mapper_);
+  loaded->frames = 10;
+  camera_x_m_ = 7.0;
+  mapper_ = loaded.get();
+  session_->replace({std::move(loaded), 0.02f, 0.0, "map.dtsdf"});
+  push(1.1);
+  EXPECT_EQ(dropped(DropReason::kLost), 1u);
+  EXPECT_TRUE(poses_->report().cameras[0].lost_since_s);
+  poses_->setPose(Isometry3d(Eigen::Translation3d(7.02, 0.0, 0.0)));
+  push(1.2);
+  EXPECT_EQ(fused(), 2u);
+  EXPECT_NEAR(foundX_m(), 7.0, 1e-9);
+}
+
+TEST_F(FramePosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
+  params_.poses.base_frame = "base";
+  start(PoseMode::kTrack);
+  push(1.0);
+  EXPECT_EQ(dropped(DropReason::kNoTransform), 1u) << "it is not waited for";
+  putTransform(transforms_, 1.0, 0.4, "camera", "base");
+  camera_x_m_ = 0.45;
+  push(1.1);
+  EXPECT_EQ(fused(), 1u);
+  EXPECT_NEAR(foundX_m(), 0.0, 1e-9);
+  push(1.2);
+  EXPECT_EQ(found_.back().frame_id, "base");
+  EXPECT_NEAR(foundX_m(), 0.05, 1e-9);
+  EXPECT_NEAR(poses_->fusedPoses().copy().back().T_W_C.translation().x(), 0.45, 1e-9);
+  putTransform(transforms_, 1.0, 0.3, "colour", "base");
+  pushColour(1.25, "colour");
+  EXPECT_EQ(colour_accounting_.counts().fused, 1u);
+  pushColour(1.26, "elsewhere");
+  EXPECT_EQ(colour_accounting_.counts().dropped[static_cast<size_t>(DropReason::kNoTransform)], 1u);
+  expectAccounted();
+}
+
+TEST(FusedPoses, OldPosesGoWhereThereAreTooMany) {
+  FusedPoses poses(3);
+  for (int i = 0; i < 5; ++i) poses.add({static_cast<double>(i), Isometry3d::Identity()});
+  EXPECT_EQ(poses.copy().front().stamp_s, 2.0);
+  EXPECT_EQ(poses.leftOut(), 2u);
+  EXPECT_EQ(poses.bytes(), poses.maxBytes());
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,73 @@
+/// A depth camera that a test carries through the analytic room, and what the node says of its way.
+#pragma once
+
+#include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
+#include <ros/node_handle.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "simulation/scene.h"
+
+namespace dtsdf {
+
+class RoomCamera {
+ public:
+  /// Images with the frame_id "camera".
+  explicit RoomCamera(ros::NodeHandle nh);
+
+  /// Waits until the mapper listens.
+  bool connect() const;
+
+  /// Sends what is seen from a pose in the room.
+  void see(const Eigen::Isometry3d& T_R_C, const ros::Time& stamp);
+
+  /// Sends an image without a measurement, as of a camera that is covered.
+  void seeNothing(const ros::Time& stamp);
+
+  /// Sends a transform.
+  void sendTransform(const std::string& parent, const std::string& child,
+                     const Eigen::Isometry3d& T, const ros::Time& stamp);
+
+ private:
+  void send(const std::vector<float>& depth_m, const ros::Time& stamp);
+
+  Scene room_;
+  ros::Publisher images_, infos_, transforms_;
+};
+
+class WayWatcher {
+ public:
+  explicit WayWatcher(ros::NodeHandle nh);
+
+  const nav_msgs::Odometry& odometry() const { return odometry_; }
+  size_t count() const { return count_; }
+  const nav_msgs::Path& path() const { return path_; }
+
+  /// Waits for the odometry of a stamp.
+  bool waitFor(const ros::Time& stamp) const;
+
+  /// Its pose.
+  Eigen::Isometry3d pose() const;
+
+  /// From TF at a stamp; waits for it.
+  std::optional<Eigen::Isometry3d> transform(const std::string& parent, const std::string& child,
+                                             const ros::Time& stamp) const;
+
+ private:
+  nav_msgs::Odometry odometry_;
+  nav_msgs::Path path_;
+  size_t count_ = 0;
+  tf2_ros::Buffer buffer_;
+  tf2_ros::TransformListener listener_{buffer_};
+  ros::Subscriber odometry_topic_, path_topic_;
+};
+
+/// How far two poses are apart.
+double shiftBetween_m(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
+double turnBetween_rad(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
+
+}  // namespace dtsdf

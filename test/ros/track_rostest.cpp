@@ -1,0 +1,171 @@
+/// A camera whose poses nobody publishes: it is followed, lost when it is covered, and found again.
+#include <dtsdf_mapping/SaveTrajectory.h>
+#include <dtsdf_mapping/SetPose.h>
+#include <gtest/gtest.h>
+#include <std_srvs/Trigger.h>
+
+#include <filesystem>
+
+#include "io/trajectory_file.h"
+#include "ros/support/room_camera.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr double kPeriod_s = 0.05;
+constexpr int kFrames = 30;
+/// Half a voxel, and what that is at 2 m.
+constexpr double kClose_m = 0.02, kClose_rad = 0.01;
+
+Eigen::Isometry3d roomPose(int frame) { return roomCameraPose(kPeriod_s * frame); }
+
+/// Tracking begins with an upright camera at the origin.
+Eigen::Isometry3d mapPose(const Eigen::Isometry3d& T_R_C) {
+  Eigen::Isometry3d begin = Eigen::Isometry3d::Identity();
+  begin.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  return begin * roomPose(0).inverse() * T_R_C;
+}
+
+/// One camera for all tests, which go on where the one before ended.
+class Track : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    if (start_.isZero()) start_ = ros::Time::now();
+  }
+
+  static ros::Time stampOf(int frame) { return start_ + ros::Duration(kPeriod_s * frame); }
+
+  void expectAt(const Eigen::Isometry3d& T_R_C) const {
+    EXPECT_LT(shiftBetween_m(way_.pose(), mapPose(T_R_C)), kClose_m);
+    EXPECT_LT(turnBetween_rad(way_.pose(), mapPose(T_R_C)), kClose_rad);
+  }
+
+  /// Nothing is unaccounted for, at any time.
+  void expectAccounted() const {
+    const dtsdf_mapping::MapStatus& status = status_.status();
+    EXPECT_EQ(status.images_received,
+              status.frames_fused + status.frames_dropped + status.frames_waiting);
+  }
+
+  const dtsdf_mapping::PoseStatus& poseStatus() const {
+    return status_.status().cameras.at(0).pose;
+  }
+
+  static ros::Time start_;
+  ros::NodeHandle nh_;
+  StatusWatcher status_{nh_};
+  WayWatcher way_{nh_};
+  RoomCamera camera_{nh_};
+};
+
+ros::Time Track::start_;
+
+TEST_F(Track, ACameraIsFollowedWithoutTransforms) {
+  for (int i = 0; i < kFrames; ++i) camera_.see(roomPose(i), stampOf(i));
+  ASSERT_TRUE(way_.waitFor(stampOf(kFrames - 1))) << status_.status().message;
+  ASSERT_TRUE(status_.waitForFused(kFrames)) << status_.status().message;
+  EXPECT_EQ(way_.odometry().header.frame_id, "map");
+  EXPECT_EQ(way_.odometry().child_frame_id, "camera");
+  expectAt(roomPose(kFrames - 1));
+  for (size_t axis = 0; axis < 6; ++axis) {
+    EXPECT_GT(way_.odometry().pose.covariance[7 * axis], 0.0);
+    EXPECT_LT(way_.odometry().pose.covariance[7 * axis], 1e-4) << axis;
+  }
+  const auto T_M_C = way_.transform("map", "camera", stampOf(kFrames - 1));
+  ASSERT_TRUE(T_M_C);
+  EXPECT_LT(shiftBetween_m(*T_M_C, way_.pose()), 1e-6);
+  EXPECT_EQ(poseStatus().outcome, "aligned");
+  EXPECT_GT(poseStatus().inlier_share, 0.9f);
+  EXPECT_LT(poseStatus().residual_m, 0.02f);
+  EXPECT_TRUE(poseStatus().free_shifts.empty() && poseStatus().free_turns.empty());
+  EXPECT_TRUE(poseStatus().lost_since.isZero());
+  EXPECT_EQ(status_.status().message.substr(0, 7), "mapping");
+  expectAccounted();
+}
+
+TEST_F(Track, ACoveredCameraIsLostAndFusesNothing) {
+  const uint64_t fused = status_.status().frames_fused;
+  constexpr int kCovered = 40;  // two seconds
+  for (int i = 0; i < kCovered; ++i) camera_.seeNothing(stampOf(kFrames + i));
+  ASSERT_TRUE(waitUntil([&] { return status_.dropped("lost") == kCovered; }))
+      << status_.status().message;
+  EXPECT_EQ(status_.status().frames_fused, fused);
+  EXPECT_NEAR((poseStatus().lost_since - stampOf(kFrames)).toSec(), 0.0, 1e-6);
+  EXPECT_NE(status_.status().message.find("the camera is lost"), std::string::npos)
+      << status_.status().message;
+  EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::WARN);
+  expectAccounted();
+}
+
+TEST_F(Track, ItIsFoundAgainNearWhereItWas) {
+  const uint64_t fused = status_.status().frames_fused;
+  Eigen::Isometry3d T_R_C = roomPose(kFrames - 1);
+  T_R_C.translate(Eigen::Vector3d(0.036, -0.018, 0.012));
+  T_R_C.rotate(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY()));
+  const int first = kFrames + 40;
+  for (int i = 0; i < 10; ++i) camera_.see(T_R_C, stampOf(first + i));
+  ASSERT_TRUE(way_.waitFor(stampOf(first + 9))) << poseStatus();
+  ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
+  expectAt(T_R_C);
+  EXPECT_GT(status_.status().frames_fused, fused);
+  EXPECT_LT(status_.status().frames_fused, fused + 10) << "the first that fits may do so by chance";
+  EXPECT_TRUE(poseStatus().lost_since.isZero());
+  EXPECT_TRUE(waitUntil([&] { return way_.path().poses.size() > 10; }));
+  expectAccounted();
+}
+
+TEST_F(Track, APoseThatIsSetIsWhereItGoesOn) {
+  dtsdf_mapping::SetPose call;
+  call.request.pose.orientation.w = 3.0;
+  ASSERT_TRUE(ros::service::call("/mapping/set_pose", call));
+  EXPECT_FALSE(call.response.success);
+  EXPECT_NE(call.response.message.find("quaternion"), std::string::npos);
+
+  Eigen::Isometry3d about = mapPose(roomPose(0));
+  const Eigen::Quaterniond q(about.linear());
+  call.request.pose.position.x = about.translation().x() + 0.03;  // people are not exact
+  call.request.pose.orientation.w = q.w();
+  call.request.pose.orientation.x = q.x();
+  call.request.pose.orientation.y = q.y();
+  call.request.pose.orientation.z = q.z();
+  ASSERT_TRUE(ros::service::call("/mapping/set_pose", call));
+  ASSERT_TRUE(call.response.success) << call.response.message;
+  const ros::Time stamp = stampOf(kFrames + 60);
+  camera_.see(roomPose(0), stamp);
+  ASSERT_TRUE(way_.waitFor(stamp)) << poseStatus();
+  expectAt(roomPose(0));
+}
+
+TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
+  ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
+  dtsdf_mapping::SaveTrajectory call;
+  call.request.file_name = "way.ply";
+  ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
+  EXPECT_FALSE(call.response.success);
+  call.request.file_name = "way.txt";
+  ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
+  ASSERT_TRUE(call.response.success) << call.response.message;
+  const Trajectory trajectory = readTrajectory(call.response.path, "");
+  EXPECT_EQ(trajectory.poses().size(), call.response.poses);
+  EXPECT_EQ(trajectory.poses().size(), status_.status().frames_fused);
+  EXPECT_NEAR(trajectory.poses().front().stamp_s, start_.toSec(), 1e-6);
+  EXPECT_LT(shiftBetween_m(trajectory.poses()[kFrames - 1].T_W_C, mapPose(roomPose(kFrames - 1))),
+            kClose_m);
+  std::filesystem::remove_all(std::filesystem::path(call.response.path).parent_path());
+
+  std_srvs::Trigger clear;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
+  EXPECT_FALSE(call.response.success) << "its poses are of a map that is gone";
+  const ros::Time stamp = stampOf(kFrames + 61);
+  camera_.see(roomPose(0), stamp);
+  ASSERT_TRUE(way_.waitFor(stamp)) << status_.status().message;
+  expectAt(roomPose(0));
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -254,7 +254,7 @@ void CpuMapper::releaseVacant(const std::vector<int32_t>& slots) {
 
 /// Clears blocks that the frame does not touch, those whose turn it is.
 void CpuMapper::lookAround(const FrameSensing& sensing) {
-  const std::vector<int32_t> slots = blocksInTurn(sensing.image.frame);
+  const std::vector<int32_t> slots = blocksInTurn(sensing);
   std::vector<ClearedBlock> cleared(slots.size());
   const BlockKey origin = blockOfVoxel(sensing.image.frame.origin_voxel);
   struct NoScratch {};
@@ -269,14 +269,20 @@ void CpuMapper::lookAround(const FrameSensing& sensing) {
   }
 }
 
-std::vector<int32_t> CpuMapper::blocksInTurn(const FrameView& frame) const {
+std::vector<int32_t> CpuMapper::blocksInTurn(const FrameSensing& sensing) const {
+  const FrameView& frame = sensing.image.frame;
   const BlockKey origin = blockOfVoxel(frame.origin_voxel);
   std::vector<int32_t> slots;
   for (size_t slot = 0; slot < table_.slotCount(); ++slot) {
     if (last_touched_[slot] == frames_) continue;
     const BlockEntry& entry = table_.block(static_cast<int32_t>(slot));
     if (!entry.in_use || !isInTurn(packKey(entry.key), frames_, rules_.fusion)) continue;
-    if (mayBeInView(frame, entry.key - origin)) slots.push_back(static_cast<int32_t>(slot));
+    const Vec3i block_L = entry.key - origin;
+    if (mayBeInView(frame, block_L) &&
+        maySeeThroughBlock(sensing, toFloat(firstVoxelOfBlock(block_L)),
+                           fusion_.truncation_voxels)) {
+      slots.push_back(static_cast<int32_t>(slot));
+    }
   }
   return slots;
 }

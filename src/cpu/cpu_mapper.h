@@ -59,7 +59,7 @@ class CpuMapper : public ProbedMapper {
   void dropBeyond(const DepthFrame& frame);
   void seeFree(const DepthFrame& frame, const FrameSensing& sensing);
   void releaseVacant(const std::vector<int32_t>& slots);
-  std::vector<int32_t> blocksInTurn(const FrameView& frame) const;
+  std::vector<int32_t> blocksInTurn(const FrameSensing& sensing) const;
   int32_t leastEvidenceNow() const;
 
   const MapperParams params_;

@@ -57,7 +57,10 @@ class PlaceBatch {
   float depth_m_[kBatch], u_[kBatch], v_[kBatch];
 };
 
-Look lookOf(const BlockLook& look) { return {look.sums != nullptr, look.in_turn}; }
+Look lookOf(const BlockLook& look, const FrameSensing& sensing) {
+  const Vec3f first_voxel_L = toFloat(firstVoxelOfBlock(look.block_L));
+  return {look.sums != nullptr, look.in_turn ? octantsSeenThrough(sensing, first_voxel_L) : 0};
+}
 
 /// Lists the voxels that a frame with these sums, if any, judges. @return their number.
 int findJudged(const Voxel* voxels, const VoxelSums* sums, const Look& look,
@@ -66,19 +69,19 @@ int findJudged(const Voxel* voxels, const VoxelSums* sums, const Look& look,
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     const bool is_covered = sums != nullptr && sums[i].weight != 0;
     found[count] = {i, is_covered, Sight::kSurface};
-    count += static_cast<int>(isJudged(voxels[i], is_covered, look, rules));
+    count += static_cast<int>(isJudged(voxels[i], i, is_covered, look, rules));
   }
   return count;
 }
 
 /// All voxels are judged before the first one changes: they look at their neighbours.
 /// @return the number of voxels that are contradicted.
-int findContradicted(const BlockLook& look, int direction, const FrameSensing& sensing,
-                     const FusionRules& rules, const Voxel* voxels,
+int findContradicted(const BlockLook& look, const Look& rule, int direction,
+                     const FrameSensing& sensing, const FusionRules& rules, const Voxel* voxels,
                      JudgedVoxel (&found)[kVoxelsPerBlock]) {
   const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
   const int judged = findJudged(voxels, has_sums ? look.sums->voxel[direction] : nullptr,
-                                lookOf(look), rules, found);
+                                rule, rules, found);
   const Facing facing = facingOf(look.directional ? direction : kAnyDirection);
   const Vec3f first_voxel_L = toFloat(firstVoxelOfBlock(look.block_L));
   PlaceBatch places;
@@ -100,17 +103,18 @@ int findContradicted(const BlockLook& look, int direction, const FrameSensing& s
 ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,
                         const FusionRules& rules, VoxelStore& voxels) {
   ClearedBlock result{false, 0};
+  const Look rule = lookOf(look, sensing);
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
     Voxel* array = voxels.array(entry.array[d]);
     JudgedVoxel found[kVoxelsPerBlock];
-    const int count = findContradicted(look, d, sensing, rules, array, found);
+    const int count = findContradicted(look, rule, d, sensing, rules, array, found);
     if (count == 0) continue;
     bool has_emptied = false;
     for (int i = 0; i < count; ++i) {
       Voxel& voxel = array[found[i].index];
       const bool was_empty = isEmpty(voxel);
-      const int32_t frames = framesAgainst(found[i].sight, voxel, lookOf(look), rules);
+      const int32_t frames = framesAgainst(found[i].sight, voxel, rule, rules);
       voxel = contradictedVoxel(voxel, frames, found[i].is_covered, rules);
       result.changed |= !was_empty;
       has_emptied |= !was_empty && isEmpty(voxel);

@@ -185,7 +185,12 @@ std::vector<int32_t> CpuBackend::blocksInTurn(const FrameTurn& turn) const {
     if (last_touched_[slot] == turn.number) continue;
     const BlockEntry& entry = table_.block(slot);
     if (!entry.in_use || !isInTurn(packKey(entry.key), turn.number, rules_.fusion)) continue;
-    if (mayBeInView(frame, entry.key - origin)) slots.push_back(slot);
+    const Vec3i block_L = entry.key - origin;
+    if (mayBeInView(frame, block_L) &&
+        maySeeThroughBlock(sensing_, toFloat(firstVoxelOfBlock(block_L)),
+                           fusion_.truncation_voxels)) {
+      slots.push_back(slot);
+    }
   }
   return slots;
 }

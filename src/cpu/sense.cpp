@@ -92,10 +92,12 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   linkAndFitRows(view, noise);
   const ImageView image{view, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
                         links_.data()};
-  FrameSensing sensing{image, noise, nullptr};
+  FrameSensing sensing{image, noise, nullptr, nullptr};
   if (needsFreeDepth(params_)) {
     findFreeDepths(sensing);
+    findMostFree(view);
     sensing.free_depth = free_depth_.data();
+    sensing.most_free = most_free_.data();
   }
   return sensing;
 }
@@ -194,10 +196,28 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   });
 }
 
+/// Of fine tiles, then of coarse ones.
+void FrameSensor::findMostFree(const FrameView& view) {
+  const auto fine_count = static_cast<size_t>(tileCount(view, kFineTileLog2));
+  most_free_.resize(fine_count + static_cast<size_t>(tileCount(view, kCoarseTileLog2)));
+  const auto fill = [&](const DepthGrid& grid, int log2, float* tiles) {
+    const int32_t along = tilesAlong(grid.width, log2), side = 1 << log2;
+    parallelFor<NoScratch>(tilesAlong(grid.height, log2), threads_, [&](size_t v, NoScratch&) {
+      for (int32_t u = 0; u < along; ++u) {
+        tiles[v * along + u] = greatestIn(grid, u * side, static_cast<int32_t>(v) * side, side);
+      }
+    });
+  };
+  fill({free_depth_.data(), view.width, view.height}, kFineTileLog2, most_free_.data());
+  fill({most_free_.data(), tilesAlong(view.width, kFineTileLog2),
+        tilesAlong(view.height, kFineTileLog2)},
+       kCoarseTileLog2 - kFineTileLog2, most_free_.data() + fine_count);
+}
+
 size_t FrameSensor::bytes() const {
   const size_t floats = inverse_depth_.capacity() + row_value_.capacity() +
                         row_slope_.capacity() + free_if_measured_.capacity() +
-                        free_depth_.capacity();
+                        free_depth_.capacity() + most_free_.capacity();
   return floats * sizeof(float) + links_.capacity() * sizeof(PixelLinks);
 }
 

@@ -25,12 +25,14 @@ class FrameSensor {
   float medianNoise(const FrameView& view, int kind) const;
   void linkAndFitRows(const FrameView& view, const DepthNoise& noise);
   void findFreeDepths(const FrameSensing& sensing);
+  void findMostFree(const FrameView& view);
 
   const MapperParams params_;
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const int threads_;
   std::vector<float> inverse_depth_, row_value_, row_slope_, free_if_measured_, free_depth_;
+  std::vector<float> most_free_;
   std::vector<PixelLinks> links_;
 };
 

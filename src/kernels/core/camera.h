@@ -43,6 +43,21 @@ DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3f& p_L) {
   return {p_C.z, K.fx * p_C.x / p_C.z + K.cx + 0.5f, K.fy * p_C.y / p_C.z + K.cy + 0.5f};
 }
 
+/// What a body covers in an image: the bounds of where its corners are seen.
+struct SeenBounds {
+  float near_m, far_m;
+  float left, right, top, bottom;  ///< In pixels, as in VoxelInImage.
+};
+
+DTSDF_HD SeenBounds boundsOf(const VoxelInImage& corner) {
+  return {corner.depth_m, corner.depth_m, corner.u, corner.u, corner.v, corner.v};
+}
+DTSDF_HD SeenBounds unite(const SeenBounds& a, const SeenBounds& b) {
+  return {minimum(a.near_m, b.near_m), maximum(a.far_m, b.far_m),
+          minimum(a.left, b.left),     maximum(a.right, b.right),
+          minimum(a.top, b.top),       maximum(a.bottom, b.bottom)};
+}
+
 /// Whether a frame may see anything of a ball in the local frame, in voxels: false only if all of
 /// it is outside the image.
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3f& middle, float radius) {

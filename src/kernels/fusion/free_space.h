@@ -19,6 +19,7 @@
 #include "kernels/core/anchor.h"
 #include "kernels/core/direction.h"
 #include "kernels/fusion/evidence.h"
+#include "kernels/fusion/free_tiles.h"
 #include "kernels/fusion/sample_line.h"
 
 namespace dtsdf {
@@ -159,18 +160,19 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
 }
 
 /// How a frame looks at a block. It judges what holds a distance in each block that it touches;
-/// the others, and all that is empty, when it is the block's turn.
+/// the others, and what is empty, when it is the block's turn.
 struct Look {
   bool touched;
-  bool in_turn;
+  Octants in_turn;  ///< Of which the frame judges empty voxels: those that it may see through.
 };
 
 /// Whether a frame that looks through a voxel's place can change it. One that the frame covers has
 /// to know where its surface was measured.
-DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, const Look& look,
+DTSDF_HD bool isJudged(const Voxel& voxel, int index, bool is_covered, const Look& look,
                        const FusionRules& rules) {
   if (!isEmpty(voxel)) return !is_covered || voxel.anchor != kNoAnchor;
-  return look.in_turn && !is_covered && evidenceOf(voxel) > -rules.most_evidence;
+  return (look.in_turn >> octantOf(index) & 1u) != 0 && !is_covered &&
+         evidenceOf(voxel) > -rules.most_evidence;
 }
 
 /// A look in turns counts for all the frames from one turn to the next.

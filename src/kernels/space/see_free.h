@@ -36,21 +36,6 @@ DTSDF_HD float leastBelow(const float* texels, int32_t width, int32_t height, in
   return minimum(minimum(upper[left], upper[right]), minimum(lower[left], lower[right]));
 }
 
-/// What a body covers in an image: the bounds of where its corners are seen.
-struct SeenBounds {
-  float near_m, far_m;
-  float left, right, top, bottom;  ///< In pixels, as in VoxelInImage.
-};
-
-DTSDF_HD SeenBounds boundsOf(const VoxelInImage& corner) {
-  return {corner.depth_m, corner.depth_m, corner.u, corner.u, corner.v, corner.v};
-}
-DTSDF_HD SeenBounds unite(const SeenBounds& a, const SeenBounds& b) {
-  return {minimum(a.near_m, b.near_m), maximum(a.far_m, b.far_m),
-          minimum(a.left, b.left),     maximum(a.right, b.right),
-          minimum(a.top, b.top),       maximum(a.bottom, b.bottom)};
-}
-
 /// Whether all of what lies in the bounds is in the image, and before the camera.
 DTSDF_HD bool isWhollyInImage(const FreePyramid& free, const SeenBounds& seen) {
   return seen.near_m > 0.0f && seen.left >= 0.0f && seen.top >= 0.0f &&

@@ -37,6 +37,8 @@ struct FrameSensing {
   ImageView image;
   DepthNoise noise;
   const float* free_depth;  ///< freeDepth() per pixel; null where nothing asks for it.
+  /// The greatest of them in tiles (fusion/free_tiles.h); null where nothing is cleared by them.
+  const float* most_free = nullptr;
 };
 
 /// What the rules that make surfels need to know of the settings.

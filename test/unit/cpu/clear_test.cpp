@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/fusion/free_space.h"
+#include "support/most_free.h"
 
 namespace dtsdf {
 namespace {
@@ -29,8 +30,10 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     for (float& depth : free_depth) depth = random() % 50 == 0 ? 0.0f : free_m(random);
     const FrameView frame{kWidth, kHeight, {60.0f, 60.0f, 31.5f, 23.5f},
                           {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, kVoxel_m};
+    const std::vector<float> most_free = mostFreeOf(frame, free_depth);
     const FrameSensing sensing{
-        {frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, free_depth.data()};
+        {frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, free_depth.data(),
+        most_free.data()};
     const int direction = round % 7 - 1;  // of the undirected map first
     const int array = direction == kAnyDirection ? 0 : direction;
     BlockEntry entry{};
@@ -48,7 +51,7 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     const bool has_sums = round % 2 == 0;
     const std::vector<Voxel> before(voxels, voxels + kVoxelsPerBlock);
     const bool in_turn = !has_sums || round % 4 == 0;
-    const Look rule{has_sums, in_turn};
+    const Look rule{has_sums, in_turn ? kAllOctants : 0};
     const BlockLook look{{0, 0, 6}, in_turn, has_sums ? &sums : nullptr, 1u << array,
                          direction != kAnyDirection};
     clearBlock(look, entry, sensing, rules, store);
@@ -57,7 +60,7 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
       const bool is_covered = has_sums && sums.voxel[array][i].weight != 0;
       const Sight sight = judge(sensing, first, before.data(), i, direction, is_covered);
       const bool expected =
-          isJudged(before[i], is_covered, rule, rules) && isAgainst(sight, is_covered);
+          isJudged(before[i], i, is_covered, rule, rules) && isAgainst(sight, is_covered);
       const int32_t frames = framesAgainst(sight, before[i], rule, rules);
       const Voxel after =
           expected ? contradictedVoxel(before[i], frames, is_covered, rules) : before[i];

@@ -416,16 +416,16 @@ TEST(Judge, CoveredVoxelsByTheirAnchors) {
 /// What a frame cannot change it does not judge.
 TEST(IsJudged, WhatItMayChange) {
   const FusionRules rules;
-  const Look look{true, true};
+  const Look look{true, kAllOctants};
   Voxel known = makeVoxel(0.5f, 1 << 16, 3);
-  EXPECT_TRUE(isJudged(known, false, look, rules));
-  EXPECT_FALSE(isJudged(known, true, look, rules));  // has no anchor
+  EXPECT_TRUE(isJudged(known, 0, false, look, rules));
+  EXPECT_FALSE(isJudged(known, 0, true, look, rules));  // has no anchor
   known.anchor = packAnchor({0.25f, 0.0f, 0.0f}, 0.5f);
-  EXPECT_TRUE(isJudged(known, true, look, rules));
-  EXPECT_TRUE(isJudged(kEmpty, false, look, rules));
-  EXPECT_FALSE(isJudged(kEmpty, true, look, rules));
-  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), false, look, rules));
-  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), false, look, rules));
+  EXPECT_TRUE(isJudged(known, 0, true, look, rules));
+  EXPECT_TRUE(isJudged(kEmpty, 0, false, look, rules));
+  EXPECT_FALSE(isJudged(kEmpty, 0, true, look, rules));
+  EXPECT_TRUE(isJudged(makeVoxel(0.0f, 0, 1 - rules.most_evidence), 0, false, look, rules));
+  EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), 0, false, look, rules));
 }
 
 /// A touched block is judged in each frame where it holds a distance, and in its turn where it
@@ -433,9 +433,9 @@ TEST(IsJudged, WhatItMayChange) {
 TEST(IsJudged, EmptyVoxelsInTurns) {
   const FusionRules rules;
   const Voxel known = makeVoxel(0.5f, 1 << 16, 3);
-  const Look out_of_turn{true, false}, in_turn{true, true}, untouched{false, true};
-  EXPECT_TRUE(isJudged(known, false, out_of_turn, rules));
-  EXPECT_FALSE(isJudged(kEmpty, false, out_of_turn, rules));
+  const Look out_of_turn{true, 0}, in_turn{true, kAllOctants}, untouched{false, kAllOctants};
+  EXPECT_TRUE(isJudged(known, 0, false, out_of_turn, rules));
+  EXPECT_FALSE(isJudged(kEmpty, 0, false, out_of_turn, rules));
   EXPECT_EQ(framesOfLook(known, out_of_turn, rules), 1);
   EXPECT_EQ(framesOfLook(known, in_turn, rules), 1);
   EXPECT_EQ(framesOfLook(kEmpty, in_turn, rules), rules.look_turns);

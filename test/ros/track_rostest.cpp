@@ -33,7 +33,7 @@ class Track : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(camera_.connect());
-    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_TRUE(waitUntil([&] { return status_.received() && way_.isConnected(); }));
     if (start_.isZero()) start_ = ros::Time::now();
   }
 

@@ -42,7 +42,7 @@ void checkPoseFrames(const NodeParams& node, ParamReader& reader) {
   const std::string& odom = node.poses.odom_frame;
   const std::string& base = node.poses.base_frame;
   const auto isMap = [&](const std::string& frame) {
-    return frame == node.map_frame || frame == frameOfMap(node);
+    return !frame.empty() && (frame == node.map_frame || frame == frameOfMap(node));
   };
   if (isMap(odom)) {
     reader.addViolation("poses/odom_frame", "must differ from the map's frame; leave it empty for "

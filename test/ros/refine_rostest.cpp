@@ -33,7 +33,7 @@ TEST(Refine, DriftIsTakenOutAndPublished) {
   const WayWatcher way(nh);
   RoomCamera camera(nh);
   ASSERT_TRUE(camera.connect());
-  ASSERT_TRUE(waitUntil([&] { return status.received(); }));
+  ASSERT_TRUE(waitUntil([&] { return status.received() && way.isConnected(); }));
   const ros::Time start = ros::Time::now();
   ros::Time stamp;
   Eigen::Isometry3d T_R_B;

@@ -201,7 +201,7 @@ void MappingNode::advertiseServices(ros::NodeHandle private_nh) {
                        .advertiseService("get_distances", &MappingNode::onGetDistances, this);
   pause_ = private_nh.advertiseService("pause", &MappingNode::onPause, this);
   pose_services_ = std::make_unique<PoseServices>(
-      save_thread_.serve(private_nh), params_.node.output_directory,
+      clear_thread_.serve(private_nh), params_.node.output_directory,
       PoseServices::Parts{frame_poses_.get(), map_poses_, map_loop_});
 }
 

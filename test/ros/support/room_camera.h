@@ -43,6 +43,9 @@ class WayWatcher {
  public:
   explicit WayWatcher(ros::NodeHandle nh);
 
+  /// Whether nothing that is published gets lost any more.
+  bool isConnected() const { return odometry_topic_.getNumPublishers() > 0; }
+
   const nav_msgs::Odometry& odometry() const { return odometry_; }
   size_t count() const { return count_; }
   const nav_msgs::Path& path() const { return path_; }

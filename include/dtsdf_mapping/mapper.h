@@ -72,7 +72,7 @@ struct MapperMemory {
 /// What clearRegion() took away.
 struct ClearedRegion {
   size_t voxels = 0;  ///< That held something; those of a place's several directions count each.
-  size_t blocks = 0;  ///< That hold nothing any more.
+  size_t blocks = 0;  ///< Now empty, and freed.
 };
 
 /// A map that depth frames are fused into, colour images are painted on, and meshes are extracted

@@ -80,9 +80,9 @@ class Collapser {
         mark_(p_.size(), 0) {
     for (uint32_t corner = 0; corner < next_.size(); ++corner) link(corner);
     report(0.0);
-    tolerances_.emplace(mesh_, FacingLimits{-1.01f, kOpposite}, mean_edge_m_, max_error_m_,
-                        [this](double share) { report(kSharePrepared * share); });
     findRemovable();
+    tolerances_.emplace(mesh_, live_, FacingLimits{-1.01f, kOpposite}, mean_edge_m_, max_error_m_,
+                        [this](double share) { report(kSharePrepared * share); });
     sumQuadrics();
   }
 

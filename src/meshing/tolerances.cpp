@@ -11,22 +11,23 @@ constexpr double kShareBetween = 0.45;
 /// Errors up to so many mean edges are common enough to measure gaps for them beforehand.
 constexpr double kNearEdges = 2.0;
 
-constexpr uint32_t kReportEvery = 4096;
+constexpr size_t kReportEvery = 4096;
 
 }  // namespace
 
-Tolerances::Tolerances(const Mesh& mesh, const FacingLimits& opposing, double mean_edge_m,
-                       double max_error_m, const std::function<void(double share)>& report)
+Tolerances::Tolerances(const Mesh& mesh, const std::vector<uint32_t>& vertices,
+                       const FacingLimits& opposing, double mean_edge_m, double max_error_m,
+                       const std::function<void(double share)>& report)
     : mesh_(mesh),
       opposing_(opposing),
       near_m_(std::min(max_error_m, kNearEdges * mean_edge_m)),
       max_error_m_(max_error_m),
       tree_(mesh.vertices_m, mesh.triangles),
       tolerance_m_(mesh.vertices_m.size()) {
-  const auto vertices = static_cast<uint32_t>(tolerance_m_.size());
-  for (uint32_t i = 0; i < vertices; ++i) {
-    if (i % kReportEvery == 0) report(static_cast<double>(i) / vertices);
-    tolerance_m_[i] = measure(i, near_m_);
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    if (i % kReportEvery == 0)
+      report(static_cast<double>(i) / static_cast<double>(vertices.size()));
+    tolerance_m_[vertices[i]] = measure(vertices[i], near_m_);
   }
 }
 

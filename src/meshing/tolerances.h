@@ -10,15 +10,16 @@
 
 namespace dtsdf {
 
-/// For each vertex of a mesh, which outlives it, almost half of its distance from an opposing
+/// For some vertices of a mesh, which outlives it, almost half of their distance from an opposing
 /// surface. Wide gaps are measured only where a large error asks for them: most vertices never do.
 class Tolerances {
  public:
   /// Errors are at most `max_error_m`; `report` is called now and then with the share that is done.
-  Tolerances(const Mesh& mesh, const FacingLimits& opposing, double mean_edge_m, double max_error_m,
+  Tolerances(const Mesh& mesh, const std::vector<uint32_t>& vertices, const FacingLimits& opposing,
+             double mean_edge_m, double max_error_m,
              const std::function<void(double share)>& report);
 
-  /// What a vertex may move within an error.
+  /// What one of the vertices may move within an error.
   double within(uint32_t vertex, double error_m) {
     const float tolerance_m = tolerance_m_[vertex];
     if (tolerance_m >= 0.0f)

@@ -15,7 +15,7 @@ std::string unitOf(const std::string& key);
 class SettingLister {
  public:
   void operator()(const std::string& key, bool& member) { add(key, "true or false", member); }
-  void operator()(const std::string& key, std::string& member) { add(key, "a text", member); }
+  void operator()(const std::string& key, std::string& member) { add(key, "a string", member); }
   void operator()(const std::string& key, std::vector<std::string>& member) {
     add(key, "a list of names", member);
   }

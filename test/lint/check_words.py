@@ -22,6 +22,12 @@ WORDS = [
     (r"\bis none of\b", "is not"),
     (r"(?<!there) is no (?!longer|more|less|such|measurement)", "is not a"),
     (r"\bhas to be\b", "must be"),
+    (r"\bany more\b", "no longer"),
+    (r"\bweighed by\b", "weighted by"),
+    (r"\btake another\b", "choose another"),
+    (r"\ba text\b|\btexts\b", "a string, strings"),
+    (r"\bis of \d", "is stamped"),
+    (r"\bis (never |while )?still\b(?=,| at)", "at rest"),
 ]
 # Sentences run on over lines.
 PATTERNS = [(re.compile(pattern.replace(" ", r"\s+"), re.IGNORECASE), instead)

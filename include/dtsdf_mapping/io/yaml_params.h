@@ -1,4 +1,4 @@
-/// Settings from YAML files and from key=value texts, as a flat tree that ParamReader checks.
+/// Settings from YAML files and from key=value strings, as a flat tree that ParamReader checks.
 #pragma once
 
 #include <string>
@@ -8,12 +8,12 @@
 namespace dtsdf {
 
 /// Reads a YAML file; nested sections become keys such as "map/voxel_size_m". An empty file is an
-/// empty tree. Texts in quotes stay texts; true/false, yes/no and on/off are flags.
+/// empty tree. Strings in quotes stay strings; true/false, yes/no and on/off are flags.
 /// @throws std::runtime_error with file and line, for a file that is missing or not YAML, and for
 /// lists, keys without a value and keys given twice.
 ParamTree loadYamlParams(const std::string& path);
 
-/// The same from a text; `name` stands for the file in error messages.
+/// The same from a string; `name` stands for the file in error messages.
 ParamTree parseYamlParams(const std::string& text, const std::string& name);
 
 /// Sets one key from "map/voxel_size_m=0.01", in place of what the tree has for it.

@@ -145,11 +145,12 @@ struct BlockLook {
   bool in_turn;  ///< It is the block's turn.
   BlockSupport support;
 
+  /// All octants: to find those that are hidden takes longer here than to judge their voxels.
+  __device__ Look rule() const { return {support.words != nullptr, in_turn ? kAllOctants : 0u}; }
 };
 
 /// The voxels of a block that the frame judges.
 struct JudgedVoxels {
-  Octants in_turn;  ///< Of empty ones.
   uint32_t count;
   uint32_t emptied_directions;  ///< That lose a voxel.
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
@@ -175,22 +176,13 @@ __device__ JudgedVoxel unpackJudged(uint16_t packed) {
   return {voxel / kVoxelsPerBlock, voxel % kVoxelsPerBlock, (packed & kCoveredBit) != 0};
 }
 
-/// Begins a list, and finds how the frame looks at the block. By all threads.
-__device__ Look beginList(const FrameSensing& sensing, const BlockLook& look, JudgedVoxels& list) {
-  __syncthreads();  // of the block before
-  if (threadIdx.x == 0) list.count = list.emptied_directions = list.in_turn = 0;
-  __syncthreads();
-  if (look.in_turn && threadIdx.x < kOctants &&
-      maySeeThroughOctant(sensing, look.first_voxel_L, threadIdx.x)) {
-    atomicOr(&list.in_turn, 1u << threadIdx.x);
-  }
-  __syncthreads();
-  return {look.support.words != nullptr, list.in_turn};
-}
-
 /// A warp takes as long for one of them as for 32: so they are listed first.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
-                           const BlockLook& look, const Look& rule, JudgedVoxels& list) {
+                           const BlockLook& look, JudgedVoxels& list) {
+  __syncthreads();  // of the block before
+  if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
+  __syncthreads();
+  const Look rule = look.rule();
   const uint32_t lane = threadIdx.x % 32, before = (1u << lane) - 1u;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
@@ -249,8 +241,7 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
 __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
                                    const MapView& map, const SlotEntry& entry,
                                    const BlockLook& look, JudgedVoxels& list) {
-  const Look rule = beginList(sensing, look, list);
-  listJudged(map, fusion.rules, entry, look, rule, list);
+  listJudged(map, fusion.rules, entry, look, list);
   const Sights sights = judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
   if (!__syncthreads_or(sights.any())) return {false, 0};  // as most
   int changed = 0;
@@ -260,7 +251,7 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
     const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     const bool was_empty = isEmpty(voxel);
-    const int32_t frames = framesAgainst(sight, voxel, rule, fusion.rules);
+    const int32_t frames = framesAgainst(sight, voxel, look.rule(), fusion.rules);
     voxel = contradictedVoxel(voxel, frames, is_covered, fusion.rules);
     changed |= !was_empty;
     if (was_empty || !isEmpty(voxel)) continue;
@@ -306,21 +297,15 @@ __global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion
 }
 
 /// One thread per block that may be in view: lists those that the frame looks at untouched.
-__global__ void findLooksKernel(DeviceSensing on_device, FusionSettings fusion,
-                                FusionTarget target, uint64_t frame_number, LookList looks) {
+__global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
+                                uint64_t frame_number, LookList looks) {
   const size_t i = globalThread();
   if (i >= looks.in_view_count) return;
   const int32_t slot = looks.in_view[i];
   const PackedKey key = target.map.slots[slot].key;
-  if (key == kNoKey || !isInTurn(key, frame_number, fusion.rules)) return;
-  const FrameView& frame = on_device.frame();
-  const Vec3i block_L = unpackKey(key) - blockOfVoxel(frame.origin_voxel);
-  if (!mayBeInView(frame, block_L)) return;
+  if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
+  if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
   if (findTouched(target.touched, key) >= 0) return;
-  if (!maySeeThroughBlock(on_device.load(), toFloat(firstVoxelOfBlock(block_L)),
-                          fusion.truncation_voxels)) {
-    return;
-  }
   looks.slots[atomicAdd(looks.count, 1u)] = slot;
 }
 
@@ -436,7 +421,7 @@ void Fusion::lookAround(const DeviceSensing& sensing, const FusionTarget& target
                        look_count_.data()};
   look_count_.zero(stream_);
   findLooksKernel<<<blocksFor(in_view), kThreads, 0, stream_.get()>>>(
-      sensing, fusion_, target, turn.number, looks);
+      sensing.frame(), fusion_.rules, target, turn.number, looks);
   DTSDF_CHECK_LAUNCH("findLooksKernel");
   lookAroundKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(
       sensing, fusion_, target, looks, empty_blocks_.data());

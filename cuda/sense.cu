@@ -161,36 +161,6 @@ __global__ void fillGapsKernel(ImageView image, const float* free_if_measured, f
   }
 }
 
-/// One block of threads per coarse tile, a warp for each two of its fine ones.
-__global__ void findMostFreeKernel(DepthGrid free_depth, float* fine, float* coarse) {
-  constexpr int kSide = 1 << kFineTileLog2, kPerTile = kThreads / (kFinePerCoarse * kFinePerCoarse);
-  static_assert(kSide * kSide % kPerTile == 0 && kPerTile == 16, "half a warp has a fine tile");
-  __shared__ int most;
-  const int32_t along = tilesAlong(free_depth.width, kFineTileLog2);
-  const int32_t coarse_along = tilesAlong(free_depth.width, kCoarseTileLog2);
-  const int in_tile = threadIdx.x % kPerTile, tile = threadIdx.x / kPerTile;
-  const int32_t u = static_cast<int32_t>(blockIdx.x) % coarse_along * kFinePerCoarse +
-                    tile % kFinePerCoarse,
-                v = static_cast<int32_t>(blockIdx.x) / coarse_along * kFinePerCoarse +
-                    tile / kFinePerCoarse;
-  if (threadIdx.x == 0) most = 0;
-  __syncthreads();
-  float greatest = 0.0f;
-  for (int i = in_tile; i < kSide * kSide; i += kPerTile) {
-    greatest = maximum(greatest, greatestIn(free_depth, u * kSide + i % kSide,
-                                            v * kSide + i / kSide, 1));
-  }
-  for (int step = kPerTile / 2; step > 0; step /= 2) {
-    greatest = maximum(greatest, __shfl_xor_sync(~0u, greatest, step));
-  }
-  if (in_tile == 0 && u < along && v < tilesAlong(free_depth.height, kFineTileLog2)) {
-    fine[static_cast<int64_t>(v) * along + u] = greatest;
-    atomicMax(&most, __float_as_int(greatest));  // in order as whole numbers: none is below 0
-  }
-  __syncthreads();
-  if (threadIdx.x == 0) coarse[blockIdx.x] = __int_as_float(most);
-}
-
 }  // namespace
 
 FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, const Stream& stream)
@@ -204,21 +174,17 @@ FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, const S
   noise_counts_.zero(stream);
 }
 
-void FrameSensor::reserve(const FrameView& frame) {
-  const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
+void FrameSensor::reserve(size_t pixels) {
   inverse_depth_.reserveExactly(pixels, stream_);
   row_value_.reserveExactly(pixels, stream_);
   row_slope_.reserveExactly(pixels, stream_);
   free_if_measured_.reserveExactly(pixels, stream_);
   free_depth_.reserveExactly(pixels, stream_);
   links_.reserveExactly(pixels, stream_);
-  if (!clears_) return;
-  most_free_.reserveExactly(tileCount(frame, kFineTileLog2) + tileCount(frame, kCoarseTileLog2),
-                            stream_);
 }
 
 DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
-  reserve(frame);
+  reserve(static_cast<size_t>(frame.width) * frame.height);
   const ImageView image{frame, inverse_depth_.data(), row_value_.data(), row_slope_.data(),
                         links_.data()};
   const StageSpan span(stream_, Stage::kSense);
@@ -236,42 +202,30 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
       image, surfel_settings_, noise_.data(), {row_value_.data(), row_slope_.data()});
   DTSDF_CHECK_LAUNCH("fitRowsKernel");
   if (finds_free_) findFreeDepths(image);
-  if (!clears_) return {image, noise_.data(), nullptr, nullptr};
-  findMostFree(frame);
-  return {image, noise_.data(), free_depth_.data(), most_free_.data()};
+  return {image, noise_.data(), clears_ ? free_depth_.data() : nullptr};
 }
 
 void FrameSensor::findFreeDepths(const ImageView& image) {
   const dim3 grid = rowGrid(image.frame);
   findFreeDepthsKernel<<<grid, kThreads, 0, stream_.get()>>>(
-      {image, noise_.data(), nullptr, nullptr}, fusion_settings_, free_if_measured_.data());
+      {image, noise_.data(), nullptr}, fusion_settings_, free_if_measured_.data());
   DTSDF_CHECK_LAUNCH("findFreeDepthsKernel");
   fillGapsKernel<<<grid, kThreads, 0, stream_.get()>>>(image, free_if_measured_.data(),
                                                        free_depth_.data());
   DTSDF_CHECK_LAUNCH("fillGapsKernel");
 }
 
-void FrameSensor::findMostFree(const FrameView& frame) {
-  float* fine = most_free_.data();
-  const auto coarse_count = static_cast<unsigned>(tileCount(frame, kCoarseTileLog2));
-  findMostFreeKernel<<<coarse_count, kThreads, 0, stream_.get()>>>(
-      {free_depth_.data(), frame.width, frame.height}, fine,
-      fine + tileCount(frame, kFineTileLog2));
-  DTSDF_CHECK_LAUNCH("findMostFreeKernel");
-}
-
 void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = inverse_depth_.bytes() + row_value_.bytes() + row_slope_.bytes() +
-                       free_if_measured_.bytes() + free_depth_.bytes() + most_free_.bytes() +
-                       links_.bytes() + noise_counts_.bytes();
+                       free_if_measured_.bytes() + free_depth_.bytes() + links_.bytes() +
+                       noise_counts_.bytes();
   parts.push_back({"images", MemoryKind::kScratch, bytes, bytes});
 }
 
 std::vector<NamedKernel> senseKernels() {
   return {DTSDF_NAMED_KERNEL(invertDepthsKernel, 0), DTSDF_NAMED_KERNEL(estimateNoiseKernel, 0),
           DTSDF_NAMED_KERNEL(findLinksKernel, 0), DTSDF_NAMED_KERNEL(fitRowsKernel, 0),
-          DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0), DTSDF_NAMED_KERNEL(fillGapsKernel, 0),
-          DTSDF_NAMED_KERNEL(findMostFreeKernel, 0)};
+          DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0), DTSDF_NAMED_KERNEL(fillGapsKernel, 0)};
 }
 
 }  // namespace gpu

@@ -14,25 +14,21 @@ namespace gpu {
 /// FrameSensing before kernels have loaded it: the noise is known on the device alone.
 class DeviceSensing {
  public:
-  DeviceSensing(const ImageView& image, const DepthNoise* noise, const float* free_depth,
-                const float* most_free)
-      : image_(image), noise_(noise), free_depth_(free_depth), most_free_(most_free) {}
+  DeviceSensing(const ImageView& image, const DepthNoise* noise, const float* free_depth)
+      : image_(image), noise_(noise), free_depth_(free_depth) {}
 
   DTSDF_HD const ImageView& image() const { return image_; }
   DTSDF_HD const FrameView& frame() const { return image_.frame; }
   /// Of a frame that clears; one that does not has none, even if space asks for it.
   DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
 #ifdef __CUDACC__
-  __device__ __forceinline__ FrameSensing load() const {
-    return {image_, *noise_, free_depth_, most_free_};
-  }
+  __device__ __forceinline__ FrameSensing load() const { return {image_, *noise_, free_depth_}; }
 #endif
 
  private:
   ImageView image_;
   const DepthNoise* noise_;
   const float* free_depth_;
-  const float* most_free_;
 };
 
 /// A raw depth image on the device, with its rows packed.
@@ -63,17 +59,15 @@ class FrameSensor {
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
-  void reserve(const FrameView& frame);
+  void reserve(size_t pixels);
   void findFreeDepths(const ImageView& image);
-  void findMostFree(const FrameView& frame);
 
   const bool clears_;      ///< What frames see through is taken from the map.
   const bool finds_free_;  ///< It is asked how far pixels are free, for that or for space.
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const Stream& stream_;
-  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_if_measured_, free_depth_,
-      most_free_;
+  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_if_measured_, free_depth_;
   DeviceBuffer<PixelLinks> links_;
   DeviceBuffer<DepthNoise> noise_;
   DeviceBuffer<NoiseCounts> noise_counts_;

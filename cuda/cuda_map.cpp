@@ -31,6 +31,7 @@ CudaMap::CudaMap(const MapperParams& params, const Rules& rules, SpaceMap* space
       fusion_(params, rules, stream_),
       painter_(makePaintSettings(params, rules.colour), stream_),
       mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0),
+      renderer_(rules.mesh, params.map.directional, stream_),
       region_clearer_(stream_),
       free_seer_(cellGridOf(params), params.space.max_range_m, stream_),
       space_(space) {
@@ -193,6 +194,12 @@ IntegrationResult CudaMap::paint(const ColourFrame& frame) {
   IntegrationResult result;
   result.refused_blocks = admission.refused;
   return result;
+}
+
+/// As CpuMapper::render(), of the map that the frame before leaves.
+void CudaMap::render(const FrameView& frame, RenderedView& view) {
+  recycleEmpty();
+  renderer_.render(frame, leastEvidenceNow(), map_.view(), view);
 }
 
 /// As admit(): all memory is taken before the table changes.
@@ -360,6 +367,7 @@ std::vector<MemoryPart> CudaMap::memoryParts() {
   block_finder_.addMemory(parts);
   fusion_.addMemory(parts);
   painter_.addMemory(parts);
+  renderer_.addMemory(parts);
   region_clearer_.addMemory(parts);
   if (space_ != nullptr) {
     free_seer_.addMemory(parts);

@@ -12,6 +12,7 @@
 #include "fusion.h"
 #include "painter.h"
 #include "raw_image.h"
+#include "render.h"
 #include "runtime/stage_clock.h"
 #include "see_free.h"
 #include "space/space_map.h"
@@ -32,6 +33,7 @@ class CudaMap {
   IntegrationResult fuse(const DepthFrame& frame);
   Alignment align(const DepthFrame& frame, const PosePrior& prior);
   IntegrationResult paint(const ColourFrame& frame);
+  void render(const FrameView& frame, RenderedView& view);
   ClearedRegion clearRegion(const Region& region);
   void beginMeshUpdate();
   void waitForMeshes() { mesher_.complete(); }
@@ -86,6 +88,7 @@ class CudaMap {
   Fusion fusion_;
   Painter painter_;
   BlockMesher mesher_;
+  Renderer renderer_;
   FrameCounters counters_ = {};  ///< Of the frame being fused.
   RegionClearer region_clearer_;
   FreeSeer free_seer_;

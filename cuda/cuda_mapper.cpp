@@ -96,6 +96,11 @@ class CudaMapper : public ProbedMapper {
     return result;
   }
 
+  void render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
+              RenderedView& view) override {
+    map().render(checkedFrameView(camera, T_W_C, params_), view);
+  }
+
   void beginMeshUpdate() override { map().beginMeshUpdate(); }
   void waitForMeshes() override { map().waitForMeshes(); }
   MeshUpdate finishMeshUpdate() override { return map().finishMeshUpdate(); }

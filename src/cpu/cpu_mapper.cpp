@@ -54,6 +54,7 @@ CpuMapper::CpuMapper(const MapperParams& params, const Rules& rules)
       painter_(makePaintSettings(params, rules.colour), threads_),
       mesher_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_,
               params.mesh.refine != 0),
+      renderer_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_),
       free_seer_(params, threads_) {
   if (params.space.enabled) space_ = std::make_unique<SpaceMap>(params, threads_);
 }
@@ -323,6 +324,13 @@ int32_t CpuMapper::leastEvidenceNow() const {
   return leastEvidence(params_.mesh.min_support, supporting_frames_, rules_.fusion);
 }
 
+void CpuMapper::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
+                       RenderedView& view) {
+  const FrameView frame = checkedFrameView(camera, T_W_C, params_);
+  const StageTimer timer(profile_, Stage::kRender);
+  renderer_.render(frame, leastEvidenceNow(), mesher_.hasColours(), view);
+}
+
 void CpuMapper::beginMeshUpdate() {
   const Clock::time_point start = Clock::now();
   table_.noteExtraction();
@@ -361,7 +369,8 @@ std::vector<MemoryPart> CpuMapper::memoryParts() const {
       {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
       {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
       {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
-      {"colour image", kScratch, painter_.bytes(), painter_.bytes()}};
+      {"colour image", kScratch, painter_.bytes(), painter_.bytes()},
+      {"depth ranges", kScratch, renderer_.bytes(), renderer_.bytes()}};
   if (space_ != nullptr) {
     parts.push_back({"space", MemoryKind::kSpace, space_->bytes(), space_->bytes()});
     parts.push_back({"free depths", kScratch, free_seer_.bytes(), free_seer_.bytes()});

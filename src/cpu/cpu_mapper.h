@@ -12,6 +12,7 @@
 #include "cpu/find_blocks.h"
 #include "cpu/make_surfels.h"
 #include "cpu/paint.h"
+#include "cpu/render.h"
 #include "cpu/see_free.h"
 #include "cpu/sense.h"
 #include "cpu/voxel_store.h"
@@ -27,6 +28,8 @@ class CpuMapper : public ProbedMapper {
   IntegrationResult integrate(const DepthFrame& frame) override;
   Alignment align(const DepthFrame& frame, const PosePrior& prior) override;
   IntegrationResult paint(const ColourFrame& frame) override;
+  void render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
+              RenderedView& view) override;
   void beginMeshUpdate() override;
   void waitForMeshes() override {}
   MeshUpdate finishMeshUpdate() override;
@@ -75,6 +78,7 @@ class CpuMapper : public ProbedMapper {
   BlockFinder block_finder_;
   Painter painter_;
   BlockMesher mesher_;
+  Renderer renderer_;
   FreeSeer free_seer_;
   std::unique_ptr<SpaceMap> space_;  ///< Null where nobody asks for it.
   MeshUpdate mesh_update_;

@@ -13,6 +13,7 @@
 #include "painter.h"
 #include "pool_transfer.h"
 #include "raw_image.h"
+#include "render.h"
 #include "runtime/device.h"
 #include "runtime/stage_clock.h"
 #include "see_free.h"
@@ -52,6 +53,10 @@ class CudaBackend : public MapBackend {
   SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
   std::vector<ColourRequest> colourRequests() override { return painter_.fetchRequests(); }
   void paint(const Exposure& exposure) override;
+
+  void render(const ViewRequest& request, RenderedView& view) override {
+    renderer_.render(request, map_.view(), view);
+  }
 
   void markAllDirty() override;
   void keepColours() override;
@@ -93,6 +98,7 @@ class CudaBackend : public MapBackend {
   Fusion fusion_;
   Painter painter_;
   BlockMesher mesher_;
+  Renderer renderer_;
   RegionClearer region_clearer_;
   FreeCellFinder free_cell_finder_;
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
@@ -116,6 +122,7 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       fusion_(params, rules, stream_),
       painter_(makePaintSettings(params, rules.colour), stream_),
       mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0),
+      renderer_(rules.mesh, params.map.directional, stream_),
       region_clearer_(stream_),
       free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_) {
   stream_.setClock(&clock_);
@@ -261,6 +268,7 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
   block_finder_.addMemory(parts);
   fusion_.addMemory(parts);
   painter_.addMemory(parts);
+  renderer_.addMemory(parts);
   region_clearer_.addMemory(parts);
   if (params_.space.enabled) free_cell_finder_.addMemory(parts);
   parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),

@@ -91,7 +91,7 @@ GpuReport reportCudaDevice() {
   for (const auto& kernels : {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(),
                               gpu::blockKernels(),
                               gpu::mapKernels(), gpu::fusionKernels(), gpu::regionKernels(),
-                              gpu::freeSpaceKernels(), gpu::paintKernels(),
+                              gpu::freeSpaceKernels(), gpu::paintKernels(), gpu::renderKernels(),
                               gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }

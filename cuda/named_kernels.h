@@ -29,6 +29,7 @@ std::vector<NamedKernel> fusionKernels();
 std::vector<NamedKernel> regionKernels();
 std::vector<NamedKernel> freeSpaceKernels();
 std::vector<NamedKernel> paintKernels();
+std::vector<NamedKernel> renderKernels();
 std::vector<NamedKernel> mesherKernels(bool directional);
 
 }  // namespace gpu

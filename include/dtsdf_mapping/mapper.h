@@ -13,6 +13,7 @@
 #include "dtsdf_mapping/map_contents.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "dtsdf_mapping/region.h"
+#include "dtsdf_mapping/rendered_view.h"
 #include "dtsdf_mapping/space.h"
 
 /// Everything of the library.
@@ -100,6 +101,24 @@ class Mapper {
   /// left alone. Costs nothing, in time or memory, where it is never called.
   /// @throws std::exception when the backend fails.
   virtual IntegrationResult paint(const ColourFrame& frame) = 0;
+
+  /// Renders the surfaces of the map that face a camera, those that a mesh would have now, whether
+  /// or not it was extracted. The map stays as it was. Equal maps give equal bytes on every
+  /// backend.
+  /// @param camera Size and intrinsics of the images.
+  /// @param T_W_C Optical frame to map frame, in metres.
+  /// @param view Takes the images; its memory is used again, which spares time in a loop.
+  /// @throws std::invalid_argument for a camera or a pose that integrate() would refuse;
+  /// std::exception when the backend fails.
+  virtual void render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
+                      RenderedView& view) = 0;
+
+  /// The same into images of its own.
+  RenderedView render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C) {
+    RenderedView view;
+    render(camera, T_W_C, view);
+    return view;
+  }
 
   /// Starts to mesh the blocks that changed since the last extraction. On a GPU this returns before
   /// the work is done, and frames may be integrated meanwhile. At most one extraction is under way.

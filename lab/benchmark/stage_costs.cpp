@@ -69,7 +69,8 @@ StageCost costOf(Stage stage, const WorkCounts& work, double arrays_per_block) {
     case Stage::kPaint:  // the image, at all its sizes; of what is painted, voxels and colours
       return {static_cast<double>(work.colour_pixels) * kPyramidBytes +
               static_cast<double>(work.painted_voxels) * (sizeof(Voxel) + 2 * sizeof(VoxelColour))};
-    case Stage::kIndex:  // which blocks to index, and them
+    case Stage::kRender: return {};  // by what is in view, which is not counted
+    case Stage::kIndex:              // which blocks to index, and them
       return {static_cast<double>(work.touched_blocks) * kUnitReach * 24 +
               indexed * (arrays_per_block * kGridCorners * sizeof(Voxel) + kLabelsBytes)};
     case Stage::kMake:  // the labels, a layer around, ends of each vertex' edges, the mesh

@@ -1,5 +1,6 @@
 #include "backend/frame_check.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <sstream>
@@ -162,6 +163,24 @@ FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m) {
 
 FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m) {
   return frameViewOf(frame, voxel_size_m);
+}
+
+FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
+                           const MapperParams& params) {
+  // As a colour image has it, whose pixels nobody reads.
+  ColourFrame frame;
+  frame.data = &camera;
+  frame.width = camera.width;
+  frame.height = camera.height;
+  frame.encoding = ColourEncoding::kMono8;
+  frame.row_bytes = static_cast<size_t>(std::max(0, camera.width));
+  frame.intrinsics = camera.intrinsics;
+  frame.T_W_C = T_W_C;
+  auto found = findImageProblem(frame, "rendered");
+  if (!found) found = findIntrinsicsProblem(frame.intrinsics);
+  if (!found) found = findPoseProblem(T_W_C, 0.0, params);
+  if (found) throw std::invalid_argument(found->message);
+  return frameViewOf(frame, params.map.voxel_size_m);
 }
 
 /// What claims to be farther is no measurement: space up to there is not free.

@@ -26,6 +26,11 @@ std::optional<FrameProblem> findProblem(const ColourFrame& frame, const MapperPa
 FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m);
 FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m);
 
+/// The camera of a view for the rules. @throws std::invalid_argument for one that no map can be
+/// seen with, in the words of findProblem().
+FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
+                           const MapperParams& params);
+
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
 /// What is kept of the map once a frame is in it. @pre map/keep_radius_m is not 0.

@@ -47,6 +47,13 @@ struct SeenColours {
   ExposureSums sums;
 };
 
+/// A view of the map to be rendered.
+struct ViewRequest {
+  FrameView frame;
+  int32_t least_evidence;  ///< That a surface needs.
+  bool has_colours;
+};
+
 /// The meshes of an extraction.
 struct MadeMeshes {
   MeshUpdate update;
@@ -121,6 +128,11 @@ class MapBackend {
 
   /// Paints what was found, where there are bricks.
   virtual void paint(const Exposure& exposure) = 0;
+
+  // ---- Views.
+
+  /// Renders surfaces. Waits for the images.
+  virtual void render(const ViewRequest& request, RenderedView& view) = 0;
 
   // ---- Meshes.
 

@@ -16,6 +16,7 @@ const char* toString(Stage stage) {
     case Stage::kClear: return "clear";
     case Stage::kSeeFree: return "see_free";
     case Stage::kPaint: return "paint";
+    case Stage::kRender: return "render";
     case Stage::kIndex: return "index";
     case Stage::kMake: return "make";
     case Stage::kFetch: return "fetch";

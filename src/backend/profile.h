@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// The stages of integrate(), of paint() and of a mesh update, in their order.
+/// The stages of integrate(), of paint(), of render() and of a mesh update, in their order.
 enum class Stage {
   kCopy,         ///< Raw image to pinned memory (host).
   kUpload,       ///< Raw image to the device.
@@ -23,6 +23,7 @@ enum class Stage {
   kClear,        ///< Voxels that were seen as free, what changed, and what is empty.
   kSeeFree,      ///< Which cells of space the image sees through.
   kPaint,        ///< A colour image onto the surfaces that it sees.
+  kRender,       ///< A view of the map from a pose.
   kIndex,        ///< Which blocks to mesh again, and the marching cubes indices in them.
   kMake,         ///< Vertices and triangles.
   kFetch,        ///< Meshes to the host.

@@ -50,6 +50,7 @@ CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const Blo
       painter_(makePaintSettings(params, rules.colour), threads_),
       mesher_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_,
               params.mesh.refine != 0),
+      renderer_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_),
       free_cell_finder_(params, threads_) {}
 
 std::string CpuBackend::name() const {
@@ -211,6 +212,11 @@ void CpuBackend::paint(const Exposure& exposure) {
   for (const int32_t slot : painter_.paint(exposure, map())) mesher_.markPainted(slot);
 }
 
+void CpuBackend::render(const ViewRequest& request, RenderedView& view) {
+  const StageTimer timer(profile_, Stage::kRender);
+  renderer_.render(request.frame, request.least_evidence, request.has_colours, view);
+}
+
 void CpuBackend::beginMesh(int32_t least_evidence) {
   const auto start = std::chrono::steady_clock::now();
   meshes_ = mesher_.update(least_evidence);
@@ -298,7 +304,8 @@ void CpuBackend::addMemory(std::vector<MemoryPart>& parts) const {
       {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
       {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
       {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
-      {"colour image", kScratch, painter_.bytes(), painter_.bytes()}});
+      {"colour image", kScratch, painter_.bytes(), painter_.bytes()},
+      {"depth ranges", kScratch, renderer_.bytes(), renderer_.bytes()}});
   if (!params_.space.enabled) return;
   parts.push_back({"free depths", kScratch, free_cell_finder_.bytes(), free_cell_finder_.bytes()});
 }

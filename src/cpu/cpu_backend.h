@@ -10,6 +10,7 @@
 #include "cpu/find_blocks.h"
 #include "cpu/make_surfels.h"
 #include "cpu/paint.h"
+#include "cpu/render.h"
 #include "cpu/see_free.h"
 #include "cpu/sense.h"
 #include "cpu/voxel_store.h"
@@ -46,6 +47,8 @@ class CpuBackend : public MapBackend {
   SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
   std::vector<ColourRequest> colourRequests() override { return painter_.requests(map()); }
   void paint(const Exposure& exposure) override;
+
+  void render(const ViewRequest& request, RenderedView& view) override;
 
   void markAllDirty() override { mesher_.markAllDirty(); }
   void keepColours() override { mesher_.keepColours(); }
@@ -86,6 +89,7 @@ class CpuBackend : public MapBackend {
   BlockFinder block_finder_;
   Painter painter_;
   BlockMesher mesher_;
+  Renderer renderer_;
   FreeCellFinder free_cell_finder_;
   FrameSensing sensing_ = {};  ///< Of the last depth image.
   TouchedCounts touched_counts_ = {};

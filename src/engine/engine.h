@@ -22,6 +22,8 @@ class Engine : public ProbedMapper {
   IntegrationResult integrate(const DepthFrame& frame) override;
   Alignment align(const DepthFrame& frame, const PosePrior& prior) override;
   IntegrationResult paint(const ColourFrame& frame) override;
+  void render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
+              RenderedView& view) override;
   void beginMeshUpdate() override;
   void waitForMeshes() override { ready().waitForMeshes(); }
   MeshUpdate finishMeshUpdate() override;

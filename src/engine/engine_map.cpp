@@ -8,6 +8,14 @@
 
 namespace dtsdf {
 
+void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
+                    RenderedView& view) {
+  const FrameView frame = checkedFrameView(camera, T_W_C, params_);
+  ready();
+  settle();
+  backend_->render({frame, leastEvidenceNow(), has_colours_}, view);
+}
+
 void Engine::beginMeshUpdate() {
   ready();
   if (is_meshing_) backend_->finishMesh();  // nobody asked for its changes: they are lost

@@ -184,4 +184,23 @@ DepthImage decodeDepthPng(const uint8_t* data, size_t bytes) {
   return {png.size(), readPixels(png, name)};
 }
 
+std::string encodeDepthPng(const DepthImage& image) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.size.width);
+  png.height = static_cast<png_uint_32>(image.size.height);
+  png.format = PNG_FORMAT_LINEAR_Y;  // 16 bits of grey, as they are
+  png.flags = PNG_IMAGE_FLAG_FAST;
+  // Without a place for the bytes it returns how many there are.
+  const auto write = [&](void* bytes, png_alloc_size_t size) {
+    if (png_image_write_to_memory(&png, bytes, &size, 0, image.pixels.data(), 0, nullptr) == 0) {
+      throw std::runtime_error(std::string("cannot make a PNG image: ") + png.message);
+    }
+    return size;
+  };
+  std::string bytes(write(nullptr, 0), '\0');
+  write(&bytes[0], bytes.size());
+  return bytes;
+}
+
 }  // namespace dtsdf

@@ -1,4 +1,5 @@
-/// Reads 16-bit grey PNG images by libpng alone, so that the programs need no image library beyond.
+/// Reads and writes 16-bit grey PNG images by libpng alone, so that the programs need no image
+/// library beyond.
 #pragma once
 
 #include <cstddef>
@@ -30,5 +31,8 @@ ImageSize readDepthPngSize(const std::string& path);
 /// A depth image in memory. What its header announces is checked before memory is taken for it.
 /// @throws std::runtime_error if it is damaged, not 16-bit grey, or larger than images may be.
 DepthImage decodeDepthPng(const uint8_t* data, size_t bytes);
+
+/// The bytes of a file. @throws std::runtime_error if libpng cannot make them.
+std::string encodeDepthPng(const DepthImage& image);
 
 }  // namespace dtsdf

@@ -1,4 +1,5 @@
 #include <pybind11/stl.h>
+#include <cstring>
 
 #include <cmath>
 #include <memory>
@@ -83,6 +84,27 @@ IntegrationResult paint(MapperSession& self, const py::object& colour, const py:
     result = self.paint(frame);
   }
   return checked(std::move(result));
+}
+
+py::tuple render(MapperSession& self, const py::object& K, const py::object& T_W_C, int width,
+                 int height) {
+  const RenderCamera camera{width, height, intrinsicsOf(K)};
+  const Eigen::Isometry3d pose = poseOf(T_W_C, "T_W_C");
+  RenderedView view;
+  {
+    const py::gil_scoped_release release;
+    view = self.render(camera, pose);
+  }
+  py::object colours = py::none();
+  if (!view.colours.empty()) {
+    std::vector<uint8_t> rgba(4 * view.colours.size());
+    std::memcpy(rgba.data(), view.colours.data(), rgba.size());
+    colours = takeOver(std::move(rgba), {height, width, 4});
+  }
+  std::vector<float> normals(3 * view.normals_C.size());
+  std::memcpy(normals.data(), view.normals_C.data(), normals.size() * sizeof(float));
+  return py::make_tuple(takeOver(std::move(view.depth_m), {height, width}),
+                        takeOver(std::move(normals), {height, width, 3}), colours);
 }
 
 py::object mesh(MapperSession& self, const std::optional<BoxRegion>& box) {
@@ -214,6 +236,12 @@ void bindMapper(py::module& m) {
            "(H, W, 4) or (H, W). encoding: rgb8, bgr8, rgba8, bgra8 or mono8; by shape if not "
            "given\n"
            "(rgb8, rgba8, mono8). K, T_W_C: of the colour camera, as for integrate().")
+      .def(
+          "render", &render, py::arg("K"), py::arg("T_W_C"), py::arg("width") = 640,
+          py::arg("height") = 480,
+          "What a camera would see of the map: depth (H, W) in metres, normals (H, W, 3) in the\n"
+          "camera's frame, and colours (H, W, 4), red, green, blue and 255 where painted, or None\n"
+          "before the map is painted. 0 where there is no surface. K, T_W_C: as for integrate().")
       .def("mesh", &mesh, py::arg("box") = py::none(),
            "The mesh of the map as it is now, or of its triangles in a Box. A mesh never changes.")
       .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),

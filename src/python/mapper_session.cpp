@@ -38,6 +38,11 @@ IntegrationResult MapperSession::paint(const ColourFrame& frame) {
   return mapper_->paint(frame);
 }
 
+RenderedView MapperSession::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C) {
+  const auto lock = enter();
+  return mapper_->render(camera, T_W_C);
+}
+
 std::shared_ptr<const Mesh> MapperSession::mesh(const std::optional<BoxRegion>& region) {
   const auto lock = enter();
   if (region) {

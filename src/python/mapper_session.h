@@ -27,6 +27,7 @@ class MapperSession {
 
   IntegrationResult integrate(const DepthFrame& frame, double stamp_s);
   IntegrationResult paint(const ColourFrame& frame);
+  RenderedView render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C);
   std::shared_ptr<const Mesh> mesh(const std::optional<BoxRegion>& region);
   ClearedRegion clearRegion(const Region& region);
   void clear();

@@ -131,6 +131,22 @@ void BackendPair::compareStats() {
   ASSERT_EQ(actual_stats.max_map_bytes, expected_stats.max_map_bytes);
 }
 
+void BackendPair::compareViews(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C) {
+  const RenderedView expected = reference_->render(camera, T_W_C);
+  const RenderedView actual = candidate_->render(camera, T_W_C);
+  ASSERT_EQ(expected.depth_m.size(), actual.depth_m.size());
+  ASSERT_EQ(expected.colours.size(), actual.colours.size());
+  size_t different = 0;
+  for (size_t i = 0; i < expected.depth_m.size(); ++i) {
+    different += std::memcmp(&expected.depth_m[i], &actual.depth_m[i], sizeof(float)) != 0 ||
+                 std::memcmp(&expected.normals_C[i], &actual.normals_C[i], sizeof(Vec3f)) != 0;
+    if (expected.colours.empty()) continue;
+    different +=
+        std::memcmp(&expected.colours[i], &actual.colours[i], sizeof(VertexColour)) != 0;
+  }
+  EXPECT_EQ(different, 0u);
+}
+
 ClearedRegion BackendPair::clearRegion(const Region& region) {
   const ClearedRegion expected = reference_->clearRegion(region);
   const ClearedRegion actual = candidate_->clearRegion(region);

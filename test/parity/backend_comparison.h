@@ -31,6 +31,8 @@ class BackendPair {
   void integrateOnly(const DepthFrame& frame);
   /// As integrate().
   void paint(const ColourFrame& frame);
+  /// Compares views of both maps, pixel by pixel.
+  void compareViews(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C);
   /// As integrate(). @return what the candidate tells.
   ClearedRegion clearRegion(const Region& region);
   void updateMesh();

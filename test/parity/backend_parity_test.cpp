@@ -2,6 +2,7 @@
 // gives: the same counts after every frame, the same mesh updates, the same voxels.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -209,8 +210,6 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   }
 }
 
-/// A mesh without colours is there first; then images of any size, also of a single pixel, with the
-/// mesh under way.
 /// Each image is aligned from a pose that is off, and fused where it fits.
 TEST_P(BackendParity, AlignedImages) {
   for (const bool directional : {true, false}) {
@@ -238,6 +237,39 @@ TEST_P(BackendParity, AlignedImages) {
   }
 }
 
+/// Of growing maps, painted later, by cameras of odd sizes and from within and behind surfaces.
+TEST_P(BackendParity, RenderedViews) {
+  for (const bool directional : {true, false}) {
+    BackendPair pair(makeParams(FusionMode::kNormalRayCasting, directional, 0.03f), GetParam());
+    TestFrameSettings settings;
+    settings.count = 4;
+    settings.noise = true;
+    const std::vector<TestFrame> frames = makeTestFrames(settings);
+    const std::vector<TestColours> images = makeTestColours(settings);
+    const RenderCamera odd{131, 77, {110.0f, 120.0f, 60.0f, 41.5f}};
+    ASSERT_NO_FATAL_FAILURE(pair.compareViews(odd, frames[0].view().T_W_C));  // of an empty map
+    for (size_t i = 0; i < frames.size(); ++i) {
+      const DepthFrame frame = frames[i].view();
+      ASSERT_NO_FATAL_FAILURE(pair.integrate(frame));
+      if (i > 1) {
+        ASSERT_NO_FATAL_FAILURE(pair.paint(images[i].view()));
+      }
+      const RenderCamera camera{frame.width, frame.height, frame.intrinsics};
+      ASSERT_NO_FATAL_FAILURE(pair.compareViews(camera, frame.T_W_C));
+      Eigen::Isometry3d moved = frame.T_W_C;
+      moved.translate(Eigen::Vector3d(0.3, 0.1, 0.8));
+      ASSERT_NO_FATAL_FAILURE(pair.compareViews(odd, moved));
+    }
+    const RenderedView view = pair.candidate().render(odd, frames[0].view().T_W_C);
+    EXPECT_GT(std::count_if(view.depth_m.begin(), view.depth_m.end(),
+                            [](float depth_m) { return depth_m > 0.0f; }),
+              1000);
+    pair.compareMaps();
+  }
+}
+
+/// A mesh without colours is there first; then images of any size, also of a single pixel, with the
+/// mesh under way.
 TEST_P(BackendParity, PaintedLaterAndInOtherSizes) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;

@@ -104,6 +104,17 @@ class Maps(unittest.TestCase):
         self.assertEqual(len(mapper.mesh().triangles), 0)
         self.assertEqual(mapper.stats["blocks"], 0)
 
+    def test_rendered(self):
+        mapper = map_of_wall(dtsdf_mapping)
+        depth_m, normals, colours = mapper.render(K, T_W_C, 80, 60)
+        self.assertEqual((depth_m.shape, normals.shape, colours), ((60, 80), (60, 80, 3), None))
+        seen = depth_m > 0.0
+        self.assertGreater(seen.mean(), 0.5)
+        self.assertLess(abs(depth_m[seen] - 2.0).max(), 0.004)
+        self.assertLess(normals[seen][:, 2].max(), -0.99)
+        with self.assertRaisesRegex(ValueError, "empty"):
+            mapper.render(K, T_W_C, 0, 60)
+
     def test_blocks_hold_the_distance_to_the_wall(self):
         blocks = map_of_wall(dtsdf_mapping).blocks()
         known = blocks.weight > 0.0

@@ -49,6 +49,8 @@ class FakeMapper : public Mapper {
     return {};
   }
 
+  void render(const RenderCamera&, const Eigen::Isometry3d&, RenderedView&) override {}
+
   void beginMeshUpdate() override {
     throwIf(fails_to_mesh);
     ++meshes;

@@ -63,6 +63,7 @@ class Recorder : public MapBackend {
   }
   std::vector<ColourRequest> colourRequests() override { return script_.colour_requests; }
   void paint(const Exposure&) override { note("paint"); }
+  void render(const ViewRequest&, RenderedView&) override { note("render"); }
   void markAllDirty() override { note("mark all"); }
   void keepColours() override { note("keep colours"); }
   void beginMesh(int32_t) override { note("begin mesh"); }

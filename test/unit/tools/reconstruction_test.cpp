@@ -19,6 +19,7 @@ class FakeMapper : public Mapper {
     if (frame.width <= 0) result.status = FrameStatus::kBadImage;
     return result;
   }
+  void render(const RenderCamera&, const Eigen::Isometry3d&, RenderedView&) override {}
   Alignment align(const DepthFrame& frame, const PosePrior&) override {
     Alignment alignment;
     alignment.T_W_C = frame.T_W_C;

@@ -1,0 +1,33 @@
+/// What a camera would see of a map: depth, normals and colours of its surfaces from any pose.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "dtsdf_mapping/block_mesh.h"
+#include "dtsdf_mapping/geometry.h"
+#include "dtsdf_mapping/pinhole.h"
+
+namespace dtsdf {
+
+/// The camera that a view is rendered for: a pinhole, without distortion.
+struct RenderCamera {
+  int width = 640;                                        ///< In pixels.
+  int height = 480;                                       ///< In pixels.
+  Intrinsics intrinsics{525.0f, 525.0f, 319.5f, 239.5f};  ///< Of this image.
+};
+
+/// A view of the map: three images of the camera's size, row by row without gaps. Where a pixel's
+/// ray meets no surface, all three are 0.
+struct RenderedView {
+  int width = 0;   ///< In pixels.
+  int height = 0;  ///< In pixels.
+  /// Distance along the optical axis, z in the camera's frame, in metres.
+  std::vector<float> depth_m;
+  /// Of length one, out of the surface, in the camera's frame (x right, y down, z forward).
+  std::vector<Vec3f> normals_C;
+  /// As on the mesh; none before the map is first painted.
+  std::vector<VertexColour> colours;
+};
+
+}  // namespace dtsdf

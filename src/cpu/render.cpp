@@ -1,0 +1,236 @@
+#include "cpu/render.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "threads/parallel_for.h"
+
+namespace dtsdf {
+namespace {
+
+struct NoScratch {};
+
+/// Rows of pixels that a thread takes at a time: those of some tiles, which share units.
+constexpr int32_t kBandRows = 8 * kRangeTileSide;
+
+Vec3f firstVoxelOf(const FrameView& frame, const BlockEntry& entry) {
+  return toFloat(firstVoxelOfBlock(entry.key) - frame.origin_voxel);
+}
+
+/// Calls visit(pixel) for those of a square that are in the image.
+template <class Visit>
+void forEachPixel(const FrameView& frame, const Pixel& square, int32_t side, const Visit& visit) {
+  for (int32_t v = square.v; v < std::min(square.v + side, frame.height); ++v) {
+    for (int32_t u = square.u; u < std::min(square.u + side, frame.width); ++u) {
+      visit(Pixel{u, v});
+    }
+  }
+}
+
+void widen(TileRange& range, const TileRange& other) {
+  range.near = minimum(range.near, other.near);
+  range.far = maximum(range.far, other.far);
+}
+
+/// A byte per voxel: whether it is known in some direction, and near to its surface there.
+struct VoxelFlags {
+  uint8_t is_known[kVoxelsPerBlock] = {}, is_near[kVoxelsPerBlock] = {};
+
+  void add(const Voxel* voxels, int32_t least_evidence) {
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      const bool known = evidenceOf(voxels[i]) >= least_evidence && !isEmpty(voxels[i]);
+      is_known[i] = static_cast<uint8_t>(is_known[i] | static_cast<int>(known));
+      is_near[i] = static_cast<uint8_t>(
+          is_near[i] | static_cast<int>(isNearRay(voxels[i], least_evidence)));
+    }
+  }
+};
+
+/// A bit for each of eight flags, the first one lowest.
+uint8_t bitsOf(const uint8_t* flags) {
+  uint64_t word;
+  std::memcpy(&word, flags, sizeof(word));
+  return static_cast<uint8_t>(word * 0x0102040810204080u >> 56);
+}
+
+void cover(const FrameView& frame, const Vec3f& voxel, TileImage& tiles) {
+  const TileCover cover = coverTiles(frame, voxel);
+  for (int32_t v = cover.v0; v <= cover.v1; ++v) {
+    for (int32_t u = cover.u0; u <= cover.u1; ++u) {
+      widen(tiles.ranges[static_cast<size_t>(v) * tiles.columns + u], cover.range);
+    }
+  }
+}
+
+}  // namespace
+
+void Renderer::findBlocksInView(const FrameView& frame) {
+  const BlockKey origin = blockOfVoxel(frame.origin_voxel);
+  slots_.clear();
+  number_of_slot_.assign(map_.table.slotCount(), kNotInView);
+  for (size_t slot = 0; slot < map_.table.slotCount(); ++slot) {
+    const BlockEntry& entry = map_.table.block(static_cast<int32_t>(slot));
+    if (!entry.in_use || !mayReachView(frame, entry.key - origin)) continue;
+    number_of_slot_[slot] = static_cast<int32_t>(slots_.size());
+    slots_.push_back(static_cast<int32_t>(slot));
+  }
+}
+
+/// Notes which of a block's voxels are known, and the tiles that its surfaces may be seen in.
+void Renderer::lookAtBlock(const RayScene& scene, size_t number, TileImage& tiles) {
+  const BlockEntry& entry = map_.table.block(slots_[number]);
+  VoxelFlags flags;
+  for (const int32_t array : entry.array) {
+    if (array != kNoArray) flags.add(map_.voxels.array(array), scene.least_evidence);
+  }
+  const Vec3f first = firstVoxelOf(scene.frame, entry);
+  for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
+    known_[number].row[row / kBlockSide] = bitsOf(flags.is_known + row);
+    if (bitsOf(flags.is_near + row) == 0) continue;
+    for (int i = row; i < row + kBlockSide; ++i) {
+      if (flags.is_near[i]) cover(scene.frame, first + toFloat(voxelOffset(i)), tiles);
+    }
+  }
+}
+
+/// Each thread has an image of its own; the widest range of all of them stays.
+void Renderer::findRanges(const RayScene& scene) {
+  const FrameView& frame = scene.frame;
+  const int32_t columns = rangeTilesFor(frame.width), rows = rangeTilesFor(frame.height);
+  tiles_.resize(static_cast<size_t>(threads_));
+  known_.resize(slots_.size());
+  parallelFor<NoScratch>(tiles_.size(), threads_, [&](size_t part, NoScratch&) {
+    TileImage& tiles = tiles_[part];
+    tiles.columns = columns;
+    tiles.ranges.assign(static_cast<size_t>(columns) * rows, noTileRange());
+    for (size_t i = part; i < slots_.size(); i += tiles_.size()) lookAtBlock(scene, i, tiles);
+  });
+  std::vector<TileRange>& all = tiles_[0].ranges;
+  for (size_t part = 1; part < tiles_.size(); ++part) {
+    for (size_t i = 0; i < all.size(); ++i) widen(all[i], tiles_[part].ranges[i]);
+  }
+}
+
+const TileRange& Renderer::rangeAt(const Pixel& pixel) const {
+  const TileImage& tiles = tiles_[0];
+  return tiles.ranges[static_cast<size_t>(pixel.v / kRangeTileSide) * tiles.columns +
+                      pixel.u / kRangeTileSide];
+}
+
+RenderedPixel& Renderer::pixelAt(const FrameView& frame, const Pixel& pixel) {
+  return pixels_[static_cast<size_t>(pixelIndex(frame, pixel))];
+}
+
+void Renderer::cast(const RayScene& scene, const Pixel& pixel, RayUnits& units) {
+  pixelAt(scene.frame, pixel) =
+      castPixel(scene.frame, pixel, rangeAt(pixel), scene.painted, units);
+}
+
+/// Casts the rays of a lattice.
+void Renderer::castLattice(const RayScene& scene, const RowBand& band, RayUnits& units) {
+  for (int32_t u = 0; u < scene.frame.width; u += kFirstStride) {
+    for (int32_t v = band.first; v < band.end; v += kFirstStride) cast(scene, {u, v}, units);
+  }
+}
+
+/// Fills what lies in a square between its rays, if they meet a plane.
+bool Renderer::fillSquare(const FrameView& frame, const Pixel& square, int32_t stride) {
+  if (!hasRays(frame, square, stride)) return false;
+  const RaySquare rays =
+      raysOf(square, stride, [&](const Pixel& pixel) { return pixelAt(frame, pixel); });
+  if (!meetsPlane(frame, square, stride, rays)) return false;
+  for (int32_t v = square.v; v < square.v + stride; ++v) {
+    for (int32_t u = square.u; u < square.u + stride; ++u) {
+      if (u == square.u && v == square.v) continue;
+      pixelAt(frame, {u, v}) = pixelBetween(rays, square, stride, {u, v});
+    }
+  }
+  return true;
+}
+
+/// Squares of the first stride; where they cannot be filled, rays of the second.
+void Renderer::fillFirstSquares(const RayScene& scene, RowBand& band, RayUnits& units) {
+  band.open_squares.clear();
+  for (int32_t u = 0; u < scene.frame.width; u += kFirstStride) {
+    for (int32_t v = band.first; v < band.end; v += kFirstStride) {
+      const Pixel square{u, v};
+      if (fillSquare(scene.frame, square, kFirstStride)) continue;
+      band.open_squares.push_back(square);
+      forEachPixel(scene.frame, square, kFirstStride, [&](const Pixel& pixel) {
+        if (isOnLattice(pixel, kSecondStride) && !isOnLattice(pixel, kFirstStride)) {
+          cast(scene, pixel, units);
+        }
+      });
+    }
+  }
+}
+
+/// The rest: squares of the second stride, or rays.
+void Renderer::fillOpenSquares(const RayScene& scene, const RowBand& band, RayUnits& units) {
+  for (const Pixel& open : band.open_squares) {
+    forEachPixel(scene.frame, open, kFirstStride, [&](const Pixel& square) {
+      if (!isOnLattice(square, kSecondStride)) return;
+      if (fillSquare(scene.frame, square, kSecondStride)) return;
+      forEachPixel(scene.frame, square, kSecondStride, [&](const Pixel& pixel) {
+        if (!isOnLattice(pixel, kSecondStride)) cast(scene, pixel, units);
+      });
+    });
+  }
+}
+
+void Renderer::handOut(const FrameView& frame, const RowBand& band, bool painted,
+                       RenderedView& view) const {
+  const size_t first = static_cast<size_t>(band.first) * frame.width;
+  const size_t end = static_cast<size_t>(band.end) * frame.width;
+  for (size_t i = first; i < end; ++i) {
+    view.depth_m[i] = frame.voxel_size_m * pixels_[i].depth;
+    view.normals_C[i] = pixels_[i].normal_C;
+    if (painted) view.colours[i] = pixels_[i].colour;
+  }
+}
+
+/// Bands share the rays at their borders, so each step is done for all of them before the next one.
+void Renderer::render(const FrameView& frame, int32_t least_evidence, bool painted,
+                      RenderedView& view) {
+  findBlocksInView(frame);
+  const RayScene scene{map_,        frame,   rules_, least_evidence,
+                       directional_, painted, known_, number_of_slot_};
+  findRanges(scene);
+  const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
+  view.width = frame.width;
+  view.height = frame.height;
+  view.depth_m.resize(pixels);
+  view.normals_C.resize(pixels);
+  view.colours.resize(painted ? pixels : 0);
+  pixels_.resize(pixels);
+  std::vector<RowBand> bands;
+  for (int32_t v = 0; v < frame.height; v += kBandRows) {
+    bands.push_back({v, std::min(v + kBandRows, frame.height), {}, nullptr});
+  }
+  const auto for_bands = [&](const auto& step) {
+    parallelFor<NoScratch>(bands.size(), threads_,
+                           [&](size_t i, NoScratch&) { step(bands[i], bands[i].units); });
+  };
+  for_bands([&](RowBand& band, std::unique_ptr<RayUnits>& units) {
+    units = std::make_unique<RayUnits>(scene);
+    castLattice(scene, band, *units);
+  });
+  for_bands([&](RowBand& band, std::unique_ptr<RayUnits>& units) {
+    fillFirstSquares(scene, band, *units);
+  });
+  for_bands([&](RowBand& band, std::unique_ptr<RayUnits>& units) {
+    fillOpenSquares(scene, band, *units);
+    units.reset();
+    handOut(frame, band, painted, view);
+  });
+}
+
+size_t Renderer::bytes() const {
+  size_t bytes =
+      (slots_.capacity() + number_of_slot_.capacity()) * sizeof(int32_t) +
+      known_.capacity() * sizeof(KnownVoxels) + pixels_.capacity() * sizeof(RenderedPixel);
+  for (const TileImage& tiles : tiles_) bytes += tiles.ranges.capacity() * sizeof(TileRange);
+  return bytes;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,62 @@
+/// The stage "render" on the CPU: views of the map from any pose.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "cpu/ray_units.h"
+#include "dtsdf_mapping/rendered_view.h"
+#include "kernels/render/between_rays.h"
+
+namespace dtsdf {
+
+struct TileImage {
+  std::vector<TileRange> ranges;
+  int32_t columns = 0;
+};
+
+/// Casts rays, each from where its tile's range begins, and fills what lies between them.
+class Renderer {
+ public:
+  Renderer(const MeshedMap& map, const MeshRules& rules, bool directional, int threads)
+      : map_(map), rules_(rules), directional_(directional), threads_(threads) {}
+
+  /// Renders the surfaces of voxels with so much evidence.
+  /// @param painted Whether the view has colours.
+  void render(const FrameView& frame, int32_t least_evidence, bool painted, RenderedView& view);
+
+  size_t bytes() const;
+
+ private:
+  /// Rows that one thread takes at a time.
+  struct RowBand {
+    int32_t first, end;
+    std::vector<Pixel> open_squares;  ///< Whose rays do not meet a plane.
+    std::unique_ptr<RayUnits> units;  ///< Kept from step to step.
+  };
+
+  void findBlocksInView(const FrameView& frame);
+  void findRanges(const RayScene& scene);
+  void lookAtBlock(const RayScene& scene, size_t number, TileImage& tiles);
+  const TileRange& rangeAt(const Pixel& pixel) const;
+  RenderedPixel& pixelAt(const FrameView& frame, const Pixel& pixel);
+  void cast(const RayScene& scene, const Pixel& pixel, RayUnits& units);
+  void castLattice(const RayScene& scene, const RowBand& band, RayUnits& units);
+  bool fillSquare(const FrameView& frame, const Pixel& square, int32_t stride);
+  void fillFirstSquares(const RayScene& scene, RowBand& band, RayUnits& units);
+  void fillOpenSquares(const RayScene& scene, const RowBand& band, RayUnits& units);
+  void handOut(const FrameView& frame, const RowBand& band, bool painted,
+               RenderedView& view) const;
+
+  const MeshedMap map_;
+  const MeshRules rules_;
+  const bool directional_;
+  const int threads_;
+  std::vector<int32_t> slots_;           ///< Of the blocks in view.
+  std::vector<int32_t> number_of_slot_;  ///< Their places in that list; kNotInView.
+  std::vector<KnownVoxels> known_;       ///< Of the blocks in view.
+  std::vector<TileImage> tiles_;      ///< Per thread; the first one has it all then.
+  std::vector<RenderedPixel> pixels_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,207 @@
+// map_tool render: views of a map file.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "io/atomic_file.h"
+#include "io/camera_info_file.h"
+#include "io/colour_png.h"
+#include "io/depth_png.h"
+#include "io/trajectory_file.h"
+#include "mapper/probed_mapper.h"
+#include "program/run_program.h"
+#include "tools/map_settings.h"
+#include "tools/map_tool.h"
+#include "tools/reconstruction_report.h"
+
+namespace dtsdf {
+namespace {
+
+struct RenderOptions {
+  std::string map_path, out_path, camera_path, trajectory_path;
+  std::vector<StampedPose> poses;
+  std::vector<std::string> settings;  ///< Each key=value.
+  MapLoadLimit limit;
+};
+
+/// Depth images have so many units per metre, as the TUM benchmark's have.
+constexpr float kUnitsPerMetre = 5000.0f;
+
+StampedPose readPose(const std::string& text) {
+  const std::vector<double> numbers = readNumbers(text);
+  if (numbers.size() != 7) throw UsageError("a pose has seven numbers: TX,TY,TZ,QX,QY,QZ,QW");
+  const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
+  if (!(std::abs(q.norm() - 1.0) < 1e-3)) throw UsageError("the quaternion's length is not 1");
+  StampedPose pose{0.0, Eigen::Isometry3d::Identity()};
+  pose.T_W_C.linear() = q.normalized().toRotationMatrix();
+  pose.T_W_C.translation() << numbers[0], numbers[1], numbers[2];
+  return pose;
+}
+
+RenderOptions parse(const std::vector<std::string>& arguments) {
+  RenderOptions options;
+  CommandLine line("map_tool render", "FILE OUT [options]",
+                   "Renders what a camera would see of a map, into a folder as the TUM benchmark "
+                   "has them: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
+                   "x, y and z in the camera's frame) and, where the map is painted, rgb.",
+                   kExitCodes);
+  line.addText({"FILE", "", "a map file"}, options.map_path);
+  line.addText({"OUT", "", "the folder"}, options.out_path);
+  line.add({"--pose", "TX,TY,TZ,QX,QY,QZ,QW",
+            "pose of the camera (its optical frame) in the map "
+            "frame, in metres and as a quaternion"},
+           [&](const std::string& text) { options.poses.push_back(readPose(text)); });
+  line.addText({"--trajectory", "FILE",
+                "poses to render from: `stamp tx ty tz qx qy qz qw` per "
+                "line, camera to map"},
+               options.trajectory_path);
+  line.requireOneOf({"--pose", "--trajectory"});
+  line.addText({"--camera", "FILE",
+                "camera_info.yaml with size and intrinsics (default: 640 x 480 "
+                "pixels, focal length 525)"},
+               options.camera_path);
+  line.addList({"--set", "KEY=VALUE ...",
+                "settings that override those of the file: mesh/..., backend, threads"},
+               [&](const std::string& value) { options.settings.push_back(value); });
+  addLoadLimit(line, options.limit);
+  line.parse(arguments);
+  return options;
+}
+
+RenderCamera cameraOf(const std::string& path) {
+  RenderCamera camera;
+  if (path.empty()) return camera;
+  const CameraInfo info = loadCameraInfo(path);
+  return {info.width, info.height, info.intrinsics};
+}
+
+/// As depth cameras have it; 0 for no surface and for what 16 bits cannot hold.
+DepthImage depthImageOf(const RenderedView& view) {
+  DepthImage image;
+  image.size = {view.width, view.height};
+  image.pixels.resize(view.depth_m.size());
+  constexpr float kMost = std::numeric_limits<uint16_t>::max() - 1;  // 65535 means no depth too
+  std::transform(view.depth_m.begin(), view.depth_m.end(), image.pixels.begin(), [](float depth_m) {
+    const float units = std::floor(kUnitsPerMetre * depth_m + 0.5f);
+    return static_cast<uint16_t>(units <= kMost ? units : 0.0f);
+  });
+  return image;
+}
+
+ColourImage normalImageOf(const RenderedView& view) {
+  ColourImage image{view.width, view.height, {}};
+  const auto code = [](float x) { return static_cast<uint8_t>(128.5f + 127.0f * x); };
+  for (size_t i = 0; i < view.normals_C.size(); ++i) {
+    const bool is_seen = view.depth_m[i] > 0.0f;
+    const Vec3f& n = view.normals_C[i];
+    for (const float x : {n.x, n.y, n.z}) image.rgb.push_back(is_seen ? code(x) : uint8_t{0});
+  }
+  return image;
+}
+
+/// Surfaces that no image has painted are grey.
+ColourImage colourImageOf(const RenderedView& view) {
+  constexpr uint8_t kUnpainted = 128;
+  ColourImage image{view.width, view.height, {}};
+  for (size_t i = 0; i < view.colours.size(); ++i) {
+    const VertexColour& colour = view.colours[i];
+    const bool is_grey = view.depth_m[i] > 0.0f && colour.painted == 0;
+    for (const uint8_t x : {colour.red, colour.green, colour.blue}) {
+      image.rgb.push_back(is_grey ? kUnpainted : x);
+    }
+  }
+  return image;
+}
+
+std::string matrixText(const std::string& name, int columns, const std::vector<float>& values) {
+  std::string text = name + ":\n  rows: 3\n  cols: " + std::to_string(columns) + "\n  data: [";
+  for (size_t i = 0; i < values.size(); ++i) {
+    char number[32];
+    std::snprintf(number, sizeof(number), i == 0 ? "%.9g" : ", %.9g", values[i]);
+    text += number;
+  }
+  return text + "]\n";
+}
+
+std::string cameraText(const RenderCamera& camera) {
+  const Intrinsics& K = camera.intrinsics;
+  return "image_width: " + std::to_string(camera.width) +
+         "\nimage_height: " + std::to_string(camera.height) + "\ncamera_name: rendered\n" +
+         matrixText("camera_matrix", 3, {K.fx, 0, K.cx, 0, K.fy, K.cy, 0, 0, 1}) +
+         matrixText("projection_matrix", 4, {K.fx, 0, K.cx, 0, 0, K.fy, K.cy, 0, 0, 0, 1, 0});
+}
+
+/// Writes views one by one, and what makes a recording of them at last.
+class ViewFolder {
+ public:
+  ViewFolder(std::string path, const RenderCamera& camera) : path_(std::move(path)) {
+    writeFileAtomically(path_ + "/camera_info.yaml", cameraText(camera));
+  }
+
+  void write(const StampedPose& pose, const RenderedView& view) {
+    char name[64];
+    std::snprintf(name, sizeof(name), "%06zu.png", views_++);
+    add("depth", pose, name, encodeDepthPng(depthImageOf(view)), depth_list_);
+    writeFileAtomically(path_ + "/normals/" + name, encodeColourPng(normalImageOf(view)));
+    if (!view.colours.empty()) {
+      add("rgb", pose, name, encodeColourPng(colourImageOf(view)), colour_list_);
+    }
+  }
+
+  void finish(const std::vector<StampedPose>& poses) {
+    writeFileAtomically(path_ + "/depth.txt", depth_list_);
+    if (!colour_list_.empty()) writeFileAtomically(path_ + "/rgb.txt", colour_list_);
+    saveTrajectory(poses, path_ + "/groundtruth.txt");
+  }
+
+ private:
+  void add(const std::string& folder, const StampedPose& pose, const std::string& name,
+           const std::string& bytes, std::string& list) const {
+    writeFileAtomically(path_ + "/" + folder + "/" + name, bytes);
+    char stamp[64];
+    std::snprintf(stamp, sizeof(stamp), "%.9f", pose.stamp_s);
+    list += std::string(stamp) + " " + folder + "/" + name + "\n";
+  }
+
+  std::string path_, depth_list_, colour_list_;
+  size_t views_ = 0;
+};
+
+}  // namespace
+
+void renderMap(const std::vector<std::string>& arguments) {
+  RenderOptions options = parse(arguments);
+  if (!options.trajectory_path.empty()) {
+    options.poses = readTrajectory(options.trajectory_path, "").poses();
+    if (options.poses.empty()) {
+      throw std::runtime_error("'" + options.trajectory_path + "' has no poses");
+    }
+  }
+  const RenderCamera camera = cameraOf(options.camera_path);
+  MapContents contents = loadMap(options.map_path, options.limit.bytes());
+  std::vector<std::string> given = options.settings;
+  given.emplace_back("space/enabled=false");  // views do not depend on it
+  const MapSettings settings = settingsFor(contents, given);
+  const auto mapper = makeProbedMapper(settings.params, settings.rules, contents);
+  contents = MapContents();
+  ViewFolder folder(options.out_path, camera);
+  RenderedView view;
+  std::vector<double> times_ms;
+  for (const StampedPose& pose : options.poses) {
+    const auto start = std::chrono::steady_clock::now();
+    mapper->render(camera, pose.T_W_C, view);
+    const auto end = std::chrono::steady_clock::now();
+    times_ms.push_back(std::chrono::duration<double, std::milli>(end - start).count());
+    folder.write(pose, view);
+  }
+  folder.finish(options.poses);
+  std::printf("%zu views of %d x %d pixels, median %.2f ms: %s\n", times_ms.size(), camera.width,
+              camera.height, summarise(times_ms).median, options.out_path.c_str());
+}
+
+}  // namespace dtsdf

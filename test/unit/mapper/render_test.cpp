@@ -1,0 +1,255 @@
+// Views of maps of analytic scenes, against rays cast at the scenes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "support/colour_frames.h"
+#include "support/map_equality.h"
+#include "support/session.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr float kVoxel_m = 0.02f;
+constexpr int kWidth = 240, kHeight = 180;
+
+Isometry3d lookFrom(const Vector3d& eye, const Vector3d& at) {
+  return lookAt(eye, at, Vector3d::UnitZ());
+}
+
+RenderCamera cameraOf(const DepthFrame& frame) {
+  return {frame.width, frame.height, frame.intrinsics};
+}
+
+/// A map that some poses have seen often enough.
+void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_W_C) {
+  for (int i = 0; i < 3; ++i) {
+    for (const Isometry3d& pose : T_W_C) {
+      session.integrate(renderFrame(scene, pose, kWidth, kHeight));
+    }
+  }
+}
+
+/// How a view differs from the scene's own depth.
+struct Differences {
+  double median_voxels = 0.0, p95_voxels = 0.0;
+  size_t missing = 0, extra = 0, pixels = 0;  ///< Surface in the scene alone, in the view alone.
+};
+
+float metresAt(const DepthFrame& frame, int u, int v) {
+  const char* row = static_cast<const char*>(frame.data) + static_cast<size_t>(v) * frame.row_bytes;
+  if (frame.encoding == DepthEncoding::kUint16) {
+    uint16_t raw;
+    std::memcpy(&raw, row + sizeof(raw) * static_cast<size_t>(u), sizeof(raw));
+    return frame.unit_m * static_cast<float>(raw);
+  }
+  float raw;
+  std::memcpy(&raw, row + sizeof(raw) * static_cast<size_t>(u), sizeof(raw));
+  return raw > 0.0f ? frame.unit_m * raw : 0.0f;
+}
+
+Differences compare(const RenderedView& view, const DepthFrame& truth) {
+  Differences result;
+  std::vector<double> voxels;
+  for (int v = 0; v < truth.height; ++v) {
+    for (int u = 0; u < truth.width; ++u) {
+      const float expected = metresAt(truth, u, v);
+      const float found = view.depth_m[static_cast<size_t>(v) * truth.width + u];
+      ++result.pixels;
+      if (expected > 0.0f && found > 0.0f) {
+        voxels.push_back(std::abs(expected - found) / kVoxel_m);
+      } else {
+        result.missing += expected > 0.0f;
+        result.extra += found > 0.0f;
+      }
+    }
+  }
+  std::sort(voxels.begin(), voxels.end());
+  if (voxels.empty()) return result;
+  result.median_voxels = voxels[voxels.size() / 2];
+  result.p95_voxels = voxels[voxels.size() * 95 / 100];
+  return result;
+}
+
+/// Three walls and a ball.
+Scene cornerWithBall() {
+  Scene scene;
+  scene.add(Plane{{2.0, 0.0, 0.0}, -Vector3d::UnitX()});
+  scene.add(Plane{{0.0, 2.0, 0.0}, -Vector3d::UnitY()});
+  scene.add(Plane{{0.0, 0.0, -1.0}, Vector3d::UnitZ()});
+  scene.add(Sphere{{1.2, 1.1, -0.5}, 0.3});
+  return scene;
+}
+
+std::vector<Isometry3d> cornerPoses() {
+  return {lookFrom({0.2, 0.1, 0.2}, {2.0, 2.0, -1.0}), lookFrom({0.6, -0.1, 0.3}, {1.6, 2.0, -1.0}),
+          lookFrom({-0.1, 0.5, 0.1}, {2.0, 1.7, -1.0})};
+}
+
+class Views : public testing::TestWithParam<bool> {};
+
+/// From a pose between those that the map was made from.
+TEST_P(Views, ShowWhatTheSceneHas) {
+  Session session(makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), kVoxel_m));
+  see(session, cornerWithBall(), cornerPoses());
+  const Isometry3d T_W_C = lookFrom({0.3, 0.2, 0.2}, {1.9, 1.9, -0.9});
+  const SceneFrame truth = renderFrame(cornerWithBall(), T_W_C, kWidth, kHeight);
+  const RenderedView view = session.mapper().render(cameraOf(truth.view()), T_W_C);
+  ASSERT_EQ(view.depth_m.size(), static_cast<size_t>(kWidth * kHeight));
+  EXPECT_TRUE(view.colours.empty());
+  const Differences found = compare(view, truth.view());
+  EXPECT_LT(found.median_voxels, 0.05);
+  EXPECT_LT(found.p95_voxels, 0.5);
+  EXPECT_LT(found.missing, found.pixels / 20);  // behind the ball no image has looked
+  EXPECT_EQ(found.extra, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps, Views, testing::Bool());
+
+/// A wall at a slant: depth and normal of each pixel are known.
+TEST(Render, NormalsAreThoseOfTheWall) {
+  Scene wall;
+  const Vector3d normal = Vector3d(-1.0, 0.4, 0.2).normalized();
+  wall.add(Plane{{2.0, 0.0, 0.0}, normal});
+  const Isometry3d T_W_C = lookFrom({0.0, 0.1, 0.1}, {2.0, 0.0, 0.0});
+  Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m));
+  see(session, wall, {T_W_C});
+  const SceneFrame truth = renderFrame(wall, T_W_C, kWidth, kHeight);
+  const RenderedView view = session.mapper().render(cameraOf(truth.view()), T_W_C);
+  const Vector3d expected_C = T_W_C.linear().transpose() * normal;
+  size_t seen = 0;
+  for (size_t i = 0; i < view.depth_m.size(); ++i) {
+    if (!(view.depth_m[i] > 0.0f)) continue;
+    ++seen;
+    const Vec3f& n = view.normals_C[i];
+    ASSERT_GT(expected_C.dot(Vector3d(n.x, n.y, n.z)), 0.995) << i;
+    ASSERT_NEAR(std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z), 1.0, 1e-5);
+  }
+  EXPECT_GT(seen, view.depth_m.size() * 9 / 10);
+  EXPECT_LT(compare(view, truth.view()).p95_voxels, 0.05);
+}
+
+constexpr Colour kRed{220, 30, 30}, kBlue{30, 30, 220};
+constexpr double kHalfThickness_m = 0.0025;
+
+/// An eighth of a voxel thin, red in front and blue behind.
+Scene plate() {
+  Scene scene;
+  scene.add(Box{Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)), {kHalfThickness_m, 0.4, 0.4}});
+  return scene;
+}
+
+TEST(Render, EachSideOfAPlateHasItsOwnDepthAndColour) {
+  const Isometry3d front = lookFrom({0.0, 0.1, 0.1}, {1.0, 0.0, 0.0});
+  const Isometry3d back = lookFrom({2.0, 0.1, 0.1}, {1.0, 0.0, 0.0});
+  const auto colour = [](const Vector3d& p_W) { return p_W.x() < 1.0 ? kRed : kBlue; };
+  Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m));
+  see(session, plate(), {front, back});
+  for (const Isometry3d& pose : {front, back}) {
+    session.mapper().paint(renderColour(plate(), colour, pose, kWidth, kHeight).view());
+  }
+  for (const Isometry3d& pose : {front, back}) {
+    const SceneFrame truth = renderFrame(plate(), pose, kWidth, kHeight);
+    const RenderedView view = session.mapper().render(cameraOf(truth.view()), pose);
+    const Differences found = compare(view, truth.view());
+    EXPECT_LT(found.p95_voxels, 0.05);
+    EXPECT_LT(found.missing + found.extra, found.pixels / 50);
+    const Colour expected = pose.translation().x() < 1.0 ? kRed : kBlue;
+    ASSERT_EQ(view.colours.size(), view.depth_m.size());
+    size_t seen = 0, right = 0;
+    for (size_t i = 0; i < view.colours.size(); ++i) {
+      if (!(view.depth_m[i] > 0.0f)) {
+        ASSERT_EQ(view.colours[i].painted, 0);
+        continue;
+      }
+      ++seen;
+      right += std::abs(view.colours[i].red - expected[0]) < 12 &&
+               std::abs(view.colours[i].blue - expected[2]) < 12;
+    }
+    EXPECT_GT(right, seen * 9 / 10);
+  }
+}
+
+/// A rod two pixels wide before a wall, which every fourth ray alone would miss.
+TEST(Render, WhatIsThinIsNotPassedOver) {
+  Scene scene;
+  scene.add(Plane{{3.0, 0.0, 0.0}, -Vector3d::UnitX()});
+  scene.add(Box{Isometry3d(Eigen::Translation3d(1.5, 0.0, 0.0)), {0.02, 0.02, 2.0}});
+  const Isometry3d T_W_C = lookFrom({0.0, 0.01, 0.0}, {3.0, 0.0, 0.0});
+  Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m));
+  for (int i = 0; i < 6; ++i) session.integrate(renderFrame(scene, T_W_C, 640, 480));
+  RenderCamera camera = cameraOf(renderFrame(scene, T_W_C, 64, 48).view());
+  const RenderedView view = session.mapper().render(camera, T_W_C);
+  for (int v = 8; v < 40; ++v) {
+    int on_rod = 0;
+    for (int u = 0; u < camera.width; ++u) {
+      const float depth_m = view.depth_m[static_cast<size_t>(v * camera.width + u)];
+      on_rod += depth_m > 1.4f && depth_m < 1.6f;
+    }
+    EXPECT_GE(on_rod, 1) << v;
+  }
+}
+
+bool sameViews(const RenderedView& a, const RenderedView& b) {
+  const auto same = [](const auto& x, const auto& y) {
+    return x.size() == y.size() &&
+           (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0);
+  };
+  return a.width == b.width && a.height == b.height && same(a.depth_m, b.depth_m) &&
+         same(a.normals_C, b.normals_C) && same(a.colours, b.colours);
+}
+
+TEST(Render, SameBytesInAnyNumberOfThreadsWithAndWithoutAMesh) {
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+  params.threads = 1;
+  Session one(params);
+  params.threads = 3;
+  Session three(params), untouched(params);
+  for (Session* session : {&one, &three, &untouched}) {
+    see(*session, cornerWithBall(), cornerPoses());
+  }
+  const RenderCamera camera{101, 67, {90.0f, 95.0f, 48.5f, 30.0f}};  // no multiple of any tile
+  const RenderedView expected = one.mapper().render(camera, cornerPoses()[1]);
+  three.updateMesh();
+  RenderedView found;
+  three.mapper().render({5, 3, {4.0f, 4.0f, 2.0f, 1.0f}}, cornerPoses()[0], found);
+  three.mapper().render(camera, cornerPoses()[1], found);
+  EXPECT_TRUE(sameViews(expected, found));
+  untouched.updateMesh();
+  EXPECT_TRUE(sameMaps(untouched.mapper(), three.mapper()));
+}
+
+TEST(Render, AnEmptyMapShowsNothing) {
+  Session session(makeCpuParams());
+  const RenderedView view = session.mapper().render(RenderCamera(), Isometry3d::Identity());
+  EXPECT_EQ(view.depth_m.size(), 640u * 480u);
+  EXPECT_TRUE(std::all_of(view.depth_m.begin(), view.depth_m.end(),
+                          [](float depth_m) { return depth_m == 0.0f; }));
+}
+
+TEST(Render, BadCamerasAreRefused) {
+  Session session(makeCpuParams());
+  const RenderCamera good;
+  for (const RenderCamera& camera :
+       {RenderCamera{0, 480, good.intrinsics}, RenderCamera{640, -1, good.intrinsics},
+        RenderCamera{1 << 20, 1 << 20, good.intrinsics},
+        RenderCamera{640, 480, {0.0f, 525.0f, 320.0f, 240.0f}},
+        RenderCamera{640, 480, {525.0f, NAN, 320.0f, 240.0f}}}) {
+    EXPECT_THROW(session.mapper().render(camera, Isometry3d::Identity()), std::invalid_argument);
+  }
+  Isometry3d pose = Isometry3d::Identity();
+  pose.translation().x() = NAN;
+  EXPECT_THROW(session.mapper().render(good, pose), std::invalid_argument);
+  pose = Isometry3d::Identity();
+  pose.linear() *= 2.0;
+  EXPECT_THROW(session.mapper().render(good, pose), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -213,7 +213,7 @@ __global__ void lookKernel(ColourSensing sensing, MapView map, LookView look) {
   visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
     if (!look.painted.contains(unpackKey(array.key))) return;  // all threads alike
     if (threadIdx.x == 0) found = {};
-    const float reach = view.rules.painted_distance;
+    const float reach = view.rules.surface_distance;
     listVoxels([&](int i) { return isNearSurface(view, array.voxels[i], reach); }, list);
     ExposureSums sums = {};
     for (uint32_t n = threadIdx.x; n < list.count; n += kArrayThreads) {

@@ -48,8 +48,8 @@ __device__ void countNoiseLines(const InverseDepths& image, const SurfelSettings
 }
 
 /// Takes the deviation at the median out of counts and leaves them zeroed, with the threads of one
-/// block; 0 where there are too few lines to tell.
-__device__ void takeMedian(uint32_t* bins, uint32_t least_lines, float* sigma) {
+/// block; 0 where there are no lines.
+__device__ void takeMedian(uint32_t* bins, float* sigma) {
   using Scan = cub::BlockScan<uint32_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
@@ -64,7 +64,7 @@ __device__ void takeMedian(uint32_t* bins, uint32_t least_lines, float* sigma) {
   if (threadIdx.x == 0) *sigma = 0.0f;
   Scan(scan).ExclusiveSum(own, before, lines);
   __syncthreads();  // the scan's memory is used again for the next kind of line
-  if (lines < least_lines) return;
+  if (lines == 0) return;
   const uint32_t rank = medianRank(lines);
   for (int k = 0; k < kBinsPerThread; before += in_bin[k++]) {
     if (before <= rank && rank < before + in_bin[k]) *sigma = noiseOfBin(first_bin + k);
@@ -86,8 +86,7 @@ __global__ void __launch_bounds__(kThreads)
   if (!is_last) return;
   __threadfence();
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
-    takeMedian(counts->bins[kind], static_cast<uint32_t>(surfels.rules.least_noise_lines),
-               &sigma[kind]);
+    takeMedian(counts->bins[kind], &sigma[kind]);
   }
   __syncthreads();
   if (threadIdx.x != 0) return;

@@ -35,27 +35,16 @@ void visitRules(MeshRules& rules, Visitor& visit) {
 template <class Visitor>
 void visitRules(SurfelRules& rules, Visitor& visit) {
   const std::string section = "rules/surfels/";
-  visit(section + "linked_noise", rules.linked_noise, Range{0.0, 100.0});
-  visit(section + "linked_slope", rules.linked_slope, Range{0.0, 1000.0});
-  visit(section + "linked_step", rules.linked_step, Range{0.0, 100.0});
+  visit(section + "noise_level", rules.noise_level, Range{0.0, 100.0});
+  visit(section + "same_voxels", rules.same_voxels, Range{0.0, 100.0});
   visit(section + "linked_turn", rules.linked_turn, Range{0.0, 10.0});
-  visit(section + "linked_turn_beside", rules.linked_turn_beside, Range{0.0, 10.0});
   visit(section + "linked_rim_share", rules.linked_rim_share, Range{0.0, 1.0});
-  visit(section + "noise_jump", rules.noise_jump, Range{0.0, 1.0});
   visit(section + "largest_shared_noise", rules.largest_shared_noise, Range{1.0, 100.0});
-  visit(section + "least_noise_lines", rules.least_noise_lines, Range{1, 1e9});
   visit(section + "window_voxels", rules.window_voxels, Range{0.0, 100.0});
-  visit(section + "least_window_px", rules.least_window_px, Range{1.0, 1000.0});
   visit(section + "largest_noise_turn", rules.largest_noise_turn, Range{0.001, 10.0});
-  visit(section + "least_strip_px", rules.least_strip_px, Range{2, 1000});
   visit(section + "strip_weight", rules.strip_weight, Range{0.0, 1.0});
   visit(section + "merged_width", rules.merged_width, Range{0.0, 100.0});
-  visit(section + "merged_depth_range", rules.merged_depth_range, Range{0.0, 100.0});
-  visit(section + "merged_turn_across", rules.merged_turn_across, Range{0.0, 100.0});
-  visit(section + "merged_turn_down", rules.merged_turn_down, Range{0.0, 100.0});
-  visit(section + "merged_rows_beside", rules.merged_rows_beside, Range{1, 1000});
-  visit(section + "subdivided_width", rules.subdivided_width, Range{0.0, 1e6});
-  visit(section + "subdivided_step", rules.subdivided_step, Range{0.0, 1e6});
+  visit(section + "merged_turn", rules.merged_turn, Range{0.0, 100.0});
 }
 
 template <class Visitor>
@@ -77,17 +66,10 @@ void visitRules(FusionRules& rules, Visitor& visit) {
 template <class Visitor>
 void visitRules(ColourRules& rules, Visitor& visit) {
   const std::string section = "rules/colour/";
-  visit(section + "painted_distance", rules.painted_distance, Range{0.0, 16.0});
-  visit(section + "facing_slack", rules.facing_slack, Range{0.0, 1.0});
-  visit(section + "least_cosine", rules.least_cosine, Range{0.01, 1.0});
-  visit(section + "hiding_distance", rules.hiding_distance, Range{0.0, 16.0});
-  visit(section + "hiding_radius", rules.hiding_radius, Range{0.0, 16.0});
+  visit(section + "surface_distance", rules.surface_distance, Range{0.0, 16.0});
   visit(section + "hidden_depth", rules.hidden_depth, Range{0.0, 100.0});
-  visit(section + "hidden_noise", rules.hidden_noise, Range{0.0, 1.0});
   visit(section + "outline_px", rules.outline_px, Range{0.0, 100.0});
-  visit(section + "beside_nearer_share", rules.beside_nearer_share, Range{0.0, 1.0});
   visit(section + "outline_voxels", rules.outline_voxels, Range{0.0, 16.0});
-  visit(section + "outline_depth", rules.outline_depth, Range{0.0, 100.0});
   visit(section + "outline_share", rules.outline_share, Range{0.0, 1.0});
   visit(section + "full_weight_depth_m", rules.full_weight_depth_m, Range{0.01, 1000.0});
   visit(section + "sample_width", rules.sample_width, Range{0.0, 16.0});

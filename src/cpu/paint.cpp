@@ -104,7 +104,7 @@ void Painter::drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
   const Vec3f first_voxel_L = firstVoxelOf(entry);
   visitArrays(entry, voxels, [&](int direction, const Voxel* array) {
     VoxelList near, hiding;
-    listNearSurface(view, array, view.rules.hiding_distance, near);
+    listNearSurface(view, array, view.rules.surface_distance, near);
     for (int n = 0; n < near.count; ++n) {
       hiding.index[hiding.count] = near.index[n];
       hiding.count += static_cast<int>(hides(view, array, near.index[n], direction));
@@ -146,11 +146,11 @@ void Painter::sampleBlock(const PaintedMap& map, BlockView& block) const {
   if (!map.table.takesColour(entry.key)) return;
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
     VoxelList near;
-    listNearSurface(sensing_.view, array, sensing_.view.rules.painted_distance, near);
+    listNearSurface(sensing_.view, array, sensing_.view.rules.surface_distance, near);
     visitPoints(sensing_.view, first_voxel_L, array, direction, near,
                 [&](int i, const SurfacePoint& point) {
-                  if (!(point.cosine >= sensing_.view.rules.least_cosine)) return;
-                  const float share = shareOfSurroundings(sensing_.view, sensing_.hiding, point);
+                  if (!(point.cosine > 0.0f)) return;
+                  const float share = visibilityOf(sensing_.view, sensing_.hiding, point);
                   if (!(share > 0.0f)) return;
                   const ColourSample sample = sampleAt(sensing_, point, share);
                   if (!(sample.weight > 0.0f)) return;

@@ -120,7 +120,7 @@ DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   return {combinedNoise(sigma, surfel_settings_.rules), surfel_settings_.noise_in_depth};
 }
 
-/// Standard deviation at 1 m about one kind of line; 0 where there are too few to tell.
+/// Standard deviation at 1 m about one kind of line; 0 where there is none.
 float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   std::array<uint32_t, kNoiseBins> bins{};
   int lines = 0;
@@ -132,7 +132,7 @@ float FrameSensor::medianNoise(const FrameView& view, int kind) const {
     ++bins[noiseBin(variance)];
     ++lines;
   }
-  if (lines < surfel_settings_.rules.least_noise_lines) return 0.0f;
+  if (lines == 0) return 0.0f;
   uint32_t below = 0;
   int bin = 0;
   while ((below += bins[bin]) <= medianRank(lines)) ++bin;

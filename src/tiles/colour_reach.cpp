@@ -20,7 +20,7 @@ ColourReach::ColourReach(const MapperParams& params, const ColourRules& rules)
 
 /// A voxel's point is as far from it as its surface.
 MetricBox ColourReach::pointsOf(const BlockExtent& blocks) const {
-  const auto painted = static_cast<double>(rules_.painted_distance);
+  const auto painted = static_cast<double>(rules_.surface_distance);
   return boxOf(blocks, block_m_, voxel_m_ * (painted + kRounding_voxels));
 }
 
@@ -30,8 +30,8 @@ bool ColourReach::mayPaint(const PinholeView& image, const BlockExtent& blocks) 
          !image.isBesideImage(corners, kRounding_px);
 }
 
-/// A point is compared with what is drawn in the cells around it: as far aside as isBesideNearer()
-/// and isAtOutline() look, and a cell more. What is drawn there is a surface within that part of
+/// A point is compared with what is drawn in the cells around it: as far aside as visibilityOf()
+/// looks, and a cell more. What is drawn there is a surface within that part of
 /// the image, or beside it by its own radius, which drawSurface() has in pixels along both axes.
 BlockExtent ColourReach::blocksFor(const PinholeView& image, const BlockExtent& painted) const {
   const PinholeView::Corners corners = image.cornersOf(pointsOf(painted));
@@ -47,7 +47,7 @@ BlockExtent ColourReach::blocksFor(const PinholeView& image, const BlockExtent& 
   rect.bottom = std::min(rect.bottom + beside_px, static_cast<double>(image.height()));
   MetricBox box = image.boundsUpTo(max_depth_m_, rect);
   const double stretch = std::max(1.0, static_cast<double>(K.fx) / static_cast<double>(K.fy));
-  const double margin_m = voxel_m_ * (rules_.hiding_distance + rules_.hiding_radius * stretch +
+  const double margin_m = voxel_m_ * (rules_.surface_distance + kPieceVoxels * stretch +
                                       kRounding_voxels);
   box.min_W.array() -= margin_m;
   box.max_W.array() += margin_m;

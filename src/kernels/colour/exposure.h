@@ -25,8 +25,8 @@ struct ExposureSums {
   int64_t voxels;
 };
 
-/// Whether a channel is neither cut off nor lost in noise.
-DTSDF_HD bool isWellExposed(uint8_t value) { return value >= 8 && value <= 247; }
+/// Whether a channel is not cut off.
+DTSDF_HD bool isWellExposed(uint8_t value) { return value > 0 && value < 255; }
 DTSDF_HD bool isWellExposed(const VoxelColour& colour) {
   return isWellExposed(colour.red) && isWellExposed(colour.green) && isWellExposed(colour.blue);
 }
@@ -59,12 +59,11 @@ DTSDF_HD Exposure exposureOf(const ExposureSums& sums, const Exposure& before,
   const ColourRules& rules = settings.rules;
   if (settings.fixed_exposure) return sameExposure();
   if (sums.voxels < rules.least_overlap) return before;
-  constexpr float kMostGain = 8.0f;
   Exposure exposure;
   bool same = true;
   for (int i = 0; i < 3; ++i) {
     const float gain = static_cast<float>(sums.map[i]) / static_cast<float>(sums.image[i]);
-    exposure.gain[i] = minimum(maximum(gain, 1.0f / kMostGain), kMostGain);
+    exposure.gain[i] = gain;
     same = same && fabsf(gain - 1.0f) <= rules.same_gain;
   }
   return same ? sameExposure() : exposure;

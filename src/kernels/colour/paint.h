@@ -37,14 +37,6 @@ DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   return quality * quality;
 }
 
-/// What a view of a point counts for by what is seen around it.
-DTSDF_HD float shareOfSurroundings(const PointView& view, const HidingImage& hiding,
-                                   const SurfacePoint& point) {
-  if (isHidden(view, hiding, point)) return 0.0f;
-  if (isBesideNearer(view, hiding, point)) return view.rules.beside_nearer_share;
-  return isAtOutline(view, hiding, point) ? view.rules.outline_share : 1.0f;
-}
-
 /// The sample of a point that counts for this share.
 DTSDF_HD ColourSample sampleAt(const ColourSensing& sensing, const SurfacePoint& point,
                                float share) {
@@ -61,12 +53,12 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
   const ColourSample nothing{0, 0, 0, 0.0f};
   const PointView& view = sensing.view;
   SurfacePoint point;
-  if (!isNearSurface(view, voxels[index], view.rules.painted_distance) ||
+  if (!isNearSurface(view, voxels[index], view.rules.surface_distance) ||
       !findSurfacePoint(view, first_voxel_L, voxels, index, direction, point) ||
-      !(point.cosine >= view.rules.least_cosine)) {
+      !(point.cosine > 0.0f)) {
     return nothing;
   }
-  const float share = shareOfSurroundings(view, sensing.hiding, point);
+  const float share = visibilityOf(view, sensing.hiding, point);
   return share > 0.0f ? sampleAt(sensing, point, share) : nothing;
 }
 

@@ -31,19 +31,13 @@ DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel, float dis
 
 /// How far from the middle of its block a point may be: 7 voxels of the block, and the way to it.
 DTSDF_HD float pointRadius(const ColourRules& rules) {
-  return 7.0f + maximum(rules.painted_distance, rules.hiding_distance);
+  return 7.0f + rules.surface_distance;
 }
 
-/// Whether a surface with this normal is one of the direction's: it faces no other one much more.
-DTSDF_HD bool facesDirection(const Vec3f& normal, int direction, float slack) {
-  const float most = maximum(maximum(fabsf(normal.x), fabsf(normal.y)), fabsf(normal.z));
-  return directionCosine(normal, direction) >= most - slack;
-}
-
-/// Whether a voxel with this gradient has a point of its direction: a gradient of 0 has none.
+/// Whether a voxel with this gradient has a point of its direction: surfaces are fused into the
+/// directions that their normals belong to; a gradient of 0 belongs to none.
 DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction) {
-  if (!view.directional) return dot(normal, normal) > 0.0f;
-  return dot(normal, normal) > 0.0f && facesDirection(normal, direction, view.rules.facing_slack);
+  return view.directional ? directionWeight(normal, direction) > 0.0f : dot(normal, normal) > 0.0f;
 }
 
 /// Where a foot, in voxels from its block's first one, is seen; it may be nowhere in the image.

@@ -11,7 +11,7 @@ namespace dtsdf {
 /// What decides how many pixels a fit takes to each side.
 struct FitWindow {
   float voxels_px_m;  ///< The window that the voxels ask for, in pixels at 1 m.
-  float least_px, most_px;
+  float most_px;
   DepthNoise noise;
   float focal_px;
   float turn;  ///< What may remain of the noise as an angle, times the square of the radius.
@@ -24,9 +24,8 @@ DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
                              const SurfelSettings& surfels) {
   const SurfelRules& rules = surfels.rules;
   const float voxel_px_m = frame.intrinsics.fx * frame.voxel_size_m;
-  return {rules.window_voxels * voxel_px_m, rules.least_window_px,
-          static_cast<float>(surfels.normal_radius_px), noise, frame.intrinsics.fx,
-          1.155f * rules.largest_noise_turn};
+  return {rules.window_voxels * voxel_px_m, static_cast<float>(surfels.normal_radius_px),
+          noise, frame.intrinsics.fx, 1.155f * rules.largest_noise_turn};
 }
 
 /// Half widths of a window, in pixels.
@@ -39,10 +38,10 @@ DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window)
   const float noise_px = noiseAt(window.noise, inverse_depth) * window.focal_px;
   const float for_noise =
       minimum(sqrtf(noise_px / (window.turn * inverse_depth)), window.most_px);
-  const float for_voxels =
-      minimum(maximum(window.voxels_px_m * inverse_depth, window.least_px), window.most_px);
-  return {static_cast<int32_t>(maximum(for_voxels, for_noise) + 0.5f),
-          static_cast<int32_t>(maximum(for_noise, 1.0f))};
+  const float for_voxels = minimum(window.voxels_px_m * inverse_depth, window.most_px);
+  const float for_slope = 1.0f;  // a line needs two samples
+  return {static_cast<int32_t>(maximum(maximum(for_voxels, for_noise), for_slope) + 0.5f),
+          static_cast<int32_t>(maximum(for_noise, for_slope))};
 }
 
 /// A line of pixels around a centre.

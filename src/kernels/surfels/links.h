@@ -1,11 +1,11 @@
 /// Which neighbouring pixels lie on one surface.
 ///
-/// Two surfaces, one in front of the other, are told from one surface by the step between two
-/// neighbours and by what lies beside them. What noise and an ordinary slope explain is one
-/// surface, and so is what the map cannot tell apart. A larger step is one only if it goes on: past
-/// a depth edge there is no such step, and a pixel that mixes both sides of an edge has another
-/// depth than the next one along the edge. Or if the surface ends there, curving out of sight: a
-/// mixed pixel lies anywhere between both sides, hardly ever that near to the front one.
+/// They do if a plane that faces the camera, through one, predicts the other: off by no more than
+/// noise explains and the map can tell. A steeper surface has to go on, in line and in the lines to
+/// both sides, and noise proves nothing there: past a depth edge there is no such step, and a pixel
+/// that mixes both sides of an edge has another depth than the next one along the edge. Or the
+/// surface ends there, curving out of sight: a mixed pixel lies anywhere between both sides, hardly
+/// ever that near to the front one.
 #pragma once
 
 #include "kernels/surfels/depth.h"
@@ -15,27 +15,34 @@ namespace dtsdf {
 /// What a step between neighbours is measured against.
 struct LinkLimits {
   DepthNoise noise;
-  float noise_factor;  ///< So many deviations are explained by noise.
-  float slope;         ///< Share of inverse depth that an ordinary slope makes from pixel to pixel.
-  float rim_slope;     ///< The same where a surface curves out of sight.
-  float rim_share;     ///< Of the jump behind it, what a step there may be.
-  float step_m;        ///< Difference of depth that does not matter.
-  float turn;          ///< Share of a step by which the next one in line may differ.
-  float turn_beside;   ///< The same of those beside it.
+  float noise_level;
+  float same_m;     ///< Difference of depth that the map cannot tell.
+  float rim_slope;  ///< Share of inverse depth by which a surface that curves out of sight may end.
+  float turn;       ///< Share of a step by which the next one in line may differ.
+  float rim_share;  ///< Of the jump behind it, what a step there may be.
 };
 
 DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
                                const SurfelSettings& surfels) {
   const SurfelRules& rules = surfels.rules;
-  const float slope = rules.linked_slope / frame.intrinsics.fx;
   return {noise,
-          rules.linked_noise,
-          minimum(slope, surfels.depth_jump),
+          rules.noise_level,
+          rules.same_voxels * frame.voxel_size_m,
           surfels.depth_jump,
-          rules.linked_rim_share,
-          rules.linked_step * frame.voxel_size_m,
           rules.linked_turn,
-          rules.linked_turn_beside};
+          rules.linked_rim_share};
+}
+
+/// Difference of two inverse depths that the map cannot tell.
+DTSDF_HD float sameToMap(float a, float b, const LinkLimits& limits) {
+  return limits.same_m * (a * b);
+}
+
+/// Whether a plane with this step of inverse depth predicts a neighbour.
+DTSDF_HD bool isPredicted(float from, float to, float step, const LinkLimits& limits) {
+  return fabsf((to - from) - step) <=
+         noiseOfStep(limits.noise, maximum(from, to), limits.noise_level) +
+             sameToMap(from, to, limits);
 }
 
 /// Inverse depths along a line, and where it runs: pixel number `at` of `count` in line, and number
@@ -46,21 +53,22 @@ struct LineInImage {
   int at, count, beside, lines;
 };
 
-/// Step from one inverse depth to the next that differs from another step by a share of it at most.
-DTSDF_HD bool isSameStep(float from, float to, float step, float largest_difference) {
-  return from > 0.0f && to > 0.0f && fabsf((to - from) - step) <= largest_difference;
+/// Whether two neighbours are measured, and differ by this step.
+DTSDF_HD bool isSameStep(float from, float to, float step, float tolerance) {
+  return from > 0.0f && to > 0.0f && fabsf((to - from) - step) <= tolerance;
 }
 
-/// Whether a step goes on in line to one side at least, and is the same in both lines beside it.
+/// Whether a step goes on in line to one side at least, give or take its turn, and is the same in
+/// both lines beside it.
 DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
-  const float turn = limits.turn * fabsf(step), turn_beside = limits.turn_beside * fabsf(step);
+  const float same = sameToMap(*a, *b, limits), turn = maximum(same, limits.turn * fabsf(step));
   const bool before = line.at > 0 && isSameStep(a[-line.stride], *a, step, turn);
   const bool after = line.at + 2 < line.count && isSameStep(*b, b[line.stride], step, turn);
   if (!before && !after) return false;
   const int64_t d = line.to_beside;
-  return (line.beside == 0 || isSameStep(a[-d], b[-d], step, turn_beside)) &&
-         (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, turn_beside));
+  return (line.beside == 0 || isSameStep(a[-d], b[-d], step, same)) &&
+         (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, same));
 }
 
 /// Whether a surface ends with a step: behind it nothing is measured, or something much farther
@@ -80,10 +88,7 @@ constexpr int32_t kNoLink = 0, kLinked = 1, kOpenStep = 2;
 /// What the step between two neighbours tells. Branch-free, so that the CPU can ask of several at
 /// once.
 DTSDF_HD int32_t linkByStep(float a, float b, const LinkLimits& limits) {
-  const float nearer = maximum(a, b);
-  const float noise = limits.noise_factor * noiseAt(limits.noise, nearer);
-  const float slope = maximum(limits.slope * nearer, limits.step_m * (a * b));
-  const auto is_small = static_cast<int32_t>(fabsf(b - a) <= noise + slope);
+  const auto is_small = static_cast<int32_t>(isPredicted(a, b, 0.0f, limits));
   const int32_t are_measured = static_cast<int32_t>(a > 0.0f) & static_cast<int32_t>(b > 0.0f);
   return are_measured * (kOpenStep - is_small);
 }

@@ -3,8 +3,8 @@
 /// Fusion has to know it: where noise exceeds the reach of a measurement, outliers no longer
 /// average with the surface but form shells of their own, and normals from few pixels scatter. The
 /// estimate is robust because it is a median over the image, as the variance about short straight
-/// lines in inverse depth: edges are few, and surfaces hardly bend over a few pixels. Noise that
-/// neighbours share moves all of a short line; so lines of every seventh pixel are looked at too.
+/// lines in inverse depth: few lines lie across edges, and surfaces hardly bend over a few pixels.
+/// Noise that neighbours share moves all of a short line, so longer ones are looked at, too.
 #pragma once
 
 #include <cstring>
@@ -22,10 +22,10 @@ constexpr int kNoiseBins = 1 << 10;
 
 /// The lines at each point: along the row, then wide ones along the row and down the column.
 constexpr int kNoiseKinds = 3;
-/// Pixels from sample to sample of a wide line: as far apart as the windows are wide that stereo
-/// cameras match, whose noise neighbours share. (Vertices of the armadillo with a stereo camera's
-/// noise, 10 mm: 5.4 mm with every third pixel, 3.8 mm with every seventh.)
-constexpr int kWideStride = 7;
+/// Pixels from sample to sample of a wide line: a short line, as far apart as the windows are wide
+/// that stereo cameras match, whose noise neighbours share. (Vertices of the armadillo with a
+/// stereo camera's noise, 10 mm: 5.4 mm with every third pixel, 3.8 mm with every seventh.)
+constexpr int kWideStride = kNoiseLength;
 
 DTSDF_HD bool isWide(int kind) { return kind > 0; }
 
@@ -35,11 +35,6 @@ DTSDF_HD Pixel noisePoint(int index, int width, int height) {
   const int column = index % kNoiseColumns, row = index / kNoiseColumns;
   return {(2 * column + 1) * width / (2 * kNoiseColumns),
           (2 * row + 1) * height / (2 * kNoiseRows)};
-}
-
-/// Whether two samples are so far apart that an edge lies between them, whatever the noise.
-DTSDF_HD bool isJump(float a, float b, const SurfelSettings& surfels) {
-  return fabsf(b - a) > surfels.rules.noise_jump * maximum(a, b);
 }
 
 constexpr float kMeanSquare = kNoiseRadius * (kNoiseRadius + 1) / 3.0f;  ///< Of k in a line.
@@ -66,15 +61,13 @@ DTSDF_HD NoiseLine noiseLine(const float* inverse_depth, int width, int height,
 }
 
 /// Variance of a line's samples at 1 m (DepthNoise), about a straight line, or for a wide one about
-/// a parabola, since surfaces bend over its length; negative where they are not all measured on one
-/// surface.
+/// a parabola, since surfaces bend over its length; negative where they are not all measured.
 DTSDF_HD float noiseVariance(const NoiseLine& line, int kind, const SurfelSettings& surfels) {
   const auto& inverse_depth = line.inverse_depth;
   const float origin = inverse_depth[kNoiseRadius];
   float sum_y = 0.0f, sum_yy = 0.0f, sum_ky = 0.0f, sum_kk = 0.0f, sum_py = 0.0f, sum_pp = 0.0f;
   for (int i = 0; i < kNoiseLength; ++i) {
     if (!(inverse_depth[i] > 0.0f)) return -1.0f;
-    if (i > 0 && isJump(inverse_depth[i - 1], inverse_depth[i], surfels)) return -1.0f;
     const float k = static_cast<float>(i - kNoiseRadius), y = inverse_depth[i] - origin;
     sum_y += y;
     sum_yy += y * y;

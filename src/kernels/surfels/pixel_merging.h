@@ -22,33 +22,22 @@ struct PixelSquare {
   int32_t side;
 };
 
-/// Whether the surface turns little along the rows of a square, from the slopes of the row fits.
-DTSDF_HD bool turnsLittleAcross(const ImageView& image, const PixelSquare& square,
-                                float largest_turn) {
-  const float* row_slope = image.row_slope + pixelIndex(image.frame, square.first);
-  float least = row_slope[0], most = row_slope[0];
-  for (int y = 0; y < square.side; ++y, row_slope += image.frame.width) {
-    for (int x = 0; x < square.side; ++x) {
-      least = minimum(least, row_slope[x]);
-      most = maximum(most, row_slope[x]);
-    }
-  }
-  return most - least <= largest_turn;
-}
+/// Pixels to a side of a square that its surface is looked at: as many as it has.
+DTSDF_HD int besideOf(const PixelSquare& square) { return square.side; }
 
-/// The same along the columns, from the values of the row fits `beside` rows above and below.
-DTSDF_HD bool turnsLittleDown(const ImageView& image, const PixelSquare& square,
-                              float largest_turn, int beside) {
-  const float* row_value = image.row_value + pixelIndex(image.frame, square.first);
-  const int64_t to_last = static_cast<int64_t>(square.side - 1) * image.frame.width;
-  const int64_t to_beside = static_cast<int64_t>(beside) * image.frame.width;
-  for (int x = 0; x < square.side; ++x) {
-    const float* column = row_value + x;
-    const float before = column[-to_beside], first = column[0];
-    const float end = column[to_last], after = column[to_last + to_beside];
-    if (!(before > 0.0f && first > 0.0f && end > 0.0f && after > 0.0f)) return false;
-    const float turn = (first - before) - (after - end);
-    if (!(fabsf(turn) <= largest_turn * static_cast<float>(beside))) return false;
+/// Whether the surface turns little from one side of a square to the other: along the rows with
+/// `along` 1, down the columns with the width of the image. By the slopes before and after it, of
+/// the row fits' values.
+DTSDF_HD bool turnsLittle(const ImageView& image, const PixelSquare& square, int64_t along,
+                          int64_t across, float largest_turn) {
+  const float* line = image.row_value + pixelIndex(image.frame, square.first);
+  const int64_t to_last = (square.side - 1) * along, to_beside = besideOf(square) * along;
+  for (int i = 0; i < square.side; ++i, line += across) {
+    const float before = line[-to_beside], first = line[0];
+    const float last = line[to_last], after = line[to_last + to_beside];
+    if (!(before > 0.0f && first > 0.0f && last > 0.0f && after > 0.0f)) return false;
+    const float turn = (first - before) - (after - last);
+    if (!(fabsf(turn) <= largest_turn * static_cast<float>(besideOf(square)))) return false;
   }
   return true;
 }
@@ -83,30 +72,33 @@ DTSDF_HD bool isLinked(const ImageView& image, const PixelSquare& square) {
   return true;
 }
 
-/// Whether a square of pixels is fused as one surfel: all are measured, in extent small against a
-/// voxel, and one smooth surface.
+/// Whether a square, with as much to each side of it, lies in the image.
+DTSDF_HD bool hasSurroundings(const FrameView& frame, const PixelSquare& square) {
+  const auto& [u, v] = square.first;
+  const int beside = besideOf(square), beyond = square.side + beside;
+  return u >= beside && v >= beside && u + beyond <= frame.width && v + beyond <= frame.height;
+}
+
+/// Whether a square of pixels is fused as one surfel: all are measured, in width small against a
+/// voxel, in depth the same to the map, and one smooth surface.
 DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
                        const SurfelSettings& surfels) {
   const FrameView& frame = image.frame;
   const SurfelRules& rules = surfels.rules;
-  const auto& [u, v] = square.first;
-  if (u + square.side > frame.width || v < rules.merged_rows_beside ||
-      v + square.side + rules.merged_rows_beside > frame.height) {
-    return false;
-  }
+  if (!hasSurroundings(frame, square)) return false;
   const float width_px_m = rules.merged_width * frame.intrinsics.fx * frame.voxel_size_m;
   const float side = static_cast<float>(square.side);
   if (!(side <= width_px_m * image.inverse_depth[pixelIndex(frame, square.first)])) return false;
   const auto [least, most] = rangeOf(image, square);
-  const float largest_range_m = rules.merged_depth_range * frame.voxel_size_m;
+  const float same_m = rules.same_voxels * frame.voxel_size_m;
   if (!(side <= width_px_m * least) || !isLinked(image, square) ||
-      !(most - least <= largest_range_m * least * most)) {  // that of z, times least * most
+      !(most - least <= same_m * least * most)) {  // the range of z, times least * most
     return false;
   }
-  const float radian = most / frame.intrinsics.fx;  // as a slope of 1 / z, for a frontal surface
-  return turnsLittleAcross(image, square, rules.merged_turn_across * radian) &&
-         turnsLittleDown(image, square, rules.merged_turn_down * radian,
-                         rules.merged_rows_beside);
+  // Of a frontal surface, as a slope of 1 / z.
+  const float turn = rules.merged_turn * most / frame.intrinsics.fx;
+  return turnsLittle(image, square, 1, frame.width, turn) &&
+         turnsLittle(image, square, frame.width, 1, turn);
 }
 
 /// How a tile is merged: bit kTileBit if it is as a whole, else bit q for each quad that is.

@@ -23,27 +23,11 @@ DTSDF_HD int subpixelCount(const Subdivision& subdivision) {
   return subdivision.across * subdivision.down;
 }
 
-/// The measured point of a pixel and the plane through it.
-struct PlanePoint {
-  Vec3f p_C, normal_C;
-};
-
-/// Whether the step of inverse depth to a neighbour is that of the plane, or as good as that: give
-/// or take its share, noise, or what the map cannot tell apart. A plane that is seen at so flat an
-/// angle that it nearly holds the rays is near to any point of the neighbour's ray, so that being
-/// near to it tells little.
-DTSDF_HD bool isStepOfPlane(float from, float to, float step, const DepthNoise& noise,
-                            float least_m, const SurfelSettings& surfels) {
-  const float tolerance = maximum(surfels.rules.linked_turn * fabsf(step), least_m * from * to);
-  return fabsf(to - from - step) <=
-         tolerance + surfels.rules.linked_noise * noiseAt(noise, maximum(from, to));
-}
-
-/// Whether a neighbour, a step of inverse depth on, continues the surface of a pixel. The link is
-/// that of whichever of the two comes first.
+/// Whether a neighbour continues the surface of a pixel: linked, and where the pixel's plane, which
+/// rises by `step` in inverse depth, predicts it. The link is that of whichever comes first.
 DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
-                             const Pixel& neighbour, PixelLinks link, const PlanePoint& plane,
-                             float step, const SurfelSettings& surfels) {
+                             const Pixel& neighbour, PixelLinks link, float step,
+                             const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
   const FrameView& frame = image.frame;
   if (neighbour.u < 0 || neighbour.v < 0 || neighbour.u >= frame.width ||
@@ -51,20 +35,13 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
     return false;
   }
   const int64_t here = pixelIndex(frame, pixel), there = pixelIndex(frame, neighbour);
-  if ((image.links[here < there ? here : there] & link) == 0) return false;
-  const float inverse_depth = image.inverse_depth[there];
-  const float least_m = surfels.rules.subdivided_step * frame.voxel_size_m;
-  if (!isStepOfPlane(image.inverse_depth[here], inverse_depth, step, sensing.noise, least_m,
-                     surfels)) {
-    return false;
-  }
-  const Vec3f neighbour_C = backProject(frame.intrinsics, static_cast<float>(neighbour.u),
-                                        static_cast<float>(neighbour.v), 1.0f / inverse_depth);
-  return fabsf(dot(plane.normal_C, neighbour_C - plane.p_C)) <= least_m;
+  return (image.links[here < there ? here : there] & link) != 0 &&
+         isPredicted(image.inverse_depth[here], image.inverse_depth[there], step,
+                     linkLimits(frame, sensing.noise, surfels));
 }
 
-/// How a measured pixel with a plane is subdivided: where it is wide, and its neighbours to both
-/// sides continue its surface.
+/// How a measured pixel with a plane is subdivided: where the map could tell its ends, and
+/// its neighbours to both sides continue its surface.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -77,17 +54,16 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
   Vec3f across = (-(plane.slope_u * depth_m)) * p_C, down = (-(plane.slope_v * depth_m)) * p_C;
   across.x += depth_m / frame.intrinsics.fx;
   down.y += depth_m / frame.intrinsics.fy;
-  const PlanePoint point{p_C, plane.normal_C};
-  const float wide_m = surfels.rules.subdivided_width * frame.voxel_size_m;
+  const float wide_m = surfels.rules.same_voxels * frame.voxel_size_m;
   Subdivision subdivision{1, 1};
   if (dot(across, across) > wide_m * wide_m &&
-      continuesPlane(sensing, pixel, {u - 1, v}, kLinkRight, point, -plane.slope_u, surfels) &&
-      continuesPlane(sensing, pixel, {u + 1, v}, kLinkRight, point, plane.slope_u, surfels)) {
+      continuesPlane(sensing, pixel, {u - 1, v}, kLinkRight, -plane.slope_u, surfels) &&
+      continuesPlane(sensing, pixel, {u + 1, v}, kLinkRight, plane.slope_u, surfels)) {
     subdivision.across = kThirds;
   }
   if (dot(down, down) > wide_m * wide_m &&
-      continuesPlane(sensing, pixel, {u, v - 1}, kLinkDown, point, -plane.slope_v, surfels) &&
-      continuesPlane(sensing, pixel, {u, v + 1}, kLinkDown, point, plane.slope_v, surfels)) {
+      continuesPlane(sensing, pixel, {u, v - 1}, kLinkDown, -plane.slope_v, surfels) &&
+      continuesPlane(sensing, pixel, {u, v + 1}, kLinkDown, plane.slope_v, surfels)) {
     subdivision.down = kThirds;
   }
   return subdivision;

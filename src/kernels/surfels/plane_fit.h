@@ -77,6 +77,9 @@ DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool
   return standsAlone(at > 0 ? centre[-step] : 0.0f, *centre, at < last ? centre[step] : 0.0f);
 }
 
+/// Any two pixels lie on a line; a third is the first to confirm it.
+constexpr int32_t kFewestOnALine = 3;
+
 /// The plane of a strip one pixel wide, along the row or down the column; across it, it faces the
 /// camera. A single line of pixels is trusted less.
 DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, bool along_row,
@@ -89,7 +92,7 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
   const PixelLine line = along_row ? rowAround(pixel.u, frame.width, radius)
                                    : columnAround(pixel.v, frame, radius);
   const LineFit fit = fitLine({centre, centre, sensing.image.links + at}, line);
-  if (fit.count < surfels.rules.least_strip_px ||
+  if (fit.count < kFewestOnALine ||
       !standsAloneAcross(sensing.image, pixel, along_row)) {
     return noPlane();
   }

@@ -32,6 +32,13 @@ DTSDF_HD float noiseAt(const DepthNoise& noise, float inverse_depth) {
   return noise.sigma * (in_depth * (inverse_depth * inverse_depth) + (1.0f - in_depth));
 }
 
+/// Largest difference between two inverse depths, in 1/m, that noise explains: the variance of a
+/// difference is twice that of a sample.
+DTSDF_HD float noiseOfStep(const DepthNoise& noise, float nearer, float noise_level) {
+  constexpr float kSqrt2 = 1.41421356f;
+  return kSqrt2 * noise_level * noiseAt(noise, nearer);
+}
+
 /// All that is known of a frame; passed by value to the stages that follow.
 struct FrameSensing {
   ImageView image;

@@ -36,7 +36,6 @@ void expectEachKeySetsItsOwn() {
     } else {
       changed[key] = 0.5 * std::get<double>(value);
     }
-    if (key == "rules/surfels/least_window_px") changed[key] = 3.0;
     EXPECT_EQ(treeOf(readRules<StageRules>(changed)), changed) << key;
   }
 }
@@ -44,12 +43,10 @@ void expectEachKeySetsItsOwn() {
 TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(); }
 TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(); }
 
-/// A slope needs two pixels; with a depth, a turn, or a number of turns of 0 a rule would divide by
-/// 0; evidence has eight bits, and a surface that gains none is never shown.
+/// With a depth, a turn, or a number of turns of 0 a rule would divide by 0; evidence has eight
+/// bits, and a surface that gains none is never shown.
 TEST(SurfelRules, WhatNoRuleCouldWorkWithIsRefused) {
-  EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/least_strip_px", 1}}), ParamError);
   EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
-  EXPECT_THROW(readRules<SurfelRules>({{"rules/surfels/merged_rows_beside", 0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/sample_reach", 0.0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/full_weight_depth_m", 0.0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/look_turns", 0}}), ParamError);

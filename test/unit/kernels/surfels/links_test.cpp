@@ -14,12 +14,13 @@ constexpr float kFocal = 500.0f;
 
 /// Links to the right of each pixel in the middle one of rows, which are given turn by turn.
 std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float sigma = 0.0f,
-                             int32_t in_depth = 0, bool down = false) {
+                             int32_t in_depth = 0, bool down = false, float voxel_m = 0.0f) {
   const int length = static_cast<int>(rows[0].size()), lines = static_cast<int>(rows.size());
   FrameView frame{};
   frame.width = down ? lines : length;
   frame.height = down ? length : lines;
   frame.intrinsics.fx = kFocal;
+  frame.voxel_size_m = voxel_m;
   std::vector<float> image(static_cast<size_t>(length) * lines);
   for (int line = 0; line < lines; ++line) {
     for (int i = 0; i < length; ++i) {
@@ -38,18 +39,13 @@ std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float 
 
 using Links = std::vector<bool>;
 
-/// An ordinary slope makes linked_slope / 500 of the inverse depth from pixel to pixel.
-TEST(Links, OrdinarySlopesAreOneSurface) {
-  const float most = SurfelRules().linked_slope / kFocal;
-  for (const bool down : {false, true}) {
-    const std::vector<float> gentle{1.0f, 1.0f - 0.99f * most, 1.0f - 0.99f * most};
-    const std::vector<float> steep{1.0f, 1.0f - 1.01f * most, 1.0f - 1.01f * most};
-    EXPECT_EQ(linksAlong({gentle}, 0.0f, 0, down), Links({true, true, false}));
-    EXPECT_EQ(linksAlong({steep}, 0.0f, 0, down), Links({false, true, false}));
-  }
+/// So small that the steps below do not differ by that, but for rounding.
+constexpr float kSmallVoxel_m = 0.002f;
+Links linksWithSmallVoxels(const std::vector<std::vector<float>>& rows, bool down = false) {
+  return linksAlong(rows, 0.0f, 0, down, kSmallVoxel_m);
 }
 
-/// A step of 0.02 1/m at 2 m is far beyond the slope, but not beyond a noise of 0.005 1/m; for time
+/// A step of 0.02 1/m at 2 m is far beyond the voxel, but not beyond a noise of 0.005 1/m; for time
 /// of flight that is 5 mm at 1 m, and a quarter of it in inverse depth at 2 m.
 TEST(Links, NoisePartsNothing) {
   const std::vector<float> step{0.5f, 0.5f, 0.48f, 0.48f};
@@ -60,13 +56,13 @@ TEST(Links, NoisePartsNothing) {
 }
 
 /// Steps of 0.05 1/m from pixel to pixel, as the same in each row: a real side, however steep. Its
-/// ends are steps of less than half of that, which do not belong to it.
+/// ends are steps of less than half of that, which its plane does not predict.
 TEST(Links, SteepSidesAreOneSurface) {
   for (const float nearest : {1.0f, 0.05f}) {  // also 20 m away
     std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
     for (float& inverse_depth : side) inverse_depth *= nearest;
     for (const bool down : {false, true}) {
-      EXPECT_EQ(linksAlong({side, side, side}, 0.0f, 0, down),
+      EXPECT_EQ(linksWithSmallVoxels({side, side, side}, down),
                 Links({true, false, true, true, false, true, false}))
           << nearest;
     }
@@ -78,12 +74,26 @@ TEST(Links, StepsThatTheRowsBesideDoNotShareAreNone) {
   const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
   const std::vector<float> other{1.0f, 1.0f, 0.99f, 0.90f, 0.875f, 0.87f, 0.87f};
   const Links parted{true, false, false, false, false, true, false};
-  EXPECT_EQ(linksAlong({other, side, side}), parted);
-  EXPECT_EQ(linksAlong({side, side, other}), parted);
+  EXPECT_EQ(linksWithSmallVoxels({other, side, side}), parted);
+  EXPECT_EQ(linksWithSmallVoxels({side, side, other}), parted);
 }
 
-/// Up to a voxel is one surface: from 1 m to 0.98 of inverse depth are 20.4 mm.
-TEST(Links, DifferencesWithinAVoxelDoNotMatter) {
+/// So is a side that differs from row to row by less than the map can tell. Noise that explains a
+/// larger difference, but not the step, proves nothing.
+TEST(Links, SidesMayBeAsRoughAsTheMapCannotTell) {
+  const std::vector<float> side{1.0f, 1.0f, 0.95f, 0.89f, 0.85f, 0.85f};
+  const std::vector<float> beside{1.0f, 1.0f, 0.945f, 0.895f, 0.85f, 0.85f};
+  const auto isLinked = [](const std::vector<std::vector<float>>& rows, float same_m) -> bool {
+    return linksAlong(rows, 0.0f, 0, false, same_m / SurfelRules().same_voxels)[2];
+  };
+  EXPECT_TRUE(isLinked({beside, side, side}, 0.0121f));  // 0.0102 1/m between 0.95 and 0.89
+  EXPECT_FALSE(isLinked({beside, side, side}, 0.0115f));
+  EXPECT_FALSE(isLinked({side, side, beside}, 0.0115f));
+  EXPECT_FALSE(linksAlong({beside, side, beside}, 0.01f, 0, false, 0.001f)[2]);
+}
+
+/// From 1 m to 0.98 of inverse depth are 20.4 mm.
+TEST(Links, DifferencesThatTheMapCannotTellDoNotMatter) {
   const LineInImage line = [] {
     static const float row[] = {1.0f, 0.98f};
     return LineInImage{row, 1, 2, 0, 2, 0, 1};
@@ -91,20 +101,20 @@ TEST(Links, DifferencesWithinAVoxelDoNotMatter) {
   const SurfelSettings surfels{5, 0.03f, SurfelRules(), 0};
   FrameView frame{};
   frame.intrinsics.fx = kFocal;
-  frame.voxel_size_m = 0.0205f / SurfelRules().linked_step;
+  frame.voxel_size_m = 0.0205f / SurfelRules().same_voxels;
   EXPECT_TRUE(areLinked(line, linkLimits(frame, {0.0f, 0}, surfels)));
-  frame.voxel_size_m = 0.0203f / SurfelRules().linked_step;
+  frame.voxel_size_m = 0.0203f / SurfelRules().same_voxels;
   EXPECT_FALSE(areLinked(line, linkLimits(frame, {0.0f, 0}, surfels)));
 }
 
 /// A depth in between is linked to neither side, unless it lies in the middle in all three rows.
 TEST(Links, MixedPixelsBelongToNeitherSide) {
   const auto row = [](float mixed) { return std::vector<float>{1, 1, mixed, 0.8f, 0.8f}; };
-  EXPECT_EQ(linksAlong({row(0.95f), row(0.87f), row(0.82f)}),
+  EXPECT_EQ(linksWithSmallVoxels({row(0.95f), row(0.87f), row(0.82f)}),
             Links({true, false, false, true, false}));
-  EXPECT_EQ(linksAlong({row(0.95f), row(0.9f), row(0.82f)}),
+  EXPECT_EQ(linksWithSmallVoxels({row(0.95f), row(0.9f), row(0.82f)}),
             Links({true, false, false, true, false}));
-  EXPECT_EQ(linksAlong({row(0.9f), row(0.9f), row(0.9f)}),
+  EXPECT_EQ(linksWithSmallVoxels({row(0.9f), row(0.9f), row(0.9f)}),
             Links({true, true, true, true, false}));
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -73,12 +74,29 @@ TEST(Noise, IsThatOfDepthForTimeOfFlight) {
   EXPECT_FLOAT_EQ(noiseInVoxels(sensing, 4.0f), 4.8f);
 }
 
-TEST(Noise, GapsAndJumpsAreNoNoise) {
-  NoiseLine gap = slantedLine(), jump = slantedLine();
-  gap.inverse_depth[5] = 0.0f;
-  for (int i = 4; i < kNoiseLength; ++i) jump.inverse_depth[i] += 0.1f;
-  EXPECT_LT(noiseVariance(gap, 0, kSurfels), 0.0f);
-  EXPECT_LT(noiseVariance(jump, 0, kSurfels), 0.0f);
+TEST(Noise, LinesWithGapsDoNotCount) {
+  for (int i = 0; i < kNoiseLength; ++i) {
+    for (const float none : {0.0f, -0.5f}) {
+      NoiseLine gap = slantedLine();
+      gap.inverse_depth[i] = none;
+      EXPECT_LT(noiseVariance(gap, 0, kSurfels), 0.0f) << i;
+    }
+  }
+}
+
+/// Walls one behind the other, each 64 pixels wide: one short line in ten lies across an edge.
+TEST(Noise, EdgesAreTooFewToCount) {
+  constexpr int kWidth = 640, kHeight = 480;
+  std::vector<float> image(static_cast<size_t>(kWidth) * kHeight);
+  for (size_t i = 0; i < image.size(); ++i) image[i] = i % kWidth / 64 % 2 == 0 ? 1.0f : 0.5f;
+  std::vector<float> variances;
+  for (int n = 0; n < kNoisePoints; ++n) {
+    variances.push_back(noiseVariance(
+        noiseLine(image.data(), kWidth, kHeight, noisePoint(n, kWidth, kHeight), 0), 0, kSurfels));
+  }
+  std::sort(variances.begin(), variances.end());
+  EXPECT_EQ(variances[medianRank(kNoisePoints)], 0.0f);
+  EXPECT_GT(variances.back(), 0.01f);
 }
 
 /// The wider lines raise the estimate, as far as the limit of three times allows; alone they say

@@ -45,7 +45,9 @@ class MergedImage {
   SurfaceImage image_;
 };
 
-bool nearBorder(int v) { return v < kTileSide || v >= kHeight - kTileSide; }
+bool nearBorder(int u, int v) {
+  return u < kTileSide || u >= kWidth - kTileSide || v < kTileSide || v >= kHeight - kTileSide;
+}
 
 /// At 2 m a pixel is 4 mm wide: 2 are 0.4 voxels of 20 mm, 4 are 0.32 voxels of 50 mm.
 TEST(PixelMerging, GrowsWithTheVoxel) {
@@ -54,7 +56,7 @@ TEST(PixelMerging, GrowsWithTheVoxel) {
     const MergedImage image(plane(0.1, -0.2, 1.0, 2.0), voxel_m);
     for (int v = 0; v < kHeight; ++v) {
       for (int u = 0; u < kWidth; ++u) {
-        if (nearBorder(v)) continue;
+        if (nearBorder(u, v)) continue;
         EXPECT_EQ(image.sideAt(u, v), side) << u << " " << v << " " << voxel_m;
       }
     }
@@ -70,7 +72,7 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   const MergedImage single(surface, 0.005f);
   double single_weight = 0.0;
   for (int v = 4; v < kHeight - 4; ++v) {
-    for (int u = 0; u < kWidth; ++u) {
+    for (int u = 4; u < kWidth - 4; ++u) {
       const Surfel surfel = single.surfelAt(u, v);
       single_weight += surfel.weight * surfel.depth_m * surfel.depth_m;  // without its share
     }
@@ -80,7 +82,7 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
     double weight = 0.0;
     int count = 0;
     for (int v = 4; v < kHeight - 4; ++v) {
-      for (int u = 0; u < kWidth; ++u) {
+      for (int u = 4; u < kWidth - 4; ++u) {
         const Surfel surfel = image.surfelAt(u, v);
         if (!(surfel.weight > 0.0f)) continue;
         ++count;
@@ -94,7 +96,7 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
       }
     }
     const int side = voxel_m > 0.03f ? 4 : 2;
-    EXPECT_EQ(count, kWidth * (kHeight - 8) / (side * side));
+    EXPECT_EQ(count, (kWidth - 8) * (kHeight - 8) / (side * side));
     const double voxel_px_m = kIntrinsics.fx * voxel_m;  // in pixels at 1 m
     const double expected = single_weight / (voxel_px_m * voxel_px_m);
     EXPECT_NEAR(weight, expected, 1e-3 * expected);

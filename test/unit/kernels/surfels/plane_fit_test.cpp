@@ -241,8 +241,7 @@ TEST(NormalFit, FacesTheCamera) {
   }
 }
 
-/// One and a half voxels wide, at least two pixels to each side if the setting allows, never more
-/// than it.
+/// One and a half voxels wide, at least one pixel to each side, never more than the setting.
 TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
   const auto radius = [](float voxel_px_m, float depth_m, int largest) {
     const FrameView frame{kWidth, kHeight, {525.0f, 525.0f, 0, 0}, {}, {}, voxel_px_m / 525.0f};
@@ -251,7 +250,7 @@ TEST(WindowRadius, FollowsTheVoxelsInTheImage) {
   };
   EXPECT_EQ(radius(12.0f, 1.0f, 16), 9);
   EXPECT_EQ(radius(12.0f, 2.0f, 16), 5);  // 4.5 rounded
-  EXPECT_EQ(radius(12.0f, 9.0f, 16), 2);
+  EXPECT_EQ(radius(12.0f, 9.0f, 16), 1);
   EXPECT_EQ(radius(12.0f, 0.1f, 16), 16);
   EXPECT_EQ(radius(12.0f, 1.0f, 1), 1);
   EXPECT_EQ(radius(1e30f, 1e-9f, 8), 8);

@@ -48,12 +48,12 @@ class VoxelReader {
 
 /// One thread per point.
 __global__ void __launch_bounds__(kThreads)
-    makeAlignedPointsKernel(FrameView view, RawDepth raw, AlignmentRules rules, AlignmentGrid grid,
-                            AlignedPoint* points) {
+    makeAlignedPointsKernel(FrameView view, RawDepth raw, AlignmentSettings settings,
+                            AlignmentGrid grid, AlignedPoint* points) {
   const size_t i = globalThread();
   if (i >= static_cast<size_t>(grid.columns) * grid.rows) return;
   const Pixel pixel = pixelOfPoint(grid, static_cast<int32_t>(i));
-  points[i] = makeAlignedPoint(view, pixel, rules, [&](int32_t du, int32_t dv) {
+  points[i] = makeAlignedPoint(view, pixel, settings, [&](int32_t du, int32_t dv) {
     return inverseDepthAt(raw, view.width, pixel.u + du, pixel.v + dv);
   });
 }
@@ -81,18 +81,19 @@ __global__ void __launch_bounds__(kAlignThreads)
 
 }  // namespace
 
-PoseAligner::PoseAligner(const AlignmentRules& rules, bool directional, const Stream& stream)
-    : rules_(rules), directional_(directional), stream_(stream) {}
+PoseAligner::PoseAligner(const AlignmentSettings& settings, bool directional,
+                         const Stream& stream)
+    : settings_(settings), directional_(directional), stream_(stream) {}
 
 void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {
-  const AlignmentGrid grid = alignmentGrid(view, rules_);
+  const AlignmentGrid grid = alignmentGrid(view, settings_.rules);
   point_count_ = static_cast<size_t>(grid.columns) * grid.rows;
   points_.reserveExactly(point_count_, stream_);
   sums_.reserveExactly(1, stream_);
   pinned_sums_.reserve(1);
   if (point_count_ == 0) return;
   makeAlignedPointsKernel<<<blocksFor(point_count_), kThreads, 0, stream_.get()>>>(
-      view, raw, rules_, grid, points_.data());
+      view, raw, settings_, grid, points_.data());
   DTSDF_CHECK_LAUNCH("makeAlignedPointsKernel");
 }
 
@@ -101,7 +102,7 @@ AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const Map
   sums_.zero(stream_);
   const auto blocks = static_cast<unsigned>((point_count_ + kAlignThreads - 1) / kAlignThreads);
   addPointsKernel<<<blocks, kAlignThreads, 0, stream_.get()>>>(
-      view, rules_, directional_, cutoff, map, points_.data(), point_count_, sums_.data());
+      view, settings_.rules, directional_, cutoff, map, points_.data(), point_count_, sums_.data());
   DTSDF_CHECK_LAUNCH("addPointsKernel");
   sums_.download(pinned_sums_.data(), 1, stream_);
   stream_.synchronize();

@@ -13,7 +13,7 @@ namespace gpu {
 /// The buffers are kept from image to image.
 class PoseAligner {
  public:
-  PoseAligner(const AlignmentRules& rules, bool directional, const Stream& stream);
+  PoseAligner(const AlignmentSettings& settings, bool directional, const Stream& stream);
 
   /// Enqueues the making of an image's points. @pre The image is uploaded.
   void takePoints(const FrameView& view, const RawDepth& raw);
@@ -24,7 +24,7 @@ class PoseAligner {
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
-  const AlignmentRules rules_;
+  const AlignmentSettings settings_;
   const bool directional_;
   const Stream& stream_;
   size_t point_count_ = 0;

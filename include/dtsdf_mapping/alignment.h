@@ -33,6 +33,10 @@ struct Alignment {
   double residual_m = 0.0;     ///< Root mean square of their distances to the surface, in metres.
   double shift_m = 0.0;        ///< From the frame's pose, in metres.
   double turn_rad = 0.0;       ///< The same in radians.
+  /// By how much the frame's pose puts what it shows off the map, along the normals, root mean
+  /// square, in metres: small where the pose is off along a wall.
+  double misplacement_m = 0.0;
+  bool is_significant = false;  ///< That is more than the map's own error can explain.
   /// Of the error of T_W_C: of its position along the axes of the map frame in m^2, then of small
   /// rotations about these in rad^2. The prior's where the image holds nothing.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();

@@ -11,7 +11,8 @@ namespace dtsdf {
 
 /// Keeps the correction between the frame O that poses are given in and the frame W of the map, by
 /// a Kalman filter: it drifts with the way, and each pose that was aligned measures it, with the
-/// noise of the given pose. So drift is followed and noise is not. Not thread safe.
+/// noise of the given pose. So drift is followed and noise is not. A pose that is as good as the
+/// map can say stays as it is. Not thread safe.
 class PoseRefiner {
  public:
   /// @param params How far off poses are, and what becomes of frames that do not fit.

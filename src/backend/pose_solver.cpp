@@ -93,6 +93,14 @@ bool isStill(const Vector6d& change) {
   return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;
 }
 
+/// By how much an offset of the pose moves the points along the normals of what they meet, root
+/// mean square, in voxels.
+double movedAlongNormals(const AlignmentSums& sums, const Vector6d& offset) {
+  const double weight = std::max(1.0, static_cast<double>(sums.weight)) / kAlignmentScale;
+  const double squares = offset.dot(equationsOf(sums).information * offset);
+  return std::sqrt(std::max(0.0, squares) / weight);
+}
+
 double shareOf(int64_t part, int64_t whole) {
   return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
@@ -129,6 +137,9 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   const Vector6d offset = offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
   result.shift_m = voxel_size_m * offset.tail<3>().norm();
   result.turn_rad = offset.head<3>().norm();
+  const double misplacement = movedAlongNormals(sums, offset);
+  result.misplacement_m = voxel_size_m * misplacement;
+  result.is_significant = misplacement > rules.least_misplacement;
   result.status = AlignmentStatus::kMisfit;
   if (result.inlier_share < rules.least_inliers) return result;
   result.status = AlignmentStatus::kAligned;

@@ -5,6 +5,7 @@
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "kernels/colour/paint_settings.h"
 #include "kernels/fusion/fusion_settings.h"
+#include "kernels/poses/alignment_settings.h"
 #include "kernels/surfels/sensing.h"
 
 namespace dtsdf {
@@ -37,6 +38,10 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
 inline FusionSettings makeFusionSettings(const MapperParams& params, const FusionRules& rules) {
   return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
           params.map.truncation_voxels, params.fusion.max_weight, rules};
+}
+
+inline AlignmentSettings makeAlignmentSettings(const Rules& rules) {
+  return {rules.fusion.full_weight_depth_m, rules.poses};
 }
 
 inline PaintSettings makePaintSettings(const MapperParams& params, const ColourRules& rules) {

@@ -60,13 +60,13 @@ class VoxelReader {
 
 void PoseAligner::takePoints(const DepthFrame& frame, const FrameView& view,
                              const DepthRange& range) {
-  const AlignmentGrid grid = alignmentGrid(view, rules_);
+  const AlignmentGrid grid = alignmentGrid(view, settings_.rules);
   points_.resize(static_cast<size_t>(grid.columns) * grid.rows);
   parallelFor<NoScratch>(static_cast<size_t>(grid.rows), threads_, [&](size_t row, NoScratch&) {
     for (int32_t i = 0; i < grid.columns; ++i) {
       const auto index = static_cast<int32_t>(row) * grid.columns + i;
       const Pixel pixel = pixelOfPoint(grid, index);
-      points_[index] = makeAlignedPoint(view, pixel, rules_, [&](int32_t du, int32_t dv) {
+      points_[index] = makeAlignedPoint(view, pixel, settings_, [&](int32_t du, int32_t dv) {
         return inverseDepth(rawDepth(frame, pixel.u + du, pixel.v + dv), range);
       });
     }
@@ -83,7 +83,7 @@ AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const Blo
     AlignmentSums part{};
     const size_t end = std::min(points_.size(), (batch + 1) * kPointsAtOnce);
     for (size_t i = batch * kPointsAtOnce; i < end; ++i) {
-      addPoint(part, view, points_[i], rules_, directional_, cutoff, reader);
+      addPoint(part, view, points_[i], settings_.rules, directional_, cutoff, reader);
     }
     const std::lock_guard<std::mutex> lock(mutex);
     add(sums, part);

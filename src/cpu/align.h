@@ -13,8 +13,8 @@ namespace dtsdf {
 
 class PoseAligner {
  public:
-  PoseAligner(const AlignmentRules& rules, bool directional, int threads)
-      : rules_(rules), directional_(directional), threads_(threads) {}
+  PoseAligner(const AlignmentSettings& settings, bool directional, int threads)
+      : settings_(settings), directional_(directional), threads_(threads) {}
 
   /// Takes the points of an image.
   void takePoints(const DepthFrame& frame, const FrameView& view, const DepthRange& range);
@@ -24,7 +24,7 @@ class PoseAligner {
                        const VoxelStore& voxels) const;
 
  private:
-  AlignmentRules rules_;
+  AlignmentSettings settings_;
   bool directional_;
   int threads_;
   std::vector<AlignedPoint> points_;

@@ -20,8 +20,10 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   expected.T_W_C = T_W_O_ * frame.T_W_C;
   const PosePrior prior{std::sqrt(square(params_.sigma_m) + variance_m2_),
                         std::sqrt(square(params_.sigma_rad) + variance_rad2_)};
-  const Alignment alignment = mapper.align(expected, prior);
-  if (alignment.status == AlignmentStatus::kAligned) correct(alignment.T_W_C, expected.T_W_C);
+  Alignment alignment = mapper.align(expected, prior);
+  if (alignment.status != AlignmentStatus::kAligned) return alignment;
+  if (!alignment.is_significant) alignment.T_W_C = expected.T_W_C;
+  correct(alignment.T_W_C, expected.T_W_C);
   return alignment;
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/core/camera.h"
-#include "kernels/poses/alignment_rules.h"
+#include "kernels/poses/alignment_settings.h"
 
 namespace dtsdf {
 
@@ -85,13 +85,13 @@ DTSDF_HD AlignedPlane fitAlignedPlane(const AlignmentRules& rules,
 /// noise grows with distance.
 template <class InverseDepth>
 DTSDF_HD AlignedPoint makeAlignedPoint(const FrameView& frame, const Pixel& pixel,
-                                       const AlignmentRules& rules,
+                                       const AlignmentSettings& settings,
                                        const InverseDepth& inverse_depth) {
-  const int32_t r = rules.window_px;
+  const int32_t r = settings.rules.window_px;
   if (pixel.u < r || pixel.v < r || pixel.u + r >= frame.width || pixel.v + r >= frame.height) {
     return noAlignedPoint();
   }
-  const AlignedPlane plane = fitAlignedPlane(rules, inverse_depth);
+  const AlignedPlane plane = fitAlignedPlane(settings.rules, inverse_depth);
   if (!plane.known) return noAlignedPoint();
   const Intrinsics& K = frame.intrinsics;
   const float u = static_cast<float>(pixel.u), v = static_cast<float>(pixel.v);
@@ -102,7 +102,7 @@ DTSDF_HD AlignedPoint makeAlignedPoint(const FrameView& frame, const Pixel& pixe
   const Vec3f normal_C = (-1.0f / norm(away)) * away;
   const float cosine = -dot(p_C, normal_C) / norm(p_C);
   if (!(cosine > 0.0f)) return noAlignedPoint();
-  const float near = minimum(plane.value * rules.full_weight_m, 1.0f);
+  const float near = minimum(plane.value * settings.full_weight_depth_m, 1.0f);
   return {(1.0f / frame.voxel_size_m) * p_C, normal_C, cosine * near * near};
 }
 

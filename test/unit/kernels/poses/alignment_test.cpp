@@ -27,6 +27,8 @@ float planeAt(const Vec3f& normal_C, float distance_m, const FrameView& view, in
   return dot(normal_C, ray) / distance_m;
 }
 
+AlignmentSettings settings() { return {1.0f, AlignmentRules()}; }
+
 /// The distance field of a plane in front of which z is smaller, where z reaches from a voxel to
 /// another; elsewhere nothing is known. In the direction Z- alone.
 struct PlaneField {
@@ -42,10 +44,9 @@ TEST(AlignedPoint, HasThePlaneOfItsWindow) {
   const FrameView view = camera();
   const Vec3f normal = (1.0f / norm({0.3f, -0.2f, 1.0f})) * Vec3f{0.3f, -0.2f, 1.0f};
   const Pixel pixel{100, 40};
-  const AlignedPoint point =
-      makeAlignedPoint(view, pixel, AlignmentRules(), [&](int32_t du, int32_t dv) {
-        return planeAt(normal, 2.0f, view, pixel.u + du, pixel.v + dv);
-      });
+  const AlignedPoint point = makeAlignedPoint(view, pixel, settings(), [&](int32_t du, int32_t dv) {
+    return planeAt(normal, 2.0f, view, pixel.u + du, pixel.v + dv);
+  });
   ASSERT_GT(point.weight, 0.0f);
   EXPECT_NEAR(dot(normal, point.p_C) * kVoxel_m, 2.0f, 1e-4f);
   EXPECT_NEAR(norm(point.normal_C + normal), 0.0f, 1e-3f);  // towards the camera
@@ -55,15 +56,15 @@ TEST(AlignedPoint, HasThePlaneOfItsWindow) {
 TEST(AlignedPoint, IsNotMadeAcrossAnEdgeNorWhereNothingIsMeasured) {
   const FrameView view = camera();
   const auto point = [&](const auto& inverse_depth) {
-    return makeAlignedPoint(view, {80, 60}, AlignmentRules(), inverse_depth).weight;
+    return makeAlignedPoint(view, {80, 60}, settings(), inverse_depth).weight;
   };
   EXPECT_GT(point([](int32_t, int32_t) { return 0.5f; }), 0.0f);
   EXPECT_EQ(point([](int32_t du, int32_t) { return du > 0 ? 0.4f : 0.5f; }), 0.0f);
   EXPECT_EQ(point([](int32_t du, int32_t dv) { return du == 0 && dv == 0 ? 0.0f : 0.5f; }), 0.0f);
   EXPECT_EQ(point([](int32_t du, int32_t) { return du > 0 ? 0.0f : 0.5f; }), 0.0f);
-  EXPECT_EQ(makeAlignedPoint(view, {2, 60}, AlignmentRules(), [](int32_t, int32_t) { return 0.5f; })
-                .weight,
-            0.0f);  // no window at the border
+  EXPECT_EQ(
+      makeAlignedPoint(view, {2, 60}, settings(), [](int32_t, int32_t) { return 0.5f; }).weight,
+      0.0f);  // no window at the border
 }
 
 TEST(AlignedPoint, CountsLessFarAway) {

@@ -149,7 +149,7 @@ struct BlockLook {
 
 /// The voxels of a block that the frame judges.
 struct JudgedVoxels {
-  Octants in_turn;  ///< Of empty ones.
+  Octants empty;  ///< Of which empty ones are judged.
   uint32_t count;
   uint32_t emptied_directions;  ///< That lose a voxel.
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
@@ -178,14 +178,14 @@ __device__ JudgedVoxel unpackJudged(uint16_t packed) {
 /// Begins a list, and finds how the frame looks at the block. By all threads.
 __device__ Look beginList(const FrameSensing& sensing, const BlockLook& look, JudgedVoxels& list) {
   __syncthreads();  // of the block before
-  if (threadIdx.x == 0) list.count = list.emptied_directions = list.in_turn = 0;
+  if (threadIdx.x == 0) list.count = list.emptied_directions = list.empty = 0;
   __syncthreads();
   if (look.in_turn && threadIdx.x < kOctants &&
       maySeeThroughOctant(sensing, look.first_voxel_L, threadIdx.x)) {
-    atomicOr(&list.in_turn, 1u << threadIdx.x);
+    atomicOr(&list.empty, 1u << threadIdx.x);
   }
   __syncthreads();
-  return {look.support.words != nullptr, list.in_turn};
+  return {look.in_turn, list.empty};
 }
 
 /// A warp takes as long for one of them as for 32: so they are listed first.
@@ -194,8 +194,9 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   const uint32_t lane = threadIdx.x % 32, before = (1u << lane) - 1u;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
-    const Voxel* voxels = map.voxels.record(entry.array[d]);
     const uint32_t* covered = look.support.of(d);
+    if (covered == nullptr && !look.in_turn) continue;
+    const Voxel* voxels = map.voxels.record(entry.array[d]);
     for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
       const bool is_covered = covered != nullptr && (covered[i / 32] >> lane & 1u);
       const bool is_judged = isJudged(voxels[i], i, is_covered, rule, rules);
@@ -260,7 +261,7 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
     const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     const bool was_empty = isEmpty(voxel);
-    const int32_t frames = framesAgainst(sight, voxel, rule, fusion.rules);
+    const int32_t frames = framesAgainst(sight, is_covered, fusion.rules);
     voxel = contradictedVoxel(voxel, frames, is_covered, fusion.rules);
     changed |= !was_empty;
     if (was_empty || !isEmpty(voxel)) continue;

@@ -146,7 +146,7 @@ struct BlockLook {
   BlockSupport support;
 
   /// All octants: to find those that are hidden takes longer here than to judge their voxels.
-  __device__ Look rule() const { return {support.words != nullptr, in_turn ? kAllOctants : 0u}; }
+  __device__ Look rule() const { return {in_turn, in_turn ? kAllOctants : 0u}; }
 };
 
 /// The voxels of a block that the frame judges.
@@ -186,8 +186,9 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   const uint32_t lane = threadIdx.x % 32, before = (1u << lane) - 1u;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
-    const Voxel* voxels = map.voxels.record(entry.array[d]);
     const uint32_t* covered = look.support.of(d);
+    if (covered == nullptr && !look.in_turn) continue;
+    const Voxel* voxels = map.voxels.record(entry.array[d]);
     for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
       const bool is_covered = covered != nullptr && (covered[i / 32] >> lane & 1u);
       const bool is_judged = isJudged(voxels[i], i, is_covered, rule, rules);
@@ -251,7 +252,7 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
     const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
     Voxel& voxel = map.voxels.record(entry.array[d])[i];
     const bool was_empty = isEmpty(voxel);
-    const int32_t frames = framesAgainst(sight, voxel, look.rule(), fusion.rules);
+    const int32_t frames = framesAgainst(sight, is_covered, fusion.rules);
     voxel = contradictedVoxel(voxel, frames, is_covered, fusion.rules);
     changed |= !was_empty;
     if (was_empty || !isEmpty(voxel)) continue;

@@ -28,7 +28,6 @@ void visitRules(MeshRules& rules, Visitor& visit) {
   visit(section + "nearness_voxels", rules.nearness_voxels, Range{0.001, 16.0});
   visit(section + "measured_reach", rules.measured_reach, Range{0.0, 100.0});
   visit(section + "measured_pull", rules.measured_pull, Range{0.0, 0.999});
-  visit(section + "measured_gap", rules.measured_gap, Range{0.001, 100.0});
   visit(section + "vertex_margin", rules.vertex_margin, Range{1e-6, 0.49});
 }
 
@@ -53,7 +52,6 @@ void visitRules(FusionRules& rules, Visitor& visit) {
   visit(section + "sample_reach", rules.sample_reach, Range{0.5, 100.0});
   visit(section + "noise_reach", rules.noise_reach, Range{0.0, 100.0});
   visit(section + "full_weight_depth_m", rules.full_weight_depth_m, Range{0.01, 1000.0});
-  visit(section + "anchor_frames", rules.anchor_frames, Range{1.0, 255.0});
   visit(section + "support_share", rules.support_share, Range{0.0, 1.0});
   visit(section + "support_gain", rules.support_gain, Range{1, 100});
   visit(section + "contradiction_cost", rules.contradiction_cost, Range{0, 100});

@@ -58,8 +58,8 @@ class PlaceBatch {
 };
 
 Look lookOf(const BlockLook& look, const FrameSensing& sensing) {
-  const Vec3f first_voxel_L = toFloat(firstVoxelOfBlock(look.block_L));
-  return {look.sums != nullptr, look.in_turn ? octantsSeenThrough(sensing, first_voxel_L) : 0};
+  if (!look.in_turn) return {false, 0};
+  return {true, octantsSeenThrough(sensing, toFloat(firstVoxelOfBlock(look.block_L)))};
 }
 
 /// Lists the voxels that a frame with these sums, if any, judges. @return their number.
@@ -106,6 +106,8 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
   const Look rule = lookOf(look, sensing);
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
+    const bool has_sums = look.sums != nullptr && (look.directions >> d & 1);
+    if (!has_sums && !look.in_turn) continue;
     Voxel* array = voxels.array(entry.array[d]);
     JudgedVoxel found[kVoxelsPerBlock];
     const int count = findContradicted(look, rule, d, sensing, rules, array, found);
@@ -114,7 +116,7 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
     for (int i = 0; i < count; ++i) {
       Voxel& voxel = array[found[i].index];
       const bool was_empty = isEmpty(voxel);
-      const int32_t frames = framesAgainst(found[i].sight, voxel, rule, rules);
+      const int32_t frames = framesAgainst(found[i].sight, found[i].is_covered, rules);
       voxel = contradictedVoxel(voxel, frames, found[i].is_covered, rules);
       result.changed |= !was_empty;
       has_emptied |= !was_empty && isEmpty(voxel);

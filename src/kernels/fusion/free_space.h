@@ -159,25 +159,20 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
   return voxel - sdf * gradientOf(slope, facing);
 }
 
-/// How a frame looks at a block. It judges what holds a distance in each block that it touches;
-/// the others, and what is empty, when it is the block's turn.
+/// How a frame looks at a block. What it covers it judges at once, all else when it is the block's
+/// turn.
 struct Look {
-  bool touched;
-  Octants in_turn;  ///< Of which the frame judges empty voxels: those that it may see through.
+  bool in_turn;
+  Octants empty;  ///< Of which the frame judges empty voxels: in turn, if it may see through them.
 };
 
 /// Whether a frame that looks through a voxel's place can change it. One that the frame covers has
 /// to know where its surface was measured.
 DTSDF_HD bool isJudged(const Voxel& voxel, int index, bool is_covered, const Look& look,
                        const FusionRules& rules) {
-  if (!isEmpty(voxel)) return !is_covered || voxel.anchor != kNoAnchor;
-  return (look.in_turn >> octantOf(index) & 1u) != 0 && !is_covered &&
-         evidenceOf(voxel) > -rules.most_evidence;
-}
-
-/// A look in turns counts for all the frames from one turn to the next.
-DTSDF_HD int32_t framesOfLook(const Voxel& voxel, const Look& look, const FusionRules& rules) {
-  return look.touched && !isEmpty(voxel) ? 1 : rules.look_turns;
+  if (is_covered) return voxel.anchor != kNoAnchor;
+  if (!isEmpty(voxel)) return look.in_turn;
+  return (look.empty >> octantOf(index) & 1u) != 0 && evidenceOf(voxel) > -rules.most_evidence;
 }
 
 /// Where a frame has to look through to contradict a voxel, in voxels from the block's first one:
@@ -264,10 +259,11 @@ DTSDF_HD bool isAgainst(Sight sight, bool is_covered) {
   return sight == Sight::kThrough || (is_covered && sight == Sight::kOutline);
 }
 
-/// How many frames a sight contradicts a voxel for.
-DTSDF_HD int32_t framesAgainst(Sight sight, const Voxel& voxel, const Look& look,
-                               const FusionRules& rules) {
-  return sight == Sight::kThrough ? framesOfLook(voxel, look, rules) : 0;
+/// How many frames a sight contradicts a voxel for. A look in turns counts for all the frames from
+/// one turn to the next.
+DTSDF_HD int32_t framesAgainst(Sight sight, bool is_covered, const FusionRules& rules) {
+  if (sight != Sight::kThrough) return 0;
+  return is_covered ? 1 : rules.look_turns;
 }
 
 /// Whether it is a block's turn: each comes up once in so many frames.

@@ -22,10 +22,6 @@ struct FusionRules {
   /// (The authors' later work has the sensor's nearest depth in place of 1 m.)
   float full_weight_depth_m = 1.0f;
 
-  /// Frames that an anchor is the mean of, at most: what was seen since then counts as much as all
-  /// before.
-  float anchor_frames = 16.0f;
-
   /// Share of a voxel that a frame has to cover to support the surface there: below it is what the
   /// far fringe of a surfel reaches, and what is trusted little. (Held-back images of box at 5 mm,
   /// in front of what was measured: 5.1 % without, 1.8 with 0.0003. That, though, makes holes in a

@@ -62,15 +62,13 @@ DTSDF_HD float anchorCloseness(float squared_distance) {
 
 /// The anchor after a frame: the mean of the points that were nearest in each, by how near they
 /// were. So it comes to where the surface was seen from nearest by, and noise is averaged.
-DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, const FrameSample& frame,
-                                 const FusionRules& rules) {
+DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, const FrameSample& frame) {
   if (frame.nearest == 0) return voxel.anchor;
   const Vec3f point = pointOffset(frame.nearest);
   if (voxel.anchor == kNoAnchor) return packAnchor(point, frame.dither);
   const Vec3f anchor = anchorOffset(voxel.anchor);
-  const float frames = minimum(weightOf(voxel), rules.anchor_frames);
-  const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
-  const float old_weight = frames * anchorCloseness(from_foot);
+    const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
+  const float old_weight = weightOf(voxel) * anchorCloseness(from_foot);
   const float new_weight = frame.weight * (1.0f / kStoredWeightScale) *
                            anchorCloseness(dot(point, point) - frame.sdf * frame.sdf);
   const float share = new_weight / (old_weight + new_weight);
@@ -92,7 +90,7 @@ DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, float depth_w
   const int32_t evidence = frame.covered >= fusion.rules.support_share
                                ? supportedEvidence(evidenceOf(voxel), fusion.rules)
                                : evidenceOf(voxel);
-  return makeVoxel(storedSdf(mean, frame.dither), foldAnchor(voxel, frame, fusion.rules),
+  return makeVoxel(storedSdf(mean, frame.dither), foldAnchor(voxel, frame),
                    total < most ? total : most, evidence);
 }
 

@@ -51,7 +51,7 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     const bool has_sums = round % 2 == 0;
     const std::vector<Voxel> before(voxels, voxels + kVoxelsPerBlock);
     const bool in_turn = !has_sums || round % 4 == 0;
-    const Look rule{has_sums, in_turn ? kAllOctants : 0};
+    const Look rule{in_turn, in_turn ? kAllOctants : 0};
     const BlockLook look{{0, 0, 6}, in_turn, has_sums ? &sums : nullptr, 1u << array,
                          direction != kAnyDirection};
     clearBlock(look, entry, sensing, rules, store);
@@ -61,7 +61,7 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
       const Sight sight = judge(sensing, first, before.data(), i, direction, is_covered);
       const bool expected =
           isJudged(before[i], i, is_covered, rule, rules) && isAgainst(sight, is_covered);
-      const int32_t frames = framesAgainst(sight, before[i], rule, rules);
+      const int32_t frames = framesAgainst(sight, is_covered, rules);
       const Voxel after =
           expected ? contradictedVoxel(before[i], frames, is_covered, rules) : before[i];
       ASSERT_EQ(voxels[i].state, after.state) << round << " " << i;

@@ -301,7 +301,6 @@ TEST_F(SeesThrough, KnowsItsSideOfAnOutline) {
 /// outline short of its anchor give no support, and take none away from others.
 TEST(IsAgainst, AtAnOutlineOnlyOwnSupport) {
   const FusionRules rules;
-  const Look look{true, true};
   EXPECT_FALSE(isAgainst(Sight::kSurface, true));
   EXPECT_FALSE(isAgainst(Sight::kOutline, false));
   EXPECT_TRUE(isAgainst(Sight::kOutline, true));
@@ -309,9 +308,9 @@ TEST(IsAgainst, AtAnOutlineOnlyOwnSupport) {
   EXPECT_TRUE(isAgainst(Sight::kThrough, true));
   const Voxel before = makeVoxel(-0.75f, 12345, 9);
   const Voxel supported = makeVoxel(-0.75f, 12345, supportedEvidence(9, rules));
-  const int32_t frames = framesAgainst(Sight::kOutline, supported, look, rules);
+  const int32_t frames = framesAgainst(Sight::kOutline, true, rules);
   EXPECT_EQ(evidenceOf(contradictedVoxel(supported, frames, true, rules)), evidenceOf(before));
-  EXPECT_EQ(framesAgainst(Sight::kThrough, supported, look, rules), 1);
+  EXPECT_EQ(framesAgainst(Sight::kThrough, true, rules), 1);
 }
 
 /// A voxel is 3 pixels wide at a third of a metre, and one beyond a metre: an empty one wants all
@@ -428,19 +427,24 @@ TEST(IsJudged, WhatItMayChange) {
   EXPECT_FALSE(isJudged(makeVoxel(0.0f, 0, -rules.most_evidence), 0, false, look, rules));
 }
 
-/// A touched block is judged in each frame where it holds a distance, and in its turn where it
-/// does not: as many frames count in the end.
-TEST(IsJudged, EmptyVoxelsInTurns) {
+/// What a frame covers it judges at once, all else in turn: as many frames count in the end.
+TEST(IsJudged, WhatIsNotCoveredInTurns) {
   const FusionRules rules;
-  const Voxel known = makeVoxel(0.5f, 1 << 16, 3);
-  const Look out_of_turn{true, 0}, in_turn{true, kAllOctants}, untouched{false, kAllOctants};
-  EXPECT_TRUE(isJudged(known, 0, false, out_of_turn, rules));
+  Voxel known = makeVoxel(0.5f, 1 << 16, 3);
+  known.anchor = packAnchor({0.25f, 0.0f, 0.0f}, 0.5f);
+  const Look out_of_turn{false, 0}, in_turn{true, kAllOctants};
+  EXPECT_TRUE(isJudged(known, 0, true, out_of_turn, rules));
+  EXPECT_FALSE(isJudged(known, 0, false, out_of_turn, rules));
   EXPECT_FALSE(isJudged(kEmpty, 0, false, out_of_turn, rules));
-  EXPECT_EQ(framesOfLook(known, out_of_turn, rules), 1);
-  EXPECT_EQ(framesOfLook(known, in_turn, rules), 1);
-  EXPECT_EQ(framesOfLook(kEmpty, in_turn, rules), rules.look_turns);
-  EXPECT_EQ(framesOfLook(known, untouched, rules), rules.look_turns);
-  EXPECT_EQ(framesOfLook(kEmpty, untouched, rules), rules.look_turns);
+  EXPECT_TRUE(isJudged(known, 0, false, {true, 0}, rules));
+  for (const int i : {0, 3, 32, 255, 256, 288, 291, 292, 511}) {  // one octant
+    EXPECT_EQ(isJudged(kEmpty, i, false, {true, 1u << 6}, rules), i == 288 || i == 291);
+  }
+  EXPECT_TRUE(isJudged(kEmpty, 0, false, in_turn, rules));
+  EXPECT_EQ(framesAgainst(Sight::kThrough, true, rules), 1);
+  EXPECT_EQ(framesAgainst(Sight::kThrough, false, rules), rules.look_turns);
+  EXPECT_EQ(framesAgainst(Sight::kOutline, true, rules), 0);
+  EXPECT_EQ(framesAgainst(Sight::kSurface, false, rules), 0);
 }
 
 /// A rod three pixels wide before a wall: its voxels reach over its outline, but their feet on the

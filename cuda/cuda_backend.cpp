@@ -120,7 +120,7 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       surfel_maker_(params, rules.surfels, stream_),
       block_finder_(makeFusionSettings(params, rules.fusion), stream_),
       fusion_(params, rules, stream_),
-      painter_(makePaintSettings(params, rules.colour), stream_),
+      painter_(makePaintSettings(params, rules), stream_),
       mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0),
       renderer_(rules.mesh, params.map.directional, stream_),
       region_clearer_(stream_),

@@ -57,7 +57,7 @@ void Painter::look(const ColourFrame& frame, const ColourLook& look, const Block
   reserve(frame, look.in_view.size());
   painted_ = painted;
   sensing_.view = {look.view, settings_.directional, look.least_evidence, settings_.rules,
-                   settings_.max_depth_m};
+                   settings_.max_depth_m, settings_.full_weight_depth_m};
   takeCandidates(look.in_view);
   findHiding(map);
   takeImage(frame);

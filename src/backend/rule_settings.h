@@ -44,11 +44,12 @@ inline AlignmentSettings makeAlignmentSettings(const Rules& rules) {
   return {rules.fusion.full_weight_depth_m, rules.poses};
 }
 
-inline PaintSettings makePaintSettings(const MapperParams& params, const ColourRules& rules) {
+inline PaintSettings makePaintSettings(const MapperParams& params, const Rules& rules) {
   constexpr float kAnyDepth_m = 1e30f;
   const float max_depth_m = params.paint.max_depth_m;
   return {params.map.directional, params.paint.exposure == ImageExposure::kFixed,
-          max_depth_m > 0.0f ? max_depth_m : kAnyDepth_m, rules};
+          max_depth_m > 0.0f ? max_depth_m : kAnyDepth_m, rules.fusion.full_weight_depth_m,
+          rules.colour};
 }
 
 }  // namespace dtsdf

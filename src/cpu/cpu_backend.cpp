@@ -47,7 +47,7 @@ CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const Blo
       sensor_(params, rules, threads_),
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),
-      painter_(makePaintSettings(params, rules.colour), threads_),
+      painter_(makePaintSettings(params, rules), threads_),
       mesher_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_,
               params.mesh.refine != 0),
       renderer_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_),

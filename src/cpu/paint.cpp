@@ -176,7 +176,7 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
 SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look,
                           const PaintedMap& map) {
   sensing_.view = {look.view, settings_.directional, look.least_evidence, settings_.rules,
-                   settings_.max_depth_m};
+                   settings_.max_depth_m, settings_.full_weight_depth_m};
   takeImage(frame);
   findBlocksInView(look.in_view, map.table);
   findHiding(map);

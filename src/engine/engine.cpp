@@ -28,7 +28,7 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
                BackendMaker make_backend)
     : params_(params),
       rules_(rules),
-      paint_settings_(makePaintSettings(params, rules.colour)),
+      paint_settings_(makePaintSettings(params, rules)),
       make_backend_(std::move(make_backend)),
       table_(budgetOf(params).map_bytes) {
   if (params.space.enabled) {

@@ -21,9 +21,6 @@ struct ColourRules {
   /// another side has a better one.
   float outline_share = 0.05f;
 
-  /// Depth in metres up to which a view has its full weight, as in fusion; beyond, it falls as
-  /// z^-2.
-  float full_weight_depth_m = 1.0f;
   /// Pixels are averaged over squares of about this side, in voxels: finer detail is lost in the
   /// map anyhow, and would show as noise.
   float sample_width = 0.5f;

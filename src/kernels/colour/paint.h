@@ -32,7 +32,7 @@ DTSDF_HD uint8_t roundColour(float value) { return static_cast<uint8_t>(value + 
 DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   const float width_px = point.cosine * voxelWidth(view.frame, point);
   const float quality = point.cosine *
-                        minimum(1.0f, view.rules.full_weight_depth_m / point.p_C.z) *
+                        minimum(1.0f, view.full_weight_depth_m / point.p_C.z) *
                         minimum(1.0f, width_px);
   return quality * quality;
 }

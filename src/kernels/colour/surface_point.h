@@ -22,6 +22,7 @@ struct PointView {
   int32_t least_evidence;  ///< That a voxel needs to be known, as in the mesh.
   ColourRules rules;
   float max_depth_m;       ///< What is farther away is not there for the image.
+  float full_weight_depth_m;  ///< Up to there a view has its full weight.
 };
 
 /// Whether the voxel is known, and so near to its surface. Most are not: a test before the work.

@@ -12,7 +12,7 @@ namespace dtsdf {
 namespace {
 
 const ColourRules kRules;
-const PaintSettings kAdaptive = {1, 0, 1e30f, ColourRules()};
+const PaintSettings kAdaptive = {1, 0, 1e30f, 1.0f, ColourRules()};
 
 VoxelColour painted(VoxelColour colour, const ColourSample& sample, int times) {
   for (int i = 0; i < times; ++i) colour = paintedColour(colour, sample, sameExposure(), kRules);
@@ -113,7 +113,7 @@ class SeenSurface : public testing::Test {
 
   SeenSurface() {
     sensing_.view = {frontalFrame(160, 120, {150.0f, 150.0f, 80.0f, 60.0f}, kVoxel_m), 1, 1,
-                     kRules, kAdaptive.max_depth_m};
+                     kRules, kAdaptive.max_depth_m, kAdaptive.full_weight_depth_m};
     sensing_.image = layOut(pixels_.data(), 160, 120);
     sensing_.hiding = {hiding_m_.data(), cellsFor(160), cellsFor(120)};
   }

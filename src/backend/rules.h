@@ -69,7 +69,6 @@ void visitRules(ColourRules& rules, Visitor& visit) {
   visit(section + "outline_px", rules.outline_px, Range{0.0, 100.0});
   visit(section + "outline_voxels", rules.outline_voxels, Range{0.0, 16.0});
   visit(section + "outline_share", rules.outline_share, Range{0.0, 1.0});
-  visit(section + "full_weight_depth_m", rules.full_weight_depth_m, Range{0.01, 1000.0});
   visit(section + "sample_width", rules.sample_width, Range{0.0, 16.0});
   visit(section + "most_views", rules.most_views, Range{1, 15});
   visit(section + "least_overlap", rules.least_overlap, Range{1, 1e9});

@@ -31,7 +31,7 @@ double boundedAngle(double angle_rad) { return std::min(angle_rad, 1.5); }
 /// Applies the noise model to the pixels of one view.
 class Sensor {
  public:
-  Sensor(const RenderedView& view, const ViewCamera& camera, const DepthNoise& noise)
+  Sensor(const DepthView& view, const ViewCamera& camera, const DepthNoise& noise)
       : view_(view), camera_(camera), noise_(noise) {}
 
   float measure(int u, int v, Random& random) const {
@@ -86,7 +86,7 @@ class Sensor {
     return steps >= 1.0 ? scale / (steps * kDisparityStep_px) : 0.0;
   }
 
-  const RenderedView& view_;
+  const DepthView& view_;
   const ViewCamera& camera_;
   DepthNoise noise_;
 };
@@ -151,7 +151,7 @@ double lateralSigma(double angle_rad) {
 namespace {
 
 /// What a pixel sees comes first, then what the sensor makes of it, pixel by pixel.
-std::vector<float> addPixelNoise(const RenderedView& view, const ViewCamera& camera,
+std::vector<float> addPixelNoise(const DepthView& view, const ViewCamera& camera,
                                  const DepthNoise& noise, uint64_t seed) {
   const Sensor sensor(view, camera, noise);
   Random random(seed);
@@ -165,10 +165,10 @@ std::vector<float> addPixelNoise(const RenderedView& view, const ViewCamera& cam
 
 }  // namespace
 
-std::vector<float> addNoise(const RenderedView& view, const ViewCamera& camera,
+std::vector<float> addNoise(const DepthView& view, const ViewCamera& camera,
                             const DepthNoise& noise, uint64_t seed) {
   if (!noise.any()) return view.depth_m;
-  RenderedView seen = view;
+  DepthView seen = view;
   if (noise.mixed) seen.depth_m = mixPixels(view.depth_m, camera, seed);
   std::vector<float> depth_m = addPixelNoise(seen, camera, noise, seed);
   if (noise.anyStereo()) addStereoNoise(view.depth_m, camera, noise, seed, depth_m);

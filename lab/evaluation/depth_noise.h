@@ -58,7 +58,7 @@ double lateralSigma(double angle_rad);
 double tofAxialSigma(double z_m, double angle_rad);
 
 /// The depth that the sensor would give for a view; the same seed gives the same noise.
-std::vector<float> addNoise(const RenderedView& view, const ViewCamera& camera,
+std::vector<float> addNoise(const DepthView& view, const ViewCamera& camera,
                             const DepthNoise& noise, uint64_t seed);
 
 }  // namespace dtsdf

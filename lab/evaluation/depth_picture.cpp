@@ -17,7 +17,7 @@ constexpr int kLeastWidth_px = 480;  // for the legend
 
 cv::Vec3b toBgrPixel(const Colour& c) { return {c[2], c[1], c[0]}; }
 
-cv::Mat drawDifferences(const std::vector<float>& measured_m, const RenderedView& mesh,
+cv::Mat drawDifferences(const std::vector<float>& measured_m, const DepthView& mesh,
                         const ViewCamera& camera) {
   cv::Mat image(camera.height, camera.width, CV_8UC3);
   size_t i = 0;
@@ -87,7 +87,7 @@ Colour differenceColour(double behind_share, double incidence_cosine) {
 }
 
 void writeDepthPicture(const std::string& path, const std::vector<float>& measured_m,
-                       const RenderedView& mesh, const ViewCamera& camera) {
+                       const DepthView& mesh, const ViewCamera& camera) {
   cv::Mat image = drawDifferences(measured_m, mesh, camera), picture;
   const int scale = (kLeastWidth_px + image.cols - 1) / image.cols;
   cv::resize(image, image, {}, scale, scale, cv::INTER_NEAREST);

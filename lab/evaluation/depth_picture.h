@@ -17,6 +17,6 @@ Colour differenceColour(double behind_share, double incidence_cosine);
 /// where nothing was measured. Small images are enlarged. The depth is row-major, in metres.
 /// @throws std::runtime_error if it cannot be written.
 void writeDepthPicture(const std::string& path, const std::vector<float>& measured_m,
-                       const RenderedView& mesh, const ViewCamera& camera);
+                       const DepthView& mesh, const ViewCamera& camera);
 
 }  // namespace dtsdf

@@ -85,10 +85,10 @@ void writeText(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
-                        const Eigen::Isometry3d& T_W_C) {
+DepthView renderView(const MeshScene& scene, const ViewCamera& camera,
+                     const Eigen::Isometry3d& T_W_C) {
   const size_t pixels = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
-  RenderedView view{std::vector<float>(pixels, 0.0f), std::vector<float>(pixels, 0.0f)};
+  DepthView view{std::vector<float>(pixels, 0.0f), std::vector<float>(pixels, 0.0f)};
   const PixelRect rect = imageBounds(scene.bounds(), camera, T_W_C);
   const Eigen::Matrix3f R_W_C = T_W_C.linear().cast<float>();
   const Eigen::Vector3f origin_W = T_W_C.translation().cast<float>();

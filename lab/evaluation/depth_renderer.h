@@ -10,13 +10,13 @@
 namespace dtsdf {
 
 /// What a camera sees, row-major.
-struct RenderedView {
+struct DepthView {
   std::vector<float> depth_m;           ///< z in the optical frame; 0 where there is nothing.
   std::vector<float> incidence_cosine;  ///< |cos| between view ray and surface normal.
 };
 
-RenderedView renderView(const MeshScene& scene, const ViewCamera& camera,
-                        const Eigen::Isometry3d& T_W_C);
+DepthView renderView(const MeshScene& scene, const ViewCamera& camera,
+                     const Eigen::Isometry3d& T_W_C);
 
 /// What a colour camera sees, row-major, each pixel the mean of 2 x 2 rays; grey where there is
 /// nothing.

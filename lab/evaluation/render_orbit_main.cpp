@@ -160,7 +160,7 @@ void renderOrbit(const RenderOrbitOptions& options) {
   if (options.texture) writer.addColours(colour_poses_W_C);
   writePly(options.folder + "/gt.ply", mesh);
   forEachImage(poses_W_C.size(), [&](size_t i) {
-    const RenderedView view = renderView(scene, camera, poses_W_C[i]);
+    const DepthView view = renderView(scene, camera, poses_W_C[i]);
     const uint64_t frame_seed = options.seed << 32 | i;
     writer.write(i, toTumDepth(addNoise(view, camera, options.noise, frame_seed)));
     if (options.texture) {

@@ -17,8 +17,8 @@ ViewCamera camera() { return {{525.0f, 525.0f, 149.5f, 19.5f}, kWidth, kHeight};
 
 /// Seen frontally, with a depth by column.
 template <class DepthOfColumn>
-RenderedView viewOf(DepthOfColumn depth) {
-  RenderedView view;
+DepthView viewOf(DepthOfColumn depth) {
+  DepthView view;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) view.depth_m.push_back(depth(u));
   }
@@ -26,7 +26,7 @@ RenderedView viewOf(DepthOfColumn depth) {
   return view;
 }
 
-RenderedView wall(float z_m) {
+DepthView wall(float z_m) {
   return viewOf([=](int) { return z_m; });
 }
 
@@ -36,7 +36,7 @@ double sigmaOf(const std::vector<float>& depth_m, double mean_m) {
   return std::sqrt(squares / static_cast<double>(depth_m.size()));
 }
 
-std::vector<float> noisy(const RenderedView& view, const char* names, uint64_t seed = 1) {
+std::vector<float> noisy(const DepthView& view, const char* names, uint64_t seed = 1) {
   return addNoise(view, camera(), depthNoiseFromName(names), seed);
 }
 
@@ -54,7 +54,7 @@ TEST(DepthNoiseModels, NamesOfCamerasAndParts) {
 }
 
 TEST(DepthNoiseModels, SameSeedSameNoise) {
-  const RenderedView view = viewOf([](int u) { return u < 150 ? 1.0f : 2.0f; });
+  const DepthView view = viewOf([](int u) { return u < 150 ? 1.0f : 2.0f; });
   for (const char* name : {"tof", "mixed", "stereo", "disparity", "texture"}) {
     EXPECT_EQ(noisy(view, name, 5), noisy(view, name, 5)) << name;
     EXPECT_NE(noisy(view, name, 5), noisy(view, name, 6)) << name;
@@ -80,7 +80,7 @@ TEST(DepthNoiseModels, MixedDepthsAreWeightedByAmplitude) {
 }
 
 TEST(DepthNoiseModels, PixelsMixAtEdgesOnly) {
-  const RenderedView view = viewOf([](int u) { return u < 100 ? 0.0f : u < 150 ? 1.0f : 3.0f; });
+  const DepthView view = viewOf([](int u) { return u < 100 ? 0.0f : u < 150 ? 1.0f : 3.0f; });
   const auto mixed_m = noisy(view, "mixed");
   size_t in_between = 0;
   for (size_t i = 0; i < mixed_m.size(); ++i) {
@@ -97,7 +97,7 @@ TEST(DepthNoiseModels, PixelsMixAtEdgesOnly) {
 }
 
 TEST(DepthNoiseModels, ASlantedSurfaceDoesNotMix) {
-  const RenderedView view = viewOf([](int u) { return 1.0f + 0.01f * static_cast<float>(u); });
+  const DepthView view = viewOf([](int u) { return 1.0f + 0.01f * static_cast<float>(u); });
   EXPECT_EQ(noisy(view, "mixed"), view.depth_m);
 }
 
@@ -127,7 +127,7 @@ TEST(DepthNoiseModels, DisparityNoiseGrowsWithTheSquareOfTheDepth) {
 }
 
 TEST(DepthNoiseModels, SubpixelsAreStepsOfTheDisparity) {
-  const RenderedView view = viewOf([](int u) { return 1.0f + 0.01f * static_cast<float>(u); });
+  const DepthView view = viewOf([](int u) { return 1.0f + 0.01f * static_cast<float>(u); });
   for (const float z_m : noisy(view, "subpixel")) {
     const double steps = 26.25 / static_cast<double>(z_m) * 32.0;
     ASSERT_NEAR(steps, std::round(steps), 1e-3);
@@ -139,7 +139,7 @@ TEST(DepthNoiseModels, SubpixelsAreStepsOfTheDisparity) {
 /// are hidden, 85 to 99; and the wall's first five lie beside the right image.
 TEST(DepthNoiseModels, WhatTheSecondCameraDoesNotSeeIsLost) {
   const float near_m = 26.25f / 20.0f, far_m = 26.25f / 5.0f;
-  const RenderedView view = viewOf([=](int u) { return u >= 100 && u < 200 ? near_m : far_m; });
+  const DepthView view = viewOf([=](int u) { return u >= 100 && u < 200 ? near_m : far_m; });
   const auto depth_m = noisy(view, "occlusion");
   for (size_t i = 0; i < depth_m.size(); ++i) {
     const size_t u = i % kWidth;

@@ -35,7 +35,7 @@ DepthStats statsOf(const std::vector<float>& depth_m) {
 }
 
 /// A view straight down on a large rectangle, two metres below.
-RenderedView frontalView() {
+DepthView frontalView() {
   return renderView(MeshScene(makeRectangle(-5, -5, 5, 5, 0)), ViewCamera{},
                     lookAt({0, 0, 2}, {0, 0, 0}, Eigen::Vector3d::UnitY()));
 }
@@ -89,7 +89,7 @@ TEST(RenderView, MatchesTheAnalyticScene) {
 }
 
 TEST(RenderView, ToldTheAngleOfIncidence) {
-  const RenderedView view = frontalView();
+  const DepthView view = frontalView();
   const size_t centre = 240 * 640 + 320;
   EXPECT_NEAR(view.depth_m[centre], 2.0f, 1e-6f);
   EXPECT_NEAR(view.incidence_cosine[centre], 1.0f, 1e-5f);
@@ -138,12 +138,12 @@ TEST(TumDepth, RoundsAndRefusesWhatDoesNotFit) {
 }
 
 TEST(DepthNoise, NoneLeavesTheDepthAlone) {
-  const RenderedView view = frontalView();
+  const DepthView view = frontalView();
   EXPECT_EQ(addNoise(view, {}, depthNoiseFromName("none"), 1), view.depth_m);
 }
 
 TEST(DepthNoise, IsTheSameForTheSameSeed) {
-  const RenderedView view = frontalView();
+  const DepthView view = frontalView();
   const DepthNoise noise = depthNoiseFromName("kinect");
   EXPECT_EQ(addNoise(view, {}, noise, 5), addNoise(view, {}, noise, 5));
   EXPECT_NE(addNoise(view, {}, noise, 5), addNoise(view, {}, noise, 6));
@@ -163,7 +163,7 @@ TEST(DepthNoise, FollowsTheCitedFormulas) {
 }
 
 TEST(DepthNoise, QuantisesTheDisparity) {
-  RenderedView view = frontalView();
+  DepthView view = frontalView();
   for (size_t i = 0; i < view.depth_m.size(); ++i) {
     view.depth_m[i] = 1.0f + 3.0f * static_cast<float>(i) / static_cast<float>(view.depth_m.size());
   }
@@ -179,10 +179,10 @@ TEST(DepthNoise, QuantisesTheDisparity) {
 TEST(DepthNoise, LosesFlatAnglesAndEdges) {
   const DepthNoise loss = depthNoiseFromName("loss");
   EXPECT_DOUBLE_EQ(statsOf(addNoise(frontalView(), {}, loss, 1)).share, 1.0);
-  RenderedView flat = frontalView();
+  DepthView flat = frontalView();
   std::fill(flat.incidence_cosine.begin(), flat.incidence_cosine.end(), 0.1f);  // 84 degrees
   for (const float z_m : addNoise(flat, {}, loss, 1)) ASSERT_EQ(z_m, 0.0f);
-  RenderedView step = frontalView();
+  DepthView step = frontalView();
   for (size_t i = 0; i < step.depth_m.size(); ++i) {
     if (i % 640 < 320) step.depth_m[i] = 1.0f;
   }

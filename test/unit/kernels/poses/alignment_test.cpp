@@ -69,7 +69,7 @@ TEST(AlignedPoint, IsNotMadeAcrossAnEdgeNorWhereNothingIsMeasured) {
 
 TEST(AlignedPoint, CountsLessFarAway) {
   const auto weight = [](float depth_m) {
-    return makeAlignedPoint(camera(), {80, 60}, AlignmentRules(),
+    return makeAlignedPoint(camera(), {80, 60}, settings(),
                             [=](int32_t, int32_t) { return 1.0f / depth_m; })
         .weight;
   };

@@ -39,9 +39,9 @@ DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window)
   const float for_noise =
       minimum(sqrtf(noise_px / (window.turn * inverse_depth)), window.most_px);
   const float for_voxels = minimum(window.voxels_px_m * inverse_depth, window.most_px);
-  const float for_slope = 1.0f;  // a line needs two samples
-  return {static_cast<int32_t>(maximum(maximum(for_voxels, for_noise), for_slope) + 0.5f),
-          static_cast<int32_t>(maximum(for_noise, for_slope))};
+  const float for_slope = 1.0f;  // a line needs two samples, if there is to be one
+  const float radius = maximum(maximum(for_voxels, for_noise), minimum(for_slope, window.most_px));
+  return {static_cast<int32_t>(radius + 0.5f), static_cast<int32_t>(maximum(for_noise, for_slope))};
 }
 
 /// A line of pixels around a centre.

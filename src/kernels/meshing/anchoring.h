@@ -79,8 +79,9 @@ DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, const An
                               int axis, int facing, float edge_offset) {
   const auto [nearest, gap] = measuredNearby(edge, anchors, axis, facing, edge_offset);
   const float beyond = nearest.distance - rules.measured_reach;
-  if (!(beyond > 0.0f && gap > 0.0f)) return {0.0f, 0.0f, 0.0f};
-  const float share = rules.measured_pull * beyond / nearest.distance;
+  if (!(beyond > 0.0f && gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};
+  const float ramp = minimum(gap / rules.measured_gap - 1.0f, 1.0f);
+  const float share = rules.measured_pull * ramp * beyond / nearest.distance;
   return {roundShift(share * nearest.offset.x), roundShift(share * nearest.offset.y),
           roundShift(share * nearest.offset.z)};
 }

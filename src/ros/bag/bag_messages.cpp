@@ -149,7 +149,7 @@ void BagPoses::requireFrames(const std_msgs::Header& header, const std::string& 
     if (known.count(frame) > 0) return;
     throw std::runtime_error("no transform in '" + printable(bag_path) + "' has the frame '" +
                              printable(frame) + "' (" + key + "); " + listOf(known) +
-                             ", or give poses by --poses");
+                             "; or give poses by --poses");
   };
   require(map_frame_, "map_frame");
   require(cameraFrame(header), "of the depth images");

@@ -20,13 +20,13 @@ ros::AdvertiseOptions latched(const std::string& topic) {
 }
 
 void warnOfSize(const GridBox& window) {
-  ROS_WARN_STREAM_THROTTLE_NAMED(
-      10.0, "dtsdf_mapping",
-      "occupancy_grid would have " << window.width << " x " << window.height
-                                   << " cells, more than " << GroundGrid::kMostColumns
-                                   << ", so it keeps its present part; use larger cells "
-                                      "(space/cell_voxels) or map/keep_radius_m, and look for "
-                                      "frames with wrong poses");
+  ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                 "occupancy_grid would have "
+                                     << window.width << " x " << window.height
+                                     << " cells, more than " << GroundGrid::kMostColumns
+                                     << ", so it keeps its present part; use larger cells "
+                                        "(space/cell_voxels) or map/keep_radius_m, and look for "
+                                        "frames with wrong poses");
 }
 
 }  // namespace
@@ -39,8 +39,7 @@ GridPublisher::GridPublisher(const ros::NodeHandle& nh, const std::string& map_f
       grids_(nh, latched<nav_msgs::OccupancyGrid>("occupancy_grid")),
       updates_(nh, latched<map_msgs::OccupancyGridUpdate>("occupancy_grid_updates")) {}
 
-void GridPublisher::apply(const SpaceChanges& changes, double cell_size_m,
-                          const ros::Time& stamp) {
+void GridPublisher::apply(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp) {
   grid_.apply(changes, cell_size_m);
   stamp_ = stamp;
 }
@@ -53,7 +52,6 @@ void GridPublisher::forget() {
 
 void GridPublisher::serve(SteadyTime now) {
   meetListeners(now);
-  tellNext(now);
   serveGrids(now);
   serveUpdates(now);
 }
@@ -81,7 +79,7 @@ void GridPublisher::startOver(Follower& follower, SteadyTime now) const {
   follower = {true, now + kGap, now + kSettling};
 }
 
-void GridPublisher::tellNext(SteadyTime now) {
+void GridPublisher::renew(SteadyTime now) {
   const GridTelling told = grid_.next();
   if (told.too_large) warnOfSize(*told.too_large);
   switch (told.kind) {
@@ -92,8 +90,7 @@ void GridPublisher::tellNext(SteadyTime now) {
     case GridTelling::Kind::kUpdate:
       for (auto& [link, follower] : followers_) follower.lacks = true;
       return;
-    case GridTelling::Kind::kNothing:
-      return;
+    case GridTelling::Kind::kNothing: return;
   }
 }
 

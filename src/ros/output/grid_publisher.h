@@ -22,7 +22,7 @@
 
 namespace dtsdf {
 
-/// Output's thread only, but for listeners().
+/// Space's thread only, but for listeners().
 class GridPublisher {
  public:
   /// An update is sent no sooner after a grid.
@@ -41,6 +41,9 @@ class GridPublisher {
   /// Forgets the grid, which nobody listens to.
   void forget();
 
+  /// From now on listeners lack what has become known.
+  void renew(SteadyTime now);
+
   /// Sends what listeners lack and have room for.
   void serve(SteadyTime now);
 
@@ -58,7 +61,6 @@ class GridPublisher {
 
   void meetListeners(SteadyTime now);
   void startOver(Follower& follower, SteadyTime now) const;
-  void tellNext(SteadyTime now);
   void serveGrids(SteadyTime now);
   void serveUpdates(SteadyTime now);
   bool isBusy(const ListenerTopic::Links& links, const std::string& name) const;
@@ -70,7 +72,7 @@ class GridPublisher {
   GroundGrid grid_;
   ros::Time stamp_;
   ListenerTopic grids_, updates_;
-  std::set<Link> have_grid_;           ///< The one of the window that is.
+  std::set<Link> have_grid_;            ///< The one of the window that is.
   std::map<Link, Follower> followers_;  ///< Of updates.
 };
 

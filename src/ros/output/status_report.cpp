@@ -83,12 +83,10 @@ Verdict judgeSilence(const StreamReport& depth, const StatusInput& in) {
   const double no_image_s = silence(frames.image_age_s, in);
   const double silent_s = std::max(no_image_s, silence(frames.fused_age_s, in));
   if (in.stale_s <= 0.0 || silent_s < in.stale_s) return {MapStatus::OK, ""};
-  const std::string publisher =
-      depth.image_publishers == 0 ? " (its publisher is gone)" : "";
-  const std::string what =
-      no_image_s >= in.stale_s
-          ? "no depth image is received on '" + depth.image_topic + "'" + publisher
-          : "no frame is fused: " + frames.last_drop;
+  const std::string publisher = depth.image_publishers == 0 ? " (its publisher is gone)" : "";
+  const std::string what = no_image_s >= in.stale_s ? "no depth image is received on '" +
+                                                          depth.image_topic + "'" + publisher
+                                                    : "no frame is fused: " + frames.last_drop;
   return {silent_s < kErrorAfter * in.stale_s ? MapStatus::WARN : MapStatus::ERROR,
           what + "; last image " + ago(frames.image_age_s) + ", last transform " +
               ago(in.transforms.age_s) + ", last fused frame " + ago(frames.fused_age_s)};
@@ -341,7 +339,7 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
     add("meshes", true, memory.meshes);
     add("staging", false, memory.staging);
   }
-  if (memory.space > 0) add("space", false, memory.space + in.output.grid_bytes);
+  if (memory.space > 0) add("space", false, memory.space + in.output.space_bytes);
   add("mesh", false, in.output.mesh_bytes);
   add("images", false, waitingImageBytes(in.cameras),
       countStreams(in.cameras) * in.max_image_bytes);
@@ -374,8 +372,7 @@ bool hasNoPublisher(const CameraReport& camera) {
   return camera.depth.frames.images == 0 && camera.depth.image_publishers == 0;
 }
 
-dtsdf_mapping::MapStatus makeStatus(const StatusInput& in,
-                                    const dtsdf_mapping::MapStatus& before) {
+dtsdf_mapping::MapStatus makeStatus(const StatusInput& in, const dtsdf_mapping::MapStatus& before) {
   MapStatus status;
   std::tie(status.level, status.message) = judge(in, before);
   status.backend = in.map.backend;

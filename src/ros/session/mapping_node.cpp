@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 #include "dtsdf_mapping/io/map_file.h"
@@ -23,9 +22,8 @@
 namespace dtsdf {
 namespace {
 
-/// A caller waits no longer for others, nor does a node that ends: what takes longer, as the first
-/// mesh of a large map does, takes so long once.
-constexpr std::chrono::milliseconds kLongestQueryRest{1000};
+/// How long the loop of space sleeps where there is none.
+constexpr std::chrono::hours kNoSpace{1};
 
 MappingParams readParams(const ros::NodeHandle& private_nh) {
   const ServerParams server = readParamServer(private_nh);
@@ -51,11 +49,9 @@ SaveChoice readSaveChoice(const dtsdf_mapping::SaveMesh::Request& request,
   return choice;
 }
 
-/// The mesh is extracted as often as one of its two topics may need it, or space (where there is
-/// any), whose surfaces it brings.
-double meshRate(const PublishParams& publish, bool with_space) {
-  const double rate_hz = std::max(publish.mesh_rate_hz, publish.points_rate_hz);
-  return with_space ? std::max(rate_hz, publish.space_rate_hz) : rate_hz;
+/// The mesh is extracted for listeners as often as one of its two topics may need it.
+double meshRate(const PublishParams& publish) {
+  return std::max(publish.mesh_rate_hz, publish.points_rate_hz);
 }
 
 std::unique_ptr<PosePublisher> makePosePublisher(const ros::NodeHandle& private_nh,
@@ -70,24 +66,24 @@ std::unique_ptr<FramePoses> makeFramePoses(const NodeParams& params, const PoseS
   if (publisher == nullptr) return nullptr;
   return std::make_unique<FramePoses>(
       params, poses, &levelling,
-      FramePoses::Listeners{
-          [publisher](const FoundPose& pose) { publisher->publish(pose); },
-          [publisher](const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
-            publisher->publishCorrection(stamp, T_M_O);
-          },
-          [publisher] { publisher->clearPath(); }});
+      FramePoses::Listeners{[publisher](const FoundPose& pose) { publisher->publish(pose); },
+                            [publisher](const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
+                              publisher->publishCorrection(stamp, T_M_O);
+                            },
+                            [publisher] { publisher->clearPath(); }});
 }
 
 std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
-                                             const MappingParams& params,
-                                             SpaceHandover& handover) {
+                                             const MappingParams& params, SpaceHandover& handover) {
   if (!params.mapper.space.enabled) return nullptr;
   const GroundParams& ground = params.node.ground;
   return std::make_unique<SpaceOutput>(
       private_nh,
       SpaceOutput::Options{frameOfMap(params.node),
                            {ground.min_height_m, ground.max_height_m, ground.grid_seen_share},
-                           ground.slice_height_m},
+                           ground.slice_height_m,
+                           params.mapper.space.max_distance_m,
+                           params.node.publish.space_rate_hz},
       handover);
 }
 
@@ -114,25 +110,22 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       points_publisher_(private_nh, frameOfMap(params_.node), params_.mapper.mesh.colour),
       mesh_changes_([this] { output_loop_.wake(); }),
       output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
-      space_changes_([this] { output_loop_.wake(); }),
+      space_changes_([this] { space_loop_.wake(); }),
       space_output_(makeSpaceOutput(private_nh, params_, space_changes_)),
-      session_(makeMapper(params_.mapper),
-               meshRate(params_.node.publish, params_.mapper.space.enabled),
-               {posed_frames_, mesh_changes_,
-                [this] {
-                  return mesh_publisher_.hasListeners() || points_publisher_.hasListeners();
-                },
-                [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
-                &space_changes_, params_.node.ground.slice_height_m, &levelling_,
-                frame_poses_.get()}),
+      session_(
+          makeMapper(params_.mapper), meshRate(params_.node.publish),
+          {posed_frames_, mesh_changes_,
+           [this] { return mesh_publisher_.hasListeners() || points_publisher_.hasListeners(); },
+           [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
+           space_output_ ? &space_changes_ : nullptr, &levelling_, frame_poses_.get()}),
       free_memory_(std::chrono::steady_clock::now),
       output_loop_(
           [this] {
             free_memory_.step();
-            const std::chrono::milliseconds idle = output_.step();
-            return space_output_ ? std::min(idle, space_output_->step()) : idle;
+            return output_.step();
           },
           WorkerThread::Priority::kLow),
+      space_loop_([this] { return space_output_ ? space_output_->step() : kNoSpace; }),
       map_loop_([this] { return session_.step(); }),
       intake_loop_([this] { return cameras_.step(); }),
       map_files_(params_.mapper, params_.node.map_frame, {session_, map_loop_}) {
@@ -183,20 +176,21 @@ MappingNode::~MappingNode() {
   map_files_.stop();
   intake_loop_.stop();
   map_loop_.stop();
+  space_loop_.stop();
   output_loop_.stop();
 }
 
 void MappingNode::advertiseServices(ros::NodeHandle private_nh) {
-  save_mesh_ = save_thread_.serve(private_nh)
-                   .advertiseService("save_mesh", &MappingNode::onSaveMesh, this);
+  save_mesh_ =
+      save_thread_.serve(private_nh).advertiseService("save_mesh", &MappingNode::onSaveMesh, this);
   clear_region_ = clear_thread_.serve(private_nh)
                       .advertiseService("clear_region", &MappingNode::onClearRegion, this);
-  save_map_ = save_thread_.serve(private_nh)
-                  .advertiseService("save_map", &MappingNode::onSaveMap, this);
-  load_map_ = save_thread_.serve(private_nh)
-                  .advertiseService("load_map", &MappingNode::onLoadMap, this);
-  clear_map_ = clear_thread_.serve(private_nh)
-                   .advertiseService("clear_map", &MappingNode::onClearMap, this);
+  save_map_ =
+      save_thread_.serve(private_nh).advertiseService("save_map", &MappingNode::onSaveMap, this);
+  load_map_ =
+      save_thread_.serve(private_nh).advertiseService("load_map", &MappingNode::onLoadMap, this);
+  clear_map_ =
+      clear_thread_.serve(private_nh).advertiseService("clear_map", &MappingNode::onClearMap, this);
   get_distances_ = query_thread_.serve(private_nh)
                        .advertiseService("get_distances", &MappingNode::onGetDistances, this);
   pause_ = private_nh.advertiseService("pause", &MappingNode::onPause, this);
@@ -233,11 +227,13 @@ void MappingNode::setRates(const PublishParams& rates) {
   status_->setRate(rates.status_rate_hz);
   // Nobody waits: each loop takes its rate between two steps.
   map_loop_.run([this, rates] {
-    session_.setMeshRate(meshRate(rates, params_.mapper.space.enabled));
+    session_.setMeshRate(meshRate(rates));
     session_.setSpaceRate(rates.space_rate_hz);
   });
-  output_loop_.run(
-      [this, rates] { output_.setRates(rates.mesh_rate_hz, rates.points_rate_hz); });
+  output_loop_.run([this, rates] { output_.setRates(rates.mesh_rate_hz, rates.points_rate_hz); });
+  if (space_output_) {
+    space_loop_.run([this, rates] { space_output_->setRate(rates.space_rate_hz); });
+  }
 }
 
 bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
@@ -245,12 +241,11 @@ bool MappingNode::onSaveMesh(dtsdf_mapping::SaveMesh::Request& request,
   const uint64_t number = ++saves_;
   const std::lock_guard<std::mutex> turn(saving_);
   answer("save_mesh", response, [&] {
-    const std::string path = resolveOutputPath(params_.node.output_directory, request.file_name,
-                                               meshExtensions());
+    const std::string path =
+        resolveOutputPath(params_.node.output_directory, request.file_name, meshExtensions());
     SaveChoice choice = readSaveChoice(request, map_poses_.find(request.frame_id));
     choice.go_on = [&](double) { return saves_ == number; };
-    const std::string note =
-        map_loop_.run([this] { return session_.bringMeshUpToDate(); }).get();
+    const std::string note = map_loop_.run([this] { return session_.bringMeshUpToDate(); }).get();
     const SavedMesh saved = output_loop_.run([&] { return output_.save(path, choice); }).get();
     response.path = path;
     response.vertices = saved.vertices;
@@ -271,8 +266,7 @@ bool MappingNode::onClearRegion(dtsdf_mapping::ClearRegion::Request& request,
   answer("clear_region", response, [&] {
     const Region region =
         inMap(readRegion(request.box, request.sphere), map_poses_.find(request.frame_id));
-    const ClearedRegion cleared =
-        map_loop_.run([&] { return session_.clearRegion(region); }).get();
+    const ClearedRegion cleared = map_loop_.run([&] { return session_.clearRegion(region); }).get();
     response.voxels = cleared.voxels;
     response.blocks = cleared.blocks;
     response.message = "emptied " + std::to_string(cleared.voxels) + " voxels, freed " +
@@ -285,26 +279,29 @@ bool MappingNode::onGetDistances(dtsdf_mapping::GetDistances::Request& request,
                                  dtsdf_mapping::GetDistances::Response& response) {
   answer("get_distances", response, [&] {
     checkPoints(request.points);
-    std::this_thread::sleep_until(next_query_);
     const Eigen::Isometry3d T_W_F = map_poses_.find(request.header.frame_id, request.header.stamp);
-    const std::vector<Eigen::Vector3d> points_W = inMap(request.points, T_W_F);
-    fillAnswer(findDistances(points_W), T_W_F, response);
+    const StampedSpace known = knownSpace();
+    fillAnswer(*known.space, inMap(request.points, T_W_F), T_W_F, response);
+    response.stamp = known.stamp;
   });
   return true;
 }
 
-/// Each answer brings the mesh up to date, so it is as new as its call; those who ask without a
-/// pause wait in turn as long as the last answer took, so that frames get half of the map's thread.
-std::vector<SpaceDistance> MappingNode::findDistances(
-    const std::vector<Eigen::Vector3d>& points_W) {
-  const auto timed = [&] {
-    const SteadyTime begin = std::chrono::steady_clock::now();
-    std::vector<SpaceDistance> distances = session_.distancesAt(points_W);
-    const SteadyTime end = std::chrono::steady_clock::now();
-    next_query_ = end + std::min<SteadyDuration>(end - begin, kLongestQueryRest);
-    return distances;
-  };
-  return map_loop_.run(timed).get();
+/// @throws std::runtime_error where there is none that a planner may rely on.
+StampedSpace MappingNode::knownSpace() const {
+  if (!space_output_) {
+    throw std::runtime_error(
+        "the map does not record free space; start the node with "
+        "space/enabled");
+  }
+  session_.throwIfFailed();  // the last frame may be in the map in part
+  StampedSpace known = space_output_->newest();
+  if (known.space->isEmpty()) {
+    throw std::runtime_error(
+        "nothing is mapped yet since the start, clear_map or load_map; ask "
+        "again once a frame was fused and meshed");
+  }
+  return known;
 }
 
 bool MappingNode::onSaveMap(dtsdf_mapping::SaveMap::Request& request,
@@ -339,17 +336,21 @@ MapFiles::Done MappingNode::loadMapFile(const std::string& path) {
   MapFiles::Done done = map_files_.load(path);
   // The camera may be anywhere in the map that was loaded.
   intake_loop_.run([this] { cameras_.restartMotion(); }).get();
-  // As for clear_map: nothing of the old mesh is on its way any more.
-  output_loop_.run([this] { output_.takeChanges(); }).get();
+  awaitOutputs();
   returnFreeMemory();  // that of the old map
   return done;
+}
+
+/// Once this has returned, nothing of the map of before is published or answered any more.
+void MappingNode::awaitOutputs() {
+  output_loop_.run([this] { output_.takeChanges(); }).get();
+  if (space_output_) space_loop_.run([this] { space_output_->takeChanges(); }).get();
 }
 
 bool MappingNode::onClearMap(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   response.success = guarded("clear_map", [this] {
     map_loop_.run([this] { session_.clear(); }).get();
-    // Once this has returned, nothing of the old mesh is on its way to a topic any more.
-    output_loop_.run([this] { output_.takeChanges(); }).get();
+    awaitOutputs();
     returnFreeMemory();
   });
   response.message = response.success ? "the map is empty" : "failed; the log says why";

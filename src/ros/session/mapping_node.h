@@ -15,7 +15,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <vector>
 
 #include "params/node_params.h"
 #include "ros/common/free_memory.h"
@@ -40,8 +39,9 @@
 
 namespace dtsdf {
 
-/// The same for the nodelet and the node. Three loops, each on its own thread and joined by queues:
-/// intake (transforms, order) -> map (fuse, mesh) -> output (markers, points, files). The thread(s)
+/// The same for the nodelet and the node. Four loops, each on its own thread and joined by queues:
+/// intake (transforms, order) -> map (fuse, mesh) -> output (markers, points, files) and space
+/// (grid, distances). The thread(s)
 /// of the caller's node handles take images, publish the status and pause; callbacks that wait for
 /// a loop have threads of their own.
 class MappingNode {
@@ -60,7 +60,8 @@ class MappingNode {
                      dtsdf_mapping::ClearRegion::Response& response);
   bool onGetDistances(dtsdf_mapping::GetDistances::Request& request,
                       dtsdf_mapping::GetDistances::Response& response);
-  std::vector<SpaceDistance> findDistances(const std::vector<Eigen::Vector3d>& points_W);
+  StampedSpace knownSpace() const;
+  void awaitOutputs();
   bool onSaveMap(dtsdf_mapping::SaveMap::Request& request,
                  dtsdf_mapping::SaveMap::Response& response);
   bool onLoadMap(dtsdf_mapping::LoadMap::Request& request,
@@ -71,8 +72,8 @@ class MappingNode {
 
   MappingParams params_;
   CallbackThread save_thread_{2}, clear_thread_, query_thread_, transforms_thread_;
-  std::mutex saving_;                 ///< What saves or loads goes one after the other,
-  std::atomic<uint64_t> saves_{0};    ///< and knows by this that another one waits.
+  std::mutex saving_;               ///< What saves or loads goes one after the other,
+  std::atomic<uint64_t> saves_{0};  ///< and knows by this that another one waits.
 
   TransformBuffer transforms_;
   TransformInput transform_input_;
@@ -98,7 +99,7 @@ class MappingNode {
   FreeMemory free_memory_;  ///< For the output's thread, which has time.
 
   // Each is begun after those that it wakes.
-  WorkerThread output_loop_, map_loop_, intake_loop_;
+  WorkerThread output_loop_, space_loop_, map_loop_, intake_loop_;
   MapFiles map_files_;
 
   std::unique_ptr<PoseServices> pose_services_;
@@ -107,7 +108,6 @@ class MappingNode {
   std::unique_ptr<RateServer> rates_;
   ros::ServiceServer save_mesh_, save_map_, load_map_, clear_region_, clear_map_, pause_;
   ros::ServiceServer get_distances_;
-  SteadyTime next_query_{};  ///< No call of get_distances is worked on before; for its thread.
 };
 
 }  // namespace dtsdf

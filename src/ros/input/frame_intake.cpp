@@ -220,9 +220,9 @@ std::optional<Rejection> FrameIntake::judge(const WaitingFrame& frame, const Pos
     return Rejection{DropReason::kBeforeTransforms, pose.text};
   }
   if (pose.kind == PoseAnswer::Kind::kNotYet) {
-    return Rejection{DropReason::kNoTransform,
-                     pose.text + "; waited " + std::to_string(params_.tf_timeout_s) +
-                         " s (input/tf_timeout_s)"};
+    return Rejection{
+        DropReason::kNoTransform,
+        pose.text + "; waited " + std::to_string(params_.tf_timeout_s) + " s (input/tf_timeout_s)"};
   }
   if (const auto jump = motion_gate_.check(frame.image->header.stamp.toSec(), pose.T_W_C)) {
     return Rejection{DropReason::kPoseJump, *jump};
@@ -283,7 +283,8 @@ size_t FrameIntake::size() const {
 }
 
 size_t FrameIntake::waitingBytes() const {
-  size_t bytes = parts_.posed_frames.sumOf(parts_.stream, bytesOf);
+  size_t bytes = parts_.posed_frames.sumOf(parts_.stream,
+                                           [](const PosedFrame& frame) { return bytesOf(frame); });
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const WaitingFrame& frame : queue_) bytes += frame.image->data.size();
   return bytes;

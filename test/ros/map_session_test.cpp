@@ -21,7 +21,6 @@ class MapSessionTest : public testing::Test {
     DepthFrame depth;
     depth.T_W_C.translation().x() = block_x;
     frame.image = depth;
-    frame.accounting = &accounting_;
     const ros::Time stamp = frame.stamp;
     EXPECT_TRUE(frames_.push(0, stamp, std::move(frame)));
   }
@@ -31,7 +30,7 @@ class MapSessionTest : public testing::Test {
     PosedFrame frame;
     frame.stamp = ros::Time(static_cast<double>(frames_sent_));
     frame.image = ColourFrame{};
-    frame.accounting = &colour_accounting_;
+    frame.stream = 1;
     const ros::Time stamp = frame.stamp;
     EXPECT_TRUE(frames_.push(0, stamp, std::move(frame)));
   }
@@ -50,12 +49,14 @@ class MapSessionTest : public testing::Test {
   bool mesh_wanted_ = true;
   int frames_sent_ = 0;
   FrameQueue frames_{0.1, [] {}, clock_.reader()};
-  FrameAccounting accounting_, colour_accounting_;
+  FrameLedger ledger_;
+  FrameAccounting& accounting_ = ledger_.addStream(0);
+  FrameAccounting& colour_accounting_ = ledger_.addStream(1);
   MeshHandover changes_{[] {}};
   FakeMapper* mapper_ = new FakeMapper;  ///< The session owns it.
   MapSession session_{std::unique_ptr<Mapper>(mapper_),
                       2.0,
-                      {frames_, changes_, [this] { return mesh_wanted_; }},
+                      {frames_, ledger_, changes_, [this] { return mesh_wanted_; }},
                       clock_.reader()};
 };
 
@@ -73,7 +74,7 @@ class FollowedSessionTest : public MapSessionTest {
   FakeMapper* mapper_of_space_ = new FakeMapper;  ///< The session owns it.
   MapSession followed_{std::unique_ptr<Mapper>(mapper_of_space_),
                        0.01,
-                       {frames_, changes_, [] { return false; }, nullptr, &space_},
+                       {frames_, ledger_, changes_, [] { return false; }, nullptr, &space_},
                        clock_.reader()};
 };
 
@@ -336,9 +337,10 @@ TEST_F(MapSessionTest, FramesAreFusedInTheLevelFrame) {
   const PoseSource poses(transforms, "map");
   Levelling levelling(params, poses, [](const Eigen::Isometry3d&) {});
   auto* const mapper = new FakeMapper;
-  MapSession session(std::unique_ptr<Mapper>(mapper), 2.0,
-                     {frames_, changes_, [] { return false; }, nullptr, nullptr, &levelling},
-                     clock_.reader());
+  MapSession session(
+      std::unique_ptr<Mapper>(mapper), 2.0,
+      {frames_, ledger_, changes_, [] { return false; }, nullptr, nullptr, &levelling},
+      clock_.reader());
   const auto workIt = [&] {
     while (session.step() == std::chrono::milliseconds(0)) {
     }

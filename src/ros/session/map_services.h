@@ -36,7 +36,7 @@ class MapServices {
   void start();
 
   /// The full name of one.
-  std::string nameOfOne() const { return servers_.front().getService(); }
+  std::string nameOfOne() const { return servers_.back().getService(); }
 
  private:
   void advertiseFiles(const ros::NodeHandle& nh);

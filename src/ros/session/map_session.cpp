@@ -65,15 +65,19 @@ void MapSession::fuseNext() {
   std::optional<PosedFrame> frame = parts_.frames.take();
   if (!frame) return;  // was pushed out meanwhile
   if (hasFailed()) {
-    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, report_.failure);
+    accountingOf(*frame).dropped(DropReason::kBackendError, frame->stamp, report_.failure);
     return;
   }
   try {
     takeFrame(*frame);
   } catch (const std::exception& error) {
-    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, errorText(error));
+    accountingOf(*frame).dropped(DropReason::kBackendError, frame->stamp, errorText(error));
     throw;
   }
+}
+
+FrameAccounting& MapSession::accountingOf(const PosedFrame& frame) const {
+  return parts_.ledger.of(frame.stream);
 }
 
 IntegrationResult MapSession::fuse(DepthFrame frame, const ros::Time& stamp) {
@@ -105,16 +109,16 @@ std::optional<Rejection> MapSession::findPose(PosedFrame& frame) {
 
 void MapSession::takeFrame(PosedFrame& frame) {
   if (const auto rejection = findPose(frame)) {
-    return frame.accounting->dropped(rejection->reason, frame.stamp, rejection->text);
+    return accountingOf(frame).dropped(rejection->reason, frame.stamp, rejection->text);
   }
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   const IntegrationResult result =
       depth != nullptr ? fuse(*depth, frame.stamp) : paint(std::get<ColourFrame>(frame.image));
   if (result.status != FrameStatus::kFused) {
-    frame.accounting->dropped(dropReasonOf(result.status), frame.stamp, result.message);
+    accountingOf(frame).dropped(dropReasonOf(result.status), frame.stamp, result.message);
     return;
   }
-  frame.accounting->fused(frame.stamp);
+  accountingOf(frame).fused(frame.stamp);
   if (parts_.poses != nullptr) parts_.poses->wasFused(frame);
   // Colour may come late; depth that goes back has begun anew.
   map_stamp_ = depth != nullptr ? frame.stamp : std::max(map_stamp_, frame.stamp);

@@ -13,6 +13,7 @@
 
 #include "dtsdf_mapping/mapper.h"
 #include "ros/common/schedule.h"
+#include "ros/input/frame_ledger.h"
 #include "ros/input/posed_frame.h"
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
@@ -29,6 +30,7 @@ class MapSession {
   /// What the session works with; all of it outlives it.
   struct Parts {
     FrameQueue& frames;
+    FrameLedger& ledger;
     MeshHandover& mesh_changes;
     std::function<bool()> mesh_wanted;  ///< Whether anybody listens.
     /// What map/keep_radius_m is round, at a frame's stamp; none, as without it: the camera.
@@ -95,6 +97,7 @@ class MapSession {
   void fuseNext();
   void takeFrame(PosedFrame& frame);
   std::optional<Rejection> findPose(PosedFrame& frame);
+  FrameAccounting& accountingOf(const PosedFrame& frame) const;
   IntegrationResult fuse(DepthFrame frame, const ros::Time& stamp);
   IntegrationResult paint(const ColourFrame& frame);
   void beginMesh();

@@ -100,6 +100,7 @@ class MappingPipeline {
   std::unique_ptr<PosePublisher> pose_publisher_;  ///< Both null where poses/mode is tf.
   std::unique_ptr<FramePoses> frame_poses_;
   FrameQueue posed_frames_;
+  FrameLedger ledger_;
   Cameras cameras_;
 
   MeshPublisher mesh_publisher_;

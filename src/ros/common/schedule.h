@@ -1,5 +1,5 @@
 /// What the map's and the output's thread do next. No ROS and no threads in here, and the clock is
-/// given: each loop tells its schedule what happened and asks it what is due.
+/// given: each loop reports to its schedule what happened and asks it what is due.
 #pragma once
 
 #include <optional>

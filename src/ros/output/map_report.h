@@ -1,4 +1,4 @@
-/// What is told about map and mesh while the node runs.
+/// What is reported about map and mesh while the node runs.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// What the status tells about the map.
+/// What the status reports about the map.
 struct MapReport {
   std::string backend;
   std::string failure;        ///< Of the backend; empty while it works.
@@ -21,7 +21,7 @@ struct MapReport {
   double integrate_ms = 0.0, paint_ms = 0.0, mesh_ms = 0.0;
 };
 
-/// What the status tells about the output.
+/// What the status reports about the output.
 struct OutputReport {
   size_t triangles = 0;    ///< Of the mesh as it was handed over last.
   size_t mesh_bytes = 0;   ///< What it keeps in memory.

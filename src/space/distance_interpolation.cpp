@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "kernels/space/cells.h"
-
 namespace dtsdf {
 namespace {
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "dtsdf_mapping/space.h"
+#include "kernels/space/cells.h"
 
 namespace dtsdf {
 

@@ -21,7 +21,7 @@ enum class CellState : unsigned char {
 
 /// How far it is to the next surface, at a point.
 struct SpaceDistance {
-  bool known = false;      ///< Whether the point's cell is free, or has a surface.
+  bool known = false;  ///< Whether the point's cell is free, or has a surface.
   /// To the nearest surface, in metres; less than 0 where nothing is known. At most
   /// space/max_distance_m either way, rounded up to whole cells.
   float distance_m = 0.0f;
@@ -72,29 +72,45 @@ struct SpaceChanges {
   std::vector<SpaceCube> cubes;  ///< Then these are as they are here; all zeros: unknown again.
 };
 
-/// What a map knows of space. Cells are cubes of space/cell_voxels voxels. Surfaces are those of
-/// the last mesh update that was finished, so that a plate thinner than a voxel is there as well.
-/// Free is what an image saw through as a whole; it stays so until a surface comes. Belongs to its
-/// mapper, and is no more thread safe than that.
-class Space {
+/// What is known of space, for whoever asks. Cells are cubes of space/cell_voxels voxels. Surfaces
+/// are those of a mesh update, so that a plate thinner than a voxel is there as well. Free is what
+/// an image saw through as a whole; it stays so until a surface comes.
+class KnownSpace {
  public:
-  virtual ~Space() = default;
+  virtual ~KnownSpace() = default;
 
   /// Edge of a cell, in metres.
   virtual double cellSize_m() const = 0;
 
   /// The cell that a point is in. @pre The point lies within the coordinates of a map.
-  virtual Vec3i cellAt(const Eigen::Vector3d& p_W) const = 0;
+  Vec3i cellAt(const Eigen::Vector3d& p_W) const {
+    const Eigen::Vector3d cell = (p_W / cellSize_m()).array().floor();
+    return {static_cast<int32_t>(cell.x()), static_cast<int32_t>(cell.y()),
+            static_cast<int32_t>(cell.z())};
+  }
 
   /// What is known of a cell.
   virtual CellState stateOf(const Vec3i& cell) const = 0;
 
-  /// All cells that are not unknown, in canonical order.
-  virtual std::vector<SpaceCell> cells() const = 0;
-
   /// Cubes that have cells from `first_z` up to and with `last_z`, and of which something is known;
   /// in no order.
   virtual std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const = 0;
+
+  /// Squared distance, in cells, from a cell's middle to that of the nearest cell with a surface,
+  /// exact; -1 if there is none within space/max_distance_m.
+  virtual int squaredDistance(const Vec3i& cell) const = 0;
+
+  /// The distance at a point, between the middles of the cells around. Points that are not finite,
+  /// or beyond the coordinates of a map, are not known.
+  virtual SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const = 0;
+};
+
+/// What a map knows of space, of the last mesh update that was finished. Distances are those of the
+/// last updateDistances(). Belongs to its mapper, and is no more thread safe than that.
+class Space : public KnownSpace {
+ public:
+  /// All cells that are not unknown, in canonical order.
+  virtual std::vector<SpaceCell> cells() const = 0;
 
   /// What may have changed since the last call, for one who follows it; in no order. At the first
   /// call, and with `all`, that is everything.
@@ -103,15 +119,6 @@ class Space {
   /// Takes what has changed since the last call over into the distances: what lies within reach of
   /// surfaces that came or went. Costs nothing where nobody calls it.
   virtual void updateDistances() = 0;
-
-  /// Squared distance, in cells, from a cell's middle to that of the nearest cell with a surface,
-  /// exact; -1 if there is none within space/max_distance_m. As of the last updateDistances().
-  virtual int squaredDistance(const Vec3i& cell) const = 0;
-
-  /// The distance at a point, between the middles of the cells around; as of the last
-  /// updateDistances(). Points that are not finite, or beyond the coordinates of a map, are not
-  /// known.
-  virtual SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const = 0;
 
   /// Memory in bytes, distances included.
   virtual size_t bytes() const = 0;

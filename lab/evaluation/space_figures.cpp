@@ -252,9 +252,9 @@ SpaceFigures measureSpace(const Space& space, const SpaceTruth& truth,
   return Measurement(space, truth, questions).run();
 }
 
-std::vector<ToldDistance> readDistances(const std::string& path) {
+std::vector<AnsweredDistance> readDistances(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::vector<ToldDistance> told;
+  std::vector<AnsweredDistance> told;
   std::array<float, 4> values{};
   while (file.read(reinterpret_cast<char*>(values.data()), sizeof(values))) {
     told.push_back({Vector3d(values[0], values[1], values[2]), values[3]});
@@ -266,7 +266,8 @@ std::vector<ToldDistance> readDistances(const std::string& path) {
 }
 
 ComparedDistances compareDistances(const Space& space, const SpaceTruth& truth,
-                                   const std::vector<ToldDistance>& told, double max_distance_m) {
+                                   const std::vector<AnsweredDistance>& told,
+                                   double max_distance_m) {
   const ErrorSum none(space.cellSize_m(), max_distance_m);
   const auto add = [&](size_t begin, size_t end, TwoSums<ErrorSum>& sums) {
     for (size_t i = begin; i < end; ++i) {

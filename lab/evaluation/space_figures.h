@@ -58,14 +58,14 @@ SpaceFigures measureSpace(const Space& space, const SpaceTruth& truth,
                           const SpaceQuestions& questions);
 
 /// A distance that some other program tells.
-struct ToldDistance {
+struct AnsweredDistance {
   Eigen::Vector3d p_W;
   double distance_m;
 };
 
 /// Four 32-bit floats each: x, y, z and the distance, in metres.
 /// @throws std::runtime_error if the file cannot be read or has no such size.
-std::vector<ToldDistance> readDistances(const std::string& path);
+std::vector<AnsweredDistance> readDistances(const std::string& path);
 
 /// Errors at the same points: of what was told, and of the map where it knows the point to be free.
 struct ComparedDistances {
@@ -73,7 +73,8 @@ struct ComparedDistances {
 };
 
 ComparedDistances compareDistances(const Space& space, const SpaceTruth& truth,
-                                   const std::vector<ToldDistance>& told, double max_distance_m);
+                                   const std::vector<AnsweredDistance>& told,
+                                   double max_distance_m);
 
 std::string toJson(const SpaceFigures& figures, const std::optional<ComparedDistances>& compared);
 

@@ -6,7 +6,7 @@ Eigen::Vector3d pointInSlice(const SliceCell& cell, double cell_size_m, double h
   return {cell_size_m * (cell.cell.x + 0.5), cell_size_m * (cell.cell.y + 0.5), height_m};
 }
 
-std::vector<SliceCell> sliceAt(const Space& space, double height_m) {
+std::vector<SliceCell> sliceAt(const KnownSpace& space, double height_m) {
   const int32_t layer = space.cellAt({0.0, 0.0, height_m}).z;
   const double cell_size_m = space.cellSize_m();
   std::vector<SliceCell> slice;

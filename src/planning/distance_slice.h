@@ -14,9 +14,8 @@ struct SliceCell {
   float distance_m;
 };
 
-/// The known cells at a height along z of the map frame; in no order. As of the last
-/// updateDistances().
-std::vector<SliceCell> sliceAt(const Space& space, double height_m);
+/// The known cells at a height along z of the map frame; in no order.
+std::vector<SliceCell> sliceAt(const KnownSpace& space, double height_m);
 
 /// Where the slice meets the middle of a cell.
 Eigen::Vector3d pointInSlice(const SliceCell& cell, double cell_size_m, double height_m);

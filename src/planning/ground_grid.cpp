@@ -210,24 +210,24 @@ std::optional<GridBox> GroundGrid::outgrownTo() {
   return windowAround(known.isEmpty() ? GridBox{0, 0, 1, 1} : known);
 }
 
-GridTelling GroundGrid::next() {
+PendingGrid GroundGrid::next() {
   if (!is_outdated_) return {};
   is_outdated_ = false;
-  GridTelling telling;
+  PendingGrid pending;
   if (const std::optional<GridBox> window = outgrownTo()) {
     if (window->size() <= kMostColumns) {
       is_outgrown_ = false;
       window_ = window;
       changed_ = {};
-      return {GridTelling::Kind::kGrid, *window, std::nullopt};
+      return {PendingGrid::Kind::kGrid, *window, std::nullopt};
     }
-    telling.too_large = window;
+    pending.too_large = window;
   }
   if (window_ && !changed_.isEmpty()) {
-    telling.kind = GridTelling::Kind::kUpdate;
-    telling.box = changed_;
+    pending.kind = PendingGrid::Kind::kUpdate;
+    pending.box = changed_;
   }
-  return telling;
+  return pending;
 }
 
 std::vector<int8_t> GroundGrid::values(const GridBox& box) const {

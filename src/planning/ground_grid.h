@@ -1,5 +1,5 @@
 /// The map as a robot on level ground sees it: of each column of cells between two heights, whether
-/// anything stands in it. And what of that has to be told to those who follow it.
+/// anything stands in it. And what of that followers lack.
 #pragma once
 
 #include <algorithm>
@@ -94,8 +94,8 @@ class GroundColumns {
   std::unordered_map<uint64_t, Stack> stacks_;
 };
 
-/// What is told next, and how.
-struct GridTelling {
+/// What followers are to be sent next.
+struct PendingGrid {
   enum class Kind {
     kNothing,
     kGrid,    ///< All of the window, which is another one than before.
@@ -104,14 +104,14 @@ struct GridTelling {
   Kind kind = Kind::kNothing;
   GridBox box;
   /// The window of all that is known, where that is more than a message can hold; the one that
-  /// followers have stays, and goes on being told.
+  /// followers have stays, and is sent on.
   std::optional<GridBox> too_large;
 };
 
 /// The columns, and the window of them that followers have: the last whole grid. Its edges lie on
 /// multiples of kStep cells; where something becomes known beyond them, a whole grid of a new
-/// window is told. All else are updates: boxes inside the window, with everything in them that has
-/// changed since the window was told first. So a follower that reads only the last of several
+/// window is sent. All else are updates: boxes inside the window, with everything in them that has
+/// changed since the window was sent first. So a follower that reads only the last of several
 /// updates has missed nothing.
 class GroundGrid {
  public:
@@ -124,13 +124,13 @@ class GroundGrid {
   /// Takes over what has become known. Cells may be of another size where it begins anew.
   void apply(const SpaceChanges& changes, double cell_size_m);
 
-  /// What followers have yet to be told; has to be told before it is asked again.
-  GridTelling next();
+  /// What followers lack; is to be sent before it is asked for again.
+  PendingGrid next();
 
-  /// The window; none before the first whole grid was told.
+  /// The window; none before the first whole grid was sent.
   const std::optional<GridBox>& window() const { return window_; }
 
-  /// All that has changed in the window since it was told first.
+  /// All that has changed in the window since it was sent first.
   const GridBox& changed() const { return changed_; }
 
   std::vector<int8_t> values(const GridBox& box) const;

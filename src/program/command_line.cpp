@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <boost/program_options.hpp>
-#include <cmath>
 #include <sstream>
-
-#include "io/text_file.h"
 
 namespace dtsdf {
 namespace po = boost::program_options;
@@ -37,49 +34,7 @@ std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
-std::string shortest(double number) {
-  std::ostringstream text;
-  text << number;
-  return text.str();
-}
-
-std::string describe(Range range) {
-  const std::string max = shortest(range.max);
-  if (range.min == kAboveZero) return " above 0" + (range.max < kUnbounded ? " up to " + max : "");
-  if (range.max < kUnbounded) return " from " + shortest(range.min) + " to " + max;
-  return range.min > -kUnbounded ? " from " + shortest(range.min) + " on" : "";
-}
-
 }  // namespace
-
-double readNumber(const std::string& text, Range range) {
-  double number = 0.0;
-  if (!parseNumber(text, number) || !std::isfinite(number) || number < range.min ||
-      number > range.max) {
-    throw UsageError("'" + text + "' is not a number" + describe(range));
-  }
-  return number;
-}
-
-double readWhole(const std::string& text, Range range) {
-  constexpr double kExact = 1e15;
-  long long number = 0;
-  if (!parseNumber(text, number) || std::abs(static_cast<double>(number)) > kExact ||
-      static_cast<double>(number) < range.min || static_cast<double>(number) > range.max) {
-    throw UsageError("'" + text + "' is not a whole number" + describe(range));
-  }
-  return static_cast<double>(number);
-}
-
-std::vector<double> readNumbers(const std::string& text) {
-  std::vector<double> numbers;
-  for (size_t begin = 0; begin <= text.size();) {
-    const size_t end = std::min(text.find(',', begin), text.size());
-    numbers.push_back(readNumber(text.substr(begin, end - begin), {-kUnbounded, kUnbounded}));
-    begin = end + 1;
-  }
-  return numbers;
-}
 
 struct CommandLine::State {
   /// An option, an argument without dashes, or a flag, which takes no value.
@@ -112,9 +67,8 @@ struct CommandLine::State {
   }
 
   Option& get(const std::string& name) {
-    const auto found = std::find_if(options.begin(), options.end(), [&](const Option& option) {
-      return option.text.name == name;
-    });
+    const auto found = std::find_if(options.begin(), options.end(),
+                                    [&](const Option& option) { return option.text.name == name; });
     if (found == options.end()) throw std::logic_error("unknown option " + name);
     return *found;
   }
@@ -125,10 +79,9 @@ struct CommandLine::State {
       const size_t equals = arguments[i].find('=');
       const std::string name = arguments[i].substr(0, equals);
       if (name == "--help") throw UsageError(name + " takes no value");
-      const auto option =
-          std::find_if(options.begin(), options.end(), [&](const Option& candidate) {
-            return isOption(name) && candidate.text.name == name;
-          });
+      const auto option = std::find_if(
+          options.begin(), options.end(),
+          [&](const Option& candidate) { return isOption(name) && candidate.text.name == name; });
       if (option == options.end()) continue;
       const bool has_value = equals == std::string::npos
                                  ? i + 1 < arguments.size() && !isOption(arguments[i + 1])
@@ -270,8 +223,7 @@ CommandLine::~CommandLine() = default;
 
 void CommandLine::beginGroup(const std::string& headline) { state_->headline = headline; }
 
-void CommandLine::add(const OptionText& text,
-                      const std::function<void(const std::string&)>& read) {
+void CommandLine::add(const OptionText& text, const std::function<void(const std::string&)>& read) {
   state_->add(text).read = read;
 }
 
@@ -290,7 +242,7 @@ void CommandLine::addText(const OptionText& text, std::string& target) {
 
 void CommandLine::addNumber(const OptionText& text, double& target, Range range) {
   OptionText with_default = text;
-  with_default.default_value = shortest(target);
+  with_default.default_value = shortestText(target);
   add(with_default,
       [&target, range](const std::string& value) { target = readNumber(value, range); });
 }
@@ -336,9 +288,7 @@ void CommandLine::parse(const std::vector<std::string>& arguments) {
   state_->checkRules();
 }
 
-bool CommandLine::given(const std::string& name) const {
-  return !state_->get(name).values.empty();
-}
+bool CommandLine::given(const std::string& name) const { return !state_->get(name).values.empty(); }
 
 std::string CommandLine::help() const {
   std::vector<std::string> groups = {"Arguments"};

@@ -3,22 +3,15 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "dtsdf_mapping/params/param_set.h"
+#include "program/option_values.h"
 
 namespace dtsdf {
-
-/// The command line is wrong; the program ends with exit code 2.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// A text was asked for in place of the program's work, as by --help.
 class TextRequest : public std::runtime_error {
@@ -34,17 +27,6 @@ struct OptionText {
   std::string help;
   std::string default_value = {};  ///< Told where the option is not required; empty: none.
 };
-
-/// Bounds of a Range: the least of all numbers above 0, and none.
-constexpr double kAboveZero = std::numeric_limits<double>::min();
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-
-/// The text as a number; a whole one up to 1e15. @throws UsageError that tells the range.
-double readNumber(const std::string& text, Range range);
-double readWhole(const std::string& text, Range range);
-
-/// Numbers between commas. @throws UsageError
-std::vector<double> readNumbers(const std::string& text);
 
 /// The options of one program. Each is bound to a variable, whose value at that time is its
 /// default; none may be given twice, but for lists.

@@ -22,9 +22,10 @@ CellCube* CellTable::find(const Vec3i& key) {
 }
 
 CellCube& CellTable::at(const Vec3i& key) {
-  if (CellCube* const cube = find(key)) {
-    cube->touched = turn_;
-    return *cube;
+  const int32_t known = slots_.find(packKey(key));
+  if (known >= 0) {
+    noteTouched(known);
+    return cubes_[known];
   }
   auto slot = static_cast<int32_t>(cubes_.size());
   if (free_slots_.empty()) {
@@ -35,9 +36,16 @@ CellCube& CellTable::at(const Vec3i& key) {
     free_slots_.pop_back();
   }
   slots_.insert(packKey(key), slot);
-  cubes_[slot] = CellCube{key, {}, {}, turn_};
+  cubes_[slot] = CellCube{key, {}, {}, cubes_[slot].touched};
   keys_[slot] = packKey(key);
+  noteTouched(slot);
   return cubes_[slot];
+}
+
+void CellTable::noteTouched(int32_t slot) {
+  if (!is_followed_ || cubes_[slot].touched == turn_) return;
+  cubes_[slot].touched = turn_;
+  touched_.push_back(slot);
 }
 
 void CellTable::removeIfEmpty(const Vec3i& key) {
@@ -55,10 +63,15 @@ void CellTable::removeIfEmpty(const Vec3i& key) {
 TouchedCubes CellTable::takeTouched(bool all) {
   TouchedCubes touched;
   touched.begins_anew = all || !is_followed_;
-  forEach([&](const CellCube& cube) {
-    if (touched.begins_anew || cube.touched == turn_) touched.live.push_back(&cube);
-  });
-  if (!touched.begins_anew) touched.gone = std::move(gone_);
+  if (touched.begins_anew) {
+    forEach([&](const CellCube& cube) { touched.live.push_back(&cube); });
+  } else {
+    for (const int32_t slot : touched_) {
+      if (keys_[slot] != kNoCube) touched.live.push_back(&cubes_[slot]);
+    }
+    touched.gone = std::move(gone_);
+  }
+  touched_.clear();
   gone_.clear();
   is_followed_ = true;
   ++turn_;
@@ -71,9 +84,8 @@ std::vector<const CellCube*> CellTable::sorted() const {
   for (size_t slot = 0; slot < keys_.size(); ++slot) {
     if (keys_[slot] != kNoCube) cubes.push_back(&cubes_[slot]);
   }
-  std::sort(cubes.begin(), cubes.end(), [](const CellCube* a, const CellCube* b) {
-    return packKey(a->key) < packKey(b->key);
-  });
+  std::sort(cubes.begin(), cubes.end(),
+            [](const CellCube* a, const CellCube* b) { return packKey(a->key) < packKey(b->key); });
   return cubes;
 }
 

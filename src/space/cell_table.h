@@ -16,14 +16,14 @@ struct CellCube {
   Vec3i key;
   CellMask free;
   CellMask surface;
-  uint64_t touched = 0;  ///< The turn of whoever follows changes in which it was asked for last.
+  uint64_t touched = 0;  ///< The last turn of whoever follows changes in which it was asked for.
 };
 
 /// Cubes that may have changed, for one who follows them.
 struct TouchedCubes {
-  bool begins_anew = false;         ///< All that was there before may have gone.
+  bool begins_anew = false;  ///< All that was there before may have gone.
   std::vector<const CellCube*> live;
-  std::vector<Vec3i> gone;          ///< Keys; some of them may have come back.
+  std::vector<Vec3i> gone;  ///< Keys; some of them may have come back.
 };
 
 class CellTable {
@@ -66,20 +66,24 @@ class CellTable {
   size_t size() const { return slots_.size(); }
   size_t bytes() const {
     return slots_.memoryBytes() + cubes_.size() * sizeof(CellCube) +
-           (keys_.capacity() + free_slots_.capacity()) * sizeof(PackedKey);
+           (keys_.capacity() + free_slots_.capacity()) * sizeof(PackedKey) +
+           touched_.capacity() * sizeof(int32_t);
   }
 
  private:
   static constexpr PackedKey kNoCube = ~PackedKey{0};
+
+  void noteTouched(int32_t slot);
 
   SlotIndex slots_;
   std::deque<CellCube> cubes_;   ///< By slot; grows without moving what is there.
   std::vector<PackedKey> keys_;  ///< The same, close together for who looks at all of them.
   std::vector<int32_t> free_slots_;
 
-  bool is_followed_ = false;  ///< Changes were taken, and all since then are known.
-  uint64_t turn_ = 1;         ///< Goes on with each time that changes are taken.
-  std::vector<Vec3i> gone_;   ///< Removed in this turn, while somebody follows.
+  bool is_followed_ = false;      ///< Changes were taken, and all since then are known.
+  uint64_t turn_ = 1;             ///< Goes on with each time that changes are taken.
+  std::vector<int32_t> touched_;  ///< Slots asked for in this turn, while somebody follows,
+  std::vector<Vec3i> gone_;       ///< and cubes removed.
 };
 
 }  // namespace dtsdf

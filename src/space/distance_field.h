@@ -1,26 +1,28 @@
 /// Exact Euclidean distances between cells, up to a reach, kept up to date where surfaces change.
-///
-/// They are kept by tiles of 32 x 32 x 32 cells, each of 64 parts of the size of a cube. A surface
-/// that came can only make distances less, which is done where it does; one that went makes those
-/// parts be worked out again in which some cell was nearest to it. That is done from the surfaces
-/// around: the squared distance to the nearest one is a minimum of squares along x, of that along
-/// y, and of that along z (Saito and Toriwaki, Pattern Recognition 27, 1994). All are whole
-/// numbers, so that any order of work gives the same.
+/// All squared distances are whole numbers, so that any order of work gives the same.
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
+#include <memory>
 #include <unordered_map>
-#include <unordered_set>
 #include <vector>
 
-#include "space/cell_table.h"
+#include "space/distance_sector.h"
 
 namespace dtsdf {
 
-/// Cubes by packed key.
-using CubeSet = std::unordered_set<PackedKey>;
+/// Sectors by packed key; all others are far from surfaces. Sectors are never changed, but
+/// replaced, so that a copy of the table stays as it is, for any thread.
+using DistanceSectors = std::unordered_map<PackedKey, std::shared_ptr<const DistanceSector>>;
+
+/// @return the squared distance, in cells, to the nearest cell with a surface; -1: none in reach.
+int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
+
+/// The surfaces that are in a cube now.
+struct SurfaceCube {
+  Vec3i cube;
+  CellMask surface;
+};
 
 class DistanceField {
  public:
@@ -29,42 +31,27 @@ class DistanceField {
 
   DistanceField(int reach, int threads) : reach_(reach), threads_(threads) {}
 
-  /// Takes over new surfaces; `changed` are the cubes in which there may be other ones than at the
-  /// last call.
-  void update(const CellTable& cells, const CubeSet& changed);
+  /// Takes over the cubes in which surfaces may be other ones than before.
+  void update(const std::vector<SurfaceCube>& changed);
 
-  /// To the nearest cell with a surface; -1 if there is none within reach.
-  int squaredAt(const Vec3i& cell) const;
+  const DistanceSectors& sectors() const { return sectors_; }
+  int reach() const { return reach_; }
 
   void clear();
   size_t bytes() const;
 
-  static constexpr int kPartsPerTile = 64;
-
-  /// Squared distances of a tile.
-  struct Tile {
-    std::vector<uint16_t> squared;  ///< Part by part, as cells of cubes; empty: all are far.
-    std::array<uint16_t, kPartsPerTile> most;  ///< The greatest one in each part.
-  };
-
-  /// Surfaces that came and went in a cube.
-  struct CubeChange {
-    Vec3i cube;
-    CellMask added, removed;
-  };
-
  private:
-  struct TileChange;
+  struct SectorChange;
 
-  std::vector<CubeChange> takeChanges(const CellTable& cells, const CubeSet& changed);
-  std::vector<TileChange> tilesNear(const std::vector<CubeChange>& changes);
+  std::vector<SurfaceChange> takeOver(const std::vector<SurfaceCube>& changed);
+  std::vector<SectorChange> sectorsNear(const std::vector<SurfaceChange>& changes) const;
   template <class Value>
-  void updateTiles(const CellTable& cells, const std::vector<TileChange>& tiles);
+  void updateSectors(std::vector<SectorChange>& sectors) const;
 
-  const int reach_;
-  const int threads_;
-  std::unordered_map<PackedKey, Tile> tiles_;
-  std::unordered_map<PackedKey, CellMask> surfaces_;  ///< That the tiles know of, by cube.
+  int reach_;
+  int threads_;
+  DistanceSectors sectors_;
+  SurfaceTable surfaces_;  ///< That the sectors know of.
 };
 
 }  // namespace dtsdf

@@ -5,6 +5,8 @@
 
 #include "kernels/space/see_free.h"
 #include "map/memory_budget.h"
+#include "space/cell_units.h"
+#include "space/distance_interpolation.h"
 
 namespace dtsdf {
 namespace {
@@ -15,19 +17,6 @@ int log2Of(int cell_voxels) {
   while (1 << log2 < cell_voxels) ++log2;
   return log2;
 }
-
-/// The eight points around one, and their shares: what trilinear interpolation takes.
-struct Around {
-  Vec3i low;
-  double share[3];  ///< Of the upper ones, per axis.
-
-  explicit Around(const Eigen::Vector3d& middles) {
-    const Eigen::Vector3d floor = middles.array().floor();
-    low = {static_cast<int32_t>(floor.x()), static_cast<int32_t>(floor.y()),
-           static_cast<int32_t>(floor.z())};
-    for (int axis = 0; axis < 3; ++axis) share[axis] = middles[axis] - floor[axis];
-  }
-};
 
 /// Times the range: an image of 120 degrees along its diagonal has its corners there.
 constexpr float kMostAside = 2.0f;
@@ -48,13 +37,13 @@ static_assert(sizeof(CellCube) + sizeof(PackedKey) + 4 * 2 * sizeof(PackedKey) <
 
 static_assert(kCubeSideLog2 == SpaceCube::kSideLog2, "one layout of cells");
 
-SpaceCube asTold(const CellCube& cube) {
-  SpaceCube told{firstCellOfCube(cube.key), {}, {}};
+SpaceCube asSpaceCube(const CellCube& cube) {
+  SpaceCube known{firstCellOfCube(cube.key), {}, {}};
   for (size_t z = 0; z < kWordsPerCube; ++z) {
-    told.free[z] = cube.free.word[z] & ~cube.surface.word[z];
-    told.surface[z] = cube.surface.word[z];
+    known.free[z] = cube.free.word[z] & ~cube.surface.word[z];
+    known.surface[z] = cube.surface.word[z];
   }
-  return told;
+  return known;
 }
 
 bool contains(const CellMask& all, const CellMask& some) {
@@ -67,26 +56,22 @@ bool overlap(const CellMask& a, const CellMask& b) {
                      [](uint64_t x, uint64_t y) { return (x & y) == 0; });
 }
 
-double between(double low, double high, double share) { return low + share * (high - low); }
-
 }  // namespace
 
 CellGrid cellGridOf(const MapperParams& params) { return {log2Of(params.space.cell_voxels)}; }
 
 int reachInCells(const MapperParams& params) {
-  const double cell_m = static_cast<double>(params.map.voxel_size_m) * params.space.cell_voxels;
-  constexpr double kRounding = 1e-6;  // of the two floats: 2 m are 25 cells of 80 mm, not 26
-  return static_cast<int>(std::ceil(params.space.max_distance_m / cell_m * (1.0 - kRounding)));
+  return reachInCells(params.space.max_distance_m,
+                      static_cast<double>(params.map.voxel_size_m) * params.space.cell_voxels);
 }
 
 SpaceMap::SpaceMap(const MapperParams& params, int threads)
     : grid_(cellGridOf(params)),
       voxel_size_m_(params.map.voxel_size_m),
       max_range_m_(params.space.max_range_m),
-      reach_(reachInCells(params)),
       free_budget_(budgetOf(params).free_bytes),
       surfaces_(grid_, threads),
-      distances_(reach_, threads) {}
+      distances_(reachInCells(params), threads) {}
 
 std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
   const BlockExtent bounds = inBoth(boundsOfView(frame), extent_);
@@ -100,8 +85,8 @@ std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
     for (int32_t y = bounds.first.y; y <= bounds.last.y; ++y) {
       for (int32_t x = bounds.first.x; x <= bounds.last.x; ++x) {
         const Vec3i cube{x, y, z};
-        const Vec3f middle = lookAt(frame, grid_, cube).first_L +
-                             0.5f * side * Vec3f{1.0f, 1.0f, 1.0f};
+        const Vec3f middle =
+            lookAt(frame, grid_, cube).first_L + 0.5f * side * Vec3f{1.0f, 1.0f, 1.0f};
         if (dot(ahead, middle - frame.T_L_C.t) - radius > range) continue;
         if (mayBeInView(frame, middle, radius)) keys.push_back(cube);
       }
@@ -230,12 +215,6 @@ void SpaceMap::restore(const MapContents& contents) {
 
 double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(grid_); }
 
-Vec3i SpaceMap::cellAt(const Eigen::Vector3d& p_W) const {
-  const Eigen::Vector3d cell = (p_W / cellSize_m()).array().floor();
-  return {static_cast<int32_t>(cell.x()), static_cast<int32_t>(cell.y()),
-          static_cast<int32_t>(cell.z())};
-}
-
 CellState SpaceMap::stateOf(const Vec3i& cell) const {
   bringUpToDate();
   return knownStateOf(cell);
@@ -265,7 +244,7 @@ std::vector<SpaceCube> SpaceMap::cubes(int32_t first_z, int32_t last_z) const {
   const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
   std::vector<SpaceCube> found;
   table_.forEach([&](const CellCube& cube) {
-    if (cube.key.z >= low && cube.key.z <= high) found.push_back(asTold(cube));
+    if (cube.key.z >= low && cube.key.z <= high) found.push_back(asSpaceCube(cube));
   });
   return found;
 }
@@ -275,7 +254,7 @@ SpaceChanges SpaceMap::takeChanges(bool all) {
   const TouchedCubes touched = table_.takeTouched(all);
   SpaceChanges changes;
   changes.begins_anew = touched.begins_anew;
-  for (const CellCube* cube : touched.live) changes.cubes.push_back(asTold(*cube));
+  for (const CellCube* cube : touched.live) changes.cubes.push_back(asSpaceCube(*cube));
   for (const Vec3i& key : touched.gone) {
     if (table_.find(key) == nullptr) changes.cubes.push_back({firstCellOfCube(key), {}, {}});
   }
@@ -283,49 +262,24 @@ SpaceChanges SpaceMap::takeChanges(bool all) {
 }
 
 void SpaceMap::updateDistances() {
-  distances_.update(table_, changed_);
+  std::vector<SurfaceCube> changed;
+  changed.reserve(changed_.size());
+  for (const PackedKey key : changed_) {
+    const CellCube* const cube = table_.find(unpackKey(key));
+    changed.push_back({unpackKey(key), cube == nullptr ? CellMask{} : cube->surface});
+  }
+  distances_.update(changed);
   changed_.clear();
-}
-
-/// From a cell's middle to the nearest surface, up to the reach.
-double SpaceMap::metresFrom(const Vec3i& cell) const {
-  const int squared = distances_.squaredAt(cell);
-  const double cells = squared < 0 ? reach_ : std::sqrt(static_cast<double>(squared));
-  return cells * cellSize_m();
 }
 
 SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
   bringUpToDate();
-  SpaceDistance result;
-  const double most_m = reach_ * cellSize_m(),
-               edge = static_cast<double>(kMaxBlockCoordinate) * kBlockSide / cellSide(grid_);
-  const Eigen::Vector3d in_cells = p_W / cellSize_m();
-  result.distance_m = static_cast<float>(-most_m);
-  if (!in_cells.allFinite() || in_cells.cwiseAbs().maxCoeff() > edge - reach_ - 1.0) return result;
-  const Around at(in_cells - Eigen::Vector3d::Constant(0.5));
-  double d[2][2][2];
-  bool is_limited = true;
-  for (int i = 0; i < 8; ++i) {
-    const int x = i & 1, y = i >> 1 & 1, z = i >> 2;
-    d[z][y][x] = metresFrom(at.low + Vec3i{x, y, z});
-    is_limited = is_limited && d[z][y][x] >= most_m;
-  }
-  const double* const share = at.share;
-  const auto alongX = [&](int z, int y) { return between(d[z][y][0], d[z][y][1], share[0]); };
-  const auto slopeX = [&](int z, int y) { return d[z][y][1] - d[z][y][0]; };
-  const double y0 = between(alongX(0, 0), alongX(0, 1), share[1]),
-               y1 = between(alongX(1, 0), alongX(1, 1), share[1]);
-  const CellState state = knownStateOf(cellAt(p_W));
-  result.known = state != CellState::kUnknown;
-  const double sign = result.known ? 1.0 : -1.0, per_m = is_limited ? 0.0 : sign / cellSize_m();
-  result.distance_m = static_cast<float>(sign * between(y0, y1, share[2]));
-  result.gradient = {
-      static_cast<float>(per_m * between(between(slopeX(0, 0), slopeX(0, 1), share[1]),
-                                         between(slopeX(1, 0), slopeX(1, 1), share[1]), share[2])),
-      static_cast<float>(per_m * between(alongX(0, 1) - alongX(0, 0), alongX(1, 1) - alongX(1, 0),
-                                         share[2])),
-      static_cast<float>(per_m * (y1 - y0))};
-  return result;
+  const DistanceUnits units{cellSize_m(), distances_.reach()};
+  const auto around = cellsAround(p_W, units);
+  if (!around) return unknownDistance(units);
+  int squared[8];
+  for (int i = 0; i < 8; ++i) squared[i] = squaredDistance(around->cell(i));
+  return interpolate(*around, squared, knownStateOf(cellAt(p_W)) != CellState::kUnknown, units);
 }
 
 size_t SpaceMap::freeBytes() const { return free_cubes_ * kFreeCubeBudgetBytes; }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <unordered_set>
 #include <vector>
 
 #include "dtsdf_mapping/map_contents.h"
@@ -57,17 +58,18 @@ class SpaceMap : public Space {
   /// below what is free there.
   void restore(const MapContents& contents);
 
-  size_t freeBytes() const;                                ///< That count towards the budget.
+  size_t freeBytes() const;                                 ///< That count towards the budget.
   uint64_t refusedCubes() const { return refused_cubes_; }  ///< Since the start, or clear().
 
   double cellSize_m() const override;
-  Vec3i cellAt(const Eigen::Vector3d& p_W) const override;
   CellState stateOf(const Vec3i& cell) const override;
   std::vector<SpaceCell> cells() const override;
   std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const override;
   SpaceChanges takeChanges(bool all) override;
   void updateDistances() override;
-  int squaredDistance(const Vec3i& cell) const override { return distances_.squaredAt(cell); }
+  int squaredDistance(const Vec3i& cell) const override {
+    return squaredAt(distances_.sectors(), cell);
+  }
   SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const override;
   size_t bytes() const override;
 
@@ -79,12 +81,10 @@ class SpaceMap : public Space {
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CellMask& cells);
   Vec3d middleOf(const Vec3i& cell) const;
-  double metresFrom(const Vec3i& cell) const;
 
   const CellGrid grid_;
   const double voxel_size_m_;
   const float max_range_m_;
-  const int reach_;
   const size_t free_budget_;
   std::function<void()> bring_up_to_date_;
   BlockExtent extent_;     ///< Of cubes.
@@ -93,7 +93,7 @@ class SpaceMap : public Space {
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;
-  CubeSet changed_;  ///< Those whose surfaces the distances do not know yet.
+  std::unordered_set<PackedKey> changed_;  ///< Cubes with surfaces that distances do not know yet.
 };
 
 }  // namespace dtsdf

@@ -9,7 +9,7 @@ namespace {
 
 void run(const std::vector<std::string>& arguments) {
   runCommand("map_tool", "Reads map files (.dtsdf) that save_map and reconstruct write.",
-             {{"info", "prints what is in a map file", tellAboutMap},
+             {{"info", "prints what is in a map file", printMapInfo},
               {"mesh", "saves the mesh of a map file", meshMap},
               {"bt", "saves free and occupied space as an OctoMap tree", saveOcTree},
               {"slice", "draws the distances to surfaces at one height", drawSlice},

@@ -8,7 +8,7 @@ namespace dtsdf {
 
 /// Each takes the arguments behind its name. @throws UsageError, TextRequest for --help,
 /// std::runtime_error for files that cannot be read or written.
-void tellAboutMap(const std::vector<std::string>& arguments);
+void printMapInfo(const std::vector<std::string>& arguments);
 void meshMap(const std::vector<std::string>& arguments);
 void saveOcTree(const std::vector<std::string>& arguments);
 void drawSlice(const std::vector<std::string>& arguments);

@@ -70,14 +70,12 @@ void printMap(const MapInfo& info) {
   print("blocks", std::to_string(info.size.blocks));
   print("voxel arrays", std::to_string(info.size.voxel_arrays));
   print("colour", info.painted ? std::to_string(info.size.bricks) + " bricks" : "none");
-  print("free space", info.cell_voxels == 0
-                          ? "none"
-                          : format("%zu cubes of 8 x 8 x 8 cells of %d voxels",
-                                   info.size.free_cubes, info.cell_voxels));
+  print("free space", info.cell_voxels == 0 ? "none"
+                                            : format("%zu cubes of 8 x 8 x 8 cells of %d voxels",
+                                                     info.size.free_cubes, info.cell_voxels));
   print("memory", format("%.1f MiB", static_cast<double>(info.size.bytes()) / (1 << 20)));
   if (info.size.blocks > 0) print("bounds", describeBounds(info, voxel_size_m));
-  print("content hash",
-        format("%016llx", static_cast<unsigned long long>(info.content_hash)));
+  print("content hash", format("%016llx", static_cast<unsigned long long>(info.content_hash)));
 }
 
 void printParts(const MapInfo& info) {
@@ -99,7 +97,7 @@ void printSettings(const MapInfo& info) {
 
 }  // namespace
 
-void tellAboutMap(const std::vector<std::string>& arguments) {
+void printMapInfo(const std::vector<std::string>& arguments) {
   const InfoOptions options = parse(arguments);
   const MapInfo info = readMapInfo(options.path);
   print("file", options.path);

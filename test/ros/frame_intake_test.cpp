@@ -19,17 +19,16 @@ class FrameIntakeTest : public testing::Test {
     params_.tf_timeout_s = 1.0;
     intake_ = std::make_unique<FrameIntake>(
         params_,
-        FrameIntake::Parts{poses_, accounting_, posed_frames_, posed_frames_.addStream({}),
-                           *kind_, "", [this] { startAnew(); }},
-        clock_.reader());
+        FrameIntake::Parts{poses_, posed_frames_, ledger_, stream_, 0, [this] { restartStamps(); }},
+        *kind_, "", clock_.reader());
   }
 
   void push(double stamp_s) {
     intake_->push({makeDepthImage(stamp_s), makeCameraInfo(stamp_s), nullptr});
   }
 
-  void startAnew() {
-    intake_->startAnew();
+  void restartStamps() {
+    intake_->restartStamps();
     posed_frames_.forgetStamps();
     poses_.clear();
   }
@@ -53,22 +52,24 @@ class FrameIntakeTest : public testing::Test {
   std::unique_ptr<ImageKind> kind_ = makeDepthKind(params_);
   TransformBuffer transforms_;
   PoseSource poses_{transforms_, "map"};
-  FrameAccounting accounting_;
   int wakes_ = 0;
   FrameQueue posed_frames_{0.1, [this] { ++wakes_; }, clock_.reader()};
+  const FrameQueue::Stream stream_ = posed_frames_.addStream({});
+  FrameLedger ledger_;
+  FrameAccounting& accounting_ = ledger_.addStream(stream_);
   std::unique_ptr<FrameIntake> intake_;
 };
 
 /// Colour comes more seldom, so that its queue reaches farther back: depth would never have its
 /// turn.
 TEST_F(FrameIntakeTest, WhenFramesAreTooManyColourBeforeThemGoesToo) {
-  FrameAccounting colour;
   const auto stream = posed_frames_.addStream({1, ""}, StreamUse::kExtra);
+  FrameAccounting& colour = ledger_.addStream(stream);
   const auto pushColour = [&](double stamp_s) {
     PosedFrame frame;
     frame.stamp = ros::Time(stamp_s);
     frame.image = ColourFrame();
-    frame.accounting = &colour;
+    frame.stream = stream;
     EXPECT_TRUE(posed_frames_.push(stream, frame.stamp, std::move(frame)));
   };
   putTransform(transforms_, 1.0, 1.0);
@@ -163,9 +164,9 @@ TEST_F(FrameIntakeTest, BothQueuesTogetherAreBoundedAndLoseTheOldest) {
 TEST_F(FrameIntakeTest, WhatWaitsIsBoundedInBytes) {
   params_.queue_size = 1000;
   params_.queue_mb = 1;
-  FrameIntake intake(params_,
-                     {poses_, accounting_, posed_frames_, posed_frames_.addStream({1, "b"}),
-                      *kind_, "", [] {}},
+  const auto stream = posed_frames_.addStream({1, "b"});
+  const FrameAccounting& accounting = ledger_.addStream(stream, "b");
+  FrameIntake intake(params_, {poses_, posed_frames_, ledger_, stream}, *kind_, "",
                      clock_.reader());
   constexpr int kImages = 20;
   for (int i = 0; i < kImages; ++i) {
@@ -175,7 +176,7 @@ TEST_F(FrameIntakeTest, WhatWaitsIsBoundedInBytes) {
     ASSERT_LE(intake.waitingBytes(), size_t{1} << 20);
   }
   EXPECT_EQ(intake.size(), 10u);
-  EXPECT_EQ(dropped(DropReason::kQueueFull), kImages - 10u);
+  EXPECT_EQ(accounting.counts().droppedSum(), kImages - 10u);
 }
 
 TEST_F(FrameIntakeTest, PausingDropsWhatWaitsAndWhatComes) {

@@ -49,7 +49,7 @@ class FramePosesTest : public testing::Test {
             [this](const FoundPose& pose) { found_.push_back(pose); },
             [this](const ros::Time&, const Isometry3d& T_M_O) { corrections_.push_back(T_M_O); },
             [this] { ++new_maps_; }});
-    MapSession::Parts parts{frames_, changes_, [] { return false; }};
+    MapSession::Parts parts{frames_, ledger_, changes_, [] { return false; }};
     parts.poses = poses_.get();
     session_ = std::make_unique<MapSession>(std::unique_ptr<Mapper>(mapper_), 2.0, std::move(parts),
                                             clock_.reader());
@@ -59,22 +59,21 @@ class FramePosesTest : public testing::Test {
   void push(double stamp_s, double given_x_m = 0.0) {
     DepthFrame depth;
     depth.T_W_C.translation().x() = given_x_m;
-    push(stamp_s, depth, accounting_, "camera");
+    push(stamp_s, depth, 0, "camera");
   }
 
   void pushColour(double stamp_s, const std::string& frame_id) {
-    push(stamp_s, ColourFrame{}, colour_accounting_, frame_id);
+    push(stamp_s, ColourFrame{}, 1, frame_id);
   }
 
   template <class Image>
-  void push(double stamp_s, const Image& image, FrameAccounting& accounting,
-            const std::string& frame_id) {
+  void push(double stamp_s, const Image& image, size_t stream, const std::string& frame_id) {
     PosedFrame frame;
     frame.stamp = ros::Time(stamp_s);
     frame.image = image;
     frame.frame_id = frame_id;
-    frame.accounting = &accounting;
-    accounting.imageReceived(frame.stamp);
+    frame.stream = stream;
+    ledger_.of(stream).imageReceived(frame.stamp);
     const ros::Time stamp = frame.stamp;
     ASSERT_TRUE(frames_.push(0, stamp, std::move(frame)));
     while (session_->step() == std::chrono::milliseconds(0)) {
@@ -98,7 +97,9 @@ class FramePosesTest : public testing::Test {
   TransformBuffer transforms_{{1e6, 1000.0}};
   PoseSource pose_source_{transforms_, "map"};
   FrameQueue frames_{0.1, [] {}, clock_.reader()};
-  FrameAccounting accounting_, colour_accounting_;
+  FrameLedger ledger_;
+  FrameAccounting& accounting_ = ledger_.addStream(0);
+  FrameAccounting& colour_accounting_ = ledger_.addStream(1);
   MeshHandover changes_{[] {}};
   FakeMapper* mapper_ = new FakeMapper;  ///< The session owns it.
   double camera_x_m_ = 0.0;

@@ -68,8 +68,8 @@ TEST_F(Input, StatusSaysThatImagesAreMissing) {
 }
 
 TEST_F(Input, TopicsOfDepthAreFound) {
-  const ros::Publisher compressed = nh_.advertise<sensor_msgs::CompressedImage>(
-      "/b/depth/image_raw/compressedDepth", 1);
+  const ros::Publisher compressed =
+      nh_.advertise<sensor_msgs::CompressedImage>("/b/depth/image_raw/compressedDepth", 1);
   const ros::Publisher colour = nh_.advertise<sensor_msgs::Image>("/b/rgb/image_raw", 1);
   EXPECT_EQ(findDepthTopics(),
             (std::vector<std::string>{"/b/depth/image_raw", "/camera/depth/image_rect"}));
@@ -214,8 +214,7 @@ TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
   constexpr int kImages = 60;
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
   const uint64_t received = status_.status().images_received;
-  const ros::Publisher images =
-      nh_.advertise<sensor_msgs::Image>("/camera/depth/image_rect", 100);
+  const ros::Publisher images = nh_.advertise<sensor_msgs::Image>("/camera/depth/image_rect", 100);
   ASSERT_TRUE(waitUntil([&] { return images.getNumSubscribers() > 0; }));
   size_t most_waiting = 0;
   uint64_t most_bytes = 0;
@@ -274,8 +273,8 @@ TEST_F(Input, RatesMayChangeWhileItRuns) {
   ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
   ros::WallDuration(0.2).sleep();
   const ros::Time seen = status_.status().header.stamp;
-  EXPECT_FALSE(waitUntil([&] { return status_.status().header.stamp > seen + ros::Duration(0.3); },
-                         1.0));
+  EXPECT_FALSE(
+      waitUntil([&] { return status_.status().header.stamp > seen + ros::Duration(0.3); }, 1.0));
   rate.value = 1e9;  // the most there is
   ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
   EXPECT_EQ(call.response.config.doubles.at(2).value, 100.0);
@@ -379,9 +378,8 @@ TEST_F(Input, SilenceIsWarnedOfThenAnErrorThenOver) {
     return status_.status().message.find(
                "no depth image is received on '/camera/depth/image_rect'") != std::string::npos;
   };
-  EXPECT_TRUE(waitUntil([&] {
-    return level() == dtsdf_mapping::MapStatus::WARN && isSilent();
-  })) << status_.status().message;
+  EXPECT_TRUE(waitUntil([&] { return level() == dtsdf_mapping::MapStatus::WARN && isSilent(); }))
+      << status_.status().message;
   EXPECT_TRUE(waitUntil([&] { return level() == dtsdf_mapping::MapStatus::ERROR; }));
   expectGoodFrameFused();
   // What other tests had dropped lately is warned of still.
@@ -399,7 +397,7 @@ bool askMaster(const std::string& method, const std::string& caller,
 }
 
 // As after a restart of the master, for one service of the node.
-TEST_F(Input, AMasterThatHasForgottenTheNodeIsTold) {
+TEST_F(Input, AMasterThatHasForgottenTheNodeIsReported) {
   expectGoodFrameFused();
   const std::string service = "/mapping/pause";
   XmlRpc::XmlRpcValue uri, node_uri, answer;
@@ -412,14 +410,14 @@ TEST_F(Input, AMasterThatHasForgottenTheNodeIsTold) {
     }
   }
   ASSERT_NE(node, "");
-  const auto isTold = [&] {
+  const auto isReported = [&] {
     return status_.status().message.find("no longer knows this node") != std::string::npos;
   };
-  EXPECT_TRUE(waitUntil(isTold)) << status_.status().message;
+  EXPECT_TRUE(waitUntil(isReported)) << status_.status().message;
   EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::ERROR);
   ASSERT_TRUE(askMaster("lookupNode", node, {node}, node_uri));
   ASSERT_TRUE(askMaster("registerService", node, {service, uri, node_uri}, answer));
-  EXPECT_TRUE(waitUntil([&] { return !isTold(); })) << "and once it is known again";
+  EXPECT_TRUE(waitUntil([&] { return !isReported(); })) << "and once it is known again";
 }
 
 // Last, as the stamps go back by more than the other tests take.

@@ -21,7 +21,6 @@ class MapSessionTest : public testing::Test {
     DepthFrame depth;
     depth.T_W_C.translation().x() = block_x;
     frame.image = depth;
-    frame.accounting = &accounting_;
     const ros::Time stamp = frame.stamp;
     EXPECT_TRUE(frames_.push(0, stamp, std::move(frame)));
   }
@@ -31,7 +30,7 @@ class MapSessionTest : public testing::Test {
     PosedFrame frame;
     frame.stamp = ros::Time(static_cast<double>(frames_sent_));
     frame.image = ColourFrame{};
-    frame.accounting = &colour_accounting_;
+    frame.stream = 1;
     const ros::Time stamp = frame.stamp;
     EXPECT_TRUE(frames_.push(0, stamp, std::move(frame)));
   }
@@ -50,65 +49,77 @@ class MapSessionTest : public testing::Test {
   bool mesh_wanted_ = true;
   int frames_sent_ = 0;
   FrameQueue frames_{0.1, [] {}, clock_.reader()};
-  FrameAccounting accounting_, colour_accounting_;
+  FrameLedger ledger_;
+  FrameAccounting& accounting_ = ledger_.addStream(0);
+  FrameAccounting& colour_accounting_ = ledger_.addStream(1);
   MeshHandover changes_{[] {}};
   FakeMapper* mapper_ = new FakeMapper;  ///< The session owns it.
   MapSession session_{std::unique_ptr<Mapper>(mapper_),
                       2.0,
-                      {frames_, changes_, [this] { return mesh_wanted_; }},
+                      {frames_, ledger_, changes_, [this] { return mesh_wanted_; }},
                       clock_.reader()};
 };
 
-TEST_F(MapSessionTest, WithoutSpaceItSaysHowToSwitchItOn) {
-  pushFrame();
-  work();
-  try {
-    session_.distancesAt({Eigen::Vector3d::Zero()});
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("space/enabled"), std::string::npos) << error.what();
+/// A session whose space is handed over, and to whose mesh nobody listens.
+class FollowedSessionTest : public MapSessionTest {
+ protected:
+  FollowedSessionTest() { mapper_of_space_->has_space = true; }
+
+  void workFollowed() {
+    while (followed_.step() == std::chrono::milliseconds(0)) {
+    }
   }
-  EXPECT_TRUE(session_.report().failure.empty());
+
+  SpaceHandover space_{[] {}};
+  FakeMapper* mapper_of_space_ = new FakeMapper;  ///< The session owns it.
+  MapSession followed_{std::unique_ptr<Mapper>(mapper_of_space_),
+                       0.01,
+                       {frames_, ledger_, changes_, [] { return false; }, nullptr, &space_},
+                       clock_.reader()};
+};
+
+/// Whoever asks for distances gets those of the last mesh: there is one at least twice a second.
+TEST_F(FollowedSessionTest, SpaceIsHandedOverTwiceASecondWhileFramesCome) {
+  for (int i = 0; i < 100; ++i) {
+    pushFrame();
+    workFollowed();
+    clock_.advance(0.05);
+    const bool is_due = i % 10 == 9;
+    EXPECT_TRUE(!is_due || space_.take()) << i;
+  }
+  EXPECT_EQ(mapper_of_space_->meshes, 10);
+  clock_.advance(10.0);
+  workFollowed();
+  EXPECT_EQ(space_.take()->stamp, ros::Time(100.0)) << "up to the last frame";
+  EXPECT_EQ(mapper_of_space_->meshes, 11);
+  clock_.advance(10.0);
+  workFollowed();
+  EXPECT_EQ(mapper_of_space_->meshes, 11) << "nothing has changed";
 }
 
-TEST_F(MapSessionTest, NoDistancesAfterAFailure) {
-  mapper_->has_space = true;
+TEST_F(FollowedSessionTest, AFailureIsNoMapToRelyOn) {
   pushFrame();
-  work();
-  EXPECT_EQ(session_.distancesAt({Eigen::Vector3d::Zero()}).size(), 1u);
-  mapper_->fails_to_integrate = true;
+  workFollowed();
+  followed_.throwIfFailed();
+  mapper_of_space_->fails_to_integrate = true;
   pushFrame();
-  work();
-  EXPECT_THROW(session_.distancesAt({Eigen::Vector3d::Zero()}), std::runtime_error)
-      << "though the mesh is whole";
-  session_.clear();
-  mapper_->fails_to_integrate = false;
-  mapper_->fails_to_mesh = true;
-  pushFrame();
-  session_.step();  // fuses
-  EXPECT_THROW(session_.distancesAt({Eigen::Vector3d::Zero()}), std::runtime_error);
-  EXPECT_FALSE(session_.report().failure.empty());
+  workFollowed();
+  EXPECT_THROW(followed_.throwIfFailed(), std::runtime_error) << "though the mesh is whole";
+  followed_.clear();
+  followed_.throwIfFailed();
 }
 
 /// A mesh is finished after the next frame, whose surfaces it lacks.
-TEST_F(MapSessionTest, SpaceHasTheStampOfTheMesh) {
-  SpaceHandover space{[] {}};
-  auto* const mapper = new FakeMapper;
-  mapper->has_space = true;
-  MapSession session(std::unique_ptr<Mapper>(mapper), 2.0,
-                     {frames_, changes_, [] { return true; }, nullptr, &space},
-                     clock_.reader());
+TEST_F(FollowedSessionTest, SpaceHasTheStampOfTheMesh) {
   pushFrame();
-  session.step();  // fuses
-  session.step();  // begins the mesh
-  space.want(true, false);
+  followed_.step();  // fuses
+  followed_.step();  // begins the mesh
   pushFrame();
-  while (session.step() == std::chrono::milliseconds(0)) {
-  }
-  EXPECT_EQ(mapper->frames, 2);
-  EXPECT_EQ(space.take().stamp, ros::Time(1.0));
-  session.clear();
-  EXPECT_TRUE(space.take().changes->begins_anew) << "before the session has another turn";
+  workFollowed();
+  EXPECT_EQ(mapper_of_space_->frames, 2);
+  EXPECT_EQ(space_.take()->stamp, ros::Time(1.0));
+  followed_.clear();
+  EXPECT_TRUE(space_.take()->changes.begins_anew) << "before the session has another turn";
 }
 
 TEST_F(MapSessionTest, ClearingARegionOutdatesTheMesh) {
@@ -140,7 +151,7 @@ TEST_F(MapSessionTest, NothingIsClearedAfterAFailure) {
   EXPECT_EQ(session_.clearRegion(SphereRegion{{0, 0, 0}, 1.0}).blocks, 1u);
 }
 
-TEST_F(MapSessionTest, TellsTheBudgetFromTheStart) {
+TEST_F(MapSessionTest, ReportsTheBudgetFromTheStart) {
   EXPECT_EQ(session_.report().stats.max_map_bytes, size_t{FakeMapper::kBudgetBytes});
 }
 
@@ -326,9 +337,10 @@ TEST_F(MapSessionTest, FramesAreFusedInTheLevelFrame) {
   const PoseSource poses(transforms, "map");
   Levelling levelling(params, poses, [](const Eigen::Isometry3d&) {});
   auto* const mapper = new FakeMapper;
-  MapSession session(std::unique_ptr<Mapper>(mapper), 2.0,
-                     {frames_, changes_, [] { return false; }, nullptr, nullptr, 0.0, &levelling},
-                     clock_.reader());
+  MapSession session(
+      std::unique_ptr<Mapper>(mapper), 2.0,
+      {frames_, ledger_, changes_, [] { return false; }, nullptr, nullptr, &levelling},
+      clock_.reader());
   const auto workIt = [&] {
     while (session.step() == std::chrono::milliseconds(0)) {
     }

@@ -57,55 +57,50 @@ TEST_F(MapScheduleTest, MeshIsFinishedAtOnceWhenNoFrameIsThere) {
   EXPECT_FALSE(schedule_.meshUnderWay());
 }
 
-/// What is told of space has the surfaces of a mesh that is finished; who was told nothing has not
-/// to wait for a frame.
-TEST_F(MapScheduleTest, SpaceIsToldAfterTheMesh) {
-  constexpr MapSchedule::Situation kFollower{false, true, true, false};
-  constexpr MapSchedule::Situation kNewcomer{false, true, true, true};
-  schedule_.setSpaceRate(1.0);
-  EXPECT_EQ(schedule_.next(kFollower), Map::kWait);
-  EXPECT_EQ(schedule_.next(kNewcomer), Map::kTellSpace);
+/// Who follows space needs surfaces twice a second, whether or not anybody listens to the mesh, and
+/// whatever rates are set for that.
+TEST_F(MapScheduleTest, SpaceIsFollowedByAMeshOfItsOwnRate) {
+  constexpr MapSchedule::Situation kFollowed{false, false, true};
+  constexpr MapSchedule::Situation kFollowedAndListener{false, true, true};
+  const auto mesh = [&] {
+    schedule_.meshBegun();
+    schedule_.meshEnded();
+    schedule_.frameFused();
+    schedule_.reported();
+  };
+  EXPECT_EQ(schedule_.next(kFollowed), Map::kWait) << "nothing has changed";
+  schedule_.setMeshRate(0.1);
+  schedule_.setSpaceRate(0.1);
   schedule_.frameFused();
-  schedule_.reported();
-  EXPECT_EQ(schedule_.next(kNewcomer), Map::kBeginMesh);
-  schedule_.meshBegun();
-  EXPECT_EQ(schedule_.next(kNewcomer), Map::kFinishMesh);
-  schedule_.meshEnded();
-  schedule_.spaceChanged();
-  EXPECT_EQ(schedule_.next(kListener), Map::kWait) << "nobody asks";
-  EXPECT_EQ(schedule_.next(kFollower), Map::kTellSpace);
-  schedule_.spaceTold(clock_.reader()());
-  EXPECT_EQ(schedule_.next(kFollower), Map::kWait);
-}
-
-TEST_F(MapScheduleTest, SpaceKeepsItsRate) {
-  constexpr MapSchedule::Situation kFollower{false, false, true, false};
-  schedule_.setSpaceRate(4.0);
-  schedule_.spaceChanged();
-  schedule_.spaceTold(clock_.reader()());
-  schedule_.spaceChanged();
-  clock_.advance(0.2);
-  EXPECT_EQ(schedule_.next(kFollower), Map::kWait);
+  EXPECT_EQ(schedule_.next(kFollowed), Map::kBeginMesh);
+  mesh();
+  EXPECT_EQ(schedule_.next(kFollowed), Map::kWait);
+  clock_.advance(0.48);
+  EXPECT_EQ(schedule_.idleTime(kFollowed), milliseconds(20));
+  clock_.advance(0.02);
+  EXPECT_EQ(schedule_.next(kListener), Map::kWait);
+  EXPECT_EQ(schedule_.next(kFollowedAndListener), Map::kBeginMesh) << "the sooner one counts";
+  mesh();
+  schedule_.setSpaceRate(10.0);
   clock_.advance(0.1);
-  EXPECT_EQ(schedule_.next(kFollower), Map::kTellSpace);
-  const SteadyTime begin = clock_.reader()();
-  clock_.advance(2.0);
-  schedule_.spaceTold(begin);
-  schedule_.spaceChanged();
-  clock_.advance(1.9);
-  EXPECT_EQ(schedule_.next(kFollower), Map::kWait) << "frames get as much time as it took";
-  clock_.advance(0.2);
-  EXPECT_EQ(schedule_.next(kFollower), Map::kTellSpace);
+  EXPECT_EQ(schedule_.next(kFollowed), Map::kBeginMesh);
+  mesh();
+  schedule_.meshTook(milliseconds(2000));
+  schedule_.reported();
+  clock_.advance(1.99);
+  EXPECT_EQ(schedule_.next(kFollowed), Map::kWait) << "frames get as much time as it took";
+  clock_.advance(0.01);
+  EXPECT_EQ(schedule_.next(kFollowed), Map::kBeginMesh);
 }
 
-/// Of a map that takes another's place nothing is told before its surfaces are known.
-TEST_F(MapScheduleTest, SpaceOfANewMapWaitsForItsMesh) {
-  constexpr MapSchedule::Situation kFollower{false, true, true, false};
+TEST_F(MapScheduleTest, ANewMapIsMeshed) {
+  constexpr MapSchedule::Situation kFollowed{false, false, true};
   schedule_.mapReplaced();
   schedule_.reported();
-  EXPECT_EQ(schedule_.next(kFollower), Map::kBeginMesh);
+  EXPECT_EQ(schedule_.next(kFollowed), Map::kBeginMesh);
   schedule_.cleared();
-  EXPECT_EQ(schedule_.next(kFollower), Map::kTellSpace) << "an empty one has none";
+  schedule_.reported();
+  EXPECT_EQ(schedule_.next(kFollowed), Map::kWait) << "an empty one has no surfaces";
 }
 
 TEST_F(MapScheduleTest, MeshKeepsItsRate) {

@@ -3,6 +3,7 @@
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
+#include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
@@ -12,6 +13,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -72,6 +74,24 @@ GetDistances::Response ask(const GetDistances::Request& request) {
 
 class SpaceTest : public testing::Test {
  protected:
+  void setSpaceRate(double rate_hz) {
+    dynamic_reconfigure::Reconfigure call;
+    call.request.config.doubles.resize(1);
+    call.request.config.doubles[0].name = "space_rate_hz";
+    call.request.config.doubles[0].value = rate_hz;
+    ASSERT_TRUE(ros::service::call("/mapping/publish/set_parameters", call));
+  }
+
+  /// Until the answer has the last frame.
+  GetDistances::Response askUpToDate(const GetDistances::Request& request) {
+    GetDistances::Response response;
+    EXPECT_TRUE(waitUntil([&] {
+      response = ask(request);
+      return response.success && response.stamp >= last_stamp_;
+    })) << response.message;
+    return response;
+  }
+
   void SetUp() override {
     ASSERT_TRUE(camera_.connect());
     ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
@@ -92,7 +112,7 @@ class SpaceTest : public testing::Test {
   void fuseFrames(int count, double x_m = 0.0) {
     for (int i = 0; i < count; ++i) {
       const uint64_t fused = status_.status().frames_fused;
-      const ros::Time stamp = camera_.nextStamp();
+      const ros::Time stamp = last_stamp_ = camera_.nextStamp();
       sendTransform(lookAlongX(x_m + 0.02), stamp, "camera");
       camera_.send(camera_.image(stamp), camera_.info(stamp));
       ASSERT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
@@ -124,6 +144,7 @@ class SpaceTest : public testing::Test {
   FakeCamera camera_{nh_};
   tf2_ros::TransformBroadcaster broadcaster_;
   StatusWatcher status_{nh_};
+  ros::Time last_stamp_;  ///< Of the frames fused.
 };
 
 /// Corners of a robot, in its own frame; the wall is at its right side.
@@ -139,11 +160,7 @@ TEST_F(SpaceTest, AFootprintIsAskedFor) {
                     pointOf(0.0, -1.0, 0.0)};
   for (const ros::Time& time : {stamp, ros::Time(0)}) {
     request.header.stamp = time;
-    GetDistances::Response response;
-    ASSERT_TRUE(waitUntil([&] {
-      response = ask(request);
-      return response.success;
-    })) << response.message;
+    const GetDistances::Response response = askUpToDate(request);
     ASSERT_EQ(response.known.size(), 4u);
     ASSERT_EQ(response.distances.size(), 4u);
     ASSERT_EQ(response.gradients.size(), 4u);
@@ -159,7 +176,7 @@ TEST_F(SpaceTest, AFootprintIsAskedFor) {
   }
 }
 
-TEST_F(SpaceTest, BadRequestsAreToldWhy) {
+TEST_F(SpaceTest, BadRequestsAreAnsweredWhy) {
   GetDistances::Request good;
   good.points = {pointOf(0.5, 0.0, 0.0)};
   const auto expectRefused = [](const GetDistances::Request& request, const std::string& why) {
@@ -170,7 +187,7 @@ TEST_F(SpaceTest, BadRequestsAreToldWhy) {
   };
   expectRefused(good, "nothing is mapped yet");
   fuseFrames(2);
-  EXPECT_TRUE(ask(good).success);
+  EXPECT_TRUE(askUpToDate(good).success);
   GetDistances::Request bad = good;
   bad.header.frame_id = "nowhere";
   expectRefused(bad, "'nowhere'");
@@ -190,6 +207,31 @@ TEST_F(SpaceTest, BadRequestsAreToldWhy) {
   const GetDistances::Response far = ask(good);
   ASSERT_TRUE(far.success) << far.message;
   EXPECT_FALSE(far.known[0]);
+}
+
+/// Answers are those of the last of the meshes that are made anyhow, two a second: were each
+/// question to make one, there would be as many stamps as frames.
+TEST_F(SpaceTest, AQuestionMakesNoMesh) {
+  setSpaceRate(1.0);
+  GetDistances::Request request;
+  request.points = {pointOf(0.5, 0.0, 0.0)};
+  fuseFrames(1);
+  ros::Time newest = askUpToDate(request).stamp;
+  const ros::WallTime begin = ros::WallTime::now();
+  std::set<ros::Time> stamps;
+  for (int i = 0; i < 40; ++i) {
+    fuseFrames(1);
+    const GetDistances::Response response = ask(request);
+    ASSERT_TRUE(response.success) << response.message;
+    EXPECT_GE(response.stamp, newest);
+    EXPECT_LE(response.stamp, last_stamp_);
+    newest = response.stamp;
+    stamps.insert(newest);
+  }
+  const double seconds = (ros::WallTime::now() - begin).toSec();
+  EXPECT_LE(static_cast<double>(stamps.size()), 2.0 + 2.0 * seconds);
+  setSpaceRate(20.0);
+  EXPECT_EQ(askUpToDate(request).stamp, last_stamp_);
 }
 
 TEST_F(SpaceTest, GridAndUpdatesMakeWhatALateOneGets) {
@@ -223,8 +265,8 @@ TEST_F(SpaceTest, GridAndUpdatesMakeWhatALateOneGets) {
   ASSERT_TRUE(waitUntil([&] { return reader.at(7.02, 0.0) == 100; }));
   expectUpToDate(reader);
 
-  const auto update = firstMessage<map_msgs::OccupancyGridUpdate>(
-      "/mapping/occupancy_grid_updates");
+  const auto update =
+      firstMessage<map_msgs::OccupancyGridUpdate>("/mapping/occupancy_grid_updates");
   EXPECT_EQ(update.width, reader.grid().info.width) << "one that comes late is sent all";
   EXPECT_EQ(update.data, reader.grid().data);
 }
@@ -268,7 +310,7 @@ TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
 }
 
 /// An eighth of the 256 MB is for what is free; the limit of queues is that of the mesh alone.
-TEST_F(SpaceTest, TheStatusTellsItsBudgetAndItsQueues) {
+TEST_F(SpaceTest, TheStatusHasItsBudgetAndItsQueues) {
   std::map<std::string, uint64_t> limits;
   ASSERT_TRUE(waitUntil([&] {
     for (const auto& part : status_.status().memory) limits[part.name] = part.limit_bytes;

@@ -112,8 +112,8 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   input.map.stats.refused_blocks = 0;
   input.map.stats.refused_cubes = 3;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "memory for free space"));
-  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
-                   "raise map/max_memory_mb or space/cell_voxels"));
+  EXPECT_TRUE(
+      says(makeStatus(input, makeStatus(input)), "raise map/max_memory_mb or space/cell_voxels"));
   EXPECT_EQ(makeStatus(input).refused_cubes, 3u);
   input.paused = true;
   EXPECT_EQ(makeStatus(input).message, "paused");
@@ -143,8 +143,9 @@ TEST(StatusReport, ReportsDropsThoughMostFramesAreFused) {
   EXPECT_EQ(statusAfter(300, DropReason::kQueueFull, 3).message, "mapping");
   MapStatus status = statusAfter(237, DropReason::kQueueFull, 63);
   EXPECT_EQ(status.level, MapStatus::WARN);
-  EXPECT_TRUE(says(status, "% of the depth images were dropped lately, most as queue_full: use "
-                           "larger voxels"))
+  EXPECT_TRUE(says(status,
+                   "% of the depth images were dropped lately, most as queue_full: use "
+                   "larger voxels"))
       << status.message;
   frames.last_drop = "frame dropped (queue_full)";
   status = statusAfter(20, DropReason::kQueueFull, 80);
@@ -196,8 +197,9 @@ TEST(StatusReport, SaysWhatHasFallenSilentAndForHowLong) {
   input.transforms.age_s = 0.2;
   MapStatus status = makeStatus(input);
   EXPECT_EQ(status.level, MapStatus::WARN);
-  EXPECT_TRUE(says(status, "no depth image is received on '/camera/depth/image_rect'; last image "
-                           "7 s ago, last transform 0 s ago, last fused frame 7 s ago"))
+  EXPECT_TRUE(says(status,
+                   "no depth image is received on '/camera/depth/image_rect'; last image "
+                   "7 s ago, last transform 0 s ago, last fused frame 7 s ago"))
       << status.message;
   depth.image_publishers = 0;
   depth.frames.image_age_s = depth.frames.fused_age_s = 16.0;
@@ -336,14 +338,19 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
     const MapStatus status = makeStatus(input);
     EXPECT_EQ(status.memory.size(), on_gpu ? 11u : 9u);
     const std::string map_place = on_gpu ? "gpu" : "host";
-    for (const Expected& e : {Expected{"map", 900, 5000}, {"colour", 100, 5000}, {"spare", 11, 0},
-                              {"indices", 22, 0}, {"scratch", 33, 0}}) {
+    for (const Expected& e : {Expected{"map", 900, 5000},
+                              {"colour", 100, 5000},
+                              {"spare", 11, 0},
+                              {"indices", 22, 0},
+                              {"scratch", 33, 0}}) {
       const auto part = partOf(status, e.name);
       EXPECT_EQ(part.place, map_place) << e.name;
       EXPECT_EQ(part.bytes, e.bytes) << e.name;
       EXPECT_EQ(part.limit_bytes, e.limit_bytes) << e.name;
     }
-    for (const Expected& e : {Expected{"mesh", 300, 0}, {"images", 200, 400}, {"queues", 70, 600},
+    for (const Expected& e : {Expected{"mesh", 300, 0},
+                              {"images", 200, 400},
+                              {"queues", 70, 600},
                               {"process", 7000, 0}}) {
       const auto part = partOf(status, e.name);
       EXPECT_EQ(part.place, "host") << e.name;
@@ -353,7 +360,7 @@ TEST(StatusReport, TellsEachPartOfMemoryWithItsPlaceAndLimit) {
     EXPECT_EQ(partOf(status, "meshes").place, on_gpu ? "gpu" : "nowhere");
     EXPECT_EQ(partOf(status, "staging").bytes, on_gpu ? 55u : 0u);
     input.map.memory.space = 70;
-    input.output.grid_bytes = 7;
+    input.output.space_bytes = 7;
     EXPECT_EQ(partOf(makeStatus(input), "space").bytes, 77u);
     EXPECT_EQ(partOf(makeStatus(input), "space").place, "host");
     EXPECT_EQ(status.max_map_bytes, 5000u);

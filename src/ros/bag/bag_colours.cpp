@@ -65,8 +65,7 @@ class BagColours : public ColourSource {
       return std::nullopt;
     } catch (const rosbag::BagException& error) {
       throw std::runtime_error("cannot read the bag '" + options_.path + "' any further: " +
-                               error.what() +
-                               "; try rosbag reindex, or rosbag fix");
+                               error.what() + "; try rosbag reindex, or rosbag fix");
     }
   }
 
@@ -92,9 +91,8 @@ class BagColours : public ColourSource {
   bool chooseTopics() {
     std::string& topic = options_.colour_topic;
     if (topic.empty()) {
-      const std::set<std::string> topics =
-          findImageTopics(bag_, mayBeColour, kCompressedTopic);
-      if (topics.size() != 1) return tellChoice(topics);
+      const std::set<std::string> topics = findImageTopics(bag_, mayBeColour, kCompressedTopic);
+      if (topics.size() != 1) return askForChoice(topics);
       topic = *topics.begin();
     }
     if (options_.colour_info_topic.empty()) {
@@ -109,12 +107,14 @@ class BagColours : public ColourSource {
   }
 
   /// Several cameras: which one is meant, nobody has said.
-  static bool tellChoice(const std::set<std::string>& topics) {
+  static bool askForChoice(const std::set<std::string>& topics) {
     std::string list;
     for (const std::string& topic : topics) list += " " + topic;
     if (!list.empty()) {
-      ROS_WARN_STREAM_NAMED("dtsdf_mapping", "several topics with colour images, so none is "
-                                             "used:" << list << "; choose one by --color-topic");
+      ROS_WARN_STREAM_NAMED("dtsdf_mapping",
+                            "several topics with colour images, so none is "
+                            "used:"
+                                << list << "; choose one by --color-topic");
     }
     return false;
   }
@@ -124,9 +124,8 @@ class BagColours : public ColourSource {
     for (const rosbag::MessageInstance& message : view) {
       if (const auto stamp = stampOf(message)) images_.push_back({*stamp, message.getTime()});
     }
-    std::stable_sort(images_.begin(), images_.end(), [](const Recorded& a, const Recorded& b) {
-      return a.stamp < b.stamp;
-    });
+    std::stable_sort(images_.begin(), images_.end(),
+                     [](const Recorded& a, const Recorded& b) { return a.stamp < b.stamp; });
   }
 
   static std::optional<ros::Time> stampOf(const rosbag::MessageInstance& message) {
@@ -194,7 +193,7 @@ class BagColours : public ColourSource {
   std::unique_ptr<BagPoses> poses_;
   std::unique_ptr<BagCameraInfos> infos_;
   std::optional<Rectification> rectification_;  ///< Once the topic is known.
-  std::vector<Recorded> images_;  ///< By stamp.
+  std::vector<Recorded> images_;                ///< By stamp.
   size_t next_ = 0;
   std::map<std::string, size_t> skipped_;
 };

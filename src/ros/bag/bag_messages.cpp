@@ -126,7 +126,7 @@ void BagPoses::readTransforms(const rosbag::Bag& bag) {
       try {
         transforms_.setTransform(transform, "bag", is_static);
       } catch (const std::runtime_error&) {
-        // A stamp at the end of all time that ROS can tell; nothing in the bag is of then.
+        // A stamp at the end of all time that ROS has; nothing in the bag is of then.
       }
     }
   }

@@ -23,53 +23,48 @@ std::chrono::milliseconds idleUntil(SteadyTime time, SteadyTime now) {
 MapSchedule::MapSchedule(double mesh_rate_hz, SteadyClock clock)
     : clock_(std::move(clock)), mesh_pace_(mesh_rate_hz), report_pace_(kReportRate_hz) {}
 
+void MapSchedule::setSpaceRate(double rate_hz) {
+  space_pace_.setRate(std::max(rate_hz, kLeastSpaceRate_hz), clock_());
+}
+
 MapSchedule::Action MapSchedule::next(const Situation& situation) const {
   const SteadyTime now = clock_();
   if (mesh_under_way_ && (fused_since_mesh_ || !situation.frame_ready)) return Action::kFinishMesh;
-  if (wantsMesh(situation) && mesh_pace_.isDue(now)) return Action::kBeginMesh;
-  if (wantsSpace(situation) && space_pace_.isDue(now)) return Action::kTellSpace;
+  if (const auto due = nextMesh(situation); due && *due <= now) return Action::kBeginMesh;
   if (report_outdated_ && (!situation.frame_ready || report_pace_.isDue(now))) {
     return Action::kReport;
   }
   return situation.frame_ready ? Action::kFuse : Action::kWait;
 }
 
-bool MapSchedule::wantsMesh(const Situation& situation) const {
-  return situation.mesh_wanted && fused_since_mesh_ && !mesh_under_way_;
-}
-
-/// Who was told nothing is told what is there, unless the mesh has yet to bring its surfaces.
-bool MapSchedule::wantsSpace(const Situation& situation) const {
-  return situation.space_wanted && !mesh_under_way_ &&
-         (space_outdated_ || (situation.space_lacking && !fused_since_mesh_));
+/// None, if nobody wants it or nothing has changed.
+std::optional<SteadyTime> MapSchedule::nextMesh(const Situation& situation) const {
+  if (!fused_since_mesh_ || mesh_under_way_) return std::nullopt;
+  std::optional<SteadyTime> next;
+  if (situation.mesh_wanted) next = mesh_pace_.next();
+  if (situation.space_followed)
+    next = next ? std::min(*next, space_pace_.next()) : space_pace_.next();
+  return next;
 }
 
 std::chrono::milliseconds MapSchedule::idleTime(const Situation& situation) const {
-  const SteadyTime now = clock_();
-  std::chrono::milliseconds idle = kIdle;
-  if (wantsMesh(situation)) idle = std::min(idle, idleUntil(mesh_pace_.next(), now));
-  if (wantsSpace(situation)) idle = std::min(idle, idleUntil(space_pace_.next(), now));
-  return idle;
+  const auto next = nextMesh(situation);
+  return next ? idleUntil(*next, clock_()) : kIdle;
 }
 
 void MapSchedule::frameFused() { fused_since_mesh_ = report_outdated_ = true; }
 
 void MapSchedule::meshBegun() {
   mesh_pace_.begin(clock_());
+  space_pace_.begin(clock_());
   mesh_under_way_ = true;
   fused_since_mesh_ = false;
 }
 
 void MapSchedule::meshTook(SteadyDuration duration) {
   mesh_pace_.restUntil(clock_() + duration);
+  space_pace_.restUntil(clock_() + duration);
   report_outdated_ = true;
-}
-
-void MapSchedule::spaceTold(SteadyTime begin) {
-  const SteadyTime now = clock_();
-  space_outdated_ = false;
-  space_pace_.begin(begin);
-  space_pace_.restUntil(now + (now - begin));
 }
 
 void MapSchedule::reported() {
@@ -79,13 +74,12 @@ void MapSchedule::reported() {
 
 void MapSchedule::cleared() {
   mesh_under_way_ = fused_since_mesh_ = false;
-  report_outdated_ = space_outdated_ = true;
+  report_outdated_ = true;
 }
 
 void MapSchedule::mapReplaced() {
   cleared();
   fused_since_mesh_ = true;
-  space_outdated_ = false;  // until its surfaces are known
 }
 
 OutputSchedule::OutputSchedule(double mesh_rate_hz, double points_rate_hz, SteadyClock clock)

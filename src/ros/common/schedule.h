@@ -1,6 +1,8 @@
 /// What the map's and the output's thread do next. No ROS and no threads in here, and the clock is
-/// given: each loop tells its schedule what happened and asks it what is due.
+/// given: each loop reports to its schedule what happened and asks it what is due.
 #pragma once
+
+#include <optional>
 
 #include "ros/common/steady_clock.h"
 
@@ -29,25 +31,28 @@ class Pace {
   SteadyTime next_{};
 };
 
-/// For the map's thread: frames, the mesh and what is told of space take turns. An extraction that
-/// is begun runs beside the next frame (on a GPU) and is finished after it, or at once while no
-/// frame is there.
+/// What planners are answered is to be no older than a second while frames come: half of it is left
+/// to the mesh and to distances.
+constexpr double kLeastSpaceRate_hz = 2.0;
+
+/// For the map's thread: frames and the mesh take turns. An extraction that is begun runs beside
+/// the next frame (on a GPU) and is finished after it, or at once while no frame is there.
 class MapSchedule {
  public:
-  enum class Action { kFuse, kBeginMesh, kFinishMesh, kTellSpace, kReport, kWait };
+  enum class Action { kFuse, kBeginMesh, kFinishMesh, kReport, kWait };
 
   /// What the thread sees when it asks.
   struct Situation {
     bool frame_ready = false;
-    bool mesh_wanted = false;
-    bool space_wanted = false;  ///< Somebody follows what is known of space,
-    bool space_lacking = false;  ///< and has been told nothing so far.
+    bool mesh_wanted = false;     ///< By listeners.
+    bool space_followed = false;  ///< Surfaces of space come with the mesh.
   };
 
   MapSchedule(double mesh_rate_hz, SteadyClock clock);
 
   void setMeshRate(double rate_hz) { mesh_pace_.setRate(rate_hz, clock_()); }
-  void setSpaceRate(double rate_hz) { space_pace_.setRate(rate_hz, clock_()); }
+  /// Never below kLeastSpaceRate_hz.
+  void setSpaceRate(double rate_hz);
 
   Action next(const Situation& situation) const;
 
@@ -60,11 +65,6 @@ class MapSchedule {
   void meshEnded() { mesh_under_way_ = false; }
   /// Where the mesh takes long, frames get at least as much of the thread's time as it does.
   void meshTook(SteadyDuration duration);
-  /// Surfaces have changed, and are told once their mesh is finished. As that may be after one more
-  /// frame was fused, cells may be told free by later frames than surfaces are of.
-  void spaceChanged() { space_outdated_ = true; }
-  /// It was begun at `begin` and ends now.
-  void spaceTold(SteadyTime begin);
   void reported();
   void cleared();
   /// By one whose mesh is not known yet.
@@ -75,16 +75,14 @@ class MapSchedule {
   bool meshOutdated() const { return fused_since_mesh_; }
 
  private:
-  bool wantsMesh(const Situation& situation) const;
-  bool wantsSpace(const Situation& situation) const;
+  std::optional<SteadyTime> nextMesh(const Situation& situation) const;
 
   SteadyClock clock_;
   Pace mesh_pace_;
-  Pace space_pace_{1.0};
+  Pace space_pace_{kLeastSpaceRate_hz};
   Pace report_pace_;
   bool mesh_under_way_ = false;
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
-  bool space_outdated_ = false;    ///< As it was told last.
   bool report_outdated_ = false;
 };
 

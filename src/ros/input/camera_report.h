@@ -1,4 +1,4 @@
-/// What is told about the cameras while the node runs.
+/// What is reported about the cameras while the node runs.
 #pragma once
 
 #include <cstddef>

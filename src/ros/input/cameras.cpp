@@ -5,6 +5,19 @@
 #include <utility>
 
 namespace dtsdf {
+namespace {
+
+/// Of two images with one stamp the depth is fused first, so that there is something to paint.
+constexpr int kDepthRank = 0, kColourRank = 1;
+
+/// The colour camera's frame is that of its images, and masks are for depth.
+InputParams colourInput(InputParams params) {
+  params.camera_frame.clear();
+  params.mask = false;
+  return params;
+}
+
+}  // namespace
 
 std::string namespaceOf(const ros::NodeHandle& private_nh) {
   const std::string& name = private_nh.getNamespace();
@@ -12,53 +25,93 @@ std::string namespaceOf(const ros::NodeHandle& private_nh) {
 }
 
 Cameras::Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
-                 const NodeParams& params, PoseSource& poses, FrameQueue& posed_frames,
-                 std::function<void()> on_frame)
-    : poses_(poses), posed_frames_(posed_frames) {
+                 const NodeParams& params, Parts parts)
+    : parts_(std::move(parts)), is_colour_needed_(params.colour.enabled == ColourUse::kAlways) {
   const std::string ns = namespaceOf(private_nh);
-  const Camera::Parts parts{poses, posed_frames, std::move(on_frame), [this] { startAnew(); }};
-  for (const std::string& name : params.cameras) {
-    cameras_.push_back(
-        std::make_unique<Camera>(cameras_.size(), name, ns + "/" + name, nh, params, parts));
-  }
-  if (cameras_.empty()) {
-    cameras_.push_back(std::make_unique<Camera>(0, "", ns, nh, params, parts));
+  for (const std::string& name : params.cameras) add(name, ns + "/" + name, nh, params);
+  if (cameras_.empty()) add("", ns, nh, params);
+}
+
+void Cameras::add(const std::string& name, const std::string& ns, const ros::NodeHandle& nh,
+                  const NodeParams& params) {
+  Camera camera{name, makeDepth(name, ns, nh, params), nullptr};
+  if (params.colour.enabled != ColourUse::kNever) camera.colour = makeColour(name, ns, nh, params);
+  cameras_.push_back(std::move(camera));
+}
+
+std::unique_ptr<ImageStream> Cameras::makeDepth(const std::string& name, const std::string& ns,
+                                                const ros::NodeHandle& nh,
+                                                const NodeParams& params) {
+  const auto stream = parts_.posed_frames.addStream({kDepthRank, name});
+  parts_.ledger.addStream(stream, name);
+  return std::make_unique<ImageStream>(
+      ns, nh, params.input, ImageStream::Kind{depthTopics(), makeDepthKind(params.input)},
+      FrameIntake::Parts{parts_.poses, parts_.posed_frames, parts_.ledger, stream, cameras_.size(),
+                         [this] { restartStamps(); }},
+      parts_.on_frame);
+}
+
+/// Colour whose stamps go back restarts alone: what is mapped does not depend on it.
+std::unique_ptr<ImageStream> Cameras::makeColour(const std::string& name, const std::string& ns,
+                                                 const ros::NodeHandle& nh,
+                                                 const NodeParams& params) {
+  const auto stream = parts_.posed_frames.addStream({kColourRank, name}, StreamUse::kExtra);
+  parts_.ledger.addStream(stream, name.empty() ? "colour" : name + ", colour");
+  return std::make_unique<ImageStream>(
+      ns, nh, colourInput(params.input),
+      ImageStream::Kind{colourTopics(), makeColourKind(), params.colour.max_rate_hz},
+      FrameIntake::Parts{parts_.poses, parts_.posed_frames, parts_.ledger, stream, cameras_.size()},
+      parts_.on_frame);
+}
+
+template <class Visit>
+void Cameras::visitStreams(const Visit& visit) const {
+  for (const Camera& camera : cameras_) {
+    visit(*camera.depth);
+    if (camera.colour) visit(*camera.colour);
   }
 }
 
 void Cameras::subscribe(const ros::NodeHandle& private_nh) {
-  for (const auto& camera : cameras_) camera->subscribe(private_nh);
+  visitStreams([&](ImageStream& stream) { stream.subscribe(private_nh); });
 }
 
 void Cameras::unsubscribe() {
-  for (const auto& camera : cameras_) camera->unsubscribe();
+  visitStreams([](ImageStream& stream) { stream.unsubscribe(); });
 }
 
 std::chrono::milliseconds Cameras::step() noexcept {
   std::chrono::milliseconds idle = std::chrono::milliseconds::max();
-  for (const auto& camera : cameras_) idle = std::min(idle, camera->step());
+  visitStreams([&](ImageStream& stream) { idle = std::min(idle, stream.intake().step()); });
   return idle;
 }
 
 void Cameras::restartMotion() {
-  for (const auto& camera : cameras_) camera->restartMotion();
+  visitStreams([](ImageStream& stream) { stream.intake().restartMotion(); });
 }
 
 void Cameras::setPaused(bool paused) {
-  for (const auto& camera : cameras_) camera->setPaused(paused);
+  visitStreams([&](ImageStream& stream) { stream.intake().setPaused(paused); });
 }
 
 std::vector<CameraReport> Cameras::report() const {
   std::vector<CameraReport> reports;
-  for (const auto& camera : cameras_) reports.push_back(camera->report());
+  for (const Camera& camera : cameras_) {
+    CameraReport report;
+    report.name = camera.name;
+    report.depth = camera.depth->report();
+    if (camera.colour) report.colour = camera.colour->report();
+    report.is_colour_needed = is_colour_needed_;
+    reports.push_back(std::move(report));
+  }
   return reports;
 }
 
-void Cameras::startAnew() {
-  for (const auto& camera : cameras_) camera->startAnew();
-  posed_frames_.forgetStamps();
+void Cameras::restartStamps() {
+  visitStreams([](ImageStream& stream) { stream.intake().restartStamps(); });
+  parts_.posed_frames.forgetStamps();
   // Under simulated time the listener has done so itself, and new transforms may be in by now.
-  if (!ros::Time::isSimTime()) poses_.clear();
+  if (!ros::Time::isSimTime()) parts_.poses.clear();
 }
 
 }  // namespace dtsdf

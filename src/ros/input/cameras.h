@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "ros/input/camera.h"
+#include "ros/input/camera_report.h"
+#include "ros/input/image_stream.h"
 
 namespace dtsdf {
 
@@ -17,13 +18,22 @@ namespace dtsdf {
 std::string namespaceOf(const ros::NodeHandle& private_nh);
 
 /// Each camera of the setting `cameras` has its topics in its namespace; without that setting there
-/// is one camera in the node's own. Callbacks come on one thread at a time.
+/// is one camera in the node's own. A camera is a stream of depth, and one of colour where that is
+/// wanted. Callbacks come on one thread at a time.
 class Cameras {
  public:
-  /// `poses` and `posed_frames` outlive it; `on_frame` says that something waits for step().
-  Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, const NodeParams& params,
-          PoseSource& poses, FrameQueue& posed_frames, std::function<void()> on_frame);
+  /// What the cameras work with; all of it outlives them.
+  struct Parts {
+    PoseSource& poses;
+    FrameQueue& posed_frames;
+    FrameLedger& ledger;
+    std::function<void()> on_frame;  ///< Something waits for step().
+  };
 
+  Cameras(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, const NodeParams& params,
+          Parts parts);
+
+  /// Begins and ends to receive; the latter waits for nobody.
   void subscribe(const ros::NodeHandle& private_nh);
   void unsubscribe();
 
@@ -35,17 +45,31 @@ class Cameras {
 
   /// See FrameIntake::setPaused().
   void setPaused(bool paused);
-  bool paused() const { return cameras_.front()->paused(); }
+  bool paused() const { return cameras_.front().depth->intake().paused(); }
 
   /// In the order of the setting; while subscribed.
   std::vector<CameraReport> report() const;
 
  private:
-  void startAnew();
+  struct Camera {
+    std::string name;  ///< Empty for the only one.
+    std::unique_ptr<ImageStream> depth;
+    std::unique_ptr<ImageStream> colour;  ///< Null where none is wanted.
+  };
 
-  PoseSource& poses_;
-  FrameQueue& posed_frames_;
-  std::vector<std::unique_ptr<Camera>> cameras_;  ///< At least one.
+  void add(const std::string& name, const std::string& ns, const ros::NodeHandle& nh,
+           const NodeParams& params);
+  std::unique_ptr<ImageStream> makeDepth(const std::string& name, const std::string& ns,
+                                         const ros::NodeHandle& nh, const NodeParams& params);
+  std::unique_ptr<ImageStream> makeColour(const std::string& name, const std::string& ns,
+                                          const ros::NodeHandle& nh, const NodeParams& params);
+  template <class Visit>
+  void visitStreams(const Visit& visit) const;
+  void restartStamps();
+
+  Parts parts_;
+  bool is_colour_needed_;
+  std::vector<Camera> cameras_;  ///< At least one.
 };
 
 }  // namespace dtsdf

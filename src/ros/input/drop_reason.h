@@ -15,7 +15,7 @@ enum class DropReason {
   kBadImage,          ///< No pixels, or rows and data that do not fit its size.
   kSizeMismatch,      ///< Image and camera_info differ in size.
   kBadIntrinsics,     ///< Focal length not positive, or not finite.
-  kNoStamp,           ///< Stamp 0: no transform can be told for it.
+  kNoStamp,           ///< Stamp 0: no transform belongs to it.
   kNoTransform,       ///< None within the timeout.
   kBeforeTransforms,  ///< Older than the transforms known: none can come any more.
   kQueueFull,         ///< The oldest that waited when a newer one came.

@@ -25,18 +25,21 @@ constexpr milliseconds kIdle{1000};
 
 }  // namespace
 
-FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, SteadyClock clock)
+FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, const ImageKind& kind,
+                         const std::string& image_topic, SteadyClock clock)
     : params_(params),
       parts_(parts),
+      kind_(kind),
+      accounting_(parts_.ledger.of(parts_.stream)),
       clock_(std::move(clock)),
       motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
-      rectification_(params.rectify, parts.image_topic, parts.kind.rectifiedAs()) {}
+      rectification_(params.rectify, image_topic, kind.rectifiedAs()) {}
 
 void FrameIntake::push(const FrameMessages& frame) {
   const ros::Time stamp = frame.image->header.stamp;
   if (paused()) return dropPaused(stamp);
   if (const auto rejection = check(frame)) {
-    return parts_.accounting.dropped(rejection->reason, stamp, rejection->text);
+    return accounting_.dropped(rejection->reason, stamp, rejection->text);
   }
   const bool may_be_ahead = handleTimeJump(stamp);
   const auto image = frame.mask ? applyMask(*frame.mask, *frame.image) : frame.image;
@@ -50,7 +53,7 @@ void FrameIntake::push(const FrameMessages& frame) {
 }
 
 void FrameIntake::dropPaused(const ros::Time& stamp) {
-  parts_.accounting.dropped(DropReason::kPaused, stamp, "mapping is paused");
+  accounting_.dropped(DropReason::kPaused, stamp, "mapping is paused");
 }
 
 bool FrameIntake::enqueue(WaitingFrame frame) {
@@ -71,21 +74,21 @@ bool FrameIntake::dropOldest() {
     stamp = queue_.front().image->header.stamp;
     queue_.pop_front();
   }
-  parts_.accounting.dropped(DropReason::kQueueFull, stamp,
-                            "frames arrive faster than they can be fused, or wait too long (" +
-                                (waited_for.empty() ? "all transforms are known" : waited_for) +
-                                ")");
+  accounting_.dropped(DropReason::kQueueFull, stamp,
+                      "frames arrive faster than they can be fused, or wait too long (" +
+                          (waited_for.empty() ? "all transforms are known" : waited_for) + ")");
   if (!parts_.posed_frames.isNeeded(parts_.stream)) return true;
   while (const std::optional<PosedFrame> extra = parts_.posed_frames.takeExtraBefore(stamp)) {
-    extra->accounting->dropped(DropReason::kQueueFull, extra->stamp,
-                               "images arrive faster than they can be fused, and the next depth "
-                               "image was dropped");
+    parts_.ledger.of(extra->stream)
+        .dropped(DropReason::kQueueFull, extra->stamp,
+                 "images arrive faster than they can be fused, and the next depth "
+                 "image was dropped");
   }
   return true;
 }
 
 std::optional<Rejection> FrameIntake::check(const FrameMessages& frame) const {
-  if (auto rejection = parts_.kind.check(*frame.image, *frame.info)) return rejection;
+  if (auto rejection = kind_.check(*frame.image, *frame.info)) return rejection;
   if (frame.mask) {
     if (auto rejection = checkMask(*frame.mask, *frame.image)) return rejection;
   }
@@ -114,7 +117,11 @@ bool FrameIntake::handleTimeJump(const ros::Time& stamp) {
                                              << last << " to " << stamp
                                              << ": waiting frames and transforms are discarded, "
                                                 "the map is kept (clear_map empties it)");
-  parts_.on_time_jump();
+  if (parts_.on_time_jump) {
+    parts_.on_time_jump();
+  } else {
+    restartStamps();
+  }
   last_stamp_ = stamp;
   return false;
 }
@@ -143,11 +150,11 @@ bool FrameIntake::dropNewest(const ros::Time& stamp, DropReason reason, const st
     if (queue_.size() == 1) waiting_for_.clear();
     queue_.pop_back();
   }
-  parts_.accounting.dropped(reason, stamp, text);
+  accounting_.dropped(reason, stamp, text);
   return true;
 }
 
-void FrameIntake::startAnew() {
+void FrameIntake::restartStamps() {
   last_stamp_ = ahead_stamp_ = ros::Time();
   dropAll(DropReason::kTimeJump, "stamps went back while it waited");
 }
@@ -181,29 +188,29 @@ void FrameIntake::passOn(const WaitingFrame& frame, const PoseAnswer& pose) {
   posed.stamp = frame.image->header.stamp;
   std::optional<Rejection> rejection = judge(frame, pose);
   try {
-    if (!rejection) parts_.kind.fill(rectification_.applyAndWarn({frame.image, frame.info}), posed);
+    if (!rejection) kind_.fill(rectification_.applyAndWarn({frame.image, frame.info}), posed);
   } catch (const std::exception& error) {  // of OpenCV or cv_bridge, or no memory for a copy
     rejection = Rejection{DropReason::kBadImage, errorText(error)};
   }
   if (rejection) {
-    parts_.accounting.dropped(rejection->reason, posed.stamp, rejection->text);
+    accounting_.dropped(rejection->reason, posed.stamp, rejection->text);
     if (frame.may_be_ahead) return;
     return parts_.posed_frames.settle(parts_.stream, posed.stamp);
   }
   std::visit([&](auto& image) { image.T_W_C = pose.T_W_C; }, posed.image);
-  posed.accounting = &parts_.accounting;
+  posed.stream = parts_.stream;
   posed.frame_id = cameraFrame(*frame.image);
   posed.camera = parts_.camera;
   if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) checkOpticalFrame(frame, *depth);
   const ros::Time stamp = posed.stamp;
   if (parts_.posed_frames.push(parts_.stream, stamp, std::move(posed))) return;
-  parts_.accounting.dropped(DropReason::kOutOfOrder, stamp,
-                            "a later frame of another camera has already been fused; raise "
-                            "input/merge_wait_s above this camera's delay");
+  accounting_.dropped(DropReason::kOutOfOrder, stamp,
+                      "a later frame of another camera has already been fused; raise "
+                      "input/merge_wait_s above this camera's delay");
 }
 
 void FrameIntake::checkOpticalFrame(const WaitingFrame& frame, const DepthFrame& depth) {
-  if (optical_frame_check_.isBodyFrame()) return;  // is told already
+  if (optical_frame_check_.isBodyFrame()) return;  // is reported already
   optical_frame_check_.add(depth);
   if (!optical_frame_check_.isBodyFrame()) return;
   const std::string text =
@@ -220,9 +227,9 @@ std::optional<Rejection> FrameIntake::judge(const WaitingFrame& frame, const Pos
     return Rejection{DropReason::kBeforeTransforms, pose.text};
   }
   if (pose.kind == PoseAnswer::Kind::kNotYet) {
-    return Rejection{DropReason::kNoTransform,
-                     pose.text + "; waited " + std::to_string(params_.tf_timeout_s) +
-                         " s (input/tf_timeout_s)"};
+    return Rejection{
+        DropReason::kNoTransform,
+        pose.text + "; waited " + std::to_string(params_.tf_timeout_s) + " s (input/tf_timeout_s)"};
   }
   if (const auto jump = motion_gate_.check(frame.image->header.stamp.toSec(), pose.T_W_C)) {
     return Rejection{DropReason::kPoseJump, *jump};
@@ -257,10 +264,10 @@ void FrameIntake::dropAll(DropReason reason, const std::string& text) {
     waiting_for_.clear();
   }
   for (const PosedFrame& frame : parts_.posed_frames.takeAllOf(parts_.stream)) {
-    parts_.accounting.dropped(reason, frame.stamp, text);
+    accounting_.dropped(reason, frame.stamp, text);
   }
   for (const WaitingFrame& frame : waiting) {
-    parts_.accounting.dropped(reason, frame.image->header.stamp, text);
+    accounting_.dropped(reason, frame.image->header.stamp, text);
   }
 }
 
@@ -283,7 +290,8 @@ size_t FrameIntake::size() const {
 }
 
 size_t FrameIntake::waitingBytes() const {
-  size_t bytes = parts_.posed_frames.sumOf(parts_.stream, bytesOf);
+  size_t bytes = parts_.posed_frames.sumOf(parts_.stream,
+                                           [](const PosedFrame& frame) { return bytesOf(frame); });
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const WaitingFrame& frame : queue_) bytes += frame.image->data.size();
   return bytes;

@@ -13,8 +13,8 @@
 
 #include "params/node_params.h"
 #include "ros/common/steady_clock.h"
-#include "ros/input/frame_accounting.h"
 #include "ros/input/frame_assembly.h"
+#include "ros/input/frame_ledger.h"
 #include "ros/input/image_kind.h"
 #include "ros/input/motion_gate.h"
 #include "ros/input/optical_frame_check.h"
@@ -32,18 +32,18 @@ class FrameIntake {
   /// What the intake works with; all of it outlives it.
   struct Parts {
     PoseSource& poses;
-    FrameAccounting& accounting;
     FrameQueue& posed_frames;
-    FrameQueue::Stream stream;  ///< The one in there.
-    const ImageKind& kind;
-    std::string image_topic{};  ///< Its name tells raw images.
-    /// Called where stamps go back: whoever depends on them is to start anew.
+    FrameLedger& ledger;
+    FrameQueue::Stream stream;  ///< Its number in both.
+    size_t camera = 0;          ///< Its place among the cameras.
+    /// Called where stamps go back: who depends on them is to restart, this intake included. None:
+    /// it restarts alone.
     std::function<void()> on_time_jump{};
-    size_t camera = 0;  ///< Its place among the cameras.
   };
 
-  FrameIntake(const InputParams& params, const Parts& parts,
-              SteadyClock clock = std::chrono::steady_clock::now);
+  /// @param image_topic Its name shows whether images are raw.
+  FrameIntake(const InputParams& params, const Parts& parts, const ImageKind& kind,
+              const std::string& image_topic, SteadyClock clock = std::chrono::steady_clock::now);
 
   /// Callbacks' thread: takes a frame that passes the checks; the oldest is dropped where there is
   /// no room.
@@ -58,8 +58,8 @@ class FrameIntake {
   void setPaused(bool paused);
   bool paused() const;
 
-  /// Callbacks' thread: forgets the frames that wait, as the stamps begin anew.
-  void startAnew();
+  /// Callbacks' thread: forgets the frames that wait, as stamps begin again.
+  void restartStamps();
 
   /// Intake's thread: the next pose may be anywhere, as after a map was loaded.
   void restartMotion() { motion_gate_ = MotionGate(params_.max_speed_m_s, params_.max_turn_deg_s); }
@@ -108,12 +108,14 @@ class FrameIntake {
 
   InputParams params_;
   Parts parts_;
+  const ImageKind& kind_;
+  FrameAccounting& accounting_;
   SteadyClock clock_;
-  MotionGate motion_gate_;        ///< Intake's thread only.
-  Rectification rectification_;  ///< Intake's thread only.
+  MotionGate motion_gate_;                 ///< Intake's thread only.
+  Rectification rectification_;            ///< Intake's thread only.
   OpticalFrameCheck optical_frame_check_;  ///< Intake's thread only.
-  ros::Time last_stamp_;    ///< Callbacks' thread only.
-  ros::Time ahead_stamp_;   ///< The same: of the last image, if far ahead of that; 0: it is not.
+  ros::Time last_stamp_;                   ///< Callbacks' thread only.
+  ros::Time ahead_stamp_;  ///< The same: of the last image, if far ahead of that; 0: it is not.
 
   /// Held while a frame goes from one queue to the other, where dropAll() would miss it. Before
   /// mutex_, if both are.

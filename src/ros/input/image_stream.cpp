@@ -8,18 +8,17 @@
 
 namespace dtsdf {
 
-ImageStream::ImageStream(const std::string& name, const std::string& ns, const ros::NodeHandle& nh,
-                         const InputParams& params, Kind kind, const Parts& parts)
+ImageStream::ImageStream(const std::string& ns, const ros::NodeHandle& nh,
+                         const InputParams& params, Kind kind, const FrameIntake::Parts& parts,
+                         std::function<void()> on_frame)
     : ns_(ns),
       nh_(nh),
       params_(params),
       kind_(std::move(kind)),
-      on_frame_(parts.on_frame),
+      on_frame_(std::move(on_frame)),
       rate_limit_(kind_.max_rate_hz),
-      accounting_(name),
-      intake_(params, {parts.poses, accounting_, parts.posed_frames, parts.stream, *kind_.images,
-                       CameraInput::imageTopic(nh, ns, kind_.topics), parts.on_time_jump,
-                       parts.camera}) {}
+      accounting_(parts.ledger.of(parts.stream)),
+      intake_(params, parts, *kind_.images, CameraInput::imageTopic(nh, ns, kind_.topics)) {}
 
 void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   input_ = std::make_unique<CameraInput>(
@@ -46,12 +45,10 @@ void ImageStream::makeRoom() {
   for (;;) {
     const bool too_many =
         intake_.size() + input_->waitingImages() > static_cast<size_t>(params_.queue_size);
-    const bool too_large =
-        intake_.waitingBytes() + input_->waitingBytes() > queueBytesOf(params_);
+    const bool too_large = intake_.waitingBytes() + input_->waitingBytes() > queueBytesOf(params_);
     if (!too_many && !too_large) return;
     if (intake_.dropOldest()) continue;
-    const auto reason =
-        too_many ? std::nullopt : std::optional<DropReason>(DropReason::kQueueFull);
+    const auto reason = too_many ? std::nullopt : std::optional<DropReason>(DropReason::kQueueFull);
     if (!input_->giveUpImage(reason)) return;
   }
 }

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace {
 
-/// Stamps nearer than this tell no speed.
+/// Stamps nearer than this show no speed.
 constexpr double kMinInterval_s = 1e-3;
 
 }  // namespace

@@ -1,4 +1,4 @@
-/// Tells a camera that moves from one whose pose jumps.
+/// Distinguishes a camera that moves from one whose pose jumps.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -14,7 +14,7 @@ constexpr double kMinMotion_m = 0.05, kMinTurn_rad = 0.1;
 /// Depths that differ by a smaller share are of one surface.
 constexpr double kSameDepth = 0.03;
 /// Of the points in view so many have to be found with one frame, and have to be missed with the
-/// other, for a pair of images to tell them apart.
+/// other, for a pair of images to distinguish them.
 constexpr double kFound = 0.7, kMissed = 0.4;
 constexpr int kMinInView = 60;
 /// Pairs that make a verdict, and how many have to agree.

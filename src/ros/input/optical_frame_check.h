@@ -1,4 +1,4 @@
-/// Whether the images' frame is an optical one, as depth and poses tell it together.
+/// Whether the images' frame is an optical one, as depth and poses show together.
 #pragma once
 
 #include <Eigen/Geometry>

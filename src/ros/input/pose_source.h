@@ -28,7 +28,7 @@ class PoseSource {
   /// Poses in that frame; where it is empty, images have none, and identity is the answer.
   PoseSource(TransformBuffer& transforms, const std::string& map_frame);
 
-  /// Of an image, which tells the buffer what time it is.
+  /// Of an image, which shows the buffer what time it is.
   PoseAnswer lookUp(const std::string& camera_frame, const ros::Time& stamp) const;
 
   /// Of any frame, by whoever asks; 0: by the newest transform.

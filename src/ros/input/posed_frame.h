@@ -10,7 +10,6 @@
 
 #include "dtsdf_mapping/colour_frame.h"
 #include "dtsdf_mapping/depth_frame.h"
-#include "ros/input/frame_accounting.h"
 #include "ros/input/merge_queue.h"
 
 namespace dtsdf {
@@ -23,9 +22,9 @@ struct PosedFrame {
   ros::Time stamp;
   std::variant<DepthFrame, ColourFrame> image;
   cv_bridge::CvImageConstPtr pixels;
-  std::string frame_id;                   ///< Of its camera.
-  size_t camera = 0;                      ///< Its place among the cameras.
-  FrameAccounting* accounting = nullptr;  ///< Of its stream.
+  std::string frame_id;  ///< Of its camera.
+  size_t camera = 0;     ///< Its place among the cameras.
+  size_t stream = 0;     ///< Its number in the FrameQueue and the FrameLedger.
 };
 
 /// What the pixels of a frame take.

@@ -25,7 +25,7 @@ class Rectification {
  public:
   enum class Kind { kDepth, kColour };  // 16 bits of grey may be either
 
-  /// `topic` tells whether images are raw, where that is left open.
+  /// `topic` shows whether images are raw, where that is left open.
   Rectification(RectifyChoice choice, std::string topic, Kind kind = Kind::kDepth);
 
   /// The image as it is, or rectified: one that has passed checkDepthImage() or checkColourImage().
@@ -48,10 +48,10 @@ class Rectification {
   RectifyChoice choice_;
   std::string topic_;
   Kind kind_;
-  ros::WallTime warned_at_;    ///< By applyAndWarn(); 0: never.
+  ros::WallTime warned_at_;     ///< By applyAndWarn(); 0: never.
   std::string warning_, told_;  ///< For the last image, and what was taken last.
 
-  sensor_msgs::CameraInfo table_info_;            ///< What the table was made for.
+  sensor_msgs::CameraInfo table_info_;              ///< What the table was made for.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Without stamp.
   std::vector<int32_t> source_;  ///< For each pixel the raw one, row by row, or -1.
   std::vector<float> scale_;     ///< From its depth to that along the new axis; empty: 1.

@@ -18,8 +18,8 @@ namespace {
 constexpr double kEndOfTime_s = 4294967296.0;
 /// Transforms of a frame that are too old in a row, before its newest one counts as wrong.
 constexpr int kTooOldInARow = 10;
-/// Frames and publishers that are told apart; whoever makes up names does not fill the memory.
-constexpr size_t kNamesTold = 20;
+/// Frames and publishers that are distinguished; whoever makes up names does not fill the memory.
+constexpr size_t kMostNames = 20;
 constexpr double kWarningPeriod_s = 5.0;
 /// A name is no longer than that: else a few would fill the memory.
 constexpr size_t kLongestName = 200;
@@ -139,13 +139,13 @@ void TransformBuffer::followTime(const geometry_msgs::TransformStamped& transfor
     return;
   }
   if (++track.too_old < kTooOldInARow) return;
-  ROS_WARN_STREAM_NAMED("dtsdf_mapping",
-                        "the transforms of '" << printable(transform.child_frame_id) << "' from "
-                                              << printable(publisher) << " are "
-                                              << inSeconds(behind_s)
-                                              << " older than its newest one, so that one was "
-                                                 "wrong or time went back: all transforms are "
-                                                 "discarded");
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping", "the transforms of '"
+                                             << printable(transform.child_frame_id) << "' from "
+                                             << printable(publisher) << " are "
+                                             << inSeconds(behind_s)
+                                             << " older than its newest one, so that one was "
+                                                "wrong or time went back: all transforms are "
+                                                "discarded");
   clearLocked();
   tracks_[stripLeadingSlash(transform.child_frame_id)].newest = stamp;
 }
@@ -155,18 +155,18 @@ void TransformBuffer::refuse(const geometry_msgs::TransformStamped& transform,
                              const std::string& detail) {
   const std::string name = "frame '" + printable(stripLeadingSlash(transform.child_frame_id)) +
                            "' of " + printable(publisher);
-  const std::string told = name + ": " + reason;
+  const std::string refused = name + ": " + reason;
   ++report_.refused;
-  if (report_.refused_by.count(told) > 0 || report_.refused_by.size() < kNamesTold) {
-    ++report_.refused_by[told];
+  if (report_.refused_by.count(refused) > 0 || report_.refused_by.size() < kMostNames) {
+    ++report_.refused_by[refused];
   }
   report_.last_refusal = name + ": " + detail;
   const SteadyTime now = clock_();
   if (warned_at_ && now - *warned_at_ < toSteadyDuration(kWarningPeriod_s)) return;
   warned_at_ = now;
-  ROS_WARN_STREAM_NAMED("dtsdf_mapping", "a transform was refused, "
-                                             << report_.last_refusal << " [" << report_.refused
-                                             << " refused so far]");
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping", "a transform was refused, " << report_.last_refusal << " ["
+                                                                     << report_.refused
+                                                                     << " refused so far]");
 }
 
 void TransformBuffer::want(const std::string& frame) {
@@ -217,7 +217,7 @@ void TransformBuffer::leaveOut(const std::string& child, const std::string& publ
   const std::string what = "more than " + std::to_string(options_.max_frames) + " frames";
   const std::string of = printable(publisher) + ": " + what;
   if (is_static) statics_left_out_ = true;
-  if (report_.refused_by.count(of) > 0 || report_.refused_by.size() < kNamesTold) {
+  if (report_.refused_by.count(of) > 0 || report_.refused_by.size() < kMostNames) {
     ++report_.refused_by[of];
   }
   if (++report_.not_kept > 1) return;

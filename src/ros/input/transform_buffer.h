@@ -21,13 +21,13 @@
 
 namespace dtsdf {
 
-/// What the status tells about transforms.
+/// What the status reports about transforms.
 struct TransformReport {
   uint64_t refused = 0;
   std::map<std::string, uint64_t> refused_by;  ///< "frame 'camera' of /slam: ahead of time".
   uint64_t not_kept = 0;  ///< Of frames beyond the bound, which is no fault; in `refused_by`, too.
-  std::string last_refusal;                    ///< In words; empty if there was none.
-  std::optional<double> age_s;                 ///< Wall time since the last one was taken.
+  std::string last_refusal;     ///< In words; empty if there was none.
+  std::optional<double> age_s;  ///< Wall time since the last one was taken.
 };
 
 /// tf2 keeps the transforms of a while, counted back from the newest. So a single one ahead of time
@@ -106,16 +106,16 @@ class TransformBuffer {
 
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::unordered_map<std::string, Track> tracks_;
-  std::unordered_set<std::string> names_;                 ///< That tf2 has.
-  std::unordered_map<std::string, std::string> parents_;  ///< By child, of transforms taken.
+  std::unordered_set<std::string> names_;                        ///< That tf2 has.
+  std::unordered_map<std::string, std::string> parents_;         ///< By child, of transforms taken.
   std::unordered_map<std::string, std::string> former_parents_;  ///< Where that has changed.
-  std::deque<std::string> wanted_;                        ///< The one asked for last is first.
+  std::deque<std::string> wanted_;  ///< The one asked for last is first.
   bool statics_left_out_ = false, statics_wanted_ = false;
-  ros::Time image_stamp_;     ///< Of the newest image; 0: none.
-  ros::Time ahead_stamp_;     ///< Of one far ahead of it, whose time no other has; 0: none.
-  SteadyTime image_at_;       ///< When it came.
+  ros::Time image_stamp_;  ///< Of the newest image; 0: none.
+  ros::Time ahead_stamp_;  ///< Of one far ahead of it, whose time no other has; 0: none.
+  SteadyTime image_at_;    ///< When it came.
   std::optional<SteadyTime> taken_at_, warned_at_;
-  TransformReport report_;    ///< Without age.
+  TransformReport report_;  ///< Without age.
 };
 
 }  // namespace dtsdf

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-/// Latched, as map_server's: who comes late gets one, and tools are told so.
+/// Latched, as map_server's: who comes late gets one, and tools see that.
 template <class Message>
 ros::AdvertiseOptions latched(const std::string& topic) {
   ros::AdvertiseOptions options;
@@ -20,13 +20,13 @@ ros::AdvertiseOptions latched(const std::string& topic) {
 }
 
 void warnOfSize(const GridBox& window) {
-  ROS_WARN_STREAM_THROTTLE_NAMED(
-      10.0, "dtsdf_mapping",
-      "occupancy_grid would have " << window.width << " x " << window.height
-                                   << " cells, more than " << GroundGrid::kMostColumns
-                                   << ", so it keeps its present part; use larger cells "
-                                      "(space/cell_voxels) or map/keep_radius_m, and look for "
-                                      "frames with wrong poses");
+  ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                 "occupancy_grid would have "
+                                     << window.width << " x " << window.height
+                                     << " cells, more than " << GroundGrid::kMostColumns
+                                     << ", so it keeps its present part; use larger cells "
+                                        "(space/cell_voxels) or map/keep_radius_m, and look for "
+                                        "frames with wrong poses");
 }
 
 }  // namespace
@@ -39,8 +39,7 @@ GridPublisher::GridPublisher(const ros::NodeHandle& nh, const std::string& map_f
       grids_(nh, latched<nav_msgs::OccupancyGrid>("occupancy_grid")),
       updates_(nh, latched<map_msgs::OccupancyGridUpdate>("occupancy_grid_updates")) {}
 
-void GridPublisher::apply(const SpaceChanges& changes, double cell_size_m,
-                          const ros::Time& stamp) {
+void GridPublisher::apply(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp) {
   grid_.apply(changes, cell_size_m);
   stamp_ = stamp;
 }
@@ -53,7 +52,6 @@ void GridPublisher::forget() {
 
 void GridPublisher::serve(SteadyTime now) {
   meetListeners(now);
-  tellNext(now);
   serveGrids(now);
   serveUpdates(now);
 }
@@ -73,27 +71,22 @@ void GridPublisher::meetListeners(SteadyTime now) {
   }
   for (const Link& link : links) {
     const auto [entry, is_new] = followers_.try_emplace(link);
-    if (is_new) startOver(entry->second, now);
+    if (is_new) entry->second.startOver(now);
   }
 }
 
-void GridPublisher::startOver(Follower& follower, SteadyTime now) const {
-  follower = {true, now + kGap, now + kSettling};
-}
-
-void GridPublisher::tellNext(SteadyTime now) {
-  const GridTelling told = grid_.next();
-  if (told.too_large) warnOfSize(*told.too_large);
-  switch (told.kind) {
-    case GridTelling::Kind::kGrid:
+void GridPublisher::renew(SteadyTime now) {
+  const PendingGrid pending = grid_.next();
+  if (pending.too_large) warnOfSize(*pending.too_large);
+  switch (pending.kind) {
+    case PendingGrid::Kind::kGrid:
       have_grid_.clear();
-      for (auto& [link, follower] : followers_) startOver(follower, now);
+      for (auto& [link, pace] : followers_) pace.startOver(now);
       return;
-    case GridTelling::Kind::kUpdate:
-      for (auto& [link, follower] : followers_) follower.lacks = true;
+    case PendingGrid::Kind::kUpdate:
+      for (auto& [link, pace] : followers_) pace.noteChange();
       return;
-    case GridTelling::Kind::kNothing:
-      return;
+    case PendingGrid::Kind::kNothing: return;
   }
 }
 
@@ -114,8 +107,8 @@ void GridPublisher::serveGrids(SteadyTime now) {
     if (!message) message = gridMessage();
     grids_.send(*link, *message);
     have_grid_.insert(link);
-    for (auto& [follower_link, follower] : followers_) {
-      if (follower_link->name() == link->name()) startOver(follower, now);
+    for (auto& [follower_link, pace] : followers_) {
+      if (follower_link->name() == link->name()) pace.startOver(now);
     }
   }
 }
@@ -124,11 +117,10 @@ void GridPublisher::serveUpdates(SteadyTime now) {
   if (!grid_.window()) return;
   std::optional<ros::SerializedMessage> whole, changed;
   const ListenerTopic::Links& grid_links = grids_.links();
-  for (auto& [link, follower] : followers_) {
-    if (!follower.lacks || now < follower.not_before || link->waitingBytes() > 0) continue;
+  for (auto& [link, pace] : followers_) {
+    if (!pace.isDue(now) || link->waitingBytes() > 0) continue;
     if (isBusy(grid_links, link->name())) continue;
-    follower.lacks = false;
-    const bool is_whole = now < follower.whole_until;
+    const bool is_whole = pace.takeUpdate(now);
     const GridBox& box = is_whole ? *grid_.window() : grid_.changed();
     if (box.isEmpty()) continue;
     std::optional<ros::SerializedMessage>& message = is_whole ? whole : changed;

@@ -1,15 +1,9 @@
-/// Publishes the map as a grid of the ground, and what changes in it, for costmap_2d's StaticLayer
-/// as it is and whoever does likewise.
-///
-/// That layer adds an update to the last grid without a look at bounds, gets both by connections of
-/// their own, and of what comes between two of its cycles it hands on the place of the last message
-/// only. So an update is sent a moment after the grid that it is counted from, when that has been
-/// read; and for some cycles after a grid, updates are all of it.
+/// Publishes the map as a grid of the ground, and what changes in it, to those who listen to
+/// either. When a reader of updates gets one is StaticLayerPace's.
 #pragma once
 
 #include <ros/node_handle.h>
 
-#include <chrono>
 #include <map>
 #include <memory>
 #include <set>
@@ -19,17 +13,13 @@
 #include "planning/ground_grid.h"
 #include "ros/common/steady_clock.h"
 #include "ros/output/listener_topic.h"
+#include "ros/output/static_layer_pace.h"
 
 namespace dtsdf {
 
-/// Output's thread only, but for listeners().
+/// Space's thread only, but for listeners().
 class GridPublisher {
  public:
-  /// An update is sent no sooner after a grid.
-  static constexpr std::chrono::milliseconds kGap{200};
-  /// For so long after a grid, updates are all of it.
-  static constexpr std::chrono::milliseconds kSettling{2000};
-
   GridPublisher(const ros::NodeHandle& nh, const std::string& map_frame,
                 const GroundHeights& heights);
 
@@ -41,6 +31,9 @@ class GridPublisher {
   /// Forgets the grid, which nobody listens to.
   void forget();
 
+  /// From now on listeners lack what has become known.
+  void renew(SteadyTime now);
+
   /// Sends what listeners lack and have room for.
   void serve(SteadyTime now);
 
@@ -50,15 +43,7 @@ class GridPublisher {
  private:
   using Link = std::shared_ptr<ListenerLink>;
 
-  /// What a listener to updates lacks.
-  struct Follower {
-    bool lacks = true;
-    SteadyTime not_before, whole_until;
-  };
-
   void meetListeners(SteadyTime now);
-  void startOver(Follower& follower, SteadyTime now) const;
-  void tellNext(SteadyTime now);
   void serveGrids(SteadyTime now);
   void serveUpdates(SteadyTime now);
   bool isBusy(const ListenerTopic::Links& links, const std::string& name) const;
@@ -70,8 +55,8 @@ class GridPublisher {
   GroundGrid grid_;
   ros::Time stamp_;
   ListenerTopic grids_, updates_;
-  std::set<Link> have_grid_;           ///< The one of the window that is.
-  std::map<Link, Follower> followers_;  ///< Of updates.
+  std::set<Link> have_grid_;                   ///< The one of the window that is.
+  std::map<Link, StaticLayerPace> followers_;  ///< Of updates.
 };
 
 }  // namespace dtsdf

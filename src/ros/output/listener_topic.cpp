@@ -1,20 +1,9 @@
 #include "ros/output/listener_topic.h"
 
-#include <ros/single_subscriber_publisher.h>
-
 #include <algorithm>
 #include <utility>
 
 namespace dtsdf {
-namespace {
-
-/// Makes roscpp take a message that is serialised already, where it would serialise one.
-struct ReadyMessage {
-  const ros::SerializedMessage& message;
-};
-ros::SerializedMessage serializeMessage(const ReadyMessage& ready) { return ready.message; }
-
-}  // namespace
 
 std::chrono::duration<double> ListenerLink::stalledFor() const {
   if (queue_->bytes == 0) return std::chrono::duration<double>(0.0);
@@ -33,78 +22,35 @@ ros::SerializedMessage ListenerLink::track(const ros::SerializedMessage& message
   return tracked;
 }
 
-void ListenerTopic::Events::addCallback(const ros::CallbackInterfacePtr& callback,
-                                        uint64_t owner_id) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  events_.push_back({callback, owner_id});
-}
-
-void ListenerTopic::Events::removeByID(uint64_t owner_id) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  events_.erase(std::remove_if(events_.begin(), events_.end(),
-                               [&](const Event& event) { return event.owner == owner_id; }),
-                events_.end());
-}
-
-std::vector<ros::CallbackInterfacePtr> ListenerTopic::Events::take() {
-  std::vector<ros::CallbackInterfacePtr> callbacks;
-  const std::lock_guard<std::mutex> lock(mutex_);
-  for (Event& event : events_) callbacks.push_back(std::move(event.callback));
-  events_.clear();
-  return callbacks;
-}
-
-ListenerTopic::ListenerTopic(ros::NodeHandle nh, ros::AdvertiseOptions options) {
-  options.queue_size = 0;  // no limit of roscpp's: who sends looks at what waits
-  options.callback_queue = &events_;
-  options.connect_cb = [this](const ros::SingleSubscriberPublisher& subscriber) {
-    onConnection(subscriber);
-  };
-  options.disconnect_cb = [this](const ros::SingleSubscriberPublisher& subscriber) {
-    onEnd(subscriber);
-  };
-  publisher_ = nh.advertise(options);
-}
+ListenerTopic::ListenerTopic(const ros::NodeHandle& nh, const ros::AdvertiseOptions& options)
+    : publisher_(nh, options,
+                 {[this](const std::string& name, const DirectPublisher::Connection& connection) {
+                    links_.push_back(std::make_shared<ListenerLink>(name, connection));
+                  },
+                  [this](const std::string& name) { dropLink(name); }}) {}
 
 const ListenerTopic::Links& ListenerTopic::links() {
-  outgoing_ = nullptr;  // should a send have ended by an exception
-  for (const ros::CallbackInterfacePtr& callback : events_.take()) {
-    connecting_ = callback;
-    callback->call();
-  }
-  connecting_.reset();
+  publisher_.poll();
   return links_;
-}
-
-void ListenerTopic::onConnection(const ros::SingleSubscriberPublisher& subscriber) {
-  if (outgoing_ != nullptr) {
-    subscriber.publish(ReadyMessage{*outgoing_});
-  } else {
-    links_.push_back(std::make_shared<ListenerLink>(subscriber.getSubscriberName(), connecting_));
-  }
 }
 
 /// A node has one connection; where it has started anew before its old one was found dead, that one
 /// ends first.
-void ListenerTopic::onEnd(const ros::SingleSubscriberPublisher& subscriber) {
-  const std::string name = subscriber.getSubscriberName();
+void ListenerTopic::dropLink(const std::string& name) {
   const auto ended = std::find_if(links_.begin(), links_.end(),
                                   [&](const auto& link) { return link->name() == name; });
   if (ended != links_.end()) links_.erase(ended);
 }
 
 void ListenerTopic::send(ListenerLink& link, const ros::SerializedMessage& message) {
-  const ros::SerializedMessage tracked = link.track(message);
-  outgoing_ = &tracked;
-  link.connection()->call();
-  outgoing_ = nullptr;
+  publisher_.send(link.connection(), link.track(message));
   ++messages_;
   bytes_ += message.num_bytes;
 }
 
 TopicReport ListenerTopic::report() const {
   TopicReport report;
-  report.topic = publisher_.getTopic();
+  report.topic = publisher_.topic();
   report.listeners = links_.size();
   report.messages = messages_;
   report.bytes = bytes_;

@@ -1,14 +1,12 @@
 /// A topic whose listeners are served one by one: each gets what it lacks as fast as it reads, and
 /// what waits for it is known in bytes.
 ///
-/// A ros::Publisher sends to all alike, into queues that count messages and drop the oldest in
-/// silence. roscpp does let a connect callback publish to its one subscriber. Here that callback is
-/// kept, and called again for every message to this subscriber; and messages are handed over in
-/// buffers that tell when roscpp lets go of them.
+/// A ros::Publisher has queues that count messages and drop the oldest in silence. Here messages
+/// are handed over in buffers that report when roscpp lets go of them, and whoever sends looks
+/// first.
 #pragma once
 
 #include <ros/advertise_options.h>
-#include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
 #include <ros/serialized_message.h>
 
@@ -16,10 +14,11 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "ros/output/direct_publisher.h"
 
 namespace dtsdf {
 
@@ -37,11 +36,11 @@ struct TopicReport {
 /// one thread.
 class ListenerLink {
  public:
-  ListenerLink(std::string name, ros::CallbackInterfacePtr connection)
+  ListenerLink(std::string name, DirectPublisher::Connection connection)
       : name_(std::move(name)), connection_(std::move(connection)) {}
 
   const std::string& name() const { return name_; }
-  const ros::CallbackInterfacePtr& connection() const { return connection_; }
+  const DirectPublisher::Connection& connection() const { return connection_; }
 
   /// Bytes sent to it that are still in this process.
   size_t waitingBytes() const { return queue_->bytes; }
@@ -63,7 +62,7 @@ class ListenerLink {
   };
 
   std::string name_;
-  ros::CallbackInterfacePtr connection_;
+  DirectPublisher::Connection connection_;
   std::shared_ptr<Queue> queue_ = std::make_shared<Queue>();
 };
 
@@ -72,10 +71,10 @@ class ListenerTopic {
  public:
   using Links = std::vector<std::shared_ptr<ListenerLink>>;
 
-  /// `options` name topic and type; queue and callbacks are set here.
-  ListenerTopic(ros::NodeHandle nh, ros::AdvertiseOptions options);
+  /// `options` name topic and type.
+  ListenerTopic(const ros::NodeHandle& nh, const ros::AdvertiseOptions& options);
 
-  size_t listeners() const { return publisher_.getNumSubscribers(); }
+  size_t listeners() const { return publisher_.subscribers(); }
 
   /// Who listens, in the order in which they came.
   const Links& links();
@@ -86,31 +85,11 @@ class ListenerTopic {
   TopicReport report() const;
 
  private:
-  /// Keeps roscpp's callbacks, from any thread, until they are taken.
-  class Events : public ros::CallbackQueueInterface {
-   public:
-    void addCallback(const ros::CallbackInterfacePtr& callback, uint64_t owner_id) override;
-    void removeByID(uint64_t owner_id) override;
-    std::vector<ros::CallbackInterfacePtr> take();
+  void dropLink(const std::string& name);
 
-   private:
-    struct Event {
-      ros::CallbackInterfacePtr callback;
-      uint64_t owner;
-    };
-    std::mutex mutex_;
-    std::vector<Event> events_;
-  };
-
-  void onConnection(const ros::SingleSubscriberPublisher& subscriber);
-  void onEnd(const ros::SingleSubscriberPublisher& subscriber);
-
-  Events events_;
   Links links_;
-  ros::CallbackInterfacePtr connecting_;        ///< While it is called for the first time.
-  const ros::SerializedMessage* outgoing_ = nullptr;  ///< While a link's callback sends it.
   uint64_t messages_ = 0, bytes_ = 0;
-  ros::Publisher publisher_;
+  DirectPublisher publisher_;
 };
 
 /// How many bytes may wait for one listener: an equal share of what may wait for all.

@@ -1,4 +1,4 @@
-/// What is told about map and mesh while the node runs.
+/// What is reported about map and mesh while the node runs.
 #pragma once
 
 #include <cstddef>
@@ -10,22 +10,22 @@
 
 namespace dtsdf {
 
-/// What the status tells about the map.
+/// What the status reports about the map.
 struct MapReport {
   std::string backend;
-  std::string failure;  ///< Of the backend; empty while it works.
-  std::string loaded_map;      ///< The file that the map was loaded from; empty: none.
-  float voxel_size_m = 0.0f;   ///< Of a map that was loaded; 0: as the settings say.
+  std::string failure;        ///< Of the backend; empty while it works.
+  std::string loaded_map;     ///< The file that the map was loaded from; empty: none.
+  float voxel_size_m = 0.0f;  ///< Of a map that was loaded; 0: as the settings say.
   MapStats stats;
   MapperMemory memory;
   double integrate_ms = 0.0, paint_ms = 0.0, mesh_ms = 0.0;
 };
 
-/// What the status tells about the output.
+/// What the status reports about the output.
 struct OutputReport {
-  size_t triangles = 0;   ///< Of the mesh as it was handed over last.
-  size_t mesh_bytes = 0;  ///< What it keeps in memory.
-  size_t grid_bytes = 0;  ///< What the grid of the ground keeps.
+  size_t triangles = 0;    ///< Of the mesh as it was handed over last.
+  size_t mesh_bytes = 0;   ///< What it keeps in memory.
+  size_t space_bytes = 0;  ///< What is kept of space for planners: cells, distances, the grid.
   double publish_ms = 0.0;
   std::vector<TopicReport> topics;        ///< Of the mesh; what waits there has a limit.
   std::vector<TopicReport> space_topics;  ///< Empty without space/enabled.

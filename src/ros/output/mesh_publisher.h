@@ -27,7 +27,7 @@ class MeshPublisher {
   bool hasListeners() const { return listeners() > 0; }
   size_t listeners() const { return markers_.listeners() + blocks_.listeners(); }
 
-  /// Someone listens who has not been told yet that chunks have changed.
+  /// Someone listens who does not know yet that chunks have changed.
   bool hasChanges() const { return hasListeners() && !chunks_.changed().empty(); }
 
   /// A listener lacks chunks that it knows of, and has room for them.

@@ -18,7 +18,7 @@ struct DropShare {
   DropReason most_common = DropReason::kQueueFull;
 };
 
-/// Told at each status.
+/// Updated at each status.
 class RecentDrops {
  public:
   /// Of each camera, in their order.

@@ -10,8 +10,8 @@
 
 namespace dtsdf {
 
-/// Told at each status; wall time. While mapping is paused or simulated time stands still, nothing
-/// is expected to come, and afterwards the waiting begins anew.
+/// Updated at each status; wall time. While mapping is paused or simulated time stands still,
+/// nothing is expected to come, and afterwards the waiting begins anew.
 class RunClock {
  public:
   struct Moment {

@@ -7,13 +7,21 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
+#include "planning/distance_slice.h"
 #include "ros/output/listener_topic.h"
-#include "ros/output/space_handover.h"
 
 namespace dtsdf {
 
-/// Output's thread only, but for listeners(). A listener gets the newest slice when it has read the
+/// Distances in a plane.
+struct SpaceSlice {
+  std::vector<SliceCell> cells;
+  double cell_size_m = 0.0;
+  ros::Time stamp;  ///< See SpaceDelivery.
+};
+
+/// Space's thread only, but for listeners(). A listener gets the newest slice when it has read the
 /// one before.
 class SlicePublisher {
  public:

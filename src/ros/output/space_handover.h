@@ -1,5 +1,4 @@
-/// The queue from the map's thread to the output's for what is known of space: the one says what it
-/// wants, the other what there is.
+/// The queue from the map's thread to that of space: what has become known.
 #pragma once
 
 #include <ros/time.h>
@@ -8,70 +7,44 @@
 #include <mutex>
 #include <optional>
 #include <unordered_map>
-#include <vector>
+#include <utility>
 
 #include "dtsdf_mapping/space.h"
-#include "planning/distance_slice.h"
+#include "kernels/core/grid.h"
 
 namespace dtsdf {
 
-/// What the output wants.
-struct SpaceWish {
-  bool cells = false;      ///< To follow the changes of cells,
-  bool all_cells = false;  ///< and to begin with everything.
-  bool slice = false;      ///< Slices,
-  bool first_slice = false;  ///< also where nothing has changed.
-  bool any() const { return cells || slice; }
-  bool lacks() const { return all_cells || first_slice; }
-};
-
-/// Distances in a plane.
-struct SpaceSlice {
-  std::vector<SliceCell> cells;
-  double cell_size_m = 0.0;
-  ros::Time stamp;  ///< Of the newest frame whose surfaces count; cells may be free by later ones.
-};
-
 /// What has become known since it was last taken.
 struct SpaceDelivery {
-  std::optional<SpaceChanges> changes;
-  double cell_size_m = 0.0;  ///< Of the changes.
-  ros::Time stamp;           ///< The same as that of a slice.
-  std::optional<SpaceSlice> slice;
+  SpaceChanges changes;
+  double cell_size_m = 0.0;
+  /// Of the newest frame whose surfaces are in it; cells may be free by later ones. 0: none was
+  /// fused, as in a map that was loaded.
+  ros::Time stamp;
 };
 
 /// Thread safe. Changes of one cube become one, so that an output that stands still costs the cells
 /// of the map once and no more.
 class SpaceHandover {
  public:
-  /// `on_delivery` is called after each delivery, by the thread that made it. The map's thread
-  /// looks for wishes by itself.
-  explicit SpaceHandover(std::function<void()> on_delivery);
+  /// `on_change` is called after each change, by the thread that made it.
+  explicit SpaceHandover(std::function<void()> on_change) : on_change_(std::move(on_change)) {}
 
-  /// By the output. What is not wanted any more is thrown away; when it is wanted again, it begins
-  /// with everything.
-  void want(bool cells, bool slice);
+  void add(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp);
 
-  /// By the map's thread.
-  SpaceWish wish() const;
-  void tell(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp);
-  void tell(SpaceSlice slice);
-  /// The map has become another one, or empty: drops what waits, and has the output forget at once
-  /// what it was told before.
+  /// The map has become another one, or empty: drops what waits, and has the output forget all.
   void clear();
 
-  /// By the output.
-  SpaceDelivery take();
+  /// Nothing, if nothing has changed.
+  std::optional<SpaceDelivery> take();
 
  private:
-  std::function<void()> on_delivery_;
-  mutable std::mutex mutex_;
-  SpaceWish wish_;
+  std::function<void()> on_change_;
+  std::mutex mutex_;
   bool has_changes_ = false, begins_anew_ = false;
   std::unordered_map<PackedKey, SpaceCube> cubes_;
   double cell_size_m_ = 0.0;
   ros::Time stamp_;
-  std::optional<SpaceSlice> slice_;
 };
 
 }  // namespace dtsdf

@@ -28,7 +28,7 @@ struct StatusInput {
   double stale_s = 0.0;      ///< The setting; 0: silence is no fault.
   std::string master;        ///< What is wrong with the registration there; empty: nothing.
   std::vector<std::string> depth_topics;  ///< That there are, while a camera's own has nobody.
-  uint64_t process_bytes = 0;  ///< Resident memory of the whole process; 0: not known.
+  uint64_t process_bytes = 0;             ///< Resident memory of the whole process; 0: not known.
   size_t mesh_listeners = 0;
   uint64_t max_image_bytes = 0;  ///< That may wait, of one kind of images of one camera.
   uint64_t max_queue_bytes = 0;  ///< Of messages of the mesh, for listeners.
@@ -37,7 +37,7 @@ struct StatusInput {
 /// Whether the camera's depth images have not come, and nobody is there to send any.
 bool hasNoPublisher(const CameraReport& camera);
 
-/// `before` is the last status, which tells what is new; empty for the first one.
+/// `before` is the last status, which shows what is new; empty for the first one.
 dtsdf_mapping::MapStatus makeStatus(const StatusInput& input,
                                     const dtsdf_mapping::MapStatus& before = {});
 

@@ -30,13 +30,14 @@ std::vector<Eigen::Vector3d> inMap(const std::vector<geometry_msgs::Point>& poin
   return points_W;
 }
 
-void fillAnswer(const std::vector<SpaceDistance>& distances, const Eigen::Isometry3d& T_W_F,
-                dtsdf_mapping::GetDistances::Response& response) {
+void fillAnswer(const KnownSpace& space, const std::vector<Eigen::Vector3d>& points_W,
+                const Eigen::Isometry3d& T_W_F, dtsdf_mapping::GetDistances::Response& response) {
   const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
-  response.known.reserve(distances.size());
-  response.distances.reserve(distances.size());
-  response.gradients.reserve(distances.size());
-  for (const SpaceDistance& distance : distances) {
+  response.known.reserve(points_W.size());
+  response.distances.reserve(points_W.size());
+  response.gradients.reserve(points_W.size());
+  for (const Eigen::Vector3d& p_W : points_W) {
+    const SpaceDistance distance = space.distanceAt(p_W);
     const Vec3f& g = distance.gradient;
     const Eigen::Vector3d g_F = R_F_W * Eigen::Vector3d(g.x, g.y, g.z);
     geometry_msgs::Vector3 gradient;

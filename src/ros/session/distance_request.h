@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Points that one call may have: what the map's thread can answer between two frames.
+/// Points that one call may have.
 constexpr size_t kMostQueryPoints = 100000;
 
 /// Before any frame is looked up.
@@ -22,7 +22,7 @@ std::vector<Eigen::Vector3d> inMap(const std::vector<geometry_msgs::Point>& poin
                                    const Eigen::Isometry3d& T_W_F);
 
 /// Gradients are turned into frame F.
-void fillAnswer(const std::vector<SpaceDistance>& distances, const Eigen::Isometry3d& T_W_F,
-                dtsdf_mapping::GetDistances::Response& response);
+void fillAnswer(const KnownSpace& space, const std::vector<Eigen::Vector3d>& points_W,
+                const Eigen::Isometry3d& T_W_F, dtsdf_mapping::GetDistances::Response& response);
 
 }  // namespace dtsdf

@@ -20,7 +20,7 @@ MapSession::MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Part
       clock_(clock),
       schedule_(mesh_rate_hz, std::move(clock)) {
   report_.backend = mapper_->backendName();
-  report_.stats = mapper_->stats();  // the budget is told before the first frame
+  report_.stats = mapper_->stats();  // the budget is known before the first frame
 }
 
 std::chrono::milliseconds MapSession::step() noexcept {
@@ -46,31 +46,18 @@ MapSchedule::Situation MapSession::situation() const {
   MapSchedule::Situation situation;
   situation.frame_ready = parts_.frames.hasTurn();
   if (hasFailed()) return situation;
-  const SpaceWish wish = spaceWish();
-  situation.mesh_wanted = parts_.mesh_wanted() || wish.any();  // surfaces come with the mesh
-  situation.space_wanted = wish.any();
-  situation.space_lacking = wish.lacks();
+  situation.mesh_wanted = parts_.mesh_wanted();
+  situation.space_followed = parts_.space != nullptr && mapper_->space() != nullptr;
   return situation;
-}
-
-SpaceWish MapSession::spaceWish() const {
-  return parts_.space != nullptr ? parts_.space->wish() : SpaceWish();
 }
 
 void MapSession::act(Action action) {
   switch (action) {
-    case Action::kFuse:
-      return fuseNext();
-    case Action::kBeginMesh:
-      return beginMesh();
-    case Action::kFinishMesh:
-      return finishMesh();
-    case Action::kTellSpace:
-      return tellSpace();
-    case Action::kReport:
-      return updateReport();
-    case Action::kWait:
-      return;
+    case Action::kFuse: return fuseNext();
+    case Action::kBeginMesh: return beginMesh();
+    case Action::kFinishMesh: return finishMesh();
+    case Action::kReport: return updateReport();
+    case Action::kWait: return;
   }
 }
 
@@ -78,15 +65,19 @@ void MapSession::fuseNext() {
   std::optional<PosedFrame> frame = parts_.frames.take();
   if (!frame) return;  // was pushed out meanwhile
   if (hasFailed()) {
-    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, report_.failure);
+    accountingOf(*frame).dropped(DropReason::kBackendError, frame->stamp, report_.failure);
     return;
   }
   try {
     takeFrame(*frame);
   } catch (const std::exception& error) {
-    frame->accounting->dropped(DropReason::kBackendError, frame->stamp, errorText(error));
+    accountingOf(*frame).dropped(DropReason::kBackendError, frame->stamp, errorText(error));
     throw;
   }
+}
+
+FrameAccounting& MapSession::accountingOf(const PosedFrame& frame) const {
+  return parts_.ledger.of(frame.stream);
 }
 
 IntegrationResult MapSession::fuse(DepthFrame frame, const ros::Time& stamp) {
@@ -118,16 +109,16 @@ std::optional<Rejection> MapSession::findPose(PosedFrame& frame) {
 
 void MapSession::takeFrame(PosedFrame& frame) {
   if (const auto rejection = findPose(frame)) {
-    return frame.accounting->dropped(rejection->reason, frame.stamp, rejection->text);
+    return accountingOf(frame).dropped(rejection->reason, frame.stamp, rejection->text);
   }
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   const IntegrationResult result =
       depth != nullptr ? fuse(*depth, frame.stamp) : paint(std::get<ColourFrame>(frame.image));
   if (result.status != FrameStatus::kFused) {
-    frame.accounting->dropped(dropReasonOf(result.status), frame.stamp, result.message);
+    accountingOf(frame).dropped(dropReasonOf(result.status), frame.stamp, result.message);
     return;
   }
-  frame.accounting->fused(frame.stamp);
+  accountingOf(frame).fused(frame.stamp);
   if (parts_.poses != nullptr) parts_.poses->wasFused(frame);
   // Colour may come late; depth that goes back has begun anew.
   map_stamp_ = depth != nullptr ? frame.stamp : std::max(map_stamp_, frame.stamp);
@@ -157,52 +148,19 @@ void MapSession::finishMesh() {
   }
   parts_.mesh_changes.add(std::move(update), mesh_stamp_);
   mesh_whole_ = true;
-  schedule_.spaceChanged();
+  handSpaceOver();
 }
 
-/// Free cells may be of a later frame than the mesh; the stamp promises only what has surfaces too.
-void MapSession::tellSpace() {
-  const SteadyTime begin = clock_();
-  const SpaceWish wish = spaceWish();
+/// As an extraction may be finished after one more frame, cells may be free by a later frame than
+/// surfaces are of; the stamp promises only what has surfaces too.
+void MapSession::handSpaceOver() {
   Space* const space = mapper_->space();
-  if (space != nullptr && wish.cells) {
-    parts_.space->tell(space->takeChanges(wish.all_cells), space->cellSize_m(), mesh_stamp_);
-  }
-  if (space != nullptr && wish.slice) {
-    space->updateDistances();
-    parts_.space->tell({sliceAt(*space, parts_.slice_height_m), space->cellSize_m(), mesh_stamp_});
-  }
-  schedule_.spaceTold(begin);
-}
-
-std::vector<SpaceDistance> MapSession::distancesAt(const std::vector<Eigen::Vector3d>& points_W) {
-  if (mapper_->space() == nullptr) {
-    throw std::runtime_error("the map does not record free space; start the node with "
-                             "space/enabled");
-  }
-  throwIfFailed();  // also where the mesh is whole: the last frame may be there in part
-  bringMeshUpToDate();
-  throwIfFailed();
-  if (map_stamp_.isZero() && report_.loaded_map.empty()) {
-    throw std::runtime_error("nothing is mapped yet: no frame has been fused since the start or "
-                             "clear_map");
-  }
-  try {
-    Space& space = *mapper_->space();
-    space.updateDistances();
-    std::vector<SpaceDistance> distances;
-    distances.reserve(points_W.size());
-    for (const Eigen::Vector3d& p_W : points_W) distances.push_back(space.distanceAt(p_W));
-    return distances;
-  } catch (const std::exception& error) {
-    fail(errorText(error));
-    throw;
-  }
+  if (parts_.space == nullptr || space == nullptr) return;
+  parts_.space->add(space->takeChanges(), space->cellSize_m(), mesh_stamp_);
 }
 
 std::string MapSession::outdatedMesh() const {
-  return "; the backend has failed, so this is the last extracted mesh: " +
-         report_.failure;
+  return "; the backend has failed, so this is the last extracted mesh: " + report_.failure;
 }
 
 std::string MapSession::bringMeshUpToDate() {
@@ -295,14 +253,15 @@ void MapSession::updateReport() {
 }
 
 void MapSession::throwIfFailed() const {
+  const std::lock_guard<std::mutex> lock(report_mutex_);
   if (!hasFailed()) return;
   throw std::runtime_error("the map's backend has failed (" + report_.failure +
                            "); call clear_map to start over");
 }
 
 void MapSession::fail(const std::string& text) {
-  ROS_FATAL_STREAM_NAMED("dtsdf_mapping", "the map's backend failed; call clear_map to start over: "
-                                              << text);
+  ROS_FATAL_STREAM_NAMED("dtsdf_mapping",
+                         "the map's backend failed; call clear_map to start over: " << text);
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.failure = text;
 }

@@ -13,6 +13,7 @@
 
 #include "dtsdf_mapping/mapper.h"
 #include "ros/common/schedule.h"
+#include "ros/input/frame_ledger.h"
 #include "ros/input/posed_frame.h"
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
@@ -22,19 +23,19 @@
 
 namespace dtsdf {
 
-/// Map's thread only, but for report(). It waits for nobody: neither for transforms nor for
-/// whoever shows or saves the mesh.
+/// Map's thread only, but for report() and throwIfFailed(). It waits for nobody: neither for
+/// transforms nor for whoever shows or saves the mesh.
 class MapSession {
  public:
   /// What the session works with; all of it outlives it.
   struct Parts {
     FrameQueue& frames;
+    FrameLedger& ledger;
     MeshHandover& mesh_changes;
     std::function<bool()> mesh_wanted;  ///< Whether anybody listens.
     /// What map/keep_radius_m is round, at a frame's stamp; none, as without it: the camera.
     std::function<std::optional<Eigen::Vector3d>(const ros::Time&)> keep_center = nullptr;
     SpaceHandover* space = nullptr;  ///< Null: nobody asks for it.
-    double slice_height_m = 0.0;
     Levelling* levelling = nullptr;  ///< Null: poses are of the map's frame.
     FramePoses* poses = nullptr;     ///< Null: frames are fused where they are said to be.
   };
@@ -57,11 +58,6 @@ class MapSession {
   /// Empties a part of the map.
   /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
   ClearedRegion clearRegion(const Region& region);
-
-  /// How far it is from points of the map frame to the next surface, of all that was fused: brings
-  /// the mesh up to date first.
-  /// @throws std::runtime_error if that cannot be told; the text says why, and what to do.
-  std::vector<SpaceDistance> distancesAt(const std::vector<Eigen::Vector3d>& points_W);
 
   /// A copy of the map. @throws std::exception if the backend cannot give it.
   MapContents contents();
@@ -91,6 +87,9 @@ class MapSession {
 
   MapReport report() const;
 
+  /// Any thread. @throws std::runtime_error after a failure of the backend; its text says so.
+  void throwIfFailed() const;
+
  private:
   MapSchedule::Situation situation() const;
   std::chrono::milliseconds idleTime() const;
@@ -98,18 +97,17 @@ class MapSession {
   void fuseNext();
   void takeFrame(PosedFrame& frame);
   std::optional<Rejection> findPose(PosedFrame& frame);
+  FrameAccounting& accountingOf(const PosedFrame& frame) const;
   IntegrationResult fuse(DepthFrame frame, const ros::Time& stamp);
   IntegrationResult paint(const ColourFrame& frame);
   void beginMesh();
   void finishMesh();
-  SpaceWish spaceWish() const;
-  void tellSpace();
+  void handSpaceOver();
   std::string outdatedMesh() const;
   void forgetHandedOver(std::optional<float> voxel_size_m = std::nullopt);
   void updateReport();
   void forgetFailure();
   bool hasFailed() const { return !report_.failure.empty(); }
-  void throwIfFailed() const;
   void fail(const std::string& text);
 
   std::unique_ptr<Mapper> mapper_;
@@ -117,10 +115,10 @@ class MapSession {
   SteadyClock clock_;
   MapSchedule schedule_;
 
-  bool mesh_whole_ = true;  ///< False while an extraction is under way, and once one was lost.
-  ros::Time map_stamp_;     ///< Of the newest frame in the map, but for those of a loaded one.
+  bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
+  ros::Time map_stamp_;          ///< Of the newest frame in the map, but for those of a loaded one.
   double loaded_stamp_s_ = 0.0;  ///< Of those; 0: none.
-  ros::Time mesh_stamp_;    ///< The same when the last extraction was begun.
+  ros::Time mesh_stamp_;         ///< The same when the last extraction was begun.
 
   mutable std::mutex report_mutex_;
   MapReport report_;  ///< Only this thread writes.

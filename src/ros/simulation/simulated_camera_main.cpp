@@ -4,11 +4,17 @@
 #include <exception>
 #include <string>
 
+#include "ros/common/node_help.h"
 #include "ros/common/param_server.h"
 #include "ros/common/start_error.h"
 #include "ros/simulation/simulated_camera.h"
 
 namespace {
+
+constexpr char kUsage[] =
+    "usage: rosrun dtsdf_mapping simulated_camera [_SETTING:=VALUE...] [TOPIC:=OTHER_TOPIC...]\n\n"
+    "Publishes depth and colour images of a simulated room, with camera_info and TF, for the\n"
+    "demo and for tests. Needs a ROS master. docs/ros.md has its topics.\n";
 
 dtsdf::SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {
   const dtsdf::ServerParams server = dtsdf::readParamServer(private_nh);
@@ -29,6 +35,8 @@ dtsdf::SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  const auto defaults = dtsdf::defaultsOf<dtsdf::SimulatedCameraParams>();
+  if (dtsdf::printHelp(argc, argv, kUsage, defaults)) return 0;
   ros::init(argc, argv, "simulated_camera");
   // ROS, and with it the log, ends with the last handle.
   const ros::NodeHandle nh, private_nh("~");

@@ -15,7 +15,6 @@ namespace dtsdf {
 class FakeSpace : public Space {
  public:
   double cellSize_m() const override { return 0.1; }
-  Vec3i cellAt(const Eigen::Vector3d&) const override { return {}; }
   CellState stateOf(const Vec3i&) const override { return CellState::kUnknown; }
   std::vector<SpaceCell> cells() const override { return {}; }
   std::vector<SpaceCube> cubes(int32_t, int32_t) const override { return {}; }

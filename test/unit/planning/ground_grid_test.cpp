@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-using Kind = GridTelling::Kind;
+using Kind = PendingGrid::Kind;
 
 constexpr double kCell_m = 0.1;
 
@@ -68,7 +68,7 @@ struct Follower {
   GridBox window;
   std::vector<int8_t> values;
 
-  void take(const GroundGrid& grid, const GridTelling& told) {
+  void take(const GroundGrid& grid, const PendingGrid& told) {
     const std::vector<int8_t> sent = grid.values(told.box);
     if (told.kind == Kind::kGrid) {
       window = told.box;
@@ -180,7 +180,7 @@ TEST(GroundGrid, UpdatesAreTheUnionSinceTheGrid) {
   EXPECT_TRUE(grid.changed().isEmpty());
   cells.set(10, 20, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  GridTelling told = grid.next();
+  PendingGrid told = grid.next();
   EXPECT_EQ(told.kind, Kind::kUpdate);
   EXPECT_TRUE((told.box == GridBox{10, 20, 1, 1}));
   cells.set(30, 21, 1, CellState::kSurface);
@@ -215,7 +215,7 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
                 static_cast<CellState>(pick(0, 7) < 6 ? 1 : pick(0, 2)));
     }
     grid.apply(cells.take(), kCell_m);
-    const GridTelling told = grid.next();
+    const PendingGrid told = grid.next();
     if (told.kind == Kind::kNothing) continue;
     ASSERT_FALSE(told.too_large);
     ++(told.kind == Kind::kGrid ? grids : updates);
@@ -241,7 +241,7 @@ TEST(GroundGrid, BeginsAnew) {
   ASSERT_EQ(follower.window.width, 768);
 
   grid.apply({true, {}}, kCell_m);
-  GridTelling told = grid.next();
+  PendingGrid told = grid.next();
   ASSERT_EQ(told.kind, Kind::kUpdate);
   follower.take(grid, told);
   for (const int8_t value : follower.values) ASSERT_EQ(value, kColumnUnknown);
@@ -282,7 +282,7 @@ TEST(GroundGrid, WhatIsTooLargeIsSaid) {
   EXPECT_EQ(grid.window()->width, 256);
   cells.set(7, 7, 1, CellState::kSurface);  // what is in the window is told all the same
   grid.apply(cells.take(), kCell_m);
-  const GridTelling told = grid.next();
+  const PendingGrid told = grid.next();
   EXPECT_TRUE(told.too_large);
   EXPECT_EQ(told.kind, Kind::kUpdate);
   EXPECT_TRUE(told.box.contains({7, 7, 1, 1}));

@@ -18,15 +18,14 @@ class Surfaces {
  public:
   void put(const Vec3i& cell) {
     if (!isThere(cell)) sites_.push_back(cell);
-    add(table_.at(cubeOfCell(cell)).surface, indexInCube(cell));
+    add(table_[packKey(cubeOfCell(cell))], indexInCube(cell));
     changed_.insert(packKey(cubeOfCell(cell)));
   }
   void take(size_t i) {
     const Vec3i cell = sites_[i];
     sites_.erase(sites_.begin() + static_cast<std::ptrdiff_t>(i));
-    remove(table_.at(cubeOfCell(cell)).surface, indexInCube(cell));
+    remove(table_[packKey(cubeOfCell(cell))], indexInCube(cell));
     changed_.insert(packKey(cubeOfCell(cell)));
-    table_.removeIfEmpty(cubeOfCell(cell));
   }
   size_t count() const { return sites_.size(); }
   bool isThere(const Vec3i& cell) const {
@@ -34,7 +33,9 @@ class Surfaces {
   }
 
   void updateAll(DistanceField& field) {
-    field.update(table_, changed_);
+    std::vector<SurfaceCube> cubes;
+    for (const PackedKey key : changed_) cubes.push_back({unpackKey(key), table_[key]});
+    field.update(cubes);
     changed_.clear();
   }
 
@@ -48,9 +49,9 @@ class Surfaces {
   }
 
  private:
-  CellTable table_;
+  SurfaceTable table_;
   std::vector<Vec3i> sites_;
-  CubeSet changed_;
+  std::set<PackedKey> changed_;
 };
 
 std::vector<Vec3i> someCells(std::mt19937& random, int count, int range) {
@@ -71,7 +72,7 @@ TEST(DistanceField, IsExactAfterEachOfManyChanges) {
       while (round % 3 == 2 && surfaces.count() > 5) surfaces.take(random() % surfaces.count());
       surfaces.updateAll(field);
       for (const Vec3i& cell : someCells(random, 400, 75)) {
-        ASSERT_EQ(field.squaredAt(cell), surfaces.squaredDistance(cell, reach))
+        ASSERT_EQ(squaredAt(field.sectors(), cell), surfaces.squaredDistance(cell, reach))
             << "reach " << reach << ", round " << round << ", cell " << cell.x << " " << cell.y
             << " " << cell.z;
       }
@@ -90,22 +91,22 @@ TEST(DistanceField, ReachesFar) {
   surfaces.updateAll(field);
   std::mt19937 random(caseSeed(0));
   for (const Vec3i& cell : someCells(random, 400, 110)) {
-    ASSERT_EQ(field.squaredAt(cell), surfaces.squaredDistance(cell, kReach));
+    ASSERT_EQ(squaredAt(field.sectors(), cell), surfaces.squaredDistance(cell, kReach));
   }
 }
 
 TEST(DistanceField, NothingIsKeptWhereSurfacesHaveGone) {
   Surfaces surfaces;
   DistanceField field(10, 1);
-  EXPECT_EQ(field.squaredAt({0, 0, 0}), -1);
+  EXPECT_EQ(squaredAt(field.sectors(), {0, 0, 0}), -1);
   surfaces.put({3, -4, 12});
   surfaces.updateAll(field);
-  EXPECT_EQ(field.squaredAt({3, -4, 12}), 0);
-  EXPECT_EQ(field.squaredAt({3, -4, 22}), 100);
-  EXPECT_EQ(field.squaredAt({3, -4, 23}), -1);
+  EXPECT_EQ(squaredAt(field.sectors(), {3, -4, 12}), 0);
+  EXPECT_EQ(squaredAt(field.sectors(), {3, -4, 22}), 100);
+  EXPECT_EQ(squaredAt(field.sectors(), {3, -4, 23}), -1);
   surfaces.take(0);
   surfaces.updateAll(field);
-  EXPECT_EQ(field.squaredAt({3, -4, 12}), -1);
+  EXPECT_EQ(squaredAt(field.sectors(), {3, -4, 12}), -1);
   EXPECT_EQ(field.bytes(), 0u);
 }
 

@@ -1,0 +1,67 @@
+/// The node's services, by their names.
+#pragma once
+
+#include <dtsdf_mapping/ClearRegion.h>
+#include <dtsdf_mapping/GetDistances.h>
+#include <dtsdf_mapping/LoadMap.h>
+#include <dtsdf_mapping/SaveMap.h>
+#include <dtsdf_mapping/SaveMesh.h>
+#include <dtsdf_mapping/SaveTrajectory.h>
+#include <dtsdf_mapping/SetPose.h>
+#include <ros/node_handle.h>
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "ros/session/callback_thread.h"
+#include "ros/session/mapping_pipeline.h"
+
+namespace dtsdf {
+
+/// Those that wait for a loop of the pipeline have threads of their own.
+class MapServices {
+ public:
+  /// The pipeline outlives it.
+  MapServices(const ros::NodeHandle& private_nh, MappingPipeline& pipeline);
+
+  /// Whoever waits for the pipeline is served before this returns.
+  ~MapServices();
+  MapServices(const MapServices&) = delete;
+  MapServices& operator=(const MapServices&) = delete;
+
+  /// Calls are answered from now on.
+  void start();
+
+  /// The full name of one.
+  std::string nameOfOne() const { return servers_.back().getService(); }
+
+ private:
+  void advertiseFiles(const ros::NodeHandle& nh);
+  void advertiseMap(const ros::NodeHandle& nh);
+  void saveMesh(const dtsdf_mapping::SaveMesh::Request& request,
+                dtsdf_mapping::SaveMesh::Response& response);
+  void saveMap(const dtsdf_mapping::SaveMap::Request& request,
+               dtsdf_mapping::SaveMap::Response& response);
+  void loadMap(const dtsdf_mapping::LoadMap::Request& request,
+               dtsdf_mapping::LoadMap::Response& response);
+  void saveTrajectory(const dtsdf_mapping::SaveTrajectory::Request& request,
+                      dtsdf_mapping::SaveTrajectory::Response& response);
+  void clearRegion(const dtsdf_mapping::ClearRegion::Request& request,
+                   dtsdf_mapping::ClearRegion::Response& response);
+  void getDistances(const dtsdf_mapping::GetDistances::Request& request,
+                    dtsdf_mapping::GetDistances::Response& response);
+  std::string outputPath(const std::string& file_name,
+                         const std::vector<std::string>& extensions) const;
+
+  MappingPipeline& pipeline_;
+  CallbackThread save_thread_{2}, clear_thread_, query_thread_;
+  std::mutex saving_;               ///< What saves or loads goes one after the other,
+  uint64_t turn_ = 0;               ///< by the number that it came with,
+  std::atomic<uint64_t> saves_{0};  ///< and knows by the newest one that another waits.
+  std::vector<ros::ServiceServer> servers_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,241 @@
+#include "ros/session/mapping_pipeline.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <utility>
+
+#include "params/printable.h"
+#include "ros/common/param_server.h"
+#include "ros/input/depth_topics.h"
+#include "ros/output/output_path.h"
+
+namespace dtsdf {
+namespace {
+
+/// How long the loop of space sleeps where there is none.
+constexpr std::chrono::hours kNoSpace{1};
+
+MappingParams readParams(const ros::NodeHandle& private_nh) {
+  const ServerParams server = readParamServer(private_nh);
+  return readMappingParams(server.tree, server.violations);
+}
+
+MeshOutput::Options outputOptions(const MappingParams& params) {
+  const PublishParams& publish = params.node.publish;
+  return {params.mapper.map.voxel_size_m, params.mapper.mesh.colour, publish.mesh_rate_hz,
+          publish.points_rate_hz, static_cast<size_t>(publish.max_queue_mb) << 20};
+}
+
+/// The mesh is extracted for listeners as often as one of its two topics may need it.
+double meshRate(const PublishParams& publish) {
+  return std::max(publish.mesh_rate_hz, publish.points_rate_hz);
+}
+
+std::unique_ptr<PosePublisher> makePosePublisher(const ros::NodeHandle& private_nh,
+                                                 const NodeParams& params,
+                                                 const TransformBuffer& transforms) {
+  if (params.poses.mode == PoseMode::kTf) return nullptr;
+  return std::make_unique<PosePublisher>(private_nh, params, transforms);
+}
+
+std::unique_ptr<FramePoses> makeFramePoses(const NodeParams& params, const PoseSource& poses,
+                                           const Levelling& levelling, PosePublisher* publisher) {
+  if (publisher == nullptr) return nullptr;
+  return std::make_unique<FramePoses>(
+      params, poses, &levelling,
+      FramePoses::Listeners{[publisher](const FoundPose& pose) { publisher->publish(pose); },
+                            [publisher](const ros::Time& stamp, const Eigen::Isometry3d& T_M_O) {
+                              publisher->publishCorrection(stamp, T_M_O);
+                            },
+                            [publisher] { publisher->clearPath(); }});
+}
+
+std::unique_ptr<SpaceOutput> makeSpaceOutput(const ros::NodeHandle& private_nh,
+                                             const MappingParams& params, SpaceHandover& handover) {
+  if (!params.mapper.space.enabled) return nullptr;
+  const GroundParams& ground = params.node.ground;
+  return std::make_unique<SpaceOutput>(
+      private_nh,
+      SpaceOutput::Options{frameOfMap(params.node),
+                           {ground.min_height_m, ground.max_height_m, ground.grid_seen_share},
+                           ground.slice_height_m,
+                           params.mapper.space.max_distance_m,
+                           params.node.publish.space_rate_hz},
+      handover);
+}
+
+}  // namespace
+
+MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
+    : params_(readParams(private_nh)),
+      transforms_({params_.node.input.tf_max_ahead_s}),
+      transform_input_(transforms_thread_.serve(nh), transforms_),
+      poses_(transforms_, params_.node.map_frame),
+      image_poses_(transforms_, frameOfPoses(params_.node)),
+      level_transform_(params_.node.map_frame, frameOfMap(params_.node)),
+      levelling_(params_, image_poses_,
+                 [this](const Eigen::Isometry3d& T_W_M) { level_transform_.publish(T_W_M); }),
+      imu_input_(transforms_thread_.serve(nh), namespaceOf(private_nh), params_.node, levelling_),
+      map_poses_(params_, poses_, levelling_),
+      pose_publisher_(makePosePublisher(private_nh, params_.node, transforms_)),
+      frame_poses_(makeFramePoses(params_.node, poses_, levelling_, pose_publisher_.get())),
+      posed_frames_(params_.node.input.merge_wait_s, [this] { map_loop_.wake(); }),
+      cameras_(nh, private_nh, params_.node,
+               {image_poses_, posed_frames_, ledger_, [this] { intake_loop_.wake(); }}),
+      mesh_publisher_(private_nh, {frameOfMap(params_.node), params_.mapper.mesh.colour,
+                                   params_.node.publish.chunk_blocks}),
+      points_publisher_(private_nh, frameOfMap(params_.node), params_.mapper.mesh.colour),
+      mesh_changes_([this] { output_loop_.wake(); }),
+      output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
+      space_changes_([this] { space_loop_.wake(); }),
+      space_output_(makeSpaceOutput(private_nh, params_, space_changes_)),
+      session_(
+          makeMapper(params_.mapper), meshRate(params_.node.publish),
+          {posed_frames_, ledger_, mesh_changes_,
+           [this] { return mesh_publisher_.hasListeners() || points_publisher_.hasListeners(); },
+           [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
+           space_output_ ? &space_changes_ : nullptr, &levelling_, frame_poses_.get()}),
+      free_memory_(std::chrono::steady_clock::now),
+      output_loop_(
+          [this] {
+            free_memory_.step();
+            return output_.step();
+          },
+          WorkerThread::Priority::kLow),
+      space_loop_([this] { return space_output_ ? space_output_->step() : kNoSpace; }),
+      map_loop_([this] { return session_.step(); }),
+      intake_loop_([this] { return cameras_.step(); }),
+      map_files_(params_.mapper, params_.node.map_frame, {session_, map_loop_}) {
+  ROS_INFO_STREAM_NAMED("dtsdf_mapping", "backend: " << session_.report().backend << ", voxels of "
+                                                     << params_.mapper.map.voxel_size_m << " m");
+  // By the loop, which is at work already.
+  map_loop_.run([this] { session_.setSpaceRate(params_.node.publish.space_rate_hz); });
+  transforms_thread_.start();
+  if (!params_.node.load_file.empty()) {
+    const std::string path = expandHome(params_.node.load_file, "map/load_file");
+    ROS_INFO_STREAM_NAMED("dtsdf_mapping", printableMessage(loadMap(path).message));
+  }
+  cameras_.subscribe(private_nh);
+}
+
+MappingPipeline::~MappingPipeline() { stop(); }
+
+void MappingPipeline::stop() {
+  cameras_.unsubscribe();
+  transforms_thread_.stop();
+  map_files_.stop();
+  intake_loop_.stop();
+  map_loop_.stop();
+  space_loop_.stop();
+  output_loop_.stop();
+}
+
+StatusInput MappingPipeline::status() const {
+  StatusInput input;
+  input.cameras = cameras_.report();
+  input.map = session_.report();
+  input.output = output_.report();
+  if (space_output_) space_output_->addTo(input.output);
+  input.transforms = transforms_.report();
+  if (frame_poses_) {
+    input.poses = frame_poses_->report();
+    input.poses.problem = pose_publisher_->problem();
+  }
+  input.paused = cameras_.paused();
+  input.stale_s = params_.node.status.stale_s;
+  if (std::any_of(input.cameras.begin(), input.cameras.end(), hasNoPublisher)) {
+    input.depth_topics = findDepthTopics();
+  }
+  input.mesh_listeners = mesh_publisher_.listeners();
+  if (input.map.voxel_size_m == 0.0f) input.map.voxel_size_m = params_.mapper.map.voxel_size_m;
+  input.max_image_bytes = queueBytesOf(params_.node.input);
+  input.max_queue_bytes = static_cast<uint64_t>(params_.node.publish.max_queue_mb) << 20;
+  return input;
+}
+
+void MappingPipeline::setRates(const PublishParams& rates) {
+  // Nobody waits: each loop takes its rate between two steps.
+  map_loop_.run([this, rates] {
+    session_.setMeshRate(meshRate(rates));
+    session_.setSpaceRate(rates.space_rate_hz);
+  });
+  output_loop_.run([this, rates] { output_.setRates(rates.mesh_rate_hz, rates.points_rate_hz); });
+  if (space_output_) {
+    space_loop_.run([this, rates] { space_output_->setRate(rates.space_rate_hz); });
+  }
+}
+
+MappingPipeline::SavedMeshFile MappingPipeline::saveMesh(const std::string& path,
+                                                         const SaveChoice& choice) {
+  const std::string note = map_loop_.run([this] { return session_.bringMeshUpToDate(); }).get();
+  return {output_loop_.run([&] { return output_.save(path, choice); }).get(), note};
+}
+
+MapFiles::Done MappingPipeline::saveMap(const std::string& path) { return map_files_.save(path); }
+
+MapFiles::Done MappingPipeline::loadMap(const std::string& path) {
+  MapFiles::Done done = map_files_.load(path);
+  // The camera may be anywhere in the map that was loaded.
+  intake_loop_.run([this] { cameras_.restartMotion(); }).get();
+  awaitOutputs();
+  returnFreeMemory();  // that of the old map
+  return done;
+}
+
+void MappingPipeline::clearMap() {
+  map_loop_.run([this] { session_.clear(); }).get();
+  awaitOutputs();
+  returnFreeMemory();
+}
+
+ClearedRegion MappingPipeline::clearRegion(const Region& region) {
+  return map_loop_.run([&] { return session_.clearRegion(region); }).get();
+}
+
+/// Once this has returned, nothing of the map of before is published or answered any more.
+void MappingPipeline::awaitOutputs() {
+  output_loop_.run([this] { output_.takeChanges(); }).get();
+  if (space_output_) space_loop_.run([this] { space_output_->takeChanges(); }).get();
+}
+
+StampedSpace MappingPipeline::knownSpace() const {
+  if (!space_output_) {
+    throw std::runtime_error(
+        "the map does not record free space; start the node with "
+        "space/enabled");
+  }
+  session_.throwIfFailed();  // the last frame may be in the map in part
+  StampedSpace known = space_output_->newest();
+  if (known.space->isEmpty()) {
+    throw std::runtime_error(
+        "nothing is mapped yet since the start, clear_map or load_map; ask "
+        "again once a frame was fused and meshed");
+  }
+  return known;
+}
+
+FramePoses& MappingPipeline::framePoses() const {
+  if (frame_poses_) return *frame_poses_;
+  throw std::runtime_error(
+      "poses come from TF as they are; start the node with poses/mode: track, "
+      "or refine");
+}
+
+void MappingPipeline::setPose(const Eigen::Isometry3d& T_W_B) {
+  FramePoses& poses = framePoses();
+  map_loop_.run([&] { poses.setPose(T_W_B); }).get();
+}
+
+MappingPipeline::Trajectory MappingPipeline::trajectory() {
+  const FramePoses& poses = framePoses();
+  return map_loop_
+      .run([&] {
+        return Trajectory{poses.fusedPoses().copy(), poses.fusedPoses().leftOut()};
+      })
+      .get();
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,165 @@
+/// Distances in a box of cells, worked out from the surfaces around: the squared distance to the
+/// nearest one is a minimum of squares along x, of that along y, and of that along z (Saito and
+/// Toriwaki, Pattern Recognition 27, 1994).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
+
+#include "space/distance_sector.h"
+
+namespace dtsdf {
+
+/// `Value` holds twice the square of the reach. The buffers are kept from box to box.
+template <int kSide, class Value>
+class BoxDistances {
+ public:
+  /// @return whether any cell of the box is within reach of a surface.
+  bool run(const SurfaceTable& surfaces, const Vec3i& first, int reach) {
+    begin(first, reach);
+    findRows(surfaces);
+    if (rows_.empty()) {
+      squared_.fill(kSquaredFar);
+      return false;
+    }
+    combineRows();
+    return combinePlanes();
+  }
+
+  /// Squared distances, x fastest.
+  const uint16_t* squared() const { return squared_.data(); }
+
+ private:
+  using Line = std::array<Value, kSide>;  ///< A value for each x of the box.
+
+  struct Plane {
+    int32_t z;  ///< In the window.
+    std::array<Line, kSide> line;
+  };
+
+  void begin(const Vec3i& first, int reach) {
+    first_ = first - Vec3i{reach, reach, reach};
+    if (reach != reach_) {
+      reach_ = reach;
+      far_ = static_cast<Value>(reach * reach + 1);
+      window_ = kSide + 2 * reach;
+      squares_.resize(static_cast<size_t>(2 * (kSide + reach)));
+      for (int i = 0; i < static_cast<int>(squares_.size()); ++i) {
+        const int aside = i - (kSide + reach);
+        squares_[static_cast<size_t>(i)] = static_cast<Value>(aside * aside);
+      }
+    }
+    row_of_.assign(static_cast<size_t>(window_) * static_cast<size_t>(window_), -1);
+    rows_.clear();
+  }
+
+  void findRows(const SurfaceTable& surfaces) {
+    const Vec3i low = cubeOfCell(first_);
+    const Vec3i high = cubeOfCell(first_ + Vec3i{window_ - 1, window_ - 1, window_ - 1});
+    for (int32_t z = low.z; z <= high.z; ++z) {
+      for (int32_t y = low.y; y <= high.y; ++y) {
+        for (int32_t x = low.x; x <= high.x; ++x) {
+          const auto cube = surfaces.find(packKey({x, y, z}));
+          if (cube != surfaces.end()) addSurfaces({x, y, z}, cube->second);
+        }
+      }
+    }
+  }
+
+  void addSurfaces(const Vec3i& cube, const CellMask& surface) {
+    constexpr uint64_t kRow = (1u << kCubeSide) - 1;
+    const Vec3i corner = firstCellOfCube(cube) - first_;
+    for (int z = 0; z < kCubeSide; ++z) {
+      if (surface.word[z] == 0 || !isInWindow(corner.z + z)) continue;
+      for (int y = 0; y < kCubeSide; ++y) {
+        const uint64_t row = surface.word[z] >> (kCubeSide * y) & kRow;
+        if (row != 0 && isInWindow(corner.y + y)) addRow(row, corner + Vec3i{0, y, z});
+      }
+    }
+  }
+
+  bool isInWindow(int32_t at) const { return at >= 0 && at < window_; }
+
+  /// Takes the surfaces in a row of a cube over into the row of the window.
+  void addRow(uint64_t surfaces, const Vec3i& at) {
+    int32_t& number = row_of_[static_cast<size_t>(at.y) +
+                              static_cast<size_t>(at.z) * static_cast<size_t>(window_)];
+    if (number < 0) {
+      number = static_cast<int32_t>(rows_.size());
+      rows_.emplace_back();
+      rows_.back().fill(far_);
+    }
+    Line& line = rows_[static_cast<size_t>(number)];
+    for (; surfaces != 0; surfaces &= surfaces - 1) {
+      const int32_t x = at.x + __builtin_ctzll(surfaces);
+      if (!isInWindow(x)) continue;
+      const Value* const squares = squares_.data() + (kSide + reach_) - (x - reach_);
+      for (int i = 0; i < kSide; ++i) line[i] = std::min(line[i], squares[i]);
+    }
+  }
+
+  /// Minima over y, for each plane of the window that has surfaces.
+  void combineRows() {
+    planes_.clear();
+    for (int32_t z = 0; z < window_; ++z) {
+      const int32_t* const rows =
+          row_of_.data() + static_cast<size_t>(z) * static_cast<size_t>(window_);
+      bool is_any = false;
+      for (int32_t y = 0; y < window_; ++y) {
+        if (rows[y] < 0) continue;
+        if (!is_any) beginPlane(z);
+        is_any = true;
+        const Line& row = rows_[static_cast<size_t>(rows[y])];
+        for (int i = 0; i < kSide; ++i) lower(planes_.back().line[i], row, i + reach_ - y);
+      }
+    }
+  }
+
+  void beginPlane(int32_t z) {
+    planes_.emplace_back();
+    planes_.back().z = z;
+    for (Line& line : planes_.back().line) line.fill(far_);
+  }
+
+  /// Minima over z.
+  bool combinePlanes() {
+    bool is_any_near = false;
+    uint16_t* next = squared_.data();
+    for (int32_t z = 0; z < kSide; ++z) {
+      for (int32_t y = 0; y < kSide; ++y) {
+        Line line;
+        line.fill(far_);
+        for (const Plane& plane : planes_) lower(line, plane.line[y], z + reach_ - plane.z);
+        for (const Value value : line) {
+          is_any_near = is_any_near || value < far_;
+          *next++ = value < far_ ? static_cast<uint16_t>(value) : kSquaredFar;
+        }
+      }
+    }
+    return is_any_near;
+  }
+
+  /// Takes another line's values over where they are less, from so many cells aside.
+  void lower(Line& line, const Line& other, int32_t aside) const {
+    if (std::abs(aside) > reach_) return;
+    const auto added = static_cast<Value>(aside * aside);
+    for (int i = 0; i < kSide; ++i) {
+      line[i] = std::min(line[i], static_cast<Value>(other[i] + added));
+    }
+  }
+
+  int reach_ = 0;
+  Value far_ = 0;  ///< Beyond all that is within reach.
+  int32_t window_ = 0;
+  Vec3i first_{};  ///< Of the window, which reaches beyond the box on all sides.
+  std::vector<Value> squares_;
+  std::vector<int32_t> row_of_;  ///< By y and z of the window; -1: there is none.
+  std::vector<Line> rows_;       ///< Lines along x that have surfaces: squared distances to them.
+  std::vector<Plane> planes_;
+  std::array<uint16_t, kSide * kSide * kSide> squared_;
+};
+
+}  // namespace dtsdf

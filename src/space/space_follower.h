@@ -1,0 +1,78 @@
+/// Space as it is known to one who follows its changes, on a thread beside the map's: what planners
+/// ask costs the map nothing then, and neither waits for the other.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "dtsdf_mapping/space.h"
+#include "space/distance_field.h"
+#include "space/distance_interpolation.h"
+
+namespace dtsdf {
+
+/// Cells and distances as they were at one moment; for any number of threads.
+class SpaceSnapshot : public KnownSpace {
+ public:
+  /// Whether nothing is known anywhere.
+  bool isEmpty() const { return cells_.empty(); }
+
+  /// All cubes of which something is known, in no order.
+  std::vector<SpaceCube> cubes() const;
+
+  double cellSize_m() const override { return units_.cell_size_m; }
+  CellState stateOf(const Vec3i& cell) const override;
+  std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const override;
+  int squaredDistance(const Vec3i& cell) const override { return squaredAt(distances_, cell); }
+  SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const override;
+
+ private:
+  friend class SpaceFollower;
+
+  /// What is known of the cells of a sector.
+  struct Cells {
+    std::array<CellMask, kCubesPerSector> free{}, surface{};
+  };
+  /// Replaced, never changed, as the sectors of distances are.
+  using CellSectors = std::unordered_map<PackedKey, std::shared_ptr<const Cells>>;
+
+  static SpaceCube cubeOf(const Vec3i& sector, int number, const Cells& cells);
+
+  DistanceUnits units_{0.0, 0};
+  CellSectors cells_;
+  DistanceSectors distances_;
+};
+
+/// For one thread.
+class SpaceFollower {
+ public:
+  /// @param max_distance_m See SpaceParams.
+  /// @param threads That distances are worked out by.
+  SpaceFollower(double max_distance_m, int threads)
+      : max_distance_m_(max_distance_m), threads_(threads), field_(0, threads) {}
+
+  /// Takes changes over, and works out the distances that they change. Cells may be of another size
+  /// where all begins again.
+  void apply(const SpaceChanges& changes, double cell_size_m);
+
+  /// As it is now. What changes later is copied then, sector by sector.
+  std::shared_ptr<const SpaceSnapshot> snapshot() const {
+    return std::make_shared<const SpaceSnapshot>(now_);
+  }
+
+  size_t bytes() const;
+
+ private:
+  void startOver(double cell_size_m);
+  void applyCells(const std::vector<SpaceCube>& cubes);
+
+  const double max_distance_m_;
+  const int threads_;
+  DistanceField field_;
+  SpaceSnapshot now_;
+};
+
+}  // namespace dtsdf

@@ -59,7 +59,7 @@ __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion
       addAtomically(&part.sums[static_cast<size_t>(sum) * kVoxelsPerBlock + index], weight, sdf,
                     point_key);
     };
-    castIntoBlock<1>(cast, fusion, block_L, add);
+    castIntoBlock(cast, fusion, block_L, add);
   });
 }
 

@@ -89,6 +89,7 @@ class BlockIndexer {
   /// With room behind the last corner for the last one's neighbours, so that loops need no cases.
   static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
 
+  void findArrays();
   void collect();
   void markSides();
   void findCandidates();
@@ -96,6 +97,7 @@ class BlockIndexer {
                 UnitLabels* row);
 
   const NearbyArrays* arrays_ = nullptr;  ///< Of the block, while it is indexed.
+  const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Of the corner grid, by direction.
   uint32_t present_ = 0;                  ///< Bit d: some corner has samples of direction d.
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};

@@ -104,6 +104,17 @@ void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSett
   }
 }
 
+void findCovered(BlockSums& sums, int direction) {
+  VoxelSet& covered = sums.covered[direction];
+  const VoxelSums* voxel = sums.voxel[direction];
+  for (uint64_t& word : covered.word) {
+    word = 0;
+    for (int i = 0; i < VoxelSet::kWordBits; ++i, ++voxel) {
+      word |= static_cast<uint64_t>(voxel->weight != 0) << i;
+    }
+  }
+}
+
 void project(const TouchedBlock& block, const std::vector<Surfel>& surfels, const FrameView& frame,
              const FusionSettings& fusion, BlockSums& sums) {
   for (int index = 0; index < kVoxelsPerBlock; ++index) {

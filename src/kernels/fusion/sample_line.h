@@ -96,7 +96,7 @@ struct PlaneSamples {
   uint32_t point_key[4][kPlanes];
 };
 
-/// Where in a point's key the parts along the axes k, u and v of a line lie that runs along `axis`.
+/// Where in a point's key the parts along the axes k, u and v of a line along `axis` lie.
 DTSDF_HD Vec3i pointShifts(int axis) {
   const int u = axis == 2 ? 0 : axis + 1, v = u == 2 ? 0 : u + 1;
   return {pointShift(axis), pointShift(u), pointShift(v)};

@@ -139,10 +139,13 @@ DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
 /// Standard deviation at 1 m about one kind of line; 0 where there is none.
 float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   std::array<uint32_t, kNoiseBins> bins{};
+  const auto inverse_depth_at = [&](int u, int v) {
+    return inverse_depth_[static_cast<size_t>(v) * view.width + u];
+  };
   int lines = 0;
   for (int i = 0; i < kNoisePoints; ++i) {
     const Pixel middle = noisePoint(i, view.width, view.height);
-    const NoiseLine line = noiseLine(inverse_depth_.data(), view.width, view.height, middle, kind);
+    const NoiseLine line = noiseLine(inverse_depth_at, view.width, view.height, middle, kind);
     const float variance = noiseVariance(line, kind, surfel_settings_);
     if (variance < 0.0f) continue;
     ++bins[noiseBin(variance)];

@@ -89,10 +89,11 @@ TEST(Noise, EdgesAreTooFewToCount) {
   constexpr int kWidth = 640, kHeight = 480;
   std::vector<float> image(static_cast<size_t>(kWidth) * kHeight);
   for (size_t i = 0; i < image.size(); ++i) image[i] = i % kWidth / 64 % 2 == 0 ? 1.0f : 0.5f;
+  const auto at = [&](int u, int v) { return image[static_cast<size_t>(v * kWidth + u)]; };
   std::vector<float> variances;
   for (int n = 0; n < kNoisePoints; ++n) {
     variances.push_back(noiseVariance(
-        noiseLine(image.data(), kWidth, kHeight, noisePoint(n, kWidth, kHeight), 0), 0, kSurfels));
+        noiseLine(at, kWidth, kHeight, noisePoint(n, kWidth, kHeight), 0), 0, kSurfels));
   }
   std::sort(variances.begin(), variances.end());
   EXPECT_EQ(variances[medianRank(kNoisePoints)], 0.0f);
@@ -116,7 +117,8 @@ TEST(Noise, LinesLieInRowsAndColumns) {
   std::vector<float> image(2500);
   for (int i = 0; i < 2500; ++i) image[i] = static_cast<float>(i + 1);
   const auto first = [&](const Pixel& middle, int kind) {
-    return noiseLine(image.data(), 50, 50, middle, kind).inverse_depth[0];
+    const auto at = [&](int u, int v) { return image[static_cast<size_t>(v * 50 + u)]; };
+    return noiseLine(at, 50, 50, middle, kind).inverse_depth[0];
   };
   EXPECT_EQ(first({25, 25}, 0), 1273.0f);
   EXPECT_EQ(first({25, 25}, 1), 1255.0f);

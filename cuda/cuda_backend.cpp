@@ -145,9 +145,9 @@ RawDepth CudaBackend::rawDepthOf(const DepthFrame& frame) const {
 }
 
 void CudaBackend::sense(const DepthFrame& frame, const FrameView& view) {
-  block_finder_.begin();  // before the upload, which it runs beside
   raw_image_.upload(rowsOf(frame), stream_);
   sensing_ = sensor_.sense(view, rawDepthOf(frame));
+  block_finder_.begin();
 }
 
 void CudaBackend::makeSurfels() {

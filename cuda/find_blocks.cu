@@ -13,6 +13,19 @@ constexpr size_t kFirstCapacity = 8192;
 /// In a table that is at most half full, a longer walk means that it is overfull.
 constexpr int kMaxProbes = 1024;
 
+/// One thread per place of the table.
+__global__ void emptyTableKernel(TouchedView touched, bool counts_surfels) {
+  const size_t i = globalThread();
+  if (i == 0) {
+    const uint32_t surfels = counts_surfels ? 0 : touched.counters->usable_surfels;
+    *touched.counters = {};
+    touched.counters->usable_surfels = surfels;
+  }
+  if (i > touched.mask) return;
+  touched.keys[i] = kNoKey;
+  touched.directions[i] = 0;
+}
+
 __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t directions) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & touched.mask;
   for (int probe = 0; probe < kMaxProbes; ++probe, at = (at + 1) & touched.mask) {
@@ -134,16 +147,15 @@ TouchedView BlockFinder::view() const {
           counters_.data()};
 }
 
-void BlockFinder::begin() {
-  counters_.zero(stream_);
-  emptyTable();
-}
+void BlockFinder::begin() { emptyTable(true); }
 
-void BlockFinder::emptyTable() {
+/// Zeroes the counters, that of surfels too if they are counted anew.
+void BlockFinder::emptyTable(bool counts_surfels) {
   holdForProfile(stream_);
   const StageSpan span(stream_, Stage::kFindBlocks);
-  keys_.fill(0xff, stream_);
-  directions_.zero(stream_);
+  emptyTableKernel<<<blocksFor(2 * capacity_), kThreads, 0, stream_.get()>>>(view(),
+                                                                            counts_surfels);
+  DTSDF_CHECK_LAUNCH("emptyTableKernel");
 }
 
 void BlockFinder::mark(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
@@ -173,10 +185,7 @@ void BlockFinder::grow() {
   while (capacity < pinned_counters_[0].touched) capacity *= 2;
   stream_.synchronize();
   allocate(capacity);
-  emptyTable();
-  constexpr size_t kKept = offsetof(FrameCounters, usable_surfels) + sizeof(uint32_t);
-  DTSDF_CHECK_CUDA(cudaMemsetAsync(reinterpret_cast<char*>(counters_.data()) + kKept, 0,
-                                   sizeof(FrameCounters) - kKept, stream_.get()));
+  emptyTable(false);
 }
 
 std::vector<BlockRequest> BlockFinder::fetchRequests() const {
@@ -196,7 +205,7 @@ void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
 }
 
 std::vector<NamedKernel> blockKernels() {
-  return {DTSDF_NAMED_KERNEL(markBlocksKernel, 0),
+  return {DTSDF_NAMED_KERNEL(emptyTableKernel, 0), DTSDF_NAMED_KERNEL(markBlocksKernel, 0),
           DTSDF_NAMED_KERNEL(compareWithMapKernel, 0)};
 }
 

@@ -12,7 +12,6 @@ namespace gpu {
 
 /// Counts of one frame; all that the host has to know of it.
 struct FrameCounters {
-  // Comes first: the others are zeroed apart from it.
   uint32_t usable_surfels;    ///< Surfels, but for those that have no weight for want of a normal.
   uint32_t touched;           ///< Blocks.
   uint32_t touched_arrays;    ///< Arrays that the frame's surfels belong to, over all blocks.
@@ -81,7 +80,7 @@ class BlockFinder {
 
  private:
   void allocate(size_t capacity);
-  void emptyTable();
+  void emptyTable(bool counts_surfels);
 
   const FusionSettings fusion_;
   const Stream& stream_;

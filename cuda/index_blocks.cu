@@ -23,10 +23,12 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   }
 }
 
-/// One thread per dirty block and block around it, in strides: meshes depend on voxels there.
+/// One thread per dirty block and block around it, in strides: meshes depend on voxels there. From
+/// the end of the grid on, whose threads have the least to index.
 __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   const size_t count = static_cast<size_t>(*map.dirty_count) * kBlocksAround;
-  for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
+  const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;
+  for (size_t i = threads - 1 - globalThread(); i < count; i += threads) {
     const int32_t dirty = map.dirty_slots[i / kBlocksAround];
     const Vec3i offset = aroundOffset(static_cast<int>(i % kBlocksAround));
     if (map.slots[dirty].key == kNoKey) continue;

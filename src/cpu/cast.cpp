@@ -36,16 +36,25 @@ class PlaneBatch {
   /// Adds the planes that were entered to the sums of a block, and forgets them.
   void addTo(const BlockFrame& block, int axis, float sdf_scale, BlockSums& sums) {
     withWidestVectors([&] { compute(axis, sdf_scale); });
-    auto add = [&](int direction, int index, int32_t weight, int32_t sdf, uint32_t point_key) {
-      addToSums(sums.voxel[direction][index], weight, sdf, point_key);
-    };
-    for (int i = 0; i < count_; ++i) {
-      addPlane(*directions_[i], block, plane_[i], i, samples_, rounded_, add);
-    }
+    for (int i = 0; i < count_; ++i) addPlane(block, i, sums);
     count_ = 0;
   }
 
  private:
+  void addPlane(const BlockFrame& block, int i, BlockSums& sums) const {
+    const DirectionSet& directions = *directions_[i];
+    const PlaneInBlock at = planeInBlock(block, plane_[i], samples_.u[i], samples_.v[i]);
+    const bool holds_all = at.holds(0) && at.holds(3);
+    for (int corner = 0; corner < 4; ++corner) {
+      if (!holds_all && !at.holds(corner)) continue;
+      const int index = at.index + cornerOffset(block.strides, corner);
+      for (int d = 0; d < directions.count; ++d) {
+        addToSums(sums.voxel[directions.direction[d]][index], weights_[d][corner][i],
+                  sdf_[corner][i], samples_.point_key[corner][i]);
+      }
+    }
+  }
+
   /// Also of places that none was entered at, which hold older ones: a loop of fixed length.
   void compute(int axis, float sdf_scale) {
     const Vec3i shifts = pointShifts(axis);
@@ -55,8 +64,12 @@ class PlaneBatch {
                             slope_u_[i], slope_v_[i], normal_k_[i],  normal_u_[i],
                             normal_v_[i]};
       samplePlane(line, shifts, plane_[i], i, samples_);
-      const float weight[3] = {weight_[0][i], weight_[1][i], weight_[2][i]};
-      roundSamples(samples_, i, sdf_scale, weight, 3, rounded_);
+      for (int corner = 0; corner < 4; ++corner) {
+        sdf_[corner][i] = roundSdf(samples_.distance[corner][i] * sdf_scale);
+        for (int d = 0; d < 3; ++d) {
+          weights_[d][corner][i] = roundWeight(samples_.share[corner][i] * weight_[d][i]);
+        }
+      }
     }
   }
 
@@ -68,7 +81,7 @@ class PlaneBatch {
   float normal_k_[kPlanes] = {}, normal_u_[kPlanes] = {}, normal_v_[kPlanes] = {};
   float weight_[3][kPlanes] = {};
   PlaneSamples<kPlanes> samples_;
-  RoundedSamples<kPlanes> rounded_;
+  int32_t sdf_[4][kPlanes], weights_[3][4][kPlanes];  ///< In fixed point.
 };
 
 }  // namespace

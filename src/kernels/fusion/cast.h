@@ -64,67 +64,57 @@ DTSDF_HD Span planesInside(const SampleLine& line, const BlockFrame& block) {
           line.last_plane < end ? line.last_plane : end};
 }
 
-/// Samples in fixed point, by corner and plane; weights by direction as well.
-template <int kPlanes>
-struct RoundedSamples {
-  int32_t sdf[4][kPlanes], weight[3][4][kPlanes];
-};
-
-/// Rounds the samples of plane i for so many directions of a surfel.
-template <int kPlanes>
-DTSDF_HD void roundSamples(const PlaneSamples<kPlanes>& samples, int i, float sdf_scale,
-                           const float (&direction_weight)[3], int directions,
-                           RoundedSamples<kPlanes>& rounded) {
-  for (int corner = 0; corner < 4; ++corner) {
-    rounded.sdf[corner][i] = roundSdf(samples.distance[corner][i] * sdf_scale);
-    for (int d = 0; d < directions; ++d) {
-      rounded.weight[d][corner][i] =
-          roundWeight(samples.share[corner][i] * direction_weight[d]);
-    }
-  }
-}
-
 DTSDF_HD float sdfScale(const FusionSettings& fusion) {
   return kSdfScale / fusion.truncation_voxels;
 }
 
-/// Adds those samples of plane i that lie in a block to the block's sums: `add(direction, voxel
-/// index, weight, sdf, point key)` takes fixed-point values.
-template <int kPlanes, class Add>
-DTSDF_HD void addPlane(const DirectionSet& directions, const BlockFrame& block, int plane, int i,
-                       const PlaneSamples<kPlanes>& samples,
-                       const RoundedSamples<kPlanes>& rounded, Add& add) {
-  const VoxelStrides& strides = block.strides;
-  const int u = samples.u[i] - block.u0, v = samples.v[i] - block.v0;
-  const int index = (plane - block.k0) * strides.k + u * strides.u + v * strides.v;
-  constexpr uint32_t kLast = kBlockSide - 1;
-  const bool all_inside = static_cast<uint32_t>(u) < kLast && static_cast<uint32_t>(v) < kLast;
-  for (int corner = 0; corner < 4; ++corner) {
-    const int du = corner & 1, dv = corner >> 1;
-    const bool inside = all_inside || (static_cast<uint32_t>(u + du) <= kLast &&
-                                       static_cast<uint32_t>(v + dv) <= kLast);
-    if (!inside) continue;
-    for (int d = 0; d < directions.count; ++d) {
-      add(directions.direction[d], index + du * strides.u + dv * strides.v,
-          rounded.weight[d][corner][i], rounded.sdf[corner][i], samples.point_key[corner][i]);
-    }
+/// Where a plane of a line crosses a block: the lower corner of the cell, from the block's first
+/// voxel, and that voxel's index if it lies in the block.
+struct PlaneInBlock {
+  int u, v, index;
+
+  /// Whether a corner of the cell, number du + 2 dv, lies in the block.
+  DTSDF_HD bool holds(int corner) const {
+    constexpr uint32_t kLast = kBlockSide - 1;
+    return static_cast<uint32_t>(u + (corner & 1)) <= kLast &&
+           static_cast<uint32_t>(v + (corner >> 1)) <= kLast;
   }
+};
+
+DTSDF_HD PlaneInBlock planeInBlock(const BlockFrame& block, int plane, int u, int v) {
+  const VoxelStrides& strides = block.strides;
+  const int in_u = u - block.u0, in_v = v - block.v0;
+  return {in_u, in_v, (plane - block.k0) * strides.k + in_u * strides.u + in_v * strides.v};
 }
 
-/// Adds the part of a surfel that lies inside one block to the block's sums.
+DTSDF_HD int cornerOffset(const VoxelStrides& strides, int corner) {
+  return (corner & 1) * strides.u + (corner >> 1) * strides.v;
+}
+
+/// Adds the part of a surfel that lies inside one block to the block's sums: `add(direction, voxel
+/// index, weight, sdf, point key)` takes fixed-point values.
 template <class Add>
 DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
                             const Vec3i& block_L, Add& add) {
   const BlockFrame block = blockFrameOf(cast.line.axis, block_L);
+  const DirectionSet& directions = cast.directions;
   const Span planes = planesInside(cast.line, block);
   const Vec3i shifts = pointShifts(cast.line.axis);
   for (int plane = planes.first; plane <= planes.last; ++plane) {
     PlaneSamples<1> samples;
-    RoundedSamples<1> rounded;
     samplePlane(cast.line, shifts, plane, 0, samples);
-    roundSamples(samples, 0, sdfScale(fusion), cast.directions.weight, cast.directions.count,
-                 rounded);
-    addPlane(cast.directions, block, plane, 0, samples, rounded, add);
+    const PlaneInBlock at = planeInBlock(block, plane, samples.u[0], samples.v[0]);
+    for (int corner = 0; corner < 4; ++corner) {
+      if (!at.holds(corner)) continue;
+      const int index = at.index + cornerOffset(block.strides, corner);
+      const int32_t sdf = roundSdf(samples.distance[corner][0] * sdfScale(fusion));
+      for (int d = 0; d < 3; ++d) {
+        if (d >= directions.count) break;
+        add(directions.direction[d], index,
+            roundWeight(samples.share[corner][0] * directions.weight[d]), sdf,
+            samples.point_key[corner][0]);
+      }
+    }
   }
 }
 

@@ -173,7 +173,9 @@ struct JudgedVoxels {
   uint32_t emptied_directions;  ///< That lose a voxel.
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
 };
-constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kThreads;
+/// Threads of a block that clears: as many as it has voxels, since most blocks wait for memory.
+constexpr int kClearThreads = kVoxelsPerBlock;
+constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kClearThreads;
 static_assert(kMostPerThread <= 16, "two bits for each voxel that a thread judges");
 
 constexpr uint32_t kCoveredBit = 1u << 15;
@@ -201,21 +203,29 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
   __syncthreads();
   const Look rule = look.rule();
-  const uint32_t lane = threadIdx.x % 32, before = (1u << lane) - 1u;
+  const int i = threadIdx.x;
+  const uint32_t lane = i % 32, before = (1u << lane) - 1u;
+  Voxel voxel[kDirectionCount];
+  uint32_t covered_word[kDirectionCount], looked_at = 0;
+#pragma unroll  // reads all before it waits for any
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (entry.array[d] == kNoArray) continue;
     const uint32_t* covered = look.support.of(d);
-    if (covered == nullptr && !look.in_turn) continue;
-    const Voxel* voxels = map.voxels.record(entry.array[d]);
-    for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
-      const bool is_covered = covered != nullptr && (covered[i / 32] >> lane & 1u);
-      const bool is_judged = isJudged(voxels[i], i, is_covered, rule, rules);
-      const uint32_t judged = __ballot_sync(~0u, is_judged);
-      uint32_t first = 0;
-      if (lane == 0 && judged != 0) first = atomicAdd(&list.count, __popc(judged));
-      first = __shfl_sync(~0u, first, 0);
-      if (is_judged) list.voxel[first + __popc(judged & before)] = packJudged(d, i, is_covered);
-    }
+    if (entry.array[d] == kNoArray || (covered == nullptr && !look.in_turn)) continue;
+    looked_at |= 1u << d;
+    voxel[d] = map.voxels.record(entry.array[d])[i];
+    covered_word[d] = covered == nullptr ? 0 : covered[i / 32];
+  }
+#pragma unroll
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!(looked_at >> d & 1u)) continue;
+    const bool is_covered = (covered_word[d] >> lane & 1u) != 0;
+    const bool is_judged = isJudged(voxel[d], i, is_covered, rule, rules);
+    const uint32_t judged = __ballot_sync(~0u, is_judged);
+    if (judged == 0) continue;
+    uint32_t first = 0;
+    if (lane == 0) first = atomicAdd(&list.count, __popc(judged));
+    first = __shfl_sync(~0u, first, 0);
+    if (is_judged) list.voxel[first + __popc(judged & before)] = packJudged(d, i, is_covered);
   }
   __syncthreads();
 }
@@ -238,7 +248,7 @@ __device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings&
                               const MapView& map, const SlotEntry& entry,
                               const Vec3f& first_voxel_L, const JudgedVoxels& list) {
   Sights sights;
-  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
+  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
     const JudgedVoxel voxel = unpackJudged(list.voxel[k]);
     const Sight sight =
         judge(sensing, first_voxel_L, map.voxels.record(entry.array[voxel.direction]), voxel.index,
@@ -251,7 +261,7 @@ __device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings&
 /// Whether an array holds nothing. By all threads of a block.
 __device__ bool isArrayEmpty(const Voxel* voxels) {
   int holds = 0;
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) holds |= !isEmpty(voxels[i]);
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kClearThreads) holds |= !isEmpty(voxels[i]);
   return !__syncthreads_or(holds);
 }
 
@@ -264,7 +274,7 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
   const Sights sights = judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
   if (!__syncthreads_or(sights.any())) return {false, 0};  // as most
   int changed = 0;
-  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
+  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
     const Sight sight = sights.of(turn);
     if (sight == Sight::kSurface) continue;
     const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
@@ -328,7 +338,8 @@ __device__ VisitedBlock visitLook(const FusionTarget& target, const FrameView& f
 
 /// One block of threads per touched block, and further ones for those looked at, in strides. The
 /// one that finishes last hands the number of empty blocks to the host.
-__global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
+__global__ void __launch_bounds__(kClearThreads)
+    clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
                                   FusionTarget target, const uint32_t* supported, Turn turn,
                                   const int32_t* looks, EmptyList empty) {
   __shared__ JudgedVoxels list;
@@ -436,7 +447,7 @@ void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
   const StageSpan span(stream_, Stage::kClear);
   const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
   const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one hands over the count
-  clearBlocksKernel<<<blocks, kThreads, 0, stream_.get()>>>(
+  clearBlocksKernel<<<blocks, kClearThreads, 0, stream_.get()>>>(
       sensing, fusion_, target, supported_.data(), {frame_number, fusion_.rules}, looks_.data(),
       {empty_blocks_.data(), empty_count_.data()});
   DTSDF_CHECK_LAUNCH("clearBlocksKernel");
@@ -465,7 +476,7 @@ void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
 
 std::vector<NamedKernel> fusionKernels() {
   return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
-          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(clearBlocksKernel, 0),
+          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(clearBlocksKernel, 0, kClearThreads),
           DTSDF_NAMED_KERNEL(findLooksKernel, 0)};
 }
 

@@ -476,7 +476,8 @@ void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
 
 std::vector<NamedKernel> fusionKernels() {
   return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
-          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(clearBlocksKernel, 0, kClearThreads),
+          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0),
+          DTSDF_NAMED_KERNEL(clearBlocksKernel, 0, kClearThreads),
           DTSDF_NAMED_KERNEL(findLooksKernel, 0)};
 }
 

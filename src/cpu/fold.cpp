@@ -27,7 +27,9 @@ uint32_t fold(BlockSums& sums, uint32_t directions, const BlockEntry& entry,
     const int32_t array = entry.array[d];
     if (array == kNoArray || !(directions >> d & 1)) continue;
     findCovered(sums, d);
-    if (!foldArray(sums.voxel[d], sums.covered[d], depth_weight, fusion, voxels.array(array))) empty |= 1u << d;
+    const bool observed = foldArray(sums.voxel[d], sums.covered[d], depth_weight, fusion,
+                                    voxels.array(array));
+    if (!observed) empty |= 1u << d;
   }
   return empty;
 }

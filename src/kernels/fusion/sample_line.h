@@ -96,7 +96,7 @@ struct PlaneSamples {
   uint32_t point_key[4][kPlanes];
 };
 
-/// Where in a point's key the parts along the axes k, u and v of a line along `axis` lie.
+/// Where in a point's key the parts along the axes k, u and v lie of a line along `axis`.
 DTSDF_HD Vec3i pointShifts(int axis) {
   const int u = axis == 2 ? 0 : axis + 1, v = u == 2 ? 0 : u + 1;
   return {pointShift(axis), pointShift(u), pointShift(v)};
@@ -127,7 +127,7 @@ DTSDF_HD void sampleCorner(const SampleLine& line, const Vec3i& shifts, const Ce
   samples.point_key[kCorner][i] = pointKey(offset, shifts, distance);
 }
 
-/// The samples of a plane of a line, as number i of `samples`; `shifts` as of pointShifts(). Without
+/// The samples of a plane of a line, as number i of `samples`; `shifts` is from pointShifts(). No
 /// loops or branches, so that compilers turn a loop of it into vector instructions.
 template <int kPlanes>
 DTSDF_HD void samplePlane(const SampleLine& line, const Vec3i& shifts, int plane, int i,

@@ -33,6 +33,8 @@ struct UnitsOfRow {
   bool maySpeak(int d) const { return speaking >> d & 1; }
 };
 
+const Voxel kNothing[kVoxelsPerBlock] = {};
+
 /// Takes a row of voxels apart. Nothing overlaps, which the compiler has to know to use vectors.
 void copyRow(const Voxel* __restrict__ from, int32_t least_evidence, float* __restrict__ sdf,
              float* __restrict__ weight) {
@@ -75,11 +77,13 @@ void BlockIndexer::findArrays() {
 }
 
 inline void BlockIndexer::collect() {
-  static const Voxel kNothing[kVoxelsPerBlock] = {};
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(present_ >> d & 1)) continue;
     for (int n = 0; n < kCornerBlocks; ++n) {
       const Voxel* voxels = corner_arrays_[n][d];
+      const uint32_t bit = 1u << d;
+      if (voxels == nullptr && !(held_[n] & bit)) continue;  // as most: nothing there before either
+      held_[n] = voxels == nullptr ? held_[n] & ~bit : held_[n] | bit;
       copyPart(voxels == nullptr ? kNothing : voxels, n, arrays_->leastEvidence(), sdf_[d],
                weight_[d]);
     }

@@ -104,6 +104,7 @@ class BlockIndexer {
   const NearbyArrays* arrays_ = nullptr;  ///< Of the block, while it is indexed.
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Of the corner grid, by direction.
   uint32_t present_ = 0;                  ///< Bit d: some corner has samples of direction d.
+  uint32_t held_[kCornerBlocks] = {};  ///< Bit d: the block's part of the samples is not all 0.
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
   uint32_t sides_[kRoom] = {};          ///< Per corner, see sidesOfCorner().

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "backend/gaps.h"
 #include "kernels/meshing/corner_grid.h"
 #include "kernels/meshing/regularisation.h"
 #include "runtime/device.h"
@@ -148,8 +149,9 @@ std::vector<MeshRecord> BlockMesher::changedRecords() {
   for (size_t i = 0; i < recordCount(); ++i) {
     const MeshRecord& record = pinned_records_[i];
     uint8_t& has_mesh = has_mesh_[record.slot];
-    if (record.triangles > 0 || has_mesh) changed.push_back(record);
-    has_mesh = record.triangles > 0;
+    const bool has_triangles = record.triangles > record.gaps;
+    if (has_triangles || has_mesh) changed.push_back(record);
+    has_mesh = has_triangles;
   }
   std::sort(changed.begin(), changed.end(),
             [](const MeshRecord& a, const MeshRecord& b) { return a.key < b.key; });
@@ -167,6 +169,7 @@ BlockMesh BlockMesher::copyBlock(const MeshRecord& record) const {
     const VertexColour* colour = pinned_colours_.data() + record.first_vertex;
     mesh.colours.assign(colour, colour + record.vertices);
   }
+  if (record.gaps > 0) dropGaps(mesh);
   return mesh;
 }
 

@@ -4,6 +4,7 @@
 #include "corner_arrays.cuh"
 #include "kernels/meshing/anchoring.h"
 #include "kernels/meshing/emit.h"
+#include "kernels/meshing/gap.h"
 #include "kernels/meshing/refine.h"
 #include "kernels/meshing/regularisation.h"
 #include "kernels/meshing/vertex_normal.h"
@@ -193,15 +194,40 @@ __device__ void writeVertices(const MeshView& mesh, uint32_t count,
   }
 }
 
-__device__ void writeTriangles(const MeshView& mesh, const UnitIndices (&regular)[kUnitsPerThread],
-                               uint32_t first_triangle, const MeshBlockShared& shared) {
-  uint16_t* corner = mesh.triangles[shared.record.first_triangle + first_triangle].vertex;
+/// Tells triangles that stand in gaps by their vertices, which have to be written, and counts them.
+struct GapCount {
+  const MeshRules& rules;
+  const BlockVertex* vertices;
+  uint32_t& gaps;
+
+  template <class Index>
+  __device__ bool operator()(const Index* corner) const {
+    const bool is_gap =
+        standsInGap(rules, vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]);
+    if (is_gap) ++gaps;
+    return is_gap;
+  }
+};
+
+/// @return how many of them stand in gaps.
+__device__ uint32_t writeTriangles(const MeshView& mesh,
+                                   const UnitIndices (&regular)[kUnitsPerThread],
+                                   uint32_t first_triangle, const MeshBlockShared& shared) {
+  uint32_t gaps = 0;
+  const GapCount isGap{mesh.rules, mesh.vertices + shared.record.first_vertex, gaps};
+  uint16_t* triangle = mesh.triangles[shared.record.first_triangle + first_triangle].vertex;
+  int corner = 0;
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
     visitTriangleEdges(*mesh.tables, regular[k], unit, [&](int edge) {
-      *corner++ = static_cast<uint16_t>(shared.edges.vertexOf(edge));
+      triangle[corner++] = static_cast<uint16_t>(shared.edges.vertexOf(edge));
+      if (corner < 3) return;
+      if (isGap(triangle)) triangle[0] = triangle[1] = triangle[2] = kGapVertex;
+      triangle += 3;
+      corner = 0;
     });
   }
+  return gaps;
 }
 
 /// Normals of the first `count` vertices, which are where they stay by now.
@@ -220,8 +246,10 @@ struct RefinedPlace {
 };
 
 /// The middles and the refined triangles of this thread's units.
-__device__ void writeRefined(const MeshView& mesh, const UnitIndices (&regular)[kUnitsPerThread],
-                             const RefinedPlace& first, const MeshBlockShared& shared) {
+/// @return how many of these stand in gaps.
+__device__ uint32_t writeRefined(const MeshView& mesh,
+                                 const UnitIndices (&regular)[kUnitsPerThread],
+                                 const RefinedPlace& first, const MeshBlockShared& shared) {
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   const Vec3f* normals = mesh.normals + shared.record.first_vertex;
   const auto vertexOf = [&](int edge) { return shared.edges.vertexOf(edge); };
@@ -230,15 +258,18 @@ __device__ void writeRefined(const MeshView& mesh, const UnitIndices (&regular)[
     return SideEnd{vertices[vertex].position, normals[vertex]};
   };
   uint16_t* corner = mesh.triangles[shared.record.first_triangle + first.triangle].vertex;
-  uint32_t middle = first.middle;
+  uint32_t middle = first.middle, gaps = 0;
+  const GapCount isGap{mesh.rules, vertices, gaps};
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
-    visitRefinedTriangles(*mesh.tables, *mesh.refine_tables, regular[k], unit, middle, vertexOf,
-                          [&](uint32_t vertex) { *corner++ = static_cast<uint16_t>(vertex); });
+    visitRefinedTriangles(
+        *mesh.tables, *mesh.refine_tables, regular[k], unit, middle, vertexOf, isGap,
+        [&](uint32_t vertex) { *corner++ = static_cast<uint16_t>(vertex); });
     visitSides(*mesh.refine_tables, regular[k], unit, [&](int a, int b) {
       vertices[middle++] = {middleOfSide(endOn(a), endOn(b)), middleNumber(a, b)};
     });
   }
+  return kRefinedTriangles * gaps;
 }
 
 /// One block of threads per block to mesh, in strides. What does not fit is counted, not written.
@@ -262,24 +293,27 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     if (threadIdx.x == 0) {
       shared.record.key = map.slots[slot].key;
       shared.record.slot = slot;
-      shared.record.unused = 0;
-      mesh.records[b] = shared.record;
+      shared.record.gaps = 0;
     }
+    uint32_t gaps = 0;
     if (record.first_vertex + record.vertices <= mesh.capacity.vertices &&
         record.first_triangle + record.triangles <= mesh.capacity.triangles) {
       const uint32_t on_edges = record.vertices - middles.count;
       writeVertices(mesh, on_edges, shared);
+      __syncthreads();  // of the vertices, which other threads have written
       if (kRefined) {
-        __syncthreads();  // of the vertices, which other threads have written
         writeNormals(mesh, on_edges, shared);
         __syncthreads();
-        writeRefined(mesh, regular,
-                     {on_edges + middles.before, kRefinedTriangles * first_triangle}, shared);
+        gaps = writeRefined(mesh, regular,
+                            {on_edges + middles.before, kRefinedTriangles * first_triangle},
+                            shared);
       } else {
-        writeTriangles(mesh, regular, first_triangle, shared);
+        gaps = writeTriangles(mesh, regular, first_triangle, shared);
       }
     }
+    if (gaps > 0) atomicAdd(&shared.record.gaps, gaps);
     __syncthreads();
+    if (threadIdx.x == 0) mesh.records[b] = shared.record;
   }
 }
 

@@ -35,7 +35,7 @@ struct MeshRecord {
   int32_t slot;
   uint32_t first_vertex, vertices;
   uint32_t first_triangle, triangles;
-  uint32_t unused;  ///< In place of padding, whose bytes nothing would write.
+  uint32_t gaps;  ///< Of the triangles: those that stand in gaps, which are marked.
 };
 
 /// Triangle of three 16-bit indices into the block's vertices.

@@ -29,6 +29,7 @@ void visitRules(MeshRules& rules, Visitor& visit) {
   visit(section + "measured_gap", rules.measured_gap, Range{0.001, 100.0});
   visit(section + "measured_reach", rules.measured_reach, Range{0.0, 100.0});
   visit(section + "measured_pull", rules.measured_pull, Range{0.0, 0.999});
+  visit(section + "most_stretch", rules.most_stretch, Range{0.0, 100.0});
   visit(section + "vertex_margin", rules.vertex_margin, Range{1e-6, 0.49});
 }
 

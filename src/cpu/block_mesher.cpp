@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "backend/gaps.h"
 #include "cpu/block_indexer.h"
 #include "cpu/block_refiner.h"
 #include "cpu/block_surface.h"
@@ -112,8 +113,10 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     surface.regularise(labels);
     surface.emit(rules_, arrays, state.vertices, directional_, mesh);
     if (refined_) {
-      scratch.refiner.refine(arrays, surface, {state.vertices, state.normals}, directional_, mesh);
+      scratch.refiner.refine(rules_, arrays, surface, {state.vertices, state.normals},
+                             directional_, mesh);
     }
+    dropGaps(mesh);
     state.vertices = std::vector<BlockVertex>();
     state.normals = std::vector<Vec3f>();
     if (has_colours_) mesh.colours = vertexColours(map_, mesh, least_evidence_, directional_);

@@ -26,8 +26,9 @@ void BlockRefiner::addMiddles(const BlockSurface& surface, const SurfaceUnit& un
   });
 }
 
-void BlockRefiner::refine(const NearbyArrays& arrays, const BlockSurface& surface,
-                          const KnownNormals& known, bool directional, BlockMesh& mesh) {
+void BlockRefiner::refine(const MeshRules& rules, const NearbyArrays& arrays,
+                          const BlockSurface& surface, const KnownNormals& known,
+                          bool directional, BlockMesh& mesh) {
   findNormals(arrays, known, directional, mesh);
   size_t middles = 0;
   for (const SurfaceUnit& unit : surface.units()) {
@@ -43,6 +44,7 @@ void BlockRefiner::refine(const NearbyArrays& arrays, const BlockSurface& surfac
     visitRefinedTriangles(
         kMeshTables, kRefineTables, unit.indices, unit.at, first_middle,
         [&](int edge) { return uint32_t{surface.vertexOf(edge)}; },
+        [&](const uint32_t(&corner)[3]) { return isGap(rules, mesh, corner); },
         [&](uint32_t vertex) { mesh.triangles.push_back(static_cast<uint16_t>(vertex)); });
   }
 }

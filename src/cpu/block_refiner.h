@@ -34,8 +34,8 @@ struct KnownNormals {
 class BlockRefiner {
  public:
   /// Refines the mesh that the surface has made.
-  void refine(const NearbyArrays& arrays, const BlockSurface& surface, const KnownNormals& known,
-              bool directional, BlockMesh& mesh);
+  void refine(const MeshRules& rules, const NearbyArrays& arrays, const BlockSurface& surface,
+              const KnownNormals& known, bool directional, BlockMesh& mesh);
 
  private:
   void findNormals(const NearbyArrays& arrays, const KnownNormals& known, bool directional,

@@ -103,6 +103,10 @@ void BlockSurface::emit(const MeshRules& rules, const NearbyArrays& arrays,
   mesh.triangles.resize(triangle_edges_.size());
   std::transform(triangle_edges_.begin(), triangle_edges_.end(), mesh.triangles.begin(),
                  [this](uint16_t edge) { return vertex_of_edge_[edge]; });
+  for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
+    uint16_t* triangle = mesh.triangles.data() + i;
+    if (isGap(rules, mesh, triangle)) std::fill(triangle, triangle + 3, kGapVertex);
+  }
 }
 
 }  // namespace dtsdf

@@ -7,6 +7,7 @@
 
 #include "cpu/block_indexer.h"
 #include "dtsdf_mapping/block_mesh.h"
+#include "kernels/meshing/gap.h"
 #include "kernels/meshing/regularisation.h"
 
 namespace dtsdf {
@@ -21,6 +22,13 @@ struct SurfaceUnit {
   UnitIndices indices;
 };
 
+/// Whether a triangle of a block's vertices stands in a gap.
+template <class Index>
+bool isGap(const MeshRules& rules, const BlockMesh& mesh, const Index* corner) {
+  return standsInGap(rules, mesh.vertices[corner[0]], mesh.vertices[corner[1]],
+                     mesh.vertices[corner[2]]);
+}
+
 /// Room for meshing one block after the other; one per thread.
 class BlockSurface {
  public:
@@ -28,8 +36,8 @@ class BlockSurface {
   /// says something.
   void regularise(const LabelNeighbourhood& labels);
 
-  /// Vertices and triangles of what was regularised. Few edges differ from those before: `known`
-  /// holds the vertices of some, sorted by edge.
+  /// Vertices and triangles of what was regularised, those in gaps marked. Few edges differ from
+  /// those before: `known` holds the vertices of some, sorted by edge.
   void emit(const MeshRules& rules, const NearbyArrays& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr uint32_t kLeafTriangles = 4;
+constexpr uint32_t kLeafTriangles = 8;
 
 double squaredDistanceOfBox(const Vec3f& p, const Vec3f& low, const Vec3f& high) {
   const auto outside = [](float at, float from, float to) {

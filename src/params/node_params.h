@@ -97,7 +97,7 @@ struct FramePoseParams : PoseParams {
   /// With refine, the frame that TF's poses are in; its place in map_frame is what is published.
   /// With track, the parent of the base. Empty: map_frame.
   std::string odom_frame;
-  std::string base_frame;  ///< What poses are published of; empty: the depth camera's frame.
+  std::string base_frame;  ///< Whose pose is published; empty: the depth camera's frame.
 };
 
 struct NodeParams {

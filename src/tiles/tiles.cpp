@@ -7,16 +7,17 @@ namespace dtsdf {
 namespace {
 
 void run(const std::vector<std::string>& arguments) {
-  runCommand("tiles",
-             "Makes a map in tiles, with any number of processes and machines, and the same bytes "
-             "as\nreconstruct.",
-             {{"plan", "cuts the map of recordings into tiles", planCommand},
-              {"run", "makes all tiles and joins them, under mpirun", runTilesCommand},
-              {"status", "lists done, failed, running and waiting tiles", statusCommand},
-              {"fuse", "makes one tile", fuseCommand},
-              {"merge", "joins the tiles into one mesh and one map", mergeCommand},
-              {"slurm", "prints a Slurm array job that makes all tiles", slurmCommand}},
-             arguments);
+  runCommand(
+      "tiles",
+      "Makes a map in tiles, with any number of processes and machines; map and mesh have the "
+      "same\nbytes as those of reconstruct.",
+      {{"plan", "cuts the map of recordings into tiles", planCommand},
+       {"run", "makes all tiles and joins them, under mpirun", runTilesCommand},
+       {"status", "lists done, failed, running and waiting tiles", statusCommand},
+       {"fuse", "makes one tile", fuseCommand},
+       {"merge", "joins the tiles into one mesh and one map", mergeCommand},
+       {"slurm", "prints a Slurm array job that makes all tiles", slurmCommand}},
+      arguments);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@ namespace dtsdf {
 namespace {
 
 void run(const std::vector<std::string>& arguments) {
-  runCommand("map_tool", "Works on map files (.dtsdf) of save_map and reconstruct.",
+  runCommand("map_tool", "Reads map files (.dtsdf) that save_map and reconstruct write.",
              {{"info", "prints what is in a map file", tellAboutMap},
               {"mesh", "saves the mesh of a map file", meshMap},
               {"bt", "saves free and occupied space as an OctoMap tree", saveOcTree},

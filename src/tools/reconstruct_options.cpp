@@ -58,7 +58,7 @@ void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
 
 void addTrajectoryOption(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--trajectory", "OUT.txt",
-                "poses to write, of the images that were fused: `stamp tx ty tz qx qy qz qw` per "
+                "file to write the poses of the fused images to: `stamp tx ty tz qx qy qz qw` per "
                 "line, camera to map"},
                options.trajectory_path);
 }

@@ -143,6 +143,32 @@ TEST_F(CompressedBag, TopicMayBeNamedEitherWay) {
   expectFrames(read());
 }
 
+/// Wrong names are answered with those that the bag has.
+TEST_F(CompressedBag, NamesWhatThereIsInsteadOfAWrongName) {
+  writeCompressed();
+  const auto error = [&] {
+    try {
+      read();
+    } catch (const std::runtime_error& caught) {
+      return std::string(caught.what());
+    }
+    return std::string();
+  };
+  options_.depth_topic = "/depth";
+  EXPECT_NE(error().find("no messages on '/depth'; depth is on '" + std::string(kCompressedTopic)),
+            std::string::npos)
+      << error();
+  options_.depth_topic.clear();
+  options_.map_frame = "odom";
+  EXPECT_NE(error().find("has the frame 'odom' (map_frame); its frames are 'camera', 'map'"),
+            std::string::npos)
+      << error();
+  options_.map_frame = "map";
+  options_.camera_frame = "lens";
+  EXPECT_NE(error().find("has the frame 'lens' (of the depth images)"), std::string::npos)
+      << error();
+}
+
 TEST_F(CompressedBag, MasksTakeMeasurementsAway) {
   writeCompressed();
   for (int i = 0; i < 2; ++i) {  // the last image has none

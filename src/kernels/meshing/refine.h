@@ -10,6 +10,7 @@
 
 #include "kernels/core/grid.h"
 #include "kernels/meshing/emit.h"
+#include "kernels/meshing/gap.h"
 #include "kernels/meshing/refine_tables.h"
 
 namespace dtsdf {
@@ -105,12 +106,13 @@ DTSDF_HD void visitFour(const uint32_t (&corner)[3], const uint32_t (&middle)[3]
 }
 
 /// Calls visit(vertex) for the corners of a unit's refined triangles, three each, in canonical
-/// order. `vertexOf` gives the vertex of an edge; the unit's middles begin at first_middle.
-template <class VertexOf, class Visit>
+/// order. `vertexOf` gives the vertex of an edge; the unit's middles begin at first_middle. Where
+/// isGap() says that a triangle's corners stand in a gap, its four are marked as such.
+template <class VertexOf, class IsGap, class Visit>
 DTSDF_HD void visitRefinedTriangles(const MeshTables& tables, const RefineTables& refine_tables,
                                     const UnitIndices& indices, const Vec3i& unit,
                                     uint32_t first_middle, const VertexOf& vertexOf,
-                                    const Visit& visit) {
+                                    const IsGap& isGap, const Visit& visit) {
   for (int s = 0; s < kMaxSheets; ++s) {
     const uint8_t index = indices.sheet[s];
     for (int t = 0; t < tables.triangle_count[index]; ++t) {
@@ -119,7 +121,11 @@ DTSDF_HD void visitRefinedTriangles(const MeshTables& tables, const RefineTables
         corner[k] = vertexOf(unitEdge(unit, tables.triangle_edge[index][3 * t + k], index));
         middle[k] = first_middle + refine_tables.triangle_side[index][3 * t + k];
       }
-      visitFour(corner, middle, visit);
+      if (isGap(corner)) {
+        for (int k = 0; k < 3 * kRefinedTriangles; ++k) visit(uint32_t{kGapVertex});
+      } else {
+        visitFour(corner, middle, visit);
+      }
     }
     first_middle += refine_tables.side_count[index];
   }

@@ -11,6 +11,7 @@
 
 #include "io/bag_frames.h"
 #include "io/recorded_images.h"
+#include "params/printable.h"
 #include "ros/bag/bag_messages.h"
 #include "ros/input/compressed_image.h"
 #include "ros/input/depth_image.h"
@@ -58,7 +59,15 @@ std::string depthTopicOf(const rosbag::Bag& bag, const BagOptions& options) {
   const std::string topic =
       options.depth_topic.empty() ? chooseDepthTopic(bag) : options.depth_topic;
   const std::string compressed = topic + kCompressedDepthTopic;
-  return !hasMessages(bag, topic) && hasMessages(bag, compressed) ? compressed : topic;
+  if (hasMessages(bag, topic)) return topic;
+  if (hasMessages(bag, compressed)) return compressed;
+  std::string others;
+  for (const std::string& other : findImageTopics(bag, isDepth, kCompressedDepthTopic)) {
+    others += (others.empty() ? "; depth is on '" : ", '") + printable(other) + "'";
+  }
+  throw std::runtime_error("'" + printable(bag.getFileName()) + "' has no messages on '" +
+                           printable(topic) + "'" +
+                           (others.empty() ? ", nor any topic with depth images" : others));
 }
 
 class BagFrames : public FrameSource {
@@ -109,7 +118,6 @@ class BagFrames : public FrameSource {
       options_.info_topic =
           topicBeside(withoutEnding(options_.depth_topic, kCompressedDepthTopic), "camera_info");
     }
-    requireMessages(bag_, options_.depth_topic);
     if (!options_.intrinsics) requireMessages(bag_, options_.info_topic);
     if (!options_.mask_topic.empty()) requireMessages(bag_, options_.mask_topic);
   }
@@ -164,8 +172,10 @@ class BagFrames : public FrameSource {
     }
     if (const auto reason = hideMasked(image, recorded)) return skip(toString(*reason));
     const std::optional<Eigen::Isometry3d> T_W_C = poseOf(image->header);
-    if (!T_W_C) return skip(poses_->whyNone());
-
+    if (!T_W_C) {
+      poses_->requireFrames(image->header, options_.path);
+      return skip(poses_->whyNone());
+    }
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     SourceFrame frame;
     const CameraImage camera = rectified({image, info});

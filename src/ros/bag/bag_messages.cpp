@@ -6,11 +6,13 @@
 
 #include <boost/make_shared.hpp>
 #include <iterator>
+#include <set>
 #include <stdexcept>
 #include <vector>
 
 #include "io/trajectory_file.h"
 #include "params/frame_name.h"
+#include "params/printable.h"
 #include "ros/input/drop_reason.h"
 #include "ros/input/image_checks.h"
 #include "ros/input/transform_conversions.h"
@@ -20,6 +22,18 @@ namespace {
 
 /// Longer than any recording: no transform is forgotten.
 const ros::Duration kKeepAll(1.0e8);
+
+std::string listOf(const std::set<std::string>& frames) {
+  constexpr size_t kShown = 10;
+  if (frames.empty()) return "it has none at all: record /tf and /tf_static";
+  std::string text;
+  size_t shown = 0;
+  for (const std::string& frame : frames) {
+    if (++shown > kShown) return text + "' and more";
+    text += (shown == 1 ? "its frames are '" : "', '") + printable(frame);
+  }
+  return text + "'";
+}
 
 }  // namespace
 
@@ -122,13 +136,30 @@ std::string BagPoses::whyNone() const {
   return trajectory_ ? noPoseWithin(pose_tolerance_s_) : toString(DropReason::kNoTransform);
 }
 
+std::string BagPoses::cameraFrame(const std_msgs::Header& header) const {
+  return camera_frame_.empty() ? stripLeadingSlash(header.frame_id) : camera_frame_;
+}
+
+void BagPoses::requireFrames(const std_msgs::Header& header, const std::string& bag_path) const {
+  if (trajectory_) return;
+  std::vector<std::string> frames;
+  transforms_._getFrameStrings(frames);
+  const std::set<std::string> known(frames.begin(), frames.end());
+  const auto require = [&](const std::string& frame, const std::string& key) {
+    if (known.count(frame) > 0) return;
+    throw std::runtime_error("no transform in '" + printable(bag_path) + "' has the frame '" +
+                             printable(frame) + "' (" + key + "); " + listOf(known) +
+                             "; or give poses by --poses");
+  };
+  require(map_frame_, "map_frame");
+  require(cameraFrame(header), "of the depth images");
+}
+
 std::optional<Eigen::Isometry3d> BagPoses::of(const std_msgs::Header& header) const {
   if (trajectory_) return trajectory_->poseAt(header.stamp.toSec(), pose_tolerance_s_);
-  const std::string camera_frame =
-      camera_frame_.empty() ? stripLeadingSlash(header.frame_id) : camera_frame_;
   try {
     return toIsometry(
-        transforms_.lookupTransform(map_frame_, camera_frame, header.stamp).transform);
+        transforms_.lookupTransform(map_frame_, cameraFrame(header), header.stamp).transform);
   } catch (const std::runtime_error&) {
     // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
     return std::nullopt;

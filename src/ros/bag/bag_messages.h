@@ -74,8 +74,13 @@ class BagPoses {
   /// Why an image has no pose.
   std::string whyNone() const;
 
+  /// @throws std::runtime_error if no image with this header can have one, as the bag's transforms
+  /// lack a frame; it names those that there are.
+  void requireFrames(const std_msgs::Header& header, const std::string& bag_path) const;
+
  private:
   void readTransforms(const rosbag::Bag& bag);
+  std::string cameraFrame(const std_msgs::Header& header) const;
 
   std::string map_frame_, camera_frame_;
   double pose_tolerance_s_;

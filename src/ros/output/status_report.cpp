@@ -153,7 +153,9 @@ Verdict judgeCamera(const CameraReport& camera, const DropShare& recent, const S
   }
   const StreamStatus last = streamBefore(before, camera.name);
   if (depth.frames.droppedSum() - droppedSum(last.dropped) > depth.frames.fused - last.fused) {
-    return {MapStatus::WARN, "most frames are dropped: " + depth.frames.last_drop};
+    const std::string remedy = recent.dropped > 0 ? remedyFor(recent.most_common) : "";
+    return {MapStatus::WARN, "most frames are dropped: " + depth.frames.last_drop +
+                                 (remedy.empty() ? "" : "; " + remedy)};
   }
   if (!depth.warning.empty()) return {MapStatus::WARN, depth.warning};
   Verdict drops = judgeDrops(recent, depth.frames.last_drop);

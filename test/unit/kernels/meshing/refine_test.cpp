@@ -129,6 +129,7 @@ TEST(Refinement, CutsEveryTriangleIntoQuarters) {
     visitRefinedTriangles(
         kMeshTables, kRefineTables, indices, unit, kGridEdges,
         [](int edge) { return static_cast<uint32_t>(edge); },
+        [](const uint32_t(&)[3]) { return false; },
         [&](uint32_t vertex) { fine.push_back(position[vertex]); });
     ASSERT_EQ(fine.size(), 4 * coarse.size());
     const auto area = [](const Vec3f* t) {

@@ -1,0 +1,62 @@
+/// Gaps: where nothing was measured between the vertices of a triangle.
+///
+/// A surfel updates the samples on the corners around it, so a gap up to two voxels wide has
+/// samples at all of its corners, and units that close it. Anchoring (anchoring.h) draws the
+/// vertices on either side of it to where the surface was measured, and so apart. At an outline it
+/// draws all of them to one side, nearer to each other; inside a surface they stay. So a triangle
+/// that anchoring stretches stands in a gap, and is left out.
+#pragma once
+
+#include "dtsdf_mapping/block_mesh.h"
+#include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/mesh_rules.h"
+
+namespace dtsdf {
+
+/// Where the vertex of an edge was before it was drawn to an anchor, but for its way along the
+/// edge: that leads across the surface, not along it.
+DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
+  const int edge = static_cast<int>(vertex.edge);
+  Vec3f place = toFloat(cornerAt(edgeCorner(edge)));
+  const int axis = edgeAxis(edge);
+  if (axis == 0) place.x = vertex.position.x;
+  if (axis == 1) place.y = vertex.position.y;
+  if (axis == 2) place.z = vertex.position.z;
+  return place;
+}
+
+/// A vertex before and after it was drawn to an anchor.
+struct DrawnVertex {
+  Vec3f before, after;
+};
+
+DTSDF_HD DrawnVertex drawnVertex(const BlockVertex& vertex) {
+  return {placeOnEdge(vertex), vertex.position};
+}
+
+DTSDF_HD bool isDrawn(const DrawnVertex& vertex) {
+  return !(vertex.before.x == vertex.after.x && vertex.before.y == vertex.after.y &&
+           vertex.before.z == vertex.after.z);
+}
+
+/// By how much anchoring makes a side longer, in voxels.
+DTSDF_HD float stretchOf(const DrawnVertex& a, const DrawnVertex& b) {
+  return norm(b.after - a.after) - norm(b.before - a.before);
+}
+
+/// Whether the triangle of three edges' vertices stands in a gap.
+DTSDF_HD bool standsInGap(const MeshRules& rules, const BlockVertex& vertex_a,
+                          const BlockVertex& vertex_b, const BlockVertex& vertex_c) {
+  const DrawnVertex a = drawnVertex(vertex_a), b = drawnVertex(vertex_b),
+                    c = drawnVertex(vertex_c);
+  if (!isDrawn(a) && !isDrawn(b) && !isDrawn(c)) return false;  // most are not: no roots
+  return stretchOf(a, b) > rules.most_stretch || stretchOf(b, c) > rules.most_stretch ||
+         stretchOf(c, a) > rules.most_stretch;
+}
+
+/// In a block's list of triangles, one that stands in a gap has one vertex three times until it is
+/// dropped: no other triangle has that.
+constexpr uint16_t kGapVertex = 0;
+DTSDF_HD bool isMarkedGap(const uint16_t* triangle) { return triangle[0] == triangle[1]; }
+
+}  // namespace dtsdf

@@ -72,6 +72,7 @@ void BlockMesher::begin(const MapView& map, const Event& map_ready,
                         const Extraction& extraction) {
   map_ = map;
   least_evidence_ = extraction.least_evidence;
+  totals_.zero(stream_);
   stream_.waitFor(map_ready);
   stream_.record(begun_);
   const size_t most_blocks =
@@ -81,7 +82,6 @@ void BlockMesher::begin(const MapView& map, const Event& map_ready,
   slots_.reserve(most_blocks, stream_);
   records_.reserve(most_blocks, stream_);
   if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
-  totals_.zero(stream_);
   ++stamp_;
   holdForProfile(stream_);
   enqueueIndices();

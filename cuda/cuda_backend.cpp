@@ -41,7 +41,7 @@ class CudaBackend : public MapBackend {
   void sense(const DepthFrame& frame, const FrameView& view) override;
   void makeSurfels() override;
   void findBlocks() override { block_finder_.mark(*sensing_, surfels_); }
-  void lookUpBlocks() override { block_finder_.compare(*sensing_, map_.view()); }
+  void lookUpBlocks() override;
   void seeFree(std::vector<Vec3i> cubes) override;
   TouchedCounts touched() override;
   std::vector<BlockRequest> requests() override { return block_finder_.fetchRequests(); }
@@ -67,7 +67,7 @@ class CudaBackend : public MapBackend {
   void reserve(const MapDemand& demand) override { map_.reserve(table_, demand); }
   void reserveColours(size_t new_bricks) override { map_.reserveColours(table_, new_bricks); }
   void reserveChanges(size_t slots) override { map_.reserveUpdates(slots); }
-  void enterBlocks(const std::vector<int32_t>& slots) override;
+  void enterBlocks(const std::vector<int32_t>& slots) override { map_.enterBlocks(table_, slots); }
   void zeroArrays(const std::vector<int32_t>& arrays) override { map_.zeroArrays(arrays); }
   void enterColours(const std::vector<NewBrick>& bricks) override { map_.enterColours(bricks); }
   void follow(const ChangedSlots& changed) override;
@@ -104,7 +104,6 @@ class CudaBackend : public MapBackend {
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
-  bool has_entered_ = false;  ///< Blocks that the frame found missing may be in the map by now.
   /// Lengths, at most, of the lists of dirty and of painted blocks, which are on the device.
   size_t dirty_bound_ = 0, painted_bound_ = 0;
 };
@@ -146,13 +145,19 @@ RawDepth CudaBackend::rawDepthOf(const DepthFrame& frame) const {
 }
 
 void CudaBackend::sense(const DepthFrame& frame, const FrameView& view) {
-  block_finder_.begin();  // before the upload, which it runs beside
   raw_image_.upload(rowsOf(frame), stream_);
   sensing_ = sensor_.sense(view, rawDepthOf(frame));
+  block_finder_.begin();
 }
 
 void CudaBackend::makeSurfels() {
   surfels_ = surfel_maker_.makeSurfels(*sensing_, block_finder_.usableSurfels());
+}
+
+/// Free depths are found while the host admits blocks: nothing before needs them.
+void CudaBackend::lookUpBlocks() {
+  block_finder_.compare(*sensing_, map_.view());
+  sensor_.findFreeDepths(*sensing_);
 }
 
 /// The device works that off while the host admits blocks.
@@ -181,17 +186,17 @@ void CudaBackend::findMore() {
   counters_ = block_finder_.waitForCounters();
 }
 
+/// The device finds what else the frame looks at while the host admits blocks.
 void CudaBackend::reserveFrame(const FrameTurn& turn) {
   fusion_.reserve(counters_, turn.in_view.size());
+  fusion_.findLooks(*sensing_, target(), {turn.number, turn.in_view});
 }
 
 void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
-  if (has_entered_) block_finder_.refresh(map_.view());
-  has_entered_ = false;
   holdForProfile(stream_);
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
   dirty_bound_ += counters_.touched + (sensing_->hasFreeDepth() ? turn.in_view.size() : 0);
-  fusion_.clear(*sensing_, target(), counters_, {turn.number, turn.in_view});
+  fusion_.clear(*sensing_, target(), counters_, turn.number);
 }
 
 SeenColours CudaBackend::look(const ColourFrame& frame, const ColourLook& look) {
@@ -228,11 +233,6 @@ MadeMeshes CudaBackend::finishMesh() {
     clock_.collect();
   }
   return made;
-}
-
-void CudaBackend::enterBlocks(const std::vector<int32_t>& slots) {
-  map_.enterBlocks(table_, slots);
-  has_entered_ = has_entered_ || !slots.empty();
 }
 
 /// In one update for all: the buffer that they are sent from is not free before the next frame.

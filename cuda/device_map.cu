@@ -115,8 +115,7 @@ void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
   unit_labels_.reserve(demand.after.slots, stream_);
   voxels_.reserve(demand.after.arrays, stream_);
   reserveUpdates(demand.new_blocks);
-  pinned_arrays_.reserve(demand.new_arrays);
-  new_arrays_.reserve(demand.new_arrays, stream_);
+  new_arrays_.reserve(demand.new_arrays);
   if (has_colours_) growColours(demand.after);
   reserveHash(demand.new_blocks, table.blocksInUse());
 }
@@ -180,16 +179,14 @@ void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
 
 void DeviceMap::reserveUpdates(size_t count) {
   updates_sent_.wait();
-  pinned_updates_.reserve(count);
-  updates_.reserve(count, stream_);
+  updates_.reserve(count);
 }
 
 void DeviceMap::enqueueUpdates(size_t count) {
-  updates_.upload(pinned_updates_.data(), count, stream_);
-  stream_.record(updates_sent_);
   updateSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(
       view(), updates_.data(), static_cast<uint32_t>(count));
   DTSDF_CHECK_LAUNCH("updateSlotsKernel");
+  stream_.record(updates_sent_);
 }
 
 void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots) {
@@ -199,24 +196,24 @@ void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>&
   hash_used_ += count;
   slot_count_ = table.slotCount();
   for (size_t i = 0; i < count; ++i) {
-    pinned_updates_[i] = makeSlotUpdate(table.block(slots[i]), slots[i]);
+    updates_[i] = makeSlotUpdate(table.block(slots[i]), slots[i]);
   }
   enqueueUpdates(count);
 }
 
 void DeviceMap::zeroArrays(const std::vector<int32_t>& arrays) {
   if (arrays.empty()) return;
-  std::copy(arrays.begin(), arrays.end(), pinned_arrays_.data());
-  new_arrays_.upload(pinned_arrays_.data(), arrays.size(), stream_);
+  std::copy(arrays.begin(), arrays.end(), new_arrays_.data());
   clearArraysKernel<<<static_cast<unsigned>(arrays.size()), kThreads, 0, stream_.get()>>>(
       view(), new_arrays_.data());
   DTSDF_CHECK_LAUNCH("clearArraysKernel");
+  stream_.record(updates_sent_);
 }
 
 void DeviceMap::apply(const std::vector<SlotUpdate>& updates) {
   if (updates.empty()) return;
   reserveUpdates(updates.size());
-  std::copy(updates.begin(), updates.end(), pinned_updates_.data());
+  std::copy(updates.begin(), updates.end(), updates_.data());
   enqueueUpdates(updates.size());
 }
 
@@ -241,9 +238,8 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
   parts.push_back({"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes,
                    colours_.bytes()});
   parts.push_back({"books of colours", kIndices, books, books});
-  const size_t updates = updates_.bytes() + new_arrays_.bytes() + new_bricks_.bytes();
-  parts.push_back({"map updates", MemoryKind::kScratch, updates, updates});
-  const size_t staging = pinned_updates_.bytes() + pinned_arrays_.bytes() + pinned_bricks_.bytes();
+  parts.push_back({"map updates", MemoryKind::kScratch, new_bricks_.bytes(), new_bricks_.bytes()});
+  const size_t staging = updates_.bytes() + new_arrays_.bytes() + pinned_bricks_.bytes();
   parts.push_back({"map updates", MemoryKind::kStaging, staging, staging});
 }
 

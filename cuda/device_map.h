@@ -124,10 +124,8 @@ class DeviceMap {
   DeviceBuffer<uint32_t> painted_, painted_count_;
   bool has_colours_ = false;
   Event updates_sent_;  ///< The host may write new updates from there on.
-  PinnedBuffer<SlotUpdate> pinned_updates_;
-  DeviceBuffer<SlotUpdate> updates_;
-  PinnedBuffer<int32_t> pinned_arrays_;
-  DeviceBuffer<int32_t> new_arrays_;
+  PinnedBuffer<SlotUpdate> updates_;    ///< Kernels read them in place,
+  PinnedBuffer<int32_t> new_arrays_;    ///< and these.
   PinnedBuffer<NewBrick> pinned_bricks_;
   DeviceBuffer<NewBrick> new_bricks_;
 };

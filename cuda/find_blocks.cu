@@ -10,11 +10,21 @@ namespace gpu {
 namespace {
 
 constexpr size_t kFirstCapacity = 8192;
-/// So many requests come with the counters: hardly a frame has more, and to wait again for more is
-/// dear. Fewer than the table's capacity.
-constexpr size_t kEarlyRequests = 1024;
 /// In a table that is at most half full, a longer walk means that it is overfull.
 constexpr int kMaxProbes = 1024;
+
+/// One thread per place of the table.
+__global__ void emptyTableKernel(TouchedView touched, bool counts_surfels) {
+  const size_t i = globalThread();
+  if (i == 0) {
+    const uint32_t surfels = counts_surfels ? 0 : touched.counters->usable_surfels;
+    *touched.counters = {};
+    touched.counters->usable_surfels = surfels;
+  }
+  if (i > touched.mask) return;
+  touched.keys[i] = kNoKey;
+  touched.directions[i] = 0;
+}
 
 __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t directions) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & touched.mask;
@@ -67,8 +77,15 @@ __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t
   }
 }
 
+/// Where the host finds what a frame asks for, in its own memory.
+struct HostRequests {
+  FrameCounters* counters;
+  PackedRequest* requests;
+};
+
 /// One thread per touched block, in strides: their number is known on the device only.
-__global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched) {
+__device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
+                               const TouchedView& touched, PackedRequest* requests) {
   if (touched.counters->table_full) return;
   const uint32_t count = touched.counters->touched;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
@@ -81,15 +98,20 @@ __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedVie
     const uint32_t existing = slot < 0 ? 0 : directionsOfSlot(map.slots[slot]);
     const uint32_t missing = directions & ~existing;
     if (missing == 0) continue;
-    touched.requests[atomicAdd(&touched.counters->requests, 1u)] = {key, directions};
+    requests[atomicAdd(&touched.counters->requests, 1u)] = {key, directions};
     atomicAdd(&touched.counters->requested_arrays, static_cast<uint32_t>(__popc(missing)));
   }
 }
 
-__global__ void refreshSlotsKernel(MapView map, TouchedView touched, uint32_t count) {
-  const size_t i = globalThread();
-  if (i >= count || touched.blocks[i].slot >= 0) return;
-  touched.blocks[i].slot = findSlot(map, touched.blocks[i].key);
+/// The block of threads that finishes last hands the counters to the host.
+__global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched,
+                                     HostRequests host) {
+  compareWithMap(origin_block, map, touched, host.requests);
+  if (!isLastBlock(&touched.counters->compared, gridDim.x)) return;
+  constexpr unsigned kWords = sizeof(FrameCounters) / sizeof(uint32_t);
+  if (threadIdx.x >= kWords) return;
+  reinterpret_cast<uint32_t*>(host.counters)[threadIdx.x] =
+      readShared(reinterpret_cast<const uint32_t*>(touched.counters) + threadIdx.x);
 }
 
 }  // namespace
@@ -98,8 +120,7 @@ BlockFinder::BlockFinder(const FusionSettings& fusion, const Stream& stream)
     : fusion_(fusion),
       stream_(stream),
       counters_(1),
-      pinned_counters_(1),
-      pinned_requests_(kEarlyRequests) {
+      pinned_counters_(1) {
   allocate(kFirstCapacity);
 }
 
@@ -110,8 +131,7 @@ void BlockFinder::allocate(size_t capacity) {
   places_ = DeviceBuffer<uint32_t>(capacity);
   blocks_ = DeviceBuffer<TouchedBlock>(capacity);
   sum_owners_ = DeviceBuffer<uint32_t>(kDirectionCount * capacity);
-  requests_ = DeviceBuffer<PackedRequest>(capacity);
-  requests_.zero(stream_);  // what no kernel has written is read back too
+  requests_.reserve(capacity);
   capacity_ = capacity;
 }
 
@@ -124,20 +144,18 @@ TouchedView BlockFinder::view() const {
           places_.data(),
           blocks_.data(),
           sum_owners_.data(),
-          requests_.data(),
           counters_.data()};
 }
 
-void BlockFinder::begin() {
-  counters_.zero(stream_);
-  emptyTable();
-}
+void BlockFinder::begin() { emptyTable(true); }
 
-void BlockFinder::emptyTable() {
+/// Zeroes the counters, that of surfels too if they are counted anew.
+void BlockFinder::emptyTable(bool counts_surfels) {
   holdForProfile(stream_);
   const StageSpan span(stream_, Stage::kFindBlocks);
-  keys_.fill(0xff, stream_);
-  directions_.zero(stream_);
+  emptyTableKernel<<<blocksFor(2 * capacity_), kThreads, 0, stream_.get()>>>(view(),
+                                                                            counts_surfels);
+  DTSDF_CHECK_LAUNCH("emptyTableKernel");
 }
 
 void BlockFinder::mark(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
@@ -150,10 +168,9 @@ void BlockFinder::mark(const DeviceSensing& sensing, const DeviceSurfels& surfel
 void BlockFinder::compare(const DeviceSensing& sensing, const MapView& map) {
   const StageSpan span(stream_, Stage::kFindBlocks);
   compareWithMapKernel<<<blocksFor(capacity_), kThreads, 0, stream_.get()>>>(
-      blockOfVoxel(sensing.frame().origin_voxel), map, view());
+      blockOfVoxel(sensing.frame().origin_voxel), map, view(),
+      {pinned_counters_.data(), requests_.data()});
   DTSDF_CHECK_LAUNCH("compareWithMapKernel");
-  counters_.download(pinned_counters_.data(), 1, stream_);
-  requests_.download(pinned_requests_.data(), kEarlyRequests, stream_);
   stream_.record(counted_);
 }
 
@@ -168,45 +185,28 @@ void BlockFinder::grow() {
   while (capacity < pinned_counters_[0].touched) capacity *= 2;
   stream_.synchronize();
   allocate(capacity);
-  emptyTable();
-  constexpr size_t kKept = offsetof(FrameCounters, usable_surfels) + sizeof(uint32_t);
-  DTSDF_CHECK_CUDA(cudaMemsetAsync(reinterpret_cast<char*>(counters_.data()) + kKept, 0,
-                                   sizeof(FrameCounters) - kKept, stream_.get()));
+  emptyTable(false);
 }
 
-std::vector<BlockRequest> BlockFinder::fetchRequests() {
+std::vector<BlockRequest> BlockFinder::fetchRequests() const {
   const size_t count = pinned_counters_[0].requests;
-  if (count == 0) return {};
-  if (count > kEarlyRequests) {
-    pinned_requests_.reserve(count);
-    requests_.download(pinned_requests_.data(), count, stream_);
-    stream_.synchronize();
-  }
   std::vector<BlockRequest> requests(count);
   for (size_t i = 0; i < count; ++i) {
-    requests[i] = {pinned_requests_[i].key, static_cast<uint32_t>(pinned_requests_[i].directions)};
+    requests[i] = {requests_[i].key, static_cast<uint32_t>(requests_[i].directions)};
   }
   return requests;
 }
 
-void BlockFinder::refresh(const MapView& map) {
-  const uint32_t count = pinned_counters_[0].touched;
-  refreshSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(map, view(), count);
-  DTSDF_CHECK_LAUNCH("refreshSlotsKernel");
-}
-
 void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = keys_.bytes() + directions_.bytes() + first_sums_.bytes() +
-                       places_.bytes() + sum_owners_.bytes() + blocks_.bytes() +
-                       requests_.bytes();
+                       places_.bytes() + sum_owners_.bytes() + blocks_.bytes();
   parts.push_back({"touched blocks", MemoryKind::kScratch, bytes, bytes});
-  parts.push_back({"requests", MemoryKind::kStaging, pinned_requests_.bytes(),
-                   pinned_requests_.bytes()});
+  parts.push_back({"requests", MemoryKind::kStaging, requests_.bytes(), requests_.bytes()});
 }
 
 std::vector<NamedKernel> blockKernels() {
-  return {DTSDF_NAMED_KERNEL(markBlocksKernel, 0),
-          DTSDF_NAMED_KERNEL(compareWithMapKernel, 0), DTSDF_NAMED_KERNEL(refreshSlotsKernel, 0)};
+  return {DTSDF_NAMED_KERNEL(emptyTableKernel, 0), DTSDF_NAMED_KERNEL(markBlocksKernel, 0),
+          DTSDF_NAMED_KERNEL(compareWithMapKernel, 0)};
 }
 
 }  // namespace gpu

@@ -12,14 +12,15 @@ namespace gpu {
 
 /// Counts of one frame; all that the host has to know of it.
 struct FrameCounters {
-  // Comes first: the others are zeroed apart from it.
   uint32_t usable_surfels;    ///< Surfels, but for those that have no weight for want of a normal.
   uint32_t touched;           ///< Blocks.
   uint32_t touched_arrays;    ///< Arrays that the frame's surfels belong to, over all blocks.
   uint32_t requests;          ///< Blocks that are missing or miss arrays.
   uint32_t requested_arrays;
   uint32_t table_full;        ///< Not 0: the table was too small, and the counts are not valid.
-  uint32_t empty_blocks;      ///< Blocks with new arrays that hold nothing.
+  uint32_t looks;             ///< Blocks that the frame looks at without touching them.
+  uint32_t empty_blocks;      ///< Blocks with arrays that hold nothing.
+  uint32_t compared, cleared; ///< Blocks of threads that have finished these stages.
 };
 
 /// A BlockRequest without padding, whose bytes nothing would write.
@@ -47,7 +48,6 @@ struct TouchedView {
   uint32_t* places;       ///< Place in the table, per block.
   TouchedBlock* blocks;
   uint32_t* sum_owners;   ///< Per array of sums: 8 * block + direction.
-  PackedRequest* requests;
   FrameCounters* counters;
 };
 
@@ -72,18 +72,15 @@ class BlockFinder {
   /// that of surfels, for the steps from mark() on.
   void grow();
 
-  /// Fetches the requests; waits if they are many.
-  std::vector<BlockRequest> fetchRequests();
-
-  /// Enqueues a new look-up of the blocks that were missing, after an admission.
-  void refresh(const MapView& map);
+  /// The requests that were counted.
+  std::vector<BlockRequest> fetchRequests() const;
 
   TouchedView view() const;
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
   void allocate(size_t capacity);
-  void emptyTable();
+  void emptyTable(bool counts_surfels);
 
   const FusionSettings fusion_;
   const Stream& stream_;
@@ -92,10 +89,9 @@ class BlockFinder {
   DeviceBuffer<PackedKey> keys_;
   DeviceBuffer<uint32_t> directions_, first_sums_, places_, sum_owners_;
   DeviceBuffer<TouchedBlock> blocks_;
-  DeviceBuffer<PackedRequest> requests_;
   DeviceBuffer<FrameCounters> counters_;
-  PinnedBuffer<FrameCounters> pinned_counters_;
-  PinnedBuffer<PackedRequest> pinned_requests_;
+  PinnedBuffer<FrameCounters> pinned_counters_;  ///< A kernel writes them there,
+  PinnedBuffer<PackedRequest> requests_;         ///< and these.
 };
 
 }  // namespace gpu

@@ -22,8 +22,6 @@ namespace {
 /// passes, so that a small GPU can fuse any frame.
 constexpr uint32_t kMaxSumArrays = 16384;
 
-/// Fetched with the counters of a frame; more take a second step.
-constexpr size_t kEmptyBlocksAtOnce = 1024;
 constexpr int kThreadBlocksPerProcessor = 8;
 
 static_assert(sizeof(VoxelSums) == 3 * sizeof(unsigned long long), "summed by 64-bit atomics");
@@ -59,12 +57,22 @@ __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion
       addAtomically(&part.sums[static_cast<size_t>(sum) * kVoxelsPerBlock + index], weight, sdf,
                     point_key);
     };
-    castIntoBlock<1>(cast, fusion, block_L, add);
+    castIntoBlock(cast, fusion, block_L, add);
   });
 }
 
 /// Which voxels of the arrays of sums the frame supports, a bit each.
 constexpr int kSupportWords = kVoxelsPerBlock / 32;
+
+/// Slot of a touched block; of one that was missing, by the map as it is after the admission.
+__device__ int32_t slotOf(const MapView& map, TouchedBlock& block) {
+  int32_t slot = block.slot;
+  if (slot < 0) {
+    slot = findSlot(map, block.key);
+    if (slot >= 0) block.slot = slot;  // whoever comes first: all find the same
+  }
+  return slot;
+}
 
 /// One block of threads per array of sums, which it leaves zeroed.
 __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTarget target,
@@ -73,7 +81,8 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTar
   const uint32_t owner = target.touched.sum_owners[part.first + blockIdx.x];
   TouchedBlock& block = target.touched.blocks[owner / 8];
   const int direction = owner % 8;
-  const int32_t array = block.slot < 0 ? kNoArray : map.slots[block.slot].array[direction];
+  const int32_t slot = slotOf(map, block);
+  const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[direction];
   VoxelSums* sums = part.sums + static_cast<size_t>(blockIdx.x) * kVoxelsPerBlock;
   Voxel* voxels = array == kNoArray ? nullptr : map.voxels.record(array);
   const float depth_weight = blockDepthWeight(frame, block.block_L, fusion.rules);
@@ -99,10 +108,11 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
   __shared__ uint32_t observed;
   const MapView& map = target.map;
   TouchedBlock& block = target.touched.blocks[blockIdx.x];
-  if (block.slot < 0) return;
+  const int32_t slot = slotOf(map, block);
+  if (slot < 0) return;
   if (threadIdx.x == 0) observed = 0;
   __syncthreads();
-  const SlotEntry entry = map.slots[block.slot];
+  const SlotEntry entry = map.slots[slot];
   const float depth_weight = blockDepthWeight(frame, block.block_L, fusion.rules);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     VoxelSums sums[kDirectionCount] = {};
@@ -139,6 +149,14 @@ struct BlockSupport {
   }
 };
 
+/// Whose turn it is.
+struct Turn {
+  uint64_t frame_number;
+  FusionRules rules;
+
+  __device__ bool comesTo(PackedKey key) const { return isInTurn(key, frame_number, rules); }
+};
+
 /// A frame's look at a block.
 struct BlockLook {
   Vec3f first_voxel_L;
@@ -155,7 +173,9 @@ struct JudgedVoxels {
   uint32_t emptied_directions;  ///< That lose a voxel.
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
 };
-constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kThreads;
+/// Threads of a block that clears: as many as it has voxels, since most blocks wait for memory.
+constexpr int kClearThreads = kVoxelsPerBlock;
+constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kClearThreads;
 static_assert(kMostPerThread <= 16, "two bits for each voxel that a thread judges");
 
 constexpr uint32_t kCoveredBit = 1u << 15;
@@ -183,21 +203,29 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
   __syncthreads();
   const Look rule = look.rule();
-  const uint32_t lane = threadIdx.x % 32, before = (1u << lane) - 1u;
+  const int i = threadIdx.x;
+  const uint32_t lane = i % 32, before = (1u << lane) - 1u;
+  Voxel voxel[kDirectionCount];
+  uint32_t covered_word[kDirectionCount], looked_at = 0;
+#pragma unroll  // reads all before it waits for any
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (entry.array[d] == kNoArray) continue;
     const uint32_t* covered = look.support.of(d);
-    if (covered == nullptr && !look.in_turn) continue;
-    const Voxel* voxels = map.voxels.record(entry.array[d]);
-    for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) {
-      const bool is_covered = covered != nullptr && (covered[i / 32] >> lane & 1u);
-      const bool is_judged = isJudged(voxels[i], i, is_covered, rule, rules);
-      const uint32_t judged = __ballot_sync(~0u, is_judged);
-      uint32_t first = 0;
-      if (lane == 0 && judged != 0) first = atomicAdd(&list.count, __popc(judged));
-      first = __shfl_sync(~0u, first, 0);
-      if (is_judged) list.voxel[first + __popc(judged & before)] = packJudged(d, i, is_covered);
-    }
+    if (entry.array[d] == kNoArray || (covered == nullptr && !look.in_turn)) continue;
+    looked_at |= 1u << d;
+    voxel[d] = map.voxels.record(entry.array[d])[i];
+    covered_word[d] = covered == nullptr ? 0 : covered[i / 32];
+  }
+#pragma unroll
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!(looked_at >> d & 1u)) continue;
+    const bool is_covered = (covered_word[d] >> lane & 1u) != 0;
+    const bool is_judged = isJudged(voxel[d], i, is_covered, rule, rules);
+    const uint32_t judged = __ballot_sync(~0u, is_judged);
+    if (judged == 0) continue;
+    uint32_t first = 0;
+    if (lane == 0) first = atomicAdd(&list.count, __popc(judged));
+    first = __shfl_sync(~0u, first, 0);
+    if (is_judged) list.voxel[first + __popc(judged & before)] = packJudged(d, i, is_covered);
   }
   __syncthreads();
 }
@@ -220,7 +248,7 @@ __device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings&
                               const MapView& map, const SlotEntry& entry,
                               const Vec3f& first_voxel_L, const JudgedVoxels& list) {
   Sights sights;
-  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
+  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
     const JudgedVoxel voxel = unpackJudged(list.voxel[k]);
     const Sight sight =
         judge(sensing, first_voxel_L, map.voxels.record(entry.array[voxel.direction]), voxel.index,
@@ -233,7 +261,7 @@ __device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings&
 /// Whether an array holds nothing. By all threads of a block.
 __device__ bool isArrayEmpty(const Voxel* voxels) {
   int holds = 0;
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kThreads) holds |= !isEmpty(voxels[i]);
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kClearThreads) holds |= !isEmpty(voxels[i]);
   return !__syncthreads_or(holds);
 }
 
@@ -246,7 +274,7 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
   const Sights sights = judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
   if (!__syncthreads_or(sights.any())) return {false, 0};  // as most
   int changed = 0;
-  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kThreads, ++turn) {
+  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
     const Sight sight = sights.of(turn);
     if (sight == Sight::kSurface) continue;
     const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
@@ -267,36 +295,6 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
   return result;
 }
 
-__device__ void listEmpty(const TouchedView& touched, EmptyBlock* empty_blocks, int32_t slot,
-                          uint32_t directions) {
-  if (directions == 0) return;
-  empty_blocks[atomicAdd(&touched.counters->empty_blocks, 1u)] = {slot, directions};
-}
-
-/// One block of threads per touched block.
-__global__ void clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
-                                  FusionTarget target, const uint32_t* supported,
-                                  uint64_t frame_number, EmptyBlock* empty_blocks) {
-  __shared__ JudgedVoxels list;
-  const MapView& map = target.map;
-  const TouchedView& touched = target.touched;
-  const TouchedBlock& block = touched.blocks[blockIdx.x];
-  if (block.slot < 0) return;
-  uint32_t empty = block.empty;
-  if (on_device.hasFreeDepth()) {
-    const uint32_t first_sum = touched.first_sums[touched.places[blockIdx.x]];
-    const BlockLook look{toFloat(firstVoxelOfBlock(block.block_L)),
-                         isInTurn(map.slots[block.slot].key, frame_number, fusion.rules),
-                         {supported + static_cast<size_t>(first_sum) * kSupportWords,
-                          block.directions}};
-    empty |= clearBlock(on_device.load(), fusion, map, map.slots[block.slot], look, list)
-                 .empty_directions;
-  }
-  if (threadIdx.x != 0) return;
-  listEmpty(touched, empty_blocks, block.slot, empty);
-  markDirty(map, block.slot);
-}
-
 /// One thread per block that may be in view: lists those that the frame looks at untouched.
 __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
                                 uint64_t frame_number, LookList looks) {
@@ -307,27 +305,66 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget
   if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
   if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
   if (findTouched(target.touched, key) >= 0) return;
-  looks.slots[atomicAdd(looks.count, 1u)] = slot;
+  looks.slots[atomicAdd(&target.touched.counters->looks, 1u)] = slot;
 }
 
-/// One block of threads per block of the list, in strides.
-__global__ void lookAroundKernel(DeviceSensing on_device, FusionSettings fusion,
-                                 FusionTarget target, LookList looks, EmptyBlock* empty_blocks) {
+/// A block that the stage visits.
+struct VisitedBlock {
+  int32_t slot;    ///< -1: not in the map.
+  bool is_touched; ///< Else the frame only looks at it.
+  uint32_t empty;  ///< Bit d: the array of direction d held nothing after the fold.
+  BlockLook look;
+};
+
+/// Number i of the touched blocks.
+__device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t* supported,
+                                     const Turn& turn, uint32_t i) {
+  const TouchedView& touched = target.touched;
+  const TouchedBlock& block = touched.blocks[i];
+  if (block.slot < 0) return {-1, true, 0, {}};
+  const uint32_t first_sum = touched.first_sums[touched.places[i]];
+  return {block.slot, true, block.empty,
+          {toFloat(firstVoxelOfBlock(block.block_L)), turn.comesTo(block.key),
+           {supported + static_cast<size_t>(first_sum) * kSupportWords, block.directions}}};
+}
+
+/// One of the others.
+__device__ VisitedBlock visitLook(const FusionTarget& target, const FrameView& frame,
+                                  int32_t slot) {
+  const Vec3i block_L =
+      unpackKey(target.map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
+  return {slot, false, 0, {toFloat(firstVoxelOfBlock(block_L)), true, {nullptr, 0}}};
+}
+
+/// One block of threads per touched block, and further ones for those looked at, in strides. The
+/// one that finishes last hands the number of empty blocks to the host.
+__global__ void __launch_bounds__(kClearThreads)
+    clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
+                                  FusionTarget target, const uint32_t* supported, Turn turn,
+                                  const int32_t* looks, EmptyList empty) {
   __shared__ JudgedVoxels list;
   const MapView& map = target.map;
+  FrameCounters* counters = target.touched.counters;
   const FrameSensing sensing = on_device.load();
-  const BlockKey origin = blockOfVoxel(sensing.image.frame.origin_voxel);
-  const uint32_t count = *looks.count;
+  const uint32_t touched = counters->touched, count = touched + counters->looks;
   for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
-    const int32_t slot = looks.slots[i];
-    const SlotEntry& entry = map.slots[slot];
-    const BlockLook look{toFloat(firstVoxelOfBlock(unpackKey(entry.key) - origin)), true,
-                         {nullptr, 0}};
-    const ClearedBlock cleared = clearBlock(sensing, fusion, map, entry, look, list);
+    const VisitedBlock block = i < touched
+                                   ? visitTouched(target, supported, turn, i)
+                                   : visitLook(target, sensing.image.frame, looks[i - touched]);
+    if (block.slot < 0) continue;
+    ClearedBlock cleared{false, 0};
+    if (on_device.hasFreeDepth()) {
+      cleared = clearBlock(sensing, fusion, map, map.slots[block.slot], block.look, list);
+    }
     if (threadIdx.x != 0) continue;
-    if (cleared.changed) markDirty(map, slot);
-    listEmpty(target.touched, empty_blocks, slot, cleared.empty_directions);
+    const uint32_t directions = block.empty | cleared.empty_directions;
+    if (directions != 0) {
+      empty.blocks[atomicAdd(&counters->empty_blocks, 1u)] = {block.slot, directions};
+    }
+    if (block.is_touched || cleared.changed) markDirty(map, block.slot);
   }
+  if (!isLastBlock(&counters->cleared, gridDim.x)) return;
+  if (threadIdx.x == 0) *empty.count = readShared(&counters->empty_blocks);
 }
 
 }  // namespace
@@ -336,8 +373,7 @@ Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& str
     : casts_(castsSurfels(params)),
       fusion_(makeFusionSettings(params, rules.fusion)),
       stream_(stream),
-      thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
-      look_count_(1) {}
+      thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()) {}
 
 /// With an eighth to spare rather than half: this is the most of what a frame needs.
 void Fusion::reserveSums(uint32_t arrays) {
@@ -351,12 +387,10 @@ void Fusion::reserve(const FrameCounters& counters, size_t in_view) {
   if (casts_) {
     reserveSums(std::min(counters.touched_arrays, kMaxSumArrays));
     supported_.reserve(static_cast<size_t>(counters.touched_arrays) * kSupportWords, stream_);
-    in_view_.reserve(in_view, stream_);
-    pinned_in_view_.reserve(in_view);
+    in_view_.reserve(in_view);
     looks_.reserve(in_view, stream_);
   }
-  empty_blocks_.reserve(counters.touched + in_view, stream_);
-  pinned_empty_blocks_.reserve(kEmptyBlocksAtOnce);
+  empty_blocks_.reserve(counters.touched + in_view);
 }
 
 void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
@@ -395,52 +429,38 @@ void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
   DTSDF_CHECK_LAUNCH("projectVoxelsKernel");
 }
 
-void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
-                   const FrameCounters& counters, const LookTurn& turn) {
+/// The list of the frame before is not read any more: that frame was waited for.
+void Fusion::findLooks(const DeviceSensing& sensing, const FusionTarget& target,
+                       const LookTurn& turn) {
+  in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(turn.in_view.size()) : 0;
+  if (in_view_count_ == 0) return;
+  std::copy(turn.in_view.begin(), turn.in_view.end(), in_view_.data());
   const StageSpan span(stream_, Stage::kClear);
-  if (counters.touched > 0) {  // else the frame only looks around
-    clearBlocksKernel<<<counters.touched, kThreads, 0, stream_.get()>>>(
-        sensing, fusion_, target, supported_.data(), turn.number, empty_blocks_.data());
-    DTSDF_CHECK_LAUNCH("clearBlocksKernel");
-  }
-  if (sensing.hasFreeDepth() && !turn.in_view.empty()) lookAround(sensing, target, turn);
-  DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned_counters_.data(), target.touched.counters,
-                                   sizeof(FrameCounters), cudaMemcpyDeviceToHost, stream_.get()));
-  empty_blocks_.download(pinned_empty_blocks_.data(),
-                         std::min(kEmptyBlocksAtOnce, empty_blocks_.capacity()), stream_);
-  stream_.record(cleared_);
-  is_cleared_ = true;
+  findLooksKernel<<<blocksFor(in_view_count_), kThreads, 0, stream_.get()>>>(
+      sensing.frame(), fusion_.rules, target, turn.number,
+      {in_view_.data(), in_view_count_, looks_.data()});
+  DTSDF_CHECK_LAUNCH("findLooksKernel");
 }
 
-/// The list of the frame before has left the pinned memory: that frame was waited for.
-void Fusion::lookAround(const DeviceSensing& sensing, const FusionTarget& target,
-                        const LookTurn& turn) {
-  const size_t in_view = turn.in_view.size();
-  std::copy(turn.in_view.begin(), turn.in_view.end(), pinned_in_view_.data());
-  in_view_.upload(pinned_in_view_.data(), in_view, stream_);
-  const LookList looks{in_view_.data(), static_cast<uint32_t>(in_view), looks_.data(),
-                       look_count_.data()};
-  look_count_.zero(stream_);
-  findLooksKernel<<<blocksFor(in_view), kThreads, 0, stream_.get()>>>(
-      sensing.frame(), fusion_.rules, target, turn.number, looks);
-  DTSDF_CHECK_LAUNCH("findLooksKernel");
-  lookAroundKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(
-      sensing, fusion_, target, looks, empty_blocks_.data());
-  DTSDF_CHECK_LAUNCH("lookAroundKernel");
+void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
+                   const FrameCounters& counters, uint64_t frame_number) {
+  const StageSpan span(stream_, Stage::kClear);
+  const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
+  const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one hands over the count
+  clearBlocksKernel<<<blocks, kClearThreads, 0, stream_.get()>>>(
+      sensing, fusion_, target, supported_.data(), {frame_number, fusion_.rules}, looks_.data(),
+      {empty_blocks_.data(), empty_count_.data()});
+  DTSDF_CHECK_LAUNCH("clearBlocksKernel");
+  stream_.record(cleared_);
+  is_cleared_ = true;
 }
 
 std::vector<EmptyBlock> Fusion::takeEmptyBlocks() {
   if (!is_cleared_) return {};
   cleared_.wait();
   is_cleared_ = false;
-  const size_t count = pinned_counters_[0].empty_blocks;
-  if (count > kEmptyBlocksAtOnce) {  // rare: most of them come with the counters
-    pinned_empty_blocks_.reserve(count);
-    empty_blocks_.download(pinned_empty_blocks_.data(), count, stream_);
-    stream_.synchronize();
-  }
-  const EmptyBlock* first = pinned_empty_blocks_.data();
-  std::vector<EmptyBlock> blocks(first, first + count);
+  const EmptyBlock* first = empty_blocks_.data();
+  std::vector<EmptyBlock> blocks(first, first + empty_count_[0]);
   std::sort(blocks.begin(), blocks.end(),
             [](const EmptyBlock& a, const EmptyBlock& b) { return a.slot < b.slot; });
   return blocks;
@@ -448,17 +468,17 @@ std::vector<EmptyBlock> Fusion::takeEmptyBlocks() {
 
 void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"sums", MemoryKind::kScratch, sums_.bytes(), sums_.bytes()});
-  const size_t lists =
-      empty_blocks_.bytes() + supported_.bytes() + looks_.bytes() + in_view_.bytes();
+  const size_t lists = supported_.bytes() + looks_.bytes();
   parts.push_back({"support and looks", MemoryKind::kScratch, lists, lists});
-  const size_t staging = pinned_empty_blocks_.bytes() + pinned_in_view_.bytes();
+  const size_t staging = empty_blocks_.bytes() + in_view_.bytes();
   parts.push_back({"empty blocks and looks", MemoryKind::kStaging, staging, staging});
 }
 
 std::vector<NamedKernel> fusionKernels() {
   return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
-          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0), DTSDF_NAMED_KERNEL(clearBlocksKernel, 0),
-          DTSDF_NAMED_KERNEL(findLooksKernel, 0), DTSDF_NAMED_KERNEL(lookAroundKernel, 0)};
+          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0),
+          DTSDF_NAMED_KERNEL(clearBlocksKernel, 0, kClearThreads),
+          DTSDF_NAMED_KERNEL(findLooksKernel, 0)};
 }
 
 }  // namespace gpu

@@ -20,11 +20,17 @@ struct FusionTarget {
   TouchedView touched;
 };
 
-/// The blocks that a frame looks at besides those that it touches, and those among which they are.
+/// The blocks that a frame looks at besides those that it touches, and those among which they are;
+/// FrameCounters counts them.
 struct LookList {
   const int32_t* in_view;
   uint32_t in_view_count;
   int32_t* slots;
+};
+
+/// Where the host finds the blocks that a frame leaves empty, in its own memory.
+struct EmptyList {
+  EmptyBlock* blocks;
   uint32_t* count;
 };
 
@@ -47,10 +53,14 @@ class Fusion {
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                    const FusionTarget& target, const FrameCounters& counters);
 
+  /// Enqueues the search for the blocks that the frame looks at without touching them.
+  /// @pre reserve() made the room.
+  void findLooks(const DeviceSensing& sensing, const FusionTarget& target, const LookTurn& turn);
+
   /// Takes evidence from what the frame contradicts, marks what has changed for the mesh, and lists
   /// arrays that hold nothing.
   void clear(const DeviceSensing& sensing, const FusionTarget& target,
-             const FrameCounters& counters, const LookTurn& turn);
+             const FrameCounters& counters, uint64_t frame_number);
 
   /// Waits for the frame. @return its empty blocks, by slot; reported once.
   std::vector<EmptyBlock> takeEmptyBlocks();
@@ -62,7 +72,6 @@ class Fusion {
   void cast(const DeviceSensing& sensing, const DeviceSurfels& surfels, const TouchedView& touched,
             const SumsView& part);
   void fold(const FrameView& frame, const FusionTarget& target, const SumsView& part);
-  void lookAround(const DeviceSensing& sensing, const FusionTarget& target, const LookTurn& turn);
   void project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                const FusionTarget& target, uint32_t blocks);
 
@@ -74,12 +83,11 @@ class Fusion {
   bool is_cleared_ = false;  ///< A frame's empty blocks have not been taken yet.
   DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames.
   DeviceBuffer<uint32_t> supported_;  ///< Bits of the voxels that the frame supports, by its sums.
-  PinnedBuffer<int32_t> pinned_in_view_;
-  DeviceBuffer<int32_t> in_view_, looks_;
-  DeviceBuffer<uint32_t> look_count_;
-  DeviceBuffer<EmptyBlock> empty_blocks_;
-  PinnedBuffer<EmptyBlock> pinned_empty_blocks_;
-  PinnedBuffer<FrameCounters> pinned_counters_{1};
+  PinnedBuffer<int32_t> in_view_;  ///< Kernels read it in place,
+  uint32_t in_view_count_ = 0;     ///< of the last frame; 0: it does not look around.
+  DeviceBuffer<int32_t> looks_;
+  PinnedBuffer<EmptyBlock> empty_blocks_;  ///< and write these there.
+  PinnedBuffer<uint32_t> empty_count_{1};
 };
 
 }  // namespace gpu

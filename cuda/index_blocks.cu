@@ -23,10 +23,12 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   }
 }
 
-/// One thread per dirty block and block around it, in strides: meshes depend on voxels there.
-__global__ void selectAroundKernel(MapView map, MeshView mesh) {
+/// One thread per dirty block and block around it, in strides: meshes depend on voxels there. From
+/// the end of the grid on, whose threads have the least to index.
+__device__ void selectAround(const MapView& map, const MeshView& mesh) {
   const size_t count = static_cast<size_t>(*map.dirty_count) * kBlocksAround;
-  for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
+  const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;
+  for (size_t i = threads - 1 - globalThread(); i < count; i += threads) {
     const int32_t dirty = map.dirty_slots[i / kBlocksAround];
     const Vec3i offset = aroundOffset(static_cast<int>(i % kBlocksAround));
     if (map.slots[dirty].key == kNoKey) continue;
@@ -76,13 +78,14 @@ __device__ void updateLabels(const MeshView& mesh, const SharedCorners& corners,
   }
 }
 
-/// One block of threads per reached block, in strides. Two at a time on a multiprocessor, at the
+/// One block of threads per reached block, in strides; selects the others to be meshed before. Two
+/// at a time on a multiprocessor, at the
 /// price of a few registers: each waits for memory most of the time.
 __global__ void __launch_bounds__(kThreads, 2) indexBlocksKernel(MapView map, MeshView mesh) {
   extern __shared__ Sample samples[];
   __shared__ CornerArrays arrays;
   __shared__ uint32_t present;
-  if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty_count = 0;  // all selected by now
+  selectAround(map, mesh);
   const uint32_t reached = mesh.counters->reached;
   for (uint32_t b = blockIdx.x; b < reached; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
@@ -114,8 +117,6 @@ void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
                  const Stream& stream) {
   reachBlocksKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
   DTSDF_CHECK_LAUNCH("reachBlocksKernel");
-  selectAroundKernel<<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
-  DTSDF_CHECK_LAUNCH("selectAroundKernel");
 }
 
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
@@ -126,7 +127,7 @@ void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks,
 }
 
 std::vector<NamedKernel> indexKernels(bool directional) {
-  return {DTSDF_NAMED_KERNEL(reachBlocksKernel, 0), DTSDF_NAMED_KERNEL(selectAroundKernel, 0),
+  return {DTSDF_NAMED_KERNEL(reachBlocksKernel, 0),
           DTSDF_NAMED_KERNEL(indexBlocksKernel, cornerGridBytes(directional))};
 }
 

@@ -31,6 +31,18 @@ template <class T>
 __device__ __forceinline__ T readShared(const T* p) {
   return *static_cast<const volatile T*>(p);
 }
+
+/// Whether this block of threads is the last of its grid to come here, and so sees what all others
+/// have written by then: past the first-level caches, by readShared(). `finished` is 0 before.
+__device__ __forceinline__ bool isLastBlock(uint32_t* finished, uint32_t blocks) {
+  __shared__ bool is_last;
+  __threadfence();
+  __syncthreads();
+  if (threadIdx.x == 0) is_last = atomicAdd(finished, 1u) == blocks - 1;
+  __syncthreads();
+  if (is_last) __threadfence();
+  return is_last;
+}
 #endif
 
 }  // namespace gpu

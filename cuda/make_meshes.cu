@@ -277,6 +277,7 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   __shared__ MeshBlockShared shared;
+  if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty_count = 0;  // all selected by now
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];

@@ -22,7 +22,7 @@ struct DepthImage {
 };
 
 /// One thread per pixel.
-__global__ void invertDepthsKernel(DepthImage image, float* inverse_depth) {
+__device__ void invertDepths(const DepthImage& image, float* inverse_depth) {
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < image.width && v < image.height; v += gridDim.y) {
     inverse_depth[static_cast<int64_t>(v) * image.width + u] =
@@ -30,18 +30,15 @@ __global__ void invertDepthsKernel(DepthImage image, float* inverse_depth) {
   }
 }
 
-/// An image of inverse depths.
-struct InverseDepths {
-  const float* values;
-  int32_t width, height;
-};
-
 /// Counts the lines around a point, if they lie in the image, by the bins of their variance.
-__device__ void countNoiseLines(const InverseDepths& image, const SurfelSettings& surfels, int i,
+__device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& surfels, int i,
                                 NoiseCounts& counts) {
   const Pixel middle = noisePoint(i, image.width, image.height);
+  const auto inverse_depth_at = [&](int u, int v) {
+    return inverseDepthAt(image.raw, image.width, u, v);
+  };
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
-    const NoiseLine line = noiseLine(image.values, image.width, image.height, middle, kind);
+    const NoiseLine line = noiseLine(inverse_depth_at, image.width, image.height, middle, kind);
     const float variance = noiseVariance(line, kind, surfels);
     if (variance >= 0.0f) atomicAdd(&counts.bins[kind][noiseBin(variance)], 1u);
   }
@@ -71,20 +68,24 @@ __device__ void takeMedian(uint32_t* bins, float* sigma) {
   }
 }
 
-/// One thread per point; the block of threads that finishes last takes the medians.
+/// Points of lines by blocks of threads, of which some grids of images have fewer than points.
+constexpr unsigned kNoiseBlocks = kNoisePoints / kThreads;
+static_assert(kNoisePoints % kThreads == 0, "each thread has a point");
+
+/// One thread per pixel; the first blocks of threads, or as many as there are, take the points of
+/// lines as well, and the one of them that finishes last the medians.
 __global__ void __launch_bounds__(kThreads)
-    estimateNoiseKernel(InverseDepths image, SurfelSettings surfels, NoiseCounts* counts,
-                        DepthNoise* noise) {
-  __shared__ bool is_last;
+    invertDepthsKernel(DepthImage image, SurfelSettings surfels, float* inverse_depth,
+                       NoiseCounts* counts, DepthNoise* noise) {
   __shared__ float sigma[kNoiseKinds];
-  const size_t i = globalThread();
-  if (i < kNoisePoints) countNoiseLines(image, surfels, static_cast<int>(i), *counts);
-  __threadfence();
-  __syncthreads();
-  if (threadIdx.x == 0) is_last = atomicAdd(&counts->finished, 1u) == gridDim.x - 1;
-  __syncthreads();
-  if (!is_last) return;
-  __threadfence();
+  invertDepths(image, inverse_depth);
+  const unsigned blocks = gridDim.x * gridDim.y, block = blockIdx.x + gridDim.x * blockIdx.y;
+  const unsigned noise_blocks = blocks < kNoiseBlocks ? blocks : kNoiseBlocks;
+  if (block >= noise_blocks) return;
+  for (unsigned part = block; part < kNoiseBlocks; part += noise_blocks) {
+    countNoiseLines(image, surfels, static_cast<int>(part * kThreads + threadIdx.x), *counts);
+  }
+  if (!isLastBlock(&counts->finished, noise_blocks)) return;
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
     takeMedian(counts->bins[kind], &sigma[kind]);
   }
@@ -94,37 +95,30 @@ __global__ void __launch_bounds__(kThreads)
   *noise = {combinedNoise(sigma, surfels.rules), surfels.noise_in_depth};
 }
 
-/// One thread per pixel.
-__global__ void findLinksKernel(FrameView frame, SurfelSettings surfels, const DepthNoise* noise,
-                                const float* inverse_depth, PixelLinks* links) {
-  const LinkLimits limits = linkLimits(frame, *noise, surfels);
-  const int u = blockIdx.x * blockDim.x + threadIdx.x;
-  for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
-    links[pixelIndex(frame, {u, v})] = linksOf(frame, inverse_depth, {u, v}, limits);
-  }
-}
-
 /// The images that the row pass writes.
 struct RowImages {
   float* row_value;
   float* row_slope;
+  PixelLinks* links;
 };
 
-/// A block of threads fits a stretch of one row. The tile has a margin in which pixels outside the
-/// image count as unmeasured, which ends a walk just as the image's border does.
+/// A block of threads links and fits a stretch of one row. The tile has a margin in which pixels
+/// outside the image count as unmeasured, which ends a walk just as the image's border does.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               RowImages rows) {
   __shared__ float tile[kTileWidth];
   __shared__ PixelLinks links[kTileWidth];
   const FrameView& frame = image.frame;
   const FitWindow window = fitWindow(frame, *noise, surfels);
+  const LinkLimits limits = linkLimits(frame, *noise, surfels);
   const int first_u = blockIdx.x * blockDim.x, u = first_u + threadIdx.x;
   for (int v = blockIdx.y; v < frame.height; v += gridDim.y) {
     for (int i = threadIdx.x; i < kTileWidth; i += blockDim.x) {
       const int tile_u = first_u + i - kMaxNormalRadius_px;
       const bool is_inside = tile_u >= 0 && tile_u < frame.width;
       tile[i] = is_inside ? image.inverse_depth[pixelIndex(frame, {tile_u, v})] : 0.0f;
-      links[i] = is_inside ? image.links[pixelIndex(frame, {tile_u, v})] : PixelLinks{0};
+      links[i] = is_inside ? linksOf(frame, image.inverse_depth, {tile_u, v}, limits)
+                           : PixelLinks{0};
     }
     __syncthreads();
     if (u < frame.width) {
@@ -133,30 +127,23 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
       const int64_t at = pixelIndex(frame, {u, v});
       rows.row_value[at] = fit.value;
       rows.row_slope[at] = fit.slope;
+      rows.links[at] = links[in_tile];
     }
     __syncthreads();
   }
 }
 
-/// How far each measured pixel sees free space.
+/// How far each pixel sees free space: those that are not measured look at the others beside them.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
-                                     float* free_if_measured) {
+                                     float* free_depth) {
   const FrameSensing sensing = on_device.load();
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
-    free_if_measured[pixelIndex(frame, {u, v})] = freeIfMeasured(sensing, {u, v}, fusion);
-  }
-}
-
-/// The same for all pixels: those that are not measured look at the others beside them.
-__global__ void fillGapsKernel(ImageView image, const float* free_if_measured, float* free_depth) {
-  const FrameView& frame = image.frame;
-  const int u = blockIdx.x * blockDim.x + threadIdx.x;
-  for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
-    free_depth[pixelIndex(frame, {u, v})] = freeDepth(image, {u, v}, [&](int du, int dv) {
-      return free_if_measured[pixelIndex(frame, {u + du, v + dv})];
-    });
+    free_depth[pixelIndex(frame, {u, v})] =
+        freeDepth(sensing.image, {u, v}, [&](int du, int dv) {
+          return freeIfMeasured(sensing, {u + du, v + dv}, fusion);
+        });
   }
 }
 
@@ -177,7 +164,6 @@ void FrameSensor::reserve(size_t pixels) {
   inverse_depth_.reserveExactly(pixels, stream_);
   row_value_.reserveExactly(pixels, stream_);
   row_slope_.reserveExactly(pixels, stream_);
-  free_if_measured_.reserveExactly(pixels, stream_);
   free_depth_.reserveExactly(pixels, stream_);
   links_.reserveExactly(pixels, stream_);
 }
@@ -188,43 +174,33 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
                         links_.data()};
   const StageSpan span(stream_, Stage::kSense);
   invertDepthsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      {raw, frame.width, frame.height}, inverse_depth_.data());
+      {raw, frame.width, frame.height}, surfel_settings_, inverse_depth_.data(),
+      noise_counts_.data(), noise_.data());
   DTSDF_CHECK_LAUNCH("invertDepthsKernel");
-  estimateNoiseKernel<<<blocksFor(kNoisePoints), kThreads, 0, stream_.get()>>>(
-      {inverse_depth_.data(), frame.width, frame.height}, surfel_settings_, noise_counts_.data(),
-      noise_.data());
-  DTSDF_CHECK_LAUNCH("estimateNoiseKernel");
-  findLinksKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      frame, surfel_settings_, noise_.data(), inverse_depth_.data(), links_.data());
-  DTSDF_CHECK_LAUNCH("findLinksKernel");
   fitRowsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      image, surfel_settings_, noise_.data(), {row_value_.data(), row_slope_.data()});
+      image, surfel_settings_, noise_.data(),
+      {row_value_.data(), row_slope_.data(), links_.data()});
   DTSDF_CHECK_LAUNCH("fitRowsKernel");
-  if (finds_free_) findFreeDepths(image);
   return {image, noise_.data(), clears_ ? free_depth_.data() : nullptr};
 }
 
-void FrameSensor::findFreeDepths(const ImageView& image) {
-  const dim3 grid = rowGrid(image.frame);
-  findFreeDepthsKernel<<<grid, kThreads, 0, stream_.get()>>>(
-      {image, noise_.data(), nullptr}, fusion_settings_, free_if_measured_.data());
+void FrameSensor::findFreeDepths(const DeviceSensing& sensing) {
+  if (!finds_free_) return;
+  const StageSpan span(stream_, Stage::kSense);
+  findFreeDepthsKernel<<<rowGrid(sensing.frame()), kThreads, 0, stream_.get()>>>(
+      sensing, fusion_settings_, free_depth_.data());
   DTSDF_CHECK_LAUNCH("findFreeDepthsKernel");
-  fillGapsKernel<<<grid, kThreads, 0, stream_.get()>>>(image, free_if_measured_.data(),
-                                                       free_depth_.data());
-  DTSDF_CHECK_LAUNCH("fillGapsKernel");
 }
 
 void FrameSensor::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = inverse_depth_.bytes() + row_value_.bytes() + row_slope_.bytes() +
-                       free_if_measured_.bytes() + free_depth_.bytes() + links_.bytes() +
-                       noise_counts_.bytes();
+                       free_depth_.bytes() + links_.bytes() + noise_counts_.bytes();
   parts.push_back({"images", MemoryKind::kScratch, bytes, bytes});
 }
 
 std::vector<NamedKernel> senseKernels() {
-  return {DTSDF_NAMED_KERNEL(invertDepthsKernel, 0), DTSDF_NAMED_KERNEL(estimateNoiseKernel, 0),
-          DTSDF_NAMED_KERNEL(findLinksKernel, 0), DTSDF_NAMED_KERNEL(fitRowsKernel, 0),
-          DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0), DTSDF_NAMED_KERNEL(fillGapsKernel, 0)};
+  return {DTSDF_NAMED_KERNEL(invertDepthsKernel, 0), DTSDF_NAMED_KERNEL(fitRowsKernel, 0),
+          DTSDF_NAMED_KERNEL(findFreeDepthsKernel, 0)};
 }
 
 }  // namespace gpu

@@ -49,8 +49,11 @@ class FrameSensor {
  public:
   FrameSensor(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Enqueues the stage for an image that is uploaded.
+  /// Enqueues the stage for an image that is uploaded, but for its free depths.
   DeviceSensing sense(const FrameView& frame, const RawDepth& raw);
+
+  /// Enqueues what the stage leaves for later, where something asks for it.
+  void findFreeDepths(const DeviceSensing& sensing);
 
   /// Of the last frame, how far each pixel is free, whether or not the frame clears by it.
   /// @pre needsFreeDepth().
@@ -60,14 +63,13 @@ class FrameSensor {
 
  private:
   void reserve(size_t pixels);
-  void findFreeDepths(const ImageView& image);
 
   const bool clears_;      ///< What frames see through is taken from the map.
   const bool finds_free_;  ///< It is asked how far pixels are free, for that or for space.
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const Stream& stream_;
-  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_if_measured_, free_depth_;
+  DeviceBuffer<float> inverse_depth_, row_value_, row_slope_, free_depth_;
   DeviceBuffer<PixelLinks> links_;
   DeviceBuffer<DepthNoise> noise_;
   DeviceBuffer<NoiseCounts> noise_counts_;

@@ -10,7 +10,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Page-locked host memory: copies to and from the device run beside the host.
+/// Page-locked host memory: copies to and from the device run beside the host, and kernels may read
+/// and write it in place, which for what is small takes less than a copy.
 template <class T>
 class PinnedBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");

@@ -19,7 +19,7 @@ def markdown_table(header, rows):
 def command_line(script):
     """The command line of this run, without where its files lay on this machine."""
     places = ("--data", "--programs", "--program-dir", "--evaluate-dir", "--work", "--results",
-              "--page", "--build", "--voxblox")
+              "--page", "--build", "--voxblox", "--against")
     words, is_place = [f"scripts/{script}"], False
     for word in sys.argv[1:]:
         if not is_place and word.split("=")[0] not in places:

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "cpu/lanes.h"
+#include "cpu/widest_vectors.h"
 #include "kernels/meshing/possible_leaders.h"
 #include "kernels/meshing/sheets.h"
 
@@ -31,6 +32,8 @@ struct UnitsOfRow {
   bool isObserved(int d) const { return observed >> d & 1; }
   bool maySpeak(int d) const { return speaking >> d & 1; }
 };
+
+const Voxel kNothing[kVoxelsPerBlock] = {};
 
 /// Takes a row of voxels apart. Nothing overlaps, which the compiler has to know to use vectors.
 void copyRow(const Voxel* __restrict__ from, int32_t least_evidence, float* __restrict__ sdf,
@@ -63,25 +66,31 @@ void copyPart(const Voxel* voxels, int n, int32_t least_evidence, float* sdf, fl
 
 }  // namespace
 
-void BlockIndexer::collect() {
-  static const Voxel kNothing[kVoxelsPerBlock] = {};
-  const Voxel* const* arrays[kCornerBlocks];
+void BlockIndexer::findArrays() {
   present_ = 0;
   for (int n = 0; n < kCornerBlocks; ++n) {
-    arrays[n] = arrays_->at(cornerBlockOffset(n));
-    for (int d = 0; d < kDirectionCount; ++d) present_ |= (arrays[n][d] != nullptr ? 1u : 0u) << d;
+    corner_arrays_[n] = arrays_->at(cornerBlockOffset(n));
+    for (int d = 0; d < kDirectionCount; ++d) {
+      present_ |= (corner_arrays_[n][d] != nullptr ? 1u : 0u) << d;
+    }
   }
+}
+
+inline void BlockIndexer::collect() {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(present_ >> d & 1)) continue;
     for (int n = 0; n < kCornerBlocks; ++n) {
-      const Voxel* voxels = arrays[n][d];
+      const Voxel* voxels = corner_arrays_[n][d];
+      const uint32_t bit = 1u << d;
+      if (voxels == nullptr && !(held_[n] & bit)) continue;  // as most: nothing there before either
+      held_[n] = voxels == nullptr ? held_[n] & ~bit : held_[n] | bit;
       copyPart(voxels == nullptr ? kNothing : voxels, n, arrays_->leastEvidence(), sdf_[d],
                weight_[d]);
     }
   }
 }
 
-void BlockIndexer::markSides() {
+inline void BlockIndexer::markSides() {
   std::fill(sides_, sides_ + kGridCorners, 0u);
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(present_ >> d & 1)) continue;
@@ -92,7 +101,7 @@ void BlockIndexer::markSides() {
   for (int i = 0; i < kGridCorners; ++i) sides_[i] = sidesOfCorner(sides_[i]);
 }
 
-void BlockIndexer::findCandidates() {
+inline void BlockIndexer::findCandidates() {
   uint32_t* unit = unit_sides_;
   for (int i = 0; i < kGridCorners; ++i) unit[i] = sides_[i] | sides_[i + 1];
   for (const int stride : {cornerStride(1), cornerStride(2)}) {
@@ -126,9 +135,12 @@ void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, boo
 IndexedBlock BlockIndexer::index(const MeshRules& rules, const NearbyArrays& arrays,
                                  bool directional) {
   arrays_ = &arrays;
-  collect();
-  markSides();
-  findCandidates();
+  findArrays();
+  withWidestVectors([&] {
+    collect();
+    markSides();
+    findCandidates();
+  });
   edges_.clear();
   IndexedBlock result;
   for (int z = 0; z < kBlockSide; ++z) {

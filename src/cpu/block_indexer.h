@@ -12,12 +12,11 @@
 
 namespace dtsdf {
 
-/// The samples at a corner, by direction: its number in the corner grid, or where it is, which may
-/// be beyond.
-template <class Samples, class Corner>
+/// The samples at a place that may be beyond the corner grid, by direction.
+template <class Samples>
 struct EdgeEnd {
   const Samples& samples;
-  Corner corner;
+  Vec3i corner;
   int only_direction;  ///< That the undirected map's array counts as; -1 in the directional map.
 
   Sample operator[](int d) const {
@@ -26,17 +25,26 @@ struct EdgeEnd {
   }
 };
 
-/// An edge as the rules want it (EdgeSamples), which looks up what it is asked for.
+/// An edge as the rules want it (EdgeSamples): all ask for its ends, few for what lies beyond.
 template <class Samples>
 struct EdgeOfGrid {
-  EdgeEnd<Samples, int> lower, upper;
-  EdgeEnd<Samples, Vec3i> below, above;
+  Sample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
+  EdgeEnd<Samples> below, above;
 
   EdgeOfGrid(const Samples& samples, int corner, int axis, int only_direction)
-      : lower{samples, corner, only_direction},
-        upper{samples, corner + cornerStride(axis), only_direction},
-        below{samples, cornerAt(corner) - unitStep(axis), only_direction},
-        above{samples, cornerAt(corner) + unitStep(axis) + unitStep(axis), only_direction} {}
+      : below{samples, cornerAt(corner) - unitStep(axis), only_direction},
+        above{samples, cornerAt(corner) + unitStep(axis) + unitStep(axis), only_direction} {
+    const int next = corner + cornerStride(axis);
+    if (only_direction >= 0) {
+      lower[only_direction] = samples.sample(corner, 0);
+      upper[only_direction] = samples.sample(next, 0);
+      return;
+    }
+    for (int d = 0; d < kDirectionCount; ++d) {
+      lower[d] = samples.sample(corner, d);
+      upper[d] = samples.sample(next, d);
+    }
+  }
 };
 
 /// The vertex of an edge; in the directional map held to what was measured.
@@ -48,10 +56,9 @@ BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge,
   const float offset = edgeOffset(rules, on_edge, axis, facing);
   const Vec3f position = vertexPosition(edge, offset);
   if (!directional) return {position, static_cast<uint32_t>(edge)};
-  const auto anchors = [&](int end, int direction) {
-    const Vec3i lower = cornerAt(corner);
-    return samples.anchor(end == 0 ? lower : lower + unitStep(axis), direction);
-  };
+  const VoxelsAt ends[2] = {samples.voxelsAt(cornerAt(corner)),
+                            samples.voxelsAt(cornerAt(corner) + unitStep(axis))};
+  const auto anchors = [&](int end, int direction) { return ends[end].anchor(direction); };
   return {position + anchoringShift(rules, on_edge, anchors, axis, facing, offset),
           static_cast<uint32_t>(edge)};
 }
@@ -72,9 +79,7 @@ class BlockIndexer {
     return {sdf_[direction][corner], weight_[direction][corner]};
   }
 
-  uint16_t anchor(const Vec3i& corner, int direction) const {
-    return arrays_->anchor(corner, direction);
-  }
+  VoxelsAt voxelsAt(const Vec3i& corner) const { return arrays_->voxelsAt(corner); }
 
   /// Of the corner grid or one more layer around it.
   Sample sample(const Vec3i& corner, int direction) const {
@@ -89,6 +94,7 @@ class BlockIndexer {
   /// With room behind the last corner for the last one's neighbours, so that loops need no cases.
   static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
 
+  void findArrays();
   void collect();
   void markSides();
   void findCandidates();
@@ -96,7 +102,9 @@ class BlockIndexer {
                 UnitLabels* row);
 
   const NearbyArrays* arrays_ = nullptr;  ///< Of the block, while it is indexed.
+  const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Of the corner grid, by direction.
   uint32_t present_ = 0;                  ///< Bit d: some corner has samples of direction d.
+  uint32_t held_[kCornerBlocks] = {};  ///< Bit d: the block's part of the samples is not all 0.
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
   uint32_t sides_[kRoom] = {};          ///< Per corner, see sidesOfCorner().

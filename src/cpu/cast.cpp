@@ -2,9 +2,89 @@
 
 #include <cstring>
 
+#include "cpu/widest_vectors.h"
 #include "kernels/fusion/voxel_projection.h"
 
 namespace dtsdf {
+namespace {
+
+/// Planes of any lines along one axis, worked out side by side, which compilers turn into vector
+/// instructions. Same bits as castIntoBlock().
+class PlaneBatch {
+ public:
+  static constexpr int kPlanes = 8;
+
+  bool isFull() const { return count_ == kPlanes; }
+
+  void enter(const CastLine& cast, int plane) {
+    const SampleLine& line = cast.line;
+    const int i = count_++;
+    directions_[i] = &cast.directions;
+    plane_[i] = plane;
+    per_reach_[i] = line.per_reach;
+    p_k_[i] = line.p_k;
+    p_u_[i] = line.p_u;
+    p_v_[i] = line.p_v;
+    slope_u_[i] = line.slope_u;
+    slope_v_[i] = line.slope_v;
+    normal_k_[i] = line.normal_k;
+    normal_u_[i] = line.normal_u;
+    normal_v_[i] = line.normal_v;
+    for (int d = 0; d < 3; ++d) weight_[d][i] = cast.directions.weight[d];
+  }
+
+  /// Adds the planes that were entered to the sums of a block, and forgets them.
+  void addTo(const BlockFrame& block, int axis, float sdf_scale, BlockSums& sums) {
+    withWidestVectors([&] { compute(axis, sdf_scale); });
+    for (int i = 0; i < count_; ++i) addPlane(block, i, sums);
+    count_ = 0;
+  }
+
+ private:
+  void addPlane(const BlockFrame& block, int i, BlockSums& sums) const {
+    const DirectionSet& directions = *directions_[i];
+    const PlaneInBlock at = planeInBlock(block, plane_[i], samples_.u[i], samples_.v[i]);
+    const bool holds_all = at.holds(0) && at.holds(3);
+    for (int corner = 0; corner < 4; ++corner) {
+      if (!holds_all && !at.holds(corner)) continue;
+      const int index = at.index + cornerOffset(block.strides, corner);
+      for (int d = 0; d < directions.count; ++d) {
+        addToSums(sums.voxel[directions.direction[d]][index], weights_[d][corner][i],
+                  sdf_[corner][i], samples_.point_key[corner][i]);
+      }
+    }
+  }
+
+  /// Also of places that none was entered at, which hold older ones: a loop of fixed length.
+  void compute(int axis, float sdf_scale) {
+    const Vec3i shifts = pointShifts(axis);
+    for (int i = 0; i < kPlanes; ++i) {
+      const SampleLine line{0,           0.0f,        per_reach_[i], 0,
+                            0,           p_k_[i],     p_u_[i],       p_v_[i],
+                            slope_u_[i], slope_v_[i], normal_k_[i],  normal_u_[i],
+                            normal_v_[i]};
+      samplePlane(line, shifts, plane_[i], i, samples_);
+      for (int corner = 0; corner < 4; ++corner) {
+        sdf_[corner][i] = roundSdf(samples_.distance[corner][i] * sdf_scale);
+        for (int d = 0; d < 3; ++d) {
+          weights_[d][corner][i] = roundWeight(samples_.share[corner][i] * weight_[d][i]);
+        }
+      }
+    }
+  }
+
+  int count_ = 0;
+  const DirectionSet* directions_[kPlanes] = {};
+  int32_t plane_[kPlanes] = {};
+  float per_reach_[kPlanes] = {}, p_k_[kPlanes] = {}, p_u_[kPlanes] = {}, p_v_[kPlanes] = {};
+  float slope_u_[kPlanes] = {}, slope_v_[kPlanes] = {};
+  float normal_k_[kPlanes] = {}, normal_u_[kPlanes] = {}, normal_v_[kPlanes] = {};
+  float weight_[3][kPlanes] = {};
+  PlaneSamples<kPlanes> samples_;
+  int32_t sdf_[4][kPlanes], weights_[3][4][kPlanes];  ///< In fixed point.
+};
+
+}  // namespace
 
 void clearSums(BlockSums& sums, uint32_t directions) {
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -14,12 +94,36 @@ void clearSums(BlockSums& sums, uint32_t directions) {
 
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {
-  auto add = [&](int direction, int index, int32_t weight, int32_t sdf, uint32_t point_key) {
-    addToSums(sums.voxel[direction][index], weight, sdf, point_key);
-  };
+  constexpr int kAhead = 6;  // lines lie apart in memory
+  const float sdf_scale = sdfScale(fusion);
+  const BlockFrame frames[3] = {blockFrameOf(0, block.block_L), blockFrameOf(1, block.block_L),
+                                blockFrameOf(2, block.block_L)};
+  PlaneBatch batches[3];
   for (const SurfelRange& range : block.surfels) {
     for (const uint32_t* i = range.begin; i != range.end; ++i) {
-      castIntoBlock<kPlanesAtOnce>(finder.line(*i), fusion, block.block_L, add);
+      if (range.end - i > kAhead) __builtin_prefetch(&finder.line(i[kAhead]));
+      const CastLine& cast = finder.line(*i);
+      const int axis = cast.line.axis;
+      PlaneBatch& batch = batches[axis];
+      const Span planes = planesInside(cast.line, frames[axis]);
+      for (int plane = planes.first; plane <= planes.last; ++plane) {
+        batch.enter(cast, plane);
+        if (batch.isFull()) batch.addTo(frames[axis], axis, sdf_scale, sums);
+      }
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    batches[axis].addTo(frames[axis], axis, sdf_scale, sums);
+  }
+}
+
+void findCovered(BlockSums& sums, int direction) {
+  VoxelSet& covered = sums.covered[direction];
+  const VoxelSums* voxel = sums.voxel[direction];
+  for (uint64_t& word : covered.word) {
+    word = 0;
+    for (int i = 0; i < VoxelSet::kWordBits; ++i, ++voxel) {
+      word |= static_cast<uint64_t>(voxel->weight != 0) << i;
     }
   }
 }

@@ -5,10 +5,32 @@
 
 namespace dtsdf {
 
+/// Voxels of a block, a bit each.
+struct VoxelSet {
+  static constexpr int kWordBits = 64, kWords = kVoxelsPerBlock / kWordBits;
+  uint64_t word[kWords];
+
+  bool contains(int index) const {
+    return (word[index / kWordBits] >> index % kWordBits & 1u) != 0;
+  }
+  template <class Visit>
+  void forEach(const Visit& visit) const {
+    for (int i = 0; i < kWords; ++i) {
+      for (uint64_t rest = word[i]; rest != 0; rest &= rest - 1) {
+        visit(i * kWordBits + __builtin_ctzll(rest));
+      }
+    }
+  }
+};
+
 /// The sums of one block over one frame; one per thread.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
+  VoxelSet covered[kDirectionCount];  ///< Those with a weight; see findCovered().
 };
+
+/// Once all is added to the sums of a direction.
+void findCovered(BlockSums& sums, int direction);
 
 /// Zeroes the sums of some directions, one bit each.
 void clearSums(BlockSums& sums, uint32_t directions);

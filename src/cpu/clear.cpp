@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cpu/widest_vectors.h"
 #include "kernels/fusion/free_space.h"
 
 namespace dtsdf {
@@ -26,6 +27,12 @@ class PlaceBatch {
   void compute(const Voxel* voxels, const JudgedVoxel* judged, int count, const Facing& facing,
                const Vec3f& first_voxel_L, const FrameView& view) {
     for (int i = 0; i < count; ++i) gather(voxels, judged[i], i);
+    withWidestVectors([&] { project(count, facing, first_voxel_L, view); });
+  }
+
+ private:
+  void project(int count, const Facing& facing, const Vec3f& first_voxel_L,
+               const FrameView& view) {
     const FrameView frame = view;  // a copy of its own, which no result can overlap
     for (int i = 0; i < count; ++i) {
       const Vec3f place =
@@ -37,7 +44,6 @@ class PlaceBatch {
     }
   }
 
- private:
   void gather(const Voxel* voxels, const JudgedVoxel& judged, int i) {
     const JudgedPlace place = judgedPlace(voxels[judged.index], judged.index, judged.is_covered);
     // Of no distance, as that of an empty voxel, the slope does not matter.
@@ -62,14 +68,20 @@ Look lookOf(const BlockLook& look, const FrameSensing& sensing) {
   return {true, octantsSeenThrough(sensing, toFloat(firstVoxelOfBlock(look.block_L)))};
 }
 
-/// Lists the voxels that a frame with these sums, if any, judges. @return their number.
-int findJudged(const Voxel* voxels, const VoxelSums* sums, const Look& look,
+/// Lists the voxels that a frame judges that covers these, if any. @return their number.
+int findJudged(const Voxel* voxels, const VoxelSet* covered, const Look& look,
                const FusionRules& rules, JudgedVoxel (&found)[kVoxelsPerBlock]) {
   int count = 0;
-  for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    const bool is_covered = sums != nullptr && sums[i].weight != 0;
+  const auto consider = [&](int i, bool is_covered) {
     found[count] = {i, is_covered, Sight::kSurface};
     count += static_cast<int>(isJudged(voxels[i], i, is_covered, look, rules));
+  };
+  if (!look.in_turn) {  // and so nothing else
+    covered->forEach([&](int i) { consider(i, true); });
+    return count;
+  }
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    consider(i, covered != nullptr && covered->contains(i));
   }
   return count;
 }
@@ -80,7 +92,7 @@ int findContradicted(const BlockLook& look, const Look& rule, int direction,
                      const FrameSensing& sensing, const FusionRules& rules, const Voxel* voxels,
                      JudgedVoxel (&found)[kVoxelsPerBlock]) {
   const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
-  const int judged = findJudged(voxels, has_sums ? look.sums->voxel[direction] : nullptr,
+  const int judged = findJudged(voxels, has_sums ? &look.sums->covered[direction] : nullptr,
                                 rule, rules, found);
   const Facing facing = facingOf(look.directional ? direction : kAnyDirection);
   const Vec3f first_voxel_L = toFloat(firstVoxelOfBlock(look.block_L));

@@ -8,6 +8,16 @@
 
 namespace dtsdf {
 
+/// The voxels at a corner, by direction.
+struct VoxelsAt {
+  const Voxel* const* array;  ///< Null where there is none.
+  int voxel;
+
+  uint16_t anchor(int direction) const {
+    return array[direction] == nullptr ? kNoAnchor : array[direction][voxel].anchor;
+  }
+};
+
 /// Blocks are looked up when they are first asked for: only edges and normals at the block's lower
 /// faces ask for those below. For one thread, while the map does not change.
 class NearbyArrays {
@@ -25,9 +35,10 @@ class NearbyArrays {
     find(blockAround(corner));
     return arrays_.sample(corner, direction);
   }
-  uint16_t anchor(const Vec3i& corner, int direction) const {
-    find(blockAround(corner));
-    return arrays_.voxel(corner, direction).anchor;
+  VoxelsAt voxelsAt(const Vec3i& corner) const {
+    constexpr int kMask = kBlockSide - 1;
+    return {find(blockAround(corner)),
+            voxelIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask)};
   }
   Sample sample(int corner, int direction) const { return sample(cornerAt(corner), direction); }
 

@@ -8,6 +8,7 @@
 #include "backend/rule_settings.h"
 #include "threads/parallel_for.h"
 #include "cpu/stretch_fit.h"
+#include "cpu/widest_vectors.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/surfels/noise.h"
 
@@ -60,6 +61,15 @@ void linkRow(const FrameView& frame, const float* inverse_depth, int v, const Li
   links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
 }
 
+void findFreeIfMeasured(const FrameSensing& of_frame, int v, const FusionSettings& settings,
+                        float* __restrict__ free_if_measured) {
+  const FrameSensing sensing = of_frame;  // copies of their own, which no result can overlap
+  const FusionSettings fusion = settings;
+  for (int u = 0; u < sensing.image.frame.width; ++u) {
+    free_if_measured[u] = freeIfMeasured(sensing, {u, v}, fusion);
+  }
+}
+
 /// Free depths of a row that has one above and one below.
 void fillGaps(const float* __restrict__ inverse_depth, const float* __restrict__ free_if_measured,
               int width, float* __restrict__ free_depth) {
@@ -109,8 +119,14 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   parallelFor<NoScratch>(frame.height, threads_, [&](size_t v, NoScratch&) {
     const char* row = static_cast<const char*>(frame.data) + v * frame.row_bytes;
     const bool is_whole = frame.encoding == DepthEncoding::kUint16;
-    const auto invert = is_whole ? invertRow<uint16_t> : invertRow<float>;
-    invert(row, width, range, &inverse_depth_[v * width]);
+    float* const inverse = &inverse_depth_[v * width];
+    withWidestVectors([&] {
+      if (is_whole) {
+        invertRow<uint16_t>(row, width, range, inverse);
+      } else {
+        invertRow<float>(row, width, range, inverse);
+      }
+    });
   });
 }
 
@@ -123,10 +139,13 @@ DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
 /// Standard deviation at 1 m about one kind of line; 0 where there is none.
 float FrameSensor::medianNoise(const FrameView& view, int kind) const {
   std::array<uint32_t, kNoiseBins> bins{};
+  const auto inverse_depth_at = [&](int u, int v) {
+    return inverse_depth_[static_cast<size_t>(v) * view.width + u];
+  };
   int lines = 0;
   for (int i = 0; i < kNoisePoints; ++i) {
     const Pixel middle = noisePoint(i, view.width, view.height);
-    const NoiseLine line = noiseLine(inverse_depth_.data(), view.width, view.height, middle, kind);
+    const NoiseLine line = noiseLine(inverse_depth_at, view.width, view.height, middle, kind);
     const float variance = noiseVariance(line, kind, surfel_settings_);
     if (variance < 0.0f) continue;
     ++bins[noiseBin(variance)];
@@ -154,7 +173,9 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     std::vector<PixelLinks> links;
   };
   parallelFor<PaddedRow>(view.height, threads_, [&](size_t v, PaddedRow& padded) {
-    linkRow(view, inverse_depth_.data(), static_cast<int>(v), limits, &links_[v * width]);
+    withWidestVectors([&] {
+      linkRow(view, inverse_depth_.data(), static_cast<int>(v), limits, &links_[v * width]);
+    });
     padded.values.assign(width + 2 * margin, 0.0f);
     padded.links.assign(width + 2 * margin, 0);
     std::copy_n(&inverse_depth_[v * width], width, padded.values.data() + margin);
@@ -180,16 +201,19 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   free_if_measured_.resize(inverse_depth_.size());
   free_depth_.resize(inverse_depth_.size());
   parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
-    for (int u = 0; u < view.width; ++u) {
-      free_if_measured_[row * view.width + u] =
-          freeIfMeasured(sensing, {u, static_cast<int32_t>(row)}, fusion_settings_);
-    }
+    withWidestVectors([&] {
+      findFreeIfMeasured(sensing, static_cast<int>(row), fusion_settings_,
+                         &free_if_measured_[row * view.width]);
+    });
   });
   parallelFor<NoScratch>(view.height, threads_, [&](size_t row, NoScratch&) {
     const size_t first = row * view.width;
     const bool is_inside = row > 0 && row + 1 < static_cast<size_t>(view.height);
     if (is_inside) {
-      fillGaps(&inverse_depth_[first], &free_if_measured_[first], view.width, &free_depth_[first]);
+      withWidestVectors([&] {
+        fillGaps(&inverse_depth_[first], &free_if_measured_[first], view.width,
+                 &free_depth_[first]);
+      });
     } else {
       std::copy_n(&free_if_measured_[first], view.width, &free_depth_[first]);
     }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "cpu/widest_vectors.h"
+
 namespace dtsdf {
 
 inline int StretchFit::begin(const PixelStretch& stretch, const FitWindow& window) {
@@ -56,8 +58,14 @@ inline void StretchFit::takeStep(const PixelStretch& stretch, const PixelLine& l
 
 void StretchFit::compute(const PixelStretch& stretch, const PixelLine& line,
                          const FitWindow& window) {
-  const int widest = begin(stretch, window);
-  for (int step = 1; step <= widest; ++step) takeStep(stretch, line, step);
+  withWidestVectors([&] {
+    const int widest = begin(stretch, window);
+    for (int step = 1; step <= widest; ++step) takeStep(stretch, line, step);
+    finish(stretch);
+  });
+}
+
+inline void StretchFit::finish(const PixelStretch& stretch) {
   for (int i = 0; i < stretch.pixels; ++i) {
     const LineFit fit = finishLine(stretch.first.value[i], before_[i], after_[i],
                                    {sum_y_[i], sum_ky_[i], sum_companion_[i]});

@@ -38,6 +38,7 @@ class StretchFit {
   int begin(const PixelStretch& stretch, const FitWindow& window);
   static Side sideAt(const PixelStretch& stretch, const PixelLine& line, int offset);
   void takeStep(const PixelStretch& stretch, const PixelLine& line, int step);
+  void finish(const PixelStretch& stretch);
 
   float value_[kStretch], slope_[kStretch], mean_companion_[kStretch], count_[kStretch];
   int32_t radius_[kStretch], one_side_[kStretch];

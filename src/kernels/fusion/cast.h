@@ -44,78 +44,75 @@ DTSDF_HD VoxelStrides stridesOf(int axis) {
                    : (axis == 1 ? VoxelStrides{kY, kZ, kX} : VoxelStrides{kZ, kX, kY});
 }
 
-/// Where a line's axes lie in a block.
+/// Where the axes of lines along one axis lie in a block.
 struct BlockFrame {
-  int k0, u0, v0;  ///< The block's first voxel along the line's axes.
-  Span planes;     ///< The line's planes inside the block.
+  int k0, u0, v0;  ///< The block's first voxel along the lines' axes.
   VoxelStrides strides;
 };
 
-DTSDF_HD BlockFrame blockFrameOf(const SampleLine& line, const Vec3i& block_L) {
+DTSDF_HD BlockFrame blockFrameOf(int axis, const Vec3i& block_L) {
   const Vec3i first = firstVoxelOfBlock(block_L);
-  const int k0 = component(first, line.axis), end = k0 + kBlockSide - 1;
-  const int u_axis = line.axis == 2 ? 0 : line.axis + 1, v_axis = u_axis == 2 ? 0 : u_axis + 1;
-  return {k0,
-          component(first, u_axis),
-          component(first, v_axis),
-          {line.first_plane > k0 ? line.first_plane : k0,
-           line.last_plane < end ? line.last_plane : end},
-          stridesOf(line.axis)};
+  const int u_axis = axis == 2 ? 0 : axis + 1, v_axis = u_axis == 2 ? 0 : u_axis + 1;
+  return {component(first, axis), component(first, u_axis), component(first, v_axis),
+          stridesOf(axis)};
 }
 
-/// Distances of some planes' samples in fixed point, by corner and plane.
-template <int kPlanes>
-DTSDF_HD void roundDistances(const PlaneSamples<kPlanes>& samples, float sdf_scale,
-                             int32_t (&sdf)[4][kPlanes]) {
-  for (int corner = 0; corner < 4; ++corner) {
-    for (int i = 0; i < kPlanes; ++i) {
-      sdf[corner][i] = roundSdf(samples.distance[corner][i] * sdf_scale);
-    }
+/// The line's planes inside a block.
+DTSDF_HD Span planesInside(const SampleLine& line, const BlockFrame& block) {
+  const int end = block.k0 + kBlockSide - 1;
+  return {line.first_plane > block.k0 ? line.first_plane : block.k0,
+          line.last_plane < end ? line.last_plane : end};
+}
+
+DTSDF_HD float sdfScale(const FusionSettings& fusion) {
+  return kSdfScale / fusion.truncation_voxels;
+}
+
+/// Where a plane of a line crosses a block: the lower corner of the cell, from the block's first
+/// voxel, and that voxel's index if it lies in the block.
+struct PlaneInBlock {
+  int u, v, index;
+
+  /// Whether a corner of the cell, number du + 2 dv, lies in the block.
+  DTSDF_HD bool holds(int corner) const {
+    constexpr uint32_t kLast = kBlockSide - 1;
+    return static_cast<uint32_t>(u + (corner & 1)) <= kLast &&
+           static_cast<uint32_t>(v + (corner >> 1)) <= kLast;
   }
+};
+
+DTSDF_HD PlaneInBlock planeInBlock(const BlockFrame& block, int plane, int u, int v) {
+  const VoxelStrides& strides = block.strides;
+  const int in_u = u - block.u0, in_v = v - block.v0;
+  return {in_u, in_v, (plane - block.k0) * strides.k + in_u * strides.u + in_v * strides.v};
 }
 
-/// Their weights by direction as well.
-template <int kPlanes>
-DTSDF_HD void roundWeights(const PlaneSamples<kPlanes>& samples, const DirectionSet& directions,
-                           int32_t (&weight)[3][4][kPlanes]) {
-  for (int d = 0; d < directions.count; ++d) {
-    for (int corner = 0; corner < 4; ++corner) {
-      for (int i = 0; i < kPlanes; ++i) {
-        weight[d][corner][i] = roundWeight(samples.share[corner][i] * directions.weight[d]);
-      }
-    }
-  }
+DTSDF_HD int cornerOffset(const VoxelStrides& strides, int corner) {
+  return (corner & 1) * strides.u + (corner >> 1) * strides.v;
 }
 
-/// Adds the part of a surfel that lies inside one block to the block's sums. `add(direction, voxel
-/// index, weight, sdf, point key)` takes fixed-point values. kPlanes planes are worked out at a
-/// time.
-template <int kPlanes, class Add>
+/// Adds the part of a surfel that lies inside one block to the block's sums: `add(direction, voxel
+/// index, weight, sdf, point key)` takes fixed-point values.
+template <class Add>
 DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
                             const Vec3i& block_L, Add& add) {
-  const BlockFrame block = blockFrameOf(cast.line, block_L);
-  const VoxelStrides& strides = block.strides;
-  const float sdf_scale = kSdfScale / fusion.truncation_voxels;
-  for (int plane = block.planes.first; plane <= block.planes.last; plane += kPlanes) {
-    PlaneSamples<kPlanes> samples;
-    samplePlanes(cast.line, plane, samples);
-    int32_t sdf[4][kPlanes], weight[3][4][kPlanes];
-    roundDistances(samples, sdf_scale, sdf);
-    roundWeights(samples, cast.directions, weight);
-    for (int i = 0; i < kPlanes && plane + i <= block.planes.last; ++i) {
-      const int u = samples.u[i] - block.u0, v = samples.v[i] - block.v0;
-      const int index = (plane + i - block.k0) * strides.k + u * strides.u + v * strides.v;
-      constexpr uint32_t kLast = kBlockSide - 1;
-      const bool all_inside = static_cast<uint32_t>(u) < kLast && static_cast<uint32_t>(v) < kLast;
-      for (int corner = 0; corner < 4; ++corner) {
-        const int du = corner & 1, dv = corner >> 1;
-        const bool inside = all_inside || (static_cast<uint32_t>(u + du) <= kLast &&
-                                           static_cast<uint32_t>(v + dv) <= kLast);
-        if (!inside) continue;
-        for (int d = 0; d < cast.directions.count; ++d) {
-          add(cast.directions.direction[d], index + du * strides.u + dv * strides.v,
-              weight[d][corner][i], sdf[corner][i], samples.point_key[corner][i]);
-        }
+  const BlockFrame block = blockFrameOf(cast.line.axis, block_L);
+  const DirectionSet& directions = cast.directions;
+  const Span planes = planesInside(cast.line, block);
+  const Vec3i shifts = pointShifts(cast.line.axis);
+  for (int plane = planes.first; plane <= planes.last; ++plane) {
+    PlaneSamples<1> samples;
+    samplePlane(cast.line, shifts, plane, 0, samples);
+    const PlaneInBlock at = planeInBlock(block, plane, samples.u[0], samples.v[0]);
+    for (int corner = 0; corner < 4; ++corner) {
+      if (!at.holds(corner)) continue;
+      const int index = at.index + cornerOffset(block.strides, corner);
+      const int32_t sdf = roundSdf(samples.distance[corner][0] * sdfScale(fusion));
+      for (int d = 0; d < 3; ++d) {
+        if (d >= directions.count) break;
+        add(directions.direction[d], index,
+            roundWeight(samples.share[corner][0] * directions.weight[d]), sdf,
+            samples.point_key[corner][0]);
       }
     }
   }

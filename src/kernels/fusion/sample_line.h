@@ -85,14 +85,10 @@ DTSDF_HD PlaneCrossing crossPlane(const SampleLine& line, int plane) {
   return {floor_u, floor_v, u - static_cast<float>(floor_u), v - static_cast<float>(floor_v)};
 }
 
-/// As many planes as a line has that reaches 1.75 voxels to either side; longer ones take more
-/// rounds.
-constexpr int kPlanesAtOnce = 4;
-
-/// The samples of `kPlanes` successive planes: per plane the lower corner of the cell, per corner
-/// (number du + 2 dv) and plane the share of the weight, in [0, 1], the point-to-plane distance in
-/// voxels, positive in front of the surface, and the key of the measured point (core/anchor.h).
-/// Planes lie side by side for the CPU's vector units.
+/// The samples of `kPlanes` planes: per plane the lower corner of the cell, per corner (number du +
+/// 2 dv) and plane the share of the weight, in [0, 1], the point-to-plane distance in voxels,
+/// positive in front of the surface, and the key of the measured point (core/anchor.h). Planes lie
+/// side by side for the CPU's vector units.
 template <int kPlanes>
 struct PlaneSamples {
   int32_t u[kPlanes], v[kPlanes];
@@ -100,10 +96,10 @@ struct PlaneSamples {
   uint32_t point_key[4][kPlanes];
 };
 
-/// Where in a point's key the parts along a line's axes k, u and v lie.
-DTSDF_HD Vec3i pointShifts(const SampleLine& line) {
-  const int u = line.axis == 2 ? 0 : line.axis + 1, v = u == 2 ? 0 : u + 1;
-  return {pointShift(line.axis), pointShift(u), pointShift(v)};
+/// Where in a point's key the parts along the axes k, u and v lie of a line along `axis`.
+DTSDF_HD Vec3i pointShifts(int axis) {
+  const int u = axis == 2 ? 0 : axis + 1, v = u == 2 ? 0 : u + 1;
+  return {pointShift(axis), pointShift(u), pointShift(v)};
 }
 
 /// Where a line crosses a plane, as seen from the lower corner of the cell: the crossing, the
@@ -131,26 +127,24 @@ DTSDF_HD void sampleCorner(const SampleLine& line, const Vec3i& shifts, const Ce
   samples.point_key[kCorner][i] = pointKey(offset, shifts, distance);
 }
 
-/// One loop without loops or branches in it, so that compilers turn it into vector instructions.
+/// The samples of a plane of a line, as number i of `samples`; `shifts` is from pointShifts(). No
+/// loops or branches, so that compilers turn a loop of it into vector instructions.
 template <int kPlanes>
-DTSDF_HD void samplePlanes(const SampleLine& line, int first_plane,
-                           PlaneSamples<kPlanes>& samples) {
-  const Vec3i shifts = pointShifts(line);
-  for (int i = 0; i < kPlanes; ++i) {
-    const PlaneCrossing cell = crossPlane(line, first_plane + i);
-    samples.u[i] = cell.u;
-    samples.v[i] = cell.v;
-    const float point_k = line.p_k - static_cast<float>(first_plane + i),
-                point_u = line.p_u - static_cast<float>(cell.u),
-                point_v = line.p_v - static_cast<float>(cell.v);
-    const CellCrossing crossing{
-        cell.fraction_u, cell.fraction_v, point_k, point_u, point_v,
-        -(point_k * line.normal_k + point_u * line.normal_u + point_v * line.normal_v)};
-    sampleCorner<0>(line, shifts, crossing, i, samples);
-    sampleCorner<1>(line, shifts, crossing, i, samples);
-    sampleCorner<2>(line, shifts, crossing, i, samples);
-    sampleCorner<3>(line, shifts, crossing, i, samples);
-  }
+DTSDF_HD void samplePlane(const SampleLine& line, const Vec3i& shifts, int plane, int i,
+                          PlaneSamples<kPlanes>& samples) {
+  const PlaneCrossing cell = crossPlane(line, plane);
+  samples.u[i] = cell.u;
+  samples.v[i] = cell.v;
+  const float point_k = line.p_k - static_cast<float>(plane),
+              point_u = line.p_u - static_cast<float>(cell.u),
+              point_v = line.p_v - static_cast<float>(cell.v);
+  const CellCrossing crossing{
+      cell.fraction_u, cell.fraction_v, point_k, point_u, point_v,
+      -(point_k * line.normal_k + point_u * line.normal_u + point_v * line.normal_v)};
+  sampleCorner<0>(line, shifts, crossing, i, samples);
+  sampleCorner<1>(line, shifts, crossing, i, samples);
+  sampleCorner<2>(line, shifts, crossing, i, samples);
+  sampleCorner<3>(line, shifts, crossing, i, samples);
 }
 
 /// A stretch of voxels, or blocks, along one axis.

@@ -45,17 +45,19 @@ struct NoiseLine {
 };
 
 /// The line of a kind around a point, of zeros where it does not lie in the image.
-DTSDF_HD NoiseLine noiseLine(const float* inverse_depth, int width, int height,
+/// `inverse_depth_at(u, v)` gives that of a pixel.
+template <class At>
+DTSDF_HD NoiseLine noiseLine(const At& inverse_depth_at, int width, int height,
                              const Pixel& middle, int kind) {
   const bool is_column = kind == 2;
   const int step_px = isWide(kind) ? kWideStride : 1, reach_px = step_px * kNoiseRadius;
   const int at = is_column ? middle.v : middle.u, count = is_column ? height : width;
   NoiseLine line{};
   if (at < reach_px || at + reach_px >= count) return line;
-  const int64_t stride = is_column ? static_cast<int64_t>(step_px) * width : step_px;
-  const float* centre = inverse_depth + static_cast<int64_t>(middle.v) * width + middle.u;
   for (int i = 0; i < kNoiseLength; ++i) {
-    line.inverse_depth[i] = centre[(i - kNoiseRadius) * stride];
+    const int offset = (i - kNoiseRadius) * step_px;
+    line.inverse_depth[i] = is_column ? inverse_depth_at(middle.u, middle.v + offset)
+                                      : inverse_depth_at(middle.u + offset, middle.v);
   }
   return line;
 }

@@ -48,6 +48,7 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
       }
       sums.voxel[array][i] = {0, random() % 3 == 0 ? 1 << 20 : 0, 0, 0};
     }
+    findCovered(sums, array);
     const bool has_sums = round % 2 == 0;
     const std::vector<Voxel> before(voxels, voxels + kVoxelsPerBlock);
     const bool in_turn = !has_sums || round % 4 == 0;

@@ -51,7 +51,7 @@ std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
   std::map<VoxelId, LineSample> samples;
   for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
     PlaneSamples<1> at;
-    samplePlanes(line, plane, at);
+    samplePlane(line, pointShifts(line.axis), plane, 0, at);
     for (int corner = 0; corner < 4; ++corner) {
       if (!(at.share[corner][0] > 0.0f)) continue;
       const Vec3i voxel =
@@ -111,27 +111,6 @@ TEST(SampleLine, VisitsEachSampleOnceWithItsShareAndDistance) {
       }
     }
     EXPECT_EQ(found, samples.size()) << "samples far from the point";
-  }
-}
-
-/// Planes worked out side by side give the same bits as one by one, and there are not more of them.
-TEST(SampleLine, PlanesSideBySideAreThoseOneByOne) {
-  std::mt19937 random(18);
-  for (int i = 0; i < 2000; ++i) {
-    const SampleLine line = lineOf(randomCast(random, i));
-    ASSERT_LE(line.last_plane - line.first_plane + 1, kPlanesAtOnce);
-    PlaneSamples<kPlanesAtOnce> all;
-    samplePlanes(line, line.first_plane, all);
-    for (int k = 0; k < kPlanesAtOnce; ++k) {
-      PlaneSamples<1> one;
-      samplePlanes(line, line.first_plane + k, one);
-      ASSERT_EQ(all.u[k], one.u[0]);
-      ASSERT_EQ(all.v[k], one.v[0]);
-      for (int corner = 0; corner < 4; ++corner) {
-        ASSERT_EQ(all.share[corner][k], one.share[corner][0]);
-        ASSERT_EQ(all.distance[corner][k], one.distance[corner][0]);
-      }
-    }
   }
 }
 
@@ -222,11 +201,7 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
         EXPECT_TRUE(
             actual.emplace(std::make_pair(idOf(voxel), direction), std::make_pair(w, sdf)).second);
       };
-      if (i % 2 == 0) {
-        castIntoBlock<1>(whole, fusion, block, add);
-      } else {
-        castIntoBlock<kPlanesAtOnce>(whole, fusion, block, add);
-      }
+      castIntoBlock(whole, fusion, block, add);
     }
     EXPECT_EQ(actual, expected);
   }

@@ -116,7 +116,8 @@ TEST(Noise, LinesLieInRowsAndColumns) {
   std::vector<float> image(2500);
   for (int i = 0; i < 2500; ++i) image[i] = static_cast<float>(i + 1);
   const auto first = [&](const Pixel& middle, int kind) {
-    return noiseLine(image.data(), 50, 50, middle, kind).inverse_depth[0];
+    const auto at = [&](int u, int v) { return image[static_cast<size_t>(v * 50 + u)]; };
+    return noiseLine(at, 50, 50, middle, kind).inverse_depth[0];
   };
   EXPECT_EQ(first({25, 25}, 0), 1273.0f);
   EXPECT_EQ(first({25, 25}, 1), 1255.0f);

@@ -149,8 +149,9 @@ TEST(StatusReport, ReportsDropsThoughMostFramesAreFused) {
       << status.message;
   frames.last_drop = "frame dropped (queue_full)";
   status = statusAfter(20, DropReason::kQueueFull, 80);
-  EXPECT_TRUE(says(status, "most frames are dropped: frame dropped (queue_full); use larger "
-                           "voxels"))
+  EXPECT_TRUE(says(status,
+                   "most frames are dropped: frame dropped (queue_full); use larger "
+                   "voxels"))
       << status.message;
   EXPECT_EQ(statusAfter(300, DropReason::kPaused, 1000).level, MapStatus::WARN) << "still lately";
   statusAfter(300, DropReason::kPaused, 0);

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr double kWarningPeriod_s = 5.0;
+constexpr double kWarningPeriod_s = 60.0;
 
 }  // namespace
 

@@ -19,12 +19,12 @@ bool standsInGap(const BlockVertex& a, const BlockVertex& b, const BlockVertex& 
 }
 
 TEST(Gap, IsWhereVerticesAreDrawnApart) {
-  const BlockVertex left = vertexAt(2, 3, {-0.2f, 0.0f, 0.0f});
-  EXPECT_TRUE(standsInGap(left, vertexAt(3, 3, {0.2f, 0.0f, 0.0f}), vertexAt(2, 4)));
+  const BlockVertex left = vertexAt(2, 3, {-0.3f, 0.0f, 0.0f});
+  EXPECT_TRUE(standsInGap(left, vertexAt(3, 3, {0.3f, 0.0f, 0.0f}), vertexAt(2, 4)));
   EXPECT_FALSE(standsInGap(left, vertexAt(3, 3, {0.05f, 0.0f, 0.0f}), vertexAt(2, 4)));
   MeshRules rules;
-  rules.most_stretch = 0.45f;
-  EXPECT_FALSE(standsInGap(rules, left, vertexAt(3, 3, {0.2f, 0.0f, 0.0f}), vertexAt(2, 4)));
+  rules.most_stretch = 0.65f;
+  EXPECT_FALSE(standsInGap(rules, left, vertexAt(3, 3, {0.3f, 0.0f, 0.0f}), vertexAt(2, 4)));
 }
 
 /// Whichever side it is that is stretched.

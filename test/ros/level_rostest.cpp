@@ -100,7 +100,7 @@ class LevelTest : public testing::Test {
       lowest_m = std::min(lowest_m, corner[2]);
       highest_m = std::max(highest_m, corner[2]);
     }
-    EXPECT_NEAR(lowest_m, floor_m, 0.11);  // strays at its border lie up to two voxels below
+    EXPECT_NEAR(lowest_m, floor_m, 0.05);
     EXPECT_LT(highest_m, floor_m + 2.7);
     EXPECT_TRUE(waitUntil([&] { return grid.grids() > 0; }));
     EXPECT_EQ(grid.grid().header.frame_id, "map_level");

@@ -17,4 +17,7 @@ namespace dtsdf {
 /// longer than what is left of the image.
 std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels);
 
+/// The code of an image, which decodeRvl() decodes to the same values.
+std::vector<uint8_t> encodeRvl(const uint16_t* pixels, size_t count);
+
 }  // namespace dtsdf

@@ -100,6 +100,12 @@ struct FramePoseParams : PoseParams {
   std::string base_frame;  ///< Whose pose is published; empty: the depth camera's frame.
 };
 
+/// The frame log.
+struct LogParams {
+  std::string folder;    ///< Empty: nothing is logged. "~/" is the home.
+  double max_gb = 16.0;  ///< Of 10^9 bytes; what is more goes, the oldest first.
+};
+
 struct NodeParams {
   std::string map_frame = "map";  ///< Frame that poses are of, and the map, unless it is levelled.
   LevelParams level;
@@ -113,6 +119,7 @@ struct NodeParams {
   PublishParams publish;
   StatusParams status;
   GroundParams ground;
+  LogParams log;
 };
 
 /// Whether the map is in a frame of its own, which is level.
@@ -174,6 +181,8 @@ void visitParams(NodeParams& p, Visitor& visit) {
                                  {"always", RectifyChoice::kAlways},
                                  {"never", RectifyChoice::kNever}});
   visit("input/mask", p.input.mask);
+  visit("log/folder", p.log.folder);
+  visit("log/max_gb", p.log.max_gb, Range{0.1, 1e6});
   visit("publish/chunk_blocks", p.publish.chunk_blocks, Range{1, 64});
   visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
   visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});

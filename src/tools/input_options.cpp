@@ -5,10 +5,11 @@
 namespace dtsdf {
 namespace {
 
-/// The formats' names, "bag" included.
+/// The formats' names, "bag" and "log" included.
 std::vector<std::string> formatNames() {
   std::vector<std::string> names = recordingFormats();
   names.push_back("bag");
+  names.push_back("log");
   return names;
 }
 

@@ -1,5 +1,7 @@
 /// reconstruct: a mesh from a recording, offline, without loss and with the same result each time.
+#include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -10,7 +12,9 @@
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "io/atomic_file.h"
 #include "io/trajectory_file.h"
+#include "log/log_replay.h"
 #include "mapper/probed_mapper.h"
+#include "params/param_copy.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 #include "tools/levelled_input.h"
@@ -122,16 +126,89 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
       " of them, as mesh/min_support requires; --set mesh/min_support=1 accepts a single frame");
 }
 
-void run(ReconstructOptions options) {
-  const RunSettings settings = readSettings(options);
-  options.recording.first_pose_only = settings.params.node.poses.mode == PoseMode::kTrack;
-  completeInput(options);
-  // Found out now rather than after an hour of work.
-  for (const std::string& path :
-       {options.mesh_path, options.save_map_path, options.trajectory_path,
-                                  options.report_path}) {
+/// Found out now rather than after an hour of work.
+void checkOutputs(const ReconstructOptions& options) {
+  for (const std::string& path : {options.mesh_path, options.save_map_path,
+                                  options.trajectory_path, options.report_path}) {
     if (!path.empty()) prepareOutputFile(path);
   }
+}
+
+/// Saves and prints what a run has made.
+void saveAll(ReconstructionResult& result, Mapper& mapper, const MapFrame& frame,
+             const MapperParams& params, const ReconstructOptions& options) {
+  // First, since a mesh that cannot be saved must not take the map with it.
+  if (!options.save_map_path.empty()) {
+    saveMapOf(mapper, frame, result.stamp_s, options.save_map_path);
+  }
+  if (!options.trajectory_path.empty()) {
+    saveTrajectory(result.trajectory, options.trajectory_path);
+  }
+  if (!options.mesh_path.empty()) {
+    checkSupport(result, params);
+    simplify(result.mesh, options.simplify_error_m);
+    saveMesh(result.mesh, params.mesh.colour, options.mesh_path);
+    const std::string loss = lossInFormat(result.mesh, options.mesh_path);
+    if (!loss.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", loss.c_str());
+  }
+  const std::string backend_name = mapper.backendName();
+  if (!options.report_path.empty()) {
+    writeFileAtomically(options.report_path, reportJson(result, backend_name));
+  }
+  printSummary(result, backend_name, options.mesh_path);
+}
+
+/// What is for recordings only. @throws UsageError
+void checkLogOptions(const ReconstructOptions& options) {
+  if (!options.load_map_path.empty()) {
+    throw UsageError("--load-map is for recordings; a frame log begins with a map of its own");
+  }
+  if (options.poses_mode || !options.recording.poses_path.empty()) {
+    throw UsageError("--poses and --poses-mode are for recordings; poses of a frame log are "
+                     "corrected by --corrected-poses");
+  }
+}
+
+void correct(LogReplay& log, const std::string& path) {
+  LogCorrection correction;
+  correction.before = std::numeric_limits<uint64_t>::max();
+  correction.poses = readTrajectory(path, "corrected poses are expected there").poses();
+  const CorrectionEffect effect = log.correct(correction);
+  std::printf("log: %zu of %zu depth images have another pose by %s\n", effect.moved,
+              log.depthImages(), path.c_str());
+}
+
+/// The map that a log leads to.
+void runLog(const ReconstructOptions& options) {
+  checkLogOptions(options);
+  checkOutputs(options);
+  LogReplay log(options.recording.path);
+  if (!log.log().cutOff().empty()) {
+    std::fprintf(stderr, "reconstruct: warning: %s\n", log.log().cutOff().c_str());
+  }
+  if (!options.corrected_poses_path.empty()) correct(log, options.corrected_poses_path);
+  const RunSettings settings = readSettings(options, copyOf(log.settings()));
+  const MapperParams& params = settings.params.mapper;
+  const std::string& base = log.log().baseMap();
+  const auto mapper =
+      base.empty() ? makeProbedMapper(params, settings.rules)
+                   : makeProbedMapper(params, settings.rules, loadMap(base, params));
+  ProgressBar progress("frames", log.depthImages());
+  ReconstructionResult result =
+      reconstruct(log, *mapper, params.map.voxel_size_m, options.mesh_every,
+                  [&](size_t done) { progress.show(done); });
+  saveAll(result, *mapper, {log.log().begin().map_frame, log.level()}, params, options);
+}
+
+void run(ReconstructOptions options) {
+  completeInput(options);
+  if (options.recording.format == "log") return runLog(options);
+  if (!options.corrected_poses_path.empty()) {
+    throw UsageError("--corrected-poses is for frame logs; recordings take --poses");
+  }
+  const RunSettings settings = readSettings(options);
+  options.recording.first_pose_only = settings.params.node.poses.mode == PoseMode::kTrack;
+  checkOutputs(options);
   StartingMap start = loadStartingMap(options.load_map_path, settings);
   const MapperParams params = start.params;
   auto frames = openAndLook(options, settings, "reconstruct");
@@ -155,25 +232,7 @@ void run(ReconstructOptions options) {
     result = reconstruct(input, *mapper, params.map.voxel_size_m, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
-  // First, since a mesh that cannot be saved must not take the map with it.
-  if (!options.save_map_path.empty()) {
-    saveMapOf(*mapper, frame, result.stamp_s, options.save_map_path);
-  }
-  if (!options.trajectory_path.empty()) {
-    saveTrajectory(result.trajectory, options.trajectory_path);
-  }
-  if (!options.mesh_path.empty()) {
-    checkSupport(result, params);
-    simplify(result.mesh, options.simplify_error_m);
-    saveMesh(result.mesh, params.mesh.colour, options.mesh_path);
-    const std::string loss = lossInFormat(result.mesh, options.mesh_path);
-    if (!loss.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", loss.c_str());
-  }
-  const std::string backend_name = mapper->backendName();
-  if (!options.report_path.empty()) {
-    writeFileAtomically(options.report_path, reportJson(result, backend_name));
-  }
-  printSummary(result, backend_name, options.mesh_path);
+  saveAll(result, *mapper, frame, params, options);
 }
 
 }  // namespace

@@ -54,6 +54,10 @@ void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
             "fuse images at the poses given, move each to where it fits the map, or find all poses "
             "but the first by the map alone; overrides the setting `poses/mode`"},
            [&](const std::string& value) { options.poses_mode = value; });
+  line.addText({"--corrected-poses", "FILE",
+                "of a frame log: corrected poses of some of its images, lines as for --poses; the "
+                "others follow them"},
+               options.corrected_poses_path);
 }
 
 void addTrajectoryOption(CommandLine& line, ReconstructOptions& options) {

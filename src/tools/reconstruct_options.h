@@ -13,6 +13,7 @@ struct ReconstructOptions : InputOptions {
   std::string mesh_path;          ///< Empty: only the map is saved.
   double simplify_error_m = 0.0;  ///< Of the mesh that is saved; 0: all triangles.
   std::string load_map_path;      ///< Empty: the run begins with an empty map.
+  std::string corrected_poses_path;  ///< Of a log; empty: poses are as it has them.
   std::string trajectory_path;    ///< Empty: the poses are not saved.
   std::string save_map_path;      ///< Empty: the map is not saved.
 };

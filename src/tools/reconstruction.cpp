@@ -1,5 +1,6 @@
 #include "tools/reconstruction.h"
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <stdexcept>
@@ -40,6 +41,7 @@ class Reconstruction {
     result_.paint_ms.push_back(timeMs([&] { painting = mapper_.paint(image); }));
     if (painting.status == FrameStatus::kFused) {
       ++result_.images;
+      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // colour may come late
     } else {
       ++result_.skipped[std::string("colour images: ") + toString(painting.status)];
     }
@@ -60,6 +62,11 @@ class Reconstruction {
     } else {
       ++result_.skipped[toString(integration.status)];
     }
+  }
+
+  void clearRegion(const Region& region) {
+    mapper_.clearRegion(region);
+    painted_since_mesh_ = true;
   }
 
   void updateMeshIfDue(size_t mesh_every) {
@@ -207,6 +214,30 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, flo
     if (left_out > 0) skipped["colour images: over_rate"] = left_out;
   }
   return reconstruction.finish(skipped);
+}
+
+ReconstructionResult reconstruct(LogReplay& log, Mapper& mapper, float voxel_size_m,
+                                 size_t mesh_every,
+                                 const std::function<void(size_t)>& show_progress) {
+  Reconstruction reconstruction(mapper, voxel_size_m, PoseParams());
+  while (std::optional<LogCall> call = log.next()) {
+    if (const auto* const depth = std::get_if<LoggedDepth>(&call->content)) {
+      SourceFrame frame;
+      frame.depth = depth->frame;
+      frame.stamp_s = call->stamp_s;
+      reconstruction.fuse(frame);
+      if (mesh_every > 0) reconstruction.updateMeshIfDue(mesh_every);
+      show_progress(reconstruction.frames() + reconstruction.framesNotFused());
+    } else if (const auto* const colour = std::get_if<LoggedColour>(&call->content)) {
+      SourceColour image;
+      image.colour = colour->frame;
+      image.stamp_s = call->stamp_s;
+      reconstruction.paint(image);
+    } else {
+      reconstruction.clearRegion(std::get<Region>(call->content));
+    }
+  }
+  return reconstruction.finish({});
 }
 
 }  // namespace dtsdf

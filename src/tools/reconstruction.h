@@ -14,6 +14,7 @@
 #include "dtsdf_mapping/pose_refiner.h"
 #include "dtsdf_mapping/pose_tracker.h"
 #include "io/trajectory.h"
+#include "log/log_replay.h"
 
 namespace dtsdf {
 
@@ -64,6 +65,11 @@ struct ReconstructionResult {
 /// is called with the number of frames done.
 /// @throws std::runtime_error if the source or the backend fails, or if no frame was fused.
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
+                                 size_t mesh_every,
+                                 const std::function<void(size_t)>& show_progress);
+
+/// The same of a frame log, with its calls in their order.
+ReconstructionResult reconstruct(LogReplay& log, Mapper& mapper, float voxel_size_m,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 

@@ -6,6 +6,7 @@
 
 #include "io/bag_frames.h"
 #include "io/first_look.h"
+#include "log/log_folder.h"
 
 namespace dtsdf {
 namespace {
@@ -73,12 +74,19 @@ Eigen::Vector3d measuredUpOfBag(const InputOptions& options, const NodeParams& n
 
 void completeInput(InputOptions& options) {
   std::string& format = options.recording.format;
-  if (format.empty()) format = guessRecordingFormat(options.recording.path);
+  if (format.empty()) {
+    const std::string& path = options.recording.path;
+    format = isFrameLog(path) ? "log" : guessRecordingFormat(path);
+  }
   checkReadingOptions(options);
 }
 
 std::unique_ptr<FrameSource> openFrames(const InputOptions& options, const NodeParams& node) {
   if (options.recording.format == "bag") return openBag(options, node);
+  if (options.recording.format == "log") {
+    throw std::runtime_error("'" + options.recording.path +
+                             "' is a frame log, which only reconstruct reads");
+  }
   return openRecording(options.recording);
 }
 

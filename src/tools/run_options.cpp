@@ -115,9 +115,13 @@ void addReportOptions(CommandLine& line, RunOptions& options) {
   line.addText({"--report", "OUT.json", "times and counts"}, options.report_path);
 }
 
-RunSettings readSettings(const RunOptions& options) {
-  ParamTree tree;
-  if (!options.config_path.empty()) tree = loadYamlParams(options.config_path);
+RunSettings readSettings(const RunOptions& options) { return readSettings(options, {}); }
+
+RunSettings readSettings(const RunOptions& options, ParamTree defaults) {
+  ParamTree tree = std::move(defaults);
+  if (!options.config_path.empty()) {
+    for (auto& [key, value] : loadYamlParams(options.config_path)) tree[key] = value;
+  }
   for (const std::string& setting : options.settings) setParam(setting, tree);
   if (options.backend) tree["backend"] = *options.backend;
   if (options.poses_mode) tree["poses/mode"] = *options.poses_mode;

@@ -46,6 +46,9 @@ struct RunSettings {
 /// @throws ParamError with every violation, std::runtime_error for a file that cannot be read.
 RunSettings readSettings(const RunOptions& options);
 
+/// The same with settings of what is read, where neither files nor command line say otherwise.
+RunSettings readSettings(const RunOptions& options, ParamTree defaults);
+
 /// The same of settings as files and command lines say them. @throws ParamError
 RunSettings readSettings(ParamTree tree);
 

@@ -34,6 +34,7 @@ MapFiles::Done MapFiles::save(const std::string& path) {
 
 MapFiles::Done MapFiles::load(const std::string& path) {
   const MapContents contents = file_loop_.run([&] { return loadMap(path, params_); }).get();
+  const MapInfo info = file_loop_.run([&] { return readMapInfo(path); }).get();
   checkFrame(contents, map_frame_);
   checkLevel(contents, parts_.session.isLevelled());
   const bool is_empty = parts_.map_loop.run([this] { return parts_.session.isEmpty(); }).get();
@@ -46,7 +47,7 @@ MapFiles::Done MapFiles::load(const std::string& path) {
                  // Frames may have come meanwhile, with the settings that the map had.
                  if (!parts_.session.isEmpty()) checkFits(contents, params_);
                  return parts_.session.replace({std::move(mapper), params.map.voxel_size_m,
-                                                contents.stamp_s, path, contents.T_W_M});
+                                                contents.stamp_s, path, contents.T_W_M, info});
                })
                .get();
   params_ = params;

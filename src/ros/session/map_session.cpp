@@ -80,8 +80,7 @@ FrameAccounting& MapSession::accountingOf(const PosedFrame& frame) const {
   return parts_.ledger.of(frame.stream);
 }
 
-IntegrationResult MapSession::fuse(DepthFrame frame, const ros::Time& stamp) {
-  if (parts_.keep_center) frame.keep_center_W = parts_.keep_center(stamp);
+IntegrationResult MapSession::fuse(const DepthFrame& frame) {
   IntegrationResult result = mapper_->integrate(frame);
   const std::lock_guard<std::mutex> lock(report_mutex_);
   if (result.status == FrameStatus::kFused) report_.integrate_ms = result.duration_ms;
@@ -111,10 +110,14 @@ void MapSession::takeFrame(PosedFrame& frame) {
   if (const auto rejection = findPose(frame)) {
     return accountingOf(frame).dropped(rejection->reason, frame.stamp, rejection->text);
   }
-  const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  if (depth != nullptr && parts_.keep_center) {
+    depth->keep_center_W = parts_.keep_center(frame.stamp);
+  }
   const IntegrationResult result =
-      depth != nullptr ? fuse(*depth, frame.stamp) : paint(std::get<ColourFrame>(frame.image));
+      depth != nullptr ? fuse(*depth) : paint(std::get<ColourFrame>(frame.image));
   if (result.status != FrameStatus::kFused) {
+    log(frame, result);
     accountingOf(frame).dropped(dropReasonOf(result.status), frame.stamp, result.message);
     return;
   }
@@ -122,6 +125,7 @@ void MapSession::takeFrame(PosedFrame& frame) {
   if (parts_.poses != nullptr) parts_.poses->wasFused(frame);
   // Colour may come late; depth that goes back has begun anew.
   map_stamp_ = depth != nullptr ? frame.stamp : std::max(map_stamp_, frame.stamp);
+  log(frame, result);
   schedule_.frameFused();
   if (result.refused_blocks > 0) {
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
@@ -129,6 +133,11 @@ void MapSession::takeFrame(PosedFrame& frame) {
                                                        << " blocks of the last frame were refused; "
                                                           "raise map/max_memory_mb, or clear_map");
   }
+}
+
+/// A map that is copied is that of the frames logged so far.
+void MapSession::log(const PosedFrame& frame, const IntegrationResult& result) {
+  if (parts_.log != nullptr && parts_.log->taken(frame, result)) parts_.log->checkpoint(contents());
 }
 
 void MapSession::beginMesh() {
@@ -185,6 +194,7 @@ ClearedRegion MapSession::clearRegion(const Region& region) {
   if (!problem.empty()) throw std::runtime_error(problem);  // the caller's, not the backend's
   try {
     const ClearedRegion cleared = mapper_->clearRegion(region);
+    if (parts_.log != nullptr) parts_.log->cleared(region);
     schedule_.frameFused();  // the mesh and the report are as outdated as after a frame
     return cleared;
   } catch (const std::exception& error) {
@@ -195,6 +205,7 @@ ClearedRegion MapSession::clearRegion(const Region& region) {
 
 void MapSession::clear() {
   mapper_->clear();
+  if (parts_.log != nullptr) parts_.log->emptied();
   if (parts_.poses != nullptr) parts_.poses->mapIsAnother();
   schedule_.cleared();
   mesh_whole_ = true;
@@ -215,6 +226,7 @@ MapContents MapSession::contents() {
 std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {
   mapper_.swap(loaded.mapper);
   if (loaded.T_W_M && isLevelled()) parts_.levelling->set(*loaded.T_W_M);
+  if (parts_.log != nullptr && loaded.info) parts_.log->loaded(*loaded.info, loaded.path);
   if (parts_.poses != nullptr) parts_.poses->mapIsAnother();
   schedule_.mapReplaced();
   mesh_whole_ = true;

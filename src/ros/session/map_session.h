@@ -20,6 +20,7 @@
 #include "ros/output/space_handover.h"
 #include "ros/session/frame_poses.h"
 #include "ros/session/levelling.h"
+#include "ros/session/map_log.h"
 
 namespace dtsdf {
 
@@ -38,6 +39,7 @@ class MapSession {
     SpaceHandover* space = nullptr;  ///< Null: nobody asks for it.
     Levelling* levelling = nullptr;  ///< Null: poses are of the map's frame.
     FramePoses* poses = nullptr;     ///< Null: frames are fused where they are said to be.
+    MapLog* log = nullptr;           ///< Null: nothing is logged.
   };
 
   MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
@@ -75,6 +77,7 @@ class MapSession {
     double stamp_s;  ///< See MapContents.
     std::string path;
     std::optional<Eigen::Isometry3d> T_W_M = std::nullopt;  ///< See MapContents.
+    std::optional<MapInfo> info = std::nullopt;             ///< For the frame log.
   };
 
   /// Goes on with a map that was loaded, and starts over after a failure; the whole mesh is handed
@@ -98,7 +101,8 @@ class MapSession {
   void takeFrame(PosedFrame& frame);
   std::optional<Rejection> findPose(PosedFrame& frame);
   FrameAccounting& accountingOf(const PosedFrame& frame) const;
-  IntegrationResult fuse(DepthFrame frame, const ros::Time& stamp);
+  IntegrationResult fuse(const DepthFrame& frame);
+  void log(const PosedFrame& frame, const IntegrationResult& result);
   IntegrationResult paint(const ColourFrame& frame);
   void beginMesh();
   void finishMesh();

@@ -90,6 +90,10 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
       points_publisher_(private_nh, frameOfMap(params_.node), params_.mapper.mesh.colour),
       mesh_changes_([this] { output_loop_.wake(); }),
       output_(outputOptions(params_), {mesh_changes_, mesh_publisher_, points_publisher_}),
+      log_(params_.node.log.folder.empty()
+               ? nullptr
+               : std::make_unique<MapLog>(
+                     params_, expandHome(params_.node.log.folder, "log/folder"), levelling_)),
       space_changes_([this] { space_loop_.wake(); }),
       space_output_(makeSpaceOutput(private_nh, params_, space_changes_)),
       session_(
@@ -97,7 +101,7 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
           {posed_frames_, ledger_, mesh_changes_,
            [this] { return mesh_publisher_.hasListeners() || points_publisher_.hasListeners(); },
            [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
-           space_output_ ? &space_changes_ : nullptr, &levelling_, frame_poses_.get()}),
+           space_output_ ? &space_changes_ : nullptr, &levelling_, frame_poses_.get(), log_.get()}),
       free_memory_(std::chrono::steady_clock::now),
       output_loop_(
           [this] {

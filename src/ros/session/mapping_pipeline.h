@@ -107,6 +107,7 @@ class MappingPipeline {
   SurfacePointsPublisher points_publisher_;
   MeshHandover mesh_changes_;
   MeshOutput output_;
+  std::unique_ptr<MapLog> log_;  ///< Null unless log/folder is set.
   SpaceHandover space_changes_;
   std::unique_ptr<SpaceOutput> space_output_;  ///< Null unless space/enabled.
   MapSession session_;

@@ -1,0 +1,116 @@
+#include "log/corrected_poses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+#include <stdexcept>
+
+namespace dtsdf {
+namespace {
+
+bool isBefore(const StampedPose& pose, double stamp_s) { return pose.stamp_s < stamp_s; }
+
+std::string inSeconds(double stamp_s) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(3) << stamp_s << " s";
+  return text.str();
+}
+
+/// @throws std::runtime_error
+void checkRigid(const StampedPose& pose) {
+  const Eigen::Matrix3d R = pose.T_W_C.linear();
+  constexpr double kTolerance = 1e-3;
+  const bool is_rigid = std::isfinite(pose.stamp_s) && pose.T_W_C.matrix().allFinite() &&
+                        (R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < kTolerance &&
+                        R.determinant() > 0.0;
+  if (is_rigid) return;
+  throw std::runtime_error("the corrected pose at " + inSeconds(pose.stamp_s) +
+                           " is not a position and a rotation");
+}
+
+Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share) {
+  const Eigen::Quaterniond from(a.linear()), to(b.linear());
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = from.slerp(share, to).normalized().toRotationMatrix();
+  pose.translation() = (1.0 - share) * a.translation() + share * b.translation();
+  return pose;
+}
+
+bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() <= PoseCorrection::kLeast &&
+         (a.linear() - b.linear()).norm() <= PoseCorrection::kLeast;
+}
+
+/// Of the camera at a stamp, between its images; nothing beyond them, or in a gap.
+std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& fused, double stamp_s) {
+  const auto after = std::lower_bound(fused.begin(), fused.end(), stamp_s, isBefore);
+  const auto isAt = [&](auto pose) {
+    return std::abs(pose->stamp_s - stamp_s) <= PoseCorrection::kSameStamp_s;
+  };
+  const bool has_after = after != fused.end(), has_before = after != fused.begin();
+  if (has_before && isAt(after - 1) &&
+      !(has_after && after->stamp_s - stamp_s < stamp_s - (after - 1)->stamp_s)) {
+    return (after - 1)->T_W_C;
+  }
+  if (has_after && isAt(after)) return after->T_W_C;
+  if (!has_after || !has_before) return std::nullopt;
+  const double gap_s = after->stamp_s - (after - 1)->stamp_s;
+  if (gap_s > PoseCorrection::kWidestGap_s) return std::nullopt;
+  return between((after - 1)->T_W_C, after->T_W_C, (stamp_s - (after - 1)->stamp_s) / gap_s);
+}
+
+std::string describe(const std::vector<StampedPose>& poses) {
+  if (poses.empty()) return "none";
+  return inSeconds(poses.front().stamp_s) + " to " + inSeconds(poses.back().stamp_s);
+}
+
+}  // namespace
+
+PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
+                               const std::vector<StampedPose>& fused) {
+  for (const StampedPose& pose : corrected) checkRigid(pose);
+  const Trajectory sorted(std::move(corrected));
+  for (const StampedPose& pose : sorted.poses()) {
+    const std::optional<Eigen::Isometry3d> from = poseAt(fused, pose.stamp_s);
+    if (!from) continue;
+    const double distance_m = (pose.T_W_C.translation() - from->translation()).norm();
+    if (distance_m > kFarthest_m) {
+      throw std::runtime_error("the corrected pose at " + inSeconds(pose.stamp_s) + " is " +
+                               std::to_string(std::lround(distance_m)) +
+                               " m from where its image was fused, which is not a correction");
+    }
+    anchors_.push_back({pose.stamp_s, *from, pose.T_W_C});
+  }
+  if (!anchors_.empty()) return;
+  throw std::runtime_error("no corrected pose has the stamp of an image: they are of " +
+                           describe(sorted.poses()) + ", the images of " + describe(fused));
+}
+
+Eigen::Isometry3d PoseCorrection::moved(const Anchor& anchor,
+                                        const Eigen::Isometry3d& T_W_C) const {
+  if (T_W_C.matrix() == anchor.from.matrix()) return anchor.to;
+  return anchor.to * (anchor.from.inverse() * T_W_C);
+}
+
+Eigen::Isometry3d PoseCorrection::correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const {
+  const auto after =
+      std::lower_bound(anchors_.begin(), anchors_.end(), stamp_s,
+                       [](const Anchor& anchor, double stamp) { return anchor.stamp_s < stamp; });
+  Eigen::Isometry3d pose;
+  if (after == anchors_.begin()) {
+    pose = moved(*after, T_W_C);
+  } else if (after == anchors_.end()) {
+    pose = moved(anchors_.back(), T_W_C);
+  } else {
+    const Anchor& before = *(after - 1);
+    const double share = (stamp_s - before.stamp_s) / (after->stamp_s - before.stamp_s);
+    const Eigen::Isometry3d by_before = moved(before, T_W_C), by_after = moved(*after, T_W_C);
+    const bool is_of_one = std::abs(stamp_s - before.stamp_s) <= kSameStamp_s ||
+                           std::abs(after->stamp_s - stamp_s) <= kSameStamp_s;
+    pose = !is_of_one ? between(by_before, by_after, share) : share < 0.5 ? by_before : by_after;
+  }
+  return isSame(pose, T_W_C) ? T_W_C : pose;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,58 @@
+/// Where images were, once it is known better: what a SLAM says of some of them moves all.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/trajectory.h"
+
+namespace dtsdf {
+
+/// Corrected poses of a camera, and the poses that its images were fused at. An image between two
+/// corrected poses keeps its place relative to both, as the odometry has it, and is interpolated
+/// between the two places that this gives; before the first and after the last one it keeps its
+/// place relative to that one.
+class PoseCorrection {
+ public:
+  /// Stamps closer than this are those of one image.
+  static constexpr double kSameStamp_s = 1e-3;
+  /// A corrected pose without an image counts only between two that are no further apart.
+  static constexpr double kWidestGap_s = 1.0;
+  /// More is a mistake.
+  static constexpr double kFarthest_m = 1000.0;
+  /// Less, of metres and of radians, is the rounding of a file: the image stays as it is.
+  static constexpr double kLeast = 1e-6;
+
+  /// `fused` are the camera's images with rising stamps, as they are in the map.
+  /// @throws std::runtime_error for poses that are no rigid motions, that are farther from those of
+  /// their images than any drift is, or of which none belongs to an image.
+  PoseCorrection(std::vector<StampedPose> corrected, const std::vector<StampedPose>& fused);
+
+  /// Where an image at this stamp and place was, of this camera or of one that moves with it; the
+  /// very pose given where that does not change.
+  Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
+
+  /// Corrected poses that belong to images.
+  size_t matched() const { return anchors_.size(); }
+  /// Stamp of the first one.
+  double first_s() const { return anchors_.front().stamp_s; }
+
+ private:
+  struct Anchor {
+    double stamp_s;
+    Eigen::Isometry3d from, to;  ///< T_W_C of the image, as fused and corrected.
+  };
+
+  Eigen::Isometry3d moved(const Anchor& anchor, const Eigen::Isometry3d& T_W_C) const;
+
+  std::vector<Anchor> anchors_;  ///< By stamp.
+};
+
+/// Stamps that go back by more than this begin a recording anew: what is corrected are the images
+/// since then.
+constexpr double kStampsBegin_s = 0.5;
+
+}  // namespace dtsdf

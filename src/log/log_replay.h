@@ -1,0 +1,60 @@
+/// What is in a log, for a mapper: each image at its corrected pose, and the calls between them.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "dtsdf_mapping/mapper.h"
+#include "log/logged_poses.h"
+
+namespace dtsdf {
+
+/// An image, or a region that was emptied.
+struct LogCall {
+  std::variant<LoggedDepth, LoggedColour, Region> content;
+  double stamp_s = 0.0;  ///< Of an image.
+  uint64_t number = 0;   ///< Of the record.
+};
+
+/// One thread at a time.
+class LogReplay {
+ public:
+  /// Reads the whole log, but for the pixels. @throws std::runtime_error as LogReader does.
+  explicit LogReplay(const std::string& folder);
+
+  const LogReader& log() const { return reader_; }
+  const LoggedPoses& poses() const { return poses_; }
+
+  /// The settings of the mapper; where it runs is not among them.
+  const ParamTree& settings() const { return reader_.begin().settings; }
+
+  /// Corrects the images so far. @pre Nothing was handed out yet. @throws as LoggedPoses.
+  CorrectionEffect correct(const LogCorrection& correction);
+
+  /// Reads what was logged since. @return whether there was something.
+  bool readOn();
+
+  /// What comes next; nothing at the end of what was read. @throws std::runtime_error for a record
+  /// that is damaged.
+  std::optional<LogCall> next();
+
+  /// Level of the map, as it was known last.
+  const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }
+
+  size_t depthImages() const { return depth_images_; }
+  size_t handedOut() const { return next_; }
+
+ private:
+  LogReader reader_;
+  LoggedPoses poses_;
+  std::optional<Eigen::Isometry3d> T_W_M_;
+  size_t depth_images_ = 0;
+  size_t next_ = 0;
+};
+
+/// Has a mapper do what the call was. Colours and depth give their result, a region kFused.
+IntegrationResult apply(const LogCall& call, Mapper& mapper);
+
+}  // namespace dtsdf

@@ -1,0 +1,93 @@
+/// The numbers, poses and texts of a record's description.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <stdexcept>
+#include <string>
+
+#include "io/map_format.h"
+
+namespace dtsdf {
+
+class DescriptionWriter {
+ public:
+  template <class Number>
+  DescriptionWriter& put(Number number) {
+    out_.put(number);
+    return *this;
+  }
+  DescriptionWriter& putPose(const Eigen::Isometry3d& pose) {
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) out_.put(pose.matrix()(row, column));
+    }
+    return *this;
+  }
+  DescriptionWriter& putVector(const Eigen::Vector3d& v) {
+    return put(v.x()).put(v.y()).put(v.z());
+  }
+  DescriptionWriter& putText(const std::string& text) {
+    out_.put(static_cast<uint32_t>(text.size()));
+    out_.putText(text);
+    return *this;
+  }
+  std::string text() const { return {out_.bytes.begin(), out_.bytes.end()}; }
+
+ private:
+  map_format::ByteWriter out_;
+};
+
+/// Takes them again. Everything throws std::runtime_error where the bytes end early.
+class DescriptionReader {
+ public:
+  explicit DescriptionReader(const std::string& bytes)
+      : in_(reinterpret_cast<const uint8_t*>(bytes.data())), left_(bytes.size()) {}
+
+  template <class Number>
+  Number take() {
+    need(sizeof(Number));
+    return in_.take<Number>();
+  }
+  float takeFloat() {
+    need(sizeof(float));
+    return in_.takeFloat();
+  }
+  double takeDouble() {
+    need(sizeof(double));
+    return in_.takeDouble();
+  }
+  Eigen::Vector3d takeVector() {
+    const double x = takeDouble(), y = takeDouble(), z = takeDouble();
+    return {x, y, z};
+  }
+  Eigen::Isometry3d takePose() {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) pose.matrix()(row, column) = takeDouble();
+    }
+    return pose;
+  }
+  std::string takeText() {
+    const auto length = take<uint32_t>();
+    need(length);
+    std::string text(length, '\0');
+    for (char& c : text) c = static_cast<char>(in_.take<uint8_t>());
+    return text;
+  }
+  void finish() const {
+    if (left_ > 0) throwMalformed();
+  }
+  [[noreturn]] static void throwMalformed() {
+    throw std::runtime_error("a record of the frame log is malformed");
+  }
+
+ private:
+  void need(size_t bytes) {
+    if (bytes > left_) throwMalformed();
+    left_ -= bytes;
+  }
+
+  map_format::ByteReader in_;
+  size_t left_;
+};
+
+}  // namespace dtsdf

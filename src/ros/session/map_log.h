@@ -1,0 +1,53 @@
+/// What happens to the node's map, for the frame log.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/mapper.h"
+#include "log/log_queue.h"
+#include "params/node_params.h"
+#include "ros/input/posed_frame.h"
+#include "ros/session/levelling.h"
+
+namespace dtsdf {
+
+/// Map's thread only, but for report(). It waits for nobody, but for the copy of a map that a new
+/// stretch of the log begins with.
+class MapLog {
+ public:
+  /// `levelling` outlives it. @throws std::runtime_error as FrameLog does.
+  MapLog(const MappingParams& params, const std::string& folder, const Levelling& levelling);
+
+  /// The map was emptied, and keeps its settings.
+  void emptied() { begin({}, nullptr, "", false); }
+
+  /// The map became that of a file.
+  void loaded(const MapInfo& info, const std::string& file);
+
+  /// A frame was handed to the mapper, with this result. @return whether the log needs the map, for
+  /// a new stretch.
+  bool taken(const PosedFrame& frame, const IntegrationResult& result);
+
+  /// A part of the map was emptied.
+  void cleared(const Region& region) { queue_.add(region); }
+
+  /// The map as it is, for a new stretch.
+  void checkpoint(MapContents contents);
+
+  LogReport report() const { return queue_.report(); }
+
+ private:
+  void begin(LogBegin begin, std::shared_ptr<const MapContents> contents, std::string file,
+             bool continues);
+
+  MapperParams params_;  ///< Of the map as it is.
+  const std::string map_frame_;
+  const Levelling& levelling_;
+  std::optional<Eigen::Isometry3d> logged_level_;
+  LogQueue queue_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,103 @@
+/// A map whose frames and calls are logged, as the node does it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/mapper.h"
+#include "log/frame_log.h"
+#include "support/colour_frames.h"
+#include "support/depth_frames.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+
+inline ParamTree settingsOf(MapperParams params) {
+  ParamWriter writer;
+  visitParams(params, writer);
+  writer.tree.erase("backend");
+  writer.tree.erase("threads");
+  return std::move(writer.tree);
+}
+
+inline FrameLog::Options logOptions(const std::string& folder, uint64_t max_bytes = 1u << 30,
+                                    uint64_t segment_bytes = 64u << 10) {
+  return {folder, max_bytes, segment_bytes, nullptr};
+}
+
+class LoggedMap {
+ public:
+  LoggedMap(const MapperParams& params, FrameLog& log)
+      : params_(params), mapper_(makeMapper(params)), log_(log) {
+    begin({}, false);
+  }
+
+  void begin(const LogMap& map, bool continues) {
+    LogBegin begin;
+    begin.settings = settingsOf(params_);
+    begin.map_frame = "map";
+    begin.continues = begin.stands_for_lost = continues;
+    log_.begin(begin, map);
+  }
+
+  /// A new stretch with the map as it is.
+  void checkpoint() {
+    const MapContents contents = mapper_->contents();
+    begin({&contents, ""}, true);
+  }
+
+  void fuse(const SceneFrame& frame, double stamp_s, uint32_t camera = 0) {
+    const DepthFrame view = frame.view();
+    mapper_->integrate(view);
+    log_.add(toRecord(view, stamp_s, camera), stamp_s);
+  }
+
+  void paint(const PaintedFrame& frame, double stamp_s, uint32_t camera = 0) {
+    const ColourFrame view = frame.view();
+    mapper_->paint(view);
+    log_.add(toRecord(view, stamp_s, camera), stamp_s);
+  }
+
+  void clearRegion(const Region& region) {
+    mapper_->clearRegion(region);
+    log_.add(toRecord(region));
+  }
+
+  void clear() {
+    mapper_->clear();
+    begin({}, false);
+  }
+
+  Mapper& mapper() { return *mapper_; }
+
+ private:
+  MapperParams params_;
+  std::unique_ptr<Mapper> mapper_;
+  FrameLog& log_;
+};
+
+/// The bytes of a map's file: equal for equal maps, and for no others.
+inline std::string fileOf(Mapper& mapper) {
+  const TemporaryFolder folder;
+  saveMap(mapper.contents(), folder / "map.dtsdf", 1);
+  return readBytes(folder / "map.dtsdf");
+}
+
+/// Images of the room along a lap, at most 0.1 s apart.
+inline std::vector<SceneFrame> roomImages(int count, double step_s = 0.1) {
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i < count; ++i) poses.push_back(roomCameraPose(step_s * i));
+  return renderFrames(makeRoomScene(), poses, 80, 60);
+}
+
+/// The same image elsewhere.
+inline SceneFrame movedTo(const SceneFrame& frame, const Eigen::Isometry3d& T_W_C) {
+  SceneFrame moved = frame;
+  moved.frame.T_W_C = T_W_C;
+  return moved;
+}
+
+}  // namespace dtsdf

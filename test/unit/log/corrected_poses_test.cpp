@@ -1,0 +1,141 @@
+// Poses corrected by what is known of some of them, against motions in closed form.
+#include "log/corrected_poses.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+Eigen::Isometry3d pose(double x, double y, double yaw) {
+  Eigen::Isometry3d T(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
+  T.translation() = Eigen::Vector3d(x, y, 0.5);
+  return T;
+}
+
+/// A camera that goes along x with 1 m/s and turns, ten images a second.
+std::vector<StampedPose> straightWay(int count) {
+  std::vector<StampedPose> way;
+  for (int i = 0; i < count; ++i) way.push_back({0.1 * i, pose(0.1 * i, 0.0, 0.05 * i)});
+  return way;
+}
+
+double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
+}
+
+// A motion of all that is named, by any rigid motion, moves all images by it: those between too,
+// and those beyond both ends.
+TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
+  const std::vector<StampedPose> fused = straightWay(40);
+  const Eigen::Isometry3d T = pose(0.3, -2.0, 0.4);
+  const PoseCorrection correction({{1.0, T * fused[10].T_W_C}, {2.0, T * fused[20].T_W_C}}, fused);
+  EXPECT_EQ(correction.matched(), 2u);
+  for (const StampedPose& image : fused) {
+    const Eigen::Isometry3d moved = correction.correct(image.stamp_s, image.T_W_C);
+    if (image.stamp_s < 1.05 || image.stamp_s > 1.95) {
+      EXPECT_LT(distance(moved, T * image.T_W_C), 1e-12) << image.stamp_s;
+    } else {  // the mean of two equal places, but for the rounding of a slerp
+      EXPECT_LT(distance(moved, T * image.T_W_C), 1e-9) << image.stamp_s;
+    }
+  }
+}
+
+TEST(PoseCorrection, NamedImagesAreExactlyWhereTheyAreSaidToBe) {
+  const std::vector<StampedPose> fused = straightWay(30);
+  const Eigen::Isometry3d to = pose(1.02, 0.01, 0.52);
+  const PoseCorrection correction({{1.0004, to}, {2.0, pose(2.0, 0.2, 1.0)}}, fused);
+  EXPECT_EQ(correction.correct(1.0, fused[10].T_W_C).matrix(), to.matrix());
+}
+
+// Drift sideways that grows with time: 0 at 1 s, 20 cm at 2 s, is taken back by the share of time,
+// whatever the odometry did between.
+TEST(PoseCorrection, BetweenTwoDriftIsSharedOutByTime) {
+  const std::vector<StampedPose> fused = straightWay(40);
+  Eigen::Isometry3d to = fused[20].T_W_C;
+  to.translation().y() += 0.2;
+  const PoseCorrection correction({{1.0, fused[10].T_W_C}, {2.0, to}}, fused);
+  for (int i = 0; i < 40; ++i) {
+    const double share = std::min(1.0, std::max(0.0, (i - 10) / 10.0));
+    Eigen::Isometry3d expected = fused[static_cast<size_t>(i)].T_W_C;
+    expected.translation().y() += 0.2 * share;
+    EXPECT_LT(distance(correction.correct(0.1 * i, fused[static_cast<size_t>(i)].T_W_C), expected),
+              1e-9)
+        << i;
+  }
+}
+
+// What is before the first corrected pose keeps its place relative to it: here, to one that stays.
+TEST(PoseCorrection, WhatDoesNotMoveKeepsItsVeryBits) {
+  const std::vector<StampedPose> fused = straightWay(40);
+  Eigen::Isometry3d rounded = fused[10].T_W_C;
+  rounded.translation().x() += 4e-7;  // six decimals in a file
+  const PoseCorrection correction({{1.0, rounded}, {2.0, pose(2.0, 0.3, 1.0)}}, fused);
+  for (int i = 0; i <= 10; ++i) {
+    const Eigen::Isometry3d& before = fused[static_cast<size_t>(i)].T_W_C;
+    EXPECT_EQ(correction.correct(0.1 * i, before).matrix(), before.matrix()) << i;
+  }
+  EXPECT_NE(correction.correct(1.1, fused[11].T_W_C).matrix(), fused[11].T_W_C.matrix());
+}
+
+// A SLAM may have poses at other times than images: 0.04 s after one, where the camera has gone 4
+// cm.
+TEST(PoseCorrection, AStampBetweenImagesIsPlacedByTheOdometry) {
+  const std::vector<StampedPose> fused = straightWay(20);
+  Eigen::Isometry3d T_W_C = pose(0.54, 0.0, 0.27);
+  T_W_C.translation().y() += 0.1;
+  const PoseCorrection correction({{0.54, T_W_C}}, fused);
+  Eigen::Isometry3d expected = fused[12].T_W_C;
+  expected.translation().y() += 0.1;
+  EXPECT_LT(distance(correction.correct(1.2, fused[12].T_W_C), expected), 1e-9);
+}
+
+// A second camera, fixed to the first one, has other poses at other stamps.
+TEST(PoseCorrection, ACameraThatMovesWithItFollows) {
+  const std::vector<StampedPose> fused = straightWay(20);
+  const Eigen::Isometry3d T = pose(0.0, 0.1, 0.02), mount = pose(0.2, 0.1, 1.5);
+  const PoseCorrection correction({{1.0, T * fused[10].T_W_C}}, fused);
+  EXPECT_LT(distance(correction.correct(0.73, pose(0.73, 0.0, 0.365) * mount),
+                     T * pose(0.73, 0.0, 0.365) * mount),
+            1e-12);
+}
+
+TEST(PoseCorrection, RefusesWhatIsNoCorrection) {
+  const std::vector<StampedPose> fused = straightWay(20);
+  const auto errorFor = [&](const StampedPose& wrong) {
+    return errorOf([&] { PoseCorrection({{0.5, fused[5].T_W_C}, wrong}, fused); });
+  };
+  StampedPose wrong = fused[10];
+  wrong.T_W_C.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(errorFor(wrong).find("not a position and a rotation"), std::string::npos);
+  wrong = fused[10];
+  wrong.T_W_C.linear() *= 1.5;
+  EXPECT_NE(errorFor(wrong).find("not a position and a rotation"), std::string::npos);
+  wrong = fused[10];
+  wrong.T_W_C.linear().col(0) *= -1.0;
+  EXPECT_NE(errorFor(wrong).find("not a position and a rotation"), std::string::npos);
+  wrong = fused[10];
+  wrong.T_W_C.translation().x() += 10000.0;
+  EXPECT_NE(errorFor(wrong).find("10000 m"), std::string::npos) << errorFor(wrong);
+  wrong = fused[10];
+  wrong.stamp_s = std::numeric_limits<double>::infinity();
+  EXPECT_NE(errorFor(wrong).find("not a position"), std::string::npos);
+  const std::string other = errorOf([&] { PoseCorrection({{500.0, fused[0].T_W_C}}, fused); });
+  EXPECT_NE(other.find("no corrected pose has the stamp"), std::string::npos) << other;
+  EXPECT_NE(errorOf([&] { PoseCorrection({}, fused); }), "");
+  EXPECT_NE(errorOf([&] { PoseCorrection({{0.0, fused[0].T_W_C}}, {}); }), "");
+}
+
+// Over a gap nothing says how the camera moved.
+TEST(PoseCorrection, AGapBetweenImagesIsNotBridged) {
+  std::vector<StampedPose> fused = straightWay(10);
+  fused.push_back({5.0, pose(5.0, 0.0, 0.0)});
+  EXPECT_NE(errorOf([&] { PoseCorrection({{3.0, pose(3.0, 0.0, 0.0)}}, fused); }), "");
+}
+
+}  // namespace
+}  // namespace dtsdf

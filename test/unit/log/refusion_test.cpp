@@ -1,0 +1,276 @@
+// A corrected map is the map of the corrected poses, byte for byte.
+#include "log/refusion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "dtsdf_mapping/mesh.h"
+#include "kernels/core/grid.h"
+#include "support/logged_map.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr uint64_t kAll = std::numeric_limits<uint64_t>::max();
+constexpr double kNoMore_s = -std::numeric_limits<double>::infinity();
+constexpr size_t kNothing = 0;
+
+MapperParams params() {
+  MapperParams params = makeCpuParams();
+  params.map.voxel_size_m = 0.05f;
+  params.map.max_memory_mb = 256;
+  params.sensor.kind = Sensor::kTimeOfFlight;
+  return params;
+}
+
+/// By which a lap's images were off: nothing at first, then more and more sideways.
+Eigen::Isometry3d drift(int i) {
+  Eigen::Isometry3d T(Eigen::AngleAxisd(0.002 * i, Eigen::Vector3d::UnitZ()));
+  T.translation() = Eigen::Vector3d(0.0, 0.01 * i, 0.0);
+  return T;
+}
+
+/// As a file with the poses of some images would say it.
+LogCorrection correctionTo(const std::vector<Eigen::Isometry3d>& T_W_C, int step, uint64_t before) {
+  LogCorrection correction;
+  correction.before = before;
+  correction.until_s = kNoMore_s;
+  for (size_t i = 0; i < T_W_C.size(); i += static_cast<size_t>(step)) {
+    correction.poses.push_back({static_cast<double>(i) / 10.0, T_W_C[i]});
+  }
+  return correction;
+}
+
+PaintedFrame roomColour(const Eigen::Isometry3d& T_W_C, int brightness) {
+  return renderColour(
+      makeRoomScene(),
+      [brightness](const Eigen::Vector3d& p_W) -> Colour {
+        const int stripe = static_cast<int>(std::floor(4.0 * (p_W.x() + p_W.y() + p_W.z())));
+        const auto level = static_cast<uint8_t>(brightness + 60 * (stripe & 1));
+        return {level, static_cast<uint8_t>(level / 2), 90};
+      },
+      T_W_C, 80, 60);
+}
+
+/// Drifting images, colours, and regions that are emptied, logged beside a map.
+class CorrectedMap : public testing::Test {
+ protected:
+  static constexpr int kCount = 24;
+
+  CorrectedMap() : images_(roomImages(kCount)), log_(logOptions(folder_.path())) {}
+
+  Eigen::Isometry3d truePose(int i) const { return images_[static_cast<size_t>(i)].frame.T_W_C; }
+  std::vector<Eigen::Isometry3d> truePoses(int count = kCount) const {
+    std::vector<Eigen::Isometry3d> poses;
+    for (int i = 0; i < count; ++i) poses.push_back(truePose(i));
+    return poses;
+  }
+
+  /// Image i at a pose, its colour image, and a region emptied after some.
+  template <class Map>
+  void take(Map& map, int i, const Eigen::Isometry3d& T_W_C) {
+    map.fuse(movedTo(images_[static_cast<size_t>(i)], T_W_C), 0.1 * i);
+    if (i % 4 == 0) {
+      PaintedFrame colour = roomColour(truePose(i), 60 + 5 * i);
+      colour.frame.T_W_C = T_W_C;
+      map.paint(colour, 0.1 * i);
+    }
+    if (i == 13) map.clearRegion(SphereRegion{Eigen::Vector3d(1.0, 0.5, 0.5), 0.8});
+  }
+
+  static void finish(Refusion& refusion, size_t live_bytes = kNothing) {
+    while (refusion.step(live_bytes)) {
+    }
+  }
+
+  /// The map of the same images and calls at these poses, made without any of what is tested.
+  std::string mapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
+    struct Plain {
+      std::unique_ptr<Mapper> mapper = makeMapper(params());
+      void fuse(const SceneFrame& frame, double) { mapper->integrate(frame.view()); }
+      void paint(const PaintedFrame& frame, double) { mapper->paint(frame.view()); }
+      void clearRegion(const Region& region) { mapper->clearRegion(region); }
+    } plain;
+    for (size_t i = 0; i < T_W_C.size(); ++i) take(plain, static_cast<int>(i), T_W_C[i]);
+    return fileOf(*plain.mapper);
+  }
+
+  TemporaryFolder folder_;
+  std::vector<SceneFrame> images_;
+  FrameLog log_;
+};
+
+TEST_F(CorrectedMap, AReplayIsTheMapThatWasLogged) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < kCount; ++i) take(live, i, drift(i) * truePose(i));
+  LogReplay replay(folder_.path());
+  EXPECT_EQ(readMapperParams(replay.settings()).sensor.kind, Sensor::kTimeOfFlight);
+  const std::unique_ptr<Mapper> again = makeMapper(params());
+  while (const auto call = replay.next()) apply(*call, *again);
+  EXPECT_EQ(fileOf(*again), fileOf(live.mapper()));
+}
+
+TEST_F(CorrectedMap, CorrectedPosesGiveTheMapOfTheTruth) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < kCount; ++i) take(live, i, drift(i) * truePose(i));
+  Refusion refusion(folder_.path(), params(), correctionTo(truePoses(), 1, kAll));
+  EXPECT_EQ(refusion.moved(), static_cast<size_t>(kCount - 1));  // the first one does not drift
+  finish(refusion);
+  EXPECT_EQ(refusion.fused(), static_cast<size_t>(kCount));
+  EXPECT_EQ(refusion.stamp_s(), 0.1 * (kCount - 1));
+  MeshStore mesh(params().map.voxel_size_m), expected_mesh(params().map.voxel_size_m);
+  MeshUpdate update;
+  for (auto& [key, block] : refusion.takeMesh()) update.blocks.push_back(std::move(block));
+  mesh.apply(std::move(update));
+  const std::unique_ptr<Mapper> corrected = refusion.takeMapper();
+  EXPECT_EQ(fileOf(*corrected), mapOf(truePoses()));
+  EXPECT_NE(fileOf(*corrected), fileOf(live.mapper()));
+}
+
+// Images and calls that come while the second map is made are in it, as they came.
+TEST_F(CorrectedMap, WhatComesMeanwhileIsCaughtUpWith) {
+  LoggedMap live(params(), log_);
+  int next = 0;
+  for (; next < 12; ++next) take(live, next, drift(next) * truePose(next));
+  const std::vector<Eigen::Isometry3d> poses = truePoses(12);
+  Refusion refusion(folder_.path(), params(), correctionTo(poses, 1, log_.nextNumber()));
+  for (; next < kCount; ++next) {
+    refusion.step(kNothing);
+    if (next == 20) live.checkpoint();  // the log goes on in another stretch
+    take(live, next, truePose(next));   // the SLAM knows better by now
+  }
+  finish(refusion);
+  EXPECT_EQ(refusion.nextNumber(), log_.nextNumber());
+  EXPECT_EQ(fileOf(*refusion.takeMapper()), mapOf(truePoses()));
+}
+
+// What was on its way when the correction was made still has the pose of before.
+TEST_F(CorrectedMap, WhatIsOlderThanTheCorrectionFollowsIt) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < 12; ++i) take(live, i, drift(11) * truePose(i));
+  LogCorrection correction = correctionTo(truePoses(12), 1, log_.nextNumber());
+  correction.until_s = 1.45;
+  Refusion refusion(folder_.path(), params(), correction);
+  for (int i = 12; i < 15; ++i) take(live, i, drift(11) * truePose(i));
+  for (int i = 15; i < kCount; ++i) take(live, i, truePose(i));
+  finish(refusion);
+  const std::unique_ptr<Mapper> corrected = refusion.takeMapper();
+
+  // The same by the rule of correct(), whose bits a truth in closed form has not.
+  std::vector<StampedPose> fused;
+  for (int i = 0; i < 12; ++i) fused.push_back({0.1 * i, drift(11) * truePose(i)});
+  const PoseCorrection rule(correction.poses, fused);
+  std::vector<Eigen::Isometry3d> poses = truePoses();
+  for (int i = 12; i < 15; ++i) {
+    poses[static_cast<size_t>(i)] = rule.correct(0.1 * i, drift(11) * truePose(i));
+    EXPECT_LT((poses[static_cast<size_t>(i)].matrix() - truePose(i).matrix()).norm(), 1e-12);
+  }
+  EXPECT_EQ(fileOf(*corrected), mapOf(poses));
+
+  // A log that holds the correction leads to the same map.
+  log_.add(toRecord(refusion.correction()), refusion.correction());
+  LogReplay replay(folder_.path());
+  const std::unique_ptr<Mapper> again = makeMapper(params());
+  while (const auto call = replay.next()) apply(*call, *again);
+  EXPECT_EQ(fileOf(*again), fileOf(*corrected));
+}
+
+// The second one is of poses as the first one left them.
+TEST_F(CorrectedMap, CorrectionsFollowEachOther) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < kCount; ++i) take(live, i, drift(i) * truePose(i));
+  std::vector<Eigen::Isometry3d> halfway;
+  for (int i = 0; i < kCount; ++i) halfway.push_back(drift(i / 2) * truePose(i));
+  Refusion first(folder_.path(), params(), correctionTo(halfway, 1, log_.nextNumber()));
+  log_.add(toRecord(first.correction()), first.correction());
+  // Of the images that the second one does not name, the first one's poses hold.
+  LogCorrection rest = correctionTo(truePoses(), 1, log_.nextNumber());
+  rest.poses.resize(12);
+  rest.poses.push_back({1.2, halfway[12]});
+  Refusion second(folder_.path(), params(), rest);
+  finish(second);
+  std::vector<Eigen::Isometry3d> expected = halfway;
+  for (int i = 0; i < 12; ++i) expected[static_cast<size_t>(i)] = truePose(i);
+  EXPECT_EQ(fileOf(*second.takeMapper()), mapOf(expected));
+}
+
+// A recording that plays again has each stamp twice: the newest counts.
+TEST_F(CorrectedMap, AfterStampsWentBackOnlyTheNewestAreCorrected) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < 8; ++i) take(live, i, truePose(i));
+  for (int i = 0; i < 8; ++i) take(live, i, drift(20) * truePose(i));
+  const std::vector<Eigen::Isometry3d> poses = truePoses(8);
+  Refusion refusion(folder_.path(), params(), correctionTo(poses, 1, kAll));
+  EXPECT_EQ(refusion.moved(), 8u);
+  finish(refusion);
+  const std::unique_ptr<Mapper> twice = makeMapper(params());
+  for (int pass = 0; pass < 2; ++pass) {
+    for (int i = 0; i < 8; ++i) {
+      twice->integrate(images_[static_cast<size_t>(i)].view());
+      if (i % 4 == 0) twice->paint(roomColour(truePose(i), 60 + 5 * i).view());
+    }
+  }
+  EXPECT_EQ(fileOf(*refusion.takeMapper()), fileOf(*twice));
+}
+
+TEST_F(CorrectedMap, AMapThatDoesNotFitBesideTheOtherOneIsRefused) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < kCount; ++i) take(live, i, drift(i) * truePose(i));
+  MapStats stats = live.mapper().stats();
+  EXPECT_EQ(whyTooLarge(stats), "");
+  stats.max_map_bytes = 2 * stats.map_bytes - 1;
+  EXPECT_NE(whyTooLarge(stats).find("map/max_memory_mb"), std::string::npos);
+  // And while it is made, should it be larger than that one.
+  Refusion refusion(folder_.path(), params(), correctionTo(truePoses(), 1, kAll));
+  const size_t nearly_all = (size_t{256} << 20) - 1000;
+  EXPECT_NE(errorOf([&] { finish(refusion, nearly_all); }).find("map/max_memory_mb"),
+            std::string::npos);
+}
+
+/// A log that has lost its oldest images, behind a map that they led to.
+class Bounded : public CorrectedMap {
+ protected:
+  Bounded() {
+    LoggedMap live(params(), log_);
+    for (int i = 0; i < 12; ++i) take(live, i, drift(i) * truePose(i));
+    live.checkpoint();
+    for (int i = 12; i < kCount; ++i) take(live, i, drift(i) * truePose(i));
+    live_ = fileOf(live.mapper());
+    removeStretch(stretchesIn(folder_.path()).front().path);
+  }
+  std::string live_;
+};
+
+TEST_F(Bounded, IsReplayedFromTheMapThatItBeginsWith) {
+  LogReplay replay(folder_.path());
+  EXPECT_TRUE(replay.log().hasLostImages());
+  const std::unique_ptr<Mapper> again =
+      makeMapper(params(), loadMap(replay.log().baseMap(), params()));
+  while (const auto call = replay.next()) apply(*call, *again);
+  EXPECT_EQ(fileOf(*again), live_);
+}
+
+TEST_F(Bounded, ACorrectionOfWhatItHasIsDone) {
+  LogCorrection late = correctionTo(truePoses(), 1, kAll);
+  late.poses.erase(late.poses.begin(), late.poses.begin() + 14);
+  late.poses.insert(late.poses.begin(), {1.2, drift(12) * truePose(12)});
+  Refusion refusion(folder_.path(), params(), late);
+  finish(refusion);
+  EXPECT_EQ(refusion.moved(), static_cast<size_t>(kCount - 13));
+}
+
+TEST_F(Bounded, ACorrectionThatReachesBackFurtherIsRefused) {
+  const auto errorFor = [&](const LogCorrection& correction) {
+    return errorOf([&] { Refusion(folder_.path(), params(), correction); });
+  };
+  const LogCorrection all = correctionTo(truePoses(), 1, kAll);
+  EXPECT_NE(errorFor(all).find("reaches back"), std::string::npos) << errorFor(all);
+  LogCorrection late = all;
+  late.poses.erase(late.poses.begin(), late.poses.begin() + 14);
+  EXPECT_NE(errorFor(late).find("moves the first image"), std::string::npos) << errorFor(late);
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -40,12 +40,6 @@ int lockFolder(const std::string& folder) {
                            "': another process logs there; set log/folder to another one");
 }
 
-void takeOver(const std::string& file, const std::string& copy) {
-  std::error_code error;
-  fs::create_hard_link(file, copy, error);
-  if (error) fs::copy_file(file, copy);  // on another disk
-}
-
 }  // namespace
 
 FrameLog::FrameLog(Options options)
@@ -68,12 +62,12 @@ FrameLog::~FrameLog() {
   if (lock_ >= 0) close(lock_);
 }
 
-void FrameLog::begin(LogBegin begin, const LogMap& map) {
+void FrameLog::begin(LogBegin begin, const MapContents* map) {
   const bool was_whole = isWhole();
   closeSegment();
   begin.continues = begin.continues && was_whole;
   begin.stands_for_lost = begin.stands_for_lost && !begin.continues;
-  begin.has_map = map.contents != nullptr || !map.file.empty();
+  begin.has_map = map != nullptr;
   if (!begin.continues) number_ = 0;
   for (Stretch& stretch : stretches_) {
     stretch.is_of_this_map = stretch.is_of_this_map && begin.continues;
@@ -86,8 +80,7 @@ void FrameLog::begin(LogBegin begin, const LogMap& map) {
   std::error_code error;
   if (!fs::create_directory(stretch.path, error) && error) fail(stretch.path, error.value());
   stretches_.push_back(stretch);
-  if (map.contents != nullptr) saveMap(*map.contents, baseMapOf(stretch.path), 1);
-  if (!map.file.empty()) takeOver(map.file, baseMapOf(stretch.path));
+  if (map != nullptr) saveMap(*map, baseMapOf(stretch.path), 1);
   stretches_.back().bytes = bytesIn(stretch.path);
   segment_index_ = 0;
   openSegment();

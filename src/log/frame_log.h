@@ -18,12 +18,6 @@ namespace dtsdf {
 /// write(2), or what stands for it in tests.
 using LogWrite = std::function<ssize_t(int descriptor, const void* data, size_t bytes)>;
 
-/// The map that a stretch begins with: its contents, or a file that holds it, or neither.
-struct LogMap {
-  const MapContents* contents = nullptr;
-  std::string file;
-};
-
 /// One thread at a time. Each record goes to its file by one write, so that a process that is
 /// killed leaves all of them but the one that it was writing.
 ///
@@ -45,9 +39,10 @@ class FrameLog {
   FrameLog(const FrameLog&) = delete;
   FrameLog& operator=(const FrameLog&) = delete;
 
-  /// Begins a stretch. `begin.continues` holds only where nothing was lost: see isWhole().
-  /// @throws std::runtime_error if it cannot be written; isWhole() is false then.
-  void begin(LogBegin begin, const LogMap& map);
+  /// Begins a stretch with a map; null: it is empty. `begin.continues` holds only where nothing was
+  /// lost: see isWhole(). @throws std::runtime_error if it cannot be written; isWhole() is false
+  /// then.
+  void begin(LogBegin begin, const MapContents* map);
 
   /// Adds what happened to the map. @pre isWhole().
   /// @throws std::runtime_error if it cannot be written; isWhole() is false then.

@@ -19,8 +19,7 @@ LogQueue::~LogQueue() {
   thread_.join();
 }
 
-void LogQueue::begin(LogBegin begin, std::shared_ptr<const MapContents> contents,
-                     std::string file) {
+void LogQueue::begin(LogBegin begin, std::shared_ptr<const MapContents> contents) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     begin.continues = begin.continues && !has_gap_;
@@ -29,9 +28,8 @@ void LogQueue::begin(LogBegin begin, std::shared_ptr<const MapContents> contents
   }
   Entry entry;
   entry.begins = true;
-  entry.write = [begin = std::move(begin), contents = std::move(contents),
-                 file = std::move(file)](FrameLog& log) {
-    log.begin(begin, {contents.get(), file});
+  entry.write = [begin = std::move(begin), contents = std::move(contents)](FrameLog& log) {
+    log.begin(begin, contents.get());
   };
   push(std::move(entry));
 }

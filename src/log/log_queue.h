@@ -42,8 +42,8 @@ class LogQueue {
   LogQueue(const LogQueue&) = delete;
   LogQueue& operator=(const LogQueue&) = delete;
 
-  /// A stretch with the map as it is: its contents, or a file with it, or neither.
-  void begin(LogBegin begin, std::shared_ptr<const MapContents> contents, std::string file);
+  /// A stretch with the map as it is; null: it is empty.
+  void begin(LogBegin begin, std::shared_ptr<const MapContents> contents);
 
   // What happened to the map. `pixels` keeps the image alive.
   void add(const DepthFrame& frame, double stamp_s, uint32_t camera,

@@ -156,10 +156,10 @@ LogRecord toRecord(const DepthFrame& frame, double stamp_s, uint32_t camera) {
   out.put(frame.unit_m).put(uint8_t{frame.keep_center_W.has_value()});
   out.putVector(frame.keep_center_W.value_or(Eigen::Vector3d::Zero()));
   const size_t pixels = pixelsOf(frame);
-  const bool is_whole = frame.encoding == DepthEncoding::kUint16;
+  const bool is_16_bit = frame.encoding == DepthEncoding::kUint16;
   return {LogKind::kDepth, out.text(),
-          is_whole ? packDepth16(packedRows<uint16_t>(frame, 1).data(), pixels)
-                   : packFloats(packedRows<float>(frame, 1).data(), pixels)};
+          is_16_bit ? packDepth16(packedRows<uint16_t>(frame, 1).data(), pixels)
+                    : packFloats(packedRows<float>(frame, 1).data(), pixels)};
 }
 
 LogRecord toRecord(const ColourFrame& frame, double stamp_s, uint32_t camera) {
@@ -191,9 +191,9 @@ LoggedDepth readDepth(const LogRecord& record) {
   if (has_center) frame.keep_center_W = center_W;
   frame.T_W_C = depth.image.T_W_C;
   if (frame.encoding == DepthEncoding::kUint16) {
-    depth.whole = unpackDepth16(record.pixels, pixelsOf(frame));
+    depth.integers = unpackDepth16(record.pixels, pixelsOf(frame));
     frame.row_bytes = static_cast<size_t>(frame.width) * sizeof(uint16_t);
-    frame.data = depth.whole.data();
+    frame.data = depth.integers.data();
   } else if (frame.encoding == DepthEncoding::kFloat32) {
     depth.floats = unpackFloats(record.pixels, pixelsOf(frame));
     frame.row_bytes = static_cast<size_t>(frame.width) * sizeof(float);

@@ -98,7 +98,7 @@ LogRecord toRecord(const LogCorrection& correction);
 struct LoggedDepth {
   LogImage image;
   DepthFrame frame;  ///< Its `data` points into one of these.
-  std::vector<uint16_t> whole;
+  std::vector<uint16_t> integers;
   std::vector<float> floats;
 };
 

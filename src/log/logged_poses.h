@@ -15,8 +15,8 @@ namespace dtsdf {
 /// What a correction did.
 struct CorrectionEffect {
   size_t moved = 0;  ///< Depth images.
-  uint64_t first_moved =
-      0;  ///< Number of the first image that moved; that of the next if none did.
+  /// Number of the first image that moved; that of the next if none did.
+  uint64_t first_moved = 0;
 };
 
 /// The records of a log one after the other, each with the pose that its image has by now.

@@ -16,8 +16,9 @@ std::string parseMeshPath(const std::string& path) {
 
 void addInputOptions(CommandLine& line, ReconstructOptions& options) {
   RecordingOptions& recording = options.recording;
-  line.addText({"INPUT", "", "a recording: a folder in one of the known formats, or a ROS bag with "
-                             "depth images, camera_info and TF"}, recording.path);
+  line.addText({"INPUT", "", "a recording: a folder in one of the known formats, a ROS bag with "
+                             "depth images, camera_info and TF, or the folder of a frame log"},
+               recording.path);
   addFormatOption(line, options);
   addTumOption(line, options);
   line.add({"--bag", "FILE", "a ROS bag: the same as INPUT with --format bag"},

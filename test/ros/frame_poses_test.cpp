@@ -224,7 +224,7 @@ TEST_F(FramePosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
   loaded->frames = 10;
   camera_x_m_ = 7.0;
   mapper_ = loaded.get();
-  session_->replace({std::move(loaded), 0.02f, 0.0, "map.dtsdf"});
+  session_->replace({std::move(loaded), 0.02f, "map.dtsdf", std::make_shared<const MapContents>()});
   push(1.1);
   EXPECT_EQ(dropped(DropReason::kLost), 1u);
   EXPECT_TRUE(poses_->report().cameras[0].lost_since_s);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "ros/support/fake_clock.h"
@@ -9,6 +11,15 @@
 
 namespace dtsdf {
 namespace {
+
+/// What a file said of its map.
+std::shared_ptr<const MapContents> mapOf(
+    double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M = std::nullopt) {
+  auto contents = std::make_shared<MapContents>();
+  contents->stamp_s = stamp_s;
+  contents->T_W_M = T_W_M;
+  return contents;
+}
 
 class MapSessionTest : public testing::Test {
  protected:
@@ -279,7 +290,8 @@ TEST_F(MapSessionTest, GoesOnWithAMapThatWasLoaded) {
   EXPECT_FALSE(session_.isEmpty());
   auto* const loaded = new FakeMapper;
   loaded->frames = 7;
-  const auto old = session_.replace({std::unique_ptr<Mapper>(loaded), 0.08f, 5.0, "/a.dtsdf"});
+  const auto old =
+      session_.replace({std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf", mapOf(5.0)});
   EXPECT_EQ(old.get(), mapper_);
   EXPECT_EQ(session_.report().stats.blocks, 7u);
   EXPECT_EQ(session_.report().loaded_map, "/a.dtsdf");
@@ -303,7 +315,7 @@ TEST_F(MapSessionTest, AMapThatIsLoadedStartsOverAfterAFailure) {
   pushFrame();
   work();
   EXPECT_FALSE(session_.isEmpty()) << "who knows what it holds";
-  session_.replace({std::make_unique<FakeMapper>(), 0.05f, 0.0, "/a.dtsdf"});
+  session_.replace({std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", mapOf(0.0)});
   EXPECT_EQ(session_.report().failure, "");
   pushFrame();
   work();
@@ -357,7 +369,7 @@ TEST_F(MapSessionTest, FramesAreFusedInTheLevelFrame) {
   Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
   T_W_M.translation().x() = 5.0;
   auto* const loaded = new FakeMapper;
-  session.replace({std::unique_ptr<Mapper>(loaded), 0.02f, 0.0, "map.dtsdf", T_W_M});
+  session.replace({std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf", mapOf(0.0, T_W_M)});
   pushFrame(2);
   workIt();
   EXPECT_EQ(loaded->frames, 1);

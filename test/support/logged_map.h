@@ -32,10 +32,10 @@ class LoggedMap {
  public:
   LoggedMap(const MapperParams& params, FrameLog& log)
       : params_(params), mapper_(makeMapper(params)), log_(log) {
-    begin({}, false);
+    begin(nullptr, false);
   }
 
-  void begin(const LogMap& map, bool continues) {
+  void begin(const MapContents* map, bool continues) {
     LogBegin begin;
     begin.settings = settingsOf(params_);
     begin.map_frame = "map";
@@ -46,7 +46,7 @@ class LoggedMap {
   /// A new stretch with the map as it is.
   void checkpoint() {
     const MapContents contents = mapper_->contents();
-    begin({&contents, ""}, true);
+    begin(&contents, true);
   }
 
   void fuse(const SceneFrame& frame, double stamp_s, uint32_t camera = 0) {
@@ -68,7 +68,7 @@ class LoggedMap {
 
   void clear() {
     mapper_->clear();
-    begin({}, false);
+    begin(nullptr, false);
   }
 
   Mapper& mapper() { return *mapper_; }

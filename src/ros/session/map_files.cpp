@@ -33,8 +33,9 @@ MapFiles::Done MapFiles::save(const std::string& path) {
 }
 
 MapFiles::Done MapFiles::load(const std::string& path) {
-  const MapContents contents = file_loop_.run([&] { return loadMap(path, params_); }).get();
-  const MapInfo info = file_loop_.run([&] { return readMapInfo(path); }).get();
+  const auto loaded = std::make_shared<const MapContents>(
+      file_loop_.run([&] { return loadMap(path, params_); }).get());
+  const MapContents& contents = *loaded;
   checkFrame(contents, map_frame_);
   checkLevel(contents, parts_.session.isLevelled());
   const bool is_empty = parts_.map_loop.run([this] { return parts_.session.isEmpty(); }).get();
@@ -46,8 +47,8 @@ MapFiles::Done MapFiles::load(const std::string& path) {
                .run([&] {
                  // Frames may have come meanwhile, with the settings that the map had.
                  if (!parts_.session.isEmpty()) checkFits(contents, params_);
-                 return parts_.session.replace({std::move(mapper), params.map.voxel_size_m,
-                                                contents.stamp_s, path, contents.T_W_M, info});
+                 return parts_.session.replace(
+                     {std::move(mapper), params.map.voxel_size_m, path, loaded});
                })
                .get();
   params_ = params;

@@ -1,5 +1,7 @@
 #include "ros/session/map_log.h"
 
+#include <ros/console.h>
+
 #include <utility>
 #include <variant>
 
@@ -37,22 +39,19 @@ MapLog::MapLog(const MappingParams& params, const std::string& folder, const Lev
   emptied();
 }
 
-void MapLog::begin(LogBegin begin, std::shared_ptr<const MapContents> contents, std::string file,
-                   bool continues) {
+void MapLog::begin(std::shared_ptr<const MapContents> contents, bool continues) {
+  LogBegin begin;
   begin.settings = settingsOf(params_);
   begin.map_frame = map_frame_;
   begin.continues = begin.stands_for_lost = continues;
-  queue_.begin(std::move(begin), std::move(contents), std::move(file));
+  if (contents != nullptr) begin.stamp_s = contents->stamp_s;
+  queue_.begin(std::move(begin), std::move(contents));
   logged_level_.reset();
 }
 
-void MapLog::loaded(const MapInfo& info, const std::string& file) {
-  MapContents bound;
-  for (const auto& [key, value] : info.settings) bound.settings[key] = value;
-  params_ = withSettingsOf(bound, params_);
-  LogBegin loaded;
-  loaded.stamp_s = info.stamp_s;
-  begin(std::move(loaded), nullptr, file, false);
+void MapLog::loaded(std::shared_ptr<const MapContents> contents) {
+  params_ = withSettingsOf(*contents, params_);
+  begin(std::move(contents), false);
 }
 
 bool MapLog::taken(const PosedFrame& frame, const IntegrationResult& result) {
@@ -69,13 +68,21 @@ bool MapLog::taken(const PosedFrame& frame, const IntegrationResult& result) {
         queue_.add(image, frame.stamp.toSec(), static_cast<uint32_t>(frame.camera), pixels);
       },
       frame.image);
+  warnOfLoss();
   return queue_.wantsMap();
 }
 
 void MapLog::checkpoint(MapContents contents) {
-  LogBegin here;
-  here.stamp_s = contents.stamp_s;
-  begin(std::move(here), std::make_shared<const MapContents>(std::move(contents)), "", true);
+  begin(std::make_shared<const MapContents>(std::move(contents)), true);
+}
+
+void MapLog::warnOfLoss() const {
+  const LogReport report = queue_.report();
+  if (report.problem.empty()) return;
+  ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping",
+                                 "frame log: " << report.problem << " (" << report.lost
+                                               << " images and calls lost so far); it begins again "
+                                                  "with a copy of the map as soon as it can");
 }
 
 }  // namespace dtsdf

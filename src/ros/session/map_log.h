@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/mapper.h"
 #include "log/log_queue.h"
 #include "params/node_params.h"
@@ -22,10 +21,10 @@ class MapLog {
   MapLog(const MappingParams& params, const std::string& folder, const Levelling& levelling);
 
   /// The map was emptied, and keeps its settings.
-  void emptied() { begin({}, nullptr, "", false); }
+  void emptied() { begin(nullptr, false); }
 
-  /// The map became that of a file.
-  void loaded(const MapInfo& info, const std::string& file);
+  /// The map became another one, with settings of its own.
+  void loaded(std::shared_ptr<const MapContents> contents);
 
   /// A frame was handed to the mapper, with this result. @return whether the log needs the map, for
   /// a new stretch.
@@ -40,8 +39,8 @@ class MapLog {
   LogReport report() const { return queue_.report(); }
 
  private:
-  void begin(LogBegin begin, std::shared_ptr<const MapContents> contents, std::string file,
-             bool continues);
+  void begin(std::shared_ptr<const MapContents> contents, bool continues);
+  void warnOfLoss() const;
 
   MapperParams params_;  ///< Of the map as it is.
   const std::string map_frame_;

@@ -225,13 +225,14 @@ MapContents MapSession::contents() {
 
 std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {
   mapper_.swap(loaded.mapper);
-  if (loaded.T_W_M && isLevelled()) parts_.levelling->set(*loaded.T_W_M);
-  if (parts_.log != nullptr && loaded.info) parts_.log->loaded(*loaded.info, loaded.path);
+  const MapContents& contents = *loaded.contents;
+  if (contents.T_W_M && isLevelled()) parts_.levelling->set(*contents.T_W_M);
+  if (parts_.log != nullptr) parts_.log->loaded(loaded.contents);
   if (parts_.poses != nullptr) parts_.poses->mapIsAnother();
   schedule_.mapReplaced();
   mesh_whole_ = true;
   map_stamp_ = mesh_stamp_ = ros::Time();
-  loaded_stamp_s_ = loaded.stamp_s;
+  loaded_stamp_s_ = contents.stamp_s;
   forgetHandedOver(loaded.voxel_size_m);
   forgetFailure();
   updateReport();

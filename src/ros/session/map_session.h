@@ -74,10 +74,8 @@ class MapSession {
   struct LoadedMap {
     std::unique_ptr<Mapper> mapper;
     float voxel_size_m;
-    double stamp_s;  ///< See MapContents.
     std::string path;
-    std::optional<Eigen::Isometry3d> T_W_M = std::nullopt;  ///< See MapContents.
-    std::optional<MapInfo> info = std::nullopt;             ///< For the frame log.
+    std::shared_ptr<const MapContents> contents;  ///< What is in the mapper.
   };
 
   /// Goes on with a map that was loaded, and starts over after a failure; the whole mesh is handed

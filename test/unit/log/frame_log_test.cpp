@@ -96,9 +96,9 @@ TEST(FrameLog, DepthComesBackBitForBit) {
   EXPECT_EQ(back.frame.intrinsics.cx, frame.intrinsics.cx);
   ASSERT_TRUE(back.frame.keep_center_W);
   EXPECT_EQ(*back.frame.keep_center_W, *frame.keep_center_W);
-  ASSERT_EQ(back.whole.size(), 15u);
+  ASSERT_EQ(back.integers.size(), 15u);
   for (size_t v = 0; v < 3; ++v) {
-    EXPECT_TRUE(sameBytes(back.whole.data() + 5 * v, pixels.data() + 8 * v, 5));
+    EXPECT_TRUE(sameBytes(back.integers.data() + 5 * v, pixels.data() + 8 * v, 5));
   }
 }
 
@@ -161,7 +161,7 @@ class SmallLog : public testing::Test {
  protected:
   SmallLog() {
     FrameLog log(logOptions(folder_.path(), 1u << 20, 1));
-    log.begin(someBegin(), {});
+    log.begin(someBegin(), nullptr);
     for (int i = 0; i < 3; ++i) log.add(image(i), i);
   }
   static LogRecord image(int i) {
@@ -225,7 +225,7 @@ TEST_F(SmallLog, ASecondWriterIsRefused) {
 TEST_F(SmallLog, ALaterRunGoesOnBesideIt) {
   {
     FrameLog log(logOptions(folder_.path()));
-    log.begin(someBegin(), {});
+    log.begin(someBegin(), nullptr);
     EXPECT_EQ(stamps().size(), 3u);  // as long as the new one has nothing
     log.add(image(9), 9.0);
   }
@@ -236,7 +236,7 @@ TEST_F(SmallLog, ALaterRunGoesOnBesideIt) {
 
 TEST_F(SmallLog, IsReadWhileItIsWritten) {
   FrameLog log(logOptions(folder_.path(), 1u << 20, 1));
-  log.begin(someBegin(), {});
+  log.begin(someBegin(), nullptr);
   log.add(image(5), 5.0);
   LogReader reader(folder_.path());
   EXPECT_TRUE(reader.next());
@@ -298,7 +298,7 @@ TEST(LogQueue, AFullDiskIsCountedAndTheLogBeginsAnewOnceThereIsRoom) {
   options.write = diskWith(&left);
   LogQueue queue({options, 1u << 30, std::chrono::seconds(0)});
   EXPECT_TRUE(queue.wantsMap());
-  queue.begin(someBegin(), nullptr, "");
+  queue.begin(someBegin(), nullptr);
   const auto written = [&] { return queue.mark().get(); };
   while (written()) queue.add(frame.view(), 1.0, 0, pixels);
   EXPECT_GE(queue.report().lost, 1u);
@@ -312,7 +312,7 @@ TEST(LogQueue, AFullDiskIsCountedAndTheLogBeginsAnewOnceThereIsRoom) {
   EXPECT_TRUE(queue.wantsMap());
   LogBegin again = someBegin();
   again.continues = again.stands_for_lost = true;  // which it does not, as images are missing
-  queue.begin(again, nullptr, "");
+  queue.begin(again, nullptr);
   queue.add(frame.view(), 3.0, 0, pixels);
   ASSERT_TRUE(written());
   EXPECT_EQ(queue.report().problem, "");
@@ -328,7 +328,7 @@ TEST(LogQueue, WhatTheDiskIsTooSlowForIsCounted) {
   const SceneFrame frame = roomImages(1)[0];
   const auto pixels = std::make_shared<std::vector<float>>(frame.depth_m);
   LogQueue queue({logOptions(folder.path()), 1000, std::chrono::seconds(0)});
-  queue.begin(someBegin(), nullptr, "");
+  queue.begin(someBegin(), nullptr);
   ASSERT_TRUE(queue.mark().get());
   queue.add(frame.view(), 1.0, 0, pixels);
   EXPECT_EQ(queue.report().lost, 1u);

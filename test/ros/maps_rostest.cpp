@@ -1,4 +1,5 @@
 /// Maps that are saved and loaded by services, and what of them is refused.
+#include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -11,6 +12,7 @@
 #include <atomic>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <thread>
 #include <vector>
@@ -160,6 +162,28 @@ TEST_F(MapsTest, TakeThePlaceOfWhatWasMapped) {
   ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
   EXPECT_TRUE(readBytes(saveMapAs("again.dtsdf").path) == readBytes(saved.path));
   EXPECT_TRUE(readBytes(saveMeshAs("after.ply").path) == mesh);
+}
+
+/// The frame log, beside a map that was loaded, emptied in part and mapped on.
+TEST_F(MapsTest, AreWhatTheirLogLeadsTo) {
+  ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
+  fuseFrames(2);
+  ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
+  fuseFrames(1);
+  dtsdf_mapping::ClearRegion clear;
+  clear.request.sphere.center.z = 1.0;
+  clear.request.sphere.radius = 0.3;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_region", clear));
+  ASSERT_GT(clear.response.voxels, 0u) << clear.response.message;
+  fuseFrames(1);
+  const std::string map = readBytes(saveMapAs("now.dtsdf").path);
+  ASSERT_FALSE(map.empty());
+  const std::string again = in("again.dtsdf"), command = std::string(DTSDF_RECONSTRUCT) + " " +
+                                                         in("log") + " --save-map " + again +
+                                                         " > " + in("reconstruct.log") + " 2>&1";
+  EXPECT_TRUE(waitUntil([&] {  // the last records may still be on their way to the disk
+    return std::system(command.c_str()) == 0 && readBytes(again) == map;
+  })) << readBytes(in("reconstruct.log"));
 }
 
 /// A camera that is somewhere else in the map that was loaded has not jumped there.

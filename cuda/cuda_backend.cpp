@@ -8,6 +8,7 @@
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
 #include "block_mesher.h"
+#include "clear.h"
 #include "clear_region.h"
 #include "fusion.h"
 #include "painter.h"
@@ -47,7 +48,7 @@ class CudaBackend : public MapBackend {
   std::vector<BlockRequest> requests() override { return block_finder_.fetchRequests(); }
   void reserveFrame(const FrameTurn& turn) override;
   void castFoldAndClear(const FrameTurn& turn) override;
-  std::vector<EmptyBlock> takeEmpty() override { return fusion_.takeEmptyBlocks(); }
+  std::vector<EmptyBlock> takeEmpty() override { return clearing_.takeEmptyBlocks(); }
   std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
 
   SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
@@ -96,6 +97,7 @@ class CudaBackend : public MapBackend {
   SurfelMaker surfel_maker_;
   BlockFinder block_finder_;
   Fusion fusion_;
+  Clearing clearing_;
   Painter painter_;
   BlockMesher mesher_;
   Renderer renderer_;
@@ -119,6 +121,7 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       surfel_maker_(params, rules.surfels, stream_),
       block_finder_(makeFusionSettings(params, rules.fusion), stream_),
       fusion_(params, rules, stream_),
+      clearing_(params, rules, stream_),
       painter_(makePaintSettings(params, rules), stream_),
       mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0),
       renderer_(rules.mesh, params.map.directional, stream_),
@@ -188,15 +191,16 @@ void CudaBackend::findMore() {
 
 /// The device finds what else the frame looks at while the host admits blocks.
 void CudaBackend::reserveFrame(const FrameTurn& turn) {
-  fusion_.reserve(counters_, turn.in_view.size());
-  fusion_.findLooks(*sensing_, target(), {turn.number, turn.in_view});
+  fusion_.reserve(counters_);
+  clearing_.reserve(counters_, turn.in_view.size());
+  clearing_.findLooks(*sensing_, target(), {turn.number, turn.in_view});
 }
 
 void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   holdForProfile(stream_);
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
   dirty_bound_ += counters_.touched + (sensing_->hasFreeDepth() ? turn.in_view.size() : 0);
-  fusion_.clear(*sensing_, target(), counters_, turn.number);
+  clearing_.clear(*sensing_, target(), counters_, fusion_.supported(), turn.number);
 }
 
 SeenColours CudaBackend::look(const ColourFrame& frame, const ColourLook& look) {
@@ -267,6 +271,7 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
   surfel_maker_.addMemory(parts);
   block_finder_.addMemory(parts);
   fusion_.addMemory(parts);
+  clearing_.addMemory(parts);
   painter_.addMemory(parts);
   renderer_.addMemory(parts);
   region_clearer_.addMemory(parts);

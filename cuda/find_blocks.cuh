@@ -1,6 +1,7 @@
 /// Look-ups in a frame's table of touched blocks. For .cu files.
 #pragma once
 
+#include "device_map.cuh"
 #include "find_blocks.h"
 
 namespace dtsdf {
@@ -15,6 +16,11 @@ __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, Packe
     if (found == kNoKey) return -1;
     at = (at + 1) & touched.mask;
   }
+}
+
+/// Slot of a touched block, or -1; of one that was missing, by the map after the admission.
+__device__ __forceinline__ int32_t slotOf(const MapView& map, const TouchedBlock& block) {
+  return block.slot >= 0 ? block.slot : findSlot(map, block.key);
 }
 
 }  // namespace gpu

@@ -33,7 +33,7 @@ struct TouchedBlock {
   PackedKey key;
   Vec3i block_L;          ///< Coordinates relative to the frame's origin.
   uint32_t directions;    ///< Bit d: some surfel belongs to direction d.
-  int32_t slot;           ///< -1: not in the map, because it was refused.
+  int32_t slot;           ///< -1: not in the map before the frame.
   uint32_t empty;         ///< Bit d: after the fold, the array of direction d holds nothing.
 };
 

@@ -6,12 +6,10 @@
 #include "device_map.cuh"
 #include "find_blocks.cuh"
 #include "kernels/fusion/cast.h"
-#include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_projection.h"
 #include "kernels/fusion/voxel_update.h"
 #include "launch.h"
 #include "named_kernels.h"
-#include "runtime/device.h"
 #include "runtime/stage_clock.h"
 
 namespace dtsdf {
@@ -21,8 +19,6 @@ namespace {
 /// Arrays of sums held at a time, 12 KiB each: a frame that touches more is fused in several
 /// passes, so that a small GPU can fuse any frame.
 constexpr uint32_t kMaxSumArrays = 16384;
-
-constexpr int kThreadBlocksPerProcessor = 8;
 
 static_assert(sizeof(VoxelSums) == 3 * sizeof(unsigned long long), "summed by 64-bit atomics");
 
@@ -59,19 +55,6 @@ __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion
     };
     castIntoBlock(cast, fusion, block_L, add);
   });
-}
-
-/// Which voxels of the arrays of sums the frame supports, a bit each.
-constexpr int kSupportWords = kVoxelsPerBlock / 32;
-
-/// Slot of a touched block; of one that was missing, by the map as it is after the admission.
-__device__ int32_t slotOf(const MapView& map, TouchedBlock& block) {
-  int32_t slot = block.slot;
-  if (slot < 0) {
-    slot = findSlot(map, block.key);
-    if (slot >= 0) block.slot = slot;  // whoever comes first: all find the same
-  }
-  return slot;
 }
 
 /// One block of threads per array of sums, which it leaves zeroed.
@@ -132,248 +115,12 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
   if (threadIdx.x == 0) block.empty = directionsOfSlot(entry) & ~observed;
 }
 
-/// What became of a block.
-struct ClearedBlock {
-  bool changed;
-  uint32_t empty_directions;
-};
-
-/// The support of a touched block's voxels, for the directions that it has sums of.
-struct BlockSupport {
-  const uint32_t* words;  ///< Of its first array of sums; null: the frame does not touch it.
-  uint32_t directions;
-
-  __device__ const uint32_t* of(int direction) const {
-    if (words == nullptr || !(directions >> direction & 1)) return nullptr;
-    return words + __popc(directions & ((1u << direction) - 1u)) * kSupportWords;
-  }
-};
-
-/// Whose turn it is.
-struct Turn {
-  uint64_t frame_number;
-  FusionRules rules;
-
-  __device__ bool comesTo(PackedKey key) const { return isInTurn(key, frame_number, rules); }
-};
-
-/// A frame's look at a block.
-struct BlockLook {
-  Vec3f first_voxel_L;
-  bool in_turn;  ///< It is the block's turn.
-  BlockSupport support;
-
-  /// All octants: to find those that are hidden takes longer here than to judge their voxels.
-  __device__ Look rule() const { return {in_turn, in_turn ? kAllOctants : 0u}; }
-};
-
-/// The voxels of a block that the frame judges.
-struct JudgedVoxels {
-  uint32_t count;
-  uint32_t emptied_directions;  ///< That lose a voxel.
-  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
-};
-/// Threads of a block that clears: as many as it has voxels, since most blocks wait for memory.
-constexpr int kClearThreads = kVoxelsPerBlock;
-constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kClearThreads;
-static_assert(kMostPerThread <= 16, "two bits for each voxel that a thread judges");
-
-constexpr uint32_t kCoveredBit = 1u << 15;
-static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "a bit is left");
-
-__device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
-  return static_cast<uint16_t>(direction * kVoxelsPerBlock + voxel) |
-         static_cast<uint16_t>(is_covered ? kCoveredBit : 0u);
-}
-
-struct JudgedVoxel {
-  int direction, index;
-  bool is_covered;
-};
-
-__device__ JudgedVoxel unpackJudged(uint16_t packed) {
-  const int voxel = static_cast<int>(packed & (kCoveredBit - 1u));
-  return {voxel / kVoxelsPerBlock, voxel % kVoxelsPerBlock, (packed & kCoveredBit) != 0};
-}
-
-/// A warp takes as long for one of them as for 32: so they are listed first.
-__device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
-                           const BlockLook& look, JudgedVoxels& list) {
-  __syncthreads();  // of the block before
-  if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
-  __syncthreads();
-  const Look rule = look.rule();
-  const int i = threadIdx.x;
-  const uint32_t lane = i % 32, before = (1u << lane) - 1u;
-  Voxel voxel[kDirectionCount];
-  uint32_t covered_word[kDirectionCount], looked_at = 0;
-#pragma unroll  // reads all before it waits for any
-  for (int d = 0; d < kDirectionCount; ++d) {
-    const uint32_t* covered = look.support.of(d);
-    if (entry.array[d] == kNoArray || (covered == nullptr && !look.in_turn)) continue;
-    looked_at |= 1u << d;
-    voxel[d] = map.voxels.record(entry.array[d])[i];
-    covered_word[d] = covered == nullptr ? 0 : covered[i / 32];
-  }
-#pragma unroll
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (!(looked_at >> d & 1u)) continue;
-    const bool is_covered = (covered_word[d] >> lane & 1u) != 0;
-    const bool is_judged = isJudged(voxel[d], i, is_covered, rule, rules);
-    const uint32_t judged = __ballot_sync(~0u, is_judged);
-    if (judged == 0) continue;
-    uint32_t first = 0;
-    if (lane == 0) first = atomicAdd(&list.count, __popc(judged));
-    first = __shfl_sync(~0u, first, 0);
-    if (is_judged) list.voxel[first + __popc(judged & before)] = packJudged(d, i, is_covered);
-  }
-  __syncthreads();
-}
-
-/// What the frame makes of the voxels on this thread's turn.
-class Sights {
- public:
-  __device__ void set(uint32_t turn, Sight sight) {
-    bits_ |= static_cast<uint32_t>(sight) << (2 * turn);
-  }
-  __device__ Sight of(uint32_t turn) const { return static_cast<Sight>(bits_ >> (2 * turn) & 3u); }
-  __device__ bool any() const { return bits_ != 0; }
-
- private:
-  uint32_t bits_ = 0;
-};
-
-/// Holds only what changes a voxel.
-__device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
-                              const MapView& map, const SlotEntry& entry,
-                              const Vec3f& first_voxel_L, const JudgedVoxels& list) {
-  Sights sights;
-  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
-    const JudgedVoxel voxel = unpackJudged(list.voxel[k]);
-    const Sight sight =
-        judge(sensing, first_voxel_L, map.voxels.record(entry.array[voxel.direction]), voxel.index,
-              fusion.directional ? voxel.direction : kAnyDirection, voxel.is_covered);
-    if (isAgainst(sight, voxel.is_covered)) sights.set(turn, sight);
-  }
-  return sights;
-}
-
-/// Whether an array holds nothing. By all threads of a block.
-__device__ bool isArrayEmpty(const Voxel* voxels) {
-  int holds = 0;
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kClearThreads) holds |= !isEmpty(voxels[i]);
-  return !__syncthreads_or(holds);
-}
-
-/// Takes evidence from the voxels that the frame sees through, with a block of threads: all are
-/// judged before the first one changes.
-__device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
-                                   const MapView& map, const SlotEntry& entry,
-                                   const BlockLook& look, JudgedVoxels& list) {
-  listJudged(map, fusion.rules, entry, look, list);
-  const Sights sights = judgeVoxels(sensing, fusion, map, entry, look.first_voxel_L, list);
-  if (!__syncthreads_or(sights.any())) return {false, 0};  // as most
-  int changed = 0;
-  for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
-    const Sight sight = sights.of(turn);
-    if (sight == Sight::kSurface) continue;
-    const auto [d, i, is_covered] = unpackJudged(list.voxel[k]);
-    Voxel& voxel = map.voxels.record(entry.array[d])[i];
-    const bool was_empty = isEmpty(voxel);
-    const int32_t frames = framesAgainst(sight, is_covered, fusion.rules);
-    voxel = contradictedVoxel(voxel, frames, is_covered, fusion.rules);
-    changed |= !was_empty;
-    if (was_empty || !isEmpty(voxel)) continue;
-    forgetColour(map, entry.array[d], i);
-    atomicOr(&list.emptied_directions, 1u << d);
-  }
-  ClearedBlock result{__syncthreads_or(changed) != 0, 0};
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (!(list.emptied_directions >> d & 1u)) continue;
-    if (isArrayEmpty(map.voxels.record(entry.array[d]))) result.empty_directions |= 1u << d;
-  }
-  return result;
-}
-
-/// One thread per block that may be in view: lists those that the frame looks at untouched.
-__global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
-                                uint64_t frame_number, LookList looks) {
-  const size_t i = globalThread();
-  if (i >= looks.in_view_count) return;
-  const int32_t slot = looks.in_view[i];
-  const PackedKey key = target.map.slots[slot].key;
-  if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
-  if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
-  if (findTouched(target.touched, key) >= 0) return;
-  looks.slots[atomicAdd(&target.touched.counters->looks, 1u)] = slot;
-}
-
-/// A block that the stage visits.
-struct VisitedBlock {
-  int32_t slot;    ///< -1: not in the map.
-  bool is_touched; ///< Else the frame only looks at it.
-  uint32_t empty;  ///< Bit d: the array of direction d held nothing after the fold.
-  BlockLook look;
-};
-
-/// Number i of the touched blocks.
-__device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t* supported,
-                                     const Turn& turn, uint32_t i) {
-  const TouchedView& touched = target.touched;
-  const TouchedBlock& block = touched.blocks[i];
-  if (block.slot < 0) return {-1, true, 0, {}};
-  const uint32_t first_sum = touched.first_sums[touched.places[i]];
-  return {block.slot, true, block.empty,
-          {toFloat(firstVoxelOfBlock(block.block_L)), turn.comesTo(block.key),
-           {supported + static_cast<size_t>(first_sum) * kSupportWords, block.directions}}};
-}
-
-/// One of the others.
-__device__ VisitedBlock visitLook(const FusionTarget& target, const FrameView& frame,
-                                  int32_t slot) {
-  const Vec3i block_L =
-      unpackKey(target.map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
-  return {slot, false, 0, {toFloat(firstVoxelOfBlock(block_L)), true, {nullptr, 0}}};
-}
-
-/// One block of threads per touched block, and further ones for those looked at, in strides. The
-/// one that finishes last hands the number of empty blocks to the host.
-__global__ void __launch_bounds__(kClearThreads)
-    clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion,
-                                  FusionTarget target, const uint32_t* supported, Turn turn,
-                                  const int32_t* looks, EmptyList empty) {
-  __shared__ JudgedVoxels list;
-  const MapView& map = target.map;
-  FrameCounters* counters = target.touched.counters;
-  const FrameSensing sensing = on_device.load();
-  const uint32_t touched = counters->touched, count = touched + counters->looks;
-  for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
-    const VisitedBlock block = i < touched
-                                   ? visitTouched(target, supported, turn, i)
-                                   : visitLook(target, sensing.image.frame, looks[i - touched]);
-    if (block.slot < 0) continue;
-    ClearedBlock cleared{false, 0};
-    if (on_device.hasFreeDepth()) {
-      cleared = clearBlock(sensing, fusion, map, map.slots[block.slot], block.look, list);
-    }
-    if (threadIdx.x != 0) continue;
-    const uint32_t directions = block.empty | cleared.empty_directions;
-    if (directions != 0) {
-      empty.blocks[atomicAdd(&counters->empty_blocks, 1u)] = {block.slot, directions};
-    }
-    if (block.is_touched || cleared.changed) markDirty(map, block.slot);
-  }
-  if (!isLastBlock(&counters->cleared, gridDim.x)) return;
-  if (threadIdx.x == 0) *empty.count = readShared(&counters->empty_blocks);
-}
-
 }  // namespace
 
 Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& stream)
     : casts_(castsSurfels(params)),
       fusion_(makeFusionSettings(params, rules.fusion)),
-      stream_(stream),
-      thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()) {}
+      stream_(stream) {}
 
 /// With an eighth to spare rather than half: this is the most of what a frame needs.
 void Fusion::reserveSums(uint32_t arrays) {
@@ -383,14 +130,10 @@ void Fusion::reserveSums(uint32_t arrays) {
   sums_.zero(stream_);
 }
 
-void Fusion::reserve(const FrameCounters& counters, size_t in_view) {
-  if (casts_) {
-    reserveSums(std::min(counters.touched_arrays, kMaxSumArrays));
-    supported_.reserve(static_cast<size_t>(counters.touched_arrays) * kSupportWords, stream_);
-    in_view_.reserve(in_view);
-    looks_.reserve(in_view, stream_);
-  }
-  empty_blocks_.reserve(counters.touched + in_view);
+void Fusion::reserve(const FrameCounters& counters) {
+  if (!casts_) return;
+  reserveSums(std::min(counters.touched_arrays, kMaxSumArrays));
+  supported_.reserve(static_cast<size_t>(counters.touched_arrays) * kSupportWords, stream_);
 }
 
 void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
@@ -429,56 +172,14 @@ void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
   DTSDF_CHECK_LAUNCH("projectVoxelsKernel");
 }
 
-/// The list of the frame before is not read any more: that frame was waited for.
-void Fusion::findLooks(const DeviceSensing& sensing, const FusionTarget& target,
-                       const LookTurn& turn) {
-  in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(turn.in_view.size()) : 0;
-  if (in_view_count_ == 0) return;
-  std::copy(turn.in_view.begin(), turn.in_view.end(), in_view_.data());
-  const StageSpan span(stream_, Stage::kClear);
-  findLooksKernel<<<blocksFor(in_view_count_), kThreads, 0, stream_.get()>>>(
-      sensing.frame(), fusion_.rules, target, turn.number,
-      {in_view_.data(), in_view_count_, looks_.data()});
-  DTSDF_CHECK_LAUNCH("findLooksKernel");
-}
-
-void Fusion::clear(const DeviceSensing& sensing, const FusionTarget& target,
-                   const FrameCounters& counters, uint64_t frame_number) {
-  const StageSpan span(stream_, Stage::kClear);
-  const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
-  const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one hands over the count
-  clearBlocksKernel<<<blocks, kClearThreads, 0, stream_.get()>>>(
-      sensing, fusion_, target, supported_.data(), {frame_number, fusion_.rules}, looks_.data(),
-      {empty_blocks_.data(), empty_count_.data()});
-  DTSDF_CHECK_LAUNCH("clearBlocksKernel");
-  stream_.record(cleared_);
-  is_cleared_ = true;
-}
-
-std::vector<EmptyBlock> Fusion::takeEmptyBlocks() {
-  if (!is_cleared_) return {};
-  cleared_.wait();
-  is_cleared_ = false;
-  const EmptyBlock* first = empty_blocks_.data();
-  std::vector<EmptyBlock> blocks(first, first + empty_count_[0]);
-  std::sort(blocks.begin(), blocks.end(),
-            [](const EmptyBlock& a, const EmptyBlock& b) { return a.slot < b.slot; });
-  return blocks;
-}
-
 void Fusion::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"sums", MemoryKind::kScratch, sums_.bytes(), sums_.bytes()});
-  const size_t lists = supported_.bytes() + looks_.bytes();
-  parts.push_back({"support and looks", MemoryKind::kScratch, lists, lists});
-  const size_t staging = empty_blocks_.bytes() + in_view_.bytes();
-  parts.push_back({"empty blocks and looks", MemoryKind::kStaging, staging, staging});
+  parts.push_back({"support", MemoryKind::kScratch, supported_.bytes(), supported_.bytes()});
 }
 
 std::vector<NamedKernel> fusionKernels() {
   return {DTSDF_NAMED_KERNEL(castSurfelsKernel, 0), DTSDF_NAMED_KERNEL(foldSumsKernel, 0),
-          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0),
-          DTSDF_NAMED_KERNEL(clearBlocksKernel, 0, kClearThreads),
-          DTSDF_NAMED_KERNEL(findLooksKernel, 0)};
+          DTSDF_NAMED_KERNEL(projectVoxelsKernel, 0)};
 }
 
 }  // namespace gpu

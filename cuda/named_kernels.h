@@ -26,6 +26,7 @@ std::vector<NamedKernel> surfelKernels();
 std::vector<NamedKernel> blockKernels();
 std::vector<NamedKernel> mapKernels();
 std::vector<NamedKernel> fusionKernels();
+std::vector<NamedKernel> clearKernels();
 std::vector<NamedKernel> regionKernels();
 std::vector<NamedKernel> freeSpaceKernels();
 std::vector<NamedKernel> paintKernels();

@@ -1,0 +1,68 @@
+/// The stage "clear" on the device: what a frame contradicts, and what it leaves empty.
+#pragma once
+
+#include "backend/block_changes.h"
+#include "fusion.h"
+
+namespace dtsdf {
+namespace gpu {
+
+/// The blocks that a frame looks at besides those that it touches, and those among which they are;
+/// FrameCounters counts them.
+struct LookList {
+  const int32_t* in_view;
+  uint32_t in_view_count;
+  int32_t* slots;
+};
+
+/// Where the host finds the blocks that a frame leaves empty, in its own memory.
+struct EmptyList {
+  EmptyBlock* blocks;
+  uint32_t* count;
+};
+
+/// A frame's turn to look around.
+struct LookTurn {
+  uint64_t number;                      ///< Of the frame.
+  const std::vector<int32_t>& in_view;  ///< Slots of blocks that may be in view, and others.
+};
+
+class Clearing {
+ public:
+  Clearing(const MapperParams& params, const Rules& rules, const Stream& stream);
+
+  /// Makes room for a frame with so many blocks in view. @throws CudaError without memory; the map
+  /// is untouched.
+  void reserve(const FrameCounters& counters, size_t in_view);
+
+  /// Enqueues the search for the blocks that the frame looks at without touching them.
+  /// @pre reserve() made the room.
+  void findLooks(const DeviceSensing& sensing, const FusionTarget& target, const LookTurn& turn);
+
+  /// Takes evidence from what the frame contradicts, marks what has changed for the mesh, and lists
+  /// arrays that hold nothing.
+  /// @param supported What the frame's fold found, as Fusion::supported() has it.
+  void clear(const DeviceSensing& sensing, const FusionTarget& target,
+             const FrameCounters& counters, const uint32_t* supported, uint64_t frame_number);
+
+  /// Waits for the frame. @return its empty blocks, by slot; reported once.
+  std::vector<EmptyBlock> takeEmptyBlocks();
+
+  void addMemory(std::vector<MemoryPart>& parts) const;
+
+ private:
+  const bool looks_around_;  ///< Voxel projection does not.
+  const FusionSettings fusion_;
+  const Stream& stream_;
+  Event cleared_;
+  const int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
+  bool is_cleared_ = false;  ///< A frame's empty blocks have not been taken yet.
+  PinnedBuffer<int32_t> in_view_;  ///< Kernels read it in place,
+  uint32_t in_view_count_ = 0;     ///< of the last frame; 0: it does not look around.
+  DeviceBuffer<int32_t> looks_;
+  PinnedBuffer<EmptyBlock> empty_blocks_;  ///< and write these there.
+  PinnedBuffer<uint32_t> empty_count_{1};
+};
+
+}  // namespace gpu
+}  // namespace dtsdf

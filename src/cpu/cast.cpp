@@ -1,6 +1,7 @@
 #include "cpu/cast.h"
 
 #include <cstring>
+#include <optional>
 
 #include "cpu/widest_vectors.h"
 #include "kernels/fusion/voxel_projection.h"
@@ -8,8 +9,9 @@
 namespace dtsdf {
 namespace {
 
-/// Planes of any lines along one axis, worked out side by side, which compilers turn into vector
-/// instructions. Same bits as castIntoBlock().
+/// Planes of any lines along one axis, all of subpixels or none, worked out side by side, which
+/// compilers turn into vector instructions. Same bits as castIntoBlock().
+template <bool kHasSides>
 class PlaneBatch {
  public:
   static constexpr int kPlanes = 8;
@@ -30,11 +32,13 @@ class PlaneBatch {
     normal_k_[i] = line.normal_k;
     normal_u_[i] = line.normal_u;
     normal_v_[i] = line.normal_v;
+    if (kHasSides) sides_[i] = line.sides;
     for (int d = 0; d < 3; ++d) weight_[d][i] = cast.directions.weight[d];
   }
 
   /// Adds the planes that were entered to the sums of a block, and forgets them.
   void addTo(const BlockFrame& block, int axis, float sdf_scale, BlockSums& sums) {
+    if (count_ == 0) return;
     withWidestVectors([&] { compute(axis, sdf_scale); });
     for (int i = 0; i < count_; ++i) addPlane(block, i, sums);
     count_ = 0;
@@ -62,8 +66,9 @@ class PlaneBatch {
       const SampleLine line{0,           0.0f,        per_reach_[i], 0,
                             0,           p_k_[i],     p_u_[i],       p_v_[i],
                             slope_u_[i], slope_v_[i], normal_k_[i],  normal_u_[i],
-                            normal_v_[i]};
-      samplePlane(line, shifts, plane_[i], i, samples_);
+                            normal_v_[i],
+                            kHasSides ? sides_[i] : noSides()};
+      samplePlane<kHasSides>(line, shifts, plane_[i], i, samples_);
       for (int corner = 0; corner < 4; ++corner) {
         sdf_[corner][i] = roundSdf(samples_.distance[corner][i] * sdf_scale);
         for (int d = 0; d < 3; ++d) {
@@ -79,9 +84,59 @@ class PlaneBatch {
   float per_reach_[kPlanes] = {}, p_k_[kPlanes] = {}, p_u_[kPlanes] = {}, p_v_[kPlanes] = {};
   float slope_u_[kPlanes] = {}, slope_v_[kPlanes] = {};
   float normal_k_[kPlanes] = {}, normal_u_[kPlanes] = {}, normal_v_[kPlanes] = {};
+  MeasuredSides sides_[kPlanes] = {};
   float weight_[3][kPlanes] = {};
   PlaneSamples<kPlanes> samples_;
   int32_t sdf_[4][kPlanes], weights_[3][4][kPlanes];  ///< In fixed point.
+};
+
+/// A block's sums, and the planes that wait to be added to them.
+class BlockCasting {
+ public:
+  BlockCasting(const TouchedBlock& block, const FusionSettings& fusion, BlockSums& sums)
+      : frames_{blockFrameOf(0, block.block_L), blockFrameOf(1, block.block_L),
+                blockFrameOf(2, block.block_L)},
+        sdf_scale_(sdfScale(fusion)),
+        sums_(sums) {}
+
+  void add(const CastLine& cast) {
+    if (cast.line.sides.areMeasured()) {
+      auto& batch = of_subpixels_[cast.line.axis];
+      if (!batch) batch.emplace();
+      enter(cast, *batch);
+    } else {
+      enter(cast, of_points_[cast.line.axis]);
+    }
+  }
+
+  void finish() {
+    for (int axis = 0; axis < 3; ++axis) {
+      flush(of_points_[axis], axis);
+      if (of_subpixels_[axis]) flush(*of_subpixels_[axis], axis);
+    }
+  }
+
+ private:
+  template <class Batch>
+  void enter(const CastLine& cast, Batch& batch) {
+    const int axis = cast.line.axis;
+    const Span planes = planesInside(cast.line, frames_[axis]);
+    for (int plane = planes.first; plane <= planes.last; ++plane) {
+      batch.enter(cast, plane);
+      if (batch.isFull()) flush(batch, axis);
+    }
+  }
+
+  template <class Batch>
+  void flush(Batch& batch, int axis) {
+    batch.addTo(frames_[axis], axis, sdf_scale_, sums_);
+  }
+
+  const BlockFrame frames_[3];
+  const float sdf_scale_;
+  BlockSums& sums_;
+  PlaneBatch<false> of_points_[3];
+  std::optional<PlaneBatch<true>> of_subpixels_[3];  // few blocks have any
 };
 
 }  // namespace
@@ -95,26 +150,14 @@ void clearSums(BlockSums& sums, uint32_t directions) {
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {
   constexpr int kAhead = 6;  // lines lie apart in memory
-  const float sdf_scale = sdfScale(fusion);
-  const BlockFrame frames[3] = {blockFrameOf(0, block.block_L), blockFrameOf(1, block.block_L),
-                                blockFrameOf(2, block.block_L)};
-  PlaneBatch batches[3];
+  BlockCasting casting(block, fusion, sums);
   for (const SurfelRange& range : block.surfels) {
     for (const uint32_t* i = range.begin; i != range.end; ++i) {
       if (range.end - i > kAhead) __builtin_prefetch(&finder.line(i[kAhead]));
-      const CastLine& cast = finder.line(*i);
-      const int axis = cast.line.axis;
-      PlaneBatch& batch = batches[axis];
-      const Span planes = planesInside(cast.line, frames[axis]);
-      for (int plane = planes.first; plane <= planes.last; ++plane) {
-        batch.enter(cast, plane);
-        if (batch.isFull()) batch.addTo(frames[axis], axis, sdf_scale, sums);
-      }
+      casting.add(finder.line(*i));
     }
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    batches[axis].addTo(frames[axis], axis, sdf_scale, sums);
-  }
+  casting.finish();
 }
 
 void findCovered(BlockSums& sums, int direction) {

@@ -25,10 +25,39 @@ DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensi
                         sampleReach(noiseInVoxels(sensing, surfel.depth_m), fusion));
 }
 
+/// The axes k, u and v of a line along `axis`.
+DTSDF_HD Vec3f permute(const Vec3f& v, int axis) {
+  return axis == 0 ? v : (axis == 1 ? Vec3f{v.y, v.z, v.x} : Vec3f{v.z, v.x, v.y});
+}
+
+/// Where a surfel's plane moves to by so many pixels along an axis of the image, in voxels.
+DTSDF_HD Vec3f stepOnPlane(const Surfel& surfel, const FrameView& frame, const Vec3f& axis_C,
+                           float focal_px, float pixels) {
+  const Vec3f ray = surfel.p_L - frame.T_L_C.t, axis_L = rotate(frame.T_L_C, axis_C);
+  const float width = pixels * surfel.depth_m / (focal_px * frame.voxel_size_m);
+  const float slope = dot(surfel.normal_L, axis_L) / dot(surfel.normal_L, ray);
+  return width * (axis_L - slope * ray);
+}
+
+DTSDF_HD float perSquare(const Vec3f& side) {
+  const float square = dot(side, side);
+  return square > 0.0f ? 1.0f / square : 0.0f;
+}
+
+DTSDF_HD MeasuredSides measuredSides(const Surfel& surfel, const FrameView& frame, int axis) {
+  const Footprint& footprint_px = surfel.footprint_px;
+  if (!(footprint_px.across + footprint_px.down > 0.0f)) return noSides();
+  const Intrinsics& K = frame.intrinsics;
+  const Vec3f across = stepOnPlane(surfel, frame, {1.0f, 0.0f, 0.0f}, K.fx, footprint_px.across);
+  const Vec3f down = stepOnPlane(surfel, frame, {0.0f, 1.0f, 0.0f}, K.fy, footprint_px.down);
+  return {permute(across, axis), permute(down, axis), perSquare(across), perSquare(down)};
+}
+
 DTSDF_HD CastLine makeCastLine(const Surfel& surfel, const FrameSensing& sensing,
                                const FusionSettings& fusion) {
   CastLine cast{sampleLineOf(surfel, sensing, fusion),
                 directionsOf(surfel.normal_L, fusion.directional != 0)};
+  cast.line.sides = measuredSides(surfel, sensing.image.frame, cast.line.axis);
   for (int i = 0; i < 3; ++i) cast.directions.weight[i] *= surfel.weight * kWeightScale;
   return cast;
 }
@@ -91,18 +120,16 @@ DTSDF_HD int cornerOffset(const VoxelStrides& strides, int corner) {
   return (corner & 1) * strides.u + (corner >> 1) * strides.v;
 }
 
-/// Adds the part of a surfel that lies inside one block to the block's sums: `add(direction, voxel
-/// index, weight, sdf, point key)` takes fixed-point values.
-template <class Add>
-DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
-                            const Vec3i& block_L, Add& add) {
+template <bool kHasSides, class Add>
+DTSDF_HD void castPlanesIntoBlock(const CastLine& cast, const FusionSettings& fusion,
+                                  const Vec3i& block_L, Add& add) {
   const BlockFrame block = blockFrameOf(cast.line.axis, block_L);
   const DirectionSet& directions = cast.directions;
   const Span planes = planesInside(cast.line, block);
   const Vec3i shifts = pointShifts(cast.line.axis);
   for (int plane = planes.first; plane <= planes.last; ++plane) {
     PlaneSamples<1> samples;
-    samplePlane(cast.line, shifts, plane, 0, samples);
+    samplePlane<kHasSides>(cast.line, shifts, plane, 0, samples);
     const PlaneInBlock at = planeInBlock(block, plane, samples.u[0], samples.v[0]);
     for (int corner = 0; corner < 4; ++corner) {
       if (!at.holds(corner)) continue;
@@ -115,6 +142,18 @@ DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
             samples.point_key[corner][0]);
       }
     }
+  }
+}
+
+/// Adds the part of a surfel that lies inside one block to the block's sums: `add(direction, voxel
+/// index, weight, sdf, point key)` takes fixed-point values.
+template <class Add>
+DTSDF_HD void castIntoBlock(const CastLine& cast, const FusionSettings& fusion,
+                            const Vec3i& block_L, Add& add) {
+  if (cast.line.sides.areMeasured()) {
+    castPlanesIntoBlock<true>(cast, fusion, block_L, add);
+  } else {
+    castPlanesIntoBlock<false>(cast, fusion, block_L, add);
   }
 }
 

@@ -32,6 +32,25 @@ DTSDF_HD float noiseInVoxels(const FrameSensing& sensing, float depth_m) {
   return noise * depth_m * depth_m / sensing.image.frame.voxel_size_m;
 }
 
+/// Half of a subpixel on its plane, along the image's rows and columns, in voxels with the axes of
+/// its line, and the inverses of their squared lengths; all 0 where a surfel is a point.
+struct MeasuredSides {
+  Vec3f across, down;
+  float per_across, per_down;
+
+  DTSDF_HD bool areMeasured() const { return per_across + per_down > 0.0f; }
+};
+
+DTSDF_HD MeasuredSides noSides() {
+  return {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f};
+}
+
+/// An offset moved by at most half a side to where it is nearest to the foot it is taken from.
+DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset) {
+  const float share = minimum(maximum(-per_side * dot(offset, side), -1.0f), 1.0f);
+  return offset + share * side;
+}
+
 /// A line in the grid, its axes permuted so that k is the dominant one: (k, u, v) = (x, y, z),
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
@@ -41,6 +60,7 @@ struct SampleLine {
   float p_k, p_u, p_v;                 ///< Measured point.
   float slope_u, slope_v;              ///< Change of u and v per plane.
   float normal_k, normal_u, normal_v;  ///< Surface normal, for the point-to-plane distance.
+  MeasuredSides sides;
 };
 
 DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Vec3f& direction,
@@ -60,6 +80,7 @@ DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Ve
   line.normal_v = component(normal, v);
   line.reach = reach;
   line.per_reach = 1.0f / reach;
+  line.sides = noSides();
   line.first_plane = ceilToInt(line.p_k - reach * fabsf(dk));
   line.last_plane = floorToInt(line.p_k + reach * fabsf(dk));
   return line;
@@ -110,8 +131,9 @@ struct CellCrossing {
   float distance;
 };
 
-/// The sample at a corner of plane i.
-template <int kCorner, int kPlanes>
+/// The sample at a corner of plane i. Of a subpixel the measured point is the one nearest to the
+/// corner's foot: its surface goes on to the next one.
+template <int kCorner, bool kHasSides, int kPlanes>
 DTSDF_HD void sampleCorner(const SampleLine& line, const Vec3i& shifts, const CellCrossing& at,
                            int i, PlaneSamples<kPlanes>& samples) {
   constexpr bool kU = (kCorner & 1) != 0, kV = (kCorner >> 1) != 0;
@@ -122,14 +144,19 @@ DTSDF_HD void sampleCorner(const SampleLine& line, const Vec3i& shifts, const Ce
   const float nearness = 1.0f - fabsf(distance) * line.per_reach;
   samples.share[kCorner][i] = (bilinear * bilinear) * maximum(nearness, 0.0f);
   samples.distance[kCorner][i] = distance;
-  const Vec3f offset{at.point_k, kU ? at.point_u - 1.0f : at.point_u,
-                     kV ? at.point_v - 1.0f : at.point_v};
+  Vec3f offset{at.point_k, kU ? at.point_u - 1.0f : at.point_u,
+               kV ? at.point_v - 1.0f : at.point_v};
+  if (kHasSides) {
+    const MeasuredSides& sides = line.sides;
+    offset = movedAlong(sides.down, sides.per_down,
+                        movedAlong(sides.across, sides.per_across, offset));
+  }
   samples.point_key[kCorner][i] = pointKey(offset, shifts, distance);
 }
 
 /// The samples of a plane of a line, as number i of `samples`; `shifts` is from pointShifts(). No
 /// loops or branches, so that compilers turn a loop of it into vector instructions.
-template <int kPlanes>
+template <bool kHasSides, int kPlanes>
 DTSDF_HD void samplePlane(const SampleLine& line, const Vec3i& shifts, int plane, int i,
                           PlaneSamples<kPlanes>& samples) {
   const PlaneCrossing cell = crossPlane(line, plane);
@@ -141,10 +168,10 @@ DTSDF_HD void samplePlane(const SampleLine& line, const Vec3i& shifts, int plane
   const CellCrossing crossing{
       cell.fraction_u, cell.fraction_v, point_k, point_u, point_v,
       -(point_k * line.normal_k + point_u * line.normal_u + point_v * line.normal_v)};
-  sampleCorner<0>(line, shifts, crossing, i, samples);
-  sampleCorner<1>(line, shifts, crossing, i, samples);
-  sampleCorner<2>(line, shifts, crossing, i, samples);
-  sampleCorner<3>(line, shifts, crossing, i, samples);
+  sampleCorner<0, kHasSides>(line, shifts, crossing, i, samples);
+  sampleCorner<1, kHasSides>(line, shifts, crossing, i, samples);
+  sampleCorner<2, kHasSides>(line, shifts, crossing, i, samples);
+  sampleCorner<3, kHasSides>(line, shifts, crossing, i, samples);
 }
 
 /// A stretch of voxels, or blocks, along one axis.

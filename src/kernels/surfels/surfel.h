@@ -7,12 +7,19 @@
 
 namespace dtsdf {
 
+/// How far a surfel's surface is known to go on to both sides of its point, along the image's rows
+/// and columns, in pixels: half of a subpixel, whose pixel's neighbours continue its plane, else 0.
+struct Footprint {
+  float across, down;
+};
+
 /// Point and unit normal in the frame's local frame L, in voxels. Weight 0: no measurement.
 struct Surfel {
   Vec3f p_L;
   float weight;
   Vec3f normal_L;
   float depth_m;
+  Footprint footprint_px = {0.0f, 0.0f};
 };
 
 /// Share of a voxel's face that a pixel covers at a depth, seen face on: so that what a frame says
@@ -82,6 +89,10 @@ DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pix
   return measured;
 }
 
+DTSDF_HD float subpixelReach(int32_t subpixels) {
+  return subpixels > 1 ? 0.5f / static_cast<float>(subpixels) : 0.0f;
+}
+
 /// The surfel of a subpixel; number 0 of a pixel in one piece is the pixel.
 DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasurement& measured,
                                    int subpixel) {
@@ -91,7 +102,11 @@ DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasuremen
                          static_cast<float>(measured.pixel.v) + offset.v, 1.0f / inverse_depth};
   const float count = static_cast<float>(subpixelCount(measured.subdivision));
   const float share = minimum(coveredShare(image.frame, point.depth_m) / count, 1.0f);
-  return makeSurfel(image.frame, point, measured.plane.normal_C, share * measured.plane.trust);
+  Surfel surfel =
+      makeSurfel(image.frame, point, measured.plane.normal_C, share * measured.plane.trust);
+  surfel.footprint_px = {subpixelReach(measured.subdivision.across),
+                         subpixelReach(measured.subdivision.down)};
+  return surfel;
 }
 
 /// The surfel of a pixel for voxel projection, where each voxel takes one pixel and no more.

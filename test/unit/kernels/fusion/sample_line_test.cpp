@@ -51,7 +51,7 @@ std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
   std::map<VoxelId, LineSample> samples;
   for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
     PlaneSamples<1> at;
-    samplePlane(line, pointShifts(line.axis), plane, 0, at);
+    samplePlane<false>(line, pointShifts(line.axis), plane, 0, at);
     for (int corner = 0; corner < 4; ++corner) {
       if (!(at.share[corner][0] > 0.0f)) continue;
       const Vec3i voxel =

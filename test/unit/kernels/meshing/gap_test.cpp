@@ -21,7 +21,7 @@ bool standsInGap(const BlockVertex& a, const BlockVertex& b, const BlockVertex& 
 TEST(Gap, IsWhereVerticesAreDrawnApart) {
   const BlockVertex left = vertexAt(2, 3, {-0.3f, 0.0f, 0.0f});
   EXPECT_TRUE(standsInGap(left, vertexAt(3, 3, {0.3f, 0.0f, 0.0f}), vertexAt(2, 4)));
-  EXPECT_FALSE(standsInGap(left, vertexAt(3, 3, {0.05f, 0.0f, 0.0f}), vertexAt(2, 4)));
+  EXPECT_FALSE(standsInGap(left, vertexAt(3, 3, {-0.05f, 0.0f, 0.0f}), vertexAt(2, 4)));
   MeshRules rules;
   rules.most_stretch = 0.65f;
   EXPECT_FALSE(standsInGap(rules, left, vertexAt(3, 3, {0.3f, 0.0f, 0.0f}), vertexAt(2, 4)));

@@ -8,6 +8,7 @@
 
 #include "backend/backend_error.h"
 #include "backend/block_changes.h"
+#include "backend/block_mover.h"
 #include "backend/map_copy.h"
 #include "backend/profile.h"
 #include "dtsdf_mapping/mapper.h"
@@ -172,6 +173,9 @@ class MapBackend {
 
   virtual void copyOut(const ContentsOrder& order, MapContents& contents) = 0;
   virtual void copyIn(const ContentsOrder& order, const MapContents& contents) = 0;
+
+  /// What moves blocks to disk and back; null where the backend cannot.
+  virtual BlockMover* mover() { return nullptr; }
 };
 
 /// Makes a backend for the map of a table, which outlives it.

@@ -13,7 +13,8 @@ static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof
               "a word each");
 
 /// Settings that say where and with what means a map is worked on or shown, not what it is.
-constexpr const char* kNotOfTheMap[] = {"backend", "threads", "map/max_memory_mb", "mesh/colour"};
+constexpr const char* kNotOfTheMap[] = {"backend", "threads", "map/max_memory_mb",
+                                      "map/page_folder", "map/page_max_gb", "mesh/colour"};
 
 /// Of the rules, those that find poses do not say what a map is either.
 constexpr const char* kRulesOfPoses = "rules/poses/";
@@ -69,10 +70,13 @@ MapContents contentsOf(MapperParams params, Rules rules) {
 }
 
 ContentsOrder listBlocks(const BlockTable& table, MapContents& contents) {
+  return listBlocks(table, table.sortedSlots(), contents);
+}
+
+ContentsOrder listBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
+                         MapContents& contents) {
   ContentsOrder order;
-  order.arrays.reserve(table.arraysInUse());
-  order.bricks.reserve(table.coloursInUse());
-  for (const int32_t slot : table.sortedSlots()) {
+  for (const int32_t slot : slots) {
     const BlockEntry& entry = table.block(slot);
     MapBlock block{entry.key, 0, 0};
     for (int d = 0; d < kDirectionCount; ++d) {

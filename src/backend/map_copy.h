@@ -22,6 +22,10 @@ MapContents contentsOf(MapperParams params, Rules rules);
 /// @return where that is. @throws std::bad_alloc
 ContentsOrder listBlocks(const BlockTable& table, MapContents& contents);
 
+/// The same of some blocks, in this order; those without voxels are left out.
+ContentsOrder listBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
+                         MapContents& contents);
+
 /// Blocks that contents have brought into a table.
 struct EnteredBlocks {
   Admission blocks;

@@ -179,21 +179,22 @@ void CpuBackend::lookAround(const FrameTurn& turn) {
 }
 
 std::vector<int32_t> CpuBackend::blocksInTurn(const FrameTurn& turn) const {
-  const FrameView& frame = sensing_.image.frame;
-  const BlockKey origin = blockOfVoxel(frame.origin_voxel);
   std::vector<int32_t> slots;
   for (const int32_t slot : turn.in_view) {
     if (last_touched_[slot] == turn.number) continue;
     const BlockEntry& entry = table_.block(slot);
-    if (!entry.in_use || !isInTurn(packKey(entry.key), turn.number, rules_.fusion)) continue;
-    const Vec3i block_L = entry.key - origin;
-    if (mayBeInView(frame, block_L) &&
-        maySeeThroughBlock(sensing_, toFloat(firstVoxelOfBlock(block_L)),
-                           fusion_.truncation_voxels)) {
-      slots.push_back(slot);
-    }
+    if (entry.in_use && isInTurnToBeSeenThrough(entry.key, turn.number)) slots.push_back(slot);
   }
   return slots;
+}
+
+bool CpuBackend::isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const {
+  if (!isInTurn(packKey(key), frame_number, rules_.fusion)) return false;
+  const FrameView& frame = sensing_.image.frame;
+  const Vec3i block_L = key - blockOfVoxel(frame.origin_voxel);
+  return mayBeInView(frame, block_L) &&
+         maySeeThroughBlock(sensing_, toFloat(firstVoxelOfBlock(block_L)),
+                            fusion_.truncation_voxels);
 }
 
 std::vector<EmptyBlock> CpuBackend::takeEmpty() {

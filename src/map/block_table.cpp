@@ -30,6 +30,10 @@ double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
 
 }  // namespace
 
+double squaredDistance(const BlockKey& block, const KeptBall& kept) {
+  return squaredDistance(block, kept.center);
+}
+
 BlockTable::BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
 int32_t BlockTable::find(PackedKey key) const { return slots_.find(key); }
@@ -98,6 +102,7 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
     }
     admission.changed_slots.push_back(slot);
   }
+  bytes_peak_ = std::max(bytes_peak_, bytesInUse());
   return admission;
 }
 
@@ -136,6 +141,7 @@ ColourAdmission BlockTable::admitColours(std::vector<ColourRequest> requests) {
       }
     });
   }
+  bytes_peak_ = std::max(bytes_peak_, bytesInUse());
   return admission;
 }
 
@@ -315,6 +321,19 @@ void BlockTable::clear() {
   free_colours_.clear();
   colour_count_ = 0;
   colours_in_use_ = 0;
+  bytes_peak_ = 0;
+}
+
+size_t BlockTable::bytesOf(int32_t slot) const {
+  size_t bytes = kBlockBytes;
+  for (const int32_t array : blocks_[static_cast<size_t>(slot)].array) {
+    if (array == kNoArray) continue;
+    bytes += kArrayBytes;
+    for (int brick = 0; brick < kBricksPerArray; ++brick) {
+      if (colourOf(array, brick) != kNoArray) bytes += kColourBytes;
+    }
+  }
+  return bytes;
 }
 
 std::vector<int32_t> BlockTable::sortedSlots() const {

@@ -80,8 +80,8 @@ class Pager {
   void addTo(MapContents& contents);
 
   /// Contents in parts that can be brought into the map one after the other.
-  static void visitParts(const MapContents& contents,
-                         const std::function<void(const MapContents&)>& visit);
+  void visitParts(const MapContents& contents,
+                  const std::function<void(const MapContents&)>& visit) const;
 
   void clear();
   PageStats stats() const;

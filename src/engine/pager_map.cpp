@@ -86,16 +86,19 @@ void Pager::readAll(const std::vector<int32_t>& numbers, std::vector<char>& reco
 }
 
 void Pager::visitParts(const MapContents& contents,
-                       const std::function<void(const MapContents&)>& visit) {
+                       const std::function<void(const MapContents&)>& visit) const {
+  const size_t most_bytes = table_.budgetBytes() / 8;
   WordPlaces from;
-  for (size_t first = 0; first < contents.blocks.size(); first += kBlocksAtOnce) {
-    const size_t end = std::min(contents.blocks.size(), first + kBlocksAtOnce);
+  for (size_t first = 0; first < contents.blocks.size();) {
     MapContents part = headOf(contents);
-    const auto begin = contents.blocks.begin();
-    part.blocks.assign(begin + static_cast<std::ptrdiff_t>(first),
-                       begin + static_cast<std::ptrdiff_t>(end));
     WordPlaces to;
-    for (const MapBlock& block : part.blocks) to.pass(block);
+    size_t bytes = 0;
+    for (; first < contents.blocks.size() && bytes < most_bytes; ++first) {
+      const MapBlock& block = contents.blocks[first];
+      part.blocks.push_back(block);
+      to.pass(block);
+      bytes += BlockTable::kBlockBytes + voxelWordsOf(block) * sizeof(uint64_t);
+    }
     part.voxels = PlainArray<uint64_t>(to.voxels);
     part.colours = PlainArray<uint32_t>(to.colours);
     copyWords(contents.voxels.data() + from.voxels, to.voxels, part.voxels, 0);

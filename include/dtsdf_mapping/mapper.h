@@ -166,6 +166,15 @@ class Mapper {
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual MapContents contents() = 0;
 
+  /// What contents() has besides voxels and colours: with outline() and part() a map is copied piece
+  /// by piece that is larger than memory (map/page_folder).
+  /// @throws std::exception when the backend fails.
+  virtual MapContents outline() = 0;
+
+  /// Voxels and colours of blocks that outline() has, in its order; no frame came in between.
+  /// @throws std::exception when the backend fails, or a block is on disk and cannot be read.
+  virtual MapContents part(const std::vector<MapBlock>& blocks) = 0;
+
   /// What is known of the space around the surfaces; null unless space/enabled. Lives as long as
   /// the mapper.
   virtual Space* space() { return nullptr; }

@@ -32,6 +32,8 @@ class Engine : public ProbedMapper {
   ClearedRegion clearRegion(const Region& region) override;
   void clear() override;
   MapContents contents() override;
+  MapContents outline() override;
+  MapContents part(const std::vector<MapBlock>& blocks) override;
   void restore(const MapContents& contents) override;
   Space* space() override { return space_.get(); }
   MapStats stats() const override;

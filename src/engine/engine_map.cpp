@@ -112,7 +112,7 @@ void Engine::clear() {
   vacant_.clear();
 }
 
-MapContents Engine::contents() {
+MapContents Engine::outline() {
   settled();
   MapContents contents = contentsOf(params_, rules_);
   contents.frames = counters_.frames;
@@ -120,9 +120,35 @@ MapContents Engine::contents() {
   contents.painted = has_colours_;
   std::copy_n(exposure_.gain, 3, contents.exposure.begin());
   if (space_ != nullptr) space_->copyTo(contents);
-  backend_->copyOut(listBlocks(table_, contents), contents);
-  if (pager_) pager_->addTo(contents);
+  contents.blocks = mapBlocks(table_, table_.sortedSlots());
+  if (pager_) pager_->addBlocksTo(contents);
   return contents;
+}
+
+MapContents Engine::contents() {
+  MapContents contents = outline();
+  makeRoomForWords(contents);
+  if (pager_ != nullptr && !pager_->isEmpty()) {
+    pager_->copyAll(*backend_, contents);
+  } else {
+    backend_->copyOut(orderOf(table_, table_.sortedSlots()), contents);
+  }
+  return contents;
+}
+
+MapContents Engine::part(const std::vector<MapBlock>& blocks) {
+  settled();
+  MapContents part;
+  part.blocks = blocks;
+  if (pager_) {
+    pager_->copyWords(*backend_, part);
+    return part;
+  }
+  std::vector<int32_t> slots;
+  for (const MapBlock& block : blocks) slots.push_back(table_.find(packKey(block.key)));
+  makeRoomForWords(part);
+  backend_->copyOut(orderOf(table_, slots), part);
+  return part;
 }
 
 /// With map/page_folder they may be more than fits, and come part by part.

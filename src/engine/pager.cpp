@@ -196,7 +196,9 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, R
   if (!store_.hasRoomFor(most_bytes, reserve == Reserve::kUse)) return false;
   backend.reserveChanges(slots.size());
   MapContents contents;
-  backend.copyOut(listBlocks(table_, slots, contents), contents);
+  contents.blocks = mapBlocks(table_, slots);
+  makeRoomForWords(contents);
+  backend.copyOut(orderOf(table_, slots), contents);
   const std::vector<MeshState> states = backend.mover()->takeMeshStates(slots);
   std::vector<PagedBlock> blocks;
   for (size_t i = 0; i < slots.size(); ++i) {

@@ -75,9 +75,15 @@ class Pager {
   /// voxels. @return the slots of these.
   std::vector<int32_t> drop(MapBackend& backend, const std::vector<PackedKey>& keys);
 
-  /// Adds blocks on disk to contents with those in memory.
+  /// Adds blocks on disk to those of contents, by key.
+  void addBlocksTo(MapContents& contents) const;
+
+  /// Copies the voxels and colours of the contents' blocks, wherever they are.
   /// @throws std::runtime_error where some cannot be read.
-  void addTo(MapContents& contents);
+  void copyWords(MapBackend& backend, MapContents& contents);
+
+  /// The same piece by piece, into the room that contents have. @pre The blocks are many.
+  void copyAll(MapBackend& backend, MapContents& contents);
 
   /// Contents in parts that can be brought into the map one after the other.
   void visitParts(const MapContents& contents,

@@ -20,7 +20,7 @@ struct WordPlaces {
 };
 
 template <class Word>
-void copyWords(const void* from, size_t words, PlainArray<Word>& to, size_t place) {
+void copyTo(const void* from, size_t words, PlainArray<Word>& to, size_t place) {
   if (words > 0) std::memcpy(to.data() + place, from, words * sizeof(Word));
 }
 
@@ -28,52 +28,61 @@ constexpr size_t kBlocksAtOnce = 1024;
 
 }  // namespace
 
-/// Blocks of both, by key. Those in memory are copied over, those on disk are read.
-void Pager::addTo(MapContents& contents) {
-  if (store_.isEmpty()) return;
-  std::vector<int32_t> numbers;
-  store_.visit([&](int32_t number, const PagedBlock&) { numbers.push_back(number); });
-  std::sort(numbers.begin(), numbers.end(), [this](int32_t a, int32_t b) {
-    return store_.block(a).key < store_.block(b).key;
-  });
-  std::vector<MapBlock> in_memory;
-  in_memory.swap(contents.blocks);
-  for (const int32_t number : numbers) contents.blocks.push_back(mapBlockOf(store_.block(number)));
-  contents.blocks.insert(contents.blocks.end(), in_memory.begin(), in_memory.end());
+void Pager::addBlocksTo(MapContents& contents) const {
+  for (const BlockCells::Cell& cell : store_.cells()) {
+    for (const int32_t number : cell.slots) {
+      contents.blocks.push_back(mapBlockOf(store_.block(number)));
+    }
+  }
   std::sort(contents.blocks.begin(), contents.blocks.end(), [](const auto& a, const auto& b) {
     return packKey(a.key) < packKey(b.key);
   });
-  const PlainArray<uint64_t> voxels = std::move(contents.voxels);
-  const PlainArray<uint32_t> colours = std::move(contents.colours);
-  const MapSize size = sizeOf(contents.blocks);
-  contents.voxels = PlainArray<uint64_t>(size.voxel_arrays * kVoxelsPerBlock);
-  contents.colours = PlainArray<uint32_t>(size.bricks * kVoxelsPerBrick);
+}
 
-  WordPlaces from, to;
-  size_t next_in_memory = 0, next_on_disk = 0, next_record = 0;
-  std::vector<char> records;
+void Pager::copyWords(MapBackend& backend, MapContents& contents) {
+  std::vector<int32_t> slots, numbers;
   for (const MapBlock& block : contents.blocks) {
-    const size_t voxel_words = voxelWordsOf(block), colour_words = colourWordsOf(block);
-    if (next_in_memory < in_memory.size() &&
-        packKey(in_memory[next_in_memory].key) == packKey(block.key)) {
-      copyWords(voxels.data() + from.voxels, voxel_words, contents.voxels, to.voxels);
-      copyWords(colours.data() + from.colours, colour_words, contents.colours, to.colours);
+    const int32_t slot = table_.find(packKey(block.key));
+    if (slot >= 0) slots.push_back(slot);
+    if (slot < 0) numbers.push_back(store_.find(packKey(block.key)));
+  }
+  MapContents in_memory;
+  in_memory.blocks = mapBlocks(table_, slots);
+  makeRoomForWords(in_memory);
+  backend.copyOut(orderOf(table_, slots), in_memory);
+  std::vector<char> records;
+  if (!numbers.empty()) readAll(numbers, records);
+
+  makeRoomForWords(contents);
+  WordPlaces from, to;
+  const char* record = records.data();
+  size_t next_on_disk = 0;
+  for (const MapBlock& block : contents.blocks) {
+    const size_t voxels = voxelWordsOf(block), colours = colourWordsOf(block);
+    if (table_.find(packKey(block.key)) >= 0) {
+      copyTo(in_memory.voxels.data() + from.voxels, voxels, contents.voxels, to.voxels);
+      copyTo(in_memory.colours.data() + from.colours, colours, contents.colours, to.colours);
       from.pass(block);
-      ++next_in_memory;
     } else {
-      if (next_on_disk % kBlocksAtOnce == 0) {
-        const size_t end = std::min(numbers.size(), next_on_disk + kBlocksAtOnce);
-        readAll({numbers.begin() + static_cast<std::ptrdiff_t>(next_on_disk),
-                 numbers.begin() + static_cast<std::ptrdiff_t>(end)}, records);
-        next_record = 0;
-      }
-      const char* const record = records.data() + next_record;
-      copyWords(record, voxel_words, contents.voxels, to.voxels);
-      copyWords(record + voxel_words * sizeof(uint64_t), colour_words, contents.colours,
-                to.colours);
-      next_record += recordBytes(store_.block(numbers[next_on_disk++]));
+      copyTo(record, voxels, contents.voxels, to.voxels);
+      copyTo(record + voxels * sizeof(uint64_t), colours, contents.colours, to.colours);
+      record += recordBytes(store_.block(numbers[next_on_disk++]));
     }
     to.pass(block);
+  }
+}
+
+void Pager::copyAll(MapBackend& backend, MapContents& contents) {
+  WordPlaces to;
+  for (size_t first = 0; first < contents.blocks.size(); first += kBlocksAtOnce) {
+    const size_t end = std::min(contents.blocks.size(), first + kBlocksAtOnce);
+    MapContents part;
+    part.blocks.assign(contents.blocks.begin() + static_cast<std::ptrdiff_t>(first),
+                       contents.blocks.begin() + static_cast<std::ptrdiff_t>(end));
+    copyWords(backend, part);
+    copyTo(part.voxels.data(), part.voxels.size(), contents.voxels, to.voxels);
+    copyTo(part.colours.data(), part.colours.size(), contents.colours, to.colours);
+    for (const MapBlock& block : part.blocks) to.pass(block);
   }
 }
 
@@ -101,8 +110,8 @@ void Pager::visitParts(const MapContents& contents,
     }
     part.voxels = PlainArray<uint64_t>(to.voxels);
     part.colours = PlainArray<uint32_t>(to.colours);
-    copyWords(contents.voxels.data() + from.voxels, to.voxels, part.voxels, 0);
-    copyWords(contents.colours.data() + from.colours, to.colours, part.colours, 0);
+    copyTo(contents.voxels.data() + from.voxels, to.voxels, part.voxels, 0);
+    copyTo(contents.colours.data() + from.colours, to.colours, part.colours, 0);
     from.voxels += to.voxels;
     from.colours += to.colours;
     visit(part);

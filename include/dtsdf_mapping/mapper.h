@@ -41,7 +41,8 @@ struct IntegrationResult {
   double duration_ms = 0.0;     ///< Wall time of the call.
 };
 
-/// What of a map lies on disk, with map/page_folder. Counts are since the start or the last clear().
+/// What of a map lies on disk, with map/page_folder. Counts are since the start or the last
+/// clear().
 struct PageStats {
   size_t blocks = 0;       ///< That lie there now.
   size_t bytes = 0;        ///< Of the disk, that they take.
@@ -166,8 +167,8 @@ class Mapper {
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual MapContents contents() = 0;
 
-  /// What contents() has besides voxels and colours: with outline() and part() a map is copied piece
-  /// by piece that is larger than memory (map/page_folder).
+  /// What contents() has besides voxels and colours: with outline() and part() a map is copied
+  /// piece by piece that is larger than memory (map/page_folder).
   /// @throws std::exception when the backend fails.
   virtual MapContents outline() = 0;
 

@@ -51,8 +51,7 @@ class BlockMover {
 
   /// Takes the marks of these slots, and sets them.
   virtual std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) = 0;
-  virtual void setMarks(const std::vector<int32_t>& slots,
-                        const std::vector<MeshMarks>& marks) = 0;
+  virtual void setMarks(const std::vector<int32_t>& slots, const std::vector<MeshMarks>& marks) = 0;
 };
 
 }  // namespace dtsdf

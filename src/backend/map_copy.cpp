@@ -15,8 +15,8 @@ static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof
               "a word each");
 
 /// Settings that say where and with what means a map is worked on or shown, not what it is.
-constexpr const char* kNotOfTheMap[] = {"backend", "threads", "map/max_memory_mb",
-                                      "map/page_folder", "map/page_max_gb", "mesh/colour"};
+constexpr const char* kNotOfTheMap[] = {"backend",         "threads",         "map/max_memory_mb",
+                                        "map/page_folder", "map/page_max_gb", "mesh/colour"};
 
 /// Of the rules, those that find poses do not say what a map is either.
 constexpr const char* kRulesOfPoses = "rules/poses/";

@@ -41,8 +41,9 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
   name_ = ready().name();  // what a device lacks shows at the start
   if (params.map.page_folder.empty()) return;
   if (backend_->mover() == nullptr) {
-    throw std::runtime_error("map/page_folder needs backend cpu so far; set backend to cpu, or "
-                             "leave map/page_folder empty");
+    throw std::runtime_error(
+        "map/page_folder needs backend cpu so far; set backend to cpu, or "
+        "leave map/page_folder empty");
   }
   pager_ = std::make_unique<Pager>(params.map, table_, [this] { finishMeshing(); });
 }
@@ -249,9 +250,8 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
     const StageTimer timer(profile_, Stage::kAlign);
     const float voxel_size_m = params_.map.voxel_size_m;
     backend_->takePoints(frame, makeFrameView(frame, voxel_size_m));
-    return findPose(
-        frame, prior, rules_.poses, voxel_size_m,
-        [&](const FrameView& view, float cutoff) { return sumsAt(view, cutoff); });
+    return findPose(frame, prior, rules_.poses, voxel_size_m,
+                    [&](const FrameView& view, float cutoff) { return sumsAt(view, cutoff); });
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
     return unaligned;

@@ -160,8 +160,10 @@ void Engine::restore(const MapContents& contents) {
         const size_t bytes = sizeOf(part.blocks).bytes();
         pager_->bringIn(*backend_, {}, bytes);
         if (!pager_->hasRoom(bytes)) {
-          throw std::runtime_error("the map is larger than map/max_memory_mb, and the rest of it "
-                                   "cannot be written: " + pager_->stats().problem);
+          throw std::runtime_error(
+              "the map is larger than map/max_memory_mb, and the rest of it "
+              "cannot be written: " +
+              pager_->stats().problem);
         }
         enterContents(part);
       });

@@ -1,5 +1,5 @@
-// Which blocks the engine needs in memory, and when: what a depth image changes, what a colour image
-// or a view looks at, what meshes depend on. Where blocks go and come from is the pager's.
+// Which blocks the engine needs in memory, and when: what a depth image changes, what a colour
+// image or a view looks at, what meshes depend on. Where blocks go and come from is the pager's.
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -36,8 +36,8 @@ size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touch
                                std::vector<int32_t>& in_view) {
   const StageTimer timer(profile_, Stage::kAdmit);
   BlockMover& mover = *backend_->mover();
-  const size_t new_bytes = touched.requests * BlockTable::kBlockBytes +
-                           touched.new_arrays * BlockTable::kArrayBytes;
+  const size_t new_bytes =
+      touched.requests * BlockTable::kBlockBytes + touched.new_arrays * BlockTable::kArrayBytes;
   std::vector<PackedKey> keys = mover.touchedKeys();
   const bool none_moves = pager_->isEmpty() && pager_->hasRoom(new_bytes);
   if (clearsFreeSpace(params_) && !none_moves) {
@@ -62,8 +62,8 @@ size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touch
 size_t Engine::bringInForImage(const FrameView& view, std::vector<int32_t>& in_view) {
   const StageTimer timer(profile_, Stage::kPaint);
   const float radius = pointRadius(rules_.colour);
-  const size_t left = pager_->bringIn(
-      *backend_, keysInView(view, radius, paint_settings_.max_depth_m), 0);
+  const size_t left =
+      pager_->bringIn(*backend_, keysInView(view, radius, paint_settings_.max_depth_m), 0);
   counters_.refused += left;
   in_view = table_.slotsInView(view, radius);
   return left;
@@ -73,8 +73,9 @@ size_t Engine::bringInForImage(const FrameView& view, std::vector<int32_t>& in_v
 void Engine::bringInForView(const FrameView& view) {
   if (pager_->isEmpty()) return;
   if (pager_->bringIn(*backend_, keysInView(view, kViewRadius, kAnyDepth_m), 0) == 0) return;
-  throw std::runtime_error("the view shows more of the map than fits into memory; raise "
-                           "map/max_memory_mb, or render the saved map");
+  throw std::runtime_error(
+      "the view shows more of the map than fits into memory; raise "
+      "map/max_memory_mb, or render the saved map");
 }
 
 AlignmentSums Engine::sumsAt(const FrameView& view, float cutoff) {
@@ -117,12 +118,14 @@ std::vector<PackedKey> Engine::takeFarthest(const KeptBall& kept,
   std::vector<Beyond> all;
   for (const int32_t slot : slots) {
     const BlockKey& key = table_.block(slot).key;
-    all.push_back({squaredDistance(key, kept), packKey(key), slot});
+    all.push_back({squaredDistance(key, kept.center), packKey(key), slot});
   }
   const double limit = kept.radius * kept.radius;
-  const auto is_beyond = [&](const BlockKey& key) { return squaredDistance(key, kept) > limit; };
+  const auto is_beyond = [&](const BlockKey& key) {
+    return squaredDistance(key, kept.center) > limit;
+  };
   for (const PackedKey key : pager_->keysWhere([](const auto&) { return true; }, is_beyond)) {
-    all.push_back({squaredDistance(unpackKey(key), kept), key, -1});
+    all.push_back({squaredDistance(unpackKey(key), kept.center), key, -1});
   }
   std::sort(all.begin(), all.end(), [](const Beyond& a, const Beyond& b) {
     return a.distance != b.distance ? a.distance > b.distance : a.key < b.key;
@@ -143,9 +146,9 @@ std::vector<PackedKey> Engine::takeFarthest(const KeptBall& kept,
 /// Blocks come back to be emptied, some at a time.
 void Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
   constexpr size_t kAtOnce = 256;
-  const std::vector<PackedKey> keys = pager_->keysWhere(
-      [](const auto&) { return true; },
-      [&](const BlockKey& block) { return mayBeInside(view, block); });
+  const std::vector<PackedKey> keys =
+      pager_->keysWhere([](const auto&) { return true; },
+                        [&](const BlockKey& block) { return mayBeInside(view, block); });
   for (size_t first = 0; first < keys.size();) {
     // Fewer where memory is scarce; those that went before the region is done were emptied.
     size_t count = std::min(kAtOnce, keys.size() - first);
@@ -153,8 +156,10 @@ void Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
     const std::vector<PackedKey> some(from, from + static_cast<std::ptrdiff_t>(count));
     count -= pager_->bringIn(*backend_, some, 0);
     if (count == 0) {
-      throw std::runtime_error("the region was cleared in part: there is no memory to read the "
-                               "rest from map/page_folder; " + pager_->stats().problem);
+      throw std::runtime_error(
+          "the region was cleared in part: there is no memory to read the "
+          "rest from map/page_folder; " +
+          pager_->stats().problem);
     }
     std::vector<int32_t> slots;
     for (size_t i = 0; i < count; ++i) {

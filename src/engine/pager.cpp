@@ -1,16 +1,15 @@
 #include "engine/pager.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
+#include "engine/block_records.h"
 #include "map/memory_budget.h"
 
 namespace dtsdf {
 namespace {
 
 constexpr uint32_t kEveryDirection = (1u << kDirectionCount) - 1u;
-constexpr size_t kLabelBytes = kVoxelsPerBlock * sizeof(UnitLabels);
 
 /// Of blocks that move at once, about: what is in memory twice meanwhile.
 constexpr size_t kBatchBytes = size_t{8} << 20;
@@ -20,64 +19,6 @@ constexpr size_t kSpareShare = 16;
 
 /// After a failure, calls that leave the disk alone.
 constexpr uint64_t kCallsBetweenTries = 16;
-
-size_t voxelBytes(const PagedBlock& block) {
-  return static_cast<size_t>(__builtin_popcount(block.directions)) * BlockTable::kArrayBytes;
-}
-size_t colourBytes(const PagedBlock& block) {
-  return static_cast<size_t>(__builtin_popcountll(block.bricks)) * BlockTable::kColourBytes;
-}
-
-PagedBlock pagedBlockOf(const MapBlock& block, const MeshState& state, uint32_t extractions) {
-  return {packKey(block.key), block.bricks, extractions, static_cast<uint8_t>(block.directions),
-          !state.labels.empty(), state.marks.dirty, state.marks.painted, state.has_mesh};
-}
-
-/// What blocks hold, block by block: from contents, which have all voxels first, and states.
-std::vector<char> recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& contents,
-                            const std::vector<MeshState>& states) {
-  size_t bytes = 0;
-  for (const PagedBlock& block : blocks) bytes += recordBytes(block);
-  std::vector<char> records(bytes);
-  char* to = records.data();
-  const auto* voxels = reinterpret_cast<const char*>(contents.voxels.data());
-  const auto* colours = reinterpret_cast<const char*>(contents.colours.data());
-  const auto append = [&](const void* from, size_t size) {
-    if (size > 0) std::memcpy(to, from, size);
-    to += size;
-  };
-  for (size_t i = 0; i < blocks.size(); ++i) {
-    append(voxels, voxelBytes(blocks[i]));
-    append(colours, colourBytes(blocks[i]));
-    append(states[i].labels.data(), blocks[i].has_labels ? kLabelBytes : 0);
-    voxels += voxelBytes(blocks[i]);
-    colours += colourBytes(blocks[i]);
-  }
-  return records;
-}
-
-/// The way back. @return what meshing knows of the blocks.
-std::vector<MeshState> readRecords(const std::vector<PagedBlock>& blocks, const char* from,
-                                   char* voxels, char* colours) {
-  std::vector<MeshState> states;
-  const auto take = [&](void* to, size_t size) {
-    if (size > 0) std::memcpy(to, from, size);
-    from += size;
-  };
-  for (const PagedBlock& block : blocks) {
-    take(voxels, voxelBytes(block));
-    take(colours, colourBytes(block));
-    voxels += voxelBytes(block);
-    colours += colourBytes(block);
-    MeshState state{{block.dirty, block.painted}, block.has_mesh, {}};
-    if (block.has_labels) {
-      state.labels.resize(kVoxelsPerBlock);
-      take(state.labels.data(), kLabelBytes);
-    }
-    states.push_back(std::move(state));
-  }
-  return states;
-}
 
 }  // namespace
 
@@ -191,7 +132,7 @@ std::vector<int32_t> Pager::leastRecent(size_t bytes) const {
 
 /// @return whether they have gone; else they are as they were.
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve) {
-  size_t most_bytes = slots.size() * kLabelBytes;
+  size_t most_bytes = slots.size() * kVoxelsPerBlock * sizeof(UnitLabels);
   for (const int32_t slot : slots) most_bytes += table_.bytesOf(slot);
   if (!store_.hasRoomFor(most_bytes, reserve == Reserve::kUse)) return false;
   backend.reserveChanges(slots.size());
@@ -221,9 +162,8 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, R
 void Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   const WaitTimer timer(stats_);
   finish_meshes_();
-  std::sort(numbers.begin(), numbers.end(), [this](int32_t a, int32_t b) {
-    return store_.block(a).key < store_.block(b).key;
-  });
+  std::sort(numbers.begin(), numbers.end(),
+            [this](int32_t a, int32_t b) { return store_.block(a).key < store_.block(b).key; });
   std::vector<char> records;
   const std::vector<uint8_t> intact = store_.read(numbers, records);
   std::vector<PagedBlock> blocks, lost;
@@ -255,11 +195,8 @@ void Pager::enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
   MapContents contents;
   for (const PagedBlock& block : blocks) contents.blocks.push_back(mapBlockOf(block));
   const MapSize size = sizeOf(contents.blocks);
-  contents.voxels = PlainArray<uint64_t>(size.voxel_arrays * kVoxelsPerBlock);
-  contents.colours = PlainArray<uint32_t>(size.bricks * kVoxelsPerBrick);
-  const std::vector<MeshState> states =
-      readRecords(blocks, records.data(), reinterpret_cast<char*>(contents.voxels.data()),
-                  reinterpret_cast<char*>(contents.colours.data()));
+  makeRoomForWords(contents);
+  const std::vector<MeshState> states = readRecords(blocks, records, contents);
   backend.reserve(
       {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
   if (size.bricks > 0) backend.reserveColours(size.bricks);

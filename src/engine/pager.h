@@ -19,18 +19,15 @@ class WaitTimer {
  public:
   explicit WaitTimer(PageStats& stats) : stats_(stats) { ++stats_.waits; }
   ~WaitTimer() {
-    stats_.wait_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() -
-                                                                start_).count();
+    stats_.wait_ms +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+            .count();
   }
 
  private:
   PageStats& stats_;
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
-
-inline MapBlock mapBlockOf(const PagedBlock& block) {
-  return {unpackKey(block.key), block.directions, block.bricks};
-}
 
 class Pager {
  public:
@@ -112,7 +109,7 @@ class Pager {
   const std::function<void()> finish_meshes_;
   PageStore store_;
   uint64_t now_ = 1;                 ///< Number of the last call of bringIn().
-  uint64_t no_writing_before_ = 0;   ///< A call: after a failure the disk is left alone for a while.
+  uint64_t no_writing_before_ = 0;   ///< A call: after a failure the disk is left alone at first.
   std::vector<uint64_t> last_need_;  ///< Of such a call, by slot.
   PageStats stats_;
 };

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "engine/block_records.h"
 #include "engine/pager.h"
 #include "map/map_head.h"
 
@@ -34,9 +35,8 @@ void Pager::addBlocksTo(MapContents& contents) const {
       contents.blocks.push_back(mapBlockOf(store_.block(number)));
     }
   }
-  std::sort(contents.blocks.begin(), contents.blocks.end(), [](const auto& a, const auto& b) {
-    return packKey(a.key) < packKey(b.key);
-  });
+  std::sort(contents.blocks.begin(), contents.blocks.end(),
+            [](const auto& a, const auto& b) { return packKey(a.key) < packKey(b.key); });
 }
 
 void Pager::copyWords(MapBackend& backend, MapContents& contents) {

@@ -7,16 +7,6 @@
 namespace dtsdf {
 namespace {
 
-/// Of a point from the nearest one of a block, in voxels.
-double squaredDistance(const BlockKey& block, const Vec3d& p) {
-  const auto outside = [](int32_t key, double at) {
-    const double first = static_cast<double>(key) * kBlockSide, beyond = first + kBlockSide;
-    return at < first ? first - at : (at > beyond ? at - beyond : 0.0);
-  };
-  const double x = outside(block.x, p.x), y = outside(block.y, p.y), z = outside(block.z, p.z);
-  return x * x + y * y + z * z;
-}
-
 /// Of a point from the farthest one of a cell, in voxels, at most.
 double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
   constexpr double kHalf = 0.5 * BlockCells::kSide * kBlockSide;
@@ -30,8 +20,13 @@ double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
 
 }  // namespace
 
-double squaredDistance(const BlockKey& block, const KeptBall& kept) {
-  return squaredDistance(block, kept.center);
+double squaredDistance(const BlockKey& block, const Vec3d& p) {
+  const auto outside = [](int32_t key, double at) {
+    const double first = static_cast<double>(key) * kBlockSide, beyond = first + kBlockSide;
+    return at < first ? first - at : (at > beyond ? at - beyond : 0.0);
+  };
+  const double x = outside(block.x, p.x), y = outside(block.y, p.y), z = outside(block.z, p.z);
+  return x * x + y * y + z * z;
 }
 
 BlockTable::BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}

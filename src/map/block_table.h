@@ -45,8 +45,8 @@ struct KeptBall {
   double radius;
 };
 
-/// How far a block is from its centre, squared; 0 in the block.
-double squaredDistance(const BlockKey& block, const KeptBall& kept);
+/// Of a point from the nearest one of a block, in voxels.
+double squaredDistance(const BlockKey& block, const Vec3d& p);
 
 /// A block that a frame wants to write to, and in which directions (bit d for direction d).
 struct BlockRequest {

@@ -16,8 +16,7 @@ constexpr size_t kLabelBytes = kVoxelsPerBlock * sizeof(UnitLabels);
 static_assert(BlockTable::kArrayBytes % kUnitBytes == 0 &&
               BlockTable::kColourBytes % kUnitBytes == 0 && kLabelBytes % kUnitBytes == 0);
 
-constexpr const char* kIsFull =
-    "what is in map/page_folder has reached map/page_max_gb; raise it";
+constexpr const char* kIsFull = "what is in map/page_folder has reached map/page_max_gb; raise it";
 
 uint64_t unitsOf(const PagedBlock& block) { return recordBytes(block) / kUnitBytes; }
 
@@ -49,8 +48,8 @@ bool PageStore::write(const std::vector<PagedBlock>& blocks, const std::vector<c
       problem_ = kIsFull;
       break;
     }
-    pages.push_back({block, XXH3_64bits(record, recordBytes(block)),
-                     static_cast<uint32_t>(*first)});
+    pages.push_back(
+        {block, XXH3_64bits(record, recordBytes(block)), static_cast<uint32_t>(*first)});
     record += recordBytes(block);
   }
   if (pages.size() < blocks.size() || !writeRuns(pages, records)) {
@@ -66,11 +65,10 @@ bool PageStore::writeRuns(const std::vector<Page>& pages, const std::vector<char
   size_t begin = 0, bytes = 0;
   uint64_t first = 0;
   for (size_t i = 0; i <= pages.size(); ++i) {
-    const bool touches = i < pages.size() && bytes > 0 &&
-                         first + bytes / kUnitBytes == pages[i].first_unit;
+    const bool touches =
+        i < pages.size() && bytes > 0 && first + bytes / kUnitBytes == pages[i].first_unit;
     if (!touches && bytes > 0) {
-      const std::string problem =
-          file_.write(first * kUnitBytes, records.data() + begin, bytes);
+      const std::string problem = file_.write(first * kUnitBytes, records.data() + begin, bytes);
       if (!problem.empty()) {
         problem_ = problem;
         return false;
@@ -119,8 +117,8 @@ std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers,
     const std::string problem = file_.read(page.first_unit * kUnitBytes, record, bytes);
     intact[i] = problem.empty() && XXH3_64bits(record, bytes) == page.checksum;
     if (intact[i]) continue;
-    problem_ = problem.empty() ? "what was read from map/page_folder is damaged; check the disk"
-                               : problem;
+    problem_ =
+        problem.empty() ? "what was read from map/page_folder is damaged; check the disk" : problem;
   }
   return intact;
 }

@@ -17,10 +17,10 @@ namespace dtsdf {
 /// What is known of a block on disk without reading it.
 struct PagedBlock {
   PackedKey key;
-  uint64_t bricks;       ///< Bit 8 d + b: brick b of direction d has colours.
-  uint32_t extractions;  ///< Of its BlockEntry.
-  uint8_t directions;    ///< Bit d: it has voxels of direction d.
-  bool has_labels;       ///< Labels of its units lie behind its voxels and colours.
+  uint64_t bricks;                ///< Bit 8 d + b: brick b of direction d has colours.
+  uint32_t extractions;           ///< Of its BlockEntry.
+  uint8_t directions;             ///< Bit d: it has voxels of direction d.
+  bool has_labels;                ///< Labels of its units lie behind its voxels and colours.
   bool dirty, painted, has_mesh;  ///< As meshing left it.
 };
 

@@ -13,11 +13,11 @@ nlohmann::json toJson(const TimeSummary& times) {
 }
 
 nlohmann::json toJson(const PageStats& pages) {
-  return {{"blocks", pages.blocks},     {"bytes", pages.bytes},
-          {"index_bytes", pages.index_bytes}, {"written", pages.written},
-          {"read", pages.read},         {"waits", pages.waits},
-          {"wait_ms", pages.wait_ms},   {"failures", pages.failures},
-          {"lost", pages.lost},         {"problem", pages.problem}};
+  return {
+      {"blocks", pages.blocks},   {"bytes", pages.bytes},       {"index_bytes", pages.index_bytes},
+      {"written", pages.written}, {"read", pages.read},         {"waits", pages.waits},
+      {"wait_ms", pages.wait_ms}, {"failures", pages.failures}, {"lost", pages.lost},
+      {"problem", pages.problem}};
 }
 
 }  // namespace

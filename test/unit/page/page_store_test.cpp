@@ -14,8 +14,14 @@ namespace dtsdf {
 namespace {
 
 PagedBlock makeBlock(int32_t x, int arrays, int bricks, bool has_labels) {
-  return {packKey({x, -x, 3}), (uint64_t{1} << bricks) - 1, 5,
-          static_cast<uint8_t>((1u << arrays) - 1u), has_labels, true, false, true};
+  return {packKey({x, -x, 3}),
+          (uint64_t{1} << bricks) - 1,
+          5,
+          static_cast<uint8_t>((1u << arrays) - 1u),
+          has_labels,
+          true,
+          false,
+          true};
 }
 
 std::vector<char> randomRecords(const std::vector<PagedBlock>& blocks, unsigned seed) {

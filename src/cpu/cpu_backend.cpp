@@ -31,6 +31,10 @@ void inBatches(size_t count, int threads, const Body& body) {
   });
 }
 
+bool isInPart(PackedKey key, const FrameTurn& turn) {
+  return turn.part == nullptr || std::binary_search(turn.part->begin(), turn.part->end(), key);
+}
+
 }  // namespace
 
 int cpuThreads(const MapperParams& params) {
@@ -114,7 +118,7 @@ void CpuBackend::castFoldAndClear(const FrameTurn& turn) {
   BlockTimes times(profile_);
   parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
     const int32_t slot = table_.find(blocks[i].key);
-    if (slot < 0) return;
+    if (slot < 0 || !isInPart(blocks[i].key, turn)) return;
     BlockTimes::Lap lap(times);
     outcome[i] = {slot, fuseBlock(blocks[i], table_.block(slot), turn, sums, lap)};
     last_touched_[slot] = turn.number;
@@ -183,7 +187,8 @@ std::vector<int32_t> CpuBackend::blocksInTurn(const FrameTurn& turn) const {
   for (const int32_t slot : turn.in_view) {
     if (last_touched_[slot] == turn.number) continue;
     const BlockEntry& entry = table_.block(slot);
-    if (entry.in_use && isInTurnToBeSeenThrough(entry.key, turn.number)) slots.push_back(slot);
+    if (!entry.in_use || !isInPart(packKey(entry.key), turn)) continue;
+    if (isInTurnToBeSeenThrough(entry.key, turn.number)) slots.push_back(slot);
   }
   return slots;
 }
@@ -254,6 +259,7 @@ void CpuBackend::follow(const ChangedSlots& changed) {
   for (const int32_t slot : changed.slots) {
     if (!table_.block(slot).in_use) {
       mesher_.forget(slot);
+      if (static_cast<size_t>(slot) < last_touched_.size()) last_touched_[slot] = 0;
     } else if (changed.dirty) {
       mesher_.markDirty(slot);
     }

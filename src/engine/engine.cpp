@@ -92,7 +92,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const TouchedCounts touched = backend_->touched();
   if (touched.blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
   const size_t left_on_disk = pager_ ? bringInForFrame(view, touched, in_view) : 0;
-  const FrameTurn turn{counters_.frames + 1, in_view};
+  const FrameTurn turn{counters_.frames + 1, in_view, part_.empty() ? nullptr : &part_};
   IntegrationResult result;
   result.refused_blocks = left_on_disk + admit(touched, turn);
   castFoldAndClear(touched, turn);
@@ -139,7 +139,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   const PoolSizes after = table_.sizesAfter(touched.requests, touched.new_arrays);
   if (touched.requests == 0) return 0;
   if (hasRoomFor({touched.requests, touched.new_arrays, after})) {
-    admission = table_.admit(requestedBlocks());
+    admission = table_.admit(pager_ ? requestsOfPart() : backend_->requests());
     backend_->enterBlocks(admission.changed_slots);
     backend_->zeroArrays(admission.new_arrays);
   } else {
@@ -150,19 +150,8 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
     profile_->work.new_arrays += admission.new_arrays.size();
   }
   counters_.refused += admission.refused;
-  outside_ = std::move(admission.outside);
+  outside_.insert(outside_.end(), admission.outside.begin(), admission.outside.end());
   return admission.refused;
-}
-
-/// Blocks that are left on disk are none to be made anew.
-std::vector<BlockRequest> Engine::requestedBlocks() {
-  std::vector<BlockRequest> requests = backend_->requests();
-  if (pager_ == nullptr) return requests;
-  const auto is_paged = [this](const BlockRequest& request) {
-    return pager_->isPaged(request.key);
-  };
-  requests.erase(std::remove_if(requests.begin(), requests.end(), is_paged), requests.end());
-  return requests;
 }
 
 /// Without a device's memory for new blocks they are refused, as those beyond the budget are, and
@@ -198,17 +187,23 @@ void Engine::keep(const DepthFrame& frame) {
 /// Takes the last frame's outcome: what it saw as free, left empty, or beyond what is kept.
 void Engine::settle() {
   if (has_free_) takeFree();  // while it is known what the frame keeps
-  std::vector<int32_t> changed;
-  for (const EmptyBlock& empty : backend_->takeEmpty()) {
-    table_.vacate(empty.slot, empty.directions);
-    changed.push_back(empty.slot);
-  }
+  std::vector<int32_t> changed = vacateEmpty();
   const std::vector<int32_t> dropped = dropBeyond();
   changed.insert(changed.end(), dropped.begin(), dropped.end());
   table_.releaseVacant(table_.takeUnseen());
   std::sort(changed.begin(), changed.end());
   changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
   backend_->follow({changed, !dropped.empty()});
+}
+
+/// What the last frame left empty. @return the slots.
+std::vector<int32_t> Engine::vacateEmpty() {
+  std::vector<int32_t> slots;
+  for (const EmptyBlock& empty : backend_->takeEmpty()) {
+    table_.vacate(empty.slot, empty.directions);
+    slots.push_back(empty.slot);
+  }
+  return slots;
 }
 
 void Engine::takeFree() {

@@ -62,13 +62,13 @@ class Engine : public ProbedMapper {
   void sense(const DepthFrame& frame, const FrameView& view);
   void seeFree(const FrameView& view);
   size_t admit(const TouchedCounts& touched, const FrameTurn& turn);
-  std::vector<BlockRequest> requestedBlocks();
   bool hasRoomFor(const MapDemand& demand);
   void castFoldAndClear(const TouchedCounts& touched, const FrameTurn& turn);
   void keep(const DepthFrame& frame);
 
   // What it leaves to be done when the map is looked at next.
   void settle();
+  std::vector<int32_t> vacateEmpty();
   void takeFree();
   std::vector<int32_t> dropBeyond();
 
@@ -81,6 +81,11 @@ class Engine : public ProbedMapper {
   // Blocks on disk: see engine_paging.cpp. None of it happens without map/page_folder.
   size_t bringInForFrame(const FrameView& view, const TouchedCounts& touched,
                          std::vector<int32_t>& in_view);
+  std::vector<PackedKey> keysOfFrame(const FrameView& view, const std::vector<int32_t>& in_view);
+  size_t bringInPart(size_t new_bytes);
+  size_t fusePart(const FrameView& view, const TouchedCounts& touched);
+  size_t bytesWanted(PackedKey key, size_t& next_request) const;
+  std::vector<BlockRequest> requestsOfPart() const;
   size_t bringInForImage(const FrameView& view, std::vector<int32_t>& in_view);
   void bringInForView(const FrameView& view);
   AlignmentSums sumsAt(const FrameView& view, float cutoff);
@@ -108,6 +113,8 @@ class Engine : public ProbedMapper {
   std::unique_ptr<MapBackend> backend_;  ///< Null after clear(), until it is used: see ready().
   std::unique_ptr<SpaceMap> space_;      ///< Null where nobody asks for it.
   std::unique_ptr<Pager> pager_;         ///< Null without map/page_folder.
+  std::vector<BlockRequest> requests_;   ///< Of the last frame, by key; with a pager only.
+  std::vector<PackedKey> part_;          ///< Of that frame, by key; empty: it comes in one.
   Counters counters_;
   Exposure exposure_ = sameExposure();  ///< Of the last colour image.
   bool has_colours_ = false;            ///< Something was painted.

@@ -30,31 +30,101 @@ float depthOf(const FrameView& view, const BlockKey& block) {
 
 }  // namespace
 
-/// Blocks that a depth image touches, and those that it may clear, of all that there are.
-/// @return how many of them stay on disk, as there is no room for them.
+/// Blocks that a depth image touches, and those that it may clear, of all that there are: they are
+/// in memory then. Where these are too many at once, they come part by part, and the image is fused
+/// into all parts but for the last, which is left to the caller.
+/// @return how many blocks stay on disk or are refused, as there is no room for them.
 size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touched,
                                std::vector<int32_t>& in_view) {
   const StageTimer timer(profile_, Stage::kAdmit);
-  BlockMover& mover = *backend_->mover();
-  const size_t new_bytes =
-      touched.requests * BlockTable::kBlockBytes + touched.new_arrays * BlockTable::kArrayBytes;
-  std::vector<PackedKey> keys = mover.touchedKeys();
-  const bool none_moves = pager_->isEmpty() && pager_->hasRoom(new_bytes);
-  if (clearsFreeSpace(params_) && !none_moves) {
+  requests_ = backend_->requests();
+  std::sort(requests_.begin(), requests_.end(),
+            [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
+  part_.clear();
+  const size_t most_bytes = table_.budgetBytes() - table_.budgetBytes() / 8;
+  size_t left = 0, bytes = 0, new_bytes = 0, next_request = 0;
+  const std::vector<PackedKey> keys = keysOfFrame(view, in_view);
+  std::vector<PackedKey> part;
+  for (const PackedKey key : keys) {
+    const size_t wanted = bytesWanted(key, next_request), had = pager_->bytesOf(key);
+    if (!part.empty() && bytes + had + wanted > most_bytes) {
+      part_.swap(part);
+      left += bringInPart(new_bytes);
+      left += fusePart(view, touched);
+      part.clear();
+      bytes = new_bytes = 0;
+    }
+    part.push_back(key);
+    bytes += had + wanted;
+    new_bytes += wanted;
+  }
+  const bool is_whole = part.size() == keys.size();
+  part_.swap(part);
+  left += bringInPart(new_bytes);
+  in_view = blocksInView(view);
+  if (is_whole) part_.clear();
+  return left;
+}
+
+/// By key, each once.
+std::vector<PackedKey> Engine::keysOfFrame(const FrameView& view,
+                                           const std::vector<int32_t>& in_view) {
+  std::vector<PackedKey> keys = backend_->mover()->touchedKeys();
+  if (clearsFreeSpace(params_)) {
     std::vector<PackedKey> others = pager_->keysWhere(
         [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, kFootRadius); },
         [](const BlockKey&) { return true; });
     for (const int32_t slot : in_view) {
       if (table_.block(slot).in_use) others.push_back(packKey(table_.block(slot).key));
     }
-    const std::vector<PackedKey> seen = mover.seenThrough(others, counters_.frames + 1);
+    const std::vector<PackedKey> seen =
+        backend_->mover()->seenThrough(others, counters_.frames + 1);
     keys.insert(keys.end(), seen.begin(), seen.end());
-    keepEachOnce(keys);
   }
-  const size_t left = pager_->bringIn(*backend_, keys, new_bytes);
+  keepEachOnce(keys);
+  return keys;
+}
+
+/// Bytes that a block wants beyond those that it has; keys are asked for in their order.
+size_t Engine::bytesWanted(PackedKey key, size_t& next_request) const {
+  while (next_request < requests_.size() && requests_[next_request].key < key) ++next_request;
+  if (next_request == requests_.size() || requests_[next_request].key != key) return 0;
+  const uint32_t known = pager_->directionsOf(key);
+  const int arrays = __builtin_popcount(requests_[next_request].directions & ~known);
+  return static_cast<size_t>(arrays) * BlockTable::kArrayBytes +
+         (pager_->bytesOf(key) == 0 ? BlockTable::kBlockBytes : 0);
+}
+
+size_t Engine::bringInPart(size_t new_bytes) {
+  const size_t left = pager_->bringIn(*backend_, part_, new_bytes);
   counters_.refused += left;
-  if (!none_moves) in_view = blocksInView(view);
   return left;
+}
+
+/// As fuse() goes on, and settle() after it: slots are others in the next part.
+/// @return the number of blocks refused.
+size_t Engine::fusePart(const FrameView& view, const TouchedCounts& touched) {
+  const std::vector<int32_t> in_view = blocksInView(view);
+  const FrameTurn turn{counters_.frames + 1, in_view, &part_};
+  const size_t refused = admit(touched, turn);
+  backend_->castFoldAndClear(turn);
+  std::vector<int32_t> changed = vacateEmpty();
+  table_.releaseVacant(table_.takeUnseen());
+  std::sort(changed.begin(), changed.end());
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  backend_->follow({changed, false});
+  return refused;
+}
+
+/// Blocks that are left on disk are none to be made anew.
+std::vector<BlockRequest> Engine::requestsOfPart() const {
+  std::vector<BlockRequest> requests;
+  for (const BlockRequest& request : requests_) {
+    const bool is_in_part =
+        part_.empty() || std::binary_search(part_.begin(), part_.end(), request.key);
+    if (is_in_part && !pager_->isPaged(request.key)) requests.push_back(request);
+  }
+  return requests;
 }
 
 /// Blocks of which an image sees something, or that hide something from it.

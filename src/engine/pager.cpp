@@ -38,6 +38,13 @@ size_t Pager::bytesOf(PackedKey key) const {
   return number < 0 ? 0 : bytesOnceIn(store_.block(number));
 }
 
+uint32_t Pager::directionsOf(PackedKey key) const {
+  const int32_t slot = table_.find(key);
+  if (slot >= 0) return directionsWithArrays(table_.block(slot));
+  const int32_t number = store_.find(key);
+  return number < 0 ? 0 : store_.block(number).directions;
+}
+
 void Pager::touch(int32_t slot) {
   const auto place = static_cast<size_t>(slot);
   if (last_need_.size() <= place) last_need_.resize(table_.slotCount(), 0);

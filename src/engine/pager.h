@@ -55,6 +55,8 @@ class Pager {
 
   /// What a block takes in memory, wherever it is; 0 where there is none.
   size_t bytesOf(PackedKey key) const;
+  /// Directions that it has voxels of.
+  uint32_t directionsOf(PackedKey key) const;
 
   // ---- Meshing.
 

@@ -41,11 +41,26 @@ struct IntegrationResult {
   double duration_ms = 0.0;     ///< Wall time of the call.
 };
 
+/// What of a map lies on disk, with map/page_folder. Counts are since the start or the last
+/// clear().
+struct PageStats {
+  size_t blocks = 0;       ///< That lie there now.
+  size_t bytes = 0;        ///< Of the disk, that they take.
+  size_t index_bytes = 0;  ///< Of memory, beside map_bytes, that it takes to know of them.
+  uint64_t written = 0;    ///< Blocks that were written.
+  uint64_t read = 0;       ///< Blocks that were read back.
+  uint64_t waits = 0;      ///< Calls that had to wait for the disk.
+  double wait_ms = 0.0;    ///< For how long, all together.
+  uint64_t failures = 0;   ///< Writes that failed: what was to be written stayed in memory.
+  uint64_t lost = 0;       ///< Blocks that were there and could not be read, or were damaged.
+  std::string problem;     ///< What the last failure was; empty: there was none.
+};
+
 /// How large a map is.
 struct MapStats {
-  size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
-  size_t voxel_arrays = 0;  ///< Directional arrays in use, over all blocks.
-  /// Bytes in use by blocks and arrays; with `free_bytes` never above the budget.
+  size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels, in memory.
+  size_t voxel_arrays = 0;  ///< Directional arrays in use, over all these blocks.
+  /// Bytes in use by blocks and arrays in memory; with `free_bytes` never above the budget.
   size_t map_bytes = 0;
   uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
   size_t colour_bytes = 0;  ///< Those of map_bytes that hold colour; 0 until something is painted.
@@ -56,6 +71,8 @@ struct MapStats {
   uint64_t refused_cubes = 0;
   /// What map_bytes stays within: map/max_memory_mb, less an eighth with space/enabled.
   size_t max_map_bytes = 0;
+  size_t map_bytes_peak = 0;  ///< The most that map_bytes was, since the start or the last clear().
+  PageStats pages;            ///< All 0 without map/page_folder.
 };
 
 /// What a mapper has taken from the system, in bytes, beside MapStats::map_bytes. None of it bounds
@@ -149,6 +166,15 @@ class Mapper {
   /// and stamp of the newest image are left to the caller, who knows them.
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual MapContents contents() = 0;
+
+  /// What contents() has besides voxels and colours: with outline() and part() a map is copied
+  /// piece by piece that is larger than memory (map/page_folder).
+  /// @throws std::exception when the backend fails.
+  virtual MapContents outline() = 0;
+
+  /// Voxels and colours of blocks that outline() has, in its order; no frame came in between.
+  /// @throws std::exception when the backend fails, or a block is on disk and cannot be read.
+  virtual MapContents part(const std::vector<MapBlock>& blocks) = 0;
 
   /// What is known of the space around the surfaces; null unless space/enabled. Lives as long as
   /// the mapper.

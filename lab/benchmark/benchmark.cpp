@@ -67,10 +67,11 @@ Report measureFrames(const BenchmarkOptions& options, const RunSettings& setting
 
 Report measureFlight(const BenchmarkOptions& options, const RunSettings& settings) {
   constexpr double kMiB = 1024.0 * 1024.0;
-  const FlightPlan plan{static_cast<size_t>(options.grow_to_gib * 1024.0 * kMiB), options.speed_m};
+  const FlightPlan plan{static_cast<size_t>(options.grow_to_gib * 1024.0 * kMiB), options.speed_m,
+                        options.returns};
   MapperParams params = settings.params.mapper;
-  // Room for the last frame too, unless the map forgets what is far.
-  if (params.map.keep_radius_m == 0.0f) {
+  // Room for the last frame too, unless the map forgets what is far, or writes it to disk.
+  if (params.map.keep_radius_m == 0.0f && params.map.page_folder.empty()) {
     params.map.max_memory_mb =
         std::max(params.map.max_memory_mb, static_cast<int>(options.grow_to_gib * 1024.0) + 1024);
   }

@@ -12,7 +12,9 @@ void addFlightOptions(CommandLine& line, BenchmarkOptions& options) {
                  options.grow_to_gib, {kAboveZero, kUnbounded});
   line.addNumber({"--speed", "METRES", "distance flown per frame"}, options.speed_m,
                  {kAboveZero, kUnbounded});
+  line.addFlag("--return", "fly back the way that it came", options.returns);
   line.onlyWith("--grow-to-gib", "--flight");
+  line.onlyWith("--return", "--flight");
   line.onlyWith("--speed", "--flight");
 }
 

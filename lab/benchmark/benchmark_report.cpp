@@ -176,7 +176,7 @@ json flightByGib(const std::vector<FrameTime>& times) {
     const int gib = static_cast<int>(static_cast<double>(times[begin].mapped_bytes) / kGiB);
     size_t end = begin, map_bytes = 0, resident_bytes = 0;
     std::vector<double> total_ms, fetch_ms, distances_ms;
-    for (; end < times.size() &&
+    for (; end < times.size() && times[end].on_return == times[begin].on_return &&
            static_cast<int>(static_cast<double>(times[end].mapped_bytes) / kGiB) == gib;
          ++end) {
       map_bytes = std::max(map_bytes, times[end].map_bytes);
@@ -186,6 +186,7 @@ json flightByGib(const std::vector<FrameTime>& times) {
       distances_ms.push_back(times[end].distances_ms);
     }
     rows.push_back({{"gib", gib},
+                    {"way", times[begin].on_return ? "back" : "out"},
                     {"frames", end - begin},
                     {"total_ms", toJson(summarise(total_ms))},
                     {"fetch_ms", toJson(summarise(fetch_ms))},
@@ -195,6 +196,16 @@ json flightByGib(const std::vector<FrameTime>& times) {
     begin = end;
   }
   return rows;
+}
+
+std::string pagesText(const PageStats& pages) {
+  if (pages.written == 0) return "";
+  return format(
+      "disk: %zu blocks, %.1f MiB; index %.1f MiB; %.0f written, %.0f read; %.0f waits of %.0f "
+      "ms\n",
+      pages.blocks, static_cast<double>(pages.bytes) / kMiB,
+      static_cast<double>(pages.index_bytes) / kMiB, static_cast<double>(pages.written),
+      static_cast<double>(pages.read), static_cast<double>(pages.waits), pages.wait_ms);
 }
 
 /// The slowest frames: where the flight was held up.
@@ -236,16 +247,17 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
   report["by_gib"] = flightByGib(times);
   report["slowest"] = slowestFrames(times);
   std::string text = format(
-      "%s, a flight of %zu frames; %zu blocks refused\nmapped    frames  "
+      "%s, a flight of %zu frames; %zu blocks refused\nmapped       frames  "
       "total ms: median       p95     worst   fetch  map MiB  RSS MiB\n",
       end.backend_name.c_str(), times.size(), static_cast<size_t>(end.map.refused_blocks));
   for (const json& row : report["by_gib"]) {
-    text += format("%3d GiB %8d", row["gib"].get<int>(), row["frames"].get<int>()) +
+    text += format("%3d GiB %-4s %6d", row["gib"].get<int>(), row["way"].get<std::string>().c_str(),
+                   row["frames"].get<int>()) +
             summaryLine("", row["total_ms"]) +
             format(" %7.3f %8.0f %8.0f\n", row["fetch_ms"]["median"].get<double>(),
                    row["map_mib"].get<double>(), row["resident_mib"].get<double>());
   }
-  text += "slowest frames\n";
+  text += pagesText(end.map.pages) + "slowest frames\n";
   for (const json& row : report["slowest"]) {
     text += format("  frame %d, map of %.2f GiB: %.3f ms, of which %.3f in integrate()\n",
                    row["frame"].get<int>(), row["map_gib"].get<double>(),

@@ -27,10 +27,12 @@ double depthOf(double x_m, double slope_x, double slope_y) {
   return depth_m;
 }
 
-/// What is in the map, and what was and is dropped: blocks take about the same everywhere here.
+/// What is in the map, in memory and on disk, and what was and is dropped: blocks take about the
+/// same everywhere here.
 size_t mappedBytes(const MapStats& map) {
   if (map.blocks == 0) return 0;
-  return map.map_bytes + static_cast<size_t>(map.dropped_blocks) * (map.map_bytes / map.blocks);
+  return map.map_bytes + map.pages.bytes +
+         static_cast<size_t>(map.dropped_blocks) * (map.map_bytes / map.blocks);
 }
 
 /// Memory of this process, 0 where the system does not tell.
@@ -74,14 +76,23 @@ SourceFrame renderFlightFrame(double x_m) {
 std::vector<FrameTime> fly(ProbedMapper& mapper, const FlightPlan& plan,
                            const std::function<void(size_t)>& show_progress) {
   std::vector<FrameTime> times;
-  size_t mapped_bytes = 0;
-  do {
-    const SourceFrame frame = renderFlightFrame(plan.speed_m * static_cast<double>(times.size()));
+  const auto fly_over = [&](size_t place) {
+    const SourceFrame frame = renderFlightFrame(plan.speed_m * static_cast<double>(place));
     times.push_back(timeFrame(mapper, frame.depth, [](const MeshUpdate&) {}));
-    times.back().mapped_bytes = mapped_bytes = mappedBytes(mapper.stats());
     times.back().resident_bytes = residentBytes();
-    show_progress(mapped_bytes);
-  } while (mapped_bytes < plan.map_bytes);
+  };
+  do {
+    fly_over(times.size());
+    times.back().mapped_bytes = mappedBytes(mapper.stats());
+    show_progress(times.back().mapped_bytes);
+  } while (times.back().mapped_bytes < plan.map_bytes);
+  if (!plan.returns) return times;
+  for (size_t place = times.size(); place-- > 0;) {
+    fly_over(place);
+    times.back().mapped_bytes = times[place].mapped_bytes;
+    times.back().on_return = true;
+    show_progress(times.back().mapped_bytes);
+  }
   return times;
 }
 

@@ -17,8 +17,9 @@ double groundHeight(double x_m, double y_m);
 SourceFrame renderFlightFrame(double x_m);
 
 struct FlightPlan {
-  size_t map_bytes;  ///< At which the flight ends, with those of blocks that were dropped.
-  double speed_m;    ///< Way from frame to frame.
+  size_t map_bytes;      ///< At which the flight ends, with those of blocks that were dropped.
+  double speed_m;        ///< Way from frame to frame.
+  bool returns = false;  ///< It flies back the way that it came.
 };
 
 /// Flies until so much was mapped; frames are made between the timed ones. `show_progress` gets

@@ -22,6 +22,7 @@ struct FrameTime {
   double distances_ms = 0.0;  ///< Of space, brought up to date after that; 0 without space.
   size_t map_bytes = 0;       ///< Of the map after the frame.
   size_t mapped_bytes = 0;    ///< Of a flight: with what was mapped and dropped by then.
+  bool on_return = false;     ///< Of a flight: mapped_bytes are those of the way out at its place.
   size_t resident_bytes = 0;  ///< Of a flight: memory of the process after the frame.
   double pack_ms = 0.0;       ///< Packing the chunks that changed, as the node sends them.
   PackedSize packed;          ///< Of these.

@@ -8,6 +8,7 @@
 
 #include "backend/backend_error.h"
 #include "backend/block_changes.h"
+#include "backend/block_mover.h"
 #include "backend/map_copy.h"
 #include "backend/profile.h"
 #include "dtsdf_mapping/mapper.h"
@@ -31,6 +32,8 @@ struct TouchedCounts {
 struct FrameTurn {
   uint64_t number;                      ///< Of the frame, from 1.
   const std::vector<int32_t>& in_view;  ///< Slots of blocks that may be in view, and others.
+  /// Where it comes in parts: those blocks that it changes in this one, by key. Null: all.
+  const std::vector<PackedKey>* part = nullptr;
 };
 
 /// How a colour image looks at the map.
@@ -172,6 +175,9 @@ class MapBackend {
 
   virtual void copyOut(const ContentsOrder& order, MapContents& contents) = 0;
   virtual void copyIn(const ContentsOrder& order, const MapContents& contents) = 0;
+
+  /// What moves blocks to disk and back; null where the backend cannot.
+  virtual BlockMover* mover() { return nullptr; }
 };
 
 /// Makes a backend for the map of a table, which outlives it.

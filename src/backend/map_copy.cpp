@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "map/map_head.h"
+
 namespace dtsdf {
 namespace {
 
@@ -13,7 +15,8 @@ static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof
               "a word each");
 
 /// Settings that say where and with what means a map is worked on or shown, not what it is.
-constexpr const char* kNotOfTheMap[] = {"backend", "threads", "map/max_memory_mb", "mesh/colour"};
+constexpr const char* kNotOfTheMap[] = {"backend",         "threads",         "map/max_memory_mb",
+                                        "map/page_folder", "map/page_max_gb", "mesh/colour"};
 
 /// Of the rules, those that find poses do not say what a map is either.
 constexpr const char* kRulesOfPoses = "rules/poses/";
@@ -68,27 +71,40 @@ MapContents contentsOf(MapperParams params, Rules rules) {
   return contents;
 }
 
-ContentsOrder listBlocks(const BlockTable& table, MapContents& contents) {
-  ContentsOrder order;
-  order.arrays.reserve(table.arraysInUse());
-  order.bricks.reserve(table.coloursInUse());
-  for (const int32_t slot : table.sortedSlots()) {
+std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots) {
+  std::vector<MapBlock> blocks;
+  blocks.reserve(slots.size());
+  for (const int32_t slot : slots) {
     const BlockEntry& entry = table.block(slot);
-    MapBlock block{entry.key, 0, 0};
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (entry.array[d] == kNoArray) continue;
-      block.directions |= 1u << d;
-      order.arrays.push_back(entry.array[d]);
-    }
-    visitBricks(table, entry, [&](int direction, int brick, int32_t number) {
+    MapBlock block{entry.key, directionsWithArrays(entry), 0};
+    visitBricks(table, entry, [&](int direction, int brick, int32_t) {
       block.bricks |= uint64_t{1} << (kBricksPerArray * direction + brick);
-      order.bricks.push_back(number);
     });
-    if (block.directions != 0) contents.blocks.push_back(block);  // else its mesh is all of it
+    if (block.directions != 0) blocks.push_back(block);
   }
-  contents.voxels = PlainArray<uint64_t>(order.arrays.size() * kVoxelsPerBlock);
-  contents.colours = PlainArray<uint32_t>(order.bricks.size() * kVoxelsPerBrick);
+  return blocks;
+}
+
+ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots) {
+  ContentsOrder order;
+  for (const int32_t slot : slots) {
+    const BlockEntry& entry = table.block(slot);
+    for (const int32_t array : entry.array) {
+      if (array != kNoArray) order.arrays.push_back(array);
+    }
+    visitBricks(table, entry, [&](int, int, int32_t number) { order.bricks.push_back(number); });
+  }
   return order;
+}
+
+void makeRoomForWords(MapContents& contents) {
+  size_t voxels = 0, colours = 0;
+  for (const MapBlock& block : contents.blocks) {
+    voxels += voxelWordsOf(block);
+    colours += colourWordsOf(block);
+  }
+  contents.voxels = PlainArray<uint64_t>(voxels);
+  contents.colours = PlainArray<uint32_t>(colours);
 }
 
 ContentsOrder EnteredBlocks::order() const {

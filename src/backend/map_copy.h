@@ -18,9 +18,15 @@ struct ContentsOrder {
 /// Contents with the settings of a mapper, and nothing else yet.
 MapContents contentsOf(MapperParams params, Rules rules);
 
-/// Lists a table's blocks in the contents and makes room for what they hold.
-/// @return where that is. @throws std::bad_alloc
-ContentsOrder listBlocks(const BlockTable& table, MapContents& contents);
+/// What contents say of blocks of a table, in this order; those without voxels are left out: their
+/// mesh is all of them.
+std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
+
+/// Where these blocks have their voxels and colours.
+ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots);
+
+/// Makes room for the voxels and colours of the contents' blocks. @throws std::bad_alloc
+void makeRoomForWords(MapContents& contents);
 
 /// Blocks that contents have brought into a table.
 struct EnteredBlocks {

@@ -23,6 +23,9 @@ class PoseAligner {
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const BlockTable& table,
                        const VoxelStore& voxels) const;
 
+  /// Blocks that these sums may look at, each once.
+  std::vector<PackedKey> keysAt(const FrameView& view, float cutoff) const;
+
  private:
   AlignmentSettings settings_;
   bool directional_;

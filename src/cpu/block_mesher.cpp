@@ -64,6 +64,51 @@ void BlockMesher::keepColours() {
   }
 }
 
+std::vector<int32_t> BlockMesher::marked() const {
+  std::vector<int32_t> slots;
+  for (const std::vector<int32_t>* list : {&dirty_, &painted_}) {
+    for (const int32_t slot : *list) {
+      if (state_[slot].dirty || state_[slot].painted) slots.push_back(slot);
+    }
+  }
+  std::sort(slots.begin(), slots.end());
+  slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
+  return slots;
+}
+
+MeshMarks BlockMesher::takeMarks(int32_t slot) {
+  const MeshMarks marks{state_[slot].dirty, state_[slot].painted};
+  state_[slot].dirty = state_[slot].painted = false;
+  return marks;
+}
+
+void BlockMesher::setMarks(int32_t slot, const MeshMarks& marks) {
+  if (marks.dirty) markDirty(slot);
+  if (marks.painted) markPainted(slot);
+}
+
+MeshState BlockMesher::takeState(int32_t slot) {
+  MeshState state{takeMarks(slot), state_[slot].has_mesh, state_[slot].labels};
+  forget(slot);
+  return state;
+}
+
+void BlockMesher::enterState(int32_t slot, const MeshState& state) {
+  forget(slot);
+  state_[slot].has_mesh = state.has_mesh;
+  state_[slot].labels = state.labels;
+  label_bytes_ += bytesOf(state_[slot].labels);
+  setMarks(slot, state.marks);
+  if (dirty_.size() > 2 * state_.size()) forgetTakenMarks(dirty_, &SlotState::dirty);
+  if (painted_.size() > 2 * state_.size()) forgetTakenMarks(painted_, &SlotState::painted);
+}
+
+/// Of blocks that come and go, marks are listed each time.
+void BlockMesher::forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark) {
+  list = takeMarked(list, state_, mark);
+  for (const int32_t slot : list) state_[slot].*mark = true;
+}
+
 void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
   const int32_t slot = table_.find(packKey(key));
   if (slot < 0 || state_[slot].update == update_) return;

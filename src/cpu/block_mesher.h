@@ -46,6 +46,15 @@ class BlockMesher {
 
   void profileTo(Profile* profile) { profile_ = profile; }
 
+  /// Slots with marks, each once.
+  std::vector<int32_t> marked() const;
+  MeshMarks takeMarks(int32_t slot);
+  void setMarks(int32_t slot, const MeshMarks& marks);
+
+  /// What is known of a block that leaves, which is forgotten, and of one that is back.
+  MeshState takeState(int32_t slot);
+  void enterState(int32_t slot, const MeshState& state);
+
   /// Memory of the units' labels and of what is kept for each slot.
   size_t bytes() const;
 
@@ -66,6 +75,8 @@ class BlockMesher {
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {
     return labels.capacity() * sizeof(UnitLabels);
   }
+
+  void forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark);
 
   /// The blocks whose units have a corner in one that changed.
   std::vector<int32_t> reachBlocks(const std::vector<int32_t>& dirty);

@@ -31,6 +31,10 @@ void inBatches(size_t count, int threads, const Body& body) {
   });
 }
 
+bool isInPart(PackedKey key, const FrameTurn& turn) {
+  return turn.part == nullptr || std::binary_search(turn.part->begin(), turn.part->end(), key);
+}
+
 }  // namespace
 
 int cpuThreads(const MapperParams& params) {
@@ -114,7 +118,7 @@ void CpuBackend::castFoldAndClear(const FrameTurn& turn) {
   BlockTimes times(profile_);
   parallelFor<BlockSums>(blocks.size(), threads_, [&](size_t i, BlockSums& sums) {
     const int32_t slot = table_.find(blocks[i].key);
-    if (slot < 0) return;
+    if (slot < 0 || !isInPart(blocks[i].key, turn)) return;
     BlockTimes::Lap lap(times);
     outcome[i] = {slot, fuseBlock(blocks[i], table_.block(slot), turn, sums, lap)};
     last_touched_[slot] = turn.number;
@@ -179,21 +183,23 @@ void CpuBackend::lookAround(const FrameTurn& turn) {
 }
 
 std::vector<int32_t> CpuBackend::blocksInTurn(const FrameTurn& turn) const {
-  const FrameView& frame = sensing_.image.frame;
-  const BlockKey origin = blockOfVoxel(frame.origin_voxel);
   std::vector<int32_t> slots;
   for (const int32_t slot : turn.in_view) {
     if (last_touched_[slot] == turn.number) continue;
     const BlockEntry& entry = table_.block(slot);
-    if (!entry.in_use || !isInTurn(packKey(entry.key), turn.number, rules_.fusion)) continue;
-    const Vec3i block_L = entry.key - origin;
-    if (mayBeInView(frame, block_L) &&
-        maySeeThroughBlock(sensing_, toFloat(firstVoxelOfBlock(block_L)),
-                           fusion_.truncation_voxels)) {
-      slots.push_back(slot);
-    }
+    if (!entry.in_use || !isInPart(packKey(entry.key), turn)) continue;
+    if (isInTurnToBeSeenThrough(entry.key, turn.number)) slots.push_back(slot);
   }
   return slots;
+}
+
+bool CpuBackend::isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const {
+  if (!isInTurn(packKey(key), frame_number, rules_.fusion)) return false;
+  const FrameView& frame = sensing_.image.frame;
+  const Vec3i block_L = key - blockOfVoxel(frame.origin_voxel);
+  return mayBeInView(frame, block_L) &&
+         maySeeThroughBlock(sensing_, toFloat(firstVoxelOfBlock(block_L)),
+                            fusion_.truncation_voxels);
 }
 
 std::vector<EmptyBlock> CpuBackend::takeEmpty() {
@@ -253,6 +259,7 @@ void CpuBackend::follow(const ChangedSlots& changed) {
   for (const int32_t slot : changed.slots) {
     if (!table_.block(slot).in_use) {
       mesher_.forget(slot);
+      if (static_cast<size_t>(slot) < last_touched_.size()) last_touched_[slot] = 0;
     } else if (changed.dirty) {
       mesher_.markDirty(slot);
     }

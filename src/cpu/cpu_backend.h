@@ -21,7 +21,7 @@ namespace dtsdf {
 /// How many threads a mapper on the CPU has.
 int cpuThreads(const MapperParams& params);
 
-class CpuBackend : public MapBackend {
+class CpuBackend : public MapBackend, private BlockMover {
  public:
   CpuBackend(const MapperParams& params, const Rules& rules, const BlockTable& table);
 
@@ -67,8 +67,22 @@ class CpuBackend : public MapBackend {
                                         const RegionView& region) override;
   void copyOut(const ContentsOrder& order, MapContents& contents) override;
   void copyIn(const ContentsOrder& order, const MapContents& contents) override;
+  BlockMover* mover() override { return this; }
 
  private:
+  std::vector<PackedKey> touchedKeys() override;
+  std::vector<PackedKey> seenThrough(const std::vector<PackedKey>& keys,
+                                     uint64_t frame_number) override;
+  std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff) override {
+    return aligner_.keysAt(view, cutoff);
+  }
+  std::vector<int32_t> markedSlots() override { return mesher_.marked(); }
+  std::vector<MeshState> takeMeshStates(const std::vector<int32_t>& slots) override;
+  void enterMeshStates(const std::vector<int32_t>& slots,
+                       const std::vector<MeshState>& states) override;
+  std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) override;
+  void setMarks(const std::vector<int32_t>& slots, const std::vector<MeshMarks>& marks) override;
+  bool isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const;
   PaintedMap map() { return {table_, voxels_, colours_}; }
   uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, const FrameTurn& turn,
                      BlockSums& sums, BlockTimes::Lap& lap);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 #include <utility>
 
 #include "backend/pose_solver.h"
@@ -38,6 +39,13 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
     });
   }
   name_ = ready().name();  // what a device lacks shows at the start
+  if (params.map.page_folder.empty()) return;
+  if (backend_->mover() == nullptr) {
+    throw std::runtime_error(
+        "map/page_folder needs backend cpu so far; set backend to cpu, or "
+        "leave map/page_folder empty");
+  }
+  pager_ = std::make_unique<Pager>(params.map, table_, [this] { finishMeshing(); });
 }
 
 /// The backend, for the calling thread. clear() leaves none, so that a device never holds two maps.
@@ -77,15 +85,16 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   sense(frame, view);
   backend_->makeSurfels();
   backend_->findBlocks();
-  const std::vector<int32_t> in_view = blocksInView(view);
+  std::vector<int32_t> in_view = blocksInView(view);
   settle();  // what the frame before left, whose last work may have run until now
   backend_->lookUpBlocks();
   seeFree(view);
   const TouchedCounts touched = backend_->touched();
   if (touched.blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
-  const FrameTurn turn{counters_.frames + 1, in_view};
+  const size_t left_on_disk = pager_ ? bringInForFrame(view, touched, in_view) : 0;
+  const FrameTurn turn{counters_.frames + 1, in_view, part_.empty() ? nullptr : &part_};
   IntegrationResult result;
-  result.refused_blocks = admit(touched, turn);
+  result.refused_blocks = left_on_disk + admit(touched, turn);
   castFoldAndClear(touched, turn);
   keep(frame);
   return result;
@@ -130,7 +139,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   const PoolSizes after = table_.sizesAfter(touched.requests, touched.new_arrays);
   if (touched.requests == 0) return 0;
   if (hasRoomFor({touched.requests, touched.new_arrays, after})) {
-    admission = table_.admit(backend_->requests());
+    admission = table_.admit(pager_ ? requestsOfPart() : backend_->requests());
     backend_->enterBlocks(admission.changed_slots);
     backend_->zeroArrays(admission.new_arrays);
   } else {
@@ -141,7 +150,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
     profile_->work.new_arrays += admission.new_arrays.size();
   }
   counters_.refused += admission.refused;
-  outside_ = std::move(admission.outside);
+  outside_.insert(outside_.end(), admission.outside.begin(), admission.outside.end());
   return admission.refused;
 }
 
@@ -178,17 +187,23 @@ void Engine::keep(const DepthFrame& frame) {
 /// Takes the last frame's outcome: what it saw as free, left empty, or beyond what is kept.
 void Engine::settle() {
   if (has_free_) takeFree();  // while it is known what the frame keeps
-  std::vector<int32_t> changed;
-  for (const EmptyBlock& empty : backend_->takeEmpty()) {
-    table_.vacate(empty.slot, empty.directions);
-    changed.push_back(empty.slot);
-  }
+  std::vector<int32_t> changed = vacateEmpty();
   const std::vector<int32_t> dropped = dropBeyond();
   changed.insert(changed.end(), dropped.begin(), dropped.end());
   table_.releaseVacant(table_.takeUnseen());
   std::sort(changed.begin(), changed.end());
   changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
   backend_->follow({changed, !dropped.empty()});
+}
+
+/// What the last frame left empty. @return the slots.
+std::vector<int32_t> Engine::vacateEmpty() {
+  std::vector<int32_t> slots;
+  for (const EmptyBlock& empty : backend_->takeEmpty()) {
+    table_.vacate(empty.slot, empty.directions);
+    slots.push_back(empty.slot);
+  }
+  return slots;
 }
 
 void Engine::takeFree() {
@@ -204,12 +219,19 @@ std::vector<int32_t> Engine::dropBeyond() {
   if (!kept_) return {};
   const StageTimer timer(profile_, Stage::kClear);
   std::vector<int32_t> slots = table_.slotsBeyond(*kept_, kMostDroppedBlocks);
+  const std::vector<PackedKey> on_disk =
+      pager_ ? takeFarthest(*kept_, slots) : std::vector<PackedKey>();
   kept_.reset();
-  if (slots.empty()) return slots;
+  counters_.dropped += slots.size() + on_disk.size();
+  if (slots.empty() && on_disk.empty()) return {};
   backend_->waitForMeshes();
   backend_->reserveChanges(slots.size());
   for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
-  counters_.dropped += slots.size();
+  if (on_disk.empty()) return slots;
+  for (const int32_t slot : pager_->drop(*backend_, on_disk)) {
+    table_.vacate(slot, kAllDirections);
+    slots.push_back(slot);
+  }
   return slots;
 }
 
@@ -223,9 +245,8 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
     const StageTimer timer(profile_, Stage::kAlign);
     const float voxel_size_m = params_.map.voxel_size_m;
     backend_->takePoints(frame, makeFrameView(frame, voxel_size_m));
-    return findPose(
-        frame, prior, rules_.poses, voxel_size_m,
-        [&](const FrameView& view, float cutoff) { return backend_->sumsAt(view, cutoff); });
+    return findPose(frame, prior, rules_.poses, voxel_size_m,
+                    [&](const FrameView& view, float cutoff) { return sumsAt(view, cutoff); });
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
     return unaligned;
@@ -241,13 +262,14 @@ IntegrationResult Engine::paint(const ColourFrame& frame) {
 IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   ready();
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
-  const std::vector<int32_t> in_view = table_.slotsInView(view, pointRadius(rules_.colour));
+  std::vector<int32_t> in_view = table_.slotsInView(view, pointRadius(rules_.colour));
   settle();
+  const size_t left_on_disk = pager_ ? bringInForImage(view, in_view) : 0;
   const SeenColours seen = backend_->look(frame, {view, leastEvidenceNow(), in_view});
   exposure_ = exposureOf(seen.sums, exposure_, paint_settings_);
   if (!seen.any) return nothingToPaint();
   IntegrationResult result;
-  result.refused_blocks = admitColours();
+  result.refused_blocks = left_on_disk + admitColours();
   if (has_colours_) backend_->paint(exposure_);
   if (profile_ != nullptr) {
     profile_->work.colour_pixels += static_cast<uint64_t>(frame.width) * frame.height;
@@ -260,7 +282,9 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
 size_t Engine::admitColours() {
   backend_->waitForMeshes();
   std::vector<ColourRequest> requests = backend_->colourRequests();
-  backend_->reserveColours(table_.countNewColours(requests));
+  const size_t new_bricks = table_.countNewColours(requests);
+  if (pager_) pager_->makeRoom(*backend_, new_bricks * BlockTable::kColourBytes);
+  backend_->reserveColours(new_bricks);
   const ColourAdmission admission = table_.admitColours(std::move(requests));
   enterColours(admission.bricks);
   counters_.refused += admission.refused;
@@ -270,9 +294,14 @@ size_t Engine::admitColours() {
 /// What was meshed without colours gets them with the first ones.
 void Engine::enterColours(const std::vector<NewBrick>& bricks) {
   if (bricks.empty()) return;
-  if (!has_colours_) backend_->keepColours();
+  if (!has_colours_) keepColours();
   has_colours_ = true;
   backend_->enterColours(bricks);
+}
+
+void Engine::keepColours() {
+  backend_->keepColours();
+  if (pager_) pager_->keepColours();
 }
 
 int32_t Engine::leastEvidenceNow() const {

@@ -9,6 +9,8 @@
 #include "backend/map_backend.h"
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
+#include "engine/mesh_parts.h"
+#include "engine/pager.h"
 #include "kernels/colour/paint_settings.h"
 #include "space/space_map.h"
 
@@ -30,6 +32,8 @@ class Engine : public ProbedMapper {
   ClearedRegion clearRegion(const Region& region) override;
   void clear() override;
   MapContents contents() override;
+  MapContents outline() override;
+  MapContents part(const std::vector<MapBlock>& blocks) override;
   void restore(const MapContents& contents) override;
   Space* space() override { return space_.get(); }
   MapStats stats() const override;
@@ -64,6 +68,7 @@ class Engine : public ProbedMapper {
 
   // What it leaves to be done when the map is looked at next.
   void settle();
+  std::vector<int32_t> vacateEmpty();
   void takeFree();
   std::vector<int32_t> dropBeyond();
 
@@ -71,10 +76,33 @@ class Engine : public ProbedMapper {
   IntegrationResult paintSurfaces(const ColourFrame& frame);
   size_t admitColours();
   void enterColours(const std::vector<NewBrick>& bricks);
+  void keepColours();
+
+  // Blocks on disk: see engine_paging.cpp. None of it happens without map/page_folder.
+  size_t bringInForFrame(const FrameView& view, const TouchedCounts& touched,
+                         std::vector<int32_t>& in_view);
+  std::vector<PackedKey> keysOfFrame(const FrameView& view, const std::vector<int32_t>& in_view);
+  size_t bringInPart(size_t new_bytes);
+  size_t fusePart(const FrameView& view, const TouchedCounts& touched);
+  size_t bytesWanted(PackedKey key, size_t& next_request) const;
+  std::vector<BlockRequest> requestsOfPart() const;
+  size_t bringInForImage(const FrameView& view, std::vector<int32_t>& in_view);
+  void bringInForView(const FrameView& view);
+  AlignmentSums sumsAt(const FrameView& view, float cutoff);
+  std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
+  std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;
+  void clearPaged(const RegionView& view, ClearedRegion& result);
+  void meshInParts();
+  void meshParts(std::vector<MarkedKey> marked, bool is_last);
+  bool fits(const std::vector<PackedKey>& keys) const;
+  void finishMeshing();
 
   std::vector<int32_t> blocksInView(const FrameView& view) const;
   int32_t leastEvidenceNow() const;
+  void markAllDirty();
+  void enterContents(const MapContents& contents);
   void countMeshes(const MadeMeshes& made) const;
+  void clearSlots(const std::vector<int32_t>& slots, const RegionView& view, ClearedRegion& result);
 
   const MapperParams params_;
   const Rules rules_;
@@ -84,6 +112,9 @@ class Engine : public ProbedMapper {
   BlockTable table_;
   std::unique_ptr<MapBackend> backend_;  ///< Null after clear(), until it is used: see ready().
   std::unique_ptr<SpaceMap> space_;      ///< Null where nobody asks for it.
+  std::unique_ptr<Pager> pager_;         ///< Null without map/page_folder.
+  std::vector<BlockRequest> requests_;   ///< Of the last frame, by key; with a pager only.
+  std::vector<PackedKey> part_;          ///< Of that frame, by key; empty: it comes in one.
   Counters counters_;
   Exposure exposure_ = sameExposure();  ///< Of the last colour image.
   bool has_colours_ = false;            ///< Something was painted.
@@ -91,6 +122,7 @@ class Engine : public ProbedMapper {
   std::optional<KeptBall> kept_;        ///< Of the last frame, until what lies beyond is dropped.
   bool has_free_ = false;               ///< What the last frame saw as free has not been taken yet.
   bool is_meshing_ = false;
+  MadeMeshes made_;  ///< Of the extraction under way, so far: those that were fetched early.
   int32_t least_evidence_ = 0;   ///< Of the last extraction.
   std::vector<int32_t> vacant_;  ///< Released when the extraction under way is fetched.
   Profile* profile_ = nullptr;

@@ -13,35 +13,51 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
   const FrameView frame = checkedFrameView(camera, T_W_C, params_);
   ready();
   settle();
+  if (pager_) bringInForView(frame);
   backend_->render({frame, leastEvidenceNow(), has_colours_}, view);
 }
 
 void Engine::beginMeshUpdate() {
   ready();
-  if (is_meshing_) backend_->finishMesh();  // nobody asked for its changes: they are lost
+  if (is_meshing_) finishMeshing();
+  made_ = MadeMeshes();  // nobody asked for its changes: they are lost
   settle();
   table_.noteExtraction();
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
   const int32_t least = leastEvidenceNow();
-  if (least != least_evidence_) backend_->markAllDirty();
+  if (least != least_evidence_) markAllDirty();
   least_evidence_ = least;
+  if (pager_) meshInParts();  // all but the last of them, which is this:
   backend_->beginMesh(least);
   is_meshing_ = true;
 }
 
-/// Blocks without arrays go now: what shows their mesh learns that they have none.
+void Engine::markAllDirty() {
+  backend_->markAllDirty();
+  if (pager_) pager_->markAllDirty();
+}
+
 MeshUpdate Engine::finishMeshUpdate() {
-  MadeMeshes made = ready().finishMesh();
-  is_meshing_ = false;
-  backend_->follow({table_.releaseVacant(vacant_), false});
-  vacant_.clear();
+  ready();
+  finishMeshing();
+  MadeMeshes made = std::move(made_);
+  made_ = MadeMeshes();
   countMeshes(made);
   if (space_ != nullptr) {
     const StageTimer timer(profile_, Stage::kFindCells);
     space_->addSurfaces(made.update.blocks);
   }
   return std::move(made.update);
+}
+
+/// Blocks without arrays go now: what shows their mesh learns that they have none.
+void Engine::finishMeshing() {
+  if (!is_meshing_) return;
+  addMeshes(backend_->finishMesh(), made_);
+  is_meshing_ = false;
+  backend_->follow({table_.releaseVacant(vacant_), false});
+  vacant_.clear();
 }
 
 void Engine::countMeshes(const MadeMeshes& made) const {
@@ -58,10 +74,17 @@ ClearedRegion Engine::clearRegion(const Region& region) {
   const RegionView view = checkedRegionView(region, params_.map);
   ready().waitForMeshes();
   settle();
-  const std::vector<int32_t> slots = table_.slotsIn(view);
+  ClearedRegion result;
+  clearSlots(table_.slotsIn(view), view, result);
+  if (pager_) clearPaged(view, result);
+  if (space_ != nullptr) space_->clearRegion(view);
+  return result;
+}
+
+void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,
+                        ClearedRegion& result) {
   backend_->reserveChanges(slots.size());
   const std::vector<EmptiedBlock> emptied = backend_->emptyRegion(slots, view);
-  ClearedRegion result;
   std::vector<int32_t> changed;
   for (size_t i = 0; i < slots.size(); ++i) {
     if (emptied[i].voxels == 0) continue;
@@ -71,14 +94,14 @@ ClearedRegion Engine::clearRegion(const Region& region) {
   }
   table_.releaseVacant(table_.takeUnseen());
   backend_->follow({changed, true});
-  if (space_ != nullptr) space_->clearRegion(view);
-  return result;
 }
 
 void Engine::clear() {
   if (backend_ != nullptr) backend_->enter();
   backend_.reset();
   table_.clear();
+  if (pager_) pager_->clear();
+  made_ = MadeMeshes();
   if (space_ != nullptr) space_->clear();
   counters_ = Counters();
   exposure_ = sameExposure();
@@ -89,7 +112,7 @@ void Engine::clear() {
   vacant_.clear();
 }
 
-MapContents Engine::contents() {
+MapContents Engine::outline() {
   settled();
   MapContents contents = contentsOf(params_, rules_);
   contents.frames = counters_.frames;
@@ -97,36 +120,83 @@ MapContents Engine::contents() {
   contents.painted = has_colours_;
   std::copy_n(exposure_.gain, 3, contents.exposure.begin());
   if (space_ != nullptr) space_->copyTo(contents);
-  backend_->copyOut(listBlocks(table_, contents), contents);
+  contents.blocks = mapBlocks(table_, table_.sortedSlots());
+  if (pager_) pager_->addBlocksTo(contents);
   return contents;
 }
 
-/// As frames do: memory first, then the table, then what the backend knows of it.
+MapContents Engine::contents() {
+  MapContents contents = outline();
+  makeRoomForWords(contents);
+  if (pager_ != nullptr && !pager_->isEmpty()) {
+    pager_->copyAll(*backend_, contents);
+  } else {
+    backend_->copyOut(orderOf(table_, table_.sortedSlots()), contents);
+  }
+  return contents;
+}
+
+MapContents Engine::part(const std::vector<MapBlock>& blocks) {
+  settled();
+  MapContents part;
+  part.blocks = blocks;
+  if (pager_) {
+    pager_->copyWords(*backend_, part);
+    return part;
+  }
+  std::vector<int32_t> slots;
+  for (const MapBlock& block : blocks) slots.push_back(table_.find(packKey(block.key)));
+  makeRoomForWords(part);
+  backend_->copyOut(orderOf(table_, slots), part);
+  return part;
+}
+
+/// With map/page_folder they may be more than fits, and come part by part.
 void Engine::restore(const MapContents& contents) {
-  const MapSize size = sizeOf(contents.blocks);
   try {
-    ready().reserve(
-        {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
-    const EnteredBlocks entered = enterBlocks(contents, table_);
-    backend_->enterBlocks(entered.blocks.changed_slots);
-    if (contents.painted) {
-      backend_->reserveColours(0);  // beyond what the table has by now
-      backend_->keepColours();
-      has_colours_ = true;
+    ready();
+    if (pager_) {
+      pager_->visitParts(contents, [this](const MapContents& part) {
+        const size_t bytes = sizeOf(part.blocks).bytes();
+        pager_->bringIn(*backend_, {}, bytes);
+        if (!pager_->hasRoom(bytes)) {
+          throw std::runtime_error(
+              "the map is larger than map/max_memory_mb, and the rest of it "
+              "cannot be written: " +
+              pager_->stats().problem);
+        }
+        enterContents(part);
+      });
+    } else {
+      enterContents(contents);
     }
-    enterColours(entered.colours.bricks);
-    backend_->copyIn(entered.order(), contents);
   } catch (const BackendError& error) {
     if (!error.lacksMemory()) throw;
     throw std::runtime_error(std::string("the GPU has too little memory for this map, which was "
                                          "not loaded; clear_map frees that of the old one. ") +
                              error.what());
   }
-  backend_->markAllDirty();
+  markAllDirty();
   counters_.frames = contents.frames;
   counters_.supporting_frames = contents.supporting_frames;
   std::copy_n(contents.exposure.begin(), 3, exposure_.gain);
   if (space_ != nullptr) space_->restore(contents);
+}
+
+/// As frames do: memory first, then the table, then what the backend knows of it.
+void Engine::enterContents(const MapContents& contents) {
+  const MapSize size = sizeOf(contents.blocks);
+  backend_->reserve(
+      {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
+  const EnteredBlocks entered = enterBlocks(contents, table_);
+  backend_->enterBlocks(entered.blocks.changed_slots);
+  if (contents.painted) {
+    backend_->reserveColours(0);  // beyond what the table has by now
+    keepColours();
+    has_colours_ = true;
+  }
+  enterColours(entered.colours.bricks);
+  backend_->copyIn(entered.order(), contents);
 }
 
 /// The engine with all that the last frame left: what the map holds stays the same by that, so that
@@ -148,7 +218,9 @@ MapStats Engine::stats() const {
           counters_.dropped,
           space_ == nullptr ? 0 : space_->freeBytes(),
           space_ == nullptr ? 0 : space_->refusedCubes(),
-          budgetOf(params_).map_bytes};
+          budgetOf(params_).map_bytes,
+          table_.bytesPeak(),
+          pager_ == nullptr ? PageStats() : pager_->stats()};
 }
 
 std::vector<MemoryPart> Engine::memoryParts() const {

@@ -7,16 +7,6 @@
 namespace dtsdf {
 namespace {
 
-/// Of a point from the nearest one of a block, in voxels.
-double squaredDistance(const BlockKey& block, const Vec3d& p) {
-  const auto outside = [](int32_t key, double at) {
-    const double first = static_cast<double>(key) * kBlockSide, beyond = first + kBlockSide;
-    return at < first ? first - at : (at > beyond ? at - beyond : 0.0);
-  };
-  const double x = outside(block.x, p.x), y = outside(block.y, p.y), z = outside(block.z, p.z);
-  return x * x + y * y + z * z;
-}
-
 /// Of a point from the farthest one of a cell, in voxels, at most.
 double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
   constexpr double kHalf = 0.5 * BlockCells::kSide * kBlockSide;
@@ -29,6 +19,15 @@ double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
 }
 
 }  // namespace
+
+double squaredDistance(const BlockKey& block, const Vec3d& p) {
+  const auto outside = [](int32_t key, double at) {
+    const double first = static_cast<double>(key) * kBlockSide, beyond = first + kBlockSide;
+    return at < first ? first - at : (at > beyond ? at - beyond : 0.0);
+  };
+  const double x = outside(block.x, p.x), y = outside(block.y, p.y), z = outside(block.z, p.z);
+  return x * x + y * y + z * z;
+}
 
 BlockTable::BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
@@ -98,6 +97,7 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
     }
     admission.changed_slots.push_back(slot);
   }
+  bytes_peak_ = std::max(bytes_peak_, bytesInUse());
   return admission;
 }
 
@@ -136,6 +136,7 @@ ColourAdmission BlockTable::admitColours(std::vector<ColourRequest> requests) {
       }
     });
   }
+  bytes_peak_ = std::max(bytes_peak_, bytesInUse());
   return admission;
 }
 
@@ -315,6 +316,19 @@ void BlockTable::clear() {
   free_colours_.clear();
   colour_count_ = 0;
   colours_in_use_ = 0;
+  bytes_peak_ = 0;
+}
+
+size_t BlockTable::bytesOf(int32_t slot) const {
+  size_t bytes = kBlockBytes;
+  for (const int32_t array : blocks_[static_cast<size_t>(slot)].array) {
+    if (array == kNoArray) continue;
+    bytes += kArrayBytes;
+    for (int brick = 0; brick < kBricksPerArray; ++brick) {
+      if (colourOf(array, brick) != kNoArray) bytes += kColourBytes;
+    }
+  }
+  return bytes;
 }
 
 std::vector<int32_t> BlockTable::sortedSlots() const {

@@ -45,6 +45,9 @@ struct KeptBall {
   double radius;
 };
 
+/// Of a point from the nearest one of a block, in voxels.
+double squaredDistance(const BlockKey& block, const Vec3d& p);
+
 /// A block that a frame wants to write to, and in which directions (bit d for direction d).
 struct BlockRequest {
   PackedKey key;
@@ -149,6 +152,12 @@ class BlockTable {
 
   /// An extraction of meshes begins, of all blocks that there are.
   void noteExtraction() { ++extractions_; }
+  uint32_t extractions() const { return extractions_; }  ///< Begun so far.
+
+  /// The block was made when so many had begun: it is back from elsewhere.
+  void setExtractions(int32_t slot, uint32_t extractions) {
+    blocks_[static_cast<size_t>(slot)].extractions = extractions;
+  }
 
   /// Of the blocks that have lost their last array since the last call, those that no extraction
   /// has met: nobody has to learn that they are gone.
@@ -189,6 +198,11 @@ class BlockTable {
     return slots_.size() * kBlockBytes + arrays_in_use_ * kArrayBytes +
            colours_in_use_ * kColourBytes;
   }
+  size_t bytesPeak() const { return bytes_peak_; }  ///< The most that were in use.
+  size_t budgetBytes() const { return budget_bytes_; }
+
+  /// Bytes that a block counts towards the budget.
+  size_t bytesOf(int32_t slot) const;
 
   /// Memory of the table itself.
   size_t memoryBytes() const {
@@ -219,6 +233,7 @@ class BlockTable {
   std::vector<int32_t> colour_of_;  ///< By voxel array and brick; none while nothing is painted.
   std::vector<int32_t> free_colours_;
   size_t colour_count_ = 0, colours_in_use_ = 0;
+  size_t bytes_peak_ = 0;
 };
 
 }  // namespace dtsdf

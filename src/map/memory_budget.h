@@ -18,6 +18,12 @@ struct MemoryBudget {
   size_t free_bytes;  ///< Cubes of which something is seen free.
 };
 
+/// What may lie on disk beside it.
+inline size_t pageBytesOf(const MapParams& params) {
+  if (params.page_folder.empty()) return 0;
+  return static_cast<size_t>(static_cast<double>(params.page_max_gb) * (size_t{1} << 30));
+}
+
 /// With space/enabled an eighth is for what is free.
 inline MemoryBudget budgetOf(const MapperParams& params) {
   constexpr size_t kFreeShare = 8;

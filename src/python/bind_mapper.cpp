@@ -134,6 +134,10 @@ py::dict statsOf(MapperSession& self) {
   result["refused_blocks"] = stats.refused_blocks;
   result["refused_cubes"] = stats.refused_cubes;
   result["dropped_blocks"] = stats.dropped_blocks;
+  result["map_bytes_peak"] = stats.map_bytes_peak;
+  result["paged_blocks"] = stats.pages.blocks;
+  result["paged_bytes"] = stats.pages.bytes;
+  result["lost_blocks"] = stats.pages.lost;
   result["other_bytes"] = memory.spare + memory.indices + memory.meshes + memory.scratch +
                           memory.staging + memory.space;
   return result;

@@ -11,6 +11,7 @@
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "io/atomic_file.h"
+#include "io/save_mapper.h"
 #include "io/trajectory_file.h"
 #include "log/log_replay.h"
 #include "mapper/probed_mapper.h"
@@ -81,11 +82,7 @@ MapFrame frameOf(const ReconstructOptions& options, const RunSettings& settings,
 
 /// Saves the map of a run, and says so.
 void saveMapOf(Mapper& mapper, const MapFrame& frame, double stamp_s, const std::string& path) {
-  MapContents contents = mapper.contents();
-  contents.map_frame = frame.name;
-  contents.T_W_M = frame.T_W_M;
-  contents.stamp_s = stamp_s;
-  const SavedMap saved = saveMap(contents, path);
+  const SavedMap saved = saveMapOf(mapper, {frame.name, frame.T_W_M, stamp_s}, path);
   std::printf("%zu blocks, %.1f MB: %s\n", saved.size.blocks,
               static_cast<double>(saved.file_bytes) / 1e6, path.c_str());
 }
@@ -107,6 +104,18 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   if (!mesh_path.empty()) {
     std::printf("%zu vertices, %zu triangles: %s\n", result.mesh.vertices_m.size(),
                 result.mesh.triangles.size(), mesh_path.c_str());
+  }
+  const PageStats& pages = result.map.pages;
+  if (pages.blocks > 0) {
+    std::printf("%zu blocks in memory, %zu (%.1f MB) in map/page_folder; %llu written, %llu read, "
+                "%.1f s waited for the disk\n",
+                result.map.blocks, pages.blocks, static_cast<double>(pages.bytes) / 1e6,
+                static_cast<unsigned long long>(pages.written),
+                static_cast<unsigned long long>(pages.read), pages.wait_ms / 1e3);
+  }
+  if (!pages.problem.empty()) {
+    std::fprintf(stderr, "reconstruct: warning: %llu blocks were lost: %s\n",
+                 static_cast<unsigned long long>(pages.lost), pages.problem.c_str());
   }
   if (result.map.refused_blocks > 0) {
     std::fprintf(stderr,

@@ -12,6 +12,14 @@ nlohmann::json toJson(const TimeSummary& times) {
   return {{"mean", times.mean}, {"median", times.median}, {"p95", times.p95}};
 }
 
+nlohmann::json toJson(const PageStats& pages) {
+  return {
+      {"blocks", pages.blocks},   {"bytes", pages.bytes},       {"index_bytes", pages.index_bytes},
+      {"written", pages.written}, {"read", pages.read},         {"waits", pages.waits},
+      {"wait_ms", pages.wait_ms}, {"failures", pages.failures}, {"lost", pages.lost},
+      {"problem", pages.problem}};
+}
+
 }  // namespace
 
 TimeSummary summarise(std::vector<double> values) {
@@ -46,6 +54,8 @@ std::string reportJson(const ReconstructionResult& result, const std::string& ba
   report["blocks"] = result.map.blocks;
   report["voxel_arrays"] = result.map.voxel_arrays;
   report["map_bytes"] = result.map.map_bytes;
+  report["map_bytes_peak"] = result.map.map_bytes_peak;
+  report["pages"] = toJson(result.map.pages);
   report["refused_blocks"] = result.map.refused_blocks;
   report["vertices"] = result.mesh.vertices_m.size();
   report["triangles"] = result.mesh.triangles.size();

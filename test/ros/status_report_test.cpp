@@ -109,7 +109,13 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   input.map.stats.refused_blocks = 7;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
                    "raise map/max_memory_mb or set map/keep_radius_m"));
+  input.map.stats.pages.failures = 1;
+  input.map.stats.pages.problem = "no space";
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "could not be written: no space"));
   input.map.stats.refused_blocks = 0;
+  input.map.stats.pages.lost = 4;
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "4 blocks could not be read back"));
+  input.map.stats.pages = PageStats();
   input.map.stats.refused_cubes = 3;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "memory for free space"));
   EXPECT_TRUE(
@@ -120,6 +126,20 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   input.map.failure = "out of memory";
   EXPECT_EQ(makeStatus(input).level, MapStatus::ERROR);
   EXPECT_TRUE(says(makeStatus(input), "out of memory"));
+}
+
+TEST(StatusReport, ListsWhatLiesOnDisk) {
+  StatusInput input = makeInput();
+  input.map.stats.pages.written = 9;
+  input.map.stats.pages.bytes = 1234;
+  input.map.stats.pages.index_bytes = 56;
+  size_t found = 0;
+  for (const auto& part : makeStatus(input).memory) {
+    if (part.name == "pages") EXPECT_EQ(part.place + std::to_string(part.bytes), "disk1234");
+    if (part.name == "page_index") EXPECT_EQ(part.place + std::to_string(part.bytes), "host56");
+    found += part.name == "pages" || part.name == "page_index" ? 1 : 0;
+  }
+  EXPECT_EQ(found, 2u);
 }
 
 TEST(StatusReport, ReportsDropsThoughMostFramesAreFused) {

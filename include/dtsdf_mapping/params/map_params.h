@@ -1,6 +1,8 @@
 /// Settings of the map.
 #pragma once
 
+#include <string>
+
 #include "dtsdf_mapping/params/param_set.h"
 
 namespace dtsdf {
@@ -14,6 +16,10 @@ struct MapParams {
   /// for what is free.
   int max_memory_mb = 4096;
   float keep_radius_m = 0.0f;      ///< Blocks wholly beyond, from the camera, are dropped; 0: none.
+  /// Folder of the disk that what is far from the camera is written to where the budget is used up,
+  /// and read from when it is needed again; empty: none, the map is what fits the budget.
+  std::string page_folder;
+  float page_max_gb = 64.0f;       ///< What may be there, in GiB.
 };
 
 /// Visits each member with its key and its rule.
@@ -25,6 +31,8 @@ void visitParams(MapParams& p, Visitor& visit) {
   visit("map/directional", p.directional);
   visit("map/max_memory_mb", p.max_memory_mb, Range{1, 1 << 22});
   visit("map/keep_radius_m", p.keep_radius_m, Range{0.0, 1e6});
+  visit("map/page_folder", p.page_folder);
+  visit("map/page_max_gb", p.page_max_gb, Range{0.001, 1000.0});
 }
 
 }  // namespace dtsdf

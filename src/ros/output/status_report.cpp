@@ -121,6 +121,11 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   const MapperMemory& memory = in.map.memory;
   add("map", memory.on_gpu, stats.map_bytes - stats.colour_bytes, stats.max_map_bytes);
   add("colour", memory.on_gpu, stats.colour_bytes, stats.max_map_bytes);
+  if (stats.pages.written > 0) {
+    add("page_index", false, stats.pages.index_bytes);
+    add("pages", false, stats.pages.bytes);
+    status.memory.back().place = "disk";
+  }
   add("spare", memory.on_gpu, memory.spare);
   add("indices", memory.on_gpu, memory.indices);
   add("scratch", memory.on_gpu, memory.scratch);

@@ -189,11 +189,21 @@ bool hasFused(const StatusInput& in) {
 /// What the budget had no room for. Once something was refused this holds until the map is cleared,
 /// so it must not stand before anything that is wrong now.
 Verdict judgeBudget(const MapStats& stats) {
+  if (stats.pages.lost > 0) {
+    return {MapStatus::WARN,
+            std::to_string(stats.pages.lost) +
+                " blocks could not be read back and are lost: " + stats.pages.problem};
+  }
+  if (stats.pages.failures > 0 && stats.refused_blocks > 0) {
+    return {MapStatus::WARN,
+            std::to_string(stats.refused_blocks) +
+                " blocks were refused, as others could not be written: " + stats.pages.problem};
+  }
   if (stats.refused_blocks > 0) {
     return {MapStatus::WARN,
             "the map is full: " + std::to_string(stats.refused_blocks) +
                 " blocks were refused; the map stays usable; raise map/max_memory_mb or set "
-                "map/keep_radius_m"};
+                "map/keep_radius_m or map/page_folder"};
   }
   if (stats.refused_cubes > 0) {
     return {MapStatus::WARN,

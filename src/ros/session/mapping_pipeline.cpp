@@ -20,7 +20,10 @@ constexpr std::chrono::hours kNoSpace{1};
 
 MappingParams readParams(const ros::NodeHandle& private_nh) {
   const ServerParams server = readParamServer(private_nh);
-  return readMappingParams(server.tree, server.violations);
+  MappingParams params = readMappingParams(server.tree, server.violations);
+  std::string& page_folder = params.mapper.map.page_folder;
+  page_folder = expandHome(page_folder, "map/page_folder");
+  return params;
 }
 
 MeshOutput::Options outputOptions(const MappingParams& params) {

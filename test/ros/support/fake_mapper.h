@@ -84,6 +84,8 @@ class FakeMapper : public Mapper {
   }
 
   /// Nothing but the number of frames.
+  MapContents outline() override { return contents(); }
+  MapContents part(const std::vector<MapBlock>&) override { return contents(); }
   MapContents contents() override {
     MapContents contents;
     contents.frames = static_cast<uint64_t>(frames);

@@ -163,6 +163,24 @@ TEST(Flight, GrowsTheMapToItsSize) {
   EXPECT_LT(times[times.size() - 2].map_bytes, plan.map_bytes);
 }
 
+/// The way back is that of the way out, over the same ground.
+TEST(Flight, Returns) {
+  MapperParams params;
+  params.backend = Backend::kCpu;
+  params.map.voxel_size_m = 0.08f;
+  const auto mapper = makeProbedMapper(params, Rules());
+  FlightPlan plan{size_t(4) << 20, 2.0};
+  plan.returns = true;
+  const std::vector<FrameTime> times = fly(*mapper, plan, [](size_t) {});
+  ASSERT_GE(times.size(), 4u);
+  ASSERT_EQ(times.size() % 2, 0u);
+  for (size_t i = 0; i < times.size(); ++i) {
+    EXPECT_EQ(times[i].on_return, i >= times.size() / 2);
+    EXPECT_EQ(times[i].mapped_bytes, times[times.size() - 1 - i].mapped_bytes);
+  }
+  EXPECT_LT(mapper->stats().map_bytes, size_t(6) << 20) << "nothing new on the way back";
+}
+
 /// What is behind is dropped: the flight goes on until all of it together has the size.
 TEST(Flight, GoesOnWhileTheMapForgets) {
   MapperParams params;

@@ -35,6 +35,8 @@ class FakeMapper : public Mapper {
   ClearedRegion clearRegion(const Region&) override { return {}; }
   void clear() override {}
   MapContents contents() override { return {}; }
+  MapContents outline() override { return {}; }
+  MapContents part(const std::vector<MapBlock>&) override { return {}; }
   MapStats stats() const override { return {3, 7, 4096, 2}; }
   MapperMemory memory() const override { return {}; }
   std::string backendName() const override { return "fake (0 threads)"; }

@@ -1,0 +1,287 @@
+// Which blocks the engine needs in memory, and when: what a depth image changes, what a colour
+// image or a view looks at, what meshes depend on. Where blocks go and come from is the pager's.
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/engine.h"
+#include "kernels/colour/surface_point.h"
+#include "kernels/fusion/free_space.h"
+
+namespace dtsdf {
+namespace {
+
+/// From the middle of a block to what it may show in a view: see mayReachView().
+constexpr float kViewRadius = 7.1f + 1.0f;
+constexpr float kAnyDepth_m = 1e30f;
+
+void keepEachOnce(std::vector<PackedKey>& keys) {
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+}
+
+/// Depth of the middle of a block, in voxels.
+float depthOf(const FrameView& view, const BlockKey& block) {
+  constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
+  const Vec3f middle = toFloat(firstVoxelOfBlock(block - blockOfVoxel(view.origin_voxel))) +
+                       Vec3f{kHalf, kHalf, kHalf};
+  return rotateInverse(view.T_L_C, middle - view.T_L_C.t).z;
+}
+
+}  // namespace
+
+/// Blocks that a depth image touches, and those that it may clear, of all that there are: they are
+/// in memory then. Where these are too many at once, they come part by part, and the image is fused
+/// into all parts but for the last, which is left to the caller.
+/// @return how many blocks stay on disk or are refused, as there is no room for them.
+size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touched,
+                               std::vector<int32_t>& in_view) {
+  const StageTimer timer(profile_, Stage::kAdmit);
+  requests_ = backend_->requests();
+  std::sort(requests_.begin(), requests_.end(),
+            [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
+  part_.clear();
+  const size_t most_bytes = table_.budgetBytes() - table_.budgetBytes() / 8;
+  size_t left = 0, bytes = 0, new_bytes = 0, next_request = 0;
+  const std::vector<PackedKey> keys = keysOfFrame(view, in_view);
+  std::vector<PackedKey> part;
+  for (const PackedKey key : keys) {
+    const size_t wanted = bytesWanted(key, next_request), had = pager_->bytesOf(key);
+    if (!part.empty() && bytes + had + wanted > most_bytes) {
+      part_.swap(part);
+      left += bringInPart(new_bytes);
+      left += fusePart(view, touched);
+      part.clear();
+      bytes = new_bytes = 0;
+    }
+    part.push_back(key);
+    bytes += had + wanted;
+    new_bytes += wanted;
+  }
+  const bool is_whole = part.size() == keys.size();
+  part_.swap(part);
+  left += bringInPart(new_bytes);
+  in_view = blocksInView(view);
+  if (is_whole) part_.clear();
+  return left;
+}
+
+/// By key, each once.
+std::vector<PackedKey> Engine::keysOfFrame(const FrameView& view,
+                                           const std::vector<int32_t>& in_view) {
+  std::vector<PackedKey> keys = backend_->mover()->touchedKeys();
+  if (clearsFreeSpace(params_)) {
+    std::vector<PackedKey> others = pager_->keysWhere(
+        [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, kFootRadius); },
+        [](const BlockKey&) { return true; });
+    for (const int32_t slot : in_view) {
+      if (table_.block(slot).in_use) others.push_back(packKey(table_.block(slot).key));
+    }
+    const std::vector<PackedKey> seen =
+        backend_->mover()->seenThrough(others, counters_.frames + 1);
+    keys.insert(keys.end(), seen.begin(), seen.end());
+  }
+  keepEachOnce(keys);
+  return keys;
+}
+
+/// Bytes that a block wants beyond those that it has; keys are asked for in their order.
+size_t Engine::bytesWanted(PackedKey key, size_t& next_request) const {
+  while (next_request < requests_.size() && requests_[next_request].key < key) ++next_request;
+  if (next_request == requests_.size() || requests_[next_request].key != key) return 0;
+  const uint32_t known = pager_->directionsOf(key);
+  const int arrays = __builtin_popcount(requests_[next_request].directions & ~known);
+  return static_cast<size_t>(arrays) * BlockTable::kArrayBytes +
+         (pager_->bytesOf(key) == 0 ? BlockTable::kBlockBytes : 0);
+}
+
+size_t Engine::bringInPart(size_t new_bytes) {
+  const size_t left = pager_->bringIn(*backend_, part_, new_bytes);
+  counters_.refused += left;
+  return left;
+}
+
+/// As fuse() goes on, and settle() after it: slots are others in the next part.
+/// @return the number of blocks refused.
+size_t Engine::fusePart(const FrameView& view, const TouchedCounts& touched) {
+  const std::vector<int32_t> in_view = blocksInView(view);
+  const FrameTurn turn{counters_.frames + 1, in_view, &part_};
+  const size_t refused = admit(touched, turn);
+  backend_->castFoldAndClear(turn);
+  std::vector<int32_t> changed = vacateEmpty();
+  table_.releaseVacant(table_.takeUnseen());
+  std::sort(changed.begin(), changed.end());
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  backend_->follow({changed, false});
+  return refused;
+}
+
+/// Blocks that are left on disk are none to be made anew.
+std::vector<BlockRequest> Engine::requestsOfPart() const {
+  std::vector<BlockRequest> requests;
+  for (const BlockRequest& request : requests_) {
+    const bool is_in_part =
+        part_.empty() || std::binary_search(part_.begin(), part_.end(), request.key);
+    if (is_in_part && !pager_->isPaged(request.key)) requests.push_back(request);
+  }
+  return requests;
+}
+
+/// Blocks of which an image sees something, or that hide something from it.
+/// @return how many of them stay on disk.
+size_t Engine::bringInForImage(const FrameView& view, std::vector<int32_t>& in_view) {
+  const StageTimer timer(profile_, Stage::kPaint);
+  const float radius = pointRadius(rules_.colour);
+  const size_t left =
+      pager_->bringIn(*backend_, keysInView(view, radius, paint_settings_.max_depth_m), 0);
+  counters_.refused += left;
+  in_view = table_.slotsInView(view, radius);
+  return left;
+}
+
+/// @throws std::runtime_error where they do not fit into memory.
+void Engine::bringInForView(const FrameView& view) {
+  if (pager_->isEmpty()) return;
+  if (pager_->bringIn(*backend_, keysInView(view, kViewRadius, kAnyDepth_m), 0) == 0) return;
+  throw std::runtime_error(
+      "the view shows more of the map than fits into memory; raise "
+      "map/max_memory_mb, or render the saved map");
+}
+
+AlignmentSums Engine::sumsAt(const FrameView& view, float cutoff) {
+  if (pager_ && !pager_->isEmpty()) {
+    pager_->bringIn(*backend_, backend_->mover()->alignedKeys(view, cutoff), 0);
+  }
+  return backend_->sumsAt(view, cutoff);
+}
+
+/// Blocks in memory and on disk, the nearest first.
+std::vector<PackedKey> Engine::keysInView(const FrameView& view, float radius,
+                                          float max_depth_m) const {
+  const float max_depth = max_depth_m / view.voxel_size_m + radius;
+  const BlockKey origin = blockOfVoxel(view.origin_voxel);
+  const auto is_in_view = [&](const BlockKey& block) {
+    return mayBeInView(view, block - origin, radius) && depthOf(view, block) <= max_depth;
+  };
+  std::vector<PackedKey> keys = pager_->keysWhere(
+      [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, radius); }, is_in_view);
+  for (const int32_t slot : table_.slotsInView(view, radius)) {
+    const BlockKey& key = table_.block(slot).key;
+    if (is_in_view(key)) keys.push_back(packKey(key));
+  }
+  std::vector<std::pair<float, PackedKey>> by_depth;
+  for (const PackedKey key : keys) by_depth.push_back({depthOf(view, unpackKey(key)), key});
+  std::sort(by_depth.begin(), by_depth.end());
+  for (size_t i = 0; i < keys.size(); ++i) keys[i] = by_depth[i].second;
+  return keys;
+}
+
+/// Of all blocks beyond what is kept, the farthest ones go, wherever they are: those in memory are
+/// left in the list. @return those on disk.
+std::vector<PackedKey> Engine::takeFarthest(const KeptBall& kept,
+                                            std::vector<int32_t>& slots) const {
+  struct Beyond {
+    double distance;
+    PackedKey key;
+    int32_t slot;  ///< -1: on disk.
+  };
+  std::vector<Beyond> all;
+  for (const int32_t slot : slots) {
+    const BlockKey& key = table_.block(slot).key;
+    all.push_back({squaredDistance(key, kept.center), packKey(key), slot});
+  }
+  const double limit = kept.radius * kept.radius;
+  const auto is_beyond = [&](const BlockKey& key) {
+    return squaredDistance(key, kept.center) > limit;
+  };
+  for (const PackedKey key : pager_->keysWhere([](const auto&) { return true; }, is_beyond)) {
+    all.push_back({squaredDistance(unpackKey(key), kept.center), key, -1});
+  }
+  std::sort(all.begin(), all.end(), [](const Beyond& a, const Beyond& b) {
+    return a.distance != b.distance ? a.distance > b.distance : a.key < b.key;
+  });
+  if (all.size() > kMostDroppedBlocks) all.resize(kMostDroppedBlocks);
+  slots.clear();
+  std::vector<PackedKey> on_disk;
+  for (const Beyond& block : all) {
+    if (block.slot < 0) {
+      on_disk.push_back(block.key);
+    } else {
+      slots.push_back(block.slot);
+    }
+  }
+  return on_disk;
+}
+
+/// Blocks come back to be emptied, some at a time.
+void Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
+  constexpr size_t kAtOnce = 256;
+  const std::vector<PackedKey> keys =
+      pager_->keysWhere([](const auto&) { return true; },
+                        [&](const BlockKey& block) { return mayBeInside(view, block); });
+  for (size_t first = 0; first < keys.size();) {
+    // Fewer where memory is scarce; those that went before the region is done were emptied.
+    size_t count = std::min(kAtOnce, keys.size() - first);
+    const auto from = keys.begin() + static_cast<std::ptrdiff_t>(first);
+    const std::vector<PackedKey> some(from, from + static_cast<std::ptrdiff_t>(count));
+    count -= pager_->bringIn(*backend_, some, 0);
+    if (count == 0) {
+      throw std::runtime_error(
+          "the region was cleared in part: there is no memory to read the "
+          "rest from map/page_folder; " +
+          pager_->stats().problem);
+    }
+    std::vector<int32_t> slots;
+    for (size_t i = 0; i < count; ++i) {
+      const int32_t slot = table_.find(some[i]);
+      if (slot >= 0) slots.push_back(slot);
+    }
+    clearSlots(slots, view, result);
+    first += count;
+  }
+}
+
+/// Where all fit into memory that the extraction depends on, they come there and it goes on as
+/// ever. Else it is done in parts but for the last.
+void Engine::meshInParts() {
+  if (pager_->isEmpty()) return;
+  BlockMover& mover = *backend_->mover();
+  const std::vector<int32_t> slots = mover.markedSlots();
+  std::vector<MarkedKey> marked;
+  for (const int32_t slot : slots) marked.push_back({packKey(table_.block(slot).key), {}});
+  for (const PackedKey key : pager_->markedKeys()) marked.push_back({key, {}});
+  const std::vector<PackedKey> around = blocksAround(marked);
+  if (fits(around)) {
+    pager_->bringIn(*backend_, around, 0);
+    return;
+  }
+  const std::vector<MeshMarks> marks = mover.takeMarks(slots);
+  for (size_t i = 0; i < marked.size(); ++i) {
+    marked[i].marks = i < slots.size() ? marks[i] : pager_->takeMarks(marked[i].key);
+  }
+  meshParts(std::move(marked), true);
+}
+
+bool Engine::fits(const std::vector<PackedKey>& keys) const {
+  size_t bytes = 0;
+  for (const PackedKey key : keys) bytes += pager_->bytesOf(key);
+  return bytes <= table_.budgetBytes();
+}
+
+/// @param is_last The last part of all is left to the caller.
+void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
+  const std::vector<PackedKey> around = blocksAround(marked);
+  if (marked.size() > 1 && !fits(around)) {
+    std::vector<MarkedKey> half = takeHalf(marked);
+    meshParts(std::move(marked), false);
+    meshParts(std::move(half), is_last);
+    return;
+  }
+  pager_->bringIn(*backend_, around, 0);
+  for (const MarkedKey& block : marked) pager_->setMarks(*backend_, block.key, block.marks);
+  if (is_last) return;
+  backend_->beginMesh(least_evidence_);
+  addMeshes(backend_->finishMesh(), made_);
+}
+
+}  // namespace dtsdf

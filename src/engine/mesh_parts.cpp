@@ -1,0 +1,88 @@
+#include "engine/mesh_parts.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "map/block_extent.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int32_t kMeshReach = 2;
+
+int32_t along(const BlockKey& key, int axis) {
+  return axis == 0 ? key.x : (axis == 1 ? key.y : key.z);
+}
+
+int longestAxis(const std::vector<MarkedKey>& marked) {
+  BlockKey low = unpackKey(marked.front().key), high = low;
+  for (const MarkedKey& block : marked) {
+    low = leastOf(low, unpackKey(block.key));
+    high = greatestOf(high, unpackKey(block.key));
+  }
+  const Vec3i size = high - low;
+  if (size.x >= size.y && size.x >= size.z) return 0;
+  return size.y >= size.z ? 1 : 2;
+}
+
+}  // namespace
+
+/// Axis by axis, so that few keys come twice.
+std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked) {
+  std::vector<PackedKey> keys;
+  for (const MarkedKey& block : marked) keys.push_back(block.key);
+  for (const Vec3i& step : {Vec3i{1, 0, 0}, Vec3i{0, 1, 0}, Vec3i{0, 0, 1}}) {
+    std::vector<PackedKey> wider;
+    wider.reserve(keys.size() * (2 * kMeshReach + 1));
+    for (const PackedKey key : keys) {
+      for (int32_t i = -kMeshReach; i <= kMeshReach; ++i) {
+        const BlockKey block = unpackKey(key) + Vec3i{i * step.x, i * step.y, i * step.z};
+        if (isRepresentable(block)) wider.push_back(packKey(block));
+      }
+    }
+    std::sort(wider.begin(), wider.end());
+    wider.erase(std::unique(wider.begin(), wider.end()), wider.end());
+    keys = std::move(wider);
+  }
+  return keys;
+}
+
+std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked) {
+  const int axis = longestAxis(marked);
+  const auto middle = marked.begin() + static_cast<std::ptrdiff_t>(marked.size() / 2);
+  std::nth_element(marked.begin(), middle, marked.end(),
+                   [axis](const MarkedKey& a, const MarkedKey& b) {
+                     const int32_t at_a = along(unpackKey(a.key), axis);
+                     const int32_t at_b = along(unpackKey(b.key), axis);
+                     return at_a != at_b ? at_a < at_b : a.key < b.key;
+                   });
+  std::vector<MarkedKey> half(middle, marked.end());
+  marked.erase(middle, marked.end());
+  return half;
+}
+
+void addMeshes(MadeMeshes part, MadeMeshes& made) {
+  made.indexed_blocks += part.indexed_blocks;
+  made.meshed_blocks += part.meshed_blocks;
+  made.update.duration_ms += part.update.duration_ms;
+  std::vector<BlockMesh>& all = made.update.blocks;
+  if (all.empty()) {
+    all = std::move(part.update.blocks);
+    return;
+  }
+  std::vector<BlockMesh> merged;
+  merged.reserve(all.size() + part.update.blocks.size());
+  auto earlier = all.begin();
+  for (BlockMesh& mesh : part.update.blocks) {
+    const PackedKey key = packKey(mesh.key);
+    for (; earlier != all.end() && packKey(earlier->key) <= key; ++earlier) {
+      if (packKey(earlier->key) < key) merged.push_back(std::move(*earlier));
+    }
+    merged.push_back(std::move(mesh));
+  }
+  std::move(earlier, all.end(), std::back_inserter(merged));
+  all = std::move(merged);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,29 @@
+/// An extraction in parts, where the blocks that it needs do not fit into memory at once.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "backend/map_backend.h"
+
+namespace dtsdf {
+
+/// A block that is to be meshed again.
+struct MarkedKey {
+  PackedKey key;
+  MeshMarks marks;
+};
+
+/// All blocks that the meshes around these depend on: no rule of meshing reaches beyond two blocks.
+/// By key, each once.
+std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked);
+
+/// Parts a list in two, across the longest side of the box around it. @pre It has two or more.
+/// @return the second part; the first one is left.
+std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked);
+
+/// Adds the meshes of a part to those of the parts before: where both have a block, that of the
+/// later one is right, as all around it was up to date.
+void addMeshes(MadeMeshes part, MadeMeshes& made);
+
+}  // namespace dtsdf

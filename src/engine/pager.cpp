@@ -1,0 +1,312 @@
+#include "engine/pager.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/block_records.h"
+#include "map/memory_budget.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr uint32_t kEveryDirection = (1u << kDirectionCount) - 1u;
+
+/// Of blocks that move at once, about: what is in memory twice meanwhile.
+constexpr size_t kBatchBytes = size_t{8} << 20;
+
+/// Beyond what is asked for, as a share of the budget, so that not every frame has to write.
+constexpr size_t kSpareShare = 16;
+
+/// After a failure, calls that leave the disk alone.
+constexpr uint64_t kCallsBetweenTries = 16;
+
+}  // namespace
+
+Pager::Pager(const MapParams& params, BlockTable& table, std::function<void()> finish_meshes)
+    : table_(table),
+      finish_meshes_(std::move(finish_meshes)),
+      store_(params.page_folder, pageBytesOf(params)) {}
+
+size_t Pager::bytesOnceIn(const PagedBlock& block) const {
+  return BlockTable::kBlockBytes + voxelBytes(block) + colourBytes(block);
+}
+
+size_t Pager::bytesOf(PackedKey key) const {
+  const int32_t slot = table_.find(key);
+  if (slot >= 0) return table_.bytesOf(slot);
+  const int32_t number = store_.find(key);
+  return number < 0 ? 0 : bytesOnceIn(store_.block(number));
+}
+
+uint32_t Pager::directionsOf(PackedKey key) const {
+  const int32_t slot = table_.find(key);
+  if (slot >= 0) return directionsWithArrays(table_.block(slot));
+  const int32_t number = store_.find(key);
+  return number < 0 ? 0 : store_.block(number).directions;
+}
+
+void Pager::touch(int32_t slot) {
+  const auto place = static_cast<size_t>(slot);
+  if (last_need_.size() <= place) last_need_.resize(table_.slotCount(), 0);
+  last_need_[place] = now_;
+}
+
+size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes) {
+  ++now_;
+  std::vector<int32_t> numbers;
+  for (const PackedKey key : keys) {
+    const int32_t slot = table_.find(key);
+    const int32_t number = slot < 0 ? store_.find(key) : -1;
+    if (slot >= 0) touch(slot);
+    if (number >= 0) numbers.push_back(number);
+  }
+  for (size_t first = 0; first < numbers.size();) {
+    size_t end = first, bytes = 0;
+    for (; end < numbers.size() && (end == first || bytes < kBatchBytes); ++end) {
+      bytes += bytesOnceIn(store_.block(numbers[end]));
+    }
+    makeRoom(backend, bytes, Reserve::kUse);
+    while (end > first && !hasRoom(bytes)) bytes -= bytesOnceIn(store_.block(numbers[--end]));
+    if (end == first) return numbers.size() - first;
+    readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
+                        numbers.begin() + static_cast<std::ptrdiff_t>(end)});
+    first = end;
+  }
+  makeRoom(backend, new_bytes);
+  return 0;
+}
+
+bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
+  return makeRoom(backend, bytes, Reserve::kLeave);
+}
+
+/// Some more than that, unless the reserve of the disk has to be used for it.
+bool Pager::makeRoom(MapBackend& backend, size_t bytes, Reserve reserve) {
+  if (hasRoom(bytes)) return true;
+  writeOut(backend, bytes + table_.budgetBytes() / kSpareShare, Reserve::kLeave);
+  if (!hasRoom(bytes) && reserve == Reserve::kUse) writeOut(backend, bytes, reserve);
+  return hasRoom(bytes);
+}
+
+/// Until there is room for so many bytes, or nothing more can go.
+void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
+  if (now_ < no_writing_before_) return;
+  const std::vector<int32_t> slots =
+      leastRecent(table_.bytesInUse() + bytes - table_.budgetBytes());
+  if (slots.empty()) return;
+  const WaitTimer timer(stats_);
+  finish_meshes_();
+  std::vector<int32_t> batch;
+  size_t batch_bytes = 0;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    batch.push_back(slots[i]);
+    batch_bytes += table_.bytesOf(slots[i]);
+    if (batch_bytes < kBatchBytes && i + 1 < slots.size()) continue;
+    if (!writeBatch(backend, batch, reserve)) return;
+    batch.clear();
+    batch_bytes = 0;
+  }
+}
+
+/// Blocks that were not brought in last, at least so many bytes of them if there are, by key those
+/// that were needed at the same time.
+std::vector<int32_t> Pager::leastRecent(size_t bytes) const {
+  struct Candidate {
+    uint64_t last_need;
+    PackedKey key;
+    int32_t slot;
+  };
+  std::vector<Candidate> candidates;
+  for (size_t i = 0; i < table_.slotCount(); ++i) {
+    const auto slot = static_cast<int32_t>(i);
+    const BlockEntry& entry = table_.block(slot);
+    const uint64_t last_need = i < last_need_.size() ? last_need_[i] : 0;
+    if (!entry.in_use || last_need == now_ || directionsWithArrays(entry) == 0) continue;
+    candidates.push_back({last_need, packKey(entry.key), slot});
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return a.last_need != b.last_need ? a.last_need < b.last_need : a.key < b.key;
+  });
+  std::vector<int32_t> slots;
+  size_t found = 0;
+  for (const Candidate& candidate : candidates) {
+    if (found >= bytes) break;
+    found += table_.bytesOf(candidate.slot);
+    slots.push_back(candidate.slot);
+  }
+  return slots;
+}
+
+/// @return whether they have gone; else they are as they were.
+bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve) {
+  size_t most_bytes = slots.size() * kVoxelsPerBlock * sizeof(UnitLabels);
+  for (const int32_t slot : slots) most_bytes += table_.bytesOf(slot);
+  if (!store_.hasRoomFor(most_bytes, reserve == Reserve::kUse)) return false;
+  backend.reserveChanges(slots.size());
+  MapContents contents;
+  contents.blocks = mapBlocks(table_, slots);
+  makeRoomForWords(contents);
+  backend.copyOut(orderOf(table_, slots), contents);
+  const std::vector<MeshState> states = backend.mover()->takeMeshStates(slots);
+  std::vector<PagedBlock> blocks;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    blocks.push_back(
+        pagedBlockOf(contents.blocks[i], states[i], table_.block(slots[i]).extractions));
+  }
+  if (!store_.write(blocks, recordsOf(blocks, contents, states))) {
+    backend.mover()->enterMeshStates(slots, states);
+    ++stats_.failures;
+    no_writing_before_ = now_ + kCallsBetweenTries;
+    return false;
+  }
+  for (const int32_t slot : slots) table_.release(slot, kEveryDirection);
+  backend.follow({slots, false});
+  stats_.written += slots.size();
+  return true;
+}
+
+/// @pre There is room for them.
+void Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
+  const WaitTimer timer(stats_);
+  finish_meshes_();
+  std::sort(numbers.begin(), numbers.end(),
+            [this](int32_t a, int32_t b) { return store_.block(a).key < store_.block(b).key; });
+  std::vector<char> records;
+  const std::vector<uint8_t> intact = store_.read(numbers, records);
+  std::vector<PagedBlock> blocks, lost;
+  std::vector<char> intact_records;
+  const bool all_intact = std::find(intact.begin(), intact.end(), 0) == intact.end();
+  const char* record = records.data();
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    const PagedBlock& block = store_.block(numbers[i]);
+    (intact[i] ? blocks : lost).push_back(block);
+    if (intact[i] && !all_intact) {
+      intact_records.insert(intact_records.end(), record, record + recordBytes(block));
+    }
+    record += recordBytes(block);
+  }
+  enter(backend, blocks, all_intact ? records : intact_records);
+  store_.release(numbers);
+  stats_.read += blocks.size();
+  stats_.lost += lost.size();
+  for (const int32_t slot : enterWithoutVoxels(backend, lost)) {
+    table_.vacate(slot, kEveryDirection);
+    backend.mover()->setMarks({slot}, {{true, false}});
+  }
+}
+
+/// As a map that is loaded does: memory first, then the table, then what the backend knows of it.
+void Pager::enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
+                  const std::vector<char>& records) {
+  if (blocks.empty()) return;
+  MapContents contents;
+  for (const PagedBlock& block : blocks) contents.blocks.push_back(mapBlockOf(block));
+  const MapSize size = sizeOf(contents.blocks);
+  makeRoomForWords(contents);
+  const std::vector<MeshState> states = readRecords(blocks, records, contents);
+  backend.reserve(
+      {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
+  if (size.bricks > 0) backend.reserveColours(size.bricks);
+  const EnteredBlocks entered = enterBlocks(contents, table_);
+  const std::vector<int32_t>& slots = entered.blocks.changed_slots;
+  backend.enterBlocks(slots);
+  if (size.bricks > 0) backend.enterColours(entered.colours.bricks);
+  backend.copyIn(entered.order(), contents);
+  backend.mover()->enterMeshStates(slots, states);
+  for (size_t i = 0; i < slots.size(); ++i) {
+    table_.setExtractions(slots[i], blocks[i].extractions);
+    touch(slots[i]);
+  }
+}
+
+/// What shows meshes of them learns from these that they have none; of others nobody knows.
+std::vector<int32_t> Pager::enterWithoutVoxels(MapBackend& backend,
+                                               const std::vector<PagedBlock>& blocks) {
+  std::vector<BlockRequest> requests;
+  std::vector<uint32_t> extractions;
+  std::vector<MeshState> states;
+  for (const PagedBlock& block : blocks) {
+    if (block.extractions == table_.extractions()) continue;
+    requests.push_back({block.key, 0});
+    extractions.push_back(block.extractions);
+    states.push_back({{}, block.has_mesh, {}});
+  }
+  if (requests.empty()) return {};
+  backend.reserve({requests.size(), 0, table_.sizesAfter(requests.size(), 0)});
+  const std::vector<int32_t> slots = table_.admit(std::move(requests)).changed_slots;
+  backend.enterBlocks(slots);
+  backend.mover()->enterMeshStates(slots, states);
+  for (size_t i = 0; i < slots.size(); ++i) table_.setExtractions(slots[i], extractions[i]);
+  return slots;
+}
+
+void Pager::markAllDirty() {
+  store_.visit([](int32_t, PagedBlock& block) { block.dirty = true; });
+}
+
+void Pager::keepColours() {
+  store_.visit([](int32_t, PagedBlock& block) { block.painted |= block.has_mesh; });
+}
+
+std::vector<PackedKey> Pager::markedKeys() const {
+  std::vector<PackedKey> keys;
+  for (const BlockCells::Cell& cell : store_.cells()) {
+    for (const int32_t number : cell.slots) {
+      const PagedBlock& block = store_.block(number);
+      if (block.dirty || block.painted) keys.push_back(block.key);
+    }
+  }
+  return keys;
+}
+
+MeshMarks Pager::takeMarks(PackedKey key) {
+  PagedBlock& block = store_.block(store_.find(key));
+  const MeshMarks marks{block.dirty, block.painted};
+  block.dirty = block.painted = false;
+  return marks;
+}
+
+void Pager::setMarks(MapBackend& backend, PackedKey key, const MeshMarks& marks) {
+  const int32_t slot = table_.find(key);
+  const int32_t number = store_.find(key);
+  if (slot >= 0) {
+    backend.mover()->setMarks({slot}, {marks});
+  } else if (number >= 0) {
+    PagedBlock& block = store_.block(number);
+    block.dirty |= marks.dirty;
+    block.painted |= marks.painted;
+  }
+}
+
+std::vector<int32_t> Pager::drop(MapBackend& backend, const std::vector<PackedKey>& keys) {
+  std::vector<PackedKey> sorted = keys;
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<PagedBlock> blocks;
+  std::vector<int32_t> numbers;
+  for (const PackedKey key : sorted) {
+    numbers.push_back(store_.find(key));
+    blocks.push_back(store_.block(numbers.back()));
+  }
+  finish_meshes_();
+  store_.release(numbers);
+  makeRoom(backend, blocks.size() * BlockTable::kBlockBytes);
+  return enterWithoutVoxels(backend, blocks);
+}
+
+void Pager::clear() {
+  store_.clear();
+  stats_ = PageStats();
+  last_need_.clear();
+  no_writing_before_ = 0;
+}
+
+PageStats Pager::stats() const {
+  PageStats stats = stats_;
+  stats.blocks = store_.count();
+  stats.bytes = store_.bytes();
+  stats.index_bytes = store_.indexBytes();
+  stats.problem = store_.problem();
+  return stats;
+}
+
+}  // namespace dtsdf

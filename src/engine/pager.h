@@ -1,0 +1,132 @@
+/// Which blocks of a map are in memory, and which on disk: those that are needed come back, and
+/// those that were needed least recently make room for them. What is written of a block is all that
+/// belongs to it, so that the map is the one that it would be without.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "backend/map_backend.h"
+#include "map/block_table.h"
+#include "page/page_store.h"
+
+namespace dtsdf {
+
+/// Adds its own life to the time that calls have waited for the disk.
+class WaitTimer {
+ public:
+  explicit WaitTimer(PageStats& stats) : stats_(stats) { ++stats_.waits; }
+  ~WaitTimer() {
+    stats_.wait_ms +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+            .count();
+  }
+
+ private:
+  PageStats& stats_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+class Pager {
+ public:
+  /// @param finish_meshes Called before blocks move: fetches the extraction that is under way.
+  /// @throws std::runtime_error where map/page_folder cannot be written.
+  Pager(const MapParams& params, BlockTable& table, std::function<void()> finish_meshes);
+
+  bool isEmpty() const { return store_.isEmpty(); }
+  bool isPaged(PackedKey key) const { return store_.find(key) >= 0; }
+  /// Whether so much more can be in memory as it is.
+  bool hasRoom(size_t bytes) const { return table_.bytesInUse() + bytes <= table_.budgetBytes(); }
+
+  /// Blocks that are in the map are in memory when this returns, and stay there until the next
+  /// call; then there is room for so many bytes of new ones, as far as others can go.
+  /// @param keys The first ones first, where there is no room for all.
+  /// @return how many stay on disk for want of room.
+  size_t bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes);
+
+  /// Others go than those that were brought in last. @return whether there is so much room now.
+  bool makeRoom(MapBackend& backend, size_t bytes);
+
+  /// Blocks on disk that something lies in, in no order: by coarse cells, then one by one.
+  template <class CellTest, class Test>
+  std::vector<PackedKey> keysWhere(const CellTest& may_hold, const Test& holds) const;
+
+  /// What a block takes in memory, wherever it is; 0 where there is none.
+  size_t bytesOf(PackedKey key) const;
+  /// Directions that it has voxels of.
+  uint32_t directionsOf(PackedKey key) const;
+
+  // ---- Meshing.
+
+  void markAllDirty();
+  void keepColours();  ///< Meshes get colours.
+  /// Blocks on disk with marks.
+  std::vector<PackedKey> markedKeys() const;
+  MeshMarks takeMarks(PackedKey key);
+  /// Of a block in memory or on disk.
+  void setMarks(MapBackend& backend, PackedKey key, const MeshMarks& marks);
+
+  // ---- The map as a whole.
+
+  /// Blocks that go from disk. Those that a mesh was extracted of are in memory then, without
+  /// voxels. @return the slots of these.
+  std::vector<int32_t> drop(MapBackend& backend, const std::vector<PackedKey>& keys);
+
+  /// Adds blocks on disk to those of contents, by key.
+  void addBlocksTo(MapContents& contents) const;
+
+  /// Copies the voxels and colours of the contents' blocks, wherever they are.
+  /// @throws std::runtime_error where some cannot be read.
+  void copyWords(MapBackend& backend, MapContents& contents);
+
+  /// The same piece by piece, into the room that contents have. @pre The blocks are many.
+  void copyAll(MapBackend& backend, MapContents& contents);
+
+  /// Contents in parts that can be brought into the map one after the other.
+  void visitParts(const MapContents& contents,
+                  const std::function<void(const MapContents&)>& visit) const;
+
+  void clear();
+  PageStats stats() const;
+
+ private:
+  enum class Reserve { kLeave, kUse };
+
+  size_t bytesOnceIn(const PagedBlock& block) const;
+  void touch(int32_t slot);
+  bool makeRoom(MapBackend& backend, size_t bytes, Reserve reserve);
+  void writeOut(MapBackend& backend, size_t bytes, Reserve reserve);
+  std::vector<int32_t> leastRecent(size_t bytes) const;
+  bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve);
+  void readBatch(MapBackend& backend, std::vector<int32_t> numbers);
+  void readAll(const std::vector<int32_t>& numbers, std::vector<char>& records);
+  void enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
+             const std::vector<char>& records);
+  std::vector<int32_t> enterWithoutVoxels(MapBackend& backend,
+                                          const std::vector<PagedBlock>& blocks);
+
+  BlockTable& table_;
+  const std::function<void()> finish_meshes_;
+  PageStore store_;
+  uint64_t now_ = 1;                 ///< Number of the last call of bringIn().
+  uint64_t no_writing_before_ = 0;   ///< A call: after a failure the disk is left alone at first.
+  std::vector<uint64_t> last_need_;  ///< Of such a call, by slot.
+  PageStats stats_;
+};
+
+template <class CellTest, class Test>
+std::vector<PackedKey> Pager::keysWhere(const CellTest& may_hold, const Test& holds) const {
+  std::vector<PackedKey> keys;
+  for (const BlockCells::Cell& cell : store_.cells()) {
+    if (!may_hold(cell)) continue;
+    for (const int32_t number : cell.slots) {
+      const PackedKey key = store_.block(number).key;
+      if (holds(unpackKey(key))) keys.push_back(key);
+    }
+  }
+  return keys;
+}
+
+}  // namespace dtsdf

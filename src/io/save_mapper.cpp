@@ -1,0 +1,48 @@
+#include "io/save_mapper.h"
+
+#include <algorithm>
+
+#include "io/map_chunks.h"
+
+namespace dtsdf {
+namespace {
+
+void setOrigin(const MapOrigin& origin, MapContents& contents) {
+  contents.map_frame = origin.map_frame;
+  contents.T_W_M = origin.T_W_M;
+  contents.stamp_s = origin.stamp_s;
+}
+
+/// The blocks of a chunk, with what they hold.
+MapContents chunkOf(Mapper& mapper, const MapContents& outline, size_t chunk) {
+  const auto at = [&](size_t chunks) {
+    const size_t block = std::min(outline.blocks.size(), chunks * kBlocksPerMapChunk);
+    return outline.blocks.begin() + static_cast<std::ptrdiff_t>(block);
+  };
+  return mapper.part(std::vector<MapBlock>(at(chunk), at(chunk + 1)));
+}
+
+}  // namespace
+
+SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
+  if (mapper.stats().pages.blocks == 0) {
+    MapContents contents = mapper.contents();
+    setOrigin(origin, contents);
+    return saveMap(contents, path);
+  }
+  MapContents outline = mapper.outline();
+  setOrigin(origin, outline);
+  MapContents part;
+  MapWords words;
+  words.voxels = [&](size_t chunk) {
+    part = chunkOf(mapper, outline, chunk);
+    return part.voxels.data();
+  };
+  words.colours = [&](size_t chunk) {
+    part = chunkOf(mapper, outline, chunk);
+    return part.colours.data();
+  };
+  return saveMapInChunks(outline, words, path, 1);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,32 @@
+/// A file without a name in a folder: nobody else opens it, and however the process ends, the
+/// system takes its space back. So there is nothing to lock, and nothing is left behind.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace dtsdf {
+
+class PageFile {
+ public:
+  /// Makes the folder where it is missing.
+  /// @throws std::runtime_error where no file can be made there.
+  explicit PageFile(const std::string& folder);
+  ~PageFile();
+  PageFile(const PageFile&) = delete;
+  PageFile& operator=(const PageFile&) = delete;
+
+  /// @return what went wrong; empty: everything is written, or read.
+  std::string write(uint64_t offset, const char* bytes, size_t size);
+  std::string read(uint64_t offset, char* bytes, size_t size) const;
+
+  /// Gives the space beyond back to the disk, as far as it can.
+  void truncate(uint64_t size);
+
+ private:
+  std::string folder_;
+  int file_ = -1;
+};
+
+}  // namespace dtsdf

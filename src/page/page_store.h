@@ -1,0 +1,92 @@
+/// The blocks of a map that lie on disk: an index of them in memory, and what they hold in a file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "map/block_cells.h"
+#include "map/block_table.h"
+#include "map/slot_index.h"
+#include "page/free_runs.h"
+#include "page/page_file.h"
+
+namespace dtsdf {
+
+/// What is known of a block on disk without reading it.
+struct PagedBlock {
+  PackedKey key;
+  uint64_t bricks;                ///< Bit 8 d + b: brick b of direction d has colours.
+  uint32_t extractions;           ///< Of its BlockEntry.
+  uint8_t directions;             ///< Bit d: it has voxels of direction d.
+  bool has_labels;                ///< Labels of its units lie behind its voxels and colours.
+  bool dirty, painted, has_mesh;  ///< As meshing left it.
+};
+
+/// Bytes of a block's voxels, colours and labels, one after the other.
+size_t recordBytes(const PagedBlock& block);
+
+class PageStore {
+ public:
+  /// @throws std::runtime_error where the folder cannot be written.
+  PageStore(const std::string& folder, uint64_t max_bytes);
+
+  /// Whether so much more may be written. An eighth of the space, at most 32 MiB, is a reserve for
+  /// what makes room for blocks that come back: a full disk would hold on to these else.
+  bool hasRoomFor(uint64_t bytes, bool with_reserve) const;
+
+  /// Writes blocks, which hold what lies in `records` back to back.
+  /// @return whether it did; else nothing has changed, and problem() says why.
+  bool write(const std::vector<PagedBlock>& blocks, const std::vector<char>& records);
+
+  /// Reads what blocks hold, back to back, by their numbers; they stay where they are.
+  /// @return for each whether it is what was written.
+  std::vector<uint8_t> read(const std::vector<int32_t>& numbers, std::vector<char>& records);
+
+  /// Forgets blocks, by their numbers.
+  void release(const std::vector<int32_t>& numbers);
+  void clear();
+
+  /// Number of a block, or -1.
+  int32_t find(PackedKey key) const { return index_.find(key); }
+  bool isEmpty() const { return index_.size() == 0; }
+  const PagedBlock& block(int32_t number) const { return pages_[size(number)].block; }
+  PagedBlock& block(int32_t number) { return pages_[size(number)].block; }
+
+  /// Blocks by coarse cells, by their numbers.
+  const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
+  template <class Visit>
+  void visit(const Visit& visit) {
+    for (const BlockCells::Cell& cell : cells_.all()) {
+      for (const int32_t number : cell.slots) visit(number, block(number));
+    }
+  }
+
+  size_t count() const { return index_.size(); }
+  uint64_t bytes() const;
+  size_t indexBytes() const;
+  const std::string& problem() const { return problem_; }
+
+ private:
+  struct Page {
+    PagedBlock block;
+    uint64_t checksum;
+    uint32_t first_unit;
+  };
+
+  static size_t size(int32_t number) { return static_cast<size_t>(number); }
+  bool writeRuns(const std::vector<Page>& pages, const std::vector<char>& records);
+  void enter(const Page& page);
+
+  const uint64_t max_bytes_;
+  PageFile file_;
+  FreeRuns runs_;
+  SlotIndex index_;
+  BlockCells cells_;
+  std::vector<Page> pages_;  ///< By number.
+  std::vector<int32_t> free_numbers_;
+  std::string problem_;
+};
+
+}  // namespace dtsdf

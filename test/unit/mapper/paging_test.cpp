@@ -1,0 +1,387 @@
+// A map that goes to disk where its budget is used up, and comes back: whatever the budget, it is
+// the map that it would be with more memory, to the last bit.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <tuple>
+
+#include "dtsdf_mapping/region.h"
+#include "support/map_equality.h"
+#include "support/saved_maps.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr float kVoxel_m = 0.03f;
+constexpr int kWayOut = 18, kFrames = 36;
+
+Colour stripes(const Eigen::Vector3d& p_W) {
+  const auto band = [](double x_m) {
+    return static_cast<uint8_t>(60 + 30 * (static_cast<int>(x_m * 10.0 + 100.0) % 5));
+  };
+  return {band(p_W.x()), band(p_W.y()), band(p_W.z())};
+}
+
+/// Out along a corridor and back; a box goes away meanwhile.
+Eigen::Isometry3d poseAt(int i) {
+  const int step = i < kWayOut ? i : 2 * kWayOut - i;
+  const Eigen::Vector3d eye(0.7 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
+  const double aside = i % 2 == 0 ? 1.2 : -1.2, ahead = i < kWayOut ? 0.8 : -0.8;
+  return lookAt(eye, eye + Eigen::Vector3d(ahead, aside, -0.1), Eigen::Vector3d::UnitZ());
+}
+
+const RoomRecording& tour() {
+  static const RoomRecording recording = [] {
+    RoomRecording made;
+    for (int i = 0; i < kFrames; ++i) {
+      Scene scene;
+      scene.add(Room{{-1.5, -1.2, -0.9}, {15.0, 1.2, 0.9}});
+      for (int k = 0; k < 5; ++k) scene.add(makeBox({2.7 * k, 0.9, -0.4}, {0.4, 0.3, 0.9}, 0.4));
+      if (i < kWayOut) scene.add(makeBox({4.0, -0.9, 0.0}, {0.4, 0.4, 1.0}, 0.3));
+      made.depth.push_back(renderFrame(scene, poseAt(i), 96, 72));
+      made.colour.push_back(renderColour(scene, stripes, besideCamera(poseAt(i), 0.03), 96, 72));
+    }
+    return made;
+  }();
+  return recording;
+}
+
+/// What is done on the tour besides fusing.
+struct Way {
+  FusionMode mode = FusionMode::kNormalRayCasting;
+  bool directional = true;
+  int mesh_every = 3;  ///< Frames; 0: once, at the end.
+  bool painted = false;
+  bool aligned = false;
+  bool space = false;
+  float keep_radius_m = 0.0f;
+  std::optional<int> cleared_at;  ///< After this frame, a region is.
+};
+
+MapperParams paramsOf(const Way& way) {
+  MapperParams params = makeCpuParams(way.mode, way.directional, kVoxel_m);
+  params.fusion.max_depth_m = 2.0f;
+  params.paint.max_depth_m = 2.0f;
+  params.map.keep_radius_m = way.keep_radius_m;
+  params.space.enabled = way.space;
+  return params;
+}
+
+Region boxInTheRoom() {
+  BoxRegion region;
+  region.T_W_B.translation() = Eigen::Vector3d(3.0, 1.0, 0.0);
+  region.size_m = Eigen::Vector3d(4.0, 1.5, 1.0);
+  return region;
+}
+
+/// A mapper on its tour, and the mesh that is put together from its updates.
+class Tour {
+ public:
+  Tour(const Way& way, const MapperParams& params)
+      : way_(way), mapper_(makeProbedMapper(params)), store_(kVoxel_m) {}
+
+  void go(int first = 0, int last = kFrames) {
+    for (int i = first; i < last; ++i) {
+      const size_t n = static_cast<size_t>(i);
+      DepthFrame frame = tour().depth[n].view();
+      if (way_.aligned && i > 0) {
+        frame.T_W_C.translate(Eigen::Vector3d(0.01, 0.0, 0.0));
+        frame.T_W_C = mapper_->align(frame, PosePrior()).T_W_C;
+      }
+      ASSERT_EQ(mapper_->integrate(frame).status, FrameStatus::kFused);
+      if (way_.painted) mapper_->paint(tour().colour[n].view());
+      if (way_.cleared_at == i) cleared_ = mapper_->clearRegion(boxInTheRoom());
+      if (way_.mesh_every > 0 && i % way_.mesh_every == 0) updateMesh();
+      most_ = std::max(most_, mapper_->stats().map_bytes);
+    }
+  }
+  void updateMesh() { store_.apply(mapper_->updateMesh()); }
+  Mesh mesh() {
+    updateMesh();
+    return store_.assemble();
+  }
+  ProbedMapper& mapper() { return *mapper_; }
+  size_t most() const { return most_; }
+  const ClearedRegion& cleared() const { return cleared_; }
+
+ private:
+  const Way way_;
+  std::unique_ptr<ProbedMapper> mapper_;
+  MeshStore store_;
+  size_t most_ = 0;
+  ClearedRegion cleared_;
+};
+
+MapperParams paged(MapperParams params, int max_memory_mb, const std::string& folder) {
+  params.map.max_memory_mb = max_memory_mb;
+  params.map.page_folder = folder;
+  params.map.page_max_gb = 1.0f;
+  return params;
+}
+
+class Paging : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+
+  /// Goes with several budgets, and compares with a map that has room for all of it.
+  void compare(const Way& way, const std::vector<int>& budgets_mb) {
+    Tour whole(way, paramsOf(way));
+    ASSERT_NO_FATAL_FAILURE(whole.go());
+    const MapContents contents = whole.mapper().contents();
+    const Mesh mesh = whole.mesh();
+    ASSERT_GT(mesh.triangles.size(), 1000u);
+    for (const int budget_mb : budgets_mb) {
+      SCOPED_TRACE(std::to_string(budget_mb) + " MB of " + std::to_string(whole.most() >> 20));
+      ASSERT_GT(whole.most() >> 20, static_cast<size_t>(budget_mb)) << "else nothing is tested";
+      Tour near(way, paged(paramsOf(way), budget_mb, folder_.path()));
+      ASSERT_NO_FATAL_FAILURE(near.go());
+      const MapStats stats = near.mapper().stats();
+      EXPECT_EQ(stats.refused_blocks, 0u);
+      EXPECT_LE(stats.map_bytes_peak, stats.max_map_bytes);
+      EXPECT_GT(stats.pages.blocks, 0u);
+      EXPECT_GT(stats.pages.read, 100u);
+      EXPECT_EQ(stats.pages.lost + stats.pages.failures, 0u) << stats.pages.problem;
+      EXPECT_EQ(stats.dropped_blocks, whole.mapper().stats().dropped_blocks);
+      EXPECT_TRUE(sameContents(near.mapper().contents(), contents));
+      EXPECT_TRUE(sameMeshes(near.mesh(), mesh));
+      EXPECT_EQ(near.cleared().voxels, whole.cleared().voxels);
+      EXPECT_EQ(near.cleared().blocks, whole.cleared().blocks);
+      EXPECT_EQ(folder_.entryCount(), 0u) << "the file has no name";
+    }
+  }
+};
+
+class PagingInMode : public Paging,
+                     public testing::WithParamInterface<std::pair<FusionMode, bool>> {};
+
+TEST_P(PagingInMode, ChangesNothing) {
+  Way way;
+  std::tie(way.mode, way.directional) = GetParam();
+  compare(way, {way.directional ? 5 : 3});
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, PagingInMode,
+                         testing::Values(std::pair(FusionMode::kNormalRayCasting, false),
+                                         std::pair(FusionMode::kRayCasting, true),
+                                         std::pair(FusionMode::kVoxelProjection, true)),
+                         [](const auto& info) {
+                           return modeName(info.param.first, info.param.second);
+                         });
+
+TEST_F(Paging, ChangesNothingHoweverSmallTheBudget) { compare(Way(), {5, 3, 2, 1}); }
+
+TEST_F(Paging, ChangesNoMeshThatIsMadeOnce) {
+  Way way;
+  way.mesh_every = 0;
+  compare(way, {5, 3});
+}
+
+TEST_F(Paging, ChangesNoColours) {
+  Way way;
+  way.painted = true;
+  compare(way, {7, 5});
+  way.mesh_every = 0;
+  compare(way, {5});
+}
+
+TEST_F(Paging, ChangesNoPosesThatAreFound) {
+  Way way;
+  way.aligned = true;
+  compare(way, {5});
+}
+
+TEST_F(Paging, ClearsRegionsOnDisk) {
+  Way way;
+  way.cleared_at = kWayOut;
+  compare(way, {5, 3});
+  way.painted = true;
+  compare(way, {5});
+}
+
+TEST_F(Paging, DropsWhatIsBeyondTheRadiusOnDiskToo) {
+  for (const int mesh_every : {0, 1, 5}) {
+    SCOPED_TRACE(mesh_every);
+    Way way;
+    way.keep_radius_m = 6.0f;
+    way.mesh_every = mesh_every;
+    compare(way, {4});
+  }
+}
+
+TEST_F(Paging, ChangesNoSpace) {
+  Way way;
+  way.space = true;
+  Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 6, folder_.path()));
+  whole.go();
+  near.go();
+  whole.updateMesh();
+  near.updateMesh();
+  EXPECT_GT(near.mapper().stats().pages.read, 100u);
+  EXPECT_TRUE(sameContents(near.mapper().contents(), whole.mapper().contents()));
+  whole.mapper().space()->updateDistances();
+  near.mapper().space()->updateDistances();
+  const std::vector<SpaceCell> cells = whole.mapper().space()->cells();
+  ASSERT_EQ(near.mapper().space()->cells().size(), cells.size());
+  for (const SpaceCell& cell : cells) {
+    ASSERT_EQ(near.mapper().space()->stateOf(cell.cell), cell.state);
+    ASSERT_EQ(near.mapper().space()->squaredDistance(cell.cell),
+              whole.mapper().space()->squaredDistance(cell.cell));
+  }
+}
+
+TEST_F(Paging, RendersWhatIsOnDisk) {
+  const Way way;
+  Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 5, folder_.path()));
+  whole.go();
+  near.go();
+  const RenderCamera camera{80, 60, {63.0f, 63.0f, 39.5f, 29.5f}};
+  for (int i = 0; i < kFrames; i += 5) {
+    const RenderedView a = whole.mapper().render(camera, poseAt(i));
+    const RenderedView b = near.mapper().render(camera, poseAt(i));
+    EXPECT_EQ(a.depth_m, b.depth_m);
+  }
+  EXPECT_TRUE(sameMaps(near.mapper(), whole.mapper()));
+}
+
+/// A map that is larger than the budget is loaded, and gone on with.
+TEST_F(Paging, LoadsMapsBeyondTheBudget) {
+  Way way;
+  way.painted = true;
+  Tour whole(way, paramsOf(way)), begun(way, paramsOf(way));
+  whole.go();
+  begun.go(0, kFrames / 2);
+  const MapperParams params = paged(paramsOf(way), 5, folder_.path());
+  const auto resumed = makeProbedMapper(params, Rules(), begun.mapper().contents());
+  EXPECT_LE(resumed->stats().map_bytes, resumed->stats().max_map_bytes);
+  EXPECT_GT(resumed->stats().pages.blocks, 100u);
+  for (int i = kFrames / 2; i < kFrames; ++i) {
+    resumed->integrate(tour().depth[static_cast<size_t>(i)].view());
+    resumed->paint(tour().colour[static_cast<size_t>(i)].view());
+  }
+  EXPECT_TRUE(sameContents(resumed->contents(), whole.mapper().contents()));
+  MeshStore store(kVoxel_m);
+  store.apply(resumed->updateMesh());
+  EXPECT_TRUE(sameMeshes(store.assemble(), whole.mesh()));
+  EXPECT_EQ(resumed->stats().refused_blocks, 0u);
+}
+
+TEST_F(Paging, EndsWithTheMap) {
+  Tour near(Way(), paged(paramsOf(Way()), 5, folder_.path()));
+  near.go();
+  near.mapper().clear();
+  const MapStats stats = near.mapper().stats();
+  EXPECT_EQ(stats.pages.blocks + stats.pages.bytes + stats.pages.written, 0u);
+  EXPECT_EQ(stats.map_bytes_peak, 0u);
+  near.go();
+  Tour whole(Way(), paramsOf(Way()));
+  whole.go();
+  EXPECT_TRUE(sameMaps(near.mapper(), whole.mapper()));
+}
+
+/// Each has a file of its own.
+TEST_F(Paging, SharesAFolder) {
+  const MapperParams params = paged(paramsOf(Way()), 5, folder_.path());
+  Tour whole(Way(), paramsOf(Way())), first(Way(), params), second(Way(), params);
+  whole.go();
+  for (int i = 0; i < kFrames; ++i) {
+    first.go(i, i + 1);
+    second.go(i, i + 1);
+  }
+  EXPECT_TRUE(sameMaps(first.mapper(), whole.mapper()));
+  EXPECT_TRUE(sameMaps(second.mapper(), whole.mapper()));
+}
+
+/// Where the disk is full, or has no room for what an image sees, blocks are refused and counted;
+/// what was fused is there.
+TEST_F(Paging, GoesOnWithWhatFits) {
+  for (const bool disk_is_full : {false, true}) {
+    Way way;
+    way.painted = !disk_is_full;
+    MapperParams params = paged(paramsOf(way), disk_is_full ? 4 : 1, folder_.path());
+    if (disk_is_full) params.map.page_max_gb = 0.003f;
+    Tour near(way, params);
+    near.go();
+    near.updateMesh();
+    const MapStats stats = near.mapper().stats();
+    EXPECT_GT(stats.refused_blocks, 0u);
+    EXPECT_LE(stats.map_bytes_peak, stats.max_map_bytes);
+    EXPECT_LE(stats.pages.bytes, size_t(0.003 * (1 << 30)) + (disk_is_full ? 0 : 1 << 30));
+    EXPECT_EQ(stats.pages.lost, 0u);
+    EXPECT_EQ(near.mapper().contents().blocks.size(), stats.blocks + stats.pages.blocks);
+  }
+}
+
+/// While the disk refuses, what does not fit is refused, and what was mapped stays.
+TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
+  Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
+  near.go(0, 8);
+  const size_t blocks = near.mapper().contents().blocks.size();
+  ASSERT_EQ(near.mapper().stats().refused_blocks, 0u);
+  {
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    const rlimit none{0, before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &none);
+    near.go(8, 14);
+    setrlimit(RLIMIT_FSIZE, &before);
+  }
+  MapStats stats = near.mapper().stats();
+  EXPECT_GT(stats.refused_blocks, 0u);
+  EXPECT_GT(stats.pages.failures, 0u);
+  EXPECT_NE(stats.pages.problem.find("map/page_folder"), std::string::npos);
+  EXPECT_EQ(stats.pages.lost, 0u);
+  EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "nothing is lost";
+  near.go(14, kFrames);
+  near.go(kWayOut, kFrames);
+  const uint64_t refused = near.mapper().stats().refused_blocks;
+  near.go(0, kFrames);
+  stats = near.mapper().stats();
+  EXPECT_EQ(stats.refused_blocks, refused) << "the disk is used again";
+}
+
+/// A page that is damaged is lost, which is counted; its mesh goes, and frames map anew there.
+TEST_F(Paging, OutlivesDamage) {
+  Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
+  near.go(0, kWayOut);
+  near.updateMesh();
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code error;
+    const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
+    if (error || target.rfind(folder_.path(), 0) != 0) continue;
+    std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
+    for (int i = 0; i < 20; ++i) file.seekp(i * 100000).put('x').put('y').put('z');
+  }
+  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "") << "no copy leaves blocks out silently";
+  near.go(kWayOut, kFrames);
+  const MapStats stats = near.mapper().stats();
+  EXPECT_GT(stats.pages.lost, 0u);
+  EXPECT_LE(stats.pages.lost, 20u);
+  EXPECT_NE(stats.pages.problem.find("damaged"), std::string::npos) << stats.pages.problem;
+  Mesh mesh = near.mesh();
+  const auto anew = makeProbedMapper(paramsOf(Way()), Rules(), near.mapper().contents());
+  EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m))) << "the mesh is that of what is left";
+}
+
+TEST_F(Paging, SaysWhyAFolderCannotBe) {
+  writeBytes(folder_ / "file", "");
+  MapperParams params = paged(paramsOf(Way()), 5, folder_ / "file");
+  const std::string error = errorOf([&] { makeMapper(params); });
+  EXPECT_NE(error.find("map/page_folder"), std::string::npos) << error;
+  params.map.page_folder = folder_ / "made/for/it";
+  EXPECT_EQ(errorOf([&] { makeMapper(params); }), "");
+}
+
+TEST_F(Paging, IsNoSettingOfTheMap) {
+  const auto whole = makeMapper(paramsOf(Way()));
+  const auto near = makeMapper(paged(paramsOf(Way()), 5, folder_.path()));
+  EXPECT_EQ(near->contents().settings, whole->contents().settings);
+}
+
+}  // namespace
+}  // namespace dtsdf

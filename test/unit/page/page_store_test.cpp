@@ -1,0 +1,173 @@
+// Blocks in a file: they come back as they were, or it is said that they do not.
+#include "page/page_store.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <random>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+PagedBlock makeBlock(int32_t x, int arrays, int bricks, bool has_labels) {
+  return {packKey({x, -x, 3}),
+          (uint64_t{1} << bricks) - 1,
+          5,
+          static_cast<uint8_t>((1u << arrays) - 1u),
+          has_labels,
+          true,
+          false,
+          true};
+}
+
+std::vector<char> randomRecords(const std::vector<PagedBlock>& blocks, unsigned seed) {
+  size_t bytes = 0;
+  for (const PagedBlock& block : blocks) bytes += recordBytes(block);
+  std::vector<char> records(bytes);
+  std::mt19937 random(seed);
+  for (char& byte : records) byte = static_cast<char>(random());
+  return records;
+}
+
+std::vector<PagedBlock> someBlocks(int32_t first, int32_t count) {
+  std::vector<PagedBlock> blocks;
+  for (int32_t i = first; i < first + count; ++i) {
+    blocks.push_back(makeBlock(i, 1 + i % 6, i % 5, i % 3 == 0));
+  }
+  return blocks;
+}
+
+/// The file of this process in a folder, which has no name there: by its descriptor.
+std::string openFileIn(const std::string& folder) {
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code error;
+    const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
+    if (!error && target.rfind(folder, 0) == 0) return entry.path().string();
+  }
+  return "";
+}
+
+class PageStoreTest : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  PageStore store_{folder_.path(), 64 << 20};
+
+  std::vector<int32_t> numbersOf(const std::vector<PagedBlock>& blocks) {
+    std::vector<int32_t> numbers;
+    for (const PagedBlock& block : blocks) numbers.push_back(store_.find(block.key));
+    return numbers;
+  }
+  void expectHolds(const std::vector<PagedBlock>& blocks, const std::vector<char>& records) {
+    std::vector<char> read;
+    const std::vector<uint8_t> intact = store_.read(numbersOf(blocks), read);
+    EXPECT_EQ(intact, std::vector<uint8_t>(blocks.size(), 1));
+    EXPECT_TRUE(read == records);
+  }
+};
+
+TEST_F(PageStoreTest, GivesBackWhatWasWritten) {
+  const std::vector<PagedBlock> first = someBlocks(0, 50), second = someBlocks(50, 70);
+  const std::vector<char> first_records = randomRecords(first, 1),
+                          second_records = randomRecords(second, 2);
+  ASSERT_TRUE(store_.write(first, first_records));
+  ASSERT_TRUE(store_.write(second, second_records));
+  EXPECT_EQ(store_.count(), 120u);
+  EXPECT_EQ(store_.bytes(), first_records.size() + second_records.size());
+  expectHolds(second, second_records);
+  expectHolds(first, first_records);
+  const PagedBlock& block = store_.block(store_.find(first[7].key));
+  EXPECT_EQ(block.bricks, first[7].bricks);
+  EXPECT_EQ(block.directions, first[7].directions);
+  EXPECT_EQ(block.extractions, 5u);
+  EXPECT_TRUE(block.dirty && !block.painted && block.has_mesh);
+  EXPECT_EQ(store_.find(packKey({1000, 0, 0})), -1);
+}
+
+TEST_F(PageStoreTest, UsesSpaceAgain) {
+  const std::vector<PagedBlock> first = someBlocks(0, 60), second = someBlocks(60, 60);
+  const std::vector<char> first_records = randomRecords(first, 1);
+  ASSERT_TRUE(store_.write(first, first_records));
+  const uint64_t bytes = store_.bytes();
+  for (unsigned i = 0; i < 20; ++i) {
+    const std::vector<char> records = randomRecords(second, i);
+    ASSERT_TRUE(store_.write(second, records));
+    expectHolds(second, records);
+    store_.release(numbersOf(second));
+    EXPECT_EQ(store_.bytes(), bytes);
+  }
+  expectHolds(first, first_records);
+  const std::string file = openFileIn(folder_.path());
+  ASSERT_NE(file, "");
+  EXPECT_LE(std::filesystem::file_size(file), bytes);
+  store_.clear();
+  EXPECT_TRUE(store_.isEmpty());
+  EXPECT_EQ(std::filesystem::file_size(file), 0u);
+}
+
+/// One that is damaged does not take others with it.
+TEST_F(PageStoreTest, FindsDamage) {
+  const std::vector<PagedBlock> blocks = someBlocks(0, 30);
+  const std::vector<char> records = randomRecords(blocks, 3);
+  ASSERT_TRUE(store_.write(blocks, records));
+  const std::string file = openFileIn(folder_.path());
+  ASSERT_NE(file, "");
+  {
+    std::fstream damaged(file, std::ios::in | std::ios::out | std::ios::binary);
+    damaged.seekp(static_cast<std::streamoff>(recordBytes(blocks[0]) + 100));
+    damaged.put(static_cast<char>(records[recordBytes(blocks[0]) + 100] ^ 1));
+  }
+  std::vector<char> read;
+  std::vector<uint8_t> intact = store_.read(numbersOf(blocks), read);
+  EXPECT_EQ(intact[1], 0);
+  intact[1] = 1;
+  EXPECT_EQ(intact, std::vector<uint8_t>(blocks.size(), 1));
+  EXPECT_NE(store_.problem().find("damaged"), std::string::npos) << store_.problem();
+  std::filesystem::resize_file(file, 1000);
+  EXPECT_EQ(store_.read(numbersOf(blocks), read), std::vector<uint8_t>(blocks.size(), 0));
+  EXPECT_NE(store_.problem().find("shorter"), std::string::npos) << store_.problem();
+}
+
+TEST_F(PageStoreTest, IsFullAtItsLimit) {
+  PageStore store(folder_.path(), 400 << 10);
+  const std::vector<PagedBlock> blocks = someBlocks(0, 12), more = someBlocks(12, 40);
+  ASSERT_TRUE(store.write(blocks, randomRecords(blocks, 1)));
+  EXPECT_TRUE(store.hasRoomFor((400 << 10) - store.bytes(), true));
+  EXPECT_FALSE(store.hasRoomFor((400 << 10) - store.bytes(), false)) << "that is the reserve";
+  const uint64_t bytes = store.bytes();
+  EXPECT_FALSE(store.write(more, randomRecords(more, 1)));
+  EXPECT_NE(store.problem().find("map/page_max_gb"), std::string::npos) << store.problem();
+  EXPECT_EQ(store.bytes(), bytes) << "nothing has changed";
+  EXPECT_EQ(store.count(), blocks.size());
+}
+
+/// A disk without space, as a limit of the process makes one.
+TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
+  const std::vector<PagedBlock> blocks = someBlocks(0, 12), more = someBlocks(12, 40);
+  const std::vector<char> records = randomRecords(blocks, 1), more_records = randomRecords(more, 2);
+  ASSERT_TRUE(store_.write(blocks, records));
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{records.size() + 5000, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  const bool written = store_.write(more, more_records);
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_FALSE(written);
+  EXPECT_NE(store_.problem().find("cannot write"), std::string::npos) << store_.problem();
+  expectHolds(blocks, records);
+  ASSERT_TRUE(store_.write(more, more_records)) << "later there is space again";
+  expectHolds(more, more_records);
+}
+
+TEST_F(PageStoreTest, LeavesNothingBehind) {
+  const std::vector<PagedBlock> blocks = someBlocks(0, 10);
+  ASSERT_TRUE(store_.write(blocks, randomRecords(blocks, 1)));
+  EXPECT_EQ(folder_.entryCount(), 0u) << "whatever ends the process, there is no file to remove";
+}
+
+}  // namespace
+}  // namespace dtsdf

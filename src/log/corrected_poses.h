@@ -35,6 +35,9 @@ class PoseCorrection {
   /// very pose given where that does not change.
   Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
 
+  /// How far the farthest of them moves, in metres or radians.
+  double farthest() const;
+
   /// Corrected poses that belong to images.
   size_t matched() const { return anchors_.size(); }
   /// Stamps of the first and the last one.

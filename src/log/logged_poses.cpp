@@ -78,13 +78,18 @@ size_t LoggedPoses::beginOfPass(uint64_t before) const {
   return begin;
 }
 
+std::vector<StampedPose> LoggedPoses::firstCamera(uint64_t before) const {
+  std::vector<StampedPose> poses;
+  for (size_t i = beginOfPass(before); i < items_.size(); ++i) {
+    if (items_[i].entry.head.number >= before) break;
+    if (isDepthOfFirst(items_[i])) poses.push_back({items_[i].image.stamp_s, items_[i].T_W_C});
+  }
+  return Trajectory(std::move(poses)).poses();
+}
+
 LoggedPoses::Plan LoggedPoses::plan(const LogCorrection& correction, bool has_lost_images) const {
   const size_t pass = beginOfPass(correction.before);
-  std::vector<StampedPose> fused;
-  for (size_t i = pass; i < items_.size() && items_[i].entry.head.number < correction.before; ++i) {
-    if (isDepthOfFirst(items_[i])) fused.push_back({items_[i].image.stamp_s, items_[i].T_W_C});
-  }
-  fused = Trajectory(std::move(fused)).poses();  // by stamp, each once
+  const std::vector<StampedPose> fused = firstCamera(correction.before);
   Plan plan{{PoseCorrection(correction.poses, fused)}, {}, {}};
   if (has_lost_images && pass == 0) {
     checkReach(correction, fused.front().stamp_s);

@@ -50,6 +50,10 @@ class LoggedPoses {
   /// What the next image would be moved by.
   Eigen::Isometry3d motion() const;
 
+  /// The first camera's depth images with numbers before this, as far as they can be corrected: of
+  /// the newest recording. By stamp, each once.
+  std::vector<StampedPose> firstCamera(uint64_t before) const;
+
   const std::vector<Item>& items() const { return items_; }
 
  private:

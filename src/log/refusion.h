@@ -42,6 +42,10 @@ class Refusion {
   const std::vector<LogCorrection>& corrections() const { return corrections_; }
   /// What an image that is not in the log yet would be moved by.
   Eigen::Isometry3d motion() const { return replay_.poses().motion(); }
+  /// Where the first camera's images are by now: see LoggedPoses.
+  std::vector<StampedPose> firstCamera() const {
+    return replay_.poses().firstCamera(replay_.nextNumber());
+  }
   size_t fused() const { return fused_; }                 ///< Depth images so far.
   size_t total() const { return replay_.depthImages(); }  ///< Of those known so far.
   size_t bytes() const { return bytes_; }                 ///< Of the map, when last looked at.

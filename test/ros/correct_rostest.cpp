@@ -164,7 +164,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheLog) {
   expectLogLeadsToMap();  // it has all of it
   const Made expected = reconstructed("poses.txt");
   const std::string before = map();
-  ASSERT_NE(before, expected.map);
+  ASSERT_FALSE(before == expected.map);
   const size_t chunks = blocks.state().addedChunks();
 
   const Answer answer = callCorrect("/mapping", "poses.txt");
@@ -207,7 +207,7 @@ TEST_F(Correction, MayComeAsAPathOfTheBase) {
   ros::Publisher topic = nh_.advertise<nav_msgs::Path>("/corrected_path", 1);
   drive(24, drifted);
   ASSERT_TRUE(waitUntil([&] { return topic.getNumSubscribers() > 0; }));
-  const std::string before = map();
+  const std::string before = map(), last = status_.status().last_correction;
   nav_msgs::Path path;
   path.header.frame_id = "map";
   for (int i = 0; i < sent_; i += 4) {
@@ -225,10 +225,10 @@ TEST_F(Correction, MayComeAsAPathOfTheBase) {
     path.poses.push_back(pose);
   }
   topic.publish(path);
-  ASSERT_TRUE(waitUntil([&] {
-    return status_.status().last_correction.find("23 frames moved") != std::string::npos;
-  })) << status_.status().last_correction;
-  EXPECT_NE(map(), before);
+  ASSERT_TRUE(waitUntil([&] { return status_.status().last_correction != last; }));
+  EXPECT_EQ(status_.status().last_correction.find("23 frames moved"), 0u)
+      << status_.status().last_correction;
+  EXPECT_FALSE(map() == before);
   expectLogLeadsToMap();
   saveTrajectory(posesOf(truth, 4), in("same.txt"));
   const Answer same = callCorrect("/mapping", "same.txt");

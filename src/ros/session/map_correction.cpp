@@ -21,6 +21,8 @@ bool isReady(const Value& future) {
   return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
+const char kNothingMoves[] = "no frame moves";
+
 double secondsSince(SteadyTime time) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - time).count();
 }
@@ -48,17 +50,28 @@ std::unique_ptr<Refusion> open(const std::string& folder, const MapperParams& ru
 
 void MapCorrection::add(Request request, const MapStats& live) {
   Pending pending;
-  pending.correction.poses = std::move(request.poses);
   pending.request = std::move(request);
   pending.came = std::chrono::steady_clock::now();
-  if (!log_.hasImages()) {
-    return refuse(pending, "no frame has been fused since the start, clear_map or load_map");
+  try {
+    if (isForNothing(pending.request)) return answer(pending, kNothingMoves);
+    const std::string problem = whyTooLarge(live);
+    if (!problem.empty()) throw std::runtime_error(problem);
+  } catch (const std::exception& error) {
+    return refuse(pending, errorText(error));
   }
-  const std::string problem = whyTooLarge(live);
-  if (!problem.empty()) return refuse(pending, problem);
+  pending.correction.poses = std::move(pending.request.poses);
   pending.mark = log_.mark().share();
   waiting_.push_back(std::move(pending));
   noteProgress();
+}
+
+/// Known without the log: a SLAM may say every second that nothing has changed.
+bool MapCorrection::isForNothing(const Request& request) const {
+  if (!log_.hasImages() || fused_.empty()) {
+    throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
+  }
+  const double farthest = PoseCorrection(request.poses, fused_).farthest();
+  return waiting_.empty() && joined_.empty() && farthest < request.least;
 }
 
 bool MapCorrection::isMarked() const { return !waiting_.empty() && isReady(waiting_.front().mark); }
@@ -138,9 +151,8 @@ bool MapCorrection::joins(Pending& next) {
   next.effect = refusion_->effectOf(next.correction);
   if (next.effect.moved == 0 ||
       std::max(next.effect.farthest_m, next.effect.farthest_rad) < next.request.least) {
-    const bool is_there = next.effect.moved == 0;
     next.effect = {};
-    answer(next, is_there ? "all frames are there already" : "no frame moves far enough");
+    answer(next, kNothingMoves);
     return false;
   }
   if (refusion_->isTooLateFor(next.effect)) {
@@ -164,6 +176,7 @@ bool MapCorrection::hasCaughtUp() {
 void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {
   for (const LogCorrection& correction : refusion_->corrections()) log_.corrected(correction);
   T_W_S_ = refusion_->motion() * T_W_S_;
+  fused_ = refusion_->firstCamera();
   for (const Pending& pending : joined_) {
     std::ostringstream text;
     text << describe(pending.effect) << "; " << refusion_->fused() << " fused again in "
@@ -186,6 +199,7 @@ void MapCorrection::giveUp(const std::string& reason) {
   waiting_.clear();
   refusion_.reset();
   is_opening_in_vain_ = opening_.valid();
+  fused_.clear();
   T_W_S_ = Eigen::Isometry3d::Identity();
   noteProgress();
 }
@@ -208,14 +222,23 @@ void MapCorrection::place(PosedFrame& frame) {
   }
 }
 
+void MapCorrection::wasFused(const PosedFrame& frame) {
+  const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  if (depth == nullptr || frame.camera != 0) return;
+  const double stamp_s = frame.stamp.toSec();
+  if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
+  if (fused_.empty() || stamp_s > fused_.back().stamp_s) fused_.push_back({stamp_s, depth->T_W_C});
+}
+
 void MapCorrection::answer(const Pending& pending, const std::string& message) {
   CorrectionResult result;
   result.success = true;
   result.moved = pending.effect.moved;
-  result.fused = refusion_->fused();
+  result.fused = result.moved == 0 ? 0 : refusion_->fused();
   result.seconds = secondsSince(pending.came);
   result.message = message;
   pending.request.answer(result);
+  if (result.moved == 0) return;
   const std::lock_guard<std::mutex> lock(mutex_);
   report_.last = result.message;
 }

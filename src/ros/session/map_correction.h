@@ -79,6 +79,9 @@ class MapCorrection {
   /// has taken that over.
   void place(PosedFrame& frame);
 
+  /// It is in the map, and in the log.
+  void wasFused(const PosedFrame& frame);
+
   /// Any thread.
   CorrectionReport report() const;
 
@@ -92,6 +95,7 @@ class MapCorrection {
     CorrectionEffect effect = {};
   };
 
+  bool isForNothing(const Request& request) const;
   bool isMarked() const;
   void openLog();
   void takeOpened();
@@ -112,7 +116,9 @@ class MapCorrection {
   bool has_started_over_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.
   std::future<void> freeing_;
 
-  GivenMotion given_;                                        ///< Of the first camera.
+  // Of the first camera.
+  std::vector<StampedPose> fused_;  ///< Of the newest recording, with rising stamps.
+  GivenMotion given_;
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From where frames are given.
 
   mutable std::mutex mutex_;

@@ -125,6 +125,7 @@ void MapSession::takeFrame(PosedFrame& frame) {
     return;
   }
   accountingOf(frame).fused(frame.stamp);
+  if (parts_.correction != nullptr) parts_.correction->wasFused(frame);
   if (parts_.poses != nullptr) parts_.poses->wasFused(frame);
   // Colour may come late; depth that goes back has begun anew.
   map_stamp_ = depth != nullptr ? frame.stamp : std::max(map_stamp_, frame.stamp);

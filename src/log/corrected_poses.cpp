@@ -87,6 +87,15 @@ PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
                            describe(sorted.poses()) + ", the images of " + describe(fused));
 }
 
+double PoseCorrection::farthest() const {
+  double farthest = 0.0;
+  for (const Anchor& anchor : anchors_) {
+    const Eigen::Isometry3d T = anchor.from.inverse() * anchor.to;
+    farthest = std::max({farthest, T.translation().norm(), Eigen::AngleAxisd(T.linear()).angle()});
+  }
+  return farthest;
+}
+
 Eigen::Isometry3d PoseCorrection::moved(const Anchor& anchor,
                                         const Eigen::Isometry3d& T_W_C) const {
   if (T_W_C.matrix() == anchor.from.matrix()) return anchor.to;

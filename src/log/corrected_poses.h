@@ -35,10 +35,18 @@ class PoseCorrection {
   /// very pose given where that does not change.
   Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
 
+  /// How far the farthest of them moves, in metres or radians.
+  double farthest() const;
+
   /// Corrected poses that belong to images.
   size_t matched() const { return anchors_.size(); }
-  /// Stamp of the first one.
+  /// Stamps of the first and the last one.
   double first_s() const { return anchors_.front().stamp_s; }
+  double last_s() const { return anchors_.back().stamp_s; }
+  /// What moves the images after the last one: T_W_C becomes lastMotion() * T_W_C.
+  Eigen::Isometry3d lastMotion() const {
+    return anchors_.back().to * anchors_.back().from.inverse();
+  }
 
  private:
   struct Anchor {
@@ -50,9 +58,5 @@ class PoseCorrection {
 
   std::vector<Anchor> anchors_;  ///< By stamp.
 };
-
-/// Stamps that go back by more than this begin a recording anew: what is corrected are the images
-/// since then.
-constexpr double kStampsBegin_s = 0.5;
 
 }  // namespace dtsdf

@@ -174,6 +174,7 @@ bool LogQueue::wantsMap() const {
 LogReport LogQueue::report() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   LogReport report = report_;
+  report.waiting_bytes = waiting_bytes_;
   if (has_gap_) report.first_stamp_s.reset();
   return report;
 }

@@ -20,6 +20,7 @@ namespace dtsdf {
 /// What is known of the log.
 struct LogReport {
   uint64_t bytes = 0;
+  uint64_t waiting_bytes = 0;           ///< Of images that wait for the disk.
   std::optional<double> first_stamp_s;  ///< From then on the map can be corrected; none: not yet.
   uint64_t lost = 0;                    ///< Images and calls that could not be logged.
   std::string problem;                  ///< Why, the last time; empty while the log is whole.

@@ -262,7 +262,7 @@ Eigen::Isometry3d readLevel(const std::string& description) {
 
 LogRecord toRecord(const LogCorrection& correction) {
   DescriptionWriter out;
-  out.put(correction.before).put(correction.until_s).put(correction.first_moved);
+  out.put(correction.before).put(correction.first_moved);
   out.put(uint64_t{correction.poses.size()});
   for (const StampedPose& pose : correction.poses) out.put(pose.stamp_s).putPose(pose.T_W_C);
   return {LogKind::kCorrection, out.text(), ""};
@@ -272,7 +272,6 @@ LogCorrection readCorrection(const std::string& description) {
   DescriptionReader in(description);
   LogCorrection correction;
   correction.before = in.take<uint64_t>();
-  correction.until_s = in.takeDouble();
   correction.first_moved = in.take<uint64_t>();
   const auto count = in.take<uint64_t>();
   for (uint64_t i = 0; i < count; ++i) {

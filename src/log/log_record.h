@@ -80,8 +80,7 @@ struct LogImage {
 
 /// What kCorrection holds.
 struct LogCorrection {
-  uint64_t before = 0;             ///< Images with a smaller number are corrected,
-  double until_s = 0.0;            ///< and later ones with a stamp up to this.
+  uint64_t before = 0;             ///< Images with a smaller number were fused when it came.
   uint64_t first_moved = 0;        ///< The first image that it moves.
   std::vector<StampedPose> poses;  ///< Of the first camera.
 };

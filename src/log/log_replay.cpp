@@ -35,6 +35,10 @@ bool LogReplay::readOn() {
   return poses_.items().size() > before;
 }
 
+CorrectionEffect LogReplay::effectOf(const LogCorrection& correction) const {
+  return poses_.effectOf(correction, reader_.hasLostImages());
+}
+
 CorrectionEffect LogReplay::correct(const LogCorrection& correction) {
   return poses_.correct(correction, reader_.hasLostImages());
 }
@@ -53,6 +57,15 @@ std::optional<LogCall> LogReplay::next() {
     }
   }
   return std::nullopt;
+}
+
+uint64_t LogReplay::nextNumber() const {
+  const auto& items = poses_.items();
+  return items.empty() ? reader_.firstNumber() + 1 : items.back().entry.head.number + 1;
+}
+
+bool LogReplay::isHandedOut(uint64_t number) const {
+  return next_ > 0 && number <= poses_.items()[next_ - 1].entry.head.number;
 }
 
 IntegrationResult apply(const LogCall& call, Mapper& mapper) {

@@ -30,8 +30,12 @@ class LogReplay {
   /// The settings of the mapper; where it runs is not among them.
   const ParamTree& settings() const { return reader_.begin().settings; }
 
-  /// Corrects the images so far. @pre Nothing was handed out yet. @throws as LoggedPoses.
+  // As of LoggedPoses. What was handed out at other poses stays so: see startOver().
+  CorrectionEffect effectOf(const LogCorrection& correction) const;
   CorrectionEffect correct(const LogCorrection& correction);
+
+  /// Hands out all again, from the first on.
+  void startOver() { next_ = 0; }
 
   /// Reads what was logged since. @return whether there was something.
   bool readOn();
@@ -44,7 +48,11 @@ class LogReplay {
   const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }
 
   size_t depthImages() const { return depth_images_; }
-  size_t handedOut() const { return next_; }
+
+  /// The number of the record that comes after those so far.
+  uint64_t nextNumber() const;
+  /// Whether one with this number was handed out.
+  bool isHandedOut(uint64_t number) const;
 
  private:
   LogReader reader_;

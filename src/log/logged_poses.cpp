@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <utility>
 
 namespace dtsdf {
 namespace {
@@ -21,6 +20,15 @@ void checkReach(const LogCorrection& correction, double first_s) {
   }
 }
 
+void note(const LoggedPoses::Item& item, const Eigen::Isometry3d& T_W_C, CorrectionEffect& effect) {
+  effect.first_moved = std::min(effect.first_moved, item.entry.head.number);
+  if (item.entry.head.kind != LogKind::kDepth) return;
+  ++effect.moved;
+  const Eigen::Isometry3d T = item.T_W_C.inverse() * T_W_C;
+  effect.farthest_m = std::max(effect.farthest_m, T.translation().norm());
+  effect.farthest_rad = std::max(effect.farthest_rad, Eigen::AngleAxisd(T.linear()).angle());
+}
+
 }  // namespace
 
 void LoggedPoses::add(LogEntry entry) {
@@ -31,71 +39,91 @@ void LoggedPoses::add(LogEntry entry) {
   if (item.is_image) {
     item.image = readImage(kind, entry.description);
     item.T_W_C = item.image.T_W_C;
-    if (newest_ && item.image.stamp_s <= until_s_) {
-      item.T_W_C = newest_->correct(item.image.stamp_s, item.T_W_C);
-    }
   } else if (kind == LogKind::kCorrection) {
     correct(readCorrection(entry.description), false);
-    newest_.reset();  // what follows it came when it was known
+    running_.clear();  // what follows it came when it was known
   }
   item.entry = std::move(entry);
+  if (item.is_image) {
+    for (Running& running : running_) item.T_W_C = correctNext(running, item);
+  }
   items_.push_back(std::move(item));
+}
+
+/// By the poses so far and what is known of the images before it, so that an image has the same
+/// pose whether it is in the log when the correction comes, or is added later.
+Eigen::Isometry3d LoggedPoses::correctNext(Running& running, const Item& item) {
+  const StampedPose given{item.image.stamp_s, item.T_W_C};
+  const bool is_named = given.stamp_s <= running.poses.last_s();
+  if (isDepthOfFirst(item)) {
+    running.is_taken_over =
+        running.is_taken_over || running.given.beginsAnew(given) ||
+        (!is_named && running.given.isMovedBy(running.poses.lastMotion(), given));
+    running.given.add(given);
+  }
+  if (running.is_taken_over) return item.T_W_C;
+  return running.poses.correct(given.stamp_s, item.T_W_C);
 }
 
 /// The first image of the recording that those before a number end with.
 size_t LoggedPoses::beginOfPass(uint64_t before) const {
   size_t begin = 0;
-  double newest_s = 0.0;
-  bool is_first = true;
+  GivenMotion given;
   for (size_t i = 0; i < items_.size() && items_[i].entry.head.number < before; ++i) {
     if (!isDepthOfFirst(items_[i])) continue;
-    const double stamp_s = items_[i].image.stamp_s;
-    if (!is_first && stamp_s < newest_s - kStampsBegin_s) begin = i;
-    newest_s = stamp_s;
-    is_first = false;
+    const StampedPose pose{items_[i].image.stamp_s, items_[i].T_W_C};
+    if (given.beginsAnew(pose)) begin = i;
+    given.add(pose);
   }
   return begin;
 }
 
-CorrectionEffect LoggedPoses::correct(const LogCorrection& correction, bool has_lost_images) {
-  const size_t pass = beginOfPass(correction.before);
-  std::vector<StampedPose> fused;
-  for (size_t i = pass; i < items_.size() && items_[i].entry.head.number < correction.before; ++i) {
-    if (isDepthOfFirst(items_[i])) fused.push_back({items_[i].image.stamp_s, items_[i].T_W_C});
+std::vector<StampedPose> LoggedPoses::firstCamera(uint64_t before) const {
+  std::vector<StampedPose> poses;
+  for (size_t i = beginOfPass(before); i < items_.size(); ++i) {
+    if (items_[i].entry.head.number >= before) break;
+    if (isDepthOfFirst(items_[i])) poses.push_back({items_[i].image.stamp_s, items_[i].T_W_C});
   }
-  fused = Trajectory(std::move(fused)).poses();  // by stamp, each once
-  const PoseCorrection poses(correction.poses, fused);
-  const bool reaches_end = has_lost_images && pass == 0;
-  if (reaches_end) {
+  return Trajectory(std::move(poses)).poses();
+}
+
+LoggedPoses::Plan LoggedPoses::plan(const LogCorrection& correction, bool has_lost_images) const {
+  const size_t pass = beginOfPass(correction.before);
+  const std::vector<StampedPose> fused = firstCamera(correction.before);
+  Plan plan{{PoseCorrection(correction.poses, fused)}, {}, {}};
+  if (has_lost_images && pass == 0) {
     checkReach(correction, fused.front().stamp_s);
     const StampedPose& first = fused.front();
-    if (poses.correct(first.stamp_s, first.T_W_C).matrix() != first.T_W_C.matrix()) {
+    if (plan.running.poses.correct(first.stamp_s, first.T_W_C).matrix() != first.T_W_C.matrix()) {
       throw std::runtime_error(
           "the correction moves the first image that the log holds, and with "
           "it those before, which it no longer has; raise log/max_gb");
     }
   }
-  const CorrectionEffect effect = apply(poses, correction, pass);
-  newest_ = poses;
-  until_s_ = correction.until_s;
-  return effect;
+  plan.effect.first_moved = correction.before;
+  for (size_t i = pass; i < items_.size(); ++i) {
+    if (!items_[i].is_image) continue;
+    const Eigen::Isometry3d T_W_C = correctNext(plan.running, items_[i]);
+    if (T_W_C.matrix() == items_[i].T_W_C.matrix()) continue;
+    note(items_[i], T_W_C, plan.effect);
+    plan.moves.emplace_back(i, T_W_C);
+  }
+  return plan;
 }
 
-CorrectionEffect LoggedPoses::apply(const PoseCorrection& poses, const LogCorrection& correction,
-                                    size_t pass) {
-  CorrectionEffect effect;
-  effect.first_moved = correction.before;
-  for (size_t i = pass; i < items_.size(); ++i) {
-    Item& item = items_[i];
-    const bool is_early = item.entry.head.number < correction.before;
-    if (!item.is_image || (!is_early && item.image.stamp_s > correction.until_s)) continue;
-    const Eigen::Isometry3d T_W_C = poses.correct(item.image.stamp_s, item.T_W_C);
-    if (T_W_C.matrix() == item.T_W_C.matrix()) continue;
-    item.T_W_C = T_W_C;
-    effect.first_moved = std::min(effect.first_moved, item.entry.head.number);
-    if (item.entry.head.kind == LogKind::kDepth) ++effect.moved;
+CorrectionEffect LoggedPoses::correct(const LogCorrection& correction, bool has_lost_images) {
+  Plan made = plan(correction, has_lost_images);
+  for (const auto& [i, T_W_C] : made.moves) items_[i].T_W_C = T_W_C;
+  running_.push_back(std::move(made.running));
+  return made.effect;
+}
+
+Eigen::Isometry3d LoggedPoses::motion() const {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  for (const Running& running : running_) {
+    if (!running.is_taken_over) T = running.poses.lastMotion() * T;
   }
-  return effect;
+  return T;
 }
 
 }  // namespace dtsdf

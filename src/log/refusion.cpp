@@ -1,6 +1,7 @@
 #include "log/refusion.h"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -14,6 +15,8 @@ namespace {
 constexpr size_t kCallsPerMesh = 64;
 /// How often the memory is looked at: to ask for it is to wait for a GPU.
 constexpr size_t kCallsPerCheck = 8;
+/// The mesh of so few is made when the maps are swapped.
+constexpr size_t kFewCalls = 8;
 
 std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
@@ -30,18 +33,13 @@ std::string whyTooLarge(const MapStats& live) {
   return tooLarge(live.map_bytes, live.map_bytes, live.max_map_bytes);
 }
 
-Refusion::Refusion(const std::string& log_folder, const MapperParams& run,
-                   const LogCorrection& correction)
-    : replay_(log_folder), correction_(correction) {
-  effect_ = replay_.correct(correction_);
-  correction_.first_moved = effect_.first_moved;
-  next_number_ = replay_.log().firstNumber() + 1;
-  params_ = readMapperParams(replay_.settings());
+Refusion::Refusion(const std::string& log_folder, const MapperParams& run)
+    : replay_(log_folder), params_(readMapperParams(replay_.settings())) {
   params_.backend = run.backend;
   params_.threads = run.threads;
 }
 
-void Refusion::make() {
+void Refusion::prepare() {
   stamp_s_ = replay_.log().begin().stamp_s;
   if (replay_.log().baseMap().empty()) {
     mapper_ = makeMapper(params_);
@@ -50,34 +48,67 @@ void Refusion::make() {
   }
 }
 
+void Refusion::readUpTo(uint64_t number) {
+  while (replay_.readOn()) {
+  }
+  if (replay_.nextNumber() >= number) return;
+  throw std::runtime_error("the log cannot be read beyond its record " +
+                           std::to_string(replay_.nextNumber() - 1));
+}
+
+CorrectionEffect Refusion::effectOf(const LogCorrection& correction) {
+  readUpTo(correction.before);
+  return replay_.effectOf(correction);
+}
+
+bool Refusion::isTooLateFor(const CorrectionEffect& effect) const {
+  return replay_.isHandedOut(effect.first_moved);
+}
+
+void Refusion::correct(LogCorrection correction) {
+  readUpTo(correction.before);
+  const CorrectionEffect effect = replay_.correct(correction);
+  correction.first_moved = effect.first_moved;
+  corrections_.push_back(std::move(correction));
+  if (!isTooLateFor(effect)) return;
+  replay_.startOver();
+  mapper_.reset();
+  mesh_.clear();
+  fused_ = calls_since_mesh_ = 0;
+}
+
 bool Refusion::step(size_t live_bytes) {
   if (mapper_ == nullptr) {
-    make();
+    prepare();
     return true;
   }
   const std::optional<LogCall> call = replay_.next();
-  if (!call) return replay_.readOn();
-  const IntegrationResult result = apply(*call, *mapper_);
-  if (std::holds_alternative<LoggedDepth>(call->content)) {
-    ++fused_;
-    if (result.status == FrameStatus::kFused) stamp_s_ = call->stamp_s;
-  } else if (std::holds_alternative<LoggedColour>(call->content) &&
-             result.status == FrameStatus::kFused) {
-    stamp_s_ = std::max(stamp_s_, call->stamp_s);  // colour may come late
+  if (call) {
+    fuse(*call);
+    if (calls_since_mesh_ % kCallsPerCheck == 0) checkMemory(live_bytes);
+    if (calls_since_mesh_ >= kCallsPerMesh) extract();
+    return true;
   }
-  ++calls_since_mesh_;
-  if (calls_since_mesh_ % kCallsPerCheck == 0) checkMemory(live_bytes);
-  if (calls_since_mesh_ >= kCallsPerMesh) extract();
+  if (replay_.readOn()) return true;
+  if (calls_since_mesh_ < kFewCalls) return false;
+  extract();
   return true;
 }
 
-uint64_t Refusion::nextNumber() const {
-  const auto& items = replay_.poses().items();
-  return items.empty() ? next_number_ : items.back().entry.head.number + 1;
+void Refusion::fuse(const LogCall& call) {
+  const IntegrationResult result = apply(call, *mapper_);
+  const bool is_depth = std::holds_alternative<LoggedDepth>(call.content);
+  const bool is_image = is_depth || std::holds_alternative<LoggedColour>(call.content);
+  if (is_depth) ++fused_;
+  if (is_image && result.status == FrameStatus::kFused) {
+    stamp_s_ = is_depth ? call.stamp_s : std::max(stamp_s_, call.stamp_s);  // colour may come late
+  }
+  ++calls_since_mesh_;
 }
 
-void Refusion::checkMemory(size_t live_bytes) const {
+void Refusion::checkMemory(size_t live_bytes) {
   const MapStats stats = mapper_->stats();
+  bytes_ = stats.map_bytes;
   if (live_bytes + stats.map_bytes <= stats.max_map_bytes) return;
   throw std::runtime_error(tooLarge(live_bytes, stats.map_bytes, stats.max_map_bytes));
 }

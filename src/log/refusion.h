@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/block_mesh.h"
 #include "log/log_replay.h"
@@ -17,8 +17,20 @@ namespace dtsdf {
 class Refusion {
  public:
   /// @param run Where and on how many threads; all other settings are the log's.
-  /// @throws std::runtime_error if the log cannot be read, or the correction is refused.
-  Refusion(const std::string& log_folder, const MapperParams& run, const LogCorrection& correction);
+  /// @throws std::runtime_error if the log cannot be read.
+  Refusion(const std::string& log_folder, const MapperParams& run);
+
+  /// Makes the map that the log begins with, which takes long where that is a file. The first
+  /// step() does it otherwise. @throws std::runtime_error if it cannot be made.
+  void prepare();
+
+  /// What a correction would do. @throws std::runtime_error if it is refused, or the log lacks what
+  /// it corrects.
+  CorrectionEffect effectOf(const LogCorrection& correction);
+  /// Whether images that it moves were fused already, so that correct() has to start over.
+  bool isTooLateFor(const CorrectionEffect& effect) const;
+  /// Corrects images, those too that are added to the log later. @throws as effectOf().
+  void correct(LogCorrection correction);
 
   /// Does the next record of the log, or reads what was added to it.
   /// @param live_bytes Those of the map as it is: both together stay within map/max_memory_mb.
@@ -26,13 +38,19 @@ class Refusion {
   /// @throws std::runtime_error if there is too little memory, or the log is damaged.
   bool step(size_t live_bytes);
 
-  /// What the correction did to the poses, as the log is to have it.
-  const LogCorrection& correction() const { return correction_; }
-  size_t moved() const { return effect_.moved; }
+  /// The corrections, as the log is to have them.
+  const std::vector<LogCorrection>& corrections() const { return corrections_; }
+  /// What an image that is not in the log yet would be moved by.
+  Eigen::Isometry3d motion() const { return replay_.poses().motion(); }
+  /// Where the first camera's images are by now: see LoggedPoses.
+  std::vector<StampedPose> firstCamera() const {
+    return replay_.poses().firstCamera(replay_.nextNumber());
+  }
   size_t fused() const { return fused_; }                 ///< Depth images so far.
   size_t total() const { return replay_.depthImages(); }  ///< Of those known so far.
+  size_t bytes() const { return bytes_; }                 ///< Of the map, when last looked at.
   /// Number of the record that comes next, once step() has nothing to do.
-  uint64_t nextNumber() const;
+  uint64_t nextNumber() const { return replay_.nextNumber(); }
   double stamp_s() const { return stamp_s_; }  ///< Of the newest image in the map.
 
   /// The mesh of the whole map, by packed key. Brings it up to date.
@@ -40,18 +58,17 @@ class Refusion {
   std::unique_ptr<Mapper> takeMapper() { return std::move(mapper_); }
 
  private:
-  void make();
+  void fuse(const LogCall& call);
   void extract();
-  void checkMemory(size_t live_bytes) const;
+  void checkMemory(size_t live_bytes);
+  void readUpTo(uint64_t number);
 
   LogReplay replay_;
-  LogCorrection correction_;
-  CorrectionEffect effect_;
   MapperParams params_;
+  std::vector<LogCorrection> corrections_;
   std::unique_ptr<Mapper> mapper_;
   std::map<PackedKey, BlockMesh> mesh_;
-  uint64_t next_number_ = 0;
-  size_t fused_ = 0;
+  size_t fused_ = 0, bytes_ = 0;
   size_t calls_since_mesh_ = 0;
   double stamp_s_ = 0.0;
 };

@@ -106,6 +106,12 @@ struct LogParams {
   double max_gb = 16.0;  ///< Of 10^9 bytes; what is more goes, the oldest first.
 };
 
+/// Corrections of poses that a SLAM publishes.
+struct CorrectionParams {
+  std::string path_frame;  ///< Whose poses corrected_path has; empty: the depth camera's frame.
+  double least_m = 0.01;   ///< Nothing is done unless a frame moves as far, or as many radians.
+};
+
 struct NodeParams {
   std::string map_frame = "map";  ///< Frame that poses are of, and the map, unless it is levelled.
   LevelParams level;
@@ -120,6 +126,7 @@ struct NodeParams {
   StatusParams status;
   GroundParams ground;
   LogParams log;
+  CorrectionParams corrections;
 };
 
 /// Whether the map is in a frame of its own, which is level.
@@ -183,6 +190,8 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("input/mask", p.input.mask);
   visit("log/folder", p.log.folder);
   visit("log/max_gb", p.log.max_gb, Range{0.1, 1e6});
+  visit("corrections/path_frame", p.corrections.path_frame);
+  visit("corrections/least_m", p.corrections.least_m, Range{0.0, 1000.0});
   visit("publish/chunk_blocks", p.publish.chunk_blocks, Range{1, 64});
   visit("publish/mesh_rate_hz", p.publish.mesh_rate_hz, Range{0.01, 100.0});
   visit("publish/points_rate_hz", p.publish.points_rate_hz, Range{0.01, 100.0});

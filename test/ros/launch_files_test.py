@@ -49,6 +49,12 @@ print(status.frames_fused if status else 0, status.header.frame_id if status els
 """
 
 
+# What became of a correction of poses.
+WATCH_CORRECTION = WATCH.replace("status.frames_fused < 3",
+                                 "'fused again' not in status.last_correction").split("print(")[0] + """
+print(status.last_correction if status else "no status")
+"""
+
 # The images fused of each kind.
 WATCH_STREAMS = WATCH.replace("status.frames_fused < 3",
                               "min(s.fused for s in status.cameras[0].streams) < 3").replace(
@@ -206,7 +212,7 @@ class Loading(unittest.TestCase):
 
     def test_docs_have_every_launch_file(self):
         text = first_mesh_page()
-        for name in list(CAMERAS) + ["tum_bag"]:
+        for name in list(CAMERAS) + ["tum_bag", "rtabmap"]:
             self.assertRegex(text, rf"`{name}.launch`")
 
 
@@ -236,6 +242,37 @@ class Running(unittest.TestCase):
         count, frame, message = re.match(r"(\d+) (\S*) (.*)", told.splitlines()[-1]).groups()
         self.assertGreaterEqual(int(count), 3, f"{name}: {message}\n{output}")
         return frame
+
+    def test_rtabmap_corrects_the_map(self):
+        with tempfile.TemporaryDirectory() as folder, free_master(folder) as environment:
+            launches = [subprocess.Popen(
+                ["roslaunch", *options], env=environment, stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT, text=True) for options in (
+                    ["-p", environment["PORT"], os.path.join(LAUNCH, "rtabmap.launch"),
+                     "rviz:=false", "backend:=cpu", f"output_directory:={folder}",
+                     f"log_folder:={folder}/log", "voxel_size_m:=0.05",
+                     "registered_depth:=/camera/depth/image_rect_raw"],
+                    ["--wait", "realsense2_camera", "rs_camera.launch"])]
+            try:
+                told = subprocess.run([sys.executable, "-c", WATCH_CORRECTION], env=environment,
+                                      text=True, stdout=subprocess.PIPE, check=False).stdout
+            finally:
+                output = ""
+                for launch in reversed(launches):
+                    launch.send_signal(signal.SIGINT)
+                    output += launch.communicate(timeout=60)[0]
+            self.assertIn("fused again", told, output)
+            self.assertRegex(output, r"corrected_path: \d+ frames moved, by up to 0\.1 m and 0 rad")
+            reconstruct = os.path.join(os.environ["DTSDF_PROGRAMS"], "reconstruct")
+            made = subprocess.run([reconstruct, f"{folder}/log", "--backend", "cpu", "--mesh",
+                                   f"{folder}/wall.obj"], text=True, check=False,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            self.assertEqual(made.returncode, 0, made.stdout)
+            with open(f"{folder}/wall.obj", encoding="utf-8") as mesh:
+                ahead = [float(line.split()[1]) for line in mesh if line.startswith("v ")]
+            self.assertGreater(len(ahead), 10)
+            for x in ahead:  # of all frames: no wall is left where they were before
+                self.assertAlmostEqual(x, 1.1, delta=0.02)
 
     def save(self, command, environment, folder):
         answer = subprocess.run(command, shell=True, env=environment, text=True, check=False,

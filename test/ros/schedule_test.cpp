@@ -28,6 +28,16 @@ TEST_F(MapScheduleTest, WithoutFramesThereIsNothingToDo) {
   EXPECT_GT(schedule_.idleTime(kListener), milliseconds(0));
 }
 
+TEST_F(MapScheduleTest, ACorrectionHasTheTimeThatNothingElseNeeds) {
+  MapSchedule::Situation correcting = kNothing, busy = kFrameAndListener;
+  correcting.correcting = busy.correcting = true;
+  EXPECT_EQ(schedule_.next(correcting), Map::kCorrect);
+  EXPECT_EQ(schedule_.next(busy), Map::kFuse);
+  schedule_.frameFused();
+  EXPECT_EQ(schedule_.next(busy), Map::kBeginMesh);
+  EXPECT_EQ(schedule_.next(correcting), Map::kReport);
+}
+
 TEST_F(MapScheduleTest, WithoutListenersNothingIsMeshed) {
   schedule_.frameFused();
   schedule_.reported();

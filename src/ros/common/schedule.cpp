@@ -34,7 +34,8 @@ MapSchedule::Action MapSchedule::next(const Situation& situation) const {
   if (report_outdated_ && (!situation.frame_ready || report_pace_.isDue(now))) {
     return Action::kReport;
   }
-  return situation.frame_ready ? Action::kFuse : Action::kWait;
+  if (situation.frame_ready) return Action::kFuse;
+  return situation.correcting ? Action::kCorrect : Action::kWait;
 }
 
 /// None, if nobody wants it or nothing has changed.

@@ -39,13 +39,14 @@ constexpr double kLeastSpaceRate_hz = 2.0;
 /// the next frame (on a GPU) and is finished after it, or at once while no frame is there.
 class MapSchedule {
  public:
-  enum class Action { kFuse, kBeginMesh, kFinishMesh, kReport, kWait };
+  enum class Action { kFuse, kBeginMesh, kFinishMesh, kReport, kCorrect, kWait };
 
   /// What the thread sees when it asks.
   struct Situation {
     bool frame_ready = false;
     bool mesh_wanted = false;     ///< By listeners.
     bool space_followed = false;  ///< Surfaces of space come with the mesh.
+    bool correcting = false;      ///< A correction has work, for when there is nothing else.
   };
 
   MapSchedule(double mesh_rate_hz, SteadyClock clock);

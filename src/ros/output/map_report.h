@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,23 @@ struct MapReport {
   MapStats stats;
   MapperMemory memory;
   double integrate_ms = 0.0, paint_ms = 0.0, mesh_ms = 0.0;
+};
+
+/// How a correction of poses goes.
+struct CorrectionReport {
+  size_t waiting = 0;           ///< Those that are not answered yet.
+  size_t fused = 0, total = 0;  ///< Frames fused again, and all of them; 0 while none are.
+  size_t bytes = 0;             ///< Of the map that is made.
+  std::string last;             ///< What became of the last one; empty: there was none.
+  std::string camera_frame;     ///< Of the first camera's images.
+};
+
+/// What the status reports about the frame log.
+struct LogStatus {
+  bool is_on = false;
+  uint64_t bytes = 0, waiting_bytes = 0, lost = 0;
+  std::optional<double> first_stamp_s;  ///< From then on the map can be corrected.
+  std::string problem;                  ///< Why the log lacks something; empty while it is whole.
 };
 
 /// What the status reports about the output.

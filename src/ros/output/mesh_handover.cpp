@@ -22,10 +22,24 @@ void MeshHandover::add(MeshUpdate update, const ros::Time& stamp) {
   on_change_();
 }
 
+void MeshHandover::replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Time& stamp) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_whole_ = true;
+    blocks_.clear();
+    for (auto& [key, block] : mesh) {
+      blocks_[key] = std::make_shared<const BlockMesh>(std::move(block));
+    }
+    stamp_ = stamp;
+  }
+  on_change_();
+}
+
 void MeshHandover::clear(std::optional<float> voxel_size_m) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     cleared_ = true;
+    is_whole_ = false;
     if (voxel_size_m) voxel_size_m_ = voxel_size_m;
     blocks_.clear();
     stamp_ = ros::Time();
@@ -39,6 +53,7 @@ MeshChanges MeshHandover::take() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     changes.cleared = std::exchange(cleared_, false);
+    changes.is_whole = std::exchange(is_whole_, false);
     changes.voxel_size_m = std::exchange(voxel_size_m_, std::nullopt);
     changes.stamp = std::exchange(stamp_, ros::Time());
     blocks.swap(blocks_);

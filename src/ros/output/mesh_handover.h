@@ -4,6 +4,7 @@
 #include <ros/time.h>
 
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
@@ -16,6 +17,7 @@ namespace dtsdf {
 /// What has happened to the mesh since it was last asked for, in the order of its members.
 struct MeshChanges {
   bool cleared = false;                 ///< First, the whole mesh was forgotten.
+  bool is_whole = false;                ///< Or: what is not in `blocks` was.
   std::optional<float> voxel_size_m;    ///< Of the map from there on, if it is a new one.
   std::vector<SharedBlockMesh> blocks;  ///< Then these were replaced, in no order.
   ros::Time stamp;  ///< Of the newest frame in them; zero if there are none.
@@ -29,6 +31,9 @@ class MeshHandover {
   explicit MeshHandover(std::function<void()> on_change);
 
   void add(MeshUpdate update, const ros::Time& stamp);
+  /// The whole mesh, by packed key, of a map that is another one in part. Whoever follows compares
+  /// it with what there was, and takes what differs.
+  void replaceAll(std::map<PackedKey, BlockMesh> mesh, const ros::Time& stamp);
   /// A new map that takes the place of the old one may have voxels of another size.
   void clear(std::optional<float> voxel_size_m = std::nullopt);
 
@@ -37,7 +42,7 @@ class MeshHandover {
  private:
   std::function<void()> on_change_;
   std::mutex mutex_;
-  bool cleared_ = false;
+  bool cleared_ = false, is_whole_ = false;
   std::optional<float> voxel_size_m_;
   std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
   ros::Time stamp_;

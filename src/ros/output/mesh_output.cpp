@@ -82,13 +82,14 @@ void MeshOutput::act(Action action) {
 }
 
 void MeshOutput::takeChanges() {
-  const MeshChanges changes = parts_.mesh_changes.take();
-  if (!changes.cleared && changes.blocks.empty()) return;
+  MeshChanges changes = parts_.mesh_changes.take();
+  if (!changes.cleared && !changes.is_whole && changes.blocks.empty()) return;
   if (changes.cleared) {
     mesh_ = MeshStore(changes.voxel_size_m.value_or(mesh_.voxelSize()));
     mesh_bytes_ = 0;
     parts_.mesh_publisher.noteCleared();
   }
+  if (changes.is_whole) changes.blocks = differences(mesh_, std::move(changes.blocks));
   for (const SharedBlockMesh& block : changes.blocks) {
     parts_.mesh_publisher.noteChange(block->key);
     put(block);

@@ -14,6 +14,7 @@
 #include "ros/common/schedule.h"
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
+#include "ros/output/mesh_differences.h"
 #include "ros/output/mesh_publisher.h"
 #include "ros/output/surface_points_publisher.h"
 

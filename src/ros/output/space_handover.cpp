@@ -1,6 +1,28 @@
 #include "ros/output/space_handover.h"
 
+#include <limits>
+
 namespace dtsdf {
+
+SpaceChanges changesBetween(const KnownSpace& before, std::vector<SpaceCube> now) {
+  std::unordered_map<PackedKey, SpaceCube> gone;
+  constexpr int32_t kLowest = std::numeric_limits<int32_t>::min(),
+                    kHighest = std::numeric_limits<int32_t>::max();
+  for (const SpaceCube& cube : before.cubes(kLowest, kHighest)) {
+    gone.emplace(packKey(SpaceCube::cubeOf(cube.first)), cube);
+  }
+  SpaceChanges changes;
+  for (SpaceCube& cube : now) {
+    const auto same = gone.find(packKey(SpaceCube::cubeOf(cube.first)));
+    const bool is_known = same != gone.end();
+    if (!is_known || same->second.free != cube.free || same->second.surface != cube.surface) {
+      changes.cubes.push_back(cube);
+    }
+    if (is_known) gone.erase(same);
+  }
+  for (const auto& [key, cube] : gone) changes.cubes.push_back({cube.first, {}, {}});
+  return changes;
+}
 
 void SpaceHandover::add(const SpaceChanges& changes, double cell_size_m, const ros::Time& stamp) {
   {

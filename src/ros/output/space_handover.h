@@ -8,6 +8,7 @@
 #include <optional>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "dtsdf_mapping/space.h"
 #include "kernels/core/grid.h"
@@ -22,6 +23,9 @@ struct SpaceDelivery {
   /// fused, as in a map that was loaded.
   ros::Time stamp;
 };
+
+/// What leads from what was known before to what is known now: all cubes of which something is.
+SpaceChanges changesBetween(const KnownSpace& before, std::vector<SpaceCube> now);
 
 /// Thread safe. Changes of one cube become one, so that an output that stands still costs the cells
 /// of the map once and no more.

@@ -140,10 +140,21 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("queues", false, queuedBytes(in.output.topics), in.max_queue_bytes);
   const std::vector<TopicReport>& space_topics = in.output.space_topics;
   if (!space_topics.empty()) add("space_queues", false, queuedBytes(space_topics));
+  if (in.correction.bytes > 0) add("correction", memory.on_gpu, in.correction.bytes);
   if (in.poses.max_trajectory_bytes > 0) {
     add("trajectory", false, in.poses.trajectory_bytes, in.poses.max_trajectory_bytes);
   }
   add("process", false, in.process_bytes);
+}
+
+void fillLog(const StatusInput& in, MapStatus& status) {
+  status.log_bytes = in.log.bytes;
+  status.log_waiting_bytes = in.log.waiting_bytes;
+  status.log_lost = in.log.lost;
+  status.log_first_stamp = ros::Time(std::max(0.0, in.log.first_stamp_s.value_or(0.0)));
+  status.correction_fused = in.correction.fused;
+  status.correction_total = in.correction.total;
+  status.last_correction = printableMessage(in.correction.last);
 }
 
 void addTopics(const std::vector<TopicReport>& reports, MapStatus& status) {
@@ -186,6 +197,8 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in, const dtsdf_mapping::
   fillMemory(in, status);
   addTopics(in.output.topics, status);
   addTopics(in.output.space_topics, status);
+
+  fillLog(in, status);
 
   status.transforms_refused = in.transforms.refused;
   for (const auto& [what, count] : in.transforms.refused_by) {

@@ -22,6 +22,8 @@ struct StatusInput {
   OutputReport output;
   TransformReport transforms;
   PoseReport poses;
+  LogStatus log;
+  CorrectionReport correction;
   bool paused = false;
   bool time_stands = false;  ///< Simulated time does.
   double ran_s = 0.0;        ///< How long neither: see RunClock.

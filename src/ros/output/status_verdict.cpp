@@ -232,6 +232,10 @@ Verdict judge(const StatusInput& in, const MapStatus& before) {
   if (cameras.first != MapStatus::OK) return cameras;
   Verdict budget = judgeBudget(in.map.stats);
   if (budget.first != MapStatus::OK) return budget;
+  if (!in.log.problem.empty()) {
+    return {MapStatus::WARN, "frame log: " + in.log.problem +
+                                 "; it begins again with a copy of the map as soon as it can"};
+  }
   if (!in.poses.problem.empty()) return {MapStatus::WARN, in.poses.problem};
   if (!hasFused(in)) return cameras;
   return {MapStatus::OK, describeMesh(in)};

@@ -32,7 +32,8 @@ bool isLogged(FrameStatus status) {
 }  // namespace
 
 MapLog::MapLog(const MappingParams& params, const std::string& folder, const Levelling& levelling)
-    : params_(params.mapper),
+    : folder_(folder),
+      params_(params.mapper),
       map_frame_(params.node.map_frame),
       levelling_(levelling),
       queue_(queueOptions(params.node.log, folder)) {
@@ -47,6 +48,7 @@ void MapLog::begin(std::shared_ptr<const MapContents> contents, bool continues) 
   if (contents != nullptr) begin.stamp_s = contents->stamp_s;
   queue_.begin(std::move(begin), std::move(contents));
   logged_level_.reset();
+  has_images_ = has_images_ && continues;
 }
 
 void MapLog::loaded(std::shared_ptr<const MapContents> contents) {
@@ -56,6 +58,7 @@ void MapLog::loaded(std::shared_ptr<const MapContents> contents) {
 
 bool MapLog::taken(const PosedFrame& frame, const IntegrationResult& result) {
   if (!isLogged(result.status)) return false;
+  has_images_ = true;
   const std::optional<Eigen::Isometry3d> level = levelling_.level();
   if (level && (!logged_level_ || logged_level_->matrix() != level->matrix())) {
     queue_.addLevel(*level);

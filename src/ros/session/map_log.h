@@ -1,6 +1,8 @@
 /// What happens to the node's map, for the frame log.
 #pragma once
 
+#include <cstdint>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,16 +38,29 @@ class MapLog {
   /// The map as it is, for a new stretch.
   void checkpoint(MapContents contents);
 
+  /// The map became that of corrected poses.
+  void corrected(const LogCorrection& correction) { queue_.add(correction); }
+
+  /// See LogQueue.
+  std::future<std::optional<uint64_t>> mark() { return queue_.mark(); }
+
+  const std::string& folder() const { return folder_; }
+
+  /// Whether the map has frames that were logged.
+  bool hasImages() const { return has_images_; }
+
   LogReport report() const { return queue_.report(); }
 
  private:
   void begin(std::shared_ptr<const MapContents> contents, bool continues);
   void warnOfLoss() const;
 
+  const std::string folder_;
   MapperParams params_;  ///< Of the map as it is.
   const std::string map_frame_;
   const Levelling& levelling_;
   std::optional<Eigen::Isometry3d> logged_level_;
+  bool has_images_ = false;
   LogQueue queue_;
 };
 

@@ -4,6 +4,8 @@
 #include <std_srvs/Trigger.h>
 
 #include <cmath>
+#include <future>
+#include <memory>
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/map_file.h"
@@ -40,6 +42,9 @@ MapServices::MapServices(const ros::NodeHandle& private_nh, MappingPipeline& pip
   servers_.push_back(advertise<dtsdf_mapping::GetDistances>(
       query_thread_.serve(private_nh), "get_distances",
       [this](const auto& request, auto& response) { getDistances(request, response); }));
+  servers_.push_back(advertise<dtsdf_mapping::CorrectPoses>(
+      correct_thread_.serve(private_nh), "correct_poses",
+      [this](const auto& request, auto& response) { correctPoses(request, response); }));
   servers_.push_back(advertise<std_srvs::SetBool>(
       private_nh, "pause", [this](const auto& request, auto& response) {
         pipeline_.setPaused(request.data != 0);
@@ -50,6 +55,8 @@ MapServices::MapServices(const ros::NodeHandle& private_nh, MappingPipeline& pip
 MapServices::~MapServices() {
   ++saves_;  // whoever simplifies a mesh gives up
   for (ros::ServiceServer& server : servers_) server.shutdown();
+  pipeline_.giveUpCorrections("the node ends");
+  correct_thread_.stop();
   save_thread_.stop();
   clear_thread_.stop();
   query_thread_.stop();
@@ -59,6 +66,7 @@ void MapServices::start() {
   save_thread_.start();
   clear_thread_.start();
   query_thread_.start();
+  correct_thread_.start();
 }
 
 /// One after the other; a mesh that is being simplified gives up for the next one.
@@ -165,6 +173,25 @@ void MapServices::clearRegion(const dtsdf_mapping::ClearRegion::Request& request
   response.blocks = cleared.blocks;
   response.message = "emptied " + std::to_string(cleared.voxels) + " voxels, freed " +
                      std::to_string(cleared.blocks) + " blocks";
+}
+
+void MapServices::correctPoses(const dtsdf_mapping::CorrectPoses::Request& request,
+                               dtsdf_mapping::CorrectPoses::Response& response) {
+  const std::string path = outputPath(request.file_name, {".txt", ".tum"});
+  GivenPoses given;
+  given.poses = readTrajectory(path, "write the corrected poses there").poses();
+  given.frame_id = request.frame_id;
+  given.child_frame = request.child_frame;
+  const auto done = std::make_shared<std::promise<CorrectionResult>>();
+  std::future<CorrectionResult> answer = done->get_future();
+  pipeline_.correctPoses(given, 0.0,
+                         [done](const CorrectionResult& result) { done->set_value(result); });
+  const CorrectionResult result = answer.get();
+  if (!result.success) throw std::runtime_error(result.message);
+  response.message = result.message;
+  response.moved = result.moved;
+  response.fused = result.fused;
+  response.seconds = result.seconds;
 }
 
 void MapServices::getDistances(const dtsdf_mapping::GetDistances::Request& request,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dtsdf_mapping/ClearRegion.h>
+#include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
@@ -51,13 +52,15 @@ class MapServices {
                       dtsdf_mapping::SaveTrajectory::Response& response);
   void clearRegion(const dtsdf_mapping::ClearRegion::Request& request,
                    dtsdf_mapping::ClearRegion::Response& response);
+  void correctPoses(const dtsdf_mapping::CorrectPoses::Request& request,
+                    dtsdf_mapping::CorrectPoses::Response& response);
   void getDistances(const dtsdf_mapping::GetDistances::Request& request,
                     dtsdf_mapping::GetDistances::Response& response);
   std::string outputPath(const std::string& file_name,
                          const std::vector<std::string>& extensions) const;
 
   MappingPipeline& pipeline_;
-  CallbackThread save_thread_{2}, clear_thread_, query_thread_;
+  CallbackThread save_thread_{2}, clear_thread_, query_thread_, correct_thread_{2};
   std::mutex saving_;               ///< What saves or loads goes one after the other,
   uint64_t turn_ = 0;               ///< by the number that it came with,
   std::atomic<uint64_t> saves_{0};  ///< and knows by the newest one that another waits.

@@ -47,6 +47,7 @@ MapSchedule::Situation MapSession::situation() const {
   situation.frame_ready = parts_.frames.hasTurn();
   if (hasFailed()) return situation;
   situation.mesh_wanted = parts_.mesh_wanted();
+  situation.correcting = parts_.correction != nullptr && parts_.correction->hasWork();
   situation.space_followed = parts_.space != nullptr && mapper_->space() != nullptr;
   return situation;
 }
@@ -57,6 +58,7 @@ void MapSession::act(Action action) {
     case Action::kBeginMesh: return beginMesh();
     case Action::kFinishMesh: return finishMesh();
     case Action::kReport: return updateReport();
+    case Action::kCorrect: return correctMap();
     case Action::kWait: return;
   }
 }
@@ -114,6 +116,7 @@ void MapSession::takeFrame(PosedFrame& frame) {
   if (depth != nullptr && parts_.keep_center) {
     depth->keep_center_W = parts_.keep_center(frame.stamp);
   }
+  if (parts_.correction != nullptr) parts_.correction->place(frame);
   const IntegrationResult result =
       depth != nullptr ? fuse(*depth) : paint(std::get<ColourFrame>(frame.image));
   if (result.status != FrameStatus::kFused) {
@@ -122,6 +125,7 @@ void MapSession::takeFrame(PosedFrame& frame) {
     return;
   }
   accountingOf(frame).fused(frame.stamp);
+  if (parts_.correction != nullptr) parts_.correction->wasFused(frame);
   if (parts_.poses != nullptr) parts_.poses->wasFused(frame);
   // Colour may come late; depth that goes back has begun anew.
   map_stamp_ = depth != nullptr ? frame.stamp : std::max(map_stamp_, frame.stamp);
@@ -203,8 +207,44 @@ ClearedRegion MapSession::clearRegion(const Region& region) {
   }
 }
 
+void MapSession::correct(MapCorrection::Request request) {
+  throwIfFailed();
+  if (parts_.correction == nullptr) {
+    throw std::runtime_error("frames can be moved only if they are logged; set log/folder");
+  }
+  parts_.correction->add(std::move(request), mapper_->stats());
+}
+
+void MapSession::correctMap() {
+  auto corrected = parts_.correction->step(report_.stats);
+  if (corrected) takePlace(std::move(*corrected));
+}
+
+/// The map of corrected poses, which has all frames that this one has.
+void MapSession::takePlace(MapCorrection::Corrected corrected) {
+  if (schedule_.meshUnderWay()) finishMesh();
+  mapper_.swap(corrected.mapper);
+  schedule_.cleared();
+  mesh_whole_ = true;
+  mesh_stamp_ = map_stamp_;
+  parts_.mesh_changes.replaceAll(std::move(corrected.mesh), mesh_stamp_);
+  if (Space* const replaced = corrected.mapper->space()) handOverChangesOf(*replaced);
+  parts_.correction->finish(std::move(corrected.mapper));
+  updateReport();
+}
+
+/// Of the space that was handed over so far.
+void MapSession::handOverChangesOf(Space& replaced) {
+  if (parts_.space == nullptr) return;
+  Space& now = *mapper_->space();
+  parts_.space->add(replaced.takeChanges(), now.cellSize_m(), mesh_stamp_);
+  parts_.space->add(changesBetween(replaced, now.takeChanges().cubes), now.cellSize_m(),
+                    mesh_stamp_);
+}
+
 void MapSession::clear() {
   mapper_->clear();
+  if (parts_.correction != nullptr) parts_.correction->giveUp("the map was emptied meanwhile");
   if (parts_.log != nullptr) parts_.log->emptied();
   if (parts_.poses != nullptr) parts_.poses->mapIsAnother();
   schedule_.cleared();
@@ -227,6 +267,9 @@ std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {
   mapper_.swap(loaded.mapper);
   const MapContents& contents = *loaded.contents;
   if (contents.T_W_M && isLevelled()) parts_.levelling->set(*contents.T_W_M);
+  if (parts_.correction != nullptr) {
+    parts_.correction->giveUp("another map was loaded meanwhile");
+  }
   if (parts_.log != nullptr) parts_.log->loaded(loaded.contents);
   if (parts_.poses != nullptr) parts_.poses->mapIsAnother();
   schedule_.mapReplaced();
@@ -275,6 +318,7 @@ void MapSession::throwIfFailed() const {
 void MapSession::fail(const std::string& text) {
   ROS_FATAL_STREAM_NAMED("dtsdf_mapping",
                          "the map's backend failed; call clear_map to start over: " << text);
+  if (parts_.correction != nullptr) parts_.correction->giveUp("the map's backend failed");
   const std::lock_guard<std::mutex> lock(report_mutex_);
   report_.failure = text;
 }

@@ -20,6 +20,7 @@
 #include "ros/output/space_handover.h"
 #include "ros/session/frame_poses.h"
 #include "ros/session/levelling.h"
+#include "ros/session/map_correction.h"
 #include "ros/session/map_log.h"
 
 namespace dtsdf {
@@ -36,10 +37,11 @@ class MapSession {
     std::function<bool()> mesh_wanted;  ///< Whether anybody listens.
     /// What map/keep_radius_m is round, at a frame's stamp; none, as without it: the camera.
     std::function<std::optional<Eigen::Vector3d>(const ros::Time&)> keep_center = nullptr;
-    SpaceHandover* space = nullptr;  ///< Null: nobody asks for it.
-    Levelling* levelling = nullptr;  ///< Null: poses are of the map's frame.
-    FramePoses* poses = nullptr;     ///< Null: frames are fused where they are said to be.
-    MapLog* log = nullptr;           ///< Null: nothing is logged.
+    SpaceHandover* space = nullptr;       ///< Null: nobody asks for it.
+    Levelling* levelling = nullptr;       ///< Null: poses are of the map's frame.
+    FramePoses* poses = nullptr;          ///< Null: frames are fused where they are said to be.
+    MapLog* log = nullptr;                ///< Null: nothing is logged.
+    MapCorrection* correction = nullptr;  ///< Null, as without a log: poses stay as they are.
   };
 
   MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
@@ -60,6 +62,10 @@ class MapSession {
   /// Empties a part of the map.
   /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
   ClearedRegion clearRegion(const Region& region);
+
+  /// Has the poses of frames corrected that were fused so far.
+  /// @throws std::runtime_error where nothing is logged, or after a failure of the backend.
+  void correct(MapCorrection::Request request);
 
   /// A copy of the map. @throws std::exception if the backend cannot give it.
   MapContents contents();
@@ -105,6 +111,9 @@ class MapSession {
   void beginMesh();
   void finishMesh();
   void handSpaceOver();
+  void correctMap();
+  void takePlace(MapCorrection::Corrected corrected);
+  void handOverChangesOf(Space& replaced);
   std::string outdatedMesh() const;
   void forgetHandedOver(std::optional<float> voxel_size_m = std::nullopt);
   void updateReport();

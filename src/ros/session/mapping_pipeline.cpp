@@ -97,6 +97,7 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
                ? nullptr
                : std::make_unique<MapLog>(
                      params_, expandHome(params_.node.log.folder, "log/folder"), levelling_)),
+      correction_(log_ ? std::make_unique<MapCorrection>(*log_, params_.mapper) : nullptr),
       space_changes_([this] { space_loop_.wake(); }),
       space_output_(makeSpaceOutput(private_nh, params_, space_changes_)),
       session_(
@@ -104,7 +105,8 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
           {posed_frames_, ledger_, mesh_changes_,
            [this] { return mesh_publisher_.hasListeners() || points_publisher_.hasListeners(); },
            [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
-           space_output_ ? &space_changes_ : nullptr, &levelling_, frame_poses_.get(), log_.get()}),
+           space_output_ ? &space_changes_ : nullptr, &levelling_, frame_poses_.get(), log_.get(),
+           correction_.get()}),
       free_memory_(std::chrono::steady_clock::now),
       output_loop_(
           [this] {
@@ -126,12 +128,18 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
     ROS_INFO_STREAM_NAMED("dtsdf_mapping", printableMessage(loadMap(path).message));
   }
   cameras_.subscribe(private_nh);
+  if (!log_) return;
+  path_input_ = std::make_unique<PathInput>(
+      path_thread_.serve(nh), namespaceOf(private_nh) + "/corrected_path",
+      params_.node.corrections.path_frame, [this](const GivenPoses& given) { followPath(given); });
+  path_thread_.start();
 }
 
 MappingPipeline::~MappingPipeline() { stop(); }
 
 void MappingPipeline::stop() {
   cameras_.unsubscribe();
+  path_thread_.stop();
   transforms_thread_.stop();
   map_files_.stop();
   intake_loop_.stop();
@@ -147,6 +155,11 @@ StatusInput MappingPipeline::status() const {
   input.output = output_.report();
   if (space_output_) space_output_->addTo(input.output);
   input.transforms = transforms_.report();
+  if (log_) {
+    const LogReport log = log_->report();
+    input.log = {true, log.bytes, log.waiting_bytes, log.lost, log.first_stamp_s, log.problem};
+    input.correction = correction_->report();
+  }
   if (frame_poses_) {
     input.poses = frame_poses_->report();
     input.poses.problem = pose_publisher_->problem();
@@ -200,6 +213,53 @@ void MappingPipeline::clearMap() {
 
 ClearedRegion MappingPipeline::clearRegion(const Region& region) {
   return map_loop_.run([&] { return session_.clearRegion(region); }).get();
+}
+
+/// In the map, of the camera.
+std::vector<StampedPose> MappingPipeline::cameraPoses(const GivenPoses& given) const {
+  const Eigen::Isometry3d T_W_F = map_poses_.find(given.frame_id);
+  Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
+  if (!given.child_frame.empty()) {
+    const std::string camera = correction_->report().camera_frame;
+    if (camera.empty()) throw std::runtime_error("no frame has been received yet");
+    const PoseAnswer mount = poses_.findIn(given.child_frame, camera);
+    if (mount.kind != PoseAnswer::Kind::kKnown) throw std::runtime_error(mount.text);
+    T_B_C = mount.T_W_C;
+  }
+  std::vector<StampedPose> poses;
+  poses.reserve(given.poses.size());
+  for (const StampedPose& pose : given.poses) {
+    poses.push_back({pose.stamp_s, T_W_F * pose.T_W_C * T_B_C});
+  }
+  return poses;
+}
+
+void MappingPipeline::correctPoses(const GivenPoses& given, double least,
+                                   std::function<void(const CorrectionResult&)> answer) {
+  if (!correction_) {
+    throw std::runtime_error(
+        "frames can be moved only if they are logged; start the node with log/folder");
+  }
+  if (frame_poses_) {
+    throw std::runtime_error("frames can be moved only where poses/mode is tf");
+  }
+  MapCorrection::Request request{cameraPoses(given), least, std::move(answer)};
+  map_loop_.run([&] { session_.correct(std::move(request)); }).get();
+}
+
+void MappingPipeline::followPath(const GivenPoses& given) {
+  correctPoses(given, params_.node.corrections.least_m, [](const CorrectionResult& result) {
+    if (result.success && result.moved > 0) {
+      ROS_INFO_STREAM_NAMED("dtsdf_mapping", "corrected_path: " << result.message);
+    } else if (!result.success) {
+      ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
+                                     "corrected_path is refused: " << result.message);
+    }
+  });
+}
+
+void MappingPipeline::giveUpCorrections(const std::string& reason) {
+  if (correction_) map_loop_.run([&] { correction_->giveUp(reason); }).get();
 }
 
 /// Once this has returned, nothing of the map of before is published or answered any more.

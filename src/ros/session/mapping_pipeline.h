@@ -5,6 +5,7 @@
 #include <ros/node_handle.h>
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@
 #include "ros/session/map_files.h"
 #include "ros/session/map_poses.h"
 #include "ros/session/map_session.h"
+#include "ros/session/path_input.h"
 
 namespace dtsdf {
 
@@ -72,6 +74,14 @@ class MappingPipeline {
   /// @throws std::runtime_error if there is nothing; the text says why, and what to do.
   StampedSpace knownSpace() const;
 
+  /// Moves frames of the map. The answer comes when that is done, on the map's thread.
+  /// @param least See MapCorrection. @throws std::runtime_error where that is refused at once.
+  void correctPoses(const GivenPoses& given, double least,
+                    std::function<void(const CorrectionResult&)> answer);
+
+  /// Has all of them answered that are under way.
+  void giveUpCorrections(const std::string& reason);
+
   /// Waits for the map's thread. @throws std::runtime_error where poses/mode is tf.
   void setPose(const Eigen::Isometry3d& T_W_B);
 
@@ -86,6 +96,8 @@ class MappingPipeline {
   void stop();
   void awaitOutputs();
   FramePoses& framePoses() const;
+  std::vector<StampedPose> cameraPoses(const GivenPoses& given) const;
+  void followPath(const GivenPoses& given);
 
   MappingParams params_;
   CallbackThread transforms_thread_;
@@ -107,7 +119,8 @@ class MappingPipeline {
   SurfacePointsPublisher points_publisher_;
   MeshHandover mesh_changes_;
   MeshOutput output_;
-  std::unique_ptr<MapLog> log_;  ///< Null unless log/folder is set.
+  std::unique_ptr<MapLog> log_;  ///< Both null unless log/folder is set.
+  std::unique_ptr<MapCorrection> correction_;
   SpaceHandover space_changes_;
   std::unique_ptr<SpaceOutput> space_output_;  ///< Null unless space/enabled.
   MapSession session_;
@@ -117,6 +130,8 @@ class MappingPipeline {
   // Each is begun after those that it wakes.
   WorkerThread output_loop_, space_loop_, map_loop_, intake_loop_;
   MapFiles map_files_;
+  CallbackThread path_thread_;
+  std::unique_ptr<PathInput> path_input_;  ///< Null without a log.
 };
 
 }  // namespace dtsdf

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "dtsdf_mapping/mesh.h"
 #include "kernels/core/grid.h"
@@ -13,8 +12,6 @@
 namespace dtsdf {
 namespace {
 
-constexpr uint64_t kAll = std::numeric_limits<uint64_t>::max();
-constexpr double kNoMore_s = -std::numeric_limits<double>::infinity();
 constexpr size_t kNothing = 0;
 
 MapperParams params() {
@@ -36,7 +33,6 @@ Eigen::Isometry3d drift(int i) {
 LogCorrection correctionTo(const std::vector<Eigen::Isometry3d>& T_W_C, int step, uint64_t before) {
   LogCorrection correction;
   correction.before = before;
-  correction.until_s = kNoMore_s;
   for (size_t i = 0; i < T_W_C.size(); i += static_cast<size_t>(step)) {
     correction.poses.push_back({static_cast<double>(i) / 10.0, T_W_C[i]});
   }
@@ -80,6 +76,13 @@ class CorrectedMap : public testing::Test {
     if (i == 13) map.clearRegion(SphereRegion{Eigen::Vector3d(1.0, 0.5, 0.5), 0.8});
   }
 
+  Refusion refusionOf(const LogCorrection& correction) {
+    Refusion refusion(folder_.path(), params());
+    effect_ = refusion.effectOf(correction);
+    refusion.correct(correction);
+    return refusion;
+  }
+
   static void finish(Refusion& refusion, size_t live_bytes = kNothing) {
     while (refusion.step(live_bytes)) {
     }
@@ -97,9 +100,18 @@ class CorrectedMap : public testing::Test {
     return fileOf(*plain.mapper);
   }
 
+  /// What the log leads to by itself.
+  std::string replayed() const {
+    LogReplay replay(folder_.path());
+    const std::unique_ptr<Mapper> again = makeMapper(params());
+    while (const auto call = replay.next()) apply(*call, *again);
+    return fileOf(*again);
+  }
+
   TemporaryFolder folder_;
   std::vector<SceneFrame> images_;
   FrameLog log_;
+  CorrectionEffect effect_;  ///< Of refusionOf().
 };
 
 TEST_F(CorrectedMap, AReplayIsTheMapThatWasLogged) {
@@ -115,8 +127,8 @@ TEST_F(CorrectedMap, AReplayIsTheMapThatWasLogged) {
 TEST_F(CorrectedMap, CorrectedPosesGiveTheMapOfTheTruth) {
   LoggedMap live(params(), log_);
   for (int i = 0; i < kCount; ++i) take(live, i, drift(i) * truePose(i));
-  Refusion refusion(folder_.path(), params(), correctionTo(truePoses(), 1, kAll));
-  EXPECT_EQ(refusion.moved(), static_cast<size_t>(kCount - 1));  // the first one does not drift
+  Refusion refusion = refusionOf(correctionTo(truePoses(), 1, log_.nextNumber()));
+  EXPECT_EQ(effect_.moved, static_cast<size_t>(kCount - 1));  // the first one does not drift
   finish(refusion);
   EXPECT_EQ(refusion.fused(), static_cast<size_t>(kCount));
   EXPECT_EQ(refusion.stamp_s(), 0.1 * (kCount - 1));
@@ -135,7 +147,7 @@ TEST_F(CorrectedMap, WhatComesMeanwhileIsCaughtUpWith) {
   int next = 0;
   for (; next < 12; ++next) take(live, next, drift(next) * truePose(next));
   const std::vector<Eigen::Isometry3d> poses = truePoses(12);
-  Refusion refusion(folder_.path(), params(), correctionTo(poses, 1, log_.nextNumber()));
+  Refusion refusion = refusionOf(correctionTo(poses, 1, log_.nextNumber()));
   for (; next < kCount; ++next) {
     refusion.step(kNothing);
     if (next == 20) live.checkpoint();  // the log goes on in another stretch
@@ -146,16 +158,18 @@ TEST_F(CorrectedMap, WhatComesMeanwhileIsCaughtUpWith) {
   EXPECT_EQ(fileOf(*refusion.takeMapper()), mapOf(truePoses()));
 }
 
-// What was on its way when the correction was made still has the pose of before.
-TEST_F(CorrectedMap, WhatIsOlderThanTheCorrectionFollowsIt) {
+// Images after the last corrected pose keep their place relative to it, until the SLAM that gives
+// their poses knows better, which its poses show.
+TEST_F(CorrectedMap, WhatFollowsMovesWithItUntilTheSourceOfPosesJumps) {
   LoggedMap live(params(), log_);
   for (int i = 0; i < 12; ++i) take(live, i, drift(11) * truePose(i));
-  LogCorrection correction = correctionTo(truePoses(12), 1, log_.nextNumber());
-  correction.until_s = 1.45;
-  Refusion refusion(folder_.path(), params(), correction);
+  const LogCorrection correction = correctionTo(truePoses(12), 1, log_.nextNumber());
+  Refusion refusion = refusionOf(correction);
   for (int i = 12; i < 15; ++i) take(live, i, drift(11) * truePose(i));
+  refusion.step(kNothing);
   for (int i = 15; i < kCount; ++i) take(live, i, truePose(i));
   finish(refusion);
+  EXPECT_TRUE(refusion.motion().isApprox(Eigen::Isometry3d::Identity()));
   const std::unique_ptr<Mapper> corrected = refusion.takeMapper();
 
   // The same by the rule of correct(), whose bits a truth in closed form has not.
@@ -170,11 +184,56 @@ TEST_F(CorrectedMap, WhatIsOlderThanTheCorrectionFollowsIt) {
   EXPECT_EQ(fileOf(*corrected), mapOf(poses));
 
   // A log that holds the correction leads to the same map.
-  log_.add(toRecord(refusion.correction()), refusion.correction());
-  LogReplay replay(folder_.path());
-  const std::unique_ptr<Mapper> again = makeMapper(params());
-  while (const auto call = replay.next()) apply(*call, *again);
-  EXPECT_EQ(fileOf(*again), fileOf(*corrected));
+  log_.add(toRecord(refusion.corrections()[0]), refusion.corrections()[0]);
+  EXPECT_EQ(replayed(), fileOf(*corrected));
+}
+
+// Odometry never jumps: what it gives is moved for good, in the log as well as by motion().
+TEST_F(CorrectedMap, WhatFollowsMovesWithItForGoodIfTheSourceDoesNotJump) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < 12; ++i) take(live, i, drift(11) * truePose(i));
+  Refusion refusion = refusionOf(correctionTo(truePoses(12), 1, log_.nextNumber()));
+  for (int i = 12; i < kCount; ++i) take(live, i, drift(11) * truePose(i));
+  finish(refusion);
+  EXPECT_TRUE(refusion.motion().isApprox(drift(11).inverse(), 1e-9));
+  const LoggedPoses::Item newest = [&] {
+    LogReplay replay(folder_.path());
+    replay.correct(refusion.corrections()[0]);
+    return replay.poses().items().back();
+  }();
+  EXPECT_TRUE(newest.T_W_C.isApprox(truePose(kCount - 1), 1e-9));
+}
+
+// One that moves only what was not fused again yet goes on; one that comes too late starts over.
+TEST_F(CorrectedMap, ASecondOneMayComeWhileTheFirstIsUnderWay) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < kCount; ++i) take(live, i, drift(i) * truePose(i));
+  std::vector<Eigen::Isometry3d> halfway;
+  for (int i = 0; i < kCount; ++i) halfway.push_back(drift(i / 2) * truePose(i));
+  std::vector<Eigen::Isometry3d> later = halfway;
+  for (int i = 16; i < kCount; ++i) later[static_cast<size_t>(i)] = truePose(i);
+  const uint64_t end = log_.nextNumber();
+
+  Refusion goes_on = refusionOf(correctionTo(halfway, 1, end));
+  while (goes_on.fused() < 10) goes_on.step(kNothing);
+  EXPECT_FALSE(goes_on.isTooLateFor(goes_on.effectOf(correctionTo(later, 1, end))));
+  goes_on.correct(correctionTo(later, 1, end));
+  EXPECT_EQ(goes_on.fused(), 10u);
+  finish(goes_on);
+  EXPECT_EQ(fileOf(*goes_on.takeMapper()), mapOf(later));
+
+  Refusion starts_over = refusionOf(correctionTo(halfway, 1, end));
+  while (starts_over.fused() < 20) starts_over.step(kNothing);
+  EXPECT_TRUE(starts_over.isTooLateFor(starts_over.effectOf(correctionTo(later, 1, end))));
+  starts_over.correct(correctionTo(later, 1, end));
+  EXPECT_EQ(starts_over.fused(), 0u);
+  finish(starts_over);
+  ASSERT_EQ(starts_over.corrections().size(), 2u);
+  for (const LogCorrection& correction : starts_over.corrections()) {
+    log_.add(toRecord(correction), correction);
+  }
+  EXPECT_EQ(replayed(), mapOf(later));
+  EXPECT_EQ(fileOf(*starts_over.takeMapper()), mapOf(later));
 }
 
 // The second one is of poses as the first one left them.
@@ -183,13 +242,13 @@ TEST_F(CorrectedMap, CorrectionsFollowEachOther) {
   for (int i = 0; i < kCount; ++i) take(live, i, drift(i) * truePose(i));
   std::vector<Eigen::Isometry3d> halfway;
   for (int i = 0; i < kCount; ++i) halfway.push_back(drift(i / 2) * truePose(i));
-  Refusion first(folder_.path(), params(), correctionTo(halfway, 1, log_.nextNumber()));
-  log_.add(toRecord(first.correction()), first.correction());
+  Refusion first = refusionOf(correctionTo(halfway, 1, log_.nextNumber()));
+  log_.add(toRecord(first.corrections()[0]), first.corrections()[0]);
   // Of the images that the second one does not name, the first one's poses hold.
   LogCorrection rest = correctionTo(truePoses(), 1, log_.nextNumber());
   rest.poses.resize(12);
   rest.poses.push_back({1.2, halfway[12]});
-  Refusion second(folder_.path(), params(), rest);
+  Refusion second = refusionOf(rest);
   finish(second);
   std::vector<Eigen::Isometry3d> expected = halfway;
   for (int i = 0; i < 12; ++i) expected[static_cast<size_t>(i)] = truePose(i);
@@ -202,8 +261,8 @@ TEST_F(CorrectedMap, AfterStampsWentBackOnlyTheNewestAreCorrected) {
   for (int i = 0; i < 8; ++i) take(live, i, truePose(i));
   for (int i = 0; i < 8; ++i) take(live, i, drift(20) * truePose(i));
   const std::vector<Eigen::Isometry3d> poses = truePoses(8);
-  Refusion refusion(folder_.path(), params(), correctionTo(poses, 1, kAll));
-  EXPECT_EQ(refusion.moved(), 8u);
+  Refusion refusion = refusionOf(correctionTo(poses, 1, log_.nextNumber()));
+  EXPECT_EQ(effect_.moved, 8u);
   finish(refusion);
   const std::unique_ptr<Mapper> twice = makeMapper(params());
   for (int pass = 0; pass < 2; ++pass) {
@@ -223,7 +282,7 @@ TEST_F(CorrectedMap, AMapThatDoesNotFitBesideTheOtherOneIsRefused) {
   stats.max_map_bytes = 2 * stats.map_bytes - 1;
   EXPECT_NE(whyTooLarge(stats).find("map/max_memory_mb"), std::string::npos);
   // And while it is made, should it be larger than that one.
-  Refusion refusion(folder_.path(), params(), correctionTo(truePoses(), 1, kAll));
+  Refusion refusion = refusionOf(correctionTo(truePoses(), 1, log_.nextNumber()));
   const size_t nearly_all = (size_t{256} << 20) - 1000;
   EXPECT_NE(errorOf([&] { finish(refusion, nearly_all); }).find("map/max_memory_mb"),
             std::string::npos);
@@ -253,19 +312,19 @@ TEST_F(Bounded, IsReplayedFromTheMapThatItBeginsWith) {
 }
 
 TEST_F(Bounded, ACorrectionOfWhatItHasIsDone) {
-  LogCorrection late = correctionTo(truePoses(), 1, kAll);
+  LogCorrection late = correctionTo(truePoses(), 1, log_.nextNumber());
   late.poses.erase(late.poses.begin(), late.poses.begin() + 14);
   late.poses.insert(late.poses.begin(), {1.2, drift(12) * truePose(12)});
-  Refusion refusion(folder_.path(), params(), late);
+  Refusion refusion = refusionOf(late);
   finish(refusion);
-  EXPECT_EQ(refusion.moved(), static_cast<size_t>(kCount - 13));
+  EXPECT_EQ(effect_.moved, static_cast<size_t>(kCount - 13));
 }
 
 TEST_F(Bounded, ACorrectionThatReachesBackFurtherIsRefused) {
   const auto errorFor = [&](const LogCorrection& correction) {
-    return errorOf([&] { Refusion(folder_.path(), params(), correction); });
+    return errorOf([&] { refusionOf(correction); });
   };
-  const LogCorrection all = correctionTo(truePoses(), 1, kAll);
+  const LogCorrection all = correctionTo(truePoses(), 1, log_.nextNumber());
   EXPECT_NE(errorFor(all).find("reaches back"), std::string::npos) << errorFor(all);
   LogCorrection late = all;
   late.poses.erase(late.poses.begin(), late.poses.begin() + 14);

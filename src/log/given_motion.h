@@ -1,0 +1,34 @@
+/// Whether who gives the poses of images has taken a correction over: a SLAM does, odometry never.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "io/trajectory.h"
+
+namespace dtsdf {
+
+/// The newest poses that a camera's images were given, one after the other.
+class GivenMotion {
+ public:
+  /// Stamps that go back by more than this begin a recording anew.
+  static constexpr double kBegin_s = 0.5;
+
+  void add(const StampedPose& given);
+
+  /// Whether the next pose continues the motion from where `T_W_S` moves the newest one to, rather
+  /// than from where that one was given.
+  bool isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& next) const;
+
+  /// Whether a recording begins anew with it.
+  bool beginsAnew(const StampedPose& next) const {
+    return newest_ && next.stamp_s < newest_->stamp_s - kBegin_s;
+  }
+
+ private:
+  Eigen::Isometry3d motionTo(double stamp_s) const;
+
+  std::optional<StampedPose> before_, newest_;
+};
+
+}  // namespace dtsdf

@@ -1,0 +1,267 @@
+#include "ros/session/map_correction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "params/printable.h"
+
+namespace dtsdf {
+namespace {
+
+/// For the last records to be on the disk, before the maps are swapped.
+constexpr std::chrono::milliseconds kLogWait{20};
+
+template <class Value>
+bool isReady(const Value& future) {
+  return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+const char kNothingMoves[] = "no frame moves";
+
+double secondsSince(SteadyTime time) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - time).count();
+}
+
+std::string describe(const CorrectionEffect& effect) {
+  std::ostringstream text;
+  text << effect.moved << " frames moved, by up to " << effect.farthest_m << " m and "
+       << effect.farthest_rad << " rad";
+  return text.str();
+}
+
+std::string gapOf(const LogReport& log) {
+  return "the frame log lacks a part of the map" +
+         (log.problem.empty() ? "" : " (" + log.problem + ")") +
+         "; a correction can be made of what is logged from now on";
+}
+
+std::unique_ptr<Refusion> open(const std::string& folder, const MapperParams& run) {
+  auto refusion = std::make_unique<Refusion>(folder, run);
+  refusion->prepare();
+  return refusion;
+}
+
+}  // namespace
+
+void MapCorrection::add(Request request, const MapStats& live) {
+  Pending pending;
+  pending.request = std::move(request);
+  pending.came = std::chrono::steady_clock::now();
+  try {
+    if (isForNothing(pending.request)) return answer(pending, kNothingMoves);
+    const std::string problem = whyTooLarge(live);
+    if (!problem.empty()) throw std::runtime_error(problem);
+  } catch (const std::exception& error) {
+    return refuse(pending, errorText(error));
+  }
+  pending.correction.poses = std::move(pending.request.poses);
+  pending.mark = log_.mark().share();
+  waiting_.push_back(std::move(pending));
+  noteProgress();
+}
+
+/// Known without the log: a SLAM may say every second that nothing has changed.
+bool MapCorrection::isForNothing(const Request& request) const {
+  if (!log_.hasImages() || fused_.empty()) {
+    throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
+  }
+  const double farthest = PoseCorrection(request.poses, fused_).farthest();
+  return waiting_.empty() && joined_.empty() && farthest < request.least;
+}
+
+bool MapCorrection::isMarked() const { return !waiting_.empty() && isReady(waiting_.front().mark); }
+
+bool MapCorrection::hasWork() const {
+  return refusion_ != nullptr || (opening_.valid() ? isReady(opening_) : isMarked());
+}
+
+std::optional<MapCorrection::Corrected> MapCorrection::step(const MapStats& live) {
+  if (refusion_ == nullptr) {
+    if (opening_.valid()) {
+      takeOpened();
+    } else {
+      openLog();
+    }
+    return std::nullopt;
+  }
+  std::optional<Corrected> corrected;
+  std::string problem = "unknown error";
+  try {
+    join();
+    if (joined_.empty()) {
+      refusion_.reset();
+    } else if (!refusion_->step(live.map_bytes) && hasCaughtUp()) {
+      corrected.emplace();
+      corrected->mesh = refusion_->takeMesh();
+      corrected->mapper = refusion_->takeMapper();
+    }
+    noteProgress();
+    return corrected;
+  } catch (const std::exception& error) {
+    problem = errorText(error);
+  } catch (...) {
+  }
+  for (const Pending& pending : joined_) refuse(pending, problem);
+  joined_.clear();
+  refusion_.reset();
+  noteProgress();
+  return std::nullopt;
+}
+
+void MapCorrection::openLog() {
+  if (!isMarked()) return;
+  opening_ = std::async(std::launch::async, open, log_.folder(), run_);
+}
+
+void MapCorrection::takeOpened() {
+  if (!isReady(opening_)) return;
+  const bool in_vain = std::exchange(is_opening_in_vain_, false);
+  has_started_over_ = is_closed_ = false;
+  try {
+    refusion_ = opening_.get();
+  } catch (const std::exception& error) {
+    if (in_vain || waiting_.empty()) return;
+    refuse(waiting_.front(), errorText(error));
+    waiting_.pop_front();
+  }
+  if (in_vain) refusion_.reset();
+}
+
+void MapCorrection::join() {
+  while (!is_closed_ && isMarked()) {
+    Pending& next = waiting_.front();
+    try {
+      if (joins(next)) joined_.push_back(std::move(next));
+    } catch (const std::exception& error) {
+      refuse(next, errorText(error));
+    }
+    if (!is_closed_) waiting_.pop_front();
+  }
+}
+
+bool MapCorrection::joins(Pending& next) {
+  const Number number = next.mark.get();
+  if (!number) throw std::runtime_error(gapOf(log_.report()));
+  next.correction.before = *number;
+  next.effect = refusion_->effectOf(next.correction);
+  if (next.effect.moved == 0 ||
+      std::max(next.effect.farthest_m, next.effect.farthest_rad) < next.request.least) {
+    next.effect = {};
+    answer(next, kNothingMoves);
+    return false;
+  }
+  if (refusion_->isTooLateFor(next.effect)) {
+    is_closed_ = has_started_over_;
+    has_started_over_ = true;
+    if (is_closed_) return false;
+  }
+  refusion_->correct(next.correction);
+  return true;
+}
+
+/// While it waits, nothing is added to the log.
+bool MapCorrection::hasCaughtUp() {
+  std::future<Number> mark = log_.mark();
+  if (mark.wait_for(kLogWait) != std::future_status::ready) return false;
+  const Number number = mark.get();
+  if (!number) throw std::runtime_error(gapOf(log_.report()));
+  return *number == refusion_->nextNumber();
+}
+
+void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {
+  for (const LogCorrection& correction : refusion_->corrections()) log_.corrected(correction);
+  T_W_S_ = refusion_->motion() * T_W_S_;
+  fused_ = refusion_->firstCamera();
+  for (const Pending& pending : joined_) {
+    std::ostringstream text;
+    text << describe(pending.effect) << "; " << refusion_->fused() << " fused again in "
+         << std::round(100.0 * secondsSince(pending.came)) / 100.0 << " s";
+    answer(pending, text.str());
+  }
+  joined_.clear();
+  refusion_.reset();
+  noteProgress();
+  // Large maps take long to be freed.
+  freeing_ =
+      std::async(std::launch::async,
+                 [map = std::shared_ptr<Mapper>(std::move(replaced))]() mutable { map.reset(); });
+}
+
+void MapCorrection::giveUp(const std::string& reason) {
+  for (const Pending& pending : joined_) refuse(pending, reason);
+  for (const Pending& pending : waiting_) refuse(pending, reason);
+  joined_.clear();
+  waiting_.clear();
+  refusion_.reset();
+  is_opening_in_vain_ = opening_.valid();
+  fused_.clear();
+  T_W_S_ = Eigen::Isometry3d::Identity();
+  noteProgress();
+}
+
+void MapCorrection::place(PosedFrame& frame) {
+  auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  if (depth != nullptr && frame.camera == 0) {
+    const StampedPose given{frame.stamp.toSec(), depth->T_W_C};
+    if (given_.beginsAnew(given) || given_.isMovedBy(T_W_S_, given)) {
+      T_W_S_ = Eigen::Isometry3d::Identity();
+    }
+    given_.add(given);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (report_.camera_frame != frame.frame_id) report_.camera_frame = frame.frame_id;
+  }
+  if (T_W_S_.matrix() == Eigen::Isometry3d::Identity().matrix()) return;
+  std::visit([&](auto& image) { image.T_W_C = T_W_S_ * image.T_W_C; }, frame.image);
+  if (depth != nullptr && depth->keep_center_W) {
+    depth->keep_center_W = T_W_S_ * *depth->keep_center_W;
+  }
+}
+
+void MapCorrection::wasFused(const PosedFrame& frame) {
+  const auto* const depth = std::get_if<DepthFrame>(&frame.image);
+  if (depth == nullptr || frame.camera != 0) return;
+  const double stamp_s = frame.stamp.toSec();
+  if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
+  if (fused_.empty() || stamp_s > fused_.back().stamp_s) fused_.push_back({stamp_s, depth->T_W_C});
+}
+
+void MapCorrection::answer(const Pending& pending, const std::string& message) {
+  CorrectionResult result;
+  result.success = true;
+  result.moved = pending.effect.moved;
+  result.fused = result.moved == 0 ? 0 : refusion_->fused();
+  result.seconds = secondsSince(pending.came);
+  result.message = message;
+  pending.request.answer(result);
+  if (result.moved == 0) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  report_.last = result.message;
+}
+
+void MapCorrection::refuse(const Pending& pending, const std::string& reason) {
+  CorrectionResult result;
+  result.message = reason;
+  pending.request.answer(result);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  report_.last = "refused: " + reason;
+}
+
+void MapCorrection::noteProgress() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  report_.waiting = waiting_.size() + joined_.size();
+  report_.fused = refusion_ == nullptr ? 0 : refusion_->fused();
+  report_.total = refusion_ == nullptr ? 0 : refusion_->total();
+  report_.bytes = refusion_ == nullptr ? 0 : refusion_->bytes();
+}
+
+CorrectionReport MapCorrection::report() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return report_;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,128 @@
+/// Corrects the poses of images that are in the map: makes the map anew beside the live one, from
+/// the log, until it can take its place.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <future>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/mapper.h"
+#include "log/given_motion.h"
+#include "log/refusion.h"
+#include "ros/common/steady_clock.h"
+#include "ros/input/posed_frame.h"
+#include "ros/output/map_report.h"
+#include "ros/session/map_log.h"
+
+namespace dtsdf {
+
+/// What became of a correction.
+struct CorrectionResult {
+  bool success = false;
+  std::string message;          ///< What was done, or why nothing was.
+  size_t moved = 0, fused = 0;  ///< Depth images that moved, and those that were fused again.
+  double seconds = 0.0;         ///< Since it came.
+};
+
+/// A correction first waits until the log holds all frames before it (`waiting_`). Then the log is
+/// opened, on a thread of its own (`opening_`), and its images are fused again, one with each
+/// step(), while frames go on to be fused and logged (`refusion_`). Once that has caught up with
+/// the log, step() hands out the map, and finish() writes the corrections to the log.
+///
+/// One that comes meanwhile joins the one under way. Where images that it moves were fused again
+/// already, all are from the first on; but only once, lest those that come every second keep it
+/// from ever ending: later ones wait for the end.
+///
+/// Map's thread only, but for report().
+class MapCorrection {
+ public:
+  struct Request {
+    std::vector<StampedPose> poses;  ///< Of the first camera, in W.
+    double least = 0.0;  ///< Nothing is done if no image moves as far, in metres or radians.
+    std::function<void(const CorrectionResult&)> answer;  ///< Called once; does not throw.
+  };
+
+  /// `log` outlives it. @param run Where mappers run.
+  MapCorrection(MapLog& log, const MapperParams& run) : log_(log), run_(run) {}
+  ~MapCorrection() { giveUp("the node ends"); }
+  MapCorrection(const MapCorrection&) = delete;
+  MapCorrection& operator=(const MapCorrection&) = delete;
+
+  /// Corrects the images that were fused so far. `live` is the map as it is.
+  void add(Request request, const MapStats& live);
+
+  /// Whether step() would do something.
+  bool hasWork() const;
+
+  /// The map that takes the place of the live one, and its whole mesh.
+  struct Corrected {
+    std::unique_ptr<Mapper> mapper;
+    std::map<PackedKey, BlockMesh> mesh;
+  };
+  /// Does a little. Never throws: what fails is answered.
+  std::optional<Corrected> step(const MapStats& live);
+
+  /// The map has taken its place; `replaced` is the one that was there, to be freed.
+  void finish(std::unique_ptr<Mapper> replaced);
+
+  /// Answers all with the reason: the map is another one. Frames are where they are given again.
+  void giveUp(const std::string& reason);
+
+  /// Brings a frame to where the last correction has put those before it, until the source of poses
+  /// has taken that over.
+  void place(PosedFrame& frame);
+
+  /// It is in the map, and in the log.
+  void wasFused(const PosedFrame& frame);
+
+  /// Any thread.
+  CorrectionReport report() const;
+
+ private:
+  using Number = std::optional<uint64_t>;
+  struct Pending {
+    Request request;
+    LogCorrection correction;
+    std::shared_future<Number> mark;  ///< Gives `correction.before`.
+    SteadyTime came;
+    CorrectionEffect effect = {};
+  };
+
+  bool isForNothing(const Request& request) const;
+  bool isMarked() const;
+  void openLog();
+  void takeOpened();
+  void join();
+  bool joins(Pending& next);
+  bool hasCaughtUp();
+  void answer(const Pending& pending, const std::string& message);
+  void refuse(const Pending& pending, const std::string& reason);
+  void noteProgress();
+
+  MapLog& log_;
+  const MapperParams run_;
+  std::deque<Pending> waiting_;  ///< In the order that they came in.
+  std::future<std::unique_ptr<Refusion>> opening_;
+  bool is_opening_in_vain_ = false;  ///< As the map is another one by now.
+  std::unique_ptr<Refusion> refusion_;
+  std::vector<Pending> joined_;                        ///< That `refusion_` is of.
+  bool has_started_over_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.
+  std::future<void> freeing_;
+
+  // Of the first camera.
+  std::vector<StampedPose> fused_;  ///< Of the newest recording, with rising stamps.
+  GivenMotion given_;
+  Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From where frames are given.
+
+  mutable std::mutex mutex_;
+  CorrectionReport report_;
+};
+
+}  // namespace dtsdf

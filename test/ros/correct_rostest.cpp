@@ -1,0 +1,379 @@
+/// Poses of the past that are corrected: the map becomes the one that reconstruct makes of the log
+/// with these poses, byte for byte, while mapping goes on.
+#include <dtsdf_mapping/CorrectPoses.h>
+#include <dtsdf_mapping/SaveMap.h>
+#include <dtsdf_mapping/SaveMesh.h>
+#include <gtest/gtest.h>
+#include <nav_msgs/Path.h>
+#include <signal.h>
+#include <std_srvs/Trigger.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <future>
+#include <thread>
+
+#include "io/trajectory_file.h"
+#include "ros/support/blocks_watcher.h"
+#include "ros/support/grid_reader.h"
+#include "ros/support/room_camera.h"
+#include "ros/support/status_watcher.h"
+#include "ros/support/wait.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kPeriod_s = 1.0 / 15.0;
+
+/// By which the camera's poses are off: more and more sideways.
+Eigen::Isometry3d drift(int i) {
+  Eigen::Isometry3d T(Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitZ()));
+  T.translation() = Eigen::Vector3d(0.0, 0.005 * i, 0.0);
+  return T;
+}
+
+Eigen::Isometry3d truth(int i) { return roomCameraPose(kPeriod_s * i); }
+Eigen::Isometry3d drifted(int i) { return drift(i) * truth(i); }
+Eigen::Isometry3d halfway(int i) { return drift(i / 2) * truth(i); }
+
+/// The camera on its base.
+Eigen::Isometry3d mount() {
+  Eigen::Isometry3d T_B_C(Eigen::Translation3d(0.2, 0.0, 0.5));
+  T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  return T_B_C;
+}
+
+template <class Service>
+std::string saved(const std::string& service, const std::string& name) {
+  Service call;
+  call.request.file_name = name;
+  EXPECT_TRUE(ros::service::call(service, call));
+  EXPECT_TRUE(call.response.success) << call.response.message;
+  return readBytes(call.response.path);
+}
+
+using PoseOf = Eigen::Isometry3d (*)(int);
+using Answer = dtsdf_mapping::CorrectPoses::Response;
+
+Answer callCorrect(const std::string& node, const std::string& file_name,
+                   const std::string& frame_id = "", const std::string& child_frame = "") {
+  dtsdf_mapping::CorrectPoses call;
+  call.request.file_name = file_name;
+  call.request.frame_id = frame_id;
+  call.request.child_frame = child_frame;
+  ros::service::call(node + "/correct_poses", call);
+  return call.response;
+}
+
+class Correction : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(camera_.connect());
+    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
+    fs::create_directories(folder_);
+    std_srvs::Trigger clear;
+    ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+    start_ = ros::Time(std::ceil(std::max(ros::Time::now().toSec(), last_s_)));
+  }
+  void TearDown() override { last_s_ = stampOf(sent_).toSec(); }
+  static void TearDownTestSuite() {
+    std::string folder;
+    if (ros::param::get("/mapping/output_directory", folder)) fs::remove_all(folder);
+  }
+
+  std::string in(const std::string& name) const { return folder_ + "/" + name; }
+
+  /// Exact in a file's digits.
+  ros::Time stampOf(int i) const { return start_ + ros::Duration(i / 15, (i % 15) * 66000000); }
+
+  void send(PoseOf poseOf) {
+    const ros::Time stamp = stampOf(sent_);
+    camera_.sendTransform("map", "base", poseOf(sent_) * mount().inverse(), stamp);
+    camera_.sendTransform("base", "camera", mount(), stamp);
+    camera_.see(truth(sent_++), stamp);
+  }
+
+  void drive(int count, PoseOf poseOf) {
+    const uint64_t fused = status_.status().frames_fused;
+    for (int i = 0; i < count; ++i) {
+      send(poseOf);
+      if (i % 8 == 7) {
+        ASSERT_TRUE(status_.waitForFused(fused + i - 4)) << status_.status().message;
+      }
+    }
+    ASSERT_TRUE(status_.waitForFused(fused + count)) << status_.status().message;
+  }
+
+  std::vector<StampedPose> posesOf(PoseOf poseOf, int step = 1) const {
+    std::vector<StampedPose> poses;
+    for (int i = 0; i < sent_; i += step) poses.push_back({stampOf(i).toSec(), poseOf(i)});
+    return poses;
+  }
+
+  /// A map and a mesh that reconstruct makes of the log, once it has all frames.
+  struct Made {
+    std::string map, mesh;
+  };
+  Made reconstructed(const std::string& poses_file = "", const std::string& log = "log") const {
+    const std::string command = std::string(DTSDF_RECONSTRUCT) + " " + in(log) +
+                                " --backend cpu --save-map " + in("again.dtsdf") + " --mesh " +
+                                in("again.ply") +
+                                (poses_file.empty() ? "" : " --corrected-poses " + in(poses_file)) +
+                                " > " + in("reconstruct.log") + " 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << readBytes(in("reconstruct.log"));
+    return {readBytes(in("again.dtsdf")), readBytes(in("again.ply"))};
+  }
+
+  static std::string map() { return saved<dtsdf_mapping::SaveMap>("/mapping/save_map", "m.dtsdf"); }
+  static std::string mesh() {
+    return saved<dtsdf_mapping::SaveMesh>("/mapping/save_mesh", "m.ply");
+  }
+
+  /// What was logged last may be on its way to the disk.
+  void expectLogLeadsToMap() const {
+    const std::string now = map();
+    ASSERT_FALSE(now.empty());
+    EXPECT_TRUE(waitUntil([&] { return reconstructed().map == now; }))
+        << readBytes(in("reconstruct.log"));
+  }
+
+  ros::NodeHandle nh_;
+  RoomCamera camera_{nh_};
+  const WayWatcher transforms_{nh_};
+  const StatusWatcher status_{nh_};
+  std::string folder_;
+  ros::Time start_;
+  int sent_ = 0;
+  static double last_s_;
+};
+double Correction::last_s_ = 0.0;
+
+TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheLog) {
+  const BlocksWatcher blocks(nh_);
+  GridReader grid(nh_);
+  drive(40, drifted);
+  saveTrajectory(posesOf(truth, 3), in("poses.txt"));
+  expectLogLeadsToMap();  // it has all of it
+  const Made expected = reconstructed("poses.txt");
+  const std::string before = map();
+  ASSERT_FALSE(before == expected.map);
+  const size_t chunks = blocks.state().addedChunks();
+
+  const Answer answer = callCorrect("/mapping", "poses.txt");
+  ASSERT_TRUE(answer.success) << answer.message;
+  EXPECT_EQ(answer.moved, 39u) << "the first one does not drift";
+  EXPECT_EQ(answer.fused, 40u);
+  EXPECT_GT(answer.seconds, 0.0);
+  EXPECT_TRUE(map() == expected.map);
+  EXPECT_TRUE(mesh() == expected.mesh);
+  expectLogLeadsToMap();
+  EXPECT_TRUE(waitUntil([&] { return status_.status().last_correction == answer.message; }))
+      << status_.status().last_correction;
+  // Who listens has the same mesh, and was sent nothing twice.
+  EXPECT_TRUE(waitUntil([&] { return blocks.state().triangles() == status_.status().triangles; }));
+  EXPECT_GT(blocks.state().addedChunks(), chunks);
+
+  // What follows is fused where the corrected frames are, as its source goes on drifting.
+  drive(10, drifted);
+  expectLogLeadsToMap();
+}
+
+TEST_F(Correction, MayComeInARow) {
+  drive(24, drifted);
+  for (const PoseOf poseOf : {halfway, drifted, truth}) {
+    saveTrajectory(posesOf(poseOf), in("row.txt"));
+    expectLogLeadsToMap();
+    const Made expected = reconstructed("row.txt");
+    const Answer answer = callCorrect("/mapping", "row.txt");
+    ASSERT_TRUE(answer.success) << answer.message;
+    EXPECT_TRUE(map() == expected.map);
+    EXPECT_TRUE(mesh() == expected.mesh);
+  }
+  // Once more: nothing is left to do.
+  const Answer answer = callCorrect("/mapping", "row.txt");
+  EXPECT_TRUE(answer.success) << answer.message;
+  EXPECT_EQ(answer.moved, 0u);
+}
+
+TEST_F(Correction, MayComeAsAPathOfTheBase) {
+  ros::Publisher topic = nh_.advertise<nav_msgs::Path>("/corrected_path", 1);
+  drive(24, drifted);
+  ASSERT_TRUE(waitUntil([&] { return topic.getNumSubscribers() > 0; }));
+  const std::string before = map(), last = status_.status().last_correction;
+  nav_msgs::Path path;
+  path.header.frame_id = "map";
+  for (int i = 0; i < sent_; i += 4) {
+    const Eigen::Isometry3d T_W_B = truth(i) * mount().inverse();
+    geometry_msgs::PoseStamped pose;
+    pose.header.stamp = stampOf(i);
+    pose.pose.position.x = T_W_B.translation().x();
+    pose.pose.position.y = T_W_B.translation().y();
+    pose.pose.position.z = T_W_B.translation().z();
+    const Eigen::Quaterniond q(T_W_B.linear());
+    pose.pose.orientation.x = q.x();
+    pose.pose.orientation.y = q.y();
+    pose.pose.orientation.z = q.z();
+    pose.pose.orientation.w = q.w();
+    path.poses.push_back(pose);
+  }
+  topic.publish(path);
+  ASSERT_TRUE(waitUntil([&] { return status_.status().last_correction != last; }));
+  EXPECT_EQ(status_.status().last_correction.find("23 frames moved"), 0u)
+      << status_.status().last_correction;
+  EXPECT_FALSE(map() == before);
+  expectLogLeadsToMap();
+  saveTrajectory(posesOf(truth, 4), in("same.txt"));
+  const Answer same = callCorrect("/mapping", "same.txt");
+  EXPECT_TRUE(same.success) << same.message;
+  EXPECT_EQ(same.moved, 0u) << "these are the same poses";
+}
+
+TEST_F(Correction, IsRefusedWithTheReasonIfItIsAbsurd) {
+  saveTrajectory({{1.0, truth(0)}}, in("early.txt"));
+  Answer answer = callCorrect("/mapping", "early.txt");
+  EXPECT_FALSE(answer.success);
+  EXPECT_NE(answer.message.find("no frame has been fused"), std::string::npos) << answer.message;
+  drive(12, drifted);
+  const std::string before = map();
+  const auto expectRefused = [&](const std::string& name, const std::string& word,
+                                 const std::string& frame = "", const std::string& child = "") {
+    answer = callCorrect("/mapping", name, frame, child);
+    EXPECT_FALSE(answer.success) << name;
+    EXPECT_NE(answer.message.find(word), std::string::npos) << answer.message;
+    EXPECT_TRUE(map() == before) << "changed by " << name;
+  };
+  expectRefused("early.txt", "no corrected pose has the stamp of an image");
+  std::vector<StampedPose> far = posesOf(truth);
+  far[3].T_W_C.translation().x() += 1e4;
+  saveTrajectory(far, in("far.txt"));
+  expectRefused("far.txt", "10000 m from where its image was fused");
+  writeBytes(in("nan.txt"), std::to_string(stampOf(3).toSec()) + " nan 0 0 0 0 0 1\n");
+  expectRefused("nan.txt", "nan.txt");
+  expectRefused("missing.txt", "missing.txt");
+  expectRefused("../poses.txt", "output_directory");
+  saveTrajectory(posesOf(truth), in("fine.txt"));
+  expectRefused("fine.txt", "'nowhere'", "nowhere");
+  expectRefused("fine.txt", "'nowhere'", "", "nowhere");
+  EXPECT_TRUE(callCorrect("/mapping", "fine.txt").success);
+}
+
+TEST_F(Correction, MappingGoesOnMeanwhile) {
+  drive(60, drifted);
+  saveTrajectory(posesOf(truth), in("live.txt"));
+  const uint64_t dropped = status_.status().frames_dropped, fused = status_.status().frames_fused;
+  std::future<Answer> answer =
+      std::async(std::launch::async, callCorrect, "/mapping", "live.txt", "", "");
+  int meanwhile = 0;
+  ros::WallRate rate(15.0);
+  for (; meanwhile < 45; ++meanwhile) {
+    send(meanwhile < 4 ? drifted : truth);  // the SLAM has it by then
+    ros::spinOnce();
+    rate.sleep();
+  }
+  const Answer done = answer.get();
+  ASSERT_TRUE(done.success) << done.message;
+  EXPECT_GE(done.fused, 60u);
+  ASSERT_TRUE(status_.waitForFused(fused + meanwhile)) << status_.status().message;
+  EXPECT_EQ(status_.status().frames_dropped, dropped);
+  expectLogLeadsToMap();
+  // Those that came with the old poses have moved with the others: they are off by what drift has
+  // grown since, and by no more. The later ones have not moved.
+  saveTrajectory(posesOf(truth), in("all.txt"));
+  const Answer rest = callCorrect("/mapping", "all.txt");
+  ASSERT_TRUE(rest.success) << rest.message;
+  EXPECT_EQ(rest.moved, 4u);
+  const std::string by = "by up to ";
+  ASSERT_NE(rest.message.find(by), std::string::npos) << rest.message;
+  EXPECT_LT(std::stod(rest.message.substr(rest.message.find(by) + by.size())), 0.03);
+}
+
+TEST_F(Correction, EndsWhereTheMapIsEmptied) {
+  drive(60, drifted);
+  saveTrajectory(posesOf(truth), in("empty.txt"));
+  std::future<Answer> answer =
+      std::async(std::launch::async, callCorrect, "/mapping", "empty.txt", "", "");
+  ASSERT_TRUE(waitUntil([&] { return status_.status().correction_total > 0; }));
+  std_srvs::Trigger clear;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  const Answer refused = answer.get();
+  EXPECT_FALSE(refused.success);
+  EXPECT_NE(refused.message.find("emptied meanwhile"), std::string::npos) << refused.message;
+  drive(3, truth);
+  expectLogLeadsToMap();
+}
+
+/// A node of its own that is killed at some moment of a correction: its log leads to the map as it
+/// was, or to the corrected one.
+TEST_F(Correction, MayBeCutOffByAKill) {
+  ros::param::set("/second/backend", "cpu");
+  ros::param::set("/second/threads", 1);
+  ros::param::set("/second/map/voxel_size_m", 0.05);
+  ros::param::set("/second/output_directory", folder_);
+  int corrected_maps = 0;
+  for (const double after_s : {0.0, 0.02, 0.1, 0.3, 2.0}) {
+    const std::string log = "killed" + std::to_string(after_s);
+    ros::param::set("/second/log/folder", in(log));
+    const pid_t node = fork();
+    if (node == 0) {
+      execl(DTSDF_MAPPING_NODE, DTSDF_MAPPING_NODE, "__name:=second",
+            "depth/image_rect:=/camera/depth/image_rect",
+            "depth/camera_info:=/camera/depth/camera_info", nullptr);
+      _exit(127);
+    }
+    dtsdf_mapping::MapStatus second;
+    const ros::Subscriber subscriber = nh_.subscribe<dtsdf_mapping::MapStatus>(
+        "/second/status", 1,
+        [&](const dtsdf_mapping::MapStatus::ConstPtr& message) { second = *message; });
+    ASSERT_TRUE(waitUntil([&] { return !second.backend.empty(); }));
+    ros::WallDuration(0.5).sleep();  // its topics are connected by then
+    drive(30, drifted);
+    EXPECT_TRUE(waitUntil([&] { return second.frames_fused >= 25; })) << second.message;
+    ros::WallDuration(1.2).sleep();
+    saveTrajectory(posesOf(truth), in("kill.txt"));
+    const std::string before = saved<dtsdf_mapping::SaveMap>("/second/save_map", "before.dtsdf");
+    EXPECT_TRUE(waitUntil([&] { return reconstructed("", log).map == before; }));
+    const std::string corrected = reconstructed("kill.txt", log).map;
+    std::future<Answer> answer =
+        std::async(std::launch::async, callCorrect, "/second", "kill.txt", "", "");
+    ros::WallDuration(after_s).sleep();
+    kill(node, SIGKILL);
+    int result = 0;
+    EXPECT_EQ(waitpid(node, &result, 0), node);
+    answer.wait();
+    const std::string after = reconstructed("", log).map;
+    EXPECT_TRUE(after == before || after == corrected) << "killed after " << after_s << " s";
+    if (after == corrected) ++corrected_maps;
+  }
+  ros::param::del("/second");
+  EXPECT_GT(corrected_maps, 0) << "the last one had the time";
+}
+
+TEST_F(Correction, NeedsALog) {
+  ros::param::set("/third/backend", "cpu");
+  ros::param::set("/third/output_directory", folder_);
+  const pid_t node = fork();
+  if (node == 0) {
+    execl(DTSDF_MAPPING_NODE, DTSDF_MAPPING_NODE, "__name:=third", nullptr);
+    _exit(127);
+  }
+  EXPECT_TRUE(ros::service::waitForService("/third/correct_poses", 20000));
+  saveTrajectory({{1.0, truth(0)}}, in("third.txt"));
+  const Answer answer = callCorrect("/third", "third.txt");
+  EXPECT_FALSE(answer.success);
+  EXPECT_NE(answer.message.find("log/folder"), std::string::npos) << answer.message;
+  kill(node, SIGINT);
+  int result = 0;
+  EXPECT_EQ(waitpid(node, &result, 0), node);
+  ros::param::del("/third");
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,337 @@
+// A corrected map is the one of the corrected poses, byte for byte, whatever came meanwhile and
+// however the work was cut into turns.
+#include "ros/session/map_correction.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <memory>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "log/log_folder.h"
+#include "ros/output/mesh_differences.h"
+#include "ros/session/map_session.h"
+#include "space/space_follower.h"
+#include "support/logged_map.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr int kCount = 20, kBefore = 12;
+
+MappingParams logged() {
+  MappingParams params;
+  params.mapper = makeCpuParams();
+  params.mapper.map.voxel_size_m = 0.05f;
+  params.mapper.map.max_memory_mb = 256;
+  params.mapper.space.enabled = true;
+  return params;
+}
+
+/// Rendered once.
+const std::vector<SceneFrame>& lap() {
+  static const std::vector<SceneFrame> images = roomImages(kCount);
+  return images;
+}
+
+/// A camera that drifts, and a SLAM that gives its true poses from some image on.
+class MapCorrectionTest : public testing::Test {
+ protected:
+  MapCorrectionTest() { frames_.addStream({}); }
+
+  static ros::Time stampOf(int i) { return ros::Time(100.0) + ros::Duration(0.1 * i); }
+  Eigen::Isometry3d truth(int i) const { return images_[static_cast<size_t>(i)].frame.T_W_C; }
+  Eigen::Isometry3d drifted(int i) const {
+    return Eigen::Translation3d(0.0, 0.02 * i, 0.0) * truth(i);
+  }
+
+  void push(int i, const Eigen::Isometry3d& T_W_C) {
+    PosedFrame frame;
+    frame.stamp = stampOf(i);
+    DepthFrame depth = images_[static_cast<size_t>(i)].view();
+    depth.T_W_C = T_W_C;
+    frame.image = depth;
+    frame.frame_id = "camera";
+    const ros::Time stamp = frame.stamp;
+    ASSERT_TRUE(frames_.push(0, stamp, std::move(frame)));
+  }
+
+  /// Fuses the first images.
+  void begin() {
+    for (int i = 0; i < kBefore; ++i) push(i, drifted(i));
+    work();
+    follow();
+  }
+
+  /// Until nothing is left to do but what waits for another thread.
+  void work() {
+    while (session_.step() == std::chrono::milliseconds(0)) {
+    }
+  }
+
+  /// Until so many are answered.
+  void workUntilAnswered(size_t count = 1) {
+    for (int i = 0; i < 20000 && answers_.size() < count; ++i) {
+      if (session_.step() > std::chrono::milliseconds(0)) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    }
+    ASSERT_GE(answers_.size(), count);
+  }
+
+  void correct(const std::vector<StampedPose>& poses, double least = 0.0) {
+    session_.correct(
+        {poses, least, [this](const CorrectionResult& result) { answers_.push_back(result); }});
+  }
+
+  /// To the share of the drift that is left.
+  std::vector<StampedPose> corrected(double left, int from = 0) const {
+    std::vector<StampedPose> poses;
+    for (int i = from; i < kBefore; ++i) {
+      poses.push_back(
+          {stampOf(i).toSec(), Eigen::Translation3d(0.0, 0.02 * left * i, 0.0) * truth(i)});
+    }
+    return poses;
+  }
+
+  /// Takes over what was handed to the output; returns how many blocks changed.
+  size_t follow() {
+    MeshChanges changes = changes_.take();
+    if (changes.cleared) mesh_.clear();
+    if (changes.is_whole) changes.blocks = differences(mesh_, std::move(changes.blocks));
+    for (const SharedBlockMesh& block : changes.blocks) mesh_.put(block);
+    while (const auto delivery = space_.take()) {
+      follower_.apply(delivery->changes, delivery->cell_size_m);
+    }
+    return changes.blocks.size();
+  }
+
+  /// The map, its mesh and its space are those of the images so far at these poses.
+  void expectMapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
+    ASSERT_EQ(session_.bringMeshUpToDate(), "");
+    follow();
+    const std::unique_ptr<Mapper> plain = makeMapper(params_.mapper);
+    for (size_t i = 0; i < T_W_C.size(); ++i) {
+      plain->integrate(movedTo(images_[i], T_W_C[i]).view());
+    }
+    MeshStore expected(params_.mapper.map.voxel_size_m);
+    expected.apply(plain->updateMesh());
+    const MapContents now = session_.contents();
+    EXPECT_EQ(contentHash(now), contentHash(plain->contents()));
+    std::vector<SharedBlockMesh> all;
+    for (const auto& [key, block] : expected.blocks()) all.push_back(block);
+    EXPECT_EQ(differences(mesh_, all).size(), 0u) << "who listens has this mesh";
+    const std::shared_ptr<const SpaceSnapshot> space = follower_.snapshot();
+    EXPECT_TRUE(changesBetween(*space, plain->space()->takeChanges().cubes).cubes.empty())
+        << "and this space";
+  }
+
+  std::vector<Eigen::Isometry3d> truths(int count) const {
+    std::vector<Eigen::Isometry3d> poses;
+    for (int i = 0; i < count; ++i) poses.push_back(truth(i));
+    return poses;
+  }
+
+  const MappingParams params_ = logged();
+  TemporaryFolder folder_;
+  const std::vector<SceneFrame>& images_ = lap();
+  std::vector<CorrectionResult> answers_;
+  TransformBuffer transforms_{{5.0}};
+  PoseSource poses_{transforms_, "map"};
+  Levelling levelling_{params_, poses_, [](const Eigen::Isometry3d&) {}};
+  FrameQueue frames_{0.1, [] {}};
+  FrameLedger ledger_;
+  FrameAccounting& accounting_ = ledger_.addStream(0);
+  MeshHandover changes_{[] {}};
+  SpaceHandover space_{[] {}};
+  SpaceFollower follower_{params_.mapper.space.max_distance_m, 1};
+  MeshStore mesh_{params_.mapper.map.voxel_size_m};
+  MapLog log_{params_, folder_ / "log", levelling_};
+  MapCorrection correction_{log_, params_.mapper};
+  MapSession session_{makeMapper(params_.mapper),
+                      10.0,
+                      {frames_, ledger_, changes_, [] { return true; }, nullptr, &space_,
+                       &levelling_, nullptr, &log_, &correction_}};
+};
+
+TEST_F(MapCorrectionTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
+  begin();
+  correct(corrected(0.0));
+  workUntilAnswered();
+  ASSERT_TRUE(answers_[0].success) << answers_[0].message;
+  EXPECT_EQ(answers_[0].moved, static_cast<size_t>(kBefore - 1));
+  EXPECT_EQ(answers_[0].fused, static_cast<size_t>(kBefore));
+  expectMapOf(truths(kBefore));
+}
+
+/// Only the last image moves: what it does not see is not sent again.
+TEST_F(MapCorrectionTest, ListenersGetOnlyWhatDiffers) {
+  begin();
+  ASSERT_EQ(session_.bringMeshUpToDate(), "");
+  follow();
+  const size_t all = mesh_.blocks().size();
+  std::vector<StampedPose> last = corrected(1.0, kBefore - 2);
+  last[1].T_W_C.translation().y() += 0.02;
+  correct(last);
+  workUntilAnswered();
+  ASSERT_TRUE(answers_[0].success) << answers_[0].message;
+  EXPECT_EQ(answers_[0].moved, 1u);
+  const size_t changed = follow();
+  EXPECT_GT(changed, 0u);
+  EXPECT_LT(changed, all * 3 / 4);
+}
+
+TEST_F(MapCorrectionTest, ItIsTheSameHoweverItIsCutIntoTurns) {
+  begin();
+  std::mt19937 random(7);
+  correct(corrected(0.0));
+  for (int i = kBefore; i < kCount; ++i) {
+    for (auto turns = random() % 6; turns > 0; --turns) {
+      session_.step();
+      std::this_thread::sleep_for(std::chrono::milliseconds(random() % 3));
+    }
+    push(i, truth(i));
+  }
+  workUntilAnswered();
+  work();
+  ASSERT_TRUE(answers_[0].success) << answers_[0].message;
+  EXPECT_EQ(accounting_.counts().fused, static_cast<uint64_t>(kCount));
+  expectMapOf(truths(kCount));
+}
+
+/// As odometry does: what comes later moves with the corrected images, for good.
+TEST_F(MapCorrectionTest, LaterFramesFollowUntilTheirSourceJumps) {
+  begin();
+  correct(corrected(0.0));
+  workUntilAnswered();
+  const Eigen::Translation3d off(0.0, 0.02 * (kBefore - 1), 0.0);
+  for (int i = kBefore; i < 16; ++i) push(i, off * truth(i));
+  for (int i = 16; i < kCount; ++i) push(i, truth(i));
+  work();
+  const MapContents now = session_.contents();
+  // In closed form but for the last bits: so the surface is compared, by the other mapper's.
+  ASSERT_EQ(session_.bringMeshUpToDate(), "");
+  follow();
+  LogReplay replay(folder_ / "log");
+  for (int wait = 0; wait < 1000 && replay.depthImages() < static_cast<size_t>(kCount); ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    replay.readOn();
+  }
+  ASSERT_EQ(replay.depthImages(), static_cast<size_t>(kCount));
+  int i = 0;
+  for (const LoggedPoses::Item& item : replay.poses().items()) {
+    if (!item.is_image) continue;
+    EXPECT_LT((item.T_W_C.matrix() - truth(i).matrix()).norm(), 1e-9) << i;
+    ++i;
+  }
+  const std::unique_ptr<Mapper> again = makeMapper(params_.mapper);
+  while (const auto call = replay.next()) apply(*call, *again);
+  EXPECT_EQ(contentHash(again->contents()), contentHash(now));
+}
+
+TEST_F(MapCorrectionTest, SeveralAreAnsweredTogetherByTheLastOnesMap) {
+  begin();
+  for (const double left : {0.75, 0.5, 0.0}) correct(corrected(left));
+  workUntilAnswered(3);
+  for (const CorrectionResult& answer : answers_) EXPECT_TRUE(answer.success) << answer.message;
+  expectMapOf(truths(kBefore));
+}
+
+/// A SLAM that says something new whenever images are fused again does not keep it from ending.
+TEST_F(MapCorrectionTest, EndsHoweverManyCome) {
+  begin();
+  correct(corrected(0.9));
+  size_t sent = 1;
+  for (int i = 0; i < 5000 && answers_.empty(); ++i) {
+    session_.step();
+    if (correction_.report().fused == 3) {
+      correct(corrected(sent % 2 == 0 ? 0.9 : 0.5));
+      ++sent;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_FALSE(answers_.empty());
+  EXPECT_TRUE(answers_[0].success) << answers_[0].message;
+  correct(corrected(0.0));
+  workUntilAnswered(sent + 1);
+  for (const CorrectionResult& answer : answers_) EXPECT_TRUE(answer.success) << answer.message;
+  expectMapOf(truths(kBefore));
+}
+
+TEST_F(MapCorrectionTest, WhatMovesTooLittleIsLeft) {
+  begin();
+  std::vector<StampedPose> nearly = corrected(1.0);
+  nearly[5].T_W_C.translation().x() += 0.004;
+  correct(nearly, 0.01);
+  workUntilAnswered();
+  EXPECT_TRUE(answers_[0].success);
+  EXPECT_EQ(answers_[0].moved, 0u) << answers_[0].message;
+  correct(nearly);
+  workUntilAnswered(2);
+  EXPECT_EQ(answers_[1].moved, 1u) << answers_[1].message;
+}
+
+TEST_F(MapCorrectionTest, EndsWithTheMap) {
+  begin();
+  correct(corrected(0.0));
+  for (int i = 0; i < 3; ++i) session_.step();
+  session_.clear();
+  ASSERT_EQ(answers_.size(), 1u);
+  EXPECT_FALSE(answers_[0].success);
+  EXPECT_NE(answers_[0].message.find("emptied"), std::string::npos);
+  push(kBefore, truth(kBefore));
+  work();
+  EXPECT_EQ(accounting_.counts().fused, static_cast<uint64_t>(kBefore + 1));
+  correct({{stampOf(kBefore).toSec(), drifted(kBefore)}});  // the log that is open is of no map
+  workUntilAnswered(2);
+  EXPECT_TRUE(answers_[1].success) << answers_[1].message;
+  EXPECT_EQ(answers_[1].fused, 1u);
+}
+
+TEST_F(MapCorrectionTest, IsRefusedWithTheReason) {
+  correct(corrected(0.0));
+  ASSERT_EQ(answers_.size(), 1u);
+  EXPECT_NE(answers_[0].message.find("no frame has been fused"), std::string::npos);
+  begin();
+  MapStats stats;
+  stats.map_bytes = 600;
+  stats.max_map_bytes = 1000;
+  correction_.add(
+      {corrected(0.0), 0.0, [this](const CorrectionResult& result) { answers_.push_back(result); }},
+      stats);
+  ASSERT_EQ(answers_.size(), 2u);
+  EXPECT_NE(answers_[1].message.find("map/max_memory_mb"), std::string::npos);
+  correct({{7.0, truth(0)}});
+  workUntilAnswered(3);
+  EXPECT_NE(answers_[2].message.find("no corrected pose has the stamp"), std::string::npos);
+  for (const CorrectionResult& answer : answers_) EXPECT_FALSE(answer.success);
+  EXPECT_NE(correction_.report().last.find("refused: no corrected pose"), std::string::npos);
+}
+
+/// A log that is damaged meanwhile leaves the map as it is.
+TEST_F(MapCorrectionTest, ADamagedLogIsAnAnswer) {
+  begin();
+  const std::string before = fileOf(*makeMapper(params_.mapper, session_.contents()));
+  correct({{7.0, truth(0)}});
+  workUntilAnswered();  // by then all is on the disk
+  const std::string segment = segmentsIn(stretchesIn(folder_ / "log").front().path).front();
+  std::string bytes = readBytes(segment);
+  bytes[bytes.size() - 100] = static_cast<char>(bytes[bytes.size() - 100] ^ 4);
+  {
+    std::fstream file(segment, std::ios::binary | std::ios::in | std::ios::out);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
+  correct(corrected(0.0));
+  workUntilAnswered(2);
+  EXPECT_FALSE(answers_[1].success);
+  EXPECT_NE(answers_[1].message.find("damaged"), std::string::npos) << answers_[1].message;
+  EXPECT_EQ(fileOf(*makeMapper(params_.mapper, session_.contents())), before);
+  push(kBefore, drifted(kBefore));
+  work();
+  EXPECT_EQ(accounting_.counts().fused, static_cast<uint64_t>(kBefore + 1));
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -1,0 +1,66 @@
+// Whether a source of poses has taken a correction over, for motions in closed form.
+#include "log/given_motion.h"
+
+#include <gtest/gtest.h>
+
+namespace dtsdf {
+namespace {
+
+/// 1 m/s along x and half a radian a second about z.
+Eigen::Isometry3d onTheWay(double stamp_s) {
+  Eigen::Isometry3d T(Eigen::AngleAxisd(0.5 * stamp_s, Eigen::Vector3d::UnitZ()));
+  T.translation() = Eigen::Vector3d(stamp_s, 0.0, 0.0);
+  return T;
+}
+
+GivenMotion seenUpTo(int count) {
+  GivenMotion motion;
+  for (int i = 0; i < count; ++i) motion.add({0.1 * i, onTheWay(0.1 * i)});
+  return motion;
+}
+
+// Ahead, along the motion itself, as far as an image's step and far less: the motion so far says
+// which it is.
+TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
+  const GivenMotion motion = seenUpTo(10);
+  for (const double x : {-0.5, -0.1, -0.02, 0.02, 0.1, 0.5}) {
+    const Eigen::Isometry3d T(Eigen::Translation3d(x, 0.0, 0.0));
+    for (const double next_s : {1.0, 1.1, 0.95}) {
+      EXPECT_FALSE(motion.isMovedBy(T, {next_s, onTheWay(next_s)})) << x << " at " << next_s;
+      EXPECT_TRUE(motion.isMovedBy(T, {next_s, T * onTheWay(next_s)})) << x << " at " << next_s;
+    }
+  }
+}
+
+TEST(GivenMotion, AJumpOfDirectionIsSeen) {
+  const GivenMotion motion = seenUpTo(10);
+  const Eigen::Isometry3d T(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ()));
+  EXPECT_FALSE(motion.isMovedBy(T, {1.0, onTheWay(1.0)}));
+  EXPECT_TRUE(motion.isMovedBy(T, {1.0, T * onTheWay(1.0)}));
+}
+
+TEST(GivenMotion, WithoutMotionItIsTheNearerOne) {
+  const Eigen::Isometry3d T(Eigen::Translation3d(0.1, 0.0, 0.0));
+  EXPECT_FALSE(GivenMotion().isMovedBy(T, {0.0, T}));
+  GivenMotion motion;
+  motion.add({0.0, Eigen::Isometry3d::Identity()});
+  EXPECT_TRUE(motion.isMovedBy(T, {0.1, T}));
+  EXPECT_FALSE(motion.isMovedBy(T, {0.1, Eigen::Isometry3d::Identity()}));
+}
+
+// Half a minute without images is no reason to expect the camera half a minute ahead.
+TEST(GivenMotion, IsNotContinuedFar) {
+  const GivenMotion motion = seenUpTo(10);
+  const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 2.0, 0.0));
+  EXPECT_FALSE(motion.isMovedBy(T, {31.0, onTheWay(0.9)}));
+  EXPECT_TRUE(motion.isMovedBy(T, {31.0, T * onTheWay(0.9)}));
+}
+
+TEST(GivenMotion, StampsThatGoBackBeginAnew) {
+  const GivenMotion motion = seenUpTo(10);
+  EXPECT_FALSE(motion.beginsAnew({0.5, onTheWay(0.5)})) << "disorder";
+  EXPECT_TRUE(motion.beginsAnew({0.3, onTheWay(0.3)}));
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -54,7 +54,7 @@ class RayUnits {
   __device__ RayUnits(const MapView& map, const RenderJob& job)
       : samples_{map, job.least_evidence, {}, 0}, job_(job) {}
 
-  __device__ bool hasBlock(const Vec3i& block_L) {
+  __device__ bool enter(const Vec3i& block_L) {
     const int32_t slot = slotOf(block_L + blockOfVoxel(job_.frame.origin_voxel));
     return slot >= 0 && directionsOfSlot(samples_.map.slots[slot]) != 0;
   }

@@ -1,7 +1,6 @@
 #include "cpu/render.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "threads/parallel_for.h"
 
@@ -32,27 +31,6 @@ void widen(TileRange& range, const TileRange& other) {
   range.far = maximum(range.far, other.far);
 }
 
-/// A byte per voxel: whether it is known in some direction, and near to its surface there.
-struct VoxelFlags {
-  uint8_t is_known[kVoxelsPerBlock] = {}, is_near[kVoxelsPerBlock] = {};
-
-  void add(const Voxel* voxels, int32_t least_evidence) {
-    for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      const bool known = evidenceOf(voxels[i]) >= least_evidence && !isEmpty(voxels[i]);
-      is_known[i] = static_cast<uint8_t>(is_known[i] | static_cast<int>(known));
-      is_near[i] = static_cast<uint8_t>(
-          is_near[i] | static_cast<int>(isNearRay(voxels[i], least_evidence)));
-    }
-  }
-};
-
-/// A bit for each of eight flags, the first one lowest.
-uint8_t bitsOf(const uint8_t* flags) {
-  uint64_t word;
-  std::memcpy(&word, flags, sizeof(word));
-  return static_cast<uint8_t>(word * 0x0102040810204080u >> 56);
-}
-
 void cover(const FrameView& frame, const Vec3f& voxel, TileImage& tiles) {
   const TileCover cover = coverTiles(frame, voxel);
   for (int32_t v = cover.v0; v <= cover.v1; ++v) {
@@ -76,19 +54,17 @@ void Renderer::findBlocksInView(const FrameView& frame) {
   }
 }
 
-/// Notes which of a block's voxels are known, and the tiles that its surfaces may be seen in.
+/// Notes what rays ask of a block's voxels, and the tiles that its surfaces may be seen in.
 void Renderer::lookAtBlock(const RayScene& scene, size_t number, TileImage& tiles) {
   const BlockEntry& entry = map_.table.block(slots_[number]);
-  VoxelFlags flags;
-  for (const int32_t array : entry.array) {
-    if (array != kNoArray) flags.add(map_.voxels.array(array), scene.least_evidence);
-  }
+  const VoxelBits bits = voxelBitsOf(entry, map_.voxels, scene.least_evidence);
+  bits_[number] = bits;
   const Vec3f first = firstVoxelOf(scene.frame, entry);
-  for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
-    known_[number].row[row / kBlockSide] = bitsOf(flags.is_known + row);
-    if (bitsOf(flags.is_near + row) == 0) continue;
-    for (int i = row; i < row + kBlockSide; ++i) {
-      if (flags.is_near[i]) cover(scene.frame, first + toFloat(voxelOffset(i)), tiles);
+  for (int z = 0; z < kBlockSide; ++z) {
+    for (uint64_t left = bits.near.layer[z]; left != 0; left &= left - 1) {
+      const int in_layer = __builtin_ctzll(left);
+      const int voxel = in_layer + kBlockSide * kBlockSide * z;
+      cover(scene.frame, first + toFloat(voxelOffset(voxel)), tiles);
     }
   }
 }
@@ -98,7 +74,7 @@ void Renderer::findRanges(const RayScene& scene) {
   const FrameView& frame = scene.frame;
   const int32_t columns = rangeTilesFor(frame.width), rows = rangeTilesFor(frame.height);
   tiles_.resize(static_cast<size_t>(threads_));
-  known_.resize(slots_.size());
+  bits_.resize(slots_.size());
   parallelFor<NoScratch>(tiles_.size(), threads_, [&](size_t part, NoScratch&) {
     TileImage& tiles = tiles_[part];
     tiles.columns = columns;
@@ -194,7 +170,7 @@ void Renderer::render(const FrameView& frame, int32_t least_evidence, bool paint
                       RenderedView& view) {
   findBlocksInView(frame);
   const RayScene scene{map_,        frame,   rules_, least_evidence,
-                       directional_, painted, known_, number_of_slot_};
+                       directional_, painted, bits_, number_of_slot_};
   findRanges(scene);
   const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
   view.width = frame.width;
@@ -205,22 +181,19 @@ void Renderer::render(const FrameView& frame, int32_t least_evidence, bool paint
   pixels_.resize(pixels);
   std::vector<RowBand> bands;
   for (int32_t v = 0; v < frame.height; v += kBandRows) {
-    bands.push_back({v, std::min(v + kBandRows, frame.height), {}, nullptr});
+    bands.push_back({v, std::min(v + kBandRows, frame.height), {}});
   }
   const auto for_bands = [&](const auto& step) {
-    parallelFor<NoScratch>(bands.size(), threads_,
-                           [&](size_t i, NoScratch&) { step(bands[i], bands[i].units); });
+    parallelFor<NoScratch>(bands.size(), threads_, [&](size_t i, NoScratch&) {
+      RayUnits units(blocks_);
+      step(bands[i], units);
+    });
   };
-  for_bands([&](RowBand& band, std::unique_ptr<RayUnits>& units) {
-    units = std::make_unique<RayUnits>(scene);
-    castLattice(scene, band, *units);
-  });
-  for_bands([&](RowBand& band, std::unique_ptr<RayUnits>& units) {
-    fillFirstSquares(scene, band, *units);
-  });
-  for_bands([&](RowBand& band, std::unique_ptr<RayUnits>& units) {
-    fillOpenSquares(scene, band, *units);
-    units.reset();
+  blocks_.begin(scene, slots_.size());
+  for_bands([&](RowBand& band, RayUnits& units) { castLattice(scene, band, units); });
+  for_bands([&](RowBand& band, RayUnits& units) { fillFirstSquares(scene, band, units); });
+  for_bands([&](RowBand& band, RayUnits& units) {
+    fillOpenSquares(scene, band, units);
     handOut(frame, band, painted, view);
   });
 }
@@ -228,7 +201,8 @@ void Renderer::render(const FrameView& frame, int32_t least_evidence, bool paint
 size_t Renderer::bytes() const {
   size_t bytes =
       (slots_.capacity() + number_of_slot_.capacity()) * sizeof(int32_t) +
-      known_.capacity() * sizeof(KnownVoxels) + pixels_.capacity() * sizeof(RenderedPixel);
+      bits_.capacity() * sizeof(VoxelBits) + pixels_.capacity() * sizeof(RenderedPixel);
+  bytes += blocks_.bytes();
   for (const TileImage& tiles : tiles_) bytes += tiles.ranges.capacity() * sizeof(TileRange);
   return bytes;
 }

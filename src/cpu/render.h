@@ -1,7 +1,6 @@
 /// The stage "render" on the CPU: views of the map from any pose.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "cpu/ray_units.h"
@@ -32,7 +31,6 @@ class Renderer {
   struct RowBand {
     int32_t first, end;
     std::vector<Pixel> open_squares;  ///< Whose rays do not meet a plane.
-    std::unique_ptr<RayUnits> units;  ///< Kept from step to step.
   };
 
   void findBlocksInView(const FrameView& frame);
@@ -54,9 +52,10 @@ class Renderer {
   const int threads_;
   std::vector<int32_t> slots_;           ///< Of the blocks in view.
   std::vector<int32_t> number_of_slot_;  ///< Their places in that list; kNotInView.
-  std::vector<KnownVoxels> known_;       ///< Of the blocks in view.
+  std::vector<VoxelBits> bits_;          ///< Of the blocks in view.
   std::vector<TileImage> tiles_;      ///< Per thread; the first one has it all then.
   std::vector<RenderedPixel> pixels_;
+  RayBlocks blocks_;
 };
 
 }  // namespace dtsdf

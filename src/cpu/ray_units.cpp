@@ -1,5 +1,9 @@
 #include "cpu/ray_units.h"
 
+#include <cstring>
+
+#include "cpu/widest_vectors.h"
+
 namespace dtsdf {
 namespace {
 
@@ -12,12 +16,12 @@ struct FetchedSamples {
   static constexpr int kUnits = 1;
 
   float sdfs[kDirectionCount][kCubeCorners], weights[kDirectionCount][kCubeCorners];
-  uint32_t observed = 0;
+  uint32_t observed = 0, two_sided = 0;  ///< Directions, a bit each.
 
   float sdf(int direction, int c) const { return sdfs[direction][c]; }
   float weight(int direction, int c) const { return weights[direction][c]; }
   bool isObserved(int direction) const { return (observed >> direction & 1) != 0; }
-  bool maySpeak(int direction) const { return isObserved(direction); }
+  bool maySpeak(int direction) const { return (two_sided >> direction & 1) != 0; }
 };
 
 int placeInBlock(const Vec3i& unit) {
@@ -47,31 +51,43 @@ UnitCorners cornersOf(const Vec3i& unit) {
   return corners;
 }
 
-void fetch(const RayBlock& block, const UnitCorners& corners, int32_t least_evidence,
-           FetchedSamples& samples) {
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if ((block.directions >> d & 1) == 0) continue;
-    Voxel voxels[kCubeCorners];
-    for (int c = 0; c < kCubeCorners; ++c) {
-      voxels[c] = block.voxels[corners.block[c]][d][corners.voxel[c]];
-    }
-    float greatest = 0.0f;
-    for (int c = 0; c < kCubeCorners; ++c) {
-      const Sample sample = sampleOf(voxels[c], least_evidence);
-      samples.sdfs[d][c] = sample.sdf;
-      samples.weights[d][c] = sample.weight;
-      greatest = maximum(greatest, sample.weight);
-    }
-    samples.observed |= greatest > 0.0f ? 1u << d : 0u;
+void fetchDirection(const RayBlock& block, const UnitCorners& corners, int d,
+                    int32_t least_evidence, FetchedSamples& samples) {
+  uint64_t voxels[kCubeCorners];
+  static_assert(sizeof(voxels[0]) == sizeof(Voxel), "");
+  for (int c = 0; c < kCubeCorners; ++c) {
+    std::memcpy(&voxels[c], &block.voxels[corners.block[c]][d][corners.voxel[c]], sizeof(Voxel));
   }
+  int32_t seen = 0, in_front = 0, behind = 0;
+  for (int c = 0; c < kCubeCorners; ++c) {
+    Voxel voxel;
+    std::memcpy(&voxel, &voxels[c], sizeof(voxel));
+    const Sample sample = sampleOf(voxel, least_evidence);
+    samples.sdfs[d][c] = sample.sdf;
+    samples.weights[d][c] = sample.weight;
+    const auto known = static_cast<int32_t>(sample.weight > 0.0f);
+    seen |= known;
+    in_front |= known & static_cast<int32_t>(sample.sdf >= -kTouching);
+    behind |= known & static_cast<int32_t>(sample.sdf < kTouching);
+  }
+  samples.observed |= static_cast<uint32_t>(seen) << d;
+  samples.two_sided |= static_cast<uint32_t>(in_front & behind) << d;
 }
 
 RayUnit makeUnit(const RayScene& scene, const RayBlock& block, const Vec3i& unit) {
-  FetchedSamples samples;
-  fetch(block, cornersOf(unit), scene.least_evidence, samples);
-  const Vec3f middle = toFloat(unit) + Vec3f{0.5f, 0.5f, 0.5f};
-  return makeRayUnit(kMeshTables, scene.rules, samples, scene.directional,
-                     middle - scene.frame.T_L_C.t);
+  RayUnit made;
+  withWidestVectors([&] {
+    FetchedSamples samples;
+    const UnitCorners corners = cornersOf(unit);
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if ((block.directions >> d & 1) == 0) continue;
+      fetchDirection(block, corners, d, scene.least_evidence, samples);
+    }
+    const Vec3f middle = toFloat(unit) + Vec3f{0.5f, 0.5f, 0.5f};
+    made = makeRayUnit(kMeshTables, scene.rules, samples, scene.directional,
+                       middle - scene.frame.T_L_C.t);
+  });
+  return made;
 }
 
 ColouredSample colouredAt(const RayScene& scene, const BlockEntry* entry, int voxel,

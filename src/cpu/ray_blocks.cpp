@@ -45,14 +45,12 @@ void RayBlocks::fillCorner(int32_t slot, int c, RayBlock& block) const {
   for (int d = 0; d < kDirectionCount; ++d) {
     const int32_t array = slot < 0 ? kNoArray : block.entry[c]->array[d];
     block.voxels[c][d] = array == kNoArray ? kNoVoxels : scene_->map.voxels.array(array);
-    block.directions |= array == kNoArray ? 0u : 1u << d;
   }
 }
 
 void RayBlocks::fill(const BlockKey& key, int32_t slot, RayBlock& block) const {
   VoxelBits out_of_view[kCubeCorners];
   const VoxelBits* bits[kCubeCorners] = {};
-  block.directions = 0;
   for (int c = 0; c < kCubeCorners; ++c) {
     if (c > 0) slot = slotOf(key + Vec3i{c & 1, c >> 1 & 1, c >> 2});
     fillCorner(slot, c, block);

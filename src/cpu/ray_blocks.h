@@ -30,6 +30,10 @@ struct RayScene {
   const std::vector<int32_t>& number_of_slot;  ///< whose places are here, or kNotInView.
 };
 
+/// What is kept of a value beside it, so that most who ask need not look at the value itself.
+inline uint8_t markOf(const RayUnit& unit) { return static_cast<uint8_t>(unit.state); }
+inline uint8_t markOf(const UnitColours&) { return 0; }
+
 /// A value for each of a block's units, made by whoever asks first.
 template <class T>
 class UnitPage {
@@ -38,15 +42,20 @@ class UnitPage {
     for (std::atomic<uint8_t>& state : states_) state.store(kNone, std::memory_order_relaxed);
   }
 
+  /// Whether a unit's value is made, and has such a mark.
+  bool hasMark(int unit, uint8_t mark) const {
+    return states_[unit].load(std::memory_order_acquire) == kMade + mark;
+  }
+
   /// make() gives the value. While another thread makes it, it goes to `own`.
   template <class Make>
   const T& at(int unit, T& own, const Make& make) {
     std::atomic<uint8_t>& state = states_[unit];
     uint8_t found = state.load(std::memory_order_acquire);
-    if (found == kMade) return values_[unit];
+    if (found >= kMade) return values_[unit];
     if (found == kNone && state.compare_exchange_strong(found, kBeingMade)) {
       values_[unit] = make();
-      state.store(kMade, std::memory_order_release);
+      state.store(static_cast<uint8_t>(kMade + markOf(values_[unit])), std::memory_order_release);
       return values_[unit];
     }
     own = make();
@@ -87,7 +96,6 @@ struct RayBlock {
   std::atomic<bool> is_ready{false};
   const BlockEntry* entry[kCubeCorners];               ///< Null: there is none.
   const Voxel* voxels[kCubeCorners][kDirectionCount];  ///< Zeroes where there are none.
-  uint32_t directions;                                 ///< That one of them has, a bit each.
   UnitBits units;
   std::atomic<UnitPage<RayUnit>*> made{nullptr};
   std::atomic<UnitPage<UnitColours>*> coloured{nullptr};

@@ -58,7 +58,7 @@ void fetchDirection(const RayBlock& block, const UnitCorners& corners, int d,
   for (int c = 0; c < kCubeCorners; ++c) {
     std::memcpy(&voxels[c], &block.voxels[corners.block[c]][d][corners.voxel[c]], sizeof(Voxel));
   }
-  int32_t seen = 0, in_front = 0, behind = 0;
+  int32_t in_front = 0, behind = 0;
   for (int c = 0; c < kCubeCorners; ++c) {
     Voxel voxel;
     std::memcpy(&voxel, &voxels[c], sizeof(voxel));
@@ -66,11 +66,10 @@ void fetchDirection(const RayBlock& block, const UnitCorners& corners, int d,
     samples.sdfs[d][c] = sample.sdf;
     samples.weights[d][c] = sample.weight;
     const auto known = static_cast<int32_t>(sample.weight > 0.0f);
-    seen |= known;
     in_front |= known & static_cast<int32_t>(sample.sdf >= -kTouching);
     behind |= known & static_cast<int32_t>(sample.sdf < kTouching);
   }
-  samples.observed |= static_cast<uint32_t>(seen) << d;
+  samples.observed |= 1u << d;
   samples.two_sided |= static_cast<uint32_t>(in_front & behind) << d;
 }
 
@@ -80,7 +79,7 @@ RayUnit makeUnit(const RayScene& scene, const RayBlock& block, const Vec3i& unit
     FetchedSamples samples;
     const UnitCorners corners = cornersOf(unit);
     for (int d = 0; d < kDirectionCount; ++d) {
-      if ((block.directions >> d & 1) == 0) continue;
+      if (!block.units.seen[d].has(unit)) continue;
       fetchDirection(block, corners, d, scene.least_evidence, samples);
     }
     const Vec3f middle = toFloat(unit) + Vec3f{0.5f, 0.5f, 0.5f};
@@ -103,9 +102,11 @@ ColouredSample colouredAt(const RayScene& scene, const BlockEntry* entry, int vo
 }  // namespace
 
 const RayUnit& RayUnits::made(const Vec3i& unit) {
-  return blocks_.madeOf(*block_).at(placeInBlock(unit), own_unit_, [&] {
-    return makeUnit(blocks_.scene(), *block_, unit);
-  });
+  UnitPage<RayUnit>& page = blocks_.madeOf(*block_);
+  const int place = placeInBlock(unit);
+  if (page.hasMark(place, markOf(unknown_))) return unknown_;
+  if (page.hasMark(place, markOf(front_))) return front_;
+  return page.at(place, own_unit_, [&] { return makeUnit(blocks_.scene(), *block_, unit); });
 }
 
 const UnitColours& RayUnits::coloursAt(const Vec3i& unit) {

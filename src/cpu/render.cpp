@@ -9,7 +9,7 @@ namespace {
 
 struct NoScratch {};
 
-/// Rows of pixels that a thread takes at a time: those of some tiles, which share units.
+/// Rows of pixels that a thread takes at a time.
 constexpr int32_t kBandRows = 8 * kRangeTileSide;
 
 Vec3f firstVoxelOf(const FrameView& frame, const BlockEntry& entry) {
@@ -102,11 +102,9 @@ void Renderer::cast(const RayScene& scene, const Pixel& pixel, RayUnits& units) 
       castPixel(scene.frame, pixel, rangeAt(pixel), scene.painted, units);
 }
 
-/// Casts the rays of a lattice.
-void Renderer::castLattice(const RayScene& scene, const RowBand& band, RayUnits& units) {
-  for (int32_t u = 0; u < scene.frame.width; u += kFirstStride) {
-    for (int32_t v = band.first; v < band.end; v += kFirstStride) cast(scene, {u, v}, units);
-  }
+/// Casts the rays of the first lattice in a row of squares.
+void Renderer::castLattice(const RayScene& scene, int32_t v, RayUnits& units) {
+  for (int32_t u = 0; u < scene.frame.width; u += kFirstStride) cast(scene, {u, v}, units);
 }
 
 /// Fills what lies in a square between its rays, if they meet a plane.
@@ -124,26 +122,25 @@ bool Renderer::fillSquare(const FrameView& frame, const Pixel& square, int32_t s
   return true;
 }
 
-/// Squares of the first stride; where they cannot be filled, rays of the second.
-void Renderer::fillFirstSquares(const RayScene& scene, RowBand& band, RayUnits& units) {
-  band.open_squares.clear();
+/// Squares of the first stride in a row of them; where they cannot be filled, rays of the second.
+void Renderer::fillFirstSquares(const RayScene& scene, int32_t v, RayUnits& units) {
+  std::vector<Pixel>& open = open_squares_[static_cast<size_t>(v / kFirstStride)];
+  open.clear();
   for (int32_t u = 0; u < scene.frame.width; u += kFirstStride) {
-    for (int32_t v = band.first; v < band.end; v += kFirstStride) {
-      const Pixel square{u, v};
-      if (fillSquare(scene.frame, square, kFirstStride)) continue;
-      band.open_squares.push_back(square);
-      forEachPixel(scene.frame, square, kFirstStride, [&](const Pixel& pixel) {
-        if (isOnLattice(pixel, kSecondStride) && !isOnLattice(pixel, kFirstStride)) {
-          cast(scene, pixel, units);
-        }
-      });
-    }
+    const Pixel square{u, v};
+    if (fillSquare(scene.frame, square, kFirstStride)) continue;
+    open.push_back(square);
+    forEachPixel(scene.frame, square, kFirstStride, [&](const Pixel& pixel) {
+      if (isOnLattice(pixel, kSecondStride) && !isOnLattice(pixel, kFirstStride)) {
+        cast(scene, pixel, units);
+      }
+    });
   }
 }
 
-/// The rest: squares of the second stride, or rays.
-void Renderer::fillOpenSquares(const RayScene& scene, const RowBand& band, RayUnits& units) {
-  for (const Pixel& open : band.open_squares) {
+/// The rest of the row: squares of the second stride, or rays.
+void Renderer::fillOpenSquares(const RayScene& scene, int32_t v, RayUnits& units) {
+  for (const Pixel& open : open_squares_[static_cast<size_t>(v / kFirstStride)]) {
     forEachPixel(scene.frame, open, kFirstStride, [&](const Pixel& square) {
       if (!isOnLattice(square, kSecondStride)) return;
       if (fillSquare(scene.frame, square, kSecondStride)) return;
@@ -154,18 +151,51 @@ void Renderer::fillOpenSquares(const RayScene& scene, const RowBand& band, RayUn
   }
 }
 
-void Renderer::handOut(const FrameView& frame, const RowBand& band, bool painted,
-                       RenderedView& view) const {
-  const size_t first = static_cast<size_t>(band.first) * frame.width;
-  const size_t end = static_cast<size_t>(band.end) * frame.width;
+/// A row of squares that is finished, as the caller gets it.
+void Renderer::handOut(const FrameView& frame, int32_t v, RenderedView& view) const {
+  const size_t first = static_cast<size_t>(v) * frame.width;
+  const size_t end = static_cast<size_t>(std::min(v + kFirstStride, frame.height)) * frame.width;
   for (size_t i = first; i < end; ++i) {
     view.depth_m[i] = frame.voxel_size_m * pixels_[i].depth;
     view.normals_C[i] = pixels_[i].normal_C;
-    if (painted) view.colours[i] = pixels_[i].colour;
   }
+  if (view.colours.empty()) return;
+  for (size_t i = first; i < end; ++i) view.colours[i] = pixels_[i].colour;
 }
 
-/// Bands share the rays at their borders, so each step is done for all of them before the next one.
+/// A row is filled once the next one's rays are cast, and finished once the next one is filled. In a
+/// band rows follow each other closely, while the units that they meet are in the caches; its last
+/// ones wait for the band below.
+void Renderer::castRays(const RayScene& scene, RenderedView& view) {
+  const FrameView& frame = scene.frame;
+  constexpr int32_t kRow = kFirstStride;
+  const auto finish = [&](int32_t v, RayUnits& units) {
+    fillOpenSquares(scene, v, units);
+    handOut(frame, v, view);
+  };
+  const auto for_bands = [&](const auto& step) {
+    const int32_t bands = (frame.height + kBandRows - 1) / kBandRows;
+    parallelFor<NoScratch>(static_cast<size_t>(bands), threads_, [&](size_t i, NoScratch&) {
+      const int32_t first = static_cast<int32_t>(i) * kBandRows;
+      const int32_t rows = (std::min(kBandRows, frame.height - first) + kRow - 1) / kRow;
+      RayUnits units(blocks_);
+      step(first, first + (rows - 1) * kRow, units);
+    });
+  };
+  for_bands([&](int32_t first, int32_t last, RayUnits& units) {
+    for (int32_t v = first; v <= last; v += kRow) {
+      castLattice(scene, v, units);
+      if (v - kRow >= first) fillFirstSquares(scene, v - kRow, units);
+      if (v - 2 * kRow >= first) finish(v - 2 * kRow, units);
+    }
+  });
+  for_bands([&](int32_t first, int32_t last, RayUnits& units) {
+    fillFirstSquares(scene, last, units);
+    if (last - kRow >= first) finish(last - kRow, units);
+  });
+  for_bands([&](int32_t, int32_t last, RayUnits& units) { finish(last, units); });
+}
+
 void Renderer::render(const FrameView& frame, int32_t least_evidence, bool painted,
                       RenderedView& view) {
   findBlocksInView(frame);
@@ -179,29 +209,16 @@ void Renderer::render(const FrameView& frame, int32_t least_evidence, bool paint
   view.normals_C.resize(pixels);
   view.colours.resize(painted ? pixels : 0);
   pixels_.resize(pixels);
-  std::vector<RowBand> bands;
-  for (int32_t v = 0; v < frame.height; v += kBandRows) {
-    bands.push_back({v, std::min(v + kBandRows, frame.height), {}});
-  }
-  const auto for_bands = [&](const auto& step) {
-    parallelFor<NoScratch>(bands.size(), threads_, [&](size_t i, NoScratch&) {
-      RayUnits units(blocks_);
-      step(bands[i], units);
-    });
-  };
+  open_squares_.resize(static_cast<size_t>(frame.height + kFirstStride - 1) / kFirstStride);
   blocks_.begin(scene, slots_.size());
-  for_bands([&](RowBand& band, RayUnits& units) { castLattice(scene, band, units); });
-  for_bands([&](RowBand& band, RayUnits& units) { fillFirstSquares(scene, band, units); });
-  for_bands([&](RowBand& band, RayUnits& units) {
-    fillOpenSquares(scene, band, units);
-    handOut(frame, band, painted, view);
-  });
+  castRays(scene, view);
 }
 
 size_t Renderer::bytes() const {
   size_t bytes =
       (slots_.capacity() + number_of_slot_.capacity()) * sizeof(int32_t) +
       bits_.capacity() * sizeof(VoxelBits) + pixels_.capacity() * sizeof(RenderedPixel);
+  for (const std::vector<Pixel>& open : open_squares_) bytes += open.capacity() * sizeof(Pixel);
   bytes += blocks_.bytes();
   for (const TileImage& tiles : tiles_) bytes += tiles.ranges.capacity() * sizeof(TileRange);
   return bytes;

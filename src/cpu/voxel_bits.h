@@ -5,7 +5,9 @@
 #include <cstdint>
 
 #include "cpu/voxel_store.h"
+#include "kernels/core/direction.h"
 #include "kernels/core/grid.h"
+#include "kernels/meshing/mesh_tables.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
@@ -24,23 +26,27 @@ struct BlockBits {
   static constexpr int kLast = kBlockSide - 1;
 };
 
-/// Of a block's voxels, in any direction.
+/// Of a block's voxels.
 struct VoxelBits {
-  BlockBits known;   ///< With a weight and enough evidence.
-  BlockBits behind;  ///< Known, and behind a surface.
-  BlockBits near;    ///< Known, and near to a surface: isNearRay().
+  BlockBits seen[kDirectionCount];  ///< Known in a direction: with a weight and enough evidence.
+  BlockBits known;                  ///< In any.
+  BlockBits behind;                 ///< Known in some direction, and behind a surface there.
+  BlockBits near;                   ///< The same, and near to a surface: isNearRay().
 };
 
 VoxelBits voxelBitsOf(const BlockEntry& entry, const VoxelStore& voxels, int32_t least_evidence);
 
 /// Of a block's mesh units: what kernels/render/ray_unit.h asks of their corners first.
 struct UnitBits {
-  BlockBits known;   ///< All corners.
-  BlockBits behind;  ///< Some corner.
+  BlockBits seen[kDirectionCount];  ///< Some corner.
+  BlockBits known;                  ///< All corners.
+  BlockBits behind;                 ///< Some corner.
 };
 
-/// `around`: the block, and those that its units reach into, by the corner of a unit that lies
-/// there; null: nothing is known there.
-UnitBits unitBitsOf(const VoxelBits* const (&around)[8]);
+/// A block, and those that its units reach into, by the corner of a unit that lies there; null:
+/// nothing is known there.
+using BlocksAround = const VoxelBits* [kCubeCorners];
+
+UnitBits unitBitsOf(const BlocksAround& around);
 
 }  // namespace dtsdf

@@ -163,9 +163,9 @@ void Renderer::handOut(const FrameView& frame, int32_t v, RenderedView& view) co
   for (size_t i = first; i < end; ++i) view.colours[i] = pixels_[i].colour;
 }
 
-/// A row is filled once the next one's rays are cast, and finished once the next one is filled. In a
-/// band rows follow each other closely, while the units that they meet are in the caches; its last
-/// ones wait for the band below.
+/// A row is filled once the next one's rays are cast, and finished once the next one is filled. In
+/// a band rows follow each other closely, while the units that they meet are in the caches; its
+/// last ones wait for the band below.
 void Renderer::castRays(const RayScene& scene, RenderedView& view) {
   const FrameView& frame = scene.frame;
   constexpr int32_t kRow = kFirstStride;

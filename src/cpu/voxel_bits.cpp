@@ -102,7 +102,8 @@ VoxelBits voxelBitsOf(const BlockEntry& entry, const VoxelStore& voxels, int32_t
 UnitBits unitBitsOf(const BlocksAround& around) {
   UnitBits units;
   for (int d = 0; d < kDirectionCount; ++d) {
-    joinCorners<Or>(around, [d](const VoxelBits& of) -> auto& { return of.seen[d]; }, units.seen[d]);
+    joinCorners<Or>(
+        around, [d](const VoxelBits& of) -> auto& { return of.seen[d]; }, units.seen[d]);
   }
   joinCorners<And>(around, [](const VoxelBits& of) -> auto& { return of.known; }, units.known);
   joinCorners<Or>(around, [](const VoxelBits& of) -> auto& { return of.behind; }, units.behind);

@@ -1,5 +1,5 @@
-/// What rays have to know of a block before they look at its voxels: a bit for each of them, and for
-/// each of its mesh units.
+/// What rays have to know of a block before they look at its voxels: a bit for each of them, and
+/// for each of its mesh units.
 #pragma once
 
 #include <cstdint>

@@ -42,7 +42,7 @@ DTSDF_HD UnitKnowledge lookAtUnit(const Samples& samples) {
     for (int c = 0; c < kCubeCorners; ++c) {
       const float weight = samples.weight(d, c);
       greatest[c] = maximum(greatest[c], weight);
-      behind |= static_cast<int32_t>(weight > 0.0f) & static_cast<int32_t>(samples.sdf(d, c) < 0.0f);
+      behind |= static_cast<int32_t>(weight > 0.0f && samples.sdf(d, c) < 0.0f);
     }
   }
   UnitKnowledge unit{0.0f, behind != 0, true};

@@ -79,7 +79,7 @@ RayUnit makeUnit(const RayScene& scene, const RayBlock& block, const Vec3i& unit
     FetchedSamples samples;
     const UnitCorners corners = cornersOf(unit);
     for (int d = 0; d < kDirectionCount; ++d) {
-      if (!block.units.seen[d].has(unit)) continue;
+      if (!has(block.units.seen[d], unit)) continue;
       fetchDirection(block, corners, d, scene.least_evidence, samples);
     }
     const Vec3f middle = toFloat(unit) + Vec3f{0.5f, 0.5f, 0.5f};

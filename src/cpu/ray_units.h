@@ -19,8 +19,8 @@ class RayUnits {
     return block_ != nullptr;
   }
   const RayUnit& find(const Vec3i& unit) {
-    if (!block_->units.known.has(unit)) return unknown_;
-    if (!block_->units.behind.has(unit)) return front_;
+    if (!has(block_->units.known, unit)) return unknown_;
+    if (!has(block_->units.behind, unit)) return front_;
     return made(unit);
   }
 

@@ -38,29 +38,6 @@ void gather(const uint8_t* flags, int flag, BlockBits& bits) {
   }
 }
 
-struct And {
-  static uint64_t join(uint64_t a, uint64_t b) { return a & b; }
-};
-struct Or {
-  static uint64_t join(uint64_t a, uint64_t b) { return a | b; }
-};
-
-/// The layers of four blocks side by side, by the corner of a unit: those around a layer's units.
-using LayersAround = uint64_t[4];
-
-/// Joins each voxel of the first layer with the next ones along x and y.
-template <class Operation>
-uint64_t joinInLayer(const LayersAround& layers) {
-  const auto along_x = [](uint64_t layer, uint64_t next) {
-    constexpr uint64_t kFirst = 0x0101010101010101u;
-    const uint64_t shifted = (layer >> 1 & ~(kFirst << 7)) | (next & kFirst) << 7;
-    return Operation::join(layer, shifted);
-  };
-  constexpr int kRow = kBlockSide, kLastRow = kBlockSide * (kBlockSide - 1);
-  const uint64_t here = along_x(layers[0], layers[1]), beyond = along_x(layers[2], layers[3]);
-  return Operation::join(here, here >> kRow | beyond << kLastRow);
-}
-
 /// Joins the corners of each unit. `of` gives the bits of a block.
 template <class Operation, class Of>
 void joinCorners(const BlocksAround& around, const Of& of, BlockBits& units) {
@@ -69,7 +46,7 @@ void joinCorners(const BlocksAround& around, const Of& of, BlockBits& units) {
     LayersAround layers;
     for (int c = 0; c < 4; ++c) {
       const VoxelBits* block = around[z < kBlockSide ? c : c + 4];
-      layers[c] = block == nullptr ? 0 : of(*block).layer[z % kBlockSide];
+      layers.of[c] = block == nullptr ? 0 : of(*block).layer[z % kBlockSide];
     }
     joined[z] = joinInLayer<Operation>(layers);
   }
@@ -102,11 +79,11 @@ VoxelBits voxelBitsOf(const BlockEntry& entry, const VoxelStore& voxels, int32_t
 UnitBits unitBitsOf(const BlocksAround& around) {
   UnitBits units;
   for (int d = 0; d < kDirectionCount; ++d) {
-    joinCorners<Or>(
+    joinCorners<AnyOf>(
         around, [d](const VoxelBits& of) -> auto& { return of.seen[d]; }, units.seen[d]);
   }
-  joinCorners<And>(around, [](const VoxelBits& of) -> auto& { return of.known; }, units.known);
-  joinCorners<Or>(around, [](const VoxelBits& of) -> auto& { return of.behind; }, units.behind);
+  joinCorners<AllOf>(around, [](const VoxelBits& of) -> auto& { return of.known; }, units.known);
+  joinCorners<AnyOf>(around, [](const VoxelBits& of) -> auto& { return of.behind; }, units.behind);
   return units;
 }
 

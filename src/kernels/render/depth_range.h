@@ -75,6 +75,14 @@ DTSDF_HD bool mayReachView(const FrameView& frame, const BlockKey& block_L) {
                      kReach);
 }
 
+/// Whether voxels of a block may be corners of units in blocks that mayReachView() accepts.
+DTSDF_HD bool mayHaveCornersInView(const FrameView& frame, const BlockKey& block_L) {
+  constexpr float kMiddle = 0.5f * (kBlockSide - 1);
+  constexpr float kReach = 22.0f;  // the diagonal of a block, 13.9, beyond that of mayReachView()
+  return mayBeInView(frame, toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kMiddle, kMiddle, kMiddle},
+                     kReach);
+}
+
 /// Whether a voxel holds a distance that counts.
 DTSDF_HD bool isKnown(const Voxel& voxel, int32_t least_evidence) {
   return evidenceOf(voxel) >= least_evidence && !isEmpty(voxel);

@@ -93,6 +93,7 @@ GpuReport reportCudaDevice() {
                               gpu::mapKernels(), gpu::fusionKernels(), gpu::clearKernels(),
                               gpu::regionKernels(),
                               gpu::freeSpaceKernels(), gpu::paintKernels(), gpu::renderKernels(),
+                              gpu::viewUnitKernels(),
                               gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }

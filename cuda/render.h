@@ -6,20 +6,17 @@
 #include "backend/map_backend.h"
 #include "device_map.h"
 #include "dtsdf_mapping/rendered_view.h"
-#include "kernels/meshing/mesh_rules.h"
 #include "kernels/render/between_rays.h"
 #include "runtime/buffer.h"
+#include "view_units.h"
 
 namespace dtsdf {
 namespace gpu {
 
 /// What kernels need of a view, by value.
 struct RenderJob {
-  FrameView frame;
-  const MeshTables* tables;
-  MeshRules rules;
-  int32_t least_evidence;
-  int32_t directional;
+  ViewScene scene;
+  ViewUnits units;
   int32_t painted;    ///< Colours are asked for.
   int32_t tile_columns;
   TileRange* ranges;  ///< By tile.
@@ -38,12 +35,13 @@ class Renderer {
 
  private:
   void reserve(const FrameView& frame);
-  void cast(const RenderJob& job, const MapView& map);
+  void cast(RenderJob job, const MapView& map);
   void handOut(const RenderJob& job, RenderedView& view);
 
   const MeshRules rules_;
   const bool directional_;
   const Stream& stream_;
+  UnitMaker units_;
   DeviceBuffer<MeshTables> tables_;
   DeviceBuffer<TileRange> ranges_;
   DeviceBuffer<RenderedPixel> pixels_;

@@ -57,6 +57,12 @@ json totalsOf(const Measurement& m) {
   totals["call_ms"] = summary(&FrameTime::call_ms);
   totals["fetch_ms"] = summary(&FrameTime::fetch_ms);
   totals["distances_ms"] = summary(&FrameTime::distances_ms);
+  const auto of_queries = [&](double QueryTime::*time) {
+    const auto value = [&](const QueryTime& query) { return query.*time; };
+    return toJson(summarise(valuesOf(m.queries, first, value)));
+  };
+  totals["align_ms"] = of_queries(&QueryTime::align_ms);
+  totals["render_ms"] = of_queries(&QueryTime::render_ms);
   totals["overlapped_ms"] = m.overlapped_ms;
   totals["pack_ms"] = summary(&FrameTime::pack_ms);
   totals["packed_bytes"] = toJson(summarise(valuesOf(m.frames, first, [](const FrameTime& frame) {
@@ -148,6 +154,8 @@ std::string measurementText(const json& report) {
   if (report["distances_ms"]["worst"] > 0.0) {
     text += summaryLine("distances", report["distances_ms"]) + "  (of space, after the fetch)\n";
   }
+  text += summaryLine("align", report["align_ms"]) + "  (to the map before the frame)\n" +
+          summaryLine("render", report["render_ms"]) + "  (the map from the frame's camera)\n";
   text += format("  first frame %.3f; with the fetch beside the next frame %.3f (mean)\n",
                  report["first_frame_ms"].get<double>(), report["overlapped_ms"].get<double>());
   const json& packed = report["packed_mesh"];

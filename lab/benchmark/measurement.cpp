@@ -110,6 +110,28 @@ void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& p
   mapper->profileTo(nullptr);
 }
 
+/// Each frame is aligned from the pose that it has.
+void measureQueries(const std::vector<SourceFrame>& frames, const MapperParams& params,
+                    const Rules& rules, Measurement& result) {
+  const auto mapper = makeProbedMapper(params, rules);
+  RenderedView view;
+  for (const SourceFrame& frame : frames) {
+    const DepthFrame& depth = frame.depth;
+    QueryTime time;
+    const auto start = Clock::now();
+    if (!result.queries.empty()) {
+      mapper->align(depth, PosePrior());
+      time.align_ms = millisecondsSince(start);
+    }
+    integrateOrThrow(*mapper, depth);
+    mapper->updateMesh();  // what was begun is done
+    const auto fused = Clock::now();
+    mapper->render({depth.width, depth.height, depth.intrinsics}, depth.T_W_C, view);
+    time.render_ms = millisecondsSince(fused);
+    result.queries.push_back(time);
+  }
+}
+
 /// As a live map works: the meshes of a frame are fetched while the next frame is fused.
 void measureOverlapped(const std::vector<SourceFrame>& frames, const MapperParams& params,
                        const Rules& rules, Measurement& result) {
@@ -153,6 +175,7 @@ Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& 
   Measurement result;
   measureTotals(frames, params, rules, show_progress, result);
   measureStages(frames, params, rules, show_progress, result);
+  measureQueries(frames, params, rules, result);
   if (result.backend_name.rfind("cuda", 0) == 0) {
     measureOverlapped(frames, params, rules, result);
   }

@@ -28,11 +28,18 @@ struct FrameTime {
   PackedSize packed;          ///< Of these.
 };
 
+/// Wall time of what is asked of a map beside a frame.
+struct QueryTime {
+  double align_ms = 0.0;   ///< Aligning a frame to what was mapped before it; 0 for the first one.
+  double render_ms = 0.0;  ///< A view of the map from the frame's camera, once it is fused.
+};
+
 struct Measurement {
   std::string backend_name;
-  std::vector<FrameTime> frames;  ///< Without a profile.
-  std::vector<Profile> stages;    ///< Of each frame, from a run of its own.
-  double overlapped_ms = 0.0;     ///< Mean per frame where a mesh is fetched beside the next frame.
+  std::vector<FrameTime> frames;   ///< Without a profile.
+  std::vector<Profile> stages;     ///< Of each frame, from a run of its own.
+  std::vector<QueryTime> queries;  ///< Of each frame, from a third one.
+  double overlapped_ms = 0.0;  ///< Mean per frame where a mesh is fetched beside the next frame.
   MapStats map;
   std::vector<MemoryPart> memory;
   size_t device_bytes = 0;  ///< Taken from the GPU from the mapper's making to the last frame.

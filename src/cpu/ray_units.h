@@ -1,108 +1,58 @@
-/// The units of the map as rays of one camera meet them, each made once for those of a thread.
+/// The units of the map as the rays of a thread ask for them.
 #pragma once
 
-#include <memory>
-#include <vector>
-
-#include "cpu/vertex_colours.h"
-#include "kernels/core/camera.h"
-#include "kernels/meshing/mesh_rules.h"
-#include "kernels/render/pixel.h"
+#include "cpu/ray_blocks.h"
 
 namespace dtsdf {
 
-/// The voxels of a block that are known in some direction: a bit each, by rows.
-struct KnownVoxels {
-  uint8_t row[kBlockSide * kBlockSide];
-};
-
-constexpr int32_t kNotInView = -1;
-
-/// A view's camera, and what its units are made of.
-struct RayScene {
-  MeshedMap map;
-  FrameView frame;
-  MeshRules rules;
-  int32_t least_evidence;
-  bool directional;
-  bool painted;  ///< Colours are asked for.
-  const std::vector<KnownVoxels>& known;       ///< Of the blocks in view,
-  const std::vector<int32_t>& number_of_slot;  ///< whose places are here, or kNotInView.
-};
-
-/// For one thread, while the map does not change. Units and blocks that lie apart may share a place
-/// in the caches: the newest one has it.
 class RayUnits {
  public:
-  explicit RayUnits(const RayScene& scene);
+  explicit RayUnits(RayBlocks& blocks)
+      : blocks_(blocks), origin_block_(blockOfVoxel(blocks.scene().frame.origin_voxel)) {}
 
   /// As castRay() asks.
-  bool hasBlock(const Vec3i& block_L) { return blockAt(block_L + origin_block_).entry != nullptr; }
+  bool enter(const Vec3i& block_L) {
+    const BlockKey key = block_L + origin_block_;
+    KnownBlock& known = known_[placeOf(key)];
+    if (known.key != key) known = {key, blocks_.find(key)};
+    block_ = known.block;
+    return block_ != nullptr;
+  }
   const RayUnit& find(const Vec3i& unit) {
-    if (!isFirstCornerKnown(unit + scene_.frame.origin_voxel)) return unknown_;
-    KnownUnit& known = units_[placeOf(unit)];
-    if (known.at != unit) {
-      known.at = unit;
-      known.unit = make(unit);
-    }
-    return known.unit;
+    if (!has(block_->units.known, unit)) return unknown_;
+    if (!has(block_->units.behind, unit)) return front_;
+    return made(unit);
   }
 
-  /// Of a unit that find() gave.
+  /// Of a unit of the block that was entered last.
   const UnitColours& coloursAt(const Vec3i& unit);
 
  private:
-  static constexpr uint32_t kUnits = 8192, kBlocks = 256;
+  static constexpr uint32_t kBlocks = 256;
   static constexpr int32_t kNowhere = INT32_MIN;
 
-  struct KnownUnit {
-    Vec3i at{kNowhere, 0, 0};
-    RayUnit unit;
-  };
-  struct KnownColours {
-    Vec3i at{kNowhere, 0, 0};
-    UnitColours colours;
-  };
+  /// Blocks that lie apart may share a place: the newest one has it.
   struct KnownBlock {
     BlockKey key{kNowhere, 0, 0};
-    const BlockEntry* entry = nullptr;
-    const KnownVoxels* voxels = nullptr;  ///< Null for blocks that are not in view.
-  };
-  /// Where the voxel of a unit's corner is.
-  struct Corner {
-    const BlockEntry* entry;
-    int voxel;
+    RayBlock* block = nullptr;  ///< Null: the map has none.
   };
 
   /// Mixes the coordinates; what lies side by side never shares a place.
-  static uint32_t placeOf(const Vec3i& at) {
-    return (static_cast<uint32_t>(at.x) * 73u + static_cast<uint32_t>(at.y) * 1087u +
-            static_cast<uint32_t>(at.z) * 3571u) %
-           kUnits;
+  static uint32_t placeOf(const BlockKey& key) {
+    return (static_cast<uint32_t>(key.x) * 73u + static_cast<uint32_t>(key.y) * 1087u +
+            static_cast<uint32_t>(key.z) * 3571u) %
+           kBlocks;
   }
-  const KnownBlock& blockAt(const BlockKey& key) {
-    KnownBlock& known = blocks_[placeOf(key) % kBlocks];
-    if (known.key != key) lookUp(key, known);
-    return known;
-  }
-  /// In any direction. Of most units that a ray meets it is not, and so the unit is not.
-  bool isFirstCornerKnown(const Vec3i& at) {
-    const KnownVoxels* voxels = blockAt(blockOfVoxel(at)).voxels;
-    constexpr int kMask = kBlockSide - 1;
-    return voxels == nullptr ||
-           (voxels->row[(at.y & kMask) + kBlockSide * (at.z & kMask)] >> (at.x & kMask) & 1) != 0;
-  }
-  void lookUp(const BlockKey& key, KnownBlock& known) const;
-  Corner cornerAt(const Vec3i& unit, int c);
-  RayUnit make(const Vec3i& unit);
-  ColouredSample colouredAt(const Corner& corner, int direction) const;
+  const RayUnit& made(const Vec3i& unit);
 
-  const RayScene& scene_;
-  const RayUnit unknown_ = unitWithoutSurface(UnitState::kUnknown);
+  RayBlocks& blocks_;
   const BlockKey origin_block_;
-  std::unique_ptr<KnownUnit[]> units_;
-  std::unique_ptr<KnownColours[]> colours_;
-  std::unique_ptr<KnownBlock[]> blocks_;
+  const RayUnit unknown_ = unitWithoutSurface(UnitState::kUnknown);
+  const RayUnit front_ = unitWithoutSurface(UnitState::kFront);
+  RayBlock* block_ = nullptr;  ///< That was entered last.
+  RayUnit own_unit_;           ///< While another thread makes it too.
+  UnitColours own_colours_;
+  KnownBlock known_[kBlocks];
 };
 
 }  // namespace dtsdf

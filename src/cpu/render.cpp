@@ -1,7 +1,6 @@
 #include "cpu/render.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "threads/parallel_for.h"
 
@@ -10,7 +9,7 @@ namespace {
 
 struct NoScratch {};
 
-/// Rows of pixels that a thread takes at a time: those of some tiles, which share units.
+/// Rows of pixels that a thread takes at a time.
 constexpr int32_t kBandRows = 8 * kRangeTileSide;
 
 Vec3f firstVoxelOf(const FrameView& frame, const BlockEntry& entry) {
@@ -30,27 +29,6 @@ void forEachPixel(const FrameView& frame, const Pixel& square, int32_t side, con
 void widen(TileRange& range, const TileRange& other) {
   range.near = minimum(range.near, other.near);
   range.far = maximum(range.far, other.far);
-}
-
-/// A byte per voxel: whether it is known in some direction, and near to its surface there.
-struct VoxelFlags {
-  uint8_t is_known[kVoxelsPerBlock] = {}, is_near[kVoxelsPerBlock] = {};
-
-  void add(const Voxel* voxels, int32_t least_evidence) {
-    for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      const bool known = evidenceOf(voxels[i]) >= least_evidence && !isEmpty(voxels[i]);
-      is_known[i] = static_cast<uint8_t>(is_known[i] | static_cast<int>(known));
-      is_near[i] = static_cast<uint8_t>(
-          is_near[i] | static_cast<int>(isNearRay(voxels[i], least_evidence)));
-    }
-  }
-};
-
-/// A bit for each of eight flags, the first one lowest.
-uint8_t bitsOf(const uint8_t* flags) {
-  uint64_t word;
-  std::memcpy(&word, flags, sizeof(word));
-  return static_cast<uint8_t>(word * 0x0102040810204080u >> 56);
 }
 
 void cover(const FrameView& frame, const Vec3f& voxel, TileImage& tiles) {
@@ -76,19 +54,17 @@ void Renderer::findBlocksInView(const FrameView& frame) {
   }
 }
 
-/// Notes which of a block's voxels are known, and the tiles that its surfaces may be seen in.
+/// Notes what rays ask of a block's voxels, and the tiles that its surfaces may be seen in.
 void Renderer::lookAtBlock(const RayScene& scene, size_t number, TileImage& tiles) {
   const BlockEntry& entry = map_.table.block(slots_[number]);
-  VoxelFlags flags;
-  for (const int32_t array : entry.array) {
-    if (array != kNoArray) flags.add(map_.voxels.array(array), scene.least_evidence);
-  }
+  const VoxelBits bits = voxelBitsOf(entry, map_.voxels, scene.least_evidence);
+  bits_[number] = bits;
   const Vec3f first = firstVoxelOf(scene.frame, entry);
-  for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
-    known_[number].row[row / kBlockSide] = bitsOf(flags.is_known + row);
-    if (bitsOf(flags.is_near + row) == 0) continue;
-    for (int i = row; i < row + kBlockSide; ++i) {
-      if (flags.is_near[i]) cover(scene.frame, first + toFloat(voxelOffset(i)), tiles);
+  for (int z = 0; z < kBlockSide; ++z) {
+    for (uint64_t left = bits.near.layer[z]; left != 0; left &= left - 1) {
+      const int in_layer = __builtin_ctzll(left);
+      const int voxel = in_layer + kBlockSide * kBlockSide * z;
+      cover(scene.frame, first + toFloat(voxelOffset(voxel)), tiles);
     }
   }
 }
@@ -98,7 +74,7 @@ void Renderer::findRanges(const RayScene& scene) {
   const FrameView& frame = scene.frame;
   const int32_t columns = rangeTilesFor(frame.width), rows = rangeTilesFor(frame.height);
   tiles_.resize(static_cast<size_t>(threads_));
-  known_.resize(slots_.size());
+  bits_.resize(slots_.size());
   parallelFor<NoScratch>(tiles_.size(), threads_, [&](size_t part, NoScratch&) {
     TileImage& tiles = tiles_[part];
     tiles.columns = columns;
@@ -126,11 +102,9 @@ void Renderer::cast(const RayScene& scene, const Pixel& pixel, RayUnits& units) 
       castPixel(scene.frame, pixel, rangeAt(pixel), scene.painted, units);
 }
 
-/// Casts the rays of a lattice.
-void Renderer::castLattice(const RayScene& scene, const RowBand& band, RayUnits& units) {
-  for (int32_t u = 0; u < scene.frame.width; u += kFirstStride) {
-    for (int32_t v = band.first; v < band.end; v += kFirstStride) cast(scene, {u, v}, units);
-  }
+/// Casts the rays of the first lattice in a row of squares.
+void Renderer::castLattice(const RayScene& scene, int32_t v, RayUnits& units) {
+  for (int32_t u = 0; u < scene.frame.width; u += kFirstStride) cast(scene, {u, v}, units);
 }
 
 /// Fills what lies in a square between its rays, if they meet a plane.
@@ -148,26 +122,25 @@ bool Renderer::fillSquare(const FrameView& frame, const Pixel& square, int32_t s
   return true;
 }
 
-/// Squares of the first stride; where they cannot be filled, rays of the second.
-void Renderer::fillFirstSquares(const RayScene& scene, RowBand& band, RayUnits& units) {
-  band.open_squares.clear();
+/// Squares of the first stride in a row of them; where they cannot be filled, rays of the second.
+void Renderer::fillFirstSquares(const RayScene& scene, int32_t v, RayUnits& units) {
+  std::vector<Pixel>& open = open_squares_[static_cast<size_t>(v / kFirstStride)];
+  open.clear();
   for (int32_t u = 0; u < scene.frame.width; u += kFirstStride) {
-    for (int32_t v = band.first; v < band.end; v += kFirstStride) {
-      const Pixel square{u, v};
-      if (fillSquare(scene.frame, square, kFirstStride)) continue;
-      band.open_squares.push_back(square);
-      forEachPixel(scene.frame, square, kFirstStride, [&](const Pixel& pixel) {
-        if (isOnLattice(pixel, kSecondStride) && !isOnLattice(pixel, kFirstStride)) {
-          cast(scene, pixel, units);
-        }
-      });
-    }
+    const Pixel square{u, v};
+    if (fillSquare(scene.frame, square, kFirstStride)) continue;
+    open.push_back(square);
+    forEachPixel(scene.frame, square, kFirstStride, [&](const Pixel& pixel) {
+      if (isOnLattice(pixel, kSecondStride) && !isOnLattice(pixel, kFirstStride)) {
+        cast(scene, pixel, units);
+      }
+    });
   }
 }
 
-/// The rest: squares of the second stride, or rays.
-void Renderer::fillOpenSquares(const RayScene& scene, const RowBand& band, RayUnits& units) {
-  for (const Pixel& open : band.open_squares) {
+/// The rest of the row: squares of the second stride, or rays.
+void Renderer::fillOpenSquares(const RayScene& scene, int32_t v, RayUnits& units) {
+  for (const Pixel& open : open_squares_[static_cast<size_t>(v / kFirstStride)]) {
     forEachPixel(scene.frame, open, kFirstStride, [&](const Pixel& square) {
       if (!isOnLattice(square, kSecondStride)) return;
       if (fillSquare(scene.frame, square, kSecondStride)) return;
@@ -178,23 +151,56 @@ void Renderer::fillOpenSquares(const RayScene& scene, const RowBand& band, RayUn
   }
 }
 
-void Renderer::handOut(const FrameView& frame, const RowBand& band, bool painted,
-                       RenderedView& view) const {
-  const size_t first = static_cast<size_t>(band.first) * frame.width;
-  const size_t end = static_cast<size_t>(band.end) * frame.width;
+/// A row of squares that is finished, as the caller gets it.
+void Renderer::handOut(const FrameView& frame, int32_t v, RenderedView& view) const {
+  const size_t first = static_cast<size_t>(v) * frame.width;
+  const size_t end = static_cast<size_t>(std::min(v + kFirstStride, frame.height)) * frame.width;
   for (size_t i = first; i < end; ++i) {
     view.depth_m[i] = frame.voxel_size_m * pixels_[i].depth;
     view.normals_C[i] = pixels_[i].normal_C;
-    if (painted) view.colours[i] = pixels_[i].colour;
   }
+  if (view.colours.empty()) return;
+  for (size_t i = first; i < end; ++i) view.colours[i] = pixels_[i].colour;
 }
 
-/// Bands share the rays at their borders, so each step is done for all of them before the next one.
+/// A row is filled once the next one's rays are cast, and finished once the next one is filled. In
+/// a band rows follow each other closely, while the units that they meet are in the caches; its
+/// last ones wait for the band below.
+void Renderer::castRays(const RayScene& scene, RenderedView& view) {
+  const FrameView& frame = scene.frame;
+  constexpr int32_t kRow = kFirstStride;
+  const auto finish = [&](int32_t v, RayUnits& units) {
+    fillOpenSquares(scene, v, units);
+    handOut(frame, v, view);
+  };
+  const auto for_bands = [&](const auto& step) {
+    const int32_t bands = (frame.height + kBandRows - 1) / kBandRows;
+    parallelFor<NoScratch>(static_cast<size_t>(bands), threads_, [&](size_t i, NoScratch&) {
+      const int32_t first = static_cast<int32_t>(i) * kBandRows;
+      const int32_t rows = (std::min(kBandRows, frame.height - first) + kRow - 1) / kRow;
+      RayUnits units(blocks_);
+      step(first, first + (rows - 1) * kRow, units);
+    });
+  };
+  for_bands([&](int32_t first, int32_t last, RayUnits& units) {
+    for (int32_t v = first; v <= last; v += kRow) {
+      castLattice(scene, v, units);
+      if (v - kRow >= first) fillFirstSquares(scene, v - kRow, units);
+      if (v - 2 * kRow >= first) finish(v - 2 * kRow, units);
+    }
+  });
+  for_bands([&](int32_t first, int32_t last, RayUnits& units) {
+    fillFirstSquares(scene, last, units);
+    if (last - kRow >= first) finish(last - kRow, units);
+  });
+  for_bands([&](int32_t, int32_t last, RayUnits& units) { finish(last, units); });
+}
+
 void Renderer::render(const FrameView& frame, int32_t least_evidence, bool painted,
                       RenderedView& view) {
   findBlocksInView(frame);
   const RayScene scene{map_,        frame,   rules_, least_evidence,
-                       directional_, painted, known_, number_of_slot_};
+                       directional_, painted, bits_, number_of_slot_};
   findRanges(scene);
   const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
   view.width = frame.width;
@@ -203,32 +209,17 @@ void Renderer::render(const FrameView& frame, int32_t least_evidence, bool paint
   view.normals_C.resize(pixels);
   view.colours.resize(painted ? pixels : 0);
   pixels_.resize(pixels);
-  std::vector<RowBand> bands;
-  for (int32_t v = 0; v < frame.height; v += kBandRows) {
-    bands.push_back({v, std::min(v + kBandRows, frame.height), {}, nullptr});
-  }
-  const auto for_bands = [&](const auto& step) {
-    parallelFor<NoScratch>(bands.size(), threads_,
-                           [&](size_t i, NoScratch&) { step(bands[i], bands[i].units); });
-  };
-  for_bands([&](RowBand& band, std::unique_ptr<RayUnits>& units) {
-    units = std::make_unique<RayUnits>(scene);
-    castLattice(scene, band, *units);
-  });
-  for_bands([&](RowBand& band, std::unique_ptr<RayUnits>& units) {
-    fillFirstSquares(scene, band, *units);
-  });
-  for_bands([&](RowBand& band, std::unique_ptr<RayUnits>& units) {
-    fillOpenSquares(scene, band, *units);
-    units.reset();
-    handOut(frame, band, painted, view);
-  });
+  open_squares_.resize(static_cast<size_t>(frame.height + kFirstStride - 1) / kFirstStride);
+  blocks_.begin(scene, slots_.size());
+  castRays(scene, view);
 }
 
 size_t Renderer::bytes() const {
   size_t bytes =
       (slots_.capacity() + number_of_slot_.capacity()) * sizeof(int32_t) +
-      known_.capacity() * sizeof(KnownVoxels) + pixels_.capacity() * sizeof(RenderedPixel);
+      bits_.capacity() * sizeof(VoxelBits) + pixels_.capacity() * sizeof(RenderedPixel);
+  for (const std::vector<Pixel>& open : open_squares_) bytes += open.capacity() * sizeof(Pixel);
+  bytes += blocks_.bytes();
   for (const TileImage& tiles : tiles_) bytes += tiles.ranges.capacity() * sizeof(TileRange);
   return bytes;
 }

@@ -1,7 +1,6 @@
 /// The stage "render" on the CPU: views of the map from any pose.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "cpu/ray_units.h"
@@ -28,25 +27,18 @@ class Renderer {
   size_t bytes() const;
 
  private:
-  /// Rows that one thread takes at a time.
-  struct RowBand {
-    int32_t first, end;
-    std::vector<Pixel> open_squares;  ///< Whose rays do not meet a plane.
-    std::unique_ptr<RayUnits> units;  ///< Kept from step to step.
-  };
-
   void findBlocksInView(const FrameView& frame);
   void findRanges(const RayScene& scene);
   void lookAtBlock(const RayScene& scene, size_t number, TileImage& tiles);
   const TileRange& rangeAt(const Pixel& pixel) const;
   RenderedPixel& pixelAt(const FrameView& frame, const Pixel& pixel);
   void cast(const RayScene& scene, const Pixel& pixel, RayUnits& units);
-  void castLattice(const RayScene& scene, const RowBand& band, RayUnits& units);
+  void castLattice(const RayScene& scene, int32_t v, RayUnits& units);
   bool fillSquare(const FrameView& frame, const Pixel& square, int32_t stride);
-  void fillFirstSquares(const RayScene& scene, RowBand& band, RayUnits& units);
-  void fillOpenSquares(const RayScene& scene, const RowBand& band, RayUnits& units);
-  void handOut(const FrameView& frame, const RowBand& band, bool painted,
-               RenderedView& view) const;
+  void fillFirstSquares(const RayScene& scene, int32_t v, RayUnits& units);
+  void fillOpenSquares(const RayScene& scene, int32_t v, RayUnits& units);
+  void handOut(const FrameView& frame, int32_t v, RenderedView& view) const;
+  void castRays(const RayScene& scene, RenderedView& view);
 
   const MeshedMap map_;
   const MeshRules rules_;
@@ -54,9 +46,11 @@ class Renderer {
   const int threads_;
   std::vector<int32_t> slots_;           ///< Of the blocks in view.
   std::vector<int32_t> number_of_slot_;  ///< Their places in that list; kNotInView.
-  std::vector<KnownVoxels> known_;       ///< Of the blocks in view.
+  std::vector<VoxelBits> bits_;          ///< Of the blocks in view.
   std::vector<TileImage> tiles_;      ///< Per thread; the first one has it all then.
   std::vector<RenderedPixel> pixels_;
+  std::vector<std::vector<Pixel>> open_squares_;  ///< Whose rays meet no plane, by rows of squares.
+  RayBlocks blocks_;
 };
 
 }  // namespace dtsdf

@@ -120,8 +120,7 @@ LogReader::LogReader(const std::string& folder) : folder_(folder), stretches_(ch
     throw std::runtime_error("'" + printable(folder) + "' has no frame log with a beginning");
   }
   begin_ = readBegin(first->description);
-  first_number_ = first->head.number;
-  number_ = first_number_ + 1;
+  number_ = first->head.number + 1;
   if (begin_.has_map) base_map_ = baseMapOf(stretches_.front().path);
   has_lost_images_ = begin_.continues || begin_.stands_for_lost;
 }

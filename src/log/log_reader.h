@@ -35,7 +35,8 @@ class LogReader {
   /// The map that the first record goes into.
   const LogBegin& begin() const { return begin_; }
   /// Number of the first record: that of `begin`.
-  uint64_t firstNumber() const { return first_number_; }
+  /// Of the record that is read next.
+  uint64_t nextNumber() const { return number_; }
   /// File of that map; empty: it is empty.
   const std::string& baseMap() const { return base_map_; }
   /// Whether images that led to that map are no longer in the log.
@@ -65,7 +66,6 @@ class LogReader {
   uint64_t number_ = 0;  ///< Of the next record.
 
   LogBegin begin_;
-  uint64_t first_number_ = 0;
   std::string base_map_;
   bool has_lost_images_ = false;
 };

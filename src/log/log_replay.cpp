@@ -59,10 +59,7 @@ std::optional<LogCall> LogReplay::next() {
   return std::nullopt;
 }
 
-uint64_t LogReplay::nextNumber() const {
-  const auto& items = poses_.items();
-  return items.empty() ? reader_.firstNumber() + 1 : items.back().entry.head.number + 1;
-}
+uint64_t LogReplay::nextNumber() const { return reader_.nextNumber(); }
 
 bool LogReplay::isHandedOut(uint64_t number) const {
   return next_ > 0 && number <= poses_.items()[next_ - 1].entry.head.number;

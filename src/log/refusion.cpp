@@ -97,6 +97,7 @@ bool Refusion::step(size_t live_bytes) {
 
 void Refusion::fuse(const LogCall& call) {
   const IntegrationResult result = apply(call, *mapper_);
+  if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
   const bool is_depth = std::holds_alternative<LoggedDepth>(call.content);
   const bool is_image = is_depth || std::holds_alternative<LoggedColour>(call.content);
   if (is_depth) ++fused_;

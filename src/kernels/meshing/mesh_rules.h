@@ -42,8 +42,8 @@ struct MeshRules {
   /// of one anchor come to one place.
   float measured_pull = 0.875f;
   /// A triangle with a side that this makes longer by more, in voxels, stands in a gap, and is left
-  /// out. (The slot of the scene `outlines`, 35 mm wide, at 20 mm: closed by 90 % without, 79 % with
-  /// 0.55, 17 % with 0.5, 10 % with 0.35, 8 % with 0.3.)
+  /// out. (The slot of the scene `outlines`, 35 mm wide, at 20 mm: closed by 90 % without, 79 %
+  /// with 0.55, 17 % with 0.5, 10 % with 0.35, 8 % with 0.3.)
   float most_stretch = 0.3f;
 
   /// Vertices keep off the corners by this share of an edge, in (0, 0.5), so that no triangle is

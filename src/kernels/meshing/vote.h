@@ -14,18 +14,24 @@ struct CornerVote {
   Real sum{0.0f}, votes{0.0f}, weight{0.0f};
 };
 
-/// One direction's vote; only where `takes_part` and where the weight is above 0.
+/// One direction's vote, where it counts.
 template <class Real, class Mask>
-DTSDF_HD void castVote(CornerVote<Real>& vote, const Real& sdf, const Real& weight,
-                       const Mask& takes_part, const Real& nearness) {
+DTSDF_HD void addVote(CornerVote<Real>& vote, const Real& sdf, const Real& weight,
+                      const Mask& counts, const Real& nearness) {
   const Real zero{0.0f};
-  const auto counts = takes_part & (weight > zero);
-  if (!any(counts)) return;
   const Real strength = weight / (nearness + magnitude(sdf));
   const Real squared = strength * strength;
   vote.sum = vote.sum + select(counts, squared * sdf, zero);
   vote.votes = vote.votes + select(counts, squared, zero);
   vote.weight = vote.weight + select(counts, weight, zero);
+}
+
+/// One direction's vote; only where `takes_part` and where the weight is above 0.
+template <class Real, class Mask>
+DTSDF_HD void castVote(CornerVote<Real>& vote, const Real& sdf, const Real& weight,
+                       const Mask& takes_part, const Real& nearness) {
+  const auto counts = takes_part & (weight > Real{0.0f});
+  if (any(counts)) addVote(vote, sdf, weight, counts, nearness);
 }
 
 /// In voxels; 0 where nobody voted.

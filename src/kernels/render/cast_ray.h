@@ -55,14 +55,6 @@ DTSDF_HD CubeExit exitOf(const Ray& ray, const Vec3i& first, int32_t side) {
   return y <= z ? CubeExit{y, 1} : CubeExit{z, 2};
 }
 
-/// The unit behind a face of a unit.
-DTSDF_HD Vec3i unitBehind(const Ray& ray, Vec3i at, const CubeExit& exit) {
-  if (exit.axis == 0) at.x += ray.step_L.x > 0.0f ? 1 : -1;
-  if (exit.axis == 1) at.y += ray.step_L.y > 0.0f ? 1 : -1;
-  if (exit.axis == 2) at.z += ray.step_L.z > 0.0f ? 1 : -1;
-  return at;
-}
-
 /// The unit behind a face of a cube of units. Along the face's axis it is the next one whatever
 /// rounding does to the point; along the others it stays in the cube.
 DTSDF_HD Vec3i unitBehind(const Ray& ray, const Vec3i& first, int32_t side, const CubeExit& exit) {
@@ -74,6 +66,49 @@ DTSDF_HD Vec3i unitBehind(const Ray& ray, const Vec3i& first, int32_t side, cons
     return at < low ? low : (at > high ? high : at);
   };
   return {next(0), next(1), next(2)};
+}
+
+/// Where a ray is on its way through a block, unit by unit.
+struct UnitWalk {
+  Vec3i at;    ///< The unit.
+  Vec3f exit;  ///< Depths at which the ray leaves it, along each axis.
+};
+
+DTSDF_HD UnitWalk walkFrom(const Ray& ray, const Vec3i& at) {
+  return {at,
+          {depthAtEnd(ray.origin_L.x, ray.per_step.x, at.x, 1),
+           depthAtEnd(ray.origin_L.y, ray.per_step.y, at.y, 1),
+           depthAtEnd(ray.origin_L.z, ray.per_step.z, at.z, 1)}};
+}
+
+DTSDF_HD float nextExit(const UnitWalk& walk) {
+  return minimum(walk.exit.x, minimum(walk.exit.y, walk.exit.z));
+}
+
+/// Along one axis: to the unit behind the face that the ray leaves through, if `leaves`.
+/// @return whether that is of another block.
+DTSDF_HD bool stepAlong(float origin, float step, float per_step, bool leaves, int32_t& at,
+                        float& exit) {
+  const int32_t before = at;
+  at += leaves ? (step > 0.0f ? 1 : -1) : 0;
+  exit = leaves ? depthAtEnd(origin, per_step, at, 1) : exit;
+  return ((at ^ before) >> kBlockSideLog2) != 0;
+}
+
+/// To the next unit; of faces that are left at once, the first axis' comes first.
+/// @return whether it is of another block.
+DTSDF_HD bool step(const Ray& ray, UnitWalk& walk) {
+  const Vec3f exit = walk.exit;
+  const bool x = exit.x <= exit.y && exit.x <= exit.z;
+  const bool y = exit.y < exit.x && exit.y <= exit.z;
+  const bool z = !x && !y;
+  const bool by_x = stepAlong(ray.origin_L.x, ray.step_L.x, ray.per_step.x, x, walk.at.x,
+                              walk.exit.x);
+  const bool by_y = stepAlong(ray.origin_L.y, ray.step_L.y, ray.per_step.y, y, walk.at.y,
+                              walk.exit.y);
+  const bool by_z = stepAlong(ray.origin_L.z, ray.step_L.z, ray.per_step.z, z, walk.at.z,
+                              walk.exit.z);
+  return by_x || by_y || by_z;
 }
 
 DTSDF_HD float clampToUnit(float at) { return minimum(maximum(at, 0.0f), 1.0f); }
@@ -131,8 +166,26 @@ DTSDF_HD RayHit hitInUnit(const RayUnit& unit, const Vec3i& at, const Ray& ray,
   return hitAt(unit, at, ray, zeroIn(unit, at, ray, part, begin, end));
 }
 
-/// Follows a ray through a range of depths. `units.find(unit)` gives the RayUnit at a place, and
-/// `units.hasBlock(block)` says whether the map has a block; both in the local frame.
+/// Follows a ray through a block, from a unit and a depth on, until it meets a surface, leaves the
+/// block or gets to `far`.
+template <class Units>
+DTSDF_HD RayHit castThroughBlock(const Ray& ray, float far, Units& units, Vec3i& at, float& depth,
+                                 bool& is_front) {
+  UnitWalk walk = walkFrom(ray, at);
+  bool leaves = false;
+  while (!leaves && depth < far) {
+    const float exit = nextExit(walk);
+    const RayHit hit = hitInUnit(units.find(walk.at), walk.at, ray, {depth, exit}, is_front);
+    if (hit.depth > 0.0f) return hit;
+    leaves = step(ray, walk);
+    depth = maximum(exit, depth);
+  }
+  at = walk.at;
+  return noHit();
+}
+
+/// Follows a ray through a range of depths, in the local frame. `units.enter(block)` says whether
+/// the map has a block, and `units.find(unit)` gives a RayUnit of the block entered last.
 template <class Units>
 DTSDF_HD RayHit castRay(const Ray& ray, const TileRange& range, Units& units) {
   float depth = range.near;
@@ -141,19 +194,16 @@ DTSDF_HD RayHit castRay(const Ray& ray, const TileRange& range, Units& units) {
   bool is_front = false;
   while (depth < range.far) {
     const Vec3i block = blockOfVoxel(at);
-    if (!units.hasBlock(block)) {
-      const Vec3i first = firstVoxelOfBlock(block);
-      const CubeExit exit = exitOf(ray, first, kBlockSide);
-      at = unitBehind(ray, first, kBlockSide, exit);
-      depth = maximum(exit.depth, depth);
-      is_front = false;
+    if (units.enter(block)) {
+      const RayHit hit = castThroughBlock(ray, range.far, units, at, depth, is_front);
+      if (hit.depth > 0.0f) return hit;
       continue;
     }
-    const CubeExit exit = exitOf(ray, at, 1);
-    const RayHit hit = hitInUnit(units.find(at), at, ray, {depth, exit.depth}, is_front);
-    if (hit.depth > 0.0f) return hit;
-    at = unitBehind(ray, at, exit);
+    const Vec3i first = firstVoxelOfBlock(block);
+    const CubeExit exit = exitOf(ray, first, kBlockSide);
+    at = unitBehind(ray, first, kBlockSide, exit);
     depth = maximum(exit.depth, depth);
+    is_front = false;
   }
   return noHit();
 }

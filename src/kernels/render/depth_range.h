@@ -66,19 +66,36 @@ DTSDF_HD TileCover coverTiles(const FrameView& frame, const Vec3f& p_L) {
   return cover;
 }
 
-/// Whether voxels of a block may be near to a surface that is in view; false only if none is.
+/// Whether a ray may pass through a block, or voxels of it be near to a surface that is in view;
+/// false only if not.
 DTSDF_HD bool mayReachView(const FrameView& frame, const BlockKey& block_L) {
   constexpr float kMiddle = 0.5f * (kBlockSide - 1);
-  constexpr float kReach = 7.1f;  // from the middle to the corners, and as far as these reach
+  constexpr float kReach = 8.0f;  // to the far corner of the last unit, 7.8, and the voxels' reach
   return mayBeInView(frame, toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kMiddle, kMiddle, kMiddle},
                      kReach);
 }
 
-/// Whether a voxel is known, and near enough to its surface that rays are to look for it there.
-DTSDF_HD bool isNearRay(const Voxel& voxel, int32_t least_evidence) {
+/// Whether voxels of a block may be corners of units in blocks that mayReachView() accepts.
+DTSDF_HD bool mayHaveCornersInView(const FrameView& frame, const BlockKey& block_L) {
+  constexpr float kMiddle = 0.5f * (kBlockSide - 1);
+  constexpr float kReach = 22.0f;  // the diagonal of a block, 13.9, beyond that of mayReachView()
+  return mayBeInView(frame, toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kMiddle, kMiddle, kMiddle},
+                     kReach);
+}
+
+/// Whether a voxel holds a distance that counts.
+DTSDF_HD bool isKnown(const Voxel& voxel, int32_t least_evidence) {
+  return evidenceOf(voxel) >= least_evidence && !isEmpty(voxel);
+}
+
+/// Whether a known voxel is near enough to its surface that rays are to look for it there.
+DTSDF_HD bool isNearSurface(const Voxel& voxel) {
   constexpr auto kUnits = static_cast<int32_t>(kRangeDistance * kStoredSdfScale);
-  return evidenceOf(voxel) >= least_evidence && !isEmpty(voxel) && voxel.sdf_units <= kUnits &&
-         voxel.sdf_units >= -kUnits;
+  return voxel.sdf_units <= kUnits && voxel.sdf_units >= -kUnits;
+}
+
+DTSDF_HD bool isNearRay(const Voxel& voxel, int32_t least_evidence) {
+  return isKnown(voxel, least_evidence) && isNearSurface(voxel);
 }
 
 }  // namespace dtsdf

@@ -35,17 +35,20 @@ struct UnitKnowledge {
 
 template <class Samples>
 DTSDF_HD UnitKnowledge lookAtUnit(const Samples& samples) {
-  UnitKnowledge unit{0.0f, false, true};
-  for (int c = 0; c < kCubeCorners; ++c) {
-    float greatest = 0.0f;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (!samples.isObserved(d)) continue;
+  float greatest[kCubeCorners] = {};
+  int32_t behind = 0;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!samples.isObserved(d)) continue;
+    for (int c = 0; c < kCubeCorners; ++c) {
       const float weight = samples.weight(d, c);
-      greatest = maximum(greatest, weight);
-      if (weight > 0.0f && samples.sdf(d, c) < 0.0f) unit.has_corners_behind = true;
+      greatest[c] = maximum(greatest[c], weight);
+      behind |= static_cast<int32_t>(weight > 0.0f && samples.sdf(d, c) < 0.0f);
     }
-    if (!(greatest > 0.0f)) unit.is_known = false;
-    unit.greatest_weight = maximum(unit.greatest_weight, greatest);
+  }
+  UnitKnowledge unit{0.0f, behind != 0, true};
+  for (int c = 0; c < kCubeCorners; ++c) {
+    if (!(greatest[c] > 0.0f)) unit.is_known = false;
+    unit.greatest_weight = maximum(unit.greatest_weight, greatest[c]);
   }
   return unit;
 }
@@ -87,22 +90,39 @@ DTSDF_HD FacingDirections findFacing(const Samples& samples, float least_weight,
   return found;
 }
 
+/// The votes on all corners, side by side: loops over them become vector instructions on a CPU.
+struct UnitVotes {
+  float sum[kCubeCorners] = {}, votes[kCubeCorners] = {}, weight[kCubeCorners] = {};
+
+  DTSDF_HD CornerVote<float> at(int c) const { return {sum[c], votes[c], weight[c]}; }
+  DTSDF_HD void set(int c, const CornerVote<float>& vote) {
+    sum[c] = vote.sum;
+    votes[c] = vote.votes;
+    weight[c] = vote.weight;
+  }
+};
+
 /// Votes on the distance of each corner, of all directions but those in `excluded`.
 /// @return whether all corners are known.
 template <class Samples>
 DTSDF_HD bool voteOnDistances(const Samples& samples, uint32_t excluded,
                               const VoteLimits<float>& limits, float (&sdf)[kCubeCorners]) {
-  for (int c = 0; c < kCubeCorners; ++c) {
-    CornerVote<float> vote;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (!samples.isObserved(d)) continue;
-      castVote(vote, samples.sdf(d, c), samples.weight(d, c), (excluded >> d & 1) == 0,
-               limits.nearness);
+  UnitVotes votes;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (!samples.isObserved(d) || (excluded >> d & 1) != 0) continue;
+    for (int c = 0; c < kCubeCorners; ++c) {
+      CornerVote<float> vote = votes.at(c);
+      const float weight = samples.weight(d, c);
+      addVote(vote, samples.sdf(d, c), weight, weight > 0.0f, limits.nearness);
+      votes.set(c, vote);
     }
-    if (!(vote.weight > limits.least_weight)) return false;
-    sdf[c] = votedSdf(vote);
   }
-  return true;
+  int32_t known = 0;
+  for (int c = 0; c < kCubeCorners; ++c) {
+    known += static_cast<int32_t>(votes.weight[c] > limits.least_weight);
+    sdf[c] = votedSdf(votes.at(c));
+  }
+  return known == kCubeCorners;
 }
 
 DTSDF_HD int labelsOf(const float (&sdf)[kCubeCorners]) {

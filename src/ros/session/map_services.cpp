@@ -3,6 +3,7 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <chrono>
 #include <cmath>
 #include <future>
 #include <memory>
@@ -19,6 +20,9 @@
 
 namespace dtsdf {
 namespace {
+
+/// How often who waits for a correction looks whether the node ends.
+constexpr std::chrono::milliseconds kLookForTheEnd(100);
 
 /// What a call of save_mesh asks for. @throws std::runtime_error if that cannot be.
 SaveChoice readSaveChoice(const dtsdf_mapping::SaveMesh::Request& request,
@@ -53,7 +57,8 @@ MapServices::MapServices(const ros::NodeHandle& private_nh, MappingPipeline& pip
 }
 
 MapServices::~MapServices() {
-  ++saves_;  // whoever simplifies a mesh gives up
+  is_ending_ = true;  // before a service waits for its last answer
+  ++saves_;           // whoever simplifies a mesh gives up
   for (ros::ServiceServer& server : servers_) server.shutdown();
   pipeline_.giveUpCorrections("the node ends");
   correct_thread_.stop();
@@ -186,6 +191,9 @@ void MapServices::correctPoses(const dtsdf_mapping::CorrectPoses::Request& reque
   std::future<CorrectionResult> answer = done->get_future();
   pipeline_.correctPoses(given, 0.0,
                          [done](const CorrectionResult& result) { done->set_value(result); });
+  while (answer.wait_for(kLookForTheEnd) != std::future_status::ready) {
+    if (is_ending_ || ros::isShuttingDown()) throw std::runtime_error("the node ends");
+  }
   const CorrectionResult result = answer.get();
   if (!result.success) throw std::runtime_error(result.message);
   response.message = result.message;

@@ -61,6 +61,7 @@ class MapServices {
 
   MappingPipeline& pipeline_;
   CallbackThread save_thread_{2}, clear_thread_, query_thread_, correct_thread_{2};
+  std::atomic<bool> is_ending_{false};
   std::mutex saving_;               ///< What saves or loads goes one after the other,
   uint64_t turn_ = 0;               ///< by the number that it came with,
   std::atomic<uint64_t> saves_{0};  ///< and knows by the newest one that another waits.

@@ -70,12 +70,27 @@ void MapSession::fuseNext() {
     accountingOf(*frame).dropped(DropReason::kBackendError, frame->stamp, report_.failure);
     return;
   }
+  bool is_fused = false;
   try {
-    takeFrame(*frame);
+    is_fused = takeFrame(*frame);
   } catch (const std::exception& error) {
     accountingOf(*frame).dropped(DropReason::kBackendError, frame->stamp, errorText(error));
     throw;
   }
+  if (is_fused) showView(*frame);
+}
+
+/// The map as the frame's camera would see it.
+void MapSession::showView(const PosedFrame& frame) {
+  const auto* depth = std::get_if<DepthFrame>(&frame.image);
+  if (depth == nullptr || parts_.views == nullptr || !parts_.views->isDue()) return;
+  const SteadyTime begin = clock_();
+  const RenderCamera camera{depth->width, depth->height, depth->intrinsics};
+  mapper_->render(camera, depth->T_W_C, view_);
+  std_msgs::Header header;
+  header.stamp = frame.stamp;
+  header.frame_id = frame.frame_id;
+  parts_.views->publish(header, camera, view_, begin);
 }
 
 FrameAccounting& MapSession::accountingOf(const PosedFrame& frame) const {
@@ -108,9 +123,11 @@ std::optional<Rejection> MapSession::findPose(PosedFrame& frame) {
   return parts_.poses != nullptr ? parts_.poses->place(*mapper_, frame) : std::nullopt;
 }
 
-void MapSession::takeFrame(PosedFrame& frame) {
+/// @return whether it is in the map.
+bool MapSession::takeFrame(PosedFrame& frame) {
   if (const auto rejection = findPose(frame)) {
-    return accountingOf(frame).dropped(rejection->reason, frame.stamp, rejection->text);
+    accountingOf(frame).dropped(rejection->reason, frame.stamp, rejection->text);
+    return false;
   }
   auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth != nullptr && parts_.keep_center) {
@@ -122,7 +139,7 @@ void MapSession::takeFrame(PosedFrame& frame) {
   if (result.status != FrameStatus::kFused) {
     log(frame, result);
     accountingOf(frame).dropped(dropReasonOf(result.status), frame.stamp, result.message);
-    return;
+    return false;
   }
   accountingOf(frame).fused(frame.stamp);
   if (parts_.correction != nullptr) parts_.correction->wasFused(frame);
@@ -137,6 +154,7 @@ void MapSession::takeFrame(PosedFrame& frame) {
                                                        << " blocks of the last frame were refused; "
                                                           "raise map/max_memory_mb, or clear_map");
   }
+  return true;
 }
 
 /// A map that is copied is that of the frames logged so far.

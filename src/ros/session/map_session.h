@@ -18,6 +18,7 @@
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
 #include "ros/output/space_handover.h"
+#include "ros/output/view_publisher.h"
 #include "ros/session/frame_poses.h"
 #include "ros/session/levelling.h"
 #include "ros/session/map_correction.h"
@@ -42,6 +43,7 @@ class MapSession {
     FramePoses* poses = nullptr;          ///< Null: frames are fused where they are said to be.
     MapLog* log = nullptr;                ///< Null: nothing is logged.
     MapCorrection* correction = nullptr;  ///< Null, as without a log: poses stay as they are.
+    ViewPublisher* views = nullptr;       ///< Null: nobody can ask for views of the map.
   };
 
   MapSession(std::unique_ptr<Mapper> mapper, double mesh_rate_hz, Parts parts,
@@ -102,7 +104,8 @@ class MapSession {
   std::chrono::milliseconds idleTime() const;
   void act(MapSchedule::Action action);
   void fuseNext();
-  void takeFrame(PosedFrame& frame);
+  bool takeFrame(PosedFrame& frame);
+  void showView(const PosedFrame& frame);
   std::optional<Rejection> findPose(PosedFrame& frame);
   FrameAccounting& accountingOf(const PosedFrame& frame) const;
   IntegrationResult fuse(const DepthFrame& frame);
@@ -126,6 +129,7 @@ class MapSession {
   SteadyClock clock_;
   MapSchedule schedule_;
 
+  RenderedView view_;
   bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
   ros::Time map_stamp_;          ///< Of the newest frame in the map, but for those of a loaded one.
   double loaded_stamp_s_ = 0.0;  ///< Of those; 0: none.

@@ -100,13 +100,14 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
       correction_(log_ ? std::make_unique<MapCorrection>(*log_, params_.mapper) : nullptr),
       space_changes_([this] { space_loop_.wake(); }),
       space_output_(makeSpaceOutput(private_nh, params_, space_changes_)),
+      views_(private_nh, std::chrono::steady_clock::now),
       session_(
           makeMapper(params_.mapper), meshRate(params_.node.publish),
           {posed_frames_, ledger_, mesh_changes_,
            [this] { return mesh_publisher_.hasListeners() || points_publisher_.hasListeners(); },
            [this](const ros::Time& stamp) { return map_poses_.keepCenterAt(stamp); },
            space_output_ ? &space_changes_ : nullptr, &levelling_, frame_poses_.get(), log_.get(),
-           correction_.get()}),
+           correction_.get(), &views_}),
       free_memory_(std::chrono::steady_clock::now),
       output_loop_(
           [this] {

@@ -123,6 +123,7 @@ class MappingPipeline {
   std::unique_ptr<MapCorrection> correction_;
   SpaceHandover space_changes_;
   std::unique_ptr<SpaceOutput> space_output_;  ///< Null unless space/enabled.
+  ViewPublisher views_;
   MapSession session_;
 
   FreeMemory free_memory_;  ///< For the output's thread, which has time.

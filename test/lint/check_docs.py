@@ -18,7 +18,8 @@ BASES = ("", "src", "lab", "src/kernels", "include/dtsdf_mapping", "cuda", "docs
 
 
 def pages(root):
-    return [*sorted(root.glob("*.md")), *sorted((root / "docs").rglob("*.md")), *sorted((root / "lab").glob("*.md"))]
+    return [*sorted(root.glob("*.md")), *sorted((root / "docs").rglob("*.md")),
+            *sorted((root / "lab").glob("*.md"))]
 
 
 def without_code(text):

@@ -197,7 +197,8 @@ Verdict judgeBudget(const MapStats& stats) {
   if (stats.pages.failures > 0 && stats.refused_blocks > 0) {
     return {MapStatus::WARN,
             std::to_string(stats.refused_blocks) +
-                " blocks were refused, as others could not be written: " + stats.pages.problem};
+                " blocks were refused because others could not be written to disk: " +
+                stats.pages.problem};
   }
   if (stats.refused_blocks > 0) {
     return {MapStatus::WARN,

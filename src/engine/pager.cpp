@@ -51,6 +51,10 @@ void Pager::touch(int32_t slot) {
   last_need_[place] = now_;
 }
 
+void Pager::noteNew(const std::vector<int32_t>& slots) {
+  for (const int32_t slot : slots) touch(slot);
+}
+
 size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes) {
   ++now_;
   std::vector<int32_t> numbers;

@@ -46,6 +46,9 @@ class Pager {
   /// @return how many stay on disk for want of room.
   size_t bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes);
 
+  /// Blocks that were made since are needed as those that were brought in last.
+  void noteNew(const std::vector<int32_t>& slots);
+
   /// Others go than those that were brought in last. @return whether there is so much room now.
   bool makeRoom(MapBackend& backend, size_t bytes);
 

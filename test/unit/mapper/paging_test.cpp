@@ -270,6 +270,32 @@ TEST_F(Paging, LoadsMapsBeyondTheBudget) {
   EXPECT_EQ(resumed->stats().refused_blocks, 0u);
 }
 
+/// To both walls across the corridor, at two places, and a step further.
+TEST_F(Paging, WritesWhatIsOldestFirst) {
+  const auto see = [](ProbedMapper& mapper, double x_m, double aside) {
+    const Eigen::Vector3d eye(x_m, 0.0, 0.0);
+    const Eigen::Isometry3d pose =
+        lookAt(eye, eye + Eigen::Vector3d(0.0, aside, 0.0), Eigen::Vector3d::UnitZ());
+    Scene scene;
+    scene.add(Room{{-1.5, -1.2, -0.9}, {15.0, 1.2, 0.9}});
+    const SceneFrame image = renderFrame(scene, pose, 96, 72);
+    ASSERT_EQ(mapper.integrate(image.view()).status, FrameStatus::kFused);
+  };
+  for (const double way : {1.0, -1.0}) {  // what is mapped second has the greater or lesser keys
+    const auto mapper = makeProbedMapper(paged(paramsOf(Way()), 2, folder_.path()));
+    for (const double x_m : {6.0 - 4.0 * way, 6.0 + 4.0 * way}) {
+      for (const double aside : {1.0, -1.0}) ASSERT_NO_FATAL_FAILURE(see(*mapper, x_m, aside));
+    }
+    ASSERT_EQ(mapper->stats().pages.written, 0u);
+    ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0, 1.0));
+    ASSERT_GT(mapper->stats().pages.written, 0u) << "else nothing is tested";
+    for (const double aside : {1.0, -1.0}) {
+      ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0 + 4.0 * way, aside));
+    }
+    EXPECT_EQ(mapper->stats().pages.read, 0u) << "what was mapped before has gone";
+  }
+}
+
 TEST_F(Paging, EndsWithTheMap) {
   Tour near(Way(), paged(paramsOf(Way()), 5, folder_.path()));
   near.go();

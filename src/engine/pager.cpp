@@ -92,9 +92,11 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes, Reserve reserve) {
   return hasRoom(bytes);
 }
 
-/// Until there is room for so many bytes, or nothing more can go.
+/// Until there is room for so many bytes, or nothing more can go. Batches get smaller where the
+/// disk has little room, so that it is used up to the last block.
 void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
-  if (now_ < no_writing_before_) return;
+  const bool use_reserve = reserve == Reserve::kUse;
+  if (now_ < no_writing_before_ || store_.isFull(use_reserve)) return;
   const std::vector<int32_t> slots =
       leastRecent(table_.bytesInUse() + bytes - table_.budgetBytes());
   if (slots.empty()) return;
@@ -105,7 +107,8 @@ void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
   for (size_t i = 0; i < slots.size(); ++i) {
     batch.push_back(slots[i]);
     batch_bytes += table_.bytesOf(slots[i]);
-    if (batch_bytes < kBatchBytes && i + 1 < slots.size()) continue;
+    const uint64_t most = std::min<uint64_t>(kBatchBytes, store_.room(use_reserve) / 4);
+    if (batch_bytes < most && i + 1 < slots.size()) continue;
     if (!writeBatch(backend, batch, reserve)) return;
     batch.clear();
     batch_bytes = 0;
@@ -145,7 +148,10 @@ std::vector<int32_t> Pager::leastRecent(size_t bytes) const {
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve) {
   size_t most_bytes = slots.size() * kVoxelsPerBlock * sizeof(UnitLabels);
   for (const int32_t slot : slots) most_bytes += table_.bytesOf(slot);
-  if (!store_.hasRoomFor(most_bytes, reserve == Reserve::kUse)) return false;
+  if (!store_.hasRoomFor(most_bytes, reserve == Reserve::kUse)) {
+    ++stats_.failures;
+    return false;
+  }
   backend.reserveChanges(slots.size());
   MapContents contents;
   contents.blocks = mapBlocks(table_, slots);

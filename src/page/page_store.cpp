@@ -33,10 +33,17 @@ PageStore::PageStore(const std::string& folder, uint64_t max_bytes)
       file_(folder),
       runs_(std::min<uint64_t>(max_bytes / kUnitBytes, UINT32_MAX)) {}
 
-bool PageStore::hasRoomFor(uint64_t bytes, bool with_reserve) const {
+uint64_t PageStore::room(bool with_reserve) const {
   constexpr uint64_t kMostReserve = uint64_t{32} << 20;
   const uint64_t reserve = with_reserve ? 0 : std::min(max_bytes_ / 8, kMostReserve);
-  return this->bytes() + bytes + reserve <= max_bytes_;
+  return max_bytes_ - std::min(max_bytes_, bytes() + reserve);
+}
+
+bool PageStore::hasRoomFor(uint64_t bytes, bool with_reserve) {
+  if (bytes <= room(with_reserve)) return true;
+  problem_ = kIsFull;
+  is_full_[with_reserve ? 1 : 0] = true;
+  return false;
 }
 
 bool PageStore::write(const std::vector<PagedBlock>& blocks, const std::vector<char>& records) {
@@ -125,6 +132,7 @@ std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers,
 
 void PageStore::release(const std::vector<int32_t>& numbers) {
   const uint64_t end = runs_.end();
+  is_full_[0] = is_full_[1] = false;
   for (const int32_t number : numbers) {
     const Page& page = pages_[size(number)];
     runs_.give(page.first_unit, unitsOf(page.block));

@@ -32,9 +32,15 @@ class PageStore {
   /// @throws std::runtime_error where the folder cannot be written.
   PageStore(const std::string& folder, uint64_t max_bytes);
 
-  /// Whether so much more may be written. An eighth of the space, at most 32 MiB, is a reserve for
-  /// what makes room for blocks that come back: a full disk would hold on to these else.
-  bool hasRoomFor(uint64_t bytes, bool with_reserve) const;
+  /// How much more may be written. An eighth of the space, at most 32 MiB, is a reserve for what
+  /// makes room for blocks that come back: a full disk would hold on to these else.
+  uint64_t room(bool with_reserve) const;
+
+  /// Whether so much more may be written; else problem() says why.
+  bool hasRoomFor(uint64_t bytes, bool with_reserve);
+
+  /// Whether there was no room, and nothing was released since: it need not be tried again.
+  bool isFull(bool with_reserve) const { return is_full_[with_reserve ? 1 : 0]; }
 
   /// Writes blocks, which hold what lies in `records` back to back.
   /// @return whether it did; else nothing has changed, and problem() says why.
@@ -87,6 +93,7 @@ class PageStore {
   std::vector<Page> pages_;  ///< By number.
   std::vector<int32_t> free_numbers_;
   std::string problem_;
+  bool is_full_[2] = {false, false};  ///< Without and with the reserve.
 };
 
 }  // namespace dtsdf

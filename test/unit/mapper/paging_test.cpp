@@ -338,6 +338,9 @@ TEST_F(Paging, GoesOnWithWhatFits) {
     EXPECT_LE(stats.map_bytes_peak, stats.max_map_bytes);
     EXPECT_LE(stats.pages.bytes, size_t(0.003 * (1 << 30)) + (disk_is_full ? 0 : 1 << 30));
     EXPECT_EQ(stats.pages.lost, 0u);
+    EXPECT_EQ(stats.pages.failures > 0, disk_is_full);
+    EXPECT_EQ(stats.pages.problem.find("map/page_max_gb") != std::string::npos, disk_is_full)
+        << stats.pages.problem;
     EXPECT_EQ(near.mapper().contents().blocks.size(), stats.blocks + stats.pages.blocks);
   }
 }

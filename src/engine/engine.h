@@ -91,7 +91,8 @@ class Engine : public ProbedMapper {
   AlignmentSums sumsAt(const FrameView& view, float cutoff);
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
   std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;
-  void clearPaged(const RegionView& view, ClearedRegion& result);
+  size_t clearPaged(const RegionView& view, ClearedRegion& result);
+  bool clearSome(std::vector<PackedKey>& keys, const RegionView& view, ClearedRegion& result);
   void meshInParts();
   void meshParts(std::vector<MarkedKey> marked, bool is_last);
   bool fits(const std::vector<PackedKey>& keys) const;

@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dtsdf_mapping/partly_cleared.h"
 #include "engine/engine.h"
 #include "map/memory_budget.h"
 
@@ -76,9 +77,12 @@ ClearedRegion Engine::clearRegion(const Region& region) {
   settle();
   ClearedRegion result;
   clearSlots(table_.slotsIn(view), view, result);
-  if (pager_) clearPaged(view, result);
+  const size_t left = pager_ ? clearPaged(view, result) : 0;
   if (space_ != nullptr) space_->clearRegion(view);
-  return result;
+  if (left == 0) return result;
+  throw PartlyCleared("the region was cleared in part: " + std::to_string(left) +
+                      " blocks cannot come back from map/page_folder; " + pager_->stats().problem +
+                      "; then clear the region again");
 }
 
 void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,

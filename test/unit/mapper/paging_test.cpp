@@ -9,6 +9,7 @@
 #include <optional>
 #include <tuple>
 
+#include "dtsdf_mapping/partly_cleared.h"
 #include "dtsdf_mapping/region.h"
 #include "support/map_equality.h"
 #include "support/saved_maps.h"
@@ -345,6 +346,54 @@ TEST_F(Paging, GoesOnWithWhatFits) {
   }
 }
 
+/// While it is alive, this process cannot make files longer.
+class DiskThatRefuses {
+ public:
+  DiskThatRefuses() {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit none{0, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &none);
+  }
+  ~DiskThatRefuses() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+/// What can come back is cleared, and what is known of space goes with it; it is said that there is
+/// more.
+TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
+  Way way;
+  way.space = true;
+  Tour near(way, paged(paramsOf(way), 4, folder_.path()));
+  near.go(0, 9);
+  BoxRegion region;
+  region.size_m = Eigen::Vector3d(2.0, 3.0, 2.0);
+  const auto free_cells = [&] {
+    size_t count = 0;
+    for (const SpaceCell& cell : near.mapper().space()->cells()) {
+      const bool is_inside = std::abs(cell.cell.x) * near.mapper().space()->cellSize_m() < 0.5;
+      count += is_inside && cell.state == CellState::kFree ? 1 : 0;
+    }
+    return count;
+  };
+  ASSERT_GT(free_cells(), 0u);
+  {
+    const DiskThatRefuses disk;
+    near.go(9, 14);
+    ASSERT_GT(near.mapper().stats().pages.failures, 0u);
+    EXPECT_THROW(near.mapper().clearRegion(region), PartlyCleared);
+  }
+  EXPECT_EQ(free_cells(), 0u);
+  near.go(14, kFrames);
+  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u) << "it can be cleared again";
+  const MapContents contents = near.mapper().contents();
+  EXPECT_EQ(near.mapper().clearRegion(region).voxels, 0u);
+  const auto anew = makeProbedMapper(paramsOf(way), Rules(), contents);
+  EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)));
+}
+
 /// While the disk refuses, what does not fit is refused, and what was mapped stays.
 TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
@@ -352,13 +401,8 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   const size_t blocks = near.mapper().contents().blocks.size();
   ASSERT_EQ(near.mapper().stats().refused_blocks, 0u);
   {
-    std::signal(SIGXFSZ, SIG_IGN);
-    rlimit before{};
-    getrlimit(RLIMIT_FSIZE, &before);
-    const rlimit none{0, before.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &none);
+    const DiskThatRefuses disk;
     near.go(8, 14);
-    setrlimit(RLIMIT_FSIZE, &before);
   }
   MapStats stats = near.mapper().stats();
   EXPECT_GT(stats.refused_blocks, 0u);

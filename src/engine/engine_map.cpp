@@ -59,6 +59,8 @@ void Engine::finishMeshing() {
   is_meshing_ = false;
   backend_->follow({table_.releaseVacant(vacant_), false});
   vacant_.clear();
+  for (const MarkedKey& block : unfinished_) pager_->setMarks(*backend_, block.key, block.marks);
+  unfinished_.clear();
 }
 
 void Engine::countMeshes(const MadeMeshes& made) const {
@@ -106,6 +108,7 @@ void Engine::clear() {
   table_.clear();
   if (pager_) pager_->clear();
   made_ = MadeMeshes();
+  unfinished_.clear();
   if (space_ != nullptr) space_->clear();
   counters_ = Counters();
   exposure_ = sameExposure();

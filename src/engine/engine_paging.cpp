@@ -259,7 +259,7 @@ void Engine::meshInParts() {
   for (const PackedKey key : pager_->markedKeys()) marked.push_back({key, {}});
   const std::vector<PackedKey> around = blocksAround(marked);
   if (fits(around)) {
-    pager_->bringIn(*backend_, around, 0);
+    keepMarks(pager_->bringIn(*backend_, around, 0));
     return;
   }
   const std::vector<MeshMarks> marks = mover.takeMarks(slots);
@@ -267,6 +267,20 @@ void Engine::meshInParts() {
     marked[i].marks = i < slots.size() ? marks[i] : pager_->takeMarks(marked[i].key);
   }
   meshParts(std::move(marked), true);
+}
+
+/// Before an extraction that goes without blocks that stay on disk: what it does is to be done
+/// again when they can come back.
+void Engine::keepMarks(size_t left) {
+  if (left == 0) return;
+  counters_.refused += left;
+  BlockMover& mover = *backend_->mover();
+  const std::vector<int32_t> slots = mover.markedSlots();
+  const std::vector<MeshMarks> marks = mover.takeMarks(slots);
+  mover.setMarks(slots, marks);
+  for (size_t i = 0; i < slots.size(); ++i) {
+    unfinished_.push_back({packKey(table_.block(slots[i]).key), marks[i]});
+  }
 }
 
 bool Engine::fits(const std::vector<PackedKey>& keys) const {
@@ -284,8 +298,9 @@ void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
     meshParts(std::move(half), is_last);
     return;
   }
-  pager_->bringIn(*backend_, around, 0);
+  const size_t left = pager_->bringIn(*backend_, around, 0);
   for (const MarkedKey& block : marked) pager_->setMarks(*backend_, block.key, block.marks);
+  keepMarks(left);
   if (is_last) return;
   backend_->beginMesh(least_evidence_);
   addMeshes(backend_->finishMesh(), made_);

@@ -398,11 +398,16 @@ TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
 TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
   near.go(0, 8);
+  near.updateMesh();
   const size_t blocks = near.mapper().contents().blocks.size();
   ASSERT_EQ(near.mapper().stats().refused_blocks, 0u);
   {
     const DiskThatRefuses disk;
     near.go(8, 14);
+    near.go(0, 7);  // next to blocks that cannot come back
+    const uint64_t counted = near.mapper().stats().refused_blocks;
+    near.updateMesh();
+    EXPECT_GT(near.mapper().stats().refused_blocks, counted) << "that is to be done again";
   }
   MapStats stats = near.mapper().stats();
   EXPECT_GT(stats.refused_blocks, 0u);
@@ -410,6 +415,11 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   EXPECT_NE(stats.pages.problem.find("map/page_folder"), std::string::npos);
   EXPECT_EQ(stats.pages.lost, 0u);
   EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "nothing is lost";
+  for (int i = 0; i < 32; ++i) near.updateMesh();  // until the disk is tried again
+  const auto anew = makeProbedMapper(paramsOf(Way()), Rules(), near.mapper().contents());
+  const uint64_t counted = near.mapper().stats().refused_blocks;
+  EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m))) << "meshes made meanwhile as well";
+  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "all came back";
   near.go(14, kFrames);
   near.go(kWayOut, kFrames);
   const uint64_t refused = near.mapper().stats().refused_blocks;

@@ -14,13 +14,21 @@ constexpr uint32_t kEveryDirection = (1u << kDirectionCount) - 1u;
 /// Of blocks that move at once, about: what is in memory twice meanwhile.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
-/// Beyond what is asked for, as a share of the budget, so that not every frame has to write.
+/// See spareBytes(): a share of the budget.
 constexpr size_t kSpareShare = 16;
+constexpr size_t kMostSpareBytes = 2 * kBatchBytes;
+
+/// Nothing that can go is smaller.
+constexpr size_t kLeastBytes = BlockTable::kBlockBytes + BlockTable::kArrayBytes;
 
 /// After a failure, calls that leave the disk alone.
 constexpr uint64_t kCallsBetweenTries = 16;
 
 }  // namespace
+
+size_t spareBytes(size_t budget_bytes) {
+  return std::min(budget_bytes / kSpareShare, kMostSpareBytes);
+}
 
 Pager::Pager(const MapParams& params, BlockTable& table, std::function<void()> finish_meshes)
     : table_(table),
@@ -87,7 +95,7 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
 /// Some more than that, unless the reserve of the disk has to be used for it.
 bool Pager::makeRoom(MapBackend& backend, size_t bytes, Reserve reserve) {
   if (hasRoom(bytes)) return true;
-  writeOut(backend, bytes + table_.budgetBytes() / kSpareShare, Reserve::kLeave);
+  writeOut(backend, bytes + spareBytes(table_.budgetBytes()), Reserve::kLeave);
   if (!hasRoom(bytes) && reserve == Reserve::kUse) writeOut(backend, bytes, reserve);
   return hasRoom(bytes);
 }
@@ -131,9 +139,14 @@ std::vector<int32_t> Pager::leastRecent(size_t bytes) const {
     if (!entry.in_use || last_need == now_ || directionsWithArrays(entry) == 0) continue;
     candidates.push_back({last_need, packKey(entry.key), slot});
   }
-  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+  const auto goes_before = [](const Candidate& a, const Candidate& b) {
     return a.last_need != b.last_need ? a.last_need < b.last_need : a.key < b.key;
-  });
+  };
+  const size_t most = std::min(candidates.size(), bytes / kLeastBytes + 1);
+  const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(most);
+  std::nth_element(candidates.begin(), end, candidates.end(), goes_before);
+  candidates.erase(end, candidates.end());
+  std::sort(candidates.begin(), candidates.end(), goes_before);
   std::vector<int32_t> slots;
   size_t found = 0;
   for (const Candidate& candidate : candidates) {

@@ -29,6 +29,10 @@ class WaitTimer {
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// Room that is made beyond what is asked for, so that not every frame has to write; not so much
+/// that the frame that does has to wait for long.
+size_t spareBytes(size_t budget_bytes);
+
 class Pager {
  public:
   /// @param finish_meshes Called before blocks move: fetches the extraction that is under way.

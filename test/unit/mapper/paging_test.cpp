@@ -11,6 +11,7 @@
 
 #include "dtsdf_mapping/partly_cleared.h"
 #include "dtsdf_mapping/region.h"
+#include "engine/pager.h"
 #include "support/map_equality.h"
 #include "support/saved_maps.h"
 #include "support/temporary_folder.h"
@@ -295,6 +296,11 @@ TEST_F(Paging, WritesWhatIsOldestFirst) {
     }
     EXPECT_EQ(mapper->stats().pages.read, 0u) << "what was mapped before has gone";
   }
+}
+
+TEST(Spare, IsAShareOfSmallBudgetsAndBoundedForGreatOnes) {
+  EXPECT_EQ(spareBytes(size_t{64} << 20), size_t{4} << 20);
+  EXPECT_EQ(spareBytes(size_t{64} << 30), size_t{16} << 20) << "no frame writes gigabytes";
 }
 
 TEST_F(Paging, EndsWithTheMap) {

@@ -1,6 +1,7 @@
 #include "engine/pager.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "engine/block_records.h"
@@ -72,6 +73,7 @@ size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, s
     if (slot >= 0) touch(slot);
     if (number >= 0) numbers.push_back(number);
   }
+  size_t unreadable = 0;
   for (size_t first = 0; first < numbers.size();) {
     size_t end = first, bytes = 0;
     for (; end < numbers.size() && (end == first || bytes < kBatchBytes); ++end) {
@@ -79,13 +81,13 @@ size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, s
     }
     makeRoom(backend, bytes, Reserve::kUse);
     while (end > first && !hasRoom(bytes)) bytes -= bytesOnceIn(store_.block(numbers[--end]));
-    if (end == first) return numbers.size() - first;
-    readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
-                        numbers.begin() + static_cast<std::ptrdiff_t>(end)});
+    if (end == first) return unreadable + numbers.size() - first;
+    unreadable += readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
+                                      numbers.begin() + static_cast<std::ptrdiff_t>(end)});
     first = end;
   }
   makeRoom(backend, new_bytes);
-  return 0;
+  return unreadable;
 }
 
 bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
@@ -188,34 +190,40 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, R
   return true;
 }
 
-/// @pre There is room for them.
-void Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
+/// What the disk does not give stays there. @pre There is room for them. @return how many stay.
+size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   const WaitTimer timer(stats_);
   finish_meshes_();
   std::sort(numbers.begin(), numbers.end(),
             [this](int32_t a, int32_t b) { return store_.block(a).key < store_.block(b).key; });
   std::vector<char> records;
-  const std::vector<uint8_t> intact = store_.read(numbers, records);
+  const std::vector<uint8_t> readings = store_.read(numbers, records);
   std::vector<PagedBlock> blocks, lost;
-  std::vector<char> intact_records;
-  const bool all_intact = std::find(intact.begin(), intact.end(), 0) == intact.end();
-  const char* record = records.data();
+  std::vector<int32_t> gone;
+  size_t from = 0, to = 0;  // those that are intact move together
   for (size_t i = 0; i < numbers.size(); ++i) {
     const PagedBlock& block = store_.block(numbers[i]);
-    (intact[i] ? blocks : lost).push_back(block);
-    if (intact[i] && !all_intact) {
-      intact_records.insert(intact_records.end(), record, record + recordBytes(block));
+    const size_t bytes = recordBytes(block);
+    if (readings[i] != kPageUnreadable) gone.push_back(numbers[i]);
+    if (readings[i] == kPageDamaged) lost.push_back(block);
+    if (readings[i] == kPageIntact) {
+      blocks.push_back(block);
+      if (to < from) std::memmove(records.data() + to, records.data() + from, bytes);
+      to += bytes;
     }
-    record += recordBytes(block);
+    from += bytes;
   }
-  enter(backend, blocks, all_intact ? records : intact_records);
-  store_.release(numbers);
+  const size_t left = numbers.size() - gone.size();
+  if (left > 0) ++stats_.failures;
+  enter(backend, blocks, records);
+  store_.release(gone);
   stats_.read += blocks.size();
   stats_.lost += lost.size();
   for (const int32_t slot : enterWithoutVoxels(backend, lost)) {
     table_.vacate(slot, kEveryDirection);
     backend.mover()->setMarks({slot}, {{true, false}});
   }
+  return left;
 }
 
 /// As a map that is loaded does: memory first, then the table, then what the backend knows of it.

@@ -116,18 +116,23 @@ std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers,
   std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
     return pages_[size(numbers[a])].first_unit < pages_[size(numbers[b])].first_unit;
   });
-  std::vector<uint8_t> intact(numbers.size(), 0);
+  std::vector<uint8_t> readings(numbers.size(), kPageDamaged);
   for (const size_t i : order) {
     const Page& page = pages_[size(numbers[i])];
     char* const record = records.data() + begins[i];
     const size_t bytes = begins[i + 1] - begins[i];
-    const std::string problem = file_.read(page.first_unit * kUnitBytes, record, bytes);
-    intact[i] = problem.empty() && XXH3_64bits(record, bytes) == page.checksum;
-    if (intact[i]) continue;
-    problem_ =
-        problem.empty() ? "what was read from map/page_folder is damaged; check the disk" : problem;
+    bool is_short;
+    const std::string problem = file_.read(page.first_unit * kUnitBytes, record, bytes, is_short);
+    if (!problem.empty()) {
+      problem_ = problem;
+      if (!is_short) readings[i] = kPageUnreadable;
+    } else if (XXH3_64bits(record, bytes) == page.checksum) {
+      readings[i] = kPageIntact;
+    } else {
+      problem_ = "what was read from map/page_folder is damaged; check the disk";
+    }
   }
-  return intact;
+  return readings;
 }
 
 void PageStore::release(const std::vector<int32_t>& numbers) {

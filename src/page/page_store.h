@@ -27,6 +27,13 @@ struct PagedBlock {
 /// Bytes of a block's voxels, colours and labels, one after the other.
 size_t recordBytes(const PagedBlock& block);
 
+/// What came of reading a block.
+enum PageReading : uint8_t {
+  kPageDamaged,    ///< It is not what was written, or the file ends before it.
+  kPageIntact,     ///< It is what was written.
+  kPageUnreadable  ///< The disk did not give it; it may the next time.
+};
+
 class PageStore {
  public:
   /// @throws std::runtime_error where the folder cannot be written.
@@ -47,7 +54,7 @@ class PageStore {
   bool write(const std::vector<PagedBlock>& blocks, const std::vector<char>& records);
 
   /// Reads what blocks hold, back to back, by their numbers; they stay where they are.
-  /// @return for each whether it is what was written.
+  /// @return a PageReading for each.
   std::vector<uint8_t> read(const std::vector<int32_t>& numbers, std::vector<char>& records);
 
   /// Forgets blocks, by their numbers.

@@ -1,7 +1,9 @@
 // A map that goes to disk where its budget is used up, and comes back: whatever the budget, it is
 // the map that it would be with more memory, to the last bit.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
@@ -432,6 +434,33 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   near.go(0, kFrames);
   stats = near.mapper().stats();
   EXPECT_EQ(stats.refused_blocks, refused) << "the disk is used again";
+}
+
+/// What cannot be read now is not lost: it comes back when the disk does.
+TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
+  Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
+  near.go(0, kWayOut);
+  near.updateMesh();
+  const size_t blocks = near.mapper().contents().blocks.size();
+  int file = -1;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code error;
+    const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
+    if (!error && target.rfind(folder_.path(), 0) == 0) {
+      file = std::stoi(entry.path().filename().string());
+    }
+  }
+  ASSERT_GE(file, 0);
+  const int kept = dup(file), directory = open("/", O_RDONLY | O_CLOEXEC);
+  ASSERT_EQ(dup2(directory, file), file);  // cannot be read, nor written
+  near.go(0, 2);
+  ASSERT_EQ(dup2(kept, file), file);
+  close(kept);
+  close(directory);
+  const MapStats stats = near.mapper().stats();
+  EXPECT_EQ(stats.pages.lost, 0u);
+  EXPECT_GT(stats.pages.failures, 0u);
+  EXPECT_GE(near.mapper().contents().blocks.size(), blocks);
 }
 
 /// A page that is damaged is lost, which is counted; its mesh goes, and frames map anew there.

@@ -6,7 +6,8 @@
 namespace dtsdf {
 
 /// Thrown by Mapper::clearRegion() where blocks on disk cannot come back to be cleared: these stay
-/// as they were, and all else is cleared. The mapper goes on, and the region can be cleared again.
+/// as they were, and all else is cleared. The mapper stays usable, and the region can be cleared
+/// again.
 class PartlyCleared : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

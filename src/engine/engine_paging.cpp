@@ -273,7 +273,7 @@ void Engine::meshInParts() {
 /// again when they can come back.
 void Engine::keepMarks(size_t left) {
   if (left == 0) return;
-  counters_.refused += left;
+  if (pager_->stats().failures > 0) counters_.refused += left;  // else it is put off, no more
   BlockMover& mover = *backend_->mover();
   const std::vector<int32_t> slots = mover.markedSlots();
   const std::vector<MeshMarks> marks = mover.takeMarks(slots);

@@ -142,6 +142,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
     admission = table_.admit(pager_ ? requestsOfPart() : backend_->requests());
     backend_->enterBlocks(admission.changed_slots);
     backend_->zeroArrays(admission.new_arrays);
+    if (pager_) pager_->noteNew(admission.changed_slots);
   } else {
     admission.refused = touched.requests;
   }

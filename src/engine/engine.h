@@ -91,9 +91,11 @@ class Engine : public ProbedMapper {
   AlignmentSums sumsAt(const FrameView& view, float cutoff);
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
   std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;
-  void clearPaged(const RegionView& view, ClearedRegion& result);
+  size_t clearPaged(const RegionView& view, ClearedRegion& result);
+  bool clearSome(std::vector<PackedKey>& keys, const RegionView& view, ClearedRegion& result);
   void meshInParts();
   void meshParts(std::vector<MarkedKey> marked, bool is_last);
+  void keepMarks(size_t left);
   bool fits(const std::vector<PackedKey>& keys) const;
   void finishMeshing();
 
@@ -122,6 +124,7 @@ class Engine : public ProbedMapper {
   std::optional<KeptBall> kept_;        ///< Of the last frame, until what lies beyond is dropped.
   bool has_free_ = false;               ///< What the last frame saw as free has not been taken yet.
   bool is_meshing_ = false;
+  std::vector<MarkedKey> unfinished_;  ///< Meshed without all that they depend on: to do again.
   MadeMeshes made_;  ///< Of the extraction under way, so far: those that were fetched early.
   int32_t least_evidence_ = 0;   ///< Of the last extraction.
   std::vector<int32_t> vacant_;  ///< Released when the extraction under way is fetched.

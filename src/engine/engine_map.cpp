@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dtsdf_mapping/partly_cleared.h"
 #include "engine/engine.h"
 #include "map/memory_budget.h"
 
@@ -58,6 +59,8 @@ void Engine::finishMeshing() {
   is_meshing_ = false;
   backend_->follow({table_.releaseVacant(vacant_), false});
   vacant_.clear();
+  for (const MarkedKey& block : unfinished_) pager_->setMarks(*backend_, block.key, block.marks);
+  unfinished_.clear();
 }
 
 void Engine::countMeshes(const MadeMeshes& made) const {
@@ -76,9 +79,12 @@ ClearedRegion Engine::clearRegion(const Region& region) {
   settle();
   ClearedRegion result;
   clearSlots(table_.slotsIn(view), view, result);
-  if (pager_) clearPaged(view, result);
+  const size_t left = pager_ ? clearPaged(view, result) : 0;
   if (space_ != nullptr) space_->clearRegion(view);
-  return result;
+  if (left == 0) return result;
+  throw PartlyCleared("the region was cleared in part: " + std::to_string(left) +
+                      " blocks cannot come back from map/page_folder; " + pager_->stats().problem +
+                      "; then clear the region again");
 }
 
 void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,
@@ -102,6 +108,7 @@ void Engine::clear() {
   table_.clear();
   if (pager_) pager_->clear();
   made_ = MadeMeshes();
+  unfinished_.clear();
   if (space_ != nullptr) space_->clear();
   counters_ = Counters();
   exposure_ = sameExposure();

@@ -214,31 +214,38 @@ std::vector<PackedKey> Engine::takeFarthest(const KeptBall& kept,
 }
 
 /// Blocks come back to be emptied, some at a time.
-void Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
+/// @return how many cannot, and stay as they were.
+size_t Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
   constexpr size_t kAtOnce = 256;
   const std::vector<PackedKey> keys =
       pager_->keysWhere([](const auto&) { return true; },
                         [&](const BlockKey& block) { return mayBeInside(view, block); });
-  for (size_t first = 0; first < keys.size();) {
-    // Fewer where memory is scarce; those that went before the region is done were emptied.
-    size_t count = std::min(kAtOnce, keys.size() - first);
-    const auto from = keys.begin() + static_cast<std::ptrdiff_t>(first);
-    const std::vector<PackedKey> some(from, from + static_cast<std::ptrdiff_t>(count));
-    count -= pager_->bringIn(*backend_, some, 0);
-    if (count == 0) {
-      throw std::runtime_error(
-          "the region was cleared in part: there is no memory to read the "
-          "rest from map/page_folder; " +
-          pager_->stats().problem);
+  size_t left = 0;
+  for (size_t first = 0; first < keys.size(); first += kAtOnce) {
+    const size_t end = std::min(keys.size(), first + kAtOnce);
+    std::vector<PackedKey> some(keys.begin() + static_cast<std::ptrdiff_t>(first),
+                                keys.begin() + static_cast<std::ptrdiff_t>(end));
+    // Where memory is scarce, those that are emptied make room for the rest.
+    while (!some.empty() && clearSome(some, view, result)) {
     }
-    std::vector<int32_t> slots;
-    for (size_t i = 0; i < count; ++i) {
-      const int32_t slot = table_.find(some[i]);
-      if (slot >= 0) slots.push_back(slot);
-    }
-    clearSlots(slots, view, result);
-    first += count;
+    left += some.size();
   }
+  return left;
+}
+
+/// @param keys Those that stay on disk are left. @return whether any came back.
+bool Engine::clearSome(std::vector<PackedKey>& keys, const RegionView& view,
+                       ClearedRegion& result) {
+  pager_->bringIn(*backend_, keys, 0);
+  std::vector<int32_t> slots;
+  for (const PackedKey key : keys) {
+    if (const int32_t slot = table_.find(key); slot >= 0) slots.push_back(slot);
+  }
+  keys.erase(std::remove_if(keys.begin(), keys.end(),
+                            [this](PackedKey key) { return !pager_->isPaged(key); }),
+             keys.end());
+  clearSlots(slots, view, result);
+  return !slots.empty();
 }
 
 /// Where all fit into memory that the extraction depends on, they come there and it goes on as
@@ -252,7 +259,7 @@ void Engine::meshInParts() {
   for (const PackedKey key : pager_->markedKeys()) marked.push_back({key, {}});
   const std::vector<PackedKey> around = blocksAround(marked);
   if (fits(around)) {
-    pager_->bringIn(*backend_, around, 0);
+    keepMarks(pager_->bringIn(*backend_, around, 0));
     return;
   }
   const std::vector<MeshMarks> marks = mover.takeMarks(slots);
@@ -260,6 +267,20 @@ void Engine::meshInParts() {
     marked[i].marks = i < slots.size() ? marks[i] : pager_->takeMarks(marked[i].key);
   }
   meshParts(std::move(marked), true);
+}
+
+/// Before an extraction that goes without blocks that stay on disk: what it does is to be done
+/// again when they can come back.
+void Engine::keepMarks(size_t left) {
+  if (left == 0) return;
+  if (pager_->stats().failures > 0) counters_.refused += left;  // else it is put off, no more
+  BlockMover& mover = *backend_->mover();
+  const std::vector<int32_t> slots = mover.markedSlots();
+  const std::vector<MeshMarks> marks = mover.takeMarks(slots);
+  mover.setMarks(slots, marks);
+  for (size_t i = 0; i < slots.size(); ++i) {
+    unfinished_.push_back({packKey(table_.block(slots[i]).key), marks[i]});
+  }
 }
 
 bool Engine::fits(const std::vector<PackedKey>& keys) const {
@@ -277,8 +298,9 @@ void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
     meshParts(std::move(half), is_last);
     return;
   }
-  pager_->bringIn(*backend_, around, 0);
+  const size_t left = pager_->bringIn(*backend_, around, 0);
   for (const MarkedKey& block : marked) pager_->setMarks(*backend_, block.key, block.marks);
+  keepMarks(left);
   if (is_last) return;
   backend_->beginMesh(least_evidence_);
   addMeshes(backend_->finishMesh(), made_);

@@ -1,6 +1,7 @@
 #include "engine/pager.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "engine/block_records.h"
@@ -14,13 +15,21 @@ constexpr uint32_t kEveryDirection = (1u << kDirectionCount) - 1u;
 /// Of blocks that move at once, about: what is in memory twice meanwhile.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
-/// Beyond what is asked for, as a share of the budget, so that not every frame has to write.
+/// See spareBytes(): a share of the budget.
 constexpr size_t kSpareShare = 16;
+constexpr size_t kMostSpareBytes = 2 * kBatchBytes;
+
+/// Nothing that can go is smaller.
+constexpr size_t kLeastBytes = BlockTable::kBlockBytes + BlockTable::kArrayBytes;
 
 /// After a failure, calls that leave the disk alone.
 constexpr uint64_t kCallsBetweenTries = 16;
 
 }  // namespace
+
+size_t spareBytes(size_t budget_bytes) {
+  return std::min(budget_bytes / kSpareShare, kMostSpareBytes);
+}
 
 Pager::Pager(const MapParams& params, BlockTable& table, std::function<void()> finish_meshes)
     : table_(table),
@@ -51,6 +60,10 @@ void Pager::touch(int32_t slot) {
   last_need_[place] = now_;
 }
 
+void Pager::noteNew(const std::vector<int32_t>& slots) {
+  for (const int32_t slot : slots) touch(slot);
+}
+
 size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes) {
   ++now_;
   std::vector<int32_t> numbers;
@@ -60,6 +73,7 @@ size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, s
     if (slot >= 0) touch(slot);
     if (number >= 0) numbers.push_back(number);
   }
+  size_t unreadable = 0;
   for (size_t first = 0; first < numbers.size();) {
     size_t end = first, bytes = 0;
     for (; end < numbers.size() && (end == first || bytes < kBatchBytes); ++end) {
@@ -67,13 +81,13 @@ size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, s
     }
     makeRoom(backend, bytes, Reserve::kUse);
     while (end > first && !hasRoom(bytes)) bytes -= bytesOnceIn(store_.block(numbers[--end]));
-    if (end == first) return numbers.size() - first;
-    readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
-                        numbers.begin() + static_cast<std::ptrdiff_t>(end)});
+    if (end == first) return unreadable + numbers.size() - first;
+    unreadable += readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
+                                      numbers.begin() + static_cast<std::ptrdiff_t>(end)});
     first = end;
   }
   makeRoom(backend, new_bytes);
-  return 0;
+  return unreadable;
 }
 
 bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
@@ -83,14 +97,16 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
 /// Some more than that, unless the reserve of the disk has to be used for it.
 bool Pager::makeRoom(MapBackend& backend, size_t bytes, Reserve reserve) {
   if (hasRoom(bytes)) return true;
-  writeOut(backend, bytes + table_.budgetBytes() / kSpareShare, Reserve::kLeave);
+  writeOut(backend, bytes + spareBytes(table_.budgetBytes()), Reserve::kLeave);
   if (!hasRoom(bytes) && reserve == Reserve::kUse) writeOut(backend, bytes, reserve);
   return hasRoom(bytes);
 }
 
-/// Until there is room for so many bytes, or nothing more can go.
+/// Until there is room for so many bytes, or nothing more can go. Batches get smaller where the
+/// disk has little room, so that it is used up to the last block.
 void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
-  if (now_ < no_writing_before_) return;
+  const bool use_reserve = reserve == Reserve::kUse;
+  if (now_ < no_writing_before_ || store_.isFull(use_reserve)) return;
   const std::vector<int32_t> slots =
       leastRecent(table_.bytesInUse() + bytes - table_.budgetBytes());
   if (slots.empty()) return;
@@ -101,7 +117,8 @@ void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
   for (size_t i = 0; i < slots.size(); ++i) {
     batch.push_back(slots[i]);
     batch_bytes += table_.bytesOf(slots[i]);
-    if (batch_bytes < kBatchBytes && i + 1 < slots.size()) continue;
+    const uint64_t most = std::min<uint64_t>(kBatchBytes, store_.room(use_reserve) / 4);
+    if (batch_bytes < most && i + 1 < slots.size()) continue;
     if (!writeBatch(backend, batch, reserve)) return;
     batch.clear();
     batch_bytes = 0;
@@ -124,9 +141,14 @@ std::vector<int32_t> Pager::leastRecent(size_t bytes) const {
     if (!entry.in_use || last_need == now_ || directionsWithArrays(entry) == 0) continue;
     candidates.push_back({last_need, packKey(entry.key), slot});
   }
-  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+  const auto goes_before = [](const Candidate& a, const Candidate& b) {
     return a.last_need != b.last_need ? a.last_need < b.last_need : a.key < b.key;
-  });
+  };
+  const size_t most = std::min(candidates.size(), bytes / kLeastBytes + 1);
+  const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(most);
+  std::nth_element(candidates.begin(), end, candidates.end(), goes_before);
+  candidates.erase(end, candidates.end());
+  std::sort(candidates.begin(), candidates.end(), goes_before);
   std::vector<int32_t> slots;
   size_t found = 0;
   for (const Candidate& candidate : candidates) {
@@ -141,7 +163,10 @@ std::vector<int32_t> Pager::leastRecent(size_t bytes) const {
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve) {
   size_t most_bytes = slots.size() * kVoxelsPerBlock * sizeof(UnitLabels);
   for (const int32_t slot : slots) most_bytes += table_.bytesOf(slot);
-  if (!store_.hasRoomFor(most_bytes, reserve == Reserve::kUse)) return false;
+  if (!store_.hasRoomFor(most_bytes, reserve == Reserve::kUse)) {
+    ++stats_.failures;
+    return false;
+  }
   backend.reserveChanges(slots.size());
   MapContents contents;
   contents.blocks = mapBlocks(table_, slots);
@@ -165,34 +190,40 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, R
   return true;
 }
 
-/// @pre There is room for them.
-void Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
+/// What the disk does not give stays there. @pre There is room for them. @return how many stay.
+size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   const WaitTimer timer(stats_);
   finish_meshes_();
   std::sort(numbers.begin(), numbers.end(),
             [this](int32_t a, int32_t b) { return store_.block(a).key < store_.block(b).key; });
   std::vector<char> records;
-  const std::vector<uint8_t> intact = store_.read(numbers, records);
+  const std::vector<uint8_t> readings = store_.read(numbers, records);
   std::vector<PagedBlock> blocks, lost;
-  std::vector<char> intact_records;
-  const bool all_intact = std::find(intact.begin(), intact.end(), 0) == intact.end();
-  const char* record = records.data();
+  std::vector<int32_t> gone;
+  size_t from = 0, to = 0;  // those that are intact move together
   for (size_t i = 0; i < numbers.size(); ++i) {
     const PagedBlock& block = store_.block(numbers[i]);
-    (intact[i] ? blocks : lost).push_back(block);
-    if (intact[i] && !all_intact) {
-      intact_records.insert(intact_records.end(), record, record + recordBytes(block));
+    const size_t bytes = recordBytes(block);
+    if (readings[i] != kPageUnreadable) gone.push_back(numbers[i]);
+    if (readings[i] == kPageDamaged) lost.push_back(block);
+    if (readings[i] == kPageIntact) {
+      blocks.push_back(block);
+      if (to < from) std::memmove(records.data() + to, records.data() + from, bytes);
+      to += bytes;
     }
-    record += recordBytes(block);
+    from += bytes;
   }
-  enter(backend, blocks, all_intact ? records : intact_records);
-  store_.release(numbers);
+  const size_t left = numbers.size() - gone.size();
+  if (left > 0) ++stats_.failures;
+  enter(backend, blocks, records);
+  store_.release(gone);
   stats_.read += blocks.size();
   stats_.lost += lost.size();
   for (const int32_t slot : enterWithoutVoxels(backend, lost)) {
     table_.vacate(slot, kEveryDirection);
     backend.mover()->setMarks({slot}, {{true, false}});
   }
+  return left;
 }
 
 /// As a map that is loaded does: memory first, then the table, then what the backend knows of it.

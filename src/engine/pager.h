@@ -29,6 +29,10 @@ class WaitTimer {
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// Room that is made beyond what is asked for, so that not every frame has to write; not so much
+/// that the frame that does has to wait for long.
+size_t spareBytes(size_t budget_bytes);
+
 class Pager {
  public:
   /// @param finish_meshes Called before blocks move: fetches the extraction that is under way.
@@ -43,8 +47,11 @@ class Pager {
   /// Blocks that are in the map are in memory when this returns, and stay there until the next
   /// call; then there is room for so many bytes of new ones, as far as others can go.
   /// @param keys The first ones first, where there is no room for all.
-  /// @return how many stay on disk for want of room.
+  /// @return how many stay on disk for want of room, or as they cannot be read now.
   size_t bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes);
+
+  /// Blocks that were made since are needed as those that were brought in last.
+  void noteNew(const std::vector<int32_t>& slots);
 
   /// Others go than those that were brought in last. @return whether there is so much room now.
   bool makeRoom(MapBackend& backend, size_t bytes);
@@ -100,7 +107,7 @@ class Pager {
   void writeOut(MapBackend& backend, size_t bytes, Reserve reserve);
   std::vector<int32_t> leastRecent(size_t bytes) const;
   bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve);
-  void readBatch(MapBackend& backend, std::vector<int32_t> numbers);
+  size_t readBatch(MapBackend& backend, std::vector<int32_t> numbers);
   void readAll(const std::vector<int32_t>& numbers, std::vector<char>& records);
   void enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
              const std::vector<char>& records);

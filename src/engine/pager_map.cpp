@@ -86,11 +86,14 @@ void Pager::copyAll(MapBackend& backend, MapContents& contents) {
   }
 }
 
-/// @throws std::runtime_error where some are damaged.
+/// @throws std::runtime_error where some are damaged or cannot be read.
 void Pager::readAll(const std::vector<int32_t>& numbers, std::vector<char>& records) {
   const WaitTimer timer(stats_);
-  const std::vector<uint8_t> intact = store_.read(numbers, records);
-  if (std::find(intact.begin(), intact.end(), 0) == intact.end()) return;
+  const std::vector<uint8_t> readings = store_.read(numbers, records);
+  if (std::count(readings.begin(), readings.end(), kPageIntact) ==
+      static_cast<std::ptrdiff_t>(readings.size())) {
+    return;
+  }
   throw std::runtime_error("the map cannot be copied: " + store_.problem());
 }
 

@@ -56,11 +56,13 @@ std::string PageFile::write(uint64_t offset, const char* bytes, size_t size) {
   return "";
 }
 
-std::string PageFile::read(uint64_t offset, char* bytes, size_t size) const {
+std::string PageFile::read(uint64_t offset, char* bytes, size_t size, bool& is_short) const {
+  is_short = false;
   while (size > 0) {
     const ssize_t done = pread(file_, bytes, size, static_cast<off_t>(offset));
     if (done < 0 && errno == EINTR) continue;
     if (done <= 0) {
+      is_short = done == 0;
       return "cannot read from map/page_folder '" + printable(folder_) +
              "': " + (done < 0 ? textOf(errno) : std::string("the file has become shorter"));
     }

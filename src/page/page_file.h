@@ -19,7 +19,8 @@ class PageFile {
 
   /// @return what went wrong; empty: everything is written, or read.
   std::string write(uint64_t offset, const char* bytes, size_t size);
-  std::string read(uint64_t offset, char* bytes, size_t size) const;
+  /// @param is_short Set where the file has not so much: it will not come with another try.
+  std::string read(uint64_t offset, char* bytes, size_t size, bool& is_short) const;
 
   /// Gives the space beyond back to the disk, as far as it can.
   void truncate(uint64_t size);

@@ -33,10 +33,17 @@ PageStore::PageStore(const std::string& folder, uint64_t max_bytes)
       file_(folder),
       runs_(std::min<uint64_t>(max_bytes / kUnitBytes, UINT32_MAX)) {}
 
-bool PageStore::hasRoomFor(uint64_t bytes, bool with_reserve) const {
+uint64_t PageStore::room(bool with_reserve) const {
   constexpr uint64_t kMostReserve = uint64_t{32} << 20;
   const uint64_t reserve = with_reserve ? 0 : std::min(max_bytes_ / 8, kMostReserve);
-  return this->bytes() + bytes + reserve <= max_bytes_;
+  return max_bytes_ - std::min(max_bytes_, bytes() + reserve);
+}
+
+bool PageStore::hasRoomFor(uint64_t bytes, bool with_reserve) {
+  if (bytes <= room(with_reserve)) return true;
+  problem_ = kIsFull;
+  is_full_[with_reserve ? 1 : 0] = true;
+  return false;
 }
 
 bool PageStore::write(const std::vector<PagedBlock>& blocks, const std::vector<char>& records) {
@@ -109,22 +116,28 @@ std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers,
   std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
     return pages_[size(numbers[a])].first_unit < pages_[size(numbers[b])].first_unit;
   });
-  std::vector<uint8_t> intact(numbers.size(), 0);
+  std::vector<uint8_t> readings(numbers.size(), kPageDamaged);
   for (const size_t i : order) {
     const Page& page = pages_[size(numbers[i])];
     char* const record = records.data() + begins[i];
     const size_t bytes = begins[i + 1] - begins[i];
-    const std::string problem = file_.read(page.first_unit * kUnitBytes, record, bytes);
-    intact[i] = problem.empty() && XXH3_64bits(record, bytes) == page.checksum;
-    if (intact[i]) continue;
-    problem_ =
-        problem.empty() ? "what was read from map/page_folder is damaged; check the disk" : problem;
+    bool is_short;
+    const std::string problem = file_.read(page.first_unit * kUnitBytes, record, bytes, is_short);
+    if (!problem.empty()) {
+      problem_ = problem;
+      if (!is_short) readings[i] = kPageUnreadable;
+    } else if (XXH3_64bits(record, bytes) == page.checksum) {
+      readings[i] = kPageIntact;
+    } else {
+      problem_ = "what was read from map/page_folder is damaged; check the disk";
+    }
   }
-  return intact;
+  return readings;
 }
 
 void PageStore::release(const std::vector<int32_t>& numbers) {
   const uint64_t end = runs_.end();
+  is_full_[0] = is_full_[1] = false;
   for (const int32_t number : numbers) {
     const Page& page = pages_[size(number)];
     runs_.give(page.first_unit, unitsOf(page.block));

@@ -27,21 +27,34 @@ struct PagedBlock {
 /// Bytes of a block's voxels, colours and labels, one after the other.
 size_t recordBytes(const PagedBlock& block);
 
+/// What came of reading a block.
+enum PageReading : uint8_t {
+  kPageDamaged,    ///< It is not what was written, or the file ends before it.
+  kPageIntact,     ///< It is what was written.
+  kPageUnreadable  ///< The disk did not give it; it may the next time.
+};
+
 class PageStore {
  public:
   /// @throws std::runtime_error where the folder cannot be written.
   PageStore(const std::string& folder, uint64_t max_bytes);
 
-  /// Whether so much more may be written. An eighth of the space, at most 32 MiB, is a reserve for
-  /// what makes room for blocks that come back: a full disk would hold on to these else.
-  bool hasRoomFor(uint64_t bytes, bool with_reserve) const;
+  /// How much more may be written. An eighth of the space, at most 32 MiB, is a reserve for what
+  /// makes room for blocks that come back: a full disk would hold on to these else.
+  uint64_t room(bool with_reserve) const;
+
+  /// Whether so much more may be written; else problem() says why.
+  bool hasRoomFor(uint64_t bytes, bool with_reserve);
+
+  /// Whether there was no room, and nothing was released since: it need not be tried again.
+  bool isFull(bool with_reserve) const { return is_full_[with_reserve ? 1 : 0]; }
 
   /// Writes blocks, which hold what lies in `records` back to back.
   /// @return whether it did; else nothing has changed, and problem() says why.
   bool write(const std::vector<PagedBlock>& blocks, const std::vector<char>& records);
 
   /// Reads what blocks hold, back to back, by their numbers; they stay where they are.
-  /// @return for each whether it is what was written.
+  /// @return a PageReading for each.
   std::vector<uint8_t> read(const std::vector<int32_t>& numbers, std::vector<char>& records);
 
   /// Forgets blocks, by their numbers.
@@ -87,6 +100,7 @@ class PageStore {
   std::vector<Page> pages_;  ///< By number.
   std::vector<int32_t> free_numbers_;
   std::string problem_;
+  bool is_full_[2] = {false, false};  ///< Without and with the reserve.
 };
 
 }  // namespace dtsdf

@@ -113,9 +113,12 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
                 static_cast<unsigned long long>(pages.written),
                 static_cast<unsigned long long>(pages.read), pages.wait_ms / 1e3);
   }
-  if (!pages.problem.empty()) {
+  if (pages.lost > 0) {
     std::fprintf(stderr, "reconstruct: warning: %llu blocks were lost: %s\n",
                  static_cast<unsigned long long>(pages.lost), pages.problem.c_str());
+  } else if (pages.failures > 0) {
+    std::fprintf(stderr, "reconstruct: warning: map/page_folder failed %llu times: %s\n",
+                 static_cast<unsigned long long>(pages.failures), pages.problem.c_str());
   }
   if (result.map.refused_blocks > 0) {
     std::fprintf(stderr,

@@ -151,6 +151,21 @@ TEST_F(MapSessionTest, ARegionWithAProblemIsNoFailureOfTheBackend) {
   EXPECT_EQ(mapper_->cleared_regions, 0);
 }
 
+TEST_F(MapSessionTest, GoesOnWhereARegionIsClearedInPart) {
+  pushFrame();
+  work();
+  mapper_->clears_in_part = true;
+  EXPECT_THROW(session_.clearRegion(SphereRegion{{0, 0, 0}, 1.0}), PartlyCleared);
+  EXPECT_TRUE(session_.report().failure.empty());
+  clock_.advance(1.0);
+  const int meshes = mapper_->meshes;
+  work();
+  EXPECT_EQ(mapper_->meshes, meshes + 1) << "what could be cleared has gone from the mesh";
+  pushFrame();
+  work();
+  EXPECT_EQ(mapper_->frames, 2) << "mapping goes on";
+}
+
 TEST_F(MapSessionTest, NothingIsClearedAfterAFailure) {
   mapper_->fails_to_clear = true;
   EXPECT_THROW(session_.clearRegion(SphereRegion{{0, 0, 0}, 1.0}), std::runtime_error);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dtsdf_mapping/partly_cleared.h"
 #include "params/printable.h"
 
 namespace dtsdf {
@@ -210,15 +211,22 @@ std::string MapSession::bringMeshUpToDate() {
   return "";
 }
 
+void MapSession::noteCleared(const Region& region) {
+  if (parts_.log != nullptr) parts_.log->cleared(region);
+  schedule_.frameFused();  // the mesh and the report are as outdated as after a frame
+}
+
 ClearedRegion MapSession::clearRegion(const Region& region) {
   throwIfFailed();
   const std::string problem = findProblem(region);
   if (!problem.empty()) throw std::runtime_error(problem);  // the caller's, not the backend's
   try {
     const ClearedRegion cleared = mapper_->clearRegion(region);
-    if (parts_.log != nullptr) parts_.log->cleared(region);
-    schedule_.frameFused();  // the mesh and the report are as outdated as after a frame
+    noteCleared(region);
     return cleared;
+  } catch (const PartlyCleared&) {  // the disk failed, not the backend
+    noteCleared(region);
+    throw;
   } catch (const std::exception& error) {
     fail(errorText(error));
     throw;

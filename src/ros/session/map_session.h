@@ -111,6 +111,7 @@ class MapSession {
   IntegrationResult fuse(const DepthFrame& frame);
   void log(const PosedFrame& frame, const IntegrationResult& result);
   IntegrationResult paint(const ColourFrame& frame);
+  void noteCleared(const Region& region);
   void beginMesh();
   void finishMesh();
   void handSpaceOver();

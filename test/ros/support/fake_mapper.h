@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
+#include "dtsdf_mapping/partly_cleared.h"
 
 namespace dtsdf {
 
@@ -74,6 +75,7 @@ class FakeMapper : public Mapper {
   ClearedRegion clearRegion(const Region&) override {
     throwIf(fails_to_clear);
     ++cleared_regions;
+    if (clears_in_part) throw PartlyCleared("the disk");
     return {1, 1};
   }
 
@@ -108,6 +110,7 @@ class FakeMapper : public Mapper {
   std::string backendName() const override { return "fake"; }
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
+  bool clears_in_part = false;  ///< A region.
   bool has_space = false;
   std::function<Alignment(const DepthFrame&)> aligns;
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;

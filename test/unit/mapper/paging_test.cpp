@@ -1,7 +1,9 @@
 // A map that goes to disk where its budget is used up, and comes back: whatever the budget, it is
 // the map that it would be with more memory, to the last bit.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
@@ -9,7 +11,9 @@
 #include <optional>
 #include <tuple>
 
+#include "dtsdf_mapping/partly_cleared.h"
 #include "dtsdf_mapping/region.h"
+#include "engine/pager.h"
 #include "support/map_equality.h"
 #include "support/saved_maps.h"
 #include "support/temporary_folder.h"
@@ -270,6 +274,37 @@ TEST_F(Paging, LoadsMapsBeyondTheBudget) {
   EXPECT_EQ(resumed->stats().refused_blocks, 0u);
 }
 
+/// To both walls across the corridor, at two places, and a step further.
+TEST_F(Paging, WritesWhatIsOldestFirst) {
+  const auto see = [](ProbedMapper& mapper, double x_m, double aside) {
+    const Eigen::Vector3d eye(x_m, 0.0, 0.0);
+    const Eigen::Isometry3d pose =
+        lookAt(eye, eye + Eigen::Vector3d(0.0, aside, 0.0), Eigen::Vector3d::UnitZ());
+    Scene scene;
+    scene.add(Room{{-1.5, -1.2, -0.9}, {15.0, 1.2, 0.9}});
+    const SceneFrame image = renderFrame(scene, pose, 96, 72);
+    ASSERT_EQ(mapper.integrate(image.view()).status, FrameStatus::kFused);
+  };
+  for (const double way : {1.0, -1.0}) {  // what is mapped second has the greater or lesser keys
+    const auto mapper = makeProbedMapper(paged(paramsOf(Way()), 2, folder_.path()));
+    for (const double x_m : {6.0 - 4.0 * way, 6.0 + 4.0 * way}) {
+      for (const double aside : {1.0, -1.0}) ASSERT_NO_FATAL_FAILURE(see(*mapper, x_m, aside));
+    }
+    ASSERT_EQ(mapper->stats().pages.written, 0u);
+    ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0, 1.0));
+    ASSERT_GT(mapper->stats().pages.written, 0u) << "else nothing is tested";
+    for (const double aside : {1.0, -1.0}) {
+      ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0 + 4.0 * way, aside));
+    }
+    EXPECT_EQ(mapper->stats().pages.read, 0u) << "what was mapped before has gone";
+  }
+}
+
+TEST(Spare, IsAShareOfSmallBudgetsAndBoundedForGreatOnes) {
+  EXPECT_EQ(spareBytes(size_t{64} << 20), size_t{4} << 20);
+  EXPECT_EQ(spareBytes(size_t{64} << 30), size_t{16} << 20) << "no frame writes gigabytes";
+}
+
 TEST_F(Paging, EndsWithTheMap) {
   Tour near(Way(), paged(paramsOf(Way()), 5, folder_.path()));
   near.go();
@@ -312,24 +347,75 @@ TEST_F(Paging, GoesOnWithWhatFits) {
     EXPECT_LE(stats.map_bytes_peak, stats.max_map_bytes);
     EXPECT_LE(stats.pages.bytes, size_t(0.003 * (1 << 30)) + (disk_is_full ? 0 : 1 << 30));
     EXPECT_EQ(stats.pages.lost, 0u);
+    EXPECT_EQ(stats.pages.failures > 0, disk_is_full);
+    EXPECT_EQ(stats.pages.problem.find("map/page_max_gb") != std::string::npos, disk_is_full)
+        << stats.pages.problem;
     EXPECT_EQ(near.mapper().contents().blocks.size(), stats.blocks + stats.pages.blocks);
   }
+}
+
+/// While it is alive, this process cannot make files longer.
+class DiskThatRefuses {
+ public:
+  DiskThatRefuses() {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit none{0, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &none);
+  }
+  ~DiskThatRefuses() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+/// What can come back is cleared, and what is known of space goes with it; it is said that there is
+/// more.
+TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
+  Way way;
+  way.space = true;
+  Tour near(way, paged(paramsOf(way), 4, folder_.path()));
+  near.go(0, 9);
+  BoxRegion region;
+  region.size_m = Eigen::Vector3d(2.0, 3.0, 2.0);
+  const auto free_cells = [&] {
+    size_t count = 0;
+    for (const SpaceCell& cell : near.mapper().space()->cells()) {
+      const bool is_inside = std::abs(cell.cell.x) * near.mapper().space()->cellSize_m() < 0.5;
+      count += is_inside && cell.state == CellState::kFree ? 1 : 0;
+    }
+    return count;
+  };
+  ASSERT_GT(free_cells(), 0u);
+  {
+    const DiskThatRefuses disk;
+    near.go(9, 14);
+    ASSERT_GT(near.mapper().stats().pages.failures, 0u);
+    EXPECT_THROW(near.mapper().clearRegion(region), PartlyCleared);
+  }
+  EXPECT_EQ(free_cells(), 0u);
+  near.go(14, kFrames);
+  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u) << "it can be cleared again";
+  const MapContents contents = near.mapper().contents();
+  EXPECT_EQ(near.mapper().clearRegion(region).voxels, 0u);
+  const auto anew = makeProbedMapper(paramsOf(way), Rules(), contents);
+  EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)));
 }
 
 /// While the disk refuses, what does not fit is refused, and what was mapped stays.
 TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
   near.go(0, 8);
+  near.updateMesh();
   const size_t blocks = near.mapper().contents().blocks.size();
   ASSERT_EQ(near.mapper().stats().refused_blocks, 0u);
   {
-    std::signal(SIGXFSZ, SIG_IGN);
-    rlimit before{};
-    getrlimit(RLIMIT_FSIZE, &before);
-    const rlimit none{0, before.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &none);
+    const DiskThatRefuses disk;
     near.go(8, 14);
-    setrlimit(RLIMIT_FSIZE, &before);
+    near.go(0, 7);  // next to blocks that cannot come back
+    const uint64_t counted = near.mapper().stats().refused_blocks;
+    near.updateMesh();
+    EXPECT_GT(near.mapper().stats().refused_blocks, counted) << "that is to be done again";
   }
   MapStats stats = near.mapper().stats();
   EXPECT_GT(stats.refused_blocks, 0u);
@@ -337,12 +423,44 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   EXPECT_NE(stats.pages.problem.find("map/page_folder"), std::string::npos);
   EXPECT_EQ(stats.pages.lost, 0u);
   EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "nothing is lost";
+  for (int i = 0; i < 32; ++i) near.updateMesh();  // until the disk is tried again
+  const auto anew = makeProbedMapper(paramsOf(Way()), Rules(), near.mapper().contents());
+  const uint64_t counted = near.mapper().stats().refused_blocks;
+  EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m))) << "meshes made meanwhile as well";
+  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "all came back";
   near.go(14, kFrames);
   near.go(kWayOut, kFrames);
   const uint64_t refused = near.mapper().stats().refused_blocks;
   near.go(0, kFrames);
   stats = near.mapper().stats();
   EXPECT_EQ(stats.refused_blocks, refused) << "the disk is used again";
+}
+
+/// What cannot be read now is not lost: it comes back when the disk does.
+TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
+  Tour near(Way(), paged(paramsOf(Way()), 4, folder_.path()));
+  near.go(0, kWayOut);
+  near.updateMesh();
+  const size_t blocks = near.mapper().contents().blocks.size();
+  int file = -1;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code error;
+    const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
+    if (!error && target.rfind(folder_.path(), 0) == 0) {
+      file = std::stoi(entry.path().filename().string());
+    }
+  }
+  ASSERT_GE(file, 0);
+  const int kept = dup(file), directory = open("/", O_RDONLY | O_CLOEXEC);
+  ASSERT_EQ(dup2(directory, file), file);  // cannot be read, nor written
+  near.go(0, 2);
+  ASSERT_EQ(dup2(kept, file), file);
+  close(kept);
+  close(directory);
+  const MapStats stats = near.mapper().stats();
+  EXPECT_EQ(stats.pages.lost, 0u);
+  EXPECT_GT(stats.pages.failures, 0u);
+  EXPECT_GE(near.mapper().contents().blocks.size(), blocks);
 }
 
 /// A page that is damaged is lost, which is counted; its mesh goes, and frames map anew there.

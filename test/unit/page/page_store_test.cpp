@@ -137,11 +137,16 @@ TEST_F(PageStoreTest, IsFullAtItsLimit) {
   ASSERT_TRUE(store.write(blocks, randomRecords(blocks, 1)));
   EXPECT_TRUE(store.hasRoomFor((400 << 10) - store.bytes(), true));
   EXPECT_FALSE(store.hasRoomFor((400 << 10) - store.bytes(), false)) << "that is the reserve";
+  EXPECT_TRUE(store.isFull(false));
+  EXPECT_FALSE(store.isFull(true));
+  EXPECT_NE(store.problem().find("map/page_max_gb"), std::string::npos) << store.problem();
   const uint64_t bytes = store.bytes();
   EXPECT_FALSE(store.write(more, randomRecords(more, 1)));
   EXPECT_NE(store.problem().find("map/page_max_gb"), std::string::npos) << store.problem();
   EXPECT_EQ(store.bytes(), bytes) << "nothing has changed";
   EXPECT_EQ(store.count(), blocks.size());
+  store.release({store.find(blocks[0].key)});
+  EXPECT_FALSE(store.isFull(false)) << "now it may be tried again";
 }
 
 /// A disk without space, as a limit of the process makes one.

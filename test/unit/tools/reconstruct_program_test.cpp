@@ -100,6 +100,16 @@ TEST_F(ReconstructProgram, WarnsOfAScaleThatIsHardlyRight) {
       << outcome.err;
 }
 
+TEST_F(ReconstructProgram, SaysThatTheFolderOfPagesIsFullAndThatNothingIsLost) {
+  const Outcome outcome =
+      run(tum_option_ + "--mesh " + (out_ / "mesh.ply") + " --set map/voxel_size_m=0.02 " +
+          "--set map/max_memory_mb=1 --set map/page_max_gb=0.001 --set map/page_folder=" +
+          (out_ / "pages"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("map/page_max_gb"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("lost"), std::string::npos) << outcome.err;
+}
+
 TEST_F(ReconstructProgram, SavesTheSameBytesHoweverItIsRun) {
   const std::string mesh = meshOf("--threads 1");
   EXPECT_EQ(meshOf("--threads 1"), mesh);

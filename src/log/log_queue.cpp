@@ -73,19 +73,19 @@ void LogQueue::add(const LogCorrection& correction) {
   push(std::move(entry));
 }
 
-std::future<std::optional<uint64_t>> LogQueue::mark() {
+std::future<std::optional<LogMark>> LogQueue::mark() {
   Entry entry;
   entry.mark.emplace();
-  std::future<std::optional<uint64_t>> number = entry.mark->get_future();
+  std::future<std::optional<LogMark>> mark = entry.mark->get_future();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (has_gap_) {
       entry.mark->set_value(std::nullopt);
-      return number;
+      return mark;
     }
   }
   push(std::move(entry));
-  return number;
+  return mark;
 }
 
 void LogQueue::push(Entry entry) {
@@ -125,8 +125,7 @@ void LogQueue::loop() {
 
 void LogQueue::take(Entry& entry) {
   if (entry.mark) {
-    entry.mark->set_value(log_.isWhole() ? std::optional<uint64_t>(log_.nextNumber())
-                                         : std::nullopt);
+    entry.mark->set_value(log_.isWhole() ? std::optional<LogMark>(log_.mark()) : std::nullopt);
     return;
   }
   if (entry.begins) {

@@ -115,6 +115,8 @@ std::optional<MapCorrection::Corrected> MapCorrection::step(const MapStats& live
 
 void MapCorrection::openLog() {
   if (!isMarked()) return;
+  const Mark mark = waiting_.front().mark.get();
+  life_ = mark ? mark->life : 0;
   opening_ = std::async(std::launch::async, open, log_.folder(), run_);
 }
 
@@ -132,9 +134,12 @@ void MapCorrection::takeOpened() {
   if (in_vain) refusion_.reset();
 }
 
+/// One of a log that has begun anew waits until the others are refused, which lack the rest.
 void MapCorrection::join() {
   while (!is_closed_ && isMarked()) {
     Pending& next = waiting_.front();
+    const Mark mark = next.mark.get();
+    if (mark && mark->life > life_) throw std::runtime_error(gapOf(log_.report()));
     try {
       if (joins(next)) joined_.push_back(std::move(next));
     } catch (const std::exception& error) {
@@ -145,9 +150,7 @@ void MapCorrection::join() {
 }
 
 bool MapCorrection::joins(Pending& next) {
-  const Number number = next.mark.get();
-  if (!number) throw std::runtime_error(gapOf(log_.report()));
-  next.correction.before = *number;
+  next.correction.before = numberOf(next.mark.get());
   next.effect = refusion_->effectOf(next.correction);
   if (next.effect.moved == 0 ||
       std::max(next.effect.farthest_m, next.effect.farthest_rad) < next.request.least) {
@@ -166,11 +169,15 @@ bool MapCorrection::joins(Pending& next) {
 
 /// While it waits, nothing is added to the log.
 bool MapCorrection::hasCaughtUp() {
-  std::future<Number> mark = log_.mark();
+  std::future<Mark> mark = log_.mark();
   if (mark.wait_for(kLogWait) != std::future_status::ready) return false;
-  const Number number = mark.get();
-  if (!number) throw std::runtime_error(gapOf(log_.report()));
-  return *number == refusion_->nextNumber();
+  return numberOf(mark.get()) == refusion_->nextNumber();
+}
+
+/// Of a mark in the log that is open: one that has begun anew since counts anew.
+uint64_t MapCorrection::numberOf(const Mark& mark) const {
+  if (mark && mark->life == life_) return mark->number;
+  throw std::runtime_error(gapOf(log_.report()));
 }
 
 void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {

@@ -86,11 +86,11 @@ class MapCorrection {
   CorrectionReport report() const;
 
  private:
-  using Number = std::optional<uint64_t>;
+  using Mark = std::optional<LogMark>;
   struct Pending {
     Request request;
     LogCorrection correction;
-    std::shared_future<Number> mark;  ///< Gives `correction.before`.
+    std::shared_future<Mark> mark;  ///< Gives `correction.before`.
     SteadyTime came;
     CorrectionEffect effect = {};
   };
@@ -102,6 +102,7 @@ class MapCorrection {
   void join();
   bool joins(Pending& next);
   bool hasCaughtUp();
+  uint64_t numberOf(const Mark& mark) const;
   void answer(const Pending& pending, const std::string& message);
   void refuse(const Pending& pending, const std::string& reason);
   void noteProgress();
@@ -111,6 +112,7 @@ class MapCorrection {
   std::deque<Pending> waiting_;  ///< In the order that they came in.
   std::future<std::unique_ptr<Refusion>> opening_;
   bool is_opening_in_vain_ = false;  ///< As the map is another one by now.
+  uint64_t life_ = 0;                ///< Of the log, when it was opened.
   std::unique_ptr<Refusion> refusion_;
   std::vector<Pending> joined_;                        ///< That `refusion_` is of.
   bool has_started_over_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.

@@ -326,6 +326,21 @@ TEST_F(MapCorrectionTest, OneOfALogBegunAnewDoesNotJoinWhatCameBefore) {
   expectMapOf(poses);
 }
 
+/// What one under way has moved already is there only once that is.
+TEST_F(MapCorrectionTest, ThatNothingMovesIsAnsweredOnceTheMapIsThere) {
+  begin();
+  correct(corrected(0.0));
+  correct(corrected(0.0));
+  workUntilFusedAgain(3);
+  EXPECT_TRUE(answers_.empty());
+  EXPECT_EQ(correction_.report().waiting, 2u);
+  workUntilAnswered(2);
+  EXPECT_EQ(answers_[0].moved, static_cast<size_t>(kBefore - 1)) << answers_[0].message;
+  EXPECT_TRUE(answers_[1].success);
+  EXPECT_EQ(answers_[1].message, "no frame moves");
+  expectMapOf(truths(kBefore));
+}
+
 TEST_F(MapCorrectionTest, WhatMovesTooLittleIsLeft) {
   begin();
   std::vector<StampedPose> nearly = corrected(1.0);

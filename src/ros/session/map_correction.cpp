@@ -149,12 +149,14 @@ void MapCorrection::join() {
   }
 }
 
+/// Where nothing more moves it is answered with those before it, by which it may be so.
 bool MapCorrection::joins(Pending& next) {
   next.correction.before = numberOf(next.mark.get());
   next.effect = refusion_->effectOf(next.correction);
   if (next.effect.moved == 0 ||
       std::max(next.effect.farthest_m, next.effect.farthest_rad) < next.request.least) {
     next.effect = {};
+    if (!joined_.empty()) return true;
     answer(next, kNothingMoves);
     return false;
   }
@@ -185,6 +187,10 @@ void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {
   T_W_S_ = refusion_->motion() * T_W_S_;
   fused_ = refusion_->firstCamera();
   for (const Pending& pending : joined_) {
+    if (pending.effect.moved == 0) {
+      answer(pending, kNothingMoves);
+      continue;
+    }
     std::ostringstream text;
     text << describe(pending.effect) << "; " << refusion_->fused() << " fused again in "
          << std::round(100.0 * secondsSince(pending.came)) / 100.0 << " s";

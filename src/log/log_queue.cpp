@@ -1,6 +1,7 @@
 #include "log/log_queue.h"
 
 #include <exception>
+#include <type_traits>
 #include <utility>
 
 #include "params/printable.h"
@@ -40,7 +41,10 @@ void LogQueue::addImage(const Frame& frame, double stamp_s, uint32_t camera,
   Entry entry;
   entry.bytes = frame.row_bytes * static_cast<size_t>(frame.height);
   entry.write = [frame, stamp_s, camera, pixels = std::move(pixels)](FrameLog& log) {
-    log.add(toRecord(frame, stamp_s, camera), stamp_s);
+    const LogRecord record = toRecord(frame, stamp_s, camera);
+    // Corrections name the first camera's images: others need not have stamps in their order.
+    if (std::is_same_v<Frame, DepthFrame> && camera == 0) return log.add(record, stamp_s);
+    log.add(record);
   };
   push(std::move(entry));
 }

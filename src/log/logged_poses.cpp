@@ -14,9 +14,7 @@ bool isDepthOfFirst(const LoggedPoses::Item& item) {
 void checkReach(const LogCorrection& correction, double first_s) {
   for (const StampedPose& pose : correction.poses) {
     if (pose.stamp_s >= first_s - PoseCorrection::kSameStamp_s) continue;
-    throw std::runtime_error("the correction reaches back to " + std::to_string(pose.stamp_s) +
-                             " s, but the log holds images from " + std::to_string(first_s) +
-                             " s on; raise log/max_gb, or correct what is later");
+    throw std::runtime_error(reachesBack(pose.stamp_s, first_s));
   }
 }
 
@@ -30,6 +28,12 @@ void note(const LoggedPoses::Item& item, const Eigen::Isometry3d& T_W_C, Correct
 }
 
 }  // namespace
+
+std::string reachesBack(double stamp_s, double first_s) {
+  return "the correction reaches back to " + std::to_string(stamp_s) +
+         " s, but the log holds images from " + std::to_string(first_s) +
+         " s on; raise log/max_gb, or correct what is later";
+}
 
 void LoggedPoses::add(LogEntry entry) {
   Item item;

@@ -341,6 +341,42 @@ TEST_F(MapCorrectionTest, ThatNothingMovesIsAnsweredOnceTheMapIsThere) {
   expectMapOf(truths(kBefore));
 }
 
+/// As in the path of a SLAM, which names all that it has ever seen.
+TEST_F(MapCorrectionTest, WhatTheLogNoLongerHasIsNamedButDoesNotMove) {
+  begin();
+  loseFromLog();
+  for (int i = kBefore; i < kCount; ++i) push(i, drifted(i));
+  work();
+  std::vector<Eigen::Isometry3d> poses = drift(kCount);
+  const auto path = [&] {
+    std::vector<StampedPose> path;
+    for (int i = 0; i < kCount; ++i) {
+      path.push_back({stampOf(i).toSec(), poses[static_cast<size_t>(i)]});
+    }
+    return path;
+  };
+  correct({{7.0, truth(0)}});
+  workUntilAnswered();  // by then all is on the disk
+  for (int i = kBefore + 1; i < kCount; ++i) poses[static_cast<size_t>(i)] = truth(i);
+  correct(path());
+  workUntilAnswered(2);
+  ASSERT_TRUE(answers_[1].success) << answers_[1].message;
+  EXPECT_EQ(answers_[1].moved, static_cast<size_t>(kCount - kBefore - 1));
+  expectMapOf(poses);
+
+  std::vector<StampedPose> far = path();
+  far[3].T_W_C.translation().x() += 0.1;
+  correct(far);
+  ASSERT_EQ(answers_.size(), 3u) << "without the log";
+  EXPECT_FALSE(answers_[2].success);
+  EXPECT_NE(answers_[2].message.find("reaches back to 100.3"), std::string::npos)
+      << answers_[2].message;
+  far.resize(3);
+  correct(far);
+  ASSERT_EQ(answers_.size(), 4u);
+  EXPECT_EQ(answers_[3].message, "no frame moves");
+}
+
 TEST_F(MapCorrectionTest, WhatMovesTooLittleIsLeft) {
   begin();
   std::vector<StampedPose> nearly = corrected(1.0);

@@ -66,12 +66,28 @@ void MapCorrection::add(Request request, const MapStats& live) {
 }
 
 /// Known without the log: a SLAM may say every second that nothing has changed.
-bool MapCorrection::isForNothing(const Request& request) const {
+bool MapCorrection::isForNothing(Request& request) const {
   if (!log_.hasImages() || fused_.empty()) {
     throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
   }
-  const double farthest = PoseCorrection(request.poses, fused_).farthest();
-  return waiting_.empty() && joined_.empty() && farthest < request.least;
+  const PoseCorrection correction(request.poses, fused_);
+  leaveOutLost(correction, request);
+  if (request.poses.empty()) return true;
+  return waiting_.empty() && joined_.empty() && correction.farthest() < request.least;
+}
+
+/// What is older than the log cannot move; a SLAM's path names it all the same. Not once a
+/// recording has begun anew: the log may hold all of it, behind later stamps.
+void MapCorrection::leaveOutLost(const PoseCorrection& correction, Request& request) const {
+  const std::optional<double> first_s = log_.report().first_stamp_s;
+  if (!first_s || has_begun_anew_) return;
+  const double from_s = *first_s - PoseCorrection::kSameStamp_s;
+  const std::optional<double> moved_s =
+      correction.firstMoved_s(std::max(request.least, PoseCorrection::kLeast));
+  if (moved_s && *moved_s < from_s) throw std::runtime_error(reachesBack(*moved_s, *first_s));
+  const auto isLost = [&](const StampedPose& pose) { return pose.stamp_s < from_s; };
+  std::vector<StampedPose>& poses = request.poses;
+  poses.erase(std::remove_if(poses.begin(), poses.end(), isLost), poses.end());
 }
 
 bool MapCorrection::isMarked() const { return !waiting_.empty() && isReady(waiting_.front().mark); }
@@ -185,7 +201,7 @@ uint64_t MapCorrection::numberOf(const Mark& mark) const {
 void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {
   for (const LogCorrection& correction : refusion_->corrections()) log_.corrected(correction);
   T_W_S_ = refusion_->motion() * T_W_S_;
-  fused_ = refusion_->firstCamera();
+  updateFused();
   for (const Pending& pending : joined_) {
     if (pending.effect.moved == 0) {
       answer(pending, kNothingMoves);
@@ -205,6 +221,16 @@ void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {
                  [map = std::shared_ptr<Mapper>(std::move(replaced))]() mutable { map.reset(); });
 }
 
+/// What the log no longer has stays where it is.
+void MapCorrection::updateFused() {
+  std::vector<StampedPose> fused = refusion_->firstCamera();
+  const double from_s = fused.front().stamp_s - PoseCorrection::kSameStamp_s;
+  const auto logged = std::find_if(fused_.begin(), fused_.end(),
+                                   [&](const StampedPose& pose) { return pose.stamp_s >= from_s; });
+  fused.insert(fused.begin(), fused_.begin(), logged);
+  fused_ = std::move(fused);
+}
+
 void MapCorrection::giveUp(const std::string& reason) {
   for (const Pending& pending : joined_) refuse(pending, reason);
   for (const Pending& pending : waiting_) refuse(pending, reason);
@@ -213,6 +239,7 @@ void MapCorrection::giveUp(const std::string& reason) {
   refusion_.reset();
   is_opening_in_vain_ = opening_.valid();
   fused_.clear();
+  has_begun_anew_ = false;
   T_W_S_ = Eigen::Isometry3d::Identity();
   noteProgress();
 }
@@ -239,7 +266,10 @@ void MapCorrection::wasFused(const PosedFrame& frame) {
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth == nullptr || frame.camera != 0) return;
   const double stamp_s = frame.stamp.toSec();
-  if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
+  if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) {
+    fused_.clear();
+    has_begun_anew_ = true;
+  }
   if (fused_.empty() || stamp_s > fused_.back().stamp_s) fused_.push_back({stamp_s, depth->T_W_C});
 }
 

@@ -95,11 +95,13 @@ class MapCorrection {
     CorrectionEffect effect = {};
   };
 
-  bool isForNothing(const Request& request) const;
+  bool isForNothing(Request& request) const;
+  void leaveOutLost(const PoseCorrection& correction, Request& request) const;
   bool isMarked() const;
   void openLog();
   void takeOpened();
   void join();
+  void updateFused();
   bool joins(Pending& next);
   bool hasCaughtUp();
   uint64_t numberOf(const Mark& mark) const;
@@ -120,6 +122,7 @@ class MapCorrection {
 
   // Of the first camera.
   std::vector<StampedPose> fused_;  ///< Of the newest recording, with rising stamps.
+  bool has_begun_anew_ = false;     ///< That is not the first one of the map.
   GivenMotion given_;
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From where frames are given.
 

@@ -325,6 +325,20 @@ TEST(LogQueue, AFullDiskIsCountedAndTheLogBeginsAnewOnceThereIsRoom) {
   EXPECT_FALSE(reader.next());
 }
 
+TEST(LogQueue, CanBeCorrectedFromTheFirstCamerasFirstDepthImageOn) {
+  const TemporaryFolder folder;
+  const SceneFrame frame = roomImages(1)[0];
+  const auto pixels = std::make_shared<std::vector<float>>(frame.depth_m);
+  LogQueue queue({logOptions(folder.path()), 1u << 30, std::chrono::seconds(0)});
+  queue.begin(someBegin(), nullptr);
+  queue.add(frame.view(), 1.0, 1, pixels);
+  ASSERT_TRUE(queue.mark().get());
+  EXPECT_FALSE(queue.report().first_stamp_s);
+  queue.add(frame.view(), 2.0, 0, pixels);
+  ASSERT_TRUE(queue.mark().get());
+  EXPECT_EQ(queue.report().first_stamp_s, 2.0);
+}
+
 TEST(LogQueue, WhatTheDiskIsTooSlowForIsCounted) {
   const TemporaryFolder folder;
   const SceneFrame frame = roomImages(1)[0];

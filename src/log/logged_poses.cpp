@@ -60,10 +60,9 @@ Eigen::Isometry3d LoggedPoses::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.image.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();
   if (isDepthOfFirst(item)) {
-    running.is_taken_over =
-        running.is_taken_over || running.given.beginsAnew(given) ||
-        (!is_named && running.given.isMovedBy(running.poses.lastMotion(), given));
-    running.given.add(given);
+    const Eigen::Isometry3d motion =
+        is_named ? Eigen::Isometry3d::Identity() : running.poses.lastMotion();
+    if (running.given.takesOver(motion, given)) running.is_taken_over = true;
   }
   if (running.is_taken_over) return item.T_W_C;
   return running.poses.correct(given.stamp_s, item.T_W_C);

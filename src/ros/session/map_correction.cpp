@@ -248,10 +248,7 @@ void MapCorrection::place(PosedFrame& frame) {
   auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth != nullptr && frame.camera == 0) {
     const StampedPose given{frame.stamp.toSec(), depth->T_W_C};
-    if (given_.beginsAnew(given) || given_.isMovedBy(T_W_S_, given)) {
-      T_W_S_ = Eigen::Isometry3d::Identity();
-    }
-    given_.add(given);
+    if (given_.takesOver(T_W_S_, given)) T_W_S_ = Eigen::Isometry3d::Identity();
     const std::lock_guard<std::mutex> lock(mutex_);
     if (report_.camera_frame != frame.frame_id) report_.camera_frame = frame.frame_id;
   }

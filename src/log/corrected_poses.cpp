@@ -87,13 +87,22 @@ PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
                            describe(sorted.poses()) + ", the images of " + describe(fused));
 }
 
+double PoseCorrection::Anchor::distance() const {
+  const Eigen::Isometry3d T = from.inverse() * to;
+  return std::max(T.translation().norm(), Eigen::AngleAxisd(T.linear()).angle());
+}
+
 double PoseCorrection::farthest() const {
   double farthest = 0.0;
-  for (const Anchor& anchor : anchors_) {
-    const Eigen::Isometry3d T = anchor.from.inverse() * anchor.to;
-    farthest = std::max({farthest, T.translation().norm(), Eigen::AngleAxisd(T.linear()).angle()});
-  }
+  for (const Anchor& anchor : anchors_) farthest = std::max(farthest, anchor.distance());
   return farthest;
+}
+
+std::optional<double> PoseCorrection::firstMoved_s(double least) const {
+  for (const Anchor& anchor : anchors_) {
+    if (anchor.distance() >= least) return anchor.stamp_s;
+  }
+  return std::nullopt;
 }
 
 Eigen::Isometry3d PoseCorrection::moved(const Anchor& anchor,

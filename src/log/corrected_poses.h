@@ -37,6 +37,8 @@ class PoseCorrection {
 
   /// How far the farthest of them moves, in metres or radians.
   double farthest() const;
+  /// Stamp of the first of them that moves at least so far; nothing if none does.
+  std::optional<double> firstMoved_s(double least) const;
 
   /// Corrected poses that belong to images.
   size_t matched() const { return anchors_.size(); }
@@ -52,6 +54,7 @@ class PoseCorrection {
   struct Anchor {
     double stamp_s;
     Eigen::Isometry3d from, to;  ///< T_W_C of the image, as fused and corrected.
+    double distance() const;     ///< In metres or radians, whichever is more.
   };
 
   Eigen::Isometry3d moved(const Anchor& anchor, const Eigen::Isometry3d& T_W_C) const;

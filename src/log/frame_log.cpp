@@ -68,7 +68,10 @@ void FrameLog::begin(LogBegin begin, const MapContents* map) {
   begin.continues = begin.continues && was_whole;
   begin.stands_for_lost = begin.stands_for_lost && !begin.continues;
   begin.has_map = map != nullptr;
-  if (!begin.continues) number_ = 0;
+  if (!begin.continues) {
+    ++life_;
+    number_ = 0;
+  }
   for (Stretch& stretch : stretches_) {
     stretch.is_of_this_map = stretch.is_of_this_map && begin.continues;
   }

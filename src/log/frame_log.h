@@ -18,6 +18,12 @@ namespace dtsdf {
 /// write(2), or what stands for it in tests.
 using LogWrite = std::function<ssize_t(int descriptor, const void* data, size_t bytes)>;
 
+/// A place in the log.
+struct LogMark {
+  uint64_t life = 0;    ///< Counts how often the log has begun anew, and the numbers with it.
+  uint64_t number = 0;  ///< Of the record that comes there.
+};
+
 /// One thread at a time. Each record goes to its file by one write, so that a process that is
 /// killed leaves all of them but the one that it was writing.
 ///
@@ -62,6 +68,8 @@ class FrameLog {
 
   /// The number that the next record gets.
   uint64_t nextNumber() const { return number_; }
+  /// Where that comes.
+  LogMark mark() const { return {life_, number_}; }
 
   uint64_t bytes() const;
 
@@ -93,7 +101,7 @@ class FrameLog {
   int descriptor_ = -1;  ///< Of the segment that is written; -1: there is none.
   std::string segment_path_;
   uint64_t segment_index_ = 0, segment_bytes_ = 0, next_stretch_ = 1;
-  uint64_t number_ = 0;
+  uint64_t life_ = 0, number_ = 0;
   std::deque<Stretch> stretches_;
 };
 

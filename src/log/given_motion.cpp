@@ -20,6 +20,12 @@ void GivenMotion::add(const StampedPose& given) {
   newest_ = given;
 }
 
+bool GivenMotion::takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
+  const bool takes_over = beginsAnew(given) || isMovedBy(T_W_S, given);
+  add(given);
+  return takes_over;
+}
+
 /// What is expected, in the frame of the newest pose: the motion of before, for as long.
 Eigen::Isometry3d GivenMotion::motionTo(double stamp_s) const {
   if (!before_ || newest_->stamp_s <= before_->stamp_s) return Eigen::Isometry3d::Identity();

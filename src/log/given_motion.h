@@ -16,6 +16,10 @@ class GivenMotion {
 
   void add(const StampedPose& given);
 
+  /// Adds a pose. @return whether the source of poses has taken over with it what `T_W_S` moves: a
+  /// recording begins anew, or it is moved.
+  bool takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
+
   /// Whether the next pose continues the motion from where `T_W_S` moves the newest one to, rather
   /// than from where that one was given.
   bool isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& next) const;

@@ -1,6 +1,7 @@
 #include "log/log_queue.h"
 
 #include <exception>
+#include <type_traits>
 #include <utility>
 
 #include "params/printable.h"
@@ -40,7 +41,10 @@ void LogQueue::addImage(const Frame& frame, double stamp_s, uint32_t camera,
   Entry entry;
   entry.bytes = frame.row_bytes * static_cast<size_t>(frame.height);
   entry.write = [frame, stamp_s, camera, pixels = std::move(pixels)](FrameLog& log) {
-    log.add(toRecord(frame, stamp_s, camera), stamp_s);
+    const LogRecord record = toRecord(frame, stamp_s, camera);
+    // Corrections name the first camera's images: others need not have stamps in their order.
+    if (std::is_same_v<Frame, DepthFrame> && camera == 0) return log.add(record, stamp_s);
+    log.add(record);
   };
   push(std::move(entry));
 }
@@ -73,19 +77,19 @@ void LogQueue::add(const LogCorrection& correction) {
   push(std::move(entry));
 }
 
-std::future<std::optional<uint64_t>> LogQueue::mark() {
+std::future<std::optional<LogMark>> LogQueue::mark() {
   Entry entry;
   entry.mark.emplace();
-  std::future<std::optional<uint64_t>> number = entry.mark->get_future();
+  std::future<std::optional<LogMark>> mark = entry.mark->get_future();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (has_gap_) {
       entry.mark->set_value(std::nullopt);
-      return number;
+      return mark;
     }
   }
   push(std::move(entry));
-  return number;
+  return mark;
 }
 
 void LogQueue::push(Entry entry) {
@@ -125,8 +129,7 @@ void LogQueue::loop() {
 
 void LogQueue::take(Entry& entry) {
   if (entry.mark) {
-    entry.mark->set_value(log_.isWhole() ? std::optional<uint64_t>(log_.nextNumber())
-                                         : std::nullopt);
+    entry.mark->set_value(log_.isWhole() ? std::optional<LogMark>(log_.mark()) : std::nullopt);
     return;
   }
   if (entry.begins) {

@@ -58,16 +58,16 @@ class LogQueue {
   /// Whether a new stretch should begin, with the contents of the map.
   bool wantsMap() const;
 
-  /// The number that the next record gets, once all before it are written; nothing if some of them
-  /// could not be.
-  std::future<std::optional<uint64_t>> mark();
+  /// Where the next record comes, once all before it are written; nothing if some of them could not
+  /// be.
+  std::future<std::optional<LogMark>> mark();
 
   LogReport report() const;
 
  private:
   struct Entry {
     std::function<void(FrameLog&)> write;
-    std::optional<std::promise<std::optional<uint64_t>>> mark;
+    std::optional<std::promise<std::optional<LogMark>>> mark;
     size_t bytes = 0;
     bool begins = false;
   };

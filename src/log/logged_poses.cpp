@@ -14,9 +14,7 @@ bool isDepthOfFirst(const LoggedPoses::Item& item) {
 void checkReach(const LogCorrection& correction, double first_s) {
   for (const StampedPose& pose : correction.poses) {
     if (pose.stamp_s >= first_s - PoseCorrection::kSameStamp_s) continue;
-    throw std::runtime_error("the correction reaches back to " + std::to_string(pose.stamp_s) +
-                             " s, but the log holds images from " + std::to_string(first_s) +
-                             " s on; raise log/max_gb, or correct what is later");
+    throw std::runtime_error(reachesBack(pose.stamp_s, first_s));
   }
 }
 
@@ -30,6 +28,12 @@ void note(const LoggedPoses::Item& item, const Eigen::Isometry3d& T_W_C, Correct
 }
 
 }  // namespace
+
+std::string reachesBack(double stamp_s, double first_s) {
+  return "the correction reaches back to " + std::to_string(stamp_s) +
+         " s, but the log holds images from " + std::to_string(first_s) +
+         " s on; raise log/max_gb, or correct what is later";
+}
 
 void LoggedPoses::add(LogEntry entry) {
   Item item;
@@ -56,10 +60,9 @@ Eigen::Isometry3d LoggedPoses::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.image.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();
   if (isDepthOfFirst(item)) {
-    running.is_taken_over =
-        running.is_taken_over || running.given.beginsAnew(given) ||
-        (!is_named && running.given.isMovedBy(running.poses.lastMotion(), given));
-    running.given.add(given);
+    const Eigen::Isometry3d motion =
+        is_named ? Eigen::Isometry3d::Identity() : running.poses.lastMotion();
+    if (running.given.takesOver(motion, given)) running.is_taken_over = true;
   }
   if (running.is_taken_over) return item.T_W_C;
   return running.poses.correct(given.stamp_s, item.T_W_C);

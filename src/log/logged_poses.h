@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,9 @@
 #include "log/log_reader.h"
 
 namespace dtsdf {
+
+/// Why images before the first one of a log cannot be moved.
+std::string reachesBack(double stamp_s, double first_s);
 
 /// What a correction does.
 struct CorrectionEffect {

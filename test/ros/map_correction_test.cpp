@@ -86,6 +86,32 @@ class MapCorrectionTest : public testing::Test {
         {poses, least, [this](const CorrectionResult& result) { answers_.push_back(result); }});
   }
 
+  /// An image that the disk is too slow for; the log begins anew with the map as it is.
+  void loseFromLog() {
+    PosedFrame frame;
+    DepthFrame depth = images_[0].view();
+    depth.row_bytes = size_t{1} << 30;
+    frame.image = depth;
+    ros::Time::init();  // it warns, at a rate
+    ASSERT_TRUE(log_.taken(frame, {}));
+    log_.checkpoint(session_.contents());
+  }
+
+  /// Until so many images were fused again.
+  void workUntilFusedAgain(size_t count) {
+    for (int i = 0; i < 5000 && correction_.report().fused < count; ++i) {
+      session_.step();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    ASSERT_EQ(correction_.report().fused, count);
+  }
+
+  std::vector<Eigen::Isometry3d> drift(int count) const {
+    std::vector<Eigen::Isometry3d> poses;
+    for (int i = 0; i < count; ++i) poses.push_back(drifted(i));
+    return poses;
+  }
+
   /// To the share of the drift that is left.
   std::vector<StampedPose> corrected(double left, int from = 0) const {
     std::vector<StampedPose> poses;
@@ -258,6 +284,97 @@ TEST_F(MapCorrectionTest, EndsHoweverManyCome) {
   workUntilAnswered(sent + 1);
   for (const CorrectionResult& answer : answers_) EXPECT_TRUE(answer.success) << answer.message;
   expectMapOf(truths(kBefore));
+}
+
+/// The log counts from its beginning again, and comes to where it was.
+TEST_F(MapCorrectionTest, IsRefusedOnceTheLogHasLostImagesAndCountsAnew) {
+  begin();
+  correct(corrected(0.0));
+  workUntilFusedAgain(3);
+  loseFromLog();
+  for (int i = kBefore; i < kCount; ++i) push(i, drifted(i));
+  for (int i = kCount - kBefore; i < kBefore; ++i) {
+    log_.cleared(SphereRegion{Eigen::Vector3d(1000.0, 0.0, 0.0), 0.1});
+  }
+  workUntilAnswered();
+  work();
+  EXPECT_FALSE(answers_[0].success) << answers_[0].message;
+  EXPECT_NE(answers_[0].message.find("the frame log lacks a part"), std::string::npos);
+  expectMapOf(drift(kCount));
+}
+
+TEST_F(MapCorrectionTest, OneOfALogBegunAnewDoesNotJoinWhatCameBefore) {
+  begin();
+  correct(corrected(0.0));
+  workUntilFusedAgain(3);
+  loseFromLog();
+  for (int i = kBefore; i < kBefore + 2; ++i) {
+    push(i, drifted(i));
+    for (int n = 0; n < 4 && accounting_.counts().fused <= static_cast<uint64_t>(i); ++n) {
+      session_.step();
+    }
+  }
+  ASSERT_EQ(accounting_.counts().fused, static_cast<uint64_t>(kBefore + 2));
+  correct({{stampOf(kBefore).toSec(), drifted(kBefore)},
+           {stampOf(kBefore + 1).toSec(), truth(kBefore + 1)}});
+  workUntilAnswered(2);
+  EXPECT_FALSE(answers_[0].success) << answers_[0].message;
+  EXPECT_TRUE(answers_[1].success) << answers_[1].message;
+  EXPECT_EQ(answers_[1].moved, 1u);
+  std::vector<Eigen::Isometry3d> poses = drift(kBefore + 2);
+  poses.back() = truth(kBefore + 1);
+  expectMapOf(poses);
+}
+
+/// What one under way has moved already is there only once that is.
+TEST_F(MapCorrectionTest, ThatNothingMovesIsAnsweredOnceTheMapIsThere) {
+  begin();
+  correct(corrected(0.0));
+  correct(corrected(0.0));
+  workUntilFusedAgain(3);
+  EXPECT_TRUE(answers_.empty());
+  EXPECT_EQ(correction_.report().waiting, 2u);
+  workUntilAnswered(2);
+  EXPECT_EQ(answers_[0].moved, static_cast<size_t>(kBefore - 1)) << answers_[0].message;
+  EXPECT_TRUE(answers_[1].success);
+  EXPECT_EQ(answers_[1].message, "no frame moves");
+  expectMapOf(truths(kBefore));
+}
+
+/// As in the path of a SLAM, which names all that it has ever seen.
+TEST_F(MapCorrectionTest, WhatTheLogNoLongerHasIsNamedButDoesNotMove) {
+  begin();
+  loseFromLog();
+  for (int i = kBefore; i < kCount; ++i) push(i, drifted(i));
+  work();
+  std::vector<Eigen::Isometry3d> poses = drift(kCount);
+  const auto path = [&] {
+    std::vector<StampedPose> path;
+    for (int i = 0; i < kCount; ++i) {
+      path.push_back({stampOf(i).toSec(), poses[static_cast<size_t>(i)]});
+    }
+    return path;
+  };
+  correct({{7.0, truth(0)}});
+  workUntilAnswered();  // by then all is on the disk
+  for (int i = kBefore + 1; i < kCount; ++i) poses[static_cast<size_t>(i)] = truth(i);
+  correct(path());
+  workUntilAnswered(2);
+  ASSERT_TRUE(answers_[1].success) << answers_[1].message;
+  EXPECT_EQ(answers_[1].moved, static_cast<size_t>(kCount - kBefore - 1));
+  expectMapOf(poses);
+
+  std::vector<StampedPose> far = path();
+  far[3].T_W_C.translation().x() += 0.1;
+  correct(far);
+  ASSERT_EQ(answers_.size(), 3u) << "without the log";
+  EXPECT_FALSE(answers_[2].success);
+  EXPECT_NE(answers_[2].message.find("reaches back to 100.3"), std::string::npos)
+      << answers_[2].message;
+  far.resize(3);
+  correct(far);
+  ASSERT_EQ(answers_.size(), 4u);
+  EXPECT_EQ(answers_[3].message, "no frame moves");
 }
 
 TEST_F(MapCorrectionTest, WhatMovesTooLittleIsLeft) {

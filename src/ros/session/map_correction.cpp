@@ -66,12 +66,28 @@ void MapCorrection::add(Request request, const MapStats& live) {
 }
 
 /// Known without the log: a SLAM may say every second that nothing has changed.
-bool MapCorrection::isForNothing(const Request& request) const {
+bool MapCorrection::isForNothing(Request& request) const {
   if (!log_.hasImages() || fused_.empty()) {
     throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
   }
-  const double farthest = PoseCorrection(request.poses, fused_).farthest();
-  return waiting_.empty() && joined_.empty() && farthest < request.least;
+  const PoseCorrection correction(request.poses, fused_);
+  leaveOutLost(correction, request);
+  if (request.poses.empty()) return true;
+  return waiting_.empty() && joined_.empty() && correction.farthest() < request.least;
+}
+
+/// What is older than the log cannot move; a SLAM's path names it all the same. Not once a
+/// recording has begun anew: the log may hold all of it, behind later stamps.
+void MapCorrection::leaveOutLost(const PoseCorrection& correction, Request& request) const {
+  const std::optional<double> first_s = log_.report().first_stamp_s;
+  if (!first_s || has_begun_anew_) return;
+  const double from_s = *first_s - PoseCorrection::kSameStamp_s;
+  const std::optional<double> moved_s =
+      correction.firstMoved_s(std::max(request.least, PoseCorrection::kLeast));
+  if (moved_s && *moved_s < from_s) throw std::runtime_error(reachesBack(*moved_s, *first_s));
+  const auto isLost = [&](const StampedPose& pose) { return pose.stamp_s < from_s; };
+  std::vector<StampedPose>& poses = request.poses;
+  poses.erase(std::remove_if(poses.begin(), poses.end(), isLost), poses.end());
 }
 
 bool MapCorrection::isMarked() const { return !waiting_.empty() && isReady(waiting_.front().mark); }
@@ -115,6 +131,8 @@ std::optional<MapCorrection::Corrected> MapCorrection::step(const MapStats& live
 
 void MapCorrection::openLog() {
   if (!isMarked()) return;
+  const Mark mark = waiting_.front().mark.get();
+  life_ = mark ? mark->life : 0;
   opening_ = std::async(std::launch::async, open, log_.folder(), run_);
 }
 
@@ -132,9 +150,12 @@ void MapCorrection::takeOpened() {
   if (in_vain) refusion_.reset();
 }
 
+/// One of a log that has begun anew waits until the others are refused, which lack the rest.
 void MapCorrection::join() {
   while (!is_closed_ && isMarked()) {
     Pending& next = waiting_.front();
+    const Mark mark = next.mark.get();
+    if (mark && mark->life > life_) throw std::runtime_error(gapOf(log_.report()));
     try {
       if (joins(next)) joined_.push_back(std::move(next));
     } catch (const std::exception& error) {
@@ -144,14 +165,14 @@ void MapCorrection::join() {
   }
 }
 
+/// Where nothing more moves it is answered with those before it, by which it may be so.
 bool MapCorrection::joins(Pending& next) {
-  const Number number = next.mark.get();
-  if (!number) throw std::runtime_error(gapOf(log_.report()));
-  next.correction.before = *number;
+  next.correction.before = numberOf(next.mark.get());
   next.effect = refusion_->effectOf(next.correction);
   if (next.effect.moved == 0 ||
       std::max(next.effect.farthest_m, next.effect.farthest_rad) < next.request.least) {
     next.effect = {};
+    if (!joined_.empty()) return true;
     answer(next, kNothingMoves);
     return false;
   }
@@ -166,18 +187,26 @@ bool MapCorrection::joins(Pending& next) {
 
 /// While it waits, nothing is added to the log.
 bool MapCorrection::hasCaughtUp() {
-  std::future<Number> mark = log_.mark();
+  std::future<Mark> mark = log_.mark();
   if (mark.wait_for(kLogWait) != std::future_status::ready) return false;
-  const Number number = mark.get();
-  if (!number) throw std::runtime_error(gapOf(log_.report()));
-  return *number == refusion_->nextNumber();
+  return numberOf(mark.get()) == refusion_->nextNumber();
+}
+
+/// Of a mark in the log that is open: one that has begun anew since counts anew.
+uint64_t MapCorrection::numberOf(const Mark& mark) const {
+  if (mark && mark->life == life_) return mark->number;
+  throw std::runtime_error(gapOf(log_.report()));
 }
 
 void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {
   for (const LogCorrection& correction : refusion_->corrections()) log_.corrected(correction);
   T_W_S_ = refusion_->motion() * T_W_S_;
-  fused_ = refusion_->firstCamera();
+  updateFused();
   for (const Pending& pending : joined_) {
+    if (pending.effect.moved == 0) {
+      answer(pending, kNothingMoves);
+      continue;
+    }
     std::ostringstream text;
     text << describe(pending.effect) << "; " << refusion_->fused() << " fused again in "
          << std::round(100.0 * secondsSince(pending.came)) / 100.0 << " s";
@@ -192,6 +221,16 @@ void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {
                  [map = std::shared_ptr<Mapper>(std::move(replaced))]() mutable { map.reset(); });
 }
 
+/// What the log no longer has stays where it is.
+void MapCorrection::updateFused() {
+  std::vector<StampedPose> fused = refusion_->firstCamera();
+  const double from_s = fused.front().stamp_s - PoseCorrection::kSameStamp_s;
+  const auto logged = std::find_if(fused_.begin(), fused_.end(),
+                                   [&](const StampedPose& pose) { return pose.stamp_s >= from_s; });
+  fused.insert(fused.begin(), fused_.begin(), logged);
+  fused_ = std::move(fused);
+}
+
 void MapCorrection::giveUp(const std::string& reason) {
   for (const Pending& pending : joined_) refuse(pending, reason);
   for (const Pending& pending : waiting_) refuse(pending, reason);
@@ -200,6 +239,7 @@ void MapCorrection::giveUp(const std::string& reason) {
   refusion_.reset();
   is_opening_in_vain_ = opening_.valid();
   fused_.clear();
+  has_begun_anew_ = false;
   T_W_S_ = Eigen::Isometry3d::Identity();
   noteProgress();
 }
@@ -208,10 +248,7 @@ void MapCorrection::place(PosedFrame& frame) {
   auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth != nullptr && frame.camera == 0) {
     const StampedPose given{frame.stamp.toSec(), depth->T_W_C};
-    if (given_.beginsAnew(given) || given_.isMovedBy(T_W_S_, given)) {
-      T_W_S_ = Eigen::Isometry3d::Identity();
-    }
-    given_.add(given);
+    if (given_.takesOver(T_W_S_, given)) T_W_S_ = Eigen::Isometry3d::Identity();
     const std::lock_guard<std::mutex> lock(mutex_);
     if (report_.camera_frame != frame.frame_id) report_.camera_frame = frame.frame_id;
   }
@@ -226,7 +263,10 @@ void MapCorrection::wasFused(const PosedFrame& frame) {
   const auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth == nullptr || frame.camera != 0) return;
   const double stamp_s = frame.stamp.toSec();
-  if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
+  if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) {
+    fused_.clear();
+    has_begun_anew_ = true;
+  }
   if (fused_.empty() || stamp_s > fused_.back().stamp_s) fused_.push_back({stamp_s, depth->T_W_C});
 }
 

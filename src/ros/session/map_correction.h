@@ -86,22 +86,25 @@ class MapCorrection {
   CorrectionReport report() const;
 
  private:
-  using Number = std::optional<uint64_t>;
+  using Mark = std::optional<LogMark>;
   struct Pending {
     Request request;
     LogCorrection correction;
-    std::shared_future<Number> mark;  ///< Gives `correction.before`.
+    std::shared_future<Mark> mark;  ///< Gives `correction.before`.
     SteadyTime came;
     CorrectionEffect effect = {};
   };
 
-  bool isForNothing(const Request& request) const;
+  bool isForNothing(Request& request) const;
+  void leaveOutLost(const PoseCorrection& correction, Request& request) const;
   bool isMarked() const;
   void openLog();
   void takeOpened();
   void join();
+  void updateFused();
   bool joins(Pending& next);
   bool hasCaughtUp();
+  uint64_t numberOf(const Mark& mark) const;
   void answer(const Pending& pending, const std::string& message);
   void refuse(const Pending& pending, const std::string& reason);
   void noteProgress();
@@ -111,6 +114,7 @@ class MapCorrection {
   std::deque<Pending> waiting_;  ///< In the order that they came in.
   std::future<std::unique_ptr<Refusion>> opening_;
   bool is_opening_in_vain_ = false;  ///< As the map is another one by now.
+  uint64_t life_ = 0;                ///< Of the log, when it was opened.
   std::unique_ptr<Refusion> refusion_;
   std::vector<Pending> joined_;                        ///< That `refusion_` is of.
   bool has_started_over_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.
@@ -118,6 +122,7 @@ class MapCorrection {
 
   // Of the first camera.
   std::vector<StampedPose> fused_;  ///< Of the newest recording, with rising stamps.
+  bool has_begun_anew_ = false;     ///< That is not the first one of the map.
   GivenMotion given_;
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From where frames are given.
 

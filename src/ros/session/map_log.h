@@ -1,7 +1,6 @@
 /// What happens to the node's map, for the frame log.
 #pragma once
 
-#include <cstdint>
 #include <future>
 #include <memory>
 #include <optional>
@@ -42,7 +41,7 @@ class MapLog {
   void corrected(const LogCorrection& correction) { queue_.add(correction); }
 
   /// See LogQueue.
-  std::future<std::optional<uint64_t>> mark() { return queue_.mark(); }
+  std::future<std::optional<LogMark>> mark() { return queue_.mark(); }
 
   const std::string& folder() const { return folder_; }
 

@@ -299,6 +299,7 @@ TEST(LogQueue, AFullDiskIsCountedAndTheLogBeginsAnewOnceThereIsRoom) {
   EXPECT_TRUE(queue.wantsMap());
   queue.begin(someBegin(), nullptr);
   const auto written = [&] { return queue.mark().get(); };
+  const uint64_t life = written()->life;
   while (written()) queue.add(frame.view(), 1.0, 0, pixels);
   EXPECT_GE(queue.report().lost, 1u);
   EXPECT_NE(queue.report().problem.find("No space"), std::string::npos) << queue.report().problem;
@@ -314,12 +315,28 @@ TEST(LogQueue, AFullDiskIsCountedAndTheLogBeginsAnewOnceThereIsRoom) {
   queue.begin(again, nullptr);
   queue.add(frame.view(), 3.0, 0, pixels);
   ASSERT_TRUE(written());
+  EXPECT_EQ(written()->life, life + 1) << "its numbers are others";
+  EXPECT_EQ(written()->number, 2u);
   EXPECT_EQ(queue.report().problem, "");
   EXPECT_EQ(queue.report().first_stamp_s, 3.0);
   LogReader reader(folder.path());
   EXPECT_TRUE(reader.hasLostImages());
   EXPECT_TRUE(reader.next());
   EXPECT_FALSE(reader.next());
+}
+
+TEST(LogQueue, CanBeCorrectedFromTheFirstCamerasFirstDepthImageOn) {
+  const TemporaryFolder folder;
+  const SceneFrame frame = roomImages(1)[0];
+  const auto pixels = std::make_shared<std::vector<float>>(frame.depth_m);
+  LogQueue queue({logOptions(folder.path()), 1u << 30, std::chrono::seconds(0)});
+  queue.begin(someBegin(), nullptr);
+  queue.add(frame.view(), 1.0, 1, pixels);
+  ASSERT_TRUE(queue.mark().get());
+  EXPECT_FALSE(queue.report().first_stamp_s);
+  queue.add(frame.view(), 2.0, 0, pixels);
+  ASSERT_TRUE(queue.mark().get());
+  EXPECT_EQ(queue.report().first_stamp_s, 2.0);
 }
 
 TEST(LogQueue, WhatTheDiskIsTooSlowForIsCounted) {

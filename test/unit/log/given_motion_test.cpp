@@ -62,5 +62,15 @@ TEST(GivenMotion, StampsThatGoBackBeginAnew) {
   EXPECT_TRUE(motion.beginsAnew({0.3, onTheWay(0.3)}));
 }
 
+TEST(GivenMotion, IsTakenOverByAJumpOrANewRecordingAndNotSeenTwice) {
+  const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 2.0, 0.0));
+  GivenMotion motion = seenUpTo(10);
+  EXPECT_FALSE(motion.takesOver(T, {1.0, onTheWay(1.0)}));
+  EXPECT_TRUE(motion.takesOver(T, {1.1, T * onTheWay(1.1)}));
+  EXPECT_FALSE(motion.takesOver(T, {1.2, T * onTheWay(1.2)})) << "that is where it is given by now";
+  EXPECT_TRUE(motion.takesOver(T, {0.3, onTheWay(0.3)}));
+  EXPECT_FALSE(motion.beginsAnew({0.3, onTheWay(0.3)})) << "it was added";
+}
+
 }  // namespace
 }  // namespace dtsdf

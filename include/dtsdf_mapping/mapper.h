@@ -51,8 +51,8 @@ struct PageStats {
   uint64_t read = 0;       ///< Blocks that were read back.
   uint64_t waits = 0;      ///< Calls that had to wait for the disk.
   double wait_ms = 0.0;    ///< For how long, all together.
-  uint64_t failures = 0;   ///< Writes that failed: what was to be written stayed in memory.
-  uint64_t lost = 0;       ///< Blocks that were there and could not be read, or were damaged.
+  uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
+  uint64_t lost = 0;       ///< Blocks that were there and came back damaged.
   std::string problem;     ///< What the last failure was; empty: there was none.
 };
 
@@ -156,7 +156,8 @@ class Mapper {
   /// frees arrays and blocks that hold nothing then. The next mesh update has what that changes;
   /// what an extraction under way returns may still show it. Frames may fill the region again.
   /// @throws std::invalid_argument for a region with a problem (see findProblem()); the map is
-  /// untouched then. std::exception when the backend fails.
+  /// untouched then. PartlyCleared where blocks on disk cannot come back. std::exception when the
+  /// backend fails.
   virtual ClearedRegion clearRegion(const Region& region) = 0;
 
   /// Forgets everything, an extraction under way included. Clear the MeshStore with it.

@@ -111,7 +111,7 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
                    "raise map/max_memory_mb or set map/keep_radius_m"));
   input.map.stats.pages.failures = 1;
   input.map.stats.pages.problem = "no space";
-  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "could not be written to disk: no space"));
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "the disk of map/page_folder: no space"));
   input.map.stats.refused_blocks = 0;
   input.map.stats.pages.lost = 4;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "4 blocks could not be read back"));

@@ -195,10 +195,9 @@ Verdict judgeBudget(const MapStats& stats) {
                 " blocks could not be read back and are lost: " + stats.pages.problem};
   }
   if (stats.pages.failures > 0 && stats.refused_blocks > 0) {
-    return {MapStatus::WARN,
-            std::to_string(stats.refused_blocks) +
-                " blocks were refused because others could not be written to disk: " +
-                stats.pages.problem};
+    return {MapStatus::WARN, std::to_string(stats.refused_blocks) +
+                                 " blocks were refused because of the disk of map/page_folder: " +
+                                 stats.pages.problem};
   }
   if (stats.refused_blocks > 0) {
     return {MapStatus::WARN,

@@ -73,7 +73,7 @@ TEST(Anchoring, LeavesThePlaneWithTheSurface) {
 
 /// The foot of the lower corner is 0.4 below the vertex' surface, which makes a gap of the root of
 /// 0.325^2 + 0.425^2 - 0.45^2 = 0.289 with a step to spare, that of the upper corner less. The gap
-/// is 0.929 of the way from 0.15 to twice that; 0.326 from the point, 0.693 are beyond reach.
+/// is beyond twice 0.1; 0.326 from the point, 0.693 are beyond reach.
 TEST(Anchoring, BeginsGradually) {
   AnchoredEdge edge;
   edge.cross(kZPlus);
@@ -92,7 +92,7 @@ TEST(Anchoring, WithinReachNothingMoves) {
   edge.put(0, kZPlus, {0.025f, 0.0f, 0.425f});  // the upper end's foot was not measured
   expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
   MeshRules rules;
-  rules.measured_reach = 0.02f;
+  rules.measured_gap = 0.02f;
   EXPECT_GT(edge.shift(rules).x, 0.0f);
 }
 

@@ -1,12 +1,10 @@
-/// Runs every settings file of scripts/ablation on a scene that needs the rule it takes out.
+/// No number of the rules of surfels, fusion and mesh is idle: a scene that needs them all.
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <random>
 
 #include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
-#include "tools/run_options.h"
 
 namespace dtsdf {
 namespace {
@@ -42,18 +40,16 @@ const std::vector<SceneFrame>& frames() {
   return rendered;
 }
 
-Mesh meshWith(const std::string& settings_path) {
-  RunOptions options;
-  options.config_path = settings_path;
-  options.backend = "cpu";
-  options.threads = 1;
-  const RunSettings settings = readSettings(options);
-  const auto mapper = makeProbedMapper(settings.params.mapper, settings.rules);
+Mesh meshWith(const Rules& rules) {
+  MapperParams params;
+  params.backend = Backend::kCpu;
+  params.threads = 1;
+  const auto mapper = makeProbedMapper(params, rules);
   for (const SceneFrame& frame : frames()) {
     const IntegrationResult result = mapper->integrate(frame.view());
     EXPECT_EQ(result.status, FrameStatus::kFused) << result.message;
   }
-  MeshStore store(settings.params.mapper.map.voxel_size_m);
+  MeshStore store(params.map.voxel_size_m);
   store.apply(mapper->updateMesh());
   return store.assemble();
 }
@@ -66,28 +62,41 @@ bool areEqual(const Mesh& a, const Mesh& b) {
          std::equal(a.vertices_m.begin(), a.vertices_m.end(), b.vertices_m.begin(), same);
 }
 
-std::vector<std::string> settingsFiles() {
-  std::vector<std::string> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(DTSDF_ABLATION_FOLDER)) {
-    paths.push_back(entry.path().string());
+/// Sets the number that is visited as the `wanted`-th to an end of its range.
+struct NumberSetter {
+  int wanted;
+  bool to_greatest;
+  std::string key;
+  int visited = 0;
+
+  template <class Number>
+  void operator()(const std::string& its_key, Number& number, const Range& range) {
+    if (visited++ != wanted) return;
+    key = its_key;
+    number = static_cast<Number>(to_greatest ? range.max : range.min);
   }
-  std::sort(paths.begin(), paths.end());
-  return paths;
+};
+
+/// The rules with one number at an end of its range, and its key; no key beyond the last.
+std::pair<Rules, std::string> rulesWith(int wanted, bool to_greatest) {
+  Rules rules;
+  NumberSetter set{wanted, to_greatest, {}};
+  visitRules(rules.surfels, set);
+  visitRules(rules.fusion, set);
+  visitRules(rules.mesh, set);
+  return {rules, set.key};
 }
 
-class AblationFile : public testing::TestWithParam<std::string> {};
-
-TEST_P(AblationFile, ChangesTheMesh) {
-  static const Mesh as_it_is = meshWith("");
-  const Mesh changed = meshWith(GetParam());
-  EXPECT_GT(changed.triangles.size(), 1000u);
-  EXPECT_FALSE(areEqual(changed, as_it_is));
+TEST(RuleEffects, EachNumberChangesTheMesh) {
+  const Mesh as_it_is = meshWith(Rules());
+  EXPECT_GT(as_it_is.triangles.size(), 1000u);
+  for (int i = 0; !rulesWith(i, false).second.empty(); ++i) {
+    const auto [least, key] = rulesWith(i, false);
+    EXPECT_TRUE(!areEqual(meshWith(least), as_it_is) ||
+                !areEqual(meshWith(rulesWith(i, true).first), as_it_is))
+        << key << " changes nothing";
+  }
 }
-
-INSTANTIATE_TEST_SUITE_P(Rules, AblationFile, testing::ValuesIn(settingsFiles()),
-                         [](const testing::TestParamInfo<std::string>& info) {
-                           return std::filesystem::path(info.param).stem().string();
-                         });
 
 }  // namespace
 }  // namespace dtsdf

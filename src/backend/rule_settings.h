@@ -36,8 +36,12 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
 }
 
 inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules& rules) {
-  return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
-          params.map.truncation_voxels, params.fusion.max_weight, rules.fusion, rules.surfels.noise_level};
+  return {params.fusion.mode == FusionMode::kNormalRayCasting,
+          params.map.directional,
+          params.map.truncation_voxels,
+          params.fusion.max_weight,
+          rules.fusion,
+          rules.surfels.noise_level};
 }
 
 inline AlignmentSettings makeAlignmentSettings(const Rules& rules) {

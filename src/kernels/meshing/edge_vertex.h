@@ -90,8 +90,8 @@ DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
 }
 
 /// Vertices keep off the corners by this share of an edge, so that no triangle is degenerate:
-/// triangles that meet at a corner keep sides of 2^-10 voxels, which single precision still resolves
-/// to one in 2000 at the far end of a block (8 voxels, spaced by 2^-21).
+/// triangles that meet at a corner keep sides of 2^-10 voxels, which single precision still
+/// resolves to one in 2000 at the far end of a block (8 voxels, spaced by 2^-21).
 constexpr float kVertexMargin = 1.0f / 1024.0f;
 
 /// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of

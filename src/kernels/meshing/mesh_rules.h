@@ -30,11 +30,11 @@ struct MeshRules {
   /// 1.02 mm.
   float nearness_voxels = 0.2f;
 
-  /// Within this distance of where it was measured, in voxels, a surface counts as measured: pixels
-  /// are so far apart. A vertex is drawn to the nearest anchor, up to this distance, where a corner's
-  /// foot is farther than this from its own anchor; as far as it ever is from twice that on. (Orbits
-  /// of 100 images at 20 mm, vertices with 0.1, 0.15, 0.25 and without: Asian Dragon 1.96, 2.06, 2.28
-  /// and 2.91 mm, bunny 0.45, 0.47, 0.50 and 0.73 mm.)
+  /// Within this distance of where it was measured, in voxels, a surface counts as measured:
+  /// pixels are so far apart. A vertex is drawn to the nearest anchor, up to this distance, where a
+  /// corner's foot is farther than this from its own; as far as it ever is from twice that on.
+  /// (Orbits of 100 images at 20 mm, vertices with 0.1, 0.15, 0.25 and without: Asian Dragon 1.96,
+  /// 2.06, 2.28 and 2.91 mm, bunny 0.45, 0.47, 0.50 and 0.73 mm.)
   float measured_gap = 0.1f;
   /// The share of the way that it is drawn at most; in [0, 1), so that no two vertices
   /// of one anchor come to one place.

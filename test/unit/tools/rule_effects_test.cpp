@@ -9,7 +9,10 @@
 namespace dtsdf {
 namespace {
 
-/// A wall 2.2 m away, a box and a ball before it, a rod that is one pixel wide, and noise.
+constexpr size_t kWidth = 160;  // of renderFrame()
+
+/// A wall 2.2 m away, a box and a ball before it, a rod that is one pixel wide, and noise, of
+/// single pixels and of neighbours together.
 SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   Scene scene;
   scene.add(Plane{{0.0, 0.0, 2.2}, Eigen::Vector3d(0.2, -0.1, -1.0).normalized()});
@@ -20,11 +23,15 @@ SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   T_W_C.translation().x() = x_m;
   SceneFrame frame = renderFrame(scene, T_W_C);
+  // Without std::normal_distribution, whose numbers are not the same everywhere.
   std::mt19937 random(7);
-  for (float& depth_m : frame.depth_m) {
-    // Without std::normal_distribution, whose numbers are not the same everywhere.
-    const double unit = static_cast<double>(random()) / 4294967296.0 - 0.5;
-    depth_m += static_cast<float>(noise * unit) * depth_m * depth_m;
+  const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0 - 0.5; };
+  std::vector<double> shared(frame.depth_m.size());  // of squares of 7 x 7 pixels
+  for (double& value : shared) value = unit();
+  for (size_t i = 0; i < frame.depth_m.size(); ++i) {
+    const size_t square = i / kWidth / 7 * kWidth + i % kWidth / 7;
+    float& depth_m = frame.depth_m[i];
+    depth_m += static_cast<float>(noise * (unit() + 2.0 * shared[square])) * depth_m * depth_m;
   }
   return frame;
 }

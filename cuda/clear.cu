@@ -257,7 +257,7 @@ __global__ void __launch_bounds__(kClearThreads)
 
 Clearing::Clearing(const MapperParams& params, const Rules& rules, const Stream& stream)
     : looks_around_(castsSurfels(params)),
-      fusion_(makeFusionSettings(params, rules.fusion)),
+      fusion_(makeFusionSettings(params, rules)),
       stream_(stream),
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()) {}
 

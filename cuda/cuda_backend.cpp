@@ -119,7 +119,7 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       aligner_(makeAlignmentSettings(rules), params.map.directional, stream_),
       sensor_(params, rules, stream_),
       surfel_maker_(params, rules.surfels, stream_),
-      block_finder_(makeFusionSettings(params, rules.fusion), stream_),
+      block_finder_(makeFusionSettings(params, rules), stream_),
       fusion_(params, rules, stream_),
       clearing_(params, rules, stream_),
       painter_(makePaintSettings(params, rules), stream_),

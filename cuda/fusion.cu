@@ -119,7 +119,7 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
 
 Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& stream)
     : casts_(castsSurfels(params)),
-      fusion_(makeFusionSettings(params, rules.fusion)),
+      fusion_(makeFusionSettings(params, rules)),
       stream_(stream) {}
 
 /// With an eighth to spare rather than half: this is the most of what a frame needs.

@@ -153,7 +153,7 @@ FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, const S
     : clears_(clearsFreeSpace(params)),
       finds_free_(needsFreeDepth(params)),
       surfel_settings_(makeSurfelSettings(params, rules.surfels)),
-      fusion_settings_(makeFusionSettings(params, rules.fusion)),
+      fusion_settings_(makeFusionSettings(params, rules)),
       stream_(stream),
       noise_(1),
       noise_counts_(1) {

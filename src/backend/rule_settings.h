@@ -35,9 +35,13 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
           rules, params.sensor.kind == Sensor::kTimeOfFlight ? 1 : 0};
 }
 
-inline FusionSettings makeFusionSettings(const MapperParams& params, const FusionRules& rules) {
-  return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
-          params.map.truncation_voxels, params.fusion.max_weight, rules};
+inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules& rules) {
+  return {params.fusion.mode == FusionMode::kNormalRayCasting,
+          params.map.directional,
+          params.map.truncation_voxels,
+          params.fusion.max_weight,
+          rules.fusion,
+          rules.surfels.noise_level};
 }
 
 inline AlignmentSettings makeAlignmentSettings(const Rules& rules) {

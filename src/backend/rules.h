@@ -27,10 +27,8 @@ void visitRules(MeshRules& rules, Visitor& visit) {
   visit(section + "voted_crossing_share", rules.voted_crossing_share, Range{0.0, 1.0});
   visit(section + "nearness_voxels", rules.nearness_voxels, Range{0.001, 16.0});
   visit(section + "measured_gap", rules.measured_gap, Range{0.001, 100.0});
-  visit(section + "measured_reach", rules.measured_reach, Range{0.0, 100.0});
   visit(section + "measured_pull", rules.measured_pull, Range{0.0, 0.999});
   visit(section + "most_stretch", rules.most_stretch, Range{0.0, 100.0});
-  visit(section + "vertex_margin", rules.vertex_margin, Range{1e-6, 0.49});
 }
 
 template <class Visitor>
@@ -59,7 +57,6 @@ void visitRules(FusionRules& rules, Visitor& visit) {
   visit(section + "contradiction_cost", rules.contradiction_cost, Range{0, 100});
   visit(section + "most_evidence", rules.most_evidence, Range{1, kMostEvidence});
   visit(section + "free_margin", rules.free_margin, Range{0.0, 100.0});
-  visit(section + "free_noise", rules.free_noise, Range{0.0, 100.0});
   visit(section + "look_turns", rules.look_turns, Range{1, 1000});
 }
 

@@ -44,7 +44,7 @@ int cpuThreads(const MapperParams& params) {
 CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const BlockTable& table)
     : params_(params),
       rules_(rules),
-      fusion_(makeFusionSettings(params, rules.fusion)),
+      fusion_(makeFusionSettings(params, rules)),
       threads_(cpuThreads(params)),
       table_(table),
       aligner_(makeAlignmentSettings(rules), params.map.directional, threads_),

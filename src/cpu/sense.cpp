@@ -92,7 +92,7 @@ struct NoScratch {};
 FrameSensor::FrameSensor(const MapperParams& params, const Rules& rules, int threads)
     : params_(params),
       surfel_settings_(makeSurfelSettings(params, rules.surfels)),
-      fusion_settings_(makeFusionSettings(params, rules.fusion)),
+      fusion_settings_(makeFusionSettings(params, rules)),
       threads_(threads) {}
 
 FrameSensing FrameSensor::sense(const DepthFrame& frame) {

@@ -51,7 +51,7 @@ DTSDF_HD float freeBefore(const FrameSensing& sensing, const Pixel& pixel, float
   const int64_t at = pixelIndex(frame, pixel);
   const float margin_m =
       frame.voxel_size_m * (fusion.rules.free_margin +
-                            fusion.rules.free_noise * noiseInVoxels(sensing, depth_m));
+                            fusion.noise_level * noiseInVoxels(sensing, depth_m));
   if (!(sensing.image.row_value[at] > 0.0f)) return depth_m - margin_m;
   const MaybeSlope down = slopeDown(sensing.image, pixel);
   if (!down.known) return depth_m - margin_m;

@@ -38,11 +38,8 @@ struct FusionRules {
   /// appears is shown after ten, however long the place was free.
   int32_t most_evidence = 24;
 
-  /// Distance of free space from what was measured, in voxels, ...
+  /// Distance of free space from what was measured, in voxels, besides what noise explains.
   float free_margin = 0.5f;
-  /// ... plus so many standard deviations of the noise: all but 0.3 % of the measurements lie
-  /// nearer to the surface.
-  float free_noise = 3.0f;
   /// Blocks in view that a frame does not touch, and voxels without a distance, are looked at in
   /// turns, in one of so many frames; such a look counts for all of them.
   int32_t look_turns = 4;

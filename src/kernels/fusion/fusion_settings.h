@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "kernels/fusion/fusion_rules.h"
+#include "kernels/surfels/surfel_rules.h"
 
 namespace dtsdf {
 
@@ -13,6 +14,8 @@ struct FusionSettings {
   float truncation_voxels;
   float max_weight;
   FusionRules rules;
+  /// So many standard deviations are noise, here as where surfels are made.
+  float noise_level = SurfelRules().noise_level;
 };
 
 }  // namespace dtsdf

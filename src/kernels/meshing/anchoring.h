@@ -78,7 +78,7 @@ template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, const Anchors& anchors,
                               int axis, int facing, float edge_offset) {
   const auto [nearest, gap] = measuredNearby(edge, anchors, axis, facing, edge_offset);
-  const float beyond = nearest.distance - rules.measured_reach;
+  const float beyond = nearest.distance - rules.measured_gap;
   if (!(beyond > 0.0f && gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};
   const float ramp = minimum(gap / rules.measured_gap - 1.0f, 1.0f);
   const float share = rules.measured_pull * ramp * beyond / nearest.distance;

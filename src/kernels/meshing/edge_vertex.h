@@ -89,6 +89,11 @@ DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
   return 2.0f * a / (a < 0.0f ? -slope - root : root - slope);
 }
 
+/// Vertices keep off the corners by this share of an edge, so that no triangle is degenerate:
+/// triangles that meet at a corner keep sides of 2^-10 voxels, which single precision still
+/// resolves to one in 2000 at the far end of a block (8 voxels, spaced by 2^-21).
+constexpr float kVertexMargin = 1.0f / 1024.0f;
+
 /// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of
 /// the zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction
 /// counts by the product of its two weights. Facing 0 is behind at the lower end.
@@ -107,7 +112,7 @@ DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, in
   const float offset = sum_weight > 0.0f
                            ? sum / sum_weight
                            : votedOffset(edge, axis, facing, rules.nearness_voxels);
-  return minimum(maximum(offset, rules.vertex_margin), 1.0f - rules.vertex_margin);
+  return minimum(maximum(offset, kVertexMargin), 1.0f - kVertexMargin);
 }
 
 /// Position of an edge's vertex in voxels, relative to the block's first voxel.

@@ -8,7 +8,7 @@ namespace dtsdf {
 struct MeshRules {
   /// A unit is meshed if each corner has more than this share of the greatest weight in the unit;
   /// in [0, 1). A share, so that the number of frames does not matter. It keeps out corners that
-  /// only the far fringe of a measurement reached. (docs/results/ablation_settings.md: vertices of
+  /// only the far fringe of a measurement reached. (docs/results/rule_numbers.md: vertices of
   /// the dragon at 10 mm 0.46 mm without, 0.44 with.)
   float least_weight_share = 0.003f;
 
@@ -30,27 +30,19 @@ struct MeshRules {
   /// 1.02 mm.
   float nearness_voxels = 0.2f;
 
-  /// A vertex is drawn to the nearest anchor where a corner's foot is farther than this from where
-  /// its surface was measured, in voxels; as far as it ever is from twice that on. Pixels are so
-  /// far apart: less would move vertices inside a surface. (Orbits of 100 images at 20 mm, vertices
-  /// with 0.1, 0.15, 0.25 and without: Asian Dragon 1.96, 2.06, 2.28 and 2.91 mm, bunny 0.45, 0.47,
-  /// 0.50 and 0.73 mm.)
-  float measured_gap = 0.15f;
-  /// So near it may be to the anchor anyway, in voxels.
-  float measured_reach = 0.1f;
-  /// The share of the way until there that it is drawn at most; in [0, 1), so that no two vertices
+  /// Within this distance of where it was measured, in voxels, a surface counts as measured:
+  /// pixels are so far apart. A vertex is drawn to the nearest anchor, up to this distance, where a
+  /// corner's foot is farther than this from its own; as far as it ever is from twice that on.
+  /// (Orbits of 100 images at 20 mm, vertices with 0.1, 0.15, 0.25 and without: Asian Dragon 1.96,
+  /// 2.06, 2.28 and 2.91 mm, bunny 0.45, 0.47, 0.50 and 0.73 mm.)
+  float measured_gap = 0.1f;
+  /// The share of the way that it is drawn at most; in [0, 1), so that no two vertices
   /// of one anchor come to one place.
   float measured_pull = 0.875f;
   /// A triangle with a side that this makes longer by more, in voxels, stands in a gap, and is left
   /// out. (The slot of the scene `outlines`, 35 mm wide, at 20 mm: closed by 90 % without, 79 %
   /// with 0.55, 17 % with 0.5, 10 % with 0.35, 8 % with 0.3.)
   float most_stretch = 0.3f;
-
-  /// Vertices keep off the corners by this share of an edge, in (0, 0.5), so that no triangle is
-  /// degenerate: triangles that meet at a corner keep sides of 2^-10 voxels, which single precision
-  /// still resolves to one in 2000 at the far end of a block (8 voxels, spaced by 2^-21). The
-  /// surface moves by a thousandth of a voxel at most.
-  float vertex_margin = 1.0f / 1024.0f;
 };
 
 }  // namespace dtsdf

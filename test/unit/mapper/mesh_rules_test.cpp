@@ -32,26 +32,6 @@ size_t countTriangles(const MeshUpdate& update) {
   return corners / 3;
 }
 
-TEST(MeshRulesInAMapper, VerticesKeepTheirMargin) {
-  MeshRules rules;
-  rules.vertex_margin = 0.375f;
-  rules.measured_pull = 0.0f;  // vertices stay on their edges
-  for (const bool directional : {true, false}) {
-    size_t at_margin = 0;
-    const MeshUpdate update = meshOfBox(rules, directional);
-    for (const BlockMesh& block : update.blocks) {
-      for (const BlockVertex& vertex : block.vertices) {
-        const int edge = static_cast<int>(vertex.edge), axis = edgeAxis(edge);
-        const float along = component(vertex.position - toFloat(cornerAt(edgeCorner(edge))), axis);
-        EXPECT_GE(along, 0.375f);
-        EXPECT_LE(along, 0.625f);
-        at_margin += along == 0.375f || along == 0.625f;
-      }
-    }
-    EXPECT_GT(at_margin, 100u);
-  }
-}
-
 TEST(MeshRulesInAMapper, AGreaterShareOfWeightLeavesUnitsOut) {
   MeshRules rules;
   rules.least_weight_share = 0.0f;

@@ -129,7 +129,7 @@ TEST(FreeDepth, MarginAndNoiseAreRules) {
       nullptr};
   FusionSettings fusion = kFusion;
   fusion.rules.free_margin = 2.0f;  // 0.04 m
-  fusion.rules.free_noise = 1.0f;   // 0.01 * 2^2 = 0.04 m
+  fusion.noise_level = 1.0f;        // 0.01 * 2^2 = 0.04 m
   EXPECT_NEAR(freeDepth(sensing, {0, 0}, fusion), 2.0f - 0.08f, 1e-5f);
 }
 

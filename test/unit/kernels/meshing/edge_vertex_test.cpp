@@ -27,7 +27,7 @@ TEST(EdgeVertex, IsExactOnAPlane) {
       }
       const double expected = plane.at(a) / (double(plane.at(a)) - plane.at(b));
       const float offset = edgeOffset(MeshRules(), edge, e / 4, plane.at(a) < 0.0f ? 0 : 1);
-      EXPECT_NEAR(offset, expected, MeshRules().vertex_margin + 1e-5);
+      EXPECT_NEAR(offset, expected, kVertexMargin + 1e-5);
       ++crossed;
     }
   }
@@ -60,7 +60,7 @@ TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
   edge.below[5] = {-0.9f, 1.0f};
   edge.lower[5] = {0.0f, 1.0f};
   edge.upper[5] = {-0.1f, 1.0f};
-  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 1), MeshRules().vertex_margin);
+  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 1), kVertexMargin);
   edge.lower[0] = {0.3f, 1.0f};
   edge.upper[0] = {-0.3f, 1.0f};
   EXPECT_NEAR(edgeOffset(MeshRules(), edge, 2, 1), 0.25f, 1e-6f);
@@ -135,13 +135,10 @@ TEST(EdgeVertex, KeepsOffTheCorners) {
   EdgeSamples edge = {};
   edge.lower[4] = {-1e-9f, 1.0f};
   edge.upper[4] = {1.0f, 1.0f};
-  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), MeshRules().vertex_margin);
+  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), kVertexMargin);
   edge.lower[4] = {-1.0f, 1.0f};
   edge.upper[4] = {0.0f, 1.0f};
-  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), 1.0f - MeshRules().vertex_margin);
-  MeshRules wide;
-  wide.vertex_margin = 0.125f;
-  EXPECT_EQ(edgeOffset(wide, edge, 2, 0), 0.875f);
+  EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), 1.0f - kVertexMargin);
 }
 
 /// Z+ crosses at 0.5 and counts 1 * 9 = 9, X+ crosses at 0.2 and counts 3 * 2 = 6: in all

@@ -42,13 +42,6 @@ TEST(BenchmarkOptions, WantsOneInput) {
   EXPECT_EQ(usageErrorOf({"--gpu"}), "");
 }
 
-TEST(TimeSummary, TellsTheWorst) {
-  const TimeSummary summary = summarise({3.0, 1.0, 2.0, 10.0});
-  EXPECT_EQ(summary.median, 2.5);
-  EXPECT_EQ(summary.p95, 10.0);
-  EXPECT_EQ(summary.worst, 10.0);
-}
-
 TEST(StageCosts, CountWhatMustMove) {
   WorkCounts work;
   work.pixels = 640 * 480;

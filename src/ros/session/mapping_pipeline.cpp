@@ -158,7 +158,7 @@ StatusInput MappingPipeline::status() const {
   input.transforms = transforms_.report();
   if (log_) {
     const LogReport log = log_->report();
-    input.log = {true, log.bytes, log.waiting_bytes, log.lost, log.first_stamp_s, log.problem};
+    input.log = {log.bytes, log.waiting_bytes, log.lost, log.first_stamp_s, log.problem};
     input.correction = correction_->report();
   }
   if (frame_poses_) {

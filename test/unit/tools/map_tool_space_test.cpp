@@ -1,6 +1,5 @@
 /// Runs `map_tool bt` and `map_tool slice` on a map that was saved with what is free.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #ifdef DTSDF_WITH_OCTOMAP
 #include <octomap/OcTree.h>
@@ -9,14 +8,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <utility>
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "io/colour_codes.h"
 #include "support/depth_frames.h"
-#include "support/temporary_folder.h"
+#include "support/run_program.h"
 
 namespace dtsdf {
 namespace {
@@ -53,11 +51,9 @@ class MapToolSpace : public testing::Test {
 
   /// Its exit code.
   int run(const std::string& arguments) {
-    const std::string command = std::string(DTSDF_MAP_TOOL) + " " + arguments + " > " +
-                                (out_ / "stdout") + " 2> " + (out_ / "stderr");
-    const int status = std::system(command.c_str());
-    errors_ = readBytes(out_ / "stderr");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    const Outcome outcome = runIn(out_, DTSDF_MAP_TOOL " " + arguments);
+    errors_ = outcome.err;
+    return outcome.exit_code;
   }
 
   TemporaryFolder out_;

@@ -34,6 +34,26 @@ std::vector<SceneFrame> renderFrames(const Scene& scene,
   return frames;
 }
 
+Scene makeBallRoom() {
+  Scene scene;
+  scene.add(Room{{-1.49, -1.18, -0.97}, {1.51, 1.22, 1.03}});
+  scene.add(Sphere{{0.3, 0.1, 0.0}, 0.35});
+  return scene;
+}
+
+std::vector<SceneFrame> movingFrames(int count) {
+  std::vector<SceneFrame> frames;
+  for (int i = 0; i < count; ++i) {
+    Scene scene;
+    scene.add(Plane{{1.6, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});
+    if (i < 12) scene.add(makeBox({1.1, 0.06 * (i - 6), 0.0}, {0.2, 0.3, 0.3}, 0.3));
+    const Eigen::Vector3d eye(0.0, 0.01 * (i % 5), 0.01 * (i % 3));
+    frames.push_back(renderFrame(
+        scene, lookAt(eye, eye + Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()), 120, 90));
+  }
+  return frames;
+}
+
 std::vector<Eigen::Isometry3d> sphereOfPoses(const Eigen::Vector3d& centre_W, double distance_m,
                                              int count) {
   const double golden_angle = 3.14159265358979323846 * (3.0 - std::sqrt(5.0));

@@ -23,11 +23,7 @@ using Eigen::Vector3d;
 
 class MapToolSpace : public testing::Test {
  protected:
-  /// A room with a ball in it.
   static std::unique_ptr<Mapper> makeMap() {
-    Scene scene;
-    scene.add(Room{Vector3d(-1.49, -1.18, -0.97), Vector3d(1.51, 1.22, 1.03)});
-    scene.add(Sphere{Vector3d(0.3, 0.1, 0.0), 0.35});
     MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f);
     params.space.enabled = true;
     params.space.cell_voxels = 2;
@@ -37,7 +33,7 @@ class MapToolSpace : public testing::Test {
       const double a = i * M_PI / 3.0;
       const auto pose = lookAt(Vector3d(1.2 * std::cos(a), 0.9 * std::sin(a), 0.2),
                                Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ());
-      mapper->integrate(renderFrame(scene, pose).view());
+      mapper->integrate(renderFrame(makeBallRoom(), pose).view());
     }
     mapper->updateMesh();
     mapper->space()->updateDistances();

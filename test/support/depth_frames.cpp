@@ -10,17 +10,12 @@ namespace dtsdf {
 
 SceneFrame renderFrame(const Scene& scene, const Eigen::Isometry3d& T_W_C, int width, int height) {
   SceneFrame result;
-  DepthFrame& frame = result.frame;
   const float focal_px = 0.785f * static_cast<float>(width);
-  frame.width = width;
-  frame.height = height;
-  frame.row_bytes = static_cast<size_t>(width) * sizeof(float);
-  frame.encoding = DepthEncoding::kFloat32;
-  frame.unit_m = 1.0f;
-  frame.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
-                      0.5f * static_cast<float>(height - 1)};
-  frame.T_W_C = T_W_C;
-  result.depth_m = renderDepth(scene, frame.intrinsics, width, height, T_W_C);
+  const Intrinsics intrinsics{focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
+                              0.5f * static_cast<float>(height - 1)};
+  result.depth_m = renderDepth(scene, intrinsics, width, height, T_W_C);
+  result.frame = depthFrameOf(result.depth_m, intrinsics, width, height, T_W_C);
+  result.frame.data = nullptr;  // see view()
   return result;
 }
 

@@ -194,19 +194,17 @@ void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
   parts.push_back({"mesh", MemoryKind::kStaging, staging, staging});
 }
 
-MadeMeshes BlockMesher::finish() {
-  MadeMeshes made;
+MeshUpdate BlockMesher::finish() {
+  MeshUpdate made;
   if (state_ == State::kIdle) return made;
   complete();
   fetched_.wait();
   state_ = State::kIdle;
-  made.indexed_blocks = pinned_totals_[0].blocks.reached;
-  made.meshed_blocks = recordCount();
   const StageTimer timer(profileOf(stream_), Stage::kHandOut);
   const std::vector<MeshRecord> records = changedRecords();
-  made.update.blocks.reserve(records.size());
-  for (const MeshRecord& record : records) made.update.blocks.push_back(copyBlock(record));
-  made.update.duration_ms = fetched_.millisecondsSince(begun_);
+  made.blocks.reserve(records.size());
+  for (const MeshRecord& record : records) made.blocks.push_back(copyBlock(record));
+  made.duration_ms = fetched_.millisecondsSince(begun_);
   return made;
 }
 

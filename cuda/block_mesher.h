@@ -37,7 +37,7 @@ class BlockMesher {
   void complete();
 
   /// Waits for the extraction. @return its changes; none if none was begun.
-  MadeMeshes finish();
+  MeshUpdate finish();
 
  private:
   enum class State { kIdle, kBegun, kComplete };

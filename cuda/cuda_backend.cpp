@@ -63,7 +63,7 @@ class CudaBackend : public MapBackend {
   void keepColours() override;
   void beginMesh(int32_t least_evidence) override;
   void waitForMeshes() override { mesher_.complete(); }
-  MadeMeshes finishMesh() override;
+  MeshUpdate finishMesh() override;
 
   void reserve(const MapDemand& demand) override { map_.reserve(table_, demand); }
   void reserveColours(size_t new_bricks) override { map_.reserveColours(table_, new_bricks); }
@@ -171,8 +171,8 @@ void CudaBackend::seeFree(std::vector<Vec3i> cubes) {
 TouchedCounts CudaBackend::touched() {
   counters_ = block_finder_.waitForCounters();
   while (counters_.table_full || counters_.usable_surfels > surfels_.room) findMore();
-  return {counters_.usable_surfels, counters_.touched, counters_.touched_arrays,
-          counters_.requests, counters_.requested_arrays};
+  return {counters_.usable_surfels, counters_.touched, counters_.requests,
+          counters_.requested_arrays};
 }
 
 /// Once more with larger buffers: there were more surfels or blocks than expected.
@@ -206,7 +206,7 @@ void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
 SeenColours CudaBackend::look(const ColourFrame& frame, const ColourLook& look) {
   painter_.look(frame, look, table_.paintedExtent(), map_.view());
   const LookCounters& seen = painter_.counters();
-  return {seen.seen > 0, static_cast<size_t>(seen.samples), seen.sums};
+  return {seen.seen > 0, seen.sums};
 }
 
 void CudaBackend::paint(const Exposure& exposure) {
@@ -230,8 +230,8 @@ void CudaBackend::beginMesh(int32_t least_evidence) {
   dirty_bound_ = painted_bound_ = 0;
 }
 
-MadeMeshes CudaBackend::finishMesh() {
-  MadeMeshes made = mesher_.finish();
+MeshUpdate CudaBackend::finishMesh() {
+  MeshUpdate made = mesher_.finish();
   if (clock_.profile() != nullptr) {
     stream_.synchronize();
     clock_.collect();

@@ -1,8 +1,6 @@
 /// benchmark: what a frame takes, from its upload to the updated mesh, stage by stage.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <cstring>
 
 #include "benchmark/benchmark_options.h"
 #include "benchmark/benchmark_report.h"
@@ -26,34 +24,6 @@ std::vector<SourceFrame> readFrames(const BenchmarkOptions& options) {
   return frames;
 }
 
-/// Rate of large copies on one core, in GB/s, each byte read and written.
-double measureHostCopies() {
-  constexpr size_t kBytes = size_t(1) << 27;
-  const std::vector<char> from(kBytes, 1);
-  std::vector<char> to(kBytes, 2);
-  double best_s = 1e9;
-  for (int i = 0; i < 3; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    std::memcpy(to.data(), from.data(), kBytes);
-    best_s = std::min(
-        best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
-  return 2.0 * kBytes / best_s / 1e9;
-}
-
-CopyRates ratesOf(const std::string& backend_name) {
-  CopyRates rates;
-  if (backend_name.rfind("cuda", 0) != 0) {
-    rates.memory_gb_s = measureHostCopies();
-    return rates;
-  }
-  const GpuReport gpu = reportGpu();
-  rates.memory_gb_s = gpu.copy_gb_s;
-  rates.upload_gb_s = gpu.upload_gb_s;
-  rates.download_gb_s = gpu.download_gb_s;
-  return rates;
-}
-
 Report measureFrames(const BenchmarkOptions& options, const RunSettings& settings) {
   const std::vector<SourceFrame> frames = readFrames(options);
   Measurement measurement;
@@ -62,7 +32,7 @@ Report measureFrames(const BenchmarkOptions& options, const RunSettings& setting
     measurement = measure(frames, settings.params.mapper, settings.rules,
                           [&](size_t done) { progress.show(done); });
   }
-  return reportMeasurement(measurement, ratesOf(measurement.backend_name));
+  return reportMeasurement(measurement);
 }
 
 Report measureFlight(const BenchmarkOptions& options, const RunSettings& settings) {

@@ -24,9 +24,8 @@ void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
   addFolderOptions(line, options);
   line.onlyWith("--depth-scale", "--tum");
   line.onlyWith("--pose-tolerance", "--tum");
-  line.addText(
-      {"--raw", "NAME", "NAME.raw and NAME.txt, as pack_frames writes them, instead of --tum"},
-      options.raw_name);
+  line.addText({"--raw", "NAME", "NAME.raw and NAME.txt, packed frames, instead of --tum"},
+               options.raw_name);
   addFrameOptions(line, options);
   addFlightOptions(line, options);
   line.addFlag("--gpu",

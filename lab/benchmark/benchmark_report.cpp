@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "benchmark/stage_costs.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {
@@ -72,31 +71,14 @@ json totalsOf(const Measurement& m) {
   return totals;
 }
 
-json stageOf(const Measurement& m, Stage stage, const CopyRates& rates, double arrays_per_block) {
+json stagesOf(const Measurement& m) {
   const size_t first = firstCounted(m.stages.size());
-  const TimeSummary times = summarise(
-      valuesOf(m.stages, first, [&](const Profile& profile) { return profile.of(stage); }));
-  const auto cost = [&](const Profile& p) { return costOf(stage, p.work, arrays_per_block); };
-  const double bytes =
-      summarise(valuesOf(m.stages, first, [&](const Profile& p) { return cost(p).bytes; })).median;
-  double rate = rates.memory_gb_s;
-  if (costOf(stage, WorkCounts(), 1.0).over_bus) {
-    rate = stage == Stage::kUpload ? rates.upload_gb_s : rates.download_gb_s;
-  }
-  const double floor_ms = rate > 0.0 ? bytes / (rate * 1e6) : 0.0;
-  json entry = {
-      {"stage", toString(stage)}, {"ms", toJson(times)}, {"bytes", bytes}, {"floor_ms", floor_ms}};
-  entry["share_of_bandwidth"] = times.median > 0.0 ? floor_ms / times.median : 0.0;
-  return entry;
-}
-
-json stagesOf(const Measurement& m, const CopyRates& rates) {
-  const double arrays_per_block = static_cast<double>(m.map.voxel_arrays) /
-                                  static_cast<double>(std::max<size_t>(1, m.map.blocks));
   json stages = json::array();
   for (int s = 0; s < kStageCount; ++s) {
-    json entry = stageOf(m, static_cast<Stage>(s), rates, arrays_per_block);
-    if (entry["ms"]["worst"] > 0.0) stages.push_back(std::move(entry));
+    const auto stage = static_cast<Stage>(s);
+    const TimeSummary times = summarise(
+        valuesOf(m.stages, first, [&](const Profile& profile) { return profile.of(stage); }));
+    if (times.worst > 0.0) stages.push_back({{"stage", toString(stage)}, {"ms", toJson(times)}});
   }
   return stages;
 }
@@ -164,14 +146,9 @@ std::string measurementText(const json& report) {
           format("  these take %.0f KiB (median); the whole mesh %.1f bytes a triangle\n",
                  report["packed_bytes"]["median"].get<double>() / 1024.0,
                  packed["bytes"].get<double>() / triangles);
-  text +=
-      "stages, profiled                             "
-      "   KiB   floor  share of bandwidth\n";
+  text += "stages, profiled\n";
   for (const json& stage : report["stages"]) {
-    text +=
-        summaryLine(stage["stage"].get<std::string>().c_str(), stage["ms"]) +
-        format(" %9.1f %7.4f %6.1f %%\n", stage["bytes"].get<double>() / 1024.0,
-               stage["floor_ms"].get<double>(), 100.0 * stage["share_of_bandwidth"].get<double>());
+    text += summaryLine(stage["stage"].get<std::string>().c_str(), stage["ms"]) + "\n";
   }
   return text + memoryText(report["memory"]);
 }
@@ -236,14 +213,11 @@ json slowestFrames(const std::vector<FrameTime>& times) {
 
 }  // namespace
 
-Report reportMeasurement(const Measurement& measurement, const CopyRates& rates) {
+Report reportMeasurement(const Measurement& measurement) {
   json report = totalsOf(measurement);
   report["map"] = mapOf(measurement);
-  report["stages"] = stagesOf(measurement, rates);
+  report["stages"] = stagesOf(measurement);
   report["memory"] = memoryOf(measurement);
-  report["rates_gb_s"] = {{"memory", rates.memory_gb_s},
-                          {"upload", rates.upload_gb_s},
-                          {"download", rates.download_gb_s}};
   return {textOf(report), measurementText(report)};
 }
 

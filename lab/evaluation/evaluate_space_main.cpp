@@ -18,7 +18,7 @@ namespace {
 
 struct EvaluateSpaceOptions {
   std::string tum_folder, mesh_path, seen_path, scene;
-  std::string json_path, picture_path, field_path;
+  std::string json_path, picture_path;
   ParamTree settings;
   size_t samples = 100000;
   double height_m = 0.5;
@@ -51,10 +51,6 @@ EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
                 options.samples, {1, 1e9});
   line.addText({"--json", "FILE", "write the figures here (default: standard output)"},
                options.json_path);
-  line.addText({"--distances", "FILE",
-                "distances of another program, to compare: 32-bit floats x, y, z and distance per "
-                "point"},
-               options.field_path);
   line.addText({"--picture", "OUT.png", "a slice of the map"}, options.picture_path);
   line.addNumber({"--height", "METRES", "height of the slice"}, options.height_m, {-1e3, 1e3});
   line.onlyWith("--height", "--picture");
@@ -128,15 +124,9 @@ void evaluateSpace(const EvaluateSpaceOptions& options) {
   mapper->updateMesh();
   Space& space = *mapper->space();
   space.updateDistances();
-  const auto max_distance_m = static_cast<double>(params.space.max_distance_m);
-  const SpaceQuestions questions{truth.views, max_distance_m,
+  const SpaceQuestions questions{truth.views, static_cast<double>(params.space.max_distance_m),
                                  static_cast<double>(params.space.max_range_m), options.samples};
-  std::optional<ComparedDistances> compared;
-  if (!options.field_path.empty()) {
-    compared =
-        compareDistances(space, *truth.space, readDistances(options.field_path), max_distance_m);
-  }
-  writeText(options.json_path, toJson(measureSpace(space, *truth.space, questions), compared));
+  writeText(options.json_path, toJson(measureSpace(space, *truth.space, questions)));
   if (!options.picture_path.empty()) drawSlice(options, params, space, *truth.space);
 }
 

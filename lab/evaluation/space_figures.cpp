@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <stdexcept>
 
 #include "evaluation/parallel.h"
 
@@ -252,52 +250,17 @@ SpaceFigures measureSpace(const Space& space, const SpaceTruth& truth,
   return Measurement(space, truth, questions).run();
 }
 
-std::vector<AnsweredDistance> readDistances(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::vector<AnsweredDistance> told;
-  std::array<float, 4> values{};
-  while (file.read(reinterpret_cast<char*>(values.data()), sizeof(values))) {
-    told.push_back({Vector3d(values[0], values[1], values[2]), values[3]});
-  }
-  if (told.empty() || file.gcount() != 0) {
-    throw std::runtime_error(path + ": must have four 32-bit floats per distance");
-  }
-  return told;
-}
-
-ComparedDistances compareDistances(const Space& space, const SpaceTruth& truth,
-                                   const std::vector<AnsweredDistance>& told,
-                                   double max_distance_m) {
-  const ErrorSum none(space.cellSize_m(), max_distance_m);
-  const auto add = [&](size_t begin, size_t end, TwoSums<ErrorSum>& sums) {
-    for (size_t i = begin; i < end; ++i) {
-      const Vector3d& p = told[i].p_W;
-      if (space.stateOf(space.cellAt(p)) != CellState::kFree) continue;
-      const auto true_distance = truth.distanceFrom(p);
-      if (!true_distance) continue;
-      sums.first.add(p, told[i].distance_m, *true_distance);
-      sums.second.add(p, static_cast<double>(space.distanceAt(p).distance_m), *true_distance);
-    }
-  };
-  const auto sums = sumOverChunks(told.size(), kCellsPerChunk, TwoSums<ErrorSum>{none, none}, add);
-  return {sums.first.result(), sums.second.result()};
-}
-
-std::string toJson(const SpaceFigures& figures, const std::optional<ComparedDistances>& compared) {
-  nlohmann::json json = {{"cell_mm", 1e3 * figures.cell_m},
-                         {"free_cells", figures.free_cells},
-                         {"surface_cells", figures.surface_cells},
-                         {"at_middles", toJsonValue(figures.at_middles)},
-                         {"at_points", toJsonValue(figures.at_points)},
-                         {"looked_at", figures.looked_at},
-                         {"taken", figures.taken},
-                         {"unseen", figures.unseen},
-                         {"truly_free", figures.truly_free},
-                         {"found_free", figures.found_free}};
-  if (compared) {
-    json["compared"] = toJsonValue(compared->told);
-    json["map_at_compared"] = toJsonValue(compared->map);
-  }
+std::string toJson(const SpaceFigures& figures) {
+  const nlohmann::json json = {{"cell_mm", 1e3 * figures.cell_m},
+                               {"free_cells", figures.free_cells},
+                               {"surface_cells", figures.surface_cells},
+                               {"at_middles", toJsonValue(figures.at_middles)},
+                               {"at_points", toJsonValue(figures.at_points)},
+                               {"looked_at", figures.looked_at},
+                               {"taken", figures.taken},
+                               {"unseen", figures.unseen},
+                               {"truly_free", figures.truly_free},
+                               {"found_free", figures.found_free}};
   return json.dump(2) + "\n";
 }
 

@@ -1,7 +1,6 @@
 /// Figures that compare what a map knows of space with what is true of it.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,10 +32,6 @@ struct SpaceFigures {
   // Of cells in the bounds, chosen evenly, that nothing reaches into and a view looks through:
   size_t truly_free = 0;
   size_t found_free = 0;  ///< Called free.
-
-  double foundShare() const {
-    return truly_free > 0 ? static_cast<double>(found_free) / static_cast<double>(truly_free) : 0.0;
-  }
 };
 
 struct SpaceQuestions {
@@ -57,25 +52,6 @@ constexpr double kFarOff_cells = 1.5;
 SpaceFigures measureSpace(const Space& space, const SpaceTruth& truth,
                           const SpaceQuestions& questions);
 
-/// A distance that some other program tells.
-struct AnsweredDistance {
-  Eigen::Vector3d p_W;
-  double distance_m;
-};
-
-/// Four 32-bit floats each: x, y, z and the distance, in metres.
-/// @throws std::runtime_error if the file cannot be read or has no such size.
-std::vector<AnsweredDistance> readDistances(const std::string& path);
-
-/// Errors at the same points: of what was told, and of the map where it knows the point to be free.
-struct ComparedDistances {
-  DistanceErrors told, map;
-};
-
-ComparedDistances compareDistances(const Space& space, const SpaceTruth& truth,
-                                   const std::vector<AnsweredDistance>& told,
-                                   double max_distance_m);
-
-std::string toJson(const SpaceFigures& figures, const std::optional<ComparedDistances>& compared);
+std::string toJson(const SpaceFigures& figures);
 
 }  // namespace dtsdf

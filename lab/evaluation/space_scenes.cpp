@@ -97,16 +97,8 @@ void fuseScene(const ViewedScene& viewed, Mapper& mapper) {
   for (const Eigen::Isometry3d& T_W_C : viewed.views.poses_W_C) {
     const std::vector<float> depth_m =
         renderDepth(viewed.scene, camera.intrinsics, camera.width, camera.height, T_W_C);
-    DepthFrame frame;
-    frame.data = depth_m.data();
-    frame.row_bytes = static_cast<size_t>(camera.width) * sizeof(float);
-    frame.width = camera.width;
-    frame.height = camera.height;
-    frame.encoding = DepthEncoding::kFloat32;
-    frame.unit_m = 1.0f;
-    frame.intrinsics = camera.intrinsics;
-    frame.T_W_C = T_W_C;
-    const IntegrationResult result = mapper.integrate(frame);
+    const IntegrationResult result = mapper.integrate(
+        depthFrameOf(depth_m, camera.intrinsics, camera.width, camera.height, T_W_C));
     if (result.status != FrameStatus::kFused) throw std::runtime_error(result.message);
   }
 }

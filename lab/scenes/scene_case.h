@@ -42,7 +42,7 @@ Figure within(const std::string& name, double least, double most, const std::str
               double value);
 Figure reported(const std::string& name, const std::string& unit, double value);
 
-/// "at most 2", or nothing.
+/// "<= 2", or "1 to 2"; empty without a bound.
 std::string describeBound(const Figure& figure);
 
 /// A scene in one of its variants. The same setup always gives the same figures.

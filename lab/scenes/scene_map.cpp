@@ -20,16 +20,7 @@ Intrinsics SceneView::intrinsics() const {
 }
 
 DepthFrame SceneView::frame() const {
-  DepthFrame frame;
-  frame.data = depth_m.data();
-  frame.width = camera.width;
-  frame.height = camera.height;
-  frame.row_bytes = static_cast<size_t>(camera.width) * sizeof(float);
-  frame.encoding = DepthEncoding::kFloat32;
-  frame.unit_m = 1.0f;
-  frame.intrinsics = intrinsics();
-  frame.T_W_C = T_W_C;
-  return frame;
+  return depthFrameOf(depth_m, intrinsics(), camera.width, camera.height, T_W_C);
 }
 
 size_t SceneView::indexOf(int u, int v) const {

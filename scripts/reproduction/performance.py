@@ -4,7 +4,6 @@ import dataclasses
 from .tables import markdown_table
 
 MIB = 2 ** 20
-HOST_STAGES = ("copy", "admit", "hand_out", "find_cells")
 FLIGHT_SPEED_M = 2  # from frame to frame
 
 # Others' code on one H200: (authors of the paper, nvblox), ms from upload to updated mesh.
@@ -96,12 +95,9 @@ class Performance:
                 "2 MiB pages. Mesh buffers hold what changed last; the whole mesh is on the host. "
                 "Others: MiB in use."), self._memory()),
             self._section("Stages on the GPU", (
-                "Median ms of a run of its own with CUDA events round each stage (share of the "
-                "measured copy bandwidth, of the bus for upload and fetch, that the bytes which "
-                "must move come to). copy, admit and hand_out are times of the host."),
+                "Median ms of a run of its own with CUDA events round each stage. copy, admit and "
+                "hand_out are times of the host."),
                 self._stages(self.cuda)),
-            self._section("What a stage has to do", (
-                "Median KiB that must move, and the time that they take at full bandwidth."), self._work(self.cuda)),
             self._section("Kernels", self._kernel_text(), self._kernels()),
             self._flight(),
             self._section("On the CPU", (
@@ -112,7 +108,7 @@ class Performance:
                 "threads, integration + incremental mesh where there is one; of redkitchen a "
                 "stretch of 50 frames. None is directional. Those without carving do not clear free space."),
                 self._others_on_cpu()),
-            self._section("Stages on the CPU", "Median ms.", self._stages(self.cpu, False))]
+            self._section("Stages on the CPU", "Median ms.", self._stages(self.cpu))]
         return "\n".join(part for part in parts if part)
 
     @staticmethod
@@ -170,27 +166,13 @@ class Performance:
         return [f"{cell.recording} {cell.voxel_mm:g} mm" +
                 (f", {cell.threads} thr." if cell.backend == "cpu" else "") for cell in results]
 
-    def _stages(self, results, with_share=True):
+    def _stages(self, results):
         rows = []
         for name in self._stage_names(results):
             row = [name]
             for result in results.values():
                 stage = self._stage(result, name)
-                text = f"{stage['ms']['median']:.3f}" if stage else "–"
-                if stage and with_share and stage["bytes"] > 0 and name not in HOST_STAGES:
-                    text += f" ({stage['share_of_bandwidth']:.0%})"
-                row.append(text)
-            rows.append(row)
-        return markdown_table(["stage", *self._columns(results)], rows) if rows else ""
-
-    def _work(self, results):
-        rows = []
-        for name in self._stage_names(results):
-            row = [name]
-            for result in results.values():
-                stage = self._stage(result, name)
-                row.append("–" if not stage else f"{stage['bytes'] / 1024:.0f} / "
-                           f"{stage['floor_ms']:.4f}")
+                row.append(f"{stage['ms']['median']:.3f}" if stage else "–")
             rows.append(row)
         return markdown_table(["stage", *self._columns(results)], rows) if rows else ""
 

@@ -24,7 +24,7 @@ namespace dtsdf {
 /// What a depth image touches, and what the map lacks of it.
 struct TouchedCounts {
   size_t surfels;               ///< With a weight.
-  size_t blocks, arrays;        ///< That surfels reach.
+  size_t blocks;                ///< That surfels reach.
   size_t requests, new_arrays;  ///< Blocks that are missing or miss arrays; these arrays.
 };
 
@@ -45,8 +45,7 @@ struct ColourLook {
 
 /// What a colour image shows of surfaces.
 struct SeenColours {
-  bool any;        ///< Something is to be painted.
-  size_t samples;  ///< Voxels that it shows.
+  bool any;  ///< Something is to be painted.
   ExposureSums sums;
 };
 
@@ -55,12 +54,6 @@ struct ViewRequest {
   FrameView frame;
   int32_t least_evidence;  ///< That a surface needs.
   bool has_colours;
-};
-
-/// The meshes of an extraction.
-struct MadeMeshes {
-  MeshUpdate update;
-  size_t indexed_blocks = 0, meshed_blocks = 0;
 };
 
 /// Blocks that the engine has changed in the table, of which a backend may have a mirror.
@@ -151,7 +144,7 @@ class MapBackend {
   virtual void waitForMeshes() = 0;
 
   /// Waits for the extraction, if one is under way. @return what has changed, by packed key.
-  virtual MadeMeshes finishMesh() = 0;
+  virtual MeshUpdate finishMesh() = 0;
 
   // ---- Memory and copies. Memory for a change is taken before the table changes.
 

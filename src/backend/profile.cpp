@@ -10,11 +10,11 @@ const char* toString(Stage stage) {
     case Stage::kSense: return "sense";
     case Stage::kMakeSurfels: return "make_surfels";
     case Stage::kFindBlocks: return "find_blocks";
+    case Stage::kSeeFree: return "see_free";
     case Stage::kAdmit: return "admit";
     case Stage::kCast: return "cast";
     case Stage::kFold: return "fold";
     case Stage::kClear: return "clear";
-    case Stage::kSeeFree: return "see_free";
     case Stage::kPaint: return "paint";
     case Stage::kRender: return "render";
     case Stage::kIndex: return "index";

@@ -17,11 +17,11 @@ enum class Stage {
   kSense,        ///< Noise of the image, inverse depth and row fits, and how far rays are free.
   kMakeSurfels,  ///< Which pixels are merged, column fits, and surfels.
   kFindBlocks,   ///< Blocks that surfels touch, and what of them the map lacks.
+  kSeeFree,      ///< Which cells of space the image sees through.
   kAdmit,        ///< New blocks and arrays, and their memory (host, with waiting for the device).
   kCast,         ///< Surfels into sums.
   kFold,         ///< Sums into voxels.
   kClear,        ///< Voxels that were seen as free, what changed, and what is empty.
-  kSeeFree,      ///< Which cells of space the image sees through.
   kPaint,        ///< A colour image onto the surfaces that it sees.
   kRender,       ///< A view of the map from a pose.
   kIndex,        ///< Which blocks to mesh again, and the marching cubes indices in them.
@@ -34,16 +34,10 @@ constexpr int kStageCount = static_cast<int>(Stage::kFindCells) + 1;
 
 const char* toString(Stage stage);
 
-/// What there was to do, as far as the backend counts it; 0 otherwise.
+/// What there was to do.
 struct WorkCounts {
-  uint64_t pixels = 0, raw_bytes = 0;
+  uint64_t pixels = 0;
   uint64_t surfels = 0;  ///< With a weight.
-  uint64_t touched_blocks = 0, touched_arrays = 0;
-  uint64_t new_blocks = 0, new_arrays = 0;
-  uint64_t indexed_blocks = 0, meshed_blocks = 0;
-  uint64_t vertices = 0, triangles = 0;
-  uint64_t colour_pixels = 0, painted_voxels = 0;
-  uint64_t seen_cubes = 0;  ///< Of cells of space, in view.
 };
 
 /// Times and counts, added up until whoever asked for them sets them back.

@@ -25,7 +25,7 @@ struct EdgeEnd {
   }
 };
 
-/// An edge as the rules want it (EdgeSamples): all ask for its ends, few for what lies beyond.
+/// An edge as the rules want it: all ask for its ends, few for what lies beyond.
 template <class Samples>
 struct EdgeOfGrid {
   Sample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};

@@ -225,20 +225,16 @@ std::vector<BlockMesh> BlockMesher::takeChanges(const std::vector<int32_t>& slot
   return changes;
 }
 
-MadeMeshes BlockMesher::update(int32_t least_evidence) {
+MeshUpdate BlockMesher::update(int32_t least_evidence) {
   ++update_;
   least_evidence_ = least_evidence;
   const std::vector<int32_t> dirty = takeMarked(dirty_, state_, &SlotState::dirty);
   std::vector<int32_t> slots = reachBlocks(dirty);
-  MadeMeshes made;
-  made.indexed_blocks = slots.size();
   indexBlocks(slots);
   selectAround(dirty, slots);
   selectPainted(slots);
   std::vector<BlockMesh> meshes = makeMeshes(slots);
-  made.meshed_blocks = slots.size();
-  made.update.blocks = takeChanges(slots, meshes);
-  return made;
+  return {takeChanges(slots, meshes)};
 }
 
 }  // namespace dtsdf

@@ -60,7 +60,7 @@ class BlockMesher {
 
   /// Meshes what was marked since the last call. @return the changed blocks, by packed key.
   /// `least_evidence` is what a voxel needs to be known.
-  MadeMeshes update(int32_t least_evidence);
+  MeshUpdate update(int32_t least_evidence);
 
  private:
   struct SlotState {

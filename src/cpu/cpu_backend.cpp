@@ -10,14 +10,13 @@
 #include "backend/rule_settings.h"
 #include "cpu/clear_region.h"
 #include "cpu/fold.h"
+#include "kernels/core/direction.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/fusion/voxel_update.h"
 #include "threads/parallel_for.h"
 
 namespace dtsdf {
 namespace {
-
-constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 
 struct NoScratch {};
 
@@ -92,13 +91,12 @@ void CpuBackend::findBlocks() {
 void CpuBackend::lookUpBlocks() {
   const StageTimer timer(profile_, Stage::kFindBlocks);
   requests_.clear();
-  touched_counts_ = {surfel_maker_.count(), block_finder_.touched().size(), 0, 0, 0};
+  touched_counts_ = {surfel_maker_.count(), block_finder_.touched().size(), 0, 0};
   for (const TouchedBlock& block : block_finder_.touched()) {
     const int32_t slot = table_.find(block.key);
     uint32_t missing = block.directions;
     if (slot >= 0) missing &= ~directionsWithArrays(table_.block(slot));
     if (missing != 0) requests_.push_back({block.key, block.directions});
-    touched_counts_.arrays += static_cast<size_t>(__builtin_popcount(block.directions));
   }
   const PoolSizes added = table_.countNew(requests_);
   touched_counts_.requests = requests_.size();
@@ -226,13 +224,13 @@ void CpuBackend::render(const ViewRequest& request, RenderedView& view) {
 void CpuBackend::beginMesh(int32_t least_evidence) {
   const auto start = std::chrono::steady_clock::now();
   meshes_ = mesher_.update(least_evidence);
-  meshes_.update.duration_ms = std::chrono::duration<double, std::milli>(
-                                   std::chrono::steady_clock::now() - start).count();
+  meshes_.duration_ms = std::chrono::duration<double, std::milli>(
+                            std::chrono::steady_clock::now() - start).count();
 }
 
-MadeMeshes CpuBackend::finishMesh() {
-  MadeMeshes made = std::move(meshes_);
-  meshes_ = MadeMeshes();
+MeshUpdate CpuBackend::finishMesh() {
+  MeshUpdate made = std::move(meshes_);
+  meshes_ = MeshUpdate();
   return made;
 }
 

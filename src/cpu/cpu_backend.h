@@ -54,7 +54,7 @@ class CpuBackend : public MapBackend, private BlockMover {
   void keepColours() override { mesher_.keepColours(); }
   void beginMesh(int32_t least_evidence) override;
   void waitForMeshes() override {}
-  MadeMeshes finishMesh() override;
+  MeshUpdate finishMesh() override;
 
   void reserve(const MapDemand& demand) override;
   void reserveColours(size_t new_bricks) override;
@@ -111,7 +111,7 @@ class CpuBackend : public MapBackend, private BlockMover {
   std::vector<uint64_t> last_touched_;  ///< Number of the last frame that did, by slot; 0: none.
   std::vector<EmptyBlock> empty_;
   std::vector<FreeCube> free_cubes_;
-  MadeMeshes meshes_;
+  MeshUpdate meshes_;
   Profile* profile_ = nullptr;
 };
 

@@ -187,9 +187,8 @@ SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look,
   SeenColours seen = {};
   for (size_t i = 0; i < blocks_in_view_; ++i) {
     addToSums(seen.sums, blocks_[i].sums);
-    seen.samples += blocks_[i].samples.size();
+    seen.any |= !blocks_[i].samples.empty();
   }
-  seen.any = seen.samples > 0;
   return seen;
 }
 

@@ -8,13 +8,12 @@
 #include "backend/pose_solver.h"
 #include "backend/rule_settings.h"
 #include "kernels/colour/surface_point.h"
+#include "kernels/core/direction.h"
 #include "kernels/fusion/free_space.h"
 #include "map/memory_budget.h"
 
 namespace dtsdf {
 namespace {
-
-constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 
 IntegrationResult refuseForMemory(const BackendError& error) {
   return refuse({FrameStatus::kNoMemory,
@@ -104,9 +103,7 @@ void Engine::sense(const DepthFrame& frame, const FrameView& view) {
   outside_.clear();
   ready().sense(frame, view);
   if (profile_ == nullptr) return;
-  const ImageRows rows = rowsOf(frame);
   profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
-  profile_->work.raw_bytes += static_cast<uint64_t>(rows.packed_bytes) * rows.height;
 }
 
 /// Blocks that the frame may see, where it clears those too that it does not touch. Found before
@@ -125,7 +122,6 @@ void Engine::seeFree(const FrameView& view) {
     const StageTimer timer(profile_, Stage::kSeeFree);
     cubes = space_->cubesInView(view);
   }
-  if (profile_ != nullptr) profile_->work.seen_cubes += cubes.size();
   backend_->seeFree(std::move(cubes));
 }
 
@@ -145,10 +141,6 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
     if (pager_) pager_->noteNew(admission.changed_slots);
   } else {
     admission.refused = touched.requests;
-  }
-  if (profile_ != nullptr) {
-    profile_->work.new_blocks += admission.changed_slots.size();
-    profile_->work.new_arrays += admission.new_arrays.size();
   }
   counters_.refused += admission.refused;
   outside_.insert(outside_.end(), admission.outside.begin(), admission.outside.end());
@@ -170,11 +162,7 @@ bool Engine::hasRoomFor(const MapDemand& demand) {
 void Engine::castFoldAndClear(const TouchedCounts& touched, const FrameTurn& turn) {
   ++counters_.frames;
   if (touched.blocks > 0) ++counters_.supporting_frames;
-  if (profile_ != nullptr) {
-    profile_->work.surfels += touched.surfels;
-    profile_->work.touched_blocks += touched.blocks;
-    profile_->work.touched_arrays += touched.arrays;
-  }
+  if (profile_ != nullptr) profile_->work.surfels += touched.surfels;
   backend_->castFoldAndClear(turn);
 }
 
@@ -272,10 +260,6 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   IntegrationResult result;
   result.refused_blocks = left_on_disk + admitColours();
   if (has_colours_) backend_->paint(exposure_);
-  if (profile_ != nullptr) {
-    profile_->work.colour_pixels += static_cast<uint64_t>(frame.width) * frame.height;
-    profile_->work.painted_voxels += seen.samples;
-  }
   return result;
 }
 

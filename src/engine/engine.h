@@ -103,7 +103,6 @@ class Engine : public ProbedMapper {
   int32_t leastEvidenceNow() const;
   void markAllDirty();
   void enterContents(const MapContents& contents);
-  void countMeshes(const MadeMeshes& made) const;
   void clearSlots(const std::vector<int32_t>& slots, const RegionView& view, ClearedRegion& result);
 
   const MapperParams params_;
@@ -125,7 +124,7 @@ class Engine : public ProbedMapper {
   bool has_free_ = false;               ///< What the last frame saw as free has not been taken yet.
   bool is_meshing_ = false;
   std::vector<MarkedKey> unfinished_;  ///< Meshed without all that they depend on: to do again.
-  MadeMeshes made_;  ///< Of the extraction under way, so far: those that were fetched early.
+  MeshUpdate made_;  ///< Of the extraction under way, so far: those that were fetched early.
   int32_t least_evidence_ = 0;   ///< Of the last extraction.
   std::vector<int32_t> vacant_;  ///< Released when the extraction under way is fetched.
   Profile* profile_ = nullptr;

@@ -21,7 +21,7 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
 void Engine::beginMeshUpdate() {
   ready();
   if (is_meshing_) finishMeshing();
-  made_ = MadeMeshes();  // nobody asked for its changes: they are lost
+  made_ = MeshUpdate();  // nobody asked for its changes: they are lost
   settle();
   table_.noteExtraction();
   const std::vector<int32_t> vacant = table_.takeVacant();
@@ -42,14 +42,13 @@ void Engine::markAllDirty() {
 MeshUpdate Engine::finishMeshUpdate() {
   ready();
   finishMeshing();
-  MadeMeshes made = std::move(made_);
-  made_ = MadeMeshes();
-  countMeshes(made);
+  MeshUpdate made = std::move(made_);
+  made_ = MeshUpdate();
   if (space_ != nullptr) {
     const StageTimer timer(profile_, Stage::kFindCells);
-    space_->addSurfaces(made.update.blocks);
+    space_->addSurfaces(made.blocks);
   }
-  return std::move(made.update);
+  return made;
 }
 
 /// Blocks without arrays go now: what shows their mesh learns that they have none.
@@ -61,16 +60,6 @@ void Engine::finishMeshing() {
   vacant_.clear();
   for (const MarkedKey& block : unfinished_) pager_->setMarks(*backend_, block.key, block.marks);
   unfinished_.clear();
-}
-
-void Engine::countMeshes(const MadeMeshes& made) const {
-  if (profile_ == nullptr) return;
-  profile_->work.indexed_blocks += made.indexed_blocks;
-  profile_->work.meshed_blocks += made.meshed_blocks;
-  for (const BlockMesh& mesh : made.update.blocks) {
-    profile_->work.vertices += mesh.vertices.size();
-    profile_->work.triangles += mesh.triangles.size() / 3;
-  }
 }
 
 ClearedRegion Engine::clearRegion(const Region& region) {
@@ -107,7 +96,7 @@ void Engine::clear() {
   backend_.reset();
   table_.clear();
   if (pager_) pager_->clear();
-  made_ = MadeMeshes();
+  made_ = MeshUpdate();
   unfinished_.clear();
   if (space_ != nullptr) space_->clear();
   counters_ = Counters();

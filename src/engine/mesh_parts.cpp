@@ -62,19 +62,17 @@ std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked) {
   return half;
 }
 
-void addMeshes(MadeMeshes part, MadeMeshes& made) {
-  made.indexed_blocks += part.indexed_blocks;
-  made.meshed_blocks += part.meshed_blocks;
-  made.update.duration_ms += part.update.duration_ms;
-  std::vector<BlockMesh>& all = made.update.blocks;
+void addMeshes(MeshUpdate part, MeshUpdate& made) {
+  made.duration_ms += part.duration_ms;
+  std::vector<BlockMesh>& all = made.blocks;
   if (all.empty()) {
-    all = std::move(part.update.blocks);
+    all = std::move(part.blocks);
     return;
   }
   std::vector<BlockMesh> merged;
-  merged.reserve(all.size() + part.update.blocks.size());
+  merged.reserve(all.size() + part.blocks.size());
   auto earlier = all.begin();
-  for (BlockMesh& mesh : part.update.blocks) {
+  for (BlockMesh& mesh : part.blocks) {
     const PackedKey key = packKey(mesh.key);
     for (; earlier != all.end() && packKey(earlier->key) <= key; ++earlier) {
       if (packKey(earlier->key) < key) merged.push_back(std::move(*earlier));

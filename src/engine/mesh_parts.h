@@ -24,6 +24,6 @@ std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked);
 
 /// Adds the meshes of a part to those of the parts before: where both have a block, that of the
 /// later one is right, as all around it was up to date.
-void addMeshes(MadeMeshes part, MadeMeshes& made);
+void addMeshes(MeshUpdate part, MeshUpdate& made);
 
 }  // namespace dtsdf

@@ -15,6 +15,8 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "params/ending.h"
+
 namespace dtsdf {
 namespace {
 
@@ -74,7 +76,7 @@ bool isNumber(const std::string& text) {
 bool isBeside(const std::string& name, const std::string& path) {
   const std::string begin = temporaryNameOf(path), end = kEnding;
   if (name.size() <= begin.size() + end.size() || name.compare(0, begin.size(), begin) != 0 ||
-      name.compare(name.size() - end.size(), end.size(), end) != 0) {
+      !endsWith(name, end)) {
     return false;
   }
   const std::string rest =

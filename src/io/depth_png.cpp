@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "io/byte_order.h"
+#include "io/png_bytes.h"
 #include "kernels/core/voxel.h"
 
 namespace dtsdf {
@@ -191,16 +192,7 @@ std::string encodeDepthPng(const DepthImage& image) {
   png.height = static_cast<png_uint_32>(image.size.height);
   png.format = PNG_FORMAT_LINEAR_Y;  // 16 bits of grey, as they are
   png.flags = PNG_IMAGE_FLAG_FAST;
-  // Without a place for the bytes it returns how many there are.
-  const auto write = [&](void* bytes, png_alloc_size_t size) {
-    if (png_image_write_to_memory(&png, bytes, &size, 0, image.pixels.data(), 0, nullptr) == 0) {
-      throw std::runtime_error(std::string("cannot make a PNG image: ") + png.message);
-    }
-    return size;
-  };
-  std::string bytes(write(nullptr, 0), '\0');
-  write(&bytes[0], bytes.size());
-  return bytes;
+  return pngBytes(png, image.pixels.data());
 }
 
 }  // namespace dtsdf

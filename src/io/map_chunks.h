@@ -44,8 +44,6 @@ class MapChunks {
   uint64_t contentHash() const;  ///< As it stands in the file.
 
   size_t count() const;
-  /// The number of a chunk's first block; of `count()`, that of all blocks.
-  size_t firstBlock(size_t chunk) const;
 
   /// The words of a chunk's blocks. @throws std::runtime_error for a damaged file
   void readVoxels(size_t chunk, std::vector<uint64_t>& words) const;

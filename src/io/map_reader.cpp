@@ -301,7 +301,6 @@ MapChunks::MapChunks(MapChunks&&) noexcept = default;
 const MapContents& MapChunks::head() const { return state_->reader.head(); }
 uint64_t MapChunks::contentHash() const { return state_->reader.file().contentHashInFile(); }
 size_t MapChunks::count() const { return state_->bounds.count(); }
-size_t MapChunks::firstBlock(size_t chunk) const { return state_->bounds.block[chunk]; }
 
 void MapChunks::readVoxels(size_t chunk, std::vector<uint64_t>& words) const {
   state_->read(*state_->voxels[chunk], state_->bounds.voxel_word, chunk, words);

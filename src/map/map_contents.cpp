@@ -16,7 +16,6 @@ namespace {
 
 constexpr const char* kBoundSettings[] = {"map/voxel_size_m", "map/truncation_voxels",
                                           "map/directional", "fusion/mode"};
-constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 constexpr uint64_t kAllBricks = (uint64_t{1} << kDirectionCount * kBricksPerArray) - 1u;
 constexpr uint64_t kBricksOfArray = (uint64_t{1} << kBricksPerArray) - 1u;
 

@@ -69,6 +69,18 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
 
 }  // namespace
 
+void readFrames(NodeParams& node, ParamReader& reader) {
+  for (std::string* name :
+       {&node.map_frame, &node.level.frame, &node.keep_frame, &node.input.camera_frame,
+        &node.poses.odom_frame, &node.poses.base_frame, &node.corrections.path_frame}) {
+    *name = stripLeadingSlash(*name);
+  }
+  if (node.map_frame.empty()) reader.addViolation("map_frame", "must not be empty");
+  if (isLevelled(node) && node.level.frame == node.map_frame) {
+    reader.addViolation("map/level_frame", "must differ from map_frame, the frame of the poses");
+  }
+}
+
 MappingParams readMappingParams(const ParamTree& tree,
                                 const std::vector<ParamViolation>& violations) {
   MappingParams params;
@@ -78,16 +90,7 @@ MappingParams readMappingParams(const ParamTree& tree,
   for (const auto& [key, rule] : violations) reader.addViolation(key, rule);
 
   NodeParams& node = params.node;
-  node.map_frame = stripLeadingSlash(node.map_frame);
-  node.input.camera_frame = stripLeadingSlash(node.input.camera_frame);
-  node.keep_frame = stripLeadingSlash(node.keep_frame);
-  node.level.frame = stripLeadingSlash(node.level.frame);
-  node.poses.odom_frame = stripLeadingSlash(node.poses.odom_frame);
-  node.poses.base_frame = stripLeadingSlash(node.poses.base_frame);
-  if (isLevelled(node) && node.level.frame == node.map_frame) {
-    reader.addViolation("map/level_frame", "must differ from map_frame, the frame of the poses");
-  }
-  if (node.map_frame.empty()) reader.addViolation("map_frame", "must not be empty");
+  readFrames(node, reader);
   if (node.output_directory.empty()) reader.addViolation("output_directory", "must not be empty");
   if (node.ground.min_height_m >= node.ground.max_height_m) {
     reader.addViolation("space/min_height_m", "must be less than space/max_height_m");

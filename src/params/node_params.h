@@ -211,6 +211,10 @@ void visitParams(MappingParams& p, Visitor& visit) {
   visitParams(p.node, visit);
 }
 
+/// Takes the leading slash of old tf off the frames' names, and checks those that a map may have.
+/// For all who read settings: by the name of its frame a map is refused or taken.
+void readFrames(NodeParams& node, ParamReader& reader);
+
 /// A key and the rule it breaks.
 using ParamViolation = std::pair<std::string, std::string>;
 

@@ -72,7 +72,7 @@ double explainedBy(const Alignment& alignment) {
 
 Alignment PoseTracker::track(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   if (!last_ && !given_T_W_C_) given_T_W_C_ = frame.T_W_C;
-  may_begin_ = given_T_W_C_.has_value();
+  may_begin_ = false;
   if (given_T_W_C_) return begin(mapper, frame, stamp_s);
   return isLost() ? search(mapper, frame, stamp_s) : follow(mapper, frame, stamp_s);
 }
@@ -110,11 +110,14 @@ std::optional<Isometry3d> PoseTracker::poseAt(double stamp_s) const {
 
 Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   const Alignment alignment = alignAt(mapper, frame, *given_T_W_C_);
-  // A frame that shows nothing cannot begin a map; the next one may.
+  // A frame that shows nothing cannot begin a map; the next one may. Once one has begun it, the
+  // pose of the next is no longer known.
   const bool map_is_empty = mapper.stats().voxel_arrays == 0;
+  may_begin_ = map_is_empty || !last_;
   last_ = Followed{alignment.T_W_C, stamp_s};
   before_.reset();
-  if (alignment.status == AlignmentStatus::kMisfit) {
+  const bool is_elsewhere = alignment.status == AlignmentStatus::kUnmapped && !may_begin_;
+  if (alignment.status == AlignmentStatus::kMisfit || is_elsewhere) {
     lose(stamp_s);
   } else {
     rememberPlace(alignment.T_W_C);

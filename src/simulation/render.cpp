@@ -78,6 +78,20 @@ std::vector<Hit> findHits(const Scene& scene, const Intrinsics& K, int width, in
 
 }  // namespace
 
+DepthFrame depthFrameOf(const std::vector<float>& depth_m, const Intrinsics& intrinsics, int width,
+                        int height, const Eigen::Isometry3d& T_W_C) {
+  DepthFrame frame;
+  frame.data = depth_m.data();
+  frame.width = width;
+  frame.height = height;
+  frame.row_bytes = static_cast<size_t>(width) * sizeof(float);
+  frame.encoding = DepthEncoding::kFloat32;
+  frame.unit_m = 1.0f;
+  frame.intrinsics = intrinsics;
+  frame.T_W_C = T_W_C;
+  return frame;
+}
+
 std::vector<float> renderDepth(const Scene& scene, const Intrinsics& K, int width, int height,
                                const Eigen::Isometry3d& T_W_C) {
   std::vector<float> depth_m;

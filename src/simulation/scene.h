@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "dtsdf_mapping/depth_frame.h"
 #include "dtsdf_mapping/pinhole.h"
 
 namespace dtsdf {
@@ -70,6 +71,10 @@ class Scene {
 /// Exact depth (z in the optical frame, metres, row-major) of every pixel; 0 where nothing is hit.
 std::vector<float> renderDepth(const Scene& scene, const Intrinsics& intrinsics, int width,
                                int height, const Eigen::Isometry3d& T_W_C);
+
+/// What a mapper is given of it. Valid as long as `depth_m` is.
+DepthFrame depthFrameOf(const std::vector<float>& depth_m, const Intrinsics& intrinsics, int width,
+                        int height, const Eigen::Isometry3d& T_W_C);
 
 /// Red, green and blue of a surface.
 using Paint = std::array<uint8_t, 3>;

@@ -26,9 +26,7 @@ struct SurfaceCube {
 
 class DistanceField {
  public:
-  /// Distances are known up to so many cells, 255 at most: their squares are kept in 16 bits.
-  static constexpr int kMostReach = 255;
-
+  /// Distances are known up to `reach` cells, 255 at most: their squares are kept in 16 bits.
   DistanceField(int reach, int threads) : reach_(reach), threads_(threads) {}
 
   /// Takes over the cubes in which surfaces may be other ones than before.

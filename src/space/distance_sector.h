@@ -22,9 +22,6 @@ constexpr int kCubesPerSector = kCubesAlong * kCubesAlong * kCubesAlong;
 constexpr uint16_t kSquaredFar = 0xffff;
 
 inline Vec3i sectorOfCell(const Vec3i& cell) { return shiftDown(cell, kSectorSideLog2); }
-inline Vec3i sectorOfCube(const Vec3i& cube) {
-  return shiftDown(cube, kSectorSideLog2 - kCubeSideLog2);
-}
 
 /// Its number in its sector.
 inline int cubeInSector(const Vec3i& cube) {

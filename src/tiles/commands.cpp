@@ -8,6 +8,7 @@
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/atomic_file.h"
+#include "params/ending.h"
 #include "program/run_program.h"
 #include "tiles/child_process.h"
 #include "tiles/fuse_tile.h"
@@ -21,11 +22,6 @@ namespace dtsdf {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool endsIn(const std::string& text, const std::string& ending) {
-  return text.size() > ending.size() &&
-         text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
-}
 
 struct PlanOptions {
   PlanRequest request;
@@ -88,7 +84,7 @@ void addMergeOptions(CommandLine& line, MergeRequest& request) {
     request.mesh_path = value;
   });
   line.add({"--save-map", "OUT.dtsdf", "map file of the whole map"}, [&](const std::string& value) {
-    if (!endsIn(value, kMapExtension)) {
+    if (!hasEnding(value, kMapExtension)) {
       throw UsageError("'" + value + "' does not end in " + kMapExtension);
     }
     request.map_path = value;

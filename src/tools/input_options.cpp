@@ -1,6 +1,7 @@
 #include "tools/input_options.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace dtsdf {
 namespace {
@@ -82,20 +83,16 @@ void checkReadingOptions(const InputOptions& options) {
   if (is_bag && recording.intrinsics && recording.intrinsics->fy < 0.0f) {
     throw UsageError("--intrinsics: a negative FY is for folders, and " + read_as);
   }
-  if (!is_bag && !options.depth_topic.empty()) {
-    throw UsageError("--depth-topic is for bags, and " + read_as);
-  }
-  if (!is_bag && !options.info_topic.empty()) {
-    throw UsageError("--info-topic is for bags, and " + read_as);
-  }
-  if (!is_bag && !options.mask_topic.empty()) {
-    throw UsageError("--mask-topic is for bags, and " + read_as);
-  }
-  if (!is_bag && !options.colour_topic.empty()) {
-    throw UsageError("--color-topic is for bags, and " + read_as);
-  }
-  if (!is_bag && !options.imu_topic.empty()) {
-    throw UsageError("--imu-topic is for bags, and " + read_as);
+  const std::pair<const char*, const std::string&> topics[] = {
+      {"--depth-topic", options.depth_topic},
+      {"--info-topic", options.info_topic},
+      {"--mask-topic", options.mask_topic},
+      {"--color-topic", options.colour_topic},
+      {"--imu-topic", options.imu_topic}};
+  for (const auto& [option, topic] : topics) {
+    if (!is_bag && !topic.empty()) {
+      throw UsageError(std::string(option) + " is for bags, and " + read_as);
+    }
   }
 }
 

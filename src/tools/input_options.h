@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// What is read is RunOptions::recording, whose format may also be "bag".
+/// What is read is RunOptions::recording, whose format may also be "bag" or "log".
 struct InputOptions : RunOptions {
   std::string depth_topic, info_topic;  ///< Empty: chosen from the bag.
   std::string mask_topic;               ///< Of a bag; empty: no masks.

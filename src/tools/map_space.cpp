@@ -2,6 +2,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "mapper/probed_mapper.h"
+#include "params/ending.h"
 #include "tools/map_settings.h"
 
 namespace dtsdf {
@@ -27,8 +28,7 @@ void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& argumen
   addLoadLimit(line, options.limit);
   line.parse(arguments);
   const std::string& path = options.out_path;
-  if (path.size() < ending.size() ||
-      path.compare(path.size() - ending.size(), ending.size(), ending) != 0) {
+  if (!endsWith(path, ending)) {
     throw UsageError("'" + path + "' does not end in " + ending);
   }
 }

@@ -2,6 +2,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
+#include "params/ending.h"
 #include "tools/simplification.h"
 
 namespace dtsdf {
@@ -43,8 +44,7 @@ void addMeshOptions(CommandLine& line, ReconstructOptions& options) {
 
 std::string parseMapPath(const std::string& path) {
   const std::string extension = kMapExtension;
-  if (path.size() <= extension.size() ||
-      path.compare(path.size() - extension.size(), extension.size(), extension) != 0) {
+  if (!hasEnding(path, extension)) {
     throw UsageError("'" + path + "' does not end in " + extension);
   }
   return path;

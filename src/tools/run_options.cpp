@@ -136,6 +136,7 @@ RunSettings readSettings(ParamTree tree) {
   visitParams(settings.params, reader);
   visitRules(settings.rules, reader);
   checkParams(settings.params.mapper, reader);
+  readFrames(settings.params.node, reader);
   reader.finish();
   return settings;
 }

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <utility>
 
+#include "params/ending.h"
 #include "params/node_params.h"
 
 namespace dtsdf {
@@ -14,9 +15,7 @@ std::string unitOf(const std::string& key) {
       {"_m_s", "m/s"},        {"_deg_s", "deg/s"},    {"_hz", "Hz"}, {"_mb", "MiB"}, {"_px", "px"},
       {"_voxels", "voxels"}, {"_blocks", "blocks"}, {"_rad", "rad"}, {"_m", "m"},   {"_s", "s"}};
   const auto unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const auto& ending_and_unit) {
-    const std::string& ending = ending_and_unit.first;
-    return key.size() > ending.size() &&
-           key.compare(key.size() - ending.size(), ending.size(), ending) == 0;
+    return hasEnding(key, ending_and_unit.first);
   });
   return unit == kUnits.end() ? "" : unit->second;
 }

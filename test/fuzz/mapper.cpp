@@ -14,6 +14,7 @@
 
 #include "fuzz/fuzz_input.h"
 #include "fuzz/mesh_check.h"
+#include "support/same_bytes.h"
 
 using namespace dtsdf;
 
@@ -145,12 +146,6 @@ Step takeStep(InputBytes& bytes) {
   return takeImage(bytes);
 }
 
-template <class T>
-bool sameBytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
 /// What a run comes to.
 struct Outcome {
   std::vector<FrameStatus> statuses;
@@ -208,12 +203,6 @@ bool sameMeshes(const Mesh& a, const Mesh& b) {
          sameBytes(a.triangles, b.triangles) && sameBytes(a.colours, b.colours);
 }
 
-template <class T>
-bool sameWords(const PlainArray<T>& a, const PlainArray<T>& b) {
-  return a.size() == b.size() &&
-         (a.size() == 0 || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
 bool sameMaps(const MapContents& a, const MapContents& b) {
   const auto same = [](const MapBlock& x, const MapBlock& y) {
     return packedKeyOf(x.key) == packedKeyOf(y.key) && x.directions == y.directions &&
@@ -227,7 +216,7 @@ bool sameMaps(const MapContents& a, const MapContents& b) {
          a.frames == b.frames && a.supporting_frames == b.supporting_frames &&
          a.painted == b.painted && a.exposure == b.exposure &&
          std::equal(a.blocks.begin(), a.blocks.end(), b.blocks.begin(), b.blocks.end(), same) &&
-         sameWords(a.voxels, b.voxels) && sameWords(a.colours, b.colours);
+         sameBytes(a.voxels, b.voxels) && sameBytes(a.colours, b.colours);
 }
 
 /// The mesh that a mapper makes which goes on from contents.

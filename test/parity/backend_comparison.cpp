@@ -3,6 +3,8 @@
 #include <cstring>
 #include <sstream>
 
+#include "support/same_bytes.h"
+
 namespace dtsdf {
 namespace {
 
@@ -20,12 +22,6 @@ std::string nameStart(Candidate candidate) {
     case Candidate::kCuda: return "cuda (";
   }
   return "";
-}
-
-template <class T>
-bool sameBytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
 std::string describe(const BlockKey& key) {
@@ -66,12 +62,6 @@ void expectEqualResults(const IntegrationResult& expected, const IntegrationResu
   ASSERT_EQ(actual.status, expected.status) << actual.message << " / " << expected.message;
   ASSERT_EQ(actual.message, expected.message);
   ASSERT_EQ(actual.refused_blocks, expected.refused_blocks);
-}
-
-template <class T>
-bool sameWords(const PlainArray<T>& a, const PlainArray<T>& b) {
-  return a.size() == b.size() &&
-         (a.size() == 0 || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
 }  // namespace
@@ -276,8 +266,8 @@ void expectEqualContents(const MapContents& expected, const MapContents& actual)
     const MapFreeCube &a = expected.free_cubes[i], &b = actual.free_cubes[i];
     ASSERT_TRUE(a.key == b.key && a.cells == b.cells) << describe(a.key);
   }
-  ASSERT_TRUE(sameWords(actual.voxels, expected.voxels));
-  ASSERT_TRUE(sameWords(actual.colours, expected.colours));
+  ASSERT_TRUE(sameBytes(actual.voxels, expected.voxels));
+  ASSERT_TRUE(sameBytes(actual.colours, expected.colours));
 }
 
 }  // namespace dtsdf

@@ -1,9 +1,7 @@
 /// A bag played in a loop under simulated time, against the same bag read offline.
-#include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 #include <std_srvs/SetBool.h>
 
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -13,6 +11,7 @@
 #include "dtsdf_mapping/mesh.h"
 #include "io/bag_frames.h"
 #include "params/node_params.h"
+#include "ros/support/output_folder.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 #include "support/temporary_folder.h"
@@ -36,11 +35,9 @@ BagOptions bagOptions() {
 std::unique_ptr<FrameSource> openBag() { return openBagFrames(bagOptions()); }
 
 std::string pathOf(const std::string& name) {
-  dtsdf_mapping::SaveMesh call;
-  call.request.file_name = name;
-  EXPECT_TRUE(ros::service::call("/mapping/save_mesh", call));
-  EXPECT_TRUE(call.response.success) << call.response.message;
-  return call.response.path;
+  const auto saved = saveMesh(name);
+  EXPECT_TRUE(saved.success) << saved.message;
+  return saved.path;
 }
 
 /// The mesh of the first `count` frames, made offline and saved.
@@ -106,7 +103,7 @@ TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   EXPECT_EQ(status.status().frames_dropped, status.dropped("paused"))
       << "a frame is missing: " << status.status().message;
   EXPECT_TRUE(readFile(path) == bytesOfflineAfter(fused)) << "after " << fused << " frames";
-  std::filesystem::remove_all(std::filesystem::path(path).parent_path());
+  removeOutputFolder();
 
   pause.request.data = false;
   ASSERT_TRUE(ros::service::call("/mapping/pause", pause));

@@ -1,6 +1,5 @@
 /// Two cameras into one map: in the order of stamps, whatever the order of arrival, and with the
 /// result of fusing the same frames one by one.
-#include <dtsdf_mapping/SaveMesh.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -9,7 +8,6 @@
 
 #include <boost/make_shared.hpp>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -23,6 +21,7 @@
 #include "ros/input/pose_source.h"
 #include "ros/input/transform_conversions.h"
 #include "ros/support/kept_topics.h"
+#include "ros/support/output_folder.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 #include "simulation/scene.h"
@@ -166,15 +165,13 @@ TEST_F(Cameras, TheMapIsThatOfTheFramesInTheOrderOfStamps) {
   EXPECT_GE(depthOf(1).fused_age_s, 0.0f);
   EXPECT_LT(depthOf(1).fused_age_s, 20.0f);
 
-  dtsdf_mapping::SaveMesh call;
-  call.request.file_name = "cameras.ply";
-  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
-  ASSERT_TRUE(call.response.success) << call.response.message;
-  const std::string bytes = readFile(call.response.path);
+  const auto saved = saveMesh("cameras.ply");
+  ASSERT_TRUE(saved.success) << saved.message;
+  const std::string bytes = readFile(saved.path);
   EXPECT_TRUE(bytes == bytesOffline(in_order));
   std::swap(in_order[0], in_order[1]);
   EXPECT_FALSE(bytes == bytesOffline(in_order)) << "these frames do not tell orders apart";
-  std::filesystem::remove_all(std::filesystem::path(call.response.path).parent_path());
+  removeOutputFolder();
 }
 
 TEST_F(Cameras, WhatComesTooLateIsDroppedAndCounted) {

@@ -9,10 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "ros/support/fake_camera.h"
 #include "ros/support/mesh_watcher.h"
-#include "ros/support/status_watcher.h"
-#include "ros/support/wait.h"
+#include "ros/support/wall_camera.h"
 
 namespace dtsdf {
 namespace {
@@ -45,11 +43,10 @@ ClearRegion::Request boxOf(double x, double y, double z) {
   return request;
 }
 
-class ClearRegionTest : public testing::Test {
+class ClearRegionTest : public WallCamera {
  protected:
   void SetUp() override {
-    ASSERT_TRUE(camera_.connect());
-    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
     std_srvs::Trigger clear;
     ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
     fuseFrames(2);
@@ -76,10 +73,6 @@ class ClearRegionTest : public testing::Test {
     pause.request.data = value;
     ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
   }
-
-  ros::NodeHandle nh_;
-  FakeCamera camera_{nh_};
-  StatusWatcher status_{nh_};
 };
 
 TEST_F(ClearRegionTest, ClearsABoxAndTheMarkersFollow) {

@@ -1,6 +1,5 @@
 /// A colour camera beside the depth camera: late, without transform, of the wrong kind, of another
 /// size and rate, and silent. Depth goes on, whatever becomes of colour.
-#include <dtsdf_mapping/SaveMesh.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
@@ -10,7 +9,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/yaml_params.h"
@@ -19,6 +17,7 @@
 #include "params/node_params.h"
 #include "ros/input/transform_conversions.h"
 #include "ros/support/kept_topics.h"
+#include "ros/support/output_folder.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 #include "simulation/scene.h"
@@ -173,11 +172,9 @@ class Colour : public testing::Test {
 };
 
 std::string savedBytes(const std::string& name) {
-  dtsdf_mapping::SaveMesh call;
-  call.request.file_name = name;
-  EXPECT_TRUE(ros::service::call("/mapping/save_mesh", call));
-  EXPECT_TRUE(call.response.success) << call.response.message;
-  return readBytes(call.response.path);
+  const auto saved = saveMesh(name);
+  EXPECT_TRUE(saved.success) << saved.message;
+  return readBytes(saved.path);
 }
 
 void writeBag(const std::string& path, const std::vector<Sent>& depth,

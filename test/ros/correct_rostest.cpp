@@ -20,6 +20,7 @@
 #include "io/trajectory_file.h"
 #include "ros/support/blocks_watcher.h"
 #include "ros/support/grid_reader.h"
+#include "ros/support/output_folder.h"
 #include "ros/support/room_camera.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
@@ -84,10 +85,7 @@ class Correction : public testing::Test {
     start_ = ros::Time(std::ceil(std::max(ros::Time::now().toSec(), last_s_)));
   }
   void TearDown() override { last_s_ = stampOf(sent_).toSec(); }
-  static void TearDownTestSuite() {
-    std::string folder;
-    if (ros::param::get("/mapping/output_directory", folder)) fs::remove_all(folder);
-  }
+  static void TearDownTestSuite() { removeOutputFolder(); }
 
   std::string in(const std::string& name) const { return folder_ + "/" + name; }
 

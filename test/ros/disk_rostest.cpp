@@ -2,7 +2,6 @@
 /// sentence with what to do, files of before stay whole, and the node goes on.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
-#include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -10,9 +9,7 @@
 #include <map>
 #include <string>
 
-#include "ros/support/fake_camera.h"
-#include "ros/support/status_watcher.h"
-#include "ros/support/wait.h"
+#include "ros/support/wall_camera.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {
@@ -28,10 +25,8 @@ struct Answer {
 
 template <class Service>
 Answer call(const std::string& service, const std::string& file_name) {
-  Service call;
-  call.request.file_name = file_name;
-  EXPECT_TRUE(ros::service::call("/mapping/" + service, call));
-  return {call.response.success != 0, call.response.message};
+  const auto response = callFile<Service>(service, file_name);
+  return {response.success != 0, response.message};
 }
 
 Answer save(const std::string& file_name) {
@@ -51,11 +46,10 @@ std::map<std::string, std::string> filesIn(const std::string& folder) {
 
 const char* const kNames[] = {"mesh.ply", "mesh.glb", "mesh.obj", "mesh.stl", "map.dtsdf"};
 
-class Disk : public testing::Test {
+class Disk : public WallCamera {
  protected:
   void SetUp() override {
-    ASSERT_TRUE(camera_.connect());
-    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
     ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
     fuseFrame();
     for (const char* name : kNames) {
@@ -70,11 +64,8 @@ class Disk : public testing::Test {
 
   /// Each frame from another place, so that files would change.
   void fuseFrame() {
-    const uint64_t fused = status_.status().frames_fused;
-    const ros::Time stamp = camera_.nextStamp();
-    camera_.sendTransform(stamp, {0.001 * static_cast<double>(fused + 1), 0.0, 0.0});
-    camera_.send(camera_.image(stamp), camera_.info(stamp));
-    ASSERT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
+    const auto fused = static_cast<double>(status_.status().frames_fused);
+    WallCamera::fuseFrame({0.001 * (fused + 1.0), 0.0, 0.0});
   }
 
   void breakDisk(const std::string& how) const { std::ofstream(folder_ + ".fault") << how; }
@@ -102,9 +93,6 @@ class Disk : public testing::Test {
     for (const auto& [path, bytes] : after) EXPECT_TRUE(bytes != before.at(path)) << path;
   }
 
-  ros::NodeHandle nh_;
-  FakeCamera camera_{nh_};
-  StatusWatcher status_{nh_};
   std::string folder_;
 };
 

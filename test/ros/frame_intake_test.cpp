@@ -20,7 +20,7 @@ class FrameIntakeTest : public testing::Test {
     intake_ = std::make_unique<FrameIntake>(
         params_,
         FrameIntake::Parts{poses_, posed_frames_, ledger_, stream_, 0, [this] { restartStamps(); }},
-        *kind_, "", clock_.reader());
+        kind_, "", clock_.reader());
   }
 
   void push(double stamp_s) {
@@ -49,7 +49,7 @@ class FrameIntakeTest : public testing::Test {
 
   FakeClock clock_;
   InputParams params_;
-  std::unique_ptr<ImageKind> kind_ = makeDepthKind(params_);
+  ImageKind kind_ = makeDepthKind(params_);
   TransformBuffer transforms_;
   PoseSource poses_{transforms_, "map"};
   int wakes_ = 0;
@@ -166,8 +166,7 @@ TEST_F(FrameIntakeTest, WhatWaitsIsBoundedInBytes) {
   params_.queue_mb = 1;
   const auto stream = posed_frames_.addStream({1, "b"});
   const FrameAccounting& accounting = ledger_.addStream(stream, "b");
-  FrameIntake intake(params_, {poses_, posed_frames_, ledger_, stream}, *kind_, "",
-                     clock_.reader());
+  FrameIntake intake(params_, {poses_, posed_frames_, ledger_, stream}, kind_, "", clock_.reader());
   constexpr int kImages = 20;
   for (int i = 0; i < kImages; ++i) {
     const auto image = makeDepthImage(1.0 + 0.1 * i);

@@ -15,20 +15,13 @@
 #include <vector>
 
 #include "ros/input/depth_topics.h"
-#include "ros/support/fake_camera.h"
-#include "ros/support/status_watcher.h"
-#include "ros/support/wait.h"
+#include "ros/support/wall_camera.h"
 
 namespace dtsdf {
 namespace {
 
-class Input : public testing::Test {
+class Input : public WallCamera {
  protected:
-  void SetUp() override {
-    ASSERT_TRUE(camera_.connect());
-    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
-  }
-
   /// Sends a frame that has a transform, but may be spoilt, and waits for it to be dropped.
   void expectDrop(const std::string& reason, const sensor_msgs::Image& image,
                   const sensor_msgs::CameraInfo& info) {
@@ -52,10 +45,6 @@ class Input : public testing::Test {
     expectFused(camera_.image(stamp), camera_.info(stamp));
     EXPECT_TRUE(waitUntil([&] { return status_.status().last_fused_stamp == stamp; }));
   }
-
-  ros::NodeHandle nh_;
-  FakeCamera camera_{nh_};
-  StatusWatcher status_{nh_};
 };
 
 // Before any frame was fused, the status has to say what is missing.

@@ -10,17 +10,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "ros/input/transform_conversions.h"
 #include "ros/support/blocks_watcher.h"
-#include "ros/support/fake_camera.h"
 #include "ros/support/grid_reader.h"
-#include "ros/support/status_watcher.h"
-#include "ros/support/wait.h"
+#include "ros/support/wall_camera.h"
 #include "simulation/scene.h"
 
 namespace dtsdf {
@@ -31,17 +28,8 @@ using Eigen::Vector3d;
 /// The room, which is level, in the frame of its first camera.
 Eigen::Isometry3d roomInMap() { return roomCameraPose(0.0).inverse(); }
 
-class LevelTest : public testing::Test {
+class LevelTest : public WallCamera {
  protected:
-  void SetUp() override {
-    ASSERT_TRUE(camera_.connect());
-    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
-  }
-  static void TearDownTestSuite() {
-    std::string folder;
-    if (ros::param::get("/mapping/output_directory", folder)) std::filesystem::remove_all(folder);
-  }
-
   void sendPose(const Eigen::Isometry3d& T_M_F, const std::string& frame, const ros::Time& stamp) {
     geometry_msgs::TransformStamped transform;
     transform.header.stamp = stamp;
@@ -128,9 +116,6 @@ class LevelTest : public testing::Test {
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
-  ros::NodeHandle nh_;
-  FakeCamera camera_{nh_};
-  StatusWatcher status_{nh_};
   tf2_ros::TransformBroadcaster broadcaster_;
   tf2_ros::Buffer transforms_;
   tf2_ros::TransformListener listener_{transforms_};

@@ -19,10 +19,8 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/mapper.h"
-#include "ros/support/fake_camera.h"
 #include "ros/support/mesh_watcher.h"
-#include "ros/support/status_watcher.h"
-#include "ros/support/wait.h"
+#include "ros/support/wall_camera.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {
@@ -30,22 +28,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-template <class Service>
-typename Service::Response callFile(const std::string& service, const std::string& file_name) {
-  Service call;
-  call.request.file_name = file_name;
-  EXPECT_TRUE(ros::service::call("/mapping/" + service, call));
-  return call.response;
-}
-
 auto saveMapAs(const std::string& name) {
   return callFile<dtsdf_mapping::SaveMap>("save_map", name);
 }
 auto loadMapFrom(const std::string& name) {
   return callFile<dtsdf_mapping::LoadMap>("load_map", name);
-}
-auto saveMeshAs(const std::string& name) {
-  return callFile<dtsdf_mapping::SaveMesh>("save_mesh", name);
 }
 
 void clearMap() {
@@ -60,26 +47,13 @@ void pause(bool on) {
   ASSERT_TRUE(ros::service::call("/mapping/pause", call));
 }
 
-class MapsTest : public testing::Test {
+class MapsTest : public WallCamera {
  protected:
   void SetUp() override {
-    ASSERT_TRUE(camera_.connect());
-    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
     ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
     clearMap();
     fuseFrames(3);
-  }
-  static void TearDownTestSuite() {
-    std::string folder;
-    if (ros::param::get("/mapping/output_directory", folder)) fs::remove_all(folder);
-  }
-
-  void fuseFrames(int count) {
-    const uint64_t fused = status_.status().frames_fused;
-    for (int i = 0; i < count; ++i) {
-      camera_.sendFrame();
-      ASSERT_TRUE(status_.waitForFused(fused + i + 1)) << status_.status().message;
-    }
   }
 
   std::string in(const std::string& name) const { return folder_ + "/" + name; }
@@ -117,9 +91,6 @@ class MapsTest : public testing::Test {
     EXPECT_TRUE(readBytes(saveMapAs("after.dtsdf").path) == before) << "changed by " << name;
   }
 
-  ros::NodeHandle nh_;
-  FakeCamera camera_{nh_};
-  StatusWatcher status_{nh_};
   std::string folder_;
 };
 
@@ -134,7 +105,7 @@ TEST_F(MapsTest, ComeBackAsTheyWereSaved) {
   EXPECT_EQ(info.map_frame, "map");
   EXPECT_EQ(info.frames, 3u);
   EXPECT_GT(info.stamp_s, 1e9);
-  const auto before = saveMeshAs("before.ply");
+  const auto before = saveMesh("before.ply");
   ASSERT_TRUE(before.success) << before.message;
 
   clearMap();
@@ -148,7 +119,7 @@ TEST_F(MapsTest, ComeBackAsTheyWereSaved) {
   EXPECT_TRUE(waitUntil([&] { return status_.status().loaded_map == saved.path; }));
   EXPECT_EQ(status_.status().blocks, saved.blocks);
   EXPECT_FLOAT_EQ(status_.status().voxel_size_m, 0.05f);
-  const auto after = saveMeshAs("after.ply");
+  const auto after = saveMesh("after.ply");
   EXPECT_TRUE(readBytes(after.path) == readBytes(before.path));
   EXPECT_TRUE(readBytes(saveMapAs("again.dtsdf").path) == readBytes(saved.path));
   clearMap();
@@ -157,11 +128,11 @@ TEST_F(MapsTest, ComeBackAsTheyWereSaved) {
 
 TEST_F(MapsTest, TakeThePlaceOfWhatWasMapped) {
   const auto saved = saveMapAs("wall.dtsdf");
-  const std::string mesh = readBytes(saveMeshAs("before.ply").path);
+  const std::string mesh = readBytes(saveMesh("before.ply").path);
   fuseFrames(5);
   ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
   EXPECT_TRUE(readBytes(saveMapAs("again.dtsdf").path) == readBytes(saved.path));
-  EXPECT_TRUE(readBytes(saveMeshAs("after.ply").path) == mesh);
+  EXPECT_TRUE(readBytes(saveMesh("after.ply").path) == mesh);
 }
 
 /// The frame log, beside a map that was loaded, emptied in part and mapped on.
@@ -216,7 +187,7 @@ TEST_F(MapsTest, GiveAnEmptyMapTheirSettings) {
   const auto loaded = loadMapFrom("coarse.dtsdf");
   ASSERT_TRUE(loaded.success) << loaded.message;
   ASSERT_TRUE(waitUntil([&] { return std::abs(status_.status().voxel_size_m - 0.08f) < 1e-6f; }));
-  const auto mesh = saveMeshAs("coarse.ply");
+  const auto mesh = saveMesh("coarse.ply");
   ASSERT_TRUE(mesh.success) << mesh.message;
   const MeshWatcher shown(nh_);
   ASSERT_TRUE(waitUntil([&] { return shown.triangles() == mesh.triangles; }));
@@ -295,7 +266,7 @@ TEST_F(MapsTest, AreServedOneByOneWhenManyAsk) {
       const std::string name = "many" + std::to_string(i / 3);
       const bool success = i % 3 == 0   ? saveMapAs(name + ".dtsdf").success
                            : i % 3 == 1 ? loadMapFrom("good.dtsdf").success
-                                        : saveMeshAs(name + ".ply").success;
+                                        : saveMesh(name + ".ply").success;
       if (!success) ++failures;
     });
   }

@@ -21,11 +21,9 @@
 #include <vector>
 
 #include "ros/support/blocks_watcher.h"
-#include "ros/support/fake_camera.h"
 #include "ros/support/mesh_watcher.h"
 #include "ros/support/raw_listener.h"
-#include "ros/support/status_watcher.h"
-#include "ros/support/wait.h"
+#include "ros/support/wall_camera.h"
 
 namespace dtsdf {
 namespace {
@@ -38,31 +36,11 @@ std::string readFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-dtsdf_mapping::SaveMesh::Response save(const std::string& file_name) {
-  dtsdf_mapping::SaveMesh call;
-  call.request.file_name = file_name;
-  EXPECT_TRUE(ros::service::call("/mapping/save_mesh", call));
-  return call.response;
-}
-
-class MeshTest : public testing::Test {
+class MeshTest : public WallCamera {
  protected:
   void SetUp() override {
-    ASSERT_TRUE(camera_.connect());
-    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
     ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
-  }
-  static void TearDownTestSuite() {
-    std::string folder;
-    if (ros::param::get("/mapping/output_directory", folder)) fs::remove_all(folder);
-  }
-
-  void fuseFrames(int count) {
-    const uint64_t fused = status_.status().frames_fused;
-    for (int i = 0; i < count; ++i) {
-      camera_.sendFrame();
-      ASSERT_TRUE(status_.waitForFused(fused + i + 1)) << status_.status().message;
-    }
   }
 
   /// Until all frames are in the mesh that is on display.
@@ -72,14 +50,11 @@ class MeshTest : public testing::Test {
     });
   }
 
-  ros::NodeHandle nh_;
-  FakeCamera camera_{nh_};
-  StatusWatcher status_{nh_};
   std::string folder_;
 };
 
 TEST_F(MeshTest, EmptyMeshIsNotSaved) {
-  const auto response = save("empty.ply");
+  const auto response = saveMesh("empty.ply");
   EXPECT_FALSE(response.success);
   EXPECT_NE(response.message.find("empty"), std::string::npos) << response.message;
   EXPECT_FALSE(fs::exists(folder_ + "/empty.ply"));
@@ -211,7 +186,7 @@ TEST_F(MeshTest, SurfacePointsAreTheVerticesWithNormals) {
   const ros::Subscriber subscriber = nh_.subscribe<sensor_msgs::PointCloud2>(
       "/mapping/surface_points", 1,
       [&](const sensor_msgs::PointCloud2::ConstPtr& message) { cloud = *message; });
-  const auto saved = save("points.ply");
+  const auto saved = saveMesh("points.ply");
   ASSERT_TRUE(waitUntil([&] { return cloud.width * cloud.height == saved.vertices; }));
   EXPECT_EQ(cloud.header.frame_id, "map");
   std::set<std::string> fields;
@@ -223,7 +198,7 @@ TEST_F(MeshTest, SurfacePointsAreTheVerticesWithNormals) {
 
 /// examples/mesh_blocks_to_ply, which documents how to read the blocks.
 TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
-  const auto saved = save("saved.ply");
+  const auto saved = saveMesh("saved.ply");
   const std::string path = folder_ + "/read.ply";
   const std::string command =
       std::string(DTSDF_ENVIRONMENT) + " python3 -B " + DTSDF_EXAMPLE + " " + path;
@@ -277,7 +252,7 @@ TEST_F(MeshTest, ExampleRefusesWhatIsNotAMesh) {
 }
 
 TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
-  const auto ply = save("folder/mesh.ply");
+  const auto ply = saveMesh("folder/mesh.ply");
   ASSERT_TRUE(ply.success) << ply.message;
   EXPECT_EQ(ply.path, fs::weakly_canonical(folder_ + "/folder/mesh.ply").string());
   EXPECT_GT(ply.triangles, 0u);
@@ -287,11 +262,11 @@ TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
             std::string::npos);
   EXPECT_NE(bytes.find("element face " + std::to_string(ply.triangles) + "\n"), std::string::npos);
 
-  const auto stl = save("mesh.stl");
+  const auto stl = saveMesh("mesh.stl");
   ASSERT_TRUE(stl.success) << stl.message;
   EXPECT_EQ(fs::file_size(stl.path), 84 + 50 * stl.triangles);
 
-  const auto obj = save("mesh.obj");
+  const auto obj = saveMesh("mesh.obj");
   ASSERT_TRUE(obj.success) << obj.message;
   std::istringstream lines(readFile(obj.path));
   size_t vertices = 0, faces = 0;
@@ -302,13 +277,13 @@ TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
   EXPECT_EQ(vertices, obj.vertices);
   EXPECT_EQ(faces, obj.triangles);
 
-  const auto glb = save("mesh.glb");
+  const auto glb = saveMesh("mesh.glb");
   ASSERT_TRUE(glb.success) << glb.message;
   EXPECT_EQ(glb.triangles, ply.triangles);
   EXPECT_EQ(readFile(glb.path).rfind("glTF", 0), 0u);
   EXPECT_EQ(glb.error_m, 0.0);
 
-  const auto again = save("again.ply");
+  const auto again = saveMesh("again.ply");
   EXPECT_TRUE(readFile(again.path) == bytes) << "the same map gives the same bytes";
   for (const auto& entry : fs::directory_iterator(folder_)) {
     EXPECT_TRUE(entry.is_directory() || entry.path().extension() == ".ply" ||
@@ -324,11 +299,11 @@ TEST_F(MeshTest, ACallByNameOfTheFileAloneWorks) {
       std::string(DTSDF_ENVIRONMENT) +
       " rosservice call /mapping/save_mesh \"file_name: 'by_yaml.ply'\" | grep -q 'success: True'";
   EXPECT_EQ(std::system(command.c_str()), 0);
-  EXPECT_TRUE(readFile(folder_ + "/by_yaml.ply") == readFile(save("whole.ply").path));
+  EXPECT_TRUE(readFile(folder_ + "/by_yaml.ply") == readFile(saveMesh("whole.ply").path));
 }
 
 TEST_F(MeshTest, SavesARegionAlone) {
-  const auto whole = save("whole.ply");
+  const auto whole = saveMesh("whole.ply");
   dtsdf_mapping::SaveMesh call;
   call.request.file_name = "left.ply";
   call.request.region.pose.position.x = -5.0;
@@ -354,7 +329,7 @@ TEST_F(MeshTest, SavesARegionAlone) {
 }
 
 TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
-  const auto whole = save("whole.ply");
+  const auto whole = saveMesh("whole.ply");
   dtsdf_mapping::SaveMesh call;
   call.request.file_name = "simple.glb";
   call.request.simplify_error_m = 0.01;
@@ -382,10 +357,10 @@ TEST_F(MeshTest, ConcurrentCallsAllSaveTheSame) {
   ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
   std::vector<std::thread> callers;
   for (int i = 0; i < 6; ++i) {
-    callers.emplace_back([i] { EXPECT_TRUE(save(std::to_string(i % 3) + ".glb").success); });
+    callers.emplace_back([i] { EXPECT_TRUE(saveMesh(std::to_string(i % 3) + ".glb").success); });
   }
   for (std::thread& caller : callers) caller.join();
-  const std::string bytes = readFile(save("alone.glb").path);
+  const std::string bytes = readFile(saveMesh("alone.glb").path);
   for (int i = 0; i < 3; ++i) {
     EXPECT_TRUE(readFile(folder_ + "/" + std::to_string(i) + ".glb") == bytes);
   }
@@ -395,7 +370,7 @@ TEST_F(MeshTest, ConcurrentCallsAllSaveTheSame) {
 
 TEST_F(MeshTest, RefusesToSaveElsewhere) {
   const auto expectRefused = [&](const std::string& name, const std::string& word) {
-    const auto response = save(name);
+    const auto response = saveMesh(name);
     EXPECT_FALSE(response.success) << name;
     EXPECT_NE(response.message.find(word), std::string::npos) << response.message;
     EXPECT_TRUE(response.path.empty());

@@ -4,11 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 
-#include "dtsdf_mapping/io/yaml_params.h"
 #include "ros/input/drop_reason.h"
 
 namespace dtsdf {
@@ -27,10 +25,6 @@ double asNumber(const ParamValue& value) {
   return number != nullptr ? *number : NAN;
 }
 
-bool sameValue(const ParamValue& a, const ParamValue& b) {
-  return a == b || asNumber(a) == asNumber(b);  // 10 in the file may stand for 10.0
-}
-
 std::vector<std::string> violationsOf(const ParamTree& tree,
                                       const std::vector<ParamViolation>& found = {}) {
   try {
@@ -39,25 +33,6 @@ std::vector<std::string> violationsOf(const ParamTree& tree,
     return error.violations();
   }
   return {};
-}
-
-TEST(NodeParams, DefaultYamlNamesEveryKeyWithItsDefault) {
-  const ParamTree file = loadYamlParams(DTSDF_CONFIG_FOLDER "/default.yaml");
-  const ParamTree expected = defaults();
-  for (const auto& [key, value] : expected) {
-    ASSERT_EQ(file.count(key), 1u) << "config/default.yaml lacks " << key;
-    EXPECT_TRUE(sameValue(file.at(key), value))
-        << key << ": " << toString(file.at(key)) << " in the file, " << toString(value)
-        << " in the struct";
-  }
-  for (const auto& [key, value] : file) EXPECT_EQ(expected.count(key), 1u) << key;
-}
-
-TEST(NodeParams, EveryConfigFileLoads) {
-  for (const auto& entry : std::filesystem::directory_iterator(DTSDF_CONFIG_FOLDER)) {
-    const ParamTree tree = loadYamlParams(entry.path().string());
-    EXPECT_TRUE(violationsOf(tree).empty()) << entry.path() << ": " << violationsOf(tree).front();
-  }
 }
 
 TEST(NodeParams, DocumentationNamesEveryKeyAndDropReason) {

@@ -1,12 +1,11 @@
 /// The demo without RViz: the simulated camera goes round its room, and the mesh is that room.
 #include <diagnostic_msgs/DiagnosticArray.h>
-#include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 
 #include "ros/support/mesh_watcher.h"
+#include "ros/support/output_folder.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 #include "simulation/scene.h"
@@ -74,12 +73,10 @@ TEST(SimulatedCamera, RoomBecomesAMesh) {
 }
 
 TEST(SimulatedCamera, MeshIsSaved) {
-  dtsdf_mapping::SaveMesh call;
-  call.request.file_name = "room.ply";
-  ASSERT_TRUE(ros::service::call("/mapping/save_mesh", call));
-  EXPECT_TRUE(call.response.success) << call.response.message;
-  EXPECT_GT(call.response.triangles, 1000u);
-  std::filesystem::remove_all(std::filesystem::path(call.response.path).parent_path());
+  const auto saved = saveMesh("room.ply");
+  EXPECT_TRUE(saved.success) << saved.message;
+  EXPECT_GT(saved.triangles, 1000u);
+  removeOutputFolder();
 }
 
 }  // namespace

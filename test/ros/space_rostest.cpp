@@ -10,7 +10,6 @@
 #include <std_srvs/Trigger.h>
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <set>
@@ -18,11 +17,9 @@
 #include <vector>
 
 #include "ros/input/transform_conversions.h"
-#include "ros/support/fake_camera.h"
 #include "ros/support/grid_reader.h"
 #include "ros/support/raw_listener.h"
-#include "ros/support/status_watcher.h"
-#include "ros/support/wait.h"
+#include "ros/support/wall_camera.h"
 
 namespace dtsdf {
 namespace {
@@ -72,7 +69,7 @@ GetDistances::Response ask(const GetDistances::Request& request) {
   return call.response;
 }
 
-class SpaceTest : public testing::Test {
+class SpaceTest : public WallCamera {
  protected:
   void setSpaceRate(double rate_hz) {
     dynamic_reconfigure::Reconfigure call;
@@ -93,13 +90,8 @@ class SpaceTest : public testing::Test {
   }
 
   void SetUp() override {
-    ASSERT_TRUE(camera_.connect());
-    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
+    ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
     clearMap();
-  }
-  static void TearDownTestSuite() {
-    std::string folder;
-    if (ros::param::get("/mapping/output_directory", folder)) std::filesystem::remove_all(folder);
   }
 
   void clearMap() {
@@ -140,10 +132,7 @@ class SpaceTest : public testing::Test {
     EXPECT_EQ(reader.misplaced(), 0u);
   }
 
-  ros::NodeHandle nh_;
-  FakeCamera camera_{nh_};
   tf2_ros::TransformBroadcaster broadcaster_;
-  StatusWatcher status_{nh_};
   ros::Time last_stamp_;  ///< Of the frames fused.
 };
 

@@ -1,22 +1,18 @@
 /// Listeners that do not read, on every topic of the mesh: the node's memory stays bounded, the
 /// others are served all the same, and when they read again they get all that they lack.
 #include <dtsdf_mapping/MeshBlocks.h>
-#include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
-#include <filesystem>
 #include <string>
 
 #include "ros/support/blocks_watcher.h"
-#include "ros/support/fake_camera.h"
 #include "ros/support/mesh_watcher.h"
 #include "ros/support/raw_listener.h"
-#include "ros/support/status_watcher.h"
-#include "ros/support/wait.h"
+#include "ros/support/wall_camera.h"
 
 namespace dtsdf {
 namespace {
@@ -43,29 +39,8 @@ RawListener listenBadly(const std::string& topic) {
   return {"/mapping/" + topic, traits::datatype<Message>(), traits::md5sum<Message>()};
 }
 
-class StalledListener : public testing::Test {
+class StalledListener : public WallCamera {
  protected:
-  void SetUp() override {
-    ASSERT_TRUE(camera_.connect());
-    ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
-  }
-  static void TearDownTestSuite() {
-    std::string folder;
-    if (ros::param::get("/mapping/output_directory", folder)) {
-      std::filesystem::remove_all(folder);
-    }
-  }
-
-  /// From place to place along a wall, in rows. Waits until the frame is fused.
-  void fuseFrame() {
-    const uint64_t fused = status_.status().frames_fused;
-    const ros::Time stamp = camera_.nextStamp();
-    const int place = static_cast<int>(fused) % kPlaces;
-    camera_.sendTransform(stamp, {0.5 * (place % 8), 0.5 * (place / 8), 0.0});
-    camera_.send(camera_.image(stamp), camera_.info(stamp));
-    ASSERT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
-  }
-
   TopicStatus topicStatus(const std::string& topic) const {
     for (const TopicStatus& status : status_.status().topics) {
       if (status.topic == "/mapping/" + topic) return status;
@@ -73,11 +48,6 @@ class StalledListener : public testing::Test {
     ADD_FAILURE() << topic << " is not in the status";
     return {};
   }
-
-  static constexpr int kPlaces = 64;
-  ros::NodeHandle nh_;
-  FakeCamera camera_{nh_};
-  StatusWatcher status_{nh_};
 };
 
 std::vector<std::array<double, 3>> cornersOf(const MeshWatcher& mesh) {
@@ -89,20 +59,13 @@ std::vector<std::array<double, 3>> cornersOf(const MeshWatcher& mesh) {
   return corners;
 }
 
-dtsdf_mapping::SaveMesh::Response save() {
-  dtsdf_mapping::SaveMesh call;
-  call.request.file_name = "mesh.ply";
-  EXPECT_TRUE(ros::service::call("/mapping/save_mesh", call));
-  return call.response;
-}
-
 TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
   const MeshWatcher mesh(nh_);
   const BlocksWatcher blocks(nh_);
   size_t clouds = 0;
   const ros::Subscriber points = nh_.subscribe<PointCloud2>(
       "/mapping/surface_points", 1, [&](const PointCloud2::ConstPtr&) { ++clouds; });
-  for (int i = 0; i < 2 * kPlaces; ++i) fuseFrame();
+  for (int i = 0; i < 2 * kPlaces; ++i) fuseNextPlace();
   const int process = publishingProcess("/mapping/mesh");
   const size_t base = residentBytes(process);
 
@@ -114,7 +77,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
   uint64_t most_waiting = 0;
   const auto end = Clock::now() + std::chrono::duration<double>(stallSeconds());
   while (Clock::now() < end) {
-    fuseFrame();
+    fuseNextPlace();
     most = std::max(most, residentBytes(process));
     uint64_t waiting = 0;
     for (const TopicStatus& topic : status_.status().topics) waiting += topic.waiting_bytes;
@@ -132,7 +95,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
   // The others have had changes all along, and have all of them in the end.
   EXPECT_GT(mesh.addedMarkers() - markers_before, 100u);
   EXPECT_GT(clouds, clouds_before);
-  const auto saved = save();
+  const auto saved = saveMesh("mesh.ply");
   ASSERT_GT(saved.triangles, 100000u);
   EXPECT_TRUE(waitUntil([&] {
     return mesh.triangles() == saved.triangles && blocks.state().triangles() == saved.triangles;
@@ -177,17 +140,17 @@ TEST_F(StalledListener, KilledInMidMessageHarmsNobody) {
     RawListener killed = std::string(topic) == "mesh" ? listenBadly<MarkerArray>(topic)
                                                       : listenBadly<PointCloud2>(topic);
     ASSERT_TRUE(waitUntil([&] { return listeners(topic) == before + 1; }));
-    fuseFrame();
+    fuseNextPlace();
     // The publisher is in the middle of a message: it has handed out a part and holds the rest.
     ASSERT_TRUE(waitUntil([&] { return topicStatus(topic).stalled_s > 0.5f; }));
     EXPECT_GT(topicStatus(topic).waiting_bytes, 0u);
     killed.breakOffAfter(1000);
     EXPECT_TRUE(waitUntil([&] { return listeners(topic) == before; }));
     EXPECT_TRUE(waitUntil([&] { return topicStatus(topic).waiting_bytes == 0; }));
-    fuseFrame();
+    fuseNextPlace();
   }
   // Who was there all along has everything.
-  const auto saved = save();
+  const auto saved = saveMesh("mesh.ply");
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == saved.triangles; }));
 }
 

@@ -46,7 +46,13 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
 
   depth.frames.fused = 1;
   EXPECT_TRUE(says(makeStatus(input), "nobody subscribes"));
-  input.mesh_listeners = 1;
+  TopicReport topic;
+  input.output.topics = {topic};
+  EXPECT_TRUE(says(makeStatus(input), "nobody subscribes"));
+  input.output.topics[0].listeners = 1;  // of points, it may be
+  EXPECT_TRUE(says(makeStatus(input), "no triangles yet"));
+  input.output.topics.clear();
+  input.output.space_topics = {topic};
   EXPECT_TRUE(says(makeStatus(input), "no triangles yet"));
   input.output.triangles = 1;
   EXPECT_EQ(makeStatus(input).message, "mapping");

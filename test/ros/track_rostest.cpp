@@ -4,9 +4,8 @@
 #include <gtest/gtest.h>
 #include <std_srvs/Trigger.h>
 
-#include <filesystem>
-
 #include "io/trajectory_file.h"
+#include "ros/support/output_folder.h"
 #include "ros/support/room_camera.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
@@ -155,7 +154,7 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
   EXPECT_NEAR(trajectory.poses().front().stamp_s, start_.toSec(), 1e-6);
   EXPECT_LT(shiftBetween_m(trajectory.poses()[kFrames - 1].T_W_C, mapPose(roomPose(kFrames - 1))),
             kClose_m);
-  std::filesystem::remove_all(std::filesystem::path(call.response.path).parent_path());
+  removeOutputFolder();
 
   std_srvs::Trigger clear;
   ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));

@@ -8,6 +8,7 @@
 
 #include "kernels/meshing/corner_grid.h"
 #include "ros/output/mesh_publisher.h"
+#include "support/grid_mesh.h"
 
 namespace dtsdf {
 namespace {
@@ -32,15 +33,7 @@ BlockMesh sheetIn(const BlockKey& key) {
                                static_cast<uint32_t>(edge)});
     }
   }
-  const auto number = [](int x, int y) { return static_cast<uint16_t>(x + kCornerGridSide * y); };
-  for (int y = 0; y < kBlockSide; ++y) {
-    for (int x = 0; x < kBlockSide; ++x) {
-      for (const uint16_t v : {number(x, y), number(x + 1, y), number(x + 1, y + 1), number(x, y),
-                               number(x + 1, y + 1), number(x, y + 1)}) {
-        mesh.triangles.push_back(v);
-      }
-    }
-  }
+  mesh.triangles = gridTriangles(kCornerGridSide);
   return mesh;
 }
 

@@ -10,17 +10,12 @@ namespace dtsdf {
 
 SceneFrame renderFrame(const Scene& scene, const Eigen::Isometry3d& T_W_C, int width, int height) {
   SceneFrame result;
-  DepthFrame& frame = result.frame;
   const float focal_px = 0.785f * static_cast<float>(width);
-  frame.width = width;
-  frame.height = height;
-  frame.row_bytes = static_cast<size_t>(width) * sizeof(float);
-  frame.encoding = DepthEncoding::kFloat32;
-  frame.unit_m = 1.0f;
-  frame.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
-                      0.5f * static_cast<float>(height - 1)};
-  frame.T_W_C = T_W_C;
-  result.depth_m = renderDepth(scene, frame.intrinsics, width, height, T_W_C);
+  const Intrinsics intrinsics{focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
+                              0.5f * static_cast<float>(height - 1)};
+  result.depth_m = renderDepth(scene, intrinsics, width, height, T_W_C);
+  result.frame = depthFrameOf(result.depth_m, intrinsics, width, height, T_W_C);
+  result.frame.data = nullptr;  // see view()
   return result;
 }
 
@@ -30,6 +25,26 @@ std::vector<SceneFrame> renderFrames(const Scene& scene,
   std::vector<SceneFrame> frames;
   for (const Eigen::Isometry3d& pose : T_W_C) {
     frames.push_back(renderFrame(scene, pose, width, height));
+  }
+  return frames;
+}
+
+Scene makeBallRoom() {
+  Scene scene;
+  scene.add(Room{{-1.49, -1.18, -0.97}, {1.51, 1.22, 1.03}});
+  scene.add(Sphere{{0.3, 0.1, 0.0}, 0.35});
+  return scene;
+}
+
+std::vector<SceneFrame> movingFrames(int count) {
+  std::vector<SceneFrame> frames;
+  for (int i = 0; i < count; ++i) {
+    Scene scene;
+    scene.add(Plane{{1.6, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});
+    if (i < 12) scene.add(makeBox({1.1, 0.06 * (i - 6), 0.0}, {0.2, 0.3, 0.3}, 0.3));
+    const Eigen::Vector3d eye(0.0, 0.01 * (i % 5), 0.01 * (i % 3));
+    frames.push_back(renderFrame(
+        scene, lookAt(eye, eye + Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()), 120, 90));
   }
   return frames;
 }

@@ -32,6 +32,12 @@ std::vector<SceneFrame> renderFrames(const Scene& scene,
                                      const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160,
                                      int height = 120);
 
+/// A room of 3 x 2.4 x 2 m with a ball in it, whose walls are not on the grid.
+Scene makeBallRoom();
+
+/// A box that moves along a wall and goes after 12 frames, and a camera that moves a little.
+std::vector<SceneFrame> movingFrames(int count);
+
 /// `count` cameras round `centre_W` that look at it, spread evenly over the sphere of directions.
 std::vector<Eigen::Isometry3d> sphereOfPoses(const Eigen::Vector3d& centre_W, double distance_m,
                                              int count);

@@ -1,18 +1,10 @@
 #include "support/map_equality.h"
 
-#include <cstring>
 #include <vector>
 
+#include "support/same_bytes.h"
+
 namespace dtsdf {
-namespace {
-
-template <class T>
-bool sameBytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
-}  // namespace
 
 testing::AssertionResult sameMaps(ProbedMapper& a, ProbedMapper& b) {
   const std::vector<BlockSnapshot> x = a.snapshot(), y = b.snapshot();

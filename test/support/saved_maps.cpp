@@ -1,8 +1,9 @@
 #include "support/saved_maps.h"
-#include "map/map_head.h"
 
 #include <algorithm>
-#include <cstring>
+
+#include "map/map_head.h"
+#include "support/same_bytes.h"
 
 namespace dtsdf {
 namespace {
@@ -28,12 +29,6 @@ void darken(PaintedFrame& image, int frame) {
   for (uint8_t& value : image.pixels) {
     value = static_cast<uint8_t>(value - value * frame / 40);
   }
-}
-
-template <class T>
-bool sameWords(const PlainArray<T>& a, const PlainArray<T>& b) {
-  return a.size() == b.size() &&
-         (a.size() == 0 || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
 template <class T>
@@ -109,8 +104,8 @@ testing::AssertionResult sameContents(const MapContents& a, const MapContents& b
                           x.directions == y.directions && x.bricks == y.bricks;
                  });
   if (!same_blocks) return differ("blocks");
-  if (!sameWords(a.voxels, b.voxels)) return differ("voxels");
-  if (!sameWords(a.colours, b.colours)) return differ("colours");
+  if (!sameBytes(a.voxels, b.voxels)) return differ("voxels");
+  if (!sameBytes(a.colours, b.colours)) return differ("colours");
   const bool same_free =
       a.cell_voxels == b.cell_voxels &&
       std::equal(a.free_cubes.begin(), a.free_cubes.end(), b.free_cubes.begin(),

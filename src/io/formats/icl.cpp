@@ -9,6 +9,7 @@
 #include "io/formats/folder_format.h"
 #include "io/list_file.h"
 #include "io/trajectory_file.h"
+#include "params/ending.h"
 
 namespace dtsdf {
 namespace {
@@ -51,10 +52,7 @@ std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<Stamp
   std::vector<std::string> paths;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string path = entry.path().string();
-    if (path.size() > kPosesEnding.size() &&
-        path.compare(path.size() - kPosesEnding.size(), kPosesEnding.size(), kPosesEnding) == 0) {
-      paths.push_back(path);
-    }
+    if (hasEnding(path, kPosesEnding)) paths.push_back(path);
   }
   if (paths.size() != 1) {
     throw std::runtime_error("'" + folder.string() + "' has " + std::to_string(paths.size()) +

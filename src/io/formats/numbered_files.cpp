@@ -8,6 +8,7 @@
 
 #include "io/matrix_file.h"
 #include "io/text_file.h"
+#include "params/ending.h"
 
 namespace dtsdf {
 namespace {
@@ -19,7 +20,7 @@ std::optional<double> numberIn(const std::string& name, const std::string& prefi
                                const std::string& suffix) {
   const size_t around = prefix.size() + suffix.size();
   if (name.size() <= around || name.compare(0, prefix.size(), prefix) != 0 ||
-      name.compare(name.size() - suffix.size(), suffix.size(), suffix) != 0) {
+      !endsWith(name, suffix)) {
     return std::nullopt;
   }
   const std::string digits = name.substr(prefix.size(), name.size() - around);

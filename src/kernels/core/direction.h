@@ -7,6 +7,7 @@ namespace dtsdf {
 
 /// X+, X-, Y+, Y-, Z+, Z-: directions 0 to 5. The undirected map keeps everything in direction 0.
 constexpr int kDirectionCount = 6;
+constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;  ///< As a mask, a bit each.
 
 /// sin(pi/8): a normal belongs to direction D where its cosine to v_D exceeds this (paper,
 /// Sec. III). An axis-aligned normal then has one direction, and none has more than three.

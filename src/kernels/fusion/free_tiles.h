@@ -15,7 +15,6 @@ namespace dtsdf {
 
 /// Fine and coarse tiles, by the side in pixels.
 constexpr int kFineTileLog2 = 3, kCoarseTileLog2 = 5;
-constexpr int kFinePerCoarse = 1 << (kCoarseTileLog2 - kFineTileLog2);
 
 DTSDF_HD int32_t tilesAlong(int32_t pixels, int side_log2) {
   return (pixels + (1 << side_log2) - 1) >> side_log2;

@@ -17,12 +17,8 @@ namespace dtsdf {
 /// array (0) holds surfaces of any facing; on an edge it counts as this one.
 DTSDF_HD int facedDirection(int axis, int facing) { return 2 * axis + facing; }
 
-/// The samples of an edge, per direction: at its two ends, and one voxel beyond each. The rules
-/// below take any other type with the same members, too.
-struct EdgeSamples {
-  Sample lower[kDirectionCount], upper[kDirectionCount];
-  Sample below[kDirectionCount], above[kDirectionCount];
-};
+// An Edge has four members, each of which gives the sample of a direction by []: lower and upper at
+// its two ends, below and above one voxel beyond them.
 
 /// Whether a direction has a say on an edge: all but the one that faces against it.
 DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {

@@ -19,7 +19,6 @@ namespace dtsdf {
 /// directions can lead no sheet around it (bit 16 + d). The sides of a unit are those of its
 /// corners, joined by a bitwise or.
 constexpr int kBehindBit = 8, kBarredBit = 16;
-constexpr uint32_t kDirectionBits = (1u << kDirectionCount) - 1;
 
 /// Of one direction's sample; both sides where the surface touches the corner.
 DTSDF_HD uint32_t sidesOfSample(int direction, float sdf, float weight) {
@@ -29,20 +28,20 @@ DTSDF_HD uint32_t sidesOfSample(int direction, float sdf, float weight) {
 }
 
 DTSDF_HD uint32_t observedDirections(uint32_t sides) {
-  return (sides | sides >> kBehindBit) & kDirectionBits;
+  return (sides | sides >> kBehindBit) & kAllDirections;
 }
 
 /// Those that have observed both sides of a surface; no other one speaks.
 DTSDF_HD uint32_t mayBeSpeaking(uint32_t sides) {
-  return sides & sides >> kBehindBit & kDirectionBits;
+  return sides & sides >> kBehindBit & kAllDirections;
 }
 
 /// Directions that can lead no sheet with a corner that only these have observed.
 DTSDF_HD uint32_t barredLeaders(uint32_t observed) {
   constexpr uint32_t kPositive = 0x15, kNegative = 0x2A;
   const uint32_t opposite = (observed & kPositive) << 1 | (observed & kNegative) >> 1;
-  const uint32_t single = (observed & (observed - 1)) == 0 ? kDirectionBits : 0;
-  const uint32_t none = observed == 0 ? kDirectionBits : 0;
+  const uint32_t single = (observed & (observed - 1)) == 0 ? kAllDirections : 0;
+  const uint32_t none = observed == 0 ? kAllDirections : 0;
   return (opposite & single) | none;
 }
 

@@ -64,8 +64,7 @@ class BagColours : public ColourSource {
       }
       return std::nullopt;
     } catch (const rosbag::BagException& error) {
-      throw std::runtime_error("cannot read the bag '" + options_.path + "' any further: " +
-                               error.what() + "; try rosbag reindex, or rosbag fix");
+      throw brokenBag(options_, error);
     }
   }
 

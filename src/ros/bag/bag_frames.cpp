@@ -104,8 +104,7 @@ class BagFrames : public FrameSource {
       }
       return std::nullopt;
     } catch (const rosbag::BagException& error) {
-      throw std::runtime_error("cannot read the bag '" + options_.path + "' any further: " +
-                               error.what() + "; try rosbag reindex, or rosbag fix");
+      throw brokenBag(options_, error);
     }
   }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "io/trajectory_file.h"
+#include "params/ending.h"
 #include "params/frame_name.h"
 #include "params/printable.h"
 #include "ros/input/drop_reason.h"
@@ -47,6 +48,11 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic) {
                            "'; rosbag info lists its topics");
 }
 
+std::runtime_error brokenBag(const BagOptions& options, const rosbag::BagException& error) {
+  return std::runtime_error("cannot read the bag '" + options.path + "' any further: " +
+                            errorText(error) + "; try rosbag reindex, or rosbag fix");
+}
+
 std::string topicBeside(const std::string& topic, const std::string& name) {
   return topic.substr(0, topic.rfind('/') + 1) + name;
 }
@@ -57,9 +63,7 @@ RectifyChoice rectifyChoice(const BagOptions& options) {
 }
 
 std::string withoutEnding(const std::string& topic, const std::string& ending) {
-  const bool has_it = topic.size() > ending.size() &&
-                      topic.compare(topic.size() - ending.size(), ending.size(), ending) == 0;
-  return has_it ? topic.substr(0, topic.size() - ending.size()) : topic;
+  return hasEnding(topic, ending) ? topic.substr(0, topic.size() - ending.size()) : topic;
 }
 
 std::set<std::string> findImageTopics(const rosbag::Bag& bag,

@@ -12,6 +12,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <string>
 
 #include "io/bag_frames.h"
@@ -24,6 +25,9 @@ bool hasMessages(const rosbag::Bag& bag, const std::string& topic);
 
 /// @throws std::runtime_error if it has none.
 void requireMessages(const rosbag::Bag& bag, const std::string& topic);
+
+/// What is thrown where it cannot be read any further.
+std::runtime_error brokenBag(const BagOptions& options, const rosbag::BagException& error);
 
 /// The topic of this name in the same namespace.
 std::string topicBeside(const std::string& topic, const std::string& name);

@@ -5,14 +5,11 @@
 
 #include <set>
 
+#include "params/ending.h"
 #include "ros/input/compressed_image.h"
 
 namespace dtsdf {
 namespace {
-
-bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
 
 /// The image's topic; empty for topics of other kinds.
 std::string imageTopicOf(const std::string& topic, const std::string& type) {

@@ -25,15 +25,15 @@ constexpr milliseconds kIdle{1000};
 
 }  // namespace
 
-FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, const ImageKind& kind,
+FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, ImageKind kind,
                          const std::string& image_topic, SteadyClock clock)
     : params_(params),
       parts_(parts),
-      kind_(kind),
+      kind_(std::move(kind)),
       accounting_(parts_.ledger.of(parts_.stream)),
       clock_(std::move(clock)),
       motion_gate_(params.max_speed_m_s, params.max_turn_deg_s),
-      rectification_(params.rectify, image_topic, kind.rectifiedAs()) {}
+      rectification_(params.rectify, image_topic, kind_.rectified_as) {}
 
 void FrameIntake::push(const FrameMessages& frame) {
   const ros::Time stamp = frame.image->header.stamp;

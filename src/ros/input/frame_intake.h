@@ -42,7 +42,7 @@ class FrameIntake {
   };
 
   /// @param image_topic Its name shows whether images are raw.
-  FrameIntake(const InputParams& params, const Parts& parts, const ImageKind& kind,
+  FrameIntake(const InputParams& params, const Parts& parts, ImageKind kind,
               const std::string& image_topic, SteadyClock clock = std::chrono::steady_clock::now);
 
   /// Callbacks' thread: takes a frame that passes the checks; the oldest is dropped where there is
@@ -108,7 +108,7 @@ class FrameIntake {
 
   InputParams params_;
   Parts parts_;
-  const ImageKind& kind_;
+  const ImageKind kind_;
   FrameAccounting& accounting_;
   SteadyClock clock_;
   MotionGate motion_gate_;                 ///< Intake's thread only.

@@ -1,7 +1,7 @@
 /// The two kinds of images that become frames, for the intake, which treats them alike.
 #pragma once
 
-#include <memory>
+#include <functional>
 #include <optional>
 
 #include "params/node_params.h"
@@ -11,22 +11,19 @@
 
 namespace dtsdf {
 
-class ImageKind {
- public:
-  virtual ~ImageKind() = default;
-
-  virtual Rectification::Kind rectifiedAs() const = 0;
+struct ImageKind {
+  Rectification::Kind rectified_as;
 
   /// What is wrong with an image; nothing if it is usable.
-  virtual std::optional<Rejection> check(const sensor_msgs::Image& image,
-                                         const sensor_msgs::CameraInfo& info) const = 0;
+  std::function<std::optional<Rejection>(const sensor_msgs::Image&, const sensor_msgs::CameraInfo&)>
+      check;
 
   /// Fills in the image of a frame, but for its pose, and its pixels.
   /// @throws what OpenCV and cv_bridge throw for what the check should have refused.
-  virtual void fill(const CameraImage& camera, PosedFrame& frame) const = 0;
+  std::function<void(const CameraImage& camera, PosedFrame& frame)> fill;
 };
 
-std::unique_ptr<ImageKind> makeDepthKind(const InputParams& params);
-std::unique_ptr<ImageKind> makeColourKind();
+ImageKind makeDepthKind(const InputParams& params);
+ImageKind makeColourKind();
 
 }  // namespace dtsdf

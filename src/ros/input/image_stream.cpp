@@ -18,7 +18,7 @@ ImageStream::ImageStream(const std::string& ns, const ros::NodeHandle& nh,
       on_frame_(std::move(on_frame)),
       rate_limit_(kind_.max_rate_hz),
       accounting_(parts.ledger.of(parts.stream)),
-      intake_(params, parts, *kind_.images, CameraInput::imageTopic(nh, ns, kind_.topics)) {}
+      intake_(params, parts, kind_.images, CameraInput::imageTopic(nh, ns, kind_.topics)) {}
 
 void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   input_ = std::make_unique<CameraInput>(

@@ -20,7 +20,7 @@ class ImageStream {
   /// What makes a stream one of depth or of colour.
   struct Kind {
     const ImageTopics& topics;
-    std::unique_ptr<ImageKind> images;
+    ImageKind images;
     double max_rate_hz = 0.0;  ///< Of what is taken of it; 0: all.
   };
 

@@ -34,7 +34,6 @@ struct CorrectionReport {
 
 /// What the status reports about the frame log.
 struct LogStatus {
-  bool is_on = false;
   uint64_t bytes = 0, waiting_bytes = 0, lost = 0;
   std::optional<double> first_stamp_s;  ///< From then on the map can be corrected.
   std::string problem;                  ///< Why the log lacks something; empty while it is whole.

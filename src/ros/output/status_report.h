@@ -31,9 +31,8 @@ struct StatusInput {
   std::string master;        ///< What is wrong with the registration there; empty: nothing.
   std::vector<std::string> depth_topics;  ///< That there are, while a camera's own has nobody.
   uint64_t process_bytes = 0;             ///< Resident memory of the whole process; 0: not known.
-  size_t mesh_listeners = 0;
-  uint64_t max_image_bytes = 0;  ///< That may wait, of one kind of images of one camera.
-  uint64_t max_queue_bytes = 0;  ///< Of messages of the mesh, for listeners.
+  uint64_t max_image_bytes = 0;           ///< That may wait, of one kind of images of one camera.
+  uint64_t max_queue_bytes = 0;           ///< Of messages of the mesh, for listeners.
 };
 
 /// Whether the camera's depth images have not come, and nobody is there to send any.

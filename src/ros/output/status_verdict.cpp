@@ -174,10 +174,17 @@ Verdict judgeCameras(const StatusInput& in, const MapStatus& before) {
   return verdict;
 }
 
+/// Points are the mesh's vertices, and space takes its surfaces from it.
+bool isMeshWanted(const OutputReport& output) {
+  return !output.space_topics.empty() ||
+         std::any_of(output.topics.begin(), output.topics.end(),
+                     [](const TopicReport& topic) { return topic.listeners > 0; });
+}
+
 std::string describeMesh(const StatusInput& in) {
   if (in.time_stands) return "mapping; /clock is not advancing";
   if (in.output.triangles > 0) return "mapping";
-  if (in.mesh_listeners == 0) return "mapping; no mesh yet, because nobody subscribes to it";
+  if (!isMeshWanted(in.output)) return "mapping; no mesh yet, because nobody subscribes to it";
   return "mapping; no triangles yet: no surface has been seen by enough frames (mesh/min_support)";
 }
 

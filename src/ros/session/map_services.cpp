@@ -76,18 +76,24 @@ void MapServices::start() {
 
 /// One after the other; a mesh that is being simplified gives up for the next one.
 void MapServices::advertiseFiles(const ros::NodeHandle& nh) {
-  const auto inTurn = [this](auto method) {
-    return [this, method](const auto& request, auto& response) {
+  const auto inTurn = [this](auto answer) {
+    return [this, answer](const auto& request, auto& response) {
       const uint64_t number = ++saves_;
       const std::lock_guard<std::mutex> turn(saving_);
       turn_ = number;
-      (this->*method)(request, response);
+      answer(request, response);
     };
   };
+  const auto ofMap = [this](MapFileWork work) {
+    return
+        [this, work](const auto& request, auto& response) { withMapFile(request, response, work); };
+  };
   using namespace dtsdf_mapping;
-  servers_.push_back(advertise<SaveMesh>(nh, "save_mesh", inTurn(&MapServices::saveMesh)));
-  servers_.push_back(advertise<SaveMap>(nh, "save_map", inTurn(&MapServices::saveMap)));
-  servers_.push_back(advertise<LoadMap>(nh, "load_map", inTurn(&MapServices::loadMap)));
+  servers_.push_back(advertise<SaveMesh>(
+      nh, "save_mesh",
+      inTurn([this](const auto& request, auto& response) { saveMesh(request, response); })));
+  servers_.push_back(advertise<SaveMap>(nh, "save_map", inTurn(ofMap(&MappingPipeline::saveMap))));
+  servers_.push_back(advertise<LoadMap>(nh, "load_map", inTurn(ofMap(&MappingPipeline::loadMap))));
 }
 
 void MapServices::advertiseMap(const ros::NodeHandle& nh) {
@@ -134,18 +140,10 @@ void MapServices::saveMesh(const dtsdf_mapping::SaveMesh::Request& request,
   response.message += saved.note;
 }
 
-void MapServices::saveMap(const dtsdf_mapping::SaveMap::Request& request,
-                          dtsdf_mapping::SaveMap::Response& response) {
+template <class Request, class Response>
+void MapServices::withMapFile(const Request& request, Response& response, MapFileWork work) {
   response.path = outputPath(request.file_name, {kMapExtension});
-  const MapFiles::Done done = pipeline_.saveMap(response.path);
-  response.blocks = done.blocks;
-  response.message = done.message;
-}
-
-void MapServices::loadMap(const dtsdf_mapping::LoadMap::Request& request,
-                          dtsdf_mapping::LoadMap::Response& response) {
-  response.path = outputPath(request.file_name, {kMapExtension});
-  const MapFiles::Done done = pipeline_.loadMap(response.path);
+  const MapFiles::Done done = (pipeline_.*work)(response.path);
   response.blocks = done.blocks;
   response.message = done.message;
 }

@@ -40,14 +40,14 @@ class MapServices {
   std::string nameOfOne() const { return servers_.back().getService(); }
 
  private:
+  using MapFileWork = MapFiles::Done (MappingPipeline::*)(const std::string& path);
+
   void advertiseFiles(const ros::NodeHandle& nh);
   void advertiseMap(const ros::NodeHandle& nh);
   void saveMesh(const dtsdf_mapping::SaveMesh::Request& request,
                 dtsdf_mapping::SaveMesh::Response& response);
-  void saveMap(const dtsdf_mapping::SaveMap::Request& request,
-               dtsdf_mapping::SaveMap::Response& response);
-  void loadMap(const dtsdf_mapping::LoadMap::Request& request,
-               dtsdf_mapping::LoadMap::Response& response);
+  template <class Request, class Response>
+  void withMapFile(const Request& request, Response& response, MapFileWork work);
   void saveTrajectory(const dtsdf_mapping::SaveTrajectory::Request& request,
                       dtsdf_mapping::SaveTrajectory::Response& response);
   void clearRegion(const dtsdf_mapping::ClearRegion::Request& request,

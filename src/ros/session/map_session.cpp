@@ -98,17 +98,14 @@ FrameAccounting& MapSession::accountingOf(const PosedFrame& frame) const {
   return parts_.ledger.of(frame.stream);
 }
 
-IntegrationResult MapSession::fuse(const DepthFrame& frame) {
-  IntegrationResult result = mapper_->integrate(frame);
+IntegrationResult MapSession::integrate(const PosedFrame& frame) {
+  const auto* depth = std::get_if<DepthFrame>(&frame.image);
+  IntegrationResult result = depth != nullptr ? mapper_->integrate(*depth)
+                                              : mapper_->paint(std::get<ColourFrame>(frame.image));
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  if (result.status == FrameStatus::kFused) report_.integrate_ms = result.duration_ms;
-  return result;
-}
-
-IntegrationResult MapSession::paint(const ColourFrame& frame) {
-  IntegrationResult result = mapper_->paint(frame);
-  const std::lock_guard<std::mutex> lock(report_mutex_);
-  if (result.status == FrameStatus::kFused) report_.paint_ms = result.duration_ms;
+  if (result.status == FrameStatus::kFused) {
+    (depth != nullptr ? report_.integrate_ms : report_.paint_ms) = result.duration_ms;
+  }
   return result;
 }
 
@@ -135,8 +132,7 @@ bool MapSession::takeFrame(PosedFrame& frame) {
     depth->keep_center_W = parts_.keep_center(frame.stamp);
   }
   if (parts_.correction != nullptr) parts_.correction->place(frame);
-  const IntegrationResult result =
-      depth != nullptr ? fuse(*depth) : paint(std::get<ColourFrame>(frame.image));
+  const IntegrationResult result = integrate(frame);
   if (result.status != FrameStatus::kFused) {
     log(frame, result);
     accountingOf(frame).dropped(dropReasonOf(result.status), frame.stamp, result.message);

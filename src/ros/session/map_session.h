@@ -108,9 +108,8 @@ class MapSession {
   void showView(const PosedFrame& frame);
   std::optional<Rejection> findPose(PosedFrame& frame);
   FrameAccounting& accountingOf(const PosedFrame& frame) const;
-  IntegrationResult fuse(const DepthFrame& frame);
+  IntegrationResult integrate(const PosedFrame& frame);
   void log(const PosedFrame& frame, const IntegrationResult& result);
-  IntegrationResult paint(const ColourFrame& frame);
   void noteCleared(const Region& region);
   void beginMesh();
   void finishMesh();

@@ -158,7 +158,7 @@ StatusInput MappingPipeline::status() const {
   input.transforms = transforms_.report();
   if (log_) {
     const LogReport log = log_->report();
-    input.log = {true, log.bytes, log.waiting_bytes, log.lost, log.first_stamp_s, log.problem};
+    input.log = {log.bytes, log.waiting_bytes, log.lost, log.first_stamp_s, log.problem};
     input.correction = correction_->report();
   }
   if (frame_poses_) {
@@ -170,7 +170,6 @@ StatusInput MappingPipeline::status() const {
   if (std::any_of(input.cameras.begin(), input.cameras.end(), hasNoPublisher)) {
     input.depth_topics = findDepthTopics();
   }
-  input.mesh_listeners = mesh_publisher_.listeners();
   if (input.map.voxel_size_m == 0.0f) input.map.voxel_size_m = params_.mapper.map.voxel_size_m;
   input.max_image_bytes = queueBytesOf(params_.node.input);
   input.max_queue_bytes = static_cast<uint64_t>(params_.node.publish.max_queue_mb) << 20;

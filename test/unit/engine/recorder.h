@@ -46,7 +46,7 @@ class Recorder : public MapBackend {
   TouchedCounts touched() override {
     note("touched");
     const size_t count = script_.requests.size();
-    return {count, count, count, count, count};
+    return {count, count, count, count};
   }
   std::vector<BlockRequest> requests() override { return script_.requests; }
   void reserveFrame(const FrameTurn&) override { need(!script_.lacks_frame); }
@@ -59,7 +59,7 @@ class Recorder : public MapBackend {
   std::vector<FreeCube> takeFree() override { return {{{0, 0, 0}, {{1}}}}; }
   SeenColours look(const ColourFrame&, const ColourLook&) override {
     note("look");
-    return {!script_.colour_requests.empty(), 0, {}};
+    return {!script_.colour_requests.empty(), {}};
   }
   std::vector<ColourRequest> colourRequests() override { return script_.colour_requests; }
   void paint(const Exposure&) override { note("paint"); }
@@ -68,7 +68,7 @@ class Recorder : public MapBackend {
   void keepColours() override { note("keep colours"); }
   void beginMesh(int32_t) override { note("begin mesh"); }
   void waitForMeshes() override {}
-  MadeMeshes finishMesh() override {
+  MeshUpdate finishMesh() override {
     note("finish mesh");
     return {};
   }

@@ -8,7 +8,6 @@
 #include "evaluation/depth_noise.h"
 #include "evaluation/depth_picture.h"
 #include "evaluation/picture.h"
-#include "evaluation/picture_row.h"
 #include "simulation/scene.h"
 #include "support/temporary_folder.h"
 #include "unit/evaluation/test_meshes.h"
@@ -283,22 +282,6 @@ TEST(DepthPicture, DrawsEachPixelAndALegend) {
   EXPECT_EQ(rgb(2), differenceColour(-0.1, 1.0));
   EXPECT_EQ(rgb(3), differenceColour(0.0, 1.0));
   EXPECT_EQ(rgb(4), differenceColour(0.1, 1.0));
-}
-
-TEST(PictureRow, StandsSideBySideBelowTitles) {
-  TemporaryFolder folder;
-  const std::string red = folder.path() + "/red.png", blue = folder.path() + "/blue.png";
-  cv::imwrite(red, cv::Mat(40, 60, CV_8UC3, cv::Scalar(0, 0, 255)));
-  cv::imwrite(blue, cv::Mat(50, 70, CV_8UC3, cv::Scalar(255, 0, 0)));
-  joinPictures(folder.path() + "/both.png", {{"a", red}, {"b", blue}});
-  const cv::Mat both = cv::imread(folder.path() + "/both.png");
-  ASSERT_GE(both.cols, 130);
-  ASSERT_GT(both.rows, 50);
-  EXPECT_EQ(both.at<cv::Vec3b>(both.rows - 30, 30), cv::Vec3b(0, 0, 255));
-  EXPECT_EQ(both.at<cv::Vec3b>(both.rows - 30, both.cols - 35), cv::Vec3b(255, 0, 0));
-  EXPECT_EQ(both.at<cv::Vec3b>(both.rows - 1, 30), cv::Vec3b(255, 255, 255)) << "it is lower";
-  EXPECT_THROW(joinPictures(folder.path() + "/none.png", {}), std::runtime_error);
-  EXPECT_THROW(joinPictures(folder.path() + "/none.png", {{"a", "missing"}}), std::runtime_error);
 }
 
 }  // namespace

@@ -128,7 +128,7 @@ TEST(SpaceFigures, HoldForShapesSeenFromAllRound) {
   EXPECT_EQ(figures.taken, 0u);
   EXPECT_EQ(figures.unseen, 0u);
   EXPECT_GT(figures.truly_free, 100u);
-  EXPECT_GT(figures.foundShare(), 0.6);
+  EXPECT_GT(figures.found_free, 0.6 * figures.truly_free);
 
   // They tell what is wrong: of another scene distances are off, and free cells are not free.
   Scene other = viewed.scene;

@@ -5,9 +5,11 @@
 #include <cstdlib>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "kernels/meshing/edge_vertex.h"
+#include "support/grid_mesh.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {
@@ -23,21 +25,15 @@ SharedBlockMesh fullBlock(const BlockKey& key) {
   mesh->vertices.reserve(kLayers * kCornerGridSide * kCornerGridSide);
   mesh->triangles.reserve(3 * kTrianglesPerBlock);
   for (int z = 0; z < kLayers; ++z) {
-    const auto first = static_cast<uint16_t>(mesh->vertices.size());
+    const auto first = static_cast<int>(mesh->vertices.size());
     for (int y = 0; y < kCornerGridSide; ++y) {
       for (int x = 0; x < kCornerGridSide; ++x) {
         const int edge = edgeNumber(cornerIndex(x, y, z), 2, 0);
         mesh->vertices.push_back({vertexPosition(edge, 0.4f), static_cast<uint32_t>(edge)});
       }
     }
-    for (int y = 0; y < kBlockSide; ++y) {
-      for (int x = 0; x < kBlockSide; ++x) {
-        const auto a = static_cast<uint16_t>(first + x + kCornerGridSide * y);
-        const auto b = static_cast<uint16_t>(a + 1), c = static_cast<uint16_t>(a + kCornerGridSide),
-                   d = static_cast<uint16_t>(c + 1);
-        for (const uint16_t v : {a, b, d, a, d, c}) mesh->triangles.push_back(v);
-      }
-    }
+    const std::vector<uint16_t> layer = gridTriangles(kCornerGridSide, first);
+    mesh->triangles.insert(mesh->triangles.end(), layer.begin(), layer.end());
   }
   mesh->colours.assign(mesh->vertices.size(), VertexColour{10, 20, 30, 255});
   return mesh;

@@ -1,19 +1,15 @@
 // reconstruct reads a frame log: to the map that was logged, or to that of corrected poses.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "io/trajectory_file.h"
 #include "support/logged_map.h"
+#include "support/run_program.h"
 
 namespace dtsdf {
 namespace {
 
-/// Its exit code; what it prints goes to `folder`/printed.
-int runReconstruct(const TemporaryFolder& folder, const std::string& arguments) {
-  const std::string command = std::string(DTSDF_RECONSTRUCT) + " " + folder / "log" + " " +
-                              arguments + " > " + folder / "printed" + " 2>&1";
-  return WEXITSTATUS(std::system(command.c_str()));
+Outcome runReconstruct(const TemporaryFolder& folder, const std::string& arguments) {
+  return runIn(folder, DTSDF_RECONSTRUCT " " + folder / "log" + " " + arguments);
 }
 
 class LogProgram : public testing::Test {
@@ -42,8 +38,9 @@ class LogProgram : public testing::Test {
 };
 
 TEST_F(LogProgram, MakesTheMapThatWasLogged) {
-  ASSERT_EQ(runReconstruct(folder_, "--backend cpu --save-map " + folder_ / "map.dtsdf"), 0)
-      << readBytes(folder_ / "printed");
+  const Outcome outcome =
+      runReconstruct(folder_, "--backend cpu --save-map " + folder_ / "map.dtsdf");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const MapInfo info = readMapInfo(folder_ / "map.dtsdf");
   EXPECT_EQ(info.content_hash, live_hash_);
   EXPECT_EQ(info.stamp_s, 0.5);
@@ -63,11 +60,11 @@ TEST_F(LogProgram, MakesTheMapOfCorrectedPoses) {
     plain->integrate(movedTo(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());
   }
   plain->clearRegion(SphereRegion{Eigen::Vector3d(1.0, 0.5, 0.5), 0.8});
-  ASSERT_EQ(runReconstruct(folder_, "--backend cpu --corrected-poses " + folder_ / "poses.txt" +
-                                        " --save-map " + folder_ / "map.dtsdf"),
-            0)
-      << readBytes(folder_ / "printed");
-  EXPECT_NE(readBytes(folder_ / "printed").find("5 of 6 depth images"), std::string::npos);
+  const Outcome outcome =
+      runReconstruct(folder_, "--backend cpu --corrected-poses " + folder_ / "poses.txt" +
+                                  " --save-map " + folder_ / "map.dtsdf");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("5 of 6 depth images"), std::string::npos) << outcome.out;
   const uint64_t hash = readMapInfo(folder_ / "map.dtsdf").content_hash;
   EXPECT_EQ(hash, contentHash(plain->contents()));
   EXPECT_NE(hash, live_hash_);
@@ -75,11 +72,11 @@ TEST_F(LogProgram, MakesTheMapOfCorrectedPoses) {
 
 TEST_F(LogProgram, RefusesPosesOfOtherStamps) {
   saveTrajectory({{500.0, images_[0].frame.T_W_C}}, folder_ / "poses.txt");
-  EXPECT_EQ(runReconstruct(folder_, "--backend cpu --corrected-poses " + folder_ / "poses.txt" +
-                                        " --save-map " + folder_ / "map.dtsdf"),
-            1);
-  EXPECT_NE(readBytes(folder_ / "printed").find("no corrected pose has the stamp"),
-            std::string::npos);
+  const Outcome outcome =
+      runReconstruct(folder_, "--backend cpu --corrected-poses " + folder_ / "poses.txt" +
+                                  " --save-map " + folder_ / "map.dtsdf");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.err.find("no corrected pose has the stamp"), std::string::npos) << outcome.err;
 }
 
 }  // namespace

@@ -26,23 +26,6 @@ const std::vector<SceneFrame>& roomFrames(double first_s, int count) {
   return frames;
 }
 
-/// A box that moves along a wall and goes, and a camera that moves a little; rendered once.
-const std::vector<SceneFrame>& movingFrames() {
-  static const std::vector<SceneFrame> frames = [] {
-    std::vector<SceneFrame> rendered;
-    for (int i = 0; i < 32; ++i) {
-      Scene scene;
-      scene.add(Plane{{1.6, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});
-      if (i < 12) scene.add(makeBox({1.1, 0.06 * (i - 6), 0.0}, {0.2, 0.3, 0.3}, 0.3));
-      const Eigen::Vector3d eye(0.0, 0.01 * (i % 5), 0.01 * (i % 3));
-      rendered.push_back(renderFrame(
-          scene, lookAt(eye, eye + Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()), 120, 90));
-    }
-    return rendered;
-  }();
-  return frames;
-}
-
 class Determinism : public testing::TestWithParam<Mode> {
  protected:
   MapperParams params(int threads) const {
@@ -69,7 +52,7 @@ TEST_P(Determinism, MeshingEveryFrameEqualsMeshingOnceWhenThingsMove) {
     MapperParams settings = params(2);
     settings.mesh.min_support = min_support;
     Session often(settings), late(settings), once(settings);
-    for (const SceneFrame& frame : movingFrames()) {
+    for (const SceneFrame& frame : movingFrames(32)) {
       for (Session* session : {&often, &late, &once}) session->integrate(frame);
       often.updateMesh();
       late.finishMeshUpdate();  // of what the frame before left
@@ -104,7 +87,7 @@ TEST_P(Determinism, ThreadsDoNotShow) {
 TEST_P(Determinism, ThreadsDoNotShowWhenThingsMove) {
   Session one(params(1)), three(params(3));
   for (Session* session : {&one, &three}) {
-    for (const SceneFrame& frame : movingFrames()) session->integrate(frame);
+    for (const SceneFrame& frame : movingFrames(32)) session->integrate(frame);
     session->updateMesh();
   }
   EXPECT_TRUE(sameMaps(one.mapper(), three.mapper()));

@@ -214,6 +214,22 @@ TEST(PoseTracker, BeginsWithTheFirstImageThatShowsSomething) {
   EXPECT_LT(shiftBetween(*T_W_C, Isometry3d::Identity()), 2e-3);
 }
 
+/// Only the first image has its pose: the second one may show another place already.
+TEST(PoseTracker, FusesNoSecondImageThatTheMapHoldsNothingOf) {
+  Scene near, far;
+  near.add(Plane{{1.0, 0.0, 0.0}, -Vector3d::UnitX()});
+  far.add(Plane{{3.0, 0.0, 0.0}, -Vector3d::UnitX()});
+  const Isometry3d T_W_C = lookAt({0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, Vector3d::UnitZ());
+  Tracking tracking;
+  tracking.see(near, T_W_C, 0.0, T_W_C);
+  ASSERT_EQ(tracking.fused(), 1u);
+  const Alignment found = tracking.see(far, T_W_C, kPeriod_s);
+  EXPECT_EQ(found.status, AlignmentStatus::kUnmapped);
+  EXPECT_FALSE(tracking.tracker().isToBeFused(found));
+  EXPECT_TRUE(tracking.tracker().isLost());
+  EXPECT_EQ(tracking.fused(), 1u);
+}
+
 /// Walls and floor hold five of six: along the corridor it may drift, and the covariance shows it.
 TEST(PoseTracker, ACorridorHoldsAllButTheWayAlongIt) {
   Scene corridor;

@@ -169,23 +169,9 @@ TEST_P(RefinedMesh, HasOnePlaceForEachVertex) {
   EXPECT_EQ(places.size(), mesh.vertices_m.size() - shared_places);
 }
 
-/// A box that moves along a wall and goes.
-std::vector<SceneFrame> movingFrames() {
-  std::vector<SceneFrame> frames;
-  for (int i = 0; i < 24; ++i) {
-    Scene scene;
-    scene.add(Plane{{1.6, 0.0, 0.0}, -Vector3d::UnitX()});
-    if (i < 12) scene.add(makeBox({1.1, 0.06 * (i - 6), 0.0}, {0.2, 0.3, 0.3}, 0.3));
-    const Vector3d eye(0.0, 0.01 * (i % 5), 0.01 * (i % 3));
-    frames.push_back(
-        renderFrame(scene, lookAt(eye, eye + Vector3d::UnitX(), Vector3d::UnitZ()), 120, 90));
-  }
-  return frames;
-}
-
 TEST_P(RefinedMesh, HistoryAndThreadsDoNotShow) {
   Session often(params(1, 2, 0.04f)), once(params(1, 1, 0.04f)), threads(params(1, 3, 0.04f));
-  for (const SceneFrame& frame : movingFrames()) {
+  for (const SceneFrame& frame : movingFrames(24)) {
     for (Session* session : {&often, &once, &threads}) session->integrate(frame);
     often.updateMesh();
   }

@@ -8,6 +8,7 @@
 
 #include "support/colour_frames.h"
 #include "support/map_equality.h"
+#include "support/same_bytes.h"
 #include "support/session.h"
 
 namespace dtsdf {
@@ -197,12 +198,8 @@ TEST(Render, WhatIsThinIsNotPassedOver) {
 }
 
 bool sameViews(const RenderedView& a, const RenderedView& b) {
-  const auto same = [](const auto& x, const auto& y) {
-    return x.size() == y.size() &&
-           (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0);
-  };
-  return a.width == b.width && a.height == b.height && same(a.depth_m, b.depth_m) &&
-         same(a.normals_C, b.normals_C) && same(a.colours, b.colours);
+  return a.width == b.width && a.height == b.height && sameBytes(a.depth_m, b.depth_m) &&
+         sameBytes(a.normals_C, b.normals_C) && sameBytes(a.colours, b.colours);
 }
 
 TEST(Render, SameBytesInAnyNumberOfThreadsWithAndWithoutAMesh) {

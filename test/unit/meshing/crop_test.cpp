@@ -5,6 +5,7 @@
 
 #include "dtsdf_mapping/mesh.h"
 #include "kernels/meshing/edge_vertex.h"
+#include "support/grid_mesh.h"
 #include "support/mesh_topology.h"
 
 namespace dtsdf {
@@ -25,15 +26,7 @@ BlockMesh slopeBlock(const BlockKey& key, float height) {
       mesh.colours.push_back({red, static_cast<uint8_t>(y), 7, 255});
     }
   }
-  const auto number = [](int x, int y) { return static_cast<uint16_t>(x + kCornerGridSide * y); };
-  for (int y = 0; y < kBlockSide; ++y) {
-    for (int x = 0; x < kBlockSide; ++x) {
-      for (const uint16_t v : {number(x, y), number(x + 1, y), number(x + 1, y + 1), number(x, y),
-                               number(x + 1, y + 1), number(x, y + 1)}) {
-        mesh.triangles.push_back(v);
-      }
-    }
-  }
+  mesh.triangles = gridTriangles(kCornerGridSide);
   return mesh;
 }
 

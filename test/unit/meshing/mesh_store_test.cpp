@@ -8,6 +8,7 @@
 #include <set>
 
 #include "kernels/meshing/edge_vertex.h"
+#include "support/grid_mesh.h"
 #include "support/mesh_topology.h"
 
 namespace dtsdf {
@@ -28,15 +29,7 @@ BlockMesh planeBlock(const BlockKey& key, float height) {
           {vertexPosition(edge, height - static_cast<float>(layer)), static_cast<uint32_t>(edge)});
     }
   }
-  const auto number = [](int x, int y) { return static_cast<uint16_t>(x + kCornerGridSide * y); };
-  for (int y = 0; y < kBlockSide; ++y) {
-    for (int x = 0; x < kBlockSide; ++x) {
-      for (const uint16_t v : {number(x, y), number(x + 1, y), number(x + 1, y + 1), number(x, y),
-                               number(x + 1, y + 1), number(x, y + 1)}) {
-        mesh.triangles.push_back(v);
-      }
-    }
-  }
+  mesh.triangles = gridTriangles(kCornerGridSide);
   return mesh;
 }
 

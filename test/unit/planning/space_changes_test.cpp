@@ -14,13 +14,6 @@ namespace {
 using Eigen::Vector3d;
 using Key = std::tuple<int, int, int>;
 
-Scene makeScene() {
-  Scene scene;
-  scene.add(Room{Vector3d(-1.49, -1.18, -0.97), Vector3d(1.51, 1.22, 1.03)});
-  scene.add(Sphere{Vector3d(0.3, 0.1, 0.0), 0.35});
-  return scene;
-}
-
 MapperParams spaceParams() {
   MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f);
   params.space.enabled = true;
@@ -78,7 +71,7 @@ TEST(SpaceChanges, WhoFollowsThemKnowsWhatIsKnown) {
     EXPECT_TRUE(follower.cells() == cellsOf(*mapper->space())) << when;
   };
   for (int i = 0; i < 8; ++i) {
-    mapper->integrate(renderFrame(makeScene(), poseOf(i)).view());
+    mapper->integrate(renderFrame(makeBallRoom(), poseOf(i)).view());
     if (i == 3) mapper->clearRegion(SphereRegion{Vector3d(-1.0, 0.2, 0.0), 0.7});
     if (i % 2 == 1) mapper->updateMesh();
     expectSame("after a frame");
@@ -96,7 +89,7 @@ TEST(SpaceChanges, WhoFollowsThemKnowsWhatIsKnown) {
   const SpaceChanges none = mapper->space()->takeChanges();
   EXPECT_TRUE(none.begins_anew);
   EXPECT_TRUE(none.cubes.empty());
-  mapper->integrate(renderFrame(makeScene(), poseOf(0)).view());
+  mapper->integrate(renderFrame(makeBallRoom(), poseOf(0)).view());
   follower.take(none);
   expectSame("after a new beginning");
 }
@@ -124,7 +117,7 @@ TEST(SpaceChanges, TellWhatWasLeftBehind) {
 
 TEST(DistanceSlice, HasTheKnownCellsAtAHeight) {
   const auto mapper = makeMapper(spaceParams());
-  for (int i = 0; i < 8; ++i) mapper->integrate(renderFrame(makeScene(), poseOf(i)).view());
+  for (int i = 0; i < 8; ++i) mapper->integrate(renderFrame(makeBallRoom(), poseOf(i)).view());
   mapper->updateMesh();
   Space& space = *mapper->space();
   space.updateDistances();
@@ -141,7 +134,7 @@ TEST(DistanceSlice, HasTheKnownCellsAtAHeight) {
     const Vector3d p = pointInSlice(cell, space.cellSize_m(), kHeight_m);
     EXPECT_EQ(space.cellAt(p).x, cell.cell.x);
     EXPECT_EQ(space.cellAt(p).y, cell.cell.y);
-    const double truth = makeScene().signedDistance(p);
+    const double truth = makeBallRoom().signedDistance(p);
     if (cell.state != CellState::kFree || truth > 0.5) continue;
     squares += (cell.distance_m - truth) * (cell.distance_m - truth);
     ++free;

@@ -29,13 +29,6 @@ MapperParams followedParams() {
   return params;
 }
 
-Scene followedScene() {
-  Scene scene;
-  scene.add(Room{Vector3d(-1.49, -1.18, -0.97), Vector3d(1.51, 1.22, 1.03)});
-  scene.add(Sphere{Vector3d(0.3, 0.1, 0.0), 0.35});
-  return scene;
-}
-
 std::map<Key, SpaceCube> byFirstCell(const std::vector<SpaceCube>& cubes) {
   std::map<Key, SpaceCube> sorted;
   for (const SpaceCube& cube : cubes) sorted[{cube.first.x, cube.first.y, cube.first.z}] = cube;
@@ -84,7 +77,7 @@ class SpaceFollowerTest : public ::testing::Test {
  protected:
   void fuse(double from_x, double to_x) {
     mapper_->integrate(
-        renderFrame(followedScene(),
+        renderFrame(makeBallRoom(),
                     lookAt(Vector3d(from_x, 0.8, 0.1), Vector3d(to_x, 0.0, 0.0), Vector3d::UnitZ()))
             .view());
   }

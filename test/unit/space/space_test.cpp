@@ -29,14 +29,6 @@ MapperParams spaceParams(int cell_voxels = 4, bool directional = true) {
   return params;
 }
 
-/// A room of 3 x 2.4 x 2 m with a ball in it.
-Scene makeScene() {
-  Scene scene;
-  scene.add(Room{Vector3d(-1.49, -1.18, -0.97), Vector3d(1.51, 1.22, 1.03)});
-  scene.add(Sphere{Vector3d(0.3, 0.1, 0.0), 0.35});
-  return scene;
-}
-
 std::vector<Eigen::Isometry3d> posesIn() {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < 8; ++i) {
@@ -71,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(Sizes, SpaceCells, ::testing::Values(1, 2, 4, 8));
 /// A cell that is called free lies on the free side of all surfaces, and most of the free ones
 /// that are not beside a surface are known.
 TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
-  const Scene scene = makeScene();
+  const Scene scene = makeBallRoom();
   const auto mapper = mapOf(scene, posesIn(), spaceParams(GetParam()));
   const Space& space = *mapper->space();
   const double half = 0.5 * space.cellSize_m();
@@ -102,7 +94,7 @@ TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
   const auto mapper = makeMapper(params);
   MeshStore store(params.map.voxel_size_m);
   for (const Eigen::Isometry3d& T_W_C : posesIn()) {
-    mapper->integrate(renderFrame(makeScene(), T_W_C).view());
+    mapper->integrate(renderFrame(makeBallRoom(), T_W_C).view());
   }
   store.apply(mapper->updateMesh());
   Space& space = *mapper->space();
@@ -132,7 +124,7 @@ TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
 
 /// Gradients point away from the wall, at its distance's rate.
 TEST(Space, GradientsPointAwayFromSurfaces) {
-  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams(2));
+  const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams(2));
   const Space& space = *mapper->space();
   const SpaceDistance beside_floor = space.distanceAt(Vector3d(-0.6, 0.4, -0.7));
   ASSERT_TRUE(beside_floor.known);
@@ -144,7 +136,7 @@ TEST(Space, GradientsPointAwayFromSurfaces) {
 
 /// Distances are negative there, and grow towards 0 at the surface: below the floor upwards.
 TEST(Space, InTheUnknownGradientsPointToTheNearestSurface) {
-  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams(2));
+  const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams(2));
   const Space& space = *mapper->space();
   const Vector3d below_floor(-0.6, 0.4, -1.2);
   const SpaceDistance here = space.distanceAt(below_floor);
@@ -158,7 +150,7 @@ TEST(Space, InTheUnknownGradientsPointToTheNearestSurface) {
 }
 
 TEST(Space, BehindWallsNothingIsKnown) {
-  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams());
+  const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams());
   const Space& space = *mapper->space();
   const SpaceDistance behind = space.distanceAt(Vector3d(0.0, 0.0, -1.3));
   EXPECT_FALSE(behind.known);
@@ -218,7 +210,7 @@ TEST(Space, AThinPlateStopsAPath) {
 /// Frame by frame, with meshes and distances brought up to date now and then and a region cleared
 /// between, the same is known as of a map that is asked at the end only; on any threads.
 TEST(Space, KnowsTheSameHoweverOftenItIsAsked) {
-  const Scene scene = makeScene();
+  const Scene scene = makeBallRoom();
   const SphereRegion region{Vector3d(0.3, 0.1, 0.2), 0.3};
   const auto run = [&](int threads, int every) {
     MapperParams params = spaceParams(2);
@@ -336,7 +328,7 @@ TEST(Space, KeepsItsPartOfTheBudget) {
   const auto mapper = makeMapper(params);
   EXPECT_EQ(mapper->stats().free_bytes, 0u);
   for (const Eigen::Isometry3d& T_W_C : posesIn()) {
-    mapper->integrate(renderFrame(makeScene(), T_W_C).view());
+    mapper->integrate(renderFrame(makeBallRoom(), T_W_C).view());
   }
   const MapStats stats = mapper->stats();
   EXPECT_GT(stats.refused_cubes, 0u);
@@ -351,14 +343,14 @@ TEST(Space, KeepsItsPartOfTheBudget) {
 }
 
 TEST(Space, IsTold) {
-  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams());
+  const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams());
   EXPECT_EQ(mapper->memory().space, mapper->space()->bytes());
   EXPECT_GT(mapper->memory().space, 0u);
   EXPECT_EQ(makeMapper(makeCpuParams())->memory().space, 0u);
 }
 
 TEST(Space, IsForgottenWithTheMap) {
-  const auto mapper = mapOf(makeScene(), posesIn(), spaceParams());
+  const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams());
   EXPECT_FALSE(mapper->space()->cells().empty());
   mapper->clear();
   EXPECT_TRUE(mapper->space()->cells().empty());
@@ -367,7 +359,7 @@ TEST(Space, IsForgottenWithTheMap) {
 
 /// The map itself does not depend on it.
 TEST(Space, LeavesTheMeshAsItIs) {
-  const std::vector<SceneFrame> frames = renderFrames(makeScene(), posesIn());
+  const std::vector<SceneFrame> frames = renderFrames(makeBallRoom(), posesIn());
   MapperParams without = spaceParams();
   without.space.enabled = false;
   const Mesh with = reconstruct(spaceParams(), frames), plain = reconstruct(without, frames);

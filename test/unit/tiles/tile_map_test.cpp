@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <tuple>
 
@@ -10,6 +9,7 @@
 #include "mapper/probed_mapper.h"
 #include "support/colour_frames.h"
 #include "support/depth_frames.h"
+#include "support/same_bytes.h"
 #include "tiles/colour_reach.h"
 #include "tiles/tile.h"
 #include "tiles/view_reach.h"
@@ -52,19 +52,13 @@ Meshes meshesOf(const MeshUpdate& update, const BlockExtent& extent) {
   return meshes;
 }
 
-template <class T>
-bool same(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
 bool same(const Blocks& a, const Blocks& b) {
   return a.size() == b.size() &&
          std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
            bool equal = x.first == y.first;
            for (int d = 0; d < kDirectionCount; ++d) {
-             equal = equal && same(x.second.voxels[d], y.second.voxels[d]) &&
-                     same(x.second.colours[d], y.second.colours[d]);
+             equal = equal && sameBytes(x.second.voxels[d], y.second.voxels[d]) &&
+                     sameBytes(x.second.colours[d], y.second.colours[d]);
            }
            return equal;
          });
@@ -73,9 +67,9 @@ bool same(const Blocks& a, const Blocks& b) {
 bool same(const Meshes& a, const Meshes& b) {
   return a.size() == b.size() &&
          std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
-           return x.first == y.first && same(x.second.vertices, y.second.vertices) &&
-                  same(x.second.triangles, y.second.triangles) &&
-                  same(x.second.colours, y.second.colours);
+           return x.first == y.first && sameBytes(x.second.vertices, y.second.vertices) &&
+                  sameBytes(x.second.triangles, y.second.triangles) &&
+                  sameBytes(x.second.colours, y.second.colours);
          });
 }
 

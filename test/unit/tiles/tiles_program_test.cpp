@@ -1,29 +1,14 @@
 /// Runs the program `tiles` as a user does, and compares it with `reconstruct`.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "support/run_program.h"
 #include "support/scene_colours.h"
 
 namespace dtsdf {
 namespace {
-
-struct Outcome {
-  int exit_code;
-  std::string out, err;
-};
-
-Outcome runIn(const TemporaryFolder& folder, const std::string& program,
-              const std::string& arguments) {
-  const std::string command = program + " " + arguments + " > " + (folder / "stdout") + " 2> " +
-                              (folder / "stderr") + " < /dev/null";
-  const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(folder / "stdout"),
-          readBytes(folder / "stderr")};
-}
 
 constexpr int kFrames = 16, kEmptyFrame = 5;
 
@@ -41,7 +26,7 @@ struct Recorded {
     };
     writeSceneRecording(recording.path(), makeRoomScene(), poses, 80, 60, moved);
     const Outcome outcome =
-        runIn(out, DTSDF_RECONSTRUCT, recording.path() + settings() + "--mesh " +
+        runIn(out, DTSDF_RECONSTRUCT " " + recording.path() + settings() + "--mesh " +
                                           (out / "one.ply") + " --save-map " + (out / "one.dtsdf"));
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     mesh = readBytes(out / "one.ply");
@@ -65,7 +50,9 @@ class TilesProgram : public testing::Test {
     recorded_ = nullptr;
   }
 
-  Outcome tiles(const std::string& arguments) const { return runIn(out_, DTSDF_TILES, arguments); }
+  Outcome tiles(const std::string& arguments) const {
+    return runIn(out_, DTSDF_TILES " " + arguments);
+  }
 
   void expectDone(const std::string& arguments) const {
     const Outcome outcome = tiles(arguments);
@@ -261,7 +248,7 @@ TEST_F(TilesProgram, MakesTheSameColoursAndFreeCells) {
   };
   expectError(planWith(fixed), "colour/max_depth_m=5");
   expectError(planWith(depth), "colour/exposure=fixed");
-  const Outcome one = runIn(out_, DTSDF_RECONSTRUCT,
+  const Outcome one = runIn(out_, DTSDF_RECONSTRUCT " " +
                             recording.path() + Recorded::settings() + fixed + depth + space +
                                 "--mesh " + (out_ / "one.ply") + " --save-map " +
                                 (out_ / "one.dtsdf"));
@@ -285,7 +272,7 @@ TEST_F(TilesProgram, MakesTheSameColoursAndFreeCells) {
   disordered["recordings"][0]["images"][3][1] = 0;
   writeBytes(out_ / "plan/plan.json", disordered.dump());
   expectError("status " + folder(), "colour images are not in order");
-  const Outcome info = runIn(out_, DTSDF_MAP_TOOL, "info " + (out_ / "all.dtsdf"));
+  const Outcome info = runIn(out_, DTSDF_MAP_TOOL " info " + (out_ / "all.dtsdf"));
   EXPECT_NE(info.out.find("free"), std::string::npos) << info.out;
 }
 
@@ -299,7 +286,7 @@ TEST_F(TilesProgram, GivesTilesTheFramesThatSeeThroughThem) {
                       80, 60);
   const std::string settings = recording.path() + Recorded::settings() +
                                "space/enabled=true space/cell_voxels=2 fusion/clearing=false ";
-  const Outcome one = runIn(out_, DTSDF_RECONSTRUCT,
+  const Outcome one = runIn(out_, DTSDF_RECONSTRUCT " " +
                             settings + "--save-map " + (out_ / "one.dtsdf"));
   ASSERT_EQ(one.exit_code, 0) << one.err;
   expectDone("plan " + settings + "--out " + folder() + " --tile-m 2");

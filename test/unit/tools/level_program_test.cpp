@@ -1,16 +1,14 @@
 /// map/level as a user meets it: reconstruct on recordings whose map frame is their first camera.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "simulation/scene.h"
+#include "support/run_program.h"
 #include "support/scene_recording.h"
-#include "support/temporary_folder.h"
 
 namespace dtsdf {
 namespace {
@@ -45,19 +43,9 @@ class LevelProgram : public testing::Test {
   }
   static void TearDownTestSuite() { delete folder_; }
 
-  struct Outcome {
-    int exit_code;
-    std::string out, err;
-  };
-
   static std::string in(const std::string& name) { return *folder_ / name; }
 
-  static Outcome run(const std::string& command) {
-    const int status =
-        std::system((command + " > " + in("stdout") + " 2> " + in("stderr")).c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(in("stdout")),
-            readBytes(in("stderr"))};
-  }
+  static Outcome run(const std::string& command) { return runIn(*folder_, command); }
 
   static Outcome reconstruct(const std::string& arguments) {
     return run(std::string(DTSDF_RECONSTRUCT) +

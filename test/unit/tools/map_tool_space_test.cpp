@@ -1,6 +1,5 @@
 /// Runs `map_tool bt` and `map_tool slice` on a map that was saved with what is free.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #ifdef DTSDF_WITH_OCTOMAP
 #include <octomap/OcTree.h>
@@ -9,14 +8,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <utility>
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "io/colour_codes.h"
 #include "support/depth_frames.h"
-#include "support/temporary_folder.h"
+#include "support/run_program.h"
 
 namespace dtsdf {
 namespace {
@@ -25,11 +23,7 @@ using Eigen::Vector3d;
 
 class MapToolSpace : public testing::Test {
  protected:
-  /// A room with a ball in it.
   static std::unique_ptr<Mapper> makeMap() {
-    Scene scene;
-    scene.add(Room{Vector3d(-1.49, -1.18, -0.97), Vector3d(1.51, 1.22, 1.03)});
-    scene.add(Sphere{Vector3d(0.3, 0.1, 0.0), 0.35});
     MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f);
     params.space.enabled = true;
     params.space.cell_voxels = 2;
@@ -39,7 +33,7 @@ class MapToolSpace : public testing::Test {
       const double a = i * M_PI / 3.0;
       const auto pose = lookAt(Vector3d(1.2 * std::cos(a), 0.9 * std::sin(a), 0.2),
                                Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ());
-      mapper->integrate(renderFrame(scene, pose).view());
+      mapper->integrate(renderFrame(makeBallRoom(), pose).view());
     }
     mapper->updateMesh();
     mapper->space()->updateDistances();
@@ -53,11 +47,9 @@ class MapToolSpace : public testing::Test {
 
   /// Its exit code.
   int run(const std::string& arguments) {
-    const std::string command = std::string(DTSDF_MAP_TOOL) + " " + arguments + " > " +
-                                (out_ / "stdout") + " 2> " + (out_ / "stderr");
-    const int status = std::system(command.c_str());
-    errors_ = readBytes(out_ / "stderr");
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    const Outcome outcome = runIn(out_, DTSDF_MAP_TOOL " " + arguments);
+    errors_ = outcome.err;
+    return outcome.exit_code;
   }
 
   TemporaryFolder out_;

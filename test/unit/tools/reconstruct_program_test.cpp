@@ -1,12 +1,11 @@
 /// Runs the program `reconstruct` as a user does: exit codes, error lines and files.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "io/trajectory_file.h"
+#include "support/run_program.h"
 #include "support/scene_recording.h"
 #include "support/tum_folder.h"
 
@@ -15,11 +14,6 @@ namespace {
 
 class ReconstructProgram : public testing::Test {
  protected:
-  struct Outcome {
-    int exit_code;
-    std::string out, err;
-  };
-
   void SetUp() override {
     writeTumFolder(tum_, 6, 80, 60);
     // Each image shows another place, and only it.
@@ -27,11 +21,7 @@ class ReconstructProgram : public testing::Test {
   }
 
   Outcome run(const std::string& arguments, const std::string& program = DTSDF_RECONSTRUCT) const {
-    const std::string command = program + " " + arguments + " > " +
-                                (out_ / "stdout") + " 2> " + (out_ / "stderr");
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(out_ / "stdout"),
-            readBytes(out_ / "stderr")};
+    return runIn(out_, program + " " + arguments);
   }
 
   /// The bytes of the mesh that a run saves.

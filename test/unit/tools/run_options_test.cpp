@@ -29,6 +29,17 @@ TEST(RunSettings, ReportsSettingsAndRulesTogether) {
   EXPECT_EQ(violations[1], "rules/none = 1: no such parameter");
 }
 
+/// As the node spells them, or one would refuse the other's maps.
+TEST(RunSettings, FramesHaveNoLeadingSlash) {
+  RunOptions options;
+  options.settings = {"map_frame=/odom", "input/camera_frame=/camera"};
+  const NodeParams node = readSettings(options).params.node;
+  EXPECT_EQ(node.map_frame, "odom");
+  EXPECT_EQ(node.input.camera_frame, "camera");
+  options.settings = {"map_frame=/"};
+  EXPECT_EQ(violationsOf(options).size(), 1u);
+}
+
 TEST(FrameSelection, SaysHowRangesAreWritten) {
   const auto errorOfFrames = [](const std::string& text) {
     return errorOf([&] { parseFrameSelection(text); });

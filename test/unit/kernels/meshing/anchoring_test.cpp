@@ -8,6 +8,8 @@
 #include <random>
 #include <utility>
 
+#include "support/edge_samples.h"
+
 namespace dtsdf {
 namespace {
 

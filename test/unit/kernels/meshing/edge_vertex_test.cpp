@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "support/edge_samples.h"
 #include "unit/kernels/meshing/unit_planes.h"
 
 namespace dtsdf {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kernels/meshing/vertex_normal.h"
+#include "support/edge_samples.h"
 #include "support/random_vectors.h"
 
 namespace dtsdf {

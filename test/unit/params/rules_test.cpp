@@ -1,4 +1,4 @@
-// The numbers of the rules on surfels and fusion by key.
+// The numbers of the rules by key.
 #include <gtest/gtest.h>
 
 #include "backend/rules.h"
@@ -42,6 +42,9 @@ void expectEachKeySetsItsOwn() {
 
 TEST(SurfelRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<SurfelRules>(); }
 TEST(FusionRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<FusionRules>(); }
+TEST(MeshRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<MeshRules>(); }
+TEST(ColourRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<ColourRules>(); }
+TEST(AlignmentRules, EachKeySetsItsOwn) { expectEachKeySetsItsOwn<AlignmentRules>(); }
 
 /// With a depth, a turn, or a number of turns of 0 a rule would divide by 0; evidence has eight
 /// bits, and a surface that gains none is never shown.
@@ -53,6 +56,15 @@ TEST(SurfelRules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/support_gain", 0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/most_evidence", 0}}), ParamError);
   EXPECT_THROW(readRules<FusionRules>({{"rules/fusion/most_evidence", 256}}), ParamError);
+}
+
+/// A nearness of 0 would divide by 0, and a negative share would mesh what nobody saw.
+TEST(MeshRules, WhatNoRuleCouldWorkWithIsRefused) {
+  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/least_weight_share", -0.1}}), ParamError);
+  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/least_weight_share", 1.0}}), ParamError);
+  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/least_crossing_share", -0.1}}), ParamError);
+  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/voted_crossing_share", 1.5}}), ParamError);
+  EXPECT_THROW(readRules<MeshRules>({{"rules/mesh/nearness_voxels", 0.0}}), ParamError);
 }
 
 }  // namespace

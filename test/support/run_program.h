@@ -1,0 +1,25 @@
+/// Runs programs as a user does.
+#pragma once
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+
+struct Outcome {
+  int exit_code;         ///< -1: it did not exit, but was killed.
+  std::string out, err;  ///< What it printed.
+};
+
+/// Runs a command of the shell. What it prints also stays in the folder, in stdout and stderr.
+inline Outcome runIn(const TemporaryFolder& folder, const std::string& command) {
+  const std::string out = folder / "stdout", err = folder / "stderr";
+  const int status = std::system((command + " > " + out + " 2> " + err + " < /dev/null").c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readBytes(out), readBytes(err)};
+}
+
+}  // namespace dtsdf

@@ -1,6 +1,5 @@
 #include "log/refusion.h"
 
-#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -39,8 +38,11 @@ Refusion::Refusion(const std::string& log_folder, const MapperParams& run)
   params_.threads = run.threads;
 }
 
-void Refusion::prepare() {
-  stamp_s_ = replay_.log().begin().stamp_s;
+void Refusion::begin() {
+  replay_.startOver();
+  mapper_.reset();  // before there is another one
+  mesh_.clear();
+  fused_ = bytes_ = calls_since_mesh_ = 0;
   if (replay_.log().baseMap().empty()) {
     mapper_ = makeMapper(params_);
   } else {
@@ -70,26 +72,17 @@ void Refusion::correct(LogCorrection correction) {
   const CorrectionEffect effect = replay_.correct(correction);
   correction.first_moved = effect.first_moved;
   corrections_.push_back(std::move(correction));
-  if (!isTooLateFor(effect)) return;
-  replay_.startOver();
-  mapper_.reset();
-  mesh_.clear();
-  fused_ = calls_since_mesh_ = 0;
 }
 
 bool Refusion::step(size_t live_bytes) {
-  if (mapper_ == nullptr) {
-    prepare();
-    return true;
-  }
-  const std::optional<LogCall> call = replay_.next();
+  std::optional<LogCall> call = replay_.next();
+  if (!call && replay_.readOn()) call = replay_.next();
   if (call) {
     fuse(*call);
     if (calls_since_mesh_ % kCallsPerCheck == 0) checkMemory(live_bytes);
     if (calls_since_mesh_ >= kCallsPerMesh) extract();
     return true;
   }
-  if (replay_.readOn()) return true;
   if (calls_since_mesh_ < kFewCalls) return false;
   extract();
   return true;
@@ -98,12 +91,7 @@ bool Refusion::step(size_t live_bytes) {
 void Refusion::fuse(const LogCall& call) {
   const IntegrationResult result = apply(call, *mapper_);
   if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
-  const bool is_depth = std::holds_alternative<LoggedDepth>(call.content);
-  const bool is_image = is_depth || std::holds_alternative<LoggedColour>(call.content);
-  if (is_depth) ++fused_;
-  if (is_image && result.status == FrameStatus::kFused) {
-    stamp_s_ = is_depth ? call.stamp_s : std::max(stamp_s_, call.stamp_s);  // colour may come late
-  }
+  if (std::holds_alternative<LoggedDepth>(call.content)) ++fused_;
   ++calls_since_mesh_;
 }
 

@@ -20,19 +20,19 @@ class Refusion {
   /// @throws std::runtime_error if the log cannot be read.
   Refusion(const std::string& log_folder, const MapperParams& run);
 
-  /// Makes the map that the log begins with, which takes long where that is a file. The first
-  /// step() does it otherwise. @throws std::runtime_error if it cannot be made.
-  void prepare();
+  /// Makes the map that the log begins with, to fuse all again from the first image on; frees the
+  /// one so far. Takes long where either is large. @throws std::runtime_error if it cannot be made.
+  void begin();
 
   /// What a correction would do. @throws std::runtime_error if it is refused, or the log lacks what
   /// it corrects.
   CorrectionEffect effectOf(const LogCorrection& correction);
-  /// Whether images that it moves were fused already, so that correct() has to start over.
+  /// Whether images that it moves were fused already, so that begin() has to follow correct().
   bool isTooLateFor(const CorrectionEffect& effect) const;
   /// Corrects images, those too that are added to the log later. @throws as effectOf().
   void correct(LogCorrection correction);
 
-  /// Does the next record of the log, or reads what was added to it.
+  /// Does the next record of the log, or reads what was added to it. @pre begin() was called.
   /// @param live_bytes Those of the map as it is: both together stay within map/max_memory_mb.
   /// @return whether it did something; if not, it has caught up with the log as it is written.
   /// @throws std::runtime_error if there is too little memory, or the log is damaged.
@@ -51,7 +51,6 @@ class Refusion {
   size_t bytes() const { return bytes_; }                 ///< Of the map, when last looked at.
   /// Number of the record that comes next, once step() has nothing to do.
   uint64_t nextNumber() const { return replay_.nextNumber(); }
-  double stamp_s() const { return stamp_s_; }  ///< Of the newest image in the map.
 
   /// The mesh of the whole map, by packed key. Brings it up to date.
   std::map<PackedKey, BlockMesh> takeMesh();
@@ -70,7 +69,6 @@ class Refusion {
   std::map<PackedKey, BlockMesh> mesh_;
   size_t fused_ = 0, bytes_ = 0;
   size_t calls_since_mesh_ = 0;
-  double stamp_s_ = 0.0;
 };
 
 /// Why a second map beside one of so many bytes would not fit; empty if it may.

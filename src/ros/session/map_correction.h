@@ -17,8 +17,10 @@
 #include "log/given_motion.h"
 #include "log/refusion.h"
 #include "ros/common/steady_clock.h"
+#include "ros/common/worker_thread.h"
 #include "ros/input/posed_frame.h"
 #include "ros/output/map_report.h"
+#include "ros/session/catch_up.h"
 #include "ros/session/map_log.h"
 
 namespace dtsdf {
@@ -32,9 +34,9 @@ struct CorrectionResult {
 };
 
 /// A correction first waits until the log holds all frames before it (`waiting_`). Then the log is
-/// opened, on a thread of its own (`opening_`), and its images are fused again, one with each
-/// step(), while frames go on to be fused and logged (`refusion_`). Once that has caught up with
-/// the log, step() hands out the map, and finish() writes the corrections to the log.
+/// opened, on another thread (`opening_`), and its images are fused again, one with each step(),
+/// while frames go on to be fused and logged (`refusion_`). Once that has caught up with the log,
+/// step() hands out the map, and finish() writes the corrections to the log.
 ///
 /// One that comes meanwhile joins the one under way. Where images that it moves were fused again
 /// already, all are from the first on; but only once, lest those that come every second keep it
@@ -60,6 +62,9 @@ class MapCorrection {
 
   /// Whether step() would do something.
   bool hasWork() const;
+  /// Whether it should before the next frame is fused: to have the log opened takes no time; and see
+  /// CatchUp.
+  bool goesFirst() const { return refusion_ == nullptr || catch_up_.isLogsTurn(); }
 
   /// The map that takes the place of the live one, and its whole mesh.
   struct Corrected {
@@ -100,13 +105,19 @@ class MapCorrection {
   bool isMarked() const;
   void openLog();
   void takeOpened();
+  void beginAgain();
   void join();
   void updateFused();
   bool joins(Pending& next);
+  std::optional<Corrected> fuseAgain(const MapStats& live);
   bool hasCaughtUp();
+  void noteFrame();
   uint64_t numberOf(const Mark& mark) const;
   void answer(const Pending& pending, const std::string& message);
   void refuse(const Pending& pending, const std::string& reason);
+  void refuseJoined(const std::string& reason);
+  template <class Object>
+  void freeLater(std::unique_ptr<Object> object);
   void noteProgress();
 
   MapLog& log_;
@@ -117,8 +128,9 @@ class MapCorrection {
   uint64_t life_ = 0;                ///< Of the log, when it was opened.
   std::unique_ptr<Refusion> refusion_;
   std::vector<Pending> joined_;                        ///< That `refusion_` is of.
-  bool has_started_over_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.
-  std::future<void> freeing_;
+  bool has_begun_again_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.
+  bool is_outdated_ = false;                          ///< Images that it has fused were moved.
+  CatchUp catch_up_;
 
   // Of the first camera.
   std::vector<StampedPose> fused_;  ///< Of the newest recording, with rising stamps.
@@ -128,6 +140,8 @@ class MapCorrection {
 
   mutable std::mutex mutex_;
   CorrectionReport report_;
+
+  WorkerThread helper_{[] { return std::chrono::hours(1); }};  ///< For what takes long.
 };
 
 }  // namespace dtsdf

@@ -84,8 +84,7 @@ void MapLog::warnOfLoss() const {
   if (report.problem.empty()) return;
   ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping",
                                  "frame log: " << report.problem << " (" << report.lost
-                                               << " images and calls lost so far); it begins again "
-                                                  "with a copy of the map as soon as it can");
+                                               << " images and calls lost so far)");
 }
 
 }  // namespace dtsdf

@@ -35,8 +35,8 @@ bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
          (a.linear() - b.linear()).norm() <= PoseCorrection::kLeast;
 }
 
-/// By stamp. @throws std::runtime_error where one stamp has two poses, as in a path of which each has
-/// the time at which it was published.
+/// By stamp. @throws std::runtime_error where one stamp has two poses, as in a path of which each
+/// has the time at which it was published.
 Trajectory sortedByStamp(std::vector<StampedPose> poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });

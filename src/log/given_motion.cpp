@@ -25,8 +25,7 @@ void GivenMotion::add(const StampedPose& given) {
   if (beginsAnew(given)) {
     *this = GivenMotion();
   } else if (before_) {
-    unevenness_ =
-        std::max(kFades * unevenness_, distance(given.T_W_C, expectedAt(given.stamp_s)));
+    unevenness_ = std::max(kFades * unevenness_, distance(given.T_W_C, expectedAt(given.stamp_s)));
   }
   before_ = newest_;
   newest_ = given;
@@ -45,8 +44,7 @@ bool GivenMotion::takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& g
 /// Of the length of the last one.
 double GivenMotion::stepsTo(double stamp_s) const {
   if (!before_ || newest_->stamp_s <= before_->stamp_s) return 0.0;
-  return std::max(0.0,
-                  (stamp_s - newest_->stamp_s) / (newest_->stamp_s - before_->stamp_s));
+  return std::max(0.0, (stamp_s - newest_->stamp_s) / (newest_->stamp_s - before_->stamp_s));
 }
 
 /// By the motion of before, for as long.

@@ -23,8 +23,8 @@ class GivenMotion {
   /// recording begins anew, or it is moved.
   bool takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
 
-  /// Whether the next pose continues the motion from where `T_W_S` moves the newest one to: as far as
-  /// the motion so far is even enough, and the time between them short enough, to see that.
+  /// Whether the next pose continues the motion from where `T_W_S` moves the newest one to: as far
+  /// as the motion so far is even enough, and the time between them short enough, to see that.
   bool isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& next) const;
 
   /// Whether a recording begins anew with it.

@@ -18,8 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 const char kRemoved[] =
-    ": it was removed, as the log has reached log/max_gb meanwhile; raise that, so that images stay "
-    "until they are read";
+    ": it was removed, as the log has reached log/max_gb meanwhile; raise that, so that images "
+    "stay until they are read";
 
 uint64_t sizeOf(const std::string& path) {
   std::error_code error;
@@ -132,7 +132,7 @@ LogReader::LogReader(const std::string& folder) : folder_(folder), stretches_(ch
   }
   begin_ = readBegin(first->description);
   number_ = first->head.number + 1;
-  if (begin_.has_map) base_map_ = baseMapOf(stretches_.front().path);
+  bases_.push_back({first->head.number, begin_.has_map ? baseMapOf(stretches_.front().path) : ""});
   has_lost_images_ = begin_.continues || begin_.stands_for_lost;
 }
 
@@ -196,6 +196,8 @@ std::optional<LogEntry> LogReader::next() {
     }
     ++number_;
     if (entry->head.kind != LogKind::kBegin) return entry;
+    if (!readBegin(entry->description).has_map) continue;
+    bases_.push_back({entry->head.number, baseMapOf(stretches_[stretch_].path)});
   }
 }
 

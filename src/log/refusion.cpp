@@ -1,5 +1,6 @@
 #include "log/refusion.h"
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -39,15 +40,18 @@ Refusion::Refusion(const std::string& log_folder, const MapperParams& run)
 }
 
 void Refusion::begin() {
-  replay_.startOver();
   mapper_.reset();  // before there is another one
   mesh_.clear();
-  fused_ = bytes_ = calls_since_mesh_ = 0;
-  if (replay_.log().baseMap().empty()) {
-    mapper_ = makeMapper(params_);
-  } else {
-    mapper_ = makeMapper(params_, loadMap(replay_.log().baseMap(), params_, params_.threads));
+  fused_ = bytes_ = 0;
+  uint64_t first_moved = replay_.nextNumber();
+  for (const LogCorrection& correction : corrections_) {
+    first_moved = std::min(first_moved, correction.first_moved);
   }
+  const std::string base = replay_.startOver(first_moved);
+  mapper_ = base.empty() ? makeMapper(params_)
+                         : makeMapper(params_, loadMap(base, params_, params_.threads));
+  calls_since_mesh_ = base.empty() ? 0 : 1;
+  has_to_begin_ = false;
 }
 
 void Refusion::readUpTo(uint64_t number) {
@@ -64,12 +68,13 @@ CorrectionEffect Refusion::effectOf(const LogCorrection& correction) {
 }
 
 bool Refusion::isTooLateFor(const CorrectionEffect& effect) const {
-  return replay_.isHandedOut(effect.first_moved);
+  return !has_to_begin_ && replay_.isHandedOut(effect.first_moved);
 }
 
 void Refusion::correct(LogCorrection correction) {
   readUpTo(correction.before);
   const CorrectionEffect effect = replay_.correct(correction);
+  has_to_begin_ = has_to_begin_ || isTooLateFor(effect);
   correction.first_moved = effect.first_moved;
   corrections_.push_back(std::move(correction));
 }

@@ -237,7 +237,9 @@ Verdict judge(const StatusInput& in, const MapStatus& before) {
   }
   if (!in.poses.problem.empty()) return {MapStatus::WARN, in.poses.problem};
   if (!hasFused(in)) return cameras;
-  return {MapStatus::OK, describeMesh(in)};
+  const std::string& obstacle = in.correction.obstacle;
+  return {MapStatus::OK,
+          describeMesh(in) + (obstacle.empty() ? "" : "; poses cannot be corrected: " + obstacle)};
 }
 
 }  // namespace dtsdf

@@ -28,8 +28,9 @@ class CatchUp {
   bool isLogsTurn() const { return falls_behind_ && work_since_frame_ < kWorkPerFrame; }
 
  private:
-  static constexpr int kMostBehind = 30;   ///< New frames more than those fused again meanwhile.
-  static constexpr int kWorkPerFrame = 4;  ///< Two frames, and time to see that these were the last.
+  static constexpr int kMostBehind = 30;  ///< New frames more than those fused again meanwhile.
+  static constexpr int kWorkPerFrame =
+      4;  ///< Two frames, and time to see that these were the last.
 
   int lead_ = 0;
   int work_since_frame_ = 0;

@@ -42,12 +42,6 @@ std::string gapOf(const LogReport& log) {
          "; a correction can be made of what is logged from now on";
 }
 
-std::unique_ptr<Refusion> open(const std::string& folder, const MapperParams& run) {
-  auto refusion = std::make_unique<Refusion>(folder, run);
-  refusion->begin();
-  return refusion;
-}
-
 }  // namespace
 
 void MapCorrection::add(Request request, const MapStats& live) {
@@ -125,8 +119,8 @@ std::optional<MapCorrection::Corrected> MapCorrection::fuseAgain(const MapStats&
   std::optional<Corrected> corrected;
   if (joined_.empty()) {
     freeLater(std::move(refusion_));
-  } else if (is_outdated_) {
-    beginAgain();
+  } else if (refusion_->hasToBegin()) {
+    begin();
   } else {
     const bool has_fused = refusion_->step(live.map_bytes);
     catch_up_.turn(has_fused);
@@ -145,11 +139,11 @@ void MapCorrection::openLog() {
   const Mark mark = waiting_.front().mark.get();
   life_ = mark ? mark->life : 0;
   has_begun_again_ = is_closed_ = false;
-  opening_ = helper_.run([folder = log_.folder(), run = run_] { return open(folder, run); });
+  opening_ = helper_.run(
+      [folder = log_.folder(), run = run_] { return std::make_unique<Refusion>(folder, run); });
 }
 
-void MapCorrection::beginAgain() {
-  is_outdated_ = false;
+void MapCorrection::begin() {
   opening_ = helper_.run([refusion = std::move(refusion_)]() mutable {
     refusion->begin();
     return std::move(refusion);
@@ -203,7 +197,7 @@ bool MapCorrection::joins(Pending& next) {
   if (refusion_->isTooLateFor(next.effect)) {
     is_closed_ = has_begun_again_;
     if (is_closed_) return false;
-    has_begun_again_ = is_outdated_ = true;
+    has_begun_again_ = true;
   }
   refusion_->correct(next.correction);
   return true;
@@ -263,7 +257,6 @@ void MapCorrection::giveUp(const std::string& reason) {
   for (const Pending& pending : waiting_) refuse(pending, reason);
   waiting_.clear();
   if (refusion_) freeLater(std::move(refusion_));
-  is_outdated_ = false;
   is_opening_in_vain_ = opening_.valid();
   fused_.clear();
   has_begun_anew_ = false;

@@ -33,10 +33,11 @@ struct CorrectionResult {
   double seconds = 0.0;         ///< Since it came.
 };
 
-/// A correction first waits until the log holds all frames before it (`waiting_`). Then the log is
-/// opened, on another thread (`opening_`), and its images are fused again, one with each step(),
-/// while frames go on to be fused and logged (`refusion_`). Once that has caught up with the log,
-/// step() hands out the map, and finish() writes the corrections to the log.
+/// A correction first waits until the log holds all frames before it (`waiting_`). Then another
+/// thread opens the log and makes the map to begin with (`opening_`), and images are fused again,
+/// one with each step(), while frames go on to be fused and logged (`refusion_`). Once that has
+/// caught up with the log, step() hands out the map, and finish() writes the corrections to the
+/// log.
 ///
 /// One that comes meanwhile joins the one under way. Where images that it moves were fused again
 /// already, all are from the first on; but only once, lest those that come every second keep it
@@ -62,8 +63,8 @@ class MapCorrection {
 
   /// Whether step() would do something.
   bool hasWork() const;
-  /// Whether it should before the next frame is fused: to have the log opened takes no time; and see
-  /// CatchUp.
+  /// Whether it should before the next frame is fused: to have the log opened takes no time; and
+  /// see CatchUp.
   bool goesFirst() const { return refusion_ == nullptr || catch_up_.isLogsTurn(); }
 
   /// The map that takes the place of the live one, and its whole mesh.
@@ -105,7 +106,7 @@ class MapCorrection {
   bool isMarked() const;
   void openLog();
   void takeOpened();
-  void beginAgain();
+  void begin();
   void join();
   void updateFused();
   bool joins(Pending& next);
@@ -127,9 +128,8 @@ class MapCorrection {
   bool is_opening_in_vain_ = false;  ///< As the map is another one by now.
   uint64_t life_ = 0;                ///< Of the log, when it was opened.
   std::unique_ptr<Refusion> refusion_;
-  std::vector<Pending> joined_;                        ///< That `refusion_` is of.
+  std::vector<Pending> joined_;                       ///< That `refusion_` is of.
   bool has_begun_again_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.
-  bool is_outdated_ = false;                          ///< Images that it has fused were moved.
   CatchUp catch_up_;
 
   // Of the first camera.

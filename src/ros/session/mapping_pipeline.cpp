@@ -166,7 +166,10 @@ StatusInput MappingPipeline::status() const {
     const LogReport log = log_->report();
     input.log = {true, log.bytes, log.waiting_bytes, log.lost, log.first_stamp_s, log.problem};
   }
-  if (correction_) input.correction = correction_->report();
+  if (correction_) {
+    input.correction = correction_->report();
+    input.correction.obstacle = whyTooLarge(input.map.stats);
+  }
   if (frame_poses_) {
     input.poses = frame_poses_->report();
     input.poses.problem = pose_publisher_->problem();

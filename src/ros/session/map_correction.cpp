@@ -144,6 +144,7 @@ void MapCorrection::openLog() {
 }
 
 void MapCorrection::begin() {
+  catch_up_ = CatchUp();
   opening_ = helper_.run([refusion = std::move(refusion_)]() mutable {
     refusion->begin();
     return std::move(refusion);
@@ -153,7 +154,6 @@ void MapCorrection::begin() {
 void MapCorrection::takeOpened() {
   if (!isReady(opening_)) return;
   const bool in_vain = std::exchange(is_opening_in_vain_, false);
-  catch_up_ = CatchUp();
   try {
     refusion_ = opening_.get();
     if (in_vain) freeLater(std::move(refusion_));
@@ -266,7 +266,7 @@ void MapCorrection::giveUp(const std::string& reason) {
 
 /// Once it is known that the log grows faster, its frames go first.
 void MapCorrection::noteFrame() {
-  if (refusion_ == nullptr || !catch_up_.newFrame()) return;
+  if (!isFusing() || !catch_up_.newFrame()) return;
   ROS_WARN_STREAM_NAMED("dtsdf_mapping",
                         "frames arrive faster than the correction of those before can fuse them "
                         "as well: until it is done, two logged frames are fused for each new one, "

@@ -63,9 +63,9 @@ class MapCorrection {
 
   /// Whether step() would do something.
   bool hasWork() const;
-  /// Whether it should before the next frame is fused: to have the log opened takes no time; and
-  /// see CatchUp.
-  bool goesFirst() const { return refusion_ == nullptr || catch_up_.isLogsTurn(); }
+  /// Whether it should before the next frame is fused: what is done by another thread takes no time
+  /// of this one; and see CatchUp.
+  bool goesFirst() const { return !isFusing() || catch_up_.isLogsTurn(); }
 
   /// The map that takes the place of the live one, and its whole mesh.
   struct Corrected {
@@ -104,6 +104,7 @@ class MapCorrection {
   bool isForNothing(Request& request) const;
   void leaveOutLost(const PoseCorrection& correction, Request& request) const;
   bool isMarked() const;
+  bool isFusing() const { return refusion_ != nullptr && !refusion_->hasToBegin(); }
   void openLog();
   void takeOpened();
   void begin();

@@ -5,6 +5,7 @@
 #include <iomanip>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace dtsdf {
 namespace {
@@ -29,17 +30,32 @@ void checkRigid(const StampedPose& pose) {
                            " is not a position and a rotation");
 }
 
+bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() <= PoseCorrection::kLeast &&
+         (a.linear() - b.linear()).norm() <= PoseCorrection::kLeast;
+}
+
+/// By stamp. @throws std::runtime_error where one stamp has two poses, as in a path of which each
+/// has the time at which it was published.
+Trajectory sortedByStamp(std::vector<StampedPose> poses) {
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });
+  for (size_t i = 1; i < poses.size(); ++i) {
+    if (poses[i].stamp_s != poses[i - 1].stamp_s) continue;
+    if (isSame(poses[i].T_W_C, poses[i - 1].T_W_C)) continue;
+    throw std::runtime_error("different corrected poses have the same stamp, " +
+                             inSeconds(poses[i].stamp_s) +
+                             "; give each the stamp of the image that it is of");
+  }
+  return Trajectory(std::move(poses));
+}
+
 Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share) {
   const Eigen::Quaterniond from(a.linear()), to(b.linear());
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() = from.slerp(share, to).normalized().toRotationMatrix();
   pose.translation() = (1.0 - share) * a.translation() + share * b.translation();
   return pose;
-}
-
-bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return (a.translation() - b.translation()).norm() <= PoseCorrection::kLeast &&
-         (a.linear() - b.linear()).norm() <= PoseCorrection::kLeast;
 }
 
 /// Of the camera at a stamp, between its images; nothing beyond them, or in a gap.
@@ -70,7 +86,7 @@ std::string describe(const std::vector<StampedPose>& poses) {
 PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
                                const std::vector<StampedPose>& fused) {
   for (const StampedPose& pose : corrected) checkRigid(pose);
-  const Trajectory sorted(std::move(corrected));
+  const Trajectory sorted = sortedByStamp(std::move(corrected));
   for (const StampedPose& pose : sorted.poses()) {
     const std::optional<Eigen::Isometry3d> from = poseAt(fused, pose.stamp_s);
     if (!from) continue;

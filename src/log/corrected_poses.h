@@ -28,7 +28,7 @@ class PoseCorrection {
 
   /// `fused` are the camera's images with rising stamps, as they are in the map.
   /// @throws std::runtime_error for poses that are no rigid motions, that are farther from those of
-  /// their images than any drift is, or of which none belongs to an image.
+  /// their images than any drift is, of which two have one stamp, or none belongs to an image.
   PoseCorrection(std::vector<StampedPose> corrected, const std::vector<StampedPose>& fused);
 
   /// Where an image at this stamp and place was, of this camera or of one that moves with it; the

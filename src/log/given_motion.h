@@ -9,6 +9,9 @@
 namespace dtsdf {
 
 /// The newest poses that a camera's images were given, one after the other.
+///
+/// Where it is not clear whether they have jumped, they have not: a SLAM, which jumps, corrects its
+/// poses again soon, but what is wrongly no longer moved stays in the map beside what was.
 class GivenMotion {
  public:
   /// Stamps that go back by more than this begin a recording anew.
@@ -20,8 +23,8 @@ class GivenMotion {
   /// recording begins anew, or it is moved.
   bool takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
 
-  /// Whether the next pose continues the motion from where `T_W_S` moves the newest one to, rather
-  /// than from where that one was given.
+  /// Whether the next pose continues the motion from where `T_W_S` moves the newest one to: as far
+  /// as the motion so far is even enough, and the time between them short enough, to see that.
   bool isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& next) const;
 
   /// Whether a recording begins anew with it.
@@ -30,9 +33,12 @@ class GivenMotion {
   }
 
  private:
-  Eigen::Isometry3d motionTo(double stamp_s) const;
+  double stepsTo(double stamp_s) const;
+  Eigen::Isometry3d expectedAt(double stamp_s) const;
+  double doubtAt(double stamp_s) const;
 
   std::optional<StampedPose> before_, newest_;
+  double unevenness_ = 0.0;  ///< How far the newest poses were from where they were expected.
 };
 
 }  // namespace dtsdf

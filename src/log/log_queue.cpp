@@ -101,8 +101,7 @@ void LogQueue::push(Entry entry) {
     }
     if (waiting_bytes_ + entry.bytes > options_.max_bytes) {
       ++report_.lost;
-      has_gap_ = true;
-      report_.problem = "the disk is too slow: images were not logged";
+      noteGap("the disk is too slow: images were not logged");
       return;
     }
     waiting_bytes_ += entry.bytes;
@@ -160,11 +159,15 @@ void LogQueue::noteState() {
 void LogQueue::noteFailure(const std::string& problem) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++report_.lost;
-  report_.problem = problem;
   report_.bytes = log_.bytes();
   report_.first_stamp_s.reset();
-  has_gap_ = true;
+  noteGap(problem);
   failed_at_ = std::chrono::steady_clock::now();
+}
+
+void LogQueue::noteGap(const std::string& problem) {
+  has_gap_ = true;
+  report_.problem = problem + "; it begins again with a copy of the map as soon as it can";
 }
 
 bool LogQueue::wantsMap() const {

@@ -80,6 +80,7 @@ class LogQueue {
   void take(Entry& entry);
   void noteState();
   void noteFailure(const std::string& problem);
+  void noteGap(const std::string& problem);  ///< @pre mutex_ is held.
 
   const Options options_;
   FrameLog log_;              ///< The thread's, once it runs.

@@ -1,7 +1,10 @@
 #include "log/log_reader.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
@@ -14,10 +17,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const char kRemoved[] =
+    ": it was removed, as the log has reached log/max_gb meanwhile; raise that, so that images "
+    "stay until they are read";
+
 uint64_t sizeOf(const std::string& path) {
   std::error_code error;
   const uint64_t bytes = fs::file_size(path, error);
   return error ? 0 : bytes;
+}
+
+bool isGone(const std::string& path) {
+  return access(path.c_str(), F_OK) != 0 && (errno == ENOENT || errno == ENOTDIR);
 }
 
 /// The record at a place, if it is whole as far as its pixels' length goes.
@@ -121,7 +132,7 @@ LogReader::LogReader(const std::string& folder) : folder_(folder), stretches_(ch
   }
   begin_ = readBegin(first->description);
   number_ = first->head.number + 1;
-  if (begin_.has_map) base_map_ = baseMapOf(stretches_.front().path);
+  bases_.push_back({first->head.number, begin_.has_map ? baseMapOf(stretches_.front().path) : ""});
   has_lost_images_ = begin_.continues || begin_.stands_for_lost;
 }
 
@@ -185,6 +196,8 @@ std::optional<LogEntry> LogReader::next() {
     }
     ++number_;
     if (entry->head.kind != LogKind::kBegin) return entry;
+    if (!readBegin(entry->description).has_map) continue;
+    bases_.push_back({entry->head.number, baseMapOf(stretches_[stretch_].path)});
   }
 }
 
@@ -202,7 +215,8 @@ LogRecord readRecord(const LogEntry& entry) {
   file.seekg(static_cast<std::streamoff>(entry.place.offset + kLogHeadBytes +
                                          entry.head.description_bytes));
   if (!file.read(record.pixels.data(), static_cast<std::streamsize>(record.pixels.size()))) {
-    throw std::runtime_error("cannot read '" + printable(entry.place.segment) + "'");
+    throw std::runtime_error("cannot read '" + printable(entry.place.segment) + "'" +
+                             (isGone(entry.place.segment) ? kRemoved : ""));
   }
   if (!isWhole(entry.head, record.pixels)) {
     throw std::runtime_error("record " + std::to_string(entry.head.number) + " in '" +

@@ -25,6 +25,12 @@ struct LogEntry {
   std::string description;
 };
 
+/// A map in a log, which the records before have led to.
+struct LogBase {
+  uint64_t number = 0;  ///< Records with a higher one go into it.
+  std::string path;     ///< Its file; empty: it is empty.
+};
+
 /// Hands out the records of a log in order, from the first stretch on that the newest map can be
 /// made from. One thread at a time.
 class LogReader {
@@ -34,11 +40,12 @@ class LogReader {
 
   /// The map that the first record goes into.
   const LogBegin& begin() const { return begin_; }
-  /// Number of the first record: that of `begin`.
   /// Of the record that is read next.
   uint64_t nextNumber() const { return number_; }
   /// File of that map; empty: it is empty.
-  const std::string& baseMap() const { return base_map_; }
+  const std::string& baseMap() const { return bases_.front().path; }
+  /// That map, and those that stretches which were read so far begin with.
+  const std::vector<LogBase>& bases() const { return bases_; }
   /// Whether images that led to that map are no longer in the log.
   bool hasLostImages() const { return has_lost_images_; }
 
@@ -66,7 +73,7 @@ class LogReader {
   uint64_t number_ = 0;  ///< Of the next record.
 
   LogBegin begin_;
-  std::string base_map_;
+  std::vector<LogBase> bases_;
   bool has_lost_images_ = false;
 };
 

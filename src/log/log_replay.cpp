@@ -23,16 +23,40 @@ LoggedColour colourAt(const LoggedPoses::Item& item) {
 
 }  // namespace
 
-LogReplay::LogReplay(const std::string& folder) : reader_(folder) { readOn(); }
+LogReplay::LogReplay(const std::string& folder) : reader_(folder), bases_(reader_.bases()) {
+  readOn();
+}
 
 bool LogReplay::readOn() {
   const size_t before = poses_.items().size();
+  size_t bases = reader_.bases().size();
   while (std::optional<LogEntry> entry = reader_.next()) {
+    for (; bases < reader_.bases().size(); ++bases) bases_.push_back(reader_.bases()[bases]);
+    if (entry->head.kind == LogKind::kCorrection) outdate(readCorrection(entry->description));
     if (entry->head.kind == LogKind::kLevel) T_W_M_ = readLevel(entry->description);
     if (entry->head.kind == LogKind::kDepth) ++depth_images_;
     poses_.add(std::move(*entry));
   }
   return poses_.items().size() > before;
+}
+
+/// Maps whose images were moved since.
+void LogReplay::outdate(const LogCorrection& correction) {
+  while (bases_.size() > 1 && bases_.back().number > correction.first_moved) bases_.pop_back();
+}
+
+std::string LogReplay::startOver(uint64_t number) {
+  size_t base = bases_.size() - 1;
+  while (base > 0 && bases_[base].number > number) --base;
+  next_ = depth_images_ = 0;
+  for (const LoggedPoses::Item& item : poses_.items()) {
+    if (item.entry.head.number < bases_[base].number) {
+      ++next_;
+    } else if (item.entry.head.kind == LogKind::kDepth) {
+      ++depth_images_;
+    }
+  }
+  return bases_[base].path;
 }
 
 CorrectionEffect LogReplay::effectOf(const LogCorrection& correction) const {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "dtsdf_mapping/mapper.h"
 #include "log/logged_poses.h"
@@ -34,8 +35,9 @@ class LogReplay {
   CorrectionEffect effectOf(const LogCorrection& correction) const;
   CorrectionEffect correct(const LogCorrection& correction);
 
-  /// Hands out all again, from the first on.
-  void startOver() { next_ = 0; }
+  /// Hands out all again that has gone into the newest map of the log which has nothing of the
+  /// record with this number or later ones. @return the file of that map; empty: it is empty.
+  std::string startOver(uint64_t number);
 
   /// Reads what was logged since. @return whether there was something.
   bool readOn();
@@ -47,6 +49,7 @@ class LogReplay {
   /// Level of the map, as it was known last.
   const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }
 
+  /// Those that are handed out, from the start on.
   size_t depthImages() const { return depth_images_; }
 
   /// The number of the record that comes after those so far.
@@ -55,9 +58,12 @@ class LogReplay {
   bool isHandedOut(uint64_t number) const;
 
  private:
+  void outdate(const LogCorrection& correction);
+
   LogReader reader_;
   LoggedPoses poses_;
   std::optional<Eigen::Isometry3d> T_W_M_;
+  std::vector<LogBase> bases_;  ///< Those of the log that no correction in it has outdated.
   size_t depth_images_ = 0;
   size_t next_ = 0;
 };

@@ -39,13 +39,19 @@ Refusion::Refusion(const std::string& log_folder, const MapperParams& run)
   params_.threads = run.threads;
 }
 
-void Refusion::prepare() {
-  stamp_s_ = replay_.log().begin().stamp_s;
-  if (replay_.log().baseMap().empty()) {
-    mapper_ = makeMapper(params_);
-  } else {
-    mapper_ = makeMapper(params_, loadMap(replay_.log().baseMap(), params_, params_.threads));
+void Refusion::begin() {
+  mapper_.reset();  // before there is another one
+  mesh_.clear();
+  fused_ = bytes_ = 0;
+  uint64_t first_moved = replay_.nextNumber();
+  for (const LogCorrection& correction : corrections_) {
+    first_moved = std::min(first_moved, correction.first_moved);
   }
+  const std::string base = replay_.startOver(first_moved);
+  mapper_ = base.empty() ? makeMapper(params_)
+                         : makeMapper(params_, loadMap(base, params_, params_.threads));
+  calls_since_mesh_ = base.empty() ? 0 : 1;
+  has_to_begin_ = false;
 }
 
 void Refusion::readUpTo(uint64_t number) {
@@ -62,34 +68,26 @@ CorrectionEffect Refusion::effectOf(const LogCorrection& correction) {
 }
 
 bool Refusion::isTooLateFor(const CorrectionEffect& effect) const {
-  return replay_.isHandedOut(effect.first_moved);
+  return !has_to_begin_ && replay_.isHandedOut(effect.first_moved);
 }
 
 void Refusion::correct(LogCorrection correction) {
   readUpTo(correction.before);
   const CorrectionEffect effect = replay_.correct(correction);
+  has_to_begin_ = has_to_begin_ || isTooLateFor(effect);
   correction.first_moved = effect.first_moved;
   corrections_.push_back(std::move(correction));
-  if (!isTooLateFor(effect)) return;
-  replay_.startOver();
-  mapper_.reset();
-  mesh_.clear();
-  fused_ = calls_since_mesh_ = 0;
 }
 
 bool Refusion::step(size_t live_bytes) {
-  if (mapper_ == nullptr) {
-    prepare();
-    return true;
-  }
-  const std::optional<LogCall> call = replay_.next();
+  std::optional<LogCall> call = replay_.next();
+  if (!call && replay_.readOn()) call = replay_.next();
   if (call) {
     fuse(*call);
     if (calls_since_mesh_ % kCallsPerCheck == 0) checkMemory(live_bytes);
     if (calls_since_mesh_ >= kCallsPerMesh) extract();
     return true;
   }
-  if (replay_.readOn()) return true;
   if (calls_since_mesh_ < kFewCalls) return false;
   extract();
   return true;
@@ -98,12 +96,7 @@ bool Refusion::step(size_t live_bytes) {
 void Refusion::fuse(const LogCall& call) {
   const IntegrationResult result = apply(call, *mapper_);
   if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
-  const bool is_depth = std::holds_alternative<LoggedDepth>(call.content);
-  const bool is_image = is_depth || std::holds_alternative<LoggedColour>(call.content);
-  if (is_depth) ++fused_;
-  if (is_image && result.status == FrameStatus::kFused) {
-    stamp_s_ = is_depth ? call.stamp_s : std::max(stamp_s_, call.stamp_s);  // colour may come late
-  }
+  if (std::holds_alternative<LoggedDepth>(call.content)) ++fused_;
   ++calls_since_mesh_;
 }
 

@@ -20,19 +20,22 @@ class Refusion {
   /// @throws std::runtime_error if the log cannot be read.
   Refusion(const std::string& log_folder, const MapperParams& run);
 
-  /// Makes the map that the log begins with, which takes long where that is a file. The first
-  /// step() does it otherwise. @throws std::runtime_error if it cannot be made.
-  void prepare();
-
   /// What a correction would do. @throws std::runtime_error if it is refused, or the log lacks what
   /// it corrects.
   CorrectionEffect effectOf(const LogCorrection& correction);
-  /// Whether images that it moves were fused already, so that correct() has to start over.
+  /// Whether images that it moves were fused already, so that all begins again with it.
   bool isTooLateFor(const CorrectionEffect& effect) const;
   /// Corrects images, those too that are added to the log later. @throws as effectOf().
   void correct(LogCorrection correction);
 
-  /// Does the next record of the log, or reads what was added to it.
+  /// Whether begin() is needed: at first, and after a correction that has come too late.
+  bool hasToBegin() const { return has_to_begin_; }
+  /// Makes the map that the first image which moves goes into: the newest one of the log that has
+  /// no later image. Frees the one so far. Takes long where either is large.
+  /// @throws std::runtime_error if it cannot be made.
+  void begin();
+
+  /// Does the next record of the log, or reads what was added to it. @pre Not hasToBegin().
   /// @param live_bytes Those of the map as it is: both together stay within map/max_memory_mb.
   /// @return whether it did something; if not, it has caught up with the log as it is written.
   /// @throws std::runtime_error if there is too little memory, or the log is damaged.
@@ -46,12 +49,11 @@ class Refusion {
   std::vector<StampedPose> firstCamera() const {
     return replay_.poses().firstCamera(replay_.nextNumber());
   }
-  size_t fused() const { return fused_; }                 ///< Depth images so far.
-  size_t total() const { return replay_.depthImages(); }  ///< Of those known so far.
+  size_t fused() const { return fused_; }                 ///< Depth images, since it began.
+  size_t total() const { return replay_.depthImages(); }  ///< Of those that are known of.
   size_t bytes() const { return bytes_; }                 ///< Of the map, when last looked at.
   /// Number of the record that comes next, once step() has nothing to do.
   uint64_t nextNumber() const { return replay_.nextNumber(); }
-  double stamp_s() const { return stamp_s_; }  ///< Of the newest image in the map.
 
   /// The mesh of the whole map, by packed key. Brings it up to date.
   std::map<PackedKey, BlockMesh> takeMesh();
@@ -68,9 +70,9 @@ class Refusion {
   std::vector<LogCorrection> corrections_;
   std::unique_ptr<Mapper> mapper_;
   std::map<PackedKey, BlockMesh> mesh_;
+  bool has_to_begin_ = true;
   size_t fused_ = 0, bytes_ = 0;
   size_t calls_since_mesh_ = 0;
-  double stamp_s_ = 0.0;
 };
 
 /// Why a second map beside one of so many bytes would not fit; empty if it may.

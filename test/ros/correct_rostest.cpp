@@ -19,7 +19,6 @@
 
 #include "io/trajectory_file.h"
 #include "ros/support/blocks_watcher.h"
-#include "ros/support/grid_reader.h"
 #include "ros/support/output_folder.h"
 #include "ros/support/room_camera.h"
 #include "ros/support/status_watcher.h"
@@ -156,7 +155,6 @@ double Correction::last_s_ = 0.0;
 
 TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheLog) {
   const BlocksWatcher blocks(nh_);
-  GridReader grid(nh_);
   drive(40, drifted);
   saveTrajectory(posesOf(truth, 3), in("poses.txt"));
   expectLogLeadsToMap();  // it has all of it

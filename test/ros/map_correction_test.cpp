@@ -42,7 +42,9 @@ class MapCorrectionTest : public testing::Test {
   MapCorrectionTest() { frames_.addStream({}); }
 
   static ros::Time stampOf(int i) { return ros::Time(100.0) + ros::Duration(0.1 * i); }
-  Eigen::Isometry3d truth(int i) const { return images_[static_cast<size_t>(i)].frame.T_W_C; }
+  /// Lap by lap.
+  const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i % kCount)]; }
+  Eigen::Isometry3d truth(int i) const { return image(i).frame.T_W_C; }
   Eigen::Isometry3d drifted(int i) const {
     return Eigen::Translation3d(0.0, 0.02 * i, 0.0) * truth(i);
   }
@@ -50,7 +52,7 @@ class MapCorrectionTest : public testing::Test {
   void push(int i, const Eigen::Isometry3d& T_W_C) {
     PosedFrame frame;
     frame.stamp = stampOf(i);
-    DepthFrame depth = images_[static_cast<size_t>(i)].view();
+    DepthFrame depth = image(i).view();
     depth.T_W_C = T_W_C;
     frame.image = depth;
     frame.frame_id = "camera";
@@ -125,11 +127,13 @@ class MapCorrectionTest : public testing::Test {
   /// Takes over what was handed to the output; returns how many blocks changed.
   size_t follow() {
     MeshChanges changes = changes_.take();
+    if (!changes.stamp.isZero()) mesh_stamp_ = changes.stamp;
     if (changes.cleared) mesh_.clear();
     if (changes.is_whole) changes.blocks = differences(mesh_, std::move(changes.blocks));
     for (const SharedBlockMesh& block : changes.blocks) mesh_.put(block);
     while (const auto delivery = space_.take()) {
       follower_.apply(delivery->changes, delivery->cell_size_m);
+      space_stamp_ = delivery->stamp;
     }
     return changes.blocks.size();
   }
@@ -140,7 +144,7 @@ class MapCorrectionTest : public testing::Test {
     follow();
     const std::unique_ptr<Mapper> plain = makeMapper(params_.mapper);
     for (size_t i = 0; i < T_W_C.size(); ++i) {
-      plain->integrate(movedTo(images_[i], T_W_C[i]).view());
+      plain->integrate(movedTo(image(static_cast<int>(i)), T_W_C[i]).view());
     }
     MeshStore expected(params_.mapper.map.voxel_size_m);
     expected.apply(plain->updateMesh());
@@ -174,6 +178,7 @@ class MapCorrectionTest : public testing::Test {
   SpaceHandover space_{[] {}};
   SpaceFollower follower_{params_.mapper.space.max_distance_m, 1};
   MeshStore mesh_{params_.mapper.map.voxel_size_m};
+  ros::Time mesh_stamp_, space_stamp_;
   MapLog log_{params_, folder_ / "log", levelling_};
   MapCorrection correction_{log_, params_.mapper};
   MapSession session_{makeMapper(params_.mapper),
@@ -182,6 +187,28 @@ class MapCorrectionTest : public testing::Test {
                        &levelling_, nullptr, &log_, &correction_}};
 };
 
+TEST(CatchUp, TheLogGoesFirstOnlyOnceItFallsBehind) {
+  CatchUp even;
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_FALSE(even.newFrame());
+    even.turn(true);
+    EXPECT_FALSE(even.isLogsTurn());
+  }
+  CatchUp late;
+  int frames = 1;
+  while (!late.newFrame() && frames < 1000) {
+    if (++frames % 10 == 0) late.turn(true);
+  }
+  EXPECT_GT(frames, 20);
+  EXPECT_LT(frames, 50);
+  int log_turns = 0;
+  for (int i = 0; i < 100; ++i) {  // the disk may take its time, which is not forever
+    for (; late.isLogsTurn(); ++log_turns) late.turn(i % 2 == 0);
+    EXPECT_FALSE(late.newFrame()) << "said once";
+  }
+  EXPECT_EQ(log_turns, 50 * 2 + 50 * 4);
+}
+
 TEST_F(MapCorrectionTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
   begin();
   correct(corrected(0.0));
@@ -189,6 +216,11 @@ TEST_F(MapCorrectionTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
   ASSERT_TRUE(answers_[0].success) << answers_[0].message;
   EXPECT_EQ(answers_[0].moved, static_cast<size_t>(kBefore - 1));
   EXPECT_EQ(answers_[0].fused, static_cast<size_t>(kBefore));
+  mesh_stamp_ = space_stamp_ = ros::Time();
+  follow();
+  EXPECT_EQ(mesh_stamp_, stampOf(kBefore - 1));
+  EXPECT_EQ(space_stamp_, stampOf(kBefore - 1));
+  EXPECT_EQ(session_.contents().stamp_s, stampOf(kBefore - 1).toSec());
   expectMapOf(truths(kBefore));
 }
 
@@ -225,6 +257,37 @@ TEST_F(MapCorrectionTest, ItIsTheSameHoweverItIsCutIntoTurns) {
   ASSERT_TRUE(answers_[0].success) << answers_[0].message;
   EXPECT_EQ(accounting_.counts().fused, static_cast<uint64_t>(kCount));
   expectMapOf(truths(kCount));
+}
+
+/// There is never a moment without one: still it ends, without having lost any.
+TEST_F(MapCorrectionTest, EndsAlsoWhereAFrameAlwaysWaits) {
+  begin();
+  int next = kBefore;
+  push(next, truth(next));
+  ++next;
+  correct(corrected(0.0));
+  while (answers_.empty() && next < 500) {
+    for (; !frames_.hasTurn(); ++next) push(next, truth(next));
+    session_.step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_EQ(answers_.size(), 1u);
+  ASSERT_TRUE(answers_[0].success) << answers_[0].message;
+  EXPECT_GT(answers_[0].fused, 40u) << "frames went first before";
+  work();
+  EXPECT_EQ(accounting_.counts().fused, static_cast<uint64_t>(next));
+  expectMapOf(truths(next));
+}
+
+TEST_F(MapCorrectionTest, AStretchThatIsRecycledMeanwhileIsNamed) {
+  begin();
+  correct(corrected(0.0));
+  workUntilFusedAgain(3);
+  removeStretch(stretchesIn(folder_ / "log").front().path);
+  workUntilAnswered();
+  EXPECT_FALSE(answers_[0].success);
+  EXPECT_NE(answers_[0].message.find("raise that"), std::string::npos) << answers_[0].message;
+  expectMapOf(drift(kBefore));
 }
 
 /// As odometry does: what comes later moves with the corrected images, for good.

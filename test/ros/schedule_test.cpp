@@ -33,6 +33,8 @@ TEST_F(MapScheduleTest, ACorrectionHasTheTimeThatNothingElseNeeds) {
   correcting.correcting = busy.correcting = true;
   EXPECT_EQ(schedule_.next(correcting), Map::kCorrect);
   EXPECT_EQ(schedule_.next(busy), Map::kFuse);
+  busy.correction_first = true;
+  EXPECT_EQ(schedule_.next(busy), Map::kCorrect);
   schedule_.frameFused();
   EXPECT_EQ(schedule_.next(busy), Map::kBeginMesh);
   EXPECT_EQ(schedule_.next(correcting), Map::kReport);

@@ -56,6 +56,8 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
   EXPECT_TRUE(says(makeStatus(input), "no triangles yet"));
   input.output.triangles = 1;
   EXPECT_EQ(makeStatus(input).message, "mapping");
+  input.correction.obstacle = "the map is too large";
+  EXPECT_EQ(makeStatus(input).message, "mapping; poses cannot be corrected: the map is too large");
 }
 
 TEST(StatusReport, SaysThatTheCameraIsLostAndHowImagesFit) {

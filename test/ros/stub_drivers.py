@@ -111,16 +111,68 @@ exec rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 odom camera_link "$@"
 '''
 
 # rtabmap: gives poses by TF, and after 25 images, of which each fifth one is a node of its graph, it
-# closes a loop: they have all been 0.1 m from where they were said to be.
+# closes a loop: they have all been 0.1 m from where they were said to be. Of its messages it has the
+# parts that matter here, as it fills them: the stamp of a node comes once.
 SLAM = '''#!/usr/bin/env python3
+import genpy.dynamic
 import rospy
 import tf2_ros
-from geometry_msgs.msg import PoseStamped, TransformStamped
-from nav_msgs.msg import Path
+from geometry_msgs.msg import Pose, TransformStamped
 from sensor_msgs.msg import Image
 
+LINE = "=" * 80
+DEFINITION = f"""Header header
+MapGraph graph
+Node[] nodes
+{LINE}
+MSG: std_msgs/Header
+uint32 seq
+time stamp
+string frame_id
+{LINE}
+MSG: rtabmap_msgs/MapGraph
+Header header
+geometry_msgs/Transform mapToOdom
+int32[] posesId
+geometry_msgs/Pose[] poses
+{LINE}
+MSG: rtabmap_msgs/Node
+int32 id
+int32 weight
+float64 stamp
+string label
+geometry_msgs/Pose pose
+uint8[] word_descriptors
+{LINE}
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+{LINE}
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+{LINE}
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+{LINE}
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+{LINE}
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+"""
+CLASSES = genpy.dynamic.generate_dynamic("rtabmap_msgs/MapData", DEFINITION)
+MapData, Node = CLASSES["rtabmap_msgs/MapData"], CLASSES["rtabmap_msgs/Node"]
+
 rospy.init_node("rtabmap")
-paths = rospy.Publisher("mapPath", Path, queue_size=1)
+graphs = rospy.Publisher("mapData", MapData, queue_size=1)
 broadcaster = tf2_ros.TransformBroadcaster()
 stamps = []
 
@@ -143,17 +195,22 @@ def on_image(image):
     stamps.append(image.header.stamp)
     if len(stamps) % 5:
         return
-    path = Path()
-    path.header.frame_id = rospy.get_param("~map_frame_id")
-    path.header.stamp = rospy.Time.now()
-    for stamp in stamps[::5]:
-        pose = PoseStamped()
-        pose.header.frame_id = path.header.frame_id
-        pose.header.stamp = stamp
-        pose.pose.position.x = 0.1 if is_closed() else 0.0
-        pose.pose.orientation.w = 1.0
-        path.poses.append(pose)
-    paths.publish(path)
+    data = MapData()
+    data.header.frame_id = rospy.get_param("~map_frame_id")
+    data.header.stamp = rospy.Time.now()
+    for i in range(5, len(stamps) + 1, 5):
+        pose = Pose()
+        pose.position.x = 0.1 if is_closed() else 0.0
+        pose.orientation.w = 1.0
+        data.graph.posesId.append(i)
+        data.graph.poses.append(pose)
+    data.graph.posesId.append(-1)  # a landmark
+    data.graph.poses.append(Pose())
+    node = Node()
+    node.id = len(stamps)
+    node.stamp = image.header.stamp.to_sec()
+    data.nodes.append(node)
+    graphs.publish(data)
 
 
 rospy.Timer(rospy.Duration(0.05), publish_transform)

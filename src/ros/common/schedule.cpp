@@ -34,7 +34,7 @@ MapSchedule::Action MapSchedule::next(const Situation& situation) const {
   if (report_outdated_ && (!situation.frame_ready || report_pace_.isDue(now))) {
     return Action::kReport;
   }
-  if (situation.frame_ready) return Action::kFuse;
+  if (situation.frame_ready && !situation.correction_first) return Action::kFuse;
   return situation.correcting ? Action::kCorrect : Action::kWait;
 }
 

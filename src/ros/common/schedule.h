@@ -44,9 +44,10 @@ class MapSchedule {
   /// What the thread sees when it asks.
   struct Situation {
     bool frame_ready = false;
-    bool mesh_wanted = false;     ///< By listeners.
-    bool space_followed = false;  ///< Surfaces of space come with the mesh.
-    bool correcting = false;      ///< A correction has work, for when there is nothing else.
+    bool mesh_wanted = false;       ///< By listeners.
+    bool space_followed = false;    ///< Surfaces of space come with the mesh.
+    bool correcting = false;        ///< A correction has work, for when there is nothing else,
+    bool correction_first = false;  ///< or before the next frame.
   };
 
   MapSchedule(double mesh_rate_hz, SteadyClock clock);

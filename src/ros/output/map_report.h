@@ -29,6 +29,7 @@ struct CorrectionReport {
   size_t fused = 0, total = 0;  ///< Frames fused again, and all of them; 0 while none are.
   size_t bytes = 0;             ///< Of the map that is made.
   std::string last;             ///< What became of the last one; empty: there was none.
+  std::string obstacle;         ///< Why one that came now would be refused; empty: nothing known.
   std::string camera_frame;     ///< Of the first camera's images.
 };
 

@@ -240,12 +240,13 @@ Verdict judge(const StatusInput& in, const MapStatus& before) {
   Verdict budget = judgeBudget(in.map.stats);
   if (budget.first != MapStatus::OK) return budget;
   if (!in.log.problem.empty()) {
-    return {MapStatus::WARN, "frame log: " + in.log.problem +
-                                 "; it begins again with a copy of the map as soon as it can"};
+    return {MapStatus::WARN, "frame log: " + in.log.problem};
   }
   if (!in.poses.problem.empty()) return {MapStatus::WARN, in.poses.problem};
   if (!hasFused(in)) return cameras;
-  return {MapStatus::OK, describeMesh(in)};
+  const std::string& obstacle = in.correction.obstacle;
+  return {MapStatus::OK,
+          describeMesh(in) + (obstacle.empty() ? "" : "; poses cannot be corrected: " + obstacle)};
 }
 
 }  // namespace dtsdf

@@ -1,5 +1,7 @@
 #include "ros/session/map_correction.h"
 
+#include <ros/console.h>
+
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -38,12 +40,6 @@ std::string gapOf(const LogReport& log) {
   return "the frame log lacks a part of the map" +
          (log.problem.empty() ? "" : " (" + log.problem + ")") +
          "; a correction can be made of what is logged from now on";
-}
-
-std::unique_ptr<Refusion> open(const std::string& folder, const MapperParams& run) {
-  auto refusion = std::make_unique<Refusion>(folder, run);
-  refusion->prepare();
-  return refusion;
 }
 
 }  // namespace
@@ -105,49 +101,71 @@ std::optional<MapCorrection::Corrected> MapCorrection::step(const MapStats& live
     }
     return std::nullopt;
   }
-  std::optional<Corrected> corrected;
   std::string problem = "unknown error";
   try {
     join();
-    if (joined_.empty()) {
-      refusion_.reset();
-    } else if (!refusion_->step(live.map_bytes) && hasCaughtUp()) {
-      corrected.emplace();
-      corrected->mesh = refusion_->takeMesh();
-      corrected->mapper = refusion_->takeMapper();
-    }
-    noteProgress();
-    return corrected;
+    return fuseAgain(live);
   } catch (const std::exception& error) {
     problem = errorText(error);
   } catch (...) {
   }
-  for (const Pending& pending : joined_) refuse(pending, problem);
-  joined_.clear();
-  refusion_.reset();
+  refuseJoined(problem);
+  freeLater(std::move(refusion_));
   noteProgress();
   return std::nullopt;
+}
+
+std::optional<MapCorrection::Corrected> MapCorrection::fuseAgain(const MapStats& live) {
+  std::optional<Corrected> corrected;
+  if (joined_.empty()) {
+    freeLater(std::move(refusion_));
+  } else if (refusion_->hasToBegin()) {
+    begin();
+  } else {
+    const bool has_fused = refusion_->step(live.map_bytes);
+    catch_up_.turn(has_fused);
+    if (!has_fused && hasCaughtUp()) {
+      corrected.emplace();
+      corrected->mesh = refusion_->takeMesh();
+      corrected->mapper = refusion_->takeMapper();
+    }
+  }
+  noteProgress();
+  return corrected;
 }
 
 void MapCorrection::openLog() {
   if (!isMarked()) return;
   const Mark mark = waiting_.front().mark.get();
   life_ = mark ? mark->life : 0;
-  opening_ = std::async(std::launch::async, open, log_.folder(), run_);
+  has_begun_again_ = is_closed_ = false;
+  opening_ = helper_.run(
+      [folder = log_.folder(), run = run_] { return std::make_unique<Refusion>(folder, run); });
+}
+
+void MapCorrection::begin() {
+  catch_up_ = CatchUp();
+  opening_ = helper_.run([refusion = std::move(refusion_)]() mutable {
+    refusion->begin();
+    return std::move(refusion);
+  });
 }
 
 void MapCorrection::takeOpened() {
   if (!isReady(opening_)) return;
   const bool in_vain = std::exchange(is_opening_in_vain_, false);
-  has_started_over_ = is_closed_ = false;
   try {
     refusion_ = opening_.get();
+    if (in_vain) freeLater(std::move(refusion_));
   } catch (const std::exception& error) {
-    if (in_vain || waiting_.empty()) return;
-    refuse(waiting_.front(), errorText(error));
-    waiting_.pop_front();
+    if (in_vain) return;
+    if (joined_.empty()) {
+      refuse(waiting_.front(), errorText(error));
+      waiting_.pop_front();
+    }
+    refuseJoined(errorText(error));
+    noteProgress();
   }
-  if (in_vain) refusion_.reset();
 }
 
 /// One of a log that has begun anew waits until the others are refused, which lack the rest.
@@ -177,9 +195,9 @@ bool MapCorrection::joins(Pending& next) {
     return false;
   }
   if (refusion_->isTooLateFor(next.effect)) {
-    is_closed_ = has_started_over_;
-    has_started_over_ = true;
+    is_closed_ = has_begun_again_;
     if (is_closed_) return false;
+    has_begun_again_ = true;
   }
   refusion_->correct(next.correction);
   return true;
@@ -213,12 +231,15 @@ void MapCorrection::finish(std::unique_ptr<Mapper> replaced) {
     answer(pending, text.str());
   }
   joined_.clear();
-  refusion_.reset();
+  freeLater(std::move(refusion_));
+  freeLater(std::move(replaced));
   noteProgress();
-  // Large maps take long to be freed.
-  freeing_ =
-      std::async(std::launch::async,
-                 [map = std::shared_ptr<Mapper>(std::move(replaced))]() mutable { map.reset(); });
+}
+
+/// Large maps take long to be freed.
+template <class Object>
+void MapCorrection::freeLater(std::unique_ptr<Object> object) {
+  helper_.run([object = std::move(object)]() mutable { object.reset(); });
 }
 
 /// What the log no longer has stays where it is.
@@ -232,11 +253,10 @@ void MapCorrection::updateFused() {
 }
 
 void MapCorrection::giveUp(const std::string& reason) {
-  for (const Pending& pending : joined_) refuse(pending, reason);
+  refuseJoined(reason);
   for (const Pending& pending : waiting_) refuse(pending, reason);
-  joined_.clear();
   waiting_.clear();
-  refusion_.reset();
+  if (refusion_) freeLater(std::move(refusion_));
   is_opening_in_vain_ = opening_.valid();
   fused_.clear();
   has_begun_anew_ = false;
@@ -244,7 +264,17 @@ void MapCorrection::giveUp(const std::string& reason) {
   noteProgress();
 }
 
+/// Once it is known that the log grows faster, its frames go first.
+void MapCorrection::noteFrame() {
+  if (!isFusing() || !catch_up_.newFrame()) return;
+  ROS_WARN_STREAM_NAMED("dtsdf_mapping",
+                        "frames arrive faster than the correction of those before can fuse them "
+                        "as well: until it is done, two logged frames are fused for each new one, "
+                        "and new ones may be dropped");
+}
+
 void MapCorrection::place(PosedFrame& frame) {
+  noteFrame();
   auto* const depth = std::get_if<DepthFrame>(&frame.image);
   if (depth != nullptr && frame.camera == 0) {
     const StampedPose given{frame.stamp.toSec(), depth->T_W_C};
@@ -289,6 +319,11 @@ void MapCorrection::refuse(const Pending& pending, const std::string& reason) {
   pending.request.answer(result);
   const std::lock_guard<std::mutex> lock(mutex_);
   report_.last = "refused: " + reason;
+}
+
+void MapCorrection::refuseJoined(const std::string& reason) {
+  for (const Pending& pending : joined_) refuse(pending, reason);
+  joined_.clear();
 }
 
 void MapCorrection::noteProgress() {

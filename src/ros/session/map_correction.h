@@ -17,8 +17,10 @@
 #include "log/given_motion.h"
 #include "log/refusion.h"
 #include "ros/common/steady_clock.h"
+#include "ros/common/worker_thread.h"
 #include "ros/input/posed_frame.h"
 #include "ros/output/map_report.h"
+#include "ros/session/catch_up.h"
 #include "ros/session/map_log.h"
 
 namespace dtsdf {
@@ -31,10 +33,11 @@ struct CorrectionResult {
   double seconds = 0.0;         ///< Since it came.
 };
 
-/// A correction first waits until the log holds all frames before it (`waiting_`). Then the log is
-/// opened, on a thread of its own (`opening_`), and its images are fused again, one with each
-/// step(), while frames go on to be fused and logged (`refusion_`). Once that has caught up with
-/// the log, step() hands out the map, and finish() writes the corrections to the log.
+/// A correction first waits until the log holds all frames before it (`waiting_`). Then another
+/// thread opens the log and makes the map to begin with (`opening_`), and images are fused again,
+/// one with each step(), while frames go on to be fused and logged (`refusion_`). Once that has
+/// caught up with the log, step() hands out the map, and finish() writes the corrections to the
+/// log.
 ///
 /// One that comes meanwhile joins the one under way. Where images that it moves were fused again
 /// already, all are from the first on; but only once, lest those that come every second keep it
@@ -60,6 +63,9 @@ class MapCorrection {
 
   /// Whether step() would do something.
   bool hasWork() const;
+  /// Whether it should before the next frame is fused: what is done by another thread takes no time
+  /// of this one; and see CatchUp.
+  bool goesFirst() const { return !isFusing() || catch_up_.isLogsTurn(); }
 
   /// The map that takes the place of the live one, and its whole mesh.
   struct Corrected {
@@ -98,15 +104,22 @@ class MapCorrection {
   bool isForNothing(Request& request) const;
   void leaveOutLost(const PoseCorrection& correction, Request& request) const;
   bool isMarked() const;
+  bool isFusing() const { return refusion_ != nullptr && !refusion_->hasToBegin(); }
   void openLog();
   void takeOpened();
+  void begin();
   void join();
   void updateFused();
   bool joins(Pending& next);
+  std::optional<Corrected> fuseAgain(const MapStats& live);
   bool hasCaughtUp();
+  void noteFrame();
   uint64_t numberOf(const Mark& mark) const;
   void answer(const Pending& pending, const std::string& message);
   void refuse(const Pending& pending, const std::string& reason);
+  void refuseJoined(const std::string& reason);
+  template <class Object>
+  void freeLater(std::unique_ptr<Object> object);
   void noteProgress();
 
   MapLog& log_;
@@ -116,9 +129,9 @@ class MapCorrection {
   bool is_opening_in_vain_ = false;  ///< As the map is another one by now.
   uint64_t life_ = 0;                ///< Of the log, when it was opened.
   std::unique_ptr<Refusion> refusion_;
-  std::vector<Pending> joined_;                        ///< That `refusion_` is of.
-  bool has_started_over_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.
-  std::future<void> freeing_;
+  std::vector<Pending> joined_;                       ///< That `refusion_` is of.
+  bool has_begun_again_ = false, is_closed_ = false;  ///< `refusion_`: closed to later ones.
+  CatchUp catch_up_;
 
   // Of the first camera.
   std::vector<StampedPose> fused_;  ///< Of the newest recording, with rising stamps.
@@ -128,6 +141,8 @@ class MapCorrection {
 
   mutable std::mutex mutex_;
   CorrectionReport report_;
+
+  WorkerThread helper_{[] { return std::chrono::hours(1); }};  ///< For what takes long.
 };
 
 }  // namespace dtsdf

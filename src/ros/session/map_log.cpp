@@ -82,10 +82,9 @@ void MapLog::checkpoint(MapContents contents) {
 void MapLog::warnOfLoss() const {
   const LogReport report = queue_.report();
   if (report.problem.empty()) return;
-  ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping",
-                                 "frame log: " << report.problem << " (" << report.lost
-                                               << " images and calls lost so far); it begins again "
-                                                  "with a copy of the map as soon as it can");
+  ROS_WARN_STREAM_THROTTLE_NAMED(
+      60.0, "dtsdf_mapping",
+      "frame log: " << report.problem << " (" << report.lost << " images and calls lost so far)");
 }
 
 }  // namespace dtsdf

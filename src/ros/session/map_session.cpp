@@ -49,6 +49,7 @@ MapSchedule::Situation MapSession::situation() const {
   if (hasFailed()) return situation;
   situation.mesh_wanted = parts_.mesh_wanted();
   situation.correcting = parts_.correction != nullptr && parts_.correction->hasWork();
+  situation.correction_first = situation.correcting && parts_.correction->goesFirst();
   situation.space_followed = parts_.space != nullptr && mapper_->space() != nullptr;
   return situation;
 }
@@ -231,9 +232,6 @@ ClearedRegion MapSession::clearRegion(const Region& region) {
 
 void MapSession::correct(MapCorrection::Request request) {
   throwIfFailed();
-  if (parts_.correction == nullptr) {
-    throw std::runtime_error("frames can be moved only if they are logged; set log/folder");
-  }
   parts_.correction->add(std::move(request), mapper_->stats());
 }
 

@@ -65,8 +65,8 @@ class MapSession {
   /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
   ClearedRegion clearRegion(const Region& region);
 
-  /// Has the poses of frames corrected that were fused so far.
-  /// @throws std::runtime_error where nothing is logged, or after a failure of the backend.
+  /// Has the poses of frames corrected that were fused so far. @pre Its parts have a correction.
+  /// @throws std::runtime_error after a failure of the backend.
   void correct(MapCorrection::Request request);
 
   /// A copy of the map. @throws std::exception if the backend cannot give it.

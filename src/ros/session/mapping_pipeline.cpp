@@ -15,6 +15,8 @@
 namespace dtsdf {
 namespace {
 
+const char kOnlyByTf[] = "frames can be moved only where poses/mode is tf";
+
 /// How long the loop of space sleeps where there is none.
 constexpr std::chrono::hours kNoSpace{1};
 
@@ -97,7 +99,8 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
                ? nullptr
                : std::make_unique<MapLog>(
                      params_, expandHome(params_.node.log.folder, "log/folder"), levelling_)),
-      correction_(log_ ? std::make_unique<MapCorrection>(*log_, params_.mapper) : nullptr),
+      correction_(log_ && !frame_poses_ ? std::make_unique<MapCorrection>(*log_, params_.mapper)
+                                        : nullptr),
       space_changes_([this] { space_loop_.wake(); }),
       space_output_(makeSpaceOutput(private_nh, params_, space_changes_)),
       views_(private_nh, std::chrono::steady_clock::now),
@@ -129,7 +132,10 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
     ROS_INFO_STREAM_NAMED("dtsdf_mapping", printableMessage(loadMap(path).message));
   }
   cameras_.subscribe(private_nh);
-  if (!log_) return;
+  if (log_ && !correction_) {
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping", "corrected_path is not subscribed: " << kOnlyByTf);
+  }
+  if (!correction_) return;
   path_input_ = std::make_unique<PathInput>(
       path_thread_.serve(nh), namespaceOf(private_nh) + "/corrected_path",
       params_.node.corrections.path_frame, [this](const GivenPoses& given) { followPath(given); });
@@ -159,7 +165,10 @@ StatusInput MappingPipeline::status() const {
   if (log_) {
     const LogReport log = log_->report();
     input.log = {log.bytes, log.waiting_bytes, log.lost, log.first_stamp_s, log.problem};
+  }
+  if (correction_) {
     input.correction = correction_->report();
+    input.correction.obstacle = whyTooLarge(input.map.stats);
   }
   if (frame_poses_) {
     input.poses = frame_poses_->report();
@@ -236,12 +245,10 @@ std::vector<StampedPose> MappingPipeline::cameraPoses(const GivenPoses& given) c
 
 void MappingPipeline::correctPoses(const GivenPoses& given, double least,
                                    std::function<void(const CorrectionResult&)> answer) {
+  if (frame_poses_) throw std::runtime_error(kOnlyByTf);
   if (!correction_) {
     throw std::runtime_error(
         "frames can be moved only if they are logged; start the node with log/folder");
-  }
-  if (frame_poses_) {
-    throw std::runtime_error("frames can be moved only where poses/mode is tf");
   }
   MapCorrection::Request request{cameraPoses(given), least, std::move(answer)};
   map_loop_.run([&] { session_.correct(std::move(request)); }).get();

@@ -124,6 +124,9 @@ TEST(PoseCorrection, RefusesWhatIsNoCorrection) {
   wrong = fused[10];
   wrong.stamp_s = std::numeric_limits<double>::infinity();
   EXPECT_NE(errorFor(wrong).find("not a position"), std::string::npos);
+  wrong = {0.5, fused[6].T_W_C};  // as by rtabmap's mapPath, which gives all its poses one stamp
+  EXPECT_NE(errorFor(wrong).find("the same stamp, 0.500 s"), std::string::npos) << errorFor(wrong);
+  EXPECT_EQ(errorFor({0.5, fused[5].T_W_C}), "") << "said twice";
   const std::string other = errorOf([&] { PoseCorrection({{500.0, fused[0].T_W_C}}, fused); });
   EXPECT_NE(other.find("no corrected pose has the stamp"), std::string::npos) << other;
   EXPECT_NE(errorOf([&] { PoseCorrection({}, fused); }), "");

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace dtsdf {
 namespace {
 
@@ -23,7 +25,7 @@ GivenMotion seenUpTo(int count) {
 // which it is.
 TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
   const GivenMotion motion = seenUpTo(10);
-  for (const double x : {-0.5, -0.1, -0.02, 0.02, 0.1, 0.5}) {
+  for (const double x : {-0.5, -0.1, -0.05, 0.05, 0.1, 0.5}) {
     const Eigen::Isometry3d T(Eigen::Translation3d(x, 0.0, 0.0));
     for (const double next_s : {1.0, 1.1, 0.95}) {
       EXPECT_FALSE(motion.isMovedBy(T, {next_s, onTheWay(next_s)})) << x << " at " << next_s;
@@ -48,12 +50,42 @@ TEST(GivenMotion, WithoutMotionItIsTheNearerOne) {
   EXPECT_FALSE(motion.isMovedBy(T, {0.1, Eigen::Isometry3d::Identity()}));
 }
 
-// Half a minute without images is no reason to expect the camera half a minute ahead.
-TEST(GivenMotion, IsNotContinuedFar) {
-  const GivenMotion motion = seenUpTo(10);
-  const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 2.0, 0.0));
-  EXPECT_FALSE(motion.isMovedBy(T, {31.0, onTheWay(0.9)}));
-  EXPECT_TRUE(motion.isMovedBy(T, {31.0, T * onTheWay(0.9)}));
+// After half a minute without images a camera that moved may be anywhere: nothing is taken over, in
+// particular not because it went on in the direction of the correction. One that stood stands.
+TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
+  const Eigen::Isometry3d T(Eigen::Translation3d(0.2, 0.0, 0.0));
+  for (double next_s = 1.5; next_s < 31.0; next_s += 0.1) {
+    GivenMotion drives = seenUpTo(10);
+    for (double at_s = 0.9; at_s < 2.0; at_s += 0.02) {
+      EXPECT_FALSE(drives.isMovedBy(T, {next_s, onTheWay(at_s)})) << at_s << " at " << next_s;
+    }
+    GivenMotion stands;
+    for (int i = 0; i < 10; ++i) stands.add({0.1 * i, onTheWay(3.0)});
+    EXPECT_FALSE(stands.isMovedBy(T, {next_s, onTheWay(3.0)})) << next_s;
+    EXPECT_TRUE(stands.isMovedBy(T, {next_s, T * onTheWay(3.0)})) << next_s;
+  }
+}
+
+// A centimetre, by a hand that trembles by two and stops at times: none of it is that correction.
+TEST(GivenMotion, ATremblingHandHasNotTakenASmallCorrectionOver) {
+  const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.01, 0.0));
+  GivenMotion hand;
+  for (int i = 0; i < 300; ++i) {
+    Eigen::Isometry3d pose = onTheWay(i % 50 < 25 ? 0.1 * (i % 25) : 2.5);
+    pose.translation().y() += 0.02 * std::sin(2.1 * i);
+    EXPECT_FALSE(hand.takesOver(T, {0.1 * i, pose})) << i;
+  }
+}
+
+// The jump itself is no unevenness: the next correction is taken over as well.
+TEST(GivenMotion, OneJumpMayFollowAnother) {
+  const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.05, 0.0));
+  GivenMotion motion = seenUpTo(10);
+  Eigen::Isometry3d so_far = Eigen::Isometry3d::Identity();
+  for (int i = 10; i < 16; ++i) {
+    so_far = T * so_far;
+    EXPECT_TRUE(motion.takesOver(T, {0.1 * i, so_far * onTheWay(0.1 * i)})) << i;
+  }
 }
 
 TEST(GivenMotion, StampsThatGoBackBeginAnew) {

@@ -80,6 +80,7 @@ class CorrectedMap : public testing::Test {
     Refusion refusion(folder_.path(), params());
     effect_ = refusion.effectOf(correction);
     refusion.correct(correction);
+    refusion.begin();
     return refusion;
   }
 
@@ -131,7 +132,6 @@ TEST_F(CorrectedMap, CorrectedPosesGiveTheMapOfTheTruth) {
   EXPECT_EQ(effect_.moved, static_cast<size_t>(kCount - 1));  // the first one does not drift
   finish(refusion);
   EXPECT_EQ(refusion.fused(), static_cast<size_t>(kCount));
-  EXPECT_EQ(refusion.stamp_s(), 0.1 * (kCount - 1));
   MeshStore mesh(params().map.voxel_size_m), expected_mesh(params().map.voxel_size_m);
   MeshUpdate update;
   for (auto& [key, block] : refusion.takeMesh()) update.blocks.push_back(std::move(block));
@@ -226,6 +226,8 @@ TEST_F(CorrectedMap, ASecondOneMayComeWhileTheFirstIsUnderWay) {
   while (starts_over.fused() < 20) starts_over.step(kNothing);
   EXPECT_TRUE(starts_over.isTooLateFor(starts_over.effectOf(correctionTo(later, 1, end))));
   starts_over.correct(correctionTo(later, 1, end));
+  EXPECT_TRUE(starts_over.hasToBegin());
+  starts_over.begin();
   EXPECT_EQ(starts_over.fused(), 0u);
   finish(starts_over);
   ASSERT_EQ(starts_over.corrections().size(), 2u);
@@ -234,6 +236,55 @@ TEST_F(CorrectedMap, ASecondOneMayComeWhileTheFirstIsUnderWay) {
   }
   EXPECT_EQ(replayed(), mapOf(later));
   EXPECT_EQ(fileOf(*starts_over.takeMapper()), mapOf(later));
+}
+
+// What has led to a map in the log is not fused again, unless it moves.
+TEST_F(CorrectedMap, BeginsWithTheNewestMapBeforeWhatMoves) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < kCount; ++i) {
+    if (i == 8 || i == 16) live.checkpoint();
+    take(live, i, drift(i) * truePose(i));
+  }
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i < kCount; ++i) {
+    poses.push_back(i < 18 ? drift(i) * truePose(i) : Eigen::Isometry3d(truePose(i)));
+  }
+  const uint64_t end = log_.nextNumber();
+  Refusion late = refusionOf(correctionTo(poses, 1, end));
+  EXPECT_EQ(late.total(), static_cast<size_t>(kCount - 16));
+  finish(late);
+  EXPECT_EQ(late.fused(), static_cast<size_t>(kCount - 16));
+  const std::map<PackedKey, BlockMesh> mesh = late.takeMesh();
+  const std::unique_ptr<Mapper> corrected = late.takeMapper();
+  EXPECT_EQ(fileOf(*corrected), mapOf(poses));
+  size_t blocks = 0;
+  for (const BlockMesh& block : makeMapper(params(), corrected->contents())->updateMesh().blocks) {
+    if (block.triangles.empty()) continue;
+    ++blocks;
+    ASSERT_EQ(mesh.count(packKey(block.key)), 1u) << "also of blocks that nothing has touched";
+    EXPECT_EQ(mesh.at(packKey(block.key)).triangles.size(), block.triangles.size());
+  }
+  EXPECT_EQ(mesh.size(), blocks);
+
+  // One that joins and reaches back further begins further back.
+  poses[10] = truePose(10);
+  Refusion joined = refusionOf(correctionTo(poses, 1, end));
+  EXPECT_EQ(joined.total(), static_cast<size_t>(kCount - 8));
+  finish(joined);
+  EXPECT_EQ(fileOf(*joined.takeMapper()), mapOf(poses));
+  Refusion all = refusionOf(correctionTo(truePoses(), 1, end));
+  EXPECT_EQ(all.total(), static_cast<size_t>(kCount));
+  finish(all);
+  EXPECT_EQ(fileOf(*all.takeMapper()), mapOf(truePoses()));
+
+  // Once the log says that image 10 has moved, the map before image 16 is no longer one to begin
+  // with.
+  log_.add(toRecord(joined.corrections()[0]), joined.corrections()[0]);
+  poses[20].translation().x() += 0.05;
+  Refusion later = refusionOf(correctionTo(poses, 1, log_.nextNumber()));
+  EXPECT_EQ(later.total(), static_cast<size_t>(kCount - 8));
+  finish(later);
+  EXPECT_EQ(fileOf(*later.takeMapper()), mapOf(poses));
 }
 
 // The second one is of poses as the first one left them.

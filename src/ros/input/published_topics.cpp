@@ -14,6 +14,9 @@
 namespace dtsdf {
 namespace {
 
+/// What this package itself publishes, with the views of its maps.
+constexpr char kOfViews[] = "/rendered/camera_info";
+
 bool contains(const std::string& text, const char* part) {
   return text.find(part) != std::string::npos;
 }
@@ -63,7 +66,7 @@ PublishedTopics findPublishedTopics() {
   for (int i = 0; i < topics.size(); ++i) {
     const std::string topic = topics[i][0], type = topics[i][1];
     if (type == "sensor_msgs/CameraInfo") {
-      camera_info.insert(topic);
+      if (!endsWith(topic, kOfViews)) camera_info.insert(topic);
     } else if (contains(topic, "depth")) {
       depth.add(topic, type);
     } else if (contains(topic, "color") || contains(topic, "colour") || contains(topic, "rgb")) {

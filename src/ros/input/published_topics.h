@@ -12,7 +12,7 @@ struct PublishedTopics {
   std::vector<std::string> depth;
   std::vector<std::string> only_compressed;  ///< Those of them that have no images as they are.
   std::vector<std::string> colour;  ///< The same with "color", "colour" or "rgb", and not "depth".
-  std::vector<std::string> camera_info;
+  std::vector<std::string> camera_info;  ///< Without those of views of maps.
 };
 
 /// Asks the master, and waits for it no longer than for its answer; empty without one.

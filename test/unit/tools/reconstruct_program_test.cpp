@@ -46,8 +46,8 @@ class ReconstructProgram : public testing::Test {
 TEST_F(ReconstructProgram, TellsWhatLeavesTheMeshEmpty) {
   expectError("--tum " + tum_.path() + " --frames 0:5:5 --set backend=cpu --mesh " +
                   (out_ / "mesh.ply"),
-              1, "2 frames were fused, but no surface was seen by 2 of them, as "
-              "mesh/min_support requires");
+              1, "the mesh is empty: no surface was seen in at least 2 frames (mesh/min_support); "
+              "--set mesh/min_support=1 accepts a single frame");
 }
 
 TEST_F(ReconstructProgram, SavesMeshAndReport) {

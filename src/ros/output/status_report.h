@@ -26,12 +26,12 @@ struct StatusInput {
   LogStatus log;
   CorrectionReport correction;
   bool paused = false;
-  bool time_stands = false;    ///< Simulated time does.
-  double ran_s = 0.0;          ///< How long neither: see RunClock.
-  double stale_s = 0.0;        ///< The setting; 0: silence is no fault.
-  std::string master;          ///< What is wrong with the registration there; empty: nothing.
-  PublishedTopics topics;      ///< That there are, while one of a camera's own is missing.
-  uint64_t process_bytes = 0;  ///< Resident memory of the whole process; 0: not known.
+  bool time_stands = false;      ///< Simulated time does.
+  double ran_s = 0.0;            ///< How long neither: see RunClock.
+  double stale_s = 0.0;          ///< The setting; 0: silence is no fault.
+  std::string master;            ///< What is wrong with the registration there; empty: nothing.
+  PublishedTopics topics;        ///< That there are, while one of a camera's own is missing.
+  uint64_t process_bytes = 0;    ///< Resident memory of the whole process; 0: not known.
   uint64_t max_image_bytes = 0;  ///< That may wait, of one kind of images of one camera.
   uint64_t max_queue_bytes = 0;  ///< Of messages of the mesh, for listeners.
 };

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <system_error>
 
 namespace dtsdf {
 namespace {
@@ -18,6 +19,7 @@ constexpr uintmax_t kMaxBytes = uintmax_t{1} << 30;
 std::string whyUnreadable(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
+  if (error == std::errc::too_many_symbolic_link_levels) return "it is a link to itself";
   if (!fs::exists(status)) return "no such file";
   if (fs::is_directory(status)) return "it is a folder";
   if (!fs::is_regular_file(status)) return "it is a device or a pipe, not a file";

@@ -188,9 +188,7 @@ void checkFits(const MapContents& contents, const MapperParams& params) {
   for (const char* key : kBoundSettings) {
     if (ours.at(key) == theirs.at(key)) continue;
     throw std::runtime_error("the saved map has " + std::string(key) + " " +
-                             toString(theirs.at(key)) + ", but the current map has " +
-                             toString(ours.at(key)) +
-                             "; call clear_map first: an empty map takes the settings of the file");
+                             toString(theirs.at(key)) + ", not " + toString(ours.at(key)));
   }
   if (takesFree(contents, params) && contents.cell_voxels != params.space.cell_voxels) {
     throw std::runtime_error("the saved map has free cells of " +

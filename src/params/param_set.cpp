@@ -7,12 +7,13 @@
 #include <sstream>
 
 #include "params/printable.h"
+#include "params/setting_unit.h"
 
 namespace dtsdf {
 namespace {
 
 std::string joinLines(const std::vector<std::string>& lines) {
-  std::string text = "invalid parameters:";
+  std::string text = "invalid settings:";
   for (const std::string& line : lines) text += "\n  " + line;
   return text;
 }
@@ -58,21 +59,34 @@ size_t editsBetween(const std::string& a, const std::string& b) {
 
 std::string lastOf(const std::string& key) { return key.substr(key.rfind('/') + 1); }
 
+/// As where a unit was left out, or a section.
+bool oneContainsTheOther(const std::string& a, const std::string& b) {
+  constexpr size_t kShortest = 3;  // of fewer letters, many words are made
+  if (std::min(a.size(), b.size()) < kShortest) return false;
+  return a.find(b) != std::string::npos || b.find(a) != std::string::npos;
+}
+
 /// "; did you mean map/voxel_size_m?" where a known key is near: by the whole key, or by its last
 /// part alone, as where the section was left out.
 std::string suggestionFor(const std::string& key, const std::set<std::string>& known) {
   constexpr size_t kLongestKey = 100;
   if (key.size() > kLongestKey) return "";
   const size_t other_section = key.find('/') == std::string::npos ? 0 : 1;
-  std::string nearest;
-  size_t least = lastOf(key).size() / 4 + 2;
+  std::string nearest, related;
+  size_t least = lastOf(key).size() / 4 + 2, least_related = kLongestKey;
   for (const std::string& candidate : known) {
     const size_t edits = std::min(editsBetween(key, candidate),
                                   editsBetween(lastOf(key), lastOf(candidate)) + other_section);
-    if (edits >= least) continue;
-    least = edits;
-    nearest = candidate;
+    if (edits < least) {
+      least = edits;
+      nearest = candidate;
+    }
+    if (edits < least_related && oneContainsTheOther(lastOf(key), lastOf(candidate))) {
+      least_related = edits;
+      related = candidate;
+    }
   }
+  if (nearest.empty()) nearest = related;
   return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
@@ -149,8 +163,9 @@ bool ParamReader::readNumber(const std::string& key, double& number, bool whole,
   // The float that is stored, not the double that was written, may lie a rounding outside.
   const double slack = 1e-6 * std::abs(number);
   if (!std::isfinite(number) || number < range.min - slack || number > range.max + slack) {
-    addViolation(key, "must be in [" + formatNumber(range.min) + ", " + formatNumber(range.max) +
-                          "]");
+    const std::string unit = unitOf(key);
+    addViolation(key, "must be from " + formatNumber(range.min) + " to " + formatNumber(range.max) +
+                          (unit.empty() ? "" : " " + unit));
     return false;
   }
   return true;
@@ -209,7 +224,7 @@ void ParamReader::operator()(const std::string& key, std::vector<std::string>& m
 void ParamReader::finish() {
   for (const auto& [key, value] : tree_) {
     if (known_.count(key) > 0) continue;
-    addViolation(key, "no such parameter" + suggestionFor(key, known_));
+    addViolation(key, "no such setting" + suggestionFor(key, known_));
   }
   if (!violations_.empty()) throw ParamError(violations_);
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <system_error>
 
 namespace dtsdf {
 namespace {
@@ -96,8 +97,12 @@ std::string errorText(const std::exception& error) {
     std::replace(text.begin(), text.end(), '\n', ' ');  // libraries write in several lines
     return printableMessage(text);
   }
-  return "cannot use '" + printable(of_files->path1().string()) +
-         "': " + of_files->code().message() + "; choose another file name or folder";
+  const std::string path = "'" + printable(of_files->path1().string()) + "'";
+  if (of_files->code() == std::errc::too_many_symbolic_link_levels) {
+    return path + " is a link to itself; give the path of the file or folder meant";
+  }
+  return "cannot use " + path + ": " + of_files->code().message() +
+         "; choose another file name or folder";
 }
 
 }  // namespace dtsdf

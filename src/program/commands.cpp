@@ -36,7 +36,7 @@ void runCommand(const std::string& program, const std::string& about,
   const auto command = std::find_if(commands.begin(), commands.end(),
                                     [&](const Command& c) { return c.name == name; });
   if (command == commands.end()) {
-    throw UsageError("'" + name + "' is not one of its commands: " + namesOf(commands));
+    throw UsageError("'" + name + "': no such command; commands: " + namesOf(commands));
   }
   command->run({arguments.begin() + 1, arguments.end()});
 }

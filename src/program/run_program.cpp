@@ -44,7 +44,7 @@ int runProgram(const std::string& name, int argc, const char* const* argv,
   } catch (const UsageError& e) {
     return reportError(name, std::string(e.what()) + "; see " + name + " --help", 2);
   } catch (const ParamError& e) {
-    return reportError(name, "invalid settings: " + inOneLine(e.violations()), 1);
+    return reportError(name, "invalid settings: " + inOneLine(e.violations()), 2);
   } catch (const std::bad_alloc&) {
     return reportError(name,
                        "out of memory; a map takes less with a lower map/max_memory_mb or a higher "

@@ -140,7 +140,7 @@ TileState stateOf(const std::string& folder, size_t tile, const std::string& pla
     return {TileStage::kWaiting, missing};
   }
   const std::string failed = tilePath(folder, tile, ".failed");
-  if (!fs::exists(failed)) return {TileStage::kWaiting, "it has not been made yet"};
+  if (!fs::exists(failed)) return {TileStage::kWaiting, ""};
   return {TileStage::kFailed, readTextFile(failed, "make it with tiles fuse")};
 }
 

@@ -40,7 +40,7 @@ Intrinsics parseIntrinsics(const std::string& text) {
 }  // namespace
 
 void addFormatOption(CommandLine& line, InputOptions& options) {
-  line.add({"--format", joined(formatNames()), "format of INPUT (default: detected)"},
+  line.add({"--format", joined(formatNames()), "format of the recording (default: detected)"},
            [&](const std::string& value) { options.recording.format = parseFormat(value); });
 }
 

@@ -1,5 +1,7 @@
 #include "tools/map_space.h"
 
+#include <cstdio>
+
 #include "dtsdf_mapping/io/map_file.h"
 #include "mapper/probed_mapper.h"
 #include "params/ending.h"
@@ -12,6 +14,12 @@ std::unique_ptr<Mapper> loadWithSpace(const SpaceOutputOptions& options) {
   std::vector<std::string> all = options.settings;
   all.emplace_back("space/enabled=true");
   const MapSettings settings = settingsFor(contents, all);
+  if (contents.free_cubes.empty()) {
+    std::fprintf(stderr,
+                 "map_tool: warning: the map has no free space; only surface cells are in %s. Map "
+                 "with --set space/enabled=true\n",
+                 options.what.c_str());
+  }
   std::unique_ptr<Mapper> mapper = makeProbedMapper(settings.params, settings.rules, contents);
   mapper->updateMesh();
   return mapper;
@@ -20,6 +28,7 @@ std::unique_ptr<Mapper> loadWithSpace(const SpaceOutputOptions& options) {
 void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
                       const std::string& what, const std::string& ending,
                       SpaceOutputOptions& options) {
+  options.what = what;
   line.addText({"FILE", "", "a map file"}, options.map_path);
   line.addText({"OUT", "", what + ": " + ending}, options.out_path);
   line.addList({"--set", "KEY=VALUE ...",

@@ -14,6 +14,7 @@ namespace dtsdf {
 /// What the commands have in common that make something of a map's space.
 struct SpaceOutputOptions {
   std::string map_path, out_path;
+  std::string what;                   ///< Is written, in words.
   std::vector<std::string> settings;  ///< Each key=value.
   MapLoadLimit limit;
 };

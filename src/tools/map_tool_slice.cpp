@@ -120,7 +120,7 @@ void drawSlice(const std::vector<std::string>& arguments) {
   space.updateDistances();
   const std::vector<SliceCell> slice = sliceAt(space, options.height_m);
   if (slice.empty()) {
-    throw std::runtime_error("nothing is known at " + std::to_string(options.height_m) +
+    throw std::runtime_error("nothing is known at " + shortestText(options.height_m) +
                              " m; choose another --height (map_tool info prints the map's bounds)");
   }
   const double most_m = farthest(slice);

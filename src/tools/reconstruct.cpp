@@ -19,6 +19,7 @@
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 #include "tools/levelled_input.h"
+#include "tools/map_settings.h"
 #include "tools/reconstruct_options.h"
 #include "tools/reconstruction.h"
 #include "tools/reconstruction_report.h"
@@ -56,7 +57,7 @@ StartingMap loadStartingMap(const std::string& path, const RunSettings& settings
     const auto given = settings.given.find(key);
     if (given != settings.given.end()) value = given->second;
   }
-  checkFits(*start.contents, readMapperParams(writer.tree));
+  checkGivenFit(*start.contents, readMapperParams(writer.tree));
   if (settings.given.count("map/level")) {
     checkLevel(*start.contents, isLevelled(settings.params.node));
   }
@@ -133,9 +134,8 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
   const int min_support = params.mesh.min_support;
   if (!result.mesh.triangles.empty() || result.map.voxel_arrays == 0 || min_support < 2) return;
   throw std::runtime_error(
-      "the mesh is empty: " + std::to_string(result.frames) +
-      " frames were fused, but no surface was seen by " + std::to_string(min_support) +
-      " of them, as mesh/min_support requires; --set mesh/min_support=1 accepts a single frame");
+      "the mesh is empty: no surface was seen in at least " + std::to_string(min_support) +
+      " frames (mesh/min_support); --set mesh/min_support=1 accepts a single frame");
 }
 
 /// Found out now rather than after an hour of work.

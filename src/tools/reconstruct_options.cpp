@@ -57,7 +57,7 @@ void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
            [&](const std::string& value) { options.poses_mode = value; });
   line.addText({"--corrected-poses", "FILE",
                 "of a frame log: corrected poses of some of its images, lines as for --poses; the "
-                "others follow them"},
+                "rest are interpolated"},
                options.corrected_poses_path);
 }
 
@@ -82,8 +82,9 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   ReconstructOptions options;
   CommandLine line("reconstruct", "INPUT [options] --mesh OUT.ply",
                    "Fuses every depth image of a recording and saves the mesh, the map or both. No "
-                   "image is dropped, and the result is the same each time.",
-                   "Exit code: 0 all is saved, 1 an error, 2 a wrong command line.");
+                   "image is dropped, and the result is the same each time. Example: "
+                   "reconstruct recording.bag --mesh kitchen.ply --set map/voxel_size_m=0.02",
+                   "Exit code: 0 all is saved, 1 an error, 2 a wrong command line or setting.");
   line.beginGroup("Input");
   addInputOptions(line, options);
   addReadingOptions(line, options);

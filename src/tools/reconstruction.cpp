@@ -100,7 +100,9 @@ class Reconstruction {
       alignment =
           refiner_ ? refiner_->refine(mapper_, depth) : tracker_->track(mapper_, depth, stamp_s);
     }));
-    ++result_.aligned[toString(alignment.status)];
+    // The first image has no map to be aligned to.
+    const bool is_first = alignment.status == AlignmentStatus::kUnmapped && result_.frames == 0;
+    ++result_.aligned[is_first ? "first image" : toString(alignment.status)];
     depth.T_W_C = alignment.T_W_C;
     if (refiner_ ? refiner_->isToBeFused(alignment) : tracker_->isToBeFused(alignment)) return true;
     ++result_.skipped[toString(alignment.status)];

@@ -3,22 +3,11 @@
 #include <algorithm>
 #include <iomanip>
 #include <sstream>
-#include <utility>
 
-#include "params/ending.h"
 #include "params/node_params.h"
+#include "params/setting_unit.h"
 
 namespace dtsdf {
-
-std::string unitOf(const std::string& key) {
-  static const std::vector<std::pair<std::string, std::string>> kUnits = {
-      {"_m_s", "m/s"},        {"_deg_s", "deg/s"},    {"_hz", "Hz"}, {"_mb", "MiB"}, {"_px", "px"},
-      {"_voxels", "voxels"}, {"_blocks", "blocks"}, {"_rad", "rad"}, {"_m", "m"},   {"_s", "s"}};
-  const auto unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const auto& ending_and_unit) {
-    return hasEnding(key, ending_and_unit.first);
-  });
-  return unit == kUnits.end() ? "" : unit->second;
-}
 
 std::string SettingLister::text() const {
   std::vector<Line> lines = lines_;

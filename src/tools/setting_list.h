@@ -8,9 +8,6 @@
 
 namespace dtsdf {
 
-/// The unit of a setting, by how its key ends; empty for none.
-std::string unitOf(const std::string& key);
-
 /// Visitor that writes one line for each setting: key, default, unit, and what it may be.
 class SettingLister {
  public:

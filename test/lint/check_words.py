@@ -28,6 +28,11 @@ WORDS = [
     (r"\ba text\b|\btexts\b", "a string, strings"),
     (r"\bis of \d", "is stamped"),
     (r"\bis (never |while )?still\b(?=,| at)", "at rest"),
+    (r"\bas many or\b", "0 to, at least"),
+    (r"\bgo(es)? first\b", "is deleted first, comes first"),
+    (r"\bgives? a message\b", "publishes a message"),
+    (r"\bmotion leads\b", "predicted by the motion"),
+    (r"\bin the hand\b", "hand-held"),
 ]
 # Sentences run on over lines.
 PATTERNS = [(re.compile(pattern.replace(" ", r"\s+"), re.IGNORECASE), instead)

@@ -31,6 +31,12 @@ class CheckWords(unittest.TestCase):
         self.expect_one("docs/ros.md:1: 'has to be'", "docs/ros.md", "The map has to\nbe level.\n")
         self.expect_one("write: is not a", "README.md", "A folder is no map file.\n")
 
+    def test_finds_what_needs_reading_twice(self):
+        self.expect_one("'as many or'", "docs/ros.md", "in two as many or\none less\n")
+        self.expect_one("'goes first'", "config/a.yaml", "# the oldest goes first\n")
+        self.expect_one("'gives a message'", "docs/ros.md", "Each image gives a message on it.\n")
+        self.expect_one("'motion leads'", "docs/ros.md", "near where the last motion leads\n")
+
     def test_reads_literals_that_are_split(self):
         self.expect_one("src/a.cpp:1: 'goes on'", "src/a.cpp", 'say("mapping goes "\n    "on");\n')
         self.expect_one("srv/A.srv:1", "srv/A.srv", "bool known  # as it is told\n")

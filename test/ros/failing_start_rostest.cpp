@@ -90,11 +90,41 @@ TEST(SimulatedCamera, SaysWhyItCannotStart) {
   const Outcome outcome = run(std::string(DTSDF_SIMULATED_CAMERA) + " __name:=camera");
   EXPECT_EQ(outcome.exit_code, 1);
   for (const char* text : {"FATAL", "/camera cannot start", "rate_hz = 'often': must be a number",
-                           "widht_px = 640", "map_frame = '': must not be empty"}) {
+                           "widht_px = 640", "map_frame = '': must not be empty",
+                           "widht_px: left by an earlier run? rosparam delete /camera/widht_px"}) {
     EXPECT_NE(outcome.output.find(text), std::string::npos) << text << " is not in:\n"
                                                             << outcome.output;
   }
   ros::param::del("/camera");
+}
+
+TEST(Arguments, OfThisRunAreNotLeftByAnEarlierOne) {
+  for (const std::string program : {DTSDF_SIMULATED_CAMERA, DTSDF_MAPPING_NODE}) {
+    const Outcome first = run(program + " __name:=typo _rate:=5");
+    EXPECT_EQ(first.exit_code, 1);
+    EXPECT_NE(first.output.find("rate = 5: no such setting; did you mean "), std::string::npos)
+        << first.output;
+    EXPECT_EQ(first.output.find("rosparam delete"), std::string::npos) << first.output;
+    const Outcome next = run(program + " __name:=typo");
+    EXPECT_NE(next.output.find("rosparam delete /typo/rate"), std::string::npos) << next.output;
+    ros::param::del("/typo");
+  }
+}
+
+/// ROS takes them for topics, and has ended with an abort for numbers.
+TEST(Arguments, SettingsWithoutTheirUnderscoreAreNamed) {
+  const Outcome camera = run(std::string(DTSDF_SIMULATED_CAMERA) + " rate_hz:=5");
+  EXPECT_EQ(camera.exit_code, 2);
+  EXPECT_NE(camera.output.find("'rate_hz:=5' is read as a topic remapping; settings begin with _: "
+                               "_rate_hz:=5"),
+            std::string::npos)
+      << camera.output;
+  const Outcome node = run(std::string(DTSDF_MAPPING_NODE) + " map/voxel_size_m:=0.05");
+  EXPECT_EQ(node.exit_code, 2);
+  EXPECT_NE(node.output.find("_map/voxel_size_m:=0.05"), std::string::npos) << node.output;
+  const Outcome unknown = run(std::string(DTSDF_MAPPING_NODE) + " rate:=5");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.output.find("_SETTING:=VALUE"), std::string::npos) << unknown.output;
 }
 
 // The node by its path: rosrun does not search a package's own build folder.

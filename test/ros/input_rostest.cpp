@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "ros/input/depth_topics.h"
+#include "ros/input/published_topics.h"
 #include "ros/support/wall_camera.h"
 
 namespace dtsdf {
@@ -60,8 +60,12 @@ TEST_F(Input, TopicsOfDepthAreFound) {
   const ros::Publisher compressed =
       nh_.advertise<sensor_msgs::CompressedImage>("/b/depth/image_raw/compressedDepth", 1);
   const ros::Publisher colour = nh_.advertise<sensor_msgs::Image>("/b/rgb/image_raw", 1);
-  EXPECT_EQ(findDepthTopics(),
-            (std::vector<std::string>{"/b/depth/image_raw", "/camera/depth/image_rect"}));
+  using Names = std::vector<std::string>;
+  const PublishedTopics topics = findPublishedTopics();
+  EXPECT_EQ(topics.depth, (Names{"/b/depth/image_raw", "/camera/depth/image_rect"}));
+  EXPECT_EQ(topics.only_compressed, Names{"/b/depth/image_raw"});
+  EXPECT_EQ(topics.colour, Names{"/b/rgb/image_raw"});
+  EXPECT_EQ(topics.camera_info, Names{"/camera/depth/camera_info"});
 }
 
 TEST_F(Input, MissingTransformIsWaitedForAndSaid) {

@@ -182,7 +182,11 @@ class Loading(unittest.TestCase):
                 self.assertFalse({"/rgbd_odometry", "/camera_stands_still"} &
                                  set(nodes_of(tracked)))
                 self.assertEqual(load(name, *extra).params["/mapping/poses/mode"].value, "tf")
-                with self.assertRaises(Exception):
+                refined = load(name, "poses:=refine", *extra)
+                self.assertEqual(refined.params["/mapping/poses/mode"].value, "refine")
+                self.assertEqual(refined.params["/mapping/map_frame"].value, "map")
+                with self.assertRaisesRegex(
+                        Exception, "poses must be tf, refine, track, rtabmap or fixed, not 'guess'"):
                     load(name, "poses:=guess", *extra)
 
     def test_poses_of_a_bag(self):
@@ -285,6 +289,8 @@ class Running(unittest.TestCase):
         """Each command of the page, as far as that goes without a camera: with stand-ins for
         drivers and downloads; what installs something is left out."""
         sections = commands_of(first_mesh_page())
+        self.assertIn("roslaunch dtsdf_mapping rtabmap.launch",
+                      "\n".join(sections.pop("rtabmap as SLAM")))  # run by the test of its own
         self.assertEqual(len([s for s in sections.values() if s]), 5)
         for title, commands in sections.items():
             with self.subTest(title):
@@ -324,9 +330,12 @@ class Running(unittest.TestCase):
             self.assertGreaterEqual(counts["depth"], 3)
             self.assertEqual(counts["color"], 0)
 
-    def counts(self, name, *arguments, cwd):
-        """Images fused by kind, once there are three of each in the bag, or some time has passed."""
-        watch = WATCH_STREAMS
+    def counts(self, name, *arguments, cwd, until="all"):
+        """Images fused by kind, once there are three of each (or of depth alone), or some time has
+        passed."""
+        watch = WATCH_STREAMS if until == "all" else WATCH_STREAMS.replace(
+            "s.fused for s in status.cameras[0].streams", "s.fused for s in status.cameras[0].streams "
+            "if s.kind == 'depth'")
         with free_master(cwd) as environment:
             launch = subprocess.Popen(
                 ["roslaunch", "-p", environment["PORT"],
@@ -343,23 +352,59 @@ class Running(unittest.TestCase):
         return dict((kind, int(count)) for kind, count in
                     (word.split("=") for word in told.splitlines()[-1].split()))
 
-    def test_without_a_bag_or_with_a_wrong_one_it_says_so(self):
+    def test_a_bag_with_what_settings_require(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write_tum_bag(os.path.join(folder, "tum.bag"), with_colour=True, with_imu=True,
+                          with_masks=True)
+            with open(os.path.join(folder, "masked.yaml"), "w", encoding="utf-8") as file:
+                file.write("input: {mask: true}\n")
+            own = ["bag:=tum.bag", "depth:=/camera/depth/image", "color:=/camera/rgb/image_color",
+                   "map_frame:=world", "loop:=true"]
+            self.assertGreaterEqual(self.counts("bag", *own, "level:=imu", "imu:=/imu/data",
+                                                cwd=folder)["depth"], 3)
+            self.assertGreaterEqual(self.counts("bag", *own, "mask:=/masks",
+                                                f"config:={folder}/masked.yaml",
+                                                cwd=folder)["depth"], 3)
+
+    def test_a_bag_of_compressed_images_and_several_cameras(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write_tum_bag(os.path.join(folder, "packed.bag"), packed=True)
+            counts = self.counts("bag", "bag:=packed.bag", "depth:=/camera/depth/image",
+                                 "image_transport:=compressedDepth", "map_frame:=world", "loop:=true",
+                                 until="depth", cwd=folder)
+            self.assertGreaterEqual(counts["depth"], 3)
+            write_tum_bag(os.path.join(folder, "two.bag"),
+                          depth="/front/depth/image_rect", info="/front/depth/camera_info")
+            counts = self.counts("bag", "bag:=two.bag", "cameras:=[front]", "map_frame:=world",
+                                 until="depth", cwd=folder)
+            self.assertGreaterEqual(counts["depth"], 3)
+
+    def output_of(self, name, *arguments, cwd, environment):
+        """What a launch prints that ends by itself."""
+        launch = subprocess.Popen(
+            ["roslaunch", "-p", environment["PORT"], os.path.join(LAUNCH, name + ".launch"),
+             "rviz:=false", "backend:=cpu", *arguments], cwd=cwd, env=environment,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            return launch.communicate(timeout=60)[0]
+        except subprocess.TimeoutExpired:
+            launch.send_signal(signal.SIGINT)
+            self.fail(f"{arguments}: it goes on:\n{launch.communicate(timeout=60)[0]}")
+
+    def test_what_cannot_work_says_so_and_ends(self):
         with tempfile.TemporaryDirectory() as folder, free_master(folder) as environment:
-            for arguments, text in ([], "no bag to play: give one"), \
-                                   (["bag:=none.bag"], f"no such file: '{folder}/none.bag'"):
-                launch = subprocess.Popen(
-                    ["roslaunch", "-p", environment["PORT"], os.path.join(LAUNCH, "bag.launch"),
-                     "rviz:=false", "backend:=cpu", *arguments], cwd=folder, env=environment,
-                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-                try:
-                    output = ""
-                    for line in launch.stdout:
-                        output += line
-                        if text in line:
-                            break
-                finally:
-                    launch.send_signal(signal.SIGINT)
-                    output += launch.communicate(timeout=60)[0]
+            write_tum_bag(os.path.join(folder, "tum.bag"))
+            write_tum_bag(os.path.join(folder, "packed.bag"), packed=True)
+            depth = "depth:=/camera/depth/image"
+            for arguments, text in (
+                    ([], "no bag to play: give one"),
+                    (["bag:=none.bag"], f"no such file: '{folder}/none.bag'"),
+                    (["bag:=tum.bag", "depth:=/d"], "it has depth images on: '/camera/depth/image'"),
+                    (["bag:=packed.bag", depth], "give image_transport:=compressedDepth"),
+                    (["bag:=tum.bag", depth, "voxel_size_m:=5"], "map/voxel_size_m = 5"),
+                    (["bag:=tum.bag", depth, "voxel_size_m:=5", "nodelet:=false"],
+                     "map/voxel_size_m = 5")):
+                output = self.output_of("bag", *arguments, cwd=folder, environment=environment)
                 self.assertIn(text, output)
                 self.assertNotIn("Traceback", output)
 
@@ -395,12 +440,14 @@ def write_tum_folder(folder):
             file.write("# as downloaded\n" + "\n".join(lines) + "\n")
 
 
-def write_tum_bag(path, with_colour=False):
-    """As those that are downloaded: names of frames begin with a slash, depth is in metres."""
+def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, packed=False,
+                  depth="/camera/depth/image", info="/camera/depth/camera_info"):
+    """As those that are downloaded: names of frames begin with a slash, depth is in metres. Packed:
+    as compressedDepth alone."""
     import rosbag
     import rospy
     from geometry_msgs.msg import TransformStamped
-    from sensor_msgs.msg import CameraInfo, Image
+    from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu
     from tf2_msgs.msg import TFMessage
     with rosbag.Bag(path, "w") as bag:
         for i in range(30):
@@ -409,23 +456,37 @@ def write_tum_bag(path, with_colour=False):
             image.data = struct.pack("<f", 1.0) * (64 * 48)
             image.header.stamp = stamp
             image.header.frame_id = "/openni_rgb_optical_frame"
-            info = CameraInfo(header=image.header, height=48, width=64)
-            info.K = [52.5, 0.0, 31.5, 0.0, 52.5, 23.5, 0.0, 0.0, 1.0]
-            info.P = [52.5, 0.0, 31.5, 0.0, 0.0, 52.5, 23.5, 0.0, 0.0, 0.0, 1.0, 0.0]
-            info.D = [0.0] * 5
+            camera = CameraInfo(header=image.header, height=48, width=64)
+            camera.K = [52.5, 0.0, 31.5, 0.0, 52.5, 23.5, 0.0, 0.0, 1.0]
+            camera.P = [52.5, 0.0, 31.5, 0.0, 0.0, 52.5, 23.5, 0.0, 0.0, 0.0, 1.0, 0.0]
+            camera.D = [0.0] * 5
             transform = TransformStamped()
             transform.header.stamp = stamp
             transform.header.frame_id = "/world"
             transform.child_frame_id = "/openni_rgb_optical_frame"
             transform.transform.translation.x = 0.01 * i
             transform.transform.rotation.w = 1.0
-            bag.write("/camera/depth/image", image, stamp)
-            bag.write("/camera/depth/camera_info", info, stamp)
+            if packed:
+                data = bytes(12) + grey_png(64, 48, 1000)
+                bag.write(depth + "/compressedDepth", CompressedImage(
+                    header=image.header, format="16UC1; compressedDepth png", data=data), stamp)
+            else:
+                bag.write(depth, image, stamp)
+            bag.write(info, camera, stamp)
             if with_colour:
                 colour = Image(header=image.header, height=48, width=64, encoding="rgb8",
                                step=64 * 3, data=bytes([200, 100, 50]) * (64 * 48))
                 bag.write("/camera/rgb/image_color", colour, stamp)
-                bag.write("/camera/rgb/camera_info", info, stamp)
+                bag.write("/camera/rgb/camera_info", camera, stamp)
+            if with_masks:
+                bag.write("/masks", Image(header=image.header, height=48, width=64,
+                                          encoding="mono8", step=64, data=bytes(64 * 48)), stamp)
+            if with_imu:
+                for part in range(5):  # held still, upright
+                    sample = Imu(header=image.header)
+                    sample.header.stamp = stamp + rospy.Duration(0.02 * part)
+                    sample.linear_acceleration.y = -9.81
+                    bag.write("/imu/data", sample, sample.header.stamp)
             bag.write("/tf", TFMessage([transform]), stamp)
 
 

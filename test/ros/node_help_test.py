@@ -25,7 +25,8 @@ class NodeHelp(unittest.TestCase):
                              "\n  _publish/mesh_rate_hz:=2\n")
 
     def test_of_the_simulated_camera(self):
-        self.expect_help(SIMULATED_CAMERA, "--help", "\n  _width_px:=320\n", "\n  _encoding:=")
+        self.expect_help(SIMULATED_CAMERA, "--help", "\n  _width_px:=320\n", "\n  _encoding:=",
+                         "Topics: depth/image_rect, ")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "ros/output/colour_hint.h"
 #include "ros/output/trouble_log.h"
 
 namespace dtsdf {
@@ -21,6 +22,37 @@ StatusInput makeInput() {
   return input;
 }
 
+TEST(StatusReport, NamesTheTransportThatIsPublished) {
+  StatusInput input = makeInput();
+  const std::string topic = input.cameras[0].depth.image_topic;
+  input.topics.depth = input.topics.only_compressed = {topic};
+  EXPECT_TRUE(says(makeStatus(input),
+                   "it is published as sensor_msgs/CompressedImage; set "
+                   "image_transport:=compressedDepth"));
+  input.topics.only_compressed.clear();
+  EXPECT_FALSE(says(makeStatus(input), "image_transport"));
+  input.cameras[0].depth.image_topic = topic + "/compressedDepth";
+  EXPECT_TRUE(
+      says(makeStatus(input), "it is published as sensor_msgs/Image; set image_transport:=raw"));
+}
+
+TEST(ColourHint, IsGivenOnceWhereColourStaysAway) {
+  StatusInput input = makeInput();
+  CameraReport& camera = input.cameras[0];
+  camera.colour.emplace();
+  ColourHint hint;
+  SteadyTime now;
+  EXPECT_EQ(hint.update(input.cameras, now), nullptr);
+  now += 2 * ColourHint::kPatience;
+  EXPECT_EQ(hint.update(input.cameras, now), nullptr) << "nothing was fused";
+  camera.depth.frames.fused = 1;
+  EXPECT_EQ(hint.update(input.cameras, now), nullptr) << "it may start later than depth";
+  now += ColourHint::kPatience;
+  EXPECT_EQ(hint.update(input.cameras, now), &camera);
+  now += 2 * ColourHint::kPatience;
+  EXPECT_EQ(hint.update(input.cameras, now), nullptr) << "once";
+}
+
 TEST(StatusReport, SaysStepByStepWhatIsMissing) {
   StatusInput input = makeInput();
   StreamReport& depth = input.cameras[0].depth;
@@ -28,14 +60,20 @@ TEST(StatusReport, SaysStepByStepWhatIsMissing) {
   EXPECT_EQ(status.level, MapStatus::WARN);
   EXPECT_TRUE(says(status, "no depth image received on '/camera/depth/image_rect'"));
   EXPECT_TRUE(says(status, "no publisher"));
-  input.depth_topics = {"/a/depth", "/b/depth"};
+  input.topics.depth = {"/a/depth", "/b/depth"};
   EXPECT_TRUE(says(makeStatus(input), "depth is published on '/a/depth' and '/b/depth'"));
   depth.image_publishers = 1;
   EXPECT_TRUE(says(makeStatus(input), "sent nothing yet"));
 
   depth.frames.images = 5;
+  EXPECT_TRUE(lacksInput(input.cameras[0]));
   EXPECT_TRUE(says(makeStatus(input), "no camera_info on '/camera/depth/camera_info'"));
+  EXPECT_FALSE(says(makeStatus(input), "set camera_info:="));
+  input.topics.camera_info = {"/a/camera_info"};
+  EXPECT_TRUE(
+      says(makeStatus(input), "; camera_info is published on '/a/camera_info'; set camera_info:="));
   depth.frames.camera_infos = 5;
+  EXPECT_FALSE(lacksInput(input.cameras[0]));
   EXPECT_EQ(makeStatus(input).level, MapStatus::OK);
   depth.waiting_for = "no transform from 'camera' to 'map'";
   EXPECT_TRUE(says(makeStatus(input), "no transform from 'camera' to 'map'"));
@@ -281,7 +319,8 @@ TEST(StatusReport, SilenceInAPauseIsNoFault) {
   EXPECT_EQ(makeStatus(input).message, "mapping") << "it was over only 4 s ago";
   input.ran_s = 0.0;
   input.time_stands = true;
-  EXPECT_EQ(makeStatus(input).message, "mapping; /clock is not advancing");
+  EXPECT_EQ(makeStatus(input).message,
+            "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
   EXPECT_EQ(makeStatus(input).level, MapStatus::OK);
   input.ran_s = 600.0;
   input.paused = true;

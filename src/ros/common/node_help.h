@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "dtsdf_mapping/params/param_set.h"
 
@@ -11,6 +12,17 @@ namespace dtsdf {
 /// arguments; false if it is not.
 bool printHelp(int argc, const char* const* argv, const std::string& usage,
                const ParamTree& defaults);
+
+/// Starts ROS for a node with these settings. False, with a sentence on stderr, for arguments that
+/// ROS cannot read, and for settings without the _ that they begin with: ROS would take these for
+/// topics.
+bool initNode(int& argc, char** argv, const std::string& name, const ParamTree& settings);
+
+/// What a node adds to the error of its settings: those it does not know which are on the parameter
+/// server, though not among its arguments. ROS keeps there what an earlier run was given. The
+/// arguments are those of before initNode(), which takes settings out of them.
+std::string leftoversText(const std::vector<std::string>& arguments, const std::string& ns,
+                          const ParamTree& on_server, const ParamTree& settings);
 
 /// The defaults of a settings struct.
 template <class Params>

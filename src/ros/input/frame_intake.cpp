@@ -23,6 +23,12 @@ constexpr milliseconds kTransformPoll{5};
 /// Until the next image, which wakes the thread.
 constexpr milliseconds kIdle{1000};
 
+std::string secondsText(double duration_s) {
+  std::ostringstream text;
+  text << duration_s << " s";
+  return text.str();
+}
+
 }  // namespace
 
 FrameIntake::FrameIntake(const InputParams& params, const Parts& parts, ImageKind kind,
@@ -75,14 +81,15 @@ bool FrameIntake::dropOldest() {
     queue_.pop_front();
   }
   accounting_.dropped(DropReason::kQueueFull, stamp,
-                      "frames arrive faster than they can be fused, or wait too long (" +
-                          (waited_for.empty() ? "all transforms are known" : waited_for) + ")");
+                      waited_for.empty()
+                          ? "the queue is full: fusing takes longer than the time between images"
+                          : "the queue is full: the oldest image still waits for its transform (" +
+                                waited_for + ")");
   if (!parts_.posed_frames.isNeeded(parts_.stream)) return true;
   while (const std::optional<PosedFrame> extra = parts_.posed_frames.takeExtraBefore(stamp)) {
     parts_.ledger.of(extra->stream)
         .dropped(DropReason::kQueueFull, extra->stamp,
-                 "images arrive faster than they can be fused, and the next depth "
-                 "image was dropped");
+                 "the queue is full, and the next depth image was dropped");
   }
   return true;
 }
@@ -229,7 +236,7 @@ std::optional<Rejection> FrameIntake::judge(const WaitingFrame& frame, const Pos
   if (pose.kind == PoseAnswer::Kind::kNotYet) {
     return Rejection{
         DropReason::kNoTransform,
-        pose.text + "; waited " + std::to_string(params_.tf_timeout_s) + " s (input/tf_timeout_s)"};
+        pose.text + "; waited " + secondsText(params_.tf_timeout_s) + " (input/tf_timeout_s)"};
   }
   if (const auto jump = motion_gate_.check(frame.image->header.stamp.toSec(), pose.T_W_C)) {
     return Rejection{DropReason::kPoseJump, *jump};

@@ -1,7 +1,8 @@
 #include "ros/input/pose_source.h"
 
 #include <algorithm>
-#include <cmath>
+#include <iomanip>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
@@ -27,7 +28,7 @@ PoseAnswer PoseSource::find(const std::string& parent, const std::string& frame,
   transforms_.want(frame);
   // Before the look-up itself: a transform that arrives in between may not count as one that has
   // gone past the image.
-  const NewestTransform newest = findNewest(parent, frame);
+  const std::optional<ros::Time> newest = findNewest(parent, frame);
   PoseAnswer answer;
   try {
     answer.T_W_C = toIsometry(transforms_.core().lookupTransform(parent, frame, stamp).transform);
@@ -37,43 +38,74 @@ PoseAnswer PoseSource::find(const std::string& parent, const std::string& frame,
     // tf2's own exceptions, and that of ros::Duration where stamps lie over 68 years apart.
   }
   // The newest of a chain is the oldest of its links' newest: all links have gone past the image.
-  if (newest.stamp && *newest.stamp >= stamp) answer.kind = PoseAnswer::Kind::kNever;
+  if (newest && *newest >= stamp) answer.kind = PoseAnswer::Kind::kNever;
   answer.text = describe(newest, parent, frame, stamp, what);
   return answer;
 }
 
-PoseSource::NewestTransform PoseSource::findNewest(const std::string& parent,
-                                                   const std::string& frame) const {
+std::optional<ros::Time> PoseSource::findNewest(const std::string& parent,
+                                                const std::string& frame) const {
   try {
-    return {transforms_.core().lookupTransform(parent, frame, ros::Time(0)).header.stamp, ""};
-  } catch (const std::runtime_error& error) {
-    return {std::nullopt, errorText(error)};
+    return transforms_.core().lookupTransform(parent, frame, ros::Time(0)).header.stamp;
+  } catch (const std::runtime_error&) {
+    return std::nullopt;
   }
 }
 
-std::string PoseSource::describeFrames() const {
+/// By how much a stamp lies before the first one that there are transforms for. tf2 does not say
+/// where they begin, so that is searched for.
+double PoseSource::beforeOldest_s(const std::string& parent, const std::string& frame,
+                                  const ros::Time& stamp, const ros::Time& newest) const {
+  constexpr double kExact_s = 1e-3;
+  double without_s = 0.0, with_s = newest.toSec() - stamp.toSec();
+  while (with_s - without_s > kExact_s) {
+    const double middle_s = 0.5 * (without_s + with_s);
+    const bool is_known =
+        transforms_.core().canTransform(parent, frame, ros::Time(stamp.toSec() + middle_s));
+    (is_known ? with_s : without_s) = middle_s;
+  }
+  return with_s;
+}
+
+/// Which frame TF lacks, and what to do.
+std::string PoseSource::describeFrames(const std::string& parent, const std::string& frame) const {
   constexpr size_t kShown = 10;
-  const std::vector<std::string> frames = transforms_.frames(kShown + 1);
-  if (frames.empty()) return "no transform has been received on /tf or /tf_static";
-  std::string text;
+  const std::vector<std::string> frames = transforms_.frames(std::numeric_limits<size_t>::max());
+  if (frames.empty()) return "nothing has been received on /tf or /tf_static";
+  const auto isKnown = [&](const std::string& name) {
+    return std::binary_search(frames.begin(), frames.end(), name);
+  };
+  std::string names;
   for (size_t i = 0; i < std::min(frames.size(), kShown); ++i) {
-    text += (i == 0 ? "known frames: '" : "', '") + printable(frames[i]);
+    names += (i == 0 ? "'" : "', '") + printable(frames[i]);
   }
-  return text + (frames.size() > kShown ? "' and more" : "'");
+  names += frames.size() > kShown ? "' and more" : "'";
+  if (!isKnown(parent)) {
+    const std::string or_set = parent == map_frame_ ? "set map_frame to one of these, or " : "";
+    return "TF has no frame '" + printable(parent) + "'; it has " + names + "; " + or_set +
+           "start what publishes '" + printable(parent) + "'";
+  }
+  if (!isKnown(frame)) {
+    return "TF has no frame '" + printable(frame) + "'; it has " + names +
+           "; start what publishes '" + printable(frame) + "'";
+  }
+  return "TF has both frames, but no chain of transforms between them; it has " + names;
 }
 
-std::string PoseSource::describe(const NewestTransform& newest, const std::string& parent,
+std::string PoseSource::describe(const std::optional<ros::Time>& newest, const std::string& parent,
                                  const std::string& frame, const ros::Time& stamp,
                                  const char* what) const {
   std::ostringstream text;
   text << "no transform from '" << printable(frame) << "' to '" << printable(parent) << "': ";
-  if (!newest.stamp) {
-    text << "none has ever been received (" << newest.error << "); " << describeFrames();
-    return text.str();
+  if (!newest) {
+    text << describeFrames(parent, frame);
+  } else if (*newest >= stamp) {
+    text << what << " is " << std::setprecision(3) << beforeOldest_s(parent, frame, stamp, *newest)
+         << " s older than the oldest transform; normal for the first images";
+  } else {
+    text << "the newest is stamped " << *newest << ", " << stamp.toSec() - newest->toSec()
+         << " s before " << what << " of " << stamp;
   }
-  const double ahead_s = stamp.toSec() - newest.stamp->toSec();
-  text << "the newest is stamped " << *newest.stamp << ", " << std::abs(ahead_s) << " s "
-       << (ahead_s > 0.0 ? "before" : "after") << " " << what << " of " << stamp;
   return text.str();
 }
 

@@ -47,17 +47,14 @@ class PoseSource {
   const std::string& mapFrame() const { return map_frame_; }
 
  private:
-  struct NewestTransform {
-    std::optional<ros::Time> stamp;
-    std::string error;  ///< Why there is none.
-  };
-
   /// `what` is of the stamp, in words.
   PoseAnswer find(const std::string& parent, const std::string& frame, const ros::Time& stamp,
                   const char* what) const;
-  NewestTransform findNewest(const std::string& parent, const std::string& frame) const;
-  std::string describeFrames() const;
-  std::string describe(const NewestTransform& newest, const std::string& parent,
+  std::optional<ros::Time> findNewest(const std::string& parent, const std::string& frame) const;
+  double beforeOldest_s(const std::string& parent, const std::string& frame, const ros::Time& stamp,
+                        const ros::Time& newest) const;
+  std::string describeFrames(const std::string& parent, const std::string& frame) const;
+  std::string describe(const std::optional<ros::Time>& newest, const std::string& parent,
                        const std::string& frame, const ros::Time& stamp, const char* what) const;
 
   std::string map_frame_;

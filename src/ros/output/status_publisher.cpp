@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "ros/common/callback_guard.h"
+#include "ros/input/published_topics.h"
 
 namespace dtsdf {
 
@@ -90,8 +91,18 @@ void StatusPublisher::publish() {
   if (trouble_log_.update(status_.level == MapStatus::OK, status_.message, now)) {
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
   }
+  if (const CameraReport* camera = colour_hint_.update(input.cameras, now)) hintAtColour(*camera);
   // Its own timer would wait for simulated time.
   updater_.force_update();
+}
+
+void StatusPublisher::hintAtColour(const CameraReport& camera) {
+  const std::vector<std::string> topics = findPublishedTopics().colour;
+  if (topics.empty()) return;
+  ROS_INFO_STREAM_NAMED("dtsdf_mapping", "no colour image received on '"
+                                             << camera.colour->image_topic
+                                             << "': it has no publisher; colour is published on "
+                                             << inQuotes(topics) << " (color:=)");
 }
 
 void StatusPublisher::fillDiagnostics(

@@ -8,8 +8,9 @@
 #include <functional>
 #include <string>
 
-#include "ros/output/run_clock.h"
+#include "ros/output/colour_hint.h"
 #include "ros/output/recent_drops.h"
+#include "ros/output/run_clock.h"
 #include "ros/output/status_report.h"
 #include "ros/output/trouble_log.h"
 
@@ -30,6 +31,7 @@ class StatusPublisher {
 
  private:
   void publish();
+  static void hintAtColour(const CameraReport& camera);
   void fillDiagnostics(diagnostic_updater::DiagnosticStatusWrapper& diagnostics) const;
 
   Options options_;
@@ -38,6 +40,7 @@ class StatusPublisher {
   RunClock run_clock_;
   RecentDrops recent_drops_;
   TroubleLog trouble_log_;
+  ColourHint colour_hint_;
   diagnostic_updater::Updater updater_;
   ros::Publisher publisher_;
   ros::WallTimer timer_;

@@ -173,8 +173,10 @@ void addTopics(const std::vector<TopicReport>& reports, MapStatus& status) {
 
 }  // namespace
 
-bool hasNoPublisher(const CameraReport& camera) {
-  return camera.depth.frames.images == 0 && camera.depth.image_publishers == 0;
+bool lacksInput(const CameraReport& camera) {
+  const StreamReport& depth = camera.depth;
+  return (depth.frames.images == 0 && depth.image_publishers == 0) ||
+         depth.frames.camera_infos == 0;
 }
 
 dtsdf_mapping::MapStatus makeStatus(const StatusInput& in, const dtsdf_mapping::MapStatus& before) {

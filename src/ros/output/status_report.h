@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ros/input/camera_report.h"
+#include "ros/input/published_topics.h"
 #include "ros/input/transform_buffer.h"
 #include "ros/output/map_report.h"
 #include "ros/output/pose_report.h"
@@ -25,18 +26,18 @@ struct StatusInput {
   LogStatus log;
   CorrectionReport correction;
   bool paused = false;
-  bool time_stands = false;  ///< Simulated time does.
-  double ran_s = 0.0;        ///< How long neither: see RunClock.
-  double stale_s = 0.0;      ///< The setting; 0: silence is no fault.
-  std::string master;        ///< What is wrong with the registration there; empty: nothing.
-  std::vector<std::string> depth_topics;  ///< That there are, while a camera's own has nobody.
-  uint64_t process_bytes = 0;             ///< Resident memory of the whole process; 0: not known.
-  uint64_t max_image_bytes = 0;           ///< That may wait, of one kind of images of one camera.
-  uint64_t max_queue_bytes = 0;           ///< Of messages of the mesh, for listeners.
+  bool time_stands = false;      ///< Simulated time does.
+  double ran_s = 0.0;            ///< How long neither: see RunClock.
+  double stale_s = 0.0;          ///< The setting; 0: silence is no fault.
+  std::string master;            ///< What is wrong with the registration there; empty: nothing.
+  PublishedTopics topics;        ///< That there are, while one of a camera's own is missing.
+  uint64_t process_bytes = 0;    ///< Resident memory of the whole process; 0: not known.
+  uint64_t max_image_bytes = 0;  ///< That may wait, of one kind of images of one camera.
+  uint64_t max_queue_bytes = 0;  ///< Of messages of the mesh, for listeners.
 };
 
-/// Whether the camera's depth images have not come, and nobody is there to send any.
-bool hasNoPublisher(const CameraReport& camera);
+/// Whether the camera's depth images or their camera_info have not come.
+bool lacksInput(const CameraReport& camera);
 
 /// `before` is the last status, which shows what is new; empty for the first one.
 dtsdf_mapping::MapStatus makeStatus(const StatusInput& input,

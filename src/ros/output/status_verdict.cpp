@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "ros/input/compressed_image.h"
+
 namespace dtsdf {
 
 using dtsdf_mapping::CameraStatus;
@@ -17,12 +19,24 @@ namespace {
 constexpr double kErrorAfter = 3.0;
 
 /// "; depth is published on '/a' and '/b'"; empty without topics.
-std::string describeOthers(const std::vector<std::string>& topics) {
-  std::string text;
-  for (const std::string& topic : topics) {
-    text += (text.empty() ? "; depth is published on '" : " and '") + topic + "'";
+std::string describeOthers(const char* what, const std::vector<std::string>& topics) {
+  return topics.empty() ? "" : std::string("; ") + what + " is published on " + inQuotes(topics);
+}
+
+/// Why nobody publishes the depth images that are waited for.
+std::string describeNoPublisher(const std::string& topic, const PublishedTopics& topics) {
+  const auto isIn = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const std::string ending = kCompressedDepthTopic;
+  const size_t end = topic.size() - std::min(topic.size(), ending.size());
+  if (isIn(topics.only_compressed, topic)) {
+    return "it is published as sensor_msgs/CompressedImage; set image_transport:=compressedDepth";
   }
-  return text;
+  if (topic.compare(end, ending.size(), ending) == 0 && isIn(topics.depth, topic.substr(0, end))) {
+    return "it is published as sensor_msgs/Image; set image_transport:=raw";
+  }
+  return "it has no publisher" + describeOthers("depth", topics.depth);
 }
 
 /// Begins what is said of one camera, where there are several.
@@ -31,16 +45,18 @@ std::string beginOf(const CameraReport& camera) {
 }
 
 /// Nothing comes in that could be fused; empty text if something does.
-Verdict judgeInput(const StreamReport& depth, const std::vector<std::string>& other_topics) {
+Verdict judgeInput(const StreamReport& depth, const PublishedTopics& topics) {
   if (depth.frames.images == 0) {
     const std::string why = depth.image_publishers == 0
-                                ? "it has no publisher" + describeOthers(other_topics)
+                                ? describeNoPublisher(depth.image_topic, topics)
                                 : "its publisher has sent nothing yet";
     return {MapStatus::WARN, "no depth image received on '" + depth.image_topic + "': " + why};
   }
   if (depth.frames.camera_infos == 0) {
-    return {MapStatus::WARN,
-            "depth images are received, but no camera_info on '" + depth.info_topic + "'"};
+    return {MapStatus::WARN, "depth images are received, but no camera_info on '" +
+                                 depth.info_topic + "'" +
+                                 describeOthers("camera_info", topics.camera_info) +
+                                 (topics.camera_info.empty() ? "" : "; set camera_info:=")};
   }
   return {MapStatus::OK, ""};
 }
@@ -131,7 +147,7 @@ Verdict judgeCamera(const CameraReport& camera, const DropShare& recent, const S
   Verdict silence = judgeSilence(depth, in);
   if (!silence.second.empty()) return silence;
   if (depth.frames.fused == 0) {
-    const Verdict input = judgeInput(depth, in.depth_topics);
+    const Verdict input = judgeInput(depth, in.topics);
     return input.second.empty() ? judgeFirstFrame(depth) : input;
   }
   const StreamStatus last = streamBefore(before, camera.name);
@@ -182,7 +198,8 @@ bool isMeshWanted(const OutputReport& output) {
 }
 
 std::string describeMesh(const StatusInput& in) {
-  if (in.time_stands) return "mapping; /clock is not advancing";
+  if (in.time_stands)
+    return "mapping; no new images: /clock is not advancing (the bag ended or is paused)";
   if (in.output.triangles > 0) return "mapping";
   if (!isMeshWanted(in.output)) return "mapping; no mesh yet, because nobody subscribes to it";
   return "mapping; no triangles yet: no surface has been seen by enough frames (mesh/min_support)";

@@ -3,6 +3,7 @@
 #include <iomanip>
 #include <memory>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 
 #include "dtsdf_mapping/io/map_file.h"
@@ -32,6 +33,17 @@ MapFiles::Done MapFiles::save(const std::string& path) {
                                  inMegabytes(saved.file_bytes) + ") to " + path};
 }
 
+/// @throws std::runtime_error that says what to do.
+void MapFiles::checkFitsCurrent(const MapContents& contents) const {
+  checkFits(contents, withSettingsOf(contents, params_));  // what no map can take
+  try {
+    checkFits(contents, params_);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(std::string(error.what()) +
+                             "; call clear_map first: an empty map takes the settings of the file");
+  }
+}
+
 MapFiles::Done MapFiles::load(const std::string& path) {
   const auto loaded = std::make_shared<const MapContents>(
       file_loop_.run([&] { return loadMap(path, params_); }).get());
@@ -39,6 +51,7 @@ MapFiles::Done MapFiles::load(const std::string& path) {
   checkFrame(contents, map_frame_);
   checkLevel(contents, parts_.session.isLevelled());
   const bool is_empty = parts_.map_loop.run([this] { return parts_.session.isEmpty(); }).get();
+  if (!is_empty) checkFitsCurrent(contents);
   const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
   std::unique_ptr<Mapper> mapper =
       file_loop_.run([&] { return makeMapper(params, contents); }).get();
@@ -46,7 +59,7 @@ MapFiles::Done MapFiles::load(const std::string& path) {
   mapper = parts_.map_loop
                .run([&] {
                  // Frames may have come meanwhile, with the settings that the map had.
-                 if (!parts_.session.isEmpty()) checkFits(contents, params_);
+                 if (!parts_.session.isEmpty()) checkFitsCurrent(contents);
                  return parts_.session.replace(
                      {std::move(mapper), params.map.voxel_size_m, path, loaded});
                })

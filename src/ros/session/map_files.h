@@ -39,6 +39,8 @@ class MapFiles {
   void stop() { file_loop_.stop(); }
 
  private:
+  void checkFitsCurrent(const MapContents& contents) const;
+
   MapperParams params_;  ///< Of the map as it is.
   const std::string map_frame_;
   Parts parts_;

@@ -182,7 +182,7 @@ void MapServices::correctPoses(const dtsdf_mapping::CorrectPoses::Request& reque
                                dtsdf_mapping::CorrectPoses::Response& response) {
   const std::string path = outputPath(request.file_name, {".txt", ".tum"});
   GivenPoses given;
-  given.poses = readTrajectory(path, "write the corrected poses there").poses();
+  given.poses = readTrajectory(path, "give a TUM file in output_directory").poses();
   given.frame_id = request.frame_id;
   given.child_frame = request.child_frame;
   const auto done = std::make_shared<std::promise<CorrectionResult>>();

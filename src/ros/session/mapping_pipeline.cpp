@@ -9,7 +9,7 @@
 
 #include "params/printable.h"
 #include "ros/common/param_server.h"
-#include "ros/input/depth_topics.h"
+#include "ros/input/published_topics.h"
 #include "ros/output/output_path.h"
 
 namespace dtsdf {
@@ -176,8 +176,8 @@ StatusInput MappingPipeline::status() const {
   }
   input.paused = cameras_.paused();
   input.stale_s = params_.node.status.stale_s;
-  if (std::any_of(input.cameras.begin(), input.cameras.end(), hasNoPublisher)) {
-    input.depth_topics = findDepthTopics();
+  if (std::any_of(input.cameras.begin(), input.cameras.end(), lacksInput)) {
+    input.topics = findPublishedTopics();
   }
   if (input.map.voxel_size_m == 0.0f) input.map.voxel_size_m = params_.mapper.map.voxel_size_m;
   input.max_image_bytes = queueBytesOf(params_.node.input);

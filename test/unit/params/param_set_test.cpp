@@ -100,12 +100,35 @@ TEST(ParamSet, KeepsRangesClosed) {
 TEST(ParamSet, RefusesUnknownKeys) {
   const auto violations = violationsOf({{"part/cuont", 5}});
   ASSERT_EQ(violations.size(), 1u);
-  EXPECT_EQ(violations[0], "part/cuont = 5: no such parameter; did you mean part/count?");
+  EXPECT_EQ(violations[0], "part/cuont = 5: no such setting; did you mean part/count?");
   EXPECT_EQ(violationsOf({{"count", 5}})[0],
-            "count = 5: no such parameter; did you mean part/count?");
+            "count = 5: no such setting; did you mean part/count?");
   EXPECT_EQ(violationsOf({{"prat/count", 5}})[0],
-            "prat/count = 5: no such parameter; did you mean part/count?");
-  EXPECT_EQ(violationsOf({{"something/else", 5}})[0], "something/else = 5: no such parameter");
+            "prat/count = 5: no such setting; did you mean part/count?");
+  EXPECT_EQ(violationsOf({{"something/else", 5}})[0], "something/else = 5: no such setting");
+}
+
+TEST(ParamSet, AWordThatContainsTheKeyIsNearIt) {
+  EXPECT_EQ(violationsOf({{"pre", 5}})[0], "pre = 5: no such setting; did you mean part/precise?");
+  EXPECT_EQ(violationsOf({{"part/size_of_it_all", 5}})[0],
+            "part/size_of_it_all = 5: no such setting; did you mean part/size?");
+  EXPECT_EQ(violationsOf({{"z", 5}})[0], "z = 5: no such setting");
+}
+
+TEST(ParamSet, RangesHaveTheUnitOfTheSetting) {
+  double length_m = 1.0, share = 0.5;
+  ParamReader reader({{"length_m", 5.0}, {"share", 5.0}});
+  reader("length_m", length_m, Range{0.001, 1.0});
+  reader("share", share, Range{0.0, 1.0});
+  try {
+    reader.finish();
+    FAIL();
+  } catch (const ParamError& error) {
+    EXPECT_EQ(error.violations(),
+              (std::vector<std::string>{"length_m = 5: must be from 0.001 to 1 m",
+                                        "share = 5: must be from 0 to 1"}));
+    EXPECT_EQ(std::string(error.what()).find("invalid settings:"), 0u);
+  }
 }
 
 enum class Use { kAuto, kAlways, kNever };

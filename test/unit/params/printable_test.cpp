@@ -63,6 +63,10 @@ TEST(ErrorText, IsASentence) {
   }
   EXPECT_EQ(text.find("filesystem error"), std::string::npos) << text;
   EXPECT_NE(text.find("File name too long"), std::string::npos) << text;
+  const std::filesystem::filesystem_error loop(
+      "status", "loop", std::make_error_code(std::errc::too_many_symbolic_link_levels));
+  EXPECT_EQ(errorText(loop),
+            "'loop' is a link to itself; give the path of the file or folder meant");
 }
 
 }  // namespace

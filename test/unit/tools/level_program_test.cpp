@@ -132,7 +132,7 @@ TEST_F(LevelProgram, EndsWhereUpCannotBeFound) {
   const Outcome imu = reconstruct(input + " --set map/level=imu");
   EXPECT_EQ(imu.exit_code, 1);
   EXPECT_TRUE(contains(imu.err, "set map/level to floor or none")) << imu.err;
-  EXPECT_EQ(reconstruct(input + " --set map/level=up").exit_code, 1);
+  EXPECT_EQ(reconstruct(input + " --set map/level=up").exit_code, 2);
   const Outcome topic = reconstruct(input + " --imu-topic /imu");
   EXPECT_EQ(topic.exit_code, 2);
   EXPECT_TRUE(contains(topic.err, "--imu-topic is for bags")) << topic.err;

@@ -143,6 +143,29 @@ TEST_F(MapToolSpace, RefusesMapsThatTakeMoreThanIsAllowed) {
   }
 }
 
+TEST_F(MapToolSpace, SaysThatAMapHasNoFreeSpace) {
+  const std::string slice = " " + (out_ / "room.png") + " --height 0.05 --set backend=cpu";
+  EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + slice), 0) << errors_;
+  EXPECT_EQ(errors_, "");
+  MapContents contents = mapper_->contents();
+  contents.free_cubes.clear();
+  saveMap(contents, out_ / "surfaces.dtsdf");
+  EXPECT_EQ(run("slice " + (out_ / "surfaces.dtsdf") + slice), 0) << errors_;
+  EXPECT_NE(errors_.find("no free space; only surface cells are in the picture. Map with --set "
+                         "space/enabled=true"),
+            std::string::npos)
+      << errors_;
+}
+
+TEST_F(MapToolSpace, SettingsOfTheFileAreNotToBeGiven) {
+  EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + " " + (out_ / "room.png") +
+                " --height 0 --set map/voxel_size_m=0.05"),
+            1);
+  EXPECT_NE(errors_.find("map/voxel_size_m 0.04, not 0.05; leave this setting out"),
+            std::string::npos)
+      << errors_;
+}
+
 TEST_F(MapToolSpace, SaysWhatIsWrong) {
   EXPECT_EQ(run("slice " + (out_ / "room.dtsdf") + " " + (out_ / "room.png")), 2);
   EXPECT_NE(errors_.find("--height"), std::string::npos) << errors_;

@@ -26,7 +26,7 @@ TEST(RunSettings, ReportsSettingsAndRulesTogether) {
   const std::vector<std::string> violations = violationsOf(options);
   ASSERT_EQ(violations.size(), 2u);
   EXPECT_EQ(violations[0].find("map/voxel_size_m = -1"), 0u) << violations[0];
-  EXPECT_EQ(violations[1], "rules/none = 1: no such parameter");
+  EXPECT_EQ(violations[1], "rules/none = 1: no such setting");
 }
 
 /// As the node spells them, or one would refuse the other's maps.

@@ -1,0 +1,24 @@
+/// The unit of a setting, by how its key ends.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "params/ending.h"
+
+namespace dtsdf {
+
+/// Empty for none.
+inline std::string unitOf(const std::string& key) {
+  static const std::vector<std::pair<std::string, std::string>> kUnits = {
+      {"_m_s", "m/s"},       {"_deg_s", "deg/s"},   {"_hz", "Hz"},   {"_mb", "MiB"}, {"_px", "px"},
+      {"_voxels", "voxels"}, {"_blocks", "blocks"}, {"_rad", "rad"}, {"_m", "m"},    {"_s", "s"}};
+  const auto unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const auto& ending_and_unit) {
+    return hasEnding(key, ending_and_unit.first);
+  });
+  return unit == kUnits.end() ? "" : unit->second;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+"""What play_bag plays of a bag, and what it says of one that lacks something. Needs no ROS."""
+import importlib.machinery
+import importlib.util
+import os
+import subprocess
+import sys
+import unittest
+
+SOURCE = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
+LOADER = importlib.machinery.SourceFileLoader("play_bag", f"{SOURCE}/scripts/play_bag")
+SPEC = importlib.util.spec_from_loader("play_bag", LOADER)
+play_bag = importlib.util.module_from_spec(SPEC)
+LOADER.exec_module(play_bag)
+
+IMAGE, COMPRESSED = play_bag.IMAGE, play_bag.COMPRESSED
+INFO, IMU = play_bag.CAMERA_INFO, play_bag.IMU
+TF = {"/tf": "tf2_msgs/TFMessage"}
+DEPTH = {"/d/image": IMAGE, "/d/camera_info": INFO}
+COLOUR = {"/c/image": IMAGE, "/c/camera_info": INFO}
+OPTIONS = play_bag.parse(["--depth", "/d/image", "/d/camera_info", "--color", "/c/image",
+                          "/c/camera_info", "--imu", "imu/data", "--mask", "/mask"])
+
+
+class PlayBag(unittest.TestCase):
+    def problems(self, types, settings=None, depth=("/d/image",)):
+        settings = settings or {}
+        wanted = play_bag.wanted_of_node(OPTIONS, settings)
+        return play_bag.problems_of(types, set(depth), wanted, settings)
+
+    def played(self, types, settings=None):
+        return play_bag.topics_to_play(types, play_bag.wanted_of_node(OPTIONS, settings or {}))
+
+    def test_a_whole_bag(self):
+        types = {**DEPTH, **COLOUR, **TF, "/scan": "sensor_msgs/LaserScan", "/other": IMAGE}
+        self.assertEqual(self.problems(types), [])
+        self.assertEqual(set(self.played(types)), {*DEPTH, *COLOUR, *TF})
+        never = {"colour": {"enabled": "never"}}
+        self.assertEqual(set(self.played(types, never)), {*DEPTH, *TF})
+        # YAML makes `off` of a settings file false.
+        self.assertEqual(set(self.played(types, {"colour": {"enabled": False}})), {*DEPTH, *TF})
+
+    def test_what_settings_require_is_played(self):
+        types = {**DEPTH, **TF, "/imu/data": IMU, "/mask": IMAGE}
+        self.assertEqual(set(self.played(types)), {*DEPTH, *TF})
+        self.assertEqual(set(self.played(types, {"map": {"level": "imu"}})),
+                         {*DEPTH, *TF, "/imu/data"})
+        self.assertEqual(set(self.played(types, {"input": {"mask": True}})),
+                         {*DEPTH, *TF, "/mask"})
+
+    def test_what_settings_require_is_missed(self):
+        types = {**DEPTH, **TF, "/camera/imu": IMU}
+        self.assertEqual(self.problems(types, {"map": {"level": "imu"}}), [
+            ("WARNING", "the bag has no sensor_msgs/Imu on '/imu/data'; it has sensor_msgs/Imu on: "
+                        "'/camera/imu' (imu:=)")])
+        self.assertEqual(self.problems(types, {"input": {"mask": True}})[0], (
+            "WARNING", "the bag has no images on '/mask'; it has images on: '/d/image' (mask:=)"))
+
+    def test_several_cameras(self):
+        names = [f"/{camera}/{kind}" for camera in ("front", "rear")
+                 for kind in ("depth/image_rect", "depth/camera_info")]
+        types = {name: INFO if name.endswith("info") else IMAGE for name in names}
+        settings = {"cameras": ["front", "rear"]}
+        depth = [name for name in names if name.endswith("rect")]
+        self.assertEqual(self.problems({**types, **TF}, settings, depth), [])
+        self.assertEqual(set(self.played({**types, **TF}, settings)), {*names, *TF})
+        del types["/rear/depth/image_rect"]
+        self.assertEqual(self.problems({**types, **TF}, settings, depth), [
+            ("WARNING", "the bag has no depth images on '/rear/depth/image_rect'; it has depth "
+                        "images on: '/front/depth/image_rect' (cameras:=)")])
+
+    def test_compressed_images(self):
+        types = {"/d/image/compressedDepth": COMPRESSED, "/d/camera_info": INFO, **TF,
+                 "/c/image/compressed": COMPRESSED, "/c/camera_info": INFO}
+        depth = ["/d/image/compressedDepth"]
+        self.assertEqual(self.problems(types, None, depth), [
+            ("WARNING", "the bag has depth images on '/d/image' compressed only; give "
+                        "image_transport:=compressedDepth"),
+            ("INFO", "the bag has colour images on '/c/image' compressed only; give "
+                     "color_image_transport:=compressed")])
+        self.assertEqual(self.played(types), [])
+        settings = {"image_transport": "compressedDepth", "color_image_transport": "compressed"}
+        self.assertEqual(self.problems(types, settings, depth), [])
+        self.assertEqual(set(self.played(types, settings)), set(types))
+        # And where transport and name are both others.
+        others = {"/e/compressedDepth": COMPRESSED, "/d/camera_info": INFO, **TF}
+        self.assertEqual(self.problems(others, None, ["/e/compressedDepth"]), [
+            ("WARNING", "the bag has no depth images on '/d/image'; it has depth images on: '/e' "
+                        "with image_transport:=compressedDepth (depth:=)")])
+        self.assertEqual(self.problems({**DEPTH, **TF}, {"image_transport": "compressedDepth"}), [
+            ("WARNING", "the bag has depth images on '/d/image' not compressed; give "
+                        "image_transport:=raw")])
+
+    def test_colour_on_another_topic_is_said_and_its_absence_is_not(self):
+        self.assertEqual(self.problems({**DEPTH, **TF}), [])
+        other = {**DEPTH, **TF, "/rgb/image": IMAGE, "/c/camera_info": INFO}
+        text = ("the bag has no colour images on '/c/image'; it has colour images on: '/rgb/image' "
+                "(color:=)")
+        self.assertEqual(self.problems(other), [("INFO", text)])
+        always = {"colour": {"enabled": "always"}}
+        self.assertEqual(self.problems(other, always), [("WARNING", text)])
+        self.assertEqual(self.problems({**DEPTH, **TF}, always)[0][0], "WARNING")
+
+    def test_transforms_are_missed_only_where_they_are_needed(self):
+        self.assertEqual([level for level, _ in self.problems(DEPTH)], ["WARNING"])
+        self.assertEqual(self.problems(DEPTH, {"poses": {"mode": "track"}}), [])
+
+    def test_names_without_a_slash(self):
+        self.assertEqual(set(self.played({"d/image": IMAGE, "d/camera_info": INFO,
+                                          "tf": "tf/tfMessage"})),
+                         {"d/image", "d/camera_info", "tf"})
+
+    def test_a_player_that_fails_ends_and_one_that_is_done_stays(self):
+        def start(command):
+            program = f"import sys; sys.path.insert(0, {os.path.dirname(__file__)!r}); " \
+                      f"from play_bag_test import play_bag; play_bag.play({command!r})"
+            return subprocess.Popen([sys.executable, "-B", "-c", program], text=True,
+                                    stdout=subprocess.PIPE)
+        with start(["sh", "-c", "exit 3"]) as failing:
+            self.assertEqual(failing.wait(timeout=20), 3)
+        with start(["true"]) as done:
+            self.assertIn("the bag has ended", done.stdout.readline())
+            self.assertIsNone(done.poll())
+            done.terminate()
+            self.assertEqual(done.wait(timeout=20), 0)
+        with start(["sh", "-c", "echo began; exec sleep 60"]) as playing:
+            self.assertIn("began", playing.stdout.readline())
+            playing.terminate()
+            self.assertNotEqual(playing.wait(timeout=20), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -35,6 +35,7 @@ class Engine : public ProbedMapper {
   MapContents outline() override;
   MapContents part(const std::vector<MapBlock>& blocks) override;
   void restore(const MapContents& contents) override;
+  void restore(const MapParts& parts) override;
   Space* space() override { return space_.get(); }
   MapStats stats() const override;
   void profileTo(Profile* profile) override;
@@ -89,6 +90,7 @@ class Engine : public ProbedMapper {
   size_t bringInForImage(const FrameView& view, std::vector<int32_t>& in_view);
   void bringInForView(const FrameView& view);
   AlignmentSums sumsAt(const FrameView& view, float cutoff);
+  void readAhead(const DepthFrame& frame);
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
   std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;
   size_t clearPaged(const RegionView& view, ClearedRegion& result);
@@ -103,6 +105,8 @@ class Engine : public ProbedMapper {
   int32_t leastEvidenceNow() const;
   void markAllDirty();
   void enterContents(const MapContents& contents);
+  void enterInParts(const MapContents& contents);
+  void goOnFrom(const MapContents& head);
   void countMeshes(const MadeMeshes& made) const;
   void clearSlots(const std::vector<int32_t>& slots, const RegionView& view, ClearedRegion& result);
 
@@ -121,6 +125,7 @@ class Engine : public ProbedMapper {
   Exposure exposure_ = sameExposure();  ///< Of the last colour image.
   bool has_colours_ = false;            ///< Something was painted.
   std::vector<BlockRequest> outside_;   ///< Of the last frame.
+  std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame; with a pager only.
   std::optional<KeptBall> kept_;        ///< Of the last frame, until what lies beyond is dropped.
   bool has_free_ = false;               ///< What the last frame saw as free has not been taken yet.
   bool is_meshing_ = false;

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dtsdf_mapping/io/map_file.h"
+#include "io/map_parts.h"
 #include "kernels/core/grid.h"
 
 namespace dtsdf {
@@ -44,7 +44,8 @@ void Refusion::prepare() {
   if (replay_.log().baseMap().empty()) {
     mapper_ = makeMapper(params_);
   } else {
-    mapper_ = makeMapper(params_, loadMap(replay_.log().baseMap(), params_, params_.threads));
+    const std::string& base = replay_.log().baseMap();
+    mapper_ = makeMapper(params_, partsOf(std::make_shared<const MapChunks>(base)));
   }
 }
 

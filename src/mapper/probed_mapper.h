@@ -5,6 +5,7 @@
 
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
+#include "dtsdf_mapping/map_parts.h"
 
 namespace dtsdf {
 
@@ -18,5 +19,7 @@ std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params,
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapContents& contents);
+std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
+                                               const MapParts& parts);
 
 }  // namespace dtsdf

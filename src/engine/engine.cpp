@@ -221,8 +221,7 @@ std::vector<int32_t> Engine::dropBeyond() {
   if (!kept_) return {};
   const StageTimer timer(profile_, Stage::kClear);
   std::vector<int32_t> slots = table_.slotsBeyond(*kept_, kMostDroppedBlocks);
-  std::vector<PackedKey> on_disk =
-      pager_ ? takeFarthest(*kept_, slots) : std::vector<PackedKey>();
+  std::vector<PackedKey> on_disk = pager_ ? takeFarthest(*kept_, slots) : std::vector<PackedKey>();
   kept_.reset();
   if (slots.empty() && on_disk.empty()) return {};
   backend_->waitForMeshes();

@@ -122,12 +122,12 @@ class Engine : public ProbedMapper {
   std::vector<BlockRequest> requests_;   ///< Of the last frame, by key; with a pager only.
   std::vector<PackedKey> part_;          ///< Of that frame, by key; empty: it comes in one.
   Counters counters_;
-  Exposure exposure_ = sameExposure();  ///< Of the last colour image.
-  bool has_colours_ = false;            ///< Something was painted.
-  std::vector<BlockRequest> outside_;   ///< Of the last frame.
+  Exposure exposure_ = sameExposure();             ///< Of the last colour image.
+  bool has_colours_ = false;                       ///< Something was painted.
+  std::vector<BlockRequest> outside_;              ///< Of the last frame.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame; with a pager only.
-  std::optional<KeptBall> kept_;        ///< Of the last frame, until what lies beyond is dropped.
-  bool has_free_ = false;               ///< What the last frame saw as free has not been taken yet.
+  std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
+  bool has_free_ = false;         ///< What the last frame saw as free has not been taken yet.
   bool is_meshing_ = false;
   std::vector<MarkedKey> unfinished_;  ///< Meshed without all that they depend on: to do again.
   MadeMeshes made_;  ///< Of the extraction under way, so far: those that were fetched early.

@@ -168,8 +168,7 @@ class MapReader {
     const PlacedSection* const section = file_.find(kColourIndex);
     contents_.painted = section != nullptr;
     if (section == nullptr) return;
-    const Bytes bytes =
-        file_.read(*section, kColourHeadBytes + block_count_ * kBlockBricksBytes);
+    const Bytes bytes = file_.read(*section, kColourHeadBytes + block_count_ * kBlockBricksBytes);
     ByteReader in(bytes.data());
     for (float& gain : contents_.exposure) gain = in.takeFloat();
     in.take<uint32_t>();

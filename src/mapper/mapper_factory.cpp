@@ -1,7 +1,6 @@
 #include <stdexcept>
 
 #include "cpu/cpu_backend.h"
-#include "dtsdf_mapping/map_parts.h"
 #include "engine/engine.h"
 #include "mapper/gpu.h"
 #include "mapper/probed_mapper.h"

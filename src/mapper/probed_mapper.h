@@ -5,7 +5,6 @@
 
 #include "backend/mapper_probe.h"
 #include "backend/rules.h"
-#include "dtsdf_mapping/map_parts.h"
 
 namespace dtsdf {
 

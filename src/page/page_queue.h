@@ -36,8 +36,9 @@ class WaitTimer {
  public:
   explicit WaitTimer(DiskWaits& waits) : waits_(waits) { ++waits_.count; }
   ~WaitTimer() {
-    waits_.ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-                     .count();
+    waits_.ms +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+            .count();
   }
 
  private:
@@ -55,8 +56,8 @@ class PageQueue {
   PageQueue(const PageQueue&) = delete;
   PageQueue& operator=(const PageQueue&) = delete;
 
-  /// Takes records that lie in memory back to back; from now on they can be found. Waits until there
-  /// is room for them. After a failure, what failed is tried again first.
+  /// Takes records that lie in memory back to back; from now on they can be found. Waits until
+  /// there is room for them. After a failure, what failed is tried again first.
   /// @return what is wrong; empty: they were taken. What was taken before stays in memory, and can
   /// be found, until it could be written.
   std::string write(const std::vector<PageSpan>& records, std::vector<char> bytes);
@@ -76,7 +77,7 @@ class PageQueue {
   /// Waits until nothing waits to be written, or it cannot be, and all is read that was asked for.
   void finish();
 
-  size_t bytes() const;             ///< Of memory.
+  size_t bytes() const;                              ///< Of memory.
   const DiskWaits& waits() const { return waits_; }  ///< Of write().
 
  private:
@@ -100,15 +101,15 @@ class PageQueue {
   const size_t most_bytes_;
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::condition_variable to_do_, done_;
-  std::map<uint64_t, Entry> waiting_;                       ///< By offset.
-  std::deque<std::pair<uint64_t, uint64_t>> order_;         ///< Offsets and numbers, as they came.
-  std::map<uint64_t, std::vector<char>> ahead_;             ///< What was read, by offset.
-  std::deque<PageSpan> asked_;                              ///< What is to be read.
-  std::deque<uint64_t> read_;                               ///< What was, the oldest first.
+  std::map<uint64_t, Entry> waiting_;                ///< By offset.
+  std::deque<std::pair<uint64_t, uint64_t>> order_;  ///< Offsets and numbers, as they came.
+  std::map<uint64_t, std::vector<char>> ahead_;      ///< What was read, by offset.
+  std::deque<PageSpan> asked_;                       ///< What is to be read.
+  std::deque<uint64_t> read_;                        ///< What was, the oldest first.
   size_t waiting_bytes_ = 0, ahead_bytes_ = 0;
   uint64_t last_number_ = 0;
   uint64_t reading_ = kNothing;  ///< Offset of what is being read.
-  std::string problem_;          ///< Of the record that comes next: nothing is written until write().
+  std::string problem_;  ///< Of the record that comes next: nothing is written until write().
   bool ends_ = false;
   bool is_reading_in_vain_ = false, is_writing_ = false;
   DiskWaits waits_;  ///< Of whoever uses it.

@@ -164,8 +164,8 @@ void PageStore::clear() {
 uint64_t PageStore::bytes() const { return runs_.inUse() * kUnitBytes; }
 
 size_t PageStore::indexBytes() const {
-  return runs_.bytes() + index_.memoryBytes() + cells_.memoryBytes() + pages_.capacity() * sizeof(Page) +
-         free_numbers_.capacity() * sizeof(int32_t);
+  return runs_.bytes() + index_.memoryBytes() + cells_.memoryBytes() +
+         pages_.capacity() * sizeof(Page) + free_numbers_.capacity() * sizeof(int32_t);
 }
 
 }  // namespace dtsdf

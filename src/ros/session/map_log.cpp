@@ -112,8 +112,7 @@ void MapLog::checkpoint(Mapper& mapper, const MapOrigin& origin) {
 
 /// What fails with the disk fails in the log, as if it were written later.
 WriteMap MapLog::writeNow(Mapper& mapper, const MapOrigin& origin) {
-  const auto waiting =
-      std::make_shared<const WaitingMap>(waitingMapName(folder_, ++waiting_maps_));
+  const auto waiting = std::make_shared<const WaitingMap>(waitingMapName(folder_, ++waiting_maps_));
   try {
     saveMapOf(mapper, origin, waiting->path());
   } catch (const std::runtime_error& error) {

@@ -41,9 +41,7 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
   name_ = ready().name();  // what a device lacks shows at the start
   if (params.map.page_folder.empty()) return;
   if (backend_->mover() == nullptr) {
-    throw std::runtime_error(
-        "map/page_folder needs backend cpu so far; set backend to cpu, or "
-        "leave map/page_folder empty");
+    throw std::runtime_error("this backend cannot work with map/page_folder; leave it empty");
   }
   pager_ = std::make_unique<Pager>(params.map, table_, [this] { finishMeshing(); });
 }

@@ -209,6 +209,7 @@ void Engine::enterContents(const MapContents& contents) try {
       {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
   const EnteredBlocks entered = enterBlocks(contents, table_);
   backend_->enterBlocks(entered.blocks.changed_slots);
+  if (pager_) backend_->zeroArrays(entered.blocks.new_arrays);  // they had other blocks before
   if (contents.painted) {
     backend_->reserveColours(0);  // beyond what the table has by now
     keepColours();

@@ -246,6 +246,7 @@ void Pager::enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
   const EnteredBlocks entered = enterBlocks(contents, table_);
   const std::vector<int32_t>& slots = entered.blocks.changed_slots;
   backend.enterBlocks(slots);
+  backend.zeroArrays(entered.blocks.new_arrays);  // which may have had colours in other blocks
   if (size.bricks > 0) backend.enterColours(entered.colours.bricks);
   backend.copyIn(entered.order(), contents);
   backend.mover()->enterMeshStates(slots, states);

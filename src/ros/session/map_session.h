@@ -90,7 +90,7 @@ class MapSession {
     float voxel_size_m;
     std::string path;
     std::shared_ptr<const MapContents> head;  ///< Of what is in the mapper.
-    WriteMap write_map;                       ///< Writes that, for the log.
+    WriteMap write_map = nullptr;             ///< Writes that, for the log.
   };
 
   /// Goes on with a map that was loaded, and starts over after a failure; the whole mesh is handed

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
@@ -222,10 +224,33 @@ TEST_F(PageStoreTest, GivesBackWhatIsOnItsWay) {
   }
 }
 
-TEST_F(PageStoreTest, LeavesNothingBehind) {
+/// Not even of a process that is killed while it writes; and the next one finds nothing in its way.
+TEST(PageStoreKilled, LeavesNothingBehind) {
+  const TemporaryFolder folder;
+  int to_parent[2];
+  ASSERT_EQ(pipe(to_parent), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    PageStore store(folder.path(), 64 << 20, 1 << 20);
+    for (unsigned i = 0;; ++i) {
+      const std::vector<PagedBlock> blocks = someBlocks(static_cast<int32_t>(10 * i), 10);
+      const bool is_written = store.write(blocks, randomRecords(blocks, i));
+      if (i == 20 && write(to_parent[1], "x", 1) != 1) _exit(1);
+      if (!is_written) store.clear();
+    }
+  }
+  char byte;
+  ASSERT_EQ(read(to_parent[0], &byte, 1), 1);
+  kill(child, SIGKILL);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(folder.entryCount(), 0u);
+  PageStore store(folder.path(), 64 << 20, 1 << 20);
   const std::vector<PagedBlock> blocks = someBlocks(0, 10);
-  ASSERT_TRUE(store_.write(blocks, randomRecords(blocks, 1)));
-  EXPECT_EQ(folder_.entryCount(), 0u) << "whatever ends the process, there is no file to remove";
+  EXPECT_TRUE(store.write(blocks, randomRecords(blocks, 1)));
+  EXPECT_EQ(folder.entryCount(), 0u) << "a store that is used has no file to be removed either";
 }
 
 }  // namespace

@@ -97,7 +97,9 @@ class Engine : public ProbedMapper {
   bool clearSome(std::vector<PackedKey>& keys, const RegionView& view, ClearedRegion& result);
   void meshInParts();
   void meshParts(std::vector<MarkedKey> marked, bool is_last);
-  void keepMarks(size_t left);
+  std::vector<PackedKey> neededFor(const std::vector<MarkedKey>& marked) const;
+  enum class Want { kWaits, kRefused };
+  void keepMarks(size_t left, Want want);
   bool fits(const std::vector<PackedKey>& keys) const;
   void finishMeshing();
 

@@ -1,5 +1,6 @@
 // Extractions of a map that is on disk in part: what they depend on comes to memory, part by part
 // where it is too much at once.
+#include <algorithm>
 #include <utility>
 
 #include "engine/engine.h"
@@ -15,9 +16,9 @@ void Engine::meshInParts() {
   std::vector<MarkedKey> marked;
   for (const int32_t slot : slots) marked.push_back({packKey(table_.block(slot).key), {}});
   for (const PackedKey key : pager_->markedKeys()) marked.push_back({key, {}});
-  const std::vector<PackedKey> around = blocksAround(marked);
+  const std::vector<PackedKey> around = neededFor(marked);
   if (fits(around)) {
-    keepMarks(pager_->bringIn(*backend_, around, 0));
+    keepMarks(pager_->bringIn(*backend_, around, 0), Want::kWaits);
     return;
   }
   const std::vector<MeshMarks> marks = mover.takeMarks(slots);
@@ -29,9 +30,10 @@ void Engine::meshInParts() {
 
 /// Before an extraction that goes without blocks that stay on disk: what it does is to be done
 /// again when they can come back.
-void Engine::keepMarks(size_t left) {
+/// @param want Of the blocks that stay: whether the budget is too small for a single mesh.
+void Engine::keepMarks(size_t left, Want want) {
   if (left == 0) return;
-  if (pager_->stats().failures > 0) counters_.refused += left;  // else it is put off, no more
+  if (want == Want::kRefused || pager_->stats().failures > 0) counters_.refused += left;
   BlockMover& mover = *backend_->mover();
   const std::vector<int32_t> slots = mover.markedSlots();
   const std::vector<MeshMarks> marks = mover.takeMarks(slots);
@@ -39,6 +41,14 @@ void Engine::keepMarks(size_t left) {
   for (size_t i = 0; i < slots.size(); ++i) {
     unfinished_.push_back({packKey(table_.block(slots[i]).key), marks[i]});
   }
+}
+
+/// Of the blocks that meshes around these depend on, those that there are.
+std::vector<PackedKey> Engine::neededFor(const std::vector<MarkedKey>& marked) const {
+  std::vector<PackedKey> keys = blocksAround(marked);
+  const auto is_none = [this](PackedKey key) { return pager_->bytesOf(key) == 0; };
+  keys.erase(std::remove_if(keys.begin(), keys.end(), is_none), keys.end());
+  return keys;
 }
 
 /// Beside those that wait for the extraction to go, as nothing is left of them.
@@ -50,7 +60,7 @@ bool Engine::fits(const std::vector<PackedKey>& keys) const {
 
 /// @param is_last The last part of all is left to the caller.
 void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
-  const std::vector<PackedKey> around = blocksAround(marked);
+  const std::vector<PackedKey> around = neededFor(marked);
   if (marked.size() > 1 && !fits(around)) {
     std::vector<MarkedKey> half = takeHalf(marked);
     meshParts(std::move(marked), false);
@@ -59,7 +69,7 @@ void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
   }
   const size_t left = pager_->bringIn(*backend_, around, 0);
   for (const MarkedKey& block : marked) pager_->setMarks(*backend_, block.key, block.marks);
-  keepMarks(left);
+  keepMarks(left, fits(around) ? Want::kWaits : Want::kRefused);
   if (is_last) return;
   backend_->beginMesh(least_evidence_);
   addMeshes(backend_->finishMesh(), made_);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 #include <utility>
 
 namespace dtsdf {
@@ -98,12 +99,22 @@ void PageQueue::run() {
   for (;;) {
     to_do_.wait(lock, [this] { return ends_ || !asked_.empty() || hasWriting(); });
     if (ends_) return;
-    if (!asked_.empty()) {
-      readNext(lock);
-    } else {
-      writeNext(lock);
+    const bool reads = !asked_.empty();
+    try {
+      reads ? readNext(lock) : writeNext(lock);
+    } catch (const std::exception&) {
+      if (!lock.owns_lock()) lock.lock();
+      lackMemory(reads);
     }
   }
+}
+
+/// What was to be read is not read ahead; what was to be written is tried again by write().
+void PageQueue::lackMemory(bool reads) {
+  if (reads) reading_ = kNothing;
+  if (!reads) problem_ = "out of memory";
+  is_writing_ = false;
+  done_.notify_all();
 }
 
 void PageQueue::writeNext(std::unique_lock<std::mutex>& lock) {

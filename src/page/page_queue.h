@@ -96,6 +96,7 @@ class PageQueue {
   bool hasWriting() const { return problem_.empty() && !order_.empty(); }
   bool hasReading() const { return !asked_.empty() || reading_ != kNothing; }
   void dropAhead();
+  void lackMemory(bool reads);
 
   PageFile& file_;
   const size_t most_bytes_;

@@ -91,6 +91,7 @@ void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {
   points_.reserveExactly(point_count_, stream_);
   sums_.reserveExactly(1, stream_);
   pinned_sums_.reserve(1);
+  has_pinned_points_ = false;
   if (point_count_ == 0) return;
   makeAlignedPointsKernel<<<blocksFor(point_count_), kThreads, 0, stream_.get()>>>(
       view, raw, settings_, grid, points_.data());
@@ -109,9 +110,21 @@ AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const Map
   return pinned_sums_[0];
 }
 
+std::vector<PackedKey> PoseAligner::keysAt(const FrameView& view, float cutoff) {
+  if (!has_pinned_points_) {
+    pinned_points_.reserve(point_count_);
+    points_.download(pinned_points_.data(), point_count_, stream_);
+    stream_.synchronize();
+    has_pinned_points_ = true;
+  }
+  return alignedKeys(view, cutoff, pinned_points_.data(), point_count_);
+}
+
 void PoseAligner::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = points_.bytes() + sums_.bytes();
   parts.push_back({"aligned points", MemoryKind::kScratch, bytes, bytes});
+  const size_t staging = pinned_points_.bytes();
+  parts.push_back({"aligned points", MemoryKind::kStaging, staging, staging});
 }
 
 std::vector<NamedKernel> alignKernels() {

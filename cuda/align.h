@@ -1,6 +1,7 @@
 /// The stage "align" on the device: what an image's points say of its pose.
 #pragma once
 
+#include "backend/aligned_keys.h"
 #include "backend/profile.h"
 #include "device_map.h"
 #include "kernels/poses/alignment_sums.h"
@@ -21,6 +22,9 @@ class PoseAligner {
   /// The sums of these points at another pose of the same image; waits for them.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const MapView& map);
 
+  /// Blocks that these sums look at, each once.
+  std::vector<PackedKey> keysAt(const FrameView& view, float cutoff);
+
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
@@ -31,6 +35,8 @@ class PoseAligner {
   DeviceBuffer<AlignedPoint> points_;
   DeviceBuffer<AlignmentSums> sums_;
   PinnedBuffer<AlignmentSums> pinned_sums_;
+  PinnedBuffer<AlignedPoint> pinned_points_;  ///< A copy on the host, once it is asked for.
+  bool has_pinned_points_ = false;
 };
 
 }  // namespace gpu

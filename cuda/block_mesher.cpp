@@ -142,13 +142,18 @@ void BlockMesher::fetch() {
   stream_.record(fetched_);
 }
 
+uint8_t& BlockMesher::hasMesh(int32_t slot) {
+  const auto place = static_cast<size_t>(slot);
+  if (has_mesh_.size() <= place) has_mesh_.resize(place + 1, 0);
+  return has_mesh_[place];
+}
+
 std::vector<MeshRecord> BlockMesher::changedRecords() {
   std::vector<MeshRecord> changed;
   changed.reserve(recordCount());
-  if (has_mesh_.size() < map_.slot_count) has_mesh_.resize(map_.slot_count, 0);
   for (size_t i = 0; i < recordCount(); ++i) {
     const MeshRecord& record = pinned_records_[i];
-    uint8_t& has_mesh = has_mesh_[record.slot];
+    uint8_t& has_mesh = hasMesh(record.slot);
     const bool has_triangles = record.triangles > record.gaps;
     if (has_triangles || has_mesh) changed.push_back(record);
     has_mesh = has_triangles;

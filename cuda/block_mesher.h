@@ -1,6 +1,7 @@
 /// Incremental meshing on the device: room for it, its stages in turn, and the way to the host.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -39,6 +40,11 @@ class BlockMesher {
   /// Waits for the extraction. @return its changes; none if none was begun.
   MeshUpdate finish();
 
+  /// Whether the last mesh of a slot's block that was handed out has triangles: taken of one that
+  /// leaves, and set of one that is back.
+  bool takeHasMesh(int32_t slot) { return std::exchange(hasMesh(slot), uint8_t{0}) != 0; }
+  void setHasMesh(int32_t slot, bool has_mesh) { hasMesh(slot) = has_mesh; }
+
  private:
   enum class State { kIdle, kBegun, kComplete };
 
@@ -47,6 +53,7 @@ class BlockMesher {
   void enqueueMeshes();
   bool hasColours() const { return map_.colour_of != nullptr; }
   void fetch();
+  uint8_t& hasMesh(int32_t slot);
   size_t recordCount() const {
     return pinned_totals_[0].blocks.reached + pinned_totals_[0].blocks.adjoining;
   }

@@ -11,8 +11,8 @@
 #include "clear.h"
 #include "clear_region.h"
 #include "fusion.h"
+#include "move_blocks.h"
 #include "painter.h"
-#include "pool_transfer.h"
 #include "raw_image.h"
 #include "render.h"
 #include "runtime/device.h"
@@ -78,10 +78,12 @@ class CudaBackend : public MapBackend {
   }
   void copyOut(const ContentsOrder& order, MapContents& contents) override;
   void copyIn(const ContentsOrder& order, const MapContents& contents) override;
+  BlockMover* mover() override { return &block_mover_; }
 
  private:
   RawDepth rawDepthOf(const DepthFrame& frame) const;
   void findMore();
+  void keepPart(const std::vector<PackedKey>& part);
   FusionTarget target() const { return {map_.view(), block_finder_.view()}; }
 
   const MapperParams params_;
@@ -103,11 +105,13 @@ class CudaBackend : public MapBackend {
   Renderer renderer_;
   RegionClearer region_clearer_;
   FreeCellFinder free_cell_finder_;
+  RecordMover record_mover_;
+  std::vector<int32_t> in_view_;  ///< Of the part of a frame that is fused.
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
-  /// Lengths, at most, of the lists of dirty and of painted blocks, which are on the device.
-  size_t dirty_bound_ = 0, painted_bound_ = 0;
+  MarkBounds bounds_;
+  CudaBlockMover block_mover_;
 };
 
 CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int device,
@@ -126,7 +130,10 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       mesher_(rules.mesh, params.map.directional, params.mesh.refine != 0),
       renderer_(rules.mesh, params.map.directional, stream_),
       region_clearer_(stream_),
-      free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_) {
+      free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_),
+      record_mover_(stream_),
+      block_mover_({map_, block_finder_, aligner_, mesher_, record_mover_, sensing_, bounds_},
+                   rules.fusion, stream_) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
 }
@@ -191,15 +198,27 @@ void CudaBackend::findMore() {
 
 /// The device finds what else the frame looks at while the host admits blocks.
 void CudaBackend::reserveFrame(const FrameTurn& turn) {
+  if (turn.part != nullptr) block_finder_.takePart(*turn.part, map_.view());
+  in_view_ = turn.in_view;
+  if (turn.part != nullptr) keepPart(*turn.part);
   fusion_.reserve(counters_);
-  clearing_.reserve(counters_, turn.in_view.size());
-  clearing_.findLooks(*sensing_, target(), {turn.number, turn.in_view});
+  clearing_.reserve(counters_, in_view_.size());
+  clearing_.findLooks(*sensing_, target(), {turn.number, in_view_});
+}
+
+/// Of the blocks in view, those that are in this part.
+void CudaBackend::keepPart(const std::vector<PackedKey>& part) {
+  const auto is_left_out = [&](int32_t slot) {
+    const BlockEntry& entry = table_.block(slot);
+    return !entry.in_use || !std::binary_search(part.begin(), part.end(), packKey(entry.key));
+  };
+  in_view_.erase(std::remove_if(in_view_.begin(), in_view_.end(), is_left_out), in_view_.end());
 }
 
 void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   holdForProfile(stream_);
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
-  dirty_bound_ += counters_.touched + (sensing_->hasFreeDepth() ? turn.in_view.size() : 0);
+  bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_.size() : 0);
   clearing_.clear(*sensing_, target(), counters_, fusion_.supported(), turn.number);
 }
 
@@ -211,23 +230,23 @@ SeenColours CudaBackend::look(const ColourFrame& frame, const ColourLook& look) 
 
 void CudaBackend::paint(const Exposure& exposure) {
   painter_.paint(exposure, map_.view());
-  painted_bound_ += std::min(painter_.counters().seen, painter_.counters().blocks);
+  bounds_.painted += std::min(painter_.counters().seen, painter_.counters().blocks);
 }
 
 void CudaBackend::markAllDirty() {
   map_.markAllDirty();
-  dirty_bound_ += table_.slotCount();
+  bounds_.dirty += table_.slotCount();
 }
 
 void CudaBackend::keepColours() {
   map_.keepColours();
-  painted_bound_ += table_.slotCount();
+  bounds_.painted += table_.slotCount();
 }
 
 void CudaBackend::beginMesh(int32_t least_evidence) {
   stream_.record(map_ready_);
-  mesher_.begin(map_.view(), map_ready_, {dirty_bound_, painted_bound_, least_evidence});
-  dirty_bound_ = painted_bound_ = 0;
+  mesher_.begin(map_.view(), map_ready_, {bounds_.dirty, bounds_.painted, least_evidence});
+  bounds_ = MarkBounds();
 }
 
 MeshUpdate CudaBackend::finishMesh() {
@@ -248,18 +267,17 @@ void CudaBackend::follow(const ChangedSlots& changed) {
     updates.back().dirty = changed.dirty;
   }
   map_.apply(updates);
-  if (changed.dirty) dirty_bound_ += updates.size();
+  if (changed.dirty) bounds_.dirty += updates.size();
 }
 
 void CudaBackend::copyOut(const ContentsOrder& order, MapContents& contents) {
-  PoolTransfer(map_.voxels(), order.arrays, stream_).download(contents.voxels.data());
-  PoolTransfer(map_.colours(), order.bricks, stream_).download(contents.colours.data());
+  record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
+  record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
 }
 
 void CudaBackend::copyIn(const ContentsOrder& order, const MapContents& contents) {
-  PoolTransfer(map_.voxels(), order.arrays, stream_).upload(contents.voxels.data());
-  PoolTransfer(map_.colours(), order.bricks, stream_).upload(contents.colours.data());
-  stream_.synchronize();
+  record_mover_.upload(map_.voxels(), order.arrays, contents.voxels.data());
+  record_mover_.upload(map_.colours(), order.bricks, contents.colours.data());
 }
 
 void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
@@ -275,6 +293,7 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
   painter_.addMemory(parts);
   renderer_.addMemory(parts);
   region_clearer_.addMemory(parts);
+  record_mover_.addMemory(parts);
   if (params_.space.enabled) free_cell_finder_.addMemory(parts);
   parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),
                    table_.memoryBytes()});

@@ -90,7 +90,8 @@ GpuReport reportCudaDevice() {
   measureRates(report);
   for (const auto& kernels : {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(),
                               gpu::blockKernels(),
-                              gpu::mapKernels(), gpu::fusionKernels(), gpu::clearKernels(),
+                              gpu::mapKernels(), gpu::moveKernels(), gpu::markKernels(),
+                              gpu::fusionKernels(), gpu::clearKernels(),
                               gpu::regionKernels(),
                               gpu::freeSpaceKernels(), gpu::paintKernels(), gpu::renderKernels(),
                               gpu::viewUnitKernels(),

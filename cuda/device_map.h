@@ -101,6 +101,7 @@ class DeviceMap {
 
   VoxelPool& voxels() { return voxels_; }
   ColourPool& colours() { return colours_; }
+  LabelPool& labels() { return unit_labels_; }
   void addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const;
 
  private:

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "device_map.cuh"
 #include "find_blocks.cuh"
 #include "kernels/fusion/cast.h"
@@ -114,6 +116,39 @@ __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedVie
       readShared(reinterpret_cast<const uint32_t*>(touched.counters) + threadIdx.x);
 }
 
+/// One thread per touched block.
+__global__ void readTouchedKernel(TouchedView touched, uint32_t count, PackedKey* keys) {
+  const size_t i = globalThread();
+  if (i < count) keys[i] = touched.blocks[i].key;
+}
+
+__device__ bool isAmong(PackedKey key, const PackedKey* sorted, size_t count) {
+  size_t first = 0;
+  while (count > 0) {
+    const size_t half = count / 2;
+    if (sorted[first + half] < key) {
+      first += half + 1;
+      count -= half + 1;
+    } else {
+      count = half;
+    }
+  }
+  return sorted[first] == key;
+}
+
+/// One thread per touched block. What the part before has counted begins anew.
+__global__ void takePartKernel(MapView map, TouchedView touched, uint32_t blocks,
+                               const PackedKey* part, size_t part_count) {
+  const size_t i = globalThread();
+  if (i == 0) {
+    touched.counters->looks = touched.counters->empty_blocks = touched.counters->cleared = 0;
+  }
+  if (i >= blocks) return;
+  TouchedBlock& block = touched.blocks[i];
+  block.empty = 0;
+  block.slot = isAmong(block.key, part, part_count) ? findSlot(map, block.key) : kNotInPart;
+}
+
 }  // namespace
 
 BlockFinder::BlockFinder(const FusionSettings& fusion, const Stream& stream)
@@ -197,16 +232,43 @@ std::vector<BlockRequest> BlockFinder::fetchRequests() const {
   return requests;
 }
 
+std::vector<PackedKey> BlockFinder::fetchTouched() {
+  const uint32_t count = pinned_counters_[0].touched;
+  if (count == 0) return {};
+  touched_keys_.reserve(count);
+  readTouchedKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(view(), count,
+                                                                     touched_keys_.data());
+  DTSDF_CHECK_LAUNCH("readTouchedKernel");
+  stream_.synchronize();
+  return {touched_keys_.data(), touched_keys_.data() + count};
+}
+
+/// The list ends with a key that no block has.
+void BlockFinder::takePart(const std::vector<PackedKey>& part, const MapView& map) {
+  keys_sent_.wait();
+  pinned_part_.reserve(part.size() + 1);
+  part_.reserve(part.size() + 1, stream_);
+  std::copy(part.begin(), part.end(), pinned_part_.data());
+  pinned_part_[part.size()] = kNoKey;
+  part_.upload(pinned_part_.data(), part.size() + 1, stream_);
+  stream_.record(keys_sent_);
+  const uint32_t blocks = pinned_counters_[0].touched;
+  takePartKernel<<<std::max(blocksFor(blocks), 1u), kThreads, 0, stream_.get()>>>(
+      map, view(), blocks, part_.data(), part.size());
+  DTSDF_CHECK_LAUNCH("takePartKernel");
+}
+
 void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = keys_.bytes() + directions_.bytes() + first_sums_.bytes() +
-                       places_.bytes() + sum_owners_.bytes() + blocks_.bytes();
+                       places_.bytes() + sum_owners_.bytes() + blocks_.bytes() + part_.bytes();
   parts.push_back({"touched blocks", MemoryKind::kScratch, bytes, bytes});
   parts.push_back({"requests", MemoryKind::kStaging, requests_.bytes(), requests_.bytes()});
 }
 
 std::vector<NamedKernel> blockKernels() {
   return {DTSDF_NAMED_KERNEL(emptyTableKernel, 0), DTSDF_NAMED_KERNEL(markBlocksKernel, 0),
-          DTSDF_NAMED_KERNEL(compareWithMapKernel, 0)};
+          DTSDF_NAMED_KERNEL(compareWithMapKernel, 0), DTSDF_NAMED_KERNEL(readTouchedKernel, 0),
+          DTSDF_NAMED_KERNEL(takePartKernel, 0)};
 }
 
 }  // namespace gpu

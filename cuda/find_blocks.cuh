@@ -20,6 +20,7 @@ __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, Packe
 
 /// Slot of a touched block, or -1; of one that was missing, by the map after the admission.
 __device__ __forceinline__ int32_t slotOf(const MapView& map, const TouchedBlock& block) {
+  if (block.slot == kNotInPart) return -1;
   return block.slot >= 0 ? block.slot : findSlot(map, block.key);
 }
 

@@ -25,6 +25,8 @@ std::vector<NamedKernel> senseKernels();
 std::vector<NamedKernel> surfelKernels();
 std::vector<NamedKernel> blockKernels();
 std::vector<NamedKernel> mapKernels();
+std::vector<NamedKernel> moveKernels();
+std::vector<NamedKernel> markKernels();
 std::vector<NamedKernel> fusionKernels();
 std::vector<NamedKernel> clearKernels();
 std::vector<NamedKernel> regionKernels();

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "backend/profile.h"
+#include "dtsdf_mapping/map_parts.h"
 #include "dtsdf_mapping/mapper.h"
 #include "kernels/core/direction.h"
 #include "kernels/core/voxel.h"
@@ -58,6 +59,9 @@ class ProbedMapper : public Mapper, public MapperProbe {
   /// Takes contents in that were checked. @pre The map is empty.
   /// @throws std::exception without memory; the mapper is of no use then.
   virtual void restore(const MapContents& contents) = 0;
+
+  /// The same of contents that come part by part.
+  virtual void restore(const MapParts& parts) = 0;
 
   /// From now on the map is a tile: only what lies in this extent is made, and the rest is not
   /// counted as refused. Its blocks and cells are those of the whole map, to the last bit, as no

@@ -91,31 +91,4 @@ AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const Blo
   return sums;
 }
 
-std::vector<PackedKey> PoseAligner::keysAt(const FrameView& view, float cutoff) const {
-  constexpr float kAround = 2.0f;  // a sample is of the voxels around a place
-  std::vector<PackedKey> keys;
-  for (const AlignedPoint& point : points_) {
-    if (!(point.weight > 0.0f)) continue;
-    const Vec3f lever = rotate(view.T_L_C, point.p_C), at = lever + view.T_L_C.t;
-    if (!(norm(lever) < kLongestLever)) continue;
-    const float reach = cutoff + kAround;
-    const auto blockAt = [&](float side) {
-      return blockOfVoxel(view.origin_voxel + Vec3i{floorToInt(at.x + side * reach),
-                                                    floorToInt(at.y + side * reach),
-                                                    floorToInt(at.z + side * reach)});
-    };
-    const BlockKey first = blockAt(-1.0f), last = blockAt(1.0f);
-    for (int32_t z = first.z; z <= last.z; ++z) {
-      for (int32_t y = first.y; y <= last.y; ++y) {
-        for (int32_t x = first.x; x <= last.x; ++x) {
-          if (isRepresentable({x, y, z})) keys.push_back(packKey({x, y, z}));
-        }
-      }
-    }
-  }
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  return keys;
-}
-
 }  // namespace dtsdf

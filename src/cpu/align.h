@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "backend/aligned_keys.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/depth_frame.h"
 #include "kernels/poses/alignment_sums.h"
@@ -24,7 +25,9 @@ class PoseAligner {
                        const VoxelStore& voxels) const;
 
   /// Blocks that these sums may look at, each once.
-  std::vector<PackedKey> keysAt(const FrameView& view, float cutoff) const;
+  std::vector<PackedKey> keysAt(const FrameView& view, float cutoff) const {
+    return alignedKeys(view, cutoff, points_.data(), points_.size());
+  }
 
  private:
   AlignmentSettings settings_;

@@ -40,9 +40,7 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
   name_ = ready().name();  // what a device lacks shows at the start
   if (params.map.page_folder.empty()) return;
   if (backend_->mover() == nullptr) {
-    throw std::runtime_error(
-        "map/page_folder needs backend cpu so far; set backend to cpu, or "
-        "leave map/page_folder empty");
+    throw std::runtime_error("this backend cannot work with map/page_folder; leave it empty");
   }
   pager_ = std::make_unique<Pager>(params.map, table_, [this] { finishMeshing(); });
 }
@@ -96,6 +94,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   result.refused_blocks = left_on_disk + admit(touched, turn);
   castFoldAndClear(touched, turn);
   keep(frame);
+  if (pager_) readAhead(frame);
   return result;
 }
 
@@ -208,15 +207,16 @@ std::vector<int32_t> Engine::dropBeyond() {
   if (!kept_) return {};
   const StageTimer timer(profile_, Stage::kClear);
   std::vector<int32_t> slots = table_.slotsBeyond(*kept_, kMostDroppedBlocks);
-  const std::vector<PackedKey> on_disk =
-      pager_ ? takeFarthest(*kept_, slots) : std::vector<PackedKey>();
+  std::vector<PackedKey> on_disk = pager_ ? takeFarthest(*kept_, slots) : std::vector<PackedKey>();
   kept_.reset();
-  counters_.dropped += slots.size() + on_disk.size();
   if (slots.empty() && on_disk.empty()) return {};
   backend_->waitForMeshes();
   backend_->reserveChanges(slots.size());
   for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
+  counters_.dropped += slots.size();
   if (on_disk.empty()) return slots;
+  on_disk.resize(pager_->canDrop(*backend_, on_disk.size()));  // the rest after a later frame
+  counters_.dropped += on_disk.size();
   for (const int32_t slot : pager_->drop(*backend_, on_disk)) {
     table_.vacate(slot, kAllDirections);
     slots.push_back(slot);

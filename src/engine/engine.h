@@ -35,6 +35,7 @@ class Engine : public ProbedMapper {
   MapContents outline() override;
   MapContents part(const std::vector<MapBlock>& blocks) override;
   void restore(const MapContents& contents) override;
+  void restore(const MapParts& parts) override;
   Space* space() override { return space_.get(); }
   MapStats stats() const override;
   void profileTo(Profile* profile) override;
@@ -89,13 +90,16 @@ class Engine : public ProbedMapper {
   size_t bringInForImage(const FrameView& view, std::vector<int32_t>& in_view);
   void bringInForView(const FrameView& view);
   AlignmentSums sumsAt(const FrameView& view, float cutoff);
+  void readAhead(const DepthFrame& frame);
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
   std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;
   size_t clearPaged(const RegionView& view, ClearedRegion& result);
   bool clearSome(std::vector<PackedKey>& keys, const RegionView& view, ClearedRegion& result);
   void meshInParts();
   void meshParts(std::vector<MarkedKey> marked, bool is_last);
-  void keepMarks(size_t left);
+  std::vector<PackedKey> neededFor(const std::vector<MarkedKey>& marked) const;
+  enum class Want { kWaits, kRefused };
+  void keepMarks(size_t left, Want want);
   bool fits(const std::vector<PackedKey>& keys) const;
   void finishMeshing();
 
@@ -103,6 +107,8 @@ class Engine : public ProbedMapper {
   int32_t leastEvidenceNow() const;
   void markAllDirty();
   void enterContents(const MapContents& contents);
+  void enterInParts(const MapContents& contents);
+  void goOnFrom(const MapContents& head);
   void clearSlots(const std::vector<int32_t>& slots, const RegionView& view, ClearedRegion& result);
 
   const MapperParams params_;
@@ -117,11 +123,12 @@ class Engine : public ProbedMapper {
   std::vector<BlockRequest> requests_;   ///< Of the last frame, by key; with a pager only.
   std::vector<PackedKey> part_;          ///< Of that frame, by key; empty: it comes in one.
   Counters counters_;
-  Exposure exposure_ = sameExposure();  ///< Of the last colour image.
-  bool has_colours_ = false;            ///< Something was painted.
-  std::vector<BlockRequest> outside_;   ///< Of the last frame.
-  std::optional<KeptBall> kept_;        ///< Of the last frame, until what lies beyond is dropped.
-  bool has_free_ = false;               ///< What the last frame saw as free has not been taken yet.
+  Exposure exposure_ = sameExposure();             ///< Of the last colour image.
+  bool has_colours_ = false;                       ///< Something was painted.
+  std::vector<BlockRequest> outside_;              ///< Of the last frame.
+  std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame; with a pager only.
+  std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
+  bool has_free_ = false;         ///< What the last frame saw as free has not been taken yet.
   bool is_meshing_ = false;
   std::vector<MarkedKey> unfinished_;  ///< Meshed without all that they depend on: to do again.
   MeshUpdate made_;  ///< Of the extraction under way, so far: those that were fetched early.

@@ -103,6 +103,7 @@ void Engine::clear() {
   exposure_ = sameExposure();
   has_colours_ = has_free_ = is_meshing_ = false;
   outside_.clear();
+  T_W_C_before_.reset();
   kept_.reset();
   least_evidence_ = 0;
   vacant_.clear();
@@ -124,12 +125,14 @@ MapContents Engine::outline() {
 MapContents Engine::contents() {
   MapContents contents = outline();
   makeRoomForWords(contents);
-  if (pager_ != nullptr && !pager_->isEmpty()) {
-    pager_->copyAll(*backend_, contents);
-  } else {
+  if (pager_ == nullptr || pager_->isEmpty()) {
     backend_->copyOut(orderOf(table_, table_.sortedSlots()), contents);
+    return contents;
   }
-  return contents;
+  const uint64_t lost = pager_->stats().lost;
+  pager_->copyAll(*backend_, contents);
+  // Blocks that turn out to be damaged have gone from the map: it is copied without them.
+  return pager_->stats().lost == lost ? std::move(contents) : this->contents();
 }
 
 MapContents Engine::part(const std::vector<MapBlock>& blocks) {
@@ -147,45 +150,55 @@ MapContents Engine::part(const std::vector<MapBlock>& blocks) {
   return part;
 }
 
-/// With map/page_folder they may be more than fits, and come part by part.
 void Engine::restore(const MapContents& contents) {
-  try {
-    ready();
-    if (pager_) {
-      pager_->visitParts(contents, [this](const MapContents& part) {
-        const size_t bytes = sizeOf(part.blocks).bytes();
-        pager_->bringIn(*backend_, {}, bytes);
-        if (!pager_->hasRoom(bytes)) {
-          throw std::runtime_error(
-              "the map is larger than map/max_memory_mb, and the rest of it "
-              "cannot be written: " +
-              pager_->stats().problem);
-        }
-        enterContents(part);
-      });
-    } else {
-      enterContents(contents);
+  enterInParts(contents);
+  goOnFrom(contents);
+}
+
+void Engine::restore(const MapParts& parts) {
+  parts.visit([this](const MapContents& part) { enterInParts(part); });
+  goOnFrom(*parts.head);
+}
+
+/// With map/page_folder they may be more than fits.
+void Engine::enterInParts(const MapContents& contents) {
+  ready();
+  if (pager_ == nullptr) return enterContents(contents);
+  pager_->visitParts(contents, [this](const MapContents& part) {
+    const size_t bytes = sizeOf(part.blocks).bytes();
+    pager_->bringIn(*backend_, {}, bytes);
+    if (!pager_->hasRoom(bytes)) {
+      throw std::runtime_error(
+          "the map is larger than map/max_memory_mb, and the rest of it cannot be written: " +
+          pager_->stats().problem);
     }
-  } catch (const BackendError& error) {
-    if (!error.lacksMemory()) throw;
-    throw std::runtime_error(std::string("the GPU has too little memory for this map, which was "
-                                         "not loaded; clear_map frees that of the old one. ") +
-                             error.what());
+    enterContents(part);
+  });
+}
+
+/// What a map is besides its blocks.
+void Engine::goOnFrom(const MapContents& head) {
+  if (head.painted && !has_colours_) {
+    ready().reserveColours(0);
+    keepColours();
+    has_colours_ = true;
   }
+  ready();
   markAllDirty();
-  counters_.frames = contents.frames;
-  counters_.supporting_frames = contents.supporting_frames;
-  std::copy_n(contents.exposure.begin(), 3, exposure_.gain);
-  if (space_ != nullptr) space_->restore(contents);
+  counters_.frames = head.frames;
+  counters_.supporting_frames = head.supporting_frames;
+  std::copy_n(head.exposure.begin(), 3, exposure_.gain);
+  if (space_ != nullptr) space_->restore(head);
 }
 
 /// As frames do: memory first, then the table, then what the backend knows of it.
-void Engine::enterContents(const MapContents& contents) {
+void Engine::enterContents(const MapContents& contents) try {
   const MapSize size = sizeOf(contents.blocks);
   backend_->reserve(
       {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
   const EnteredBlocks entered = enterBlocks(contents, table_);
   backend_->enterBlocks(entered.blocks.changed_slots);
+  if (pager_) backend_->zeroArrays(entered.blocks.new_arrays);  // they had other blocks before
   if (contents.painted) {
     backend_->reserveColours(0);  // beyond what the table has by now
     keepColours();
@@ -193,6 +206,11 @@ void Engine::enterContents(const MapContents& contents) {
   }
   enterColours(entered.colours.bricks);
   backend_->copyIn(entered.order(), contents);
+} catch (const BackendError& error) {
+  if (!error.lacksMemory()) throw;
+  throw std::runtime_error(std::string("the GPU has too little memory for this map, which was not "
+                                       "loaded; clear_map frees that of the old one. ") +
+                           error.what());
 }
 
 /// The engine with all that the last frame left: what the map holds stays the same by that, so that

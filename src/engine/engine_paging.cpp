@@ -15,6 +15,9 @@ namespace {
 constexpr float kViewRadius = 7.1f + 1.0f;
 constexpr float kAnyDepth_m = 1e30f;
 
+/// How far ahead blocks are read, and of which frames until there.
+constexpr int kFramesAhead = 6, kFramesBetween = 3;
+
 void keepEachOnce(std::vector<PackedKey>& keys) {
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
@@ -26,6 +29,20 @@ float depthOf(const FrameView& view, const BlockKey& block) {
   const Vec3f middle = toFloat(firstVoxelOfBlock(block - blockOfVoxel(view.origin_voxel))) +
                        Vec3f{kHalf, kHalf, kHalf};
   return rotateInverse(view.T_L_C, middle - view.T_L_C.t).z;
+}
+
+/// Whether one of a cell's outermost blocks is beyond a ball: no other one is farther away.
+template <class IsBeyond>
+bool reachesBeyond(const BlockCells::Cell& cell, const IsBeyond& is_beyond) {
+  constexpr int32_t kLast = BlockCells::kSide - 1;
+  const BlockKey first{cell.key.x * BlockCells::kSide, cell.key.y * BlockCells::kSide,
+                       cell.key.z * BlockCells::kSide};
+  for (int32_t i = 0; i < 8; ++i) {
+    if (is_beyond(first + Vec3i{kLast * (i & 1), kLast * (i >> 1 & 1), kLast * (i >> 2)})) {
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -139,6 +156,31 @@ size_t Engine::bringInForImage(const FrameView& view, std::vector<int32_t>& in_v
   return left;
 }
 
+/// What the camera comes to see if it moves on as it did. It is often in the memory of the system
+/// already; where it is not, the frame that needs it finds it read.
+void Engine::readAhead(const DepthFrame& frame) {
+  const std::optional<Eigen::Isometry3d> before = std::exchange(T_W_C_before_, frame.T_W_C);
+  if (!before || pager_->isEmpty()) return;
+  const Eigen::Isometry3d motion = before->inverse() * frame.T_W_C;
+  std::vector<PackedKey> keys;
+  DepthFrame ahead = frame;
+  for (int step = 1; step <= kFramesAhead; ++step) {
+    ahead.T_W_C = ahead.T_W_C * motion;
+    if (step % kFramesBetween != 0 || findProblem(ahead, params_)) continue;
+    const FrameView view = makeFrameView(ahead, params_.map.voxel_size_m);
+    const float max_depth = params_.fusion.max_depth_m / view.voxel_size_m + kFootRadius;
+    const BlockKey origin = blockOfVoxel(view.origin_voxel);
+    const std::vector<PackedKey> some = pager_->keysWhere(
+        [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, kFootRadius); },
+        [&](const BlockKey& block) {
+          return mayBeInView(view, block - origin, kFootRadius) &&
+                 depthOf(view, block) <= max_depth;
+        });
+    keys.insert(keys.end(), some.begin(), some.end());
+  }
+  pager_->readAhead(keys);
+}
+
 /// @throws std::runtime_error where they do not fit into memory.
 void Engine::bringInForView(const FrameView& view) {
   if (pager_->isEmpty()) return;
@@ -194,7 +236,10 @@ std::vector<PackedKey> Engine::takeFarthest(const KeptBall& kept,
   const auto is_beyond = [&](const BlockKey& key) {
     return squaredDistance(key, kept.center) > limit;
   };
-  for (const PackedKey key : pager_->keysWhere([](const auto&) { return true; }, is_beyond)) {
+  const auto reaches_beyond = [&](const BlockCells::Cell& cell) {
+    return reachesBeyond(cell, is_beyond);
+  };
+  for (const PackedKey key : pager_->keysWhere(reaches_beyond, is_beyond)) {
     all.push_back({squaredDistance(unpackKey(key), kept.center), key, -1});
   }
   std::sort(all.begin(), all.end(), [](const Beyond& a, const Beyond& b) {
@@ -246,64 +291,6 @@ bool Engine::clearSome(std::vector<PackedKey>& keys, const RegionView& view,
              keys.end());
   clearSlots(slots, view, result);
   return !slots.empty();
-}
-
-/// Where all fit into memory that the extraction depends on, they come there and it goes on as
-/// ever. Else it is done in parts but for the last.
-void Engine::meshInParts() {
-  if (pager_->isEmpty()) return;
-  BlockMover& mover = *backend_->mover();
-  const std::vector<int32_t> slots = mover.markedSlots();
-  std::vector<MarkedKey> marked;
-  for (const int32_t slot : slots) marked.push_back({packKey(table_.block(slot).key), {}});
-  for (const PackedKey key : pager_->markedKeys()) marked.push_back({key, {}});
-  const std::vector<PackedKey> around = blocksAround(marked);
-  if (fits(around)) {
-    keepMarks(pager_->bringIn(*backend_, around, 0));
-    return;
-  }
-  const std::vector<MeshMarks> marks = mover.takeMarks(slots);
-  for (size_t i = 0; i < marked.size(); ++i) {
-    marked[i].marks = i < slots.size() ? marks[i] : pager_->takeMarks(marked[i].key);
-  }
-  meshParts(std::move(marked), true);
-}
-
-/// Before an extraction that goes without blocks that stay on disk: what it does is to be done
-/// again when they can come back.
-void Engine::keepMarks(size_t left) {
-  if (left == 0) return;
-  if (pager_->stats().failures > 0) counters_.refused += left;  // else it is put off, no more
-  BlockMover& mover = *backend_->mover();
-  const std::vector<int32_t> slots = mover.markedSlots();
-  const std::vector<MeshMarks> marks = mover.takeMarks(slots);
-  mover.setMarks(slots, marks);
-  for (size_t i = 0; i < slots.size(); ++i) {
-    unfinished_.push_back({packKey(table_.block(slots[i]).key), marks[i]});
-  }
-}
-
-bool Engine::fits(const std::vector<PackedKey>& keys) const {
-  size_t bytes = 0;
-  for (const PackedKey key : keys) bytes += pager_->bytesOf(key);
-  return bytes <= table_.budgetBytes();
-}
-
-/// @param is_last The last part of all is left to the caller.
-void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
-  const std::vector<PackedKey> around = blocksAround(marked);
-  if (marked.size() > 1 && !fits(around)) {
-    std::vector<MarkedKey> half = takeHalf(marked);
-    meshParts(std::move(marked), false);
-    meshParts(std::move(half), is_last);
-    return;
-  }
-  const size_t left = pager_->bringIn(*backend_, around, 0);
-  for (const MarkedKey& block : marked) pager_->setMarks(*backend_, block.key, block.marks);
-  keepMarks(left);
-  if (is_last) return;
-  backend_->beginMesh(least_evidence_);
-  addMeshes(backend_->finishMesh(), made_);
 }
 
 }  // namespace dtsdf

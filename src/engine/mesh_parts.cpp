@@ -26,24 +26,33 @@ int longestAxis(const std::vector<MarkedKey>& marked) {
   return size.y >= size.z ? 1 : 2;
 }
 
+std::vector<PackedKey> movedBy(const Vec3i& step, const std::vector<PackedKey>& keys) {
+  std::vector<PackedKey> moved;
+  moved.reserve(keys.size());
+  for (const PackedKey key : keys) {
+    const BlockKey block = unpackKey(key) + step;
+    if (isRepresentable(block)) moved.push_back(packKey(block));
+  }
+  return moved;
+}
+
 }  // namespace
 
-/// Axis by axis, so that few keys come twice.
+/// Axis by axis. A list that is moved stays sorted, so that lists are merged and never sorted.
 std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked) {
   std::vector<PackedKey> keys;
   for (const MarkedKey& block : marked) keys.push_back(block.key);
-  for (const Vec3i& step : {Vec3i{1, 0, 0}, Vec3i{0, 1, 0}, Vec3i{0, 0, 1}}) {
-    std::vector<PackedKey> wider;
-    wider.reserve(keys.size() * (2 * kMeshReach + 1));
-    for (const PackedKey key : keys) {
-      for (int32_t i = -kMeshReach; i <= kMeshReach; ++i) {
-        const BlockKey block = unpackKey(key) + Vec3i{i * step.x, i * step.y, i * step.z};
-        if (isRepresentable(block)) wider.push_back(packKey(block));
-      }
+  std::sort(keys.begin(), keys.end());
+  for (const Vec3i& axis : {Vec3i{1, 0, 0}, Vec3i{0, 1, 0}, Vec3i{0, 0, 1}}) {
+    const std::vector<PackedKey> narrow = keys;
+    for (int32_t i = -kMeshReach; i <= kMeshReach; ++i) {
+      const std::vector<PackedKey> moved = movedBy({i * axis.x, i * axis.y, i * axis.z}, narrow);
+      std::vector<PackedKey> wider;
+      wider.reserve(keys.size() + moved.size());
+      std::set_union(keys.begin(), keys.end(), moved.begin(), moved.end(),
+                     std::back_inserter(wider));
+      keys = std::move(wider);
     }
-    std::sort(wider.begin(), wider.end());
-    wider.erase(std::unique(wider.begin(), wider.end()), wider.end());
-    keys = std::move(wider);
   }
   return keys;
 }

@@ -10,14 +10,16 @@
 namespace dtsdf {
 namespace {
 
-constexpr uint32_t kEveryDirection = (1u << kDirectionCount) - 1u;
-
 /// Of blocks that move at once, about: what is in memory twice meanwhile.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
 /// See spareBytes(): a share of the budget.
 constexpr size_t kSpareShare = 16;
 constexpr size_t kMostSpareBytes = 2 * kBatchBytes;
+
+/// What waits to be written, and what was read ahead, each: a share of the budget beside it.
+constexpr size_t kQueueShare = 8;
+constexpr size_t kMostQueueBytes = 4 * kBatchBytes;
 
 /// Nothing that can go is smaller.
 constexpr size_t kLeastBytes = BlockTable::kBlockBytes + BlockTable::kArrayBytes;
@@ -34,7 +36,8 @@ size_t spareBytes(size_t budget_bytes) {
 Pager::Pager(const MapParams& params, BlockTable& table, std::function<void()> finish_meshes)
     : table_(table),
       finish_meshes_(std::move(finish_meshes)),
-      store_(params.page_folder, pageBytesOf(params)) {}
+      store_(params.page_folder, pageBytesOf(params),
+             std::min(table.budgetBytes() / kQueueShare, kMostQueueBytes)) {}
 
 size_t Pager::bytesOnceIn(const PagedBlock& block) const {
   return BlockTable::kBlockBytes + voxelBytes(block) + colourBytes(block);
@@ -58,6 +61,14 @@ void Pager::touch(int32_t slot) {
   const auto place = static_cast<size_t>(slot);
   if (last_need_.size() <= place) last_need_.resize(table_.slotCount(), 0);
   last_need_[place] = now_;
+}
+
+void Pager::readAhead(const std::vector<PackedKey>& keys) {
+  std::vector<int32_t> numbers;
+  for (const PackedKey key : keys) {
+    if (const int32_t number = store_.find(key); number >= 0) numbers.push_back(number);
+  }
+  store_.readAhead(numbers);
 }
 
 void Pager::noteNew(const std::vector<int32_t>& slots) {
@@ -110,7 +121,6 @@ void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
   const std::vector<int32_t> slots =
       leastRecent(table_.bytesInUse() + bytes - table_.budgetBytes());
   if (slots.empty()) return;
-  const WaitTimer timer(stats_);
   finish_meshes_();
   std::vector<int32_t> batch;
   size_t batch_bytes = 0;
@@ -192,37 +202,32 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, R
 
 /// What the disk does not give stays there. @pre There is room for them. @return how many stay.
 size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
-  const WaitTimer timer(stats_);
   finish_meshes_();
   std::sort(numbers.begin(), numbers.end(),
             [this](int32_t a, int32_t b) { return store_.block(a).key < store_.block(b).key; });
   std::vector<char> records;
   const std::vector<uint8_t> readings = store_.read(numbers, records);
-  std::vector<PagedBlock> blocks, lost;
-  std::vector<int32_t> gone;
+  std::vector<PagedBlock> blocks;
+  std::vector<int32_t> damaged, gone;
   size_t from = 0, to = 0;  // those that are intact move together
   for (size_t i = 0; i < numbers.size(); ++i) {
     const PagedBlock& block = store_.block(numbers[i]);
     const size_t bytes = recordBytes(block);
-    if (readings[i] != kPageUnreadable) gone.push_back(numbers[i]);
-    if (readings[i] == kPageDamaged) lost.push_back(block);
+    if (readings[i] == kPageDamaged) damaged.push_back(numbers[i]);
     if (readings[i] == kPageIntact) {
+      gone.push_back(numbers[i]);
       blocks.push_back(block);
       if (to < from) std::memmove(records.data() + to, records.data() + from, bytes);
       to += bytes;
     }
     from += bytes;
   }
-  const size_t left = numbers.size() - gone.size();
+  const size_t left = numbers.size() - gone.size() - damaged.size();
   if (left > 0) ++stats_.failures;
   enter(backend, blocks, records);
   store_.release(gone);
   stats_.read += blocks.size();
-  stats_.lost += lost.size();
-  for (const int32_t slot : enterWithoutVoxels(backend, lost)) {
-    table_.vacate(slot, kEveryDirection);
-    backend.mover()->setMarks({slot}, {{true, false}});
-  }
+  lose(backend, damaged);
   return left;
 }
 
@@ -241,6 +246,7 @@ void Pager::enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
   const EnteredBlocks entered = enterBlocks(contents, table_);
   const std::vector<int32_t>& slots = entered.blocks.changed_slots;
   backend.enterBlocks(slots);
+  backend.zeroArrays(entered.blocks.new_arrays);  // which may have had colours in other blocks
   if (size.bricks > 0) backend.enterColours(entered.colours.bricks);
   backend.copyIn(entered.order(), contents);
   backend.mover()->enterMeshStates(slots, states);
@@ -262,51 +268,17 @@ std::vector<int32_t> Pager::enterWithoutVoxels(MapBackend& backend,
     extractions.push_back(block.extractions);
     states.push_back({{}, block.has_mesh, {}});
   }
+  const size_t room = (table_.budgetBytes() - table_.bytesInUse()) / BlockTable::kBlockBytes;
+  if (requests.size() > room) requests.resize(room);  // of the rest, meshes stay as they were
   if (requests.empty()) return {};
+  extractions.resize(requests.size());
+  states.resize(requests.size());
   backend.reserve({requests.size(), 0, table_.sizesAfter(requests.size(), 0)});
   const std::vector<int32_t> slots = table_.admit(std::move(requests)).changed_slots;
   backend.enterBlocks(slots);
   backend.mover()->enterMeshStates(slots, states);
   for (size_t i = 0; i < slots.size(); ++i) table_.setExtractions(slots[i], extractions[i]);
   return slots;
-}
-
-void Pager::markAllDirty() {
-  store_.visit([](int32_t, PagedBlock& block) { block.dirty = true; });
-}
-
-void Pager::keepColours() {
-  store_.visit([](int32_t, PagedBlock& block) { block.painted |= block.has_mesh; });
-}
-
-std::vector<PackedKey> Pager::markedKeys() const {
-  std::vector<PackedKey> keys;
-  for (const BlockCells::Cell& cell : store_.cells()) {
-    for (const int32_t number : cell.slots) {
-      const PagedBlock& block = store_.block(number);
-      if (block.dirty || block.painted) keys.push_back(block.key);
-    }
-  }
-  return keys;
-}
-
-MeshMarks Pager::takeMarks(PackedKey key) {
-  PagedBlock& block = store_.block(store_.find(key));
-  const MeshMarks marks{block.dirty, block.painted};
-  block.dirty = block.painted = false;
-  return marks;
-}
-
-void Pager::setMarks(MapBackend& backend, PackedKey key, const MeshMarks& marks) {
-  const int32_t slot = table_.find(key);
-  const int32_t number = store_.find(key);
-  if (slot >= 0) {
-    backend.mover()->setMarks({slot}, {marks});
-  } else if (number >= 0) {
-    PagedBlock& block = store_.block(number);
-    block.dirty |= marks.dirty;
-    block.painted |= marks.painted;
-  }
 }
 
 std::vector<int32_t> Pager::drop(MapBackend& backend, const std::vector<PackedKey>& keys) {
@@ -320,13 +292,18 @@ std::vector<int32_t> Pager::drop(MapBackend& backend, const std::vector<PackedKe
   }
   finish_meshes_();
   store_.release(numbers);
-  makeRoom(backend, blocks.size() * BlockTable::kBlockBytes);
   return enterWithoutVoxels(backend, blocks);
+}
+
+size_t Pager::canDrop(MapBackend& backend, size_t blocks) {
+  if (makeRoom(backend, blocks * BlockTable::kBlockBytes)) return blocks;
+  return (table_.budgetBytes() - table_.bytesInUse()) / BlockTable::kBlockBytes;
 }
 
 void Pager::clear() {
   store_.clear();
   stats_ = PageStats();
+  waits_before_ = store_.waits();
   last_need_.clear();
   no_writing_before_ = 0;
 }
@@ -337,6 +314,8 @@ PageStats Pager::stats() const {
   stats.bytes = store_.bytes();
   stats.index_bytes = store_.indexBytes();
   stats.problem = store_.problem();
+  stats.waits = store_.waits().count - waits_before_.count;
+  stats.wait_ms = store_.waits().ms - waits_before_.ms;
   return stats;
 }
 

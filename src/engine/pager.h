@@ -3,7 +3,6 @@
 /// belongs to it, so that the map is the one that it would be without.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -13,21 +12,6 @@
 #include "page/page_store.h"
 
 namespace dtsdf {
-
-/// Adds its own life to the time that calls have waited for the disk.
-class WaitTimer {
- public:
-  explicit WaitTimer(PageStats& stats) : stats_(stats) { ++stats_.waits; }
-  ~WaitTimer() {
-    stats_.wait_ms +=
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-            .count();
-  }
-
- private:
-  PageStats& stats_;
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// Room that is made beyond what is asked for, so that not every frame has to write; not so much
 /// that the frame that does has to wait for long.
@@ -49,6 +33,9 @@ class Pager {
   /// @param keys The first ones first, where there is no room for all.
   /// @return how many stay on disk for want of room, or as they cannot be read now.
   size_t bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes);
+
+  /// Blocks that may be needed soon are read while others go on, the first ones first.
+  void readAhead(const std::vector<PackedKey>& keys);
 
   /// Blocks that were made since are needed as those that were brought in last.
   void noteNew(const std::vector<int32_t>& slots);
@@ -77,6 +64,10 @@ class Pager {
 
   // ---- The map as a whole.
 
+  /// How many of so many blocks can be dropped now: those that a mesh was extracted of take room
+  /// until the next extraction.
+  size_t canDrop(MapBackend& backend, size_t blocks);
+
   /// Blocks that go from disk. Those that a mesh was extracted of are in memory then, without
   /// voxels. @return the slots of these.
   std::vector<int32_t> drop(MapBackend& backend, const std::vector<PackedKey>& keys);
@@ -84,8 +75,9 @@ class Pager {
   /// Adds blocks on disk to those of contents, by key.
   void addBlocksTo(MapContents& contents) const;
 
-  /// Copies the voxels and colours of the contents' blocks, wherever they are.
-  /// @throws std::runtime_error where some cannot be read.
+  /// Copies the voxels and colours of the contents' blocks, wherever they are. Those that are
+  /// damaged are 0, counted as lost, and no longer in the map then.
+  /// @throws std::runtime_error where some cannot be read now.
   void copyWords(MapBackend& backend, MapContents& contents);
 
   /// The same piece by piece, into the room that contents have. @pre The blocks are many.
@@ -108,7 +100,8 @@ class Pager {
   std::vector<int32_t> leastRecent(size_t bytes) const;
   bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve);
   size_t readBatch(MapBackend& backend, std::vector<int32_t> numbers);
-  void readAll(const std::vector<int32_t>& numbers, std::vector<char>& records);
+  std::vector<int32_t> readAll(const std::vector<int32_t>& numbers, std::vector<char>& records);
+  void lose(MapBackend& backend, const std::vector<int32_t>& numbers);
   void enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
              const std::vector<char>& records);
   std::vector<int32_t> enterWithoutVoxels(MapBackend& backend,
@@ -121,6 +114,7 @@ class Pager {
   uint64_t no_writing_before_ = 0;   ///< A call: after a failure the disk is left alone at first.
   std::vector<uint64_t> last_need_;  ///< Of such a call, by slot.
   PageStats stats_;
+  DiskWaits waits_before_;  ///< The last clear().
 };
 
 template <class CellTest, class Test>

@@ -1,4 +1,4 @@
-// The pager and the map as a whole: contents that are in memory in part.
+// The pager and the map as a whole: marks of all blocks, and contents that are in memory in part.
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
@@ -29,6 +29,44 @@ constexpr size_t kBlocksAtOnce = 1024;
 
 }  // namespace
 
+void Pager::markAllDirty() {
+  store_.visit([](int32_t, PagedBlock& block) { block.dirty = true; });
+}
+
+void Pager::keepColours() {
+  store_.visit([](int32_t, PagedBlock& block) { block.painted |= block.has_mesh; });
+}
+
+std::vector<PackedKey> Pager::markedKeys() const {
+  std::vector<PackedKey> keys;
+  for (const BlockCells::Cell& cell : store_.cells()) {
+    for (const int32_t number : cell.slots) {
+      const PagedBlock& block = store_.block(number);
+      if (block.dirty || block.painted) keys.push_back(block.key);
+    }
+  }
+  return keys;
+}
+
+MeshMarks Pager::takeMarks(PackedKey key) {
+  PagedBlock& block = store_.block(store_.find(key));
+  const MeshMarks marks{block.dirty, block.painted};
+  block.dirty = block.painted = false;
+  return marks;
+}
+
+void Pager::setMarks(MapBackend& backend, PackedKey key, const MeshMarks& marks) {
+  const int32_t slot = table_.find(key);
+  const int32_t number = store_.find(key);
+  if (slot >= 0) {
+    backend.mover()->setMarks({slot}, {marks});
+  } else if (number >= 0) {
+    PagedBlock& block = store_.block(number);
+    block.dirty |= marks.dirty;
+    block.painted |= marks.painted;
+  }
+}
+
 void Pager::addBlocksTo(MapContents& contents) const {
   for (const BlockCells::Cell& cell : store_.cells()) {
     for (const int32_t number : cell.slots) {
@@ -43,33 +81,38 @@ void Pager::copyWords(MapBackend& backend, MapContents& contents) {
   std::vector<int32_t> slots, numbers;
   for (const MapBlock& block : contents.blocks) {
     const int32_t slot = table_.find(packKey(block.key));
+    const int32_t number = slot < 0 ? store_.find(packKey(block.key)) : -1;
     if (slot >= 0) slots.push_back(slot);
-    if (slot < 0) numbers.push_back(store_.find(packKey(block.key)));
+    if (number >= 0) numbers.push_back(number);
   }
   MapContents in_memory;
   in_memory.blocks = mapBlocks(table_, slots);
   makeRoomForWords(in_memory);
   backend.copyOut(orderOf(table_, slots), in_memory);
   std::vector<char> records;
-  if (!numbers.empty()) readAll(numbers, records);
+  const std::vector<int32_t> damaged = readAll(numbers, records);
 
   makeRoomForWords(contents);
   WordPlaces from, to;
   const char* record = records.data();
-  size_t next_on_disk = 0;
   for (const MapBlock& block : contents.blocks) {
     const size_t voxels = voxelWordsOf(block), colours = colourWordsOf(block);
-    if (table_.find(packKey(block.key)) >= 0) {
+    const int32_t number = store_.find(packKey(block.key));
+    if (number >= 0) {
+      copyTo(record, voxels, contents.voxels, to.voxels);
+      copyTo(record + voxels * sizeof(uint64_t), colours, contents.colours, to.colours);
+      record += recordBytes(store_.block(number));
+    } else if (table_.find(packKey(block.key)) >= 0) {
       copyTo(in_memory.voxels.data() + from.voxels, voxels, contents.voxels, to.voxels);
       copyTo(in_memory.colours.data() + from.colours, colours, contents.colours, to.colours);
       from.pass(block);
-    } else {
-      copyTo(record, voxels, contents.voxels, to.voxels);
-      copyTo(record + voxels * sizeof(uint64_t), colours, contents.colours, to.colours);
-      record += recordBytes(store_.block(numbers[next_on_disk++]));
+    } else {  // turned out to be damaged since it was listed
+      std::fill_n(contents.voxels.data() + to.voxels, voxels, uint64_t{0});
+      std::fill_n(contents.colours.data() + to.colours, colours, uint32_t{0});
     }
     to.pass(block);
   }
+  lose(backend, damaged);
 }
 
 void Pager::copyAll(MapBackend& backend, MapContents& contents) {
@@ -86,15 +129,37 @@ void Pager::copyAll(MapBackend& backend, MapContents& contents) {
   }
 }
 
-/// @throws std::runtime_error where some are damaged or cannot be read.
-void Pager::readAll(const std::vector<int32_t>& numbers, std::vector<char>& records) {
-  const WaitTimer timer(stats_);
+/// @return those that are damaged, which are all 0 in the records.
+/// @throws std::runtime_error where some cannot be read now.
+std::vector<int32_t> Pager::readAll(const std::vector<int32_t>& numbers,
+                                    std::vector<char>& records) {
+  if (numbers.empty()) return {};
   const std::vector<uint8_t> readings = store_.read(numbers, records);
-  if (std::count(readings.begin(), readings.end(), kPageIntact) ==
-      static_cast<std::ptrdiff_t>(readings.size())) {
-    return;
+  std::vector<int32_t> damaged;
+  size_t at = 0;
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    if (readings[i] == kPageUnreadable) {
+      throw std::runtime_error("the map cannot be copied: " + store_.problem());
+    }
+    const size_t bytes = recordBytes(store_.block(numbers[i]));
+    if (readings[i] == kPageDamaged) {
+      std::memset(records.data() + at, 0, bytes);
+      damaged.push_back(numbers[i]);
+    }
+    at += bytes;
   }
-  throw std::runtime_error("the map cannot be copied: " + store_.problem());
+  return damaged;
+}
+
+/// Blocks that are damaged are no longer in the map.
+void Pager::lose(MapBackend& backend, const std::vector<int32_t>& numbers) {
+  if (numbers.empty()) return;
+  std::vector<PackedKey> keys;
+  for (const int32_t number : numbers) keys.push_back(store_.block(number).key);
+  stats_.lost += keys.size();
+  const std::vector<int32_t> slots = drop(backend, keys);
+  for (const int32_t slot : slots) table_.vacate(slot, kEveryDirection);
+  backend.mover()->setMarks(slots, std::vector<MeshMarks>(slots.size(), {true, false}));
 }
 
 void Pager::visitParts(const MapContents& contents,

@@ -39,6 +39,8 @@ class MapChunks {
   ~MapChunks();
   MapChunks(MapChunks&&) noexcept;
 
+  const std::string& path() const;
+
   /// The map without voxels and colours.
   const MapContents& head() const;
   uint64_t contentHash() const;  ///< As it stands in the file.
@@ -48,6 +50,11 @@ class MapChunks {
   /// The words of a chunk's blocks. @throws std::runtime_error for a damaged file
   void readVoxels(size_t chunk, std::vector<uint64_t>& words) const;
   void readColours(size_t chunk, std::vector<uint32_t>& words) const;
+
+  /// Calls `take` with one chunk after the other, from several threads in turn, and compares the
+  /// content hash at the end.
+  /// @throws std::runtime_error for a damaged file, and what `take` throws.
+  void visit(const std::function<void(const MapContents& part)>& take) const;
 
  private:
   struct State;

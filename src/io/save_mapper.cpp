@@ -22,14 +22,7 @@ MapContents chunkOf(Mapper& mapper, const MapContents& outline, size_t chunk) {
   return mapper.part(std::vector<MapBlock>(at(chunk), at(chunk + 1)));
 }
 
-}  // namespace
-
-SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
-  if (mapper.stats().pages.blocks == 0) {
-    MapContents contents = mapper.contents();
-    setOrigin(origin, contents);
-    return saveMap(contents, path);
-  }
+SavedMap saveInChunks(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
   MapContents outline = mapper.outline();
   setOrigin(origin, outline);
   MapContents part;
@@ -43,6 +36,23 @@ SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& p
     return part.colours.data();
   };
   return saveMapInChunks(outline, words, path, 1);
+}
+
+}  // namespace
+
+MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {
+  MapContents contents = mapper.contents();
+  setOrigin(origin, contents);
+  return contents;
+}
+
+SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
+  if (mapper.stats().pages.blocks == 0) return saveMap(contentsWith(origin, mapper), path);
+  for (;;) {  // once more without blocks that turn out to be damaged
+    const uint64_t lost = mapper.stats().pages.lost;
+    const SavedMap saved = saveInChunks(mapper, origin, path);
+    if (mapper.stats().pages.lost == lost) return saved;
+  }
 }
 
 }  // namespace dtsdf

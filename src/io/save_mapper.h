@@ -16,6 +16,9 @@ struct MapOrigin {
   double stamp_s = 0.0;  ///< Of the newest frame.
 };
 
+/// contents(), and what the mapper does not know.
+MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
+
 /// @throws std::runtime_error as saveMap() does, and where blocks on disk cannot be read.
 SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
 

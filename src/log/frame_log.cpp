@@ -62,12 +62,17 @@ FrameLog::~FrameLog() {
   if (lock_ >= 0) close(lock_);
 }
 
-void FrameLog::begin(LogBegin begin, const MapContents* map) {
+WriteMap writerOf(std::shared_ptr<const MapContents> contents) {
+  if (contents == nullptr) return nullptr;
+  return [contents = std::move(contents)](const std::string& path) { saveMap(*contents, path, 1); };
+}
+
+void FrameLog::begin(LogBegin begin, const WriteMap& write_map) {
   const bool was_whole = isWhole();
   closeSegment();
   begin.continues = begin.continues && was_whole;
   begin.stands_for_lost = begin.stands_for_lost && !begin.continues;
-  begin.has_map = map != nullptr;
+  begin.has_map = write_map != nullptr;
   if (!begin.continues) {
     ++life_;
     number_ = 0;
@@ -83,7 +88,7 @@ void FrameLog::begin(LogBegin begin, const MapContents* map) {
   std::error_code error;
   if (!fs::create_directory(stretch.path, error) && error) fail(stretch.path, error.value());
   stretches_.push_back(stretch);
-  if (map != nullptr) saveMap(*map, baseMapOf(stretch.path), 1);
+  if (write_map) write_map(baseMapOf(stretch.path));
   stretches_.back().bytes = bytesIn(stretch.path);
   segment_index_ = 0;
   openSegment();

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +18,12 @@ namespace dtsdf {
 
 /// write(2), or what stands for it in tests.
 using LogWrite = std::function<ssize_t(int descriptor, const void* data, size_t bytes)>;
+
+/// Writes the map that a stretch begins with to a path. Null: it is empty.
+using WriteMap = std::function<void(const std::string& path)>;
+
+/// That of contents; null for none.
+WriteMap writerOf(std::shared_ptr<const MapContents> contents);
 
 /// A place in the log.
 struct LogMark {
@@ -45,10 +52,10 @@ class FrameLog {
   FrameLog(const FrameLog&) = delete;
   FrameLog& operator=(const FrameLog&) = delete;
 
-  /// Begins a stretch with a map; null: it is empty. `begin.continues` holds only where nothing was
+  /// Begins a stretch with a map. `begin.continues` holds only where nothing was
   /// lost: see isWhole(). @throws std::runtime_error if it cannot be written; isWhole() is false
   /// then.
-  void begin(LogBegin begin, const MapContents* map);
+  void begin(LogBegin begin, const WriteMap& write_map);
 
   /// Adds what happened to the map. @pre isWhole().
   /// @throws std::runtime_error if it cannot be written; isWhole() is false then.

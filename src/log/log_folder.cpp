@@ -36,6 +36,7 @@ std::string numbered(uint64_t index, int digits) {
 }
 
 constexpr int kStretchDigits = 6, kSegmentDigits = 6;
+constexpr char kWaitingMapEnding[] = ".waiting.dtsdf";
 
 bool isFolder(const std::string& path) {
   struct stat status {};
@@ -75,6 +76,18 @@ std::string stretchName(const std::string& folder, uint64_t index) {
 
 std::string segmentName(const std::string& stretch, uint64_t index) {
   return stretch + "/" + numbered(index, kSegmentDigits) + kLogSegmentExtension;
+}
+
+std::string waitingMapName(const std::string& folder, uint64_t index) {
+  return folder + "/" + numbered(index, kStretchDigits) + kWaitingMapEnding;
+}
+
+std::vector<std::string> waitingMapsIn(const std::string& folder) {
+  std::vector<std::string> paths;
+  for (const std::string& name : entriesOf(folder)) {
+    if (isNumbered(name, kStretchDigits, kWaitingMapEnding)) paths.push_back(folder + "/" + name);
+  }
+  return paths;
 }
 
 bool isFrameLog(const std::string& folder) {

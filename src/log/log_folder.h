@@ -29,6 +29,10 @@ std::string baseMapOf(const std::string& stretch);
 std::string stretchName(const std::string& folder, uint64_t index);
 std::string segmentName(const std::string& stretch, uint64_t index);
 
+/// A map that waits to become the first of a stretch, and those that a process that ended has left.
+std::string waitingMapName(const std::string& folder, uint64_t index);
+std::vector<std::string> waitingMapsIn(const std::string& folder);
+
 /// Whether a folder holds a frame log.
 bool isFrameLog(const std::string& folder);
 

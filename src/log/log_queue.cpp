@@ -20,7 +20,7 @@ LogQueue::~LogQueue() {
   thread_.join();
 }
 
-void LogQueue::begin(LogBegin begin, std::shared_ptr<const MapContents> contents) {
+void LogQueue::begin(LogBegin begin, WriteMap write_map) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     begin.continues = begin.continues && !has_gap_;
@@ -29,8 +29,8 @@ void LogQueue::begin(LogBegin begin, std::shared_ptr<const MapContents> contents
   }
   Entry entry;
   entry.begins = true;
-  entry.write = [begin = std::move(begin), contents = std::move(contents)](FrameLog& log) {
-    log.begin(begin, contents.get());
+  entry.write = [begin = std::move(begin), write_map = std::move(write_map)](FrameLog& log) {
+    log.begin(begin, write_map);
   };
   push(std::move(entry));
 }

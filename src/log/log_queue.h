@@ -43,8 +43,8 @@ class LogQueue {
   LogQueue(const LogQueue&) = delete;
   LogQueue& operator=(const LogQueue&) = delete;
 
-  /// A stretch with the map as it is; null: it is empty.
-  void begin(LogBegin begin, std::shared_ptr<const MapContents> contents);
+  /// A stretch with the map as it is.
+  void begin(LogBegin begin, WriteMap write_map);
 
   // What happened to the map. `pixels` keeps the image alive.
   void add(const DepthFrame& frame, double stamp_s, uint32_t camera,

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dtsdf_mapping/io/map_file.h"
+#include "io/map_parts.h"
 #include "kernels/core/grid.h"
 
 namespace dtsdf {
@@ -49,7 +49,7 @@ void Refusion::begin() {
   }
   const std::string base = replay_.startOver(first_moved);
   mapper_ = base.empty() ? makeMapper(params_)
-                         : makeMapper(params_, loadMap(base, params_, params_.threads));
+                         : makeMapper(params_, partsOf(std::make_shared<const MapChunks>(base)));
   calls_since_mesh_ = base.empty() ? 0 : 1;
   has_to_begin_ = false;
 }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dtsdf_mapping/map_parts.h"
 #include "kernels/core/direction.h"
 #include "kernels/core/voxel.h"
 #include "map/block_table.h"
@@ -134,6 +135,11 @@ void checkContents(const MapContents& contents) {
       contents.colours.size() != size.bricks * kVoxelsPerBrick) {
     refuse("the number of voxels does not match the blocks");
   }
+  checkHead(contents);
+}
+
+void checkHead(const MapContents& contents) {
+  const MapSize size = sizeOf(contents.blocks);
   if (contents.supporting_frames > contents.frames) refuse("the frame counts are inconsistent");
   if (!std::isfinite(contents.stamp_s)) refuse("the stamp of the newest frame is not a number");
   if (size.bricks > 0 && !contents.painted) refuse("colour without painted blocks");

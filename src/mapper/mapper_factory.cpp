@@ -59,10 +59,23 @@ std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const
   return mapper;
 }
 
+std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
+                                               const MapParts& parts) {
+  checkHead(*parts.head);
+  checkFits(*parts.head, params);
+  std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(params, rules);
+  mapper->restore(parts);
+  return mapper;
+}
+
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params) { return makeProbedMapper(params); }
 
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params, const MapContents& contents) {
   return makeProbedMapper(params, Rules(), contents);
+}
+
+std::unique_ptr<Mapper> makeMapper(const MapperParams& params, const MapParts& parts) {
+  return makeProbedMapper(params, Rules(), parts);
 }
 
 }  // namespace dtsdf

@@ -18,5 +18,7 @@ std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params,
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapContents& contents);
+std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
+                                               const MapParts& parts);
 
 }  // namespace dtsdf

@@ -51,4 +51,10 @@ void FreeRuns::give(uint64_t first, uint64_t units) {
   }
 }
 
+/// A run is a node in each of both trees.
+size_t FreeRuns::bytes() const {
+  constexpr size_t kNodeBytes = 4 * sizeof(void*) + 2 * sizeof(uint64_t) + sizeof(size_t);
+  return 2 * kNodeBytes * free_.size();
+}
+
 }  // namespace dtsdf

@@ -23,6 +23,7 @@ class FreeRuns {
 
   uint64_t inUse() const { return in_use_; }
   uint64_t end() const { return end_; }  ///< Units that the file has.
+  size_t bytes() const;                  ///< Of memory, about.
 
  private:
   void insert(uint64_t first, uint64_t length);

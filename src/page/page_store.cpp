@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "kernels/meshing/unit_samples.h"
 
@@ -28,9 +29,10 @@ size_t recordBytes(const PagedBlock& block) {
          (block.has_labels ? kLabelBytes : 0);
 }
 
-PageStore::PageStore(const std::string& folder, uint64_t max_bytes)
+PageStore::PageStore(const std::string& folder, uint64_t max_bytes, size_t queue_bytes)
     : max_bytes_(max_bytes),
       file_(folder),
+      queue_(file_, queue_bytes),
       runs_(std::min<uint64_t>(max_bytes / kUnitBytes, UINT32_MAX)) {}
 
 uint64_t PageStore::room(bool with_reserve) const {
@@ -46,20 +48,22 @@ bool PageStore::hasRoomFor(uint64_t bytes, bool with_reserve) {
   return false;
 }
 
-bool PageStore::write(const std::vector<PagedBlock>& blocks, const std::vector<char>& records) {
+bool PageStore::write(const std::vector<PagedBlock>& blocks, std::vector<char> records) {
   std::vector<Page> pages;
+  std::vector<PageSpan> spans;
   const char* record = records.data();
   for (const PagedBlock& block : blocks) {
     const auto first = runs_.take(unitsOf(block));
-    if (!first) {
-      problem_ = kIsFull;
-      break;
-    }
+    if (!first) break;
     pages.push_back(
         {block, XXH3_64bits(record, recordBytes(block)), static_cast<uint32_t>(*first)});
+    spans.push_back(spanOf(pages.back()));
     record += recordBytes(block);
   }
-  if (pages.size() < blocks.size() || !writeRuns(pages, records)) {
+  const std::string problem =
+      pages.size() < blocks.size() ? kIsFull : queue_.write(spans, std::move(records));
+  if (!problem.empty()) {
+    problem_ = problem;
     for (const Page& page : pages) runs_.give(page.first_unit, unitsOf(page.block));
     return false;
   }
@@ -67,27 +71,8 @@ bool PageStore::write(const std::vector<PagedBlock>& blocks, const std::vector<c
   return true;
 }
 
-/// Runs that touch are written at once.
-bool PageStore::writeRuns(const std::vector<Page>& pages, const std::vector<char>& records) {
-  size_t begin = 0, bytes = 0;
-  uint64_t first = 0;
-  for (size_t i = 0; i <= pages.size(); ++i) {
-    const bool touches =
-        i < pages.size() && bytes > 0 && first + bytes / kUnitBytes == pages[i].first_unit;
-    if (!touches && bytes > 0) {
-      const std::string problem = file_.write(first * kUnitBytes, records.data() + begin, bytes);
-      if (!problem.empty()) {
-        problem_ = problem;
-        return false;
-      }
-      begin += bytes;
-      bytes = 0;
-    }
-    if (i == pages.size()) break;
-    if (bytes == 0) first = pages[i].first_unit;
-    bytes += recordBytes(pages[i].block);
-  }
-  return true;
+PageSpan PageStore::spanOf(const Page& page) const {
+  return {page.first_unit * kUnitBytes, recordBytes(page.block)};
 }
 
 void PageStore::enter(const Page& page) {
@@ -116,23 +101,41 @@ std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers,
   std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
     return pages_[size(numbers[a])].first_unit < pages_[size(numbers[b])].first_unit;
   });
-  std::vector<uint8_t> readings(numbers.size(), kPageDamaged);
+  std::vector<uint8_t> readings(numbers.size());
+  std::vector<size_t> to_read;
   for (const size_t i : order) {
-    const Page& page = pages_[size(numbers[i])];
-    char* const record = records.data() + begins[i];
-    const size_t bytes = begins[i + 1] - begins[i];
-    bool is_short;
-    const std::string problem = file_.read(page.first_unit * kUnitBytes, record, bytes, is_short);
-    if (!problem.empty()) {
-      problem_ = problem;
-      if (!is_short) readings[i] = kPageUnreadable;
-    } else if (XXH3_64bits(record, bytes) == page.checksum) {
-      readings[i] = kPageIntact;
-    } else {
-      problem_ = "what was read from map/page_folder is damaged; check the disk";
-    }
+    const bool is_in_memory =
+        queue_.find(spanOf(pages_[size(numbers[i])]), records.data() + begins[i]);
+    if (is_in_memory) readings[i] = check(pages_[size(numbers[i])], records.data() + begins[i]);
+    if (!is_in_memory) to_read.push_back(i);
+  }
+  if (to_read.empty()) return readings;
+  const WaitTimer timer(read_waits_);
+  for (const size_t i : to_read) {
+    readings[i] = read(pages_[size(numbers[i])], records.data() + begins[i]);
   }
   return readings;
+}
+
+PageReading PageStore::read(const Page& page, char* record) {
+  bool is_short;
+  const PageSpan span = spanOf(page);
+  const std::string problem = file_.read(span.offset, record, span.bytes, is_short);
+  if (problem.empty()) return check(page, record);
+  problem_ = problem;
+  return is_short ? kPageDamaged : kPageUnreadable;
+}
+
+PageReading PageStore::check(const Page& page, const char* record) {
+  if (XXH3_64bits(record, recordBytes(page.block)) == page.checksum) return kPageIntact;
+  problem_ = "what was read from map/page_folder is damaged; check the disk";
+  return kPageDamaged;
+}
+
+void PageStore::readAhead(const std::vector<int32_t>& numbers) {
+  std::vector<PageSpan> spans;
+  for (const int32_t number : numbers) spans.push_back(spanOf(pages_[size(number)]));
+  queue_.readAhead(std::move(spans));
 }
 
 void PageStore::release(const std::vector<int32_t>& numbers) {
@@ -140,12 +143,13 @@ void PageStore::release(const std::vector<int32_t>& numbers) {
   is_full_[0] = is_full_[1] = false;
   for (const int32_t number : numbers) {
     const Page& page = pages_[size(number)];
+    queue_.forget(spanOf(page).offset);
     runs_.give(page.first_unit, unitsOf(page.block));
     index_.erase(page.block.key);
     cells_.erase(unpackKey(page.block.key), number);
     free_numbers_.push_back(number);
   }
-  if (runs_.end() < end) file_.truncate(runs_.end() * kUnitBytes);
+  if (runs_.end() < end) queue_.shrink(runs_.end() * kUnitBytes);
 }
 
 void PageStore::clear() {
@@ -160,8 +164,8 @@ void PageStore::clear() {
 uint64_t PageStore::bytes() const { return runs_.inUse() * kUnitBytes; }
 
 size_t PageStore::indexBytes() const {
-  return index_.memoryBytes() + cells_.memoryBytes() + pages_.capacity() * sizeof(Page) +
-         free_numbers_.capacity() * sizeof(int32_t);
+  return runs_.bytes() + index_.memoryBytes() + cells_.memoryBytes() +
+         pages_.capacity() * sizeof(Page) + free_numbers_.capacity() * sizeof(int32_t);
 }
 
 }  // namespace dtsdf

@@ -11,6 +11,7 @@
 #include "map/slot_index.h"
 #include "page/free_runs.h"
 #include "page/page_file.h"
+#include "page/page_queue.h"
 
 namespace dtsdf {
 
@@ -36,8 +37,9 @@ enum PageReading : uint8_t {
 
 class PageStore {
  public:
+  /// @param queue_bytes See PageQueue.
   /// @throws std::runtime_error where the folder cannot be written.
-  PageStore(const std::string& folder, uint64_t max_bytes);
+  PageStore(const std::string& folder, uint64_t max_bytes, size_t queue_bytes);
 
   /// How much more may be written. An eighth of the space, at most 32 MiB, is a reserve for what
   /// makes room for blocks that come back: a full disk would hold on to these else.
@@ -49,13 +51,20 @@ class PageStore {
   /// Whether there was no room, and nothing was released since: it need not be tried again.
   bool isFull(bool with_reserve) const { return is_full_[with_reserve ? 1 : 0]; }
 
-  /// Writes blocks, which hold what lies in `records` back to back.
-  /// @return whether it did; else nothing has changed, and problem() says why.
-  bool write(const std::vector<PagedBlock>& blocks, const std::vector<char>& records);
+  /// Takes blocks, which hold what lies in `records` back to back: they are written while others
+  /// go on. @return whether it did; else nothing has changed, and problem() says why.
+  bool write(const std::vector<PagedBlock>& blocks, std::vector<char> records);
 
   /// Reads what blocks hold, back to back, by their numbers; they stay where they are.
   /// @return a PageReading for each.
   std::vector<uint8_t> read(const std::vector<int32_t>& numbers, std::vector<char>& records);
+
+  /// Blocks that may be needed soon are read while others go on, the first ones first, as far as
+  /// there is room for them.
+  void readAhead(const std::vector<int32_t>& numbers);
+
+  /// Waits until all is in the file, or cannot be written, and what was asked for is read ahead.
+  void finish() { queue_.finish(); }
 
   /// Forgets blocks, by their numbers.
   void release(const std::vector<int32_t>& numbers);
@@ -80,6 +89,9 @@ class PageStore {
   uint64_t bytes() const;
   size_t indexBytes() const;
   const std::string& problem() const { return problem_; }
+  DiskWaits waits() const {
+    return {read_waits_.count + queue_.waits().count, read_waits_.ms + queue_.waits().ms};
+  }
 
  private:
   struct Page {
@@ -89,11 +101,15 @@ class PageStore {
   };
 
   static size_t size(int32_t number) { return static_cast<size_t>(number); }
-  bool writeRuns(const std::vector<Page>& pages, const std::vector<char>& records);
+  PageSpan spanOf(const Page& page) const;
+  PageReading read(const Page& page, char* record);
+  PageReading check(const Page& page, const char* record);
   void enter(const Page& page);
 
   const uint64_t max_bytes_;
   PageFile file_;
+  PageQueue queue_;
+  DiskWaits read_waits_;
   FreeRuns runs_;
   SlotIndex index_;
   BlockCells cells_;

@@ -11,6 +11,7 @@
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "io/atomic_file.h"
+#include "io/map_parts.h"
 #include "io/save_mapper.h"
 #include "io/trajectory_file.h"
 #include "log/log_replay.h"
@@ -35,7 +36,7 @@ constexpr size_t kFramesAhead = 4;
 /// The map that a run begins with, and its settings.
 struct StartingMap {
   MapperParams params;
-  std::optional<MapContents> contents;  ///< None: it is empty.
+  std::optional<MapParts> map;  ///< None: it is empty.
 };
 
 /// Where a run's map lies.
@@ -49,36 +50,37 @@ struct MapFrame {
 StartingMap loadStartingMap(const std::string& path, const RunSettings& settings) {
   StartingMap start{settings.params.mapper, std::nullopt};
   if (path.empty()) return start;
-  start.contents = loadMap(path, start.params);
-  start.params = withSettingsOf(*start.contents, start.params);
+  start.map = partsOf(std::make_shared<const MapChunks>(path));
+  const MapContents& head = *start.map->head;
+  start.params = withSettingsOf(head, start.params);
   ParamWriter writer;
   visitParams(start.params, writer);
   for (auto& [key, value] : writer.tree) {
     const auto given = settings.given.find(key);
     if (given != settings.given.end()) value = given->second;
   }
-  checkGivenFit(*start.contents, readMapperParams(writer.tree));
+  checkGivenFit(head, readMapperParams(writer.tree));
   if (settings.given.count("map/level")) {
-    checkLevel(*start.contents, isLevelled(settings.params.node));
+    checkLevel(head, isLevelled(settings.params.node));
   }
-  checkFrame(*start.contents, settings.given.count("map_frame") ? settings.params.node.map_frame
-                                                                : std::string());
+  checkFrame(head, settings.given.count("map_frame") ? settings.params.node.map_frame
+                                                     : std::string());
   return start;
 }
 
 /// The name of the frame that a run's map has.
 std::string nameOfFrame(const ReconstructOptions& options, const RunSettings& settings,
                         const StartingMap& start) {
-  if (start.contents && !start.contents->map_frame.empty()) return start.contents->map_frame;
+  if (start.map && !start.map->head->map_frame.empty()) return start.map->head->map_frame;
   return nameOfFrame(options, settings);
 }
 
 /// The frame of a run's map; that of a map that is loaded stays what it is.
 MapFrame frameOf(const ReconstructOptions& options, const RunSettings& settings,
                  const StartingMap& start) {
-  const bool goes_on = start.contents && start.contents->frames > 0;
+  const bool goes_on = start.map && start.map->head->frames > 0;
   return {nameOfFrame(options, settings, start),
-          goes_on ? start.contents->T_W_M : findLevel(options, settings, "reconstruct")};
+          goes_on ? start.map->head->T_W_M : findLevel(options, settings, "reconstruct")};
 }
 
 /// Saves the map of a run, and says so.
@@ -204,7 +206,8 @@ void runLog(const ReconstructOptions& options) {
   const std::string& base = log.log().baseMap();
   const auto mapper =
       base.empty() ? makeProbedMapper(params, settings.rules)
-                   : makeProbedMapper(params, settings.rules, loadMap(base, params));
+                   : makeProbedMapper(params, settings.rules,
+                                      partsOf(std::make_shared<const MapChunks>(base)));
   ProgressBar progress("frames", log.depthImages());
   ReconstructionResult result =
       reconstruct(log, *mapper, params.map.voxel_size_m, options.mesh_every,
@@ -230,11 +233,11 @@ void run(ReconstructOptions options) {
   auto colours = openColours(options, settings.params.node);
   // Those without poses of their own follow the depth camera.
   if (!options.recording.first_pose_only) colours = levelled(std::move(colours), frame.T_W_M);
-  const auto mapper = start.contents ? makeProbedMapper(params, settings.rules, *start.contents)
-                                     : makeProbedMapper(params, settings.rules);
+  const auto mapper = start.map ? makeProbedMapper(params, settings.rules, *start.map)
+                                : makeProbedMapper(params, settings.rules);
   std::optional<double> map_stamp_s;
-  if (start.contents) map_stamp_s = start.contents->stamp_s;
-  start.contents.reset();  // the map is in memory once more
+  if (start.map) map_stamp_s = start.map->head->stamp_s;
+  start.map.reset();  // what is known of its blocks is in memory once more
   ReconstructionResult result;
   {
     ProgressBar progress("frames", source->size());

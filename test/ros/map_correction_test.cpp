@@ -96,7 +96,7 @@ class MapCorrectionTest : public testing::Test {
     frame.image = depth;
     ros::Time::init();  // it warns, at a rate
     ASSERT_TRUE(log_.taken(frame, {}));
-    log_.checkpoint(session_.contents());
+    log_.checkpoint(0.0, writerOf(std::make_shared<const MapContents>(session_.contents())));
   }
 
   /// Until so many images were fused again.

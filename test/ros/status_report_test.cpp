@@ -179,6 +179,19 @@ TEST(StatusReport, ListsWhatLiesOnDisk) {
   input.map.stats.pages.written = 9;
   input.map.stats.pages.bytes = 1234;
   input.map.stats.pages.index_bytes = 56;
+  input.map.stats.pages.blocks = 3;
+  input.map.stats.pages.read = 6;
+  input.map.stats.pages.waits = 2;
+  input.map.stats.pages.wait_ms = 1500.0;
+  input.map.stats.map_bytes_peak = 77;
+  const MapStatus status = makeStatus(input);
+  EXPECT_EQ(status.map_bytes_peak, 77u);
+  EXPECT_EQ(status.paged_blocks, 3u);
+  EXPECT_EQ(status.paged_bytes, 1234u);
+  EXPECT_EQ(status.pages_written, 9u);
+  EXPECT_EQ(status.pages_read, 6u);
+  EXPECT_EQ(status.page_waits, 2u);
+  EXPECT_EQ(status.page_wait_s, 1.5f);
   size_t found = 0;
   for (const auto& part : makeStatus(input).memory) {
     if (part.name == "pages") EXPECT_EQ(part.place + std::to_string(part.bytes), "disk1234");

@@ -35,18 +35,17 @@ class LoggedMap {
     begin(nullptr, false);
   }
 
-  void begin(const MapContents* map, bool continues) {
+  void begin(const WriteMap& write_map, bool continues) {
     LogBegin begin;
     begin.settings = settingsOf(params_);
     begin.map_frame = "map";
     begin.continues = begin.stands_for_lost = continues;
-    log_.begin(begin, map);
+    log_.begin(begin, write_map);
   }
 
   /// A new stretch with the map as it is.
   void checkpoint() {
-    const MapContents contents = mapper_->contents();
-    begin(&contents, true);
+    begin(writerOf(std::make_shared<const MapContents>(mapper_->contents())), true);
   }
 
   void fuse(const SceneFrame& frame, double stamp_s, uint32_t camera = 0) {

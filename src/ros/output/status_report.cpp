@@ -147,6 +147,17 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("process", false, in.process_bytes);
 }
 
+void fillPages(const PageStats& pages, MapStatus& status) {
+  status.paged_blocks = pages.blocks;
+  status.paged_bytes = pages.bytes;
+  status.pages_written = pages.written;
+  status.pages_read = pages.read;
+  status.pages_lost = pages.lost;
+  status.page_failures = pages.failures;
+  status.page_waits = pages.waits;
+  status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
+}
+
 void fillLog(const StatusInput& in, MapStatus& status) {
   status.log_bytes = in.log.bytes;
   status.log_waiting_bytes = in.log.waiting_bytes;
@@ -191,6 +202,7 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in, const dtsdf_mapping::
   status.blocks = in.map.stats.blocks;
   status.voxel_arrays = in.map.stats.voxel_arrays;
   status.map_bytes = in.map.stats.map_bytes;
+  status.map_bytes_peak = in.map.stats.map_bytes_peak;
   status.max_map_bytes = in.map.stats.max_map_bytes;
   status.refused_blocks = in.map.stats.refused_blocks;
   status.refused_cubes = in.map.stats.refused_cubes;
@@ -200,6 +212,7 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in, const dtsdf_mapping::
   addTopics(in.output.topics, status);
   addTopics(in.output.space_topics, status);
 
+  fillPages(in.map.stats.pages, status);
   fillLog(in, status);
 
   status.transforms_refused = in.transforms.refused;

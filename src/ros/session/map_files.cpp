@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dtsdf_mapping/io/map_file.h"
+#include "io/map_parts.h"
 
 namespace dtsdf {
 namespace {
@@ -26,9 +26,9 @@ MapFiles::MapFiles(const MapperParams& params, std::string map_frame, const Part
       file_loop_([] { return std::chrono::hours(1); }, WorkerThread::Priority::kLow) {}
 
 MapFiles::Done MapFiles::save(const std::string& path) {
-  MapContents contents = parts_.map_loop.run([this] { return parts_.session.contents(); }).get();
-  contents.map_frame = map_frame_;
-  const SavedMap saved = file_loop_.run([&] { return saveMap(contents, path); }).get();
+  const std::optional<SavedMap> in_pieces =
+      parts_.map_loop.run([&] { return saveInPieces(path); }).get();
+  const SavedMap saved = in_pieces ? *in_pieces : saveCopy(path);
   return {saved.size.blocks, "saved " + std::to_string(saved.size.blocks) + " blocks (" +
                                  inMegabytes(saved.file_bytes) + ") to " + path};
 }
@@ -44,24 +44,38 @@ void MapFiles::checkFitsCurrent(const MapContents& contents) const {
   }
 }
 
+/// Map's thread. @return nothing where the map is in memory, and is better copied.
+std::optional<SavedMap> MapFiles::saveInPieces(const std::string& path) {
+  if (!parts_.session.isPaged()) return std::nullopt;
+  return parts_.session.save(path, map_frame_);
+}
+
+/// A map that has gone to disk in part meanwhile is copied all the same.
+SavedMap MapFiles::saveCopy(const std::string& path) {
+  MapContents contents = parts_.map_loop.run([this] { return parts_.session.contents(); }).get();
+  contents.map_frame = map_frame_;
+  return file_loop_.run([&] { return saveMap(contents, path); }).get();
+}
+
 MapFiles::Done MapFiles::load(const std::string& path) {
-  const auto loaded = std::make_shared<const MapContents>(
-      file_loop_.run([&] { return loadMap(path, params_); }).get());
-  const MapContents& contents = *loaded;
+  const std::shared_ptr<const MapChunks> file =
+      file_loop_.run([&] { return std::make_shared<const MapChunks>(path); }).get();
+  const MapContents& contents = file->head();
   checkFrame(contents, map_frame_);
   checkLevel(contents, parts_.session.isLevelled());
   const bool is_empty = parts_.map_loop.run([this] { return parts_.session.isEmpty(); }).get();
   if (!is_empty) checkFitsCurrent(contents);
   const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
   std::unique_ptr<Mapper> mapper =
-      file_loop_.run([&] { return makeMapper(params, contents); }).get();
+      file_loop_.run([&] { return makeMapper(params, partsOf(file)); }).get();
   // The old mapper comes back, so that the map's thread need not wait until its memory is freed.
   mapper = parts_.map_loop
                .run([&] {
                  // Frames may have come meanwhile, with the settings that the map had.
                  if (!parts_.session.isEmpty()) checkFitsCurrent(contents);
                  return parts_.session.replace(
-                     {std::move(mapper), params.map.voxel_size_m, path, loaded});
+                     {std::move(mapper), params.map.voxel_size_m, path, partsOf(file).head,
+                      [file](const std::string& to) { copyMapFile(*file, to); }});
                })
                .get();
   params_ = params;

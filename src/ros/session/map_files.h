@@ -1,6 +1,7 @@
 /// Saves the map of a session to files, and loads it from them.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "dtsdf_mapping/params/mapper_params.h"
@@ -10,7 +11,8 @@
 namespace dtsdf {
 
 /// One thread at a time. Compressing and writing, reading and checking are done on a thread of low
-/// priority; the map's thread only copies the map, or takes over the new one.
+/// priority; the map's thread only copies the map, or takes over the new one. A map that is on disk
+/// in part is too large to be copied: the map's thread saves it, piece by piece.
 class MapFiles {
  public:
   /// What it works with; all of it outlives it.
@@ -40,6 +42,8 @@ class MapFiles {
 
  private:
   void checkFitsCurrent(const MapContents& contents) const;
+  std::optional<SavedMap> saveInPieces(const std::string& path);
+  SavedMap saveCopy(const std::string& path);
 
   MapperParams params_;  ///< Of the map as it is.
   const std::string map_frame_;

@@ -2,8 +2,15 @@
 
 #include <ros/console.h>
 
+#include <cerrno>
+#include <cstdio>
+#include <stdexcept>
+#include <system_error>
 #include <utility>
 #include <variant>
+
+#include "log/log_folder.h"
+#include "params/printable.h"
 
 namespace dtsdf {
 namespace {
@@ -24,6 +31,25 @@ LogQueue::Options queueOptions(const LogParams& params, const std::string& folde
   return options;
 }
 
+/// A map file that goes where it did not become that of a stretch.
+class WaitingMap {
+ public:
+  explicit WaitingMap(std::string path) : path_(std::move(path)) {}
+  ~WaitingMap() { std::remove(path_.c_str()); }
+  WaitingMap(const WaitingMap&) = delete;
+  WaitingMap& operator=(const WaitingMap&) = delete;
+
+  const std::string& path() const { return path_; }
+  void moveTo(const std::string& path) const {
+    if (std::rename(path_.c_str(), path.c_str()) == 0) return;
+    throw std::runtime_error("cannot write '" + printable(path) +
+                             "': " + std::generic_category().message(errno));
+  }
+
+ private:
+  const std::string path_;
+};
+
 /// A frame that the mapper refused for itself leaves the map as it was, at any pose.
 bool isLogged(FrameStatus status) {
   return status == FrameStatus::kFused || status == FrameStatus::kNoMeasurement;
@@ -37,23 +63,24 @@ MapLog::MapLog(const MappingParams& params, const std::string& folder, const Lev
       map_frame_(params.node.map_frame),
       levelling_(levelling),
       queue_(queueOptions(params.node.log, folder)) {
+  for (const std::string& left : waitingMapsIn(folder)) std::remove(left.c_str());
   emptied();
 }
 
-void MapLog::begin(std::shared_ptr<const MapContents> contents, bool continues) {
+void MapLog::begin(double stamp_s, WriteMap write_map, bool continues) {
   LogBegin begin;
   begin.settings = settingsOf(params_);
   begin.map_frame = map_frame_;
   begin.continues = begin.stands_for_lost = continues;
-  if (contents != nullptr) begin.stamp_s = contents->stamp_s;
-  queue_.begin(std::move(begin), std::move(contents));
+  begin.stamp_s = stamp_s;
+  queue_.begin(std::move(begin), std::move(write_map));
   logged_level_.reset();
   has_images_ = has_images_ && continues;
 }
 
-void MapLog::loaded(std::shared_ptr<const MapContents> contents) {
-  params_ = withSettingsOf(*contents, params_);
-  begin(std::move(contents), false);
+void MapLog::loaded(const MapContents& head, WriteMap write_map) {
+  params_ = withSettingsOf(head, params_);
+  begin(head.stamp_s, std::move(write_map), false);
 }
 
 bool MapLog::taken(const PosedFrame& frame, const IntegrationResult& result) {
@@ -75,8 +102,23 @@ bool MapLog::taken(const PosedFrame& frame, const IntegrationResult& result) {
   return queue_.wantsMap();
 }
 
-void MapLog::checkpoint(MapContents contents) {
-  begin(std::make_shared<const MapContents>(std::move(contents)), true);
+void MapLog::checkpoint(Mapper& mapper, const MapOrigin& origin) {
+  WriteMap write_map =
+      mapper.stats().pages.blocks > 0
+          ? writeNow(mapper, origin)
+          : writerOf(std::make_shared<const MapContents>(contentsWith(origin, mapper)));
+  checkpoint(origin.stamp_s, std::move(write_map));
+}
+
+/// What fails with the disk fails in the log, as if it were written later.
+WriteMap MapLog::writeNow(Mapper& mapper, const MapOrigin& origin) {
+  const auto waiting = std::make_shared<const WaitingMap>(waitingMapName(folder_, ++waiting_maps_));
+  try {
+    saveMapOf(mapper, origin, waiting->path());
+  } catch (const std::runtime_error& error) {
+    return [text = errorText(error)](const std::string&) { throw std::runtime_error(text); };
+  }
+  return [waiting](const std::string& path) { waiting->moveTo(path); };
 }
 
 void MapLog::warnOfLoss() const {

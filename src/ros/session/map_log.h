@@ -5,8 +5,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "dtsdf_mapping/mapper.h"
+#include "io/save_mapper.h"
 #include "log/log_queue.h"
 #include "params/node_params.h"
 #include "ros/input/posed_frame.h"
@@ -22,10 +24,10 @@ class MapLog {
   MapLog(const MappingParams& params, const std::string& folder, const Levelling& levelling);
 
   /// The map was emptied, and keeps its settings.
-  void emptied() { begin(nullptr, false); }
+  void emptied() { begin(0.0, nullptr, false); }
 
   /// The map became another one, with settings of its own.
-  void loaded(std::shared_ptr<const MapContents> contents);
+  void loaded(const MapContents& head, WriteMap write_map);
 
   /// A frame was handed to the mapper, with this result. @return whether the log needs the map, for
   /// a new stretch.
@@ -34,8 +36,13 @@ class MapLog {
   /// A part of the map was emptied.
   void cleared(const Region& region) { queue_.add(region); }
 
-  /// The map as it is, for a new stretch.
-  void checkpoint(MapContents contents);
+  /// The map as it is, for a new stretch: a copy that is written beside the frames to come, or, of
+  /// a map that is on disk in part, a file that is written now, piece by piece.
+  void checkpoint(Mapper& mapper, const MapOrigin& origin);
+  /// The same of a map with frames up to this stamp.
+  void checkpoint(double stamp_s, WriteMap write_map) {
+    begin(stamp_s, std::move(write_map), true);
+  }
 
   /// The map became that of corrected poses.
   void corrected(const LogCorrection& correction) { queue_.add(correction); }
@@ -51,7 +58,8 @@ class MapLog {
   LogReport report() const { return queue_.report(); }
 
  private:
-  void begin(std::shared_ptr<const MapContents> contents, bool continues);
+  void begin(double stamp_s, WriteMap write_map, bool continues);
+  WriteMap writeNow(Mapper& mapper, const MapOrigin& origin);
   void warnOfLoss() const;
 
   const std::string folder_;
@@ -60,6 +68,7 @@ class MapLog {
   const Levelling& levelling_;
   std::optional<Eigen::Isometry3d> logged_level_;
   bool has_images_ = false;
+  uint64_t waiting_maps_ = 0;  ///< So far.
   LogQueue queue_;
 };
 

@@ -157,7 +157,8 @@ bool MapSession::takeFrame(PosedFrame& frame) {
 
 /// A map that is copied is that of the frames logged so far.
 void MapSession::log(const PosedFrame& frame, const IntegrationResult& result) {
-  if (parts_.log != nullptr && parts_.log->taken(frame, result)) parts_.log->checkpoint(contents());
+  if (parts_.log == nullptr || !parts_.log->taken(frame, result)) return;
+  parts_.log->checkpoint(*mapper_, origin());
 }
 
 void MapSession::beginMesh() {
@@ -260,55 +261,6 @@ void MapSession::handOverChangesOf(Space& replaced) {
   parts_.space->add(replaced.takeChanges(), now.cellSize_m(), mesh_stamp_);
   parts_.space->add(changesBetween(replaced, now.takeChanges().cubes), now.cellSize_m(),
                     mesh_stamp_);
-}
-
-void MapSession::clear() {
-  mapper_->clear();
-  if (parts_.correction != nullptr) parts_.correction->giveUp("the map was emptied meanwhile");
-  if (parts_.log != nullptr) parts_.log->emptied();
-  if (parts_.poses != nullptr) parts_.poses->mapIsAnother();
-  schedule_.cleared();
-  mesh_whole_ = true;
-  map_stamp_ = mesh_stamp_ = ros::Time();
-  loaded_stamp_s_ = 0.0;
-  forgetHandedOver();
-  forgetFailure();
-  updateReport();
-}
-
-MapContents MapSession::contents() {
-  MapContents contents = mapper_->contents();
-  if (parts_.levelling != nullptr) contents.T_W_M = parts_.levelling->level();
-  contents.stamp_s = map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec();
-  return contents;
-}
-
-std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {
-  mapper_.swap(loaded.mapper);
-  const MapContents& contents = *loaded.contents;
-  if (contents.T_W_M && isLevelled()) parts_.levelling->set(*contents.T_W_M);
-  if (parts_.correction != nullptr) {
-    parts_.correction->giveUp("another map was loaded meanwhile");
-  }
-  if (parts_.log != nullptr) parts_.log->loaded(loaded.contents);
-  if (parts_.poses != nullptr) parts_.poses->mapIsAnother();
-  schedule_.mapReplaced();
-  mesh_whole_ = true;
-  map_stamp_ = mesh_stamp_ = ros::Time();
-  loaded_stamp_s_ = contents.stamp_s;
-  forgetHandedOver(loaded.voxel_size_m);
-  forgetFailure();
-  updateReport();
-  const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_.loaded_map = loaded.path;
-  report_.voxel_size_m = loaded.voxel_size_m;
-  return std::move(loaded.mapper);
-}
-
-/// So that nothing of the map that was here is on its way any more.
-void MapSession::forgetHandedOver(std::optional<float> voxel_size_m) {
-  parts_.mesh_changes.clear(voxel_size_m);
-  if (parts_.space != nullptr) parts_.space->clear();
 }
 
 void MapSession::forgetFailure() {

@@ -72,18 +72,25 @@ class MapSession {
   /// A copy of the map. @throws std::exception if the backend cannot give it.
   MapContents contents();
 
+  /// Whether some of the map is on disk: it is to be saved by save() then.
+  bool isPaged() const { return mapper_->stats().pages.blocks > 0; }
+
+  /// Saves the map piece by piece: frames wait. @throws std::exception as saveMapOf() does.
+  SavedMap save(const std::string& path, const std::string& map_frame);
+
   /// Whether its map has a frame of its own, which is level.
   bool isLevelled() const { return parts_.levelling != nullptr && parts_.levelling->isOn(); }
 
   /// Whether nothing is mapped; no map that has failed counts as empty.
-  bool isEmpty() const { return !hasFailed() && mapper_->stats().blocks == 0; }
+  bool isEmpty() const;
 
   /// A map from a file, in a mapper of its own.
   struct LoadedMap {
     std::unique_ptr<Mapper> mapper;
     float voxel_size_m;
     std::string path;
-    std::shared_ptr<const MapContents> contents;  ///< What is in the mapper.
+    std::shared_ptr<const MapContents> head;  ///< Of what is in the mapper.
+    WriteMap write_map = nullptr;             ///< Writes that, for the log.
   };
 
   /// Goes on with a map that was loaded, and starts over after a failure; the whole mesh is handed
@@ -110,6 +117,7 @@ class MapSession {
   FrameAccounting& accountingOf(const PosedFrame& frame) const;
   IntegrationResult integrate(const PosedFrame& frame);
   void log(const PosedFrame& frame, const IntegrationResult& result);
+  MapOrigin origin(const std::string& map_frame = std::string()) const;
   void noteCleared(const Region& region);
   void beginMesh();
   void finishMesh();

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
@@ -54,7 +56,7 @@ std::string openFileIn(const std::string& folder) {
 class PageStoreTest : public testing::Test {
  protected:
   TemporaryFolder folder_;
-  PageStore store_{folder_.path(), 64 << 20};
+  PageStore store_{folder_.path(), 64 << 20, 1 << 20};
 
   std::vector<int32_t> numbersOf(const std::vector<PagedBlock>& blocks) {
     std::vector<int32_t> numbers;
@@ -113,6 +115,7 @@ TEST_F(PageStoreTest, FindsDamage) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 30);
   const std::vector<char> records = randomRecords(blocks, 3);
   ASSERT_TRUE(store_.write(blocks, records));
+  store_.finish();
   const std::string file = openFileIn(folder_.path());
   ASSERT_NE(file, "");
   {
@@ -132,7 +135,7 @@ TEST_F(PageStoreTest, FindsDamage) {
 }
 
 TEST_F(PageStoreTest, IsFullAtItsLimit) {
-  PageStore store(folder_.path(), 400 << 10);
+  PageStore store(folder_.path(), 400 << 10, 1 << 20);
   const std::vector<PagedBlock> blocks = someBlocks(0, 12), more = someBlocks(12, 40);
   ASSERT_TRUE(store.write(blocks, randomRecords(blocks, 1)));
   EXPECT_TRUE(store.hasRoomFor((400 << 10) - store.bytes(), true));
@@ -149,29 +152,105 @@ TEST_F(PageStoreTest, IsFullAtItsLimit) {
   EXPECT_FALSE(store.isFull(false)) << "now it may be tried again";
 }
 
-/// A disk without space, as a limit of the process makes one.
+/// A disk without space, as a limit of the process makes one. What was taken before it was known
+/// stays in memory until it can be written.
 TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
-  const std::vector<PagedBlock> blocks = someBlocks(0, 12), more = someBlocks(12, 40);
-  const std::vector<char> records = randomRecords(blocks, 1), more_records = randomRecords(more, 2);
+  const std::vector<PagedBlock> blocks = someBlocks(0, 12), second = someBlocks(12, 40),
+                                third = someBlocks(52, 9);
+  const std::vector<char> records = randomRecords(blocks, 1),
+                          second_records = randomRecords(second, 2),
+                          third_records = randomRecords(third, 3);
   ASSERT_TRUE(store_.write(blocks, records));
+  store_.finish();
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, SIG_IGN);
   const rlimit small{records.size() + 5000, before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);
-  const bool written = store_.write(more, more_records);
+  EXPECT_TRUE(store_.write(second, second_records)) << "nobody knows yet";
+  store_.finish();
+  const bool written = store_.write(third, third_records);
+  const std::string problem = store_.problem();
+  expectHolds(second, second_records);
   setrlimit(RLIMIT_FSIZE, &before);
   EXPECT_FALSE(written);
-  EXPECT_NE(store_.problem().find("cannot write"), std::string::npos) << store_.problem();
+  EXPECT_NE(problem.find("cannot write"), std::string::npos) << problem;
+  EXPECT_EQ(store_.count(), blocks.size() + second.size());
   expectHolds(blocks, records);
-  ASSERT_TRUE(store_.write(more, more_records)) << "later there is space again";
-  expectHolds(more, more_records);
+  ASSERT_TRUE(store_.write(third, third_records)) << "later there is space again";
+  store_.finish();
+  EXPECT_EQ(std::filesystem::file_size(openFileIn(folder_.path())), store_.bytes());
+  expectHolds(second, second_records);
+  expectHolds(third, third_records);
 }
 
-TEST_F(PageStoreTest, LeavesNothingBehind) {
+/// They are there when they are needed, though the file is gone by then.
+TEST_F(PageStoreTest, ReadsAhead) {
+  const std::vector<PagedBlock> blocks = someBlocks(0, 30);
+  const std::vector<char> records = randomRecords(blocks, 4);
+  ASSERT_TRUE(store_.write(blocks, records));
+  store_.finish();
+  store_.readAhead(numbersOf(blocks));
+  store_.finish();
+  std::filesystem::resize_file(openFileIn(folder_.path()), 0);
+  const uint64_t waits = store_.waits().count;
+  expectHolds(blocks, records);
+  EXPECT_EQ(store_.waits().count, waits) << "nobody waited for the disk";
+  store_.release(numbersOf(blocks));
+  const std::vector<char> others = randomRecords(blocks, 5);
+  ASSERT_TRUE(store_.write(blocks, others));
+  expectHolds(blocks, others);
+}
+
+/// Blocks come and go while they are written and read: whatever the thread has reached, they are
+/// what they were.
+TEST_F(PageStoreTest, GivesBackWhatIsOnItsWay) {
+  std::mt19937 random(7);
+  std::vector<std::vector<char>> records(12);
+  std::vector<std::vector<PagedBlock>> groups;
+  for (int32_t i = 0; i < 12; ++i) groups.push_back(someBlocks(100 * i, 5 + 3 * i));
+  for (unsigned turn = 0; turn < 4000; ++turn) {
+    const size_t i = random() % groups.size();
+    if (records[i].empty()) {
+      records[i] = randomRecords(groups[i], turn);
+      ASSERT_TRUE(store_.write(groups[i], records[i]));
+    } else if (random() % 3 == 0) {
+      store_.readAhead(numbersOf(groups[i]));
+    } else {
+      ASSERT_NO_FATAL_FAILURE(expectHolds(groups[i], records[i]));
+      store_.release(numbersOf(groups[i]));
+      records[i].clear();
+    }
+  }
+}
+
+/// Not even of a process that is killed while it writes; and the next one finds nothing in its way.
+TEST(PageStoreKilled, LeavesNothingBehind) {
+  const TemporaryFolder folder;
+  int to_parent[2];
+  ASSERT_EQ(pipe(to_parent), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    PageStore store(folder.path(), 64 << 20, 1 << 20);
+    for (unsigned i = 0;; ++i) {
+      const std::vector<PagedBlock> blocks = someBlocks(static_cast<int32_t>(10 * i), 10);
+      const bool is_written = store.write(blocks, randomRecords(blocks, i));
+      if (i == 20 && write(to_parent[1], "x", 1) != 1) _exit(1);
+      if (!is_written) store.clear();
+    }
+  }
+  char byte;
+  ASSERT_EQ(read(to_parent[0], &byte, 1), 1);
+  kill(child, SIGKILL);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(folder.entryCount(), 0u);
+  PageStore store(folder.path(), 64 << 20, 1 << 20);
   const std::vector<PagedBlock> blocks = someBlocks(0, 10);
-  ASSERT_TRUE(store_.write(blocks, randomRecords(blocks, 1)));
-  EXPECT_EQ(folder_.entryCount(), 0u) << "whatever ends the process, there is no file to remove";
+  EXPECT_TRUE(store.write(blocks, randomRecords(blocks, 1)));
+  EXPECT_EQ(folder.entryCount(), 0u) << "a store that is used has no file to be removed either";
 }
 
 }  // namespace

@@ -1,0 +1,119 @@
+#include "move_marks.h"
+
+#include <algorithm>
+
+#include "device_map.cuh"
+#include "named_kernels.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+constexpr uint32_t kDirty = 1, kPainted = 2;
+
+__device__ uint32_t marksOf(const MapView& map, int32_t slot) {
+  const bool is_painted = map.painted.flags != nullptr && map.painted.flags[slot] != 0;
+  return (map.dirty[slot] != 0 ? kDirty : 0u) | (is_painted ? kPainted : 0u);
+}
+
+/// One thread per slot.
+__global__ void readMarksKernel(MapView map, uint32_t* marks) {
+  const size_t i = globalThread();
+  if (i >= map.slot_count) return;
+  const auto slot = static_cast<int32_t>(i);
+  marks[i] = map.slots[slot].key == kNoKey ? 0 : marksOf(map, slot);
+}
+
+/// One thread per slot that is asked for. The lists of marked ones are empty then.
+__global__ void takeMarksKernel(MapView map, const int32_t* slots, size_t count, uint32_t* marks) {
+  const size_t i = globalThread();
+  if (i == 0) {
+    *map.dirty_count = 0;
+    if (map.painted.count != nullptr) *map.painted.count = 0;
+  }
+  if (i >= count) return;
+  marks[i] = marksOf(map, slots[i]);
+  map.dirty[slots[i]] = 0;
+  if (map.painted.flags != nullptr) map.painted.flags[slots[i]] = 0;
+}
+
+/// One thread per slot: lists those that are still marked, each once.
+__global__ void listMarkedKernel(MapView map) {
+  const size_t i = globalThread();
+  if (i >= map.slot_count) return;
+  const auto slot = static_cast<int32_t>(i);
+  const uint32_t marks = marksOf(map, slot);
+  if (marks & kDirty) map.dirty_slots[atomicAdd(map.dirty_count, 1u)] = slot;
+  if (marks & kPainted) map.painted.slots[atomicAdd(map.painted.count, 1u)] = slot;
+}
+
+/// One thread per slot that is asked for.
+__global__ void setMarksKernel(MapView map, const int32_t* slots, size_t count,
+                               const uint32_t* marks) {
+  const size_t i = globalThread();
+  if (i >= count) return;
+  if (marks[i] & kDirty) markDirty(map, slots[i]);
+  if ((marks[i] & kPainted) && map.painted.flags != nullptr) markPainted(map, slots[i]);
+}
+
+}  // namespace
+
+void MarkMover::begin(const std::vector<int32_t>& slots) {
+  done_.wait();
+  slots_.reserve(slots.size());
+  marks_.reserve(slots.size());
+  std::copy(slots.begin(), slots.end(), slots_.data());
+}
+
+std::vector<int32_t> MarkMover::marked(const MapView& map) {
+  if (map.slot_count == 0) return {};
+  done_.wait();
+  marks_.reserve(map.slot_count);
+  readMarksKernel<<<blocksFor(map.slot_count), kThreads, 0, stream_.get()>>>(map, marks_.data());
+  DTSDF_CHECK_LAUNCH("readMarksKernel");
+  stream_.record(done_);
+  done_.wait();
+  std::vector<int32_t> slots;
+  for (uint32_t slot = 0; slot < map.slot_count; ++slot) {
+    if (marks_[slot] != 0) slots.push_back(static_cast<int32_t>(slot));
+  }
+  return slots;
+}
+
+std::vector<MeshMarks> MarkMover::take(const MapView& map, const std::vector<int32_t>& slots) {
+  if (slots.empty()) return {};
+  begin(slots);
+  takeMarksKernel<<<blocksFor(slots.size()), kThreads, 0, stream_.get()>>>(
+      map, slots_.data(), slots.size(), marks_.data());
+  DTSDF_CHECK_LAUNCH("takeMarksKernel");
+  listMarkedKernel<<<blocksFor(map.slot_count), kThreads, 0, stream_.get()>>>(map);
+  DTSDF_CHECK_LAUNCH("listMarkedKernel");
+  stream_.record(done_);
+  done_.wait();
+  std::vector<MeshMarks> marks(slots.size());
+  for (size_t i = 0; i < slots.size(); ++i) {
+    marks[i] = {(marks_[i] & kDirty) != 0, (marks_[i] & kPainted) != 0};
+  }
+  return marks;
+}
+
+void MarkMover::set(const MapView& map, const std::vector<int32_t>& slots,
+                    const std::vector<MeshMarks>& marks) {
+  if (slots.empty()) return;
+  begin(slots);
+  for (size_t i = 0; i < slots.size(); ++i) {
+    marks_[i] = (marks[i].dirty ? kDirty : 0u) | (marks[i].painted ? kPainted : 0u);
+  }
+  setMarksKernel<<<blocksFor(slots.size()), kThreads, 0, stream_.get()>>>(
+      map, slots_.data(), slots.size(), marks_.data());
+  DTSDF_CHECK_LAUNCH("setMarksKernel");
+  stream_.record(done_);
+}
+
+std::vector<NamedKernel> markKernels() {
+  return {DTSDF_NAMED_KERNEL(readMarksKernel, 0), DTSDF_NAMED_KERNEL(takeMarksKernel, 0),
+          DTSDF_NAMED_KERNEL(listMarkedKernel, 0), DTSDF_NAMED_KERNEL(setMarksKernel, 0)};
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

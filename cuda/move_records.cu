@@ -1,0 +1,123 @@
+#include "move_records.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "launch.h"
+#include "named_kernels.h"
+#include "threads/parallel.h"
+
+namespace dtsdf {
+namespace gpu {
+namespace {
+
+constexpr size_t kTurnBytes = size_t{8} << 20;
+constexpr size_t kBytesPerThread = size_t{1} << 20;  ///< Of the host, which copy at a time.
+
+template <class Pool>
+constexpr size_t kRecordBytes =
+    Pool::kSlabElements / Pool::kSlabRecords * sizeof(typename Pool::Element);
+
+/// One thread per 16 bytes.
+template <class Pool>
+__global__ void gatherRecordsKernel(typename Pool::View pool, const int32_t* records, size_t count,
+                                    uint4* host) {
+  constexpr size_t kWords = kRecordBytes<Pool> / sizeof(uint4);
+  const size_t i = globalThread();
+  if (i >= count * kWords) return;
+  host[i] = reinterpret_cast<const uint4*>(pool.record(records[i / kWords]))[i % kWords];
+}
+
+/// The same.
+template <class Pool>
+__global__ void scatterRecordsKernel(typename Pool::View pool, const int32_t* records,
+                                     size_t count, const uint4* host) {
+  constexpr size_t kWords = kRecordBytes<Pool> / sizeof(uint4);
+  const size_t i = globalThread();
+  if (i >= count * kWords) return;
+  reinterpret_cast<uint4*>(pool.record(records[i / kWords]))[i % kWords] = host[i];
+}
+
+void copyInParallel(char* to, const char* from, size_t bytes) {
+  forEachInParallel((bytes + kBytesPerThread - 1) / kBytesPerThread, 0, [&](size_t i) {
+    const size_t first = i * kBytesPerThread;
+    std::memcpy(to + first, from + first, std::min(kBytesPerThread, bytes - first));
+  });
+}
+
+}  // namespace
+
+/// Waits until the turn's memory is free.
+RecordMover::Turn& RecordMover::begin(size_t turn, const std::vector<int32_t>& records,
+                                      size_t first, size_t end, size_t record_bytes) {
+  Turn& now = turns_[turn % 2];
+  now.done.wait();
+  now.bytes.reserve((end - first) * record_bytes);
+  now.records.reserve(end - first);
+  std::copy(records.begin() + static_cast<std::ptrdiff_t>(first),
+            records.begin() + static_cast<std::ptrdiff_t>(end), now.records.data());
+  return now;
+}
+
+template <class Pool>
+void RecordMover::download(const Pool& pool, const std::vector<int32_t>& records, void* host) {
+  constexpr size_t kBytes = kRecordBytes<Pool>, kAtOnce = kTurnBytes / kBytes;
+  const size_t count = records.size(), turns = (count + kAtOnce - 1) / kAtOnce;
+  for (size_t i = 0; i <= turns; ++i) {
+    if (i < turns) {
+      const size_t first = i * kAtOnce, end = std::min(count, first + kAtOnce);
+      Turn& now = begin(i, records, first, end, kBytes);
+      gatherRecordsKernel<Pool>
+          <<<blocksFor((end - first) * kBytes / sizeof(uint4)), kThreads, 0, stream_.get()>>>(
+              pool.view(), now.records.data(), end - first,
+              reinterpret_cast<uint4*>(now.bytes.data()));
+      DTSDF_CHECK_LAUNCH("gatherRecordsKernel");
+      stream_.record(now.done);
+    }
+    if (i == 0) continue;
+    const size_t first = (i - 1) * kAtOnce, end = std::min(count, first + kAtOnce);
+    const Turn& before = turns_[(i - 1) % 2];
+    before.done.wait();
+    copyInParallel(static_cast<char*>(host) + first * kBytes, before.bytes.data(),
+                   (end - first) * kBytes);
+  }
+}
+
+template <class Pool>
+void RecordMover::upload(const Pool& pool, const std::vector<int32_t>& records,
+                         const void* host) {
+  constexpr size_t kBytes = kRecordBytes<Pool>, kAtOnce = kTurnBytes / kBytes;
+  for (size_t i = 0, first = 0; first < records.size(); ++i, first += kAtOnce) {
+    const size_t end = std::min(records.size(), first + kAtOnce);
+    Turn& now = begin(i, records, first, end, kBytes);
+    copyInParallel(now.bytes.data(), static_cast<const char*>(host) + first * kBytes,
+                   (end - first) * kBytes);
+    scatterRecordsKernel<Pool>
+        <<<blocksFor((end - first) * kBytes / sizeof(uint4)), kThreads, 0, stream_.get()>>>(
+            pool.view(), now.records.data(), end - first,
+            reinterpret_cast<const uint4*>(now.bytes.data()));
+    DTSDF_CHECK_LAUNCH("scatterRecordsKernel");
+    stream_.record(now.done);
+  }
+}
+
+template void RecordMover::download(const VoxelPool&, const std::vector<int32_t>&, void*);
+template void RecordMover::download(const ColourPool&, const std::vector<int32_t>&, void*);
+template void RecordMover::download(const LabelPool&, const std::vector<int32_t>&, void*);
+template void RecordMover::upload(const VoxelPool&, const std::vector<int32_t>&, const void*);
+template void RecordMover::upload(const ColourPool&, const std::vector<int32_t>&, const void*);
+template void RecordMover::upload(const LabelPool&, const std::vector<int32_t>&, const void*);
+
+void RecordMover::addMemory(std::vector<MemoryPart>& parts) const {
+  size_t staging = 0;
+  for (const Turn& turn : turns_) staging += turn.bytes.bytes() + turn.records.bytes();
+  parts.push_back({"copies of the map", MemoryKind::kStaging, staging, staging});
+}
+
+std::vector<NamedKernel> moveKernels() {
+  return {DTSDF_NAMED_KERNEL(gatherRecordsKernel<VoxelPool>, 0),
+          DTSDF_NAMED_KERNEL(scatterRecordsKernel<VoxelPool>, 0)};
+}
+
+}  // namespace gpu
+}  // namespace dtsdf

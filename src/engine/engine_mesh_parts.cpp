@@ -1,0 +1,78 @@
+// Extractions of a map that is on disk in part: what they depend on comes to memory, part by part
+// where it is too much at once.
+#include <algorithm>
+#include <utility>
+
+#include "engine/engine.h"
+
+namespace dtsdf {
+
+/// Where all fit into memory that the extraction depends on, they come there and it goes on as
+/// ever. Else it is done in parts but for the last.
+void Engine::meshInParts() {
+  if (pager_->isEmpty()) return;
+  BlockMover& mover = *backend_->mover();
+  const std::vector<int32_t> slots = mover.markedSlots();
+  std::vector<MarkedKey> marked;
+  for (const int32_t slot : slots) marked.push_back({packKey(table_.block(slot).key), {}});
+  for (const PackedKey key : pager_->markedKeys()) marked.push_back({key, {}});
+  const std::vector<PackedKey> around = neededFor(marked);
+  if (fits(around)) {
+    keepMarks(pager_->bringIn(*backend_, around, 0), Want::kWaits);
+    return;
+  }
+  const std::vector<MeshMarks> marks = mover.takeMarks(slots);
+  for (size_t i = 0; i < marked.size(); ++i) {
+    marked[i].marks = i < slots.size() ? marks[i] : pager_->takeMarks(marked[i].key);
+  }
+  meshParts(std::move(marked), true);
+}
+
+/// Before an extraction that goes without blocks that stay on disk: what it does is to be done
+/// again when they can come back.
+/// @param want Of the blocks that stay: whether the budget is too small for a single mesh.
+void Engine::keepMarks(size_t left, Want want) {
+  if (left == 0) return;
+  if (want == Want::kRefused || pager_->stats().failures > 0) counters_.refused += left;
+  BlockMover& mover = *backend_->mover();
+  const std::vector<int32_t> slots = mover.markedSlots();
+  const std::vector<MeshMarks> marks = mover.takeMarks(slots);
+  mover.setMarks(slots, marks);
+  for (size_t i = 0; i < slots.size(); ++i) {
+    unfinished_.push_back({packKey(table_.block(slots[i]).key), marks[i]});
+  }
+}
+
+/// Of the blocks that meshes around these depend on, those that there are.
+std::vector<PackedKey> Engine::neededFor(const std::vector<MarkedKey>& marked) const {
+  std::vector<PackedKey> keys = blocksAround(marked);
+  const auto is_none = [this](PackedKey key) { return pager_->bytesOf(key) == 0; };
+  keys.erase(std::remove_if(keys.begin(), keys.end(), is_none), keys.end());
+  return keys;
+}
+
+/// Beside those that wait for the extraction to go, as nothing is left of them.
+bool Engine::fits(const std::vector<PackedKey>& keys) const {
+  size_t bytes = vacant_.size() * BlockTable::kBlockBytes;
+  for (const PackedKey key : keys) bytes += pager_->bytesOf(key);
+  return bytes <= table_.budgetBytes();
+}
+
+/// @param is_last The last part of all is left to the caller.
+void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
+  const std::vector<PackedKey> around = neededFor(marked);
+  if (marked.size() > 1 && !fits(around)) {
+    std::vector<MarkedKey> half = takeHalf(marked);
+    meshParts(std::move(marked), false);
+    meshParts(std::move(half), is_last);
+    return;
+  }
+  const size_t left = pager_->bringIn(*backend_, around, 0);
+  for (const MarkedKey& block : marked) pager_->setMarks(*backend_, block.key, block.marks);
+  keepMarks(left, fits(around) ? Want::kWaits : Want::kRefused);
+  if (is_last) return;
+  backend_->beginMesh(least_evidence_);
+  addMeshes(backend_->finishMesh(), made_);
+}
+
+}  // namespace dtsdf

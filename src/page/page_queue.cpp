@@ -1,0 +1,196 @@
+#include "page/page_queue.h"
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+#include <utility>
+
+namespace dtsdf {
+
+PageQueue::PageQueue(PageFile& file, size_t most_bytes)
+    : file_(file), most_bytes_(most_bytes), thread_([this] { run(); }) {}
+
+PageQueue::~PageQueue() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ends_ = true;
+  }
+  to_do_.notify_all();
+  thread_.join();
+}
+
+std::string PageQueue::write(const std::vector<PageSpan>& records, std::vector<char> bytes) {
+  const auto batch = std::make_shared<const std::vector<char>>(std::move(bytes));
+  std::unique_lock<std::mutex> lock(mutex_);
+  const bool retries = !problem_.empty();
+  problem_.clear();
+  to_do_.notify_all();
+  const size_t limit = batch->size() < most_bytes_ ? most_bytes_ - batch->size() : 0;
+  const size_t last = retries && !order_.empty() ? order_.front().second : 0;
+  const auto may_go_on = [&] {
+    const bool is_tried = order_.empty() || order_.front().second > last;
+    return !problem_.empty() || (waiting_bytes_ <= limit && is_tried);
+  };
+  if (!may_go_on()) {
+    const WaitTimer timer(waits_);
+    done_.wait(lock, may_go_on);
+  }
+  if (!problem_.empty()) return problem_;
+  size_t begin = 0;
+  for (const PageSpan& record : records) {
+    waiting_[record.offset] = {batch, begin, record.bytes, ++last_number_};
+    order_.emplace_back(record.offset, last_number_);
+    begin += record.bytes;
+  }
+  waiting_bytes_ += begin;
+  lock.unlock();
+  to_do_.notify_all();
+  return "";
+}
+
+bool PageQueue::find(const PageSpan& record, char* bytes) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (const auto found = waiting_.find(record.offset); found != waiting_.end()) {
+    std::memcpy(bytes, found->second.data(), record.bytes);
+    return true;
+  }
+  const auto found = ahead_.find(record.offset);
+  if (found == ahead_.end() || found->second.size() != record.bytes) return false;
+  std::memcpy(bytes, found->second.data(), record.bytes);
+  return true;
+}
+
+/// What is under way is not waited for: records that get the place next are written after it.
+void PageQueue::forget(uint64_t offset) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (const auto found = waiting_.find(offset); found != waiting_.end()) {
+    waiting_bytes_ -= found->second.bytes;
+    waiting_.erase(found);
+    done_.notify_all();
+  }
+  if (const auto found = ahead_.find(offset); found != ahead_.end()) {
+    ahead_bytes_ -= found->second.size();
+    ahead_.erase(found);
+  }
+  if (reading_ == offset) is_reading_in_vain_ = true;
+  const auto is_it = [offset](const PageSpan& span) { return span.offset == offset; };
+  asked_.erase(std::remove_if(asked_.begin(), asked_.end(), is_it), asked_.end());
+}
+
+void PageQueue::readAhead(std::vector<PageSpan> records) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    asked_.clear();
+    size_t bytes = 0;
+    for (const PageSpan& record : records) {
+      bytes += record.bytes;
+      if (bytes > most_bytes_) break;
+      if (waiting_.count(record.offset) + ahead_.count(record.offset) == 0) {
+        asked_.push_back(record);
+      }
+    }
+  }
+  to_do_.notify_all();
+}
+
+/// What may be needed soon comes first: there is a limit to it, and someone may wait for it.
+void PageQueue::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  for (;;) {
+    to_do_.wait(lock, [this] { return ends_ || !asked_.empty() || hasWriting(); });
+    if (ends_) return;
+    const bool reads = !asked_.empty();
+    try {
+      reads ? readNext(lock) : writeNext(lock);
+    } catch (const std::exception&) {
+      if (!lock.owns_lock()) lock.lock();
+      lackMemory(reads);
+    }
+  }
+}
+
+/// What was to be read is not read ahead; what was to be written is tried again by write().
+void PageQueue::lackMemory(bool reads) {
+  if (reads) reading_ = kNothing;
+  if (!reads) problem_ = "out of memory";
+  is_writing_ = false;
+  done_.notify_all();
+}
+
+void PageQueue::writeNext(std::unique_lock<std::mutex>& lock) {
+  const auto [offset, number] = order_.front();
+  const auto found = waiting_.find(offset);
+  if (found == waiting_.end() || found->second.number != number) {  // nobody needs it any more
+    order_.pop_front();
+    done_.notify_all();
+    return;
+  }
+  const Entry entry = found->second;
+  is_writing_ = true;
+  lock.unlock();
+  const std::string problem = file_.write(offset, entry.data(), entry.bytes);
+  lock.lock();
+  is_writing_ = false;
+  if (problem.empty()) {
+    order_.pop_front();
+    const auto now = waiting_.find(offset);
+    if (now != waiting_.end() && now->second.number == number) {
+      waiting_bytes_ -= entry.bytes;
+      waiting_.erase(now);
+    }
+  } else {
+    problem_ = problem;
+  }
+  done_.notify_all();
+}
+
+/// What cannot be read, or is damaged, shows when it is needed.
+void PageQueue::readNext(std::unique_lock<std::mutex>& lock) {
+  const PageSpan record = asked_.front();
+  asked_.pop_front();
+  reading_ = record.offset;
+  is_reading_in_vain_ = false;
+  lock.unlock();
+  std::vector<char> bytes(record.bytes);
+  bool is_short;
+  const bool is_read = file_.read(record.offset, bytes.data(), bytes.size(), is_short).empty();
+  lock.lock();
+  if (is_read && !is_reading_in_vain_) {
+    ahead_bytes_ += bytes.size();
+    ahead_[record.offset] = std::move(bytes);
+    read_.push_back(record.offset);
+    dropAhead();
+  }
+  reading_ = kNothing;
+  done_.notify_all();
+}
+
+/// The oldest go where there is no room for all.
+void PageQueue::dropAhead() {
+  while (!read_.empty() && (ahead_bytes_ > most_bytes_ || ahead_.count(read_.front()) == 0)) {
+    if (const auto found = ahead_.find(read_.front()); found != ahead_.end()) {
+      ahead_bytes_ -= found->second.size();
+      ahead_.erase(found);
+    }
+    read_.pop_front();
+  }
+}
+
+/// Not while something is written there, which would make the file longer again.
+void PageQueue::shrink(uint64_t file_bytes) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  done_.wait(lock, [this] { return !is_writing_; });
+  file_.truncate(file_bytes);
+}
+
+void PageQueue::finish() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  done_.wait(lock, [this] { return !hasWriting() && !hasReading(); });
+}
+
+size_t PageQueue::bytes() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return waiting_bytes_ + ahead_bytes_;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,122 @@
+/// Writes records to a page file on a thread of its own, and reads ahead what may be needed soon:
+/// whoever asks waits only where too much waits to be written, or what is needed has not come yet.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "page/page_file.h"
+
+namespace dtsdf {
+
+/// A stretch of a page file.
+struct PageSpan {
+  uint64_t offset = 0;
+  size_t bytes = 0;
+};
+
+/// How often and how long someone waited for the disk.
+struct DiskWaits {
+  uint64_t count = 0;
+  double ms = 0.0;
+};
+
+/// Adds its own life to them.
+class WaitTimer {
+ public:
+  explicit WaitTimer(DiskWaits& waits) : waits_(waits) { ++waits_.count; }
+  ~WaitTimer() {
+    waits_.ms +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+            .count();
+  }
+
+ private:
+  DiskWaits& waits_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// One thread at a time uses it.
+class PageQueue {
+ public:
+  /// @param most_bytes What may wait to be written, and as much again what was read ahead.
+  PageQueue(PageFile& file, size_t most_bytes);
+  /// What waits is not written: nobody can read it any more.
+  ~PageQueue();
+  PageQueue(const PageQueue&) = delete;
+  PageQueue& operator=(const PageQueue&) = delete;
+
+  /// Takes records that lie in memory back to back; from now on they can be found. Waits until
+  /// there is room for them. After a failure, what failed is tried again first.
+  /// @return what is wrong; empty: they were taken. What was taken before stays in memory, and can
+  /// be found, until it could be written.
+  std::string write(const std::vector<PageSpan>& records, std::vector<char> bytes);
+
+  /// Copies a record that waits to be written, or was read ahead. @return whether there is one.
+  bool find(const PageSpan& record, char* bytes);
+
+  /// Nobody needs what lies there any more.
+  void forget(uint64_t offset);
+
+  /// Reads these records next, in place of those asked for before, as many as there is room for.
+  void readAhead(std::vector<PageSpan> records);
+
+  /// Gives what lies beyond back to the disk. @pre Nobody needs it any more.
+  void shrink(uint64_t file_bytes);
+
+  /// Waits until nothing waits to be written, or it cannot be, and all is read that was asked for.
+  void finish();
+
+  size_t bytes() const;                              ///< Of memory.
+  const DiskWaits& waits() const { return waits_; }  ///< Of write().
+
+ private:
+  using Bytes = std::shared_ptr<const std::vector<char>>;
+  /// A record in memory.
+  struct Entry {
+    Bytes batch;
+    size_t begin = 0, bytes = 0;
+    uint64_t number = 0;
+    const char* data() const { return batch->data() + begin; }
+  };
+
+  void run();
+  void writeNext(std::unique_lock<std::mutex>& lock);
+  void readNext(std::unique_lock<std::mutex>& lock);
+  bool hasWriting() const { return problem_.empty() && !order_.empty(); }
+  bool hasReading() const { return !asked_.empty() || reading_ != kNothing; }
+  void dropAhead();
+  void lackMemory(bool reads);
+
+  PageFile& file_;
+  const size_t most_bytes_;
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  std::condition_variable to_do_, done_;
+  std::map<uint64_t, Entry> waiting_;                ///< By offset.
+  std::deque<std::pair<uint64_t, uint64_t>> order_;  ///< Offsets and numbers, as they came.
+  std::map<uint64_t, std::vector<char>> ahead_;      ///< What was read, by offset.
+  std::deque<PageSpan> asked_;                       ///< What is to be read.
+  std::deque<uint64_t> read_;                        ///< What was, the oldest first.
+  size_t waiting_bytes_ = 0, ahead_bytes_ = 0;
+  uint64_t last_number_ = 0;
+  uint64_t reading_ = kNothing;  ///< Offset of what is being read.
+  std::string problem_;  ///< Of the record that comes next: nothing is written until write().
+  bool ends_ = false;
+  bool is_reading_in_vain_ = false, is_writing_ = false;
+  DiskWaits waits_;  ///< Of whoever uses it.
+  std::thread thread_;
+
+  static constexpr uint64_t kNothing = ~uint64_t{0};
+};
+
+}  // namespace dtsdf

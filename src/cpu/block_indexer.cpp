@@ -114,7 +114,8 @@ inline void BlockIndexer::findCandidates() {
   for (int i = 0; i < kGridCorners; ++i) candidate_[i] = possibleLeaders(unit[i]) != 0;
 }
 
-/// Labels the units of those rows that can hold a surface, a row at a time.
+/// Labels the units of those rows that can hold a surface, a row at a time. Directions that only
+/// others of its units have observed are left out: without them these still hold none.
 inline void BlockIndexer::labelRows(const MeshRules& rules, bool directional, UnitLabels* labels) {
   static_assert(kLanes == kBlockSide, "a row fills the lanes");
   for (int row = 0; row < kRows; ++row) {

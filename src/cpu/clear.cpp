@@ -28,8 +28,8 @@ class JudgedBatch {
     anchor_[i] = voxel.anchor;
     is_covered_[i] = is_covered;
     is_empty_[i] = isEmpty(voxel);
-    // Of no distance, as that of an empty voxel, the slope does not matter.
     sdf_[i] = judgedSdf(voxel, is_covered);
+    // Of no distance, as that of an empty voxel, the slope does not matter.
     const Vec3f slope =
         sdf_[i] == 0.0f ? Vec3f{0.0f, 0.0f, 0.0f} : slopeAt(voxels, index);
     slope_x_[i] = slope.x;

@@ -53,9 +53,9 @@ template <class Edge>
 DTSDF_HD uint32_t crossingDirections(const Edge& edge, int axis, int facing) {
   uint32_t crossing = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
-    const bool is_crossing =
-        speaksOnEdge(d, axis, facing) & crosses(edge.lower[d], edge.upper[d], facing);
-    crossing |= static_cast<uint32_t>(is_crossing) << d;
+    const uint32_t speaks = speaksOnEdge(d, axis, facing);
+    const uint32_t crossed = crosses(edge.lower[d], edge.upper[d], facing);
+    crossing |= (speaks & crossed) << d;
   }
   return crossing;
 }

@@ -17,6 +17,7 @@ constexpr int kWarp = 32;
 /// The sums as numbers side by side.
 constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
 static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "nothing but 64-bit integers");
+static_assert(kSums <= kAlignThreads, "one thread hands over each");
 
 /// Looks voxels up that lie near each other: most are of the block that the last one was of.
 class VoxelReader {
@@ -58,10 +59,12 @@ __global__ void __launch_bounds__(kThreads)
   });
 }
 
-/// One thread per point; sums go up by warps.
+/// One thread per point; sums go up by warps. The block of threads that finishes last hands them to
+/// the host and leaves zeros: a step of the alignment is one kernel.
 __global__ void __launch_bounds__(kAlignThreads)
     addPointsKernel(FrameView view, AlignmentRules rules, bool directional, float cutoff,
-                    MapView map, const AlignedPoint* points, size_t count, AlignmentSums* sums) {
+                    MapView map, const AlignedPoint* points, size_t count, SharedSums* shared,
+                    AlignmentSums* host) {
   AlignmentSums own = {};
   const size_t i = globalThread();
   if (i < count) {
@@ -69,7 +72,7 @@ __global__ void __launch_bounds__(kAlignThreads)
     addPoint(own, view, points[i], rules, directional, cutoff, reader);
   }
   const auto* values = reinterpret_cast<const int64_t*>(&own);
-  auto* totals = reinterpret_cast<unsigned long long*>(sums);
+  auto* totals = reinterpret_cast<unsigned long long*>(&shared->sums);
   for (int k = 0; k < kSums; ++k) {
     auto value = static_cast<unsigned long long>(values[k]);
     for (int step = kWarp / 2; step > 0; step /= 2) {
@@ -77,6 +80,11 @@ __global__ void __launch_bounds__(kAlignThreads)
     }
     if (threadIdx.x % kWarp == 0 && value != 0) atomicAdd(&totals[k], value);
   }
+  if (!isLastBlock(&shared->finished, gridDim.x)) return;
+  if (threadIdx.x == 0) shared->finished = 0;
+  if (threadIdx.x >= kSums) return;
+  reinterpret_cast<unsigned long long*>(host)[threadIdx.x] = readShared(&totals[threadIdx.x]);
+  totals[threadIdx.x] = 0;
 }
 
 }  // namespace
@@ -90,6 +98,7 @@ void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {
   point_count_ = static_cast<size_t>(grid.columns) * grid.rows;
   points_.reserveExactly(point_count_, stream_);
   sums_.reserveExactly(1, stream_);
+  sums_.zero(stream_);
   pinned_sums_.reserve(1);
   has_pinned_points_ = false;
   if (point_count_ == 0) return;
@@ -100,12 +109,11 @@ void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {
 
 AlignmentSums PoseAligner::sumsAt(const FrameView& view, float cutoff, const MapView& map) {
   if (point_count_ == 0) return AlignmentSums{};
-  sums_.zero(stream_);
   const auto blocks = static_cast<unsigned>((point_count_ + kAlignThreads - 1) / kAlignThreads);
   addPointsKernel<<<blocks, kAlignThreads, 0, stream_.get()>>>(
-      view, settings_.rules, directional_, cutoff, map, points_.data(), point_count_, sums_.data());
+      view, settings_.rules, directional_, cutoff, map, points_.data(), point_count_, sums_.data(),
+      pinned_sums_.data());
   DTSDF_CHECK_LAUNCH("addPointsKernel");
-  sums_.download(pinned_sums_.data(), 1, stream_);
   stream_.synchronize();
   return pinned_sums_[0];
 }

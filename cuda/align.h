@@ -11,6 +11,12 @@
 namespace dtsdf {
 namespace gpu {
 
+/// Sums that blocks of threads add up, and how many of these have finished; all 0 between kernels.
+struct SharedSums {
+  AlignmentSums sums;
+  uint32_t finished;
+};
+
 /// The buffers are kept from image to image.
 class PoseAligner {
  public:
@@ -33,7 +39,7 @@ class PoseAligner {
   const Stream& stream_;
   size_t point_count_ = 0;
   DeviceBuffer<AlignedPoint> points_;
-  DeviceBuffer<AlignmentSums> sums_;
+  DeviceBuffer<SharedSums> sums_;
   PinnedBuffer<AlignmentSums> pinned_sums_;
   PinnedBuffer<AlignedPoint> pinned_points_;  ///< A copy on the host, once it is asked for.
   bool has_pinned_points_ = false;

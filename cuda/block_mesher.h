@@ -59,6 +59,7 @@ class BlockMesher {
   }
   std::vector<MeshRecord> changedRecords();
   BlockMesh copyBlock(const MeshRecord& record) const;
+  std::vector<BlockMesh> copyBlocks(const std::vector<MeshRecord>& records) const;
 
   MeshRules rules_;
   bool directional_, refined_;

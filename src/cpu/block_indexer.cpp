@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-/// Four neighbouring units of a row, from the one that starts at a corner on.
+/// The units of a row, from the one that starts at a corner on.
 struct UnitsOfRow {
   using Real = LaneFloats;
   using Bits = LaneInts;
@@ -34,6 +34,10 @@ struct UnitsOfRow {
 };
 
 const Voxel kNothing[kVoxelsPerBlock] = {};
+
+/// The rows of units in a block, along x, and the corner that one starts at.
+constexpr int kRows = kBlockSide * kBlockSide;
+int cornerOfRow(int row) { return cornerIndex(0, row % kBlockSide, row / kBlockSide); }
 
 /// Takes a row of voxels apart. Nothing overlaps, which the compiler has to know to use vectors.
 void copyRow(const Voxel* __restrict__ from, int32_t least_evidence, float* __restrict__ sdf,
@@ -110,26 +114,36 @@ inline void BlockIndexer::findCandidates() {
   for (int i = 0; i < kGridCorners; ++i) candidate_[i] = possibleLeaders(unit[i]) != 0;
 }
 
-/// Indexes the units of a row that can hold a surface, four at a time.
-void BlockIndexer::indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,
-                            UnitLabels* row) {
-  const int first_corner = cornerIndex(first_unit.x, first_unit.y, first_unit.z);
-  for (int x = 0; x < kBlockSide; ++x) {
-    if (!candidate_[first_corner + x]) continue;
-    x = std::min(x, kBlockSide - kLanes);
-    UnitsOfRow units{sdf_, weight_, first_corner + x, 0, 0};
+/// Labels the units of those rows that can hold a surface, a row at a time. Directions that only
+/// others of its units have observed are left out: without them these still hold none.
+inline void BlockIndexer::labelRows(const MeshRules& rules, bool directional, UnitLabels* labels) {
+  static_assert(kLanes == kBlockSide, "a row fills the lanes");
+  for (int row = 0; row < kRows; ++row) {
+    if (!rowHasCandidates(row)) continue;
+    const int corner = cornerOfRow(row);
+    UnitsOfRow units{sdf_, weight_, corner, 0, 0};
     for (int k = 0; k < kLanes; ++k) {
-      units.observed |= observedDirections(unit_sides_[units.first_corner + k]);
-      units.speaking |= mayBeSpeaking(unit_sides_[units.first_corner + k]);
+      if (!candidate_[corner + k]) continue;
+      units.observed |= observedDirections(unit_sides_[corner + k]);
+      units.speaking |= mayBeSpeaking(unit_sides_[corner + k]);
     }
-    UnitLabels labels[kLanes];
-    labelUnits(kMeshTables, rules, units, directional, labels);
-    for (int k = 0; k < kLanes; ++k) row[x + k] = labels[k];
-    x += kLanes - 1;
+    UnitLabels of_row[kLanes];
+    labelUnits(kMeshTables, rules, units, directional, of_row);
+    for (int k = 0; k < kLanes; ++k) labels[row * kBlockSide + k] = of_row[k];
   }
-  for (int x = 0; x < kBlockSide; ++x) {
-    if (!saysNothing(row[x])) edges_.addUnit(indicesOf(row[x]), {x, first_unit.y, first_unit.z});
-  }
+}
+
+bool BlockIndexer::rowHasCandidates(int row) const {
+  uint64_t candidates;
+  static_assert(sizeof(candidates) == kBlockSide * sizeof(candidate_[0]), "");
+  std::memcpy(&candidates, candidate_ + cornerOfRow(row), sizeof(candidates));
+  return candidates != 0;
+}
+
+bool BlockIndexer::hasCandidates() const {
+  int row = 0;
+  while (row < kRows && !rowHasCandidates(row)) ++row;
+  return row < kRows;
 }
 
 IndexedBlock BlockIndexer::index(const MeshRules& rules, const NearbyArrays& arrays,
@@ -141,16 +155,13 @@ IndexedBlock BlockIndexer::index(const MeshRules& rules, const NearbyArrays& arr
     markSides();
     findCandidates();
   });
-  edges_.clear();
   IndexedBlock result;
-  for (int z = 0; z < kBlockSide; ++z) {
-    for (int y = 0; y < kBlockSide; ++y) {
-      uint64_t candidates;
-      std::memcpy(&candidates, candidate_ + cornerIndex(0, y, z), sizeof(candidates));
-      if (candidates == 0) continue;
-      if (result.labels.empty()) result.labels.resize(kVoxelsPerBlock, UnitLabels{0, 0});
-      indexRow(rules, {0, y, z}, directional, &result.labels[voxelIndex(0, y, z)]);
-    }
+  if (!hasCandidates()) return result;
+  result.labels.resize(kVoxelsPerBlock, UnitLabels{0, 0});
+  withWidestVectors([&] { labelRows(rules, directional, result.labels.data()); });
+  edges_.clear();
+  for (int i = 0; i < kVoxelsPerBlock; ++i) {
+    if (!saysNothing(result.labels[i])) edges_.addUnit(indicesOf(result.labels[i]), voxelOffset(i));
   }
   result.vertices.reserve(edges_.count());
   edges_.forEach([&](int edge) {

@@ -98,8 +98,9 @@ class BlockIndexer {
   void collect();
   void markSides();
   void findCandidates();
-  void indexRow(const MeshRules& rules, const Vec3i& first_unit, bool directional,
-                UnitLabels* row);
+  void labelRows(const MeshRules& rules, bool directional, UnitLabels* labels);
+  bool rowHasCandidates(int row) const;
+  bool hasCandidates() const;
 
   const NearbyArrays* arrays_ = nullptr;  ///< Of the block, while it is indexed.
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Of the corner grid, by direction.

@@ -93,19 +93,22 @@ void BlockSurface::emit(const MeshRules& rules, const NearbyArrays& arrays,
                         const std::vector<BlockVertex>& known, bool directional,
                         BlockMesh& mesh) {
   mesh.vertices.reserve(edges_.count());
+  drawn_.clear();
   auto next = known.begin();
   edges_.forEach([&](int edge) {
     vertex_of_edge_[edge] = static_cast<uint16_t>(mesh.vertices.size());
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
     mesh.vertices.push_back(is_known ? *next : makeVertex(rules, arrays, edge, directional));
+    drawn_.push_back(isDrawn(drawnVertex(mesh.vertices.back())));
   });
   mesh.triangles.resize(triangle_edges_.size());
   std::transform(triangle_edges_.begin(), triangle_edges_.end(), mesh.triangles.begin(),
                  [this](uint16_t edge) { return vertex_of_edge_[edge]; });
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
     uint16_t* triangle = mesh.triangles.data() + i;
-    if (isGap(rules, mesh, triangle)) std::fill(triangle, triangle + 3, kGapVertex);
+    const bool may_be_gap = drawn_[triangle[0]] | drawn_[triangle[1]] | drawn_[triangle[2]];
+    if (may_be_gap && isGap(rules, mesh, triangle)) std::fill(triangle, triangle + 3, kGapVertex);
   }
 }
 

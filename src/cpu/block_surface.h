@@ -55,6 +55,7 @@ class BlockSurface {
   EdgeSet edges_;  ///< That carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
   std::vector<uint16_t> triangle_edges_;
+  std::vector<uint8_t> drawn_;  ///< Of each vertex, see isDrawn(): no other stands at a gap.
 };
 
 }  // namespace dtsdf

@@ -1,5 +1,6 @@
 #include "cpu/cast.h"
 
+#include <algorithm>
 #include <cstring>
 #include <optional>
 
@@ -18,33 +19,59 @@ class PlaneBatch {
 
   bool isFull() const { return count_ == kPlanes; }
 
-  void enter(const CastLine& cast, int plane) {
+  /// Takes of a line's planes as many as fit. @return how many these are.
+  int enter(const CastLine& cast, const Span& planes) {
     const SampleLine& line = cast.line;
-    const int i = count_++;
-    directions_[i] = &cast.directions;
-    plane_[i] = plane;
-    per_reach_[i] = line.per_reach;
-    p_k_[i] = line.p_k;
-    p_u_[i] = line.p_u;
-    p_v_[i] = line.p_v;
-    slope_u_[i] = line.slope_u;
-    slope_v_[i] = line.slope_v;
-    normal_k_[i] = line.normal_k;
-    normal_u_[i] = line.normal_u;
-    normal_v_[i] = line.normal_v;
-    if (kHasSides) sides_[i] = line.sides;
-    for (int d = 0; d < 3; ++d) weight_[d][i] = cast.directions.weight[d];
+    const int count = std::min(planes.last - planes.first + 1, kPlanes - count_);
+    for (int i = 0; i < count; ++i) directions_[count_ + i] = &cast.directions;
+    for (int i = 0; i < kPlanes; ++i) plane_[count_ + i] = planes.first + i;
+    fill(per_reach_, line.per_reach);
+    fill(p_k_, line.p_k);
+    fill(p_u_, line.p_u);
+    fill(p_v_, line.p_v);
+    fill(slope_u_, line.slope_u);
+    fill(slope_v_, line.slope_v);
+    fill(normal_k_, line.normal_k);
+    fill(normal_u_, line.normal_u);
+    fill(normal_v_, line.normal_v);
+    for (int d = 0; d < 3; ++d) fill(weight_[d], cast.directions.weight[d]);
+    if (kHasSides) enterSides(line.sides);
+    count_ += count;
+    return count;
   }
 
   /// Adds the planes that were entered to the sums of a block, and forgets them.
   void addTo(const BlockFrame& block, int axis, float sdf_scale, BlockSums& sums) {
     if (count_ == 0) return;
-    withWidestVectors([&] { compute(axis, sdf_scale); });
+    compute(axis, sdf_scale);
     for (int i = 0; i < count_; ++i) addPlane(block, i, sums);
     count_ = 0;
   }
 
  private:
+  /// A value per plane, with room for those that do not fit.
+  using PerPlane = float[2 * kPlanes];
+
+  /// Of the next planes, as many as there may be: a loop of fixed length, and the next line's
+  /// follow over those that are too many.
+  void fill(PerPlane& values, float value) {
+    for (int i = 0; i < kPlanes; ++i) values[count_ + i] = value;
+  }
+
+  void enterSides(const MeasuredSides& sides) {
+    const float values[kSideValues] = {sides.across.x, sides.across.y, sides.across.z,
+                                       sides.down.x,   sides.down.y,   sides.down.z,
+                                       sides.per_across, sides.per_down};
+    for (int k = 0; k < kSideValues; ++k) fill(sides_[k], values[k]);
+  }
+
+  MeasuredSides sidesAt(int i) const {
+    return {{sides_[0][i], sides_[1][i], sides_[2][i]},
+            {sides_[3][i], sides_[4][i], sides_[5][i]},
+            sides_[6][i],
+            sides_[7][i]};
+  }
+
   void addPlane(const BlockFrame& block, int i, BlockSums& sums) const {
     const DirectionSet& directions = *directions_[i];
     const PlaneInBlock at = planeInBlock(block, plane_[i], samples_.u[i], samples_.v[i]);
@@ -67,7 +94,7 @@ class PlaneBatch {
                             0,           p_k_[i],     p_u_[i],       p_v_[i],
                             slope_u_[i], slope_v_[i], normal_k_[i],  normal_u_[i],
                             normal_v_[i],
-                            kHasSides ? sides_[i] : noSides()};
+                            kHasSides ? sidesAt(i) : noSides()};
       samplePlane<kHasSides>(line, shifts, plane_[i], i, samples_);
       for (int corner = 0; corner < 4; ++corner) {
         sdf_[corner][i] = roundSdf(samples_.distance[corner][i] * sdf_scale);
@@ -78,14 +105,15 @@ class PlaneBatch {
     }
   }
 
+  static constexpr int kSideValues = 8;
+
   int count_ = 0;
   const DirectionSet* directions_[kPlanes] = {};
-  int32_t plane_[kPlanes] = {};
-  float per_reach_[kPlanes] = {}, p_k_[kPlanes] = {}, p_u_[kPlanes] = {}, p_v_[kPlanes] = {};
-  float slope_u_[kPlanes] = {}, slope_v_[kPlanes] = {};
-  float normal_k_[kPlanes] = {}, normal_u_[kPlanes] = {}, normal_v_[kPlanes] = {};
-  MeasuredSides sides_[kPlanes] = {};
-  float weight_[3][kPlanes] = {};
+  int32_t plane_[2 * kPlanes] = {};
+  PerPlane per_reach_ = {}, p_k_ = {}, p_u_ = {}, p_v_ = {}, slope_u_ = {}, slope_v_ = {};
+  PerPlane normal_k_ = {}, normal_u_ = {}, normal_v_ = {};
+  PerPlane weight_[3] = {};
+  PerPlane sides_[kHasSides ? kSideValues : 1] = {};
   PlaneSamples<kPlanes> samples_;
   int32_t sdf_[4][kPlanes], weights_[3][4][kPlanes];  ///< In fixed point.
 };
@@ -120,9 +148,9 @@ class BlockCasting {
   template <class Batch>
   void enter(const CastLine& cast, Batch& batch) {
     const int axis = cast.line.axis;
-    const Span planes = planesInside(cast.line, frames_[axis]);
-    for (int plane = planes.first; plane <= planes.last; ++plane) {
-      batch.enter(cast, plane);
+    Span planes = planesInside(cast.line, frames_[axis]);
+    while (planes.first <= planes.last) {
+      planes.first += batch.enter(cast, planes);
       if (batch.isFull()) flush(batch, axis);
     }
   }
@@ -150,14 +178,16 @@ void clearSums(BlockSums& sums, uint32_t directions) {
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {
   constexpr int kAhead = 6;  // lines lie apart in memory
-  BlockCasting casting(block, fusion, sums);
-  for (const SurfelRange& range : block.surfels) {
-    for (const uint32_t* i = range.begin; i != range.end; ++i) {
-      if (range.end - i > kAhead) __builtin_prefetch(&finder.line(i[kAhead]));
-      casting.add(finder.line(*i));
+  withWidestVectors([&] {
+    BlockCasting casting(block, fusion, sums);
+    for (const SurfelRange& range : block.surfels) {
+      for (const uint32_t* i = range.begin; i != range.end; ++i) {
+        if (range.end - i > kAhead) __builtin_prefetch(&finder.line(i[kAhead]));
+        casting.add(finder.line(*i));
+      }
     }
-  }
-  casting.finish();
+    casting.finish();
+  });
 }
 
 void findCovered(BlockSums& sums, int direction) {

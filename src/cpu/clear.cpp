@@ -8,59 +8,79 @@
 namespace dtsdf {
 namespace {
 
-/// Voxels that are judged at once, at most.
-constexpr int kBatch = 64;
-
-/// A voxel that a frame judges, and what it sees there.
-struct JudgedVoxel {
+/// A voxel that a frame contradicts, and what it sees there.
+struct ContradictedVoxel {
   int index;
   bool is_covered;
   Sight sight;
 };
 
-/// The places of some of an array's voxels, found side by side: judge()'s way to where a place
-/// is seen, which compilers turn into vector instructions. Same bits.
-class PlaceBatch {
+/// Voxels of an array that a frame judges. Where their places are seen is found side by side, which
+/// compilers turn into vector instructions, with the same bits as judge().
+class JudgedBatch {
  public:
-  VoxelInImage at(int i) const { return {depth_m_[i], u_[i], v_[i]}; }
+  bool isFull() const { return count_ == kVoxels; }
 
-  void compute(const Voxel* voxels, const JudgedVoxel* judged, int count, const Facing& facing,
-               const Vec3f& first_voxel_L, const FrameView& view) {
-    for (int i = 0; i < count; ++i) gather(voxels, judged[i], i);
-    withWidestVectors([&] { project(count, facing, first_voxel_L, view); });
-  }
-
- private:
-  void project(int count, const Facing& facing, const Vec3f& first_voxel_L,
-               const FrameView& view) {
-    const FrameView frame = view;  // a copy of its own, which no result can overlap
-    for (int i = 0; i < count; ++i) {
-      const Vec3f place =
-          footOf({x_[i], y_[i], z_[i]}, sdf_[i], {slope_x_[i], slope_y_[i], slope_z_[i]}, facing);
-      const VoxelInImage at = projectToImage(frame, first_voxel_L + place);
-      depth_m_[i] = at.depth_m;
-      u_[i] = at.u;
-      v_[i] = at.v;
-    }
-  }
-
-  void gather(const Voxel* voxels, const JudgedVoxel& judged, int i) {
-    const JudgedPlace place = judgedPlace(voxels[judged.index], judged.index, judged.is_covered);
+  void add(const Voxel* voxels, int index, bool is_covered) {
+    const Voxel& voxel = voxels[index];
+    const int i = count_++;
+    index_[i] = index;
+    anchor_[i] = voxel.anchor;
+    is_covered_[i] = is_covered;
+    is_empty_[i] = isEmpty(voxel);
+    sdf_[i] = judgedSdf(voxel, is_covered);
     // Of no distance, as that of an empty voxel, the slope does not matter.
     const Vec3f slope =
-        place.sdf == 0.0f ? Vec3f{0.0f, 0.0f, 0.0f} : slopeAt(voxels, judged.index);
-    x_[i] = place.origin.x;
-    y_[i] = place.origin.y;
-    z_[i] = place.origin.z;
-    sdf_[i] = place.sdf;
+        sdf_[i] == 0.0f ? Vec3f{0.0f, 0.0f, 0.0f} : slopeAt(voxels, index);
     slope_x_[i] = slope.x;
     slope_y_[i] = slope.y;
     slope_z_[i] = slope.z;
   }
 
-  float x_[kBatch], y_[kBatch], z_[kBatch], sdf_[kBatch];
-  float slope_x_[kBatch], slope_y_[kBatch], slope_z_[kBatch];
-  float depth_m_[kBatch], u_[kBatch], v_[kBatch];
+  /// Appends those that are contradicted, and forgets all.
+  void judgeInto(const FrameSensing& sensing, const Facing& facing, const Vec3f& first_voxel_L,
+                 const Voxel* voxels, ContradictedVoxel* contradicted, int& contradicted_count) {
+    withWidestVectors([&] { findPixels(sensing.image.frame, facing, first_voxel_L); });
+    for (int i = 0; i < count_; ++i) {
+      if (!looksThrough(sensing, {pixel_[i], pixel_depth_m_[i]})) continue;
+      const bool is_covered = is_covered_[i] != 0;
+      const Sight sight = judgeFree(sensing, voxels[index_[i]], {depth_m_[i], u_[i], v_[i]});
+      if (!isAgainst(sight, is_covered)) continue;
+      contradicted[contradicted_count++] = {index_[i], is_covered, sight};
+    }
+    count_ = 0;
+  }
+
+ private:
+  static constexpr int kVoxels = 64, kTogether = 8;
+
+  /// Also at places up to a multiple of `kTogether`, which hold older voxels.
+  void findPixels(const FrameView& view, const Facing& facing, const Vec3f& first_voxel_L) {
+    const FrameView frame = view;  // a copy of its own, which no result can overlap
+    const int count = (count_ + kTogether - 1) / kTogether * kTogether;
+    for (int i = 0; i < count; ++i) {
+      const Vec3f origin =
+          judgedOrigin(static_cast<uint16_t>(anchor_[i]), index_[i], is_covered_[i] != 0);
+      const Vec3f place =
+          footOf(origin, sdf_[i], {slope_x_[i], slope_y_[i], slope_z_[i]}, facing);
+      const VoxelInImage at = projectToImage(frame, first_voxel_L + place);
+      depth_m_[i] = at.depth_m;
+      u_[i] = at.u;
+      v_[i] = at.v;
+      const JudgingPixel pixel = judgingPixel(frame, is_empty_[i] != 0, at);
+      pixel_[i] = pixel.index;
+      pixel_depth_m_[i] = pixel.depth_m;
+    }
+  }
+
+  int count_ = 0;
+  int32_t index_[kVoxels] = {}, anchor_[kVoxels] = {};
+  int32_t is_covered_[kVoxels] = {}, is_empty_[kVoxels] = {};
+  float sdf_[kVoxels] = {};
+  float slope_x_[kVoxels] = {}, slope_y_[kVoxels] = {}, slope_z_[kVoxels] = {};
+  float depth_m_[kVoxels], u_[kVoxels], v_[kVoxels];
+  int32_t pixel_[kVoxels];
+  float pixel_depth_m_[kVoxels];
 };
 
 Look lookOf(const BlockLook& look, const FrameSensing& sensing) {
@@ -68,45 +88,41 @@ Look lookOf(const BlockLook& look, const FrameSensing& sensing) {
   return {true, octantsSeenThrough(sensing, toFloat(firstVoxelOfBlock(look.block_L)))};
 }
 
-/// Lists the voxels that a frame judges that covers these, if any. @return their number.
-int findJudged(const Voxel* voxels, const VoxelSet* covered, const Look& look,
-               const FusionRules& rules, JudgedVoxel (&found)[kVoxelsPerBlock]) {
-  int count = 0;
+/// Calls visit(index, is covered) for the voxels that a frame judges which covers these, if any.
+template <class Visit>
+void visitJudged(const Voxel* voxels, const VoxelSet* covered, const Look& look,
+                 const FusionRules& rules, const Visit& visit) {
   const auto consider = [&](int i, bool is_covered) {
-    found[count] = {i, is_covered, Sight::kSurface};
-    count += static_cast<int>(isJudged(voxels[i], i, is_covered, look, rules));
+    if (isJudged(voxels[i], i, is_covered, look, rules)) visit(i, is_covered);
   };
   if (!look.in_turn) {  // and so nothing else
     covered->forEach([&](int i) { consider(i, true); });
-    return count;
+    return;
   }
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     consider(i, covered != nullptr && covered->contains(i));
   }
-  return count;
 }
 
 /// All voxels are judged before the first one changes: they look at their neighbours.
 /// @return the number of voxels that are contradicted.
 int findContradicted(const BlockLook& look, const Look& rule, int direction,
                      const FrameSensing& sensing, const FusionRules& rules, const Voxel* voxels,
-                     JudgedVoxel (&found)[kVoxelsPerBlock]) {
+                     ContradictedVoxel (&found)[kVoxelsPerBlock]) {
   const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
-  const int judged = findJudged(voxels, has_sums ? &look.sums->covered[direction] : nullptr,
-                                rule, rules, found);
   const Facing facing = facingOf(look.directional ? direction : kAnyDirection);
   const Vec3f first_voxel_L = toFloat(firstVoxelOfBlock(look.block_L));
-  PlaceBatch places;
+  JudgedBatch batch;
   int count = 0;
-  for (int first = 0; first < judged; first += kBatch) {
-    const int batch = std::min(kBatch, judged - first);
-    places.compute(voxels, found + first, batch, facing, first_voxel_L, sensing.image.frame);
-    for (int i = 0; i < batch; ++i) {
-      JudgedVoxel voxel = found[first + i];
-      voxel.sight = judge(sensing, voxels[voxel.index], places.at(i));
-      if (isAgainst(voxel.sight, voxel.is_covered)) found[count++] = voxel;
-    }
-  }
+  const auto judgeBatch = [&] {
+    batch.judgeInto(sensing, facing, first_voxel_L, voxels, found, count);
+  };
+  visitJudged(voxels, has_sums ? &look.sums->covered[direction] : nullptr, rule, rules,
+              [&](int i, bool is_covered) {
+                batch.add(voxels, i, is_covered);
+                if (batch.isFull()) judgeBatch();
+              });
+  judgeBatch();
   return count;
 }
 
@@ -121,7 +137,7 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
     const bool has_sums = look.sums != nullptr && (look.directions >> d & 1);
     if (!has_sums && !look.in_turn) continue;
     Voxel* array = voxels.array(entry.array[d]);
-    JudgedVoxel found[kVoxelsPerBlock];
+    ContradictedVoxel found[kVoxelsPerBlock];
     const int count = findContradicted(look, rule, d, sensing, rules, array, found);
     if (count == 0) continue;
     bool has_emptied = false;

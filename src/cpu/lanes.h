@@ -1,8 +1,7 @@
-/// Four values in one vector register: the operations of kernels/core/select.h for four units at
-/// once.
+/// Eight values in one vector: the operations of kernels/core/select.h for a row of units at once.
 ///
-/// Each lane gives the same bits as the operation on a single value. GCC's vector types become
-/// SSE2, NEON or what else there is, without code for any of them.
+/// Each lane gives the same bits as the operation on a single value. GCC's vector types become AVX2
+/// (widest_vectors.h), SSE2, NEON or what else there is, without code for any of them.
 #pragma once
 
 #include <cmath>
@@ -13,31 +12,31 @@
 
 namespace dtsdf {
 
-constexpr int kLanes = 4;
+constexpr int kLanes = 8;
 
 /// Integers, or masks: all bits of a lane are set where a condition holds.
 struct LaneInts {
-  using Vector = int32_t __attribute__((vector_size(16)));
+  using Vector = int32_t __attribute__((vector_size(32)));
   Vector v;
 
   // cppcheck-suppress uninitMemberVar  ; as an int or a float is
   LaneInts() = default;
-  explicit LaneInts(int32_t all) : v{all, all, all, all} {}
-  explicit LaneInts(Vector vector) : v(vector) {}
+  explicit LaneInts(int32_t all) : v(all - Vector{}) {}
+  explicit LaneInts(const Vector& vector) : v(vector) {}
 };
 
 struct LaneFloats {
-  using Vector = float __attribute__((vector_size(16)));
+  using Vector = float __attribute__((vector_size(32)));
   Vector v;
 
   // cppcheck-suppress uninitMemberVar  ; as an int or a float is
   LaneFloats() = default;
-  explicit LaneFloats(float all) : v{all, all, all, all} {}
-  explicit LaneFloats(Vector vector) : v(vector) {}
+  explicit LaneFloats(float all) : v(all - Vector{}) {}
+  explicit LaneFloats(const Vector& vector) : v(vector) {}
 
-  static LaneFloats load(const float* four) {
+  static LaneFloats load(const float* values) {
     LaneFloats result;
-    std::memcpy(&result.v, four, sizeof(result.v));
+    std::memcpy(&result.v, values, sizeof(result.v));
     return result;
   }
 };
@@ -81,9 +80,9 @@ inline LaneFloats select(const LaneInts& mask, const LaneFloats& yes, const Lane
 }
 
 inline bool any(const LaneInts& mask) {
-  using Halves = int64_t __attribute__((vector_size(16)));
-  const Halves halves = reinterpret_cast<Halves>(mask.v);
-  return (halves[0] | halves[1]) != 0;
+  using Pairs = int64_t __attribute__((vector_size(32)));
+  const Pairs pairs = reinterpret_cast<Pairs>(mask.v);
+  return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
 }
 
 inline LaneFloats maximum(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }

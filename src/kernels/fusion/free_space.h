@@ -175,23 +175,24 @@ DTSDF_HD bool isJudged(const Voxel& voxel, int index, bool is_covered, const Loo
   return (look.empty >> octantOf(index) & 1u) != 0 && evidenceOf(voxel) > -rules.most_evidence;
 }
 
-/// Where a frame has to look through to contradict a voxel, in voxels from the block's first one:
-/// its foot, which for an empty voxel is the voxel itself; or its anchor, where the frame covers
-/// the voxel: beside an outline the foot lies outside of the surface.
-struct JudgedPlace {
-  Vec3f origin;
-  float sdf;  ///< From there to the place, against the gradient.
-};
+/// From where, in voxels from the block's first one, the way to the place leads that a frame has to
+/// look through to contradict a voxel. The place is the foot, which for an empty voxel is the voxel
+/// itself; or the anchor, where the frame covers the voxel: beside an outline the foot lies outside
+/// of the surface.
+DTSDF_HD Vec3f judgedOrigin(uint16_t anchor, int index, bool is_covered) {
+  const float to_anchor = is_covered ? 1.0f : 0.0f;
+  return toFloat(voxelOffset(index)) + to_anchor * anchorOffset(anchor);
+}
 
-DTSDF_HD JudgedPlace judgedPlace(const Voxel& voxel, int index, bool is_covered) {
-  const Vec3f at = toFloat(voxelOffset(index));
-  if (is_covered) return {at + anchorOffset(voxel.anchor), 0.0f};
-  return {at, sdfOf(voxel)};
+/// How far the place lies from there, against the gradient.
+DTSDF_HD float judgedSdf(const Voxel& voxel, bool is_covered) {
+  return is_covered ? 0.0f : sdfOf(voxel);
 }
 
 DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_covered) {
-  const JudgedPlace judged = judgedPlace(voxels[index], index, is_covered);
-  return footOf(judged.origin, judged.sdf, slopeAt(voxels, index), facingOf(direction));
+  const Voxel& voxel = voxels[index];
+  return footOf(judgedOrigin(voxel.anchor, index, is_covered), judgedSdf(voxel, is_covered),
+                slopeAt(voxels, index), facingOf(direction));
 }
 
 /// How far around a place, in pixels, a frame has to look through as well: one, as a pixel resolves
@@ -221,8 +222,8 @@ DTSDF_HD bool seesThroughAround(const FrameSensing& sensing, const VoxelInImage&
 }
 
 DTSDF_HD bool isInImage(const FrameView& frame, const VoxelInImage& at) {
-  return at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f &&
-         at.u < static_cast<float>(frame.width) && at.v < static_cast<float>(frame.height);
+  return (at.depth_m > 0.0f) & (at.u >= 0.0f) & (at.v >= 0.0f) &
+         (at.u < static_cast<float>(frame.width)) & (at.v < static_cast<float>(frame.height));
 }
 
 /// What a frame sees at the place of a voxel.
@@ -232,17 +233,44 @@ enum class Sight : uint32_t {
   kThrough,  ///< All look through it.
 };
 
-/// The same once it is known where the place is seen. An empty voxel speaks for all cells that it
-/// is a corner of: they reach a voxel farther.
-DTSDF_HD Sight judge(const FrameSensing& sensing, const Voxel& voxel, const VoxelInImage& at) {
+/// The pixel that a voxel's place is seen in, by its index, and how far it has to look to see
+/// through it; outside the image farther than any does.
+struct JudgingPixel {
+  int32_t index;
+  float depth_m;
+};
+
+/// An empty voxel speaks for all cells that it is a corner of: they reach a voxel farther.
+DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
+  return is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
+}
+
+/// Branch-free, for vectors.
+DTSDF_HD JudgingPixel judgingPixel(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
+  constexpr float kFartherThanAll_m = 1e30f;
+  const bool is_inside = isInImage(frame, at);
+  const auto u = static_cast<int32_t>(is_inside ? at.u : 0.0f);
+  const auto v = static_cast<int32_t>(is_inside ? at.v : 0.0f);
+  return {v * frame.width + u, is_inside ? judgedDepth(frame, is_empty, at) : kFartherThanAll_m};
+}
+
+DTSDF_HD bool looksThrough(const FrameSensing& sensing, const JudgingPixel& pixel) {
+  return pixel.depth_m < sensing.free_depth[pixel.index];
+}
+
+/// What a frame sees at the place of a voxel whose pixel looks through it.
+DTSDF_HD Sight judgeFree(const FrameSensing& sensing, const Voxel& voxel, const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
-  if (!isInImage(frame, at)) return Sight::kSurface;
-  const Pixel pixel{static_cast<int>(at.u), static_cast<int>(at.v)};
-  const float depth_m = isEmpty(voxel) ? at.depth_m + frame.voxel_size_m : at.depth_m;
-  if (!(depth_m < sensing.free_depth[pixelIndex(frame, pixel)])) return Sight::kSurface;
+  const float depth_m = judgedDepth(frame, isEmpty(voxel), at);
   return seesThroughAround(sensing, {depth_m, at.u, at.v}, lookSpread(frame, voxel, at.depth_m))
              ? Sight::kThrough
              : Sight::kOutline;
+}
+
+/// The same once it is known where the place is seen.
+DTSDF_HD Sight judge(const FrameSensing& sensing, const Voxel& voxel, const VoxelInImage& at) {
+  const JudgingPixel pixel = judgingPixel(sensing.image.frame, isEmpty(voxel), at);
+  return looksThrough(sensing, pixel) ? judgeFree(sensing, voxel, at) : Sight::kSurface;
 }
 
 /// What a frame sees of a voxel that it judges.

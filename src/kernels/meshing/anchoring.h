@@ -30,41 +30,53 @@ DTSDF_HD void considerAnchor(NearestAnchor& nearest, uint16_t anchor,
   if (nearest.distance < 0.0f || distance < nearest.distance) nearest = {offset, distance};
 }
 
-/// How far a corner's foot lies from where the surface was measured, in voxels: the least that it
-/// can be, with an anchor that is a step higher than it says, since the root makes much of that.
-/// Without an anchor it is as far as can be.
-DTSDF_HD float footGap(uint16_t anchor, const Sample& sample) {
-  if (anchor == kNoAnchor) return 2.0f * kAnchorReach;
+/// How far a corner's foot lies from where the surface was measured, in voxels, squared: the least
+/// that it can be, with an anchor that is a step higher than it says, since the root makes much of
+/// that. Without an anchor it is as far as can be.
+DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
+  if (anchor == kNoAnchor) return 4.0f * kAnchorReach * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);
   const float height = fabsf(sample.sdf) + 1.0f / kStepsPerVoxel;
-  return sqrtf(maximum(dot(offset, offset) - height * height, 0.0f));
+  return maximum(dot(offset, offset) - height * height, 0.0f);
 }
 
-/// What the directions that tell an edge's crossing know of where it was measured.
-struct MeasuredNearby {
-  NearestAnchor nearest;
-  float gap = 2.0f * kAnchorReach;  ///< Of the end whose foot is farther from it, in voxels.
-};
-
+/// Calls visit(direction, anchor at the lower end, anchor at the upper end) for the directions that
+/// tell an edge's crossing: where none crosses on its own, the vote of all that have a say decides.
 /// `anchors(end, direction)` gives that of the lower (0) or the upper end.
-template <class Edge, class Anchors>
-DTSDF_HD MeasuredNearby measuredNearby(const Edge& edge, const Anchors& anchors, int axis,
-                                       int facing, float edge_offset) {
-  const Vec3f along = toFloat(unitStep(axis));
-  const bool is_crossed = isCrossedByAny(edge, axis, facing);
-  MeasuredNearby found;
+template <class Edge, class Anchors, class Visit>
+DTSDF_HD void visitAnchors(const Edge& edge, const Anchors& anchors, int axis, int facing,
+                           const Visit& visit) {
+  const uint32_t crossing = crossingDirections(edge, axis, facing);
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (!speaksOnEdge(d, axis, facing)) continue;
-    const Sample lower = edge.lower[d], upper = edge.upper[d];
-    if (is_crossed && !crosses(lower, upper, facing)) continue;
-    const uint16_t at_lower = lower.weight > 0.0f ? anchors(0, d) : kNoAnchor;
-    const uint16_t at_upper = upper.weight > 0.0f ? anchors(1, d) : kNoAnchor;
-    considerAnchor(found.nearest, at_lower, -edge_offset * along);
-    considerAnchor(found.nearest, at_upper, (1.0f - edge_offset) * along);
-    const float gap = maximum(footGap(at_lower, lower), footGap(at_upper, upper));
-    found.gap = minimum(found.gap, gap);
+    if (crossing != 0 ? !(crossing >> d & 1u) : !speaksOnEdge(d, axis, facing)) continue;
+    visit(d, edge.lower[d].weight > 0.0f ? anchors(0, d) : kNoAnchor,
+          edge.upper[d].weight > 0.0f ? anchors(1, d) : kNoAnchor);
   }
-  return found;
+}
+
+/// How far the surface was measured from the feet of an edge's ends, in voxels: from the one that
+/// is farther from it, by the direction that knows best.
+template <class Edge, class Anchors>
+DTSDF_HD float measuredGap(const Edge& edge, const Anchors& anchors, int axis, int facing) {
+  float squared = 4.0f * kAnchorReach * kAnchorReach;
+  visitAnchors(edge, anchors, axis, facing, [&](int d, uint16_t at_lower, uint16_t at_upper) {
+    squared = minimum(squared, maximum(squaredFootGap(at_lower, edge.lower[d]),
+                                       squaredFootGap(at_upper, edge.upper[d])));
+  });
+  return sqrtf(squared);
+}
+
+/// Of the anchors that the directions have which tell an edge's crossing.
+template <class Edge, class Anchors>
+DTSDF_HD NearestAnchor nearestAnchor(const Edge& edge, const Anchors& anchors, int axis,
+                                     int facing, float edge_offset) {
+  const Vec3f along = toFloat(unitStep(axis));
+  NearestAnchor nearest;
+  visitAnchors(edge, anchors, axis, facing, [&](int, uint16_t at_lower, uint16_t at_upper) {
+    considerAnchor(nearest, at_lower, -edge_offset * along);
+    considerAnchor(nearest, at_upper, (1.0f - edge_offset) * along);
+  });
+  return nearest;
 }
 
 /// A multiple of 2^-12 voxels, so that blocks on both sides of a face come to the very same place.
@@ -77,9 +89,11 @@ DTSDF_HD float roundShift(float shift) {
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, const Anchors& anchors,
                               int axis, int facing, float edge_offset) {
-  const auto [nearest, gap] = measuredNearby(edge, anchors, axis, facing, edge_offset);
+  const float gap = measuredGap(edge, anchors, axis, facing);
+  if (!(gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};  // as most
+  const NearestAnchor nearest = nearestAnchor(edge, anchors, axis, facing, edge_offset);
   const float beyond = nearest.distance - rules.measured_gap;
-  if (!(beyond > 0.0f && gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};
+  if (!(beyond > 0.0f)) return {0.0f, 0.0f, 0.0f};
   const float ramp = minimum(gap / rules.measured_gap - 1.0f, 1.0f);
   const float share = rules.measured_pull * ramp * beyond / nearest.distance;
   return {roundShift(share * nearest.offset.x), roundShift(share * nearest.offset.y),

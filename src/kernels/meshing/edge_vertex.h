@@ -22,7 +22,7 @@ DTSDF_HD int facedDirection(int axis, int facing) { return 2 * axis + facing; }
 
 /// Whether a direction has a say on an edge: all but the one that faces against it.
 DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
-  return directionAxis(direction) != axis || (direction & 1) == facing;
+  return (directionAxis(direction) != axis) | ((direction & 1) == facing);
 }
 
 /// Where no direction on its own crosses an edge, its vertex divides it as the voted distances of
@@ -41,23 +41,23 @@ DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearnes
 }
 
 /// Whether a direction's surface with the given facing crosses between two samples. Facing 0 is
-/// behind at the lower end.
+/// behind at the lower end. Branch-free: which directions cross is anybody's guess.
 DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
-  const bool crossed = facing == 0 ? lower.sdf < 0.0f && !(upper.sdf < 0.0f)
-                                   : !(lower.sdf < 0.0f) && upper.sdf < 0.0f;
-  return crossed && lower.weight > 0.0f && upper.weight > 0.0f;
+  const bool behind_lower = facing == 0;
+  return ((lower.sdf < 0.0f) == behind_lower) & ((upper.sdf < 0.0f) != behind_lower) &
+         (lower.weight > 0.0f) & (upper.weight > 0.0f);
 }
 
-/// Whether a direction tells an edge's crossing. Where none does on its own, the vote of all that
-/// have a say decides: then each of them does.
+/// The directions that cross an edge on their own, bit d for direction d.
 template <class Edge>
-DTSDF_HD bool isCrossedByAny(const Edge& edge, int axis, int facing) {
-  bool crossed = false;
+DTSDF_HD uint32_t crossingDirections(const Edge& edge, int axis, int facing) {
+  uint32_t crossing = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
-    crossed = crossed || (speaksOnEdge(d, axis, facing) &&
-                          crosses(edge.lower[d], edge.upper[d], facing));
+    const uint32_t speaks = speaksOnEdge(d, axis, facing);
+    const uint32_t crossed = crosses(edge.lower[d], edge.upper[d], facing);
+    crossing |= (speaks & crossed) << d;
   }
-  return crossed;
+  return crossing;
 }
 
 /// Change of the slope along an edge, per voxel: the mean second difference at its two ends, of
@@ -95,11 +95,11 @@ constexpr float kVertexMargin = 1.0f / 1024.0f;
 /// counts by the product of its two weights. Facing 0 is behind at the lower end.
 template <class Edge>
 DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, int facing) {
+  const uint32_t crossing = crossingDirections(edge, axis, facing);
   float sum = 0.0f, sum_weight = 0.0f;
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (!speaksOnEdge(d, axis, facing)) continue;
+    if (!(crossing >> d & 1u)) continue;
     const Sample a = edge.lower[d], b = edge.upper[d];
-    if (!crosses(a, b, facing)) continue;
     const float weight = a.weight * b.weight;
     const float bend = bendOnEdge(edge.below[d], a, b, edge.above[d]);
     sum += weight * zeroOfParabola(a.sdf, b.sdf, bend);

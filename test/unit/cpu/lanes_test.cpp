@@ -1,4 +1,4 @@
-// Rules on four mesh units at once against the same rules on one after the other.
+// Rules on a row of mesh units at once against the same rules on one after the other.
 #include "cpu/lanes.h"
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 namespace dtsdf {
 namespace {
 
-/// Four units that have nothing to do with each other.
-struct FourUnits {
+/// Units that have nothing to do with each other.
+struct UnrelatedUnits {
   using Real = LaneFloats;
   using Bits = LaneInts;
   static constexpr int kUnits = kLanes;
@@ -19,13 +19,13 @@ struct FourUnits {
   UnitSamples unit[kLanes];
 
   LaneFloats sdf(int d, int c) const {
-    const float values[kLanes] = {unit[0].sdf(d, c), unit[1].sdf(d, c), unit[2].sdf(d, c),
-                                  unit[3].sdf(d, c)};
+    float values[kLanes];
+    for (int k = 0; k < kLanes; ++k) values[k] = unit[k].sdf(d, c);
     return LaneFloats::load(values);
   }
   LaneFloats weight(int d, int c) const {
-    const float values[kLanes] = {unit[0].weight(d, c), unit[1].weight(d, c), unit[2].weight(d, c),
-                                  unit[3].weight(d, c)};
+    float values[kLanes];
+    for (int k = 0; k < kLanes; ++k) values[k] = unit[k].weight(d, c);
     return LaneFloats::load(values);
   }
   bool isObserved(int) const { return true; }
@@ -54,17 +54,17 @@ UnitSamples randomUnit(std::mt19937& random) {
   return samples;
 }
 
-TEST(Lanes, FourUnitsAreIndexedAsEachOnItsOwn) {
+TEST(Lanes, UnitsAreIndexedAsEachOnItsOwn) {
   for (const bool directional : {true, false}) {
     std::mt19937 random(7);
     int surfaces = 0, second_sheets = 0;
-    for (int trial = 0; trial < 20000; ++trial) {
-      FourUnits four;
-      for (UnitSamples& unit : four.unit) unit = randomUnit(random);
+    for (int trial = 0; trial < 10000; ++trial) {
+      UnrelatedUnits units;
+      for (UnitSamples& unit : units.unit) unit = randomUnit(random);
       UnitLabels together[kLanes];
-      labelUnits(kMeshTables, MeshRules(), four, directional, together);
+      labelUnits(kMeshTables, MeshRules(), units, directional, together);
       for (int k = 0; k < kLanes; ++k) {
-        const UnitLabels alone = labelUnit(kMeshTables, MeshRules(), four.unit[k], directional);
+        const UnitLabels alone = labelUnit(kMeshTables, MeshRules(), units.unit[k], directional);
         ASSERT_EQ(together[k].behind_first, alone.behind_first) << "trial " << trial;
         ASSERT_EQ(together[k].in_front_of_last, alone.in_front_of_last) << "trial " << trial;
         surfaces += isSurface(alone.behind_first);

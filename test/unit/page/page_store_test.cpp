@@ -209,7 +209,7 @@ TEST_F(PageStoreTest, GivesBackWhatIsOnItsWay) {
   std::vector<std::vector<char>> records(12);
   std::vector<std::vector<PagedBlock>> groups;
   for (int32_t i = 0; i < 12; ++i) groups.push_back(someBlocks(100 * i, 5 + 3 * i));
-  for (unsigned turn = 0; turn < 4000; ++turn) {
+  for (unsigned turn = 0; turn < 1000; ++turn) {
     const size_t i = random() % groups.size();
     if (records[i].empty()) {
       records[i] = randomRecords(groups[i], turn);

@@ -66,7 +66,7 @@ DTSDF_HD float measuredGap(const Edge& edge, const Anchors& anchors, int axis, i
   return sqrtf(squared);
 }
 
-/// Of the anchors that the directions have which tell an edge's crossing.
+/// The anchor nearest to an edge's vertex, of the directions that visitAnchors() visits.
 template <class Edge, class Anchors>
 DTSDF_HD NearestAnchor nearestAnchor(const Edge& edge, const Anchors& anchors, int axis,
                                      int facing, float edge_offset) {

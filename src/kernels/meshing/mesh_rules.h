@@ -30,13 +30,16 @@ struct MeshRules {
   /// 1.02 mm.
   float nearness_voxels = 0.2f;
 
-  /// A foot within this distance of its anchor, in voxels, counts as measured: pixels are so far
-  /// apart. Where a corner's foot is farther, the vertex is drawn to the nearest anchor, up to this
-  /// distance from it; all the way from twice this on.
-  /// (Orbits of 100 images at 20 mm, vertices with 0.1, 0.15, 0.25 and without: Asian Dragon 1.96,
-  /// 2.06, 2.28 and 2.91 mm, bunny 0.45, 0.47, 0.50 and 0.73 mm.)
-  float measured_gap = 0.1f;
-  /// The share of the way that it is drawn at most; in [0, 1), so that no two vertices
+  /// A vertex is drawn to the nearest anchor where a corner's foot is farther than this from where
+  /// its surface was measured, in voxels; as far as it ever is from twice that on. Pixels are so
+  /// far apart: less moves vertices inside a surface (0.1 puts some of a thin wall 1.5 voxels off,
+  /// and those of a tilted plane .004 instead of .003). (Orbits of 100 images at 20 mm, vertices
+  /// with 0.1, 0.15, 0.25 and without: Asian Dragon 1.96, 2.06, 2.28 and 2.91 mm, bunny 0.45, 0.47,
+  /// 0.50 and 0.73 mm.)
+  float measured_gap = 0.15f;
+  /// So near it may be to the anchor anyway, in voxels.
+  float measured_reach = 0.1f;
+  /// The share of the way until there that it is drawn at most; in [0, 1), so that no two vertices
   /// of one anchor come to one place.
   float measured_pull = 0.875f;
   /// A triangle with a side that this makes longer by more, in voxels, stands in a gap, and is left

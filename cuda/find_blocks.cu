@@ -262,7 +262,8 @@ void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t bytes = keys_.bytes() + directions_.bytes() + first_sums_.bytes() +
                        places_.bytes() + sum_owners_.bytes() + blocks_.bytes() + part_.bytes();
   parts.push_back({"touched blocks", MemoryKind::kScratch, bytes, bytes});
-  parts.push_back({"requests", MemoryKind::kStaging, requests_.bytes(), requests_.bytes()});
+  const size_t staging = requests_.bytes() + touched_keys_.bytes() + pinned_part_.bytes();
+  parts.push_back({"requests", MemoryKind::kStaging, staging, staging});
 }
 
 std::vector<NamedKernel> blockKernels() {

@@ -27,6 +27,7 @@ void visitRules(MeshRules& rules, Visitor& visit) {
   visit(section + "voted_crossing_share", rules.voted_crossing_share, Range{0.0, 1.0});
   visit(section + "nearness_voxels", rules.nearness_voxels, Range{0.001, 16.0});
   visit(section + "measured_gap", rules.measured_gap, Range{0.001, 100.0});
+  visit(section + "measured_reach", rules.measured_reach, Range{0.0, 100.0});
   visit(section + "measured_pull", rules.measured_pull, Range{0.0, 0.999});
   visit(section + "most_stretch", rules.most_stretch, Range{0.0, 100.0});
 }

@@ -237,7 +237,7 @@ void run(ReconstructOptions options) {
                                 : makeProbedMapper(params, settings.rules);
   std::optional<double> map_stamp_s;
   if (start.map) map_stamp_s = start.map->head->stamp_s;
-  start.map.reset();  // what is known of its blocks is in memory once more
+  start.map.reset();  // the mapper has its blocks now
   ReconstructionResult result;
   {
     ProgressBar progress("frames", source->size());

@@ -81,7 +81,7 @@ TEST_P(FusionModeParity, OtherMeshRules) {
   Rules rules;
   rules.mesh.least_weight_share = 0.2f;
   rules.mesh.nearness_voxels = 1.0f;
-  rules.mesh.measured_gap = 0.25f;
+  rules.mesh.measured_reach = 0.25f;
   BackendPair pair(makeParams(mode, directional, 0.04f), candidate, rules);
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames({}), 2));
   expectSurface(pair.candidate());

@@ -55,8 +55,8 @@ TEST_F(PoseSourceTest, KnowsWhenATransformCannotComeAnyMore) {
   const PoseAnswer answer = poses_.lookUp("camera", ros::Time(9.5));
   EXPECT_EQ(answer.kind, Kind::kNever);
   EXPECT_TRUE(says(answer,
-                   "the image is 0.5 s older than the oldest transform; normal for the "
-                   "first images"))
+                   "the image is 0.5 s older than the oldest transform that is kept; normal "
+                   "for the first images only"))
       << answer.text;
   putTransform(transforms_, 12.0, 1.0);
   EXPECT_TRUE(says(poses_.lookUp("camera", ros::Time(9.75)), "the image is 0.25 s older"));

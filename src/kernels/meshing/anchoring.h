@@ -66,7 +66,7 @@ DTSDF_HD float measuredGap(const Edge& edge, const Anchors& anchors, int axis, i
   return sqrtf(squared);
 }
 
-/// Of the anchors that the directions have which tell an edge's crossing.
+/// The anchor nearest to an edge's vertex, of the directions that visitAnchors() visits.
 template <class Edge, class Anchors>
 DTSDF_HD NearestAnchor nearestAnchor(const Edge& edge, const Anchors& anchors, int axis,
                                      int facing, float edge_offset) {
@@ -92,7 +92,7 @@ DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, const An
   const float gap = measuredGap(edge, anchors, axis, facing);
   if (!(gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};  // as most
   const NearestAnchor nearest = nearestAnchor(edge, anchors, axis, facing, edge_offset);
-  const float beyond = nearest.distance - rules.measured_gap;
+  const float beyond = nearest.distance - rules.measured_reach;
   if (!(beyond > 0.0f)) return {0.0f, 0.0f, 0.0f};
   const float ramp = minimum(gap / rules.measured_gap - 1.0f, 1.0f);
   const float share = rules.measured_pull * ramp * beyond / nearest.distance;

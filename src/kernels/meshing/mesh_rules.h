@@ -8,8 +8,8 @@ namespace dtsdf {
 struct MeshRules {
   /// A unit is meshed if each corner has more than this share of the greatest weight in the unit;
   /// in [0, 1). A share, so that the number of frames does not matter. It keeps out corners that
-  /// only the far fringe of a measurement reached. (docs/results/rule_numbers.md: vertices of
-  /// the dragon at 10 mm 0.46 mm without, 0.44 with.)
+  /// only the far fringe of a measurement reached. (docs/results/rule_numbers.md: a Kinect's
+  /// noise at 10 mm, vertices 1.7 % farther off without.)
   float least_weight_share = 0.003f;
 
   /// A crossing of an edge is meshed if a direction crosses it on its own whose weights at the two
@@ -30,13 +30,16 @@ struct MeshRules {
   /// 1.02 mm.
   float nearness_voxels = 0.2f;
 
-  /// Within this distance of where it was measured, in voxels, a surface counts as measured:
-  /// pixels are so far apart. A vertex is drawn to the nearest anchor, up to this distance, where a
-  /// corner's foot is farther than this from its own; as far as it ever is from twice that on.
-  /// (Orbits of 100 images at 20 mm, vertices with 0.1, 0.15, 0.25 and without: Asian Dragon 1.96,
-  /// 2.06, 2.28 and 2.91 mm, bunny 0.45, 0.47, 0.50 and 0.73 mm.)
-  float measured_gap = 0.1f;
-  /// The share of the way that it is drawn at most; in [0, 1), so that no two vertices
+  /// A vertex is drawn to the nearest anchor where a corner's foot is farther than this from where
+  /// its surface was measured, in voxels; as far as it ever is from twice that on. Pixels are so
+  /// far apart: less moves vertices inside a surface (0.1 puts some of a thin wall 1.5 voxels off,
+  /// and those of a tilted plane .004 instead of .003). (Orbits of 100 images at 20 mm, vertices
+  /// with 0.1, 0.15, 0.25 and without: Asian Dragon 1.96, 2.06, 2.28 and 2.91 mm, bunny 0.45, 0.47,
+  /// 0.50 and 0.73 mm.)
+  float measured_gap = 0.15f;
+  /// So near it may be to the anchor anyway, in voxels.
+  float measured_reach = 0.1f;
+  /// The share of the way until there that it is drawn at most; in [0, 1), so that no two vertices
   /// of one anchor come to one place.
   float measured_pull = 0.875f;
   /// A triangle with a side that this makes longer by more, in voxels, stands in a gap, and is left

@@ -82,8 +82,8 @@ DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLi
   return fabsf(step) <= limits.rim_share * (minimum(*a, *b) - fabsf(behind));
 }
 
-/// What a step alone tells where it is not 0, no link: a link, or that it takes a look at what lies
-/// beside it.
+/// What linkByStep() gives: 0 for no link, a link, or a step that what lies beside it decides
+/// about.
 constexpr int32_t kLinked = 1, kOpenStep = 2;
 
 /// What the step between two neighbours tells. Branch-free, so that the CPU can ask of several at

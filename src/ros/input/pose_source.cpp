@@ -101,7 +101,7 @@ std::string PoseSource::describe(const std::optional<ros::Time>& newest, const s
     text << describeFrames(parent, frame);
   } else if (*newest >= stamp) {
     text << what << " is " << std::setprecision(3) << beforeOldest_s(parent, frame, stamp, *newest)
-         << " s older than the oldest transform; normal for the first images";
+         << " s older than the oldest transform that is kept; normal for the first images only";
   } else {
     text << "the newest is stamped " << *newest << ", " << stamp.toSec() - newest->toSec()
          << " s before " << what << " of " << stamp;

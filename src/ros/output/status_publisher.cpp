@@ -2,7 +2,9 @@
 
 #include <ros/console.h>
 #include <unistd.h>
+#include <algorithm>
 
+#include <algorithm>
 #include <fstream>
 #include <utility>
 
@@ -99,10 +101,14 @@ void StatusPublisher::publish() {
 void StatusPublisher::hintAtColour(const CameraReport& camera) {
   const std::vector<std::string> topics = findPublishedTopics().colour;
   if (topics.empty()) return;
+  const std::string& wanted = camera.colour->image_topic;
+  // Topics are named without their transport.
+  const bool is_compressed = std::find(topics.begin(), topics.end(), wanted) != topics.end();
+  const std::string hint = is_compressed
+                               ? "it is published compressed; set color_image_transport:=compressed"
+                               : "colour is published on " + inQuotes(topics) + " (color:=)";
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "no colour image received on '"
-                                             << camera.colour->image_topic
-                                             << "': it has no publisher; colour is published on "
-                                             << inQuotes(topics) << " (color:=)");
+                                             << wanted << "': it has no publisher; " << hint);
 }
 
 void StatusPublisher::fillDiagnostics(

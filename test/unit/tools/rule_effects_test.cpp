@@ -1,4 +1,4 @@
-/// No number of the rules of surfels, fusion and mesh is idle: a scene that needs them all.
+/// Each number of surfels, fusion and mesh is read: at an end of its range the mesh differs.
 #include <gtest/gtest.h>
 
 #include <random>

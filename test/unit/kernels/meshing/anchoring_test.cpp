@@ -74,19 +74,18 @@ TEST(Anchoring, LeavesThePlaneWithTheSurface) {
 }
 
 /// The foot of the lower corner is 0.4 below the vertex' surface, which makes a gap of the root of
-/// 0.225^2 + 0.025^2 + 0.425^2 - 0.45^2 = 0.171 with a step to spare, that of the upper corner
-/// less. That is 0.714 of the way from 0.1 to twice that; 0.228 from the point, 0.561 are beyond
-/// reach.
+/// 0.325^2 + 0.425^2 - 0.45^2 = 0.289 with a step to spare, that of the upper corner less. The gap
+/// is 0.929 of the way from 0.15 to twice that; 0.326 from the point, 0.693 are beyond reach.
 TEST(Anchoring, BeginsGradually) {
   AnchoredEdge edge;
   edge.cross(kZPlus);
   edge.put(0, kZPlus, {0.125f, 0.0f, 0.425f});
   edge.put(1, kZPlus, {0.125f, 0.0f, -0.575f});
   expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
-  edge.put(0, kZPlus, {0.225f, 0.025f, 0.425f});
-  edge.put(1, kZPlus, {0.225f, 0.025f, -0.575f});
-  const float share = 0.875f * 0.714f * 0.561f;
-  expectNear(edge.shift(), {share * 0.225f, share * 0.025f, share * 0.025f}, 0.005f);
+  edge.put(0, kZPlus, {0.325f, 0.025f, 0.425f});
+  edge.put(1, kZPlus, {0.325f, 0.025f, -0.575f});
+  const float share = 0.875f * 0.929f * 0.693f;
+  expectNear(edge.shift(), {share * 0.325f, share * 0.025f, share * 0.025f}, 0.005f);
 }
 
 TEST(Anchoring, WithinReachNothingMoves) {
@@ -95,7 +94,7 @@ TEST(Anchoring, WithinReachNothingMoves) {
   edge.put(0, kZPlus, {0.025f, 0.0f, 0.425f});  // the upper end's foot was not measured
   expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
   MeshRules rules;
-  rules.measured_gap = 0.02f;
+  rules.measured_reach = 0.02f;
   EXPECT_GT(edge.shift(rules).x, 0.0f);
 }
 

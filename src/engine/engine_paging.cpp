@@ -100,14 +100,15 @@ std::vector<PackedKey> Engine::keysOfFrame(const FrameView& view,
   return keys;
 }
 
-/// Bytes that a block wants beyond those that it has; keys are asked for in their order.
+/// Bytes that a block wants beyond those that it has, which one without arrays may lose until it is
+/// admitted; keys are asked for in their order.
 size_t Engine::bytesWanted(PackedKey key, size_t& next_request) const {
   while (next_request < requests_.size() && requests_[next_request].key < key) ++next_request;
   if (next_request == requests_.size() || requests_[next_request].key != key) return 0;
   const uint32_t known = pager_->directionsOf(key);
   const int arrays = __builtin_popcount(requests_[next_request].directions & ~known);
   return static_cast<size_t>(arrays) * BlockTable::kArrayBytes +
-         (pager_->bytesOf(key) == 0 ? BlockTable::kBlockBytes : 0);
+         (known == 0 ? BlockTable::kBlockBytes : 0);
 }
 
 size_t Engine::bringInPart(size_t new_bytes) {

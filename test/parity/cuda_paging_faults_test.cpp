@@ -34,11 +34,14 @@ class CudaPagingFaults : public testing::Test {
   void SetUp() override {
     const std::string reason = reasonToSkip(Candidate::kCuda);
     if (!reason.empty()) GTEST_SKIP() << reason;
-    for (int room = 0; room < 3; ++room) {
+    for (int room = 0; room < 2; ++room) {
       TestFrameSettings settings;
       settings.count = 1;
       settings.offset_W = {6.0 * room, -3.0 * room, 0.0};
       rooms_.push_back(makeTestFrames(settings)[0]);
+      settings.width *= 2;
+      settings.height *= 2;
+      large_.push_back(makeTestFrames(settings)[0]);
     }
     params_.backend = Backend::kCuda;
     params_.map.voxel_size_m = 0.04f;
@@ -77,7 +80,7 @@ class CudaPagingFaults : public testing::Test {
       SCOPED_TRACE("call " + std::to_string(call));
       mapper->clear();
       ASSERT_NO_FATAL_FAILURE(go(*mapper, before));
-      const IntegrationResult result = integrateFailing(*mapper, rooms_[room], call);
+      const IntegrationResult result = integrateFailing(*mapper, large_[room], call);
       const bool is_fused = result.status == FrameStatus::kFused;
       unmet = is_fused && result.refused_blocks == 0 ? unmet + 1 : 0;
       if (is_fused || !isAllocation(result.message)) continue;
@@ -95,12 +98,13 @@ class CudaPagingFaults : public testing::Test {
 
   /// The same frames, as if nothing had failed.
   void goOn(Mapper& mapper, size_t room, const std::vector<size_t>& after) const {
-    ASSERT_NO_FATAL_FAILURE(go(mapper, {room}));
+    ASSERT_EQ(mapper.integrate(large_[room].view()).status, FrameStatus::kFused);
     ASSERT_NO_FATAL_FAILURE(go(mapper, after));
   }
 
   TemporaryFolder folder_;
   std::vector<TestFrame> rooms_;
+  std::vector<TestFrame> large_;  ///< Of the same rooms: they take more memory.
   MapperParams params_;
 };
 
@@ -130,7 +134,8 @@ TEST_F(CudaPagingFaults, BlocksRefusedInParts) {
     if (!is_fused || result.refused_blocks == 0) continue;
     ++refused;
     ASSERT_EQ(mapper->stats().refused_blocks, result.refused_blocks);
-    ASSERT_LE(mapper->contents().blocks.size() + result.refused_blocks, all);
+    const size_t blocks = mapper->contents().blocks.size() + result.refused_blocks;
+    ASSERT_LE(blocks, all + all / 10) << "some would have been left empty";
   }
   EXPECT_GT(refused, 0);
 }

@@ -208,9 +208,11 @@ TEST_P(PagingParity, WhatIsFarIsDropped) {
 TEST_P(PagingParity, BlocksThatGoWithinAFrame) {
   Way way;
   way.mesh_every = 0;
+  way.budget_mb = 3;
   way.turns = true;
-  for (const int budget_mb : {3, 4, 5}) {
-    way.budget_mb = budget_mb;
+  for (const bool painted : {false, true}) {
+    SCOPED_TRACE(painted);
+    way.painted = painted;
     compare(way);
   }
 }

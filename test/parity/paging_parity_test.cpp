@@ -20,7 +20,7 @@ struct Way {
   int budget_mb = 4;
   int mesh_every = 3;  ///< Frames; 0: once, at the end.
   bool painted = false, aligned = false, cleared = false, space = false, refined = false;
-  bool turns = false;  ///< Two rooms image by image: see PagingParity.BlocksThatGoWithinAFrame.
+  bool turns = false;  ///< Rooms image by image: see PagingParity.BlocksThatGoWithinAFrame.
   float keep_radius_m = 0.0f;
 };
 
@@ -119,7 +119,7 @@ class PagingParity : public testing::TestWithParam<Candidate> {
     params.map.page_folder = folder_.path();
     params.map.page_max_gb = 1.0f;
     Traveller paged(way, params);
-    const auto all = way.turns ? images({0, 1, 0, 1, 0, 1, 0, 1}, 1) : images(kThreeRooms, 3);
+    const auto all = way.turns ? images({2, 1, 0, 1, 0, 1, 0, 1}, 1) : images(kThreeRooms, 3);
     for (const auto& [frame, colours] : all) {
       ASSERT_NO_FATAL_FAILURE(whole.take(frame, colours));
       ASSERT_NO_FATAL_FAILURE(paged.take(frame, colours));
@@ -203,16 +203,18 @@ TEST_P(PagingParity, WhatIsFarIsDropped) {
   }
 }
 
-/// Two rooms in turn. Of the one that comes next, a part is emptied before an extraction begins:
-/// its image meets blocks without arrays, which go as soon as others come back beside them.
+/// A room, then two others in turn. Of the one that comes next, a part is emptied before an
+/// extraction begins: its image meets blocks without arrays, which go as soon as others come back
+/// beside them.
 TEST_P(PagingParity, BlocksThatGoWithinAFrame) {
   Way way;
   way.mesh_every = 0;
-  way.budget_mb = 3;
   way.turns = true;
-  for (const bool painted : {false, true}) {
-    SCOPED_TRACE(painted);
+  for (const auto& [painted, budget_mb] :
+       {std::pair(false, 3), std::pair(false, 4), std::pair(true, 3)}) {
+    SCOPED_TRACE(budget_mb);
     way.painted = painted;
+    way.budget_mb = budget_mb;
     compare(way);
   }
 }

@@ -43,6 +43,10 @@ class CudaBlockMover : public BlockMover {
     return parts_.aligner.keysAt(view, cutoff);
   }
   std::vector<int32_t> markedSlots() override { return marks_.marked(parts_.map.view()); }
+  void reserve(size_t slots) override {
+    parts_.records.reserve();
+    marks_.reserve(slots);
+  }
   std::vector<MeshState> takeMeshStates(const std::vector<int32_t>& slots) override;
   void enterMeshStates(const std::vector<int32_t>& slots,
                        const std::vector<MeshState>& states) override;

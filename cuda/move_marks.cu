@@ -58,10 +58,14 @@ __global__ void setMarksKernel(MapView map, const int32_t* slots, size_t count,
 
 }  // namespace
 
-void MarkMover::begin(const std::vector<int32_t>& slots) {
+void MarkMover::reserve(size_t slots) {
   done_.wait();
-  slots_.reserve(slots.size());
-  marks_.reserve(slots.size());
+  slots_.reserve(slots);
+  marks_.reserve(slots);
+}
+
+void MarkMover::begin(const std::vector<int32_t>& slots) {
+  reserve(slots.size());
   std::copy(slots.begin(), slots.end(), slots_.data());
 }
 

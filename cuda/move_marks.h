@@ -14,6 +14,9 @@ class MarkMover {
  public:
   explicit MarkMover(const Stream& stream) : stream_(stream) {}
 
+  /// Makes room for so many slots in take() and set().
+  void reserve(size_t slots);
+
   /// Slots with marks.
   std::vector<int32_t> marked(const MapView& map);
 

@@ -18,6 +18,10 @@ template <class Pool>
 constexpr size_t kRecordBytes =
     Pool::kSlabElements / Pool::kSlabRecords * sizeof(typename Pool::Element);
 
+constexpr size_t kLeastRecordBytes = kRecordBytes<ColourPool>;
+static_assert(kRecordBytes<VoxelPool> >= kLeastRecordBytes &&
+              kRecordBytes<LabelPool> >= kLeastRecordBytes);
+
 /// One thread per 16 bytes.
 template <class Pool>
 __global__ void gatherRecordsKernel(typename Pool::View pool, const int32_t* records, size_t count,
@@ -46,6 +50,14 @@ void copyInParallel(char* to, const char* from, size_t bytes) {
 }
 
 }  // namespace
+
+void RecordMover::reserve() {
+  for (Turn& turn : turns_) {
+    turn.done.wait();
+    turn.bytes.reserve(kTurnBytes);
+    turn.records.reserve(kTurnBytes / kLeastRecordBytes);
+  }
+}
 
 /// Waits until the turn's memory is free.
 RecordMover::Turn& RecordMover::begin(size_t turn, const std::vector<int32_t>& records,

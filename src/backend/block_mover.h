@@ -42,6 +42,10 @@ class BlockMover {
   /// Slots that are marked for the next extraction. @pre None is under way.
   virtual std::vector<int32_t> markedSlots() = 0;
 
+  /// Takes the memory that moving so many blocks needs: nothing that follows lacks it then.
+  /// @throws BackendError without it.
+  virtual void reserve(size_t slots) { static_cast<void>(slots); }
+
   /// Takes what meshing knows of blocks that leave: they are marked no longer.
   virtual std::vector<MeshState> takeMeshStates(const std::vector<int32_t>& slots) = 0;
 

@@ -9,8 +9,6 @@
 
 namespace dtsdf {
 
-constexpr uint32_t kEveryDirection = (1u << kDirectionCount) - 1u;
-
 /// Of a record.
 inline size_t voxelBytes(const PagedBlock& block) {
   return static_cast<size_t>(__builtin_popcount(block.directions)) * BlockTable::kArrayBytes;

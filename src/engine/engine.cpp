@@ -7,6 +7,7 @@
 
 #include "backend/pose_solver.h"
 #include "backend/rule_settings.h"
+#include "engine/each_once.h"
 #include "kernels/colour/surface_point.h"
 #include "kernels/core/direction.h"
 #include "kernels/fusion/free_space.h"
@@ -130,16 +131,17 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   backend_->waitForMeshes();
   const StageTimer timer(profile_, Stage::kAdmit);
   backend_->reserveFrame(turn);
-  Admission admission;
-  const PoolSizes after = table_.sizesAfter(touched.requests, touched.new_arrays);
   if (touched.requests == 0) return 0;
-  if (hasRoomFor({touched.requests, touched.new_arrays, after})) {
-    admission = table_.admit(pager_ ? requestsOfPart() : backend_->requests());
+  std::vector<BlockRequest> requests = pager_ ? requestsOfPart() : backend_->requests();
+  const size_t blocks = requests.size(), arrays = table_.countNew(requests).arrays;
+  Admission admission;
+  if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {
+    admission = table_.admit(std::move(requests));
     backend_->enterBlocks(admission.changed_slots);
     backend_->zeroArrays(admission.new_arrays);
     if (pager_) pager_->noteNew(admission.changed_slots);
   } else {
-    admission.refused = touched.requests;
+    admission.refused = blocks;
   }
   counters_.refused += admission.refused;
   outside_.insert(outside_.end(), admission.outside.begin(), admission.outside.end());
@@ -176,11 +178,15 @@ void Engine::keep(const DepthFrame& frame) {
 void Engine::settle() {
   if (has_free_) takeFree();  // while it is known what the frame keeps
   std::vector<int32_t> changed = vacateEmpty();
+  if (pager_ && kept_) {  // what comes may lack memory
+    keepEachOnce(changed);
+    backend_->follow({changed, false});
+  }
   const std::vector<int32_t> dropped = dropBeyond();
   changed.insert(changed.end(), dropped.begin(), dropped.end());
-  table_.releaseVacant(table_.takeUnseen());
-  std::sort(changed.begin(), changed.end());
-  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  const std::vector<int32_t> released = table_.releaseVacant(table_.takeUnseen());
+  changed.insert(changed.end(), released.begin(), released.end());
+  keepEachOnce(changed);
   backend_->follow({changed, !dropped.empty()});
 }
 
@@ -215,12 +221,13 @@ std::vector<int32_t> Engine::dropBeyond() {
   for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
   counters_.dropped += slots.size();
   if (on_disk.empty()) return slots;
-  on_disk.resize(pager_->canDrop(*backend_, on_disk.size()));  // the rest after a later frame
-  counters_.dropped += on_disk.size();
+  backend_->follow({slots, true});                      // what comes may lack memory
+  on_disk.resize(pager_->canDrop(*backend_, on_disk));  // the rest after a later frame
   for (const int32_t slot : pager_->drop(*backend_, on_disk)) {
     table_.vacate(slot, kAllDirections);
     slots.push_back(slot);
   }
+  counters_.dropped += on_disk.size();
   return slots;
 }
 

@@ -201,7 +201,7 @@ void Engine::enterContents(const MapContents& contents) try {
   if (pager_) backend_->zeroArrays(entered.blocks.new_arrays);  // they had other blocks before
   if (contents.painted) {
     backend_->reserveColours(0);  // beyond what the table has by now
-    keepColours();
+    if (!has_colours_) keepColours();
     has_colours_ = true;
   }
   enterColours(entered.colours.bricks);
@@ -243,6 +243,14 @@ std::vector<MemoryPart> Engine::memoryParts() const {
   backend_->addMemory(parts);
   if (space_ != nullptr) {
     parts.push_back({"space", MemoryKind::kSpace, space_->bytes(), space_->bytes()});
+  }
+  if (pager_) {
+    const bool is_on_gpu = std::any_of(parts.begin(), parts.end(), [](const MemoryPart& part) {
+      return part.kind == MemoryKind::kStaging;
+    });
+    const size_t bytes = pager_->queueBytes();
+    parts.push_back({"blocks on their way to and from the disk",
+                     is_on_gpu ? MemoryKind::kStaging : MemoryKind::kScratch, bytes, bytes});
   }
   return parts;
 }

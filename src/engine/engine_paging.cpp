@@ -1,9 +1,12 @@
 // Which blocks the engine needs in memory, and when: what a depth image changes, what a colour
 // image or a view looks at, what meshes depend on. Where blocks go and come from is the pager's.
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
+#include <unordered_set>
 #include <utility>
 
+#include "engine/each_once.h"
 #include "engine/engine.h"
 #include "kernels/colour/surface_point.h"
 #include "kernels/fusion/free_space.h"
@@ -17,11 +20,6 @@ constexpr float kAnyDepth_m = 1e30f;
 
 /// How far ahead blocks are read, and of which frames until there.
 constexpr int kFramesAhead = 6, kFramesBetween = 3;
-
-void keepEachOnce(std::vector<PackedKey>& keys) {
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-}
 
 /// Depth of the middle of a block, in voxels.
 float depthOf(const FrameView& view, const BlockKey& block) {
@@ -102,14 +100,15 @@ std::vector<PackedKey> Engine::keysOfFrame(const FrameView& view,
   return keys;
 }
 
-/// Bytes that a block wants beyond those that it has; keys are asked for in their order.
+/// Bytes that a block wants beyond those that it has, which one without arrays may lose until it is
+/// admitted; keys are asked for in their order.
 size_t Engine::bytesWanted(PackedKey key, size_t& next_request) const {
   while (next_request < requests_.size() && requests_[next_request].key < key) ++next_request;
   if (next_request == requests_.size() || requests_[next_request].key != key) return 0;
   const uint32_t known = pager_->directionsOf(key);
   const int arrays = __builtin_popcount(requests_[next_request].directions & ~known);
   return static_cast<size_t>(arrays) * BlockTable::kArrayBytes +
-         (pager_->bytesOf(key) == 0 ? BlockTable::kBlockBytes : 0);
+         (known == 0 ? BlockTable::kBlockBytes : 0);
 }
 
 size_t Engine::bringInPart(size_t new_bytes) {
@@ -127,8 +126,7 @@ size_t Engine::fusePart(const FrameView& view, const TouchedCounts& touched) {
   backend_->castFoldAndClear(turn);
   std::vector<int32_t> changed = vacateEmpty();
   table_.releaseVacant(table_.takeUnseen());
-  std::sort(changed.begin(), changed.end());
-  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  keepEachOnce(changed);
   backend_->follow({changed, false});
   return refused;
 }
@@ -163,6 +161,7 @@ void Engine::readAhead(const DepthFrame& frame) {
   if (!before || pager_->isEmpty()) return;
   const Eigen::Isometry3d motion = before->inverse() * frame.T_W_C;
   std::vector<PackedKey> keys;
+  std::unordered_set<PackedKey> known;
   DepthFrame ahead = frame;
   for (int step = 1; step <= kFramesAhead; ++step) {
     ahead.T_W_C = ahead.T_W_C * motion;
@@ -176,7 +175,8 @@ void Engine::readAhead(const DepthFrame& frame) {
           return mayBeInView(view, block - origin, kFootRadius) &&
                  depthOf(view, block) <= max_depth;
         });
-    keys.insert(keys.end(), some.begin(), some.end());
+    std::copy_if(some.begin(), some.end(), std::back_inserter(keys),
+                 [&](PackedKey key) { return known.insert(key).second; });
   }
   pager_->readAhead(keys);
 }

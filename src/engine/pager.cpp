@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/block_records.h"
+#include "kernels/core/direction.h"
 #include "map/memory_budget.h"
 
 namespace dtsdf {
@@ -50,9 +51,13 @@ size_t Pager::bytesOf(PackedKey key) const {
   return number < 0 ? 0 : bytesOnceIn(store_.block(number));
 }
 
-uint32_t Pager::directionsOf(PackedKey key) const {
+uint32_t Pager::directionsInMemory(PackedKey key) const {
   const int32_t slot = table_.find(key);
-  if (slot >= 0) return directionsWithArrays(table_.block(slot));
+  return slot < 0 ? 0 : directionsWithArrays(table_.block(slot));
+}
+
+uint32_t Pager::directionsOf(PackedKey key) const {
+  if (table_.find(key) >= 0) return directionsInMemory(key);
   const int32_t number = store_.find(key);
   return number < 0 ? 0 : store_.block(number).directions;
 }
@@ -178,6 +183,7 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, R
     return false;
   }
   backend.reserveChanges(slots.size());
+  backend.mover()->reserve(slots.size());
   MapContents contents;
   contents.blocks = mapBlocks(table_, slots);
   makeRoomForWords(contents);
@@ -194,7 +200,7 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, R
     no_writing_before_ = now_ + kCallsBetweenTries;
     return false;
   }
-  for (const int32_t slot : slots) table_.release(slot, kEveryDirection);
+  for (const int32_t slot : slots) table_.release(slot, kAllDirections);
   backend.follow({slots, false});
   stats_.written += slots.size();
   return true;
@@ -243,6 +249,7 @@ void Pager::enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
   backend.reserve(
       {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
   if (size.bricks > 0) backend.reserveColours(size.bricks);
+  backend.mover()->reserve(size.blocks);
   const EnteredBlocks entered = enterBlocks(contents, table_);
   const std::vector<int32_t>& slots = entered.blocks.changed_slots;
   backend.enterBlocks(slots);
@@ -274,6 +281,7 @@ std::vector<int32_t> Pager::enterWithoutVoxels(MapBackend& backend,
   extractions.resize(requests.size());
   states.resize(requests.size());
   backend.reserve({requests.size(), 0, table_.sizesAfter(requests.size(), 0)});
+  backend.mover()->reserve(requests.size());
   const std::vector<int32_t> slots = table_.admit(std::move(requests)).changed_slots;
   backend.enterBlocks(slots);
   backend.mover()->enterMeshStates(slots, states);
@@ -291,13 +299,21 @@ std::vector<int32_t> Pager::drop(MapBackend& backend, const std::vector<PackedKe
     blocks.push_back(store_.block(numbers.back()));
   }
   finish_meshes_();
+  std::vector<int32_t> slots = enterWithoutVoxels(backend, blocks);  // without memory, all stay
   store_.release(numbers);
-  return enterWithoutVoxels(backend, blocks);
+  return slots;
 }
 
-size_t Pager::canDrop(MapBackend& backend, size_t blocks) {
-  if (makeRoom(backend, blocks * BlockTable::kBlockBytes)) return blocks;
-  return (table_.budgetBytes() - table_.bytesInUse()) / BlockTable::kBlockBytes;
+/// The reserve of the disk may be used: what is dropped makes room there.
+size_t Pager::canDrop(MapBackend& backend, const std::vector<PackedKey>& keys) {
+  const auto has_mesh = [this](PackedKey key) {
+    return store_.block(store_.find(key)).extractions != table_.extractions();
+  };
+  const auto meshed = static_cast<size_t>(std::count_if(keys.begin(), keys.end(), has_mesh));
+  makeRoom(backend, meshed * BlockTable::kBlockBytes, Reserve::kUse);
+  size_t room = (table_.budgetBytes() - table_.bytesInUse()) / BlockTable::kBlockBytes;
+  const auto lacks_room = [&](PackedKey key) { return has_mesh(key) && room-- == 0; };
+  return static_cast<size_t>(std::find_if(keys.begin(), keys.end(), lacks_room) - keys.begin());
 }
 
 void Pager::clear() {

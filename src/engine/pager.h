@@ -64,9 +64,9 @@ class Pager {
 
   // ---- The map as a whole.
 
-  /// How many of so many blocks can be dropped now: those that a mesh was extracted of take room
-  /// until the next extraction.
-  size_t canDrop(MapBackend& backend, size_t blocks);
+  /// How many of these blocks on disk, the first ones, can be dropped now: those that a mesh was
+  /// extracted of take room until the next extraction.
+  size_t canDrop(MapBackend& backend, const std::vector<PackedKey>& keys);
 
   /// Blocks that go from disk. Those that a mesh was extracted of are in memory then, without
   /// voxels. @return the slots of these.
@@ -89,11 +89,14 @@ class Pager {
 
   void clear();
   PageStats stats() const;
+  /// Of memory, of blocks on their way.
+  size_t queueBytes() const { return store_.queueBytes(); }
 
  private:
   enum class Reserve { kLeave, kUse };
 
   size_t bytesOnceIn(const PagedBlock& block) const;
+  uint32_t directionsInMemory(PackedKey key) const;
   void touch(int32_t slot);
   bool makeRoom(MapBackend& backend, size_t bytes, Reserve reserve);
   void writeOut(MapBackend& backend, size_t bytes, Reserve reserve);

@@ -5,6 +5,7 @@
 
 #include "engine/block_records.h"
 #include "engine/pager.h"
+#include "kernels/core/direction.h"
 #include "map/map_head.h"
 
 namespace dtsdf {
@@ -102,7 +103,7 @@ void Pager::copyWords(MapBackend& backend, MapContents& contents) {
       copyTo(record, voxels, contents.voxels, to.voxels);
       copyTo(record + voxels * sizeof(uint64_t), colours, contents.colours, to.colours);
       record += recordBytes(store_.block(number));
-    } else if (table_.find(packKey(block.key)) >= 0) {
+    } else if (directionsInMemory(packKey(block.key)) != 0) {
       copyTo(in_memory.voxels.data() + from.voxels, voxels, contents.voxels, to.voxels);
       copyTo(in_memory.colours.data() + from.colours, colours, contents.colours, to.colours);
       from.pass(block);
@@ -158,7 +159,7 @@ void Pager::lose(MapBackend& backend, const std::vector<int32_t>& numbers) {
   for (const int32_t number : numbers) keys.push_back(store_.block(number).key);
   stats_.lost += keys.size();
   const std::vector<int32_t> slots = drop(backend, keys);
-  for (const int32_t slot : slots) table_.vacate(slot, kEveryDirection);
+  for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
   backend.mover()->setMarks(slots, std::vector<MeshMarks>(slots.size(), {true, false}));
 }
 

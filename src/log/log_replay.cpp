@@ -23,15 +23,16 @@ LoggedColour colourAt(const LoggedPoses::Item& item) {
 
 }  // namespace
 
-LogReplay::LogReplay(const std::string& folder) : reader_(folder), bases_(reader_.bases()) {
+LogReplay::LogReplay(const std::string& folder)
+    : reader_(folder), bases_(reader_.bases()), bases_read_(bases_.size()) {
   readOn();
 }
 
 bool LogReplay::readOn() {
   const size_t before = poses_.items().size();
-  size_t bases = reader_.bases().size();
   while (std::optional<LogEntry> entry = reader_.next()) {
-    for (; bases < reader_.bases().size(); ++bases) bases_.push_back(reader_.bases()[bases]);
+    const std::vector<LogBase>& all = reader_.bases();
+    for (; bases_read_ < all.size(); ++bases_read_) bases_.push_back(all[bases_read_]);
     if (entry->head.kind == LogKind::kCorrection) outdate(readCorrection(entry->description));
     if (entry->head.kind == LogKind::kLevel) T_W_M_ = readLevel(entry->description);
     if (entry->head.kind == LogKind::kDepth) ++depth_images_;

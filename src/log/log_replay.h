@@ -64,6 +64,7 @@ class LogReplay {
   LoggedPoses poses_;
   std::optional<Eigen::Isometry3d> T_W_M_;
   std::vector<LogBase> bases_;  ///< Those of the log that no correction in it has outdated.
+  size_t bases_read_;           ///< How many of the log there are to it so far.
   size_t depth_images_ = 0;
   size_t next_ = 0;
 };

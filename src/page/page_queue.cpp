@@ -19,6 +19,13 @@ PageQueue::~PageQueue() {
   thread_.join();
 }
 
+template <class Test>
+void PageQueue::waitUntil(std::unique_lock<std::mutex>& lock, const Test& test) {
+  if (test()) return;
+  const WaitTimer timer(waits_);
+  done_.wait(lock, test);
+}
+
 std::string PageQueue::write(const std::vector<PageSpan>& records, std::vector<char> bytes) {
   const auto batch = std::make_shared<const std::vector<char>>(std::move(bytes));
   std::unique_lock<std::mutex> lock(mutex_);
@@ -31,18 +38,15 @@ std::string PageQueue::write(const std::vector<PageSpan>& records, std::vector<c
     const bool is_tried = order_.empty() || order_.front().second > last;
     return !problem_.empty() || (waiting_bytes_ <= limit && is_tried);
   };
-  if (!may_go_on()) {
-    const WaitTimer timer(waits_);
-    done_.wait(lock, may_go_on);
-  }
+  waitUntil(lock, may_go_on);
   if (!problem_.empty()) return problem_;
   size_t begin = 0;
   for (const PageSpan& record : records) {
-    waiting_[record.offset] = {batch, begin, record.bytes, ++last_number_};
-    order_.emplace_back(record.offset, last_number_);
+    order_.emplace_back(record.offset, ++last_number_);
+    waiting_[record.offset] = {batch, begin, record.bytes, last_number_};
+    waiting_bytes_ += record.bytes;
     begin += record.bytes;
   }
-  waiting_bytes_ += begin;
   lock.unlock();
   to_do_.notify_all();
   return "";
@@ -77,6 +81,12 @@ void PageQueue::forget(uint64_t offset) {
   asked_.erase(std::remove_if(asked_.begin(), asked_.end(), is_it), asked_.end());
 }
 
+/// Whether a record is in memory, or comes there.
+bool PageQueue::isAhead(uint64_t offset) const {
+  const bool comes = reading_ == offset && !is_reading_in_vain_;
+  return comes || waiting_.count(offset) + ahead_.count(offset) != 0;
+}
+
 void PageQueue::readAhead(std::vector<PageSpan> records) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -85,9 +95,7 @@ void PageQueue::readAhead(std::vector<PageSpan> records) {
     for (const PageSpan& record : records) {
       bytes += record.bytes;
       if (bytes > most_bytes_) break;
-      if (waiting_.count(record.offset) + ahead_.count(record.offset) == 0) {
-        asked_.push_back(record);
-      }
+      if (!isAhead(record.offset)) asked_.push_back(record);
     }
   }
   to_do_.notify_all();
@@ -148,6 +156,10 @@ void PageQueue::writeNext(std::unique_lock<std::mutex>& lock) {
 void PageQueue::readNext(std::unique_lock<std::mutex>& lock) {
   const PageSpan record = asked_.front();
   asked_.pop_front();
+  if (isAhead(record.offset)) {  // it was asked for twice
+    done_.notify_all();
+    return;
+  }
   reading_ = record.offset;
   is_reading_in_vain_ = false;
   lock.unlock();
@@ -156,9 +168,9 @@ void PageQueue::readNext(std::unique_lock<std::mutex>& lock) {
   const bool is_read = file_.read(record.offset, bytes.data(), bytes.size(), is_short).empty();
   lock.lock();
   if (is_read && !is_reading_in_vain_) {
-    ahead_bytes_ += bytes.size();
-    ahead_[record.offset] = std::move(bytes);
     read_.push_back(record.offset);
+    ahead_[record.offset] = std::move(bytes);
+    ahead_bytes_ += record.bytes;
     dropAhead();
   }
   reading_ = kNothing;
@@ -179,7 +191,7 @@ void PageQueue::dropAhead() {
 /// Not while something is written there, which would make the file longer again.
 void PageQueue::shrink(uint64_t file_bytes) {
   std::unique_lock<std::mutex> lock(mutex_);
-  done_.wait(lock, [this] { return !is_writing_; });
+  waitUntil(lock, [this] { return !is_writing_; });
   file_.truncate(file_bytes);
 }
 

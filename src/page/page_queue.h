@@ -60,6 +60,7 @@ class PageQueue {
   /// there is room for them. After a failure, what failed is tried again first.
   /// @return what is wrong; empty: they were taken. What was taken before stays in memory, and can
   /// be found, until it could be written.
+  /// @throws std::bad_alloc and then may have taken some of them: see forget().
   std::string write(const std::vector<PageSpan>& records, std::vector<char> bytes);
 
   /// Copies a record that waits to be written, or was read ahead. @return whether there is one.
@@ -78,7 +79,7 @@ class PageQueue {
   void finish();
 
   size_t bytes() const;                              ///< Of memory.
-  const DiskWaits& waits() const { return waits_; }  ///< Of write().
+  const DiskWaits& waits() const { return waits_; }  ///< Of write() and shrink().
 
  private:
   using Bytes = std::shared_ptr<const std::vector<char>>;
@@ -93,6 +94,9 @@ class PageQueue {
   void run();
   void writeNext(std::unique_lock<std::mutex>& lock);
   void readNext(std::unique_lock<std::mutex>& lock);
+  template <class Test>
+  void waitUntil(std::unique_lock<std::mutex>& lock, const Test& test);
+  bool isAhead(uint64_t offset) const;
   bool hasWriting() const { return problem_.empty() && !order_.empty(); }
   bool hasReading() const { return !asked_.empty() || reading_ != kNothing; }
   void dropAhead();

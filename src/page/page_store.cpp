@@ -3,6 +3,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <new>
 #include <numeric>
 #include <utility>
 
@@ -50,25 +51,39 @@ bool PageStore::hasRoomFor(uint64_t bytes, bool with_reserve) {
 
 bool PageStore::write(const std::vector<PagedBlock>& blocks, std::vector<char> records) {
   std::vector<Page> pages;
+  std::string problem;
+  try {
+    problem = write(blocks, std::move(records), pages);
+  } catch (const std::bad_alloc&) {
+    problem = "out of memory";
+  }
+  if (!problem.empty()) {
+    problem_ = problem;
+    for (const Page& page : pages) {
+      queue_.forget(spanOf(page).offset);
+      runs_.give(page.first_unit, unitsOf(page.block));
+    }
+    return false;
+  }
+  for (const Page& page : pages) enter(page);
+  return true;
+}
+
+/// @param pages Gets those that take room in the file from now on. @return what is wrong.
+std::string PageStore::write(const std::vector<PagedBlock>& blocks, std::vector<char> records,
+                             std::vector<Page>& pages) {
+  pages.reserve(blocks.size());  // so that none is lost that has taken room
   std::vector<PageSpan> spans;
   const char* record = records.data();
   for (const PagedBlock& block : blocks) {
     const auto first = runs_.take(unitsOf(block));
-    if (!first) break;
+    if (!first) return kIsFull;
     pages.push_back(
         {block, XXH3_64bits(record, recordBytes(block)), static_cast<uint32_t>(*first)});
     spans.push_back(spanOf(pages.back()));
     record += recordBytes(block);
   }
-  const std::string problem =
-      pages.size() < blocks.size() ? kIsFull : queue_.write(spans, std::move(records));
-  if (!problem.empty()) {
-    problem_ = problem;
-    for (const Page& page : pages) runs_.give(page.first_unit, unitsOf(page.block));
-    return false;
-  }
-  for (const Page& page : pages) enter(page);
-  return true;
+  return queue_.write(spans, std::move(records));
 }
 
 PageSpan PageStore::spanOf(const Page& page) const {

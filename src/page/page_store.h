@@ -88,6 +88,8 @@ class PageStore {
   size_t count() const { return index_.size(); }
   uint64_t bytes() const;
   size_t indexBytes() const;
+  /// Of memory, of blocks on their way to the file or read ahead.
+  size_t queueBytes() const { return queue_.bytes(); }
   const std::string& problem() const { return problem_; }
   DiskWaits waits() const {
     return {read_waits_.count + queue_.waits().count, read_waits_.ms + queue_.waits().ms};
@@ -102,6 +104,8 @@ class PageStore {
 
   static size_t size(int32_t number) { return static_cast<size_t>(number); }
   PageSpan spanOf(const Page& page) const;
+  std::string write(const std::vector<PagedBlock>& blocks, std::vector<char> records,
+                    std::vector<Page>& pages);
   PageReading read(const Page& page, char* record);
   PageReading check(const Page& page, const char* record);
   void enter(const Page& page);

@@ -20,6 +20,7 @@ struct Way {
   int budget_mb = 4;
   int mesh_every = 3;  ///< Frames; 0: once, at the end.
   bool painted = false, aligned = false, cleared = false, space = false, refined = false;
+  bool turns = false;  ///< Rooms image by image: see PagingParity.BlocksThatGoWithinAFrame.
   float keep_radius_m = 0.0f;
 };
 
@@ -37,12 +38,15 @@ MapperParams paramsOf(const Way& way) {
 }
 
 /// Three rooms, one after the other, and back.
-std::vector<std::pair<TestFrame, TestColours>> images() {
+const std::vector<int> kThreeRooms = {0, 1, 2, 1, 0};
+
+/// So many images of each room.
+std::vector<std::pair<TestFrame, TestColours>> images(const std::vector<int>& rooms, int count) {
   std::vector<std::pair<TestFrame, TestColours>> all;
-  for (const int room : {0, 1, 2, 1, 0}) {
+  for (const int room : rooms) {
     TestFrameSettings settings;
     settings.noise = true;
-    settings.count = 3;
+    settings.count = count;
     settings.offset_W = {6.0 * room, -3.0 * room, 0.0};
     const std::vector<TestFrame> frames = makeTestFrames(settings);
     const std::vector<TestColours> colours = makeTestColours(settings);
@@ -71,9 +75,18 @@ class Traveller {
       mapper_->clearRegion(SphereRegion{frame.frame.T_W_C.translation(), 7.0});
     }
     if (way_.mesh_every > 0 && count_ % way_.mesh_every == 0) updateMesh();
+    if (way_.turns) meshWithoutSome();
+  }
+  /// While it is meshed, the next image comes, which sees this place.
+  void meshWithoutSome() {
+    if (count_ > 1) mesh_.apply(mapper_->finishMeshUpdate());
+    mapper_->clearRegion(
+        SphereRegion{Eigen::Vector3d(6.0 * (count_ % 2), -3.0 * (count_ % 2), 1.0), 1.0});
+    mapper_->beginMeshUpdate();
   }
   void updateMesh() { mesh_.apply(mapper_->updateMesh()); }
   Mesh mesh() {
+    if (way_.turns) mesh_.apply(mapper_->finishMeshUpdate());
     updateMesh();
     return mesh_.assemble();
   }
@@ -106,7 +119,8 @@ class PagingParity : public testing::TestWithParam<Candidate> {
     params.map.page_folder = folder_.path();
     params.map.page_max_gb = 1.0f;
     Traveller paged(way, params);
-    for (const auto& [frame, colours] : images()) {
+    const auto all = way.turns ? images({2, 1, 0, 1, 0, 1, 0, 1}, 1) : images(kThreeRooms, 3);
+    for (const auto& [frame, colours] : all) {
       ASSERT_NO_FATAL_FAILURE(whole.take(frame, colours));
       ASSERT_NO_FATAL_FAILURE(paged.take(frame, colours));
     }
@@ -185,6 +199,22 @@ TEST_P(PagingParity, WhatIsFarIsDropped) {
   way.keep_radius_m = 9.0f;
   for (const int mesh_every : {0, 1}) {
     way.mesh_every = mesh_every;
+    compare(way);
+  }
+}
+
+/// A room, then two others in turn. Of the one that comes next, a part is emptied before an
+/// extraction begins: its image meets blocks without arrays, which go as soon as others come back
+/// beside them.
+TEST_P(PagingParity, BlocksThatGoWithinAFrame) {
+  Way way;
+  way.mesh_every = 0;
+  way.turns = true;
+  for (const auto& [painted, budget_mb] :
+       {std::pair(false, 3), std::pair(false, 4), std::pair(true, 3)}) {
+    SCOPED_TRACE(budget_mb);
+    way.painted = painted;
+    way.budget_mb = budget_mb;
     compare(way);
   }
 }

@@ -329,6 +329,7 @@ TEST_F(MapSessionTest, AMapThatIsLoadedStartsOverAfterAFailure) {
   mapper_->fails_to_integrate = true;
   pushFrame();
   work();
+  mapper_->fails_to_count = true;
   EXPECT_FALSE(session_.isEmpty()) << "who knows what it holds";
   session_.replace({std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", mapOf(0.0)});
   EXPECT_EQ(session_.report().failure, "");

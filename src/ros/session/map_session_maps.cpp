@@ -34,8 +34,9 @@ MapOrigin MapSession::origin(const std::string& map_frame) const {
 }
 
 bool MapSession::isEmpty() const {
+  if (hasFailed()) return false;  // and asking could fail
   const MapStats stats = mapper_->stats();
-  return !hasFailed() && stats.blocks + stats.pages.blocks == 0;
+  return stats.blocks + stats.pages.blocks == 0;
 }
 
 std::unique_ptr<Mapper> MapSession::replace(LoadedMap loaded) {

@@ -97,6 +97,7 @@ class FakeMapper : public Mapper {
   Space* space() override { return has_space ? &space_ : nullptr; }
   static constexpr size_t kBudgetBytes = 5000;
   MapStats stats() const override {
+    throwIf(fails_to_count);
     MapStats stats;
     stats.blocks = stats.voxel_arrays = static_cast<size_t>(frames);
     stats.max_map_bytes = kBudgetBytes;
@@ -110,6 +111,7 @@ class FakeMapper : public Mapper {
   std::string backendName() const override { return "fake"; }
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
+  bool fails_to_count = false;
   bool clears_in_part = false;  ///< A region.
   bool has_space = false;
   std::function<Alignment(const DepthFrame&)> aligns;

@@ -287,6 +287,26 @@ TEST_F(CorrectedMap, BeginsWithTheNewestMapBeforeWhatMoves) {
   EXPECT_EQ(fileOf(*later.takeMapper()), mapOf(poses));
 }
 
+/// Whoever reads along may look just when a map has been written, and nothing after it.
+TEST_F(CorrectedMap, BeginsWithAMapThatWasReadBeforeWhatFollowsIt) {
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < 4; ++i) take(live, i, truePose(i));
+  live.checkpoint();
+  LogReplay replay(folder_.path());
+  for (int i = 4; i < 6; ++i) take(live, i, truePose(i));
+  live.checkpoint();
+  EXPECT_TRUE(replay.readOn());
+  for (int i = 6; i < 9; ++i) take(live, i, truePose(i));
+  EXPECT_TRUE(replay.readOn());
+  const uint64_t end = log_.nextNumber();
+  const std::string newest = replay.startOver(end);
+  EXPECT_EQ(newest, LogReplay(folder_.path()).startOver(end));
+  EXPECT_NE(newest, "");
+  size_t calls = 0;
+  while (replay.next()) ++calls;
+  EXPECT_EQ(calls, 4u) << "three depth images and one with colours";
+}
+
 // The second one is of poses as the first one left them.
 TEST_F(CorrectedMap, CorrectionsFollowEachOther) {
   LoggedMap live(params(), log_);

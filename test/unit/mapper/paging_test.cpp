@@ -19,6 +19,7 @@
 #include "dtsdf_mapping/partly_cleared.h"
 #include "dtsdf_mapping/region.h"
 #include "engine/pager.h"
+#include "io/save_mapper.h"
 #include "support/map_equality.h"
 #include "support/saved_maps.h"
 #include "support/temporary_folder.h"
@@ -167,6 +168,17 @@ MapperParams paged(MapperParams params, int max_memory_mb, const std::string& fo
 class Paging : public testing::Test {
  protected:
   TemporaryFolder folder_;
+
+  /// Some of those in the folder.
+  void damagePages() const {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+      std::error_code error;
+      const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
+      if (error || target.rfind(folder_.path(), 0) != 0) continue;
+      std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
+      for (int i = 0; i < 20; ++i) file.seekp(i * 100000).put('x').put('y').put('z');
+    }
+  }
 
   /// Goes with several budgets, and compares with a map that has room for all of it.
   void compare(const Way& way, const std::vector<int>& budgets_mb) {
@@ -524,13 +536,7 @@ TEST_F(Paging, OutlivesDamage) {
   near.go(0, kWayOut);
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
-    std::error_code error;
-    const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
-    if (error || target.rfind(folder_.path(), 0) != 0) continue;
-    std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
-    for (int i = 0; i < 20; ++i) file.seekp(i * 100000).put('x').put('y').put('z');
-  }
+  damagePages();
   const MapContents copy = near.mapper().contents();
   MapStats stats = near.mapper().stats();
   EXPECT_GT(stats.pages.lost, 0u) << "no copy leaves blocks out silently";
@@ -544,6 +550,24 @@ TEST_F(Paging, OutlivesDamage) {
   Mesh mesh = near.mesh();
   const auto anew = makeProbedMapper(paramsOf(Way()), Rules(), near.mapper().contents());
   EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m))) << "the mesh is that of what is left";
+}
+
+/// Where a block turns out to be damaged, those around it are the same when they are copied again.
+TEST_F(Paging, CopiesAPartAgainWithoutWhatIsDamaged) {
+  Way way;
+  way.painted = true;
+  Tour near(way, paged(paramsOf(way), 5, folder_.path()));
+  near.go(0, kWayOut);
+  near.updateMesh();
+  near.go(kWayOut, kWayOut + 1);  // after which all blocks on disk have been met by an extraction
+  damagePages();
+  const std::vector<MapBlock> blocks = near.mapper().outline().blocks;
+  const MapContents first = near.mapper().part(blocks);
+  ASSERT_GT(near.mapper().stats().pages.lost, 0u) << "else nothing is tested";
+  const MapContents again = near.mapper().part(blocks);
+  EXPECT_TRUE(sameContents(again, first));
+  saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");
+  EXPECT_TRUE(sameContents(loadMap(folder_ / "saved.dtsdf"), near.mapper().contents()));
 }
 
 TEST_F(Paging, SaysWhyAFolderCannotBe) {

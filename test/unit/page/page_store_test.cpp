@@ -7,10 +7,30 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
+#include <new>
 #include <random>
 
 #include "support/temporary_folder.h"
+
+namespace {
+
+/// How many more allocations of this thread come before one that fails; -1: none does.
+thread_local int allocations_left = -1;
+
+}  // namespace
+
+// In place of the system's, for this program.
+void* operator new(size_t bytes) {
+  const bool fails = allocations_left == 0;
+  if (allocations_left >= 0) --allocations_left;
+  void* const memory = fails ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace dtsdf {
 namespace {
@@ -62,6 +82,18 @@ class PageStoreTest : public testing::Test {
     std::vector<int32_t> numbers;
     for (const PagedBlock& block : blocks) numbers.push_back(store_.find(block.key));
     return numbers;
+  }
+  /// Whether write() says so where this allocation fails; if all succeed or the index lacks the
+  /// memory, it does not.
+  bool isRefused(const std::vector<PagedBlock>& blocks, std::vector<char> records, int allocation) {
+    allocations_left = allocation;
+    bool is_refused = false;
+    try {
+      is_refused = !store_.write(blocks, std::move(records));
+    } catch (const std::bad_alloc&) {
+    }
+    allocations_left = -1;
+    return is_refused;
   }
   void expectHolds(const std::vector<PagedBlock>& blocks, const std::vector<char>& records) {
     std::vector<char> read;
@@ -200,6 +232,48 @@ TEST_F(PageStoreTest, ReadsAhead) {
   const std::vector<char> others = randomRecords(blocks, 5);
   ASSERT_TRUE(store_.write(blocks, others));
   expectHolds(blocks, others);
+}
+
+/// One that is asked for twice takes memory once.
+TEST_F(PageStoreTest, ReadsAheadOnce) {
+  const std::vector<PagedBlock> blocks = someBlocks(0, 20);
+  const std::vector<char> records = randomRecords(blocks, 4);
+  ASSERT_LT(2 * records.size(), size_t{1} << 20) << "else there is no room for it twice";
+  ASSERT_TRUE(store_.write(blocks, records));
+  store_.finish();
+  EXPECT_EQ(store_.queueBytes(), 0u);
+  std::vector<int32_t> twice = numbersOf(blocks);
+  twice.insert(twice.end(), twice.begin(), twice.end());
+  for (int i = 0; i < 50; ++i) {
+    store_.readAhead(twice);  // some of it while others are read
+    if (i % 2 == 0) store_.finish();
+  }
+  store_.finish();
+  EXPECT_EQ(store_.queueBytes(), records.size());
+  expectHolds(blocks, records);
+  store_.release(numbersOf(blocks));
+  EXPECT_EQ(store_.queueBytes(), 0u);
+}
+
+/// Whichever allocation of a call of write() fails until the queue has all, nothing has changed.
+/// The index comes after that.
+TEST_F(PageStoreTest, OutlivesALackOfMemory) {
+  const std::vector<PagedBlock> first = someBlocks(0, 5), more = someBlocks(5, 9);
+  const std::vector<char> records = randomRecords(first, 1), more_records = randomRecords(more, 2);
+  ASSERT_TRUE(store_.write(first, records));
+  store_.finish();
+  const uint64_t bytes = store_.bytes();
+  int refused = 0;
+  while (isRefused(more, more_records, refused)) {
+    ++refused;
+    ASSERT_EQ(store_.problem(), "out of memory");
+    ASSERT_EQ(store_.bytes(), bytes);
+    ASSERT_EQ(store_.count(), first.size());
+    store_.finish();
+    ASSERT_EQ(store_.queueBytes(), 0u);
+  }
+  EXPECT_GT(refused, 9) << "one for each record at least";
+  expectHolds(first, records);
 }
 
 /// Blocks come and go while they are written and read: whatever the thread has reached, they are

@@ -1,0 +1,144 @@
+// Each allocation of a frame for which blocks go to disk and come back fails once: a frame that is
+// not fused leaves the map as it was, and the next one goes on from there.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "parity/backend_comparison.h"
+#include "parity/test_frames.h"
+#include "runtime/check.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+/// Calls that can lack memory. Others are told to as well, which they never do: what they leave is
+/// not looked at.
+bool isAllocation(const std::string& message) {
+  return message.find("cudaHostAlloc(") != std::string::npos ||
+         message.find("cudaMalloc(") != std::string::npos;
+}
+
+/// The map has each of them once.
+void expectAscendingKeys(const MapContents& contents) {
+  for (size_t i = 1; i < contents.blocks.size(); ++i) {
+    ASSERT_LT(packKey(contents.blocks[i - 1].key), packKey(contents.blocks[i].key));
+  }
+}
+
+class CudaPagingFaults : public testing::Test {
+ protected:
+  static constexpr int kMostCalls = 2000;
+
+  void SetUp() override {
+    const std::string reason = reasonToSkip(Candidate::kCuda);
+    if (!reason.empty()) GTEST_SKIP() << reason;
+    for (int room = 0; room < 2; ++room) {
+      TestFrameSettings settings;
+      settings.count = 1;
+      settings.offset_W = {6.0 * room, -3.0 * room, 0.0};
+      rooms_.push_back(makeTestFrames(settings)[0]);
+      settings.width *= 2;
+      settings.height *= 2;
+      large_.push_back(makeTestFrames(settings)[0]);
+    }
+    params_.backend = Backend::kCuda;
+    params_.map.voxel_size_m = 0.04f;
+    params_.map.max_memory_mb = 3;
+    params_.map.page_folder = folder_.path();
+    params_.map.page_max_gb = 1.0f;
+    params_.fusion.max_depth_m = 4.0f;
+  }
+
+  /// A frame of each of these rooms, with a mesh behind the first one.
+  void go(Mapper& mapper, const std::vector<size_t>& rooms) const {
+    for (size_t i = 0; i < rooms.size(); ++i) {
+      ASSERT_EQ(mapper.integrate(rooms_[rooms[i]].view()).status, FrameStatus::kFused);
+      if (i == 0) mapper.updateMesh();
+    }
+  }
+
+  static IntegrationResult integrateFailing(Mapper& mapper, const TestFrame& frame, uint64_t call) {
+    gpu::failCall(call, cudaErrorMemoryAllocation);
+    const IntegrationResult result = mapper.integrate(frame.view());
+    gpu::failCall(0, cudaSuccess);
+    return result;
+  }
+
+  /// Goes to `before`, then lets each call of the next frame fail, and compares what follows with a
+  /// mapper to which nothing of that happened.
+  void compare(const std::vector<size_t>& before, size_t room, const std::vector<size_t>& after) {
+    const auto mapper = makeProbedMapper(params_);
+    ASSERT_NO_FATAL_FAILURE(go(*mapper, before));
+    const MapContents untouched = mapper->contents();
+    ASSERT_GT(mapper->stats().pages.written, 0u) << "else nothing is tested";
+    ASSERT_NO_FATAL_FAILURE(goOn(*mapper, room, after));
+    const MapContents whole = mapper->contents();
+    int compared = 0;
+    for (uint64_t call = 1, unmet = 0; unmet < 10 && call < kMostCalls; ++call) {
+      SCOPED_TRACE("call " + std::to_string(call));
+      mapper->clear();
+      ASSERT_NO_FATAL_FAILURE(go(*mapper, before));
+      const IntegrationResult result = integrateFailing(*mapper, large_[room], call);
+      const bool is_fused = result.status == FrameStatus::kFused;
+      unmet = is_fused && result.refused_blocks == 0 ? unmet + 1 : 0;
+      if (is_fused || !isAllocation(result.message)) continue;
+      ++compared;
+      const MapContents contents = mapper->contents();
+      ASSERT_NO_FATAL_FAILURE(expectAscendingKeys(contents));
+      if (params_.map.keep_radius_m == 0.0f) {
+        ASSERT_NO_FATAL_FAILURE(expectEqualContents(untouched, contents));
+      }
+      ASSERT_NO_FATAL_FAILURE(goOn(*mapper, room, after));
+      ASSERT_NO_FATAL_FAILURE(expectEqualContents(whole, mapper->contents()));
+    }
+    EXPECT_GT(compared, 0);
+  }
+
+  /// The same frames, as if nothing had failed.
+  void goOn(Mapper& mapper, size_t room, const std::vector<size_t>& after) const {
+    ASSERT_EQ(mapper.integrate(large_[room].view()).status, FrameStatus::kFused);
+    ASSERT_NO_FATAL_FAILURE(go(mapper, after));
+  }
+
+  TemporaryFolder folder_;
+  std::vector<TestFrame> rooms_;
+  std::vector<TestFrame> large_;  ///< Of the same rooms: they take more memory.
+  MapperParams params_;
+};
+
+TEST_F(CudaPagingFaults, BlocksThatComeBack) { compare({0, 1}, 0, {1, 0}); }
+
+/// Of the first room, some is on disk and some in memory when it is dropped, which the frame begins
+/// with. What is left of it then goes with later ones.
+TEST_F(CudaPagingFaults, BlocksThatAreDropped) {
+  params_.map.keep_radius_m = 4.5f;
+  compare({0, 1}, 1, {1, 1, 1});
+}
+
+/// Blocks that are refused in a part of the frame are no others, and count once.
+TEST_F(CudaPagingFaults, BlocksRefusedInParts) {
+  params_.map.max_memory_mb = 1;
+  const auto mapper = makeProbedMapper(params_);
+  ASSERT_NO_FATAL_FAILURE(go(*mapper, {0}));
+  const size_t all = mapper->contents().blocks.size();
+  ASSERT_GT(mapper->stats().pages.written, 0u) << "else it came in one";
+  int refused = 0;
+  for (uint64_t call = 1, unmet = 0; unmet < 10 && call < kMostCalls; ++call) {
+    SCOPED_TRACE("call " + std::to_string(call));
+    mapper->clear();
+    const IntegrationResult result = integrateFailing(*mapper, rooms_[0], call);
+    const bool is_fused = result.status == FrameStatus::kFused;
+    unmet = is_fused && result.refused_blocks == 0 ? unmet + 1 : 0;
+    if (!is_fused || result.refused_blocks == 0) continue;
+    ++refused;
+    ASSERT_EQ(mapper->stats().refused_blocks, result.refused_blocks);
+    const size_t blocks = mapper->contents().blocks.size() + result.refused_blocks;
+    ASSERT_LE(blocks, all + all / 10) << "some would have been left empty";
+  }
+  EXPECT_GT(refused, 0);
+}
+
+}  // namespace
+}  // namespace dtsdf

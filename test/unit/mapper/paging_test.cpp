@@ -436,6 +436,11 @@ TEST_F(Paging, WaitsForASlowDisk) {
   whole.go();
   disk_bytes_per_s = 20e6;
   near.go();
+  const MemoryPart on_its_way = near.mapper().memoryParts().back();
+  EXPECT_NE(on_its_way.name.find("disk"), std::string::npos) << on_its_way.name;
+  EXPECT_GT(on_its_way.used_bytes, 0u);
+  EXPECT_LE(on_its_way.used_bytes, (size_t{3} << 20) / 4) << "an eighth of the budget, each way";
+  EXPECT_FALSE(near.mapper().memory().on_gpu);
   EXPECT_TRUE(sameMeshes(near.mesh(), whole.mesh()));
   disk_bytes_per_s = 0.0;
   EXPECT_TRUE(sameMaps(near.mapper(), whole.mapper()));

@@ -301,6 +301,7 @@ std::vector<int32_t> Pager::drop(MapBackend& backend, const std::vector<PackedKe
   finish_meshes_();
   std::vector<int32_t> slots = enterWithoutVoxels(backend, blocks);  // without memory, all stay
   store_.release(numbers);
+  if (!numbers.empty()) no_writing_before_ = 0;  // there may be room on the disk now
   return slots;
 }
 

@@ -402,6 +402,33 @@ TEST_F(Paging, GoesOnWithWhatFits) {
   }
 }
 
+/// Where memory and disk are full, what is far goes from the disk all the same. What was meshed
+/// takes room in memory at first: others go to the disk for it.
+TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
+  for (const bool meshed : {false, true}) {
+    SCOPED_TRACE(meshed);
+    Way way;
+    way.keep_radius_m = 9.0f;
+    MapperParams params = paged(paramsOf(way), 4, folder_.path());
+    params.map.page_max_gb = 0.003f;
+    const auto mapper = makeProbedMapper(params);
+    const auto see = [&](int i, const Eigen::Vector3d& keep_center_W) {
+      DepthFrame frame = tour().depth[static_cast<size_t>(i)].view();
+      frame.keep_center_W = keep_center_W;
+      ASSERT_EQ(mapper->integrate(frame).status, FrameStatus::kFused);
+    };
+    for (int i = 0; i < kWayOut; ++i) see(i, {6.0, 0.0, 0.0});
+    if (meshed) mapper->updateMesh();
+    ASSERT_GT(mapper->stats().pages.failures, 0u) << "else it is not full";
+    const size_t on_disk = mapper->stats().pages.blocks;
+    for (int i = 0; i < (meshed ? 2 : 1); ++i) see(kWayOut - 1, {11.0, 0.0, 0.0});
+    EXPECT_GT(mapper->stats().dropped_blocks, on_disk / 4);
+    for (const MapBlock& block : mapper->outline().blocks) {
+      ASSERT_GT(static_cast<float>(block.key.x + 1) * 8.0f * kVoxel_m, 2.0f);
+    }
+  }
+}
+
 /// On a disk of 20 MB/s frames wait, which is counted, and the map is the same.
 TEST_F(Paging, WaitsForASlowDisk) {
   const Way way;
@@ -409,6 +436,11 @@ TEST_F(Paging, WaitsForASlowDisk) {
   whole.go();
   disk_bytes_per_s = 20e6;
   near.go();
+  const MemoryPart on_its_way = near.mapper().memoryParts().back();
+  EXPECT_NE(on_its_way.name.find("disk"), std::string::npos) << on_its_way.name;
+  EXPECT_GT(on_its_way.used_bytes, 0u);
+  EXPECT_LE(on_its_way.used_bytes, (size_t{3} << 20) / 4) << "an eighth of the budget, each way";
+  EXPECT_FALSE(near.mapper().memory().on_gpu);
   EXPECT_TRUE(sameMeshes(near.mesh(), whole.mesh()));
   disk_bytes_per_s = 0.0;
   EXPECT_TRUE(sameMaps(near.mapper(), whole.mapper()));

@@ -87,9 +87,7 @@ class CudaPagingFaults : public testing::Test {
       ++compared;
       const MapContents contents = mapper->contents();
       ASSERT_NO_FATAL_FAILURE(expectAscendingKeys(contents));
-      if (params_.map.keep_radius_m == 0.0f) {
-        ASSERT_NO_FATAL_FAILURE(expectEqualContents(untouched, contents));
-      }
+      ASSERT_NO_FATAL_FAILURE(expectEqualContents(untouched, contents));
       ASSERT_NO_FATAL_FAILURE(goOn(*mapper, room, after));
       ASSERT_NO_FATAL_FAILURE(expectEqualContents(whole, mapper->contents()));
     }
@@ -109,13 +107,6 @@ class CudaPagingFaults : public testing::Test {
 };
 
 TEST_F(CudaPagingFaults, BlocksThatComeBack) { compare({0, 1}, 0, {1, 0}); }
-
-/// Of the first room, some is on disk and some in memory when it is dropped, which the frame begins
-/// with. What is left of it then goes with later ones.
-TEST_F(CudaPagingFaults, BlocksThatAreDropped) {
-  params_.map.keep_radius_m = 4.5f;
-  compare({0, 1}, 1, {1, 1, 1});
-}
 
 /// Blocks that are refused in a part of the frame are no others, and count once.
 TEST_F(CudaPagingFaults, BlocksRefusedInParts) {

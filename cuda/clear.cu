@@ -136,10 +136,13 @@ __device__ Sights judgeVoxels(const FrameSensing& sensing, const FusionSettings&
   Sights sights;
   for (uint32_t k = threadIdx.x, turn = 0; k < list.count; k += kClearThreads, ++turn) {
     const JudgedVoxel voxel = unpackJudged(list.voxel[k]);
+    const Voxel* voxels = map.voxels.record(entry.array[voxel.direction]);
     const Sight sight =
-        judge(sensing, first_voxel_L, map.voxels.record(entry.array[voxel.direction]), voxel.index,
+        judge(sensing, first_voxel_L, voxels, voxel.index,
               fusion.directional ? voxel.direction : kAnyDirection, voxel.is_covered);
-    if (isAgainst(sight, voxel.is_covered)) sights.set(turn, sight);
+    if (isAgainst(sight, voxels[voxel.index], voxel.is_covered, fusion.rules)) {
+      sights.set(turn, sight);
+    }
   }
   return sights;
 }

@@ -39,13 +39,15 @@ class JudgedBatch {
 
   /// Appends those that are contradicted, and forgets all.
   void judgeInto(const FrameSensing& sensing, const Facing& facing, const Vec3f& first_voxel_L,
-                 const Voxel* voxels, ContradictedVoxel* contradicted, int& contradicted_count) {
+                 const FusionRules& rules, const Voxel* voxels, ContradictedVoxel* contradicted,
+                 int& contradicted_count) {
     withWidestVectors([&] { findPixels(sensing.image.frame, facing, first_voxel_L); });
     for (int i = 0; i < count_; ++i) {
       if (!looksThrough(sensing, {pixel_[i], pixel_depth_m_[i]})) continue;
       const bool is_covered = is_covered_[i] != 0;
-      const Sight sight = judgeFree(sensing, voxels[index_[i]], {depth_m_[i], u_[i], v_[i]});
-      if (!isAgainst(sight, is_covered)) continue;
+      const Voxel& voxel = voxels[index_[i]];
+      const Sight sight = judgeFree(sensing, voxel, {depth_m_[i], u_[i], v_[i]});
+      if (!isAgainst(sight, voxel, is_covered, rules)) continue;
       contradicted[contradicted_count++] = {index_[i], is_covered, sight};
     }
     count_ = 0;
@@ -115,7 +117,7 @@ int findContradicted(const BlockLook& look, const Look& rule, int direction,
   JudgedBatch batch;
   int count = 0;
   const auto judgeBatch = [&] {
-    batch.judgeInto(sensing, facing, first_voxel_L, voxels, found, count);
+    batch.judgeInto(sensing, facing, first_voxel_L, rules, voxels, found, count);
   };
   visitJudged(voxels, has_sums ? &look.sums->covered[direction] : nullptr, rule, rules,
               [&](int i, bool is_covered) {

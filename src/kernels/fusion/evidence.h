@@ -25,6 +25,11 @@ DTSDF_HD int32_t supportedEvidence(int32_t evidence, const FusionRules& rules) {
   return more < rules.most_evidence ? more : rules.most_evidence;
 }
 
+/// Whether a voxel has so much evidence of a surface that a support does not count in full.
+DTSDF_HD bool isFull(const Voxel& voxel, const FusionRules& rules) {
+  return evidenceOf(voxel) + rules.support_gain > rules.most_evidence;
+}
+
 /// A voxel after so many frames that contradict it. One that covers it as well costs a support
 /// more, whether it has given one or covers too little. Without evidence of a surface no distance
 /// is left.

@@ -282,9 +282,13 @@ DTSDF_HD Sight judge(const FrameSensing& sensing, const Vec3f& first_voxel_L, co
 }
 
 /// Whether a sight takes evidence from a voxel. At an outline it takes back no more than the
-/// frame's own support: images whose outlines lie on either side of a place balance there.
-DTSDF_HD bool isAgainst(Sight sight, bool is_covered) {
-  return sight == Sight::kThrough || (is_covered && sight == Sight::kOutline);
+/// frame's own support: images whose outlines lie on either side of a place balance there. As
+/// supports of a full voxel do not count, nor do outlines: round a thing the horizon passes over
+/// every place, in more images the closer they follow each other.
+DTSDF_HD bool isAgainst(Sight sight, const Voxel& voxel, bool is_covered,
+                        const FusionRules& rules) {
+  return sight == Sight::kThrough ||
+         (sight == Sight::kOutline && is_covered && !isFull(voxel, rules));
 }
 
 /// How many frames a sight contradicts a voxel for. A look in turns counts for all the frames from

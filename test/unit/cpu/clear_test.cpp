@@ -42,7 +42,7 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const bool is_empty = random() % 3 == 0;
       voxels[i] = is_empty ? makeVoxel(0.0f, 0, -static_cast<int>(random() % 25))
-                           : makeVoxel(sdf(random), 1 << 16, 20);
+                           : makeVoxel(sdf(random), 1 << 16, 19 + static_cast<int>(random() % 6));
       if (!is_empty && random() % 2) {
         voxels[i].anchor = packAnchor({0.5f * sdf(random), 0.5f * sdf(random), 0.25f}, 0.5f);
       }
@@ -61,7 +61,8 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
       const bool is_covered = has_sums && sums.voxel[array][i].weight != 0;
       const Sight sight = judge(sensing, first, before.data(), i, direction, is_covered);
       const bool expected =
-          isJudged(before[i], i, is_covered, rule, rules) && isAgainst(sight, is_covered);
+          isJudged(before[i], i, is_covered, rule, rules) &&
+          isAgainst(sight, before[i], is_covered, rules);
       const int32_t frames = framesAgainst(sight, is_covered, rules);
       const Voxel after =
           expected ? contradictedVoxel(before[i], frames, is_covered, rules) : before[i];

@@ -301,11 +301,16 @@ TEST_F(SeesThrough, KnowsItsSideOfAnOutline) {
 /// outline short of its anchor give no support, and take none away from others.
 TEST(IsAgainst, AtAnOutlineOnlyOwnSupport) {
   const FusionRules rules;
-  EXPECT_FALSE(isAgainst(Sight::kSurface, true));
-  EXPECT_FALSE(isAgainst(Sight::kOutline, false));
-  EXPECT_TRUE(isAgainst(Sight::kOutline, true));
-  EXPECT_TRUE(isAgainst(Sight::kThrough, false));
-  EXPECT_TRUE(isAgainst(Sight::kThrough, true));
+  const Voxel few = makeVoxel(0.0f, 1 << 16, rules.most_evidence - rules.support_gain);
+  const Voxel full = makeVoxel(0.0f, 1 << 16, rules.most_evidence - rules.support_gain + 1);
+  EXPECT_FALSE(isAgainst(Sight::kSurface, few, true, rules));
+  EXPECT_FALSE(isAgainst(Sight::kOutline, few, false, rules));
+  EXPECT_TRUE(isAgainst(Sight::kOutline, few, true, rules));
+  EXPECT_FALSE(isAgainst(Sight::kOutline, full, true, rules));
+  for (const Voxel& voxel : {few, full}) {
+    EXPECT_TRUE(isAgainst(Sight::kThrough, voxel, false, rules));
+    EXPECT_TRUE(isAgainst(Sight::kThrough, voxel, true, rules));
+  }
   const Voxel before = makeVoxel(-0.75f, 12345, 9);
   const Voxel supported = makeVoxel(-0.75f, 12345, supportedEvidence(9, rules));
   const int32_t frames = framesAgainst(Sight::kOutline, true, rules);

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <random>
 
 #include "dtsdf_mapping/mesh.h"
 #include "kernels/core/grid.h"
@@ -50,12 +52,23 @@ PaintedFrame roomColour(const Eigen::Isometry3d& T_W_C, int brightness) {
       T_W_C, 80, 60);
 }
 
-/// Drifting images, colours, and regions that are emptied, logged beside a map.
+/// As a sensor sees it: noise that is estimated from each image and widens the reach of its
+/// surfels, and pixels without a measurement.
+std::vector<SceneFrame> withNoise(std::vector<SceneFrame> images) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> error_m(0.0f, 0.04f);
+  for (SceneFrame& image : images) {
+    for (float& z : image.depth_m) z = random() % 40 == 0 ? 0.0f : z + error_m(random);
+  }
+  return images;
+}
+
+/// Drifting images with noise, colours, and regions that are emptied, logged beside a map.
 class CorrectedMap : public testing::Test {
  protected:
   static constexpr int kCount = 24;
 
-  CorrectedMap() : images_(roomImages(kCount)), log_(logOptions(folder_.path())) {}
+  CorrectedMap() : images_(withNoise(roomImages(kCount))), log_(logOptions(folder_.path())) {}
 
   Eigen::Isometry3d truePose(int i) const { return images_[static_cast<size_t>(i)].frame.T_W_C; }
   std::vector<Eigen::Isometry3d> truePoses(int count = kCount) const {
@@ -139,6 +152,9 @@ TEST_F(CorrectedMap, CorrectedPosesGiveTheMapOfTheTruth) {
   const std::unique_ptr<Mapper> corrected = refusion.takeMapper();
   EXPECT_EQ(fileOf(*corrected), mapOf(truePoses()));
   EXPECT_NE(fileOf(*corrected), fileOf(live.mapper()));
+  const std::array<float, 3> gains = corrected->contents().exposure;
+  EXPECT_NE(gains, (std::array<float, 3>{1.0f, 1.0f, 1.0f})) << "each image goes by those before";
+  EXPECT_NE(gains, live.mapper().contents().exposure) << "and by the poses";
 }
 
 // Images and calls that come while the second map is made are in it, as they came.

@@ -58,8 +58,16 @@ Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b
   return pose;
 }
 
-/// Of the camera at a stamp, between its images; nothing beyond them, or in a gap.
-std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& fused, double stamp_s) {
+bool hasPoseOf(const StampedPose& image, const std::vector<StampedPose>& corrected) {
+  const auto next = std::lower_bound(corrected.begin(), corrected.end(),
+                                     image.stamp_s - PoseCorrection::kSameStamp_s, isBefore);
+  return next != corrected.end() && next->stamp_s <= image.stamp_s + PoseCorrection::kSameStamp_s;
+}
+
+/// Of the camera at the stamp of a corrected pose, between its images; nothing beyond them, or in a
+/// gap.
+std::optional<Eigen::Isometry3d> poseAt(double stamp_s, const std::vector<StampedPose>& fused,
+                                        const std::vector<StampedPose>& corrected) {
   const auto after = std::lower_bound(fused.begin(), fused.end(), stamp_s, isBefore);
   const auto isAt = [&](auto pose) {
     return std::abs(pose->stamp_s - stamp_s) <= PoseCorrection::kSameStamp_s;
@@ -73,6 +81,7 @@ std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& fused, d
   if (!has_after || !has_before) return std::nullopt;
   const double gap_s = after->stamp_s - (after - 1)->stamp_s;
   if (gap_s > PoseCorrection::kWidestGap_s) return std::nullopt;
+  if (hasPoseOf(*(after - 1), corrected) || hasPoseOf(*after, corrected)) return std::nullopt;
   return between((after - 1)->T_W_C, after->T_W_C, (stamp_s - (after - 1)->stamp_s) / gap_s);
 }
 
@@ -88,7 +97,7 @@ PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
   for (const StampedPose& pose : corrected) checkRigid(pose);
   const Trajectory sorted = sortedByStamp(std::move(corrected));
   for (const StampedPose& pose : sorted.poses()) {
-    const std::optional<Eigen::Isometry3d> from = poseAt(fused, pose.stamp_s);
+    const std::optional<Eigen::Isometry3d> from = poseAt(pose.stamp_s, fused, sorted.poses());
     if (!from) continue;
     const double distance_m = (pose.T_W_C.translation() - from->translation()).norm();
     if (distance_m > kFarthest_m) {

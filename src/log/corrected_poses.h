@@ -19,8 +19,9 @@ class PoseCorrection {
  public:
   /// Stamps closer than this are those of one image.
   static constexpr double kSameStamp_s = 1e-3;
-  /// A corrected pose without an image counts only between two that are no further apart.
-  static constexpr double kWidestGap_s = 1.0;
+  /// A corrected pose without an image counts only between two that are no further apart, and have
+  /// none themselves: how the camera moved between them is a guess, which must not move images.
+  static constexpr double kWidestGap_s = 0.25;
   /// More is a mistake.
   static constexpr double kFarthest_m = 1000.0;
   /// Less, of metres and of radians, is the rounding of a file: the image stays as it is.

@@ -284,6 +284,29 @@ TEST_F(Correction, IsRefusedWithTheReasonIfItIsAbsurd) {
   EXPECT_TRUE(callCorrect("/mapping", "fine.txt").success);
 }
 
+TEST_F(Correction, APathIsRefusedWithTheReasonInTheStatus) {
+  ros::Publisher topic = nh_.advertise<nav_msgs::Path>("/corrected_path", 1);
+  drive(12, drifted);
+  ASSERT_TRUE(waitUntil([&] { return topic.getNumSubscribers() > 0; }));
+  const std::string before = map();
+  const auto expectRefused = [&](const std::string& frame, double x, const std::string& word) {
+    nav_msgs::Path path;
+    path.header.frame_id = frame;
+    path.poses.resize(1);
+    path.poses[0].header.stamp = stampOf(3);
+    path.poses[0].pose.position.x = x;
+    topic.publish(path);
+    EXPECT_TRUE(waitUntil([&] {
+      const std::string& last = status_.status().last_correction;
+      return last.find("refused: ") == 0 && last.find(word) != std::string::npos;
+    })) << status_.status().last_correction;
+    EXPECT_TRUE(map() == before) << word;
+  };
+  expectRefused("map", std::nan(""), "not finite");
+  expectRefused("map", 1e4, "m from where its image was fused");
+  expectRefused("nowhere", 0.0, "'nowhere'");
+}
+
 TEST_F(Correction, MappingGoesOnMeanwhile) {
   drive(60, drifted);
   saveTrajectory(posesOf(truth), in("live.txt"));

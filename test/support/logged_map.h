@@ -65,6 +65,11 @@ class LoggedMap {
     log_.add(toRecord(region));
   }
 
+  void load(std::shared_ptr<const MapContents> contents) {
+    mapper_ = makeMapper(params_, *contents);
+    begin(writerOf(std::move(contents)), false);
+  }
+
   void clear() {
     mapper_->clear();
     begin(nullptr, false);

@@ -317,6 +317,10 @@ void MapCorrection::refuse(const Pending& pending, const std::string& reason) {
   CorrectionResult result;
   result.message = reason;
   pending.request.answer(result);
+  noteRefused(reason);
+}
+
+void MapCorrection::noteRefused(const std::string& reason) {
   const std::lock_guard<std::mutex> lock(mutex_);
   report_.last = "refused: " + reason;
 }

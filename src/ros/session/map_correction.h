@@ -43,7 +43,7 @@ struct CorrectionResult {
 /// already, all are from the first on; but only once, lest those that come every second keep it
 /// from ever ending: later ones wait for the end.
 ///
-/// Map's thread only, but for report().
+/// Map's thread only, but for report() and noteRefused().
 class MapCorrection {
  public:
   struct Request {
@@ -88,8 +88,10 @@ class MapCorrection {
   /// It is in the map, and in the log.
   void wasFused(const PosedFrame& frame);
 
-  /// Any thread.
+  // Any thread.
   CorrectionReport report() const;
+  /// One that cannot be added was refused, for this reason.
+  void noteRefused(const std::string& reason);
 
  private:
   using Mark = std::optional<LogMark>;

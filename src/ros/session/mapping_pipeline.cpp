@@ -20,6 +20,10 @@ const char kOnlyByTf[] = "frames can be moved only where poses/mode is tf";
 /// How long the loop of space sleeps where there is none.
 constexpr std::chrono::hours kNoSpace{1};
 
+void warnOfRefusedPath(const std::string& reason) {
+  ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping", "corrected_path is refused: " << reason);
+}
+
 MappingParams readParams(const ros::NodeHandle& private_nh) {
   const ServerParams server = readParamServer(private_nh);
   MappingParams params = readMappingParams(server.tree, server.violations);
@@ -138,7 +142,11 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
   if (!correction_) return;
   path_input_ = std::make_unique<PathInput>(
       path_thread_.serve(nh), namespaceOf(private_nh) + "/corrected_path",
-      params_.node.corrections.path_frame, [this](const GivenPoses& given) { followPath(given); });
+      params_.node.corrections.path_frame, [this](const GivenPoses& given) { followPath(given); },
+      [this](const std::string& reason) {
+        correction_->noteRefused(reason);
+        warnOfRefusedPath(reason);
+      });
   path_thread_.start();
 }
 
@@ -259,8 +267,7 @@ void MappingPipeline::followPath(const GivenPoses& given) {
     if (result.success && result.moved > 0) {
       ROS_INFO_STREAM_NAMED("dtsdf_mapping", "corrected_path: " << result.message);
     } else if (!result.success) {
-      ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
-                                     "corrected_path is refused: " << result.message);
+      warnOfRefusedPath(result.message);
     }
   });
 }

@@ -1,7 +1,9 @@
 #include "ros/session/path_input.h"
 
+#include <exception>
 #include <utility>
 
+#include "params/printable.h"
 #include "ros/common/callback_guard.h"
 #include "ros/session/pose_request.h"
 
@@ -21,17 +23,22 @@ GivenPoses readPath(const nav_msgs::Path& path) {
 }  // namespace
 
 PathInput::PathInput(ros::NodeHandle nh, const std::string& topic, std::string child_frame,
-                     std::function<void(GivenPoses)> take)
-    : child_frame_(std::move(child_frame)), take_(std::move(take)) {
+                     std::function<void(GivenPoses)> take,
+                     std::function<void(const std::string&)> refuse)
+    : child_frame_(std::move(child_frame)), take_(std::move(take)), refuse_(std::move(refuse)) {
   // Of several that wait only the newest counts.
   subscriber_ = nh.subscribe(topic, 1, &PathInput::onMessage, this);
 }
 
 void PathInput::onMessage(const nav_msgs::Path::ConstPtr& path) const {
   guarded("corrected_path", [&] {
-    GivenPoses given = readPath(*path);
-    given.child_frame = child_frame_;
-    if (!given.poses.empty()) take_(std::move(given));
+    try {
+      GivenPoses given = readPath(*path);
+      given.child_frame = child_frame_;
+      if (!given.poses.empty()) take_(std::move(given));
+    } catch (const std::exception& error) {
+      refuse_(errorText(error));
+    }
   });
 }
 

@@ -21,16 +21,17 @@ struct GivenPoses {
 
 class PathInput {
  public:
-  /// `take` gets each path, on the queue of `nh`; what it throws is logged, with why the path was
-  /// refused.
+  /// `take` gets each path, on the queue of `nh`; `refuse` gets what it throws, or why a path could
+  /// not be read.
   PathInput(ros::NodeHandle nh, const std::string& topic, std::string child_frame,
-            std::function<void(GivenPoses)> take);
+            std::function<void(GivenPoses)> take, std::function<void(const std::string&)> refuse);
 
  private:
   void onMessage(const nav_msgs::Path::ConstPtr& path) const;
 
   const std::string child_frame_;
   const std::function<void(GivenPoses)> take_;
+  const std::function<void(const std::string&)> refuse_;
   ros::Subscriber subscriber_;
 };
 

@@ -133,6 +133,25 @@ TEST(PoseCorrection, RefusesWhatIsNoCorrection) {
   EXPECT_NE(errorOf([&] { PoseCorrection({{0.0, fused[0].T_W_C}}, {}); }), "");
 }
 
+// Images that are dropped have poses too: nobody knows how the camera moved between those beside
+// it, here round a bend, and a path that moves none of these leaves what follows it alone.
+TEST(PoseCorrection, APoseOfADroppedImageMovesNone) {
+  std::vector<StampedPose> way;
+  for (int i = 0; i < 20; ++i) way.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});
+  const std::vector<StampedPose> corrected(way.begin(), way.begin() + 14);
+  for (const int dropped : {6, 13}) {
+    std::vector<StampedPose> fused = way;
+    fused.erase(fused.begin() + dropped);
+    const PoseCorrection correction(corrected, fused);
+    EXPECT_EQ(correction.matched(), 13u);
+    EXPECT_EQ(correction.farthest(), 0.0);
+    for (const StampedPose& image : fused) {
+      EXPECT_EQ(correction.correct(image.stamp_s, image.T_W_C).matrix(), image.T_W_C.matrix())
+          << "without " << dropped << ", at " << image.stamp_s;
+    }
+  }
+}
+
 // Over a gap nothing says how the camera moved.
 TEST(PoseCorrection, AGapBetweenImagesIsNotBridged) {
   std::vector<StampedPose> fused = straightWay(10);

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <random>
 
 #include "dtsdf_mapping/mesh.h"
 #include "kernels/core/grid.h"
@@ -50,12 +52,32 @@ PaintedFrame roomColour(const Eigen::Isometry3d& T_W_C, int brightness) {
       T_W_C, 80, 60);
 }
 
-/// Drifting images, colours, and regions that are emptied, logged beside a map.
+/// As a sensor sees it: noise that is estimated from each image and widens the reach of its
+/// surfels, and pixels without a measurement.
+std::vector<SceneFrame> withNoise(std::vector<SceneFrame> images) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> error_m(0.0f, 0.04f);
+  for (SceneFrame& image : images) {
+    for (float& z : image.depth_m) z = random() % 40 == 0 ? 0.0f : z + error_m(random);
+  }
+  return images;
+}
+
+/// A map that nothing is logged of.
+struct Plain {
+  std::unique_ptr<Mapper> mapper = makeMapper(params());
+
+  void fuse(const SceneFrame& frame, double) { mapper->integrate(frame.view()); }
+  void paint(const PaintedFrame& frame, double) { mapper->paint(frame.view()); }
+  void clearRegion(const Region& region) { mapper->clearRegion(region); }
+};
+
+/// Drifting images with noise, colours, and regions that are emptied, logged beside a map.
 class CorrectedMap : public testing::Test {
  protected:
   static constexpr int kCount = 24;
 
-  CorrectedMap() : images_(roomImages(kCount)), log_(logOptions(folder_.path())) {}
+  CorrectedMap() : images_(withNoise(roomImages(kCount))), log_(logOptions(folder_.path())) {}
 
   Eigen::Isometry3d truePose(int i) const { return images_[static_cast<size_t>(i)].frame.T_W_C; }
   std::vector<Eigen::Isometry3d> truePoses(int count = kCount) const {
@@ -91,12 +113,7 @@ class CorrectedMap : public testing::Test {
 
   /// The map of the same images and calls at these poses, made without any of what is tested.
   std::string mapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
-    struct Plain {
-      std::unique_ptr<Mapper> mapper = makeMapper(params());
-      void fuse(const SceneFrame& frame, double) { mapper->integrate(frame.view()); }
-      void paint(const PaintedFrame& frame, double) { mapper->paint(frame.view()); }
-      void clearRegion(const Region& region) { mapper->clearRegion(region); }
-    } plain;
+    Plain plain;
     for (size_t i = 0; i < T_W_C.size(); ++i) take(plain, static_cast<int>(i), T_W_C[i]);
     return fileOf(*plain.mapper);
   }
@@ -139,6 +156,9 @@ TEST_F(CorrectedMap, CorrectedPosesGiveTheMapOfTheTruth) {
   const std::unique_ptr<Mapper> corrected = refusion.takeMapper();
   EXPECT_EQ(fileOf(*corrected), mapOf(truePoses()));
   EXPECT_NE(fileOf(*corrected), fileOf(live.mapper()));
+  const std::array<float, 3> gains = corrected->contents().exposure;
+  EXPECT_NE(gains, (std::array<float, 3>{1.0f, 1.0f, 1.0f})) << "each image goes by those before";
+  EXPECT_NE(gains, live.mapper().contents().exposure) << "and by the poses";
 }
 
 // Images and calls that come while the second map is made are in it, as they came.
@@ -343,6 +363,46 @@ TEST_F(CorrectedMap, AfterStampsWentBackOnlyTheNewestAreCorrected) {
     }
   }
   EXPECT_EQ(fileOf(*refusion.takeMapper()), fileOf(*twice));
+}
+
+// What is far from a place beside the camera is forgotten; that place moves with the camera.
+TEST_F(CorrectedMap, ForgetsWhatIsFarFromWhereTheCameraWas) {
+  MapperParams near = params();
+  near.fusion.max_depth_m = near.map.keep_radius_m = 1.5f;
+  const auto imageAt = [&](int i, const Eigen::Isometry3d& T_W_C) {
+    SceneFrame image = movedTo(images_[static_cast<size_t>(i)], T_W_C);
+    image.frame.keep_center_W = T_W_C * Eigen::Vector3d(0.1, 0.0, -0.2);
+    return image;
+  };
+  LoggedMap live(near, log_);
+  const std::unique_ptr<Mapper> expected = makeMapper(near);
+  for (int i = 0; i < kCount; ++i) {
+    live.fuse(imageAt(i, drift(i) * truePose(i)), 0.1 * i);
+    expected->integrate(imageAt(i, truePose(i)).view());
+  }
+  ASSERT_GT(expected->stats().dropped_blocks, 0u);
+  Refusion refusion = refusionOf(correctionTo(truePoses(), 1, log_.nextNumber()));
+  finish(refusion);
+  EXPECT_EQ(fileOf(*refusion.takeMapper()), fileOf(*expected));
+}
+
+// The images that a loaded map is of are in another log, if any: only those since move.
+TEST_F(CorrectedMap, BeginsWithAMapThatWasLoaded) {
+  const std::unique_ptr<Mapper> other = makeMapper(params());
+  for (int i = 0; i < 4; ++i) other->integrate(images_[static_cast<size_t>(i)].view());
+  const auto contents = std::make_shared<const MapContents>(other->contents());
+  LoggedMap live(params(), log_);
+  for (int i = 0; i < 8; ++i) take(live, i, drift(i) * truePose(i));
+  live.load(contents);
+  Plain expected{makeMapper(params(), *contents)};
+  for (int i = 8; i < kCount; ++i) {
+    take(live, i, drift(i) * truePose(i));
+    take(expected, i, truePose(i));
+  }
+  Refusion refusion = refusionOf(correctionTo(truePoses(), 1, log_.nextNumber()));
+  EXPECT_EQ(effect_.moved, static_cast<size_t>(kCount - 8));
+  finish(refusion);
+  EXPECT_EQ(fileOf(*refusion.takeMapper()), fileOf(*expected.mapper));
 }
 
 TEST_F(CorrectedMap, AMapThatDoesNotFitBesideTheOtherOneIsRefused) {

@@ -1,11 +1,6 @@
 #include "raw_image.h"
 
-#include <algorithm>
-#include <cstdint>
 #include <cstring>
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
 
 #include "backend/frame_check.h"
 #include "runtime/stage_clock.h"
@@ -14,27 +9,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-constexpr int kUploadBands = 2;
-
-/// Copies past the caches, where the processor can: the bus reads twice as fast what is in memory.
-void copyPastCaches(unsigned char* to, const char* from, size_t bytes) {
-#ifdef __SSE2__
-  constexpr size_t kLine = 64, kPart = sizeof(__m128i);
-  const size_t head = std::min(bytes, -reinterpret_cast<uintptr_t>(to) % kLine);
-  std::memcpy(to, from, head);
-  size_t at = head;
-  for (; at + kLine <= bytes; at += kLine) {
-    for (size_t part = at; part < at + kLine; part += kPart) {
-      const __m128i value = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from + part));
-      _mm_stream_si128(reinterpret_cast<__m128i*>(to + part), value);
-    }
-  }
-  _mm_sfence();
-  std::memcpy(to + at, from + at, bytes - at);
-#else
-  std::memcpy(to, from, bytes);
-#endif
-}
+constexpr int kUploadBands = 4;
 
 }  // namespace
 
@@ -42,12 +17,12 @@ void copyPastCaches(unsigned char* to, const char* from, size_t bytes) {
 void RawImage::copyRows(const ImageRows& rows, int begin, int end) {
   const size_t packed = rows.packed_bytes;
   if (rows.row_bytes == packed) {
-    copyPastCaches(pinned_raw_.data() + begin * packed, rows.data + begin * packed,
-                   (end - begin) * packed);
+    std::memcpy(pinned_raw_.data() + begin * packed, rows.data + begin * packed,
+                (end - begin) * packed);
     return;
   }
   for (int v = begin; v < end; ++v) {
-    copyPastCaches(pinned_raw_.data() + v * packed, rows.data + v * rows.row_bytes, packed);
+    std::memcpy(pinned_raw_.data() + v * packed, rows.data + v * rows.row_bytes, packed);
   }
 }
 

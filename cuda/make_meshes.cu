@@ -21,17 +21,6 @@ static_assert(kEdgeWords <= kThreads, "one thread per word of edge bits");
 
 using Scan = cub::BlockScan<uint32_t, kThreads>;
 
-/// Labels of the units in a block and in those around it; null where there is no block.
-struct LabelNeighbourhood {
-  const UnitLabels* block[kBlocksAround];
-
-  __device__ UnitLabels operator()(const Vec3i& unit) const {
-    const UnitSource source = unitSource(unit);
-    const UnitLabels* labels = block[source.block];
-    return labels == nullptr ? UnitLabels{0, 0} : labels[source.unit];
-  }
-};
-
 /// Which of the edges of a block's corner grid carry a vertex: the vertices in order of their
 /// edges.
 struct EdgeSet {

@@ -68,8 +68,6 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
   constexpr size_t kAhead = 16;
   sortByKey(requests);
   Admission admission;
-  admission.changed_slots.reserve(requests.size());
-  admission.new_arrays.reserve(2 * requests.size());
   for (size_t i = 0; i < requests.size(); ++i) {
     if (i + kAhead < requests.size()) slots_.prefetch(requests[i + kAhead].key);
     BlockRequest request = requests[i];
@@ -129,8 +127,7 @@ size_t BlockTable::countNewColours(const std::vector<ColourRequest>& requests) c
 }
 
 ColourAdmission BlockTable::admitColours(std::vector<ColourRequest> requests) {
-  std::sort(requests.begin(), requests.end(),
-            [](const ColourRequest& a, const ColourRequest& b) { return a.key < b.key; });
+  sortByKey(requests);
   ColourAdmission admission;
   for (const ColourRequest& request : requests) {
     visitLacking(request, [&](int32_t array, int brick) {

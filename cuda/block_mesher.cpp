@@ -1,6 +1,7 @@
 #include "block_mesher.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include "backend/gaps.h"
 #include "kernels/meshing/corner_grid.h"
@@ -13,7 +14,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-constexpr size_t kFirstVertices = 1 << 16, kFirstTriangles = 1 << 17;
+constexpr size_t kFirstBlocks = 1 << 14, kFirstVertices = 1 << 16, kFirstTriangles = 1 << 17;
 constexpr int kThreadBlocksPerProcessor = 8;
 
 /// A copy of a table on the device, made by the time the stream is synchronised.
@@ -35,8 +36,13 @@ BlockMesher::BlockMesher(const MeshRules& rules, bool directional, bool refined)
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
       totals_(1),
       pinned_totals_(1),
+      slots_(kFirstBlocks),
+      records_(kFirstBlocks),
       vertices_(kFirstVertices),
-      triangles_(kFirstTriangles) {
+      triangles_(kFirstTriangles),
+      pinned_records_(kFirstBlocks),
+      pinned_vertices_(kFirstVertices),
+      pinned_triangles_(kFirstTriangles) {
   pinned_totals_[0] = {};
   PinnedBuffer<MeshTables> tables;
   PinnedBuffer<RefineTables> refine_tables;
@@ -48,12 +54,14 @@ BlockMesher::BlockMesher(const MeshRules& rules, bool directional, bool refined)
   stream_.synchronize();
 }
 
-MeshView BlockMesher::view() const {
+MeshView BlockMesher::view() {
   MeshView view;
   view.tables = tables_.data();
   view.refine_tables = refine_tables_.data();
   view.counters = &totals_.data()->blocks;
   view.size = &totals_.data()->size;
+  view.finished = &totals_.data()->finished;
+  view.host_totals = pinned_totals_.data();
   view.slots = slots_.data();
   view.records = records_.data();
   view.vertices = vertices_.data();
@@ -69,11 +77,17 @@ MeshView BlockMesher::view() const {
   return view;
 }
 
+void BlockMesher::prepare() {
+  if (!is_prepared_) totals_.zero(stream_);
+  is_prepared_ = true;
+}
+
 void BlockMesher::begin(const MapView& map, const Event& map_ready,
                         const Extraction& extraction) {
   map_ = map;
   least_evidence_ = extraction.least_evidence;
-  totals_.zero(stream_);
+  prepare();
+  is_prepared_ = false;
   stream_.waitFor(map_ready);
   stream_.record(begun_);
   const size_t most_blocks =
@@ -106,7 +120,6 @@ void BlockMesher::enqueueMeshes() {
     makeMeshes(map_, view(), thread_blocks_, stream_);
     if (hasColours()) colourVertices(map_, view(), thread_blocks_, stream_);
   }
-  totals_.download(pinned_totals_.data(), 1, stream_);
   stream_.record(counted_);
 }
 
@@ -119,7 +132,9 @@ void BlockMesher::complete() {
     triangles_.reserve(size.triangles, stream_);
     if (refined_) normals_.reserveExactly(vertices_.capacity(), stream_);
     if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
-    DTSDF_CHECK_CUDA(cudaMemsetAsync(&totals_.data()->size, 0, sizeof(MeshSize), stream_.get()));
+    DTSDF_CHECK_CUDA(cudaMemsetAsync(&totals_.data()->size, 0,
+                                     sizeof(MeshTotals) - offsetof(MeshTotals, size),
+                                     stream_.get()));
     enqueueMeshes();
     counted_.wait();
   }

@@ -28,6 +28,10 @@ class BlockMesher {
   BlockMesher(const MeshRules& rules, bool directional, bool refined);
   ~BlockMesher() { stream_.drain(); }
 
+  /// Enqueues what an extraction needs that the map has no part in, while the device is busy with
+  /// a frame. @pre None is under way, or it is complete.
+  void prepare();
+
   /// Enqueues an extraction of what changed up to the event.
   void begin(const MapView& map, const Event& map_ready, const Extraction& extraction);
   void setClock(StageClock* clock) { stream_.setClock(clock); }
@@ -48,7 +52,7 @@ class BlockMesher {
  private:
   enum class State { kIdle, kBegun, kComplete };
 
-  MeshView view() const;
+  MeshView view();
   void enqueueIndices();
   void enqueueMeshes();
   bool hasColours() const { return map_.colour_of != nullptr; }
@@ -67,13 +71,14 @@ class BlockMesher {
   Stream stream_;
   Event begun_{Timing::kOn}, fetched_{Timing::kOn}, counted_;
   State state_ = State::kIdle;
+  bool is_prepared_ = false;
   MapView map_ = {};
   uint32_t stamp_ = 0;
   int32_t least_evidence_ = 0;
   DeviceBuffer<MeshTables> tables_;
   DeviceBuffer<RefineTables> refine_tables_;
   DeviceBuffer<MeshTotals> totals_;
-  PinnedBuffer<MeshTotals> pinned_totals_;
+  PinnedBuffer<MeshTotals> pinned_totals_;  ///< A kernel writes them there.
   DeviceBuffer<int32_t> slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;

@@ -17,6 +17,9 @@ namespace {
 
 constexpr int kThreadBlocksPerProcessor = 8;
 
+/// Blocks in view for which there is room at the start.
+constexpr size_t kFirstInView = 1 << 14;
+
 /// What became of a block.
 struct ClearedBlock {
   bool changed;
@@ -262,7 +265,10 @@ Clearing::Clearing(const MapperParams& params, const Rules& rules, const Stream&
     : looks_around_(castsSurfels(params)),
       fusion_(makeFusionSettings(params, rules)),
       stream_(stream),
-      thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()) {}
+      thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
+      in_view_(kFirstInView),
+      looks_(kFirstInView),
+      empty_blocks_(2 * kFirstInView) {}
 
 void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
   if (looks_around_) {

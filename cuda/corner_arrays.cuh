@@ -1,8 +1,10 @@
-/// The voxels at the corners of a block's mesh units, looked up in the device's map. For .cu files.
+/// The voxels at the corners of a block's mesh units, and the labels of those around it, looked up
+/// in the device's map. For .cu files.
 #pragma once
 
 #include "device_map.cuh"
 #include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/regularisation.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -35,6 +37,17 @@ __device__ inline void findArraysAround(const MapView& map, const BlockKey& key,
                                         ArraysAround& arrays) {
   findArrays(map, key + aroundOffset(n), arrays.array[n]);
 }
+
+/// Labels of the units in a block and in those around it; null where there is no block.
+struct LabelNeighbourhood {
+  const UnitLabels* block[kBlocksAround];
+
+  __device__ UnitLabels operator()(const Vec3i& unit) const {
+    const UnitSource source = unitSource(unit);
+    const UnitLabels* labels = block[source.block];
+    return labels == nullptr ? UnitLabels{0, 0} : labels[source.unit];
+  }
+};
 
 }  // namespace gpu
 }  // namespace dtsdf

@@ -1,6 +1,7 @@
 #include "cuda_backend.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -83,7 +84,8 @@ class CudaBackend : public MapBackend {
  private:
   RawDepth rawDepthOf(const DepthFrame& frame) const;
   void findMore();
-  void keepPart(const std::vector<PackedKey>& part);
+  std::vector<int32_t> inPart(const std::vector<PackedKey>& part,
+                              const std::vector<int32_t>& in_view) const;
   FusionTarget target() const { return {map_.view(), block_finder_.view()}; }
 
   const MapperParams params_;
@@ -106,7 +108,7 @@ class CudaBackend : public MapBackend {
   RegionClearer region_clearer_;
   FreeCellFinder free_cell_finder_;
   RecordMover record_mover_;
-  std::vector<int32_t> in_view_;  ///< Of the part of a frame that is fused.
+  size_t in_view_count_ = 0;  ///< Of the part of a frame that is fused.
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
@@ -164,9 +166,11 @@ void CudaBackend::makeSurfels() {
   surfels_ = surfel_maker_.makeSurfels(*sensing_, block_finder_.usableSurfels());
 }
 
-/// Free depths are found while the host admits blocks: nothing before needs them.
+/// Surfels are cast and free depths are found while the host admits blocks: nothing before needs
+/// them.
 void CudaBackend::lookUpBlocks() {
   block_finder_.compare(*sensing_, map_.view());
+  fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
   sensor_.findFreeDepths(*sensing_);
 }
 
@@ -198,28 +202,37 @@ void CudaBackend::findMore() {
 
 /// The device finds what else the frame looks at while the host admits blocks.
 void CudaBackend::reserveFrame(const FrameTurn& turn) {
-  if (turn.part != nullptr) block_finder_.takePart(*turn.part, map_.view());
-  in_view_ = turn.in_view;
-  if (turn.part != nullptr) keepPart(*turn.part);
+  std::vector<int32_t> in_part;
+  if (turn.part != nullptr) {
+    block_finder_.takePart(*turn.part, map_.view());
+    in_part = inPart(*turn.part, turn.in_view);
+  }
+  const std::vector<int32_t>& in_view = turn.part != nullptr ? in_part : turn.in_view;
+  in_view_count_ = in_view.size();
+  map_.noteDemand({counters_.requests, counters_.requested_arrays});
   fusion_.reserve(counters_);
-  clearing_.reserve(counters_, in_view_.size());
-  clearing_.findLooks(*sensing_, target(), {turn.number, in_view_});
+  clearing_.reserve(counters_, in_view.size());
+  clearing_.findLooks(*sensing_, target(), {turn.number, in_view});
 }
 
 /// Of the blocks in view, those that are in this part.
-void CudaBackend::keepPart(const std::vector<PackedKey>& part) {
-  const auto is_left_out = [&](int32_t slot) {
+std::vector<int32_t> CudaBackend::inPart(const std::vector<PackedKey>& part,
+                                         const std::vector<int32_t>& in_view) const {
+  std::vector<int32_t> kept;
+  std::copy_if(in_view.begin(), in_view.end(), std::back_inserter(kept), [&](int32_t slot) {
     const BlockEntry& entry = table_.block(slot);
-    return !entry.in_use || !std::binary_search(part.begin(), part.end(), packKey(entry.key));
-  };
-  in_view_.erase(std::remove_if(in_view_.begin(), in_view_.end(), is_left_out), in_view_.end());
+    return entry.in_use && std::binary_search(part.begin(), part.end(), packKey(entry.key));
+  });
+  return kept;
 }
 
 void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   holdForProfile(stream_);
   fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
-  bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_.size() : 0);
+  bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
   clearing_.clear(*sensing_, target(), counters_, fusion_.supported(), turn.number);
+  mesher_.prepare();
+  if (turn.part == nullptr) block_finder_.prepare();
 }
 
 SeenColours CudaBackend::look(const ColourFrame& frame, const ColourLook& look) {
@@ -247,6 +260,7 @@ void CudaBackend::beginMesh(int32_t least_evidence) {
   stream_.record(map_ready_);
   mesher_.begin(map_.view(), map_ready_, {bounds_.dirty, bounds_.painted, least_evidence});
   bounds_ = MarkBounds();
+  map_.reserveAhead(table_);
 }
 
 MeshUpdate CudaBackend::finishMesh() {

@@ -8,7 +8,10 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-constexpr size_t kSmallestHash = 4096;
+/// Room at the start, so that few frames of a map of usual size make it grow: that takes longer
+/// than all else that a frame does here.
+constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
+constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 
 /// Enters a key, or finds it where a released block has left it.
 __device__ void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
@@ -90,8 +93,10 @@ SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot) {
   return update;
 }
 
-DeviceMap::DeviceMap(const Stream& stream) : stream_(stream), dirty_count_(1) {
+DeviceMap::DeviceMap(const Stream& stream)
+    : stream_(stream), dirty_count_(1), updates_(kFirstUpdates), new_arrays_(kFirstNewArrays) {
   dirty_count_.zero(stream);
+  reserveSlots(kFirstSlots);
   reserveHash(0, 0);
 }
 
@@ -107,17 +112,37 @@ MapView DeviceMap::view() const {
           dirty_count_.data(),    mesh_stamp_.data()};
 }
 
+void DeviceMap::reserveSlots(size_t count) {
+  slots_.growZeroed(count, stream_);
+  dirty_.growZeroed(count, stream_);
+  dirty_slots_.growZeroed(count, stream_);
+  mesh_stamp_.growZeroed(count, stream_);
+}
+
 void DeviceMap::reserve(const BlockTable& table, const MapDemand& demand) {
-  slots_.growZeroed(demand.after.slots, stream_);
-  dirty_.growZeroed(demand.after.slots, stream_);
-  dirty_slots_.growZeroed(demand.after.slots, stream_);
-  mesh_stamp_.growZeroed(demand.after.slots, stream_);
+  reserveSlots(demand.after.slots);
   unit_labels_.reserve(demand.after.slots, stream_);
   voxels_.reserve(demand.after.arrays, stream_);
   reserveUpdates(demand.new_blocks);
   new_arrays_.reserve(demand.new_arrays);
   if (has_colours_) growColours(demand.after);
   reserveHash(demand.new_blocks, table.blocksInUse());
+}
+
+void DeviceMap::noteDemand(const PoolSizes& asked) {
+  const auto fading = [](size_t most, size_t now) { return std::max(most - most / 4, now); };
+  lately_ = {fading(lately_.slots, asked.slots), fading(lately_.arrays, asked.arrays)};
+}
+
+/// What grows most often. Without memory it is taken when it is needed.
+void DeviceMap::reserveAhead(const BlockTable& table) {
+  const PoolSizes sizes = table.sizesAfter(lately_.slots, lately_.arrays);
+  try {
+    unit_labels_.reserveAhead(sizes.slots, stream_);
+    voxels_.reserveAhead(sizes.arrays, stream_);
+  } catch (const CudaError& error) {
+    if (!error.lacksMemory()) throw;
+  }
 }
 
 /// What is kept for each voxel array and slot, once colours are kept at all.
@@ -160,7 +185,7 @@ void DeviceMap::keepColours() {
 /// Released blocks leave their keys behind: a new table is made when keys, not blocks, fill half.
 void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   if (hash_size_ != 0 && 2 * (hash_used_ + new_blocks) <= hash_size_) return;
-  size_t size = kSmallestHash;
+  size_t size = kFirstHash;
   while (size < 4 * (live_blocks + new_blocks)) size *= 2;
   // Both tables exist before the old ones go, so that a lack of memory changes nothing.
   DeviceBuffer<PackedKey> keys(size);

@@ -73,6 +73,11 @@ class DeviceMap {
   /// @throws CudaError without device memory; what is mapped stays intact.
   void reserve(const BlockTable& table, const MapDemand& demand);
 
+  /// What a frame asks for: reserveAhead() makes room for another one like those of late, where
+  /// memory is plenty. It is called while the device has other work, which may read the map.
+  void noteDemand(const PoolSizes& asked);
+  void reserveAhead(const BlockTable& table);
+
   /// Follows an admission: these blocks are new, or have new arrays; those are zeroed.
   /// @pre reserve() made the room.
   void enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
@@ -106,10 +111,12 @@ class DeviceMap {
 
  private:
   void enqueueUpdates(size_t count);
+  void reserveSlots(size_t count);
   void growColours(const PoolSizes& sizes);
   void reserveHash(size_t new_blocks, size_t live_blocks);
 
   const Stream& stream_;
+  PoolSizes lately_ = {0, 0};  ///< The most that a frame has asked for, which fades.
   size_t slot_count_ = 0;    ///< Slots that hold, or held, a block.
   size_t hash_used_ = 0;     ///< Upper bound of the table's places in use, released ones included.
   DeviceBuffer<PackedKey> hash_keys_;

@@ -182,7 +182,17 @@ TouchedView BlockFinder::view() const {
           counters_.data()};
 }
 
-void BlockFinder::begin() { emptyTable(true); }
+void BlockFinder::begin() {
+  if (!is_prepared_) emptyTable(true);
+  is_prepared_ = false;
+}
+
+/// A profile counts it to the frame that it is for.
+void BlockFinder::prepare() {
+  if (profileOf(stream_) != nullptr) return;
+  emptyTable(true);
+  is_prepared_ = true;
+}
 
 /// Zeroes the counters, that of surfels too if they are counted anew.
 void BlockFinder::emptyTable(bool counts_surfels) {

@@ -58,8 +58,11 @@ class BlockFinder {
  public:
   BlockFinder(const FusionSettings& fusion, const Stream& stream);
 
-  /// Begins a frame: zeroes the counters, empties the table.
+  /// Begins a frame: zeroes the counters, empties the table, unless that was prepared.
   void begin();
+
+  /// The same ahead, after all that looks at the last frame's blocks.
+  void prepare();
   uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
 
   /// Enqueues the search for touched blocks.
@@ -96,6 +99,7 @@ class BlockFinder {
   const Stream& stream_;
   Event counted_;
   size_t capacity_ = 0;
+  bool is_prepared_ = false;
   DeviceBuffer<PackedKey> keys_;
   DeviceBuffer<uint32_t> directions_, first_sums_, places_, sum_owners_;
   DeviceBuffer<TouchedBlock> blocks_;

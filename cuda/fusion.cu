@@ -33,11 +33,11 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// One thread per surfel.
+/// One thread per surfel. In a table that was too small nothing would be found.
 __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion,
                                   DeviceSurfels surfels, TouchedView touched, SumsView part) {
   const size_t i = globalThread();
-  if (i >= surfels.size()) return;
+  if (i >= surfels.size() || touched.counters->table_full) return;
   const FrameSensing sensing = on_device.load();
   const CastLine cast = makeCastLine(surfels.surfels[i], sensing, fusion);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
@@ -128,6 +128,7 @@ void Fusion::reserveSums(uint32_t arrays) {
   const size_t with_spare = std::min(arrays + arrays / 8, kMaxSumArrays);
   sums_.reserveExactly(with_spare * kVoxelsPerBlock, stream_);
   sums_.zero(stream_);
+  are_cast_ = false;
 }
 
 void Fusion::reserve(const FrameCounters& counters) {
@@ -136,16 +137,26 @@ void Fusion::reserve(const FrameCounters& counters) {
   supported_.reserve(static_cast<size_t>(counters.touched_arrays) * kSupportWords, stream_);
 }
 
+void Fusion::castAhead(const DeviceSensing& sensing, const DeviceSurfels& surfels,
+                       const TouchedView& touched) {
+  if (!casts_ || room() == 0) return;
+  if (are_cast_) sums_.zero(stream_);
+  are_cast_ = true;
+  cast(sensing, surfels, touched, {sums_.data(), 0, room()});
+}
+
 void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                          const FusionTarget& target, const FrameCounters& counters) {
   if (!casts_) return project(sensing, surfels, target, counters.touched);
   const DeviceSurfels all{surfels.surfels, counters.usable_surfels, nullptr};
-  const uint32_t room = static_cast<uint32_t>(sums_.capacity() / kVoxelsPerBlock);
-  for (uint32_t first = 0; first < counters.touched_arrays; first += room) {
-    const SumsView part{sums_.data(), first, std::min(room, counters.touched_arrays - first)};
-    cast(sensing, all, target.touched, part);
+  for (uint32_t first = 0; first < counters.touched_arrays; first += room()) {
+    const SumsView part{sums_.data(), first, std::min(room(), counters.touched_arrays - first)};
+    if (!are_cast_) cast(sensing, all, target.touched, part);
+    are_cast_ = true;
     fold(sensing.frame(), target, part);
+    are_cast_ = false;
   }
+  are_cast_ = false;  // nothing is where nothing is touched
 }
 
 void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,

@@ -29,8 +29,15 @@ class Fusion {
   /// Makes room for a frame. @throws CudaError without memory; the map is untouched.
   void reserve(const FrameCounters& counters);
 
-  /// Casts all surfels into the frame's sums, and folds those into the voxels. Voxel projection
-  /// does both at once.
+  /// Enqueues the cast of the surfels into as many sums as there is room for, before anybody knows
+  /// how many there are: it reads nothing of the map, so that the device casts while the host
+  /// admits blocks. One that is not folded, as the frame was refused or is looked at once more, is
+  /// undone by the next.
+  void castAhead(const DeviceSensing& sensing, const DeviceSurfels& surfels,
+                 const TouchedView& touched);
+
+  /// Casts all surfels into the frame's sums, as far as castAhead() has not, and folds those into
+  /// the voxels. Voxel projection does both at once.
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                    const FusionTarget& target, const FrameCounters& counters);
 
@@ -40,6 +47,7 @@ class Fusion {
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
+  uint32_t room() const { return static_cast<uint32_t>(sums_.capacity() / kVoxelsPerBlock); }
   void reserveSums(uint32_t arrays);
   void cast(const DeviceSensing& sensing, const DeviceSurfels& surfels, const TouchedView& touched,
             const SumsView& part);
@@ -50,7 +58,8 @@ class Fusion {
   const bool casts_;  ///< Else voxels are projected.
   const FusionSettings fusion_;
   const Stream& stream_;
-  DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames.
+  DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames,
+  bool are_cast_ = false;         ///< but for those that are cast and not folded.
   DeviceBuffer<uint32_t> supported_;
 };
 

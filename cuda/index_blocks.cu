@@ -1,5 +1,6 @@
 // The index stage on the device: which blocks to mesh again, and the indices of their units.
 #include "corner_arrays.cuh"
+#include "kernels/meshing/possible_leaders.h"
 #include "kernels/meshing/sheets.h"
 #include "launch.h"
 #include "mesh_kernels.h"
@@ -36,73 +37,126 @@ __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   }
 }
 
-/// The samples at a block's corner grid, in shared memory, direction by direction.
-struct SharedCorners {
-  Sample* samples;
-  uint32_t present;
+/// A block's corner grid, and which of its units can hold a surface: most hold none.
+struct BlockCorners {
+  CornerArrays arrays;
+  uint32_t present;              ///< Directions that some of the arrays have.
+  uint32_t sides[kGridCorners];  ///< sidesOfCorner()
+  uint32_t count;
+  uint16_t candidates[kVoxelsPerBlock];
+};
 
-  __device__ void collect(const CornerArrays& arrays) {
-    for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
-      Sample sample[kDirectionCount];
-#pragma unroll  // reads all before it waits for any
-      for (int d = 0; d < kDirectionCount; ++d) {
-        if (present >> d & 1) sample[d] = arrays.sample(i, d);
-      }
-#pragma unroll
-      for (int d = 0; d < kDirectionCount; ++d) {
-        if (present >> d & 1) samples[d * kGridCorners + i] = sample[d];
-      }
-    }
+/// The samples of a unit in shared memory, read when they are asked for. Direction by direction
+/// there is one grid of them.
+struct UnitOfGrid {
+  using Real = float;
+  using Bits = int32_t;
+  static constexpr int kUnits = 1;
+  const Sample* first;  ///< Of direction 0, at corner 0 of the unit.
+  uint32_t sides;
+
+  __device__ __forceinline__ const Sample& at(int d, int c) const {
+    return first[d * kGridCorners + cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1)];
   }
-
-  __device__ UnitSamples unit(const Vec3i& unit) const {
-    UnitSamples result = {};
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (!(present >> d & 1)) continue;
-      for (int c = 0; c < kCubeCorners; ++c) {
-        result.corner[d][c] = samples[d * kGridCorners +
-                                      cornerIndex(unit.x + (c & 1), unit.y + (c >> 1 & 1),
-                                                   unit.z + (c >> 2 & 1))];
-      }
-    }
-    return result;
+  __device__ __forceinline__ float sdf(int d, int c) const { return at(d, c).sdf; }
+  __device__ __forceinline__ float weight(int d, int c) const { return at(d, c).weight; }
+  __device__ __forceinline__ bool isObserved(int d) const {
+    return (observedDirections(sides) >> d & 1) != 0;
+  }
+  __device__ __forceinline__ bool maySpeak(int d) const {
+    return (mayBeSpeaking(sides) >> d & 1) != 0;
   }
 };
 
-/// Labels this thread's units of a block.
-__device__ void updateLabels(const MeshView& mesh, const SharedCorners& corners,
-                             UnitLabels* stored) {
-  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
-    const UnitSamples samples = corners.unit(voxelOffset(i));
-    stored[i] = labelUnit(*mesh.tables, mesh.rules, samples, mesh.directional != 0);
+__device__ __forceinline__ int firstCornerOf(int unit) {
+  const Vec3i at = voxelOffset(unit);
+  return cornerIndex(at.x, at.y, at.z);
+}
+
+__device__ __forceinline__ uint32_t sidesOfUnit(const BlockCorners& block, int unit) {
+  const uint32_t* first = block.sides + firstCornerOf(unit);
+  uint32_t sides = 0;
+#pragma unroll
+  for (int c = 0; c < kCubeCorners; ++c) {
+    sides |= first[cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1)];
+  }
+  return sides;
+}
+
+/// Collects the samples and the sides of this thread's corners.
+__device__ void collectCorners(BlockCorners& block, Sample* samples) {
+  const uint32_t present = block.present;
+  for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
+    Sample sample[kDirectionCount];
+#pragma unroll  // reads all before it waits for any
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (present >> d & 1) sample[d] = block.arrays.sample(i, d);
+    }
+    uint32_t sides = 0;
+#pragma unroll
+    for (int d = 0; d < kDirectionCount; ++d) {
+      if (!(present >> d & 1)) continue;
+      samples[d * kGridCorners + i] = sample[d];
+      sides |= sidesOfSample(d, sample[d].sdf, sample[d].weight);
+    }
+    block.sides[i] = sidesOfCorner(sides);
   }
 }
 
-/// One block of threads per reached block, in strides; selects the others to be meshed before. Two
-/// at a time on a multiprocessor, at the
-/// price of a few registers: each waits for memory most of the time.
-__global__ void __launch_bounds__(kThreads, 2) indexBlocksKernel(MapView map, MeshView mesh) {
+/// Lists units that can hold a surface; the others say nothing.
+__device__ void listCandidates(BlockCorners& block, UnitLabels* stored) {
+  for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
+    const bool is_candidate = possibleLeaders(sidesOfUnit(block, i)) != 0;
+    if (!is_candidate) stored[i] = UnitLabels{0, 0};
+    const uint32_t candidates = __ballot_sync(~0u, is_candidate);
+    const uint32_t lane = threadIdx.x % 32;
+    uint32_t first = 0;
+    if (lane == 0 && candidates != 0) first = atomicAdd(&block.count, __popc(candidates));
+    first = __shfl_sync(~0u, first, 0);
+    if (is_candidate) {
+      block.candidates[first + __popc(candidates & ((1u << lane) - 1u))] =
+          static_cast<uint16_t>(i);
+    }
+  }
+}
+
+/// Labels this thread's candidates.
+__device__ void labelCandidates(const MeshView& mesh, const BlockCorners& block,
+                                const Sample* samples, UnitLabels* stored) {
+  for (uint32_t k = threadIdx.x; k < block.count; k += blockDim.x) {
+    const int unit = block.candidates[k];
+    const UnitOfGrid grid{samples + firstCornerOf(unit), sidesOfUnit(block, unit)};
+    UnitLabels labels[1];
+    labelUnits(*mesh.tables, mesh.rules, grid, mesh.directional != 0, labels);
+    stored[unit] = labels[0];
+  }
+}
+
+/// One block of threads per reached block, in strides; selects the others to be meshed before.
+/// Several at a time on a multiprocessor: each waits for memory most of the time.
+__global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, MeshView mesh) {
   extern __shared__ Sample samples[];
-  __shared__ CornerArrays arrays;
-  __shared__ uint32_t present;
+  __shared__ BlockCorners block;
   selectAround(map, mesh);
   const uint32_t reached = mesh.counters->reached;
   for (uint32_t b = blockIdx.x; b < reached; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
     const BlockKey key = keyOfSlot(map, slot);
     if (threadIdx.x == 0) {
-      present = 0;
-      arrays.least_evidence = mesh.least_evidence;
+      block.present = block.count = 0;
+      block.arrays.least_evidence = mesh.least_evidence;
     }
     __syncthreads();
     if (threadIdx.x < kCornerBlocks) {
-      atomicOr(&present, findCornerArrays(map, key, threadIdx.x, arrays));
+      atomicOr(&block.present, findCornerArrays(map, key, threadIdx.x, block.arrays));
     }
     __syncthreads();
-    SharedCorners corners{samples, present};
-    corners.collect(arrays);
+    collectCorners(block, samples);
     __syncthreads();
-    updateLabels(mesh, corners, map.unit_labels.record(slot));
+    UnitLabels* stored = map.unit_labels.record(slot);
+    listCandidates(block, stored);
+    __syncthreads();
+    labelCandidates(mesh, block, samples, stored);
     __syncthreads();  // of the samples, which the next block's overwrite
   }
 }

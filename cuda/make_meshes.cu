@@ -21,17 +21,6 @@ static_assert(kEdgeWords <= kThreads, "one thread per word of edge bits");
 
 using Scan = cub::BlockScan<uint32_t, kThreads>;
 
-/// Labels of the units in a block and in those around it; null where there is no block.
-struct LabelNeighbourhood {
-  const UnitLabels* block[kBlocksAround];
-
-  __device__ UnitLabels operator()(const Vec3i& unit) const {
-    const UnitSource source = unitSource(unit);
-    const UnitLabels* labels = block[source.block];
-    return labels == nullptr ? UnitLabels{0, 0} : labels[source.unit];
-  }
-};
-
 /// Which of the edges of a block's corner grid carry a vertex: the vertices in order of their
 /// edges.
 struct EdgeSet {
@@ -272,7 +261,22 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
   return kRefinedTriangles * gaps;
 }
 
+/// Whether some unit of a block says something; else the block has no mesh, as most that only
+/// adjoin a change. By all threads of a block.
+__device__ bool anyUnitSpeaks(const UnitLabels* labels) {
+  static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "a word for a thread");
+  return __syncthreads_or(reinterpret_cast<const uint32_t*>(labels)[threadIdx.x] != 0) != 0;
+}
+
+/// Of the last block of threads.
+__device__ void handOverTotals(const MeshView& mesh) {
+  MeshTotals& totals = *mesh.host_totals;
+  totals.blocks = *mesh.counters;
+  totals.size = {readShared(&mesh.size->vertices), readShared(&mesh.size->triangles)};
+}
+
 /// One block of threads per block to mesh, in strides. What does not fit is counted, not written.
+/// The one that finishes last hands the totals to the host.
 /// Four at a time on a multiprocessor, at the price of a few registers.
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
@@ -281,6 +285,10 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
+    if (!anyUnitSpeaks(map.unit_labels.record(slot))) {
+      if (threadIdx.x == 0) mesh.records[b] = {map.slots[slot].key, slot, 0, 0, 0, 0, 0};
+      continue;
+    }
     gatherBlock(map, keyOfSlot(map, slot), mesh.least_evidence, shared);
     settleCorners(shared);
     UnitIndices regular[kUnitsPerThread];
@@ -315,6 +323,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     __syncthreads();
     if (threadIdx.x == 0) mesh.records[b] = shared.record;
   }
+  if (isLastBlock(mesh.finished, gridDim.x) && threadIdx.x == 0) handOverTotals(mesh);
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ struct MeshSize {
 struct MeshTotals {
   MeshCounters blocks;
   MeshSize size;
+  uint32_t finished;  ///< Blocks of threads that have made their meshes.
 };
 
 /// Where the mesh of one block lies.
@@ -49,6 +50,8 @@ struct MeshView {
   const RefineTables* refine_tables;  ///< Null: no refinement.
   MeshCounters* counters;
   MeshSize* size;
+  uint32_t* finished;
+  MeshTotals* host_totals;  ///< Where the host finds them, in its own memory.
   int32_t* slots;  ///< First the reached blocks, then the adjoining ones.
   MeshRecord* records;  ///< One per block of `slots`.
   BlockVertex* vertices;

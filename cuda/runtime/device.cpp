@@ -50,6 +50,12 @@ int multiprocessorCount() {
   return count;
 }
 
+size_t freeDeviceMemory() {
+  size_t free = 0, total = 0;
+  DTSDF_CHECK_CUDA(cudaMemGetInfo(&free, &total));
+  return free;
+}
+
 void useDevice(int device) { DTSDF_CHECK_CUDA(cudaSetDevice(device)); }
 
 std::string findDeviceProblem(const void* kernel) {

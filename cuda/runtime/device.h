@@ -1,6 +1,7 @@
 /// The device that this process can use.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace dtsdf {
@@ -9,6 +10,7 @@ namespace gpu {
 int currentDevice();
 std::string deviceName();
 int multiprocessorCount();
+size_t freeDeviceMemory();  ///< In bytes.
 
 /// Makes a device the calling thread's current one: a mapper may be used from any thread.
 void useDevice(int device);

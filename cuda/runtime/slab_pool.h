@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/buffer.h"
+#include "runtime/device.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -41,13 +42,26 @@ class SlabPool {
     for (size_t at = 0; at < memory.capacity(); at += kSlabElements) {
       slabs.push_back(memory.data() + at);
     }
-    table_.reserve(slabs.size(), stream);
+    if (slabs.size() > table_.capacity()) uploaded_ = 0;
+    table_.reserve(std::max(slabs.size(), kFirstTable), stream);
     stream.synchronize();  // an upload under way may still read the pinned table
-    pinned_table_.reserve(slabs.size());
+    pinned_table_.reserve(std::max(slabs.size(), kFirstTable));
     std::copy(slabs.begin(), slabs.end(), pinned_table_.data());
-    table_.upload(pinned_table_.data(), slabs.size(), stream);
+    table_.uploadPart(pinned_table_.data(), uploaded_, slabs.size(), stream);
+    uploaded_ = slabs.size();
     chunks_.push_back(std::move(memory));
     slabs_ = std::move(slabs);
+  }
+
+  /// The same before the room is needed, while kernels may read the pool: only where that takes
+  /// little of the device's memory, and its table need not grow.
+  void reserveAhead(size_t count, const Stream& stream) {
+    constexpr size_t kLeastLeft = 8;  // times what is taken
+    const size_t wanted = (count + kSlabRecords - 1) / kSlabRecords;
+    const size_t slabs = std::max(wanted, slabs_.size() + slabs_.size() / 8);
+    if (wanted <= slabs_.size() || slabs > table_.capacity()) return;
+    const size_t taken = (slabs - slabs_.size()) * kSlabElements * sizeof(T);
+    if (freeDeviceMemory() > kLeastLeft * taken) reserve(count, stream);
   }
 
   View view() const { return {table_.data()}; }
@@ -69,6 +83,8 @@ class SlabPool {
   static constexpr size_t kSlabElements = kSlabRecords * kRecordSize;
 
  private:
+  static constexpr size_t kFirstTable = 2048;  ///< Small beside what it points to.
+
   static DeviceBuffer<T> allocateChunk(size_t slabs, size_t least) {
     try {
       return DeviceBuffer<T>(slabs * kSlabElements);
@@ -82,6 +98,7 @@ class SlabPool {
   std::vector<T*> slabs_;
   DeviceBuffer<T*> table_;
   PinnedBuffer<T*> pinned_table_;
+  size_t uploaded_ = 0;  ///< Entries of the table; kernels may be reading them.
 };
 
 }  // namespace gpu

@@ -134,6 +134,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   if (touched.requests == 0) return 0;
   std::vector<BlockRequest> requests = pager_ ? requestsOfPart() : backend_->requests();
   const size_t blocks = requests.size();
+  requests_before_ = blocks;
   const size_t arrays = pager_ ? table_.countNew(requests).arrays : touched.new_arrays;
   Admission admission;
   if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {

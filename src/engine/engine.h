@@ -129,6 +129,7 @@ class Engine : public ProbedMapper {
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame; with a pager only.
   std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
   bool has_free_ = false;         ///< What the last frame saw as free has not been taken yet.
+  size_t requests_before_ = 0;    ///< Of the last frame.
   bool is_meshing_ = false;
   std::vector<MarkedKey> unfinished_;  ///< Meshed without all that they depend on: to do again.
   MeshUpdate made_;  ///< Of the extraction under way, so far: those that were fetched early.

@@ -32,6 +32,7 @@ void Engine::beginMeshUpdate() {
   if (pager_) meshInParts();  // all but the last of them, which is this:
   backend_->beginMesh(least);
   is_meshing_ = true;
+  table_.prepare(requests_before_);  // while a device is busy
 }
 
 void Engine::markAllDirty() {

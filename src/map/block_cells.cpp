@@ -6,8 +6,10 @@ namespace dtsdf {
 
 BlockCells::Cell& BlockCells::cellOf(const BlockKey& block) {
   const Vec3i key = cellOfBlock(block);
+  if (last_ < cells_.size() && cells_[last_].key == key) return cells_[last_];
   const int32_t number = numbers_.find(packKey(key));
-  if (number >= 0) return cells_[static_cast<size_t>(number)];
+  last_ = number >= 0 ? static_cast<size_t>(number) : cells_.size();
+  if (number >= 0) return cells_[last_];
   numbers_.insert(packKey(key), static_cast<int32_t>(cells_.size()));
   cells_.push_back({key, {}});
   return cells_.back();

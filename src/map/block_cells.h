@@ -33,6 +33,7 @@ class BlockCells {
   Cell& cellOf(const BlockKey& block);
 
   std::vector<Cell> cells_;
+  size_t last_ = 0;               ///< Number of the one that was asked for last.
   SlotIndex numbers_;             ///< Of cells, by the packed key.
   std::vector<uint32_t> places_;  ///< Of blocks in their cell's list, by slot.
 };

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "map/sort_by_key.h"
+
 namespace dtsdf {
 namespace {
 
@@ -63,10 +65,11 @@ int32_t BlockTable::makeBlock(PackedKey key) {
 }
 
 Admission BlockTable::admit(std::vector<BlockRequest> requests) {
-  std::sort(requests.begin(), requests.end(),
-            [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
+  constexpr size_t kAhead = 16;
+  sortByKey(requests);
   Admission admission;
   for (size_t i = 0; i < requests.size(); ++i) {
+    if (i + kAhead < requests.size()) slots_.prefetch(requests[i + kAhead].key);
     BlockRequest request = requests[i];
     while (i + 1 < requests.size() && requests[i + 1].key == request.key) {
       request.directions |= requests[++i].directions;
@@ -124,8 +127,7 @@ size_t BlockTable::countNewColours(const std::vector<ColourRequest>& requests) c
 }
 
 ColourAdmission BlockTable::admitColours(std::vector<ColourRequest> requests) {
-  std::sort(requests.begin(), requests.end(),
-            [](const ColourRequest& a, const ColourRequest& b) { return a.key < b.key; });
+  sortByKey(requests);
   ColourAdmission admission;
   for (const ColourRequest& request : requests) {
     visitLacking(request, [&](int32_t array, int brick) {

@@ -121,6 +121,9 @@ class BlockTable {
   /// the budget lasts. A request is admitted whole or refused whole.
   Admission admit(std::vector<BlockRequest> requests);
 
+  /// Makes ready for so many more blocks, where nobody waits for it.
+  void prepare(size_t new_blocks) { slots_.prepare(new_blocks); }
+
   /// Gives bricks of colours to voxel arrays that lack them, smallest key first, as long as the
   /// budget lasts. What is not in the map, or takes no colour, is passed over.
   ColourAdmission admitColours(std::vector<ColourRequest> requests);

@@ -9,8 +9,12 @@ namespace {
 constexpr size_t kSmallestTable = 1024;
 
 /// Places of the old table that each insertion is done with. A new table of `size` places has room
-/// for size / 4 insertions at least, and the old one is not larger.
-constexpr size_t kPlacesPerStep = 4;
+/// for size / 4 insertions at least, and the old one is not larger: so half of these would do, but
+/// while there are two tables, and one more than half full, searches take longer.
+constexpr size_t kPlacesPerStep = 8;
+
+/// Steps ahead for each insertion that is expected.
+constexpr size_t kStepsAhead = 2;
 
 }  // namespace
 
@@ -47,7 +51,7 @@ void SlotIndex::put(PackedKey key, int32_t mark) {
 }
 
 void SlotIndex::insert(PackedKey key, int32_t slot) {
-  if (2 * current_.used >= current_.size) beginGrowth();
+  if (2 * current_.used >= current_.size) beginGrowth(size_);
   moveSome();
   if (!putWhereItWillMove(key, slot + 1)) put(key, slot + 1);
   ++size_;
@@ -71,10 +75,18 @@ void SlotIndex::erase(PackedKey key) {
   --size_;
 }
 
-void SlotIndex::beginGrowth() {
+void SlotIndex::prepare(size_t insertions) {
+  if (old_.size == 0 && 2 * (current_.used + insertions) >= current_.size) {
+    beginGrowth(size_ + insertions);
+  }
+  for (size_t i = 0; i < kStepsAhead * insertions && old_.size != 0; ++i) moveSome();
+}
+
+/// A table with room for twice as many keys.
+void SlotIndex::beginGrowth(size_t keys) {
   while (old_.size != 0) moveSome();  // a place or two at most, see kPlacesPerStep
   size_t size = std::max(kSmallestTable, current_.size);
-  while (size < 4 * size_) size *= 2;
+  while (size < 4 * keys) size *= 2;
   Table larger = makeTable(size);
   old_ = std::move(current_);
   current_ = std::move(larger);

@@ -16,6 +16,15 @@ class SlotIndex {
   /// Slot of a key, or -1.
   int32_t find(PackedKey key) const;
 
+  /// A hint that the key will be asked for in a moment: its place is far away in a large table.
+  void prefetch(PackedKey key) const {
+    current_.prefetch(key);
+    old_.prefetch(key);
+  }
+
+  /// Does some of the work that so many insertions would bring, where nobody waits for it.
+  void prepare(size_t insertions);
+
   /// @pre The key is not there.
   void insert(PackedKey key, int32_t slot);
 
@@ -44,8 +53,18 @@ class SlotIndex {
     size_t size = 0;  ///< A power of two, or 0.
     size_t used = 0;  ///< Places that are not empty, erased ones included.
 
-    /// Where the search for a key begins. @pre size is not 0.
-    size_t homeOf(PackedKey key) const { return static_cast<size_t>(hashKey(key)) & (size - 1); }
+    /// Where the search for a key begins: blocks that lie in a row share a line of the cache, as
+    /// they are looked for one after the other. @pre size is not 0.
+    size_t homeOf(PackedKey key) const {
+      constexpr int kRowLog2 = 2;
+      constexpr PackedKey kInRow = (PackedKey{1} << kRowLog2) - 1;
+      return static_cast<size_t>(hashKey(key >> kRowLog2) << kRowLog2 | (key & kInRow)) &
+             (size - 1);
+    }
+    void prefetch(PackedKey key) const {
+      if (size != 0) __builtin_prefetch(&places[homeOf(key)]);
+    }
+
     /// The key's place, or the empty one where it would go. @pre size is not 0.
     Place& placeOf(PackedKey key) const;
     Place* findLive(PackedKey key) const;
@@ -54,7 +73,7 @@ class SlotIndex {
   static Table makeTable(size_t size);
   void put(PackedKey key, int32_t mark);
   bool putWhereItWillMove(PackedKey key, int32_t mark);
-  void beginGrowth();
+  void beginGrowth(size_t keys);
   void moveSome();
 
   Table current_;

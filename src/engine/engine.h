@@ -96,6 +96,7 @@ class Engine : public ProbedMapper {
   size_t clearPaged(const RegionView& view, ClearedRegion& result);
   bool clearSome(std::vector<PackedKey>& keys, const RegionView& view, ClearedRegion& result);
   void meshInParts();
+  bool isEnough() const;
   void meshParts(std::vector<MarkedKey> marked, bool is_last);
   std::vector<PackedKey> neededFor(const std::vector<MarkedKey>& marked) const;
   enum class Want { kWaits, kRefused };

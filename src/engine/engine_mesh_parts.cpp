@@ -58,8 +58,21 @@ bool Engine::fits(const std::vector<PackedKey>& keys) const {
   return bytes <= table_.budgetBytes();
 }
 
+/// Where so much was made that the rest is left to the next extraction: it would do the same again
+/// where blocks have to be done again.
+bool Engine::isEnough() const {
+  constexpr size_t kMadeShare = 8;
+  return made_.is_part ||
+         (unfinished_.empty() && bytesOf(made_) > table_.budgetBytes() / kMadeShare);
+}
+
 /// @param is_last The last part of all is left to the caller.
 void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
+  if (isEnough()) {
+    made_.is_part = true;
+    unfinished_.insert(unfinished_.end(), marked.begin(), marked.end());
+    return;
+  }
   const std::vector<PackedKey> around = neededFor(marked);
   if (marked.size() > 1 && !fits(around)) {
     std::vector<MarkedKey> half = takeHalf(marked);
@@ -68,7 +81,7 @@ void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
     return;
   }
   const size_t left = pager_->bringIn(*backend_, around, 0);
-  for (const MarkedKey& block : marked) pager_->setMarks(*backend_, block.key, block.marks);
+  pager_->setMarks(*backend_, marked);
   keepMarks(left, fits(around) ? Want::kWaits : Want::kRefused);
   if (is_last) return;
   backend_->beginMesh(least_evidence_);

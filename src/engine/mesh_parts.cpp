@@ -71,6 +71,16 @@ std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked) {
   return half;
 }
 
+size_t bytesOf(const MeshUpdate& update) {
+  size_t bytes = 0;
+  for (const BlockMesh& block : update.blocks) {
+    bytes += sizeof(block) + block.vertices.size() * sizeof(BlockVertex) +
+             block.triangles.size() * sizeof(uint16_t) +
+             block.colours.size() * sizeof(VertexColour);
+  }
+  return bytes;
+}
+
 void addMeshes(MeshUpdate part, MeshUpdate& made) {
   made.duration_ms += part.duration_ms;
   std::vector<BlockMesh>& all = made.blocks;

@@ -22,6 +22,9 @@ std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked);
 /// @return the second part; the first one is left.
 std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked);
 
+/// Of memory.
+size_t bytesOf(const MeshUpdate& update);
+
 /// Adds the meshes of a part to those of the parts before: where both have a block, that of the
 /// later one is right, as all around it was up to date.
 void addMeshes(MeshUpdate part, MeshUpdate& made);

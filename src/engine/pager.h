@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "backend/map_backend.h"
+#include "engine/mesh_parts.h"
 #include "map/block_table.h"
 #include "page/page_store.h"
 
@@ -59,8 +60,8 @@ class Pager {
   /// Blocks on disk with marks.
   std::vector<PackedKey> markedKeys() const;
   MeshMarks takeMarks(PackedKey key);
-  /// Of a block in memory or on disk.
-  void setMarks(MapBackend& backend, PackedKey key, const MeshMarks& marks);
+  /// Of blocks in memory or on disk; of others there are none.
+  void setMarks(MapBackend& backend, const std::vector<MarkedKey>& marked);
 
   // ---- The map as a whole.
 

@@ -25,6 +25,8 @@ struct PagedBlock {
   bool dirty, painted, has_mesh;  ///< As meshing left it.
 };
 
+inline bool isMarked(const PagedBlock& block) { return block.dirty || block.painted; }
+
 /// Bytes of a block's voxels, colours and labels, one after the other.
 size_t recordBytes(const PagedBlock& block);
 
@@ -74,12 +76,15 @@ class PageStore {
   int32_t find(PackedKey key) const { return index_.find(key); }
   bool isEmpty() const { return index_.size() == 0; }
   const PagedBlock& block(int32_t number) const { return pages_[size(number)].block; }
-  PagedBlock& block(int32_t number) { return pages_[size(number)].block; }
+
+  /// Marks of a block for the next extraction, and how many blocks have any.
+  void setMarks(int32_t number, bool dirty, bool painted);
+  size_t marked() const { return marked_; }
 
   /// Blocks by coarse cells, by their numbers.
   const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
   template <class Visit>
-  void visit(const Visit& visit) {
+  void visit(const Visit& visit) const {
     for (const BlockCells::Cell& cell : cells_.all()) {
       for (const int32_t number : cell.slots) visit(number, block(number));
     }
@@ -109,6 +114,8 @@ class PageStore {
   PageReading read(const Page& page, char* record);
   PageReading check(const Page& page, const char* record);
   void enter(const Page& page);
+  void giveBack(const Page& page);
+  void leave(int32_t number);
 
   const uint64_t max_bytes_;
   PageFile file_;
@@ -119,6 +126,7 @@ class PageStore {
   BlockCells cells_;
   std::vector<Page> pages_;  ///< By number.
   std::vector<int32_t> free_numbers_;
+  size_t marked_ = 0;
   std::string problem_;
   bool is_full_[2] = {false, false};  ///< Without and with the reserve.
 };

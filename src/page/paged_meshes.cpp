@@ -14,10 +14,10 @@ namespace dtsdf {
 namespace {
 
 /// Of the file.
-constexpr uint64_t kUnitBytes = 64;
+constexpr uint64_t kMeshUnitBytes = 64;
 
 /// What stays in memory: a share of the budget, beside it.
-constexpr size_t kShare = 8, kMostBytes = size_t{64} << 20;
+constexpr size_t kMeshShare = 8, kMostMeshBytes = size_t{64} << 20;
 
 /// Not each mesh that comes has to make room.
 constexpr size_t kSpareShare = 8;
@@ -25,16 +25,17 @@ constexpr size_t kSpareShare = 8;
 /// A node of the index, with what the system adds.
 constexpr size_t kNodeBytes = 80;
 
-constexpr const char* kIsFull = "meshes in map/page_folder have reached map/page_max_gb; raise it";
+constexpr const char* kMeshesAreFull =
+    "meshes in map/page_folder have reached map/page_max_gb; raise it";
 
-size_t bytesOf(const BlockMesh& block) {
+size_t meshBytes(const BlockMesh& block) {
   return sizeof(block) + block.vertices.size() * sizeof(BlockVertex) +
          block.triangles.size() * sizeof(uint16_t) + block.colours.size() * sizeof(VertexColour);
 }
 
-size_t budgetBytesOf(const MapParams& params) {
+size_t meshBudgetOf(const MapParams& params) {
   if (params.page_folder.empty()) return 0;
-  return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kShare, kMostBytes);
+  return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kMeshShare, kMostMeshBytes);
 }
 
 template <class T>
@@ -54,10 +55,10 @@ void take(size_t count, const char*& from, std::vector<T>& to) {
 
 PagedMeshes::PagedMeshes(const MapParams& params)
     : max_file_bytes_(pageBytesOf(params)),
-      most_bytes_(budgetBytesOf(params)),
+      most_bytes_(meshBudgetOf(params)),
       file_(params.page_folder.empty() ? nullptr : std::make_unique<PageFile>(params.page_folder)),
       resident_(params.voxel_size_m),
-      runs_(std::min<uint64_t>(max_file_bytes_ / kUnitBytes, UINT32_MAX)),
+      runs_(std::min<uint64_t>(max_file_bytes_ / kMeshUnitBytes, UINT32_MAX)),
       fetched_(params.voxel_size_m) {}
 
 size_t PagedMeshes::recordBytes(const Page& page) {
@@ -66,7 +67,7 @@ size_t PagedMeshes::recordBytes(const Page& page) {
 }
 
 uint64_t PagedMeshes::unitsOf(const Page& page) {
-  return (recordBytes(page) + kUnitBytes - 1) / kUnitBytes;
+  return (recordBytes(page) + kMeshUnitBytes - 1) / kMeshUnitBytes;
 }
 
 void PagedMeshes::put(SharedBlockMesh block) {
@@ -75,7 +76,7 @@ void PagedMeshes::put(SharedBlockMesh block) {
   leaveMemory(key);
   if (block->triangles.empty()) return;
   if (file_) places_[key] = order_.insert(order_.end(), key);
-  bytes_ += bytesOf(*block);
+  bytes_ += meshBytes(*block);
   painted_ += block->colours.empty() ? 0 : 1;
   resident_.put(std::move(block));
   makeRoom();
@@ -88,7 +89,7 @@ void PagedMeshes::leaveMemory(PackedKey key) {
   auto none = std::make_shared<BlockMesh>();
   none->key = block->key;
   resident_.put(std::move(none));
-  bytes_ -= bytesOf(*block);
+  bytes_ -= meshBytes(*block);
   painted_ -= block->colours.empty() ? 0 : 1;
   const auto place = places_.find(key);
   if (place == places_.end()) return;
@@ -105,7 +106,7 @@ void PagedMeshes::leaveDisk(PackedKey key) {
   pages_.erase(found);
   paged_triangles_ -= page.indices / 3;
   painted_ -= page.has_colours ? 1 : 0;
-  if (runs_.end() < end) file_->truncate(runs_.end() * kUnitBytes);
+  if (runs_.end() < end) file_->truncate(runs_.end() * kMeshUnitBytes);
 }
 
 /// Those that changed longest ago go.
@@ -121,7 +122,7 @@ void PagedMeshes::makeRoom() {
 /// @return whether it did; it is in memory still.
 bool PagedMeshes::writeOut(const BlockMesh& block) {
   std::vector<char> record;
-  record.reserve(bytesOf(block));
+  record.reserve(meshBytes(block));
   append(block.vertices, record);
   append(block.triangles, record);
   append(block.colours, record);
@@ -129,9 +130,9 @@ bool PagedMeshes::writeOut(const BlockMesh& block) {
             static_cast<uint32_t>(block.vertices.size()),
             static_cast<uint32_t>(block.triangles.size()), !block.colours.empty()};
   const auto first = runs_.take(unitsOf(page));
-  if (!first) return fail(kIsFull);
+  if (!first) return fail(kMeshesAreFull);
   page.first_unit = static_cast<uint32_t>(*first);
-  const std::string problem = file_->write(*first * kUnitBytes, record.data(), record.size());
+  const std::string problem = file_->write(*first * kMeshUnitBytes, record.data(), record.size());
   if (!problem.empty()) {
     runs_.give(*first, unitsOf(page));
     return fail(problem);
@@ -160,7 +161,7 @@ SharedBlockMesh PagedMeshes::read(PackedKey key, const Page& page) {
   std::vector<char> record(recordBytes(page));
   bool is_short = false;
   const std::string problem =
-      file_->read(page.first_unit * kUnitBytes, record.data(), record.size(), is_short);
+      file_->read(page.first_unit * kMeshUnitBytes, record.data(), record.size(), is_short);
   if (!problem.empty() && !is_short) {
     fail(problem);
     return nullptr;
@@ -212,7 +213,7 @@ void PagedMeshes::clear(float voxel_size_m) {
 
 PagedMeshes::Stats PagedMeshes::stats() const {
   Stats stats = stats_;
-  stats.bytes = runs_.inUse() * kUnitBytes;
+  stats.bytes = runs_.inUse() * kMeshUnitBytes;
   stats.index_bytes = pages_.size() * kNodeBytes + runs_.bytes();
   return stats;
 }

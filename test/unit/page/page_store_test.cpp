@@ -255,10 +255,9 @@ TEST_F(PageStoreTest, ReadsAheadOnce) {
   EXPECT_EQ(store_.queueBytes(), 0u);
 }
 
-/// Whichever allocation of a call of write() fails until the queue has all, nothing has changed.
-/// The index comes after that.
+/// Whichever allocation of a call of write() fails, those of the index too, nothing has changed.
 TEST_F(PageStoreTest, OutlivesALackOfMemory) {
-  const std::vector<PagedBlock> first = someBlocks(0, 5), more = someBlocks(5, 9);
+  const std::vector<PagedBlock> first = someBlocks(0, 5), more = someBlocks(5, 90);
   const std::vector<char> records = randomRecords(first, 1), more_records = randomRecords(more, 2);
   ASSERT_TRUE(store_.write(first, records));
   store_.finish();
@@ -272,8 +271,36 @@ TEST_F(PageStoreTest, OutlivesALackOfMemory) {
     store_.finish();
     ASSERT_EQ(store_.queueBytes(), 0u);
   }
-  EXPECT_GT(refused, 9) << "one for each record at least";
+  EXPECT_GT(refused, 90) << "one for each record at least";
   expectHolds(first, records);
+  expectHolds(more, more_records);
+  for (const PagedBlock& block : more)
+    EXPECT_EQ(store_.block(store_.find(block.key)).key, block.key);
+  size_t in_cells = 0;
+  store_.visit([&](int32_t, const PagedBlock&) { ++in_cells; });
+  EXPECT_EQ(in_cells, first.size() + more.size());
+}
+
+/// Nor does it take memory to let blocks go: where there is none, their place in the file is lost
+/// until the store is emptied.
+TEST_F(PageStoreTest, LetsGoWithoutMemory) {
+  const std::vector<PagedBlock> blocks = someBlocks(0, 60);
+  const std::vector<char> records = randomRecords(blocks, 1);
+  ASSERT_TRUE(store_.write(blocks, records));
+  std::vector<PagedBlock> some;
+  for (size_t i = 1; i < blocks.size(); i += 2) some.push_back(blocks[i]);
+  const std::vector<int32_t> numbers = numbersOf(some);
+  allocations_left = 0;
+  store_.release(numbers);
+  allocations_left = -1;
+  EXPECT_EQ(store_.count(), 30u);
+  for (const PagedBlock& block : some) EXPECT_EQ(store_.find(block.key), -1);
+  ASSERT_TRUE(store_.write(some, randomRecords(some, 2)));
+  expectHolds(some, randomRecords(some, 2));
+  EXPECT_TRUE(store_.marked() == blocks.size());
+  store_.clear();
+  EXPECT_EQ(store_.bytes(), 0u);
+  EXPECT_EQ(store_.marked(), 0u);
 }
 
 /// Blocks come and go while they are written and read: whatever the thread has reached, they are

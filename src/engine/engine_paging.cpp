@@ -29,6 +29,18 @@ float depthOf(const FrameView& view, const BlockKey& block) {
   return rotateInverse(view.T_L_C, middle - view.T_L_C.t).z;
 }
 
+/// Whether a voxel of a cell's blocks may lie in a region in units of voxels.
+bool mayReachInto(const RegionView& region, const BlockCells::Cell& cell) {
+  constexpr int kVoxels = BlockCells::kSide * kBlockSide;
+  constexpr double kMiddle = 0.5 * (kVoxels - 1), kReach = 1.7321 * kMiddle + 0.1;
+  const Vec3i& key = cell.key;
+  return isInside(region,
+                  Vec3d{static_cast<double>(key.x) * kVoxels + kMiddle,
+                        static_cast<double>(key.y) * kVoxels + kMiddle,
+                        static_cast<double>(key.z) * kVoxels + kMiddle},
+                  kReach);
+}
+
 /// Whether one of a cell's outermost blocks is beyond a ball: no other one is farther away.
 template <class IsBeyond>
 bool reachesBeyond(const BlockCells::Cell& cell, const IsBeyond& is_beyond) {
@@ -263,7 +275,7 @@ std::vector<PackedKey> Engine::takeFarthest(const KeptBall& kept,
 size_t Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
   constexpr size_t kAtOnce = 256;
   const std::vector<PackedKey> keys =
-      pager_->keysWhere([](const auto&) { return true; },
+      pager_->keysWhere([&](const BlockCells::Cell& cell) { return mayReachInto(view, cell); },
                         [&](const BlockKey& block) { return mayBeInside(view, block); });
   size_t left = 0;
   for (size_t first = 0; first < keys.size(); first += kAtOnce) {

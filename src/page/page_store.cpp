@@ -128,6 +128,15 @@ void PageStore::leave(int32_t number) {
   index_.erase(page.block.key);
   cells_.erase(unpackKey(page.block.key), number);
   free_numbers_.push_back(number);
+  marked_ -= isMarked(page.block) ? 1 : 0;
+}
+
+void PageStore::setMarks(int32_t number, bool dirty, bool painted) {
+  PagedBlock& block = pages_[size(number)].block;
+  marked_ -= isMarked(block) ? 1 : 0;
+  block.dirty = dirty;
+  block.painted = painted;
+  marked_ += isMarked(block) ? 1 : 0;
 }
 
 /// In the order of the file.

@@ -25,13 +25,13 @@ std::vector<char> recordsOf(const std::vector<PagedBlock>& blocks, const MapCont
                             const std::vector<MeshState>& states) {
   size_t bytes = 0;
   for (const PagedBlock& block : blocks) bytes += recordBytes(block);
-  std::vector<char> records(bytes);
-  char* to = records.data();
+  std::vector<char> records;
+  records.reserve(bytes);
   const auto* voxels = reinterpret_cast<const char*>(contents.voxels.data());
   const auto* colours = reinterpret_cast<const char*>(contents.colours.data());
   const auto append = [&](const void* from, size_t size) {
-    copyBytes(to, from, size);
-    to += size;
+    const auto* const first = static_cast<const char*>(from);
+    records.insert(records.end(), first, first + size);
   };
   for (size_t i = 0; i < blocks.size(); ++i) {
     append(voxels, voxelBytes(blocks[i]));

@@ -71,9 +71,11 @@ size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touch
   const size_t most_bytes = table_.budgetBytes() - table_.budgetBytes() / 8;
   size_t left = 0, bytes = 0, new_bytes = 0, next_request = 0;
   const std::vector<PackedKey> keys = keysOfFrame(view, in_view);
+  const bool fits_anyway = mostBytes(keys.size()) <= most_bytes;  // so that none is looked up
   std::vector<PackedKey> part;
   for (const PackedKey key : keys) {
-    const size_t wanted = bytesWanted(key, next_request), had = pager_->bytesOf(key);
+    const size_t wanted = bytesWanted(key, next_request);
+    const size_t had = fits_anyway ? 0 : pager_->bytesOf(key);
     if (!part.empty() && bytes + had + wanted > most_bytes) {
       part_.swap(part);
       left += bringInPart(new_bytes);
@@ -91,6 +93,13 @@ size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touch
   in_view = blocksInView(view);
   if (is_whole) part_.clear();
   return left;
+}
+
+/// Of so many blocks, whatever they hold.
+size_t Engine::mostBytes(size_t blocks) const {
+  constexpr size_t kBricks = kDirectionCount * kBricksPerArray;
+  return blocks * (BlockTable::kBlockBytes + kDirectionCount * BlockTable::kArrayBytes +
+                   (has_colours_ ? kBricks * BlockTable::kColourBytes : 0));
 }
 
 /// By key, each once.

@@ -1,7 +1,7 @@
 /// An extraction in parts, where the blocks that it needs do not fit into memory at once.
 #pragma once
 
-#include <functional>
+#include <unordered_set>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -17,6 +17,9 @@ struct MarkedKey {
 /// All blocks that the meshes around these depend on: no rule of meshing reaches beyond two blocks.
 /// By key, each once.
 std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked);
+
+/// Coarse cells that some of these may lie in, by packed key.
+std::unordered_set<PackedKey> cellsAround(const std::vector<MarkedKey>& marked);
 
 /// Parts a list in two, across the longest side of the box around it. @pre It has two or more.
 /// @return the second part; the first one is left.

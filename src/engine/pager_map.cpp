@@ -99,7 +99,7 @@ void Pager::copyWords(MapBackend& backend, MapContents& contents) {
   in_memory.blocks = mapBlocks(table_, slots);
   makeRoomForWords(in_memory);
   backend.copyOut(orderOf(table_, slots), in_memory);
-  std::vector<char> records;
+  PageBytes records;
   const std::vector<int32_t> damaged = readAll(numbers, records);
 
   makeRoomForWords(contents);
@@ -141,8 +141,7 @@ void Pager::copyAll(MapBackend& backend, MapContents& contents) {
 
 /// @return those that are damaged, which are all 0 in the records.
 /// @throws std::runtime_error where some cannot be read now.
-std::vector<int32_t> Pager::readAll(const std::vector<int32_t>& numbers,
-                                    std::vector<char>& records) {
+std::vector<int32_t> Pager::readAll(const std::vector<int32_t>& numbers, PageBytes& records) {
   if (numbers.empty()) return {};
   const std::vector<uint8_t> readings = store_.read(numbers, records);
   std::vector<int32_t> damaged;

@@ -49,7 +49,7 @@ bool PageStore::hasRoomFor(uint64_t bytes, bool with_reserve) {
   return false;
 }
 
-bool PageStore::write(const std::vector<PagedBlock>& blocks, std::vector<char> records) {
+bool PageStore::write(const std::vector<PagedBlock>& blocks, PageBytes records) {
   std::vector<Page> pages;
   std::string problem;
   size_t entered = 0;
@@ -72,19 +72,19 @@ bool PageStore::write(const std::vector<PagedBlock>& blocks, std::vector<char> r
 }
 
 /// @param pages Gets those that take room in the file from now on. @return what is wrong.
-std::string PageStore::write(const std::vector<PagedBlock>& blocks, std::vector<char> records,
+std::string PageStore::write(const std::vector<PagedBlock>& blocks, PageBytes records,
                              std::vector<Page>& pages) {
   pages.reserve(blocks.size());  // so that none is lost that has taken room
   std::vector<PageSpan> spans;
-  const char* record = records.data();
   for (const PagedBlock& block : blocks) {
     const auto first = runs_.take(unitsOf(block));
     if (!first) return kIsFull;
-    pages.push_back(
-        {block, XXH3_64bits(record, recordBytes(block)), static_cast<uint32_t>(*first)});
+    pages.push_back({block, 0, static_cast<uint32_t>(*first)});
     spans.push_back(spanOf(pages.back()));
-    record += recordBytes(block);
   }
+  forEachRecord(blocks, [&](size_t i, size_t begin) {
+    pages[i].checksum = XXH3_64bits(records.data() + begin, spans[i].bytes);
+  });
   return queue_.write(spans, std::move(records));
 }
 
@@ -140,8 +140,7 @@ void PageStore::setMarks(int32_t number, bool dirty, bool painted) {
 }
 
 /// In the order of the file.
-std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers,
-                                     std::vector<char>& records) {
+std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers, PageBytes& records) {
   std::vector<size_t> begins(numbers.size() + 1, 0), order(numbers.size());
   for (size_t i = 0; i < numbers.size(); ++i) {
     begins[i + 1] = begins[i] + recordBytes(block(numbers[i]));

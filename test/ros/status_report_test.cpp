@@ -162,6 +162,11 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   input.map.stats.pages.lost = 4;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "4 blocks could not be read back"));
   input.map.stats.pages = PageStats();
+  input.output.paged_meshes.lost = 8;
+  input.output.paged_meshes.problem = "check the disk";
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
+                   "the meshes of 8 blocks could not be read back and are not shown: check the"));
+  input.output.paged_meshes = PagedMeshes::Stats();
   input.map.stats.refused_cubes = 3;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "memory for free space"));
   EXPECT_TRUE(
@@ -209,10 +214,6 @@ TEST(StatusReport, ListsWhatLiesOnDisk) {
     if (part.name == "page_index") EXPECT_EQ(part.bytes, 60u);
   }
   EXPECT_EQ(makeStatus(input).page_failures, 5u);
-  meshes.lost = 8;
-  meshes.problem = "check the disk";
-  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
-                   "the meshes of 8 blocks could not be read back and are not shown: check the"));
 }
 
 TEST(StatusReport, ReportsDropsThoughMostFramesAreFused) {

@@ -43,6 +43,8 @@ struct BlockMesh {
 struct MeshUpdate {
   std::vector<BlockMesh> blocks;  ///< Sorted by packed key.
   double duration_ms = 0.0;       ///< Time the extraction took.
+  bool is_part = false;  ///< With map/page_folder, of more than should be in memory at once: the
+                         ///< next extraction has more.
 };
 
 }  // namespace dtsdf

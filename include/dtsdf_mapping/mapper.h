@@ -146,11 +146,9 @@ class Mapper {
   /// @throws std::exception when the backend fails.
   virtual MeshUpdate finishMeshUpdate() = 0;
 
-  /// Both at once: meshes the blocks that changed, and returns when that is done.
-  MeshUpdate updateMesh() {
-    beginMeshUpdate();
-    return finishMeshUpdate();
-  }
+  /// Both at once: meshes the blocks that changed, and returns when that is done. All of them,
+  /// though finishMeshUpdate() hands them out part by part.
+  MeshUpdate updateMesh();
 
   /// Empties the voxels whose centres lie in a region, of all directions, with their colours, and
   /// frees arrays and blocks that hold nothing then. The next mesh update has what that changes;

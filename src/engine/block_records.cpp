@@ -21,30 +21,38 @@ PagedBlock pagedBlockOf(const MapBlock& block, const MeshState& state, uint32_t 
           state.marks.painted,   state.has_mesh};
 }
 
-std::vector<char> recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& contents,
-                            const std::vector<MeshState>& states) {
-  size_t bytes = 0;
-  for (const PagedBlock& block : blocks) bytes += recordBytes(block);
-  std::vector<char> records(bytes);
-  char* to = records.data();
-  const auto* voxels = reinterpret_cast<const char*>(contents.voxels.data());
-  const auto* colours = reinterpret_cast<const char*>(contents.colours.data());
-  const auto append = [&](const void* from, size_t size) {
-    copyBytes(to, from, size);
-    to += size;
+PageBytes recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& contents,
+                    const std::vector<MeshState>& states) {
+  struct Source {
+    const char *voxels, *colours;
   };
-  for (size_t i = 0; i < blocks.size(); ++i) {
-    append(voxels, voxelBytes(blocks[i]));
-    append(colours, colourBytes(blocks[i]));
-    append(states[i].labels.data(), blocks[i].has_labels ? kLabelBytes : 0);
-    voxels += voxelBytes(blocks[i]);
-    colours += colourBytes(blocks[i]);
+  Source next{reinterpret_cast<const char*>(contents.voxels.data()),
+              reinterpret_cast<const char*>(contents.colours.data())};
+  std::vector<Source> sources;
+  sources.reserve(blocks.size());
+  size_t bytes = 0;
+  for (const PagedBlock& block : blocks) {
+    sources.push_back(next);
+    next.voxels += voxelBytes(block);
+    next.colours += colourBytes(block);
+    bytes += recordBytes(block);
   }
+  PageBytes records(bytes);
+  forEachRecord(blocks, [&](size_t i, size_t begin) {
+    char* to = records.data() + begin;
+    const auto append = [&](const void* from, size_t size) {
+      copyBytes(to, from, size);
+      to += size;
+    };
+    append(sources[i].voxels, voxelBytes(blocks[i]));
+    append(sources[i].colours, colourBytes(blocks[i]));
+    append(states[i].labels.data(), blocks[i].has_labels ? kLabelBytes : 0);
+  });
   return records;
 }
 
-std::vector<MeshState> readRecords(const std::vector<PagedBlock>& blocks,
-                                   const std::vector<char>& records, MapContents& contents) {
+std::vector<MeshState> readRecords(const std::vector<PagedBlock>& blocks, const PageBytes& records,
+                                   MapContents& contents) {
   std::vector<MeshState> states;
   const char* from = records.data();
   auto* voxels = reinterpret_cast<char*>(contents.voxels.data());

@@ -23,11 +23,11 @@ inline MapBlock mapBlockOf(const PagedBlock& block) {
 PagedBlock pagedBlockOf(const MapBlock& block, const MeshState& state, uint32_t extractions);
 
 /// From contents, which have the voxels of all these blocks first, and from states.
-std::vector<char> recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& contents,
-                            const std::vector<MeshState>& states);
+PageBytes recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& contents,
+                    const std::vector<MeshState>& states);
 
 /// The way back: into contents, which have room for it. @return what meshing knows of the blocks.
-std::vector<MeshState> readRecords(const std::vector<PagedBlock>& blocks,
-                                   const std::vector<char>& records, MapContents& contents);
+std::vector<MeshState> readRecords(const std::vector<PagedBlock>& blocks, const PageBytes& records,
+                                   MapContents& contents);
 
 }  // namespace dtsdf

@@ -96,10 +96,13 @@ class Engine : public ProbedMapper {
   size_t clearPaged(const RegionView& view, ClearedRegion& result);
   bool clearSome(std::vector<PackedKey>& keys, const RegionView& view, ClearedRegion& result);
   void meshInParts();
+  bool isEnough() const;
   void meshParts(std::vector<MarkedKey> marked, bool is_last);
+  std::vector<PackedKey> pagedAround(const std::vector<MarkedKey>& marked) const;
   std::vector<PackedKey> neededFor(const std::vector<MarkedKey>& marked) const;
   enum class Want { kWaits, kRefused };
   void keepMarks(size_t left, Want want);
+  size_t mostBytes(size_t blocks) const;
   bool fits(const std::vector<PackedKey>& keys) const;
   void finishMeshing();
 

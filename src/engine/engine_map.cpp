@@ -59,7 +59,7 @@ void Engine::finishMeshing() {
   is_meshing_ = false;
   backend_->follow({table_.releaseVacant(vacant_), false});
   vacant_.clear();
-  for (const MarkedKey& block : unfinished_) pager_->setMarks(*backend_, block.key, block.marks);
+  if (pager_) pager_->setMarks(*backend_, unfinished_);
   unfinished_.clear();
 }
 

@@ -1,11 +1,31 @@
 // Extractions of a map that is on disk in part: what they depend on comes to memory, part by part
 // where it is too much at once.
 #include <algorithm>
+#include <unordered_set>
 #include <utility>
 
 #include "engine/engine.h"
 
 namespace dtsdf {
+
+namespace {
+
+/// Of two lists by key.
+bool haveCommon(const std::vector<PackedKey>& some, const std::vector<PackedKey>& others) {
+  return std::any_of(others.begin(), others.end(), [&](PackedKey key) {
+    return std::binary_search(some.begin(), some.end(), key);
+  });
+}
+
+}  // namespace
+
+/// Blocks on disk that meshes around these may depend on, and some others.
+std::vector<PackedKey> Engine::pagedAround(const std::vector<MarkedKey>& marked) const {
+  const std::unordered_set<PackedKey> cells = cellsAround(marked);
+  return pager_->keysWhere(
+      [&](const BlockCells::Cell& cell) { return cells.count(packKey(cell.key)) > 0; },
+      [](const BlockKey&) { return true; });
+}
 
 /// Where all fit into memory that the extraction depends on, they come there and it goes on as
 /// ever. Else it is done in parts but for the last.
@@ -16,7 +36,10 @@ void Engine::meshInParts() {
   std::vector<MarkedKey> marked;
   for (const int32_t slot : slots) marked.push_back({packKey(table_.block(slot).key), {}});
   for (const PackedKey key : pager_->markedKeys()) marked.push_back({key, {}});
-  const std::vector<PackedKey> around = neededFor(marked);
+  const std::vector<PackedKey> on_disk = pagedAround(marked);
+  if (on_disk.empty()) return;
+  const std::vector<PackedKey> around = blocksAround(marked);
+  if (!haveCommon(around, on_disk)) return;
   if (fits(around)) {
     keepMarks(pager_->bringIn(*backend_, around, 0), Want::kWaits);
     return;
@@ -54,12 +77,26 @@ std::vector<PackedKey> Engine::neededFor(const std::vector<MarkedKey>& marked) c
 /// Beside those that wait for the extraction to go, as nothing is left of them.
 bool Engine::fits(const std::vector<PackedKey>& keys) const {
   size_t bytes = vacant_.size() * BlockTable::kBlockBytes;
+  if (bytes + mostBytes(keys.size()) <= table_.budgetBytes()) return true;
   for (const PackedKey key : keys) bytes += pager_->bytesOf(key);
   return bytes <= table_.budgetBytes();
 }
 
+/// Where so much was made that the rest is left to the next extraction: it would do the same again
+/// where blocks have to be done again.
+bool Engine::isEnough() const {
+  constexpr size_t kMadeShare = 8;
+  return made_.is_part ||
+         (unfinished_.empty() && bytesOf(made_) > table_.budgetBytes() / kMadeShare);
+}
+
 /// @param is_last The last part of all is left to the caller.
 void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
+  if (isEnough()) {
+    made_.is_part = true;
+    unfinished_.insert(unfinished_.end(), marked.begin(), marked.end());
+    return;
+  }
   const std::vector<PackedKey> around = neededFor(marked);
   if (marked.size() > 1 && !fits(around)) {
     std::vector<MarkedKey> half = takeHalf(marked);
@@ -68,7 +105,7 @@ void Engine::meshParts(std::vector<MarkedKey> marked, bool is_last) {
     return;
   }
   const size_t left = pager_->bringIn(*backend_, around, 0);
-  for (const MarkedKey& block : marked) pager_->setMarks(*backend_, block.key, block.marks);
+  pager_->setMarks(*backend_, marked);
   keepMarks(left, fits(around) ? Want::kWaits : Want::kRefused);
   if (is_last) return;
   backend_->beginMesh(least_evidence_);

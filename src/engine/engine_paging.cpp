@@ -29,6 +29,18 @@ float depthOf(const FrameView& view, const BlockKey& block) {
   return rotateInverse(view.T_L_C, middle - view.T_L_C.t).z;
 }
 
+/// Whether a voxel of a cell's blocks may lie in a region in units of voxels.
+bool mayReachInto(const RegionView& region, const BlockCells::Cell& cell) {
+  constexpr int kVoxels = BlockCells::kSide * kBlockSide;
+  constexpr double kMiddle = 0.5 * (kVoxels - 1), kReach = 1.7321 * kMiddle + 0.1;
+  const Vec3i& key = cell.key;
+  return isInside(region,
+                  Vec3d{static_cast<double>(key.x) * kVoxels + kMiddle,
+                        static_cast<double>(key.y) * kVoxels + kMiddle,
+                        static_cast<double>(key.z) * kVoxels + kMiddle},
+                  kReach);
+}
+
 /// Whether one of a cell's outermost blocks is beyond a ball: no other one is farther away.
 template <class IsBeyond>
 bool reachesBeyond(const BlockCells::Cell& cell, const IsBeyond& is_beyond) {
@@ -59,9 +71,11 @@ size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touch
   const size_t most_bytes = table_.budgetBytes() - table_.budgetBytes() / 8;
   size_t left = 0, bytes = 0, new_bytes = 0, next_request = 0;
   const std::vector<PackedKey> keys = keysOfFrame(view, in_view);
+  const bool fits_anyway = mostBytes(keys.size()) <= most_bytes;  // so that none is looked up
   std::vector<PackedKey> part;
   for (const PackedKey key : keys) {
-    const size_t wanted = bytesWanted(key, next_request), had = pager_->bytesOf(key);
+    const size_t wanted = bytesWanted(key, next_request);
+    const size_t had = fits_anyway ? 0 : pager_->bytesOf(key);
     if (!part.empty() && bytes + had + wanted > most_bytes) {
       part_.swap(part);
       left += bringInPart(new_bytes);
@@ -79,6 +93,13 @@ size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touch
   in_view = blocksInView(view);
   if (is_whole) part_.clear();
   return left;
+}
+
+/// Of so many blocks, whatever they hold.
+size_t Engine::mostBytes(size_t blocks) const {
+  constexpr size_t kBricks = kDirectionCount * kBricksPerArray;
+  return blocks * (BlockTable::kBlockBytes + kDirectionCount * BlockTable::kArrayBytes +
+                   (has_colours_ ? kBricks * BlockTable::kColourBytes : 0));
 }
 
 /// By key, each once.
@@ -263,7 +284,7 @@ std::vector<PackedKey> Engine::takeFarthest(const KeptBall& kept,
 size_t Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
   constexpr size_t kAtOnce = 256;
   const std::vector<PackedKey> keys =
-      pager_->keysWhere([](const auto&) { return true; },
+      pager_->keysWhere([&](const BlockCells::Cell& cell) { return mayReachInto(view, cell); },
                         [&](const BlockKey& block) { return mayBeInside(view, block); });
   size_t left = 0;
   for (size_t first = 0; first < keys.size(); first += kAtOnce) {

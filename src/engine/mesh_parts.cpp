@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "map/block_cells.h"
 #include "map/block_extent.h"
 
 namespace dtsdf {
@@ -57,6 +58,25 @@ std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked) {
   return keys;
 }
 
+std::unordered_set<PackedKey> cellsAround(const std::vector<MarkedKey>& marked) {
+  constexpr Vec3i kReach{kMeshReach, kMeshReach, kMeshReach};
+  std::unordered_set<PackedKey> cells;
+  Vec3i last_low{}, last_high{};
+  for (const MarkedKey& block : marked) {
+    const Vec3i low = cellOfBlock(unpackKey(block.key) - kReach);
+    const Vec3i high = cellOfBlock(unpackKey(block.key) + kReach);
+    if (!cells.empty() && low == last_low && high == last_high) continue;
+    last_low = low;
+    last_high = high;
+    for (int32_t z = low.z; z <= high.z; ++z) {
+      for (int32_t y = low.y; y <= high.y; ++y) {
+        for (int32_t x = low.x; x <= high.x; ++x) cells.insert(packKey({x, y, z}));
+      }
+    }
+  }
+  return cells;
+}
+
 std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked) {
   const int axis = longestAxis(marked);
   const auto middle = marked.begin() + static_cast<std::ptrdiff_t>(marked.size() / 2);
@@ -69,6 +89,16 @@ std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked) {
   std::vector<MarkedKey> half(middle, marked.end());
   marked.erase(middle, marked.end());
   return half;
+}
+
+size_t bytesOf(const MeshUpdate& update) {
+  size_t bytes = 0;
+  for (const BlockMesh& block : update.blocks) {
+    bytes += sizeof(block) + block.vertices.size() * sizeof(BlockVertex) +
+             block.triangles.size() * sizeof(uint16_t) +
+             block.colours.size() * sizeof(VertexColour);
+  }
+  return bytes;
 }
 
 void addMeshes(MeshUpdate part, MeshUpdate& made) {

@@ -1,7 +1,7 @@
 /// An extraction in parts, where the blocks that it needs do not fit into memory at once.
 #pragma once
 
-#include <functional>
+#include <unordered_set>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -18,9 +18,15 @@ struct MarkedKey {
 /// By key, each once.
 std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked);
 
+/// Coarse cells that some of these may lie in, by packed key.
+std::unordered_set<PackedKey> cellsAround(const std::vector<MarkedKey>& marked);
+
 /// Parts a list in two, across the longest side of the box around it. @pre It has two or more.
 /// @return the second part; the first one is left.
 std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked);
+
+/// Of memory.
+size_t bytesOf(const MeshUpdate& update);
 
 /// Adds the meshes of a part to those of the parts before: where both have a block, that of the
 /// later one is right, as all around it was up to date.

@@ -22,9 +22,6 @@ constexpr size_t kMostSpareBytes = 2 * kBatchBytes;
 constexpr size_t kQueueShare = 8;
 constexpr size_t kMostQueueBytes = 4 * kBatchBytes;
 
-/// Nothing that can go is smaller.
-constexpr size_t kLeastBytes = BlockTable::kBlockBytes + BlockTable::kArrayBytes;
-
 /// After a failure, calls that leave the disk alone.
 constexpr uint64_t kCallsBetweenTries = 16;
 
@@ -60,12 +57,6 @@ uint32_t Pager::directionsOf(PackedKey key) const {
   if (table_.find(key) >= 0) return directionsInMemory(key);
   const int32_t number = store_.find(key);
   return number < 0 ? 0 : store_.block(number).directions;
-}
-
-void Pager::touch(int32_t slot) {
-  const auto place = static_cast<size_t>(slot);
-  if (last_need_.size() <= place) last_need_.resize(table_.slotCount(), 0);
-  last_need_[place] = now_;
 }
 
 void Pager::readAhead(const std::vector<PackedKey>& keys) {
@@ -140,40 +131,6 @@ void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
   }
 }
 
-/// Blocks that were not brought in last, at least so many bytes of them if there are, by key those
-/// that were needed at the same time.
-std::vector<int32_t> Pager::leastRecent(size_t bytes) const {
-  struct Candidate {
-    uint64_t last_need;
-    PackedKey key;
-    int32_t slot;
-  };
-  std::vector<Candidate> candidates;
-  for (size_t i = 0; i < table_.slotCount(); ++i) {
-    const auto slot = static_cast<int32_t>(i);
-    const BlockEntry& entry = table_.block(slot);
-    const uint64_t last_need = i < last_need_.size() ? last_need_[i] : 0;
-    if (!entry.in_use || last_need == now_ || directionsWithArrays(entry) == 0) continue;
-    candidates.push_back({last_need, packKey(entry.key), slot});
-  }
-  const auto goes_before = [](const Candidate& a, const Candidate& b) {
-    return a.last_need != b.last_need ? a.last_need < b.last_need : a.key < b.key;
-  };
-  const size_t most = std::min(candidates.size(), bytes / kLeastBytes + 1);
-  const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(most);
-  std::nth_element(candidates.begin(), end, candidates.end(), goes_before);
-  candidates.erase(end, candidates.end());
-  std::sort(candidates.begin(), candidates.end(), goes_before);
-  std::vector<int32_t> slots;
-  size_t found = 0;
-  for (const Candidate& candidate : candidates) {
-    if (found >= bytes) break;
-    found += table_.bytesOf(candidate.slot);
-    slots.push_back(candidate.slot);
-  }
-  return slots;
-}
-
 /// @return whether they have gone; else they are as they were.
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve) {
   size_t most_bytes = slots.size() * kVoxelsPerBlock * sizeof(UnitLabels);
@@ -211,7 +168,7 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   finish_meshes_();
   std::sort(numbers.begin(), numbers.end(),
             [this](int32_t a, int32_t b) { return store_.block(a).key < store_.block(b).key; });
-  std::vector<char> records;
+  PageBytes records;
   const std::vector<uint8_t> readings = store_.read(numbers, records);
   std::vector<PagedBlock> blocks;
   std::vector<int32_t> damaged, gone;
@@ -239,7 +196,7 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
 
 /// As a map that is loaded does: memory first, then the table, then what the backend knows of it.
 void Pager::enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
-                  const std::vector<char>& records) {
+                  const PageBytes& records) {
   if (blocks.empty()) return;
   MapContents contents;
   for (const PagedBlock& block : blocks) contents.blocks.push_back(mapBlockOf(block));
@@ -322,6 +279,8 @@ void Pager::clear() {
   stats_ = PageStats();
   waits_before_ = store_.waits();
   last_need_.clear();
+  oldest_.clear();
+  next_oldest_ = 0;
   no_writing_before_ = 0;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "backend/map_backend.h"
+#include "engine/mesh_parts.h"
 #include "map/block_table.h"
 #include "page/page_store.h"
 
@@ -59,8 +60,8 @@ class Pager {
   /// Blocks on disk with marks.
   std::vector<PackedKey> markedKeys() const;
   MeshMarks takeMarks(PackedKey key);
-  /// Of a block in memory or on disk.
-  void setMarks(MapBackend& backend, PackedKey key, const MeshMarks& marks);
+  /// Of blocks in memory or on disk; of others there are none.
+  void setMarks(MapBackend& backend, const std::vector<MarkedKey>& marked);
 
   // ---- The map as a whole.
 
@@ -97,16 +98,17 @@ class Pager {
 
   size_t bytesOnceIn(const PagedBlock& block) const;
   uint32_t directionsInMemory(PackedKey key) const;
+  uint64_t lastNeed(int32_t slot) const;
   void touch(int32_t slot);
   bool makeRoom(MapBackend& backend, size_t bytes, Reserve reserve);
   void writeOut(MapBackend& backend, size_t bytes, Reserve reserve);
-  std::vector<int32_t> leastRecent(size_t bytes) const;
+  std::vector<int32_t> leastRecent(size_t bytes);
+  void findOldest(size_t bytes);
   bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve);
   size_t readBatch(MapBackend& backend, std::vector<int32_t> numbers);
-  std::vector<int32_t> readAll(const std::vector<int32_t>& numbers, std::vector<char>& records);
+  std::vector<int32_t> readAll(const std::vector<int32_t>& numbers, PageBytes& records);
   void lose(MapBackend& backend, const std::vector<int32_t>& numbers);
-  void enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
-             const std::vector<char>& records);
+  void enter(MapBackend& backend, const std::vector<PagedBlock>& blocks, const PageBytes& records);
   std::vector<int32_t> enterWithoutVoxels(MapBackend& backend,
                                           const std::vector<PagedBlock>& blocks);
 
@@ -116,6 +118,15 @@ class Pager {
   uint64_t now_ = 1;                 ///< Number of the last call of bringIn().
   uint64_t no_writing_before_ = 0;   ///< A call: after a failure the disk is left alone at first.
   std::vector<uint64_t> last_need_;  ///< Of such a call, by slot.
+
+  /// A block that may go.
+  struct Candidate {
+    uint64_t last_need;
+    PackedKey key;
+    int32_t slot;
+  };
+  std::vector<Candidate> oldest_;  ///< Those that were to go first when they were listed.
+  size_t next_oldest_ = 0;         ///< Of these, before it none is left.
   PageStats stats_;
   DiskWaits waits_before_;  ///< The last clear().
 };

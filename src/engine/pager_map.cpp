@@ -31,41 +31,50 @@ constexpr size_t kBlocksAtOnce = 1024;
 }  // namespace
 
 void Pager::markAllDirty() {
-  store_.visit([](int32_t, PagedBlock& block) { block.dirty = true; });
+  store_.visit([this](int32_t number, const PagedBlock& block) {
+    store_.setMarks(number, true, block.painted);
+  });
 }
 
 void Pager::keepColours() {
-  store_.visit([](int32_t, PagedBlock& block) { block.painted |= block.has_mesh; });
+  store_.visit([this](int32_t number, const PagedBlock& block) {
+    store_.setMarks(number, block.dirty, block.painted || block.has_mesh);
+  });
 }
 
+/// Most of the time there are none, of however many blocks.
 std::vector<PackedKey> Pager::markedKeys() const {
   std::vector<PackedKey> keys;
-  for (const BlockCells::Cell& cell : store_.cells()) {
-    for (const int32_t number : cell.slots) {
-      const PagedBlock& block = store_.block(number);
-      if (block.dirty || block.painted) keys.push_back(block.key);
-    }
-  }
+  if (store_.marked() == 0) return keys;
+  keys.reserve(store_.marked());
+  store_.visit([&](int32_t, const PagedBlock& block) {
+    if (isMarked(block)) keys.push_back(block.key);
+  });
   return keys;
 }
 
 MeshMarks Pager::takeMarks(PackedKey key) {
-  PagedBlock& block = store_.block(store_.find(key));
-  const MeshMarks marks{block.dirty, block.painted};
-  block.dirty = block.painted = false;
+  const int32_t number = store_.find(key);
+  const MeshMarks marks{store_.block(number).dirty, store_.block(number).painted};
+  store_.setMarks(number, false, false);
   return marks;
 }
 
-void Pager::setMarks(MapBackend& backend, PackedKey key, const MeshMarks& marks) {
-  const int32_t slot = table_.find(key);
-  const int32_t number = store_.find(key);
-  if (slot >= 0) {
-    backend.mover()->setMarks({slot}, {marks});
-  } else if (number >= 0) {
-    PagedBlock& block = store_.block(number);
-    block.dirty |= marks.dirty;
-    block.painted |= marks.painted;
+void Pager::setMarks(MapBackend& backend, const std::vector<MarkedKey>& marked) {
+  std::vector<int32_t> slots;
+  std::vector<MeshMarks> marks;
+  for (const MarkedKey& one : marked) {
+    const int32_t slot = table_.find(one.key);
+    const int32_t number = slot < 0 ? store_.find(one.key) : -1;
+    if (slot >= 0) {
+      slots.push_back(slot);
+      marks.push_back(one.marks);
+    } else if (number >= 0) {
+      const PagedBlock& block = store_.block(number);
+      store_.setMarks(number, block.dirty || one.marks.dirty, block.painted || one.marks.painted);
+    }
   }
+  backend.mover()->setMarks(slots, marks);
 }
 
 void Pager::addBlocksTo(MapContents& contents) const {
@@ -90,7 +99,7 @@ void Pager::copyWords(MapBackend& backend, MapContents& contents) {
   in_memory.blocks = mapBlocks(table_, slots);
   makeRoomForWords(in_memory);
   backend.copyOut(orderOf(table_, slots), in_memory);
-  std::vector<char> records;
+  PageBytes records;
   const std::vector<int32_t> damaged = readAll(numbers, records);
 
   makeRoomForWords(contents);
@@ -132,8 +141,7 @@ void Pager::copyAll(MapBackend& backend, MapContents& contents) {
 
 /// @return those that are damaged, which are all 0 in the records.
 /// @throws std::runtime_error where some cannot be read now.
-std::vector<int32_t> Pager::readAll(const std::vector<int32_t>& numbers,
-                                    std::vector<char>& records) {
+std::vector<int32_t> Pager::readAll(const std::vector<int32_t>& numbers, PageBytes& records) {
   if (numbers.empty()) return {};
   const std::vector<uint8_t> readings = store_.read(numbers, records);
   std::vector<int32_t> damaged;

@@ -1,6 +1,7 @@
 #include "map/block_cells.h"
 
 #include <cmath>
+#include <utility>
 
 namespace dtsdf {
 
@@ -10,20 +11,23 @@ BlockCells::Cell& BlockCells::cellOf(const BlockKey& block) {
   const int32_t number = numbers_.find(packKey(key));
   last_ = number >= 0 ? static_cast<size_t>(number) : cells_.size();
   if (number >= 0) return cells_[last_];
+  Cell cell{key, {}};
+  cell.slots.reserve(1);
+  if (cells_.size() == cells_.capacity()) cells_.reserve(2 * cells_.size() + 1);
   numbers_.insert(packKey(key), static_cast<int32_t>(cells_.size()));
-  cells_.push_back({key, {}});
+  cells_.push_back(std::move(cell));  // there is memory for it, and for a block in it
   return cells_.back();
 }
 
 void BlockCells::insert(const BlockKey& block, int32_t slot) {
-  std::vector<int32_t>& slots = cellOf(block).slots;
   if (places_.size() <= static_cast<size_t>(slot)) places_.resize(static_cast<size_t>(slot) + 1);
-  places_[static_cast<size_t>(slot)] = static_cast<uint32_t>(slots.size());
+  std::vector<int32_t>& slots = cellOf(block).slots;
   slots.push_back(slot);
+  places_[static_cast<size_t>(slot)] = static_cast<uint32_t>(slots.size() - 1);
 }
 
 /// The last one of a list takes the place of the one that goes.
-void BlockCells::erase(const BlockKey& block, int32_t slot) {
+void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
   const PackedKey key = packKey(cellOfBlock(block));
   const int32_t number = numbers_.find(key);
   Cell& cell = cells_[static_cast<size_t>(number)];
@@ -34,9 +38,7 @@ void BlockCells::erase(const BlockKey& block, int32_t slot) {
   if (!cell.slots.empty()) return;
   numbers_.erase(key);
   if (&cell != &cells_.back()) {
-    const PackedKey moved = packKey(cells_.back().key);
-    numbers_.erase(moved);
-    numbers_.insert(moved, number);
+    numbers_.assign(packKey(cells_.back().key), number);
     cell = std::move(cells_.back());
   }
   cells_.pop_back();

@@ -21,8 +21,9 @@ class BlockCells {
     std::vector<int32_t> slots;  ///< Of its blocks, in no order.
   };
 
+  /// @throws std::bad_alloc and nothing has changed then.
   void insert(const BlockKey& block, int32_t slot);
-  void erase(const BlockKey& block, int32_t slot);
+  void erase(const BlockKey& block, int32_t slot) noexcept;
   void clear() { *this = BlockCells(); }
 
   const std::vector<Cell>& all() const { return cells_; }

@@ -38,9 +38,13 @@ SlotIndex::Table SlotIndex::makeTable(size_t size) {
   return table;
 }
 
+SlotIndex::Place* SlotIndex::findLive(PackedKey key) const {
+  Place* const place = current_.findLive(key);
+  return place == nullptr ? old_.findLive(key) : place;
+}
+
 int32_t SlotIndex::find(PackedKey key) const {
-  const Place* place = current_.findLive(key);
-  if (place == nullptr) place = old_.findLive(key);
+  const Place* const place = findLive(key);
   return place == nullptr ? -1 : place->mark - 1;
 }
 
@@ -68,10 +72,10 @@ bool SlotIndex::putWhereItWillMove(PackedKey key, int32_t mark) {
   return true;
 }
 
-void SlotIndex::erase(PackedKey key) {
-  Place* place = current_.findLive(key);
-  if (place == nullptr) place = old_.findLive(key);
-  place->mark = kErased;
+void SlotIndex::assign(PackedKey key, int32_t slot) noexcept { findLive(key)->mark = slot + 1; }
+
+void SlotIndex::erase(PackedKey key) noexcept {
+  findLive(key)->mark = kErased;
   --size_;
 }
 

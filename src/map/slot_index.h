@@ -25,11 +25,14 @@ class SlotIndex {
   /// Does some of the work that so many insertions would bring, where nobody waits for it.
   void prepare(size_t insertions);
 
-  /// @pre The key is not there.
+  /// @pre The key is not there. @throws std::bad_alloc and nothing has changed then.
   void insert(PackedKey key, int32_t slot);
 
+  /// Gives a key another slot. @pre It is there.
+  void assign(PackedKey key, int32_t slot) noexcept;
+
   /// @pre The key is there.
-  void erase(PackedKey key);
+  void erase(PackedKey key) noexcept;
 
   void clear() { *this = SlotIndex(); }
   size_t size() const { return size_; }
@@ -69,6 +72,8 @@ class SlotIndex {
     Place& placeOf(PackedKey key) const;
     Place* findLive(PackedKey key) const;
   };
+
+  Place* findLive(PackedKey key) const;
 
   static Table makeTable(size_t size);
   void put(PackedKey key, int32_t mark);

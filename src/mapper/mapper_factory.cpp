@@ -1,4 +1,5 @@
 #include <stdexcept>
+#include <utility>
 
 #include "cpu/cpu_backend.h"
 #include "engine/engine.h"
@@ -33,6 +34,18 @@ size_t gpuMemoryTaken() { return cudaUnavailableReason().empty() ? cudaMemoryTak
 size_t gpuMemoryTakenSince(size_t before) {
   const size_t now = gpuMemoryTaken();
   return now > before ? now - before : 0;
+}
+
+MeshUpdate Mapper::updateMesh() {
+  beginMeshUpdate();
+  MeshUpdate made = finishMeshUpdate();
+  while (made.is_part) {
+    beginMeshUpdate();
+    MeshUpdate next = finishMeshUpdate();
+    made.is_part = next.is_part;
+    addMeshes(std::move(next), made);
+  }
+  return made;
 }
 
 static BackendMaker backendsFor(const MapperParams& params, const Rules& rules) {

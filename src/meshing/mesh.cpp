@@ -9,6 +9,7 @@
 #include "map/region_view.h"
 #include "meshing/block_joiner.h"
 #include "meshing/mesh_origin.h"
+#include "meshing/mesh_region.h"
 
 namespace dtsdf {
 namespace {
@@ -101,14 +102,6 @@ void crop(const RegionView& region, Mesh& mesh) {
   for (auto& t : mesh.triangles) {
     for (uint32_t& v : t) v = number[v];
   }
-}
-
-/// Whether a vertex of a block's mesh may lie in a region in units of voxels.
-bool mayHaveVerticesIn(const RegionView& region, const BlockKey& block) {
-  constexpr double kMiddle = 4.0;          // vertices lie in [-2, 10], from the first voxel
-  constexpr double kReach = 6.0 * 1.7321;  // from the middle to the farthest corner
-  const Vec3i first = firstVoxelOfBlock(block);
-  return isInside(region, Vec3d{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle}, kReach);
 }
 
 uint8_t toByte(float share) {

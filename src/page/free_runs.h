@@ -16,21 +16,27 @@ class FreeRuns {
   explicit FreeRuns(uint64_t most_units) : most_units_(most_units) {}
 
   /// The first unit of a run that is free no longer; none where the file would get too long.
-  std::optional<uint64_t> take(uint64_t units);
+  std::optional<uint64_t> take(uint64_t units) noexcept;
 
-  /// @pre The run was taken.
-  void give(uint64_t first, uint64_t units);
+  /// Without memory to note it, the run stays in use until clear(). @pre It was taken.
+  void give(uint64_t first, uint64_t units) noexcept;
+
+  /// Gives all back.
+  void clear() noexcept;
 
   uint64_t inUse() const { return in_use_; }
   uint64_t end() const { return end_; }  ///< Units that the file has.
   size_t bytes() const;                  ///< Of memory, about.
 
  private:
-  void insert(uint64_t first, uint64_t length);
-  void erase(uint64_t first, uint64_t length);
+  using Free = std::map<uint64_t, uint64_t>;
+
+  bool insert(uint64_t first, uint64_t length);
+  void move(Free::iterator run, uint64_t first, uint64_t length);
+  void erase(Free::iterator run);
 
   const uint64_t most_units_;
-  std::map<uint64_t, uint64_t> free_;  ///< Lengths of free runs by their first units; none touch.
+  Free free_;  ///< Lengths of free runs by their first units; none touch.
   std::set<std::pair<uint64_t, uint64_t>> by_length_;  ///< The same: length, first unit.
   uint64_t end_ = 0, in_use_ = 0;
 };

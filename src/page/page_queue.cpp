@@ -26,8 +26,8 @@ void PageQueue::waitUntil(std::unique_lock<std::mutex>& lock, const Test& test) 
   done_.wait(lock, test);
 }
 
-std::string PageQueue::write(const std::vector<PageSpan>& records, std::vector<char> bytes) {
-  const auto batch = std::make_shared<const std::vector<char>>(std::move(bytes));
+std::string PageQueue::write(const std::vector<PageSpan>& records, PageBytes bytes) {
+  const auto batch = std::make_shared<const PageBytes>(std::move(bytes));
   std::unique_lock<std::mutex> lock(mutex_);
   const bool retries = !problem_.empty();
   problem_.clear();
@@ -163,7 +163,7 @@ void PageQueue::readNext(std::unique_lock<std::mutex>& lock) {
   reading_ = record.offset;
   is_reading_in_vain_ = false;
   lock.unlock();
-  std::vector<char> bytes(record.bytes);
+  PageBytes bytes(record.bytes);
   bool is_short;
   const bool is_read = file_.read(record.offset, bytes.data(), bytes.size(), is_short).empty();
   lock.lock();

@@ -61,7 +61,7 @@ class PageQueue {
   /// @return what is wrong; empty: they were taken. What was taken before stays in memory, and can
   /// be found, until it could be written.
   /// @throws std::bad_alloc and then may have taken some of them: see forget().
-  std::string write(const std::vector<PageSpan>& records, std::vector<char> bytes);
+  std::string write(const std::vector<PageSpan>& records, PageBytes bytes);
 
   /// Copies a record that waits to be written, or was read ahead. @return whether there is one.
   bool find(const PageSpan& record, char* bytes);
@@ -82,7 +82,7 @@ class PageQueue {
   const DiskWaits& waits() const { return waits_; }  ///< Of write() and shrink().
 
  private:
-  using Bytes = std::shared_ptr<const std::vector<char>>;
+  using Bytes = std::shared_ptr<const PageBytes>;
   /// A record in memory.
   struct Entry {
     Bytes batch;
@@ -108,7 +108,7 @@ class PageQueue {
   std::condition_variable to_do_, done_;
   std::map<uint64_t, Entry> waiting_;                ///< By offset.
   std::deque<std::pair<uint64_t, uint64_t>> order_;  ///< Offsets and numbers, as they came.
-  std::map<uint64_t, std::vector<char>> ahead_;      ///< What was read, by offset.
+  std::map<uint64_t, PageBytes> ahead_;              ///< What was read, by offset.
   std::deque<PageSpan> asked_;                       ///< What is to be read.
   std::deque<uint64_t> read_;                        ///< What was, the oldest first.
   size_t waiting_bytes_ = 0, ahead_bytes_ = 0;

@@ -49,40 +49,42 @@ bool PageStore::hasRoomFor(uint64_t bytes, bool with_reserve) {
   return false;
 }
 
-bool PageStore::write(const std::vector<PagedBlock>& blocks, std::vector<char> records) {
+bool PageStore::write(const std::vector<PagedBlock>& blocks, PageBytes records) {
   std::vector<Page> pages;
   std::string problem;
+  size_t entered = 0;
   try {
     problem = write(blocks, std::move(records), pages);
+    for (; problem.empty() && entered < pages.size(); ++entered) enter(pages[entered]);
   } catch (const std::bad_alloc&) {
     problem = "out of memory";
   }
-  if (!problem.empty()) {
-    problem_ = problem;
-    for (const Page& page : pages) {
-      queue_.forget(spanOf(page).offset);
-      runs_.give(page.first_unit, unitsOf(page.block));
+  if (problem.empty()) return true;
+  for (size_t i = 0; i < pages.size(); ++i) {
+    if (i < entered) {
+      leave(index_.find(pages[i].block.key));
+    } else {
+      giveBack(pages[i]);
     }
-    return false;
   }
-  for (const Page& page : pages) enter(page);
-  return true;
+  problem_ = std::move(problem);
+  return false;
 }
 
 /// @param pages Gets those that take room in the file from now on. @return what is wrong.
-std::string PageStore::write(const std::vector<PagedBlock>& blocks, std::vector<char> records,
+std::string PageStore::write(const std::vector<PagedBlock>& blocks, PageBytes records,
                              std::vector<Page>& pages) {
   pages.reserve(blocks.size());  // so that none is lost that has taken room
   std::vector<PageSpan> spans;
-  const char* record = records.data();
   for (const PagedBlock& block : blocks) {
     const auto first = runs_.take(unitsOf(block));
     if (!first) return kIsFull;
-    pages.push_back(
-        {block, XXH3_64bits(record, recordBytes(block)), static_cast<uint32_t>(*first)});
+    pages.push_back({block, 0, static_cast<uint32_t>(*first)});
     spans.push_back(spanOf(pages.back()));
-    record += recordBytes(block);
   }
+  forEachRecord(blocks, [&](size_t i, size_t begin) {
+    pages[i].checksum = XXH3_64bits(records.data() + begin, spans[i].bytes);
+  });
   return queue_.write(spans, std::move(records));
 }
 
@@ -90,23 +92,55 @@ PageSpan PageStore::spanOf(const Page& page) const {
   return {page.first_unit * kUnitBytes, recordBytes(page.block)};
 }
 
+/// @throws std::bad_alloc and nothing has changed then.
 void PageStore::enter(const Page& page) {
-  int32_t number;
   if (free_numbers_.empty()) {
-    number = static_cast<int32_t>(pages_.size());
+    if (pages_.size() == pages_.capacity()) {
+      const size_t more = 2 * pages_.size() + 1;
+      free_numbers_.reserve(more);  // for all of them: who leaves takes no memory
+      pages_.reserve(more);
+    }
+    free_numbers_.push_back(static_cast<int32_t>(pages_.size()));
     pages_.push_back(page);
-  } else {
-    number = free_numbers_.back();
-    free_numbers_.pop_back();
-    pages_[size(number)] = page;
   }
-  index_.insert(page.block.key, number);
+  const int32_t number = free_numbers_.back();
   cells_.insert(unpackKey(page.block.key), number);
+  try {
+    index_.insert(page.block.key, number);
+  } catch (const std::bad_alloc&) {
+    cells_.erase(unpackKey(page.block.key), number);
+    throw;
+  }
+  pages_[size(number)] = page;
+  free_numbers_.pop_back();
+  marked_ += isMarked(page.block) ? 1 : 0;
+}
+
+/// What is in the file is needed no longer.
+void PageStore::giveBack(const Page& page) {
+  queue_.forget(spanOf(page).offset);
+  runs_.give(page.first_unit, unitsOf(page.block));
+}
+
+void PageStore::leave(int32_t number) {
+  const Page& page = pages_[size(number)];
+  giveBack(page);
+  index_.erase(page.block.key);
+  cells_.erase(unpackKey(page.block.key), number);
+  free_numbers_.push_back(number);
+  marked_ -= isMarked(page.block) ? 1 : 0;
+}
+
+void PageStore::setMarks(int32_t number, bool dirty, bool painted) {
+  PagedBlock& block = pages_[size(number)].block;
+  marked_ -= isMarked(block) ? 1 : 0;
+  block.dirty = dirty;
+  block.painted = painted;
+  marked_ += isMarked(block) ? 1 : 0;
 }
 
 /// In the order of the file.
-std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers,
-                                     std::vector<char>& records) {
+std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers, PageBytes& records) {
   std::vector<size_t> begins(numbers.size() + 1, 0), order(numbers.size());
   for (size_t i = 0; i < numbers.size(); ++i) {
     begins[i + 1] = begins[i] + recordBytes(block(numbers[i]));
@@ -156,24 +190,21 @@ void PageStore::readAhead(const std::vector<int32_t>& numbers) {
 void PageStore::release(const std::vector<int32_t>& numbers) {
   const uint64_t end = runs_.end();
   is_full_[0] = is_full_[1] = false;
-  for (const int32_t number : numbers) {
-    const Page& page = pages_[size(number)];
-    queue_.forget(spanOf(page).offset);
-    runs_.give(page.first_unit, unitsOf(page.block));
-    index_.erase(page.block.key);
-    cells_.erase(unpackKey(page.block.key), number);
-    free_numbers_.push_back(number);
-  }
+  for (const int32_t number : numbers) leave(number);
   if (runs_.end() < end) queue_.shrink(runs_.end() * kUnitBytes);
 }
 
 void PageStore::clear() {
-  std::vector<int32_t> all;
-  visit([&](int32_t number, const PagedBlock&) { all.push_back(number); });
-  release(all);
+  visit([&](int32_t number, const PagedBlock&) { giveBack(pages_[size(number)]); });
+  index_.clear();
+  cells_.clear();
   pages_.clear();
   free_numbers_.clear();
+  runs_.clear();
+  marked_ = 0;
+  is_full_[0] = is_full_[1] = false;
   problem_.clear();
+  queue_.shrink(0);
 }
 
 uint64_t PageStore::bytes() const { return runs_.inUse() * kUnitBytes; }

@@ -1,6 +1,7 @@
 /// The blocks of a map that lie on disk: an index of them in memory, and what they hold in a file.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -12,6 +13,7 @@
 #include "page/free_runs.h"
 #include "page/page_file.h"
 #include "page/page_queue.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 
@@ -25,8 +27,25 @@ struct PagedBlock {
   bool dirty, painted, has_mesh;  ///< As meshing left it.
 };
 
+inline bool isMarked(const PagedBlock& block) { return block.dirty || block.painted; }
+
 /// Bytes of a block's voxels, colours and labels, one after the other.
 size_t recordBytes(const PagedBlock& block);
+
+/// Calls visit(i, begin) for each block, on some threads: where its record begins.
+template <class Visit>
+void forEachRecord(const std::vector<PagedBlock>& blocks, const Visit& visit) {
+  constexpr size_t kAtOnce = 256;
+  constexpr int kThreads = 4;
+  std::vector<size_t> begins(blocks.size());
+  for (size_t i = 1; i < blocks.size(); ++i) {
+    begins[i] = begins[i - 1] + recordBytes(blocks[i - 1]);
+  }
+  forEachInParallel((blocks.size() + kAtOnce - 1) / kAtOnce, kThreads, [&](size_t part) {
+    const size_t end = std::min(blocks.size(), (part + 1) * kAtOnce);
+    for (size_t i = part * kAtOnce; i < end; ++i) visit(i, begins[i]);
+  });
+}
 
 /// What came of reading a block.
 enum PageReading : uint8_t {
@@ -53,11 +72,11 @@ class PageStore {
 
   /// Takes blocks, which hold what lies in `records` back to back: they are written while others
   /// go on. @return whether it did; else nothing has changed, and problem() says why.
-  bool write(const std::vector<PagedBlock>& blocks, std::vector<char> records);
+  bool write(const std::vector<PagedBlock>& blocks, PageBytes records);
 
   /// Reads what blocks hold, back to back, by their numbers; they stay where they are.
   /// @return a PageReading for each.
-  std::vector<uint8_t> read(const std::vector<int32_t>& numbers, std::vector<char>& records);
+  std::vector<uint8_t> read(const std::vector<int32_t>& numbers, PageBytes& records);
 
   /// Blocks that may be needed soon are read while others go on, the first ones first, as far as
   /// there is room for them.
@@ -74,12 +93,15 @@ class PageStore {
   int32_t find(PackedKey key) const { return index_.find(key); }
   bool isEmpty() const { return index_.size() == 0; }
   const PagedBlock& block(int32_t number) const { return pages_[size(number)].block; }
-  PagedBlock& block(int32_t number) { return pages_[size(number)].block; }
+
+  /// Marks of a block for the next extraction, and how many blocks have any.
+  void setMarks(int32_t number, bool dirty, bool painted);
+  size_t marked() const { return marked_; }
 
   /// Blocks by coarse cells, by their numbers.
   const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
   template <class Visit>
-  void visit(const Visit& visit) {
+  void visit(const Visit& visit) const {
     for (const BlockCells::Cell& cell : cells_.all()) {
       for (const int32_t number : cell.slots) visit(number, block(number));
     }
@@ -104,11 +126,13 @@ class PageStore {
 
   static size_t size(int32_t number) { return static_cast<size_t>(number); }
   PageSpan spanOf(const Page& page) const;
-  std::string write(const std::vector<PagedBlock>& blocks, std::vector<char> records,
+  std::string write(const std::vector<PagedBlock>& blocks, PageBytes records,
                     std::vector<Page>& pages);
   PageReading read(const Page& page, char* record);
   PageReading check(const Page& page, const char* record);
   void enter(const Page& page);
+  void giveBack(const Page& page);
+  void leave(int32_t number);
 
   const uint64_t max_bytes_;
   PageFile file_;
@@ -119,6 +143,7 @@ class PageStore {
   BlockCells cells_;
   std::vector<Page> pages_;  ///< By number.
   std::vector<int32_t> free_numbers_;
+  size_t marked_ = 0;
   std::string problem_;
   bool is_full_[2] = {false, false};  ///< Without and with the reserve.
 };

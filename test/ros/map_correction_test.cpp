@@ -140,7 +140,7 @@ class MapCorrectionTest : public testing::Test {
 
   /// The map, its mesh and its space are those of the images so far at these poses.
   void expectMapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
-    ASSERT_EQ(session_.bringMeshUpToDate(), "");
+    ASSERT_EQ(session_.bringMeshUpToDate().problem, "");
     follow();
     const std::unique_ptr<Mapper> plain = makeMapper(params_.mapper);
     for (size_t i = 0; i < T_W_C.size(); ++i) {
@@ -227,7 +227,7 @@ TEST_F(MapCorrectionTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
 /// Only the last image moves: what it does not see is not sent again.
 TEST_F(MapCorrectionTest, ListenersGetOnlyWhatDiffers) {
   begin();
-  ASSERT_EQ(session_.bringMeshUpToDate(), "");
+  ASSERT_EQ(session_.bringMeshUpToDate().problem, "");
   follow();
   const size_t all = mesh_.blocks().size();
   std::vector<StampedPose> last = corrected(1.0, kBefore - 2);
@@ -301,7 +301,7 @@ TEST_F(MapCorrectionTest, LaterFramesFollowUntilTheirSourceJumps) {
   work();
   const MapContents now = session_.contents();
   // In closed form but for the last bits: so the surface is compared, by the other mapper's.
-  ASSERT_EQ(session_.bringMeshUpToDate(), "");
+  ASSERT_EQ(session_.bringMeshUpToDate().problem, "");
   follow();
   LogReplay replay(folder_ / "log");
   for (int wait = 0; wait < 1000 && replay.depthImages() < static_cast<size_t>(kCount); ++wait) {

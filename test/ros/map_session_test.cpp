@@ -208,6 +208,26 @@ TEST_F(MapSessionTest, NothingIsMeshedForNobody) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u) << "but to save it";
 }
 
+/// The rest comes when the mesh is due again, or at once where it is saved.
+TEST_F(MapSessionTest, MeshesInPartsUntilNothingIsLeft) {
+  mapper_->parts_left = 2;
+  pushFrame();
+  for (int i = 0; i < 3; ++i) {
+    work();
+    EXPECT_EQ(mapper_->meshes, i + 1);
+    clock_.advance(1.0);
+  }
+  work();
+  EXPECT_EQ(mapper_->meshes, 3);
+  mapper_->parts_left = 1;
+  mesh_wanted_ = false;
+  pushFrame();
+  work();
+  EXPECT_TRUE(session_.bringMeshUpToDate().is_part);
+  EXPECT_FALSE(session_.bringMeshUpToDate().is_part);
+  EXPECT_EQ(mapper_->meshes, 5);
+}
+
 TEST_F(MapSessionTest, FusesWhileTheOutputStandsStill) {
   for (int i = 0; i < 1000; ++i) {
     pushFrame(i % 4);
@@ -265,19 +285,19 @@ TEST_F(MapSessionTest, AMeshThatWasLostIsThatOfBeforeUntilTheMapIsCleared) {
   mesh_wanted_ = false;
   pushFrame();
   work();
-  EXPECT_EQ(session_.bringMeshUpToDate(), "");
+  EXPECT_EQ(session_.bringMeshUpToDate().problem, "");
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
   pushFrame(5);
   work();
   mapper_->fails_to_mesh = true;
-  EXPECT_NE(session_.bringMeshUpToDate().find("last extracted mesh: out of memory"),
+  EXPECT_NE(session_.bringMeshUpToDate().problem.find("last extracted mesh: out of memory"),
             std::string::npos);
   EXPECT_EQ(session_.report().failure, "out of memory");
   mapper_->fails_to_mesh = false;
-  EXPECT_NE(session_.bringMeshUpToDate(), "") << "what was lost would be a hole";
+  EXPECT_NE(session_.bringMeshUpToDate().problem, "") << "what was lost would be a hole";
   EXPECT_TRUE(changes_.take().blocks.empty());
   session_.clear();
-  EXPECT_EQ(session_.bringMeshUpToDate(), "");
+  EXPECT_EQ(session_.bringMeshUpToDate().problem, "");
 }
 
 TEST_F(MapSessionTest, ABackendThatCannotClearStaysFailed) {

@@ -162,6 +162,11 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   input.map.stats.pages.lost = 4;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "4 blocks could not be read back"));
   input.map.stats.pages = PageStats();
+  input.output.paged_meshes.lost = 8;
+  input.output.paged_meshes.problem = "check the disk";
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
+                   "the meshes of 8 blocks could not be read back and are not shown: check the"));
+  input.output.paged_meshes = PagedMeshes::Stats();
   input.map.stats.refused_cubes = 3;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "memory for free space"));
   EXPECT_TRUE(
@@ -199,6 +204,16 @@ TEST(StatusReport, ListsWhatLiesOnDisk) {
     found += part.name == "pages" || part.name == "page_index" ? 1 : 0;
   }
   EXPECT_EQ(found, 2u);
+
+  PagedMeshes::Stats& meshes = input.output.paged_meshes;
+  meshes.bytes = 1000;
+  meshes.index_bytes = 4;
+  meshes.failures = 5;
+  for (const auto& part : makeStatus(input).memory) {
+    if (part.name == "pages") EXPECT_EQ(part.bytes, 2234u);
+    if (part.name == "page_index") EXPECT_EQ(part.bytes, 60u);
+  }
+  EXPECT_EQ(makeStatus(input).page_failures, 5u);
 }
 
 TEST(StatusReport, ReportsDropsThoughMostFramesAreFused) {

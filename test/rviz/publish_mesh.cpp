@@ -41,7 +41,9 @@ void publishSheet(size_t triangles) {
   const auto side = static_cast<int>(std::ceil(std::sqrt(triangles / kTrianglesOfBlock + 1.0)));
   ros::NodeHandle private_nh("~");
   MeshPublisher publisher(private_nh, {"map", MeshColour::kAuto, 4});
-  MeshStore mesh(kVoxelSize);
+  MapParams params;
+  params.voxel_size_m = kVoxelSize;
+  PagedMeshes mesh(params);
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       const BlockKey key{x - side / 2, y - side / 2, 0};

@@ -65,6 +65,8 @@ class MapSchedule {
   void meshBegun();
   /// Finished or lost.
   void meshEnded() { mesh_under_way_ = false; }
+  /// What was extracted is not all of it.
+  void meshWasPart() { fused_since_mesh_ = true; }
   /// Where the mesh takes long, frames get at least as much of the thread's time as it does.
   void meshTook(SteadyDuration duration);
   void reported();

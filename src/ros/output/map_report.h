@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
+#include "page/paged_meshes.h"
 #include "ros/output/listener_topic.h"
 
 namespace dtsdf {
@@ -42,8 +43,10 @@ struct LogStatus {
 
 /// What the status reports about the output.
 struct OutputReport {
-  size_t triangles = 0;    ///< Of the mesh as it was handed over last.
-  size_t mesh_bytes = 0;   ///< What it keeps in memory.
+  size_t triangles = 0;             ///< Of the mesh as it was handed over last.
+  size_t mesh_bytes = 0;            ///< What it keeps in memory,
+  size_t max_mesh_bytes = 0;        ///< at most, with map/page_folder; 0: no limit.
+  PagedMeshes::Stats paged_meshes;  ///< What it keeps on disk.
   size_t space_bytes = 0;  ///< What is kept of space for planners: cells, distances, the grid.
   double publish_ms = 0.0;
   std::vector<TopicReport> topics;        ///< Of the mesh; what waits there has a limit.

@@ -6,6 +6,11 @@
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/simplify.h"
+#include "io/ply_stream.h"
+#include "kernels/core/grid.h"
+#include "map/region_view.h"
+#include "meshing/mesh_region.h"
+#include "meshing/mesh_stream.h"
 #include "ros/common/callback_guard.h"
 
 namespace dtsdf {
@@ -18,9 +23,15 @@ namespace {
 /// No memory, most likely: to try again at once would not help.
 constexpr std::chrono::milliseconds kAfterError{1000};
 
-size_t bytesOf(const BlockMesh& block) {
-  return sizeof(block) + block.vertices.size() * sizeof(block.vertices[0]) +
-         block.triangles.size() * sizeof(block.triangles[0]);
+/// Blocks that the mesh of a region may come from.
+std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& meshes) {
+  const RegionView in_voxels = makeRegionView(region, meshes.voxelSize());
+  std::vector<PackedKey> keys = meshes.keys();
+  const auto is_outside = [&](PackedKey key) {
+    return !mayHaveVerticesIn(in_voxels, unpackKey(key));
+  };
+  keys.erase(std::remove_if(keys.begin(), keys.end(), is_outside), keys.end());
+  return keys;
 }
 
 }  // namespace
@@ -30,7 +41,7 @@ MeshOutput::MeshOutput(const Options& options, const Parts& parts)
       parts_(parts),
       max_queue_bytes_(options.max_queue_bytes),
       schedule_(options.mesh_rate_hz, options.points_rate_hz, Clock::now),
-      mesh_(options.voxel_size_m) {}
+      meshes_(options.map) {}
 
 std::chrono::milliseconds MeshOutput::step() noexcept {
   Action action = Action::kWait;
@@ -65,13 +76,14 @@ void MeshOutput::act(Action action) {
   const Clock::time_point begin = Clock::now();
   switch (action) {
     case Action::kPublishMesh:
-      parts_.mesh_publisher.publishChanges(mesh_, mesh_stamp_, share());
+      parts_.mesh_publisher.publishChanges(meshes_, mesh_stamp_, share());
       break;
     case Action::kCatchUp:
-      parts_.mesh_publisher.catchUp(mesh_, mesh_stamp_, share());
+      parts_.mesh_publisher.catchUp(meshes_, mesh_stamp_, share());
       break;
     case Action::kPublishPoints:
-      parts_.points_publisher.publish(mesh_.assemble(), mesh_stamp_);
+      parts_.points_publisher.publish(meshes_.holding(meshes_.keys()).assemble(), mesh_stamp_);
+      meshes_.dropFetched();
       break;
     case Action::kWait:
       break;
@@ -85,14 +97,16 @@ void MeshOutput::takeChanges() {
   MeshChanges changes = parts_.mesh_changes.take();
   if (!changes.cleared && !changes.is_whole && changes.blocks.empty()) return;
   if (changes.cleared) {
-    mesh_ = MeshStore(changes.voxel_size_m.value_or(mesh_.voxelSize()));
-    mesh_bytes_ = 0;
+    meshes_.clear(changes.voxel_size_m.value_or(meshes_.voxelSize()));
     parts_.mesh_publisher.noteCleared();
   }
-  if (changes.is_whole) changes.blocks = differences(mesh_, std::move(changes.blocks));
+  if (changes.is_whole) {
+    changes.blocks = differences(meshes_.holding(meshes_.keys()), std::move(changes.blocks));
+    meshes_.dropFetched();
+  }
   for (const SharedBlockMesh& block : changes.blocks) {
     parts_.mesh_publisher.noteChange(block->key);
-    put(block);
+    meshes_.put(block);
   }
   if (!changes.blocks.empty()) mesh_stamp_ = changes.stamp;
   parts_.points_publisher.noteChanges();
@@ -103,23 +117,32 @@ void MeshOutput::updateReport() {
   std::vector<TopicReport> topics = parts_.mesh_publisher.report();
   topics.push_back(parts_.points_publisher.report());
   const std::lock_guard<std::mutex> lock(report_mutex_);
-  report_.triangles = mesh_.triangleCount();
-  report_.mesh_bytes = mesh_bytes_;
+  report_.triangles = meshes_.triangleCount();
+  report_.mesh_bytes = meshes_.bytes();
+  report_.max_mesh_bytes = meshes_.mostBytes();
+  report_.paged_meshes = meshes_.stats();
   report_.topics = std::move(topics);
 }
 
-void MeshOutput::put(const SharedBlockMesh& block) {
-  const auto before = mesh_.blocks().find(packedKeyOf(block->key));
-  if (before != mesh_.blocks().end()) mesh_bytes_ -= bytesOf(*before->second);
-  if (!block->triangles.empty()) mesh_bytes_ += bytesOf(*block);
-  mesh_.put(block);
-}
-
+/// Nothing is saved where some of it cannot be read now; without what is damaged it is.
 SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
   takeChanges();
+  const uint64_t failures = meshes_.stats().failures;
+  const auto check = [&] {
+    const PagedMeshes::Stats stats = meshes_.stats();
+    if (stats.failures > failures) throw std::runtime_error("nothing was saved: " + stats.problem);
+  };
+  const bool is_plain = !choice.region && choice.simplify_error_m == 0.0;
+  if (meshes_.isPaged() && is_plain && meshFormatOf(path) == MeshFormat::kPly) {
+    return saveInPieces(path, check);
+  }
+  const MeshStore& mesh = meshes_.holding(choice.region ? blocksIn(*choice.region, meshes_)
+                                                        : meshes_.keys());
+  check();
   SimplifiedMesh saved;
-  saved.mesh = choice.region ? mesh_.assemble(*choice.region) : mesh_.assemble();
-  if (choice.region && saved.mesh.triangles.empty() && mesh_.triangleCount() > 0) {
+  saved.mesh = choice.region ? mesh.assemble(*choice.region) : mesh.assemble();
+  meshes_.dropFetched();
+  if (choice.region && saved.mesh.triangles.empty() && meshes_.triangleCount() > 0) {
     throw std::runtime_error("no triangle lies wholly in the region, in map frame coordinates; "
                              "nothing was saved");
   }
@@ -129,6 +152,25 @@ SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
   saveMesh(saved.mesh, colour_, path);
   return {saved.mesh.vertices_m.size(), saved.mesh.triangles.size(), saved.error_m,
           lossInFormat(saved.mesh, path)};
+}
+
+/// The same file, block by block.
+/// @param check Called before it gets its name.
+SavedMesh MeshOutput::saveInPieces(const std::string& path, const std::function<void()>& check) {
+  const std::vector<PackedKey> keys = meshes_.keys();
+  BlockBounds bounds;
+  for (const PackedKey key : keys) bounds.add(unpackKey(key));
+  PlyStream file(path, colour_);
+  MeshStream stream({meshes_.voxelSize(), meshes_.isPainted(), bounds},
+                    {[&](const Mesh& piece) { file.addVertices(piece); },
+                     [&](const std::array<uint32_t, 3>& corners) { file.addTriangle(corners); }});
+  for (const PackedKey key : keys) {
+    if (const SharedBlockMesh block = meshes_.find(key)) stream.add(*block);
+  }
+  stream.finish();
+  check();
+  file.finish();
+  return {static_cast<size_t>(file.vertices()), static_cast<size_t>(file.triangles()), 0.0, ""};
 }
 
 OutputReport MeshOutput::report() const {

@@ -5,12 +5,15 @@
 #include <ros/time.h>
 
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
 
 #include "dtsdf_mapping/mesh.h"
+#include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/simplify.h"
+#include "page/paged_meshes.h"
 #include "ros/common/schedule.h"
 #include "ros/output/map_report.h"
 #include "ros/output/mesh_handover.h"
@@ -45,7 +48,7 @@ class MeshOutput {
   };
 
   struct Options {
-    float voxel_size_m;
+    MapParams map;
     MeshColour colour;
     double mesh_rate_hz, points_rate_hz;  ///< Bounds, in wall time.
     size_t max_queue_bytes;               ///< That may wait for listeners, over all topics.
@@ -61,7 +64,8 @@ class MeshOutput {
   std::chrono::milliseconds step() noexcept;
 
   /// Writes the mesh, with all that was handed over.
-  /// @throws std::exception as saveMesh() and simplifyMesh() do, or if the region is empty.
+  /// @throws std::exception as saveMesh() and simplifyMesh() do, if the region is empty, or if some
+  /// of it is on disk and cannot be read.
   SavedMesh save(const std::string& path, const SaveChoice& choice);
 
   /// After it, nothing is published that was handed over before the map was cleared last.
@@ -73,7 +77,7 @@ class MeshOutput {
   OutputSchedule::Situation situation() const;
   void act(OutputSchedule::Action action);
   void meetNewcomers();
-  void put(const SharedBlockMesh& block);
+  SavedMesh saveInPieces(const std::string& path, const std::function<void()>& check);
   QueueShare share() const;
   void updateReport();
 
@@ -81,8 +85,7 @@ class MeshOutput {
   Parts parts_;
   size_t max_queue_bytes_;
   OutputSchedule schedule_;
-  MeshStore mesh_;
-  size_t mesh_bytes_ = 0;
+  PagedMeshes meshes_;
   ros::Time mesh_stamp_;  ///< Of the newest frame in the mesh.
 
   mutable std::mutex report_mutex_;

@@ -27,17 +27,17 @@ void MeshPublisher::spreadChanges() {
   chunks_.forgetChanges();
 }
 
-void MeshPublisher::publishChanges(const MeshStore& mesh, const ros::Time& stamp,
+void MeshPublisher::publishChanges(PagedMeshes& meshes, const ros::Time& stamp,
                                    const QueueShare& share) {
   spreadChanges();
-  catchUp(mesh, stamp, share);
+  catchUp(meshes, stamp, share);
 }
 
-void MeshPublisher::catchUp(const MeshStore& mesh, const ros::Time& stamp,
-                            const QueueShare& share) {
-  const ChunkLattice lattice(mesh.voxelSize(), chunk_blocks_);
+void MeshPublisher::catchUp(PagedMeshes& meshes, const ros::Time& stamp, const QueueShare& share) {
+  const ChunkLattice lattice(meshes.voxelSize(), chunk_blocks_);
   const auto pack = [&](PackedKey chunk) {
-    return packChunk(mesh, lattice, chunks_.cornerOf(chunk), chunks_.blocksOf(chunk));
+    const std::vector<PackedKey> blocks = chunks_.blocksOf(chunk);
+    return packChunk(meshes.holding(blocks), lattice, chunks_.cornerOf(chunk), blocks);
   };
   const ChunkTopic::Source source{chunks_, pack, lattice.step_m, stamp};
   markers_.serve(source, share);

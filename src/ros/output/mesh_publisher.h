@@ -9,6 +9,7 @@
 
 #include "meshing/mesh_chunks.h"
 #include "meshing/packed_chunk.h"
+#include "page/paged_meshes.h"
 #include "ros/output/chunk_topic.h"
 
 namespace dtsdf {
@@ -40,10 +41,10 @@ class MeshPublisher {
   void meetNewcomers();
 
   /// Lets everyone have what changed.
-  void publishChanges(const MeshStore& mesh, const ros::Time& stamp, const QueueShare& share);
+  void publishChanges(PagedMeshes& meshes, const ros::Time& stamp, const QueueShare& share);
 
   /// Sends what listeners lack and have room for.
-  void catchUp(const MeshStore& mesh, const ros::Time& stamp, const QueueShare& share);
+  void catchUp(PagedMeshes& meshes, const ros::Time& stamp, const QueueShare& share);
 
   std::vector<TopicReport> report() const { return {markers_.report(), blocks_.report()}; }
 

@@ -121,9 +121,10 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   const MapperMemory& memory = in.map.memory;
   add("map", memory.on_gpu, stats.map_bytes - stats.colour_bytes, stats.max_map_bytes);
   add("colour", memory.on_gpu, stats.colour_bytes, stats.max_map_bytes);
-  if (stats.pages.written > 0) {
-    add("page_index", false, stats.pages.index_bytes);
-    add("pages", false, stats.pages.bytes);
+  const PagedMeshes::Stats& meshes = in.output.paged_meshes;
+  if (stats.pages.written > 0 || meshes.bytes > 0) {
+    add("page_index", false, stats.pages.index_bytes + meshes.index_bytes);
+    add("pages", false, stats.pages.bytes + meshes.bytes);
     status.memory.back().place = "disk";
   }
   add("spare", memory.on_gpu, memory.spare);
@@ -134,7 +135,7 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
     add("staging", false, memory.staging);
   }
   if (memory.space > 0) add("space", false, memory.space + in.output.space_bytes);
-  add("mesh", false, in.output.mesh_bytes);
+  add("mesh", false, in.output.mesh_bytes, in.output.max_mesh_bytes);
   add("images", false, waitingImageBytes(in.cameras),
       countStreams(in.cameras) * in.max_image_bytes);
   add("queues", false, queuedBytes(in.output.topics), in.max_queue_bytes);
@@ -147,13 +148,13 @@ void fillMemory(const StatusInput& in, MapStatus& status) {
   add("process", false, in.process_bytes);
 }
 
-void fillPages(const PageStats& pages, MapStatus& status) {
+void fillPages(const PageStats& pages, const PagedMeshes::Stats& meshes, MapStatus& status) {
   status.paged_blocks = pages.blocks;
   status.paged_bytes = pages.bytes;
   status.pages_written = pages.written;
   status.pages_read = pages.read;
   status.pages_lost = pages.lost;
-  status.page_failures = pages.failures;
+  status.page_failures = pages.failures + meshes.failures;
   status.page_waits = pages.waits;
   status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
 }
@@ -212,7 +213,7 @@ dtsdf_mapping::MapStatus makeStatus(const StatusInput& in, const dtsdf_mapping::
   addTopics(in.output.topics, status);
   addTopics(in.output.space_topics, status);
 
-  fillPages(in.map.stats.pages, status);
+  fillPages(in.map.stats.pages, in.output.paged_meshes, status);
   fillLog(in, status);
 
   status.transforms_refused = in.transforms.refused;

@@ -256,6 +256,12 @@ Verdict judge(const StatusInput& in, const MapStatus& before) {
   if (cameras.first != MapStatus::OK) return cameras;
   Verdict budget = judgeBudget(in.map.stats);
   if (budget.first != MapStatus::OK) return budget;
+  const PagedMeshes::Stats& meshes = in.output.paged_meshes;
+  if (meshes.lost > 0) {
+    return {MapStatus::WARN,
+            "the meshes of " + std::to_string(meshes.lost) +
+                " blocks could not be read back and are not shown: " + meshes.problem};
+  }
   if (!in.log.problem.empty()) {
     return {MapStatus::WARN, "frame log: " + in.log.problem};
   }

@@ -172,6 +172,8 @@ void MapSession::finishMesh() {
   schedule_.meshEnded();
   MeshUpdate update = mapper_->finishMeshUpdate();
   schedule_.meshTook(toSteadyDuration(update.duration_ms / 1000.0));
+  mesh_is_part_ = update.is_part;
+  if (mesh_is_part_) schedule_.meshWasPart();
   {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.mesh_ms = update.duration_ms;
@@ -193,20 +195,20 @@ std::string MapSession::outdatedMesh() const {
   return "; the backend has failed, so this is the last extracted mesh: " + report_.failure;
 }
 
-std::string MapSession::bringMeshUpToDate() {
+MapSession::BroughtMesh MapSession::bringMeshUpToDate() {
   // Changes were lost, so later ones would not fit what was handed over.
-  if (!mesh_whole_ && !schedule_.meshUnderWay()) return outdatedMesh();
+  if (!mesh_whole_ && !schedule_.meshUnderWay()) return {outdatedMesh()};
   // A backend that failed may still have its map, as a GPU does that has run out of memory.
   try {
     if (schedule_.meshUnderWay()) finishMesh();
-    if (!schedule_.meshOutdated()) return "";
+    if (!schedule_.meshOutdated()) return {};
     beginMesh();
     finishMesh();
   } catch (const std::exception& error) {
     fail(errorText(error));
-    return outdatedMesh();
+    return {outdatedMesh()};
   }
-  return "";
+  return {"", mesh_is_part_};
 }
 
 void MapSession::noteCleared(const Region& region) {

@@ -56,10 +56,14 @@ class MapSession {
   /// frames are dropped until clear() has made a new start.
   std::chrono::milliseconds step() noexcept;
 
+  /// What the mesh lacks was handed over, or a part of it.
+  struct BroughtMesh {
+    std::string problem;   ///< In what it is not that of the map; empty: in nothing.
+    bool is_part = false;  ///< There is more.
+  };
   /// Hands over what the mesh lacks, also after a failure that has left the map usable. Where it
-  /// has not, the mesh stays what was handed over last, and what is returned says so; else it is
-  /// empty.
-  std::string bringMeshUpToDate();
+  /// has not, the mesh stays what was handed over last, which is the problem then.
+  BroughtMesh bringMeshUpToDate();
 
   /// Empties a part of the map.
   /// @throws std::runtime_error if the region has a problem, or the backend has failed, or fails.
@@ -138,6 +142,7 @@ class MapSession {
   MapSchedule schedule_;
 
   RenderedView view_;
+  bool mesh_is_part_ = false;    ///< The last extraction has left something to the next one.
   bool mesh_whole_ = true;       ///< False while an extraction is under way, and once one was lost.
   ros::Time map_stamp_;          ///< Of the newest frame in the map, but for those of a loaded one.
   double loaded_stamp_s_ = 0.0;  ///< Of those; 0: none.

@@ -34,7 +34,7 @@ MappingParams readParams(const ros::NodeHandle& private_nh) {
 
 MeshOutput::Options outputOptions(const MappingParams& params) {
   const PublishParams& publish = params.node.publish;
-  return {params.mapper.map.voxel_size_m, params.mapper.mesh.colour, publish.mesh_rate_hz,
+  return {params.mapper.map, params.mapper.mesh.colour, publish.mesh_rate_hz,
           publish.points_rate_hz, static_cast<size_t>(publish.max_queue_mb) << 20};
 }
 
@@ -207,8 +207,12 @@ void MappingPipeline::setRates(const PublishParams& rates) {
 
 MappingPipeline::SavedMeshFile MappingPipeline::saveMesh(const std::string& path,
                                                          const SaveChoice& choice) {
-  const std::string note = map_loop_.run([this] { return session_.bringMeshUpToDate(); }).get();
-  return {output_loop_.run([&] { return output_.save(path, choice); }).get(), note};
+  MapSession::BroughtMesh brought;
+  do {  // part by part, so that they need not be in memory at once
+    brought = map_loop_.run([this] { return session_.bringMeshUpToDate(); }).get();
+    output_loop_.run([this] { output_.takeChanges(); }).get();
+  } while (brought.is_part);
+  return {output_loop_.run([&] { return output_.save(path, choice); }).get(), brought.problem};
 }
 
 MapFiles::Done MappingPipeline::saveMap(const std::string& path) { return map_files_.save(path); }

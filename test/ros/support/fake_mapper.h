@@ -67,6 +67,8 @@ class FakeMapper : public Mapper {
                                {}});
     }
     update.duration_ms = mesh_ms;
+    update.is_part = parts_left > 0;
+    if (update.is_part) --parts_left;
     changed_.clear();
     return update;
   }
@@ -116,6 +118,7 @@ class FakeMapper : public Mapper {
   bool has_space = false;
   std::function<Alignment(const DepthFrame&)> aligns;
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
+  int parts_left = 0;  ///< Extractions that leave something to the next one.
   double mesh_ms = 0.0;
 
  private:

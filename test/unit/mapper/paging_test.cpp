@@ -142,10 +142,22 @@ class Tour {
     }
   }
   void updateMesh() { store_.apply(mapper_->updateMesh()); }
+  /// As a node does. @return of how many parts.
+  int updateMeshInParts() {
+    for (int parts = 1;; ++parts) {
+      mapper_->beginMeshUpdate();
+      const MeshUpdate update = mapper_->finishMeshUpdate();
+      store_.apply(update);
+      most_made_ = std::max(most_made_, bytesOf(update));
+      if (!update.is_part) return parts;
+    }
+  }
+  size_t mostMade() const { return most_made_; }
   Mesh mesh() {
     updateMesh();
     return store_.assemble();
   }
+  Mesh meshSoFar() const { return store_.assemble(); }
   ProbedMapper& mapper() { return *mapper_; }
   size_t most() const { return most_; }
   const ClearedRegion& cleared() const { return cleared_; }
@@ -154,7 +166,7 @@ class Tour {
   const Way way_;
   std::unique_ptr<ProbedMapper> mapper_;
   MeshStore store_;
-  size_t most_ = 0;
+  size_t most_ = 0, most_made_ = 0;
   ClearedRegion cleared_;
 };
 
@@ -231,6 +243,22 @@ TEST_F(Paging, ChangesNoMeshThatIsMadeOnce) {
   Way way;
   way.mesh_every = 0;
   compare(way, {5, 3});
+}
+
+/// A mesh that nobody has asked for so far does not have to be in memory at once.
+TEST_F(Paging, HandsOutAMeshInParts) {
+  Way way;
+  way.mesh_every = 0;
+  Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 2, folder_.path()));
+  ASSERT_NO_FATAL_FAILURE(whole.go());
+  ASSERT_NO_FATAL_FAILURE(near.go());
+  EXPECT_EQ(whole.updateMeshInParts(), 1) << "of a map that is in memory";
+  EXPECT_GT(near.updateMeshInParts(), 3);
+  EXPECT_LT(near.mostMade(), whole.mostMade() / 3);
+  EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
+  EXPECT_EQ(near.updateMeshInParts(), 1) << "that was all";
+  EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
+  EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
 TEST_F(Paging, ChangesNoColours) {

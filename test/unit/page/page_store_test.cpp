@@ -46,10 +46,10 @@ PagedBlock makeBlock(int32_t x, int arrays, int bricks, bool has_labels) {
           true};
 }
 
-std::vector<char> randomRecords(const std::vector<PagedBlock>& blocks, unsigned seed) {
+PageBytes randomRecords(const std::vector<PagedBlock>& blocks, unsigned seed) {
   size_t bytes = 0;
   for (const PagedBlock& block : blocks) bytes += recordBytes(block);
-  std::vector<char> records(bytes);
+  PageBytes records(bytes);
   std::mt19937 random(seed);
   for (char& byte : records) byte = static_cast<char>(random());
   return records;
@@ -85,7 +85,7 @@ class PageStoreTest : public testing::Test {
   }
   /// Whether write() says so where this allocation fails; if all succeed or the index lacks the
   /// memory, it does not.
-  bool isRefused(const std::vector<PagedBlock>& blocks, std::vector<char> records, int allocation) {
+  bool isRefused(const std::vector<PagedBlock>& blocks, PageBytes records, int allocation) {
     allocations_left = allocation;
     bool is_refused = false;
     try {
@@ -95,8 +95,8 @@ class PageStoreTest : public testing::Test {
     allocations_left = -1;
     return is_refused;
   }
-  void expectHolds(const std::vector<PagedBlock>& blocks, const std::vector<char>& records) {
-    std::vector<char> read;
+  void expectHolds(const std::vector<PagedBlock>& blocks, const PageBytes& records) {
+    PageBytes read;
     const std::vector<uint8_t> intact = store_.read(numbersOf(blocks), read);
     EXPECT_EQ(intact, std::vector<uint8_t>(blocks.size(), 1));
     EXPECT_TRUE(read == records);
@@ -105,8 +105,8 @@ class PageStoreTest : public testing::Test {
 
 TEST_F(PageStoreTest, GivesBackWhatWasWritten) {
   const std::vector<PagedBlock> first = someBlocks(0, 50), second = someBlocks(50, 70);
-  const std::vector<char> first_records = randomRecords(first, 1),
-                          second_records = randomRecords(second, 2);
+  const PageBytes first_records = randomRecords(first, 1),
+                  second_records = randomRecords(second, 2);
   ASSERT_TRUE(store_.write(first, first_records));
   ASSERT_TRUE(store_.write(second, second_records));
   EXPECT_EQ(store_.count(), 120u);
@@ -123,11 +123,11 @@ TEST_F(PageStoreTest, GivesBackWhatWasWritten) {
 
 TEST_F(PageStoreTest, UsesSpaceAgain) {
   const std::vector<PagedBlock> first = someBlocks(0, 60), second = someBlocks(60, 60);
-  const std::vector<char> first_records = randomRecords(first, 1);
+  const PageBytes first_records = randomRecords(first, 1);
   ASSERT_TRUE(store_.write(first, first_records));
   const uint64_t bytes = store_.bytes();
   for (unsigned i = 0; i < 20; ++i) {
-    const std::vector<char> records = randomRecords(second, i);
+    const PageBytes records = randomRecords(second, i);
     ASSERT_TRUE(store_.write(second, records));
     expectHolds(second, records);
     store_.release(numbersOf(second));
@@ -145,7 +145,7 @@ TEST_F(PageStoreTest, UsesSpaceAgain) {
 /// One that is damaged does not take others with it.
 TEST_F(PageStoreTest, FindsDamage) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 30);
-  const std::vector<char> records = randomRecords(blocks, 3);
+  const PageBytes records = randomRecords(blocks, 3);
   ASSERT_TRUE(store_.write(blocks, records));
   store_.finish();
   const std::string file = openFileIn(folder_.path());
@@ -155,7 +155,7 @@ TEST_F(PageStoreTest, FindsDamage) {
     damaged.seekp(static_cast<std::streamoff>(recordBytes(blocks[0]) + 100));
     damaged.put(static_cast<char>(records[recordBytes(blocks[0]) + 100] ^ 1));
   }
-  std::vector<char> read;
+  PageBytes read;
   std::vector<uint8_t> intact = store_.read(numbersOf(blocks), read);
   EXPECT_EQ(intact[1], 0);
   intact[1] = 1;
@@ -189,9 +189,8 @@ TEST_F(PageStoreTest, IsFullAtItsLimit) {
 TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 12), second = someBlocks(12, 40),
                                 third = someBlocks(52, 9);
-  const std::vector<char> records = randomRecords(blocks, 1),
-                          second_records = randomRecords(second, 2),
-                          third_records = randomRecords(third, 3);
+  const PageBytes records = randomRecords(blocks, 1), second_records = randomRecords(second, 2),
+                  third_records = randomRecords(third, 3);
   ASSERT_TRUE(store_.write(blocks, records));
   store_.finish();
   rlimit before{};
@@ -219,7 +218,7 @@ TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
 /// They are there when they are needed, though the file is gone by then.
 TEST_F(PageStoreTest, ReadsAhead) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 30);
-  const std::vector<char> records = randomRecords(blocks, 4);
+  const PageBytes records = randomRecords(blocks, 4);
   ASSERT_TRUE(store_.write(blocks, records));
   store_.finish();
   store_.readAhead(numbersOf(blocks));
@@ -229,7 +228,7 @@ TEST_F(PageStoreTest, ReadsAhead) {
   expectHolds(blocks, records);
   EXPECT_EQ(store_.waits().count, waits) << "nobody waited for the disk";
   store_.release(numbersOf(blocks));
-  const std::vector<char> others = randomRecords(blocks, 5);
+  const PageBytes others = randomRecords(blocks, 5);
   ASSERT_TRUE(store_.write(blocks, others));
   expectHolds(blocks, others);
 }
@@ -237,7 +236,7 @@ TEST_F(PageStoreTest, ReadsAhead) {
 /// One that is asked for twice takes memory once.
 TEST_F(PageStoreTest, ReadsAheadOnce) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 20);
-  const std::vector<char> records = randomRecords(blocks, 4);
+  const PageBytes records = randomRecords(blocks, 4);
   ASSERT_LT(2 * records.size(), size_t{1} << 20) << "else there is no room for it twice";
   ASSERT_TRUE(store_.write(blocks, records));
   store_.finish();
@@ -255,11 +254,10 @@ TEST_F(PageStoreTest, ReadsAheadOnce) {
   EXPECT_EQ(store_.queueBytes(), 0u);
 }
 
-/// Whichever allocation of a call of write() fails until the queue has all, nothing has changed.
-/// The index comes after that.
+/// Whichever allocation of a call of write() fails, those of the index too, nothing has changed.
 TEST_F(PageStoreTest, OutlivesALackOfMemory) {
-  const std::vector<PagedBlock> first = someBlocks(0, 5), more = someBlocks(5, 9);
-  const std::vector<char> records = randomRecords(first, 1), more_records = randomRecords(more, 2);
+  const std::vector<PagedBlock> first = someBlocks(0, 5), more = someBlocks(5, 90);
+  const PageBytes records = randomRecords(first, 1), more_records = randomRecords(more, 2);
   ASSERT_TRUE(store_.write(first, records));
   store_.finish();
   const uint64_t bytes = store_.bytes();
@@ -272,15 +270,43 @@ TEST_F(PageStoreTest, OutlivesALackOfMemory) {
     store_.finish();
     ASSERT_EQ(store_.queueBytes(), 0u);
   }
-  EXPECT_GT(refused, 9) << "one for each record at least";
+  EXPECT_GT(refused, 90) << "one for each record at least";
   expectHolds(first, records);
+  expectHolds(more, more_records);
+  for (const PagedBlock& block : more)
+    EXPECT_EQ(store_.block(store_.find(block.key)).key, block.key);
+  size_t in_cells = 0;
+  store_.visit([&](int32_t, const PagedBlock&) { ++in_cells; });
+  EXPECT_EQ(in_cells, first.size() + more.size());
+}
+
+/// Nor does it take memory to let blocks go: where there is none, their place in the file is lost
+/// until the store is emptied.
+TEST_F(PageStoreTest, LetsGoWithoutMemory) {
+  const std::vector<PagedBlock> blocks = someBlocks(0, 60);
+  const PageBytes records = randomRecords(blocks, 1);
+  ASSERT_TRUE(store_.write(blocks, records));
+  std::vector<PagedBlock> some;
+  for (size_t i = 1; i < blocks.size(); i += 2) some.push_back(blocks[i]);
+  const std::vector<int32_t> numbers = numbersOf(some);
+  allocations_left = 0;
+  store_.release(numbers);
+  allocations_left = -1;
+  EXPECT_EQ(store_.count(), 30u);
+  for (const PagedBlock& block : some) EXPECT_EQ(store_.find(block.key), -1);
+  ASSERT_TRUE(store_.write(some, randomRecords(some, 2)));
+  expectHolds(some, randomRecords(some, 2));
+  EXPECT_TRUE(store_.marked() == blocks.size());
+  store_.clear();
+  EXPECT_EQ(store_.bytes(), 0u);
+  EXPECT_EQ(store_.marked(), 0u);
 }
 
 /// Blocks come and go while they are written and read: whatever the thread has reached, they are
 /// what they were.
 TEST_F(PageStoreTest, GivesBackWhatIsOnItsWay) {
   std::mt19937 random(7);
-  std::vector<std::vector<char>> records(12);
+  std::vector<PageBytes> records(12);
   std::vector<std::vector<PagedBlock>> groups;
   for (int32_t i = 0; i < 12; ++i) groups.push_back(someBlocks(100 * i, 5 + 3 * i));
   for (unsigned turn = 0; turn < 1000; ++turn) {

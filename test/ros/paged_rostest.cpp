@@ -1,0 +1,104 @@
+/// A map that is on disk for the most part: what was shown stays, who comes late gets all of it,
+/// and the mesh is saved as that of a map in memory.
+#include <dtsdf_mapping/SaveMap.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "dtsdf_mapping/mapper.h"
+#include "ros/support/mesh_watcher.h"
+#include "ros/support/wall_camera.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+class PagedMap : public WallCamera {
+ protected:
+  static constexpr int kFrames = 60;
+
+  void SetUp() override {
+    ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
+    ASSERT_TRUE(ros::param::get("/mapping/output_directory", folder_));
+  }
+
+  /// Along the wall.
+  void fly() {
+    for (int i = 0; i < kFrames; ++i) {
+      ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.0, 0.0}));
+      ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.0, 0.0}));
+      ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.0, 0.0}));
+    }
+  }
+
+  dtsdf_mapping::MemoryPart partOf(const std::string& name) {
+    for (const dtsdf_mapping::MemoryPart& part : status_.status().memory) {
+      if (part.name == name) return part;
+    }
+    return {};
+  }
+
+  /// The mesh of the same map, all of which is in memory.
+  std::string meshOfSavedMap() {
+    const auto saved = callFile<dtsdf_mapping::SaveMap>("save_map", "map.dtsdf");
+    EXPECT_TRUE(saved.success) << saved.message;
+    const MapContents contents = loadMap(saved.path);
+    MapperParams params = withSettingsOf(contents, MapperParams());
+    params.backend = Backend::kCpu;
+    const auto mapper = makeMapper(params, contents);
+    MeshStore store(params.map.voxel_size_m);
+    store.apply(mapper->updateMesh());
+    const std::string path = folder_ + "/reference.ply";
+    dtsdf::saveMesh(store.assemble(), MeshColour::kAuto, path);
+    return readBytes(path);
+  }
+
+  std::string folder_;
+};
+
+TEST_F(PagedMap, IsShownAndSavedAsAWhole) {
+  size_t triangles_on_display = 0;
+  {
+    const MeshWatcher early(nh_);
+    ASSERT_NO_FATAL_FAILURE(fly());
+    const auto saved = saveMesh("mesh.ply");
+    ASSERT_TRUE(saved.success) << saved.message;
+    EXPECT_TRUE(waitUntil([&] { return early.triangles() == saved.triangles; }));
+    triangles_on_display = saved.triangles;
+    EXPECT_TRUE(readBytes(saved.path) == meshOfSavedMap());
+    ASSERT_TRUE(waitUntil([&] { return status_.status().triangles == saved.triangles; }));
+  }
+  const dtsdf_mapping::MapStatus status = status_.status();
+  EXPECT_EQ(status.refused_blocks, 0u);
+  EXPECT_GT(status.paged_blocks, status.blocks);
+  EXPECT_EQ(status.pages_lost + status.page_failures, 0u) << status.message;
+  EXPECT_LE(partOf("mesh").bytes, partOf("mesh").limit_bytes);
+  EXPECT_EQ(partOf("mesh").limit_bytes, uint64_t{1} << 17) << "an eighth of the budget";
+  EXPECT_GT(partOf("pages").bytes, status.paged_bytes + 2 * partOf("mesh").bytes)
+      << "blocks and meshes";
+
+  const MeshWatcher late(nh_);
+  EXPECT_TRUE(waitUntil([&] { return late.triangles() == triangles_on_display; }))
+      << late.triangles() << " of " << triangles_on_display;
+
+  // In the other formats too.
+  for (const char* name : {"mesh.obj", "mesh.stl", "mesh.glb"}) {
+    const auto saved = saveMesh(name);
+    EXPECT_TRUE(saved.success) << saved.message;
+    EXPECT_EQ(saved.triangles, triangles_on_display);
+  }
+  // On the way back what is on disk changes, and is shown as it is then.
+  for (int i = kFrames; i-- > 0;) ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.1, 0.0}));
+  const auto again = saveMesh("again.ply");
+  ASSERT_TRUE(again.success) << again.message;
+  EXPECT_TRUE(waitUntil([&] { return late.triangles() == again.triangles; }));
+  EXPECT_TRUE(readBytes(again.path) == meshOfSavedMap());
+  EXPECT_EQ(status_.status().refused_blocks, 0u);
+}
+
+}  // namespace
+}  // namespace dtsdf

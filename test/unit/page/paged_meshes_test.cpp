@@ -1,0 +1,244 @@
+// Meshes of blocks in memory and in a file: together they are those of a store that has all in
+// memory.
+#include "page/paged_meshes.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "dtsdf_mapping/io/mesh_file.h"
+#include "io/ply_stream.h"
+#include "kernels/core/grid.h"
+#include "mapper/probed_mapper.h"
+#include "meshing/mesh_stream.h"
+#include "simulation/scene.h"
+#include "support/depth_frames.h"
+#include "support/temporary_folder.h"
+
+namespace dtsdf {
+namespace {
+
+constexpr float kVoxel_m = 0.04f;
+
+/// Of a room, in the order of a few views of it.
+const std::vector<SharedBlockMesh>& meshesOfARoom() {
+  static const std::vector<SharedBlockMesh> meshes = [] {
+    Scene scene;
+    scene.add(Room{{-2.0, -2.0, -1.2}, {2.0, 2.0, 1.2}});
+    MapperParams params;
+    params.backend = Backend::kCpu;
+    params.map.voxel_size_m = kVoxel_m;
+    const auto mapper = makeProbedMapper(params);
+    std::vector<SharedBlockMesh> made;
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d ahead(std::cos(0.8 * i), std::sin(0.8 * i), 0.0);
+      const SceneFrame frame = renderFrame(
+          scene, lookAt(Eigen::Vector3d::Zero(), ahead, Eigen::Vector3d::UnitZ()), 160, 120);
+      for (int k = 0; k < 3; ++k) mapper->integrate(frame.view());
+      for (BlockMesh& block : mapper->updateMesh().blocks) {
+        made.push_back(std::make_shared<const BlockMesh>(std::move(block)));
+      }
+    }
+    return made;
+  }();
+  return meshes;
+}
+
+SharedBlockMesh painted(const BlockMesh& block, uint8_t red) {
+  auto copy = std::make_shared<BlockMesh>(block);
+  copy->colours.assign(copy->vertices.size(), VertexColour{red, 2, 3, 255});
+  return copy;
+}
+
+MapParams paramsIn(const std::string& folder) {
+  MapParams params;
+  params.voxel_size_m = kVoxel_m;
+  params.max_memory_mb = 1;  // an eighth of it
+  params.page_folder = folder;
+  params.page_max_gb = 1.0f;
+  return params;
+}
+
+class PagedMeshesTest : public testing::Test {
+ protected:
+  void put(const SharedBlockMesh& block) {
+    meshes_.put(block);
+    reference_.put(block);
+  }
+  void putAll() {
+    for (const SharedBlockMesh& block : meshesOfARoom()) put(block);
+    ASSERT_TRUE(meshes_.isPaged());
+  }
+
+  void expectSame() {
+    std::vector<PackedKey> keys;
+    for (const auto& [key, block] : reference_.blocks()) {
+      keys.push_back(key);
+      const SharedBlockMesh found = meshes_.find(key);
+      ASSERT_TRUE(found);
+      EXPECT_EQ(packKey(found->key), key);
+      EXPECT_EQ(found->triangles, block->triangles);
+      ASSERT_EQ(found->vertices.size(), block->vertices.size());
+      ASSERT_EQ(found->colours.size(), block->colours.size());
+      EXPECT_EQ(std::memcmp(found->vertices.data(), block->vertices.data(),
+                            block->vertices.size() * sizeof(BlockVertex)),
+                0);
+    }
+    EXPECT_EQ(meshes_.keys(), keys);
+    EXPECT_EQ(meshes_.triangleCount(), reference_.triangleCount());
+  }
+
+  /// The file that the node saves, from the file or as a whole.
+  std::string savedInPieces() {
+    BlockBounds bounds;
+    for (const PackedKey key : meshes_.keys()) bounds.add(unpackKey(key));
+    PlyStream file(folder_ / "pieces.ply", MeshColour::kAuto);
+    MeshStream stream({kVoxel_m, meshes_.isPainted(), bounds},
+                      {[&](const Mesh& piece) { file.addVertices(piece); },
+                       [&](const std::array<uint32_t, 3>& t) { file.addTriangle(t); }});
+    for (const PackedKey key : meshes_.keys()) stream.add(*meshes_.find(key));
+    stream.finish();
+    file.finish();
+    return readBytes(folder_ / "pieces.ply");
+  }
+  std::string savedAsAWhole() {
+    saveMesh(reference_.assemble(), MeshColour::kAuto, folder_ / "whole.ply");
+    return readBytes(folder_ / "whole.ply");
+  }
+
+  /// The file of meshes, which has no name.
+  std::string pageFile() const {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+      std::error_code error;
+      const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
+      if (!error && target.rfind(pages_.path(), 0) == 0) return entry.path().string();
+    }
+    return "";
+  }
+
+  TemporaryFolder folder_, pages_;
+  PagedMeshes meshes_{paramsIn(pages_.path())};
+  MeshStore reference_{kVoxel_m};
+};
+
+TEST_F(PagedMeshesTest, AreThoseThatWerePut) {
+  ASSERT_NO_FATAL_FAILURE(putAll());
+  EXPECT_LE(meshes_.bytes(), meshes_.mostBytes());
+  EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.mostBytes()) << "else little is tested";
+  ASSERT_NO_FATAL_FAILURE(expectSame());
+  EXPECT_TRUE(savedInPieces() == savedAsAWhole());
+  EXPECT_EQ(meshes_.stats().failures + meshes_.stats().lost, 0u);
+  EXPECT_EQ(pages_.entryCount(), 0u) << "the file has no name";
+}
+
+/// Whatever changes, in memory or on disk, with colours or without.
+TEST_F(PagedMeshesTest, FollowChanges) {
+  ASSERT_NO_FATAL_FAILURE(putAll());
+  std::mt19937 random(3);
+  const std::vector<SharedBlockMesh>& all = meshesOfARoom();
+  for (int i = 0; i < 2000; ++i) {
+    const BlockMesh& block = *all[random() % all.size()];
+    if (i % 3 == 0) {
+      auto none = std::make_shared<BlockMesh>();
+      none->key = block.key;
+      put(none);
+    } else {
+      put(painted(block, static_cast<uint8_t>(i)));
+    }
+    ASSERT_LE(meshes_.bytes(), meshes_.mostBytes());
+  }
+  EXPECT_TRUE(meshes_.isPainted());
+  ASSERT_NO_FATAL_FAILURE(expectSame());
+  EXPECT_TRUE(savedInPieces() == savedAsAWhole());
+  for (const PackedKey key : meshes_.keys()) {
+    auto none = std::make_shared<BlockMesh>();
+    none->key = unpackKey(key);
+    meshes_.put(none);
+  }
+  EXPECT_EQ(meshes_.triangleCount() + meshes_.bytes() + meshes_.stats().bytes, 0u);
+  EXPECT_FALSE(meshes_.isPainted());
+  EXPECT_EQ(std::filesystem::file_size(pageFile()), 0u) << "its space is given back";
+}
+
+TEST_F(PagedMeshesTest, AreChosenByTheirKeys) {
+  ASSERT_NO_FATAL_FAILURE(putAll());
+  std::vector<PackedKey> keys = meshes_.keys();
+  keys.resize(20);
+  const MeshStore& some = meshes_.holding(keys);
+  EXPECT_EQ(some.blocks().size(), keys.size());
+  EXPECT_EQ(some.assemble(keys).triangles, reference_.assemble(keys).triangles);
+}
+
+TEST_F(PagedMeshesTest, FindDamage) {
+  ASSERT_NO_FATAL_FAILURE(putAll());
+  const size_t triangles = meshes_.triangleCount(), blocks = meshes_.keys().size();
+  const std::string file = pageFile();
+  ASSERT_NE(file, "");
+  std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(200).put('x').put('y');
+  size_t found = 0;
+  for (const PackedKey key : meshes_.keys()) found += meshes_.find(key) ? 1 : 0;
+  EXPECT_EQ(found, blocks - 1);
+  EXPECT_EQ(meshes_.stats().lost, 1u);
+  EXPECT_NE(meshes_.stats().problem.find("damaged"), std::string::npos);
+  EXPECT_LT(meshes_.triangleCount(), triangles) << "it is not there any more";
+  EXPECT_EQ(meshes_.keys().size(), found);
+  putAll();
+  expectSame();
+}
+
+/// What cannot be written stays in memory, and goes once the disk takes it.
+TEST_F(PagedMeshesTest, SurviveADiskThatRefuses) {
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{100000, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  for (const SharedBlockMesh& block : meshesOfARoom()) put(block);
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_GT(meshes_.bytes(), meshes_.mostBytes());
+  EXPECT_GT(meshes_.stats().failures, 0u);
+  EXPECT_NE(meshes_.stats().problem.find("map/page_folder"), std::string::npos);
+  ASSERT_NO_FATAL_FAILURE(expectSame());
+  put(meshesOfARoom().back());
+  EXPECT_LE(meshes_.bytes(), meshes_.mostBytes());
+  expectSame();
+}
+
+TEST_F(PagedMeshesTest, StayInMemoryAtTheLimitOfTheFile) {
+  MapParams params = paramsIn(pages_.path());
+  params.page_max_gb = 0.0001f;
+  PagedMeshes limited(params);
+  for (const SharedBlockMesh& block : meshesOfARoom()) limited.put(block);
+  EXPECT_LE(limited.stats().bytes, size_t{110000});
+  EXPECT_GT(limited.bytes(), limited.mostBytes());
+  EXPECT_NE(limited.stats().problem.find("map/page_max_gb"), std::string::npos);
+}
+
+TEST_F(PagedMeshesTest, AreForgotten) {
+  ASSERT_NO_FATAL_FAILURE(putAll());
+  meshes_.clear(0.1f);
+  EXPECT_EQ(meshes_.voxelSize(), 0.1f);
+  EXPECT_EQ(meshes_.triangleCount() + meshes_.bytes() + meshes_.stats().bytes, 0u);
+  EXPECT_TRUE(meshes_.keys().empty());
+  EXPECT_EQ(std::filesystem::file_size(pageFile()), 0u);
+  reference_.clear();
+  putAll();
+  expectSame();
+}
+
+/// As ever.
+TEST(PagedMeshes, StayInMemoryWithoutAFolder) {
+  MapParams params = paramsIn("");
+  PagedMeshes meshes(params);
+  for (const SharedBlockMesh& block : meshesOfARoom()) meshes.put(block);
+  EXPECT_FALSE(meshes.isPaged());
+  EXPECT_EQ(meshes.mostBytes(), 0u);
+  EXPECT_EQ(&meshes.holding({}), &meshes.holding(meshes.keys())) << "nothing is copied";
+}
+
+}  // namespace
+}  // namespace dtsdf

@@ -72,7 +72,6 @@ class MeshOutput {
  private:
   OutputSchedule::Situation situation() const;
   void act(OutputSchedule::Action action);
-  void meetNewcomers();
   void put(const SharedBlockMesh& block);
   QueueShare share() const;
   void updateReport();

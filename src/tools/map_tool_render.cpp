@@ -1,6 +1,5 @@
 // map_tool render: views of a map file.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -15,6 +14,7 @@
 #include "io/trajectory_file.h"
 #include "mapper/probed_mapper.h"
 #include "program/run_program.h"
+#include "program/stopwatch.h"
 #include "tools/map_settings.h"
 #include "tools/map_tool.h"
 #include "tools/reconstruction_report.h"
@@ -193,10 +193,9 @@ void renderMap(const std::vector<std::string>& arguments) {
   RenderedView view;
   std::vector<double> times_ms;
   for (const StampedPose& pose : options.poses) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     mapper->render(camera, pose.T_W_C, view);
-    const auto end = std::chrono::steady_clock::now();
-    times_ms.push_back(std::chrono::duration<double, std::milli>(end - start).count());
+    times_ms.push_back(watch.milliseconds());
     folder.write(pose, view);
   }
   folder.finish(options.poses);

@@ -71,19 +71,6 @@ TEST_P(Determinism, MeshingEveryFrameEqualsMeshingOnceWhenThingsMove) {
   }
 }
 
-TEST_P(Determinism, ThreadsDoNotShow) {
-  Session one(params(1));
-  for (const SceneFrame& frame : roomFrames(3.0, 4)) one.integrate(frame);
-  one.updateMesh();
-  for (const int threads : {2, 3}) {
-    Session several(params(threads));
-    for (const SceneFrame& frame : roomFrames(3.0, 4)) several.integrate(frame);
-    several.updateMesh();
-    EXPECT_TRUE(sameMaps(one.mapper(), several.mapper())) << threads << " threads";
-    EXPECT_TRUE(sameMeshes(one.mesh(), several.mesh())) << threads << " threads";
-  }
-}
-
 TEST_P(Determinism, ThreadsDoNotShowWhenThingsMove) {
   Session one(params(1)), three(params(3));
   for (Session* session : {&one, &three}) {
@@ -92,16 +79,6 @@ TEST_P(Determinism, ThreadsDoNotShowWhenThingsMove) {
   }
   EXPECT_TRUE(sameMaps(one.mapper(), three.mapper()));
   EXPECT_TRUE(sameMeshes(one.mesh(), three.mesh()));
-}
-
-TEST_P(Determinism, RunsAreEqual) {
-  Session first(params(2)), second(params(2));
-  for (Session* session : {&first, &second}) {
-    for (const SceneFrame& frame : roomFrames(6.0, 4)) session->integrate(frame);
-    session->updateMesh();
-  }
-  EXPECT_TRUE(sameMaps(first.mapper(), second.mapper()));
-  EXPECT_TRUE(sameMeshes(first.mesh(), second.mesh()));
 }
 
 TEST_P(Determinism, AClearedMapIsLikeNew) {

@@ -179,7 +179,7 @@ BlockMesh BlockMesher::copyBlock(const MeshRecord& record) const {
   return mesh;
 }
 
-/// Many of them on several threads: most of the time goes to allocations.
+/// Many of them on several threads.
 std::vector<BlockMesh> BlockMesher::copyBlocks(const std::vector<MeshRecord>& records) const {
   constexpr size_t kLeastOfThread = 512, kMostThreads = 4;
   std::vector<BlockMesh> blocks(records.size());

@@ -133,10 +133,18 @@ void checkLevel(const MapContents& contents, bool is_levelled);
 /// The least map/max_memory_mb with which a mapper of these settings can resume from the contents.
 int leastMemoryMb(const MapContents& contents, MapperParams params);
 
+/// Bytes that a map may take, in memory and on disk.
+size_t mostMapBytes(const MapperParams& params);
+
+/// A remedy for checkFits() where settings were given beside a map.
+constexpr char kLeaveSettingOut[] = "leave this setting out: it comes from the file";
+
 /// Whether a mapper of these settings can resume from the contents. With space/enabled it takes
 /// over the free cells, which have one size.
-/// @throws std::runtime_error with the first of those settings that differs, or where the map is
-/// larger than map/max_memory_mb, or for another space/cell_voxels.
-void checkFits(const MapContents& contents, const MapperParams& params);
+/// @throws std::runtime_error with the first of those settings that differs and `remedy`, what the
+/// caller can do about that, or where the map is larger than map/max_memory_mb, or for another
+/// space/cell_voxels.
+void checkFits(const MapContents& contents, const MapperParams& params,
+               const std::string& remedy = {});
 
 }  // namespace dtsdf

@@ -133,7 +133,8 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   backend_->reserveFrame(turn);
   if (touched.requests == 0) return 0;
   std::vector<BlockRequest> requests = pager_ ? requestsOfPart() : backend_->requests();
-  const size_t blocks = requests.size(), arrays = table_.countNew(requests).arrays;
+  const size_t blocks = requests.size();
+  const size_t arrays = pager_ ? table_.countNew(requests).arrays : touched.new_arrays;
   Admission admission;
   if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {
     admission = table_.admit(std::move(requests));

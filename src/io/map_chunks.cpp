@@ -9,8 +9,8 @@ namespace dtsdf {
 using namespace map_format;
 
 struct MapChunks::State {
-  explicit State(const std::string& path)
-      : reader(path, MapLimit()),
+  State(const std::string& path, const MapLimit& limit)
+      : reader(path, limit),
         bounds(reader.bounds()),
         voxels(reader.voxelChunks()),
         colours(reader.colourChunks()) {}
@@ -27,7 +27,13 @@ struct MapChunks::State {
   const std::vector<const PlacedSection*> voxels, colours;
 };
 
-MapChunks::MapChunks(const std::string& path) : state_(std::make_unique<const State>(path)) {}
+MapChunks::MapChunks(const std::string& path)
+    : state_(std::make_unique<const State>(path, MapLimit())) {}
+
+MapChunks::MapChunks(const std::string& path, const MapperParams& params)
+    : state_(std::make_unique<const State>(path,
+                                           MapLimit{mostMapBytes(params), params.space.enabled})) {}
+
 MapChunks::~MapChunks() = default;
 MapChunks::MapChunks(MapChunks&&) noexcept = default;
 

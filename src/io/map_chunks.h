@@ -36,6 +36,8 @@ class MapChunks {
  public:
   /// @throws std::runtime_error as loadMap()
   explicit MapChunks(const std::string& path);
+  /// Of no more than a mapper of these settings may hold, in memory and on disk.
+  MapChunks(const std::string& path, const MapperParams& params);
   ~MapChunks();
   MapChunks(MapChunks&&) noexcept;
 

@@ -182,6 +182,10 @@ void checkLevel(const MapContents& contents, bool is_levelled) {
                     "that it was saved with");
 }
 
+size_t mostMapBytes(const MapperParams& params) {
+  return (static_cast<size_t>(params.map.max_memory_mb) << 20) + pageBytesOf(params.map);
+}
+
 int leastMemoryMb(const MapContents& contents, MapperParams params) {
   const MapSize size = sizeTaken(contents, params);
   params.map.max_memory_mb = static_cast<int>(size.bytes() >> 20) + 1;
@@ -189,12 +193,13 @@ int leastMemoryMb(const MapContents& contents, MapperParams params) {
   return params.map.max_memory_mb;
 }
 
-void checkFits(const MapContents& contents, const MapperParams& params) {
+void checkFits(const MapContents& contents, const MapperParams& params, const std::string& remedy) {
   const ParamTree ours = treeOf(params), theirs = treeOf(withSettingsOf(contents, params));
   for (const char* key : kBoundSettings) {
     if (ours.at(key) == theirs.at(key)) continue;
     throw std::runtime_error("the saved map has " + std::string(key) + " " +
-                             toString(theirs.at(key)) + ", not " + toString(ours.at(key)));
+                             toString(theirs.at(key)) + ", not " + toString(ours.at(key)) +
+                             (remedy.empty() ? "" : "; " + remedy));
   }
   if (takesFree(contents, params) && contents.cell_voxels != params.space.cell_voxels) {
     throw std::runtime_error("the saved map has free cells of " +

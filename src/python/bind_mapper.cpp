@@ -45,13 +45,7 @@ Session loadSession(const py::object& path, const std::string& backend, const py
   visitParams(bound, writer);
   for (const auto& [key, value] : given) writer.tree[key] = value;
   bound = readMapperParams(writer.tree);
-  checkFits(contents, withSettingsOf(contents, bound));  // what no setting of the file's mends
-  try {
-    checkFits(contents, bound);
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(std::string(error.what()) +
-                             "; leave this setting out: it comes from the file");
-  }
+  checkFits(contents, bound, kLeaveSettingOut);
   return std::make_shared<MapperSession>(bound, std::move(contents));
 }
 

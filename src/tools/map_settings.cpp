@@ -23,18 +23,8 @@ MapSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   checkParams(settings.params, reader);
   reader.finish();
   settings.params.map.max_memory_mb = leastMemoryMb(contents, settings.params);  // none is added
-  checkGivenFit(contents, settings.params);
+  checkFits(contents, settings.params, kLeaveSettingOut);
   return settings;
-}
-
-void checkGivenFit(const MapContents& contents, const MapperParams& params) {
-  checkFits(contents, withSettingsOf(contents, params));  // what no setting of the file's mends
-  try {
-    checkFits(contents, params);
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(std::string(error.what()) +
-                             "; leave this setting out: it comes from the file");
-  }
 }
 
 void addLoadLimit(CommandLine& line, MapLoadLimit& limit) {

@@ -22,10 +22,6 @@ struct MapSettings {
 /// key=value. The budget is what the map needs. @throws ParamError with every violation.
 MapSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
 
-/// Whether settings that were given fit a saved map. @throws std::runtime_error that says what to
-/// do.
-void checkGivenFit(const MapContents& contents, const MapperParams& params);
-
 /// How large a map may be that a program loads: a small file can ask for much memory.
 struct MapLoadLimit {
   int max_memory_mb = MapParams().max_memory_mb;

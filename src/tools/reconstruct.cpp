@@ -50,7 +50,7 @@ struct MapFrame {
 StartingMap loadStartingMap(const std::string& path, const RunSettings& settings) {
   StartingMap start{settings.params.mapper, std::nullopt};
   if (path.empty()) return start;
-  start.map = partsOf(std::make_shared<const MapChunks>(path));
+  start.map = partsOf(std::make_shared<const MapChunks>(path, start.params));
   const MapContents& head = *start.map->head;
   start.params = withSettingsOf(head, start.params);
   ParamWriter writer;
@@ -59,7 +59,7 @@ StartingMap loadStartingMap(const std::string& path, const RunSettings& settings
     const auto given = settings.given.find(key);
     if (given != settings.given.end()) value = given->second;
   }
-  checkGivenFit(head, readMapperParams(writer.tree));
+  checkFits(head, readMapperParams(writer.tree), kLeaveSettingOut);
   if (settings.given.count("map/level")) {
     checkLevel(head, isLevelled(settings.params.node));
   }

@@ -35,13 +35,7 @@ MapFiles::Done MapFiles::save(const std::string& path) {
 
 /// @throws std::runtime_error that says what to do.
 void MapFiles::checkFitsCurrent(const MapContents& contents) const {
-  checkFits(contents, withSettingsOf(contents, params_));  // what no map can take
-  try {
-    checkFits(contents, params_);
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(std::string(error.what()) +
-                             "; call clear_map first: an empty map takes the settings of the file");
-  }
+  checkFits(contents, params_, "call clear_map first: an empty map takes the settings of the file");
 }
 
 /// Map's thread. @return nothing where the map is in memory, and is better copied.
@@ -59,7 +53,7 @@ SavedMap MapFiles::saveCopy(const std::string& path) {
 
 MapFiles::Done MapFiles::load(const std::string& path) {
   const std::shared_ptr<const MapChunks> file =
-      file_loop_.run([&] { return std::make_shared<const MapChunks>(path); }).get();
+      file_loop_.run([&] { return std::make_shared<const MapChunks>(path, params_); }).get();
   const MapContents& contents = file->head();
   checkFrame(contents, map_frame_);
   checkLevel(contents, parts_.session.isLevelled());

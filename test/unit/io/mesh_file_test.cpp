@@ -99,9 +99,12 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
 
 /// Each format as it can: .ply in double, .obj in digits, .glb by its translation, .stl in floats.
 TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
+  EXPECT_EQ(lossInFormat(mesh_, "mesh.stl"), "");
   mesh_.origin_m = {40000.0, -3.0, 0.0};
   mesh_.vertices_m[1].x = 0.0001f;
-  EXPECT_EQ(lossInFormat(mesh_, "mesh.ply"), "");
+  for (const char* name : {"mesh.ply", "mesh.obj", "mesh.glb"}) {
+    EXPECT_EQ(lossInFormat(mesh_, name), "") << name;
+  }
   const std::string ply = save("mesh.ply");
   EXPECT_NE(ply.find("property double x\nproperty double y\nproperty double z\nproperty float nx"),
             std::string::npos);
@@ -125,7 +128,9 @@ TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
   Bytes stl(save("mesh.stl"));
   stl.text(84 + 12);
   EXPECT_EQ(stl.real(), 40000.0f);
-  EXPECT_NE(lossInFormat(mesh_, "mesh.stl").find("2 mm"), std::string::npos);
+  const std::string loss = lossInFormat(mesh_, "mesh.stl");
+  EXPECT_NE(loss.find("2 mm off"), std::string::npos) << loss;  // floats are 4 mm apart there
+  EXPECT_NE(loss.find(".ply"), std::string::npos) << loss;
 }
 
 /// Colours of images, in both formats that have colours.

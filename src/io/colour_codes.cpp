@@ -7,7 +7,7 @@
 #include <csetjmp>
 #include <stdexcept>
 
-#include "io/png_reader.h"
+#include "io/png_memory.h"
 #include "io/text_file.h"
 #include "kernels/core/voxel.h"
 
@@ -33,7 +33,7 @@ void askForRgb(png_structp png, png_infop info) {
   if (!(png_get_color_type(png, info) & PNG_COLOR_MASK_COLOR)) png_set_gray_to_rgb(png);
 }
 
-Outcome readPng(const Bytes& bytes, DecodedColour& image) {
+Outcome readPng(const Bytes& bytes, RgbImage& image) {
   PngReader png(bytes.data, bytes.size);
   if (!png.readHeader()) return Outcome::kDamaged;
   if (!fits(png.width(), png.height())) return Outcome::kTooLarge;
@@ -55,7 +55,7 @@ struct JpegErrors {
 
 /// libjpeg reports errors by a jump out of its calls: here is nothing that needs a destructor.
 Outcome readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const Bytes& bytes,
-                 DecodedColour& image) {
+                 RgbImage& image) {
   if (setjmp(errors.target) != 0) return Outcome::kDamaged;
   jpeg_create_decompress(&jpeg);
   jpeg_mem_src(&jpeg, bytes.data, bytes.size);
@@ -76,7 +76,7 @@ Outcome readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const Bytes& 
   return errors.manager.num_warnings > 0 ? Outcome::kDamaged : Outcome::kRead;
 }
 
-Outcome readJpeg(const Bytes& bytes, DecodedColour& image) {
+Outcome readJpeg(const Bytes& bytes, RgbImage& image) {
   JpegErrors errors;
   jpeg_decompress_struct jpeg = {};
   jpeg.err = jpeg_std_error(&errors.manager);
@@ -89,7 +89,7 @@ Outcome readJpeg(const Bytes& bytes, DecodedColour& image) {
   return outcome;
 }
 
-Outcome readEither(const Bytes& bytes, DecodedColour& image) {
+Outcome readEither(const Bytes& bytes, RgbImage& image) {
   if (PngReader::isPng(bytes.data, bytes.size)) return readPng(bytes, image);
   const bool is_jpeg = bytes.size >= 2 && bytes.data[0] == 0xff && bytes.data[1] == 0xd8;
   return is_jpeg ? readJpeg(bytes, image) : Outcome::kDamaged;
@@ -97,8 +97,8 @@ Outcome readEither(const Bytes& bytes, DecodedColour& image) {
 
 }  // namespace
 
-DecodedColour decodeColour(const uint8_t* data, size_t bytes, const std::string& name) {
-  DecodedColour image;
+RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name) {
+  RgbImage image;
   switch (readEither({data, bytes}, image)) {
     case Outcome::kRead: return image;
     case Outcome::kTooLarge:
@@ -108,9 +108,18 @@ DecodedColour decodeColour(const uint8_t* data, size_t bytes, const std::string&
   throw std::runtime_error("cannot decode " + name + ": neither PNG nor JPEG, or damaged");
 }
 
-DecodedColour readColourImage(const std::string& path) {
+RgbImage readColourImage(const std::string& path) {
   const std::string file = readTextFile(path, "a colour image is expected there");
   return decodeColour(reinterpret_cast<const uint8_t*>(file.data()), file.size(), "'" + path + "'");
+}
+
+std::string encodeColourPng(const RgbImage& image) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = PNG_FORMAT_RGB;
+  return pngBytes(png, image.rgb.data());
 }
 
 }  // namespace dtsdf

@@ -3,8 +3,7 @@
 #include <stdexcept>
 
 #include "io/byte_order.h"
-#include "io/png_bytes.h"
-#include "io/png_reader.h"
+#include "io/png_memory.h"
 #include "io/text_file.h"
 #include "kernels/core/voxel.h"
 

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "ros/common/callback_guard.h"
-#include "ros/session/pose_request.h"
+#include "ros/session/requests.h"
 
 namespace dtsdf {
 namespace {

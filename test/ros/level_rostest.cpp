@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,11 @@ Eigen::Isometry3d roomInMap() { return roomCameraPose(0.0).inverse(); }
 
 class LevelTest : public WallCamera {
  protected:
+  void SetUp() override {
+    WallCamera::SetUp();
+    listener_.emplace(transforms_);  // not before: the camera waits for one who listens, the node
+  }
+
   /// What the camera of a place in the room sees, and waits until it is fused or dropped.
   void sendRoom(double time_s) {
     const uint64_t done = status_.status().frames_fused + status_.status().frames_dropped;
@@ -103,7 +109,7 @@ class LevelTest : public WallCamera {
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
   tf2_ros::Buffer transforms_;
-  tf2_ros::TransformListener listener_{transforms_};
+  std::optional<tf2_ros::TransformListener> listener_;
 };
 
 TEST_F(LevelTest, floor) {

@@ -1,21 +1,15 @@
 #include "benchmark/measurement.h"
 
-#include <chrono>
 #include <stdexcept>
 
 #include "dtsdf_mapping/mesh.h"
 #include "mapper/gpu.h"
 #include "meshing/mesh_chunks.h"
 #include "meshing/packed_chunk.h"
+#include "program/stopwatch.h"
 
 namespace dtsdf {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double millisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 void integrateOrThrow(ProbedMapper& mapper, const DepthFrame& frame) {
   const IntegrationResult result = mapper.integrate(frame);
@@ -76,9 +70,9 @@ void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& p
       store.apply(update);
       packing.noteChanges(update);
     });
-    const auto start = Clock::now();
+    const Stopwatch watch;
     time.packed = packing.packChanges();
-    time.pack_ms = millisecondsSince(start);
+    time.pack_ms = watch.milliseconds();
     result.frames.push_back(time);
     show_progress(result.frames.size());
   }
@@ -118,16 +112,16 @@ void measureQueries(const std::vector<SourceFrame>& frames, const MapperParams& 
   for (const SourceFrame& frame : frames) {
     const DepthFrame& depth = frame.depth;
     QueryTime time;
-    const auto start = Clock::now();
+    const Stopwatch watch;
     if (!result.queries.empty()) {
       mapper->align(depth, PosePrior());
-      time.align_ms = millisecondsSince(start);
+      time.align_ms = watch.milliseconds();
     }
     integrateOrThrow(*mapper, depth);
     mapper->updateMesh();  // what was begun is done
-    const auto fused = Clock::now();
+    const Stopwatch rendering;
     mapper->render({depth.width, depth.height, depth.intrinsics}, depth.T_W_C, view);
-    time.render_ms = millisecondsSince(fused);
+    time.render_ms = rendering.milliseconds();
     result.queries.push_back(time);
   }
 }
@@ -136,14 +130,14 @@ void measureQueries(const std::vector<SourceFrame>& frames, const MapperParams& 
 void measureOverlapped(const std::vector<SourceFrame>& frames, const MapperParams& params,
                        const Rules& rules, Measurement& result) {
   const auto mapper = makeProbedMapper(params, rules);
-  const auto start = Clock::now();
+  const Stopwatch watch;
   for (const SourceFrame& frame : frames) {
     integrateOrThrow(*mapper, frame.depth);
     mapper->finishMeshUpdate();
     mapper->beginMeshUpdate();
   }
   mapper->finishMeshUpdate();
-  result.overlapped_ms = millisecondsSince(start) / static_cast<double>(frames.size());
+  result.overlapped_ms = watch.milliseconds() / static_cast<double>(frames.size());
 }
 
 }  // namespace
@@ -151,19 +145,19 @@ void measureOverlapped(const std::vector<SourceFrame>& frames, const MapperParam
 FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
                     const std::function<void(const MeshUpdate&)>& use) {
   FrameTime time;
-  const auto start = Clock::now();
+  const Stopwatch watch;
   integrateOrThrow(mapper, frame);
-  time.call_ms = millisecondsSince(start);
+  time.call_ms = watch.milliseconds();
   mapper.beginMeshUpdate();
   mapper.waitForMeshes();
-  time.total_ms = millisecondsSince(start);
+  time.total_ms = watch.milliseconds();
   const MeshUpdate update = mapper.finishMeshUpdate();
-  time.fetch_ms = millisecondsSince(start) - time.total_ms;
+  time.fetch_ms = watch.milliseconds() - time.total_ms;
   use(update);
   if (Space* const space = mapper.space()) {
-    const auto updated = Clock::now();
+    const Stopwatch updating;
     space->updateDistances();
-    time.distances_ms = millisecondsSince(updated);
+    time.distances_ms = updating.milliseconds();
   }
   time.map_bytes = mapper.stats().map_bytes;
   return time;

@@ -53,17 +53,18 @@ std::vector<MeshEdge> sidesOf(const TriangleMesh& mesh) {
 
 }  // namespace
 
-std::vector<MeshEdge> boundaryEdges(const TriangleMesh& mesh) {
+MeshEdges findEdges(const TriangleMesh& mesh) {
   std::vector<MeshEdge> sides = sidesOf(mesh);
   std::sort(sides.begin(), sides.end());
-  std::vector<MeshEdge> boundary;
+  MeshEdges edges;
   for (size_t begin = 0; begin < sides.size();) {
     size_t end = begin;
     while (end < sides.size() && sides[end] == sides[begin]) ++end;
-    if (end - begin == 1) boundary.push_back(sides[begin]);
+    if (end - begin == 1) edges.boundary.push_back(sides[begin]);
+    if (end - begin > 2) ++edges.non_manifold;
     begin = end;
   }
-  return boundary;
+  return edges;
 }
 
 float medianEdgeLength(const TriangleMesh& mesh) {

@@ -13,8 +13,12 @@ namespace dtsdf {
 /// Two vertices, the one with the smaller number first.
 using MeshEdge = std::array<uint32_t, 2>;
 
-/// Edges of one triangle, by vertex index: nothing is welded.
-std::vector<MeshEdge> boundaryEdges(const TriangleMesh& mesh);
+/// Edges by vertex index: nothing is welded.
+struct MeshEdges {
+  std::vector<MeshEdge> boundary;  ///< Of one triangle.
+  size_t non_manifold = 0;         ///< Of three triangles or more.
+};
+MeshEdges findEdges(const TriangleMesh& mesh);
 
 /// Median length of the sides of its triangles; 0 for a mesh without any.
 float medianEdgeLength(const TriangleMesh& mesh);

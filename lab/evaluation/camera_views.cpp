@@ -35,6 +35,14 @@ ViewAngles viewAngles(OrbitShape shape, size_t i, size_t count) {
 
 }  // namespace
 
+ViewCamera centredCamera(int width, int height, double focal_px) {
+  const auto focal = static_cast<float>(focal_px);
+  return {
+      {focal, focal, 0.5f * static_cast<float>(width - 1), 0.5f * static_cast<float>(height - 1)},
+      width,
+      height};
+}
+
 Eigen::Vector3f rayOf(const Intrinsics& K, float u_px, float v_px) {
   return {(u_px - K.cx) / K.fx, (v_px - K.cy) / K.fy, 1.0f};
 }

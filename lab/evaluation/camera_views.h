@@ -14,7 +14,16 @@ struct ViewCamera {
   Intrinsics intrinsics{525.0f, 525.0f, 319.5f, 239.5f};
   int width = 640;
   int height = 480;
+
+  /// Of images whose pixels are kept row by row.
+  size_t pixelCount() const { return static_cast<size_t>(width) * static_cast<size_t>(height); }
+  size_t pixelAt(int u, int v) const {
+    return static_cast<size_t>(v) * static_cast<size_t>(width) + static_cast<size_t>(u);
+  }
 };
+
+/// A camera that looks through the middle of its image.
+ViewCamera centredCamera(int width, int height, double focal_px);
 
 /// Direction of a pixel's ray in the optical frame, with z = 1.
 Eigen::Vector3f rayOf(const Intrinsics& K, float u_px, float v_px);

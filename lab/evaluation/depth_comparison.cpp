@@ -12,8 +12,7 @@ void DepthComparison::add(const std::vector<float>& measured_m,
   ++images_;
   for (int v = 0; v < camera.height; v += stride_) {
     for (int u = 0; u < camera.width; u += stride_) {
-      const size_t pixel =
-          static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u);
+      const size_t pixel = camera.pixelAt(u, v);
       const double measured = static_cast<double>(measured_m[pixel]);
       const double predicted = static_cast<double>(predicted_m[pixel]);
       if (measured <= 0.0) continue;

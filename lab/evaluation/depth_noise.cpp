@@ -53,13 +53,11 @@ class Sensor {
   }
 
  private:
-  size_t index(int u, int v) const {
-    return static_cast<size_t>(v) * static_cast<size_t>(camera_.width) + static_cast<size_t>(u);
-  }
-  float depthAt(int u, int v) const { return view_.depth_m[index(u, v)]; }
+  float depthAt(int u, int v) const { return view_.depth_m[camera_.pixelAt(u, v)]; }
   double angleAt(int u, int v) const {
     if (depthAt(u, v) <= 0.0f) return 0.0;
-    return std::acos(std::min(1.0, static_cast<double>(view_.incidence_cosine[index(u, v)])));
+    return std::acos(
+        std::min(1.0, static_cast<double>(view_.incidence_cosine[camera_.pixelAt(u, v)])));
   }
 
   double lossProbability(int u, int v) const {

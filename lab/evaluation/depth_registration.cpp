@@ -37,9 +37,7 @@ std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& ca
   const Eigen::Vector3f eye_W = T_W_C.translation().cast<float>();
   for (int v = kStride_px / 2; v < camera.height; v += kStride_px) {
     for (int u = kStride_px / 2; u < camera.width; u += kStride_px) {
-      const size_t pixel =
-          static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u);
-      const double z_m = static_cast<double>(depth_m[pixel]);
+      const double z_m = static_cast<double>(depth_m[camera.pixelAt(u, v)]);
       if (z_m <= 0.0) continue;
       const Vector3d ray_W =
           T_W_C.linear() *

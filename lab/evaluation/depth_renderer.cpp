@@ -4,10 +4,11 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
+
+#include "io/atomic_file.h"
 
 namespace dtsdf {
 
@@ -58,12 +59,6 @@ std::string poseText(const std::string& stamp, const Eigen::Isometry3d& T_W_C) {
   return stamp + line;
 }
 
-void makeFolder(const std::string& path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) throw std::runtime_error(path + ": " + error.message());
-}
-
 std::string matrixText(const char* name, int cols, const std::vector<double>& data) {
   std::string text = std::string(name) +
                      ":\n  rows: " + std::to_string(data.size() / static_cast<size_t>(cols)) +
@@ -76,19 +71,12 @@ std::string matrixText(const char* name, int cols, const std::vector<double>& da
   return text + "]\n";
 }
 
-void writeText(const std::string& path, const std::string& text) {
-  std::ofstream out(path);
-  out << text;
-  out.close();
-  if (!out) throw std::runtime_error(path + ": cannot be written");
-}
-
 }  // namespace
 
 DepthView renderView(const MeshScene& scene, const ViewCamera& camera,
                      const Eigen::Isometry3d& T_W_C) {
-  const size_t pixels = static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height);
-  DepthView view{std::vector<float>(pixels, 0.0f), std::vector<float>(pixels, 0.0f)};
+  DepthView view{std::vector<float>(camera.pixelCount(), 0.0f),
+                 std::vector<float>(camera.pixelCount(), 0.0f)};
   const PixelRect rect = imageBounds(scene.bounds(), camera, T_W_C);
   const Eigen::Matrix3f R_W_C = T_W_C.linear().cast<float>();
   const Eigen::Vector3f origin_W = T_W_C.translation().cast<float>();
@@ -99,8 +87,7 @@ DepthView renderView(const MeshScene& scene, const ViewCamera& camera,
           R_W_C * rayOf(camera.intrinsics, static_cast<float>(u), static_cast<float>(v));
       const auto hit = scene.intersect(origin_W, direction_W);
       if (!hit) continue;
-      const size_t pixel =
-          static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u);
+      const size_t pixel = camera.pixelAt(u, v);
       view.depth_m[pixel] = hit->distance;
       view.incidence_cosine[pixel] = std::abs(hit->normal.dot(direction_W)) / direction_W.norm();
     }
@@ -121,7 +108,7 @@ std::vector<Rgb8> renderColours(const MeshScene& scene, Texture texture, const V
                          origin_W + hit->distance * direction_W);
   };
   std::vector<Rgb8> colours;
-  colours.reserve(static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height));
+  colours.reserve(camera.pixelCount());
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       int sum[3] = {};
@@ -151,7 +138,7 @@ std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m) {
 TumWriter::TumWriter(const std::string& directory, const ViewCamera& camera,
                      const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz)
     : directory_(directory), camera_(camera), poses_W_C_(poses_W_C), period_s_(1.0 / rate_hz) {
-  makeFolder(directory_ + "/depth");
+  std::filesystem::create_directories(directory_ + "/depth");
 }
 
 std::string TumWriter::depthStamp(size_t index) const {
@@ -163,7 +150,7 @@ std::string TumWriter::colourStamp(size_t index) const {
 }
 
 void TumWriter::addColours(const std::vector<Eigen::Isometry3d>& poses_W_C) {
-  makeFolder(directory_ + "/rgb");
+  std::filesystem::create_directories(directory_ + "/rgb");
   colour_poses_W_C_ = poses_W_C;
 }
 
@@ -171,8 +158,7 @@ void TumWriter::writeColours(size_t index, const std::vector<Rgb8>& colours) con
   cv::Mat image(camera_.height, camera_.width, CV_8UC3);
   for (int v = 0; v < camera_.height; ++v) {
     for (int u = 0; u < camera_.width; ++u) {
-      const Rgb8& colour = colours[static_cast<size_t>(v) * static_cast<size_t>(camera_.width) +
-                                   static_cast<size_t>(u)];
+      const Rgb8& colour = colours[camera_.pixelAt(u, v)];
       image.at<cv::Vec3b>(v, u) = {colour[2], colour[1], colour[0]};
     }
   }
@@ -212,10 +198,10 @@ void TumWriter::finish(const std::string& camera_name) const {
       "distortion_model: plumb_bob\n" + matrixText("distortion_coefficients", 5, {0, 0, 0, 0, 0}) +
       matrixText("rectification_matrix", 3, {1, 0, 0, 0, 1, 0, 0, 0, 1}) +
       matrixText("projection_matrix", 4, {K.fx, 0, K.cx, 0, 0, K.fy, K.cy, 0, 0, 0, 1, 0});
-  writeText(directory_ + "/depth.txt", depth);
-  if (!colour_poses_W_C_.empty()) writeText(directory_ + "/rgb.txt", colours);
-  writeText(directory_ + "/groundtruth.txt", poses);
-  writeText(directory_ + "/camera_info.yaml", info);
+  writeFileAtomically(directory_ + "/depth.txt", depth);
+  if (!colour_poses_W_C_.empty()) writeFileAtomically(directory_ + "/rgb.txt", colours);
+  writeFileAtomically(directory_ + "/groundtruth.txt", poses);
+  writeFileAtomically(directory_ + "/camera_info.yaml", info);
 }
 
 }  // namespace dtsdf

@@ -1,13 +1,12 @@
 /// evaluate_mesh: compares a reconstructed mesh with the ground truth.
 
 #include <cstdio>
-#include <fstream>
 #include <optional>
-#include <stdexcept>
 
 #include "evaluation/colour_metrics.h"
 #include "evaluation/mesh_metrics.h"
 #include "evaluation/picture_options.h"
+#include "io/atomic_file.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -69,13 +68,6 @@ EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
   return options;
 }
 
-void writeJson(const std::string& path, const std::string& json) {
-  std::ofstream out(path);
-  out << json;
-  out.close();
-  if (!out) throw std::runtime_error(path + ": cannot be written");
-}
-
 void writeErrorColours(const EvaluateMeshOptions& options, TriangleMesh reconstruction,
                        const TriangleMesh& ground_truth) {
   const std::vector<double> errors_m =
@@ -100,7 +92,7 @@ void compareColours(const EvaluateMeshOptions& options) {
   const std::string json = toJson(evaluateColours(readPly(options.reconstruction_path),
                                                   readPly(options.ground_truth_path), colour));
   std::fputs(json.c_str(), stdout);
-  if (!options.json_path.empty()) writeJson(options.json_path, json);
+  if (!options.json_path.empty()) writeFileAtomically(options.json_path, json);
 }
 
 void evaluate(const EvaluateMeshOptions& options) {
@@ -112,7 +104,7 @@ void evaluate(const EvaluateMeshOptions& options) {
   const std::string json = toJson(
       evaluateMesh(reconstruction, ground_truth, views ? &*views : nullptr, options.evaluation));
   std::fputs(json.c_str(), stdout);
-  if (!options.json_path.empty()) writeJson(options.json_path, json);
+  if (!options.json_path.empty()) writeFileAtomically(options.json_path, json);
   if (!options.heatmap_path.empty() || !options.picture_path.empty()) {
     writeErrorColours(options, reconstruction, ground_truth);
   }

@@ -1,7 +1,6 @@
 /// evaluate_space: how far a map's answers about the space around surfaces are from the truth.
 
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <stdexcept>
 
@@ -10,6 +9,7 @@
 #include "evaluation/space_options.h"
 #include "evaluation/space_picture.h"
 #include "evaluation/space_scenes.h"
+#include "io/atomic_file.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
 
@@ -108,15 +108,6 @@ void drawSlice(const EvaluateSpaceOptions& options, const MapperParams& params, 
   writeSlice(options.picture_path, space, truth, slice);
 }
 
-void writeText(const std::string& path, const std::string& text) {
-  if (path.empty()) {
-    std::fputs(text.c_str(), stdout);
-    return;
-  }
-  std::ofstream file(path);
-  if (!(file << text).flush()) throw std::runtime_error(path + ": cannot be written");
-}
-
 void evaluateSpace(const EvaluateSpaceOptions& options) {
   const MapperParams params = spaceParams(options.settings);
   const auto mapper = makeMapper(params);
@@ -126,7 +117,12 @@ void evaluateSpace(const EvaluateSpaceOptions& options) {
   space.updateDistances();
   const SpaceQuestions questions{truth.views, static_cast<double>(params.space.max_distance_m),
                                  static_cast<double>(params.space.max_range_m), options.samples};
-  writeText(options.json_path, toJson(measureSpace(space, *truth.space, questions)));
+  const std::string json = toJson(measureSpace(space, *truth.space, questions));
+  if (options.json_path.empty()) {
+    std::fputs(json.c_str(), stdout);
+  } else {
+    writeFileAtomically(options.json_path, json);
+  }
   if (!options.picture_path.empty()) drawSlice(options, params, space, *truth.space);
 }
 

@@ -16,31 +16,6 @@ namespace {
 
 constexpr size_t kPointsPerChunk = 4096;
 
-/// Hands the size of each group of equal numbers in a sorted sequence to `visit`.
-template <class Visitor>
-void visitGroups(const std::vector<uint64_t>& sorted, Visitor visit) {
-  for (size_t begin = 0; begin < sorted.size();) {
-    size_t end = begin;
-    while (end < sorted.size() && sorted[end] == sorted[begin]) ++end;
-    visit(end - begin);
-    begin = end;
-  }
-}
-
-/// Each undirected edge of each triangle, packed and sorted.
-std::vector<uint64_t> sortedEdges(const TriangleMesh& mesh) {
-  std::vector<uint64_t> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) {
-    for (size_t i = 0; i < 3; ++i) {
-      const uint64_t a = triangle[i], b = triangle[(i + 1) % 3];
-      if (a != b) edges.push_back(std::min(a, b) << 32 | std::max(a, b));
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  return edges;
-}
-
 /// Disjoint sets of vertices, joined by triangles.
 class VertexSets {
  public:
@@ -212,10 +187,9 @@ MeshTopology meshTopology(const TriangleMesh& mesh) {
     topology.area_m2 += area_m2;
     if (!(area_m2 > 0.0)) ++topology.degenerate_triangles;
   }
-  topology.boundary_edges = boundaryEdges(mesh).size();
-  visitGroups(sortedEdges(mesh), [&](size_t triangles) {
-    if (triangles > 2) ++topology.non_manifold_edges;
-  });
+  const MeshEdges edges = findEdges(mesh);
+  topology.boundary_edges = edges.boundary.size();
+  topology.non_manifold_edges = edges.non_manifold;
   return topology;
 }
 
@@ -275,7 +249,7 @@ Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& 
         seenByViews(truth_scene, truth, *views, progress("views", views->poses_W_C.size()));
     seen = select(truth.points, is_seen);
     evaluation.boundary_edges_beside_unseen =
-        countBeside(reconstruction, boundaryEdges(reconstruction),
+        countBeside(reconstruction, findEdges(reconstruction).boundary,
                     select(truth.points, is_seen, false), 2.0f * medianEdgeLength(reconstruction));
     evaluation.seen_share =
         static_cast<double>(seen.size()) / static_cast<double>(truth.points.size());

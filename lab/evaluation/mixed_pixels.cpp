@@ -31,10 +31,6 @@ float mixDepths(float own_m, float other_m, float other_share) {
 
 std::vector<float> mixPixels(const std::vector<float>& depth_m, const ViewCamera& camera,
                              uint64_t seed) {
-  const auto at = [&](int u, int v) {
-    return depth_m[static_cast<size_t>(v) * static_cast<size_t>(camera.width) +
-                   static_cast<size_t>(u)];
-  };
   Random random(seed ^ kStream);
   std::vector<float> mixed_m = depth_m;
   size_t pixel = 0;
@@ -45,7 +41,7 @@ std::vector<float> mixPixels(const std::vector<float>& depth_m, const ViewCamera
       if (own_m <= 0.0f) continue;
       float other_m = own_m;
       forNeighbours(camera, u, v, [&](int nu, int nv) {
-        const float z_m = at(nu, nv);
+        const float z_m = depth_m[camera.pixelAt(nu, nv)];
         if (z_m > 0.0f && std::abs(z_m - own_m) > std::abs(other_m - own_m)) other_m = z_m;
       });
       if (isDepthEdge(own_m, other_m)) mixed_m[pixel] = mixDepths(own_m, other_m, share);

@@ -118,8 +118,7 @@ bool seesThrough(const std::vector<float>& depth_m, const ViewCamera& camera,
   const double u = std::round(static_cast<double>(K.fx) * p_C.x() / p_C.z() + K.cx);
   const double v = std::round(static_cast<double>(K.fy) * p_C.y() / p_C.z() + K.cy);
   if (u < 0.0 || v < 0.0 || u >= camera.width || v >= camera.height) return false;
-  const float z_m =
-      depth_m[static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u)];
+  const float z_m = depth_m[camera.pixelAt(static_cast<int>(u), static_cast<int>(v))];
   return static_cast<double>(z_m) > p_C.z() + distance_m;
 }
 

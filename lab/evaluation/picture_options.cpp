@@ -51,17 +51,13 @@ void addPictureOptions(CommandLine& line, PictureRequest& request) {
 PictureOptions makePictureOptions(const PictureRequest& request,
                                   const Eigen::AlignedBox3f& bounds) {
   PictureOptions options;
-  ViewCamera& camera = options.camera;
-  camera.width = request.width;
-  camera.height = request.height;
-  const float focal_px = static_cast<float>(request.focal_px.value_or(1.2 * camera.width));
-  camera.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(camera.width - 1),
-                       0.5f * static_cast<float>(camera.height - 1)};
+  options.camera =
+      centredCamera(request.width, request.height, request.focal_px.value_or(1.2 * request.width));
   if (request.eye && request.target) {
     options.T_W_C = lookAt(*request.eye, *request.target, Eigen::Vector3d::Unit(request.up - 'x'));
   } else {
     options.T_W_C =
-        framingPose(bounds, camera, request.azimuth_deg, request.elevation_deg, request.up);
+        framingPose(bounds, options.camera, request.azimuth_deg, request.elevation_deg, request.up);
   }
   return options;
 }

@@ -3,10 +3,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 
 #include "evaluation/triangle_mesh.h"
+#include "io/atomic_file.h"
 #include "io/little_endian.h"
 
 namespace dtsdf {
@@ -14,13 +16,27 @@ namespace dtsdf {
 namespace {
 
 enum class Encoding { kAscii, kLittleEndian, kBigEndian };
-enum class NumberType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
+/// All supported machines are little endian.
+template <class Number>
+double read(const char* bytes) {
+  Number number;
+  std::memcpy(&number, bytes, sizeof(number));
+  return static_cast<double>(number);
+}
+
+struct NumberType {
+  size_t bytes;
+  double (*read)(const char* bytes);
+};
+
+template <class Number>
+constexpr NumberType kType{sizeof(Number), read<Number>};
 
 struct Property {
   std::string name;
   NumberType type;
   bool is_list = false;
-  NumberType count_type = NumberType::kUint8;
+  NumberType count_type = kType<uint8_t>;
 };
 
 struct Element {
@@ -43,26 +59,16 @@ struct Header {
 };
 
 NumberType numberType(const std::string& name) {
-  if (name == "char" || name == "int8") return NumberType::kInt8;
-  if (name == "uchar" || name == "uint8") return NumberType::kUint8;
-  if (name == "short" || name == "int16") return NumberType::kInt16;
-  if (name == "ushort" || name == "uint16") return NumberType::kUint16;
-  if (name == "int" || name == "int32") return NumberType::kInt32;
-  if (name == "uint" || name == "uint32") return NumberType::kUint32;
-  if (name == "float" || name == "float32") return NumberType::kFloat32;
-  if (name == "double" || name == "float64") return NumberType::kFloat64;
-  throw std::runtime_error("unknown type '" + name + "'");
-}
-
-size_t sizeOf(NumberType type) {
-  switch (type) {
-    case NumberType::kInt8:
-    case NumberType::kUint8: return 1;
-    case NumberType::kInt16:
-    case NumberType::kUint16: return 2;
-    case NumberType::kFloat64: return 8;
-    default: return 4;
-  }
+  static const std::map<std::string, NumberType> types{
+      {"char", kType<int8_t>},     {"int8", kType<int8_t>},     {"uchar", kType<uint8_t>},
+      {"uint8", kType<uint8_t>},   {"short", kType<int16_t>},   {"int16", kType<int16_t>},
+      {"ushort", kType<uint16_t>}, {"uint16", kType<uint16_t>}, {"int", kType<int32_t>},
+      {"int32", kType<int32_t>},   {"uint", kType<uint32_t>},   {"uint32", kType<uint32_t>},
+      {"float", kType<float>},     {"float32", kType<float>},   {"double", kType<double>},
+      {"float64", kType<double>}};
+  const auto type = types.find(name);
+  if (type == types.end()) throw std::runtime_error("unknown type '" + name + "'");
+  return type->second;
 }
 
 Encoding encodingFromName(const std::string& name) {
@@ -127,7 +133,9 @@ class NumberReader {
     end_ = data_.data() + data_.size();
   }
 
-  double next(NumberType type) { return encoding_ == Encoding::kAscii ? text() : binary(type); }
+  double next(const NumberType& type) {
+    return encoding_ == Encoding::kAscii ? text() : binary(type);
+  }
 
  private:
   double text() {
@@ -140,34 +148,15 @@ class NumberReader {
     return number;
   }
 
-  double binary(NumberType type) {
-    const size_t size = sizeOf(type);
-    if (static_cast<size_t>(end_ - position_) < size) {
+  double binary(const NumberType& type) {
+    if (static_cast<size_t>(end_ - position_) < type.bytes) {
       throw std::runtime_error("it ends too early");
     }
     char bytes[8];
-    std::memcpy(bytes, position_, size);
-    position_ += size;
-    if (encoding_ == Encoding::kBigEndian) std::reverse(bytes, bytes + size);
-    switch (type) {
-      case NumberType::kInt8: return as<int8_t>(bytes);
-      case NumberType::kUint8: return as<uint8_t>(bytes);
-      case NumberType::kInt16: return as<int16_t>(bytes);
-      case NumberType::kUint16: return as<uint16_t>(bytes);
-      case NumberType::kInt32: return as<int32_t>(bytes);
-      case NumberType::kUint32: return as<uint32_t>(bytes);
-      case NumberType::kFloat32: return as<float>(bytes);
-      case NumberType::kFloat64: return as<double>(bytes);
-    }
-    return 0.0;
-  }
-
-  /// All supported machines are little endian.
-  template <class Number>
-  static double as(const char* bytes) {
-    Number number;
-    std::memcpy(&number, bytes, sizeof(number));
-    return static_cast<double>(number);
+    std::memcpy(bytes, position_, type.bytes);
+    position_ += type.bytes;
+    if (encoding_ == Encoding::kBigEndian) std::reverse(bytes, bytes + type.bytes);
+    return type.read(bytes);
   }
 
   Encoding encoding_;
@@ -295,10 +284,7 @@ void writePly(const std::string& path, const TriangleMesh& mesh) {
     append(bytes, uint8_t{3});
     for (const uint32_t index : triangle) append(bytes, static_cast<int32_t>(index));
   }
-  std::ofstream out(path, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw std::runtime_error(path + ": cannot be written");
+  writeFileAtomically(path, bytes);
 }
 
 }  // namespace dtsdf

@@ -86,16 +86,6 @@ RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
   return options;
 }
 
-ViewCamera cameraOf(const RenderOrbitOptions& options) {
-  ViewCamera camera;
-  camera.width = options.width;
-  camera.height = options.height;
-  const float focal_px = static_cast<float>(options.focal_px);
-  camera.intrinsics = {focal_px, focal_px, 0.5f * static_cast<float>(camera.width - 1),
-                       0.5f * static_cast<float>(camera.height - 1)};
-  return camera;
-}
-
 /// Cameras that stand to the right of others and look the same way.
 std::vector<Eigen::Isometry3d> posesBeside(std::vector<Eigen::Isometry3d> poses_W_C,
                                            double offset_m) {
@@ -146,7 +136,7 @@ void renderOrbit(const RenderOrbitOptions& options) {
   if (options.longest_side_m > 0.0 && options.views_folder.empty()) {
     centreAndScale(mesh, static_cast<float>(options.longest_side_m));
   }
-  const ViewCamera camera = cameraOf(options);
+  const ViewCamera camera = centredCamera(options.width, options.height, options.focal_px);
   const CameraPath path = pathOf(options);
   const auto& poses_W_C = path.depth_W_C;
 

@@ -43,12 +43,12 @@ struct PixelHit {
 class SeenImage {
  public:
   SeenImage(const MeshScene& scene, const ViewCamera& camera, const Eigen::Isometry3d& T_W_C)
-      : width_(camera.width), height_(camera.height) {
+      : camera_(camera) {
     const Eigen::Matrix3f R_W_C = T_W_C.linear().cast<float>();
     const Eigen::Vector3f eye_W = T_W_C.translation().cast<float>();
-    hits_.reserve(static_cast<size_t>(width_) * static_cast<size_t>(height_));
-    for (int v = 0; v < height_; ++v) {
-      for (int u = 0; u < width_; ++u) {
+    hits_.reserve(camera.pixelCount());
+    for (int v = 0; v < camera.height; ++v) {
+      for (int u = 0; u < camera.width; ++u) {
         const Eigen::Vector3f ray_W =
             R_W_C * rayOf(camera.intrinsics, static_cast<float>(u), static_cast<float>(v));
         const auto hit = scene.intersect(eye_W, ray_W);  // z is 1 along the ray
@@ -57,15 +57,13 @@ class SeenImage {
     }
   }
 
-  const PixelHit& at(int u, int v) const {
-    return hits_[static_cast<size_t>(u) + static_cast<size_t>(v) * static_cast<size_t>(width_)];
-  }
+  const PixelHit& at(int u, int v) const { return hits_[camera_.pixelAt(u, v)]; }
 
   /// Whether a pixel is one of some two by two that all show the surface that it shows.
   bool isSurface(int u, int v, float aside_m) const {
     const PixelHit& here = at(u, v);
     const auto goesOn = [&](int to_u, int to_v) {
-      return to_u >= 0 && to_v >= 0 && to_u < width_ && to_v < height_ &&
+      return to_u >= 0 && to_v >= 0 && to_u < camera_.width && to_v < camera_.height &&
              isOneSurface(here, at(to_u, to_v), aside_m);
     };
     for (const int du : {-1, 1}) {
@@ -84,7 +82,7 @@ class SeenImage {
            std::abs(here.hit->normal.dot(other.p_W - here.p_W)) <= aside_m;
   }
 
-  int width_, height_;
+  ViewCamera camera_;
   std::vector<PixelHit> hits_;
 };
 

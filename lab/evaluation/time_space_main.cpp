@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -13,11 +11,10 @@
 #include "evaluation/space_options.h"
 #include "program/progress_bar.h"
 #include "program/run_program.h"
+#include "program/stopwatch.h"
 
 namespace dtsdf {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 struct TimeSpaceOptions {
   std::string tum_folder;
@@ -78,11 +75,10 @@ class TimedMap {
  private:
   template <class Work>
   double timed(const Work& work) const {
-    const Clock::time_point start = Clock::now();
-    const std::clock_t cpu_start = std::clock();
+    const Stopwatch watch;
+    const double processor_start_s = processorSeconds();
     work();
-    if (cpu_time_) return 1e3 * static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    return cpu_time_ ? 1e3 * (processorSeconds() - processor_start_s) : watch.milliseconds();
   }
 
   std::unique_ptr<Mapper> mapper_;

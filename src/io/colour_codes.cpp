@@ -3,43 +3,26 @@
 #include <cstdio>  // before jpeglib.h, which needs it
 
 #include <jpeglib.h>
-#include <png.h>
 
 #include <csetjmp>
-#include <cstring>
 #include <stdexcept>
 
+#include "io/png_memory.h"
 #include "io/text_file.h"
 #include "kernels/core/voxel.h"
 
 namespace dtsdf {
 namespace {
 
-constexpr size_t kSignatureBytes = 8;
-
-/// What is left to be read of an image.
 struct Bytes {
-  const uint8_t* next;
-  size_t left;
+  const uint8_t* data;
+  size_t size;
 };
 
-/// What both libraries need that is to be told apart after an error, from which they jump out of
-/// their calls: whoever sets the target of a jump holds nothing that needs a destructor.
 enum class Outcome { kRead, kDamaged, kTooLarge };
 
 bool fits(size_t width, size_t height) {
   return width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height;
-}
-
-[[noreturn]] void onPngError(png_structp png, png_const_charp) { png_longjmp(png, 1); }
-void onPngWarning(png_structp, png_const_charp) {}
-
-void onPngRead(png_structp png, png_bytep to, png_size_t wanted) {
-  auto* const bytes = static_cast<Bytes*>(png_get_io_ptr(png));
-  if (wanted > bytes->left) png_error(png, "the end");
-  std::memcpy(to, bytes->next, wanted);
-  bytes->next += wanted;
-  bytes->left -= wanted;
 }
 
 /// Whatever is in the file becomes 8 bits of red, green and blue.
@@ -50,38 +33,15 @@ void askForRgb(png_structp png, png_infop info) {
   if (!(png_get_color_type(png, info) & PNG_COLOR_MASK_COLOR)) png_set_gray_to_rgb(png);
 }
 
-Outcome readRows(png_structp png, png_infop info, Bytes& bytes, DecodedColour& image) {
-  if (setjmp(png_jmpbuf(png)) != 0) return Outcome::kDamaged;
-  png_set_read_fn(png, &bytes, onPngRead);
-  png_read_info(png, info);
-  if (!fits(png_get_image_width(png, info), png_get_image_height(png, info))) {
-    return Outcome::kTooLarge;
-  }
-  askForRgb(png, info);
-  const int passes = png_set_interlace_handling(png);
-  png_read_update_info(png, info);
-  image.width = static_cast<int>(png_get_image_width(png, info));
-  image.height = static_cast<int>(png_get_image_height(png, info));
-  const size_t row_bytes = 3 * static_cast<size_t>(image.width);
-  if (png_get_rowbytes(png, info) != row_bytes) return Outcome::kDamaged;
-  image.rgb.resize(row_bytes * image.height);
-  for (int pass = 0; pass < passes; ++pass) {
-    for (int v = 0; v < image.height; ++v) {
-      png_read_row(png, image.rgb.data() + v * row_bytes, nullptr);
-    }
-  }
-  png_read_end(png, nullptr);
-  return Outcome::kRead;
-}
-
-Outcome readPng(Bytes& bytes, DecodedColour& image) {
-  png_structp png =
-      png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, onPngError, onPngWarning);
-  png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
-  const Outcome outcome =
-      info == nullptr ? Outcome::kDamaged : readRows(png, info, bytes, image);
-  png_destroy_read_struct(&png, &info, nullptr);
-  return outcome;
+Outcome readPng(const Bytes& bytes, RgbImage& image) {
+  PngReader png(bytes.data, bytes.size);
+  if (!png.readHeader()) return Outcome::kDamaged;
+  if (!fits(png.width(), png.height())) return Outcome::kTooLarge;
+  image.width = static_cast<int>(png.width());
+  image.height = static_cast<int>(png.height());
+  const size_t row_bytes = 3 * png.width();
+  image.rgb.resize(row_bytes * png.height());
+  return png.readRows(askForRgb, row_bytes, image.rgb.data()) ? Outcome::kRead : Outcome::kDamaged;
 }
 
 struct JpegErrors {
@@ -93,11 +53,12 @@ struct JpegErrors {
   std::longjmp(reinterpret_cast<JpegErrors*>(jpeg->err)->target, 1);
 }
 
+/// libjpeg reports errors by a jump out of its calls: here is nothing that needs a destructor.
 Outcome readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const Bytes& bytes,
-                 DecodedColour& image) {
+                 RgbImage& image) {
   if (setjmp(errors.target) != 0) return Outcome::kDamaged;
   jpeg_create_decompress(&jpeg);
-  jpeg_mem_src(&jpeg, bytes.next, bytes.left);
+  jpeg_mem_src(&jpeg, bytes.data, bytes.size);
   jpeg_read_header(&jpeg, TRUE);
   if (!fits(jpeg.image_width, jpeg.image_height)) return Outcome::kTooLarge;
   jpeg.out_color_space = JCS_RGB;
@@ -115,7 +76,7 @@ Outcome readRows(jpeg_decompress_struct& jpeg, JpegErrors& errors, const Bytes& 
   return errors.manager.num_warnings > 0 ? Outcome::kDamaged : Outcome::kRead;
 }
 
-Outcome readJpeg(Bytes& bytes, DecodedColour& image) {
+Outcome readJpeg(const Bytes& bytes, RgbImage& image) {
   JpegErrors errors;
   jpeg_decompress_struct jpeg = {};
   jpeg.err = jpeg_std_error(&errors.manager);
@@ -128,17 +89,16 @@ Outcome readJpeg(Bytes& bytes, DecodedColour& image) {
   return outcome;
 }
 
-Outcome readEither(Bytes bytes, DecodedColour& image) {
-  if (bytes.left < kSignatureBytes) return Outcome::kDamaged;
-  if (png_sig_cmp(bytes.next, 0, kSignatureBytes) == 0) return readPng(bytes, image);
-  const bool is_jpeg = bytes.next[0] == 0xff && bytes.next[1] == 0xd8;
+Outcome readEither(const Bytes& bytes, RgbImage& image) {
+  if (PngReader::isPng(bytes.data, bytes.size)) return readPng(bytes, image);
+  const bool is_jpeg = bytes.size >= 2 && bytes.data[0] == 0xff && bytes.data[1] == 0xd8;
   return is_jpeg ? readJpeg(bytes, image) : Outcome::kDamaged;
 }
 
 }  // namespace
 
-DecodedColour decodeColour(const uint8_t* data, size_t bytes, const std::string& name) {
-  DecodedColour image;
+RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name) {
+  RgbImage image;
   switch (readEither({data, bytes}, image)) {
     case Outcome::kRead: return image;
     case Outcome::kTooLarge:
@@ -148,9 +108,18 @@ DecodedColour decodeColour(const uint8_t* data, size_t bytes, const std::string&
   throw std::runtime_error("cannot decode " + name + ": neither PNG nor JPEG, or damaged");
 }
 
-DecodedColour readColourImage(const std::string& path) {
+RgbImage readColourImage(const std::string& path) {
   const std::string file = readTextFile(path, "a colour image is expected there");
   return decodeColour(reinterpret_cast<const uint8_t*>(file.data()), file.size(), "'" + path + "'");
+}
+
+std::string encodeColourPng(const RgbImage& image) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = PNG_FORMAT_RGB;
+  return pngBytes(png, image.rgb.data());
 }
 
 }  // namespace dtsdf

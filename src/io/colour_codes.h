@@ -1,5 +1,5 @@
-/// Decodes colour images, PNG and JPEG, by libpng and libjpeg alone, so that the programs need no
-/// image library beyond.
+/// Decodes colour images, PNG and JPEG, and makes PNGs of them, by libpng and libjpeg alone, so
+/// that the programs need no image library beyond.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace dtsdf {
 
-/// Red, green and blue of each pixel, row by row.
-struct DecodedColour {
+/// Red, green and blue of each pixel, row by row from the top.
+struct RgbImage {
   int width = 0, height = 0;
   std::vector<uint8_t> rgb;
 };
@@ -18,9 +18,12 @@ struct DecodedColour {
 /// The format is told by the first bytes. Grey images become coloured, 16 bits become 8,
 /// transparency is left out. `name` is what stands for the image in messages.
 /// @throws std::runtime_error if it is damaged, of another format, or larger than a map takes.
-DecodedColour decodeColour(const uint8_t* data, size_t bytes, const std::string& name);
+RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name);
 
 /// The same for a file. @throws std::runtime_error that names it, also if it is missing.
-DecodedColour readColourImage(const std::string& path);
+RgbImage readColourImage(const std::string& path);
+
+/// The bytes of a PNG file. @throws std::runtime_error if libpng cannot make them.
+std::string encodeColourPng(const RgbImage& image);
 
 }  // namespace dtsdf

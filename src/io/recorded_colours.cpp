@@ -15,7 +15,7 @@ std::string inWords(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-void turnUpsideDown(DecodedColour& image) {
+void turnUpsideDown(RgbImage& image) {
   const auto row = static_cast<std::ptrdiff_t>(3 * static_cast<size_t>(image.width));
   for (int v = 0; v < image.height / 2; ++v) {
     const auto upper = image.rgb.begin() + v * row;
@@ -23,7 +23,7 @@ void turnUpsideDown(DecodedColour& image) {
   }
 }
 
-DecodedColour readOrAdvise(const std::string& path) {
+RgbImage readOrAdvise(const std::string& path) {
   try {
     return readColourImage(path);
   } catch (const std::runtime_error& error) {
@@ -48,8 +48,7 @@ class RecordedColourImages : public ColourSource {
       const size_t index = order_[next_];
       std::string problem = whyNotPosed(index);
       if (problem.empty()) {
-        const auto image =
-            std::make_shared<DecodedColour>(readOrAdvise(recorded_.images[index].path));
+        const auto image = std::make_shared<RgbImage>(readOrAdvise(recorded_.images[index].path));
         problem = whyNotOfItsCamera(*image);
         if (problem.empty()) {
           SourceColour colour = makeColour(index, image);
@@ -77,14 +76,14 @@ class RecordedColourImages : public ColourSource {
     return std::filesystem::exists(recorded_.images[index].path) ? "" : "no such file";
   }
 
-  std::string whyNotOfItsCamera(const DecodedColour& image) const {
+  std::string whyNotOfItsCamera(const RgbImage& image) const {
     const CameraInfo& camera = *recorded_.camera;
     if (image.width == camera.width && image.height == camera.height) return "";
     return inWords(image.width, image.height) + " pixels, but their camera has " +
            inWords(camera.width, camera.height);
   }
 
-  SourceColour makeColour(size_t index, const std::shared_ptr<DecodedColour>& image) const {
+  SourceColour makeColour(size_t index, const std::shared_ptr<RgbImage>& image) const {
     SourceColour result;
     result.stamp_s = recorded_.images[index].stamp_s;
     result.pixels = image;

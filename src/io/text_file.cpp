@@ -2,9 +2,9 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <system_error>
+#include <vector>
 
 namespace dtsdf {
 namespace {
@@ -31,12 +31,12 @@ std::string whyUnreadable(const std::string& path) {
 /// False if it cannot be opened, or a read fails on the way.
 bool readWhole(const std::string& path, std::string& text) {
   std::ifstream file(path, std::ios::binary);
-  try {
-    text.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-  } catch (const std::ios_base::failure&) {
-    return false;
+  std::vector<char> part(1 << 16);
+  while (file) {
+    file.read(part.data(), static_cast<std::streamsize>(part.size()));
+    text.append(part.data(), static_cast<size_t>(file.gcount()));
   }
-  return file.is_open() && !file.bad();
+  return file.eof() && !file.bad();
 }
 
 }  // namespace

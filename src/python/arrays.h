@@ -16,6 +16,13 @@ namespace dtsdf::python {
 
 namespace py = pybind11;
 
+/// Does work while other threads of Python run.
+template <class Work>
+auto withoutGil(const Work& work) {
+  const py::gil_scoped_release release;
+  return work();
+}
+
 /// An array that shows memory of `owner`, which lives as long as the array. It cannot be written.
 template <class T>
 py::array viewOf(const T* data, std::vector<py::ssize_t> shape, py::handle owner,

@@ -67,12 +67,7 @@ IntegrationResult integrate(MapperSession& self, const py::object& depth, const 
   frame.T_W_C = poseOf(T_W_C, "T_W_C");
   if (!std::isfinite(stamp_s)) throw py::value_error("stamp_s must be a finite number of seconds");
   if (!keep_center_W.is_none()) frame.keep_center_W = vectorOf(keep_center_W, "keep_center_W");
-  IntegrationResult result;
-  {
-    const py::gil_scoped_release release;
-    result = self.integrate(frame, stamp_s);
-  }
-  return checked(std::move(result));
+  return checked(withoutGil([&] { return self.integrate(frame, stamp_s); }));
 }
 
 IntegrationResult paint(MapperSession& self, const py::object& colour, const py::object& K,
@@ -80,23 +75,14 @@ IntegrationResult paint(MapperSession& self, const py::object& colour, const py:
   ColourFrame frame = colourImageOf(colour, encoding);
   frame.intrinsics = intrinsicsOf(K);
   frame.T_W_C = poseOf(T_W_C, "T_W_C");
-  IntegrationResult result;
-  {
-    const py::gil_scoped_release release;
-    result = self.paint(frame);
-  }
-  return checked(std::move(result));
+  return checked(withoutGil([&] { return self.paint(frame); }));
 }
 
 py::tuple render(MapperSession& self, const py::object& K, const py::object& T_W_C, int width,
                  int height) {
   const RenderCamera camera{width, height, intrinsicsOf(K)};
   const Eigen::Isometry3d pose = poseOf(T_W_C, "T_W_C");
-  RenderedView view;
-  {
-    const py::gil_scoped_release release;
-    view = self.render(camera, pose);
-  }
+  RenderedView view = withoutGil([&] { return self.render(camera, pose); });
   py::object colours = py::none();
   if (!view.colours.empty()) {
     std::vector<uint8_t> rgba(4 * view.colours.size());
@@ -110,22 +96,13 @@ py::tuple render(MapperSession& self, const py::object& K, const py::object& T_W
 }
 
 py::object mesh(MapperSession& self, const std::optional<BoxRegion>& box) {
-  std::shared_ptr<const Mesh> mesh;
-  {
-    const py::gil_scoped_release release;
-    mesh = self.mesh(box);
-  }
+  const std::shared_ptr<const Mesh> mesh = withoutGil([&] { return self.mesh(box); });
   return py::cast(std::const_pointer_cast<Mesh>(mesh));  // its arrays cannot be written
 }
 
 py::dict statsOf(MapperSession& self) {
-  MapStats stats;
-  MapperMemory memory;
-  {
-    const py::gil_scoped_release release;
-    stats = self.stats();
-    memory = self.memory();
-  }
+  const MapStats stats = withoutGil([&] { return self.stats(); });
+  const MapperMemory memory = withoutGil([&] { return self.memory(); });
   py::dict result;
   result["blocks"] = stats.blocks;
   result["voxel_arrays"] = stats.voxel_arrays;
@@ -148,11 +125,7 @@ py::dict statsOf(MapperSession& self) {
 py::dict saveSession(MapperSession& self, const py::object& path,
                      const std::optional<std::string>& map_frame) {
   const std::string name = pathOf(path);
-  SavedMap saved;
-  {
-    const py::gil_scoped_release release;
-    saved = self.save(name, map_frame);
-  }
+  const SavedMap saved = withoutGil([&] { return self.save(name, map_frame); });
   py::dict result;
   result["blocks"] = saved.size.blocks;
   result["file_bytes"] = saved.file_bytes;
@@ -276,10 +249,7 @@ void bindMapper(py::module& m) {
                              "later frames. None if it was not.")
       .def_property_readonly(
           "backend",
-          [](MapperSession& self) {
-            const py::gil_scoped_release release;
-            return self.backendName();
-          },
+          [](MapperSession& self) { return withoutGil([&] { return self.backendName(); }); },
           "\"cpu (2 threads)\" or \"cuda (name of the device)\".")
       .def("__repr__", [](MapperSession& self) {
         const py::gil_scoped_release release;

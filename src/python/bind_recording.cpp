@@ -73,11 +73,7 @@ std::unique_ptr<ColourImages> openColour(const RecordingOptions& options) {
 
 template <class Source>
 auto nextOf(Images<Source>& images) {
-  decltype(images.next()) next;
-  {
-    const py::gil_scoped_release release;
-    next = images.next();
-  }
+  auto next = withoutGil([&] { return images.next(); });
   if (!next) throw py::stop_iteration();
   return std::move(*next);
 }

@@ -38,8 +38,7 @@ BlockExtent ColourReach::blocksFor(const PinholeView& image, const BlockExtent& 
   const Intrinsics& K = image.intrinsics();
   PixelRect rect = image.rectOf(corners);
   const double nearest_m = std::max(corners.row(2).minCoeff(), voxel_m_);
-  const double beside_px = rules_.outline_px +
-                           rules_.outline_voxels * K.fx * voxel_m_ / nearest_m +
+  const double beside_px = rules_.outline_px + rules_.outline_voxels * K.fx * voxel_m_ / nearest_m +
                            2.0 * kCellSide + kRounding_px;
   rect.left = std::max(rect.left - beside_px, 0.0);
   rect.top = std::max(rect.top - beside_px, 0.0);
@@ -47,10 +46,10 @@ BlockExtent ColourReach::blocksFor(const PinholeView& image, const BlockExtent& 
   rect.bottom = std::min(rect.bottom + beside_px, static_cast<double>(image.height()));
   MetricBox box = image.boundsUpTo(max_depth_m_, rect);
   const double stretch = std::max(1.0, static_cast<double>(K.fx) / static_cast<double>(K.fy));
-  const double margin_m = voxel_m_ * (rules_.surface_distance + kPieceVoxels * stretch +
-                                      kRounding_voxels);
-  box.min_W.array() -= margin_m;
-  box.max_W.array() += margin_m;
+  const double margin_m =
+      voxel_m_ * (rules_.surface_distance + kPieceVoxels * stretch + kRounding_voxels);
+  box.min().array() -= margin_m;
+  box.max().array() += margin_m;
   return blocksIn(box, block_m_);
 }
 

@@ -1,7 +1,8 @@
 #include "tiles/fuse_tile.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -17,7 +18,7 @@
 #include "mapper/probed_mapper.h"
 #include "params/printable.h"
 #include "program/progress_bar.h"
-#include "tiles/process_usage.h"
+#include "program/stopwatch.h"
 #include "tiles/tile_folder.h"
 #include "tools/levelled_input.h"
 #include "tools/recorded_input.h"
@@ -255,8 +256,15 @@ void saveMap(ProbedMapper& mapper, const LoadedPlan& loaded, const BlockExtent& 
   record.free_cubes = saved.size.free_cubes;
 }
 
+/// The most memory that this process has had at once, in bytes.
+size_t peakBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<size_t>(usage.ru_maxrss) * 1024;
+}
+
 TileRecord makeTile(const FuseRequest& request, const LoadedPlan& loaded) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const Tile& tile = loaded.plan.tiles[request.tile];
   const RunSettings settings = settingsOf(loaded.plan, request.backend, request.threads);
   TileFusion fusion(loaded, request.tile, settings);
@@ -271,8 +279,7 @@ TileRecord makeTile(const FuseRequest& request, const LoadedPlan& loaded) {
           record);
   record.peak_bytes = peakBytes();
   record.processor_s = processorSeconds();
-  record.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  record.seconds = watch.seconds();
   return record;
 }
 

@@ -1,7 +1,6 @@
 #include "tiles/make_plan.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -13,8 +12,8 @@
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "mapper/probed_mapper.h"
 #include "program/progress_bar.h"
+#include "program/stopwatch.h"
 #include "tiles/make_tiles.h"
-#include "tiles/process_usage.h"
 #include "tools/levelled_input.h"
 #include "tools/reconstruction.h"
 #include "tools/recorded_input.h"
@@ -22,13 +21,7 @@
 namespace dtsdf {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr size_t kFramesAhead = 4;
-
-double secondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// @throws std::runtime_error for settings whose rules look at all of the map.
 void checkSettings(const MapperParams& params) {
@@ -42,9 +35,10 @@ void checkSettings(const MapperParams& params) {
 void checkPainting(const PaintParams& paint, const std::string& path) {
   if (paint.exposure == ImageExposure::kFixed && paint.max_depth_m > 0.0f) return;
   throw std::runtime_error(
-      "'" + path + "' has colour images, which tiles need at a fixed exposure and with a depth "
-                   "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (to reconstruct "
-                   "as well), or colour/enabled=never");
+      "'" + path +
+      "' has colour images, which tiles need at a fixed exposure and with a depth "
+      "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (to reconstruct "
+      "as well), or colour/enabled=never");
 }
 
 /// Sends the frames of all recordings through the mapper, and makes tiles of what they touch.
@@ -53,7 +47,6 @@ class Planner {
   Planner(const PlanRequest& request, const RunSettings& settings)
       : settings_(settings),
         params_(settings.params.mapper),
-        start_(Clock::now()),
         colour_reach_(params_, settings.rules.colour) {
     checkSettings(params_);
     plan_.reading = request.reading;
@@ -76,20 +69,18 @@ class Planner {
   Plan finish() {
     ledger_->close();
     const double frame_s = images_ > 0 ? image_seconds_ / static_cast<double>(images_) : 0.0;
-    plan_.tiles = makeTiles(
-        {*ledger_, colour_images_, colour_reach_, params_, plan_.tile_blocks, frame_s});
+    plan_.tiles =
+        makeTiles({*ledger_, colour_images_, colour_reach_, params_, plan_.tile_blocks, frame_s});
     if (plan_.tiles.empty()) {
       throw std::runtime_error("no frame of the recordings shows a surface, so there are no tiles");
     }
-    plan_.seconds = secondsSince(start_);
+    plan_.seconds = watch_.seconds();
     plan_.processor_s = processorSeconds();
     return std::move(plan_);
   }
 
  private:
-  double blockSize_m() const {
-    return static_cast<double>(params_.map.voxel_size_m) * kBlockSide;
-  }
+  double blockSize_m() const { return static_cast<double>(params_.map.voxel_size_m) * kBlockSide; }
 
   /// Account is kept by tiles, or by smaller places where tiles fuse more than their own blocks, as
   /// painted ones do.
@@ -132,9 +123,9 @@ class Planner {
   }
 
   void take(const SourceFrame& frame) {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     const IntegrationResult result = mapper_->integrate(frame.depth);
-    image_seconds_ += secondsSince(start);
+    image_seconds_ += watch.seconds();
     ++images_;
     if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
     if (result.status != FrameStatus::kFused) return;
@@ -157,7 +148,7 @@ class Planner {
 
   const RunSettings settings_;
   const MapperParams params_;
-  const Clock::time_point start_;
+  const Stopwatch watch_;
   const ColourReach colour_reach_;
   std::vector<InputOptions> inputs_;
   bool has_colour_ = false;

@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <optional>
 #include <stdexcept>
@@ -14,10 +13,10 @@
 #include "io/map_chunks.h"
 #include "io/ply_stream.h"
 #include "map/map_head.h"
+#include "program/stopwatch.h"
 #include "tiles/fuse_tile.h"
 #include "tiles/join_tables.h"
 #include "tiles/merge_mesh.h"
-#include "tiles/process_usage.h"
 #include "tiles/tile_folder.h"
 
 namespace dtsdf {
@@ -160,7 +159,7 @@ void printMerged(const MergeRequest& request, const MergeResult& result) {
 }
 
 MergeResult mergeTiles(const MergeRequest& request, const LoadedPlan& loaded) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const double processor_start_s = processorSeconds();
   for (const std::string& path : {request.mesh_path, request.map_path}) {
     if (!path.empty()) prepareOutputFile(path);
@@ -175,8 +174,7 @@ MergeResult mergeTiles(const MergeRequest& request, const LoadedPlan& loaded) {
     const RunSettings settings = settingsOf(loaded.plan, std::nullopt, std::nullopt);
     saveJoinedMesh(table, request, settings.params.mapper, result);
   }
-  result.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = watch.seconds();
   result.processor_s = processorSeconds() - processor_start_s;
   return result;
 }

@@ -24,15 +24,13 @@ BlockExtent blocksIn(const MetricBox& box, double block_m) {
     const Eigen::Array3i key = block.max(-kMaxBlockCoordinate).min(kMaxBlockCoordinate).cast<int>();
     return BlockKey{key.x(), key.y(), key.z()};
   };
-  return {blockAt(box.min_W), blockAt(box.max_W)};
+  return {blockAt(box.min()), blockAt(box.max())};
 }
 
 PinholeView::Corners PinholeView::cornersOf(const MetricBox& box) const {
   Corners corners;
   for (int i = 0; i < 8; ++i) {
-    corners.col(i) = T_C_W_ * Eigen::Vector3d((i & 1 ? box.max_W : box.min_W).x(),
-                                              (i & 2 ? box.max_W : box.min_W).y(),
-                                              (i & 4 ? box.max_W : box.min_W).z());
+    corners.col(i) = T_C_W_ * box.corner(static_cast<MetricBox::CornerType>(i));
   }
   return corners;
 }
@@ -59,14 +57,12 @@ PixelRect PinholeView::rectOf(const Corners& corners) const {
 
 MetricBox PinholeView::boundsUpTo(double depth_m, const PixelRect& rect) const {
   const Intrinsics& K = intrinsics_;
-  MetricBox box{T_W_C_.translation(), T_W_C_.translation()};
+  MetricBox box(T_W_C_.translation());
   for (int i = 0; i < 4; ++i) {
     const double u = (i & 1 ? rect.right : rect.left) - 0.5;
     const double v = (i & 2 ? rect.bottom : rect.top) - 0.5;
     const Eigen::Vector3d p_C((u - K.cx) / K.fx, (v - K.cy) / K.fy, 1.0);
-    const Eigen::Vector3d p_W = T_W_C_ * (depth_m * p_C);
-    box.min_W = box.min_W.cwiseMin(p_W);
-    box.max_W = box.max_W.cwiseMax(p_W);
+    box.extend(T_W_C_ * (depth_m * p_C));
   }
   return box;
 }

@@ -9,9 +9,7 @@
 namespace dtsdf {
 
 /// A box along the axes of the map frame, in metres.
-struct MetricBox {
-  Eigen::Vector3d min_W, max_W;
-};
+using MetricBox = Eigen::AlignedBox3d;
 
 /// Of blocks with this edge, and so much more to each side.
 MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m);

@@ -45,18 +45,24 @@ ParamValue valueOf(const Json& json) {
   return json.get<std::string>();
 }
 
+/// Calls visit(key, value) for what every plan has of how recordings are read.
+template <class Options, class Visit>
+void visitReading(Options& options, const Visit& visit) {
+  visit("poses", options.recording.poses_path);
+  visit("pose_tolerance_s", options.recording.pose_tolerance_s);
+  visit("first", options.recording.selection.first);
+  visit("last", options.recording.selection.last);
+  visit("step", options.recording.selection.step);
+  visit("depth_topic", options.depth_topic);
+  visit("info_topic", options.info_topic);
+  visit("mask_topic", options.mask_topic);
+  visit("colour_topic", options.colour_topic);
+}
+
 Json toJson(const InputOptions& options) {
   const RecordingOptions& recording = options.recording;
-  Json json = {{"poses", recording.poses_path},
-               {"pose_tolerance_s", recording.pose_tolerance_s},
-               {"first", recording.selection.first},
-               {"last", recording.selection.last},
-               {"step", recording.selection.step},
-               {"depth_topic", options.depth_topic},
-               {"info_topic", options.info_topic},
-               {"mask_topic", options.mask_topic},
-               {"colour_topic", options.colour_topic},
-               {"imu_topic", options.imu_topic}};
+  Json json = {{"imu_topic", options.imu_topic}};
+  visitReading(options, [&](const char* key, const auto& value) { json[key] = value; });
   if (recording.units_per_metre) json["units_per_metre"] = *recording.units_per_metre;
   if (recording.intrinsics) {
     const Intrinsics& K = *recording.intrinsics;
@@ -68,15 +74,7 @@ Json toJson(const InputOptions& options) {
 InputOptions readingOf(const Json& json) {
   InputOptions options;
   RecordingOptions& recording = options.recording;
-  json.at("poses").get_to(recording.poses_path);
-  json.at("pose_tolerance_s").get_to(recording.pose_tolerance_s);
-  json.at("first").get_to(recording.selection.first);
-  json.at("last").get_to(recording.selection.last);
-  json.at("step").get_to(recording.selection.step);
-  json.at("depth_topic").get_to(options.depth_topic);
-  json.at("info_topic").get_to(options.info_topic);
-  json.at("mask_topic").get_to(options.mask_topic);
-  json.at("colour_topic").get_to(options.colour_topic);
+  visitReading(options, [&](const char* key, auto& value) { json.at(key).get_to(value); });
   options.imu_topic = json.value("imu_topic", "");  // older plans have none
   if (json.count("units_per_metre")) recording.units_per_metre = json["units_per_metre"];
   if (json.count("intrinsics")) {
@@ -111,8 +109,11 @@ Json toJson(const PlannedRecording& recording) {
 }
 
 PlannedRecording recordingOf(const Json& json) {
-  PlannedRecording recording{json.at("path"), json.at("format"), rangesOf(json.at("fused")),
-                             rangesOf(json.at("supporting")), {}};
+  PlannedRecording recording{json.at("path"),
+                             json.at("format"),
+                             rangesOf(json.at("fused")),
+                             rangesOf(json.at("supporting")),
+                             {}};
   for (const Json& image : json.at("images")) {
     recording.images.push_back({image.at(0), image.at(1)});
   }
@@ -174,16 +175,11 @@ Eigen::Isometry3d poseOf(const Json& numbers) {
 }
 
 Json toJson(const Plan& plan) {
-  Json json = {{"format", kFormat},
-               {"reading", toJson(plan.reading)},
-               {"tile_m", plan.tile_m},
-               {"tile_blocks", plan.tile_blocks},
-               {"map_frame", plan.map_frame},
-               {"stamp_s", plan.stamp_s},
-               {"seconds", plan.seconds},
-               {"processor_s", plan.processor_s},
-               {"settings", Json::object()},
-               {"recordings", Json::array()},
+  Json json = {{"format", kFormat},           {"reading", toJson(plan.reading)},
+               {"tile_m", plan.tile_m},       {"tile_blocks", plan.tile_blocks},
+               {"map_frame", plan.map_frame}, {"stamp_s", plan.stamp_s},
+               {"seconds", plan.seconds},     {"processor_s", plan.processor_s},
+               {"settings", Json::object()},  {"recordings", Json::array()},
                {"tiles", Json::array()}};
   if (plan.T_W_M) json["level"] = toJson(*plan.T_W_M);
   for (const auto& [key, value] : plan.settings) json["settings"][key] = toJson(value);

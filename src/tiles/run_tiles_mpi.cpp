@@ -13,6 +13,7 @@
 
 #include "io/atomic_file.h"
 #include "params/printable.h"
+#include "program/stopwatch.h"
 #include "threads/parallel.h"
 #include "tiles/child_process.h"
 #include "tiles/run_report.h"
@@ -23,18 +24,12 @@
 namespace dtsdf {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr int kNoTile = -1;
 constexpr int kMade = 0, kFailed = 1;
 enum Tag { kTagAsk, kTagTile };
 
 /// Waiting costs no core: those that wait share it with those that fuse.
 void rest() { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
-
-double secondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// This process among those of the job.
 class Job {
@@ -97,8 +92,8 @@ class Worker {
     if (!how) return std::nullopt;
     child_.reset();
     if (how->empty()) return kMade;
-    std::fprintf(stderr, "tiles: warning: tile %zu failed (%s); see %s\n", tile_,
-                 how->c_str(), tilePath(request_.merge.folder, tile_, ".log").c_str());
+    std::fprintf(stderr, "tiles: warning: tile %zu failed (%s); see %s\n", tile_, how->c_str(),
+                 tilePath(request_.merge.folder, tile_, ".log").c_str());
     return kFailed;
   }
 
@@ -153,7 +148,7 @@ class Master {
       idle = !handOut() && idle;
       if (idle) rest();
     }
-    report_.fuse_s = secondsSince(start_);
+    report_.fuse_s = watch_.seconds();
     dismissOthers();
   }
 
@@ -191,10 +186,12 @@ class Master {
     const bool again = queue_.finish(tile, ended == kMade);
     if (ended == kMade) report_.maker[tile] = process;
     std::string line = "tile " + std::to_string(tile) +
-                       (ended == kMade ? " is done" : again ? " is tried again" : " failed twice") +
+                       (ended == kMade ? " is done"
+                        : again        ? " is tried again"
+                                       : " failed twice") +
                        "; " + std::to_string(queue_.doneCount()) + " of " +
                        std::to_string(queue_.count());
-    if (const std::optional<double> left_s = queue_.secondsLeft(secondsSince(start_))) {
+    if (const std::optional<double> left_s = queue_.secondsLeft(watch_.seconds())) {
       line += ", about " + std::to_string(static_cast<long>(*left_s + 0.5)) + " s left";
     }
     std::printf("%s\n", line.c_str());
@@ -221,8 +218,7 @@ class Master {
     MPI_Iprobe(MPI_ANY_SOURCE, kTagAsk, MPI_COMM_WORLD, &there, &status);
     if (there == 0) return std::nullopt;
     std::array<int, 2> ask{};
-    MPI_Recv(ask.data(), 2, MPI_INT, status.MPI_SOURCE, kTagAsk, MPI_COMM_WORLD,
-             MPI_STATUS_IGNORE);
+    MPI_Recv(ask.data(), 2, MPI_INT, status.MPI_SOURCE, kTagAsk, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     if (ask[0] != kNoTile) noteEnd(static_cast<size_t>(ask[0]), ask[1], status.MPI_SOURCE);
     return status.MPI_SOURCE;
   }
@@ -272,7 +268,7 @@ class Master {
   TileQueue queue_;
   Worker worker_;
   const int others_;
-  const Clock::time_point start_ = Clock::now();
+  const Stopwatch watch_;
   std::deque<int> waiting_;  ///< Processes that wait for work.
   RunReport report_;
 };

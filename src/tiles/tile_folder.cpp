@@ -21,6 +21,27 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
+/// Calls visit(key, value) for what a record's file has as it is: all but the checksums.
+template <class Record, class Visit>
+void visitFields(Record& record, const Visit& visit) {
+  visit("plan", record.plan_id);
+  visit("mesh_first_block", record.mesh_bounds.first);
+  visit("mesh_last_block", record.mesh_bounds.last);
+  visit("map_file_bytes", record.map_file_bytes);
+  visit("mesh_file_bytes", record.mesh_file_bytes);
+  visit("blocks", record.blocks);
+  visit("voxel_arrays", record.voxel_arrays);
+  visit("free_cubes", record.free_cubes);
+  visit("triangles", record.triangles);
+  visit("frames", record.frames);
+  visit("images", record.images);
+  visit("map_bytes", record.map_bytes);
+  visit("peak_bytes", record.peak_bytes);
+  visit("seconds", record.seconds);
+  visit("processor_s", record.processor_s);
+  visit("backend", record.backend);
+}
+
 uint64_t hashOfDigits(const std::string& digits) {
   if (digits.size() != 16 || digits.find_first_not_of("0123456789abcdef") != digits.npos) {
     throw std::runtime_error("a checksum is not a number");
@@ -36,9 +57,7 @@ bool hasBytes(const std::string& path, uint64_t bytes) {
 
 /// Takes the lock of an open file. @return what is in the way: 0 for nothing, EWOULDBLOCK for
 /// another process, else why its file system cannot lock it.
-int takeLock(int descriptor) {
-  return flock(descriptor, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
-}
+int takeLock(int descriptor) { return flock(descriptor, LOCK_EX | LOCK_NB) == 0 ? 0 : errno; }
 
 /// Whether somebody works on a tile.
 bool isLocked(const std::string& folder, size_t tile) {
@@ -64,24 +83,9 @@ std::string tilePath(const std::string& folder, size_t tile, const std::string& 
 void prepareTiles(const std::string& folder) { prepareOutputFile(tilePath(folder, 0, ".lock")); }
 
 void saveRecord(const TileRecord& record, const std::string& folder, size_t tile) {
-  const Json json = {{"plan", record.plan_id},
-                     {"content_hash", hashDigits(record.content_hash)},
-                     {"mesh_checksum", hashDigits(record.mesh_checksum)},
-                     {"mesh_first_block", record.mesh_bounds.first},
-                     {"mesh_last_block", record.mesh_bounds.last},
-                     {"map_file_bytes", record.map_file_bytes},
-                     {"mesh_file_bytes", record.mesh_file_bytes},
-                     {"blocks", record.blocks},
-                     {"voxel_arrays", record.voxel_arrays},
-                     {"free_cubes", record.free_cubes},
-                     {"triangles", record.triangles},
-                     {"frames", record.frames},
-                     {"images", record.images},
-                     {"map_bytes", record.map_bytes},
-                     {"peak_bytes", record.peak_bytes},
-                     {"seconds", record.seconds},
-                     {"processor_s", record.processor_s},
-                     {"backend", record.backend}};
+  Json json = {{"content_hash", hashDigits(record.content_hash)},
+               {"mesh_checksum", hashDigits(record.mesh_checksum)}};
+  visitFields(record, [&](const char* key, const auto& value) { json[key] = value; });
   writeFileAtomically(tilePath(folder, tile, ".json"), json.dump(1) + "\n");
 }
 
@@ -91,24 +95,9 @@ TileRecord loadRecord(const std::string& folder, size_t tile) {
   try {
     const Json json = Json::parse(text);
     TileRecord record;
-    json.at("plan").get_to(record.plan_id);
     record.content_hash = hashOfDigits(json.at("content_hash"));
     record.mesh_checksum = hashOfDigits(json.at("mesh_checksum"));
-    json.at("mesh_first_block").get_to(record.mesh_bounds.first);
-    json.at("mesh_last_block").get_to(record.mesh_bounds.last);
-    json.at("map_file_bytes").get_to(record.map_file_bytes);
-    json.at("mesh_file_bytes").get_to(record.mesh_file_bytes);
-    json.at("blocks").get_to(record.blocks);
-    json.at("voxel_arrays").get_to(record.voxel_arrays);
-    json.at("free_cubes").get_to(record.free_cubes);
-    json.at("triangles").get_to(record.triangles);
-    json.at("frames").get_to(record.frames);
-    json.at("images").get_to(record.images);
-    json.at("map_bytes").get_to(record.map_bytes);
-    json.at("peak_bytes").get_to(record.peak_bytes);
-    json.at("seconds").get_to(record.seconds);
-    json.at("processor_s").get_to(record.processor_s);
-    json.at("backend").get_to(record.backend);
+    visitFields(record, [&](const char* key, auto& value) { json.at(key).get_to(value); });
     return record;
   } catch (const std::exception& error) {
     throw std::runtime_error("'" + path + "' is not the record of a tile (" + error.what() + ")");
@@ -156,15 +145,15 @@ TileLock::TileLock(const std::string& folder, size_t tile) {
   const std::string path = tilePath(folder, tile, ".lock");
   descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (descriptor_ < 0) {
-    throw std::runtime_error("cannot write '" + path + "': " +
-                             std::generic_category().message(errno));
+    throw std::runtime_error("cannot write '" + path +
+                             "': " + std::generic_category().message(errno));
   }
   const int problem = takeLock(descriptor_);
   if (problem == 0) return;
   close(descriptor_);
   if (problem != EWOULDBLOCK) {
-    throw std::runtime_error("cannot lock '" + path + "': " +
-                             std::generic_category().message(problem) +
+    throw std::runtime_error("cannot lock '" + path +
+                             "': " + std::generic_category().message(problem) +
                              "; put the folder of the plan on a file system with locks (Lustre: "
                              "mount it with -o flock)");
   }

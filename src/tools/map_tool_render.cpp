@@ -1,6 +1,5 @@
 // map_tool render: views of a map file.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -10,11 +9,12 @@
 #include "dtsdf_mapping/io/map_file.h"
 #include "io/atomic_file.h"
 #include "io/camera_info_file.h"
-#include "io/colour_png.h"
+#include "io/colour_codes.h"
 #include "io/depth_png.h"
 #include "io/trajectory_file.h"
 #include "mapper/probed_mapper.h"
 #include "program/run_program.h"
+#include "program/stopwatch.h"
 #include "tools/map_settings.h"
 #include "tools/map_tool.h"
 #include "tools/reconstruction_report.h"
@@ -93,8 +93,8 @@ DepthImage depthImageOf(const RenderedView& view) {
   return image;
 }
 
-ColourImage normalImageOf(const RenderedView& view) {
-  ColourImage image{view.width, view.height, {}};
+RgbImage normalImageOf(const RenderedView& view) {
+  RgbImage image{view.width, view.height, {}};
   const auto code = [](float x) { return static_cast<uint8_t>(128.5f + 127.0f * x); };
   for (size_t i = 0; i < view.normals_C.size(); ++i) {
     const bool is_seen = view.depth_m[i] > 0.0f;
@@ -105,9 +105,9 @@ ColourImage normalImageOf(const RenderedView& view) {
 }
 
 /// Surfaces that no image has painted are grey.
-ColourImage colourImageOf(const RenderedView& view) {
+RgbImage colourImageOf(const RenderedView& view) {
   constexpr uint8_t kUnpainted = 128;
-  ColourImage image{view.width, view.height, {}};
+  RgbImage image{view.width, view.height, {}};
   for (size_t i = 0; i < view.colours.size(); ++i) {
     const VertexColour& colour = view.colours[i];
     const bool is_grey = view.depth_m[i] > 0.0f && colour.painted == 0;
@@ -193,10 +193,9 @@ void renderMap(const std::vector<std::string>& arguments) {
   RenderedView view;
   std::vector<double> times_ms;
   for (const StampedPose& pose : options.poses) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     mapper->render(camera, pose.T_W_C, view);
-    const auto end = std::chrono::steady_clock::now();
-    times_ms.push_back(std::chrono::duration<double, std::milli>(end - start).count());
+    times_ms.push_back(watch.milliseconds());
     folder.write(pose, view);
   }
   folder.finish(options.poses);

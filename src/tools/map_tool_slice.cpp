@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "io/atomic_file.h"
-#include "io/colour_png.h"
+#include "io/colour_codes.h"
 #include "planning/distance_slice.h"
 #include "program/run_program.h"
 #include "tools/map_space.h"
@@ -33,8 +33,7 @@ SliceOptions parse(const std::vector<std::string>& arguments) {
                    "grey.",
                    kExitCodes);
   line.addNumber({"--height", "METRES", "height of the slice, along z of the map frame"},
-                 options.height_m,
-                 {-1e4, 1e4});
+                 options.height_m, {-1e4, 1e4});
   line.require("--height");
   line.addWhole({"--pixels", "N", "pixels per edge of a cell"}, options.pixels, {1, 64});
   parseSpaceOutput(line, arguments, "the picture", ".png", options);
@@ -71,7 +70,7 @@ Bounds boundsOf(const std::vector<SliceCell>& slice) {
   return bounds;
 }
 
-ColourImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels) {
+RgbImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels) {
   const Bounds bounds = boundsOf(slice);
   constexpr int64_t kMostPixels = int64_t{1} << 28;
   if (bounds.width() * pixels > kMostPixels / (bounds.height() * pixels)) {
@@ -79,7 +78,7 @@ ColourImage draw(const std::vector<SliceCell>& slice, double most_m, int pixels)
                              " x " + std::to_string(bounds.height() * pixels) +
                              " pixels; lower --pixels, or use larger cells");
   }
-  ColourImage image;
+  RgbImage image;
   image.width = static_cast<int>(bounds.width()) * pixels;
   image.height = static_cast<int>(bounds.height()) * pixels;
   const size_t row_bytes = 3 * static_cast<size_t>(image.width);
@@ -124,7 +123,7 @@ void drawSlice(const std::vector<std::string>& arguments) {
                              " m; choose another --height (map_tool info prints the map's bounds)");
   }
   const double most_m = farthest(slice);
-  const ColourImage image = draw(slice, most_m, options.pixels);
+  const RgbImage image = draw(slice, most_m, options.pixels);
   writeFileAtomically(options.out_path, encodeColourPng(image));
   std::printf("%zu known cells of %g m, distances up to %.2f m: %s\n", slice.size(),
               space.cellSize_m(), most_m, options.out_path.c_str());

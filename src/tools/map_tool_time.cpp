@@ -2,9 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -14,6 +12,7 @@
 #include "dtsdf_mapping/mapper.h"
 #include "program/command_line.h"
 #include "program/run_program.h"
+#include "program/stopwatch.h"
 #include "tools/map_settings.h"
 #include "tools/map_tool.h"
 
@@ -35,10 +34,8 @@ TimeOptions parse(const std::vector<std::string>& arguments) {
                    "and save it: the shortest of several runs.",
                    kExitCodes);
   line.addText({"FILE", "", "a map file"}, options.path);
-  line.addText({"--folder", "FOLDER", "folder that the map is saved to"},
-               options.folder);
-  line.addText({"--backend", "auto|cpu|cuda", "backend of the mapper"},
-               options.backend);
+  line.addText({"--folder", "FOLDER", "folder that the map is saved to"}, options.folder);
+  line.addText({"--backend", "auto|cpu|cuda", "backend of the mapper"}, options.backend);
   line.addWhole({"--threads", "N", "CPU threads (0: all cores)"}, options.threads, {0, 1024});
   line.addWhole({"--repeats", "N", "repetitions"}, options.repeats, {1, 1000});
   addLoadLimit(line, options.limit);
@@ -55,23 +52,15 @@ MapperParams paramsFor(const MapContents& contents, const TimeOptions& options) 
   return params;
 }
 
-/// Of all threads so far: on a machine with other work, it tells more than the time on the wall.
-double processorSeconds() {
-  timespec time;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 /// Times `action`, and prints what it comes to for so many bytes.
 void printTime(const char* what, const TimeOptions& options, uint64_t bytes,
-          const std::function<void()>& action) {
+               const std::function<void()>& action) {
   double wall_s = 1e9, core_s = 1e9;
   for (int i = 0; i < options.repeats; ++i) {
     const double core_start_s = processorSeconds();
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     action();
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-    wall_s = std::min(wall_s, took.count());
+    wall_s = std::min(wall_s, watch.seconds());
     core_s = std::min(core_s, processorSeconds() - core_start_s);
   }
   const double megabytes = static_cast<double>(bytes) / 1e6;
@@ -85,8 +74,8 @@ void printTime(const char* what, const TimeOptions& options, uint64_t bytes,
 void timeMap(const std::vector<std::string>& arguments) {
   const TimeOptions options = parse(arguments);
   MapContents contents = loadMap(options.path, options.limit.bytes());
-  const uint64_t bytes = contents.voxels.size() * sizeof(uint64_t) +
-                         contents.colours.size() * sizeof(uint32_t);
+  const uint64_t bytes =
+      contents.voxels.size() * sizeof(uint64_t) + contents.colours.size() * sizeof(uint32_t);
   if (bytes == 0) throw std::runtime_error("the map '" + options.path + "' is empty");
   const MapperParams params = paramsFor(contents, options);
   std::unique_ptr<Mapper> mapper = makeMapper(params, contents);
@@ -98,8 +87,7 @@ void timeMap(const std::vector<std::string>& arguments) {
   const std::string scratch = (std::filesystem::path(options.folder) / name).string();
   std::printf("%-8s %10s %12s %12s %18s\n", "", "seconds", "s per GiB", "MB/s",
               "MB per core-second");
-  printTime("load", options, bytes,
-       [&] { loadMap(options.path, kNoMapLimit, options.threads); });
+  printTime("load", options, bytes, [&] { loadMap(options.path, kNoMapLimit, options.threads); });
   printTime("take in", options, bytes, [&] { makeMapper(params, contents); });
   printTime("copy", options, bytes, [&] { mapper->contents(); });
   printTime("save", options, bytes, [&] { saveMap(contents, scratch, options.threads); });

@@ -1,11 +1,11 @@
 #include "tools/reconstruction.h"
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/rate_limit.h"
+#include "program/stopwatch.h"
 
 namespace dtsdf {
 namespace {
@@ -13,10 +13,9 @@ namespace {
 /// Runs `action` and returns its wall time.
 template <class Action>
 double timeMs(const Action& action) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   action();
-  const auto end = std::chrono::steady_clock::now();
-  return std::chrono::duration<double, std::milli>(end - start).count();
+  return watch.milliseconds();
 }
 
 size_t sumOf(const std::map<std::string, size_t>& counts) {

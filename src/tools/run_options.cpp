@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "dtsdf_mapping/io/yaml_params.h"
-#include "tools/rule_list.h"
 #include "tools/setting_list.h"
 
 namespace dtsdf {
@@ -82,24 +81,22 @@ void addFolderOptions(CommandLine& line, RunOptions& options) {
 }
 
 void addFrameOptions(CommandLine& line, RunOptions& options) {
-  line.add({"--frames", "FIRST:LAST:STEP",
-            "depth images to use, counted from 0, LAST included; parts may be left out: 100:, :99, "
-            "::2"},
-           [&](const std::string& value) {
-             options.recording.selection = parseFrameSelection(value);
-           });
+  line.add(
+      {"--frames", "FIRST:LAST:STEP",
+       "depth images to use, counted from 0, LAST included; parts may be left out: 100:, :99, "
+       "::2"},
+      [&](const std::string& value) { options.recording.selection = parseFrameSelection(value); });
 }
 
 void addMapperOptions(CommandLine& line, RunOptions& options) {
-  line.addText({"--config", "FILE",
-                "settings as in config/default.yaml (default: the built-in defaults)"},
-               options.config_path);
+  line.addText(
+      {"--config", "FILE", "settings as in config/default.yaml (default: the built-in defaults)"},
+      options.config_path);
   line.addList({"--set", "KEY=VALUE ...",
                 "single settings, which override those of the file; may be repeated. Keys that "
                 "start with rules/ change numbers of the method, for experiments"},
                [&](const std::string& value) { options.settings.push_back(parseSetting(value)); });
-  line.addTextRequest("--list-settings",
-                      "print every setting with its default, unit and range",
+  line.addTextRequest("--list-settings", "print every setting with its default, unit and range",
                       [] { return listSettings(); });
   line.addTextRequest("--list-rules", "print the keys under rules/ with their defaults and ranges",
                       [] { return listRules(); });

@@ -14,36 +14,20 @@ import struct
 import subprocess
 import sys
 import tempfile
-import zlib
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import tum_folder
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 3
 OLD = b"what was there before\n"
 
 
-def chunk(kind, data):
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-
-def depth_png(depth_mm):
-    """An image whose pixels are depth_mm(u, v)."""
-    rows = b"".join(
-        b"\0" + b"".join(struct.pack(">H", depth_mm(u, v)) for u in range(WIDTH))
-        for v in range(HEIGHT))
-    header = struct.pack(">IIBBBBB", WIDTH, HEIGHT, 16, 0, 0, 0, 0)
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) +
-            chunk(b"IEND", b""))
-
-
 def write_recording(folder):
     """A wall with a step, seen by a camera that stands still."""
-    os.makedirs(os.path.join(folder, "depth"))
-    with open(os.path.join(folder, "depth.txt"), "w") as images, \
-            open(os.path.join(folder, "groundtruth.txt"), "w") as poses:
-        for i in range(FRAMES):
-            with open(os.path.join(folder, "depth", "%d.png" % i), "wb") as image:
-                image.write(depth_png(lambda u, v: 5000 if u < 30 else 4000))
-            images.write("%d.0 depth/%d.png\n" % (i + 1, i))
-            poses.write("%d.0 0 0 0 0 0 0 1\n" % (i + 1))
+    row = struct.pack(">H", 5000) * 30 + struct.pack(">H", 4000) * (WIDTH - 30)
+    image = tum_folder.png([row] * HEIGHT)
+    tum_folder.write(
+        folder, [(f"{i + 1}.0", image, (0, 0, 0, 0, 0, 0, 1)) for i in range(FRAMES)])
 
 
 class Case:

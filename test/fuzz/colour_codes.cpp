@@ -10,7 +10,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::vector<uint8_t> bytes(data, data + size);
   if (size > 8 && data[0] == 0x89) bytes = withSums(std::move(bytes));
   expectAnswer([&] {
-    const DecodedColour image = decodeColour(bytes.data(), bytes.size(), "the image");
+    const RgbImage image = decodeColour(bytes.data(), bytes.size(), "the image");
     require(image.rgb.size() == 3 * size_t(image.width) * image.height, "all pixels");
   });
   return 0;

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """recording_test.py RECONSTRUCT: recordings read in Python become the map that `reconstruct` makes."""
 import os
-import struct
 import subprocess
 import sys
 import tempfile
 import unittest
-import zlib
 
 import numpy
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import tum_folder
 
 import dtsdf_mapping
 from room import K, SHAPE
@@ -18,17 +19,10 @@ FRAMES = 6
 
 def write_png(path, image):
     """(H, W) uint16 or (H, W, 3) uint8."""
-    def chunk(name, data):
-        body = name + data
-        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
-
-    kind = (16, 0) if image.ndim == 2 else (8, 2)
-    rows = image.astype(">u2" if image.ndim == 2 else "u1")
-    raw = b"".join(b"\0" + row.tobytes() for row in rows)
-    header = struct.pack(">IIBBBBB", image.shape[1], image.shape[0], *kind, 0, 0, 0)
+    grey = image.ndim == 2
     with open(path, "wb") as file:
-        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) +
-                   chunk(b"IDAT", zlib.compress(raw)) + chunk(b"IEND", b""))
+        file.write(tum_folder.png([row.tobytes() for row in image.astype(">u2" if grey else "u1")],
+                                 *((16, 1) if grey else (8, 3))))
 
 
 def write_recording(folder):

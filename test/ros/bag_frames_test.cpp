@@ -1,17 +1,14 @@
 /// Bags with compressed depth, written here: what is read of them offline.
 #include "io/bag_frames.h"
 
-#include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
-#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
-#include <sensor_msgs/Image.h>
 #include <sensor_msgs/Imu.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
 
+#include "ros/support/messages.h"
 #include "support/compressed_depth.h"
 #include "support/temporary_folder.h"
 
@@ -22,11 +19,11 @@ constexpr int kWidth = 8, kHeight = 6, kFrames = 3;
 const std::string kTopic = "/camera/depth/image_rect";
 const std::string kCompressedTopic = kTopic + "/compressedDepth";
 
-std_msgs::Header headerOf(int i) {
-  std_msgs::Header header;
-  header.stamp = ros::Time(100.0 + i);
-  header.frame_id = "camera";
-  return header;
+std_msgs::Header headerOf(int i) { return makeHeader(ros::Time(100.0 + i), "camera"); }
+
+/// The transform of an unturned frame.
+tf2_msgs::TFMessage shiftOf(const std::string& frame, double x, const ros::Time& stamp) {
+  return makeTfMessage("map", frame, Eigen::Isometry3d(Eigen::Translation3d(x, 0.0, 0.0)), stamp);
 }
 
 cv::Mat depthOf(int i) {
@@ -39,14 +36,8 @@ cv::Mat depthOf(int i) {
 
 sensor_msgs::Image rawOf(int i) {
   const cv::Mat depth = depthOf(i);
-  sensor_msgs::Image image;
-  image.header = headerOf(i);
-  image.width = kWidth;
-  image.height = kHeight;
-  image.encoding = "16UC1";
-  image.step = 2 * kWidth;
-  image.data.assign(depth.datastart, depth.dataend);
-  return image;
+  return makeImageMessage(headerOf(i), "16UC1", kWidth, kHeight,
+                          std::vector<uint8_t>(depth.datastart, depth.dataend));
 }
 
 /// By turns in the codes that there are.
@@ -55,9 +46,8 @@ sensor_msgs::CompressedImage compressedOf(int i) {
   sensor_msgs::CompressedImage image;
   image.header = headerOf(i);
   image.format = i % 2 == 0 ? "16UC1; compressedDepth" : "16UC1; compressedDepth rvl";
-  image.data = i % 2 == 0
-                   ? compressPng(depth)
-                   : compressRvl({depth.begin<uint16_t>(), depth.end<uint16_t>()}, kWidth);
+  image.data = i % 2 == 0 ? compressPng(depth)
+                          : compressRvl({depth.begin<uint16_t>(), depth.end<uint16_t>()}, kWidth);
   return image;
 }
 
@@ -71,22 +61,10 @@ class CompressedBag : public testing::Test {
 
   void writeRest(int i) {
     const ros::Time stamp = headerOf(i).stamp;
-    sensor_msgs::CameraInfo info;
-    info.header = headerOf(i);
-    info.width = kWidth;
-    info.height = kHeight;
-    info.K = {10.0, 0.0, 3.5, 0.0, 10.0, 2.5, 0.0, 0.0, 1.0};
-    info.distortion_model = "plumb_bob";  // of the camera; the topic says that it is undone
-    info.D = {0.9, 0.0, 0.0, 0.0, 0.0};
+    sensor_msgs::CameraInfo info = makeCameraInfo(rawOf(i), {10.0f, 10.0f, 3.5f, 2.5f});
+    info.D = {0.9, 0.0, 0.0, 0.0, 0.0};  // of the camera; the topic says that it is undone
     bag_.write("/camera/depth/camera_info", stamp, info);
-    geometry_msgs::TransformStamped transform;
-    transform.header = headerOf(i);
-    transform.header.frame_id = "map";
-    transform.child_frame_id = "camera";
-    transform.transform.rotation.w = 1.0;
-    tf2_msgs::TFMessage message;
-    message.transforms.push_back(transform);
-    bag_.write("/tf", stamp, message);
+    bag_.write("/tf", stamp, shiftOf("camera", 0.0, stamp));
     sensor_msgs::CompressedImage colour;
     colour.header = headerOf(i);
     colour.format = "bgr8; jpeg compressed bgr8";
@@ -146,14 +124,7 @@ TEST_F(CompressedBag, TopicMayBeNamedEitherWay) {
 /// Wrong names are answered with those that the bag has.
 TEST_F(CompressedBag, NamesWhatThereIsInsteadOfAWrongName) {
   writeCompressed();
-  const auto error = [&] {
-    try {
-      read();
-    } catch (const std::runtime_error& caught) {
-      return std::string(caught.what());
-    }
-    return std::string();
-  };
+  const auto error = [&] { return errorOf([&] { read(); }); };
   options_.depth_topic = "/depth";
   EXPECT_NE(error().find("no messages on '/depth'; depth is on '" + std::string(kCompressedTopic)),
             std::string::npos)
@@ -172,14 +143,11 @@ TEST_F(CompressedBag, NamesWhatThereIsInsteadOfAWrongName) {
 TEST_F(CompressedBag, MasksTakeMeasurementsAway) {
   writeCompressed();
   for (int i = 0; i < 2; ++i) {  // the last image has none
-    sensor_msgs::Image mask;
-    mask.header = headerOf(i);
-    mask.encoding = "mono8";
-    mask.width = mask.step = kWidth;
-    mask.height = i == 0 ? kHeight : kHeight + 1;
-    mask.data.assign(mask.step * mask.height, 0);
-    mask.data[9] = 255;
-    bag_.write("/mask", headerOf(i).stamp + ros::Duration(0.3), mask);
+    const int height = i == 0 ? kHeight : kHeight + 1;
+    std::vector<uint8_t> mask(static_cast<size_t>(kWidth * height), 0);
+    mask[9] = 255;
+    bag_.write("/mask", headerOf(i).stamp + ros::Duration(0.3),
+               makeImageMessage(headerOf(i), "mono8", kWidth, height, mask));
   }
   options_.mask_topic = "/mask";
   const std::vector<SourceFrame> frames = read();
@@ -210,14 +178,7 @@ TEST_F(CompressedBag, LatestCameraInfoMayBeAsked) {
   sensor_msgs::CompressedImage later = compressedOf(2);
   later.header.stamp += ros::Duration(0.5);
   bag_.write(kCompressedTopic, later.header.stamp, later);
-  geometry_msgs::TransformStamped transform;
-  transform.header.stamp = ros::Time(200.0);
-  transform.header.frame_id = "map";
-  transform.child_frame_id = "camera";
-  transform.transform.rotation.w = 1.0;
-  tf2_msgs::TFMessage message;
-  message.transforms.push_back(transform);
-  bag_.write("/tf", ros::Time(200.0), message);
+  bag_.write("/tf", ros::Time(200.0), shiftOf("camera", 0.0, ros::Time(200.0)));
   EXPECT_EQ(read().size(), 3u);
   EXPECT_EQ(source_->skipped(), (std::map<std::string, size_t>{{"no_camera_info", 1}}));
   options_.latest_camera_info = true;
@@ -243,44 +204,24 @@ class ColourBag : public CompressedBag {
     options_.colour_topic = "/color/image_rect";
   }
 
-  static std_msgs::Header colourHeaderOf(double stamp_s) {
-    std_msgs::Header header;
-    header.stamp = ros::Time(stamp_s);
-    header.frame_id = "color";
-    return header;
+  static sensor_msgs::Image imageAt(double stamp_s, const std::string& encoding) {
+    const cv::Mat bgr = pixels();
+    return makeImageMessage(makeHeader(ros::Time(stamp_s), "color"), encoding, 10, 4,
+                            std::vector<uint8_t>(bgr.datastart, bgr.dataend));
   }
 
   void writeCameraOf(double stamp_s) {
-    sensor_msgs::CameraInfo info;
-    info.header = colourHeaderOf(stamp_s);
-    info.width = 10;
-    info.height = 4;
-    info.P = {20.0, 0.0, 4.5, 0.0, 0.0, 21.0, 1.5, 0.0, 0.0, 0.0, 1.0, 0.0};
-    bag_.write("/color/camera_info", info.header.stamp, info);
-    geometry_msgs::TransformStamped transform;
-    transform.header = info.header;
-    transform.header.frame_id = "map";
-    transform.child_frame_id = "color";
-    transform.transform.translation.x = stamp_s;
-    transform.transform.rotation.w = 1.0;
-    tf2_msgs::TFMessage message;
-    message.transforms.push_back(transform);
-    bag_.write("/tf", info.header.stamp, message);
+    const ros::Time stamp(stamp_s);
+    bag_.write("/color/camera_info", stamp,
+               makeCameraInfo(imageAt(stamp_s, "bgr8"), {20.0f, 21.0f, 4.5f, 1.5f}));
+    bag_.write("/tf", stamp, shiftOf("color", stamp_s, stamp));
   }
 
   static cv::Mat pixels() { return cv::Mat(4, 10, CV_8UC3, cv::Scalar(30, 20, 10)); }
 
   /// Recorded later than its stamp says.
   void writeRaw(double stamp_s, const ros::Time& recorded, const std::string& encoding = "bgr8") {
-    const cv::Mat bgr = pixels();
-    sensor_msgs::Image image;
-    image.header = colourHeaderOf(stamp_s);
-    image.width = 10;
-    image.height = 4;
-    image.encoding = encoding;
-    image.step = 30;
-    image.data.assign(bgr.datastart, bgr.dataend);
-    bag_.write("/color/image_rect", recorded, image);
+    bag_.write("/color/image_rect", recorded, imageAt(stamp_s, encoding));
   }
 
   std::vector<SourceColour> readColours() {
@@ -321,8 +262,8 @@ TEST_F(ColourBag, HandsOutThoseListed) {
   for (const double stamp_s : {100.6, 100.3, 100.2, 100.4}) {  // 100.3 has no camera_info
     writeRaw(stamp_s, ros::Time(101.0 + stamp_s));
   }
-  options_.listed_colours = std::make_shared<const std::vector<size_t>>(
-      std::vector<size_t>{1, 2, 3});
+  options_.listed_colours =
+      std::make_shared<const std::vector<size_t>>(std::vector<size_t>{1, 2, 3});
   const std::vector<SourceColour> images = readColours();
   ASSERT_EQ(images.size(), 2u);
   EXPECT_EQ(images[0].index, 2u);
@@ -334,7 +275,7 @@ TEST_F(ColourBag, MayBeCompressed) {
   for (const double stamp_s : {100.2, 100.4}) {
     writeCameraOf(stamp_s);
     sensor_msgs::CompressedImage image;
-    image.header = colourHeaderOf(stamp_s);
+    image.header = makeHeader(ros::Time(stamp_s), "color");
     image.format = "bgr8; png compressed bgr8";
     cv::imencode(".png", pixels(), image.data);
     if (stamp_s > 100.3) image.data.resize(20);
@@ -384,15 +325,9 @@ class InertialBag : public testing::Test {
   }
 
   void writeTransform() {
+    const Eigen::Isometry3d T(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
     for (const int i : {0, 1000}) {
-      geometry_msgs::TransformStamped transform;
-      transform.header.stamp = stampOf(i);
-      transform.header.frame_id = "map";
-      transform.child_frame_id = "imu";
-      transform.transform.rotation.z = transform.transform.rotation.w = std::sqrt(0.5);
-      tf2_msgs::TFMessage message;
-      message.transforms.push_back(transform);
-      bag_.write("/tf", transform.header.stamp, message);
+      bag_.write("/tf", stampOf(i), makeTfMessage("map", "imu", T, stampOf(i)));
     }
   }
 

@@ -1,9 +1,5 @@
 /// A bag played in a loop under simulated time, against the same bag read offline.
 #include <gtest/gtest.h>
-#include <std_srvs/SetBool.h>
-
-#include <fstream>
-#include <iterator>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/yaml_params.h"
@@ -20,11 +16,6 @@ namespace dtsdf {
 namespace {
 
 constexpr uint64_t kFrames = 30;
-
-std::string readFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 BagOptions bagOptions() {
   BagOptions options;
@@ -50,7 +41,7 @@ std::string bytesOfflineAfter(uint64_t count) {
   store.apply(mapper->updateMesh());
   const TemporaryFolder folder;
   saveMesh(store.assemble(), params.mapper.mesh.colour, folder / "mesh.ply");
-  return readFile(folder / "mesh.ply");
+  return readBytes(folder / "mesh.ply");
 }
 
 TEST(Bag, IsReadOfflineWithoutLoss) {
@@ -90,9 +81,7 @@ TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
   ASSERT_TRUE(status.waitForFused(kFrames / 2)) << status.status().message;
-  std_srvs::SetBool pause;
-  pause.request.data = true;
-  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  pauseMapping(true);
   ASSERT_TRUE(waitUntil([&] { return status.status().paused; }));
   const std::string path = pathOf("bag.ply");
   // What was in the map's hands at the pause is in the mesh, and in the next status.
@@ -102,11 +91,9 @@ TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   ASSERT_LE(fused, kFrames) << "the machine was too slow to pause before the loop";
   EXPECT_EQ(status.status().frames_dropped, status.dropped("paused"))
       << "a frame is missing: " << status.status().message;
-  EXPECT_TRUE(readFile(path) == bytesOfflineAfter(fused)) << "after " << fused << " frames";
+  EXPECT_TRUE(readBytes(path) == bytesOfflineAfter(fused)) << "after " << fused << " frames";
   removeOutputFolder();
-
-  pause.request.data = false;
-  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  pauseMapping(false);
 }
 
 TEST(Bag, NextLoopIsFusedToo) {

@@ -1,15 +1,8 @@
 /// Two cameras into one map: in the order of stamps, whatever the order of arrival, and with the
 /// result of fusing the same frames one by one.
-#include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <boost/make_shared.hpp>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include "dtsdf_mapping/io/mesh_file.h"
@@ -19,8 +12,8 @@
 #include "params/node_params.h"
 #include "ros/input/depth_image.h"
 #include "ros/input/pose_source.h"
-#include "ros/input/transform_conversions.h"
 #include "ros/support/kept_topics.h"
+#include "ros/support/messages.h"
 #include "ros/support/output_folder.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
@@ -37,40 +30,18 @@ const Intrinsics kIntrinsics{80.0f, 80.0f, 47.5f, 35.5f};
 struct SentFrame {
   std::string camera;
   sensor_msgs::ImagePtr image;
-  sensor_msgs::CameraInfoPtr info;
+  sensor_msgs::CameraInfo info;
   geometry_msgs::TransformStamped transform;
 };
 
 SentFrame makeFrame(const std::string& camera, const ros::Time& stamp, double lap_s) {
   static const Scene scene = makeRoomScene();
   const Eigen::Isometry3d T_W_C = roomCameraPose(lap_s, 6.0);
-  SentFrame frame;
-  frame.camera = camera;
-  frame.image = boost::make_shared<sensor_msgs::Image>();
-  frame.image->header.stamp = stamp;
-  frame.image->header.frame_id = camera;
-  frame.image->width = kWidth;
-  frame.image->height = kHeight;
-  frame.image->encoding = "32FC1";
-  frame.image->step = kWidth * sizeof(float);
-  const std::vector<float> depth_m = renderDepth(scene, kIntrinsics, kWidth, kHeight, T_W_C);
-  frame.image->data.resize(depth_m.size() * sizeof(float));
-  std::memcpy(frame.image->data.data(), depth_m.data(), frame.image->data.size());
-  frame.info = boost::make_shared<sensor_msgs::CameraInfo>();
-  frame.info->header = frame.image->header;
-  frame.info->width = kWidth;
-  frame.info->height = kHeight;
-  frame.info->P = {80.0, 0.0, 47.5, 0.0, 0.0, 80.0, 35.5, 0.0, 0.0, 0.0, 1.0, 0.0};
-  frame.transform.header.stamp = stamp;
-  frame.transform.header.frame_id = "map";
-  frame.transform.child_frame_id = camera;
-  frame.transform.transform = toTransform(T_W_C);
-  return frame;
-}
-
-std::string readFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const auto image = boost::make_shared<sensor_msgs::Image>(
+      makeImageMessage(makeHeader(stamp, camera), "32FC1", kWidth, kHeight,
+                       renderDepth(scene, kIntrinsics, kWidth, kHeight, T_W_C)));
+  return {camera, image, makeCameraInfo(*image, kIntrinsics),
+          makeTransform("map", camera, T_W_C, stamp)};
 }
 
 /// The mesh of the frames, fused in this order without a node, as a file.
@@ -82,7 +53,7 @@ std::string bytesOffline(const std::vector<SentFrame>& frames) {
   for (const SentFrame& frame : frames) transforms.setTransform(frame.transform, "test");
   for (const SentFrame& frame : frames) {
     cv_bridge::CvImageConstPtr pixels;
-    DepthFrame depth = makeDepthFrame(frame.image, *frame.info, {}, pixels);
+    DepthFrame depth = makeDepthFrame(frame.image, frame.info, {}, pixels);
     depth.T_W_C = poses.lookUp(frame.camera, frame.image->header.stamp).T_W_C;
     EXPECT_EQ(mapper->integrate(depth).status, FrameStatus::kFused);
   }
@@ -90,7 +61,7 @@ std::string bytesOffline(const std::vector<SentFrame>& frames) {
   store.apply(mapper->updateMesh());
   const TemporaryFolder folder;
   saveMesh(store.assemble(), params.mapper.mesh.colour, folder / "mesh.ply");
-  return readFile(folder / "mesh.ply");
+  return readBytes(folder / "mesh.ply");
 }
 
 class Cameras : public testing::Test {
@@ -99,8 +70,8 @@ class Cameras : public testing::Test {
     ASSERT_TRUE(waitUntil([&] {
       bool connected = tf_.getNumSubscribers() > 0 && status_.received();
       for (const auto& [name, images] : images_) {
-        connected = connected && images.getNumSubscribers() > 0 &&
-                    infos_.at(name).getNumSubscribers() > 0;
+        connected =
+            connected && images.getNumSubscribers() > 0 && infos_.at(name).getNumSubscribers() > 0;
       }
       return connected;
     }));
@@ -167,7 +138,7 @@ TEST_F(Cameras, TheMapIsThatOfTheFramesInTheOrderOfStamps) {
 
   const auto saved = saveMesh("cameras.ply");
   ASSERT_TRUE(saved.success) << saved.message;
-  const std::string bytes = readFile(saved.path);
+  const std::string bytes = readBytes(saved.path);
   EXPECT_TRUE(bytes == bytesOffline(in_order));
   std::swap(in_order[0], in_order[1]);
   EXPECT_FALSE(bytes == bytesOffline(in_order)) << "these frames do not tell orders apart";
@@ -184,8 +155,8 @@ TEST_F(Cameras, WhatComesTooLateIsDroppedAndCounted) {
   EXPECT_TRUE(depthOf(1).dropped.empty());
   // And the next one is fused.
   send(makeFrame("front", stamp + ros::Duration(0.1), 0.0));
-  EXPECT_TRUE(waitUntil(
-      [&] { return status_.status().last_fused_stamp == stamp + ros::Duration(0.1); }));
+  EXPECT_TRUE(
+      waitUntil([&] { return status_.status().last_fused_stamp == stamp + ros::Duration(0.1); }));
 }
 
 TEST_F(Cameras, StampsGoingBackStartAllAnew) {

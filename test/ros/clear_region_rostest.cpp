@@ -1,8 +1,6 @@
 /// The service clear_region and map/keep_radius_m: what goes, what is refused, the mesh after it.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <gtest/gtest.h>
-#include <std_srvs/SetBool.h>
-#include <std_srvs/Trigger.h>
 
 #include <cmath>
 #include <limits>
@@ -47,8 +45,7 @@ class ClearRegionTest : public WallCamera {
  protected:
   void SetUp() override {
     ASSERT_NO_FATAL_FAILURE(WallCamera::SetUp());
-    std_srvs::Trigger clear;
-    ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+    clearMap();
     fuseFrames(2);
   }
 
@@ -66,12 +63,6 @@ class ClearRegionTest : public WallCamera {
 
   bool waitForBlocks(uint64_t count) {
     return waitUntil([&] { return status_.status().blocks == count; });
-  }
-
-  static void pause(bool value) {
-    std_srvs::SetBool pause;
-    pause.request.data = value;
-    ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
   }
 };
 
@@ -118,22 +109,16 @@ TEST_F(ClearRegionTest, ATurnedBoxIsTurned) {
   EXPECT_GT(call(request).voxels, 0u) << "only what both share is gone";
 }
 
+/// Also while mapping is paused.
 TEST_F(ClearRegionTest, AllSpaceLeavesAnEmptyMap) {
+  pauseMapping(true);
   EXPECT_GT(status_.status().blocks, 0u);
   EXPECT_TRUE(call(sphereAt(0.0, 0.0, 0.0, 1e6)).success);
   EXPECT_TRUE(waitForBlocks(0)) << status_.status().blocks;
+  pauseMapping(false);
   EXPECT_EQ(status_.status().map_bytes, 0u);
   fuseFrames(1);
   EXPECT_TRUE(waitUntil([&] { return status_.status().blocks > 0; }));
-}
-
-TEST_F(ClearRegionTest, WorksWhilePaused) {
-  pause(true);
-  const auto cleared = call(sphereAt(0.0, 0.0, 0.0, 1e6));
-  EXPECT_TRUE(cleared.success);
-  EXPECT_GT(cleared.voxels, 0u);
-  EXPECT_TRUE(waitForBlocks(0));
-  pause(false);
 }
 
 TEST_F(ClearRegionTest, ConcurrentCallsAreServedOneByOne) {

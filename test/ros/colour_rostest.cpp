@@ -1,22 +1,17 @@
 /// A colour camera beside the depth camera: late, without transform, of the wrong kind, of another
 /// size and rate, and silent. Depth goes on, whatever becomes of colour.
-#include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "dtsdf_mapping/mapper.h"
 #include "io/bag_frames.h"
 #include "params/node_params.h"
-#include "ros/input/transform_conversions.h"
 #include "ros/support/kept_topics.h"
+#include "ros/support/messages.h"
 #include "ros/support/output_folder.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
@@ -44,34 +39,13 @@ struct Sent {
   tf2_msgs::TFMessage transform;
 };
 
-Sent makeSent(const Lens& lens, const std::string& frame, const ros::Time& stamp,
-              const Eigen::Isometry3d& T_W_C) {
-  Sent sent;
-  sent.image.header.stamp = stamp;
-  sent.image.header.frame_id = frame;
-  sent.image.width = static_cast<uint32_t>(lens.width);
-  sent.image.height = static_cast<uint32_t>(lens.height);
-  sent.info.header = sent.image.header;
-  sent.info.width = sent.image.width;
-  sent.info.height = sent.image.height;
-  const Intrinsics& K = lens.K;
-  sent.info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
-  geometry_msgs::TransformStamped transform;
-  transform.header.stamp = stamp;
-  transform.header.frame_id = "map";
-  transform.child_frame_id = frame;
-  transform.transform = toTransform(T_W_C);
-  sent.transform.transforms.push_back(transform);
-  return sent;
-}
-
 template <class Pixel>
-void fillImage(sensor_msgs::Image& image, const std::string& encoding,
-               const std::vector<Pixel>& pixels) {
-  image.encoding = encoding;
-  image.step = image.width * static_cast<uint32_t>(sizeof(Pixel));
-  image.data.resize(pixels.size() * sizeof(Pixel));
-  std::memcpy(image.data.data(), pixels.data(), image.data.size());
+Sent makeSent(const Lens& lens, const std_msgs::Header& header, const std::string& encoding,
+              const std::vector<Pixel>& pixels, const Eigen::Isometry3d& T_W_C) {
+  const sensor_msgs::Image image =
+      makeImageMessage(header, encoding, lens.width, lens.height, pixels);
+  return {image, makeCameraInfo(image, lens.K),
+          makeTfMessage("map", header.frame_id, T_W_C, header.stamp)};
 }
 
 const Scene& room() {
@@ -81,18 +55,16 @@ const Scene& room() {
 
 Sent makeDepth(const ros::Time& stamp, double lap_s) {
   const Eigen::Isometry3d T_W_C = roomCameraPose(lap_s, 6.0);
-  Sent sent = makeSent(kDepthLens, "depth", stamp, T_W_C);
-  fillImage(sent.image, "32FC1",
-            renderDepth(room(), kDepthLens.K, kDepthLens.width, kDepthLens.height, T_W_C));
-  return sent;
+  return makeSent(kDepthLens, makeHeader(stamp, "depth"), "32FC1",
+                  renderDepth(room(), kDepthLens.K, kDepthLens.width, kDepthLens.height, T_W_C),
+                  T_W_C);
 }
 
 Sent makeColour(const ros::Time& stamp, double lap_s) {
   const Eigen::Isometry3d T_W_C = roomCameraPose(lap_s, 6.0) * kBeside;
-  Sent sent = makeSent(kColourLens, "color", stamp, T_W_C);
-  fillImage(sent.image, "rgb8",
-            renderPaint(room(), kColourLens.K, kColourLens.width, kColourLens.height, T_W_C));
-  return sent;
+  return makeSent(kColourLens, makeHeader(stamp, "color"), "rgb8",
+                  renderPaint(room(), kColourLens.K, kColourLens.width, kColourLens.height, T_W_C),
+                  T_W_C);
 }
 
 class Colour : public testing::Test {
@@ -100,9 +72,8 @@ class Colour : public testing::Test {
   void SetUp() override {
     ASSERT_TRUE(waitUntil([&] {
       return status_.received() &&
-             std::all_of(publishers_.begin(), publishers_.end(), [](const ros::Publisher* p) {
-               return p->getNumSubscribers() > 0;
-             });
+             std::all_of(publishers_.begin(), publishers_.end(),
+                         [](const ros::Publisher* p) { return p->getNumSubscribers() > 0; });
     }));
     begin();
   }
@@ -220,8 +191,8 @@ TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   while (colour.back().image.header.stamp > depth.back().image.header.stamp) colour.pop_back();
   size_t next = 0;
   for (const Sent& sent : depth) {
-    for (; next < colour.size() &&
-           colour[next].image.header.stamp <= sent.image.header.stamp; ++next) {
+    for (; next < colour.size() && colour[next].image.header.stamp <= sent.image.header.stamp;
+         ++next) {
       sendColour(colour[next]);
     }
     sendDepth(sent);
@@ -292,14 +263,6 @@ TEST_F(Colour, BadImagesAreCountedByReason) {
   depth_as_colour.image.header.frame_id = "color";
   sendColour(depth_as_colour);
   EXPECT_TRUE(waitUntil([&] { return colourDropped("bad_encoding") == 1; }));
-  Sent cut = makeColour(start_ + ros::Duration(0.2), 0.0);
-  cut.image.data.resize(100);
-  sendColour(cut);
-  EXPECT_TRUE(waitUntil([&] { return colourDropped("bad_image") == 1; }));
-  Sent other_size = makeColour(start_ + ros::Duration(0.3), 0.0);
-  other_size.info.width *= 2;
-  sendColour(other_size);
-  EXPECT_TRUE(waitUntil([&] { return colourDropped("size_mismatch") == 1; }));
   EXPECT_EQ(painted(), painted_before);
   expectAllWell();
 }

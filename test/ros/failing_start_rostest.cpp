@@ -27,15 +27,11 @@ Outcome run(const std::string& command) {
   return outcome;
 }
 
-bool isLoaded(const std::string& name) {
-  return ros::service::exists(name + "/save_mesh", false);
-}
+bool isLoaded(const std::string& name) { return ros::service::exists(name + "/save_mesh", false); }
 
 class FailingStart : public testing::TestWithParam<std::string> {
  protected:
-  Outcome start(const std::string& name) {
-    return run(GetParam() + " __name:=" + name);
-  }
+  Outcome start(const std::string& name) { return run(GetParam() + " __name:=" + name); }
 };
 
 TEST_P(FailingStart, NamesEveryWrongKeyInTheLog) {
@@ -80,6 +76,16 @@ TEST_P(FailingStart, CudaThatIsNotThereIsAnError) {
   EXPECT_NE(outcome.output.find("FATAL"), std::string::npos) << outcome.output;
   EXPECT_NE(outcome.output.find(reason), std::string::npos) << outcome.output;
   ros::param::del("/cuda");
+}
+
+TEST_P(FailingStart, AMapThatIsMissingIsAnError) {
+  ros::param::set("/mapless/map/load_file", "/not/there.dtsdf");
+  const Outcome outcome = start("mapless");
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_NE(outcome.output.find("cannot start: cannot read the map file '/not/there.dtsdf'"),
+            std::string::npos)
+      << outcome.output;
+  ros::param::del("/mapless");
 }
 
 /// It died without a word: the log had ended with the last node handle.

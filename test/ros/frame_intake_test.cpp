@@ -91,7 +91,7 @@ TEST_F(FrameIntakeTest, FramesGoOnInOrderWithTheirPoses) {
   putTransform(transforms_, 1.0, 1.0);
   putTransform(transforms_, 2.0, 2.0);
   push(1.25);
-  push(1.75);
+  intake_->push({makeDepthImage(1.75, "/camera"), makeCameraInfo(1.75), nullptr});  // of old
   EXPECT_EQ(posed_frames_.size(), 0u) << "the callbacks' thread looks nothing up";
   intake_->step();
   EXPECT_EQ(wakes_, 2);

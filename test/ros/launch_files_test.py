@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The launch files: with stand-ins of the drivers, each one loads as it should, and starts a mapping
 that gets frames. Needs the environment of the build (env.sh) and no camera."""
+import ast
 import contextlib
 import os
 import re
@@ -12,12 +13,13 @@ import subprocess
 import sys
 import tempfile
 import unittest
-import zlib
 
 import roslaunch
 import roslaunch.arg_dump
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import stub_drivers
+import tum_folder
 
 SOURCE = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
 LAUNCH = os.path.join(SOURCE, "launch")
@@ -30,37 +32,29 @@ MANAGERS = {"realsense": "/camera/realsense2_camera_manager",
 ENVIRONMENT = {("OMP_WAIT_POLICY", "passive"), ("MALLOC_ARENA_MAX", "2")}
 EXTRA = {"gazebo": ["world:=room.world"]}
 
-# Waits until frames are fused, and tells what the status says of them.
+# Waits until something holds of the status, and tells something of it.
 WATCH = """
-import rospy, sys
+import rospy, sys, time
 from dtsdf_mapping.msg import MapStatus
+until, told, seconds = sys.argv[1:]
 rospy.init_node("watch", anonymous=True, disable_signals=True)
-import time
-end = time.monotonic() + 30.0
+end = time.monotonic() + float(seconds)
 status = None
 def on_status(message):
     global status
     status = message
 rospy.Subscriber("/mapping/status", MapStatus, on_status)
-while time.monotonic() < end and (status is None or status.frames_fused < 3):
+while time.monotonic() < end and (status is None or not eval(until)):
     time.sleep(0.05)
-print(status.frames_fused if status else 0, status.header.frame_id if status else "",
-      status.message if status else "no status")
+print("no status" if status is None else eval(told))
 """
 
 
-# What became of a correction of poses.
-WATCH_CORRECTION = WATCH.replace("status.frames_fused < 3",
-                                 "'fused again' not in status.last_correction").split("print(")[0] + """
-print(status.last_correction if status else "no status")
-"""
-
-# The images fused of each kind.
-WATCH_STREAMS = WATCH.replace("status.frames_fused < 3",
-                              "min(s.fused for s in status.cameras[0].streams) < 3").replace(
-    "30.0", "15.0").split("print(")[0] + """
-print(*(f"{s.kind}={s.fused}" for s in status.cameras[0].streams))
-"""
+def watch(environment, until, told, seconds=30.0):
+    """`until` and `told` are Python expressions of `status`."""
+    output = subprocess.run([sys.executable, "-c", WATCH, until, told, str(seconds)], text=True,
+                            env=environment, stdout=subprocess.PIPE, check=False).stdout
+    return output.splitlines()[-1] if output else ""
 
 
 @contextlib.contextmanager
@@ -72,6 +66,28 @@ def free_master(folder):
     with tempfile.TemporaryDirectory() as home:
         yield dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}", PORT=str(port),
                    ROS_HOME=home, ROS_LOG_DIR=home, ROS_HOSTNAME="localhost", PWD=folder)
+
+
+def start(environment, *words, cwd=None):
+    return subprocess.Popen(["roslaunch", *words], cwd=cwd, env=environment, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+
+def of_mapping(name, environment, *arguments):
+    """The words that launch a file of the package."""
+    return ("-p", environment["PORT"], os.path.join(LAUNCH, name + ".launch"), "rviz:=false",
+            "backend:=cpu", *arguments)
+
+
+@contextlib.contextmanager
+def launched(environment, *words, cwd=None):
+    """Until the block ends; then the list that it is given has what was printed."""
+    launch, printed = start(environment, *words, cwd=cwd), []
+    try:
+        yield printed
+    finally:
+        launch.send_signal(signal.SIGINT)
+        printed.append(launch.communicate(timeout=60)[0])
 
 
 def first_mesh_page():
@@ -225,46 +241,28 @@ class Running(unittest.TestCase):
 
     def fused(self, name, *arguments, then=()):
         """The map's frame, once frames are fused; commands are run in between."""
-        with socket.socket() as free:
-            free.bind(("", 0))
-            port = free.getsockname()[1]
-        with tempfile.TemporaryDirectory() as home:
-            environment = dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}",
-                               ROS_HOME=home, ROS_LOG_DIR=home, ROS_HOSTNAME="localhost")
-            launch = subprocess.Popen(
-                ["roslaunch", "-p", str(port), os.path.join(LAUNCH, name + ".launch"),
-                 "rviz:=false", "backend:=cpu", f"output_directory:={home}", *arguments],
-                env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-            try:
-                told = subprocess.run([sys.executable, "-c", WATCH], env=environment, text=True,
-                                      stdout=subprocess.PIPE, check=False).stdout
+        with tempfile.TemporaryDirectory() as home, free_master(os.getcwd()) as environment:
+            with launched(environment, *of_mapping(
+                    name, environment, f"output_directory:={home}", *arguments)) as printed:
+                told = watch(environment, "status.frames_fused >= 3",
+                             "status.frames_fused, status.header.frame_id, status.message")
                 for command in then:
                     self.save(command, environment, home)
-            finally:
-                launch.send_signal(signal.SIGINT)
-                output = launch.communicate(timeout=60)[0]
-        count, frame, message = re.match(r"(\d+) (\S*) (.*)", told.splitlines()[-1]).groups()
-        self.assertGreaterEqual(int(count), 3, f"{name}: {message}\n{output}")
+        self.assertTrue(told.startswith("("), f"{name}: {told}\n{printed}")
+        count, frame, message = ast.literal_eval(told)
+        self.assertGreaterEqual(count, 3, f"{name}: {message}\n{printed}")
         return frame
 
     def test_rtabmap_corrects_the_map(self):
         with tempfile.TemporaryDirectory() as folder, free_master(folder) as environment:
-            launches = [subprocess.Popen(
-                ["roslaunch", *options], env=environment, stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT, text=True) for options in (
-                    ["-p", environment["PORT"], os.path.join(LAUNCH, "rtabmap.launch"),
-                     "rviz:=false", "backend:=cpu", f"output_directory:={folder}",
-                     f"log_folder:={folder}/log", "voxel_size_m:=0.05",
-                     "registered_depth:=/camera/depth/image_rect_raw"],
-                    ["--wait", "realsense2_camera", "rs_camera.launch"])]
-            try:
-                told = subprocess.run([sys.executable, "-c", WATCH_CORRECTION], env=environment,
-                                      text=True, stdout=subprocess.PIPE, check=False).stdout
-            finally:
-                output = ""
-                for launch in reversed(launches):
-                    launch.send_signal(signal.SIGINT)
-                    output += launch.communicate(timeout=60)[0]
+            with launched(environment, *of_mapping(
+                    "rtabmap", environment, f"output_directory:={folder}",
+                    f"log_folder:={folder}/log", "voxel_size_m:=0.05",
+                    "registered_depth:=/camera/depth/image_rect_raw")) as printed:
+                with launched(environment, "--wait", "realsense2_camera", "rs_camera.launch"):
+                    told = watch(environment, "'fused again' in status.last_correction",
+                                 "status.last_correction")
+            output = printed[0]
             self.assertIn("fused again", told, output)
             self.assertRegex(output, r"corrected_path: \d+ frames moved, by up to 0\.1 m and 0 rad")
             reconstruct = os.path.join(os.environ["DTSDF_PROGRAMS"], "reconstruct")
@@ -330,27 +328,17 @@ class Running(unittest.TestCase):
             self.assertGreaterEqual(counts["depth"], 3)
             self.assertEqual(counts["color"], 0)
 
-    def counts(self, name, *arguments, cwd, until="all"):
-        """Images fused by kind, once there are three of each (or of depth alone), or some time has
-        passed."""
-        watch = WATCH_STREAMS if until == "all" else WATCH_STREAMS.replace(
-            "s.fused for s in status.cameras[0].streams", "s.fused for s in status.cameras[0].streams "
-            "if s.kind == 'depth'")
+    def counts(self, name, *arguments, cwd, kinds=("depth", "color")):
+        """Images fused by kind, once there are three of those kinds, or some time has passed."""
         with free_master(cwd) as environment:
-            launch = subprocess.Popen(
-                ["roslaunch", "-p", environment["PORT"],
-                 os.path.join(LAUNCH, name + ".launch"), "rviz:=false", "backend:=cpu",
-                 f"output_directory:={cwd}", *arguments], cwd=cwd, env=environment,
-                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-            try:
-                told = subprocess.run([sys.executable, "-c", watch], env=environment, text=True,
-                                      stdout=subprocess.PIPE, check=False).stdout
-            finally:
-                launch.send_signal(signal.SIGINT)
-                output = launch.communicate(timeout=60)[0]
-        self.assertTrue(told, output)
-        return dict((kind, int(count)) for kind, count in
-                    (word.split("=") for word in told.splitlines()[-1].split()))
+            with launched(environment, *of_mapping(
+                    name, environment, f"output_directory:={cwd}", *arguments), cwd=cwd) as printed:
+                streams = "for s in status.cameras[0].streams"
+                told = watch(environment,
+                             f"min(s.fused {streams} if s.kind in {kinds}) >= 3",
+                             f"{{s.kind: s.fused {streams}}}", 15.0)
+        self.assertTrue(told.startswith("{"), f"{told}\n{printed}")
+        return ast.literal_eval(told)
 
     def test_a_bag_with_what_settings_require(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -371,20 +359,17 @@ class Running(unittest.TestCase):
             write_tum_bag(os.path.join(folder, "packed.bag"), packed=True)
             counts = self.counts("bag", "bag:=packed.bag", "depth:=/camera/depth/image",
                                  "image_transport:=compressedDepth", "map_frame:=world", "loop:=true",
-                                 until="depth", cwd=folder)
+                                 kinds=("depth",), cwd=folder)
             self.assertGreaterEqual(counts["depth"], 3)
             write_tum_bag(os.path.join(folder, "two.bag"),
                           depth="/front/depth/image_rect", info="/front/depth/camera_info")
             counts = self.counts("bag", "bag:=two.bag", "cameras:=[front]", "map_frame:=world",
-                                 until="depth", cwd=folder)
+                                 kinds=("depth",), cwd=folder)
             self.assertGreaterEqual(counts["depth"], 3)
 
     def output_of(self, name, *arguments, cwd, environment):
         """What a launch prints that ends by itself."""
-        launch = subprocess.Popen(
-            ["roslaunch", "-p", environment["PORT"], os.path.join(LAUNCH, name + ".launch"),
-             "rviz:=false", "backend:=cpu", *arguments], cwd=cwd, env=environment,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        launch = start(environment, *of_mapping(name, environment, *arguments), cwd=cwd)
         try:
             return launch.communicate(timeout=60)[0]
         except subprocess.TimeoutExpired:
@@ -415,29 +400,14 @@ class Running(unittest.TestCase):
 
 
 def grey_png(width, height, value):
-    """A 16-bit grey PNG of one value."""
-    def chunk(kind, data):
-        return (struct.pack(">I", len(data)) + kind + data +
-                struct.pack(">I", zlib.crc32(kind + data)))
-    rows = (b"\0" + struct.pack(">H", value) * width) * height
-    return (b"\x89PNG\r\n\x1a\n" +
-            chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0)) +
-            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+    return tum_folder.png([struct.pack(">H", value) * width] * height)
 
 
 def write_tum_folder(folder):
     """An archive of freiburg1 as it is unpacked, of a wall two metres away."""
-    os.makedirs(os.path.join(folder, "depth"))
-    depths, poses = [], []
-    for i in range(5):
-        stamp = f"{1305031102.16 + 0.1 * i:.6f}"
-        depths.append(f"{stamp} depth/{stamp}.png")
-        poses.append(f"{stamp} {0.01 * i} 0 0 0 0 0 1")
-        with open(os.path.join(folder, "depth", stamp + ".png"), "wb") as file:
-            file.write(grey_png(640, 480, 10000))
-    for name, lines in (("depth.txt", depths), ("groundtruth.txt", poses)):
-        with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
-            file.write("# as downloaded\n" + "\n".join(lines) + "\n")
+    image = grey_png(640, 480, 10000)
+    tum_folder.write(folder, [
+        (f"{1305031102.16 + 0.1 * i:.6f}", image, (0.01 * i, 0, 0, 0, 0, 0, 1)) for i in range(5)])
 
 
 def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, packed=False,

@@ -4,19 +4,18 @@
 #include <dtsdf_mapping/SaveMap.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/Imu.h>
-#include <std_srvs/Trigger.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dtsdf_mapping/io/map_file.h"
-#include "ros/input/transform_conversions.h"
 #include "ros/support/blocks_watcher.h"
 #include "ros/support/grid_reader.h"
+#include "ros/support/messages.h"
 #include "ros/support/wall_camera.h"
 #include "simulation/scene.h"
 
@@ -30,13 +29,9 @@ Eigen::Isometry3d roomInMap() { return roomCameraPose(0.0).inverse(); }
 
 class LevelTest : public WallCamera {
  protected:
-  void sendPose(const Eigen::Isometry3d& T_M_F, const std::string& frame, const ros::Time& stamp) {
-    geometry_msgs::TransformStamped transform;
-    transform.header.stamp = stamp;
-    transform.header.frame_id = "map";
-    transform.child_frame_id = frame;
-    transform.transform = toTransform(T_M_F);
-    broadcaster_.sendTransform(transform);
+  void SetUp() override {
+    WallCamera::SetUp();
+    listener_.emplace(transforms_);  // not before: the camera waits for one who listens, the node
   }
 
   /// What the camera of a place in the room sees, and waits until it is fused or dropped.
@@ -44,15 +39,12 @@ class LevelTest : public WallCamera {
     const uint64_t done = status_.status().frames_fused + status_.status().frames_dropped;
     const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
     const ros::Time stamp = camera_.nextStamp();
-    const sensor_msgs::CameraInfo info = camera_.info(stamp);
-    const Intrinsics K{static_cast<float>(info.P[0]), static_cast<float>(info.P[5]),
-                       static_cast<float>(info.P[2]), static_cast<float>(info.P[6])};
-    sensor_msgs::Image image = camera_.image(stamp);
-    const std::vector<float> depth_m =
-        renderDepth(makeRoomScene(), K, FakeCamera::kWidth, FakeCamera::kHeight, T_R_C);
-    std::memcpy(image.data.data(), depth_m.data(), image.data.size());
-    sendPose(roomInMap() * T_R_C, "camera", stamp);
-    camera_.send(image, info);
+    const sensor_msgs::Image image = makeImageMessage(
+        makeHeader(stamp, "camera"), "32FC1", FakeCamera::kWidth, FakeCamera::kHeight,
+        renderDepth(makeRoomScene(), FakeCamera::kIntrinsics, FakeCamera::kWidth,
+                    FakeCamera::kHeight, T_R_C));
+    camera_.sendPose(roomInMap() * T_R_C, stamp);
+    camera_.send(image, camera_.info(stamp));
     EXPECT_TRUE(waitUntil(
         [&] { return status_.status().frames_fused + status_.status().frames_dropped > done; }));
   }
@@ -116,9 +108,8 @@ class LevelTest : public WallCamera {
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
-  tf2_ros::TransformBroadcaster broadcaster_;
   tf2_ros::Buffer transforms_;
-  tf2_ros::TransformListener listener_{transforms_};
+  std::optional<tf2_ros::TransformListener> listener_;
 };
 
 TEST_F(LevelTest, floor) {
@@ -174,8 +165,7 @@ TEST_F(LevelTest, floor) {
   ASSERT_TRUE(ros::service::call("/mapping/load_map", load));
   ASSERT_TRUE(load.response.success) << load.response.message;
   EXPECT_TRUE(waitUntil([&] { return (roomInLevel() * Vector3d::Zero()).z() > 0.9; }));
-  std_srvs::Trigger clear;
-  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  clearMap();
   expectMapAt(1.0);
 
   // One that was not levelled does not fit.
@@ -207,7 +197,7 @@ TEST_F(LevelTest, imu) {
       imu.linear_acceleration.x = a.x();
       imu.linear_acceleration.y = a.y();
       imu.linear_acceleration.z = a.z();
-      sendPose(T_M_I, "imu", imu.header.stamp);
+      camera_.sendPose(T_M_I, imu.header.stamp, "imu");
       publisher.publish(imu);
       ros::WallDuration(0.01).sleep();
     }

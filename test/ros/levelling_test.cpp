@@ -120,10 +120,7 @@ TEST_F(LevellingTest, ALoadedMapBringsItsOwn) {
 
 TEST_F(LevellingTest, ImuIsTurnedIntoTheMapFrame) {
   Levelling levelling = make(LevelChoice::kImu);
-  geometry_msgs::TransformStamped transform;
-  transform.header.frame_id = "map";
-  transform.child_frame_id = "imu";
-  transform.transform.rotation.z = transform.transform.rotation.w = std::sqrt(0.5);  // y is -x
+  const Eigen::Isometry3d T(Eigen::AngleAxisd(M_PI / 2.0, Vector3d::UnitZ()));  // y is -x
   PosedFrame frame = frameAt(0.0);
   for (int i = 0; i <= 100; ++i) {
     EXPECT_FALSE(levelling.bring(frame));
@@ -133,8 +130,7 @@ TEST_F(LevellingTest, ImuIsTurnedIntoTheMapFrame) {
   EXPECT_NE(levelling.problem().find("no transform from 'imu'"), std::string::npos)
       << levelling.problem();
   for (const double stamp_s : {10.5, 11.5}) {
-    transform.header.stamp = ros::Time(stamp_s);
-    transforms_.setTransform(transform, "test");
+    transforms_.setTransform(makeTransform("map", "imu", T, ros::Time(stamp_s)), "test");
   }
   levelling.add(atRest(11.02));
   ASSERT_TRUE(levelling.isKnown());

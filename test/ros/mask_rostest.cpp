@@ -3,6 +3,7 @@
 
 #include "ros/support/fake_camera.h"
 #include "ros/support/kept_topics.h"
+#include "ros/support/messages.h"
 #include "ros/support/status_watcher.h"
 #include "ros/support/wait.h"
 
@@ -23,14 +24,9 @@ class Mask : public testing::Test {
   }
 
   void sendMask(const ros::Time& stamp, uint8_t value) {
-    sensor_msgs::Image mask;
-    mask.header.stamp = stamp;
-    mask.encoding = "mono8";
-    mask.width = FakeCamera::kWidth;
-    mask.height = FakeCamera::kHeight;
-    mask.step = mask.width;
-    mask.data.assign(mask.step * mask.height, value);
-    masks_.publish(mask);
+    masks_.publish(
+        makeImageMessage(makeHeader(stamp, ""), "mono8", FakeCamera::kWidth, FakeCamera::kHeight,
+                         std::vector<uint8_t>(FakeCamera::kWidth * FakeCamera::kHeight, value)));
   }
 
   ros::NodeHandle nh_;

@@ -3,8 +3,6 @@
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
-#include <std_srvs/SetBool.h>
-#include <std_srvs/Trigger.h>
 #include <sys/wait.h>
 
 #include <cmath>
@@ -12,29 +10,24 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <set>
 #include <sstream>
 #include <thread>
 #include <vector>
 
+#include "dtsdf_mapping/io/mesh_file.h"
 #include "ros/support/blocks_watcher.h"
 #include "ros/support/mesh_watcher.h"
 #include "ros/support/raw_listener.h"
 #include "ros/support/wall_camera.h"
+#include "support/temporary_folder.h"
 
 namespace dtsdf {
 namespace {
 
 namespace fs = std::filesystem;
 using visualization_msgs::Marker;
-
-std::string readFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 class MeshTest : public WallCamera {
  protected:
@@ -45,9 +38,8 @@ class MeshTest : public WallCamera {
 
   /// Until all frames are in the mesh that is on display.
   bool waitForMesh(const MeshWatcher& mesh) {
-    return waitUntil([&] {
-      return mesh.triangles() > 0 && mesh.triangles() == status_.status().triangles;
-    });
+    return waitUntil(
+        [&] { return mesh.triangles() > 0 && mesh.triangles() == status_.status().triangles; });
   }
 
   std::string folder_;
@@ -106,9 +98,7 @@ TEST_F(MeshTest, LateSubscriberGetsTheWholeMeshAndOthersNothingAgain) {
   EXPECT_EQ(added, markers) << "each chunk is sent once";
 
   // A change after it, which everyone gets: whatever was sent to the early one has come by then.
-  std_srvs::Trigger clear;
-  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
-  EXPECT_TRUE(clear.response.success);
+  clearMap();
   EXPECT_TRUE(waitUntil([&] { return early.shown().empty(); }));
   EXPECT_EQ(early.addedMarkers(), added_before);
   EXPECT_EQ(early.deletedMarkers(), markers);
@@ -151,8 +141,7 @@ TEST_F(MeshTest, BlocksAreTheMeshInFewBytes) {
   EXPECT_TRUE(late.corners() == state.corners());
   EXPECT_EQ(late.addedChunks(), state.chunks().size());
 
-  std_srvs::Trigger clear;
-  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  clearMap();
   EXPECT_TRUE(waitUntil([&] { return state.chunks().empty(); }));
   EXPECT_EQ(state.addedChunks(), added) << "what a newcomer gets is for it alone";
 }
@@ -203,7 +192,7 @@ TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
   const std::string command =
       std::string(DTSDF_ENVIRONMENT) + " python3 -B " + DTSDF_EXAMPLE + " " + path;
   ASSERT_EQ(std::system(command.c_str()), 0);
-  const std::string header = readFile(path);
+  const std::string header = readBytes(path);
   EXPECT_NE(header.find("element face " + std::to_string(saved.triangles) + "\n"),
             std::string::npos);
   EXPECT_NE(header.find("property double x\n"), std::string::npos);
@@ -251,44 +240,24 @@ TEST_F(MeshTest, ExampleRefusesWhatIsNotAMesh) {
   }
 }
 
+/// What is in the files is MeshFile's.
 TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
   const auto ply = saveMesh("folder/mesh.ply");
   ASSERT_TRUE(ply.success) << ply.message;
   EXPECT_EQ(ply.path, fs::weakly_canonical(folder_ + "/folder/mesh.ply").string());
   EXPECT_GT(ply.triangles, 0u);
-  const std::string bytes = readFile(ply.path);
-  EXPECT_EQ(bytes.rfind("ply\nformat binary_little_endian 1.0\n", 0), 0u);
-  EXPECT_NE(bytes.find("element vertex " + std::to_string(ply.vertices) + "\n"),
-            std::string::npos);
+  EXPECT_EQ(ply.error_m, 0.0);
+  const std::string bytes = readBytes(ply.path);
+  EXPECT_NE(bytes.find("element vertex " + std::to_string(ply.vertices) + "\n"), std::string::npos);
   EXPECT_NE(bytes.find("element face " + std::to_string(ply.triangles) + "\n"), std::string::npos);
-
-  const auto stl = saveMesh("mesh.stl");
-  ASSERT_TRUE(stl.success) << stl.message;
-  EXPECT_EQ(fs::file_size(stl.path), 84 + 50 * stl.triangles);
-
-  const auto obj = saveMesh("mesh.obj");
-  ASSERT_TRUE(obj.success) << obj.message;
-  std::istringstream lines(readFile(obj.path));
-  size_t vertices = 0, faces = 0;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.rfind("v ", 0) == 0) ++vertices;
-    if (line.rfind("f ", 0) == 0) ++faces;
+  for (const std::string ending : {".stl", ".obj", ".glb"}) {
+    const auto saved = saveMesh("mesh" + ending);
+    ASSERT_TRUE(saved.success) << saved.message;
+    EXPECT_EQ(saved.triangles, ply.triangles);
   }
-  EXPECT_EQ(vertices, obj.vertices);
-  EXPECT_EQ(faces, obj.triangles);
-
-  const auto glb = saveMesh("mesh.glb");
-  ASSERT_TRUE(glb.success) << glb.message;
-  EXPECT_EQ(glb.triangles, ply.triangles);
-  EXPECT_EQ(readFile(glb.path).rfind("glTF", 0), 0u);
-  EXPECT_EQ(glb.error_m, 0.0);
-
-  const auto again = saveMesh("again.ply");
-  EXPECT_TRUE(readFile(again.path) == bytes) << "the same map gives the same bytes";
+  EXPECT_TRUE(readBytes(saveMesh("again.ply").path) == bytes) << "the same map, the same bytes";
   for (const auto& entry : fs::directory_iterator(folder_)) {
-    EXPECT_TRUE(entry.is_directory() || entry.path().extension() == ".ply" ||
-                entry.path().extension() == ".stl" || entry.path().extension() == ".obj" ||
-                entry.path().extension() == ".glb")
+    EXPECT_TRUE(entry.is_directory() || meshFormatOf(entry.path().string()))
         << "left behind: " << entry.path();
   }
 }
@@ -299,7 +268,7 @@ TEST_F(MeshTest, ACallByNameOfTheFileAloneWorks) {
       std::string(DTSDF_ENVIRONMENT) +
       " rosservice call /mapping/save_mesh \"file_name: 'by_yaml.ply'\" | grep -q 'success: True'";
   EXPECT_EQ(std::system(command.c_str()), 0);
-  EXPECT_TRUE(readFile(folder_ + "/by_yaml.ply") == readFile(saveMesh("whole.ply").path));
+  EXPECT_TRUE(readBytes(folder_ + "/by_yaml.ply") == readBytes(saveMesh("whole.ply").path));
 }
 
 TEST_F(MeshTest, SavesARegionAlone) {
@@ -352,36 +321,17 @@ TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
 
 /// Also while the node is paused.
 TEST_F(MeshTest, ConcurrentCallsAllSaveTheSame) {
-  std_srvs::SetBool pause;
-  pause.request.data = true;
-  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  pauseMapping(true);
   std::vector<std::thread> callers;
   for (int i = 0; i < 6; ++i) {
     callers.emplace_back([i] { EXPECT_TRUE(saveMesh(std::to_string(i % 3) + ".glb").success); });
   }
   for (std::thread& caller : callers) caller.join();
-  const std::string bytes = readFile(saveMesh("alone.glb").path);
+  const std::string bytes = readBytes(saveMesh("alone.glb").path);
   for (int i = 0; i < 3; ++i) {
-    EXPECT_TRUE(readFile(folder_ + "/" + std::to_string(i) + ".glb") == bytes);
+    EXPECT_TRUE(readBytes(folder_ + "/" + std::to_string(i) + ".glb") == bytes);
   }
-  pause.request.data = false;
-  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
-}
-
-TEST_F(MeshTest, RefusesToSaveElsewhere) {
-  const auto expectRefused = [&](const std::string& name, const std::string& word) {
-    const auto response = saveMesh(name);
-    EXPECT_FALSE(response.success) << name;
-    EXPECT_NE(response.message.find(word), std::string::npos) << response.message;
-    EXPECT_TRUE(response.path.empty());
-  };
-  expectRefused("../outside.ply", "output_directory");
-  expectRefused("/tmp/outside.ply", "output_directory");
-  expectRefused("mesh.xyz", "extension");
-  expectRefused("mesh", "extension");
-  expectRefused("", "file_name");
-  EXPECT_FALSE(fs::exists(fs::path(folder_).parent_path() / "outside.ply"));
-  EXPECT_FALSE(fs::exists("/tmp/outside.ply"));
+  pauseMapping(false);
 }
 
 }  // namespace

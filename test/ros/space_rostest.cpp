@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
-#include <std_srvs/Trigger.h>
 
 #include <cmath>
 #include <limits>
@@ -94,31 +93,15 @@ class SpaceTest : public WallCamera {
     clearMap();
   }
 
-  void clearMap() {
-    std_srvs::Trigger clear;
-    ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
-    ASSERT_TRUE(clear.response.success);
-  }
-
   /// The camera is at 0.02 m, so that the wall is in the middle of a cell, or so far on.
   void fuseFrames(int count, double x_m = 0.0) {
     for (int i = 0; i < count; ++i) {
       const uint64_t fused = status_.status().frames_fused;
       const ros::Time stamp = last_stamp_ = camera_.nextStamp();
-      sendTransform(lookAlongX(x_m + 0.02), stamp, "camera");
+      camera_.sendPose(lookAlongX(x_m + 0.02), stamp);
       camera_.send(camera_.image(stamp), camera_.info(stamp));
       ASSERT_TRUE(status_.waitForFused(fused + 1)) << status_.status().message;
     }
-  }
-
-  void sendTransform(const Eigen::Isometry3d& T_W_F, const ros::Time& stamp,
-                     const std::string& frame) {
-    geometry_msgs::TransformStamped transform;
-    transform.header.stamp = stamp;
-    transform.header.frame_id = "map";
-    transform.child_frame_id = frame;
-    transform.transform = toTransform(T_W_F);
-    broadcaster_.sendTransform(transform);
   }
 
   /// After a while a reader has what one gets who comes now.
@@ -132,7 +115,6 @@ class SpaceTest : public WallCamera {
     EXPECT_EQ(reader.misplaced(), 0u);
   }
 
-  tf2_ros::TransformBroadcaster broadcaster_;
   ros::Time last_stamp_;  ///< Of the frames fused.
 };
 
@@ -142,7 +124,7 @@ TEST_F(SpaceTest, AFootprintIsAskedFor) {
   Eigen::Isometry3d T_W_B(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
   T_W_B.translation() = Eigen::Vector3d(0.6, 0.0, 0.0);
   const ros::Time stamp = camera_.nextStamp();
-  sendTransform(T_W_B, stamp, "robot");
+  camera_.sendPose(T_W_B, stamp, "robot");
   GetDistances::Request request;
   request.header.frame_id = "robot";
   request.points = {pointOf(0.1, 0.1, 0.0), pointOf(0.1, -0.15, 0.0), pointOf(0.0, 0.0, 0.0),

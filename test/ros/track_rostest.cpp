@@ -2,7 +2,6 @@
 #include <dtsdf_mapping/SaveTrajectory.h>
 #include <dtsdf_mapping/SetPose.h>
 #include <gtest/gtest.h>
-#include <std_srvs/Trigger.h>
 
 #include "io/trajectory_file.h"
 #include "ros/support/output_folder.h"
@@ -156,8 +155,7 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
             kClose_m);
   removeOutputFolder();
 
-  std_srvs::Trigger clear;
-  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  clearMap();
   ASSERT_TRUE(ros::service::call("/mapping/save_trajectory", call));
   EXPECT_FALSE(call.response.success) << "its poses are of a map that is gone";
   const ros::Time stamp = stampOf(kFrames + 61);

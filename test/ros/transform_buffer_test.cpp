@@ -17,13 +17,9 @@ constexpr double kToday_s = 1.795e9;
 class TransformBufferTest : public testing::Test {
  protected:
   bool put(double stamp_s, double x = 0.0, const std::string& child = "camera") {
-    geometry_msgs::TransformStamped transform;
-    transform.header.stamp = ros::Time(stamp_s);
-    transform.header.frame_id = "map";
-    transform.child_frame_id = child;
-    transform.transform.translation.x = x;
-    transform.transform.rotation.w = 1.0;
-    return transforms_.setTransform(transform, "/slam", is_static_);
+    const Eigen::Isometry3d T(Eigen::Translation3d(x, 0.0, 0.0));
+    return transforms_.setTransform(makeTransform("map", child, T, ros::Time(stamp_s)), "/slam",
+                                    is_static_);
   }
 
   bool isKnown(double stamp_s) {
@@ -140,11 +136,7 @@ TEST_F(TransformBufferTest, OneThatIsTooOldForgetsNothing) {
 }
 
 TEST_F(TransformBufferTest, WhatIsNoTransformIsRefused) {
-  geometry_msgs::TransformStamped good;
-  good.header.stamp = now_;
-  good.header.frame_id = "map";
-  good.child_frame_id = "camera";
-  good.transform.rotation.w = 1.0;
+  const auto good = makeTransform("map", "camera", Eigen::Isometry3d::Identity(), now_);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   auto bad = good;
   bad.transform.translation.y = nan;
@@ -180,12 +172,9 @@ TEST_F(TransformBufferTest, MadeUpNamesDoNotFillTheReport) {
 class ManyFramesTest : public testing::Test {
  protected:
   bool put(const std::string& child, const std::string& parent, bool is_static = false) {
-    geometry_msgs::TransformStamped transform;
-    transform.header.stamp = ros::Time(kToday_s);
-    transform.header.frame_id = parent;
-    transform.child_frame_id = child;
-    transform.transform.rotation.w = 1.0;
-    return transforms_.setTransform(transform, "/swarm", is_static);
+    return transforms_.setTransform(
+        makeTransform(parent, child, Eigen::Isometry3d::Identity(), ros::Time(kToday_s)), "/swarm",
+        is_static);
   }
 
   void putCrowd() {

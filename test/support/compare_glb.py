@@ -34,19 +34,37 @@ def read_chunks(data):
     return json.loads(chunks[0][1].decode("utf-8")), chunks[1][1]
 
 
+def check_document(document, binary):
+    """What is there, and nothing else; the views lie one behind the other."""
+    require(document["asset"]["version"] == "2.0", "wrong version")
+    require(set(document) == {"asset", "scene", "scenes", "nodes", "meshes", "materials",
+                              "accessors", "bufferViews", "buffers"}, "other properties")
+    require([len(document[part]) for part in ("scenes", "nodes", "meshes", "materials", "accessors",
+                                              "bufferViews", "buffers")] == [1, 2, 1, 1, 4, 4, 1],
+            "a part is not used, or missing")
+    end = 0
+    for view in document["bufferViews"]:
+        require(view["byteOffset"] == end and end % 4 == 0, "views overlap or leave bytes out")
+        end += view["byteLength"]
+    require(document["buffers"][0]["byteLength"] == end == len(binary), "wrong buffer size")
+    material, = document["materials"]  # a viewer multiplies colours with it; metal would be black
+    require(material == {"name": "surface", "doubleSided": True, "pbrMetallicRoughness":
+                         {"metallicFactor": 0.0, "roughnessFactor": 1.0}}, "another material")
+
+
 def read_accessor(document, binary, number, kind):
     """Its elements as tuples; normalised whole numbers as shares of 1."""
     accessor = document["accessors"][number]
     require(accessor["type"] == kind, f"accessor {number} is {accessor['type']}")
     view = document["bufferViews"][accessor["bufferView"]]
+    require(view["target"] == (34963 if kind == "SCALAR" else 34962), "wrong target of a view")
     code, bytes_each = COMPONENTS[accessor["componentType"]]
     width = SIZES[kind]
     begin = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
     require(begin % bytes_each == 0 and width * bytes_each % (4 if kind != "SCALAR" else 1) == 0,
             f"accessor {number} is not aligned")
     size = accessor["count"] * width * bytes_each
-    require(size <= view["byteLength"], f"accessor {number} exceeds its view")
-    require(view.get("byteOffset", 0) + view["byteLength"] <= len(binary), "a view exceeds the buffer")
+    require(size == view["byteLength"], f"accessor {number} is not its view")
     values = array.array(code, binary[begin:begin + size])
     if sys.byteorder == "big":
         values.byteswap()
@@ -67,15 +85,14 @@ def rotated(q, v):
 def read_glb(path):
     with open(path, "rb") as file:
         document, binary = read_chunks(file.read())
-    require(document["asset"]["version"] == "2.0", "wrong version")
-    require(len(binary) - document["buffers"][0]["byteLength"] in range(4), "wrong buffer size")
+    check_document(document, binary)
     scene = document["scenes"][document["scene"]]
     require(len(scene["nodes"]) == 1, "one root is expected")
     root = document["nodes"][scene["nodes"][0]]
     node = document["nodes"][root["children"][0]]
     primitive, = document["meshes"][node["mesh"]]["primitives"]
     require(primitive.get("mode", 4) == 4, "no triangles")
-    require(document["materials"][primitive["material"]]["doubleSided"], "one-sided")
+    require(primitive["material"] == 0, "no material")
     attributes = primitive["attributes"]
     positions = read_accessor(document, binary, attributes["POSITION"], "VEC3")
     bounds = document["accessors"][attributes["POSITION"]]
@@ -89,7 +106,7 @@ def read_glb(path):
                for n in read_accessor(document, binary, attributes["NORMAL"], "VEC3")]
     colours = read_accessor(document, binary, attributes["COLOR_0"], "VEC3")
     indices = [i for i, in read_accessor(document, binary, primitive["indices"], "SCALAR")]
-    require(max(indices) < len(positions), "an index is out of range")
+    require(set(indices) == set(range(len(positions))), "a vertex is in no triangle, or missing")
     return place, normals, colours, list(zip(*[iter(indices)] * 3)), max(
         max(map(abs, p)) for p in positions)
 
@@ -127,8 +144,10 @@ def main():
         # y is up in glTF, z in the map; x stays.
         x, y, z, nx, ny, nz, *rgb = vertex
         error = max(abs(a - b) for a, b in zip(place, (x, z, -y)))
-        require(error <= 1e-6 * (1.0 + abs(x) + abs(y) + abs(z)), f"a vertex is {error} m off")
-        require(math.dist(normal, (nx, nz, -ny)) < 1e-6, "another normal")
+        require(error <= 1e-6 * (1.0 + reach), f"a vertex is {error} m off")
+        length = math.hypot(nx, ny, nz)  # glTF has normals of length 1 only
+        upright = (nx / length, nz / length, -ny / length) if length > 0 else (0, 1, 0)
+        require(math.dist(normal, upright) < 1e-6, "another normal")
         require([srgb(c) for c in colour] == rgb, "another colour")
     print(f"{len(vertices)} vertices, {len(faces)} triangles alike")
 

@@ -16,7 +16,7 @@ inline void writeSceneColours(const std::filesystem::path& folder, const Scene& 
                               const SurfaceColour& colour,
                               const std::vector<Eigen::Isometry3d>& T_W_C, int width, int height,
                               size_t every = 1) {
-  std::ostringstream list, camera;
+  std::ostringstream list;
   list.precision(12);
   std::filesystem::create_directories(folder / "rgb");
   Intrinsics K{};
@@ -31,10 +31,7 @@ inline void writeSceneColours(const std::filesystem::path& folder, const Scene& 
     list << 100.01 + 0.1 * static_cast<double>(i) << " " << file << "\n";
   }
   writeBytes((folder / "rgb.txt").string(), list.str());
-  camera << "image_width: " << width << "\nimage_height: " << height
-         << "\nprojection_matrix:\n  data: [" << K.fx << ", 0, " << K.cx << ", 0, 0, " << K.fy
-         << ", " << K.cy << ", 0, 0, 0, 1, 0]\n";
-  writeBytes((folder / "colour_info.yaml").string(), camera.str());
+  writeCameraInfo(folder / "colour_info.yaml", K, width, height);
 }
 
 }  // namespace dtsdf

@@ -14,17 +14,25 @@
 
 namespace dtsdf {
 
+inline void writeCameraInfo(const std::filesystem::path& file, const Intrinsics& K, int width,
+                            int height) {
+  std::ostringstream camera;
+  camera << "image_width: " << width << "\nimage_height: " << height
+         << "\nprojection_matrix:\n  data: [" << K.fx << ", 0, " << K.cx << ", 0, 0, " << K.fy
+         << ", " << K.cy << ", 0, 0, 0, 1, 0]\n";
+  writeBytes(file.string(), camera.str());
+}
+
 /// Images of 0.2 mm a unit, 0.1 s apart; a camera of 65 degrees. What lies in the file of poses is
 /// `moved` of each number and pose.
-inline void writeSceneRecording(const std::filesystem::path& folder, const Scene& scene,
-                                const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160,
-                                int height = 120,
-                                const std::function<Eigen::Isometry3d(
-                                    size_t, const Eigen::Isometry3d&)>& moved = nullptr) {
+inline void writeSceneRecording(
+    const std::filesystem::path& folder, const Scene& scene,
+    const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160, int height = 120,
+    const std::function<Eigen::Isometry3d(size_t, const Eigen::Isometry3d&)>& moved = nullptr) {
   const float focal_px = 0.785f * static_cast<float>(width);
   const Intrinsics K{focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
                      0.5f * static_cast<float>(height - 1)};
-  std::ostringstream depth, poses, camera;
+  std::ostringstream depth, poses;
   depth.precision(12);
   poses.precision(12);
   std::filesystem::create_directories(folder / "depth");
@@ -44,15 +52,12 @@ inline void writeSceneRecording(const std::filesystem::path& folder, const Scene
     const Eigen::Quaterniond q(written.linear());
     const double stamp_s = 100.0 + 0.1 * static_cast<double>(i);
     depth << stamp_s << " " << file << "\n";
-    poses << stamp_s << " " << t.x() << " " << t.y() << " " << t.z() << " " << q.x() << " "
-          << q.y() << " " << q.z() << " " << q.w() << "\n";
+    poses << stamp_s << " " << t.x() << " " << t.y() << " " << t.z() << " " << q.x() << " " << q.y()
+          << " " << q.z() << " " << q.w() << "\n";
   }
   writeBytes((folder / "depth.txt").string(), depth.str());
   writeBytes((folder / "groundtruth.txt").string(), poses.str());
-  camera << "image_width: " << width << "\nimage_height: " << height
-         << "\nprojection_matrix:\n  data: [" << K.fx << ", 0, " << K.cx << ", 0, 0, " << K.fy
-         << ", " << K.cy << ", 0, 0, 0, 1, 0]\n";
-  writeBytes((folder / "camera_info.yaml").string(), camera.str());
+  writeCameraInfo(folder / "camera_info.yaml", K, width, height);
 }
 
 }  // namespace dtsdf

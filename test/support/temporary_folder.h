@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "support/error_of.h"
+
 namespace dtsdf {
 
 class TemporaryFolder {
@@ -46,17 +48,6 @@ inline std::string readBytes(const std::string& path) {
 inline void writeBytes(const std::string& path, const std::string& bytes) {
   std::filesystem::create_directories(std::filesystem::path(path).parent_path());
   std::ofstream(path, std::ios::binary) << bytes;
-}
-
-/// What `action` throws, or "" if it throws nothing.
-template <class Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return "";
 }
 
 }  // namespace dtsdf

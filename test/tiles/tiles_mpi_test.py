@@ -8,30 +8,20 @@ import pathlib
 import resource
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
-import zlib
 
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import tum_folder
 
 WIDTH, HEIGHT, FOCAL = 160, 120, 120.0
 HALF = np.array([3.0, 2.5, 1.3])  # of a room round the origin
 OPTIONS = None
-
-
-def png(image):
-    """The bytes of a 16-bit grey PNG."""
-    def chunk(kind, data):
-        return (struct.pack(">I", len(data)) + kind + data +
-                struct.pack(">I", zlib.crc32(kind + data)))
-    rows = b"".join(b"\0" + row.astype(">u2").tobytes() for row in image)
-    head = struct.pack(">IIBBBBB", WIDTH, HEIGHT, 16, 0, 0, 0, 0)
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows, 1)) +
-            chunk(b"IEND", b""))
 
 
 def depth_in_room(eye, yaw):
@@ -57,18 +47,14 @@ def quaternion(rotation):
 
 
 def write_recording(folder, count=20):
-    (folder / "depth").mkdir(parents=True)
-    depth_lines, pose_lines = [], []
+    images = []
     for i in range(count):
         yaw = 2.0 * np.pi * (i + 0.37) / count
         eye = np.array([1.2 * np.cos(yaw), 0.9 * np.sin(yaw), 0.1])
         depth_m, rotation = depth_in_room(eye, yaw)
-        (folder / f"depth/{i}.png").write_bytes(png(np.round(5000.0 * depth_m)))
-        depth_lines.append(f"{i}.0 depth/{i}.png\n")
-        pose = " ".join(f"{x:.9f}" for x in [*eye, *quaternion(rotation)])
-        pose_lines.append(f"{i}.0 {pose}\n")
-    (folder / "depth.txt").write_text("".join(depth_lines))
-    (folder / "groundtruth.txt").write_text("".join(pose_lines))
+        image = tum_folder.png([row.tobytes() for row in np.round(5000.0 * depth_m).astype(">u2")])
+        images.append((f"{i}.0", image, (*eye, *quaternion(rotation))))
+    tum_folder.write(folder, images)
     (folder / "camera_info.yaml").write_text(
         f"image_width: {WIDTH}\nimage_height: {HEIGHT}\nprojection_matrix:\n  data: [{FOCAL}, 0, "
         f"{(WIDTH - 1) / 2}, 0, 0, {FOCAL}, {(HEIGHT - 1) / 2}, 0, 0, 0, 1, 0]\n")

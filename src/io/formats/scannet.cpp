@@ -48,7 +48,7 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo&) {
   if (!fs::exists(path)) {
     colours.missing_camera = "no intrinsic/intrinsic_color.txt";
   } else if (!colours.images.empty()) {
-    const DecodedColour first = readColourImage(colours.images.front().path);
+    const RgbImage first = readColourImage(colours.images.front().path);
     colours.camera = cameraOfMatrix(readMatrixFile(path, 4, 4, "ScanNet has its camera there"),
                                     {first.width, first.height}, path);
   }
@@ -58,8 +58,11 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo&) {
 }  // namespace
 
 FolderFormat scanNetFormat() {
-  return {"scannet", "depth/NUMBER.png and pose/", isScanNet, listDepth, findPoses, readCamera,
-          unitsPerMetre, findColours, findPoses};
+  return {"scannet",     "depth/NUMBER.png and pose/",
+          isScanNet,     listDepth,
+          findPoses,     readCamera,
+          unitsPerMetre, findColours,
+          findPoses};
 }
 
 }  // namespace dtsdf

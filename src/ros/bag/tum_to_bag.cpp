@@ -1,6 +1,6 @@
 #include "tum_to_bag.h"
 
-#include <geometry_msgs/TransformStamped.h>
+#include <cv_bridge/cv_bridge.h>
 #include <rosbag/bag.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
@@ -73,14 +73,12 @@ class PoseWriter {
   PoseWriter(const TumToBagOptions& options, rosbag::Bag& bag) : options_(options), bag_(bag) {}
 
   void write(const Eigen::Isometry3d& T_W_C, double stamp_s) {
-    geometry_msgs::TransformStamped transform;
-    transform.header = makeHeader(stamp_s, options_.map_frame);
-    transform.child_frame_id = options_.camera_frame;
-    transform.transform = toTransform(T_W_C);
-    if (!written_.insert(transform.header.stamp).second) return;
+    const ros::Time stamp = makeHeader(stamp_s, options_.map_frame).stamp;
+    if (!written_.insert(stamp).second) return;
     tf2_msgs::TFMessage message;
-    message.transforms.push_back(transform);
-    bag_.write("/tf", transform.header.stamp, message);
+    message.transforms.push_back(
+        makeTransform(options_.map_frame, options_.camera_frame, T_W_C, stamp));
+    bag_.write("/tf", stamp, message);
   }
 
  private:
@@ -108,17 +106,12 @@ void writeDepth(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& po
   result.skipped = frames->skipped();
 }
 
-sensor_msgs::Image makeColourImage(const SourceColour& source, const TumToBagOptions& options) {
+sensor_msgs::ImagePtr makeColourImage(const SourceColour& source, const TumToBagOptions& options) {
   const ColourFrame& colour = source.colour;
-  sensor_msgs::Image image;
-  image.header = makeHeader(source.stamp_s, options.camera_frame);
-  image.width = static_cast<uint32_t>(colour.width);
-  image.height = static_cast<uint32_t>(colour.height);
-  image.encoding = enc::RGB8;
-  image.step = static_cast<uint32_t>(colour.row_bytes);
-  const auto* bytes = static_cast<const uint8_t*>(colour.data);
-  image.data.assign(bytes, bytes + static_cast<size_t>(image.step) * image.height);
-  return image;
+  const cv::Mat pixels(colour.height, colour.width, CV_8UC3, const_cast<void*>(colour.data),
+                       colour.row_bytes);
+  return cv_bridge::CvImage(makeHeader(source.stamp_s, options.camera_frame), enc::RGB8, pixels)
+      .toImageMsg();
 }
 
 /// The same for colour.
@@ -131,10 +124,10 @@ void writeColour(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& p
   if (images == nullptr) return;
   const std::string topic = options.camera_namespace + "/rgb";
   while (const std::optional<SourceColour> source = images->next()) {
-    const sensor_msgs::Image image = makeColourImage(*source, options);
-    const ros::Time stamp = image.header.stamp;
+    const sensor_msgs::ImagePtr image = makeColourImage(*source, options);
+    const ros::Time stamp = image->header.stamp;
     poses.write(source->colour.T_W_C, source->stamp_s);
-    bag.write(topic + "/camera_info", stamp, makeCameraInfo(image, source->colour.intrinsics));
+    bag.write(topic + "/camera_info", stamp, makeCameraInfo(*image, source->colour.intrinsics));
     bag.write(topic + "/image_rect_color", stamp, image);
     ++result.colour_images;
   }

@@ -8,7 +8,6 @@
 
 #include "params/printable.h"
 #include "ros/common/callback_guard.h"
-#include "ros/input/compressed_image.h"
 #include "ros/input/image_checks.h"
 
 namespace dtsdf {
@@ -28,34 +27,20 @@ std::string infoTopicFor(const ros::NodeHandle& nh, const std::string& name,
 
 }  // namespace
 
-const ImageTopics& depthTopics() {
-  static const ImageTopics topics{"depth/image_rect", "depth/camera_info", "image_transport",
-                                  "compressedDepth", decodeDepth};
-  return topics;
-}
-
-const ImageTopics& colourTopics() {
-  static const ImageTopics topics{"color/image_rect", "color/camera_info",
-                                  "color_image_transport", "compressed", decodeColour};
-  return topics;
-}
-
-CameraInput::CameraInput(const ImageTopics& topics, ros::NodeHandle nh,
+CameraInput::CameraInput(const ImageKind& kind, ros::NodeHandle nh,
                          const ros::NodeHandle& private_nh, const std::string& ns,
-                         const InputParams& params, FrameAccounting& accounting,
-                         Handlers handlers)
-    : topics_(topics),
+                         const InputParams& params, FrameAccounting& accounting, Handlers handlers)
+    : kind_(kind),
       info_choice_(params.camera_info),
       most_bytes_(queueBytesOf(params)),
       accounting_(accounting),
       on_waiting_(std::move(handlers.on_waiting)),
       assembly_({params.camera_info, params.mask},
-                {static_cast<size_t>(params.queue_size), most_bytes_},
-                std::move(handlers.on_frame),
+                {static_cast<size_t>(params.queue_size), most_bytes_}, std::move(handlers.on_frame),
                 [this](const auto& image, DropReason reason) { onIncomplete(image, reason); }),
       transport_(nh) {
-  const std::string topic = imageTopic(nh, ns, topics_);
-  info_ = nh.subscribe(infoTopicFor(nh, ns + "/" + topics_.info, topic), kSubscriberQueue,
+  const std::string topic = imageTopic(nh, ns, kind_);
+  info_ = nh.subscribe(infoTopicFor(nh, ns + "/" + kind_.info_topic, topic), kSubscriberQueue,
                        &CameraInput::onInfo, this);
   if (params.mask) {
     mask_ = nh.subscribe(ns + "/mask/image", kSubscriberQueue, &CameraInput::onMask, this);
@@ -66,28 +51,27 @@ CameraInput::CameraInput(const ImageTopics& topics, ros::NodeHandle nh,
 void CameraInput::subscribeImages(ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                                   const std::string& topic) {
   const image_transport::TransportHints hints("raw", ros::TransportHints(), private_nh,
-                                              topics_.transport_param);
+                                              kind_.transport_param);
   if (!decodesItself(hints.getTransport())) {
     by_transport_ =
         transport_.subscribe(topic, kSubscriberQueue, &CameraInput::onImage, this, hints);
     return;
   }
   ROS_INFO_STREAM_NAMED("dtsdf_mapping", "image_transport has no plugin for "
-                                             << topics_.own_transport << ": decoded by this node");
-  compressed_ = nh.subscribe(topic + "/" + topics_.own_transport, kSubscriberQueue,
+                                             << kind_.own_transport << ": decoded by this node");
+  compressed_ = nh.subscribe(topic + "/" + kind_.own_transport, kSubscriberQueue,
                              &CameraInput::onCompressed, this);
 }
 
 bool CameraInput::decodesItself(const std::string& transport) const {
-  if (transport != topics_.own_transport) return false;
+  if (transport != kind_.own_transport) return false;
   const std::vector<std::string> plugins = transport_.getLoadableTransports();
-  return std::find(plugins.begin(), plugins.end(), "image_transport/" + transport) ==
-         plugins.end();
+  return std::find(plugins.begin(), plugins.end(), "image_transport/" + transport) == plugins.end();
 }
 
 std::string CameraInput::imageTopic(const ros::NodeHandle& nh, const std::string& ns,
-                                    const ImageTopics& topics) {
-  return nh.resolveName(ns + "/" + topics.image);
+                                    const ImageKind& kind) {
+  return nh.resolveName(ns + "/" + kind.image_topic);
 }
 
 std::string CameraInput::imageTopic() const {
@@ -101,7 +85,7 @@ size_t CameraInput::imagePublishers() const {
 void CameraInput::onCompressed(const sensor_msgs::CompressedImageConstPtr& message) {
   sensor_msgs::ImageConstPtr image;
   try {
-    image = topics_.decode(*message);
+    image = kind_.decode(*message);
   } catch (const std::exception& error) {
     guarded("compressed image", [&] {
       accounting_.imageReceived(message->header.stamp);
@@ -156,8 +140,8 @@ std::string CameraInput::waitingFor() const {
 void CameraInput::onIncomplete(const sensor_msgs::Image& image, DropReason reason) {
   std::string text = describeMissing(reason);
   if (reason == DropReason::kQueueFull) {
-    text = "waiting images exceed input/queue_mb (" +
-           describeMissing(DropReason::kNoCameraInfo) + ")";
+    text =
+        "waiting images exceed input/queue_mb (" + describeMissing(DropReason::kNoCameraInfo) + ")";
   }
   accounting_.dropped(reason, image.header.stamp, text);
 }

@@ -3,7 +3,6 @@
 
 #include <image_transport/image_transport.h>
 #include <ros/node_handle.h>
-#include <sensor_msgs/CompressedImage.h>
 
 #include <functional>
 #include <optional>
@@ -11,19 +10,9 @@
 
 #include "ros/input/frame_accounting.h"
 #include "ros/input/frame_assembly.h"
+#include "ros/input/image_kind.h"
 
 namespace dtsdf {
-
-/// What images of one kind come by.
-struct ImageTopics {
-  std::string image, info;      ///< "depth/image_rect" and "depth/camera_info".
-  std::string transport_param;  ///< The private parameter that has the transport of the images.
-  std::string own_transport;    ///< The one whose images are decoded here if there is no plugin.
-  sensor_msgs::ImageConstPtr (*decode)(const sensor_msgs::CompressedImage&);  ///< By this.
-};
-
-const ImageTopics& depthTopics();
-const ImageTopics& colourTopics();
 
 /// The topics of a kind and, unless it is remapped itself, the camera_info beside what that of the
 /// images is remapped to; `mask/image` where masks are wanted. Images come by image_transport;
@@ -38,15 +27,16 @@ class CameraInput {
     std::function<void()> on_waiting;  ///< More may wait than before: see waitingImages().
   };
 
-  /// `ns` is the namespace of the topics, empty for the root. Not that of `nh`, which for a nodelet
-  /// of the root namespace is the one of its manager, such as a camera driver's.
-  CameraInput(const ImageTopics& topics, ros::NodeHandle nh, const ros::NodeHandle& private_nh,
+  /// `kind` outlives it. `ns` is the namespace of the topics, empty for the root. Not that of `nh`,
+  /// which for a nodelet of the root namespace is the one of its manager, such as a camera
+  /// driver's.
+  CameraInput(const ImageKind& kind, ros::NodeHandle nh, const ros::NodeHandle& private_nh,
               const std::string& ns, const InputParams& params, FrameAccounting& accounting,
               Handlers handlers);
 
   /// What the topic of a kind's images is remapped to.
   static std::string imageTopic(const ros::NodeHandle& nh, const std::string& ns,
-                                const ImageTopics& topics);
+                                const ImageKind& kind);
 
   std::string imageTopic() const;
   std::string infoTopic() const { return info_.getTopic(); }
@@ -72,7 +62,7 @@ class CameraInput {
   void onIncomplete(const sensor_msgs::Image& image, DropReason reason);
   std::string describeMissing(DropReason reason) const;
 
-  const ImageTopics& topics_;
+  const ImageKind& kind_;
   const CameraInfoChoice info_choice_;
   const size_t most_bytes_;  ///< That images may take.
   FrameAccounting& accounting_;

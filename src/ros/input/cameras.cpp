@@ -45,7 +45,7 @@ std::unique_ptr<ImageStream> Cameras::makeDepth(const std::string& name, const s
   const auto stream = parts_.posed_frames.addStream({kDepthRank, name});
   parts_.ledger.addStream(stream, name);
   return std::make_unique<ImageStream>(
-      ns, nh, params.input, ImageStream::Kind{depthTopics(), makeDepthKind(params.input)},
+      ns, nh, params.input, makeDepthKind(params.input),
       FrameIntake::Parts{parts_.poses, parts_.posed_frames, parts_.ledger, stream, cameras_.size(),
                          [this] { restartStamps(); }},
       parts_.on_frame);
@@ -58,8 +58,7 @@ std::unique_ptr<ImageStream> Cameras::makeColour(const std::string& name, const 
   const auto stream = parts_.posed_frames.addStream({kColourRank, name}, StreamUse::kExtra);
   parts_.ledger.addStream(stream, name.empty() ? "colour" : name + ", colour");
   return std::make_unique<ImageStream>(
-      ns, nh, colourInput(params.input),
-      ImageStream::Kind{colourTopics(), makeColourKind(), params.colour.max_rate_hz},
+      ns, nh, colourInput(params.input), makeColourKind(params.colour),
       FrameIntake::Parts{parts_.poses, parts_.posed_frames, parts_.ledger, stream, cameras_.size()},
       parts_.on_frame);
 }

@@ -41,8 +41,7 @@ bool holdsColour(const sensor_msgs::CompressedImage& message) {
 }
 
 sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& message) {
-  DecodedColour decoded =
-      decodeColour(message.data.data(), message.data.size(), "the compressed image");
+  RgbImage decoded = decodeColour(message.data.data(), message.data.size(), "the compressed image");
   const auto image = boost::make_shared<sensor_msgs::Image>();
   image->header = message.header;
   image->encoding = enc::RGB8;

@@ -1,8 +1,11 @@
-/// The two kinds of images that become frames, for the intake, which treats them alike.
+/// The two kinds of a camera's images, depth and colour, which all else treats alike.
 #pragma once
+
+#include <sensor_msgs/CompressedImage.h>
 
 #include <functional>
 #include <optional>
+#include <string>
 
 #include "params/node_params.h"
 #include "ros/input/image_checks.h"
@@ -12,18 +15,23 @@
 namespace dtsdf {
 
 struct ImageKind {
+  // What they come by.
+  std::string image_topic, info_topic;  ///< "depth/image_rect" and "depth/camera_info".
+  std::string transport_param;  ///< The private parameter that has the transport of the images.
+  std::string own_transport;    ///< The one whose images are decoded here if there is no plugin.
+  sensor_msgs::ImageConstPtr (*decode)(const sensor_msgs::CompressedImage&);  ///< By this.
+  double max_rate_hz;  ///< Of what is taken of them; 0: all.
+
+  // What becomes of them.
   Rectification::Kind rectified_as;
-
   /// What is wrong with an image; nothing if it is usable.
-  std::function<std::optional<Rejection>(const sensor_msgs::Image&, const sensor_msgs::CameraInfo&)>
-      check;
-
+  std::optional<Rejection> (*check)(const sensor_msgs::Image&, const sensor_msgs::CameraInfo&);
   /// Fills in the image of a frame, but for its pose, and its pixels.
   /// @throws what OpenCV and cv_bridge throw for what the check should have refused.
   std::function<void(const CameraImage& camera, PosedFrame& frame)> fill;
 };
 
 ImageKind makeDepthKind(const InputParams& params);
-ImageKind makeColourKind();
+ImageKind makeColourKind(const ColourParams& params);
 
 }  // namespace dtsdf

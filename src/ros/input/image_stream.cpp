@@ -9,7 +9,7 @@
 namespace dtsdf {
 
 ImageStream::ImageStream(const std::string& ns, const ros::NodeHandle& nh,
-                         const InputParams& params, Kind kind, const FrameIntake::Parts& parts,
+                         const InputParams& params, ImageKind kind, const FrameIntake::Parts& parts,
                          std::function<void()> on_frame)
     : ns_(ns),
       nh_(nh),
@@ -18,11 +18,11 @@ ImageStream::ImageStream(const std::string& ns, const ros::NodeHandle& nh,
       on_frame_(std::move(on_frame)),
       rate_limit_(kind_.max_rate_hz),
       accounting_(parts.ledger.of(parts.stream)),
-      intake_(params, parts, kind_.images, CameraInput::imageTopic(nh, ns, kind_.topics)) {}
+      intake_(params, parts, kind_, CameraInput::imageTopic(nh, ns, kind_)) {}
 
 void ImageStream::subscribe(const ros::NodeHandle& private_nh) {
   input_ = std::make_unique<CameraInput>(
-      kind_.topics, nh_, private_nh, ns_, params_, accounting_,
+      kind_, nh_, private_nh, ns_, params_, accounting_,
       CameraInput::Handlers{[this](const FrameMessages& frame) { onFrame(frame); },
                             [this] { makeRoom(); }});
 }

@@ -17,17 +17,10 @@ namespace dtsdf {
 
 class ImageStream {
  public:
-  /// What makes a stream one of depth or of colour.
-  struct Kind {
-    const ImageTopics& topics;
-    ImageKind images;
-    double max_rate_hz = 0.0;  ///< Of what is taken of it; 0: all.
-  };
-
   /// Of topics in `ns` (see CameraInput for why). `on_frame` reports that something waits for the
   /// intake's thread.
   ImageStream(const std::string& ns, const ros::NodeHandle& nh, const InputParams& params,
-              Kind kind, const FrameIntake::Parts& parts, std::function<void()> on_frame);
+              ImageKind kind, const FrameIntake::Parts& parts, std::function<void()> on_frame);
 
   /// Begins and ends to receive; the latter waits for nobody.
   void subscribe(const ros::NodeHandle& private_nh);
@@ -46,7 +39,7 @@ class ImageStream {
   std::string ns_;
   ros::NodeHandle nh_;
   InputParams params_;
-  Kind kind_;
+  const ImageKind kind_;
   std::function<void()> on_frame_;
   RateLimit rate_limit_;  ///< Callbacks' thread only.
   FrameAccounting& accounting_;

@@ -1,9 +1,10 @@
 /// Between the transforms of ROS and ours.
 #pragma once
 
-#include <geometry_msgs/Transform.h>
+#include <geometry_msgs/TransformStamped.h>
 
 #include <Eigen/Geometry>
+#include <string>
 
 namespace dtsdf {
 
@@ -26,6 +27,19 @@ inline geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T) {
   transform.translation.x = T.translation().x();
   transform.translation.y = T.translation().y();
   transform.translation.z = T.translation().z();
+  return transform;
+}
+
+/// `T` maps coordinates in `child` to `parent`.
+inline geometry_msgs::TransformStamped makeTransform(const std::string& parent,
+                                                     const std::string& child,
+                                                     const Eigen::Isometry3d& T,
+                                                     const ros::Time& stamp) {
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = stamp;
+  transform.header.frame_id = parent;
+  transform.child_frame_id = child;
+  transform.transform = toTransform(T);
   return transform;
 }
 

@@ -47,7 +47,7 @@ void GridPublisher::apply(const SpaceChanges& changes, double cell_size_m, const
 void GridPublisher::forget() {
   if (grid_.bytes() == 0) return;
   grid_ = GroundGrid(heights_);
-  have_grid_.clear();
+  grids_.outdate();
 }
 
 void GridPublisher::serve(SteadyTime now) {
@@ -57,13 +57,6 @@ void GridPublisher::serve(SteadyTime now) {
 }
 
 void GridPublisher::meetListeners(SteadyTime now) {
-  const ListenerTopic::Links& grid_links = grids_.links();
-  decltype(have_grid_) have_grid;
-  for (const Link& link : grid_links) {
-    if (have_grid_.count(link) > 0) have_grid.insert(link);
-  }
-  have_grid_.swap(have_grid);
-
   const ListenerTopic::Links& links = updates_.links();
   for (auto it = followers_.begin(); it != followers_.end();) {
     const bool is_here = std::find(links.begin(), links.end(), it->first) != links.end();
@@ -80,7 +73,7 @@ void GridPublisher::renew(SteadyTime now) {
   if (pending.too_large) warnOfSize(*pending.too_large);
   switch (pending.kind) {
     case PendingGrid::Kind::kGrid:
-      have_grid_.clear();
+      grids_.outdate();
       for (auto& [link, pace] : followers_) pace.startOver(now);
       return;
     case PendingGrid::Kind::kUpdate:
@@ -98,15 +91,14 @@ bool GridPublisher::isBusy(const ListenerTopic::Links& links, const std::string&
 }
 
 void GridPublisher::serveGrids(SteadyTime now) {
+  const ListenerTopic::Links& grid_links = grids_.links();
   if (!grid_.window()) return;
   std::optional<ros::SerializedMessage> message;
   const ListenerTopic::Links& update_links = updates_.links();
-  for (const Link& link : grids_.links()) {
-    if (have_grid_.count(link) > 0 || link->waitingBytes() > 0) continue;
-    if (isBusy(update_links, link->name())) continue;
+  for (const Link& link : grid_links) {
+    if (!link->lacksNewest() || isBusy(update_links, link->name())) continue;
     if (!message) message = gridMessage();
     grids_.send(*link, *message);
-    have_grid_.insert(link);
     for (auto& [follower_link, pace] : followers_) {
       if (follower_link->name() == link->name()) pace.startOver(now);
     }

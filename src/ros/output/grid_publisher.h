@@ -6,7 +6,6 @@
 
 #include <map>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -55,7 +54,6 @@ class GridPublisher {
   GroundGrid grid_;
   ros::Time stamp_;
   ListenerTopic grids_, updates_;
-  std::set<Link> have_grid_;                   ///< The one of the window that is.
   std::map<Link, StaticLayerPace> followers_;  ///< Of updates.
 };
 

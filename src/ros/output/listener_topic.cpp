@@ -44,8 +44,13 @@ void ListenerTopic::dropLink(const std::string& name) {
 
 void ListenerTopic::send(ListenerLink& link, const ros::SerializedMessage& message) {
   publisher_.send(link.connection(), link.track(message));
+  link.has_newest_ = true;
   ++messages_;
   bytes_ += message.num_bytes;
+}
+
+void ListenerTopic::outdate() {
+  for (const auto& link : links_) link->has_newest_ = false;
 }
 
 TopicReport ListenerTopic::report() const {

@@ -45,6 +45,10 @@ class ListenerLink {
   /// Bytes sent to it that are still in this process.
   size_t waitingBytes() const { return queue_->bytes; }
 
+  /// Whether it has read what was sent to it, and may be sent what is there now: see
+  /// ListenerTopic::outdate().
+  bool lacksNewest() const { return !has_newest_ && waitingBytes() == 0; }
+
   /// How long nothing of what waits has been read.
   std::chrono::duration<double> stalledFor() const;
 
@@ -53,6 +57,7 @@ class ListenerLink {
   ros::SerializedMessage track(const ros::SerializedMessage& message);
 
  private:
+  friend class ListenerTopic;
   using Clock = std::chrono::steady_clock;
 
   /// Outlives the link, for as long as roscpp has a message.
@@ -63,6 +68,7 @@ class ListenerLink {
 
   std::string name_;
   DirectPublisher::Connection connection_;
+  bool has_newest_ = false;
   std::shared_ptr<Queue> queue_ = std::make_shared<Queue>();
 };
 
@@ -80,6 +86,10 @@ class ListenerTopic {
   const Links& links();
 
   void send(ListenerLink& link, const ros::SerializedMessage& message);
+
+  /// For topics that send all there is in one message: nobody has what is there now, until it is
+  /// sent.
+  void outdate();
 
   /// Without what a listener lacks, which the topic does not know.
   TopicReport report() const;

@@ -47,7 +47,7 @@ std::chrono::milliseconds MeshOutput::step() noexcept {
   Action action = Action::kWait;
   const bool fine = guarded("output of the mesh", [&] {
     takeChanges();
-    meetNewcomers();
+    parts_.mesh_publisher.meetNewcomers();
     action = schedule_.next(situation());
     act(action);
     updateReport();
@@ -59,11 +59,6 @@ std::chrono::milliseconds MeshOutput::step() noexcept {
 OutputSchedule::Situation MeshOutput::situation() const {
   return {parts_.mesh_publisher.hasChanges(), parts_.mesh_publisher.isBehind(share()),
           parts_.points_publisher.isDue()};
-}
-
-void MeshOutput::meetNewcomers() {
-  parts_.mesh_publisher.meetNewcomers();
-  parts_.points_publisher.meetNewcomers();
 }
 
 QueueShare MeshOutput::share() const {

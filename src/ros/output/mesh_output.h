@@ -76,7 +76,6 @@ class MeshOutput {
  private:
   OutputSchedule::Situation situation() const;
   void act(OutputSchedule::Action action);
-  void meetNewcomers();
   SavedMesh saveInPieces(const std::string& path, const std::function<void()>& check);
   QueueShare share() const;
   void updateReport();

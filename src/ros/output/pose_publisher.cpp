@@ -122,12 +122,7 @@ void PosePublisher::sendTransform(const std::string& parent, const std::string& 
     ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping", problem_);
     return;
   }
-  geometry_msgs::TransformStamped transform;
-  transform.header.stamp = stamp;
-  transform.header.frame_id = parent;
-  transform.child_frame_id = child;
-  transform.transform = toTransform(T);
-  broadcaster_.sendTransform(transform);
+  broadcaster_.sendTransform(makeTransform(parent, child, T, stamp));
 }
 
 std::string PosePublisher::problem() const {

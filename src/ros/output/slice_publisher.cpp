@@ -39,24 +39,13 @@ void SlicePublisher::put(const SpaceSlice& slice) {
     ++next;
   }
   newest_ = ros::serialization::serializeMessage(cloud);
-  up_to_date_.clear();
-}
-
-void SlicePublisher::forget() {
-  newest_.reset();
-  up_to_date_.clear();
+  topic_.outdate();
 }
 
 void SlicePublisher::serve() {
-  const ListenerTopic::Links& links = topic_.links();
-  decltype(up_to_date_) up_to_date;
-  for (const auto& link : links) {
-    const bool has_it = up_to_date_.count(link) > 0;
-    if (!has_it && (!newest_ || link->waitingBytes() > 0)) continue;
-    if (!has_it) topic_.send(*link, *newest_);
-    up_to_date.insert(link);
+  for (const auto& link : topic_.links()) {
+    if (newest_ && link->lacksNewest()) topic_.send(*link, *newest_);
   }
-  up_to_date_.swap(up_to_date);
 }
 
 }  // namespace dtsdf

@@ -3,9 +3,7 @@
 
 #include <ros/node_handle.h>
 
-#include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -33,7 +31,7 @@ class SlicePublisher {
   void put(const SpaceSlice& slice);
 
   /// Forgets the slice, which nobody listens to.
-  void forget();
+  void forget() { newest_.reset(); }
 
   /// Sends it to those who lack it and have room for it.
   void serve();
@@ -45,7 +43,6 @@ class SlicePublisher {
   const double height_m_;
   ListenerTopic topic_;
   std::optional<ros::SerializedMessage> newest_;
-  std::set<std::shared_ptr<ListenerLink>> up_to_date_;
 };
 
 }  // namespace dtsdf

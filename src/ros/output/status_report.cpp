@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "params/printable.h"
-#include "ros/output/pose_status.h"
 #include "ros/output/status_verdict.h"
 
 namespace dtsdf {
@@ -56,6 +55,38 @@ StreamStatus makeStreamStatus(const std::string& kind, const StreamReport& repor
   status.received_age_s = ageOf(report.frames.image_age_s);
   status.camera_info_age_s = ageOf(report.frames.camera_info_age_s);
   status.fused_age_s = ageOf(report.frames.fused_age_s);
+  return status;
+}
+
+std::vector<geometry_msgs::Vector3> toVectors(const std::vector<Eigen::Vector3d>& axes) {
+  std::vector<geometry_msgs::Vector3> vectors(axes.size());
+  for (size_t i = 0; i < axes.size(); ++i) {
+    vectors[i].x = axes[i].x();
+    vectors[i].y = axes[i].y();
+    vectors[i].z = axes[i].z();
+  }
+  return vectors;
+}
+
+/// How depth images fit the map.
+dtsdf_mapping::PoseStatus makePoseStatus(const CameraPoseReport& report) {
+  dtsdf_mapping::PoseStatus status;
+  if (!report.last) return status;
+  status.outcome = toString(report.last->status);
+  status.stamp = report.stamp;
+  status.matched_share = static_cast<float>(report.last->matched_share);
+  status.inlier_share = static_cast<float>(report.last->inlier_share);
+  status.residual_m = static_cast<float>(report.last->residual_m);
+  status.correction_m = static_cast<float>(report.last->shift_m);
+  status.correction_rad = static_cast<float>(report.last->turn_rad);
+  status.free_shifts = toVectors(report.free_shifts);
+  status.free_turns = toVectors(report.free_turns);
+  if (report.lost_since_s) status.lost_since = ros::Time(*report.lost_since_s);
+  for (int i = 0; i < kAlignmentStatusCount; ++i) {
+    if (report.outcomes[i] == 0) continue;
+    status.outcomes.push_back(
+        dropCount(toString(static_cast<AlignmentStatus>(i)), report.outcomes[i]));
+  }
   return status;
 }
 

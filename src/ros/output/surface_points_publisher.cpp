@@ -43,31 +43,19 @@ SurfacePointsPublisher::SurfacePointsPublisher(const ros::NodeHandle& nh,
                                                const std::string& map_frame, MeshColour colour)
     : map_frame_(map_frame), colour_(colour), topic_(nh, advertiseOptions()) {}
 
-void SurfacePointsPublisher::meetNewcomers() {
-  const ListenerTopic::Links& links = topic_.links();
-  decltype(up_to_date_) here;
-  for (const auto& link : links) {
-    if (up_to_date_.count(link) > 0) here.insert(link);
-  }
-  up_to_date_.swap(here);
-}
-
-bool SurfacePointsPublisher::isDue(const std::shared_ptr<ListenerLink>& link) const {
-  return up_to_date_.count(link) == 0 && link->waitingBytes() == 0;
-}
-
 bool SurfacePointsPublisher::isDue() {
   const ListenerTopic::Links& links = topic_.links();
-  return std::any_of(links.begin(), links.end(), [&](const auto& link) { return isDue(link); });
+  return std::any_of(links.begin(), links.end(),
+                     [](const auto& link) { return link->lacksNewest(); });
 }
 
 void SurfacePointsPublisher::publish(const Mesh& mesh, const ros::Time& stamp) {
   if (isFarFromOrigin(mesh)) {
     ROS_WARN_STREAM_ONCE_NAMED(
-        "dtsdf_mapping",
-        topic_.report().topic << " has float positions, which are 0.5 mm apart 8 km from the "
-                                 "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
-                                 "doubles");
+        "dtsdf_mapping", topic_.report().topic
+                             << " has float positions, which are 0.5 mm apart 8 km from the "
+                                "origin of the map and 4 mm at 40 km; mesh_blocks and mesh have "
+                                "doubles");
   }
   Cloud cloud;
   cloud.header.frame_id = map_frame_;
@@ -79,9 +67,7 @@ void SurfacePointsPublisher::publish(const Mesh& mesh, const ros::Time& stamp) {
   }
   const ros::SerializedMessage message = ros::serialization::serializeMessage(cloud);
   for (const auto& link : topic_.links()) {
-    if (!isDue(link)) continue;
-    topic_.send(*link, message);
-    up_to_date_.insert(link);
+    if (link->lacksNewest()) topic_.send(*link, message);
   }
 }
 

@@ -3,8 +3,6 @@
 
 #include <ros/node_handle.h>
 
-#include <memory>
-#include <set>
 #include <string>
 
 #include "dtsdf_mapping/mesh.h"
@@ -22,10 +20,7 @@ class SurfacePointsPublisher {
   bool hasListeners() const { return listeners() > 0; }
   size_t listeners() const { return topic_.listeners(); }
 
-  /// Takes note of who came and went.
-  void meetNewcomers();
-
-  void noteChanges() { up_to_date_.clear(); }
+  void noteChanges() { topic_.outdate(); }
 
   /// Someone listens who has not seen the present mesh, and has read what was sent before.
   bool isDue();
@@ -34,12 +29,9 @@ class SurfacePointsPublisher {
   TopicReport report() const { return topic_.report(); }
 
  private:
-  bool isDue(const std::shared_ptr<ListenerLink>& link) const;
-
   std::string map_frame_;
   MeshColour colour_;
   ListenerTopic topic_;
-  std::set<std::shared_ptr<ListenerLink>> up_to_date_;  ///< Who has been sent the present mesh.
 };
 
 }  // namespace dtsdf

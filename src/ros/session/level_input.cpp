@@ -20,12 +20,8 @@ void LevelTransform::publish(const Eigen::Isometry3d& T_W_M) {
   if (broadcaster_ == nullptr) {
     broadcaster_ = std::make_unique<tf2_ros::StaticTransformBroadcaster>();
   }
-  geometry_msgs::TransformStamped transform;
-  transform.header.stamp = ros::Time::now();
-  transform.header.frame_id = map_frame_;
-  transform.child_frame_id = level_frame_;
-  transform.transform = toTransform(T_W_M.inverse());
-  broadcaster_->sendTransform(transform);
+  broadcaster_->sendTransform(
+      makeTransform(map_frame_, level_frame_, T_W_M.inverse(), ros::Time::now()));
 }
 
 ImuInput::ImuInput(ros::NodeHandle nh, const std::string& ns, const NodeParams& params,

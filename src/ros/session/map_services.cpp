@@ -13,9 +13,7 @@
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/trajectory_file.h"
 #include "ros/output/output_path.h"
-#include "ros/session/distance_request.h"
-#include "ros/session/pose_request.h"
-#include "ros/session/region_request.h"
+#include "ros/session/requests.h"
 #include "ros/session/service.h"
 
 namespace dtsdf {

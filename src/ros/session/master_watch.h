@@ -1,10 +1,10 @@
 /// Whether the ROS master still knows this node.
 #pragma once
 
-#include <condition_variable>
 #include <mutex>
 #include <string>
-#include <thread>
+
+#include "ros/common/worker_thread.h"
 
 namespace dtsdf {
 
@@ -14,25 +14,19 @@ namespace dtsdf {
 class MasterWatch {
  public:
   /// `service` is one of the node's own, which the master has to know.
-  explicit MasterWatch(std::string service, double period_s = 3.0);
-  ~MasterWatch();
-  MasterWatch(const MasterWatch&) = delete;
-  MasterWatch& operator=(const MasterWatch&) = delete;
+  explicit MasterWatch(std::string service);
 
   /// What is wrong, and what to do; empty if nothing is.
   std::string problem() const;
 
  private:
-  void run();
+  void look();
   std::string ask() const;
 
   const std::string service_;
-  const double period_s_;
   mutable std::mutex mutex_;  ///< Guards what follows.
-  std::condition_variable stop_;
-  bool stopping_ = false;
   std::string problem_;
-  std::thread thread_;
+  WorkerThread thread_;
 };
 
 }  // namespace dtsdf

@@ -5,7 +5,7 @@
 
 #include "params/printable.h"
 #include "ros/common/callback_guard.h"
-#include "ros/session/pose_request.h"
+#include "ros/session/requests.h"
 
 namespace dtsdf {
 namespace {

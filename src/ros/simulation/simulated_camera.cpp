@@ -1,6 +1,6 @@
 #include "ros/simulation/simulated_camera.h"
 
-#include <geometry_msgs/TransformStamped.h>
+#include <cv_bridge/cv_bridge.h>
 #include <ros/ros.h>
 #include <sensor_msgs/image_encodings.h>
 
@@ -47,12 +47,8 @@ SimulatedCamera::SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams
   if (!params_.color) return;
   colour_images_ = transport_.advertise("color/image_rect", 5);
   colour_infos_ = nh.advertise<sensor_msgs::CameraInfo>("color/camera_info", 5);
-  geometry_msgs::TransformStamped beside;
-  beside.header.stamp = ros::Time::now();
-  beside.header.frame_id = params_.camera_frame;
-  beside.child_frame_id = params_.color_frame;
-  beside.transform = toTransform(colourCameraBeside());
-  static_broadcaster_.sendTransform(beside);
+  static_broadcaster_.sendTransform(makeTransform(params_.camera_frame, params_.color_frame,
+                                                  colourCameraBeside(), ros::Time::now()));
 }
 
 void SimulatedCamera::run() {
@@ -83,11 +79,12 @@ void SimulatedCamera::publishFrame(int index) {
   }
   const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
   publishPose(T_W_C, stamp);
+  const Intrinsics K = intrinsicsOf(params_.width_px, params_.height_px);
   const std::vector<float> depth_m =
-      renderDepth(sceneAt(time_s), intrinsics(), params_.width_px, params_.height_px, T_W_C);
+      renderDepth(sceneAt(time_s), K, params_.width_px, params_.height_px, T_W_C);
   const sensor_msgs::Image image = makeImage(depth_m, stamp);
   images_.publish(image);
-  infos_.publish(makeCameraInfo(image, intrinsics()));
+  infos_.publish(makeCameraInfo(image, K));
 }
 
 Scene SimulatedCamera::sceneAt(double time_s) const {
@@ -100,37 +97,26 @@ void SimulatedCamera::publishColour(double time_s, const ros::Time& stamp) {
   const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
   publishPose(T_W_C, stamp);
   const int width = params_.width_px * 4 / 3, height = params_.height_px;
-  const float focal_px = static_cast<float>(params_.focal_px);
-  const Intrinsics K{focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
-                     0.5f * static_cast<float>(height - 1)};
-  const std::vector<Paint> paint =
+  const Intrinsics K = intrinsicsOf(width, height);
+  std::vector<Paint> paint =
       renderPaint(sceneAt(time_s), K, width, height, T_W_C * colourCameraBeside());
-  sensor_msgs::Image image;
-  image.header.stamp = stamp;
-  image.header.frame_id = params_.color_frame;
-  image.width = static_cast<uint32_t>(width);
-  image.height = static_cast<uint32_t>(height);
-  image.encoding = enc::RGB8;
-  image.step = image.width * sizeof(Paint);
-  image.data.resize(paint.size() * sizeof(Paint));
-  std::memcpy(image.data.data(), paint.data(), image.data.size());
+  std_msgs::Header header;
+  header.stamp = stamp;
+  header.frame_id = params_.color_frame;
+  const cv::Mat pixels(height, width, CV_8UC3, paint.data());
+  const sensor_msgs::ImagePtr image = cv_bridge::CvImage(header, enc::RGB8, pixels).toImageMsg();
   colour_images_.publish(image);
-  colour_infos_.publish(makeCameraInfo(image, K));
+  colour_infos_.publish(makeCameraInfo(*image, K));
 }
 
 void SimulatedCamera::publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp) {
-  geometry_msgs::TransformStamped transform;
-  transform.header.stamp = stamp;
-  transform.header.frame_id = params_.map_frame;
-  transform.child_frame_id = params_.camera_frame;
-  transform.transform = toTransform(T_W_C);
-  broadcaster_.sendTransform(transform);
+  broadcaster_.sendTransform(makeTransform(params_.map_frame, params_.camera_frame, T_W_C, stamp));
 }
 
-Intrinsics SimulatedCamera::intrinsics() const {
+Intrinsics SimulatedCamera::intrinsicsOf(int width, int height) const {
   const float focal_px = static_cast<float>(params_.focal_px);
-  return {focal_px, focal_px, 0.5f * static_cast<float>(params_.width_px - 1),
-          0.5f * static_cast<float>(params_.height_px - 1)};
+  return {focal_px, focal_px, 0.5f * static_cast<float>(width - 1),
+          0.5f * static_cast<float>(height - 1)};
 }
 
 sensor_msgs::Image SimulatedCamera::makeImage(const std::vector<float>& depth_m,

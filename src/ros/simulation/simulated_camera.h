@@ -25,11 +25,11 @@ struct SimulatedCameraParams {
   DepthFormat encoding = DepthFormat::k16UC1;  ///< 16UC1 in millimetres, or 32FC1 in metres.
   int width_px = 320;
   int height_px = 240;
-  double focal_px = 277.0;  ///< 60 degrees across at 320 pixels.
-  double rate_hz = 10.0;    ///< Frames per second of wall time.
-  double lap_s = 24.0;      ///< Time of one lap round the room.
-  int moving = 0;           ///< Balls that go round in the room.
-  int frames = 0;           ///< Ends after so many; 0: goes on for ever.
+  double focal_px = 277.0;           ///< 60 degrees across at 320 pixels.
+  double rate_hz = 10.0;             ///< Frames per second of wall time.
+  double lap_s = 24.0;               ///< Time of one lap round the room.
+  int moving = 0;                    ///< Balls that go round in the room.
+  int frames = 0;                    ///< Ends after so many; 0: goes on for ever.
   bool wait_for_subscriber = false;  ///< The first frame waits until someone listens.
 };
 
@@ -67,7 +67,7 @@ class SimulatedCamera {
   void publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp);
   void publishColour(double time_s, const ros::Time& stamp);
   sensor_msgs::Image makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const;
-  Intrinsics intrinsics() const;
+  Intrinsics intrinsicsOf(int width, int height) const;
   Scene sceneAt(double time_s) const;
 
   SimulatedCameraParams params_;

@@ -1,12 +1,9 @@
 #include "ros/support/fake_camera.h"
 
-#include <geometry_msgs/TransformStamped.h>
-#include <tf2_msgs/TFMessage.h>
+#include <vector>
 
-#include <cstring>
-
-#include "ros/input/transform_conversions.h"
 #include "ros/support/kept_topics.h"
+#include "ros/support/messages.h"
 #include "ros/support/wait.h"
 
 namespace dtsdf {
@@ -31,29 +28,12 @@ ros::Time FakeCamera::nextStamp() {
 }
 
 sensor_msgs::Image FakeCamera::image(const ros::Time& stamp) const {
-  sensor_msgs::Image image;
-  image.header.stamp = stamp;
-  image.header.frame_id = "camera";
-  image.width = kWidth;
-  image.height = kHeight;
-  image.encoding = "32FC1";
-  image.step = kWidth * sizeof(float);
-  image.data.resize(kHeight * image.step);
-  const float depth_m = 1.0f;
-  for (size_t i = 0; i < image.data.size(); i += sizeof(float)) {
-    std::memcpy(&image.data[i], &depth_m, sizeof(float));
-  }
-  return image;
+  return makeImageMessage(makeHeader(stamp, "camera"), "32FC1", kWidth, kHeight,
+                          std::vector<float>(kWidth * kHeight, 1.0f));
 }
 
 sensor_msgs::CameraInfo FakeCamera::info(const ros::Time& stamp) const {
-  sensor_msgs::CameraInfo info;
-  info.header.stamp = stamp;
-  info.header.frame_id = "camera";
-  info.width = kWidth;
-  info.height = kHeight;
-  info.P = {60.0, 0.0, 31.5, 0.0, 0.0, 60.0, 23.5, 0.0, 0.0, 0.0, 1.0, 0.0};
-  return info;
+  return makeCameraInfo(image(stamp), kIntrinsics);
 }
 
 void FakeCamera::send(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) const {
@@ -63,14 +43,12 @@ void FakeCamera::send(const sensor_msgs::Image& image, const sensor_msgs::Camera
 
 void FakeCamera::sendTransform(const ros::Time& stamp, const Eigen::Vector3d& t_W,
                                const std::string& frame) {
-  geometry_msgs::TransformStamped transform;
-  transform.header.stamp = stamp;
-  transform.header.frame_id = "map";
-  transform.child_frame_id = frame;
-  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
-  T_W_C.translation() = t_W;
-  transform.transform = toTransform(T_W_C);
-  broadcaster_.sendTransform(transform);
+  sendPose(Eigen::Isometry3d(Eigen::Translation3d(t_W)), stamp, frame);
+}
+
+void FakeCamera::sendPose(const Eigen::Isometry3d& T_W_F, const ros::Time& stamp,
+                          const std::string& frame) {
+  broadcaster_.sendTransform(makeTransform("map", frame, T_W_F, stamp));
 }
 
 ros::Time FakeCamera::sendFrame() {

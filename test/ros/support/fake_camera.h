@@ -9,12 +9,15 @@
 #include <Eigen/Geometry>
 #include <string>
 
+#include "dtsdf_mapping/pinhole.h"
+
 namespace dtsdf {
 
 class FakeCamera {
  public:
   static constexpr int kWidth = 64;
   static constexpr int kHeight = 48;
+  static constexpr Intrinsics kIntrinsics{60.0f, 60.0f, 31.5f, 23.5f};
 
   explicit FakeCamera(ros::NodeHandle nh);
 
@@ -30,6 +33,8 @@ class FakeCamera {
   void send(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) const;
   void sendTransform(const ros::Time& stamp, const Eigen::Vector3d& t_W = {0.0, 0.0, 0.0},
                      const std::string& frame = "camera");
+  void sendPose(const Eigen::Isometry3d& T_W_F, const ros::Time& stamp,
+                const std::string& frame = "camera");
 
   /// A good frame with its transform. Returns its stamp.
   ros::Time sendFrame();

@@ -1,10 +1,12 @@
-/// The folder that the node saves into, and what a test has it save there.
+/// What tests ask of the node by its services, and the folder that it saves into.
 #pragma once
 
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 #include <ros/param.h>
 #include <ros/service.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
 
 #include <filesystem>
 #include <string>
@@ -15,6 +17,19 @@ namespace dtsdf {
 inline void removeOutputFolder() {
   std::string folder;
   if (ros::param::get("/mapping/output_directory", folder)) std::filesystem::remove_all(folder);
+}
+
+inline void clearMap() {
+  std_srvs::Trigger clear;
+  ASSERT_TRUE(ros::service::call("/mapping/clear_map", clear));
+  ASSERT_TRUE(clear.response.success);
+}
+
+inline void pauseMapping(bool on) {
+  std_srvs::SetBool pause;
+  pause.request.data = on;
+  ASSERT_TRUE(ros::service::call("/mapping/pause", pause));
+  ASSERT_TRUE(pause.response.success);
 }
 
 /// What a service of the node answers to the name of a file.

@@ -1,13 +1,7 @@
 #include "ros/support/room_camera.h"
 
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
-#include <tf2_msgs/TFMessage.h>
-
-#include <cstring>
-
-#include "ros/input/transform_conversions.h"
 #include "ros/support/kept_topics.h"
+#include "ros/support/messages.h"
 #include "ros/support/wait.h"
 
 namespace dtsdf {
@@ -40,33 +34,15 @@ void RoomCamera::seeNothing(const ros::Time& stamp) {
 }
 
 void RoomCamera::send(const std::vector<float>& depth_m, const ros::Time& stamp) {
-  sensor_msgs::Image image;
-  image.header.stamp = stamp;
-  image.header.frame_id = "camera";
-  image.width = kWidth;
-  image.height = kHeight;
-  image.encoding = "32FC1";
-  image.step = kWidth * sizeof(float);
-  image.data.resize(depth_m.size() * sizeof(float));
-  std::memcpy(image.data.data(), depth_m.data(), image.data.size());
-  sensor_msgs::CameraInfo info;
-  info.header = image.header;
-  info.width = kWidth;
-  info.height = kHeight;
-  info.P = {138.0, 0.0, 79.5, 0.0, 0.0, 138.0, 59.5, 0.0, 0.0, 0.0, 1.0, 0.0};
-  infos_.publish(info);
+  const sensor_msgs::Image image =
+      makeImageMessage(makeHeader(stamp, "camera"), "32FC1", kWidth, kHeight, depth_m);
+  infos_.publish(makeCameraInfo(image, kRoomIntrinsics));
   images_.publish(image);
 }
 
 void RoomCamera::sendTransform(const std::string& parent, const std::string& child,
                                const Eigen::Isometry3d& T, const ros::Time& stamp) {
-  tf2_msgs::TFMessage message;
-  message.transforms.resize(1);
-  message.transforms[0].header.stamp = stamp;
-  message.transforms[0].header.frame_id = parent;
-  message.transforms[0].child_frame_id = child;
-  message.transforms[0].transform = toTransform(T);
-  transforms_.publish(message);
+  transforms_.publish(makeTfMessage(parent, child, T, stamp));
 }
 
 WayWatcher::WayWatcher(ros::NodeHandle nh)

@@ -213,7 +213,7 @@ TEST(BoundaryEdges, ThoseBesideWhatIsUnseenAreCounted) {
       mesh.triangles.push_back({a + 1, b + 1, b});
     }
   }
-  const std::vector<MeshEdge> edges = boundaryEdges(mesh);
+  const std::vector<MeshEdge> edges = findEdges(mesh).boundary;
   EXPECT_EQ(edges.size(), 44u);
   EXPECT_FLOAT_EQ(medianEdgeLength(mesh), 0.1f);
   EXPECT_EQ(countBeside(mesh, edges, unseen, 0.15f), 12u);

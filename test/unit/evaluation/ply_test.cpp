@@ -19,15 +19,11 @@ class Ply : public testing::Test {
     return path;
   }
 
-  std::string errorOf(const std::string& bytes) {
+  std::string errorFor(const std::string& bytes) {
     const std::string path = write(bytes);
-    try {
-      readPly(path);
-    } catch (const std::runtime_error& error) {
-      EXPECT_NE(std::string(error.what()).find(path), std::string::npos) << "the file is named";
-      return error.what();
-    }
-    return "";
+    const std::string error = errorOf([&] { readPly(path); });
+    EXPECT_NE(error.find(path), std::string::npos) << "the file is named";
+    return error;
   }
 
   TemporaryFolder folder_;
@@ -87,24 +83,25 @@ TEST_F(Ply, NamesWhatIsWrong) {
   const std::string header =
       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
       "z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
-  EXPECT_NE(errorOf("solid\n").find("not a PLY"), std::string::npos);
-  EXPECT_NE(errorOf("ply\nformat ascii 1.0\n").find("no end"), std::string::npos);
-  EXPECT_NE(errorOf(header + "0 0").find("too early"), std::string::npos);
-  EXPECT_NE(errorOf(header + "0 0 0\n3 0 0 1\n").find("face 0"), std::string::npos);
-  EXPECT_NE(errorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0")
+  EXPECT_NE(errorFor("solid\n").find("not a PLY"), std::string::npos);
+  EXPECT_NE(errorFor("ply\nformat ascii 1.0\n").find("no end"), std::string::npos);
+  EXPECT_NE(errorFor(header + "0 0").find("too early"), std::string::npos);
+  EXPECT_NE(errorFor(header + "0 0 0\n3 0 0 1\n").find("face 0"), std::string::npos);
+  EXPECT_NE(errorFor("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0")
                 .find("x, y and z"),
             std::string::npos);
-  EXPECT_NE(errorOf(header + "nan 0 0\n3 0 0 0\n").find("not finite"), std::string::npos);
-  EXPECT_NE(errorOf(header + "0 0 0\nnan 0 0 0\n").find("impossible length"), std::string::npos);
-  EXPECT_NE(errorOf(header + "0 0 0\n3 0 nan 0\n").find("face 0"), std::string::npos);
-  EXPECT_NE(errorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-                    "property float z\nproperty float red\nproperty float green\n"
-                    "property float blue\nend_header\n0 0 0 nan 256 -1\n")
+  EXPECT_NE(errorFor(header + "nan 0 0\n3 0 0 0\n").find("not finite"), std::string::npos);
+  EXPECT_NE(errorFor(header + "0 0 0\nnan 0 0 0\n").find("impossible length"), std::string::npos);
+  EXPECT_NE(errorFor(header + "0 0 0\n3 0 nan 0\n").find("face 0"), std::string::npos);
+  EXPECT_NE(errorFor("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                     "property float z\nproperty float red\nproperty float green\n"
+                     "property float blue\nend_header\n0 0 0 nan 256 -1\n")
                 .find("0 to 255"),
             std::string::npos);
-  EXPECT_NE(errorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nelement vertex 1\n")
-                .find("twice"),
-            std::string::npos);
+  EXPECT_NE(
+      errorFor("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nelement vertex 1\n")
+          .find("twice"),
+      std::string::npos);
   EXPECT_THROW(readPly(folder_ / "absent.ply"), std::runtime_error);
   EXPECT_THROW(readPly("/dev/zero"), std::runtime_error);
 }

@@ -113,7 +113,7 @@ TEST_F(RecordedColoursTest, MayHaveOtherPoses) {
 TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
   const auto first = [&](const std::string& name, const cv::Mat& image) {
     cv::imwrite(folder_ / name, image);
-    const DecodedColour file = readColourImage(folder_ / name);
+    const RgbImage file = readColourImage(folder_ / name);
     EXPECT_EQ(file.width, image.cols);
     EXPECT_EQ(file.rgb.size(), 3 * image.total());
     return std::vector<int>(file.rgb.begin(), file.rgb.begin() + 3);
@@ -122,8 +122,7 @@ TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
   EXPECT_EQ(first("grey.jpg", cv::Mat(4, 5, CV_8UC1, {77})), (std::vector<int>{77, 77, 77}));
   EXPECT_EQ(first("deep.png", cv::Mat(4, 5, CV_16UC3, {0, 257 * 20, 257 * 200})),
             (std::vector<int>{200, 20, 0}));
-  EXPECT_EQ(first("clear.png", cv::Mat(4, 5, CV_8UC4, {1, 2, 3, 4})),
-            (std::vector<int>{3, 2, 1}));
+  EXPECT_EQ(first("clear.png", cv::Mat(4, 5, CV_8UC4, {1, 2, 3, 4})), (std::vector<int>{3, 2, 1}));
 }
 
 /// A file cut off anywhere is told, not read in part.

@@ -127,7 +127,7 @@ TEST(MeshStore, AssemblyKeepsTheTwoFacingsApart) {
   const Mesh mesh = store.assemble();
   ASSERT_EQ(mesh.vertices_m.size(), 2 * one_side);
   for (size_t i = 0; i < mesh.normals.size(); ++i) {
-    EXPECT_FLOAT_EQ(mesh.normals[i].z, i < one_side ? 1.0f : -1.0f);
+    EXPECT_FLOAT_EQ(mesh.normals[i].z, i < one_side ? 1.0f : -1.0f);  // to the free side
   }
 }
 
@@ -139,18 +139,6 @@ TEST(MeshStore, NormalsOfFoldedTrianglesCountTurnedRound) {
   MeshStore store(kVoxelSize);
   store.apply(updateOf({block}));
   for (const Vec3f& n : store.assemble().normals) EXPECT_FLOAT_EQ(n.z, 1.0f);
-}
-
-TEST(MeshStore, NormalsPointToTheFreeSide) {
-  MeshStore store(kVoxelSize);
-  store.apply(updateOf({planeBlock({0, 0, 0}, 2.5f)}));
-  const Mesh mesh = store.assemble();
-  ASSERT_EQ(mesh.normals.size(), mesh.vertices_m.size());
-  for (const Vec3f& n : mesh.normals) {
-    EXPECT_FLOAT_EQ(n.x, 0.0f);
-    EXPECT_FLOAT_EQ(n.y, 0.0f);
-    EXPECT_FLOAT_EQ(n.z, 1.0f);
-  }
 }
 
 TEST(MeshStore, AssemblesASelection) {

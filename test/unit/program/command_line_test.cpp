@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "support/error_of.h"
+
 namespace dtsdf {
 namespace {
 
@@ -43,21 +45,11 @@ Options parse(const Arguments& arguments) {
 }
 
 std::string usageErrorOf(const Arguments& arguments) {
-  try {
-    parse(arguments);
-  } catch (const UsageError& e) {
-    return e.what();
-  }
-  return "";
+  return errorOf<UsageError>([&] { parse(arguments); });
 }
 
 std::string textAskedFor(const Arguments& arguments) {
-  try {
-    parse(arguments);
-  } catch (const TextRequest& e) {
-    return e.what();
-  }
-  return "";
+  return errorOf<TextRequest>([&] { parse(arguments); });
 }
 
 TEST(CommandLine, ReadsOptionsAndArguments) {
@@ -128,22 +120,17 @@ TEST(CommandLine, NamesWhatIsWrong) {
 }
 
 TEST(CommandLine, ChoicesTakeExactlyOne) {
-  const auto errorOf = [](const Arguments& arguments) {
+  const auto errorFor = [](const Arguments& arguments) {
     std::string a, b;
     CommandLine line("program", "", "", "");
     line.addText({"--a", "A", ""}, a);
     line.addText({"--b", "B", ""}, b);
     line.requireOneOf({"--a", "--b"});
-    try {
-      line.parse(arguments);
-    } catch (const UsageError& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return errorOf<UsageError>([&] { line.parse(arguments); });
   };
-  EXPECT_EQ(errorOf({"--b", "1"}), "");
-  EXPECT_EQ(errorOf({}), "give one of --a and --b");
-  EXPECT_EQ(errorOf({"--a", "1", "--b", "1"}), "give one of --a and --b");
+  EXPECT_EQ(errorFor({"--b", "1"}), "");
+  EXPECT_EQ(errorFor({}), "give one of --a and --b");
+  EXPECT_EQ(errorFor({"--a", "1", "--b", "1"}), "give one of --a and --b");
 }
 
 TEST(CommandLine, ShowsTextsWhateverIsMissing) {
@@ -162,12 +149,7 @@ TEST(CommandLine, TellsNoDefaultOfWhatIsRequired) {
   line.addNumber({"--height", "METRES", "a height"}, height, {0.0, 9.0});
   line.addNumber({"--size", "METRES", "a size"}, size, {0.0, 9.0});
   line.require("--height");
-  std::string help;
-  try {
-    line.parse({"--help"});
-  } catch (const TextRequest& asked) {
-    help = asked.what();
-  }
+  const std::string help = errorOf<TextRequest>([&] { line.parse({"--help"}); });
   EXPECT_NE(help.find("a height\n"), std::string::npos) << help;
   EXPECT_NE(help.find("a size (default 2)\n"), std::string::npos) << help;
 }

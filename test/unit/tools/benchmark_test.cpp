@@ -2,22 +2,18 @@
 
 #include <nlohmann/json.hpp>
 
-#include "mapper/probed_mapper.h"
 #include "benchmark/benchmark_options.h"
 #include "benchmark/benchmark_report.h"
 #include "benchmark/flight.h"
+#include "mapper/probed_mapper.h"
+#include "support/error_of.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {
 namespace {
 
 std::string usageErrorOf(const std::vector<std::string>& arguments) {
-  try {
-    parseBenchmarkOptions(arguments);
-  } catch (const UsageError& e) {
-    return e.what();
-  }
-  return "";
+  return errorOf<UsageError>([&] { parseBenchmarkOptions(arguments); });
 }
 
 TEST(BenchmarkOptions, ReadsWhatReconstructReads) {

@@ -58,8 +58,8 @@ class MapToolSpace : public testing::Test {
 };
 
 TEST_F(MapToolSpace, ATreeHasTheCells) {
-  const int result = run("bt " + (out_ / "room.dtsdf") + " " + (out_ / "room.bt") +
-                         " --set backend=cpu");
+  const int result =
+      run("bt " + (out_ / "room.dtsdf") + " " + (out_ / "room.bt") + " --set backend=cpu");
 #ifdef DTSDF_WITH_OCTOMAP
   ASSERT_EQ(result, 0) << errors_;
   octomap::OcTree tree(out_ / "room.bt");
@@ -93,7 +93,7 @@ TEST_F(MapToolSpace, ASliceShowsUnknownSurfacesAndDistances) {
                 " --height 0.05 --pixels 3 --set backend=cpu"),
             0)
       << errors_;
-  const DecodedColour picture = readColourImage(out_ / "room.png");
+  const RgbImage picture = readColourImage(out_ / "room.png");
   const Space& space = *mapper_->space();
   const int32_t z = space.cellAt(Vector3d(0.0, 0.0, 0.05)).z;
   std::map<std::pair<int, int>, CellState> cells;
@@ -105,8 +105,8 @@ TEST_F(MapToolSpace, ASliceShowsUnknownSurfacesAndDistances) {
     y1 = std::max(y1, known.cell.y);
   }
   const auto pixelAt = [&](int u, int v) {
-    const size_t at = 3 * (static_cast<size_t>(v) * static_cast<size_t>(picture.width) +
-                           static_cast<size_t>(u));
+    const size_t at =
+        3 * (static_cast<size_t>(v) * static_cast<size_t>(picture.width) + static_cast<size_t>(u));
     return std::array<int, 3>{picture.rgb[at], picture.rgb[at + 1], picture.rgb[at + 2]};
   };
   size_t near_m = 0, far_m = 0;

@@ -44,10 +44,10 @@ class ReconstructProgram : public testing::Test {
 };
 
 TEST_F(ReconstructProgram, TellsWhatLeavesTheMeshEmpty) {
-  expectError("--tum " + tum_.path() + " --frames 0:5:5 --set backend=cpu --mesh " +
-                  (out_ / "mesh.ply"),
-              1, "the mesh is empty: no surface was seen in at least 2 frames (mesh/min_support); "
-              "--set mesh/min_support=1 accepts a single frame");
+  expectError(
+      "--tum " + tum_.path() + " --frames 0:5:5 --set backend=cpu --mesh " + (out_ / "mesh.ply"), 1,
+      "the mesh is empty: no surface was seen in at least 2 frames (mesh/min_support); "
+      "--set mesh/min_support=1 accepts a single frame");
 }
 
 TEST_F(ReconstructProgram, SavesMeshAndReport) {
@@ -77,7 +77,8 @@ TEST_F(ReconstructProgram, GuessesWhatTheInputIs) {
   const Outcome outcome = run(tum_.path() + to_mesh + " --set mesh/min_support=1");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.out.find("tum: 6 images of 80 x 60 (fx 10, fy 11, cx 3.5, cy 2.5), 6 with a "
-                             "pose; median depth 0.6 m, 100 % of the pixels measured\n"), 0u)
+                             "pose; median depth 0.6 m, 100 % of the pixels measured\n"),
+            0u)
       << outcome.out;
   EXPECT_TRUE(readBytes(out_ / "guessed.ply") == mesh);
   expectError(out_.path() + to_mesh, 1, "is not a recording in a known format");
@@ -110,16 +111,13 @@ TEST_F(ReconstructProgram, SavesTheSameBytesHoweverItIsRun) {
   EXPECT_NE(meshOf("--set mesh/colour=plain"), mesh);
 }
 
+/// The file may be the node's, too.
 TEST_F(ReconstructProgram, TakesSettingsFromTheFileThenFromTheCommandLine) {
-  writeBytes(out_ / "a.yaml", "backend: cuda\nthreads: 1\nmap:\n  voxel_size_m: 0.05\n");
+  writeBytes(out_ / "a.yaml",
+             "backend: cuda\nthreads: 1\nmap_frame: odom\nmap:\n  voxel_size_m: 0.05\n");
   const std::string config = "--config " + (out_ / "a.yaml") + " --backend cpu ";
   EXPECT_EQ(meshOf(config), meshOf("--set map/voxel_size_m=0.05"));
   EXPECT_EQ(meshOf(config + "--set map/voxel_size_m=0.04"), meshOf("--set map/voxel_size_m=0.04"));
-}
-
-TEST_F(ReconstructProgram, TakesTheNodesSettingsFile) {
-  writeBytes(out_ / "a.yaml", "map_frame: odom\nmap:\n  voxel_size_m: 0.05\n");
-  EXPECT_EQ(meshOf("--config " + (out_ / "a.yaml")), meshOf("--set map/voxel_size_m=0.05"));
 }
 
 TEST_F(ReconstructProgram, GoesOnWithAMapAsIfItHadNotBeenSaved) {
@@ -204,17 +202,6 @@ TEST_F(ReconstructProgram, AnErrorEndsWith1AndLeavesTheOldMesh) {
   EXPECT_EQ(readBytes(out_ / "mesh.ply"), "old");
 }
 
-/// By a reader of its own, in another language, which knows nothing but the specification.
-TEST_F(ReconstructProgram, TheGlbShowsWhatThePlyShows) {
-  for (const std::string mesh : {"mesh.ply", "mesh.glb"}) {
-    const Outcome outcome = run(tum_option_ + "--mesh " + (out_ / mesh));
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  }
-  const std::string command = std::string("python3 -B ") + DTSDF_COMPARE_GLB + " " +
-                              (out_ / "mesh.glb") + " " + (out_ / "mesh.ply");
-  EXPECT_EQ(std::system(command.c_str()), 0);
-}
-
 TEST_F(ReconstructProgram, SimplifiesAndTellsTheError) {
   const std::string arguments = tum_option_ + "--mesh " + (out_ / "mesh.ply");
   const auto triangles = [](const std::string& ply) {
@@ -225,7 +212,8 @@ TEST_F(ReconstructProgram, SimplifiesAndTellsTheError) {
   const Outcome outcome = run(arguments + " --simplify-error 0.01");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("simplified from " + std::to_string(before) + " to "),
-            std::string::npos) << outcome.out;
+            std::string::npos)
+      << outcome.out;
   EXPECT_LT(triangles(readBytes(out_ / "mesh.ply")), before / 2);
   ASSERT_EQ(run(arguments + " --simplify-error 0").exit_code, 0);
   EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before) << "0 is off";
@@ -259,8 +247,8 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
     EXPECT_EQ(found.poses().size(), truth.size());
     double error_m = 0.0;
     for (size_t i = 0; i < found.poses().size(); ++i) {
-      error_m = std::max(error_m, (found.poses()[i].T_W_C.translation() -
-                                   truth[i].translation()).norm());
+      error_m =
+          std::max(error_m, (found.poses()[i].T_W_C.translation() - truth[i].translation()).norm());
     }
     return error_m;
   };

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <exception>
+#include <string>
+
+namespace dtsdf {
+
+/// What `action` says when it throws an `Error`; "" if it throws nothing.
+template <class Error = std::exception, class Action>
+std::string errorOf(const Action& action) {
+  try {
+    action();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+}  // namespace dtsdf

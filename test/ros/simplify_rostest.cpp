@@ -42,7 +42,7 @@ MapContents makeWaves() {
   constexpr int kWidth = 640, kHeight = 480;
   MapperParams params;
   params.backend = Backend::kCpu;
-  params.map.voxel_size_m = 0.008f;
+  params.map.voxel_size_m = 0.0065f;
   const auto mapper = makeMapper(params);
   std::vector<uint16_t> depth_mm(kWidth * kHeight);
   for (int v = 0; v < kHeight; ++v) {

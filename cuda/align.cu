@@ -89,8 +89,7 @@ __global__ void __launch_bounds__(kAlignThreads)
 
 }  // namespace
 
-PoseAligner::PoseAligner(const AlignmentSettings& settings, bool directional,
-                         const Stream& stream)
+PoseAligner::PoseAligner(const AlignmentSettings& settings, bool directional, const Stream& stream)
     : settings_(settings), directional_(directional), stream_(stream) {}
 
 void PoseAligner::takePoints(const FrameView& view, const RawDepth& raw) {

@@ -82,18 +82,15 @@ void BlockMesher::prepare() {
   is_prepared_ = true;
 }
 
-void BlockMesher::begin(const MapView& map, const Event& map_ready,
-                        const Extraction& extraction) {
+void BlockMesher::begin(const MapView& map, const Event& map_ready, const Extraction& extraction) {
   map_ = map;
   least_evidence_ = extraction.least_evidence;
   prepare();
   is_prepared_ = false;
   stream_.waitFor(map_ready);
   stream_.record(begun_);
-  const size_t most_blocks =
-      std::min<size_t>(map.slot_count,
-                       extraction.most_dirty * kBlocksAround +
-                           extraction.most_painted * kUnitReach);
+  const size_t most_blocks = std::min<size_t>(
+      map.slot_count, extraction.most_dirty * kBlocksAround + extraction.most_painted * kUnitReach);
   slots_.reserve(most_blocks, stream_);
   records_.reserve(most_blocks, stream_);
   if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
@@ -132,9 +129,8 @@ void BlockMesher::complete() {
     triangles_.reserve(size.triangles, stream_);
     if (refined_) normals_.reserveExactly(vertices_.capacity(), stream_);
     if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
-    DTSDF_CHECK_CUDA(cudaMemsetAsync(&totals_.data()->size, 0,
-                                     sizeof(MeshTotals) - offsetof(MeshTotals, size),
-                                     stream_.get()));
+    DTSDF_CHECK_CUDA(cudaMemsetAsync(
+        &totals_.data()->size, 0, sizeof(MeshTotals) - offsetof(MeshTotals, size), stream_.get()));
     enqueueMeshes();
     counted_.wait();
   }
@@ -219,8 +215,8 @@ void BlockMesher::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t tables = tables_.bytes() + refine_tables_.bytes();
   parts.push_back({"mesh tables", MemoryKind::kScratch, tables, tables});
   if (refined_) {
-    parts.push_back({"vertex normals", MemoryKind::kScratch, size.vertices * sizeof(Vec3f),
-                     normals_.bytes()});
+    parts.push_back(
+        {"vertex normals", MemoryKind::kScratch, size.vertices * sizeof(Vec3f), normals_.bytes()});
   }
   const size_t staging = pinned_records_.bytes() + pinned_vertices_.bytes() +
                          pinned_triangles_.bytes() + pinned_colours_.bytes();

@@ -58,7 +58,7 @@ struct BlockLook {
 /// The voxels of a block that the frame judges.
 struct JudgedVoxels {
   uint32_t count;
-  uint32_t emptied_directions;  ///< That lose a voxel.
+  uint32_t emptied_directions;                        ///< That lose a voxel.
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
 };
 
@@ -202,9 +202,9 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget
 
 /// A block that the stage visits.
 struct VisitedBlock {
-  int32_t slot;    ///< -1: not in the map.
-  bool is_touched; ///< Else the frame only looks at it.
-  uint32_t empty;  ///< Bit d: the array of direction d held nothing after the fold.
+  int32_t slot;     ///< -1: not in the map.
+  bool is_touched;  ///< Else the frame only looks at it.
+  uint32_t empty;   ///< Bit d: the array of direction d held nothing after the fold.
   BlockLook look;
 };
 
@@ -216,16 +216,18 @@ __device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t*
   const int32_t slot = slotOf(target.map, block);
   if (slot < 0) return {-1, true, 0, {}};
   const uint32_t first_sum = touched.first_sums[touched.places[i]];
-  return {slot, true, block.empty,
-          {toFloat(firstVoxelOfBlock(block.block_L)), turn.comesTo(block.key),
+  return {slot,
+          true,
+          block.empty,
+          {toFloat(firstVoxelOfBlock(block.block_L)),
+           turn.comesTo(block.key),
            {supported + static_cast<size_t>(first_sum) * kSupportWords, block.directions}}};
 }
 
 /// One of the others.
 __device__ VisitedBlock visitLook(const FusionTarget& target, const FrameView& frame,
                                   int32_t slot) {
-  const Vec3i block_L =
-      unpackKey(target.map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
+  const Vec3i block_L = unpackKey(target.map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
   return {slot, false, 0, {toFloat(firstVoxelOfBlock(block_L)), true, {nullptr, 0}}};
 }
 

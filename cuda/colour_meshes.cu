@@ -32,8 +32,7 @@ __device__ void findColours(const MapView& map, const BlockKey& key, int n,
   for (int d = 0; d < kDirectionCount; ++d) {
     const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[d];
     for (int brick = 0; brick < kBricksPerArray; ++brick) {
-      corners.colours[n][d][brick] =
-          array == kNoArray ? nullptr : coloursOf(map, array, brick);
+      corners.colours[n][d][brick] = array == kNoArray ? nullptr : coloursOf(map, array, brick);
     }
   }
 }
@@ -45,8 +44,7 @@ __global__ void colourVerticesKernel(MapView map, MeshView mesh) {
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const MeshRecord record = mesh.records[b];
-    if (record.vertices == 0 ||
-        record.first_vertex + record.vertices > mesh.capacity.vertices ||
+    if (record.vertices == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||
         record.first_triangle + record.triangles > mesh.capacity.triangles) {
       continue;  // the same for all threads of the block
     }
@@ -58,8 +56,7 @@ __global__ void colourVerticesKernel(MapView map, MeshView mesh) {
     __syncthreads();
     for (uint32_t i = threadIdx.x; i < record.vertices; i += blockDim.x) {
       const uint32_t at = record.first_vertex + i;
-      mesh.colours[at] = vertexColourOf(corners, mesh.vertices[at].edge,
-                                        mesh.directional != 0);
+      mesh.colours[at] = vertexColourOf(corners, mesh.vertices[at].edge, mesh.directional != 0);
     }
   }
 }

@@ -108,7 +108,7 @@ class CudaBackend : public MapBackend {
   RegionClearer region_clearer_;
   FreeCellFinder free_cell_finder_;
   RecordMover record_mover_;
-  size_t in_view_count_ = 0;  ///< Of the part of a frame that is fused.
+  size_t in_view_count_ = 0;              ///< Of the part of a frame that is fused.
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
@@ -309,8 +309,8 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
   region_clearer_.addMemory(parts);
   record_mover_.addMemory(parts);
   if (params_.space.enabled) free_cell_finder_.addMemory(parts);
-  parts.push_back({"block table (host)", MemoryKind::kStaging, table_.memoryBytes(),
-                   table_.memoryBytes()});
+  parts.push_back(
+      {"block table (host)", MemoryKind::kStaging, table_.memoryBytes(), table_.memoryBytes()});
 }
 
 }  // namespace

@@ -35,11 +35,10 @@ void measureRates(GpuReport& report) {
   gpu::DeviceBuffer<unsigned char> b(kCopyBytes);
   gpu::PinnedBuffer<unsigned char> host(kCopyBytes);
   report.copy_gb_s = 2.0 * measureCopies(stream, [&] {  // each byte is read and written
-    DTSDF_CHECK_CUDA(cudaMemcpyAsync(b.data(), a.data(), kCopyBytes, cudaMemcpyDeviceToDevice,
-                                     stream.get()));
-  });
-  report.upload_gb_s =
-      measureCopies(stream, [&] { b.upload(host.data(), kCopyBytes, stream); });
+                       DTSDF_CHECK_CUDA(cudaMemcpyAsync(b.data(), a.data(), kCopyBytes,
+                                                        cudaMemcpyDeviceToDevice, stream.get()));
+                     });
+  report.upload_gb_s = measureCopies(stream, [&] { b.upload(host.data(), kCopyBytes, stream); });
   report.download_gb_s =
       measureCopies(stream, [&] { b.download(host.data(), kCopyBytes, stream); });
 }
@@ -56,11 +55,10 @@ KernelUse describe(const gpu::NamedKernel& kernel) {
   DTSDF_CHECK_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
       &use.blocks_per_processor, kernel.function, use.threads, kernel.dynamic_shared_bytes));
   int threads_per_processor = 0;
-  DTSDF_CHECK_CUDA(cudaDeviceGetAttribute(&threads_per_processor,
-                                          cudaDevAttrMaxThreadsPerMultiProcessor,
-                                          gpu::currentDevice()));
-  use.occupancy = static_cast<double>(use.blocks_per_processor * use.threads) /
-                  threads_per_processor;
+  DTSDF_CHECK_CUDA(cudaDeviceGetAttribute(
+      &threads_per_processor, cudaDevAttrMaxThreadsPerMultiProcessor, gpu::currentDevice()));
+  use.occupancy =
+      static_cast<double>(use.blocks_per_processor * use.threads) / threads_per_processor;
   return use;
 }
 
@@ -88,14 +86,11 @@ GpuReport reportCudaDevice() {
   report.driver = versionText(driver);
   report.runtime = versionText(runtime);
   measureRates(report);
-  for (const auto& kernels : {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(),
-                              gpu::blockKernels(),
-                              gpu::mapKernels(), gpu::moveKernels(), gpu::markKernels(),
-                              gpu::fusionKernels(), gpu::clearKernels(),
-                              gpu::regionKernels(),
-                              gpu::freeSpaceKernels(), gpu::paintKernels(), gpu::renderKernels(),
-                              gpu::viewUnitKernels(),
-                              gpu::mesherKernels(true)}) {
+  for (const auto& kernels :
+       {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
+        gpu::mapKernels(), gpu::moveKernels(), gpu::markKernels(), gpu::fusionKernels(),
+        gpu::clearKernels(), gpu::regionKernels(), gpu::freeSpaceKernels(), gpu::paintKernels(),
+        gpu::renderKernels(), gpu::viewUnitKernels(), gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }
   return report;

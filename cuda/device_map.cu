@@ -17,8 +17,8 @@ constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 __device__ void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
   while (true) {
-    const PackedKey found = atomicCAS(reinterpret_cast<unsigned long long*>(&map.hash_keys[at]),
-                                      kNoKey, key);
+    const PackedKey found =
+        atomicCAS(reinterpret_cast<unsigned long long*>(&map.hash_keys[at]), kNoKey, key);
     if (found == kNoKey || found == key) break;
     at = (at + 1) & map.hash_mask;
   }
@@ -102,14 +102,20 @@ DeviceMap::DeviceMap(const Stream& stream)
 
 MapView DeviceMap::view() const {
   const ChangedBlocks painted{painted_.data(), painted_slots_.data(), painted_count_.data()};
-  return {hash_keys_.data(),      hash_slots_.data(),
-          static_cast<uint32_t>(hash_size_ - 1), static_cast<uint32_t>(slot_count_),
-          slots_.data(),          voxels_.view(),
-          unit_labels_.view(),   colours_.view(),
+  return {hash_keys_.data(),
+          hash_slots_.data(),
+          static_cast<uint32_t>(hash_size_ - 1),
+          static_cast<uint32_t>(slot_count_),
+          slots_.data(),
+          voxels_.view(),
+          unit_labels_.view(),
+          colours_.view(),
           has_colours_ ? colour_of_.data() : nullptr,
           has_colours_ ? painted : ChangedBlocks{nullptr, nullptr, nullptr},
-          dirty_.data(),          dirty_slots_.data(),
-          dirty_count_.data(),    mesh_stamp_.data()};
+          dirty_.data(),
+          dirty_slots_.data(),
+          dirty_count_.data(),
+          mesh_stamp_.data()};
 }
 
 void DeviceMap::reserveSlots(size_t count) {
@@ -208,8 +214,8 @@ void DeviceMap::reserveUpdates(size_t count) {
 }
 
 void DeviceMap::enqueueUpdates(size_t count) {
-  updateSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(
-      view(), updates_.data(), static_cast<uint32_t>(count));
+  updateSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(view(), updates_.data(),
+                                                                      static_cast<uint32_t>(count));
   DTSDF_CHECK_LAUNCH("updateSlotsKernel");
   stream_.record(updates_sent_);
 }
@@ -251,8 +257,7 @@ void DeviceMap::markAllDirty() {
 void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& parts) const {
   constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices;
   const size_t blocks = table.blocksInUse();
-  parts.push_back({"voxels", kMap, table.arraysInUse() * BlockTable::kArrayBytes,
-                   voxels_.bytes()});
+  parts.push_back({"voxels", kMap, table.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()});
   parts.push_back({"unit indices", kIndices, blocks * kVoxelsPerBlock * sizeof(UnitLabels),
                    unit_labels_.bytes()});
   parts.push_back({"slots", kIndices, blocks * (sizeof(SlotEntry) + 3 * sizeof(uint32_t)),
@@ -260,8 +265,8 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
   const size_t hash = hash_keys_.bytes() + hash_slots_.bytes();
   parts.push_back({"hash table", kIndices, hash, hash});
   const size_t books = colour_of_.bytes() + painted_.bytes() + painted_slots_.bytes();
-  parts.push_back({"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes,
-                   colours_.bytes()});
+  parts.push_back(
+      {"colours", kMap, table.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()});
   parts.push_back({"books of colours", kIndices, books, books});
   parts.push_back({"map updates", MemoryKind::kScratch, new_bricks_.bytes(), new_bricks_.bytes()});
   const size_t staging = updates_.bytes() + new_arrays_.bytes() + pinned_bricks_.bytes();
@@ -269,10 +274,9 @@ void DeviceMap::addMemory(const BlockTable& table, std::vector<MemoryPart>& part
 }
 
 std::vector<NamedKernel> mapKernels() {
-  return {DTSDF_NAMED_KERNEL(updateSlotsKernel, 0), DTSDF_NAMED_KERNEL(rehashSlotsKernel, 0),
-          DTSDF_NAMED_KERNEL(markAllDirtyKernel, 0),
-          DTSDF_NAMED_KERNEL(clearArraysKernel, 0), DTSDF_NAMED_KERNEL(clearColoursKernel, 0),
-          DTSDF_NAMED_KERNEL(markAllPaintedKernel, 0)};
+  return {DTSDF_NAMED_KERNEL(updateSlotsKernel, 0),  DTSDF_NAMED_KERNEL(rehashSlotsKernel, 0),
+          DTSDF_NAMED_KERNEL(markAllDirtyKernel, 0), DTSDF_NAMED_KERNEL(clearArraysKernel, 0),
+          DTSDF_NAMED_KERNEL(clearColoursKernel, 0), DTSDF_NAMED_KERNEL(markAllPaintedKernel, 0)};
 }
 
 }  // namespace gpu

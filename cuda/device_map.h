@@ -117,11 +117,11 @@ class DeviceMap {
 
   const Stream& stream_;
   PoolSizes lately_ = {0, 0};  ///< The most that a frame has asked for, which fades.
-  size_t slot_count_ = 0;    ///< Slots that hold, or held, a block.
-  size_t hash_used_ = 0;     ///< Upper bound of the table's places in use, released ones included.
+  size_t slot_count_ = 0;      ///< Slots that hold, or held, a block.
+  size_t hash_used_ = 0;  ///< Upper bound of the table's places in use, released ones included.
   DeviceBuffer<PackedKey> hash_keys_;
   DeviceBuffer<int32_t> hash_slots_;
-  size_t hash_size_ = 0;     ///< A power of two.
+  size_t hash_size_ = 0;  ///< A power of two.
   DeviceBuffer<SlotEntry> slots_;
   DeviceBuffer<uint32_t> dirty_, mesh_stamp_, dirty_count_;
   DeviceBuffer<int32_t> dirty_slots_;
@@ -131,9 +131,9 @@ class DeviceMap {
   DeviceBuffer<int32_t> colour_of_, painted_slots_;
   DeviceBuffer<uint32_t> painted_, painted_count_;
   bool has_colours_ = false;
-  Event updates_sent_;  ///< The host may write new updates from there on.
-  PinnedBuffer<SlotUpdate> updates_;    ///< Kernels read them in place,
-  PinnedBuffer<int32_t> new_arrays_;    ///< and these.
+  Event updates_sent_;                ///< The host may write new updates from there on.
+  PinnedBuffer<SlotUpdate> updates_;  ///< Kernels read them in place,
+  PinnedBuffer<int32_t> new_arrays_;  ///< and these.
   PinnedBuffer<NewBrick> pinned_bricks_;
   DeviceBuffer<NewBrick> new_bricks_;
 };

@@ -71,8 +71,8 @@ __global__ void __launch_bounds__(kThreads, 8)
 /// Gives a block its arrays of sums, one per direction in ascending order.
 __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t place,
                             uint32_t directions) {
-  uint32_t sum = atomicAdd(&touched.counters->touched_arrays,
-                           static_cast<uint32_t>(__popc(directions)));
+  uint32_t sum =
+      atomicAdd(&touched.counters->touched_arrays, static_cast<uint32_t>(__popc(directions)));
   touched.first_sums[place] = sum;
   for (uint32_t d = 0; d < kDirectionCount; ++d) {
     if (directions >> d & 1) touched.sum_owners[sum++] = 8 * block + d;
@@ -152,10 +152,7 @@ __global__ void takePartKernel(MapView map, TouchedView touched, uint32_t blocks
 }  // namespace
 
 BlockFinder::BlockFinder(const FusionSettings& fusion, const Stream& stream)
-    : fusion_(fusion),
-      stream_(stream),
-      counters_(1),
-      pinned_counters_(1) {
+    : fusion_(fusion), stream_(stream), counters_(1), pinned_counters_(1) {
   allocate(kFirstCapacity);
 }
 
@@ -199,14 +196,14 @@ void BlockFinder::emptyTable(bool counts_surfels) {
   holdForProfile(stream_);
   const StageSpan span(stream_, Stage::kFindBlocks);
   emptyTableKernel<<<blocksFor(2 * capacity_), kThreads, 0, stream_.get()>>>(view(),
-                                                                            counts_surfels);
+                                                                             counts_surfels);
   DTSDF_CHECK_LAUNCH("emptyTableKernel");
 }
 
 void BlockFinder::mark(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
   const StageSpan span(stream_, Stage::kFindBlocks);
   markBlocksKernel<<<blocksFor(surfels.room), kThreads, 0, stream_.get()>>>(sensing, fusion_,
-                                                                           surfels, view());
+                                                                            surfels, view());
   DTSDF_CHECK_LAUNCH("markBlocksKernel");
 }
 
@@ -247,7 +244,7 @@ std::vector<PackedKey> BlockFinder::fetchTouched() {
   if (count == 0) return {};
   touched_keys_.reserve(count);
   readTouchedKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(view(), count,
-                                                                     touched_keys_.data());
+                                                                      touched_keys_.data());
   DTSDF_CHECK_LAUNCH("readTouchedKernel");
   stream_.synchronize();
   return {touched_keys_.data(), touched_keys_.data() + count};
@@ -269,8 +266,8 @@ void BlockFinder::takePart(const std::vector<PackedKey>& part, const MapView& ma
 }
 
 void BlockFinder::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = keys_.bytes() + directions_.bytes() + first_sums_.bytes() +
-                       places_.bytes() + sum_owners_.bytes() + blocks_.bytes() + part_.bytes();
+  const size_t bytes = keys_.bytes() + directions_.bytes() + first_sums_.bytes() + places_.bytes() +
+                       sum_owners_.bytes() + blocks_.bytes() + part_.bytes();
   parts.push_back({"touched blocks", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = requests_.bytes() + touched_keys_.bytes() + pinned_part_.bytes();
   parts.push_back({"requests", MemoryKind::kStaging, staging, staging});

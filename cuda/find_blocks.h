@@ -12,15 +12,15 @@ namespace gpu {
 
 /// Counts of one frame; all that the host has to know of it.
 struct FrameCounters {
-  uint32_t usable_surfels;    ///< Surfels, but for those that have no weight for want of a normal.
-  uint32_t touched;           ///< Blocks.
-  uint32_t touched_arrays;    ///< Arrays that the frame's surfels belong to, over all blocks.
-  uint32_t requests;          ///< Blocks that are missing or miss arrays.
+  uint32_t usable_surfels;  ///< Surfels, but for those that have no weight for want of a normal.
+  uint32_t touched;         ///< Blocks.
+  uint32_t touched_arrays;  ///< Arrays that the frame's surfels belong to, over all blocks.
+  uint32_t requests;        ///< Blocks that are missing or miss arrays.
   uint32_t requested_arrays;
-  uint32_t table_full;        ///< Not 0: the table was too small, and the counts are not valid.
-  uint32_t looks;             ///< Blocks that the frame looks at without touching them.
-  uint32_t empty_blocks;      ///< Blocks with arrays that hold nothing.
-  uint32_t compared, cleared; ///< Blocks of threads that have finished these stages.
+  uint32_t table_full;         ///< Not 0: the table was too small, and the counts are not valid.
+  uint32_t looks;              ///< Blocks that the frame looks at without touching them.
+  uint32_t empty_blocks;       ///< Blocks with arrays that hold nothing.
+  uint32_t compared, cleared;  ///< Blocks of threads that have finished these stages.
 };
 
 /// A BlockRequest without padding, whose bytes nothing would write.
@@ -34,10 +34,10 @@ constexpr int32_t kNotInPart = -2;
 
 struct TouchedBlock {
   PackedKey key;
-  Vec3i block_L;          ///< Coordinates relative to the frame's origin.
-  uint32_t directions;    ///< Bit d: some surfel belongs to direction d.
-  int32_t slot;           ///< -1: not in the map before the frame. kNotInPart: left out for now.
-  uint32_t empty;         ///< Bit d: after the fold, the array of direction d holds nothing.
+  Vec3i block_L;        ///< Coordinates relative to the frame's origin.
+  uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
+  int32_t slot;         ///< -1: not in the map before the frame. kNotInPart: left out for now.
+  uint32_t empty;       ///< Bit d: after the fold, the array of direction d holds nothing.
 };
 
 /// The frame's hash table (key to directions and to the block's first array of sums), and the list
@@ -47,10 +47,10 @@ struct TouchedView {
   uint32_t* directions;
   uint32_t* first_sums;
   uint32_t mask;
-  uint32_t capacity;      ///< Blocks.
-  uint32_t* places;       ///< Place in the table, per block.
+  uint32_t capacity;  ///< Blocks.
+  uint32_t* places;   ///< Place in the table, per block.
   TouchedBlock* blocks;
-  uint32_t* sum_owners;   ///< Per array of sums: 8 * block + direction.
+  uint32_t* sum_owners;  ///< Per array of sums: 8 * block + direction.
   FrameCounters* counters;
 };
 

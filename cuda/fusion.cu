@@ -102,8 +102,7 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
     auto add = [&](int direction, int32_t weight, int32_t sdf, uint32_t point_key) {
       addToSums(sums[direction], weight, sdf, point_key);
     };
-    projectVoxel(frame, fusion, surfels, firstVoxelOfBlock(block.block_L) + voxelOffset(i),
-                 add);
+    projectVoxel(frame, fusion, surfels, firstVoxelOfBlock(block.block_L) + voxelOffset(i), add);
     for (int d = 0; d < kDirectionCount; ++d) {
       if (entry.array[d] == kNoArray) continue;
       Voxel& voxel = map.voxels.record(entry.array[d])[i];
@@ -118,9 +117,7 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
 }  // namespace
 
 Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& stream)
-    : casts_(castsSurfels(params)),
-      fusion_(makeFusionSettings(params, rules)),
-      stream_(stream) {}
+    : casts_(castsSurfels(params)), fusion_(makeFusionSettings(params, rules)), stream_(stream) {}
 
 /// With an eighth to spare rather than half: this is the most of what a frame needs.
 void Fusion::reserveSums(uint32_t arrays) {

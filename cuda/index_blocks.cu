@@ -114,8 +114,7 @@ __device__ void listCandidates(BlockCorners& block, UnitLabels* stored) {
     if (lane == 0 && candidates != 0) first = atomicAdd(&block.count, __popc(candidates));
     first = __shfl_sync(~0u, first, 0);
     if (is_candidate) {
-      block.candidates[first + __popc(candidates & ((1u << lane) - 1u))] =
-          static_cast<uint16_t>(i);
+      block.candidates[first + __popc(candidates & ((1u << lane) - 1u))] = static_cast<uint16_t>(i);
     }
   }
 }

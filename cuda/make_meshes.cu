@@ -51,10 +51,8 @@ __device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arra
   const int lower = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const bool directional = mesh.directional != 0;
   const Vec3i corner = cornerAt(lower), step = unitStep(axis);
-  EdgeOnDevice samples{{},
-                       {},
-                       {arrays, corner - step, directional},
-                       {arrays, corner + step + step, directional}};
+  EdgeOnDevice samples{
+      {}, {}, {arrays, corner - step, directional}, {arrays, corner + step + step, directional}};
 #pragma unroll  // so that the samples are in registers, and read all at once
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!directional && d != facedDirection(axis, facing)) continue;
@@ -116,8 +114,7 @@ __device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& share
     }
     regular[k] = regularise(shared.labels(unit), behind);
     triangles += countTriangles(*mesh.tables, regular[k]);
-    visitTriangleEdges(*mesh.tables, regular[k], unit,
-                       [&](int edge) { shared.edges.add(edge); });
+    visitTriangleEdges(*mesh.tables, regular[k], unit, [&](int edge) { shared.edges.add(edge); });
   }
   return triangles;
 }
@@ -137,8 +134,7 @@ struct Middles {
 };
 
 /// All threads of the block have to call it.
-__device__ Middles countMiddles(const MeshView& mesh,
-                                const UnitIndices (&regular)[kUnitsPerThread],
+__device__ Middles countMiddles(const MeshView& mesh, const UnitIndices (&regular)[kUnitsPerThread],
                                 MeshBlockShared& shared) {
   uint32_t own = 0;
   for (const UnitIndices& indices : regular) own += sidesOfUnit(*mesh.refine_tables, indices);
@@ -175,8 +171,7 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint3
 }
 
 /// The first `count` vertices: those on edges.
-__device__ void writeVertices(const MeshView& mesh, uint32_t count,
-                              const MeshBlockShared& shared) {
+__device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBlockShared& shared) {
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
     vertices[i] = makeVertex(mesh, shared.arrays, shared.vertex_edge[i]);
@@ -251,9 +246,9 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
   const GapCount isGap{mesh.rules, vertices, gaps};
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(threadIdx.x * kUnitsPerThread + k);
-    visitRefinedTriangles(
-        *mesh.tables, *mesh.refine_tables, regular[k], unit, middle, vertexOf, isGap,
-        [&](uint32_t vertex) { *corner++ = static_cast<uint16_t>(vertex); });
+    visitRefinedTriangles(*mesh.tables, *mesh.refine_tables, regular[k], unit, middle, vertexOf,
+                          isGap,
+                          [&](uint32_t vertex) { *corner++ = static_cast<uint16_t>(vertex); });
     visitSides(*mesh.refine_tables, regular[k], unit, [&](int a, int b) {
       vertices[middle++] = {middleOfSide(endOn(a), endOn(b)), middleNumber(a, b)};
     });
@@ -295,8 +290,8 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     const uint32_t own_triangles = regulariseUnits(mesh, shared, regular);
     Middles middles = {};
     if (kRefined) middles = countMiddles(mesh, regular, shared);
-    const uint32_t first_triangle = takeRoom(mesh, own_triangles, middles.count,
-                                             kRefined ? kRefinedTriangles : 1, shared);
+    const uint32_t first_triangle =
+        takeRoom(mesh, own_triangles, middles.count, kRefined ? kRefinedTriangles : 1, shared);
     const MeshRecord& record = shared.record;
     if (threadIdx.x == 0) {
       shared.record.key = map.slots[slot].key;
@@ -312,9 +307,8 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
       if (kRefined) {
         writeNormals(mesh, on_edges, shared);
         __syncthreads();
-        gaps = writeRefined(mesh, regular,
-                            {on_edges + middles.before, kRefinedTriangles * first_triangle},
-                            shared);
+        gaps = writeRefined(
+            mesh, regular, {on_edges + middles.before, kRefinedTriangles * first_triangle}, shared);
       } else {
         gaps = writeTriangles(mesh, regular, first_triangle, shared);
       }
@@ -328,8 +322,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
 
 }  // namespace
 
-void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks,
-                const Stream& stream) {
+void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream) {
   if (mesh.refine_tables != nullptr) {
     makeMeshesKernel<true><<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
   } else {

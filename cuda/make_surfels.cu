@@ -107,8 +107,7 @@ size_t tilesOf(const FrameView& frame) {
 
 }  // namespace
 
-SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules,
-                         const Stream& stream)
+SurfelMaker::SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream)
     : merges_(castsSurfels(params)),
       surfel_settings_(makeSurfelSettings(params, rules)),
       stream_(stream) {}
@@ -133,7 +132,7 @@ DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* c
 }
 
 DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels,
-                                         uint32_t* count) {
+                                           uint32_t* count) {
   surfels_.reserve(surfels, stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
   return listSurfels(sensing, count);

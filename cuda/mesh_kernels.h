@@ -52,14 +52,14 @@ struct MeshView {
   MeshSize* size;
   uint32_t* finished;
   MeshTotals* host_totals;  ///< Where the host finds them, in its own memory.
-  int32_t* slots;  ///< First the reached blocks, then the adjoining ones.
-  MeshRecord* records;  ///< One per block of `slots`.
+  int32_t* slots;           ///< First the reached blocks, then the adjoining ones.
+  MeshRecord* records;      ///< One per block of `slots`.
   BlockVertex* vertices;
   Vec3f* normals;  ///< Of the vertices on edges, at their places; null: no refinement.
   BlockTriangle* triangles;
   VertexColour* colours;  ///< One per vertex; null while nothing is painted.
   MeshSize capacity;
-  uint32_t stamp;  ///< Number of this extraction.
+  uint32_t stamp;          ///< Number of this extraction.
   int32_t least_evidence;  ///< That a voxel needs to be known.
   int32_t directional;
   MeshRules rules;

@@ -9,7 +9,7 @@ namespace gpu {
 
 /// By the frustum alone: some of them show nothing of what is free.
 std::vector<PackedKey> CudaBlockMover::seenThrough(const std::vector<PackedKey>& keys,
-                                                uint64_t frame_number) {
+                                                   uint64_t frame_number) {
   std::vector<PackedKey> seen;
   if (!parts_.sensing->hasFreeDepth()) return seen;
   const FrameView& frame = parts_.sensing->frame();
@@ -37,7 +37,7 @@ std::vector<MeshState> CudaBlockMover::takeMeshStates(const std::vector<int32_t>
 }
 
 void CudaBlockMover::enterMeshStates(const std::vector<int32_t>& slots,
-                                  const std::vector<MeshState>& states) {
+                                     const std::vector<MeshState>& states) {
   std::vector<UnitLabels> labels(slots.size() * kVoxelsPerBlock, UnitLabels{});
   std::vector<MeshMarks> marks;
   for (size_t i = 0; i < slots.size(); ++i) {
@@ -52,7 +52,7 @@ void CudaBlockMover::enterMeshStates(const std::vector<int32_t>& slots,
 }
 
 void CudaBlockMover::setMarks(const std::vector<int32_t>& slots,
-                           const std::vector<MeshMarks>& marks) {
+                              const std::vector<MeshMarks>& marks) {
   marks_.set(parts_.map.view(), slots, marks);
   parts_.bounds.dirty += slots.size();
   parts_.bounds.painted += slots.size();

@@ -31,7 +31,7 @@ class MarkMover {
   void begin(const std::vector<int32_t>& slots);
 
   const Stream& stream_;
-  Event done_;  ///< With the lists.
+  Event done_;                    ///< With the lists.
   PinnedBuffer<int32_t> slots_;   ///< Kernels read them in place,
   PinnedBuffer<uint32_t> marks_;  ///< and read and write these.
 };

@@ -15,8 +15,8 @@ constexpr size_t kTurnBytes = size_t{8} << 20;
 constexpr size_t kBytesPerThread = size_t{1} << 20;  ///< Of the host, which copy at a time.
 
 template <class Pool>
-constexpr size_t kRecordBytes =
-    Pool::kSlabElements / Pool::kSlabRecords * sizeof(typename Pool::Element);
+constexpr size_t kRecordBytes = Pool::kSlabElements / Pool::kSlabRecords *
+                                sizeof(typename Pool::Element);
 
 constexpr size_t kLeastRecordBytes = kRecordBytes<ColourPool>;
 static_assert(kRecordBytes<VoxelPool> >= kLeastRecordBytes &&
@@ -34,8 +34,8 @@ __global__ void gatherRecordsKernel(typename Pool::View pool, const int32_t* rec
 
 /// The same.
 template <class Pool>
-__global__ void scatterRecordsKernel(typename Pool::View pool, const int32_t* records,
-                                     size_t count, const uint4* host) {
+__global__ void scatterRecordsKernel(typename Pool::View pool, const int32_t* records, size_t count,
+                                     const uint4* host) {
   constexpr size_t kWords = kRecordBytes<Pool> / sizeof(uint4);
   const size_t i = globalThread();
   if (i >= count * kWords) return;
@@ -96,8 +96,7 @@ void RecordMover::download(const Pool& pool, const std::vector<int32_t>& records
 }
 
 template <class Pool>
-void RecordMover::upload(const Pool& pool, const std::vector<int32_t>& records,
-                         const void* host) {
+void RecordMover::upload(const Pool& pool, const std::vector<int32_t>& records, const void* host) {
   constexpr size_t kBytes = kRecordBytes<Pool>, kAtOnce = kTurnBytes / kBytes;
   for (size_t i = 0, first = 0; first < records.size(); ++i, first += kAtOnce) {
     const size_t end = std::min(records.size(), first + kAtOnce);

@@ -18,7 +18,7 @@ struct NamedKernel {
 
 /// The kernel, its dynamic shared memory, and its threads where they are not kThreads.
 #define DTSDF_NAMED_KERNEL(kernel, ...) \
-  ::dtsdf::gpu::NamedKernel{#kernel, reinterpret_cast<const void*>(&kernel), __VA_ARGS__}
+  ::dtsdf::gpu::NamedKernel { #kernel, reinterpret_cast < const void*>(&kernel), __VA_ARGS__ }
 
 std::vector<NamedKernel> alignKernels();
 std::vector<NamedKernel> senseKernels();

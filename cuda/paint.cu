@@ -44,8 +44,7 @@ __global__ void findBlocksInViewKernel(PointView view, MapView map, LookView loo
 }
 
 __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
-  return toFloat(
-      firstVoxelOfBlock(unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel)));
+  return toFloat(firstVoxelOfBlock(unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel)));
 }
 
 /// Of a block of threads that works on one voxel array: few of its voxels are worth the work.
@@ -71,8 +70,8 @@ __device__ void visitArrays(const FrameView& frame, const MapView& map, const Lo
     const SlotEntry& entry = map.slots[slot];
     const int32_t array = entry.array[direction];
     if (array == kNoArray) continue;
-    visit({slot, direction, array, entry.key, map.voxels.record(array),
-           firstVoxelOf(frame, entry)});
+    visit(
+        {slot, direction, array, entry.key, map.voxels.record(array), firstVoxelOf(frame, entry)});
   }
 }
 
@@ -118,8 +117,8 @@ __global__ void drawHidingKernel(PointView view, MapView map, LookView look, flo
     listVoxels([&](int i) { return hides(view, array.voxels, i, array.direction); }, list);
     for (uint32_t n = threadIdx.x; n < list.count; n += kArrayThreads) {
       SurfacePoint point;
-      if (!findSurfacePoint(view, array.first_voxel_L, array.voxels, list.voxel[n],
-                            array.direction, point)) {
+      if (!findSurfacePoint(view, array.first_voxel_L, array.voxels, list.voxel[n], array.direction,
+                            point)) {
         continue;
       }
       drawSurface(view, point,
@@ -188,11 +187,11 @@ __device__ void keepSample(const LookView& look, const FoundSample& found) {
 /// Finds what the image shows of a voxel.
 __device__ void lookAt(const ColourSensing& sensing, const MapView& map, const LookView& look,
                        const ArrayInView& array, int voxel, ExposureSums& sums, ArrayLook& found) {
-  const ColourSample sample = sampleColour(sensing, array.first_voxel_L, array.voxels, voxel,
-                                           array.direction);
+  const ColourSample sample =
+      sampleColour(sensing, array.first_voxel_L, array.voxels, voxel, array.direction);
   if (!(sample.weight > 0.0f)) return;
-  keepSample(look, {array.slot,
-                    static_cast<uint16_t>(array.direction * kVoxelsPerBlock + voxel), sample});
+  keepSample(
+      look, {array.slot, static_cast<uint16_t>(array.direction * kVoxelsPerBlock + voxel), sample});
   atomicAdd(&found.samples, 1u);
   const VoxelColour* colour = colourOf(map, array.array, voxel);
   if (colour == nullptr) {
@@ -261,7 +260,7 @@ void findBlocksInView(const PointView& view, const MapView& map, const LookView&
                       const Stream& stream) {
   if (look.candidate_count == 0) return;
   findBlocksInViewKernel<<<blocksFor(look.candidate_count), kThreads, 0, stream.get()>>>(view, map,
-                                                                                        look);
+                                                                                         look);
   DTSDF_CHECK_LAUNCH("findBlocksInViewKernel");
 }
 
@@ -271,7 +270,7 @@ void drawHiding(const ColourSensing& sensing, const MapView& map, const LookView
   clearHidingKernel<<<blocksFor(cells), kThreads, 0, stream.get()>>>(depth_m, cells);
   DTSDF_CHECK_LAUNCH("clearHidingKernel");
   drawHidingKernel<<<look.thread_blocks, kArrayThreads, 0, stream.get()>>>(sensing.view, map, look,
-                                                                      depth_m);
+                                                                           depth_m);
   DTSDF_CHECK_LAUNCH("drawHidingKernel");
 }
 
@@ -284,16 +283,16 @@ void lookAtSurfaces(const ColourSensing& sensing, const MapView& map, const Look
 void paintSurfaces(const ColourRules& rules, const Exposure& exposure, const MapView& map,
                    const LookView& look, size_t samples, const Stream& stream) {
   if (samples == 0) return;
-  paintKernel<<<blocksFor(samples), kThreads, 0, stream.get()>>>(rules, exposure, map,
-                                                                 look.samples, samples);
+  paintKernel<<<blocksFor(samples), kThreads, 0, stream.get()>>>(rules, exposure, map, look.samples,
+                                                                 samples);
   DTSDF_CHECK_LAUNCH("paintKernel");
 }
 
 std::vector<NamedKernel> paintKernels() {
-  return {DTSDF_NAMED_KERNEL(takePixelsKernel, 0), DTSDF_NAMED_KERNEL(halveImageKernel, 0),
-          DTSDF_NAMED_KERNEL(clearHidingKernel, 0),
-          DTSDF_NAMED_KERNEL(findBlocksInViewKernel, 0), DTSDF_NAMED_KERNEL(drawHidingKernel, 0),
-          DTSDF_NAMED_KERNEL(lookKernel, 0), DTSDF_NAMED_KERNEL(paintKernel, 0)};
+  return {DTSDF_NAMED_KERNEL(takePixelsKernel, 0),  DTSDF_NAMED_KERNEL(halveImageKernel, 0),
+          DTSDF_NAMED_KERNEL(clearHidingKernel, 0), DTSDF_NAMED_KERNEL(findBlocksInViewKernel, 0),
+          DTSDF_NAMED_KERNEL(drawHidingKernel, 0),  DTSDF_NAMED_KERNEL(lookKernel, 0),
+          DTSDF_NAMED_KERNEL(paintKernel, 0)};
 }
 
 }  // namespace gpu

@@ -15,7 +15,7 @@ struct LookCounters {
   uint32_t requests;  ///< Of these, arrays that lack bricks of colours for it.
   uint32_t unused;    ///< In place of padding.
   ExposureSums sums;
-  uint64_t samples;   ///< Voxels that the image was found to show, also those without room.
+  uint64_t samples;  ///< Voxels that the image was found to show, also those without room.
 };
 
 /// What an image shows of a voxel, until there are bricks of colours to paint it in.
@@ -34,7 +34,7 @@ struct LookView {
   uint32_t candidate_count;
   int32_t* slots;  ///< Of the blocks in view.
   ColourRequest* requests;
-  int thread_blocks;  ///< That fill the device, since what there is to do is known there only.
+  int thread_blocks;    ///< That fill the device, since what there is to do is known there only.
   BlockExtent painted;  ///< Blocks elsewhere only hide what is behind them.
 };
 

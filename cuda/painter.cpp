@@ -56,8 +56,8 @@ void Painter::look(const ColourFrame& frame, const ColourLook& look, const Block
                    const MapView& map) {
   reserve(frame, look.in_view.size());
   painted_ = painted;
-  sensing_.view = {look.view, settings_.directional, look.least_evidence, settings_.rules,
-                   settings_.max_depth_m, settings_.full_weight_depth_m};
+  sensing_.view = {look.view,       settings_.directional, look.least_evidence,
+                   settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
   takeCandidates(look.in_view);
   findHiding(map);
   takeImage(frame);
@@ -120,8 +120,8 @@ void Painter::paint(const Exposure& exposure, const MapView& map) {
 void Painter::addMemory(std::vector<MemoryPart>& parts) const {
   const size_t images = pixels_.bytes() + hiding_m_.bytes();
   parts.push_back({"colour image", MemoryKind::kScratch, images, images});
-  const size_t lists = samples_.bytes() + candidates_.bytes() + slots_.bytes() +
-                       requests_.bytes() + counters_.bytes();
+  const size_t lists = samples_.bytes() + candidates_.bytes() + slots_.bytes() + requests_.bytes() +
+                       counters_.bytes();
   parts.push_back({"voxels to paint", MemoryKind::kScratch, lists, lists});
   const size_t staging =
       pinned_counters_.bytes() + pinned_requests_.bytes() + pinned_candidates_.bytes();

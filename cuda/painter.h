@@ -41,9 +41,9 @@ class Painter {
   void takeImage(const ColourFrame& frame);
   void findSamples(const MapView& map);
   LookView view() const {
-    return {counters_.data(), samples_.data(), samples_.capacity(), candidates_.data(),
-            candidate_count_, slots_.data(),   requests_.data(),    thread_blocks_,
-            painted_};
+    return {counters_.data(),   samples_.data(),  samples_.capacity(),
+            candidates_.data(), candidate_count_, slots_.data(),
+            requests_.data(),   thread_blocks_,   painted_};
   }
 
   const PaintSettings settings_;

@@ -37,8 +37,7 @@ class RayUnits {
       const int before = places.before[z] + __popcll(made & ((uint64_t{1} << bit) - 1));
       unit_ = job_.units.units[places.first + before];
     } else {
-      unit_ = unitWithoutSurface(has(places.known, unit) ? UnitState::kFront
-                                                         : UnitState::kUnknown);
+      unit_ = unitWithoutSurface(has(places.known, unit) ? UnitState::kFront : UnitState::kUnknown);
     }
     return unit_;
   }
@@ -47,8 +46,8 @@ class RayUnits {
   __device__ UnitColours coloursAt(const Vec3i& unit) {
     UnitCorner corner[kCubeCorners];
     for (int c = 0; c < kCubeCorners; ++c) {
-      corner[c] = cornerAt(unit + job_.scene.frame.origin_voxel +
-                           Vec3i{c & 1, c >> 1 & 1, c >> 2 & 1});
+      corner[c] =
+          cornerAt(unit + job_.scene.frame.origin_voxel + Vec3i{c & 1, c >> 1 & 1, c >> 2 & 1});
     }
     return coloursOf(unit_, [&](int d, int c) { return colouredAt(d, corner[c]); });
   }
@@ -143,8 +142,7 @@ __global__ void __launch_bounds__(kLookThreads) lookAtBlocksKernel(MapView map, 
   }
 }
 
-__device__ RenderedPixel castPixelOf(const MapView& map, const RenderJob& job,
-                                     const Pixel& pixel) {
+__device__ RenderedPixel castPixelOf(const MapView& map, const RenderJob& job, const Pixel& pixel) {
   const TileRange& range =
       job.ranges[static_cast<size_t>(pixel.v / kRangeTileSide) * job.tile_columns +
                  pixel.u / kRangeTileSide];
@@ -165,9 +163,8 @@ __global__ void __launch_bounds__(kRayThreads) castLatticeKernel(MapView map, Re
 __device__ bool fillPixel(const RenderJob& job, const Pixel& pixel, int32_t stride) {
   const Pixel square = squareOf(pixel, stride);
   if (!hasRays(job.scene.frame, square, stride)) return false;
-  const RaySquare rays = raysOf(square, stride, [&](const Pixel& at) {
-    return job.pixels[pixelIndex(job.scene.frame, at)];
-  });
+  const RaySquare rays = raysOf(
+      square, stride, [&](const Pixel& at) { return job.pixels[pixelIndex(job.scene.frame, at)]; });
   if (!meetsPlane(job.scene.frame, square, stride, rays)) return false;
   job.pixels[pixelIndex(job.scene.frame, pixel)] = pixelBetween(rays, square, stride, pixel);
   return true;
@@ -314,8 +311,8 @@ void Renderer::render(const ViewRequest& request, const MapView& map, RenderedVi
 }
 
 void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t images = ranges_.bytes() + pixels_.bytes() + depth_m_.bytes() +
-                        normals_C_.bytes() + colours_.bytes() + tables_.bytes() + units_.bytes();
+  const size_t images = ranges_.bytes() + pixels_.bytes() + depth_m_.bytes() + normals_C_.bytes() +
+                        colours_.bytes() + tables_.bytes() + units_.bytes();
   parts.push_back({"rendered view", MemoryKind::kScratch, images, images});
   const size_t staging =
       pinned_depth_m_.bytes() + pinned_normals_C_.bytes() + pinned_colours_.bytes();

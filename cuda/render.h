@@ -17,7 +17,7 @@ namespace gpu {
 struct RenderJob {
   ViewScene scene;
   ViewUnits units;
-  int32_t painted;    ///< Colours are asked for.
+  int32_t painted;  ///< Colours are asked for.
   int32_t tile_columns;
   TileRange* ranges;  ///< By tile.
   RenderedPixel* pixels;

@@ -33,7 +33,7 @@ class FreeCellFinder {
   const float max_range_m_;
   const Stream& stream_;
   Event fetched_;
-  std::vector<Vec3i> keys_;  ///< Of the frame's cubes.
+  std::vector<Vec3i> keys_;     ///< Of the frame's cubes.
   DeviceBuffer<float> levels_;  ///< Of the pyramid, from the second one on, one after the other.
   DeviceBuffer<Vec3i> cubes_;
   DeviceBuffer<CellMask> masks_;

@@ -8,8 +8,7 @@ namespace dtsdf {
 namespace gpu {
 
 /// Enters a block into the extraction, unless it is there. @return whether it is new.
-__device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh,
-                                       int32_t slot) {
+__device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh, int32_t slot) {
   return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
 }
 

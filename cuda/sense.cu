@@ -117,8 +117,8 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
       const int tile_u = first_u + i - kMaxNormalRadius_px;
       const bool is_inside = tile_u >= 0 && tile_u < frame.width;
       tile[i] = is_inside ? image.inverse_depth[pixelIndex(frame, {tile_u, v})] : 0.0f;
-      links[i] = is_inside ? linksOf(frame, image.inverse_depth, {tile_u, v}, limits)
-                           : PixelLinks{0};
+      links[i] =
+          is_inside ? linksOf(frame, image.inverse_depth, {tile_u, v}, limits) : PixelLinks{0};
     }
     __syncthreads();
     if (u < frame.width) {
@@ -140,10 +140,9 @@ __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fus
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; u < frame.width && v < frame.height; v += gridDim.y) {
-    free_depth[pixelIndex(frame, {u, v})] =
-        freeDepth(sensing.image, {u, v}, [&](int du, int dv) {
-          return freeIfMeasured(sensing, {u + du, v + dv}, fusion);
-        });
+    free_depth[pixelIndex(frame, {u, v})] = freeDepth(sensing.image, {u, v}, [&](int du, int dv) {
+      return freeIfMeasured(sensing, {u + du, v + dv}, fusion);
+    });
   }
 }
 

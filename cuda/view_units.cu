@@ -1,8 +1,8 @@
 #include "view_units.h"
 
+#include "kernels/render/depth_range.h"
 #include "launch.h"
 #include "named_kernels.h"
-#include "kernels/render/depth_range.h"
 #include "unit_samples.cuh"
 
 namespace dtsdf {
@@ -103,15 +103,14 @@ __global__ void __launch_bounds__(kMakeThreads)
     ReadSamples samples{map, scene.least_evidence, {}, 0};
     for (int c = 0; c < kCubeCorners; ++c) {
       const Vec3i at = offset + Vec3i{c & 1, c >> 1 & 1, c >> 2};
-      const int block = (at.x >> kBlockSideLog2) | (at.y >> kBlockSideLog2) << 1 |
-                        (at.z >> kBlockSideLog2) << 2;
+      const int block =
+          (at.x >> kBlockSideLog2) | (at.y >> kBlockSideLog2) << 1 | (at.z >> kBlockSideLog2) << 2;
       samples.corner[c] = {slots[block], voxelIndex(at.x & kLast, at.y & kLast, at.z & kLast)};
     }
     samples.observed = observedBy(samples);
     const Vec3f middle = toFloat(first + offset) + Vec3f{0.5f, 0.5f, 0.5f};
-    view.units[places.first + k] = makeRayUnit(*scene.tables, scene.rules, samples,
-                                               scene.directional != 0,
-                                               middle - scene.frame.T_L_C.t);
+    view.units[places.first + k] = makeRayUnit(
+        *scene.tables, scene.rules, samples, scene.directional != 0, middle - scene.frame.T_L_C.t);
   }
 }
 

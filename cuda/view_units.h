@@ -31,9 +31,9 @@ struct VoxelBits {
 
 /// The bits of a block's units, and where those are that were made.
 struct UnitPlaces {
-  BlockBits known;  ///< Of all corners something is known.
-  BlockBits made;   ///< And some is behind a surface; the other ones lie in front.
-  uint32_t first;   ///< The place of the block's first unit.
+  BlockBits known;              ///< Of all corners something is known.
+  BlockBits made;               ///< And some is behind a surface; the other ones lie in front.
+  uint32_t first;               ///< The place of the block's first unit.
   uint16_t before[kBlockSide];  ///< Units in the layers below.
 };
 

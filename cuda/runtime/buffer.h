@@ -101,8 +101,8 @@ class DeviceBuffer {
     DeviceBuffer larger(count + count / 2);
     larger.zero(stream);
     if (data_ != nullptr) {
-      DTSDF_CHECK_CUDA(cudaMemcpyAsync(larger.data_, data_, bytes(), cudaMemcpyDeviceToDevice,
-                                       stream.get()));
+      DTSDF_CHECK_CUDA(
+          cudaMemcpyAsync(larger.data_, data_, bytes(), cudaMemcpyDeviceToDevice, stream.get()));
     }
     stream.synchronize();
     swap(larger);
@@ -117,8 +117,8 @@ class DeviceBuffer {
 
   void upload(const T* pinned, size_t count, const Stream& stream) {
     if (count == 0) return;
-    DTSDF_CHECK_CUDA(cudaMemcpyAsync(data_, pinned, count * sizeof(T), cudaMemcpyHostToDevice,
-                                     stream.get()));
+    DTSDF_CHECK_CUDA(
+        cudaMemcpyAsync(data_, pinned, count * sizeof(T), cudaMemcpyHostToDevice, stream.get()));
   }
   /// Elements `begin` to `end`, from the same place in pinned memory.
   void uploadPart(const T* pinned, size_t begin, size_t end, const Stream& stream) {
@@ -128,8 +128,8 @@ class DeviceBuffer {
   }
   void download(T* pinned, size_t count, const Stream& stream) const {
     if (count == 0) return;
-    DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned, data_, count * sizeof(T), cudaMemcpyDeviceToHost,
-                                     stream.get()));
+    DTSDF_CHECK_CUDA(
+        cudaMemcpyAsync(pinned, data_, count * sizeof(T), cudaMemcpyDeviceToHost, stream.get()));
   }
 
  private:

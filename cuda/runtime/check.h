@@ -39,12 +39,12 @@ void checkCall(cudaError_t code, const char* call, const char* file, int line);
 }  // namespace gpu
 }  // namespace dtsdf
 
-#define DTSDF_CHECK_CUDA(call)                                                        \
-  (::dtsdf::gpu::isToFail() ? ::dtsdf::gpu::failAsTold(#call, __FILE__, __LINE__)     \
+#define DTSDF_CHECK_CUDA(call)                                                    \
+  (::dtsdf::gpu::isToFail() ? ::dtsdf::gpu::failAsTold(#call, __FILE__, __LINE__) \
                             : ::dtsdf::gpu::checkCall((call), #call, __FILE__, __LINE__))
 /// Put after a launch: tells a launch that was refused. What goes wrong inside the kernel is told
 /// by a later call, since nothing waits here.
-#define DTSDF_CHECK_LAUNCH(kernel)                                                                \
-  (::dtsdf::gpu::isToFail()                                                                       \
-       ? ::dtsdf::gpu::failAsTold("launch of " kernel, __FILE__, __LINE__)                        \
+#define DTSDF_CHECK_LAUNCH(kernel)                                         \
+  (::dtsdf::gpu::isToFail()                                                \
+       ? ::dtsdf::gpu::failAsTold("launch of " kernel, __FILE__, __LINE__) \
        : ::dtsdf::gpu::checkCall(cudaGetLastError(), "launch of " kernel, __FILE__, __LINE__))

@@ -45,8 +45,7 @@ std::string deviceName() {
 
 int multiprocessorCount() {
   int count = 0;
-  DTSDF_CHECK_CUDA(
-      cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, currentDevice()));
+  DTSDF_CHECK_CUDA(cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, currentDevice()));
   return count;
 }
 

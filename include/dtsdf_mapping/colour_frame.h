@@ -22,12 +22,12 @@ enum class ColourEncoding : int32_t {
 /// another size and lens, and take its pictures at other times. The pixels are read only during the
 /// call that it is passed to.
 struct ColourFrame {
-  const void* data = nullptr;  ///< First row; rows are `row_bytes` apart.
-  size_t row_bytes = 0;        ///< At least `width` pixels of the encoding.
-  int width = 0;               ///< In pixels.
-  int height = 0;              ///< In pixels.
+  const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
+  size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.
+  int width = 0;                                    ///< In pixels.
+  int height = 0;                                   ///< In pixels.
   ColourEncoding encoding = ColourEncoding::kRgb8;  ///< What its pixels are.
-  Intrinsics intrinsics{0, 0, 0, 0};  ///< Of this image, which is rectified.
+  Intrinsics intrinsics{0, 0, 0, 0};                ///< Of this image, which is rectified.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
 };
 

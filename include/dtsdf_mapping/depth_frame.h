@@ -12,12 +12,12 @@ namespace dtsdf {
 /// One depth image: for each pixel the distance along the optical axis, z in the camera's frame C
 /// (x right, y down, z forward). The pixels are read only during the call that it is passed to.
 struct DepthFrame {
-  const void* data = nullptr;  ///< First row; rows are `row_bytes` apart.
-  size_t row_bytes = 0;        ///< At least `width` pixels of the encoding.
-  int width = 0;               ///< In pixels.
-  int height = 0;              ///< In pixels.
+  const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
+  size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.
+  int width = 0;                                    ///< In pixels.
+  int height = 0;                                   ///< In pixels.
   DepthEncoding encoding = DepthEncoding::kUint16;  ///< Type of the raw values.
-  float unit_m = 0.001f;  ///< Metres per unit of the raw value (1 for depth in metres).
+  float unit_m = 0.001f;              ///< Metres per unit of the raw value (1 for depth in metres).
   Intrinsics intrinsics{0, 0, 0, 0};  ///< Of this image, which is rectified.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
   /// What map/keep_radius_m is measured from, in the map frame in metres; none: the camera.

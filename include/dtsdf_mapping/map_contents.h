@@ -29,11 +29,12 @@ class PlainArray {
 
   /// @name Its elements
   /// @{
-  T* data() { return data_.get(); }  ///< The first one.
+  T* data() { return data_.get(); }              ///< The first one.
   const T* data() const { return data_.get(); }  ///< The same.
-  size_t size() const { return size_; }  ///< How many there are.
-  T& operator[](size_t i) { return data_[i]; }  ///< One of them.
-  const T& operator[](size_t i) const { return data_[i]; }  ///< The same.
+  size_t size() const { return size_; }          ///< How many there are.
+  T& operator[](size_t i) { return data_[i]; }   ///< One of them.
+  /// The same.
+  const T& operator[](size_t i) const { return data_[i]; }
   /// @}
 
  private:
@@ -43,9 +44,9 @@ class PlainArray {
 
 /// A block of the map, and what it holds.
 struct MapBlock {
-  BlockKey key;        ///< Where it lies.
-  uint32_t directions; ///< Bit d: there are voxels of direction d (X+, X-, Y+, Y-, Z+, Z-).
-  uint64_t bricks;     ///< Bit 8 d + b: brick b of direction d has colours.
+  BlockKey key;         ///< Where it lies.
+  uint32_t directions;  ///< Bit d: there are voxels of direction d (X+, X-, Y+, Y-, Z+, Z-).
+  uint64_t bricks;      ///< Bit 8 d + b: brick b of direction d has colours.
 };
 
 /// A cube of 8 x 8 x 8 cells of space, of which some were seen free.
@@ -72,7 +73,7 @@ struct MapContents {
   /// The mapper's settings (but for backend, threads, budget and colour of the mesh) and the
   /// numbers of its rules (rules/...).
   ParamTree settings;
-  std::string map_frame;           ///< Name of the frame that poses are of; empty: it has none.
+  std::string map_frame;  ///< Name of the frame that poses are of; empty: it has none.
   /// Where W, the frame of the map, is another one, since it was levelled: that of poses in it.
   std::optional<Eigen::Isometry3d> T_W_M;
   double stamp_s = 0.0;            ///< Of the newest frame fused, in seconds; 0: not known.

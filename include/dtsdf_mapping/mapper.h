@@ -36,9 +36,9 @@ const char* toString(FrameStatus status);
 /// What a call of integrate() or paint() did.
 struct IntegrationResult {
   FrameStatus status = FrameStatus::kFused;  ///< All but kFused left the map as it was.
-  std::string message;          ///< What was wrong with a frame that was not fused.
-  size_t refused_blocks = 0;    ///< Blocks and arrays this frame wanted beyond the budget.
-  double duration_ms = 0.0;     ///< Wall time of the call.
+  std::string message;                       ///< What was wrong with a frame that was not fused.
+  size_t refused_blocks = 0;  ///< Blocks and arrays this frame wanted beyond the budget.
+  double duration_ms = 0.0;   ///< Wall time of the call.
 };
 
 /// What of a map lies on disk, with map/page_folder. Counts are since the start or the last
@@ -65,7 +65,7 @@ struct MapStats {
   uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
   size_t colour_bytes = 0;  ///< Those of map_bytes that hold colour; 0 until something is painted.
   uint64_t dropped_blocks = 0;  ///< Beyond map/keep_radius_m, since the start or the last clear().
-  size_t free_bytes = 0;  ///< Bytes of the budget that space() has for what is free.
+  size_t free_bytes = 0;        ///< Bytes of the budget that space() has for what is free.
   /// Refusals of cubes of 8 x 8 x 8 cells of space, of which an image saw something as free that is
   /// unknown now for want of budget; since the start or the last clear().
   uint64_t refused_cubes = 0;
@@ -78,13 +78,13 @@ struct MapStats {
 /// What a mapper has taken from the system, in bytes, beside MapStats::map_bytes. None of it bounds
 /// the map: which blocks are refused follows from the budget and from what is mapped alone.
 struct MapperMemory {
-  bool on_gpu = false;       ///< Where the map and all of this is, but for `staging`, `space`.
-  size_t spare = 0;          ///< Room for voxels and colours to come.
-  size_t indices = 0;        ///< Of blocks and mesh units, beyond what map_bytes counts of them.
-  size_t meshes = 0;         ///< On a GPU: those that were made last.
-  size_t scratch = 0;        ///< What a frame needs while it is fused, kept for the next one.
-  size_t staging = 0;        ///< On the host beside a GPU.
-  size_t space = 0;          ///< Cells and distances of space(); on the host, also beside a GPU.
+  bool on_gpu = false;  ///< Where the map and all of this is, but for `staging`, `space`.
+  size_t spare = 0;     ///< Room for voxels and colours to come.
+  size_t indices = 0;   ///< Of blocks and mesh units, beyond what map_bytes counts of them.
+  size_t meshes = 0;    ///< On a GPU: those that were made last.
+  size_t scratch = 0;   ///< What a frame needs while it is fused, kept for the next one.
+  size_t staging = 0;   ///< On the host beside a GPU.
+  size_t space = 0;     ///< Cells and distances of space(); on the host, also beside a GPU.
 };
 
 /// What clearRegion() took away.

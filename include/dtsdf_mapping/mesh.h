@@ -19,10 +19,10 @@ namespace dtsdf {
 /// beyond 64 m, its vertices count from an origin of its own, in its middle.
 struct Mesh {
   std::array<double, 3> origin_m = {0.0, 0.0, 0.0};  ///< In W, in whole metres; mostly that of W.
-  std::vector<Vec3f> vertices_m;                  ///< Positions in W, less `origin_m`.
-  std::vector<Vec3f> normals;                     ///< Unit, per vertex, pointing to the free side.
-  std::vector<std::array<uint32_t, 3>> triangles; ///< Counter-clockwise seen from the free side.
-  std::vector<VertexColour> colours;  ///< Per vertex; none if no block has colours.
+  std::vector<Vec3f> vertices_m;                     ///< Positions in W, less `origin_m`.
+  std::vector<Vec3f> normals;                      ///< Unit, per vertex, pointing to the free side.
+  std::vector<std::array<uint32_t, 3>> triangles;  ///< Counter-clockwise seen from the free side.
+  std::vector<VertexColour> colours;               ///< Per vertex; none if no block has colours.
 };
 
 /// Where a vertex is in W, in metres.

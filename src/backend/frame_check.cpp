@@ -63,8 +63,8 @@ std::optional<FrameProblem> findImageProblem(const Frame& frame, const char* kin
 }
 
 std::optional<FrameProblem> findIntrinsicsProblem(const Intrinsics& K) {
-  const bool finite = std::isfinite(K.fx) && std::isfinite(K.fy) && std::isfinite(K.cx) &&
-                      std::isfinite(K.cy);
+  const bool finite =
+      std::isfinite(K.fx) && std::isfinite(K.fy) && std::isfinite(K.cx) && std::isfinite(K.cy);
   if (finite && K.fx > 0.0f && K.fy > 0.0f) return std::nullopt;
   return problem(FrameStatus::kBadIntrinsics,
                  "the camera intrinsics need finite values and positive focal lengths; is the "
@@ -187,16 +187,14 @@ FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& 
 constexpr float kFarthest_m = 1e5f;
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
-  const float overflow = frame.encoding == DepthEncoding::kUint16
-                             ? static_cast<float>(kNoDepth16)
-                             : kFarthest_m / frame.unit_m;
+  const float overflow = frame.encoding == DepthEncoding::kUint16 ? static_cast<float>(kNoDepth16)
+                                                                  : kFarthest_m / frame.unit_m;
   return {frame.unit_m, params.fusion.min_depth_m, params.fusion.max_depth_m, overflow};
 }
 
 KeptBall keptBallOf(const DepthFrame& frame, const MapParams& params) {
   const double voxels = 1.0 / static_cast<double>(params.voxel_size_m);
-  const Eigen::Vector3d center =
-      frame.keep_center_W.value_or(frame.T_W_C.translation()) * voxels;
+  const Eigen::Vector3d center = frame.keep_center_W.value_or(frame.T_W_C.translation()) * voxels;
   return {{center.x(), center.y(), center.z()}, params.keep_radius_m * voxels};
 }
 

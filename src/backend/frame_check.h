@@ -51,9 +51,9 @@ PixelLayout layoutOf(ColourEncoding encoding);
 
 /// An image's rows as bytes.
 struct ImageRows {
-  const char* data;      ///< First row; rows are `row_bytes` apart.
+  const char* data;  ///< First row; rows are `row_bytes` apart.
   size_t row_bytes;
-  size_t packed_bytes;   ///< Of a row without what may follow its last pixel.
+  size_t packed_bytes;  ///< Of a row without what may follow its last pixel.
   int height;
 };
 

@@ -23,8 +23,8 @@ struct GpuReport {
   std::string name;
   int compute_capability = 0;  ///< 10 * major + minor.
   int multiprocessors = 0;
-  std::string driver, runtime;  ///< CUDA versions.
-  double copy_gb_s = 0.0;       ///< Device memory, bytes read and bytes written.
+  std::string driver, runtime;                    ///< CUDA versions.
+  double copy_gb_s = 0.0;                         ///< Device memory, bytes read and bytes written.
   double upload_gb_s = 0.0, download_gb_s = 0.0;  ///< From and to pinned host memory.
   std::vector<KernelUse> kernels;
 };

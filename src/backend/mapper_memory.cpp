@@ -13,18 +13,10 @@ MapperMemory ProbedMapper::memory() const {
       case MemoryKind::kMap:
         sums.spare += part.reserved_bytes - std::min(part.used_bytes, part.reserved_bytes);
         break;
-      case MemoryKind::kIndices:
-        index_bytes += part.reserved_bytes;
-        break;
-      case MemoryKind::kMesh:
-        sums.meshes += part.reserved_bytes;
-        break;
-      case MemoryKind::kScratch:
-        sums.scratch += part.reserved_bytes;
-        break;
-      case MemoryKind::kSpace:
-        sums.space += part.reserved_bytes;
-        break;
+      case MemoryKind::kIndices: index_bytes += part.reserved_bytes; break;
+      case MemoryKind::kMesh: sums.meshes += part.reserved_bytes; break;
+      case MemoryKind::kScratch: sums.scratch += part.reserved_bytes; break;
+      case MemoryKind::kSpace: sums.space += part.reserved_bytes; break;
       case MemoryKind::kStaging:
         sums.on_gpu = true;  // nothing else needs any
         sums.staging += part.reserved_bytes;

@@ -36,8 +36,8 @@ class VoxelReader {
     if (!is_known_ || key != key_) find(key);
     if (entry_ == nullptr || entry_->array[direction] == kNoArray) return makeVoxel(0.0f, 0, 0);
     constexpr int kMask = kBlockSide - 1;
-    return voxels_.array(entry_->array[direction])[voxelIndex(at.x & kMask, at.y & kMask,
-                                                              at.z & kMask)];
+    return voxels_.array(
+        entry_->array[direction])[voxelIndex(at.x & kMask, at.y & kMask, at.z & kMask)];
   }
 
  private:

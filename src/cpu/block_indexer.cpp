@@ -164,9 +164,8 @@ IndexedBlock BlockIndexer::index(const MeshRules& rules, const NearbyArrays& arr
     if (!saysNothing(result.labels[i])) edges_.addUnit(indicesOf(result.labels[i]), voxelOffset(i));
   }
   result.vertices.reserve(edges_.count());
-  edges_.forEach([&](int edge) {
-    result.vertices.push_back(makeVertex(rules, *this, edge, directional));
-  });
+  edges_.forEach(
+      [&](int edge) { result.vertices.push_back(makeVertex(rules, *this, edge, directional)); });
   if (std::all_of(result.labels.begin(), result.labels.end(), saysNothing)) result.labels.clear();
   return result;
 }

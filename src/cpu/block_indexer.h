@@ -102,15 +102,15 @@ class BlockIndexer {
   bool rowHasCandidates(int row) const;
   bool hasCandidates() const;
 
-  const NearbyArrays* arrays_ = nullptr;  ///< Of the block, while it is indexed.
+  const NearbyArrays* arrays_ = nullptr;                   ///< Of the block, while it is indexed.
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Of the corner grid, by direction.
-  uint32_t present_ = 0;                  ///< Bit d: some corner has samples of direction d.
+  uint32_t present_ = 0;               ///< Bit d: some corner has samples of direction d.
   uint32_t held_[kCornerBlocks] = {};  ///< Bit d: the block's part of the samples is not all 0.
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
-  uint32_t sides_[kRoom] = {};          ///< Per corner, see sidesOfCorner().
-  uint32_t unit_sides_[kRoom] = {};     ///< Of all corners of the unit that starts at a corner.
-  uint8_t candidate_[kGridCorners];     ///< Whether that unit can hold a surface.
+  uint32_t sides_[kRoom] = {};       ///< Per corner, see sidesOfCorner().
+  uint32_t unit_sides_[kRoom] = {};  ///< Of all corners of the unit that starts at a corner.
+  uint8_t candidate_[kGridCorners];  ///< Whether that unit can hold a surface.
   EdgeSet edges_;
 };
 

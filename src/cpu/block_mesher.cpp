@@ -8,8 +8,8 @@
 #include "cpu/block_indexer.h"
 #include "cpu/block_refiner.h"
 #include "cpu/block_surface.h"
-#include "threads/parallel_for.h"
 #include "kernels/meshing/regularisation.h"
+#include "threads/parallel_for.h"
 
 namespace dtsdf {
 namespace {
@@ -158,8 +158,8 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     surface.regularise(labels);
     surface.emit(rules_, arrays, state.vertices, directional_, mesh);
     if (refined_) {
-      scratch.refiner.refine(rules_, arrays, surface, {state.vertices, state.normals},
-                             directional_, mesh);
+      scratch.refiner.refine(rules_, arrays, surface, {state.vertices, state.normals}, directional_,
+                             mesh);
     }
     dropGaps(mesh);
     state.vertices = std::vector<BlockVertex>();

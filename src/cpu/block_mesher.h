@@ -66,10 +66,10 @@ class BlockMesher {
   struct SlotState {
     bool dirty = false, painted = false;
     bool has_mesh = false;
-    uint32_t update = 0;               ///< The latest that selected the block.
-    std::vector<UnitLabels> labels;    ///< One per unit; empty: none says anything.
-    std::vector<BlockVertex> vertices; ///< Of their sheets, during an update only.
-    std::vector<Vec3f> normals;        ///< Of these vertices, where meshes are refined.
+    uint32_t update = 0;                ///< The latest that selected the block.
+    std::vector<UnitLabels> labels;     ///< One per unit; empty: none says anything.
+    std::vector<BlockVertex> vertices;  ///< Of their sheets, during an update only.
+    std::vector<Vec3f> normals;         ///< Of these vertices, where meshes are refined.
   };
 
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {
@@ -114,8 +114,8 @@ class BlockMesher {
   bool refined_;
   std::vector<SlotState> state_;
   std::vector<int32_t> dirty_, painted_;  ///< Slots so marked; blocks may have gone since.
-  std::atomic<size_t> label_bytes_{0};  ///< Of the labels of all slots.
-  uint32_t update_ = 0;  ///< Number of the latest.
+  std::atomic<size_t> label_bytes_{0};    ///< Of the labels of all slots.
+  uint32_t update_ = 0;                   ///< Number of the latest.
   int32_t least_evidence_ = 0;
   bool has_colours_ = false;  ///< Something was painted.
   Profile* profile_ = nullptr;

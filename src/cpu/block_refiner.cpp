@@ -27,8 +27,8 @@ void BlockRefiner::addMiddles(const BlockSurface& surface, const SurfaceUnit& un
 }
 
 void BlockRefiner::refine(const MeshRules& rules, const NearbyArrays& arrays,
-                          const BlockSurface& surface, const KnownNormals& known,
-                          bool directional, BlockMesh& mesh) {
+                          const BlockSurface& surface, const KnownNormals& known, bool directional,
+                          BlockMesh& mesh) {
   findNormals(arrays, known, directional, mesh);
   size_t middles = 0;
   for (const SurfaceUnit& unit : surface.units()) {

@@ -18,8 +18,8 @@ std::vector<Vec3f> vertexNormals(const Samples& samples, const std::vector<Block
   std::vector<Vec3f> normals;
   normals.reserve(vertices.size());
   for (const BlockVertex& vertex : vertices) {
-    normals.push_back(vertexNormal(samples, static_cast<int>(vertex.edge), vertex.position,
-                                   directional));
+    normals.push_back(
+        vertexNormal(samples, static_cast<int>(vertex.edge), vertex.position, directional));
   }
   return normals;
 }

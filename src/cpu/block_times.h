@@ -18,8 +18,7 @@ class BlockTimes {
 
   void addTo(Profile* profile) const {
     if (!enabled_) return;
-    const double wall_ms =
-        std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
+    const double wall_ms = std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
     double total_ns = 0.0;
     for (const std::atomic<int64_t>& ns : spent_ns_) total_ns += static_cast<double>(ns);
     for (int i = 0; i < kStages && total_ns > 0.0; ++i) {

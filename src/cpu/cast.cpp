@@ -59,8 +59,8 @@ class PlaneBatch {
   }
 
   void enterSides(const MeasuredSides& sides) {
-    const float values[kSideValues] = {sides.across.x, sides.across.y, sides.across.z,
-                                       sides.down.x,   sides.down.y,   sides.down.z,
+    const float values[kSideValues] = {sides.across.x,   sides.across.y, sides.across.z,
+                                       sides.down.x,     sides.down.y,   sides.down.z,
                                        sides.per_across, sides.per_down};
     for (int k = 0; k < kSideValues; ++k) fill(sides_[k], values[k]);
   }
@@ -90,9 +90,18 @@ class PlaneBatch {
   void compute(int axis, float sdf_scale) {
     const Vec3i shifts = pointShifts(axis);
     for (int i = 0; i < kPlanes; ++i) {
-      const SampleLine line{0,           0.0f,        per_reach_[i], 0,
-                            0,           p_k_[i],     p_u_[i],       p_v_[i],
-                            slope_u_[i], slope_v_[i], normal_k_[i],  normal_u_[i],
+      const SampleLine line{0,
+                            0.0f,
+                            per_reach_[i],
+                            0,
+                            0,
+                            p_k_[i],
+                            p_u_[i],
+                            p_v_[i],
+                            slope_u_[i],
+                            slope_v_[i],
+                            normal_k_[i],
+                            normal_u_[i],
                             normal_v_[i],
                             kHasSides ? sidesAt(i) : noSides()};
       samplePlane<kHasSides>(line, shifts, plane_[i], i, samples_);

@@ -30,8 +30,7 @@ class JudgedBatch {
     is_empty_[i] = isEmpty(voxel);
     sdf_[i] = judgedSdf(voxel, is_covered);
     // Of no distance, as that of an empty voxel, the slope does not matter.
-    const Vec3f slope =
-        sdf_[i] == 0.0f ? Vec3f{0.0f, 0.0f, 0.0f} : slopeAt(voxels, index);
+    const Vec3f slope = sdf_[i] == 0.0f ? Vec3f{0.0f, 0.0f, 0.0f} : slopeAt(voxels, index);
     slope_x_[i] = slope.x;
     slope_y_[i] = slope.y;
     slope_z_[i] = slope.z;
@@ -63,8 +62,7 @@ class JudgedBatch {
     for (int i = 0; i < count; ++i) {
       const Vec3f origin =
           judgedOrigin(static_cast<uint16_t>(anchor_[i]), index_[i], is_covered_[i] != 0);
-      const Vec3f place =
-          footOf(origin, sdf_[i], {slope_x_[i], slope_y_[i], slope_z_[i]}, facing);
+      const Vec3f place = footOf(origin, sdf_[i], {slope_x_[i], slope_y_[i], slope_z_[i]}, facing);
       const VoxelInImage at = projectToImage(frame, first_voxel_L + place);
       depth_m_[i] = at.depth_m;
       u_[i] = at.u;

@@ -11,17 +11,17 @@ namespace dtsdf {
 
 /// A frame's look at a block.
 struct BlockLook {
-  Vec3i block_L;         ///< Its coordinates relative to the frame's origin.
-  bool in_turn;          ///< It is the block's turn.
-  const BlockSums* sums; ///< Of the frame, folded; null if it does not touch the block.
-  uint32_t directions;   ///< Bit d: the frame has sums of direction d.
-  bool directional;      ///< Else the only array holds surfaces of any direction.
+  Vec3i block_L;          ///< Its coordinates relative to the frame's origin.
+  bool in_turn;           ///< It is the block's turn.
+  const BlockSums* sums;  ///< Of the frame, folded; null if it does not touch the block.
+  uint32_t directions;    ///< Bit d: the frame has sums of direction d.
+  bool directional;       ///< Else the only array holds surfaces of any direction.
 };
 
 /// What became of a block.
 struct ClearedBlock {
-  bool changed;              ///< Some voxel with a distance lost evidence.
-  uint32_t empty_directions; ///< Bit d: the array of direction d was emptied.
+  bool changed;               ///< Some voxel with a distance lost evidence.
+  uint32_t empty_directions;  ///< Bit d: the array of direction d was emptied.
 };
 
 ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,

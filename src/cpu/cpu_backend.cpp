@@ -224,8 +224,8 @@ void CpuBackend::render(const ViewRequest& request, RenderedView& view) {
 void CpuBackend::beginMesh(int32_t least_evidence) {
   const auto start = std::chrono::steady_clock::now();
   meshes_ = mesher_.update(least_evidence);
-  meshes_.duration_ms = std::chrono::duration<double, std::milli>(
-                            std::chrono::steady_clock::now() - start).count();
+  meshes_.duration_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 MeshUpdate CpuBackend::finishMesh() {
@@ -301,16 +301,17 @@ void CpuBackend::addMemory(std::vector<MemoryPart>& parts) const {
   constexpr auto kMap = MemoryKind::kMap, kIndices = MemoryKind::kIndices,
                  kScratch = MemoryKind::kScratch;
   const size_t books = table_.memoryBytes() + last_touched_.capacity() * sizeof(last_touched_[0]);
-  parts.insert(parts.end(), {
-      {"voxels", kMap, table_.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()},
-      {"colours", kMap, table_.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()},
-      {"block table", kIndices, books, books},
-      {"unit indices", kIndices, mesher_.bytes(), mesher_.bytes()},
-      {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
-      {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
-      {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
-      {"colour image", kScratch, painter_.bytes(), painter_.bytes()},
-      {"depth ranges", kScratch, renderer_.bytes(), renderer_.bytes()}});
+  parts.insert(
+      parts.end(),
+      {{"voxels", kMap, table_.arraysInUse() * BlockTable::kArrayBytes, voxels_.bytes()},
+       {"colours", kMap, table_.coloursInUse() * BlockTable::kColourBytes, colours_.bytes()},
+       {"block table", kIndices, books, books},
+       {"unit indices", kIndices, mesher_.bytes(), mesher_.bytes()},
+       {"images", kScratch, sensor_.bytes(), sensor_.bytes()},
+       {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
+       {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
+       {"colour image", kScratch, painter_.bytes(), painter_.bytes()},
+       {"depth ranges", kScratch, renderer_.bytes(), renderer_.bytes()}});
   if (!params_.space.enabled) return;
   parts.push_back({"free depths", kScratch, free_cell_finder_.bytes(), free_cell_finder_.bytes()});
 }

@@ -81,8 +81,8 @@ void BlockFinder::merge() {
       if (is_new) touched_.push_back({bin.block_L, bin.key, 0, {}});
       TouchedBlock& block = touched_[it->second];
       block.directions |= bin.directions;
-      block.surfels.push_back({share.ordered.data() + share.begin[b],
-                               share.ordered.data() + share.begin[b + 1]});
+      block.surfels.push_back(
+          {share.ordered.data() + share.begin[b], share.ordered.data() + share.begin[b + 1]});
     }
   }
 }

@@ -8,7 +8,7 @@ namespace dtsdf {
 
 /// Folds the sums of those directions (one bit each) that the block has an array of.
 /// @return those of them whose arrays hold nothing.
-uint32_t fold(BlockSums& sums, uint32_t directions, const BlockEntry& entry,
-              float depth_weight, const FusionSettings& fusion, VoxelStore& voxels);
+uint32_t fold(BlockSums& sums, uint32_t directions, const BlockEntry& entry, float depth_weight,
+              const FusionSettings& fusion, VoxelStore& voxels);
 
 }  // namespace dtsdf

@@ -4,8 +4,8 @@
 #include <numeric>
 
 #include "backend/rule_settings.h"
-#include "threads/parallel_for.h"
 #include "cpu/stretch_fit.h"
+#include "threads/parallel_for.h"
 
 namespace dtsdf {
 namespace {
@@ -41,8 +41,7 @@ void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& firs
   const int32_t largest = surfel_settings_.normal_radius_px;
   const LineSamples samples{sensing.image.row_value + at, sensing.image.row_slope + at,
                             sensing.image.links + at};
-  fits.compute({count, samples},
-               columnAround(first.v, frame, {largest, largest}),
+  fits.compute({count, samples}, columnAround(first.v, frame, {largest, largest}),
                fitWindow(frame, sensing.noise, surfel_settings_));
   for (int i = 0; i < count; ++i) {
     if (is_wanted(first.u + i)) visit(first.u + i, fits.fit(i));

@@ -38,8 +38,7 @@ std::vector<MeshMarks> CpuBackend::takeMarks(const std::vector<int32_t>& slots) 
   return marks;
 }
 
-void CpuBackend::setMarks(const std::vector<int32_t>& slots,
-                          const std::vector<MeshMarks>& marks) {
+void CpuBackend::setMarks(const std::vector<int32_t>& slots, const std::vector<MeshMarks>& marks) {
   for (size_t i = 0; i < slots.size(); ++i) mesher_.setMarks(slots[i], marks[i]);
 }
 

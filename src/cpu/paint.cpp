@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "backend/frame_check.h"
-#include "threads/parallel_for.h"
 #include "cpu/surface_points.h"
+#include "threads/parallel_for.h"
 
 namespace dtsdf {
 namespace {
@@ -109,12 +109,11 @@ void Painter::drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
       hiding.index[hiding.count] = near.index[n];
       hiding.count += static_cast<int>(hides(view, array, near.index[n], direction));
     }
-    visitPoints(view, first_voxel_L, array, direction, hiding,
-                [&](int, const SurfacePoint& point) {
-                  drawSurface(view, point, [&](int32_t cell, float cell_m) {
-                    depth_m[cell] = minimum(depth_m[cell], cell_m);
-                  });
-                });
+    visitPoints(view, first_voxel_L, array, direction, hiding, [&](int, const SurfacePoint& point) {
+      drawSurface(view, point, [&](int32_t cell, float cell_m) {
+        depth_m[cell] = minimum(depth_m[cell], cell_m);
+      });
+    });
   });
 }
 
@@ -147,16 +146,16 @@ void Painter::sampleBlock(const PaintedMap& map, BlockView& block) const {
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
     VoxelList near;
     listNearSurface(sensing_.view, array, sensing_.view.rules.surface_distance, near);
-    visitPoints(sensing_.view, first_voxel_L, array, direction, near,
-                [&](int i, const SurfacePoint& point) {
-                  if (!(point.cosine > 0.0f)) return;
-                  const float share = visibilityOf(sensing_.view, sensing_.hiding, point);
-                  if (!(share > 0.0f)) return;
-                  const ColourSample sample = sampleAt(sensing_, point, share);
-                  if (!(sample.weight > 0.0f)) return;
-                  block.samples.push_back(
-                      {static_cast<uint16_t>(direction * kVoxelsPerBlock + i), sample});
-                });
+    visitPoints(
+        sensing_.view, first_voxel_L, array, direction, near,
+        [&](int i, const SurfacePoint& point) {
+          if (!(point.cosine > 0.0f)) return;
+          const float share = visibilityOf(sensing_.view, sensing_.hiding, point);
+          if (!(share > 0.0f)) return;
+          const ColourSample sample = sampleAt(sensing_, point, share);
+          if (!(sample.weight > 0.0f)) return;
+          block.samples.push_back({static_cast<uint16_t>(direction * kVoxelsPerBlock + i), sample});
+        });
   });
 }
 
@@ -164,8 +163,8 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   block.sums = {};
   for (const VoxelSample& seen : block.samples) {
-    const VoxelColour* known = findColour(map, entry.array[seen.voxel / kVoxelsPerBlock],
-                                          seen.voxel % kVoxelsPerBlock);
+    const VoxelColour* known =
+        findColour(map, entry.array[seen.voxel / kVoxelsPerBlock], seen.voxel % kVoxelsPerBlock);
     if (known == nullptr) continue;
     if (tellsExposure(*known, colourOf(seen.sample), seen.sample.weight, settings_.rules)) {
       addToSums(block.sums, *known, colourOf(seen.sample));
@@ -173,10 +172,9 @@ void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
   }
 }
 
-SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look,
-                          const PaintedMap& map) {
-  sensing_.view = {look.view, settings_.directional, look.least_evidence, settings_.rules,
-                   settings_.max_depth_m, settings_.full_weight_depth_m};
+SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look, const PaintedMap& map) {
+  sensing_.view = {look.view,       settings_.directional, look.least_evidence,
+                   settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
   takeImage(frame);
   findBlocksInView(look.in_view, map.table);
   findHiding(map);
@@ -209,8 +207,8 @@ bool Painter::paintBlock(const Exposure& exposure, const PaintedMap& map,
   const BlockEntry& entry = map.table.block(block.slot);
   bool changed = false;
   for (const VoxelSample& seen : block.samples) {
-    VoxelColour* colour = findColour(map, entry.array[seen.voxel / kVoxelsPerBlock],
-                                     seen.voxel % kVoxelsPerBlock);
+    VoxelColour* colour =
+        findColour(map, entry.array[seen.voxel / kVoxelsPerBlock], seen.voxel % kVoxelsPerBlock);
     if (colour == nullptr) continue;
     const VoxelColour painted = paintedColour(*colour, seen.sample, exposure, settings_.rules);
     changed = changed || looksDifferent(*colour, painted);

@@ -26,8 +26,7 @@ void forgetColours(const BlockEntry& entry, const PaintedMap& map);
 /// Takes an image in two steps, between which the bricks of colours are made that it needs.
 class Painter {
  public:
-  Painter(const PaintSettings& settings, int threads)
-      : settings_(settings), threads_(threads) {}
+  Painter(const PaintSettings& settings, int threads) : settings_(settings), threads_(threads) {}
 
   /// Finds what the image shows of the map's surfaces.
   SeenColours look(const ColourFrame& frame, const ColourLook& look, const PaintedMap& map);
@@ -67,9 +66,9 @@ class Painter {
   const PaintSettings settings_;
   const int threads_;
   ColourSensing sensing_ = {};
-  std::vector<ColourPixel> pixels_;              ///< Of all sizes of the image.
-  std::vector<std::vector<float>> hiding_m_;     ///< Per thread; the first one has it all then.
-  std::vector<BlockView> blocks_;                ///< Those in view first.
+  std::vector<ColourPixel> pixels_;           ///< Of all sizes of the image.
+  std::vector<std::vector<float>> hiding_m_;  ///< Per thread; the first one has it all then.
+  std::vector<BlockView> blocks_;             ///< Those in view first.
   size_t blocks_in_view_ = 0;
 };
 

@@ -29,8 +29,7 @@ int32_t RayBlocks::slotOf(const BlockKey& key) const {
 
 RayBlock* RayBlocks::find(const BlockKey& key) {
   const int32_t slot = slotOf(key);
-  const int32_t number =
-      slot < 0 ? kNotInView : scene_->number_of_slot[static_cast<size_t>(slot)];
+  const int32_t number = slot < 0 ? kNotInView : scene_->number_of_slot[static_cast<size_t>(slot)];
   if (number == kNotInView) return nullptr;
   RayBlock& block = blocks_[static_cast<size_t>(number)];
   if (!block.is_ready.load(std::memory_order_acquire)) {

@@ -25,7 +25,7 @@ struct RayScene {
   MeshRules rules;
   int32_t least_evidence;
   bool directional;
-  bool painted;  ///< Colours are asked for.
+  bool painted;                                ///< Colours are asked for.
   const std::vector<VoxelBits>& bits;          ///< Of the blocks in view,
   const std::vector<int32_t>& number_of_slot;  ///< whose places are here, or kNotInView.
 };

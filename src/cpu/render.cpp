@@ -98,8 +98,7 @@ RenderedPixel& Renderer::pixelAt(const FrameView& frame, const Pixel& pixel) {
 }
 
 void Renderer::cast(const RayScene& scene, const Pixel& pixel, RayUnits& units) {
-  pixelAt(scene.frame, pixel) =
-      castPixel(scene.frame, pixel, rangeAt(pixel), scene.painted, units);
+  pixelAt(scene.frame, pixel) = castPixel(scene.frame, pixel, rangeAt(pixel), scene.painted, units);
 }
 
 /// Casts the rays of the first lattice in a row of squares.
@@ -199,8 +198,8 @@ void Renderer::castRays(const RayScene& scene, RenderedView& view) {
 void Renderer::render(const FrameView& frame, int32_t least_evidence, bool painted,
                       RenderedView& view) {
   findBlocksInView(frame);
-  const RayScene scene{map_,        frame,   rules_, least_evidence,
-                       directional_, painted, bits_, number_of_slot_};
+  const RayScene scene{map_,         frame,   rules_, least_evidence,
+                       directional_, painted, bits_,  number_of_slot_};
   findRanges(scene);
   const size_t pixels = static_cast<size_t>(frame.width) * frame.height;
   view.width = frame.width;
@@ -215,9 +214,8 @@ void Renderer::render(const FrameView& frame, int32_t least_evidence, bool paint
 }
 
 size_t Renderer::bytes() const {
-  size_t bytes =
-      (slots_.capacity() + number_of_slot_.capacity()) * sizeof(int32_t) +
-      bits_.capacity() * sizeof(VoxelBits) + pixels_.capacity() * sizeof(RenderedPixel);
+  size_t bytes = (slots_.capacity() + number_of_slot_.capacity()) * sizeof(int32_t) +
+                 bits_.capacity() * sizeof(VoxelBits) + pixels_.capacity() * sizeof(RenderedPixel);
   for (const std::vector<Pixel>& open : open_squares_) bytes += open.capacity() * sizeof(Pixel);
   bytes += blocks_.bytes();
   for (const TileImage& tiles : tiles_) bytes += tiles.ranges.capacity() * sizeof(TileRange);

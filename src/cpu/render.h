@@ -47,7 +47,7 @@ class Renderer {
   std::vector<int32_t> slots_;           ///< Of the blocks in view.
   std::vector<int32_t> number_of_slot_;  ///< Their places in that list; kNotInView.
   std::vector<VoxelBits> bits_;          ///< Of the blocks in view.
-  std::vector<TileImage> tiles_;      ///< Per thread; the first one has it all then.
+  std::vector<TileImage> tiles_;         ///< Per thread; the first one has it all then.
   std::vector<RenderedPixel> pixels_;
   std::vector<std::vector<Pixel>> open_squares_;  ///< Whose rays meet no plane, by rows of squares.
   RayBlocks blocks_;

@@ -88,8 +88,8 @@ FreePyramid FreeCellFinder::makePyramid(const FrameSensing& sensing) {
     levels_[k].resize(static_cast<size_t>(width) * height);
     parallelFor<NoScratch>(height, height < 64 ? 1 : threads_, [&](size_t v, NoScratch&) {
       for (int32_t u = 0; u < width; ++u) {
-        levels_[k][v * width + u] = leastBelow(free.level[k - 1], width_below, height_below, u,
-                                               static_cast<int32_t>(v));
+        levels_[k][v * width + u] =
+            leastBelow(free.level[k - 1], width_below, height_below, u, static_cast<int32_t>(v));
       }
     });
     free.level[k] = levels_[k].data();

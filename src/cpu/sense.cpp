@@ -6,11 +6,11 @@
 
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
-#include "threads/parallel_for.h"
 #include "cpu/stretch_fit.h"
 #include "cpu/widest_vectors.h"
 #include "kernels/fusion/free_space.h"
 #include "kernels/surfels/noise.h"
+#include "threads/parallel_for.h"
 
 namespace dtsdf {
 namespace {
@@ -239,9 +239,9 @@ void FrameSensor::findMostFree(const FrameView& view) {
 }
 
 size_t FrameSensor::bytes() const {
-  const size_t floats = inverse_depth_.capacity() + row_value_.capacity() +
-                        row_slope_.capacity() + free_if_measured_.capacity() +
-                        free_depth_.capacity() + most_free_.capacity();
+  const size_t floats = inverse_depth_.capacity() + row_value_.capacity() + row_slope_.capacity() +
+                        free_if_measured_.capacity() + free_depth_.capacity() +
+                        most_free_.capacity();
   return floats * sizeof(float) + links_.capacity() * sizeof(PixelLinks);
 }
 

@@ -36,12 +36,15 @@ inline void StretchFit::takeStep(const PixelStretch& stretch, const PixelLine& l
   const float* values = stretch.first.value;
   const PixelLinks link = line.link;
   for (int i = 0; i < stretch.pixels; ++i) {
-    LineWalk walk{before_open_[i], after_open_[i], before_[i], after_[i],
+    LineWalk walk{before_open_[i],
+                  after_open_[i],
+                  before_[i],
+                  after_[i],
                   {sum_y_[i], sum_ky_[i], sum_companion_[i]}};
     const auto in_reach = static_cast<int32_t>(step <= radius_[i]);
     const auto sample = [&](const Side& side) {
-      const int32_t continues = in_reach & side.is_there &
-                                continuesWalk(side.value[i], side.links[i], link);
+      const int32_t continues =
+          in_reach & side.is_there & continuesWalk(side.value[i], side.links[i], link);
       return SideSample{continues, side.value[i] - values[i], side.companion[i]};
     };
     dtsdf::takeStep(walk, static_cast<float>(step), static_cast<int32_t>(step <= one_side_[i]),

@@ -10,9 +10,8 @@ void listNearSurface(const PointView& view, const Voxel* voxels, float distance,
   // One byte each first, by vector instructions: most rows of a block hold nothing near.
   uint8_t is_near[kVoxelsPerBlock];
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    is_near[i] = static_cast<uint8_t>(
-        static_cast<int>(evidenceOf(voxels[i]) >= least_evidence) &
-        static_cast<int>(std::fabs(sdfOf(voxels[i])) <= distance));
+    is_near[i] = static_cast<uint8_t>(static_cast<int>(evidenceOf(voxels[i]) >= least_evidence) &
+                                      static_cast<int>(std::fabs(sdfOf(voxels[i])) <= distance));
   }
   int count = 0;
   for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
@@ -55,8 +54,7 @@ void SurfacePoints::findFeet(const PointView& view, int direction, int count) {
   }
 }
 
-int SurfacePoints::keepFacing(const PointView& view, int direction, const int* indices,
-                              int count) {
+int SurfacePoints::keepFacing(const PointView& view, int direction, const int* indices, int count) {
   int kept = 0;
   for (int i = 0; i < count; ++i) {
     const Vec3f normal{normal_x_[i], normal_y_[i], normal_z_[i]};
@@ -76,8 +74,8 @@ void SurfacePoints::place(const FrameView& view, const Vec3f& first_voxel_L, int
   const FrameView frame = view;  // copies of their own, which no result can overlap
   const Vec3f first = first_voxel_L;
   for (int i = 0; i < count; ++i) {
-    const SurfacePoint point = placePoint(frame, first, {x_[i], y_[i], z_[i]},
-                                          {normal_x_[i], normal_y_[i], normal_z_[i]});
+    const SurfacePoint point =
+        placePoint(frame, first, {x_[i], y_[i], z_[i]}, {normal_x_[i], normal_y_[i], normal_z_[i]});
     x_[i] = point.p_C.x;
     y_[i] = point.p_C.y;
     z_[i] = point.p_C.z;

@@ -29,8 +29,11 @@ class SurfacePoints {
   int count() const { return count_; }
   int index(int i) const { return index_[i]; }
   SurfacePoint point(int i) const {
-    return {{x_[i], y_[i], z_[i]}, {normal_x_[i], normal_y_[i], normal_z_[i]}, cosine_[i],
-            u_[i], v_[i]};
+    return {{x_[i], y_[i], z_[i]},
+            {normal_x_[i], normal_y_[i], normal_z_[i]},
+            cosine_[i],
+            u_[i],
+            v_[i]};
   }
 
  private:

@@ -82,8 +82,10 @@ UnitBits unitBitsOf(const BlocksAround& around) {
     joinCorners<AnyOf>(
         around, [d](const VoxelBits& of) -> auto& { return of.seen[d]; }, units.seen[d]);
   }
-  joinCorners<AllOf>(around, [](const VoxelBits& of) -> auto& { return of.known; }, units.known);
-  joinCorners<AnyOf>(around, [](const VoxelBits& of) -> auto& { return of.behind; }, units.behind);
+  joinCorners<AllOf>(
+      around, [](const VoxelBits& of) -> auto& { return of.known; }, units.known);
+  joinCorners<AnyOf>(
+      around, [](const VoxelBits& of) -> auto& { return of.behind; }, units.behind);
   return units;
 }
 

@@ -31,17 +31,13 @@ std::string adviceFor(int error_number) {
   switch (error_number) {
     case ENOSPC:
     case EDQUOT:
-    case EFBIG:
-      return "; free some space or choose another folder";
+    case EFBIG: return "; free some space or choose another folder";
     case EACCES:
     case EPERM:
-    case EROFS:
-      return "; choose a folder that you may write to";
+    case EROFS: return "; choose a folder that you may write to";
     case ENOTDIR:
-    case EEXIST:
-      return "; a part of its path is a file, choose another folder";
-    default:
-      return "; choose another file name or folder";
+    case EEXIST: return "; a part of its path is a file, choose another folder";
+    default: return "; choose another file name or folder";
   }
 }
 
@@ -79,8 +75,7 @@ bool isBeside(const std::string& name, const std::string& path) {
       !endsWith(name, end)) {
     return false;
   }
-  const std::string rest =
-      name.substr(begin.size(), name.size() - begin.size() - end.size());
+  const std::string rest = name.substr(begin.size(), name.size() - begin.size() - end.size());
   const size_t dot = rest.find('.');
   return dot != std::string::npos && isNumber(rest.substr(0, dot)) &&
          isNumber(rest.substr(dot + 1));
@@ -124,8 +119,7 @@ void syncFolder(const fs::path& folder) {
 
 void prepareOutputFile(const std::string& path) {
   if (path.empty() || fs::path(path).filename().empty() || path.find('\0') != path.npos) {
-    throw std::runtime_error("cannot write '" + std::string(path.c_str()) +
-                             "': give a file name");
+    throw std::runtime_error("cannot write '" + std::string(path.c_str()) + "': give a file name");
   }
   std::error_code error;
   fs::create_directories(folderOf(path), error);

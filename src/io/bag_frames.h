@@ -14,12 +14,12 @@ namespace dtsdf {
 
 struct BagOptions {
   std::string path;
-  std::string depth_topic;        ///< Empty: the bag's only topic with depth images.
-  std::string info_topic;         ///< Empty: camera_info beside the depth topic.
-  std::string map_frame = "map";  ///< Frame W.
-  std::string camera_frame;       ///< Camera's optical frame; empty: the images' frame_id.
-  float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
-  float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
+  std::string depth_topic;          ///< Empty: the bag's only topic with depth images.
+  std::string info_topic;           ///< Empty: camera_info beside the depth topic.
+  std::string map_frame = "map";    ///< Frame W.
+  std::string camera_frame;         ///< Camera's optical frame; empty: the images' frame_id.
+  float unit_16uc1_m = 0.001f;      ///< Metres per unit of a 16UC1 image.
+  float unit_32fc1_m = 1.0f;        ///< Metres per unit of a 32FC1 image.
   bool latest_camera_info = false;  ///< The newest before an image will do, or else the first.
   std::optional<bool> rectify;      ///< Empty: distorted images whose topic does not say "rect".
   std::string mask_topic;           ///< Masks with the images' stamps; empty: none.

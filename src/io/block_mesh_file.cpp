@@ -88,8 +88,8 @@ struct BlockMeshReader::State {
   explicit State(const std::string& file_path) : path(file_path) {
     file.reset(std::fopen(path.c_str(), "rbe"));
     if (file == nullptr) {
-      throw std::runtime_error("cannot read '" + path + "': " +
-                               std::generic_category().message(errno));
+      throw std::runtime_error("cannot read '" + path +
+                               "': " + std::generic_category().message(errno));
     }
     Header header;
     read(&header, 1);

@@ -48,8 +48,9 @@ Intrinsics readMatrix(const YAML::Node& root, const std::string& key, size_t col
 
 CameraInfo loadCameraInfo(const std::string& path) {
   const std::string text =
-      readTextFile(path, "the camera's intrinsics are expected there, as camera_calibration writes "
-                         "them; or give --intrinsics fx,fy,cx,cy");
+      readTextFile(path,
+                   "the camera's intrinsics are expected there, as camera_calibration writes "
+                   "them; or give --intrinsics fx,fy,cx,cy");
   try {
     const YAML::Node root = loadYaml(text);
     if (!root.IsMap()) throwBad(path, "no intrinsics");

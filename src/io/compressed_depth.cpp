@@ -116,22 +116,21 @@ std::string encodingOfCompressedDepth(const std::string& format) {
 DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<uint8_t>& data) {
   const Format format = parseFormat(text);
   if (!format.is_depth) {
-    throw std::runtime_error("format '" + printable(text) + "' is not a format of compressed "
-                                                            "depth");
+    throw std::runtime_error("format '" + printable(text) +
+                             "' is not a format of compressed "
+                             "depth");
   }
   const bool is_float = format.encoding == "32FC1";
   if (!is_float && format.encoding != "16UC1" && format.encoding != "mono16") {
-    throw std::runtime_error("compressed depth of encoding '" +
-                             printable(format.encoding) +
+    throw std::runtime_error("compressed depth of encoding '" + printable(format.encoding) +
                              "'; depth must be 16UC1 or 32FC1");
   }
   const Code code = codeOf(format);
   Header header(data);
   header.readNumber();  // a code of the transport's own, the same for all
   const float scale = header.readFloat(), offset = header.readFloat();
-  const DepthImage image = code == Code::kRvl
-                               ? decodeRvlImage(header)
-                               : decodeDepthPng(header.rest(), header.bytesLeft());
+  const DepthImage image = code == Code::kRvl ? decodeRvlImage(header)
+                                              : decodeDepthPng(header.rest(), header.bytesLeft());
   return {format.encoding, image.size,
           is_float ? bytesOf(depthsOfInverse(image.pixels, scale, offset)) : bytesOf(image.pixels)};
 }

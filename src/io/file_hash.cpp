@@ -22,9 +22,7 @@ struct RunningHash::State {
 RunningHash::RunningHash() : state_(std::make_unique<State>()) {}
 RunningHash::~RunningHash() = default;
 
-void RunningHash::add(const void* data, size_t bytes) {
-  XXH64_update(state_->hash, data, bytes);
-}
+void RunningHash::add(const void* data, size_t bytes) { XXH64_update(state_->hash, data, bytes); }
 
 uint64_t RunningHash::result() const { return XXH64_digest(state_->hash); }
 

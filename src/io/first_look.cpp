@@ -41,8 +41,8 @@ template <class Pixel>
 void appendMeasured(const DepthFrame& frame, std::vector<float>& depths_m) {
   std::vector<Pixel> row(static_cast<size_t>(frame.width));
   for (int v = 0; v < frame.height; ++v) {
-    const auto* bytes = static_cast<const char*>(frame.data) +
-                        static_cast<size_t>(v) * frame.row_bytes;
+    const auto* bytes =
+        static_cast<const char*>(frame.data) + static_cast<size_t>(v) * frame.row_bytes;
     std::memcpy(row.data(), bytes, row.size() * sizeof(Pixel));
     for (const Pixel raw : row) {
       const auto value = static_cast<float>(raw);
@@ -147,10 +147,10 @@ LookedAt lookAt(std::unique_ptr<FrameSource> source, size_t frames) {
 std::string describe(const FirstLook& look) {
   if (look.frames == 0) return "no usable image";
   return imagesInWords(look) + " of " + std::to_string(look.width) + " x " +
-         std::to_string(look.height) + " (" + inWords(look.intrinsics) + ")" +
-         describePoses(look) + "; median depth " +
-         (look.median_depth_m ? inWords(*look.median_depth_m) : "unknown") + ", " +
-         std::to_string(std::lround(100.0 * look.measured_share)) + " % of the pixels measured";
+         std::to_string(look.height) + " (" + inWords(look.intrinsics) + ")" + describePoses(look) +
+         "; median depth " + (look.median_depth_m ? inWords(*look.median_depth_m) : "unknown") +
+         ", " + std::to_string(std::lround(100.0 * look.measured_share)) +
+         " % of the pixels measured";
 }
 
 std::vector<std::string> doubtsAbout(const FirstLook& look, double min_depth_m,
@@ -172,8 +172,8 @@ std::vector<std::string> doubtsAbout(const FirstLook& look, double min_depth_m,
   }
   if (look.images && look.posed &&
       static_cast<double>(*look.posed) < kFewPoses * static_cast<double>(*look.images)) {
-    doubts.push_back("only " + std::to_string(*look.posed) + " of " +
-                     std::to_string(*look.images) + " images have a pose: do the stamps match?");
+    doubts.push_back("only " + std::to_string(*look.posed) + " of " + std::to_string(*look.images) +
+                     " images have a pose: do the stamps match?");
   }
   if (!look.posed && look.images_passed_over > look.frames) {
     doubts.push_back(std::to_string(look.images_passed_over) + " of the first " +

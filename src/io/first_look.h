@@ -13,14 +13,14 @@ namespace dtsdf {
 
 /// What the first frames tell. 0, negative values, NaN, infinity and 65535 are no measurement.
 struct FirstLook {
-  size_t frames = 0;                           ///< Looked at.
-  std::optional<size_t> images, posed;         ///< Of the whole recording, as far as known.
-  size_t images_passed_over = 0;               ///< Before and between the frames looked at.
-  int width = 0, height = 0;                   ///< Of the first frame.
-  Intrinsics intrinsics{0, 0, 0, 0};           ///< Of the first frame.
-  double units_per_metre = 0.0;                ///< Of the first frame.
-  double measured_share = 0.0;                 ///< Of their pixels.
-  std::optional<double> median_depth_m;        ///< Of what is measured.
+  size_t frames = 0;                     ///< Looked at.
+  std::optional<size_t> images, posed;   ///< Of the whole recording, as far as known.
+  size_t images_passed_over = 0;         ///< Before and between the frames looked at.
+  int width = 0, height = 0;             ///< Of the first frame.
+  Intrinsics intrinsics{0, 0, 0, 0};     ///< Of the first frame.
+  double units_per_metre = 0.0;          ///< Of the first frame.
+  double measured_share = 0.0;           ///< Of their pixels.
+  std::optional<double> median_depth_m;  ///< Of what is measured.
 };
 
 /// The look, and the same frames from the first on.
@@ -38,7 +38,6 @@ std::string describe(const FirstLook& look);
 
 /// What is implausible, each with what to look at; depths are mapped from `min_depth_m` to
 /// `max_depth_m`.
-std::vector<std::string> doubtsAbout(const FirstLook& look, double min_depth_m,
-                                     double max_depth_m);
+std::vector<std::string> doubtsAbout(const FirstLook& look, double min_depth_m, double max_depth_m);
 
 }  // namespace dtsdf

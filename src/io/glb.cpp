@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 // Names of the specification.
-constexpr uint32_t kGlbMagic = 0x46546c67, kGlbVersion = 2;              // "glTF"
+constexpr uint32_t kGlbMagic = 0x46546c67, kGlbVersion = 2;          // "glTF"
 constexpr uint32_t kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;  // "JSON", "BIN"
 constexpr int kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
@@ -80,10 +80,10 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
                                  {"mode", 4}};
   document["meshes"] =
       json::array({json{{"name", "map"}, {"primitives", json::array({triangles_of_map})}}});
-  const json surface = {{"name", "surface"},
-                        {"doubleSided", true},
-                        {"pbrMetallicRoughness",
-                         {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}};
+  const json surface = {
+      {"name", "surface"},
+      {"doubleSided", true},
+      {"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}};
   document["materials"] = json::array({surface});
   json positions = accessorOf(0, vertices, kFloat, "VEC3");
   const Bounds bounds = boxOf(mesh, origin);
@@ -122,8 +122,7 @@ std::array<float, 256> linearLight() {
   std::array<float, 256> table = {};
   for (size_t i = 0; i < table.size(); ++i) {
     const double value = static_cast<double>(i) / 255.0;
-    const double light =
-        value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+    const double light = value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
     table[i] = static_cast<float>(light);
   }
   return table;

@@ -27,8 +27,8 @@ struct PlacedSection {
 
 /// What a reader of this version does with a section.
 inline bool isKnown(const SectionHeader& header) {
-  static constexpr const char* kKnown[] = {kSettings, kFrame,   kLevel, kState, kBlocks,
-                                           kColourIndex, kVoxels, kColours, kFree, kEnd};
+  static constexpr const char* kKnown[] = {kSettings,    kFrame,  kLevel,   kState, kBlocks,
+                                           kColourIndex, kVoxels, kColours, kFree,  kEnd};
   return header.version <= kSectionVersion && header.version > 0 &&
          std::any_of(std::begin(kKnown), std::end(kKnown),
                      [&](const char* id) { return header.is(id); });
@@ -120,8 +120,8 @@ class MapFile {
   }
 
   [[noreturn]] void throwCannotRead(int error_number) const {
-    throw std::runtime_error("cannot read the map file '" + path_ + "': " +
-                             std::generic_category().message(error_number) +
+    throw std::runtime_error("cannot read the map file '" + path_ +
+                             "': " + std::generic_category().message(error_number) +
                              "; give the path of a .dtsdf file");
   }
 
@@ -182,8 +182,9 @@ class MapFile {
   }
 
   [[noreturn]] void throwNoMap() const {
-    throw std::runtime_error("'" + path_ + "' is not a map file; give one that save_map or "
-                                           "--save-map wrote");
+    throw std::runtime_error("'" + path_ +
+                             "' is not a map file; give one that save_map or "
+                             "--save-map wrote");
   }
 
   PlacedSection readSectionHeader(uint64_t at) {

@@ -137,21 +137,23 @@ SavedMap saveMapInChunks(const MapContents& head, const MapWords& words, const s
   }
   if (head.cell_voxels != 0) file.add(makeCompressedSection(kFree, 0, encodeFree(head)));
   const auto add = [&](size_t, const Section& section) { file.add(section); };
-  makeInOrder(bounds.count(), threads,
-              [&](size_t i) {
-                const uint64_t* const voxels = words.voxels(i);
-                hash.addVoxels(bounds, i, voxels);
-                return makeChunk(kVoxels, kRequired, voxels, bounds.voxel_word, i);
-              },
-              add);
+  makeInOrder(
+      bounds.count(), threads,
+      [&](size_t i) {
+        const uint64_t* const voxels = words.voxels(i);
+        hash.addVoxels(bounds, i, voxels);
+        return makeChunk(kVoxels, kRequired, voxels, bounds.voxel_word, i);
+      },
+      add);
   if (head.painted) {
-    makeInOrder(bounds.count(), threads,
-                [&](size_t i) {
-                  const uint32_t* const colours = words.colours(i);
-                  hash.addColours(bounds, i, colours);
-                  return makeChunk(kColours, 0, colours, bounds.colour_word, i);
-                },
-                add);
+    makeInOrder(
+        bounds.count(), threads,
+        [&](size_t i) {
+          const uint32_t* const colours = words.colours(i);
+          hash.addColours(bounds, i, colours);
+          return makeChunk(kColours, 0, colours, bounds.colour_word, i);
+        },
+        add);
   }
   SavedMap saved;
   saved.size = size;

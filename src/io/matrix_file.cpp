@@ -71,8 +71,9 @@ CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, ImageSize size, const s
   const Eigen::MatrixXf m = matrix.cast<float>();
   const Intrinsics K{m(0, 0), m(1, 1), m(0, 2), m(1, 2)};
   if (!m.allFinite() || !(K.fx > 0.0f && K.fy > 0.0f)) {
-    throw std::runtime_error(place + ": expected a matrix of intrinsics (fx 0 cx, 0 fy cy); or "
-                                     "give --intrinsics fx,fy,cx,cy");
+    throw std::runtime_error(place +
+                             ": expected a matrix of intrinsics (fx 0 cx, 0 fy cy); or "
+                             "give --intrinsics fx,fy,cx,cy");
   }
   return {size.width, size.height, K};
 }

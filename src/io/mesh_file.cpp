@@ -160,24 +160,15 @@ void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {
   const std::optional<MeshFormat> format = meshFormatOf(path);
   if (!format) {
     throw std::runtime_error("cannot save '" + path +
-                             "': unknown format; give a name that ends in " +
-                             kMeshExtensions);
+                             "': unknown format; give a name that ends in " + kMeshExtensions);
   }
   checkSize(mesh, *format, path);
   AtomicFile file(path);
   switch (*format) {
-    case MeshFormat::kPly:
-      writePly(mesh, colour, file);
-      break;
-    case MeshFormat::kObj:
-      writeObj(mesh, colour, file);
-      break;
-    case MeshFormat::kStl:
-      writeStl(mesh, file);
-      break;
-    case MeshFormat::kGlb:
-      writeGlb(mesh, colour, file);
-      break;
+    case MeshFormat::kPly: writePly(mesh, colour, file); break;
+    case MeshFormat::kObj: writeObj(mesh, colour, file); break;
+    case MeshFormat::kStl: writeStl(mesh, file); break;
+    case MeshFormat::kGlb: writeGlb(mesh, colour, file); break;
   }
   file.commit();
 }

@@ -52,8 +52,8 @@ class Spool {
 
  private:
   [[noreturn]] void fail() const {
-    throw std::runtime_error("cannot write '" + beside_ + "': " +
-                             std::generic_category().message(errno) +
+    throw std::runtime_error("cannot write '" + beside_ +
+                             "': " + std::generic_category().message(errno) +
                              "; it needs space for the mesh twice: free some space or choose "
                              "another folder");
   }

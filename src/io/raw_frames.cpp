@@ -21,12 +21,14 @@ bool readPose(const std::string& line, Eigen::Isometry3d& T_W_C) {
 class RawFrames : public FrameSource {
  public:
   RawFrames(const std::string& name, const FrameSelection& selection)
-      : name_(name), selection_(selection), list_(name + ".txt"),
+      : name_(name),
+        selection_(selection),
+        list_(name + ".txt"),
         images_(name + ".raw", std::ios::binary) {
     Intrinsics& K = frame_.intrinsics;
     list_ >> frame_.width >> frame_.height >> K.fx >> K.fy >> K.cx >> K.cy >> frame_.unit_m;
-    const bool is_size = frame_.width > 0 && frame_.height > 0 &&
-                         frame_.width <= kMaxPixels / frame_.height;
+    const bool is_size =
+        frame_.width > 0 && frame_.height > 0 && frame_.width <= kMaxPixels / frame_.height;
     if (!list_ || !images_ || !is_size) {
       throw std::runtime_error("cannot read " + name + ".txt and .raw");
     }

@@ -37,9 +37,7 @@ class RecordedFrames : public FrameSource {
     }
   }
 
-  std::optional<size_t> size() const override {
-    return selection_.countIn(images_.depth.size());
-  }
+  std::optional<size_t> size() const override { return selection_.countIn(images_.depth.size()); }
 
   std::optional<size_t> posed() const override {
     size_t count = 0;

@@ -61,18 +61,18 @@ const FolderFormat& formatNamed(const std::string& name) {
   for (const FolderFormat& format : folderFormats()) {
     if (name == format.name) return format;
   }
-  throw std::runtime_error("'" + name + "' is not a format of recorded folders; known formats: " +
-                           describeFormats());
+  throw std::runtime_error(
+      "'" + name + "' is not a format of recorded folders; known formats: " + describeFormats());
 }
 
 const FolderFormat& formatOf(const RecordingOptions& options) {
-  return formatNamed(options.format.empty() ? guessRecordingFormat(options.path)
-                                            : options.format);
+  return formatNamed(options.format.empty() ? guessRecordingFormat(options.path) : options.format);
 }
 
 void requireFolder(const std::string& path) {
   if (!fs::is_directory(path)) {
-    throw std::runtime_error("'" + path + "' is not a folder; give the folder of a recording, "
+    throw std::runtime_error("'" + path +
+                             "' is not a folder; give the folder of a recording, "
                              "archives unpacked");
   }
 }
@@ -83,8 +83,9 @@ void checkIntrinsics(const Intrinsics& K) {
       std::isfinite(K.cx) && std::isfinite(K.cy)) {
     return;
   }
-  throw std::runtime_error("intrinsics must be fx,fy,cx,cy in pixels, with fx above 0 and fy not "
-                           "0");
+  throw std::runtime_error(
+      "intrinsics must be fx,fy,cx,cy in pixels, with fx above 0 and fy not "
+      "0");
 }
 
 CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
@@ -156,9 +157,9 @@ std::string guessRecordingFormat(const std::string& path) {
   if (fs::is_regular_file(path) && isBag(path)) return "bag";
   requireFolder(path);
   if (const FolderFormat* const format = formatIn(path)) return format->name;
-  throw std::runtime_error("'" + path + "' is not a recording in a known format" +
-                           describeFolders(path) + ". Known formats and their files: " +
-                           describeFormats() + "; select one with --format");
+  throw std::runtime_error(
+      "'" + path + "' is not a recording in a known format" + describeFolders(path) +
+      ". Known formats and their files: " + describeFormats() + "; select one with --format");
 }
 
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
@@ -179,10 +180,10 @@ std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& optio
   const CameraInfo depth_camera = cameraOf(options, format, format.listDepth(options.path));
   RecordedColours recorded = format.findColours(options.path, depth_camera);
   if (recorded.images.empty()) return nullptr;
-  recorded.poses = options.first_pose_only
-                       ? std::vector<ImagePose>(recorded.images.size(),
-                                                {Eigen::Isometry3d::Identity(), ""})
-                       : colourPosesOf(options, format, recorded.images);
+  recorded.poses =
+      options.first_pose_only
+          ? std::vector<ImagePose>(recorded.images.size(), {Eigen::Isometry3d::Identity(), ""})
+          : colourPosesOf(options, format, recorded.images);
   recorded.listed = options.listed_colours;
   return openRecordedColours(std::move(recorded));
 }

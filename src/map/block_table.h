@@ -26,7 +26,7 @@ struct BlockEntry {
   BlockKey key;
   int32_t array[kDirectionCount];
   bool in_use;
-  bool is_vacant;  ///< Told by the next takeVacant(), or being told.
+  bool is_vacant;        ///< Told by the next takeVacant(), or being told.
   uint32_t extractions;  ///< Begun before the block was made.
 };
 
@@ -211,7 +211,8 @@ class BlockTable {
   size_t memoryBytes() const {
     return slots_.memoryBytes() + cells_.memoryBytes() + blocks_.size() * sizeof(BlockEntry) +
            (free_slots_.capacity() + free_arrays_.capacity() + colour_of_.capacity() +
-            free_colours_.capacity()) * sizeof(int32_t);
+            free_colours_.capacity()) *
+               sizeof(int32_t);
   }
 
  private:

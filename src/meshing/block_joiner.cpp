@@ -21,7 +21,7 @@ GlobalEdge ownerOf(const BlockKey& key, uint32_t edge) {
                    corner.z >> kBlockSideLog2};
   constexpr int kMask = kBlockSide - 1;
   const int own = edgeNumber(cornerIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask),
-                              edgeAxis(static_cast<int>(edge)), edgeFacing(static_cast<int>(edge)));
+                             edgeAxis(static_cast<int>(edge)), edgeFacing(static_cast<int>(edge)));
   return {packKey(key + step), static_cast<uint32_t>(own)};
 }
 

@@ -214,12 +214,9 @@ std::array<uint8_t, 3> vertexColour(MeshColour mode, const Mesh& mesh, size_t ve
         return {colour.red, colour.green, colour.blue};
       }
       break;
-    case MeshColour::kNormal:
-      return normalColour(mesh.normals[vertex]);
-    case MeshColour::kHeight:
-      return heightColour(positionInMap(mesh, vertex)[2]);
-    case MeshColour::kPlain:
-      break;
+    case MeshColour::kNormal: return normalColour(mesh.normals[vertex]);
+    case MeshColour::kHeight: return heightColour(positionInMap(mesh, vertex)[2]);
+    case MeshColour::kPlain: break;
   }
   return {200, 200, 200};
 }

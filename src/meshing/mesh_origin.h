@@ -43,8 +43,7 @@ inline std::array<double, 3> originOf(const BlockBounds& bounds, double voxel_si
 }
 
 /// A position in W, as a mesh with this origin has it.
-inline Vec3f positionFrom(const std::array<double, 3>& origin_m,
-                          const std::array<double, 3>& p_W) {
+inline Vec3f positionFrom(const std::array<double, 3>& origin_m, const std::array<double, 3>& p_W) {
   return {static_cast<float>(p_W[0] - origin_m[0]), static_cast<float>(p_W[1] - origin_m[1]),
           static_cast<float>(p_W[2] - origin_m[2])};
 }

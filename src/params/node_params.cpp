@@ -24,16 +24,18 @@ bool isNamespace(const std::string& name) {
 void checkCameras(const NodeParams& node, ParamReader& reader) {
   for (const std::string& name : node.cameras) {
     if (isNamespace(name)) continue;
-    reader.addViolation("cameras", "'" + name + "' is not a namespace; use letters, digits, _ and "
-                                                "/, starting with a letter");
+    reader.addViolation("cameras", "'" + name +
+                                       "' is not a namespace; use letters, digits, _ and "
+                                       "/, starting with a letter");
   }
   if (std::set<std::string>(node.cameras.begin(), node.cameras.end()).size() <
       node.cameras.size()) {
     reader.addViolation("cameras", "must be different");
   }
   if (node.cameras.size() > 1 && !node.input.camera_frame.empty()) {
-    reader.addViolation("input/camera_frame", "is for a single camera; several cameras use the "
-                                              "frames of their images");
+    reader.addViolation("input/camera_frame",
+                        "is for a single camera; several cameras use the "
+                        "frames of their images");
   }
 }
 
@@ -45,8 +47,9 @@ void checkPoseFrames(const NodeParams& node, ParamReader& reader) {
     return !frame.empty() && (frame == node.map_frame || frame == frameOfMap(node));
   };
   if (isMap(odom)) {
-    reader.addViolation("poses/odom_frame", "must differ from the map's frame; leave it empty for "
-                                            "poses in map_frame");
+    reader.addViolation("poses/odom_frame",
+                        "must differ from the map's frame; leave it empty for "
+                        "poses in map_frame");
   }
   if (isMap(base)) reader.addViolation("poses/base_frame", "must differ from the map's frame");
   if (!base.empty() && base == odom) {
@@ -58,12 +61,14 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
   checkPoseFrames(node, reader);
   if (node.poses.mode != PoseMode::kTrack) return;
   if (node.cameras.size() > 1) {
-    reader.addViolation("poses/mode", "is track, which follows a single camera, but the setting "
-                                      "`cameras` has several; use refine, or one camera");
+    reader.addViolation("poses/mode",
+                        "is track, which follows a single camera, but the setting "
+                        "`cameras` has several; use refine, or one camera");
   }
   if (node.level.from == LevelChoice::kImu) {
-    reader.addViolation("map/level", "cannot be imu where poses/mode is track, as there is no "
-                                     "transform to the sensor yet; use floor");
+    reader.addViolation("map/level",
+                        "cannot be imu where poses/mode is track, as there is no "
+                        "transform to the sensor yet; use floor");
   }
 }
 

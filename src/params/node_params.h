@@ -26,18 +26,18 @@ enum class RectifyChoice {
 };
 
 struct InputParams {
-  double merge_wait_s = 0.1;    ///< How long a frame waits for earlier ones of other cameras.
-  std::string camera_frame;     ///< Camera's optical frame; empty: the frame_id of the images.
-  int queue_size = 30;          ///< Images of one kind of a camera that may wait in the node.
-  int queue_mb = 256;           ///< Memory that they may take.
-  double tf_timeout_s = 1.0;    ///< Wall time that a frame waits for its transform at most.
-  double tf_max_ahead_s = 5.0;  ///< Transforms that are further ahead of time are refused.
-  float unit_16uc1_m = 0.001f;  ///< Metres per unit of a 16UC1 image.
-  float unit_32fc1_m = 1.0f;    ///< Metres per unit of a 32FC1 image.
-  double max_speed_m_s = 10.0;  ///< A faster camera is a jump of its pose; 0: any speed is fine.
+  double merge_wait_s = 0.1;      ///< How long a frame waits for earlier ones of other cameras.
+  std::string camera_frame;       ///< Camera's optical frame; empty: the frame_id of the images.
+  int queue_size = 30;            ///< Images of one kind of a camera that may wait in the node.
+  int queue_mb = 256;             ///< Memory that they may take.
+  double tf_timeout_s = 1.0;      ///< Wall time that a frame waits for its transform at most.
+  double tf_max_ahead_s = 5.0;    ///< Transforms that are further ahead of time are refused.
+  float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
+  float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
+  double max_speed_m_s = 10.0;    ///< A faster camera is a jump of its pose; 0: any speed is fine.
   double max_turn_deg_s = 720.0;  ///< The same for its rotation.
   CameraInfoChoice camera_info = CameraInfoChoice::kExact;  ///< Which one an image gets.
-  RectifyChoice rectify = RectifyChoice::kAuto;  ///< Whether raw images are rectified.
+  RectifyChoice rectify = RectifyChoice::kAuto;             ///< Whether raw images are rectified.
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
 
@@ -73,10 +73,10 @@ struct PublishParams {
 
 /// What of space is published, by heights along z of the map frame, which has to be level for it.
 struct GroundParams {
-  double min_height_m = 0.1;    ///< A column of the grid begins here,
-  double max_height_m = 1.5;    ///< and ends here.
+  double min_height_m = 0.1;     ///< A column of the grid begins here,
+  double max_height_m = 1.5;     ///< and ends here.
   double grid_seen_share = 1.0;  ///< Of a column's cells, that have to be seen free to call it so.
-  double slice_height_m = 0.5;  ///< Of the distances that are published.
+  double slice_height_m = 0.5;   ///< Of the distances that are published.
 };
 
 /// Where up is known from, for maps whose map frame is not level.
@@ -115,10 +115,10 @@ struct CorrectionParams {
 struct NodeParams {
   std::string map_frame = "map";  ///< Frame that poses are of, and the map, unless it is levelled.
   LevelParams level;
-  std::string load_file;          ///< Map to begin with; empty: none. "~/" is the home.
+  std::string load_file;  ///< Map to begin with; empty: none. "~/" is the home.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files; "~/" is the home.
   std::vector<std::string> cameras;  ///< Their namespaces; empty: one camera in the node's own.
-  std::string keep_frame;  ///< Centre of map/keep_radius_m; empty: the camera.
+  std::string keep_frame;            ///< Centre of map/keep_radius_m; empty: the camera.
   FramePoseParams poses;
   InputParams input;
   ColourParams colour;

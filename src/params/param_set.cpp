@@ -47,8 +47,8 @@ size_t editsBetween(const std::string& a, const std::string& b) {
         continue;
       }
       const size_t change = a[i - 1] == b[j - 1] ? 0 : 1;
-      edits[i][j] = std::min({edits[i - 1][j] + 1, edits[i][j - 1] + 1,
-                              edits[i - 1][j - 1] + change});
+      edits[i][j] =
+          std::min({edits[i - 1][j] + 1, edits[i][j - 1] + 1, edits[i - 1][j - 1] + change});
       if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
         edits[i][j] = std::min(edits[i][j], edits[i - 2][j - 2] + 1);
       }
@@ -90,9 +90,7 @@ std::string suggestionFor(const std::string& key, const std::set<std::string>& k
   return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
-std::string joinNames(const std::vector<std::string>& names) {
-  return "[" + joined(names) + "]";
-}
+std::string joinNames(const std::vector<std::string>& names) { return "[" + joined(names) + "]"; }
 
 }  // namespace
 

@@ -76,9 +76,8 @@ std::string printable(const std::string& text, size_t most_characters) {
   for (size_t at = 0; at < text.size(); ++characters) {
     if (characters == most_characters) return shown + "...";
     const Character character = characterAt(text, at);
-    shown += character.is_valid && !isControl(character.code)
-                 ? text.substr(at, character.bytes)
-                 : inHex(text, at, character.bytes);
+    shown += character.is_valid && !isControl(character.code) ? text.substr(at, character.bytes)
+                                                              : inHex(text, at, character.bytes);
     at += character.bytes;
   }
   return shown;

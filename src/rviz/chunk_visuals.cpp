@@ -52,8 +52,8 @@ ChunkVisuals::~ChunkVisuals() {
 }
 
 void ChunkVisuals::setStyle(const ChunkStyle& style) {
-  const bool is_other_colour = style.colour != style_.colour || style.plain != style_.plain ||
-                               style.alpha != style_.alpha;
+  const bool is_other_colour =
+      style.colour != style_.colour || style.plain != style_.plain || style.alpha != style_.alpha;
   style_ = style;
   applyMaterial();
   if (!is_other_colour) return;

@@ -2,7 +2,6 @@
 
 #include <OgreCamera.h>
 #include <OgreSceneNode.h>
-#include <pluginlib/class_list_macros.hpp>
 #include <ros/message_traits.h>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
@@ -13,6 +12,7 @@
 #include <rviz/properties/ros_topic_property.h>
 #include <rviz/view_controller.h>
 #include <rviz/view_manager.h>
+#include <pluginlib/class_list_macros.hpp>
 
 #include <exception>
 
@@ -44,16 +44,16 @@ MeshBlocksDisplay::MeshBlocksDisplay() {
   topic_ = new rviz::RosTopicProperty("Topic", "", datatype, "Of type " + datatype + ".", this,
                                       SLOT(updateTopic()));
   colour_ = new rviz::EnumProperty("Colour", "Auto",
-                                   "Auto: colour images if the map has any, else normals.",
-                                   this, SLOT(updateStyle()));
+                                   "Auto: colour images if the map has any, else normals.", this,
+                                   SLOT(updateStyle()));
   colour_->addOption("Auto", static_cast<int>(MeshColour::kAuto));
   colour_->addOption("Image", static_cast<int>(MeshColour::kImage));
   colour_->addOption("Normal", static_cast<int>(MeshColour::kNormal));
   colour_->addOption("Height", static_cast<int>(MeshColour::kHeight));
   colour_->addOption("Plain", static_cast<int>(MeshColour::kPlain));
-  plain_ = new rviz::ColorProperty("Plain colour", QColor(200, 200, 200),
-                                   "Colour of the mesh if Colour is Plain.", this,
-                                   SLOT(updateStyle()));
+  plain_ =
+      new rviz::ColorProperty("Plain colour", QColor(200, 200, 200),
+                              "Colour of the mesh if Colour is Plain.", this, SLOT(updateStyle()));
   alpha_ = new rviz::FloatProperty("Alpha", 1.0f, "0: transparent, 1: opaque.", this,
                                    SLOT(updateStyle()));
   alpha_->setMin(0.0f);
@@ -74,9 +74,7 @@ MeshBlocksDisplay::MeshBlocksDisplay() {
 
 MeshBlocksDisplay::~MeshBlocksDisplay() { unsubscribe(); }
 
-void MeshBlocksDisplay::setTopic(const QString& topic, const QString&) {
-  topic_->setString(topic);
-}
+void MeshBlocksDisplay::setTopic(const QString& topic, const QString&) { topic_->setString(topic); }
 
 void MeshBlocksDisplay::onInitialize() {
   visuals_ = std::make_unique<ChunkVisuals>(*scene_manager_, *scene_node_);
@@ -106,8 +104,8 @@ void MeshBlocksDisplay::updateTopic() {
 void MeshBlocksDisplay::subscribe() {
   if (topic_->getTopicStd().empty()) return;
   try {
-    subscriber_ = update_nh_.subscribe(topic_->getTopicStd(), kQueue,
-                                       &MeshBlocksDisplay::onBlocks, this);
+    subscriber_ =
+        update_nh_.subscribe(topic_->getTopicStd(), kQueue, &MeshBlocksDisplay::onBlocks, this);
     setStatus(StatusProperty::Warn, kTopicStatus, "nothing received yet");
   } catch (const ros::Exception& error) {
     setStatus(StatusProperty::Error, kTopicStatus, error.what());

@@ -7,8 +7,8 @@ namespace {
 
 /// One for each face: -x, +x, -y, +y, -z, +z.
 constexpr int kFaces = 6;
-constexpr Paint kFacePaint[kFaces] = {{200, 60, 50},   {60, 90, 210},  {70, 170, 80},
-                                      {225, 170, 60},  {150, 140, 130}, {230, 230, 225}};
+constexpr Paint kFacePaint[kFaces] = {{200, 60, 50},  {60, 90, 210},   {70, 170, 80},
+                                      {225, 170, 60}, {150, 140, 130}, {230, 230, 225}};
 constexpr Paint kRoundPaint{120, 70, 160};
 constexpr double kSquare_m = 0.25;
 constexpr double kDarkShade = 0.7;

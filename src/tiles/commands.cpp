@@ -29,11 +29,11 @@ struct PlanOptions {
 };
 
 void addPlanOptions(CommandLine& line, PlanOptions& options) {
-  line.addList({"RECORDINGS", "", "recordings that reconstruct reads, with poses in one map frame, "
-                                  "fused in this order"},
+  line.addList({"RECORDINGS", "",
+                "recordings that reconstruct reads, with poses in one map frame, "
+                "fused in this order"},
                [&](const std::string& path) { options.request.recordings.push_back(path); });
-  line.addText({"--out", "DIR", "folder for the plan and everything made from it"},
-               options.folder);
+  line.addText({"--out", "DIR", "folder for the plan and everything made from it"}, options.folder);
   line.require("--out");
   line.addNumber({"--tile-m", "METRES", "edge of a tile, rounded to whole blocks of 8 voxels"},
                  options.request.tile_m, {0.01, 1e6});
@@ -78,8 +78,9 @@ void addFuseOptions(CommandLine& line, FuseOptions& options) {
 void addMergeOptions(CommandLine& line, MergeRequest& request) {
   line.add({"--mesh", "OUT.ply", "mesh of the whole map"}, [&](const std::string& value) {
     if (meshFormatOf(value) != MeshFormat::kPly) {
-      throw UsageError("'" + value + "' does not end in .ply; map_tool mesh writes other formats "
-                                     "of maps that fit into memory");
+      throw UsageError("'" + value +
+                       "' does not end in .ply; map_tool mesh writes other formats "
+                       "of maps that fit into memory");
     }
     request.mesh_path = value;
   });
@@ -116,8 +117,8 @@ void fuseCommand(const std::vector<std::string>& arguments) {
   FuseOptions options;
   std::string tile;
   int parent = 0;
-  CommandLine line("tiles fuse", "DIR TILE [options]",
-                   "Makes one tile, unless it is already done.", kExitCodes);
+  CommandLine line("tiles fuse", "DIR TILE [options]", "Makes one tile, unless it is already done.",
+                   kExitCodes);
   addFolder(line, request.folder);
   line.addText({"TILE", "", "number of the tile in the plan"}, tile);
   addFuseOptions(line, options);
@@ -151,8 +152,9 @@ void mergeCommand(const std::vector<std::string>& arguments) {
 
 void statusCommand(const std::vector<std::string>& arguments) {
   std::string folder;
-  CommandLine line("tiles status", "DIR", "Lists the tiles that are done, failed, running and "
-                                          "waiting.",
+  CommandLine line("tiles status", "DIR",
+                   "Lists the tiles that are done, failed, running and "
+                   "waiting.",
                    kExitCodes);
   addFolder(line, folder);
   line.parse(arguments);

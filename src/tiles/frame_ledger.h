@@ -90,9 +90,7 @@ class FrameLedger {
   }
 
  private:
-  double blockSize_m() const {
-    return static_cast<double>(params_.map.voxel_size_m) * kBlockSide;
-  }
+  double blockSize_m() const { return static_cast<double>(params_.map.voxel_size_m) * kBlockSide; }
   Place placeOf(const BlockKey& key) const;
   IndexRanges& ofRecording(std::vector<IndexRanges>& frames, size_t recording) const;
   MetricBox boxOfFeet(const BlockExtent& extent) const;

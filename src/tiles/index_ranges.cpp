@@ -22,8 +22,7 @@ IndexRanges IndexRanges::unite(const std::vector<const IndexRanges*>& parts) {
   std::sort(all.begin(), all.end());
   IndexRanges united;
   for (const Range& range : all) {
-    const bool goes_on =
-        !united.ranges_.empty() && range.first <= united.ranges_.back().second + 1;
+    const bool goes_on = !united.ranges_.empty() && range.first <= united.ranges_.back().second + 1;
     if (!goes_on) united.ranges_.push_back(range);
     size_t& last = united.ranges_.back().second;
     last = std::max(last, range.second);

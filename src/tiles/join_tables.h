@@ -14,9 +14,9 @@ namespace dtsdf {
 
 /// The tables of all tiles.
 struct JoinedTable {
-  MapContents head;  ///< Of the whole map.
-  std::vector<uint32_t> tile_of;  ///< By block of the head.
-  std::vector<size_t> blocks_of;  ///< Of each tile, how many.
+  MapContents head;                 ///< Of the whole map.
+  std::vector<uint32_t> tile_of;    ///< By block of the head.
+  std::vector<size_t> blocks_of;    ///< Of each tile, how many.
   std::vector<PackedKey> first_of;  ///< Of each tile, its first block.
 };
 

@@ -34,9 +34,8 @@ class TileMaker {
     if (tile.estimate.own_blocks > 0) addImages(tile);
     addFrames(tile);
     estimateSize(tile);
-    tile.estimate.seconds +=
-        static_cast<double>(tile.frameCount()) * sources_.seconds_of_a_frame +
-        static_cast<double>(tile.imageCount()) * kImageSeconds;
+    tile.estimate.seconds += static_cast<double>(tile.frameCount()) * sources_.seconds_of_a_frame +
+                             static_cast<double>(tile.imageCount()) * kImageSeconds;
     return tile;
   }
 
@@ -52,9 +51,8 @@ class TileMaker {
 
   /// Frames of a place are those of its halo, too.
   void addFrames(Tile& tile) const {
-    const BlockExtent inner{
-        tile.fused.first + Vec3i{kHaloBefore, kHaloBefore, kHaloBefore},
-        tile.fused.last - Vec3i{kHaloBehind, kHaloBehind, kHaloBehind}};
+    const BlockExtent inner{tile.fused.first + Vec3i{kHaloBefore, kHaloBefore, kHaloBefore},
+                            tile.fused.last - Vec3i{kHaloBehind, kHaloBehind, kHaloBehind}};
     std::vector<const PlaceInWork*> fusing, passed;
     ledger_.visitPlaces(inner, [&](const BlockExtent& extent, const PlaceInWork& in_work) {
       fusing.push_back(&in_work);

@@ -14,9 +14,9 @@ namespace dtsdf {
 struct MeshOfTile {
   size_t tile;
   std::string path;
-  uint64_t checksum;  ///< As its record has it.
-  PackedKey first;    ///< None of its blocks comes before this one.
-  BlockBounds bounds; ///< Of the blocks that have a mesh.
+  uint64_t checksum;   ///< As its record has it.
+  PackedKey first;     ///< None of its blocks comes before this one.
+  BlockBounds bounds;  ///< Of the blocks that have a mesh.
 };
 
 /// What the whole map is.

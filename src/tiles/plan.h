@@ -22,8 +22,8 @@ struct PlannedImage {
 /// A recording and what the whole map makes of its frames, by their place in the recording.
 struct PlannedRecording {
   std::string path, format;
-  IndexRanges fused;       ///< Those that become part of the map.
-  IndexRanges supporting;  ///< Those of them that touch a block.
+  IndexRanges fused;                 ///< Those that become part of the map.
+  IndexRanges supporting;            ///< Those of them that touch a block.
   std::vector<PlannedImage> images;  ///< Colour images that paint, in their order.
 };
 
@@ -34,9 +34,9 @@ struct Plan {
   int tile_blocks = 0;    ///< Edge of a tile; those cut further are smaller.
   std::string map_frame;  ///< Name of the map frame, or empty.
   std::optional<Eigen::Isometry3d> T_W_M;  ///< As of MapContents.
-  double stamp_s = 0.0;   ///< Of the last frame that was fused.
+  double stamp_s = 0.0;                    ///< Of the last frame that was fused.
   std::vector<PlannedRecording> recordings;
-  std::vector<Tile> tiles;  ///< By number, from 0 on.
+  std::vector<Tile> tiles;                  ///< By number, from 0 on.
   double seconds = 0.0, processor_s = 0.0;  ///< That the plan took.
 
   /// The options that a recording is opened with.

@@ -13,10 +13,10 @@ namespace {
 using Json = nlohmann::json;
 
 Json toJson(const TileRecord& record) {
-  return {{"frames", record.frames},         {"seconds", record.seconds},
-          {"blocks", record.blocks},         {"triangles", record.triangles},
-          {"map_bytes", record.map_bytes},   {"peak_bytes", record.peak_bytes},
-          {"backend", record.backend},       {"map_file_bytes", record.map_file_bytes},
+  return {{"frames", record.frames},           {"seconds", record.seconds},
+          {"blocks", record.blocks},           {"triangles", record.triangles},
+          {"map_bytes", record.map_bytes},     {"peak_bytes", record.peak_bytes},
+          {"backend", record.backend},         {"map_file_bytes", record.map_file_bytes},
           {"processor_s", record.processor_s}, {"mesh_file_bytes", record.mesh_file_bytes}};
 }
 
@@ -24,10 +24,13 @@ Json toJson(const TileRecord& record) {
 
 void saveReport(const RunReport& report, const std::string& folder, const LoadedPlan& loaded,
                 const TileQueue& queue) {
-  Json json = {{"plan", loaded.id},           {"processes", report.processes},
-               {"plan_s", loaded.plan.seconds}, {"fuse_s", report.fuse_s},
+  Json json = {{"plan", loaded.id},
+               {"processes", report.processes},
+               {"plan_s", loaded.plan.seconds},
+               {"fuse_s", report.fuse_s},
                {"plan_processor_s", loaded.plan.processor_s},
-               {"tiles", Json::array()},       {"failed", queue.failed()}};
+               {"tiles", Json::array()},
+               {"failed", queue.failed()}};
   if (!report.failure.empty()) json["failure"] = report.failure;
   for (size_t i = 0; i < loaded.plan.tiles.size(); ++i) {
     Json tile = {{"tile", i}, {"attempts", queue.attempts(i)}};

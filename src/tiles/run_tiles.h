@@ -9,9 +9,9 @@
 namespace dtsdf {
 
 struct RunRequest {
-  MergeRequest merge;                 ///< With the folder of the plan.
-  std::vector<std::string> options;   ///< For each `tiles fuse`, as --backend.
-  bool has_threads = false;           ///< One of them is --threads.
+  MergeRequest merge;                ///< With the folder of the plan.
+  std::vector<std::string> options;  ///< For each `tiles fuse`, as --backend.
+  bool has_threads = false;          ///< One of them is --threads.
 };
 
 /// To be called by each process of the job. Those but the first end quietly.

@@ -21,7 +21,8 @@ std::string quoted(const std::string& text) {
 /// would replace none, and all tasks would write one log.
 std::string forSbatch(const std::string& folder) {
   if (folder.find_first_of("\\\n") != folder.npos) {
-    throw std::runtime_error("Slurm cannot write its logs to '" + folder + "', whose name has a "
+    throw std::runtime_error("Slurm cannot write its logs to '" + folder +
+                             "', whose name has a "
                              "backslash or a line break; give the folder another name");
   }
   std::string text;
@@ -61,18 +62,27 @@ std::string slurmScript(const SlurmRequest& request, const Plan& plan) {
   const bool on_gpu = request.backend == "cuda";
   return "#!/bin/bash\n"
          "#SBATCH --job-name=tiles\n"
-         "#SBATCH --array=0-" + std::to_string(indices - 1) + "\n"
-         "#SBATCH --cpus-per-task=" + threads + "\n"
-         "#SBATCH --mem=" + std::to_string(memoryMb(plan)) + "M\n" +
-         (on_gpu ? "#SBATCH --gres=gpu:1\n" : "") +
-         "#SBATCH --output=\"" + forSbatch(folder) + "/tiles/slurm-%A_%a.log\"\n"
+         "#SBATCH --array=0-" +
+         std::to_string(indices - 1) +
+         "\n"
+         "#SBATCH --cpus-per-task=" +
+         threads +
+         "\n"
+         "#SBATCH --mem=" +
+         std::to_string(memoryMb(plan)) + "M\n" + (on_gpu ? "#SBATCH --gres=gpu:1\n" : "") +
+         "#SBATCH --output=\"" + forSbatch(folder) +
+         "/tiles/slurm-%A_%a.log\"\n"
          "# Finished tiles are skipped: submit it again to resume.\n"
-         "tiles=(" + numbersLongestFirst(plan) + ")\n"
+         "tiles=(" +
+         numbersLongestFirst(plan) +
+         ")\n"
          "failed=0\n"
-         "for ((i = SLURM_ARRAY_TASK_ID; i < ${#tiles[@]}; i += " + std::to_string(indices) +
+         "for ((i = SLURM_ARRAY_TASK_ID; i < ${#tiles[@]}; i += " +
+         std::to_string(indices) +
          ")); do\n"
-         "  " + quoted(request.program) + " fuse " + quoted(folder) +
-         " \"${tiles[i]}\" --threads " + threads + backend +
+         "  " +
+         quoted(request.program) + " fuse " + quoted(folder) + " \"${tiles[i]}\" --threads " +
+         threads + backend +
          " || failed=1\n"
          "done\n"
          "exit $failed\n";

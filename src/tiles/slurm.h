@@ -9,9 +9,9 @@
 namespace dtsdf {
 
 struct SlurmRequest {
-  std::string folder;   ///< Of the plan.
-  std::string program;  ///< The path of `tiles`.
-  int threads = 4;      ///< Of each tile.
+  std::string folder;                  ///< Of the plan.
+  std::string program;                 ///< The path of `tiles`.
+  int threads = 4;                     ///< Of each tile.
   std::optional<std::string> backend;  ///< With cuda each task asks for a GPU.
 };
 

@@ -34,10 +34,10 @@ struct TileRecord {
   BlockBounds mesh_bounds;     ///< Of the blocks that have one.
   uint64_t map_file_bytes = 0, mesh_file_bytes = 0;
   size_t blocks = 0, voxel_arrays = 0, free_cubes = 0, triangles = 0;
-  size_t frames = 0;         ///< That were fused into it.
-  size_t images = 0;         ///< Of colour, that it was painted with.
-  size_t map_bytes = 0;      ///< Of the map, halo included, at the end.
-  size_t peak_bytes = 0;     ///< Of the process, at most.
+  size_t frames = 0;      ///< That were fused into it.
+  size_t images = 0;      ///< Of colour, that it was painted with.
+  size_t map_bytes = 0;   ///< Of the map, halo included, at the end.
+  size_t peak_bytes = 0;  ///< Of the process, at most.
   double seconds = 0.0;
   double processor_s = 0.0;  ///< Of all threads.
   std::string backend;

@@ -31,8 +31,9 @@ SpaceOutputOptions parse(const std::vector<std::string>& arguments) {
 octomap::key_type keyOf(int32_t cell) {
   constexpr int32_t kMiddle = 1 << 15;
   if (cell < -kMiddle || cell >= kMiddle) {
-    throw std::runtime_error("the map reaches farther than an OctoMap tree can, 32768 cells from "
-                             "the origin; use larger cells (space/cell_voxels)");
+    throw std::runtime_error(
+        "the map reaches farther than an OctoMap tree can, 32768 cells from "
+        "the origin; use larger cells (space/cell_voxels)");
   }
   return static_cast<octomap::key_type>(cell + kMiddle);
 }
@@ -66,8 +67,9 @@ void save(const Space& space, const std::string& path) {
 #else
 
 void save(const Space&, const std::string&) {
-  throw std::runtime_error("this map_tool was built without OctoMap; install liboctomap-dev and "
-                           "build it again");
+  throw std::runtime_error(
+      "this map_tool was built without OctoMap; install liboctomap-dev and "
+      "build it again");
 }
 
 #endif

@@ -63,8 +63,8 @@ StartingMap loadStartingMap(const std::string& path, const RunSettings& settings
   if (settings.given.count("map/level")) {
     checkLevel(head, isLevelled(settings.params.node));
   }
-  checkFrame(head, settings.given.count("map_frame") ? settings.params.node.map_frame
-                                                     : std::string());
+  checkFrame(head,
+             settings.given.count("map_frame") ? settings.params.node.map_frame : std::string());
   return start;
 }
 
@@ -110,11 +110,12 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   }
   const PageStats& pages = result.map.pages;
   if (pages.blocks > 0) {
-    std::printf("%zu blocks in memory, %zu (%.1f MB) in map/page_folder; %llu written, %llu read, "
-                "%.1f s waited for the disk\n",
-                result.map.blocks, pages.blocks, static_cast<double>(pages.bytes) / 1e6,
-                static_cast<unsigned long long>(pages.written),
-                static_cast<unsigned long long>(pages.read), pages.wait_ms / 1e3);
+    std::printf(
+        "%zu blocks in memory, %zu (%.1f MB) in map/page_folder; %llu written, %llu read, "
+        "%.1f s waited for the disk\n",
+        result.map.blocks, pages.blocks, static_cast<double>(pages.bytes) / 1e6,
+        static_cast<unsigned long long>(pages.written), static_cast<unsigned long long>(pages.read),
+        pages.wait_ms / 1e3);
   }
   if (pages.lost > 0) {
     std::fprintf(stderr, "reconstruct: warning: %llu blocks were lost: %s\n",
@@ -142,8 +143,8 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
 
 /// Found out now rather than after an hour of work.
 void checkOutputs(const ReconstructOptions& options) {
-  for (const std::string& path : {options.mesh_path, options.save_map_path,
-                                  options.trajectory_path, options.report_path}) {
+  for (const std::string& path :
+       {options.mesh_path, options.save_map_path, options.trajectory_path, options.report_path}) {
     if (!path.empty()) prepareOutputFile(path);
   }
 }
@@ -178,8 +179,9 @@ void checkLogOptions(const ReconstructOptions& options) {
     throw UsageError("--load-map is for recordings; a frame log begins with a map of its own");
   }
   if (options.poses_mode || !options.recording.poses_path.empty()) {
-    throw UsageError("--poses and --poses-mode are for recordings; poses of a frame log are "
-                     "corrected by --corrected-poses");
+    throw UsageError(
+        "--poses and --poses-mode are for recordings; poses of a frame log are "
+        "corrected by --corrected-poses");
   }
 }
 
@@ -204,10 +206,10 @@ void runLog(const ReconstructOptions& options) {
   const RunSettings settings = readSettings(options, copyOf(log.settings()));
   const MapperParams& params = settings.params.mapper;
   const std::string& base = log.log().baseMap();
-  const auto mapper =
-      base.empty() ? makeProbedMapper(params, settings.rules)
-                   : makeProbedMapper(params, settings.rules,
-                                      partsOf(std::make_shared<const MapChunks>(base)));
+  const auto mapper = base.empty()
+                          ? makeProbedMapper(params, settings.rules)
+                          : makeProbedMapper(params, settings.rules,
+                                             partsOf(std::make_shared<const MapChunks>(base)));
   ProgressBar progress("frames", log.depthImages());
   ReconstructionResult result =
       reconstruct(log, *mapper, params.map.voxel_size_m, options.mesh_every,

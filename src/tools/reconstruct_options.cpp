@@ -17,8 +17,9 @@ std::string parseMeshPath(const std::string& path) {
 
 void addInputOptions(CommandLine& line, ReconstructOptions& options) {
   RecordingOptions& recording = options.recording;
-  line.addText({"INPUT", "", "a recording: a folder in one of the known formats, a ROS bag with "
-                             "depth images, camera_info and TF, or the folder of a frame log"},
+  line.addText({"INPUT", "",
+                "a recording: a folder in one of the known formats, a ROS bag with "
+                "depth images, camera_info and TF, or the folder of a frame log"},
                recording.path);
   addFormatOption(line, options);
   addTumOption(line, options);
@@ -69,8 +70,7 @@ void addTrajectoryOption(CommandLine& line, ReconstructOptions& options) {
 }
 
 void addMapOptions(CommandLine& line, ReconstructOptions& options) {
-  line.addText({"--load-map", "IN.dtsdf",
-                "map to resume from; voxel size and mode come from it"},
+  line.addText({"--load-map", "IN.dtsdf", "map to resume from; voxel size and mode come from it"},
                options.load_map_path);
   line.add({"--save-map", "OUT.dtsdf", "map to write; --mesh may be left out then"},
            [&](const std::string& value) { options.save_map_path = parseMapPath(value); });

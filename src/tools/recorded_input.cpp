@@ -96,9 +96,8 @@ std::unique_ptr<FrameSource> openAndLook(const InputOptions& options, const RunS
   std::printf("%s: %s\n", options.recording.format.c_str(), describe(looked.look).c_str());
   static_cast<void>(std::fflush(stdout));  // now, wherever it goes
   const FusionParams& fusion = settings.params.mapper.fusion;
-  for (const std::string& doubt :
-       doubtsAbout(looked.look, static_cast<double>(fusion.min_depth_m),
-                   static_cast<double>(fusion.max_depth_m))) {
+  for (const std::string& doubt : doubtsAbout(looked.look, static_cast<double>(fusion.min_depth_m),
+                                              static_cast<double>(fusion.max_depth_m))) {
     std::fprintf(stderr, "%s: warning: %s\n", program.c_str(), doubt.c_str());
   }
   return std::move(looked.source);
@@ -119,9 +118,8 @@ std::string nameOfFrame(const InputOptions& options, const RunSettings& settings
 std::unique_ptr<ColourSource> openColours(const InputOptions& options, const NodeParams& node) {
   if (node.colour.enabled == ColourUse::kNever) return nullptr;
   const RecordingOptions& recording = options.recording;
-  std::unique_ptr<ColourSource> colours = recording.format == "bag"
-                                              ? openColoursOfBag(options, node)
-                                              : openRecordingColours(recording);
+  std::unique_ptr<ColourSource> colours =
+      recording.format == "bag" ? openColoursOfBag(options, node) : openRecordingColours(recording);
   if (colours == nullptr && node.colour.enabled == ColourUse::kAlways) {
     throw std::runtime_error("colour/enabled is 'always', but '" + recording.path +
                              "' has no colour images where the format " + recording.format +

@@ -9,14 +9,17 @@ using namespace dtsdf;
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size == 0) return 0;
-  const char* const formats[] = {"16UC1; compressedDepth rvl", "16UC1; compressedDepth png",
-                                 "32FC1; compressedDepth rvl", "32FC1; compressedDepth png",
-                                 "16UC1", "mono16; compressedDepth", ""};
+  const char* const formats[] = {"16UC1; compressedDepth rvl",
+                                 "16UC1; compressedDepth png",
+                                 "32FC1; compressedDepth rvl",
+                                 "32FC1; compressedDepth png",
+                                 "16UC1",
+                                 "mono16; compressedDepth",
+                                 ""};
   const size_t known = sizeof(formats) / sizeof(formats[0]);
   // The last one: the format itself is made of the bytes.
-  const std::string format = data[0] % (known + 1) == known
-                                 ? std::string(data + 1, data + size)
-                                 : formats[data[0] % (known + 1)];
+  const std::string format = data[0] % (known + 1) == known ? std::string(data + 1, data + size)
+                                                            : formats[data[0] % (known + 1)];
   constexpr size_t kHeader = 12;
   std::vector<uint8_t> message(data + 1, data + size);
   if (message.size() > kHeader && format.find("png") != std::string::npos) {

@@ -49,8 +49,8 @@ class MapRecipe {
   enum How : uint8_t {
     kRequired = map_format::kRequired,
     kCompressed = map_format::kCompressed,
-    kAsTold = 4,        ///< Neither sorted nor counted nor repeated to the length that it needs.
-    kBrokenFrame = 8,   ///< Not compressed, although the flag says so.
+    kAsTold = 4,       ///< Neither sorted nor counted nor repeated to the length that it needs.
+    kBrokenFrame = 8,  ///< Not compressed, although the flag says so.
     kWrongSize = 16,
     kWrongSum = 32,
     kWrongHeaderSum = 64,
@@ -115,9 +115,7 @@ class MapRecipe {
     return countBits(block.bricks) * map_format::kBrickWords * sizeof(uint32_t);
   }
 
-  static size_t countBits(uint64_t bits) {
-    return static_cast<size_t>(__builtin_popcountll(bits));
-  }
+  static size_t countBits(uint64_t bits) { return static_cast<size_t>(__builtin_popcountll(bits)); }
 
   static bool isBefore(const MapBlock& a, const MapBlock& b) {
     if (a.key.z != b.key.z) return a.key.z < b.key.z;
@@ -152,8 +150,7 @@ class MapRecipe {
       part->content.resize(kColourHeadBytes + blocks_.size() * kBlockBricksBytes);
     }
     if (part->content.size() < kColourHeadBytes) return;
-    InputBytes in(part->content.data() + kColourHeadBytes,
-                  part->content.size() - kColourHeadBytes);
+    InputBytes in(part->content.data() + kColourHeadBytes, part->content.size() - kColourHeadBytes);
     for (MapBlock& block : blocks_) {
       block.bricks = in.take<uint64_t>();
       if (part->how & kAsTold) continue;

@@ -131,8 +131,7 @@ void BackendPair::compareViews(const RenderCamera& camera, const Eigen::Isometry
     different += std::memcmp(&expected.depth_m[i], &actual.depth_m[i], sizeof(float)) != 0 ||
                  std::memcmp(&expected.normals_C[i], &actual.normals_C[i], sizeof(Vec3f)) != 0;
     if (expected.colours.empty()) continue;
-    different +=
-        std::memcmp(&expected.colours[i], &actual.colours[i], sizeof(VertexColour)) != 0;
+    different += std::memcmp(&expected.colours[i], &actual.colours[i], sizeof(VertexColour)) != 0;
   }
   EXPECT_EQ(different, 0u);
 }
@@ -238,8 +237,7 @@ void expectEqualSpaces(Space& expected, Space& actual) {
     ASSERT_EQ(static_cast<int>(b[i].state), static_cast<int>(a[i].state)) << describe(cell);
     ASSERT_EQ(actual.squaredDistance(cell), expected.squaredDistance(cell)) << describe(cell);
     if (i % 64 != 0) continue;
-    const Eigen::Vector3d p_W =
-        side_m * Eigen::Vector3d(cell.x + 0.3, cell.y - 0.8, cell.z + 1.9);
+    const Eigen::Vector3d p_W = side_m * Eigen::Vector3d(cell.x + 0.3, cell.y - 0.8, cell.z + 1.9);
     const SpaceDistance here = expected.distanceAt(p_W), there = actual.distanceAt(p_W);
     ASSERT_EQ(there.known, here.known);
     ASSERT_EQ(there.distance_m, here.distance_m);

@@ -165,8 +165,7 @@ TEST_P(FusionModeParity, PaintedAndMeshedEverySecondFrame) {
   BackendPair pair(makeParams(mode, directional, 0.03f), candidate);
   TestFrameSettings settings;
   settings.noise = true;
-  ASSERT_NO_FATAL_FAILURE(
-      feedAll(pair, makeTestFrames(settings), makeTestColours(settings), 2));
+  ASSERT_NO_FATAL_FAILURE(feedAll(pair, makeTestFrames(settings), makeTestColours(settings), 2));
   EXPECT_GT(pair.candidate().stats().colour_bytes, 0u);
   pair.compareMaps();
 }

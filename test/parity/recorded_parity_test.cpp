@@ -67,9 +67,8 @@ Reconstruction reconstruct(const std::vector<TestFrame>& frames, MapperParams pa
   MeshStore store(params.map.voxel_size_m);
   double total_ms = 0.0;
   for (size_t i = 0; i < frames.size(); ++i) {
-    run.frame_ms.push_back(timed([&] {
-      EXPECT_EQ(run.mapper->integrate(frames[i].view()).status, FrameStatus::kFused);
-    }));
+    run.frame_ms.push_back(timed(
+        [&] { EXPECT_EQ(run.mapper->integrate(frames[i].view()).status, FrameStatus::kFused); }));
     total_ms += run.frame_ms.back();
     if ((i + 1) % kMeshEvery != 0 && i + 1 != frames.size()) continue;
     MeshUpdate update;
@@ -78,8 +77,8 @@ Reconstruction reconstruct(const std::vector<TestFrame>& frames, MapperParams pa
     store.apply(update);
   }
   run.mesh = store.assemble();
-  std::cout << std::fixed << std::setprecision(2) << "  " << run.mapper->backendName()
-            << ": frame " << median(run.frame_ms) << " ms, mesh update " << median(run.mesh_ms)
+  std::cout << std::fixed << std::setprecision(2) << "  " << run.mapper->backendName() << ": frame "
+            << median(run.frame_ms) << " ms, mesh update " << median(run.mesh_ms)
             << " ms (medians of " << run.frame_ms.size() << " and " << run.mesh_ms.size()
             << "), in all " << total_ms / static_cast<double>(frames.size()) << " ms a frame; "
             << run.mapper->stats().blocks << " blocks, " << run.mesh.triangles.size()

@@ -21,9 +21,8 @@ MapperParams spaceParams(float voxel_size_m = 0.04f) {
 
 size_t countCells(Mapper& mapper, CellState state) {
   const std::vector<SpaceCell> cells = mapper.space()->cells();
-  return static_cast<size_t>(
-      std::count_if(cells.begin(), cells.end(),
-                    [state](const SpaceCell& cell) { return cell.state == state; }));
+  return static_cast<size_t>(std::count_if(
+      cells.begin(), cells.end(), [state](const SpaceCell& cell) { return cell.state == state; }));
 }
 
 /// Both kinds are there, so that equal does not just mean empty.
@@ -97,15 +96,15 @@ TEST_P(SpaceCellParity, OfATile) {
   pair.compareMaps();
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, SpaceCellParity,
-    testing::Combine(testing::Values(Candidate::kCpuTwoThreads, Candidate::kCuda),
-                     testing::Values(1, 2, 4, 8), testing::Bool()),
-    [](const testing::TestParamInfo<CellCase>& info) {
-      return toString(std::get<0>(info.param)) + "CellsOf" +
-             std::to_string(std::get<1>(info.param)) +
-             (std::get<2>(info.param) ? "" : "WithoutClearing");
-    });
+INSTANTIATE_TEST_SUITE_P(All, SpaceCellParity,
+                         testing::Combine(testing::Values(Candidate::kCpuTwoThreads,
+                                                          Candidate::kCuda),
+                                          testing::Values(1, 2, 4, 8), testing::Bool()),
+                         [](const testing::TestParamInfo<CellCase>& info) {
+                           return toString(std::get<0>(info.param)) + "CellsOf" +
+                                  std::to_string(std::get<1>(info.param)) +
+                                  (std::get<2>(info.param) ? "" : "WithoutClearing");
+                         });
 
 class SpaceParity : public testing::TestWithParam<Candidate> {
  protected:

@@ -25,7 +25,7 @@ struct TestFrameSettings {
   int count = 4;
   DepthEncoding encoding = DepthEncoding::kUint16;
   bool noise = false;  ///< Noise that grows with the square of depth, holes, and for floats NaN.
-  double first_s = 0.0, step_s = 0.4;  ///< Times along roomCameraPose().
+  double first_s = 0.0, step_s = 0.4;                  ///< Times along roomCameraPose().
   Eigen::Vector3d offset_W = Eigen::Vector3d::Zero();  ///< Moves room and camera.
 };
 

@@ -94,8 +94,8 @@ TEST_P(PossibleLeaders, AUnitWithoutOneIsEmpty) {
 /// Of each sheet, not of the unit as a whole: whoever leads one is among the possible leaders.
 TEST_P(PossibleLeaders, ASheetsLeaderIsOne) {
   const MeshRules numbers = rules();
-  const Counts counts = checkUnits(
-      true, numbers, [&](const UnitSamples& samples, uint32_t sides, const UnitLabels&) {
+  const Counts counts =
+      checkUnits(true, numbers, [&](const UnitSamples& samples, uint32_t sides, const UnitLabels&) {
         const VoteLimits<float> limits = makeVoteLimits(numbers, samples);
         for (const int32_t leader : findLeaders(samples, limits.least_weight).direction) {
           if (sheetLabels(samples, leader, limits) == kNotKnown) continue;
@@ -117,8 +117,8 @@ TEST_P(PossibleLeaders, ADirectionThatMayNotSpeakDoesNot) {
 }
 
 TEST_P(PossibleLeaders, AnUndirectedUnitWithoutOneIsEmpty) {
-  const Counts counts = checkUnits(
-      false, rules(), [](const UnitSamples&, uint32_t sides, const UnitLabels& labels) {
+  const Counts counts =
+      checkUnits(false, rules(), [](const UnitSamples&, uint32_t sides, const UnitLabels& labels) {
         EXPECT_TRUE(possibleLeaders(sides) != 0 || saysNothing(labels));
       });
   EXPECT_GT(counts.surfaces, 100);

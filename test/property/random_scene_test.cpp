@@ -44,9 +44,7 @@ Scene drawScene(Draw& draw, const Vector3d& centre) {
   for (int i = 0; i < count; ++i) {
     const Vector3d at = centre + draw.point(0.4);
     switch (draw.whole(3)) {
-      case 0:
-        scene.add(Sphere{at, draw.number(0.1, 0.4)});
-        break;
+      case 0: scene.add(Sphere{at, draw.number(0.1, 0.4)}); break;
       case 1:
         scene.add(makeBox(at, Vector3d::Constant(0.05) + draw.point(0.5).cwiseAbs(),
                           draw.number(0.0, 3.0)));

@@ -93,9 +93,9 @@ TEST(ColourImage, ConvertsTheOthers) {
 /// A picture of one colour: red, green and blue of each 2 x 2 pixels lie where the pattern says.
 TEST(ColourImage, UndoesBayerPatterns) {
   const auto bayer = [](const std::string& pattern, const std::vector<int>& colour, int depth) {
-    const auto image = makeImage("bayer_" + pattern + std::to_string(depth),
-                                 depth == 8 ? std::vector<uint8_t>{0} : std::vector<uint8_t>{0, 0},
-                                 8, 8);
+    const auto image =
+        makeImage("bayer_" + pattern + std::to_string(depth),
+                  depth == 8 ? std::vector<uint8_t>{0} : std::vector<uint8_t>{0, 0}, 8, 8);
     for (uint32_t v = 0; v < 8; ++v) {
       for (uint32_t u = 0; u < 8; ++u) {
         const char channel = pattern[2 * (v % 2) + u % 2];
@@ -125,8 +125,7 @@ TEST(ColourImage, RefusesWhatIsNoColourImage) {
   sensor_msgs::CameraInfo uncalibrated = colourInfo();
   uncalibrated.P = {};
   uncalibrated.K = {};
-  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}), uncalibrated),
-            DropReason::kBadIntrinsics);
+  EXPECT_EQ(colourReason(*makeImage("rgb8", {1, 2, 3}), uncalibrated), DropReason::kBadIntrinsics);
   const auto unstamped = makeImage("rgb8", {1, 2, 3});
   unstamped->header.stamp = ros::Time();
   EXPECT_EQ(colourReason(*unstamped, colourInfo()), DropReason::kNoStamp);
@@ -188,9 +187,9 @@ TEST(CompressedColour, IsReadWithoutAPlugin) {
 
 TEST(CompressedColour, IsToldFromDepthAndFromGrey) {
   sensor_msgs::CompressedImage message;
-  for (const std::string format : {"16UC1; compressedDepth", "16UC1; png compressed ",
-                                   "32FC1; compressedDepth png", "mono8; jpeg compressed mono8", "",
-                                   "h264"}) {
+  for (const std::string format :
+       {"16UC1; compressedDepth", "16UC1; png compressed ", "32FC1; compressedDepth png",
+        "mono8; jpeg compressed mono8", "", "h264"}) {
     message.format = format;
     EXPECT_FALSE(holdsColour(message)) << format;
   }

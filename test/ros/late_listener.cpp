@@ -12,8 +12,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "late_listener", ros::init_options::AnonymousName);
   const size_t expected = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 1;
   const dtsdf::MeshWatcher mesh{ros::NodeHandle()};
-  const bool complete =
-      dtsdf::waitUntil([&] { return mesh.triangles() >= expected; }, 15.0);
+  const bool complete = dtsdf::waitUntil([&] { return mesh.triangles() >= expected; }, 15.0);
   std::printf("%zu %zu %zu\n", mesh.triangles(), mesh.shown().size(),
               static_cast<size_t>(mesh.addedMarkers()));
   return complete ? 0 : 1;

@@ -128,7 +128,8 @@ TEST_F(MergeQueueTest, StreamsCanBeEmptiedAlone) {
 TEST_F(MergeQueueTest, TheOrderDoesNotDependOnTheArrival) {
   std::mt19937 random(7);
   for (int round = 0; round < 200; ++round) {
-    Queue queue(1.0, [] {}, clock_.reader());
+    Queue queue(
+        1.0, [] {}, clock_.reader());
     const std::vector<std::string> names{"a", "b", "c"};
     for (const std::string& name : names) queue.addStream({0, name});
     std::vector<int> next(names.size(), 0);

@@ -56,8 +56,8 @@ TEST(NodeParams, ReportsAllViolationsTogether) {
   EXPECT_EQ(violations.size(), 5u);
   std::string all;
   for (const std::string& violation : violations) all += violation + "\n";
-  for (const char* key : {"map/voxel_size", "input/queue_size", "publish/mesh_rate_hz",
-                          "map_frame", "input/list"}) {
+  for (const char* key :
+       {"map/voxel_size", "input/queue_size", "publish/mesh_rate_hz", "map_frame", "input/list"}) {
     EXPECT_NE(all.find(key), std::string::npos) << key << " is not in:\n" << all;
   }
 }
@@ -89,9 +89,9 @@ TEST(NodeParams, PosesAreBetweenFramesThatDiffer) {
   EXPECT_TRUE(broken({{"poses/odom_frame", map}}, "poses/odom_frame"));
   EXPECT_TRUE(broken({{"poses/base_frame", std::string("/map")}}, "poses/base_frame"));
   EXPECT_TRUE(broken({{"poses/odom_frame", odom}, {"poses/base_frame", odom}}, "poses/base_frame"));
-  EXPECT_TRUE(broken({{"map/level", std::string("floor")},
-                      {"poses/odom_frame", std::string("map_level")}},
-                     "poses/odom_frame"));
+  EXPECT_TRUE(
+      broken({{"map/level", std::string("floor")}, {"poses/odom_frame", std::string("map_level")}},
+             "poses/odom_frame"));
   const std::vector<std::string> two{"front", "rear"};
   EXPECT_TRUE(broken({{"poses/mode", track}, {"cameras", two}}, "poses/mode"));
   EXPECT_TRUE(violationsOf({{"poses/mode", refine}, {"cameras", two}}).empty());
@@ -100,10 +100,10 @@ TEST(NodeParams, PosesAreBetweenFramesThatDiffer) {
 
 TEST(NodeParams, PosesAreLookedUpInTheFrameThatTheyAreGivenIn) {
   const auto frameOf = [](const std::string& mode, const std::string& odom) {
-    return frameOfPoses(readMappingParams({{"poses/mode", mode},
-                                           {"poses/odom_frame", odom},
-                                           {"map_frame", std::string("world")}})
-                            .node);
+    return frameOfPoses(
+        readMappingParams(
+            {{"poses/mode", mode}, {"poses/odom_frame", odom}, {"map_frame", std::string("world")}})
+            .node);
   };
   EXPECT_EQ(frameOf("tf", "/odom"), "world");
   EXPECT_EQ(frameOf("refine", "/odom"), "odom");
@@ -120,9 +120,9 @@ TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
   }
   EXPECT_EQ(violationsOf({{"cameras", Names{"a", "a"}}}).size(), 1u);
   EXPECT_EQ(violationsOf({{"cameras", std::string("front")}}).size(), 1u);
-  EXPECT_EQ(violationsOf({{"cameras", Names{"a", "b"}}, {"input/camera_frame", std::string("c")}})
-                .size(),
-            1u);
+  EXPECT_EQ(
+      violationsOf({{"cameras", Names{"a", "b"}}, {"input/camera_frame", std::string("c")}}).size(),
+      1u);
 }
 
 /// What dynamic_reconfigure offers are the settings' own keys, defaults and ranges.
@@ -147,8 +147,8 @@ TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
       description->getValue(bound, any);
       const double number = boost::any_cast<double>(any);
       EXPECT_TRUE(violationsOf({{key, number}}).empty()) << key << " = " << number;
-      EXPECT_FALSE(violationsOf({{key, bound.mesh_rate_hz < 1.0 ? 0.9 * number : 1.1 * number}})
-                       .empty());
+      EXPECT_FALSE(
+          violationsOf({{key, bound.mesh_rate_hz < 1.0 ? 0.9 * number : 1.1 * number}}).empty());
     }
     ++offered;
   }

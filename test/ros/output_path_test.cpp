@@ -71,8 +71,8 @@ TEST(OutputPath, RefusesControlCharacters) {
 TEST(OutputPath, RefusesNamesThatTheSystemDoes) {
   const TemporaryFolder folder;
   fs::create_symlink("loop.ply", folder / "loop.ply");
-  for (const std::string& name : {std::string(300, 'x') + ".ply", std::string("loop.ply"),
-                                  std::string("loop.ply/a.ply")}) {
+  for (const std::string& name :
+       {std::string(300, 'x') + ".ply", std::string("loop.ply"), std::string("loop.ply/a.ply")}) {
     const std::string error = errorOf([&] { resolve(folder.path(), name); });
     EXPECT_EQ(error.find("filesystem error"), std::string::npos) << error;
     EXPECT_NE(error.find("cannot be used: "), std::string::npos) << error;

@@ -51,8 +51,7 @@ Eigen::Vector2d distort(const std::string& model, const std::vector<double>& D, 
   const double r2 = x * x + y * y;
   if (model == "equidistant") {
     const double r = std::sqrt(r2), theta = std::atan(r), t2 = theta * theta;
-    const double theta_d =
-        theta * (1.0 + t2 * (D[0] + t2 * (D[1] + t2 * (D[2] + t2 * D[3]))));
+    const double theta_d = theta * (1.0 + t2 * (D[0] + t2 * (D[1] + t2 * (D[2] + t2 * D[3]))));
     return r > 0.0 ? Eigen::Vector2d(x * theta_d / r, y * theta_d / r) : Eigen::Vector2d(x, y);
   }
   double radial = 1.0 + r2 * (D[0] + r2 * (D[1] + r2 * D[4]));
@@ -75,8 +74,8 @@ int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& r
       const int value = valueAt(rectified, u, v);
       if (value == 0) continue;
       ++measured;
-      const Eigen::Vector2d d = distort(info.distortion_model, info.D, (u - P[2]) / P[0],
-                                        (v - P[3]) / P[1]);
+      const Eigen::Vector2d d =
+          distort(info.distortion_model, info.D, (u - P[2]) / P[0], (v - P[3]) / P[1]);
       EXPECT_NEAR((value - 100) % kSensorWidth, K[0] * d.x() + K[2], 0.501) << u << " " << v;
       EXPECT_NEAR((value - 100) / kSensorWidth, K[1] * d.y() + K[3], 0.501) << u << " " << v;
     }
@@ -85,9 +84,9 @@ int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& r
 }
 
 TEST(Rectification, UndoesEachModel) {
-  for (const auto& [model, D] : {std::pair("plumb_bob", kPlumbBob),
-                                 std::pair("rational_polynomial", kRational),
-                                 std::pair("equidistant", kFisheye)}) {
+  for (const auto& [model, D] :
+       {std::pair("plumb_bob", kPlumbBob), std::pair("rational_polynomial", kRational),
+        std::pair("equidistant", kFisheye)}) {
     const auto info = makeInfo(model, D);
     Rectification rectification(RectifyChoice::kAuto, "/camera/depth/image_raw");
     const CameraImage camera = rectification.apply({makeImage(), info});
@@ -179,15 +178,18 @@ TEST(Rectification, WarnsOnceOfBentGeometry) {
   EXPECT_NE(never.takeWarning().find("'/image_raw' are distorted"), std::string::npos);
   never.apply({makeImage(), makeInfo("plumb_bob", kPlumbBob)});
   EXPECT_EQ(never.takeWarning(), "");
-  const std::pair<std::string, std::vector<double>> unknown[] = {
-      {"kannala_brandt7", kFisheye}, {"plumb_bob", kRational}, {"equidistant", kPlumbBob},
-      {"rational_polynomial", kPlumbBob}, {"", kPlumbBob}};
+  const std::pair<std::string, std::vector<double>> unknown[] = {{"kannala_brandt7", kFisheye},
+                                                                 {"plumb_bob", kRational},
+                                                                 {"equidistant", kPlumbBob},
+                                                                 {"rational_polynomial", kPlumbBob},
+                                                                 {"", kPlumbBob}};
   for (const auto& [model, D] : unknown) {
     Rectification automatic(RectifyChoice::kAuto, "/image_raw");
     const auto image = makeImage();
     EXPECT_EQ(automatic.apply({image, makeInfo(model, D)}).image, image);
     EXPECT_NE(automatic.takeWarning().find("distortion model '" + model + "' with " +
-                                           std::to_string(D.size())), std::string::npos);
+                                           std::to_string(D.size())),
+              std::string::npos);
   }
 }
 

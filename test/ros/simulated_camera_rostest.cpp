@@ -52,9 +52,8 @@ TEST(SimulatedCamera, RoomBecomesAMesh) {
       << status.status().message;
   EXPECT_EQ(status.status().images_received, kFrames);
   EXPECT_GE(status.status().frames_fused, kFrames / 2) << status.status().message;
-  ASSERT_TRUE(waitUntil([&] {
-    return mesh.triangles() > 0 && mesh.triangles() == status.status().triangles;
-  }));
+  ASSERT_TRUE(waitUntil(
+      [&] { return mesh.triangles() > 0 && mesh.triangles() == status.status().triangles; }));
   EXPECT_TRUE(waitUntil([&] { return diagnosed; }));
   EXPECT_EQ(status.status().message, "mapping");
   EXPECT_GT(status.status().integrate_ms, 0.0f);

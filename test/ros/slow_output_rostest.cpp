@@ -17,8 +17,7 @@ TEST_F(SlowOutput, DoesNotStopFusing) {
   const MeshWatcher mesh(nh_);
   size_t clouds = 0;
   const ros::Subscriber points = nh_.subscribe<sensor_msgs::PointCloud2>(
-      "/mapping/surface_points", 1,
-      [&](const sensor_msgs::PointCloud2::ConstPtr&) { ++clouds; });
+      "/mapping/surface_points", 1, [&](const sensor_msgs::PointCloud2::ConstPtr&) { ++clouds; });
   for (int i = 0; i < kPlaces; ++i) fuseNextPlace();
 
   // Each frame is sent once the one before is fused, so that each was fused before the save ended.

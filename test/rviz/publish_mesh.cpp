@@ -29,8 +29,8 @@ BlockMesh sheetIn(const BlockKey& key) {
     for (int x = 0; x <= kBlockSide; ++x) {
       const float z = heightAt(kBlockSide * key.x + x, kBlockSide * key.y + y);
       const int edge = edgeNumber(cornerIndex(x, y, static_cast<int>(z)), 2, 0);
-      mesh.vertices.push_back({{static_cast<float>(x), static_cast<float>(y), z},
-                               static_cast<uint32_t>(edge)});
+      mesh.vertices.push_back(
+          {{static_cast<float>(x), static_cast<float>(y), z}, static_cast<uint32_t>(edge)});
     }
   }
   mesh.triangles = gridTriangles(kCornerGridSide);

@@ -6,8 +6,6 @@
 /// code 1 if the triangles do not come in time.
 #include <OgreRenderTarget.h>
 #include <OgreRenderWindow.h>
-#include <QApplication>
-#include <QElapsedTimer>
 #include <ros/ros.h>
 #include <rviz/config.h>
 #include <rviz/display.h>
@@ -18,6 +16,8 @@
 #include <rviz/view_manager.h>
 #include <rviz/visualization_manager.h>
 #include <rviz/yaml_config_reader.h>
+#include <QApplication>
+#include <QElapsedTimer>
 
 #include <cmath>
 #include <cstdio>

@@ -47,7 +47,7 @@ TEST_P(Scenes, KeepTheirBounds) {
   SceneSetup setup;
   setup.params.backend = Backend::kCpu;
   setup.params.threads = 1;  // ctest runs the parts beside each other
-  setup.image_width = 160;  // to be quick
+  setup.image_width = 160;   // to be quick
   setup.params.map.voxel_size_m = static_cast<float>(0.001 * voxel_mm);  // as prove_scenes
   for (const Figure& figure : scene_case.measure(setup)) {
     const std::string what = scene_case.name() + ", " + figure.name;

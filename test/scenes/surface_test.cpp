@@ -36,8 +36,8 @@ TEST(Surface, OpenEdgesCountWhereBothEndsLieInTheRegion) {
 
 TEST(Surface, CoverageIsTheShareOfPointsWithinTheDistance) {
   const Surface square = surfaceOf(makeSquare());
-  const Points row = pointsOnRectangle(Vector3d(1.0, 0.5, 0.05), {1.0, 0.0, 0.0},
-                                       {0.0, 1e-6, 0.0}, 0.01);
+  const Points row =
+      pointsOnRectangle(Vector3d(1.0, 0.5, 0.05), {1.0, 0.0, 0.0}, {0.0, 1e-6, 0.0}, 0.01);
   EXPECT_NEAR(coveredPercent(row, square, 0.06), 51.5, 1.6);
   EXPECT_EQ(coveredPercent(row, square, 0.04), 0.0);
   EXPECT_EQ(coveredPercent(row, {}, 0.04), 0.0);
@@ -90,9 +90,9 @@ TEST(PlaneRaster, PassesOverWhatLiesBeside) {
   PlaneRaster raster = makeRaster();
   raster.cover({{Vector3d(-9.0, 0.0, 0.0), Vector3d(-8.0, 0.0, 0.0), Vector3d(-8.0, 1.0, 0.0)}});
   EXPECT_EQ(coveredArea(raster), 0.0);
-  EXPECT_NEAR(raster.areaWhere([](const Eigen::Vector2d& p, bool covered) {
-    return !covered && p.x() < 0.0;
-  }), 1.0, 0.002);
+  EXPECT_NEAR(raster.areaWhere(
+                  [](const Eigen::Vector2d& p, bool covered) { return !covered && p.x() < 0.0; }),
+              1.0, 0.002);
 }
 
 }  // namespace

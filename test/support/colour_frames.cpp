@@ -10,8 +10,7 @@ Eigen::Vector3d seenAlong(const Scene& scene, const SurfaceColour& colour,
   const double s = scene.intersect(eye_W, direction_W);
   if (!std::isfinite(s)) return Eigen::Vector3d::Zero();
   const Colour seen = colour(eye_W + s * direction_W);
-  return {static_cast<double>(seen[0]), static_cast<double>(seen[1]),
-          static_cast<double>(seen[2])};
+  return {static_cast<double>(seen[0]), static_cast<double>(seen[1]), static_cast<double>(seen[2])};
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-#include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
+#include "mapper/probed_mapper.h"
 
 #include <gtest/gtest.h>
 

@@ -49,8 +49,7 @@ const RoomRecording& roomRecording() {
       const Eigen::Isometry3d T_W_C =
           lookAt(eye, Eigen::Vector3d(0.1, 0.0, -0.2), Eigen::Vector3d::UnitZ());
       made.depth.push_back(renderFrame(scene(i), T_W_C, 120, 90));
-      made.colour.push_back(
-          renderColour(scene(i), stripes, besideCamera(T_W_C, 0.03), 120, 90));
+      made.colour.push_back(renderColour(scene(i), stripes, besideCamera(T_W_C, 0.03), 120, 90));
       darken(made.colour.back(), i);
     }
     return made;
@@ -97,19 +96,19 @@ testing::AssertionResult sameContents(const MapContents& a, const MapContents& b
   if (a.stamp_s != b.stamp_s) return differ("stamps");
   if (a.frames != b.frames || a.supporting_frames != b.supporting_frames) return differ("frames");
   if (a.painted != b.painted || a.exposure != b.exposure) return differ("states of colour");
-  const bool same_blocks =
-      std::equal(a.blocks.begin(), a.blocks.end(), b.blocks.begin(), b.blocks.end(),
-                 [](const MapBlock& x, const MapBlock& y) {
-                   return x.key.x == y.key.x && x.key.y == y.key.y && x.key.z == y.key.z &&
-                          x.directions == y.directions && x.bricks == y.bricks;
-                 });
+  const bool same_blocks = std::equal(a.blocks.begin(), a.blocks.end(), b.blocks.begin(),
+                                      b.blocks.end(), [](const MapBlock& x, const MapBlock& y) {
+                                        return x.key.x == y.key.x && x.key.y == y.key.y &&
+                                               x.key.z == y.key.z && x.directions == y.directions &&
+                                               x.bricks == y.bricks;
+                                      });
   if (!same_blocks) return differ("blocks");
   if (!sameBytes(a.voxels, b.voxels)) return differ("voxels");
   if (!sameBytes(a.colours, b.colours)) return differ("colours");
   const bool same_free =
       a.cell_voxels == b.cell_voxels &&
-      std::equal(a.free_cubes.begin(), a.free_cubes.end(), b.free_cubes.begin(),
-                 b.free_cubes.end(), [](const MapFreeCube& x, const MapFreeCube& y) {
+      std::equal(a.free_cubes.begin(), a.free_cubes.end(), b.free_cubes.begin(), b.free_cubes.end(),
+                 [](const MapFreeCube& x, const MapFreeCube& y) {
                    return x.key.x == y.key.x && x.key.y == y.key.y && x.key.z == y.key.z &&
                           x.cells == y.cells;
                  });

@@ -49,7 +49,8 @@ class SurfaceImage {
 
   FrameSensing sensing() const {
     return {{frame_, inverse_depth_.data(), row_value_.data(), row_slope_.data(), links_.data()},
-            noise_, nullptr};
+            noise_,
+            nullptr};
   }
 
  private:

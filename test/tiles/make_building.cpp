@@ -83,8 +83,9 @@ Eigen::Isometry3d poseAt(double share) {
   const Vector3d middle = firstCornerOf(room) + Vector3d(0.5 * kRoomWidth, 0.5 * kRoomDepth, 0.0);
   const Vector3d before(middle.x(), 0.5 * kWidth, 0.0);  // the door, in the corridor
   const double in = at < 0.25 ? 4.0 * at : at < 0.75 ? 1.0 : 4.0 * (1.0 - at);
-  const double yaw = at < 0.25 ? inwards : at < 0.75 ? inwards + 4.0 * kPi * (at - 0.25)
-                                                     : inwards + kPi + 0.5 * std::sin(12.0 * at);
+  const double yaw = at < 0.25   ? inwards
+                     : at < 0.75 ? inwards + 4.0 * kPi * (at - 0.25)
+                                 : inwards + kPi + 0.5 * std::sin(12.0 * at);
   const Vector3d eye = before + in * (middle - before) + Vector3d(0.0, 0.0, 1.4);
   const double pitch = -0.15 + 0.25 * std::sin(40.0 * at);
   return lookAt(eye, eye + Vector3d(std::cos(yaw), std::sin(yaw), std::tan(pitch)),

@@ -25,9 +25,9 @@ struct SourceFrame {
 /// Which depth images of a recording are used, by their index in it: first, first + step, ... up to
 /// and including last. Images without a pose count too, so an index always means the same image.
 struct FrameSelection {
-  size_t first = 0;  ///< Index of the first one.
+  size_t first = 0;                                  ///< Index of the first one.
   size_t last = std::numeric_limits<size_t>::max();  ///< None after this index.
-  size_t step = 1;  ///< At least 1.
+  size_t step = 1;                                   ///< At least 1.
   /// Of these, only those listed here, in rising order; null: all.
   std::shared_ptr<const std::vector<size_t>> listed;
 

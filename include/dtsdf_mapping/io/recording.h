@@ -19,12 +19,12 @@ struct RecordingOptions {
   /// In place of what the format knows of the camera. With a negative fy its y axis points
   /// up: rows are flipped, and points stay where they are.
   std::optional<Intrinsics> intrinsics;
-  std::string poses_path;  ///< A trajectory as TUM has it, in place of the folder's poses.
+  std::string poses_path;          ///< A trajectory as TUM has it, in place of the folder's poses.
   double pose_tolerance_s = 0.02;  ///< The pose nearest in time may be this far from an image.
   /// For programs that find poses by themselves: depth images need none, and all have that of the
   /// first one selected, or the identity. Colour images have poses in the depth camera's frame.
   bool first_pose_only = false;
-  FrameSelection selection;        ///< Which depth images, by their place in the recording.
+  FrameSelection selection;  ///< Which depth images, by their place in the recording.
   /// Which colour images, by SourceColour::index, in rising order; null: all.
   std::shared_ptr<const std::vector<size_t>> listed_colours;
 };

@@ -18,12 +18,12 @@ constexpr int kMaxNormalRadius_px = 16;
 /// How a frame is fused.
 struct FusionParams {
   FusionMode mode = FusionMode::kNormalRayCasting;  ///< How a frame is fused.
-  float min_depth_m = 0.1f;    ///< Nearer measurements are ignored.
-  float max_depth_m = 10.0f;   ///< Farther measurements only clear what is before them.
-  int normal_radius_px = 5;    ///< Largest half width of the window of a normal, in pixels.
-  float depth_jump = 0.03f;    ///< Neighbours whose depths differ by a larger share are apart.
-  float max_weight = 64.0f;    ///< Cap of a voxel's weight; a frame adds 1 at most.
-  bool clearing = true;        ///< Whether surfaces that images see through go.
+  float min_depth_m = 0.1f;                         ///< Nearer measurements are ignored.
+  float max_depth_m = 10.0f;  ///< Farther measurements only clear what is before them.
+  int normal_radius_px = 5;   ///< Largest half width of the window of a normal, in pixels.
+  float depth_jump = 0.03f;   ///< Neighbours whose depths differ by a larger share are apart.
+  float max_weight = 64.0f;   ///< Cap of a voxel's weight; a frame adds 1 at most.
+  bool clearing = true;       ///< Whether surfaces that images see through go.
 };
 
 /// Visits each member with its key and its rule.

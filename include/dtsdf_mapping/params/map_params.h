@@ -15,11 +15,11 @@ struct MapParams {
   /// Budget of the map in MiB; new blocks beyond are refused. With space/enabled an eighth of it is
   /// for what is free.
   int max_memory_mb = 4096;
-  float keep_radius_m = 0.0f;      ///< Blocks wholly beyond, from the camera, are dropped; 0: none.
+  float keep_radius_m = 0.0f;  ///< Blocks wholly beyond, from the camera, are dropped; 0: none.
   /// Folder of the disk that what is far from the camera is written to where the budget is used up,
   /// and read from when it is needed again; empty: none, the map is what fits the budget.
   std::string page_folder;
-  float page_max_gb = 64.0f;       ///< What may be there, in GiB.
+  float page_max_gb = 64.0f;  ///< What may be there, in GiB.
 };
 
 /// Visits each member with its key and its rule.

@@ -24,8 +24,7 @@ struct FolderFormat {
 
   /// One pose for each image. The tolerance is for layouts that match by stamps.
   std::vector<ImagePose> (*findPoses)(const std::filesystem::path& folder,
-                                      const std::vector<StampedImage>& images,
-                                      double tolerance_s);
+                                      const std::vector<StampedImage>& images, double tolerance_s);
 
   CameraInfo (*readCamera)(const std::filesystem::path& folder,
                            const std::vector<StampedImage>& images);

@@ -43,9 +43,7 @@ std::vector<StampedImage> listImages(const fs::path& folder, const std::string& 
   return images;
 }
 
-std::vector<StampedImage> listDepth(const fs::path& folder) {
-  return listImages(folder, "depth/");
-}
+std::vector<StampedImage> listDepth(const fs::path& folder) { return listImages(folder, "depth/"); }
 
 std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
                                  double) {
@@ -81,8 +79,8 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_came
 }  // namespace
 
 FolderFormat iclFormat() {
-  return {"icl", "associations.txt", isIcl, listDepth, findPoses, readCamera, unitsPerMetre,
-          findColours, findPoses};
+  return {"icl",      "associations.txt", isIcl,       listDepth, findPoses,
+          readCamera, unitsPerMetre,      findColours, findPoses};
 }
 
 }  // namespace dtsdf

@@ -30,8 +30,8 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
 
 std::vector<ImagePose> findPoses(const fs::path& folder, const std::vector<StampedImage>& images,
                                  double) {
-  const std::vector<ListLine> lines = readList((folder / "traj.txt").string(),
-                                               "Replica has its poses there, a line per image");
+  const std::vector<ListLine> lines =
+      readList((folder / "traj.txt").string(), "Replica has its poses there, a line per image");
   std::vector<ImagePose> poses;
   for (const StampedImage& image : images) {
     const auto number = static_cast<size_t>(image.stamp_s);
@@ -50,11 +50,12 @@ fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params
 
 /// The camera of cam_params.json. @throws std::runtime_error
 nlohmann::json readParams(const fs::path& path) {
-  const std::string text = readTextFile(
-      path.string(), "Replica has its camera there; or give --intrinsics fx,fy,cx,cy");
+  const std::string text =
+      readTextFile(path.string(), "Replica has its camera there; or give --intrinsics fx,fy,cx,cy");
   const nlohmann::json root = nlohmann::json::parse(text, nullptr, false);
   if (!root.is_object() || !root.contains("camera") || !root["camera"].is_object()) {
-    throw std::runtime_error(path.string() + ": expected {\"camera\": {\"w\", \"h\", \"fx\", "
+    throw std::runtime_error(path.string() +
+                             ": expected {\"camera\": {\"w\", \"h\", \"fx\", "
                              "\"fy\", \"cx\", \"cy\", \"scale\"}}");
   }
   return root["camera"];
@@ -74,7 +75,8 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>&) 
   const nlohmann::json camera = readParams(path);
   const auto number = [&](const char* key) { return paramOf(camera, key, path); };
   const auto pixels = [&](const char* key) { return static_cast<float>(number(key)); };
-  return {static_cast<int>(std::lround(number("w"))), static_cast<int>(std::lround(number("h"))),
+  return {static_cast<int>(std::lround(number("w"))),
+          static_cast<int>(std::lround(number("h"))),
           {pixels("fx"), pixels("fy"), pixels("cx"), pixels("cy")}};
 }
 
@@ -93,8 +95,11 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_came
 }  // namespace
 
 FolderFormat replicaFormat() {
-  return {"replica", "results/depthNUMBER.png", isReplica, listDepth, findPoses, readCamera,
-          unitsPerMetre, findColours, findPoses};
+  return {"replica",     "results/depthNUMBER.png",
+          isReplica,     listDepth,
+          findPoses,     readCamera,
+          unitsPerMetre, findColours,
+          findPoses};
 }
 
 }  // namespace dtsdf

@@ -31,8 +31,7 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
   return requireNumberedFiles(folder, kPrefix, kDepthEnding);
 }
 
-std::vector<ImagePose> findPoses(const fs::path&, const std::vector<StampedImage>& images,
-                                 double) {
+std::vector<ImagePose> findPoses(const fs::path&, const std::vector<StampedImage>& images, double) {
   std::vector<fs::path> paths;
   paths.reserve(images.size());
   for (const StampedImage& image : images) {
@@ -64,8 +63,11 @@ RecordedColours findColours(const fs::path& folder, const CameraInfo& depth_came
 }  // namespace
 
 FolderFormat sevenScenesFormat() {
-  return {"7scenes", "frame-NUMBER.depth.png", isSevenScenes, listDepth, findPoses, readCamera,
-          unitsPerMetre, findColours, findPoses};
+  return {"7scenes",     "frame-NUMBER.depth.png",
+          isSevenScenes, listDepth,
+          findPoses,     readCamera,
+          unitsPerMetre, findColours,
+          findPoses};
 }
 
 }  // namespace dtsdf

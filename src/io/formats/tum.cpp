@@ -42,8 +42,8 @@ std::vector<ImagePose> findColourPoses(const fs::path& folder,
 }  // namespace
 
 FolderFormat tumFormat() {
-  return {"tum", "depth.txt", isTum, listDepth, findPoses, readCamera, unitsPerMetre,
-          findColours, findColourPoses};
+  return {"tum",      "depth.txt",   isTum,       listDepth,      findPoses,
+          readCamera, unitsPerMetre, findColours, findColourPoses};
 }
 
 }  // namespace dtsdf

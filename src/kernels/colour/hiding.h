@@ -81,8 +81,7 @@ DTSDF_HD float depthAt(const HidingImage& hiding, int32_t u, int32_t v) {
 }
 
 /// Where a point's own surface would be in a cell: on its plane.
-DTSDF_HD float ownDepthAt(const FrameView& frame, const SurfacePoint& point, int32_t u,
-                          int32_t v) {
+DTSDF_HD float ownDepthAt(const FrameView& frame, const SurfacePoint& point, int32_t u, int32_t v) {
   const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
   const float centre_v = (static_cast<float>(v) + 0.5f) * kCellSide;
   return depthBeside(planeOf(frame, point), centre_u - point.u, centre_v - point.v);

@@ -7,8 +7,8 @@ namespace dtsdf {
 
 struct PaintSettings {
   int32_t directional;
-  int32_t fixed_exposure;  ///< Images are taken as they are.
-  float max_depth_m;       ///< Up to which surfaces are painted, and hide others.
+  int32_t fixed_exposure;     ///< Images are taken as they are.
+  float max_depth_m;          ///< Up to which surfaces are painted, and hide others.
   float full_weight_depth_m;  ///< That of fusion: a view from farther away counts less, by z^-2.
   ColourRules rules;
 };

@@ -21,7 +21,7 @@ struct PointView {
   int32_t directional;
   int32_t least_evidence;  ///< That a voxel needs to be known, as in the mesh.
   ColourRules rules;
-  float max_depth_m;       ///< What is farther away is not there for the image.
+  float max_depth_m;          ///< What is farther away is not there for the image.
   float full_weight_depth_m;  ///< Up to there a view has its full weight.
 };
 
@@ -31,9 +31,7 @@ DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel, float dis
 }
 
 /// How far from the middle of its block a point may be: 7 voxels of the block, and the way to it.
-DTSDF_HD float pointRadius(const ColourRules& rules) {
-  return 7.0f + rules.surface_distance;
-}
+DTSDF_HD float pointRadius(const ColourRules& rules) { return 7.0f + rules.surface_distance; }
 
 /// Whether a voxel with this gradient has a point of its direction: surfaces are fused into the
 /// directions that their normals belong to; a gradient of 0 belongs to none.
@@ -45,8 +43,7 @@ DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction
 DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxel_L,
                                  const Vec3f& foot, const Vec3f& normal) {
   SurfacePoint point;
-  point.p_C = frame.voxel_size_m *
-              rotateInverse(frame.T_L_C, first_voxel_L + foot - frame.T_L_C.t);
+  point.p_C = frame.voxel_size_m * rotateInverse(frame.T_L_C, first_voxel_L + foot - frame.T_L_C.t);
   const Intrinsics& K = frame.intrinsics;
   point.u = K.fx * point.p_C.x / point.p_C.z + K.cx + 0.5f;
   point.v = K.fy * point.p_C.y / point.p_C.z + K.cy + 0.5f;
@@ -57,16 +54,15 @@ DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxe
 
 DTSDF_HD bool isInImage(const PointView& view, const SurfacePoint& point) {
   const FrameView& frame = view.frame;
-  return point.p_C.z > frame.voxel_size_m && point.p_C.z <= view.max_depth_m &&
-         point.u >= 0.0f && point.v >= 0.0f && point.u < static_cast<float>(frame.width) &&
+  return point.p_C.z > frame.voxel_size_m && point.p_C.z <= view.max_depth_m && point.u >= 0.0f &&
+         point.v >= 0.0f && point.u < static_cast<float>(frame.width) &&
          point.v < static_cast<float>(frame.height);
 }
 
 /// The point of a voxel of a block; false if there is none that faces the direction, or if it is
 /// not in the image. `index` is that of the voxel in its array.
 DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L,
-                               const Voxel* voxels, int index, int direction,
-                               SurfacePoint& point) {
+                               const Voxel* voxels, int index, int direction, SurfacePoint& point) {
   const Facing facing = facingOf(view.directional ? direction : kAnyDirection);
   const Vec3f normal = gradientOf(slopeAt(voxels, index), facing);
   if (!hasPoint(view, normal, direction)) return false;

@@ -66,8 +66,7 @@ DTSDF_HD uint32_t packNearness(float squared_distance) {
 /// The key of a measured point at an offset from a corner whose distance from the point's plane is
 /// given. The parts of the offset come in any order, each with its shift.
 DTSDF_HD uint32_t pointKey(const Vec3f& offset, const Vec3i& shifts, float plane_distance) {
-  const float farthest =
-      maximum(maximum(fabsf(offset.x), fabsf(offset.y)), fabsf(offset.z));
+  const float farthest = maximum(maximum(fabsf(offset.x), fabsf(offset.y)), fabsf(offset.z));
   const uint32_t key = packNearness(dot(offset, offset) - plane_distance * plane_distance) |
                        packPoint(offset.x) << shifts.x | packPoint(offset.y) << shifts.y |
                        packPoint(offset.z) << shifts.z;

@@ -53,9 +53,8 @@ DTSDF_HD SeenBounds boundsOf(const VoxelInImage& corner) {
   return {corner.depth_m, corner.depth_m, corner.u, corner.u, corner.v, corner.v};
 }
 DTSDF_HD SeenBounds unite(const SeenBounds& a, const SeenBounds& b) {
-  return {minimum(a.near_m, b.near_m), maximum(a.far_m, b.far_m),
-          minimum(a.left, b.left),     maximum(a.right, b.right),
-          minimum(a.top, b.top),       maximum(a.bottom, b.bottom)};
+  return {minimum(a.near_m, b.near_m), maximum(a.far_m, b.far_m), minimum(a.left, b.left),
+          maximum(a.right, b.right),   minimum(a.top, b.top),     maximum(a.bottom, b.bottom)};
 }
 
 /// Whether a frame may see anything of a ball in the local frame, in voxels: false only if all of

@@ -20,12 +20,8 @@ constexpr int kBricksPerArray = 8;
 constexpr int kVoxelsPerBrick = kVoxelsPerBlock / kBricksPerArray;
 
 /// The brick that a voxel of an array lies in, and where in it; both x fastest.
-DTSDF_HD int brickOf(int voxel) {
-  return (voxel >> 2 & 1) | (voxel >> 4 & 2) | (voxel >> 6 & 4);
-}
-DTSDF_HD int placeInBrick(int voxel) {
-  return (voxel & 3) | (voxel >> 1 & 12) | (voxel >> 2 & 48);
-}
+DTSDF_HD int brickOf(int voxel) { return (voxel >> 2 & 1) | (voxel >> 4 & 2) | (voxel >> 6 & 4); }
+DTSDF_HD int placeInBrick(int voxel) { return (voxel & 3) | (voxel >> 1 & 12) | (voxel >> 2 & 48); }
 
 /// One of 48 bits, for the brick of a voxel of one of a block's directions.
 DTSDF_HD uint64_t brickBit(int direction, int voxel) {
@@ -35,8 +31,8 @@ DTSDF_HD uint64_t brickBit(int direction, int voxel) {
 /// Weights from 2^-12 to 15.5 in eight bits: four of exponent and four of fraction, those of a
 /// float. Good views weigh a thousand times as much as bad ones, so that a step of a sixteenth is
 /// worth more than a wider scale.
-constexpr uint32_t kColourWeightBits = 19;          // of a float that are left out
-constexpr uint32_t kColourWeightZero = 115u << 4;   // the code of 2^-12, which counts as 0
+constexpr uint32_t kColourWeightBits = 19;         // of a float that are left out
+constexpr uint32_t kColourWeightZero = 115u << 4;  // the code of 2^-12, which counts as 0
 constexpr uint32_t kGreatestColourWeight = 255;
 
 /// The weight that a code stands for.

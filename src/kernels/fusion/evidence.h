@@ -45,9 +45,9 @@ DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_cov
 /// each of them: what the mesh shows. Frames beyond those that were fused are not asked for.
 DTSDF_HD int32_t leastEvidence(int32_t min_support, uint64_t fused_frames,
                                const FusionRules& rules) {
-  const int32_t support =
-      fused_frames < static_cast<uint64_t>(min_support) ? static_cast<int32_t>(fused_frames)
-                                                        : min_support;
+  const int32_t support = fused_frames < static_cast<uint64_t>(min_support)
+                              ? static_cast<int32_t>(fused_frames)
+                              : min_support;
   const int32_t least = (support - 1) * rules.support_gain + 1;
   return least < 1 ? 1 : (least < rules.most_evidence ? least : rules.most_evidence);
 }

@@ -50,8 +50,8 @@ DTSDF_HD float freeBefore(const FrameSensing& sensing, const Pixel& pixel, float
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
   const float margin_m =
-      frame.voxel_size_m * (fusion.rules.free_margin +
-                            fusion.noise_level * noiseInVoxels(sensing, depth_m));
+      frame.voxel_size_m *
+      (fusion.rules.free_margin + fusion.noise_level * noiseInVoxels(sensing, depth_m));
   if (!(sensing.image.row_value[at] > 0.0f)) return depth_m - margin_m;
   const MaybeSlope down = slopeDown(sensing.image, pixel);
   if (!down.known) return depth_m - margin_m;
@@ -85,16 +85,14 @@ DTSDF_HD float freeInGap(const FreeBeside& free) {
   constexpr float kNothing_m = 1e30f;
   float nearest = kNothing_m;
   for (int i = 0; i < kPairs; ++i) {
-    const float free_m =
-        minimum(free(-kRight[i], -kDown[i]), free(kRight[i], kDown[i]));
+    const float free_m = minimum(free(-kRight[i], -kDown[i]), free(kRight[i], kDown[i]));
     nearest = minimum(nearest, free_m > 0.0f ? free_m : kNothing_m);
   }
   return nearest < kNothing_m ? nearest : 0.0f;
 }
 
 DTSDF_HD bool isAtImageBorder(const FrameView& frame, const Pixel& pixel) {
-  return pixel.u == 0 || pixel.v == 0 || pixel.u + 1 == frame.width ||
-         pixel.v + 1 == frame.height;
+  return pixel.u == 0 || pixel.v == 0 || pixel.u + 1 == frame.width || pixel.v + 1 == frame.height;
 }
 
 /// Depth in metres up to which the ray of a pixel is free; 0 where nothing tells. `free(du, dv)` is
@@ -110,7 +108,7 @@ DTSDF_HD float freeDepth(const ImageView& image, const Pixel& pixel, const FreeB
 DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   const int at = component(voxelOffset(index), axis);
   const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);
-  const int32_t to_upper = at < kBlockSide - 1, to_lower = at > 0;
+  const int32_t to_upper = at<kBlockSide - 1, to_lower = at> 0;
   const Voxel upper = voxels[index + to_upper * step], lower = voxels[index - to_lower * step];
   const auto has_upper = static_cast<float>(to_upper & static_cast<int32_t>(!isEmpty(upper)));
   const auto has_lower = static_cast<float>(to_lower & static_cast<int32_t>(!isEmpty(lower)));
@@ -215,8 +213,7 @@ DTSDF_HD bool seesThroughAround(const FrameSensing& sensing, const VoxelInImage&
     const int v = centre.v + dv;
     if (v < 0 || v >= frame.height) continue;
     const float* row = sensing.free_depth + static_cast<int64_t>(v) * frame.width;
-    free = free && at.depth_m < row[left] && at.depth_m < row[centre.u] &&
-           at.depth_m < row[right];
+    free = free && at.depth_m < row[left] && at.depth_m < row[centre.u] && at.depth_m < row[right];
   }
   return free;
 }
@@ -277,8 +274,7 @@ DTSDF_HD Sight judge(const FrameSensing& sensing, const Voxel& voxel, const Voxe
 DTSDF_HD Sight judge(const FrameSensing& sensing, const Vec3f& first_voxel_L, const Voxel* voxels,
                      int index, int direction, bool is_covered) {
   const Vec3f place = placeOf(voxels, index, direction, is_covered);
-  return judge(sensing, voxels[index],
-               projectToImage(sensing.image.frame, first_voxel_L + place));
+  return judge(sensing, voxels[index], projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
 /// Whether a sight takes evidence from a voxel. At an outline it takes back no more than the

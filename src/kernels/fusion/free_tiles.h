@@ -115,8 +115,7 @@ DTSDF_HD bool maySeeThroughOctant(const FrameSensing& sensing, const Vec3f& firs
   const Vec3i offset{(octant & 1) * kSide, (octant >> 1 & 1) * kSide, (octant >> 2) * kSide};
   const Vec3f first = first_voxel_L + toFloat(offset);
   return maySeeThrough(sensing, first - Vec3f{kBoxMargin, kBoxMargin, kBoxMargin},
-                       first + Vec3f{kBeyond, kBeyond, kBeyond},
-                       sensing.image.frame.voxel_size_m);
+                       first + Vec3f{kBeyond, kBeyond, kBeyond}, sensing.image.frame.voxel_size_m);
 }
 
 /// All those of a block.

@@ -41,9 +41,7 @@ struct MeasuredSides {
   DTSDF_HD bool areMeasured() const { return per_across + per_down > 0.0f; }
 };
 
-DTSDF_HD MeasuredSides noSides() {
-  return {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f};
-}
+DTSDF_HD MeasuredSides noSides() { return {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f}; }
 
 /// An offset moved by at most half a side to where it is nearest to the foot it is taken from.
 DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset) {
@@ -137,10 +135,9 @@ template <int kCorner, bool kHasSides, int kPlanes>
 DTSDF_HD void sampleCorner(const SampleLine& line, const Vec3i& shifts, const CellCrossing& at,
                            int i, PlaneSamples<kPlanes>& samples) {
   constexpr bool kU = (kCorner & 1) != 0, kV = (kCorner >> 1) != 0;
-  const float bilinear = (kU ? at.fraction_u : 1.0f - at.fraction_u) *
-                         (kV ? at.fraction_v : 1.0f - at.fraction_v);
-  const float distance =
-      at.distance + ((kU ? line.normal_u : 0.0f) + (kV ? line.normal_v : 0.0f));
+  const float bilinear =
+      (kU ? at.fraction_u : 1.0f - at.fraction_u) * (kV ? at.fraction_v : 1.0f - at.fraction_v);
+  const float distance = at.distance + ((kU ? line.normal_u : 0.0f) + (kV ? line.normal_v : 0.0f));
   const float nearness = 1.0f - fabsf(distance) * line.per_reach;
   samples.share[kCorner][i] = (bilinear * bilinear) * maximum(nearness, 0.0f);
   samples.distance[kCorner][i] = distance;
@@ -148,8 +145,8 @@ DTSDF_HD void sampleCorner(const SampleLine& line, const Vec3i& shifts, const Ce
                kV ? at.point_v - 1.0f : at.point_v};
   if (kHasSides) {
     const MeasuredSides& sides = line.sides;
-    offset = movedAlong(sides.down, sides.per_down,
-                        movedAlong(sides.across, sides.per_across, offset));
+    offset =
+        movedAlong(sides.down, sides.per_down, movedAlong(sides.across, sides.per_across, offset));
   }
   samples.point_key[kCorner][i] = pointKey(offset, shifts, distance);
 }
@@ -166,7 +163,11 @@ DTSDF_HD void samplePlane(const SampleLine& line, const Vec3i& shifts, int plane
               point_u = line.p_u - static_cast<float>(cell.u),
               point_v = line.p_v - static_cast<float>(cell.v);
   const CellCrossing crossing{
-      cell.fraction_u, cell.fraction_v, point_k, point_u, point_v,
+      cell.fraction_u,
+      cell.fraction_v,
+      point_k,
+      point_u,
+      point_v,
       -(point_k * line.normal_k + point_u * line.normal_u + point_v * line.normal_v)};
   sampleCorner<0, kHasSides>(line, shifts, crossing, i, samples);
   sampleCorner<1, kHasSides>(line, shifts, crossing, i, samples);
@@ -223,8 +224,7 @@ DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
     const PlaneCrossing a = crossPlane(line, planes.first), b = crossPlane(line, planes.last);
     const Span u = blocksOf(cornersOf(a.u, a.fraction_u), cornersOf(b.u, b.fraction_u));
     const Span v = blocksOf(cornersOf(a.v, a.fraction_v), cornersOf(b.v, b.fraction_v));
-    const bool takes_all =
-        kWalk == BlockWalk::kQuick || u.first == u.last || v.first == v.last;
+    const bool takes_all = kWalk == BlockWalk::kQuick || u.first == u.last || v.first == v.last;
     for (int block_u = u.first; block_u <= u.last; ++block_u) {
       for (int block_v = v.first; block_v <= v.last; ++block_v) {
         if (takes_all || hasSamplesIn(line, planes, block_u, block_v)) {

@@ -25,8 +25,8 @@ DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,
   if (distance < -fusion.truncation_voxels) return;
   const int32_t sdf = quantiseSdf(distance / fusion.truncation_voxels);
   const Vec3f offset = surfel.p_L - toFloat(voxel_L);
-  const uint32_t point_key = pointKey(offset, {pointShift(0), pointShift(1), pointShift(2)},
-                                      dot(surfel.normal_L, offset));
+  const uint32_t point_key =
+      pointKey(offset, {pointShift(0), pointShift(1), pointShift(2)}, dot(surfel.normal_L, offset));
   const DirectionSet directions = directionsOf(surfel.normal_L, fusion.directional != 0);
   for (int i = 0; i < directions.count; ++i) {
     const int32_t weight = quantiseWeight(surfel.weight * directions.weight[i]);

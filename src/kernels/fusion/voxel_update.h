@@ -18,23 +18,24 @@ DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
                                 const FusionRules& rules) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
   const Vec3f middle = toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kHalf, kHalf, kHalf};
-  return depthWeight(
-      frame.voxel_size_m * rotateInverse(frame.T_L_C, middle - frame.T_L_C.t).z, rules);
+  return depthWeight(frame.voxel_size_m * rotateInverse(frame.T_L_C, middle - frame.T_L_C.t).z,
+                     rules);
 }
 
 /// What a frame's sums say of a voxel.
 struct FrameSample {
-  float sdf;      ///< Mean of the distances, in voxels.
-  float covered;  ///< Share of the voxel that the frame's surfels cover, or more.
-  float weight;   ///< That of the frame, in units of 2^-16.
-  float dither;   ///< In [0, 1), as good as random, so that what is rounded is right on average.
+  float sdf;         ///< Mean of the distances, in voxels.
+  float covered;     ///< Share of the voxel that the frame's surfels cover, or more.
+  float weight;      ///< That of the frame, in units of 2^-16.
+  float dither;      ///< In [0, 1), as good as random, so that what is rounded is right on average.
   uint32_t nearest;  ///< Key of the nearest point; 0: none.
 };
 
 /// Scrambled bits of the sums: the same wherever they are computed.
 DTSDF_HD float ditherOf(const VoxelSums& sums) {
   const uint32_t bits = (static_cast<uint32_t>(sums.weight) * 0x9e3779b1u ^
-                         static_cast<uint32_t>(sums.weighted_sdf)) * 0x85ebca6bu;
+                         static_cast<uint32_t>(sums.weighted_sdf)) *
+                        0x85ebca6bu;
   return static_cast<float>(static_cast<int32_t>(bits >> 24)) * (1.0f / 256.0f);
 }
 
@@ -55,8 +56,7 @@ DTSDF_HD FrameSample sampleOfSums(const VoxelSums& sums, float depth_weight,
 /// nearer, the more.
 DTSDF_HD float anchorCloseness(float squared_distance) {
   constexpr float kFarthest = 15.0f / 16.0f;
-  const float closeness =
-      1.0f - minimum(sqrtf(maximum(squared_distance, 0.0f)), kFarthest);
+  const float closeness = 1.0f - minimum(sqrtf(maximum(squared_distance, 0.0f)), kFarthest);
   return closeness * closeness;
 }
 
@@ -67,7 +67,7 @@ DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, const FrameSample& frame) {
   const Vec3f point = pointOffset(frame.nearest);
   if (voxel.anchor == kNoAnchor) return packAnchor(point, frame.dither);
   const Vec3f anchor = anchorOffset(voxel.anchor);
-    const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
+  const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
   const float old_weight = weightOf(voxel) * anchorCloseness(from_foot);
   const float new_weight = frame.weight * (1.0f / kStoredWeightScale) *
                            anchorCloseness(dot(point, point) - frame.sdf * frame.sdf);

@@ -68,8 +68,8 @@ DTSDF_HD float measuredGap(const Edge& edge, const Anchors& anchors, int axis, i
 
 /// The anchor nearest to an edge's vertex, of the directions that visitAnchors() visits.
 template <class Edge, class Anchors>
-DTSDF_HD NearestAnchor nearestAnchor(const Edge& edge, const Anchors& anchors, int axis,
-                                     int facing, float edge_offset) {
+DTSDF_HD NearestAnchor nearestAnchor(const Edge& edge, const Anchors& anchors, int axis, int facing,
+                                     float edge_offset) {
   const Vec3f along = toFloat(unitStep(axis));
   NearestAnchor nearest;
   visitAnchors(edge, anchors, axis, facing, [&](int, uint16_t at_lower, uint16_t at_upper) {

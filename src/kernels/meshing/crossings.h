@@ -20,8 +20,7 @@ struct CrossingWeights {
 /// The edge's lower end is corner `c`. Facing 0 is where `behind_below`.
 template <class Samples, class Mask>
 DTSDF_HD CrossingWeights<typename Samples::Real> weighCrossing(const Samples& samples, int c,
-                                                               int axis,
-                                                               const Mask& behind_below) {
+                                                               int axis, const Mask& behind_below) {
   using Real = typename Samples::Real;
   const Real zero{0.0f};
   CrossingWeights<Real> known;
@@ -32,9 +31,9 @@ DTSDF_HD CrossingWeights<typename Samples::Real> weighCrossing(const Samples& sa
     const auto upper_behind = samples.sdf(d, c | 1 << axis) < zero;
     const auto any_facing = zero >= zero;
     // The direction that faces against the sheet has no say.
-    const auto speaks = directionAxis(d) != axis ? any_facing
-                                                 : ((d & 1) == 0 ? behind_below
-                                                                 : behind_below != any_facing);
+    const auto speaks = directionAxis(d) != axis
+                            ? any_facing
+                            : ((d & 1) == 0 ? behind_below : behind_below != any_facing);
     const auto crosses = speaks & (lower_behind == behind_below) & (upper_behind != behind_below);
     known.product = maximum(known.product, select(crosses, lower * upper, zero));
     known.lower = known.lower + select(speaks, lower, zero);

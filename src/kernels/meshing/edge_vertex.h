@@ -105,9 +105,8 @@ DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, in
     sum += weight * zeroOfParabola(a.sdf, b.sdf, bend);
     sum_weight += weight;
   }
-  const float offset = sum_weight > 0.0f
-                           ? sum / sum_weight
-                           : votedOffset(edge, axis, facing, rules.nearness_voxels);
+  const float offset =
+      sum_weight > 0.0f ? sum / sum_weight : votedOffset(edge, axis, facing, rules.nearness_voxels);
   return minimum(maximum(offset, kVertexMargin), 1.0f - kVertexMargin);
 }
 

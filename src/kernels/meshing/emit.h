@@ -10,8 +10,8 @@ namespace dtsdf {
 /// the facing.
 DTSDF_HD int unitEdge(const Vec3i& unit, int e, uint8_t index) {
   const int lower = edgeLowerCorner(e);
-  const int corner = cornerIndex(unit.x + (lower & 1), unit.y + (lower >> 1 & 1),
-                                 unit.z + (lower >> 2 & 1));
+  const int corner =
+      cornerIndex(unit.x + (lower & 1), unit.y + (lower >> 1 & 1), unit.z + (lower >> 2 & 1));
   return edgeNumber(corner, e / 4, (index >> lower & 1) ? 0 : 1);
 }
 

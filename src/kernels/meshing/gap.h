@@ -47,8 +47,7 @@ DTSDF_HD float stretchOf(const DrawnVertex& a, const DrawnVertex& b) {
 /// Whether the triangle of three edges' vertices stands in a gap.
 DTSDF_HD bool standsInGap(const MeshRules& rules, const BlockVertex& vertex_a,
                           const BlockVertex& vertex_b, const BlockVertex& vertex_c) {
-  const DrawnVertex a = drawnVertex(vertex_a), b = drawnVertex(vertex_b),
-                    c = drawnVertex(vertex_c);
+  const DrawnVertex a = drawnVertex(vertex_a), b = drawnVertex(vertex_b), c = drawnVertex(vertex_c);
   if (!isDrawn(a) && !isDrawn(b) && !isDrawn(c)) return false;  // most are not: no roots
   return stretchOf(a, b) > rules.most_stretch || stretchOf(b, c) > rules.most_stretch ||
          stretchOf(c, a) > rules.most_stretch;

@@ -27,7 +27,7 @@ DTSDF_HD bool isVisible(uint8_t component, unsigned speaking) {
 /// speaking directions can see. Where one has a weak crossing the unit says nothing, kNotKnown: so
 /// it neither has a surface, nor turns the corners of those around.
 DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned speaking,
-                            unsigned weak_crossings) {
+                        unsigned weak_crossings) {
   uint8_t index = static_cast<uint8_t>(labels);
   for (int i = 0; i < tables.component_count[labels]; ++i) {
     const uint8_t component = tables.component[labels][i];
@@ -70,21 +70,20 @@ DTSDF_HD Bits sheetLabels(const Samples& samples, const Bits& leader,
 /// Indices of the units' sheets with the given leaders, one per unit; kNotKnown where there is
 /// none.
 template <class Samples, class Real, class Bits>
-DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules,
-                           const Samples& samples, const VoteLimits<Real>& limits,
-                           const Bits& leader, const Bits& speaking,
+DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
+                           const VoteLimits<Real>& limits, const Bits& leader, const Bits& speaking,
                            int (&result)[Samples::kUnits]) {
   for (int& index : result) index = kNotKnown;
   const Bits labels = sheetLabels(samples, leader, limits);
   if (!any(labels != Bits{kNotKnown})) return;
   const Bits weak = weakCrossings(rules, samples, labels, limits.greatest_weight);
-  const Bits opposite = leader ^ Bits{1};
+  const Bits opposite = leader ^ Bits { 1 };
   for (int k = 0; k < Samples::kUnits; ++k) {
     if (lane(labels, k) == kNotKnown) continue;
     const unsigned all = static_cast<unsigned>(lane(speaking, k));
-    result[k] = sheetIndex(tables, static_cast<unsigned>(lane(labels, k)),
-                           all & ~(1u << (lane(opposite, k) & 7)),
-                           static_cast<unsigned>(lane(weak, k)));
+    result[k] =
+        sheetIndex(tables, static_cast<unsigned>(lane(labels, k)),
+                   all & ~(1u << (lane(opposite, k) & 7)), static_cast<unsigned>(lane(weak, k)));
   }
 }
 

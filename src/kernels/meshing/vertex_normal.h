@@ -58,9 +58,9 @@ DTSDF_HD Slope slopeAcross(const Corners& corners, int direction, const PlaceOnE
 template <class Corners>
 DTSDF_HD float slopeAlong(const Corners& corners, int direction, const PlaceOnEdge& at,
                           const EndSamples& ends) {
-  const float bend = bendOnEdge(corners.sample(at.corner + gridStep(at.axis, -1), direction),
-                                ends.lower, ends.upper,
-                                corners.sample(at.corner + gridStep(at.axis, 2), direction));
+  const float bend =
+      bendOnEdge(corners.sample(at.corner + gridStep(at.axis, -1), direction), ends.lower,
+                 ends.upper, corners.sample(at.corner + gridStep(at.axis, 2), direction));
   return ends.upper.sdf - ends.lower.sdf + bend * (at.t - 0.5f);
 }
 
@@ -70,9 +70,8 @@ DTSDF_HD Vec3f gradientOnEdge(const Corners& corners, int direction, const Place
                               const EndSamples& ends) {
   Vec3f gradient{0.0f, 0.0f, 0.0f};
   for (int axis = 0; axis < 3; ++axis) {
-    const Slope slope = axis == at.axis
-                            ? Slope{slopeAlong(corners, direction, at, ends), true}
-                            : slopeAcross(corners, direction, at, ends, axis);
+    const Slope slope = axis == at.axis ? Slope{slopeAlong(corners, direction, at, ends), true}
+                                        : slopeAcross(corners, direction, at, ends, axis);
     if (!slope.is_known) return {0.0f, 0.0f, 0.0f};
     gradient = gradient + slope.value * toFloat(gridStep(axis, 1));
   }
@@ -92,8 +91,7 @@ DTSDF_HD Vec3f vertexNormal(const Corners& corners, int edge, const Vec3f& posit
   Vec3f sum{0.0f, 0.0f, 0.0f};
   for (int d = 0; d < (directional ? kDirectionCount : 1); ++d) {
     if (directional && !speaksOnEdge(d, axis, facing)) continue;
-    const EndSamples ends{corners.sample(corner, d),
-                          corners.sample(corner + gridStep(axis, 1), d)};
+    const EndSamples ends{corners.sample(corner, d), corners.sample(corner + gridStep(axis, 1), d)};
     if (!crosses(ends.lower, ends.upper, facing)) continue;
     const float weight = ends.lower.weight * ends.upper.weight;
     sum = sum + weight * gradientOnEdge(corners, d, at, ends);

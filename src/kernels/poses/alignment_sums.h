@@ -48,9 +48,8 @@ DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& dire
   float weight = 0.0f, sdf = 0.0f;
   Vec3f gradient{0.0f, 0.0f, 0.0f};
   for (int i = 0; i < directions.count; ++i) {
-    const FieldSample sample = sampleField(p_L, [&](const Vec3i& at) {
-      return voxel(directions.direction[i], at);
-    });
+    const FieldSample sample =
+        sampleField(p_L, [&](const Vec3i& at) { return voxel(directions.direction[i], at); });
     if (!sample.known) continue;
     weight += directions.weight[i];
     sdf += directions.weight[i] * sample.sdf;
@@ -70,8 +69,7 @@ DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool dir
   for (int32_t k = 0; k <= last; ++k) {
     for (int32_t side = 0; side < (k == 0 ? 1 : 2); ++side) {
       const float away = static_cast<float>(side == 0 ? k : -k);
-      FieldSample field =
-          sampleDirections(p_L + away * normal, directions, voxel);
+      FieldSample field = sampleDirections(p_L + away * normal, directions, voxel);
       if (!field.known) continue;
       const float length = norm(field.gradient), slope = dot(field.gradient, normal);
       if (!(slope > rules.least_agreement * length)) continue;
@@ -94,8 +92,8 @@ struct AlignmentSums {
   int64_t right[6];            ///< Of weight * J^T residual.
   int64_t squares;             ///< Of weight * residual^2.
   int64_t weight;
-  int64_t points;              ///< Of the image.
-  int64_t matched, inliers;    ///< Of these: that meet a surface, and that fit it.
+  int64_t points;            ///< Of the image.
+  int64_t matched, inliers;  ///< Of these: that meet a surface, and that fit it.
 };
 
 /// Units of the sums. A lever is at most 2^12 voxels long, a point's weight at most 1: a term stays
@@ -110,8 +108,8 @@ DTSDF_HD int64_t toAlignmentUnits(float value) {
 /// Adds what a point says at a pose. `cutoff`: residual from which on it says nothing, in voxels.
 template <class VoxelAt>
 DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const AlignedPoint& point,
-                       const AlignmentRules& rules, bool directional,
-                       float cutoff, VoxelAt&& voxel) {
+                       const AlignmentRules& rules, bool directional, float cutoff,
+                       VoxelAt&& voxel) {
   if (!(point.weight > 0.0f)) return;
   sums.points += 1;
   const Vec3f lever = rotate(frame.T_L_C, point.p_C), normal = rotate(frame.T_L_C, point.normal_C);

@@ -15,8 +15,8 @@ struct Ray {
 };
 
 DTSDF_HD Ray rayOf(const FrameView& frame, const Pixel& pixel) {
-  const Vec3f way_C = backProject(frame.intrinsics, static_cast<float>(pixel.u),
-                                  static_cast<float>(pixel.v), 1.0f);
+  const Vec3f way_C =
+      backProject(frame.intrinsics, static_cast<float>(pixel.u), static_cast<float>(pixel.v), 1.0f);
   const Vec3f step = rotate(frame.T_L_C, way_C);
   const auto inverse = [](float x) { return x != 0.0f ? 1.0f / x : 0.0f; };
   return {frame.T_L_C.t, step, {inverse(step.x), inverse(step.y), inverse(step.z)}};
@@ -102,12 +102,12 @@ DTSDF_HD bool step(const Ray& ray, UnitWalk& walk) {
   const bool x = exit.x <= exit.y && exit.x <= exit.z;
   const bool y = exit.y < exit.x && exit.y <= exit.z;
   const bool z = !x && !y;
-  const bool by_x = stepAlong(ray.origin_L.x, ray.step_L.x, ray.per_step.x, x, walk.at.x,
-                              walk.exit.x);
-  const bool by_y = stepAlong(ray.origin_L.y, ray.step_L.y, ray.per_step.y, y, walk.at.y,
-                              walk.exit.y);
-  const bool by_z = stepAlong(ray.origin_L.z, ray.step_L.z, ray.per_step.z, z, walk.at.z,
-                              walk.exit.z);
+  const bool by_x =
+      stepAlong(ray.origin_L.x, ray.step_L.x, ray.per_step.x, x, walk.at.x, walk.exit.x);
+  const bool by_y =
+      stepAlong(ray.origin_L.y, ray.step_L.y, ray.per_step.y, y, walk.at.y, walk.exit.y);
+  const bool by_z =
+      stepAlong(ray.origin_L.z, ray.step_L.z, ray.per_step.z, z, walk.at.z, walk.exit.z);
   return by_x || by_y || by_z;
 }
 
@@ -152,8 +152,8 @@ DTSDF_HD RayHit hitAt(const RayUnit& unit, const Vec3i& at, const Ray& ray, floa
 
 /// Looks for a surface in the part of a ray in a unit. `is_front` says whether the ray comes from
 /// in front of one; it is set to whether it leaves so.
-DTSDF_HD RayHit hitInUnit(const RayUnit& unit, const Vec3i& at, const Ray& ray,
-                          const RayPart& part, bool& is_front) {
+DTSDF_HD RayHit hitInUnit(const RayUnit& unit, const Vec3i& at, const Ray& ray, const RayPart& part,
+                          bool& is_front) {
   const bool comes_from_front = is_front;
   is_front = unit.state == UnitState::kFront;
   if (unit.state != UnitState::kSurface) return noHit();

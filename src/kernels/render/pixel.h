@@ -48,19 +48,17 @@ DTSDF_HD VertexColour colourIn(const UnitColours& colours, const Vec3f& at) {
 
 /// A pixel of a view.
 struct RenderedPixel {
-  float depth;      ///< In voxels; 0: no surface.
-  Vec3f normal_C;   ///< In the camera's frame.
+  float depth;     ///< In voxels; 0: no surface.
+  Vec3f normal_C;  ///< In the camera's frame.
   VertexColour colour;
 };
 
-DTSDF_HD RenderedPixel pixelWithoutSurface() {
-  return {0.0f, {0.0f, 0.0f, 0.0f}, {0, 0, 0, 0}};
-}
+DTSDF_HD RenderedPixel pixelWithoutSurface() { return {0.0f, {0.0f, 0.0f, 0.0f}, {0, 0, 0, 0}}; }
 
 /// `units` as castRay() asks; `units.coloursAt(unit)` gives those of a unit that was found.
 template <class Units>
-DTSDF_HD RenderedPixel castPixel(const FrameView& frame, const Pixel& pixel,
-                                 const TileRange& range, bool painted, Units& units) {
+DTSDF_HD RenderedPixel castPixel(const FrameView& frame, const Pixel& pixel, const TileRange& range,
+                                 bool painted, Units& units) {
   if (!(range.near < range.far)) return pixelWithoutSurface();
   const RayHit hit = castRay(rayOf(frame, pixel), range, units);
   if (!(hit.depth > 0.0f)) return pixelWithoutSurface();

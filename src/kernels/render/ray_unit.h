@@ -134,9 +134,8 @@ DTSDF_HD int labelsOf(const float (&sdf)[kCubeCorners]) {
 /// The unit's distances to the sheet that the leader leads: what of it is no surface of the mesh is
 /// none here, so its corners are in front.
 template <class Samples>
-DTSDF_HD RayUnit makeSheet(const MeshTables& tables, const MeshRules& rules,
-                           const Samples& samples, const VoteLimits<float>& limits,
-                           const FacingDirections& found) {
+DTSDF_HD RayUnit makeSheet(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
+                           const VoteLimits<float>& limits, const FacingDirections& found) {
   RayUnit unit = unitWithoutSurface(UnitState::kSurface);
   unit.directions = found.facing;
   const uint32_t opposite = 1u << (found.leader ^ 1);

@@ -50,8 +50,8 @@ DTSDF_HD bool isSeenFree(const FreePyramid& free, const SeenBounds& seen) {
   const auto left = static_cast<int32_t>(seen.left), right = static_cast<int32_t>(seen.right);
   const auto top = static_cast<int32_t>(seen.top), bottom = static_cast<int32_t>(seen.bottom);
   int k = 0;
-  while (k + 1 < kFreeLevels && ((right >> k) - (left >> k) > kMostSteps ||
-                                 (bottom >> k) - (top >> k) > kMostSteps)) {
+  while (k + 1 < kFreeLevels &&
+         ((right >> k) - (left >> k) > kMostSteps || (bottom >> k) - (top >> k) > kMostSteps)) {
     ++k;
   }
   const int64_t width = texelsFor(free.width, k);
@@ -101,8 +101,7 @@ DTSDF_HD SeenBounds boundsOfCell(const Corner& corner, int x, int y, int z) {
 }
 
 /// Whether the image sees through all of what ends within so many metres.
-DTSDF_HD bool isSeenFreeWithin(const FreePyramid& free, const SeenBounds& seen,
-                               float max_range_m) {
+DTSDF_HD bool isSeenFreeWithin(const FreePyramid& free, const SeenBounds& seen, float max_range_m) {
   return seen.far_m <= max_range_m && isSeenFree(free, seen);
 }
 

@@ -24,8 +24,8 @@ DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
                              const SurfelSettings& surfels) {
   const SurfelRules& rules = surfels.rules;
   const float voxel_px_m = frame.intrinsics.fx * frame.voxel_size_m;
-  return {rules.window_voxels * voxel_px_m, static_cast<float>(surfels.normal_radius_px),
-          noise, frame.intrinsics.fx, 1.155f * rules.largest_noise_turn};
+  return {rules.window_voxels * voxel_px_m, static_cast<float>(surfels.normal_radius_px), noise,
+          frame.intrinsics.fx, 1.155f * rules.largest_noise_turn};
 }
 
 /// Half widths of a window, in pixels.
@@ -36,8 +36,7 @@ struct WindowRadius {
 
 DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window) {
   const float noise_px = noiseAt(window.noise, inverse_depth) * window.focal_px;
-  const float for_noise =
-      minimum(sqrtf(noise_px / (window.turn * inverse_depth)), window.most_px);
+  const float for_noise = minimum(sqrtf(noise_px / (window.turn * inverse_depth)), window.most_px);
   const float for_voxels = minimum(window.voxels_px_m * inverse_depth, window.most_px);
   const float for_slope = 1.0f;  // a line needs two samples, if there is to be one
   const float radius = maximum(maximum(for_voxels, for_noise), minimum(for_slope, window.most_px));
@@ -129,7 +128,8 @@ DTSDF_HD LineFit finishLine(float origin, float before, float after, const LineS
   const float n = 1.0f + before + after;
   const float sum_k = 0.5f * (after * (after + 1.0f) - before * (before + 1.0f));
   const float sum_kk = (after * (after + 1.0f) * (2.0f * after + 1.0f) +
-                        before * (before + 1.0f) * (2.0f * before + 1.0f)) / 6.0f;
+                        before * (before + 1.0f) * (2.0f * before + 1.0f)) /
+                       6.0f;
   const float spread = n * sum_kk - sum_k * sum_k;
   const float slope = (n * sums.ky - sum_k * sums.y) / (n > 1.0f ? spread : 1.0f);
   const float value = origin + (sums.y - slope * sum_k) / n;

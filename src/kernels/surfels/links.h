@@ -99,9 +99,8 @@ DTSDF_HD bool areLinked(const LineInImage& line, const LinkLimits& limits) {
   if (line.at + 1 >= line.count) return false;
   const float a = *line.inverse_depth, b = line.inverse_depth[line.stride];
   const int32_t link = linkByStep(a, b, limits);
-  return link == kLinked ||
-         (link == kOpenStep &&
-          (goesOn(line, b - a, limits) || curvesOutOfSight(line, b - a, limits)));
+  return link == kLinked || (link == kOpenStep && (goesOn(line, b - a, limits) ||
+                                                   curvesOutOfSight(line, b - a, limits)));
 }
 
 /// The links of a pixel of an image of inverse depths.

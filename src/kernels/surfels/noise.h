@@ -16,7 +16,7 @@ namespace dtsdf {
 /// Lines are laid at the points of a grid of this size over the image.
 constexpr int kNoiseColumns = 96, kNoiseRows = 64;
 constexpr int kNoisePoints = kNoiseColumns * kNoiseRows;
-constexpr int kNoiseRadius = 3;                       ///< Half length of a line, in samples.
+constexpr int kNoiseRadius = 3;  ///< Half length of a line, in samples.
 constexpr int kNoiseLength = 2 * kNoiseRadius + 1;
 constexpr int kNoiseBins = 1 << 10;
 
@@ -47,8 +47,8 @@ struct NoiseLine {
 /// The line of a kind around a point, of zeros where it does not lie in the image.
 /// `inverse_depth_at(u, v)` gives that of a pixel.
 template <class At>
-DTSDF_HD NoiseLine noiseLine(const At& inverse_depth_at, int width, int height,
-                             const Pixel& middle, int kind) {
+DTSDF_HD NoiseLine noiseLine(const At& inverse_depth_at, int width, int height, const Pixel& middle,
+                             int kind) {
   const bool is_column = kind == 2;
   const int step_px = isWide(kind) ? kWideStride : 1, reach_px = step_px * kNoiseRadius;
   const int at = is_column ? middle.v : middle.u, count = is_column ? height : width;

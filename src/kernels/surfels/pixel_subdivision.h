@@ -48,8 +48,8 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
   const FrameView& frame = image.frame;
   const auto& [u, v] = pixel;
   const float depth_m = 1.0f / image.inverse_depth[pixelIndex(frame, pixel)];
-  const Vec3f p_C = backProject(frame.intrinsics, static_cast<float>(u), static_cast<float>(v),
-                                depth_m);
+  const Vec3f p_C =
+      backProject(frame.intrinsics, static_cast<float>(u), static_cast<float>(v), depth_m);
   // Where the plane moves to from one pixel to the next.
   Vec3f across = (-(plane.slope_u * depth_m)) * p_C, down = (-(plane.slope_v * depth_m)) * p_C;
   across.x += depth_m / frame.intrinsics.fx;
@@ -76,9 +76,9 @@ struct SubpixelOffset {
 
 DTSDF_HD SubpixelOffset subpixelOffset(const Subdivision& subdivision, int subpixel) {
   const int column = subpixel % subdivision.across, row = subpixel / subdivision.across;
-  return {static_cast<float>(column - subdivision.across / 2) /
-              static_cast<float>(subdivision.across),
-          static_cast<float>(row - subdivision.down / 2) / static_cast<float>(subdivision.down)};
+  return {
+      static_cast<float>(column - subdivision.across / 2) / static_cast<float>(subdivision.across),
+      static_cast<float>(row - subdivision.down / 2) / static_cast<float>(subdivision.down)};
 }
 
 /// Inverse depth of a pixel's plane at an offset, but no farther away than the pixel and its

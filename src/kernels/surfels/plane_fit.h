@@ -89,11 +89,10 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
   const float* centre = sensing.image.inverse_depth + at;
   WindowRadius radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
   radius.one_side = radius.both;  // there are few pixels as it is
-  const PixelLine line = along_row ? rowAround(pixel.u, frame.width, radius)
-                                   : columnAround(pixel.v, frame, radius);
+  const PixelLine line =
+      along_row ? rowAround(pixel.u, frame.width, radius) : columnAround(pixel.v, frame, radius);
   const LineFit fit = fitLine({centre, centre, sensing.image.links + at}, line);
-  if (fit.count < kFewestOnALine ||
-      !standsAloneAcross(sensing.image, pixel, along_row)) {
+  if (fit.count < kFewestOnALine || !standsAloneAcross(sensing.image, pixel, along_row)) {
     return noPlane();
   }
   const InverseDepthPlane plane{fit.value, along_row ? fit.slope : 0.0f,

@@ -48,8 +48,8 @@ DTSDF_HD Surfel makeSurfel(const FrameView& frame, const ImagePoint& point, cons
   if (!(dot(normal_C, normal_C) > 0.0f)) return noSurfel();
   const Vec3f p_C = backProject(frame.intrinsics, point.u, point.v, point.depth_m);
   const Vec3f p_voxels = (1.0f / frame.voxel_size_m) * p_C;
-  return {transform(frame.T_L_C, p_voxels),
-          share * angleWeight(p_C, normal_C), rotate(frame.T_L_C, normal_C), point.depth_m};
+  return {transform(frame.T_L_C, p_voxels), share * angleWeight(p_C, normal_C),
+          rotate(frame.T_L_C, normal_C), point.depth_m};
 }
 
 /// A measurement without a normal: all that the undirected map needs for voxel projection.
@@ -60,8 +60,8 @@ DTSDF_HD Surfel makePointSurfel(const ImageView& image, const Pixel& pixel) {
   const float depth_m = 1.0f / inverse_depth;
   const Vec3f p_C = backProject(frame.intrinsics, static_cast<float>(pixel.u),
                                 static_cast<float>(pixel.v), depth_m);
-  return {transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), 1.0f, {0.0f, 0.0f, 0.0f},
-          depth_m};
+  return {
+      transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), 1.0f, {0.0f, 0.0f, 0.0f}, depth_m};
 }
 
 /// A measured pixel, ready to become a surfel, or several.
@@ -112,8 +112,8 @@ DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasuremen
 /// The surfel of a pixel for voxel projection, where each voxel takes one pixel and no more.
 DTSDF_HD Surfel makeWholePixelSurfel(const ImageView& image, const PixelMeasurement& measured) {
   const float inverse_depth = image.inverse_depth[pixelIndex(image.frame, measured.pixel)];
-  const ImagePoint point{static_cast<float>(measured.pixel.u),
-                         static_cast<float>(measured.pixel.v), 1.0f / inverse_depth};
+  const ImagePoint point{static_cast<float>(measured.pixel.u), static_cast<float>(measured.pixel.v),
+                         1.0f / inverse_depth};
   return makeSurfel(image.frame, point, measured.plane.normal_C, measured.plane.trust);
 }
 

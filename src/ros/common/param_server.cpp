@@ -41,18 +41,10 @@ void flatten(const std::string& key, XmlRpc::XmlRpcValue& value, ServerParams& p
         flatten(key.empty() ? name : key + "/" + name, child, params);
       }
       return;
-    case XmlRpcValue::TypeBoolean:
-      params.tree[key] = static_cast<bool>(value);
-      break;
-    case XmlRpcValue::TypeInt:
-      params.tree[key] = static_cast<int>(value);
-      break;
-    case XmlRpcValue::TypeDouble:
-      params.tree[key] = static_cast<double>(value);
-      break;
-    case XmlRpcValue::TypeString:
-      params.tree[key] = static_cast<std::string>(value);
-      break;
+    case XmlRpcValue::TypeBoolean: params.tree[key] = static_cast<bool>(value); break;
+    case XmlRpcValue::TypeInt: params.tree[key] = static_cast<int>(value); break;
+    case XmlRpcValue::TypeDouble: params.tree[key] = static_cast<double>(value); break;
+    case XmlRpcValue::TypeString: params.tree[key] = static_cast<std::string>(value); break;
     case XmlRpcValue::TypeArray:
       if (const auto names = namesOf(value)) {
         params.tree[key] = *names;

@@ -1,8 +1,8 @@
 #include "ros/input/colour_image.h"
 
+#include <sensor_msgs/image_encodings.h>
 #include <boost/make_shared.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sensor_msgs/image_encodings.h>
 
 #include "params/printable.h"
 
@@ -69,9 +69,10 @@ std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
                          "4:2:2"};
   }
   if (isYuv(image.encoding) && image.width % 2 != 0) {
-    return Rejection{DropReason::kBadImage, "YUV 4:2:2 needs rows of an even number of pixels, "
-                                            "not " +
-                                                std::to_string(image.width)};
+    return Rejection{DropReason::kBadImage,
+                     "YUV 4:2:2 needs rows of an even number of pixels, "
+                     "not " +
+                         std::to_string(image.width)};
   }
   return checkImage(image, info, pixelBytes(image.encoding));
 }

@@ -35,8 +35,7 @@ std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
   const std::optional<PixelFormat> format = pixelFormatOf(image.encoding);
   if (!format) {
     return Rejection{DropReason::kBadEncoding,
-                     "encoding '" + printable(image.encoding) +
-                         "'; depth must be 16UC1 or 32FC1"};
+                     "encoding '" + printable(image.encoding) + "'; depth must be 16UC1 or 32FC1"};
   }
   return checkImage(image, info, format->bytes);
 }

@@ -20,12 +20,9 @@ struct Sampling {
 
 Sampling samplingOf(const sensor_msgs::CameraInfo& info) {
   const bool has_roi = info.roi.width != 0 && info.roi.height != 0;
-  return {has_roi ? info.roi.width : info.width,
-          has_roi ? info.roi.height : info.height,
-          has_roi ? info.roi.x_offset : 0,
-          has_roi ? info.roi.y_offset : 0,
-          std::max<uint32_t>(info.binning_x, 1),
-          std::max<uint32_t>(info.binning_y, 1)};
+  return {has_roi ? info.roi.width : info.width, has_roi ? info.roi.height : info.height,
+          has_roi ? info.roi.x_offset : 0,       has_roi ? info.roi.y_offset : 0,
+          std::max<uint32_t>(info.binning_x, 1), std::max<uint32_t>(info.binning_y, 1)};
 }
 
 std::optional<Rejection> checkSize(const sensor_msgs::Image& image,

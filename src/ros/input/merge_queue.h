@@ -205,11 +205,9 @@ class MergeQueue {
   SteadyDuration timeToTurn() const {
     if (items_.empty()) return SteadyDuration::max();
     const ros::Time& stamp = items_.begin()->first.stamp;
-    const bool nothing_earlier =
-        std::all_of(streams_.begin(), streams_.end(),
-                    [&](const StreamState& stream) {
-                      return !stream.isWaitedFor() || stream.heard >= stamp;
-                    });
+    const bool nothing_earlier = std::all_of(
+        streams_.begin(), streams_.end(),
+        [&](const StreamState& stream) { return !stream.isWaitedFor() || stream.heard >= stamp; });
     if (nothing_earlier) return SteadyDuration::zero();
     // One that has waited long enough goes, and what is before it goes first.
     SteadyTime arrival = SteadyTime::max();

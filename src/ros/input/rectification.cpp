@@ -192,9 +192,8 @@ void Rectification::makeTable(const CameraImage& raw) {
       const float raw_u = from_u.at<float>(v, u), raw_v = from_v.at<float>(v, u);
       const bool inside = raw_u > -0.5f && raw_u < static_cast<float>(size.width) - 0.5f &&
                           raw_v > -0.5f && raw_v < static_cast<float>(size.height) - 0.5f;
-      source_.push_back(inside ? static_cast<int32_t>(std::lround(raw_v) * size.width +
-                                                      std::lround(raw_u))
-                               : -1);
+      source_.push_back(
+          inside ? static_cast<int32_t>(std::lround(raw_v) * size.width + std::lround(raw_u)) : -1);
     }
   }
   scale_ = scalesOf(*raw.info, size);
@@ -206,8 +205,10 @@ CameraImage Rectification::apply(const CameraImage& raw) {
   if (!isToBeUndone(*raw.info)) return raw;
   const std::string problem = obstacle(*raw.info);
   if (!problem.empty()) {
-    warning_ = "the images of '" + topic_ + "' are distorted and not rectified, so the map will be "
-                                            "bent: " + problem;
+    warning_ = "the images of '" + topic_ +
+               "' are distorted and not rectified, so the map will be "
+               "bent: " +
+               problem;
     return raw;
   }
   if (!rectified_info_ || !sameCamera(table_info_, *raw.info)) makeTable(raw);

@@ -56,15 +56,14 @@ void ChunkTopic::serve(const Source& source, const QueueShare& share) {
 }
 
 bool ChunkTopic::isShown(PackedKey chunk) const {
-  return std::any_of(listeners_.begin(), listeners_.end(), [&](const auto& listener) {
-    return listener.second.shown.count(chunk) > 0;
-  });
+  return std::any_of(listeners_.begin(), listeners_.end(),
+                     [&](const auto& listener) { return listener.second.shown.count(chunk) > 0; });
 }
 
 /// Writes one message of what the first listener lacks, and sends it to all who lack the same.
 void ChunkTopic::sendNext(const Source& source, const QueueShare& share, Needs& first) {
   const bool anew = first.begins_anew;
-  std::vector<PackedKey> taken;             // from what is lacking
+  std::vector<PackedKey> taken;                     // from what is lacking
   std::vector<std::pair<PackedKey, bool>> written;  // and whether there are triangles
   writer_->begin(anew, source.step_m, source.stamp);
   for (const PackedKey key : first.lacking) {
@@ -77,8 +76,7 @@ void ChunkTopic::sendNext(const Source& source, const QueueShare& share, Needs& 
     writer_->add(std::move(chunk), source.chunks.idOf(key));
   }
   const bool is_empty = written.empty() && !anew;
-  const ros::SerializedMessage message =
-      is_empty ? ros::SerializedMessage() : writer_->finish();
+  const ros::SerializedMessage message = is_empty ? ros::SerializedMessage() : writer_->finish();
 
   for (auto& [link, needs] : listeners_) {
     if (&needs != &first &&

@@ -20,7 +20,7 @@ struct MeshChanges {
   bool is_whole = false;                ///< Or: what is not in `blocks` was.
   std::optional<float> voxel_size_m;    ///< Of the map from there on, if it is a new one.
   std::vector<SharedBlockMesh> blocks;  ///< Then these were replaced, in no order.
-  ros::Time stamp;  ///< Of the newest frame in them; zero if there are none.
+  ros::Time stamp;                      ///< Of the newest frame in them; zero if there are none.
 };
 
 /// Thread safe. Changes of one block become one, so that an output that stands still costs one mesh

@@ -73,15 +73,12 @@ void MeshOutput::act(Action action) {
     case Action::kPublishMesh:
       parts_.mesh_publisher.publishChanges(meshes_, mesh_stamp_, share());
       break;
-    case Action::kCatchUp:
-      parts_.mesh_publisher.catchUp(meshes_, mesh_stamp_, share());
-      break;
+    case Action::kCatchUp: parts_.mesh_publisher.catchUp(meshes_, mesh_stamp_, share()); break;
     case Action::kPublishPoints:
       parts_.points_publisher.publish(meshes_.holding(meshes_.keys()).assemble(), mesh_stamp_);
       meshes_.dropFetched();
       break;
-    case Action::kWait:
-      break;
+    case Action::kWait: break;
   }
   schedule_.done(action, begin);
   const std::lock_guard<std::mutex> lock(report_mutex_);
@@ -131,15 +128,16 @@ SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
   if (meshes_.isPaged() && is_plain && meshFormatOf(path) == MeshFormat::kPly) {
     return saveInPieces(path, check);
   }
-  const MeshStore& mesh = meshes_.holding(choice.region ? blocksIn(*choice.region, meshes_)
-                                                        : meshes_.keys());
+  const MeshStore& mesh =
+      meshes_.holding(choice.region ? blocksIn(*choice.region, meshes_) : meshes_.keys());
   check();
   SimplifiedMesh saved;
   saved.mesh = choice.region ? mesh.assemble(*choice.region) : mesh.assemble();
   meshes_.dropFetched();
   if (choice.region && saved.mesh.triangles.empty() && meshes_.triangleCount() > 0) {
-    throw std::runtime_error("no triangle lies wholly in the region, in map frame coordinates; "
-                             "nothing was saved");
+    throw std::runtime_error(
+        "no triangle lies wholly in the region, in map frame coordinates; "
+        "nothing was saved");
   }
   if (choice.simplify_error_m != 0.0) {
     saved = simplifyMesh(saved.mesh, choice.simplify_error_m, choice.go_on);

@@ -16,8 +16,8 @@
 #include "page/paged_meshes.h"
 #include "ros/common/schedule.h"
 #include "ros/output/map_report.h"
-#include "ros/output/mesh_handover.h"
 #include "ros/output/mesh_differences.h"
+#include "ros/output/mesh_handover.h"
 #include "ros/output/mesh_publisher.h"
 #include "ros/output/surface_points_publisher.h"
 
@@ -25,8 +25,8 @@ namespace dtsdf {
 
 /// What of the mesh is saved.
 struct SaveChoice {
-  std::optional<BoxRegion> region;  ///< Only triangles wholly in it.
-  double simplify_error_m = 0.0;    ///< 0: all triangles.
+  std::optional<BoxRegion> region;   ///< Only triangles wholly in it.
+  double simplify_error_m = 0.0;     ///< 0: all triangles.
   SimplifyProgress go_on = nullptr;  ///< Of the simplification; false cancels it.
 };
 

@@ -36,8 +36,8 @@ fs::path resolved(const fs::path& path, const std::string& advice) {
       error == std::errc::not_a_directory || error == std::errc::permission_denied) {
     return canonical;
   }
-  throw std::runtime_error("'" + printable(path.string()) + "' cannot be used: " +
-                           error.message() + "; " + advice);
+  throw std::runtime_error("'" + printable(path.string()) + "' cannot be used: " + error.message() +
+                           "; " + advice);
 }
 
 /// ".ply, .obj, .stl or .glb"

@@ -15,10 +15,8 @@ bool isFault(DropReason reason) {
     case DropReason::kOverRate:
     case DropReason::kNotLevel:  // until the first frame is fused, and the status says so then
     case DropReason::kTimeJump:
-    case DropReason::kBeforeTransforms:
-      return false;
-    default:
-      return true;
+    case DropReason::kBeforeTransforms: return false;
+    default: return true;
   }
 }
 
@@ -64,18 +62,14 @@ const char* remedyFor(DropReason reason) {
     case DropReason::kNoCameraInfo:
       return "publish camera_info with the image's stamp, or set input/camera_info: latest";
     case DropReason::kPoseJump:
-    case DropReason::kBadPose:
-      return "check the pose estimate, or raise input/max_speed_m_s";
-    case DropReason::kOutOfOrder:
-      return "raise input/merge_wait_s";
+    case DropReason::kBadPose: return "check the pose estimate, or raise input/max_speed_m_s";
+    case DropReason::kOutOfOrder: return "raise input/merge_wait_s";
     case DropReason::kMisfit:
       return "check the pose estimate, or raise poses/sigma_m and poses/sigma_rad";
     case DropReason::kLost:
       return "move the camera back to where it was, and then more slowly; or call set_pose";
-    case DropReason::kTooLarge:
-      return "lower the camera's resolution";
-    default:
-      return "";
+    case DropReason::kTooLarge: return "lower the camera's resolution";
+    default: return "";
   }
 }
 

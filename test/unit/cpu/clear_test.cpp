@@ -28,12 +28,14 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
   for (int round = 0; round < 60; ++round) {
     std::vector<float> free_depth(kWidth * kHeight);
     for (float& depth : free_depth) depth = random() % 50 == 0 ? 0.0f : free_m(random);
-    const FrameView frame{kWidth, kHeight, {60.0f, 60.0f, 31.5f, 23.5f},
-                          {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, kVoxel_m};
+    const FrameView frame{
+        kWidth,    kHeight, {60.0f, 60.0f, 31.5f, 23.5f}, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}},
+        {0, 0, 0}, kVoxel_m};
     const std::vector<float> most_free = mostFreeOf(frame, free_depth);
-    const FrameSensing sensing{
-        {frame, nullptr, nullptr, nullptr, nullptr}, {0.0f, 0}, free_depth.data(),
-        most_free.data()};
+    const FrameSensing sensing{{frame, nullptr, nullptr, nullptr, nullptr},
+                               {0.0f, 0},
+                               free_depth.data(),
+                               most_free.data()};
     const int direction = round % 7 - 1;  // of the undirected map first
     const int array = direction == kAnyDirection ? 0 : direction;
     BlockEntry entry{};
@@ -53,16 +55,15 @@ TEST(Clear, TakesWhatTheRuleContradicts) {
     const std::vector<Voxel> before(voxels, voxels + kVoxelsPerBlock);
     const bool in_turn = !has_sums || round % 4 == 0;
     const Look rule{in_turn, in_turn ? kAllOctants : 0};
-    const BlockLook look{{0, 0, 6}, in_turn, has_sums ? &sums : nullptr, 1u << array,
-                         direction != kAnyDirection};
+    const BlockLook look{
+        {0, 0, 6}, in_turn, has_sums ? &sums : nullptr, 1u << array, direction != kAnyDirection};
     clearBlock(look, entry, sensing, rules, store);
     const Vec3f first = toFloat(firstVoxelOfBlock(look.block_L));
     for (int i = 0; i < kVoxelsPerBlock; ++i) {
       const bool is_covered = has_sums && sums.voxel[array][i].weight != 0;
       const Sight sight = judge(sensing, first, before.data(), i, direction, is_covered);
-      const bool expected =
-          isJudged(before[i], i, is_covered, rule, rules) &&
-          isAgainst(sight, before[i], is_covered, rules);
+      const bool expected = isJudged(before[i], i, is_covered, rule, rules) &&
+                            isAgainst(sight, before[i], is_covered, rules);
       const int32_t frames = framesAgainst(sight, is_covered, rules);
       const Voxel after =
           expected ? contradictedVoxel(before[i], frames, is_covered, rules) : before[i];

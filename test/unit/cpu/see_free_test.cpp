@@ -59,9 +59,12 @@ TEST(FreeCellFinder, SeesTheCellsThatTheRuleCallsFree) {
   for (int i = 0; i < 7 * 7 * 7; ++i) cubes.push_back({i / 49 - 3, i / 7 % 7 - 3, i % 7 - 2});
   int free_cells = 0, other_cells = 0;
   for (int round = 0; round < 4; ++round) {
-    const FrameView frame{kSeenWidth, kSeenHeight, {60.0f, 60.0f, 31.5f, 23.5f},
+    const FrameView frame{kSeenWidth,
+                          kSeenHeight,
+                          {60.0f, 60.0f, 31.5f, 23.5f},
                           {{0.8f, 0, 0.6f, 0, 1, 0, -0.6f, 0, 0.8f}, {0.3f, 0.2f, 0.1f}},
-                          {0, 0, 0}, params.map.voxel_size_m};
+                          {0, 0, 0},
+                          params.map.voxel_size_m};
     std::vector<std::vector<float>> levels(kFreeLevels);
     levels[0] = randomFreeDepths(random);
     const FreePyramid free = pyramidOf(levels);

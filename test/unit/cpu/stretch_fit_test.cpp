@@ -38,8 +38,8 @@ TEST(StretchFit, HasTheBitsOfTheFitsOneByOne) {
         const WindowRadius radius = windowRadius(values[first + u], window);
         const PixelLine line{kWidth, kLinkDown, std::min(before, radius.both),
                              std::min(after, radius.both), radius.one_side};
-        const LineFit one = fitLine(
-            {&values[first + u], &companions[first + u], &links[first + u]}, line);
+        const LineFit one =
+            fitLine({&values[first + u], &companions[first + u], &links[first + u]}, line);
         const LineFit fit = fits.fit(u);
         ASSERT_EQ(fit.value, one.value) << u << " " << v;
         ASSERT_EQ(fit.slope, one.slope) << u << " " << v;

@@ -143,8 +143,7 @@ TEST(SpaceFigures, HoldForShapesSeenFromAllRound) {
 /// The proof of docs/results/space.md in small: a plate of 2 mm in cells of 50 mm.
 TEST(PathPastPlate, LeadsThroughTheDoorwayOnly) {
   for (const bool gap : {false, true}) {
-    const auto mapper =
-        mapOf(thinned(corridorWithPlate(0.002, gap), 3), mapParams(0.05, 1, 0.5));
+    const auto mapper = mapOf(thinned(corridorWithPlate(0.002, gap), 3), mapParams(0.05, 1, 0.5));
     for (const bool through_unknown : {false, true}) {
       const auto way = findPath(*mapper->space(), corridorStart(), corridorGoal(),
                                 {0.15, through_unknown, corridorBounds()});

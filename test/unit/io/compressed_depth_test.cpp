@@ -41,10 +41,9 @@ TEST(CompressedDepth, SixteenBitsAreExact) {
   const cv::Mat image = someDepths();
   const Bytes png = compressPng(image), rvl = compressRvl(pixelsOf(image), 6);
   for (const char* encoding : {"16UC1", "mono16"}) {
-    for (const std::string& code : {kPng, kRvl, std::string("; compressedDepth"),
-                                    std::string(), std::string(";compressedDepth ")}) {
-      const DecodedDepth decoded =
-          decodeCompressedDepth(encoding + code, code == kRvl ? rvl : png);
+    for (const std::string& code : {kPng, kRvl, std::string("; compressedDepth"), std::string(),
+                                    std::string(";compressedDepth ")}) {
+      const DecodedDepth decoded = decodeCompressedDepth(encoding + code, code == kRvl ? rvl : png);
       EXPECT_EQ(decoded.encoding, encoding);
       EXPECT_EQ(decoded.size.width, 6);
       EXPECT_EQ(decoded.size.height, 4);
@@ -113,10 +112,12 @@ TEST(CompressedDepth, SizesAreCheckedBeforeMemoryIsTaken) {
     appendNumber(data, rows);
     data.resize(data.size() + 64, 0);
     EXPECT_NE(errorFor("16UC1" + kRvl, data).find(std::to_string(columns) + " x "),
-              std::string::npos) << columns;
+              std::string::npos)
+        << columns;
   }
   EXPECT_NE(errorFor("16UC1" + kPng, compressPng(cv::Mat(4097, 4096, CV_16UC1, cv::Scalar(0))))
-                .find("has 4096 x 4097"), std::string::npos);
+                .find("has 4096 x 4097"),
+            std::string::npos);
 }
 
 TEST(CompressedDepth, AnyBytesGiveAnImageOrAnError) {

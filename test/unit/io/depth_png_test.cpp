@@ -42,10 +42,10 @@ TEST(DepthPng, SizesAreCheckedBeforeMemoryIsTaken) {
             std::string::npos);
   const TemporaryFolder folder;
   writeBytes(folder / "large.png", {bytes.begin(), bytes.end()});
-  for (const std::string& error : {errorOf([&] { readDepthPngSize(folder / "large.png"); }),
-                                   errorOf([&] {
-                                     readDepthPng(folder / "large.png", {2048, 4097});
-                                   })}) {
+  for (const std::string& error :
+       {errorOf([&] { readDepthPngSize(folder / "large.png"); }), errorOf([&] {
+          readDepthPng(folder / "large.png", {2048, 4097});
+        })}) {
     EXPECT_NE(error.find("large.png' has 2048 x 4097 pixels"), std::string::npos) << error;
   }
 }

@@ -105,10 +105,12 @@ TEST(FirstLook, DoubtsTheScale) {
   options.path = folder.path();
   options.units_per_metre = 0.3;  // of 1000 units
   EXPECT_NE(doubts(lookAt(openRecording(options), 5).look)
-                .find("median depth 3.33 km: is the scale 0.3?"), std::string::npos);
+                .find("median depth 3.33 km: is the scale 0.3?"),
+            std::string::npos);
   options.units_per_metre = 1e6;
-  EXPECT_NE(doubts(lookAt(openRecording(options), 5).look)
-                .find("median depth 1 mm: is the scale 1e+06?"), std::string::npos)
+  EXPECT_NE(
+      doubts(lookAt(openRecording(options), 5).look).find("median depth 1 mm: is the scale 1e+06?"),
+      std::string::npos)
       << doubts(lookAt(openRecording(options), 5).look);
 }
 

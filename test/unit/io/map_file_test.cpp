@@ -65,8 +65,8 @@ struct TakenApart {
   explicit TakenApart(const std::string& bytes) : head(bytes.substr(0, 16)) {
     for (size_t at = 16; at < bytes.size();) {
       Section section;
-      EXPECT_TRUE(map_format::decodeHeader(
-          reinterpret_cast<const uint8_t*>(bytes.data()) + at, section.header));
+      EXPECT_TRUE(map_format::decodeHeader(reinterpret_cast<const uint8_t*>(bytes.data()) + at,
+                                           section.header));
       section.stored = bytes.substr(at + 40, section.header.stored_bytes);
       at += 40 + section.stored.size();
       sections.push_back(section);
@@ -162,9 +162,9 @@ TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
   const SectionHeader header = apart.get("LEVL").header;
   EXPECT_EQ(header.flags, map_format::kRequired) << "who skips it would fuse in the wrong frame";
   EXPECT_EQ(header.content_bytes, 96u);
-  apart.sections.erase(std::find_if(
-      apart.sections.begin(), apart.sections.end(),
-      [](const TakenApart::Section& section) { return section.header.is("LEVL"); }));
+  apart.sections.erase(
+      std::find_if(apart.sections.begin(), apart.sections.end(),
+                   [](const TakenApart::Section& section) { return section.header.is("LEVL"); }));
   apart.hash = saved.content_hash;
   EXPECT_TRUE(apart.bytes() == bytes_);
 
@@ -247,8 +247,7 @@ TEST_F(MapFile, OfAnEmptyMapIsOneToo) {
 
 /// Many sections, and a last one that is not full.
 TEST_F(MapFile, OfManyChunksComesBack) {
-  const MapContents contents =
-      roomContents(true, roomParams(0.015f));
+  const MapContents contents = roomContents(true, roomParams(0.015f));
   ASSERT_GT(contents.blocks.size(), 3 * map_format::kBlocksPerChunk);
   saveMap(contents, path_);
   EXPECT_TRUE(sameContents(loadMap(path_), contents));
@@ -463,9 +462,8 @@ TEST_F(MapFile, AskingForMoreThanThereIsRoomForTakesNoMemory) {
       for (int z = 0; z < kSide; ++z) head.blocks.push_back({{x, y, z}, 0x3f, 0});
     }
   }
-  std::sort(head.blocks.begin(), head.blocks.end(), [](const MapBlock& a, const MapBlock& b) {
-    return packKey(a.key) < packKey(b.key);
-  });
+  std::sort(head.blocks.begin(), head.blocks.end(),
+            [](const MapBlock& a, const MapBlock& b) { return packKey(a.key) < packKey(b.key); });
   const std::vector<uint64_t> zeros(kBlocksPerMapChunk * 6 * 512, 0);
   const std::string path = folder_ / "large.dtsdf";
   const SavedMap saved =
@@ -498,8 +496,8 @@ TEST_F(MapFile, IsNotMadeOfWhatNoMapHas) {
   std::swap(contents.blocks[0], contents.blocks[1]);
   EXPECT_NE(errorOf([&] { saveMap(contents, path_); }), "");
   EXPECT_TRUE(readBytes(path_) == bytes_);
-  EXPECT_TRUE(contains(errorOf([&] { saveMap(smallMap(), "/dev/full/map.dtsdf"); }),
-                       "cannot write"));
+  EXPECT_TRUE(
+      contains(errorOf([&] { saveMap(smallMap(), "/dev/full/map.dtsdf"); }), "cannot write"));
 }
 
 /// Runs examples/read_map.py on a file. @return its exit code.
@@ -545,15 +543,13 @@ TEST_F(MapFile, IsReadByTheExampleInPython) {
                 "sum of distances %.6f\nsum of weights %.6f\nfree cells %zu\npainted voxels %zu\n"
                 "sum of colours %llu\n",
                 map.blocks.size(), map.voxels.size() / 512, known, distances, weights, free_cells,
-                painted,
-                static_cast<unsigned long long>(colours));
+                painted, static_cast<unsigned long long>(colours));
   EXPECT_EQ(output, expected);
 }
 
 /// DTSDF_KILLS asks for more of them.
 TEST_F(MapFile, IsWholeAfterASaveThatWasKilled) {
-  const MapContents larger =
-      roomContents(true, roomParams(0.015f));
+  const MapContents larger = roomContents(true, roomParams(0.015f));
   const auto start = std::chrono::steady_clock::now();
   const SavedMap saved = saveMap(larger, folder_ / "larger.dtsdf");
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;

@@ -101,8 +101,8 @@ TEST(YamlParams, RefusesReferences) {
   }
   for (const std::string& text : {std::string("a: &a\n  b: *a\n"), std::string("&a [*a]"),
                                   std::string("a: &a 1\nb: *a\n"), doubled}) {
-    EXPECT_NE(errorOf([&] { parseYamlParams(text, "file"); }).find("references"),
-              std::string::npos) << text.substr(0, 40);
+    EXPECT_NE(errorOf([&] { parseYamlParams(text, "file"); }).find("references"), std::string::npos)
+        << text.substr(0, 40);
   }
   ParamTree tree;
   EXPECT_NE(errorOf([&] { setParam("cameras=&a [*a]", tree); }), "");

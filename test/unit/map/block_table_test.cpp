@@ -330,8 +330,13 @@ TEST(BlockTable, ABlockFilledAgainIsToldAnewWhenItIsEmptied) {
 TEST(BlockTable, FindsWhatLiesBeyondABallFarthestFirst) {
   BlockTable table(kPlenty);
   // Nearest points, in voxels from (4, 4, 4): 0, 4, 12, 20 along x; 12 the other way; 12 root 2.
-  table.admit({{keyOf(0), 1}, {keyOf(1), 1}, {keyOf(2), 1}, {keyOf(3), 1}, {keyOf(-2), 1},
-               {keyOf(2, 2), 1}, {keyOf(9), 1}});
+  table.admit({{keyOf(0), 1},
+               {keyOf(1), 1},
+               {keyOf(2), 1},
+               {keyOf(3), 1},
+               {keyOf(-2), 1},
+               {keyOf(2, 2), 1},
+               {keyOf(9), 1}});
   table.vacate(table.find(keyOf(9)), 1);  // without arrays it is gone already
   const auto slots = [&](const std::vector<PackedKey>& keys) {
     std::vector<int32_t> found;

@@ -233,8 +233,8 @@ TEST(LonelyPixels, CountWhereNoNormalIsNeeded) {
     }
   }
   for (const bool directional : {false, true}) {
-    for (const FusionMode mode : {FusionMode::kVoxelProjection, FusionMode::kRayCasting,
-                                  FusionMode::kNormalRayCasting}) {
+    for (const FusionMode mode :
+         {FusionMode::kVoxelProjection, FusionMode::kRayCasting, FusionMode::kNormalRayCasting}) {
       const auto mapper = makeProbedMapper(makeCpuParams(mode, directional, 0.04f));
       const bool counts = !directional && mode == FusionMode::kVoxelProjection;
       EXPECT_EQ(mapper->integrate(frame.view()).status,

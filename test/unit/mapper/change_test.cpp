@@ -64,9 +64,7 @@ MapStats statsOfWall(const MapperParams& params, int frames) {
 
 class Change : public testing::TestWithParam<bool> {
  protected:
-  MapperParams params() const {
-    return makeCpuParams(FusionMode::kNormalRayCasting, GetParam());
-  }
+  MapperParams params() const { return makeCpuParams(FusionMode::kNormalRayCasting, GetParam()); }
 };
 
 /// However long it was there, it takes three rounds of looks in turn at most.
@@ -239,11 +237,12 @@ Scene twoBalls() {
 
 class MinSupport : public testing::TestWithParam<int> {
  protected:
-  MinSupport() : session_([] {
-    MapperParams params = makeCpuParams();
-    params.mesh.min_support = GetParam();
-    return params;
-  }()) {}
+  MinSupport()
+      : session_([] {
+          MapperParams params = makeCpuParams();
+          params.mesh.min_support = GetParam();
+          return params;
+        }()) {}
 
   /// Whether the mesh shows the left ball, or the right one, after one more look at one of them.
   void see(bool left) {

@@ -170,11 +170,12 @@ TEST_P(ClearRegion, IsFilledAgain) {
   EXPECT_LT(measureError(session.mesh(), ballAndWall()).rms_m, 0.25 * kVoxel_m);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Regions, ClearRegion,
-    testing::Values(RegionCase{"Sphere", SphereRegion{{1.1, 0.0, 0.0}, 0.33}},
-                    RegionCase{"TiltedBox", tiltedBox()}),
-    [](const testing::TestParamInfo<RegionCase>& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(Regions, ClearRegion,
+                         testing::Values(RegionCase{"Sphere", SphereRegion{{1.1, 0.0, 0.0}, 0.33}},
+                                         RegionCase{"TiltedBox", tiltedBox()}),
+                         [](const testing::TestParamInfo<RegionCase>& info) {
+                           return info.param.name;
+                         });
 
 /// Also where something is painted, and while nobody has asked for a mesh.
 TEST(ClearAllSpace, LeavesAnEmptyMap) {
@@ -184,7 +185,10 @@ TEST(ClearAllSpace, LeavesAnEmptyMap) {
     Session session(makeCpuParams());
     seeAll(session);
     const PaintedFrame image = renderColour(
-        ballAndWall(), [](const Vector3d&) { return Colour{200, 100, 50}; },
+        ballAndWall(),
+        [](const Vector3d&) {
+          return Colour{200, 100, 50};
+        },
         frames()[0].frame.T_W_C);
     EXPECT_EQ(session.mapper().paint(image.view()).status, FrameStatus::kFused);
     EXPECT_GT(session.mapper().stats().colour_bytes, 0u);
@@ -202,9 +206,12 @@ TEST(ClearAllSpace, LeavesAnEmptyMap) {
 TEST(ClearRegionOfAPaintedMap, ForgetsColoursInside) {
   Session session(makeCpuParams());
   seeAll(session);
-  const PaintedFrame image =
-      renderColour(ballAndWall(), [](const Vector3d&) { return Colour{200, 100, 50}; },
-                   frames()[0].frame.T_W_C);
+  const PaintedFrame image = renderColour(
+      ballAndWall(),
+      [](const Vector3d&) {
+        return Colour{200, 100, 50};
+      },
+      frames()[0].frame.T_W_C);
   session.mapper().paint(image.view());
   const SphereRegion ball{{1.1, 0.0, 0.0}, 0.3};
   session.mapper().clearRegion(ball);

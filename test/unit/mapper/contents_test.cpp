@@ -16,8 +16,7 @@ using Mode = std::tuple<FusionMode, bool>;
 class Contents : public testing::TestWithParam<Mode> {
  protected:
   MapperParams params() const {
-    MapperParams params =
-        makeCpuParams(std::get<0>(GetParam()), std::get<1>(GetParam()), 0.04f, 1);
+    MapperParams params = makeCpuParams(std::get<0>(GetParam()), std::get<1>(GetParam()), 0.04f, 1);
     params.space.enabled = true;
     return params;
   }

@@ -21,18 +21,20 @@ TEST(NoisyWall, AveragesToOneSurface) {
   std::normal_distribution<float> error(0.0f, kNoise);
   std::vector<SceneFrame> frames = renderFrames(
       scene,
-      std::vector<Eigen::Isometry3d>(30, [] {
-        Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
-        T_W_C.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();  // looks along -z, from above
-        T_W_C.translation() = Vector3d(0.0, 0.0, 1.0);
-        return T_W_C;
-      }()),
+      std::vector<Eigen::Isometry3d>(
+          30,
+          [] {
+            Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
+            T_W_C.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();  // looks along -z, from above
+            T_W_C.translation() = Vector3d(0.0, 0.0, 1.0);
+            return T_W_C;
+          }()),
       320, 240);
   for (SceneFrame& frame : frames) {
     for (float& z : frame.depth_m) z = 1.0f / (1.0f / z + error(random));
   }
-  const Mesh mesh = reconstruct(
-      makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m), frames);
+  const Mesh mesh =
+      reconstruct(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m), frames);
   const SurfaceError found = measureError(mesh, scene);
   EXPECT_GT(found.vertices, 10000u);
   EXPECT_LT(found.rms_m, 0.5 * kVoxel_m);

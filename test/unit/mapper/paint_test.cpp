@@ -65,8 +65,8 @@ Mesh meshOf(Mapper& mapper, float voxel_size_m) {
 /// Depth and colour frames by turns.
 Mesh paintedPlate(float voxel_size_m, bool directional) {
   const Scene scene = plateScene();
-  const auto mapper = makeProbedMapper(
-      makeCpuParams(FusionMode::kNormalRayCasting, directional, voxel_size_m));
+  const auto mapper =
+      makeProbedMapper(makeCpuParams(FusionMode::kNormalRayCasting, directional, voxel_size_m));
   for (const Eigen::Isometry3d& T_W_C : orbit(24, 1.0)) {
     mapper->integrate(renderFrame(scene, T_W_C, kWidth, kHeight).view());
     mapper->paint(
@@ -152,7 +152,8 @@ std::unique_ptr<ProbedMapper> makeMapperAt(float voxel_size_m, int threads = 2) 
 }
 
 PaintedFrame plainFrame(const Colour& colour, const Eigen::Isometry3d& T_W_C) {
-  return renderColour(wallScene(), [&](const Vector3d&) { return colour; }, T_W_C);
+  return renderColour(
+      wallScene(), [&](const Vector3d&) { return colour; }, T_W_C);
 }
 
 struct WallColours {
@@ -241,9 +242,8 @@ TEST(Paint, ExposureLeavesNoPatches) {
   }
   const Mesh mesh = meshOf(*mapper, 0.02f);
   for (double x = -0.6; x < 2.0; x += 0.2) {
-    const WallColours strip = wallColours(mesh, [x](const Vec3f& p) {
-      return p.x > x && p.x < x + 0.2 && std::abs(p.z) < 0.5f;
-    });
+    const WallColours strip = wallColours(
+        mesh, [x](const Vec3f& p) { return p.x > x && p.x < x + 0.2 && std::abs(p.z) < 0.5f; });
     ASSERT_GT(strip.painted, 100u) << x;
     EXPECT_NEAR(strip.mean[0], 120.0, 2.0) << x;
     EXPECT_NEAR(strip.mean[1], 120.0, 2.0) << x;

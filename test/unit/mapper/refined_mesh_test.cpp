@@ -31,8 +31,8 @@ std::vector<SceneFrame> framesAround(const Scene& scene, const Vector3d& centre)
 class RefinedMesh : public testing::TestWithParam<bool> {
  protected:
   MapperParams params(int refine, int threads = 2, float voxel_size_m = 0.02f) const {
-    MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), voxel_size_m,
-                                        threads);
+    MapperParams params =
+        makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), voxel_size_m, threads);
     params.mesh.refine = refine;
     params.mesh.min_support = 1;
     return params;
@@ -76,11 +76,13 @@ Mesh verticesBeside(const Mesh& mesh, const Mesh& other) {
 /// Closed across units and blocks, also a kilometre away, where positions are rounded to 2^-14 m.
 TEST_P(RefinedMesh, OfABallIsClosed) {
   for (const Vector3d& centre : {Vector3d(0.13, -0.07, 0.21), Vector3d(1000.13, -700.07, 30.21)}) {
-    const std::vector<SceneFrame> frames = framesAround([&] {
-      Scene scene;
-      scene.add(Sphere{centre, 0.4});
-      return scene;
-    }(), centre);
+    const std::vector<SceneFrame> frames = framesAround(
+        [&] {
+          Scene scene;
+          scene.add(Sphere{centre, 0.4});
+          return scene;
+        }(),
+        centre);
     const Mesh plain = reconstruct(params(0), frames), mesh = reconstruct(params(1), frames);
     const MeshTopology topology = measureTopology(mesh);
     EXPECT_TRUE(topology.isClosedManifold()) << topology;
@@ -135,7 +137,8 @@ TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainOne) {
     ASSERT_EQ(fine.triangles.size(), 4 * coarse.triangles.size());
     ASSERT_GT(fine.vertices.size(), coarse.vertices.size());
     ASSERT_EQ(std::memcmp(fine.vertices.data(), coarse.vertices.data(),
-                          coarse.vertices.size() * sizeof(BlockVertex)), 0);
+                          coarse.vertices.size() * sizeof(BlockVertex)),
+              0);
     std::set<uint32_t> edges;
     for (const BlockVertex& vertex : coarse.vertices) edges.insert(vertex.edge);
     for (size_t v = coarse.vertices.size(); v < fine.vertices.size(); ++v) {

@@ -43,8 +43,8 @@ TEST(CroppedMesh, IsAFilterOfTheWhole) {
   const Mesh whole = store.assemble();
   for (const double turn : {0.0, 0.5}) {
     BoxRegion box;
-    box.T_W_B = Eigen::Translation3d(0.81, 0.77, 0.16) *
-                Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ());
+    box.T_W_B =
+        Eigen::Translation3d(0.81, 0.77, 0.16) * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ());
     box.size_m = {0.85, 0.6, 0.5};
     const auto inside = [&](uint32_t v) {
       const Vec3f& p = whole.vertices_m[v];

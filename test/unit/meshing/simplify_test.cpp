@@ -69,9 +69,8 @@ TEST_F(Simplify, APlaneLosesItsInside) {
 /// The error that is told is what any other measurement finds, and never above what was asked for.
 TEST_F(Simplify, KeepsToTheErrorAndTellsIt) {
   Mesh mesh;
-  addSheet(mesh, 2.0f, 0.02f, true, [](float x, float y) {
-    return 0.1f * std::sin(4.0f * x) * std::cos(3.0f * y);
-  });
+  addSheet(mesh, 2.0f, 0.02f, true,
+           [](float x, float y) { return 0.1f * std::sin(4.0f * x) * std::cos(3.0f * y); });
   size_t last = mesh.triangles.size();
   for (const double error_m : {0.0005, 0.002, 0.008}) {
     const SimplifiedMesh simple = simplifyMesh(mesh, error_m);
@@ -96,9 +95,8 @@ TEST_F(Simplify, SidesOfAThinPlateStayApart) {
   addSheet(mesh, 1.0f, 0.01f, true, [&](float x, float) {
     return kThickness_m + 0.05f * std::sin(5.0f * x) + noise(random);
   });
-  addSheet(mesh, 1.0f, 0.01f, false, [&](float x, float) {
-    return 0.05f * std::sin(5.0f * x) + noise(random);
-  });
+  addSheet(mesh, 1.0f, 0.01f, false,
+           [&](float x, float) { return 0.05f * std::sin(5.0f * x) + noise(random); });
   const SimplifiedMesh simple = simplifyMesh(mesh, 0.02);
   EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 2) << "it is simplified";
   EXPECT_LE(simple.error_m, 0.02);

@@ -53,9 +53,7 @@ Vector3d middleOf(const Space& space, const Vec3i& cell) {
   return space.cellSize_m() * Vector3d(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
 }
 
-TEST(Space, IsNotThereUnlessAskedFor) {
-  EXPECT_EQ(makeMapper(makeCpuParams())->space(), nullptr);
-}
+TEST(Space, IsNotThereUnlessAskedFor) { EXPECT_EQ(makeMapper(makeCpuParams())->space(), nullptr); }
 
 class SpaceCells : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Sizes, SpaceCells, ::testing::Values(1, 2, 4, 8));
@@ -193,8 +191,8 @@ TEST(Space, AThinPlateStopsAPath) {
     for (const double side : {-1.0, 1.0}) {
       for (int i = 0; i < 8; ++i) {
         const double y = -0.35 + 0.1 * i, z = 0.35 - 0.1 * i;
-        poses.push_back(lookAt(Vector3d(1.7 * side, y, z), Vector3d(0.0, -y, -z),
-                               Vector3d::UnitZ()));
+        poses.push_back(
+            lookAt(Vector3d(1.7 * side, y, z), Vector3d(0.0, -y, -z), Vector3d::UnitZ()));
       }
     }
     const auto mapper = mapOf(scene, poses, spaceParams());
@@ -302,8 +300,8 @@ TEST(Space, AfterManyRandomUpdatesIsThatFromScratch) {
     SCOPED_TRACE("update " + std::to_string(update));
     mapper->integrate(randomLook(random).view());
     if (random() % 4 == 0) {
-      vanished += mapper->clearRegion(SphereRegion{{any(random), any(random), any(random)}, 0.3})
-                      .voxels;
+      vanished +=
+          mapper->clearRegion(SphereRegion{{any(random), any(random), any(random)}, 0.3}).voxels;
     }
     if (random() % 2 == 0) mapper->updateMesh();
     if (random() % 3 == 0) mapper->space()->updateDistances();

@@ -53,8 +53,8 @@ TEST(TileLock, TellsOfFileSystemsWithoutLocks) {
     const std::string error = errorOf([&] { const TileLock lock(plan, 3); });
     const TileStage stage = stateOf(plan, 3, "").stage;
     flock_error = 0;
-    EXPECT_NE(error.find("cannot lock '" + tilePath(plan, 3, ".lock") + "': " +
-                         std::generic_category().message(reason)),
+    EXPECT_NE(error.find("cannot lock '" + tilePath(plan, 3, ".lock") +
+                         "': " + std::generic_category().message(reason)),
               std::string::npos)
         << error;
     EXPECT_NE(error.find("file system with locks"), std::string::npos) << error;
@@ -79,8 +79,10 @@ TEST(PlanFile, WithoutTilesIsNone) {
 /// A map of blocks and cubes side by side, with nothing in their voxels.
 MapContents rowOf(int first, int blocks, int cubes) {
   MapContents contents;
-  contents.settings = {{"map/voxel_size_m", 0.02}, {"map/truncation_voxels", 4.0},
-                       {"map/directional", true}, {"fusion/mode", std::string("ray_casting")}};
+  contents.settings = {{"map/voxel_size_m", 0.02},
+                       {"map/truncation_voxels", 4.0},
+                       {"map/directional", true},
+                       {"fusion/mode", std::string("ray_casting")}};
   contents.cell_voxels = 8;
   for (int i = 0; i < blocks; ++i) contents.blocks.push_back({{first + i, 0, 0}, 1, 0});
   for (int i = 0; i < cubes; ++i) contents.free_cubes.push_back({{first / 8 + i, 0, 0}, {1}});

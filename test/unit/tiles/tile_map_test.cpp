@@ -175,16 +175,15 @@ TEST_P(TileMap, BlocksAndMeshesAreThoseOfTheWholeMap) {
   EXPECT_GT(passed_, 0u) << "some frames are left out";
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Modes, TileMap,
-    testing::Values(Case{FusionMode::kNormalRayCasting, true, 0},
-                    Case{FusionMode::kNormalRayCasting, true, 1},
-                    Case{FusionMode::kRayCasting, false, 0},
-                    Case{FusionMode::kVoxelProjection, true, 0}),
-    [](const auto& info) {
-      return modeName(info.param.mode, info.param.directional) +
-             (info.param.refine ? "Refined" : "");
-    });
+INSTANTIATE_TEST_SUITE_P(Modes, TileMap,
+                         testing::Values(Case{FusionMode::kNormalRayCasting, true, 0},
+                                         Case{FusionMode::kNormalRayCasting, true, 1},
+                                         Case{FusionMode::kRayCasting, false, 0},
+                                         Case{FusionMode::kVoxelProjection, true, 0}),
+                         [](const auto& info) {
+                           return modeName(info.param.mode, info.param.directional) +
+                                  (info.param.refine ? "Refined" : "");
+                         });
 
 /// The part of a map that lies in an extent, meshed by itself.
 Meshes meshesOfPart(const MapperParams& params, const std::vector<SceneFrame>& list,

@@ -27,7 +27,7 @@ struct Recorded {
     writeSceneRecording(recording.path(), makeRoomScene(), poses, 80, 60, moved);
     const Outcome outcome =
         runIn(out, DTSDF_RECONSTRUCT " " + recording.path() + settings() + "--mesh " +
-                                          (out / "one.ply") + " --save-map " + (out / "one.dtsdf"));
+                       (out / "one.ply") + " --save-map " + (out / "one.dtsdf"));
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     mesh = readBytes(out / "one.ply");
     map = readBytes(out / "one.dtsdf");
@@ -248,10 +248,9 @@ TEST_F(TilesProgram, MakesTheSameColoursAndFreeCells) {
   };
   expectError(planWith(fixed), "colour/max_depth_m=5");
   expectError(planWith(depth), "colour/exposure=fixed");
-  const Outcome one = runIn(out_, DTSDF_RECONSTRUCT " " +
-                            recording.path() + Recorded::settings() + fixed + depth + space +
-                                "--mesh " + (out_ / "one.ply") + " --save-map " +
-                                (out_ / "one.dtsdf"));
+  const Outcome one = runIn(out_, DTSDF_RECONSTRUCT " " + recording.path() + Recorded::settings() +
+                                      fixed + depth + space + "--mesh " + (out_ / "one.ply") +
+                                      " --save-map " + (out_ / "one.dtsdf"));
   ASSERT_EQ(one.exit_code, 0) << one.err;
   expectDone(planWith(fixed + depth + space));
   const nlohmann::json planned = planJson();
@@ -286,8 +285,8 @@ TEST_F(TilesProgram, GivesTilesTheFramesThatSeeThroughThem) {
                       80, 60);
   const std::string settings = recording.path() + Recorded::settings() +
                                "space/enabled=true space/cell_voxels=2 fusion/clearing=false ";
-  const Outcome one = runIn(out_, DTSDF_RECONSTRUCT " " +
-                            settings + "--save-map " + (out_ / "one.dtsdf"));
+  const Outcome one =
+      runIn(out_, DTSDF_RECONSTRUCT " " + settings + "--save-map " + (out_ / "one.dtsdf"));
   ASSERT_EQ(one.exit_code, 0) << one.err;
   expectDone("plan " + settings + "--out " + folder() + " --tile-m 2");
   fuseAll();

@@ -90,7 +90,8 @@ TEST_F(Replica, TellsWhatIsWrong) {
   EXPECT_NE(errorWith(params, words).find("camera/fx"), std::string::npos);
   for (const char* line : {"1 2 3", "a 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"}) {
     EXPECT_NE(errorWith(poses, poseLine(0) + line).find("traj.txt:2: expected 4 x 4 numbers"),
-              std::string::npos) << line;
+              std::string::npos)
+        << line;
   }
   EXPECT_NE(errorWith(poses, "").find("none of the 3 depth images has a pose"), std::string::npos);
   std::filesystem::remove(folder_ / poses);

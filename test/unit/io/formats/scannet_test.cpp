@@ -6,8 +6,9 @@
 namespace dtsdf {
 namespace {
 
-const char* const kLost = "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n"
-                          "-inf -inf -inf -inf\n";
+const char* const kLost =
+    "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n"
+    "-inf -inf -inf -inf\n";
 
 class ScanNet : public testing::Test {
  protected:
@@ -52,8 +53,8 @@ TEST_F(ScanNet, FramesMayBeSelected) {
 
 TEST_F(ScanNet, TellsWhatIsWrong) {
   const std::string camera = folder_ / "intrinsic/intrinsic_depth.txt";
-  for (const char* matrix : {"577 0 318", "a 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1",
-                             "0 0 1 0 0 1 1 0 0 0 1 0 0 0 0 1"}) {
+  for (const char* matrix :
+       {"577 0 318", "a 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "0 0 1 0 0 1 1 0 0 0 1 0 0 0 0 1"}) {
     writeBytes(camera, matrix);
     EXPECT_EQ(readingErrorOf(options_).find(camera), 0u) << readingErrorOf(options_);
   }
@@ -62,8 +63,7 @@ TEST_F(ScanNet, TellsWhatIsWrong) {
   options_.intrinsics = Intrinsics{577, 577, 8, 6};
   EXPECT_EQ(readingErrorOf(options_), "");
   writeBytes(folder_ / "pose/2.txt", "1 0 0 0\n0 1 0");
-  EXPECT_NE(readingErrorOf(options_).find("pose/2.txt: expected 4 x 4 numbers"),
-            std::string::npos);
+  EXPECT_NE(readingErrorOf(options_).find("pose/2.txt: expected 4 x 4 numbers"), std::string::npos);
 }
 
 // Colour has a lens of its own, and so may another size.

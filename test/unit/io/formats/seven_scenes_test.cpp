@@ -55,13 +55,15 @@ TEST_F(SevenScenes, NothingIsMeasuredAt0And65535) {
     MapperParams params;
     params.backend = Backend::kCpu;
     EXPECT_EQ(makeMapper(params)->integrate(openRecording(options_)->next()->depth).status,
-              FrameStatus::kNoMeasurement) << nothing;
+              FrameStatus::kNoMeasurement)
+        << nothing;
   }
 }
 
 TEST_F(SevenScenes, LostAndMissingPosesAreCounted) {
-  writeFrame(11, "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n"
-                 "-inf -inf -inf -inf\n");
+  writeFrame(11,
+             "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n"
+             "-inf -inf -inf -inf\n");
   writeFrame(12, "nan 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
   writeFrame(13, "1.#QNAN 0 0 0\n0 1.#IND 0 0\n0 0 1.#INF 0\n0 0 0 1\n");
   writeFrame(14, "0 0 0 0\n0 0 0 0\n0 0 0 0\n0 0 0 1\n");
@@ -72,17 +74,18 @@ TEST_F(SevenScenes, LostAndMissingPosesAreCounted) {
   const auto source = openRecording(options_);
   EXPECT_EQ(source->posed(), 3u);
   EXPECT_EQ(readAll(*source).size(), 3u);
-  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{{"no pose file", 1},
-                                                              {"the camera was lost", 6}}));
+  EXPECT_EQ(source->skipped(),
+            (std::map<std::string, size_t>{{"no pose file", 1}, {"the camera was lost", 6}}));
 }
 
 TEST_F(SevenScenes, TellsWhatIsWrong) {
-  for (const char* pose : {"", "1 0 0", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 0",
-                           "x 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1",
-                           "1e999 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "1;0;0;0"}) {
+  for (const char* pose :
+       {"", "1 0 0", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 0", "x 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1",
+        "1e999 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "1;0;0;0"}) {
     writeBytes(stemOf(2) + ".pose.txt", pose);
     EXPECT_NE(readingErrorOf(options_).find("frame-000002.pose.txt: expected 4 x 4 numbers"),
-              std::string::npos) << pose << " -> " << readingErrorOf(options_);
+              std::string::npos)
+        << pose << " -> " << readingErrorOf(options_);
   }
   writeFrame(2, poseMatrix(2));
   writeDepthImage(stemOf(10) + ".depth.png", 320, 240, 1);
@@ -93,7 +96,8 @@ TEST_F(SevenScenes, TellsWhatIsWrong) {
 TEST_F(SevenScenes, NoPoseAtAllIsAnError) {
   for (const int number : {0, 2, 10}) std::filesystem::remove(stemOf(number) + ".pose.txt");
   EXPECT_NE(readingErrorOf(options_).find("none of the 3 depth images has a pose (no pose file)"),
-            std::string::npos) << readingErrorOf(options_);
+            std::string::npos)
+      << readingErrorOf(options_);
 }
 
 TEST_F(SevenScenes, TheCameraOfTsdfFusionLiesBesideTheImages) {
@@ -103,8 +107,8 @@ TEST_F(SevenScenes, TheCameraOfTsdfFusionLiesBesideTheImages) {
   EXPECT_EQ(K.fx, 615.0f);
   EXPECT_EQ(K.fy, 616.0f);
   EXPECT_EQ(K.cy, 247.5f);
-  for (const char* matrix : {"", "585 0 320 0", "-585 0 320 0 585 240 0 0 1",
-                             "nan 0 320 0 585 240 0 0 1"}) {
+  for (const char* matrix :
+       {"", "585 0 320 0", "-585 0 320 0 585 240 0 0 1", "nan 0 320 0 585 240 0 0 1"}) {
     writeBytes(path, matrix);
     EXPECT_EQ(readingErrorOf(options_).find(path), 0u) << readingErrorOf(options_);
   }

@@ -6,8 +6,9 @@
 namespace dtsdf {
 namespace {
 
-const char* const kComments = "# depth maps\n# file: 'rgbd_dataset_freiburg1_xyz.bag'\n"
-                              "# timestamp filename\n";
+const char* const kComments =
+    "# depth maps\n# file: 'rgbd_dataset_freiburg1_xyz.bag'\n"
+    "# timestamp filename\n";
 
 class TumArchive : public testing::Test {
  protected:

@@ -51,8 +51,7 @@ TEST(PaintedColour, BetterViewsReplaceManyBadOnes) {
 
 TEST(PaintedColour, ExposureComesFirst) {
   const Exposure exposure{{2.0f, 0.5f, 10.0f}};
-  const VoxelColour colour =
-      paintedColour({0, 0, 0, 0}, {50, 100, 100, 1.0f}, exposure, kRules);
+  const VoxelColour colour = paintedColour({0, 0, 0, 0}, {50, 100, 100, 1.0f}, exposure, kRules);
   EXPECT_EQ(colour.red, 100);
   EXPECT_EQ(colour.green, 50);
   EXPECT_EQ(colour.blue, 255);
@@ -112,8 +111,12 @@ class SeenSurface : public testing::Test {
   static constexpr float kVoxel_m = 0.01f, kDepth_voxels = 64.0f;
 
   SeenSurface() {
-    sensing_.view = {frontalFrame(160, 120, {150.0f, 150.0f, 80.0f, 60.0f}, kVoxel_m), 1, 1,
-                     kRules, kAdaptive.max_depth_m, kAdaptive.full_weight_depth_m};
+    sensing_.view = {frontalFrame(160, 120, {150.0f, 150.0f, 80.0f, 60.0f}, kVoxel_m),
+                     1,
+                     1,
+                     kRules,
+                     kAdaptive.max_depth_m,
+                     kAdaptive.full_weight_depth_m};
     sensing_.image = layOut(pixels_.data(), 160, 120);
     sensing_.hiding = {hiding_m_.data(), cellsFor(160), cellsFor(120)};
   }
@@ -180,8 +183,7 @@ TEST_F(SeenSurface, CountsLittleBesideSomethingNearer) {
   hiding_m_.assign(hiding_m_.size(), own_m);
   const float free = sample(index).weight;
   // The voxel is seen at (89.4, 69.4).
-  const float beside =
-      kRules.outline_px + kRules.outline_voxels * 150.0f / (kDepth_voxels + 3.3f);
+  const float beside = kRules.outline_px + kRules.outline_voxels * 150.0f / (kDepth_voxels + 3.3f);
   hiding_m_[cellAt(89.4f - beside, 69.4f - beside)] = 0.5f * own_m;
   EXPECT_FLOAT_EQ(sample(index).weight, kRules.outline_share * free);
   hiding_m_[cellAt(89.4f, 69.4f)] = 0.5f * own_m;

@@ -10,9 +10,8 @@ struct Ends {
   ColouredSample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
 
   VertexColour colour(int facing) const {
-    return vertexColourOf(0, facing, [this](int d, bool is_upper) {
-      return is_upper ? upper[d] : lower[d];
-    });
+    return vertexColourOf(0, facing,
+                          [this](int d, bool is_upper) { return is_upper ? upper[d] : lower[d]; });
   }
 };
 

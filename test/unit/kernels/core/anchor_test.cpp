@@ -68,9 +68,9 @@ TEST(PointKey, TellsTheOffset) {
 /// The parts may come in another order, each with its shift.
 TEST(PointKey, TheOrderOfTheAxesDoesNotMatter) {
   const Vec3f offset{0.25f, -0.5f, 0.75f};
-  EXPECT_EQ(pointKey({offset.y, offset.z, offset.x},
-                     {pointShift(1), pointShift(2), pointShift(0)}, 0.2f),
-            keyOf(offset, 0.2f));
+  EXPECT_EQ(
+      pointKey({offset.y, offset.z, offset.x}, {pointShift(1), pointShift(2), pointShift(0)}, 0.2f),
+      keyOf(offset, 0.2f));
 }
 
 TEST(PointKey, BeyondReachThereIsNone) {

@@ -19,9 +19,10 @@ struct RandomRegion {
       return std::uniform_real_distribution<double>(low, high)(random);
     };
     const Vector3d at = near + Vector3d(number(-9, 9), number(-9, 9), number(-9, 9));
-    box.T_W_B = Eigen::Translation3d(at) *
-                Eigen::Quaterniond(Eigen::Vector4d(number(-1, 1), number(-1, 1), number(-1, 1),
-                                                   number(0.1, 1)).normalized());
+    box.T_W_B =
+        Eigen::Translation3d(at) * Eigen::Quaterniond(Eigen::Vector4d(number(-1, 1), number(-1, 1),
+                                                                      number(-1, 1), number(0.1, 1))
+                                                          .normalized());
     box.size_m = {number(0.1, 30), number(0.1, 30), number(0.1, 30)};
     sphere = {at, number(0.1, 20)};
   }

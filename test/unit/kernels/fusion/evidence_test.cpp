@@ -86,8 +86,8 @@ TEST(Evidence, WhatAppearsIsThereAfterTenFrames) {
 TEST(Evidence, WhatIsTakenAwayIsGoneAfterTwelveFrames) {
   Voxel voxel = makeVoxel(0.25f, 64 << 16, 0);
   for (int frame = 0; frame < 1000; ++frame) {
-    voxel = makeVoxel(sdfOf(voxel), weightUnits(voxel),
-                      supportedEvidence(evidenceOf(voxel), kRules));
+    voxel =
+        makeVoxel(sdfOf(voxel), weightUnits(voxel), supportedEvidence(evidenceOf(voxel), kRules));
   }
   int frames = 0;
   for (; !isEmpty(voxel); ++frames) voxel = contradictedVoxel(voxel, 1, kUncovered, kRules);

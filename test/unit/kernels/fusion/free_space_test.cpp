@@ -52,8 +52,8 @@ class FreeSpaceImage {
 /// The margin is kept across the plane, whatever its tilt: half a voxel and three deviations.
 TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   for (const float sigma : {0.0f, 0.005f}) {
-    for (const auto& n : {Vec3f{0, 0, 1}, Vec3f{0.6f, 0, 0.8f}, Vec3f{0, -0.8f, 0.6f},
-                          Vec3f{0.48f, 0.64f, 0.6f}}) {
+    for (const auto& n :
+         {Vec3f{0, 0, 1}, Vec3f{0.6f, 0, 0.8f}, Vec3f{0, -0.8f, 0.6f}, Vec3f{0.48f, 0.64f, 0.6f}}) {
       const double delta = 1.2;
       const FreeSpaceImage image(plane(n.x, n.y, n.z, delta), sigma);
       for (int v = 8; v < kHeight - 8; ++v) {
@@ -62,8 +62,8 @@ TEST(FreeDepth, EndsAMarginBeforeThePlane) {
           const double x = (u - 31.5) / 100.0, y = (v - 23.5) / 100.0;
           const double depth_m = delta / (n.x * x + n.y * y + n.z);
           if (!(depth_m > 0.0 && depth_m < 4.0)) continue;
-          const Vec3f p = backProject(kIntrinsics, static_cast<float>(u), static_cast<float>(v),
-                                      free_m);
+          const Vec3f p =
+              backProject(kIntrinsics, static_cast<float>(u), static_cast<float>(v), free_m);
           const double margin = 0.5 + 3.0 * sigma * depth_m * depth_m / kVoxel_m;
           EXPECT_NEAR((delta - dot(n, p)) / kVoxel_m, margin, 0.02) << u << ", " << v;
         }
@@ -80,10 +80,10 @@ TEST(FreeDepth, ReachesBeyondWhatIsFused) {
   for (const float sigma : {0.0f, 0.001f}) {
     const float inverse_depth[] = {-1.0f / 12.0f, 0.0f};
     const FrameSensing sensing{
-        {frontalFrame(2, 1, kIntrinsics, kVoxel_m), inverse_depth, row, row, links}, {sigma, 0},
+        {frontalFrame(2, 1, kIntrinsics, kVoxel_m), inverse_depth, row, row, links},
+        {sigma, 0},
         nullptr};
-    EXPECT_NEAR(freeDepth(sensing, {0, 0}, kFusion), 12.0f - 0.01f - 432.0f * sigma,
-                1e-4f);
+    EXPECT_NEAR(freeDepth(sensing, {0, 0}, kFusion), 12.0f - 0.01f - 432.0f * sigma, 1e-4f);
     EXPECT_EQ(freeDepth(sensing, {1, 0}, kFusion), 0.0f);
   }
 }
@@ -125,7 +125,8 @@ TEST(FreeDepth, MarginAndNoiseAreRules) {
   const float row[] = {0.0f}, inverse_depth[] = {0.5f};
   const PixelLinks links[] = {0};
   const FrameSensing sensing{
-      {frontalFrame(1, 1, kIntrinsics, kVoxel_m), inverse_depth, row, row, links}, {0.01f, 0},
+      {frontalFrame(1, 1, kIntrinsics, kVoxel_m), inverse_depth, row, row, links},
+      {0.01f, 0},
       nullptr};
   FusionSettings fusion = kFusion;
   fusion.rules.free_margin = 2.0f;  // 0.04 m
@@ -155,8 +156,8 @@ struct Array {
 constexpr float kFarthest = 12.0f;
 
 void expectNear(const Vec3f& a, const Vec3f& b) {
-  EXPECT_LT(norm(a - b), 8e-3f) << a.x << " " << a.y << " " << a.z << ", not " << b.x << " "
-                                << b.y << " " << b.z;
+  EXPECT_LT(norm(a - b), 8e-3f) << a.x << " " << a.y << " " << a.z << ", not " << b.x << " " << b.y
+                                << " " << b.z;
 }
 
 /// By hand: the plane x = 3.25, free above it, seen from the voxels to both sides and at the ends
@@ -222,9 +223,9 @@ Array ramp(const Vec3f& slope) {
 /// Noise may turn the distances of a few voxels any way: then they tell no gradient.
 TEST(Foot, IgnoresSlopesThatNoSurfaceOfTheDirectionHas) {
   const Vec3f along_axis{2, 3, 3};
-  expectNear(ramp({-1, 0, 0}).foot(3, 3, 3, 0), along_axis);            // faces the other way
-  expectNear(ramp({0.28f, 0.96f, 0}).foot(3, 3, 3, 0), along_axis);     // too far off
-  expectNear(ramp({0.17f, 0.24f, 0}).foot(3, 3, 3, 0), along_axis);     // too flat: 0.294
+  expectNear(ramp({-1, 0, 0}).foot(3, 3, 3, 0), along_axis);         // faces the other way
+  expectNear(ramp({0.28f, 0.96f, 0}).foot(3, 3, 3, 0), along_axis);  // too far off
+  expectNear(ramp({0.17f, 0.24f, 0}).foot(3, 3, 3, 0), along_axis);  // too flat: 0.294
   for (const Vec3f& slope : {Vec3f{0.35f, 0.94f, 0}, Vec3f{0.24f, 0.18f, 0.144f}}) {  // 0.333
     expectNear(ramp(slope).foot(3, 3, 3, 0), Vec3f{3, 3, 3} - (1.0f / norm(slope)) * slope);
   }
@@ -473,9 +474,8 @@ TEST(Judge, NotBesideSomethingThin) {
 FrameView randomFrame(std::mt19937& random) {
   std::uniform_real_distribution<float> centre(-40.0f, 100.0f), focal(20.0f, 400.0f),
       offset(-8.0f, 8.0f);
-  FrameView frame = frontalFrame(kWidth, kHeight,
-                                 {focal(random), focal(random), centre(random), centre(random)},
-                                 kVoxel_m);
+  FrameView frame = frontalFrame(
+      kWidth, kHeight, {focal(random), focal(random), centre(random), centre(random)}, kVoxel_m);
   const Vec3f z = randomUnit(random), a = cross(z, randomUnit(random)), x = (1.0f / norm(a)) * a;
   const Vec3f y = cross(z, x);
   frame.T_L_C = {{x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z},
@@ -501,8 +501,8 @@ TEST(MayBeInView, NeverLosesAFootInTheImage) {
     const Vec3f from = at_L + away;
     const Vec3i voxel{floorToInt(from.x), floorToInt(from.y), floorToInt(from.z)};
     const VoxelInImage at = projectToImage(frame, toFloat(voxel) - away);
-    const bool is_seen = at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f && at.u < kWidth &&
-                         at.v < kHeight;
+    const bool is_seen =
+        at.depth_m > 0.0f && at.u >= 0.0f && at.v >= 0.0f && at.u < kWidth && at.v < kHeight;
     if (!is_seen) continue;
     ++in_image;
     ASSERT_TRUE(mayBeInView(frame, blockOfVoxel(voxel)))

@@ -133,9 +133,7 @@ TEST(Refinement, CutsEveryTriangleIntoQuarters) {
         [](const uint32_t(&)[3]) { return false; },
         [&](uint32_t vertex) { fine.push_back(position[vertex]); });
     ASSERT_EQ(fine.size(), 4 * coarse.size());
-    const auto area = [](const Vec3f* t) {
-      return cross(t[1] - t[0], t[2] - t[0]);
-    };
+    const auto area = [](const Vec3f* t) { return cross(t[1] - t[0], t[2] - t[0]); };
     for (size_t i = 0; i < fine.size(); i += 3) {
       const Vec3f quarter = 0.25f * area(&coarse[i / 12 * 3]);
       EXPECT_LT(norm(area(&fine[i]) - quarter), 1e-6f);
@@ -215,8 +213,9 @@ TEST(Refinement, MiddlesOnASaddleAreMuchNearerToIt) {
 
 TEST(Refinement, MiddlesOfAPlaneLieOnIt) {
   const Vec3f normal = (1.0f / 7.0f) * Vec3f{2.0f, -3.0f, 6.0f};
-  const Distances rms = refineBlock(
-      {[normal](const Vec3f& p) { return dot(normal, p - Vec3f{4.0f, 4.0f, 3.7f}); }});
+  const Distances rms = refineBlock({[normal](const Vec3f& p) {
+    return dot(normal, p - Vec3f{4.0f, 4.0f, 3.7f});
+  }});
   EXPECT_GT(rms.middles, 200);
   EXPECT_LT(rms.straight, 2e-4);  // corners are kept off by the margin
   EXPECT_LT(rms.curved, 2e-4);

@@ -33,8 +33,7 @@ TEST(Sheets, TheUndirectedMapMeshesLabels) {
     for (int c = 0; c < kCubeCorners; ++c) {
       samples.corner[0][c] = {isBehind(index, c) ? -0.5f : 0.5f, 0.01f};
     }
-    EXPECT_EQ(indexUnit(samples, false).sheet[0],
-              index == 255 ? 0 : index);
+    EXPECT_EQ(indexUnit(samples, false).sheet[0], index == 255 ? 0 : index);
     if (index == 0 || index == 255) continue;
     samples.corner[0][random() % 8].weight = 0.0f;
     EXPECT_EQ(indexUnit(samples, false).sheet[0], 0);

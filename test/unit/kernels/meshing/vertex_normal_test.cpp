@@ -31,8 +31,8 @@ struct Fields {
 float everywhere(const Vec3i&, int) { return 1.0f; }
 
 void expectNear(const Vec3f& a, const Vec3f& b, float tolerance) {
-  EXPECT_LT(norm(a - b), tolerance) << a.x << " " << a.y << " " << a.z << ", not " << b.x << " "
-                                    << b.y << " " << b.z;
+  EXPECT_LT(norm(a - b), tolerance)
+      << a.x << " " << a.y << " " << a.z << ", not " << b.x << " " << b.y << " " << b.z;
 }
 
 TEST(VertexNormal, OfAPlaneIsItsNormalOnEveryEdge) {
@@ -127,7 +127,9 @@ TEST(VertexNormal, IsOfTheDirectionsThatTellTheCrossing) {
 
 /// Borders move vertices along their edges, at most to an end.
 TEST(VertexNormal, IsTakenOnTheEdge) {
-  const Fields ball{[](const Vec3f& p, int) { return norm(p - Vec3f{2.0f, 4.0f, 1.0f}) - 4.0f; },
+  const Fields ball{[](const Vec3f& p, int) {
+                      return norm(p - Vec3f{2.0f, 4.0f, 1.0f}) - 4.0f;
+                    },
                     everywhere};
   const Vec3f at_end = vertexNormal(ball, kEdge, {4.0f, 4.0f, 5.0f}, false);
   const Vec3f beyond = vertexNormal(ball, kEdge, {4.0f, 4.0f, 5.75f}, false);

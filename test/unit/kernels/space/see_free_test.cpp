@@ -83,10 +83,12 @@ TEST(SeeFree, OnePixelThatIsNotFreeIsEnough) {
 TEST(SeeFree, OnlyWhatIsWhollyInTheImageAndBeforeTheCamera) {
   FreeImage image(40, 30, 2.0f);
   const FreePyramid free = image.pyramid();
-  for (const SeenBounds& beyond :
-       {SeenBounds{1.8f, 1.9f, -0.5f, 3.0f, 10.0f, 12.0f}, {1.8f, 1.9f, 3.0f, 40.0f, 10.0f, 12.0f},
-        {1.8f, 1.9f, 3.0f, 5.0f, -0.1f, 12.0f}, {1.8f, 1.9f, 3.0f, 5.0f, 10.0f, 30.0f},
-        {0.0f, 1.9f, 3.0f, 5.0f, 10.0f, 12.0f}, {-1.0f, 1.9f, 3.0f, 5.0f, 10.0f, 12.0f}}) {
+  for (const SeenBounds& beyond : {SeenBounds{1.8f, 1.9f, -0.5f, 3.0f, 10.0f, 12.0f},
+                                   {1.8f, 1.9f, 3.0f, 40.0f, 10.0f, 12.0f},
+                                   {1.8f, 1.9f, 3.0f, 5.0f, -0.1f, 12.0f},
+                                   {1.8f, 1.9f, 3.0f, 5.0f, 10.0f, 30.0f},
+                                   {0.0f, 1.9f, 3.0f, 5.0f, 10.0f, 12.0f},
+                                   {-1.0f, 1.9f, 3.0f, 5.0f, 10.0f, 12.0f}}) {
     EXPECT_FALSE(isSeenFree(free, beyond));
   }
 }
@@ -104,8 +106,9 @@ TEST(SeeFree, AgreesWithThePixels) {
           share(random);
     }
     const float left = 50.0f * share(random), top = 44.0f * share(random);
-    const SeenBounds seen{1.0f, 1.5f, left, left + (52.9f - left) * share(random), top,
-                          top + (46.9f - top) * share(random)};
+    const SeenBounds seen{1.0f, 1.5f,
+                          left, left + (52.9f - left) * share(random),
+                          top,  top + (46.9f - top) * share(random)};
     const bool is_free = isSeenFree(image.pyramid(), seen);
     if (is_free) {
       ++free_ones;

@@ -21,9 +21,7 @@ NoiseLine slantedLine() {
   return line;
 }
 
-TEST(Noise, AStraightLineHasNone) {
-  EXPECT_LT(noiseVariance(slantedLine(), 0, kSurfels), 1e-13f);
-}
+TEST(Noise, AStraightLineHasNone) { EXPECT_LT(noiseVariance(slantedLine(), 0, kSurfels), 1e-13f); }
 
 /// 0.001 k^2 about its mean of 4: deviations 5, 0, -3, -4, -3, 0, 5, whose squares add up to 84.
 TEST(Noise, OnlyWideLinesMayBend) {

@@ -51,8 +51,12 @@ bool nearBorder(int u, int v) {
 
 /// At 2 m a pixel is 4 mm wide: 2 are 0.4 voxels of 20 mm, 4 are 0.32 voxels of 50 mm.
 TEST(PixelMerging, GrowsWithTheVoxel) {
-  for (const auto& [voxel_m, side] : {std::pair<float, int>{0.005f, 1}, {0.01f, 1}, {0.02f, 2},
-                                      {0.03f, 2}, {0.05f, 4}, {0.1f, 4}}) {
+  for (const auto& [voxel_m, side] : {std::pair<float, int>{0.005f, 1},
+                                      {0.01f, 1},
+                                      {0.02f, 2},
+                                      {0.03f, 2},
+                                      {0.05f, 4},
+                                      {0.1f, 4}}) {
     const MergedImage image(plane(0.1, -0.2, 1.0, 2.0), voxel_m);
     for (int v = 0; v < kHeight; ++v) {
       for (int u = 0; u < kWidth; ++u) {
@@ -87,8 +91,8 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
         if (!(surfel.weight > 0.0f)) continue;
         ++count;
         weight += surfel.weight;
-        const double off = voxel_m * (n[0] * surfel.p_L.x + n[1] * surfel.p_L.y +
-                                      n[2] * surfel.p_L.z) - delta;
+        const double off =
+            voxel_m * (n[0] * surfel.p_L.x + n[1] * surfel.p_L.y + n[2] * surfel.p_L.z) - delta;
         EXPECT_NEAR(off, 0.0, 2e-6);
         EXPECT_NEAR(surfel.normal_L.x, -n[0] / length, 2e-4);
         EXPECT_NEAR(surfel.normal_L.y, -n[1] / length, 2e-4);

@@ -45,8 +45,8 @@ class SubdividedImage {
 
 /// At 2 m a pixel is 4 mm wide.
 TEST(PixelSubdivision, AreThirdsOfPixelsWiderThanAVoxel) {
-  for (const auto& [voxel_m, count] : {std::pair<float, int>{0.005f, 1}, {0.0041f, 1},
-                                       {0.0039f, 3}, {0.0001f, 3}}) {
+  for (const auto& [voxel_m, count] :
+       {std::pair<float, int>{0.005f, 1}, {0.0041f, 1}, {0.0039f, 3}, {0.0001f, 3}}) {
     const Subdivision parts =
         SubdividedImage(plane(0, 0, 1, 2), voxel_m).subdivisionAt(kMiddleU, kMiddleV);
     EXPECT_EQ(parts.across, count) << voxel_m;

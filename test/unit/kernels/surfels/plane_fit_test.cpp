@@ -64,7 +64,8 @@ std::vector<PixelPlane> planesOf(const Image& image, const SurfelSettings& surfe
   }
   const FrameSensing sensing{
       {frame, image.inverse_depth.data(), value.data(), slope.data(), links.data()},
-      {0.0f, 0}, nullptr};
+      {0.0f, 0},
+      nullptr};
   std::vector<PixelPlane> planes;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {

@@ -17,12 +17,11 @@
 #include "io/ply_bytes.h"
 
 namespace dtsdf {
-namespace {
 
 /// A file without a name, which goes with whoever has opened it.
-class Spool {
+class PlySpool {
  public:
-  explicit Spool(const std::string& beside) : beside_(beside) {
+  explicit PlySpool(const std::string& beside) : beside_(beside) {
     std::string name = beside + ".XXXXXX";
     const int descriptor = mkostemp(&name[0], O_CLOEXEC);
     if (descriptor < 0) fail();
@@ -67,15 +66,13 @@ class Spool {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-}  // namespace
-
 struct PlyStream::State {
   State(const std::string& target, MeshColour mesh_colour)
       : path(target), colour(mesh_colour), vertex_bytes(target), triangle_bytes(target) {}
 
   const std::string path;
   const MeshColour colour;
-  Spool vertex_bytes, triangle_bytes;
+  PlySpool vertex_bytes, triangle_bytes;
   uint64_t vertices = 0, triangles = 0;
   bool is_far = false;
 };
@@ -85,7 +82,7 @@ PlyStream::PlyStream(const std::string& path, MeshColour colour)
 PlyStream::~PlyStream() = default;
 
 void PlyStream::addVertices(const Mesh& piece) {
-  BasicLittleEndianWriter<Spool> out(state_->vertex_bytes);
+  BasicLittleEndianWriter<PlySpool> out(state_->vertex_bytes);
   for (size_t i = 0; i < piece.vertices_m.size(); ++i) {
     writePlyVertex(piece, i, state_->colour, out);
   }
@@ -94,7 +91,7 @@ void PlyStream::addVertices(const Mesh& piece) {
 }
 
 void PlyStream::addTriangle(const std::array<uint32_t, 3>& triangle) {
-  BasicLittleEndianWriter<Spool> out(state_->triangle_bytes);
+  BasicLittleEndianWriter<PlySpool> out(state_->triangle_bytes);
   writePlyTriangle(triangle, out);
   ++state_->triangles;
 }

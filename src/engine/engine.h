@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <unordered_set>
 
 #include "backend/frame_check.h"
 #include "backend/map_backend.h"
@@ -96,6 +97,7 @@ class Engine : public ProbedMapper {
   size_t clearPaged(const RegionView& view, ClearedRegion& result);
   bool clearSome(std::vector<PackedKey>& keys, const RegionView& view, ClearedRegion& result);
   void meshInParts();
+  void meshThoseThatWaitFirst(std::vector<MarkedKey> marked);
   bool isEnough() const;
   void meshParts(std::vector<MarkedKey> marked, bool is_last);
   std::vector<PackedKey> pagedAround(const std::vector<MarkedKey>& marked) const;
@@ -135,6 +137,7 @@ class Engine : public ProbedMapper {
   size_t requests_before_ = 0;    ///< Of the last frame.
   bool is_meshing_ = false;
   std::vector<MarkedKey> unfinished_;  ///< Meshed without all that they depend on: to do again.
+  std::unordered_set<PackedKey> postponed_;  ///< Of these, those whose turn is first.
   MeshUpdate made_;  ///< Of the extraction under way, so far: those that were fetched early.
   int32_t least_evidence_ = 0;   ///< Of the last extraction.
   std::vector<int32_t> vacant_;  ///< Released when the extraction under way is fetched.

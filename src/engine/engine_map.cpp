@@ -52,13 +52,16 @@ MeshUpdate Engine::finishMeshUpdate() {
   return made;
 }
 
-/// Blocks without arrays go now: what shows their mesh learns that they have none.
+/// Blocks without arrays go once all parts are made: what shows their mesh has learnt by then that
+/// they have none.
 void Engine::finishMeshing() {
   if (!is_meshing_) return;
   addMeshes(backend_->finishMesh(), made_);
   is_meshing_ = false;
-  backend_->follow({table_.releaseVacant(vacant_), false});
-  vacant_.clear();
+  if (!made_.is_part) {
+    backend_->follow({table_.releaseVacant(vacant_), false});
+    vacant_.clear();
+  }
   if (pager_) pager_->setMarks(*backend_, unfinished_);
   unfinished_.clear();
 }
@@ -99,6 +102,7 @@ void Engine::clear() {
   if (pager_) pager_->clear();
   made_ = MeshUpdate();
   unfinished_.clear();
+  postponed_.clear();
   if (space_ != nullptr) space_->clear();
   counters_ = Counters();
   exposure_ = sameExposure();

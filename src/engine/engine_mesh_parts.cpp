@@ -48,7 +48,24 @@ void Engine::meshInParts() {
   for (size_t i = 0; i < marked.size(); ++i) {
     marked[i].marks = i < slots.size() ? marks[i] : pager_->takeMarks(marked[i].key);
   }
-  meshParts(std::move(marked), true);
+  meshThoseThatWaitFirst(std::move(marked));
+}
+
+/// So that all get their turn, whatever a camera changes meanwhile.
+void Engine::meshThoseThatWaitFirst(std::vector<MarkedKey> marked) {
+  const std::unordered_set<PackedKey> waiting = std::move(postponed_);
+  postponed_.clear();
+  const auto waits = [&](const MarkedKey& one) { return waiting.count(one.key) > 0; };
+  const auto others = std::stable_partition(marked.begin(), marked.end(), waits);
+  std::vector<MarkedKey> rest(others, marked.end());
+  marked.erase(others, marked.end());
+  if (!marked.empty()) meshParts(std::move(marked), rest.empty());
+  const bool all_had_their_turn = !made_.is_part;
+  if (!rest.empty()) meshParts(std::move(rest), true);
+  if (!made_.is_part) return;
+  for (const MarkedKey& one : unfinished_) {
+    if (all_had_their_turn || waits(one)) postponed_.insert(one.key);
+  }
 }
 
 /// Before an extraction that goes without blocks that stay on disk: what it does is to be done

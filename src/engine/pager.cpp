@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <new>
 #include <utility>
 
 #include "engine/block_records.h"
@@ -125,7 +126,11 @@ void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
     batch_bytes += table_.bytesOf(slots[i]);
     const uint64_t most = std::min<uint64_t>(kBatchBytes, store_.room(use_reserve) / 4);
     if (batch_bytes < most && i + 1 < slots.size()) continue;
-    if (!writeBatch(backend, batch, reserve)) return;
+    if (!writeBatch(backend, batch, reserve)) {
+      oldest_.clear();  // those that have not gone are the oldest still
+      next_oldest_ = 0;
+      return;
+    }
     batch.clear();
     batch_bytes = 0;
   }
@@ -146,12 +151,20 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, R
   makeRoomForWords(contents);
   backend.copyOut(orderOf(table_, slots), contents);
   const std::vector<MeshState> states = backend.mover()->takeMeshStates(slots);
-  std::vector<PagedBlock> blocks;
-  for (size_t i = 0; i < slots.size(); ++i) {
-    blocks.push_back(
-        pagedBlockOf(contents.blocks[i], states[i], table_.block(slots[i]).extractions));
+  const auto write = [&] {
+    std::vector<PagedBlock> blocks;
+    for (size_t i = 0; i < slots.size(); ++i) {
+      blocks.push_back(
+          pagedBlockOf(contents.blocks[i], states[i], table_.block(slots[i]).extractions));
+    }
+    return store_.write(blocks, recordsOf(blocks, contents, states));
+  };
+  bool is_written = false;
+  try {
+    is_written = write();
+  } catch (const std::bad_alloc&) {  // as much as where the disk is full
   }
-  if (!store_.write(blocks, recordsOf(blocks, contents, states))) {
+  if (!is_written) {
     backend.mover()->enterMeshStates(slots, states);
     ++stats_.failures;
     no_writing_before_ = now_ + kCallsBetweenTries;

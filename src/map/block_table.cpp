@@ -59,8 +59,14 @@ int32_t BlockTable::makeBlock(PackedKey key) {
   entry.in_use = true;
   entry.is_vacant = false;
   entry.extractions = extractions_;
-  slots_.insert(key, slot);
   cells_.insert(entry.key, slot);
+  try {
+    slots_.insert(key, slot);
+  } catch (...) {
+    cells_.erase(entry.key, slot);
+    entry.in_use = false;
+    throw;
+  }
   return slot;
 }
 

@@ -79,9 +79,13 @@ void SlotIndex::erase(PackedKey key) noexcept {
   --size_;
 }
 
-void SlotIndex::prepare(size_t insertions) {
+void SlotIndex::prepare(size_t insertions) noexcept {
   if (old_.size == 0 && 2 * (current_.used + insertions) >= current_.size) {
-    beginGrowth(size_ + insertions);
+    try {
+      beginGrowth(size_ + insertions);
+    } catch (const std::bad_alloc&) {
+      return;
+    }
   }
   for (size_t i = 0; i < kStepsAhead * insertions && old_.size != 0; ++i) moveSome();
 }

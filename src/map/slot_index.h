@@ -22,8 +22,9 @@ class SlotIndex {
     old_.prefetch(key);
   }
 
-  /// Does some of the work that so many insertions would bring, where nobody waits for it.
-  void prepare(size_t insertions);
+  /// Does some of the work that so many insertions would bring, where nobody waits for it. Without
+  /// memory for it they do it themselves.
+  void prepare(size_t insertions) noexcept;
 
   /// @pre The key is not there. @throws std::bad_alloc and nothing has changed then.
   void insert(PackedKey key, int32_t slot);

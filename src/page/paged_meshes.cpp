@@ -14,7 +14,7 @@ namespace dtsdf {
 namespace {
 
 /// Of the file.
-constexpr uint64_t kMeshUnitBytes = 64;
+constexpr uint64_t kMeshUnitBytes = 256;
 
 /// What stays in memory: a share of the budget, beside it.
 constexpr size_t kMeshShare = 8, kMostMeshBytes = size_t{64} << 20;
@@ -75,10 +75,10 @@ void PagedMeshes::put(SharedBlockMesh block) {
   leaveDisk(key);
   leaveMemory(key);
   if (block->triangles.empty()) return;
-  if (file_) places_[key] = order_.insert(order_.end(), key);
+  resident_.put(block);
   bytes_ += meshBytes(*block);
   painted_ += block->colours.empty() ? 0 : 1;
-  resident_.put(std::move(block));
+  if (file_) places_[key] = order_.insert(order_.end(), key);
   makeRoom();
 }
 
@@ -114,7 +114,13 @@ void PagedMeshes::makeRoom() {
   if (!file_ || bytes_ <= most_bytes_) return;
   while (bytes_ > most_bytes_ - most_bytes_ / kSpareShare && !order_.empty()) {
     const PackedKey key = order_.front();
-    if (!writeOut(*resident_.blocks().at(key))) return;
+    const auto found = resident_.blocks().find(key);
+    if (found == resident_.blocks().end()) {  // memory lacked when it was put
+      places_.erase(key);
+      order_.pop_front();
+      continue;
+    }
+    if (!writeOut(*found->second)) return;
     leaveMemory(key);
   }
 }
@@ -129,6 +135,7 @@ bool PagedMeshes::writeOut(const BlockMesh& block) {
   Page page{XXH3_64bits(record.data(), record.size()), 0,
             static_cast<uint32_t>(block.vertices.size()),
             static_cast<uint32_t>(block.triangles.size()), !block.colours.empty()};
+  leaveDisk(packedKeyOf(block.key));  // memory lacked when it was to leave for there
   const auto first = runs_.take(unitsOf(page));
   if (!first) return fail(kMeshesAreFull);
   page.first_unit = static_cast<uint32_t>(*first);
@@ -194,8 +201,8 @@ std::vector<PackedKey> PagedMeshes::keys() const {
   std::vector<PackedKey> in_memory, on_disk, all;
   for (const auto& [key, block] : resident_.blocks()) in_memory.push_back(key);
   for (const auto& [key, page] : pages_) on_disk.push_back(key);
-  std::merge(in_memory.begin(), in_memory.end(), on_disk.begin(), on_disk.end(),
-             std::back_inserter(all));
+  std::set_union(in_memory.begin(), in_memory.end(), on_disk.begin(), on_disk.end(),
+                 std::back_inserter(all));
   return all;
 }
 

@@ -68,12 +68,13 @@ void ChunkTopic::sendNext(const Source& source, const QueueShare& share, Needs& 
   writer_->begin(anew, source.step_m, source.stamp);
   for (const PackedKey key : first.lacking) {
     if (writer_->bytes() >= messageBytes(share)) break;
+    std::optional<PackedChunk> chunk = source.pack(key);
+    if (!chunk) continue;  // it is lacking still
     taken.push_back(key);
-    PackedChunk chunk = source.pack(key);
-    const bool is_visible = chunk.triangleCount() > 0;
+    const bool is_visible = chunk->triangleCount() > 0;
     if (!is_visible && !isShown(key)) continue;
     written.emplace_back(key, is_visible);
-    writer_->add(std::move(chunk), source.chunks.idOf(key));
+    writer_->add(std::move(*chunk), source.chunks.idOf(key));
   }
   const bool is_empty = written.empty() && !anew;
   const ros::SerializedMessage message = is_empty ? ros::SerializedMessage() : writer_->finish();

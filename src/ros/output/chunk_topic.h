@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "meshing/mesh_chunks.h"
@@ -21,7 +22,8 @@ class ChunkTopic {
   /// Where chunks come from while listeners are served.
   struct Source {
     const MeshChunks& chunks;
-    std::function<PackedChunk(PackedKey)> pack;
+    /// Of a chunk; nothing where some of it cannot be read now.
+    std::function<std::optional<PackedChunk>(PackedKey)> pack;
     double step_m;    ///< Of the lattice that packed chunks lie on.
     ros::Time stamp;  ///< Of the newest frame in the mesh.
   };

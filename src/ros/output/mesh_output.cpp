@@ -122,7 +122,9 @@ SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
   const uint64_t failures = meshes_.stats().failures;
   const auto check = [&] {
     const PagedMeshes::Stats stats = meshes_.stats();
-    if (stats.failures > failures) throw std::runtime_error("nothing was saved: " + stats.problem);
+    if (stats.failures == failures) return;
+    meshes_.dropFetched();
+    throw std::runtime_error("nothing was saved: " + stats.problem);
   };
   const bool is_plain = !choice.region && choice.simplify_error_m == 0.0;
   if (meshes_.isPaged() && is_plain && meshFormatOf(path) == MeshFormat::kPly) {

@@ -35,9 +35,12 @@ void MeshPublisher::publishChanges(PagedMeshes& meshes, const ros::Time& stamp,
 
 void MeshPublisher::catchUp(PagedMeshes& meshes, const ros::Time& stamp, const QueueShare& share) {
   const ChunkLattice lattice(meshes.voxelSize(), chunk_blocks_);
-  const auto pack = [&](PackedKey chunk) {
+  const auto pack = [&](PackedKey chunk) -> std::optional<PackedChunk> {
     const std::vector<PackedKey> blocks = chunks_.blocksOf(chunk);
-    return packChunk(meshes.holding(blocks), lattice, chunks_.cornerOf(chunk), blocks);
+    const uint64_t failures = meshes.stats().failures;
+    const MeshStore& store = meshes.holding(blocks);
+    if (meshes.stats().failures > failures) return std::nullopt;
+    return packChunk(store, lattice, chunks_.cornerOf(chunk), blocks);
   };
   const ChunkTopic::Source source{chunks_, pack, lattice.step_m, stamp};
   markers_.serve(source, share);

@@ -262,6 +262,9 @@ Verdict judge(const StatusInput& in, const MapStatus& before) {
             "the meshes of " + std::to_string(meshes.lost) +
                 " blocks could not be read back and are not shown: " + meshes.problem};
   }
+  if (meshes.failures > 0 && in.output.mesh_bytes > in.output.max_mesh_bytes) {
+    return {MapStatus::WARN, "meshes stay in memory: " + meshes.problem};
+  }
   if (!in.log.problem.empty()) {
     return {MapStatus::WARN, "frame log: " + in.log.problem};
   }

@@ -145,7 +145,7 @@ MappingPipeline::MappingPipeline(const ros::NodeHandle& nh, const ros::NodeHandl
       params_.node.corrections.path_frame, [this](const GivenPoses& given) { followPath(given); },
       [this](const std::string& reason) {
         correction_->noteRefused(reason);
-        warnOfRefusedPath(reason);
+        map_loop_.run([reason] { warnOfRefusedPath(reason); });  // that is throttled on one thread
       });
   path_thread_.start();
 }
@@ -207,11 +207,17 @@ void MappingPipeline::setRates(const PublishParams& rates) {
 
 MappingPipeline::SavedMeshFile MappingPipeline::saveMesh(const std::string& path,
                                                          const SaveChoice& choice) {
-  MapSession::BroughtMesh brought;
-  do {  // part by part, so that they need not be in memory at once
-    brought = map_loop_.run([this] { return session_.bringMeshUpToDate(); }).get();
-    output_loop_.run([this] { output_.takeChanges(); }).get();
-  } while (brought.is_part);
+  // Part by part, so that they need not be in memory at once; no frame comes between them, which
+  // would bring more.
+  const auto bring = [this] {
+    MapSession::BroughtMesh brought;
+    do {
+      brought = session_.bringMeshUpToDate();
+      output_loop_.run([this] { output_.takeChanges(); }).get();
+    } while (brought.is_part);
+    return brought;
+  };
+  const MapSession::BroughtMesh brought = map_loop_.run(bring).get();
   return {output_loop_.run([&] { return output_.save(path, choice); }).get(), brought.problem};
 }
 

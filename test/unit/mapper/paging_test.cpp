@@ -261,6 +261,21 @@ TEST_F(Paging, HandsOutAMeshInParts) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
+/// Shown blocks go while all is made anew, part by part.
+TEST_F(Paging, HandsOutAMeshInPartsThatLosesBlocks) {
+  Way way;
+  way.mesh_every = 0;
+  Tour whole(way, paramsOf(way)), near(way, paged(paramsOf(way), 2, folder_.path()));
+  for (Tour* const map : {&whole, &near}) {
+    ASSERT_NO_FATAL_FAILURE(map->go());
+    map->updateMeshInParts();
+    map->mapper().paint(tour().colour[kFrames - 1].view());  // from now on all have colours
+    EXPECT_GT(map->mapper().clearRegion(boxInTheRoom()).blocks, 0u);
+    EXPECT_TRUE(map->updateMeshInParts() > 3 || map == &whole);
+  }
+  EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
+}
+
 TEST_F(Paging, ChangesNoColours) {
   Way way;
   way.painted = true;

@@ -6,6 +6,7 @@
 
 #include "map/block_cells.h"
 #include "map/block_extent.h"
+#include "map/mesh_bytes.h"
 
 namespace dtsdf {
 namespace {
@@ -93,11 +94,7 @@ std::vector<MarkedKey> takeHalf(std::vector<MarkedKey>& marked) {
 
 size_t bytesOf(const MeshUpdate& update) {
   size_t bytes = 0;
-  for (const BlockMesh& block : update.blocks) {
-    bytes += sizeof(block) + block.vertices.size() * sizeof(BlockVertex) +
-             block.triangles.size() * sizeof(uint16_t) +
-             block.colours.size() * sizeof(VertexColour);
-  }
+  for (const BlockMesh& block : update.blocks) bytes += bytesOf(block);
   return bytes;
 }
 

@@ -20,6 +20,14 @@ double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
   return x * x + y * y + z * z;
 }
 
+/// A number that was given back, or the next one that nobody has had.
+int32_t takeNumber(std::vector<int32_t>& free, size_t& count) {
+  if (free.empty()) return static_cast<int32_t>(count++);
+  const int32_t number = free.back();
+  free.pop_back();
+  return number;
+}
+
 }  // namespace
 
 double squaredDistance(const BlockKey& block, const Vec3d& p) {
@@ -45,14 +53,9 @@ size_t BlockTable::cost(const BlockRequest& request, int32_t slot) const {
 }
 
 int32_t BlockTable::makeBlock(PackedKey key) {
-  int32_t slot;
-  if (free_slots_.empty()) {
-    slot = static_cast<int32_t>(blocks_.size());
-    blocks_.emplace_back();
-  } else {
-    slot = free_slots_.back();
-    free_slots_.pop_back();
-  }
+  size_t count = blocks_.size();
+  const int32_t slot = takeNumber(free_slots_, count);
+  blocks_.resize(count);
   BlockEntry& entry = blocks_[slot];
   entry.key = unpackKey(key);
   for (int32_t& array : entry.array) array = kNoArray;
@@ -95,12 +98,7 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
     for (int d = 0; d < kDirectionCount; ++d) {
       int32_t& array = blocks_[slot].array[d];
       if (!(request.directions >> d & 1) || array != kNoArray) continue;
-      if (free_arrays_.empty()) {
-        array = static_cast<int32_t>(array_count_++);
-      } else {
-        array = free_arrays_.back();
-        free_arrays_.pop_back();
-      }
+      array = takeNumber(free_arrays_, array_count_);
       ++arrays_in_use_;
       admission.new_arrays.push_back(array);
     }
@@ -152,12 +150,7 @@ int32_t BlockTable::makeColour(int32_t array, int brick) {
   const size_t place = static_cast<size_t>(array) * kBricksPerArray + brick;
   if (place >= colour_of_.size()) colour_of_.resize(array_count_ * kBricksPerArray, kNoArray);
   int32_t& colour = colour_of_[place];
-  if (free_colours_.empty()) {
-    colour = static_cast<int32_t>(colour_count_++);
-  } else {
-    colour = free_colours_.back();
-    free_colours_.pop_back();
-  }
+  colour = takeNumber(free_colours_, colour_count_);
   ++colours_in_use_;
   return colour;
 }

@@ -4,31 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <new>
 #include <string>
-#include <utility>
-#include <vector>
+
+#include "dtsdf_mapping/map_contents.h"
 
 namespace dtsdf {
 
-/// Makes a vector leave its memory as it is where it would be zeroed.
-template <class T>
-struct UnsetAllocator : std::allocator<T> {
-  template <class U>
-  struct rebind {
-    using other = UnsetAllocator<U>;
-  };
-  template <class U>
-  void construct(U*) noexcept {}
-  template <class U, class... Args>
-  void construct(U* place, Args&&... args) {
-    ::new (static_cast<void*>(place)) U(std::forward<Args>(args)...);
-  }
-};
-
 /// What is written to a page file, and read from it.
-using PageBytes = std::vector<char, UnsetAllocator<char>>;
+using PageBytes = PlainArray<char>;
 
 class PageFile {
  public:

@@ -145,7 +145,7 @@ std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers, PageBy
   for (size_t i = 0; i < numbers.size(); ++i) {
     begins[i + 1] = begins[i] + recordBytes(block(numbers[i]));
   }
-  records.resize(begins.back());
+  records = PageBytes(begins.back());
   std::iota(order.begin(), order.end(), size_t{0});
   std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
     return pages_[size(numbers[a])].first_unit < pages_[size(numbers[b])].first_unit;

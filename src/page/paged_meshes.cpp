@@ -9,6 +9,7 @@
 
 #include "kernels/core/grid.h"
 #include "map/memory_budget.h"
+#include "map/mesh_bytes.h"
 
 namespace dtsdf {
 namespace {
@@ -27,11 +28,6 @@ constexpr size_t kNodeBytes = 80;
 
 constexpr const char* kMeshesAreFull =
     "meshes in map/page_folder have reached map/page_max_gb; raise it";
-
-size_t meshBytes(const BlockMesh& block) {
-  return sizeof(block) + block.vertices.size() * sizeof(BlockVertex) +
-         block.triangles.size() * sizeof(uint16_t) + block.colours.size() * sizeof(VertexColour);
-}
 
 size_t meshBudgetOf(const MapParams& params) {
   if (params.page_folder.empty()) return 0;
@@ -76,7 +72,7 @@ void PagedMeshes::put(SharedBlockMesh block) {
   leaveMemory(key);
   if (block->triangles.empty()) return;
   resident_.put(block);
-  bytes_ += meshBytes(*block);
+  bytes_ += bytesOf(*block);
   painted_ += block->colours.empty() ? 0 : 1;
   if (file_) places_[key] = order_.insert(order_.end(), key);
   makeRoom();
@@ -89,7 +85,7 @@ void PagedMeshes::leaveMemory(PackedKey key) {
   auto none = std::make_shared<BlockMesh>();
   none->key = block->key;
   resident_.put(std::move(none));
-  bytes_ -= meshBytes(*block);
+  bytes_ -= bytesOf(*block);
   painted_ -= block->colours.empty() ? 0 : 1;
   const auto place = places_.find(key);
   if (place == places_.end()) return;
@@ -128,7 +124,7 @@ void PagedMeshes::makeRoom() {
 /// @return whether it did; it is in memory still.
 bool PagedMeshes::writeOut(const BlockMesh& block) {
   std::vector<char> record;
-  record.reserve(meshBytes(block));
+  record.reserve(bytesOf(block));
   append(block.vertices, record);
   append(block.triangles, record);
   append(block.colours, record);

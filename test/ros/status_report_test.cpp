@@ -167,6 +167,13 @@ TEST(StatusReport, WarnsWhenMappingGoesWrong) {
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)),
                    "the meshes of 8 blocks could not be read back and are not shown: check the"));
   input.output.paged_meshes = PagedMeshes::Stats();
+  input.output.paged_meshes.failures = 1;
+  input.output.paged_meshes.problem = "the disk is full";
+  input.output.mesh_bytes = input.output.max_mesh_bytes = 1000;
+  EXPECT_FALSE(says(makeStatus(input, makeStatus(input)), "the disk is full")) << "there is room";
+  input.output.mesh_bytes = 1001;
+  EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "stay in memory: the disk is full"));
+  input.output.paged_meshes = PagedMeshes::Stats();
   input.map.stats.refused_cubes = 3;
   EXPECT_TRUE(says(makeStatus(input, makeStatus(input)), "memory for free space"));
   EXPECT_TRUE(
@@ -199,8 +206,12 @@ TEST(StatusReport, ListsWhatLiesOnDisk) {
   EXPECT_EQ(status.page_wait_s, 1.5f);
   size_t found = 0;
   for (const auto& part : makeStatus(input).memory) {
-    if (part.name == "pages") EXPECT_EQ(part.place + std::to_string(part.bytes), "disk1234");
-    if (part.name == "page_index") EXPECT_EQ(part.place + std::to_string(part.bytes), "host56");
+    if (part.name == "pages") {
+      EXPECT_EQ(part.place + std::to_string(part.bytes), "disk1234");
+    }
+    if (part.name == "page_index") {
+      EXPECT_EQ(part.place + std::to_string(part.bytes), "host56");
+    }
     found += part.name == "pages" || part.name == "page_index" ? 1 : 0;
   }
   EXPECT_EQ(found, 2u);
@@ -210,8 +221,12 @@ TEST(StatusReport, ListsWhatLiesOnDisk) {
   meshes.index_bytes = 4;
   meshes.failures = 5;
   for (const auto& part : makeStatus(input).memory) {
-    if (part.name == "pages") EXPECT_EQ(part.bytes, 2234u);
-    if (part.name == "page_index") EXPECT_EQ(part.bytes, 60u);
+    if (part.name == "pages") {
+      EXPECT_EQ(part.bytes, 2234u);
+    }
+    if (part.name == "page_index") {
+      EXPECT_EQ(part.bytes, 60u);
+    }
   }
   EXPECT_EQ(makeStatus(input).page_failures, 5u);
 }

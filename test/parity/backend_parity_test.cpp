@@ -185,9 +185,8 @@ INSTANTIATE_TEST_SUITE_P(
              (std::get<2>(info.param) ? "Directional" : "Undirected");
     });
 
-/// A frame that outgrows every first allocation of the GPU: the list of surfels, the table of
-/// touched blocks, the sums (in several passes), the pools, the hash table and the room for the
-/// mesh.
+/// A frame that outgrows first allocations of the GPU: the list of surfels, the table of touched
+/// blocks, the sums (in several passes), the pool of arrays and the room for the mesh.
 TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
@@ -201,12 +200,34 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
     params.mesh.refine = refine;
     BackendPair pair(params, Candidate::kCuda);
     Profile profile;
-    pair.candidate().profileTo(&profile);
+    if (refine == 0) pair.candidate().profileTo(&profile);  // what is profiled does not overlap
     ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 1));
     EXPECT_GT(pair.candidate().stats().voxel_arrays, 16384u);
-    EXPECT_GT(profile.work.surfels, profile.work.pixels);
+    if (refine == 0) {
+      EXPECT_GT(profile.work.surfels, profile.work.pixels);
+    }
     pair.compareMaps();
   }
+}
+
+/// Rooms beside each other, until the hash table of blocks and their slots have to grow.
+TEST(CudaParity, ManyBlocksOutgrowTheTable) {
+  const std::string reason = reasonToSkip(Candidate::kCuda);
+  if (!reason.empty()) GTEST_SKIP() << reason;
+  constexpr size_t kEnough = 70000;  // half of the hash table at the start is 65536
+  BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.008f), Candidate::kCuda);
+  TestFrameSettings settings;
+  settings.width = 320;
+  settings.height = 240;
+  settings.count = 4;
+  settings.step_s = 2.0;
+  for (int room = 0; room < 20 && pair.candidate().stats().blocks < kEnough; ++room) {
+    settings.offset_W.x() = 16.0 * room;
+    ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 1));
+  }
+  EXPECT_GE(pair.candidate().stats().blocks, kEnough);
+  EXPECT_EQ(pair.candidate().stats().refused_blocks, 0u);
+  pair.compareMaps();
 }
 
 /// Each image is aligned from a pose that is off, and fused where it fits.

@@ -106,6 +106,7 @@ def read_glb(path):
                for n in read_accessor(document, binary, attributes["NORMAL"], "VEC3")]
     colours = read_accessor(document, binary, attributes["COLOR_0"], "VEC3")
     indices = [i for i, in read_accessor(document, binary, primitive["indices"], "SCALAR")]
+    require(len(indices) % 3 == 0, "a triangle lacks a corner")
     require(set(indices) == set(range(len(positions))), "a vertex is in no triangle, or missing")
     return place, normals, colours, list(zip(*[iter(indices)] * 3)), max(
         max(map(abs, p)) for p in positions)

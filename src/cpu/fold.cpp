@@ -2,20 +2,78 @@
 
 #include <algorithm>
 
+#include "cpu/widest_vectors.h"
 #include "kernels/fusion/voxel_update.h"
 
 namespace dtsdf {
 namespace {
 
+/// Voxels of an array with their sums, which are folded side by side: compilers turn that into
+/// vector instructions.
+class FoldBatch {
+ public:
+  static constexpr int kVoxels = 32;
+
+  bool isFull() const { return count_ == kVoxels; }
+
+  void add(const Voxel* voxels, const VoxelSums* sums, int index) {
+    const Voxel& voxel = voxels[index];
+    const RoundedSums rounded = roundSums(sums[index]);
+    const int i = count_++;
+    index_[i] = index;
+    sdf_units_[i] = voxel.sdf_units;
+    anchor_[i] = voxel.anchor;
+    state_[i] = voxel.state;
+    weighted_sdf_[i] = rounded.weighted_sdf;
+    weight_[i] = rounded.weight;
+    dither_[i] = rounded.dither;
+    nearest_[i] = rounded.nearest;
+  }
+
+  /// Puts the folded voxels into their places, and forgets them.
+  void foldInto(Voxel* voxels, float depth_weight, const FusionSettings& fusion) {
+    withWidestVectors([&] { compute(depth_weight, fusion); });
+    for (int i = 0; i < count_; ++i) voxels[index_[i]] = voxelAt(i);
+    count_ = 0;
+  }
+
+ private:
+  static constexpr int kTogether = 8;
+
+  Voxel voxelAt(int i) const {
+    return {static_cast<int16_t>(sdf_units_[i]), static_cast<uint16_t>(anchor_[i]), state_[i]};
+  }
+
+  /// Also at places up to a multiple of `kTogether`, which hold older ones.
+  void compute(float depth_weight, const FusionSettings& settings) {
+    const FusionSettings fusion = settings;  // a copy of its own, which no result can overlap
+    const int count = (count_ + kTogether - 1) / kTogether * kTogether;
+    for (int i = 0; i < count; ++i) {
+      const RoundedSums sums{weighted_sdf_[i], weight_[i], dither_[i], nearest_[i]};
+      const Voxel folded = foldRoundedSums(voxelAt(i), sums, depth_weight, fusion);
+      sdf_units_[i] = folded.sdf_units;
+      anchor_[i] = folded.anchor;
+      state_[i] = folded.state;
+    }
+  }
+
+  int count_ = 0;
+  int32_t index_[kVoxels], sdf_units_[kVoxels] = {}, anchor_[kVoxels] = {};
+  uint32_t state_[kVoxels] = {};
+  float weighted_sdf_[kVoxels] = {}, weight_[kVoxels] = {}, dither_[kVoxels] = {};
+  uint32_t nearest_[kVoxels] = {};
+};
+
 /// @return whether the array holds anything.
 bool foldArray(const VoxelSums* sums, const VoxelSet& covered, float depth_weight,
                const FusionSettings& fusion, Voxel* voxels) {
-  bool observed = false;
+  FoldBatch batch;
   covered.forEach([&](int i) {
-    voxels[i] = foldSums(voxels[i], sums[i], depth_weight, fusion);
-    observed |= !isEmpty(voxels[i]);
+    batch.add(voxels, sums, i);
+    if (batch.isFull()) batch.foldInto(voxels, depth_weight, fusion);
   });
-  return observed || !std::all_of(voxels, voxels + kVoxelsPerBlock, isEmpty);
+  batch.foldInto(voxels, depth_weight, fusion);
+  return !std::all_of(voxels, voxels + kVoxelsPerBlock, isEmpty);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "kernels/core/camera.h"
 #include "kernels/core/grid.h"
+#include "kernels/core/select.h"
 #include "kernels/fusion/evidence.h"
 
 namespace dtsdf {
@@ -22,11 +23,9 @@ DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
                      rules);
 }
 
-/// What a frame's sums say of a voxel.
-struct FrameSample {
-  float sdf;         ///< Mean of the distances, in voxels.
-  float covered;     ///< Share of the voxel that the frame's surfels cover, or more.
-  float weight;      ///< That of the frame, in units of 2^-16.
+/// The sums of a frame for a voxel, in floats: all of them that is folded.
+struct RoundedSums {
+  float weighted_sdf, weight;
   float dither;      ///< In [0, 1), as good as random, so that what is rounded is right on average.
   uint32_t nearest;  ///< Key of the nearest point; 0: none.
 };
@@ -39,16 +38,25 @@ DTSDF_HD float ditherOf(const VoxelSums& sums) {
   return static_cast<float>(static_cast<int32_t>(bits >> 24)) * (1.0f / 256.0f);
 }
 
-DTSDF_HD FrameSample sampleOfSums(const VoxelSums& sums, float depth_weight,
+DTSDF_HD RoundedSums roundSums(const VoxelSums& sums) {
+  return {static_cast<float>(sums.weighted_sdf), static_cast<float>(sums.weight), ditherOf(sums),
+          sums.nearest};
+}
+
+/// What a frame's sums say of a voxel.
+struct FrameSample {
+  float sdf;      ///< Mean of the distances, in voxels.
+  float covered;  ///< Share of the voxel that the frame's surfels cover, or more.
+  float weight;   ///< That of the frame, in units of 2^-16.
+};
+
+DTSDF_HD FrameSample sampleOfSums(const RoundedSums& sums, float depth_weight,
                                   const FusionSettings& fusion) {
   FrameSample sample;
-  sample.covered = static_cast<float>(sums.weight) / kWeightScale;
-  sample.sdf = static_cast<float>(sums.weighted_sdf) /
-               (static_cast<float>(sums.weight) * kSdfScale) * fusion.truncation_voxels;
+  sample.covered = sums.weight / kWeightScale;
+  sample.sdf = sums.weighted_sdf / (sums.weight * kSdfScale) * fusion.truncation_voxels;
   const float share = minimum(sample.covered, 1.0f) * depth_weight * kStoredWeightScale;
   sample.weight = maximum(share, 1.0f);
-  sample.dither = ditherOf(sums);
-  sample.nearest = sums.nearest;
   return sample;
 }
 
@@ -62,36 +70,48 @@ DTSDF_HD float anchorCloseness(float squared_distance) {
 
 /// The anchor after a frame: the mean of the points that were nearest in each, by how near they
 /// were. So it comes to where the surface was seen from nearest by, and noise is averaged.
-DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, const FrameSample& frame) {
-  if (frame.nearest == 0) return voxel.anchor;
-  const Vec3f point = pointOffset(frame.nearest);
-  if (voxel.anchor == kNoAnchor) return packAnchor(point, frame.dither);
-  const Vec3f anchor = anchorOffset(voxel.anchor);
+DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, const FrameSample& frame,
+                             const RoundedSums& sums) {
+  const Vec3f point = pointOffset(sums.nearest), anchor = anchorOffset(voxel.anchor);
   const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
   const float old_weight = weightOf(voxel) * anchorCloseness(from_foot);
   const float new_weight = frame.weight * (1.0f / kStoredWeightScale) *
                            anchorCloseness(dot(point, point) - frame.sdf * frame.sdf);
   const float share = new_weight / (old_weight + new_weight);
-  return packAnchor(anchor + share * (point - anchor), frame.dither);
+  const auto has_none = static_cast<float>(static_cast<int32_t>(voxel.anchor == kNoAnchor));
+  const auto mean = [&](float of_anchor, float of_point) {
+    return (1.0f - has_none) * (of_anchor + share * (of_point - of_anchor)) + has_none * of_point;
+  };
+  const int32_t folded = packAnchor(
+      {mean(anchor.x, point.x), mean(anchor.y, point.y), mean(anchor.z, point.z)}, sums.dither);
+  const int32_t keeps = -static_cast<int32_t>(sums.nearest == 0);
+  return static_cast<uint16_t>((voxel.anchor & keeps) | (folded & ~keeps));
 }
 
 /// D = (W D + w d) / (W + w), W = min(W + w, max), the fold of the paper's two-pass scheme, where d
 /// is the mean of the frame's distances, and its weight w is the share of the voxel that it covers,
-/// 1 at most, times its weight by depth. Sums of weight 0 leave the voxel alone.
+/// 1 at most, times its weight by depth. Of sums with a weight. Branch-free, for vectors.
+DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, float depth_weight,
+                               const FusionSettings& fusion) {
+  const FrameSample frame = sampleOfSums(sums, depth_weight, fusion);
+  const auto added = static_cast<int32_t>(frame.weight + 0.5f);
+  const auto before = static_cast<int32_t>(weightUnits(voxel));
+  const auto most = static_cast<int32_t>(fusion.max_weight * kStoredWeightScale);
+  const int32_t total = before + added;
+  const float share = static_cast<float>(added) / static_cast<float>(total);
+  const float mean = sdfOf(voxel) + share * (frame.sdf - sdfOf(voxel));
+  const int32_t evidence =
+      select(frame.covered >= fusion.rules.support_share,
+             supportedEvidence(evidenceOf(voxel), fusion.rules), evidenceOf(voxel));
+  return makeVoxel(storedSdf(mean, sums.dither), foldAnchor(voxel, frame, sums),
+                   static_cast<uint32_t>(select(total < most, total, most)), evidence);
+}
+
+/// The same of any sums: those of weight 0 leave the voxel alone.
 DTSDF_HD Voxel foldSums(const Voxel& voxel, const VoxelSums& sums, float depth_weight,
                         const FusionSettings& fusion) {
   if (sums.weight == 0) return voxel;
-  const FrameSample frame = sampleOfSums(sums, depth_weight, fusion);
-  const uint32_t added = static_cast<uint32_t>(frame.weight + 0.5f);
-  const uint32_t before = weightUnits(voxel), total = before + added;
-  const auto most = static_cast<uint32_t>(fusion.max_weight * kStoredWeightScale);
-  const float share = static_cast<float>(added) / static_cast<float>(total);
-  const float mean = sdfOf(voxel) + share * (frame.sdf - sdfOf(voxel));
-  const int32_t evidence = frame.covered >= fusion.rules.support_share
-                               ? supportedEvidence(evidenceOf(voxel), fusion.rules)
-                               : evidenceOf(voxel);
-  return makeVoxel(storedSdf(mean, frame.dither), foldAnchor(voxel, frame),
-                   total < most ? total : most, evidence);
+  return foldRoundedSums(voxel, roundSums(sums), depth_weight, fusion);
 }
 
 }  // namespace dtsdf

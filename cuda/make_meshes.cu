@@ -59,13 +59,14 @@ __device__ BlockVertex makeVertex(const MeshView& mesh, const ArraysAround& arra
     samples.lower[d] = arrays.sample(lower, directional ? d : 0);
     samples.upper[d] = arrays.sample(lower + cornerStride(axis), directional ? d : 0);
   }
-  const float offset = edgeOffset(mesh.rules, samples, axis, facing);
+  const uint32_t crossing = crossingDirections(samples, axis, facing);
+  const float offset = edgeOffset(mesh.rules, samples, crossing, axis, facing);
   const Vec3f position = vertexPosition(edge, offset);
   if (!directional) return {position, static_cast<uint32_t>(edge)};
   const auto anchors = [&](int end, int d) {
     return arrays.voxel(end == 0 ? corner : corner + step, d).anchor;
   };
-  return {position + anchoringShift(mesh.rules, samples, anchors, axis, facing, offset),
+  return {position + anchoringShift(mesh.rules, samples, crossing, anchors, axis, facing, offset),
           static_cast<uint32_t>(edge)};
 }
 

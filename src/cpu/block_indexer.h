@@ -12,11 +12,11 @@
 
 namespace dtsdf {
 
-/// The samples at a place that may be beyond the corner grid, by direction.
-template <class Samples>
+/// The samples at a corner, or at a place beyond the corner grid, by direction.
+template <class Samples, class Corner>
 struct EdgeEnd {
   const Samples& samples;
-  Vec3i corner;
+  Corner corner;
   int only_direction;  ///< That the undirected map's array counts as; -1 in the directional map.
 
   Sample operator[](int d) const {
@@ -25,26 +25,17 @@ struct EdgeEnd {
   }
 };
 
-/// An edge as the rules want it: all ask for its ends, few for what lies beyond.
+/// An edge as the rules want it: most ask for the few directions that cross it.
 template <class Samples>
 struct EdgeOfGrid {
-  Sample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
-  EdgeEnd<Samples> below, above;
+  EdgeEnd<Samples, int> lower, upper;
+  EdgeEnd<Samples, Vec3i> below, above;
 
   EdgeOfGrid(const Samples& samples, int corner, int axis, int only_direction)
-      : below{samples, cornerAt(corner) - unitStep(axis), only_direction},
-        above{samples, cornerAt(corner) + unitStep(axis) + unitStep(axis), only_direction} {
-    const int next = corner + cornerStride(axis);
-    if (only_direction >= 0) {
-      lower[only_direction] = samples.sample(corner, 0);
-      upper[only_direction] = samples.sample(next, 0);
-      return;
-    }
-    for (int d = 0; d < kDirectionCount; ++d) {
-      lower[d] = samples.sample(corner, d);
-      upper[d] = samples.sample(next, d);
-    }
-  }
+      : lower{samples, corner, only_direction},
+        upper{samples, corner + cornerStride(axis), only_direction},
+        below{samples, cornerAt(corner) - unitStep(axis), only_direction},
+        above{samples, cornerAt(corner) + unitStep(axis) + unitStep(axis), only_direction} {}
 };
 
 /// The vertex of an edge; in the directional map held to what was measured.
@@ -53,13 +44,17 @@ BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge,
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const int only_direction = directional ? -1 : facedDirection(axis, facing);
   const EdgeOfGrid<Samples> on_edge(samples, corner, axis, only_direction);
-  const float offset = edgeOffset(rules, on_edge, axis, facing);
+  const uint32_t crossing =
+      directional ? crossingDirections(samples.sides(corner),
+                                       samples.sides(corner + cornerStride(axis)), axis, facing)
+                  : crossingDirections(on_edge, axis, facing);
+  const float offset = edgeOffset(rules, on_edge, crossing, axis, facing);
   const Vec3f position = vertexPosition(edge, offset);
   if (!directional) return {position, static_cast<uint32_t>(edge)};
   const VoxelsAt ends[2] = {samples.voxelsAt(cornerAt(corner)),
                             samples.voxelsAt(cornerAt(corner) + unitStep(axis))};
   const auto anchors = [&](int end, int direction) { return ends[end].anchor(direction); };
-  return {position + anchoringShift(rules, on_edge, anchors, axis, facing, offset),
+  return {position + anchoringShift(rules, on_edge, crossing, anchors, axis, facing, offset),
           static_cast<uint32_t>(edge)};
 }
 
@@ -78,6 +73,8 @@ class BlockIndexer {
     if (!(present_ >> direction & 1)) return {0.0f, 0.0f};
     return {sdf_[direction][corner], weight_[direction][corner]};
   }
+
+  uint32_t sides(int corner) const { return sides_[corner]; }
 
   VoxelsAt voxelsAt(const Vec3i& corner) const { return arrays_->voxelsAt(corner); }
 

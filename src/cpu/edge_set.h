@@ -32,7 +32,7 @@ class EdgeSet {
 
   size_t count() const {
     size_t edges = 0;
-    forEach([&](int) { ++edges; });
+    for (const uint64_t word : bits_) edges += __builtin_popcountll(word);
     return edges;
   }
 

@@ -4,6 +4,7 @@
 
 #include "cpu/voxel_store.h"
 #include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/possible_leaders.h"
 #include "map/block_table.h"
 
 namespace dtsdf {
@@ -41,6 +42,16 @@ class NearbyArrays {
             voxelIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask)};
   }
   Sample sample(int corner, int direction) const { return sample(cornerAt(corner), direction); }
+
+  /// How a corner of the grid is seen by all directions, see sidesOfSample().
+  uint32_t sides(int corner) const {
+    uint32_t sides = 0;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      const Sample seen = sample(corner, d);
+      sides |= sidesOfSample(d, seen.sdf, seen.weight);
+    }
+    return sides;
+  }
 
  private:
   const Voxel* const* find(int n) const {

@@ -60,4 +60,17 @@ DTSDF_HD uint32_t directionMask(const DirectionSet& set) {
   return mask;
 }
 
+/// Calls visit(direction) for those of a mask, in ascending order. On a GPU by a loop that can be
+/// unrolled: what visit() indexes stays in registers.
+template <class Visit>
+DTSDF_HD void visitDirections(uint32_t mask, const Visit& visit) {
+#ifdef __CUDA_ARCH__
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (mask >> d & 1u) visit(d);
+  }
+#else
+  for (; mask != 0; mask &= mask - 1) visit(__builtin_ctz(mask));
+#endif
+}
+
 }  // namespace dtsdf

@@ -41,25 +41,22 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
 }
 
 /// Calls visit(direction, anchor at the lower end, anchor at the upper end) for the directions that
-/// tell an edge's crossing: where none crosses on its own, the vote of all that have a say decides.
-/// `anchors(end, direction)` gives that of the lower (0) or the upper end.
+/// tell an edge's crossing. `anchors(end, direction)` gives that of the lower (0) or the upper end.
 template <class Edge, class Anchors, class Visit>
-DTSDF_HD void visitAnchors(const Edge& edge, const Anchors& anchors, int axis, int facing,
+DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& anchors,
                            const Visit& visit) {
-  const uint32_t crossing = crossingDirections(edge, axis, facing);
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (crossing != 0 ? !(crossing >> d & 1u) : !speaksOnEdge(d, axis, facing)) continue;
+  visitDirections(telling, [&](int d) {
     visit(d, edge.lower[d].weight > 0.0f ? anchors(0, d) : kNoAnchor,
           edge.upper[d].weight > 0.0f ? anchors(1, d) : kNoAnchor);
-  }
+  });
 }
 
 /// How far the surface was measured from the feet of an edge's ends, in voxels: from the one that
 /// is farther from it, by the direction that knows best.
 template <class Edge, class Anchors>
-DTSDF_HD float measuredGap(const Edge& edge, const Anchors& anchors, int axis, int facing) {
+DTSDF_HD float measuredGap(const Edge& edge, uint32_t telling, const Anchors& anchors) {
   float squared = 4.0f * kAnchorReach * kAnchorReach;
-  visitAnchors(edge, anchors, axis, facing, [&](int d, uint16_t at_lower, uint16_t at_upper) {
+  visitAnchors(edge, telling, anchors, [&](int d, uint16_t at_lower, uint16_t at_upper) {
     squared = minimum(squared, maximum(squaredFootGap(at_lower, edge.lower[d]),
                                        squaredFootGap(at_upper, edge.upper[d])));
   });
@@ -68,11 +65,11 @@ DTSDF_HD float measuredGap(const Edge& edge, const Anchors& anchors, int axis, i
 
 /// The anchor nearest to an edge's vertex, of the directions that visitAnchors() visits.
 template <class Edge, class Anchors>
-DTSDF_HD NearestAnchor nearestAnchor(const Edge& edge, const Anchors& anchors, int axis, int facing,
-                                     float edge_offset) {
+DTSDF_HD NearestAnchor nearestAnchor(const Edge& edge, uint32_t telling, const Anchors& anchors,
+                                     int axis, float edge_offset) {
   const Vec3f along = toFloat(unitStep(axis));
   NearestAnchor nearest;
-  visitAnchors(edge, anchors, axis, facing, [&](int, uint16_t at_lower, uint16_t at_upper) {
+  visitAnchors(edge, telling, anchors, [&](int, uint16_t at_lower, uint16_t at_upper) {
     considerAnchor(nearest, at_lower, -edge_offset * along);
     considerAnchor(nearest, at_upper, (1.0f - edge_offset) * along);
   });
@@ -85,13 +82,15 @@ DTSDF_HD float roundShift(float shift) {
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
-/// How a vertex at `edge_offset` on an edge is moved, in voxels.
+/// How a vertex at `edge_offset` on an edge is moved, in voxels. Where no direction crosses the edge
+/// on its own, the vote of all that have a say decides, and so they tell.
 template <class Edge, class Anchors>
-DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, const Anchors& anchors,
-                              int axis, int facing, float edge_offset) {
-  const float gap = measuredGap(edge, anchors, axis, facing);
+DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, uint32_t crossing,
+                              const Anchors& anchors, int axis, int facing, float edge_offset) {
+  const uint32_t telling = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
+  const float gap = measuredGap(edge, telling, anchors);
   if (!(gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};  // as most
-  const NearestAnchor nearest = nearestAnchor(edge, anchors, axis, facing, edge_offset);
+  const NearestAnchor nearest = nearestAnchor(edge, telling, anchors, axis, edge_offset);
   const float beyond = nearest.distance - rules.measured_reach;
   if (!(beyond > 0.0f)) return {0.0f, 0.0f, 0.0f};
   const float ramp = minimum(gap / rules.measured_gap - 1.0f, 1.0f);

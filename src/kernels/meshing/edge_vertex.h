@@ -9,6 +9,7 @@
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
+#include "kernels/meshing/possible_leaders.h"
 #include "kernels/meshing/vote.h"
 
 namespace dtsdf {
@@ -20,9 +21,12 @@ DTSDF_HD int facedDirection(int axis, int facing) { return 2 * axis + facing; }
 // An Edge has four members, each of which gives the sample of a direction by []: lower and upper at
 // its two ends, below and above one voxel beyond them.
 
-/// Whether a direction has a say on an edge: all but the one that faces against it.
+/// The directions that have a say on an edge: all but the one that faces against it.
+DTSDF_HD uint32_t speakingOnEdge(int axis, int facing) {
+  return kAllDirections & ~(1u << facedDirection(axis, 1 - facing));
+}
 DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
-  return (directionAxis(direction) != axis) | ((direction & 1) == facing);
+  return (speakingOnEdge(axis, facing) >> direction & 1u) != 0;
 }
 
 /// Where no direction on its own crosses an edge, its vertex divides it as the voted distances of
@@ -30,12 +34,11 @@ DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
 template <class Edge>
 DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearness) {
   CornerVote<float> lower, upper;
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (!speaksOnEdge(d, axis, facing)) continue;
+  visitDirections(speakingOnEdge(axis, facing), [&](int d) {
     const Sample a = edge.lower[d], b = edge.upper[d];
     castVote(lower, a.sdf, a.weight, true, nearness);
     castVote(upper, b.sdf, b.weight, true, nearness);
-  }
+  });
   const float from_lower = fabsf(votedSdf(lower)), from_upper = fabsf(votedSdf(upper));
   return from_lower + from_upper > 0.0f ? from_lower / (from_lower + from_upper) : 0.5f;
 }
@@ -53,11 +56,19 @@ template <class Edge>
 DTSDF_HD uint32_t crossingDirections(const Edge& edge, int axis, int facing) {
   uint32_t crossing = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
-    const uint32_t speaks = speaksOnEdge(d, axis, facing);
     const uint32_t crossed = crosses(edge.lower[d], edge.upper[d], facing);
-    crossing |= (speaks & crossed) << d;
+    crossing |= crossed << d;
   }
-  return crossing;
+  return crossing & speakingOnEdge(axis, facing);
+}
+
+/// The same where all directions' sides of the edge's ends are known (possible_leaders.h).
+DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides, int axis,
+                                     int facing) {
+  const uint32_t behind = facing == 0 ? lower_sides : upper_sides;
+  const uint32_t in_front = facing == 0 ? upper_sides : lower_sides;
+  return (behind & ~in_front) >> kNegativeBit & observedDirections(in_front) &
+         speakingOnEdge(axis, facing);
 }
 
 /// Change of the slope along an edge, per voxel: the mean second difference at its two ends, of
@@ -92,22 +103,27 @@ constexpr float kVertexMargin = 1.0f / 1024.0f;
 
 /// Position of the surface on an edge, as a share of it from the lower end: the weighted mean of
 /// the zero crossings of the directions with the given facing (paper, Sec. V-D), where a direction
-/// counts by the product of its two weights. Facing 0 is behind at the lower end.
+/// counts by the product of its two weights. Facing 0 is behind at the lower end; `crossing` is
+/// from crossingDirections().
 template <class Edge>
-DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, int facing) {
-  const uint32_t crossing = crossingDirections(edge, axis, facing);
+DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, uint32_t crossing, int axis,
+                          int facing) {
   float sum = 0.0f, sum_weight = 0.0f;
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (!(crossing >> d & 1u)) continue;
+  visitDirections(crossing, [&](int d) {
     const Sample a = edge.lower[d], b = edge.upper[d];
     const float weight = a.weight * b.weight;
     const float bend = bendOnEdge(edge.below[d], a, b, edge.above[d]);
     sum += weight * zeroOfParabola(a.sdf, b.sdf, bend);
     sum_weight += weight;
-  }
+  });
   const float offset =
       sum_weight > 0.0f ? sum / sum_weight : votedOffset(edge, axis, facing, rules.nearness_voxels);
   return minimum(maximum(offset, kVertexMargin), 1.0f - kVertexMargin);
+}
+
+template <class Edge>
+DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, int axis, int facing) {
+  return edgeOffset(rules, edge, crossingDirections(edge, axis, facing), axis, facing);
 }
 
 /// Position of an edge's vertex in voxels, relative to the block's first voxel.

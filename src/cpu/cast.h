@@ -10,8 +10,10 @@ struct VoxelSet {
   static constexpr int kWordBits = 64, kWords = kVoxelsPerBlock / kWordBits;
   uint64_t word[kWords];
 
-  bool contains(int index) const {
-    return (word[index / kWordBits] >> index % kWordBits & 1u) != 0;
+  /// Of a row along x, a bit each.
+  uint32_t row(int number) const {
+    static_assert(kWordBits == kBlockSide * kBlockSide, "a layer each");
+    return word[number / kBlockSide] >> (number % kBlockSide * kBlockSide) & 255u;
   }
   template <class Visit>
   void forEach(const Visit& visit) const {

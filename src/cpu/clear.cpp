@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cpu/voxel_row.h"
 #include "cpu/widest_vectors.h"
 #include "kernels/fusion/free_space.h"
 
@@ -15,72 +16,118 @@ struct ContradictedVoxel {
   Sight sight;
 };
 
-/// Voxels of an array that a frame judges. Where their places are seen is found side by side, which
-/// compilers turn into vector instructions, with the same bits as judge().
-class JudgedBatch {
- public:
-  bool isFull() const { return count_ == kVoxels; }
+constexpr int kRows = kBlockSide * kBlockSide;
 
-  void add(const Voxel* voxels, int index, bool is_covered) {
-    const Voxel& voxel = voxels[index];
-    const int i = count_++;
-    index_[i] = index;
-    anchor_[i] = voxel.anchor;
-    is_covered_[i] = is_covered;
-    is_empty_[i] = isEmpty(voxel);
-    sdf_[i] = judgedSdf(voxel, is_covered);
-    // Of no distance, as that of an empty voxel, the slope does not matter.
-    const Vec3f slope = sdf_[i] == 0.0f ? Vec3f{0.0f, 0.0f, 0.0f} : slopeAt(voxels, index);
-    slope_x_[i] = slope.x;
-    slope_y_[i] = slope.y;
-    slope_z_[i] = slope.z;
+/// The distances of an array, each with a 1, and none, with a 0, where there is none and around.
+class DistanceGrid {
+ public:
+  void take(const Voxel* voxels) {
+    const LaneInts nothing(0), one = bitsOf(LaneFloats(1.0f));
+    for (int row = 0; row < kRows; ++row) {
+      const VoxelRow of_row(voxels + row * kBlockSide);
+      of_row.sdf().store(sdf_ + startOf(row));
+      floatsOf((of_row.weightUnits() != nothing) & one).store(known_ + startOf(row));
+    }
   }
 
-  /// Appends those that are contradicted, and forgets all.
-  void judgeInto(const FrameSensing& sensing, const Facing& facing, const Vec3f& first_voxel_L,
-                 const FusionRules& rules, const Voxel* voxels, ContradictedVoxel* contradicted,
-                 int& contradicted_count) {
-    withWidestVectors([&] { findPixels(sensing.image.frame, facing, first_voxel_L); });
-    for (int i = 0; i < count_; ++i) {
-      if (!looksThrough(sensing, {pixel_[i], pixel_depth_m_[i]})) continue;
-      const bool is_covered = is_covered_[i] != 0;
-      const Voxel& voxel = voxels[index_[i]];
-      const Sight sight = judgeFree(sensing, voxel, {depth_m_[i], u_[i], v_[i]});
-      if (!isAgainst(sight, voxel, is_covered, rules)) continue;
-      contradicted[contradicted_count++] = {index_[i], is_covered, sight};
-    }
-    count_ = 0;
+  /// Along an axis, of a row's voxels.
+  LaneFloats slopes(int row, int axis) const {
+    const int at = startOf(row), step = axis == 0 ? 1 : (axis == 1 ? kSide : kSide * kSide);
+    return slopeBeside(LaneFloats::load(sdf_ + at), LaneFloats::load(sdf_ + at + step),
+                       LaneFloats::load(known_ + at + step), LaneFloats::load(sdf_ + at - step),
+                       LaneFloats::load(known_ + at - step));
   }
 
  private:
-  static constexpr int kVoxels = 64, kTogether = 8;
+  static constexpr int kSide = kBlockSide + 2;
+  static int startOf(int row) {
+    return 1 + kSide * (row % kBlockSide + 1 + kSide * (row / kBlockSide + 1));
+  }
 
-  /// Also at places up to a multiple of `kTogether`, which hold older voxels.
-  void findPixels(const FrameView& view, const Facing& facing, const Vec3f& first_voxel_L) {
-    const FrameView frame = view;  // a copy of its own, which no result can overlap
-    const int count = (count_ + kTogether - 1) / kTogether * kTogether;
-    for (int i = 0; i < count; ++i) {
-      const Vec3f origin =
-          judgedOrigin(static_cast<uint16_t>(anchor_[i]), index_[i], is_covered_[i] != 0);
-      const Vec3f place = footOf(origin, sdf_[i], {slope_x_[i], slope_y_[i], slope_z_[i]}, facing);
-      const VoxelInImage at = projectToImage(frame, first_voxel_L + place);
-      depth_m_[i] = at.depth_m;
-      u_[i] = at.u;
-      v_[i] = at.v;
-      const JudgingPixel pixel = judgingPixel(frame, is_empty_[i] != 0, at);
-      pixel_[i] = pixel.index;
-      pixel_depth_m_[i] = pixel.depth_m;
+  float sdf_[kSide * kSide * kSide] = {}, known_[kSide * kSide * kSide] = {};
+};
+
+/// Judges the voxels of an array row by row, in loops that compilers turn into vector instructions,
+/// with the same bits as judge().
+class RowJudge {
+ public:
+  RowJudge(const FrameSensing& sensing, const Facing& facing, const Vec3f& first_voxel_L,
+           const Look& look, const FusionRules& rules, const DistanceGrid& distances)
+      : sensing_(sensing),
+        facing_(facing),
+        first_voxel_L_(first_voxel_L),
+        look_(look),
+        rules_(rules),
+        distances_(distances) {}
+
+  /// Calls visit(index, is covered, what is seen) for those of a row that are contradicted.
+  template <class Visit>
+  void judge(const Voxel* voxels, int row, uint32_t covered, const Visit& visit) {
+    const VoxelRow of_row(voxels + row * kBlockSide);
+    if (!findJudged(of_row, row, maskOf(covered))) return;
+    if (look_.in_turn) findSlopes(of_row, row, maskOf(covered));
+    findPixels(row);
+    for (int x = 0; x < kBlockSide; ++x) {
+      if (!judged_[x] || !looksThrough(sensing_, {pixel_[x], pixel_depth_m_[x]})) continue;
+      const Voxel& voxel = voxels[row * kBlockSide + x];
+      const Sight sight = judgeFree(sensing_, voxel, {depth_m_[x], u_[x], v_[x]});
+      if (!isAgainst(sight, voxel, covered_[x] != 0, rules_)) continue;
+      visit(row * kBlockSide + x, covered_[x] != 0, sight);
     }
   }
 
-  int count_ = 0;
-  int32_t index_[kVoxels] = {}, anchor_[kVoxels] = {};
-  int32_t is_covered_[kVoxels] = {}, is_empty_[kVoxels] = {};
-  float sdf_[kVoxels] = {};
-  float slope_x_[kVoxels] = {}, slope_y_[kVoxels] = {}, slope_z_[kVoxels] = {};
-  float depth_m_[kVoxels], u_[kVoxels], v_[kVoxels];
-  int32_t pixel_[kVoxels];
-  float pixel_depth_m_[kVoxels];
+ private:
+  /// @return whether any are judged.
+  bool findJudged(const VoxelRow& voxels, int row, const LaneInts& covered) {
+    const LaneInts nothing(0);
+    const LaneInts is_empty = voxels.weightUnits() == nothing;
+    const uint32_t halves = look_.empty >> octantOf(row * kBlockSide);  // of the row, and others
+    const LaneInts may_lose = maskOf((halves & 1u ? 0x0fu : 0u) | (halves & 2u ? 0xf0u : 0u)) &
+                              (voxels.evidence() > LaneInts(-rules_.most_evidence));
+    const LaneInts judged = canChange(covered, voxels.anchor != nothing, is_empty, may_lose,
+                                      LaneInts(look_.in_turn ? -1 : 0));
+    judged.store(judged_);
+    covered.store(covered_);
+    is_empty.store(is_empty_);
+    voxels.anchor.store(anchor_);
+    return any(judged);
+  }
+
+  void findSlopes(const VoxelRow& voxels, int row, const LaneInts& covered) {
+    select(covered, LaneFloats(0.0f), voxels.sdf()).store(sdf_);  // as judgedSdf()
+    distances_.slopes(row, 0).store(slope_x_);
+    distances_.slopes(row, 1).store(slope_y_);
+    distances_.slopes(row, 2).store(slope_z_);
+  }
+
+  void findPixels(int row) {
+    const FrameView& frame = sensing_.image.frame;
+    for (int x = 0; x < kBlockSide; ++x) {
+      const Vec3f origin = judgedOrigin(static_cast<uint16_t>(anchor_[x]), row * kBlockSide + x,
+                                        covered_[x] != 0);
+      const Vec3f place = footOf(origin, sdf_[x], {slope_x_[x], slope_y_[x], slope_z_[x]}, facing_);
+      const VoxelInImage at = projectToImage(frame, first_voxel_L_ + place);
+      depth_m_[x] = at.depth_m;
+      u_[x] = at.u;
+      v_[x] = at.v;
+      const JudgingPixel pixel = judgingPixel(frame, is_empty_[x] != 0, at);
+      pixel_[x] = pixel.index;
+      pixel_depth_m_[x] = pixel.depth_m;
+    }
+  }
+
+  const FrameSensing sensing_;  // copies of their own, which no result can overlap
+  const Facing facing_;
+  const Vec3f first_voxel_L_;
+  const Look look_;
+  const FusionRules rules_;
+  const DistanceGrid& distances_;
+  int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide], anchor_[kBlockSide];
+  float sdf_[kBlockSide] = {};  ///< Without a turn all are covered, and so looked at their anchors.
+  float slope_x_[kBlockSide] = {}, slope_y_[kBlockSide] = {}, slope_z_[kBlockSide] = {};
+  float depth_m_[kBlockSide], u_[kBlockSide], v_[kBlockSide];
+  int32_t pixel_[kBlockSide];
+  float pixel_depth_m_[kBlockSide];
 };
 
 Look lookOf(const BlockLook& look, const FrameSensing& sensing) {
@@ -88,41 +135,26 @@ Look lookOf(const BlockLook& look, const FrameSensing& sensing) {
   return {true, octantsSeenThrough(sensing, toFloat(firstVoxelOfBlock(look.block_L)))};
 }
 
-/// Calls visit(index, is covered) for the voxels that a frame judges which covers these, if any.
-template <class Visit>
-void visitJudged(const Voxel* voxels, const VoxelSet* covered, const Look& look,
-                 const FusionRules& rules, const Visit& visit) {
-  const auto consider = [&](int i, bool is_covered) {
-    if (isJudged(voxels[i], i, is_covered, look, rules)) visit(i, is_covered);
-  };
-  if (!look.in_turn) {  // and so nothing else
-    covered->forEach([&](int i) { consider(i, true); });
-    return;
-  }
-  for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    consider(i, covered != nullptr && covered->contains(i));
-  }
-}
-
 /// All voxels are judged before the first one changes: they look at their neighbours.
 /// @return the number of voxels that are contradicted.
 int findContradicted(const BlockLook& look, const Look& rule, int direction,
                      const FrameSensing& sensing, const FusionRules& rules, const Voxel* voxels,
-                     ContradictedVoxel (&found)[kVoxelsPerBlock]) {
+                     DistanceGrid& distances, ContradictedVoxel (&found)[kVoxelsPerBlock]) {
   const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
   const Facing facing = facingOf(look.directional ? direction : kAnyDirection);
-  const Vec3f first_voxel_L = toFloat(firstVoxelOfBlock(look.block_L));
-  JudgedBatch batch;
   int count = 0;
-  const auto judgeBatch = [&] {
-    batch.judgeInto(sensing, facing, first_voxel_L, rules, voxels, found, count);
-  };
-  visitJudged(voxels, has_sums ? &look.sums->covered[direction] : nullptr, rule, rules,
-              [&](int i, bool is_covered) {
-                batch.add(voxels, i, is_covered);
-                if (batch.isFull()) judgeBatch();
-              });
-  judgeBatch();
+  withWidestVectors([&] {
+    RowJudge judge(sensing, facing, toFloat(firstVoxelOfBlock(look.block_L)), rule, rules,
+                   distances);
+    if (rule.in_turn) distances.take(voxels);
+    for (int row = 0; row < kRows; ++row) {
+      const uint32_t covered = has_sums ? look.sums->covered[direction].row(row) : 0u;
+      if (covered == 0 && !rule.in_turn) continue;
+      judge.judge(voxels, row, covered, [&](int index, bool is_covered, Sight sight) {
+        found[count++] = {index, is_covered, sight};
+      });
+    }
+  });
   return count;
 }
 
@@ -132,13 +164,14 @@ ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const Fr
                         const FusionRules& rules, VoxelStore& voxels) {
   ClearedBlock result{false, 0};
   const Look rule = lookOf(look, sensing);
+  DistanceGrid distances;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
     const bool has_sums = look.sums != nullptr && (look.directions >> d & 1);
     if (!has_sums && !look.in_turn) continue;
     Voxel* array = voxels.array(entry.array[d]);
     ContradictedVoxel found[kVoxelsPerBlock];
-    const int count = findContradicted(look, rule, d, sensing, rules, array, found);
+    const int count = findContradicted(look, rule, d, sensing, rules, array, distances, found);
     if (count == 0) continue;
     bool has_emptied = false;
     for (int i = 0; i < count; ++i) {

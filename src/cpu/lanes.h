@@ -23,6 +23,8 @@ struct LaneInts {
   LaneInts() = default;
   explicit LaneInts(int32_t all) : v(all - Vector{}) {}
   explicit LaneInts(const Vector& vector) : v(vector) {}
+
+  void store(int32_t* values) const { std::memcpy(values, &v, sizeof(v)); }
 };
 
 struct LaneFloats {
@@ -39,12 +41,14 @@ struct LaneFloats {
     std::memcpy(&result.v, values, sizeof(result.v));
     return result;
   }
+  void store(float* values) const { std::memcpy(values, &v, sizeof(v)); }
 };
 
 inline LaneInts operator&(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v & b.v); }
 inline LaneInts operator|(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v | b.v); }
 inline LaneInts operator^(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v ^ b.v); }
 inline LaneInts operator==(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v == b.v); }
+inline LaneInts operator>(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v > b.v); }
 inline LaneInts operator!=(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v != b.v); }
 
 inline LaneFloats operator+(const LaneFloats& a, const LaneFloats& b) {
@@ -70,6 +74,12 @@ inline LaneInts bitsOf(const LaneFloats& a) {
 }
 inline LaneFloats floatsOf(const LaneInts& a) {
   return LaneFloats(reinterpret_cast<LaneFloats::Vector>(a.v));
+}
+
+/// Of the lowest bits of a number, one for each lane.
+inline LaneInts maskOf(uint32_t bits) {
+  constexpr LaneInts::Vector kBit = {1, 2, 4, 8, 16, 32, 64, 128};
+  return LaneInts((LaneInts(static_cast<int32_t>(bits)).v & kBit) != 0);
 }
 
 inline LaneInts select(const LaneInts& mask, const LaneInts& yes, const LaneInts& no) {

@@ -11,6 +11,7 @@ namespace dtsdf {
 
 DTSDF_HD float select(bool condition, float yes, float no) { return condition ? yes : no; }
 DTSDF_HD int32_t select(bool condition, int32_t yes, int32_t no) { return condition ? yes : no; }
+DTSDF_HD bool select(bool condition, bool yes, bool no) { return condition ? yes : no; }
 DTSDF_HD bool any(bool condition) { return condition; }
 DTSDF_HD float magnitude(float a) { return fabsf(a); }
 DTSDF_HD float squareRoot(float a) { return sqrtf(a); }

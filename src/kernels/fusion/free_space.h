@@ -18,6 +18,7 @@
 
 #include "kernels/core/anchor.h"
 #include "kernels/core/direction.h"
+#include "kernels/core/select.h"
 #include "kernels/fusion/evidence.h"
 #include "kernels/fusion/free_tiles.h"
 #include "kernels/fusion/sample_line.h"
@@ -103,6 +104,15 @@ DTSDF_HD float freeDepth(const ImageView& image, const Pixel& pixel, const FreeB
   return is_measured || isAtImageBorder(image.frame, pixel) ? free(0, 0) : freeInGap(free);
 }
 
+/// Mean difference of a voxel's distance from those of its two neighbours along an axis, of which
+/// those count that have a 1, the others a 0.
+template <class Real>
+DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_upper,
+                          const Real& lower, const Real& has_lower) {
+  return (Real{1.0f} - Real{0.5f} * (has_upper * has_lower)) *
+         (has_upper * (upper - own) + has_lower * (own - lower));
+}
+
 /// Difference of a voxel's distance from those of its neighbours along an axis of its block, per
 /// voxel; 0 where the block holds none. Branch-free: which neighbours there are is anybody's guess.
 DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
@@ -112,9 +122,7 @@ DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   const Voxel upper = voxels[index + to_upper * step], lower = voxels[index - to_lower * step];
   const auto has_upper = static_cast<float>(to_upper & static_cast<int32_t>(!isEmpty(upper)));
   const auto has_lower = static_cast<float>(to_lower & static_cast<int32_t>(!isEmpty(lower)));
-  const float own = sdfOf(voxels[index]);
-  return (1.0f - 0.5f * (has_upper * has_lower)) *
-         (has_upper * (sdfOf(upper) - own) + has_lower * (own - sdfOf(lower)));
+  return slopeBeside(sdfOf(voxels[index]), sdfOf(upper), has_upper, sdfOf(lower), has_lower);
 }
 
 DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
@@ -164,13 +172,20 @@ struct Look {
   Octants empty;  ///< Of which the frame judges empty voxels: in turn, if it may see through them.
 };
 
-/// Whether a frame that looks through a voxel's place can change it. One that the frame covers has
-/// to know where its surface was measured.
+/// Which voxels, one or several at once, a frame can change that looks through their places: one
+/// that it covers has to know where its surface was measured, an empty one has to have evidence to
+/// lose, where the frame may see through it.
+template <class Mask>
+DTSDF_HD Mask canChange(const Mask& is_covered, const Mask& has_anchor, const Mask& is_empty,
+                        const Mask& may_lose, const Mask& in_turn) {
+  return select(is_covered, has_anchor, select(is_empty, may_lose, in_turn));
+}
+
 DTSDF_HD bool isJudged(const Voxel& voxel, int index, bool is_covered, const Look& look,
                        const FusionRules& rules) {
-  if (is_covered) return voxel.anchor != kNoAnchor;
-  if (!isEmpty(voxel)) return look.in_turn;
-  return (look.empty >> octantOf(index) & 1u) != 0 && evidenceOf(voxel) > -rules.most_evidence;
+  const bool may_lose = (look.empty >> octantOf(index) & 1u) != 0 &&
+                        evidenceOf(voxel) > -rules.most_evidence;
+  return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, look.in_turn);
 }
 
 /// From where, in voxels from the block's first one, the way to the place leads that a frame has to

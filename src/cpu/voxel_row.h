@@ -1,0 +1,37 @@
+/// A row of voxels, along x, taken apart into vectors.
+#pragma once
+
+#include <cstring>
+
+#include "cpu/lanes.h"
+#include "kernels/core/grid.h"
+#include "kernels/core/voxel.h"
+
+namespace dtsdf {
+
+static_assert(kLanes == kBlockSide, "a row fills the lanes");
+
+struct VoxelRow {
+  LaneInts sdf_units, anchor, state;
+
+  explicit VoxelRow(const Voxel* voxels) {
+    LaneInts::Vector first, last;  // a voxel's distance and anchor, and its state, by turns
+    static_assert(sizeof(first) + sizeof(last) == kBlockSide * sizeof(Voxel), "");
+    std::memcpy(&first, voxels, sizeof(first));
+    std::memcpy(&last, voxels + kLanes / 2, sizeof(last));
+    const LaneInts::Vector low = __builtin_shufflevector(first, last, 0, 2, 4, 6, 8, 10, 12, 14);
+    state.v = __builtin_shufflevector(first, last, 1, 3, 5, 7, 9, 11, 13, 15);
+    constexpr bool kLittle = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
+    sdf_units.v = (kLittle ? low << 16 : low) >> 16;
+    anchor.v = (kLittle ? low >> 16 : low) & 0xffff;
+  }
+
+  LaneFloats sdf() const {
+    return LaneFloats(__builtin_convertvector(sdf_units.v, LaneFloats::Vector)) *
+           LaneFloats(1.0f / kStoredSdfScale);
+  }
+  LaneInts weightUnits() const { return LaneInts(state.v >> 8 & 0xffffff); }
+  LaneInts evidence() const { return LaneInts(state.v << 24 >> 24); }
+};
+
+}  // namespace dtsdf

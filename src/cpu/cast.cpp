@@ -20,10 +20,9 @@ class PlaneBatch {
   bool isFull() const { return count_ == kPlanes; }
 
   /// Takes of a line's planes as many as fit. @return how many these are.
-  int enter(const CastLine& cast, const Span& planes) {
-    const SampleLine& line = cast.line;
+  int enter(const KeptLine& line, const MeasuredSides& sides, const Span& planes) {
     const int count = std::min(planes.last - planes.first + 1, kPlanes - count_);
-    for (int i = 0; i < count; ++i) directions_[count_ + i] = &cast.directions;
+    for (int i = 0; i < count; ++i) line_[count_ + i] = &line;
     for (int i = 0; i < kPlanes; ++i) plane_[count_ + i] = planes.first + i;
     fill(per_reach_, line.per_reach);
     fill(p_k_, line.p_k);
@@ -34,8 +33,8 @@ class PlaneBatch {
     fill(normal_k_, line.normal_k);
     fill(normal_u_, line.normal_u);
     fill(normal_v_, line.normal_v);
-    for (int d = 0; d < 3; ++d) fill(weight_[d], cast.directions.weight[d]);
-    if (kHasSides) enterSides(line.sides);
+    for (int d = 0; d < 3; ++d) fill(weight_[d], line.weight[d]);
+    if (kHasSides) enterSides(sides);
     count_ += count;
     return count;
   }
@@ -73,14 +72,14 @@ class PlaneBatch {
   }
 
   void addPlane(const BlockFrame& block, int i, BlockSums& sums) const {
-    const DirectionSet& directions = *directions_[i];
+    const KeptLine& line = *line_[i];
     const PlaneInBlock at = planeInBlock(block, plane_[i], samples_.u[i], samples_.v[i]);
     const bool holds_all = at.holds(0) && at.holds(3);
     for (int corner = 0; corner < 4; ++corner) {
       if (!holds_all && !at.holds(corner)) continue;
       const int index = at.index + cornerOffset(block.strides, corner);
-      for (int d = 0; d < directions.count; ++d) {
-        addToSums(sums.voxel[directions.direction[d]][index], weights_[d][corner][i],
+      for (int d = 0; d < line.direction_count; ++d) {
+        addToSums(sums.voxel[line.direction[d]][index], weights_[d][corner][i],
                   sdf_[corner][i], samples_.point_key[corner][i]);
       }
     }
@@ -117,7 +116,7 @@ class PlaneBatch {
   static constexpr int kSideValues = 8;
 
   int count_ = 0;
-  const DirectionSet* directions_[kPlanes] = {};
+  const KeptLine* line_[kPlanes] = {};
   int32_t plane_[2 * kPlanes] = {};
   PerPlane per_reach_ = {}, p_k_ = {}, p_u_ = {}, p_v_ = {}, slope_u_ = {}, slope_v_ = {};
   PerPlane normal_k_ = {}, normal_u_ = {}, normal_v_ = {};
@@ -136,13 +135,13 @@ class BlockCasting {
         sdf_scale_(sdfScale(fusion)),
         sums_(sums) {}
 
-  void add(const CastLine& cast) {
-    if (cast.line.sides.areMeasured()) {
-      auto& batch = of_subpixels_[cast.line.axis];
+  void add(const KeptLine& line, const MeasuredSides& sides) {
+    if (line.has_sides) {
+      auto& batch = of_subpixels_[line.axis];
       if (!batch) batch.emplace();
-      enter(cast, *batch);
+      enter(line, sides, *batch);
     } else {
-      enter(cast, of_points_[cast.line.axis]);
+      enter(line, sides, of_points_[line.axis]);
     }
   }
 
@@ -155,11 +154,11 @@ class BlockCasting {
 
  private:
   template <class Batch>
-  void enter(const CastLine& cast, Batch& batch) {
-    const int axis = cast.line.axis;
-    Span planes = planesInside(cast.line, frames_[axis]);
+  void enter(const KeptLine& line, const MeasuredSides& sides, Batch& batch) {
+    const int axis = line.axis;
+    Span planes = planesInside(line.planes, frames_[axis]);
     while (planes.first <= planes.last) {
-      planes.first += batch.enter(cast, planes);
+      planes.first += batch.enter(line, sides, planes);
       if (batch.isFull()) flush(batch, axis);
     }
   }
@@ -192,7 +191,7 @@ void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSett
     for (const SurfelRange& range : block.surfels) {
       for (const uint32_t* i = range.begin; i != range.end; ++i) {
         if (range.end - i > kAhead) __builtin_prefetch(&finder.line(i[kAhead]));
-        casting.add(finder.line(*i));
+        casting.add(finder.line(*i), finder.sides(*i));
       }
     }
     casting.finish();

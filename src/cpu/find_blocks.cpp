@@ -4,6 +4,26 @@
 
 namespace dtsdf {
 
+KeptLine::KeptLine(const CastLine& cast)
+    : planes{cast.line.first_plane, cast.line.last_plane},
+      per_reach(cast.line.per_reach),
+      p_k(cast.line.p_k),
+      p_u(cast.line.p_u),
+      p_v(cast.line.p_v),
+      slope_u(cast.line.slope_u),
+      slope_v(cast.line.slope_v),
+      normal_k(cast.line.normal_k),
+      normal_u(cast.line.normal_u),
+      normal_v(cast.line.normal_v),
+      axis(static_cast<uint8_t>(cast.line.axis)),
+      has_sides(cast.line.sides.areMeasured()),
+      direction_count(static_cast<uint8_t>(cast.directions.count)) {
+  for (int i = 0; i < 3; ++i) {
+    weight[i] = cast.directions.weight[i];
+    direction[i] = static_cast<uint8_t>(cast.directions.direction[i]);
+  }
+}
+
 void BlockFinder::Share::reset() {
   bins.clear();
   entries.clear();
@@ -42,6 +62,7 @@ void BlockFinder::findBlocks(const std::vector<Surfel>& surfels, const FrameSens
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   shares_.resize(threads_);
   lines_.resize(surfels.size());
+  sides_.resize(surfels.size());
   struct NoScratch {};
   parallelFor<NoScratch>(shares_.size(), threads_, [&](size_t part, NoScratch&) {
     Share& share = shares_[part];
@@ -52,9 +73,11 @@ void BlockFinder::findBlocks(const std::vector<Surfel>& surfels, const FrameSens
     for (uint32_t i = first; i < last; ++i) {
       const Surfel& surfel = surfels[i];
       if (!(surfel.weight > 0.0f)) continue;
-      lines_[i] = makeCastLine(surfel, sensing, fusion_);
-      const uint32_t directions = directionMask(lines_[i].directions);
-      visitBlocks<BlockWalk::kExact>(lines_[i].line, [&](const Vec3i& block) {
+      const CastLine cast = makeCastLine(surfel, sensing, fusion_);
+      lines_[i] = KeptLine(cast);
+      if (lines_[i].has_sides) sides_[i] = cast.line.sides;
+      const uint32_t directions = directionMask(cast.directions);
+      visitBlocks<BlockWalk::kExact>(cast.line, [&](const Vec3i& block) {
         share.add(block, origin_block, directions, i);
       });
     }
@@ -64,7 +87,8 @@ void BlockFinder::findBlocks(const std::vector<Surfel>& surfels, const FrameSens
 }
 
 size_t BlockFinder::bytes() const {
-  size_t bytes = lines_.capacity() * sizeof(CastLine);
+  size_t bytes =
+      lines_.capacity() * sizeof(KeptLine) + sides_.capacity() * sizeof(MeasuredSides);
   for (const Share& share : shares_) {
     bytes += share.entries.capacity() * sizeof(Entry) + share.ordered.capacity() * sizeof(uint32_t);
   }

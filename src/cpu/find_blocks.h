@@ -11,6 +11,21 @@
 
 namespace dtsdf {
 
+/// What casting needs of a line, in one line of the cache: surfels of a block lie apart in memory.
+struct alignas(64) KeptLine {
+  Span planes;
+  float per_reach, p_k, p_u, p_v, slope_u, slope_v, normal_k, normal_u, normal_v;
+  float weight[3];  ///< Of the directions.
+  uint8_t axis;
+  bool has_sides;  ///< Which are kept apart, as few lines have any.
+  uint8_t direction_count, direction[3];
+
+  // cppcheck-suppress uninitMemberVar  ; as a line is
+  KeptLine() = default;
+  explicit KeptLine(const CastLine& cast);
+};
+static_assert(sizeof(KeptLine) == 64, "");
+
 /// A stretch of surfel indices.
 struct SurfelRange {
   const uint32_t* begin;
@@ -35,8 +50,9 @@ class BlockFinder {
   /// Those that were found last.
   const std::vector<TouchedBlock>& touched() const { return touched_; }
 
-  /// Line of a surfel; those of surfels without a weight hold nothing.
-  const CastLine& line(uint32_t surfel) const { return lines_[surfel]; }
+  /// Line of a surfel, and its sides, if it has any; those of surfels without a weight hold nothing.
+  const KeptLine& line(uint32_t surfel) const { return lines_[surfel]; }
+  const MeasuredSides& sides(uint32_t surfel) const { return sides_[surfel]; }
 
   /// Of the lists of surfels and their lines, which are by far the most of it.
   size_t bytes() const;
@@ -79,7 +95,8 @@ class BlockFinder {
 
   const FusionSettings fusion_;
   const int threads_;
-  std::vector<CastLine> lines_;
+  std::vector<KeptLine> lines_;
+  std::vector<MeasuredSides> sides_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;
 };

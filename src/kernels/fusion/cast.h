@@ -86,11 +86,10 @@ DTSDF_HD BlockFrame blockFrameOf(int axis, const Vec3i& block_L) {
           stridesOf(axis)};
 }
 
-/// The line's planes inside a block.
-DTSDF_HD Span planesInside(const SampleLine& line, const BlockFrame& block) {
+/// A line's planes inside a block.
+DTSDF_HD Span planesInside(const Span& planes, const BlockFrame& block) {
   const int end = block.k0 + kBlockSide - 1;
-  return {line.first_plane > block.k0 ? line.first_plane : block.k0,
-          line.last_plane < end ? line.last_plane : end};
+  return {planes.first > block.k0 ? planes.first : block.k0, planes.last < end ? planes.last : end};
 }
 
 DTSDF_HD float sdfScale(const FusionSettings& fusion) {
@@ -125,7 +124,7 @@ DTSDF_HD void castPlanesIntoBlock(const CastLine& cast, const FusionSettings& fu
                                   const Vec3i& block_L, Add& add) {
   const BlockFrame block = blockFrameOf(cast.line.axis, block_L);
   const DirectionSet& directions = cast.directions;
-  const Span planes = planesInside(cast.line, block);
+  const Span planes = planesInside({cast.line.first_plane, cast.line.last_plane}, block);
   const Vec3i shifts = pointShifts(cast.line.axis);
   for (int plane = planes.first; plane <= planes.last; ++plane) {
     PlaneSamples<1> samples;

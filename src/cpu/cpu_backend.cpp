@@ -85,7 +85,7 @@ void CpuBackend::makeSurfels() {
 
 void CpuBackend::findBlocks() {
   const StageTimer timer(profile_, Stage::kFindBlocks);
-  block_finder_.findBlocks(surfel_maker_.surfels(), sensing_);
+  block_finder_.findBlocks(surfel_maker_.lists(), sensing_);
 }
 
 void CpuBackend::lookUpBlocks() {
@@ -143,7 +143,7 @@ uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entr
   if (casts) {
     cast(block, block_finder_, fusion_, sums);
   } else {
-    project(block, surfel_maker_.surfels(), frame, fusion_, sums);
+    project(block, surfel_maker_.lists().front(), frame, fusion_, sums);
   }
   lap.end(Stage::kCast);
   const float depth_weight = blockDepthWeight(frame, block.block_L, rules_.fusion);

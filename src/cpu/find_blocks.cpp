@@ -1,5 +1,7 @@
 #include "cpu/find_blocks.h"
 
+#include <algorithm>
+
 #include "threads/parallel_for.h"
 
 namespace dtsdf {
@@ -58,28 +60,38 @@ void BlockFinder::Share::order() {
   for (const Entry& entry : entries) ordered[next[entry.bin]++] = entry.surfel;
 }
 
-void BlockFinder::findBlocks(const std::vector<Surfel>& surfels, const FrameSensing& sensing) {
+void BlockFinder::addSurfel(const Surfel& surfel, uint32_t number, const FrameSensing& sensing,
+                            Share& share) {
+  if (!(surfel.weight > 0.0f)) return;
+  const CastLine cast = makeCastLine(surfel, sensing, fusion_);
+  lines_[number] = KeptLine(cast);
+  if (lines_[number].has_sides) sides_[number] = cast.line.sides;
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
+  const uint32_t directions = directionMask(cast.directions);
+  visitBlocks<BlockWalk::kExact>(cast.line, [&](const Vec3i& block) {
+    share.add(block, origin_block, directions, number);
+  });
+}
+
+void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
+                             const FrameSensing& sensing) {
+  size_t count = 0;
+  for (const std::vector<Surfel>& list : lists) count += list.size();
+  lines_.resize(count);
+  sides_.resize(count);
   shares_.resize(threads_);
-  lines_.resize(surfels.size());
-  sides_.resize(surfels.size());
   struct NoScratch {};
   parallelFor<NoScratch>(shares_.size(), threads_, [&](size_t part, NoScratch&) {
     Share& share = shares_[part];
     share.reset();
-    const size_t parts = shares_.size();
-    const auto first = static_cast<uint32_t>(surfels.size() * part / parts);
-    const auto last = static_cast<uint32_t>(surfels.size() * (part + 1) / parts);
-    for (uint32_t i = first; i < last; ++i) {
-      const Surfel& surfel = surfels[i];
-      if (!(surfel.weight > 0.0f)) continue;
-      const CastLine cast = makeCastLine(surfel, sensing, fusion_);
-      lines_[i] = KeptLine(cast);
-      if (lines_[i].has_sides) sides_[i] = cast.line.sides;
-      const uint32_t directions = directionMask(cast.directions);
-      visitBlocks<BlockWalk::kExact>(cast.line, [&](const Vec3i& block) {
-        share.add(block, origin_block, directions, i);
-      });
+    const size_t first = count * part / shares_.size(), end = count * (part + 1) / shares_.size();
+    size_t begin = 0;  // of the list
+    for (const std::vector<Surfel>& list : lists) {
+      const size_t last = std::min(begin + list.size(), end);
+      for (size_t i = std::max(begin, first); i < last; ++i) {
+        addSurfel(list[i - begin], static_cast<uint32_t>(i), sensing, share);
+      }
+      begin += list.size();
     }
     share.order();
   });

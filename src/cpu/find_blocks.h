@@ -44,8 +44,8 @@ class BlockFinder {
  public:
   BlockFinder(const FusionSettings& fusion, int threads) : fusion_(fusion), threads_(threads) {}
 
-  /// Finds the touched blocks.
-  void findBlocks(const std::vector<Surfel>& surfels, const FrameSensing& sensing);
+  /// Finds the blocks that the surfels of some lists touch, numbered from the first list on.
+  void findBlocks(const std::vector<std::vector<Surfel>>& lists, const FrameSensing& sensing);
 
   /// Those that were found last.
   const std::vector<TouchedBlock>& touched() const { return touched_; }
@@ -91,6 +91,7 @@ class BlockFinder {
     void reset();
   };
 
+  void addSurfel(const Surfel& surfel, uint32_t number, const FrameSensing& sensing, Share& share);
   void merge();
 
   const FusionSettings fusion_;

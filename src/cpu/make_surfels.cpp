@@ -51,7 +51,7 @@ void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& firs
 /// @return the number of surfels with a weight.
 size_t SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
   const FrameView& frame = sensing.image.frame;
-  Surfel* surfels = &surfels_[static_cast<size_t>(v) * frame.width];
+  Surfel* surfels = &lists_.front()[static_cast<size_t>(v) * frame.width];
   const auto everywhere = [](int) { return true; };
   for (int first = 0; first < frame.width && surfel_settings_.normal_radius_px > 0;
        first += kStretch) {
@@ -69,7 +69,8 @@ size_t SurfelMaker::makeRow(const FrameSensing& sensing, int v) {
 
 void SurfelMaker::makePixelSurfels(const FrameSensing& sensing) {
   const FrameView& frame = sensing.image.frame;
-  surfels_.resize(static_cast<size_t>(frame.width) * frame.height);
+  lists_.resize(1);
+  lists_.front().resize(static_cast<size_t>(frame.width) * frame.height);
   std::vector<size_t> counts(frame.height, 0);
   parallelFor<NoScratch>(frame.height, threads_, [&](size_t row, NoScratch&) {
     counts[row] = makeRow(sensing, static_cast<int>(row));
@@ -78,17 +79,14 @@ void SurfelMaker::makePixelSurfels(const FrameSensing& sensing) {
 }
 
 void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
-  rows_of_tiles_.resize(tilesAlong(sensing.image.frame.height));
+  lists_.resize(tilesAlong(sensing.image.frame.height));
   parallelFor<std::vector<MergedTile>>(
-      rows_of_tiles_.size(), threads_, [&](size_t row, std::vector<MergedTile>& tiles) {
-        rows_of_tiles_[row].clear();
-        makeTiles(sensing, static_cast<int>(row) * kTileSide, tiles, rows_of_tiles_[row]);
+      lists_.size(), threads_, [&](size_t row, std::vector<MergedTile>& tiles) {
+        lists_[row].clear();
+        makeTiles(sensing, static_cast<int>(row) * kTileSide, tiles, lists_[row]);
       });
-  surfels_.clear();
-  for (const std::vector<Surfel>& row : rows_of_tiles_) {
-    surfels_.insert(surfels_.end(), row.begin(), row.end());
-  }
-  count_ = surfels_.size();
+  count_ = 0;
+  for (const std::vector<Surfel>& list : lists_) count_ += list.size();
 }
 
 void SurfelMaker::makeTiles(const FrameSensing& sensing, int first_v,
@@ -133,8 +131,8 @@ void SurfelMaker::makeSingles(const FrameSensing& sensing, int v,
 }
 
 size_t SurfelMaker::bytes() const {
-  size_t surfels = surfels_.capacity();
-  for (const std::vector<Surfel>& row : rows_of_tiles_) surfels += row.capacity();
+  size_t surfels = 0;
+  for (const std::vector<Surfel>& list : lists_) surfels += list.capacity();
   return surfels * sizeof(Surfel);
 }
 

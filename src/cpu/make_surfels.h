@@ -19,8 +19,8 @@ class SurfelMaker {
   /// with weight 0 where there is none.
   void makeSurfels(const FrameSensing& sensing);
 
-  /// Those that were made last.
-  const std::vector<Surfel>& surfels() const { return surfels_; }
+  /// Those that were made last, in lists one after the other. For voxel projection there is one.
+  const std::vector<std::vector<Surfel>>& lists() const { return lists_; }
 
   /// Surfels of the last frame with a weight.
   size_t count() const { return count_; }
@@ -44,8 +44,7 @@ class SurfelMaker {
   const SurfelSettings surfel_settings_;
   const int threads_;
   size_t count_ = 0;
-  std::vector<Surfel> surfels_;
-  std::vector<std::vector<Surfel>> rows_of_tiles_;
+  std::vector<std::vector<Surfel>> lists_;  ///< Of surfels to be cast one per row of tiles.
 };
 
 }  // namespace dtsdf

@@ -55,7 +55,7 @@ TEST_P(Cast, SumsAreThoseOfSurfelAfterSurfel) {
   const std::vector<Surfel> surfels = crowdedSurfels(random);
   const FusionSettings fusion{GetParam(), 1, 4.0f, 64.0f, FusionRules()};
   BlockFinder finder(fusion, 2);
-  finder.findBlocks(surfels, sensing);
+  finder.findBlocks({surfels}, sensing);
   ASSERT_GT(finder.touched().size(), 20u);
   const auto sums = std::make_unique<BlockSums>(), expected = std::make_unique<BlockSums>();
   int added = 0;

@@ -64,7 +64,7 @@ TEST_P(FindBlocks, EverySurfelIsOnceInEachBlockThatItTouches) {
     const std::vector<Surfel> surfels = randomSurfels(random, frame);
     const std::map<PackedKey, Expected> expected = binOneByOne(surfels, sensing, fusion);
     ASSERT_GT(expected.size(), 1000u);
-    finder.findBlocks(surfels, sensing);
+    finder.findBlocks({surfels}, sensing);
     const std::vector<TouchedBlock>& touched = finder.touched();
     std::set<PackedKey> keys;
     for (const TouchedBlock& block : touched) {

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "cpu/lanes.h"
+#include "cpu/voxel_row.h"
 #include "cpu/widest_vectors.h"
 #include "kernels/meshing/possible_leaders.h"
 #include "kernels/meshing/sheets.h"
@@ -39,14 +40,12 @@ const Voxel kNothing[kVoxelsPerBlock] = {};
 constexpr int kRows = kBlockSide * kBlockSide;
 int cornerOfRow(int row) { return cornerIndex(0, row % kBlockSide, row / kBlockSide); }
 
-/// Takes a row of voxels apart. Nothing overlaps, which the compiler has to know to use vectors.
-void copyRow(const Voxel* __restrict__ from, int32_t least_evidence, float* __restrict__ sdf,
-             float* __restrict__ weight) {
-  for (int x = 0; x < kBlockSide; ++x) {
-    const Sample sample = sampleOf(from[x], least_evidence);
-    sdf[x] = sample.sdf;
-    weight[x] = sample.weight;
-  }
+/// Takes a row of voxels apart, as sampleOf() does.
+void copyRow(const Voxel* from, int32_t least_evidence, float* sdf, float* weight) {
+  const VoxelRow row(from);
+  row.sdf().store(sdf);
+  const LaneInts known = row.evidence() > LaneInts(least_evidence - 1);
+  select(known, row.weight(), LaneFloats(0.0f)).store(weight);
 }
 
 /// Copies the part of a voxel array that lies in the corner grid's n-th block.

@@ -69,6 +69,9 @@ inline LaneInts operator>=(const LaneFloats& a, const LaneFloats& b) {
   return LaneInts(a.v >= b.v);
 }
 
+inline LaneFloats toFloats(const LaneInts& a) {
+  return LaneFloats(__builtin_convertvector(a.v, LaneFloats::Vector));
+}
 inline LaneInts bitsOf(const LaneFloats& a) {
   return LaneInts(reinterpret_cast<LaneInts::Vector>(a.v));
 }

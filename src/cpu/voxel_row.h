@@ -26,11 +26,11 @@ struct VoxelRow {
     anchor.v = (kLittle ? low >> 16 : low) & 0xffff;
   }
 
-  LaneFloats sdf() const {
-    return LaneFloats(__builtin_convertvector(sdf_units.v, LaneFloats::Vector)) *
-           LaneFloats(1.0f / kStoredSdfScale);
-  }
+  LaneFloats sdf() const { return toFloats(sdf_units) * LaneFloats(1.0f / kStoredSdfScale); }
   LaneInts weightUnits() const { return LaneInts(state.v >> 8 & 0xffffff); }
+  LaneFloats weight() const {
+    return toFloats(weightUnits()) * LaneFloats(1.0f / kStoredWeightScale);
+  }
   LaneInts evidence() const { return LaneInts(state.v << 24 >> 24); }
 };
 

@@ -64,9 +64,11 @@ class RowJudge {
   template <class Visit>
   void judge(const Voxel* voxels, int row, uint32_t covered, const Visit& visit) {
     const VoxelRow of_row(voxels + row * kBlockSide);
-    if (!findJudged(of_row, row, maskOf(covered))) return;
-    if (look_.in_turn) findSlopes(of_row, row, maskOf(covered));
-    findPixels(row);
+    const LaneInts is_covered = maskOf(covered);
+    if (!findJudged(of_row, row, is_covered)) return;
+    findOrigins(of_row, row, is_covered);
+    if (look_.in_turn) moveToFeet(of_row, row, is_covered);
+    findPixels();
     for (int x = 0; x < kBlockSide; ++x) {
       if (!judged_[x] || !looksThrough(sensing_, {pixel_[x], pixel_depth_m_[x]})) continue;
       const Voxel& voxel = voxels[row * kBlockSide + x];
@@ -89,24 +91,51 @@ class RowJudge {
     judged.store(judged_);
     covered.store(covered_);
     is_empty.store(is_empty_);
-    voxels.anchor.store(anchor_);
     return any(judged);
   }
 
-  void findSlopes(const VoxelRow& voxels, int row, const LaneInts& covered) {
-    select(covered, LaneFloats(0.0f), voxels.sdf()).store(sdf_);  // as judgedSdf()
-    distances_.slopes(row, 0).store(slope_x_);
-    distances_.slopes(row, 1).store(slope_y_);
-    distances_.slopes(row, 2).store(slope_z_);
+  /// As judgedOrigin() does; most rows have anchors to unpack, or none.
+  void findOrigins(const VoxelRow& voxels, int row, const LaneInts& covered) {
+    const auto put = [&](int x, const Vec3f& origin) {
+      place_x_[x] = origin.x;
+      place_y_[x] = origin.y;
+      place_z_[x] = origin.z;
+    };
+    const int first = row * kBlockSide;
+    if (!any(covered)) {
+      for (int x = 0; x < kBlockSide; ++x) put(x, toFloat(voxelOffset(first + x)));
+      return;
+    }
+    int32_t anchor[kBlockSide];
+    voxels.anchor.store(anchor);
+    for (int x = 0; x < kBlockSide; ++x) {
+      put(x, judgedOrigin(static_cast<uint16_t>(anchor[x]), first + x, covered_[x] != 0));
+    }
   }
 
-  void findPixels(int row) {
+  /// From the origins, where there is a way: neither of covered voxels nor of empty ones.
+  void moveToFeet(const VoxelRow& voxels, int row, const LaneInts& covered) {
+    const LaneFloats judged_sdf = select(covered, LaneFloats(0.0f), voxels.sdf());
+    if (!any(bitsOf(judged_sdf))) return;
+    float sdf[kBlockSide], slope_x[kBlockSide], slope_y[kBlockSide], slope_z[kBlockSide];
+    judged_sdf.store(sdf);
+    distances_.slopes(row, 0).store(slope_x);
+    distances_.slopes(row, 1).store(slope_y);
+    distances_.slopes(row, 2).store(slope_z);
+    for (int x = 0; x < kBlockSide; ++x) {
+      const Vec3f foot = footOf({place_x_[x], place_y_[x], place_z_[x]}, sdf[x],
+                                {slope_x[x], slope_y[x], slope_z[x]}, facing_);
+      place_x_[x] = foot.x;
+      place_y_[x] = foot.y;
+      place_z_[x] = foot.z;
+    }
+  }
+
+  void findPixels() {
     const FrameView& frame = sensing_.image.frame;
     for (int x = 0; x < kBlockSide; ++x) {
-      const Vec3f origin = judgedOrigin(static_cast<uint16_t>(anchor_[x]), row * kBlockSide + x,
-                                        covered_[x] != 0);
-      const Vec3f place = footOf(origin, sdf_[x], {slope_x_[x], slope_y_[x], slope_z_[x]}, facing_);
-      const VoxelInImage at = projectToImage(frame, first_voxel_L_ + place);
+      const VoxelInImage at = projectToImage(
+          frame, first_voxel_L_ + Vec3f{place_x_[x], place_y_[x], place_z_[x]});
       depth_m_[x] = at.depth_m;
       u_[x] = at.u;
       v_[x] = at.v;
@@ -122,9 +151,8 @@ class RowJudge {
   const Look look_;
   const FusionRules rules_;
   const DistanceGrid& distances_;
-  int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide], anchor_[kBlockSide];
-  float sdf_[kBlockSide] = {};  ///< Without a turn all are covered, and so looked at their anchors.
-  float slope_x_[kBlockSide] = {}, slope_y_[kBlockSide] = {}, slope_z_[kBlockSide] = {};
+  int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide];
+  float place_x_[kBlockSide], place_y_[kBlockSide], place_z_[kBlockSide];
   float depth_m_[kBlockSide], u_[kBlockSide], v_[kBlockSide];
   int32_t pixel_[kBlockSide];
   float pixel_depth_m_[kBlockSide];

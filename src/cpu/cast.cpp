@@ -43,7 +43,8 @@ class PlaneBatch {
   void addTo(const BlockFrame& block, int axis, float sdf_scale, BlockSums& sums) {
     if (count_ == 0) return;
     compute(axis, sdf_scale);
-    for (int i = 0; i < count_; ++i) addPlane(block, i, sums);
+    placeIn(block);
+    for (int i = 0; i < count_; ++i) addPlane(i, sums);
     count_ = 0;
   }
 
@@ -71,16 +72,27 @@ class PlaneBatch {
             sides_[7][i]};
   }
 
-  void addPlane(const BlockFrame& block, int i, BlockSums& sums) const {
+  void addPlane(int i, BlockSums& sums) const {
     const KeptLine& line = *line_[i];
-    const PlaneInBlock at = planeInBlock(block, plane_[i], samples_.u[i], samples_.v[i]);
-    const bool holds_all = at.holds(0) && at.holds(3);
-    for (int corner = 0; corner < 4; ++corner) {
-      if (!holds_all && !at.holds(corner)) continue;
-      const int index = at.index + cornerOffset(block.strides, corner);
-      for (int d = 0; d < line.direction_count; ++d) {
-        addToSums(sums.voxel[line.direction[d]][index], weights_[d][corner][i],
-                  sdf_[corner][i], samples_.point_key[corner][i]);
+    for (int d = 0; d < line.direction_count; ++d) {
+      VoxelSums* const of_direction = sums.voxel[line.direction[d]];
+      for (int corner = 0; corner < 4; ++corner) {
+        addToSums(of_direction[index_[corner][i]], weights_[d][corner][i], sdf_[corner][i],
+                  samples_.point_key[corner][i]);
+      }
+    }
+  }
+
+  /// Which voxels the corners are. One outside the block is made any of its voxels, without a
+  /// weight: no branches, which nobody could foresee.
+  void placeIn(const BlockFrame& frame) {
+    const BlockFrame block = frame;  // a copy of its own, which no result can overlap
+    for (int i = 0; i < kPlanes; ++i) {
+      const PlaneInBlock at = planeInBlock(block, plane_[i], samples_.u[i], samples_.v[i]);
+      for (int corner = 0; corner < 4; ++corner) {
+        const int32_t held = -static_cast<int32_t>(at.holds(corner));
+        index_[corner][i] = (at.index + cornerOffset(block.strides, corner)) & held;
+        for (int d = 0; d < 3; ++d) weights_[d][corner][i] &= held;
       }
     }
   }
@@ -123,6 +135,7 @@ class PlaneBatch {
   PerPlane weight_[3] = {};
   PerPlane sides_[kHasSides ? kSideValues : 1] = {};
   PlaneSamples<kPlanes> samples_;
+  int32_t index_[4][kPlanes];
   int32_t sdf_[4][kPlanes], weights_[3][4][kPlanes];  ///< In fixed point.
 };
 

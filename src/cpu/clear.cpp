@@ -134,8 +134,8 @@ class RowJudge {
   void findPixels() {
     const FrameView& frame = sensing_.image.frame;
     for (int x = 0; x < kBlockSide; ++x) {
-      const VoxelInImage at = projectToImage(
-          frame, first_voxel_L_ + Vec3f{place_x_[x], place_y_[x], place_z_[x]});
+      const VoxelInImage at =
+          projectToImage(frame, first_voxel_L_ + Vec3f{place_x_[x], place_y_[x], place_z_[x]});
       depth_m_[x] = at.depth_m;
       u_[x] = at.u;
       v_[x] = at.v;

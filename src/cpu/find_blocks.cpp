@@ -68,9 +68,8 @@ void BlockFinder::addSurfel(const Surfel& surfel, uint32_t number, const FrameSe
   if (lines_[number].has_sides) sides_[number] = cast.line.sides;
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   const uint32_t directions = directionMask(cast.directions);
-  visitBlocks<BlockWalk::kExact>(cast.line, [&](const Vec3i& block) {
-    share.add(block, origin_block, directions, number);
-  });
+  visitBlocks<BlockWalk::kExact>(
+      cast.line, [&](const Vec3i& block) { share.add(block, origin_block, directions, number); });
 }
 
 void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
@@ -99,8 +98,7 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
 }
 
 size_t BlockFinder::bytes() const {
-  size_t bytes =
-      lines_.capacity() * sizeof(KeptLine) + sides_.capacity() * sizeof(MeasuredSides);
+  size_t bytes = lines_.capacity() * sizeof(KeptLine) + sides_.capacity() * sizeof(MeasuredSides);
   for (const Share& share : shares_) {
     bytes += share.entries.capacity() * sizeof(Entry) + share.ordered.capacity() * sizeof(uint32_t);
   }

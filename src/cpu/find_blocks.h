@@ -50,7 +50,8 @@ class BlockFinder {
   /// Those that were found last.
   const std::vector<TouchedBlock>& touched() const { return touched_; }
 
-  /// Line of a surfel, and its sides, if it has any; those of surfels without a weight hold nothing.
+  /// Line of a surfel, and its sides, if it has any; those of surfels without a weight hold
+  /// nothing.
   const KeptLine& line(uint32_t surfel) const { return lines_[surfel]; }
   const MeasuredSides& sides(uint32_t surfel) const { return sides_[surfel]; }
 

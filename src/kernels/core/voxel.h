@@ -49,8 +49,7 @@ DTSDF_HD float sdfOf(const Voxel& voxel) {
 /// In units of 2^-16.
 DTSDF_HD uint32_t weightUnits(const Voxel& voxel) { return voxel.state >> 8; }
 DTSDF_HD float weightOf(const Voxel& voxel) {
-  return static_cast<float>(static_cast<int32_t>(weightUnits(voxel))) *
-         (1.0f / kStoredWeightScale);
+  return static_cast<float>(static_cast<int32_t>(weightUnits(voxel))) * (1.0f / kStoredWeightScale);
 }
 DTSDF_HD int32_t evidenceOf(const Voxel& voxel) {
   return static_cast<int32_t>(static_cast<int8_t>(voxel.state & 255u));

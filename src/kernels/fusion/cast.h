@@ -104,8 +104,8 @@ struct PlaneInBlock {
   /// Whether a corner of the cell, number du + 2 dv, lies in the block.
   DTSDF_HD bool holds(int corner) const {
     constexpr uint32_t kLast = kBlockSide - 1;
-    return static_cast<uint32_t>(u + (corner & 1)) <= kLast &&
-           static_cast<uint32_t>(v + (corner >> 1)) <= kLast;
+    return (static_cast<uint32_t>(u + (corner & 1)) <= kLast) &
+           (static_cast<uint32_t>(v + (corner >> 1)) <= kLast);
   }
 };
 

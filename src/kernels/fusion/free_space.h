@@ -183,8 +183,8 @@ DTSDF_HD Mask canChange(const Mask& is_covered, const Mask& has_anchor, const Ma
 
 DTSDF_HD bool isJudged(const Voxel& voxel, int index, bool is_covered, const Look& look,
                        const FusionRules& rules) {
-  const bool may_lose = (look.empty >> octantOf(index) & 1u) != 0 &&
-                        evidenceOf(voxel) > -rules.most_evidence;
+  const bool may_lose =
+      (look.empty >> octantOf(index) & 1u) != 0 && evidenceOf(voxel) > -rules.most_evidence;
   return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, look.in_turn);
 }
 

@@ -82,8 +82,8 @@ DTSDF_HD float roundShift(float shift) {
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
-/// How a vertex at `edge_offset` on an edge is moved, in voxels. Where no direction crosses the edge
-/// on its own, the vote of all that have a say decides, and so they tell.
+/// How a vertex at `edge_offset` on an edge is moved, in voxels. Where no direction crosses the
+/// edge on its own, the vote of all that have a say decides, and so they tell.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {

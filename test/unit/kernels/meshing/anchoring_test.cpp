@@ -35,8 +35,8 @@ struct AnchoredEdge {
       const auto at = anchor.find({end, direction});
       return at == anchor.end() ? kNoAnchor : at->second;
     };
-    return anchoringShift(rules, samples, crossingDirections(samples, kAxis, kFacing), anchors, kAxis,
-                          kFacing, kOffset);
+    return anchoringShift(rules, samples, crossingDirections(samples, kAxis, kFacing), anchors,
+                          kAxis, kFacing, kOffset);
   }
 };
 

@@ -117,11 +117,8 @@ void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
 }
 
 void BlockMesher::prefetch(int32_t slot) const {
-  constexpr int kVoxelsPerCacheLine = 64 / sizeof(Voxel);
   for (const int32_t array : table_.block(slot).array) {
-    if (array == kNoArray) continue;
-    const Voxel* voxels = voxels_.array(array);
-    for (int i = 0; i < kVoxelsPerBlock; i += kVoxelsPerCacheLine) __builtin_prefetch(voxels + i);
+    if (array != kNoArray) voxels_.prefetch(array);
   }
 }
 

@@ -139,6 +139,9 @@ uint32_t CpuBackend::fuseBlock(const TouchedBlock& block, const BlockEntry& entr
   const bool casts = castsSurfels(params_);
   // A voxel is projected to whichever surfel it falls on, also to one that touches other blocks.
   const uint32_t directions = casts ? block.directions : kAllDirections;
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] != kNoArray && (directions >> d & 1)) voxels_.prefetch(entry.array[d]);
+  }
   clearSums(sums, directions);
   if (casts) {
     cast(block, block_finder_, fusion_, sums);

@@ -45,9 +45,11 @@ class NearbyArrays {
 
   /// How a corner of the grid is seen by all directions, see sidesOfSample().
   uint32_t sides(int corner) const {
+    const VoxelsAt at = voxelsAt(cornerAt(corner));
     uint32_t sides = 0;
     for (int d = 0; d < kDirectionCount; ++d) {
-      const Sample seen = sample(corner, d);
+      if (at.array[d] == nullptr) continue;
+      const Sample seen = sampleOf(at.array[d][at.voxel], leastEvidence());
       sides |= sidesOfSample(d, seen.sdf, seen.weight);
     }
     return sides;

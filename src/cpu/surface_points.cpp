@@ -1,30 +1,28 @@
 #include "cpu/surface_points.h"
 
-#include <cmath>
-#include <cstring>
+#include "cpu/voxel_row.h"
+#include "cpu/widest_vectors.h"
 
 namespace dtsdf {
 
 void listNearSurface(const PointView& view, const Voxel* voxels, float distance, VoxelList& list) {
-  const int32_t least_evidence = view.least_evidence;
-  // One byte each first, by vector instructions: most rows of a block hold nothing near.
-  uint8_t is_near[kVoxelsPerBlock];
-  for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    is_near[i] = static_cast<uint8_t>(static_cast<int>(evidenceOf(voxels[i]) >= least_evidence) &
-                                      static_cast<int>(std::fabs(sdfOf(voxels[i])) <= distance));
-  }
-  int count = 0;
-  for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
-    uint64_t any;
-    static_assert(sizeof(any) == kBlockSide, "a row's bytes fill a word");
-    std::memcpy(&any, is_near + row, sizeof(any));
-    if (any == 0) continue;
-    for (int i = row; i < row + kBlockSide; ++i) {
-      list.index[count] = i;
-      count += is_near[i];
+  const LaneInts too_little(view.least_evidence - 1);
+  const LaneFloats most(distance);
+  withWidestVectors([&] {
+    int count = 0;
+    for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
+      const VoxelRow of_row(voxels + row);
+      const LaneInts near = (of_row.evidence() > too_little) & (most >= magnitude(of_row.sdf()));
+      if (!any(near)) continue;  // as most
+      int32_t is_near[kLanes];
+      near.store(is_near);
+      for (int x = 0; x < kBlockSide; ++x) {
+        list.index[count] = row + x;
+        count -= is_near[x];
+      }
     }
-  }
-  list.count = count;
+    list.count = count;
+  });
 }
 
 void SurfacePoints::gather(const Voxel* voxels, const int* indices, int count) {

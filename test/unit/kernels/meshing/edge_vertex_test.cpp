@@ -169,6 +169,29 @@ TEST(EdgeVertex, TheDirectionThatFacesAgainstAnEdgeHasNoSay) {
   EXPECT_EQ(edgeOffset(MeshRules(), edge, 2, 0), 0.25f);
 }
 
+/// Signs, zeros, distances that touch a corner, and samples that are not known.
+TEST(EdgeVertex, SidesOfTheEndsTellWhichDirectionsCross) {
+  std::mt19937 random(23);
+  const float distances[] = {-0.5f, -0.04f, -0.0f, 0.0f, 0.04f, 0.5f};
+  int crossed = 0;
+  for (int trial = 0; trial < 5000; ++trial) {
+    EdgeSamples edge = {};
+    uint32_t lower = 0, upper = 0;
+    for (int d = 0; d < kDirectionCount; ++d) {
+      edge.lower[d] = {distances[random() % 6], random() % 4 == 0 ? 0.0f : 1.0f};
+      edge.upper[d] = {distances[random() % 6], random() % 4 == 0 ? 0.0f : 1.0f};
+      lower |= sidesOfSample(d, edge.lower[d].sdf, edge.lower[d].weight);
+      upper |= sidesOfSample(d, edge.upper[d].sdf, edge.upper[d].weight);
+    }
+    const int axis = static_cast<int>(random() % 3), facing = static_cast<int>(random() % 2);
+    const uint32_t crossing = crossingDirections(edge, axis, facing);
+    EXPECT_EQ(crossingDirections(sidesOfCorner(lower), sidesOfCorner(upper), axis, facing),
+              crossing);
+    crossed += crossing != 0 ? 1 : 0;
+  }
+  EXPECT_GT(crossed, 1000);
+}
+
 /// A sample without weight, or one that free space took more from than it had, crosses nothing.
 TEST(EdgeVertex, UnobservedEndsCrossNothing) {
   for (const float weight : {0.0f, -1.0f}) {

@@ -15,15 +15,17 @@ uint32_t sidesOfUnit(uint32_t in_front, uint32_t behind) {
 TEST(PossibleLeaders, ASampleIsInFrontOrBehindIfItHasAWeight) {
   EXPECT_EQ(sidesOfSample(3, 0.5f, 1.0f), 1u << 3);
   EXPECT_EQ(sidesOfSample(3, 0.06f, 1.0f), 1u << 3);
-  EXPECT_EQ(sidesOfSample(3, -0.5f, 1.0f), 1u << (kBehindBit + 3));
+  constexpr uint32_t kBehind = 1u << (kBehindBit + 3) | 1u << (kNegativeBit + 3);
+  EXPECT_EQ(sidesOfSample(3, -0.5f, 1.0f), kBehind);
   EXPECT_EQ(sidesOfSample(3, -0.5f, 0.0f), 0u);
   EXPECT_EQ(sidesOfSample(3, -0.5f, -1.0f), 0u);
-  EXPECT_EQ(sidesOfSample(3, -0.06f, 1.0f), 1u << (kBehindBit + 3));
+  EXPECT_EQ(sidesOfSample(3, -0.06f, 1.0f), kBehind);
 }
 
 TEST(PossibleLeaders, ACornerThatTheSurfaceTouchesIsOnBothSides) {
   for (const float sdf : {-0.04f, 0.0f, 0.04f}) {
-    EXPECT_EQ(sidesOfSample(3, sdf, 1.0f), 1u << 3 | 1u << (kBehindBit + 3));
+    const uint32_t negative = sdf < 0.0f ? 1u << (kNegativeBit + 3) : 0u;
+    EXPECT_EQ(sidesOfSample(3, sdf, 1.0f), 1u << 3 | 1u << (kBehindBit + 3) | negative);
     EXPECT_EQ(sidesOfSample(3, sdf, 0.0f), 0u);
   }
 }

@@ -19,8 +19,15 @@ struct VoxelRow {
     static_assert(sizeof(first) + sizeof(last) == kBlockSide * sizeof(Voxel), "");
     std::memcpy(&first, voxels, sizeof(first));
     std::memcpy(&last, voxels + kLanes / 2, sizeof(last));
+#ifdef __clang__
     const LaneInts::Vector low = __builtin_shufflevector(first, last, 0, 2, 4, 6, 8, 10, 12, 14);
     state.v = __builtin_shufflevector(first, last, 1, 3, 5, 7, 9, 11, 13, 15);
+#else  // GCC before 12 has no other
+    constexpr LaneInts::Vector kEven = {0, 2, 4, 6, 8, 10, 12, 14};
+    constexpr LaneInts::Vector kOdd = {1, 3, 5, 7, 9, 11, 13, 15};
+    const LaneInts::Vector low = __builtin_shuffle(first, last, kEven);
+    state.v = __builtin_shuffle(first, last, kOdd);
+#endif
     constexpr bool kLittle = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
     sdf_units.v = (kLittle ? low << 16 : low) >> 16;
     anchor.v = (kLittle ? low >> 16 : low) & 0xffff;

@@ -57,6 +57,7 @@ class CudaBackend : public MapBackend {
   void paint(const Exposure& exposure) override;
 
   void render(const ViewRequest& request, RenderedView& view) override {
+    mesher_.complete();  // views bring labels up to date
     renderer_.render(request, map_.view(), view);
   }
 

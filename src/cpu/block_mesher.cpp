@@ -125,46 +125,75 @@ void BlockMesher::prefetch(int32_t slot) const {
   }
 }
 
-void BlockMesher::indexBlocks(const std::vector<int32_t>& slots) {
+bool BlockMesher::isStale(int32_t slot) const {
+  const SlotState& state = state_[slot];
+  if (state.least_evidence != least_evidence_) return true;
+  for (int n = 0; n < kCornerBlocks; ++n) {
+    const int32_t beside = table_.find(packKey(table_.block(slot).key + cornerBlockOffset(n)));
+    if (beside >= 0 && state_[beside].changed >= state.indexed) return true;
+  }
+  return false;
+}
+
+void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
   const StageTimer timer(profile_, Stage::kIndex);
+  slots.erase(
+      std::remove_if(slots.begin(), slots.end(), [this](int32_t slot) { return !isStale(slot); }),
+      slots.end());
+  ++indexings_;
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
     if (i + threads_ < slots.size()) prefetch(slots[i + threads_]);
     SlotState& state = state_[slots[i]];
     const NearbyArrays arrays(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
+    if (!with_vertices) block.vertices.clear();
     if (refined_) state.normals = vertexNormals(indexer, block.vertices, directional_);
     label_bytes_ += bytesOf(block.labels) - bytesOf(state.labels);  // wraps round and back
     state.labels = std::move(block.labels);
     state.vertices = std::move(block.vertices);
+    state.indexed = indexings_;
+    state.least_evidence = least_evidence_;
   });
+}
+
+bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& mesh) const {
+  mesh.key = table_.block(slot).key;
+  mesh.vertices.clear();
+  if (state_[slot].labels.empty()) return false;
+  LabelNeighbourhood labels;
+  for (int n = 0; n < kBlocksAround; ++n) {
+    const int32_t beside = table_.find(packKey(mesh.key + aroundOffset(n)));
+    const bool empty = beside < 0 || state_[beside].labels.empty();
+    labels[n] = empty ? nullptr : state_[beside].labels.data();
+  }
+  const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
+  surface.regularise(labels);
+  surface.emit(rules_, arrays, state_[slot].vertices, directional_, mesh);
+  return true;
+}
+
+void BlockMesher::labelBlocks(std::vector<int32_t> slots, int32_t least_evidence) {
+  least_evidence_ = least_evidence;
+  sortByKey(slots);
+  indexBlocks(std::move(slots), false);
 }
 
 std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
   parallelFor<MeshScratch>(slots.size(), threads_, [&](size_t i, MeshScratch& scratch) {
-    BlockSurface& surface = scratch.surface;
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];
-    mesh.key = table_.block(slots[i]).key;
-    if (state.labels.empty()) return;
-    LabelNeighbourhood labels;
-    for (int n = 0; n < kBlocksAround; ++n) {
-      const int32_t slot = table_.find(packKey(mesh.key + aroundOffset(n)));
-      const bool empty = slot < 0 || state_[slot].labels.empty();
-      labels[n] = empty ? nullptr : state_[slot].labels.data();
-    }
-    const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
-    surface.regularise(labels);
-    surface.emit(rules_, arrays, state.vertices, directional_, mesh);
+    if (!makeSurface(slots[i], scratch.surface, mesh)) return;
     if (refined_) {
-      scratch.refiner.refine(rules_, arrays, surface, {state.vertices, state.normals}, directional_,
-                             mesh);
+      const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
+      scratch.refiner.refine(rules_, arrays, scratch.surface, {state.vertices, state.normals},
+                             directional_, mesh);
     }
     dropGaps(mesh);
     state.vertices = std::vector<BlockVertex>();
     state.normals = std::vector<Vec3f>();
-    if (has_colours_) mesh.colours = vertexColours(map_, mesh, least_evidence_, directional_);
+    if (has_colours_) colour(mesh);
   });
   return meshes;
 }
@@ -230,7 +259,7 @@ MeshUpdate BlockMesher::update(int32_t least_evidence) {
   least_evidence_ = least_evidence;
   const std::vector<int32_t> dirty = takeMarked(dirty_, state_, &SlotState::dirty);
   std::vector<int32_t> slots = reachBlocks(dirty);
-  indexBlocks(slots);
+  indexBlocks(slots, true);
   selectAround(dirty, slots);
   selectPainted(slots);
   std::vector<BlockMesh> meshes = makeMeshes(slots);

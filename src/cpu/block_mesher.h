@@ -6,6 +6,7 @@
 
 #include "backend/map_backend.h"
 #include "backend/profile.h"
+#include "cpu/block_surface.h"
 #include "cpu/vertex_colours.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/meshing/mesh_rules.h"
@@ -26,6 +27,7 @@ class BlockMesher {
   void markDirty(int32_t slot) {
     if (!state_[slot].dirty) dirty_.push_back(slot);
     state_[slot].dirty = true;
+    state_[slot].changed = indexings_;
   }
   void markAllDirty();
 
@@ -62,11 +64,23 @@ class BlockMesher {
   /// `least_evidence` is what a voxel needs to be known.
   MeshUpdate update(int32_t least_evidence);
 
+  /// Brings the labels of blocks up to date, as the next update would; marks stay.
+  void labelBlocks(std::vector<int32_t> slots, int32_t least_evidence);
+
+  /// The mesh of a block without refinement and colours, with triangles in gaps marked. @return
+  /// whether it has a surface. @pre The labels of it and of the blocks around are up to date.
+  bool makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& mesh) const;
+  void colour(BlockMesh& mesh) const {
+    mesh.colours = vertexColours(map_, mesh, least_evidence_, directional_);
+  }
+
  private:
   struct SlotState {
     bool dirty = false, painted = false;
     bool has_mesh = false;
     uint32_t update = 0;                ///< The latest that selected the block.
+    uint64_t changed = 0, indexed = 0;  ///< After so many indexings, the latter with
+    int32_t least_evidence = 0;         ///< this.
     std::vector<UnitLabels> labels;     ///< One per unit; empty: none says anything.
     std::vector<BlockVertex> vertices;  ///< Of their sheets, during an update only.
     std::vector<Vec3f> normals;         ///< Of these vertices, where meshes are refined.
@@ -84,8 +98,11 @@ class BlockMesher {
   /// Enters the block, if there is one, into this update's slots, unless it is there.
   void select(const BlockKey& key, std::vector<int32_t>& slots);
 
-  /// The index stage.
-  void indexBlocks(const std::vector<int32_t>& slots);
+  /// Whether voxels that a block's labels depend on changed since these were made.
+  bool isStale(int32_t slot) const;
+
+  /// The index stage, of those whose labels are stale.
+  void indexBlocks(std::vector<int32_t> slots, bool with_vertices);
 
   /// Enters the blocks whose vertices depend on voxels that changed, or whose surface on labels.
   void selectAround(const std::vector<int32_t>& dirty, std::vector<int32_t>& slots);
@@ -116,6 +133,7 @@ class BlockMesher {
   std::vector<int32_t> dirty_, painted_;  ///< Slots so marked; blocks may have gone since.
   std::atomic<size_t> label_bytes_{0};    ///< Of the labels of all slots.
   uint32_t update_ = 0;                   ///< Number of the latest.
+  uint64_t indexings_ = 0;
   int32_t least_evidence_ = 0;
   bool has_colours_ = false;  ///< Something was painted.
   Profile* profile_ = nullptr;

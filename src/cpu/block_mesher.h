@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -38,11 +39,12 @@ class BlockMesher {
   void markPainted(int32_t slot) {
     if (!state_[slot].painted) painted_.push_back(slot);
     state_[slot].painted = true;
+    state_[slot].repainted = indexings_;
   }
 
   /// The block has gone.
   void forget(int32_t slot) {
-    label_bytes_ -= bytesOf(state_[slot].labels);
+    held_bytes_ -= bytesOf(state_[slot].labels) + bytesOf(state_[slot].shown.get());
     state_[slot] = SlotState();
   }
 
@@ -67,28 +69,28 @@ class BlockMesher {
   /// Brings the labels of blocks up to date, as the next update would; marks stay.
   void labelBlocks(std::vector<int32_t> slots, int32_t least_evidence);
 
-  /// The mesh of a block without refinement and colours, with triangles in gaps marked. @return
-  /// whether it has a surface. @pre The labels of it and of the blocks around are up to date.
-  bool makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& mesh) const;
-  void colour(BlockMesh& mesh) const {
-    mesh.colours = vertexColours(map_, mesh, least_evidence_, directional_);
-  }
+  /// The mesh of a block without refinement; null: none. It is kept until it changes. For several threads, each with a surface and blocks of its own.
+  /// @pre labelBlocks() had the block and those around it.
+  const BlockMesh* shownMesh(int32_t slot, BlockSurface& surface);
 
  private:
   struct SlotState {
     bool dirty = false, painted = false;
     bool has_mesh = false;
     uint32_t update = 0;                ///< The latest that selected the block.
-    uint64_t changed = 0, indexed = 0;  ///< After so many indexings, the latter with
-    int32_t least_evidence = 0;         ///< this.
+    /// Voxels, colours, labels and `shown` are as they came to be after so many indexings.
+    uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
+    int32_t least_evidence = 0;         ///< Of the labels.
     std::vector<UnitLabels> labels;     ///< One per unit; empty: none says anything.
     std::vector<BlockVertex> vertices;  ///< Of their sheets, during an update only.
     std::vector<Vec3f> normals;         ///< Of these vertices, where meshes are refined.
+    std::unique_ptr<const BlockMesh> shown;  ///< See shownMesh(); null: none, or not asked for.
   };
 
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {
     return labels.capacity() * sizeof(UnitLabels);
   }
+  static size_t bytesOf(const BlockMesh* mesh);
 
   void forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark);
 
@@ -100,6 +102,17 @@ class BlockMesher {
 
   /// Whether voxels that a block's labels depend on changed since these were made.
   bool isStale(int32_t slot) const;
+
+  /// Whether labels or colours that a block's shown mesh depends on changed since it was made.
+  bool isOutdated(int32_t slot) const;
+
+  /// The mesh of a block before refinement, without colours. @return whether it has a surface.
+  bool makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& mesh) const;
+  std::vector<VertexColour> coloursOf(const BlockMesh& mesh) const {
+    if (!has_colours_) return {};
+    return vertexColours(map_, mesh, least_evidence_, directional_);
+  }
+  void show(int32_t slot, std::unique_ptr<const BlockMesh> mesh);
 
   /// The index stage, of those whose labels are stale.
   void indexBlocks(std::vector<int32_t> slots, bool with_vertices);
@@ -131,11 +144,12 @@ class BlockMesher {
   bool refined_;
   std::vector<SlotState> state_;
   std::vector<int32_t> dirty_, painted_;  ///< Slots so marked; blocks may have gone since.
-  std::atomic<size_t> label_bytes_{0};    ///< Of the labels of all slots.
+  std::atomic<size_t> held_bytes_{0};     ///< Of the labels and shown meshes of all slots.
   uint32_t update_ = 0;                   ///< Number of the latest.
   uint64_t indexings_ = 0;
   int32_t least_evidence_ = 0;
   bool has_colours_ = false;  ///< Something was painted.
+  bool shows_ = false;        ///< Views were asked for: updates keep meshes for them.
   Profile* profile_ = nullptr;
 };
 

@@ -23,6 +23,25 @@ void visitPixels(const FrameView& frame, const DrawnTriangle& drawn, const Visit
   }
 }
 
+/// Where a block's vertices are seen, and their normals, from the triangles of the block.
+void seeVertices(const FrameView& frame, const BlockMesh& mesh, std::vector<Vec3i>& shares,
+                 std::vector<SeenVertex>& seen) {
+  shares.assign(mesh.vertices.size(), Vec3i{0, 0, 0});
+  for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
+    const uint16_t* corner = mesh.triangles.data() + i;
+    const Vec3i share =
+        normalShare(mesh.vertices[corner[0]].position, mesh.vertices[corner[1]].position,
+                    mesh.vertices[corner[2]].position);
+    for (int k = 0; k < 3; ++k) shares[corner[k]] = shares[corner[k]] + share;
+  }
+  const Vec3f first = toFloat(firstVoxelOfBlock(mesh.key) - frame.origin_voxel);
+  seen.clear();
+  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+    seen.push_back(seeVertex(frame, first + mesh.vertices[i].position));
+    seen.back().normal_C = normalOfShares(frame, shares[i]);
+  }
+}
+
 }  // namespace
 
 void DrawnImage::clear(size_t pixels) {
@@ -52,31 +71,11 @@ std::vector<int32_t> Renderer::slotsWithin(const FrameView& frame, float reach) 
   return slots;
 }
 
-/// Where a block's vertices are seen, and their normals, from the triangles of the block.
-void Renderer::seeVertices(const FrameView& frame, Scratch& scratch) const {
-  const BlockMesh& mesh = scratch.mesh;
-  scratch.shares.assign(mesh.vertices.size(), Vec3i{0, 0, 0});
+void Renderer::drawBlock(const FrameView& frame, const BlockMesh& mesh, bool painted,
+                         Scratch& scratch) {
+  seeVertices(frame, mesh, scratch.shares, scratch.vertices);
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
     const uint16_t* corner = mesh.triangles.data() + i;
-    const Vec3i share =
-        normalShare(mesh.vertices[corner[0]].position, mesh.vertices[corner[1]].position,
-                    mesh.vertices[corner[2]].position);
-    for (int k = 0; k < 3; ++k) scratch.shares[corner[k]] = scratch.shares[corner[k]] + share;
-  }
-  const Vec3f first = toFloat(firstVoxelOfBlock(mesh.key) - frame.origin_voxel);
-  scratch.vertices.clear();
-  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
-    scratch.vertices.push_back(seeVertex(frame, first + mesh.vertices[i].position));
-    scratch.vertices.back().normal_C = normalOfShares(frame, scratch.shares[i]);
-  }
-}
-
-void Renderer::drawBlock(const FrameView& frame, bool painted, Scratch& scratch) {
-  seeVertices(frame, scratch);
-  const BlockMesh& mesh = scratch.mesh;
-  for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
-    const uint16_t* corner = mesh.triangles.data() + i;
-    if (isMarkedGap(corner)) continue;
     const SeenVertex& a = scratch.vertices[corner[0]];
     const SeenVertex& b = scratch.vertices[corner[1]];
     const SeenVertex& c = scratch.vertices[corner[2]];
@@ -102,9 +101,8 @@ void Renderer::render(const FrameView& frame, int32_t least_evidence, bool paint
   mesher_.labelBlocks(slotsWithin(frame, kLabelledReach), least_evidence);
   const std::vector<int32_t> slots = slotsWithin(frame, kDrawnReach);
   parallelFor<Scratch>(slots.size(), threads_, [&](size_t i, Scratch& scratch) {
-    if (!mesher_.makeSurface(slots[i], scratch.surface, scratch.mesh)) return;
-    if (painted) mesher_.colour(scratch.mesh);
-    drawBlock(frame, painted, scratch);
+    const BlockMesh* mesh = mesher_.shownMesh(slots[i], scratch.surface);
+    if (mesh != nullptr) drawBlock(frame, *mesh, painted, scratch);
   });
   resizeView(frame, painted, view);
   constexpr int32_t kRows = 16;

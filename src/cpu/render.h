@@ -46,14 +46,12 @@ class Renderer {
   /// What a thread needs to draw one block after the other.
   struct Scratch {
     BlockSurface surface;
-    BlockMesh mesh;
     std::vector<Vec3i> shares;
     std::vector<SeenVertex> vertices;
   };
 
   std::vector<int32_t> slotsWithin(const FrameView& frame, float reach) const;
-  void seeVertices(const FrameView& frame, Scratch& scratch) const;
-  void drawBlock(const FrameView& frame, bool painted, Scratch& scratch);
+  void drawBlock(const FrameView& frame, const BlockMesh& mesh, bool painted, Scratch& scratch);
 
   const MeshedMap map_;
   BlockMesher& mesher_;

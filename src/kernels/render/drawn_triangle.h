@@ -29,7 +29,7 @@ constexpr int32_t kPixelSteps = 256;
 struct SeenVertex {
   int32_t x, y;         ///< In steps; a pixel's centre is at multiples of kPixelSteps.
   float inverse_depth;  ///< Per voxel; 0: not before the camera.
-  Vec3f normal_C;       ///< Of length one; 0: not known.
+  Vec3f normal_C;       ///< Longer the larger its triangles are.
 };
 
 /// Of a point in the local frame.
@@ -56,11 +56,10 @@ DTSDF_HD Vec3i normalShare(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   return {steps(normal.x), steps(normal.y), steps(normal.z)};
 }
 
-/// The normal of a vertex from the sum of its triangles' shares.
+/// The normal of a vertex from the sum of its triangles' shares. It keeps its length: at a border,
+/// where a vertex has but a sliver of a triangle, it counts for as little.
 DTSDF_HD Vec3f normalOfShares(const FrameView& frame, const Vec3i& sum) {
-  const Vec3f normal = rotateInverse(frame.T_L_C, toFloat(sum));
-  const float length = norm(normal);
-  return length > 0.0f ? (1.0f / length) * normal : Vec3f{0.0f, 0.0f, 0.0f};
+  return rotateInverse(frame.T_L_C, toFloat(sum));
 }
 
 /// Twice the areas that a point makes with a triangle's sides, in squared steps, by the corner

@@ -21,15 +21,18 @@ constexpr MeshSize kFirstMeshes = {1 << 17, 1 << 18};
 /// Of a warp that draws a triangle: each lane has its pixel of a patch.
 constexpr int kWarp = 32, kPatchWidth = 8, kPatchHeight = kWarp / kPatchWidth;
 
-/// One thread per slot: blocks whose labels a view depends on.
+/// One thread per slot: blocks that a view may show, and those whose labels that depends on.
 __global__ void __launch_bounds__(kThreads)
-    selectInViewKernel(MapView map, RenderJob job, MeshView mesh) {
+    selectInViewKernel(MapView map, RenderJob job, MeshView drawn, MeshView labelled) {
   const size_t slot = globalThread();
   if (slot >= map.slot_count || map.slots[slot].key == kNoKey) return;
-  const BlockKey block_L =
-      unpackKey(map.slots[slot].key) - blockOfVoxel(job.frame.origin_voxel);
-  if (!mayReachView(job.frame, block_L, kLabelledReach)) return;
-  mesh.slots[atomicAdd(&mesh.counters->reached, 1u)] = static_cast<int32_t>(slot);
+  const BlockKey block_L = unpackKey(map.slots[slot].key) - blockOfVoxel(job.frame.origin_voxel);
+  const auto select = [&](const MeshView& mesh, float reach) {
+    if (!mayReachView(job.frame, block_L, reach)) return;
+    mesh.slots[atomicAdd(&mesh.counters->reached, 1u)] = static_cast<int32_t>(slot);
+  };
+  select(drawn, kDrawnReach);
+  select(labelled, kLabelledReach);
 }
 
 /// A block's mesh, as its threads draw it.
@@ -129,7 +132,7 @@ size_t pixelsOf(const FrameView& frame) {
 /// Images from keys, which are more than one thread should do while the caller waits.
 void fillView(const FrameView& frame, const ViewKey* surfaces, const ViewKey* colours,
               RenderedView& view) {
-  constexpr size_t kPixelsOfThread = 1 << 15, kMostThreads = 8;
+  constexpr size_t kPixelsOfThread = 1 << 16, kMostThreads = 4;
   resizeView(frame, colours != nullptr, view);
   const size_t parts =
       std::clamp<size_t>(pixelsOf(frame) / kPixelsOfThread, 1, kMostThreads);
@@ -162,6 +165,7 @@ void Renderer::reserveMeshes(const MeshSize& size) {
   tables_.reserveExactly(1, stream_);
   tables_.upload(tables.data(), 1, stream_);
   totals_.reserveExactly(1, stream_);
+  labelled_.reserveExactly(1, stream_);
   pinned_totals_.reserve(1);
   no_dirty_.reserveExactly(1, stream_);
   no_dirty_.zero(stream_);
@@ -189,7 +193,7 @@ MeshView Renderer::meshView(const ViewRequest& request) {
 }
 
 /// Enqueues all of it, up to the keys on the host.
-void Renderer::draw(const ViewRequest& request, const MapView& map) {
+void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labelled) {
   const RenderJob job{request.frame, request.has_colours, shares_.data(),
                       seen_.data(),  surfaces_.data(),    colours_.data()};
   const MeshView mesh = meshView(request);
@@ -198,10 +202,14 @@ void Renderer::draw(const ViewRequest& request, const MapView& map) {
   totals_.zero(stream_);
   surfaces_.fill(0xff, stream_);
   if (request.has_colours) colours_.fill(0xff, stream_);
+  MeshView labelled = mesh;
+  labelled.slots = labelled_slots_.data();
+  labelled.counters = &labelled_.data()->blocks;
+  labelled_.zero(stream_);
   selectInViewKernel<<<blocksFor(map.slot_count), kThreads, 0, stream_.get()>>>(unchanged, job,
-                                                                                mesh);
+                                                                                mesh, labelled);
   DTSDF_CHECK_LAUNCH("selectInViewKernel");
-  indexBlocks(unchanged, mesh, thread_blocks_, stream_);
+  if (!is_labelled) indexBlocks(unchanged, labelled, thread_blocks_, stream_);
   makeMeshes(unchanged, mesh, thread_blocks_, stream_);
   if (request.has_colours) colourVertices(unchanged, mesh, thread_blocks_, stream_);
   drawBlocksKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(job, mesh);
@@ -212,7 +220,8 @@ void Renderer::draw(const ViewRequest& request, const MapView& map) {
   }
 }
 
-void Renderer::render(const ViewRequest& request, const MapView& map, RenderedView& view) {
+void Renderer::render(const ViewRequest& request, const MapView& map, bool is_labelled,
+                      RenderedView& view) {
   const size_t pixels = pixelsOf(request.frame);
   surfaces_.reserveExactly(pixels, stream_);
   pinned_surfaces_.reserve(pixels);
@@ -227,14 +236,15 @@ void Renderer::render(const ViewRequest& request, const MapView& map, RenderedVi
   } else {
     const StageSpan span(stream_, Stage::kRender);
     slots_.reserve(map.slot_count, stream_);
+    labelled_slots_.reserve(map.slot_count, stream_);
     records_.reserve(map.slot_count, stream_);
     reserveMeshes(kFirstMeshes);
-    draw(request, map);
+    draw(request, map, is_labelled);
     stream_.synchronize();
     const MeshSize size = pinned_totals_[0].size;
     if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
       reserveMeshes(size);
-      draw(request, map);
+      draw(request, map, true);
       stream_.synchronize();
     }
   }
@@ -243,7 +253,7 @@ void Renderer::render(const ViewRequest& request, const MapView& map, RenderedVi
 }
 
 void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = tables_.bytes() + totals_.bytes() + no_dirty_.bytes() + slots_.bytes() +
+  const size_t bytes = tables_.bytes() + totals_.bytes() + labelled_.bytes() + no_dirty_.bytes() + slots_.bytes() + labelled_slots_.bytes() +
                        records_.bytes() + vertices_.bytes() + vertex_colours_.bytes() +
                        shares_.bytes() + seen_.bytes() + triangles_.bytes() + surfaces_.bytes() +
                        colours_.bytes();

@@ -28,25 +28,27 @@ class Renderer {
  public:
   Renderer(const MeshRules& rules, bool directional, const Stream& stream);
 
-  /// Renders surfaces; waits for the images. @pre No extraction reads labels.
-  void render(const ViewRequest& request, const MapView& map, RenderedView& view);
+  /// Renders surfaces; waits for the images. Brings the labels of blocks up to date, unless all
+  /// are. @pre No extraction reads labels.
+  void render(const ViewRequest& request, const MapView& map, bool is_labelled,
+              RenderedView& view);
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
   MeshView meshView(const ViewRequest& request);
   void reserveMeshes(const MeshSize& size);
-  void draw(const ViewRequest& request, const MapView& map);
+  void draw(const ViewRequest& request, const MapView& map, bool is_labelled);
 
   const MeshRules rules_;
   const bool directional_;
   const int thread_blocks_;
   const Stream& stream_;
   DeviceBuffer<MeshTables> tables_;
-  DeviceBuffer<MeshTotals> totals_;
+  DeviceBuffer<MeshTotals> totals_, labelled_;  ///< Of these only the blocks count.
   PinnedBuffer<MeshTotals> pinned_totals_;
   DeviceBuffer<uint32_t> no_dirty_;  ///< 0: views leave marks alone.
-  DeviceBuffer<int32_t> slots_;
+  DeviceBuffer<int32_t> slots_, labelled_slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;
   DeviceBuffer<VertexColour> vertex_colours_;

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "dtsdf_mapping/block_mesh.h"
+#include "kernels/core/select.h"
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -35,8 +36,7 @@ DTSDF_HD bool mayBeBefore(float depth, ViewKey key) {
 
 /// In voxels along the optical axis; 0: no surface.
 DTSDF_HD float depthOf(ViewKey key) {
-  if (key == kNothingSeen) return 0.0f;
-  const auto bits = static_cast<uint32_t>(key >> 32);
+  const uint32_t bits = key == kNothingSeen ? 0u : static_cast<uint32_t>(key >> 32);
   float depth;
   memcpy(&depth, &bits, sizeof(depth));
   return depth;
@@ -45,7 +45,7 @@ DTSDF_HD float depthOf(ViewKey key) {
 /// Normals are kept as places on an octahedron, unfolded into a square of 65536 x 65536.
 constexpr float kNormalSteps = 65535.0f;
 
-DTSDF_HD float signOf(float a) { return a < 0.0f ? -1.0f : 1.0f; }
+DTSDF_HD float signOf(float a) { return select(a < 0.0f, -1.0f, 1.0f); }
 
 /// Of a vector of any length; without one it is taken to face the camera.
 DTSDF_HD uint32_t packNormal(const Vec3f& normal_C) {
@@ -66,19 +66,15 @@ DTSDF_HD uint32_t packNormal(const Vec3f& normal_C) {
   return step(x) << 16 | step(y);
 }
 
-/// Of length one.
+/// Of length one. Without branches, which cost more than all it computes.
 DTSDF_HD Vec3f unpackNormal(uint32_t packed) {
   const auto place = [](uint32_t step) {
-    return static_cast<float>(step) * (2.0f / kNormalSteps) - 1.0f;
+    return static_cast<float>(static_cast<int32_t>(step)) * (2.0f / kNormalSteps) - 1.0f;
   };
-  float x = place(packed >> 16), y = place(packed & 0xffffu);
+  const float x = place(packed >> 16), y = place(packed & 0xffffu);
   const float z = fabsf(x) + fabsf(y) - 1.0f;
-  if (z > 0.0f) {
-    const float unfolded = (1.0f - fabsf(y)) * signOf(x);
-    y = (1.0f - fabsf(x)) * signOf(y);
-    x = unfolded;
-  }
-  const Vec3f normal{x, y, z};
+  const Vec3f normal{select(z > 0.0f, (1.0f - fabsf(y)) * signOf(x), x),
+                     select(z > 0.0f, (1.0f - fabsf(x)) * signOf(y), y), z};
   return (1.0f / norm(normal)) * normal;
 }
 
@@ -94,12 +90,11 @@ DTSDF_HD VertexColour unpackColour(uint32_t packed) {
 
 /// What a key shows; 0 of nothing.
 DTSDF_HD Vec3f normalOf(ViewKey key) {
-  if (key == kNothingSeen) return {0.0f, 0.0f, 0.0f};
-  return unpackNormal(static_cast<uint32_t>(key));
+  const Vec3f normal = unpackNormal(static_cast<uint32_t>(key));
+  return select(key == kNothingSeen, 0.0f, 1.0f) * normal;
 }
 DTSDF_HD VertexColour colourOf(ViewKey key) {
-  if (key == kNothingSeen) return {0, 0, 0, 0};
-  return unpackColour(static_cast<uint32_t>(key));
+  return unpackColour(key == kNothingSeen ? 0u : static_cast<uint32_t>(key));
 }
 
 }  // namespace dtsdf

@@ -134,8 +134,7 @@ void fillView(const FrameView& frame, const ViewKey* surfaces, const ViewKey* co
               RenderedView& view) {
   constexpr size_t kPixelsOfThread = 1 << 16, kMostThreads = 4;
   resizeView(frame, colours != nullptr, view);
-  const size_t parts =
-      std::clamp<size_t>(pixelsOf(frame) / kPixelsOfThread, 1, kMostThreads);
+  const size_t parts = std::clamp<size_t>(pixelsOf(frame) / kPixelsOfThread, 1, kMostThreads);
   const auto row = [&](size_t part) {
     return static_cast<int32_t>(static_cast<size_t>(frame.height) * part / parts);
   };
@@ -253,10 +252,10 @@ void Renderer::render(const ViewRequest& request, const MapView& map, bool is_la
 }
 
 void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t bytes = tables_.bytes() + totals_.bytes() + labelled_.bytes() + no_dirty_.bytes() + slots_.bytes() + labelled_slots_.bytes() +
-                       records_.bytes() + vertices_.bytes() + vertex_colours_.bytes() +
-                       shares_.bytes() + seen_.bytes() + triangles_.bytes() + surfaces_.bytes() +
-                       colours_.bytes();
+  const size_t bytes = tables_.bytes() + totals_.bytes() + labelled_.bytes() + no_dirty_.bytes() +
+                       slots_.bytes() + labelled_slots_.bytes() + records_.bytes() +
+                       vertices_.bytes() + vertex_colours_.bytes() + shares_.bytes() +
+                       seen_.bytes() + triangles_.bytes() + surfaces_.bytes() + colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kScratch, bytes, bytes});
   const size_t staging = pinned_surfaces_.bytes() + pinned_colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kStaging, staging, staging});

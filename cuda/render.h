@@ -30,8 +30,7 @@ class Renderer {
 
   /// Renders surfaces; waits for the images. Brings the labels of blocks up to date, unless all
   /// are. @pre No extraction reads labels.
-  void render(const ViewRequest& request, const MapView& map, bool is_labelled,
-              RenderedView& view);
+  void render(const ViewRequest& request, const MapView& map, bool is_labelled, RenderedView& view);
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 

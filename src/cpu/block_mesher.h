@@ -69,7 +69,8 @@ class BlockMesher {
   /// Brings the labels of blocks up to date, as the next update would; marks stay.
   void labelBlocks(std::vector<int32_t> slots, int32_t least_evidence);
 
-  /// The mesh of a block without refinement; null: none. It is kept until it changes. For several threads, each with a surface and blocks of its own.
+  /// The mesh of a block without refinement; null: none. It is kept until it changes. For several
+  /// threads, each with a surface and blocks of its own.
   /// @pre labelBlocks() had the block and those around it.
   const BlockMesh* shownMesh(int32_t slot, BlockSurface& surface);
 
@@ -77,14 +78,14 @@ class BlockMesher {
   struct SlotState {
     bool dirty = false, painted = false;
     bool has_mesh = false;
-    uint32_t update = 0;                ///< The latest that selected the block.
+    uint32_t update = 0;  ///< The latest that selected the block.
     /// Voxels, colours, labels and `shown` are as they came to be after so many indexings.
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
-    int32_t least_evidence = 0;         ///< Of the labels.
-    std::vector<UnitLabels> labels;     ///< One per unit; empty: none says anything.
-    std::vector<BlockVertex> vertices;  ///< Of their sheets, during an update only.
-    std::vector<Vec3f> normals;         ///< Of these vertices, where meshes are refined.
-    std::unique_ptr<const BlockMesh> shown;  ///< See shownMesh(); null: none, or not asked for.
+    int32_t least_evidence = 0;              ///< Of the labels.
+    std::vector<UnitLabels> labels;          ///< One per unit; empty: none says anything.
+    std::vector<BlockVertex> vertices;       ///< Of their sheets, during an update only.
+    std::vector<Vec3f> normals;              ///< Of these vertices, where meshes are refined.
+    std::unique_ptr<const BlockMesh> shown;  ///< See shownMesh(); null: none, or not yet.
   };
 
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {

@@ -86,9 +86,9 @@ void Renderer::drawBlock(const FrameView& frame, const BlockMesh& mesh, bool pai
       if (!mayBeBefore(place.depth, surfaces_.at(pixel))) return;
       surfaces_.draw(pixel, viewKey(place.depth, normalAt(a, b, c, place)));
       if (!painted) return;
-      colours_.draw(pixel, viewKey(place.depth, colourAt(mesh.colours[corner[0]],
-                                                         mesh.colours[corner[1]],
-                                                         mesh.colours[corner[2]], place)));
+      colours_.draw(pixel,
+                    viewKey(place.depth, colourAt(mesh.colours[corner[0]], mesh.colours[corner[1]],
+                                                  mesh.colours[corner[2]], place)));
     });
   }
 }

@@ -4,7 +4,6 @@
 /// triangles that share a side exactly one covers a pixel on it, so a closed mesh leaves no slit.
 #pragma once
 
-#include "kernels/colour/vertex_colour.h"
 #include "kernels/core/camera.h"
 #include "kernels/core/grid.h"
 #include "kernels/render/view_key.h"
@@ -34,8 +33,8 @@ struct SeenVertex {
 
 /// Of a point in the local frame.
 DTSDF_HD SeenVertex seeVertex(const FrameView& frame, const Vec3f& p_L) {
-  constexpr float kLeastDepth = 0.1f;             // in voxels
-  constexpr float kFarthest = 2097152.0f;         // pixels: products of steps fit 64 bits
+  constexpr float kLeastDepth = 0.1f;      // in voxels
+  constexpr float kFarthest = 2097152.0f;  // pixels: products of steps fit 64 bits
   const Vec3f p = rotateInverse(frame.T_L_C, p_L - frame.T_L_C.t);
   if (!(p.z > kLeastDepth)) return {0, 0, 0.0f, {0.0f, 0.0f, 0.0f}};
   const auto steps = [](float at) {
@@ -43,7 +42,9 @@ DTSDF_HD SeenVertex seeVertex(const FrameView& frame, const Vec3f& p_L) {
     return floorToInt(inside * static_cast<float>(kPixelSteps) + 0.5f);
   };
   const Intrinsics& K = frame.intrinsics;
-  return {steps(K.fx * (p.x / p.z) + K.cx), steps(K.fy * (p.y / p.z) + K.cy), 1.0f / p.z,
+  return {steps(K.fx * (p.x / p.z) + K.cx),
+          steps(K.fy * (p.y / p.z) + K.cy),
+          1.0f / p.z,
           {0.0f, 0.0f, 0.0f}};
 }
 
@@ -70,8 +71,8 @@ struct CornerWeights {
 
 /// Which pixels a triangle covers.
 struct DrawnTriangle {
-  int32_t u0, v0, u1, v1;  ///< It lies within these pixels.
-  CornerWeights first;     ///< At pixel (u0, v0).
+  int32_t u0, v0, u1, v1;     ///< It lies within these pixels.
+  CornerWeights first;        ///< At pixel (u0, v0).
   CornerWeights right, down;  ///< What changes from pixel to pixel.
   int64_t least[3];           ///< Of a pixel that is covered: 0 or 1, a side has one owner.
   bool is_drawn;              ///< Faces the camera, and may cover some pixel.
@@ -143,9 +144,9 @@ struct TrianglePlace {
 DTSDF_HD TrianglePlace placeOn(const SeenVertex& a, const SeenVertex& b, const SeenVertex& c,
                                const CornerWeights& weights) {
   const auto in_image = [&](int k) { return static_cast<float>(weights.of[k]); };
-  TrianglePlace place{{in_image(0) * a.inverse_depth, in_image(1) * b.inverse_depth,
-                       in_image(2) * c.inverse_depth},
-                      0.0f};
+  TrianglePlace place{
+      {in_image(0) * a.inverse_depth, in_image(1) * b.inverse_depth, in_image(2) * c.inverse_depth},
+      0.0f};
   const float sum = place.share[0] + place.share[1] + place.share[2];
   place.depth = (in_image(0) + in_image(1) + in_image(2)) / sum;
   return place;

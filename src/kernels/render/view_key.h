@@ -7,7 +7,7 @@
 
 #include <cstring>
 
-#include "dtsdf_mapping/block_mesh.h"
+#include "kernels/colour/vertex_colour.h"
 #include "kernels/core/select.h"
 #include "kernels/core/vec.h"
 

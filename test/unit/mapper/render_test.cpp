@@ -248,8 +248,7 @@ TEST(Render, LeavesExtractionsAlone) {
   const MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
   Session seen(params), unseen(params);
   for (size_t i = 0; i < 6; ++i) {
-    const SceneFrame frame =
-        renderFrame(cornerWithBall(), cornerPoses()[i % 3], kWidth, kHeight);
+    const SceneFrame frame = renderFrame(cornerWithBall(), cornerPoses()[i % 3], kWidth, kHeight);
     for (Session* session : {&seen, &unseen}) session->integrate(frame);
     seen.mapper().render(RenderCamera(), cornerPoses()[(i + 1) % 3]);
     if (i % 2 == 0) continue;

@@ -129,20 +129,6 @@ size_t pixelsOf(const FrameView& frame) {
   return static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height);
 }
 
-/// Images from keys, which are more than one thread should do while the caller waits.
-void fillView(const FrameView& frame, const ViewKey* surfaces, const ViewKey* colours,
-              RenderedView& view) {
-  constexpr size_t kPixelsOfThread = 1 << 16, kMostThreads = 4;
-  resizeView(frame, colours != nullptr, view);
-  const size_t parts = std::clamp<size_t>(pixelsOf(frame) / kPixelsOfThread, 1, kMostThreads);
-  const auto row = [&](size_t part) {
-    return static_cast<int32_t>(static_cast<size_t>(frame.height) * part / parts);
-  };
-  forEachInParallel(parts, 0, [&](size_t part) {
-    fillRows(frame, row(part), row(part + 1), surfaces, colours, view);
-  });
-}
-
 }  // namespace
 
 Renderer::Renderer(const MeshRules& rules, bool directional, const Stream& stream)
@@ -193,17 +179,29 @@ MeshView Renderer::meshView(const ViewRequest& request) {
 
 /// Enqueues all of it, up to the keys on the host.
 void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labelled) {
+  const StageSpan span(stream_, Stage::kRender);
+  static_assert(kNothingSeen == ~ViewKey{0}, "filled by bytes");
+  surfaces_.fill(0xff, stream_);
+  if (request.has_colours) colours_.fill(0xff, stream_);
+  pinned_totals_[0] = {};
+  if (map.slot_count > 0) drawBlocks(request, map, is_labelled);
+  surfaces_.download(pinned_surfaces_.data(), pixelsOf(request.frame), stream_);
+  if (request.has_colours) {
+    colours_.download(pinned_colours_.data(), pixelsOf(request.frame), stream_);
+  }
+  stream_.record(drawn_);
+}
+
+void Renderer::drawBlocks(const ViewRequest& request, const MapView& map, bool is_labelled) {
   const RenderJob job{request.frame, request.has_colours, shares_.data(),
                       seen_.data(),  surfaces_.data(),    colours_.data()};
   const MeshView mesh = meshView(request);
-  MapView unchanged = map;
-  unchanged.dirty_count = no_dirty_.data();
-  totals_.zero(stream_);
-  surfaces_.fill(0xff, stream_);
-  if (request.has_colours) colours_.fill(0xff, stream_);
   MeshView labelled = mesh;
   labelled.slots = labelled_slots_.data();
   labelled.counters = &labelled_.data()->blocks;
+  MapView unchanged = map;
+  unchanged.dirty_count = no_dirty_.data();
+  totals_.zero(stream_);
   labelled_.zero(stream_);
   selectInViewKernel<<<blocksFor(map.slot_count), kThreads, 0, stream_.get()>>>(unchanged, job,
                                                                                 mesh, labelled);
@@ -213,10 +211,25 @@ void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labe
   if (request.has_colours) colourVertices(unchanged, mesh, thread_blocks_, stream_);
   drawBlocksKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(job, mesh);
   DTSDF_CHECK_LAUNCH("drawBlocksKernel");
-  surfaces_.download(pinned_surfaces_.data(), pixelsOf(request.frame), stream_);
-  if (request.has_colours) {
-    colours_.download(pinned_colours_.data(), pixelsOf(request.frame), stream_);
-  }
+}
+
+/// Makes the images from the keys, as soon as these are there: more than one thread should do while
+/// the caller waits. The others start while the device draws.
+void Renderer::fill(const ViewRequest& request, RenderedView& view) const {
+  constexpr size_t kPixelsOfThread = 1 << 16, kMostThreads = 4;
+  const FrameView& frame = request.frame;
+  resizeView(frame, request.has_colours, view);
+  const size_t parts = std::clamp<size_t>(pixelsOf(frame) / kPixelsOfThread, 1, kMostThreads);
+  const auto row = [&](size_t part) {
+    return static_cast<int32_t>(static_cast<size_t>(frame.height) * part / parts);
+  };
+  const ViewKey* colours = request.has_colours ? pinned_colours_.data() : nullptr;
+  const int device = currentDevice();
+  forEachInParallel(parts, 0, [&](size_t part) {
+    useDevice(device);
+    drawn_.wait();
+    fillRows(frame, row(part), row(part + 1), pinned_surfaces_.data(), colours, view);
+  });
 }
 
 void Renderer::render(const ViewRequest& request, const MapView& map, bool is_labelled,
@@ -228,27 +241,17 @@ void Renderer::render(const ViewRequest& request, const MapView& map, bool is_la
     colours_.reserveExactly(pixels, stream_);
     pinned_colours_.reserve(pixels);
   }
-  static_assert(kNothingSeen == ~ViewKey{0}, "filled by bytes");
-  if (map.slot_count == 0) {
-    std::fill_n(pinned_surfaces_.data(), pixels, kNothingSeen);
-    if (request.has_colours) std::fill_n(pinned_colours_.data(), pixels, kNothingSeen);
-  } else {
-    const StageSpan span(stream_, Stage::kRender);
-    slots_.reserve(map.slot_count, stream_);
-    labelled_slots_.reserve(map.slot_count, stream_);
-    records_.reserve(map.slot_count, stream_);
-    reserveMeshes(kFirstMeshes);
-    draw(request, map, is_labelled);
-    stream_.synchronize();
-    const MeshSize size = pinned_totals_[0].size;
-    if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
-      reserveMeshes(size);
-      draw(request, map, true);
-      stream_.synchronize();
-    }
-  }
-  fillView(request.frame, pinned_surfaces_.data(),
-           request.has_colours ? pinned_colours_.data() : nullptr, view);
+  slots_.reserve(map.slot_count, stream_);
+  labelled_slots_.reserve(map.slot_count, stream_);
+  records_.reserve(map.slot_count, stream_);
+  reserveMeshes(kFirstMeshes);
+  draw(request, map, is_labelled);
+  fill(request, view);
+  const MeshSize size = pinned_totals_[0].size;
+  if (size.vertices <= vertices_.capacity() && size.triangles <= triangles_.capacity()) return;
+  reserveMeshes(size);
+  draw(request, map, true);
+  fill(request, view);
 }
 
 void Renderer::addMemory(std::vector<MemoryPart>& parts) const {

@@ -38,6 +38,8 @@ class Renderer {
   MeshView meshView(const ViewRequest& request);
   void reserveMeshes(const MeshSize& size);
   void draw(const ViewRequest& request, const MapView& map, bool is_labelled);
+  void drawBlocks(const ViewRequest& request, const MapView& map, bool is_labelled);
+  void fill(const ViewRequest& request, RenderedView& view) const;
 
   const MeshRules rules_;
   const bool directional_;
@@ -46,6 +48,7 @@ class Renderer {
   DeviceBuffer<MeshTables> tables_;
   DeviceBuffer<MeshTotals> totals_, labelled_;  ///< Of these only the blocks count.
   PinnedBuffer<MeshTotals> pinned_totals_;
+  Event drawn_;                      ///< The keys are on the host.
   DeviceBuffer<uint32_t> no_dirty_;  ///< 0: views leave marks alone.
   DeviceBuffer<int32_t> slots_, labelled_slots_;
   DeviceBuffer<MeshRecord> records_;

@@ -144,15 +144,15 @@ void Renderer::reserveMeshes(const MeshSize& size) {
   shares_.reserveExactly(vertices_.capacity(), stream_);
   seen_.reserveExactly(vertices_.capacity(), stream_);
   triangles_.reserve(size.triangles, stream_);
+  totals_.reserveExactly(1, stream_);
+  labelled_.reserveExactly(1, stream_);
+  pinned_totals_.reserve(1);
+  no_dirty_.reserveExactly(1, stream_);
   if (tables_.capacity() > 0) return;
   PinnedBuffer<MeshTables> tables(1);
   tables[0] = kMeshTables;
   tables_.reserveExactly(1, stream_);
   tables_.upload(tables.data(), 1, stream_);
-  totals_.reserveExactly(1, stream_);
-  labelled_.reserveExactly(1, stream_);
-  pinned_totals_.reserve(1);
-  no_dirty_.reserveExactly(1, stream_);
   no_dirty_.zero(stream_);
   stream_.synchronize();
 }

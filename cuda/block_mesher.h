@@ -44,6 +44,11 @@ class BlockMesher {
   /// Waits for the extraction. @return its changes; none if none was begun.
   MeshUpdate finish();
 
+  /// Whether what was unchanged at the last extraction has labels for so much evidence.
+  bool hasLabelled(int32_t least_evidence) const {
+    return stamp_ > 0 && least_evidence_ == least_evidence;
+  }
+
   /// Whether the last mesh of a slot's block that was handed out has triangles: taken of one that
   /// leaves, and set of one that is back.
   bool takeHasMesh(int32_t slot) { return std::exchange(hasMesh(slot), uint8_t{0}) != 0; }

@@ -57,7 +57,9 @@ class CudaBackend : public MapBackend {
   void paint(const Exposure& exposure) override;
 
   void render(const ViewRequest& request, RenderedView& view) override {
-    renderer_.render(request, map_.view(), view);
+    mesher_.complete();  // it reads labels, which a view brings up to date
+    const bool is_labelled = bounds_.dirty == 0 && mesher_.hasLabelled(request.least_evidence);
+    renderer_.render(request, map_.view(), is_labelled, view);
   }
 
   void markAllDirty() override;

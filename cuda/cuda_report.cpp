@@ -90,7 +90,7 @@ GpuReport reportCudaDevice() {
        {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
         gpu::mapKernels(), gpu::moveKernels(), gpu::markKernels(), gpu::fusionKernels(),
         gpu::clearKernels(), gpu::regionKernels(), gpu::freeSpaceKernels(), gpu::paintKernels(),
-        gpu::renderKernels(), gpu::viewUnitKernels(), gpu::mesherKernels(true)}) {
+        gpu::renderKernels(), gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }
   return report;

@@ -33,7 +33,6 @@ std::vector<NamedKernel> regionKernels();
 std::vector<NamedKernel> freeSpaceKernels();
 std::vector<NamedKernel> paintKernels();
 std::vector<NamedKernel> renderKernels();
-std::vector<NamedKernel> viewUnitKernels();
 std::vector<NamedKernel> mesherKernels(bool directional);
 
 }  // namespace gpu

@@ -1,331 +1,271 @@
 #include "render.h"
 
-#include <cstring>
+#include <algorithm>
 
+#include "backend/view_images.h"
 #include "device_map.cuh"
+#include "kernels/meshing/gap.h"
 #include "launch.h"
 #include "named_kernels.h"
+#include "runtime/device.h"
 #include "runtime/stage_clock.h"
-#include "unit_samples.cuh"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Few threads a block: rays next to each other wait for memory together.
-constexpr int kRayThreads = 64;
+constexpr int kThreadBlocksPerProcessor = 8;
+constexpr MeshSize kFirstMeshes = {1 << 17, 1 << 18};
 
-/// Of a block of threads that looks at a block of the map.
-constexpr int kLookThreads = 128;
-constexpr int kWarp = 32;
+/// Of a warp that draws a triangle: each lane has its pixel of a patch.
+constexpr int kWarp = 32, kPatchWidth = 8, kPatchHeight = kWarp / kPatchWidth;
 
-/// The units of the map as castRay() asks for them.
-class RayUnits {
- public:
-  __device__ RayUnits(const MapView& map, const RenderJob& job) : map_(map), job_(job) {}
+/// One thread per slot: blocks that a view may show, and those whose labels that depends on.
+__global__ void __launch_bounds__(kThreads)
+    selectInViewKernel(MapView map, RenderJob job, MeshView drawn, MeshView labelled) {
+  const size_t slot = globalThread();
+  if (slot >= map.slot_count || map.slots[slot].key == kNoKey) return;
+  const BlockKey block_L = unpackKey(map.slots[slot].key) - blockOfVoxel(job.frame.origin_voxel);
+  const auto select = [&](const MeshView& mesh, float reach) {
+    if (!mayReachView(job.frame, block_L, reach)) return;
+    mesh.slots[atomicAdd(&mesh.counters->reached, 1u)] = static_cast<int32_t>(slot);
+  };
+  select(drawn, kDrawnReach);
+  select(labelled, kLabelledReach);
+}
 
-  __device__ bool enter(const Vec3i& block_L) {
-    slot_ = slotOf(block_L + blockOfVoxel(job_.scene.frame.origin_voxel));
-    return slot_ >= 0 && directionsOfSlot(map_.slots[slot_]) != 0;
-  }
-
-  __device__ const RayUnit& find(const Vec3i& unit) {
-    const UnitPlaces& places = job_.units.places[slot_];
-    const int z = unit.z & (kBlockSide - 1), bit = bitOf(unit);
-    const uint64_t made = places.made.layer[z];
-    if ((made >> bit & 1) != 0) {
-      const int before = places.before[z] + __popcll(made & ((uint64_t{1} << bit) - 1));
-      unit_ = job_.units.units[places.first + before];
-    } else {
-      unit_ = unitWithoutSurface(has(places.known, unit) ? UnitState::kFront : UnitState::kUnknown);
-    }
-    return unit_;
-  }
-
-  /// @pre The unit was the last that find() gave.
-  __device__ UnitColours coloursAt(const Vec3i& unit) {
-    UnitCorner corner[kCubeCorners];
-    for (int c = 0; c < kCubeCorners; ++c) {
-      corner[c] =
-          cornerAt(unit + job_.scene.frame.origin_voxel + Vec3i{c & 1, c >> 1 & 1, c >> 2 & 1});
-    }
-    return coloursOf(unit_, [&](int d, int c) { return colouredAt(d, corner[c]); });
-  }
-
- private:
-  __device__ int32_t slotOf(const BlockKey& key) {
-    if (!is_known_ || key != key_) {
-      known_slot_ = isRepresentable(key) ? findSlot(map_, packKey(key)) : -1;
-      key_ = key;
-      is_known_ = true;
-    }
-    return known_slot_;
-  }
-
-  __device__ UnitCorner cornerAt(const Vec3i& at) {
-    constexpr int kMask = kBlockSide - 1;
-    return {slotOf(blockOfVoxel(at)), voxelIndex(at.x & kMask, at.y & kMask, at.z & kMask)};
-  }
-
-  __device__ ColouredSample colouredAt(int direction, const UnitCorner& corner) const {
-    const int32_t array = corner.slot < 0 ? kNoArray : map_.slots[corner.slot].array[direction];
-    if (array == kNoArray) return {{0.0f, 0.0f}, {0, 0, 0, 0}};
-    const Sample sample =
-        sampleOf(map_.voxels.record(array)[corner.voxel], job_.scene.least_evidence);
-    const VoxelColour* colour = colourOf(map_, array, corner.voxel);
-    return {sample, colour == nullptr ? VoxelColour{0, 0, 0, 0} : *colour};
-  }
-
-  const MapView& map_;
-  const RenderJob& job_;
-  RayUnit unit_;
-  int32_t slot_ = -1;  ///< Of the block that was entered last.
-  BlockKey key_{0, 0, 0};
-  int32_t known_slot_ = -1;
-  bool is_known_ = false;
+/// A block's mesh, as its threads draw it.
+struct DrawnBlock {
+  const BlockVertex* vertices;
+  const BlockTriangle* triangles;
+  const VertexColour* colours;
+  Vec3i* shares;
+  SeenVertex* seen;
 };
 
-__global__ void __launch_bounds__(kThreads) clearRangesKernel(RenderJob job, size_t tiles) {
-  const size_t i = globalThread();
-  if (i < tiles) job.ranges[i] = noTileRange();
+/// Where a block's vertices are seen, and their normals, from the triangles of the block. All
+/// threads of the block have to call it.
+__device__ void seeVertices(const RenderJob& job, const MeshRecord& record,
+                            const DrawnBlock& block) {
+  const Vec3f first = toFloat(firstVoxelOfBlock(unpackKey(record.key)) - job.frame.origin_voxel);
+  for (uint32_t i = threadIdx.x; i < record.vertices; i += blockDim.x) {
+    block.shares[i] = {0, 0, 0};
+    block.seen[i] = seeVertex(job.frame, first + block.vertices[i].position);
+  }
+  __syncthreads();
+  for (uint32_t i = threadIdx.x; i < record.triangles; i += blockDim.x) {
+    const uint16_t* corner = block.triangles[i].vertex;
+    const Vec3i share =
+        normalShare(block.vertices[corner[0]].position, block.vertices[corner[1]].position,
+                    block.vertices[corner[2]].position);
+    for (int k = 0; k < 3; ++k) {
+      atomicAdd(&block.shares[corner[k]].x, share.x);
+      atomicAdd(&block.shares[corner[k]].y, share.y);
+      atomicAdd(&block.shares[corner[k]].z, share.z);
+    }
+  }
+  __syncthreads();
+  for (uint32_t i = threadIdx.x; i < record.vertices; i += blockDim.x) {
+    const Vec3i sum{readShared(&block.shares[i].x), readShared(&block.shares[i].y),
+                    readShared(&block.shares[i].z)};
+    block.seen[i].normal_C = normalOfShares(job.frame, sum);
+  }
+  __syncthreads();
 }
 
-/// Depths are above 0: as numbers and as integers they have one order.
-__device__ void widen(TileRange& range, const TileRange& other) {
-  auto* near = reinterpret_cast<int*>(&range.near);
-  auto* far = reinterpret_cast<int*>(&range.far);
-  if (other.near < readShared(&range.near)) atomicMin(near, __float_as_int(other.near));
-  if (other.far > readShared(&range.far)) atomicMax(far, __float_as_int(other.far));
+__device__ void drawKey(ViewKey& pixel, ViewKey key) {
+  if (key < readShared(&pixel)) {
+    atomicMin(reinterpret_cast<unsigned long long*>(&pixel), static_cast<unsigned long long>(key));
+  }
 }
 
-/// Enters what a voxel says of its tiles.
-__device__ void coverRanges(const RenderJob& job, const Vec3f& voxel) {
-  const TileCover cover = coverTiles(job.scene.frame, voxel);
-  for (int32_t v = cover.v0; v <= cover.v1; ++v) {
-    for (int32_t u = cover.u0; u <= cover.u1; ++u) {
-      widen(job.ranges[static_cast<size_t>(v) * job.tile_columns + u], cover.range);
+/// By one warp.
+__device__ void drawTriangleOf(const RenderJob& job, const DrawnBlock& block,
+                               const uint16_t* corner) {
+  const SeenVertex a = block.seen[corner[0]], b = block.seen[corner[1]], c = block.seen[corner[2]];
+  const DrawnTriangle drawn = drawTriangle(job.frame, a, b, c);
+  if (!drawn.is_drawn) return;
+  const int lane = static_cast<int>(threadIdx.x) % kWarp;
+  for (int32_t v = drawn.v0 + lane / kPatchWidth; v <= drawn.v1; v += kPatchHeight) {
+    for (int32_t u = drawn.u0 + lane % kPatchWidth; u <= drawn.u1; u += kPatchWidth) {
+      const CornerWeights weights = weightsAt(drawn, u - drawn.u0, v - drawn.v0);
+      if (!covers(drawn, weights)) continue;
+      const TrianglePlace place = placeOn(a, b, c, weights);
+      const auto pixel = static_cast<size_t>(pixelIndex(job.frame, {u, v}));
+      if (!mayBeBefore(place.depth, readShared(&job.surfaces[pixel]))) continue;
+      drawKey(job.surfaces[pixel], viewKey(place.depth, normalAt(a, b, c, place)));
+      if (job.painted == 0) continue;
+      drawKey(job.colours[pixel],
+              viewKey(place.depth, colourAt(block.colours[corner[0]], block.colours[corner[1]],
+                                            block.colours[corner[2]], place)));
     }
   }
 }
 
-/// Notes what a warp's voxels are: the bits of its lanes, in their order.
-__device__ void noteBits(VoxelBits& bits, int voxel, bool known, bool behind) {
-  constexpr unsigned kAllLanes = 0xffffffffu;
-  const uint32_t of_known = __ballot_sync(kAllLanes, known);
-  const uint32_t of_behind = __ballot_sync(kAllLanes, behind);
-  if (threadIdx.x % kWarp != 0) return;
-  reinterpret_cast<uint32_t*>(bits.known.layer)[voxel / kWarp] = of_known;
-  reinterpret_cast<uint32_t*>(bits.behind.layer)[voxel / kWarp] = of_behind;
-}
-
-/// One block of threads per block of the map: the bits of its voxels, and the ranges of what is in
-/// view.
-__global__ void __launch_bounds__(kLookThreads) lookAtBlocksKernel(MapView map, RenderJob job) {
-  const SlotEntry& entry = map.slots[blockIdx.x];
-  if (entry.key == kNoKey) return;
-  const FrameView& frame = job.scene.frame;
-  const BlockKey block_L = unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel);
-  if (!mayHaveCornersInView(frame, block_L)) return;
-  const Vec3f first = toFloat(firstVoxelOfBlock(block_L));
-  for (int i = static_cast<int>(threadIdx.x); i < kVoxelsPerBlock; i += kLookThreads) {
-    bool known = false, behind = false, near = false;
-    for (int d = 0; d < kDirectionCount; ++d) {
-      if (entry.array[d] == kNoArray) continue;
-      const Voxel voxel = map.voxels.record(entry.array[d])[i];
-      if (!isKnown(voxel, job.scene.least_evidence)) continue;
-      known = true;
-      behind = behind || sdfOf(voxel) < 0.0f;
-      near = near || isNearSurface(voxel);
+/// One block of threads per block of the map, in strides, and one warp per triangle. What found no
+/// room is drawn once there is some.
+__global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, MeshView mesh) {
+  const uint32_t count = mesh.counters->reached;
+  for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
+    const MeshRecord record = mesh.records[b];
+    if (record.triangles == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||
+        record.first_triangle + record.triangles > mesh.capacity.triangles) {
+      continue;  // the same for all threads of the block
     }
-    noteBits(job.units.bits[blockIdx.x], i, known, behind);
-    if (near) coverRanges(job, first + toFloat(voxelOffset(i)));
+    const DrawnBlock block{mesh.vertices + record.first_vertex,
+                           mesh.triangles + record.first_triangle,
+                           mesh.colours == nullptr ? nullptr : mesh.colours + record.first_vertex,
+                           job.shares + record.first_vertex, job.seen + record.first_vertex};
+    seeVertices(job, record, block);
+    for (uint32_t i = threadIdx.x / kWarp; i < record.triangles; i += blockDim.x / kWarp) {
+      const uint16_t* corner = block.triangles[i].vertex;
+      if (!isMarkedGap(corner)) drawTriangleOf(job, block, corner);
+    }
   }
-}
-
-__device__ RenderedPixel castPixelOf(const MapView& map, const RenderJob& job, const Pixel& pixel) {
-  const TileRange& range =
-      job.ranges[static_cast<size_t>(pixel.v / kRangeTileSide) * job.tile_columns +
-                 pixel.u / kRangeTileSide];
-  RayUnits units(map, job);
-  return castPixel(job.scene.frame, pixel, range, job.painted != 0, units);
-}
-
-/// One thread per ray of the first lattice.
-__global__ void __launch_bounds__(kRayThreads) castLatticeKernel(MapView map, RenderJob job) {
-  const int32_t columns = (job.scene.frame.width + kFirstStride - 1) / kFirstStride;
-  const auto i = static_cast<int32_t>(globalThread());
-  const Pixel pixel{i % columns * kFirstStride, i / columns * kFirstStride};
-  if (pixel.v >= job.scene.frame.height) return;
-  job.pixels[pixelIndex(job.scene.frame, pixel)] = castPixelOf(map, job, pixel);
-}
-
-/// Fills a pixel from the rays of its square, if they meet a plane.
-__device__ bool fillPixel(const RenderJob& job, const Pixel& pixel, int32_t stride) {
-  const Pixel square = squareOf(pixel, stride);
-  if (!hasRays(job.scene.frame, square, stride)) return false;
-  const RaySquare rays = raysOf(
-      square, stride, [&](const Pixel& at) { return job.pixels[pixelIndex(job.scene.frame, at)]; });
-  if (!meetsPlane(job.scene.frame, square, stride, rays)) return false;
-  job.pixels[pixelIndex(job.scene.frame, pixel)] = pixelBetween(rays, square, stride, pixel);
-  return true;
-}
-
-__device__ Pixel pixelOfThread(const FrameView& frame) {
-  const auto i = static_cast<int32_t>(globalThread());
-  return {i % frame.width, i / frame.width};
-}
-
-/// One thread per pixel: fills squares of the first stride, else casts rays of the second lattice.
-__global__ void __launch_bounds__(kRayThreads) fillFirstKernel(MapView map, RenderJob job) {
-  const Pixel pixel = pixelOfThread(job.scene.frame);
-  if (pixel.v >= job.scene.frame.height || isOnLattice(pixel, kFirstStride)) return;
-  if (fillPixel(job, pixel, kFirstStride) || !isOnLattice(pixel, kSecondStride)) return;
-  job.pixels[pixelIndex(job.scene.frame, pixel)] = castPixelOf(map, job, pixel);
-}
-
-/// One thread per pixel: what was left open.
-__global__ void __launch_bounds__(kRayThreads) fillRestKernel(MapView map, RenderJob job) {
-  const Pixel pixel = pixelOfThread(job.scene.frame);
-  if (pixel.v >= job.scene.frame.height || isOnLattice(pixel, kSecondStride)) return;
-  const Pixel square = squareOf(pixel, kFirstStride);
-  if (hasRays(job.scene.frame, square, kFirstStride)) {
-    const RaySquare rays = raysOf(square, kFirstStride, [&](const Pixel& at) {
-      return job.pixels[pixelIndex(job.scene.frame, at)];
-    });
-    if (meetsPlane(job.scene.frame, square, kFirstStride, rays)) return;
-  }
-  if (fillPixel(job, pixel, kSecondStride)) return;
-  job.pixels[pixelIndex(job.scene.frame, pixel)] = castPixelOf(map, job, pixel);
-}
-
-__global__ void __launch_bounds__(kThreads)
-    splitPixelsKernel(RenderJob job, size_t count, float* depth_m, Vec3f* normals_C,
-                      VertexColour* colours) {
-  const size_t i = globalThread();
-  if (i >= count) return;
-  const RenderedPixel pixel = job.pixels[i];
-  depth_m[i] = job.scene.frame.voxel_size_m * pixel.depth;
-  normals_C[i] = pixel.normal_C;
-  if (job.painted != 0) colours[i] = pixel.colour;
 }
 
 size_t pixelsOf(const FrameView& frame) {
   return static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height);
 }
 
-size_t tilesOf(const FrameView& frame) {
-  return static_cast<size_t>(rangeTilesFor(frame.width)) *
-         static_cast<size_t>(rangeTilesFor(frame.height));
-}
-
-size_t latticeRaysOf(const FrameView& frame) {
-  const auto along = [](int32_t pixels) {
-    return static_cast<size_t>((pixels + kFirstStride - 1) / kFirstStride);
-  };
-  return along(frame.width) * along(frame.height);
-}
-
-unsigned rayBlocksFor(size_t rays) {
-  return static_cast<unsigned>((rays + kRayThreads - 1) / kRayThreads);
-}
-
-template <class T>
-void copyTo(std::vector<T>& values, const PinnedBuffer<T>& pinned) {
-  if (!values.empty()) std::memcpy(values.data(), pinned.data(), values.size() * sizeof(T));
-}
-
 }  // namespace
 
 Renderer::Renderer(const MeshRules& rules, bool directional, const Stream& stream)
-    : rules_(rules), directional_(directional), stream_(stream), units_(stream) {
+    : rules_(rules),
+      directional_(directional),
+      thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
+      stream_(stream) {}
+
+/// Room for a first view is taken with it: many maps never have one.
+void Renderer::reserveMeshes(const MeshSize& size) {
+  vertices_.reserve(size.vertices, stream_);
+  vertex_colours_.reserveExactly(vertices_.capacity(), stream_);
+  shares_.reserveExactly(vertices_.capacity(), stream_);
+  seen_.reserveExactly(vertices_.capacity(), stream_);
+  triangles_.reserve(size.triangles, stream_);
+  totals_.reserveExactly(1, stream_);
+  labelled_.reserveExactly(1, stream_);
+  pinned_totals_.reserve(1);
+  no_dirty_.reserveExactly(1, stream_);
+  if (tables_.capacity() > 0) return;
   PinnedBuffer<MeshTables> tables(1);
   tables[0] = kMeshTables;
   tables_.reserveExactly(1, stream_);
   tables_.upload(tables.data(), 1, stream_);
+  no_dirty_.zero(stream_);
   stream_.synchronize();
 }
 
-void Renderer::reserve(const FrameView& frame) {
-  const size_t pixels = pixelsOf(frame);
-  ranges_.reserveExactly(tilesOf(frame), stream_);
-  pixels_.reserveExactly(pixels, stream_);
-  depth_m_.reserveExactly(pixels, stream_);
-  normals_C_.reserveExactly(pixels, stream_);
-  colours_.reserveExactly(pixels, stream_);
-  pinned_depth_m_.reserve(pixels);
-  pinned_normals_C_.reserve(pixels);
-  pinned_colours_.reserve(pixels);
+MeshView Renderer::meshView(const ViewRequest& request) {
+  MeshView mesh = {};
+  mesh.tables = tables_.data();
+  mesh.counters = &totals_.data()->blocks;
+  mesh.size = &totals_.data()->size;
+  mesh.finished = &totals_.data()->finished;
+  mesh.host_totals = pinned_totals_.data();
+  mesh.slots = slots_.data();
+  mesh.records = records_.data();
+  mesh.vertices = vertices_.data();
+  mesh.triangles = triangles_.data();
+  mesh.colours = request.has_colours ? vertex_colours_.data() : nullptr;
+  mesh.capacity = {static_cast<uint32_t>(vertices_.capacity()),
+                   static_cast<uint32_t>(triangles_.capacity())};
+  mesh.least_evidence = request.least_evidence;
+  mesh.directional = directional_;
+  mesh.rules = rules_;
+  return mesh;
 }
 
-void Renderer::cast(RenderJob job, const MapView& map) {
-  const size_t tiles = tilesOf(job.scene.frame);
-  clearRangesKernel<<<blocksFor(tiles), kThreads, 0, stream_.get()>>>(job, tiles);
-  DTSDF_CHECK_LAUNCH("clearRangesKernel");
-  job.units = units_.begin(map);
-  if (map.slot_count > 0) {
-    lookAtBlocksKernel<<<map.slot_count, kLookThreads, 0, stream_.get()>>>(map, job);
-    DTSDF_CHECK_LAUNCH("lookAtBlocksKernel");
-  }
-  job.units = units_.make(job.scene, map);
-  const unsigned lattice_blocks = rayBlocksFor(latticeRaysOf(job.scene.frame));
-  castLatticeKernel<<<lattice_blocks, kRayThreads, 0, stream_.get()>>>(map, job);
-  DTSDF_CHECK_LAUNCH("castLatticeKernel");
-  const unsigned blocks = rayBlocksFor(pixelsOf(job.scene.frame));
-  fillFirstKernel<<<blocks, kRayThreads, 0, stream_.get()>>>(map, job);
-  DTSDF_CHECK_LAUNCH("fillFirstKernel");
-  fillRestKernel<<<blocks, kRayThreads, 0, stream_.get()>>>(map, job);
-  DTSDF_CHECK_LAUNCH("fillRestKernel");
-}
-
-void Renderer::handOut(const RenderJob& job, RenderedView& view) {
-  const size_t pixels = pixelsOf(job.scene.frame);
-  view.width = job.scene.frame.width;
-  view.height = job.scene.frame.height;
-  view.depth_m.resize(pixels);
-  view.normals_C.resize(pixels);
-  view.colours.resize(job.painted != 0 ? pixels : 0);
-  splitPixelsKernel<<<blocksFor(pixels), kThreads, 0, stream_.get()>>>(
-      job, pixels, depth_m_.data(), normals_C_.data(), colours_.data());
-  DTSDF_CHECK_LAUNCH("splitPixelsKernel");
-  depth_m_.download(pinned_depth_m_.data(), pixels, stream_);
-  normals_C_.download(pinned_normals_C_.data(), pixels, stream_);
-  colours_.download(pinned_colours_.data(), view.colours.size(), stream_);
-  stream_.synchronize();
-  copyTo(view.depth_m, pinned_depth_m_);
-  copyTo(view.normals_C, pinned_normals_C_);
-  copyTo(view.colours, pinned_colours_);
-}
-
-void Renderer::render(const ViewRequest& request, const MapView& map, RenderedView& view) {
-  const FrameView& frame = request.frame;
-  reserve(frame);
+/// Enqueues all of it, up to the keys on the host.
+void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labelled) {
   const StageSpan span(stream_, Stage::kRender);
-  const RenderJob job{{frame, tables_.data(), rules_, request.least_evidence, directional_},
-                      {},
-                      request.has_colours,
-                      rangeTilesFor(frame.width),
-                      ranges_.data(),
-                      pixels_.data()};
-  cast(job, map);
-  handOut(job, view);
+  static_assert(kNothingSeen == ~ViewKey{0}, "filled by bytes");
+  surfaces_.fill(0xff, stream_);
+  if (request.has_colours) colours_.fill(0xff, stream_);
+  pinned_totals_[0] = {};
+  if (map.slot_count > 0) drawBlocks(request, map, is_labelled);
+  surfaces_.download(pinned_surfaces_.data(), pixelsOf(request.frame), stream_);
+  if (request.has_colours) {
+    colours_.download(pinned_colours_.data(), pixelsOf(request.frame), stream_);
+  }
+  stream_.record(drawn_);
+}
+
+void Renderer::drawBlocks(const ViewRequest& request, const MapView& map, bool is_labelled) {
+  const RenderJob job{request.frame, request.has_colours, shares_.data(),
+                      seen_.data(),  surfaces_.data(),    colours_.data()};
+  const MeshView mesh = meshView(request);
+  MeshView labelled = mesh;
+  labelled.slots = labelled_slots_.data();
+  labelled.counters = &labelled_.data()->blocks;
+  MapView unchanged = map;
+  unchanged.dirty_count = no_dirty_.data();
+  totals_.zero(stream_);
+  labelled_.zero(stream_);
+  selectInViewKernel<<<blocksFor(map.slot_count), kThreads, 0, stream_.get()>>>(unchanged, job,
+                                                                                mesh, labelled);
+  DTSDF_CHECK_LAUNCH("selectInViewKernel");
+  if (!is_labelled) indexBlocks(unchanged, labelled, thread_blocks_, stream_);
+  makeMeshes(unchanged, mesh, thread_blocks_, stream_);
+  if (request.has_colours) colourVertices(unchanged, mesh, thread_blocks_, stream_);
+  drawBlocksKernel<<<thread_blocks_, kThreads, 0, stream_.get()>>>(job, mesh);
+  DTSDF_CHECK_LAUNCH("drawBlocksKernel");
+}
+
+/// Makes the images from the keys, as soon as these are there: more than one thread should do while
+/// the caller waits. The others start while the device draws.
+void Renderer::fill(const ViewRequest& request, RenderedView& view) const {
+  constexpr size_t kPixelsOfThread = 1 << 16, kMostThreads = 4;
+  const FrameView& frame = request.frame;
+  resizeView(frame, request.has_colours, view);
+  const size_t parts = std::clamp<size_t>(pixelsOf(frame) / kPixelsOfThread, 1, kMostThreads);
+  const auto row = [&](size_t part) {
+    return static_cast<int32_t>(static_cast<size_t>(frame.height) * part / parts);
+  };
+  const ViewKey* colours = request.has_colours ? pinned_colours_.data() : nullptr;
+  const int device = currentDevice();
+  forEachInParallel(parts, 0, [&](size_t part) {
+    useDevice(device);
+    drawn_.wait();
+    fillRows(frame, row(part), row(part + 1), pinned_surfaces_.data(), colours, view);
+  });
+}
+
+void Renderer::render(const ViewRequest& request, const MapView& map, bool is_labelled,
+                      RenderedView& view) {
+  const size_t pixels = pixelsOf(request.frame);
+  surfaces_.reserveExactly(pixels, stream_);
+  pinned_surfaces_.reserve(pixels);
+  if (request.has_colours) {
+    colours_.reserveExactly(pixels, stream_);
+    pinned_colours_.reserve(pixels);
+  }
+  slots_.reserve(map.slot_count, stream_);
+  labelled_slots_.reserve(map.slot_count, stream_);
+  records_.reserve(map.slot_count, stream_);
+  reserveMeshes(kFirstMeshes);
+  draw(request, map, is_labelled);
+  fill(request, view);
+  const MeshSize size = pinned_totals_[0].size;
+  if (size.vertices <= vertices_.capacity() && size.triangles <= triangles_.capacity()) return;
+  reserveMeshes(size);
+  draw(request, map, true);
+  fill(request, view);
 }
 
 void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
-  const size_t images = ranges_.bytes() + pixels_.bytes() + depth_m_.bytes() + normals_C_.bytes() +
-                        colours_.bytes() + tables_.bytes() + units_.bytes();
-  parts.push_back({"rendered view", MemoryKind::kScratch, images, images});
-  const size_t staging =
-      pinned_depth_m_.bytes() + pinned_normals_C_.bytes() + pinned_colours_.bytes();
+  const size_t bytes = tables_.bytes() + totals_.bytes() + labelled_.bytes() + no_dirty_.bytes() +
+                       slots_.bytes() + labelled_slots_.bytes() + records_.bytes() +
+                       vertices_.bytes() + vertex_colours_.bytes() + shares_.bytes() +
+                       seen_.bytes() + triangles_.bytes() + surfaces_.bytes() + colours_.bytes();
+  parts.push_back({"rendered view", MemoryKind::kScratch, bytes, bytes});
+  const size_t staging = pinned_surfaces_.bytes() + pinned_colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kStaging, staging, staging});
 }
 
 std::vector<NamedKernel> renderKernels() {
-  return {DTSDF_NAMED_KERNEL(clearRangesKernel, 0),
-          DTSDF_NAMED_KERNEL(lookAtBlocksKernel, 0, kLookThreads),
-          DTSDF_NAMED_KERNEL(castLatticeKernel, 0, kRayThreads),
-          DTSDF_NAMED_KERNEL(fillFirstKernel, 0, kRayThreads),
-          DTSDF_NAMED_KERNEL(fillRestKernel, 0, kRayThreads),
-          DTSDF_NAMED_KERNEL(splitPixelsKernel, 0)};
+  return {DTSDF_NAMED_KERNEL(selectInViewKernel, 0), DTSDF_NAMED_KERNEL(drawBlocksKernel, 0)};
 }
 
 }  // namespace gpu

@@ -4,53 +4,61 @@
 #include <vector>
 
 #include "backend/map_backend.h"
-#include "device_map.h"
 #include "dtsdf_mapping/rendered_view.h"
-#include "kernels/render/between_rays.h"
+#include "kernels/render/drawn_triangle.h"
+#include "mesh_kernels.h"
 #include "runtime/buffer.h"
-#include "view_units.h"
 
 namespace dtsdf {
 namespace gpu {
 
 /// What kernels need of a view, by value.
 struct RenderJob {
-  ViewScene scene;
-  ViewUnits units;
+  FrameView frame;
   int32_t painted;  ///< Colours are asked for.
-  int32_t tile_columns;
-  TileRange* ranges;  ///< By tile.
-  RenderedPixel* pixels;
+  Vec3i* shares;    ///< Of normals, by vertex.
+  SeenVertex* seen;
+  ViewKey* surfaces;  ///< By pixel,
+  ViewKey* colours;   ///< and these.
 };
 
-/// The buffers are kept from view to view.
+/// Labels the blocks in view, makes their triangles and draws them. The buffers are kept from view
+/// to view.
 class Renderer {
  public:
   Renderer(const MeshRules& rules, bool directional, const Stream& stream);
 
-  /// Renders surfaces; waits for the images.
-  void render(const ViewRequest& request, const MapView& map, RenderedView& view);
+  /// Renders surfaces; waits for the images. Brings the labels of blocks up to date, unless all
+  /// are. @pre No extraction reads labels.
+  void render(const ViewRequest& request, const MapView& map, bool is_labelled, RenderedView& view);
 
   void addMemory(std::vector<MemoryPart>& parts) const;
 
  private:
-  void reserve(const FrameView& frame);
-  void cast(RenderJob job, const MapView& map);
-  void handOut(const RenderJob& job, RenderedView& view);
+  MeshView meshView(const ViewRequest& request);
+  void reserveMeshes(const MeshSize& size);
+  void draw(const ViewRequest& request, const MapView& map, bool is_labelled);
+  void drawBlocks(const ViewRequest& request, const MapView& map, bool is_labelled);
+  void fill(const ViewRequest& request, RenderedView& view) const;
 
   const MeshRules rules_;
   const bool directional_;
+  const int thread_blocks_;
   const Stream& stream_;
-  UnitMaker units_;
   DeviceBuffer<MeshTables> tables_;
-  DeviceBuffer<TileRange> ranges_;
-  DeviceBuffer<RenderedPixel> pixels_;
-  DeviceBuffer<float> depth_m_;
-  DeviceBuffer<Vec3f> normals_C_;
-  DeviceBuffer<VertexColour> colours_;
-  PinnedBuffer<float> pinned_depth_m_;
-  PinnedBuffer<Vec3f> pinned_normals_C_;
-  PinnedBuffer<VertexColour> pinned_colours_;
+  DeviceBuffer<MeshTotals> totals_, labelled_;  ///< Of these only the blocks count.
+  PinnedBuffer<MeshTotals> pinned_totals_;
+  Event drawn_;                      ///< The keys are on the host.
+  DeviceBuffer<uint32_t> no_dirty_;  ///< 0: views leave marks alone.
+  DeviceBuffer<int32_t> slots_, labelled_slots_;
+  DeviceBuffer<MeshRecord> records_;
+  DeviceBuffer<BlockVertex> vertices_;
+  DeviceBuffer<VertexColour> vertex_colours_;
+  DeviceBuffer<Vec3i> shares_;
+  DeviceBuffer<SeenVertex> seen_;
+  DeviceBuffer<BlockTriangle> triangles_;
+  DeviceBuffer<ViewKey> surfaces_, colours_;
+  PinnedBuffer<ViewKey> pinned_surfaces_, pinned_colours_;
 };
 
 }  // namespace gpu

@@ -97,7 +97,7 @@ void BlockMesher::enterState(int32_t slot, const MeshState& state) {
   forget(slot);
   state_[slot].has_mesh = state.has_mesh;
   state_[slot].labels = state.labels;
-  label_bytes_ += bytesOf(state_[slot].labels);
+  held_bytes_ += bytesOf(state_[slot].labels);
   setMarks(slot, state.marks);
   if (dirty_.size() > 2 * state_.size()) forgetTakenMarks(dirty_, &SlotState::dirty);
   if (painted_.size() > 2 * state_.size()) forgetTakenMarks(painted_, &SlotState::painted);
@@ -122,46 +122,118 @@ void BlockMesher::prefetch(int32_t slot) const {
   }
 }
 
-void BlockMesher::indexBlocks(const std::vector<int32_t>& slots) {
+bool BlockMesher::isStale(int32_t slot) const {
+  const SlotState& state = state_[slot];
+  if (state.least_evidence != least_evidence_) return true;
+  for (int n = 0; n < kCornerBlocks; ++n) {
+    const int32_t beside = table_.find(packKey(table_.block(slot).key + cornerBlockOffset(n)));
+    if (beside >= 0 && state_[beside].changed >= state.indexed) return true;
+  }
+  return false;
+}
+
+void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
   const StageTimer timer(profile_, Stage::kIndex);
+  slots.erase(
+      std::remove_if(slots.begin(), slots.end(), [this](int32_t slot) { return !isStale(slot); }),
+      slots.end());
+  ++indexings_;
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
     if (i + threads_ < slots.size()) prefetch(slots[i + threads_]);
     SlotState& state = state_[slots[i]];
     const NearbyArrays arrays(table_, voxels_, table_.block(slots[i]).key, least_evidence_);
     IndexedBlock block = indexer.index(rules_, arrays, directional_);
+    if (!with_vertices) block.vertices.clear();
     if (refined_) state.normals = vertexNormals(indexer, block.vertices, directional_);
-    label_bytes_ += bytesOf(block.labels) - bytesOf(state.labels);  // wraps round and back
+    held_bytes_ += bytesOf(block.labels) - bytesOf(state.labels);  // wraps round and back
     state.labels = std::move(block.labels);
     state.vertices = std::move(block.vertices);
+    state.indexed = indexings_;
+    state.least_evidence = least_evidence_;
   });
+}
+
+bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& mesh) const {
+  mesh.key = table_.block(slot).key;
+  mesh.vertices.clear();
+  if (state_[slot].labels.empty()) return false;
+  LabelNeighbourhood labels;
+  for (int n = 0; n < kBlocksAround; ++n) {
+    const int32_t beside = table_.find(packKey(mesh.key + aroundOffset(n)));
+    const bool empty = beside < 0 || state_[beside].labels.empty();
+    labels[n] = empty ? nullptr : state_[beside].labels.data();
+  }
+  const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
+  surface.regularise(labels);
+  surface.emit(rules_, arrays, state_[slot].vertices, directional_, mesh);
+  return true;
+}
+
+void BlockMesher::labelBlocks(std::vector<int32_t> slots, int32_t least_evidence) {
+  shows_ = true;
+  least_evidence_ = least_evidence;
+  sortByKey(slots);
+  indexBlocks(std::move(slots), false);
+}
+
+size_t BlockMesher::bytesOf(const BlockMesh* mesh) {
+  if (mesh == nullptr) return 0;
+  return sizeof(BlockMesh) + mesh->vertices.capacity() * sizeof(BlockVertex) +
+         mesh->triangles.capacity() * sizeof(uint16_t) +
+         mesh->colours.capacity() * sizeof(VertexColour);
+}
+
+bool BlockMesher::isOutdated(int32_t slot) const {
+  const SlotState& state = state_[slot];
+  if (has_colours_ && state.shown != nullptr && state.shown->colours.empty()) return true;
+  for (int n = 0; n < kBlocksAround; ++n) {
+    const int32_t beside = table_.find(packKey(table_.block(slot).key + aroundOffset(n)));
+    if (beside < 0) continue;
+    const SlotState& other = state_[beside];
+    if (other.changed >= state.made || other.repainted >= state.made) return true;
+    if (other.indexed > state.made) return true;
+  }
+  return false;
+}
+
+void BlockMesher::show(int32_t slot, std::unique_ptr<const BlockMesh> mesh) {
+  SlotState& state = state_[slot];
+  held_bytes_ += bytesOf(mesh.get()) - bytesOf(state.shown.get());  // wraps round and back
+  state.shown = std::move(mesh);
+  state.made = indexings_;
+}
+
+const BlockMesh* BlockMesher::shownMesh(int32_t slot, BlockSurface& surface) {
+  if (isOutdated(slot)) {
+    auto mesh = std::make_unique<BlockMesh>();
+    const bool has_surface = makeSurface(slot, surface, *mesh);
+    dropGaps(*mesh);
+    mesh->colours = coloursOf(*mesh);
+    if (!has_surface) mesh.reset();
+    show(slot, std::move(mesh));
+  }
+  return state_[slot].shown.get();
 }
 
 std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots) {
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
   parallelFor<MeshScratch>(slots.size(), threads_, [&](size_t i, MeshScratch& scratch) {
-    BlockSurface& surface = scratch.surface;
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];
-    mesh.key = table_.block(slots[i]).key;
-    if (state.labels.empty()) return;
-    LabelNeighbourhood labels;
-    for (int n = 0; n < kBlocksAround; ++n) {
-      const int32_t slot = table_.find(packKey(mesh.key + aroundOffset(n)));
-      const bool empty = slot < 0 || state_[slot].labels.empty();
-      labels[n] = empty ? nullptr : state_[slot].labels.data();
-    }
-    const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
-    surface.regularise(labels);
-    surface.emit(rules_, arrays, state.vertices, directional_, mesh);
+    const bool shows = shows_ && !refined_;
+    if (shows) show(slots[i], nullptr);
+    if (!makeSurface(slots[i], scratch.surface, mesh)) return;
     if (refined_) {
-      scratch.refiner.refine(rules_, arrays, surface, {state.vertices, state.normals}, directional_,
-                             mesh);
+      const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
+      scratch.refiner.refine(rules_, arrays, scratch.surface, {state.vertices, state.normals},
+                             directional_, mesh);
     }
     dropGaps(mesh);
     state.vertices = std::vector<BlockVertex>();
     state.normals = std::vector<Vec3f>();
-    if (has_colours_) mesh.colours = vertexColours(map_, mesh, least_evidence_, directional_);
+    mesh.colours = coloursOf(mesh);
+    if (shows) show(slots[i], std::make_unique<BlockMesh>(mesh));
   });
   return meshes;
 }
@@ -204,7 +276,7 @@ void BlockMesher::selectPainted(std::vector<int32_t>& slots) {
 }
 
 size_t BlockMesher::bytes() const {
-  return state_.capacity() * sizeof(SlotState) + label_bytes_ +
+  return state_.capacity() * sizeof(SlotState) + held_bytes_ +
          (dirty_.capacity() + painted_.capacity()) * sizeof(int32_t);
 }
 
@@ -227,7 +299,7 @@ MeshUpdate BlockMesher::update(int32_t least_evidence) {
   least_evidence_ = least_evidence;
   const std::vector<int32_t> dirty = takeMarked(dirty_, state_, &SlotState::dirty);
   std::vector<int32_t> slots = reachBlocks(dirty);
-  indexBlocks(slots);
+  indexBlocks(slots, true);
   selectAround(dirty, slots);
   selectPainted(slots);
   std::vector<BlockMesh> meshes = makeMeshes(slots);

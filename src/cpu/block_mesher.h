@@ -2,10 +2,12 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <vector>
 
 #include "backend/map_backend.h"
 #include "backend/profile.h"
+#include "cpu/block_surface.h"
 #include "cpu/vertex_colours.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/meshing/mesh_rules.h"
@@ -26,6 +28,7 @@ class BlockMesher {
   void markDirty(int32_t slot) {
     if (!state_[slot].dirty) dirty_.push_back(slot);
     state_[slot].dirty = true;
+    state_[slot].changed = indexings_;
   }
   void markAllDirty();
 
@@ -36,11 +39,12 @@ class BlockMesher {
   void markPainted(int32_t slot) {
     if (!state_[slot].painted) painted_.push_back(slot);
     state_[slot].painted = true;
+    state_[slot].repainted = indexings_;
   }
 
   /// The block has gone.
   void forget(int32_t slot) {
-    label_bytes_ -= bytesOf(state_[slot].labels);
+    held_bytes_ -= bytesOf(state_[slot].labels) + bytesOf(state_[slot].shown.get());
     state_[slot] = SlotState();
   }
 
@@ -62,19 +66,32 @@ class BlockMesher {
   /// `least_evidence` is what a voxel needs to be known.
   MeshUpdate update(int32_t least_evidence);
 
+  /// Brings the labels of blocks up to date, as the next update would; marks stay.
+  void labelBlocks(std::vector<int32_t> slots, int32_t least_evidence);
+
+  /// The mesh of a block without refinement; null: none. It is kept until it changes. For several
+  /// threads, each with a surface and blocks of its own.
+  /// @pre labelBlocks() had the block and those around it.
+  const BlockMesh* shownMesh(int32_t slot, BlockSurface& surface);
+
  private:
   struct SlotState {
     bool dirty = false, painted = false;
     bool has_mesh = false;
-    uint32_t update = 0;                ///< The latest that selected the block.
-    std::vector<UnitLabels> labels;     ///< One per unit; empty: none says anything.
-    std::vector<BlockVertex> vertices;  ///< Of their sheets, during an update only.
-    std::vector<Vec3f> normals;         ///< Of these vertices, where meshes are refined.
+    uint32_t update = 0;  ///< The latest that selected the block.
+    /// Voxels, colours, labels and `shown` are as they came to be after so many indexings.
+    uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
+    int32_t least_evidence = 0;              ///< Of the labels.
+    std::vector<UnitLabels> labels;          ///< One per unit; empty: none says anything.
+    std::vector<BlockVertex> vertices;       ///< Of their sheets, during an update only.
+    std::vector<Vec3f> normals;              ///< Of these vertices, where meshes are refined.
+    std::unique_ptr<const BlockMesh> shown;  ///< See shownMesh(); null: none, or not yet.
   };
 
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {
     return labels.capacity() * sizeof(UnitLabels);
   }
+  static size_t bytesOf(const BlockMesh* mesh);
 
   void forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark);
 
@@ -84,8 +101,22 @@ class BlockMesher {
   /// Enters the block, if there is one, into this update's slots, unless it is there.
   void select(const BlockKey& key, std::vector<int32_t>& slots);
 
-  /// The index stage.
-  void indexBlocks(const std::vector<int32_t>& slots);
+  /// Whether voxels that a block's labels depend on changed since these were made.
+  bool isStale(int32_t slot) const;
+
+  /// Whether labels or colours that a block's shown mesh depends on changed since it was made.
+  bool isOutdated(int32_t slot) const;
+
+  /// The mesh of a block before refinement, without colours. @return whether it has a surface.
+  bool makeSurface(int32_t slot, BlockSurface& surface, BlockMesh& mesh) const;
+  std::vector<VertexColour> coloursOf(const BlockMesh& mesh) const {
+    if (!has_colours_) return {};
+    return vertexColours(map_, mesh, least_evidence_, directional_);
+  }
+  void show(int32_t slot, std::unique_ptr<const BlockMesh> mesh);
+
+  /// The index stage, of those whose labels are stale.
+  void indexBlocks(std::vector<int32_t> slots, bool with_vertices);
 
   /// Enters the blocks whose vertices depend on voxels that changed, or whose surface on labels.
   void selectAround(const std::vector<int32_t>& dirty, std::vector<int32_t>& slots);
@@ -114,10 +145,12 @@ class BlockMesher {
   bool refined_;
   std::vector<SlotState> state_;
   std::vector<int32_t> dirty_, painted_;  ///< Slots so marked; blocks may have gone since.
-  std::atomic<size_t> label_bytes_{0};    ///< Of the labels of all slots.
+  std::atomic<size_t> held_bytes_{0};     ///< Of the labels and shown meshes of all slots.
   uint32_t update_ = 0;                   ///< Number of the latest.
+  uint64_t indexings_ = 0;
   int32_t least_evidence_ = 0;
   bool has_colours_ = false;  ///< Something was painted.
+  bool shows_ = false;        ///< Views were asked for: updates keep meshes for them.
   Profile* profile_ = nullptr;
 };
 

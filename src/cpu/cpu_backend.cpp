@@ -53,7 +53,7 @@ CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const Blo
       painter_(makePaintSettings(params, rules), threads_),
       mesher_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_,
               params.mesh.refine != 0),
-      renderer_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_),
+      renderer_({table_, voxels_, colours_}, mesher_, threads_),
       free_cell_finder_(params, threads_) {}
 
 std::string CpuBackend::name() const {
@@ -314,7 +314,7 @@ void CpuBackend::addMemory(std::vector<MemoryPart>& parts) const {
        {"surfels", kScratch, surfel_maker_.bytes(), surfel_maker_.bytes()},
        {"surfels by block", kScratch, block_finder_.bytes(), block_finder_.bytes()},
        {"colour image", kScratch, painter_.bytes(), painter_.bytes()},
-       {"depth ranges", kScratch, renderer_.bytes(), renderer_.bytes()}});
+       {"rendered view", kScratch, renderer_.bytes(), renderer_.bytes()}});
   if (!params_.space.enabled) return;
   parts.push_back({"free depths", kScratch, free_cell_finder_.bytes(), free_cell_finder_.bytes()});
 }

@@ -1,56 +1,62 @@
 /// The stage "render" on the CPU: views of the map from any pose.
 #pragma once
 
+#include <atomic>
+#include <memory>
 #include <vector>
 
-#include "cpu/ray_units.h"
+#include "cpu/block_mesher.h"
+#include "cpu/block_surface.h"
 #include "dtsdf_mapping/rendered_view.h"
-#include "kernels/render/between_rays.h"
+#include "kernels/render/drawn_triangle.h"
 
 namespace dtsdf {
 
-struct TileImage {
-  std::vector<TileRange> ranges;
-  int32_t columns = 0;
+/// The nearest that was drawn into each pixel of an image, by many threads at once.
+class DrawnImage {
+ public:
+  /// Nothing is drawn.
+  void clear(size_t pixels);
+
+  ViewKey at(size_t pixel) const { return keys_[pixel].load(std::memory_order_relaxed); }
+  void draw(size_t pixel, ViewKey key);
+
+  /// @pre No thread draws.
+  const ViewKey* data() const { return reinterpret_cast<const ViewKey*>(keys_.get()); }
+  size_t bytes() const { return room_ * sizeof(ViewKey); }
+
+ private:
+  std::unique_ptr<std::atomic<ViewKey>[]> keys_;
+  size_t room_ = 0;
 };
 
-/// Casts rays, each from where its tile's range begins, and fills what lies between them.
+/// Makes the triangles of the blocks in view, and draws them.
 class Renderer {
  public:
-  Renderer(const MeshedMap& map, const MeshRules& rules, bool directional, int threads)
-      : map_(map), rules_(rules), directional_(directional), threads_(threads) {}
+  Renderer(const MeshedMap& map, BlockMesher& mesher, int threads)
+      : map_(map), mesher_(mesher), threads_(threads) {}
 
   /// Renders the surfaces of voxels with so much evidence.
   /// @param painted Whether the view has colours.
   void render(const FrameView& frame, int32_t least_evidence, bool painted, RenderedView& view);
 
-  size_t bytes() const;
+  size_t bytes() const { return surfaces_.bytes() + colours_.bytes(); }
 
  private:
-  void findBlocksInView(const FrameView& frame);
-  void findRanges(const RayScene& scene);
-  void lookAtBlock(const RayScene& scene, size_t number, TileImage& tiles);
-  const TileRange& rangeAt(const Pixel& pixel) const;
-  RenderedPixel& pixelAt(const FrameView& frame, const Pixel& pixel);
-  void cast(const RayScene& scene, const Pixel& pixel, RayUnits& units);
-  void castLattice(const RayScene& scene, int32_t v, RayUnits& units);
-  bool fillSquare(const FrameView& frame, const Pixel& square, int32_t stride);
-  void fillFirstSquares(const RayScene& scene, int32_t v, RayUnits& units);
-  void fillOpenSquares(const RayScene& scene, int32_t v, RayUnits& units);
-  void handOut(const FrameView& frame, int32_t v, RenderedView& view) const;
-  void castRays(const RayScene& scene, RenderedView& view);
+  /// What a thread needs to draw one block after the other.
+  struct Scratch {
+    BlockSurface surface;
+    std::vector<Vec3i> shares;
+    std::vector<SeenVertex> vertices;
+  };
+
+  std::vector<int32_t> slotsWithin(const FrameView& frame, float reach) const;
+  void drawBlock(const FrameView& frame, const BlockMesh& mesh, bool painted, Scratch& scratch);
 
   const MeshedMap map_;
-  const MeshRules rules_;
-  const bool directional_;
+  BlockMesher& mesher_;
   const int threads_;
-  std::vector<int32_t> slots_;           ///< Of the blocks in view.
-  std::vector<int32_t> number_of_slot_;  ///< Their places in that list; kNotInView.
-  std::vector<VoxelBits> bits_;          ///< Of the blocks in view.
-  std::vector<TileImage> tiles_;         ///< Per thread; the first one has it all then.
-  std::vector<RenderedPixel> pixels_;
-  std::vector<std::vector<Pixel>> open_squares_;  ///< Whose rays meet no plane, by rows of squares.
-  RayBlocks blocks_;
+  DrawnImage surfaces_, colours_;
 };
 
 }  // namespace dtsdf

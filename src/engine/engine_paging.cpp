@@ -10,12 +10,14 @@
 #include "engine/engine.h"
 #include "kernels/colour/surface_point.h"
 #include "kernels/fusion/free_space.h"
+#include "kernels/render/drawn_triangle.h"
 
 namespace dtsdf {
 namespace {
 
-/// From the middle of a block to what it may show in a view: see mayReachView().
-constexpr float kViewRadius = 7.1f + 1.0f;
+/// From the middle of a block to a view that depends on it: voxels up to one block farther than
+/// the units whose labels do.
+constexpr float kViewRadius = kLabelledReach + 13.9f;
 constexpr float kAnyDepth_m = 1e30f;
 
 /// How far ahead blocks are read, and of which frames until there.

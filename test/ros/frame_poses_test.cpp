@@ -67,8 +67,10 @@ class FramePosesTest : public testing::Test {
   }
 
   template <class Image>
-  void push(double stamp_s, const Image& image, size_t stream, const std::string& frame_id) {
+  void push(double stamp_s, const Image& image, size_t stream, const std::string& frame_id,
+            size_t camera = 0) {
     PosedFrame frame;
+    frame.camera = camera;
     frame.stamp = ros::Time(stamp_s);
     frame.image = image;
     frame.frame_id = frame_id;
@@ -144,6 +146,44 @@ TEST_F(FramePosesTest, OrItIsDropped) {
   EXPECT_EQ(fused(), 1u);
   EXPECT_EQ(dropped(DropReason::kMisfit), 1u);
   EXPECT_EQ(corrections_.size(), 2u) << "others still need it";
+  expectAccounted();
+}
+
+/// Two cameras whose given poses drift in opposite ways, while both stay where they are.
+TEST_F(FramePosesTest, EachCameraOfARigIsCorrectedByItself) {
+  params_.cameras = {"left", "right"};
+  params_.poses.drift = 1.0;
+  start(PoseMode::kRefine);
+  std::vector<double> painted_x_m;
+  mapper_->paints = [&](const ColourFrame& colour) {
+    painted_x_m.push_back(colour.T_W_C.translation().x());
+  };
+  for (int i = 0; i < 10; ++i) {
+    for (const size_t camera : {0, 1}) {
+      DepthFrame depth;
+      depth.T_W_C.translation().x() = (camera == 0 ? 0.05 : -0.04) * i;
+      const double stamp_s = 1.0 + 0.1 * i + 0.01 * static_cast<double>(camera);
+      push(stamp_s, depth, 0, camera == 0 ? "left" : "right", camera);
+    }
+  }
+  EXPECT_EQ(fused(), 20u);
+  const PoseReport report = poses_->report();
+  ASSERT_EQ(report.cameras.size(), 2u);
+  for (const CameraPoseReport& camera : report.cameras) {
+    ASSERT_TRUE(camera.last);
+    EXPECT_NEAR(camera.last->T_W_C.translation().x(), 0.0, 1e-9);
+    EXPECT_GE(camera.outcomes[static_cast<size_t>(AlignmentStatus::kAligned)], 9u);
+  }
+  EXPECT_EQ(corrections_.size(), 10u) << "the first camera speaks for all";
+  EXPECT_LT(corrections_.back().translation().x(), -0.3);
+  EXPECT_EQ(poses_->fusedPoses().copy().size(), 10u);
+  for (const size_t camera : {0, 1}) {
+    ColourFrame colour;
+    colour.T_W_C.translation().x() = camera == 0 ? 0.45 : -0.36;
+    push(1.95 + 0.01 * static_cast<double>(camera), colour, 1, "colour", camera);
+  }
+  ASSERT_EQ(painted_x_m.size(), 2u);
+  for (const double x_m : painted_x_m) EXPECT_NEAR(x_m, 0.0, 0.1) << "moved as its own camera is";
   expectAccounted();
 }
 

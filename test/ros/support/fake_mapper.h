@@ -43,9 +43,10 @@ class FakeMapper : public Mapper {
     return alignment;
   }
 
-  IntegrationResult paint(const ColourFrame&) override {
+  IntegrationResult paint(const ColourFrame& frame) override {
     throwIf(fails_to_integrate);
     ++images;
+    if (paints) paints(frame);
     return {};
   }
 
@@ -117,6 +118,7 @@ class FakeMapper : public Mapper {
   bool clears_in_part = false;  ///< A region.
   bool has_space = false;
   std::function<Alignment(const DepthFrame&)> aligns;
+  std::function<void(const ColourFrame&)> paints;
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   int parts_left = 0;  ///< Extractions that leave something to the next one.
   double mesh_ms = 0.0;

@@ -206,6 +206,57 @@ TEST(Render, SameBytesInAnyNumberOfThreadsWithAndWithoutAMesh) {
   EXPECT_TRUE(sameMaps(untouched.mapper(), three.mapper()));
 }
 
+/// What is kept from view to view goes with what it was made of: after each change a view is that
+/// of a map with the same contents that was never looked at.
+void expectViewsAsOfACopy(Session& session, const MapperParams& params) {
+  const RenderCamera camera{120, 90, {100.0f, 100.0f, 59.5f, 44.5f}};
+  const auto copy = makeMapper(params, session.mapper().contents());
+  for (const Isometry3d& pose : cornerPoses()) {
+    const RenderedView expected = copy->render(camera, pose);
+    EXPECT_TRUE(sameViews(expected, session.mapper().render(camera, pose)));
+    EXPECT_TRUE(sameViews(expected, session.mapper().render(camera, pose)));
+  }
+}
+
+class KeptViews : public testing::TestWithParam<int> {};
+
+TEST_P(KeptViews, FollowTheMap) {
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+  params.mesh.refine = GetParam();
+  Session session(params);
+  const auto colour = [](const Vector3d& p_W) { return p_W.y() < 1.0 ? kRed : kBlue; };
+  for (size_t i = 0; i < 6; ++i) {
+    SCOPED_TRACE(i);
+    const Isometry3d pose = cornerPoses()[i % 3];
+    session.integrate(renderFrame(cornerWithBall(), pose, kWidth, kHeight));
+    if (i % 2 == 0) session.updateMesh();
+    expectViewsAsOfACopy(session, params);
+    if (i < 3) continue;
+    session.mapper().paint(renderColour(cornerWithBall(), colour, pose, kWidth, kHeight).view());
+    expectViewsAsOfACopy(session, params);
+  }
+  session.mapper().clearRegion(SphereRegion{{1.2, 1.1, -0.5}, 0.4});
+  expectViewsAsOfACopy(session, params);
+  session.updateMesh();
+  expectViewsAsOfACopy(session, params);
+}
+
+INSTANTIATE_TEST_SUITE_P(Refined, KeptViews, testing::Values(0, 1));
+
+/// Views between changes and extractions leave the meshes as they are.
+TEST(Render, LeavesExtractionsAlone) {
+  const MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+  Session seen(params), unseen(params);
+  for (size_t i = 0; i < 6; ++i) {
+    const SceneFrame frame = renderFrame(cornerWithBall(), cornerPoses()[i % 3], kWidth, kHeight);
+    for (Session* session : {&seen, &unseen}) session->integrate(frame);
+    seen.mapper().render(RenderCamera(), cornerPoses()[(i + 1) % 3]);
+    if (i % 2 == 0) continue;
+    for (Session* session : {&seen, &unseen}) session->updateMesh();
+    EXPECT_TRUE(sameMeshes(seen.mesh(), unseen.mesh())) << i;
+  }
+}
+
 TEST(Render, AnEmptyMapShowsNothing) {
   Session session(makeCpuParams());
   const RenderedView view = session.mapper().render(RenderCamera(), Isometry3d::Identity());

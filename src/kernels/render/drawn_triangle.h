@@ -1,0 +1,176 @@
+/// A triangle of the mesh as a camera sees it: which pixels it covers, and what they show.
+///
+/// Corners are rounded to 1/256 of a pixel, and what follows of that is in whole numbers: of the
+/// triangles that share a side exactly one covers a pixel on it, so a closed mesh leaves no slit.
+#pragma once
+
+#include "kernels/core/camera.h"
+#include "kernels/core/grid.h"
+#include "kernels/render/view_key.h"
+
+namespace dtsdf {
+
+/// From the middle of a block to its farthest vertex, in voxels: see BlockVertex.
+constexpr float kDrawnReach = 11.3f;
+/// And to what the labels of the units around it depend on: one block more.
+constexpr float kLabelledReach = kDrawnReach + 13.9f;
+
+/// Whether what lies so far around a block's middle may be in view; false only if not.
+DTSDF_HD bool mayReachView(const FrameView& frame, const BlockKey& block_L, float reach) {
+  constexpr float kMiddle = 0.5f * (kBlockSide - 1);
+  return mayBeInView(frame, toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kMiddle, kMiddle, kMiddle},
+                     reach);
+}
+
+constexpr int32_t kPixelSteps = 256;
+
+/// A vertex in the image.
+struct SeenVertex {
+  int32_t x, y;         ///< In steps; a pixel's centre is at multiples of kPixelSteps.
+  float inverse_depth;  ///< Per voxel; 0: not before the camera.
+  Vec3f normal_C;       ///< Longer the larger its triangles are.
+};
+
+/// Of a point in the local frame.
+DTSDF_HD SeenVertex seeVertex(const FrameView& frame, const Vec3f& p_L) {
+  constexpr float kLeastDepth = 0.1f;      // in voxels
+  constexpr float kFarthest = 2097152.0f;  // pixels: products of steps fit 64 bits
+  const Vec3f p = rotateInverse(frame.T_L_C, p_L - frame.T_L_C.t);
+  if (!(p.z > kLeastDepth)) return {0, 0, 0.0f, {0.0f, 0.0f, 0.0f}};
+  const auto steps = [](float at) {
+    const float inside = minimum(maximum(at, -kFarthest), kFarthest);
+    return floorToInt(inside * static_cast<float>(kPixelSteps) + 0.5f);
+  };
+  const Intrinsics& K = frame.intrinsics;
+  return {steps(K.fx * (p.x / p.z) + K.cx),
+          steps(K.fy * (p.y / p.z) + K.cy),
+          1.0f / p.z,
+          {0.0f, 0.0f, 0.0f}};
+}
+
+/// A triangle's normal as vertices add it up, longer the larger it is: whole numbers, whose sum
+/// does not depend on their order.
+DTSDF_HD Vec3i normalShare(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
+  constexpr float kSteps = 65536.0f;
+  const Vec3f normal = cross(b - a, c - a);
+  const auto steps = [](float at) { return floorToInt(at * kSteps + 0.5f); };
+  return {steps(normal.x), steps(normal.y), steps(normal.z)};
+}
+
+/// The normal of a vertex from the sum of its triangles' shares. It keeps its length: at a border,
+/// where a vertex has but a sliver of a triangle, it counts for as little.
+DTSDF_HD Vec3f normalOfShares(const FrameView& frame, const Vec3i& sum) {
+  return rotateInverse(frame.T_L_C, toFloat(sum));
+}
+
+/// Twice the areas that a point makes with a triangle's sides, in squared steps, by the corner
+/// opposite to the side: the corners' weights at that point.
+struct CornerWeights {
+  int64_t of[3];
+};
+
+/// Which pixels a triangle covers.
+struct DrawnTriangle {
+  int32_t u0, v0, u1, v1;     ///< It lies within these pixels.
+  CornerWeights first;        ///< At pixel (u0, v0).
+  CornerWeights right, down;  ///< What changes from pixel to pixel.
+  int64_t least[3];           ///< Of a pixel that is covered: 0 or 1, a side has one owner.
+  bool is_drawn;              ///< Faces the camera, and may cover some pixel.
+};
+
+DTSDF_HD int32_t least3(int32_t a, int32_t b, int32_t c) {
+  const int32_t least = a < b ? a : b;
+  return least < c ? least : c;
+}
+DTSDF_HD int32_t greatest3(int32_t a, int32_t b, int32_t c) {
+  const int32_t greatest = a > b ? a : b;
+  return greatest > c ? greatest : c;
+}
+
+/// Of corners that are counter-clockwise seen from the front.
+DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const SeenVertex& a,
+                                    const SeenVertex& b, const SeenVertex& c) {
+  DrawnTriangle drawn;
+  drawn.is_drawn = false;
+  if (a.inverse_depth == 0.0f || b.inverse_depth == 0.0f || c.inverse_depth == 0.0f) return drawn;
+  // The first pixel to the right of the leftmost corner, and so on.
+  const auto last = [](int32_t at) { return at >> 8; };
+  const auto first = [](int32_t at) { return (at + kPixelSteps - 1) >> 8; };
+  static_assert(kPixelSteps == 1 << 8, "");
+  drawn.u0 = greatest3(first(least3(a.x, b.x, c.x)), 0, 0);
+  drawn.v0 = greatest3(first(least3(a.y, b.y, c.y)), 0, 0);
+  drawn.u1 = least3(last(greatest3(a.x, b.x, c.x)), frame.width - 1, frame.width - 1);
+  drawn.v1 = least3(last(greatest3(a.y, b.y, c.y)), frame.height - 1, frame.height - 1);
+  if (drawn.u0 > drawn.u1 || drawn.v0 > drawn.v1) return drawn;
+  // Rows go down: in the image the corners of what faces the camera go clockwise if y went up.
+  const SeenVertex* const corner[3] = {&a, &b, &c};
+  int64_t area = 0;
+  for (int k = 0; k < 3; ++k) {
+    const SeenVertex &from = *corner[(k + 2) % 3], &to = *corner[(k + 1) % 3];
+    const int64_t dx = int64_t{to.x} - from.x, dy = int64_t{to.y} - from.y;
+    const int64_t x = int64_t{drawn.u0} * kPixelSteps - from.x;
+    const int64_t y = int64_t{drawn.v0} * kPixelSteps - from.y;
+    drawn.first.of[k] = dx * y - dy * x;
+    drawn.right.of[k] = -dy * kPixelSteps;
+    drawn.down.of[k] = dx * kPixelSteps;
+    drawn.least[k] = dy < 0 || (dy == 0 && dx > 0) ? 0 : 1;
+    area += drawn.first.of[k];
+  }
+  drawn.is_drawn = area > 0;
+  return drawn;
+}
+
+/// At a pixel so far from the first one.
+DTSDF_HD CornerWeights weightsAt(const DrawnTriangle& drawn, int32_t right, int32_t down) {
+  CornerWeights weights;
+  for (int k = 0; k < 3; ++k) {
+    weights.of[k] = drawn.first.of[k] + right * drawn.right.of[k] + down * drawn.down.of[k];
+  }
+  return weights;
+}
+
+DTSDF_HD bool covers(const DrawnTriangle& drawn, const CornerWeights& weights) {
+  return weights.of[0] >= drawn.least[0] && weights.of[1] >= drawn.least[1] &&
+         weights.of[2] >= drawn.least[2];
+}
+
+/// Where the ray of a pixel meets a triangle: shares of the corners, and the depth in voxels.
+struct TrianglePlace {
+  float share[3];
+  float depth;
+};
+
+/// Inverse depths of a plane are linear in the pixel.
+DTSDF_HD TrianglePlace placeOn(const SeenVertex& a, const SeenVertex& b, const SeenVertex& c,
+                               const CornerWeights& weights) {
+  const auto in_image = [&](int k) { return static_cast<float>(weights.of[k]); };
+  TrianglePlace place{
+      {in_image(0) * a.inverse_depth, in_image(1) * b.inverse_depth, in_image(2) * c.inverse_depth},
+      0.0f};
+  const float sum = place.share[0] + place.share[1] + place.share[2];
+  place.depth = (in_image(0) + in_image(1) + in_image(2)) / sum;
+  return place;
+}
+
+DTSDF_HD uint32_t normalAt(const SeenVertex& a, const SeenVertex& b, const SeenVertex& c,
+                           const TrianglePlace& place) {
+  return packNormal(place.share[0] * a.normal_C + place.share[1] * b.normal_C +
+                    place.share[2] * c.normal_C);
+}
+
+/// Between those corners that are painted.
+DTSDF_HD uint32_t colourAt(const VertexColour& a, const VertexColour& b, const VertexColour& c,
+                           const TrianglePlace& place) {
+  const VertexColour colour[3] = {a, b, c};
+  ColourMean mean;
+  for (int k = 0; k < 3; ++k) {
+    if (colour[k].painted == 0) continue;
+    mean.red += place.share[k] * static_cast<float>(colour[k].red);
+    mean.green += place.share[k] * static_cast<float>(colour[k].green);
+    mean.blue += place.share[k] * static_cast<float>(colour[k].blue);
+    mean.weight += place.share[k];
+  }
+  return packColour(colourOf(mean));
+}
+
+}  // namespace dtsdf

@@ -89,7 +89,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   seeFree(view);
   const TouchedCounts touched = backend_->touched();
   if (touched.blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
-  const size_t left_on_disk = pager_ ? bringInForFrame(view, touched, in_view) : 0;
+  const size_t left_on_disk = pager_ ? bringInForFrame(frame, view, touched, in_view) : 0;
   const FrameTurn turn{counters_.frames + 1, in_view, part_.empty() ? nullptr : &part_};
   IntegrationResult result;
   result.refused_blocks = left_on_disk + admit(touched, turn);
@@ -218,6 +218,7 @@ std::vector<int32_t> Engine::dropBeyond() {
   std::vector<PackedKey> on_disk = pager_ ? takeFarthest(*kept_, slots) : std::vector<PackedKey>();
   kept_.reset();
   if (slots.empty() && on_disk.empty()) return {};
+  forgetWhatIsMarked();
   backend_->waitForMeshes();
   backend_->reserveChanges(slots.size());
   for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
@@ -259,6 +260,7 @@ IntegrationResult Engine::paint(const ColourFrame& frame) {
 /// The way of a colour image.
 IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   ready();
+  forgetWhatIsMarked();
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   std::vector<int32_t> in_view = table_.slotsInView(view, pointRadius(rules_.colour));
   settle();

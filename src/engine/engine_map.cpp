@@ -32,10 +32,12 @@ void Engine::beginMeshUpdate() {
   if (pager_) meshInParts();  // all but the last of them, which is this:
   backend_->beginMesh(least);
   is_meshing_ = true;
+  if (pager_) startViews();
   table_.prepare(requests_before_);  // while a device is busy
 }
 
 void Engine::markAllDirty() {
+  forgetWhatIsMarked();
   backend_->markAllDirty();
   if (pager_) pager_->markAllDirty();
 }
@@ -82,6 +84,7 @@ ClearedRegion Engine::clearRegion(const Region& region) {
 
 void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,
                         ClearedRegion& result) {
+  forgetWhatIsMarked();
   backend_->reserveChanges(slots.size());
   const std::vector<EmptiedBlock> emptied = backend_->emptyRegion(slots, view);
   std::vector<int32_t> changed;
@@ -109,6 +112,9 @@ void Engine::clear() {
   has_colours_ = has_free_ = is_meshing_ = false;
   outside_.clear();
   T_W_C_before_.reset();
+  views_.clear();
+  marks_are_in_views_ = true;
+  lost_before_ = 0;
   kept_.reset();
   least_evidence_ = 0;
   vacant_.clear();
@@ -198,6 +204,7 @@ void Engine::goOnFrom(const MapContents& head) {
 
 /// As frames do: memory first, then the table, then what the backend knows of it.
 void Engine::enterContents(const MapContents& contents) try {
+  forgetWhatIsMarked();
   const MapSize size = sizeOf(contents.blocks);
   backend_->reserve(
       {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});

@@ -19,7 +19,18 @@ constexpr float kViewRadius = 7.1f + 1.0f;
 constexpr float kAnyDepth_m = 1e30f;
 
 /// How far ahead blocks are read, and of which frames until there.
-constexpr int kFramesAhead = 6, kFramesBetween = 3;
+constexpr int kFramesAhead = 24, kFramesBetween = 3;
+
+/// Frames without an extraction of which it is known what they have changed.
+constexpr size_t kMostViews = 8;
+
+/// From the middle block of a coarse cell to its corners, in voxels.
+constexpr float kCellReach = 0.8661f * static_cast<float>((BlockCells::kSide + 1) * kBlockSide);
+
+BlockKey middleOf(const BlockCells::Cell& cell) {
+  constexpr int32_t kSide = BlockCells::kSide, kHalf = kSide / 2;
+  return {cell.key.x * kSide + kHalf, cell.key.y * kSide + kHalf, cell.key.z * kSide + kHalf};
+}
 
 /// Depth of the middle of a block, in voxels.
 float depthOf(const FrameView& view, const BlockKey& block) {
@@ -61,13 +72,22 @@ bool reachesBeyond(const BlockCells::Cell& cell, const IsBeyond& is_beyond) {
 /// in memory then. Where these are too many at once, they come part by part, and the image is fused
 /// into all parts but for the last, which is left to the caller.
 /// @return how many blocks stay on disk or are refused, as there is no room for them.
-size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touched,
-                               std::vector<int32_t>& in_view) {
+size_t Engine::bringInForFrame(const DepthFrame& frame, const FrameView& view,
+                               const TouchedCounts& touched, std::vector<int32_t>& in_view) {
   const StageTimer timer(profile_, Stage::kAdmit);
   requests_ = backend_->requests();
+  pager_->noteView(view);
+  if (views_.size() == kMostViews) forgetWhatIsMarked();
+  if (views_.size() < kMostViews) views_.push_back(view);
+  part_.clear();
+  const bool has_all = hasAllOf(view);
+  const PoolSizes missing = table_.countNew(requests_);
+  if (has_all && pager_->hasRoom(missing.slots * BlockTable::kBlockBytes +
+                                 missing.arrays * BlockTable::kArrayBytes)) {
+    return 0;
+  }
   std::sort(requests_.begin(), requests_.end(),
             [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
-  part_.clear();
   const size_t most_bytes = table_.budgetBytes() - table_.budgetBytes() / 8;
   size_t left = 0, bytes = 0, new_bytes = 0, next_request = 0;
   const std::vector<PackedKey> keys = keysOfFrame(view, in_view);
@@ -89,10 +109,30 @@ size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touch
   }
   const bool is_whole = part.size() == keys.size();
   part_.swap(part);
-  left += bringInPart(new_bytes);
+  const bool reads_ahead = is_whole && !has_all;
+  left += bringInPart(new_bytes, reads_ahead ? keysAhead(frame) : std::vector<PackedKey>());
   in_view = blocksInView(view);
   if (is_whole) part_.clear();
   return left;
+}
+
+/// Whether no block on disk is one that a depth image touches or may clear.
+bool Engine::hasAllOf(const FrameView& view) {
+  if (pager_->isEmpty()) return true;
+  const auto is_paged = [this](const BlockRequest& request) {
+    return pager_->isPaged(request.key);
+  };
+  if (std::any_of(requests_.begin(), requests_.end(), is_paged)) return false;
+  if (!clearsFreeSpace(params_)) return true;
+  const std::vector<PackedKey> others = pagedInView(view);
+  return others.empty() || backend_->mover()->seenThrough(others, counters_.frames + 1).empty();
+}
+
+/// Blocks on disk that a frame may see, and others around.
+std::vector<PackedKey> Engine::pagedInView(const FrameView& view) const {
+  return pager_->keysWhere(
+      [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, kFootRadius); },
+      [](const BlockKey&) { return true; });
 }
 
 /// Of so many blocks, whatever they hold.
@@ -107,9 +147,7 @@ std::vector<PackedKey> Engine::keysOfFrame(const FrameView& view,
                                            const std::vector<int32_t>& in_view) {
   std::vector<PackedKey> keys = backend_->mover()->touchedKeys();
   if (clearsFreeSpace(params_)) {
-    std::vector<PackedKey> others = pager_->keysWhere(
-        [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, kFootRadius); },
-        [](const BlockKey&) { return true; });
+    std::vector<PackedKey> others = pagedInView(view);
     for (const int32_t slot : in_view) {
       if (table_.block(slot).in_use) others.push_back(packKey(table_.block(slot).key));
     }
@@ -132,8 +170,8 @@ size_t Engine::bytesWanted(PackedKey key, size_t& next_request) const {
          (known == 0 ? BlockTable::kBlockBytes : 0);
 }
 
-size_t Engine::bringInPart(size_t new_bytes) {
-  const size_t left = pager_->bringIn(*backend_, part_, new_bytes);
+size_t Engine::bringInPart(size_t new_bytes, const std::vector<PackedKey>& ahead) {
+  const size_t left = pager_->bringIn(*backend_, part_, new_bytes, ahead);
   counters_.refused += left;
   return left;
 }
@@ -175,31 +213,38 @@ size_t Engine::bringInForImage(const FrameView& view, std::vector<int32_t>& in_v
   return left;
 }
 
-/// What the camera comes to see if it moves on as it did. It is often in the memory of the system
-/// already; where it is not, the frame that needs it finds it read.
-void Engine::readAhead(const DepthFrame& frame) {
-  const std::optional<Eigen::Isometry3d> before = std::exchange(T_W_C_before_, frame.T_W_C);
-  if (!before || pager_->isEmpty()) return;
-  const Eigen::Isometry3d motion = before->inverse() * frame.T_W_C;
+/// Blocks on disk around what the camera comes to see if it moves on as it did, by coarse cells:
+/// what comes first first, some more than are worth asking for.
+std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame) const {
   std::vector<PackedKey> keys;
+  if (!T_W_C_before_) return keys;
+  const Eigen::Isometry3d motion = T_W_C_before_->inverse() * frame.T_W_C;
   std::unordered_set<PackedKey> known;
   DepthFrame ahead = frame;
-  for (int step = 1; step <= kFramesAhead; ++step) {
-    ahead.T_W_C = ahead.T_W_C * motion;
+  for (int step = 0; step <= kFramesAhead && keys.size() < pager_->mostAhead(); ++step) {
+    if (step > 0) ahead.T_W_C = ahead.T_W_C * motion;
     if (step % kFramesBetween != 0 || findProblem(ahead, params_)) continue;
     const FrameView view = makeFrameView(ahead, params_.map.voxel_size_m);
-    const float max_depth = params_.fusion.max_depth_m / view.voxel_size_m + kFootRadius;
-    const BlockKey origin = blockOfVoxel(view.origin_voxel);
+    const float max_depth = params_.fusion.max_depth_m / view.voxel_size_m + kMeshedRadius;
     const std::vector<PackedKey> some = pager_->keysWhere(
-        [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, kFootRadius); },
-        [&](const BlockKey& block) {
-          return mayBeInView(view, block - origin, kFootRadius) &&
-                 depthOf(view, block) <= max_depth;
-        });
-    std::copy_if(some.begin(), some.end(), std::back_inserter(keys),
-                 [&](PackedKey key) { return known.insert(key).second; });
+        [&](const BlockCells::Cell& cell) {
+          return mayBeInView(view, cell, kMeshedRadius) &&
+                 depthOf(view, middleOf(cell)) <= max_depth + kCellReach &&
+                 known.insert(packKey(cell.key)).second;
+        },
+        [](const BlockKey&) { return true; });
+    keys.insert(keys.end(), some.begin(), some.end());
   }
-  pager_->readAhead(keys);
+  return keys;
+}
+
+/// It is often in the memory of the system already; where it is not, the frame that needs it finds
+/// it read.
+void Engine::readAhead(const DepthFrame& frame) {
+  if (!pager_->isEmpty() && counters_.frames % kFramesBetween == 0) {
+    pager_->readAhead(keysAhead(frame));
+  }
+  T_W_C_before_ = frame.T_W_C;
 }
 
 /// @throws std::runtime_error where they do not fit into memory.

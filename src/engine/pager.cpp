@@ -7,6 +7,7 @@
 
 #include "engine/block_records.h"
 #include "kernels/core/direction.h"
+#include "kernels/fusion/free_space.h"
 #include "map/memory_budget.h"
 
 namespace dtsdf {
@@ -17,7 +18,7 @@ constexpr size_t kBatchBytes = size_t{8} << 20;
 
 /// See spareBytes(): a share of the budget.
 constexpr size_t kSpareShare = 16;
-constexpr size_t kMostSpareBytes = 2 * kBatchBytes;
+constexpr size_t kMostSpareBytes = 4 * kBatchBytes;
 
 /// What waits to be written, and what was read ahead, each: a share of the budget beside it.
 constexpr size_t kQueueShare = 8;
@@ -72,7 +73,17 @@ void Pager::noteNew(const std::vector<int32_t>& slots) {
   for (const int32_t slot : slots) touch(slot);
 }
 
-size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes) {
+void Pager::noteView(const FrameView& view) {
+  ++now_;
+  table_.noteView(view, kFootRadius, now_);
+}
+
+size_t Pager::mostAhead() const {
+  return spareBytes(table_.budgetBytes()) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);
+}
+
+size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes,
+                      const std::vector<PackedKey>& ahead) {
   ++now_;
   std::vector<int32_t> numbers;
   for (const PackedKey key : keys) {
@@ -81,20 +92,39 @@ size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, s
     if (slot >= 0) touch(slot);
     if (number >= 0) numbers.push_back(number);
   }
+  const size_t left = readSome(backend, numbers, 0, Reserve::kUse);
+  if (left == 0 && !ahead.empty()) {
+    numbers.clear();
+    size_t bytes = 0;
+    for (const PackedKey key : ahead) {
+      const int32_t number = store_.find(key);
+      if (number < 0) continue;
+      bytes += bytesOnceIn(store_.block(number));
+      if (bytes > spareBytes(table_.budgetBytes())) break;
+      numbers.push_back(number);
+    }
+    readSome(backend, numbers, new_bytes, Reserve::kLeave);
+  }
+  makeRoom(backend, new_bytes);
+  return left;
+}
+
+/// As far as there is room for them and for so many other bytes. @return how many stay on disk.
+size_t Pager::readSome(MapBackend& backend, const std::vector<int32_t>& numbers,
+                       size_t other_bytes, Reserve reserve) {
   size_t unreadable = 0;
   for (size_t first = 0; first < numbers.size();) {
-    size_t end = first, bytes = 0;
-    for (; end < numbers.size() && (end == first || bytes < kBatchBytes); ++end) {
+    size_t end = first, bytes = other_bytes;
+    for (; end < numbers.size() && (end == first || bytes < kBatchBytes + other_bytes); ++end) {
       bytes += bytesOnceIn(store_.block(numbers[end]));
     }
-    makeRoom(backend, bytes, Reserve::kUse);
+    makeRoom(backend, bytes, reserve);
     while (end > first && !hasRoom(bytes)) bytes -= bytesOnceIn(store_.block(numbers[--end]));
     if (end == first) return unreadable + numbers.size() - first;
     unreadable += readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
                                       numbers.begin() + static_cast<std::ptrdiff_t>(end)});
     first = end;
   }
-  makeRoom(backend, new_bytes);
   return unreadable;
 }
 
@@ -126,11 +156,7 @@ void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
     batch_bytes += table_.bytesOf(slots[i]);
     const uint64_t most = std::min<uint64_t>(kBatchBytes, store_.room(use_reserve) / 4);
     if (batch_bytes < most && i + 1 < slots.size()) continue;
-    if (!writeBatch(backend, batch, reserve)) {
-      oldest_.clear();  // those that have not gone are the oldest still
-      next_oldest_ = 0;
-      return;
-    }
+    if (!writeBatch(backend, batch, reserve)) return;
     batch.clear();
     batch_bytes = 0;
   }
@@ -292,8 +318,6 @@ void Pager::clear() {
   stats_ = PageStats();
   waits_before_ = store_.waits();
   last_need_.clear();
-  oldest_.clear();
-  next_oldest_ = 0;
   no_writing_before_ = 0;
 }
 

@@ -11,7 +11,7 @@ BlockCells::Cell& BlockCells::cellOf(const BlockKey& block) {
   const int32_t number = numbers_.find(packKey(key));
   last_ = number >= 0 ? static_cast<size_t>(number) : cells_.size();
   if (number >= 0) return cells_[last_];
-  Cell cell{key, {}};
+  Cell cell{key, {}, 0};
   cell.slots.reserve(1);
   if (cells_.size() == cells_.capacity()) cells_.reserve(2 * cells_.size() + 1);
   numbers_.insert(packKey(key), static_cast<int32_t>(cells_.size()));
@@ -42,6 +42,14 @@ void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
     cell = std::move(cells_.back());
   }
   cells_.pop_back();
+}
+
+void BlockCells::note(const BlockKey& block, uint64_t time) { cellOf(block).last_need = time; }
+
+void BlockCells::noteView(const FrameView& frame, float radius, uint64_t time) {
+  for (Cell& cell : cells_) {
+    if (mayBeInView(frame, cell, radius)) cell.last_need = time;
+  }
 }
 
 size_t BlockCells::memoryBytes() const {

@@ -19,12 +19,18 @@ class BlockCells {
   struct Cell {
     Vec3i key;                   ///< Coordinates of its first block, divided by kSide.
     std::vector<int32_t> slots;  ///< Of its blocks, in no order.
+    uint64_t last_need = 0;      ///< The latest note() of one of its blocks, or noteView().
   };
 
   /// @throws std::bad_alloc and nothing has changed then.
   void insert(const BlockKey& block, int32_t slot);
   void erase(const BlockKey& block, int32_t slot) noexcept;
   void clear() { *this = BlockCells(); }
+
+  /// Notes that a block was needed at a time, or all that may be seen around in a frame: see
+  /// mayBeInView(). @pre The block is there.
+  void note(const BlockKey& block, uint64_t time);
+  void noteView(const FrameView& frame, float radius, uint64_t time);
 
   const std::vector<Cell>& all() const { return cells_; }
 

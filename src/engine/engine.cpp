@@ -95,7 +95,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   result.refused_blocks = left_on_disk + admit(touched, turn);
   castFoldAndClear(touched, turn);
   keep(frame);
-  if (pager_) readAhead(frame);
+  if (pager_) readAhead(frame, view);
   return result;
 }
 
@@ -135,7 +135,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   std::vector<BlockRequest> requests = pager_ ? requestsOfPart() : backend_->requests();
   const size_t blocks = requests.size();
   requests_before_ = blocks;
-  const size_t arrays = pager_ ? table_.countNew(requests).arrays : touched.new_arrays;
+  const size_t arrays = moves_blocks_ ? table_.countNew(requests).arrays : touched.new_arrays;
   Admission admission;
   if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {
     admission = table_.admit(std::move(requests));

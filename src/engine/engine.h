@@ -89,12 +89,12 @@ class Engine : public ProbedMapper {
   size_t bringInPart(size_t new_bytes, const std::vector<PackedKey>& ahead = {});
   size_t fusePart(const FrameView& view, const TouchedCounts& touched);
   size_t bytesWanted(PackedKey key, size_t& next_request) const;
-  std::vector<BlockRequest> requestsOfPart() const;
+  std::vector<BlockRequest> requestsOfPart();
   size_t bringInForImage(const FrameView& view, std::vector<int32_t>& in_view);
   void bringInForView(const FrameView& view);
   AlignmentSums sumsAt(const FrameView& view, float cutoff);
   std::vector<PackedKey> keysAhead(const DepthFrame& frame) const;
-  void readAhead(const DepthFrame& frame);
+  void readAhead(const DepthFrame& frame, const FrameView& view);
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
   std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;
   size_t clearPaged(const RegionView& view, ClearedRegion& result);
@@ -131,7 +131,8 @@ class Engine : public ProbedMapper {
   std::unique_ptr<MapBackend> backend_;  ///< Null after clear(), until it is used: see ready().
   std::unique_ptr<SpaceMap> space_;      ///< Null where nobody asks for it.
   std::unique_ptr<Pager> pager_;         ///< Null without map/page_folder.
-  std::vector<BlockRequest> requests_;   ///< Of the last frame, by key; with a pager only.
+  std::vector<BlockRequest> requests_;   ///< Of the last frame; with a pager only.
+  bool moves_blocks_ = false;            ///< The last frame does, so that requests are by key.
   std::vector<PackedKey> part_;          ///< Of that frame, by key; empty: it comes in one.
   Counters counters_;
   Exposure exposure_ = sameExposure();             ///< Of the last colour image.

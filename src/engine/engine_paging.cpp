@@ -40,18 +40,6 @@ float depthOf(const FrameView& view, const BlockKey& block) {
   return rotateInverse(view.T_L_C, middle - view.T_L_C.t).z;
 }
 
-/// Whether a voxel of a cell's blocks may lie in a region in units of voxels.
-bool mayReachInto(const RegionView& region, const BlockCells::Cell& cell) {
-  constexpr int kVoxels = BlockCells::kSide * kBlockSide;
-  constexpr double kMiddle = 0.5 * (kVoxels - 1), kReach = 1.7321 * kMiddle + 0.1;
-  const Vec3i& key = cell.key;
-  return isInside(region,
-                  Vec3d{static_cast<double>(key.x) * kVoxels + kMiddle,
-                        static_cast<double>(key.y) * kVoxels + kMiddle,
-                        static_cast<double>(key.z) * kVoxels + kMiddle},
-                  kReach);
-}
-
 /// Whether one of a cell's outermost blocks is beyond a ball: no other one is farther away.
 template <class IsBeyond>
 bool reachesBeyond(const BlockCells::Cell& cell, const IsBeyond& is_beyond) {
@@ -76,16 +64,13 @@ size_t Engine::bringInForFrame(const DepthFrame& frame, const FrameView& view,
                                const TouchedCounts& touched, std::vector<int32_t>& in_view) {
   const StageTimer timer(profile_, Stage::kAdmit);
   requests_ = backend_->requests();
-  pager_->noteView(view);
   if (views_.size() == kMostViews) forgetWhatIsMarked();
   if (views_.size() < kMostViews) views_.push_back(view);
   part_.clear();
   const bool has_all = hasAllOf(view);
-  const PoolSizes missing = table_.countNew(requests_);
-  if (has_all && pager_->hasRoom(missing.slots * BlockTable::kBlockBytes +
-                                 missing.arrays * BlockTable::kArrayBytes)) {
-    return 0;
-  }
+  moves_blocks_ = !has_all || !pager_->hasRoom(touched.requests * BlockTable::kBlockBytes +
+                                               touched.new_arrays * BlockTable::kArrayBytes);
+  if (!moves_blocks_) return 0;
   std::sort(requests_.begin(), requests_.end(),
             [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
   const size_t most_bytes = table_.budgetBytes() - table_.budgetBytes() / 8;
@@ -191,7 +176,8 @@ size_t Engine::fusePart(const FrameView& view, const TouchedCounts& touched) {
 }
 
 /// Blocks that are left on disk are none to be made anew.
-std::vector<BlockRequest> Engine::requestsOfPart() const {
+std::vector<BlockRequest> Engine::requestsOfPart() {
+  if (!moves_blocks_) return std::move(requests_);
   std::vector<BlockRequest> requests;
   for (const BlockRequest& request : requests_) {
     const bool is_in_part =
@@ -239,8 +225,9 @@ std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame) const {
 }
 
 /// It is often in the memory of the system already; where it is not, the frame that needs it finds
-/// it read.
-void Engine::readAhead(const DepthFrame& frame) {
+/// it read. A device works meanwhile.
+void Engine::readAhead(const DepthFrame& frame, const FrameView& view) {
+  pager_->noteView(view);
   if (!pager_->isEmpty() && counters_.frames % kFramesBetween == 0) {
     pager_->readAhead(keysAhead(frame));
   }
@@ -322,41 +309,6 @@ std::vector<PackedKey> Engine::takeFarthest(const KeptBall& kept,
     }
   }
   return on_disk;
-}
-
-/// Blocks come back to be emptied, some at a time.
-/// @return how many cannot, and stay as they were.
-size_t Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
-  constexpr size_t kAtOnce = 256;
-  const std::vector<PackedKey> keys =
-      pager_->keysWhere([&](const BlockCells::Cell& cell) { return mayReachInto(view, cell); },
-                        [&](const BlockKey& block) { return mayBeInside(view, block); });
-  size_t left = 0;
-  for (size_t first = 0; first < keys.size(); first += kAtOnce) {
-    const size_t end = std::min(keys.size(), first + kAtOnce);
-    std::vector<PackedKey> some(keys.begin() + static_cast<std::ptrdiff_t>(first),
-                                keys.begin() + static_cast<std::ptrdiff_t>(end));
-    // Where memory is scarce, those that are emptied make room for the rest.
-    while (!some.empty() && clearSome(some, view, result)) {
-    }
-    left += some.size();
-  }
-  return left;
-}
-
-/// @param keys Those that stay on disk are left. @return whether any came back.
-bool Engine::clearSome(std::vector<PackedKey>& keys, const RegionView& view,
-                       ClearedRegion& result) {
-  pager_->bringIn(*backend_, keys, 0);
-  std::vector<int32_t> slots;
-  for (const PackedKey key : keys) {
-    if (const int32_t slot = table_.find(key); slot >= 0) slots.push_back(slot);
-  }
-  keys.erase(std::remove_if(keys.begin(), keys.end(),
-                            [this](PackedKey key) { return !pager_->isPaged(key); }),
-             keys.end());
-  clearSlots(slots, view, result);
-  return !slots.empty();
 }
 
 }  // namespace dtsdf

@@ -7,7 +7,6 @@
 
 #include "engine/block_records.h"
 #include "kernels/core/direction.h"
-#include "kernels/fusion/free_space.h"
 #include "map/memory_budget.h"
 
 namespace dtsdf {
@@ -71,11 +70,6 @@ void Pager::readAhead(const std::vector<PackedKey>& keys) {
 
 void Pager::noteNew(const std::vector<int32_t>& slots) {
   for (const int32_t slot : slots) touch(slot);
-}
-
-void Pager::noteView(const FrameView& view) {
-  ++now_;
-  table_.noteView(view, kFootRadius, now_);
 }
 
 size_t Pager::mostAhead() const {

@@ -38,7 +38,7 @@ class Pager {
   size_t bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes,
                  const std::vector<PackedKey>& ahead = {});
 
-  /// What a depth image may see is needed now, and goes after what was seen before.
+  /// A depth image was fused: what it may see goes after what was seen before.
   void noteView(const FrameView& view);
 
   /// How many blocks are worth asking for ahead.

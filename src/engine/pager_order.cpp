@@ -3,6 +3,7 @@
 
 #include "engine/pager.h"
 #include "kernels/core/direction.h"
+#include "kernels/fusion/free_space.h"
 
 namespace dtsdf {
 
@@ -16,6 +17,18 @@ void Pager::touch(int32_t slot) {
   if (last_need_.size() <= place) last_need_.resize(table_.slotCount(), 0);
   last_need_[place] = now_;
   table_.noteNeed(table_.block(slot).key, now_);
+}
+
+void Pager::noteView(const FrameView& view) {
+  ++now_;
+  const BlockKey origin = blockOfVoxel(view.origin_voxel);
+  for (const BlockCells::Cell& cell : table_.cells()) {
+    if (!mayBeInView(view, cell, kFootRadius)) continue;
+    const auto seen = std::find_if(cell.slots.begin(), cell.slots.end(), [&](int32_t slot) {
+      return mayBeInView(view, table_.block(slot).key - origin);
+    });
+    if (seen != cell.slots.end()) table_.noteNeed(table_.block(*seen).key, now_);
+  }
 }
 
 /// Blocks that were not brought in last, at least so many bytes of them if there are: coarse cell

@@ -44,14 +44,6 @@ void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
   cells_.pop_back();
 }
 
-void BlockCells::note(const BlockKey& block, uint64_t time) { cellOf(block).last_need = time; }
-
-void BlockCells::noteView(const FrameView& frame, float radius, uint64_t time) {
-  for (Cell& cell : cells_) {
-    if (mayBeInView(frame, cell, radius)) cell.last_need = time;
-  }
-}
-
 size_t BlockCells::memoryBytes() const {
   return numbers_.memoryBytes() + cells_.capacity() * sizeof(Cell) +
          2 * places_.capacity() * sizeof(uint32_t);  // the lists hold each slot once as well

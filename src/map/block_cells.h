@@ -19,7 +19,7 @@ class BlockCells {
   struct Cell {
     Vec3i key;                   ///< Coordinates of its first block, divided by kSide.
     std::vector<int32_t> slots;  ///< Of its blocks, in no order.
-    uint64_t last_need = 0;      ///< The latest note() of one of its blocks, or noteView().
+    uint64_t last_need = 0;      ///< The latest note() of one of its blocks.
   };
 
   /// @throws std::bad_alloc and nothing has changed then.
@@ -27,10 +27,11 @@ class BlockCells {
   void erase(const BlockKey& block, int32_t slot) noexcept;
   void clear() { *this = BlockCells(); }
 
-  /// Notes that a block was needed at a time, or all that may be seen around in a frame: see
-  /// mayBeInView(). @pre The block is there.
-  void note(const BlockKey& block, uint64_t time);
-  void noteView(const FrameView& frame, float radius, uint64_t time);
+  /// Whether a block's cell has any.
+  bool hasCellOf(const BlockKey& block) const;
+
+  /// Notes that a block was needed at a time. @pre It is there.
+  void note(const BlockKey& block, uint64_t time) { cellOf(block).last_need = time; }
 
   const std::vector<Cell>& all() const { return cells_; }
 
@@ -49,6 +50,10 @@ class BlockCells {
 inline Vec3i cellOfBlock(const BlockKey& block) {
   constexpr int kShift = BlockCells::kSideLog2;
   return {block.x >> kShift, block.y >> kShift, block.z >> kShift};
+}
+
+inline bool BlockCells::hasCellOf(const BlockKey& block) const {
+  return numbers_.find(packKey(cellOfBlock(block))) >= 0;
 }
 
 /// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of a cell's

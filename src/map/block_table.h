@@ -180,9 +180,6 @@ class BlockTable {
   /// Blocks by coarse cells, and when they were needed: see BlockCells.
   const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
   void noteNeed(const BlockKey& block, uint64_t time) { cells_.note(block, time); }
-  void noteView(const FrameView& frame, float radius, uint64_t time) {
-    cells_.noteView(frame, radius, time);
-  }
 
   /// Blocks with arrays that lie wholly outside a ball, the farthest first and those of one
   /// distance by key: so many at most.

@@ -38,13 +38,15 @@ std::vector<MeshState> CudaBlockMover::takeMeshStates(const std::vector<int32_t>
     states[i].marks = marks[i];
     states[i].has_mesh = parts_.mesher.takeHasMesh(slots[i]);
   }
-  forEachInParallel((slots.size() + kSlotsAtOnce - 1) / kSlotsAtOnce, kHostThreads, [&](size_t part) {
-    for (size_t i = part * kSlotsAtOnce; i < std::min(slots.size(), (part + 1) * kSlotsAtOnce); ++i) {
-      const auto first = labels.begin() + static_cast<std::ptrdiff_t>(i * kVoxelsPerBlock);
-      if (std::all_of(first, first + kVoxelsPerBlock, saysNothing)) continue;
-      states[i].labels.assign(first, first + kVoxelsPerBlock);
-    }
-  });
+  forEachInParallel(
+      (slots.size() + kSlotsAtOnce - 1) / kSlotsAtOnce, kHostThreads, [&](size_t part) {
+        for (size_t i = part * kSlotsAtOnce; i < std::min(slots.size(), (part + 1) * kSlotsAtOnce);
+             ++i) {
+          const auto first = labels.begin() + static_cast<std::ptrdiff_t>(i * kVoxelsPerBlock);
+          if (std::all_of(first, first + kVoxelsPerBlock, saysNothing)) continue;
+          states[i].labels.assign(first, first + kVoxelsPerBlock);
+        }
+      });
   return states;
 }
 

@@ -142,9 +142,9 @@ class Engine : public ProbedMapper {
   std::vector<FrameView> views_;    ///< Of depth images since the last extraction; the same.
   bool marks_are_in_views_ = true;  ///< Nothing beyond them waits for the next extraction.
   uint64_t lost_before_ = 0;        ///< Blocks on disk that the last extraction missed.
-  std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
-  bool has_free_ = false;         ///< What the last frame saw as free has not been taken yet.
-  size_t requests_before_ = 0;    ///< Of the last frame.
+  std::optional<KeptBall> kept_;    ///< Of the last frame, until what lies beyond is dropped.
+  bool has_free_ = false;           ///< What the last frame saw as free has not been taken yet.
+  size_t requests_before_ = 0;      ///< Of the last frame.
   bool is_meshing_ = false;
   std::vector<MarkedKey> unfinished_;  ///< Meshed without all that they depend on: to do again.
   std::unordered_set<PackedKey> postponed_;  ///< Of these, those whose turn is first.

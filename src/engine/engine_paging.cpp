@@ -21,6 +21,9 @@ constexpr float kAnyDepth_m = 1e30f;
 /// How far ahead blocks are read, and of which frames until there.
 constexpr int kFramesAhead = 24, kFramesBetween = 3;
 
+/// How often they are, beside behind frames for which blocks have moved.
+constexpr uint64_t kFramesBetweenReads = 6;
+
 /// Frames without an extraction of which it is known what they have changed.
 constexpr size_t kMostViews = 8;
 
@@ -228,9 +231,8 @@ std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame) const {
 /// it read. A device works meanwhile.
 void Engine::readAhead(const DepthFrame& frame, const FrameView& view) {
   pager_->noteView(view);
-  if (!pager_->isEmpty() && counters_.frames % kFramesBetween == 0) {
-    pager_->readAhead(keysAhead(frame));
-  }
+  const bool is_time = moves_blocks_ || counters_.frames % kFramesBetweenReads == 0;
+  if (is_time && !pager_->isEmpty()) pager_->readAhead(keysAhead(frame));
   T_W_C_before_ = frame.T_W_C;
 }
 

@@ -104,8 +104,8 @@ size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, s
 }
 
 /// As far as there is room for them and for so many other bytes. @return how many stay on disk.
-size_t Pager::readSome(MapBackend& backend, const std::vector<int32_t>& numbers,
-                       size_t other_bytes, Reserve reserve) {
+size_t Pager::readSome(MapBackend& backend, const std::vector<int32_t>& numbers, size_t other_bytes,
+                       Reserve reserve) {
   size_t unreadable = 0;
   for (size_t first = 0; first < numbers.size();) {
     size_t end = first, bytes = other_bytes;

@@ -72,7 +72,7 @@ class Pager {
   // ---- Meshing.
 
   void markAllDirty();
-  void keepColours();  ///< Meshes get colours.
+  void keepColours();                                    ///< Meshes get colours.
   bool hasMarks() const { return store_.marked() > 0; }  ///< Of blocks on disk.
   /// Blocks on disk with marks.
   std::vector<PackedKey> markedKeys() const;

@@ -187,8 +187,8 @@ std::vector<uint8_t> PageStore::readMissing(const std::vector<PageSpan>& spans,
   const WaitTimer timer(read_waits_);
   for (const Missing& one : missing) {
     bool is_short;
-    const std::string problem = file_.read(one.offset, records.data() + one.begin,
-                                           spans[one.i].bytes, is_short);
+    const std::string problem =
+        file_.read(one.offset, records.data() + one.begin, spans[one.i].bytes, is_short);
     if (problem.empty()) continue;
     problem_ = problem;
     readings[one.i] = is_short ? kPageDamaged : kPageUnreadable;

@@ -23,6 +23,10 @@ constexpr size_t kMostSpareBytes = 4 * kBatchBytes;
 constexpr size_t kQueueShare = 8;
 constexpr size_t kMostQueueBytes = 4 * kBatchBytes;
 
+size_t queueBytesOf(size_t budget_bytes) {
+  return std::min(budget_bytes / kQueueShare, kMostQueueBytes);
+}
+
 /// After a failure, calls that leave the disk alone.
 constexpr uint64_t kCallsBetweenTries = 16;
 
@@ -35,8 +39,7 @@ size_t spareBytes(size_t budget_bytes) {
 Pager::Pager(const MapParams& params, BlockTable& table, std::function<void()> finish_meshes)
     : table_(table),
       finish_meshes_(std::move(finish_meshes)),
-      store_(params.page_folder, pageBytesOf(params),
-             std::min(table.budgetBytes() / kQueueShare, kMostQueueBytes)) {}
+      store_(params.page_folder, pageBytesOf(params), queueBytesOf(table.budgetBytes())) {}
 
 size_t Pager::bytesOnceIn(const PagedBlock& block) const {
   return BlockTable::kBlockBytes + voxelBytes(block) + colourBytes(block);
@@ -134,8 +137,8 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes, Reserve reserve) {
   return hasRoom(bytes);
 }
 
-/// Until there is room for so many bytes, or nothing more can go. Batches get smaller where the
-/// disk has little room, so that it is used up to the last block.
+/// Until there is room for so many bytes, or nothing more can go. Two batches fit into the queue,
+/// and batches get smaller where the disk has little room, so that it is used up to the last block.
 void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
   const bool use_reserve = reserve == Reserve::kUse;
   if (now_ < no_writing_before_ || store_.isFull(use_reserve)) return;
@@ -143,12 +146,13 @@ void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
       leastRecent(table_.bytesInUse() + bytes - table_.budgetBytes());
   if (slots.empty()) return;
   finish_meshes_();
+  const size_t most_bytes = std::min(kBatchBytes, queueBytesOf(table_.budgetBytes()) / 2);
   std::vector<int32_t> batch;
   size_t batch_bytes = 0;
   for (size_t i = 0; i < slots.size(); ++i) {
     batch.push_back(slots[i]);
     batch_bytes += table_.bytesOf(slots[i]);
-    const uint64_t most = std::min<uint64_t>(kBatchBytes, store_.room(use_reserve) / 4);
+    const uint64_t most = std::min<uint64_t>(most_bytes, store_.room(use_reserve) / 4);
     if (batch_bytes < most && i + 1 < slots.size()) continue;
     if (!writeBatch(backend, batch, reserve)) return;
     batch.clear();

@@ -38,10 +38,8 @@ void Engine::startViews() {
 bool Engine::dependsOnDisk() const {
   if (pager_->isEmpty()) return false;
   if (!marks_are_in_views_ || pager_->lost() != lost_before_) return true;
-  return pager_->hasCellWhere([this](const BlockCells::Cell& cell) {
-    return std::any_of(views_.begin(), views_.end(), [&](const FrameView& view) {
-      return mayBeInView(view, cell, kMeshedRadius);
-    });
+  return std::any_of(views_.begin(), views_.end(), [this](const FrameView& view) {
+    return pager_->mayShow(view, kMeshedRadius);
   });
 }
 

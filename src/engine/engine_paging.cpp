@@ -118,9 +118,7 @@ bool Engine::hasAllOf(const FrameView& view) {
 
 /// Blocks on disk that a frame may see, and others around.
 std::vector<PackedKey> Engine::pagedInView(const FrameView& view) const {
-  return pager_->keysWhere(
-      [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, kFootRadius); },
-      [](const BlockKey&) { return true; });
+  return pager_->keysInView(view, kFootRadius, [](const BlockCells::Cell&) { return true; });
 }
 
 /// Of so many blocks, whatever they hold.
@@ -215,13 +213,11 @@ std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame) const {
     if (step % kFramesBetween != 0 || findProblem(ahead, params_)) continue;
     const FrameView view = makeFrameView(ahead, params_.map.voxel_size_m);
     const float max_depth = params_.fusion.max_depth_m / view.voxel_size_m + kMeshedRadius;
-    const std::vector<PackedKey> some = pager_->keysWhere(
-        [&](const BlockCells::Cell& cell) {
-          return mayBeInView(view, cell, kMeshedRadius) &&
-                 depthOf(view, middleOf(cell)) <= max_depth + kCellReach &&
+    const std::vector<PackedKey> some =
+        pager_->keysInView(view, kMeshedRadius, [&](const BlockCells::Cell& cell) {
+          return depthOf(view, middleOf(cell)) <= max_depth + kCellReach &&
                  known.insert(packKey(cell.key)).second;
-        },
-        [](const BlockKey&) { return true; });
+        });
     keys.insert(keys.end(), some.begin(), some.end());
   }
   return keys;

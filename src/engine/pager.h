@@ -3,7 +3,6 @@
 /// belongs to it, so that the map is the one that it would be without.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -57,11 +56,17 @@ class Pager {
   template <class CellTest, class Test>
   std::vector<PackedKey> keysWhere(const CellTest& may_hold, const Test& holds) const;
 
-  /// Whether any block on disk lies in such a coarse cell.
+  /// All blocks on disk in coarse cells that a frame may see something of, and that are asked for:
+  /// see BlockCells::visitInView().
   template <class CellTest>
-  bool hasCellWhere(const CellTest& may_hold) const {
-    const std::vector<BlockCells::Cell>& cells = store_.cells();
-    return std::any_of(cells.begin(), cells.end(), may_hold);
+  std::vector<PackedKey> keysInView(const FrameView& view, float radius,
+                                    const CellTest& takes) const;
+
+  /// Whether there are such cells.
+  bool mayShow(const FrameView& view, float radius) const {
+    bool may_show = false;
+    store_.cellIndex().visitInView(view, radius, [&](const auto&) { may_show = true; });
+    return may_show;
   }
 
   /// What a block takes in memory, wherever it is; 0 where there is none.
@@ -151,6 +156,17 @@ std::vector<PackedKey> Pager::keysWhere(const CellTest& may_hold, const Test& ho
       if (holds(unpackKey(key))) keys.push_back(key);
     }
   }
+  return keys;
+}
+
+template <class CellTest>
+std::vector<PackedKey> Pager::keysInView(const FrameView& view, float radius,
+                                         const CellTest& takes) const {
+  std::vector<PackedKey> keys;
+  store_.cellIndex().visitInView(view, radius, [&](const BlockCells::Cell& cell) {
+    if (!takes(cell)) return;
+    for (const int32_t number : cell.slots) keys.push_back(store_.block(number).key);
+  });
   return keys;
 }
 

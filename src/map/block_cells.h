@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "kernels/core/camera.h"
@@ -22,10 +23,12 @@ class BlockCells {
     uint64_t last_need = 0;      ///< The latest note() of one of its blocks.
   };
 
+  BlockCells() : BlockCells(true) {}
+
   /// @throws std::bad_alloc and nothing has changed then.
   void insert(const BlockKey& block, int32_t slot);
   void erase(const BlockKey& block, int32_t slot) noexcept;
-  void clear() { *this = BlockCells(); }
+  void clear();
 
   /// Whether a block's cell has any.
   bool hasCellOf(const BlockKey& block) const;
@@ -35,15 +38,25 @@ class BlockCells {
 
   const std::vector<Cell>& all() const { return cells_; }
 
+  /// Calls visit(cell) for those that a frame may see something of: see mayBeInView(). Costs what
+  /// is in view, and a look at each group of kSide x kSide x kSide cells.
+  template <class Visit>
+  void visitInView(const FrameView& frame, float radius, const Visit& visit) const;
+
   size_t memoryBytes() const;
 
  private:
+  explicit BlockCells(bool has_groups) {
+    if (has_groups) groups_.reset(new BlockCells(false));
+  }
   Cell& cellOf(const BlockKey& block);
+  void renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept;
 
   std::vector<Cell> cells_;
-  size_t last_ = 0;               ///< Number of the one that was asked for last.
-  SlotIndex numbers_;             ///< Of cells, by the packed key.
-  std::vector<uint32_t> places_;  ///< Of blocks in their cell's list, by slot.
+  size_t last_ = 0;                     ///< Number of the one that was asked for last.
+  SlotIndex numbers_;                   ///< Of cells, by the packed key.
+  std::vector<uint32_t> places_;        ///< Of blocks in their cell's list, by slot.
+  std::unique_ptr<BlockCells> groups_;  ///< Of cells, as if those were blocks; null for a group's.
 };
 
 /// Key of the cell that a block lies in.
@@ -59,5 +72,22 @@ inline bool BlockCells::hasCellOf(const BlockKey& block) const {
 /// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of a cell's
 /// blocks: true wherever mayBeInView() is for one of them.
 bool mayBeInView(const FrameView& frame, const BlockCells::Cell& cell, float radius);
+
+/// The same for the blocks of a cube, so many along each side of it.
+bool mayBeInView(const FrameView& frame, const BlockKey& first, int side, float radius);
+
+template <class Visit>
+void BlockCells::visitInView(const FrameView& frame, float radius, const Visit& visit) const {
+  constexpr int kGroupSide = kSide * kSide;
+  for (const Cell& group : groups_->cells_) {
+    const Vec3i& key = group.key;
+    const BlockKey first{key.x * kGroupSide, key.y * kGroupSide, key.z * kGroupSide};
+    if (!mayBeInView(frame, first, kGroupSide, radius)) continue;
+    for (const int32_t number : group.slots) {
+      const Cell& cell = cells_[static_cast<size_t>(number)];
+      if (mayBeInView(frame, cell, radius)) visit(cell);
+    }
+  }
+}
 
 }  // namespace dtsdf

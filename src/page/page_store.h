@@ -102,6 +102,7 @@ class PageStore {
 
   /// Blocks by coarse cells, by their numbers.
   const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
+  const BlockCells& cellIndex() const { return cells_; }
   template <class Visit>
   void visit(const Visit& visit) const {
     for (const BlockCells::Cell& cell : cells_.all()) {

@@ -125,10 +125,14 @@ void BlockMesher::complete() {
   counted_.wait();
   const MeshSize size = pinned_totals_[0].size;
   if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
-    vertices_.reserve(size.vertices, stream_);
+    // Vertices last: without memory for the others, what lacks room still shows by them.
+    const size_t with_spare = size.vertices + size.vertices / 2;
+    const size_t vertices =
+        size.vertices > vertices_.capacity() ? with_spare : vertices_.capacity();
     triangles_.reserve(size.triangles, stream_);
-    if (refined_) normals_.reserveExactly(vertices_.capacity(), stream_);
-    if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
+    if (refined_) normals_.reserveExactly(vertices, stream_);
+    if (hasColours()) colours_.reserveExactly(vertices, stream_);
+    vertices_.reserveExactly(vertices, stream_);
     DTSDF_CHECK_CUDA(cudaMemsetAsync(
         &totals_.data()->size, 0, sizeof(MeshTotals) - offsetof(MeshTotals, size), stream_.get()));
     enqueueMeshes();

@@ -190,6 +190,7 @@ __device__ ClearedBlock clearBlock(const FrameSensing& sensing, const FusionSett
 /// One thread per block that may be in view: lists those that the frame looks at untouched.
 __global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
                                 uint64_t frame_number, LookList looks) {
+  waitForTheOneAhead();
   const size_t i = globalThread();
   if (i >= looks.in_view_count) return;
   const int32_t slot = looks.in_view[i];
@@ -236,6 +237,7 @@ __device__ VisitedBlock visitLook(const FusionTarget& target, const FrameView& f
 __global__ void __launch_bounds__(kClearThreads)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, FusionTarget target,
                       const uint32_t* supported, Turn turn, const int32_t* looks, EmptyList empty) {
+  waitForTheOneAhead();
   __shared__ JudgedVoxels list;
   const MapView& map = target.map;
   FrameCounters* counters = target.touched.counters;
@@ -287,9 +289,9 @@ void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& targe
   if (in_view_count_ == 0) return;
   std::copy(turn.in_view.begin(), turn.in_view.end(), in_view_.data());
   const StageSpan span(stream_, Stage::kClear);
-  findLooksKernel<<<blocksFor(in_view_count_), kThreads, 0, stream_.get()>>>(
-      sensing.frame(), fusion_.rules, target, turn.number,
-      {in_view_.data(), in_view_count_, looks_.data()});
+  launchBehind(findLooksKernel, blocksFor(in_view_count_), kThreads, 0, stream_, sensing.frame(),
+               fusion_.rules, target, turn.number,
+               {in_view_.data(), in_view_count_, looks_.data()});
   DTSDF_CHECK_LAUNCH("findLooksKernel");
 }
 
@@ -299,9 +301,9 @@ void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
   const StageSpan span(stream_, Stage::kClear);
   const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
   const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one hands over the count
-  clearBlocksKernel<<<blocks, kClearThreads, 0, stream_.get()>>>(
-      sensing, fusion_, target, supported, {frame_number, fusion_.rules}, looks_.data(),
-      {empty_blocks_.data(), empty_count_.data()});
+  launchBehind(clearBlocksKernel, blocks, kClearThreads, 0, stream_, sensing, fusion_, target,
+               supported, {frame_number, fusion_.rules}, looks_.data(),
+               {empty_blocks_.data(), empty_count_.data()});
   DTSDF_CHECK_LAUNCH("clearBlocksKernel");
   stream_.record(cleared_);
   is_cleared_ = true;

@@ -56,6 +56,7 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
 __global__ void __launch_bounds__(kThreads, 8)
     markBlocksKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                      TouchedView touched) {
+  waitForTheOneAhead();
   const size_t i = globalThread();
   if (i >= surfels.size()) return;
   const Surfel surfel = surfels.surfels[i];
@@ -108,6 +109,7 @@ __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
 /// The block of threads that finishes last hands the counters to the host.
 __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched,
                                      HostRequests host) {
+  waitForTheOneAhead();
   compareWithMap(origin_block, map, touched, host.requests);
   if (!isLastBlock(&touched.counters->compared, gridDim.x)) return;
   constexpr unsigned kWords = sizeof(FrameCounters) / sizeof(uint32_t);
@@ -202,16 +204,16 @@ void BlockFinder::emptyTable(bool counts_surfels) {
 
 void BlockFinder::mark(const DeviceSensing& sensing, const DeviceSurfels& surfels) {
   const StageSpan span(stream_, Stage::kFindBlocks);
-  markBlocksKernel<<<blocksFor(surfels.room), kThreads, 0, stream_.get()>>>(sensing, fusion_,
-                                                                            surfels, view());
+  launchBehind(markBlocksKernel, blocksFor(surfels.room), kThreads, 0, stream_, sensing, fusion_,
+               surfels, view());
   DTSDF_CHECK_LAUNCH("markBlocksKernel");
 }
 
 void BlockFinder::compare(const DeviceSensing& sensing, const MapView& map) {
   const StageSpan span(stream_, Stage::kFindBlocks);
-  compareWithMapKernel<<<blocksFor(capacity_), kThreads, 0, stream_.get()>>>(
-      blockOfVoxel(sensing.frame().origin_voxel), map, view(),
-      {pinned_counters_.data(), requests_.data()});
+  launchBehind(compareWithMapKernel, blocksFor(capacity_), kThreads, 0, stream_,
+               blockOfVoxel(sensing.frame().origin_voxel), map, view(),
+               {pinned_counters_.data(), requests_.data()});
   DTSDF_CHECK_LAUNCH("compareWithMapKernel");
   stream_.record(counted_);
 }

@@ -36,6 +36,7 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
 /// One thread per surfel. In a table that was too small nothing would be found.
 __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion,
                                   DeviceSurfels surfels, TouchedView touched, SumsView part) {
+  waitForTheOneAhead();
   const size_t i = globalThread();
   if (i >= surfels.size() || touched.counters->table_full) return;
   const FrameSensing sensing = on_device.load();
@@ -60,6 +61,7 @@ __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion
 /// One block of threads per array of sums, which it leaves zeroed.
 __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTarget target,
                                SumsView part, uint32_t* supported) {
+  waitForTheOneAhead();
   const MapView& map = target.map;
   const uint32_t owner = target.touched.sum_owners[part.first + blockIdx.x];
   TouchedBlock& block = target.touched.blocks[owner / 8];
@@ -123,6 +125,7 @@ Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& str
 void Fusion::reserveSums(uint32_t arrays) {
   if (static_cast<size_t>(arrays) * kVoxelsPerBlock <= sums_.capacity()) return;
   const size_t with_spare = std::min(arrays + arrays / 8, kMaxSumArrays);
+  are_cast_ = true;  // until they are zeroed, whatever fails on the way
   sums_.reserveExactly(with_spare * kVoxelsPerBlock, stream_);
   sums_.zero(stream_);
   are_cast_ = false;
@@ -159,15 +162,15 @@ void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surf
 void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                   const TouchedView& touched, const SumsView& part) {
   const StageSpan span(stream_, Stage::kCast);
-  castSurfelsKernel<<<blocksFor(surfels.room), kThreads, 0, stream_.get()>>>(
-      sensing, fusion_, surfels, touched, part);
+  launchBehind(castSurfelsKernel, blocksFor(surfels.room), kThreads, 0, stream_, sensing, fusion_,
+               surfels, touched, part);
   DTSDF_CHECK_LAUNCH("castSurfelsKernel");
 }
 
 void Fusion::fold(const FrameView& frame, const FusionTarget& target, const SumsView& part) {
   const StageSpan span(stream_, Stage::kFold);
-  foldSumsKernel<<<part.count, kThreads, 0, stream_.get()>>>(frame, fusion_, target, part,
-                                                             supported_.data());
+  launchBehind(foldSumsKernel, part.count, kThreads, 0, stream_, frame, fusion_, target, part,
+               supported_.data());
   DTSDF_CHECK_LAUNCH("foldSumsKernel");
 }
 

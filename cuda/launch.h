@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <type_traits>
 
 #include "kernels/core/camera.h"
+#include "runtime/stream.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -20,6 +22,50 @@ inline unsigned blocksFor(size_t items) {
 inline dim3 rowGrid(const FrameView& frame) {
   constexpr int kMaxGridRows = 65535;
   return dim3(blocksFor(frame.width), frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
+}
+
+/// Whether kernels of this binary wait for the one ahead themselves: all are made alike.
+inline bool waitThemselves(const void* kernel) {
+  static const bool they_do = [kernel] {
+    constexpr int kLeastVersion = 90;
+    cudaFuncAttributes attributes;
+    if (cudaFuncGetAttributes(&attributes, kernel) != cudaSuccess) return false;
+    return attributes.ptxVersion >= kLeastVersion;
+  }();
+  return they_do;
+}
+
+/// Starts a kernel before the one ahead of it on the stream has ended, where device and binary can:
+/// it calls waitForTheOneAhead() first. To be followed by DTSDF_CHECK_LAUNCH.
+template <class... Parameters>
+void launchBehind(void (*kernel)(Parameters...), dim3 blocks, int threads, size_t shared_bytes,
+                  const Stream& stream, std::common_type_t<Parameters>... arguments) {
+  void* addresses[] = {&arguments...};
+  const auto* address = reinterpret_cast<const void*>(kernel);
+#if CUDART_VERSION >= 11080
+  cudaLaunchConfig_t config = {};
+  config.gridDim = blocks;
+  config.blockDim = dim3(threads);
+  config.dynamicSmemBytes = shared_bytes;
+  config.stream = stream.get();
+  cudaLaunchAttribute early = {};
+  early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+  early.val.programmaticStreamSerializationAllowed = 1;
+  config.attrs = &early;
+  config.numAttrs = stream.startsEarly() && waitThemselves(address) ? 1 : 0;
+  cudaLaunchKernelExC(&config, address, addresses);
+#else
+  cudaLaunchKernel(address, blocks, dim3(threads), addresses, shared_bytes, stream.get());
+#endif
+}
+
+/// The first thing that all threads of such a kernel do: what the one ahead has written is there
+/// then, and the next one may start.
+__device__ __forceinline__ void waitForTheOneAhead() {
+#if CUDART_VERSION >= 11080 && __CUDA_ARCH__ >= 900
+  cudaGridDependencySynchronize();
+  cudaTriggerProgrammaticLaunchCompletion();
+#endif
 }
 
 __device__ __forceinline__ size_t globalThread() {

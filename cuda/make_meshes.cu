@@ -276,6 +276,7 @@ __device__ void handOverTotals(const MeshView& mesh) {
 /// Four at a time on a multiprocessor, at the price of a few registers.
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
+  waitForTheOneAhead();
   __shared__ MeshBlockShared shared;
   if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty_count = 0;  // all selected by now
   const uint32_t count = mesh.counters->reached + mesh.counters->adjoining;
@@ -325,9 +326,9 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
 
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream) {
   if (mesh.refine_tables != nullptr) {
-    makeMeshesKernel<true><<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+    launchBehind(makeMeshesKernel<true>, thread_blocks, kThreads, 0, stream, map, mesh);
   } else {
-    makeMeshesKernel<false><<<thread_blocks, kThreads, 0, stream.get()>>>(map, mesh);
+    launchBehind(makeMeshesKernel<false>, thread_blocks, kThreads, 0, stream, map, mesh);
   }
   DTSDF_CHECK_LAUNCH("makeMeshesKernel");
 }

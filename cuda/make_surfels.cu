@@ -13,6 +13,7 @@ namespace {
 
 /// One thread per tile of pixels.
 __global__ void mergeTilesKernel(ImageView image, SurfelSettings settings, uint8_t* tiles) {
+  waitForTheOneAhead();
   const int tiles_across = tilesAlong(image.frame.width);
   const size_t tile = globalThread();
   if (tile >= static_cast<size_t>(tiles_across) * tilesAlong(image.frame.height)) return;
@@ -86,6 +87,7 @@ __device__ __forceinline__ PixelSurfels measurePixel(const FrameSensing& sensing
 __global__ void __launch_bounds__(kThreads, 4)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* tiles,
                       SurfelList list) {
+  waitForTheOneAhead();
   const FrameSensing sensing = on_device.load();
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
   for (int v = blockIdx.y; v < sensing.image.frame.height; v += gridDim.y) {
@@ -125,8 +127,8 @@ DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* c
   }
   tiles_.reserveExactly(tilesOf(frame), stream_);
   const StageSpan span(stream_, Stage::kMakeSurfels);
-  mergeTilesKernel<<<blocksFor(tilesOf(frame)), kThreads, 0, stream_.get()>>>(
-      sensing.image(), surfel_settings_, tiles_.data());
+  launchBehind(mergeTilesKernel, blocksFor(tilesOf(frame)), kThreads, 0, stream_, sensing.image(),
+               surfel_settings_, tiles_.data());
   DTSDF_CHECK_LAUNCH("mergeTilesKernel");
   return listSurfels(sensing, count);
 }
@@ -140,8 +142,8 @@ DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_
 
 DeviceSurfels SurfelMaker::listSurfels(const DeviceSensing& sensing, uint32_t* count) {
   const uint32_t room = static_cast<uint32_t>(surfels_.capacity());
-  makeSurfelsKernel<<<rowGrid(sensing.frame()), kThreads, 0, stream_.get()>>>(
-      sensing, surfel_settings_, tiles_.data(), {surfels_.data(), room, count});
+  launchBehind(makeSurfelsKernel, rowGrid(sensing.frame()), kThreads, 0, stream_, sensing,
+               surfel_settings_, tiles_.data(), {surfels_.data(), room, count});
   DTSDF_CHECK_LAUNCH("makeSurfelsKernel");
   return {surfels_.data(), room, count};
 }

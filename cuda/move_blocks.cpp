@@ -3,9 +3,17 @@
 #include <algorithm>
 
 #include "kernels/fusion/free_space.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace gpu {
+namespace {
+
+/// Blocks that a thread of the host looks at at a time, and how many threads do.
+constexpr size_t kSlotsAtOnce = 256;
+constexpr int kHostThreads = 4;
+
+}  // namespace
 
 /// By the frustum alone: some of them show nothing of what is free.
 std::vector<PackedKey> CudaBlockMover::seenThrough(const std::vector<PackedKey>& keys,
@@ -27,12 +35,18 @@ std::vector<MeshState> CudaBlockMover::takeMeshStates(const std::vector<int32_t>
   const std::vector<MeshMarks> marks = takeMarks(slots);
   std::vector<MeshState> states(slots.size());
   for (size_t i = 0; i < slots.size(); ++i) {
-    const auto first = labels.begin() + static_cast<std::ptrdiff_t>(i * kVoxelsPerBlock);
     states[i].marks = marks[i];
     states[i].has_mesh = parts_.mesher.takeHasMesh(slots[i]);
-    if (std::all_of(first, first + kVoxelsPerBlock, saysNothing)) continue;
-    states[i].labels.assign(first, first + kVoxelsPerBlock);
   }
+  forEachInParallel(
+      (slots.size() + kSlotsAtOnce - 1) / kSlotsAtOnce, kHostThreads, [&](size_t part) {
+        for (size_t i = part * kSlotsAtOnce; i < std::min(slots.size(), (part + 1) * kSlotsAtOnce);
+             ++i) {
+          const auto first = labels.begin() + static_cast<std::ptrdiff_t>(i * kVoxelsPerBlock);
+          if (std::all_of(first, first + kVoxelsPerBlock, saysNothing)) continue;
+          states[i].labels.assign(first, first + kVoxelsPerBlock);
+        }
+      });
   return states;
 }
 

@@ -106,6 +106,7 @@ struct RowImages {
 /// outside the image count as unmeasured, which ends a walk just as the image's border does.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               RowImages rows) {
+  waitForTheOneAhead();
   __shared__ float tile[kTileWidth];
   __shared__ PixelLinks links[kTileWidth];
   const FrameView& frame = image.frame;
@@ -136,6 +137,7 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
 /// How far each pixel sees free space: those that are not measured look at the others beside them.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
                                      float* free_depth) {
+  waitForTheOneAhead();
   const FrameSensing sensing = on_device.load();
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
@@ -176,9 +178,8 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
       {raw, frame.width, frame.height}, surfel_settings_, inverse_depth_.data(),
       noise_counts_.data(), noise_.data());
   DTSDF_CHECK_LAUNCH("invertDepthsKernel");
-  fitRowsKernel<<<rowGrid(frame), kThreads, 0, stream_.get()>>>(
-      image, surfel_settings_, noise_.data(),
-      {row_value_.data(), row_slope_.data(), links_.data()});
+  launchBehind(fitRowsKernel, rowGrid(frame), kThreads, 0, stream_, image, surfel_settings_,
+               noise_.data(), {row_value_.data(), row_slope_.data(), links_.data()});
   DTSDF_CHECK_LAUNCH("fitRowsKernel");
   return {image, noise_.data(), clears_ ? free_depth_.data() : nullptr};
 }
@@ -186,8 +187,8 @@ DeviceSensing FrameSensor::sense(const FrameView& frame, const RawDepth& raw) {
 void FrameSensor::findFreeDepths(const DeviceSensing& sensing) {
   if (!finds_free_) return;
   const StageSpan span(stream_, Stage::kSense);
-  findFreeDepthsKernel<<<rowGrid(sensing.frame()), kThreads, 0, stream_.get()>>>(
-      sensing, fusion_settings_, free_depth_.data());
+  launchBehind(findFreeDepthsKernel, rowGrid(sensing.frame()), kThreads, 0, stream_, sensing,
+               fusion_settings_, free_depth_.data());
   DTSDF_CHECK_LAUNCH("findFreeDepthsKernel");
 }
 

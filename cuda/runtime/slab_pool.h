@@ -42,10 +42,10 @@ class SlabPool {
     for (size_t at = 0; at < memory.capacity(); at += kSlabElements) {
       slabs.push_back(memory.data() + at);
     }
-    if (slabs.size() > table_.capacity()) uploaded_ = 0;
-    table_.reserve(std::max(slabs.size(), kFirstTable), stream);
     stream.synchronize();  // an upload under way may still read the pinned table
     pinned_table_.reserve(std::max(slabs.size(), kFirstTable));
+    if (slabs.size() > table_.capacity()) uploaded_ = 0;
+    table_.reserve(std::max(slabs.size(), kFirstTable), stream);  // last: its contents are lost
     std::copy(slabs.begin(), slabs.end(), pinned_table_.data());
     table_.uploadPart(pinned_table_.data(), uploaded_, slabs.size(), stream);
     uploaded_ = slabs.size();

@@ -47,7 +47,13 @@ class Event {
 /// A stream of its own; it never synchronises with the default stream.
 class Stream {
  public:
-  Stream() { DTSDF_CHECK_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); }
+  Stream() {
+    int device = 0, major = 0;
+    DTSDF_CHECK_CUDA(cudaGetDevice(&device));
+    DTSDF_CHECK_CUDA(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
+    starts_early_ = major >= 9;
+    DTSDF_CHECK_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
+  }
   ~Stream() {
     if (stream_ != nullptr) cudaStreamDestroy(stream_);
   }
@@ -55,6 +61,9 @@ class Stream {
   Stream& operator=(const Stream&) = delete;
 
   cudaStream_t get() const { return stream_; }
+
+  /// Whether the device can start a kernel while the one ahead of it ends.
+  bool startsEarly() const { return starts_early_; }
 
   /// The clock that times what is enqueued here; none at first. See stage_clock.h.
   void setClock(StageClock* clock) { clock_ = clock; }
@@ -76,6 +85,7 @@ class Stream {
  private:
   cudaStream_t stream_ = nullptr;
   StageClock* clock_ = nullptr;
+  bool starts_early_ = false;
 };
 
 }  // namespace gpu

@@ -12,6 +12,24 @@ void copyBytes(void* to, const void* from, size_t size) {
   if (size > 0) std::memcpy(to, from, size);
 }
 
+/// Where a block's words are among those of contents.
+struct WordPlace {
+  char *voxels, *colours;
+};
+
+std::vector<WordPlace> wordPlaces(const std::vector<PagedBlock>& blocks, MapContents& contents) {
+  WordPlace next{reinterpret_cast<char*>(contents.voxels.data()),
+                 reinterpret_cast<char*>(contents.colours.data())};
+  std::vector<WordPlace> places;
+  places.reserve(blocks.size());
+  for (const PagedBlock& block : blocks) {
+    places.push_back(next);
+    next.voxels += voxelBytes(block);
+    next.colours += colourBytes(block);
+  }
+  return places;
+}
+
 }  // namespace
 
 PagedBlock pagedBlockOf(const MapBlock& block, const MeshState& state, uint32_t extractions) {
@@ -21,22 +39,11 @@ PagedBlock pagedBlockOf(const MapBlock& block, const MeshState& state, uint32_t 
           state.marks.painted,   state.has_mesh};
 }
 
-PageBytes recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& contents,
+PageBytes recordsOf(const std::vector<PagedBlock>& blocks, MapContents& contents,
                     const std::vector<MeshState>& states) {
-  struct Source {
-    const char *voxels, *colours;
-  };
-  Source next{reinterpret_cast<const char*>(contents.voxels.data()),
-              reinterpret_cast<const char*>(contents.colours.data())};
-  std::vector<Source> sources;
-  sources.reserve(blocks.size());
+  const std::vector<WordPlace> places = wordPlaces(blocks, contents);
   size_t bytes = 0;
-  for (const PagedBlock& block : blocks) {
-    sources.push_back(next);
-    next.voxels += voxelBytes(block);
-    next.colours += colourBytes(block);
-    bytes += recordBytes(block);
-  }
+  for (const PagedBlock& block : blocks) bytes += recordBytes(block);
   PageBytes records(bytes);
   forEachRecord(blocks, [&](size_t i, size_t begin) {
     char* to = records.data() + begin;
@@ -44,8 +51,8 @@ PageBytes recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& co
       copyBytes(to, from, size);
       to += size;
     };
-    append(sources[i].voxels, voxelBytes(blocks[i]));
-    append(sources[i].colours, colourBytes(blocks[i]));
+    append(places[i].voxels, voxelBytes(blocks[i]));
+    append(places[i].colours, colourBytes(blocks[i]));
     append(states[i].labels.data(), blocks[i].has_labels ? kLabelBytes : 0);
   });
   return records;
@@ -53,26 +60,22 @@ PageBytes recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& co
 
 std::vector<MeshState> readRecords(const std::vector<PagedBlock>& blocks, const PageBytes& records,
                                    MapContents& contents) {
-  std::vector<MeshState> states;
-  const char* from = records.data();
-  auto* voxels = reinterpret_cast<char*>(contents.voxels.data());
-  auto* colours = reinterpret_cast<char*>(contents.colours.data());
-  const auto take = [&](void* to, size_t size) {
-    copyBytes(to, from, size);
-    from += size;
-  };
-  for (const PagedBlock& block : blocks) {
-    take(voxels, voxelBytes(block));
-    take(colours, colourBytes(block));
-    voxels += voxelBytes(block);
-    colours += colourBytes(block);
-    MeshState state{{block.dirty, block.painted}, block.has_mesh, {}};
-    if (block.has_labels) {
-      state.labels.resize(kVoxelsPerBlock);
-      take(state.labels.data(), kLabelBytes);
-    }
-    states.push_back(std::move(state));
-  }
+  std::vector<MeshState> states(blocks.size());
+  const std::vector<WordPlace> places = wordPlaces(blocks, contents);
+  forEachRecord(blocks, [&](size_t i, size_t begin) {
+    const PagedBlock& block = blocks[i];
+    const char* from = records.data() + begin;
+    const auto take = [&](void* to, size_t size) {
+      copyBytes(to, from, size);
+      from += size;
+    };
+    take(places[i].voxels, voxelBytes(block));
+    take(places[i].colours, colourBytes(block));
+    states[i] = {{block.dirty, block.painted}, block.has_mesh, {}};
+    if (!block.has_labels) return;
+    states[i].labels.resize(kVoxelsPerBlock);
+    take(states[i].labels.data(), kLabelBytes);
+  });
   return states;
 }
 

@@ -89,13 +89,13 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   seeFree(view);
   const TouchedCounts touched = backend_->touched();
   if (touched.blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
-  const size_t left_on_disk = pager_ ? bringInForFrame(view, touched, in_view) : 0;
+  const size_t left_on_disk = pager_ ? bringInForFrame(frame, view, touched, in_view) : 0;
   const FrameTurn turn{counters_.frames + 1, in_view, part_.empty() ? nullptr : &part_};
   IntegrationResult result;
   result.refused_blocks = left_on_disk + admit(touched, turn);
   castFoldAndClear(touched, turn);
   keep(frame);
-  if (pager_) readAhead(frame);
+  if (pager_) readAhead(frame, view);
   return result;
 }
 
@@ -135,7 +135,7 @@ size_t Engine::admit(const TouchedCounts& touched, const FrameTurn& turn) {
   std::vector<BlockRequest> requests = pager_ ? requestsOfPart() : backend_->requests();
   const size_t blocks = requests.size();
   requests_before_ = blocks;
-  const size_t arrays = pager_ ? table_.countNew(requests).arrays : touched.new_arrays;
+  const size_t arrays = moves_blocks_ ? table_.countNew(requests).arrays : touched.new_arrays;
   Admission admission;
   if (hasRoomFor({blocks, arrays, table_.sizesAfter(blocks, arrays)})) {
     admission = table_.admit(std::move(requests));
@@ -218,6 +218,7 @@ std::vector<int32_t> Engine::dropBeyond() {
   std::vector<PackedKey> on_disk = pager_ ? takeFarthest(*kept_, slots) : std::vector<PackedKey>();
   kept_.reset();
   if (slots.empty() && on_disk.empty()) return {};
+  forgetWhatIsMarked();
   backend_->waitForMeshes();
   backend_->reserveChanges(slots.size());
   for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
@@ -259,6 +260,7 @@ IntegrationResult Engine::paint(const ColourFrame& frame) {
 /// The way of a colour image.
 IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   ready();
+  forgetWhatIsMarked();
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   std::vector<int32_t> in_view = table_.slotsInView(view, pointRadius(rules_.colour));
   settle();

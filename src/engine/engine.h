@@ -81,21 +81,27 @@ class Engine : public ProbedMapper {
   void keepColours();
 
   // Blocks on disk: see engine_paging.cpp. None of it happens without map/page_folder.
-  size_t bringInForFrame(const FrameView& view, const TouchedCounts& touched,
-                         std::vector<int32_t>& in_view);
+  size_t bringInForFrame(const DepthFrame& frame, const FrameView& view,
+                         const TouchedCounts& touched, std::vector<int32_t>& in_view);
+  bool hasAllOf(const FrameView& view);
+  std::vector<PackedKey> pagedInView(const FrameView& view) const;
   std::vector<PackedKey> keysOfFrame(const FrameView& view, const std::vector<int32_t>& in_view);
-  size_t bringInPart(size_t new_bytes);
+  size_t bringInPart(size_t new_bytes, const std::vector<PackedKey>& ahead = {});
   size_t fusePart(const FrameView& view, const TouchedCounts& touched);
   size_t bytesWanted(PackedKey key, size_t& next_request) const;
-  std::vector<BlockRequest> requestsOfPart() const;
+  std::vector<BlockRequest> requestsOfPart();
   size_t bringInForImage(const FrameView& view, std::vector<int32_t>& in_view);
   void bringInForView(const FrameView& view);
   AlignmentSums sumsAt(const FrameView& view, float cutoff);
-  void readAhead(const DepthFrame& frame);
+  std::vector<PackedKey> keysAhead(const DepthFrame& frame) const;
+  void readAhead(const DepthFrame& frame, const FrameView& view);
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
   std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;
   size_t clearPaged(const RegionView& view, ClearedRegion& result);
   bool clearSome(std::vector<PackedKey>& keys, const RegionView& view, ClearedRegion& result);
+  void forgetWhatIsMarked() { marks_are_in_views_ = false; }
+  void startViews();
+  bool dependsOnDisk() const;
   void meshInParts();
   void meshThoseThatWaitFirst(std::vector<MarkedKey> marked);
   bool isEnough() const;
@@ -125,16 +131,20 @@ class Engine : public ProbedMapper {
   std::unique_ptr<MapBackend> backend_;  ///< Null after clear(), until it is used: see ready().
   std::unique_ptr<SpaceMap> space_;      ///< Null where nobody asks for it.
   std::unique_ptr<Pager> pager_;         ///< Null without map/page_folder.
-  std::vector<BlockRequest> requests_;   ///< Of the last frame, by key; with a pager only.
+  std::vector<BlockRequest> requests_;   ///< Of the last frame; with a pager only.
+  bool moves_blocks_ = false;            ///< The last frame does, so that requests are by key.
   std::vector<PackedKey> part_;          ///< Of that frame, by key; empty: it comes in one.
   Counters counters_;
   Exposure exposure_ = sameExposure();             ///< Of the last colour image.
   bool has_colours_ = false;                       ///< Something was painted.
   std::vector<BlockRequest> outside_;              ///< Of the last frame.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame; with a pager only.
-  std::optional<KeptBall> kept_;  ///< Of the last frame, until what lies beyond is dropped.
-  bool has_free_ = false;         ///< What the last frame saw as free has not been taken yet.
-  size_t requests_before_ = 0;    ///< Of the last frame.
+  std::vector<FrameView> views_;    ///< Of depth images since the last extraction; the same.
+  bool marks_are_in_views_ = true;  ///< Nothing beyond them waits for the next extraction.
+  uint64_t lost_before_ = 0;        ///< Blocks on disk that the last extraction missed.
+  std::optional<KeptBall> kept_;    ///< Of the last frame, until what lies beyond is dropped.
+  bool has_free_ = false;           ///< What the last frame saw as free has not been taken yet.
+  size_t requests_before_ = 0;      ///< Of the last frame.
   bool is_meshing_ = false;
   std::vector<MarkedKey> unfinished_;  ///< Meshed without all that they depend on: to do again.
   std::unordered_set<PackedKey> postponed_;  ///< Of these, those whose turn is first.

@@ -8,6 +8,21 @@
 #include "map/memory_budget.h"
 
 namespace dtsdf {
+namespace {
+
+/// Whether a voxel of a cell's blocks may lie in a region in units of voxels.
+bool mayReachInto(const RegionView& region, const BlockCells::Cell& cell) {
+  constexpr int kVoxels = BlockCells::kSide * kBlockSide;
+  constexpr double kMiddle = 0.5 * (kVoxels - 1), kReach = 1.7321 * kMiddle + 0.1;
+  const Vec3i& key = cell.key;
+  return isInside(region,
+                  Vec3d{static_cast<double>(key.x) * kVoxels + kMiddle,
+                        static_cast<double>(key.y) * kVoxels + kMiddle,
+                        static_cast<double>(key.z) * kVoxels + kMiddle},
+                  kReach);
+}
+
+}  // namespace
 
 void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                     RenderedView& view) {
@@ -32,10 +47,12 @@ void Engine::beginMeshUpdate() {
   if (pager_) meshInParts();  // all but the last of them, which is this:
   backend_->beginMesh(least);
   is_meshing_ = true;
+  if (pager_) startViews();
   table_.prepare(requests_before_);  // while a device is busy
 }
 
 void Engine::markAllDirty() {
+  forgetWhatIsMarked();
   backend_->markAllDirty();
   if (pager_) pager_->markAllDirty();
 }
@@ -82,6 +99,7 @@ ClearedRegion Engine::clearRegion(const Region& region) {
 
 void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,
                         ClearedRegion& result) {
+  forgetWhatIsMarked();
   backend_->reserveChanges(slots.size());
   const std::vector<EmptiedBlock> emptied = backend_->emptyRegion(slots, view);
   std::vector<int32_t> changed;
@@ -93,6 +111,41 @@ void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& vie
   }
   table_.releaseVacant(table_.takeUnseen());
   backend_->follow({changed, true});
+}
+
+/// Blocks come back to be emptied, some at a time.
+/// @return how many cannot, and stay as they were.
+size_t Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
+  constexpr size_t kAtOnce = 256;
+  const std::vector<PackedKey> keys =
+      pager_->keysWhere([&](const BlockCells::Cell& cell) { return mayReachInto(view, cell); },
+                        [&](const BlockKey& block) { return mayBeInside(view, block); });
+  size_t left = 0;
+  for (size_t first = 0; first < keys.size(); first += kAtOnce) {
+    const size_t end = std::min(keys.size(), first + kAtOnce);
+    std::vector<PackedKey> some(keys.begin() + static_cast<std::ptrdiff_t>(first),
+                                keys.begin() + static_cast<std::ptrdiff_t>(end));
+    // Where memory is scarce, those that are emptied make room for the rest.
+    while (!some.empty() && clearSome(some, view, result)) {
+    }
+    left += some.size();
+  }
+  return left;
+}
+
+/// @param keys Those that stay on disk are left. @return whether any came back.
+bool Engine::clearSome(std::vector<PackedKey>& keys, const RegionView& view,
+                       ClearedRegion& result) {
+  pager_->bringIn(*backend_, keys, 0);
+  std::vector<int32_t> slots;
+  for (const PackedKey key : keys) {
+    if (const int32_t slot = table_.find(key); slot >= 0) slots.push_back(slot);
+  }
+  keys.erase(std::remove_if(keys.begin(), keys.end(),
+                            [this](PackedKey key) { return !pager_->isPaged(key); }),
+             keys.end());
+  clearSlots(slots, view, result);
+  return !slots.empty();
 }
 
 void Engine::clear() {
@@ -109,6 +162,9 @@ void Engine::clear() {
   has_colours_ = has_free_ = is_meshing_ = false;
   outside_.clear();
   T_W_C_before_.reset();
+  views_.clear();
+  marks_are_in_views_ = true;
+  lost_before_ = 0;
   kept_.reset();
   least_evidence_ = 0;
   vacant_.clear();
@@ -198,6 +254,7 @@ void Engine::goOnFrom(const MapContents& head) {
 
 /// As frames do: memory first, then the table, then what the backend knows of it.
 void Engine::enterContents(const MapContents& contents) try {
+  forgetWhatIsMarked();
   const MapSize size = sizeOf(contents.blocks);
   backend_->reserve(
       {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});

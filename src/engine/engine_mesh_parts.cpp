@@ -27,10 +27,26 @@ std::vector<PackedKey> Engine::pagedAround(const std::vector<MarkedKey>& marked)
       [](const BlockKey&) { return true; });
 }
 
+/// An extraction begins, of all that was marked, but for what is left to the next one.
+void Engine::startViews() {
+  views_.clear();
+  lost_before_ = pager_->lost();
+  marks_are_in_views_ = unfinished_.empty() && !made_.is_part && !pager_->hasMarks();
+}
+
+/// Whether blocks on disk may matter to the next extraction, by coarse cells.
+bool Engine::dependsOnDisk() const {
+  if (pager_->isEmpty()) return false;
+  if (!marks_are_in_views_ || pager_->lost() != lost_before_) return true;
+  return std::any_of(views_.begin(), views_.end(), [this](const FrameView& view) {
+    return pager_->mayShow(view, kMeshedRadius);
+  });
+}
+
 /// Where all fit into memory that the extraction depends on, they come there and it goes on as
 /// ever. Else it is done in parts but for the last.
 void Engine::meshInParts() {
-  if (pager_->isEmpty()) return;
+  if (!dependsOnDisk()) return;
   BlockMover& mover = *backend_->mover();
   const std::vector<int32_t> slots = mover.markedSlots();
   std::vector<MarkedKey> marked;

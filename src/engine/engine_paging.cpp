@@ -21,7 +21,21 @@ constexpr float kViewRadius = kLabelledReach + 13.9f;
 constexpr float kAnyDepth_m = 1e30f;
 
 /// How far ahead blocks are read, and of which frames until there.
-constexpr int kFramesAhead = 6, kFramesBetween = 3;
+constexpr int kFramesAhead = 24, kFramesBetween = 3;
+
+/// How often they are, beside behind frames for which blocks have moved.
+constexpr uint64_t kFramesBetweenReads = 6;
+
+/// Frames without an extraction of which it is known what they have changed.
+constexpr size_t kMostViews = 8;
+
+/// From the middle block of a coarse cell to its corners, in voxels.
+constexpr float kCellReach = 0.8661f * static_cast<float>((BlockCells::kSide + 1) * kBlockSide);
+
+BlockKey middleOf(const BlockCells::Cell& cell) {
+  constexpr int32_t kSide = BlockCells::kSide, kHalf = kSide / 2;
+  return {cell.key.x * kSide + kHalf, cell.key.y * kSide + kHalf, cell.key.z * kSide + kHalf};
+}
 
 /// Depth of the middle of a block, in voxels.
 float depthOf(const FrameView& view, const BlockKey& block) {
@@ -29,18 +43,6 @@ float depthOf(const FrameView& view, const BlockKey& block) {
   const Vec3f middle = toFloat(firstVoxelOfBlock(block - blockOfVoxel(view.origin_voxel))) +
                        Vec3f{kHalf, kHalf, kHalf};
   return rotateInverse(view.T_L_C, middle - view.T_L_C.t).z;
-}
-
-/// Whether a voxel of a cell's blocks may lie in a region in units of voxels.
-bool mayReachInto(const RegionView& region, const BlockCells::Cell& cell) {
-  constexpr int kVoxels = BlockCells::kSide * kBlockSide;
-  constexpr double kMiddle = 0.5 * (kVoxels - 1), kReach = 1.7321 * kMiddle + 0.1;
-  const Vec3i& key = cell.key;
-  return isInside(region,
-                  Vec3d{static_cast<double>(key.x) * kVoxels + kMiddle,
-                        static_cast<double>(key.y) * kVoxels + kMiddle,
-                        static_cast<double>(key.z) * kVoxels + kMiddle},
-                  kReach);
 }
 
 /// Whether one of a cell's outermost blocks is beyond a ball: no other one is farther away.
@@ -63,13 +65,19 @@ bool reachesBeyond(const BlockCells::Cell& cell, const IsBeyond& is_beyond) {
 /// in memory then. Where these are too many at once, they come part by part, and the image is fused
 /// into all parts but for the last, which is left to the caller.
 /// @return how many blocks stay on disk or are refused, as there is no room for them.
-size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touched,
-                               std::vector<int32_t>& in_view) {
+size_t Engine::bringInForFrame(const DepthFrame& frame, const FrameView& view,
+                               const TouchedCounts& touched, std::vector<int32_t>& in_view) {
   const StageTimer timer(profile_, Stage::kAdmit);
   requests_ = backend_->requests();
+  if (views_.size() == kMostViews) forgetWhatIsMarked();
+  if (views_.size() < kMostViews) views_.push_back(view);
+  part_.clear();
+  const bool has_all = hasAllOf(view);
+  moves_blocks_ = !has_all || !pager_->hasRoom(touched.requests * BlockTable::kBlockBytes +
+                                               touched.new_arrays * BlockTable::kArrayBytes);
+  if (!moves_blocks_) return 0;
   std::sort(requests_.begin(), requests_.end(),
             [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
-  part_.clear();
   const size_t most_bytes = table_.budgetBytes() - table_.budgetBytes() / 8;
   size_t left = 0, bytes = 0, new_bytes = 0, next_request = 0;
   const std::vector<PackedKey> keys = keysOfFrame(view, in_view);
@@ -91,10 +99,28 @@ size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touch
   }
   const bool is_whole = part.size() == keys.size();
   part_.swap(part);
-  left += bringInPart(new_bytes);
+  const bool reads_ahead = is_whole && !has_all;
+  left += bringInPart(new_bytes, reads_ahead ? keysAhead(frame) : std::vector<PackedKey>());
   in_view = blocksInView(view);
   if (is_whole) part_.clear();
   return left;
+}
+
+/// Whether no block on disk is one that a depth image touches or may clear.
+bool Engine::hasAllOf(const FrameView& view) {
+  if (pager_->isEmpty()) return true;
+  const auto is_paged = [this](const BlockRequest& request) {
+    return pager_->isPaged(request.key);
+  };
+  if (std::any_of(requests_.begin(), requests_.end(), is_paged)) return false;
+  if (!clearsFreeSpace(params_)) return true;
+  const std::vector<PackedKey> others = pagedInView(view);
+  return others.empty() || backend_->mover()->seenThrough(others, counters_.frames + 1).empty();
+}
+
+/// Blocks on disk that a frame may see, and others around.
+std::vector<PackedKey> Engine::pagedInView(const FrameView& view) const {
+  return pager_->keysInView(view, kFootRadius, [](const BlockCells::Cell&) { return true; });
 }
 
 /// Of so many blocks, whatever they hold.
@@ -109,9 +135,7 @@ std::vector<PackedKey> Engine::keysOfFrame(const FrameView& view,
                                            const std::vector<int32_t>& in_view) {
   std::vector<PackedKey> keys = backend_->mover()->touchedKeys();
   if (clearsFreeSpace(params_)) {
-    std::vector<PackedKey> others = pager_->keysWhere(
-        [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, kFootRadius); },
-        [](const BlockKey&) { return true; });
+    std::vector<PackedKey> others = pagedInView(view);
     for (const int32_t slot : in_view) {
       if (table_.block(slot).in_use) others.push_back(packKey(table_.block(slot).key));
     }
@@ -134,8 +158,8 @@ size_t Engine::bytesWanted(PackedKey key, size_t& next_request) const {
          (known == 0 ? BlockTable::kBlockBytes : 0);
 }
 
-size_t Engine::bringInPart(size_t new_bytes) {
-  const size_t left = pager_->bringIn(*backend_, part_, new_bytes);
+size_t Engine::bringInPart(size_t new_bytes, const std::vector<PackedKey>& ahead) {
+  const size_t left = pager_->bringIn(*backend_, part_, new_bytes, ahead);
   counters_.refused += left;
   return left;
 }
@@ -155,7 +179,8 @@ size_t Engine::fusePart(const FrameView& view, const TouchedCounts& touched) {
 }
 
 /// Blocks that are left on disk are none to be made anew.
-std::vector<BlockRequest> Engine::requestsOfPart() const {
+std::vector<BlockRequest> Engine::requestsOfPart() {
+  if (!moves_blocks_) return std::move(requests_);
   std::vector<BlockRequest> requests;
   for (const BlockRequest& request : requests_) {
     const bool is_in_part =
@@ -177,31 +202,36 @@ size_t Engine::bringInForImage(const FrameView& view, std::vector<int32_t>& in_v
   return left;
 }
 
-/// What the camera comes to see if it moves on as it did. It is often in the memory of the system
-/// already; where it is not, the frame that needs it finds it read.
-void Engine::readAhead(const DepthFrame& frame) {
-  const std::optional<Eigen::Isometry3d> before = std::exchange(T_W_C_before_, frame.T_W_C);
-  if (!before || pager_->isEmpty()) return;
-  const Eigen::Isometry3d motion = before->inverse() * frame.T_W_C;
+/// Blocks on disk around what the camera comes to see if it moves on as it did, by coarse cells:
+/// what comes first first, some more than are worth asking for.
+std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame) const {
   std::vector<PackedKey> keys;
+  if (!T_W_C_before_) return keys;
+  const Eigen::Isometry3d motion = T_W_C_before_->inverse() * frame.T_W_C;
   std::unordered_set<PackedKey> known;
   DepthFrame ahead = frame;
-  for (int step = 1; step <= kFramesAhead; ++step) {
-    ahead.T_W_C = ahead.T_W_C * motion;
+  for (int step = 0; step <= kFramesAhead && keys.size() < pager_->mostAhead(); ++step) {
+    if (step > 0) ahead.T_W_C = ahead.T_W_C * motion;
     if (step % kFramesBetween != 0 || findProblem(ahead, params_)) continue;
     const FrameView view = makeFrameView(ahead, params_.map.voxel_size_m);
-    const float max_depth = params_.fusion.max_depth_m / view.voxel_size_m + kFootRadius;
-    const BlockKey origin = blockOfVoxel(view.origin_voxel);
-    const std::vector<PackedKey> some = pager_->keysWhere(
-        [&](const BlockCells::Cell& cell) { return mayBeInView(view, cell, kFootRadius); },
-        [&](const BlockKey& block) {
-          return mayBeInView(view, block - origin, kFootRadius) &&
-                 depthOf(view, block) <= max_depth;
+    const float max_depth = params_.fusion.max_depth_m / view.voxel_size_m + kMeshedRadius;
+    const std::vector<PackedKey> some =
+        pager_->keysInView(view, kMeshedRadius, [&](const BlockCells::Cell& cell) {
+          return depthOf(view, middleOf(cell)) <= max_depth + kCellReach &&
+                 known.insert(packKey(cell.key)).second;
         });
-    std::copy_if(some.begin(), some.end(), std::back_inserter(keys),
-                 [&](PackedKey key) { return known.insert(key).second; });
+    keys.insert(keys.end(), some.begin(), some.end());
   }
-  pager_->readAhead(keys);
+  return keys;
+}
+
+/// It is often in the memory of the system already; where it is not, the frame that needs it finds
+/// it read. A device works meanwhile.
+void Engine::readAhead(const DepthFrame& frame, const FrameView& view) {
+  pager_->noteView(view);
+  const bool is_time = moves_blocks_ || counters_.frames % kFramesBetweenReads == 0;
+  if (is_time && !pager_->isEmpty()) pager_->readAhead(keysAhead(frame));
+  T_W_C_before_ = frame.T_W_C;
 }
 
 /// @throws std::runtime_error where they do not fit into memory.
@@ -279,41 +309,6 @@ std::vector<PackedKey> Engine::takeFarthest(const KeptBall& kept,
     }
   }
   return on_disk;
-}
-
-/// Blocks come back to be emptied, some at a time.
-/// @return how many cannot, and stay as they were.
-size_t Engine::clearPaged(const RegionView& view, ClearedRegion& result) {
-  constexpr size_t kAtOnce = 256;
-  const std::vector<PackedKey> keys =
-      pager_->keysWhere([&](const BlockCells::Cell& cell) { return mayReachInto(view, cell); },
-                        [&](const BlockKey& block) { return mayBeInside(view, block); });
-  size_t left = 0;
-  for (size_t first = 0; first < keys.size(); first += kAtOnce) {
-    const size_t end = std::min(keys.size(), first + kAtOnce);
-    std::vector<PackedKey> some(keys.begin() + static_cast<std::ptrdiff_t>(first),
-                                keys.begin() + static_cast<std::ptrdiff_t>(end));
-    // Where memory is scarce, those that are emptied make room for the rest.
-    while (!some.empty() && clearSome(some, view, result)) {
-    }
-    left += some.size();
-  }
-  return left;
-}
-
-/// @param keys Those that stay on disk are left. @return whether any came back.
-bool Engine::clearSome(std::vector<PackedKey>& keys, const RegionView& view,
-                       ClearedRegion& result) {
-  pager_->bringIn(*backend_, keys, 0);
-  std::vector<int32_t> slots;
-  for (const PackedKey key : keys) {
-    if (const int32_t slot = table_.find(key); slot >= 0) slots.push_back(slot);
-  }
-  keys.erase(std::remove_if(keys.begin(), keys.end(),
-                            [this](PackedKey key) { return !pager_->isPaged(key); }),
-             keys.end());
-  clearSlots(slots, view, result);
-  return !slots.empty();
 }
 
 }  // namespace dtsdf

@@ -11,8 +11,6 @@
 namespace dtsdf {
 namespace {
 
-constexpr int32_t kMeshReach = 2;
-
 int32_t along(const BlockKey& key, int axis) {
   return axis == 0 ? key.x : (axis == 1 ? key.y : key.z);
 }

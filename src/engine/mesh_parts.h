@@ -5,8 +5,16 @@
 #include <vector>
 
 #include "backend/map_backend.h"
+#include "kernels/fusion/free_space.h"
 
 namespace dtsdf {
+
+/// No rule of meshing reaches farther, in blocks.
+constexpr int32_t kMeshReach = 2;
+
+/// From the middle of a block that a depth image changes to those that its mesh depends on: see
+/// mayBeInView().
+constexpr float kMeshedRadius = kFootRadius + 1.7321f * kMeshReach * kBlockSide;
 
 /// A block that is to be meshed again.
 struct MarkedKey {

@@ -17,11 +17,15 @@ constexpr size_t kBatchBytes = size_t{8} << 20;
 
 /// See spareBytes(): a share of the budget.
 constexpr size_t kSpareShare = 16;
-constexpr size_t kMostSpareBytes = 2 * kBatchBytes;
+constexpr size_t kMostSpareBytes = 4 * kBatchBytes;
 
 /// What waits to be written, and what was read ahead, each: a share of the budget beside it.
 constexpr size_t kQueueShare = 8;
 constexpr size_t kMostQueueBytes = 4 * kBatchBytes;
+
+size_t queueBytesOf(size_t budget_bytes) {
+  return std::min(budget_bytes / kQueueShare, kMostQueueBytes);
+}
 
 /// After a failure, calls that leave the disk alone.
 constexpr uint64_t kCallsBetweenTries = 16;
@@ -35,8 +39,7 @@ size_t spareBytes(size_t budget_bytes) {
 Pager::Pager(const MapParams& params, BlockTable& table, std::function<void()> finish_meshes)
     : table_(table),
       finish_meshes_(std::move(finish_meshes)),
-      store_(params.page_folder, pageBytesOf(params),
-             std::min(table.budgetBytes() / kQueueShare, kMostQueueBytes)) {}
+      store_(params.page_folder, pageBytesOf(params), queueBytesOf(table.budgetBytes())) {}
 
 size_t Pager::bytesOnceIn(const PagedBlock& block) const {
   return BlockTable::kBlockBytes + voxelBytes(block) + colourBytes(block);
@@ -72,7 +75,12 @@ void Pager::noteNew(const std::vector<int32_t>& slots) {
   for (const int32_t slot : slots) touch(slot);
 }
 
-size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes) {
+size_t Pager::mostAhead() const {
+  return spareBytes(table_.budgetBytes()) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);
+}
+
+size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes,
+                      const std::vector<PackedKey>& ahead) {
   ++now_;
   std::vector<int32_t> numbers;
   for (const PackedKey key : keys) {
@@ -81,20 +89,39 @@ size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, s
     if (slot >= 0) touch(slot);
     if (number >= 0) numbers.push_back(number);
   }
+  const size_t left = readSome(backend, numbers, 0, Reserve::kUse);
+  if (left == 0 && !ahead.empty()) {
+    numbers.clear();
+    size_t bytes = 0;
+    for (const PackedKey key : ahead) {
+      const int32_t number = store_.find(key);
+      if (number < 0) continue;
+      bytes += bytesOnceIn(store_.block(number));
+      if (bytes > spareBytes(table_.budgetBytes())) break;
+      numbers.push_back(number);
+    }
+    readSome(backend, numbers, new_bytes, Reserve::kLeave);
+  }
+  makeRoom(backend, new_bytes);
+  return left;
+}
+
+/// As far as there is room for them and for so many other bytes. @return how many stay on disk.
+size_t Pager::readSome(MapBackend& backend, const std::vector<int32_t>& numbers, size_t other_bytes,
+                       Reserve reserve) {
   size_t unreadable = 0;
   for (size_t first = 0; first < numbers.size();) {
-    size_t end = first, bytes = 0;
-    for (; end < numbers.size() && (end == first || bytes < kBatchBytes); ++end) {
+    size_t end = first, bytes = other_bytes;
+    for (; end < numbers.size() && (end == first || bytes < kBatchBytes + other_bytes); ++end) {
       bytes += bytesOnceIn(store_.block(numbers[end]));
     }
-    makeRoom(backend, bytes, Reserve::kUse);
+    makeRoom(backend, bytes, reserve);
     while (end > first && !hasRoom(bytes)) bytes -= bytesOnceIn(store_.block(numbers[--end]));
     if (end == first) return unreadable + numbers.size() - first;
     unreadable += readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
                                       numbers.begin() + static_cast<std::ptrdiff_t>(end)});
     first = end;
   }
-  makeRoom(backend, new_bytes);
   return unreadable;
 }
 
@@ -110,8 +137,8 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes, Reserve reserve) {
   return hasRoom(bytes);
 }
 
-/// Until there is room for so many bytes, or nothing more can go. Batches get smaller where the
-/// disk has little room, so that it is used up to the last block.
+/// Until there is room for so many bytes, or nothing more can go. Two batches fit into the queue,
+/// and batches get smaller where the disk has little room, so that it is used up to the last block.
 void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
   const bool use_reserve = reserve == Reserve::kUse;
   if (now_ < no_writing_before_ || store_.isFull(use_reserve)) return;
@@ -119,18 +146,15 @@ void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
       leastRecent(table_.bytesInUse() + bytes - table_.budgetBytes());
   if (slots.empty()) return;
   finish_meshes_();
+  const size_t most_bytes = std::min(kBatchBytes, queueBytesOf(table_.budgetBytes()) / 2);
   std::vector<int32_t> batch;
   size_t batch_bytes = 0;
   for (size_t i = 0; i < slots.size(); ++i) {
     batch.push_back(slots[i]);
     batch_bytes += table_.bytesOf(slots[i]);
-    const uint64_t most = std::min<uint64_t>(kBatchBytes, store_.room(use_reserve) / 4);
+    const uint64_t most = std::min<uint64_t>(most_bytes, store_.room(use_reserve) / 4);
     if (batch_bytes < most && i + 1 < slots.size()) continue;
-    if (!writeBatch(backend, batch, reserve)) {
-      oldest_.clear();  // those that have not gone are the oldest still
-      next_oldest_ = 0;
-      return;
-    }
+    if (!writeBatch(backend, batch, reserve)) return;
     batch.clear();
     batch_bytes = 0;
   }
@@ -292,8 +316,6 @@ void Pager::clear() {
   stats_ = PageStats();
   waits_before_ = store_.waits();
   last_need_.clear();
-  oldest_.clear();
-  next_oldest_ = 0;
   no_writing_before_ = 0;
 }
 

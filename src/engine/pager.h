@@ -32,8 +32,16 @@ class Pager {
   /// Blocks that are in the map are in memory when this returns, and stay there until the next
   /// call; then there is room for so many bytes of new ones, as far as others can go.
   /// @param keys The first ones first, where there is no room for all.
-  /// @return how many stay on disk for want of room, or as they cannot be read now.
-  size_t bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes);
+  /// @param ahead What may be needed next: the first of it comes along, a spare's worth.
+  /// @return how many of the keys stay on disk for want of room, or as they cannot be read now.
+  size_t bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes,
+                 const std::vector<PackedKey>& ahead = {});
+
+  /// A depth image was fused: what it may see goes after what was seen before.
+  void noteView(const FrameView& view);
+
+  /// How many blocks are worth asking for ahead.
+  size_t mostAhead() const;
 
   /// Blocks that may be needed soon are read while others go on, the first ones first.
   void readAhead(const std::vector<PackedKey>& keys);
@@ -48,6 +56,19 @@ class Pager {
   template <class CellTest, class Test>
   std::vector<PackedKey> keysWhere(const CellTest& may_hold, const Test& holds) const;
 
+  /// All blocks on disk in coarse cells that a frame may see something of, and that are asked for:
+  /// see BlockCells::visitInView().
+  template <class CellTest>
+  std::vector<PackedKey> keysInView(const FrameView& view, float radius,
+                                    const CellTest& takes) const;
+
+  /// Whether there are such cells.
+  bool mayShow(const FrameView& view, float radius) const {
+    bool may_show = false;
+    store_.cellIndex().visitInView(view, radius, [&](const auto&) { may_show = true; });
+    return may_show;
+  }
+
   /// What a block takes in memory, wherever it is; 0 where there is none.
   size_t bytesOf(PackedKey key) const;
   /// Directions that it has voxels of.
@@ -56,7 +77,8 @@ class Pager {
   // ---- Meshing.
 
   void markAllDirty();
-  void keepColours();  ///< Meshes get colours.
+  void keepColours();                                    ///< Meshes get colours.
+  bool hasMarks() const { return store_.marked() > 0; }  ///< Of blocks on disk.
   /// Blocks on disk with marks.
   std::vector<PackedKey> markedKeys() const;
   MeshMarks takeMarks(PackedKey key);
@@ -90,6 +112,7 @@ class Pager {
 
   void clear();
   PageStats stats() const;
+  uint64_t lost() const { return stats_.lost; }
   /// Of memory, of blocks on their way.
   size_t queueBytes() const { return store_.queueBytes(); }
 
@@ -98,12 +121,13 @@ class Pager {
 
   size_t bytesOnceIn(const PagedBlock& block) const;
   uint32_t directionsInMemory(PackedKey key) const;
-  uint64_t lastNeed(int32_t slot) const;
+  bool isNeededNow(int32_t slot) const;
   void touch(int32_t slot);
+  size_t readSome(MapBackend& backend, const std::vector<int32_t>& numbers, size_t other_bytes,
+                  Reserve reserve);
   bool makeRoom(MapBackend& backend, size_t bytes, Reserve reserve);
   void writeOut(MapBackend& backend, size_t bytes, Reserve reserve);
-  std::vector<int32_t> leastRecent(size_t bytes);
-  void findOldest(size_t bytes);
+  std::vector<int32_t> leastRecent(size_t bytes) const;
   bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve);
   size_t readBatch(MapBackend& backend, std::vector<int32_t> numbers);
   std::vector<int32_t> readAll(const std::vector<int32_t>& numbers, PageBytes& records);
@@ -115,18 +139,9 @@ class Pager {
   BlockTable& table_;
   const std::function<void()> finish_meshes_;
   PageStore store_;
-  uint64_t now_ = 1;                 ///< Number of the last call of bringIn().
+  uint64_t now_ = 1;                 ///< Number of the last call of bringIn() or noteView().
   uint64_t no_writing_before_ = 0;   ///< A call: after a failure the disk is left alone at first.
-  std::vector<uint64_t> last_need_;  ///< Of such a call, by slot.
-
-  /// A block that may go.
-  struct Candidate {
-    uint64_t last_need;
-    PackedKey key;
-    int32_t slot;
-  };
-  std::vector<Candidate> oldest_;  ///< Those that were to go first when they were listed.
-  size_t next_oldest_ = 0;         ///< Of these, before it none is left.
+  std::vector<uint64_t> last_need_;  ///< Of a call of bringIn(), by slot.
   PageStats stats_;
   DiskWaits waits_before_;  ///< The last clear().
 };
@@ -141,6 +156,17 @@ std::vector<PackedKey> Pager::keysWhere(const CellTest& may_hold, const Test& ho
       if (holds(unpackKey(key))) keys.push_back(key);
     }
   }
+  return keys;
+}
+
+template <class CellTest>
+std::vector<PackedKey> Pager::keysInView(const FrameView& view, float radius,
+                                         const CellTest& takes) const {
+  std::vector<PackedKey> keys;
+  store_.cellIndex().visitInView(view, radius, [&](const BlockCells::Cell& cell) {
+    if (!takes(cell)) return;
+    for (const int32_t number : cell.slots) keys.push_back(store_.block(number).key);
+  });
   return keys;
 }
 

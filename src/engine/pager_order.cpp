@@ -3,72 +3,54 @@
 
 #include "engine/pager.h"
 #include "kernels/core/direction.h"
+#include "kernels/fusion/free_space.h"
 
 namespace dtsdf {
-namespace {
 
-/// Nothing that can go is smaller.
-constexpr size_t kLeastBytes = BlockTable::kBlockBytes + BlockTable::kArrayBytes;
-
-/// Blocks that may go are listed for so many times at once.
-constexpr size_t kListedAtOnce = 8;
-
-}  // namespace
-
-uint64_t Pager::lastNeed(int32_t slot) const {
+bool Pager::isNeededNow(int32_t slot) const {
   const auto place = static_cast<size_t>(slot);
-  return place < last_need_.size() ? last_need_[place] : 0;
+  return place < last_need_.size() && last_need_[place] == now_;
 }
 
 void Pager::touch(int32_t slot) {
   const auto place = static_cast<size_t>(slot);
   if (last_need_.size() <= place) last_need_.resize(table_.slotCount(), 0);
   last_need_[place] = now_;
+  table_.noteNeed(table_.block(slot).key, now_);
 }
 
-/// Blocks that were not brought in last, at least so many bytes of them if there are, by key those
-/// that were needed at the same time. More are listed than are asked for: all others were needed
-/// later, so that the rest of the list goes next, but for what was needed again.
-std::vector<int32_t> Pager::leastRecent(size_t bytes) {
+void Pager::noteView(const FrameView& view) {
+  ++now_;
+  const BlockKey origin = blockOfVoxel(view.origin_voxel);
+  for (const BlockCells::Cell& cell : table_.cells()) {
+    if (!mayBeInView(view, cell, kFootRadius)) continue;
+    const auto seen = std::find_if(cell.slots.begin(), cell.slots.end(), [&](int32_t slot) {
+      return mayBeInView(view, table_.block(slot).key - origin);
+    });
+    if (seen != cell.slots.end()) table_.noteNeed(table_.block(*seen).key, now_);
+  }
+}
+
+/// Blocks that were not brought in last, at least so many bytes of them if there are: coarse cell
+/// by coarse cell, those that were needed least recently first, by key those of the same time.
+std::vector<int32_t> Pager::leastRecent(size_t bytes) const {
+  std::vector<const BlockCells::Cell*> cells;
+  for (const BlockCells::Cell& cell : table_.cells()) cells.push_back(&cell);
+  std::sort(cells.begin(), cells.end(), [](const auto* a, const auto* b) {
+    return a->last_need != b->last_need ? a->last_need < b->last_need
+                                        : packKey(a->key) < packKey(b->key);
+  });
   std::vector<int32_t> slots;
   size_t found = 0;
-  const auto take = [&] {
-    for (; found < bytes && next_oldest_ < oldest_.size(); ++next_oldest_) {
-      const Candidate& candidate = oldest_[next_oldest_];
-      const BlockEntry& entry = table_.block(candidate.slot);
-      const bool is_same = entry.in_use && packKey(entry.key) == candidate.key &&
-                           lastNeed(candidate.slot) == candidate.last_need;
-      if (!is_same || candidate.last_need == now_ || directionsWithArrays(entry) == 0) continue;
-      found += table_.bytesOf(candidate.slot);
-      slots.push_back(candidate.slot);
+  for (const BlockCells::Cell* cell : cells) {
+    for (const int32_t slot : cell->slots) {
+      if (found >= bytes) return slots;
+      if (isNeededNow(slot) || directionsWithArrays(table_.block(slot)) == 0) continue;
+      found += table_.bytesOf(slot);
+      slots.push_back(slot);
     }
-  };
-  take();
-  if (found >= bytes) return slots;
-  slots.clear();
-  found = 0;
-  findOldest(kListedAtOnce * bytes);
-  take();
-  return slots;
-}
-
-void Pager::findOldest(size_t bytes) {
-  oldest_.clear();
-  next_oldest_ = 0;
-  for (size_t i = 0; i < table_.slotCount(); ++i) {
-    const auto slot = static_cast<int32_t>(i);
-    const BlockEntry& entry = table_.block(slot);
-    if (!entry.in_use || lastNeed(slot) == now_ || directionsWithArrays(entry) == 0) continue;
-    oldest_.push_back({lastNeed(slot), packKey(entry.key), slot});
   }
-  const auto goes_before = [](const Candidate& a, const Candidate& b) {
-    return a.last_need != b.last_need ? a.last_need < b.last_need : a.key < b.key;
-  };
-  const size_t most = std::min(oldest_.size(), bytes / kLeastBytes + 1);
-  const auto end = oldest_.begin() + static_cast<std::ptrdiff_t>(most);
-  std::nth_element(oldest_.begin(), end, oldest_.end(), goes_before);
-  oldest_.erase(end, oldest_.end());
-  std::sort(oldest_.begin(), oldest_.end(), goes_before);
+  return slots;
 }
 
 }  // namespace dtsdf

@@ -11,10 +11,17 @@ BlockCells::Cell& BlockCells::cellOf(const BlockKey& block) {
   const int32_t number = numbers_.find(packKey(key));
   last_ = number >= 0 ? static_cast<size_t>(number) : cells_.size();
   if (number >= 0) return cells_[last_];
-  Cell cell{key, {}};
+  Cell cell{key, {}, 0};
   cell.slots.reserve(1);
   if (cells_.size() == cells_.capacity()) cells_.reserve(2 * cells_.size() + 1);
-  numbers_.insert(packKey(key), static_cast<int32_t>(cells_.size()));
+  const auto next = static_cast<int32_t>(cells_.size());
+  if (groups_) groups_->insert(key, next);
+  try {
+    numbers_.insert(packKey(key), next);
+  } catch (...) {
+    if (groups_) groups_->erase(key, next);
+    throw;
+  }
   cells_.push_back(std::move(cell));  // there is memory for it, and for a block in it
   return cells_.back();
 }
@@ -37,31 +44,54 @@ void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
   cell.slots.pop_back();
   if (!cell.slots.empty()) return;
   numbers_.erase(key);
+  if (groups_) groups_->erase(cell.key, number);
   if (&cell != &cells_.back()) {
-    numbers_.assign(packKey(cells_.back().key), number);
+    const Vec3i& moved = cells_.back().key;
+    numbers_.assign(packKey(moved), number);
+    if (groups_) groups_->renumber(moved, static_cast<int32_t>(cells_.size()) - 1, number);
     cell = std::move(cells_.back());
   }
   cells_.pop_back();
 }
 
+/// @pre The new number is not there, and is less than one that was.
+void BlockCells::renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept {
+  const uint32_t place = places_[static_cast<size_t>(slot)];
+  cellOf(block).slots[place] = new_slot;
+  places_[static_cast<size_t>(new_slot)] = place;
+}
+
+void BlockCells::clear() {
+  cells_ = {};
+  last_ = 0;
+  numbers_.clear();
+  places_ = {};
+  if (groups_) groups_->clear();
+}
+
 size_t BlockCells::memoryBytes() const {
-  return numbers_.memoryBytes() + cells_.capacity() * sizeof(Cell) +
+  return (groups_ ? groups_->memoryBytes() : 0) + numbers_.memoryBytes() +
+         cells_.capacity() * sizeof(Cell) +
          2 * places_.capacity() * sizeof(uint32_t);  // the lists hold each slot once as well
 }
 
 bool mayBeInView(const FrameView& frame, const BlockCells::Cell& cell, float radius) {
-  constexpr auto kCellVoxels = static_cast<float>(BlockCells::kSide * kBlockSide);
-  // Middles of blocks are at most so far from the cell's: half the root of 3.
-  constexpr float kReach = 0.8661f * (kCellVoxels - static_cast<float>(kBlockSide));
+  constexpr int kSide = BlockCells::kSide;
+  return mayBeInView(frame, {cell.key.x * kSide, cell.key.y * kSide, cell.key.z * kSide}, kSide,
+                     radius);
+}
+
+bool mayBeInView(const FrameView& frame, const BlockKey& first, int side, float radius) {
+  const auto voxels = static_cast<float>(side * kBlockSide);
+  // Middles of blocks are at most so far from the cube's: half the root of 3.
+  const float reach = 0.8661f * (voxels - static_cast<float>(kBlockSide));
   // What the single precision of either test may be off, for cameras of any angle.
   constexpr float kRounding = 1e-5f, kLeastRounding = 0.1f;
-  constexpr int kSide = BlockCells::kSide;
-  const BlockKey first{cell.key.x * kSide, cell.key.y * kSide, cell.key.z * kSide};
-  constexpr float kHalf = 0.5f * kCellVoxels;
+  const float half = 0.5f * voxels;
   const Vec3f middle = toFloat(firstVoxelOfBlock(first - blockOfVoxel(frame.origin_voxel))) +
-                       Vec3f{kHalf, kHalf, kHalf};
+                       Vec3f{half, half, half};
   const float far = std::fabs(middle.x) + std::fabs(middle.y) + std::fabs(middle.z);
-  return mayBeInView(frame, middle, radius + kReach + kLeastRounding + kRounding * far);
+  return mayBeInView(frame, middle, radius + reach + kLeastRounding + kRounding * far);
 }
 
 }  // namespace dtsdf

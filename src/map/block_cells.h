@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "kernels/core/camera.h"
@@ -19,24 +20,43 @@ class BlockCells {
   struct Cell {
     Vec3i key;                   ///< Coordinates of its first block, divided by kSide.
     std::vector<int32_t> slots;  ///< Of its blocks, in no order.
+    uint64_t last_need = 0;      ///< The latest note() of one of its blocks.
   };
+
+  BlockCells() : BlockCells(true) {}
 
   /// @throws std::bad_alloc and nothing has changed then.
   void insert(const BlockKey& block, int32_t slot);
   void erase(const BlockKey& block, int32_t slot) noexcept;
-  void clear() { *this = BlockCells(); }
+  void clear();
+
+  /// Whether a block's cell has any.
+  bool hasCellOf(const BlockKey& block) const;
+
+  /// Notes that a block was needed at a time. @pre It is there.
+  void note(const BlockKey& block, uint64_t time) { cellOf(block).last_need = time; }
 
   const std::vector<Cell>& all() const { return cells_; }
+
+  /// Calls visit(cell) for those that a frame may see something of: see mayBeInView(). Costs what
+  /// is in view, and a look at each group of kSide x kSide x kSide cells.
+  template <class Visit>
+  void visitInView(const FrameView& frame, float radius, const Visit& visit) const;
 
   size_t memoryBytes() const;
 
  private:
+  explicit BlockCells(bool has_groups) {
+    if (has_groups) groups_.reset(new BlockCells(false));
+  }
   Cell& cellOf(const BlockKey& block);
+  void renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept;
 
   std::vector<Cell> cells_;
-  size_t last_ = 0;               ///< Number of the one that was asked for last.
-  SlotIndex numbers_;             ///< Of cells, by the packed key.
-  std::vector<uint32_t> places_;  ///< Of blocks in their cell's list, by slot.
+  size_t last_ = 0;                     ///< Number of the one that was asked for last.
+  SlotIndex numbers_;                   ///< Of cells, by the packed key.
+  std::vector<uint32_t> places_;        ///< Of blocks in their cell's list, by slot.
+  std::unique_ptr<BlockCells> groups_;  ///< Of cells, as if those were blocks; null for a group's.
 };
 
 /// Key of the cell that a block lies in.
@@ -45,8 +65,29 @@ inline Vec3i cellOfBlock(const BlockKey& block) {
   return {block.x >> kShift, block.y >> kShift, block.z >> kShift};
 }
 
+inline bool BlockCells::hasCellOf(const BlockKey& block) const {
+  return numbers_.find(packKey(cellOfBlock(block))) >= 0;
+}
+
 /// Whether a frame may see anything of balls, `radius` voxels wide, around the middles of a cell's
 /// blocks: true wherever mayBeInView() is for one of them.
 bool mayBeInView(const FrameView& frame, const BlockCells::Cell& cell, float radius);
+
+/// The same for the blocks of a cube, so many along each side of it.
+bool mayBeInView(const FrameView& frame, const BlockKey& first, int side, float radius);
+
+template <class Visit>
+void BlockCells::visitInView(const FrameView& frame, float radius, const Visit& visit) const {
+  constexpr int kGroupSide = kSide * kSide;
+  for (const Cell& group : groups_->cells_) {
+    const Vec3i& key = group.key;
+    const BlockKey first{key.x * kGroupSide, key.y * kGroupSide, key.z * kGroupSide};
+    if (!mayBeInView(frame, first, kGroupSide, radius)) continue;
+    for (const int32_t number : group.slots) {
+      const Cell& cell = cells_[static_cast<size_t>(number)];
+      if (mayBeInView(frame, cell, radius)) visit(cell);
+    }
+  }
+}
 
 }  // namespace dtsdf

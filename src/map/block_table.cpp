@@ -241,10 +241,9 @@ std::vector<int32_t> BlockTable::slotsIn(const RegionView& region) const {
 
 std::vector<int32_t> BlockTable::slotsInView(const FrameView& frame, float radius) const {
   std::vector<int32_t> slots;
-  for (const BlockCells::Cell& cell : cells_.all()) {
-    if (!mayBeInView(frame, cell, radius)) continue;
+  cells_.visitInView(frame, radius, [&](const BlockCells::Cell& cell) {
     slots.insert(slots.end(), cell.slots.begin(), cell.slots.end());
-  }
+  });
   return slots;
 }
 

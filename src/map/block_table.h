@@ -177,6 +177,10 @@ class BlockTable {
   /// all of those, and others around. Costs what is in view, however large the map is.
   std::vector<int32_t> slotsInView(const FrameView& frame, float radius) const;
 
+  /// Blocks by coarse cells, and when they were needed: see BlockCells.
+  const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
+  void noteNeed(const BlockKey& block, uint64_t time) { cells_.note(block, time); }
+
   /// Blocks with arrays that lie wholly outside a ball, the farthest first and those of one
   /// distance by key: so many at most.
   std::vector<int32_t> slotsBeyond(const KeptBall& kept, size_t most) const;

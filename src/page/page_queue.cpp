@@ -1,7 +1,6 @@
 #include "page/page_queue.h"
 
 #include <algorithm>
-#include <cstring>
 #include <exception>
 #include <utility>
 
@@ -52,16 +51,20 @@ std::string PageQueue::write(const std::vector<PageSpan>& records, PageBytes byt
   return "";
 }
 
-bool PageQueue::find(const PageSpan& record, char* bytes) {
+std::vector<PageQueue::Entry> PageQueue::find(const std::vector<PageSpan>& records) const {
+  std::vector<Entry> entries(records.size());
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (const auto found = waiting_.find(record.offset); found != waiting_.end()) {
-    std::memcpy(bytes, found->second.data(), record.bytes);
-    return true;
+  for (size_t i = 0; i < records.size(); ++i) {
+    if (const auto found = waiting_.find(records[i].offset); found != waiting_.end()) {
+      entries[i] = found->second;
+      continue;
+    }
+    const auto found = ahead_.find(records[i].offset);
+    if (found != ahead_.end() && found->second.bytes == records[i].bytes) {
+      entries[i] = found->second;
+    }
   }
-  const auto found = ahead_.find(record.offset);
-  if (found == ahead_.end() || found->second.size() != record.bytes) return false;
-  std::memcpy(bytes, found->second.data(), record.bytes);
-  return true;
+  return entries;
 }
 
 /// What is under way is not waited for: records that get the place next are written after it.
@@ -73,12 +76,11 @@ void PageQueue::forget(uint64_t offset) {
     done_.notify_all();
   }
   if (const auto found = ahead_.find(offset); found != ahead_.end()) {
-    ahead_bytes_ -= found->second.size();
+    ahead_bytes_ -= found->second.bytes;
     ahead_.erase(found);
   }
   if (reading_ == offset) is_reading_in_vain_ = true;
-  const auto is_it = [offset](const PageSpan& span) { return span.offset == offset; };
-  asked_.erase(std::remove_if(asked_.begin(), asked_.end(), is_it), asked_.end());
+  wanted_.erase(offset);
 }
 
 /// Whether a record is in memory, or comes there.
@@ -91,11 +93,14 @@ void PageQueue::readAhead(std::vector<PageSpan> records) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     asked_.clear();
+    wanted_.clear();
     size_t bytes = 0;
     for (const PageSpan& record : records) {
       bytes += record.bytes;
       if (bytes > most_bytes_) break;
-      if (!isAhead(record.offset)) asked_.push_back(record);
+      if (isAhead(record.offset)) continue;
+      wanted_.insert(record.offset);
+      asked_.push_back(record);
     }
   }
   to_do_.notify_all();
@@ -156,20 +161,20 @@ void PageQueue::writeNext(std::unique_lock<std::mutex>& lock) {
 void PageQueue::readNext(std::unique_lock<std::mutex>& lock) {
   const PageSpan record = asked_.front();
   asked_.pop_front();
-  if (isAhead(record.offset)) {  // it was asked for twice
+  if (wanted_.erase(record.offset) == 0 || isAhead(record.offset)) {  // it was asked for twice
     done_.notify_all();
     return;
   }
   reading_ = record.offset;
   is_reading_in_vain_ = false;
   lock.unlock();
-  PageBytes bytes(record.bytes);
+  const auto bytes = std::make_shared<PageBytes>(record.bytes);
   bool is_short;
-  const bool is_read = file_.read(record.offset, bytes.data(), bytes.size(), is_short).empty();
+  const bool is_read = file_.read(record.offset, bytes->data(), record.bytes, is_short).empty();
   lock.lock();
   if (is_read && !is_reading_in_vain_) {
     read_.push_back(record.offset);
-    ahead_[record.offset] = std::move(bytes);
+    ahead_[record.offset] = {bytes, 0, record.bytes, 0};
     ahead_bytes_ += record.bytes;
     dropAhead();
   }
@@ -181,7 +186,7 @@ void PageQueue::readNext(std::unique_lock<std::mutex>& lock) {
 void PageQueue::dropAhead() {
   while (!read_.empty() && (ahead_bytes_ > most_bytes_ || ahead_.count(read_.front()) == 0)) {
     if (const auto found = ahead_.find(read_.front()); found != ahead_.end()) {
-      ahead_bytes_ -= found->second.size();
+      ahead_bytes_ -= found->second.bytes;
       ahead_.erase(found);
     }
     read_.pop_front();

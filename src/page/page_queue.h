@@ -7,11 +7,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -63,8 +64,16 @@ class PageQueue {
   /// @throws std::bad_alloc and then may have taken some of them: see forget().
   std::string write(const std::vector<PageSpan>& records, PageBytes bytes);
 
-  /// Copies a record that waits to be written, or was read ahead. @return whether there is one.
-  bool find(const PageSpan& record, char* bytes);
+  /// A record in memory, which stays while somebody holds it.
+  struct Entry {
+    std::shared_ptr<const PageBytes> batch;
+    size_t begin = 0, bytes = 0;
+    uint64_t number = 0;
+    const char* data() const { return batch->data() + begin; }
+  };
+
+  /// Records that wait to be written, or were read ahead; those that are neither have no batch.
+  std::vector<Entry> find(const std::vector<PageSpan>& records) const;
 
   /// Nobody needs what lies there any more.
   void forget(uint64_t offset);
@@ -82,15 +91,6 @@ class PageQueue {
   const DiskWaits& waits() const { return waits_; }  ///< Of write() and shrink().
 
  private:
-  using Bytes = std::shared_ptr<const PageBytes>;
-  /// A record in memory.
-  struct Entry {
-    Bytes batch;
-    size_t begin = 0, bytes = 0;
-    uint64_t number = 0;
-    const char* data() const { return batch->data() + begin; }
-  };
-
   void run();
   void writeNext(std::unique_lock<std::mutex>& lock);
   void readNext(std::unique_lock<std::mutex>& lock);
@@ -106,10 +106,11 @@ class PageQueue {
   const size_t most_bytes_;
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::condition_variable to_do_, done_;
-  std::map<uint64_t, Entry> waiting_;                ///< By offset.
+  std::unordered_map<uint64_t, Entry> waiting_;      ///< By offset.
   std::deque<std::pair<uint64_t, uint64_t>> order_;  ///< Offsets and numbers, as they came.
-  std::map<uint64_t, PageBytes> ahead_;              ///< What was read, by offset.
-  std::deque<PageSpan> asked_;                       ///< What is to be read.
+  std::unordered_map<uint64_t, Entry> ahead_;        ///< What was read, by offset.
+  std::deque<PageSpan> asked_;                       ///< What is to be read,
+  std::unordered_set<uint64_t> wanted_;              ///< but for what was forgotten since.
   std::deque<uint64_t> read_;                        ///< What was, the oldest first.
   size_t waiting_bytes_ = 0, ahead_bytes_ = 0;
   uint64_t last_number_ = 0;

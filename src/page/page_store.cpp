@@ -3,8 +3,8 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cstring>
 #include <new>
-#include <numeric>
 #include <utility>
 
 #include "kernels/meshing/unit_samples.h"
@@ -17,6 +17,8 @@ constexpr uint64_t kUnitBytes = 256;
 constexpr size_t kLabelBytes = kVoxelsPerBlock * sizeof(UnitLabels);
 static_assert(BlockTable::kArrayBytes % kUnitBytes == 0 &&
               BlockTable::kColourBytes % kUnitBytes == 0 && kLabelBytes % kUnitBytes == 0);
+
+constexpr uint8_t kCorrupt = 255;  ///< Of readings, until it is told.
 
 constexpr const char* kIsFull = "what is in map/page_folder has reached map/page_max_gb; raise it";
 
@@ -139,46 +141,59 @@ void PageStore::setMarks(int32_t number, bool dirty, bool painted) {
   marked_ += isMarked(block) ? 1 : 0;
 }
 
-/// In the order of the file.
 std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers, PageBytes& records) {
-  std::vector<size_t> begins(numbers.size() + 1, 0), order(numbers.size());
-  for (size_t i = 0; i < numbers.size(); ++i) {
-    begins[i + 1] = begins[i] + recordBytes(block(numbers[i]));
+  std::vector<PagedBlock> blocks;
+  std::vector<PageSpan> spans;
+  size_t bytes = 0;
+  for (const int32_t number : numbers) {
+    blocks.push_back(block(number));
+    spans.push_back(spanOf(pages_[size(number)]));
+    bytes += spans.back().bytes;
   }
-  records = PageBytes(begins.back());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    return pages_[size(numbers[a])].first_unit < pages_[size(numbers[b])].first_unit;
+  records = PageBytes(bytes);
+  const std::vector<PageQueue::Entry> in_memory = queue_.find(spans);
+  std::vector<uint8_t> readings = readMissing(spans, in_memory, records);
+  forEachRecord(blocks, [&](size_t i, size_t begin) {
+    char* const record = records.data() + begin;
+    if (in_memory[i].batch != nullptr) std::memcpy(record, in_memory[i].data(), spans[i].bytes);
+    if (readings[i] != kPageIntact) return;
+    const bool is_same = XXH3_64bits(record, spans[i].bytes) == pages_[size(numbers[i])].checksum;
+    if (!is_same) readings[i] = kCorrupt;
   });
-  std::vector<uint8_t> readings(numbers.size());
-  std::vector<size_t> to_read;
-  for (const size_t i : order) {
-    const bool is_in_memory =
-        queue_.find(spanOf(pages_[size(numbers[i])]), records.data() + begins[i]);
-    if (is_in_memory) readings[i] = check(pages_[size(numbers[i])], records.data() + begins[i]);
-    if (!is_in_memory) to_read.push_back(i);
-  }
-  if (to_read.empty()) return readings;
-  const WaitTimer timer(read_waits_);
-  for (const size_t i : to_read) {
-    readings[i] = read(pages_[size(numbers[i])], records.data() + begins[i]);
+  for (uint8_t& reading : readings) {
+    if (reading != kCorrupt) continue;
+    reading = kPageDamaged;
+    problem_ = "what was read from map/page_folder is damaged; check the disk";
   }
   return readings;
 }
 
-PageReading PageStore::read(const Page& page, char* record) {
-  bool is_short;
-  const PageSpan span = spanOf(page);
-  const std::string problem = file_.read(span.offset, record, span.bytes, is_short);
-  if (problem.empty()) return check(page, record);
-  problem_ = problem;
-  return is_short ? kPageDamaged : kPageUnreadable;
-}
-
-PageReading PageStore::check(const Page& page, const char* record) {
-  if (XXH3_64bits(record, recordBytes(page.block)) == page.checksum) return kPageIntact;
-  problem_ = "what was read from map/page_folder is damaged; check the disk";
-  return kPageDamaged;
+/// In the order of the file. @return a PageReading for each, whatever is in it.
+std::vector<uint8_t> PageStore::readMissing(const std::vector<PageSpan>& spans,
+                                            const std::vector<PageQueue::Entry>& in_memory,
+                                            PageBytes& records) {
+  struct Missing {
+    uint64_t offset;
+    size_t begin, i;
+  };
+  std::vector<Missing> missing;
+  for (size_t i = 0, begin = 0; i < spans.size(); begin += spans[i++].bytes) {
+    if (in_memory[i].batch == nullptr) missing.push_back({spans[i].offset, begin, i});
+  }
+  std::vector<uint8_t> readings(spans.size(), kPageIntact);
+  if (missing.empty()) return readings;
+  std::sort(missing.begin(), missing.end(),
+            [](const Missing& a, const Missing& b) { return a.offset < b.offset; });
+  const WaitTimer timer(read_waits_);
+  for (const Missing& one : missing) {
+    bool is_short;
+    const std::string problem =
+        file_.read(one.offset, records.data() + one.begin, spans[one.i].bytes, is_short);
+    if (problem.empty()) continue;
+    problem_ = problem;
+    readings[one.i] = is_short ? kPageDamaged : kPageUnreadable;
+  }
+  return readings;
 }
 
 void PageStore::readAhead(const std::vector<int32_t>& numbers) {

@@ -89,8 +89,10 @@ class PageStore {
   void release(const std::vector<int32_t>& numbers);
   void clear();
 
-  /// Number of a block, or -1.
-  int32_t find(PackedKey key) const { return index_.find(key); }
+  /// Number of a block, or -1: soon told where no others are around.
+  int32_t find(PackedKey key) const {
+    return cells_.hasCellOf(unpackKey(key)) ? index_.find(key) : -1;
+  }
   bool isEmpty() const { return index_.size() == 0; }
   const PagedBlock& block(int32_t number) const { return pages_[size(number)].block; }
 
@@ -100,6 +102,7 @@ class PageStore {
 
   /// Blocks by coarse cells, by their numbers.
   const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
+  const BlockCells& cellIndex() const { return cells_; }
   template <class Visit>
   void visit(const Visit& visit) const {
     for (const BlockCells::Cell& cell : cells_.all()) {
@@ -128,8 +131,9 @@ class PageStore {
   PageSpan spanOf(const Page& page) const;
   std::string write(const std::vector<PagedBlock>& blocks, PageBytes records,
                     std::vector<Page>& pages);
-  PageReading read(const Page& page, char* record);
-  PageReading check(const Page& page, const char* record);
+  std::vector<uint8_t> readMissing(const std::vector<PageSpan>& spans,
+                                   const std::vector<PageQueue::Entry>& in_memory,
+                                   PageBytes& records);
   void enter(const Page& page);
   void giveBack(const Page& page);
   void leave(int32_t number);

@@ -393,7 +393,7 @@ TEST_F(Paging, WritesWhatIsOldestFirst) {
 
 TEST(Spare, IsAShareOfSmallBudgetsAndBoundedForGreatOnes) {
   EXPECT_EQ(spareBytes(size_t{64} << 20), size_t{4} << 20);
-  EXPECT_EQ(spareBytes(size_t{64} << 30), size_t{16} << 20) << "no frame writes gigabytes";
+  EXPECT_EQ(spareBytes(size_t{64} << 30), size_t{32} << 20) << "no frame writes gigabytes";
 }
 
 TEST_F(Paging, EndsWithTheMap) {

@@ -44,6 +44,12 @@ inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules
           rules.surfels.noise_level};
 }
 
+inline MeshRules makeMeshRules(const MapperParams& params, const Rules& rules) {
+  MeshRules mesh = rules.mesh;
+  mesh.distances_to_planes = castsSurfels(params);
+  return mesh;
+}
+
 inline AlignmentSettings makeAlignmentSettings(const Rules& rules) {
   return {rules.fusion.full_weight_depth_m, rules.poses};
 }

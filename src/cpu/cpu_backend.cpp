@@ -51,8 +51,8 @@ CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const Blo
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),
       painter_(makePaintSettings(params, rules), threads_),
-      mesher_({table_, voxels_, colours_}, rules.mesh, params.map.directional, threads_,
-              params.mesh.refine != 0),
+      mesher_({table_, voxels_, colours_}, makeMeshRules(params, rules), params.map.directional,
+              threads_, params.mesh.refine != 0),
       renderer_({table_, voxels_, colours_}, mesher_, threads_),
       free_cell_finder_(params, threads_) {}
 

@@ -4,8 +4,9 @@
 /// what was seen: a surface that ends inside a cell has vertices up to a voxel beyond its end, and
 /// where it curves out of sight they are off it. The anchors of an edge's ends (core/anchor.h) tell
 /// where the surface was measured nearby. Where it was not measured at the foot of one of the two
-/// corners, the vertex is drawn to the nearest anchor, most of the way. Between feet that were
-/// measured, vertices stay where the distances put them.
+/// corners, or where the vertex is not on the planes whose distances they hold (thin parts are seen
+/// from many sides, and means of such distances cross where no surface is), the vertex is drawn to
+/// the nearest anchor, most of the way. Other vertices stay where the distances put them.
 ///
 /// Only the samples at the edge's two ends have a say, so all blocks that share an edge come to the
 /// same vertex.
@@ -37,7 +38,14 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   if (anchor == kNoAnchor) return 4.0f * kAnchorReach * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);
   const float height = fabsf(sample.sdf) + 1.0f / kStepsPerVoxel;
-  return maximum(dot(offset, offset) - height * height, 0.0f);
+  return dot(offset, offset) - height * height;
+}
+
+/// How far a vertex is off the plane that a corner's distance is of, in voxels, squared, where it
+/// is nearer to the corner than that plane; else below 0. `along` is its way from the corner.
+DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
+  const float height = maximum(fabsf(sample.sdf) - 1.0f / kStepsPerVoxel, 0.0f);
+  return height * height - along * along;
 }
 
 /// Calls visit(direction, anchor at the lower end, anchor at the upper end) for the directions that
@@ -51,16 +59,21 @@ DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& an
   });
 }
 
-/// How far the surface was measured from the feet of an edge's ends, in voxels: from the one that
-/// is farther from it, by the direction that knows best.
+/// How far a vertex is from what was measured, in voxels: by the end of its edge that knows less,
+/// of the crossing direction that knows best. Where none crosses it is on no plane.
 template <class Edge, class Anchors>
-DTSDF_HD float measuredGap(const Edge& edge, uint32_t telling, const Anchors& anchors) {
+DTSDF_HD float measuredGap(const MeshRules& rules, const Edge& edge, uint32_t crossing,
+                           const Anchors& anchors, float edge_offset) {
+  const auto squaredGap = [&](uint16_t anchor, const Sample& sample, float along) {
+    const float foot = squaredFootGap(anchor, sample);
+    return rules.distances_to_planes ? maximum(foot, squaredPlaneGap(sample, along)) : foot;
+  };
   float squared = 4.0f * kAnchorReach * kAnchorReach;
-  visitAnchors(edge, telling, anchors, [&](int d, uint16_t at_lower, uint16_t at_upper) {
-    squared = minimum(squared, maximum(squaredFootGap(at_lower, edge.lower[d]),
-                                       squaredFootGap(at_upper, edge.upper[d])));
+  visitAnchors(edge, crossing, anchors, [&](int d, uint16_t at_lower, uint16_t at_upper) {
+    squared = minimum(squared, maximum(squaredGap(at_lower, edge.lower[d], edge_offset),
+                                       squaredGap(at_upper, edge.upper[d], 1.0f - edge_offset)));
   });
-  return sqrtf(squared);
+  return sqrtf(maximum(squared, 0.0f));
 }
 
 /// The anchor nearest to an edge's vertex, of the directions that visitAnchors() visits.
@@ -87,9 +100,9 @@ DTSDF_HD float roundShift(float shift) {
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {
-  const uint32_t telling = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
-  const float gap = measuredGap(edge, telling, anchors);
+  const float gap = measuredGap(rules, edge, crossing, anchors, edge_offset);
   if (!(gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};  // as most
+  const uint32_t telling = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
   const NearestAnchor nearest = nearestAnchor(edge, telling, anchors, axis, edge_offset);
   const float beyond = nearest.distance - rules.measured_reach;
   if (!(beyond > 0.0f)) return {0.0f, 0.0f, 0.0f};

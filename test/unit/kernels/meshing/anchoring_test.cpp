@@ -138,6 +138,34 @@ TEST(Anchoring, OnlyDirectionsThatTellTheCrossingCount) {
   expectNear(edge.shift(), {0.0f, 0.7f, 0.0f}, kStep);
 }
 
+/// Both feet were measured, but 1.4 voxels apart: distances to two sides of something thin, whose
+/// means cross in between, where the vertex is .6 off either plane. It goes to the nearer point.
+TEST(Anchoring, AVertexThatIsOnNoneOfThePlanesIsDrawn) {
+  AnchoredEdge edge;
+  edge.samples.lower[kZPlus] = {-0.775f, 1.0f};
+  edge.samples.upper[kZPlus] = {0.875f, 1.0f};
+  edge.put(0, kZPlus, {0.775f, 0.0f, 0.0f});
+  edge.put(1, kZPlus, {-0.875f, 0.0f, 0.0f});
+  const float distance = std::hypot(0.775f, kOffset);
+  const float share = 0.875f * (distance - 0.1f) / distance;
+  expectNear(edge.shift(), {share * 0.775f, 0.0f, -share * kOffset}, 2.0f * kStep);
+  MeshRules along_rays;
+  along_rays.distances_to_planes = false;
+  expectNear(edge.shift(along_rays), {0.0f, 0.0f, 0.0f}, 0.0f);
+}
+
+/// Each direction's foot was measured, and none crosses the edge: only their vote does.
+TEST(Anchoring, AVertexThatOnlyTheVoteTellsIsDrawn) {
+  AnchoredEdge edge;
+  edge.samples.lower[kZPlus] = edge.samples.upper[kZPlus] = {-0.775f, 1.0f};
+  edge.samples.lower[kXPlus] = edge.samples.upper[kXPlus] = {0.575f, 1.0f};
+  edge.put(0, kZPlus, {0.0f, 0.775f, 0.0f});
+  edge.put(0, kXPlus, {0.0f, 0.575f, 0.0f});
+  const float distance = std::hypot(0.575f, kOffset);
+  const float share = 0.875f * (distance - 0.1f) / distance;
+  expectNear(edge.shift(), {0.0f, share * 0.575f, -share * kOffset}, 2.0f * kStep);
+}
+
 /// An end that too little was seen of keeps an anchor that does not speak, whichever end it is.
 TEST(Anchoring, EndsThatAreNotKnownHaveNoAnchor) {
   for (const int unknown : {0, 1}) {

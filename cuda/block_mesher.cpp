@@ -29,7 +29,7 @@ void uploadTable(const Table& table, PinnedBuffer<Table>& staging, DeviceBuffer<
 
 }  // namespace
 
-BlockMesher::BlockMesher(const MeshRules& rules, bool directional, bool refined)
+BlockMesher::BlockMesher(const MeshSettings& rules, bool directional, bool refined)
     : rules_(rules),
       directional_(directional),
       refined_(refined),

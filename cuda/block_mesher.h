@@ -25,7 +25,7 @@ struct Extraction {
 /// finish() waits for them there.
 class BlockMesher {
  public:
-  BlockMesher(const MeshRules& rules, bool directional, bool refined);
+  BlockMesher(const MeshSettings& rules, bool directional, bool refined);
   ~BlockMesher() { stream_.drain(); }
 
   /// Enqueues what an extraction needs that the map has no part in, while the device is busy with
@@ -70,7 +70,7 @@ class BlockMesher {
   BlockMesh copyBlock(const MeshRecord& record) const;
   std::vector<BlockMesh> copyBlocks(const std::vector<MeshRecord>& records) const;
 
-  MeshRules rules_;
+  MeshSettings rules_;
   bool directional_, refined_;
   int thread_blocks_;  ///< That fill the device, for kernels whose work is counted there.
   Stream stream_;

@@ -181,7 +181,7 @@ __device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBl
 
 /// Tells triangles that stand in gaps by their vertices, which have to be written, and counts them.
 struct GapCount {
-  const MeshRules& rules;
+  const MeshSettings& rules;
   const BlockVertex* vertices;
   uint32_t& gaps;
 

@@ -62,7 +62,7 @@ struct MeshView {
   uint32_t stamp;          ///< Number of this extraction.
   int32_t least_evidence;  ///< That a voxel needs to be known.
   int32_t directional;
-  MeshRules rules;
+  MeshSettings rules;
 };
 
 // Each enqueues one stage; `thread_blocks` fill the device, since how much there is to do is known

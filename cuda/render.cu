@@ -131,7 +131,7 @@ size_t pixelsOf(const FrameView& frame) {
 
 }  // namespace
 
-Renderer::Renderer(const MeshRules& rules, bool directional, const Stream& stream)
+Renderer::Renderer(const MeshSettings& rules, bool directional, const Stream& stream)
     : rules_(rules),
       directional_(directional),
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),

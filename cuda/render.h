@@ -26,7 +26,7 @@ struct RenderJob {
 /// to view.
 class Renderer {
  public:
-  Renderer(const MeshRules& rules, bool directional, const Stream& stream);
+  Renderer(const MeshSettings& rules, bool directional, const Stream& stream);
 
   /// Renders surfaces; waits for the images. Brings the labels of blocks up to date, unless all
   /// are. @pre No extraction reads labels.
@@ -41,7 +41,7 @@ class Renderer {
   void drawBlocks(const ViewRequest& request, const MapView& map, bool is_labelled);
   void fill(const ViewRequest& request, RenderedView& view) const;
 
-  const MeshRules rules_;
+  const MeshSettings rules_;
   const bool directional_;
   const int thread_blocks_;
   const Stream& stream_;

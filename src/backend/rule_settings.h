@@ -44,10 +44,8 @@ inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules
           rules.surfels.noise_level};
 }
 
-inline MeshRules makeMeshRules(const MapperParams& params, const Rules& rules) {
-  MeshRules mesh = rules.mesh;
-  mesh.distances_to_planes = castsSurfels(params);
-  return mesh;
+inline MeshSettings makeMeshSettings(const MapperParams& params, const Rules& rules) {
+  return {rules.mesh, castsSurfels(params)};
 }
 
 inline AlignmentSettings makeAlignmentSettings(const Rules& rules) {

@@ -115,7 +115,8 @@ inline void BlockIndexer::findCandidates() {
 
 /// Labels the units of those rows that can hold a surface, a row at a time. Directions that only
 /// others of its units have observed are left out: without them these still hold none.
-inline void BlockIndexer::labelRows(const MeshRules& rules, bool directional, UnitLabels* labels) {
+inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
+                                    UnitLabels* labels) {
   static_assert(kLanes == kBlockSide, "a row fills the lanes");
   for (int row = 0; row < kRows; ++row) {
     if (!rowHasCandidates(row)) continue;
@@ -145,7 +146,7 @@ bool BlockIndexer::hasCandidates() const {
   return row < kRows;
 }
 
-IndexedBlock BlockIndexer::index(const MeshRules& rules, const NearbyArrays& arrays,
+IndexedBlock BlockIndexer::index(const MeshSettings& rules, const NearbyArrays& arrays,
                                  bool directional) {
   arrays_ = &arrays;
   findArrays();

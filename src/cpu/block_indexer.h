@@ -40,7 +40,8 @@ struct EdgeOfGrid {
 
 /// The vertex of an edge; in the directional map held to what was measured.
 template <class Samples>
-BlockVertex makeVertex(const MeshRules& rules, const Samples& samples, int edge, bool directional) {
+BlockVertex makeVertex(const MeshSettings& rules, const Samples& samples, int edge,
+                       bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const int only_direction = directional ? -1 : facedDirection(axis, facing);
   const EdgeOfGrid<Samples> on_edge(samples, corner, axis, only_direction);
@@ -67,7 +68,7 @@ struct IndexedBlock {
 /// Room for indexing one block after the other; one per thread.
 class BlockIndexer {
  public:
-  IndexedBlock index(const MeshRules& rules, const NearbyArrays& arrays, bool directional);
+  IndexedBlock index(const MeshSettings& rules, const NearbyArrays& arrays, bool directional);
 
   Sample sample(int corner, int direction) const {
     if (!(present_ >> direction & 1)) return {0.0f, 0.0f};
@@ -95,7 +96,7 @@ class BlockIndexer {
   void collect();
   void markSides();
   void findCandidates();
-  void labelRows(const MeshRules& rules, bool directional, UnitLabels* labels);
+  void labelRows(const MeshSettings& rules, bool directional, UnitLabels* labels);
   bool rowHasCandidates(int row) const;
   bool hasCandidates() const;
 

@@ -35,7 +35,7 @@ std::vector<int32_t> takeMarked(std::vector<int32_t>& list, std::vector<State>& 
 
 }  // namespace
 
-BlockMesher::BlockMesher(const MeshedMap& map, const MeshRules& rules, bool directional,
+BlockMesher::BlockMesher(const MeshedMap& map, const MeshSettings& rules, bool directional,
                          int threads, bool refined)
     : map_(map),
       table_(map.table),

@@ -18,7 +18,7 @@ namespace dtsdf {
 
 class BlockMesher {
  public:
-  BlockMesher(const MeshedMap& map, const MeshRules& rules, bool directional, int threads,
+  BlockMesher(const MeshedMap& map, const MeshSettings& rules, bool directional, int threads,
               bool refined);
 
   /// Makes room for the states of so many slots. @throws std::bad_alloc
@@ -139,7 +139,7 @@ class BlockMesher {
   const MeshedMap map_;
   const BlockTable& table_;
   const VoxelStore& voxels_;
-  MeshRules rules_;
+  MeshSettings rules_;
   bool directional_;
   int threads_;
   bool refined_;

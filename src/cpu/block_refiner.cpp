@@ -26,7 +26,7 @@ void BlockRefiner::addMiddles(const BlockSurface& surface, const SurfaceUnit& un
   });
 }
 
-void BlockRefiner::refine(const MeshRules& rules, const NearbyArrays& arrays,
+void BlockRefiner::refine(const MeshSettings& rules, const NearbyArrays& arrays,
                           const BlockSurface& surface, const KnownNormals& known, bool directional,
                           BlockMesh& mesh) {
   findNormals(arrays, known, directional, mesh);

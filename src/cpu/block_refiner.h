@@ -34,7 +34,7 @@ struct KnownNormals {
 class BlockRefiner {
  public:
   /// Refines the mesh that the surface has made.
-  void refine(const MeshRules& rules, const NearbyArrays& arrays, const BlockSurface& surface,
+  void refine(const MeshSettings& rules, const NearbyArrays& arrays, const BlockSurface& surface,
               const KnownNormals& known, bool directional, BlockMesh& mesh);
 
  private:

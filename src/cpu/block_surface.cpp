@@ -89,7 +89,7 @@ void BlockSurface::regularise(const LabelNeighbourhood& labels) {
   }
 }
 
-void BlockSurface::emit(const MeshRules& rules, const NearbyArrays& arrays,
+void BlockSurface::emit(const MeshSettings& rules, const NearbyArrays& arrays,
                         const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh) {
   mesh.vertices.reserve(edges_.count());
   drawn_.clear();

@@ -24,7 +24,7 @@ struct SurfaceUnit {
 
 /// Whether a triangle of a block's vertices stands in a gap.
 template <class Index>
-bool isGap(const MeshRules& rules, const BlockMesh& mesh, const Index* corner) {
+bool isGap(const MeshSettings& rules, const BlockMesh& mesh, const Index* corner) {
   return standsInGap(rules, mesh.vertices[corner[0]], mesh.vertices[corner[1]],
                      mesh.vertices[corner[2]]);
 }
@@ -38,7 +38,7 @@ class BlockSurface {
 
   /// Vertices and triangles of what was regularised, those in gaps marked. Few edges differ from
   /// those before: `known` holds the vertices of some, sorted by edge.
-  void emit(const MeshRules& rules, const NearbyArrays& arrays,
+  void emit(const MeshSettings& rules, const NearbyArrays& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
   /// Of what was regularised: its units, and, once it is emitted, the vertices of its edges.

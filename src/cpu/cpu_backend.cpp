@@ -51,7 +51,7 @@ CpuBackend::CpuBackend(const MapperParams& params, const Rules& rules, const Blo
       surfel_maker_(params, rules.surfels, threads_),
       block_finder_(fusion_, threads_),
       painter_(makePaintSettings(params, rules), threads_),
-      mesher_({table_, voxels_, colours_}, makeMeshRules(params, rules), params.map.directional,
+      mesher_({table_, voxels_, colours_}, makeMeshSettings(params, rules), params.map.directional,
               threads_, params.mesh.refine != 0),
       renderer_({table_, voxels_, colours_}, mesher_, threads_),
       free_cell_finder_(params, threads_) {}

@@ -85,14 +85,13 @@ def value_of(text):
 
 
 def rules_in_code(root):
-    """Key -> default of every number of the rules; what is true or false is no number."""
+    """Key -> default of every number of the rules."""
     found = {}
     for path in sorted((root / "src" / "kernels").rglob("*_rules.h")):
         text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
         for name, body in re.findall(r"struct (\w+Rules) \{(.*?)^\};", text,
                                      flags=re.DOTALL | re.MULTILINE):
-            for member, default in re.findall(r"^\s*(?!bool)\w+ (\w+) = ([^;]+);", body,
-                                              flags=re.MULTILINE):
+            for member, default in re.findall(r"^\s*\w+ (\w+) = ([^;]+);", body, flags=re.MULTILINE):
                 found[f"rules/{RULES[name]}/{member}"] = value_of(default)
     return found
 

@@ -62,7 +62,7 @@ DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& an
 /// How far a vertex is from what was measured, in voxels: by the end of its edge that knows less,
 /// of the crossing direction that knows best. Where none crosses it is on no plane.
 template <class Edge, class Anchors>
-DTSDF_HD float measuredGap(const MeshRules& rules, const Edge& edge, uint32_t crossing,
+DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                            const Anchors& anchors, float edge_offset) {
   const auto squaredGap = [&](uint16_t anchor, const Sample& sample, float along) {
     const float foot = squaredFootGap(anchor, sample);
@@ -98,7 +98,7 @@ DTSDF_HD float roundShift(float shift) {
 /// How a vertex at `edge_offset` on an edge is moved, in voxels. Where no direction crosses the
 /// edge on its own, the vote of all that have a say decides, and so they tell.
 template <class Edge, class Anchors>
-DTSDF_HD Vec3f anchoringShift(const MeshRules& rules, const Edge& edge, uint32_t crossing,
+DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {
   const float gap = measuredGap(rules, edge, crossing, anchors, edge_offset);
   if (!(gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};  // as most

@@ -46,9 +46,12 @@ struct MeshRules {
   /// out. (The slot of the scene `outlines`, 35 mm wide, at 20 mm: closed by 90 % without, 79 %
   /// with 0.55, 17 % with 0.5, 10 % with 0.35, 8 % with 0.3.)
   float most_stretch = 0.3f;
+};
 
-  /// Not a number but the fusion mode's: whether distances are those to planes, as in all modes but
-  /// voxel projection, whose distances run along rays and may grow faster than the way to them.
+/// The numbers, and what of the other settings the mesh depends on.
+struct MeshSettings : MeshRules {
+  /// Whether distances are those to planes, as in all modes but voxel projection, whose distances
+  /// run along rays and may grow faster than the way to them.
   bool distances_to_planes = true;
 };
 

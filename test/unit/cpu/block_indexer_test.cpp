@@ -30,8 +30,8 @@ int compareVertices(uint32_t seed) {
     }
   }
   const NearbyArrays arrays(table, voxels, key, 1);
-  const MeshRules rules;
-  MeshRules unheld;
+  const MeshSettings rules;
+  MeshSettings unheld;
   unheld.measured_pull = 0.0f;
   BlockIndexer indexer;
   int moved = 0;

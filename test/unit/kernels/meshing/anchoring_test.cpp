@@ -30,7 +30,7 @@ struct AnchoredEdge {
   void put(int end, int direction, const Vec3f& offset) {
     anchor[{end, direction}] = packAnchor(offset, 0.5f);
   }
-  Vec3f shift(const MeshRules& rules = MeshRules()) const {
+  Vec3f shift(const MeshSettings& rules = MeshSettings()) const {
     const auto anchors = [this](int end, int direction) {
       const auto at = anchor.find({end, direction});
       return at == anchor.end() ? kNoAnchor : at->second;
@@ -52,7 +52,7 @@ TEST(Anchoring, DrawsAVertexToWhereItsSurfaceWasMeasured) {
   edge.cross(kZPlus);
   edge.put(0, kZPlus, {-0.9f, 0.0f, 0.4f});
   expectNear(edge.shift(), {-0.7f, 0.0f, 0.0f}, kStep);
-  MeshRules rules;
+  MeshSettings rules;
   rules.measured_pull = 0.5f;
   expectNear(edge.shift(rules), {-0.4f, 0.0f, 0.0f}, kStep);
 }
@@ -94,7 +94,7 @@ TEST(Anchoring, WithinReachNothingMoves) {
   edge.cross(kZPlus);
   edge.put(0, kZPlus, {0.025f, 0.0f, 0.425f});  // the upper end's foot was not measured
   expectNear(edge.shift(), {0.0f, 0.0f, 0.0f}, 0.0f);
-  MeshRules rules;
+  MeshSettings rules;
   rules.measured_reach = 0.02f;
   EXPECT_GT(edge.shift(rules).x, 0.0f);
 }
@@ -149,7 +149,7 @@ TEST(Anchoring, AVertexThatIsOnNoneOfThePlanesIsDrawn) {
   const float distance = std::hypot(0.775f, kOffset);
   const float share = 0.875f * (distance - 0.1f) / distance;
   expectNear(edge.shift(), {share * 0.775f, 0.0f, -share * kOffset}, 2.0f * kStep);
-  MeshRules along_rays;
+  MeshSettings along_rays;
   along_rays.distances_to_planes = false;
   expectNear(edge.shift(along_rays), {0.0f, 0.0f, 0.0f}, 0.0f);
 }

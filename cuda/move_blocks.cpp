@@ -32,12 +32,7 @@ std::vector<PackedKey> CudaBlockMover::seenThrough(const std::vector<PackedKey>&
 std::vector<MeshState> CudaBlockMover::takeMeshStates(const std::vector<int32_t>& slots) {
   std::vector<UnitLabels> labels(slots.size() * kVoxelsPerBlock);
   parts_.records.download(parts_.map.labels(), slots, labels.data());
-  const std::vector<MeshMarks> marks = takeMarks(slots);
   std::vector<MeshState> states(slots.size());
-  for (size_t i = 0; i < slots.size(); ++i) {
-    states[i].marks = marks[i];
-    states[i].has_mesh = parts_.mesher.takeHasMesh(slots[i]);
-  }
   forEachInParallel(
       (slots.size() + kSlotsAtOnce - 1) / kSlotsAtOnce, kHostThreads, [&](size_t part) {
         for (size_t i = part * kSlotsAtOnce; i < std::min(slots.size(), (part + 1) * kSlotsAtOnce);
@@ -47,6 +42,11 @@ std::vector<MeshState> CudaBlockMover::takeMeshStates(const std::vector<int32_t>
           states[i].labels.assign(first, first + kVoxelsPerBlock);
         }
       });
+  const std::vector<MeshMarks> marks = takeMarks(slots);  // once nothing can lack memory any more
+  for (size_t i = 0; i < slots.size(); ++i) {
+    states[i].marks = marks[i];
+    states[i].has_mesh = parts_.mesher.takeHasMesh(slots[i]);
+  }
   return states;
 }
 

@@ -139,10 +139,13 @@ Renderer::Renderer(const MeshSettings& rules, bool directional, const Stream& st
 
 /// Room for a first view is taken with it: many maps never have one.
 void Renderer::reserveMeshes(const MeshSize& size) {
-  vertices_.reserve(size.vertices, stream_);
-  vertex_colours_.reserveExactly(vertices_.capacity(), stream_);
-  shares_.reserveExactly(vertices_.capacity(), stream_);
-  seen_.reserveExactly(vertices_.capacity(), stream_);
+  if (size.vertices > vertices_.capacity()) {
+    const size_t room = size.vertices + size.vertices / 2;
+    vertex_colours_.reserveExactly(room, stream_);
+    shares_.reserveExactly(room, stream_);
+    seen_.reserveExactly(room, stream_);
+    vertices_.reserveExactly(room, stream_);  // whose capacity counts for all
+  }
   triangles_.reserve(size.triangles, stream_);
   totals_.reserveExactly(1, stream_);
   labelled_.reserveExactly(1, stream_);

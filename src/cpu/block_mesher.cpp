@@ -221,8 +221,8 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
   parallelFor<MeshScratch>(slots.size(), threads_, [&](size_t i, MeshScratch& scratch) {
     BlockMesh& mesh = meshes[i];
     SlotState& state = state_[slots[i]];
-    const bool shows = shows_ && !refined_;
-    if (shows) show(slots[i], nullptr);
+    if (shows_) show(slots[i], nullptr);
+    if (refined_) state.made = 0;  // views want it as it was before
     if (!makeSurface(slots[i], scratch.surface, mesh)) return;
     if (refined_) {
       const NearbyArrays arrays(table_, voxels_, mesh.key, least_evidence_);
@@ -233,7 +233,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     state.vertices = std::vector<BlockVertex>();
     state.normals = std::vector<Vec3f>();
     mesh.colours = coloursOf(mesh);
-    if (shows) show(slots[i], std::make_unique<BlockMesh>(mesh));
+    if (shows_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
   });
   return meshes;
 }

@@ -8,6 +8,7 @@
 #include "backend/pose_solver.h"
 #include "backend/rule_settings.h"
 #include "engine/each_once.h"
+#include "engine/mesh_parts.h"
 #include "kernels/colour/surface_point.h"
 #include "kernels/core/direction.h"
 #include "kernels/fusion/free_space.h"
@@ -186,10 +187,26 @@ void Engine::settle() {
   }
   const std::vector<int32_t> dropped = dropBeyond();
   changed.insert(changed.end(), dropped.begin(), dropped.end());
-  const std::vector<int32_t> released = table_.releaseVacant(table_.takeUnseen());
+  const std::vector<int32_t> released = releaseUnseen();
   changed.insert(changed.end(), released.begin(), released.end());
   keepEachOnce(changed);
   backend_->follow({changed, !dropped.empty()});
+}
+
+/// Blocks that went before an extraction met them. Views may have made labels around from them.
+/// @return the slots.
+std::vector<int32_t> Engine::releaseUnseen() {
+  const std::vector<int32_t> unseen = table_.takeUnseen();
+  if (was_viewed_ && !unseen.empty()) {
+    std::vector<MarkedKey> gone;
+    for (const int32_t slot : unseen) gone.push_back({packKey(table_.block(slot).key), {}});
+    std::vector<int32_t> around;
+    for (const PackedKey key : blocksAround(gone)) {
+      if (const int32_t slot = table_.find(key); slot >= 0) around.push_back(slot);
+    }
+    backend_->follow({around, true});
+  }
+  return table_.releaseVacant(unseen);
 }
 
 /// What the last frame left empty. @return the slots.

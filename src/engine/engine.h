@@ -71,6 +71,7 @@ class Engine : public ProbedMapper {
   // What it leaves to be done when the map is looked at next.
   void settle();
   std::vector<int32_t> vacateEmpty();
+  std::vector<int32_t> releaseUnseen();
   void takeFree();
   std::vector<int32_t> dropBeyond();
 
@@ -132,6 +133,7 @@ class Engine : public ProbedMapper {
   std::unique_ptr<SpaceMap> space_;      ///< Null where nobody asks for it.
   std::unique_ptr<Pager> pager_;         ///< Null without map/page_folder.
   std::vector<BlockRequest> requests_;   ///< Of the last frame; with a pager only.
+  bool was_viewed_ = false;              ///< Since the last extraction.
   bool moves_blocks_ = false;            ///< The last frame does, so that requests are by key.
   std::vector<PackedKey> part_;          ///< Of that frame, by key; empty: it comes in one.
   Counters counters_;

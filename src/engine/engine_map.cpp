@@ -29,6 +29,8 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
   const FrameView frame = checkedFrameView(camera, T_W_C, params_);
   ready();
   settle();
+  if (!unfinished_.empty()) finishMeshing();  // which marks what it has left undone
+  was_viewed_ = true;
   if (pager_) bringInForView(frame);
   backend_->render({frame, leastEvidenceNow(), has_colours_}, view);
 }
@@ -39,6 +41,7 @@ void Engine::beginMeshUpdate() {
   made_ = MeshUpdate();  // nobody asked for its changes: they are lost
   settle();
   table_.noteExtraction();
+  was_viewed_ = false;
   const std::vector<int32_t> vacant = table_.takeVacant();
   vacant_.insert(vacant_.end(), vacant.begin(), vacant.end());
   const int32_t least = leastEvidenceNow();
@@ -109,7 +112,7 @@ void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& vie
     if (table_.vacate(slots[i], emptied[i].empty_directions)) ++result.blocks;
     changed.push_back(slots[i]);
   }
-  table_.releaseVacant(table_.takeUnseen());
+  releaseUnseen();
   backend_->follow({changed, true});
 }
 

@@ -15,6 +15,14 @@
 namespace dtsdf {
 namespace {
 
+/// Between two images of one camera: between those of two cameras of a rig, or where a pose jumped,
+/// there is no motion to go on with.
+bool isMotion(const Eigen::Isometry3d& step, double max_depth_m) {
+  constexpr double kMostTurn_rad = 0.35, kMostDepths = 0.25;
+  return Eigen::AngleAxisd(step.linear()).angle() < kMostTurn_rad &&
+         step.translation().norm() < kMostDepths * max_depth_m;
+}
+
 /// From the middle of a block to a view that depends on it: voxels up to one block farther than
 /// the units whose labels do.
 constexpr float kViewRadius = kLabelledReach + 13.9f;
@@ -172,7 +180,7 @@ size_t Engine::fusePart(const FrameView& view, const TouchedCounts& touched) {
   const size_t refused = admit(touched, turn);
   backend_->castFoldAndClear(turn);
   std::vector<int32_t> changed = vacateEmpty();
-  table_.releaseVacant(table_.takeUnseen());
+  releaseUnseen();
   keepEachOnce(changed);
   backend_->follow({changed, false});
   return refused;
@@ -207,7 +215,8 @@ size_t Engine::bringInForImage(const FrameView& view, std::vector<int32_t>& in_v
 std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame) const {
   std::vector<PackedKey> keys;
   if (!T_W_C_before_) return keys;
-  const Eigen::Isometry3d motion = T_W_C_before_->inverse() * frame.T_W_C;
+  Eigen::Isometry3d motion = T_W_C_before_->inverse() * frame.T_W_C;
+  if (!isMotion(motion, params_.fusion.max_depth_m)) motion.setIdentity();
   std::unordered_set<PackedKey> known;
   DepthFrame ahead = frame;
   for (int step = 0; step <= kFramesAhead && keys.size() < pager_->mostAhead(); ++step) {

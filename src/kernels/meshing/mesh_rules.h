@@ -31,11 +31,11 @@ struct MeshRules {
   float nearness_voxels = 0.2f;
 
   /// A vertex is drawn to the nearest anchor where a corner's foot is farther than this from where
-  /// its surface was measured, in voxels; as far as it ever is from twice that on. Pixels are so
-  /// far apart: less moves vertices inside a surface (0.1 puts those of a tilted plane .004 instead
-  /// of .003 off). (100 images on two thirds of an orbit, vertices with 0.1, 0.15, 0.25 and
-  /// without: Asian Dragon at 20 mm 1.75, 1.83, 2.02 and 3.26 mm, bunny 0.46, 0.48, 0.53 and 0.77
-  /// mm.)
+  /// its surface was measured, or the vertex from its plane, in voxels; as far as it ever is from
+  /// twice that on. Pixels are so far apart: less moves vertices inside a surface (0.1 puts those
+  /// of a tilted plane .004 instead of .003 off). (100 images on two thirds of an orbit, vertices
+  /// with 0.1, 0.15, 0.25 and without: Asian Dragon at 20 mm 1.75, 1.83, 2.02 and 3.26 mm, bunny
+  /// 0.46, 0.48, 0.53 and 0.77 mm.)
   float measured_gap = 0.15f;
   /// So near it may be to the anchor anyway, in voxels.
   float measured_reach = 0.1f;

@@ -88,7 +88,13 @@ void MapSession::showView(const PosedFrame& frame) {
   if (depth == nullptr || parts_.views == nullptr || !parts_.views->isDue()) return;
   const SteadyTime begin = clock_();
   const RenderCamera camera{depth->width, depth->height, depth->intrinsics};
-  mapper_->render(camera, depth->T_W_C, view_);
+  try {
+    mapper_->render(camera, depth->T_W_C, view_);
+  } catch (const std::exception& error) {  // of a GPU that is lost the next frame says so
+    ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
+                                   "no image on rendered/image: " << errorText(error));
+    return;
+  }
   std_msgs::Header header;
   header.stamp = frame.stamp;
   header.frame_id = frame.frame_id;

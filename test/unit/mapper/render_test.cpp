@@ -257,6 +257,37 @@ TEST(Render, LeavesExtractionsAlone) {
   }
 }
 
+/// Blocks that views showed and no extraction met, and that are cleared: those beside them, which
+/// nothing else touches, have to look as if they had never been there.
+TEST(Render, WhatGoesBeforeItIsExtractedLeavesNothingBehind) {
+  for (const int refine : {0, 1}) {
+    MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+    params.mesh.refine = refine;
+    Session seen(params), unseen(params);
+    const auto both = [&](const auto& act) {
+      for (Session* session : {&seen, &unseen}) act(*session);
+    };
+    both([&](Session& session) {
+      see(session, cornerWithBall(), {lookFrom({0.2, 0.0, 0.2}, {2.0, 0.2, 0.2})});
+      session.updateMesh();
+      see(session, cornerWithBall(), {lookFrom({0.2, 0.9, 0.2}, {2.0, 1.1, 0.2})});
+    });
+    expectViewsAsOfACopy(seen, params);
+    const double block_m = 8.0 * kVoxel_m;
+    both([&](Session& session) {
+      for (int i = 1; i < 14; i += 2) {  // every second layer of blocks, and nothing else
+        const Isometry3d middle(
+            Eigen::Translation3d(0.0, (i + 0.5) * block_m - 0.5 * kVoxel_m, 0.0));
+        session.mapper().clearRegion(BoxRegion{middle, {18.0, block_m, 18.0}});
+      }
+    });
+    expectViewsAsOfACopy(seen, params);
+    both([](Session& session) { session.updateMesh(); });
+    EXPECT_TRUE(sameMeshes(seen.mesh(), unseen.mesh())) << refine;
+    expectViewsAsOfACopy(seen, params);
+  }
+}
+
 TEST(Render, AnEmptyMapShowsNothing) {
   Session session(makeCpuParams());
   const RenderedView view = session.mapper().render(RenderCamera(), Isometry3d::Identity());

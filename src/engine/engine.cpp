@@ -199,6 +199,7 @@ std::vector<int32_t> Engine::releaseUnseen() {
   const std::vector<int32_t> unseen = table_.takeUnseen();
   if (was_viewed_ && !unseen.empty()) {
     std::vector<MarkedKey> gone;
+    gone.reserve(unseen.size());
     for (const int32_t slot : unseen) gone.push_back({packKey(table_.block(slot).key), {}});
     std::vector<int32_t> around;
     for (const PackedKey key : blocksAround(gone)) {

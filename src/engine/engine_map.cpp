@@ -208,6 +208,7 @@ MapContents Engine::part(const std::vector<MapBlock>& blocks) {
     return part;
   }
   std::vector<int32_t> slots;
+  slots.reserve(blocks.size());
   for (const MapBlock& block : blocks) slots.push_back(table_.find(packKey(block.key)));
   makeRoomForWords(part);
   backend_->copyOut(orderOf(table_, slots), part);

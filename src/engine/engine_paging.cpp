@@ -6,6 +6,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "backend/rule_settings.h"
 #include "engine/each_once.h"
 #include "engine/engine.h"
 #include "kernels/colour/surface_point.h"

@@ -90,8 +90,7 @@ DTSDF_HD int32_t greatest3(int32_t a, int32_t b, int32_t c) {
 /// Of corners that are counter-clockwise seen from the front.
 DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const SeenVertex& a,
                                     const SeenVertex& b, const SeenVertex& c) {
-  DrawnTriangle drawn;
-  drawn.is_drawn = false;
+  DrawnTriangle drawn{};
   if (a.inverse_depth == 0.0f || b.inverse_depth == 0.0f || c.inverse_depth == 0.0f) return drawn;
   // The first pixel to the right of the leftmost corner, and so on.
   const auto last = [](int32_t at) { return at >> 8; };

@@ -50,6 +50,7 @@ void Engine::meshInParts() {
   BlockMover& mover = *backend_->mover();
   const std::vector<int32_t> slots = mover.markedSlots();
   std::vector<MarkedKey> marked;
+  marked.reserve(slots.size());
   for (const int32_t slot : slots) marked.push_back({packKey(table_.block(slot).key), {}});
   for (const PackedKey key : pager_->markedKeys()) marked.push_back({key, {}});
   const std::vector<PackedKey> on_disk = pagedAround(marked);

@@ -275,6 +275,7 @@ std::vector<PackedKey> Engine::keysInView(const FrameView& view, float radius,
     if (is_in_view(key)) keys.push_back(packKey(key));
   }
   std::vector<std::pair<float, PackedKey>> by_depth;
+  by_depth.reserve(keys.size());
   for (const PackedKey key : keys) by_depth.push_back({depthOf(view, unpackKey(key)), key});
   std::sort(by_depth.begin(), by_depth.end());
   for (size_t i = 0; i < keys.size(); ++i) keys[i] = by_depth[i].second;

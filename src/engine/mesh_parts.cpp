@@ -41,6 +41,7 @@ std::vector<PackedKey> movedBy(const Vec3i& step, const std::vector<PackedKey>& 
 /// Axis by axis. A list that is moved stays sorted, so that lists are merged and never sorted.
 std::vector<PackedKey> blocksAround(const std::vector<MarkedKey>& marked) {
   std::vector<PackedKey> keys;
+  keys.reserve(marked.size());
   for (const MarkedKey& block : marked) keys.push_back(block.key);
   std::sort(keys.begin(), keys.end());
   for (const Vec3i& axis : {Vec3i{1, 0, 0}, Vec3i{0, 1, 0}, Vec3i{0, 0, 1}}) {

@@ -276,7 +276,7 @@ std::vector<int32_t> Pager::enterWithoutVoxels(MapBackend& backend,
   states.resize(requests.size());
   backend.reserve({requests.size(), 0, table_.sizesAfter(requests.size(), 0)});
   backend.mover()->reserve(requests.size());
-  const std::vector<int32_t> slots = table_.admit(std::move(requests)).changed_slots;
+  std::vector<int32_t> slots = table_.admit(std::move(requests)).changed_slots;
   backend.enterBlocks(slots);
   backend.mover()->enterMeshStates(slots, states);
   for (size_t i = 0; i < slots.size(); ++i) table_.setExtractions(slots[i], extractions[i]);

@@ -89,7 +89,7 @@ bool PageQueue::isAhead(uint64_t offset) const {
   return comes || waiting_.count(offset) + ahead_.count(offset) != 0;
 }
 
-void PageQueue::readAhead(std::vector<PageSpan> records) {
+void PageQueue::readAhead(const std::vector<PageSpan>& records) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     asked_.clear();

@@ -79,7 +79,7 @@ class PageQueue {
   void forget(uint64_t offset);
 
   /// Reads these records next, in place of those asked for before, as many as there is room for.
-  void readAhead(std::vector<PageSpan> records);
+  void readAhead(const std::vector<PageSpan>& records);
 
   /// Gives what lies beyond back to the disk. @pre Nobody needs it any more.
   void shrink(uint64_t file_bytes);

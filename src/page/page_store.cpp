@@ -198,8 +198,9 @@ std::vector<uint8_t> PageStore::readMissing(const std::vector<PageSpan>& spans,
 
 void PageStore::readAhead(const std::vector<int32_t>& numbers) {
   std::vector<PageSpan> spans;
+  spans.reserve(numbers.size());
   for (const int32_t number : numbers) spans.push_back(spanOf(pages_[size(number)]));
-  queue_.readAhead(std::move(spans));
+  queue_.readAhead(spans);
 }
 
 void PageStore::release(const std::vector<int32_t>& numbers) {

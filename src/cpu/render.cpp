@@ -62,12 +62,11 @@ void DrawnImage::draw(size_t pixel, ViewKey key) {
 
 std::vector<int32_t> Renderer::slotsWithin(const FrameView& frame, float reach) const {
   const BlockKey origin = blockOfVoxel(frame.origin_voxel);
-  std::vector<int32_t> slots;
-  for (size_t i = 0; i < map_.table.slotCount(); ++i) {
-    const auto slot = static_cast<int32_t>(i);
-    const BlockEntry& entry = map_.table.block(slot);
-    if (entry.in_use && mayReachView(frame, entry.key - origin, reach)) slots.push_back(slot);
-  }
+  std::vector<int32_t> slots = map_.table.slotsInView(frame, reach);
+  const auto stays_out = [&](int32_t slot) {
+    return !mayReachView(frame, map_.table.block(slot).key - origin, reach);
+  };
+  slots.erase(std::remove_if(slots.begin(), slots.end(), stays_out), slots.end());
   return slots;
 }
 

@@ -12,14 +12,13 @@ void copyBytes(void* to, const void* from, size_t size) {
   if (size > 0) std::memcpy(to, from, size);
 }
 
-/// Where a block's words are among those of contents.
+/// Bytes from the first words of contents to a block's.
 struct WordPlace {
-  char *voxels, *colours;
+  size_t voxels = 0, colours = 0;
 };
 
-std::vector<WordPlace> wordPlaces(const std::vector<PagedBlock>& blocks, MapContents& contents) {
-  WordPlace next{reinterpret_cast<char*>(contents.voxels.data()),
-                 reinterpret_cast<char*>(contents.colours.data())};
+std::vector<WordPlace> wordPlaces(const std::vector<PagedBlock>& blocks) {
+  WordPlace next;
   std::vector<WordPlace> places;
   places.reserve(blocks.size());
   for (const PagedBlock& block : blocks) {
@@ -39,9 +38,11 @@ PagedBlock pagedBlockOf(const MapBlock& block, const MeshState& state, uint32_t 
           state.marks.painted,   state.has_mesh};
 }
 
-PageBytes recordsOf(const std::vector<PagedBlock>& blocks, MapContents& contents,
+PageBytes recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& contents,
                     const std::vector<MeshState>& states) {
-  const std::vector<WordPlace> places = wordPlaces(blocks, contents);
+  const std::vector<WordPlace> places = wordPlaces(blocks);
+  const auto* voxels = reinterpret_cast<const char*>(contents.voxels.data());
+  const auto* colours = reinterpret_cast<const char*>(contents.colours.data());
   size_t bytes = 0;
   for (const PagedBlock& block : blocks) bytes += recordBytes(block);
   PageBytes records(bytes);
@@ -51,8 +52,8 @@ PageBytes recordsOf(const std::vector<PagedBlock>& blocks, MapContents& contents
       copyBytes(to, from, size);
       to += size;
     };
-    append(places[i].voxels, voxelBytes(blocks[i]));
-    append(places[i].colours, colourBytes(blocks[i]));
+    append(voxels + places[i].voxels, voxelBytes(blocks[i]));
+    append(colours + places[i].colours, colourBytes(blocks[i]));
     append(states[i].labels.data(), blocks[i].has_labels ? kLabelBytes : 0);
   });
   return records;
@@ -61,7 +62,9 @@ PageBytes recordsOf(const std::vector<PagedBlock>& blocks, MapContents& contents
 std::vector<MeshState> readRecords(const std::vector<PagedBlock>& blocks, const PageBytes& records,
                                    MapContents& contents) {
   std::vector<MeshState> states(blocks.size());
-  const std::vector<WordPlace> places = wordPlaces(blocks, contents);
+  const std::vector<WordPlace> places = wordPlaces(blocks);
+  auto* voxels = reinterpret_cast<char*>(contents.voxels.data());
+  auto* colours = reinterpret_cast<char*>(contents.colours.data());
   forEachRecord(blocks, [&](size_t i, size_t begin) {
     const PagedBlock& block = blocks[i];
     const char* from = records.data() + begin;
@@ -69,8 +72,8 @@ std::vector<MeshState> readRecords(const std::vector<PagedBlock>& blocks, const 
       copyBytes(to, from, size);
       from += size;
     };
-    take(places[i].voxels, voxelBytes(block));
-    take(places[i].colours, colourBytes(block));
+    take(voxels + places[i].voxels, voxelBytes(block));
+    take(colours + places[i].colours, colourBytes(block));
     states[i] = {{block.dirty, block.painted}, block.has_mesh, {}};
     if (!block.has_labels) return;
     states[i].labels.resize(kVoxelsPerBlock);

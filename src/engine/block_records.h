@@ -23,7 +23,7 @@ inline MapBlock mapBlockOf(const PagedBlock& block) {
 PagedBlock pagedBlockOf(const MapBlock& block, const MeshState& state, uint32_t extractions);
 
 /// From contents, which have the voxels of all these blocks first, and from states.
-PageBytes recordsOf(const std::vector<PagedBlock>& blocks, MapContents& contents,
+PageBytes recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& contents,
                     const std::vector<MeshState>& states);
 
 /// The way back: into contents, which have room for it. @return what meshing knows of the blocks.

@@ -1,7 +1,6 @@
 // Which blocks the engine needs in memory, and when: what a depth image changes, what a colour
 // image or a view looks at, what meshes depend on. Where blocks go and come from is the pager's.
 #include <algorithm>
-#include <iterator>
 #include <stdexcept>
 #include <unordered_set>
 #include <utility>

@@ -139,9 +139,10 @@ class Pager {
   BlockTable& table_;
   const std::function<void()> finish_meshes_;
   PageStore store_;
-  uint64_t now_ = 1;                 ///< Number of the last call of bringIn() or noteView().
-  uint64_t no_writing_before_ = 0;   ///< A call: after a failure the disk is left alone at first.
-  std::vector<uint64_t> last_need_;  ///< Of a call of bringIn(), by slot.
+  uint64_t now_ = 1;  ///< Number of the last call of bringIn() or noteView().
+  uint64_t no_writing_before_ =
+      0;  ///< Such a number: after a failure the disk is left alone at first.
+  std::vector<uint64_t> last_need_;  ///< Such a number, by slot.
   PageStats stats_;
   DiskWaits waits_before_;  ///< The last clear().
 };

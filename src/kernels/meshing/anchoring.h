@@ -33,7 +33,7 @@ DTSDF_HD void considerAnchor(NearestAnchor& nearest, uint16_t anchor,
 
 /// How far a corner's foot lies from where the surface was measured, in voxels, squared: the least
 /// that it can be, with an anchor that is a step higher than it says, since the root makes much of
-/// that. Without an anchor it is as far as can be.
+/// that; below 0 where that can be at the foot. Without an anchor it is as far as can be.
 DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   if (anchor == kNoAnchor) return 4.0f * kAnchorReach * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);

@@ -161,7 +161,7 @@ TEST(Render, EachSideOfAPlateHasItsOwnDepthAndColour) {
   }
 }
 
-/// A rod two pixels wide before a wall, which every fourth ray alone would miss.
+/// A rod two pixels wide before a wall.
 TEST(Render, WhatIsThinIsNotPassedOver) {
   Scene scene;
   scene.add(Plane{{3.0, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -195,7 +195,8 @@ TEST(Render, SameBytesInAnyNumberOfThreadsWithAndWithoutAMesh) {
   for (Session* session : {&one, &three, &untouched}) {
     see(*session, cornerWithBall(), cornerPoses());
   }
-  const RenderCamera camera{101, 67, {90.0f, 95.0f, 48.5f, 30.0f}};  // no multiple of any tile
+  const RenderCamera camera{
+      101, 67, {90.0f, 95.0f, 48.5f, 30.0f}};  // no multiple of bands of rows or of vectors
   const RenderedView expected = one.mapper().render(camera, cornerPoses()[1]);
   three.updateMesh();
   RenderedView found;

@@ -9,10 +9,12 @@
 #include "backend/frame_check.h"
 #include "backend/rule_settings.h"
 #include "block_mesher.h"
+#include "carry_records.h"
 #include "clear.h"
 #include "clear_region.h"
 #include "fusion.h"
 #include "move_blocks.h"
+#include "move_records.h"
 #include "painter.h"
 #include "raw_image.h"
 #include "render.h"
@@ -110,6 +112,7 @@ class CudaBackend : public MapBackend {
   RegionClearer region_clearer_;
   FreeCellFinder free_cell_finder_;
   RecordMover record_mover_;
+  RecordCarrier record_carrier_;
   size_t in_view_count_ = 0;              ///< Of the part of a frame that is fused.
   std::optional<DeviceSensing> sensing_;  ///< Of the last depth image.
   DeviceSurfels surfels_ = {};
@@ -136,8 +139,10 @@ CudaBackend::CudaBackend(const MapperParams& params, const Rules& rules, int dev
       region_clearer_(stream_),
       free_cell_finder_(cellGridOf(params), params.space.max_range_m, stream_),
       record_mover_(stream_),
-      block_mover_({map_, block_finder_, aligner_, mesher_, record_mover_, sensing_, bounds_},
-                   rules.fusion, stream_) {
+      record_carrier_(stream_, device),
+      block_mover_(
+          {table, map_, block_finder_, aligner_, mesher_, record_carrier_, sensing_, bounds_},
+          rules.fusion, stream_) {
   stream_.setClock(&clock_);
   mesher_.setClock(&clock_);
 }
@@ -310,6 +315,7 @@ void CudaBackend::addMemory(std::vector<MemoryPart>& parts) const {
   renderer_.addMemory(parts);
   region_clearer_.addMemory(parts);
   record_mover_.addMemory(parts);
+  record_carrier_.addMemory(parts);
   if (params_.space.enabled) free_cell_finder_.addMemory(parts);
   parts.push_back(
       {"block table (host)", MemoryKind::kStaging, table_.memoryBytes(), table_.memoryBytes()});

@@ -88,9 +88,9 @@ GpuReport reportCudaDevice() {
   measureRates(report);
   for (const auto& kernels :
        {gpu::alignKernels(), gpu::senseKernels(), gpu::surfelKernels(), gpu::blockKernels(),
-        gpu::mapKernels(), gpu::moveKernels(), gpu::markKernels(), gpu::fusionKernels(),
-        gpu::clearKernels(), gpu::regionKernels(), gpu::freeSpaceKernels(), gpu::paintKernels(),
-        gpu::renderKernels(), gpu::mesherKernels(true)}) {
+        gpu::mapKernels(), gpu::moveKernels(), gpu::carryKernels(), gpu::markKernels(),
+        gpu::fusionKernels(), gpu::clearKernels(), gpu::regionKernels(), gpu::freeSpaceKernels(),
+        gpu::paintKernels(), gpu::renderKernels(), gpu::mesherKernels(true)}) {
     for (const gpu::NamedKernel& kernel : kernels) report.kernels.push_back(describe(kernel));
   }
   return report;

@@ -8,9 +8,9 @@
 #include "backend/block_mover.h"
 #include "backend/rules.h"
 #include "block_mesher.h"
+#include "carry_records.h"
 #include "find_blocks.h"
 #include "move_marks.h"
-#include "move_records.h"
 
 namespace dtsdf {
 namespace gpu {
@@ -24,11 +24,12 @@ class CudaBlockMover : public BlockMover {
  public:
   /// What it works with; all of it outlives it.
   struct Parts {
+    const BlockTable& table;
     DeviceMap& map;
     BlockFinder& finder;
     PoseAligner& aligner;
     BlockMesher& mesher;
-    RecordMover& records;
+    RecordCarrier& carrier;
     const std::optional<DeviceSensing>& sensing;  ///< Of the last depth image.
     MarkBounds& bounds;
   };
@@ -43,19 +44,17 @@ class CudaBlockMover : public BlockMover {
     return parts_.aligner.keysAt(view, cutoff);
   }
   std::vector<int32_t> markedSlots() override { return marks_.marked(parts_.map.view()); }
-  void reserve(size_t slots) override {
-    parts_.records.reserve();
-    marks_.reserve(slots);
-  }
-  std::vector<MeshState> takeMeshStates(const std::vector<int32_t>& slots) override;
-  void enterMeshStates(const std::vector<int32_t>& slots,
-                       const std::vector<MeshState>& states) override;
-  std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) override {
-    return marks_.take(parts_.map.view(), slots);
-  }
+  void reserve(const MapSize& size) override;
+  RecordsMaker recordsMaker() override { return parts_.carrier.maker(); }
+  LeavingBlocks takeOut(const std::vector<int32_t>& slots) override;
+  void putIn(const std::vector<int32_t>& slots, const std::vector<ArrivingBlock>& blocks) override;
+  std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) override;
   void setMarks(const std::vector<int32_t>& slots, const std::vector<MeshMarks>& marks) override;
 
  private:
+  bool hasMarks() const { return parts_.bounds.dirty + parts_.bounds.painted > 0; }
+  uintptr_t addPieces(int32_t slot, uintptr_t at, RecordPieces& pieces) const;
+
   const Parts parts_;
   const FusionRules fusion_rules_;
   MarkMover marks_;

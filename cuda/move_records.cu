@@ -14,19 +14,11 @@ namespace {
 constexpr size_t kTurnBytes = size_t{8} << 20;
 constexpr size_t kBytesPerThread = size_t{1} << 20;  ///< Of the host, which copy at a time.
 
-template <class Pool>
-constexpr size_t kRecordBytes = Pool::kSlabElements / Pool::kSlabRecords *
-                                sizeof(typename Pool::Element);
-
-constexpr size_t kLeastRecordBytes = kRecordBytes<ColourPool>;
-static_assert(kRecordBytes<VoxelPool> >= kLeastRecordBytes &&
-              kRecordBytes<LabelPool> >= kLeastRecordBytes);
-
 /// One thread per 16 bytes.
 template <class Pool>
 __global__ void gatherRecordsKernel(typename Pool::View pool, const int32_t* records, size_t count,
                                     uint4* host) {
-  constexpr size_t kWords = kRecordBytes<Pool> / sizeof(uint4);
+  constexpr size_t kWords = Pool::kRecordBytes / sizeof(uint4);
   const size_t i = globalThread();
   if (i >= count * kWords) return;
   host[i] = reinterpret_cast<const uint4*>(pool.record(records[i / kWords]))[i % kWords];
@@ -36,7 +28,7 @@ __global__ void gatherRecordsKernel(typename Pool::View pool, const int32_t* rec
 template <class Pool>
 __global__ void scatterRecordsKernel(typename Pool::View pool, const int32_t* records, size_t count,
                                      const uint4* host) {
-  constexpr size_t kWords = kRecordBytes<Pool> / sizeof(uint4);
+  constexpr size_t kWords = Pool::kRecordBytes / sizeof(uint4);
   const size_t i = globalThread();
   if (i >= count * kWords) return;
   reinterpret_cast<uint4*>(pool.record(records[i / kWords]))[i % kWords] = host[i];
@@ -50,14 +42,6 @@ void copyInParallel(char* to, const char* from, size_t bytes) {
 }
 
 }  // namespace
-
-void RecordMover::reserve() {
-  for (Turn& turn : turns_) {
-    turn.done.wait();
-    turn.bytes.reserve(kTurnBytes);
-    turn.records.reserve(kTurnBytes / kLeastRecordBytes);
-  }
-}
 
 /// Waits until the turn's memory is free.
 RecordMover::Turn& RecordMover::begin(size_t turn, const std::vector<int32_t>& records,
@@ -73,7 +57,7 @@ RecordMover::Turn& RecordMover::begin(size_t turn, const std::vector<int32_t>& r
 
 template <class Pool>
 void RecordMover::download(const Pool& pool, const std::vector<int32_t>& records, void* host) {
-  constexpr size_t kBytes = kRecordBytes<Pool>, kAtOnce = kTurnBytes / kBytes;
+  constexpr size_t kBytes = Pool::kRecordBytes, kAtOnce = kTurnBytes / kBytes;
   const size_t count = records.size(), turns = (count + kAtOnce - 1) / kAtOnce;
   for (size_t i = 0; i <= turns; ++i) {
     if (i < turns) {
@@ -97,7 +81,7 @@ void RecordMover::download(const Pool& pool, const std::vector<int32_t>& records
 
 template <class Pool>
 void RecordMover::upload(const Pool& pool, const std::vector<int32_t>& records, const void* host) {
-  constexpr size_t kBytes = kRecordBytes<Pool>, kAtOnce = kTurnBytes / kBytes;
+  constexpr size_t kBytes = Pool::kRecordBytes, kAtOnce = kTurnBytes / kBytes;
   for (size_t i = 0, first = 0; first < records.size(); ++i, first += kAtOnce) {
     const size_t end = std::min(records.size(), first + kAtOnce);
     Turn& now = begin(i, records, first, end, kBytes);
@@ -114,10 +98,8 @@ void RecordMover::upload(const Pool& pool, const std::vector<int32_t>& records, 
 
 template void RecordMover::download(const VoxelPool&, const std::vector<int32_t>&, void*);
 template void RecordMover::download(const ColourPool&, const std::vector<int32_t>&, void*);
-template void RecordMover::download(const LabelPool&, const std::vector<int32_t>&, void*);
 template void RecordMover::upload(const VoxelPool&, const std::vector<int32_t>&, const void*);
 template void RecordMover::upload(const ColourPool&, const std::vector<int32_t>&, const void*);
-template void RecordMover::upload(const LabelPool&, const std::vector<int32_t>&, const void*);
 
 void RecordMover::addMemory(std::vector<MemoryPart>& parts) const {
   size_t staging = 0;

@@ -15,9 +15,6 @@ class RecordMover {
  public:
   explicit RecordMover(const Stream& stream) : stream_(stream) {}
 
-  /// Takes all the pinned memory that it may need.
-  void reserve();
-
   /// Record `records[i]` of the pool comes to place i of the host's memory, which is filled when
   /// this returns.
   template <class Pool>

@@ -26,6 +26,7 @@ std::vector<NamedKernel> surfelKernels();
 std::vector<NamedKernel> blockKernels();
 std::vector<NamedKernel> mapKernels();
 std::vector<NamedKernel> moveKernels();
+std::vector<NamedKernel> carryKernels();
 std::vector<NamedKernel> markKernels();
 std::vector<NamedKernel> fusionKernels();
 std::vector<NamedKernel> clearKernels();

@@ -81,6 +81,7 @@ class SlabPool {
   }
   static constexpr size_t kSlabRecords = size_t(1) << kRecordsPerSlabLog2;
   static constexpr size_t kSlabElements = kSlabRecords * kRecordSize;
+  static constexpr size_t kRecordBytes = kRecordSize * sizeof(T);
 
  private:
   static constexpr size_t kFirstTable = 2048;  ///< Small beside what it points to.

@@ -174,6 +174,7 @@ json flightByGib(const std::vector<FrameTime>& times) {
                     {"way", times[begin].on_return ? "back" : "out"},
                     {"frames", end - begin},
                     {"total_ms", toJson(summarise(total_ms))},
+                    {"mean_ms", summarise(total_ms).mean},
                     {"fetch_ms", toJson(summarise(fetch_ms))},
                     {"distances_ms", toJson(summarise(distances_ms))},
                     {"map_mib", static_cast<double>(map_bytes) / kMiB},
@@ -230,14 +231,15 @@ Report reportFlight(const std::vector<FrameTime>& times, const Measurement& end)
   report["slowest"] = slowestFrames(times);
   std::string text = format(
       "%s, a flight of %zu frames; %zu blocks refused\nmapped       frames  "
-      "total ms: median       p95     worst   fetch  map MiB  RSS MiB\n",
+      "total ms: median       p95     worst     mean   fetch  map MiB  RSS MiB\n",
       end.backend_name.c_str(), times.size(), static_cast<size_t>(end.map.refused_blocks));
   for (const json& row : report["by_gib"]) {
     text += format("%3d GiB %-4s %6d", row["gib"].get<int>(), row["way"].get<std::string>().c_str(),
                    row["frames"].get<int>()) +
             summaryLine("", row["total_ms"]) +
-            format(" %7.3f %8.0f %8.0f\n", row["fetch_ms"]["median"].get<double>(),
-                   row["map_mib"].get<double>(), row["resident_mib"].get<double>());
+            format(" %8.3f %7.3f %8.0f %8.0f\n", row["mean_ms"].get<double>(),
+                   row["fetch_ms"]["median"].get<double>(), row["map_mib"].get<double>(),
+                   row["resident_mib"].get<double>());
   }
   text += pagesText(end.map.pages) + "slowest frames\n";
   for (const json& row : report["slowest"]) {

@@ -7,9 +7,11 @@
 
 #include "kernels/core/camera.h"
 #include "kernels/core/grid.h"
-#include "kernels/meshing/unit_samples.h"
+#include "map/record_bytes.h"
 
 namespace dtsdf {
+
+struct MapSize;
 
 /// What the next extraction is to do with a block.
 struct MeshMarks {
@@ -17,11 +19,24 @@ struct MeshMarks {
   bool painted = false;  ///< Its colours changed.
 };
 
-/// What meshing knows of a block.
+/// What meshing knows of a block, beside labels of its units.
 struct MeshState {
   MeshMarks marks;
-  bool has_mesh = false;           ///< The last one that was handed out has triangles.
-  std::vector<UnitLabels> labels;  ///< One per unit; empty: none says anything.
+  bool has_mesh = false;    ///< The last one that was handed out has triangles.
+  bool has_labels = false;  ///< Labels are in its record; else none of them says anything.
+};
+
+/// Blocks that leave. A record has the voxels of a block, direction by direction, its bricks of
+/// colours and, where it has some, the labels of its units: records lie back to back.
+struct LeavingBlocks {
+  std::vector<MeshState> states;
+  SharedRecords records;
+};
+
+/// A block that is back.
+struct ArrivingBlock {
+  MeshState state;
+  RecordPlace record;  ///< Nowhere: it has no voxels, and no labels.
 };
 
 class BlockMover {
@@ -42,16 +57,22 @@ class BlockMover {
   /// Slots that are marked for the next extraction. @pre None is under way.
   virtual std::vector<int32_t> markedSlots() = 0;
 
-  /// Takes the memory that moving so many blocks needs: nothing that follows lacks it then.
+  /// Takes the memory that moving so much needs: nothing that follows lacks it then.
   /// @throws BackendError without it.
-  virtual void reserve(size_t slots) { static_cast<void>(slots); }
+  virtual void reserve(const MapSize& size) { static_cast<void>(size); }
 
-  /// Takes what meshing knows of blocks that leave: they are marked no longer.
-  virtual std::vector<MeshState> takeMeshStates(const std::vector<int32_t>& slots) = 0;
+  /// Makes memory from which records come back in the shortest way.
+  virtual RecordsMaker recordsMaker() { return makePlainRecords; }
 
-  /// Gives it back, of blocks that are back, at other slots maybe.
-  virtual void enterMeshStates(const std::vector<int32_t>& slots,
-                               const std::vector<MeshState>& states) = 0;
+  /// Takes all that is kept of blocks, which are marked no longer and may be released when this
+  /// returns; their records may come later. @throws BackendError without memory; nothing has
+  /// changed then.
+  virtual LeavingBlocks takeOut(const std::vector<int32_t>& slots) = 0;
+
+  /// Gives it back, of blocks that are back, at other slots maybe. Who calls it keeps no hold of
+  /// the records.
+  virtual void putIn(const std::vector<int32_t>& slots,
+                     const std::vector<ArrivingBlock>& blocks) = 0;
 
   /// Takes the marks of these slots, and sets them.
   virtual std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) = 0;

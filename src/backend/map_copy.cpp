@@ -28,18 +28,6 @@ void eraseSection(const std::string& section, ParamTree& tree) {
   }
 }
 
-/// Calls visit(direction, brick, number) for the bricks of a block.
-template <class Visit>
-void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& visit) {
-  for (int d = 0; d < kDirectionCount; ++d) {
-    if (entry.array[d] == kNoArray) continue;
-    for (int b = 0; b < kBricksPerArray; ++b) {
-      const int32_t number = table.colourOf(entry.array[d], b);
-      if (number != kNoArray) visit(d, b, number);
-    }
-  }
-}
-
 /// Colours of a voxel array by voxel, from those of its bricks; moves on to the next array's.
 std::vector<VoxelColour> takeColours(uint64_t bricks, const uint32_t*& words) {
   std::vector<VoxelColour> colours;
@@ -71,15 +59,20 @@ MapContents contentsOf(MapperParams params, Rules rules) {
   return contents;
 }
 
+MapBlock mapBlockOf(const BlockTable& table, int32_t slot) {
+  const BlockEntry& entry = table.block(slot);
+  MapBlock block{entry.key, directionsWithArrays(entry), 0};
+  visitBricks(table, entry, [&](int direction, int brick, int32_t) {
+    block.bricks |= uint64_t{1} << (kBricksPerArray * direction + brick);
+  });
+  return block;
+}
+
 std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots) {
   std::vector<MapBlock> blocks;
   blocks.reserve(slots.size());
   for (const int32_t slot : slots) {
-    const BlockEntry& entry = table.block(slot);
-    MapBlock block{entry.key, directionsWithArrays(entry), 0};
-    visitBricks(table, entry, [&](int direction, int brick, int32_t) {
-      block.bricks |= uint64_t{1} << (kBricksPerArray * direction + brick);
-    });
+    const MapBlock block = mapBlockOf(table, slot);
     if (block.directions != 0) blocks.push_back(block);
   }
   return blocks;
@@ -116,11 +109,11 @@ ContentsOrder EnteredBlocks::order() const {
 }
 
 /// A table admits by keys, directions and bricks, which is the order of contents.
-EnteredBlocks enterBlocks(const MapContents& contents, BlockTable& table) {
+EnteredBlocks enterBlocks(const std::vector<MapBlock>& blocks, BlockTable& table) {
   std::vector<BlockRequest> requests;
   std::vector<ColourRequest> colours;
-  requests.reserve(contents.blocks.size());
-  for (const MapBlock& block : contents.blocks) {
+  requests.reserve(blocks.size());
+  for (const MapBlock& block : blocks) {
     requests.push_back({packKey(block.key), block.directions});
     if (block.bricks != 0) colours.push_back({packKey(block.key), block.bricks});
   }

@@ -15,8 +15,23 @@ struct ContentsOrder {
   std::vector<int32_t> arrays, bricks;
 };
 
+/// Calls visit(direction, brick, number) for the bricks of colours of a block.
+template <class Visit>
+void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& visit) {
+  for (int d = 0; d < kDirectionCount; ++d) {
+    if (entry.array[d] == kNoArray) continue;
+    for (int b = 0; b < kBricksPerArray; ++b) {
+      const int32_t number = table.colourOf(entry.array[d], b);
+      if (number != kNoArray) visit(d, b, number);
+    }
+  }
+}
+
 /// Contents with the settings of a mapper, and nothing else yet.
 MapContents contentsOf(MapperParams params, Rules rules);
+
+/// What contents say of a block of a table.
+MapBlock mapBlockOf(const BlockTable& table, int32_t slot);
 
 /// What contents say of blocks of a table, in this order; those without voxels are left out: their
 /// mesh is all of them.
@@ -38,6 +53,6 @@ struct EnteredBlocks {
 };
 
 /// @pre The table is empty, and its budget is not below the contents' size.
-EnteredBlocks enterBlocks(const MapContents& contents, BlockTable& table);
+EnteredBlocks enterBlocks(const std::vector<MapBlock>& blocks, BlockTable& table);
 
 }  // namespace dtsdf

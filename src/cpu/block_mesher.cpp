@@ -88,15 +88,16 @@ void BlockMesher::setMarks(int32_t slot, const MeshMarks& marks) {
 }
 
 MeshState BlockMesher::takeState(int32_t slot) {
-  MeshState state{takeMarks(slot), state_[slot].has_mesh, state_[slot].labels};
+  const bool has_labels = !state_[slot].labels.empty();
+  const MeshState state{takeMarks(slot), state_[slot].has_mesh, has_labels};
   forget(slot);
   return state;
 }
 
-void BlockMesher::enterState(int32_t slot, const MeshState& state) {
+void BlockMesher::enterState(int32_t slot, const MeshState& state, const UnitLabels* labels) {
   forget(slot);
   state_[slot].has_mesh = state.has_mesh;
-  state_[slot].labels = state.labels;
+  if (labels != nullptr) state_[slot].labels.assign(labels, labels + kVoxelsPerBlock);
   held_bytes_ += bytesOf(state_[slot].labels);
   setMarks(slot, state.marks);
   if (dirty_.size() > 2 * state_.size()) forgetTakenMarks(dirty_, &SlotState::dirty);

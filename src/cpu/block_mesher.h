@@ -55,9 +55,12 @@ class BlockMesher {
   MeshMarks takeMarks(int32_t slot);
   void setMarks(int32_t slot, const MeshMarks& marks);
 
+  const std::vector<UnitLabels>& labels(int32_t slot) const { return state_[slot].labels; }
+
   /// What is known of a block that leaves, which is forgotten, and of one that is back.
   MeshState takeState(int32_t slot);
-  void enterState(int32_t slot, const MeshState& state);
+  /// @param labels Of all its units; null: none says anything.
+  void enterState(int32_t slot, const MeshState& state, const UnitLabels* labels);
 
   /// Memory of the units' labels and of what is kept for each slot.
   size_t bytes() const;

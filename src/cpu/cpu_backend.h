@@ -77,9 +77,8 @@ class CpuBackend : public MapBackend, private BlockMover {
     return aligner_.keysAt(view, cutoff);
   }
   std::vector<int32_t> markedSlots() override { return mesher_.marked(); }
-  std::vector<MeshState> takeMeshStates(const std::vector<int32_t>& slots) override;
-  void enterMeshStates(const std::vector<int32_t>& slots,
-                       const std::vector<MeshState>& states) override;
+  LeavingBlocks takeOut(const std::vector<int32_t>& slots) override;
+  void putIn(const std::vector<int32_t>& slots, const std::vector<ArrivingBlock>& blocks) override;
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) override;
   void setMarks(const std::vector<int32_t>& slots, const std::vector<MeshMarks>& marks) override;
   bool isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const;

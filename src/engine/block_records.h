@@ -1,7 +1,5 @@
-/// What blocks hold, block by block, as it lies on disk: voxels, colours, labels of units.
+/// What the map says of blocks on disk, and what is kept there of blocks of the map.
 #pragma once
-
-#include <vector>
 
 #include "backend/block_mover.h"
 #include "dtsdf_mapping/map_contents.h"
@@ -9,25 +7,20 @@
 
 namespace dtsdf {
 
-/// Of a record.
-inline size_t voxelBytes(const PagedBlock& block) {
-  return static_cast<size_t>(__builtin_popcount(block.directions)) * BlockTable::kArrayBytes;
-}
-inline size_t colourBytes(const PagedBlock& block) {
-  return static_cast<size_t>(__builtin_popcountll(block.bricks)) * BlockTable::kColourBytes;
-}
-
 inline MapBlock mapBlockOf(const PagedBlock& block) {
   return {unpackKey(block.key), block.directions, block.bricks};
 }
-PagedBlock pagedBlockOf(const MapBlock& block, const MeshState& state, uint32_t extractions);
 
-/// From contents, which have the voxels of all these blocks first, and from states.
-PageBytes recordsOf(const std::vector<PagedBlock>& blocks, const MapContents& contents,
-                    const std::vector<MeshState>& states);
+inline PagedBlock pagedBlockOf(const MapBlock& block, const MeshState& state,
+                               uint32_t extractions) {
+  return {packKey(block.key),  block.bricks,
+          extractions,         static_cast<uint8_t>(block.directions),
+          state.has_labels,    state.marks.dirty,
+          state.marks.painted, state.has_mesh};
+}
 
-/// The way back: into contents, which have room for it. @return what meshing knows of the blocks.
-std::vector<MeshState> readRecords(const std::vector<PagedBlock>& blocks, const PageBytes& records,
-                                   MapContents& contents);
+inline MeshState meshStateOf(const PagedBlock& block) {
+  return {{block.dirty, block.painted}, block.has_mesh, block.has_labels};
+}
 
 }  // namespace dtsdf

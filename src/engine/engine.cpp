@@ -86,11 +86,12 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   backend_->findBlocks();
   std::vector<int32_t> in_view = blocksInView(view);
   settle();  // what the frame before left, whose last work may have run until now
+  if (pager_) pager_->moveAhead(*backend_);
   backend_->lookUpBlocks();
   seeFree(view);
   const TouchedCounts touched = backend_->touched();
   if (touched.blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(params_);
-  const size_t left_on_disk = pager_ ? bringInForFrame(frame, view, touched, in_view) : 0;
+  const size_t left_on_disk = pager_ ? bringInForFrame(view, touched, in_view) : 0;
   const FrameTurn turn{counters_.frames + 1, in_view, part_.empty() ? nullptr : &part_};
   IntegrationResult result;
   result.refused_blocks = left_on_disk + admit(touched, turn);

@@ -82,19 +82,19 @@ class Engine : public ProbedMapper {
   void keepColours();
 
   // Blocks on disk: see engine_paging.cpp. None of it happens without map/page_folder.
-  size_t bringInForFrame(const DepthFrame& frame, const FrameView& view,
-                         const TouchedCounts& touched, std::vector<int32_t>& in_view);
+  size_t bringInForFrame(const FrameView& view, const TouchedCounts& touched,
+                         std::vector<int32_t>& in_view);
   bool hasAllOf(const FrameView& view);
   std::vector<PackedKey> pagedInView(const FrameView& view) const;
   std::vector<PackedKey> keysOfFrame(const FrameView& view, const std::vector<int32_t>& in_view);
-  size_t bringInPart(size_t new_bytes, const std::vector<PackedKey>& ahead = {});
+  size_t bringInPart(size_t new_bytes);
   size_t fusePart(const FrameView& view, const TouchedCounts& touched);
   size_t bytesWanted(PackedKey key, size_t& next_request) const;
   std::vector<BlockRequest> requestsOfPart();
   size_t bringInForImage(const FrameView& view, std::vector<int32_t>& in_view);
   void bringInForView(const FrameView& view);
   AlignmentSums sumsAt(const FrameView& view, float cutoff);
-  std::vector<PackedKey> keysAhead(const DepthFrame& frame) const;
+  std::vector<PackedKey> keysAhead(const DepthFrame& frame, const Eigen::Isometry3d& motion);
   void readAhead(const DepthFrame& frame, const FrameView& view);
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
   std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;

@@ -262,7 +262,7 @@ void Engine::enterContents(const MapContents& contents) try {
   const MapSize size = sizeOf(contents.blocks);
   backend_->reserve(
       {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
-  const EnteredBlocks entered = enterBlocks(contents, table_);
+  const EnteredBlocks entered = enterBlocks(contents.blocks, table_);
   backend_->enterBlocks(entered.blocks.changed_slots);
   if (pager_) backend_->zeroArrays(entered.blocks.new_arrays);  // they had other blocks before
   if (contents.painted) {

@@ -73,16 +73,15 @@ bool reachesBeyond(const BlockCells::Cell& cell, const IsBeyond& is_beyond) {
 /// in memory then. Where these are too many at once, they come part by part, and the image is fused
 /// into all parts but for the last, which is left to the caller.
 /// @return how many blocks stay on disk or are refused, as there is no room for them.
-size_t Engine::bringInForFrame(const DepthFrame& frame, const FrameView& view,
-                               const TouchedCounts& touched, std::vector<int32_t>& in_view) {
+size_t Engine::bringInForFrame(const FrameView& view, const TouchedCounts& touched,
+                               std::vector<int32_t>& in_view) {
   const StageTimer timer(profile_, Stage::kAdmit);
   requests_ = backend_->requests();
   if (views_.size() == kMostViews) forgetWhatIsMarked();
   if (views_.size() < kMostViews) views_.push_back(view);
   part_.clear();
-  const bool has_all = hasAllOf(view);
-  moves_blocks_ = !has_all || !pager_->hasRoom(touched.requests * BlockTable::kBlockBytes +
-                                               touched.new_arrays * BlockTable::kArrayBytes);
+  moves_blocks_ = !hasAllOf(view) || !pager_->hasRoom(touched.requests * BlockTable::kBlockBytes +
+                                                      touched.new_arrays * BlockTable::kArrayBytes);
   if (!moves_blocks_) return 0;
   std::sort(requests_.begin(), requests_.end(),
             [](const BlockRequest& a, const BlockRequest& b) { return a.key < b.key; });
@@ -107,8 +106,7 @@ size_t Engine::bringInForFrame(const DepthFrame& frame, const FrameView& view,
   }
   const bool is_whole = part.size() == keys.size();
   part_.swap(part);
-  const bool reads_ahead = is_whole && !has_all;
-  left += bringInPart(new_bytes, reads_ahead ? keysAhead(frame) : std::vector<PackedKey>());
+  left += bringInPart(new_bytes);
   in_view = blocksInView(view);
   if (is_whole) part_.clear();
   return left;
@@ -166,8 +164,8 @@ size_t Engine::bytesWanted(PackedKey key, size_t& next_request) const {
          (known == 0 ? BlockTable::kBlockBytes : 0);
 }
 
-size_t Engine::bringInPart(size_t new_bytes, const std::vector<PackedKey>& ahead) {
-  const size_t left = pager_->bringIn(*backend_, part_, new_bytes, ahead);
+size_t Engine::bringInPart(size_t new_bytes) {
+  const size_t left = pager_->bringIn(*backend_, part_, new_bytes);
   counters_.refused += left;
   return left;
 }
@@ -211,18 +209,16 @@ size_t Engine::bringInForImage(const FrameView& view, std::vector<int32_t>& in_v
 }
 
 /// Blocks on disk around what the camera comes to see if it moves on as it did, by coarse cells:
-/// what comes first first, some more than are worth asking for.
-std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame) const {
+/// what comes first first, some more than are worth asking for. Those around it in memory stay.
+std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame, const Eigen::Isometry3d& motion) {
   std::vector<PackedKey> keys;
-  if (!T_W_C_before_) return keys;
-  Eigen::Isometry3d motion = T_W_C_before_->inverse() * frame.T_W_C;
-  if (!isMotion(motion, params_.fusion.max_depth_m)) motion.setIdentity();
   std::unordered_set<PackedKey> known;
   DepthFrame ahead = frame;
   for (int step = 0; step <= kFramesAhead && keys.size() < pager_->mostAhead(); ++step) {
     if (step > 0) ahead.T_W_C = ahead.T_W_C * motion;
     if (step % kFramesBetween != 0 || findProblem(ahead, params_)) continue;
     const FrameView view = makeFrameView(ahead, params_.map.voxel_size_m);
+    pager_->noteAhead(view, kMeshedRadius);
     const float max_depth = params_.fusion.max_depth_m / view.voxel_size_m + kMeshedRadius;
     const std::vector<PackedKey> some =
         pager_->keysInView(view, kMeshedRadius, [&](const BlockCells::Cell& cell) {
@@ -239,7 +235,12 @@ std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame) const {
 void Engine::readAhead(const DepthFrame& frame, const FrameView& view) {
   pager_->noteView(view);
   const bool is_time = moves_blocks_ || counters_.frames % kFramesBetweenReads == 0;
-  if (is_time && !pager_->isEmpty()) pager_->readAhead(keysAhead(frame));
+  if (is_time && !pager_->isEmpty() && T_W_C_before_) {
+    Eigen::Isometry3d motion = T_W_C_before_->inverse() * frame.T_W_C;
+    const bool is_motion = isMotion(motion, params_.fusion.max_depth_m);
+    if (!is_motion) motion.setIdentity();
+    pager_->readAhead(*backend_, keysAhead(frame, motion), is_motion ? kFramesBetweenReads : 0);
+  }
   T_W_C_before_ = frame.T_W_C;
 }
 

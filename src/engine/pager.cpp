@@ -1,8 +1,6 @@
 #include "engine/pager.h"
 
 #include <algorithm>
-#include <cstring>
-#include <new>
 #include <utility>
 
 #include "engine/block_records.h"
@@ -42,7 +40,9 @@ Pager::Pager(const MapParams& params, BlockTable& table, std::function<void()> f
       store_(params.page_folder, pageBytesOf(params), queueBytesOf(table.budgetBytes())) {}
 
 size_t Pager::bytesOnceIn(const PagedBlock& block) const {
-  return BlockTable::kBlockBytes + voxelBytes(block) + colourBytes(block);
+  return BlockTable::kBlockBytes +
+         static_cast<size_t>(__builtin_popcount(block.directions)) * BlockTable::kArrayBytes +
+         static_cast<size_t>(__builtin_popcountll(block.bricks)) * BlockTable::kColourBytes;
 }
 
 size_t Pager::bytesOf(PackedKey key) const {
@@ -63,12 +63,35 @@ uint32_t Pager::directionsOf(PackedKey key) const {
   return number < 0 ? 0 : store_.block(number).directions;
 }
 
-void Pager::readAhead(const std::vector<PackedKey>& keys) {
+std::vector<int32_t> Pager::numbersOf(const std::vector<PackedKey>& keys) const {
   std::vector<int32_t> numbers;
   for (const PackedKey key : keys) {
     if (const int32_t number = store_.find(key); number >= 0) numbers.push_back(number);
   }
-  store_.readAhead(numbers);
+  return numbers;
+}
+
+void Pager::readAhead(MapBackend& backend, std::vector<PackedKey> keys, size_t calls) {
+  store_.readAhead(numbersOf(keys), backend.mover()->recordsMaker());
+  ahead_ = std::move(keys);
+  next_ahead_ = 0;
+  ahead_at_once_ = calls == 0 ? 0 : (ahead_.size() + calls - 1) / calls;
+  ahead_since_ = std::exchange(ahead_now_, now_);
+}
+
+void Pager::moveAhead(MapBackend& backend) {
+  const size_t spare = spareBytes(table_.budgetBytes());
+  if (!hasRoom(spare)) writeOut(backend, spare, Reserve::kLeave, Which::kNotAhead);
+  const size_t end = std::min(ahead_.size(), next_ahead_ + ahead_at_once_);
+  if (next_ahead_ == end) return;
+  const auto at = [this](size_t i) { return ahead_.begin() + static_cast<std::ptrdiff_t>(i); };
+  std::vector<int32_t> numbers = numbersOf({at(next_ahead_), at(end)});
+  const size_t count = store_.countInMemory(numbers);
+  if (count == numbers.size()) next_ahead_ = end;
+  numbers.resize(count);
+  size_t bytes = 0;
+  for (const int32_t number : numbers) bytes += bytesOnceIn(store_.block(number));
+  if (!numbers.empty() && hasRoom(bytes)) readBatch(backend, std::move(numbers));
 }
 
 void Pager::noteNew(const std::vector<int32_t>& slots) {
@@ -79,8 +102,7 @@ size_t Pager::mostAhead() const {
   return spareBytes(table_.budgetBytes()) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);
 }
 
-size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes,
-                      const std::vector<PackedKey>& ahead) {
+size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes) {
   ++now_;
   std::vector<int32_t> numbers;
   for (const PackedKey key : keys) {
@@ -89,33 +111,20 @@ size_t Pager::bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, s
     if (slot >= 0) touch(slot);
     if (number >= 0) numbers.push_back(number);
   }
-  const size_t left = readSome(backend, numbers, 0, Reserve::kUse);
-  if (left == 0 && !ahead.empty()) {
-    numbers.clear();
-    size_t bytes = 0;
-    for (const PackedKey key : ahead) {
-      const int32_t number = store_.find(key);
-      if (number < 0) continue;
-      bytes += bytesOnceIn(store_.block(number));
-      if (bytes > spareBytes(table_.budgetBytes())) break;
-      numbers.push_back(number);
-    }
-    readSome(backend, numbers, new_bytes, Reserve::kLeave);
-  }
+  const size_t left = readSome(backend, numbers);
   makeRoom(backend, new_bytes);
   return left;
 }
 
-/// As far as there is room for them and for so many other bytes. @return how many stay on disk.
-size_t Pager::readSome(MapBackend& backend, const std::vector<int32_t>& numbers, size_t other_bytes,
-                       Reserve reserve) {
+/// As far as there is room for them. @return how many stay on disk.
+size_t Pager::readSome(MapBackend& backend, const std::vector<int32_t>& numbers) {
   size_t unreadable = 0;
   for (size_t first = 0; first < numbers.size();) {
-    size_t end = first, bytes = other_bytes;
-    for (; end < numbers.size() && (end == first || bytes < kBatchBytes + other_bytes); ++end) {
+    size_t end = first, bytes = 0;
+    for (; end < numbers.size() && (end == first || bytes < kBatchBytes); ++end) {
       bytes += bytesOnceIn(store_.block(numbers[end]));
     }
-    makeRoom(backend, bytes, reserve);
+    makeRoom(backend, bytes, Reserve::kUse);
     while (end > first && !hasRoom(bytes)) bytes -= bytesOnceIn(store_.block(numbers[--end]));
     if (end == first) return unreadable + numbers.size() - first;
     unreadable += readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
@@ -139,11 +148,11 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes, Reserve reserve) {
 
 /// Until there is room for so many bytes, or nothing more can go. Two batches fit into the queue,
 /// and batches get smaller where the disk has little room, so that it is used up to the last block.
-void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve) {
+void Pager::writeOut(MapBackend& backend, size_t bytes, Reserve reserve, Which which) {
   const bool use_reserve = reserve == Reserve::kUse;
   if (now_ < no_writing_before_ || store_.isFull(use_reserve)) return;
   const std::vector<int32_t> slots =
-      leastRecent(table_.bytesInUse() + bytes - table_.budgetBytes());
+      leastRecent(table_.bytesInUse() + bytes - table_.budgetBytes(), which);
   if (slots.empty()) return;
   finish_meshes_();
   const size_t most_bytes = std::min(kBatchBytes, queueBytesOf(table_.budgetBytes()) / 2);
@@ -169,27 +178,18 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, R
     return false;
   }
   backend.reserveChanges(slots.size());
-  backend.mover()->reserve(slots.size());
-  MapContents contents;
-  contents.blocks = mapBlocks(table_, slots);
-  makeRoomForWords(contents);
-  backend.copyOut(orderOf(table_, slots), contents);
-  const std::vector<MeshState> states = backend.mover()->takeMeshStates(slots);
-  const auto write = [&] {
-    std::vector<PagedBlock> blocks;
-    for (size_t i = 0; i < slots.size(); ++i) {
-      blocks.push_back(
-          pagedBlockOf(contents.blocks[i], states[i], table_.block(slots[i]).extractions));
-    }
-    return store_.write(blocks, recordsOf(blocks, contents, states));
-  };
-  bool is_written = false;
-  try {
-    is_written = write();
-  } catch (const std::bad_alloc&) {  // as much as where the disk is full
+  std::vector<PagedBlock> blocks(slots.size());
+  std::vector<ArrivingBlock> staying(slots.size());
+  const LeavingBlocks leaving = backend.mover()->takeOut(slots);
+  size_t begin = 0;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    blocks[i] = pagedBlockOf(mapBlockOf(table_, slots[i]), leaving.states[i],
+                             table_.block(slots[i]).extractions);
+    staying[i] = {leaving.states[i], {leaving.records, begin}};
+    begin += recordBytes(blocks[i]);
   }
-  if (!is_written) {
-    backend.mover()->enterMeshStates(slots, states);
+  if (!store_.write(blocks, leaving.records)) {  // or memory lacks: as where the disk is full
+    backend.mover()->putIn(slots, staying);
     ++stats_.failures;
     no_writing_before_ = now_ + kCallsBetweenTries;
     return false;
@@ -205,26 +205,22 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   finish_meshes_();
   std::sort(numbers.begin(), numbers.end(),
             [this](int32_t a, int32_t b) { return store_.block(a).key < store_.block(b).key; });
-  PageBytes records;
-  const std::vector<uint8_t> readings = store_.read(numbers, records);
+  std::vector<RecordPlace> places;
+  const std::vector<uint8_t> readings =
+      store_.fetch(numbers, backend.mover()->recordsMaker(), places);
   std::vector<PagedBlock> blocks;
+  std::vector<ArrivingBlock> arriving;
   std::vector<int32_t> damaged, gone;
-  size_t from = 0, to = 0;  // those that are intact move together
   for (size_t i = 0; i < numbers.size(); ++i) {
-    const PagedBlock& block = store_.block(numbers[i]);
-    const size_t bytes = recordBytes(block);
     if (readings[i] == kPageDamaged) damaged.push_back(numbers[i]);
-    if (readings[i] == kPageIntact) {
-      gone.push_back(numbers[i]);
-      blocks.push_back(block);
-      if (to < from) std::memmove(records.data() + to, records.data() + from, bytes);
-      to += bytes;
-    }
-    from += bytes;
+    if (readings[i] != kPageIntact) continue;
+    gone.push_back(numbers[i]);
+    blocks.push_back(store_.block(numbers[i]));
+    arriving.push_back({meshStateOf(blocks.back()), std::move(places[i])});
   }
   const size_t left = numbers.size() - gone.size() - damaged.size();
   if (left > 0) ++stats_.failures;
-  enter(backend, blocks, records);
+  enter(backend, blocks, arriving);
   store_.release(gone);
   stats_.read += blocks.size();
   lose(backend, damaged);
@@ -233,24 +229,22 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
 
 /// As a map that is loaded does: memory first, then the table, then what the backend knows of it.
 void Pager::enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
-                  const PageBytes& records) {
+                  const std::vector<ArrivingBlock>& arriving) {
   if (blocks.empty()) return;
-  MapContents contents;
-  for (const PagedBlock& block : blocks) contents.blocks.push_back(mapBlockOf(block));
-  const MapSize size = sizeOf(contents.blocks);
-  makeRoomForWords(contents);
-  const std::vector<MeshState> states = readRecords(blocks, records, contents);
+  std::vector<MapBlock> map_blocks;
+  map_blocks.reserve(blocks.size());
+  for (const PagedBlock& block : blocks) map_blocks.push_back(mapBlockOf(block));
+  const MapSize size = sizeOf(map_blocks);
   backend.reserve(
       {size.blocks, size.voxel_arrays, table_.sizesAfter(size.blocks, size.voxel_arrays)});
   if (size.bricks > 0) backend.reserveColours(size.bricks);
-  backend.mover()->reserve(size.blocks);
-  const EnteredBlocks entered = enterBlocks(contents, table_);
+  backend.mover()->reserve(size);
+  const EnteredBlocks entered = enterBlocks(map_blocks, table_);
   const std::vector<int32_t>& slots = entered.blocks.changed_slots;
   backend.enterBlocks(slots);
   backend.zeroArrays(entered.blocks.new_arrays);  // which may have had colours in other blocks
   if (size.bricks > 0) backend.enterColours(entered.colours.bricks);
-  backend.copyIn(entered.order(), contents);
-  backend.mover()->enterMeshStates(slots, states);
+  backend.mover()->putIn(slots, arriving);
   for (size_t i = 0; i < slots.size(); ++i) {
     table_.setExtractions(slots[i], blocks[i].extractions);
     touch(slots[i]);
@@ -262,23 +256,23 @@ std::vector<int32_t> Pager::enterWithoutVoxels(MapBackend& backend,
                                                const std::vector<PagedBlock>& blocks) {
   std::vector<BlockRequest> requests;
   std::vector<uint32_t> extractions;
-  std::vector<MeshState> states;
+  std::vector<ArrivingBlock> arriving;
   for (const PagedBlock& block : blocks) {
     if (block.extractions == table_.extractions()) continue;
     requests.push_back({block.key, 0});
     extractions.push_back(block.extractions);
-    states.push_back({{}, block.has_mesh, {}});
+    arriving.push_back({{{}, block.has_mesh, false}, {}});
   }
   const size_t room = (table_.budgetBytes() - table_.bytesInUse()) / BlockTable::kBlockBytes;
   if (requests.size() > room) requests.resize(room);  // of the rest, meshes stay as they were
   if (requests.empty()) return {};
   extractions.resize(requests.size());
-  states.resize(requests.size());
+  arriving.resize(requests.size());
   backend.reserve({requests.size(), 0, table_.sizesAfter(requests.size(), 0)});
-  backend.mover()->reserve(requests.size());
+  backend.mover()->reserve({requests.size(), 0, 0, 0});
   std::vector<int32_t> slots = table_.admit(std::move(requests)).changed_slots;
   backend.enterBlocks(slots);
-  backend.mover()->enterMeshStates(slots, states);
+  backend.mover()->putIn(slots, arriving);
   for (size_t i = 0; i < slots.size(); ++i) table_.setExtractions(slots[i], extractions[i]);
   return slots;
 }
@@ -316,6 +310,9 @@ void Pager::clear() {
   stats_ = PageStats();
   waits_before_ = store_.waits();
   last_need_.clear();
+  ahead_.clear();
+  next_ahead_ = ahead_at_once_ = 0;
+  ahead_since_ = ahead_now_ = 0;
   no_writing_before_ = 0;
 }
 

@@ -32,10 +32,8 @@ class Pager {
   /// Blocks that are in the map are in memory when this returns, and stay there until the next
   /// call; then there is room for so many bytes of new ones, as far as others can go.
   /// @param keys The first ones first, where there is no room for all.
-  /// @param ahead What may be needed next: the first of it comes along, a spare's worth.
   /// @return how many of the keys stay on disk for want of room, or as they cannot be read now.
-  size_t bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes,
-                 const std::vector<PackedKey>& ahead = {});
+  size_t bringIn(MapBackend& backend, const std::vector<PackedKey>& keys, size_t new_bytes);
 
   /// A depth image was fused: what it may see goes after what was seen before.
   void noteView(const FrameView& view);
@@ -43,8 +41,17 @@ class Pager {
   /// How many blocks are worth asking for ahead.
   size_t mostAhead() const;
 
-  /// Blocks that may be needed soon are read while others go on, the first ones first.
-  void readAhead(const std::vector<PackedKey>& keys);
+  /// What may be seen soon: moveAhead() lets nothing go that readAhead() was told of lately.
+  void noteAhead(const FrameView& view, float radius);
+
+  /// Blocks that may be needed soon are read while others go on, the first ones first, and come to
+  /// memory with so many calls of moveAhead(); 0: only once they are needed.
+  void readAhead(MapBackend& backend, std::vector<PackedKey> keys, size_t calls);
+
+  /// Some blocks that were read ahead come to memory, and some that are out of view go, so that
+  /// there is room to spare: frames then seldom have to wait for either. To be called before each
+  /// frame, where a device has other work.
+  void moveAhead(MapBackend& backend);
 
   /// Blocks that were made since are needed as those that were brought in last.
   void noteNew(const std::vector<int32_t>& slots);
@@ -118,21 +125,23 @@ class Pager {
 
  private:
   enum class Reserve { kLeave, kUse };
+  enum class Which { kAny, kNotAhead };
 
   size_t bytesOnceIn(const PagedBlock& block) const;
   uint32_t directionsInMemory(PackedKey key) const;
   bool isNeededNow(int32_t slot) const;
   void touch(int32_t slot);
-  size_t readSome(MapBackend& backend, const std::vector<int32_t>& numbers, size_t other_bytes,
-                  Reserve reserve);
+  std::vector<int32_t> numbersOf(const std::vector<PackedKey>& keys) const;
+  size_t readSome(MapBackend& backend, const std::vector<int32_t>& numbers);
   bool makeRoom(MapBackend& backend, size_t bytes, Reserve reserve);
-  void writeOut(MapBackend& backend, size_t bytes, Reserve reserve);
-  std::vector<int32_t> leastRecent(size_t bytes) const;
+  void writeOut(MapBackend& backend, size_t bytes, Reserve reserve, Which which = Which::kAny);
+  std::vector<int32_t> leastRecent(size_t bytes, Which which) const;
   bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots, Reserve reserve);
   size_t readBatch(MapBackend& backend, std::vector<int32_t> numbers);
   std::vector<int32_t> readAll(const std::vector<int32_t>& numbers, PageBytes& records);
   void lose(MapBackend& backend, const std::vector<int32_t>& numbers);
-  void enter(MapBackend& backend, const std::vector<PagedBlock>& blocks, const PageBytes& records);
+  void enter(MapBackend& backend, const std::vector<PagedBlock>& blocks,
+             const std::vector<ArrivingBlock>& arriving);
   std::vector<int32_t> enterWithoutVoxels(MapBackend& backend,
                                           const std::vector<PagedBlock>& blocks);
 
@@ -142,7 +151,10 @@ class Pager {
   uint64_t now_ = 1;  ///< Number of the last call of bringIn() or noteView().
   uint64_t no_writing_before_ =
       0;  ///< Such a number: after a failure the disk is left alone at first.
-  std::vector<uint64_t> last_need_;  ///< Such a number, by slot.
+  std::vector<uint64_t> last_need_;            ///< Such a number, by slot.
+  std::vector<PackedKey> ahead_;               ///< See readAhead().
+  size_t next_ahead_ = 0, ahead_at_once_ = 0;  ///< Of these.
+  uint64_t ahead_since_ = 0, ahead_now_ = 0;   ///< Calls of it before the last, and the last.
   PageStats stats_;
   DiskWaits waits_before_;  ///< The last clear().
 };

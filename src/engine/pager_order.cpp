@@ -31,11 +31,20 @@ void Pager::noteView(const FrameView& view) {
   }
 }
 
+void Pager::noteAhead(const FrameView& view, float radius) {
+  table_.visitCellsInView(view, radius, [this](const BlockCells::Cell& cell) {
+    table_.noteNeed(table_.block(cell.slots.front()).key, now_);
+  });
+}
+
 /// Blocks that were not brought in last, at least so many bytes of them if there are: coarse cell
 /// by coarse cell, those that were needed least recently first, by key those of the same time.
-std::vector<int32_t> Pager::leastRecent(size_t bytes) const {
+std::vector<int32_t> Pager::leastRecent(size_t bytes, Which which) const {
+  const uint64_t lately = store_.isEmpty() ? now_ : ahead_since_;
   std::vector<const BlockCells::Cell*> cells;
-  for (const BlockCells::Cell& cell : table_.cells()) cells.push_back(&cell);
+  for (const BlockCells::Cell& cell : table_.cells()) {
+    if (which == Which::kAny || cell.last_need < lately) cells.push_back(&cell);
+  }
   std::sort(cells.begin(), cells.end(), [](const auto* a, const auto* b) {
     return a->last_need != b->last_need ? a->last_need < b->last_need
                                         : packKey(a->key) < packKey(b->key);

@@ -179,6 +179,10 @@ class BlockTable {
 
   /// Blocks by coarse cells, and when they were needed: see BlockCells.
   const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
+  template <class Visit>
+  void visitCellsInView(const FrameView& frame, float radius, const Visit& visit) const {
+    cells_.visitInView(frame, radius, visit);
+  }
   void noteNeed(const BlockKey& block, uint64_t time) { cells_.note(block, time); }
 
   /// Blocks with arrays that lie wholly outside a ball, the farthest first and those of one

@@ -16,15 +16,21 @@
 #include <utility>
 #include <vector>
 
+#include "map/record_bytes.h"
 #include "page/page_file.h"
 
 namespace dtsdf {
 
-/// A stretch of a page file.
+/// A record in a page file.
 struct PageSpan {
   uint64_t offset = 0;
   size_t bytes = 0;
+  /// Where its checksum is kept until the record is forgotten: written with it, and compared where
+  /// it is read ahead.
+  uint64_t* checksum = nullptr;
 };
+
+uint64_t checksumOf(const char* record, size_t bytes);
 
 /// How often and how long someone waited for the disk.
 struct DiskWaits {
@@ -62,33 +68,42 @@ class PageQueue {
   /// @return what is wrong; empty: they were taken. What was taken before stays in memory, and can
   /// be found, until it could be written.
   /// @throws std::bad_alloc and then may have taken some of them: see forget().
-  std::string write(const std::vector<PageSpan>& records, PageBytes bytes);
+  std::string write(const std::vector<PageSpan>& records, const SharedRecords& bytes);
 
   /// A record in memory, which stays while somebody holds it.
   struct Entry {
-    std::shared_ptr<const PageBytes> batch;
-    size_t begin = 0, bytes = 0;
+    RecordPlace place;
+    size_t bytes = 0;
     uint64_t number = 0;
-    const char* data() const { return batch->data() + begin; }
+    uint64_t* checksum = nullptr;
   };
 
-  /// Records that wait to be written, or were read ahead; those that are neither have no batch.
-  std::vector<Entry> find(const std::vector<PageSpan>& records) const;
+  /// Records that wait to be written, or were read ahead and are what was written; those that are
+  /// neither have no place.
+  std::vector<RecordPlace> find(const std::vector<PageSpan>& records) const;
 
-  /// Nobody needs what lies there any more.
-  void forget(uint64_t offset);
+  /// Nobody needs any more what lies at so many offsets, offset_of(i).
+  template <class OffsetOf>
+  void forget(size_t count, const OffsetOf& offset_of) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      for (size_t i = 0; i < count; ++i) forgetOne(offset_of(i));
+    }
+    done_.notify_all();
+  }
 
   /// Reads these records next, in place of those asked for before, as many as there is room for.
-  void readAhead(const std::vector<PageSpan>& records);
+  void readAhead(const std::vector<PageSpan>& records, const RecordsMaker& make);
 
-  /// Gives what lies beyond back to the disk. @pre Nobody needs it any more.
+  /// Gives what lies beyond back to the disk, after what is written now. @pre Nobody needs it any
+  /// more.
   void shrink(uint64_t file_bytes);
 
   /// Waits until nothing waits to be written, or it cannot be, and all is read that was asked for.
   void finish();
 
   size_t bytes() const;                              ///< Of memory.
-  const DiskWaits& waits() const { return waits_; }  ///< Of write() and shrink().
+  const DiskWaits& waits() const { return waits_; }  ///< Of write().
 
  private:
   void run();
@@ -96,11 +111,16 @@ class PageQueue {
   void readNext(std::unique_lock<std::mutex>& lock);
   template <class Test>
   void waitUntil(std::unique_lock<std::mutex>& lock, const Test& test);
+  void shrinkNow(std::unique_lock<std::mutex>& lock);
+  std::vector<Entry> nextToWrite();
+  std::vector<PageSpan> nextToRead();
+  void forgetOne(uint64_t offset);
   bool isAhead(uint64_t offset) const;
   bool hasWriting() const { return problem_.empty() && !order_.empty(); }
-  bool hasReading() const { return !asked_.empty() || reading_ != kNothing; }
+  bool hasReading() const { return !asked_.empty() || !reading_.empty(); }
+  bool hasShrinking() const { return shrink_to_ != kNothing || is_shrinking_; }
   void dropAhead();
-  void lackMemory(bool reads);
+  void fail(bool reads, const std::string& problem);
 
   PageFile& file_;
   const size_t most_bytes_;
@@ -114,10 +134,12 @@ class PageQueue {
   std::deque<uint64_t> read_;                        ///< What was, the oldest first.
   size_t waiting_bytes_ = 0, ahead_bytes_ = 0;
   uint64_t last_number_ = 0;
-  uint64_t reading_ = kNothing;  ///< Offset of what is being read.
+  RecordsMaker make_;                     ///< For what is read,
+  std::unordered_set<uint64_t> reading_;  ///< which is this, but for what was forgotten since.
+  uint64_t shrink_to_ = kNothing;         ///< What the file is to be cut to.
   std::string problem_;  ///< Of the record that comes next: nothing is written until write().
   bool ends_ = false;
-  bool is_reading_in_vain_ = false, is_writing_ = false;
+  bool is_shrinking_ = false;
   DiskWaits waits_;  ///< Of whoever uses it.
   std::thread thread_;
 

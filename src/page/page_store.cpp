@@ -1,7 +1,5 @@
 #include "page/page_store.h"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <cstring>
 #include <new>
@@ -17,8 +15,6 @@ constexpr uint64_t kUnitBytes = 256;
 constexpr size_t kLabelBytes = kVoxelsPerBlock * sizeof(UnitLabels);
 static_assert(BlockTable::kArrayBytes % kUnitBytes == 0 &&
               BlockTable::kColourBytes % kUnitBytes == 0 && kLabelBytes % kUnitBytes == 0);
-
-constexpr uint8_t kCorrupt = 255;  ///< Of readings, until it is told.
 
 constexpr const char* kIsFull = "what is in map/page_folder has reached map/page_max_gb; raise it";
 
@@ -51,59 +47,55 @@ bool PageStore::hasRoomFor(uint64_t bytes, bool with_reserve) {
   return false;
 }
 
-bool PageStore::write(const std::vector<PagedBlock>& blocks, PageBytes records) {
+bool PageStore::write(const std::vector<PagedBlock>& blocks, const SharedRecords& records) {
   std::vector<Page> pages;
+  std::vector<int32_t> numbers;
   std::string problem;
-  size_t entered = 0;
   try {
-    problem = write(blocks, std::move(records), pages);
-    for (; problem.empty() && entered < pages.size(); ++entered) enter(pages[entered]);
+    problem = takeRoom(blocks, pages);
+    if (problem.empty()) {
+      numbers.reserve(pages.size());
+      for (const Page& page : pages) numbers.push_back(enter(page));
+      problem = queue_.write(spansOf(numbers), records);
+    }
   } catch (const std::bad_alloc&) {
     problem = "out of memory";
   }
   if (problem.empty()) return true;
-  for (size_t i = 0; i < pages.size(); ++i) {
-    if (i < entered) {
-      leave(index_.find(pages[i].block.key));
-    } else {
-      giveBack(pages[i]);
-    }
-  }
+  for (size_t i = numbers.size(); i < pages.size(); ++i) giveRoomBack(pages[i]);
+  leave(numbers);
   problem_ = std::move(problem);
   return false;
 }
 
 /// @param pages Gets those that take room in the file from now on. @return what is wrong.
-std::string PageStore::write(const std::vector<PagedBlock>& blocks, PageBytes records,
-                             std::vector<Page>& pages) {
+std::string PageStore::takeRoom(const std::vector<PagedBlock>& blocks, std::vector<Page>& pages) {
   pages.reserve(blocks.size());  // so that none is lost that has taken room
-  std::vector<PageSpan> spans;
   for (const PagedBlock& block : blocks) {
     const auto first = runs_.take(unitsOf(block));
     if (!first) return kIsFull;
     pages.push_back({block, 0, static_cast<uint32_t>(*first)});
-    spans.push_back(spanOf(pages.back()));
   }
-  forEachRecord(blocks, [&](size_t i, size_t begin) {
-    pages[i].checksum = XXH3_64bits(records.data() + begin, spans[i].bytes);
-  });
-  return queue_.write(spans, std::move(records));
+  return "";
 }
 
-PageSpan PageStore::spanOf(const Page& page) const {
-  return {page.first_unit * kUnitBytes, recordBytes(page.block)};
+uint64_t PageStore::offsetOf(const Page& page) { return page.first_unit * kUnitBytes; }
+
+std::vector<PageSpan> PageStore::spansOf(const std::vector<int32_t>& numbers) {
+  std::vector<PageSpan> spans;
+  spans.reserve(numbers.size());
+  for (const int32_t number : numbers) spans.push_back(spanOf(pages_[size(number)]));
+  return spans;
 }
 
-/// @throws std::bad_alloc and nothing has changed then.
-void PageStore::enter(const Page& page) {
+/// @return its number. @throws std::bad_alloc and nothing has changed then.
+int32_t PageStore::enter(const Page& page) {
   if (free_numbers_.empty()) {
-    if (pages_.size() == pages_.capacity()) {
-      const size_t more = 2 * pages_.size() + 1;
-      free_numbers_.reserve(more);  // for all of them: who leaves takes no memory
-      pages_.reserve(more);
+    if (pages_.size() == free_numbers_.capacity()) {
+      free_numbers_.reserve(2 * pages_.size() + 1);  // for all of them: who leaves takes no memory
     }
-    free_numbers_.push_back(static_cast<int32_t>(pages_.size()));
     pages_.push_back(page);
+    free_numbers_.push_back(static_cast<int32_t>(pages_.size() - 1));
   }
   const int32_t number = free_numbers_.back();
   cells_.insert(unpackKey(page.block.key), number);
@@ -116,21 +108,21 @@ void PageStore::enter(const Page& page) {
   pages_[size(number)] = page;
   free_numbers_.pop_back();
   marked_ += isMarked(page.block) ? 1 : 0;
+  return number;
 }
 
-/// What is in the file is needed no longer.
-void PageStore::giveBack(const Page& page) {
-  queue_.forget(spanOf(page).offset);
-  runs_.give(page.first_unit, unitsOf(page.block));
-}
+void PageStore::giveRoomBack(const Page& page) { runs_.give(page.first_unit, unitsOf(page.block)); }
 
-void PageStore::leave(int32_t number) {
-  const Page& page = pages_[size(number)];
-  giveBack(page);
-  index_.erase(page.block.key);
-  cells_.erase(unpackKey(page.block.key), number);
-  free_numbers_.push_back(number);
-  marked_ -= isMarked(page.block) ? 1 : 0;
+void PageStore::leave(const std::vector<int32_t>& numbers) {
+  queue_.forget(numbers.size(), [&](size_t i) { return offsetOf(pages_[size(numbers[i])]); });
+  for (const int32_t number : numbers) {
+    const Page& page = pages_[size(number)];
+    giveRoomBack(page);
+    index_.erase(page.block.key);
+    cells_.erase(unpackKey(page.block.key), number);
+    free_numbers_.push_back(number);
+    marked_ -= isMarked(page.block) ? 1 : 0;
+  }
 }
 
 void PageStore::setMarks(int32_t number, bool dirty, bool painted) {
@@ -143,75 +135,92 @@ void PageStore::setMarks(int32_t number, bool dirty, bool painted) {
 
 std::vector<uint8_t> PageStore::read(const std::vector<int32_t>& numbers, PageBytes& records) {
   std::vector<PagedBlock> blocks;
-  std::vector<PageSpan> spans;
   size_t bytes = 0;
   for (const int32_t number : numbers) {
     blocks.push_back(block(number));
-    spans.push_back(spanOf(pages_[size(number)]));
-    bytes += spans.back().bytes;
+    bytes += recordBytes(blocks.back());
   }
+  std::vector<RecordPlace> places;
+  std::vector<uint8_t> readings = fetch(numbers, makePlainRecords, places);
   records = PageBytes(bytes);
-  const std::vector<PageQueue::Entry> in_memory = queue_.find(spans);
-  std::vector<uint8_t> readings = readMissing(spans, in_memory, records);
   forEachRecord(blocks, [&](size_t i, size_t begin) {
-    char* const record = records.data() + begin;
-    if (in_memory[i].batch != nullptr) std::memcpy(record, in_memory[i].data(), spans[i].bytes);
     if (readings[i] != kPageIntact) return;
-    const bool is_same = XXH3_64bits(record, spans[i].bytes) == pages_[size(numbers[i])].checksum;
-    if (!is_same) readings[i] = kCorrupt;
+    places[i].records->wait();
+    std::memcpy(records.data() + begin, places[i].data(), recordBytes(blocks[i]));
   });
-  for (uint8_t& reading : readings) {
-    if (reading != kCorrupt) continue;
-    reading = kPageDamaged;
-    problem_ = "what was read from map/page_folder is damaged; check the disk";
-  }
   return readings;
 }
 
-/// In the order of the file. @return a PageReading for each, whatever is in it.
+std::vector<uint8_t> PageStore::fetch(const std::vector<int32_t>& numbers, const RecordsMaker& make,
+                                      std::vector<RecordPlace>& places) {
+  const std::vector<PageSpan> spans = spansOf(numbers);
+  places = queue_.find(spans);
+  return readMissing(spans, make, places);
+}
+
+size_t PageStore::countInMemory(const std::vector<int32_t>& numbers) const {
+  std::vector<PageSpan> spans;
+  spans.reserve(numbers.size());
+  for (const int32_t number : numbers) {
+    const Page& page = pages_[size(number)];
+    spans.push_back({offsetOf(page), recordBytes(page.block), nullptr});
+  }
+  const std::vector<RecordPlace> places = queue_.find(spans);
+  const auto is_missing = [](const RecordPlace& place) { return place.records == nullptr; };
+  return static_cast<size_t>(std::find_if(places.begin(), places.end(), is_missing) -
+                             places.begin());
+}
+
+/// In the order of the file. @return a PageReading for each.
 std::vector<uint8_t> PageStore::readMissing(const std::vector<PageSpan>& spans,
-                                            const std::vector<PageQueue::Entry>& in_memory,
-                                            PageBytes& records) {
-  struct Missing {
-    uint64_t offset;
-    size_t begin, i;
-  };
-  std::vector<Missing> missing;
-  for (size_t i = 0, begin = 0; i < spans.size(); begin += spans[i++].bytes) {
-    if (in_memory[i].batch == nullptr) missing.push_back({spans[i].offset, begin, i});
+                                            const RecordsMaker& make,
+                                            std::vector<RecordPlace>& places) {
+  std::vector<size_t> missing;
+  size_t bytes = 0;
+  for (size_t i = 0; i < spans.size(); ++i) {
+    if (places[i].records != nullptr) continue;
+    missing.push_back(i);
+    bytes += spans[i].bytes;
   }
   std::vector<uint8_t> readings(spans.size(), kPageIntact);
   if (missing.empty()) return readings;
   std::sort(missing.begin(), missing.end(),
-            [](const Missing& a, const Missing& b) { return a.offset < b.offset; });
+            [&](size_t a, size_t b) { return spans[a].offset < spans[b].offset; });
   const WaitTimer timer(read_waits_);
-  for (const Missing& one : missing) {
+  const SharedRecords records = make(bytes);
+  size_t begin = 0;
+  for (const size_t i : missing) {
+    places[i] = {records, begin};
+    begin += spans[i].bytes;
     bool is_short;
-    const std::string problem =
-        file_.read(one.offset, records.data() + one.begin, spans[one.i].bytes, is_short);
-    if (problem.empty()) continue;
-    problem_ = problem;
-    readings[one.i] = is_short ? kPageDamaged : kPageUnreadable;
+    char* const record = records->data() + places[i].begin;
+    const std::string problem = file_.read(spans[i].offset, record, spans[i].bytes, is_short);
+    if (!problem.empty()) {
+      problem_ = problem;
+      readings[i] = is_short ? kPageDamaged : kPageUnreadable;
+    } else if (checksumOf(record, spans[i].bytes) != *spans[i].checksum) {
+      problem_ = "what was read from map/page_folder is damaged; check the disk";
+      readings[i] = kPageDamaged;
+    }
   }
   return readings;
 }
 
-void PageStore::readAhead(const std::vector<int32_t>& numbers) {
-  std::vector<PageSpan> spans;
-  spans.reserve(numbers.size());
-  for (const int32_t number : numbers) spans.push_back(spanOf(pages_[size(number)]));
-  queue_.readAhead(spans);
+void PageStore::readAhead(const std::vector<int32_t>& numbers, const RecordsMaker& make) {
+  queue_.readAhead(spansOf(numbers), make);
 }
 
 void PageStore::release(const std::vector<int32_t>& numbers) {
   const uint64_t end = runs_.end();
   is_full_[0] = is_full_[1] = false;
-  for (const int32_t number : numbers) leave(number);
+  leave(numbers);
   if (runs_.end() < end) queue_.shrink(runs_.end() * kUnitBytes);
 }
 
 void PageStore::clear() {
-  visit([&](int32_t number, const PagedBlock&) { giveBack(pages_[size(number)]); });
+  visit([&](int32_t number, const PagedBlock&) {
+    queue_.forget(1, [&](size_t) { return offsetOf(pages_[size(number)]); });
+  });
   index_.clear();
   cells_.clear();
   pages_.clear();
@@ -227,7 +236,7 @@ uint64_t PageStore::bytes() const { return runs_.inUse() * kUnitBytes; }
 
 size_t PageStore::indexBytes() const {
   return runs_.bytes() + index_.memoryBytes() + cells_.memoryBytes() +
-         pages_.capacity() * sizeof(Page) + free_numbers_.capacity() * sizeof(int32_t);
+         pages_.size() * sizeof(Page) + free_numbers_.capacity() * sizeof(int32_t);
 }
 
 }  // namespace dtsdf

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
 #include "map/block_cells.h"
 #include "map/block_table.h"
+#include "map/record_bytes.h"
 #include "map/slot_index.h"
 #include "page/free_runs.h"
 #include "page/page_file.h"
@@ -72,15 +74,22 @@ class PageStore {
 
   /// Takes blocks, which hold what lies in `records` back to back: they are written while others
   /// go on. @return whether it did; else nothing has changed, and problem() says why.
-  bool write(const std::vector<PagedBlock>& blocks, PageBytes records);
+  bool write(const std::vector<PagedBlock>& blocks, const SharedRecords& records);
 
   /// Reads what blocks hold, back to back, by their numbers; they stay where they are.
   /// @return a PageReading for each.
   std::vector<uint8_t> read(const std::vector<int32_t>& numbers, PageBytes& records);
 
+  /// The same without copies of what is in memory. @param make For what has to be read.
+  std::vector<uint8_t> fetch(const std::vector<int32_t>& numbers, const RecordsMaker& make,
+                             std::vector<RecordPlace>& places);
+
   /// Blocks that may be needed soon are read while others go on, the first ones first, as far as
   /// there is room for them.
-  void readAhead(const std::vector<int32_t>& numbers);
+  void readAhead(const std::vector<int32_t>& numbers, const RecordsMaker& make = makePlainRecords);
+
+  /// How many of these blocks, the first ones, fetch() finds in memory.
+  size_t countInMemory(const std::vector<int32_t>& numbers) const;
 
   /// Waits until all is in the file, or cannot be written, and what was asked for is read ahead.
   void finish() { queue_.finish(); }
@@ -128,15 +137,17 @@ class PageStore {
   };
 
   static size_t size(int32_t number) { return static_cast<size_t>(number); }
-  PageSpan spanOf(const Page& page) const;
-  std::string write(const std::vector<PagedBlock>& blocks, PageBytes records,
-                    std::vector<Page>& pages);
-  std::vector<uint8_t> readMissing(const std::vector<PageSpan>& spans,
-                                   const std::vector<PageQueue::Entry>& in_memory,
-                                   PageBytes& records);
-  void enter(const Page& page);
-  void giveBack(const Page& page);
-  void leave(int32_t number);
+  static PageSpan spanOf(Page& page) {
+    return {offsetOf(page), recordBytes(page.block), &page.checksum};
+  }
+  static uint64_t offsetOf(const Page& page);
+  std::vector<PageSpan> spansOf(const std::vector<int32_t>& numbers);
+  std::string takeRoom(const std::vector<PagedBlock>& blocks, std::vector<Page>& pages);
+  std::vector<uint8_t> readMissing(const std::vector<PageSpan>& spans, const RecordsMaker& make,
+                                   std::vector<RecordPlace>& places);
+  int32_t enter(const Page& page);
+  void giveRoomBack(const Page& page);
+  void leave(const std::vector<int32_t>& numbers);
 
   const uint64_t max_bytes_;
   PageFile file_;
@@ -145,7 +156,7 @@ class PageStore {
   FreeRuns runs_;
   SlotIndex index_;
   BlockCells cells_;
-  std::vector<Page> pages_;  ///< By number.
+  std::deque<Page> pages_;  ///< By number; they stay where they are.
   std::vector<int32_t> free_numbers_;
   size_t marked_ = 0;
   std::string problem_;

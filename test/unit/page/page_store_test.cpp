@@ -57,9 +57,9 @@ PageBytes randomRecords(const std::vector<PagedBlock>& blocks, unsigned seed) {
   return records;
 }
 
-PageBytes copyOf(const PageBytes& records) {
-  PageBytes copy(records.size());
-  std::copy_n(records.data(), records.size(), copy.data());
+SharedRecords copyOf(const PageBytes& records) {
+  SharedRecords copy = makePlainRecords(records.size());
+  std::copy_n(records.data(), records.size(), copy->data());
   return copy;
 }
 
@@ -93,11 +93,12 @@ class PageStoreTest : public testing::Test {
   }
   /// Whether write() says so where this allocation fails; if all succeed or the index lacks the
   /// memory, it does not.
-  bool isRefused(const std::vector<PagedBlock>& blocks, PageBytes records, int allocation) {
+  bool isRefused(const std::vector<PagedBlock>& blocks, const SharedRecords& records,
+                 int allocation) {
     allocations_left = allocation;
     bool is_refused = false;
     try {
-      is_refused = !store_.write(blocks, std::move(records));
+      is_refused = !store_.write(blocks, records);
     } catch (const std::bad_alloc&) {
     }
     allocations_left = -1;
@@ -145,9 +146,11 @@ TEST_F(PageStoreTest, UsesSpaceAgain) {
   expectHolds(first, first_records);
   const std::string file = openFileIn(folder_.path());
   ASSERT_NE(file, "");
+  store_.finish();
   EXPECT_LE(std::filesystem::file_size(file), bytes);
   store_.clear();
   EXPECT_TRUE(store_.isEmpty());
+  store_.finish();
   EXPECT_EQ(std::filesystem::file_size(file), 0u);
 }
 
@@ -178,14 +181,14 @@ TEST_F(PageStoreTest, FindsDamage) {
 TEST_F(PageStoreTest, IsFullAtItsLimit) {
   PageStore store(folder_.path(), 400 << 10, 1 << 20);
   const std::vector<PagedBlock> blocks = someBlocks(0, 12), more = someBlocks(12, 40);
-  ASSERT_TRUE(store.write(blocks, randomRecords(blocks, 1)));
+  ASSERT_TRUE(store.write(blocks, copyOf(randomRecords(blocks, 1))));
   EXPECT_TRUE(store.hasRoomFor((400 << 10) - store.bytes(), true));
   EXPECT_FALSE(store.hasRoomFor((400 << 10) - store.bytes(), false)) << "that is the reserve";
   EXPECT_TRUE(store.isFull(false));
   EXPECT_FALSE(store.isFull(true));
   EXPECT_NE(store.problem().find("map/page_max_gb"), std::string::npos) << store.problem();
   const uint64_t bytes = store.bytes();
-  EXPECT_FALSE(store.write(more, randomRecords(more, 1)));
+  EXPECT_FALSE(store.write(more, copyOf(randomRecords(more, 1))));
   EXPECT_NE(store.problem().find("map/page_max_gb"), std::string::npos) << store.problem();
   EXPECT_EQ(store.bytes(), bytes) << "nothing has changed";
   EXPECT_EQ(store.count(), blocks.size());
@@ -303,7 +306,7 @@ TEST_F(PageStoreTest, LetsGoWithoutMemory) {
   allocations_left = -1;
   EXPECT_EQ(store_.count(), 30u);
   for (const PagedBlock& block : some) EXPECT_EQ(store_.find(block.key), -1);
-  ASSERT_TRUE(store_.write(some, randomRecords(some, 2)));
+  ASSERT_TRUE(store_.write(some, copyOf(randomRecords(some, 2))));
   expectHolds(some, randomRecords(some, 2));
   EXPECT_TRUE(store_.marked() == blocks.size());
   store_.clear();
@@ -344,7 +347,7 @@ TEST(PageStoreKilled, LeavesNothingBehind) {
     PageStore store(folder.path(), 64 << 20, 1 << 20);
     for (unsigned i = 0;; ++i) {
       const std::vector<PagedBlock> blocks = someBlocks(static_cast<int32_t>(10 * i), 10);
-      const bool is_written = store.write(blocks, randomRecords(blocks, i));
+      const bool is_written = store.write(blocks, copyOf(randomRecords(blocks, i)));
       if (i == 20 && write(to_parent[1], "x", 1) != 1) _exit(1);
       if (!is_written) store.clear();
     }
@@ -358,7 +361,7 @@ TEST(PageStoreKilled, LeavesNothingBehind) {
   EXPECT_EQ(folder.entryCount(), 0u);
   PageStore store(folder.path(), 64 << 20, 1 << 20);
   const std::vector<PagedBlock> blocks = someBlocks(0, 10);
-  EXPECT_TRUE(store.write(blocks, randomRecords(blocks, 1)));
+  EXPECT_TRUE(store.write(blocks, copyOf(randomRecords(blocks, 1))));
   EXPECT_EQ(folder.entryCount(), 0u) << "a store that is used has no file to be removed either";
 }
 

@@ -1,6 +1,7 @@
 #include "carry_records.h"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "launch.h"
@@ -48,43 +49,48 @@ void launchPieces(Kernel kernel, const Pool& pool, const std::vector<RecordPiece
 
 }  // namespace
 
+/// Of few sizes, so that it can be used again.
 SharedRecords PinnedPool::make(size_t bytes) {
-  constexpr size_t kLeastBytes = size_t{1} << 19, kMostWaste = 4;
+  constexpr size_t kStep = size_t{1} << 20;
   useDevice(device_);
   Memory memory;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto fits = [&](const Memory& one) {
-      const size_t capacity = one.bytes.capacity();
-      return bytes <= capacity && capacity <= kMostWaste * std::max(bytes, kLeastBytes);
-    };
-    const auto found = std::find_if(idle_.begin(), idle_.end(), fits);
+    const auto found = std::find_if(idle_.begin(), idle_.end(), [&](const Memory& one) {
+      return bytes <= one.bytes.capacity() && one.bytes.capacity() <= bytes + 2 * kStep;
+    });
     if (found != idle_.end()) {
       memory = std::move(*found);
       idle_.erase(found);
+      idle_bytes_ -= memory.bytes.bytes();
     }
   }
-  size_t size = kLeastBytes;  // of few sizes, so that it can be used again
-  while (size < bytes) size *= 2;
-  memory.bytes.reserve(memory.bytes.capacity() == 0 ? size : bytes);
+  memory.bytes.reserveExactly((bytes / kStep + 1) * kStep);
   memory.used.wait();
   return std::make_shared<PinnedRecords>(bytes, shared_from_this(), std::move(memory));
 }
 
-/// Without memory for the list it goes.
+/// What was used longest ago goes where much is idle, and all where memory lacks for the list.
 void PinnedPool::giveBack(Memory memory) {
+  constexpr size_t kMostIdleBytes = size_t{48} << 20;
+  std::vector<Memory> too_many;
   const std::lock_guard<std::mutex> lock(mutex_);
   try {
+    const size_t bytes = memory.bytes.bytes();
     idle_.push_back(std::move(memory));
+    idle_bytes_ += bytes;
+    while (idle_bytes_ > kMostIdleBytes) {
+      idle_bytes_ -= idle_.front().bytes.bytes();
+      too_many.push_back(std::move(idle_.front()));
+      idle_.pop_front();
+    }
   } catch (const std::bad_alloc&) {
   }
 }
 
 size_t PinnedPool::idleBytes() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  size_t bytes = 0;
-  for (const Memory& memory : idle_) bytes += memory.bytes.bytes();
-  return bytes;
+  return idle_bytes_;
 }
 
 RecordsMaker RecordCarrier::maker() const {

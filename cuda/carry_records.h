@@ -33,6 +33,7 @@ class PinnedPool : public std::enable_shared_from_this<PinnedPool> {
   const int device_;
   mutable std::mutex mutex_;
   std::deque<Memory> idle_;  ///< Those that were given back last at the end.
+  size_t idle_bytes_ = 0;    ///< Of these.
 };
 
 /// Gives its memory back to the pool, which it keeps alive.

@@ -37,9 +37,13 @@ class PinnedBuffer {
 
   /// Makes room; the contents are lost when it has to grow. No copy may be using the buffer.
   void reserve(size_t count) {
-    if (count <= capacity_) return;
+    if (count > capacity_) reserveExactly(count + count / 2);
+  }
+
+  /// The same without more to spare.
+  void reserveExactly(size_t capacity) {
+    if (capacity <= capacity_) return;
     PinnedBuffer larger;
-    const size_t capacity = count + count / 2;
     void* memory = nullptr;
     DTSDF_CHECK_CUDA(cudaHostAlloc(&memory, capacity * sizeof(T), cudaHostAllocDefault));
     larger.data_ = static_cast<T*>(memory);

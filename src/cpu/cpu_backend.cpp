@@ -20,6 +20,16 @@ namespace {
 
 struct NoScratch {};
 
+/// Calls body(i) for each i below `count`; a thread takes many of them at a time, which are small.
+template <class Body>
+void inBatches(size_t count, int threads, const Body& body) {
+  constexpr size_t kBatch = 64;
+  parallelFor<NoScratch>((count + kBatch - 1) / kBatch, threads, [&](size_t batch, NoScratch&) {
+    const size_t end = std::min(count, (batch + 1) * kBatch);
+    for (size_t i = batch * kBatch; i < end; ++i) body(i);
+  });
+}
+
 bool isInPart(PackedKey key, const FrameTurn& turn) {
   return turn.part == nullptr || std::binary_search(turn.part->begin(), turn.part->end(), key);
 }

@@ -2,7 +2,6 @@
 #include <cstring>
 
 #include "cpu/cpu_backend.h"
-#include "threads/parallel_for.h"
 
 namespace dtsdf {
 namespace {
@@ -27,56 +26,55 @@ std::vector<PackedKey> CpuBackend::seenThrough(const std::vector<PackedKey>& key
   return seen;
 }
 
+/// Not on threads of its own, as images have these.
 LeavingBlocks CpuBackend::takeOut(const std::vector<int32_t>& slots) {
-  std::vector<size_t> begins;
   size_t bytes = 0;
   for (const int32_t slot : slots) {
-    begins.push_back(bytes);
     bytes += table_.bytesOf(slot) - BlockTable::kBlockBytes + mesher_.labels(slot).size() * kLabel;
   }
   LeavingBlocks leaving{{}, makePlainRecords(bytes)};
   leaving.states.reserve(slots.size());
-  inBatches(slots.size(), threads_, [&](size_t i) {
-    char* to = leaving.records->data() + begins[i];
-    const auto append = [&](const void* from, size_t size) {
-      std::memcpy(to, from, size);
-      to += size;
-    };
-    const BlockEntry& entry = table_.block(slots[i]);
+  char* to = leaving.records->data();
+  const auto append = [&](const void* from, size_t size) {
+    std::memcpy(to, from, size);
+    to += size;
+  };
+  for (const int32_t slot : slots) {
+    const BlockEntry& entry = table_.block(slot);
     for (const int32_t array : entry.array) {
       if (array != kNoArray) append(voxels_.array(array), BlockTable::kArrayBytes);
     }
     visitBricks(table_, entry, [&](int, int, int32_t number) {
       append(colours_.array(number), BlockTable::kColourBytes);
     });
-    const std::vector<UnitLabels>& labels = mesher_.labels(slots[i]);
+    const std::vector<UnitLabels>& labels = mesher_.labels(slot);
     if (!labels.empty()) append(labels.data(), labels.size() * kLabel);
-  });
+  }
   for (const int32_t slot : slots) leaving.states.push_back(mesher_.takeState(slot));
   return leaving;
 }
 
 void CpuBackend::putIn(const std::vector<int32_t>& slots,
                        const std::vector<ArrivingBlock>& blocks) {
-  std::vector<const UnitLabels*> labels(slots.size(), nullptr);
-  inBatches(slots.size(), threads_, [&](size_t i) {
-    if (blocks[i].record.records == nullptr) return;
-    const char* from = blocks[i].record.data();
-    const auto take = [&](void* to, size_t size) {
-      std::memcpy(to, from, size);
-      from += size;
-    };
-    const BlockEntry& entry = table_.block(slots[i]);
-    for (const int32_t array : entry.array) {
-      if (array != kNoArray) take(voxels_.array(array), BlockTable::kArrayBytes);
-    }
-    visitBricks(table_, entry, [&](int, int, int32_t number) {
-      take(colours_.array(number), BlockTable::kColourBytes);
-    });
-    if (blocks[i].state.has_labels) labels[i] = reinterpret_cast<const UnitLabels*>(from);
-  });
   for (size_t i = 0; i < slots.size(); ++i) {
-    mesher_.enterState(slots[i], blocks[i].state, labels[i]);
+    const ArrivingBlock& block = blocks[i];
+    const UnitLabels* labels = nullptr;
+    if (block.record.records != nullptr) {
+      const char* from = block.record.data();
+      const auto take = [&](void* to, size_t size) {
+        std::memcpy(to, from, size);
+        from += size;
+      };
+      const BlockEntry& entry = table_.block(slots[i]);
+      for (const int32_t array : entry.array) {
+        if (array != kNoArray) take(voxels_.array(array), BlockTable::kArrayBytes);
+      }
+      visitBricks(table_, entry, [&](int, int, int32_t number) {
+        take(colours_.array(number), BlockTable::kColourBytes);
+      });
+      if (block.state.has_labels) labels = reinterpret_cast<const UnitLabels*>(from);
+    }
+    mesher_.enterState(slots[i], block.state, labels);
   }
 }
 

@@ -47,8 +47,14 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
   pager_ = std::make_unique<Pager>(params.map, table_, [this] { finishMeshing(); });
 }
 
-/// The backend, for the calling thread. clear() leaves none, so that a device never holds two maps.
+/// The backend, for the calling thread, once no other works on the map.
 MapBackend& Engine::ready() {
+  helper_.wait();
+  return made();
+}
+
+/// clear() leaves none, so that a device never holds two maps.
+MapBackend& Engine::made() {
   if (backend_ == nullptr) {
     backend_ = make_backend_(table_);
     backend_->profileTo(profile_);
@@ -84,9 +90,10 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   sense(frame, view);
   backend_->makeSurfels();
   backend_->findBlocks();
+  helper_.wait();
   std::vector<int32_t> in_view = blocksInView(view);
   settle();  // what the frame before left, whose last work may have run until now
-  if (pager_) pager_->moveAhead(*backend_);
+  if (pager_ && !std::exchange(moved_ahead_, false)) pager_->moveAhead(*backend_);
   backend_->lookUpBlocks();
   seeFree(view);
   const TouchedCounts touched = backend_->touched();
@@ -103,7 +110,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
 
 void Engine::sense(const DepthFrame& frame, const FrameView& view) {
   outside_.clear();
-  ready().sense(frame, view);
+  made().sense(frame, view);  // what is sensed has no part in the map
   if (profile_ == nullptr) return;
   profile_->work.pixels += static_cast<uint64_t>(frame.width) * frame.height;
 }

@@ -14,6 +14,7 @@
 #include "engine/pager.h"
 #include "kernels/colour/paint_settings.h"
 #include "space/space_map.h"
+#include "threads/helper.h"
 
 namespace dtsdf {
 
@@ -55,6 +56,7 @@ class Engine : public ProbedMapper {
   };
 
   MapBackend& ready();
+  MapBackend& made();
   const Engine& settled() const;
   template <class Take>
   IntegrationResult timed(const Take& take);
@@ -100,6 +102,7 @@ class Engine : public ProbedMapper {
   std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;
   size_t clearPaged(const RegionView& view, ClearedRegion& result);
   bool clearSome(std::vector<PackedKey>& keys, const RegionView& view, ClearedRegion& result);
+  void moveBeside();
   void forgetWhatIsMarked() { marks_are_in_views_ = false; }
   void startViews();
   bool dependsOnDisk() const;
@@ -154,6 +157,8 @@ class Engine : public ProbedMapper {
   int32_t least_evidence_ = 0;   ///< Of the last extraction.
   std::vector<int32_t> vacant_;  ///< Released when the extraction under way is fetched.
   Profile* profile_ = nullptr;
+  bool moved_ahead_ = false;  ///< Blocks were, since the last frame.
+  Helper helper_;             ///< Moves blocks between frames: ends before what it works on.
 };
 
 }  // namespace dtsdf

@@ -69,6 +69,7 @@ MeshUpdate Engine::finishMeshUpdate() {
     const StageTimer timer(profile_, Stage::kFindCells);
     space_->addSurfaces(made.blocks);
   }
+  if (pager_) moveBeside();
   return made;
 }
 
@@ -152,6 +153,7 @@ bool Engine::clearSome(std::vector<PackedKey>& keys, const RegionView& view,
 }
 
 void Engine::clear() {
+  helper_.wait();
   if (backend_ != nullptr) backend_->enter();
   backend_.reset();
   table_.clear();
@@ -327,6 +329,7 @@ void Engine::profileTo(Profile* profile) {
 }
 
 void Engine::restrictTo(const MapExtent& extent) {
+  helper_.wait();
   table_.restrictTo(extent);
   if (space_ != nullptr) space_->restrictTo(extent.cubes);
 }

@@ -244,6 +244,20 @@ void Engine::readAhead(const DepthFrame& frame, const FrameView& view) {
   T_W_C_before_ = frame.T_W_C;
 }
 
+/// Between this frame and the next one. Where a device lacks the memory, blocks move once they have
+/// to.
+void Engine::moveBeside() {
+  moved_ahead_ = true;
+  helper_.start([this] {
+    try {
+      made();
+      pager_->moveAhead(*backend_);
+    } catch (const BackendError& error) {
+      if (!error.lacksMemory()) throw;
+    }
+  });
+}
+
 /// @throws std::runtime_error where they do not fit into memory.
 void Engine::bringInForView(const FrameView& view) {
   if (pager_->isEmpty()) return;

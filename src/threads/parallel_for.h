@@ -4,7 +4,6 @@
 
 #include <omp.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <exception>
 #include <memory>
@@ -40,17 +39,6 @@ void parallelFor(size_t count, int threads, const Body& body) {
     }
   }
   if (error != nullptr) std::rethrow_exception(error);
-}
-
-/// Calls body(i) for each i below `count`; a thread takes many of them at a time, which are small.
-template <class Body>
-void inBatches(size_t count, int threads, const Body& body) {
-  constexpr size_t kBatch = 64;
-  struct Nothing {};
-  parallelFor<Nothing>((count + kBatch - 1) / kBatch, threads, [&](size_t batch, Nothing&) {
-    const size_t end = std::min(count, (batch + 1) * kBatch);
-    for (size_t i = batch * kBatch; i < end; ++i) body(i);
-  });
 }
 
 }  // namespace dtsdf

@@ -93,7 +93,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   helper_.wait();
   std::vector<int32_t> in_view = blocksInView(view);
   settle();  // what the frame before left, whose last work may have run until now
-  if (pager_ && !std::exchange(moved_ahead_, false)) pager_->moveAhead(*backend_);
+  if (pager_ && !std::exchange(moved_ahead_, false)) moveAhead();
   backend_->lookUpBlocks();
   seeFree(view);
   const TouchedCounts touched = backend_->touched();
@@ -104,7 +104,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   result.refused_blocks = left_on_disk + admit(touched, turn);
   castFoldAndClear(touched, turn);
   keep(frame);
-  if (pager_) readAhead(frame, view);
+  if (pager_) noteForReading(frame, view);
   return result;
 }
 

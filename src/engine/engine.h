@@ -97,7 +97,8 @@ class Engine : public ProbedMapper {
   void bringInForView(const FrameView& view);
   AlignmentSums sumsAt(const FrameView& view, float cutoff);
   std::vector<PackedKey> keysAhead(const DepthFrame& frame, const Eigen::Isometry3d& motion);
-  void readAhead(const DepthFrame& frame, const FrameView& view);
+  void noteForReading(const DepthFrame& frame, const FrameView& view);
+  void moveAhead();
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
   std::vector<PackedKey> takeFarthest(const KeptBall& kept, std::vector<int32_t>& slots) const;
   size_t clearPaged(const RegionView& view, ClearedRegion& result);
@@ -144,6 +145,13 @@ class Engine : public ProbedMapper {
   bool has_colours_ = false;                       ///< Something was painted.
   std::vector<BlockRequest> outside_;              ///< Of the last frame.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame; with a pager only.
+  /// A frame that is to be read ahead of, whose image may have gone by then, and its motion since the
+  /// one before.
+  struct SeenFrame {
+    DepthFrame frame;
+    Eigen::Isometry3d motion;
+  };
+  std::optional<SeenFrame> ahead_of_;
   std::vector<FrameView> views_;    ///< Of depth images since the last extraction; the same.
   bool marks_are_in_views_ = true;  ///< Nothing beyond them waits for the next extraction.
   uint64_t lost_before_ = 0;        ///< Blocks on disk that the last extraction missed.

@@ -167,6 +167,7 @@ void Engine::clear() {
   has_colours_ = has_free_ = is_meshing_ = false;
   outside_.clear();
   T_W_C_before_.reset();
+  ahead_of_.reset();
   views_.clear();
   marks_are_in_views_ = true;
   lost_before_ = 0;

@@ -230,18 +230,26 @@ std::vector<PackedKey> Engine::keysAhead(const DepthFrame& frame, const Eigen::I
   return keys;
 }
 
-/// It is often in the memory of the system already; where it is not, the frame that needs it finds
-/// it read. A device works meanwhile.
-void Engine::readAhead(const DepthFrame& frame, const FrameView& view) {
+/// What comes next is looked for between frames, or before the next one: see moveAhead().
+void Engine::noteForReading(const DepthFrame& frame, const FrameView& view) {
   pager_->noteView(view);
   const bool is_time = moves_blocks_ || counters_.frames % kFramesBetweenReads == 0;
-  if (is_time && !pager_->isEmpty() && T_W_C_before_) {
-    Eigen::Isometry3d motion = T_W_C_before_->inverse() * frame.T_W_C;
-    const bool is_motion = isMotion(motion, params_.fusion.max_depth_m);
-    if (!is_motion) motion.setIdentity();
-    pager_->readAhead(*backend_, keysAhead(frame, motion), is_motion ? kFramesBetweenReads : 0);
+  if (is_time && T_W_C_before_) {
+    ahead_of_ = {frame, T_W_C_before_->inverse() * frame.T_W_C};
   }
   T_W_C_before_ = frame.T_W_C;
+}
+
+/// What is read is often in the memory of the system already; where it is not, the frame that needs
+/// it finds it read.
+void Engine::moveAhead() {
+  if (const auto last = std::exchange(ahead_of_, std::nullopt); last && !pager_->isEmpty()) {
+    const bool is_motion = isMotion(last->motion, params_.fusion.max_depth_m);
+    const Eigen::Isometry3d motion = is_motion ? last->motion : Eigen::Isometry3d::Identity();
+    pager_->readAhead(*backend_, keysAhead(last->frame, motion),
+                      is_motion ? kFramesBetweenReads : 0);
+  }
+  pager_->moveAhead(*backend_);
 }
 
 /// Between this frame and the next one. Where a device lacks the memory, blocks move once they have
@@ -251,7 +259,7 @@ void Engine::moveBeside() {
   helper_.start([this] {
     try {
       made();
-      pager_->moveAhead(*backend_);
+      moveAhead();
     } catch (const BackendError& error) {
       if (!error.lacksMemory()) throw;
     }

@@ -40,7 +40,7 @@ void Pager::noteAhead(const FrameView& view, float radius) {
 /// Blocks that were not brought in last, at least so many bytes of them if there are: coarse cell
 /// by coarse cell, those that were needed least recently first, by key those of the same time.
 std::vector<int32_t> Pager::leastRecent(size_t bytes, Which which) const {
-  const uint64_t lately = store_.isEmpty() ? now_ : ahead_since_;
+  const uint64_t lately = ahead_since_ == 0 ? now_ : ahead_since_;
   std::vector<const BlockCells::Cell*> cells;
   for (const BlockCells::Cell& cell : table_.cells()) {
     if (which == Which::kAny || cell.last_need < lately) cells.push_back(&cell);

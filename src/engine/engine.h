@@ -145,8 +145,8 @@ class Engine : public ProbedMapper {
   bool has_colours_ = false;                       ///< Something was painted.
   std::vector<BlockRequest> outside_;              ///< Of the last frame.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame; with a pager only.
-  /// A frame that is to be read ahead of, whose image may have gone by then, and its motion since the
-  /// one before.
+  /// A frame that is to be read ahead of, whose image may have gone by then, and its motion since
+  /// the one before.
   struct SeenFrame {
     DepthFrame frame;
     Eigen::Isometry3d motion;

@@ -32,7 +32,7 @@ constexpr float kAnyDepth_m = 1e30f;
 constexpr int kFramesAhead = 24, kFramesBetween = 3;
 
 /// How often they are, beside behind frames for which blocks have moved.
-constexpr uint64_t kFramesBetweenReads = 6;
+constexpr uint64_t kFramesBetweenReads = 3;
 
 /// Frames without an extraction of which it is known what they have changed.
 constexpr size_t kMostViews = 8;

@@ -230,11 +230,18 @@ void PageQueue::readNext(std::unique_lock<std::mutex>& lock) {
   const SharedRecords records = make(bytes);
   std::vector<uint64_t> checksums(next.size());
   std::vector<bool> is_read(next.size());
-  for (size_t i = 0, begin = 0; i < next.size(); begin += next[i++].bytes) {
+  char* record = records->data();
+  for (size_t i = 0, end = 0; i < next.size(); i = end) {
+    size_t run_bytes = next[i].bytes;  // of records side by side
+    for (end = i + 1; end < next.size() && next[end].offset == next[i].offset + run_bytes; ++end) {
+      run_bytes += next[end].bytes;
+    }
     bool is_short;
-    char* const record = records->data() + begin;
-    is_read[i] = file_.read(next[i].offset, record, next[i].bytes, is_short).empty();
-    if (is_read[i]) checksums[i] = checksumOf(record, next[i].bytes);
+    const bool is_run_read = file_.read(next[i].offset, record, run_bytes, is_short).empty();
+    for (size_t k = i; k < end; record += next[k++].bytes) {
+      is_read[k] = is_run_read;
+      if (is_run_read) checksums[k] = checksumOf(record, next[k].bytes);
+    }
   }
   lock.lock();
   for (size_t i = 0, begin = 0; i < next.size(); begin += next[i++].bytes) {

@@ -245,6 +245,34 @@ TEST_F(PageStoreTest, ReadsAhead) {
   expectHolds(blocks, others);
 }
 
+/// What is in memory is found there, the first ones at least; the rest is read.
+TEST_F(PageStoreTest, FetchesWithoutCopies) {
+  const std::vector<PagedBlock> blocks = someBlocks(0, 30);
+  const PageBytes records = randomRecords(blocks, 4);
+  const SharedRecords written = copyOf(records);
+  ASSERT_TRUE(store_.write(blocks, written));
+  store_.finish();
+  const std::vector<int32_t> numbers = numbersOf(blocks);
+  EXPECT_EQ(store_.countInMemory(numbers), 0u);
+  store_.readAhead({numbers.begin(), numbers.begin() + 12});
+  store_.finish();
+  EXPECT_EQ(store_.countInMemory(numbers), 12u);
+  int made = 0;
+  const RecordsMaker make = [&made](size_t bytes) {
+    ++made;
+    return makePlainRecords(bytes);
+  };
+  std::vector<RecordPlace> places;
+  EXPECT_EQ(store_.fetch(numbers, make, places), std::vector<uint8_t>(30, kPageIntact));
+  EXPECT_EQ(made, 1) << "for those that were not in memory";
+  const char* record = records.data();
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    const size_t bytes = recordBytes(blocks[i]);
+    EXPECT_EQ(std::memcmp(places[i].data(), record, bytes), 0) << i;
+    record += bytes;
+  }
+}
+
 /// One that is asked for twice takes memory once.
 TEST_F(PageStoreTest, ReadsAheadOnce) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 20);

@@ -79,6 +79,12 @@ inline LaneFloats floatsOf(const LaneInts& a) {
   return LaneFloats(reinterpret_cast<LaneFloats::Vector>(a.v));
 }
 
+/// 0, 1, 2 and so on.
+inline LaneFloats laneNumbers() {
+  constexpr LaneFloats::Vector kNumbers = {0, 1, 2, 3, 4, 5, 6, 7};
+  return LaneFloats(kNumbers);
+}
+
 /// Of the lowest bits of a number, one for each lane.
 inline LaneInts maskOf(uint32_t bits) {
   constexpr LaneInts::Vector kBit = {1, 2, 4, 8, 16, 32, 64, 128};
@@ -98,6 +104,7 @@ inline bool any(const LaneInts& mask) {
   return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
 }
 
+inline LaneFloats minimum(const LaneFloats& a, const LaneFloats& b) { return select(a < b, a, b); }
 inline LaneFloats maximum(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }
 inline LaneFloats magnitude(const LaneFloats& a) {
   return floatsOf(bitsOf(a) & LaneInts(0x7fffffff));

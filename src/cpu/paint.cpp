@@ -1,6 +1,7 @@
 #include "cpu/paint.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "backend/frame_check.h"
 #include "cpu/surface_points.h"
@@ -98,36 +99,45 @@ void Painter::findBlocksInView(const std::vector<int32_t>& candidates, const Blo
   }
 }
 
-void Painter::drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
-                        std::vector<float>& depth_m) const {
+/// Draws what of a block hides others, and keeps the points that may be seen.
+void Painter::findPoints(const PaintedMap& map, BlockView& block, const HidingRows& hiding) const {
   const PointView& view = sensing_.view;
+  const BlockEntry& entry = map.table.block(block.slot);
   const Vec3f first_voxel_L = firstVoxelOf(entry);
-  visitArrays(entry, voxels, [&](int direction, const Voxel* array) {
-    VoxelList near, hiding;
+  const bool takes_colour = map.table.takesColour(entry.key);
+  block.points.clear();
+  SurfacePoints points;
+  SurfacePoint hides_others[SurfacePoints::kMost];
+  visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
+    VoxelList near;
     listNearSurface(view, array, view.rules.surface_distance, near);
-    for (int n = 0; n < near.count; ++n) {
-      hiding.index[hiding.count] = near.index[n];
-      hiding.count += static_cast<int>(hides(view, array, near.index[n], direction));
+    for (int first = 0; first < near.count; first += SurfacePoints::kMost) {
+      const int batch = std::min(SurfacePoints::kMost, near.count - first);
+      points.find(view, first_voxel_L, array, direction, near.index + first, batch);
+      int hiding_count = 0;
+      for (int i = 0; i < points.count(); ++i) {
+        const SurfacePoint point = points.point(i);
+        const int voxel = points.index(i);
+        hides_others[hiding_count] = point;
+        hiding_count += static_cast<int>(hides(view, array, voxel, direction));
+        if (!takes_colour || !(point.cosine > 0.0f)) continue;
+        block.points.push_back(
+            {static_cast<uint16_t>(direction * kVoxelsPerBlock + voxel), point});
+      }
+      hiding.draw(view, hides_others, hiding_count);
     }
-    visitPoints(view, first_voxel_L, array, direction, hiding, [&](int, const SurfacePoint& point) {
-      drawSurface(view, point, [&](int32_t cell, float cell_m) {
-        depth_m[cell] = minimum(depth_m[cell], cell_m);
-      });
-    });
   });
 }
 
 /// Each thread has an image of its own; the nearest depth of all of them stays.
-void Painter::findHiding(const PaintedMap& map) {
+void Painter::findPoints(const PaintedMap& map) {
   const int32_t width = cellsFor(sensing_.view.frame.width);
   const int32_t height = cellsFor(sensing_.view.frame.height);
   hiding_m_.resize(threads_);
+  std::atomic<size_t> next{0};
   parallelFor<NoScratch>(hiding_m_.size(), threads_, [&](size_t part, NoScratch&) {
-    std::vector<float>& depth_m = hiding_m_[part];
-    depth_m.assign(static_cast<size_t>(width) * height, kNoSurface_m);
-    for (size_t i = part; i < blocks_in_view_; i += hiding_m_.size()) {
-      drawBlock(map.table.block(blocks_[i].slot), map.voxels, depth_m);
-    }
+    const HidingRows hiding(hiding_m_[part], width, height);
+    for (size_t i = next++; i < blocks_in_view_; i = next++) findPoints(map, blocks_[i], hiding);
   });
   std::vector<float>& nearest_m = hiding_m_[0];
   for (size_t part = 1; part < hiding_m_.size(); ++part) {
@@ -138,25 +148,14 @@ void Painter::findHiding(const PaintedMap& map) {
   sensing_.hiding = {nearest_m.data(), width, height};
 }
 
-void Painter::sampleBlock(const PaintedMap& map, BlockView& block) const {
-  const BlockEntry& entry = map.table.block(block.slot);
-  const Vec3f first_voxel_L = firstVoxelOf(entry);
+void Painter::sampleBlock(BlockView& block) const {
   block.samples.clear();
-  if (!map.table.takesColour(entry.key)) return;
-  visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
-    VoxelList near;
-    listNearSurface(sensing_.view, array, sensing_.view.rules.surface_distance, near);
-    visitPoints(
-        sensing_.view, first_voxel_L, array, direction, near,
-        [&](int i, const SurfacePoint& point) {
-          if (!(point.cosine > 0.0f)) return;
-          const float share = visibilityOf(sensing_.view, sensing_.hiding, point);
-          if (!(share > 0.0f)) return;
-          const ColourSample sample = sampleAt(sensing_, point, share);
-          if (!(sample.weight > 0.0f)) return;
-          block.samples.push_back({static_cast<uint16_t>(direction * kVoxelsPerBlock + i), sample});
-        });
-  });
+  for (const FacingPoint& facing : block.points) {
+    const float share = visibilityOf(sensing_.view, sensing_.hiding, facing.point);
+    if (!(share > 0.0f)) continue;
+    const ColourSample sample = sampleAt(sensing_, facing.point, share);
+    if (sample.weight > 0.0f) block.samples.push_back({facing.voxel, sample});
+  }
 }
 
 void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
@@ -177,9 +176,9 @@ SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look, cons
                    settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
   takeImage(frame);
   findBlocksInView(look.in_view, map.table);
-  findHiding(map);
+  findPoints(map);
   parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
-    sampleBlock(map, blocks_[i]);
+    sampleBlock(blocks_[i]);
     sumExposure(map, blocks_[i]);
   });
   SeenColours seen = {};
@@ -233,7 +232,8 @@ size_t Painter::bytes() const {
   size_t bytes = pixels_.capacity() * sizeof(ColourPixel) + blocks_.capacity() * sizeof(BlockView);
   for (const std::vector<float>& depth_m : hiding_m_) bytes += depth_m.capacity() * sizeof(float);
   for (const BlockView& block : blocks_) {
-    bytes += block.samples.capacity() * sizeof(VoxelSample);
+    bytes += block.points.capacity() * sizeof(FacingPoint) +
+             block.samples.capacity() * sizeof(VoxelSample);
   }
   return bytes;
 }

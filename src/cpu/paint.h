@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "backend/map_backend.h"
+#include "cpu/hiding_rows.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/colour_frame.h"
 #include "kernels/colour/paint.h"
@@ -46,19 +47,24 @@ class Painter {
     uint16_t voxel;
     ColourSample sample;
   };
+  /// A voxel of a block that faces the camera, if nothing hides it.
+  struct FacingPoint {
+    uint16_t voxel;
+    SurfacePoint point;
+  };
   /// And of one block.
   struct BlockView {
     int32_t slot;
+    std::vector<FacingPoint> points;
     std::vector<VoxelSample> samples;
     ExposureSums sums;
   };
 
   void takeImage(const ColourFrame& frame);
   void findBlocksInView(const std::vector<int32_t>& candidates, const BlockTable& table);
-  void findHiding(const PaintedMap& map);
-  void drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
-                 std::vector<float>& depth_m) const;
-  void sampleBlock(const PaintedMap& map, BlockView& block) const;
+  void findPoints(const PaintedMap& map);
+  void findPoints(const PaintedMap& map, BlockView& block, const HidingRows& hiding) const;
+  void sampleBlock(BlockView& block) const;
   void sumExposure(const PaintedMap& map, BlockView& block) const;
   bool paintBlock(const Exposure& exposure, const PaintedMap& map, const BlockView& block) const;
   Vec3f firstVoxelOf(const BlockEntry& entry) const;

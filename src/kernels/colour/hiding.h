@@ -6,6 +6,7 @@
 #pragma once
 
 #include "kernels/colour/surface_point.h"
+#include "kernels/core/select.h"
 
 namespace dtsdf {
 
@@ -51,27 +52,62 @@ DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int d
 /// A point is a voxel from the next: its piece of the surface reaches half of that to every side.
 constexpr float kPieceVoxels = 0.5f;
 
-/// Calls draw(cell, depth_m) for the cells around a point that its surface covers: its own one, and
-/// those where its plane is within a voxel of its depth. Seen at a grazing angle that is a stripe;
-/// more would hide the surface behind it.
-template <class Draw>
-DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, const Draw& draw) {
+/// The piece of the surface around a point.
+struct SurfacePiece {
+  PointPlane plane;
+  float u, v, depth_m;      ///< Of the point.
+  float nearest_m, last_m;  ///< Depths that it has.
+  float reach_m;
+  int32_t own_u, own_v;                         ///< The point's cell.
+  int32_t first_u, last_u, first_v, last_v;  ///< Cells that it may cover.
+};
+
+DTSDF_HD SurfacePiece pieceOf(const PointView& view, const SurfacePoint& point) {
   const FrameView& frame = view.frame;
   const int32_t width = cellsFor(frame.width), height = cellsFor(frame.height);
   const float reach_px = kPieceVoxels * voxelWidth(frame, point);
   const float reach_m = frame.voxel_size_m;
-  const float nearest_m = maximum(point.p_C.z - reach_m, 0.0f);  // so that depths sort as bits do
-  const PointPlane plane = planeOf(frame, point);
-  const int32_t last_u = cellOf(point.u + reach_px, width);
-  const int32_t last_v = cellOf(point.v + reach_px, height);
-  for (int32_t v = cellOf(point.v - reach_px, height); v <= last_v; ++v) {
-    const float dv = (static_cast<float>(v) + 0.5f) * kCellSide - point.v;
-    for (int32_t u = cellOf(point.u - reach_px, width); u <= last_u; ++u) {
-      const float du = (static_cast<float>(u) + 0.5f) * kCellSide - point.u;
-      const float depth_m = depthBeside(plane, du, dv);
-      const bool is_own = u == cellOf(point.u, width) && v == cellOf(point.v, height);
-      if (!is_own && fabsf(depth_m - point.p_C.z) > reach_m) continue;
-      draw(v * width + u, minimum(maximum(depth_m, nearest_m), point.p_C.z + reach_m));
+  SurfacePiece piece;
+  piece.plane = planeOf(frame, point);
+  piece.u = point.u;
+  piece.v = point.v;
+  piece.depth_m = point.p_C.z;
+  piece.nearest_m = maximum(point.p_C.z - reach_m, 0.0f);  // so that depths sort as bits do
+  piece.last_m = point.p_C.z + reach_m;
+  piece.reach_m = reach_m;
+  piece.own_u = cellOf(point.u, width);
+  piece.own_v = cellOf(point.v, height);
+  piece.first_u = cellOf(point.u - reach_px, width);
+  piece.last_u = cellOf(point.u + reach_px, width);
+  piece.first_v = cellOf(point.v - reach_px, height);
+  piece.last_v = cellOf(point.v + reach_px, height);
+  return piece;
+}
+
+/// Depth of a piece in cell (u, v), or kNoSurface_m: it covers its own cell, and those where its
+/// plane is within a voxel of its depth. Seen at a grazing angle that is a stripe; more would hide
+/// the surface behind it. A row's cells may be asked at once: `u` is a whole number.
+template <class Real>
+DTSDF_HD Real depthOfPiece(const SurfacePiece& piece, const Real& u, int32_t v) {
+  const Real du = (u + Real(0.5f)) * Real(kCellSide) - Real(piece.u);
+  const Real dv = Real((static_cast<float>(v) + 0.5f) * kCellSide - piece.v);
+  const Real depth_m = depthBeside(piece.plane, du, dv);
+  const Real own_u = Real(v == piece.own_v ? static_cast<float>(piece.own_u) : -1.0f);
+  const auto is_beyond = (magnitude(depth_m - Real(piece.depth_m)) > Real(piece.reach_m)) &
+                         (magnitude(u - own_u) > Real(0.5f));
+  return select(is_beyond, Real(kNoSurface_m),
+                minimum(maximum(depth_m, Real(piece.nearest_m)), Real(piece.last_m)));
+}
+
+/// Calls draw(cell, depth_m) for the cells that the surface of a point covers.
+template <class Draw>
+DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, const Draw& draw) {
+  const int32_t width = cellsFor(view.frame.width);
+  const SurfacePiece piece = pieceOf(view, point);
+  for (int32_t v = piece.first_v; v <= piece.last_v; ++v) {
+    for (int32_t u = piece.first_u; u <= piece.last_u; ++u) {
+      const float depth_m = depthOfPiece(piece, static_cast<float>(u), v);
+      if (depth_m < kNoSurface_m) draw(v * width + u, depth_m);
     }
   }
 }

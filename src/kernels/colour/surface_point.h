@@ -94,9 +94,11 @@ DTSDF_HD PointPlane planeOf(const FrameView& frame, const SurfacePoint& point) {
 }
 
 /// Depth in metres of the plane so many pixels beside the point; not behind the horizon.
-DTSDF_HD float depthBeside(const PointPlane& plane, float du, float dv) {
-  const float inverse_depth = plane.inverse_depth + du * plane.per_u + dv * plane.per_v;
-  return 1.0f / maximum(inverse_depth, 0.01f * plane.inverse_depth);
+template <class Real>
+DTSDF_HD Real depthBeside(const PointPlane& plane, const Real& du, const Real& dv) {
+  const Real inverse_depth =
+      Real(plane.inverse_depth) + du * Real(plane.per_u) + dv * Real(plane.per_v);
+  return Real(1.0f) / maximum(inverse_depth, Real(0.01f * plane.inverse_depth));
 }
 
 }  // namespace dtsdf

@@ -52,10 +52,13 @@ void addToSums(ExposureSums& sums, const ExposureSums& part) {
 
 void forgetColours(const BlockEntry& entry, const PaintedMap& map) {
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
-    for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      if (!isEmpty(array[i])) continue;
-      VoxelColour* colour = findColour(map, entry.array[direction], i);
-      if (colour != nullptr) *colour = {0, 0, 0, 0};
+    for (int brick = 0; brick < kBricksPerArray; ++brick) {
+      const int32_t number = map.table.colourOf(entry.array[direction], brick);
+      if (number == kNoArray) continue;
+      VoxelColour* const colours = map.colours.array(number);
+      for (int place = 0; place < kVoxelsPerBrick; ++place) {
+        if (isEmpty(array[voxelInBrick(brick, place)])) colours[place] = {0, 0, 0, 0};
+      }
     }
   });
 }

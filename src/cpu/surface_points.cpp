@@ -74,15 +74,13 @@ void SurfacePoints::place(const FrameView& view, const Vec3f& first_voxel_L, int
   for (int i = 0; i < count; ++i) {
     const SurfacePoint point =
         placePoint(frame, first, {x_[i], y_[i], z_[i]}, {normal_x_[i], normal_y_[i], normal_z_[i]});
-    x_[i] = point.p_C.x;
-    y_[i] = point.p_C.y;
-    z_[i] = point.p_C.z;
-    normal_x_[i] = point.normal_C.x;
-    normal_y_[i] = point.normal_C.y;
-    normal_z_[i] = point.normal_C.z;
+    depth_m_[i] = point.depth_m;
     cosine_[i] = point.cosine;
     u_[i] = point.u;
     v_[i] = point.v;
+    inverse_depth_[i] = point.plane.inverse_depth;
+    per_u_[i] = point.plane.per_u;
+    per_v_[i] = point.plane.per_v;
   }
 }
 
@@ -91,15 +89,13 @@ void SurfacePoints::keepThoseInImage(const PointView& view, int count) {
   for (int i = 0; i < count; ++i) {
     const SurfacePoint seen = point(i);
     index_[count_] = index_[i];
-    x_[count_] = seen.p_C.x;
-    y_[count_] = seen.p_C.y;
-    z_[count_] = seen.p_C.z;
-    normal_x_[count_] = seen.normal_C.x;
-    normal_y_[count_] = seen.normal_C.y;
-    normal_z_[count_] = seen.normal_C.z;
+    depth_m_[count_] = seen.depth_m;
     cosine_[count_] = seen.cosine;
     u_[count_] = seen.u;
     v_[count_] = seen.v;
+    inverse_depth_[count_] = seen.plane.inverse_depth;
+    per_u_[count_] = seen.plane.per_u;
+    per_v_[count_] = seen.plane.per_v;
     count_ += static_cast<int>(isInImage(view, seen));
   }
 }

@@ -68,12 +68,12 @@ DTSDF_HD SurfacePiece pieceOf(const PointView& view, const SurfacePoint& point) 
   const float reach_px = kPieceVoxels * voxelWidth(frame, point);
   const float reach_m = frame.voxel_size_m;
   SurfacePiece piece;
-  piece.plane = planeOf(frame, point);
+  piece.plane = point.plane;
   piece.u = point.u;
   piece.v = point.v;
-  piece.depth_m = point.p_C.z;
-  piece.nearest_m = maximum(point.p_C.z - reach_m, 0.0f);  // so that depths sort as bits do
-  piece.last_m = point.p_C.z + reach_m;
+  piece.depth_m = point.depth_m;
+  piece.nearest_m = maximum(point.depth_m - reach_m, 0.0f);  // so that depths sort as bits do
+  piece.last_m = point.depth_m + reach_m;
   piece.reach_m = reach_m;
   piece.own_u = cellOf(point.u, width);
   piece.own_v = cellOf(point.v, height);
@@ -117,10 +117,10 @@ DTSDF_HD float depthAt(const HidingImage& hiding, int32_t u, int32_t v) {
 }
 
 /// Where a point's own surface would be in a cell: on its plane.
-DTSDF_HD float ownDepthAt(const FrameView& frame, const SurfacePoint& point, int32_t u, int32_t v) {
+DTSDF_HD float ownDepthAt(const SurfacePoint& point, int32_t u, int32_t v) {
   const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
   const float centre_v = (static_cast<float>(v) + 0.5f) * kCellSide;
-  return depthBeside(planeOf(frame, point), centre_u - point.u, centre_v - point.v);
+  return depthBeside(point.plane, centre_u - point.u, centre_v - point.v);
 }
 
 /// What is seen in a cell, beside the point's own surface.
@@ -132,9 +132,9 @@ DTSDF_HD Seen seenIn(const PointView& view, const HidingImage& hiding, const Sur
                      int32_t u, int32_t v) {
   const float seen_m = depthAt(hiding, u, v);
   const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m;
-  const bool is_nearer = seen_m < point.p_C.z - limit_m;
-  if (!is_nearer && !(seen_m > point.p_C.z + limit_m)) return Seen::kOwn;
-  const float own_m = ownDepthAt(view.frame, point, u, v);
+  const bool is_nearer = seen_m < point.depth_m - limit_m;
+  if (!is_nearer && !(seen_m > point.depth_m + limit_m)) return Seen::kOwn;
+  const float own_m = ownDepthAt(point, u, v);
   if (is_nearer) return seen_m < own_m - limit_m ? Seen::kNearer : Seen::kOwn;
   return seen_m > own_m + limit_m ? Seen::kFarther : Seen::kOwn;
 }

@@ -31,7 +31,7 @@ DTSDF_HD uint8_t roundColour(float value) { return static_cast<uint8_t>(value + 
 ///   min(1, width)    the sharpness: the pixels that a voxel covers, foreshortened
 DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   const float width_px = point.cosine * voxelWidth(view.frame, point);
-  const float quality = point.cosine * minimum(1.0f, view.full_weight_depth_m / point.p_C.z) *
+  const float quality = point.cosine * minimum(1.0f, view.full_weight_depth_m / point.depth_m) *
                         minimum(1.0f, width_px);
   return quality * quality;
 }

@@ -11,10 +11,13 @@ HidingRows::HidingRows(std::vector<float>& depth_m, int32_t width, int32_t heigh
   depth_m_ = depth_m.data();
 }
 
-void HidingRows::draw(const PointView& view, const SurfacePoint* points, int count) const {
+void HidingRows::draw(const PointView& view, const SurfacePoints& points, const int* listed,
+                      int count) const {
+  SurfacePiece pieces[SurfacePoints::kMost];  // all first: what was just written is slow to read
+  for (int i = 0; i < count; ++i) pieces[i] = pieceOf(view, points.point(listed[i]));
   withWidestVectors([&] {
     for (int i = 0; i < count; ++i) {
-      const SurfacePiece piece = pieceOf(view, points[i]);
+      const SurfacePiece& piece = pieces[i];
       const LaneFloats last_u(static_cast<float>(piece.last_u) + 0.5f);
       for (int32_t v = piece.first_v; v <= piece.last_v; ++v) {
         for (int32_t first = piece.first_u; first <= piece.last_u; first += kLanes) {

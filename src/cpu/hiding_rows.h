@@ -1,8 +1,10 @@
-/// The image of what hides, drawn row by row: drawSurface() for the cells of a row at once. Same bits.
+/// The image of what hides, drawn row by row: drawSurface() for the cells of a row at once. Same
+/// bits.
 #pragma once
 
 #include <vector>
 
+#include "cpu/surface_points.h"
 #include "kernels/colour/hiding.h"
 
 namespace dtsdf {
@@ -13,7 +15,8 @@ class HidingRows {
   /// Nothing is drawn yet. Sizes in cells; `depth_m` outlives it.
   HidingRows(std::vector<float>& depth_m, int32_t width, int32_t height);
 
-  void draw(const PointView& view, const SurfacePoint* points, int count) const;
+  /// Those of the points that are listed.
+  void draw(const PointView& view, const SurfacePoints& points, const int* listed, int count) const;
 
  private:
   float* depth_m_;

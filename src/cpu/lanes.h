@@ -49,6 +49,9 @@ inline LaneInts operator|(const LaneInts& a, const LaneInts& b) { return LaneInt
 inline LaneInts operator^(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v ^ b.v); }
 inline LaneInts operator==(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v == b.v); }
 inline LaneInts operator>(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v > b.v); }
+inline LaneInts operator+(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v + b.v); }
+inline LaneInts operator*(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v * b.v); }
+inline LaneInts operator>>(const LaneInts& a, int bits) { return LaneInts(a.v >> bits); }
 inline LaneInts operator!=(const LaneInts& a, const LaneInts& b) { return LaneInts(a.v != b.v); }
 
 inline LaneFloats operator+(const LaneFloats& a, const LaneFloats& b) {
@@ -102,6 +105,20 @@ inline bool any(const LaneInts& mask) {
   using Pairs = int64_t __attribute__((vector_size(32)));
   const Pairs pairs = reinterpret_cast<Pairs>(mask.v);
   return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
+}
+
+inline bool all(const LaneInts& mask) { return !any(LaneInts(~mask.v)); }
+
+inline LaneFloats gather(const float* values, const LaneInts& places) {
+  LaneFloats result;
+  for (int k = 0; k < kLanes; ++k) result.v[k] = values[places.v[k]];
+  return result;
+}
+
+/// As that of one number.
+inline LaneInts floorToInt(const LaneFloats& a) {
+  const LaneInts truncated(__builtin_convertvector(a.v, LaneInts::Vector));
+  return LaneInts(truncated.v + (toFloats(truncated) > a).v);
 }
 
 inline LaneFloats minimum(const LaneFloats& a, const LaneFloats& b) { return select(a < b, a, b); }

@@ -110,7 +110,7 @@ void Painter::findPoints(const PaintedMap& map, BlockView& block, const HidingRo
   const bool takes_colour = map.table.takesColour(entry.key);
   block.points.clear();
   SurfacePoints points;
-  SurfacePoint hides_others[SurfacePoints::kMost];
+  int hides_others[SurfacePoints::kMost];
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
     VoxelList near;
     listNearSurface(view, array, view.rules.surface_distance, near);
@@ -119,15 +119,11 @@ void Painter::findPoints(const PaintedMap& map, BlockView& block, const HidingRo
       points.find(view, first_voxel_L, array, direction, near.index + first, batch);
       int hiding_count = 0;
       for (int i = 0; i < points.count(); ++i) {
-        const SurfacePoint point = points.point(i);
-        const int voxel = points.index(i);
-        hides_others[hiding_count] = point;
-        hiding_count += static_cast<int>(hides(view, array, voxel, direction));
-        if (!takes_colour || !(point.cosine > 0.0f)) continue;
-        block.points.push_back(
-            {static_cast<uint16_t>(direction * kVoxelsPerBlock + voxel), point});
+        hides_others[hiding_count] = i;
+        hiding_count += static_cast<int>(hides(view, array, points.index(i), direction));
       }
-      hiding.draw(view, hides_others, hiding_count);
+      hiding.draw(view, points, hides_others, hiding_count);
+      if (takes_colour) block.points.add(points, direction);
     }
   });
 }
@@ -151,16 +147,6 @@ void Painter::findPoints(const PaintedMap& map) {
   sensing_.hiding = {nearest_m.data(), width, height};
 }
 
-void Painter::sampleBlock(BlockView& block) const {
-  block.samples.clear();
-  for (const FacingPoint& facing : block.points) {
-    const float share = visibilityOf(sensing_.view, sensing_.hiding, facing.point);
-    if (!(share > 0.0f)) continue;
-    const ColourSample sample = sampleAt(sensing_, facing.point, share);
-    if (sample.weight > 0.0f) block.samples.push_back({facing.voxel, sample});
-  }
-}
-
 void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   block.sums = {};
@@ -181,7 +167,7 @@ SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look, cons
   findBlocksInView(look.in_view, map.table);
   findPoints(map);
   parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
-    sampleBlock(blocks_[i]);
+    blocks_[i].points.sample(sensing_, blocks_[i].samples);
     sumExposure(map, blocks_[i]);
   });
   SeenColours seen = {};
@@ -235,8 +221,7 @@ size_t Painter::bytes() const {
   size_t bytes = pixels_.capacity() * sizeof(ColourPixel) + blocks_.capacity() * sizeof(BlockView);
   for (const std::vector<float>& depth_m : hiding_m_) bytes += depth_m.capacity() * sizeof(float);
   for (const BlockView& block : blocks_) {
-    bytes += block.points.capacity() * sizeof(FacingPoint) +
-             block.samples.capacity() * sizeof(VoxelSample);
+    bytes += block.points.bytes() + block.samples.capacity() * sizeof(VoxelSample);
   }
   return bytes;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "backend/map_backend.h"
+#include "cpu/facing_points.h"
 #include "cpu/hiding_rows.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/colour_frame.h"
@@ -42,20 +43,10 @@ class Painter {
   size_t bytes() const;
 
  private:
-  /// What the image says of one voxel of a block: direction times kVoxelsPerBlock + voxel.
-  struct VoxelSample {
-    uint16_t voxel;
-    ColourSample sample;
-  };
-  /// A voxel of a block that faces the camera, if nothing hides it.
-  struct FacingPoint {
-    uint16_t voxel;
-    SurfacePoint point;
-  };
-  /// And of one block.
+  /// What it says of one block.
   struct BlockView {
     int32_t slot;
-    std::vector<FacingPoint> points;
+    FacingPoints points;
     std::vector<VoxelSample> samples;
     ExposureSums sums;
   };
@@ -64,7 +55,6 @@ class Painter {
   void findBlocksInView(const std::vector<int32_t>& candidates, const BlockTable& table);
   void findPoints(const PaintedMap& map);
   void findPoints(const PaintedMap& map, BlockView& block, const HidingRows& hiding) const;
-  void sampleBlock(BlockView& block) const;
   void sumExposure(const PaintedMap& map, BlockView& block) const;
   bool paintBlock(const Exposure& exposure, const PaintedMap& map, const BlockView& block) const;
   Vec3f firstVoxelOf(const BlockEntry& entry) const;

@@ -9,17 +9,22 @@
 namespace dtsdf {
 
 /// The plane through a point: its inverse depth is affine in the pixel.
-struct PointPlane {
-  float inverse_depth, per_u, per_v;  ///< At the point, in 1/m, and its change per pixel.
+template <class Real>
+struct PointPlaneOf {
+  Real inverse_depth, per_u, per_v;  ///< At the point, in 1/m, and its change per pixel.
 };
 
-/// The foot of a voxel, as it is seen.
-struct SurfacePoint {
-  float depth_m;
-  float cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
-  float u, v;    ///< In pixels from the corner of the first one.
-  PointPlane plane;
+/// The foot of a voxel, as it is seen; or of several voxels at once.
+template <class Real>
+struct SurfacePointOf {
+  Real depth_m;
+  Real cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
+  Real u, v;    ///< In pixels from the corner of the first one.
+  PointPlaneOf<Real> plane;
 };
+
+using PointPlane = PointPlaneOf<float>;
+using SurfacePoint = SurfacePointOf<float>;
 
 /// What points are made of: the camera, and how the surfaces of an array face.
 struct PointView {
@@ -76,8 +81,8 @@ DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxe
 
 DTSDF_HD bool isInImage(const PointView& view, const SurfacePoint& point) {
   const FrameView& frame = view.frame;
-  return point.depth_m > frame.voxel_size_m && point.depth_m <= view.max_depth_m && point.u >= 0.0f &&
-         point.v >= 0.0f && point.u < static_cast<float>(frame.width) &&
+  return point.depth_m > frame.voxel_size_m && point.depth_m <= view.max_depth_m &&
+         point.u >= 0.0f && point.v >= 0.0f && point.u < static_cast<float>(frame.width) &&
          point.v < static_cast<float>(frame.height);
 }
 
@@ -94,16 +99,17 @@ DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L
 }
 
 /// Width of a voxel in the image, in pixels.
-DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
-  return frame.intrinsics.fx * frame.voxel_size_m / point.depth_m;
+template <class Real>
+DTSDF_HD Real voxelWidth(const FrameView& frame, const SurfacePointOf<Real>& point) {
+  return Real(frame.intrinsics.fx * frame.voxel_size_m) / point.depth_m;
 }
 
 /// Depth in metres of the plane so many pixels beside the point; not behind the horizon.
-template <class Real>
-DTSDF_HD Real depthBeside(const PointPlane& plane, const Real& du, const Real& dv) {
-  const Real inverse_depth =
-      Real(plane.inverse_depth) + du * Real(plane.per_u) + dv * Real(plane.per_v);
-  return Real(1.0f) / maximum(inverse_depth, Real(0.01f * plane.inverse_depth));
+template <class Plane, class Real>
+DTSDF_HD Real depthBeside(const Plane& plane, const Real& du, const Real& dv) {
+  const Real at_point(plane.inverse_depth);
+  const Real inverse_depth = at_point + du * Real(plane.per_u) + dv * Real(plane.per_v);
+  return Real(1.0f) / maximum(inverse_depth, Real(0.01f) * at_point);
 }
 
 }  // namespace dtsdf

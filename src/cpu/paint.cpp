@@ -57,7 +57,8 @@ void forgetColours(const BlockEntry& entry, const PaintedMap& map) {
       if (number == kNoArray) continue;
       VoxelColour* const colours = map.colours.array(number);
       for (int place = 0; place < kVoxelsPerBrick; ++place) {
-        if (isEmpty(array[voxelInBrick(brick, place)])) colours[place] = {0, 0, 0, 0};
+        const bool is_kept = !isEmpty(array[voxelInBrick(brick, place)]);
+        colours[place] = is_kept ? colours[place] : VoxelColour{0, 0, 0, 0};
       }
     }
   });

@@ -6,19 +6,26 @@
 namespace dtsdf {
 
 void listNearSurface(const PointView& view, const Voxel* voxels, float distance, VoxelList& list) {
-  const LaneInts too_little(view.least_evidence - 1);
-  const LaneFloats most(distance);
+  // In whole units, the same comparisons.
+  const int32_t most_units = floorToInt(minimum(distance * kStoredSdfScale, 32768.0f));
+  const LaneInts too_little(view.least_evidence - 1), too_low(-most_units - 1),
+      too_high(most_units + 1);
+  const auto nearIn = [&](int row) {
+    const VoxelRow of_row(voxels + row);
+    return (of_row.evidence() > too_little) & (of_row.sdf_units > too_low) &
+           (too_high > of_row.sdf_units);
+  };
   withWidestVectors([&] {
+    constexpr int kRows = 2;  // so many are asked at once, as most have none
     int count = 0;
-    for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
-      const VoxelRow of_row(voxels + row);
-      const LaneInts near = (of_row.evidence() > too_little) & (most >= magnitude(of_row.sdf()));
-      if (!any(near)) continue;  // as most
-      int32_t is_near[kLanes];
-      near.store(is_near);
-      for (int x = 0; x < kBlockSide; ++x) {
-        list.index[count] = row + x;
-        count -= is_near[x];
+    for (int first = 0; first < kVoxelsPerBlock; first += kRows * kBlockSide) {
+      const LaneInts near[kRows] = {nearIn(first), nearIn(first + kBlockSide)};
+      if (!any(near[0] | near[1])) continue;
+      int32_t is_near[kRows * kLanes];
+      for (int row = 0; row < kRows; ++row) near[row].store(is_near + row * kLanes);
+      for (int i = 0; i < kRows * kLanes; ++i) {
+        list.index[count] = first + i;
+        count -= is_near[i];
       }
     }
     list.count = count;

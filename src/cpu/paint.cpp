@@ -20,6 +20,12 @@ void visitArrays(const BlockEntry& entry, const VoxelStore& voxels, const Visit&
   }
 }
 
+void prefetch(const BlockEntry& entry, const VoxelStore& voxels) {
+  for (const int32_t array : entry.array) {
+    if (array != kNoArray) voxels.prefetch(array);
+  }
+}
+
 /// Where the colour of an array's voxel is kept, or null.
 VoxelColour* findColour(const PaintedMap& map, int32_t array, int voxel) {
   const int32_t number = map.table.colourOf(array, brickOf(voxel));
@@ -137,7 +143,11 @@ void Painter::findPoints(const PaintedMap& map) {
   std::atomic<size_t> next{0};
   parallelFor<NoScratch>(hiding_m_.size(), threads_, [&](size_t part, NoScratch&) {
     const HidingRows hiding(hiding_m_[part], width, height);
-    for (size_t i = next++; i < blocks_in_view_; i = next++) findPoints(map, blocks_[i], hiding);
+    for (size_t i = next++; i < blocks_in_view_; i = next++) {
+      const size_t ahead = i + hiding_m_.size();  // this thread's next one, most likely
+      if (ahead < blocks_in_view_) prefetch(map.table.block(blocks_[ahead].slot), map.voxels);
+      findPoints(map, blocks_[i], hiding);
+    }
   });
   std::vector<float>& nearest_m = hiding_m_[0];
   for (size_t part = 1; part < hiding_m_.size(); ++part) {

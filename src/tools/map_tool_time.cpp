@@ -27,7 +27,7 @@ struct TimeOptions {
   MapLoadLimit limit;
 };
 
-TimeOptions parse(const std::vector<std::string>& arguments) {
+TimeOptions parseTimeOptions(const std::vector<std::string>& arguments) {
   TimeOptions options;
   CommandLine line("map_tool time", "FILE [options]",
                    "Measures how long it takes to load a map file, restore it in a mapper, copy it "
@@ -72,7 +72,7 @@ void printTime(const char* what, const TimeOptions& options, uint64_t bytes,
 }  // namespace
 
 void timeMap(const std::vector<std::string>& arguments) {
-  const TimeOptions options = parse(arguments);
+  const TimeOptions options = parseTimeOptions(arguments);
   MapContents contents = loadMap(options.path, options.limit.bytes());
   const uint64_t bytes =
       contents.voxels.size() * sizeof(uint64_t) + contents.colours.size() * sizeof(uint32_t);

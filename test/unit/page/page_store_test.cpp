@@ -57,7 +57,7 @@ PageBytes randomRecords(const std::vector<PagedBlock>& blocks, unsigned seed) {
   return records;
 }
 
-PageBytes copyOf(const PageBytes& records) {
+PageBytes copyOfRecords(const PageBytes& records) {
   PageBytes copy(records.size());
   std::copy_n(records.data(), records.size(), copy.data());
   return copy;
@@ -116,8 +116,8 @@ TEST_F(PageStoreTest, GivesBackWhatWasWritten) {
   const std::vector<PagedBlock> first = someBlocks(0, 50), second = someBlocks(50, 70);
   const PageBytes first_records = randomRecords(first, 1),
                   second_records = randomRecords(second, 2);
-  ASSERT_TRUE(store_.write(first, copyOf(first_records)));
-  ASSERT_TRUE(store_.write(second, copyOf(second_records)));
+  ASSERT_TRUE(store_.write(first, copyOfRecords(first_records)));
+  ASSERT_TRUE(store_.write(second, copyOfRecords(second_records)));
   EXPECT_EQ(store_.count(), 120u);
   EXPECT_EQ(store_.bytes(), first_records.size() + second_records.size());
   expectHolds(second, second_records);
@@ -133,11 +133,11 @@ TEST_F(PageStoreTest, GivesBackWhatWasWritten) {
 TEST_F(PageStoreTest, UsesSpaceAgain) {
   const std::vector<PagedBlock> first = someBlocks(0, 60), second = someBlocks(60, 60);
   const PageBytes first_records = randomRecords(first, 1);
-  ASSERT_TRUE(store_.write(first, copyOf(first_records)));
+  ASSERT_TRUE(store_.write(first, copyOfRecords(first_records)));
   const uint64_t bytes = store_.bytes();
   for (unsigned i = 0; i < 20; ++i) {
     const PageBytes records = randomRecords(second, i);
-    ASSERT_TRUE(store_.write(second, copyOf(records)));
+    ASSERT_TRUE(store_.write(second, copyOfRecords(records)));
     expectHolds(second, records);
     store_.release(numbersOf(second));
     EXPECT_EQ(store_.bytes(), bytes);
@@ -155,7 +155,7 @@ TEST_F(PageStoreTest, UsesSpaceAgain) {
 TEST_F(PageStoreTest, FindsDamage) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 30);
   const PageBytes records = randomRecords(blocks, 3);
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   store_.finish();
   const std::string file = openFileIn(folder_.path());
   ASSERT_NE(file, "");
@@ -200,16 +200,16 @@ TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
                                 third = someBlocks(52, 9);
   const PageBytes records = randomRecords(blocks, 1), second_records = randomRecords(second, 2),
                   third_records = randomRecords(third, 3);
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   store_.finish();
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, SIG_IGN);
   const rlimit small{records.size() + 5000, before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);
-  EXPECT_TRUE(store_.write(second, copyOf(second_records))) << "nobody knows yet";
+  EXPECT_TRUE(store_.write(second, copyOfRecords(second_records))) << "nobody knows yet";
   store_.finish();
-  const bool written = store_.write(third, copyOf(third_records));
+  const bool written = store_.write(third, copyOfRecords(third_records));
   const std::string problem = store_.problem();
   expectHolds(second, second_records);
   setrlimit(RLIMIT_FSIZE, &before);
@@ -217,7 +217,7 @@ TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
   EXPECT_NE(problem.find("cannot write"), std::string::npos) << problem;
   EXPECT_EQ(store_.count(), blocks.size() + second.size());
   expectHolds(blocks, records);
-  ASSERT_TRUE(store_.write(third, copyOf(third_records))) << "later there is space again";
+  ASSERT_TRUE(store_.write(third, copyOfRecords(third_records))) << "later there is space again";
   store_.finish();
   EXPECT_EQ(std::filesystem::file_size(openFileIn(folder_.path())), store_.bytes());
   expectHolds(second, second_records);
@@ -228,7 +228,7 @@ TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
 TEST_F(PageStoreTest, ReadsAhead) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 30);
   const PageBytes records = randomRecords(blocks, 4);
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   store_.finish();
   store_.readAhead(numbersOf(blocks));
   store_.finish();
@@ -238,7 +238,7 @@ TEST_F(PageStoreTest, ReadsAhead) {
   EXPECT_EQ(store_.waits().count, waits) << "nobody waited for the disk";
   store_.release(numbersOf(blocks));
   const PageBytes others = randomRecords(blocks, 5);
-  ASSERT_TRUE(store_.write(blocks, copyOf(others)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(others)));
   expectHolds(blocks, others);
 }
 
@@ -247,7 +247,7 @@ TEST_F(PageStoreTest, ReadsAheadOnce) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 20);
   const PageBytes records = randomRecords(blocks, 4);
   ASSERT_LT(2 * records.size(), size_t{1} << 20) << "else there is no room for it twice";
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   store_.finish();
   EXPECT_EQ(store_.queueBytes(), 0u);
   std::vector<int32_t> twice = numbersOf(blocks);
@@ -267,11 +267,11 @@ TEST_F(PageStoreTest, ReadsAheadOnce) {
 TEST_F(PageStoreTest, OutlivesALackOfMemory) {
   const std::vector<PagedBlock> first = someBlocks(0, 5), more = someBlocks(5, 90);
   const PageBytes records = randomRecords(first, 1), more_records = randomRecords(more, 2);
-  ASSERT_TRUE(store_.write(first, copyOf(records)));
+  ASSERT_TRUE(store_.write(first, copyOfRecords(records)));
   store_.finish();
   const uint64_t bytes = store_.bytes();
   int refused = 0;
-  while (isRefused(more, copyOf(more_records), refused)) {
+  while (isRefused(more, copyOfRecords(more_records), refused)) {
     ++refused;
     ASSERT_EQ(store_.problem(), "out of memory");
     ASSERT_EQ(store_.bytes(), bytes);
@@ -294,7 +294,7 @@ TEST_F(PageStoreTest, OutlivesALackOfMemory) {
 TEST_F(PageStoreTest, LetsGoWithoutMemory) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 60);
   const PageBytes records = randomRecords(blocks, 1);
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   std::vector<PagedBlock> some;
   for (size_t i = 1; i < blocks.size(); i += 2) some.push_back(blocks[i]);
   const std::vector<int32_t> numbers = numbersOf(some);
@@ -322,7 +322,7 @@ TEST_F(PageStoreTest, GivesBackWhatIsOnItsWay) {
     const size_t i = random() % groups.size();
     if (records[i].size() == 0) {
       records[i] = randomRecords(groups[i], turn);
-      ASSERT_TRUE(store_.write(groups[i], copyOf(records[i])));
+      ASSERT_TRUE(store_.write(groups[i], copyOfRecords(records[i])));
     } else if (random() % 3 == 0) {
       store_.readAhead(numbersOf(groups[i]));
     } else {

@@ -87,9 +87,9 @@ float cutoffAt(int step, const AlignmentRules& rules) {
   return rules.cutoff + std::ldexp(rules.reach - rules.cutoff, -step);
 }
 
-/// Whether a step moves a point at some metres by less than is seen.
+/// Whether a step moves a point at some metres by far less than the map is exact to.
 bool isStill(const Vector6d& change) {
-  constexpr double kStill_voxels = 1e-3, kStill_rad = 1e-5;
+  constexpr double kStill_voxels = 1e-2, kStill_rad = 1e-4;
   return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;
 }
 

@@ -1,6 +1,7 @@
 #include "io/save_mapper.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "io/map_chunks.h"
 
@@ -22,9 +23,7 @@ MapContents chunkOf(Mapper& mapper, const MapContents& outline, size_t chunk) {
   return mapper.part(std::vector<MapBlock>(at(chunk), at(chunk + 1)));
 }
 
-SavedMap saveInChunks(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
-  MapContents outline = mapper.outline();
-  setOrigin(origin, outline);
+SavedMap saveInChunks(Mapper& mapper, MapContents outline, const std::string& path) {
   MapContents part;
   MapWords words;
   words.voxels = [&](size_t chunk) {
@@ -36,6 +35,12 @@ SavedMap saveInChunks(Mapper& mapper, const MapOrigin& origin, const std::string
     return part.colours.data();
   };
   return saveMapInChunks(outline, words, path, 1);
+}
+
+MapContents outlineWith(const MapOrigin& origin, Mapper& mapper) {
+  MapContents outline = mapper.outline();
+  setOrigin(origin, outline);
+  return outline;
 }
 
 }  // namespace
@@ -50,9 +55,19 @@ SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& p
   if (mapper.stats().pages.blocks == 0) return saveMap(contentsWith(origin, mapper), path);
   for (;;) {  // once more without blocks that turn out to be damaged
     const uint64_t lost = mapper.stats().pages.lost;
-    const SavedMap saved = saveInChunks(mapper, origin, path);
+    const SavedMap saved = saveInChunks(mapper, outlineWith(origin, mapper), path);
     if (mapper.stats().pages.lost == lost) return saved;
   }
+}
+
+SavedMap savePartOf(Mapper& mapper, const MapOrigin& origin,
+                    const std::function<bool(const BlockKey&)>& is_in, const std::string& path) {
+  MapContents outline = outlineWith(origin, mapper);
+  auto& blocks = outline.blocks;
+  blocks.erase(std::remove_if(blocks.begin(), blocks.end(),
+                              [&](const MapBlock& block) { return !is_in(block.key); }),
+               blocks.end());
+  return saveInChunks(mapper, std::move(outline), path);
 }
 
 }  // namespace dtsdf

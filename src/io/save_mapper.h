@@ -1,6 +1,7 @@
 /// Saves the map of a mapper: at once, or piece by piece where some of it lies on disk.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -21,5 +22,10 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 
 /// @throws std::runtime_error as saveMap() does, and where blocks on disk cannot be read.
 SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
+
+/// Saves those blocks of a map, piece by piece, and all free cells.
+/// @throws As saveMapOf() does.
+SavedMap savePartOf(Mapper& mapper, const MapOrigin& origin,
+                    const std::function<bool(const BlockKey&)>& is_in, const std::string& path);
 
 }  // namespace dtsdf

@@ -13,8 +13,7 @@
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "io/atomic_file.h"
 #include "io/block_mesh_file.h"
-#include "io/map_chunks.h"
-#include "map/map_head.h"
+#include "io/save_mapper.h"
 #include "mapper/probed_mapper.h"
 #include "params/printable.h"
 #include "program/progress_bar.h"
@@ -175,56 +174,6 @@ class TileFusion {
   size_t done_ = 0;
 };
 
-/// The words of some blocks of a map, chunk by chunk.
-template <class Word>
-class OwnWords {
- public:
-  explicit OwnWords(const Word* whole) : whole_(whole) {}
-
-  /// The next block of the map, which has so many.
-  void pass(size_t words, bool is_own) {
-    if (is_own) pieces_.push_back({at_, words});
-    at_ += words;
-  }
-
-  const Word* gather(size_t chunk) {
-    const size_t end = std::min(pieces_.size(), (chunk + 1) * kBlocksPerMapChunk);
-    words_.clear();
-    for (size_t i = chunk * kBlocksPerMapChunk; i < end; ++i) {
-      const Word* const first = whole_ + pieces_[i].first;
-      words_.insert(words_.end(), first, first + pieces_[i].count);
-    }
-    return words_.data();
-  }
-
- private:
-  struct Piece {
-    size_t first, count;
-  };
-
-  const Word* whole_;
-  size_t at_ = 0;
-  std::vector<Piece> pieces_;
-  std::vector<Word> words_;
-};
-
-/// Saves the part of a map that is a tile's own. Of cells it has no others.
-SavedMap saveOwnPart(const MapContents& whole, const BlockExtent& own, const std::string& path) {
-  MapContents head = headOf(whole);
-  head.free_cubes = whole.free_cubes;
-  OwnWords<uint64_t> voxels(whole.voxels.data());
-  OwnWords<uint32_t> colours(whole.colours.data());
-  for (const MapBlock& block : whole.blocks) {
-    const bool is_own = own.contains(block.key);
-    if (is_own) head.blocks.push_back(block);
-    voxels.pass(voxelWordsOf(block), is_own);
-    colours.pass(colourWordsOf(block), is_own);
-  }
-  const MapWords words{[&](size_t chunk) { return voxels.gather(chunk); },
-                       [&](size_t chunk) { return colours.gather(chunk); }};
-  return saveMapInChunks(head, words, path, 1);
-}
-
 void saveMeshes(ProbedMapper& mapper, const BlockExtent& own, const std::string& path,
                 TileRecord& record) {
   const MeshUpdate update = mapper.updateMesh();
@@ -241,11 +190,11 @@ void saveMeshes(ProbedMapper& mapper, const BlockExtent& own, const std::string&
 
 void saveMap(ProbedMapper& mapper, const LoadedPlan& loaded, const BlockExtent& own,
              const std::string& path, TileRecord& record) {
-  MapContents contents = mapper.contents();
-  contents.map_frame = loaded.plan.map_frame;
-  contents.T_W_M = loaded.plan.T_W_M;
-  contents.stamp_s = loaded.plan.stamp_s;
-  const SavedMap saved = saveOwnPart(contents, own, path);
+  const MapOrigin origin{loaded.plan.map_frame, loaded.plan.T_W_M, loaded.plan.stamp_s};
+  const SavedMap saved = savePartOf(
+      mapper, origin, [&](const BlockKey& key) { return own.contains(key); }, path);
+  const PageStats pages = mapper.stats().pages;
+  if (pages.lost > 0) throw std::runtime_error(pages.problem);
   record.content_hash = saved.content_hash;
   record.map_file_bytes = saved.file_bytes;
   record.blocks = saved.size.blocks;

@@ -85,9 +85,16 @@ class TileMaker {
         if (tile.imageCount() > 0 && painted.contains(key)) painted_arrays += arrays;
       }
     });
-    estimate.map_bytes = estimate.blocks * BlockTable::kBlockBytes +
+    const size_t bytes = estimate.blocks * BlockTable::kBlockBytes +
                          estimate.voxel_arrays * BlockTable::kArrayBytes +
                          painted_arrays * kBricksPerArray * BlockTable::kColourBytes;
+    estimate.map_bytes = bytes - bytesOnDisk(bytes);
+  }
+
+  /// Of a map, as far as memory does not hold it and the disk does.
+  size_t bytesOnDisk(size_t map_bytes) const {
+    const size_t budget = budgetOf(sources_.params).map_bytes;
+    return std::min(map_bytes - std::min(map_bytes, budget), pageBytesOf(sources_.params.map));
   }
 
   /// Of the cubes of a tile that begin in an extent, at most.

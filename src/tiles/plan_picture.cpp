@@ -68,8 +68,8 @@ std::string planTable(const Plan& plan, double voxel_size_m) {
   return table +
          format(
              "\n%zu tiles of %d blocks (%.2f m); %zu frames from %zu recording%s; each touches "
-             "%.3g tiles on average\nlargest tile: at most %.1f MB of map, and about twice that "
-             "in memory while it is saved\nin a single process: about %.0f s\n",
+             "%.3g tiles on average\nlargest tile: at most %.1f MB of map in memory\n"
+             "in a single process: about %.0f s\n",
              plan.tiles.size(), plan.tile_blocks, plan.tile_blocks * block_m, fused,
              plan.recordings.size(), plan.recordings.size() == 1 ? "" : "s",
              fused > 0 ? static_cast<double>(frames) / static_cast<double>(fused) : 0.0,

@@ -33,14 +33,15 @@ std::string forSbatch(const std::string& folder) {
   return text;
 }
 
-/// Of the largest tile: its map, a copy as it is saved, and what a frame takes.
+/// Of the largest tile: its map, half as much for its mesh and what is on its way, and what a frame
+/// takes.
 size_t memoryMb(const Plan& plan) {
   constexpr size_t kBesides_mb = 500;
   size_t most = 0;
   for (const Tile& tile : plan.tiles) {
     most = std::max(most, tile.estimate.map_bytes + tile.estimate.free_bytes);
   }
-  return 2 * (most >> 20) + kBesides_mb;
+  return ((most + most / 2) >> 20) + kBesides_mb;
 }
 
 std::string numbersLongestFirst(const Plan& plan) {

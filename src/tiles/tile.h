@@ -49,7 +49,7 @@ inline BlockExtent withCubes(const BlockExtent& own, int cell_voxels) {
 struct TileEstimate {
   size_t blocks = 0, voxel_arrays = 0;   ///< At most, with all blocks that are fused.
   size_t own_blocks = 0;                 ///< Of these, at most.
-  size_t map_bytes = 0, free_bytes = 0;  ///< Of blocks with their colours, and of what is free.
+  size_t map_bytes = 0, free_bytes = 0;  ///< In memory: blocks, colours; what is free.
   double seconds = 0.0;                  ///< As one process on the machine of the plan may take.
 };
 

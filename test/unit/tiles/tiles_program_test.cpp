@@ -120,13 +120,47 @@ TEST_F(TilesProgram, MakesTheBytesOfOneProcess) {
   expectSameAsOneProcess();
 }
 
-TEST_F(TilesProgram, CutsTilesThatTakeMoreThanTheBudget) {
-  plan("--tile-m 20 --set map/max_memory_mb=4");
-  EXPECT_GT(tileCount(), 3u);
-  const nlohmann::json planned = planJson();
-  for (const auto& tile : planned["tiles"]) EXPECT_LE(tile["most_map_bytes"], 4 << 20);
-  fuseAll();
-  expectSameAsOneProcess();
+/// Tiles of some megabytes each.
+class LargeTiles : public TilesProgram {
+ protected:
+  static constexpr char kFine[] = "--tile-m 20 --set map/voxel_size_m=0.04 ";
+
+  nlohmann::json planned(const std::string& more) const {
+    plan(kFine + more);
+    return planJson()["tiles"];
+  }
+
+  void expectSameFineMap() const {
+    fuseAll();
+    expectDone(mergeArguments());
+    const Outcome outcome =
+        runIn(out_, DTSDF_RECONSTRUCT " " + recorded_->recording.path() + Recorded::settings() +
+                        "--set map/voxel_size_m=0.04 --mesh " + (out_ / "one.ply") +
+                        " --save-map " + (out_ / "one.dtsdf"));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(readBytes(out_ / "all.ply") == readBytes(out_ / "one.ply"));
+    EXPECT_TRUE(readBytes(out_ / "all.dtsdf") == readBytes(out_ / "one.dtsdf"));
+  }
+};
+
+TEST_F(LargeTiles, AreCutWhereTheyTakeMoreThanTheBudget) {
+  const nlohmann::json whole = planned(""), cut = planned("map/max_memory_mb=2");
+  EXPECT_GT(cut.size(), whole.size());
+  for (const auto& tile : cut) EXPECT_LE(tile["most_map_bytes"], 2 << 20);
+  expectSameFineMap();
+}
+
+TEST_F(LargeTiles, AreKeptOnDiskBeyondTheBudget) {
+  const TemporaryFolder pages;
+  const nlohmann::json whole = planned(""),
+                       paged = planned("map/max_memory_mb=2 map/page_folder=" + pages.path());
+  ASSERT_EQ(paged.size(), whole.size());
+  size_t on_disk = 0;
+  for (size_t i = 0; i < paged.size(); ++i) {
+    on_disk += paged[i]["most_map_bytes"] < whole[i]["most_map_bytes"];
+  }
+  EXPECT_GT(on_disk, 0u);
+  expectSameFineMap();
 }
 
 TEST_F(TilesProgram, JoinsSeveralRecordings) {

@@ -142,6 +142,9 @@ class Mapper {
   /// @throws std::exception when the backend fails.
   virtual void beginMeshUpdate() = 0;
 
+  /// Whether finishMeshUpdate() would return at once: on a CPU. False where that is not known.
+  virtual bool isMeshMade() const { return false; }
+
   /// Waits for the extraction that was begun and returns its changes; empty if none was begun.
   /// @throws std::exception when the backend fails.
   virtual MeshUpdate finishMeshUpdate() = 0;

@@ -140,6 +140,9 @@ class MapBackend {
   /// Starts to mesh what is marked. @param least_evidence That a voxel needs to be known.
   virtual void beginMesh(int32_t least_evidence) = 0;
 
+  /// Whether beginMesh() makes it all.
+  virtual bool makesMeshAtOnce() const { return false; }
+
   /// Waits until an extraction under way has read the map, which may change then.
   virtual void waitForMeshes() = 0;
 

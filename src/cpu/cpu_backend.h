@@ -53,6 +53,7 @@ class CpuBackend : public MapBackend, private BlockMover {
   void markAllDirty() override { mesher_.markAllDirty(); }
   void keepColours() override { mesher_.keepColours(); }
   void beginMesh(int32_t least_evidence) override;
+  bool makesMeshAtOnce() const override { return true; }
   void waitForMeshes() override {}
   MeshUpdate finishMesh() override;
 

@@ -1,6 +1,7 @@
 #include "cpu/paint.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "backend/frame_check.h"
 #include "cpu/surface_points.h"
@@ -16,6 +17,12 @@ template <class Visit>
 void visitArrays(const BlockEntry& entry, const VoxelStore& voxels, const Visit& visit) {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] != kNoArray) visit(d, voxels.array(entry.array[d]));
+  }
+}
+
+void prefetch(const BlockEntry& entry, const VoxelStore& voxels) {
+  for (const int32_t array : entry.array) {
+    if (array != kNoArray) voxels.prefetch(array);
   }
 }
 
@@ -51,10 +58,14 @@ void addToSums(ExposureSums& sums, const ExposureSums& part) {
 
 void forgetColours(const BlockEntry& entry, const PaintedMap& map) {
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
-    for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      if (!isEmpty(array[i])) continue;
-      VoxelColour* colour = findColour(map, entry.array[direction], i);
-      if (colour != nullptr) *colour = {0, 0, 0, 0};
+    for (int brick = 0; brick < kBricksPerArray; ++brick) {
+      const int32_t number = map.table.colourOf(entry.array[direction], brick);
+      if (number == kNoArray) continue;
+      VoxelColour* const colours = map.colours.array(number);
+      for (int place = 0; place < kVoxelsPerBrick; ++place) {
+        const bool is_kept = !isEmpty(array[voxelInBrick(brick, place)]);
+        colours[place] = is_kept ? colours[place] : VoxelColour{0, 0, 0, 0};
+      }
     }
   });
 }
@@ -98,35 +109,44 @@ void Painter::findBlocksInView(const std::vector<int32_t>& candidates, const Blo
   }
 }
 
-void Painter::drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
-                        std::vector<float>& depth_m) const {
+/// Draws what of a block hides others, and keeps the points that may be seen.
+void Painter::findPoints(const PaintedMap& map, BlockView& block, const HidingRows& hiding) const {
   const PointView& view = sensing_.view;
+  const BlockEntry& entry = map.table.block(block.slot);
   const Vec3f first_voxel_L = firstVoxelOf(entry);
-  visitArrays(entry, voxels, [&](int direction, const Voxel* array) {
-    VoxelList near, hiding;
+  const bool takes_colour = map.table.takesColour(entry.key);
+  block.points.clear();
+  SurfacePoints points;
+  int hides_others[SurfacePoints::kMost];
+  visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
+    VoxelList near;
     listNearSurface(view, array, view.rules.surface_distance, near);
-    for (int n = 0; n < near.count; ++n) {
-      hiding.index[hiding.count] = near.index[n];
-      hiding.count += static_cast<int>(hides(view, array, near.index[n], direction));
+    for (int first = 0; first < near.count; first += SurfacePoints::kMost) {
+      const int batch = std::min(SurfacePoints::kMost, near.count - first);
+      points.find(view, first_voxel_L, array, direction, near.index + first, batch);
+      int hiding_count = 0;
+      for (int i = 0; i < points.count(); ++i) {
+        hides_others[hiding_count] = i;
+        hiding_count += static_cast<int>(hides(view, array, points.index(i), direction));
+      }
+      hiding.draw(view, points, hides_others, hiding_count);
+      if (takes_colour) block.points.add(points, direction);
     }
-    visitPoints(view, first_voxel_L, array, direction, hiding, [&](int, const SurfacePoint& point) {
-      drawSurface(view, point, [&](int32_t cell, float cell_m) {
-        depth_m[cell] = minimum(depth_m[cell], cell_m);
-      });
-    });
   });
 }
 
 /// Each thread has an image of its own; the nearest depth of all of them stays.
-void Painter::findHiding(const PaintedMap& map) {
+void Painter::findPoints(const PaintedMap& map) {
   const int32_t width = cellsFor(sensing_.view.frame.width);
   const int32_t height = cellsFor(sensing_.view.frame.height);
   hiding_m_.resize(threads_);
+  std::atomic<size_t> next{0};
   parallelFor<NoScratch>(hiding_m_.size(), threads_, [&](size_t part, NoScratch&) {
-    std::vector<float>& depth_m = hiding_m_[part];
-    depth_m.assign(static_cast<size_t>(width) * height, kNoSurface_m);
-    for (size_t i = part; i < blocks_in_view_; i += hiding_m_.size()) {
-      drawBlock(map.table.block(blocks_[i].slot), map.voxels, depth_m);
+    const HidingRows hiding(hiding_m_[part], width, height);
+    for (size_t i = next++; i < blocks_in_view_; i = next++) {
+      const size_t ahead = i + hiding_m_.size();  // this thread's next one, most likely
+      if (ahead < blocks_in_view_) prefetch(map.table.block(blocks_[ahead].slot), map.voxels);
+      findPoints(map, blocks_[i], hiding);
     }
   });
   std::vector<float>& nearest_m = hiding_m_[0];
@@ -136,27 +156,6 @@ void Painter::findHiding(const PaintedMap& map) {
     }
   }
   sensing_.hiding = {nearest_m.data(), width, height};
-}
-
-void Painter::sampleBlock(const PaintedMap& map, BlockView& block) const {
-  const BlockEntry& entry = map.table.block(block.slot);
-  const Vec3f first_voxel_L = firstVoxelOf(entry);
-  block.samples.clear();
-  if (!map.table.takesColour(entry.key)) return;
-  visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
-    VoxelList near;
-    listNearSurface(sensing_.view, array, sensing_.view.rules.surface_distance, near);
-    visitPoints(
-        sensing_.view, first_voxel_L, array, direction, near,
-        [&](int i, const SurfacePoint& point) {
-          if (!(point.cosine > 0.0f)) return;
-          const float share = visibilityOf(sensing_.view, sensing_.hiding, point);
-          if (!(share > 0.0f)) return;
-          const ColourSample sample = sampleAt(sensing_, point, share);
-          if (!(sample.weight > 0.0f)) return;
-          block.samples.push_back({static_cast<uint16_t>(direction * kVoxelsPerBlock + i), sample});
-        });
-  });
 }
 
 void Painter::sumExposure(const PaintedMap& map, BlockView& block) const {
@@ -177,9 +176,9 @@ SeenColours Painter::look(const ColourFrame& frame, const ColourLook& look, cons
                    settings_.rules, settings_.max_depth_m, settings_.full_weight_depth_m};
   takeImage(frame);
   findBlocksInView(look.in_view, map.table);
-  findHiding(map);
+  findPoints(map);
   parallelFor<NoScratch>(blocks_in_view_, threads_, [&](size_t i, NoScratch&) {
-    sampleBlock(map, blocks_[i]);
+    blocks_[i].points.sample(sensing_, blocks_[i].samples);
     sumExposure(map, blocks_[i]);
   });
   SeenColours seen = {};
@@ -233,7 +232,7 @@ size_t Painter::bytes() const {
   size_t bytes = pixels_.capacity() * sizeof(ColourPixel) + blocks_.capacity() * sizeof(BlockView);
   for (const std::vector<float>& depth_m : hiding_m_) bytes += depth_m.capacity() * sizeof(float);
   for (const BlockView& block : blocks_) {
-    bytes += block.samples.capacity() * sizeof(VoxelSample);
+    bytes += block.points.bytes() + block.samples.capacity() * sizeof(VoxelSample);
   }
   return bytes;
 }

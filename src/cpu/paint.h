@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "backend/map_backend.h"
+#include "cpu/facing_points.h"
+#include "cpu/hiding_rows.h"
 #include "cpu/voxel_store.h"
 #include "dtsdf_mapping/colour_frame.h"
 #include "kernels/colour/paint.h"
@@ -41,24 +43,18 @@ class Painter {
   size_t bytes() const;
 
  private:
-  /// What the image says of one voxel of a block: direction times kVoxelsPerBlock + voxel.
-  struct VoxelSample {
-    uint16_t voxel;
-    ColourSample sample;
-  };
-  /// And of one block.
+  /// What it says of one block.
   struct BlockView {
     int32_t slot;
+    FacingPoints points;
     std::vector<VoxelSample> samples;
     ExposureSums sums;
   };
 
   void takeImage(const ColourFrame& frame);
   void findBlocksInView(const std::vector<int32_t>& candidates, const BlockTable& table);
-  void findHiding(const PaintedMap& map);
-  void drawBlock(const BlockEntry& entry, const VoxelStore& voxels,
-                 std::vector<float>& depth_m) const;
-  void sampleBlock(const PaintedMap& map, BlockView& block) const;
+  void findPoints(const PaintedMap& map);
+  void findPoints(const PaintedMap& map, BlockView& block, const HidingRows& hiding) const;
   void sumExposure(const PaintedMap& map, BlockView& block) const;
   bool paintBlock(const Exposure& exposure, const PaintedMap& map, const BlockView& block) const;
   Vec3f firstVoxelOf(const BlockEntry& entry) const;

@@ -6,19 +6,26 @@
 namespace dtsdf {
 
 void listNearSurface(const PointView& view, const Voxel* voxels, float distance, VoxelList& list) {
-  const LaneInts too_little(view.least_evidence - 1);
-  const LaneFloats most(distance);
+  // In whole units, the same comparisons.
+  const int32_t most_units = floorToInt(minimum(distance * kStoredSdfScale, 32768.0f));
+  const LaneInts too_little(view.least_evidence - 1), too_low(-most_units - 1),
+      too_high(most_units + 1);
+  const auto nearIn = [&](int row) {
+    const VoxelRow of_row(voxels + row);
+    return (of_row.evidence() > too_little) & (of_row.sdf_units > too_low) &
+           (too_high > of_row.sdf_units);
+  };
   withWidestVectors([&] {
+    constexpr int kRows = 2;  // so many are asked at once, as most have none
     int count = 0;
-    for (int row = 0; row < kVoxelsPerBlock; row += kBlockSide) {
-      const VoxelRow of_row(voxels + row);
-      const LaneInts near = (of_row.evidence() > too_little) & (most >= magnitude(of_row.sdf()));
-      if (!any(near)) continue;  // as most
-      int32_t is_near[kLanes];
-      near.store(is_near);
-      for (int x = 0; x < kBlockSide; ++x) {
-        list.index[count] = row + x;
-        count -= is_near[x];
+    for (int first = 0; first < kVoxelsPerBlock; first += kRows * kBlockSide) {
+      const LaneInts near[kRows] = {nearIn(first), nearIn(first + kBlockSide)};
+      if (!any(near[0] | near[1])) continue;
+      int32_t is_near[kRows * kLanes];
+      for (int row = 0; row < kRows; ++row) near[row].store(is_near + row * kLanes);
+      for (int i = 0; i < kRows * kLanes; ++i) {
+        list.index[count] = first + i;
+        count -= is_near[i];
       }
     }
     list.count = count;
@@ -74,15 +81,13 @@ void SurfacePoints::place(const FrameView& view, const Vec3f& first_voxel_L, int
   for (int i = 0; i < count; ++i) {
     const SurfacePoint point =
         placePoint(frame, first, {x_[i], y_[i], z_[i]}, {normal_x_[i], normal_y_[i], normal_z_[i]});
-    x_[i] = point.p_C.x;
-    y_[i] = point.p_C.y;
-    z_[i] = point.p_C.z;
-    normal_x_[i] = point.normal_C.x;
-    normal_y_[i] = point.normal_C.y;
-    normal_z_[i] = point.normal_C.z;
+    depth_m_[i] = point.depth_m;
     cosine_[i] = point.cosine;
     u_[i] = point.u;
     v_[i] = point.v;
+    inverse_depth_[i] = point.plane.inverse_depth;
+    per_u_[i] = point.plane.per_u;
+    per_v_[i] = point.plane.per_v;
   }
 }
 
@@ -91,15 +96,13 @@ void SurfacePoints::keepThoseInImage(const PointView& view, int count) {
   for (int i = 0; i < count; ++i) {
     const SurfacePoint seen = point(i);
     index_[count_] = index_[i];
-    x_[count_] = seen.p_C.x;
-    y_[count_] = seen.p_C.y;
-    z_[count_] = seen.p_C.z;
-    normal_x_[count_] = seen.normal_C.x;
-    normal_y_[count_] = seen.normal_C.y;
-    normal_z_[count_] = seen.normal_C.z;
+    depth_m_[count_] = seen.depth_m;
     cosine_[count_] = seen.cosine;
     u_[count_] = seen.u;
     v_[count_] = seen.v;
+    inverse_depth_[count_] = seen.plane.inverse_depth;
+    per_u_[count_] = seen.plane.per_u;
+    per_v_[count_] = seen.plane.per_v;
     count_ += static_cast<int>(isInImage(view, seen));
   }
 }

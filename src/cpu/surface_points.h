@@ -29,11 +29,7 @@ class SurfacePoints {
   int count() const { return count_; }
   int index(int i) const { return index_[i]; }
   SurfacePoint point(int i) const {
-    return {{x_[i], y_[i], z_[i]},
-            {normal_x_[i], normal_y_[i], normal_z_[i]},
-            cosine_[i],
-            u_[i],
-            v_[i]};
+    return {depth_m_[i], cosine_[i], u_[i], v_[i], {inverse_depth_[i], per_u_[i], per_v_[i]}};
   }
 
  private:
@@ -45,10 +41,11 @@ class SurfacePoints {
 
   int count_ = 0;
   int index_[kMost];
-  float x_[kMost], y_[kMost], z_[kMost];  ///< Of the voxel, then of its foot, then of the point.
+  float x_[kMost], y_[kMost], z_[kMost];  ///< Of the voxel, then of its foot.
   float sdf_[kMost];
   float normal_x_[kMost], normal_y_[kMost], normal_z_[kMost];  ///< The slopes, first.
-  float cosine_[kMost], u_[kMost], v_[kMost];
+  float depth_m_[kMost], cosine_[kMost], u_[kMost], v_[kMost];
+  float inverse_depth_[kMost], per_u_[kMost], per_v_[kMost];
 };
 
 /// Calls visit(index, point) for the points of listed voxels.

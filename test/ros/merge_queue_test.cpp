@@ -183,6 +183,37 @@ TEST_F(MergeQueueTest, ExtrasCanBeTakenThatAreEarlier) {
   EXPECT_EQ(queue_.sizeOf(depth), 1u);
 }
 
+TEST_F(MergeQueueTest, WhatIsPushedOutIsNotAlwaysOfOneStream) {
+  const auto front = queue_.addStream({0, "front"});
+  const auto rear = queue_.addStream({0, "rear"});
+  constexpr size_t kRoom = 5;
+  int front_taken = 0, rear_taken = 0;
+  for (int second = 0; second < 300; ++second) {
+    EXPECT_TRUE(push(front, second, "f"));
+    if (queue_.sizeOf(front) > kRoom) EXPECT_TRUE(queue_.pushOut(front));
+    EXPECT_TRUE(push(rear, second, "r"));
+    if (queue_.sizeOf(rear) > kRoom) EXPECT_TRUE(queue_.pushOut(rear));
+    if (second % 2 != 0 || second < 50) continue;
+    const auto item = queue_.take();
+    ASSERT_TRUE(item);
+    ++(*item == "f" ? front_taken : rear_taken);
+    EXPECT_LE(queue_.sizeOf(front), kRoom);
+    EXPECT_LE(queue_.sizeOf(rear), kRoom);
+    EXPECT_TRUE(queue_.holdsBefore(rear, ros::Time(second)));
+    EXPECT_FALSE(queue_.holdsBefore(rear, ros::Time(second - 2.0 * kRoom)));
+  }
+  EXPECT_NEAR(front_taken, rear_taken, 2);
+}
+
+TEST_F(MergeQueueTest, ASingleStreamLosesItsOldest) {
+  const auto depth = queue_.addStream({0, ""});
+  EXPECT_FALSE(queue_.pushOut(depth));
+  EXPECT_TRUE(push(depth, 1.0, "a"));
+  EXPECT_TRUE(push(depth, 2.0, "b"));
+  EXPECT_EQ(queue_.pushOut(depth), "a");
+  EXPECT_FALSE(queue_.holdsBefore(depth, ros::Time(3.0))) << "nothing is merged";
+}
+
 TEST_F(MergeQueueTest, AnExtraStreamNeverCostsAnItem) {
   const auto depth = queue_.addStream({0, ""});
   const auto colour = queue_.addStream({1, ""}, StreamUse::kExtra);

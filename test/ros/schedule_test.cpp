@@ -60,6 +60,14 @@ TEST_F(MapScheduleTest, MeshRunsBesideTheNextFrame) {
   EXPECT_EQ(schedule_.next(kFrameAndListener), Map::kFinishMesh);
 }
 
+TEST_F(MapScheduleTest, MeshThatIsMadeDoesNotWaitForAFrame) {
+  MapSchedule::Situation made = kFrameAndListener;
+  made.mesh_made = true;
+  schedule_.frameFused();
+  schedule_.meshBegun();
+  EXPECT_EQ(schedule_.next(made), Map::kFinishMesh);
+}
+
 TEST_F(MapScheduleTest, MeshIsFinishedAtOnceWhenNoFrameIsThere) {
   schedule_.frameFused();
   schedule_.meshBegun();
@@ -215,6 +223,21 @@ TEST_F(OutputScheduleTest, EachTopicKeepsItsOwnRate) {
   EXPECT_EQ(schedule_.next({true, false, true}), Output::kWait);
   clock_.advance(0.001);
   EXPECT_EQ(schedule_.next({false, false, true}), Output::kPublishPoints);
+}
+
+/// The mesh comes at about the same rate: one that was once published late would wait each time.
+TEST_F(OutputScheduleTest, WhatComesLateDoesNotPutOffTheNext) {
+  act(Output::kPublishMesh, 0.0);
+  clock_.advance(0.8);
+  act(Output::kPublishMesh, 0.01);
+  clock_.advance(0.189);
+  EXPECT_EQ(schedule_.next({true, false, false}), Output::kWait);
+  clock_.advance(0.001);
+  EXPECT_EQ(schedule_.next({true, false, false}), Output::kPublishMesh);
+  clock_.advance(0.5);
+  act(Output::kPublishMesh, 0.0);
+  clock_.advance(0.499);
+  EXPECT_EQ(schedule_.next({true, false, false}), Output::kWait) << "after a period no arrears";
 }
 
 TEST_F(OutputScheduleTest, WhoIsBehindCatchesUpInBetween) {

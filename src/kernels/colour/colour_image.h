@@ -2,6 +2,7 @@
 /// it covers at the price of four pixels.
 #pragma once
 
+#include "kernels/core/select.h"
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -79,34 +80,53 @@ DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u,
 }
 
 /// The level whose pixels are as wide as this at most, in pixels of the image.
-DTSDF_HD int levelOfWidth(float width_px) {
-  int level = 0;
-  while (level + 1 < kColourLevels && static_cast<float>(2 << level) <= width_px) ++level;
+template <class Real>
+DTSDF_HD auto levelOfWidth(const Real& width_px) {
+  using Int = decltype(floorToInt(width_px));
+  Int level(0);
+  for (int l = 1; l < kColourLevels; ++l) {
+    level = level + select(width_px >= Real(static_cast<float>(1 << l)), Int(1), Int(0));
+  }
   return level;
 }
 
-/// Red, green and blue, from 0 to 255.
-struct Rgb {
-  float red, green, blue;
+/// Red, green and blue, from 0 to 255; of one point, or of several at once.
+template <class Real>
+struct RgbOf {
+  Real red, green, blue;
 };
+using Rgb = RgbOf<float>;
 
-DTSDF_HD float between(float a, float b, float share) { return a + share * (b - a); }
+DTSDF_HD Rgb rgbAt(const ColourImage& image, const ColourLevel& level, int32_t u, int32_t v) {
+  const ColourPixel& pixel = pixelAt(image, level, u, v);
+  return {static_cast<float>(pixel.red), static_cast<float>(pixel.green),
+          static_cast<float>(pixel.blue)};
+}
+
+template <class Real>
+DTSDF_HD Real between(const Real& a, const Real& b, const Real& share) {
+  return a + share * (b - a);
+}
+
+template <class Real>
+DTSDF_HD RgbOf<Real> between(const RgbOf<Real>& a, const RgbOf<Real>& b, const Real& share) {
+  return {between(a.red, b.red, share), between(a.green, b.green, share),
+          between(a.blue, b.blue, share)};
+}
 
 /// The colour at a point of the image, in pixels from the corner of the first one: bilinear between
 /// the pixels of a level.
-DTSDF_HD Rgb colourAt(const ColourImage& image, int level_number, float u_px, float v_px) {
+template <class Real>
+DTSDF_HD RgbOf<Real> colourAt(const ColourImage& image, int level_number, const Real& u_px,
+                              const Real& v_px) {
   const ColourLevel& level = image.level[level_number];
-  const float scale = 1.0f / static_cast<float>(1 << level_number);
-  const float u = u_px * scale - 0.5f, v = v_px * scale - 0.5f;
-  const int32_t u0 = floorToInt(u), v0 = floorToInt(v);
-  const float du = u - static_cast<float>(u0), dv = v - static_cast<float>(v0);
-  const ColourPixel& a = pixelAt(image, level, u0, v0);
-  const ColourPixel& b = pixelAt(image, level, u0 + 1, v0);
-  const ColourPixel& c = pixelAt(image, level, u0, v0 + 1);
-  const ColourPixel& d = pixelAt(image, level, u0 + 1, v0 + 1);
-  return {between(between(a.red, b.red, du), between(c.red, d.red, du), dv),
-          between(between(a.green, b.green, du), between(c.green, d.green, du), dv),
-          between(between(a.blue, b.blue, du), between(c.blue, d.blue, du), dv)};
+  const Real scale(1.0f / static_cast<float>(1 << level_number));
+  const Real u = u_px * scale - Real(0.5f), v = v_px * scale - Real(0.5f);
+  const auto u0 = floorToInt(u), v0 = floorToInt(v);
+  const Real du = u - toFloats(u0), dv = v - toFloats(v0);
+  const decltype(u0) one(1), u1 = u0 + one, v1 = v0 + one;
+  return between(between(rgbAt(image, level, u0, v0), rgbAt(image, level, u1, v0), du),
+                 between(rgbAt(image, level, u0, v1), rgbAt(image, level, u1, v1), du), dv);
 }
 
 }  // namespace dtsdf

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "kernels/colour/surface_point.h"
+#include "kernels/core/select.h"
 
 namespace dtsdf {
 
@@ -25,10 +26,12 @@ DTSDF_HD int32_t cellsFor(int32_t pixels) { return (pixels + kCellSide - 1) >> k
 
 /// The cell of a coordinate in the image, or the outermost one; beside a point in a strange camera
 /// it may be beyond what an integer holds.
-DTSDF_HD int32_t cellOf(float px, int32_t cells) {
+template <class Real>
+DTSDF_HD auto cellOf(const Real& px, int32_t cells) {
   constexpr float kFarBeyond = 16777216.0f;
-  const int32_t cell = floorToInt(minimum(maximum(px, 0.0f), kFarBeyond)) >> kCellSideLog2;
-  return cell < cells ? cell : cells - 1;
+  auto cell = floorToInt(minimum(maximum(px, Real(0.0f)), Real(kFarBeyond))) >> kCellSideLog2;
+  using Int = decltype(cell);
+  return select(Int(cells) > cell, cell, Int(cells - 1));
 }
 
 /// Whether a voxel hides what is behind it: its surface is near, and lies between it and the next
@@ -51,73 +54,121 @@ DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int d
 /// A point is a voxel from the next: its piece of the surface reaches half of that to every side.
 constexpr float kPieceVoxels = 0.5f;
 
-/// Calls draw(cell, depth_m) for the cells around a point that its surface covers: its own one, and
-/// those where its plane is within a voxel of its depth. Seen at a grazing angle that is a stripe;
-/// more would hide the surface behind it.
-template <class Draw>
-DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, const Draw& draw) {
+/// The piece of the surface around a point.
+struct SurfacePiece {
+  PointPlane plane;
+  float u, v, depth_m;      ///< Of the point.
+  float nearest_m, last_m;  ///< Depths that it has.
+  float reach_m;
+  int32_t own_u, own_v;                      ///< The point's cell.
+  int32_t first_u, last_u, first_v, last_v;  ///< Cells that it may cover.
+};
+
+DTSDF_HD SurfacePiece pieceOf(const PointView& view, const SurfacePoint& point) {
   const FrameView& frame = view.frame;
   const int32_t width = cellsFor(frame.width), height = cellsFor(frame.height);
   const float reach_px = kPieceVoxels * voxelWidth(frame, point);
   const float reach_m = frame.voxel_size_m;
-  const float nearest_m = maximum(point.p_C.z - reach_m, 0.0f);  // so that depths sort as bits do
-  const PointPlane plane = planeOf(frame, point);
-  const int32_t last_u = cellOf(point.u + reach_px, width);
-  const int32_t last_v = cellOf(point.v + reach_px, height);
-  for (int32_t v = cellOf(point.v - reach_px, height); v <= last_v; ++v) {
-    const float dv = (static_cast<float>(v) + 0.5f) * kCellSide - point.v;
-    for (int32_t u = cellOf(point.u - reach_px, width); u <= last_u; ++u) {
-      const float du = (static_cast<float>(u) + 0.5f) * kCellSide - point.u;
-      const float depth_m = depthBeside(plane, du, dv);
-      const bool is_own = u == cellOf(point.u, width) && v == cellOf(point.v, height);
-      if (!is_own && fabsf(depth_m - point.p_C.z) > reach_m) continue;
-      draw(v * width + u, minimum(maximum(depth_m, nearest_m), point.p_C.z + reach_m));
+  SurfacePiece piece;
+  piece.plane = point.plane;
+  piece.u = point.u;
+  piece.v = point.v;
+  piece.depth_m = point.depth_m;
+  piece.nearest_m = maximum(point.depth_m - reach_m, 0.0f);  // so that depths sort as bits do
+  piece.last_m = point.depth_m + reach_m;
+  piece.reach_m = reach_m;
+  piece.own_u = cellOf(point.u, width);
+  piece.own_v = cellOf(point.v, height);
+  piece.first_u = cellOf(point.u - reach_px, width);
+  piece.last_u = cellOf(point.u + reach_px, width);
+  piece.first_v = cellOf(point.v - reach_px, height);
+  piece.last_v = cellOf(point.v + reach_px, height);
+  return piece;
+}
+
+/// Depth of a piece in cell (u, v), or kNoSurface_m: it covers its own cell, and those where its
+/// plane is within a voxel of its depth. Seen at a grazing angle that is a stripe; more would hide
+/// the surface behind it. A row's cells may be asked at once: `u` is a whole number.
+template <class Real>
+DTSDF_HD Real depthOfPiece(const SurfacePiece& piece, const Real& u, int32_t v) {
+  const Real du = (u + Real(0.5f)) * Real(kCellSide) - Real(piece.u);
+  const Real dv = Real((static_cast<float>(v) + 0.5f) * kCellSide - piece.v);
+  const Real depth_m = depthBeside(piece.plane, du, dv);
+  const Real own_u = Real(v == piece.own_v ? static_cast<float>(piece.own_u) : -1.0f);
+  const auto is_beyond = (magnitude(depth_m - Real(piece.depth_m)) > Real(piece.reach_m)) &
+                         (magnitude(u - own_u) > Real(0.5f));
+  return select(is_beyond, Real(kNoSurface_m),
+                minimum(maximum(depth_m, Real(piece.nearest_m)), Real(piece.last_m)));
+}
+
+/// Calls draw(cell, depth_m) for the cells that the surface of a point covers.
+template <class Draw>
+DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, const Draw& draw) {
+  const int32_t width = cellsFor(view.frame.width);
+  const SurfacePiece piece = pieceOf(view, point);
+  for (int32_t v = piece.first_v; v <= piece.last_v; ++v) {
+    for (int32_t u = piece.first_u; u <= piece.last_u; ++u) {
+      const float depth_m = depthOfPiece(piece, static_cast<float>(u), v);
+      if (depth_m < kNoSurface_m) draw(v * width + u, depth_m);
     }
   }
 }
 
-DTSDF_HD float depthAt(const HidingImage& hiding, int32_t u, int32_t v) {
-  return hiding.depth_m[v * hiding.width + u];
+template <class Int>
+DTSDF_HD auto depthAt(const HidingImage& hiding, const Int& u, const Int& v) {
+  return gather(hiding.depth_m, v * Int(hiding.width) + u);
 }
 
 /// Where a point's own surface would be in a cell: on its plane.
-DTSDF_HD float ownDepthAt(const FrameView& frame, const SurfacePoint& point, int32_t u, int32_t v) {
-  const float centre_u = (static_cast<float>(u) + 0.5f) * kCellSide;
-  const float centre_v = (static_cast<float>(v) + 0.5f) * kCellSide;
-  return depthBeside(planeOf(frame, point), centre_u - point.u, centre_v - point.v);
+template <class Real, class Int>
+DTSDF_HD Real ownDepthAt(const SurfacePointOf<Real>& point, const Int& u, const Int& v) {
+  const Real centre_u = (toFloats(u) + Real(0.5f)) * Real(kCellSide);
+  const Real centre_v = (toFloats(v) + Real(0.5f)) * Real(kCellSide);
+  return depthBeside(point.plane, centre_u - point.u, centre_v - point.v);
 }
 
-/// What is seen in a cell, beside the point's own surface.
-enum class Seen { kOwn, kNearer, kFarther };
+/// Whether another surface than the point's own is seen in a cell.
+template <class Mask>
+struct SeenBeside {
+  Mask is_nearer, is_farther;
+};
 
 /// Own is what lies on the point's plane, or as far away as the point, where another surface meets
 /// it, or in between. The point itself is asked first, as that needs no plane.
-DTSDF_HD Seen seenIn(const PointView& view, const HidingImage& hiding, const SurfacePoint& point,
-                     int32_t u, int32_t v) {
-  const float seen_m = depthAt(hiding, u, v);
-  const float limit_m = view.rules.hidden_depth * view.frame.voxel_size_m;
-  const bool is_nearer = seen_m < point.p_C.z - limit_m;
-  if (!is_nearer && !(seen_m > point.p_C.z + limit_m)) return Seen::kOwn;
-  const float own_m = ownDepthAt(view.frame, point, u, v);
-  if (is_nearer) return seen_m < own_m - limit_m ? Seen::kNearer : Seen::kOwn;
-  return seen_m > own_m + limit_m ? Seen::kFarther : Seen::kOwn;
+template <class Real, class Int>
+DTSDF_HD auto seenIn(const PointView& view, const HidingImage& hiding,
+                     const SurfacePointOf<Real>& point, const Int& u, const Int& v) {
+  const Real seen_m = depthAt(hiding, u, v);
+  const Real limit_m(view.rules.hidden_depth * view.frame.voxel_size_m);
+  auto is_nearer = seen_m < point.depth_m - limit_m;
+  const auto is_farther = seen_m > point.depth_m + limit_m;
+  using Mask = decltype(is_nearer);
+  if (!any(is_nearer | is_farther)) return SeenBeside<Mask>{is_nearer, is_farther};
+  const Real own_m = ownDepthAt(point, u, v);
+  return SeenBeside<Mask>{Mask(is_nearer & (seen_m < own_m - limit_m)),
+                          Mask(is_farther & (seen_m > own_m + limit_m))};
 }
 
 /// What a view of a point counts for by what is seen there and around it: nothing where something
 /// nearer hides it, little where its surface ends or something nearer does.
-DTSDF_HD float visibilityOf(const PointView& view, const HidingImage& hiding,
-                            const SurfacePoint& point) {
+template <class Real>
+DTSDF_HD Real visibilityOf(const PointView& view, const HidingImage& hiding,
+                           const SurfacePointOf<Real>& point) {
   const ColourRules& rules = view.rules;
-  const float beside = rules.outline_px + rules.outline_voxels * voxelWidth(view.frame, point);
-  const int32_t u[3] = {cellOf(point.u, hiding.width), cellOf(point.u - beside, hiding.width),
-                        cellOf(point.u + beside, hiding.width)};
-  const int32_t v[3] = {cellOf(point.v, hiding.height), cellOf(point.v - beside, hiding.height),
-                        cellOf(point.v + beside, hiding.height)};
-  if (seenIn(view, hiding, point, u[0], v[0]) == Seen::kNearer) return 0.0f;
-  for (int n = 1; n < 9; ++n) {
-    if (seenIn(view, hiding, point, u[n % 3], v[n / 3]) != Seen::kOwn) return rules.outline_share;
+  const Real beside =
+      Real(rules.outline_px) + Real(rules.outline_voxels) * voxelWidth(view.frame, point);
+  const auto u = cellOf(point.u, hiding.width), v = cellOf(point.v, hiding.height);
+  const decltype(u) us[3] = {u, cellOf(point.u - beside, hiding.width),
+                             cellOf(point.u + beside, hiding.width)};
+  const decltype(v) vs[3] = {v, cellOf(point.v - beside, hiding.height),
+                             cellOf(point.v + beside, hiding.height)};
+  const auto is_hidden = seenIn(view, hiding, point, u, v).is_nearer;
+  auto is_outline = is_hidden;
+  for (int n = 1; n < 9 && !all(is_outline); ++n) {
+    const auto seen = seenIn(view, hiding, point, us[n % 3], vs[n / 3]);
+    is_outline = is_outline | seen.is_nearer | seen.is_farther;
   }
-  return 1.0f;
+  return select(is_hidden, Real(0.0f), select(is_outline, Real(rules.outline_share), Real(1.0f)));
 }
 
 }  // namespace dtsdf

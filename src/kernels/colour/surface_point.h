@@ -3,17 +3,28 @@
 
 #include "kernels/colour/colour_rules.h"
 #include "kernels/core/camera.h"
+#include "kernels/core/select.h"
 #include "kernels/fusion/free_space.h"
 
 namespace dtsdf {
 
-/// The foot of a voxel in the camera's frame, in metres, its unit normal there, and where it is
-/// seen.
-struct SurfacePoint {
-  Vec3f p_C, normal_C;
-  float cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
-  float u, v;    ///< In pixels from the corner of the first one.
+/// The plane through a point: its inverse depth is affine in the pixel.
+template <class Real>
+struct PointPlaneOf {
+  Real inverse_depth, per_u, per_v;  ///< At the point, in 1/m, and its change per pixel.
 };
+
+/// The foot of a voxel, as it is seen; or of several voxels at once.
+template <class Real>
+struct SurfacePointOf {
+  Real depth_m;
+  Real cosine;  ///< Between the normal and the ray to the camera; below 0 seen from behind.
+  Real u, v;    ///< In pixels from the corner of the first one.
+  PointPlaneOf<Real> plane;
+};
+
+using PointPlane = PointPlaneOf<float>;
+using SurfacePoint = SurfacePointOf<float>;
 
 /// What points are made of: the camera, and how the surfaces of an array face.
 struct PointView {
@@ -39,23 +50,39 @@ DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction
   return view.directional ? directionWeight(normal, direction) > 0.0f : dot(normal, normal) > 0.0f;
 }
 
-/// Where a foot, in voxels from its block's first one, is seen; it may be nowhere in the image.
+/// Seen at a smaller cosine than this, the plane says nothing of what lies beside the point; it is
+/// taken to face the camera there.
+constexpr float kLeastPlaneCosine = 0.02f;
+
+/// Of a point in metres with a unit normal, seen at this cosine.
+DTSDF_HD PointPlane planeOf(const Intrinsics& K, const Vec3f& p_C, const Vec3f& normal_C,
+                            float cosine) {
+  const bool is_seen = fabsf(cosine) > kLeastPlaneCosine;
+  const float offset = dot(normal_C, p_C);
+  return {1.0f / p_C.z, select(is_seen, normal_C.x / (K.fx * offset), 0.0f),
+          select(is_seen, normal_C.y / (K.fy * offset), 0.0f)};
+}
+
+/// Where a point in metres with a unit normal is seen; it may be nowhere in the image.
+DTSDF_HD SurfacePoint seenPoint(const Intrinsics& K, const Vec3f& p_C, const Vec3f& normal_C) {
+  const float cosine = -dot(normal_C, p_C) / norm(p_C);
+  return {p_C.z, cosine, K.fx * p_C.x / p_C.z + K.cx + 0.5f, K.fy * p_C.y / p_C.z + K.cy + 0.5f,
+          planeOf(K, p_C, normal_C, cosine)};
+}
+
+/// The same of a foot, in voxels from its block's first one.
 DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxel_L,
                                  const Vec3f& foot, const Vec3f& normal) {
-  SurfacePoint point;
-  point.p_C = frame.voxel_size_m * rotateInverse(frame.T_L_C, first_voxel_L + foot - frame.T_L_C.t);
-  const Intrinsics& K = frame.intrinsics;
-  point.u = K.fx * point.p_C.x / point.p_C.z + K.cx + 0.5f;
-  point.v = K.fy * point.p_C.y / point.p_C.z + K.cy + 0.5f;
-  point.normal_C = rotateInverse(frame.T_L_C, normal);
-  point.cosine = -dot(point.normal_C, point.p_C) / norm(point.p_C);
-  return point;
+  return seenPoint(
+      frame.intrinsics,
+      frame.voxel_size_m * rotateInverse(frame.T_L_C, first_voxel_L + foot - frame.T_L_C.t),
+      rotateInverse(frame.T_L_C, normal));
 }
 
 DTSDF_HD bool isInImage(const PointView& view, const SurfacePoint& point) {
   const FrameView& frame = view.frame;
-  return point.p_C.z > frame.voxel_size_m && point.p_C.z <= view.max_depth_m && point.u >= 0.0f &&
-         point.v >= 0.0f && point.u < static_cast<float>(frame.width) &&
+  return point.depth_m > frame.voxel_size_m && point.depth_m <= view.max_depth_m &&
+         point.u >= 0.0f && point.v >= 0.0f && point.u < static_cast<float>(frame.width) &&
          point.v < static_cast<float>(frame.height);
 }
 
@@ -72,31 +99,17 @@ DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L
 }
 
 /// Width of a voxel in the image, in pixels.
-DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
-  return frame.intrinsics.fx * frame.voxel_size_m / point.p_C.z;
-}
-
-/// The plane through a point: its inverse depth is affine in the pixel.
-struct PointPlane {
-  float inverse_depth, per_u, per_v;  ///< At the point, in 1/m, and its change per pixel.
-};
-
-/// Seen at a smaller cosine than this, the plane says nothing of what lies beside the point; it is
-/// taken to face the camera there.
-constexpr float kLeastPlaneCosine = 0.02f;
-
-DTSDF_HD PointPlane planeOf(const FrameView& frame, const SurfacePoint& point) {
-  const float inverse_depth = 1.0f / point.p_C.z;
-  if (!(fabsf(point.cosine) > kLeastPlaneCosine)) return {inverse_depth, 0.0f, 0.0f};
-  const float offset = dot(point.normal_C, point.p_C);
-  return {inverse_depth, point.normal_C.x / (frame.intrinsics.fx * offset),
-          point.normal_C.y / (frame.intrinsics.fy * offset)};
+template <class Real>
+DTSDF_HD Real voxelWidth(const FrameView& frame, const SurfacePointOf<Real>& point) {
+  return Real(frame.intrinsics.fx * frame.voxel_size_m) / point.depth_m;
 }
 
 /// Depth in metres of the plane so many pixels beside the point; not behind the horizon.
-DTSDF_HD float depthBeside(const PointPlane& plane, float du, float dv) {
-  const float inverse_depth = plane.inverse_depth + du * plane.per_u + dv * plane.per_v;
-  return 1.0f / maximum(inverse_depth, 0.01f * plane.inverse_depth);
+template <class Plane, class Real>
+DTSDF_HD Real depthBeside(const Plane& plane, const Real& du, const Real& dv) {
+  const Real at_point(plane.inverse_depth);
+  const Real inverse_depth = at_point + du * Real(plane.per_u) + dv * Real(plane.per_v);
+  return Real(1.0f) / maximum(inverse_depth, Real(0.01f) * at_point);
 }
 
 }  // namespace dtsdf

@@ -22,6 +22,10 @@ constexpr int kVoxelsPerBrick = kVoxelsPerBlock / kBricksPerArray;
 /// The brick that a voxel of an array lies in, and where in it; both x fastest.
 DTSDF_HD int brickOf(int voxel) { return (voxel >> 2 & 1) | (voxel >> 4 & 2) | (voxel >> 6 & 4); }
 DTSDF_HD int placeInBrick(int voxel) { return (voxel & 3) | (voxel >> 1 & 12) | (voxel >> 2 & 48); }
+DTSDF_HD int voxelInBrick(int brick, int place) {
+  return (place & 3) | (place & 12) << 1 | (place & 48) << 2 | (brick & 1) << 2 | (brick & 2) << 4 |
+         (brick & 4) << 6;
+}
 
 /// One of 48 bits, for the brick of a voxel of one of a block's directions.
 DTSDF_HD uint64_t brickBit(int direction, int voxel) {

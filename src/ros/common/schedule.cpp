@@ -29,7 +29,9 @@ void MapSchedule::setSpaceRate(double rate_hz) {
 
 MapSchedule::Action MapSchedule::next(const Situation& situation) const {
   const SteadyTime now = clock_();
-  if (mesh_under_way_ && (fused_since_mesh_ || !situation.frame_ready)) return Action::kFinishMesh;
+  if (mesh_under_way_ && (fused_since_mesh_ || situation.mesh_made || !situation.frame_ready)) {
+    return Action::kFinishMesh;
+  }
   if (const auto due = nextMesh(situation); due && *due <= now) return Action::kBeginMesh;
   if (report_outdated_ && (!situation.frame_ready || report_pace_.isDue(now))) {
     return Action::kReport;
@@ -120,7 +122,7 @@ void OutputSchedule::done(Action action, SteadyTime begin) {
   if (action == Action::kWait) return;
   Pace& pace = paceOf(action);
   const SteadyTime now = clock_();
-  pace.begin(begin);
+  pace.beginInStep(begin);
   pace.restUntil(now + (now - begin));
 }
 

@@ -22,6 +22,10 @@ class Pace {
   }
 
   void begin(SteadyTime now) { next_ = now + period_; }
+  /// What comes late by less than a period does not put off the next one.
+  void beginInStep(SteadyTime now) {
+    next_ = now - next_ < period_ ? next_ + period_ : now + period_;
+  }
   void restUntil(SteadyTime time) {
     if (time > next_) next_ = time;
   }
@@ -36,7 +40,8 @@ class Pace {
 constexpr double kLeastSpaceRate_hz = 2.0;
 
 /// For the map's thread: frames and the mesh take turns. An extraction that is begun runs beside
-/// the next frame (on a GPU) and is finished after it, or at once while no frame is there.
+/// the next frame (on a GPU) and is finished after it, or at once while no frame is there, or where
+/// it is made already (on a CPU).
 class MapSchedule {
  public:
   enum class Action { kFuse, kBeginMesh, kFinishMesh, kReport, kCorrect, kWait };
@@ -48,6 +53,7 @@ class MapSchedule {
     bool space_followed = false;    ///< Surfaces of space come with the mesh.
     bool correcting = false;        ///< A correction has work, for when there is nothing else,
     bool correction_first = false;  ///< or before the next frame.
+    bool mesh_made = false;         ///< Finishing it would not wait.
   };
 
   MapSchedule(double mesh_rate_hz, SteadyClock clock);

@@ -72,7 +72,7 @@ bool FrameIntake::enqueue(WaitingFrame frame) {
 bool FrameIntake::dropOldest() {
   const std::string waited_for = waitingFor();
   ros::Time stamp;
-  if (const std::optional<PosedFrame> oldest = parts_.posed_frames.takeOf(parts_.stream)) {
+  if (const std::optional<PosedFrame> oldest = parts_.posed_frames.pushOut(parts_.stream)) {
     stamp = oldest->stamp;
   } else {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -85,7 +85,10 @@ bool FrameIntake::dropOldest() {
                           ? "the queue is full: fusing takes longer than the time between images"
                           : "the queue is full: the oldest image still waits for its transform (" +
                                 waited_for + ")");
-  if (!parts_.posed_frames.isNeeded(parts_.stream)) return true;
+  if (!parts_.posed_frames.isNeeded(parts_.stream) ||
+      parts_.posed_frames.holdsBefore(parts_.stream, stamp)) {
+    return true;
+  }
   while (const std::optional<PosedFrame> extra = parts_.posed_frames.takeExtraBefore(stamp)) {
     parts_.ledger.of(extra->stream)
         .dropped(DropReason::kQueueFull, extra->stamp,

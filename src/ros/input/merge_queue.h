@@ -95,11 +95,28 @@ class MergeQueue {
   /// The first item of a stream, whether it is its turn or not.
   std::optional<Item> takeOf(Stream stream) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto first = std::find_if(items_.begin(), items_.end(), [&](const auto& entry) {
-      return entry.second.stream == stream;
-    });
+    const auto first = firstOf(items_.begin(), stream);
     if (first == items_.end()) return std::nullopt;
     return remove(first);
+  }
+
+  /// The first item of a stream, for want of room. But the next one, if it is the first of all and
+  /// other streams wait as well: else the one that comes second each time would lose all of its
+  /// items just before their turn.
+  std::optional<Item> pushOut(Stream stream) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto first = firstOf(items_.begin(), stream);
+    if (first == items_.end()) return std::nullopt;
+    if (first != firstNeeded() || !isNeededElsewhere(stream)) return remove(first);
+    const auto second = firstOf(std::next(first), stream);
+    return remove(second != items_.end() ? second : first);
+  }
+
+  /// Whether a stream has an item that is earlier than the stamp. Not where nothing is merged.
+  bool holdsBefore(Stream stream, const ros::Time& stamp) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto first = firstOf(items_.begin(), stream);
+    return first != items_.end() && merges() && first->first.stamp < stamp;
   }
 
   /// The first item of an extra stream that is earlier than the stamp. Its own queue may reach
@@ -213,6 +230,24 @@ class MergeQueue {
     SteadyTime arrival = SteadyTime::max();
     for (const auto& [key, entry] : items_) arrival = std::min(arrival, entry.arrival);
     return std::max(SteadyDuration::zero(), arrival + wait_ - clock_());
+  }
+
+  typename Items::iterator firstOf(typename Items::iterator from, Stream stream) {
+    return std::find_if(from, items_.end(),
+                        [&](const auto& entry) { return entry.second.stream == stream; });
+  }
+
+  typename Items::iterator firstNeeded() {
+    return std::find_if(items_.begin(), items_.end(),
+                        [&](const auto& entry) { return streams_[entry.second.stream].needed; });
+  }
+
+  /// Items of other needed streams wait.
+  bool isNeededElsewhere(Stream stream) const {
+    for (Stream other = 0; other < streams_.size(); ++other) {
+      if (other != stream && streams_[other].needed && streams_[other].size > 0) return true;
+    }
+    return false;
   }
 
   Item remove(typename Items::iterator place) {

@@ -48,6 +48,7 @@ MapSchedule::Situation MapSession::situation() const {
   situation.frame_ready = parts_.frames.hasTurn();
   if (hasFailed()) return situation;
   situation.mesh_wanted = parts_.mesh_wanted();
+  situation.mesh_made = mapper_->isMeshMade();
   situation.correcting = parts_.correction != nullptr && parts_.correction->hasWork();
   situation.correction_first = situation.correcting && parts_.correction->goesFirst();
   situation.space_followed = parts_.space != nullptr && mapper_->space() != nullptr;

@@ -254,11 +254,8 @@ TEST_F(SeenSurface, CountsLittleWhereverItsOutlineIs) {
 TEST(PlaneOfAPoint, FacesTheCameraWhereItIsSeenFromTheSide) {
   const FrameView frame = frontalFrame(160, 120, {150.0f, 150.0f, 80.0f, 60.0f}, 0.01f);
   const auto planeSeenAt = [&](float cosine) {
-    SurfacePoint point;
-    point.p_C = {0.0f, 0.0f, 2.0f};
-    point.normal_C = {std::sqrt(1.0f - cosine * cosine), 0.0f, -cosine};
-    point.cosine = cosine;
-    return planeOf(frame, point);
+    return planeOf(frame.intrinsics, {0.0f, 0.0f, 2.0f},
+                   {std::sqrt(1.0f - cosine * cosine), 0.0f, -cosine}, cosine);
   };
   // x = -z tan: at u pixels beside the middle 1/z = (1 - u / 150 tan) / 2, with tan = 3/4 of 0.8.
   EXPECT_NEAR(planeSeenAt(0.8f).per_u, -0.75f / (2.0f * 150.0f), 1e-6f);
@@ -295,14 +292,8 @@ TEST_F(SeenSurface, DrawsThePlaneWithoutGaps) {
 TEST_F(SeenSurface, AGrazingFloorDoesNotHideItself) {
   const float slope = 0.2f;  // height over distance
   const auto pointAt = [&](float depth_m) {
-    SurfacePoint point;
-    point.p_C = {0.0f, slope * kDepth_voxels * kVoxel_m, depth_m};
-    const Intrinsics& K = sensing_.view.frame.intrinsics;
-    point.u = K.cx + 0.5f;
-    point.v = K.fy * point.p_C.y / point.p_C.z + K.cy + 0.5f;
-    point.normal_C = {0.0f, -1.0f, 0.0f};
-    point.cosine = -dot(point.normal_C, point.p_C) / norm(point.p_C);
-    return point;
+    return seenPoint(sensing_.view.frame.intrinsics,
+                     {0.0f, slope * kDepth_voxels * kVoxel_m, depth_m}, {0.0f, -1.0f, 0.0f});
   };
   const float first_m = 0.8f * kDepth_voxels * kVoxel_m, last_m = 1.3f * kDepth_voxels * kVoxel_m;
   for (float depth_m = first_m; depth_m < last_m; depth_m += kVoxel_m) {

@@ -1,0 +1,45 @@
+/// The points of a block that face the camera, and what an image says of them: sampleColour() from
+/// there on, for several at once. Same bits.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cpu/surface_points.h"
+#include "kernels/colour/paint.h"
+
+namespace dtsdf {
+
+/// What the image says of one voxel of a block: direction times kVoxelsPerBlock + voxel.
+struct VoxelSample {
+  uint16_t voxel;
+  ColourSample sample;
+};
+
+class FacingPoints {
+ public:
+  void clear() { count_ = 0; }
+
+  /// Those of a direction's points that do.
+  void add(const SurfacePoints& points, int direction);
+
+  /// Of those that nothing hides.
+  void sample(const ColourSensing& sensing, std::vector<VoxelSample>& samples) const;
+
+  size_t bytes() const { return groups_.capacity() * sizeof(Group); }
+
+ private:
+  static constexpr int kGroup = 8;
+
+  /// Of so many points.
+  struct Group {
+    float depth_m[kGroup], cosine[kGroup], u[kGroup], v[kGroup];
+    float inverse_depth[kGroup], per_u[kGroup], per_v[kGroup];
+    uint16_t voxel[kGroup];
+  };
+
+  std::vector<Group> groups_;
+  size_t count_ = 0;  ///< Of points.
+};
+
+}  // namespace dtsdf

@@ -9,7 +9,7 @@
 namespace dtsdf {
 
 struct BenchmarkOptions : RunOptions {
-  std::string raw_name;      ///< Raw frames, as io/raw_frames.h has them.
+  std::string raw_name;      ///< Raw frames, as raw_frames.h has them.
   bool flight = false;       ///< A synthetic flight instead of recorded frames.
   double grow_to_gib = 1.0;  ///< Size of the map at which the flight ends.
   double speed_m = 1.0;      ///< Way of the flight from frame to frame.

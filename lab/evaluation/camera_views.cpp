@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-#include "io/tum_sequence.h"
+#include "io/tum_lists.h"
 #include "simulation/scene.h"
 
 namespace dtsdf {
@@ -70,11 +70,12 @@ std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double
 
 Views readViews(const std::string& tum_folder) {
   constexpr double kPoseTolerance_s = 0.02;  // as reconstruct has it
-  const TumSequence sequence = readTumSequence(tum_folder);
+  const CameraInfo camera = readTumCamera(tum_folder);
+  const Trajectory trajectory = readTumTrajectory(tum_folder);
   Views views;
-  views.camera = {sequence.camera.intrinsics, sequence.camera.width, sequence.camera.height};
-  for (const StampedImage& image : sequence.depth) {
-    const auto T_W_C = sequence.trajectory.poseAt(image.stamp_s, kPoseTolerance_s);
+  views.camera = {camera.intrinsics, camera.width, camera.height};
+  for (const StampedImage& image : readTumDepthList(tum_folder)) {
+    const auto T_W_C = trajectory.poseAt(image.stamp_s, kPoseTolerance_s);
     if (!T_W_C) continue;
     views.poses_W_C.push_back(*T_W_C);
     views.depth_paths.push_back(image.path);

@@ -4,7 +4,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "dtsdf_mapping/io/tum_frames.h"
+#include "dtsdf_mapping/io/recording.h"
 #include "evaluation/space_figures.h"
 #include "evaluation/space_options.h"
 #include "evaluation/space_picture.h"
@@ -68,9 +68,10 @@ struct Truth {
 };
 
 void fuseRecording(const std::string& folder, Mapper& mapper) {
-  TumOptions tum;
-  tum.folder = folder;
-  const auto frames = openTumFrames(tum);
+  RecordingOptions tum;
+  tum.path = folder;
+  tum.format = "tum";
+  const auto frames = openRecording(tum);
   ProgressBar progress("frames", frames->size());
   size_t done = 0;
   while (const auto frame = frames->next()) {

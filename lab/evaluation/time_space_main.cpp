@@ -6,7 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "dtsdf_mapping/io/tum_frames.h"
+#include "dtsdf_mapping/io/recording.h"
 #include "dtsdf_mapping/mapper.h"
 #include "evaluation/space_options.h"
 #include "program/progress_bar.h"
@@ -117,10 +117,11 @@ void timeSpace(const TimeSpaceOptions& options) {
   TimedMap on(params, options.cpu_time);
   params.space.enabled = false;
   TimedMap off(params, options.cpu_time);
-  TumOptions tum;
-  tum.folder = options.tum_folder;
+  RecordingOptions tum;
+  tum.path = options.tum_folder;
+  tum.format = "tum";
   for (size_t pass = 0; pass < options.passes; ++pass) {
-    const auto frames = openTumFrames(tum);
+    const auto frames = openRecording(tum);
     ProgressBar progress("frames", frames->size());
     size_t done = 0;
     while (const auto frame = frames->next()) {

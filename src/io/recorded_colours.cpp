@@ -11,11 +11,11 @@
 namespace dtsdf {
 namespace {
 
-std::string inWords(int width, int height) {
+std::string sizeInWords(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-void turnUpsideDown(RgbImage& image) {
+void turnImageUpsideDown(RgbImage& image) {
   const auto row = static_cast<std::ptrdiff_t>(3 * static_cast<size_t>(image.width));
   for (int v = 0; v < image.height / 2; ++v) {
     const auto upper = image.rgb.begin() + v * row;
@@ -79,8 +79,8 @@ class RecordedColourImages : public ColourSource {
   std::string whyNotOfItsCamera(const RgbImage& image) const {
     const CameraInfo& camera = *recorded_.camera;
     if (image.width == camera.width && image.height == camera.height) return "";
-    return inWords(image.width, image.height) + " pixels, but their camera has " +
-           inWords(camera.width, camera.height);
+    return sizeInWords(image.width, image.height) + " pixels, but their camera has " +
+           sizeInWords(camera.width, camera.height);
   }
 
   SourceColour makeColour(size_t index, const std::shared_ptr<RgbImage>& image) const {
@@ -90,7 +90,7 @@ class RecordedColourImages : public ColourSource {
     ColourFrame& colour = result.colour;
     colour.intrinsics = recorded_.camera->intrinsics;
     if (colour.intrinsics.fy < 0.0f) {
-      turnUpsideDown(*image);
+      turnImageUpsideDown(*image);
       colour.intrinsics.fy = -colour.intrinsics.fy;
       colour.intrinsics.cy = static_cast<float>(image->height - 1) - colour.intrinsics.cy;
     }

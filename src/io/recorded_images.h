@@ -12,7 +12,7 @@
 #include "dtsdf_mapping/io/frame_source.h"
 #include "io/camera_info_file.h"
 #include "io/trajectory.h"
-#include "io/tum_sequence.h"
+#include "io/tum_lists.h"
 
 namespace dtsdf {
 

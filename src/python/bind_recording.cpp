@@ -12,9 +12,6 @@
 namespace dtsdf::python {
 namespace {
 
-/// Enough to hide that a frame takes longer than others to decode.
-constexpr size_t kDecodedAhead = 4;
-
 /// A source, of the depth or the colour images, for one thread at a time.
 template <class Source>
 struct Images {
@@ -60,7 +57,7 @@ RecordingOptions optionsOf(const py::object& path, const std::string& format, co
 std::unique_ptr<DepthImages> openDepth(const RecordingOptions& options) {
   const py::gil_scoped_release release;
   auto images = std::make_unique<DepthImages>();
-  images->source = prefetchFrames(openRecording(options), kDecodedAhead);
+  images->source = prefetchFrames(openRecording(options));
   return images;
 }
 

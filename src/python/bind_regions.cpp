@@ -7,7 +7,7 @@ namespace {
 
 /// @throws py::value_error for a region with a problem.
 template <class Shape>
-Shape checked(const Shape& shape) {
+Shape checkedShape(const Shape& shape) {
   const std::string problem = findProblem(shape);
   if (!problem.empty()) throw py::value_error(problem);
   return shape;
@@ -17,14 +17,14 @@ BoxRegion makeBox(const py::object& size_m, const py::object& T_W_B) {
   BoxRegion box;
   box.size_m = vectorOf(size_m, "size_m");
   if (!T_W_B.is_none()) box.T_W_B = poseOf(T_W_B, "T_W_B");
-  return checked(box);
+  return checkedShape(box);
 }
 
 SphereRegion makeSphere(const py::object& center_W, double radius_m) {
   SphereRegion sphere;
   sphere.center_W = vectorOf(center_W, "center_W");
   sphere.radius_m = radius_m;
-  return checked(sphere);
+  return checkedShape(sphere);
 }
 
 }  // namespace

@@ -25,8 +25,6 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kFramesAhead = 4;
-
 /// The frames of a plan that a tile fuses, and the numbers of all.
 class TileFusion {
  public:
@@ -131,8 +129,7 @@ class TileFusion {
   std::unique_ptr<FrameSource> openListed(size_t number, const IndexRanges& wanted) const {
     InputOptions input = plan_.inputOf(number);
     input.recording.selection.listed = listOf(wanted);
-    return prefetchFrames(levelled(openFrames(input, settings_.params.node), plan_.T_W_M),
-                          kFramesAhead);
+    return prefetchFrames(levelled(openFrames(input, settings_.params.node), plan_.T_W_M));
   }
 
   std::unique_ptr<ColourSource> openListedColours(size_t number, const IndexRanges& wanted) const {

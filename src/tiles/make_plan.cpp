@@ -21,8 +21,6 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kFramesAhead = 4;
-
 /// @throws std::runtime_error for settings whose rules look at all of the map.
 void checkSettings(const MapperParams& params) {
   if (params.map.keep_radius_m > 0.0f) {
@@ -108,7 +106,7 @@ class Planner {
     frames_of_recording_ = 0;
     auto frames = openAndLook(input, settings_, "tiles");
     if (&input == &inputs_.front()) plan_.T_W_M = findLevel(input, settings_, "tiles");
-    const auto source = prefetchFrames(levelled(std::move(frames), plan_.T_W_M), kFramesAhead);
+    const auto source = prefetchFrames(levelled(std::move(frames), plan_.T_W_M));
     const auto colours = levelled(openColours(input, settings_.params.node), plan_.T_W_M);
     plan_.map_frame = nameOfFrame(input, settings_);
     ProgressBar progress("frames", source->size());

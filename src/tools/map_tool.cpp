@@ -13,8 +13,7 @@ void run(const std::vector<std::string>& arguments) {
               {"mesh", "saves the mesh of a map file", meshMap},
               {"bt", "saves free and occupied space as an OctoMap tree", saveOcTree},
               {"slice", "draws the distances to surfaces at one height", drawSlice},
-              {"render", "renders depth, normals and colours from given poses", renderMap},
-              {"time", "measures how long it takes to load, copy and save a map", timeMap}},
+              {"render", "renders depth, normals and colours from given poses", renderMap}},
              arguments);
 }
 

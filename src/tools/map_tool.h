@@ -13,6 +13,5 @@ void meshMap(const std::vector<std::string>& arguments);
 void saveOcTree(const std::vector<std::string>& arguments);
 void drawSlice(const std::vector<std::string>& arguments);
 void renderMap(const std::vector<std::string>& arguments);
-void timeMap(const std::vector<std::string>& arguments);
 
 }  // namespace dtsdf

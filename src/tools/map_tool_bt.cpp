@@ -15,7 +15,7 @@
 namespace dtsdf {
 namespace {
 
-SpaceOutputOptions parse(const std::vector<std::string>& arguments) {
+SpaceOutputOptions parseBtOptions(const std::vector<std::string>& arguments) {
   SpaceOutputOptions options;
   CommandLine line("map_tool bt", "FILE OUT.bt [options]",
                    "Saves free and occupied space as an OctoMap tree: cells with a surface are "
@@ -77,7 +77,7 @@ void save(const Space&, const std::string&) {
 }  // namespace
 
 void saveOcTree(const std::vector<std::string>& arguments) {
-  const SpaceOutputOptions options = parse(arguments);
+  const SpaceOutputOptions options = parseBtOptions(arguments);
   prepareOutputFile(options.out_path);
   const auto mapper = loadWithSpace(options);
   save(*mapper->space(), options.out_path);

@@ -19,7 +19,7 @@ struct InfoOptions {
   MapLoadLimit limit;
 };
 
-InfoOptions parse(const std::vector<std::string>& arguments) {
+InfoOptions parseInfoOptions(const std::vector<std::string>& arguments) {
   InfoOptions options;
   CommandLine line("map_tool info", "FILE [options]",
                    "Prints what is in a map file. Without --verify it does not read voxels and "
@@ -98,7 +98,7 @@ void printSettings(const MapInfo& info) {
 }  // namespace
 
 void printMapInfo(const std::vector<std::string>& arguments) {
-  const InfoOptions options = parse(arguments);
+  const InfoOptions options = parseInfoOptions(arguments);
   const MapInfo info = readMapInfo(options.path);
   print("file", options.path);
   print("file size", std::to_string(info.file_bytes) + " bytes, version " +

@@ -22,7 +22,7 @@ struct MeshOptions {
   double simplify_error_m = 0.0;
 };
 
-MeshOptions parse(const std::vector<std::string>& arguments) {
+MeshOptions parseMeshOptions(const std::vector<std::string>& arguments) {
   MeshOptions options;
   CommandLine line("map_tool mesh", "FILE OUT.ply [options]",
                    "Saves the mesh of a map file, with the settings it was saved with.",
@@ -45,7 +45,7 @@ MeshOptions parse(const std::vector<std::string>& arguments) {
 }  // namespace
 
 void meshMap(const std::vector<std::string>& arguments) {
-  const MeshOptions options = parse(arguments);
+  const MeshOptions options = parseMeshOptions(arguments);
   prepareOutputFile(options.mesh_path);
   MapContents contents = loadMap(options.map_path, options.limit.bytes());
   std::vector<std::string> given = options.settings;

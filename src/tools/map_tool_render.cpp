@@ -43,7 +43,7 @@ StampedPose readPose(const std::string& text) {
   return pose;
 }
 
-RenderOptions parse(const std::vector<std::string>& arguments) {
+RenderOptions parseRenderOptions(const std::vector<std::string>& arguments) {
   RenderOptions options;
   CommandLine line("map_tool render", "FILE OUT [options]",
                    "Renders what a camera would see of a map, into a folder as the TUM benchmark "
@@ -175,7 +175,7 @@ class ViewFolder {
 }  // namespace
 
 void renderMap(const std::vector<std::string>& arguments) {
-  RenderOptions options = parse(arguments);
+  RenderOptions options = parseRenderOptions(arguments);
   if (!options.trajectory_path.empty()) {
     options.poses = readTrajectory(options.trajectory_path, "").poses();
     if (options.poses.empty()) {

@@ -25,7 +25,7 @@ struct SliceOptions : SpaceOutputOptions {
   int pixels = 4;
 };
 
-SliceOptions parse(const std::vector<std::string>& arguments) {
+SliceOptions parseSliceOptions(const std::vector<std::string>& arguments) {
   SliceOptions options;
   CommandLine line("map_tool slice", "FILE OUT.png --height METRES [options]",
                    "Draws the distances to surfaces at one height, x to the right and y up: red "
@@ -112,7 +112,7 @@ double farthest(const std::vector<SliceCell>& slice) {
 }  // namespace
 
 void drawSlice(const std::vector<std::string>& arguments) {
-  const SliceOptions options = parse(arguments);
+  const SliceOptions options = parseSliceOptions(arguments);
   prepareOutputFile(options.out_path);
   const auto mapper = loadWithSpace(options);
   Space& space = *mapper->space();

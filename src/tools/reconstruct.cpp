@@ -30,9 +30,6 @@
 namespace dtsdf {
 namespace {
 
-/// Enough to hide that a frame takes longer than others to decode, at a few MB each.
-constexpr size_t kFramesAhead = 4;
-
 /// The map that a run begins with, and its settings.
 struct StartingMap {
   MapperParams params;
@@ -231,7 +228,7 @@ void run(ReconstructOptions options) {
   auto frames = openAndLook(options, settings, "reconstruct");
   const MapFrame frame = frameOf(options, settings, start);
 
-  const auto source = prefetchFrames(levelled(std::move(frames), frame.T_W_M), kFramesAhead);
+  const auto source = prefetchFrames(levelled(std::move(frames), frame.T_W_M));
   auto colours = openColours(options, settings.params.node);
   // Those without poses of their own follow the depth camera.
   if (!options.recording.first_pose_only) colours = levelled(std::move(colours), frame.T_W_M);

@@ -3,7 +3,7 @@
 #include "io/list_file.h"
 #include "io/matrix_file.h"
 #include "io/trajectory_file.h"
-#include "io/tum_sequence.h"
+#include "io/tum_lists.h"
 
 using namespace dtsdf;
 

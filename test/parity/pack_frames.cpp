@@ -1,11 +1,11 @@
-// Writes frames of a TUM folder in the form of io/raw_frames.h:
+// Writes frames of a TUM folder in the form of lab/benchmark/raw_frames.h:
 //   pack_frames TUM_DIR FIRST LAST STEP OUT_WITHOUT_SUFFIX [UNITS_PER_METRE]
 #include <cstdlib>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
 
-#include "dtsdf_mapping/io/tum_frames.h"
+#include "dtsdf_mapping/io/recording.h"
 
 namespace {
 
@@ -16,8 +16,8 @@ void writePose(std::ostream& list, const Eigen::Isometry3d& T_W_C) {
   list << '\n';
 }
 
-int pack(const dtsdf::TumOptions& options, const std::string& out) {
-  const auto source = dtsdf::openTumFrames(options);
+int pack(const dtsdf::RecordingOptions& options, const std::string& out) {
+  const auto source = dtsdf::openRecording(options);
   std::ofstream images(out + ".raw", std::ios::binary), list(out + ".txt");
   list << std::setprecision(17);
   size_t count = 0;
@@ -46,8 +46,9 @@ int main(int argc, char** argv) {
                  "[UNITS_PER_METRE]\n";
     return 2;
   }
-  dtsdf::TumOptions options;
-  options.folder = argv[1];
+  dtsdf::RecordingOptions options;
+  options.path = argv[1];
+  options.format = "tum";
   options.selection.first = std::strtoul(argv[2], nullptr, 10);
   options.selection.last = std::strtoul(argv[3], nullptr, 10);
   options.selection.step = std::strtoul(argv[4], nullptr, 10);

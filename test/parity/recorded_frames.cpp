@@ -1,6 +1,6 @@
 #include "parity/recorded_frames.h"
 
-#include "io/raw_frames.h"
+#include "benchmark/raw_frames.h"
 
 namespace dtsdf {
 

@@ -1,4 +1,4 @@
-/// Recorded depth frames, in the form of io/raw_frames.h.
+/// Recorded depth frames, in the form of lab/benchmark/raw_frames.h.
 #pragma once
 
 #include <string>

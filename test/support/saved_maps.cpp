@@ -17,13 +17,6 @@ Scene scene(int frame) {
   return scene;
 }
 
-Colour stripes(const Eigen::Vector3d& p_W) {
-  const auto band = [](double x_m) {
-    return static_cast<uint8_t>(60 + 30 * (static_cast<int>(x_m * 10.0 + 100.0) % 5));
-  };
-  return {band(p_W.x()), band(p_W.y()), band(p_W.z())};
-}
-
 /// Each image is darker than the one before, so that the gains of the last one matter.
 void darken(PaintedFrame& image, int frame) {
   for (uint8_t& value : image.pixels) {
@@ -39,6 +32,13 @@ PlainArray<T> copyOf(const PlainArray<T>& array) {
 }
 
 }  // namespace
+
+Colour stripes(const Eigen::Vector3d& p_W) {
+  const auto band = [](double x_m) {
+    return static_cast<uint8_t>(60 + 30 * (static_cast<int>(x_m * 10.0 + 100.0) % 5));
+  };
+  return {band(p_W.x()), band(p_W.y()), band(p_W.z())};
+}
 
 const RoomRecording& roomRecording() {
   static const RoomRecording recording = [] {

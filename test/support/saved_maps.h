@@ -20,6 +20,9 @@ struct RoomRecording {
 };
 const RoomRecording& roomRecording();
 
+/// The colour of a surface, by its place.
+Colour stripes(const Eigen::Vector3d& p_W);
+
 /// Fuses frames `first` to `last` - 1, painted where that is wanted.
 void feed(Mapper& mapper, size_t first, size_t last, bool painted);
 

@@ -7,9 +7,11 @@
 
 namespace dtsdf {
 
-/// The same frames in the same order, with up to `capacity` (at least 1) of them waiting decoded.
+/// The same frames in the same order, with up to `capacity` (at least 1) of them waiting decoded;
+/// the default hides that some take longer than others to decode.
 /// An error of the inner source is thrown by next() in its turn, after the frames before it.
 /// skipped() counts what was skipped before the frame handed out last.
-std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source, size_t capacity);
+std::unique_ptr<FrameSource> prefetchFrames(std::unique_ptr<FrameSource> source,
+                                            size_t capacity = 4);
 
 }  // namespace dtsdf

@@ -14,7 +14,6 @@
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/recording.h"
-#include "dtsdf_mapping/io/tum_frames.h"
 #include "ros/input/image_checks.h"
 #include "ros/input/transform_conversions.h"
 
@@ -87,13 +86,19 @@ class PoseWriter {
   std::set<ros::Time> written_;
 };
 
+RecordingOptions recordingOf(const TumToBagOptions& options) {
+  RecordingOptions recording;
+  recording.path = options.folder;
+  recording.format = "tum";
+  return recording;
+}
+
 /// Each frame with its transform, at the stamp at which the offline program would fuse it.
 void writeDepth(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& poses,
                 TumToBagResult& result) {
-  TumOptions tum;
-  tum.folder = options.folder;
+  RecordingOptions tum = recordingOf(options);
   tum.units_per_metre = options.units_per_metre;
-  const std::unique_ptr<FrameSource> frames = openTumFrames(tum);
+  const std::unique_ptr<FrameSource> frames = openRecording(tum);
   const std::string topic = options.camera_namespace + "/depth";
   while (const std::optional<SourceFrame> frame = frames->next()) {
     const sensor_msgs::Image image = makeDepthImage(*frame, options);
@@ -117,10 +122,7 @@ sensor_msgs::ImagePtr makeColourImage(const SourceColour& source, const TumToBag
 /// The same for colour.
 void writeColour(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& poses,
                  TumToBagResult& result) {
-  RecordingOptions tum;
-  tum.path = options.folder;
-  tum.format = "tum";
-  const std::unique_ptr<ColourSource> images = openRecordingColours(tum);
+  const std::unique_ptr<ColourSource> images = openRecordingColours(recordingOf(options));
   if (images == nullptr) return;
   const std::string topic = options.camera_namespace + "/rgb";
   while (const std::optional<SourceColour> source = images->next()) {

@@ -79,12 +79,4 @@ std::optional<Eigen::Isometry3d> WayWatcher::transform(const std::string& parent
   return toIsometry(buffer_.lookupTransform(parent, child, stamp).transform);
 }
 
-double shiftBetween_m(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return (a.translation() - b.translation()).norm();
-}
-
-double turnBetween_rad(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
-}
-
 }  // namespace dtsdf

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "simulation/scene.h"
+#include "support/pose_distance.h"
 
 namespace dtsdf {
 
@@ -68,9 +69,5 @@ class WayWatcher {
   tf2_ros::TransformListener listener_{buffer_};
   ros::Subscriber odometry_topic_, path_topic_;
 };
-
-/// How far two poses are apart.
-double shiftBetween_m(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
-double turnBetween_rad(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
 
 }  // namespace dtsdf

@@ -6,6 +6,7 @@
 
 #include "evaluation/depth_renderer.h"
 #include "simulation/scene.h"
+#include "support/pose_distance.h"
 #include "unit/evaluation/test_meshes.h"
 
 namespace dtsdf {
@@ -36,10 +37,6 @@ Eigen::Isometry3d spoilt(const Eigen::Isometry3d& T_W_C, const Vector3d& shift_W
   return spoilt.pretranslate(shift_W);
 }
 
-double turnBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
-}
-
 TEST(DepthRegistration, FindsThePoseInARoomCorner) {
   const MeshScene scene(makeRoomCorner());
   const Eigen::Isometry3d truth = lookIntoCorner();
@@ -47,7 +44,7 @@ TEST(DepthRegistration, FindsThePoseInARoomCorner) {
   const Eigen::Isometry3d recorded = spoilt(truth, Vector3d(0.02, -0.015, 0.01), 0.8);
   const Registration found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
   EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), 1e-4);
-  EXPECT_LT(turnBetween(found.T_W_C, truth), 0.005 * kDegree);
+  EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 0.005 * kDegree);
   EXPECT_NEAR(found.shift_m, Vector3d(0.02, -0.015, 0.01).norm(), 1e-4);
   EXPECT_NEAR(found.turn_rad, 0.8 * kDegree, 0.005 * kDegree);
   EXPECT_GT(found.points, 300u);
@@ -64,7 +61,7 @@ TEST(DepthRegistration, PassesOverWhatTheMeshDoesNotHave) {
   const Eigen::Isometry3d recorded = spoilt(truth, Vector3d(0.02, -0.015, 0.01), 0.3);
   const Registration found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
   EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), 5e-4);
-  EXPECT_LT(turnBetween(found.T_W_C, truth), 0.02 * kDegree);
+  EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 0.02 * kDegree);
 }
 
 /// The wall holds the image by one shift and two turns only.
@@ -76,7 +73,7 @@ TEST(DepthRegistration, KeepsItsPlaceAlongAWall) {
   recorded.pretranslate(Vector3d(0.03, 0.02, 0.015));
   const Registration found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
   EXPECT_LT((found.T_W_C.translation() - Vector3d(0.03, 0.02, 2.0)).norm(), 1e-4);
-  EXPECT_LT(turnBetween(found.T_W_C, truth), 0.005 * kDegree);
+  EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 0.005 * kDegree);
 }
 
 TEST(DepthRegistration, LeavesThePoseWhereTooLittleIsThere) {

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "dtsdf_mapping/io/tum_frames.h"
+#include "dtsdf_mapping/io/recording.h"
 #include "evaluation/depth_noise.h"
 #include "evaluation/depth_picture.h"
 #include "evaluation/picture.h"
@@ -111,9 +111,10 @@ TEST(TumWriter, TheReaderFindsWhatWasWritten) {
   const Views views = readViews(folder.path());
   ASSERT_EQ(views.poses_W_C.size(), poses.size());
   EXPECT_FLOAT_EQ(views.camera.intrinsics.cy, 239.5f);
-  TumOptions options;
-  options.folder = folder.path();
-  const auto frames = openTumFrames(options);
+  RecordingOptions options;
+  options.path = folder.path();
+  options.format = "tum";
+  const auto frames = openRecording(options);
   for (size_t i = 0; i < poses.size(); ++i) {
     EXPECT_TRUE(views.poses_W_C[i].isApprox(poses[i], 1e-8));
     const auto frame = frames->next();

@@ -1,4 +1,4 @@
-#include "dtsdf_mapping/io/tum_frames.h"
+#include "dtsdf_mapping/io/recording.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,8 @@ class TumFramesTest : public testing::Test {
  protected:
   void SetUp() override {
     writeTumFolder(folder_, 5);
-    options_.folder = folder_.path();
+    options_.path = folder_.path();
+    options_.format = "tum";
   }
 
   /// First pixels of all frames, which writeTumFolder() makes tell the index.
@@ -24,15 +25,15 @@ class TumFramesTest : public testing::Test {
   }
 
   std::string error() const {
-    return errorOf([&] { openTumFrames(options_)->next(); });
+    return errorOf([&] { openRecording(options_)->next(); });
   }
 
   TemporaryFolder folder_;
-  TumOptions options_;
+  RecordingOptions options_;
 };
 
 TEST_F(TumFramesTest, HandsOutWholeFrames) {
-  const auto source = openTumFrames(options_);
+  const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 5u);
   source->next();
   const auto frame = source->next();
@@ -59,13 +60,13 @@ TEST_F(TumFramesTest, ReadsEveryPixelValueAsItIs) {
   writeBytes(folder_ / "camera_info.yaml",
              "image_width: 256\nimage_height: 256\n"
              "camera_matrix: {data: [9, 0, 5, 0, 9, 5, 0, 0, 1]}\n");
-  const auto frame = openTumFrames(options_)->next();
+  const auto frame = openRecording(options_)->next();
   const auto* pixels = static_cast<const uint16_t*>(frame->depth.data);
   for (int i = 0; i < 65536; ++i) ASSERT_EQ(pixels[i], i);
 }
 
 TEST_F(TumFramesTest, FramesOutliveTheirSource) {
-  auto source = openTumFrames(options_);
+  auto source = openRecording(options_);
   const auto first = source->next(), second = source->next();
   source.reset();
   EXPECT_EQ(*static_cast<const uint16_t*>(first->depth.data), 1000);
@@ -74,7 +75,7 @@ TEST_F(TumFramesTest, FramesOutliveTheirSource) {
 
 TEST_F(TumFramesTest, SelectsByIndex) {
   options_.selection = {1, 4, 2, {}};
-  const auto source = openTumFrames(options_);
+  const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 2u);
   EXPECT_EQ(readIndices(*source), (std::vector<int>{1, 3}));
 }
@@ -82,14 +83,14 @@ TEST_F(TumFramesTest, SelectsByIndex) {
 TEST_F(TumFramesTest, PassesOverFramesWithoutPoseAndCountsThem) {
   writeBytes(folder_ / "groundtruth.txt",
              "100.0 0 0 0 0 0 0 1\n100.31 3 0 0 0 0 0 1\n100.45 3 0 0 0 0 0 1\n");
-  const auto source = openTumFrames(options_);
+  const auto source = openRecording(options_);
   EXPECT_EQ(readIndices(*source), (std::vector<int>{0, 3}));
   EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{{"no pose within 20 ms", 3}}));
 }
 
 TEST_F(TumFramesTest, AppliesTheDepthScale) {
   options_.units_per_metre = 1000.0;
-  EXPECT_FLOAT_EQ(openTumFrames(options_)->next()->depth.unit_m, 0.001f);
+  EXPECT_FLOAT_EQ(openRecording(options_)->next()->depth.unit_m, 0.001f);
   options_.units_per_metre = 0.0;
   EXPECT_NE(error(), "");
 }

@@ -5,6 +5,7 @@
 
 #include "dtsdf_mapping/pose_refiner.h"
 #include "support/map_equality.h"
+#include "support/pose_distance.h"
 #include "support/session.h"
 
 namespace dtsdf {
@@ -54,10 +55,6 @@ Alignment alignAt(Session& session, const Scene& scene, const Isometry3d& truth,
   return session.mapper().align(frame, prior);
 }
 
-double turnBetween(const Isometry3d& a, const Isometry3d& b) {
-  return AngleAxisd(a.linear() * b.linear().transpose()).angle();
-}
-
 struct Offset {
   Vector3d shift_m;
   double turn_deg;
@@ -72,7 +69,7 @@ TEST_P(Corner, IsFoundAgain) {
   const Alignment found = alignAt(session, corner(), cornerPose(), given);
   ASSERT_EQ(found.status, AlignmentStatus::kAligned);
   EXPECT_LT((found.T_W_C.translation() - cornerPose().translation()).norm(), 0.5e-3);
-  EXPECT_LT(turnBetween(found.T_W_C, cornerPose()), 0.5e-3);
+  EXPECT_LT(turnBetween_rad(found.T_W_C, cornerPose()), 0.5e-3);
   EXPECT_NEAR(found.shift_m, (found.T_W_C.translation() - given.translation()).norm(), 1e-9);
   EXPECT_GT(found.inlier_share, 0.9);
   EXPECT_LT(found.residual_m, 0.002);

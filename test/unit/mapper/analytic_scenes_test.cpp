@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr float kVoxel_m = 0.02f;
+constexpr float kSceneVoxel_m = 0.02f;
 
 struct Bounds {
   double rms, max;
@@ -28,12 +28,12 @@ class AnalyticScenes : public testing::TestWithParam<Mode> {
   FusionMode mode() const { return std::get<0>(GetParam()); }
   bool directional() const { return std::get<1>(GetParam()); }
   bool projective() const { return mode() == FusionMode::kVoxelProjection; }
-  MapperParams params() const { return makeCpuParams(mode(), directional(), kVoxel_m); }
+  MapperParams params() const { return makeCpuParams(mode(), directional(), kSceneVoxel_m); }
 };
 
 void expectWithin(const SurfaceError& error, const Bounds& bounds) {
-  EXPECT_LT(error.rms_m / kVoxel_m, bounds.rms) << error.vertices << " vertices";
-  EXPECT_LT(error.max_m / kVoxel_m, bounds.max) << error.vertices << " vertices";
+  EXPECT_LT(error.rms_m / kSceneVoxel_m, bounds.rms) << error.vertices << " vertices";
+  EXPECT_LT(error.max_m / kSceneVoxel_m, bounds.max) << error.vertices << " vertices";
 }
 
 /// What every mesh has to be, holes or not.
@@ -54,7 +54,7 @@ void expectFreeSide(const Mesh& mesh, const Scene& scene) {
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     const Vec3f &p = mesh.vertices_m[i], &n = mesh.normals[i];
     const Vector3d at(p.x, p.y, p.z), normal(n.x, n.y, n.z);
-    const double step = 0.25 * kVoxel_m;
+    const double step = 0.25 * kSceneVoxel_m;
     wrong += scene.signedDistance(at + step * normal) <= scene.signedDistance(at - step * normal);
   }
   EXPECT_LE(wrong, mesh.vertices_m.size() / 5000) << "of " << mesh.vertices_m.size();
@@ -113,8 +113,8 @@ TEST_P(AnalyticScenes, TurnedBoxFaces) {
     Vector3d inside =
         Vector3d(0.25, 0.2, 0.3) - (R_B_W * (Vector3d(p.x, p.y, p.z) - centre)).cwiseAbs();
     std::sort(inside.data(), inside.data() + 3);
-    if (inside[1] < 6.0 * kVoxel_m) continue;  // a second face is near
-    worst = std::max(worst, std::abs(inside[0]) / kVoxel_m);
+    if (inside[1] < 6.0 * kSceneVoxel_m) continue;  // a second face is near
+    worst = std::max(worst, std::abs(inside[0]) / kSceneVoxel_m);
     ++on_faces;
   }
   EXPECT_GT(on_faces, 1000u);
@@ -128,7 +128,7 @@ TEST_P(AnalyticScenes, BallOneKilometreAway) {
   Scene scene;
   scene.add(Sphere{centre, 0.4});
   const Mesh mesh = reconstruct(params(), renderFrames(scene, sphereOfPoses(centre, 1.1, 24)));
-  const double rounding = std::sqrt(3.0) * 0.5 / 16384.0 / kVoxel_m;
+  const double rounding = std::sqrt(3.0) * 0.5 / 16384.0 / kSceneVoxel_m;
   const Bounds near = projective() ? Bounds{0.15, 0.75} : Bounds{0.02, 0.05};
   expectWithin(measureError(mesh, scene), {near.rms + rounding, near.max + rounding});
   const MeshTopology topology = measureTopology(mesh);
@@ -182,7 +182,7 @@ TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   const Eigen::AlignedBox3d around(Vector3d(1.4, -0.05, -0.25), Vector3d(1.6, 0.05, 0.25));
   // Anchoring draws what lies beside the column of pixels to it.
   EXPECT_GT(areaWithin(mesh, around), 0.4 * wire_m);
-  EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kVoxel_m);
+  EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kSceneVoxel_m);
 }
 
 /// A board in front of a wall, from a camera that moves along it. What is cast along the normals of
@@ -203,8 +203,8 @@ TEST(FreeSpace, TrimsTheOverhangOfOutlines) {
       overhang_m = std::max({overhang_m, std::abs(p.y) - 0.3, std::abs(p.z) - 0.25});
     }
   }
-  EXPECT_LT(overhang_m, 0.3 * kVoxel_m);
-  EXPECT_GT(overhang_m, -1.0 * kVoxel_m);  // and no more than that
+  EXPECT_LT(overhang_m, 0.3 * kSceneVoxel_m);
+  EXPECT_GT(overhang_m, -1.0 * kSceneVoxel_m);  // and no more than that
 }
 
 /// A board that is put where space was free all the time, in blocks of the map that the wall behind
@@ -246,7 +246,7 @@ TEST_P(ClosedBall, HasNoBoundary) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
   scene.add(Sphere{centre, 0.4});
-  MapperParams params = makeCpuParams(mode, directional, kVoxel_m);
+  MapperParams params = makeCpuParams(mode, directional, kSceneVoxel_m);
   for (const int min_support : {1, 2}) {
     params.mesh.min_support = min_support;
     const Mesh mesh =

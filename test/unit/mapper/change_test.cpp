@@ -17,14 +17,14 @@ using Eigen::Vector3d;
 const Vector3d kBall(1.1, 0.0, 0.0);
 constexpr double kRadius_m = 0.15;
 
-Scene wall() {
+Scene farWall() {
   Scene scene;
   scene.add(Plane{{1.6, 0.0, 0.0}, -Vector3d::UnitX()});
   return scene;
 }
 
 Scene wallAndBall() {
-  Scene scene = wall();
+  Scene scene = farWall();
   scene.add(Sphere{kBall, kRadius_m});
   return scene;
 }
@@ -57,7 +57,7 @@ size_t trianglesOfBallNow(Session& session) {
 /// A map of what was never any different, after as many frames.
 MapStats statsOfWall(const MapperParams& params, int frames) {
   Session session(params);
-  see(session, look(wall()), frames);
+  see(session, look(farWall()), frames);
   session.updateMesh();
   return session.mapper().stats();
 }
@@ -73,7 +73,7 @@ TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
     Session session(params());
     see(session, look(wallAndBall()), frames);
     ASSERT_GT(trianglesOfBallNow(session), 300u);
-    see(session, look(wall()), 24);
+    see(session, look(farWall()), 24);
     EXPECT_EQ(trianglesOfBallNow(session), 0u) << "seen in " << frames << " frames";
   }
 }
@@ -107,7 +107,7 @@ TEST_P(Change, WithoutClearingNothingIsTakenBack) {
   const size_t before = trianglesOfBallNow(session);
   const MapStats stats = session.mapper().stats();
   ASSERT_GT(before, 300u);
-  see(session, look(wall()), 60);
+  see(session, look(farWall()), 60);
   EXPECT_EQ(trianglesOfBallNow(session), before);
   EXPECT_GE(session.mapper().stats().voxel_arrays, stats.voxel_arrays);
 }
@@ -157,7 +157,7 @@ TEST_P(Change, AnEmptiedArrayIsReleased) {
   Session session(params());
   see(session, look(wallAndBall()), 3);
   const MapStats with_ball = session.mapper().stats();
-  see(session, look(wall()), 24);
+  see(session, look(farWall()), 24);
   session.updateMesh();
   const MapStats after = session.mapper().stats(), wall_only = statsOfWall(params(), 27);
   EXPECT_LT(after.voxel_arrays, with_ball.voxel_arrays);
@@ -175,7 +175,7 @@ TEST_P(Change, AMeshUpdateReleasesTheBlocksThatLostTheirLastArray) {
   Session session(params());
   see(session, look(wallAndBall()), 3);
   session.updateMesh();
-  see(session, look(wall()), 24);
+  see(session, look(farWall()), 24);
   const size_t with_voxels = session.mapper().snapshot().size();
   EXPECT_GT(session.mapper().stats().blocks, with_voxels);
   session.updateMesh();
@@ -187,7 +187,7 @@ TEST_P(Change, WhatComesBackMeanwhileIsNotLost) {
   Session session(params()), fresh(params());
   see(session, look(wallAndBall()), 3);
   session.updateMesh();
-  see(session, look(wall()), 24);
+  see(session, look(farWall()), 24);
   session.mapper().beginMeshUpdate();
   see(session, look(wallAndBall()), 3);
   session.finishMeshUpdate();
@@ -197,12 +197,12 @@ TEST_P(Change, WhatComesBackMeanwhileIsNotLost) {
   EXPECT_NEAR(static_cast<double>(trianglesOfBallNow(session)) / expected, 1.0, 0.02);
 }
 
-/// A box goes to and fro before a wall, meshed after every frame: no more memory after the fifth
+/// A box goes to and fro before a farWall, meshed after every frame: no more memory after the fifth
 /// time than after the second.
 TEST_P(Change, MemoryHoldsWhereABoxMoves) {
   std::vector<SceneFrame> frames;
   for (int phase = 0; phase < 20; ++phase) {
-    Scene scene = wall();
+    Scene scene = farWall();
     const double y = 0.06 * ((phase < 10 ? phase : 20 - phase) - 5);
     scene.add(makeBox({1.1, y, 0.0}, {0.2, 0.2, 0.3}, 0.2));
     frames.push_back(look(scene));
@@ -216,7 +216,7 @@ TEST_P(Change, MemoryHoldsWhereABoxMoves) {
     greatest = std::max(greatest, session.mapper().stats().map_bytes);
   }
   EXPECT_LE(most, early + early / 50);
-  see(session, look(wall()), 24);
+  see(session, look(farWall()), 24);
   session.updateMesh();
   const size_t wall_bytes = statsOfWall(params(), 20).map_bytes;
   EXPECT_LE(session.mapper().stats().map_bytes, wall_bytes + wall_bytes / 20);

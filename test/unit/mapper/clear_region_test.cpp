@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr float kVoxel_m = 0.02f;
+constexpr float kRegionVoxel_m = 0.02f;
 
 /// A ball before a wall, from three sides.
 Scene ballAndWall() {
@@ -63,13 +63,13 @@ bool isIn(const Region& region, const Vector3d& p_W) {
 
 Vector3d positionOf(const BlockKey& block, int voxel) {
   const Vec3i at = firstVoxelOfBlock(block) + voxelOffset(voxel);
-  return static_cast<double>(kVoxel_m) * Vector3d(at.x, at.y, at.z);
+  return static_cast<double>(kRegionVoxel_m) * Vector3d(at.x, at.y, at.z);
 }
 
 class ClearRegion : public testing::TestWithParam<RegionCase> {
  protected:
   MapperParams params() const {
-    return makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+    return makeCpuParams(FusionMode::kNormalRayCasting, true, kRegionVoxel_m);
   }
 };
 
@@ -144,7 +144,7 @@ TEST_P(ClearRegion, LeavesTheMeshOutOfReachAlone) {
   session.mapper().clearRegion(GetParam().region);
   const MeshUpdate update = session.mapper().updateMesh();
   EXPECT_FALSE(update.blocks.empty());
-  constexpr double kReach_m = 3 * kBlockSide * static_cast<double>(kVoxel_m);
+  constexpr double kReach_m = 3 * kBlockSide * static_cast<double>(kRegionVoxel_m);
   for (const BlockMesh& block : update.blocks) {
     const Vector3d middle = positionOf(block.key, kVoxelsPerBlock / 2);
     EXPECT_LT((middle - Vector3d(1.2, 0.0, 0.0)).norm(), 0.45 + kReach_m);
@@ -167,7 +167,7 @@ TEST_P(ClearRegion, IsFilledAgain) {
   twice.updateMesh();
   const auto triangles = static_cast<double>(twice.mesh().triangles.size());
   EXPECT_NEAR(static_cast<double>(session.mesh().triangles.size()) / triangles, 1.0, 0.02);
-  EXPECT_LT(measureError(session.mesh(), ballAndWall()).rms_m, 0.25 * kVoxel_m);
+  EXPECT_LT(measureError(session.mesh(), ballAndWall()).rms_m, 0.25 * kRegionVoxel_m);
 }
 
 INSTANTIATE_TEST_SUITE_P(Regions, ClearRegion,

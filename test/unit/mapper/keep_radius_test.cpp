@@ -13,10 +13,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr float kVoxel_m = 0.04f, kRadius_m = 3.0f;
+constexpr float kKeptVoxel_m = 0.04f, kKeptRadius_m = 3.0f;
 
 MapperParams params(float keep_radius_m) {
-  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kKeptVoxel_m);
   params.fusion.max_depth_m = 2.5f;
   params.map.keep_radius_m = keep_radius_m;
   return params;
@@ -31,14 +31,14 @@ SceneFrame lookFrom(double x, int width = 80) {
 }
 
 double distanceOf(const BlockKey& block, const Vector3d& p_W) {
-  const double edge = kBlockSide * static_cast<double>(kVoxel_m);
+  const double edge = kBlockSide * static_cast<double>(kKeptVoxel_m);
   const Vector3d low = edge * Vector3d(block.x, block.y, block.z);
   return Eigen::AlignedBox3d(low, low + Vector3d::Constant(edge)).exteriorDistance(p_W);
 }
 
 /// A walk along the wall: what is left is what a map without a radius has within it.
 TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
-  Session all(params(0.0f)), near(params(kRadius_m));
+  Session all(params(0.0f)), near(params(kKeptRadius_m));
   double x = 0.0;
   for (int i = 0; i < 60; ++i, x += 0.1) {
     const SceneFrame frame = lookFrom(x);
@@ -50,7 +50,7 @@ TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
   size_t kept = 0, dropped = 0;
   std::vector<BlockSnapshot> rest = near.mapper().snapshot();
   for (const BlockSnapshot& block : all.mapper().snapshot()) {
-    if (distanceOf(block.key, camera) > kRadius_m) {
+    if (distanceOf(block.key, camera) > kKeptRadius_m) {
       ++dropped;
       continue;
     }
@@ -72,7 +72,7 @@ TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
   near.updateMesh();
   EXPECT_EQ(near.mapper().stats().blocks, kept) << "the books of dropped blocks are free again";
   for (const Vec3f& p : near.mesh().vertices_m) {
-    ASSERT_LT((Vector3d(p.x, p.y, p.z) - camera).norm(), kRadius_m + 1.75 * 8 * kVoxel_m);
+    ASSERT_LT((Vector3d(p.x, p.y, p.z) - camera).norm(), kKeptRadius_m + 1.75 * 8 * kKeptVoxel_m);
   }
   near.mapper().clear();
   EXPECT_EQ(near.mapper().stats().dropped_blocks, 0u);
@@ -80,7 +80,7 @@ TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
 
 /// Meshes of dropped blocks are taken back, and the rest is what a map that was never meshed gives.
 TEST(KeepRadius, MeshesFollow) {
-  Session often(params(kRadius_m)), once(params(kRadius_m));
+  Session often(params(kKeptRadius_m)), once(params(kKeptRadius_m));
   for (int i = 0; i < 40; ++i) {
     const SceneFrame frame = lookFrom(0.2 * i);
     often.integrate(frame);
@@ -97,7 +97,7 @@ TEST(KeepRadius, MeshesFollow) {
 /// whoever wanted them has left.
 TEST(KeepRadius, HoldsTheBudgetHoweverLongTheWay) {
   for (const int meshed_frames : {0, 40, 1000}) {
-    MapperParams settings = params(kRadius_m);
+    MapperParams settings = params(kKeptRadius_m);
     settings.map.max_memory_mb = 3;
     Session session(settings);
     size_t most = 0;
@@ -116,7 +116,7 @@ TEST(KeepRadius, HoldsTheBudgetHoweverLongTheWay) {
 
 /// Round another point than the camera.
 TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
-  Session session(params(kRadius_m));
+  Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));
   SceneFrame away = lookFrom(20.0);
   away.frame.keep_center_W = Vector3d::Zero();
@@ -124,7 +124,7 @@ TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
   const Vector3d origin = Vector3d::Zero();
   EXPECT_GT(session.mapper().snapshot().size(), 20u);
   for (const BlockSnapshot& block : session.mapper().snapshot()) {
-    ASSERT_LE(distanceOf(block.key, origin), kRadius_m);
+    ASSERT_LE(distanceOf(block.key, origin), kKeptRadius_m);
   }
   away.frame.keep_center_W = Vector3d(0.0, std::nan(""), 0.0);
   EXPECT_EQ(session.mapper().integrate(away.view()).status, FrameStatus::kBadPose);
@@ -132,7 +132,7 @@ TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
 
 /// A jump leaves more behind than one frame drops.
 TEST(KeepRadius, DropsABoundedNumberAFrame) {
-  MapperParams settings = params(kRadius_m);
+  MapperParams settings = params(kKeptRadius_m);
   settings.map.voxel_size_m = 0.0025f;
   Session session(settings);
   session.integrate(lookFrom(0.0, 160));
@@ -146,7 +146,7 @@ TEST(KeepRadius, DropsABoundedNumberAFrame) {
 
 /// A frame that is refused drops nothing.
 TEST(KeepRadius, BadFramesChangeNothing) {
-  Session session(params(kRadius_m));
+  Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));
   SceneFrame empty = lookFrom(20.0);
   empty.depth_m.assign(empty.depth_m.size(), 0.0f);

@@ -59,14 +59,7 @@ namespace dtsdf {
 namespace {
 
 constexpr float kVoxel_m = 0.03f;
-constexpr int kWayOut = 18, kFrames = 36;
-
-Colour stripes(const Eigen::Vector3d& p_W) {
-  const auto band = [](double x_m) {
-    return static_cast<uint8_t>(60 + 30 * (static_cast<int>(x_m * 10.0 + 100.0) % 5));
-  };
-  return {band(p_W.x()), band(p_W.y()), band(p_W.z())};
-}
+constexpr int kWayOut = 18, kFlightFrames = 36;
 
 /// Out along a corridor and back; a box goes away meanwhile.
 Eigen::Isometry3d poseAt(int i) {
@@ -79,7 +72,7 @@ Eigen::Isometry3d poseAt(int i) {
 const RoomRecording& tour() {
   static const RoomRecording recording = [] {
     RoomRecording made;
-    for (int i = 0; i < kFrames; ++i) {
+    for (int i = 0; i < kFlightFrames; ++i) {
       Scene scene;
       scene.add(Room{{-1.5, -1.2, -0.9}, {15.0, 1.2, 0.9}});
       for (int k = 0; k < 5; ++k) scene.add(makeBox({2.7 * k, 0.9, -0.4}, {0.4, 0.3, 0.9}, 0.4));
@@ -126,7 +119,7 @@ class Tour {
   Tour(const Way& way, const MapperParams& params)
       : way_(way), mapper_(makeProbedMapper(params)), store_(kVoxel_m) {}
 
-  void go(int first = 0, int last = kFrames) {
+  void go(int first = 0, int last = kFlightFrames) {
     for (int i = first; i < last; ++i) {
       const size_t n = static_cast<size_t>(i);
       DepthFrame frame = tour().depth[n].view();
@@ -269,7 +262,7 @@ TEST_F(Paging, HandsOutAMeshInPartsThatLosesBlocks) {
   for (Tour* const map : {&whole, &near}) {
     ASSERT_NO_FATAL_FAILURE(map->go());
     map->updateMeshInParts();
-    map->mapper().paint(tour().colour[kFrames - 1].view());  // from now on all have colours
+    map->mapper().paint(tour().colour[kFlightFrames - 1].view());  // from now on all have colours
     EXPECT_GT(map->mapper().clearRegion(boxInTheRoom()).blocks, 0u);
     EXPECT_TRUE(map->updateMeshInParts() > 3 || map == &whole);
   }
@@ -335,7 +328,7 @@ TEST_F(Paging, RendersWhatIsOnDisk) {
   whole.go();
   near.go();
   const RenderCamera camera{80, 60, {63.0f, 63.0f, 39.5f, 29.5f}};
-  for (int i = 0; i < kFrames; i += 5) {
+  for (int i = 0; i < kFlightFrames; i += 5) {
     const RenderedView a = whole.mapper().render(camera, poseAt(i));
     const RenderedView b = near.mapper().render(camera, poseAt(i));
     EXPECT_EQ(a.depth_m, b.depth_m);
@@ -349,12 +342,12 @@ TEST_F(Paging, LoadsMapsBeyondTheBudget) {
   way.painted = true;
   Tour whole(way, paramsOf(way)), begun(way, paramsOf(way));
   whole.go();
-  begun.go(0, kFrames / 2);
+  begun.go(0, kFlightFrames / 2);
   const MapperParams params = paged(paramsOf(way), 5, folder_.path());
   const auto resumed = makeProbedMapper(params, Rules(), begun.mapper().contents());
   EXPECT_LE(resumed->stats().map_bytes, resumed->stats().max_map_bytes);
   EXPECT_GT(resumed->stats().pages.blocks, 100u);
-  for (int i = kFrames / 2; i < kFrames; ++i) {
+  for (int i = kFlightFrames / 2; i < kFlightFrames; ++i) {
     resumed->integrate(tour().depth[static_cast<size_t>(i)].view());
     resumed->paint(tour().colour[static_cast<size_t>(i)].view());
   }
@@ -414,7 +407,7 @@ TEST_F(Paging, SharesAFolder) {
   const MapperParams params = paged(paramsOf(Way()), 5, folder_.path());
   Tour whole(Way(), paramsOf(Way())), first(Way(), params), second(Way(), params);
   whole.go();
-  for (int i = 0; i < kFrames; ++i) {
+  for (int i = 0; i < kFlightFrames; ++i) {
     first.go(i, i + 1);
     second.go(i, i + 1);
   }
@@ -533,14 +526,14 @@ TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
   {
     const DiskThatRefuses disk;
     for (; near.mapper().stats().refused_blocks == 0; ++seen) {  // until memory is full
-      ASSERT_LT(seen, kFrames);
+      ASSERT_LT(seen, kFlightFrames);
       near.go(seen, seen + 1);
     }
     ASSERT_GT(near.mapper().stats().pages.failures, 0u);
     EXPECT_THROW(near.mapper().clearRegion(region), PartlyCleared);
   }
   EXPECT_EQ(free_cells(), 0u);
-  near.go(seen, kFrames);
+  near.go(seen, kFlightFrames);
   EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u) << "it can be cleared again";
   const MapContents contents = near.mapper().contents();
   EXPECT_EQ(near.mapper().clearRegion(region).voxels, 0u);
@@ -574,10 +567,10 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   const uint64_t counted = near.mapper().stats().refused_blocks;
   EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m))) << "meshes made meanwhile as well";
   EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "all came back";
-  near.go(14, kFrames);
-  near.go(kWayOut, kFrames);
+  near.go(14, kFlightFrames);
+  near.go(kWayOut, kFlightFrames);
   const uint64_t refused = near.mapper().stats().refused_blocks;
-  near.go(0, kFrames);
+  near.go(0, kFlightFrames);
   stats = near.mapper().stats();
   EXPECT_EQ(stats.refused_blocks, refused) << "the disk is used again";
 }
@@ -622,7 +615,7 @@ TEST_F(Paging, OutlivesDamage) {
   EXPECT_LE(stats.pages.lost, 20u);
   EXPECT_EQ(copy.blocks.size(), before - stats.pages.lost);
   EXPECT_TRUE(sameContents(near.mapper().contents(), copy));
-  near.go(kWayOut, kFrames);
+  near.go(kWayOut, kFlightFrames);
   stats = near.mapper().stats();
   EXPECT_LE(stats.pages.lost, 20u);
   EXPECT_NE(stats.pages.problem.find("damaged"), std::string::npos) << stats.pages.problem;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "support/pose_distance.h"
 #include "support/session.h"
 
 namespace dtsdf {
@@ -33,14 +34,6 @@ Isometry3d handAt(double time_s) {
   Isometry3d T_W_C = lookAt(eye, {1.2, 0.3 * std::sin(0.7 * time_s), 0.7}, Vector3d::UnitZ());
   T_W_C.rotate(AngleAxisd(0.2 * std::sin(1.3 * time_s), Vector3d::UnitZ()));
   return T_W_C;
-}
-
-double shiftBetween(const Isometry3d& a, const Isometry3d& b) {
-  return (a.translation() - b.translation()).norm();
-}
-
-double turnBetween(const Isometry3d& a, const Isometry3d& b) {
-  return AngleAxisd(a.linear() * b.linear().transpose()).angle();
 }
 
 /// Fuses what it follows, as a program does.
@@ -86,8 +79,8 @@ void follow(Tracking& tracking, const Scene& scene, int frames) {
     const Alignment found =
         tracking.see(scene, handAt(time_s), time_s, i == 0 ? handAt(0.0) : Isometry3d::Identity());
     ASSERT_TRUE(tracking.tracker().isToBeFused(found)) << i;
-    ASSERT_LT(shiftBetween(found.T_W_C, handAt(time_s)), 5e-3) << i;
-    ASSERT_LT(turnBetween(found.T_W_C, handAt(time_s)), 4e-3) << i;
+    ASSERT_LT(shiftBetween_m(found.T_W_C, handAt(time_s)), 5e-3) << i;
+    ASSERT_LT(turnBetween_rad(found.T_W_C, handAt(time_s)), 4e-3) << i;
   }
 }
 
@@ -98,7 +91,7 @@ TEST(PoseTracker, FollowsACameraWhosePosesItDoesNotRead) {
   const double next_s = 90 * kPeriod_s;
   const auto expected = tracking.tracker().poseAt(next_s);
   ASSERT_TRUE(expected);
-  EXPECT_LT(shiftBetween(*expected, handAt(next_s)), 5e-3) << "the motion goes on";
+  EXPECT_LT(shiftBetween_m(*expected, handAt(next_s)), 5e-3) << "the motion goes on";
 }
 
 /// Two seconds in the dark, then a little away from where it was.
@@ -133,8 +126,8 @@ TEST_P(AfterTheDark, TheCameraIsFoundAgainNearWhereItWas) {
     found = tracking.see(scene, truth, kPeriod_s * frame);
     unsure += found.status == AlignmentStatus::kUnsure;
     if (tracking.tracker().isToBeFused(found)) {
-      EXPECT_LT(shiftBetween(found.T_W_C, truth), 4e-3);
-      EXPECT_LT(turnBetween(found.T_W_C, truth), 4e-3);
+      EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 4e-3);
+      EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 4e-3);
     }
   }
   EXPECT_EQ(found.status, AlignmentStatus::kAligned);
@@ -177,7 +170,7 @@ TEST(PoseTracker, GoesOnFromAPoseThatIsSet) {
   tracking.tracker().setPose(about);
   const Alignment found = tracking.see(scene, truth, 31 * kPeriod_s);
   EXPECT_TRUE(tracking.tracker().isToBeFused(found));
-  EXPECT_LT(shiftBetween(found.T_W_C, truth), 5e-3);
+  EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 5e-3);
 }
 
 /// In a map that it may be anywhere in, as one that was loaded. The way from where it is looked for
@@ -192,14 +185,14 @@ TEST(PoseTracker, FusesNothingBeforeItIsFoundInAMap) {
   tracking.tracker().seek(near, 31 * kPeriod_s);
   EXPECT_TRUE(tracking.tracker().isLost());
   EXPECT_FALSE(tracking.tracker().poseAt(31 * kPeriod_s));
-  EXPECT_LT(shiftBetween(*tracking.tracker().lastPose(), near), 1e-12);
+  EXPECT_LT(shiftBetween_m(*tracking.tracker().lastPose(), near), 1e-12);
   for (int i = 0; i < 3; ++i) {
     const Alignment found = tracking.see(scene, truth, (31 + i) * kPeriod_s);
     EXPECT_EQ(tracking.tracker().isToBeFused(found), i == 2) << i;
-    EXPECT_LT(shiftBetween(found.T_W_C, truth), 4e-3) << i;
+    EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 4e-3) << i;
   }
   EXPECT_FALSE(tracking.tracker().isLost());
-  EXPECT_LT(shiftBetween(*tracking.tracker().poseAt(34 * kPeriod_s), truth), 5e-3);
+  EXPECT_LT(shiftBetween_m(*tracking.tracker().poseAt(34 * kPeriod_s), truth), 5e-3);
 }
 
 /// Frames without a single measurement neither begin a map nor stop the next from it.
@@ -211,7 +204,7 @@ TEST(PoseTracker, BeginsWithTheFirstImageThatShowsSomething) {
   EXPECT_EQ(tracking.fused(), 9u);
   const std::optional<Isometry3d> T_W_C = tracking.tracker().poseAt(10 * kPeriod_s);
   ASSERT_TRUE(T_W_C);
-  EXPECT_LT(shiftBetween(*T_W_C, Isometry3d::Identity()), 2e-3);
+  EXPECT_LT(shiftBetween_m(*T_W_C, Isometry3d::Identity()), 2e-3);
 }
 
 /// Only the first image has its pose: the second one may show another place already.
@@ -246,7 +239,7 @@ TEST(PoseTracker, ACorridorHoldsAllButTheWayAlongIt) {
     if (found.status != AlignmentStatus::kAligned) continue;
     const Vector3d error = found.T_W_C.translation() - truth.translation();
     EXPECT_LT(error.tail<2>().norm(), 3e-3) << i;
-    EXPECT_LT(turnBetween(found.T_W_C, truth), 3e-3) << i;
+    EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 3e-3) << i;
     EXPECT_GT(std::sqrt(found.covariance(0, 0)), 0.5 * params.sigma_m);
     for (const int held : {1, 2}) {
       EXPECT_LT(std::sqrt(found.covariance(held, held)), 0.1 * params.sigma_m);

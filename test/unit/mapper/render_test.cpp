@@ -16,8 +16,8 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr float kVoxel_m = 0.02f;
-constexpr int kWidth = 240, kHeight = 180;
+constexpr float kViewVoxel_m = 0.02f;
+constexpr int kViewWidth = 240, kViewHeight = 180;
 
 Isometry3d lookFrom(const Vector3d& eye, const Vector3d& at) {
   return lookAt(eye, at, Vector3d::UnitZ());
@@ -31,7 +31,7 @@ RenderCamera cameraOf(const DepthFrame& frame) {
 void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_W_C) {
   for (int i = 0; i < 3; ++i) {
     for (const Isometry3d& pose : T_W_C) {
-      session.integrate(renderFrame(scene, pose, kWidth, kHeight));
+      session.integrate(renderFrame(scene, pose, kViewWidth, kViewHeight));
     }
   }
 }
@@ -49,7 +49,7 @@ Differences compare(const RenderedView& view, const SceneFrame& truth) {
   for (size_t i = 0; i < result.pixels; ++i) {
     const float expected = truth.depth_m[i], found = view.depth_m[i];
     if (expected > 0.0f && found > 0.0f) {
-      voxels.push_back(std::abs(expected - found) / kVoxel_m);
+      voxels.push_back(std::abs(expected - found) / kViewVoxel_m);
     } else {
       result.missing += expected > 0.0f;
       result.extra += found > 0.0f;
@@ -81,12 +81,12 @@ class Views : public testing::TestWithParam<bool> {};
 
 /// From a pose between those that the map was made from.
 TEST_P(Views, ShowWhatTheSceneHas) {
-  Session session(makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), kVoxel_m));
+  Session session(makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), kViewVoxel_m));
   see(session, cornerWithBall(), cornerPoses());
   const Isometry3d T_W_C = lookFrom({0.3, 0.2, 0.2}, {1.9, 1.9, -0.9});
-  const SceneFrame truth = renderFrame(cornerWithBall(), T_W_C, kWidth, kHeight);
+  const SceneFrame truth = renderFrame(cornerWithBall(), T_W_C, kViewWidth, kViewHeight);
   const RenderedView view = session.mapper().render(cameraOf(truth.view()), T_W_C);
-  ASSERT_EQ(view.depth_m.size(), static_cast<size_t>(kWidth * kHeight));
+  ASSERT_EQ(view.depth_m.size(), static_cast<size_t>(kViewWidth * kViewHeight));
   EXPECT_TRUE(view.colours.empty());
   const Differences found = compare(view, truth);
   EXPECT_LT(found.median_voxels, 0.05);
@@ -103,9 +103,9 @@ TEST(Render, NormalsAreThoseOfTheWall) {
   const Vector3d normal = Vector3d(-1.0, 0.4, 0.2).normalized();
   wall.add(Plane{{2.0, 0.0, 0.0}, normal});
   const Isometry3d T_W_C = lookFrom({0.0, 0.1, 0.1}, {2.0, 0.0, 0.0});
-  Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m));
+  Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m));
   see(session, wall, {T_W_C});
-  const SceneFrame truth = renderFrame(wall, T_W_C, kWidth, kHeight);
+  const SceneFrame truth = renderFrame(wall, T_W_C, kViewWidth, kViewHeight);
   const RenderedView view = session.mapper().render(cameraOf(truth.view()), T_W_C);
   const Vector3d expected_C = T_W_C.linear().transpose() * normal;
   size_t seen = 0;
@@ -120,7 +120,7 @@ TEST(Render, NormalsAreThoseOfTheWall) {
   EXPECT_LT(compare(view, truth).p95_voxels, 0.05);
 }
 
-constexpr Colour kRed{220, 30, 30}, kBlue{30, 30, 220};
+constexpr Colour kFront{220, 30, 30}, kBack{30, 30, 220};
 constexpr double kHalfThickness_m = 0.0025;
 
 /// An eighth of a voxel thin, red in front and blue behind.
@@ -133,19 +133,19 @@ Scene plate() {
 TEST(Render, EachSideOfAPlateHasItsOwnDepthAndColour) {
   const Isometry3d front = lookFrom({0.0, 0.1, 0.1}, {1.0, 0.0, 0.0});
   const Isometry3d back = lookFrom({2.0, 0.1, 0.1}, {1.0, 0.0, 0.0});
-  const auto colour = [](const Vector3d& p_W) { return p_W.x() < 1.0 ? kRed : kBlue; };
-  Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m));
+  const auto colour = [](const Vector3d& p_W) { return p_W.x() < 1.0 ? kFront : kBack; };
+  Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m));
   see(session, plate(), {front, back});
   for (const Isometry3d& pose : {front, back}) {
-    session.mapper().paint(renderColour(plate(), colour, pose, kWidth, kHeight).view());
+    session.mapper().paint(renderColour(plate(), colour, pose, kViewWidth, kViewHeight).view());
   }
   for (const Isometry3d& pose : {front, back}) {
-    const SceneFrame truth = renderFrame(plate(), pose, kWidth, kHeight);
+    const SceneFrame truth = renderFrame(plate(), pose, kViewWidth, kViewHeight);
     const RenderedView view = session.mapper().render(cameraOf(truth.view()), pose);
     const Differences found = compare(view, truth);
     EXPECT_LT(found.p95_voxels, 0.05);
     EXPECT_LT(found.missing + found.extra, found.pixels / 50);
-    const Colour expected = pose.translation().x() < 1.0 ? kRed : kBlue;
+    const Colour expected = pose.translation().x() < 1.0 ? kFront : kBack;
     ASSERT_EQ(view.colours.size(), view.depth_m.size());
     size_t seen = 0, right = 0;
     for (size_t i = 0; i < view.colours.size(); ++i) {
@@ -167,7 +167,7 @@ TEST(Render, WhatIsThinIsNotPassedOver) {
   scene.add(Plane{{3.0, 0.0, 0.0}, -Vector3d::UnitX()});
   scene.add(Box{Isometry3d(Eigen::Translation3d(1.5, 0.0, 0.0)), {0.02, 0.02, 2.0}});
   const Isometry3d T_W_C = lookFrom({0.0, 0.01, 0.0}, {3.0, 0.0, 0.0});
-  Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m));
+  Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m));
   for (int i = 0; i < 6; ++i) session.integrate(renderFrame(scene, T_W_C, 640, 480));
   RenderCamera camera = cameraOf(renderFrame(scene, T_W_C, 64, 48).view());
   const RenderedView view = session.mapper().render(camera, T_W_C);
@@ -187,7 +187,7 @@ bool sameViews(const RenderedView& a, const RenderedView& b) {
 }
 
 TEST(Render, SameBytesInAnyNumberOfThreadsWithAndWithoutAMesh) {
-  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);
   params.threads = 1;
   Session one(params);
   params.threads = 3;
@@ -222,18 +222,19 @@ void expectViewsAsOfACopy(Session& session, const MapperParams& params) {
 class KeptViews : public testing::TestWithParam<int> {};
 
 TEST_P(KeptViews, FollowTheMap) {
-  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);
   params.mesh.refine = GetParam();
   Session session(params);
-  const auto colour = [](const Vector3d& p_W) { return p_W.y() < 1.0 ? kRed : kBlue; };
+  const auto colour = [](const Vector3d& p_W) { return p_W.y() < 1.0 ? kFront : kBack; };
   for (size_t i = 0; i < 6; ++i) {
     SCOPED_TRACE(i);
     const Isometry3d pose = cornerPoses()[i % 3];
-    session.integrate(renderFrame(cornerWithBall(), pose, kWidth, kHeight));
+    session.integrate(renderFrame(cornerWithBall(), pose, kViewWidth, kViewHeight));
     if (i % 2 == 0) session.updateMesh();
     expectViewsAsOfACopy(session, params);
     if (i < 3) continue;
-    session.mapper().paint(renderColour(cornerWithBall(), colour, pose, kWidth, kHeight).view());
+    session.mapper().paint(
+        renderColour(cornerWithBall(), colour, pose, kViewWidth, kViewHeight).view());
     expectViewsAsOfACopy(session, params);
   }
   session.mapper().clearRegion(SphereRegion{{1.2, 1.1, -0.5}, 0.4});
@@ -246,10 +247,11 @@ INSTANTIATE_TEST_SUITE_P(Refined, KeptViews, testing::Values(0, 1));
 
 /// Views between changes and extractions leave the meshes as they are.
 TEST(Render, LeavesExtractionsAlone) {
-  const MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+  const MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);
   Session seen(params), unseen(params);
   for (size_t i = 0; i < 6; ++i) {
-    const SceneFrame frame = renderFrame(cornerWithBall(), cornerPoses()[i % 3], kWidth, kHeight);
+    const SceneFrame frame =
+        renderFrame(cornerWithBall(), cornerPoses()[i % 3], kViewWidth, kViewHeight);
     for (Session* session : {&seen, &unseen}) session->integrate(frame);
     seen.mapper().render(RenderCamera(), cornerPoses()[(i + 1) % 3]);
     if (i % 2 == 0) continue;
@@ -262,7 +264,7 @@ TEST(Render, LeavesExtractionsAlone) {
 /// nothing else touches, have to look as if they had never been there.
 TEST(Render, WhatGoesBeforeItIsExtractedLeavesNothingBehind) {
   for (const int refine : {0, 1}) {
-    MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+    MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);
     params.mesh.refine = refine;
     Session seen(params), unseen(params);
     const auto both = [&](const auto& act) {
@@ -274,11 +276,11 @@ TEST(Render, WhatGoesBeforeItIsExtractedLeavesNothingBehind) {
       see(session, cornerWithBall(), {lookFrom({0.2, 0.9, 0.2}, {2.0, 1.1, 0.2})});
     });
     expectViewsAsOfACopy(seen, params);
-    const double block_m = 8.0 * kVoxel_m;
+    const double block_m = 8.0 * kViewVoxel_m;
     both([&](Session& session) {
       for (int i = 1; i < 14; i += 2) {  // every second layer of blocks, and nothing else
         const Isometry3d middle(
-            Eigen::Translation3d(0.0, (i + 0.5) * block_m - 0.5 * kVoxel_m, 0.0));
+            Eigen::Translation3d(0.0, (i + 0.5) * block_m - 0.5 * kViewVoxel_m, 0.0));
         session.mapper().clearRegion(BoxRegion{middle, {18.0, block_m, 18.0}});
       }
     });

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kVoxel_m = 0.02;
+constexpr double kThinVoxel_m = 0.02;
 const Vector3d kCentre(0.013, 0.007, 0.004);
 
 /// The middle 0.6 m x 0.6 m of one side of the wall, well away from its rim; lengths in voxels.
@@ -29,7 +29,7 @@ struct WallSides {
 
 Scene makeWall(double thickness_voxels, double yaw_rad) {
   Scene scene;
-  scene.add(makeBox(kCentre, Vector3d(0.8, thickness_voxels * kVoxel_m, 0.8), yaw_rad));
+  scene.add(makeBox(kCentre, Vector3d(0.8, thickness_voxels * kThinVoxel_m, 0.8), yaw_rad));
   return scene;
 }
 
@@ -59,7 +59,7 @@ WallSides measureSides(const Mesh& mesh, double thickness_voxels, double yaw_rad
     const Vector3d area = 0.5 * (p_B[1] - p_B[0]).cross(p_B[2] - p_B[0]);
     const double sign = area.y() > 0.0 ? 1.0 : -1.0;
     WallSide& side = area.y() > 0.0 ? sides.front : sides.back;
-    const double outwards = sign * middle.y() / kVoxel_m - 0.5 * thickness_voxels;
+    const double outwards = sign * middle.y() / kThinVoxel_m - 0.5 * thickness_voxels;
     side.coverage += area.norm() / 0.36;
     side.outwards += area.norm() * outwards;
     side.worst = std::max(side.worst, std::abs(outwards));
@@ -70,7 +70,7 @@ WallSides measureSides(const Mesh& mesh, double thickness_voxels, double yaw_rad
 
 WallSides mapWall(double thickness_voxels, double yaw_rad, FusionMode mode, bool directional) {
   const Scene scene = makeWall(thickness_voxels, yaw_rad);
-  const Mesh mesh = reconstruct(makeCpuParams(mode, directional, static_cast<float>(kVoxel_m)),
+  const Mesh mesh = reconstruct(makeCpuParams(mode, directional, static_cast<float>(kThinVoxel_m)),
                                 renderFrames(scene, wallPoses()));
   return measureSides(mesh, thickness_voxels, yaw_rad);
 }

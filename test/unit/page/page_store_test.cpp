@@ -57,7 +57,7 @@ PageBytes randomRecords(const std::vector<PagedBlock>& blocks, unsigned seed) {
   return records;
 }
 
-SharedRecords copyOf(const PageBytes& records) {
+SharedRecords copyOfRecords(const PageBytes& records) {
   SharedRecords copy = makePlainRecords(records.size());
   std::copy_n(records.data(), records.size(), copy->data());
   return copy;
@@ -117,8 +117,8 @@ TEST_F(PageStoreTest, GivesBackWhatWasWritten) {
   const std::vector<PagedBlock> first = someBlocks(0, 50), second = someBlocks(50, 70);
   const PageBytes first_records = randomRecords(first, 1),
                   second_records = randomRecords(second, 2);
-  ASSERT_TRUE(store_.write(first, copyOf(first_records)));
-  ASSERT_TRUE(store_.write(second, copyOf(second_records)));
+  ASSERT_TRUE(store_.write(first, copyOfRecords(first_records)));
+  ASSERT_TRUE(store_.write(second, copyOfRecords(second_records)));
   EXPECT_EQ(store_.count(), 120u);
   EXPECT_EQ(store_.bytes(), first_records.size() + second_records.size());
   expectHolds(second, second_records);
@@ -134,11 +134,11 @@ TEST_F(PageStoreTest, GivesBackWhatWasWritten) {
 TEST_F(PageStoreTest, UsesSpaceAgain) {
   const std::vector<PagedBlock> first = someBlocks(0, 60), second = someBlocks(60, 60);
   const PageBytes first_records = randomRecords(first, 1);
-  ASSERT_TRUE(store_.write(first, copyOf(first_records)));
+  ASSERT_TRUE(store_.write(first, copyOfRecords(first_records)));
   const uint64_t bytes = store_.bytes();
   for (unsigned i = 0; i < 20; ++i) {
     const PageBytes records = randomRecords(second, i);
-    ASSERT_TRUE(store_.write(second, copyOf(records)));
+    ASSERT_TRUE(store_.write(second, copyOfRecords(records)));
     expectHolds(second, records);
     store_.release(numbersOf(second));
     EXPECT_EQ(store_.bytes(), bytes);
@@ -158,7 +158,7 @@ TEST_F(PageStoreTest, UsesSpaceAgain) {
 TEST_F(PageStoreTest, FindsDamage) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 30);
   const PageBytes records = randomRecords(blocks, 3);
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   store_.finish();
   const std::string file = openFileIn(folder_.path());
   ASSERT_NE(file, "");
@@ -181,14 +181,14 @@ TEST_F(PageStoreTest, FindsDamage) {
 TEST_F(PageStoreTest, IsFullAtItsLimit) {
   PageStore store(folder_.path(), 400 << 10, 1 << 20);
   const std::vector<PagedBlock> blocks = someBlocks(0, 12), more = someBlocks(12, 40);
-  ASSERT_TRUE(store.write(blocks, copyOf(randomRecords(blocks, 1))));
+  ASSERT_TRUE(store.write(blocks, copyOfRecords(randomRecords(blocks, 1))));
   EXPECT_TRUE(store.hasRoomFor((400 << 10) - store.bytes(), true));
   EXPECT_FALSE(store.hasRoomFor((400 << 10) - store.bytes(), false)) << "that is the reserve";
   EXPECT_TRUE(store.isFull(false));
   EXPECT_FALSE(store.isFull(true));
   EXPECT_NE(store.problem().find("map/page_max_gb"), std::string::npos) << store.problem();
   const uint64_t bytes = store.bytes();
-  EXPECT_FALSE(store.write(more, copyOf(randomRecords(more, 1))));
+  EXPECT_FALSE(store.write(more, copyOfRecords(randomRecords(more, 1))));
   EXPECT_NE(store.problem().find("map/page_max_gb"), std::string::npos) << store.problem();
   EXPECT_EQ(store.bytes(), bytes) << "nothing has changed";
   EXPECT_EQ(store.count(), blocks.size());
@@ -203,16 +203,16 @@ TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
                                 third = someBlocks(52, 9);
   const PageBytes records = randomRecords(blocks, 1), second_records = randomRecords(second, 2),
                   third_records = randomRecords(third, 3);
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   store_.finish();
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, SIG_IGN);
   const rlimit small{records.size() + 5000, before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);
-  EXPECT_TRUE(store_.write(second, copyOf(second_records))) << "nobody knows yet";
+  EXPECT_TRUE(store_.write(second, copyOfRecords(second_records))) << "nobody knows yet";
   store_.finish();
-  const bool written = store_.write(third, copyOf(third_records));
+  const bool written = store_.write(third, copyOfRecords(third_records));
   const std::string problem = store_.problem();
   expectHolds(second, second_records);
   setrlimit(RLIMIT_FSIZE, &before);
@@ -220,7 +220,7 @@ TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
   EXPECT_NE(problem.find("cannot write"), std::string::npos) << problem;
   EXPECT_EQ(store_.count(), blocks.size() + second.size());
   expectHolds(blocks, records);
-  ASSERT_TRUE(store_.write(third, copyOf(third_records))) << "later there is space again";
+  ASSERT_TRUE(store_.write(third, copyOfRecords(third_records))) << "later there is space again";
   store_.finish();
   EXPECT_EQ(std::filesystem::file_size(openFileIn(folder_.path())), store_.bytes());
   expectHolds(second, second_records);
@@ -231,7 +231,7 @@ TEST_F(PageStoreTest, SurvivesADiskThatRefuses) {
 TEST_F(PageStoreTest, ReadsAhead) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 30);
   const PageBytes records = randomRecords(blocks, 4);
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   store_.finish();
   store_.readAhead(numbersOf(blocks));
   store_.finish();
@@ -241,7 +241,7 @@ TEST_F(PageStoreTest, ReadsAhead) {
   EXPECT_EQ(store_.waits().count, waits) << "nobody waited for the disk";
   store_.release(numbersOf(blocks));
   const PageBytes others = randomRecords(blocks, 5);
-  ASSERT_TRUE(store_.write(blocks, copyOf(others)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(others)));
   expectHolds(blocks, others);
 }
 
@@ -249,7 +249,7 @@ TEST_F(PageStoreTest, ReadsAhead) {
 TEST_F(PageStoreTest, FetchesWithoutCopies) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 30);
   const PageBytes records = randomRecords(blocks, 4);
-  const SharedRecords written = copyOf(records);
+  const SharedRecords written = copyOfRecords(records);
   ASSERT_TRUE(store_.write(blocks, written));
   store_.finish();
   const std::vector<int32_t> numbers = numbersOf(blocks);
@@ -278,7 +278,7 @@ TEST_F(PageStoreTest, ReadsAheadOnce) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 20);
   const PageBytes records = randomRecords(blocks, 4);
   ASSERT_LT(2 * records.size(), size_t{1} << 20) << "else there is no room for it twice";
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   store_.finish();
   EXPECT_EQ(store_.queueBytes(), 0u);
   std::vector<int32_t> twice = numbersOf(blocks);
@@ -298,11 +298,11 @@ TEST_F(PageStoreTest, ReadsAheadOnce) {
 TEST_F(PageStoreTest, OutlivesALackOfMemory) {
   const std::vector<PagedBlock> first = someBlocks(0, 5), more = someBlocks(5, 90);
   const PageBytes records = randomRecords(first, 1), more_records = randomRecords(more, 2);
-  ASSERT_TRUE(store_.write(first, copyOf(records)));
+  ASSERT_TRUE(store_.write(first, copyOfRecords(records)));
   store_.finish();
   const uint64_t bytes = store_.bytes();
   int refused = 0;
-  while (isRefused(more, copyOf(more_records), refused)) {
+  while (isRefused(more, copyOfRecords(more_records), refused)) {
     ++refused;
     ASSERT_EQ(store_.problem(), "out of memory");
     ASSERT_EQ(store_.bytes(), bytes);
@@ -325,7 +325,7 @@ TEST_F(PageStoreTest, OutlivesALackOfMemory) {
 TEST_F(PageStoreTest, LetsGoWithoutMemory) {
   const std::vector<PagedBlock> blocks = someBlocks(0, 60);
   const PageBytes records = randomRecords(blocks, 1);
-  ASSERT_TRUE(store_.write(blocks, copyOf(records)));
+  ASSERT_TRUE(store_.write(blocks, copyOfRecords(records)));
   std::vector<PagedBlock> some;
   for (size_t i = 1; i < blocks.size(); i += 2) some.push_back(blocks[i]);
   const std::vector<int32_t> numbers = numbersOf(some);
@@ -334,7 +334,7 @@ TEST_F(PageStoreTest, LetsGoWithoutMemory) {
   allocations_left = -1;
   EXPECT_EQ(store_.count(), 30u);
   for (const PagedBlock& block : some) EXPECT_EQ(store_.find(block.key), -1);
-  ASSERT_TRUE(store_.write(some, copyOf(randomRecords(some, 2))));
+  ASSERT_TRUE(store_.write(some, copyOfRecords(randomRecords(some, 2))));
   expectHolds(some, randomRecords(some, 2));
   EXPECT_TRUE(store_.marked() == blocks.size());
   store_.clear();
@@ -353,7 +353,7 @@ TEST_F(PageStoreTest, GivesBackWhatIsOnItsWay) {
     const size_t i = random() % groups.size();
     if (records[i].size() == 0) {
       records[i] = randomRecords(groups[i], turn);
-      ASSERT_TRUE(store_.write(groups[i], copyOf(records[i])));
+      ASSERT_TRUE(store_.write(groups[i], copyOfRecords(records[i])));
     } else if (random() % 3 == 0) {
       store_.readAhead(numbersOf(groups[i]));
     } else {
@@ -375,7 +375,7 @@ TEST(PageStoreKilled, LeavesNothingBehind) {
     PageStore store(folder.path(), 64 << 20, 1 << 20);
     for (unsigned i = 0;; ++i) {
       const std::vector<PagedBlock> blocks = someBlocks(static_cast<int32_t>(10 * i), 10);
-      const bool is_written = store.write(blocks, copyOf(randomRecords(blocks, i)));
+      const bool is_written = store.write(blocks, copyOfRecords(randomRecords(blocks, i)));
       if (i == 20 && write(to_parent[1], "x", 1) != 1) _exit(1);
       if (!is_written) store.clear();
     }
@@ -389,7 +389,7 @@ TEST(PageStoreKilled, LeavesNothingBehind) {
   EXPECT_EQ(folder.entryCount(), 0u);
   PageStore store(folder.path(), 64 << 20, 1 << 20);
   const std::vector<PagedBlock> blocks = someBlocks(0, 10);
-  EXPECT_TRUE(store.write(blocks, copyOf(randomRecords(blocks, 1))));
+  EXPECT_TRUE(store.write(blocks, copyOfRecords(randomRecords(blocks, 1))));
   EXPECT_EQ(folder.entryCount(), 0u) << "a store that is used has no file to be removed either";
 }
 

@@ -22,7 +22,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr float kVoxel_m = 0.04f;
+constexpr float kPagedVoxel_m = 0.04f;
 
 /// Of a room, in the order of a few views of it.
 const std::vector<SharedBlockMesh>& meshesOfARoom() {
@@ -31,7 +31,7 @@ const std::vector<SharedBlockMesh>& meshesOfARoom() {
     scene.add(Room{{-2.0, -2.0, -1.2}, {2.0, 2.0, 1.2}});
     MapperParams params;
     params.backend = Backend::kCpu;
-    params.map.voxel_size_m = kVoxel_m;
+    params.map.voxel_size_m = kPagedVoxel_m;
     const auto mapper = makeProbedMapper(params);
     std::vector<SharedBlockMesh> made;
     for (int i = 0; i < 8; ++i) {
@@ -56,7 +56,7 @@ SharedBlockMesh painted(const BlockMesh& block, uint8_t red) {
 
 MapParams paramsIn(const std::string& folder) {
   MapParams params;
-  params.voxel_size_m = kVoxel_m;
+  params.voxel_size_m = kPagedVoxel_m;
   params.max_memory_mb = 1;  // an eighth of it
   params.page_folder = folder;
   params.page_max_gb = 1.0f;
@@ -97,7 +97,7 @@ class PagedMeshesTest : public testing::Test {
     BlockBounds bounds;
     for (const PackedKey key : meshes_.keys()) bounds.add(unpackKey(key));
     PlyStream file(folder_ / "pieces.ply", MeshColour::kAuto);
-    MeshStream stream({kVoxel_m, meshes_.isPainted(), bounds},
+    MeshStream stream({kPagedVoxel_m, meshes_.isPainted(), bounds},
                       {[&](const Mesh& piece) { file.addVertices(piece); },
                        [&](const std::array<uint32_t, 3>& t) { file.addTriangle(t); }});
     for (const PackedKey key : meshes_.keys()) stream.add(*meshes_.find(key));
@@ -122,7 +122,7 @@ class PagedMeshesTest : public testing::Test {
 
   TemporaryFolder folder_, pages_;
   PagedMeshes meshes_{paramsIn(pages_.path())};
-  MeshStore reference_{kVoxel_m};
+  MeshStore reference_{kPagedVoxel_m};
 };
 
 TEST_F(PagedMeshesTest, AreThoseThatWerePut) {

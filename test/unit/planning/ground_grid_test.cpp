@@ -64,7 +64,7 @@ class Cells {
 
 /// What a follower has who copies grids and updates as costmap_2d's StaticLayer does: an update's
 /// place is counted from the corner of the last grid, and is not checked.
-struct Follower {
+struct GridFollower {
   GridBox window;
   std::vector<int8_t> values;
 
@@ -206,7 +206,7 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
   const GroundHeights heights{-0.35, 0.52, 0.5};  // layers -4 to 5
   GroundGrid grid(heights);
   Cells cells;
-  Follower follower;
+  GridFollower follower;
   size_t grids = 0, updates = 0;
   for (int round = 0; round < 60; ++round) {
     const int x = pick(-round * 12, round * 12), y = pick(-round * 2, round * 8);
@@ -236,7 +236,7 @@ TEST(GroundGrid, BeginsAnew) {
   cells.set(600, 4, 1, CellState::kSurface);
   cells.set(0, 4, 1, CellState::kSurface);
   grid.apply(cells.take(), kCell_m);
-  Follower follower;
+  GridFollower follower;
   follower.take(grid, grid.next());
   ASSERT_EQ(follower.window.width, 768);
 

@@ -137,7 +137,7 @@ TEST_F(MapToolSpace, RefusesMapsThatTakeMoreThanIsAllowed) {
   const std::string map = out_ / "room.dtsdf";
   for (const std::string& command :
        {"info " + map + " --verify", "mesh " + map + " " + (out_ / "room.ply"),
-        "slice " + map + " " + (out_ / "room.png") + " --height 0", "time " + map}) {
+        "slice " + map + " " + (out_ / "room.png") + " --height 0"}) {
     EXPECT_EQ(run(command + " --max-memory-mb 1"), 1);
     EXPECT_NE(errors_.find("1 MiB are allowed"), std::string::npos) << errors_;
   }

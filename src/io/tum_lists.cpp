@@ -1,4 +1,4 @@
-#include "io/tum_sequence.h"
+#include "io/tum_lists.h"
 
 #include <filesystem>
 #include <stdexcept>
@@ -66,18 +66,6 @@ CameraInfo readTumCamera(const std::string& folder) {
   const fs::path path = fs::path(folder) / "camera_info.yaml";
   if (!fs::exists(path) && isOfTheBenchmark(folder)) return kFreiburgCamera;
   return loadCameraInfo(path.string());
-}
-
-TumSequence readTumSequence(const std::string& folder) {
-  if (!fs::is_directory(folder)) {
-    throw std::runtime_error("'" + folder + "' is not a folder; give the folder of a TUM sequence");
-  }
-  TumSequence sequence;
-  sequence.depth = readTumDepthList(folder);
-  sequence.trajectory = readTumTrajectory(folder);
-  sequence.camera = readTumCamera(folder);
-  sequence.colour = readTumColourList(folder);
-  return sequence;
 }
 
 }  // namespace dtsdf

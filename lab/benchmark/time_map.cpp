@@ -1,4 +1,4 @@
-// map_tool time: how long it takes to load, copy and save a map.
+// time_map: how long it takes to load, copy and save a map.
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,8 +13,6 @@
 #include "program/command_line.h"
 #include "program/run_program.h"
 #include "program/stopwatch.h"
-#include "tools/map_settings.h"
-#include "tools/map_tool.h"
 
 namespace dtsdf {
 namespace {
@@ -24,12 +22,11 @@ struct TimeOptions {
   std::string folder = std::filesystem::temp_directory_path().string();
   std::string backend = "auto";
   int threads = 0, repeats = 5;
-  MapLoadLimit limit;
 };
 
 TimeOptions parse(const std::vector<std::string>& arguments) {
   TimeOptions options;
-  CommandLine line("map_tool time", "FILE [options]",
+  CommandLine line("time_map", "FILE [options]",
                    "Measures how long it takes to load a map file, restore it in a mapper, copy it "
                    "and save it: the shortest of several runs.",
                    kExitCodes);
@@ -38,7 +35,6 @@ TimeOptions parse(const std::vector<std::string>& arguments) {
   line.addText({"--backend", "auto|cpu|cuda", "backend of the mapper"}, options.backend);
   line.addWhole({"--threads", "N", "CPU threads (0: all cores)"}, options.threads, {0, 1024});
   line.addWhole({"--repeats", "N", "repetitions"}, options.repeats, {1, 1000});
-  addLoadLimit(line, options.limit);
   line.parse(arguments);
   return options;
 }
@@ -69,11 +65,9 @@ void printTime(const char* what, const TimeOptions& options, uint64_t bytes,
               megabytes / core_s);
 }
 
-}  // namespace
-
 void timeMap(const std::vector<std::string>& arguments) {
   const TimeOptions options = parse(arguments);
-  MapContents contents = loadMap(options.path, options.limit.bytes());
+  MapContents contents = loadMap(options.path);
   const uint64_t bytes =
       contents.voxels.size() * sizeof(uint64_t) + contents.colours.size() * sizeof(uint32_t);
   if (bytes == 0) throw std::runtime_error("the map '" + options.path + "' is empty");
@@ -83,7 +77,7 @@ void timeMap(const std::vector<std::string>& arguments) {
               static_cast<double>(bytes) / 1e6,
               static_cast<double>(std::filesystem::file_size(options.path)) / 1e6,
               mapper->backendName().c_str());
-  const std::string name = "map_tool_time_" + std::to_string(getpid()) + kMapExtension;
+  const std::string name = "time_map_" + std::to_string(getpid()) + kMapExtension;
   const std::string scratch = (std::filesystem::path(options.folder) / name).string();
   std::printf("%-8s %10s %12s %12s %18s\n", "", "seconds", "s per GiB", "MB/s",
               "MB per core-second");
@@ -94,4 +88,9 @@ void timeMap(const std::vector<std::string>& arguments) {
   std::filesystem::remove(scratch);
 }
 
+}  // namespace
 }  // namespace dtsdf
+
+int main(int argc, char** argv) {
+  return dtsdf::runProgram("time_map", argc, argv, dtsdf::timeMap);
+}

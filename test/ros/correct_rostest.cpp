@@ -376,7 +376,7 @@ TEST_F(Correction, MayBeCutOffByAKill) {
         "/second/status", 1,
         [&](const dtsdf_mapping::MapStatus::ConstPtr& message) { second = *message; });
     ASSERT_TRUE(waitUntil([&] { return !second.backend.empty(); }));
-    ros::WallDuration(0.5).sleep();  // its topics are connected by then
+    ASSERT_TRUE(camera_.connect(2));
     drive(30, drifted);
     EXPECT_TRUE(waitUntil([&] { return second.frames_fused >= 25; })) << second.message;
     ros::WallDuration(1.2).sleep();

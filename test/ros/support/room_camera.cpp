@@ -18,10 +18,10 @@ RoomCamera::RoomCamera(ros::NodeHandle nh)
       infos_(advertiseKept<sensor_msgs::CameraInfo>(nh, "/camera/depth/camera_info")),
       transforms_(advertiseKept<tf2_msgs::TFMessage>(nh, "/tf")) {}
 
-bool RoomCamera::connect() const {
+bool RoomCamera::connect(uint32_t mappers) const {
   return waitUntil([&] {
-    return images_.getNumSubscribers() > 0 && infos_.getNumSubscribers() > 0 &&
-           transforms_.getNumSubscribers() > 1;  // the test itself is one
+    return images_.getNumSubscribers() >= mappers && infos_.getNumSubscribers() >= mappers &&
+           transforms_.getNumSubscribers() > mappers;  // the test itself is one
   });
 }
 

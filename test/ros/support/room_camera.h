@@ -20,8 +20,8 @@ class RoomCamera {
   /// Images with the frame_id "camera".
   explicit RoomCamera(ros::NodeHandle nh);
 
-  /// Waits until the mapper listens.
-  bool connect() const;
+  /// Waits until so many mappers listen.
+  bool connect(uint32_t mappers = 1) const;
 
   /// Sends what is seen from a pose in the room.
   void see(const Eigen::Isometry3d& T_R_C, const ros::Time& stamp);

@@ -80,9 +80,10 @@ void PinnedPool::giveBack(Memory memory) {
     idle_.push_back(std::move(memory));
     idle_bytes_ += bytes;
     while (idle_bytes_ > kMostIdleBytes) {
-      idle_bytes_ -= idle_.front().bytes.bytes();
+      const size_t oldest_bytes = idle_.front().bytes.bytes();
       too_many.push_back(std::move(idle_.front()));
       idle_.pop_front();
+      idle_bytes_ -= oldest_bytes;
     }
   } catch (const std::bad_alloc&) {
   }
@@ -106,11 +107,16 @@ RecordCarrier::Turn& RecordCarrier::nextTurn(size_t pieces) {
 }
 
 void RecordCarrier::reserve(size_t pieces) {
-  for (size_t i = 0; i < 2; ++i) nextTurn(pieces);
+  for (Turn& turn : turns_) {
+    if (pieces <= turn.pieces.capacity()) continue;
+    turn.read.wait();
+    turn.pieces.reserve(pieces);
+  }
 }
 
 SharedRecords RecordCarrier::takeOut(RecordPieces pieces, size_t bytes, DeviceMap& map) {
   Turn& turn = nextTurn(pieces.count());
+  if (bytes > turn.staging.capacity()) turn.copied.wait();
   turn.staging.reserve(bytes, stream_);
   const SharedRecords shared = pool_->make(bytes);
   auto& records = static_cast<PinnedRecords&>(*shared);

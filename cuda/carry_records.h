@@ -71,7 +71,7 @@ class RecordCarrier {
 
   RecordsMaker maker() const;
 
-  /// Takes the memory that putIn() needs for so many pieces.
+  /// Takes the memory that lists of so many pieces need.
   void reserve(size_t pieces);
 
   /// Copies so many bytes out of the map, where pieces have places in the records for addresses.

@@ -56,6 +56,7 @@ LeavingBlocks CudaBlockMover::takeOut(const std::vector<int32_t>& slots) {
   for (const int32_t slot : slots) bytes = addPieces(slot, bytes, pieces);
   LeavingBlocks leaving;
   leaving.states.resize(slots.size());
+  parts_.carrier.reserve(pieces.count());  // for putIn(), too, if they have to stay
   leaving.records = parts_.carrier.takeOut(std::move(pieces), bytes, parts_.map);
   const std::vector<MeshMarks> marks = takeMarks(slots);  // once nothing can lack memory any more
   for (size_t i = 0; i < slots.size(); ++i) {

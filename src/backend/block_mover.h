@@ -69,8 +69,8 @@ class BlockMover {
   /// changed then.
   virtual LeavingBlocks takeOut(const std::vector<int32_t>& slots) = 0;
 
-  /// Gives it back, of blocks that are back, at other slots maybe. Who calls it keeps no hold of
-  /// the records.
+  /// Gives it back, of blocks that are back, at other slots maybe. The caller may let go of the
+  /// records at once.
   virtual void putIn(const std::vector<int32_t>& slots,
                      const std::vector<ArrivingBlock>& blocks) = 0;
 

@@ -85,6 +85,8 @@ class MapBackend {
   virtual void takePoints(const DepthFrame& frame, const FrameView& view) = 0;
   virtual AlignmentSums sumsAt(const FrameView& view, float cutoff) = 0;
 
+  /// The three that follow run beside the engine's helper, which moves blocks: they know the image
+  /// alone, and look nothing up in the map.
   virtual void sense(const DepthFrame& frame, const FrameView& view) = 0;
   virtual void makeSurfels() = 0;
   virtual void findBlocks() = 0;

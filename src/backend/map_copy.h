@@ -52,7 +52,7 @@ struct EnteredBlocks {
   ContentsOrder order() const;
 };
 
-/// @pre The table is empty, and its budget is not below the contents' size.
+/// @pre None of them is in the table, and its budget holds them.
 EnteredBlocks enterBlocks(const std::vector<MapBlock>& blocks, BlockTable& table);
 
 }  // namespace dtsdf

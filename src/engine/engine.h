@@ -30,7 +30,7 @@ class Engine : public ProbedMapper {
               RenderedView& view) override;
   void beginMeshUpdate() override;
   void waitForMeshes() override { ready().waitForMeshes(); }
-  bool isMeshMade() const override { return backend_->makesMeshAtOnce(); }
+  bool isMeshMade() const override { return backend_ != nullptr && backend_->makesMeshAtOnce(); }
   MeshUpdate finishMeshUpdate() override;
   ClearedRegion clearRegion(const Region& region) override;
   void clear() override;

@@ -153,7 +153,7 @@ bool Engine::clearSome(std::vector<PackedKey>& keys, const RegionView& view,
 }
 
 void Engine::clear() {
-  helper_.wait();
+  helper_.finish();
   if (backend_ != nullptr) backend_->enter();
   backend_.reset();
   table_.clear();

@@ -49,8 +49,8 @@ class Pager {
   void readAhead(MapBackend& backend, std::vector<PackedKey> keys, size_t calls);
 
   /// Some blocks that were read ahead come to memory, and some that are out of view go, so that
-  /// there is room to spare: frames then seldom have to wait for either. To be called before each
-  /// frame, where a device has other work.
+  /// there is room to spare: frames then seldom have to wait for either. To be called once a frame:
+  /// beside others after a mesh update, or else before the frame looks blocks up.
   void moveAhead(MapBackend& backend);
 
   /// Blocks that were made since are needed as those that were brought in last.

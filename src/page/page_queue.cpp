@@ -83,10 +83,7 @@ void PageQueue::forgetOne(uint64_t offset) {
     waiting_bytes_ -= found->second.bytes;
     waiting_.erase(found);
   }
-  if (const auto found = ahead_.find(offset); found != ahead_.end()) {
-    ahead_bytes_ -= found->second.bytes;
-    ahead_.erase(found);
-  }
+  dropAhead(offset);
   reading_.erase(offset);
   wanted_.erase(offset);
 }
@@ -125,7 +122,7 @@ void PageQueue::run() {
     const bool reads = !asked_.empty();
     std::string problem;
     try {
-      if (shrink_to_ != kNothing) shrinkNow(lock);
+      while (shrink_to_ != kNothing) shrinkNow(lock);  // before what takes that place is written
       if (reads) {
         readNext(lock);
       } else if (hasWriting()) {
@@ -248,19 +245,30 @@ void PageQueue::readNext(std::unique_lock<std::mutex>& lock) {
     const bool is_needed = reading_.erase(next[i].offset) > 0;
     if (!is_read[i] || !is_needed || checksums[i] != *next[i].checksum) continue;
     read_.push_back(next[i].offset);
+    dropAhead(next[i].offset);
+    size_t& held = held_[records.get()];
     ahead_[next[i].offset] = {{records, begin}, next[i].bytes, 0, nullptr};
-    ahead_bytes_ += next[i].bytes;
+    if (held++ == 0) ahead_bytes_ += records->size();
   }
-  dropAhead();
+  dropOldestAhead();
+}
+
+/// Memory goes with the last record in it.
+void PageQueue::dropAhead(uint64_t offset) {
+  const auto found = ahead_.find(offset);
+  if (found == ahead_.end()) return;
+  const auto held = held_.find(found->second.place.records.get());
+  if (--held->second == 0) {
+    ahead_bytes_ -= held->first->size();
+    held_.erase(held);
+  }
+  ahead_.erase(found);
 }
 
 /// The oldest go where there is no room for all.
-void PageQueue::dropAhead() {
+void PageQueue::dropOldestAhead() {
   while (!read_.empty() && (ahead_bytes_ > most_bytes_ || ahead_.count(read_.front()) == 0)) {
-    if (const auto found = ahead_.find(read_.front()); found != ahead_.end()) {
-      ahead_bytes_ -= found->second.bytes;
-      ahead_.erase(found);
-    }
+    dropAhead(read_.front());
     read_.pop_front();
   }
 }

@@ -119,20 +119,23 @@ class PageQueue {
   bool hasWriting() const { return problem_.empty() && !order_.empty(); }
   bool hasReading() const { return !asked_.empty() || !reading_.empty(); }
   bool hasShrinking() const { return shrink_to_ != kNothing || is_shrinking_; }
-  void dropAhead();
+  void dropAhead(uint64_t offset);
+  void dropOldestAhead();
   void fail(bool reads, const std::string& problem);
 
   PageFile& file_;
   const size_t most_bytes_;
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::condition_variable to_do_, done_;
-  std::unordered_map<uint64_t, Entry> waiting_;      ///< By offset.
-  std::deque<std::pair<uint64_t, uint64_t>> order_;  ///< Offsets and numbers, as they came.
-  std::unordered_map<uint64_t, Entry> ahead_;        ///< What was read, by offset.
-  std::deque<PageSpan> asked_;                       ///< What is to be read,
-  std::unordered_set<uint64_t> wanted_;              ///< but for what was forgotten since.
-  std::deque<uint64_t> read_;                        ///< What was, the oldest first.
-  size_t waiting_bytes_ = 0, ahead_bytes_ = 0;
+  std::unordered_map<uint64_t, Entry> waiting_;          ///< By offset.
+  std::deque<std::pair<uint64_t, uint64_t>> order_;      ///< Offsets and numbers, as they came.
+  std::unordered_map<uint64_t, Entry> ahead_;            ///< What was read, by offset,
+  std::unordered_map<const RecordBytes*, size_t> held_;  ///< and how much of it memory holds.
+  std::deque<PageSpan> asked_;                           ///< What is to be read,
+  std::unordered_set<uint64_t> wanted_;                  ///< but for what was forgotten since.
+  std::deque<uint64_t> read_;                            ///< What was, the oldest first.
+  size_t waiting_bytes_ = 0;
+  size_t ahead_bytes_ = 0;  ///< Of memory that records share.
   uint64_t last_number_ = 0;
   RecordsMaker make_;                     ///< For what is read,
   std::unordered_set<uint64_t> reading_;  ///< which is this, but for what was forgotten since.

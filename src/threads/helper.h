@@ -44,6 +44,13 @@ class Helper {
     if (error_ != nullptr) std::rethrow_exception(std::exchange(error_, nullptr));
   }
 
+  /// The same, where what it did does not matter any more.
+  void finish() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    changed_.wait(lock, [this] { return !is_busy_; });
+    error_ = nullptr;
+  }
+
  private:
   void run() {
     std::unique_lock<std::mutex> lock(mutex_);

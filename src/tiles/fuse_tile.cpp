@@ -160,10 +160,12 @@ class TileFusion {
   }
 
   [[noreturn]] void throwFull() const {
+    const std::string problem = mapper_->stats().pages.problem;
     throw std::runtime_error(
         "the tile takes more than its budget, map/max_memory_mb: " +
         std::to_string(settings_.params.mapper.map.max_memory_mb) +
-        "; make the plan again with a smaller --tile-m, or with a larger map/max_memory_mb");
+        "; make the plan again with a smaller --tile-m, or with a larger map/max_memory_mb" +
+        (problem.empty() ? "" : " (map/page_folder: " + problem + ")"));
   }
 
   const Plan& plan_;

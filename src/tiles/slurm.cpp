@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "map/block_table.h"
 #include "tiles/tile_queue.h"
 
 namespace dtsdf {
@@ -33,15 +34,17 @@ std::string forSbatch(const std::string& folder) {
   return text;
 }
 
-/// Of the largest tile: its map, half as much for its mesh and what is on its way, and what a frame
-/// takes.
+/// Of the largest tile: its map, its mesh, which is half as much at most, also of what lies on
+/// disk, and what a frame takes.
 size_t memoryMb(const Plan& plan) {
   constexpr size_t kBesides_mb = 500;
   size_t most = 0;
   for (const Tile& tile : plan.tiles) {
-    most = std::max(most, tile.estimate.map_bytes + tile.estimate.free_bytes);
+    const TileEstimate& needs = tile.estimate;
+    const size_t mesh_bytes = needs.voxel_arrays * BlockTable::kArrayBytes / 2;
+    most = std::max(most, needs.map_bytes + needs.free_bytes + mesh_bytes);
   }
-  return ((most + most / 2) >> 20) + kBesides_mb;
+  return (most >> 20) + kBesides_mb;
 }
 
 std::string numbersLongestFirst(const Plan& plan) {

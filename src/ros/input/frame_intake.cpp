@@ -70,11 +70,12 @@ bool FrameIntake::enqueue(WaitingFrame frame) {
 }
 
 bool FrameIntake::dropOldest() {
-  const std::string waited_for = waitingFor();
+  std::string waited_for;
   ros::Time stamp;
-  if (const std::optional<PosedFrame> oldest = parts_.posed_frames.pushOut(parts_.stream)) {
-    stamp = oldest->stamp;
+  if (const std::optional<PosedFrame> posed = parts_.posed_frames.pushOut(parts_.stream)) {
+    stamp = posed->stamp;
   } else {
+    waited_for = waitingFor();
     const std::lock_guard<std::mutex> lock(mutex_);
     if (queue_.empty()) return false;  // the map has taken some meanwhile
     stamp = queue_.front().image->header.stamp;

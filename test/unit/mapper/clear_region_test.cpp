@@ -203,6 +203,15 @@ TEST(ClearAllSpace, LeavesAnEmptyMap) {
   }
 }
 
+TEST(Clear, LeavesAMapThatCanBeAsked) {
+  Session session(makeCpuParams());
+  seeAll(session);
+  session.mapper().clear();
+  EXPECT_FALSE(session.mapper().isMeshMade());
+  EXPECT_EQ(session.mapper().stats().blocks, 0u);
+  EXPECT_TRUE(session.mapper().updateMesh().blocks.empty());
+}
+
 TEST(ClearRegionOfAPaintedMap, ForgetsColoursInside) {
   Session session(makeCpuParams());
   seeAll(session);

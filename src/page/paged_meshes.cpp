@@ -193,6 +193,17 @@ const MeshStore& PagedMeshes::holding(const std::vector<PackedKey>& keys) {
   return fetched_;
 }
 
+void PagedMeshes::stream(const MeshStream::Sink& sink) {
+  const std::vector<PackedKey> in_order = keys();
+  BlockBounds bounds;
+  for (const PackedKey key : in_order) bounds.add(unpackKey(key));
+  MeshStream stream({voxelSize(), isPainted(), bounds}, sink);
+  for (const PackedKey key : in_order) {
+    if (const SharedBlockMesh block = find(key)) stream.add(*block);
+  }
+  stream.finish();
+}
+
 std::vector<PackedKey> PagedMeshes::keys() const {
   std::vector<PackedKey> in_memory, on_disk, all;
   for (const auto& [key, block] : resident_.blocks()) in_memory.push_back(key);

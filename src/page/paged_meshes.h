@@ -12,6 +12,7 @@
 
 #include "dtsdf_mapping/mesh.h"
 #include "dtsdf_mapping/params/map_params.h"
+#include "meshing/mesh_stream.h"
 #include "page/free_runs.h"
 #include "page/page_file.h"
 
@@ -49,6 +50,12 @@ class PagedMeshes {
   /// A store that has the meshes of these blocks at least, until this is used again.
   const MeshStore& holding(const std::vector<PackedKey>& keys);
   void dropFetched() { fetched_.clear(); }  ///< Of that store, what was read.
+
+  /// Hands the whole mesh out, piece by piece: what all() would assemble.
+  void stream(const MeshStream::Sink& sink);
+
+  /// A store that has them all, until this is used again.
+  const MeshStore& all() { return holding(keys()); }
 
   /// All blocks that have a mesh, by packed key.
   std::vector<PackedKey> keys() const;

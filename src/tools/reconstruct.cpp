@@ -1,4 +1,5 @@
 /// reconstruct: a mesh from a recording, offline, without loss and with the same result each time.
+#include <array>
 #include <cstdint>
 #include <cstdio>
 #include <limits>
@@ -12,6 +13,7 @@
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "io/atomic_file.h"
 #include "io/map_parts.h"
+#include "io/ply_stream.h"
 #include "io/save_mapper.h"
 #include "io/trajectory_file.h"
 #include "log/log_replay.h"
@@ -102,8 +104,8 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
                 summarise(result.paint_ms).median);
   }
   if (!mesh_path.empty()) {
-    std::printf("%zu vertices, %zu triangles: %s\n", result.mesh.vertices_m.size(),
-                result.mesh.triangles.size(), mesh_path.c_str());
+    std::printf("%zu vertices, %zu triangles: %s\n", result.vertices, result.triangles,
+                mesh_path.c_str());
   }
   const PageStats& pages = result.map.pages;
   if (pages.blocks > 0) {
@@ -132,7 +134,8 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
 /// Frames that each see another place leave a map, and no mesh. @throws std::runtime_error
 void checkSupport(const ReconstructionResult& result, const MapperParams& params) {
   const int min_support = params.mesh.min_support;
-  if (!result.mesh.triangles.empty() || result.map.voxel_arrays == 0 || min_support < 2) return;
+  const bool has_mesh = result.meshes->triangleCount() > 0;
+  if (has_mesh || result.map.voxel_arrays == 0 || min_support < 2) return;
   throw std::runtime_error(
       "the mesh is empty: no surface was seen in at least " + std::to_string(min_support) +
       " frames (mesh/min_support); --set mesh/min_support=1 accepts a single frame");
@@ -144,6 +147,51 @@ void checkOutputs(const ReconstructOptions& options) {
        {options.mesh_path, options.save_map_path, options.trajectory_path, options.report_path}) {
     if (!path.empty()) prepareOutputFile(path);
   }
+}
+
+/// Calls `read`. @throws std::runtime_error where some of the mesh could not be read.
+template <class Read>
+void readMeshes(const PagedMeshes& meshes, const Read& read) {
+  const uint64_t failures = meshes.stats().failures;
+  read();
+  const PagedMeshes::Stats stats = meshes.stats();
+  if (stats.failures > failures) throw std::runtime_error("no mesh was saved: " + stats.problem);
+}
+
+/// Piece by piece.
+void saveInPieces(ReconstructionResult& result, MeshColour colour, const std::string& path) {
+  PlyStream file(path, colour);
+  readMeshes(*result.meshes, [&] {
+    result.meshes->stream(
+        {[&](const Mesh& piece) { file.addVertices(piece); },
+         [&](const std::array<uint32_t, 3>& corners) { file.addTriangle(corners); }});
+  });
+  file.finish();
+  result.vertices = file.vertices();
+  result.triangles = file.triangles();
+}
+
+/// Where some of it lies on disk, the whole mesh comes to memory only if it has to.
+void saveMeshOf(ReconstructionResult& result, MeshColour colour,
+                const ReconstructOptions& options) {
+  const std::string& path = options.mesh_path;
+  const bool is_plain = options.simplify_error_m == 0.0 && meshFormatOf(path) == MeshFormat::kPly;
+  if (result.meshes->isPaged() && is_plain) return saveInPieces(result, colour, path);
+  Mesh mesh;
+  readMeshes(*result.meshes, [&] { mesh = result.meshes->all().assemble(); });
+  result.meshes->dropFetched();
+  simplify(mesh, options.simplify_error_m);
+  saveMesh(mesh, colour, path);
+  result.vertices = mesh.vertices_m.size();
+  result.triangles = mesh.triangles.size();
+  const std::string loss = lossInFormat(mesh, path);
+  if (!loss.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", loss.c_str());
+}
+
+/// For the report, of a mesh that is not saved.
+void countMesh(ReconstructionResult& result) {
+  result.meshes->stream({[&](const Mesh& piece) { result.vertices += piece.vertices_m.size(); },
+                         [&](const std::array<uint32_t, 3>&) { ++result.triangles; }});
 }
 
 /// Saves and prints what a run has made.
@@ -158,10 +206,9 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, const MapFrame& frame
   }
   if (!options.mesh_path.empty()) {
     checkSupport(result, params);
-    simplify(result.mesh, options.simplify_error_m);
-    saveMesh(result.mesh, params.mesh.colour, options.mesh_path);
-    const std::string loss = lossInFormat(result.mesh, options.mesh_path);
-    if (!loss.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", loss.c_str());
+    saveMeshOf(result, params.mesh.colour, options);
+  } else if (!options.report_path.empty()) {
+    countMesh(result);
   }
   const std::string backend_name = mapper.backendName();
   if (!options.report_path.empty()) {
@@ -208,9 +255,8 @@ void runLog(const ReconstructOptions& options) {
                           : makeProbedMapper(params, settings.rules,
                                              partsOf(std::make_shared<const MapChunks>(base)));
   ProgressBar progress("frames", log.depthImages());
-  ReconstructionResult result =
-      reconstruct(log, *mapper, params.map.voxel_size_m, options.mesh_every,
-                  [&](size_t done) { progress.show(done); });
+  ReconstructionResult result = reconstruct(log, *mapper, params.map, options.mesh_every,
+                                            [&](size_t done) { progress.show(done); });
   saveAll(result, *mapper, {log.log().begin().map_frame, log.level()}, params, options);
 }
 
@@ -243,7 +289,7 @@ void run(ReconstructOptions options) {
     RecordedInput input(*source, colours.get(), settings.params.node.colour.max_rate_hz);
     input.map_stamp_s = map_stamp_s;
     input.poses = settings.params.node.poses;
-    result = reconstruct(input, *mapper, params.map.voxel_size_m, options.mesh_every,
+    result = reconstruct(input, *mapper, params.map, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }
   saveAll(result, *mapper, frame, params, options);

@@ -27,8 +27,8 @@ size_t sumOf(const std::map<std::string, size_t>& counts) {
 /// The state of one run.
 class Reconstruction {
  public:
-  Reconstruction(Mapper& mapper, float voxel_size_m, const PoseParams& poses)
-      : mapper_(mapper), store_(voxel_size_m) {
+  Reconstruction(Mapper& mapper, const MapParams& map, const PoseParams& poses)
+      : mapper_(mapper), meshes_(std::make_shared<PagedMeshes>(map)) {
     if (poses.mode == PoseMode::kRefine) refiner_.emplace(poses);
     if (poses.mode == PoseMode::kTrack) tracker_.emplace(poses);
   }
@@ -84,7 +84,7 @@ class Reconstruction {
     }
     if (frames_since_mesh_ > 0 || painted_since_mesh_) updateMesh();
     result_.map = mapper_.stats();
-    result_.mesh = store_.assemble();
+    result_.meshes = std::move(meshes_);
     return std::move(result_);
   }
 
@@ -122,13 +122,26 @@ class Reconstruction {
   }
 
   void updateMesh() {
-    result_.mesh_ms.push_back(timeMs([&] { store_.apply(mapper_.updateMesh()); }));
+    result_.mesh_ms.push_back(timeMs([&] {
+      while (updatePart()) {
+      }
+    }));
     frames_since_mesh_ = 0;
     painted_since_mesh_ = false;
   }
 
+  /// @return whether there is more.
+  bool updatePart() {
+    mapper_.beginMeshUpdate();
+    MeshUpdate update = mapper_.finishMeshUpdate();
+    for (BlockMesh& block : update.blocks) {
+      meshes_->put(std::make_shared<BlockMesh>(std::move(block)));
+    }
+    return update.is_part;
+  }
+
   Mapper& mapper_;
-  MeshStore store_;
+  std::shared_ptr<PagedMeshes> meshes_;
   // Neither where poses are taken as they are.
   std::optional<PoseRefiner> refiner_;
   std::optional<PoseTracker> tracker_;
@@ -196,10 +209,10 @@ size_t visitInput(const RecordedInput& input, const InputVisitor& visitor) {
   return images.leftOut();
 }
 
-ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
+ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
-  Reconstruction reconstruction(mapper, voxel_size_m, input.poses);
+  Reconstruction reconstruction(mapper, map, input.poses);
   InputVisitor visitor;
   visitor.fuse = [&](const SourceFrame& frame) { reconstruction.fuse(frame); };
   visitor.paint = [&](const SourceColour& image) { reconstruction.paint(image); };
@@ -217,10 +230,10 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, flo
   return reconstruction.finish(skipped);
 }
 
-ReconstructionResult reconstruct(LogReplay& log, Mapper& mapper, float voxel_size_m,
+ReconstructionResult reconstruct(LogReplay& log, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress) {
-  Reconstruction reconstruction(mapper, voxel_size_m, PoseParams());
+  Reconstruction reconstruction(mapper, map, PoseParams());
   while (std::optional<LogCall> call = log.next()) {
     if (const auto* const depth = std::get_if<LoggedDepth>(&call->content)) {
       SourceFrame frame;

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,11 +11,12 @@
 #include "dtsdf_mapping/io/colour_source.h"
 #include "dtsdf_mapping/io/frame_source.h"
 #include "dtsdf_mapping/mapper.h"
-#include "dtsdf_mapping/mesh.h"
+#include "dtsdf_mapping/params/map_params.h"
 #include "dtsdf_mapping/pose_refiner.h"
 #include "dtsdf_mapping/pose_tracker.h"
 #include "io/trajectory.h"
 #include "log/log_replay.h"
+#include "page/paged_meshes.h"
 
 namespace dtsdf {
 
@@ -57,19 +59,20 @@ struct ReconstructionResult {
   std::vector<double> paint_ms;           ///< Wall time of each colour image.
   std::vector<double> mesh_ms;            ///< Wall time of each extraction.
   MapStats map;
-  Mesh mesh;
+  std::shared_ptr<PagedMeshes> meshes;  ///< Of all blocks, on disk as the map is.
+  size_t vertices = 0, triangles = 0;   ///< Of the mesh that is saved.
 };
 
 /// Fuses all frames of a source and paints the images, as visitInput() hands them out. The mesh is
 /// extracted each `mesh_every` frames (0: never) and, of what is left, at the end. `show_progress`
 /// is called with the number of frames done.
 /// @throws std::runtime_error if the source or the backend fails, or if no frame was fused.
-ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, float voxel_size_m,
+ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 
 /// The same of a frame log, with its calls in their order.
-ReconstructionResult reconstruct(LogReplay& log, Mapper& mapper, float voxel_size_m,
+ReconstructionResult reconstruct(LogReplay& log, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 

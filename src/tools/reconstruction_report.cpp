@@ -57,8 +57,8 @@ std::string reportJson(const ReconstructionResult& result, const std::string& ba
   report["map_bytes_peak"] = result.map.map_bytes_peak;
   report["pages"] = toJson(result.map.pages);
   report["refused_blocks"] = result.map.refused_blocks;
-  report["vertices"] = result.mesh.vertices_m.size();
-  report["triangles"] = result.mesh.triangles.size();
+  report["vertices"] = result.vertices;
+  report["triangles"] = result.triangles;
   // A reason or a device may hold bytes that are not UTF-8.
   return report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

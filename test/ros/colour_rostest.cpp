@@ -172,11 +172,11 @@ std::string bytesOfBag(const std::string& bag_path) {
   const std::unique_ptr<ColourSource> colours = openBagColours(options);
   if (colours == nullptr) return "the bag has no colour";
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
-  const ReconstructionResult result = reconstruct({*depth, colours.get()}, *mapper,
-                                                  params.mapper.map.voxel_size_m, 0, [](size_t) {});
+  const ReconstructionResult result =
+      reconstruct({*depth, colours.get()}, *mapper, params.mapper.map, 0, [](size_t) {});
   EXPECT_TRUE(result.skipped.empty()) << describeSkipped(result.skipped);
   const TemporaryFolder folder;
-  saveMesh(result.mesh, params.mapper.mesh.colour, folder / "mesh.ply");
+  saveMesh(result.meshes->all().assemble(), params.mapper.mesh.colour, folder / "mesh.ply");
   return readBytes(folder / "mesh.ply");
 }
 

@@ -24,12 +24,15 @@ template <class VoxelAt>
 DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
   const Vec3i base{floorToInt(p_L.x), floorToInt(p_L.y), floorToInt(p_L.z)};
   const Vec3f f = p_L - toFloat(base);
+  // None waits for another one to be known: a device waits for all of them at once.
   float sdf[8];
+  bool known = true;
   for (int i = 0; i < 8; ++i) {
     const Voxel corner = voxel(Vec3i{base.x + (i & 1), base.y + (i >> 1 & 1), base.z + (i >> 2)});
-    if (isEmpty(corner) || evidenceOf(corner) < 1) return {0.0f, {0.0f, 0.0f, 0.0f}, false};
+    known = known & !isEmpty(corner) & (evidenceOf(corner) > 0);
     sdf[i] = sdfOf(corner);
   }
+  if (!known) return {0.0f, {0.0f, 0.0f, 0.0f}, false};
   // Along x, then y, then z; the slope along an axis is taken before it is interpolated along.
   const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
   const float x00 = mix(sdf[0], sdf[1], f.x), x10 = mix(sdf[2], sdf[3], f.x);

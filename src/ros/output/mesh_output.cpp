@@ -10,7 +10,6 @@
 #include "kernels/core/grid.h"
 #include "map/region_view.h"
 #include "meshing/mesh_region.h"
-#include "meshing/mesh_stream.h"
 #include "ros/common/callback_guard.h"
 
 namespace dtsdf {
@@ -75,7 +74,7 @@ void MeshOutput::act(Action action) {
       break;
     case Action::kCatchUp: parts_.mesh_publisher.catchUp(meshes_, mesh_stamp_, share()); break;
     case Action::kPublishPoints:
-      parts_.points_publisher.publish(meshes_.holding(meshes_.keys()).assemble(), mesh_stamp_);
+      parts_.points_publisher.publish(meshes_.all().assemble(), mesh_stamp_);
       meshes_.dropFetched();
       break;
     case Action::kWait: break;
@@ -93,7 +92,7 @@ void MeshOutput::takeChanges() {
     parts_.mesh_publisher.noteCleared();
   }
   if (changes.is_whole) {
-    changes.blocks = differences(meshes_.holding(meshes_.keys()), std::move(changes.blocks));
+    changes.blocks = differences(meshes_.all(), std::move(changes.blocks));
     meshes_.dropFetched();
   }
   for (const SharedBlockMesh& block : changes.blocks) {
@@ -152,17 +151,9 @@ SavedMesh MeshOutput::save(const std::string& path, const SaveChoice& choice) {
 /// The same file, block by block.
 /// @param check Called before it gets its name.
 SavedMesh MeshOutput::saveInPieces(const std::string& path, const std::function<void()>& check) {
-  const std::vector<PackedKey> keys = meshes_.keys();
-  BlockBounds bounds;
-  for (const PackedKey key : keys) bounds.add(unpackKey(key));
   PlyStream file(path, colour_);
-  MeshStream stream({meshes_.voxelSize(), meshes_.isPainted(), bounds},
-                    {[&](const Mesh& piece) { file.addVertices(piece); },
-                     [&](const std::array<uint32_t, 3>& corners) { file.addTriangle(corners); }});
-  for (const PackedKey key : keys) {
-    if (const SharedBlockMesh block = meshes_.find(key)) stream.add(*block);
-  }
-  stream.finish();
+  meshes_.stream({[&](const Mesh& piece) { file.addVertices(piece); },
+                  [&](const std::array<uint32_t, 3>& corners) { file.addTriangle(corners); }});
   check();
   file.finish();
   return {static_cast<size_t>(file.vertices()), static_cast<size_t>(file.triangles()), 0.0, ""};

@@ -101,6 +101,34 @@ TEST_F(ReconstructProgram, SaysThatTheFolderOfPagesIsFullAndThatNothingIsLost) {
   EXPECT_EQ(outcome.err.find("lost"), std::string::npos) << outcome.err;
 }
 
+/// Of which memory holds an eighth of the budget: whole or simplified, it is the same file.
+TEST_F(ReconstructProgram, SavesAMeshThatLiesOnDisk) {
+  const TemporaryFolder room;
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i < 8; ++i) poses.push_back(roomCameraPose(1.6 * i));
+  writeSceneRecording(room.path(), makeRoomScene(), poses, 80, 60,
+                      [](size_t, const Eigen::Isometry3d& T_W_C) { return T_W_C; });
+  const auto saved = [&](const std::string& settings) {
+    const Outcome outcome =
+        run("--tum " + room.path() + " --backend cpu --mesh " + (out_ / "mesh.ply") + " --report " +
+            (out_ / "report.json") + " --set map/voxel_size_m=0.04 mesh/min_support=1 " + settings);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return readBytes(out_ / "mesh.ply");
+  };
+  const std::string paged = "map/max_memory_mb=2 map/page_folder=" + (out_ / "pages");
+  const std::string whole = saved("");
+  EXPECT_GT(whole.size(), 4u * (2 << 20) / 8) << "nothing of it would be on disk";
+  const std::string report = readBytes(out_ / "report.json");
+  EXPECT_TRUE(saved(paged) == whole);
+  const auto before = nlohmann::json::parse(report),
+             now = nlohmann::json::parse(readBytes(out_ / "report.json"));
+  EXPECT_EQ(now["vertices"], before["vertices"]);
+  EXPECT_EQ(now["triangles"], before["triangles"]);
+  EXPECT_EQ(now["refused_blocks"], 0);
+  const std::string simplified = saved("--simplify-error 0.005");
+  EXPECT_TRUE(saved(paged + " --simplify-error 0.005") == simplified);
+}
+
 TEST_F(ReconstructProgram, SavesTheSameBytesHoweverItIsRun) {
   const std::string mesh = meshOf("--threads 1");
   EXPECT_EQ(meshOf("--threads 1"), mesh);

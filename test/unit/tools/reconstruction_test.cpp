@@ -87,7 +87,7 @@ class ReconstructionTest : public testing::Test {
  protected:
   ReconstructionResult run(const std::vector<int>& widths, size_t mesh_every) {
     FakeSource source(widths);
-    return reconstruct(source, mapper_, 0.02f, mesh_every,
+    return reconstruct(source, mapper_, MapParams(), mesh_every,
                        [this](size_t done) { progress_.push_back(done); });
   }
 
@@ -119,7 +119,7 @@ TEST_F(ReconstructionTest, PaintsBetweenTheFramesInTheOrderOfStamps) {
   FakeSource source({1, 1, 1});
   FakeColours colours({0.5, 1.0, 1.5, 1.6, 3.0, 3.1});
   const ReconstructionResult result =
-      reconstruct({source, &colours}, mapper_, 0.02f, 0, [](size_t) {});
+      reconstruct({source, &colours}, mapper_, MapParams(), 0, [](size_t) {});
   EXPECT_EQ(mapper_.calls, "ipppiipm");
   EXPECT_EQ(result.images, 4u);
   EXPECT_EQ(result.paint_ms.size(), 4u);
@@ -132,7 +132,7 @@ TEST_F(ReconstructionTest, PaintsBeforeTheFirstFrameWhatTheMapHasNotSeen) {
   FakeColours colours({-2.0, -1.0, 0.5, 1.5});
   RecordedInput input(source, &colours);
   input.map_stamp_s = -1.0;
-  const ReconstructionResult result = reconstruct(input, mapper_, 0.02f, 0, [](size_t) {});
+  const ReconstructionResult result = reconstruct(input, mapper_, MapParams(), 0, [](size_t) {});
   EXPECT_EQ(mapper_.calls, "pipim");
   EXPECT_EQ(result.stamp_s, 2.0);
 }
@@ -140,7 +140,7 @@ TEST_F(ReconstructionTest, PaintsBeforeTheFirstFrameWhatTheMapHasNotSeen) {
 TEST_F(ReconstructionTest, MeshesOnceMoreAfterTheLastImage) {
   FakeSource source({1, 1});
   FakeColours colours({2.0});
-  reconstruct({source, &colours}, mapper_, 0.02f, 1, [](size_t) {});
+  reconstruct({source, &colours}, mapper_, MapParams(), 1, [](size_t) {});
   EXPECT_EQ(mapper_.calls, "imipm");
 }
 
@@ -178,8 +178,8 @@ TEST(ReportJson, HasEveryKey) {
   result.integrate_ms = {1.0, 3.0};
   result.mesh_ms = {10.0};
   result.map = {3, 7, 4096, 2};
-  result.mesh.vertices_m.resize(4);
-  result.mesh.triangles.resize(2);
+  result.vertices = 4;
+  result.triangles = 2;
   const auto report = nlohmann::json::parse(reportJson(result, "cpu (2 threads)"));
   EXPECT_EQ(report["backend"], "cpu");
   EXPECT_EQ(report["device"], "cpu (2 threads)");

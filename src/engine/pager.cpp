@@ -5,6 +5,7 @@
 
 #include "engine/block_records.h"
 #include "kernels/core/direction.h"
+#include "kernels/meshing/unit_samples.h"
 #include "map/memory_budget.h"
 
 namespace dtsdf {

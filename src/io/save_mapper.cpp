@@ -1,7 +1,6 @@
 #include "io/save_mapper.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "io/map_chunks.h"
 
@@ -23,7 +22,7 @@ MapContents chunkOf(Mapper& mapper, const MapContents& outline, size_t chunk) {
   return mapper.part(std::vector<MapBlock>(at(chunk), at(chunk + 1)));
 }
 
-SavedMap saveInChunks(Mapper& mapper, MapContents outline, const std::string& path) {
+SavedMap saveInChunks(Mapper& mapper, const MapContents& outline, const std::string& path) {
   MapContents part;
   MapWords words;
   words.voxels = [&](size_t chunk) {
@@ -67,7 +66,7 @@ SavedMap savePartOf(Mapper& mapper, const MapOrigin& origin,
   blocks.erase(std::remove_if(blocks.begin(), blocks.end(),
                               [&](const MapBlock& block) { return !is_in(block.key); }),
                blocks.end());
-  return saveInChunks(mapper, std::move(outline), path);
+  return saveInChunks(mapper, outline, path);
 }
 
 }  // namespace dtsdf

@@ -66,7 +66,7 @@ uint64_t PagedMeshes::unitsOf(const Page& page) {
   return (recordBytes(page) + kMeshUnitBytes - 1) / kMeshUnitBytes;
 }
 
-void PagedMeshes::put(SharedBlockMesh block) {
+void PagedMeshes::put(const SharedBlockMesh& block) {
   const PackedKey key = packedKeyOf(block->key);
   leaveDisk(key);
   leaveMemory(key);

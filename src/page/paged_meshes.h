@@ -38,7 +38,7 @@ class PagedMeshes {
 
   /// Replaces the mesh of a block; one without triangles removes it. Where the disk fails or is
   /// full, more stay in memory.
-  void put(SharedBlockMesh block);
+  void put(const SharedBlockMesh& block);
 
   /// Forgets all, of a map whose voxels are of this size from now on.
   void clear(float voxel_size_m);

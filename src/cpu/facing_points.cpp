@@ -1,6 +1,7 @@
 #include "cpu/facing_points.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "cpu/lanes.h"
 #include "cpu/widest_vectors.h"

@@ -20,10 +20,10 @@ class FacingPoints {
  public:
   void clear() { count_ = 0; }
 
-  /// Those of a direction's points that do.
+  /// Adds those points of a direction that face the camera.
   void add(const SurfacePoints& points, int direction);
 
-  /// Of those that nothing hides.
+  /// Samples the image at those that nothing hides.
   void sample(const ColourSensing& sensing, std::vector<VoxelSample>& samples) const;
 
   size_t bytes() const { return groups_.capacity() * sizeof(Group); }

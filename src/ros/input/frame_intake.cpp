@@ -54,7 +54,7 @@ void FrameIntake::push(const FrameMessages& frame) {
   }
   while (size() > static_cast<size_t>(params_.queue_size) ||
          waitingBytes() > queueBytesOf(params_)) {
-    if (!dropOldest()) return;
+    if (!dropOne()) return;
   }
 }
 
@@ -69,7 +69,7 @@ bool FrameIntake::enqueue(WaitingFrame frame) {
   return true;
 }
 
-bool FrameIntake::dropOldest() {
+bool FrameIntake::dropOne() {
   std::string waited_for;
   ros::Time stamp;
   if (const std::optional<PosedFrame> posed = parts_.posed_frames.pushOut(parts_.stream)) {

@@ -64,9 +64,10 @@ class FrameIntake {
   /// Intake's thread: the next pose may be anywhere, as after a map was loaded.
   void restartMotion() { motion_gate_ = MotionGate(params_.max_speed_m_s, params_.max_turn_deg_s); }
 
-  /// Callbacks' thread: drops the frame that has waited longest, as there is no room for all; false
-  /// if none waits.
-  bool dropOldest();
+  /// Callbacks' thread: drops a frame, as there is no room for all: the one that has waited
+  /// longest, or, with several cameras, the one behind it (MergeQueue::pushOut()). False if none
+  /// waits.
+  bool dropOne();
 
   /// Frames that wait for their transform or their turn, and what their images take.
   size_t size() const;

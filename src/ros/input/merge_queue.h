@@ -100,9 +100,9 @@ class MergeQueue {
     return remove(first);
   }
 
-  /// The first item of a stream, for want of room. But the next one, if it is the first of all and
-  /// other streams wait as well: else the one that comes second each time would lose all of its
-  /// items just before their turn.
+  /// Removes the first item of a stream, where there is no room for all. If that item is the next
+  /// to be taken and other streams wait too, it stays and the stream's second item goes: else a
+  /// stream that always comes second would lose each item just before its turn.
   std::optional<Item> pushOut(Stream stream) {
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto first = firstOf(items_.begin(), stream);

@@ -52,6 +52,7 @@ class CudaBackend : public MapBackend {
   void reserveFrame(const FrameTurn& turn) override;
   void castFoldAndClear(const FrameTurn& turn) override;
   std::vector<EmptyBlock> takeEmpty() override { return clearing_.takeEmptyBlocks(); }
+  bool dropsEmpty() const override { return true; }
   std::vector<FreeCube> takeFree() override { return free_cell_finder_.take(); }
 
   SeenColours look(const ColourFrame& frame, const ColourLook& look) override;
@@ -59,7 +60,7 @@ class CudaBackend : public MapBackend {
   void paint(const Exposure& exposure) override;
 
   void render(const ViewRequest& request, RenderedView& view) override {
-    mesher_.complete();  // it reads labels, which a view brings up to date
+    waitForMeshes();  // they read labels, which a view brings up to date
     const bool is_labelled = bounds_.dirty == 0 && mesher_.hasLabelled(request.least_evidence);
     renderer_.render(request, map_.view(), is_labelled, view);
   }
@@ -67,13 +68,13 @@ class CudaBackend : public MapBackend {
   void markAllDirty() override;
   void keepColours() override;
   void beginMesh(int32_t least_evidence) override;
-  void waitForMeshes() override { mesher_.complete(); }
+  void waitForMeshes() override;
   MeshUpdate finishMesh() override;
 
   void reserve(const MapDemand& demand) override { map_.reserve(table_, demand); }
   void reserveColours(size_t new_bricks) override { map_.reserveColours(table_, new_bricks); }
   void reserveChanges(size_t slots) override { map_.reserveUpdates(slots); }
-  void enterBlocks(const std::vector<int32_t>& slots) override { map_.enterBlocks(table_, slots); }
+  void enterBlocks(const std::vector<int32_t>& slots) override;
   void zeroArrays(const std::vector<int32_t>& arrays) override { map_.zeroArrays(arrays); }
   void enterColours(const std::vector<NewBrick>& bricks) override { map_.enterColours(bricks); }
   void follow(const ChangedSlots& changed) override;
@@ -88,6 +89,7 @@ class CudaBackend : public MapBackend {
  private:
   RawDepth rawDepthOf(const DepthFrame& frame) const;
   void findMore();
+  void sendChanges();
   std::vector<int32_t> inPart(const std::vector<PackedKey>& part,
                               const std::vector<int32_t>& in_view) const;
   FusionTarget target() const { return {map_.view(), block_finder_.view()}; }
@@ -118,6 +120,7 @@ class CudaBackend : public MapBackend {
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
   MarkBounds bounds_;
+  std::vector<SlotUpdate> changes_;  ///< Of the table, that the device does not know yet.
   CudaBlockMover block_mover_;
 };
 
@@ -239,7 +242,6 @@ void CudaBackend::castFoldAndClear(const FrameTurn& turn) {
   bounds_.dirty += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
   clearing_.clear(*sensing_, target(), counters_, fusion_.supported(), turn.number);
   mesher_.prepare();
-  if (turn.part == nullptr) block_finder_.prepare();
 }
 
 SeenColours CudaBackend::look(const ColourFrame& frame, const ColourLook& look) {
@@ -267,11 +269,18 @@ void CudaBackend::beginMesh(int32_t least_evidence) {
   stream_.record(map_ready_);
   mesher_.begin(map_.view(), map_ready_, {bounds_.dirty, bounds_.painted, least_evidence});
   bounds_ = MarkBounds();
+  block_finder_.prepare();
   map_.reserveAhead(table_);
+}
+
+void CudaBackend::waitForMeshes() {
+  mesher_.complete();
+  sendChanges();
 }
 
 MeshUpdate CudaBackend::finishMesh() {
   MeshUpdate made = mesher_.finish();
+  sendChanges();
   if (clock_.profile() != nullptr) {
     stream_.synchronize();
     clock_.collect();
@@ -279,16 +288,25 @@ MeshUpdate CudaBackend::finishMesh() {
   return made;
 }
 
-/// In one update for all: the buffer that they are sent from is not free before the next frame.
+void CudaBackend::enterBlocks(const std::vector<int32_t>& slots) {
+  sendChanges();
+  map_.enterBlocks(table_, slots);
+}
+
 void CudaBackend::follow(const ChangedSlots& changed) {
-  std::vector<SlotUpdate> updates;
-  updates.reserve(changed.slots.size());
+  changes_.reserve(changes_.size() + changed.slots.size());
   for (const int32_t slot : changed.slots) {
-    updates.push_back(makeSlotUpdate(table_.block(slot), slot));
-    updates.back().dirty = changed.dirty;
+    changes_.push_back(makeSlotUpdate(table_.block(slot), slot));
+    changes_.back().dirty = changed.dirty;
   }
-  map_.apply(updates);
-  if (changed.dirty) bounds_.dirty += updates.size();
+  if (changed.dirty) bounds_.dirty += changed.slots.size();
+  if (!mesher_.isUnderWay()) sendChanges();
+}
+
+/// In one update for all: the buffer that they are sent from is not free before the next frame.
+void CudaBackend::sendChanges() {
+  map_.apply(changes_);
+  changes_.clear();
 }
 
 void CudaBackend::copyOut(const ContentsOrder& order, MapContents& contents) {

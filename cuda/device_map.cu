@@ -26,6 +26,7 @@ __device__ void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
 }
 
 __global__ void updateSlotsKernel(MapView map, const SlotUpdate* updates, uint32_t count) {
+  waitForTheOneAhead();
   const size_t i = globalThread();
   if (i >= count) return;
   const SlotUpdate update = updates[i];
@@ -60,6 +61,7 @@ __global__ void markAllPaintedKernel(MapView map) {
 
 /// One block of threads per voxel array, which may have had colours in another block.
 __global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
+  waitForTheOneAhead();
   const int32_t array = arrays[blockIdx.x];
   Voxel* voxels = map.voxels.record(array);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
@@ -214,8 +216,8 @@ void DeviceMap::reserveUpdates(size_t count) {
 }
 
 void DeviceMap::enqueueUpdates(size_t count) {
-  updateSlotsKernel<<<blocksFor(count), kThreads, 0, stream_.get()>>>(view(), updates_.data(),
-                                                                      static_cast<uint32_t>(count));
+  launchBehind(updateSlotsKernel, blocksFor(count), kThreads, 0, stream_, view(), updates_.data(),
+               static_cast<uint32_t>(count));
   DTSDF_CHECK_LAUNCH("updateSlotsKernel");
   stream_.record(updates_sent_);
 }
@@ -235,8 +237,8 @@ void DeviceMap::enterBlocks(const BlockTable& table, const std::vector<int32_t>&
 void DeviceMap::zeroArrays(const std::vector<int32_t>& arrays) {
   if (arrays.empty()) return;
   std::copy(arrays.begin(), arrays.end(), new_arrays_.data());
-  clearArraysKernel<<<static_cast<unsigned>(arrays.size()), kThreads, 0, stream_.get()>>>(
-      view(), new_arrays_.data());
+  launchBehind(clearArraysKernel, static_cast<unsigned>(arrays.size()), kThreads, 0, stream_,
+               view(), new_arrays_.data());
   DTSDF_CHECK_LAUNCH("clearArraysKernel");
   stream_.record(updates_sent_);
 }

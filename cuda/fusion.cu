@@ -74,14 +74,16 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTar
   uint32_t* words = supported + static_cast<size_t>(part.first + blockIdx.x) * kSupportWords;
   int observed = 0;
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
+    const VoxelSums own = sums[i];
+    const bool is_covered = own.weight != 0;
     if (voxels != nullptr) {
-      const Voxel folded = foldSums(voxels[i], sums[i], depth_weight, fusion);
-      voxels[i] = folded;
-      observed |= !isEmpty(folded);
+      Voxel voxel = voxels[i];
+      if (is_covered) voxels[i] = voxel = foldSums(voxel, own, depth_weight, fusion);
+      observed |= !isEmpty(voxel);
     }
-    const uint32_t word = __ballot_sync(~0u, sums[i].weight != 0);
+    const uint32_t word = __ballot_sync(~0u, is_covered);
     if (i % 32 == 0) words[i / 32] = word;
-    sums[i] = VoxelSums{};
+    if (is_covered) sums[i] = VoxelSums{};  // samples without a weight are not added
   }
   const bool empty = !__syncthreads_or(observed) && voxels != nullptr;
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);

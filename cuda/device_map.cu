@@ -61,13 +61,13 @@ __global__ void markAllPaintedKernel(MapView map) {
 
 /// One block of threads per voxel array, which may have had colours in another block.
 __global__ void clearArraysKernel(MapView map, const int32_t* arrays) {
-  waitForTheOneAhead();
   const int32_t array = arrays[blockIdx.x];
   Voxel* voxels = map.voxels.record(array);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
   if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {
     map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
   }
+  waitForTheOneAhead();  // which knows nothing of these arrays
 }
 
 /// One thread per voxel of the new bricks.

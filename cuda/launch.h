@@ -18,10 +18,11 @@ inline unsigned blocksFor(size_t items) {
 }
 
 #ifdef __CUDACC__
-/// A grid of stretches of rows of an image.
-inline dim3 rowGrid(const FrameView& frame) {
+/// A grid of stretches of rows of an image, of so many pixels each.
+inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
   constexpr int kMaxGridRows = 65535;
-  return dim3(blocksFor(frame.width), frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
+  return dim3((frame.width + stretch - 1) / stretch,
+              frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
 }
 
 /// Whether kernels of this binary wait for the one ahead themselves: all are made alike.
@@ -60,7 +61,8 @@ void launchBehind(void (*kernel)(Parameters...), dim3 blocks, int threads, size_
 }
 
 /// The first thing that all threads of such a kernel do: what the one ahead has written is there
-/// then, and the next one may start.
+/// then, and the next one may start. The last thing where a kernel has no part in what the one ahead
+/// does: before that has begun, all ahead of it had ended.
 __device__ __forceinline__ void waitForTheOneAhead() {
 #if CUDART_VERSION >= 11080 && __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();

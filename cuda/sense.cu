@@ -137,7 +137,6 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
 /// How far each pixel sees free space: those that are not measured look at the others beside them.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
                                      float* free_depth) {
-  waitForTheOneAhead();
   const FrameSensing sensing = on_device.load();
   const FrameView& frame = sensing.image.frame;
   const int u = blockIdx.x * blockDim.x + threadIdx.x;
@@ -146,6 +145,7 @@ __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fus
       return freeIfMeasured(sensing, {u + du, v + dv}, fusion);
     });
   }
+  waitForTheOneAhead();  // which casts
 }
 
 }  // namespace

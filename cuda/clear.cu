@@ -241,7 +241,7 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
 
 /// One block of threads per touched block, and further ones for those looked at, in strides. The
 /// one that finishes last hands the number of empty blocks to the host.
-__global__ void __launch_bounds__(kClearThreads)
+__global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, FusionTarget target,
                       const uint32_t* supported, Turn turn, const int32_t* looks, EmptyList empty) {
   waitForTheOneAhead();

@@ -172,16 +172,18 @@ void CudaBackend::sense(const DepthFrame& frame, const FrameView& view) {
   block_finder_.begin();
 }
 
+/// Free depths are found while few threads merge pixels, or once each pixel has its surfel.
 void CudaBackend::makeSurfels() {
+  const bool beside = surfel_maker_.mergePixels(*sensing_);
+  if (beside) sensor_.findFreeDepths(*sensing_);
   surfels_ = surfel_maker_.makeSurfels(*sensing_, block_finder_.usableSurfels());
+  if (!beside) sensor_.findFreeDepths(*sensing_);
 }
 
-/// Surfels are cast and free depths are found while the host admits blocks: nothing before needs
-/// them.
+/// Surfels are cast while the host admits blocks: nothing before needs them.
 void CudaBackend::lookUpBlocks() {
   block_finder_.compare(*sensing_, map_.view());
   fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
-  sensor_.findFreeDepths(*sensing_);
 }
 
 /// The device works that off while the host admits blocks.

@@ -33,25 +33,15 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// Of a line, what thread `part` of `parts` casts: sums do not tell who adds to them.
-__device__ void takePlanes(uint32_t part, uint32_t parts, SampleLine& line) {
-  const int first = line.first_plane, count = line.last_plane - first + 1;
-  line.first_plane = first + count * static_cast<int>(part) / static_cast<int>(parts);
-  line.last_plane = first + count * static_cast<int>(part + 1) / static_cast<int>(parts) - 1;
-}
-
-/// One thread per surfel, or a few where there are threads for it. In a table that was too small
-/// nothing would be found.
+/// One thread per part of a surfel's line. In a table that was too small nothing would be found.
 __global__ void castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion,
                                   DeviceSurfels surfels, TouchedView touched, SumsView part) {
   waitForTheOneAhead();
-  const uint32_t count = surfels.size(), threads = gridDim.x * blockDim.x;
-  const uint32_t parts = 4 * count <= threads ? 4 : (2 * count <= threads ? 2 : 1);
-  const size_t i = globalThread() / parts;
-  if (i >= count || touched.counters->table_full) return;
+  const LinePart part_of_line = linePartOf(surfels);
+  if (part_of_line.surfel >= surfels.size() || touched.counters->table_full) return;
   const FrameSensing sensing = on_device.load();
-  CastLine cast = makeCastLine(surfels.surfels[i], sensing, fusion);
-  takePlanes(globalThread() % parts, parts, cast.line);
+  CastLine cast = makeCastLine(surfels.surfels[part_of_line.surfel], sensing, fusion);
+  part_of_line.takeFrom(cast.line);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   visitBlocks<BlockWalk::kQuick>(cast.line, [&](const Vec3i& block_L) {
     const int32_t place = findTouched(touched, packKey(block_L + origin_block));

@@ -91,8 +91,8 @@ __global__ void __launch_bounds__(kAlignThreads)
   });
 }
 
-/// A few lanes per point; sums go up by warps. The block of threads that finishes last hands them to
-/// the host and leaves zeros: a step of the alignment is one kernel.
+/// A few lanes per point; sums go up by warps. The block of threads that finishes last hands them
+/// to the host and leaves zeros: a step of the alignment is one kernel.
 __global__ void __launch_bounds__(kAlignThreads)
     addPointsKernel(FrameView view, AlignmentRules rules, bool directional, float cutoff,
                     MapView map, const AlignedPoint* points, size_t count, SharedSums* shared,

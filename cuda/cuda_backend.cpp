@@ -73,8 +73,8 @@ class CudaBackend : public MapBackend {
 
   void reserve(const MapDemand& demand) override { map_.reserve(table_, demand); }
   void reserveColours(size_t new_bricks) override { map_.reserveColours(table_, new_bricks); }
-  void reserveChanges(size_t slots) override { map_.reserveUpdates(slots); }
-  void enterBlocks(const std::vector<int32_t>& slots) override;
+  void reserveChanges(size_t slots) override { map_.reserveChanges(slots); }
+  void enterBlocks(const std::vector<int32_t>& slots) override { map_.enterBlocks(table_, slots); }
   void zeroArrays(const std::vector<int32_t>& arrays) override { map_.zeroArrays(arrays); }
   void enterColours(const std::vector<NewBrick>& bricks) override { map_.enterColours(bricks); }
   void follow(const ChangedSlots& changed) override;
@@ -89,7 +89,6 @@ class CudaBackend : public MapBackend {
  private:
   RawDepth rawDepthOf(const DepthFrame& frame) const;
   void findMore();
-  void sendChanges();
   std::vector<int32_t> inPart(const std::vector<PackedKey>& part,
                               const std::vector<int32_t>& in_view) const;
   FusionTarget target() const { return {map_.view(), block_finder_.view()}; }
@@ -120,7 +119,6 @@ class CudaBackend : public MapBackend {
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
   MarkBounds bounds_;
-  std::vector<SlotUpdate> changes_;  ///< Of the table, that the device does not know yet.
   CudaBlockMover block_mover_;
 };
 
@@ -277,12 +275,12 @@ void CudaBackend::beginMesh(int32_t least_evidence) {
 
 void CudaBackend::waitForMeshes() {
   mesher_.complete();
-  sendChanges();
+  map_.sendChanges();
 }
 
 MeshUpdate CudaBackend::finishMesh() {
+  waitForMeshes();
   MeshUpdate made = mesher_.finish();
-  sendChanges();
   if (clock_.profile() != nullptr) {
     stream_.synchronize();
     clock_.collect();
@@ -290,25 +288,12 @@ MeshUpdate CudaBackend::finishMesh() {
   return made;
 }
 
-void CudaBackend::enterBlocks(const std::vector<int32_t>& slots) {
-  sendChanges();
-  map_.enterBlocks(table_, slots);
-}
-
 void CudaBackend::follow(const ChangedSlots& changed) {
-  changes_.reserve(changes_.size() + changed.slots.size());
   for (const int32_t slot : changed.slots) {
-    changes_.push_back(makeSlotUpdate(table_.block(slot), slot));
-    changes_.back().dirty = changed.dirty;
+    map_.note(makeSlotUpdate(table_.block(slot), slot, changed.dirty));
   }
   if (changed.dirty) bounds_.dirty += changed.slots.size();
-  if (!mesher_.isUnderWay()) sendChanges();
-}
-
-/// In one update for all: the buffer that they are sent from is not free before the next frame.
-void CudaBackend::sendChanges() {
-  map_.apply(changes_);
-  changes_.clear();
+  if (!mesher_.isUnderWay()) map_.sendChanges();
 }
 
 void CudaBackend::copyOut(const ContentsOrder& order, MapContents& contents) {

@@ -37,7 +37,8 @@ inline bool waitThemselves(const void* kernel) {
 }
 
 /// Starts a kernel before the one ahead of it on the stream has ended, where device and binary can:
-/// it calls waitForTheOneAhead() first. To be followed by DTSDF_CHECK_LAUNCH.
+/// it calls waitForTheOneAhead() first, or endAfterTheOneAhead() last. To be followed by
+/// DTSDF_CHECK_LAUNCH.
 template <class... Parameters>
 void launchBehind(void (*kernel)(Parameters...), dim3 blocks, int threads, size_t shared_bytes,
                   const Stream& stream, std::common_type_t<Parameters>... arguments) {
@@ -61,13 +62,19 @@ void launchBehind(void (*kernel)(Parameters...), dim3 blocks, int threads, size_
 }
 
 /// The first thing that all threads of such a kernel do: what the one ahead has written is there
-/// then, and the next one may start. The last thing where a kernel has no part in what the one ahead
-/// does: before that has begun, all ahead of it had ended.
+/// then, and the next one may start.
 __device__ __forceinline__ void waitForTheOneAhead() {
 #if CUDART_VERSION >= 11080 && __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
   cudaTriggerProgrammaticLaunchCompletion();
 #endif
+}
+
+/// The last thing that they do in a kernel that works beside the one ahead, since it has no part in
+/// what that does: all ahead of that one have ended by then. Few wait, so that the others make
+/// room.
+__device__ __forceinline__ void endAfterTheOneAhead() {
+  if (blockIdx.x + blockIdx.y == 0) waitForTheOneAhead();
 }
 
 __device__ __forceinline__ size_t globalThread() {

@@ -164,7 +164,8 @@ void SurfelMaker::addMemory(std::vector<MemoryPart>& parts) const {
 }
 
 std::vector<NamedKernel> surfelKernels() {
-  return {DTSDF_NAMED_KERNEL(mergeTilesKernel, 0), DTSDF_NAMED_KERNEL(makeSurfelsKernel, 0, kRowThreads),
+  return {DTSDF_NAMED_KERNEL(mergeTilesKernel, 0),
+          DTSDF_NAMED_KERNEL(makeSurfelsKernel, 0, kRowThreads),
           DTSDF_NAMED_KERNEL(makePixelSurfelsKernel, 0)};
 }
 

@@ -288,8 +288,7 @@ void Renderer::addMemory(std::vector<MemoryPart>& parts) const {
                        seen_.bytes() + triangles_.bytes() + surfaces_.bytes() + colours_.bytes() +
                        depth_.bytes() + normals_.bytes() + view_colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kScratch, bytes, bytes});
-  const size_t staging =
-      pinned_depth_.bytes() + pinned_normals_.bytes() + pinned_colours_.bytes();
+  const size_t staging = pinned_depth_.bytes() + pinned_normals_.bytes() + pinned_colours_.bytes();
   parts.push_back({"rendered view", MemoryKind::kStaging, staging, staging});
 }
 

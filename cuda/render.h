@@ -58,7 +58,7 @@ class Renderer {
   PinnedBuffer<MeshTotals> pinned_totals_;
   static constexpr size_t kBands = 8;  ///< Of pixels, which come to the host one after the other.
   Event drawn_[kBands];                ///< The band is there.
-  DeviceBuffer<uint32_t> no_dirty_;  ///< 0: views leave marks alone.
+  DeviceBuffer<uint32_t> no_dirty_;    ///< 0: views leave marks alone.
   DeviceBuffer<int32_t> slots_, labelled_slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;

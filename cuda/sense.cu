@@ -44,8 +44,8 @@ __device__ void countNoiseLines(const DepthImage& image, const SurfelSettings& s
   }
 }
 
-/// Takes the deviations at the medians out of counts and leaves them zeroed, with the threads of one
-/// block; 0 where there are no lines.
+/// Takes the deviations at the medians out of counts and leaves them zeroed, with the threads of
+/// one block; 0 where there are no lines.
 __device__ void takeMedians(NoiseCounts& counts, float (&sigma)[kNoiseKinds]) {
   using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
@@ -147,7 +147,7 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
 }
 
 /// How far each pixel sees free space: those that are not measured look at the others beside them.
-/// Waits last: the one ahead, if it lets others start early, merges pixels.
+/// Beside the kernel ahead, if that lets it start early: it merges pixels.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
                                      float* free_depth) {
   const FrameSensing sensing = on_device.load();
@@ -158,7 +158,7 @@ __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fus
       return freeIfMeasured(sensing, {u + du, v + dv}, fusion);
     });
   }
-  waitForTheOneAhead();
+  endAfterTheOneAhead();
 }
 
 }  // namespace

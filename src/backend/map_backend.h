@@ -113,8 +113,8 @@ class MapBackend {
   /// Waits for the last image. @return what it left empty; reported once.
   virtual std::vector<EmptyBlock> takeEmpty() = 0;
 
-  /// Whether what an image leaves empty is out of the backend's map by itself, so that an extraction
-  /// may begin before the table follows.
+  /// Whether what an image leaves empty is out of the backend's map by itself, so that an
+  /// extraction may begin before the table follows.
   virtual bool dropsEmpty() const { return false; }
 
   /// Waits for the last image. @return what it saw as free, in the order of the cubes given.

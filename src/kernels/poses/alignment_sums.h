@@ -67,8 +67,8 @@ DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& dire
   return {sdf / weight, (1.0f / weight) * gradient, true};
 }
 
-/// Number n of the places along a point's normal where its surface is looked for, in voxels from the
-/// point: at the point itself, then on both sides, farther and farther away.
+/// Number n of the places along a point's normal where its surface is looked for, in voxels from
+/// the point: at the point itself, then on both sides, farther and farther away.
 DTSDF_HD float placeAlongNormal(int32_t n) {
   const int32_t k = (n + 1) / 2;
   return static_cast<float>(n % 2 == 1 ? k : -k);
@@ -99,8 +99,7 @@ DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool dir
                                  const AlignmentRules& rules, float reach, VoxelAt&& voxel) {
   const DirectionSet directions = directionsOf(normal, directional);
   for (int32_t n = 0; n < placesAlongNormal(reach); ++n) {
-    const FieldSample field =
-        findPlane(p_L, normal, directions, rules, placeAlongNormal(n), voxel);
+    const FieldSample field = findPlane(p_L, normal, directions, rules, placeAlongNormal(n), voxel);
     if (field.known) return field;
   }
   return {0.0f, {0.0f, 0.0f, 0.0f}, false};

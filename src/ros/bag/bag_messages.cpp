@@ -14,9 +14,9 @@
 #include "params/ending.h"
 #include "params/frame_name.h"
 #include "params/printable.h"
-#include "ros/input/drop_reason.h"
-#include "ros/input/image_checks.h"
-#include "ros/input/transform_conversions.h"
+#include "ros/input/conversions.h"
+#include "ros/input/frame_accounting.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {

@@ -8,7 +8,7 @@
 #include "io/bag_frames.h"
 #include "params/printable.h"
 #include "ros/bag/bag_messages.h"
-#include "ros/input/inertial_message.h"
+#include "ros/input/conversions.h"
 
 namespace dtsdf {
 namespace {

@@ -14,8 +14,8 @@
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/recording.h"
-#include "ros/input/image_checks.h"
-#include "ros/input/transform_conversions.h"
+#include "ros/input/conversions.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "params/frame_name.h"
 #include "params/printable.h"
-#include "ros/input/transform_conversions.h"
+#include "ros/input/conversions.h"
 
 namespace dtsdf {
 

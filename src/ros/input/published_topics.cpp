@@ -9,7 +9,7 @@
 
 #include "params/ending.h"
 #include "params/printable.h"
-#include "ros/input/compressed_image.h"
+#include "ros/input/image_kind.h"
 
 namespace dtsdf {
 namespace {

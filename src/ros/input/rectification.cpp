@@ -14,8 +14,7 @@
 
 #include "io/byte_order.h"
 #include "params/printable.h"
-#include "ros/input/colour_image.h"
-#include "ros/input/depth_image.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {

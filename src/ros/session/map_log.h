@@ -11,7 +11,7 @@
 #include "io/save_mapper.h"
 #include "log/log_queue.h"
 #include "params/node_params.h"
-#include "ros/input/posed_frame.h"
+#include "ros/input/frame_queue.h"
 #include "ros/session/levelling.h"
 
 namespace dtsdf {

@@ -1,6 +1,61 @@
 #include "ros/session/mapping_node.h"
 
+#include <ros/console.h>
+#include <ros/master.h>
+#include <ros/this_node.h>
+
+#include <chrono>
+#include <utility>
+
+#include "ros/common/callback_guard.h"
+
 namespace dtsdf {
+namespace {
+
+constexpr std::chrono::milliseconds kAskPeriod{3000};
+
+}  // namespace
+
+MasterWatch::MasterWatch(std::string service)
+    : service_(std::move(service)), thread_([this] {
+        look();
+        return kAskPeriod;
+      }) {}
+
+std::string MasterWatch::problem() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return problem_;
+}
+
+void MasterWatch::look() {
+  std::string problem;
+  guarded("watching the master", [&] { problem = ask(); });
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!problem.empty() && problem_.empty()) ROS_ERROR_STREAM_NAMED("dtsdf_mapping", problem);
+  if (problem.empty() && !problem_.empty()) {
+    ROS_INFO_NAMED("dtsdf_mapping", "this node is registered with the ROS master again");
+  }
+  problem_ = problem;
+}
+
+std::string MasterWatch::ask() const {
+  XmlRpc::XmlRpcValue request, response, payload;
+  request[0] = ros::this_node::getName();
+  request[1] = service_;
+  if (ros::master::execute("lookupService", request, response, payload, false)) return "";
+  const std::string& uri = ros::master::getURI();
+  if (!ros::master::check()) {
+    return "the ROS master at " + uri +
+           " does not answer: existing connections keep working, but "
+           "nobody can find this node; restart the master, then this "
+           "node";
+  }
+  return "the ROS master at " + uri +
+         " no longer knows this node, so it has been restarted: "
+         "existing connections keep working, but no service call and "
+         "no new listener can find this node; restart this node and "
+         "all others (the map starts empty)";
+}
 
 MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
     : pipeline_(nh, private_nh),

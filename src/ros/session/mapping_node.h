@@ -1,15 +1,67 @@
 /// The mapping node: the pipeline with its services, status and rates.
 #pragma once
 
+#include <dtsdf_mapping/PublishConfig.h>
+#include <dynamic_reconfigure/server.h>
 #include <ros/node_handle.h>
 
+#include <functional>
+#include <mutex>
+#include <string>
+
+#include "params/node_params.h"
+#include "ros/common/callback_guard.h"
+#include "ros/common/worker_thread.h"
 #include "ros/output/status_publisher.h"
 #include "ros/session/map_services.h"
 #include "ros/session/mapping_pipeline.h"
-#include "ros/session/master_watch.h"
-#include "ros/session/rate_server.h"
 
 namespace dtsdf {
+
+/// Whether the ROS master still knows this node. A master that was restarted has forgotten all
+/// nodes, and roscpp does not register again: who is connected stays so, but nobody else finds the
+/// node, neither its topics nor its services. Asks every few seconds, on a thread of its own, as a
+/// master that hangs may answer late.
+class MasterWatch {
+ public:
+  /// `service` is one of the node's own, which the master has to know.
+  explicit MasterWatch(std::string service);
+
+  /// What is wrong, and what to do; empty if nothing is.
+  std::string problem() const;
+
+ private:
+  void look();
+  std::string ask() const;
+
+  const std::string service_;
+  mutable std::mutex mutex_;  ///< Guards what follows.
+  std::string problem_;
+  WorkerThread thread_;
+};
+
+/// The rates, for those who change them while the node runs. Serves dynamic_reconfigure below
+/// `publish/`, so that its keys are those of the settings.
+class RateServer {
+ public:
+  using OnRates = std::function<void(const PublishParams&)>;
+
+  /// `params` has what is not changed; `on_rates` is called by the queue of the node handle.
+  RateServer(const ros::NodeHandle& private_nh, const PublishParams& params, OnRates on_rates)
+      : server_(ros::NodeHandle(private_nh, "publish")) {
+    server_.setCallback([params, on_rates](dtsdf_mapping::PublishConfig& config, uint32_t) {
+      PublishParams changed = params;
+      changed.mesh_rate_hz = config.mesh_rate_hz;
+      changed.points_rate_hz = config.points_rate_hz;
+      changed.status_rate_hz = config.status_rate_hz;
+      changed.space_rate_hz = config.space_rate_hz;
+      guarded("rates", [&] { on_rates(changed); });
+    });
+  }
+
+ private:
+  dynamic_reconfigure::Server<dtsdf_mapping::PublishConfig> server_;
+};
 
 /// The same for the nodelet and the node. The thread(s) of the caller's node handles take images,
 /// publish the status and pause.

@@ -5,9 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "ros/common/node_help.h"
-#include "ros/common/param_server.h"
-#include "ros/common/start_error.h"
+#include "ros/common/node_start.h"
 #include "ros/session/mapping_node.h"
 
 namespace {

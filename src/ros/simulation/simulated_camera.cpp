@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "ros/input/image_checks.h"
-#include "ros/input/transform_conversions.h"
+#include "ros/input/conversions.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {

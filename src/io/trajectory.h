@@ -1,4 +1,6 @@
-/// Poses by time, and the rule by which a depth image gets its pose.
+/// Poses by time, the rule by which a depth image gets its pose, and their files as the TUM RGB-D
+/// benchmark has them: a line `stamp tx ty tz qx qy qz qw` per pose, camera to world, in seconds
+/// and metres.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -32,5 +34,12 @@ class Trajectory {
 
 /// Why poseAt() has none: "no pose within 20 ms".
 std::string noPoseWithin(double tolerance_s);
+
+/// @throws std::runtime_error with file and line, for what is missing (with `advice`) or malformed.
+Trajectory readTrajectory(const std::string& path, const std::string& advice);
+
+/// Writes poses, in their order, so that they are read back as they are.
+/// @throws std::runtime_error as AtomicFile does.
+void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& path);
 
 }  // namespace dtsdf

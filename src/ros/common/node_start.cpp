@@ -1,5 +1,6 @@
 #include "ros/common/node_start.h"
 
+#include <ros/console.h>
 #include <ros/exceptions.h>
 #include <ros/init.h>
 #include <ros/param.h>
@@ -15,20 +16,22 @@
 #include "params/printable.h"
 
 namespace dtsdf {
+namespace {
 
-bool printHelp(int argc, const char* const* argv, const std::string& usage,
-               const ParamTree& defaults) {
+/// Prints help if it is asked for; false if it is not.
+bool printHelp(int argc, const char* const* argv, const NodeProgram& program) {
   const bool is_asked = std::any_of(argv, argv + argc, [](const std::string& argument) {
     return argument == "--help" || argument == "-h";
   });
   if (!is_asked) return false;
-  std::printf("%s\nSettings, with their defaults:\n", usage.c_str());
-  for (const auto& [key, value] : defaults) {
+  std::printf("%s\nSettings, with their defaults:\n", program.usage.c_str());
+  for (const auto& [key, value] : program.defaults) {
     std::printf("  _%s:=%s\n", key.c_str(), toString(value).c_str());
   }
   return true;
 }
 
+/// Starts ROS. False, with a sentence on stderr, for arguments that it cannot read.
 bool initNode(int& argc, char** argv, const std::string& name, const ParamTree& settings) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -49,6 +52,9 @@ bool initNode(int& argc, char** argv, const std::string& name, const ParamTree& 
   }
 }
 
+/// What a node adds to the error of its settings: those it does not know which are on the parameter
+/// server, though not among its arguments. ROS keeps there what an earlier run was given. The
+/// arguments are those of before initNode(), which takes settings out of them.
 std::string leftoversText(const std::vector<std::string>& arguments, const std::string& ns,
                           const ParamTree& on_server, const ParamTree& settings) {
   std::string text;
@@ -63,8 +69,6 @@ std::string leftoversText(const std::vector<std::string>& arguments, const std::
   }
   return text;
 }
-
-namespace {
 
 /// Read by image_transport and its plugins, diagnostic_updater and a standalone nodelet manager.
 bool belongsToRos(const std::string& key) {
@@ -121,6 +125,27 @@ ServerParams readParamServer(const ros::NodeHandle& private_nh) {
   if (!ros::param::get(private_nh.getNamespace(), value)) return params;  // nothing is set
   flatten("", value, params);
   return params;
+}
+
+int runNode(int argc, char** argv, const NodeProgram& program) {
+  if (printHelp(argc, argv, program)) return 0;
+  const std::vector<std::string> arguments(argv, argv + argc);
+  if (!initNode(argc, argv, program.name, program.defaults)) return 2;
+  // ROS, and with it the log, ends with the last handle.
+  const ros::NodeHandle nh, private_nh("~");
+  const std::string name = private_nh.getNamespace();
+  std::string problem;
+  try {
+    program.run(nh, private_nh);
+    return 0;
+  } catch (const ParamError& error) {
+    problem = startErrorText(error) +
+              leftoversText(arguments, name, readParamServer(private_nh).tree, program.defaults);
+  } catch (const std::exception& error) {
+    problem = startErrorText(error);
+  }
+  ROS_FATAL_STREAM(name << " cannot start: " << problem);
+  return 1;
 }
 
 }  // namespace dtsdf

@@ -5,6 +5,7 @@
 #include <ros/node_handle.h>
 
 #include <exception>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,23 +15,19 @@
 
 namespace dtsdf {
 
-// `--help` of the programs that are nodes: answered before ROS looks for a master.
+/// A program that is a node.
+struct NodeProgram {
+  std::string name, usage;
+  ParamTree defaults;  ///< Of its settings: see defaultsOf().
+  std::function<void(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)> run;
+};
 
-/// Prints `usage`, and a line for each setting with its default, if --help or -h is among the
-/// arguments; false if it is not.
-bool printHelp(int argc, const char* const* argv, const std::string& usage,
-               const ParamTree& defaults);
-
-/// Starts ROS for a node with these settings. False, with a sentence on stderr, for arguments that
-/// ROS cannot read, and for settings without the _ that they begin with: ROS would take these for
-/// topics.
-bool initNode(int& argc, char** argv, const std::string& name, const ParamTree& settings);
-
-/// What a node adds to the error of its settings: those it does not know which are on the parameter
-/// server, though not among its arguments. ROS keeps there what an earlier run was given. The
-/// arguments are those of before initNode(), which takes settings out of them.
-std::string leftoversText(const std::vector<std::string>& arguments, const std::string& ns,
-                          const ParamTree& on_server, const ParamTree& settings);
+/// Runs it. `--help` is answered before ROS looks for a master, and arguments are refused that ROS
+/// cannot read, or would take for topics: settings without the _ that they begin with. What `run`
+/// throws says why the node cannot start, with settings that an earlier run has left on the
+/// parameter server.
+/// @return its exit code: 0, 1 where it cannot start, 2 for wrong arguments.
+int runNode(int argc, char** argv, const NodeProgram& program);
 
 /// The defaults of a settings struct.
 template <class Params>

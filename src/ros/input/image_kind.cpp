@@ -5,9 +5,9 @@
 
 #include <utility>
 
-#include "io/byte_order.h"
 #include "io/colour_codes.h"
-#include "io/compressed_depth.h"
+#include "io/depth_codes.h"
+#include "io/little_endian.h"
 #include "ros/input/images.h"
 
 namespace dtsdf {

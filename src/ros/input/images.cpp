@@ -9,7 +9,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "io/compressed_depth.h"
+#include "io/depth_codes.h"
 #include "params/printable.h"
 
 namespace dtsdf {

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "params/frame_name.h"
 #include "params/printable.h"
+#include "params/text.h"
 #include "ros/input/conversions.h"
 
 namespace dtsdf {

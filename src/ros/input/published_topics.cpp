@@ -7,8 +7,8 @@
 #include <iterator>
 #include <set>
 
-#include "params/ending.h"
 #include "params/printable.h"
+#include "params/text.h"
 #include "ros/input/image_kind.h"
 
 namespace dtsdf {

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <utility>
 
-#include "params/frame_name.h"
 #include "params/printable.h"
+#include "params/text.h"
 #include "ros/common/callback_guard.h"
 
 namespace dtsdf {

@@ -118,6 +118,12 @@ void ListenerTopic::send(ListenerLink& link, const ros::SerializedMessage& messa
   bytes_ += message.num_bytes;
 }
 
+void ListenerTopic::sendNewest(const std::optional<ros::SerializedMessage>& message) {
+  for (const auto& link : links()) {
+    if (message && link->lacksNewest()) send(*link, *message);
+  }
+}
+
 void ListenerTopic::outdate() {
   for (const auto& link : links_) link->has_newest_ = false;
 }

@@ -7,12 +7,16 @@
 #include <ros/node_handle.h>
 #include <ros/serialized_message.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <iterator>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -148,6 +152,8 @@ class ListenerTopic {
   const Links& links();
 
   void send(ListenerLink& link, const ros::SerializedMessage& message);
+  /// To all who lack it, if there is one: see outdate().
+  void sendNewest(const std::optional<ros::SerializedMessage>& message);
 
   /// For topics that send all there is in one message: nobody has what is there now, until it is
   /// sent.
@@ -163,6 +169,21 @@ class ListenerTopic {
   uint64_t messages_ = 0, bytes_ = 0;
   DirectPublisher publisher_;
 };
+
+/// Keeps something for each of the links: what there was for those that are gone goes.
+/// @param meet Is called with what a new one has.
+template <class Kept, class Meet>
+void follow(const ListenerTopic::Links& links, std::map<std::shared_ptr<ListenerLink>, Kept>& kept,
+            const Meet& meet) {
+  for (auto it = kept.begin(); it != kept.end();) {
+    const bool is_here = std::find(links.begin(), links.end(), it->first) != links.end();
+    it = is_here ? std::next(it) : kept.erase(it);
+  }
+  for (const auto& link : links) {
+    const auto [entry, is_new] = kept.try_emplace(link);
+    if (is_new) meet(entry->second);
+  }
+}
 
 /// How many bytes may wait for one listener: an equal share of what may wait for all.
 struct QueueShare {

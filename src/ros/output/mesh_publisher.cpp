@@ -22,18 +22,11 @@ ChunkTopic::ChunkTopic(const ros::NodeHandle& nh, std::unique_ptr<ChunkWriter> w
     : writer_(std::move(writer)), topic_(nh, writer_->advertiseOptions()) {}
 
 bool ChunkTopic::meetNewcomers(const MeshChunks& chunks) {
-  const ListenerTopic::Links& links = topic_.links();
-  for (auto it = listeners_.begin(); it != listeners_.end();) {
-    const bool is_here = std::find(links.begin(), links.end(), it->first) != links.end();
-    it = is_here ? std::next(it) : listeners_.erase(it);
-  }
   bool is_any_new = false;
-  for (const auto& link : links) {
-    const auto [entry, is_new] = listeners_.try_emplace(link);
-    if (!is_new) continue;
+  follow(topic_.links(), listeners_, [&](Needs& needs) {
     is_any_new = true;
-    for (const PackedKey chunk : chunks.all()) entry->second.lacking.insert(chunk);
-  }
+    for (const PackedKey chunk : chunks.all()) needs.lacking.insert(chunk);
+  });
   return is_any_new;
 }
 

@@ -53,21 +53,9 @@ void GridPublisher::forget() {
 }
 
 void GridPublisher::serve(SteadyTime now) {
-  meetListeners(now);
+  follow(updates_.links(), followers_, [&](StaticLayerPace& pace) { pace.startOver(now); });
   serveGrids(now);
   serveUpdates(now);
-}
-
-void GridPublisher::meetListeners(SteadyTime now) {
-  const ListenerTopic::Links& links = updates_.links();
-  for (auto it = followers_.begin(); it != followers_.end();) {
-    const bool is_here = std::find(links.begin(), links.end(), it->first) != links.end();
-    it = is_here ? std::next(it) : followers_.erase(it);
-  }
-  for (const Link& link : links) {
-    const auto [entry, is_new] = followers_.try_emplace(link);
-    if (is_new) entry->second.startOver(now);
-  }
 }
 
 void GridPublisher::renew(SteadyTime now) {
@@ -188,10 +176,6 @@ void SlicePublisher::put(const SpaceSlice& slice) {
   topic_.outdate();
 }
 
-void SlicePublisher::serve() {
-  for (const auto& link : topic_.links()) {
-    if (newest_ && link->lacksNewest()) topic_.send(*link, *newest_);
-  }
-}
+void SlicePublisher::serve() { topic_.sendNewest(newest_); }
 
 }  // namespace dtsdf

@@ -85,7 +85,6 @@ class GridPublisher {
  private:
   using Link = std::shared_ptr<ListenerLink>;
 
-  void meetListeners(SteadyTime now);
   void serveGrids(SteadyTime now);
   void serveUpdates(SteadyTime now);
   bool isBusy(const ListenerTopic::Links& links, const std::string& name) const;

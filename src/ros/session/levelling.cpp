@@ -10,8 +10,8 @@
 #include <variant>
 
 #include "level/level_pose.h"
-#include "params/frame_name.h"
 #include "params/printable.h"
+#include "params/text.h"
 #include "ros/common/callback_guard.h"
 #include "ros/common/steady_clock.h"
 #include "ros/input/conversions.h"

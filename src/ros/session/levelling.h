@@ -14,8 +14,8 @@
 #include <optional>
 #include <string>
 
-#include "level/floor_search.h"
-#include "level/level_doubt.h"
+#include "level/floor.h"
+#include "level/level_pose.h"
 #include "level/still_gravity.h"
 #include "params/node_params.h"
 #include "ros/input/frame_queue.h"

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
-#include "log/given_motion.h"
+#include "log/corrected_poses.h"
 #include "log/refusion.h"
 #include "ros/common/steady_clock.h"
 #include "ros/common/worker_thread.h"

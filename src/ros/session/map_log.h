@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "dtsdf_mapping/mapper.h"
-#include "io/save_mapper.h"
+#include "io/map_chunks.h"
 #include "log/log_queue.h"
 #include "params/node_params.h"
 #include "ros/input/frame_queue.h"

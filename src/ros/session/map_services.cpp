@@ -11,7 +11,7 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
-#include "io/trajectory_file.h"
+#include "io/trajectory.h"
 #include "ros/session/requests.h"
 
 namespace dtsdf {

@@ -64,19 +64,24 @@ MappingNode::MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       status_(nh, private_nh,
               StatusPublisher::Options{frameOfMap(pipeline_.params().node),
                                        pipeline_.params().node.publish.status_rate_hz},
-              [this] { return collectStatus(); }),
-      rates_(private_nh, pipeline_.params().node.publish,
-             [this](const PublishParams& rates) { setRates(rates); }) {
+              [this] {
+                StatusInput input = pipeline_.status();
+                input.master = master_watch_.problem();
+                return input;
+              }),
+      rates_(ros::NodeHandle(private_nh, "publish")) {
+  rates_.setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
+    guarded("rates", [&] { setRates(config); });
+  });
   services_.start();  // last, so that nobody waits for a loop that a failing constructor has ended
 }
 
-StatusInput MappingNode::collectStatus() const {
-  StatusInput input = pipeline_.status();
-  input.master = master_watch_.problem();
-  return input;
-}
-
-void MappingNode::setRates(const PublishParams& rates) {
+void MappingNode::setRates(const dtsdf_mapping::PublishConfig& config) {
+  PublishParams rates = pipeline_.params().node.publish;
+  rates.mesh_rate_hz = config.mesh_rate_hz;
+  rates.points_rate_hz = config.points_rate_hz;
+  rates.status_rate_hz = config.status_rate_hz;
+  rates.space_rate_hz = config.space_rate_hz;
   status_.setRate(rates.status_rate_hz);
   pipeline_.setRates(rates);
 }

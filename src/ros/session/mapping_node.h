@@ -5,12 +5,9 @@
 #include <dynamic_reconfigure/server.h>
 #include <ros/node_handle.h>
 
-#include <functional>
 #include <mutex>
 #include <string>
 
-#include "params/node_params.h"
-#include "ros/common/callback_guard.h"
 #include "ros/common/worker_thread.h"
 #include "ros/output/status_publisher.h"
 #include "ros/session/map_services.h"
@@ -40,29 +37,6 @@ class MasterWatch {
   WorkerThread thread_;
 };
 
-/// The rates, for those who change them while the node runs. Serves dynamic_reconfigure below
-/// `publish/`, so that its keys are those of the settings.
-class RateServer {
- public:
-  using OnRates = std::function<void(const PublishParams&)>;
-
-  /// `params` has what is not changed; `on_rates` is called by the queue of the node handle.
-  RateServer(const ros::NodeHandle& private_nh, const PublishParams& params, OnRates on_rates)
-      : server_(ros::NodeHandle(private_nh, "publish")) {
-    server_.setCallback([params, on_rates](dtsdf_mapping::PublishConfig& config, uint32_t) {
-      PublishParams changed = params;
-      changed.mesh_rate_hz = config.mesh_rate_hz;
-      changed.points_rate_hz = config.points_rate_hz;
-      changed.status_rate_hz = config.status_rate_hz;
-      changed.space_rate_hz = config.space_rate_hz;
-      guarded("rates", [&] { on_rates(changed); });
-    });
-  }
-
- private:
-  dynamic_reconfigure::Server<dtsdf_mapping::PublishConfig> server_;
-};
-
 /// The same for the nodelet and the node. The thread(s) of the caller's node handles take images,
 /// publish the status and pause.
 class MappingNode {
@@ -71,15 +45,15 @@ class MappingNode {
   MappingNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
 
  private:
-  StatusInput collectStatus() const;
-  void setRates(const PublishParams& rates);
+  void setRates(const dtsdf_mapping::PublishConfig& config);
 
   // They end from the outside in: nothing calls into a part that is gone.
   MappingPipeline pipeline_;
   MapServices services_;
   MasterWatch master_watch_;
   StatusPublisher status_;
-  RateServer rates_;
+  /// Below `publish/`, so that its keys are those of the settings.
+  dynamic_reconfigure::Server<dtsdf_mapping::PublishConfig> rates_;
 };
 
 }  // namespace dtsdf

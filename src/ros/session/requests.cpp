@@ -1,7 +1,6 @@
 #include "ros/session/requests.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <exception>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "params/printable.h"
+#include "params/text.h"
 #include "ros/common/callback_guard.h"
 
 namespace dtsdf {
@@ -134,12 +134,6 @@ bool liesIn(const fs::path& path, const fs::path& directory) {
   return end == directory.end() && rest != path.end();
 }
 
-std::string lowerCase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 /// The path with its links resolved, as far as it exists.
 fs::path resolved(const fs::path& path, const std::string& advice) {
   std::error_code error;
@@ -152,15 +146,6 @@ fs::path resolved(const fs::path& path, const std::string& advice) {
   }
   throw std::runtime_error("'" + printable(path.string()) + "' cannot be used: " + error.message() +
                            "; " + advice);
-}
-
-/// ".ply, .obj, .stl or .glb"
-std::string inWords(const std::vector<std::string>& extensions) {
-  std::string text;
-  for (size_t i = 0; i < extensions.size(); ++i) {
-    text += (i == 0 ? "" : i + 1 == extensions.size() ? " or " : ", ") + extensions[i];
-  }
-  return text;
 }
 
 }  // namespace
@@ -194,10 +179,10 @@ std::string resolveOutputPath(const std::string& output_directory, const std::st
     throw std::runtime_error("'" + printable(file_name) + "' is outside output_directory (" +
                              printable(directory.string()) + "); give a name under it");
   }
-  const std::string extension = lowerCase(path.extension().string());
+  const std::string extension = inLowerCase(path.extension().string());
   if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) {
     throw std::runtime_error("'" + printable(file_name) + "' has the wrong extension; use " +
-                             inWords(extensions));
+                             joined(extensions, ", ", " or "));
   }
   return path.string();
 }

@@ -1,4 +1,5 @@
-/// Arrays of numpy as the library takes and gives them; what does not fit is refused in words.
+/// What Python gives and takes: arrays of numpy and settings; what does not fit is refused in
+/// words.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -11,6 +12,7 @@
 
 #include "dtsdf_mapping/colour_frame.h"
 #include "dtsdf_mapping/depth_frame.h"
+#include "dtsdf_mapping/params/param_set.h"
 
 namespace dtsdf::python {
 
@@ -73,5 +75,12 @@ Eigen::Vector3d vectorOf(const py::object& vector, const std::string& name);
 
 /// N points, (N, 3), converted to double. @throws py::value_error
 py::array_t<double> pointsOf(const py::object& points);
+
+/// A flat tree of what `settings` (None, a dict or a path) and then `keywords` give.
+/// @throws py::type_error for other things, std::runtime_error for a file that is not YAML.
+ParamTree settingsOf(const pybind11::object& settings, const pybind11::kwargs& keywords);
+
+/// The same as a dict.
+pybind11::dict dictOf(const ParamTree& tree);
 
 }  // namespace dtsdf::python

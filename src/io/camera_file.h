@@ -1,4 +1,5 @@
-/// Matrices in text files, as many recordings have their poses and cameras.
+/// Cameras and poses in text files: camera_info.yaml as camera_calibration writes it, and matrices,
+/// as many recordings have them.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -6,10 +7,20 @@
 #include <string>
 #include <vector>
 
-#include "io/camera_info_file.h"
-#include "io/depth_png.h"
+#include "dtsdf_mapping/pinhole.h"
+#include "io/depth_codes.h"
 
 namespace dtsdf {
+
+struct CameraInfo {
+  int width = 0, height = 0;          ///< In pixels.
+  Intrinsics intrinsics{0, 0, 0, 0};  ///< Of the rectified image.
+};
+
+/// Reads size and intrinsics: projection_matrix, which describes the rectified image, or
+/// camera_matrix where there is none. Distortion is not applied: depth images are rectified.
+/// @throws std::runtime_error with the file and the key that is missing or wrong.
+CameraInfo loadCameraInfo(const std::string& path);
 
 /// rows x columns numbers, row by row. Words for infinity and for what is no number, with which
 /// trackers tell that they lost the camera, become NaN.

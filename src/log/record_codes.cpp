@@ -1,11 +1,11 @@
-#include "log/image_codes.h"
+#include "log/record_codes.h"
 
 #include <zstd.h>
 
 #include <cstring>
 #include <stdexcept>
 
-#include "io/rvl.h"
+#include "io/depth_codes.h"
 
 namespace dtsdf {
 namespace {

@@ -75,11 +75,13 @@ struct ColouredCorners {
   CornerArrays voxels;
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
 
-  DTSDF_HD ColouredSample at(int corner, int direction) const {
-    const CornerSource source = cornerSource(corner);
+  DTSDF_HD VoxelColour colourAt(const CornerSource& source, int direction) const {
     const VoxelColour* brick = colours[source.block][direction][brickOf(source.voxel)];
-    return {voxels.sample(corner, direction),
-            brick == nullptr ? VoxelColour{0, 0, 0, 0} : brick[placeInBrick(source.voxel)]};
+    return brick == nullptr ? VoxelColour{0, 0, 0, 0} : brick[placeInBrick(source.voxel)];
+  }
+
+  DTSDF_HD ColouredSample at(int corner, int direction) const {
+    return {voxels.sample(corner, direction), colourAt(cornerSource(corner), direction)};
   }
 };
 
@@ -103,8 +105,10 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int lower, in
           if (x < 0 || y < 0 || z < 0 || x > kBlockSide || y > kBlockSide || z > kBlockSide) {
             continue;
           }
-          const ColouredSample beside = corners.at(cornerIndex(x, y, z), directional ? d : 0);
-          addTo(mean, beside.colour, beside.sample.weight);
+          const int direction = directional ? d : 0;
+          const VoxelColour colour = corners.colourAt(cornerSource(Vec3i{x, y, z}), direction);
+          if (!isPainted(colour)) continue;
+          addTo(mean, colour, corners.voxels.sample(cornerIndex(x, y, z), direction).weight);
         }
       }
     }

@@ -60,12 +60,13 @@ struct CornerSource {
   int block, voxel;
 };
 
-DTSDF_HD CornerSource cornerSource(int corner) {
+DTSDF_HD CornerSource cornerSource(const Vec3i& corner) {
   constexpr int kMask = kBlockSide - 1;
-  const Vec3i c = cornerAt(corner);
-  return {(c.x >> kBlockSideLog2) | (c.y >> kBlockSideLog2) << 1 | (c.z >> kBlockSideLog2) << 2,
-          voxelIndex(c.x & kMask, c.y & kMask, c.z & kMask)};
+  return {corner.x >> kBlockSideLog2 | (corner.y >> kBlockSideLog2) << 1 |
+              (corner.z >> kBlockSideLog2) << 2,
+          voxelIndex(corner.x & kMask, corner.y & kMask, corner.z & kMask)};
 }
+DTSDF_HD CornerSource cornerSource(int corner) { return cornerSource(cornerAt(corner)); }
 
 /// {-1, 0, 1}^3: the blocks that a corner grid with one more layer around it lies in; and back.
 constexpr int kBlocksAround = 27;

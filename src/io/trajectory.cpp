@@ -14,17 +14,15 @@ namespace {
 /// Today's stamps in seconds are good to a quarter of a microsecond as doubles.
 constexpr double kStampResolution_s = 1e-6;
 
-Eigen::Isometry3d interpolate(const StampedPose& before, const StampedPose& after, double stamp_s) {
-  const double share = (stamp_s - before.stamp_s) / (after.stamp_s - before.stamp_s);
-  const Eigen::Quaterniond from(before.T_W_C.linear()), to(after.T_W_C.linear());
-  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
-  T_W_C.linear() = from.slerp(share, to).normalized().toRotationMatrix();
-  T_W_C.translation() =
-      (1.0 - share) * before.T_W_C.translation() + share * after.T_W_C.translation();
-  return T_W_C;
-}
-
 }  // namespace
+
+Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share) {
+  const Eigen::Quaterniond from(a.linear()), to(b.linear());
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = from.slerp(share, to).normalized().toRotationMatrix();
+  pose.translation() = (1.0 - share) * a.translation() + share * b.translation();
+  return pose;
+}
 
 Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
   std::stable_sort(poses_.begin(), poses_.end(),
@@ -45,7 +43,9 @@ std::optional<Eigen::Isometry3d> Trajectory::poseAt(double stamp_s, double toler
   if (!after_is_near && !before_is_near) return std::nullopt;
   if (!has_before || (has_after && after->stamp_s == stamp_s)) return after->T_W_C;
   if (!has_after) return std::prev(after)->T_W_C;
-  return interpolate(*std::prev(after), *after, stamp_s);
+  const StampedPose& before = *std::prev(after);
+  return between(before.T_W_C, after->T_W_C,
+                 (stamp_s - before.stamp_s) / (after->stamp_s - before.stamp_s));
 }
 
 std::string noPoseWithin(double tolerance_s) {

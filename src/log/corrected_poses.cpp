@@ -50,14 +50,6 @@ Trajectory sortedByStamp(std::vector<StampedPose> poses) {
   return Trajectory(std::move(poses));
 }
 
-Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share) {
-  const Eigen::Quaterniond from(a.linear()), to(b.linear());
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = from.slerp(share, to).normalized().toRotationMatrix();
-  pose.translation() = (1.0 - share) * a.translation() + share * b.translation();
-  return pose;
-}
-
 bool hasPoseOf(const StampedPose& image, const std::vector<StampedPose>& corrected) {
   const auto next = std::lower_bound(corrected.begin(), corrected.end(),
                                      image.stamp_s - PoseCorrection::kSameStamp_s, isBefore);

@@ -21,9 +21,7 @@ class DescriptionWriter {
     return *this;
   }
   DescriptionWriter& putPose(const Eigen::Isometry3d& pose) {
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 4; ++column) out_.put(pose.matrix()(row, column));
-    }
+    out_.putPose(pose);
     return *this;
   }
   DescriptionWriter& putVector(const Eigen::Vector3d& v) {
@@ -64,11 +62,8 @@ class DescriptionReader {
     return {x, y, z};
   }
   Eigen::Isometry3d takePose() {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 4; ++column) pose.matrix()(row, column) = takeDouble();
-    }
-    return pose;
+    need(map_format::kPoseBytes);
+    return in_.takePose();
   }
   std::string takeText() {
     const auto length = take<uint32_t>();

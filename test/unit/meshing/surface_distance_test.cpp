@@ -96,7 +96,9 @@ TEST(SurfaceTree, AHintChangesNothing) {
     SurfaceTree::Hint none = SurfaceTree::kNoHint;
     const double expected = tree.distance(p, 0.7, {0, 0, 1}, facing, none);
     EXPECT_EQ(tree.distance(p, 0.7, {0, 0, 1}, facing, last), expected);
-    if (expected < 0.7) EXPECT_EQ(last, none);
+    if (expected < 0.7) {
+      EXPECT_EQ(last, none);
+    }
   }
 }
 

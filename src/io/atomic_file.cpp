@@ -15,7 +15,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "params/ending.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {

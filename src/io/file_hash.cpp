@@ -7,24 +7,15 @@
 
 namespace dtsdf {
 
-struct RunningHash::State {
-  State() : hash(XXH64_createState()) {
-    if (hash == nullptr) throw std::bad_alloc();
-    XXH64_reset(hash, 0);
-  }
-  ~State() { XXH64_freeState(hash); }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
+RunningHash::RunningHash()
+    : state_(XXH64_createState(), [](XXH64_state_s* state) { XXH64_freeState(state); }) {
+  if (state_ == nullptr) throw std::bad_alloc();
+  XXH64_reset(state_.get(), 0);
+}
 
-  XXH64_state_t* const hash;
-};
+void RunningHash::add(const void* data, size_t bytes) { XXH64_update(state_.get(), data, bytes); }
 
-RunningHash::RunningHash() : state_(std::make_unique<State>()) {}
-RunningHash::~RunningHash() = default;
-
-void RunningHash::add(const void* data, size_t bytes) { XXH64_update(state_->hash, data, bytes); }
-
-uint64_t RunningHash::result() const { return XXH64_digest(state_->hash); }
+uint64_t RunningHash::result() const { return XXH64_digest(state_.get()); }
 
 std::string hashDigits(uint64_t hash) {
   char digits[17];

@@ -6,22 +6,20 @@
 #include <memory>
 #include <string>
 
+struct XXH64_state_s;
+
 namespace dtsdf {
 
 /// Of bytes that come piece by piece.
 class RunningHash {
  public:
   RunningHash();
-  ~RunningHash();
-  RunningHash(const RunningHash&) = delete;
-  RunningHash& operator=(const RunningHash&) = delete;
 
   void add(const void* data, size_t bytes);
   uint64_t result() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<XXH64_state_s, void (*)(XXH64_state_s*)> state_;
 };
 
 /// A checksum in 16 hexadecimal digits, as `map_tool info` shows one.

@@ -13,6 +13,11 @@
 
 namespace dtsdf {
 
+inline bool hostIsLittleEndian() {
+  const uint16_t probe = 1;
+  return *reinterpret_cast<const uint8_t*>(&probe) == 1;
+}
+
 /// The bytes of a number, the least first; floating-point ones as IEEE 754 has them.
 template <class Number>
 std::array<uint8_t, sizeof(Number)> littleEndianBytes(Number number) {

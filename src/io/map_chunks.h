@@ -1,15 +1,18 @@
-/// Map files chunk by chunk, for maps that are larger than memory: the blocks of a map, and a chunk
-/// of their voxels or colours at a time.
+/// Maps in pieces, for those that are larger than memory: map files chunk by chunk, and what a
+/// mapper has, saved at once or piece by piece.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dtsdf_mapping/io/map_file.h"
+#include "dtsdf_mapping/map_parts.h"
+#include "dtsdf_mapping/mapper.h"
 
 namespace dtsdf {
 
@@ -62,5 +65,31 @@ class MapChunks {
   struct State;
   std::unique_ptr<const State> state_;
 };
+
+/// The map of an open file: its parts are chunks, read when they are asked for, and checked as
+/// loadMap() does.
+MapParts partsOf(std::shared_ptr<const MapChunks> file);
+
+/// Copies the file that an open one was opened from.
+/// @throws std::runtime_error where it cannot be copied, or is another map by now.
+void copyMapFile(const MapChunks& file, const std::string& path);
+
+/// What a mapper does not know of its map.
+struct MapOrigin {
+  std::string map_frame;
+  std::optional<Eigen::Isometry3d> T_W_M;
+  double stamp_s = 0.0;  ///< Of the newest frame.
+};
+
+/// contents(), and what the mapper does not know.
+MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
+
+/// @throws std::runtime_error as saveMap() does, and where blocks on disk cannot be read.
+SavedMap saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
+
+/// Saves those blocks of a map, piece by piece, and all free cells.
+/// @throws As saveMapOf() does.
+SavedMap savePartOf(Mapper& mapper, const MapOrigin& origin,
+                    const std::function<bool(const BlockKey&)>& is_in, const std::string& path);
 
 }  // namespace dtsdf

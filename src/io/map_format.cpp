@@ -119,25 +119,8 @@ Bytes encodeState(const MapContents& contents, const MapSize& size) {
   out.put(uint64_t{size.blocks});
   out.put(uint64_t{size.voxel_arrays});
   out.put(uint64_t{kBlocksPerChunk});
-  out.putDouble(contents.stamp_s);
+  out.put(contents.stamp_s);
   return std::move(out.bytes);
-}
-
-Bytes encodeLevel(const Eigen::Isometry3d& T_W_M) {
-  ByteWriter out;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) out.putDouble(T_W_M.matrix()(row, column));
-  }
-  return std::move(out.bytes);
-}
-
-Eigen::Isometry3d decodeLevel(const Bytes& bytes) {
-  ByteReader in(bytes.data());
-  Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) T_W_M.matrix()(row, column) = in.takeDouble();
-  }
-  return T_W_M;
 }
 
 Bytes encodeBlocks(const std::vector<MapBlock>& blocks) {
@@ -155,7 +138,7 @@ Bytes encodeBlocks(const std::vector<MapBlock>& blocks) {
 Bytes encodeColourIndex(const MapContents& contents) {
   ByteWriter out;
   out.bytes.reserve(kColourHeadBytes + contents.blocks.size() * kBlockBricksBytes);
-  for (const float gain : contents.exposure) out.putFloat(gain);
+  for (const float gain : contents.exposure) out.put(gain);
   out.put(uint32_t{0});
   for (const MapBlock& block : contents.blocks) out.put(block.bricks);
   return std::move(out.bytes);

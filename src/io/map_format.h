@@ -44,7 +44,7 @@ constexpr uint64_t kMostCompression = 32768;
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 48, kBlockBytes = 16, kEndBytes = 32;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
-constexpr size_t kLevelBytes = 96;
+constexpr size_t kPoseBytes = 96;
 constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
 
 using Bytes = std::vector<uint8_t>;
@@ -59,9 +59,13 @@ class ByteWriter {
     const auto more = littleEndianBytes(number);
     bytes.insert(bytes.end(), more.begin(), more.end());
   }
-  void putFloat(float number) { put(number); }
-  void putDouble(double number) { put(number); }
   void putText(const std::string& text) { bytes.insert(bytes.end(), text.begin(), text.end()); }
+  /// Its first three rows: kPoseBytes.
+  void putPose(const Eigen::Isometry3d& pose) {
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) put(pose.matrix()(row, column));
+    }
+  }
 
   Bytes bytes;
 };
@@ -88,6 +92,13 @@ class ByteReader {
     double number;
     std::memcpy(&number, &bits, sizeof(number));
     return number;
+  }
+  Eigen::Isometry3d takePose() {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) pose.matrix()(row, column) = takeDouble();
+    }
+    return pose;
   }
 
  private:
@@ -128,8 +139,6 @@ std::string boundSettingsText(const ParamTree& settings);
 
 /// Contents of the small sections.
 Bytes encodeState(const MapContents& contents, const MapSize& size);
-Bytes encodeLevel(const Eigen::Isometry3d& T_W_M);
-Eigen::Isometry3d decodeLevel(const Bytes& bytes);  ///< @pre There are kLevelBytes.
 Bytes encodeBlocks(const std::vector<MapBlock>& blocks);
 Bytes encodeColourIndex(const MapContents& contents);
 Bytes encodeFree(const MapContents& contents);

@@ -97,7 +97,9 @@ void MapReader::readSettings() {
   contents_.map_frame.assign(frame.begin(), frame.end());
   checkSoundly([&] { withSettingsOf(contents_, {}); });
   const PlacedSection* const level = file_.find(kLevel);
-  if (level != nullptr) contents_.T_W_M = decodeLevel(file_.read(*level, kLevelBytes));
+  if (level == nullptr) return;
+  const Bytes pose = file_.read(*level, kPoseBytes);
+  contents_.T_W_M = ByteReader(pose.data()).takePose();
 }
 
 void MapReader::readState() {

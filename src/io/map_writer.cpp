@@ -129,7 +129,11 @@ SavedMap saveMapInChunks(const MapContents& head, const MapWords& words, const s
   MapFileWriter file(path);
   file.add(makePlainSection(kSettings, bytesOf(settingsText(head.settings))));
   file.add(makePlainSection(kFrame, bytesOf(head.map_frame)));
-  if (head.T_W_M) file.add(makePlainSection(kLevel, encodeLevel(*head.T_W_M)));
+  if (head.T_W_M) {
+    ByteWriter level;
+    level.putPose(*head.T_W_M);
+    file.add(makePlainSection(kLevel, std::move(level.bytes)));
+  }
   file.add(makePlainSection(kState, encodeState(head, size)));
   file.add(makeCompressedSection(kBlocks, kRequired, encodeBlocks(head.blocks)));
   if (head.painted) {

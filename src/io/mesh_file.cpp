@@ -1,7 +1,6 @@
 #include "dtsdf_mapping/io/mesh_file.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
@@ -13,8 +12,9 @@
 #include "io/atomic_file.h"
 #include "io/glb.h"
 #include "io/little_endian.h"
-#include "io/ply_bytes.h"
+#include "io/ply_stream.h"
 #include "kernels/core/vec.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
@@ -129,9 +129,7 @@ const std::vector<std::string>& meshExtensions() {
 }
 
 std::optional<MeshFormat> meshFormatOf(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = inLowerCase(std::filesystem::path(path).extension().string());
   if (extension == ".ply") return MeshFormat::kPly;
   if (extension == ".obj") return MeshFormat::kObj;
   if (extension == ".stl") return MeshFormat::kStl;

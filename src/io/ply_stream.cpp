@@ -14,7 +14,6 @@
 
 #include "io/atomic_file.h"
 #include "io/little_endian.h"
-#include "io/ply_bytes.h"
 
 namespace dtsdf {
 

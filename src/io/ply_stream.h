@@ -1,7 +1,8 @@
-/// A .ply file of a mesh that comes piece by piece, for meshes that are larger than memory.
+/// The bytes of a .ply file with normals and colours: one rule for meshes as a whole and in pieces.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -10,7 +11,48 @@
 
 namespace dtsdf {
 
-/// The bytes of saveMesh(). Vertices and triangles are kept in two files without names beside the
+/// `far`: positions are double, as a mesh far from the origin needs.
+inline std::string plyHeader(size_t vertices, size_t triangles, bool far) {
+  const std::string vertex_count = std::to_string(vertices);
+  const std::string face_count = std::to_string(triangles);
+  std::string header = "ply\nformat binary_little_endian 1.0\ncomment metres, map frame\n";
+  header += "element vertex " + vertex_count + "\n";
+  const std::string position = far ? "double" : "float";
+  for (const char* name : {"x", "y", "z"}) header += "property " + position + " " + name + "\n";
+  for (const char* name : {"nx", "ny", "nz"}) {
+    header += std::string("property float ") + name + "\n";
+  }
+  for (const char* name : {"red", "green", "blue"}) {
+    header += std::string("property uchar ") + name + "\n";
+  }
+  header += "element face " + face_count + "\n";
+  return header + "property list uchar int vertex_indices\nend_header\n";
+}
+
+/// Whether there is a mesh, and one that the formats can hold.
+/// @throws std::runtime_error that names the path and says what to do.
+void checkMeshSize(uint64_t vertices, uint64_t triangles, const std::string& path);
+
+/// `out` is a BasicLittleEndianWriter.
+template <class Writer>
+void writePlyVertex(const Mesh& mesh, size_t vertex, MeshColour colour, Writer& out) {
+  if (isFarFromOrigin(mesh)) {
+    for (const double x_m : positionInMap(mesh, vertex)) out.writeDouble(x_m);
+  } else {
+    out.writeVector(mesh.vertices_m[vertex]);
+  }
+  out.writeVector(mesh.normals[vertex]);
+  for (const uint8_t channel : vertexColour(colour, mesh, vertex)) out.writeUint8(channel);
+}
+
+template <class Writer>
+void writePlyTriangle(const std::array<uint32_t, 3>& triangle, Writer& out) {
+  out.writeUint8(3);
+  for (const uint32_t index : triangle) out.writeUint32(index);
+}
+
+/// A .ply file of a mesh that comes piece by piece, for meshes that are larger than memory. The
+/// bytes of saveMesh(). Vertices and triangles are kept in two files without names beside the
 /// target until their numbers are known, which the format begins with.
 class PlyStream {
  public:

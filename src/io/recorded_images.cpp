@@ -1,22 +1,32 @@
 #include "io/recorded_images.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
-#include "io/depth_png.h"
+#include "io/colour_codes.h"
+#include "io/depth_codes.h"
 
 namespace dtsdf {
 namespace {
 
-void turnUpsideDown(std::vector<uint16_t>& pixels, size_t width) {
-  const size_t height = pixels.size() / width;
-  for (size_t v = 0; v < height / 2; ++v) {
-    std::swap_ranges(pixels.begin() + static_cast<std::ptrdiff_t>(v * width),
-                     pixels.begin() + static_cast<std::ptrdiff_t>((v + 1) * width),
-                     pixels.begin() + static_cast<std::ptrdiff_t>((height - 1 - v) * width));
+/// The rows of an image, of so many values each, from the last to the first.
+template <class Value>
+void turnUpsideDown(std::vector<Value>& values, size_t row) {
+  const auto length = static_cast<std::ptrdiff_t>(row);
+  for (auto upper = values.begin(), lower = values.end(); lower - upper >= 2 * length;
+       upper += length) {
+    lower -= length;
+    std::swap_ranges(upper, upper + length, lower);
   }
+}
+
+/// Of a camera whose images are turned upside down, as its y axis points up.
+Intrinsics turnedUpsideDown(const Intrinsics& K, int height) {
+  return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
 }
 
 class RecordedFrames : public FrameSource {
@@ -31,10 +41,7 @@ class RecordedFrames : public FrameSource {
     frame_.encoding = DepthEncoding::kUint16;
     frame_.unit_m = static_cast<float>(1.0 / images_.units_per_metre);
     frame_.intrinsics = camera.intrinsics;
-    if (upside_down_) {
-      frame_.intrinsics.fy = -camera.intrinsics.fy;
-      frame_.intrinsics.cy = static_cast<float>(camera.height - 1) - camera.intrinsics.cy;
-    }
+    if (upside_down_) frame_.intrinsics = turnedUpsideDown(camera.intrinsics, camera.height);
   }
 
   std::optional<size_t> size() const override { return selection_.countIn(images_.depth.size()); }
@@ -135,6 +142,99 @@ std::vector<ImagePose> posesByStamp(const Trajectory& trajectory,
   std::vector<ImagePose> poses = posesNear(trajectory, images, tolerance_s);
   if (std::none_of(poses.begin(), poses.end(), hasPose)) throwNoMatch(trajectory, images);
   return poses;
+}
+
+namespace {
+
+RgbImage readOrAdvise(const std::string& path) {
+  try {
+    return readColourImage(path);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(std::string(error.what()) +
+                             "; colour/enabled=never ignores colour images");
+  }
+}
+
+class RecordedColourImages : public ColourSource {
+ public:
+  explicit RecordedColourImages(RecordedColours recorded)
+      : recorded_(std::move(recorded)), order_(recorded_.images.size()) {
+    std::iota(order_.begin(), order_.end(), size_t{0});
+    std::stable_sort(order_.begin(), order_.end(), [this](size_t a, size_t b) {
+      return recorded_.images[a].stamp_s < recorded_.images[b].stamp_s;
+    });
+  }
+
+  std::optional<SourceColour> next() override {
+    for (; next_ < order_.size(); ++next_) {
+      if (!isListed(next_)) continue;
+      const size_t index = order_[next_];
+      std::string problem = whyNotPosed(index);
+      if (problem.empty()) {
+        const auto image = std::make_shared<RgbImage>(readOrAdvise(recorded_.images[index].path));
+        problem = whyNotOfItsCamera(*image);
+        if (problem.empty()) {
+          SourceColour colour = makeColour(index, image);
+          colour.index = next_++;
+          return colour;
+        }
+      }
+      ++skipped_["colour images: " + problem];
+    }
+    return std::nullopt;
+  }
+
+  const std::map<std::string, size_t>& skipped() const override { return skipped_; }
+
+ private:
+  bool isListed(size_t place) const {
+    const auto& listed = recorded_.listed;
+    return listed == nullptr || std::binary_search(listed->begin(), listed->end(), place);
+  }
+
+  /// Found out before the image is decoded.
+  std::string whyNotPosed(size_t index) const {
+    if (!recorded_.camera) return recorded_.missing_camera;
+    if (!recorded_.poses[index].T_W_C) return recorded_.poses[index].missing;
+    return std::filesystem::exists(recorded_.images[index].path) ? "" : "no such file";
+  }
+
+  std::string whyNotOfItsCamera(const RgbImage& image) const {
+    const CameraInfo& camera = *recorded_.camera;
+    if (image.width == camera.width && image.height == camera.height) return "";
+    return inWords(ImageSize{image.width, image.height}) + " pixels, but their camera has " +
+           inWords(ImageSize{camera.width, camera.height});
+  }
+
+  SourceColour makeColour(size_t index, const std::shared_ptr<RgbImage>& image) const {
+    SourceColour result;
+    result.stamp_s = recorded_.images[index].stamp_s;
+    result.pixels = image;
+    ColourFrame& colour = result.colour;
+    colour.intrinsics = recorded_.camera->intrinsics;
+    if (colour.intrinsics.fy < 0.0f) {
+      turnUpsideDown(image->rgb, 3 * static_cast<size_t>(image->width));
+      colour.intrinsics = turnedUpsideDown(colour.intrinsics, image->height);
+    }
+    colour.data = image->rgb.data();
+    colour.row_bytes = 3 * static_cast<size_t>(image->width);
+    colour.width = image->width;
+    colour.height = image->height;
+    colour.encoding = ColourEncoding::kRgb8;
+    colour.T_W_C = *recorded_.poses[index].T_W_C;
+    return result;
+  }
+
+  RecordedColours recorded_;
+  std::vector<size_t> order_;  ///< Of the images, by stamp.
+  size_t next_ = 0;            ///< In `order_`.
+  std::map<std::string, size_t> skipped_;
+};
+
+}  // namespace
+
+std::unique_ptr<ColourSource> openRecordedColours(RecordedColours recorded) {
+  return std::make_unique<RecordedColourImages>(std::move(recorded));
 }
 
 }  // namespace dtsdf

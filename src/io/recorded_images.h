@@ -1,5 +1,5 @@
-/// Depth images in files, each with its pose, behind the FrameSource seam: what all folders of
-/// recordings come down to.
+/// Depth and colour images in files, each with its pose, behind the seams FrameSource and
+/// ColourSource: what all folders of recordings come down to.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,8 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "dtsdf_mapping/io/colour_source.h"
 #include "dtsdf_mapping/io/frame_source.h"
-#include "io/camera_info_file.h"
+#include "io/camera_file.h"
 #include "io/trajectory.h"
 #include "io/tum_lists.h"
 
@@ -52,5 +53,18 @@ inline void checkSelection(const FrameSelection& selection, size_t total) {
                            std::to_string(total) + ", 0 to " + std::to_string(total - 1) +
                            "; give a range of these by --frames");
 }
+
+struct RecordedColours {
+  std::vector<StampedImage> images;  ///< In any order. None: the recording has no colour.
+  std::vector<ImagePose> poses;      ///< One for each, once they are known.
+  std::optional<CameraInfo> camera;  ///< A negative fy turns the images, as RecordedImages says.
+  std::string missing_camera;        ///< Why there is none; counted as a reason.
+  /// The others are not looked at, and not counted; null: all are.
+  std::shared_ptr<const std::vector<size_t>> listed;
+};
+
+/// By stamp, decoded one by one. What has no pose, no file or another size than the camera is
+/// passed over and counted, as the map does without it; a damaged file is an error.
+std::unique_ptr<ColourSource> openRecordedColours(RecordedColours recorded);
 
 }  // namespace dtsdf

@@ -7,11 +7,10 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "io/depth_png.h"
+#include "io/depth_codes.h"
 #include "io/formats/folder_format.h"
-#include "io/recorded_colours.h"
 #include "io/recorded_images.h"
-#include "io/trajectory_file.h"
+#include "io/trajectory.h"
 
 namespace dtsdf {
 namespace {
@@ -143,6 +142,12 @@ double unitsOf(const RecordingOptions& options, const FolderFormat& format) {
 }
 
 }  // namespace
+
+const std::vector<FolderFormat>& folderFormats() {
+  static const std::vector<FolderFormat> formats{tumFormat(), iclFormat(), sevenScenesFormat(),
+                                                 replicaFormat(), scanNetFormat()};
+  return formats;
+}
 
 std::vector<std::string> recordingFormats() {
   std::vector<std::string> names;

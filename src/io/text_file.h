@@ -1,9 +1,10 @@
-/// Small text files and the numbers in them, independent of the host program's locale.
+/// Small text files, their words and the numbers in them, independent of the host program's locale.
 #pragma once
 
 #include <locale>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace dtsdf {
 
@@ -23,5 +24,26 @@ bool parseNumber(const std::string& text, Number& number) {
   in >> std::noskipws >> number;
   return !in.fail() && in.peek() == std::istringstream::traits_type::eof();
 }
+
+// Text files with words in lines; lines that begin with # are comments.
+
+/// A line's words, and where it stands.
+struct ListLine {
+  std::vector<std::string> words;
+  std::string place;  ///< "file:line"
+};
+
+/// The words of a text, between white space of any kind.
+std::vector<std::string> splitWords(const std::string& text);
+
+/// The lines of a file that hold something.
+/// @throws std::runtime_error that names the file and `advice`, if it cannot be read.
+std::vector<ListLine> readList(const std::string& path, const std::string& advice);
+
+/// @throws std::runtime_error with the line's place.
+[[noreturn]] void throwAt(const ListLine& line, const std::string& problem);
+
+/// A word of a line as a finite number. @throws std::runtime_error with the line's place.
+double numberAt(const ListLine& line, size_t index);
 
 }  // namespace dtsdf

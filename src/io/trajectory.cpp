@@ -2,6 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "io/atomic_file.h"
+#include "io/text_file.h"
 
 namespace dtsdf {
 namespace {
@@ -9,17 +14,15 @@ namespace {
 /// Today's stamps in seconds are good to a quarter of a microsecond as doubles.
 constexpr double kStampResolution_s = 1e-6;
 
-Eigen::Isometry3d interpolate(const StampedPose& before, const StampedPose& after, double stamp_s) {
-  const double share = (stamp_s - before.stamp_s) / (after.stamp_s - before.stamp_s);
-  const Eigen::Quaterniond from(before.T_W_C.linear()), to(after.T_W_C.linear());
-  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
-  T_W_C.linear() = from.slerp(share, to).normalized().toRotationMatrix();
-  T_W_C.translation() =
-      (1.0 - share) * before.T_W_C.translation() + share * after.T_W_C.translation();
-  return T_W_C;
-}
-
 }  // namespace
+
+Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share) {
+  const Eigen::Quaterniond from(a.linear()), to(b.linear());
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = from.slerp(share, to).normalized().toRotationMatrix();
+  pose.translation() = (1.0 - share) * a.translation() + share * b.translation();
+  return pose;
+}
 
 Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
   std::stable_sort(poses_.begin(), poses_.end(),
@@ -40,11 +43,49 @@ std::optional<Eigen::Isometry3d> Trajectory::poseAt(double stamp_s, double toler
   if (!after_is_near && !before_is_near) return std::nullopt;
   if (!has_before || (has_after && after->stamp_s == stamp_s)) return after->T_W_C;
   if (!has_after) return std::prev(after)->T_W_C;
-  return interpolate(*std::prev(after), *after, stamp_s);
+  const StampedPose& before = *std::prev(after);
+  return between(before.T_W_C, after->T_W_C,
+                 (stamp_s - before.stamp_s) / (after->stamp_s - before.stamp_s));
 }
 
 std::string noPoseWithin(double tolerance_s) {
   return "no pose within " + std::to_string(std::lround(1000.0 * tolerance_s)) + " ms";
+}
+
+namespace {
+
+StampedPose readPose(const ListLine& line) {
+  if (line.words.size() != 8) throwAt(line, "expected 'stamp tx ty tz qx qy qz qw'");
+  double v[8];
+  for (size_t i = 0; i < 8; ++i) v[i] = numberAt(line, i);
+  Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
+  // Rounding to a few decimals leaves a small error; anything larger is not a rotation.
+  if (std::abs(q.norm() - 1.0) > 0.01) throwAt(line, "the quaternion's length is not 1");
+  StampedPose pose{v[0], Eigen::Isometry3d::Identity()};
+  pose.T_W_C.linear() = q.normalized().toRotationMatrix();
+  pose.T_W_C.translation() = Eigen::Vector3d(v[1], v[2], v[3]);
+  return pose;
+}
+
+}  // namespace
+
+Trajectory readTrajectory(const std::string& path, const std::string& advice) {
+  std::vector<StampedPose> poses;
+  for (const ListLine& line : readList(path, advice)) poses.push_back(readPose(line));
+  return Trajectory(std::move(poses));
+}
+
+void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& path) {
+  std::string text = "# stamp tx ty tz qx qy qz qw: camera to world, in seconds and metres\n";
+  for (const StampedPose& pose : poses) {
+    const Eigen::Vector3d t = pose.T_W_C.translation();
+    const Eigen::Quaterniond q(pose.T_W_C.linear());
+    char line[256];
+    std::snprintf(line, sizeof(line), "%.9f %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n", pose.stamp_s,
+                  t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+    text += line;
+  }
+  writeFileAtomically(path, text);
 }
 
 }  // namespace dtsdf

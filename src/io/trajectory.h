@@ -1,4 +1,6 @@
-/// Poses by time, and the rule by which a depth image gets its pose.
+/// Poses by time, the rule by which a depth image gets its pose, and their files as the TUM RGB-D
+/// benchmark has them: a line `stamp tx ty tz qx qy qz qw` per pose, camera to world, in seconds
+/// and metres.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,6 +14,9 @@ struct StampedPose {
   double stamp_s;
   Eigen::Isometry3d T_W_C;  ///< Camera's optical frame to map frame, metres.
 };
+
+/// The pose at a share of the way from `a` to `b`: positions linearly, rotations by slerp.
+Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double share);
 
 /// Poses sorted by stamp; of several with the same stamp the first counts.
 class Trajectory {
@@ -32,5 +37,12 @@ class Trajectory {
 
 /// Why poseAt() has none: "no pose within 20 ms".
 std::string noPoseWithin(double tolerance_s);
+
+/// @throws std::runtime_error with file and line, for what is missing (with `advice`) or malformed.
+Trajectory readTrajectory(const std::string& path, const std::string& advice);
+
+/// Writes poses, in their order, so that they are read back as they are.
+/// @throws std::runtime_error as AtomicFile does.
+void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& path);
 
 }  // namespace dtsdf

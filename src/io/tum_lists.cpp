@@ -3,9 +3,8 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "io/list_file.h"
 #include "io/text_file.h"
-#include "io/trajectory_file.h"
+#include "io/trajectory.h"
 
 namespace dtsdf {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/camera_info_file.h"
+#include "io/camera_file.h"
 #include "io/trajectory.h"
 
 namespace dtsdf {

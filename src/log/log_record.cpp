@@ -4,8 +4,7 @@
 #include <cstring>
 
 #include "kernels/core/voxel.h"
-#include "log/image_codes.h"
-#include "log/record_bytes.h"
+#include "log/record_codes.h"
 
 namespace dtsdf {
 namespace {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "log/corrected_poses.h"
-#include "log/given_motion.h"
 #include "log/log_reader.h"
 
 namespace dtsdf {

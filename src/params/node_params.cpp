@@ -3,8 +3,8 @@
 #include <cctype>
 #include <set>
 
-#include "params/frame_name.h"
 #include "params/param_copy.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {

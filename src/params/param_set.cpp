@@ -1,40 +1,22 @@
 #include "dtsdf_mapping/params/param_set.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
 
 #include "params/printable.h"
 #include "params/setting_unit.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {
-
-std::string joinLines(const std::vector<std::string>& lines) {
-  std::string text = "invalid settings:";
-  for (const std::string& line : lines) text += "\n  " + line;
-  return text;
-}
 
 std::string formatNumber(double number, int digits = 7) {
   std::ostringstream out;
   out.precision(digits);
   out << number;
   return out.str();
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
-std::string inLowerCase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
 }
 
 /// How many characters have to be put in, taken out, changed or swapped with the next.
@@ -90,20 +72,20 @@ std::string suggestionFor(const std::string& key, const std::set<std::string>& k
   return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
-std::string joinNames(const std::vector<std::string>& names) { return "[" + joined(names) + "]"; }
-
 }  // namespace
 
 std::string toString(const ParamValue& value) {
   if (const bool* b = std::get_if<bool>(&value)) return *b ? "true" : "false";
   if (const int* i = std::get_if<int>(&value)) return std::to_string(*i);
   if (const double* d = std::get_if<double>(&value)) return formatNumber(*d);
-  if (const auto* names = std::get_if<std::vector<std::string>>(&value)) return joinNames(*names);
+  if (const auto* names = std::get_if<std::vector<std::string>>(&value))
+    return "[" + joined(*names) + "]";
   return "'" + std::get<std::string>(value) + "'";
 }
 
 ParamError::ParamError(std::vector<std::string> violations)
-    : std::runtime_error(joinLines(violations)), violations_(std::move(violations)) {}
+    : std::runtime_error("invalid settings:\n  " + joined(violations, "\n  ")),
+      violations_(std::move(violations)) {}
 
 ParamReader::ParamReader(ParamTree tree) : tree_(std::move(tree)) {}
 

@@ -1,6 +1,7 @@
 #include "params/printable.h"
 
 #include <algorithm>
+#include <boost/locale/utf.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -19,32 +20,13 @@ struct Character {
   bool is_valid = false;
 };
 
-unsigned char byteAt(const std::string& text, size_t at) {
-  return static_cast<unsigned char>(text[at]);
-}
-
-/// By the first byte; 0 for one that begins no character.
-size_t lengthOf(unsigned char first) {
-  if (first < 0x80) return 1;
-  if (first >= 0xc2 && first < 0xe0) return 2;
-  if (first >= 0xe0 && first < 0xf0) return 3;
-  return first >= 0xf0 && first < 0xf5 ? 4 : 0;
-}
-
 Character characterAt(const std::string& text, size_t at) {
-  const unsigned char first = byteAt(text, at);
-  const size_t length = lengthOf(first);
-  if (length == 0 || at + length > text.size()) return {};
-  uint32_t code = length == 1 ? first : first & (0x7fu >> length);
-  for (size_t i = 1; i < length; ++i) {
-    const unsigned char next = byteAt(text, at + i);
-    if ((next & 0xc0) != 0x80) return {};
-    code = code << 6 | (next & 0x3f);
-  }
-  const bool is_too_long = (length == 3 && code < 0x800) || (length == 4 && code < 0x10000);
-  const bool is_surrogate = code >= 0xd800 && code < 0xe000;
-  if (is_too_long || is_surrogate || code > 0x10ffff) return {};
-  return {length, code, true};
+  namespace utf = boost::locale::utf;
+  const auto begin = text.begin() + static_cast<std::ptrdiff_t>(at);
+  auto end = begin;
+  const utf::code_point code = utf::utf_traits<char>::decode(end, text.end());
+  if (code == utf::illegal || code == utf::incomplete) return {};
+  return {static_cast<size_t>(end - begin), code, true};
 }
 
 bool isControl(uint32_t code) {
@@ -60,7 +42,7 @@ std::string inHex(const std::string& text, size_t at, size_t bytes) {
   constexpr char kDigits[] = "0123456789abcdef";
   std::string hex;
   for (size_t i = 0; i < bytes; ++i) {
-    const unsigned char byte = byteAt(text, at + i);
+    const auto byte = static_cast<unsigned char>(text[at + i]);
     hex += "\\x";
     hex += kDigits[byte >> 4];
     hex += kDigits[byte & 15];

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "params/ending.h"
+#include "params/text.h"
 
 namespace dtsdf {
 

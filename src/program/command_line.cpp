@@ -4,6 +4,8 @@
 #include <boost/program_options.hpp>
 #include <sstream>
 
+#include "params/text.h"
+
 namespace dtsdf {
 namespace po = boost::program_options;
 namespace {
@@ -24,14 +26,6 @@ std::string wrap(const std::string& text, size_t indent) {
     line += (line == margin ? "" : " ") + word;
   }
   return wrapped + line + "\n";
-}
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (size_t i = 0; i < names.size(); ++i) {
-    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  }
-  return text;
 }
 
 }  // namespace
@@ -180,7 +174,7 @@ struct CommandLine::State {
     for (const std::vector<std::string>& names : choices) {
       size_t given = 0;
       for (const std::string& name : names) given += get(name).values.empty() ? 0 : 1;
-      if (given != 1) throw UsageError("give one of " + joined(names));
+      if (given != 1) throw UsageError("give one of " + joined(names, ", ", " and "));
     }
     for (const Option& option : options) {
       if (option.is_required && option.values.empty()) {

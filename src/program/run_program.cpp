@@ -6,6 +6,7 @@
 
 #include "dtsdf_mapping/params/param_set.h"
 #include "params/printable.h"
+#include "params/text.h"
 #include "program/command_line.h"
 
 namespace dtsdf {
@@ -16,12 +17,6 @@ int reportError(const std::string& name, std::string text, int exit_code) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   std::fprintf(stderr, "%s: error: %s\n", name.c_str(), printableMessage(text).c_str());
   return exit_code;
-}
-
-std::string inOneLine(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
-  return text;
 }
 
 /// Each print may have failed, such as to a file on a full disk, and the last one is on its way
@@ -44,7 +39,7 @@ int runProgram(const std::string& name, int argc, const char* const* argv,
   } catch (const UsageError& e) {
     return reportError(name, std::string(e.what()) + "; see " + name + " --help", 2);
   } catch (const ParamError& e) {
-    return reportError(name, "invalid settings: " + inOneLine(e.violations()), 2);
+    return reportError(name, "invalid settings: " + joined(e.violations(), "; "), 2);
   } catch (const std::bad_alloc&) {
     return reportError(name,
                        "out of memory; a map takes less with a lower map/max_memory_mb or a higher "
@@ -53,6 +48,41 @@ int runProgram(const std::string& name, int argc, const char* const* argv,
   } catch (const std::exception& e) {
     return reportError(name, errorText(e), 1);
   }
+}
+
+namespace {
+
+std::string helpOn(const std::string& program, const std::string& about,
+                   const std::vector<Command>& commands) {
+  constexpr size_t kNameWidth = 8;
+  std::string text = "usage: " + program + " COMMAND [arguments]\n\n" + about + "\n\nCommands\n";
+  for (const Command& command : commands) {
+    std::string name = command.name;
+    name.resize(kNameWidth, ' ');
+    text += "  " + name + command.about + "\n";
+  }
+  return text + "\n" + program + " COMMAND --help prints more.\n" + kExitCodes + "\n";
+}
+
+std::string namesOf(const std::vector<Command>& commands) {
+  std::string names;
+  for (const Command& command : commands) names += (names.empty() ? "" : ", ") + command.name;
+  return names;
+}
+
+}  // namespace
+
+void runCommand(const std::string& program, const std::string& about,
+                const std::vector<Command>& commands, const std::vector<std::string>& arguments) {
+  if (arguments.empty()) throw UsageError("a command is required: " + namesOf(commands));
+  const std::string& name = arguments.front();
+  if (name == "--help" || name == "-h") throw TextRequest(helpOn(program, about, commands));
+  const auto command = std::find_if(commands.begin(), commands.end(),
+                                    [&](const Command& c) { return c.name == name; });
+  if (command == commands.end()) {
+    throw UsageError("'" + name + "': no such command; commands: " + namesOf(commands));
+  }
+  command->run({arguments.begin() + 1, arguments.end()});
 }
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// How every program ends: its exit code, and one line for what went wrong.
+/// How every program runs and ends: its commands, its exit code, and one line for what went wrong.
 #pragma once
 
 #include <functional>
@@ -15,5 +15,17 @@ constexpr char kExitCodes[] = "Exit code: 0 done, 1 an error, 2 a wrong command 
 /// @return exit code: 0, 1 for an error, 2 for a wrong command line or setting.
 int runProgram(const std::string& name, int argc, const char* const* argv,
                const std::function<void(const std::vector<std::string>&)>& program);
+
+struct Command {
+  std::string name;
+  std::string about;  ///< Half a sentence for the help.
+  void (*run)(const std::vector<std::string>& arguments);
+};
+
+/// Runs the command that the arguments begin with, with those behind it. `about` says what the
+/// program does.
+/// @throws UsageError for none of the commands, TextRequest for --help, what the command throws.
+void runCommand(const std::string& program, const std::string& about,
+                const std::vector<Command>& commands, const std::vector<std::string>& arguments);
 
 }  // namespace dtsdf

@@ -1,9 +1,9 @@
 #include <memory>
 
 #include "dtsdf_mapping/map_contents.h"
-#include "python/arrays.h"
-#include "python/blocks.h"
+#include "python/mapper_session.h"
 #include "python/module.h"
+#include "python/values.h"
 
 namespace dtsdf::python {
 namespace {

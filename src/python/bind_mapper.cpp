@@ -6,15 +6,18 @@
 #include <stdexcept>
 #include <string>
 
-#include "python/arrays.h"
-#include "python/blocks.h"
 #include "python/mapper_session.h"
 #include "python/module.h"
-#include "python/settings.h"
-#include "python/space_view.h"
+#include "python/values.h"
 
 namespace dtsdf::python {
 namespace {
+
+/// What `action` does with the mapper, and has of it, while other threads of Python run.
+template <class Action>
+auto withMapper(MapperSession& self, const Action& action) {
+  return withoutGil([&] { return self.withMapper(action); });
+}
 
 using Session = std::shared_ptr<MapperSession>;
 
@@ -75,14 +78,14 @@ IntegrationResult paint(MapperSession& self, const py::object& colour, const py:
   ColourFrame frame = colourImageOf(colour, encoding);
   frame.intrinsics = intrinsicsOf(K);
   frame.T_W_C = poseOf(T_W_C, "T_W_C");
-  return checked(withoutGil([&] { return self.paint(frame); }));
+  return checked(withMapper(self, [&](Mapper& mapper) { return mapper.paint(frame); }));
 }
 
 py::tuple render(MapperSession& self, const py::object& K, const py::object& T_W_C, int width,
                  int height) {
   const RenderCamera camera{width, height, intrinsicsOf(K)};
   const Eigen::Isometry3d pose = poseOf(T_W_C, "T_W_C");
-  RenderedView view = withoutGil([&] { return self.render(camera, pose); });
+  RenderedView view = withMapper(self, [&](Mapper& mapper) { return mapper.render(camera, pose); });
   py::object colours = py::none();
   if (!view.colours.empty()) {
     std::vector<uint8_t> rgba(4 * view.colours.size());
@@ -101,8 +104,8 @@ py::object mesh(MapperSession& self, const std::optional<BoxRegion>& box) {
 }
 
 py::dict statsOf(MapperSession& self) {
-  const MapStats stats = withoutGil([&] { return self.stats(); });
-  const MapperMemory memory = withoutGil([&] { return self.memory(); });
+  const auto [stats, memory] = withMapper(
+      self, [](Mapper& mapper) { return std::make_pair(mapper.stats(), mapper.memory()); });
   py::dict result;
   result["blocks"] = stats.blocks;
   result["voxel_arrays"] = stats.voxel_arrays;
@@ -227,8 +230,10 @@ void bindMapper(py::module& m) {
            "Forgets everything.")
       .def(
           "clear_region",
-          [](MapperSession& self, const Region& region) { return self.clearRegion(region).voxels; },
-          py::arg("region"), py::call_guard<py::gil_scoped_release>(),
+          [](MapperSession& self, const Region& region) {
+            return withMapper(self, [&](Mapper& m) { return m.clearRegion(region).voxels; });
+          },
+          py::arg("region"),
           "Empties the voxels in a Box or a Sphere; returns how many held something.")
       .def(
           "blocks",
@@ -249,12 +254,15 @@ void bindMapper(py::module& m) {
                              "later frames. None if it was not.")
       .def_property_readonly(
           "backend",
-          [](MapperSession& self) { return withoutGil([&] { return self.backendName(); }); },
+          [](MapperSession& self) {
+            return withMapper(self, [](Mapper& mapper) { return mapper.backendName(); });
+          },
           "\"cpu (2 threads)\" or \"cuda (name of the device)\".")
       .def("__repr__", [](MapperSession& self) {
-        const py::gil_scoped_release release;
-        return "<dtsdf_mapping.Mapper: " + self.backendName() + ", " +
-               std::to_string(self.stats().blocks) + " blocks>";
+        return withMapper(self, [](Mapper& mapper) {
+          return "<dtsdf_mapping.Mapper: " + mapper.backendName() + ", " +
+                 std::to_string(mapper.stats().blocks) + " blocks>";
+        });
       });
   refusePickle(mapper, "Mapper", "save(path) it, and Mapper.load(path) in the other process");
 }

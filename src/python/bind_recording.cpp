@@ -5,9 +5,9 @@
 
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "dtsdf_mapping/io/recording.h"
-#include "python/arrays.h"
+#include "python/mapper_session.h"
 #include "python/module.h"
-#include "python/one_process.h"
+#include "python/values.h"
 
 namespace dtsdf::python {
 namespace {

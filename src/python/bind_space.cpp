@@ -1,8 +1,8 @@
 #include <cmath>
 
-#include "python/arrays.h"
+#include "python/mapper_session.h"
 #include "python/module.h"
-#include "python/space_view.h"
+#include "python/values.h"
 
 namespace dtsdf::python {
 namespace {

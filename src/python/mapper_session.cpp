@@ -33,16 +33,6 @@ IntegrationResult MapperSession::integrate(const DepthFrame& frame, double stamp
   return result;
 }
 
-IntegrationResult MapperSession::paint(const ColourFrame& frame) {
-  const auto lock = enter();
-  return mapper_->paint(frame);
-}
-
-RenderedView MapperSession::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C) {
-  const auto lock = enter();
-  return mapper_->render(camera, T_W_C);
-}
-
 std::shared_ptr<const Mesh> MapperSession::mesh(const std::optional<BoxRegion>& region) {
   const auto lock = enter();
   if (region) {
@@ -51,11 +41,6 @@ std::shared_ptr<const Mesh> MapperSession::mesh(const std::optional<BoxRegion>& 
   }
   updateMesh();
   return std::make_shared<const Mesh>(region ? meshes_.assemble(*region) : meshes_.assemble());
-}
-
-ClearedRegion MapperSession::clearRegion(const Region& region) {
-  const auto lock = enter();
-  return mapper_->clearRegion(region);
 }
 
 void MapperSession::clear() {
@@ -78,21 +63,6 @@ SavedMap MapperSession::save(const std::string& path, const std::optional<std::s
   MapContents map = contents();
   if (map_frame) map.map_frame = *map_frame;
   return saveMap(map, path, params_.threads);
-}
-
-MapStats MapperSession::stats() {
-  const auto lock = enter();
-  return mapper_->stats();
-}
-
-MapperMemory MapperSession::memory() {
-  const auto lock = enter();
-  return mapper_->memory();
-}
-
-std::string MapperSession::backendName() {
-  const auto lock = enter();
-  return mapper_->backendName();
 }
 
 void MapperSession::updateSpace() {

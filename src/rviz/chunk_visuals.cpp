@@ -14,7 +14,7 @@
 #include <cmath>
 #include <utility>
 
-#include "meshing/coarse_chunk.h"
+#include "meshing/packed_chunk.h"
 
 namespace dtsdf {
 namespace {

@@ -8,7 +8,7 @@
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
 #include "io/atomic_file.h"
-#include "params/ending.h"
+#include "params/text.h"
 #include "program/run_program.h"
 #include "tiles/child_process.h"
 #include "tiles/fuse_tile.h"

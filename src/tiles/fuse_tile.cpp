@@ -13,13 +13,12 @@
 #include "dtsdf_mapping/io/prefetched_frames.h"
 #include "io/atomic_file.h"
 #include "io/block_mesh_file.h"
-#include "io/save_mapper.h"
+#include "io/map_chunks.h"
 #include "mapper/probed_mapper.h"
 #include "params/printable.h"
 #include "program/progress_bar.h"
 #include "program/stopwatch.h"
 #include "tiles/tile_folder.h"
-#include "tools/levelled_input.h"
 #include "tools/recorded_input.h"
 
 namespace dtsdf {

@@ -14,7 +14,6 @@
 #include "program/progress_bar.h"
 #include "program/stopwatch.h"
 #include "tiles/make_tiles.h"
-#include "tools/levelled_input.h"
 #include "tools/reconstruction.h"
 #include "tools/recorded_input.h"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tiles/tile.h"
-#include "tools/input_options.h"
+#include "tools/run_options.h"
 
 namespace dtsdf {
 

@@ -1,5 +1,4 @@
 /// tiles: a map that is larger than one machine, made in tiles by as many processes as there are.
-#include "program/commands.h"
 #include "program/run_program.h"
 #include "tiles/commands.h"
 

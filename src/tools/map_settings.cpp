@@ -1,9 +1,13 @@
 #include "tools/map_settings.h"
 
+#include <cstdio>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "dtsdf_mapping/io/yaml_params.h"
+#include "dtsdf_mapping/simplify.h"
+#include "program/progress_bar.h"
 
 namespace dtsdf {
 
@@ -30,6 +34,37 @@ MapSettings settingsFor(const MapContents& contents, const std::vector<std::stri
 void addLoadLimit(CommandLine& line, MapLoadLimit& limit) {
   line.addWhole({"--max-memory-mb", "MIB", "refuse maps that take more memory"},
                 limit.max_memory_mb, {1, 1 << 22});
+}
+
+namespace {
+
+/// The mesh itself, which sets a lower bound, is not known yet.
+constexpr double kLargestError_m = 1e6;
+
+}  // namespace
+
+void addSimplifyOption(CommandLine& line, double& error_m) {
+  line.addNumber({"--simplify-error", "METRES",
+                  "save fewer triangles, at most this far from the mesh, and print the largest "
+                  "distance; 0: all triangles"},
+                 error_m, {0.0, kLargestError_m});
+}
+
+void simplify(Mesh& mesh, double error_m) {
+  if (error_m == 0.0) return;
+  const size_t triangles = mesh.triangles.size();
+  ProgressBar progress("% simplified", 100);
+  try {
+    SimplifiedMesh simplified = simplifyMesh(mesh, error_m, [&](double share) {
+      progress.show(static_cast<size_t>(100.0 * share));
+      return true;
+    });
+    mesh = std::move(simplified.mesh);
+    std::printf("simplified from %zu to %zu triangles, at most %.6f m from the mesh\n", triangles,
+                mesh.triangles.size(), simplified.error_m);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--simplify-error: ") + error.what());
+  }
 }
 
 }  // namespace dtsdf

@@ -1,4 +1,5 @@
-/// The settings to go on with a saved map, as the run that saved it would have.
+/// What programs have in common that read a map or save its mesh: the settings to continue it with,
+/// and their options.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +8,7 @@
 
 #include "backend/rules.h"
 #include "dtsdf_mapping/map_contents.h"
+#include "dtsdf_mapping/mesh.h"
 #include "dtsdf_mapping/params/mapper_params.h"
 #include "program/command_line.h"
 
@@ -31,5 +33,12 @@ struct MapLoadLimit {
 
 /// Adds --max-memory-mb.
 void addLoadLimit(CommandLine& line, MapLoadLimit& limit);
+
+/// Adds --simplify-error.
+void addSimplifyOption(CommandLine& line, double& error_m);
+
+/// Leaves the mesh as it is for an error of 0; else simplifies it and prints what came out.
+/// @throws UsageError for an error that is larger than the mesh.
+void simplify(Mesh& mesh, double error_m);
 
 }  // namespace dtsdf

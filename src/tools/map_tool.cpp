@@ -1,7 +1,11 @@
 /// map_tool: what is in a map file, and what can be made of it.
 #include "tools/map_tool.h"
 
-#include "program/commands.h"
+#include <cstdio>
+
+#include "dtsdf_mapping/io/map_file.h"
+#include "mapper/probed_mapper.h"
+#include "params/text.h"
 #include "program/run_program.h"
 
 namespace dtsdf {
@@ -18,6 +22,51 @@ void run(const std::vector<std::string>& arguments) {
 }
 
 }  // namespace
+
+void addPaths(CommandLine& line, const std::string& out, MapToolOptions& options) {
+  line.addText({"FILE", "", "a map file"}, options.map_path);
+  line.addText({"OUT", "", out}, options.out_path);
+}
+
+void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& options) {
+  line.addList({"--set", "KEY=VALUE ...", "settings that override those of the file: " + keys},
+               [&](const std::string& value) { options.settings.push_back(value); });
+}
+
+MapOfFile loadMapOf(const MapToolOptions& options, const char* fixed) {
+  const MapContents contents = loadMap(options.map_path, options.limit.bytes());
+  std::vector<std::string> given = options.settings;
+  given.emplace_back(fixed);
+  MapSettings settings = settingsFor(contents, given);
+  auto mapper = makeProbedMapper(settings.params, settings.rules, contents);
+  return {std::move(settings), std::move(mapper), !contents.free_cubes.empty()};
+}
+
+std::unique_ptr<Mapper> loadWithSpace(const SpaceOutputOptions& options) {
+  MapOfFile map = loadMapOf(options, "space/enabled=true");
+  if (!map.has_free_space) {
+    std::fprintf(stderr,
+                 "map_tool: warning: the map has no free space; only surface cells are in %s. Map "
+                 "with --set space/enabled=true\n",
+                 options.what.c_str());
+  }
+  map.mapper->updateMesh();
+  return std::move(map.mapper);
+}
+
+void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
+                      const std::string& what, const std::string& ending,
+                      SpaceOutputOptions& options) {
+  options.what = what;
+  addPaths(line, what + ": " + ending, options);
+  addSettings(line, "space/..., backend, threads", options);
+  addLoadLimit(line, options.limit);
+  line.parse(arguments);
+  if (!endsWith(options.out_path, ending)) {
+    throw UsageError("'" + options.out_path + "' does not end in " + ending);
+  }
+}
+
 }  // namespace dtsdf
 
 int main(int argc, char** argv) { return dtsdf::runProgram("map_tool", argc, argv, dtsdf::run); }

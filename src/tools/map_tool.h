@@ -1,8 +1,14 @@
-/// What `map_tool` can do with a map file: a function for each of its commands.
+/// What `map_tool` can do with a map file: a function for each of its commands, and what they have
+/// in common.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "dtsdf_mapping/mapper.h"
+#include "program/command_line.h"
+#include "tools/map_settings.h"
 
 namespace dtsdf {
 
@@ -13,5 +19,42 @@ void meshMap(const std::vector<std::string>& arguments);
 void saveOcTree(const std::vector<std::string>& arguments);
 void drawSlice(const std::vector<std::string>& arguments);
 void renderMap(const std::vector<std::string>& arguments);
+
+/// Of the commands that make something of a map.
+struct MapToolOptions {
+  std::string map_path, out_path;
+  std::vector<std::string> settings;  ///< Each key=value.
+  MapLoadLimit limit;
+};
+
+/// Adds FILE and OUT, which `out` explains.
+void addPaths(CommandLine& line, const std::string& out, MapToolOptions& options);
+
+/// Adds --set, where `keys` are worth it.
+void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& options);
+
+/// A mapper that was made from the file, and its settings: those given, and then `fixed`.
+struct MapOfFile {
+  MapSettings settings;
+  std::unique_ptr<Mapper> mapper;
+  bool has_free_space;
+};
+/// @throws std::runtime_error if the file cannot be read, ParamError for wrong settings.
+MapOfFile loadMapOf(const MapToolOptions& options, const char* fixed);
+
+/// The commands that make something of a map's space; `what` is written, in words.
+struct SpaceOutputOptions : MapToolOptions {
+  std::string what;
+};
+
+/// A mapper that was made from the file, with its surfaces, and the space around them: that which
+/// the file holds, and none where it was saved without. @throws as loadMapOf() does.
+std::unique_ptr<Mapper> loadWithSpace(const SpaceOutputOptions& options);
+
+/// Adds FILE, OUT and --set, and parses; `what` is to be written, and `ending` is how its name has
+/// to end. @throws UsageError
+void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
+                      const std::string& what, const std::string& ending,
+                      SpaceOutputOptions& options);
 
 }  // namespace dtsdf

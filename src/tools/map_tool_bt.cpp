@@ -9,7 +9,6 @@
 
 #include "io/atomic_file.h"
 #include "program/run_program.h"
-#include "tools/map_space.h"
 #include "tools/map_tool.h"
 
 namespace dtsdf {

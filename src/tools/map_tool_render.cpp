@@ -6,27 +6,22 @@
 #include <limits>
 #include <utility>
 
-#include "dtsdf_mapping/io/map_file.h"
 #include "io/atomic_file.h"
-#include "io/camera_info_file.h"
+#include "io/camera_file.h"
 #include "io/colour_codes.h"
-#include "io/depth_png.h"
-#include "io/trajectory_file.h"
-#include "mapper/probed_mapper.h"
+#include "io/depth_codes.h"
+#include "io/trajectory.h"
 #include "program/run_program.h"
 #include "program/stopwatch.h"
-#include "tools/map_settings.h"
 #include "tools/map_tool.h"
 #include "tools/reconstruction_report.h"
 
 namespace dtsdf {
 namespace {
 
-struct RenderOptions {
-  std::string map_path, out_path, camera_path, trajectory_path;
+struct RenderOptions : MapToolOptions {
+  std::string camera_path, trajectory_path;
   std::vector<StampedPose> poses;
-  std::vector<std::string> settings;  ///< Each key=value.
-  MapLoadLimit limit;
 };
 
 /// Depth images have so many units per metre, as the TUM benchmark's have.
@@ -50,8 +45,7 @@ RenderOptions parseRenderOptions(const std::vector<std::string>& arguments) {
                    "has them: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
                    "x, y and z in the camera's frame) and, where the map is painted, rgb.",
                    kExitCodes);
-  line.addText({"FILE", "", "a map file"}, options.map_path);
-  line.addText({"OUT", "", "the folder"}, options.out_path);
+  addPaths(line, "the folder", options);
   line.add({"--pose", "TX,TY,TZ,QX,QY,QZ,QW",
             "pose of the camera (its optical frame) in the map "
             "frame, in metres and as a quaternion"},
@@ -65,9 +59,7 @@ RenderOptions parseRenderOptions(const std::vector<std::string>& arguments) {
                 "camera_info.yaml with size and intrinsics (default: 640 x 480 "
                 "pixels, focal length 525)"},
                options.camera_path);
-  line.addList({"--set", "KEY=VALUE ...",
-                "settings that override those of the file: mesh/..., backend, threads"},
-               [&](const std::string& value) { options.settings.push_back(value); });
+  addSettings(line, "mesh/..., backend, threads", options);
   addLoadLimit(line, options.limit);
   line.parse(arguments);
   return options;
@@ -183,12 +175,8 @@ void renderMap(const std::vector<std::string>& arguments) {
     }
   }
   const RenderCamera camera = cameraOf(options.camera_path);
-  MapContents contents = loadMap(options.map_path, options.limit.bytes());
-  std::vector<std::string> given = options.settings;
-  given.emplace_back("space/enabled=false");  // views do not depend on it
-  const MapSettings settings = settingsFor(contents, given);
-  const auto mapper = makeProbedMapper(settings.params, settings.rules, contents);
-  contents = MapContents();
+  // Views do not depend on space.
+  const auto mapper = loadMapOf(options, "space/enabled=false").mapper;
   ViewFolder folder(options.out_path, camera);
   RenderedView view;
   std::vector<double> times_ms;

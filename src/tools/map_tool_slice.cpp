@@ -10,7 +10,6 @@
 #include "io/colour_codes.h"
 #include "planning/distance_slice.h"
 #include "program/run_program.h"
-#include "tools/map_space.h"
 #include "tools/map_tool.h"
 
 namespace dtsdf {

@@ -2,8 +2,8 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
-#include "params/ending.h"
-#include "tools/simplification.h"
+#include "params/text.h"
+#include "tools/map_settings.h"
 
 namespace dtsdf {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/input_options.h"
+#include "tools/run_options.h"
 
 namespace dtsdf {
 

@@ -15,7 +15,7 @@
 #include "dtsdf_mapping/pose_refiner.h"
 #include "dtsdf_mapping/pose_tracker.h"
 #include "io/trajectory.h"
-#include "log/log_replay.h"
+#include "log/refusion.h"
 #include "page/paged_meshes.h"
 
 namespace dtsdf {

@@ -1,11 +1,99 @@
 #include "tools/run_options.h"
 
+#include <algorithm>
+#include <iomanip>
+#include <sstream>
 #include <utility>
+#include <vector>
 
+#include "backend/rules.h"
 #include "dtsdf_mapping/io/yaml_params.h"
-#include "tools/setting_list.h"
+#include "params/node_params.h"
+#include "params/setting_unit.h"
+#include "params/text.h"
 
 namespace dtsdf {
+namespace {
+
+/// Visitor that writes one line for each setting: key, default, unit, and what it may be.
+class SettingLister {
+ public:
+  void operator()(const std::string& key, bool& member) { add(key, "true or false", member); }
+  void operator()(const std::string& key, std::string& member) { add(key, "a string", member); }
+  void operator()(const std::string& key, std::vector<std::string>& member) {
+    add(key, "a list of names", member);
+  }
+  template <class Number>
+  void operator()(const std::string& key, Number& member, Range range) {
+    add(key, toString(ParamValue(range.min)) + " to " + toString(ParamValue(range.max)), member,
+        range);
+  }
+  template <class Enum>
+  void operator()(const std::string& key, Enum& member, const EnumNames<Enum>& names) {
+    std::string words;
+    for (const auto& [name, value] : names) words += (words.empty() ? "" : ", ") + name;
+    add(key, words, member, names);
+  }
+
+  std::string text() const {
+    std::vector<Line> lines = lines_;
+    std::sort(lines.begin(), lines.end(),
+              [](const Line& a, const Line& b) { return a.key < b.key; });
+    std::ostringstream text;
+    for (const Line& line : lines) {
+      const std::string unit = unitOf(line.key);
+      text << std::left << std::setw(28) << line.key << ' ' << std::setw(20)
+           << line.value + (unit.empty() ? "" : " " + unit) << ' ' << line.choices << '\n';
+    }
+    return text.str();
+  }
+
+ private:
+  struct Line {
+    std::string key, value, choices;
+  };
+
+  /// Behind what the setting may be: what ParamWriter takes.
+  template <class... Member>
+  void add(const std::string& key, const std::string& choices, Member&&... member) {
+    ParamWriter writer;
+    writer(key, member...);
+    lines_.push_back({key, toString(writer.tree.at(key)), choices});
+  }
+
+  std::vector<Line> lines_;
+};
+
+/// Visitor that writes one line for each number of a rule.
+class RuleLister {
+ public:
+  template <class Number>
+  void operator()(const std::string& key, Number& member, Range range) {
+    ParamWriter writer;
+    writer(key, member, range);
+    text += key + " = " + toString(writer.tree.at(key)) + " in [" +
+            toString(ParamValue(range.min)) + ", " + toString(ParamValue(range.max)) + "]\n";
+  }
+
+  std::string text;
+};
+
+}  // namespace
+
+std::string listSettings() {
+  MappingParams params;
+  SettingLister lister;
+  visitParams(params, lister);
+  return lister.text();
+}
+
+std::string listRules() {
+  Rules rules;
+  RuleLister lister;
+  visitRules(rules, lister);
+  return lister.text;
+}
+
 namespace {
 
 std::string parseBackend(const std::string& text) {
@@ -136,6 +224,92 @@ RunSettings readSettings(ParamTree tree) {
   readFrames(settings.params.node, reader);
   reader.finish();
   return settings;
+}
+
+namespace {
+
+/// The formats' names, "bag" and "log" included.
+std::vector<std::string> formatNames() {
+  std::vector<std::string> names = recordingFormats();
+  names.push_back("bag");
+  names.push_back("log");
+  return names;
+}
+
+std::string parseFormat(const std::string& text) {
+  const std::vector<std::string> names = formatNames();
+  if (std::find(names.begin(), names.end(), text) == names.end()) {
+    throw UsageError("'" + text + "' is not one of " + joined(names, "|"));
+  }
+  return text;
+}
+
+Intrinsics parseIntrinsics(const std::string& text) {
+  const std::vector<double> numbers = readNumbers(text);
+  if (numbers.size() != 4 || numbers[0] <= 0.0 || numbers[1] == 0.0) {
+    throw UsageError("'" + text + "' is not of the form fx,fy,cx,cy, with fx above 0 and fy not 0");
+  }
+  const auto pixels = [&](size_t i) { return static_cast<float>(numbers[i]); };
+  return {pixels(0), pixels(1), pixels(2), pixels(3)};
+}
+
+}  // namespace
+
+void addFormatOption(CommandLine& line, InputOptions& options) {
+  line.add({"--format", joined(formatNames(), "|"), "format of the recording (default: detected)"},
+           [&](const std::string& value) { options.recording.format = parseFormat(value); });
+}
+
+void addReadingOptions(CommandLine& line, InputOptions& options) {
+  RecordingOptions& recording = options.recording;
+  line.add({"--intrinsics", "FX,FY,CX,CY",
+            "camera in pixels, instead of the recording's; a negative FY flips the rows of a "
+            "folder's images, for cameras whose y axis points up"},
+           [&](const std::string& value) { recording.intrinsics = parseIntrinsics(value); });
+  line.addText({"--poses", "FILE",
+                "poses to use instead of the recording's: `stamp tx ty tz qx qy qz qw` per line, "
+                "camera to world, in metres; images without stamps use their number"},
+               recording.poses_path);
+  addFolderOptions(line, options);
+  line.addText({"--depth-topic", "T", "a bag's depth images (default: the only such topic)"},
+               options.depth_topic);
+  line.addText({"--info-topic", "T", "their camera_info (default: beside the depth topic)"},
+               options.info_topic);
+  line.addText({"--mask-topic", "T",
+                "a bag's masks: mono8, not 0 where the image shows what is not part of the scene "
+                "(default: none)"},
+               options.mask_topic);
+  line.addText({"--color-topic", "T",
+                "a bag's colour images, with camera_info beside them (default: the only such "
+                "topic)"},
+               options.colour_topic);
+  line.addText({"--imu-topic", "T",
+                "a bag's sensor_msgs/Imu for map/level: imu (default: the only such topic)"},
+               options.imu_topic);
+}
+
+void checkReadingOptions(const InputOptions& options) {
+  const RecordingOptions& recording = options.recording;
+  const bool is_bag = recording.format == "bag";
+  const std::string read_as = "'" + recording.path + "' is read as " + recording.format;
+  if (is_bag && recording.units_per_metre) {
+    throw UsageError("--depth-scale is for folders, and " + read_as +
+                     "; a bag's units are the settings input/unit_16uc1_m and unit_32fc1_m");
+  }
+  if (is_bag && recording.intrinsics && recording.intrinsics->fy < 0.0f) {
+    throw UsageError("--intrinsics: a negative FY is for folders, and " + read_as);
+  }
+  const std::pair<const char*, const std::string&> topics[] = {
+      {"--depth-topic", options.depth_topic},
+      {"--info-topic", options.info_topic},
+      {"--mask-topic", options.mask_topic},
+      {"--color-topic", options.colour_topic},
+      {"--imu-topic", options.imu_topic}};
+  for (const auto& [option, topic] : topics) {
+    if (!is_bag && !topic.empty()) {
+      throw UsageError(std::string(option) + " is for bags, and " + read_as);
+    }
+  }
 }
 
 }  // namespace dtsdf

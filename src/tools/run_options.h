@@ -1,4 +1,5 @@
-/// Options and settings of the programs that fuse frames.
+/// Options and settings of the programs that fuse frames, and of those that read a recording in any
+/// of the formats, bags included.
 #pragma once
 
 #include <optional>
@@ -12,6 +13,15 @@
 #include "program/command_line.h"
 
 namespace dtsdf {
+
+// What settings there are, and what numbers the rules have.
+
+/// The text of --list-settings: every setting of the mapper and the node with its default, unit and
+/// what it may be, by key.
+std::string listSettings();
+
+/// The text of --list-rules: every number with its default and range.
+std::string listRules();
 
 /// What the programs have in common.
 struct RunOptions {
@@ -51,5 +61,21 @@ RunSettings readSettings(const RunOptions& options, ParamTree defaults);
 
 /// The same of settings as files and command lines say them. @throws ParamError
 RunSettings readSettings(ParamTree tree);
+
+/// What is read is RunOptions::recording, whose format may also be "bag" or "log".
+struct InputOptions : RunOptions {
+  std::string depth_topic, info_topic;  ///< Empty: chosen from the bag.
+  std::string mask_topic;               ///< Of a bag; empty: no masks.
+  std::string colour_topic;             ///< Empty: chosen from the bag.
+  std::string imu_topic;                ///< Empty: chosen from the bag.
+};
+
+// Each adds some of the options to a command line.
+void addFormatOption(CommandLine& line, InputOptions& options);
+void addReadingOptions(CommandLine& line, InputOptions& options);  ///< How it is read.
+
+/// Whether the options are for what is read, once its format is known.
+/// @throws UsageError that names the option.
+void checkReadingOptions(const InputOptions& options);
 
 }  // namespace dtsdf

@@ -1,6 +1,6 @@
 // camera_info.yaml.
 #include "fuzz/fuzz_input.h"
-#include "io/camera_info_file.h"
+#include "io/camera_file.h"
 
 using namespace dtsdf;
 

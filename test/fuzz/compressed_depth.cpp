@@ -1,6 +1,6 @@
 // What image_transport sends for depth: PNG and RVL behind a header. The first byte is for the
 // format.
-#include "io/compressed_depth.h"
+#include "io/depth_codes.h"
 
 #include "fuzz/fuzz_input.h"
 #include "fuzz/png_sums.h"

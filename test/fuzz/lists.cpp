@@ -1,8 +1,8 @@
 // The texts of recordings: lists of images, poses, matrices.
 #include "fuzz/fuzz_input.h"
-#include "io/list_file.h"
-#include "io/matrix_file.h"
-#include "io/trajectory_file.h"
+#include "io/camera_file.h"
+#include "io/text_file.h"
+#include "io/trajectory.h"
 #include "io/tum_lists.h"
 
 using namespace dtsdf;

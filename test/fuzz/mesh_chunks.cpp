@@ -6,7 +6,6 @@
 
 #include "fuzz/fuzz_input.h"
 #include "fuzz/mesh_check.h"
-#include "meshing/coarse_chunk.h"
 #include "meshing/packed_chunk.h"
 
 using namespace dtsdf;

@@ -23,7 +23,7 @@ JOINED = re.compile(r'(\+|<<)\s*"|"\s*(\+|<<)')
 WHAT = re.compile(r"\b\w+\.what\(\)")
 RETHROWN = re.compile(r"\bthrow|\bUsageError\(|\bproblem = |\breturn error\.what")
 # Where it is cleaned.
-CLEANERS = {"src/program/run_program.cpp", "src/ros/common/start_error.h"}
+CLEANERS = {"src/program/run_program.cpp", "src/ros/common/node_start.h"}
 
 
 def statements(code):

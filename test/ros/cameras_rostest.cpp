@@ -10,7 +10,7 @@
 #include "dtsdf_mapping/mapper.h"
 #include "dtsdf_mapping/mesh.h"
 #include "params/node_params.h"
-#include "ros/input/depth_image.h"
+#include "ros/input/images.h"
 #include "ros/input/pose_source.h"
 #include "ros/support/kept_topics.h"
 #include "ros/support/messages.h"

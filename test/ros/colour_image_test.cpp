@@ -1,4 +1,4 @@
-#include "ros/input/colour_image.h"
+#include "ros/input/images.h"
 
 #include <gtest/gtest.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "ros/input/compressed_image.h"
+#include "ros/input/image_kind.h"
 #include "ros/input/rectification.h"
 
 namespace dtsdf {

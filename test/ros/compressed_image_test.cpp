@@ -1,10 +1,10 @@
-#include "ros/input/compressed_image.h"
+#include "ros/input/image_kind.h"
 
 #include <gtest/gtest.h>
 
 #include <boost/make_shared.hpp>
 
-#include "ros/input/depth_image.h"
+#include "ros/input/images.h"
 #include "support/compressed_depth.h"
 
 namespace dtsdf {

@@ -18,7 +18,7 @@
 #include <future>
 #include <thread>
 
-#include "io/trajectory_file.h"
+#include "io/trajectory.h"
 #include "ros/support/blocks_watcher.h"
 #include "ros/support/output_folder.h"
 #include "ros/support/room_camera.h"

@@ -1,4 +1,4 @@
-#include "ros/input/depth_image.h"
+#include "ros/input/images.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,6 @@
 
 #include <cstring>
 #include <limits>
-
-#include "ros/input/image_checks.h"
 
 namespace dtsdf {
 namespace {

@@ -1,4 +1,4 @@
-#include "ros/output/found_pose.h"
+#include "ros/output/pose_publisher.h"
 
 #include <gtest/gtest.h>
 

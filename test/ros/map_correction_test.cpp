@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "log/log_folder.h"
-#include "ros/output/mesh_differences.h"
+#include "ros/output/handovers.h"
 #include "ros/session/map_session.h"
 #include "space/space_follower.h"
 #include "support/logged_map.h"

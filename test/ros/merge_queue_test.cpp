@@ -1,4 +1,4 @@
-#include "ros/input/merge_queue.h"
+#include "ros/input/frame_queue.h"
 
 #include <gtest/gtest.h>
 

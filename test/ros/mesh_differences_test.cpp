@@ -1,4 +1,4 @@
-#include "ros/output/mesh_differences.h"
+#include "ros/output/handovers.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ros/output/mesh_handover.h"
+#include "ros/output/handovers.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ros/input/motion_gate.h"
+#include "ros/input/pose_checks.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "ros/input/drop_reason.h"
+#include "ros/input/frame_accounting.h"
 
 namespace dtsdf {
 namespace {

@@ -1,4 +1,4 @@
-#include "ros/input/optical_frame_check.h"
+#include "ros/input/pose_checks.h"
 
 #include <gtest/gtest.h>
 

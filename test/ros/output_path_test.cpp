@@ -1,4 +1,4 @@
-#include "ros/output/output_path.h"
+#include "ros/session/requests.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ros/output/run_clock.h"
+#include "ros/output/status_history.h"
 
 #include <gtest/gtest.h>
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "ros/input/transform_conversions.h"
+#include "ros/input/conversions.h"
 #include "ros/support/grid_reader.h"
 #include "ros/support/raw_listener.h"
 #include "ros/support/wall_camera.h"

@@ -1,4 +1,4 @@
-#include "ros/output/static_layer_pace.h"
+#include "ros/output/space_publishers.h"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ros/output/colour_hint.h"
-#include "ros/output/trouble_log.h"
+#include "ros/output/status_history.h"
 
 namespace dtsdf {
 namespace {

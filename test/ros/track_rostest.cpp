@@ -3,7 +3,7 @@
 #include <dtsdf_mapping/SetPose.h>
 #include <gtest/gtest.h>
 
-#include "io/trajectory_file.h"
+#include "io/trajectory.h"
 #include "ros/support/output_folder.h"
 #include "ros/support/room_camera.h"
 #include "ros/support/status_watcher.h"

@@ -1,4 +1,4 @@
-#include "ros/input/transform_buffer.h"
+#include "ros/input/transforms.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "io/recorded_colours.h"
 #include "io/recorded_images.h"
 
 namespace dtsdf {

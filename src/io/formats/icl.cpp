@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "io/formats/folder_format.h"
-#include "io/list_file.h"
-#include "io/trajectory_file.h"
-#include "params/ending.h"
+#include "io/text_file.h"
+#include "io/trajectory.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {

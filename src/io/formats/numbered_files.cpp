@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "io/matrix_file.h"
+#include "io/camera_file.h"
 #include "io/text_file.h"
-#include "params/ending.h"
+#include "params/text.h"
 
 namespace dtsdf {
 namespace {

@@ -6,10 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "io/camera_file.h"
 #include "io/formats/folder_format.h"
 #include "io/formats/numbered_files.h"
-#include "io/list_file.h"
-#include "io/matrix_file.h"
 #include "io/text_file.h"
 
 namespace dtsdf {

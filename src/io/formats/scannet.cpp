@@ -3,11 +3,11 @@
 // -inf where the tracker had lost the camera, and intrinsic/intrinsic_depth.txt, 4 x 4. Numbers
 // have no leading zeros. Colour is in color/NUMBER.jpg, of a camera at the same place with another
 // lens, which intrinsic/intrinsic_color.txt has.
+#include "io/camera_file.h"
 #include "io/colour_codes.h"
-#include "io/depth_png.h"
+#include "io/depth_codes.h"
 #include "io/formats/folder_format.h"
 #include "io/formats/numbered_files.h"
-#include "io/matrix_file.h"
 
 namespace dtsdf {
 namespace {

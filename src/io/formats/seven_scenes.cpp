@@ -9,10 +9,10 @@
 // nothing is published of its camera, it is taken for the depth camera's, which is nearly right.
 #include <utility>
 
-#include "io/depth_png.h"
+#include "io/camera_file.h"
+#include "io/depth_codes.h"
 #include "io/formats/folder_format.h"
 #include "io/formats/numbered_files.h"
-#include "io/matrix_file.h"
 
 namespace dtsdf {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "io/bag_frames.h"
 #include "ros/bag/bag_messages.h"
-#include "ros/input/colour_image.h"
-#include "ros/input/compressed_image.h"
+#include "ros/input/image_kind.h"
+#include "ros/input/images.h"
 #include "ros/input/rectification.h"
 
 namespace dtsdf {

@@ -13,9 +13,8 @@
 #include "io/recorded_images.h"
 #include "params/printable.h"
 #include "ros/bag/bag_messages.h"
-#include "ros/input/compressed_image.h"
-#include "ros/input/depth_image.h"
-#include "ros/input/mask.h"
+#include "ros/input/image_kind.h"
+#include "ros/input/images.h"
 #include "ros/input/rectification.h"
 
 namespace dtsdf {

@@ -1,5 +1,4 @@
-#include "tum_to_bag.h"
-
+/// tum_to_bag DIR OUT.bag: a TUM RGB-D folder as a bag for rosbag play and `reconstruct --bag`.
 #include <cv_bridge/cv_bridge.h>
 #include <rosbag/bag.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -10,15 +9,36 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <iostream>
+#include <map>
 #include <set>
 #include <stdexcept>
 
 #include "dtsdf_mapping/io/recording.h"
-#include "ros/input/image_checks.h"
-#include "ros/input/transform_conversions.h"
+#include "program/command_line.h"
+#include "program/run_program.h"
+#include "ros/input/conversions.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {
+
+struct TumToBagOptions {
+  std::string folder;
+  std::string bag;
+  double units_per_metre = 5000.0;
+  /// 16UC1 in millimetres, as many drivers send it: half the size, but TUM's 0.2 mm are rounded.
+  bool millimetres = false;
+  std::string map_frame = "map";
+  std::string camera_frame = "camera_depth_optical_frame";
+  std::string camera_namespace = "/camera";
+};
+
+struct TumToBagResult {
+  size_t depth_images = 0;
+  size_t colour_images = 0;
+  std::map<std::string, size_t> skipped;  ///< Depth images left out, by reason.
+};
 
 namespace fs = std::filesystem;
 namespace enc = sensor_msgs::image_encodings;
@@ -136,8 +156,8 @@ void writeColour(const TumToBagOptions& options, rosbag::Bag& bag, PoseWriter& p
   for (const auto& [reason, count] : images->skipped()) result.skipped[reason] += count;
 }
 
-}  // namespace
-
+/// The bag is written beside its place and renamed when it is whole.
+/// @throws std::runtime_error for a folder that cannot be read or a bag that cannot be written.
 TumToBagResult convertTumToBag(const TumToBagOptions& options) {
   const std::string unfinished = options.bag + ".unfinished";
   TumToBagResult result;
@@ -159,4 +179,41 @@ TumToBagResult convertTumToBag(const TumToBagOptions& options) {
   return result;
 }
 
+TumToBagOptions readOptions(const std::vector<std::string>& arguments) {
+  TumToBagOptions options;
+  CommandLine line("tum_to_bag", "DIR OUT.bag [options]",
+                   "Writes a bag with NAMESPACE/depth/image_rect and camera_info, "
+                   "NAMESPACE/rgb/image_rect_color and camera_info (if the folder has colour "
+                   "images), and /tf from the map frame to the camera's optical frame.",
+                   kExitCodes);
+  line.addText({"DIR", "", "the folder"}, options.folder);
+  line.addText({"OUT.bag", "", "the bag"}, options.bag);
+  line.addNumber({"--depth-scale", "UNITS", "units per metre of the folder's depth images"},
+                 options.units_per_metre, {kAboveZero, kUnbounded});
+  line.addFlag("--millimetres", "depth as 16UC1 in mm, rounded (default: 32FC1 in m, lossless)",
+               options.millimetres);
+  line.addText({"--map-frame", "FRAME", "frame of the map"}, options.map_frame);
+  line.addText({"--camera-frame", "FRAME", "the camera's optical frame"}, options.camera_frame);
+  line.addText({"--camera", "NAMESPACE", "namespace of the topics"}, options.camera_namespace);
+  line.parse(arguments);
+  return options;
+}
+
+void convert(const TumToBagOptions& options) {
+  const TumToBagResult result = convertTumToBag(options);
+  std::cout << options.bag << ": " << result.depth_images << " depth images, "
+            << result.colour_images << " colour images\n";
+  for (const auto& [reason, count] : result.skipped) {
+    std::cout << "left out: " << count << " depth images (" << reason << ")\n";
+  }
+}
+
+}  // namespace
 }  // namespace dtsdf
+
+int main(int argc, char** argv) {
+  using namespace dtsdf;
+  return runProgram("tum_to_bag", argc, argv, [](const std::vector<std::string>& arguments) {
+    convert(readOptions(arguments));
+  });
+}

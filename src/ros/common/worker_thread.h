@@ -1,8 +1,13 @@
-/// The thread of a loop: it repeats a step, and runs tasks of other threads in between.
+/// The threads of the node: loops, and queues of callbacks.
 #pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/spinner.h>
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <future>
@@ -12,6 +17,7 @@
 
 namespace dtsdf {
 
+/// The thread of a loop: it repeats a step, and runs tasks of other threads in between.
 class WorkerThread {
  public:
   /// Does some work and says how long to wait before the next call, unless woken.
@@ -52,6 +58,29 @@ class WorkerThread {
   bool woken_ = false;
   bool stopping_ = false;
   std::thread thread_;
+};
+
+/// A callback queue with a thread of its own: what is called there may wait, and holds up nobody
+/// but its caller.
+class CallbackThread {
+ public:
+  /// More threads than one where a caller has to be noticed while another one waits.
+  explicit CallbackThread(uint32_t threads = 1) : spinner_(threads, &queue_) {}
+
+  /// A node handle whose callbacks are called on this thread.
+  ros::NodeHandle serve(ros::NodeHandle nh) {
+    nh.setCallbackQueue(&queue_);
+    return nh;
+  }
+
+  void start() { spinner_.start(); }
+
+  /// Waits for the callback under way; nothing is called any more.
+  void stop() { spinner_.stop(); }
+
+ private:
+  ros::CallbackQueue queue_;
+  ros::AsyncSpinner spinner_;
 };
 
 }  // namespace dtsdf

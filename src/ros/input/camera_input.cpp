@@ -8,7 +8,7 @@
 
 #include "params/printable.h"
 #include "ros/common/callback_guard.h"
-#include "ros/input/image_checks.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {

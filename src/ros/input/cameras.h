@@ -1,4 +1,4 @@
-/// All cameras of the node, in one order of stamps.
+/// All cameras of the node, in one order of stamps, and the streams of images that each has.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -9,10 +9,46 @@
 #include <string>
 #include <vector>
 
-#include "ros/input/camera_report.h"
-#include "ros/input/image_stream.h"
+#include "dtsdf_mapping/io/rate_limit.h"
+#include "ros/input/camera_input.h"
+#include "ros/input/frame_accounting.h"
+#include "ros/input/frame_intake.h"
 
 namespace dtsdf {
+
+/// One kind of a camera's images: its topics, its frames on their way to the map, and what became
+/// of them.
+class ImageStream {
+ public:
+  /// Of topics in `ns` (see CameraInput for why). `on_frame` reports that something waits for the
+  /// intake's thread.
+  ImageStream(const std::string& ns, const ros::NodeHandle& nh, const InputParams& params,
+              ImageKind kind, const FrameIntake::Parts& parts, std::function<void()> on_frame);
+
+  /// Begins and ends to receive; the latter waits for nobody.
+  void subscribe(const ros::NodeHandle& private_nh);
+  void unsubscribe() { input_.reset(); }
+
+  /// Where its frames wait.
+  FrameIntake& intake() { return intake_; }
+
+  /// While subscribed.
+  StreamReport report() const;
+
+ private:
+  void onFrame(const FrameMessages& frame);
+  void makeRoom();
+
+  std::string ns_;
+  ros::NodeHandle nh_;
+  InputParams params_;
+  const ImageKind kind_;
+  std::function<void()> on_frame_;
+  RateLimit rate_limit_;  ///< Callbacks' thread only.
+  FrameAccounting& accounting_;
+  FrameIntake intake_;
+  std::unique_ptr<CameraInput> input_;
+};
 
 /// The namespace that the node is in, and the topics that it reads; empty for the root.
 std::string namespaceOf(const ros::NodeHandle& private_nh);

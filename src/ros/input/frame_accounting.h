@@ -1,19 +1,61 @@
-/// Counts what became of every frame and warns, throttled, about those that were dropped.
+/// What became of every frame, stream by stream: fused, or dropped for a reason, which is warned
+/// about.
 #pragma once
 
 #include <ros/time.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "dtsdf_mapping/mapper.h"
 #include "ros/common/steady_clock.h"
-#include "ros/input/drop_reason.h"
 
 namespace dtsdf {
+
+enum class DropReason {
+  kNoCameraInfo,      ///< No camera_info with the image's stamp.
+  kNoMask,            ///< No mask with the image's stamp, where there are masks.
+  kBadEncoding,       ///< None that images of this kind have.
+  kTooLarge,          ///< More pixels than a map takes, or more bytes than may wait.
+  kBadImage,          ///< No pixels, or rows and data that do not fit its size.
+  kSizeMismatch,      ///< Image and camera_info differ in size.
+  kBadIntrinsics,     ///< Focal length not positive, or not finite.
+  kNoStamp,           ///< Stamp 0: no transform belongs to it.
+  kNoTransform,       ///< None within the timeout.
+  kBeforeTransforms,  ///< Older than the transforms known: none can come any more.
+  kQueueFull,         ///< The oldest that waited when a newer one came.
+  kOutOfOrder,        ///< Older than what another camera's frame has made of the map meanwhile.
+  kTimeJump,          ///< In the queue when the stamps jumped back.
+  kPoseJump,          ///< The camera would have moved faster than allowed.
+  kBadPose,           ///< Not finite, not a rotation, or out of the map's range.
+  kNoMeasurement,     ///< No pixel with a depth in range.
+  kNoMemory,          ///< On the GPU, for this frame.
+  kOverRate,          ///< Left out, as more come than are wanted.
+  kNotLevel,          ///< Up is not known yet, and the map is to be level.
+  kMisfit,            ///< Does not fit the map, and poses/on_misfit is drop.
+  kLost,              ///< The camera is not followed: it does not fit the map, or not yet again.
+  kPaused,
+  kBackendError,  ///< The map's backend has failed.
+};
+constexpr int kDropReasonCount = static_cast<int>(DropReason::kBackendError) + 1;
+
+/// In the spelling of the status message: "no_transform".
+const char* toString(DropReason reason);
+
+/// The reason for a frame that the mapper did not fuse; `status` is not kFused.
+DropReason dropReasonOf(FrameStatus status);
+
+/// What a check has to say against a frame.
+struct Rejection {
+  DropReason reason;
+  std::string text;
+};
 
 struct FrameCounts {
   uint64_t images = 0;
@@ -32,7 +74,8 @@ struct FrameCounts {
   uint64_t waiting() const { return images - fused - droppedSum(); }
 };
 
-/// Of the images of one stream. Thread safe: callbacks, intake and map all count here.
+/// Counts what became of every frame and warns, throttled, about those that were dropped. Of the
+/// images of one stream. Thread safe: callbacks, intake and map all count here.
 class FrameAccounting {
  public:
   /// `name` begins the warnings, where there are several streams.
@@ -57,6 +100,45 @@ class FrameAccounting {
   FrameCounts counts_;  ///< Without ages.
   std::optional<SteadyTime> image_at_, camera_info_at_, fused_at_;
   std::array<ros::WallTime, kDropReasonCount> last_warning_{};
+};
+
+/// What became of every frame of the node, stream by stream. Beside the way of the frames: whoever
+/// drops or fuses one finds its stream's accounting here. Streams are added before frames come;
+/// then it is thread safe.
+class FrameLedger {
+ public:
+  explicit FrameLedger(SteadyClock clock = std::chrono::steady_clock::now)
+      : clock_(std::move(clock)) {}
+
+  /// `stream` is its number in the FrameQueue; `name` begins its warnings.
+  FrameAccounting& addStream(size_t stream, const std::string& name = "") {
+    return streams_.try_emplace(stream, name, clock_).first->second;
+  }
+
+  FrameAccounting& of(size_t stream) { return streams_.at(stream); }
+
+ private:
+  const SteadyClock clock_;
+  std::map<size_t, FrameAccounting> streams_;
+};
+
+/// Of one kind of images of one camera.
+struct StreamReport {
+  FrameCounts frames;
+  std::string image_topic, info_topic;
+  size_t image_publishers = 0;
+  size_t waiting = 0;        ///< For their camera_info, transform or turn, or in work.
+  size_t waiting_bytes = 0;  ///< What these keep in memory.
+  std::string waiting_for;   ///< What the first of them waits for.
+  std::string warning;       ///< What is wrong with all of them, fused or not.
+};
+
+/// What is reported about the cameras while the node runs.
+struct CameraReport {
+  std::string name;  ///< Empty for the only one, in the node's own namespace.
+  StreamReport depth;
+  std::optional<StreamReport> colour;  ///< Where colour is wanted.
+  bool is_colour_needed = false;       ///< It is amiss if there is none.
 };
 
 }  // namespace dtsdf

@@ -13,7 +13,7 @@
 #include <optional>
 
 #include "params/node_params.h"
-#include "ros/input/drop_reason.h"
+#include "ros/input/frame_accounting.h"
 
 namespace dtsdf {
 

@@ -6,10 +6,10 @@
 #include <sstream>
 #include <utility>
 
-#include "params/frame_name.h"
 #include "params/printable.h"
+#include "params/text.h"
 #include "ros/common/callback_guard.h"
-#include "ros/input/mask.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kGap_s = 30.0;
 /// How often a waiting frame asks for its transform.
 constexpr milliseconds kTransformPoll{5};
 /// Until the next image, which wakes the thread.
-constexpr milliseconds kIdle{1000};
+constexpr milliseconds kUntilNextImage{1000};
 
 std::string secondsText(double duration_s) {
   std::ostringstream text;
@@ -175,7 +175,7 @@ milliseconds FrameIntake::step() noexcept {
     while (passOnFirst()) {
     }
   });
-  return front() ? kTransformPoll : kIdle;
+  return front() ? kTransformPoll : kUntilNextImage;
 }
 
 /// False if there is no frame, or the first one has to wait.

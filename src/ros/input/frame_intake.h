@@ -13,13 +13,12 @@
 
 #include "params/node_params.h"
 #include "ros/common/steady_clock.h"
+#include "ros/input/frame_accounting.h"
 #include "ros/input/frame_assembly.h"
-#include "ros/input/frame_ledger.h"
+#include "ros/input/frame_queue.h"
 #include "ros/input/image_kind.h"
-#include "ros/input/motion_gate.h"
-#include "ros/input/optical_frame_check.h"
+#include "ros/input/pose_checks.h"
 #include "ros/input/pose_source.h"
-#include "ros/input/posed_frame.h"
 #include "ros/input/rectification.h"
 
 namespace dtsdf {

@@ -1,18 +1,38 @@
-/// The two kinds of a camera's images, depth and colour, which all else treats alike.
+/// The two kinds of a camera's images, depth and colour, which all else treats alike; and what
+/// decodes compressed ones.
 #pragma once
 
 #include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
 
 #include <functional>
 #include <optional>
 #include <string>
 
 #include "params/node_params.h"
-#include "ros/input/image_checks.h"
-#include "ros/input/posed_frame.h"
+#include "ros/input/frame_queue.h"
+#include "ros/input/images.h"
 #include "ros/input/rectification.h"
 
 namespace dtsdf {
+
+// From messages of image_transport's compressed images to images, without its plugins.
+
+/// What the transport appends to the name of an image's topic.
+constexpr char kCompressedDepthTopic[] = "/compressedDepth";
+constexpr char kCompressedTopic[] = "/compressed";
+
+/// Whether a message holds depth, by what its format says.
+bool holdsDepth(const sensor_msgs::CompressedImage& message);
+
+/// @throws std::runtime_error that says what is wrong with the message.
+sensor_msgs::ImageConstPtr decodeDepth(const sensor_msgs::CompressedImage& message);
+
+/// Whether a message holds the image of a colour camera, JPEG or PNG.
+bool holdsColour(const sensor_msgs::CompressedImage& message);
+
+/// As rgb8. @throws std::runtime_error that says what is wrong with the message.
+sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& message);
 
 struct ImageKind {
   // What they come by.

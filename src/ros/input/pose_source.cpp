@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "params/frame_name.h"
 #include "params/printable.h"
-#include "ros/input/transform_conversions.h"
+#include "params/text.h"
+#include "ros/input/conversions.h"
 
 namespace dtsdf {
 

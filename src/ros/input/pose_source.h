@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "ros/input/transform_buffer.h"
+#include "ros/input/transforms.h"
 
 namespace dtsdf {
 

@@ -7,9 +7,9 @@
 #include <iterator>
 #include <set>
 
-#include "params/ending.h"
 #include "params/printable.h"
-#include "ros/input/compressed_image.h"
+#include "params/text.h"
+#include "ros/input/image_kind.h"
 
 namespace dtsdf {
 namespace {

@@ -7,15 +7,12 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
-#include <cstring>
 #include <opencv2/calib3d.hpp>
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "io/byte_order.h"
 #include "params/printable.h"
-#include "ros/input/colour_image.h"
-#include "ros/input/depth_image.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {
@@ -107,35 +104,11 @@ uint16_t scaled(uint16_t raw, float scale) {
 
 float scaled(float raw, float scale) { return raw * scale; }
 
-/// Fills the rectified pixels; 0, no measurement, where no raw one belongs.
+/// Depth along the rectified axis, in place of that along the raw one.
 template <class Pixel>
-void fill(const DepthFrame& raw, const std::vector<int32_t>& source,
-          const std::vector<float>& scale, std::vector<uint8_t>& bytes) {
-  const auto* rows = static_cast<const uint8_t*>(raw.data);
-  const auto width = static_cast<size_t>(raw.width);
-  for (size_t i = 0; i < source.size(); ++i) {
-    if (source[i] < 0) continue;
-    const auto from = static_cast<size_t>(source[i]);
-    Pixel pixel;
-    std::memcpy(&pixel, rows + from / width * raw.row_bytes + from % width * sizeof(Pixel),
-                sizeof(Pixel));
-    if (!scale.empty()) pixel = scaled(pixel, scale[i]);
-    std::memcpy(&bytes[i * sizeof(Pixel)], &pixel, sizeof(Pixel));
-  }
-}
-
-/// All 0, of the size of another one.
-sensor_msgs::ImagePtr emptyImage(const sensor_msgs::Image& like, const std::string& encoding,
-                                 size_t pixel_bytes) {
-  auto image = boost::make_shared<sensor_msgs::Image>();
-  image->header = like.header;
-  image->encoding = encoding;
-  image->width = like.width;
-  image->height = like.height;
-  image->is_bigendian = !hostIsLittleEndian();
-  image->step = static_cast<uint32_t>(image->width * pixel_bytes);
-  image->data.assign(static_cast<size_t>(image->step) * image->height, 0);
-  return image;
+void scale(cv::Mat& depth, const std::vector<float>& scales) {
+  auto* const pixels = depth.ptr<Pixel>();
+  for (size_t i = 0; i < scales.size(); ++i) pixels[i] = scaled(pixels[i], scales[i]);
 }
 
 /// The camera of the rectified image.
@@ -186,17 +159,9 @@ std::string Rectification::takeWarning() {
 void Rectification::makeTable(const CameraImage& raw) {
   const cv::Size size(static_cast<int>(raw.image->width), static_cast<int>(raw.image->height));
   const auto [from_u, from_v] = sourcesOf(*raw.info, size);
-  source_.clear();
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) {
-      const float raw_u = from_u.at<float>(v, u), raw_v = from_v.at<float>(v, u);
-      const bool inside = raw_u > -0.5f && raw_u < static_cast<float>(size.width) - 0.5f &&
-                          raw_v > -0.5f && raw_v < static_cast<float>(size.height) - 0.5f;
-      source_.push_back(
-          inside ? static_cast<int32_t>(std::lround(raw_v) * size.width + std::lround(raw_u)) : -1);
-    }
-  }
-  scale_ = scalesOf(*raw.info, size);
+  cv::Mat unused;
+  cv::convertMaps(from_u, from_v, source_, unused, CV_16SC2, true);
+  scales_ = scalesOf(*raw.info, size);
   rectified_info_ = rectifiedInfo(*raw.info, size);
   table_info_ = *raw.info;
 }
@@ -212,35 +177,36 @@ CameraImage Rectification::apply(const CameraImage& raw) {
     return raw;
   }
   if (!rectified_info_ || !sameCamera(table_info_, *raw.info)) makeTable(raw);
-  const sensor_msgs::ImageConstPtr image =
-      kind_ == Kind::kDepth ? rectifiedDepth(raw) : rectifiedColour(raw);
-  return {image, rectified_info_};
+  return {kind_ == Kind::kDepth ? rectifiedDepth(raw) : rectifiedColour(raw), rectified_info_};
+}
+
+/// Each pixel takes that of the raw image where its ray comes from; 0, no measurement, where that
+/// is outside.
+sensor_msgs::ImageConstPtr Rectification::rectified(const cv::Mat& raw,
+                                                    const std_msgs::Header& header,
+                                                    const std::string& encoding) const {
+  cv::Mat image;
+  cv::remap(raw, image, source_, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT);
+  if (kind_ == Kind::kDepth && !scales_.empty()) {
+    raw.type() == CV_16UC1 ? scale<uint16_t>(image, scales_) : scale<float>(image, scales_);
+  }
+  return cv_bridge::CvImage(header, encoding, image).toImageMsg();
 }
 
 sensor_msgs::ImageConstPtr Rectification::rectifiedDepth(const CameraImage& raw) const {
   cv_bridge::CvImageConstPtr pixels;
   const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, {}, pixels);
-  const bool is_16_bit = frame.encoding == DepthEncoding::kUint16;
-  const auto image = emptyImage(*raw.image, raw.image->encoding, is_16_bit ? 2 : 4);
-  is_16_bit ? fill<uint16_t>(frame, source_, scale_, image->data)
-            : fill<float>(frame, source_, scale_, image->data);
-  return image;
+  const int type = frame.encoding == DepthEncoding::kUint16 ? CV_16UC1 : CV_32FC1;
+  // Not the matrix of cv_bridge, which is one of bytes where it has swapped them.
+  const cv::Mat depth(frame.height, frame.width, type, const_cast<void*>(frame.data),
+                      frame.row_bytes);
+  return rectified(depth, raw.image->header, raw.image->encoding);
 }
 
 sensor_msgs::ImageConstPtr Rectification::rectifiedColour(const CameraImage& raw) const {
   cv_bridge::CvImageConstPtr pixels;
-  const ColourFrame frame = makeColourFrame(raw.image, *raw.info, pixels);
-  const size_t pixel_bytes = pixels->image.elemSize();
-  const auto image = emptyImage(*raw.image, pixels->encoding, pixel_bytes);
-  const auto* rows = static_cast<const uint8_t*>(frame.data);
-  const auto width = static_cast<size_t>(frame.width);
-  for (size_t i = 0; i < source_.size(); ++i) {
-    if (source_[i] < 0) continue;
-    const auto from = static_cast<size_t>(source_[i]);
-    std::memcpy(&image->data[i * pixel_bytes],
-                rows + from / width * frame.row_bytes + from % width * pixel_bytes, pixel_bytes);
-  }
-  return image;
+  makeColourFrame(raw.image, *raw.info, pixels);
+  return rectified(pixels->image, raw.image->header, pixels->encoding);
 }
 
 }  // namespace dtsdf

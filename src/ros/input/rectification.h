@@ -5,6 +5,7 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,8 @@ class Rectification {
   std::string obstacle(const sensor_msgs::CameraInfo& info) const;
   bool isToBeUndone(const sensor_msgs::CameraInfo& info) const;
   void makeTable(const CameraImage& raw);
+  sensor_msgs::ImageConstPtr rectified(const cv::Mat& raw, const std_msgs::Header& header,
+                                       const std::string& encoding) const;
   sensor_msgs::ImageConstPtr rectifiedDepth(const CameraImage& raw) const;
   sensor_msgs::ImageConstPtr rectifiedColour(const CameraImage& raw) const;
 
@@ -53,8 +56,8 @@ class Rectification {
 
   sensor_msgs::CameraInfo table_info_;              ///< What the table was made for.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Without stamp.
-  std::vector<int32_t> source_;  ///< For each pixel the raw one, row by row, or -1.
-  std::vector<float> scale_;     ///< From its depth to that along the new axis; empty: 1.
+  cv::Mat source_;             ///< For each pixel the raw one, as cv::remap() takes it.
+  std::vector<float> scales_;  ///< From its depth to that along the new axis; empty: 1.
 };
 
 }  // namespace dtsdf

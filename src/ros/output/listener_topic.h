@@ -1,26 +1,85 @@
 /// A topic whose listeners are served one by one: each gets what it lacks as fast as it reads, and
 /// what waits for it is known in bytes.
-///
-/// A ros::Publisher has queues that count messages and drop the oldest in silence. Here messages
-/// are handed over in buffers that report when roscpp lets go of them, and whoever sends looks
-/// first.
 #pragma once
 
 #include <ros/advertise_options.h>
+#include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
 #include <ros/serialized_message.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <iterator>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "ros/output/direct_publisher.h"
-
 namespace dtsdf {
+
+/// A topic that is published to each subscriber by itself.
+///
+/// A ros::Publisher sends to all alike. roscpp lets nothing but a connect callback publish to one
+/// subscriber, and knows who that is only while the callback runs. So the callback that roscpp
+/// makes for a connection is kept, and called again for every message to this subscriber. And as
+/// that serializes what it publishes, a message that is serialized already goes in as a type whose
+/// serialization is the message itself. All that leans on roscpp in this way is in here.
+///
+/// One thread only, but for subscribers().
+class DirectPublisher {
+ public:
+  /// To one subscriber.
+  using Connection = ros::CallbackInterfacePtr;
+
+  /// Called by poll(). A connection that has ended is known by its subscriber's name only.
+  struct Handlers {
+    std::function<void(const std::string& subscriber, const Connection& connection)> on_connection;
+    std::function<void(const std::string& subscriber)> on_end;
+  };
+
+  /// `options` name topic and type; queue and callbacks are set here.
+  DirectPublisher(ros::NodeHandle nh, ros::AdvertiseOptions options, Handlers handlers);
+
+  size_t subscribers() const { return publisher_.getNumSubscribers(); }
+  std::string topic() const { return publisher_.getTopic(); }
+
+  /// Handles the connections that began or ended since the last call.
+  void poll();
+
+  /// @pre The connection has not ended.
+  void send(const Connection& connection, const ros::SerializedMessage& message);
+
+ private:
+  /// Keeps roscpp's callbacks, from any thread, until they are taken.
+  class Events : public ros::CallbackQueueInterface {
+   public:
+    void addCallback(const ros::CallbackInterfacePtr& callback, uint64_t owner_id) override;
+    void removeByID(uint64_t owner_id) override;
+    std::vector<ros::CallbackInterfacePtr> take();
+
+   private:
+    struct Event {
+      ros::CallbackInterfacePtr callback;
+      uint64_t owner;
+    };
+    std::mutex mutex_;
+    std::vector<Event> events_;
+  };
+
+  void onConnection(const ros::SingleSubscriberPublisher& subscriber);
+
+  const Handlers handlers_;
+  Events events_;
+  Connection connecting_;                             ///< While it is called for the first time.
+  const ros::SerializedMessage* outgoing_ = nullptr;  ///< While a connection's callback sends it.
+  ros::Publisher publisher_;
+};
 
 /// What a topic has sent, for the status.
 struct TopicReport {
@@ -72,6 +131,13 @@ class ListenerLink {
   std::shared_ptr<Queue> queue_ = std::make_shared<Queue>();
 };
 
+/// A topic whose listeners are served one by one: each gets what it lacks as fast as it reads, and
+/// what waits for it is known in bytes.
+///
+/// A ros::Publisher has queues that count messages and drop the oldest in silence. Here messages
+/// are handed over in buffers that report when roscpp lets go of them, and whoever sends looks
+/// first.
+///
 /// One thread only, but for listeners().
 class ListenerTopic {
  public:
@@ -86,6 +152,8 @@ class ListenerTopic {
   const Links& links();
 
   void send(ListenerLink& link, const ros::SerializedMessage& message);
+  /// To all who lack it, if there is one: see outdate().
+  void sendNewest(const std::optional<ros::SerializedMessage>& message);
 
   /// For topics that send all there is in one message: nobody has what is there now, until it is
   /// sent.
@@ -101,6 +169,21 @@ class ListenerTopic {
   uint64_t messages_ = 0, bytes_ = 0;
   DirectPublisher publisher_;
 };
+
+/// Keeps something for each of the links: what there was for those that are gone goes.
+/// @param meet Is called with what a new one has.
+template <class Kept, class Meet>
+void follow(const ListenerTopic::Links& links, std::map<std::shared_ptr<ListenerLink>, Kept>& kept,
+            const Meet& meet) {
+  for (auto it = kept.begin(); it != kept.end();) {
+    const bool is_here = std::find(links.begin(), links.end(), it->first) != links.end();
+    it = is_here ? std::next(it) : kept.erase(it);
+  }
+  for (const auto& link : links) {
+    const auto [entry, is_new] = kept.try_emplace(link);
+    if (is_new) meet(entry->second);
+  }
+}
 
 /// How many bytes may wait for one listener: an equal share of what may wait for all.
 struct QueueShare {

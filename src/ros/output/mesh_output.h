@@ -15,10 +15,9 @@
 #include "dtsdf_mapping/simplify.h"
 #include "page/paged_meshes.h"
 #include "ros/common/schedule.h"
-#include "ros/output/map_report.h"
-#include "ros/output/mesh_differences.h"
-#include "ros/output/mesh_handover.h"
+#include "ros/output/handovers.h"
 #include "ros/output/mesh_publisher.h"
+#include "ros/output/reports.h"
 #include "ros/output/surface_points_publisher.h"
 
 namespace dtsdf {

@@ -10,7 +10,7 @@ namespace dtsdf {
 namespace {
 
 /// Nobody wakes the thread for a new listener, nor when one has read.
-constexpr std::chrono::milliseconds kIdle{50};
+constexpr std::chrono::milliseconds kUntilListeners{50};
 /// No memory, most likely: to try again at once would not help.
 constexpr std::chrono::milliseconds kAfterSpaceError{1000};
 
@@ -30,7 +30,7 @@ SpaceOutput::SpaceOutput(const ros::NodeHandle& nh, const Options& options, Spac
       pace_(options.rate_hz) {}
 
 std::chrono::milliseconds SpaceOutput::step() noexcept {
-  return guarded("output of space", [this] { work(); }) ? kIdle : kAfterSpaceError;
+  return guarded("output of space", [this] { work(); }) ? kUntilListeners : kAfterSpaceError;
 }
 
 void SpaceOutput::work() {

@@ -11,10 +11,9 @@
 #include <vector>
 
 #include "ros/common/schedule.h"
-#include "ros/output/grid_publisher.h"
-#include "ros/output/map_report.h"
-#include "ros/output/slice_publisher.h"
-#include "ros/output/space_handover.h"
+#include "ros/output/handovers.h"
+#include "ros/output/reports.h"
+#include "ros/output/space_publishers.h"
 #include "space/space_follower.h"
 
 namespace dtsdf {

@@ -8,11 +8,8 @@
 #include <functional>
 #include <string>
 
-#include "ros/output/colour_hint.h"
-#include "ros/output/recent_drops.h"
-#include "ros/output/run_clock.h"
+#include "ros/output/status_history.h"
 #include "ros/output/status_report.h"
-#include "ros/output/trouble_log.h"
 
 namespace dtsdf {
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "params/printable.h"
-#include "ros/output/status_verdict.h"
 
 namespace dtsdf {
 

@@ -1,17 +1,19 @@
-/// Says in words how mapping goes, above all why there is no mesh when there is none.
+/// Says in words how mapping goes: whether all is well, and if not, what is amiss, above all why
+/// there is no mesh when there is none, and what to do.
 #pragma once
 
 #include <dtsdf_mapping/MapStatus.h>
 
+#include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "ros/input/camera_report.h"
+#include "ros/input/frame_accounting.h"
 #include "ros/input/published_topics.h"
-#include "ros/input/transform_buffer.h"
-#include "ros/output/map_report.h"
-#include "ros/output/pose_report.h"
-#include "ros/output/recent_drops.h"
+#include "ros/input/transforms.h"
+#include "ros/output/reports.h"
+#include "ros/output/status_history.h"
 
 namespace dtsdf {
 
@@ -42,5 +44,11 @@ bool lacksInput(const CameraReport& camera);
 /// `before` is the last status, which shows what is new; empty for the first one.
 dtsdf_mapping::MapStatus makeStatus(const StatusInput& input,
                                     const dtsdf_mapping::MapStatus& before = {});
+
+/// A level of MapStatus, and the sentence for it. Names from outside are in it as they came.
+using Verdict = std::pair<uint8_t, std::string>;
+
+/// Whether all is well, and if not, what is amiss and what to do. `before` as above.
+Verdict judge(const StatusInput& in, const dtsdf_mapping::MapStatus& before);
 
 }  // namespace dtsdf

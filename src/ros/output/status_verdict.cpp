@@ -1,10 +1,11 @@
-#include "ros/output/status_verdict.h"
+// judge(): what the status says first.
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "ros/input/compressed_image.h"
+#include "ros/input/image_kind.h"
+#include "ros/output/status_report.h"
 
 namespace dtsdf {
 

@@ -65,10 +65,7 @@ void SurfacePointsPublisher::publish(const Mesh& mesh, const ros::Time& stamp) {
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     cloud.push_back(toPoint(mesh, i, colour_));
   }
-  const ros::SerializedMessage message = ros::serialization::serializeMessage(cloud);
-  for (const auto& link : topic_.links()) {
-    if (link->lacksNewest()) topic_.send(*link, message);
-  }
+  topic_.sendNewest(ros::serialization::serializeMessage(cloud));
 }
 
 }  // namespace dtsdf

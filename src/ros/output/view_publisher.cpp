@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "ros/input/image_checks.h"
+#include "ros/input/images.h"
 
 namespace dtsdf {
 namespace {

@@ -4,6 +4,8 @@
 #include <ros/time.h>
 
 #include <Eigen/Geometry>
+#include <cstddef>
+#include <deque>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -15,15 +17,45 @@
 #include "dtsdf_mapping/pose_tracker.h"
 #include "io/trajectory.h"
 #include "params/node_params.h"
-#include "ros/input/drop_reason.h"
+#include "ros/input/frame_accounting.h"
+#include "ros/input/frame_queue.h"
 #include "ros/input/pose_source.h"
-#include "ros/input/posed_frame.h"
-#include "ros/output/found_pose.h"
-#include "ros/output/pose_report.h"
-#include "ros/session/fused_poses.h"
+#include "ros/output/pose_publisher.h"
+#include "ros/output/reports.h"
 #include "ros/session/levelling.h"
 
 namespace dtsdf {
+
+/// The trajectory so far, in bounded memory. Poses of frames that were fused; of more than `most`
+/// the oldest go.
+class FusedPoses {
+ public:
+  static constexpr size_t kMost = 360000;  ///< Three hours of 30 images a second.
+
+  explicit FusedPoses(size_t most = kMost) : most_(most) {}
+
+  void add(const StampedPose& pose) {
+    poses_.push_back(pose);
+    if (poses_.size() <= most_) return;
+    poses_.pop_front();
+    ++left_out_;
+  }
+
+  void clear() {
+    poses_.clear();
+    left_out_ = 0;
+  }
+
+  std::vector<StampedPose> copy() const { return {poses_.begin(), poses_.end()}; }
+  size_t leftOut() const { return left_out_; }
+  size_t bytes() const { return poses_.size() * sizeof(StampedPose); }
+  size_t maxBytes() const { return most_ * sizeof(StampedPose); }
+
+ private:
+  size_t most_;
+  std::deque<StampedPose> poses_;
+  size_t left_out_ = 0;
+};
 
 /// For poses/mode refine and track. With refine each camera is aligned by itself, and the first one
 /// is who speaks for all: its correction and its poses are published. Map's thread only, but for

@@ -1,20 +1,25 @@
-/// The frame that the map is in: map_frame itself, or one that is level, once up is known.
+/// The frame that the map is in: map_frame itself, or one that is level, once up is known; and
+/// where other frames are in it.
 #pragma once
 
+#include <ros/node_handle.h>
+#include <ros/time.h>
 #include <sensor_msgs/Imu.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 
 #include <Eigen/Geometry>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 
-#include "level/floor_search.h"
-#include "level/level_doubt.h"
+#include "level/floor.h"
+#include "level/level_pose.h"
 #include "level/still_gravity.h"
 #include "params/node_params.h"
+#include "ros/input/frame_queue.h"
 #include "ros/input/pose_source.h"
-#include "ros/input/posed_frame.h"
 
 namespace dtsdf {
 
@@ -76,6 +81,58 @@ class Levelling {
   mutable std::mutex mutex_;  ///< Guards what follows.
   std::optional<Eigen::Isometry3d> T_W_M_;
   std::string problem_;
+};
+
+/// Publishes where the level frame lies in map_frame. Nothing is advertised before the first one.
+class LevelTransform {
+ public:
+  LevelTransform(std::string map_frame, std::string level_frame);
+
+  /// One thread at a time.
+  void publish(const Eigen::Isometry3d& T_W_M);
+
+ private:
+  const std::string map_frame_, level_frame_;
+  std::unique_ptr<tf2_ros::StaticTransformBroadcaster> broadcaster_;
+};
+
+/// Subscribes the sensor, where map/level asks for it, until up is known.
+class ImuInput {
+ public:
+  /// `ns` is the namespace of the topic (see CameraInput for why); `levelling` outlives it.
+  ImuInput(ros::NodeHandle nh, const std::string& ns, const NodeParams& params,
+           Levelling& levelling);
+
+ private:
+  void onMessage(const sensor_msgs::Imu::ConstPtr& imu);
+
+  Levelling& levelling_;
+  ros::Subscriber subscriber_;
+};
+
+/// Where frames are in the map, for services and for map/keep_radius_m. Thread safe.
+class MapPoses {
+ public:
+  /// All of it outlives it.
+  MapPoses(const MappingParams& params, const PoseSource& poses, const Levelling& levelling)
+      : params_(params), poses_(poses), levelling_(levelling) {}
+
+  /// Of a frame, at a time; 0: by the newest transform. An empty name is the frame of the map. A
+  /// transform of just now may be on its way; as long as that of an image is waited for.
+  /// @throws std::runtime_error where there is none.
+  Eigen::Isometry3d find(const std::string& frame_id, const ros::Time& stamp = ros::Time(0)) const;
+
+  /// Where map/keep_frame is at the stamp, or else now; none where it is not known, or not set.
+  std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const;
+
+ private:
+  PoseAnswer waitFor(const std::string& frame, const ros::Time& stamp) const;
+  /// Of the frames that need no transform.
+  std::optional<Eigen::Isometry3d> poseOfFixed(const std::string& frame) const;
+
+  const MappingParams& params_;
+  const PoseSource& poses_;
+  const Levelling& levelling_;
 };
 
 }  // namespace dtsdf

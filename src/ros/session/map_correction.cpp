@@ -174,11 +174,13 @@ void MapCorrection::join() {
     Pending& next = waiting_.front();
     const Mark mark = next.mark.get();
     if (mark && mark->life > life_) throw std::runtime_error(gapOf(log_.report()));
+    bool is_joined = false;
     try {
-      if (joins(next)) joined_.push_back(std::move(next));
+      is_joined = joins(next);
     } catch (const std::exception& error) {
       refuse(next, errorText(error));
     }
+    if (is_joined) joined_.push_back(std::move(next));
     if (!is_closed_) waiting_.pop_front();
   }
 }

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "io/map_parts.h"
+#include "io/map_chunks.h"
 
 namespace dtsdf {
 namespace {

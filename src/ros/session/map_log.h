@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "dtsdf_mapping/mapper.h"
-#include "io/save_mapper.h"
+#include "io/map_chunks.h"
 #include "log/log_queue.h"
 #include "params/node_params.h"
-#include "ros/input/posed_frame.h"
+#include "ros/input/frame_queue.h"
 #include "ros/session/levelling.h"
 
 namespace dtsdf {

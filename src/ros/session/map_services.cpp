@@ -11,10 +11,8 @@
 
 #include "dtsdf_mapping/io/map_file.h"
 #include "dtsdf_mapping/io/mesh_file.h"
-#include "io/trajectory_file.h"
-#include "ros/output/output_path.h"
+#include "io/trajectory.h"
 #include "ros/session/requests.h"
-#include "ros/session/service.h"
 
 namespace dtsdf {
 namespace {

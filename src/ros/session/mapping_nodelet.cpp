@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "ros/common/free_memory.h"
-#include "ros/common/start_error.h"
+#include "ros/common/node_start.h"
 #include "ros/session/mapping_node.h"
 
 namespace dtsdf {

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "params/printable.h"
-#include "ros/common/param_server.h"
+#include "ros/common/node_start.h"
 #include "ros/input/published_topics.h"
-#include "ros/output/output_path.h"
+#include "ros/session/requests.h"
 
 namespace dtsdf {
 namespace {

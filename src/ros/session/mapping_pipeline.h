@@ -14,19 +14,16 @@
 #include "ros/common/free_memory.h"
 #include "ros/common/worker_thread.h"
 #include "ros/input/cameras.h"
-#include "ros/input/transform_input.h"
+#include "ros/input/transforms.h"
 #include "ros/output/mesh_output.h"
 #include "ros/output/pose_publisher.h"
 #include "ros/output/space_output.h"
 #include "ros/output/status_report.h"
-#include "ros/session/callback_thread.h"
 #include "ros/session/frame_poses.h"
-#include "ros/session/level_input.h"
 #include "ros/session/levelling.h"
 #include "ros/session/map_files.h"
-#include "ros/session/map_poses.h"
 #include "ros/session/map_session.h"
-#include "ros/session/path_input.h"
+#include "ros/session/requests.h"
 
 namespace dtsdf {
 

@@ -1,8 +1,18 @@
 #include "ros/session/requests.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <system_error>
+#include <utility>
+
+#include "params/printable.h"
+#include "params/text.h"
+#include "ros/common/callback_guard.h"
 
 namespace dtsdf {
 namespace {
@@ -112,6 +122,103 @@ void fillAnswer(const KnownSpace& space, const std::vector<Eigen::Vector3d>& poi
     response.distances.push_back(distance.distance_m);
     response.gradients.push_back(gradient);
   }
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool liesIn(const fs::path& path, const fs::path& directory) {
+  const auto [end, rest] =
+      std::mismatch(directory.begin(), directory.end(), path.begin(), path.end());
+  return end == directory.end() && rest != path.end();
+}
+
+/// The path with its links resolved, as far as it exists.
+fs::path resolved(const fs::path& path, const std::string& advice) {
+  std::error_code error;
+  const fs::path canonical = fs::weakly_canonical(fs::absolute(path), error);
+  // Of a name that is too long only the whole path says so.
+  if (!error) static_cast<void>(fs::status(canonical, error));
+  if (!error || error == std::errc::no_such_file_or_directory ||
+      error == std::errc::not_a_directory || error == std::errc::permission_denied) {
+    return canonical;
+  }
+  throw std::runtime_error("'" + printable(path.string()) + "' cannot be used: " + error.message() +
+                           "; " + advice);
+}
+
+}  // namespace
+
+std::string expandHome(const std::string& path, const std::string& name) {
+  if (path != "~" && path.rfind("~/", 0) != 0) return path;
+  const char* home = std::getenv("HOME");
+  if (home == nullptr || *home == '\0') {
+    throw std::runtime_error(name + " is '" + path +
+                             "', but HOME is not set; give an absolute path");
+  }
+  return (fs::path(home) / path.substr(std::min<size_t>(2, path.size()))).string();
+}
+
+std::string resolveOutputPath(const std::string& output_directory, const std::string& file_name,
+                              const std::vector<std::string>& extensions) {
+  if (file_name.empty()) {
+    throw std::runtime_error("file_name is empty; give a name such as 'name" + extensions.front() +
+                             "'");
+  }
+  if (hasControlCharacter(file_name)) {
+    throw std::runtime_error("'" + printable(file_name) + "' contains a control character; " +
+                             "give a plain name such as 'name" + extensions.front() + "'");
+  }
+  fs::path directory = resolved(expandHome(output_directory, "output_directory"),
+                                "set output_directory to another folder");
+  if (!directory.has_filename()) directory = directory.parent_path();  // "a/" -> "a"
+  // An absolute file_name replaces the directory here, and has to lie in it like any other.
+  const fs::path path = resolved(directory / file_name, "give another name");
+  if (!liesIn(path, directory)) {
+    throw std::runtime_error("'" + printable(file_name) + "' is outside output_directory (" +
+                             printable(directory.string()) + "); give a name under it");
+  }
+  const std::string extension = inLowerCase(path.extension().string());
+  if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) {
+    throw std::runtime_error("'" + printable(file_name) + "' has the wrong extension; use " +
+                             joined(extensions, ", ", " or "));
+  }
+  return path.string();
+}
+
+namespace {
+
+GivenPoses readPath(const nav_msgs::Path& path) {
+  GivenPoses given;
+  given.frame_id = path.header.frame_id;
+  given.poses.reserve(path.poses.size());
+  for (const geometry_msgs::PoseStamped& pose : path.poses) {
+    given.poses.push_back({pose.header.stamp.toSec(), readPose(pose.pose)});
+  }
+  return given;
+}
+
+}  // namespace
+
+PathInput::PathInput(ros::NodeHandle nh, const std::string& topic, std::string child_frame,
+                     std::function<void(GivenPoses)> take,
+                     std::function<void(const std::string&)> refuse)
+    : child_frame_(std::move(child_frame)), take_(std::move(take)), refuse_(std::move(refuse)) {
+  // Of several that wait only the newest counts.
+  subscriber_ = nh.subscribe(topic, 1, &PathInput::onMessage, this);
+}
+
+void PathInput::onMessage(const nav_msgs::Path::ConstPtr& path) const {
+  guarded("corrected_path", [&] {
+    try {
+      GivenPoses given = readPath(*path);
+      given.child_frame = child_frame_;
+      if (!given.poses.empty()) take_(std::move(given));
+    } catch (const std::exception& error) {
+      refuse_(errorText(error));
+    }
+  });
 }
 
 }  // namespace dtsdf

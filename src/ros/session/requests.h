@@ -1,17 +1,22 @@
-/// Poses, regions and points as calls of services and paths give them.
+/// What calls of services and paths give: poses, regions, points, and names of files.
 #pragma once
 
 #include <dtsdf_mapping/Box.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/Sphere.h>
 #include <geometry_msgs/Pose.h>
+#include <nav_msgs/Path.h>
+#include <ros/node_handle.h>
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "dtsdf_mapping/region.h"
 #include "dtsdf_mapping/space.h"
+#include "io/trajectory.h"
 
 namespace dtsdf {
 
@@ -42,5 +47,40 @@ std::vector<Eigen::Vector3d> inMap(const std::vector<geometry_msgs::Point>& poin
 /// Gradients are turned into frame F.
 void fillAnswer(const KnownSpace& space, const std::vector<Eigen::Vector3d>& points_W,
                 const Eigen::Isometry3d& T_W_F, dtsdf_mapping::GetDistances::Response& response);
+
+/// A path that may start with "~/" or be "~", the home folder.
+/// @throws std::runtime_error if HOME is not set; `name` says whose path it is.
+std::string expandHome(const std::string& path, const std::string& name);
+
+/// The absolute path of a file under `output_directory`, which may start with "~/". `extensions`
+/// are those that are allowed, in any case, as in {".ply", ".obj"}.
+/// @throws std::runtime_error if the name is empty or has control characters, lies outside the
+/// directory, also by a symbolic link, or has another extension; the text says what to do.
+std::string resolveOutputPath(const std::string& output_directory, const std::string& file_name,
+                              const std::vector<std::string>& extensions);
+
+/// Corrected poses as they come from outside.
+struct GivenPoses {
+  std::vector<StampedPose> poses;  ///< Of `child_frame`, in `frame_id`.
+  std::string frame_id;            ///< Empty: the map's frame.
+  std::string child_frame;         ///< Empty: the optical frame of the first camera.
+};
+
+/// The topic on which a SLAM publishes the poses that it holds for right by now.
+class PathInput {
+ public:
+  /// `take` gets each path, on the queue of `nh`; `refuse` gets what it throws, or why a path could
+  /// not be read.
+  PathInput(ros::NodeHandle nh, const std::string& topic, std::string child_frame,
+            std::function<void(GivenPoses)> take, std::function<void(const std::string&)> refuse);
+
+ private:
+  void onMessage(const nav_msgs::Path::ConstPtr& path) const;
+
+  const std::string child_frame_;
+  const std::function<void(GivenPoses)> take_;
+  const std::function<void(const std::string&)> refuse_;
+  ros::Subscriber subscriber_;
+};
 
 }  // namespace dtsdf

@@ -1,17 +1,95 @@
-#include "ros/simulation/simulated_camera.h"
-
+/// A depth camera, and a colour camera beside it, that move through an analytic room: input for the
+/// demo and the tests.
 #include <cv_bridge/cv_bridge.h>
+#include <image_transport/image_transport.h>
 #include <ros/ros.h>
 #include <sensor_msgs/image_encodings.h>
+#include <tf2_ros/static_transform_broadcaster.h>
+#include <tf2_ros/transform_broadcaster.h>
 
 #include <cmath>
 #include <cstring>
+#include <string>
+#include <vector>
 
-#include "ros/input/image_checks.h"
-#include "ros/input/transform_conversions.h"
+#include "ros/common/node_start.h"
+#include "ros/input/conversions.h"
+#include "ros/input/images.h"
+#include "simulation/scene.h"
 
 namespace dtsdf {
 namespace {
+
+constexpr char kUsage[] =
+    "usage: rosrun dtsdf_mapping simulated_camera [_SETTING:=VALUE...] [TOPIC:=OTHER_TOPIC...]\n\n"
+    "Publishes depth and colour images of a simulated room, with camera_info and TF, for the\n"
+    "demo and for tests. Needs a ROS master.\n\n"
+    "Topics: depth/image_rect, depth/camera_info, color/image_rect, color/camera_info, /tf,\n"
+    "/tf_static.\n";
+
+enum class DepthFormat { k32FC1, k16UC1 };
+
+struct SimulatedCameraParams {
+  std::string map_frame = "map";
+  std::string camera_frame = "camera_depth_optical_frame";
+  std::string color_frame = "camera_color_optical_frame";
+  bool color = true;  ///< A colour camera beside the depth camera, every second frame.
+  DepthFormat encoding = DepthFormat::k16UC1;  ///< 16UC1 in millimetres, or 32FC1 in metres.
+  int width_px = 320;
+  int height_px = 240;
+  double focal_px = 277.0;           ///< 60 degrees across at 320 pixels.
+  double rate_hz = 10.0;             ///< Frames per second of wall time.
+  double lap_s = 24.0;               ///< Time of one lap round the room.
+  int moving = 0;                    ///< Balls that go round in the room.
+  int frames = 0;                    ///< Ends after so many; 0: goes on for ever.
+  bool wait_for_subscriber = false;  ///< The first frame waits until someone listens.
+};
+
+template <class Visitor>
+void visitParams(SimulatedCameraParams& p, Visitor& visit) {
+  visit("map_frame", p.map_frame);
+  visit("camera_frame", p.camera_frame);
+  visit("color_frame", p.color_frame);
+  visit("color", p.color);
+  visit("encoding", p.encoding,
+        EnumNames<DepthFormat>{{"16UC1", DepthFormat::k16UC1}, {"32FC1", DepthFormat::k32FC1}});
+  visit("width_px", p.width_px, Range{8, 4096});
+  visit("height_px", p.height_px, Range{8, 4096});
+  visit("focal_px", p.focal_px, Range{1.0, 1e5});
+  visit("rate_hz", p.rate_hz, Range{0.1, 1000.0});
+  visit("lap_s", p.lap_s, Range{0.1, 1e6});
+  visit("moving", p.moving, Range{0, 100});
+  visit("frames", p.frames, Range{0, 1 << 30});
+  visit("wait_for_subscriber", p.wait_for_subscriber);
+}
+
+/// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame;
+/// and, of a colour camera 5 cm beside it, `color/image_rect` and `color/camera_info`: half as
+/// often, between the depth images, larger, and with a wider view.
+class SimulatedCamera {
+ public:
+  SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params);
+
+  /// Publishes until the frames are used up or ROS ends.
+  void run();
+
+ private:
+  bool waitForSubscriber() const;
+  void publishFrame(int index);
+  void publishPose(const Eigen::Isometry3d& T_W_C, const ros::Time& stamp);
+  void publishColour(double time_s, const ros::Time& stamp);
+  sensor_msgs::Image makeImage(const std::vector<float>& depth_m, const ros::Time& stamp) const;
+  Intrinsics intrinsicsOf(int width, int height) const;
+  Scene sceneAt(double time_s) const;
+
+  SimulatedCameraParams params_;
+  Scene room_;
+  image_transport::ImageTransport transport_;
+  image_transport::Publisher images_, colour_images_;
+  ros::Publisher infos_, colour_infos_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  tf2_ros::StaticTransformBroadcaster static_broadcaster_;
+};
 
 namespace enc = sensor_msgs::image_encodings;
 
@@ -35,8 +113,6 @@ uint16_t toMillimetres(float depth_m) {
   const long depth_mm = std::lround(1000.0f * depth_m);
   return depth_mm < kNoDepth16 ? static_cast<uint16_t>(depth_mm) : uint16_t{0};
 }
-
-}  // namespace
 
 SimulatedCamera::SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params)
     : params_(params),
@@ -136,4 +212,30 @@ sensor_msgs::Image SimulatedCamera::makeImage(const std::vector<float>& depth_m,
   return image;
 }
 
+SimulatedCameraParams readParams(const ros::NodeHandle& private_nh) {
+  const ServerParams server = readParamServer(private_nh);
+  SimulatedCameraParams params;
+  ParamReader reader(server.tree);
+  visitParams(params, reader);
+  for (const auto& [key, rule] : server.violations) reader.addViolation(key, rule);
+  for (const char* key : {"map_frame", "camera_frame", "color_frame"}) {
+    const auto value = server.tree.find(key);
+    if (value != server.tree.end() && value->second == ParamValue(std::string())) {
+      reader.addViolation(key, "must not be empty");
+    }
+  }
+  reader.finish();
+  return params;
+}
+
+}  // namespace
 }  // namespace dtsdf
+
+int main(int argc, char** argv) {
+  using namespace dtsdf;
+  return runNode(argc, argv,
+                 {"simulated_camera", kUsage, defaultsOf<SimulatedCameraParams>(),
+                  [](const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
+                    SimulatedCamera(nh, readParams(private_nh)).run();
+                  }});
+}

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "ros/input/image_checks.h"  // makeCameraInfo()
-#include "ros/input/transform_conversions.h"
+#include "ros/input/conversions.h"
+#include "ros/input/images.h"  // makeCameraInfo()
 
 namespace dtsdf {
 

@@ -1,4 +1,4 @@
-#include "io/camera_info_file.h"
+#include "io/camera_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "io/compressed_depth.h"
+#include "io/depth_codes.h"
 
 #include <gtest/gtest.h>
 

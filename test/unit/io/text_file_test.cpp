@@ -6,7 +6,6 @@
 #include <filesystem>
 
 #include "dtsdf_mapping/io/yaml_params.h"
-#include "io/list_file.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "io/trajectory_file.h"
 #include "support/temporary_folder.h"
 
 namespace dtsdf {

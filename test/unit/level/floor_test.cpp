@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "level/floor_search.h"
+#include "level/floor.h"
 #include "level/level_pose.h"
 #include "simulation/scene.h"
 #include "support/depth_frames.h"

@@ -1,5 +1,5 @@
 // Warnings about map frames whose z is not up.
-#include "level/level_doubt.h"
+#include "level/level_pose.h"
 
 #include <gtest/gtest.h>
 

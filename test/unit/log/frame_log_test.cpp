@@ -10,9 +10,9 @@
 #include <limits>
 #include <random>
 
-#include "log/image_codes.h"
 #include "log/log_queue.h"
 #include "log/log_reader.h"
+#include "log/record_codes.h"
 #include "support/logged_map.h"
 #include "support/random_seed.h"
 

@@ -1,7 +1,7 @@
 // reconstruct reads a frame log: to the map that was logged, or to that of corrected poses.
 #include <gtest/gtest.h>
 
-#include "io/trajectory_file.h"
+#include "io/trajectory.h"
 #include "support/logged_map.h"
 #include "support/run_program.h"
 

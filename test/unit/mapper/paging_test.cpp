@@ -19,7 +19,7 @@
 #include "dtsdf_mapping/partly_cleared.h"
 #include "dtsdf_mapping/region.h"
 #include "engine/pager.h"
-#include "io/save_mapper.h"
+#include "io/map_chunks.h"
 #include "support/map_equality.h"
 #include "support/saved_maps.h"
 #include "support/temporary_folder.h"

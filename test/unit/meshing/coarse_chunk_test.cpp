@@ -1,4 +1,4 @@
-#include "meshing/coarse_chunk.h"
+#include "meshing/packed_chunk.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "io/trajectory_file.h"
+#include "io/trajectory.h"
 #include "support/run_program.h"
 #include "support/scene_recording.h"
 #include "support/tum_folder.h"

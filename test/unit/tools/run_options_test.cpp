@@ -6,7 +6,6 @@
 
 #include "backend/rules.h"
 #include "support/temporary_folder.h"
-#include "tools/setting_list.h"
 
 namespace dtsdf {
 namespace {

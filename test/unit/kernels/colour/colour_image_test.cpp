@@ -5,7 +5,7 @@
 #include <vector>
 
 namespace dtsdf {
-namespace {
+namespace colour_image_test {
 
 /// An image that rises by 4 a pixel to the right in red and downwards in green; blue is 50.
 class ColourImageTest : public testing::Test {
@@ -68,5 +68,5 @@ TEST(ColourLevels, AreAsWideAsAsked) {
   EXPECT_EQ(levelOfWidth(1e6f), kColourLevels - 1);
 }
 
-}  // namespace
+}  // namespace colour_image_test
 }  // namespace dtsdf

@@ -9,7 +9,7 @@
 #include "support/surface_image.h"
 
 namespace dtsdf {
-namespace {
+namespace paint_test {
 
 const ColourRules kRules;
 const PaintSettings kAdaptive = {1, 0, 1e30f, 1.0f, ColourRules()};
@@ -306,5 +306,5 @@ TEST_F(SeenSurface, AGrazingFloorDoesNotHideItself) {
   }
 }
 
-}  // namespace
+}  // namespace paint_test
 }  // namespace dtsdf

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace dtsdf {
-namespace {
+namespace vertex_colour_test {
 
 /// What each direction has at the ends of an edge along x.
 struct Ends {
@@ -134,5 +134,5 @@ TEST_F(VertexColourAround, StaysWithinTheBlocksCorners) {
   }
 }
 
-}  // namespace
+}  // namespace vertex_colour_test
 }  // namespace dtsdf

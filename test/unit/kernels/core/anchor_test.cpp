@@ -7,7 +7,7 @@
 #include <random>
 
 namespace dtsdf {
-namespace {
+namespace anchor_test {
 
 constexpr float kToNearest = 0.5f;
 
@@ -95,5 +95,5 @@ TEST(PointKey, TheGreatestIsNearestToTheFoot) {
   }
 }
 
-}  // namespace
+}  // namespace anchor_test
 }  // namespace dtsdf

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace dtsdf {
-namespace {
+namespace camera_test {
 
 /// Voxels of 0.1 m, a camera at voxel (1, 2, 3) that looks along z.
 FrameView makeFrame() {
@@ -44,5 +44,5 @@ TEST(PixelIndex, CountsRowByRow) {
   EXPECT_EQ(pixelIndex(makeFrame(), {5, 3}), 3 * 64 + 5);
 }
 
-}  // namespace
+}  // namespace camera_test
 }  // namespace dtsdf

@@ -9,7 +9,7 @@
 #include "support/random_vectors.h"
 
 namespace dtsdf {
-namespace {
+namespace direction_test {
 
 TEST(Direction, ThresholdIsTheSineOfAnEighthOfPi) {
   EXPECT_NEAR(kDirectionThreshold, std::sin(3.14159265358979 / 8.0), 1e-7);
@@ -64,5 +64,5 @@ TEST(Direction, TheUndirectedMapHasOneWithFullWeight) {
   EXPECT_EQ(set.weight[0], 1.0f);
 }
 
-}  // namespace
+}  // namespace direction_test
 }  // namespace dtsdf

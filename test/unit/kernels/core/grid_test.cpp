@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace dtsdf {
-namespace {
+namespace grid_test {
 
 std::vector<BlockKey> someKeys() {
   std::vector<BlockKey> keys;
@@ -103,5 +103,5 @@ TEST(Grid, HashSpreadsNeighbouringKeys) {
   for (const int keys : load) EXPECT_LT(keys, 30);
 }
 
-}  // namespace
+}  // namespace grid_test
 }  // namespace dtsdf

@@ -8,7 +8,7 @@
 #include "map/region_view.h"
 
 namespace dtsdf {
-namespace {
+namespace region_test {
 
 using Eigen::Vector3d;
 
@@ -125,5 +125,5 @@ TEST(Region, ProblemsAreToldInWords) {
   EXPECT_NE(findProblem(bad).find("rotation"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace region_test
 }  // namespace dtsdf

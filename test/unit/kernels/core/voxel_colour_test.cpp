@@ -6,7 +6,7 @@
 #include <set>
 
 namespace dtsdf {
-namespace {
+namespace voxel_colour_test {
 
 /// Each voxel has a place of its own, and neighbours within a brick share it.
 TEST(Bricks, HoldEachVoxelOnce) {
@@ -43,5 +43,5 @@ TEST(VoxelColour, WhatWasSeenBadlyWasSeen) {
   EXPECT_EQ(colourWeightCode(100.0f), 255);
 }
 
-}  // namespace
+}  // namespace voxel_colour_test
 }  // namespace dtsdf

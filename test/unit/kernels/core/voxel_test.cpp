@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace dtsdf {
-namespace {
+namespace voxel_test {
 
 /// Weight and evidence share one word, and neither spills into the other.
 TEST(Voxel, HoldsDistanceWeightAndEvidence) {
@@ -95,5 +95,5 @@ TEST(VoxelSums, OrderOfTheMeasurementsDoesNotMatter) {
   EXPECT_EQ(first.weight, second.weight);
 }
 
-}  // namespace
+}  // namespace voxel_test
 }  // namespace dtsdf

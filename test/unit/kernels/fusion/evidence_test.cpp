@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace dtsdf {
-namespace {
+namespace evidence_test {
 
 const FusionRules kRules;  // 3 for support, 2 against it, 24 at most, for and against
 constexpr bool kCovered = true, kUncovered = false;
@@ -137,5 +137,5 @@ TEST(LeastEvidence, AsksForNoMoreFramesThanWereFused) {
   EXPECT_EQ(leastEvidence(3, 3, kRules), 7);
 }
 
-}  // namespace
+}  // namespace evidence_test
 }  // namespace dtsdf

@@ -12,7 +12,7 @@
 #include "support/surface_image.h"
 
 namespace dtsdf {
-namespace {
+namespace free_space_test {
 
 constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{100.0f, 100.0f, 31.5f, 23.5f};
@@ -550,5 +550,5 @@ TEST(IsInTurn, SpreadsTheWork) {
   }
 }
 
-}  // namespace
+}  // namespace free_space_test
 }  // namespace dtsdf

@@ -12,7 +12,7 @@
 #include "support/random_vectors.h"
 
 namespace dtsdf {
-namespace {
+namespace free_tiles_test {
 
 constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
 
@@ -123,5 +123,5 @@ TEST(FreeTiles, OctantsReachAVoxelFarther) {
   EXPECT_EQ(octants(55.5f * kVoxel_m), kAllOctants);
 }
 
-}  // namespace
+}  // namespace free_tiles_test
 }  // namespace dtsdf

@@ -7,7 +7,7 @@
 #include "kernels/fusion/cast.h"
 
 namespace dtsdf {
-namespace {
+namespace measured_sides_test {
 
 /// A camera at the origin that looks along z; voxels of 20 mm.
 FrameSensing sensingAtOrigin() {
@@ -116,5 +116,5 @@ TEST(MeasuredPoint, OfASubpixelDividedTwiceIsNearerThanItsMiddle) {
   });
 }
 
-}  // namespace
+}  // namespace measured_sides_test
 }  // namespace dtsdf

@@ -14,7 +14,7 @@
 #include "support/random_vectors.h"
 
 namespace dtsdf {
-namespace {
+namespace sample_line_test {
 
 using VoxelId = std::tuple<int, int, int>;
 
@@ -207,5 +207,5 @@ TEST(SampleLine, BlocksOneByOneSumUpToTheWhole) {
   }
 }
 
-}  // namespace
+}  // namespace sample_line_test
 }  // namespace dtsdf

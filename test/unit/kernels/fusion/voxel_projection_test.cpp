@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace dtsdf {
-namespace {
+namespace voxel_projection_test {
 
 /// A camera on the z axis of an unturned local frame, looking along z; one voxel is 0.1 m.
 FrameView frontalView() {
@@ -48,5 +48,5 @@ TEST(ProjectVoxel, LeavesOutWhatTheCameraDoesNotSee) {
   }
 }
 
-}  // namespace
+}  // namespace voxel_projection_test
 }  // namespace dtsdf

@@ -7,7 +7,7 @@
 #include <random>
 
 namespace dtsdf {
-namespace {
+namespace voxel_update_test {
 
 constexpr float kTruncation = 4.0f, kMaxWeight = 64.0f;
 constexpr uint32_t kOne = 1 << 16;  // weight 1 in units
@@ -232,5 +232,5 @@ TEST(DepthWeight, OfABlockIsThatOfItsMiddle) {
   EXPECT_EQ(blockDepthWeight(frame, {1, 0, 0}, FusionRules()), 1.0f);
 }
 
-}  // namespace
+}  // namespace voxel_update_test
 }  // namespace dtsdf

@@ -11,7 +11,7 @@
 #include "support/edge_samples.h"
 
 namespace dtsdf {
-namespace {
+namespace anchoring_test {
 
 constexpr int kXPlus = 0, kZPlus = 4, kZMinus = 5;
 constexpr int kAxis = 2, kFacing = 0;  // along z, the surface faces Z+
@@ -201,5 +201,5 @@ TEST(Anchoring, BlocksAgreeAboutVerticesOnTheirFaces) {
   }
 }
 
-}  // namespace
+}  // namespace anchoring_test
 }  // namespace dtsdf

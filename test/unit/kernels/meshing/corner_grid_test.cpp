@@ -8,7 +8,7 @@
 #include "kernels/meshing/mesh_tables.h"
 
 namespace dtsdf {
-namespace {
+namespace corner_grid_test {
 
 std::tuple<int, int, int> asTuple(const Vec3i& v) { return {v.x, v.y, v.z}; }
 
@@ -66,5 +66,5 @@ TEST(CornerGrid, EdgesComeBackFromTheirNumber) {
   }
 }
 
-}  // namespace
+}  // namespace corner_grid_test
 }  // namespace dtsdf

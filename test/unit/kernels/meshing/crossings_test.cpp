@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace dtsdf {
-namespace {
+namespace crossings_test {
 
 constexpr float kGreatest = 100.0f;
 /// The edge from corner 0 to corner 4, along z, and its bit.
@@ -90,5 +90,5 @@ TEST(Crossings, OfAComponent) {
   EXPECT_FALSE(crossesAny(0x81, 0));
 }
 
-}  // namespace
+}  // namespace crossings_test
 }  // namespace dtsdf

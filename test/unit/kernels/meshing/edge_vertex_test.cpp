@@ -9,7 +9,7 @@
 #include "unit/kernels/meshing/unit_planes.h"
 
 namespace dtsdf {
-namespace {
+namespace edge_vertex_test {
 
 TEST(EdgeVertex, IsExactOnAPlane) {
   std::mt19937 random(21);
@@ -236,5 +236,5 @@ TEST(EdgeVertex, TheUndirectedArrayFacesAsTheEdgeDoes) {
   }
 }
 
-}  // namespace
+}  // namespace edge_vertex_test
 }  // namespace dtsdf

@@ -9,7 +9,7 @@
 #include "unit/kernels/meshing/cube_geometry.h"
 
 namespace dtsdf {
-namespace {
+namespace emit_test {
 
 TEST(Emit, EdgesOfUnitsComeBack) {
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
@@ -55,5 +55,5 @@ TEST(Emit, BothSheetsAreVisitedInTurn) {
   EXPECT_EQ(facings, (std::vector<int>{0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1}));
 }
 
-}  // namespace
+}  // namespace emit_test
 }  // namespace dtsdf

@@ -6,7 +6,7 @@
 #include "backend/gaps.h"
 
 namespace dtsdf {
-namespace {
+namespace gap_test {
 
 /// On the upright edge at (x, y), half up, and drawn along x and y.
 BlockVertex vertexAt(int x, int y, const Vec3f& drawn = {0.0f, 0.0f, 0.0f}) {
@@ -78,5 +78,5 @@ TEST(Gap, OfAMeshWithoutAnyNothingIsDropped) {
   EXPECT_EQ(mesh.vertices.size(), 5u);
 }
 
-}  // namespace
+}  // namespace gap_test
 }  // namespace dtsdf

@@ -7,7 +7,7 @@
 #include "unit/kernels/meshing/unit_planes.h"
 
 namespace dtsdf {
-namespace {
+namespace leaders_test {
 
 /// Two edges along x: a rise of 0.5 by weights of 1 + 3, and one of 1 by 2 + 2: 0.75 on average.
 /// Where a weight of 1 is too little, only the second counts.
@@ -84,5 +84,5 @@ TEST(Leaders, WithoutAnOppositeThereIsOneSheet) {
   EXPECT_EQ(chooseLeaders<int32_t>(none).direction[1], -1);
 }
 
-}  // namespace
+}  // namespace leaders_test
 }  // namespace dtsdf

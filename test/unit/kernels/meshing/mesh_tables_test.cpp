@@ -10,7 +10,7 @@
 #include "unit/kernels/meshing/cube_geometry.h"
 
 namespace dtsdf {
-namespace {
+namespace mesh_tables_test {
 
 std::set<std::array<int, 3>> triangleSet(int index) {
   std::set<std::array<int, 3>> result;
@@ -230,5 +230,5 @@ TEST(MeshTables, EdgeLowerCornerEqualsTheTable) {
   for (int e = 0; e < kCubeEdges; ++e) EXPECT_EQ(edgeLowerCorner(e), kEdgeLowerCorner[e]);
 }
 
-}  // namespace
+}  // namespace mesh_tables_test
 }  // namespace dtsdf

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace dtsdf {
-namespace {
+namespace possible_leaders_test {
 
 constexpr uint32_t kAll = 0x3F;
 
@@ -57,5 +57,5 @@ TEST(PossibleLeaders, ACornerThatNobodySawBarsAll) {
   EXPECT_EQ(possibleLeaders(sidesOfUnit(1, 1) | sidesOfCorner(0)), 0u);
 }
 
-}  // namespace
+}  // namespace possible_leaders_test
 }  // namespace dtsdf

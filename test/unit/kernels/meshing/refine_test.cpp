@@ -15,7 +15,7 @@
 #include "support/random_vectors.h"
 
 namespace dtsdf {
-namespace {
+namespace refine_test {
 
 bool sameBits(const Vec3f& a, const Vec3f& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 
@@ -221,5 +221,5 @@ TEST(Refinement, MiddlesOfAPlaneLieOnIt) {
   EXPECT_LT(rms.curved, 2e-4);
 }
 
-}  // namespace
+}  // namespace refine_test
 }  // namespace dtsdf

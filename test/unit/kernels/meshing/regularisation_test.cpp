@@ -9,7 +9,7 @@
 #include "unit/kernels/meshing/unit_planes.h"
 
 namespace dtsdf {
-namespace {
+namespace regularisation_test {
 
 std::tuple<int, int, int> asTuple(const Vec3i& v) { return {v.x, v.y, v.z}; }
 
@@ -141,5 +141,5 @@ TEST(Regularisation, ALevelSurfaceStays) {
   EXPECT_EQ(units.regular({1, 1, 2}).sheet[0], 0);
 }
 
-}  // namespace
+}  // namespace regularisation_test
 }  // namespace dtsdf

@@ -6,7 +6,7 @@
 #include "unit/kernels/meshing/unit_planes.h"
 
 namespace dtsdf {
-namespace {
+namespace sheets_test {
 
 /// The indices of a unit's sheets, before regularisation.
 UnitIndices indexUnit(const UnitSamples& samples, bool directional) {
@@ -203,5 +203,5 @@ TEST(Sheets, LabelsHoldTwoSheets) {
   }
 }
 
-}  // namespace
+}  // namespace sheets_test
 }  // namespace dtsdf

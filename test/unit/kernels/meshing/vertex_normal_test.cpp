@@ -9,7 +9,7 @@
 #include "support/random_vectors.h"
 
 namespace dtsdf {
-namespace {
+namespace vertex_normal_test {
 
 /// Fields of all directions, known where it says so; the reads are checked.
 struct Fields {
@@ -137,5 +137,5 @@ TEST(VertexNormal, IsTakenOnTheEdge) {
   EXPECT_EQ(norm(at_end - beyond), 0.0f);
 }
 
-}  // namespace
+}  // namespace vertex_normal_test
 }  // namespace dtsdf

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace dtsdf {
-namespace {
+namespace vote_test {
 
 constexpr int kNobody = -1;
 
@@ -91,5 +91,5 @@ TEST(Vote, TheLeastWeightIsAShareOfTheGreatest) {
   EXPECT_FLOAT_EQ(makeVoteLimits(MeshRules(), samples).least_weight, 0.024f);
 }
 
-}  // namespace
+}  // namespace vote_test
 }  // namespace dtsdf

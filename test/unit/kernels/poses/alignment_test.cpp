@@ -6,7 +6,7 @@
 #include "kernels/poses/alignment_sums.h"
 
 namespace dtsdf {
-namespace {
+namespace alignment_test {
 
 constexpr float kVoxel_m = 0.02f;
 
@@ -184,5 +184,5 @@ TEST(AddPoint, LeavesOutliersOut) {
   EXPECT_EQ(sums.weight, 0);
 }
 
-}  // namespace
+}  // namespace alignment_test
 }  // namespace dtsdf

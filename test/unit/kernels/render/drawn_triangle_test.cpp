@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace dtsdf {
-namespace {
+namespace drawn_triangle_test {
 
 constexpr int kSeenWidth = 64, kSeenHeight = 48;
 
@@ -115,5 +115,5 @@ TEST(ViewKey, KeepsDepthNormalAndColour) {
   EXPECT_EQ(depthOf(kNothingSeen), 0.0f);
 }
 
-}  // namespace
+}  // namespace drawn_triangle_test
 }  // namespace dtsdf

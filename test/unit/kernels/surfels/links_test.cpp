@@ -8,7 +8,7 @@
 #include "support/links_of_image.h"
 
 namespace dtsdf {
-namespace {
+namespace links_test {
 
 constexpr float kFocal = 500.0f;
 
@@ -154,5 +154,5 @@ TEST(Links, NeedMeasurements) {
   }
 }
 
-}  // namespace
+}  // namespace links_test
 }  // namespace dtsdf

@@ -11,7 +11,7 @@
 #include "kernels/fusion/sample_line.h"
 
 namespace dtsdf {
-namespace {
+namespace noise_test {
 
 const SurfelSettings kSurfels{16, 0.03f, SurfelRules(), 0};
 
@@ -176,5 +176,5 @@ TEST(Noise, ReachGrowsWithNoiseUpToTheTruncation) {
   EXPECT_EQ(sampleReach(0.0f, narrow), 1.0f);
 }
 
-}  // namespace
+}  // namespace noise_test
 }  // namespace dtsdf

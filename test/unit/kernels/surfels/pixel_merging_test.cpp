@@ -9,7 +9,7 @@
 #include "support/surface_image.h"
 
 namespace dtsdf {
-namespace {
+namespace pixel_merging_test {
 
 constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{500.0f, 500.0f, 31.5f, 23.5f};
@@ -184,5 +184,5 @@ TEST(PixelMerging, CoversEachPixelOnce) {
   }
 }
 
-}  // namespace
+}  // namespace pixel_merging_test
 }  // namespace dtsdf

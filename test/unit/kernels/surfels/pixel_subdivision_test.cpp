@@ -10,7 +10,7 @@
 #include "support/surface_image.h"
 
 namespace dtsdf {
-namespace {
+namespace pixel_subdivision_test {
 
 constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{500.0f, 500.0f, 31.5f, 23.5f};
@@ -164,5 +164,5 @@ TEST(PixelSubdivision, LieNoFartherThanTheMeasurements) {
   EXPECT_EQ(inverseDepthBeside(image, {1, 1}, steep, {0.0f, 0.0f}), 0.5f);
 }
 
-}  // namespace
+}  // namespace pixel_subdivision_test
 }  // namespace dtsdf

@@ -11,7 +11,7 @@
 #include "support/links_of_image.h"
 
 namespace dtsdf {
-namespace {
+namespace plane_fit_test {
 
 constexpr int kWidth = 40, kHeight = 30;
 constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
@@ -266,5 +266,5 @@ TEST(InverseDepth, TellsWhatIsNoMeasurement) {
   EXPECT_FLOAT_EQ(inverseDepth(20000.0f, {0.001f, 0.1f, 10.0f, 65535.0f}), -0.05f);
 }
 
-}  // namespace
+}  // namespace plane_fit_test
 }  // namespace dtsdf

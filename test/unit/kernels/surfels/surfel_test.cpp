@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace dtsdf {
-namespace {
+namespace surfel_test {
 
 /// A pixel of 1/500 at 2 m is 4 mm wide: of voxels of 20 mm it covers a fifth by a fifth.
 TEST(CoveredShare, IsThatOfAFaceOfAVoxel) {
@@ -67,5 +67,5 @@ TEST(Surfel, WithoutANormalIsNone) {
   EXPECT_EQ(makeSurfel(turnedFrame(), centre, {0, 0, 0}, 1.0f).weight, 0.0f);
 }
 
-}  // namespace
+}  // namespace surfel_test
 }  // namespace dtsdf

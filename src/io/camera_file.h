@@ -1,0 +1,42 @@
+/// Cameras and poses in text files: camera_info.yaml as camera_calibration writes it, and matrices,
+/// as many recordings have them.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/pinhole.h"
+#include "io/depth_codes.h"
+
+namespace dtsdf {
+
+struct CameraInfo {
+  int width = 0, height = 0;          ///< In pixels.
+  Intrinsics intrinsics{0, 0, 0, 0};  ///< Of the rectified image.
+};
+
+/// Reads size and intrinsics: projection_matrix, which describes the rectified image, or
+/// camera_matrix where there is none. Distortion is not applied: depth images are rectified.
+/// @throws std::runtime_error with the file and the key that is missing or wrong.
+CameraInfo loadCameraInfo(const std::string& path);
+
+/// rows x columns numbers, row by row. Words for infinity and for what is no number, with which
+/// trackers tell that they lost the camera, become NaN.
+/// @throws std::runtime_error that begins with `place`, for other words and another count of them.
+Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int columns,
+                            const std::string& place);
+
+/// The same for all words of a file. @throws std::runtime_error also if it cannot be read.
+Eigen::MatrixXd readMatrixFile(const std::string& path, int rows, int columns,
+                               const std::string& advice);
+
+/// The pose of a 4 x 4 matrix; nothing if it is no rigid motion, as of a camera that was lost.
+std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix);
+
+/// The camera of a matrix that begins with fx 0 cx, 0 fy cy.
+/// @throws std::runtime_error that begins with `place`, if it is none.
+CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, ImageSize size, const std::string& place);
+
+}  // namespace dtsdf

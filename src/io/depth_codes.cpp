@@ -1,0 +1,338 @@
+#include "io/depth_codes.h"
+
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "io/little_endian.h"
+#include "io/png_memory.h"
+#include "io/text_file.h"
+#include "kernels/core/voxel.h"
+#include "params/printable.h"
+
+namespace dtsdf {
+namespace {
+
+ImageSize sizeOf(const PngReader& png) {
+  return {static_cast<int>(png.width()), static_cast<int>(png.height())};
+}
+
+/// `name` is what stands for the image in messages. @throws std::runtime_error
+void readHeader(PngReader& png, const std::string& name) {
+  if (!png.readHeader()) {
+    throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
+  }
+  if (!png.is16BitGrey()) {
+    throw std::runtime_error(name + " is not a 16-bit grey image, so it is not a depth image");
+  }
+  if (png.height() > kMaxPixels / png.width()) {  // libpng refuses widths of 0
+    throw std::runtime_error(name + " has " + inWords(sizeOf(png)) + " pixels, more than the " +
+                             std::to_string(kMaxPixels) + " that are supported");
+  }
+}
+
+std::vector<uint16_t> readPixels(PngReader& png, const std::string& name) {
+  std::vector<uint16_t> pixels(png.width() * png.height());
+  const auto prepare = [](png_structp reader, png_infop) {
+    if (hostIsLittleEndian()) png_set_swap(reader);  // the file is big-endian
+  };
+  if (!png.readRows(prepare, png.width() * sizeof(uint16_t),
+                    reinterpret_cast<uint8_t*>(pixels.data()))) {
+    throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
+  }
+  return pixels;
+}
+
+/// The image of a file whose header was read.
+class DepthPngFile {
+ public:
+  explicit DepthPngFile(const std::string& path)
+      : bytes_(readTextFile(path, "a depth image is expected there")),
+        png_(reinterpret_cast<const uint8_t*>(bytes_.data()), bytes_.size()) {
+    readHeader(png_, "'" + path + "'");
+  }
+  PngReader& png() { return png_; }
+
+ private:
+  const std::string bytes_;
+  PngReader png_;
+};
+
+}  // namespace
+
+std::string inWords(ImageSize size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+std::vector<uint16_t> readDepthPng(const std::string& path, ImageSize expected) {
+  DepthPngFile file(path);
+  const ImageSize size = sizeOf(file.png());
+  if (size.width != expected.width || size.height != expected.height) {
+    throw std::runtime_error("'" + path + "' is " + inWords(size) + " pixels, but the camera has " +
+                             inWords(expected));
+  }
+  return readPixels(file.png(), "'" + path + "'");
+}
+
+ImageSize readDepthPngSize(const std::string& path) { return sizeOf(DepthPngFile(path).png()); }
+
+DepthImage decodeDepthPng(const uint8_t* data, size_t bytes) {
+  const std::string name = "the compressed image";
+  PngReader png(data, bytes);
+  readHeader(png, name);
+  return {sizeOf(png), readPixels(png, name)};
+}
+
+std::string encodeDepthPng(const DepthImage& image) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.size.width);
+  png.height = static_cast<png_uint_32>(image.size.height);
+  png.format = PNG_FORMAT_LINEAR_Y;  // 16 bits of grey, as they are
+  png.flags = PNG_IMAGE_FLAG_FAST;
+  return pngBytes(png, image.pixels.data());
+}
+
+namespace {
+
+/// Numbers of a stream of groups.
+class GroupReader {
+ public:
+  GroupReader(const uint8_t* data, size_t bytes) : data_(data), groups_(2 * (bytes / 4 * 4)) {}
+
+  uint32_t readNumber() {
+    uint32_t number = 0;
+    for (int shift = 0; shift < kBits; shift += 3) {
+      const uint32_t group = readGroup();
+      number |= (group & 7u) << shift;
+      if ((group & 8u) == 0) return number;
+    }
+    throw std::runtime_error("the RVL data contain a number of more than 32 bits");
+  }
+
+ private:
+  static constexpr int kBits = 32;
+
+  uint32_t readGroup() {
+    if (next_ == groups_) throw std::runtime_error("the RVL data end before the image does");
+    const size_t word = next_ / 8, in_word = next_ % 8;
+    ++next_;
+    // The highest byte of a little-endian word is its last one.
+    const uint8_t byte = data_[4 * word + 3 - in_word / 2];
+    return in_word % 2 == 0 ? byte >> 4 : byte & 15u;
+  }
+
+  const uint8_t* data_;
+  size_t groups_, next_ = 0;
+};
+
+/// Groups of a stream, into words.
+class GroupWriter {
+ public:
+  explicit GroupWriter(size_t bytes) { bytes_.reserve(bytes); }
+
+  void writeNumber(uint32_t number) {
+    for (; number > 7; number >>= 3) writeGroup((number & 7u) | 8u);
+    writeGroup(number);
+  }
+
+  std::vector<uint8_t> finish() {
+    while (groups_ != 0) writeGroup(0);
+    return std::move(bytes_);
+  }
+
+ private:
+  void writeGroup(uint32_t group) {
+    word_ = word_ << 4 | group;
+    if (++groups_ < 8) return;
+    for (int shift = 0; shift < 32; shift += 8) {
+      bytes_.push_back(static_cast<uint8_t>(word_ >> shift));
+    }
+    word_ = 0;
+    groups_ = 0;
+  }
+
+  std::vector<uint8_t> bytes_;
+  uint32_t word_ = 0;
+  int groups_ = 0;
+};
+
+/// The zigzag number of a difference.
+uint32_t fold(int32_t difference) {
+  return static_cast<uint32_t>(difference < 0 ? -2 * difference - 1 : 2 * difference);
+}
+
+/// The difference that a zigzag number stands for, modulo 2^16, as the pixels are.
+uint16_t unfold(uint32_t zigzag) {
+  return static_cast<uint16_t>((zigzag >> 1) ^ (0u - (zigzag & 1u)));
+}
+
+size_t readRun(GroupReader& groups, size_t left) {
+  const uint32_t length = groups.readNumber();
+  if (length > left) throw std::runtime_error("the RVL data have a run that exceeds the image");
+  return length;
+}
+
+}  // namespace
+
+std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels) {
+  std::vector<uint16_t> image(pixels, 0);
+  GroupReader groups(data, bytes);
+  uint16_t value = 0;
+  for (size_t next = 0; next < pixels;) {
+    next += readRun(groups, pixels - next);  // zeros, which the image holds from the start
+    for (size_t left = readRun(groups, pixels - next); left > 0; --left) {
+      value = static_cast<uint16_t>(value + unfold(groups.readNumber()));
+      image[next++] = value;
+    }
+  }
+  return image;
+}
+
+std::vector<uint8_t> encodeRvl(const uint16_t* pixels, size_t count) {
+  GroupWriter groups(2 * count + 64);
+  int32_t before = 0;
+  for (size_t next = 0; next < count;) {
+    const size_t zeros = next;
+    while (next < count && pixels[next] == 0) ++next;
+    groups.writeNumber(static_cast<uint32_t>(next - zeros));
+    const size_t begin = next;
+    size_t end = next;
+    while (end < count && pixels[end] != 0) ++end;
+    groups.writeNumber(static_cast<uint32_t>(end - begin));
+    for (; next < end; ++next) {
+      groups.writeNumber(fold(pixels[next] - before));
+      before = pixels[next];
+    }
+  }
+  return groups.finish();
+}
+
+namespace {
+
+const std::string kTransport = "compressedDepth";
+
+enum class Code { kPng, kRvl };
+
+/// "16UC1; compressedDepth png". Older senders leave out " png", or all that follows the encoding.
+struct Format {
+  std::string encoding;
+  std::string code;  ///< Empty, "png" or "rvl", or what nobody knows.
+  bool is_depth = false;
+};
+
+Format parseFormat(const std::string& text) {
+  Format format;
+  const size_t semicolon = text.find(';');
+  format.encoding = text.substr(0, semicolon);
+  if (semicolon == std::string::npos) {
+    format.is_depth = true;
+    return format;
+  }
+  const size_t transport = text.find(kTransport, semicolon);
+  if (transport == std::string::npos) return format;
+  format.is_depth = true;
+  const std::string rest = text.substr(transport + kTransport.size());
+  const size_t begin = rest.find_first_not_of(' ');
+  if (begin != std::string::npos) format.code = rest.substr(begin, rest.find_first_of(" ;", begin));
+  return format;
+}
+
+Code codeOf(const Format& format) {
+  if (format.code.empty() || format.code == "png") return Code::kPng;
+  if (format.code == "rvl") return Code::kRvl;
+  throw std::runtime_error("compressed depth in an unknown format, '" + printable(format.code) +
+                           "'; only png and rvl are supported");
+}
+
+/// Takes little-endian numbers from the front of a message.
+class Header {
+ public:
+  explicit Header(const std::vector<uint8_t>& data) : data_(data) {}
+
+  uint32_t readNumber() {
+    if (data_.size() - at_ < 4) throw std::runtime_error("compressed depth without its header");
+    uint32_t number = 0;
+    for (size_t i = 0; i < 4; ++i) number |= static_cast<uint32_t>(data_[at_ + i]) << (8 * i);
+    at_ += 4;
+    return number;
+  }
+
+  float readFloat() {
+    const uint32_t bits = readNumber();
+    float number = 0.0f;
+    std::memcpy(&number, &bits, sizeof(number));
+    return number;
+  }
+
+  const uint8_t* rest() const { return data_.data() + at_; }
+  size_t bytesLeft() const { return data_.size() - at_; }
+
+ private:
+  const std::vector<uint8_t>& data_;
+  size_t at_ = 0;
+};
+
+DepthImage decodeRvlImage(Header& header) {
+  const uint32_t columns = header.readNumber(), rows = header.readNumber();
+  if (columns == 0 || rows == 0 || columns > kMaxPixels || rows > kMaxPixels / columns) {
+    throw std::runtime_error("compressed depth of " + std::to_string(columns) + " x " +
+                             std::to_string(rows) + " pixels");
+  }
+  return {{static_cast<int>(columns), static_cast<int>(rows)},
+          decodeRvl(header.rest(), header.bytesLeft(), size_t{columns} * rows)};
+}
+
+template <class Pixel>
+std::vector<uint8_t> bytesOf(const std::vector<Pixel>& pixels) {
+  std::vector<uint8_t> bytes(pixels.size() * sizeof(Pixel));
+  std::memcpy(bytes.data(), pixels.data(), bytes.size());
+  return bytes;
+}
+
+/// The transport sends scale / depth + offset, rounded down, and 0 where nothing is measured.
+std::vector<float> depthsOfInverse(const std::vector<uint16_t>& inverse, float scale,
+                                   float offset) {
+  std::vector<float> depths_m;
+  depths_m.reserve(inverse.size());
+  for (const uint16_t value : inverse) {
+    const float scaled = static_cast<float>(value) - offset;
+    depths_m.push_back(value == 0 || scaled == 0.0f ? std::numeric_limits<float>::quiet_NaN()
+                                                    : scale / scaled);
+  }
+  return depths_m;
+}
+
+}  // namespace
+
+size_t mostImagePixels() { return kMaxPixels; }
+
+std::string encodingOfCompressedDepth(const std::string& format) {
+  const Format parsed = parseFormat(format);
+  return parsed.is_depth ? parsed.encoding : "";
+}
+
+DecodedDepth decodeCompressedDepth(const std::string& text, const std::vector<uint8_t>& data) {
+  const Format format = parseFormat(text);
+  if (!format.is_depth) {
+    throw std::runtime_error("format '" + printable(text) +
+                             "' is not a format of compressed "
+                             "depth");
+  }
+  const bool is_float = format.encoding == "32FC1";
+  if (!is_float && format.encoding != "16UC1" && format.encoding != "mono16") {
+    throw std::runtime_error("compressed depth of encoding '" + printable(format.encoding) +
+                             "'; depth must be 16UC1 or 32FC1");
+  }
+  const Code code = codeOf(format);
+  Header header(data);
+  header.readNumber();  // a code of the transport's own, the same for all
+  const float scale = header.readFloat(), offset = header.readFloat();
+  const DepthImage image = code == Code::kRvl ? decodeRvlImage(header)
+                                              : decodeDepthPng(header.rest(), header.bytesLeft());
+  return {format.encoding, image.size,
+          is_float ? bytesOf(depthsOfInverse(image.pixels, scale, offset)) : bytesOf(image.pixels)};
+}
+
+}  // namespace dtsdf

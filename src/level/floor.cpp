@@ -1,0 +1,248 @@
+#include "level/floor.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "level/frame_points.h"
+
+namespace dtsdf {
+namespace {
+
+using Eigen::Vector3d;
+using Point = FloorView::Point;
+
+constexpr double kMinCosine = 0.70710678118654752;  // of 45 degrees, between normal and up
+constexpr double kMinShare = 0.05;                  // of the points, on the floor
+constexpr size_t kMinPoints = 100;                  // on the floor
+constexpr double kMaxBelow = 0.02;   // of the points, below it by several tolerances: reflections
+constexpr double kFarBelow = 3.0;    // tolerances
+constexpr double kMinWidth_m = 0.3;  // that eight tenths of what is on it take, whatever way
+constexpr int kWidths = 18;          // directions that the width is measured in
+/// Where a tenth of the points below the camera are of the floor, all but one in 3000 searches draw
+/// three of them.
+constexpr int kDraws = 8000;
+constexpr double kMinArea_m2 = 0.01;  // of the parallelogram of three points
+constexpr unsigned kSeed = 1;
+constexpr size_t kScored = 2000;  // points that a drawn plane is judged by
+constexpr int kRounds = 8;        // of the refinement
+/// Of the tolerance: as near as points have to be at least, where there is hardly any noise.
+constexpr double kLeastScale = 0.1;
+
+double heightAbove(const FloorPlane& plane, const Vector3d& p) {
+  return plane.normal.dot(p) - plane.offset_m;
+}
+
+struct Counts {
+  size_t on = 0, below = 0;
+};
+
+Counts count(const FloorPlane& plane, const std::vector<Point>& points) {
+  Counts counts;
+  for (const Point& point : points) {
+    const double height_m = heightAbove(plane, point.p);
+    if (std::abs(height_m) <= point.tolerance_m) ++counts.on;
+    if (height_m < -kFarBelow * point.tolerance_m) ++counts.below;
+  }
+  return counts;
+}
+
+bool isLowest(const Counts& counts, size_t points) {
+  return static_cast<double>(counts.below) <= kMaxBelow * static_cast<double>(points);
+}
+
+bool isLarge(const Counts& counts, size_t points) {
+  return static_cast<double>(counts.on) >= kMinShare * static_cast<double>(points);
+}
+
+/// The weighted least squares of the points nearer than `scale` tolerances.
+struct PlaneFit {
+  FloorPlane plane;
+  double median_error;  ///< In tolerances.
+};
+
+std::optional<PlaneFit> fitNear(const FloorPlane& start, const std::vector<Point>& points,
+                                double scale) {
+  Vector3d sum = Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  double weights = 0.0;
+  std::vector<const Point*> near;
+  for (const Point& point : points) {
+    if (std::abs(heightAbove(start, point.p)) > scale * point.tolerance_m) continue;
+    near.push_back(&point);
+    const double weight = 1.0 / (point.tolerance_m * point.tolerance_m);
+    weights += weight;
+    sum += weight * point.p;
+  }
+  if (near.size() < 3) return std::nullopt;
+  const Vector3d centre = sum / weights;
+  for (const Point* point : near) {
+    const Vector3d d = point->p - centre;
+    squares += d * d.transpose() / (point->tolerance_m * point->tolerance_m);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squares / weights);
+  PlaneFit fit;
+  fit.plane.normal = axes.eigenvectors().col(0);
+  if (fit.plane.normal.dot(start.normal) < 0.0) fit.plane.normal *= -1.0;
+  fit.plane.offset_m = fit.plane.normal.dot(centre);
+  std::vector<double> errors;
+  errors.reserve(near.size());
+  for (const Point* point : near) {
+    errors.push_back(std::abs(heightAbove(fit.plane, point->p)) / point->tolerance_m);
+  }
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  fit.median_error = *middle;
+  return fit;
+}
+
+/// What stands on the floor is within its tolerance, too, at its foot; so the tolerance shrinks to
+/// the noise that there is.
+std::optional<PlaneFit> refine(const FloorPlane& start, const std::vector<Point>& points) {
+  constexpr double kSigmaOfMedian = 1.4826;
+  std::optional<PlaneFit> fit;
+  FloorPlane plane = start;
+  double scale = 1.0;
+  for (int round = 0; round < kRounds; ++round) {
+    fit = fitNear(plane, points, scale);
+    if (!fit) return std::nullopt;
+    plane = fit->plane;
+    scale = std::min(1.0, std::max(kLeastScale, 3.0 * kSigmaOfMedian * fit->median_error));
+  }
+  return fit;
+}
+
+/// How wide the points on a plane lie, in the direction in which they lie closest: between the
+/// tenths at either side, so that a few, as where a tilted plane cuts a wall, do not count.
+double widthOf(const FloorPlane& plane, const std::vector<Point>& points) {
+  const Vector3d u = plane.normal.unitOrthogonal(), v = plane.normal.cross(u);
+  std::vector<Eigen::Vector2d> on;
+  for (const Point& point : points) {
+    if (std::abs(heightAbove(plane, point.p)) > point.tolerance_m) continue;
+    on.emplace_back(u.dot(point.p), v.dot(point.p));
+  }
+  double width_m = std::numeric_limits<double>::infinity();
+  std::vector<double> along(on.size());
+  for (int i = 0; i < kWidths && !on.empty(); ++i) {
+    const Eigen::Vector2d direction =
+        Eigen::Rotation2Dd(M_PI * i / kWidths) * Eigen::Vector2d::UnitX();
+    std::transform(on.begin(), on.end(), along.begin(),
+                   [&](const Eigen::Vector2d& p) { return direction.dot(p); });
+    std::sort(along.begin(), along.end());
+    width_m = std::min(width_m, along[9 * on.size() / 10] - along[on.size() / 10]);
+  }
+  return width_m;
+}
+
+/// So many of the points, evenly.
+std::vector<Point> some(const std::vector<Point>& points, size_t most) {
+  if (points.size() <= most) return points;
+  std::vector<Point> chosen;
+  chosen.reserve(most);
+  for (size_t i = 0; i < most; ++i) chosen.push_back(points[i * points.size() / most]);
+  return chosen;
+}
+
+/// The best plane through three of the candidates, judged by all points.
+std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
+                                    const std::vector<Point>& points, const Vector3d& up) {
+  const std::vector<Point> scored = some(points, kScored);
+  std::mt19937 random(kSeed);
+  const auto draw = [&]() -> const Vector3d& { return candidates[random() % candidates.size()].p; };
+  std::optional<FloorPlane> best;
+  size_t best_on = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const Vector3d &a = draw(), &b = draw(), &c = draw();
+    Vector3d normal = (b - a).cross(c - a);
+    const double area = normal.norm();
+    if (area < kMinArea_m2) continue;
+    normal /= normal.dot(up) < 0.0 ? -area : area;
+    if (normal.dot(up) < kMinCosine) continue;
+    const FloorPlane plane{normal, normal.dot(a)};
+    const Counts counts = count(plane, scored);
+    if (counts.on <= best_on || !isLowest(counts, scored.size())) continue;
+    best_on = counts.on;
+    best = plane;
+  }
+  return best;
+}
+
+FloorFit without(const std::string& problem) { return {std::nullopt, problem}; }
+
+}  // namespace
+
+FloorFit fitFloor(const std::vector<FloorView>& views) {
+  std::vector<Point> points, below_camera;
+  Vector3d up = Vector3d::Zero();
+  for (const FloorView& view : views) {
+    up += view.camera_up;
+    for (const Point& point : view.points) {
+      points.push_back(point);
+      if ((point.p - view.camera).dot(view.camera_up) < 0.0) below_camera.push_back(point);
+    }
+  }
+  const auto views_count = static_cast<double>(views.size());
+  if (views.empty() || up.norm() < 0.5 * views_count) {
+    return without("the camera turns too much to show which way is up");
+  }
+  up.normalize();
+  if (below_camera.size() < kMinPoints) return without("hardly any depth below the camera's axis");
+  const std::optional<FloorPlane> drawn = drawPlane(below_camera, points, up);
+  if (!drawn) {
+    return without("no plane within 45 degrees of the camera's x and z axes is the lowest");
+  }
+  const std::optional<PlaneFit> fit = refine(*drawn, points);
+  const Counts counts = fit ? count(fit->plane, points) : Counts();
+  if (counts.on < kMinPoints || !isLarge(counts, points.size())) {
+    return without("the largest plane below has less than a twentieth of the measured points");
+  }
+  if (widthOf(fit->plane, points) < kMinWidth_m)
+    return without("only a strip of a possible floor is visible");
+  if (fit->plane.normal.dot(up) < kMinCosine || !isLowest(counts, points.size())) {
+    return without("another plane lies below the largest one");
+  }
+  return {fit->plane, ""};
+}
+
+namespace {
+
+constexpr int kColumns = 48, kRows = 36;
+/// Farther away, the noise of depth is larger than what a floor is known by.
+constexpr double kMaxDepth_m = 6.0;
+
+/// Three standard deviations of cheap sensors, whose noise grows with the square of depth.
+double toleranceAt(double depth_m) { return 0.01 + 0.003 * depth_m * depth_m; }
+
+FloorView viewOf(const DepthFrame& frame) {
+  FloorView view;
+  view.camera = frame.T_W_C.translation();
+  view.camera_up = -frame.T_W_C.linear().col(1).normalized();
+  for (const Eigen::Vector3d& p_C : thinnedPoints(frame, kColumns, kRows)) {
+    if (!p_C.allFinite() || p_C.z() > kMaxDepth_m) continue;
+    view.points.push_back({frame.T_W_C * p_C, toleranceAt(p_C.z())});
+  }
+  return view;
+}
+
+}  // namespace
+
+bool FloorSearch::add(const DepthFrame& frame) {
+  if (fit_.floor || !frame.T_W_C.matrix().allFinite()) return false;
+  FloorView view = viewOf(frame);
+  if (view.points.empty()) return false;
+  views_.push_back(std::move(view));
+  if (views_.size() < kViews) return false;
+  finish();
+  return true;
+}
+
+void FloorSearch::finish() {
+  if (fit_.floor || (views_.empty() && !fit_.problem.empty())) return;
+  fit_ = fitFloor(views_);
+  views_.clear();
+}
+
+}  // namespace dtsdf

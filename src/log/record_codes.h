@@ -1,0 +1,107 @@
+/// Bytes of the frame log: the numbers, poses and texts of a record's description, and images
+/// without loss, in few bytes and little time.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "io/map_format.h"
+
+namespace dtsdf {
+
+class DescriptionWriter {
+ public:
+  template <class Number>
+  DescriptionWriter& put(Number number) {
+    out_.put(number);
+    return *this;
+  }
+  DescriptionWriter& putPose(const Eigen::Isometry3d& pose) {
+    out_.putPose(pose);
+    return *this;
+  }
+  DescriptionWriter& putVector(const Eigen::Vector3d& v) {
+    return put(v.x()).put(v.y()).put(v.z());
+  }
+  DescriptionWriter& putText(const std::string& text) {
+    out_.put(static_cast<uint32_t>(text.size()));
+    out_.putText(text);
+    return *this;
+  }
+  std::string text() const { return {out_.bytes.begin(), out_.bytes.end()}; }
+
+ private:
+  map_format::ByteWriter out_;
+};
+
+/// Takes them again. Everything throws std::runtime_error where the bytes end early.
+class DescriptionReader {
+ public:
+  explicit DescriptionReader(const std::string& bytes)
+      : in_(reinterpret_cast<const uint8_t*>(bytes.data())), left_(bytes.size()) {}
+
+  template <class Number>
+  Number take() {
+    need(sizeof(Number));
+    return in_.take<Number>();
+  }
+  float takeFloat() {
+    need(sizeof(float));
+    return in_.takeFloat();
+  }
+  double takeDouble() {
+    need(sizeof(double));
+    return in_.takeDouble();
+  }
+  Eigen::Vector3d takeVector() {
+    const double x = takeDouble(), y = takeDouble(), z = takeDouble();
+    return {x, y, z};
+  }
+  Eigen::Isometry3d takePose() {
+    need(map_format::kPoseBytes);
+    return in_.takePose();
+  }
+  std::string takeText() {
+    const auto length = take<uint32_t>();
+    need(length);
+    std::string text(length, '\0');
+    for (char& c : text) c = static_cast<char>(in_.take<uint8_t>());
+    return text;
+  }
+  void finish() const {
+    if (left_ > 0) throwMalformed();
+  }
+  [[noreturn]] static void throwMalformed() {
+    throw std::runtime_error("a record of the frame log is malformed");
+  }
+
+ private:
+  void need(size_t bytes) {
+    if (bytes > left_) throwMalformed();
+    left_ -= bytes;
+  }
+
+  map_format::ByteReader in_;
+  size_t left_;
+};
+
+/// 16-bit depth, as RVL and then zstd.
+std::string packDepth16(const uint16_t* pixels, size_t count);
+/// @throws std::runtime_error if the bytes are not such a code of so many pixels.
+std::vector<uint16_t> unpackDepth16(const std::string& code, size_t count);
+
+/// Depth in floating point, bit for bit: differences of their bits, byte by byte, by zstd.
+std::string packFloats(const float* values, size_t count);
+/// @throws std::runtime_error as above.
+std::vector<float> unpackFloats(const std::string& code, size_t count);
+
+/// Colours: differences of bytes that lie `pixel_bytes` apart, by zstd.
+std::string packColours(const uint8_t* bytes, size_t count, size_t pixel_bytes);
+/// @throws std::runtime_error as above.
+std::vector<uint8_t> unpackColours(const std::string& code, size_t count, size_t pixel_bytes);
+
+}  // namespace dtsdf

@@ -1,0 +1,50 @@
+/// Texts that are put together and taken apart: names of files, topics, settings and coordinate
+/// frames, and lists of them.
+#pragma once
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace dtsdf {
+
+/// Also true of a name that is nothing but its ending.
+inline bool endsWith(std::string_view name, std::string_view ending) {
+  return name.size() >= ending.size() &&
+         name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+/// What has something before its ending.
+inline bool hasEnding(std::string_view name, std::string_view ending) {
+  return name.size() > ending.size() && endsWith(name, ending);
+}
+
+/// A frame's name without the leading slash of old tf, which tf2 does not know.
+inline std::string stripLeadingSlash(const std::string& frame) {
+  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
+}
+
+/// Of ASCII; all else is left alone.
+inline std::string inLowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// "a, b and c", with another separator and with `last` before the last one.
+inline std::string joined(const std::vector<std::string>& words, const std::string& separator,
+                          const std::string& last) {
+  std::string text;
+  for (size_t i = 0; i < words.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == words.size() ? last : separator) + words[i];
+  }
+  return text;
+}
+inline std::string joined(const std::vector<std::string>& words,
+                          const std::string& separator = ", ") {
+  return joined(words, separator, separator);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,55 @@
+/// How nodes begin: their help, the settings on the parameter server, and what one that cannot
+/// start says.
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <exception>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "dtsdf_mapping/params/param_set.h"
+#include "params/node_params.h"
+#include "params/printable.h"
+
+namespace dtsdf {
+
+/// A program that is a node.
+struct NodeProgram {
+  std::string name, usage;
+  ParamTree defaults;  ///< Of its settings: see defaultsOf().
+  std::function<void(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)> run;
+};
+
+/// Runs it. `--help` is answered before ROS looks for a master, and arguments are refused that ROS
+/// cannot read, or would take for topics: settings without the _ that they begin with. What `run`
+/// throws says why the node cannot start, with settings that an earlier run has left on the
+/// parameter server.
+/// @return its exit code: 0, 1 where it cannot start, 2 for wrong arguments.
+int runNode(int argc, char** argv, const NodeProgram& program);
+
+/// The defaults of a settings struct.
+template <class Params>
+ParamTree defaultsOf() {
+  Params params;
+  ParamWriter writer;
+  visitParams(params, writer);
+  return writer.tree;
+}
+
+/// What a namespace holds, flattened; without the keys that ROS itself reads there.
+struct ServerParams {
+  ParamTree tree;
+  std::vector<ParamViolation> violations;  ///< Values that no setting can have, such as lists.
+};
+
+ServerParams readParamServer(const ros::NodeHandle& private_nh);
+
+/// Wrong settings in a line each, whose names and values are printable; else one sentence.
+inline std::string startErrorText(const std::exception& error) {
+  const bool is_list = dynamic_cast<const ParamError*>(&error) != nullptr;
+  return is_list ? error.what() : errorText(error);
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,67 @@
+/// Between messages of ROS and our types.
+#pragma once
+
+#include <geometry_msgs/TransformStamped.h>
+#include <sensor_msgs/Imu.h>
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+
+#include "level/still_gravity.h"
+
+namespace dtsdf {
+
+inline Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform) {
+  const geometry_msgs::Quaternion& q = transform.rotation;
+  const geometry_msgs::Vector3& t = transform.translation;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
+  T.translation() << t.x, t.y, t.z;
+  return T;
+}
+
+inline geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T) {
+  const Eigen::Quaterniond q(T.linear());
+  geometry_msgs::Transform transform;
+  transform.rotation.w = q.w();
+  transform.rotation.x = q.x();
+  transform.rotation.y = q.y();
+  transform.rotation.z = q.z();
+  transform.translation.x = T.translation().x();
+  transform.translation.y = T.translation().y();
+  transform.translation.z = T.translation().z();
+  return transform;
+}
+
+/// `T` maps coordinates in `child` to `parent`.
+inline geometry_msgs::TransformStamped makeTransform(const std::string& parent,
+                                                     const std::string& child,
+                                                     const Eigen::Isometry3d& T,
+                                                     const ros::Time& stamp) {
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = stamp;
+  transform.header.frame_id = parent;
+  transform.child_frame_id = child;
+  transform.transform = toTransform(T);
+  return transform;
+}
+
+// From messages of inertial sensors to what is known of up.
+
+/// None where the message says that it holds no acceleration, or has no stamp. By sensor_msgs/Imu,
+/// -1 in the first place of a covariance says that the sensor does not measure that.
+inline std::optional<InertialSample> sampleOf(const sensor_msgs::Imu& imu) {
+  if (imu.linear_acceleration_covariance[0] == -1.0 || imu.header.stamp.isZero()) {
+    return std::nullopt;
+  }
+  const auto toVector = [](const geometry_msgs::Vector3& v) {
+    return Eigen::Vector3d(v.x, v.y, v.z);
+  };
+  InertialSample sample{imu.header.stamp.toSec(), toVector(imu.linear_acceleration), {}};
+  if (imu.angular_velocity_covariance[0] != -1.0)
+    sample.turn_rad_s = toVector(imu.angular_velocity);
+  return sample;
+}
+
+}  // namespace dtsdf

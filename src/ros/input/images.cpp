@@ -1,0 +1,318 @@
+#include "ros/input/images.h"
+
+#include <sensor_msgs/image_encodings.h>
+#include <boost/make_shared.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+#include "io/depth_codes.h"
+#include "params/printable.h"
+
+namespace dtsdf {
+namespace {
+
+/// The region of interest counts only if it is set; all zeros mean the whole image.
+struct Sampling {
+  uint32_t width, height, x_offset, y_offset, binning_x, binning_y;
+};
+
+Sampling samplingOf(const sensor_msgs::CameraInfo& info) {
+  const bool has_roi = info.roi.width != 0 && info.roi.height != 0;
+  return {has_roi ? info.roi.width : info.width, has_roi ? info.roi.height : info.height,
+          has_roi ? info.roi.x_offset : 0,       has_roi ? info.roi.y_offset : 0,
+          std::max<uint32_t>(info.binning_x, 1), std::max<uint32_t>(info.binning_y, 1)};
+}
+
+std::optional<Rejection> checkSize(const sensor_msgs::Image& image,
+                                   const sensor_msgs::CameraInfo& info) {
+  const Sampling sampling = samplingOf(info);
+  const uint32_t width = sampling.width / sampling.binning_x;
+  const uint32_t height = sampling.height / sampling.binning_y;
+  if (image.width == width && image.height == height) return std::nullopt;
+  std::ostringstream text;
+  text << "the image is " << image.width << " x " << image.height << ", but its camera_info is for "
+       << width << " x " << height;
+  return Rejection{DropReason::kSizeMismatch, text.str()};
+}
+
+std::optional<Rejection> checkIntrinsics(const sensor_msgs::CameraInfo& info) {
+  const Intrinsics K = intrinsicsOf(info);
+  if (K.fx > 0.0f && K.fy > 0.0f && std::isfinite(K.fx) && std::isfinite(K.fy) &&
+      std::isfinite(K.cx) && std::isfinite(K.cy)) {
+    return std::nullopt;
+  }
+  std::ostringstream text;
+  text << "camera_info has fx = " << K.fx << ", fy = " << K.fy << ", cx = " << K.cx
+       << ", cy = " << K.cy << "; is the camera calibrated?";
+  return Rejection{DropReason::kBadIntrinsics, text.str()};
+}
+
+std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pixel_bytes) {
+  const size_t row = image.width * pixel_bytes;
+  const size_t needed =
+      image.height == 0 ? 0 : static_cast<size_t>(image.step) * (image.height - 1) + row;
+  if (image.width > 0 && image.height > 0 && image.step >= row && image.data.size() >= needed) {
+    return std::nullopt;
+  }
+  std::ostringstream text;
+  text << "rows of " << image.step << " bytes and " << image.data.size() << " bytes in all do not "
+       << "make an image of " << image.width << " x " << image.height << ", "
+       << printable(image.encoding);
+  return Rejection{DropReason::kBadImage, text.str()};
+}
+
+/// cv_bridge throws where the data go on after the last row or end without its padding, and OpenCV
+/// where rows do not begin on whole pixels.
+bool isTidy(const sensor_msgs::Image& image, size_t pixel_bytes) {
+  return image.step % pixel_bytes == 0 &&
+         image.data.size() == static_cast<size_t>(image.step) * image.height;
+}
+
+/// The image without padding.
+sensor_msgs::ImageConstPtr makeTidy(const sensor_msgs::Image& image, size_t pixel_bytes) {
+  const auto tidy = boost::make_shared<sensor_msgs::Image>();
+  tidy->header = image.header;
+  tidy->encoding = image.encoding;
+  tidy->is_bigendian = image.is_bigendian;
+  tidy->width = image.width;
+  tidy->height = image.height;
+  tidy->step = static_cast<uint32_t>(image.width * pixel_bytes);
+  tidy->data.resize(static_cast<size_t>(tidy->step) * image.height);
+  for (size_t v = 0; v < image.height; ++v) {
+    std::memcpy(&tidy->data[v * tidy->step], &image.data[v * image.step], tidy->step);
+  }
+  return tidy;
+}
+
+}  // namespace
+
+Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info) {
+  const bool has_projection = info.P[0] != 0.0;
+  const double fx = has_projection ? info.P[0] : info.K[0];
+  const double fy = has_projection ? info.P[5] : info.K[4];
+  const double cx = has_projection ? info.P[2] : info.K[2];
+  const double cy = has_projection ? info.P[6] : info.K[5];
+  const Sampling sampling = samplingOf(info);
+  return {static_cast<float>(fx / sampling.binning_x), static_cast<float>(fy / sampling.binning_y),
+          static_cast<float>((cx - sampling.x_offset) / sampling.binning_x),
+          static_cast<float>((cy - sampling.y_offset) / sampling.binning_y)};
+}
+
+sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K) {
+  sensor_msgs::CameraInfo info;
+  info.header = image.header;
+  info.width = image.width;
+  info.height = image.height;
+  info.distortion_model = "plumb_bob";
+  info.D.assign(5, 0.0);
+  info.K = {K.fx, 0.0, K.cx, 0.0, K.fy, K.cy, 0.0, 0.0, 1.0};
+  info.R = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  info.P = {K.fx, 0.0, K.cx, 0.0, 0.0, K.fy, K.cy, 0.0, 0.0, 0.0, 1.0, 0.0};
+  return info;
+}
+
+std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes) {
+  if (image.height != 0 && image.width > mostImagePixels() / image.height) {
+    std::ostringstream text;
+    text << "the image has " << image.width << " x " << image.height << " pixels; at most "
+         << mostImagePixels() << " are supported";
+    return Rejection{DropReason::kTooLarge, text.str()};
+  }
+  if (image.data.size() <= most_bytes) return std::nullopt;
+  std::ostringstream text;
+  text << "the image has " << image.data.size() << " bytes; at most " << most_bytes
+       << " may wait (input/queue_mb)";
+  return Rejection{DropReason::kTooLarge, text.str()};
+}
+
+std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
+                                    const sensor_msgs::CameraInfo& info, size_t pixel_bytes) {
+  if (auto rejection = checkPixels(image, pixel_bytes)) return rejection;
+  if (auto rejection = checkSize(image, info)) return rejection;
+  return checkIntrinsics(info);
+}
+
+sensor_msgs::ImageConstPtr tidied(const sensor_msgs::ImageConstPtr& image, size_t pixel_bytes) {
+  return isTidy(*image, pixel_bytes) ? image : makeTidy(*image, pixel_bytes);
+}
+
+namespace {
+
+namespace enc = sensor_msgs::image_encodings;
+
+struct PixelFormat {
+  DepthEncoding encoding;
+  size_t bytes;
+};
+
+/// "mono16" is what some drivers call their 16-bit depth.
+std::optional<PixelFormat> pixelFormatOf(const std::string& encoding) {
+  if (encoding == enc::TYPE_16UC1 || encoding == enc::MONO16) {
+    return PixelFormat{DepthEncoding::kUint16, sizeof(uint16_t)};
+  }
+  if (encoding == enc::TYPE_32FC1) return PixelFormat{DepthEncoding::kFloat32, sizeof(float)};
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool isDepthEncoding(const std::string& encoding) { return pixelFormatOf(encoding).has_value(); }
+
+std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
+                                         const sensor_msgs::CameraInfo& info) {
+  if (image.header.stamp.isZero()) {
+    return Rejection{DropReason::kNoStamp, "the image has no stamp, so its pose is unknown"};
+  }
+  const std::optional<PixelFormat> format = pixelFormatOf(image.encoding);
+  if (!format) {
+    return Rejection{DropReason::kBadEncoding,
+                     "encoding '" + printable(image.encoding) + "'; depth must be 16UC1 or 32FC1"};
+  }
+  return checkImage(image, info, format->bytes);
+}
+
+DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
+                          const sensor_msgs::CameraInfo& info, const DepthUnits& units,
+                          cv_bridge::CvImageConstPtr& pixels) {
+  const PixelFormat format = *pixelFormatOf(image->encoding);
+  pixels = cv_bridge::toCvShare(tidied(image, format.bytes));
+  DepthFrame frame;
+  // Size and type by the message: cv_bridge leaves a matrix of bytes where it has swapped them.
+  frame.width = static_cast<int>(image->width);
+  frame.height = static_cast<int>(image->height);
+  frame.encoding = format.encoding;
+  frame.unit_m =
+      format.encoding == DepthEncoding::kUint16 ? units.unit_16uc1_m : units.unit_32fc1_m;
+  frame.intrinsics = intrinsicsOf(info);
+  frame.data = pixels->image.data;
+  frame.row_bytes = pixels->image.step[0];
+  return frame;
+}
+
+namespace {
+
+/// Newer than the messages of some distributions.
+const std::string kYuy2 = "yuv422_yuy2";
+
+/// What the mapper takes as it is.
+std::optional<ColourEncoding> knownEncoding(const std::string& encoding) {
+  if (encoding == enc::RGB8) return ColourEncoding::kRgb8;
+  if (encoding == enc::BGR8) return ColourEncoding::kBgr8;
+  if (encoding == enc::RGBA8) return ColourEncoding::kRgba8;
+  if (encoding == enc::BGRA8) return ColourEncoding::kBgra8;
+  if (encoding == enc::MONO8) return ColourEncoding::kMono8;
+  return std::nullopt;
+}
+
+bool isYuv(const std::string& encoding) { return encoding == enc::YUV422 || encoding == kYuy2; }
+
+size_t pixelBytes(const std::string& encoding) {
+  if (isYuv(encoding)) return 2;
+  return static_cast<size_t>(enc::numChannels(encoding) * enc::bitDepth(encoding) / 8);
+}
+
+cv_bridge::CvImageConstPtr yuy2AsRgb(const sensor_msgs::Image& image) {
+  const cv::Mat yuv(static_cast<int>(image.height), static_cast<int>(image.width), CV_8UC2,
+                    const_cast<uint8_t*>(image.data.data()), image.step);
+  const auto rgb = boost::make_shared<cv_bridge::CvImage>(image.header, enc::RGB8);
+  cv::cvtColor(yuv, rgb->image, cv::COLOR_YUV2RGB_YUY2);
+  return rgb;
+}
+
+/// What the mapper does not take, as what it does.
+cv_bridge::CvImageConstPtr converted(const sensor_msgs::ImageConstPtr& image) {
+  if (image->encoding == kYuy2) return yuy2AsRgb(*image);
+  return cv_bridge::toCvCopy(image, image->encoding == enc::MONO16 ? enc::MONO8 : enc::RGB8);
+}
+
+}  // namespace
+
+bool showsColour(const std::string& encoding) {
+  const bool is_grey = encoding == enc::MONO8 || encoding == enc::MONO16;
+  return isColourEncoding(encoding) && !is_grey;
+}
+
+bool isColourEncoding(const std::string& encoding) {
+  return knownEncoding(encoding) || encoding == enc::MONO16 || enc::isBayer(encoding) ||
+         isYuv(encoding);
+}
+
+std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
+                                          const sensor_msgs::CameraInfo& info) {
+  if (image.header.stamp.isZero()) {
+    return Rejection{DropReason::kNoStamp, "the image has no stamp, so its pose is unknown"};
+  }
+  if (!isColourEncoding(image.encoding)) {
+    return Rejection{DropReason::kBadEncoding,
+                     "encoding '" + printable(image.encoding) +
+                         "'; colour must be rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer or YUV "
+                         "4:2:2"};
+  }
+  if (isYuv(image.encoding) && image.width % 2 != 0) {
+    return Rejection{DropReason::kBadImage,
+                     "YUV 4:2:2 needs rows of an even number of pixels, "
+                     "not " +
+                         std::to_string(image.width)};
+  }
+  return checkImage(image, info, pixelBytes(image.encoding));
+}
+
+ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
+                            const sensor_msgs::CameraInfo& info,
+                            cv_bridge::CvImageConstPtr& pixels) {
+  const sensor_msgs::ImageConstPtr tidy = tidied(image, pixelBytes(image->encoding));
+  pixels = knownEncoding(image->encoding) ? cv_bridge::toCvShare(tidy) : converted(tidy);
+  ColourFrame frame;
+  frame.width = pixels->image.cols;
+  frame.height = pixels->image.rows;
+  frame.encoding = *knownEncoding(pixels->encoding);
+  frame.intrinsics = intrinsicsOf(info);
+  frame.data = pixels->image.data;
+  frame.row_bytes = pixels->image.step[0];
+  return frame;
+}
+
+namespace {
+
+bool hasAllRows(const sensor_msgs::Image& mask) {
+  return mask.step >= mask.width &&
+         mask.data.size() >= static_cast<size_t>(mask.step) * (mask.height - 1) + mask.width;
+}
+
+}  // namespace
+
+std::optional<Rejection> checkMask(const sensor_msgs::Image& mask,
+                                   const sensor_msgs::Image& depth) {
+  if (mask.encoding != enc::MONO8 && mask.encoding != enc::TYPE_8UC1) {
+    return Rejection{DropReason::kBadEncoding,
+                     "a mask of encoding '" + printable(mask.encoding) + "'; it must be mono8"};
+  }
+  if (mask.width != depth.width || mask.height != depth.height) {
+    std::ostringstream text;
+    text << "the mask is " << mask.width << " x " << mask.height << ", but its image "
+         << depth.width << " x " << depth.height;
+    return Rejection{DropReason::kSizeMismatch, text.str()};
+  }
+  if (hasAllRows(mask)) return std::nullopt;
+  return Rejection{DropReason::kBadImage, "the mask has fewer bytes than pixels"};
+}
+
+sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
+                                     const sensor_msgs::Image& depth) {
+  const size_t pixel_bytes = static_cast<size_t>(enc::bitDepth(depth.encoding)) / 8;
+  const auto masked = boost::make_shared<sensor_msgs::Image>(depth);
+  for (size_t v = 0; v < depth.height; ++v) {
+    for (size_t u = 0; u < depth.width; ++u) {
+      if (mask.data[v * mask.step + u] == 0) continue;
+      // 0 is no measurement in each encoding and byte order, and its bytes are all 0.
+      std::fill_n(&masked->data[v * depth.step + u * pixel_bytes], pixel_bytes, uint8_t{0});
+    }
+  }
+  return masked;
+}
+
+}  // namespace dtsdf

@@ -1,0 +1,90 @@
+/// From sensor_msgs to the mapper's frames, of depth and of colour: what is accepted, and what it
+/// becomes.
+#pragma once
+
+#include <cv_bridge/cv_bridge.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "dtsdf_mapping/colour_frame.h"
+#include "dtsdf_mapping/pinhole.h"
+#include "ros/input/frame_accounting.h"
+
+namespace dtsdf {
+
+// What depth and colour images have in common: their camera, and whether their bytes fit it.
+
+/// Intrinsics of a rectified image: P, or K where P is empty, with binning and the region of
+/// interest applied.
+Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
+
+/// The camera_info of a rectified image with these intrinsics.
+sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K);
+
+/// Whether an image may wait at all, by its size; nothing if it may. `most_bytes` is all the room.
+std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes);
+
+/// What is wrong with an image of so many bytes a pixel and its camera_info; nothing if they fit.
+std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
+                                    const sensor_msgs::CameraInfo& info, size_t pixel_bytes);
+
+/// The image as cv_bridge and OpenCV take it: without padding where it is of no whole pixels, or
+/// where there is more or less of it than the rows need. One that passed checkImage().
+sensor_msgs::ImageConstPtr tidied(const sensor_msgs::ImageConstPtr& image, size_t pixel_bytes);
+
+struct DepthUnits {
+  float unit_16uc1_m = 0.001f;
+  float unit_32fc1_m = 1.0f;
+};
+
+/// 16UC1, mono16 or 32FC1.
+bool isDepthEncoding(const std::string& encoding);
+
+/// What is wrong with an image, judged by its header and its camera_info; nothing if it is usable.
+std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
+                                         const sensor_msgs::CameraInfo& info);
+
+/// The frame of an image that passed checkDepthImage(), without its pose. Its data live in
+/// `pixels`, which shares them with the message, or has a copy where the byte order is not the
+/// machine's or the rows are of no whole pixels.
+/// @throws cv_bridge::Exception or cv::Exception for what the check should have refused.
+DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
+                          const sensor_msgs::CameraInfo& info, const DepthUnits& units,
+                          cv_bridge::CvImageConstPtr& pixels);
+
+/// rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer of 8 and 16 bits, YUV 4:2:2 (yuv422,
+/// yuv422_yuy2).
+bool isColourEncoding(const std::string& encoding);
+
+/// Whether images of this encoding are hardly anything but a colour camera's: mono8 may be
+/// infrared, mono16 depth.
+bool showsColour(const std::string& encoding);
+
+/// What is wrong with an image, judged by its header and its camera_info; nothing if it is usable.
+std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
+                                          const sensor_msgs::CameraInfo& info);
+
+/// The frame of an image that passed checkColourImage(), without its pose. Its data live in
+/// `pixels`, which shares them with the message where the mapper knows the encoding, or has them
+/// converted by cv_bridge.
+/// @throws cv_bridge::Exception or cv::Exception for what cannot be converted, such as a Bayer
+/// image of one pixel.
+ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
+                            const sensor_msgs::CameraInfo& info,
+                            cv_bridge::CvImageConstPtr& pixels);
+
+// Masks: what of a depth image is not of the scene, such as the robot's own arm.
+
+/// What is wrong with a mask for a depth image that passed checkDepthImage(); nothing if it is
+/// usable.
+std::optional<Rejection> checkMask(const sensor_msgs::Image& mask, const sensor_msgs::Image& depth);
+
+/// The depth image without measurements where the mask is not 0. Both have passed their checks.
+sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
+                                     const sensor_msgs::Image& depth);
+
+}  // namespace dtsdf

@@ -293,6 +293,8 @@ const Engine& Engine::settled() const {
 
 MapStats Engine::stats() const {
   settled();
+  PageStats pages = pager_ == nullptr ? PageStats() : pager_->stats();
+  if (space_ != nullptr) space_->addTo(pages);
   return {table_.blocksInUse(),
           table_.arraysInUse(),
           table_.bytesInUse(),
@@ -303,7 +305,7 @@ MapStats Engine::stats() const {
           space_ == nullptr ? 0 : space_->refusedCubes(),
           budgetOf(params_).map_bytes,
           table_.bytesPeak(),
-          pager_ == nullptr ? PageStats() : pager_->stats()};
+          pages};
 }
 
 std::vector<MemoryPart> Engine::memoryParts() const {

@@ -301,7 +301,7 @@ MapStats Engine::stats() const {
           counters_.refused,
           table_.coloursInUse() * BlockTable::kColourBytes,
           counters_.dropped,
-          space_ == nullptr ? 0 : space_->freeBytes(),
+          space_ == nullptr ? 0 : std::min(space_->freeBytes(), budgetOf(params_).free_bytes),
           space_ == nullptr ? 0 : space_->refusedCubes(),
           budgetOf(params_).map_bytes,
           table_.bytesPeak(),

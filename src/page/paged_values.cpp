@@ -200,6 +200,11 @@ bool PagedValues::fail(const std::string& problem) {
   return false;
 }
 
+bool PagedValues::isLost(const Entry& entry) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return entry.is_lost;
+}
+
 bool PagedValues::isFull() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return bytes_ > most_bytes_;

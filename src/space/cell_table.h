@@ -48,9 +48,9 @@ class CellTable {
   void clear();
 
   /// Calls visit(cube, cells) for each cube of the sectors that `takes`, in no order; it may change
-  /// that one.
+  /// that one. @return whether all could be read, but for those that are lost for good.
   template <class TakesSector, class Visit>
-  void visit(const TakesSector& takes, const Visit& visit) const;
+  bool visit(const TakesSector& takes, const Visit& visit) const;
 
   /// Calls visit(cube, cells) for each cube that was touched since the last call, or has gone; at
   /// the first one, and with `all`, for all that there are. @return whether these are all.
@@ -69,16 +69,19 @@ class CellTable {
 };
 
 template <class TakesSector, class Visit>
-void CellTable::visit(const TakesSector& takes, const Visit& visit) const {
+bool CellTable::visit(const TakesSector& takes, const Visit& visit) const {
+  bool is_whole = true;
   for (const PackedKey key : sectors_.keys()) {
     const Vec3i sector = unpackKey(key);
     if (!takes(sector)) continue;
     const std::shared_ptr<const CellSector> cells = sectors_.find(key);
+    if (cells == nullptr) is_whole = is_whole && sectors_.isLost(key);
     if (cells == nullptr) continue;
     const CellSector copy = *cells;  // which stays while cubes change
     copy.visit(
         [&](int number, const CubeCells& cube) { visit(cubeOfSector(sector, number), cube); });
   }
+  return is_whole;
 }
 
 template <class Visit>

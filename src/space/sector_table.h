@@ -31,6 +31,9 @@ class SectorTable {
     return place == sectors_.end() ? nullptr : place->second.get();
   }
 
+  /// @pre There is one.
+  bool isLost(PackedKey key) const { return sectors_.at(key).isLost(); }
+
   /// A sector that is going to be changed, made if there is none. It stays where it is until
   /// close().
   T& open(PackedKey key) {

@@ -59,6 +59,10 @@ class SpaceFollower {
   }
 
   size_t bytes() const;
+  /// All 0 without pages.
+  PagedValues::Stats pageStats() const {
+    return pages_ == nullptr ? PagedValues::Stats() : pages_->stats();
+  }
 
  private:
   using CubesOfSectors = std::map<PackedKey, std::vector<const SpaceCube*>>;

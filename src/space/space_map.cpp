@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "kernels/space/see_free.h"
 #include "map/memory_budget.h"
@@ -72,12 +73,6 @@ Vec3d middleOfBox(const Vec3i& key, int32_t side) {
 /// From there to its corners.
 double reachOf(int32_t side) { return 1.7321 * 0.5 * side; }  // the root of 3
 
-SharedPagedValues makePages(const MapperParams& params) {
-  if (params.map.page_folder.empty()) return nullptr;
-  return std::make_shared<PagedValues>(params.map.page_folder, pageBytesOf(params.map),
-                                       budgetOf(params).free_bytes);
-}
-
 }  // namespace
 
 CellGrid cellGridOf(const MapperParams& params) { return {log2Of(params.space.cell_voxels)}; }
@@ -87,12 +82,18 @@ int reachInCells(const MapperParams& params) {
                       static_cast<double>(params.map.voxel_size_m) * params.space.cell_voxels);
 }
 
+SharedPagedValues makePages(const MapperParams& params, size_t most_bytes) {
+  const MapParams& map = params.map;
+  if (map.page_folder.empty()) return nullptr;
+  return std::make_shared<PagedValues>(map.page_folder, pageBytesOf(map), most_bytes);
+}
+
 SpaceMap::SpaceMap(const MapperParams& params, int threads)
     : grid_(cellGridOf(params)),
       voxel_size_m_(params.map.voxel_size_m),
       max_range_m_(params.space.max_range_m),
       free_budget_(budgetOf(params).free_bytes + pageBytesOf(params.map)),
-      pages_(makePages(params)),
+      pages_(makePages(params, budgetOf(params).free_bytes)),
       table_(pages_),
       surfaces_(grid_, threads, pages_),
       distances_(reachInCells(params), threads, pages_) {}
@@ -238,12 +239,13 @@ void SpaceMap::clear() {
 void SpaceMap::copyTo(MapContents& contents) const {
   contents.cell_voxels = cellSide(grid_);
   contents.free_cubes.reserve(free_cubes_);
-  table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells& cube) {
+  const bool is_whole = table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells& cube) {
     if (isEmpty(cube.free)) return;
     MapFreeCube copy{key, {}};
     std::copy_n(cube.free.word, kWordsPerCube, copy.cells.begin());
     contents.free_cubes.push_back(copy);
   });
+  if (!is_whole) throw std::runtime_error("the map cannot be copied: " + pages_->stats().problem);
   std::sort(contents.free_cubes.begin(), contents.free_cubes.end(),
             [](const MapFreeCube& a, const MapFreeCube& b) { return isKeyBefore(a.key, b.key); });
 }
@@ -342,7 +344,7 @@ size_t SpaceMap::bytes() const {
 void SpaceMap::addTo(PageStats& pages) const {
   if (pages_ == nullptr) return;
   const PagedValues::Stats stats = pages_->stats();
-  pages.bytes += stats.bytes;
+  pages.space_bytes = stats.bytes;
   pages.index_bytes += stats.index_bytes;
   pages.failures += stats.failures;
   pages.lost += stats.lost;

@@ -23,6 +23,10 @@ CellGrid cellGridOf(const MapperParams& params);
 /// @return cells that distances reach.
 int reachInCells(const MapperParams& params);
 
+/// Where cells and distances lie beyond so much memory; null without map/page_folder.
+/// @throws std::runtime_error where it cannot be written.
+SharedPagedValues makePages(const MapperParams& params, size_t most_bytes);
+
 class SpaceMap : public Space {
  public:
   /// @throws std::runtime_error where map/page_folder cannot be written.
@@ -55,6 +59,7 @@ class SpaceMap : public Space {
   void clear();
 
   /// Adds what is free to contents. Surfaces are found again in the mesh.
+  /// @throws std::runtime_error where the disk does not give it now.
   void copyTo(MapContents& contents) const;
   /// @pre Nothing is known, the cells are as large as those of the contents, and the budget is not
   /// below what is free there.
